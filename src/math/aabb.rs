@@ -1,0 +1,171 @@
+//! Axis-aligned bounding boxes: f64 for scenes, f32 rounded outward for trees.
+//!
+//! Invariant: converting to [`Aabb32`] never loses a point. An empty box has
+//! `min > max` on every axis and is the identity of [`Aabb::union`].
+
+use glam::DVec3;
+
+/// A box in f64, in whatever space its maker says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aabb {
+    pub min: DVec3,
+    pub max: DVec3,
+}
+
+/// The same in f32, rounded outward: what tree nodes hold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aabb32 {
+    pub min: [f32; 3],
+    pub max: [f32; 3],
+}
+
+impl Aabb {
+    /// The box of no points.
+    pub const EMPTY: Aabb = Aabb {
+        min: DVec3::INFINITY,
+        max: DVec3::NEG_INFINITY,
+    };
+
+    pub fn new(min: DVec3, max: DVec3) -> Aabb {
+        Aabb { min, max }
+    }
+
+    /// The smallest box around the points.
+    pub fn of_points(points: impl IntoIterator<Item = DVec3>) -> Aabb {
+        points
+            .into_iter()
+            .fold(Aabb::EMPTY, |b, p| b.union(&Aabb { min: p, max: p }))
+    }
+
+    pub fn union(&self, other: &Aabb) -> Aabb {
+        Aabb {
+            min: self.min.min(other.min),
+            max: self.max.max(other.max),
+        }
+    }
+
+    /// Grown by `by` (≥ 0) on both sides of each axis.
+    pub fn grown(&self, by: DVec3) -> Aabb {
+        Aabb {
+            min: self.min - by,
+            max: self.max + by,
+        }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        !(self.min.cmple(self.max).all())
+    }
+
+    pub fn center(&self) -> DVec3 {
+        self.min * 0.5 + self.max * 0.5
+    }
+
+    pub fn extent(&self) -> DVec3 {
+        self.max - self.min
+    }
+
+    /// Length of the diagonal; 0 for an empty box.
+    pub fn diagonal(&self) -> f64 {
+        if self.is_empty() {
+            0.0
+        } else {
+            self.extent().length()
+        }
+    }
+
+    /// The largest coordinate in magnitude.
+    pub fn max_abs(&self) -> f64 {
+        self.min.abs().max(self.max.abs()).max_element()
+    }
+
+    pub fn corners(&self) -> [DVec3; 8] {
+        std::array::from_fn(|i| {
+            DVec3::new(
+                if i & 1 == 0 { self.min.x } else { self.max.x },
+                if i & 2 == 0 { self.min.y } else { self.max.y },
+                if i & 4 == 0 { self.min.z } else { self.max.z },
+            )
+        })
+    }
+
+    /// The smallest f32 box that contains this one.
+    pub fn outward(&self) -> Aabb32 {
+        Aabb32 {
+            min: self.min.to_array().map(round_down),
+            max: self.max.to_array().map(round_up),
+        }
+    }
+}
+
+impl Aabb32 {
+    pub const EMPTY: Aabb32 = Aabb32 {
+        min: [f32::INFINITY; 3],
+        max: [f32::NEG_INFINITY; 3],
+    };
+
+    pub fn union(&self, other: &Aabb32) -> Aabb32 {
+        let lower = |a: f32, b: f32| if a < b { a } else { b };
+        let upper = |a: f32, b: f32| if a > b { a } else { b };
+        Aabb32 {
+            min: std::array::from_fn(|k| lower(self.min[k], other.min[k])),
+            max: std::array::from_fn(|k| upper(self.max[k], other.max[k])),
+        }
+    }
+
+    /// Half the surface area, the measure that SAH costs are proportional to.
+    pub fn half_area(&self) -> f32 {
+        let d: [f32; 3] = std::array::from_fn(|k| (self.max[k] - self.min[k]).max(0.0));
+        d[0] * d[1] + d[1] * d[2] + d[2] * d[0]
+    }
+
+    /// Twice the centre: a sum instead of a mean, so that it cannot lose bits.
+    pub fn center2(&self, axis: usize) -> f32 {
+        self.min[axis] + self.max[axis]
+    }
+
+    pub fn widened(&self) -> Aabb {
+        Aabb {
+            min: DVec3::from_array(self.min.map(f64::from)),
+            max: DVec3::from_array(self.max.map(f64::from)),
+        }
+    }
+}
+
+/// The largest f32 not above `x`.
+pub fn round_down(x: f64) -> f32 {
+    let y = x as f32;
+    if f64::from(y) > x { y.next_down() } else { y }
+}
+
+/// The smallest f32 not below `x`.
+pub fn round_up(x: f64) -> f32 {
+    let y = x as f32;
+    if f64::from(y) < x { y.next_up() } else { y }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn outward_rounding_keeps_every_point(bits in any::<u64>()) {
+            let x = f64::from_bits(bits);
+            prop_assume!(!x.is_nan());
+            prop_assert!(f64::from(round_down(x)) <= x);
+            prop_assert!(f64::from(round_up(x)) >= x);
+            // And no further than one step.
+            if f64::from(x as f32) == x {
+                prop_assert_eq!(round_down(x), round_up(x));
+            }
+        }
+    }
+
+    #[test]
+    fn the_empty_box_is_the_identity_of_union() {
+        let b = Aabb::new(DVec3::ZERO, DVec3::ONE);
+        assert_eq!(Aabb::EMPTY.union(&b), b);
+        assert!(Aabb::EMPTY.is_empty() && !b.is_empty());
+    }
+}

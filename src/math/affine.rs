@@ -1,0 +1,144 @@
+//! Affine maps with one stated order of operations.
+//!
+//! DESIGN: the object ray of an appearance *is* `object_from_world` applied to
+//! the world ray in f64, in this order, without FMA. Everything that needs an
+//! object ray (kernels of any width, the canonical evaluation) calls the
+//! functions here, so they all see the same numbers. glam's types are only the
+//! storage.
+
+use super::lanes::Lanes;
+use super::vec3::Vec3;
+use glam::{DAffine3, DMat3, DVec3};
+
+/// A 3×4 matrix in f64: nine linear entries by column, and a translation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Affine {
+    /// `linear[c][r]`: column `c`, row `r`.
+    pub linear: [[f64; 3]; 3],
+    pub translation: [f64; 3],
+}
+
+impl Affine {
+    pub const IDENTITY: Affine = Affine {
+        linear: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        translation: [0.0; 3],
+    };
+
+    pub fn is_identity(&self) -> bool {
+        *self == Affine::IDENTITY
+    }
+
+    pub fn is_finite(&self) -> bool {
+        self.linear.iter().flatten().all(|x| x.is_finite())
+            && self.translation.iter().all(|x| x.is_finite())
+    }
+
+    /// `self · inner`: first `inner`, then `self`.
+    pub fn then_after(&self, inner: &Affine) -> Affine {
+        Affine {
+            linear: inner.linear.map(|c| self.vector(c)),
+            translation: self.point(inner.translation),
+        }
+    }
+
+    /// A point: ((m₀x + m₁y) + m₂z) + t, each row, no FMA.
+    #[inline(always)]
+    pub fn point(&self, p: [f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|r| {
+            self.linear[0][r] * p[0]
+                + self.linear[1][r] * p[1]
+                + self.linear[2][r] * p[2]
+                + self.translation[r]
+        })
+    }
+
+    /// A direction: (m₀x + m₁y) + m₂z, each row, no FMA.
+    #[inline(always)]
+    pub fn vector(&self, v: [f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|r| {
+            self.linear[0][r] * v[0] + self.linear[1][r] * v[1] + self.linear[2][r] * v[2]
+        })
+    }
+
+    /// [`point`](Self::point) for many points at once: the same bits per lane.
+    #[inline(always)]
+    pub fn points<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> Vec3<D> {
+        let row = |r: usize| {
+            D::splat(self.linear[0][r]) * p.x
+                + D::splat(self.linear[1][r]) * p.y
+                + D::splat(self.linear[2][r]) * p.z
+                + D::splat(self.translation[r])
+        };
+        Vec3::new(row(0), row(1), row(2))
+    }
+
+    /// [`vector`](Self::vector) for many directions at once.
+    #[inline(always)]
+    pub fn vectors<D: Lanes<Scalar = f64>>(&self, v: Vec3<D>) -> Vec3<D> {
+        let row = |r: usize| {
+            D::splat(self.linear[0][r]) * v.x
+                + D::splat(self.linear[1][r]) * v.y
+                + D::splat(self.linear[2][r]) * v.z
+        };
+        Vec3::new(row(0), row(1), row(2))
+    }
+
+    /// The transpose of the linear part applied to `n`: with `object_from_world`
+    /// this takes an object-space normal to world space (inverse transpose).
+    #[inline(always)]
+    pub fn transposed_vector(&self, n: [f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|c| {
+            self.linear[c][0] * n[0] + self.linear[c][1] * n[1] + self.linear[c][2] * n[2]
+        })
+    }
+
+    /// The largest row sum of magnitudes of the linear part (∞-norm).
+    pub fn norm(&self) -> f64 {
+        (0..3)
+            .map(|r| (0..3).map(|c| self.linear[c][r].abs()).sum::<f64>())
+            .fold(0.0, f64::max)
+    }
+
+    /// The inverse, or `None` where the linear part is singular or so close to
+    /// it that its condition number (∞-norm) passes 10^15.
+    pub fn inverse(&self) -> Option<Affine> {
+        // Scaled to unit size first, so that no determinant under- or overflows.
+        let size = self.norm();
+        if !self.is_finite() || size == 0.0 || !size.is_normal() {
+            return None;
+        }
+        let columns = self.linear.map(|c| DVec3::from_array(c) / size);
+        let unit = DMat3::from_cols(columns[0], columns[1], columns[2]);
+        let inverse = unit.try_inverse()?;
+        let linear = inverse.to_cols_array_2d().map(|c| c.map(|x| x / size));
+        let result = Affine {
+            linear,
+            translation: [0.0; 3],
+        };
+        let translation = result.vector(self.translation).map(|x| -x);
+        let result = Affine {
+            linear,
+            translation,
+        };
+        let condition = size * result.norm();
+        (result.is_finite() && condition <= 1e15).then_some(result)
+    }
+}
+
+impl From<DAffine3> for Affine {
+    fn from(m: DAffine3) -> Affine {
+        Affine {
+            linear: m.matrix3.to_cols_array_2d(),
+            translation: m.translation.to_array(),
+        }
+    }
+}
+
+impl From<Affine> for DAffine3 {
+    fn from(m: Affine) -> DAffine3 {
+        DAffine3 {
+            matrix3: DMat3::from_cols_array_2d(&m.linear),
+            translation: DVec3::from_array(m.translation),
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! Three columns of lanes.
+
+use super::lanes::Lanes;
+use std::ops::{Add, Mul, Neg, Sub};
+
+#[derive(Clone, Copy, Debug)]
+pub struct Vec3<L> {
+    pub x: L,
+    pub y: L,
+    pub z: L,
+}
+
+impl<L> Vec3<L> {
+    #[inline(always)]
+    pub fn new(x: L, y: L, z: L) -> Vec3<L> {
+        Vec3 { x, y, z }
+    }
+}
+
+impl<L: Lanes> Vec3<L> {
+    #[inline(always)]
+    pub fn splat(v: [L::Scalar; 3]) -> Vec3<L> {
+        Vec3::new(L::splat(v[0]), L::splat(v[1]), L::splat(v[2]))
+    }
+
+    #[inline(always)]
+    pub fn axis(self, k: usize) -> L {
+        match k {
+            0 => self.x,
+            1 => self.y,
+            _ => self.z,
+        }
+    }
+
+    /// (x·x' + y·y') + z·z', no FMA.
+    #[inline(always)]
+    pub fn dot(self, o: Vec3<L>) -> L {
+        self.x * o.x + self.y * o.y + self.z * o.z
+    }
+
+    /// Differences of products, no FMA: swapping the operands negates exactly.
+    #[inline(always)]
+    pub fn cross(self, o: Vec3<L>) -> Vec3<L> {
+        Vec3::new(
+            self.y * o.z - self.z * o.y,
+            self.z * o.x - self.x * o.z,
+            self.x * o.y - self.y * o.x,
+        )
+    }
+
+    /// `self + d·t`, no FMA.
+    #[inline(always)]
+    pub fn along(self, d: Vec3<L>, t: L) -> Vec3<L> {
+        self + d * t
+    }
+
+    #[inline(always)]
+    pub fn length_squared(self) -> L {
+        self.dot(self)
+    }
+
+    /// The largest component in magnitude.
+    #[inline(always)]
+    pub fn max_abs(self) -> L {
+        self.x.abs().max(self.y.abs()).max(self.z.abs())
+    }
+
+    #[inline(always)]
+    pub fn select(mask: L::Mask, yes: Vec3<L>, no: Vec3<L>) -> Vec3<L> {
+        Vec3::new(
+            L::select(mask, yes.x, no.x),
+            L::select(mask, yes.y, no.y),
+            L::select(mask, yes.z, no.z),
+        )
+    }
+}
+
+macro_rules! componentwise {
+    ($op:ident, $f:ident) => {
+        impl<L: Lanes> $op for Vec3<L> {
+            type Output = Vec3<L>;
+            #[inline(always)]
+            fn $f(self, o: Vec3<L>) -> Vec3<L> {
+                Vec3::new(self.x.$f(o.x), self.y.$f(o.y), self.z.$f(o.z))
+            }
+        }
+    };
+}
+
+componentwise!(Add, add);
+componentwise!(Sub, sub);
+
+impl<L: Lanes> Mul<L> for Vec3<L> {
+    type Output = Vec3<L>;
+    #[inline(always)]
+    fn mul(self, s: L) -> Vec3<L> {
+        Vec3::new(self.x * s, self.y * s, self.z * s)
+    }
+}
+
+impl<L: Lanes> Neg for Vec3<L> {
+    type Output = Vec3<L>;
+    #[inline(always)]
+    fn neg(self) -> Vec3<L> {
+        Vec3::new(-self.x, -self.y, -self.z)
+    }
+}

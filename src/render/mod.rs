@@ -1,0 +1,5 @@
+//! From a scene to a picture: tiles, samples, film.
+
+mod picture;
+
+pub use picture::{AovSet, Picture};

@@ -1,0 +1,154 @@
+//! Filling the tables row by row.
+
+use super::check::{SceneError, check};
+use super::*;
+use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere};
+use crate::math::Affine;
+use glam::DVec3;
+
+/// Builds a [`Scene`]. Every `add` gives the id of the new row; names may be
+/// empty. Nothing is checked before [`finish`](SceneBuilder::finish).
+///
+/// ```
+/// use glam::DVec3;
+/// use lanecast::geom::Sphere;
+/// use lanecast::math::Affine;
+/// use lanecast::scene::*;
+///
+/// let mut scene = SceneBuilder::default();
+/// let brass = scene.material("brass", Material::metallic_roughness([0.85, 0.65, 0.25], 1.0, 0.25));
+/// let ball = scene.sphere("ball", Sphere { center: DVec3::ZERO, radius: 1.0 });
+///
+/// // A node is stored once and may appear many times.
+/// let apart = scene.transform(glam::DAffine3::from_translation(DVec3::X * 2.5).into());
+/// let pair = scene.node("pair", &[Edge::shape(ball), Edge::shape(ball).transform(apart).material(brass)]);
+/// scene.instance("", Edge::node(pair));
+///
+/// scene.camera("", Camera::perspective(DVec3::new(1.0, 1.0, 8.0), DVec3::X, DVec3::Y, 35.0));
+/// scene.light(Light::Directional { direction: DVec3::new(-1.0, -2.0, -1.0), irradiance: [3.0; 3] });
+/// let scene = scene.finish()?;
+///
+/// assert_eq!(scene.spheres.len(), 1);
+/// assert_eq!(Appearances::of(&scene)?.len(), 2);
+/// # Ok::<(), SceneError>(())
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct SceneBuilder {
+    tables: Tables,
+}
+
+impl SceneBuilder {
+    pub fn tables(&self) -> &Tables {
+        &self.tables
+    }
+
+    /// `parent_from_child`.
+    pub fn transform(&mut self, local: Affine) -> TransformId {
+        self.tables.transforms.push(local)
+    }
+
+    pub fn material(&mut self, name: &str, material: Material) -> MaterialId {
+        self.tables.materials.push(name, material)
+    }
+
+    pub fn light(&mut self, light: Light) -> LightId {
+        self.tables.lights.push(light);
+        LightId(self.tables.lights.len() as u32 - 1)
+    }
+
+    pub fn camera(&mut self, name: &str, camera: Camera) -> CameraId {
+        let cameras = &mut self.tables.cameras;
+        cameras.names.set(cameras.rows.len() as u32, name);
+        cameras.rows.push(camera);
+        CameraId(cameras.rows.len() as u32 - 1)
+    }
+
+    /// Radiance where a ray meets nothing.
+    pub fn background(&mut self, radiance: Rgb) {
+        self.tables.background = radiance;
+    }
+
+    pub fn half_space(&mut self, name: &str, row: HalfSpace) -> ShapeId {
+        let id = self.tables.half_spaces.push(row);
+        self.tables.shapes.push(name, Shape::HalfSpace(id))
+    }
+
+    pub fn sphere(&mut self, name: &str, row: Sphere) -> ShapeId {
+        let id = self.tables.spheres.push(row);
+        self.tables.shapes.push(name, Shape::Sphere(id))
+    }
+
+    pub fn ellipsoid(&mut self, name: &str, row: Ellipsoid) -> ShapeId {
+        let id = self.tables.ellipsoids.push(row);
+        self.tables.shapes.push(name, Shape::Ellipsoid(id))
+    }
+
+    pub fn cylinder(&mut self, name: &str, row: Cylinder) -> ShapeId {
+        let id = self.tables.cylinders.push(row);
+        self.tables.shapes.push(name, Shape::Cylinder(id))
+    }
+
+    pub fn cone(&mut self, name: &str, row: Cone) -> ShapeId {
+        let id = self.tables.cones.push(row);
+        self.tables.shapes.push(name, Shape::Cone(id))
+    }
+
+    pub fn cuboid(&mut self, name: &str, row: Cuboid) -> ShapeId {
+        let id = self.tables.cuboids.push(row);
+        self.tables.shapes.push(name, Shape::Cuboid(id))
+    }
+
+    /// A convex polyhedron from its planes and the corners they make.
+    pub fn polyhedron(&mut self, name: &str, planes: &[HalfSpace], points: &[DVec3]) -> ShapeId {
+        let id = self.tables.polyhedra.push(planes, points);
+        self.tables.shapes.push(name, Shape::Polyhedron(id))
+    }
+
+    /// A planar polygon; `normals` are shading normals at the corners, or none.
+    pub fn polygon(&mut self, name: &str, points: &[DVec3], normals: &[DVec3]) -> ShapeId {
+        let id = self.tables.polygons.push(points, normals);
+        self.tables.shapes.push(name, Shape::Polygon(id))
+    }
+
+    pub fn mesh(&mut self, name: &str, data: &MeshData) -> ShapeId {
+        let id = self.tables.meshes.push(data);
+        self.tables.shapes.push(name, Shape::Mesh(id))
+    }
+
+    pub fn node(&mut self, name: &str, children: &[Edge]) -> NodeId {
+        let id = self.declare_node(name);
+        self.set_children(id, children);
+        id
+    }
+
+    /// A node whose children follow later: files name nodes in any order.
+    pub fn declare_node(&mut self, name: &str) -> NodeId {
+        let nodes = &mut self.tables.nodes;
+        nodes.names.set(nodes.children.len() as u32, name);
+        nodes.children.push(0..0);
+        NodeId(nodes.children.len() as u32 - 1)
+    }
+
+    pub fn set_children(&mut self, node: NodeId, children: &[Edge]) {
+        let first = self.tables.edges.len() as u32;
+        for edge in children {
+            self.tables.edges.push(*edge);
+        }
+        self.tables.nodes.children[node.index()] = first..self.tables.edges.len() as u32;
+    }
+
+    /// A root: what is seen in the world.
+    pub fn instance(&mut self, name: &str, edge: Edge) {
+        let row = self.tables.instances.len() as u32;
+        self.tables.instance_names.set(row, name);
+        self.tables.instances.push(edge);
+    }
+
+    /// Checks every table once.
+    pub fn finish(self) -> Result<Scene, SceneError> {
+        check(&self.tables)?;
+        Ok(Scene {
+            tables: self.tables,
+        })
+    }
+}

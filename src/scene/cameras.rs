@@ -1,0 +1,92 @@
+//! Cameras: where rays start, before pixels.
+//!
+//! Right-handed: `right × up = -forward`. Perspective rays have direction
+//! `forward + x·right + y·up`, so that t is the depth along the view axis.
+
+use super::names::Names;
+use glam::DVec3;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// World space.
+    pub eye: DVec3,
+    /// Unit, orthogonal to `up` and `forward`.
+    pub right: DVec3,
+    /// Unit.
+    pub up: DVec3,
+    /// Unit, into the picture.
+    pub forward: DVec3,
+    pub projection: Projection,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Half the picture's height at distance 1: tan(fov_y / 2).
+    Perspective { half_height: f64 },
+    /// Half the picture's height, world units.
+    Orthographic { half_height: f64 },
+}
+
+impl Camera {
+    /// A pinhole at `eye`, `fov_y` degrees from the picture's bottom to its top.
+    ///
+    /// A wrong direction or angle gives NaN or infinite fields, which the
+    /// scene's check names. If `up` is parallel to the view, another axis is
+    /// taken.
+    pub fn perspective(eye: DVec3, look_at: DVec3, up: DVec3, fov_y: f64) -> Camera {
+        let half_height = if fov_y > 0.0 && fov_y < 180.0 {
+            libm::tan(fov_y.to_radians() * 0.5)
+        } else {
+            f64::NAN
+        };
+        Camera::posed(
+            eye,
+            look_at - eye,
+            up,
+            Projection::Perspective { half_height },
+        )
+    }
+
+    /// Parallel rays; `height` is the picture's, in world units.
+    pub fn orthographic(eye: DVec3, look_at: DVec3, up: DVec3, height: f64) -> Camera {
+        let half_height = if height > 0.0 { height * 0.5 } else { f64::NAN };
+        Camera::posed(
+            eye,
+            look_at - eye,
+            up,
+            Projection::Orthographic { half_height },
+        )
+    }
+
+    fn posed(eye: DVec3, forward: DVec3, up: DVec3, projection: Projection) -> Camera {
+        // Scaled before it is squared: views may span any range of f64.
+        let unit = |v: DVec3| {
+            let size = v.abs().max_element();
+            if size > 0.0 && size.is_finite() {
+                (v / size).normalize()
+            } else {
+                DVec3::NAN
+            }
+        };
+        let forward = unit(forward);
+        let mut right = forward.cross(unit(up));
+        // NaN keeps its NaN: the check reports it.
+        if right.length_squared() < 1e-24 {
+            right = forward.cross(forward.any_orthonormal_vector());
+        }
+        let right = right.normalize();
+        Camera {
+            eye,
+            right,
+            up: right.cross(forward),
+            forward,
+            projection,
+        }
+    }
+}
+
+#[derive(Clone, Debug, Default)]
+pub struct Cameras {
+    pub rows: Vec<Camera>,
+    pub names: Names,
+}

@@ -1,0 +1,166 @@
+//! Triangle meshes: index and vertex columns, one range of each per mesh.
+//!
+//! Vertices are f32 about an f64 centre, rounded once when the mesh is added
+//! and counted. The centre is 0 unless the mesh lies far from its origin; then
+//! it is a coarse multiple of a power of two, so that coordinates which were
+//! f32 to begin with stay exact.
+
+use super::ids::{MaterialId, MeshId};
+use crate::math::Aabb;
+use glam::DVec3;
+use std::ops::Range;
+
+/// What a mesh is made from: an importer's or a user's own vertices.
+#[derive(Clone, Debug, Default)]
+pub struct MeshData {
+    /// Object space.
+    pub positions: Vec<[f64; 3]>,
+    /// One per vertex, any length > 0, or none at all.
+    pub normals: Vec<[f32; 3]>,
+    /// Rows of `positions`; counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Runs of triangles with a material of their own, by first triangle,
+    /// rising; triangles before the first run have none.
+    pub parts: Vec<(u32, Option<MaterialId>)>,
+    /// A surface without an inside, whatever its topology.
+    pub open: bool,
+}
+
+#[derive(Clone, Debug, Default)]
+pub struct Meshes {
+    /// Of all meshes, each about its own centre.
+    pub positions: Vec<[f32; 3]>,
+    /// Of the meshes that have them.
+    pub normals: Vec<[f32; 3]>,
+    /// Of all meshes; indices count from the mesh's first vertex.
+    pub triangles: Vec<[u32; 3]>,
+    /// First triangle (counted within the mesh) and material of each part.
+    pub parts: Vec<(u32, Option<MaterialId>)>,
+
+    /// Per mesh: rows of `positions`.
+    pub vertices_of: Vec<Range<u32>>,
+    /// Per mesh: first row of `normals`.
+    pub normals_of: Vec<Option<u32>>,
+    /// Per mesh: rows of `triangles`.
+    pub triangles_of: Vec<Range<u32>>,
+    /// Per mesh: rows of `parts`.
+    pub parts_of: Vec<Range<u32>>,
+    /// Per mesh: what was subtracted from its vertices.
+    pub center: Vec<DVec3>,
+    /// Per mesh: vertices that are not the numbers given, because f32 could not
+    /// hold them.
+    pub rounded: Vec<u32>,
+    pub open: Vec<bool>,
+}
+
+/// One mesh's columns.
+#[derive(Clone, Copy, Debug)]
+pub struct Mesh<'a> {
+    /// About `center`.
+    pub positions: &'a [[f32; 3]],
+    pub normals: Option<&'a [[f32; 3]]>,
+    pub triangles: &'a [[u32; 3]],
+    pub parts: &'a [(u32, Option<MaterialId>)],
+    pub center: DVec3,
+    pub open: bool,
+}
+
+impl Meshes {
+    pub fn push(&mut self, data: &MeshData) -> MeshId {
+        let bounds = Aabb::of_points(data.positions.iter().map(|p| DVec3::from_array(*p)));
+        let center = placement_center(&bounds);
+        let first_vertex = self.positions.len() as u32;
+        let mut rounded = 0;
+        self.positions.extend(data.positions.iter().map(|p| {
+            let about = DVec3::from_array(*p) - center;
+            let vertex = about.to_array().map(|x| x as f32);
+            let kept = DVec3::from_array(vertex.map(f64::from)) + center;
+            rounded += u32::from(kept.to_array() != *p);
+            vertex
+        }));
+        let normals_of = (!data.normals.is_empty()).then_some(self.normals.len() as u32);
+        self.normals.extend_from_slice(&data.normals);
+        let first_triangle = self.triangles.len() as u32;
+        self.triangles.extend_from_slice(&data.triangles);
+        let first_part = self.parts.len() as u32;
+        self.parts.extend_from_slice(&data.parts);
+
+        self.vertices_of
+            .push(first_vertex..self.positions.len() as u32);
+        self.normals_of.push(normals_of);
+        self.triangles_of
+            .push(first_triangle..self.triangles.len() as u32);
+        self.parts_of.push(first_part..self.parts.len() as u32);
+        self.center.push(center);
+        self.rounded.push(rounded);
+        self.open.push(data.open);
+        MeshId(self.center.len() as u32 - 1)
+    }
+
+    pub fn row(&self, id: MeshId) -> Mesh<'_> {
+        let i = id.index();
+        let range = |r: &Range<u32>| r.start as usize..r.end as usize;
+        let vertices = range(&self.vertices_of[i]);
+        Mesh {
+            positions: &self.positions[vertices.clone()],
+            normals: self.normals_of[i]
+                .map(|first| &self.normals[first as usize..first as usize + vertices.len()]),
+            triangles: &self.triangles[range(&self.triangles_of[i])],
+            parts: &self.parts[range(&self.parts_of[i])],
+            center: self.center[i],
+            open: self.open[i],
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        self.center.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.center.is_empty()
+    }
+
+    pub fn bytes(&self) -> usize {
+        (self.positions.len() + self.normals.len() + self.triangles.len()) * 12
+            + self.parts.len() * size_of::<(u32, Option<MaterialId>)>()
+            + self.len() * (4 * size_of::<Range<u32>>() + size_of::<DVec3>() + 8)
+    }
+}
+
+impl Mesh<'_> {
+    /// The three corners of a triangle, about the mesh's centre.
+    #[inline(always)]
+    pub fn corners(&self, triangle: usize) -> [[f32; 3]; 3] {
+        self.triangles[triangle].map(|v| self.positions[v as usize])
+    }
+
+    /// The material that the mesh itself gives to a triangle.
+    pub fn material(&self, triangle: u32) -> Option<MaterialId> {
+        let after = self.parts.partition_point(|(first, _)| *first <= triangle);
+        after.checked_sub(1).and_then(|i| self.parts[i].1)
+    }
+
+    /// Object space, centre added.
+    pub fn bounds(&self) -> Aabb {
+        let about = Aabb::of_points(
+            self.positions
+                .iter()
+                .map(|p| DVec3::from_array(p.map(f64::from))),
+        );
+        Aabb::new(about.min + self.center, about.max + self.center)
+    }
+}
+
+/// Zero, unless the box is further from the origin than eight times its size.
+fn placement_center(bounds: &Aabb) -> DVec3 {
+    let size = bounds.extent().max_element();
+    let middle = bounds.center();
+    if !(size.is_finite() && size > 0.0 && middle.abs().max_element() > 8.0 * size) {
+        return DVec3::ZERO;
+    }
+    // A multiple of the power of two at or below the size: coarser than any
+    // step between the coordinates, so the subtraction is exact where they
+    // were f32.
+    let step = f64::from_bits(size.to_bits() & 0x7ff0_0000_0000_0000);
+    (middle / step).round() * step
+}

@@ -1,0 +1,112 @@
+//! The scene: structure-of-arrays tables joined by typed ids.
+//!
+//! [`SceneBuilder`] fills [`Tables`]; [`SceneBuilder::finish`] checks them once
+//! and gives a [`Scene`], whose tables can be read and no longer changed. After
+//! that the pipeline cannot fail. Derived data (bounds, appearances, trees,
+//! plan) are values of their own, never in here.
+
+mod appearances;
+mod builder;
+mod cameras;
+mod check;
+mod ids;
+mod lights;
+mod materials;
+mod meshes;
+mod names;
+mod nodes;
+mod polygons;
+mod shapes;
+mod solids;
+mod transforms;
+
+pub use appearances::{Appearance, Appearances, MAX_APPEARANCES};
+pub use builder::SceneBuilder;
+pub use cameras::{Camera, Cameras, Projection};
+pub use check::SceneError;
+pub use ids::*;
+pub use lights::{Falloff, Light};
+pub use materials::{Material, Materials, Model, Rgb};
+pub use meshes::{Mesh, MeshData, Meshes};
+pub use names::Names;
+pub use nodes::{Edge, Edges, Nodes, Target};
+pub use polygons::{Polygons, Polyhedra};
+pub use shapes::{Shape, Shapes};
+pub use solids::{Cones, Cuboids, Cylinders, Ellipsoids, HalfSpaces, Spheres};
+pub use transforms::Transforms;
+
+use std::ops::Deref;
+
+/// Every table of a scene. Absent things are empty tables: no memory, no time.
+#[derive(Clone, Debug, Default)]
+pub struct Tables {
+    pub transforms: Transforms,
+    pub nodes: Nodes,
+    /// The children of all nodes.
+    pub edges: Edges,
+    /// The roots.
+    pub instances: Edges,
+    /// Names of the roots, by row of `instances`.
+    pub instance_names: Names,
+
+    pub shapes: Shapes,
+    pub half_spaces: HalfSpaces,
+    pub spheres: Spheres,
+    pub ellipsoids: Ellipsoids,
+    pub cylinders: Cylinders,
+    pub cones: Cones,
+    pub cuboids: Cuboids,
+    pub polyhedra: Polyhedra,
+    pub polygons: Polygons,
+    pub meshes: Meshes,
+
+    pub materials: Materials,
+    pub lights: Vec<Light>,
+    pub cameras: Cameras,
+    /// Radiance where a ray meets nothing.
+    pub background: Rgb,
+}
+
+impl Tables {
+    /// Bytes of each table that holds anything, by name.
+    pub fn bytes(&self) -> Vec<(&'static str, usize)> {
+        [
+            ("transforms", self.transforms.bytes()),
+            ("nodes", self.nodes.bytes() + self.edges.bytes()),
+            (
+                "instances",
+                self.instances.bytes() + self.instance_names.bytes(),
+            ),
+            ("shapes", self.shapes.bytes()),
+            ("half_spaces", self.half_spaces.bytes()),
+            ("spheres", self.spheres.bytes()),
+            ("ellipsoids", self.ellipsoids.bytes()),
+            ("cylinders", self.cylinders.bytes()),
+            ("cones", self.cones.bytes()),
+            ("cuboids", self.cuboids.bytes()),
+            ("polyhedra", self.polyhedra.bytes()),
+            ("polygons", self.polygons.bytes()),
+            ("meshes", self.meshes.bytes()),
+            ("materials", self.materials.bytes()),
+            ("lights", self.lights.len() * size_of::<Light>()),
+            ("cameras", self.cameras.rows.len() * size_of::<Camera>()),
+        ]
+        .into_iter()
+        .filter(|(_, bytes)| *bytes > 0)
+        .collect()
+    }
+}
+
+/// Checked tables. Reads like [`Tables`]; cannot be changed.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    tables: Tables,
+}
+
+impl Deref for Scene {
+    type Target = Tables;
+
+    fn deref(&self) -> &Tables {
+        &self.tables
+    }
+}

@@ -1,0 +1,36 @@
+//! Names of rows, kept only for the rows that have one.
+
+use std::collections::BTreeMap;
+
+#[derive(Clone, Debug, Default)]
+pub struct Names {
+    of_row: BTreeMap<u32, Box<str>>,
+}
+
+impl Names {
+    /// Names row `row`; an empty name is none.
+    pub fn set(&mut self, row: u32, name: &str) {
+        if !name.is_empty() {
+            self.of_row.insert(row, name.into());
+        }
+    }
+
+    pub fn get(&self, row: u32) -> Option<&str> {
+        self.of_row.get(&row).map(|name| &**name)
+    }
+
+    /// For messages: the name in quotes, or the row's number.
+    pub fn label(&self, row: u32) -> String {
+        match self.get(row) {
+            Some(name) => format!("'{name}'"),
+            None => format!("number {row}"),
+        }
+    }
+
+    pub fn bytes(&self) -> usize {
+        self.of_row
+            .values()
+            .map(|n| n.len() + size_of::<(u32, Box<str>)>())
+            .sum()
+    }
+}

@@ -1,0 +1,114 @@
+//! The scene graph: a DAG of nodes joined by edges, flat columns, no pointers.
+//!
+//! A node is a range of edges. An edge places a shape or another node, under a
+//! transform, with an optional material. The roots are edges too
+//! ([`Tables::instances`](super::Tables)). A node may have many parents: it is
+//! stored once, however often it appears.
+
+use super::ids::{MaterialId, NodeId, ShapeId, TransformId};
+use super::names::Names;
+use std::ops::Range;
+
+/// What an edge leads to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    Shape(ShapeId),
+    Node(NodeId),
+}
+
+/// One placement of a shape or a node: the row of [`Edges`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edge {
+    pub target: Target,
+    /// `parent_from_child`.
+    pub transform: TransformId,
+    /// Overrides the materials below that no nearer edge sets, a mesh's own
+    /// included.
+    pub material: Option<MaterialId>,
+}
+
+impl Edge {
+    pub fn shape(shape: ShapeId) -> Edge {
+        Edge {
+            target: Target::Shape(shape),
+            transform: TransformId::IDENTITY,
+            material: None,
+        }
+    }
+
+    pub fn node(node: NodeId) -> Edge {
+        Edge {
+            target: Target::Node(node),
+            ..Edge::shape(ShapeId(0))
+        }
+    }
+
+    pub fn transform(self, transform: TransformId) -> Edge {
+        Edge { transform, ..self }
+    }
+
+    pub fn material(self, material: MaterialId) -> Edge {
+        Edge {
+            material: Some(material),
+            ..self
+        }
+    }
+}
+
+/// Columns of edges; a node's children and the roots are ranges of such rows.
+#[derive(Clone, Debug, Default)]
+pub struct Edges {
+    pub target: Vec<Target>,
+    pub transform: Vec<TransformId>,
+    pub material: Vec<Option<MaterialId>>,
+}
+
+impl Edges {
+    pub fn push(&mut self, edge: Edge) {
+        self.target.push(edge.target);
+        self.transform.push(edge.transform);
+        self.material.push(edge.material);
+    }
+
+    pub fn row(&self, i: usize) -> Edge {
+        Edge {
+            target: self.target[i],
+            transform: self.transform[i],
+            material: self.material[i],
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        self.target.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.target.is_empty()
+    }
+
+    pub fn bytes(&self) -> usize {
+        self.len()
+            * (size_of::<Target>() + size_of::<TransformId>() + size_of::<Option<MaterialId>>())
+    }
+}
+
+#[derive(Clone, Debug, Default)]
+pub struct Nodes {
+    /// Range of [`Tables::edges`](super::Tables) that are this node's children.
+    pub children: Vec<Range<u32>>,
+    pub names: Names,
+}
+
+impl Nodes {
+    pub fn len(&self) -> usize {
+        self.children.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.children.is_empty()
+    }
+
+    pub fn bytes(&self) -> usize {
+        self.len() * size_of::<Range<u32>>() + self.names.bytes()
+    }
+}

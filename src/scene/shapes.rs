@@ -1,0 +1,48 @@
+//! Shapes: whatever can be placed, one row each, pointing into its own table.
+
+use super::ids::*;
+use super::names::Names;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    HalfSpace(HalfSpaceId),
+    Sphere(SphereId),
+    Ellipsoid(EllipsoidId),
+    Cylinder(CylinderId),
+    Cone(ConeId),
+    Cuboid(CuboidId),
+    Polyhedron(PolyhedronId),
+    Polygon(PolygonId),
+    Mesh(MeshId),
+}
+
+#[derive(Clone, Debug, Default)]
+pub struct Shapes {
+    pub rows: Vec<Shape>,
+    pub names: Names,
+}
+
+impl Shapes {
+    pub fn push(&mut self, name: &str, shape: Shape) -> ShapeId {
+        self.names.set(self.rows.len() as u32, name);
+        self.rows.push(shape);
+        ShapeId(self.rows.len() as u32 - 1)
+    }
+
+    #[inline(always)]
+    pub fn row(&self, id: ShapeId) -> Shape {
+        self.rows[id.index()]
+    }
+
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    pub fn bytes(&self) -> usize {
+        self.rows.len() * size_of::<Shape>() + self.names.bytes()
+    }
+}

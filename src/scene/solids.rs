@@ -1,0 +1,58 @@
+//! Quadric and box tables: one column per field, one row per primitive.
+
+use super::ids::{ConeId, CuboidId, CylinderId, EllipsoidId, HalfSpaceId, SphereId};
+use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere};
+use glam::DVec3;
+
+macro_rules! table {
+    ($(#[$doc:meta])* $table:ident of $row:ident by $id:ident { $($field:ident: $ty:ty),* $(,)? }) => {
+        $(#[$doc])*
+        #[derive(Clone, Debug, Default)]
+        pub struct $table {
+            $(pub $field: Vec<$ty>,)*
+        }
+
+        impl $table {
+            pub fn push(&mut self, row: $row) -> $id {
+                let id = $id(self.len() as u32);
+                $(self.$field.push(row.$field);)*
+                id
+            }
+
+            #[inline(always)]
+            pub fn row(&self, id: $id) -> $row {
+                $row { $($field: self.$field[id.index()],)* }
+            }
+
+            pub fn rows(&self) -> impl Iterator<Item = ($id, $row)> + '_ {
+                (0..self.len() as u32).map(|i| ($id(i), self.row($id(i))))
+            }
+
+            pub fn len(&self) -> usize {
+                let columns = [$(self.$field.len()),*];
+                columns[0]
+            }
+
+            pub fn is_empty(&self) -> bool {
+                self.len() == 0
+            }
+
+            pub fn bytes(&self) -> usize {
+                self.len() * (0 $(+ size_of::<$ty>())*)
+            }
+        }
+    };
+}
+
+table!(HalfSpaces of HalfSpace by HalfSpaceId { normal: DVec3, offset: f64 });
+table!(Spheres of Sphere by SphereId { center: DVec3, radius: f64 });
+table!(Ellipsoids of Ellipsoid by EllipsoidId { center: DVec3, radii: DVec3 });
+table!(Cylinders of Cylinder by CylinderId { base: DVec3, top: DVec3, radius: f64, open: bool });
+table!(Cones of Cone by ConeId {
+    base: DVec3,
+    top: DVec3,
+    base_radius: f64,
+    top_radius: f64,
+    open: bool,
+});
+table!(Cuboids of Cuboid by CuboidId { min: DVec3, max: DVec3 });

@@ -7,4 +7,5 @@ pub mod math;
 pub mod plan;
 pub mod render;
 pub mod scene;
+pub mod shade;
 pub mod trace;

@@ -90,10 +90,7 @@ impl Tree {
         if self.nodes.is_empty() {
             return None;
         }
-        let children = self
-            .nodes
-            .iter()
-            .flat_map(|n| &n.child[..n.count as usize]);
+        let children = self.nodes.iter().flat_map(|n| &n.child[..n.count as usize]);
         let leaves = children.filter(|c| c.is_leaf()).map(|c| {
             let (first, count) = c.range();
             first..first + count
@@ -140,8 +137,7 @@ impl Tree {
                 }
                 stack.child[place] = node.child[i];
                 stack.key[place] = key;
-                stack.enter[place] =
-                    L::select(reached, enter, L::splat(L::Scalar::INFINITY));
+                stack.enter[place] = L::select(reached, enter, L::splat(L::Scalar::INFINITY));
                 top += 1;
             }
             // The nearest entry that some lane can still use.

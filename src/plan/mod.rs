@@ -165,10 +165,19 @@ fn needs(
         placed += usize::from(row.is_placed(scene));
     }
     let mut say = |what, count: usize, yes: &str, no: &str| {
-        let (choice, why) = if count > 0 { ("in", yes) } else { ("left out", no) };
+        let (choice, why) = if count > 0 {
+            ("in", yes)
+        } else {
+            ("left out", no)
+        };
         reasons.push((what, choice.into(), format!("{count} {why}")));
     };
-    say("mesh kernel", meshes, "appearances of meshes", "meshes appear");
+    say(
+        "mesh kernel",
+        meshes,
+        "appearances of meshes",
+        "meshes appear",
+    );
     say(
         "solid kernels",
         solids,

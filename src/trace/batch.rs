@@ -6,8 +6,8 @@ use super::query::{AnyHit, Closest, HitId};
 use crate::accel::World;
 use crate::geom::{Certainty, DoubtAll, Fast};
 use crate::math::Vec3;
-use crate::plan::{Arithmetic, Kernels, Needs, native_width};
 use crate::math::lanes::{Lanes, Mask, Scalar, f32x4, f32x8, f32x16, f64x4, f64x8, f64x16};
+use crate::plan::{Arithmetic, Kernels, Needs, native_width};
 
 /// Widest packet; columns are padded to a multiple of it.
 pub const MAX_LANES: usize = 16;

@@ -8,7 +8,9 @@
 use super::packet::Packet;
 use super::query::{HitId, Query};
 use crate::accel::{Entry, Stack, World, corner_bounds};
-use crate::geom::{Certainty, Meet, cone, cuboid, ellipsoid, half_space, polygon, sphere, triangle};
+use crate::geom::{
+    Certainty, Meet, cone, cuboid, ellipsoid, half_space, polygon, sphere, triangle,
+};
 use crate::math::Aabb32;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::scene::{MeshId, Shape};
@@ -100,7 +102,12 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
             query.limit(),
             top,
             |first, count, active, _| {
-                self.entries(&self.world.entries[first..first + count], active, query, mesh);
+                self.entries(
+                    &self.world.entries[first..first + count],
+                    active,
+                    query,
+                    mesh,
+                );
                 query.limit()
             },
         );

@@ -18,14 +18,8 @@ pub struct Packet<L: Lanes> {
 impl<L: Lanes> Packet<L> {
     /// `bounds`: of the tree that will be walked.
     #[inline(always)]
-    pub fn new(
-        org: Vec3<L::Double>,
-        dir: Vec3<L::Double>,
-        t_min: L,
-        bounds: &Aabb32,
-    ) -> Packet<L> {
-        let narrow =
-            |v: Vec3<L::Double>| Vec3::new(L::narrow(v.x), L::narrow(v.y), L::narrow(v.z));
+    pub fn new(org: Vec3<L::Double>, dir: Vec3<L::Double>, t_min: L, bounds: &Aabb32) -> Packet<L> {
+        let narrow = |v: Vec3<L::Double>| Vec3::new(L::narrow(v.x), L::narrow(v.y), L::narrow(v.z));
         let ray = Ray::new(narrow(org), narrow(dir), t_min);
         Packet {
             org,

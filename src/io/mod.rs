@@ -6,13 +6,23 @@
 //! before it is used, every file that a scene names stays in the scene's folder
 //! ([`Folder`]), and every error carries the file, the place and the remedy.
 
+mod atomic;
 mod dropped;
 mod error;
 mod folder;
+mod openexr;
+mod picture;
+mod png;
+mod rays;
+mod srgb;
 
+pub use atomic::{Outputs, check_writable, discard_unfinished};
 pub use dropped::Dropped;
 pub use error::{LoadError, SaveError};
 pub use folder::Folder;
+pub use picture::{AovSet, Picture, PictureFile, picture_files};
+pub use rays::{RaySet, TriangleSet};
+pub use srgb::SrgbEncoder;
 
 use crate::scene::{Scene, SceneBuilder};
 use std::path::Path;

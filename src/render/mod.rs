@@ -1,5 +1,8 @@
 //! From a scene to a picture: tiles, samples, film.
 
-mod picture;
+mod config;
+mod progress;
 
-pub use picture::{AovSet, Picture};
+pub use crate::io::{AovSet, Picture};
+pub use config::{AccelChoice, Grid, LaneCount, Precision, RenderConfig};
+pub use progress::Progress;

@@ -1,0 +1,7 @@
+//! What a run did and cost, and how wrong it was.
+
+mod stats;
+
+pub use stats::{
+    PictureSize, PlanSummary, RayCounts, SceneCounts, Stage, Stats, Watch, peak_resident_bytes,
+};

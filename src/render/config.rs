@@ -5,6 +5,7 @@
 //! line; programs that fill this themselves stay within the documented ranges.
 
 use super::AovSet;
+use crate::plan::Choices;
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RenderConfig {
@@ -14,9 +15,7 @@ pub struct RenderConfig {
     pub grid: Grid,
     /// Samples per pixel, at least 1; exactly 1 with [`Grid::Corners`].
     pub spp: u32,
-    pub precision: Precision,
-    pub lanes: LaneCount,
-    pub accel: AccelChoice,
+    pub choices: Choices,
     /// `None`: as many as the machine runs at once.
     pub threads: Option<u32>,
     pub seed: u64,
@@ -25,6 +24,7 @@ pub struct RenderConfig {
     /// A camera's name, or its number from 0; `None` is the first.
     pub camera: Option<String>,
     pub aovs: AovSet,
+    pub tiles: TileOrder,
 }
 
 impl Default for RenderConfig {
@@ -34,14 +34,13 @@ impl Default for RenderConfig {
             height: 720,
             grid: Grid::default(),
             spp: 1,
-            precision: Precision::default(),
-            lanes: LaneCount::default(),
-            accel: AccelChoice::default(),
+            choices: Choices::default(),
             threads: None,
             seed: 0,
             max_depth: 5,
             camera: None,
             aovs: AovSet::default(),
+            tiles: TileOrder::default(),
         }
     }
 }
@@ -66,63 +65,15 @@ impl Grid {
     }
 }
 
+/// In which order tiles are handed to the threads. No bit of the picture
+/// depends on it; the tests see to that.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Precision {
-    /// f32 lanes.
-    Fast,
-    /// f64 lanes; what they cannot settle is decided exactly.
+pub enum TileOrder {
+    /// Row by row.
     #[default]
-    Exact,
-}
-
-impl Precision {
-    pub fn name(self) -> &'static str {
-        match self {
-            Precision::Fast => "fast",
-            Precision::Exact => "exact",
-        }
-    }
-}
-
-/// Rays per packet.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum LaneCount {
-    /// The plan chooses for the machine and the precision.
-    #[default]
-    Auto,
-    One,
-    Four,
-    Eight,
-    Sixteen,
-}
-
-impl LaneCount {
-    pub fn name(self) -> &'static str {
-        match self {
-            LaneCount::Auto => "auto",
-            LaneCount::One => "1",
-            LaneCount::Four => "4",
-            LaneCount::Eight => "8",
-            LaneCount::Sixteen => "16",
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum AccelChoice {
-    /// The plan chooses for each geometry.
-    #[default]
-    Auto,
-    Bvh,
-    Linear,
-}
-
-impl AccelChoice {
-    pub fn name(self) -> &'static str {
-        match self {
-            AccelChoice::Auto => "auto",
-            AccelChoice::Bvh => "bvh",
-            AccelChoice::Linear => "linear",
-        }
-    }
+    Scanline,
+    /// The last tile first.
+    Reverse,
+    /// Tiles of 16×16 pixels instead of 32×32, row by row.
+    Small,
 }

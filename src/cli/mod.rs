@@ -5,7 +5,8 @@
 //! half-written. Errors go to standard error as `error: …`, with the remedy;
 //! what a reader of standard output no longer wants (`| head`) is no error.
 //!
-//! **Invariant:** the processor is checked before anything else runs (`cpu.rs`).
+//! **Invariant:** the processor is checked before anything else runs (`cpu.rs`),
+//! on Linux even before the Rust runtime (`main.rs`).
 
 mod args;
 mod bench;
@@ -19,6 +20,9 @@ mod progress;
 mod render;
 mod scene;
 mod verify;
+
+#[cfg(unix)]
+pub use cpu::check_before_main;
 
 use args::{BenchArgs, PlanArgs, RenderArgs, VerifyArgs};
 use clap::{Parser, Subcommand};

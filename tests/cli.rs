@@ -343,7 +343,7 @@ fn interrupted_leaves_nothing() {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        std::thread::sleep(std::time::Duration::from_millis(500));
+        wait_for_handler(child.id());
         let sent = Command::new("kill")
             .args([signal, &child.id().to_string()])
             .status()
@@ -361,6 +361,23 @@ fn interrupted_leaves_nothing() {
         assert!(stderr(&output).contains("interrupted; nothing was written"));
         assert_eq!(names(folder.path()), ["x.png"]);
         assert_eq!(fs::read(folder.path().join("x.png")).unwrap(), b"older");
+    }
+}
+
+/// Until the process listens for signals: its thread for them tells, by its name.
+#[cfg(unix)]
+fn wait_for_handler(process: u32) {
+    let listens = || {
+        let threads = fs::read_dir(format!("/proc/{process}/task")).ok()?;
+        let mut names =
+            threads.filter_map(|t| fs::read_to_string(t.ok()?.path().join("comm")).ok());
+        names.find(|name| name.trim() == "ctrl-c")
+    };
+    for _ in 0..100 {
+        if listens().is_some() {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(20));
     }
 }
 

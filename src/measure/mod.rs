@@ -2,6 +2,4 @@
 
 mod stats;
 
-pub use stats::{
-    PictureSize, PlanSummary, RayCounts, SceneCounts, Stage, Stats, Watch, peak_resident_bytes,
-};
+pub use stats::{PictureSize, PlanSummary, SceneCounts, Stage, Stats, Watch, peak_resident_bytes};

@@ -2,6 +2,7 @@
 //!
 //! Times are wall-clock seconds, memory is bytes, counts are exact.
 
+use crate::shade::RayCounts;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -26,16 +27,6 @@ pub struct Stats {
 pub struct Stage {
     pub name: &'static str,
     pub seconds: f64,
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct RayCounts {
-    pub primary: u64,
-    pub primary_hits: u64,
-    pub shadow: u64,
-    pub shadow_occluded: u64,
-    pub reflection: u64,
-    pub refraction: u64,
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
@@ -64,22 +55,6 @@ pub struct SceneCounts {
     pub shapes: u64,
     pub triangles: u64,
     pub lights: u64,
-}
-
-impl RayCounts {
-    pub fn total(&self) -> u64 {
-        self.primary + self.shadow + self.reflection + self.refraction
-    }
-
-    /// Joins the counts of two tiles or threads.
-    pub fn add(&mut self, other: &RayCounts) {
-        self.primary += other.primary;
-        self.primary_hits += other.primary_hits;
-        self.shadow += other.shadow;
-        self.shadow_occluded += other.shadow_occluded;
-        self.reflection += other.reflection;
-        self.refraction += other.refraction;
-    }
 }
 
 impl Stats {

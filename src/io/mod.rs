@@ -10,8 +10,11 @@ mod atomic;
 mod dropped;
 mod error;
 mod folder;
+mod native;
+mod nff;
 mod openexr;
 mod picture;
+mod place;
 mod png;
 mod rays;
 mod srgb;
@@ -20,11 +23,12 @@ pub use atomic::{Outputs, check_writable, discard_unfinished};
 pub use dropped::Dropped;
 pub use error::{LoadError, SaveError};
 pub use folder::Folder;
+pub use native::json_schema;
 pub use picture::{AovSet, Picture, PictureFile, picture_files};
 pub use rays::{RaySet, TriangleSet};
 pub use srgb::SrgbEncoder;
 
-use crate::scene::{Scene, SceneBuilder};
+use crate::scene::{MeshData, Scene, SceneBuilder};
 use std::path::Path;
 
 /// A scene and what was left out of it.
@@ -59,16 +63,34 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
 
 fn import(
     path: &Path,
-    _options: &LoadOptions,
-    _scene: &mut SceneBuilder,
-    _dropped: &mut Dropped,
+    options: &LoadOptions,
+    scene: &mut SceneBuilder,
+    dropped: &mut Dropped,
 ) -> Result<(), LoadError> {
     let extension = path
         .extension()
         .map(|e| e.to_string_lossy().to_lowercase())
         .unwrap_or_default();
-    Err(LoadError::UnknownFormat {
+    match extension.as_str() {
+        "toml" => native::import(path, native::Syntax::Toml, options, scene, dropped),
+        "json" => native::import(path, native::Syntax::Json, options, scene, dropped),
+        "nff" => nff::import(path, scene, dropped),
+        _ => Err(LoadError::UnknownFormat {
+            path: path.into(),
+            extension,
+        }),
+    }
+}
+
+/// The one mesh of a mesh file, for scene files that name it.
+fn import_mesh(
+    path: &Path,
+    _options: &LoadOptions,
+    _dropped: &mut Dropped,
+) -> Result<MeshData, LoadError> {
+    Err(LoadError::Unsupported {
         path: path.into(),
-        extension,
+        what: "this mesh format".into(),
+        remedy: None,
     })
 }

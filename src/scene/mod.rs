@@ -6,9 +6,11 @@
 //! plan) are values of their own, never in here.
 
 mod appearances;
+mod bounds;
 mod builder;
 mod cameras;
 mod check;
+mod defaults;
 mod ids;
 mod lights;
 mod materials;
@@ -21,9 +23,11 @@ mod solids;
 mod transforms;
 
 pub use appearances::{Appearance, Appearances, MAX_APPEARANCES};
+pub use bounds::shape_bounds;
 pub use builder::SceneBuilder;
 pub use cameras::{Camera, Cameras, Projection};
 pub use check::SceneError;
+pub use defaults::{default_camera, default_lights};
 pub use ids::*;
 pub use lights::{Falloff, Light};
 pub use materials::{Material, Materials, Model, Rgb};

@@ -1,0 +1,300 @@
+//! From the typed file to the scene's tables: names become ids, choices are
+//! checked, transforms are multiplied out.
+//!
+//! Nothing here recurses, and names are looked up in hash maps: a chain of a
+//! million nodes is as good as any other file.
+
+use super::places::At;
+use super::schema::{self, Named, Triple};
+use super::tree::{Source, nearest, quoted};
+use super::{lower_shape, rotate};
+use crate::io::{Dropped, LoadError, LoadOptions};
+use crate::math::Affine;
+use crate::scene::{
+    Camera, Edge, Falloff, Light, Material, MaterialId, Model, NodeId, SceneBuilder, ShapeId,
+    TransformId,
+};
+use glam::DVec3;
+use std::collections::HashMap;
+
+type Result<T> = std::result::Result<T, LoadError>;
+
+pub(super) fn lower(
+    source: &Source,
+    file: schema::File,
+    options: &LoadOptions,
+    scene: &mut SceneBuilder,
+    dropped: &mut Dropped,
+) -> Result<()> {
+    if let Some(background) = file.background {
+        scene.background(background);
+    }
+    if let Some(row) = file.camera {
+        scene.camera("", camera(source, &row)?);
+    }
+    for row in &file.light {
+        scene.light(light(source, row)?);
+    }
+    let materials = file.material.0.into_iter();
+    let materials: HashMap<String, MaterialId> = materials
+        .map(|(name, row)| {
+            let id = scene.material(&name.value, material(&row));
+            (name.value, id)
+        })
+        .collect();
+    let mut shapes: HashMap<String, ShapeId> = HashMap::with_capacity(file.shape.0.len());
+    for (name, row) in file.shape.0 {
+        let id = lower_shape::shape(source, &name, row, options, scene, dropped)?;
+        shapes.insert(name.value, id);
+    }
+    let nodes = declare(&file.node, scene);
+    let names = Names {
+        source,
+        materials,
+        shapes,
+        nodes,
+    };
+    let mut edges = Vec::new();
+    for (name, node) in &file.node.0 {
+        edges.clear();
+        for row in &node.children {
+            edges.push(edge(&names, row, scene)?);
+        }
+        scene.set_children(names.nodes[&name.value], &edges);
+    }
+    for row in &file.instance {
+        let edge = edge(&names, row, scene)?;
+        scene.instance("", edge);
+    }
+    Ok(())
+}
+
+/// Every node gets its id before any child is looked up.
+fn declare(nodes: &Named<schema::Node>, scene: &mut SceneBuilder) -> HashMap<String, NodeId> {
+    let names = nodes.0.iter().map(|(name, _)| &name.value);
+    names
+        .map(|name| (name.clone(), scene.declare_node(name)))
+        .collect()
+}
+
+/// What a name may stand for.
+struct Names<'s> {
+    source: &'s Source<'s>,
+    materials: HashMap<String, MaterialId>,
+    shapes: HashMap<String, ShapeId>,
+    nodes: HashMap<String, NodeId>,
+}
+
+fn find<I: Copy>(
+    source: &Source,
+    kind: &str,
+    table: &HashMap<String, I>,
+    name: &At<String>,
+) -> Result<I> {
+    table.get(&name.value).copied().ok_or_else(|| {
+        let shown = quoted(&name.value);
+        // Sorted, because the order of a hash map is another one each run.
+        let mut known: Vec<&str> = table.keys().map(|k| &**k).collect();
+        known.sort_unstable();
+        let message = match nearest(&name.value, known.into_iter()) {
+            Some(like) => format!("there is no {kind} {shown}; did you mean {}?", quoted(like)),
+            None => format!("there is no {kind} {shown}; define it as [{kind}.NAME]"),
+        };
+        source.error(name.at, message)
+    })
+}
+
+fn edge(names: &Names, row: &At<schema::Child>, scene: &mut SceneBuilder) -> Result<Edge> {
+    let child = &row.value;
+    if let Some(motion) = &child.motion {
+        return Err(unsupported(names.source, "the key 'motion'", motion.at));
+    }
+    let edge = match (&child.shape, &child.node) {
+        (Some(name), None) => Edge::shape(find(names.source, "shape", &names.shapes, name)?),
+        (None, Some(name)) => Edge::node(find(names.source, "node", &names.nodes, name)?),
+        (Some(_), Some(second)) => {
+            let message = "both shape and node are given; an instance or child places one of them";
+            return Err(names.source.error(second.at, message));
+        }
+        (None, None) => {
+            let message = "neither shape nor node is given; name what is placed here";
+            return Err(names.source.error(row.at, message));
+        }
+    };
+    let edge = match &child.material {
+        Some(name) => edge.material(find(names.source, "material", &names.materials, name)?),
+        None => edge,
+    };
+    let id = match &child.transform {
+        Some(steps) => scene.transform(transform(names.source, steps)?),
+        None => TransformId::IDENTITY,
+    };
+    Ok(edge.transform(id))
+}
+
+/// The product of the steps, the first applied first.
+fn transform(source: &Source, steps: &[At<schema::Step>]) -> Result<Affine> {
+    steps.iter().try_fold(Affine::IDENTITY, |before, row| {
+        Ok(step(source, row)?.then_after(&before))
+    })
+}
+
+fn step(source: &Source, row: &At<schema::Step>) -> Result<Affine> {
+    let step = &row.value;
+    let given = [
+        ("translate", step.translate.is_some()),
+        ("rotate_x", step.rotate_x.is_some()),
+        ("rotate_y", step.rotate_y.is_some()),
+        ("rotate_z", step.rotate_z.is_some()),
+        ("rotate", step.rotate.is_some()),
+        ("scale", step.scale.is_some()),
+        ("matrix", step.matrix.is_some()),
+    ];
+    exactly_one(source, row.at, "a transform step", &given)?;
+    if let Some(turn) = &step.rotate {
+        let axis = not_zero(source, "axis", &turn.axis)?;
+        return Ok(rotate::about(axis, turn.degrees));
+    }
+    let turns = [step.rotate_x, step.rotate_y, step.rotate_z];
+    let turn = turns
+        .into_iter()
+        .enumerate()
+        .find_map(|(k, d)| Some((k, d?)));
+    let maps = [
+        step.translate.map(rotate::translation),
+        step.scale.map(|s| rotate::scaling(s.0)),
+        step.matrix.map(rotate::from_rows),
+        turn.map(|(k, degrees)| rotate::about_axis(k, degrees)),
+    ];
+    Ok(maps
+        .into_iter()
+        .flatten()
+        .next()
+        .unwrap_or(Affine::IDENTITY))
+}
+
+/// Of several keys that exclude each other, exactly one must be there.
+pub(super) fn exactly_one(
+    source: &Source,
+    at: usize,
+    what: &str,
+    given: &[(&'static str, bool)],
+) -> Result<&'static str> {
+    let mut found = given.iter().filter(|(_, is)| *is);
+    match (found.next(), found.next()) {
+        (Some((one, _)), None) => Ok(one),
+        _ => Err(not_one(source, at, what, given)),
+    }
+}
+
+fn not_one(source: &Source, at: usize, what: &str, given: &[(&str, bool)]) -> LoadError {
+    let names = |is: bool| {
+        let names = given.iter().filter(|(_, given)| *given == is);
+        names.map(|(name, _)| *name).collect::<Vec<_>>()
+    };
+    let message = match names(true).as_slice() {
+        [] => format!("{what} is empty; give one of {}", names(false).join(", ")),
+        several => format!(
+            "{what} has {} at once; give exactly one",
+            several.join(" and ")
+        ),
+    };
+    source.error(at, message)
+}
+
+pub(super) fn unsupported(source: &Source, what: &str, at: usize) -> LoadError {
+    let (line, column) = source.place(at);
+    LoadError::Unsupported {
+        path: source.path.into(),
+        what: format!("{what} at {line}:{column}"),
+        remedy: Some("the format reserves it for a later version of this program".into()),
+    }
+}
+
+fn not_zero(source: &Source, what: &str, v: &At<Triple>) -> Result<DVec3> {
+    if v.value == [0.0; 3] {
+        return Err(source.error(
+            v.at,
+            format!("{what} is (0, 0, 0); it must point somewhere"),
+        ));
+    }
+    Ok(DVec3::from_array(v.value))
+}
+
+fn camera(source: &Source, row: &At<schema::Camera>) -> Result<Camera> {
+    let camera = &row.value;
+    let eye = DVec3::from_array(camera.eye.value);
+    let look_at = DVec3::from_array(camera.look_at);
+    if eye == look_at {
+        let message = "eye and look_at are the same point; the camera looks nowhere";
+        return Err(source.error(camera.eye.at, message));
+    }
+    let up = match &camera.up {
+        Some(up) => not_zero(source, "up", up)?,
+        None => DVec3::Y,
+    };
+    match (&camera.fov_y, &camera.orthographic) {
+        (Some(angle), None) => {
+            let fov_y = angle.value;
+            if fov_y > 0.0 && fov_y < 180.0 {
+                return Ok(Camera::perspective(eye, look_at, up, fov_y));
+            }
+            let message = format!("fov_y = {fov_y}; it must be between 0 and 180 degrees");
+            Err(source.error(angle.at, message))
+        }
+        (None, Some(height)) => {
+            if height.value > 0.0 {
+                return Ok(Camera::orthographic(eye, look_at, up, height.value));
+            }
+            let message = format!("orthographic = {}; it must be greater than 0", height.value);
+            Err(source.error(height.at, message))
+        }
+        (fov_y, _) => {
+            let given = ["fov_y", "orthographic"].map(|kind| (kind, fov_y.is_some()));
+            Err(not_one(source, row.at, "the camera", &given))
+        }
+    }
+}
+
+fn light(source: &Source, row: &At<schema::Light>) -> Result<Light> {
+    let light = &row.value;
+    match (&light.point, &light.directional) {
+        (Some(lamp), None) => Ok(Light::Point {
+            position: DVec3::from_array(lamp.position),
+            intensity: lamp.intensity,
+            falloff: match lamp.falloff {
+                schema::Falloff::InverseSquare => Falloff::InverseSquare,
+                schema::Falloff::None => Falloff::None,
+            },
+        }),
+        (None, Some(sun)) => Ok(Light::Directional {
+            direction: not_zero(source, "direction", &sun.direction)?,
+            irradiance: sun.irradiance,
+        }),
+        (point, _) => {
+            let given = ["point", "directional"].map(|kind| (kind, point.is_some()));
+            Err(not_one(source, row.at, "a light", &given))
+        }
+    }
+}
+
+fn material(row: &schema::Material) -> Material {
+    let usual = Material::default();
+    let Model::MetallicRoughness {
+        metallic,
+        roughness,
+    } = usual.model
+    else {
+        return usual;
+    };
+    Material {
+        base_color: row.base_color.unwrap_or(usual.base_color),
+        emission: row.emission.unwrap_or(usual.emission),
+        transmission: row.transmission.unwrap_or(usual.transmission),
+        ior: row.ior.unwrap_or(usual.ior),
+        model: Model::MetallicRoughness {
+            metallic: row.metallic.unwrap_or(metallic),
+            roughness: row.roughness.unwrap_or(roughness),
+        },
+    }
+}

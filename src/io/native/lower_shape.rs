@@ -1,0 +1,178 @@
+//! One shape of the file to one row of its table.
+
+use super::lower::{exactly_one, unsupported};
+use super::places::At;
+use super::schema;
+use super::tree::{Source, quoted};
+use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere, hull};
+use crate::io::{Dropped, Folder, LoadError, LoadOptions};
+use crate::scene::{SceneBuilder, ShapeId};
+use glam::DVec3;
+
+pub(super) fn shape(
+    source: &Source,
+    name: &At<String>,
+    row: schema::Shape,
+    options: &LoadOptions,
+    scene: &mut SceneBuilder,
+    dropped: &mut Dropped,
+) -> Result<ShapeId, LoadError> {
+    later(source, &row)?;
+    let what = format!("shape {}", quoted(&name.value));
+    let given = [
+        ("sphere", row.sphere.is_some()),
+        ("ellipsoid", row.ellipsoid.is_some()),
+        ("half_space", row.half_space.is_some()),
+        ("box", row.cuboid.is_some()),
+        ("cylinder", row.cylinder.is_some()),
+        ("cone", row.cone.is_some()),
+        ("polyhedron", row.polyhedron.is_some()),
+        ("polygon", row.polygon.is_some()),
+        ("mesh", row.mesh.is_some()),
+    ];
+    let kind = exactly_one(source, name.at, &what, &given)?;
+    if let Some(open) = &row.open
+        && !matches!(kind, "cylinder" | "cone" | "mesh")
+    {
+        let message = format!("a {kind} cannot be open; only a cylinder, cone or mesh can");
+        return Err(source.error(open.at, message));
+    }
+    let open = row.open.is_some_and(|o| o.value);
+    let name = &*name.value;
+    let v = DVec3::from_array;
+
+    if let Some(s) = row.sphere {
+        let (center, radius) = (v(s.center), s.radius);
+        return Ok(scene.sphere(name, Sphere { center, radius }));
+    }
+    if let Some(s) = row.ellipsoid {
+        let (center, radii) = (v(s.center), v(s.radii));
+        return Ok(scene.ellipsoid(name, Ellipsoid { center, radii }));
+    }
+    if let Some(s) = row.half_space {
+        return Ok(scene.half_space(name, half_space(&s)));
+    }
+    if let Some(s) = row.cuboid {
+        let (min, max) = (v(s.min), v(s.max));
+        return Ok(scene.cuboid(name, Cuboid { min, max }));
+    }
+    if let Some(s) = row.cylinder {
+        let cylinder = Cylinder {
+            base: v(s.base),
+            top: v(s.top),
+            radius: s.radius,
+            open,
+        };
+        return Ok(scene.cylinder(name, cylinder));
+    }
+    if let Some(s) = row.cone {
+        let cone = Cone {
+            base: v(s.base),
+            top: v(s.top),
+            base_radius: s.base_radius,
+            top_radius: s.top_radius,
+            open,
+        };
+        return Ok(scene.cone(name, cone));
+    }
+    if let Some(s) = row.polyhedron {
+        return polyhedron(source, name, &what, &s, scene);
+    }
+    if let Some(s) = row.polygon {
+        let points: Vec<DVec3> = s.points.into_iter().map(v).collect();
+        return Ok(scene.polygon(name, &points, &[]));
+    }
+    let file = row.mesh.unwrap_or(At {
+        at: 0,
+        value: String::new(),
+    });
+    mesh(source, name, &file, open, options, scene, dropped)
+}
+
+/// Kinds that the format names and this version has not.
+fn later(source: &Source, row: &schema::Shape) -> Result<(), LoadError> {
+    let kinds = [
+        ("torus", &row.torus),
+        ("quadric", &row.quadric),
+        ("implicit", &row.implicit),
+        ("union", &row.union),
+        ("intersection", &row.intersection),
+        ("difference", &row.difference),
+        ("xor", &row.xor),
+        ("complement", &row.complement),
+        ("clip", &row.clip),
+    ];
+    match kinds
+        .iter()
+        .find_map(|(kind, word)| Some((kind, word.as_ref()?)))
+    {
+        Some((kind, word)) => Err(unsupported(
+            source,
+            &format!("the shape kind '{kind}'"),
+            word.at,
+        )),
+        None => Ok(()),
+    }
+}
+
+fn half_space(row: &schema::HalfSpace) -> HalfSpace {
+    HalfSpace {
+        normal: DVec3::from_array(row.normal),
+        offset: row.offset,
+    }
+}
+
+fn polyhedron(
+    source: &Source,
+    name: &str,
+    what: &str,
+    row: &At<schema::Polyhedron>,
+    scene: &mut SceneBuilder,
+) -> Result<ShapeId, LoadError> {
+    let at = row.at;
+    let (at, solid) = match (&row.value.planes, &row.value.points) {
+        (Some(planes), None) => {
+            let rows: Vec<HalfSpace> = planes.value.iter().map(half_space).collect();
+            (planes.at, hull::of_planes(&rows))
+        }
+        (None, Some(points)) => {
+            let rows = points.value.iter().map(|p| DVec3::from_array(*p));
+            (points.at, hull::of_points(&rows.collect::<Vec<_>>()))
+        }
+        (Some(_), Some(points)) => {
+            let message = format!("{what} has both planes and points; give exactly one");
+            return Err(source.error(points.at, message));
+        }
+        (None, None) => {
+            let message = format!("{what}: a polyhedron needs planes or points");
+            return Err(source.error(at, message));
+        }
+    };
+    let solid = solid.map_err(|e| source.error(at, format!("{what}: {e}")))?;
+    Ok(scene.polyhedron(name, &solid.planes, &solid.points))
+}
+
+fn mesh(
+    source: &Source,
+    name: &str,
+    file: &At<String>,
+    open: bool,
+    options: &LoadOptions,
+    scene: &mut SceneBuilder,
+    dropped: &mut Dropped,
+) -> Result<ShapeId, LoadError> {
+    let folder = Folder::of(source.path, options.allow_outside);
+    let path = folder.resolve(&file.value).map_err(|e| match e {
+        LoadError::Read { source: why, .. } => {
+            let message = format!(
+                "the mesh file {} cannot be read: {why}",
+                quoted(&file.value)
+            );
+            source.error(file.at, message)
+        }
+        other => other,
+    })?;
+    let mut data = crate::io::import_mesh(&path, options, dropped)?;
+    data.open |= open;
+    Ok(scene.mesh(name, &data))
+}

@@ -1,0 +1,372 @@
+//! From the tree to typed values: a serde deserialiser whose errors have places.
+//!
+//! Types say what they expect by serde's own derive. [`At`] asks for the place
+//! of a value beside the value, under a name that only this deserialiser knows
+//! (the trick of `serde_spanned`, which JSON has not).
+
+use super::tree::{Key, Kind, Value, nearest, quoted};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::Deserialize;
+use serde::de::{self, DeserializeSeed, Deserializer, IntoDeserializer, Visitor};
+use serde::forward_to_deserialize_any;
+use std::borrow::Cow;
+use std::fmt::Display;
+use std::marker::PhantomData;
+
+/// A message, and where it applies once that is known.
+#[derive(Debug)]
+pub(super) struct Misfit {
+    pub at: Option<usize>,
+    pub message: String,
+}
+
+impl Misfit {
+    fn new(at: usize, message: impl Into<String>) -> Misfit {
+        Misfit {
+            at: Some(at),
+            message: message.into(),
+        }
+    }
+
+    /// The innermost place wins.
+    fn within(self, at: usize) -> Misfit {
+        Misfit {
+            at: self.at.or(Some(at)),
+            ..self
+        }
+    }
+}
+
+impl std::error::Error for Misfit {}
+
+impl Display for Misfit {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl de::Error for Misfit {
+    fn custom<T: Display>(message: T) -> Misfit {
+        Misfit {
+            at: None,
+            message: message.to_string(),
+        }
+    }
+
+    fn unknown_field(field: &str, known: &'static [&'static str]) -> Misfit {
+        Misfit::custom(unknown("key", field, known))
+    }
+
+    fn unknown_variant(variant: &str, known: &'static [&'static str]) -> Misfit {
+        Misfit::custom(unknown("value", variant, known))
+    }
+
+    fn missing_field(field: &'static str) -> Misfit {
+        Misfit::custom(format!("the key '{field}' is missing"))
+    }
+}
+
+fn unknown(what: &str, name: &str, known: &[&str]) -> String {
+    let name_shown = quoted(name);
+    match nearest(name, known.iter().copied()) {
+        Some(like) => format!("unknown {what} {name_shown}; did you mean '{like}'?"),
+        None => format!(
+            "unknown {what} {name_shown}; known are {}",
+            known.join(", ")
+        ),
+    }
+}
+
+impl<'de> Value<'de> {
+    fn wrong<T>(&self, expected: &str) -> Result<T, Misfit> {
+        let message = format!("expected {expected}, found {}", self.kind.describe());
+        Err(Misfit::new(self.at, message))
+    }
+
+    fn number(&self) -> Result<f64, Misfit> {
+        match self.kind {
+            Kind::Integer(i) => Ok(i as f64),
+            Kind::Float(x) if x.is_finite() => Ok(x),
+            Kind::Float(x) => Err(Misfit::new(self.at, format!("{x} is not a finite number"))),
+            _ => self.wrong("a number"),
+        }
+    }
+
+    fn visit_list<V: Visitor<'de>>(
+        at: usize,
+        list: Vec<Value<'de>>,
+        visitor: V,
+    ) -> Result<V::Value, Misfit> {
+        visitor
+            .visit_seq(Items(list.into_iter()))
+            .map_err(|e| e.within(at))
+    }
+
+    fn visit_table<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+        let Kind::Table(entries) = self.kind else {
+            return self.wrong("a table");
+        };
+        let entries = Entries {
+            rest: entries.into_iter(),
+            held: None,
+        };
+        visitor.visit_map(entries).map_err(|e| e.within(self.at))
+    }
+}
+
+impl<'de> Deserializer<'de> for Value<'de> {
+    type Error = Misfit;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+        let at = self.at;
+        match self.kind {
+            Kind::Null => visitor.visit_unit(),
+            Kind::Bool(b) => visitor.visit_bool(b),
+            Kind::Integer(i) => visitor.visit_i64(i),
+            Kind::Float(_) => visitor.visit_f64(self.number()?),
+            Kind::Text(Cow::Borrowed(text)) => visitor.visit_borrowed_str(text),
+            Kind::Text(Cow::Owned(text)) => visitor.visit_string(text),
+            Kind::Date => return self.wrong("a value"),
+            Kind::List(list) => Value::visit_list(at, list, visitor),
+            Kind::Table(_) => self.visit_table(visitor),
+        }
+        .map_err(|e: Misfit| e.within(at))
+    }
+
+    fn deserialize_f64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+        visitor.visit_f64(self.number()?)
+    }
+
+    fn deserialize_f32<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+        let x = self.number()?;
+        if !(x as f32).is_finite() {
+            let message = format!("{x:e} is too large; at most 3e38 is possible here");
+            return Err(Misfit::new(self.at, message));
+        }
+        visitor.visit_f64(x)
+    }
+
+    fn deserialize_bool<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+        match self.kind {
+            Kind::Bool(b) => visitor.visit_bool(b),
+            _ => self.wrong("true or false"),
+        }
+    }
+
+    fn deserialize_str<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+        match self.kind {
+            Kind::Text(_) => self.deserialize_any(visitor),
+            _ => self.wrong("text in quotes"),
+        }
+    }
+
+    fn deserialize_string<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+        self.deserialize_str(visitor)
+    }
+
+    fn deserialize_identifier<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+        self.deserialize_str(visitor)
+    }
+
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+        match self.kind {
+            Kind::Null => visitor.visit_none(),
+            _ => visitor.visit_some(self),
+        }
+    }
+
+    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+        match self.kind {
+            Kind::List(list) => Value::visit_list(self.at, list, visitor),
+            _ => self.wrong("a list"),
+        }
+    }
+
+    fn deserialize_tuple<V: Visitor<'de>>(
+        self,
+        len: usize,
+        visitor: V,
+    ) -> Result<V::Value, Misfit> {
+        match self.kind {
+            Kind::List(list) if list.len() != len => {
+                let message = format!("expected {len} values, found {}", list.len());
+                Err(Misfit::new(self.at, message))
+            }
+            Kind::List(list) => Value::visit_list(self.at, list, visitor),
+            _ => self.wrong(&format!("a list of {len} values")),
+        }
+    }
+
+    fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+        self.visit_table(visitor)
+    }
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        _fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Misfit> {
+        self.visit_table(visitor)
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        _variants: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Misfit> {
+        match self.kind {
+            Kind::Text(text) => visitor
+                .visit_enum(text.into_deserializer())
+                .map_err(|e: Misfit| e.within(self.at)),
+            _ => self.wrong("text in quotes"),
+        }
+    }
+
+    fn deserialize_newtype_struct<V: Visitor<'de>>(
+        self,
+        name: &'static str,
+        visitor: V,
+    ) -> Result<V::Value, Misfit> {
+        if name == AT {
+            return visitor.visit_seq(Placed {
+                at: Some(self.at),
+                value: Some(self),
+            });
+        }
+        visitor.visit_newtype_struct(self)
+    }
+
+    /// Whatever it holds, nobody asks for it.
+    fn deserialize_ignored_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+        visitor.visit_unit()
+    }
+
+    forward_to_deserialize_any! {
+        i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 char bytes byte_buf unit
+        unit_struct tuple_struct
+    }
+}
+
+struct Items<'de>(std::vec::IntoIter<Value<'de>>);
+
+impl<'de> de::SeqAccess<'de> for Items<'de> {
+    type Error = Misfit;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(
+        &mut self,
+        seed: T,
+    ) -> Result<Option<T::Value>, Misfit> {
+        self.0.next().map(|v| seed.deserialize(v)).transpose()
+    }
+
+    fn size_hint(&self) -> Option<usize> {
+        Some(self.0.len())
+    }
+}
+
+struct Entries<'de> {
+    rest: std::vec::IntoIter<(Key<'de>, Value<'de>)>,
+    held: Option<Value<'de>>,
+}
+
+impl<'de> de::MapAccess<'de> for Entries<'de> {
+    type Error = Misfit;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(
+        &mut self,
+        seed: K,
+    ) -> Result<Option<K::Value>, Misfit> {
+        let Some((key, value)) = self.rest.next() else {
+            return Ok(None);
+        };
+        self.held = Some(value);
+        let name = Value {
+            at: key.at,
+            kind: Kind::Text(key.name),
+        };
+        seed.deserialize(name).map(Some)
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Misfit> {
+        match self.held.take() {
+            Some(value) => {
+                let at = value.at;
+                seed.deserialize(value).map_err(|e| e.within(at))
+            }
+            None => Err(de::Error::custom("a value before its key")),
+        }
+    }
+}
+
+/// A value and where it stands in the file.
+#[derive(Clone, Copy, Debug)]
+pub struct At<T> {
+    /// Byte offset in the text.
+    pub at: usize,
+    pub value: T,
+}
+
+const AT: &str = "$lanecast::At";
+
+/// First the place, then the value.
+struct Placed<'de> {
+    at: Option<usize>,
+    value: Option<Value<'de>>,
+}
+
+impl<'de> de::SeqAccess<'de> for Placed<'de> {
+    type Error = Misfit;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(
+        &mut self,
+        seed: T,
+    ) -> Result<Option<T::Value>, Misfit> {
+        if let Some(at) = self.at.take() {
+            return seed.deserialize(at.into_deserializer()).map(Some);
+        }
+        self.value.take().map(|v| seed.deserialize(v)).transpose()
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for At<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<At<T>, D::Error> {
+        struct Both<T>(PhantomData<T>);
+        impl<'de, T: Deserialize<'de>> Visitor<'de> for Both<T> {
+            type Value = At<T>;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a value with its place")
+            }
+
+            fn visit_seq<A: de::SeqAccess<'de>>(self, mut seq: A) -> Result<At<T>, A::Error> {
+                let missing = || de::Error::custom("a value without its place");
+                Ok(At {
+                    at: seq.next_element()?.ok_or_else(missing)?,
+                    value: seq.next_element()?.ok_or_else(missing)?,
+                })
+            }
+        }
+        deserializer.deserialize_newtype_struct(AT, Both(PhantomData))
+    }
+}
+
+/// The place is no part of the format.
+impl<T: JsonSchema> JsonSchema for At<T> {
+    fn inline_schema() -> bool {
+        T::inline_schema()
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        T::schema_name()
+    }
+
+    fn schema_id() -> Cow<'static, str> {
+        T::schema_id()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        T::json_schema(generator)
+    }
+}

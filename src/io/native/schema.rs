@@ -1,0 +1,396 @@
+//! The native scene format as types: what may stand where.
+//!
+//! The types are the grammar and the documentation at once: serde reads them,
+//! `docs/scene.schema.json` is generated from them, and the comments below are
+//! its descriptions. A choice (one shape kind of many) is a struct of options,
+//! so that every key keeps its place in the file; `lower` sees to it that
+//! exactly one is given. Keys of type [`Later`] are words that the format
+//! reserves.
+
+use super::places::At;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::de::{Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, de};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::marker::PhantomData;
+
+pub type Triple = [f64; 3];
+pub type Color = [f32; 3];
+
+/// A Lanecast scene. Right-handed, y up, radiometric units, angles in degrees,
+/// colours linear Rec. 709.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "Lanecast scene")]
+pub struct File {
+    /// The version of the format: 1. Looked at before anything else is read.
+    #[serde(rename = "format")]
+    #[schemars(range(min = 1, max = 1))]
+    pub _format: u32,
+    /// Radiance where a ray meets nothing; black if absent.
+    pub background: Option<Color>,
+    /// Without a camera the scene gets a view that frames it.
+    pub camera: Option<At<Camera>>,
+    /// Without lights the scene gets a headlight.
+    #[serde(default)]
+    pub light: Vec<At<Light>>,
+    /// Materials by name.
+    #[serde(default)]
+    pub material: Named<Material>,
+    /// Shapes by name. A shape is seen where an instance or a node places it.
+    #[serde(default)]
+    pub shape: Named<Shape>,
+    /// Nodes by name, in any order. A node may appear under many parents.
+    #[serde(default)]
+    pub node: Named<Node>,
+    /// The roots: what is seen in the world.
+    #[serde(default)]
+    pub instance: Vec<At<Child>>,
+}
+
+/// Where the picture is taken from: perspective with `fov_y`, parallel with
+/// `orthographic`; exactly one of the two.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Camera {
+    /// The point that is looked from.
+    pub eye: At<Triple>,
+    /// The point in the middle of the picture.
+    pub look_at: Triple,
+    /// Which way is up in the picture; +y if absent.
+    pub up: Option<At<Triple>>,
+    /// Degrees from the picture's bottom to its top, between 0 and 180.
+    pub fov_y: Option<At<f64>>,
+    /// Height of the picture in world units, greater than 0.
+    pub orthographic: Option<At<f64>>,
+}
+
+/// A light; exactly one kind.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Light {
+    pub point: Option<PointLight>,
+    pub directional: Option<DirectionalLight>,
+}
+
+/// A light that shines from one point to all sides.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PointLight {
+    pub position: Triple,
+    /// W/sr; with `falloff = "none"` the irradiance at any distance, W/m².
+    pub intensity: Color,
+    /// How it fades with distance; `inverse_square` if absent.
+    #[serde(default)]
+    pub falloff: Falloff,
+}
+
+/// How a point light fades with distance.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Falloff {
+    #[default]
+    InverseSquare,
+    None,
+}
+
+/// A light from infinitely far away.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DirectionalLight {
+    /// The way the light travels, of any length but 0.
+    pub direction: At<Triple>,
+    /// On a surface that faces it, W/m².
+    pub irradiance: Color,
+}
+
+/// A metallic-roughness material; every key may be absent.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Material {
+    /// Linear Rec. 709; 0.6 grey if absent.
+    pub base_color: Option<Color>,
+    /// 0 (dielectric) to 1 (metal); 0 if absent.
+    pub metallic: Option<f32>,
+    /// 0 (mirror) to 1 (dull); 0.7 if absent.
+    pub roughness: Option<f32>,
+    /// Radiance that the surface gives off, W/(sr·m²); none if absent.
+    pub emission: Option<Color>,
+    /// Fraction of light that passes through, 0 to 1; 0 if absent.
+    pub transmission: Option<f32>,
+    /// Index of refraction, greater than 0; 1.5 if absent.
+    pub ior: Option<f32>,
+}
+
+/// A shape; exactly one kind.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Shape {
+    pub sphere: Option<Sphere>,
+    pub ellipsoid: Option<Ellipsoid>,
+    pub half_space: Option<HalfSpace>,
+    #[serde(rename = "box")]
+    pub cuboid: Option<Cuboid>,
+    pub cylinder: Option<Cylinder>,
+    pub cone: Option<Cone>,
+    pub polyhedron: Option<At<Polyhedron>>,
+    pub polygon: Option<Polygon>,
+    /// A mesh file (.obj, .ply, .stl, .gltf, .glb), relative to this file.
+    pub mesh: Option<At<String>>,
+    /// A surface without inside: a cylinder or cone without caps, a mesh that
+    /// does not enclose anything. False if absent.
+    pub open: Option<At<bool>>,
+
+    #[schemars(skip)]
+    pub torus: Option<At<Later>>,
+    #[schemars(skip)]
+    pub quadric: Option<At<Later>>,
+    #[schemars(skip)]
+    pub implicit: Option<At<Later>>,
+    #[schemars(skip)]
+    pub union: Option<At<Later>>,
+    #[schemars(skip)]
+    pub intersection: Option<At<Later>>,
+    #[schemars(skip)]
+    pub difference: Option<At<Later>>,
+    #[schemars(skip)]
+    pub xor: Option<At<Later>>,
+    #[schemars(skip)]
+    pub complement: Option<At<Later>>,
+    #[schemars(skip)]
+    pub clip: Option<At<Later>>,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sphere {
+    pub center: Triple,
+    /// Greater than 0.
+    pub radius: f64,
+}
+
+/// Axis-parallel; turn it with a transform.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Ellipsoid {
+    pub center: Triple,
+    /// Along x, y and z, each greater than 0.
+    pub radii: Triple,
+}
+
+/// The solid of all points x with normal·x ≤ offset; unbounded.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HalfSpace {
+    /// Outward, of any length but 0.
+    pub normal: Triple,
+    pub offset: f64,
+}
+
+/// An axis-parallel box.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cuboid {
+    pub min: Triple,
+    /// Greater than `min` on every axis.
+    pub max: Triple,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cylinder {
+    pub base: Triple,
+    pub top: Triple,
+    /// Greater than 0.
+    pub radius: f64,
+}
+
+/// A cone, or a piece of one.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cone {
+    pub base: Triple,
+    pub top: Triple,
+    /// 0 or greater; one of the two radii may be 0.
+    pub base_radius: f64,
+    /// 0 or greater; 0 makes an apex.
+    pub top_radius: f64,
+}
+
+/// A convex polyhedron: where the half-spaces of `planes` meet, or the hull of
+/// `points`; exactly one of the two.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Polyhedron {
+    pub planes: Option<At<Vec<HalfSpace>>>,
+    pub points: Option<At<Vec<Triple>>>,
+}
+
+/// A flat polygon of three corners or more, convex or not; a surface.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Polygon {
+    /// The corners in turn, in one plane.
+    pub points: Vec<Triple>,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Node {
+    pub children: Vec<At<Child>>,
+}
+
+/// One placement of a shape or of a node; exactly one of the two.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Child {
+    /// The name of a shape.
+    pub shape: Option<At<String>>,
+    /// The name of a node.
+    pub node: Option<At<String>>,
+    /// The name of a material; it holds for everything below that has none
+    /// nearer. If nothing has one: a light grey.
+    pub material: Option<At<String>>,
+    /// Applied first to last; nothing if absent.
+    pub transform: Option<Vec<At<Step>>>,
+
+    #[schemars(skip)]
+    pub motion: Option<At<Later>>,
+}
+
+/// One step of a transform; exactly one kind.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Step {
+    pub translate: Option<Triple>,
+    /// Degrees, counter-clockwise seen from +x.
+    pub rotate_x: Option<f64>,
+    /// Degrees, counter-clockwise seen from +y.
+    pub rotate_y: Option<f64>,
+    /// Degrees, counter-clockwise seen from +z.
+    pub rotate_z: Option<f64>,
+    pub rotate: Option<Turn>,
+    /// One number for all axes, or one each; none may be 0.
+    pub scale: Option<Scale>,
+    /// Three rows of four numbers; the fourth column translates.
+    pub matrix: Option<[[f64; 4]; 3]>,
+}
+
+/// A rotation about an axis through the origin.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Turn {
+    /// Of any length but 0.
+    pub axis: At<Triple>,
+    /// Counter-clockwise seen from where the axis points.
+    pub degrees: f64,
+}
+
+/// A factor for each axis.
+#[derive(Clone, Copy, Debug)]
+pub struct Scale(pub Triple);
+
+impl<'de> Deserialize<'de> for Scale {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Scale, D::Error> {
+        struct OneOrThree;
+        impl<'de> Visitor<'de> for OneOrThree {
+            type Value = Scale;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a number or a list of 3 numbers")
+            }
+
+            fn visit_i64<E: de::Error>(self, factor: i64) -> Result<Scale, E> {
+                Ok(Scale([factor as f64; 3]))
+            }
+
+            fn visit_f64<E: de::Error>(self, factor: f64) -> Result<Scale, E> {
+                Ok(Scale([factor; 3]))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Scale, A::Error> {
+                let mut scale = [0.0; 3];
+                for (i, factor) in scale.iter_mut().enumerate() {
+                    let next = seq.next_element()?;
+                    *factor = next.ok_or_else(|| de::Error::invalid_length(i, &self))?;
+                }
+                match seq.next_element::<IgnoredAny>()? {
+                    None => Ok(Scale(scale)),
+                    Some(_) => Err(de::Error::custom("expected 3 values, found more")),
+                }
+            }
+        }
+        deserializer.deserialize_any(OneOrThree)
+    }
+}
+
+impl JsonSchema for Scale {
+    fn schema_name() -> Cow<'static, str> {
+        "Scale".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let (one, three) = (
+            f64::json_schema(generator),
+            <[f64; 3]>::json_schema(generator),
+        );
+        schemars::json_schema!({ "anyOf": [one, three] })
+    }
+}
+
+/// A word that the format reserves for what this version does not do.
+#[derive(Clone, Copy, Debug)]
+pub struct Later;
+
+impl<'de> Deserialize<'de> for Later {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Later, D::Error> {
+        IgnoredAny::deserialize(deserializer).map(|_| Later)
+    }
+}
+
+/// Rows by name, in the order of the file.
+#[derive(Debug)]
+pub struct Named<T>(pub Vec<(At<String>, T)>);
+
+impl<T> Default for Named<T> {
+    fn default() -> Named<T> {
+        Named(Vec::new())
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Named<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Named<T>, D::Error> {
+        struct Rows<T>(PhantomData<T>);
+        impl<'de, T: Deserialize<'de>> Visitor<'de> for Rows<T> {
+            type Value = Named<T>;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a table of tables by name")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Named<T>, A::Error> {
+                let mut rows = Vec::new();
+                while let Some(row) = map.next_entry()? {
+                    rows.push(row);
+                }
+                Ok(Named(rows))
+            }
+        }
+        deserializer.deserialize_map(Rows(PhantomData))
+    }
+}
+
+impl<T: JsonSchema> JsonSchema for Named<T> {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        format!("Named_{}", T::schema_name()).into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        BTreeMap::<String, T>::json_schema(generator)
+    }
+}

@@ -1,0 +1,153 @@
+//! A view and lights for scenes that bring none.
+//!
+//! The view looks from front-right-above and holds the sphere around all
+//! bounded appearances. The lights hang on the camera: a headlight, and a
+//! weaker key light from its upper left, so that shape reads. Together they
+//! give a white Lambert surface that faces the camera a radiance of 0.9.
+
+use super::bounds::shape_bounds;
+use super::{Appearances, Camera, Light, Scene};
+use crate::math::Aabb;
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// From the middle of the scene towards the eye.
+const TOWARDS_EYE: DVec3 = DVec3::new(0.5, 0.35, 0.8);
+const FOV_Y: f64 = 35.0;
+/// The sphere is this much smaller than the picture.
+const MARGIN: f64 = 1.05;
+
+/// What a white surface that faces the camera shows.
+const FACING_RADIANCE: f64 = 0.9;
+/// The headlight's share of it.
+const HEADLIGHT: f64 = 0.65;
+/// Where the key light comes from: to the camera's left, up, and back.
+const KEY: [f64; 3] = [-0.6, 0.7, 0.75];
+
+/// A view of everything that has bounds; `aspect` is width over height.
+pub fn default_camera(scene: &Scene, appearances: &Appearances, aspect: f64) -> Camera {
+    let bounds = world_bounds(scene, appearances);
+    let (center, radius) = if bounds.is_empty() || bounds.max_abs() > 1e150 {
+        // Only half-spaces, or something too large for any view.
+        (DVec3::ZERO, 1.0)
+    } else {
+        (bounds.center(), bounds.diagonal() * 0.5)
+    };
+    // A scene may be one point of a huge coordinate: never closer than
+    // rounding can tell.
+    let radius = radius.max(center.abs().max_element() * 1e-12).max(1e-300);
+    // A sphere touches a cone of half angle a from the distance r / sin(a).
+    let half_y = FOV_Y.to_radians() * 0.5;
+    let half_x = libm::atan(libm::tan(half_y) * aspect);
+    let distance = radius * MARGIN / libm::sin(half_y.min(half_x));
+    let eye = center + TOWARDS_EYE.normalize() * distance;
+    Camera::perspective(eye, center, DVec3::Y, FOV_Y)
+}
+
+/// Lights that go with a camera.
+pub fn default_lights(camera: &Camera) -> Vec<Light> {
+    let [left, up, back] = KEY;
+    let to_key = camera.right * left + camera.up * up - camera.forward * back;
+    let cosine = back / to_key.length();
+    let full = FACING_RADIANCE * PI;
+    let light = |direction, irradiance: f64| Light::Directional {
+        direction,
+        irradiance: [irradiance as f32; 3],
+    };
+    vec![
+        light(camera.forward, full * HEADLIGHT),
+        light(-to_key, full * (1.0 - HEADLIGHT) / cosine),
+    ]
+}
+
+/// The box around all bounded appearances; empty if there is none.
+fn world_bounds(scene: &Scene, appearances: &Appearances) -> Aabb {
+    // Shapes are shared: a mesh is measured once.
+    let shapes = (0..scene.shapes.len() as u32).map(super::ShapeId);
+    let of_shape: Vec<Option<Aabb>> = shapes.map(|id| shape_bounds(scene, id)).collect();
+    let boxes = appearances.rows.iter().filter_map(|row| {
+        let corners = of_shape[row.shape.index()]?.corners();
+        let moved = corners.map(|p| DVec3::from_array(row.world_from_object.point(p.to_array())));
+        Some(Aabb::of_points(moved))
+    });
+    boxes.fold(Aabb::EMPTY, |all, b| all.union(&b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::{Cuboid, HalfSpace, Sphere};
+    use crate::scene::{Edge, Projection, SceneBuilder};
+
+    fn scene_of(center: DVec3, radius: f64) -> (Scene, Appearances) {
+        let mut scene = SceneBuilder::default();
+        let ball = scene.sphere("", Sphere { center, radius });
+        let ground = scene.half_space(
+            "",
+            HalfSpace {
+                normal: DVec3::Y,
+                offset: 0.0,
+            },
+        );
+        scene.instance("", Edge::shape(ball));
+        scene.instance("", Edge::shape(ground));
+        let scene = scene.finish().unwrap();
+        let appearances = Appearances::of(&scene).unwrap();
+        (scene, appearances)
+    }
+
+    #[test]
+    fn the_whole_scene_is_in_the_picture_at_any_size_and_aspect() {
+        for scale in [1e-12, 1.0, 1e9] {
+            for aspect in [0.25, 1.0, 3.0] {
+                let (center, half) = (DVec3::new(3.0, -1.0, 7.0) * scale, 2.0 * scale);
+                let mut scene = SceneBuilder::default();
+                let cuboid = Cuboid {
+                    min: center - half,
+                    max: center + half,
+                };
+                let shape = scene.cuboid("", cuboid);
+                scene.instance("", Edge::shape(shape));
+                let scene = scene.finish().unwrap();
+                let camera = default_camera(&scene, &Appearances::of(&scene).unwrap(), aspect);
+                let Projection::Perspective { half_height } = camera.projection else {
+                    panic!("the default view is perspective");
+                };
+                let mut widest: f64 = 0.0;
+                for p in Aabb::new(cuboid.min, cuboid.max).corners() {
+                    let p = p - camera.eye;
+                    let depth = p.dot(camera.forward);
+                    assert!(depth > 0.0);
+                    let y = p.dot(camera.up).abs() / (depth * half_height);
+                    let x = p.dot(camera.right).abs() / (depth * half_height * aspect);
+                    assert!(x < 1.0 && y < 1.0, "{x} {y} at aspect {aspect}");
+                    widest = widest.max(x).max(y);
+                }
+                assert!(widest > 0.6, "only {widest} of the picture is used");
+            }
+        }
+    }
+
+    #[test]
+    fn what_has_no_bounds_does_not_count() {
+        let (scene, appearances) = scene_of(DVec3::ZERO, 1.0);
+        let camera = default_camera(&scene, &appearances, 1.0);
+        assert!(camera.eye.length() < 10.0 && camera.eye.is_finite());
+    }
+
+    #[test]
+    fn a_white_surface_that_faces_the_camera_shows_0_9() {
+        let camera = Camera::perspective(DVec3::new(1.0, 2.0, 3.0), DVec3::ZERO, DVec3::Y, 35.0);
+        let radiance: f64 = default_lights(&camera)
+            .iter()
+            .map(|light| match light {
+                Light::Directional {
+                    direction,
+                    irradiance,
+                } => f64::from(irradiance[0]) * direction.normalize().dot(camera.forward) / PI,
+                Light::Point { .. } => panic!("the default lights are far away"),
+            })
+            .sum();
+        assert!((radiance - 0.9).abs() < 1e-6, "{radiance}");
+    }
+}

@@ -8,10 +8,19 @@
 
 mod dropped;
 mod error;
+mod flatten;
 mod folder;
+mod gltf;
+mod mesh_data;
+mod mtl;
+mod obj;
+mod ply;
+mod stl;
+mod text;
 
 pub use dropped::Dropped;
 pub use error::{LoadError, SaveError};
+pub use flatten::import_mesh;
 pub use folder::Folder;
 
 use crate::scene::{Scene, SceneBuilder};
@@ -49,16 +58,25 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
 
 fn import(
     path: &Path,
-    _options: &LoadOptions,
-    _scene: &mut SceneBuilder,
-    _dropped: &mut Dropped,
+    options: &LoadOptions,
+    scene: &mut SceneBuilder,
+    dropped: &mut Dropped,
 ) -> Result<(), LoadError> {
-    let extension = path
-        .extension()
+    match &*extension(path) {
+        "gltf" | "glb" => gltf::import(path, options, scene, dropped),
+        "obj" => obj::import(path, options, scene, dropped),
+        "ply" => ply::import(path, options, scene, dropped),
+        "stl" => stl::import(path, options, scene, dropped),
+        other => Err(LoadError::UnknownFormat {
+            path: path.into(),
+            extension: other.into(),
+        }),
+    }
+}
+
+/// In lower case, without the dot.
+fn extension(path: &Path) -> String {
+    path.extension()
         .map(|e| e.to_string_lossy().to_lowercase())
-        .unwrap_or_default();
-    Err(LoadError::UnknownFormat {
-        path: path.into(),
-        extension,
-    })
+        .unwrap_or_default()
 }

@@ -178,7 +178,8 @@ pub(super) fn finite(word: &str) -> Option<f64> {
 
 /// `position/texture/normal`, where the latter two may be missing. Rows count
 /// from 1, or backwards from the last one so far; the file may define the
-/// positive ones later, so they are checked when it is read.
+/// positive ones later, so they are checked when it is read. A normal that is
+/// not there is none: files without any refer to some all the same.
 fn corner(path: &Path, line: (usize, &str), word: &str, all: &Lines) -> Result<Corner, LoadError> {
     let row = |part: &str, what: &str, count: usize| {
         let wrong = |why: String| syntax(path, line, word, why);
@@ -204,7 +205,7 @@ fn corner(path: &Path, line: (usize, &str), word: &str, all: &Lines) -> Result<C
     )?;
     let normal = match parts.nth(1) {
         None | Some("") => None,
-        Some(part) => Some(row(part, "normal", all.normals.len())?),
+        Some(part) => row(part, "normal", all.normals.len()).ok(),
     };
     Ok((position, normal))
 }
@@ -246,7 +247,9 @@ fn join(
     mut known: HashMap<String, Material>,
     dropped: &mut Dropped,
 ) -> Result<Obj, LoadError> {
-    let smooth = lines.corners.iter().filter(|c| c.1.is_some()).count();
+    let normal_of = |corner: &Corner| lines.normals.get(corner.1? as usize);
+    let smooth = lines.corners.iter().filter(|c| normal_of(c).is_some());
+    let smooth = smooth.count();
     let with_normals = smooth == lines.corners.len();
     if smooth > 0 && !with_normals {
         dropped.add("normals of a mesh where only some corners have them");
@@ -271,33 +274,28 @@ fn join(
     let mut first = 0;
     for (end, line, material) in &lines.faces {
         fan.clear();
-        for (position, normal) in &lines.corners[first..*end] {
-            let wrong = |what: &str, row: u32, count: usize| LoadError::Syntax {
-                path: path.into(),
-                line: *line,
-                column: 1,
-                message: format!(
-                    "there is no {what} {}: the file has {count}",
-                    u64::from(row) + 1
-                ),
+        for corner in &lines.corners[first..*end] {
+            let (position, normal) = *corner;
+            let Some(at) = lines.positions.get(position as usize) else {
+                return Err(LoadError::Syntax {
+                    path: path.into(),
+                    line: *line,
+                    column: 1,
+                    message: format!(
+                        "there is no vertex {}: the file has {}",
+                        u64::from(position) + 1,
+                        lines.positions.len()
+                    ),
+                });
             };
-            let Some(at) = lines.positions.get(*position as usize) else {
-                return Err(wrong("vertex", *position, lines.positions.len()));
-            };
-            let direction = match normal {
-                None => [0.0; 3],
-                Some(n) => *lines
-                    .normals
-                    .get(*n as usize)
-                    .ok_or_else(|| wrong("normal", *n, lines.normals.len()))?,
-            };
-            let key = (*position, normal.filter(|_| with_normals));
+            let key = (position, normal.filter(|_| with_normals));
             let next = mesh.positions.len() as u32;
             let row = *vertex.entry(key).or_insert(next);
             if row == next {
                 mesh.positions.push(*at);
                 if with_normals {
-                    mesh.normals.push(direction.map(|x| x as f32));
+                    let normal = normal_of(corner).copied().unwrap_or_default();
+                    mesh.normals.push(normal.map(|x| x as f32));
                 }
             }
             fan.push(row);

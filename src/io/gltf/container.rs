@@ -2,12 +2,14 @@
 //!
 //! Nothing here trusts a length. The document is the gltf crate's plain data,
 //! not validated by it: the crate refuses some valid files and its readers
-//! panic on some wrong ones, so every index is checked where it is used.
+//! panic on some wrong ones, so every index is checked where it is used. Where
+//! even its parser is too strict, the parts that are not imported are left out.
 
 use super::super::LoadError;
 use super::super::text::one_line;
 use gltf::json::Root;
 use serde::Deserialize;
+use serde_json::Value;
 use std::path::Path;
 
 /// Extensions that may be required: they are imported, or they only concern
@@ -111,6 +113,8 @@ pub(super) struct Document {
     pub root: Root,
     /// One per node.
     pub placements: Vec<Placement>,
+    /// What is in the file, maybe no longer in `root`: its kind and number.
+    pub unread: Vec<(&'static str, usize)>,
 }
 
 /// Parses the JSON, after the version and the required extensions.
@@ -156,12 +160,57 @@ pub(super) fn parse(path: &Path, json: &[u8]) -> Result<Document, LoadError> {
         let what = format!("the required extension '{}'", one_line(name));
         return Err(unsupported(path, &what, "export the file without it"));
     }
-    let root: Root = serde_json::from_slice(json).map_err(syntax)?;
     let nodes: Nodes = serde_json::from_slice(json).map_err(syntax)?;
+    let (root, unread) = match serde_json::from_slice::<Root>(json) {
+        Ok(root) => {
+            let unread = vec![
+                ("texture", root.textures.len()),
+                ("animation", root.animations.len()),
+                ("skin", root.skins.len()),
+            ];
+            (root, unread)
+        }
+        // The crate wants properties that the specification or an extension
+        // leaves out. The first error is the one with a line.
+        Err(first) => without_unread(json).ok_or_else(|| syntax(first))?,
+    };
     Ok(Document {
         root,
         placements: nodes.nodes,
+        unread,
     })
+}
+
+/// The document without the parts that are not imported anyhow, and with the
+/// empty list of nodes that a scene may leave out.
+fn without_unread(json: &[u8]) -> Option<(Root, Vec<(&'static str, usize)>)> {
+    let mut all: Value = serde_json::from_slice(json).ok()?;
+    let mut unread = Vec::new();
+    for (key, what) in [
+        ("textures", "texture"),
+        ("animations", "animation"),
+        ("skins", "skin"),
+        ("images", ""),
+        ("samplers", ""),
+    ] {
+        match all.as_object_mut()?.remove(key) {
+            None => {}
+            Some(Value::Array(list)) if list.iter().all(Value::is_object) => {
+                if !what.is_empty() {
+                    unread.push((what, list.len()));
+                }
+            }
+            Some(_) => return None,
+        }
+    }
+    if let Some(scenes) = all.get_mut("scenes").and_then(Value::as_array_mut) {
+        for scene in scenes.iter_mut().filter_map(Value::as_object_mut) {
+            scene
+                .entry("nodes")
+                .or_insert_with(|| Value::Array(Vec::new()));
+        }
+    }
+    Some((serde_json::from_value(all).ok()?, unread))
 }
 
 const TO_TWO: &str = "convert the file to glTF 2.0";

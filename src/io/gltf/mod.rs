@@ -73,7 +73,11 @@ pub(super) fn import(
 ) -> Result<(), LoadError> {
     let bytes = super::folder::read(path)?;
     let chunks = container::split(path, &bytes)?;
-    let container::Document { root, placements } = container::parse(path, chunks.json)?;
+    let container::Document {
+        root,
+        placements,
+        unread,
+    } = container::parse(path, chunks.json)?;
     let folder = Folder::of(path, options.allow_outside);
     let buffers = Buffers::read(path, &root, chunks.bin, &folder)?;
     let size = bytes.len() as u64 + buffers.total();
@@ -83,16 +87,16 @@ pub(super) fn import(
         buffers,
         budget: Cell::new(FREE_ELEMENTS + 4 * size),
     };
+    for (what, count) in unread {
+        dropped.add_many(what, count);
+    }
     left_out(&file.root, dropped);
     let materials = material::import(&file, scene, dropped);
     nodes::import(&file, &placements, &materials, scene, dropped)
 }
 
-/// Counts what the document holds and this importer does not read.
+/// Counts what meshes and extensions hold and this importer does not read.
 fn left_out(root: &Root, dropped: &mut Dropped) {
-    dropped.add_many("texture", root.textures.len());
-    dropped.add_many("animation", root.animations.len());
-    dropped.add_many("skin", root.skins.len());
     for primitive in root.meshes.iter().flat_map(|m| &m.primitives) {
         let targets = primitive.targets.as_ref().map_or(0, Vec::len);
         dropped.add_many("morph target", targets);

@@ -3,6 +3,7 @@
 pub mod geom;
 pub mod io;
 pub mod math;
+pub mod measure;
 pub mod reference;
 pub mod render;
 pub mod scene;

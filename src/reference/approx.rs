@@ -82,6 +82,20 @@ impl Approx {
         f64::max(self.hi(), -self.lo())
     }
 
+    /// NaN is not certain of anything.
+    pub fn certainly_above(self, limit: f64) -> bool {
+        self.lo() > limit
+    }
+
+    pub fn certainly_below(self, limit: f64) -> bool {
+        self.hi() < limit
+    }
+
+    /// In magnitude.
+    pub fn certainly_beyond(self, reach: f64) -> bool {
+        self.abs_lo() > reach
+    }
+
     /// Whether the sign is certain.
     pub fn is_signed(self) -> bool {
         self.value.abs() > self.error
@@ -136,7 +150,11 @@ impl Approx {
     }
 
     pub fn at_least(self, other: Approx) -> Verdict {
-        self.less(other).not()
+        let less = self.less(other);
+        Verdict {
+            holds: !less.holds,
+            ..less
+        }
     }
 
     pub fn at_least_zero(self) -> Verdict {
@@ -232,13 +250,6 @@ impl Verdict {
 
     pub fn is_yes(self) -> bool {
         self == Verdict::YES
-    }
-
-    pub fn not(self) -> Verdict {
-        Verdict {
-            holds: !self.holds,
-            ..self
-        }
     }
 
     pub fn and(self, other: Verdict) -> Verdict {

@@ -69,7 +69,8 @@ impl Bounds {
             far = f64::min(far, f64::max(a, b));
         }
         // Overflow to NaN must not cull.
-        (!(near > far)).then_some(near)
+        let missed = near > far;
+        (!missed).then_some(near)
     }
 }
 

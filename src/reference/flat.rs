@@ -67,7 +67,7 @@ fn clip(ray: &NearRay, planes: impl Iterator<Item = ([f64; 3], f64)>, out: &mut 
         let n = exact3(normal);
         let speed = dot(n, ray.dir);
         let height = dot(n, ray.org) - Approx::exact(offset);
-        if speed.is_exactly_zero() || height.abs_lo() > speed.abs_hi() * ray.reach {
+        if speed.is_exactly_zero() || height.certainly_beyond(speed.abs_hi() * ray.reach) {
             // On one side all along.
             inside = inside.and((-height).at_least_zero());
         } else if !speed.is_signed() {
@@ -90,8 +90,8 @@ fn clip(ray: &NearRay, planes: impl Iterator<Item = ([f64; 3], f64)>, out: &mut 
     exists.certain &= !lost;
     // At an edge two planes are last, within rounding: both are listed, for
     // their normals differ.
-    let enters = enter.iter().filter(|(t, _)| !(t.hi() < first.lo()));
-    let leaves = leave.iter().filter(|(t, _)| !(t.lo() > last.hi()));
+    let enters = enter.iter().filter(|(t, _)| !t.certainly_below(first.lo()));
+    let leaves = leave.iter().filter(|(t, _)| !t.certainly_above(last.hi()));
     for (t, normal) in enters.chain(leaves) {
         let mut t = *t;
         if lost {

@@ -7,8 +7,8 @@
 //! [`Answer::perhaps`] lists all that exact arithmetic might say.
 //!
 //! Primitives are seen from both sides; a ray that starts inside a solid meets
-//! its far side. Hits count where 0 < t < t_max. Where two are equally near, the
-//! lower (instance, primitive) is the answer.
+//! its far side. Hits count where 0 < t < t_max. Where two are equally near, as
+//! far as f64 can tell, the lower (instance, primitive) is the answer.
 //!
 //! [`Reference::new`] prunes by a median-split tree of its own;
 //! [`Reference::brute_force`] looks at everything. tests/reference.rs compares.
@@ -70,7 +70,8 @@ pub struct Hit {
 pub struct Answer {
     /// By plain f64; `None` is a miss.
     pub outcome: Option<Hit>,
-    /// All that exact arithmetic may say, in no order; one alone if certain.
+    /// All that exact arithmetic may say, by id, a miss first; one alone if
+    /// certain.
     pub perhaps: Vec<Option<Hit>>,
     /// More than one.
     pub doubt: bool,
@@ -144,22 +145,33 @@ impl<'a> Reference<'a> {
             if crossing.exists.is_yes() {
                 limit = f64::min(limit, crossing.t.hi());
             }
-            if !(crossing.t.lo() > limit) {
+            if !crossing.t.certainly_above(limit) {
                 found.push((instance, crossing));
             }
             limit
         });
-        found.retain(|(_, c)| !(c.t.lo() > limit));
+        found.retain(|(_, c)| !c.t.certainly_above(limit));
 
         let hits = || found.iter().map(|(i, c)| (c.exists, self.hit(*i, c)));
-        let outcome = hits()
-            .filter(|(exists, _)| exists.holds)
-            .map(|(_, hit)| hit)
+        let holding = || hits().filter(|(e, _)| e.holds).map(|(_, hit)| hit);
+        // Equally near within rounding is taken for equally near: faces that
+        // coincide do.
+        let reach = holding()
+            .min_by(|a, b| a.t.total_cmp(&b.t))
+            .map(|hit| hit.t + hit.t_error);
+        let outcome = holding()
+            .filter(|hit| reach.is_some_and(|reach| hit.t - hit.t_error <= reach))
             .min_by(|a, b| {
                 let ids = |h: &Hit| (h.instance, h.primitive);
-                a.t.total_cmp(&b.t).then(ids(a).cmp(&ids(b)))
+                ids(a).cmp(&ids(b)).then(a.t.total_cmp(&b.t))
             });
         let mut perhaps: Vec<Option<Hit>> = hits().map(|(_, hit)| Some(hit)).collect();
+        // Whatever order a tree found them in.
+        perhaps.sort_by(|a, b| {
+            let key = |h: &Option<Hit>| h.map(|h| (h.instance, h.primitive));
+            let t = |h: &Option<Hit>| h.map_or(0.0, |h| h.t);
+            key(a).cmp(&key(b)).then(t(a).total_cmp(&t(b)))
+        });
         if !found.iter().any(|(_, c)| c.exists.is_yes()) {
             perhaps.push(None);
         }

@@ -25,7 +25,7 @@ impl Root {
 /// The root of b·t + c.
 pub fn linear(b: Approx, c: Approx, reach: f64) -> Option<Root> {
     // A surface that the ray lies in, or runs beside, is not crossed.
-    if b.is_exactly_zero() || c.abs_lo() > b.abs_hi() * reach {
+    if b.is_exactly_zero() || c.certainly_beyond(b.abs_hi() * reach) {
         return None;
     }
     if !b.is_signed() {
@@ -42,7 +42,7 @@ pub fn linear(b: Approx, c: Approx, reach: f64) -> Option<Root> {
 
 /// The roots of a·t² + 2b·t + c.
 pub fn quadratic(a: Approx, b: Approx, c: Approx, reach: f64) -> [Option<Root>; 2] {
-    if c.abs_lo() > (a.abs_hi() * reach + 2.0 * b.abs_hi()) * reach {
+    if c.certainly_beyond((a.abs_hi() * reach + 2.0 * b.abs_hi()) * reach) {
         return [None; 2];
     }
     let discriminant = b.squared() - a * c;
@@ -54,12 +54,12 @@ pub fn quadratic(a: Approx, b: Approx, c: Approx, reach: f64) -> [Option<Root>; 
     let (minus, plus) = (-b - root, root - b);
     [(minus, plus), (plus, minus)].map(|(top, other)| {
         // The root that goes to infinity as a goes to 0.
-        if top.abs_lo() > a.abs_hi() * reach {
+        if top.certainly_beyond(a.abs_hi() * reach) {
             return None;
         }
         // Both are the root; which one cancels depends on the sign of b.
         let t = (top / a).or_sharper(c / other);
-        if !(t.error < f64::INFINITY) {
+        if !t.error.is_finite() {
             return Some(Root::lost(reach));
         }
         within(Root { t, exists }, reach)
@@ -67,5 +67,5 @@ pub fn quadratic(a: Approx, b: Approx, c: Approx, reach: f64) -> [Option<Root>; 
 }
 
 fn within(root: Root, reach: f64) -> Option<Root> {
-    (!(root.t.abs_lo() > reach)).then_some(root)
+    (!root.t.certainly_beyond(reach)).then_some(root)
 }

@@ -1,0 +1,3 @@
+//! Measurements: how wrong, how fast.
+
+pub mod verify;

@@ -7,6 +7,7 @@ pub mod io;
 pub mod math;
 pub mod measure;
 pub mod plan;
+pub mod reference;
 pub mod render;
 pub mod scene;
 pub mod shade;

@@ -63,7 +63,7 @@ pub struct BenchArgs {
 #[derive(Args)]
 pub struct PlanArgs {
     /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl
-    pub scene: PathBuf,
+    pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub common: CommonArgs,
 }

@@ -6,7 +6,6 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub enum CliError {
     /// A check ran to its end and fell short.
-    #[allow(dead_code)] // Until `verify` is joined on.
     #[error("{0}")]
     Short(String),
     #[error("{0}")]

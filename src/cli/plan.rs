@@ -2,13 +2,120 @@
 
 use super::args::{PlanArgs, RENDER_SIZE};
 use super::error::CliError;
-use super::output::check_destinations;
-use super::{not_yet, scene};
+use super::output::{Results, check_destinations};
+use super::pipeline::{Prepared, prepare};
+use crate::accel::World;
+use crate::measure::{Stats, Watch};
+use crate::scene::{Shape, Tables};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// What `--json` writes.
+#[derive(Debug, Serialize)]
+struct Report {
+    appearances: usize,
+    /// Appearances of each kind of shape.
+    shapes: BTreeMap<&'static str, usize>,
+    triangles: usize,
+    lights: usize,
+    materials: usize,
+    choices: Vec<Choice>,
+    /// Bytes.
+    tables: BTreeMap<&'static str, usize>,
+    /// Bytes.
+    trees: BTreeMap<&'static str, usize>,
+    /// Expected cost of a random ray through the top tree, in primitive tests.
+    top_tree_sah: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Choice {
+    what: &'static str,
+    choice: String,
+    why: String,
+}
 
 pub fn run(args: &PlanArgs) -> Result<(), CliError> {
-    let _config = args.common.config(RENDER_SIZE)?;
-    check_destinations(&[&args.scene], &[], args.common.sinks())?;
-    let _scene = scene::load(&args.scene, &args.common.load_options())?;
-    // ==== PIPELINE: plan → print ====
-    Err(not_yet("plan"))
+    let config = args.common.config(RENDER_SIZE)?;
+    let inputs: Vec<_> = args.scene.as_deref().into_iter().collect();
+    check_destinations(&inputs, &[], args.common.sinks())?;
+    let (mut watch, mut stats) = (Watch::start(), Stats::default());
+    let prepared = prepare(
+        args.scene.as_deref(),
+        &args.common.load_options(),
+        &config,
+        &mut watch,
+        &mut stats,
+    )?;
+    let world = prepared.world(&mut watch, &mut stats);
+    stats.finish();
+    let report = report(&prepared, &world);
+    let mut results = Results::default();
+    results.add(&args.common.stats, &stats)?;
+    results.add(&args.common.json, &report)?;
+    results.commit(&for_people(&report))
+}
+
+fn report(prepared: &Prepared, world: &World) -> Report {
+    let scene: &Tables = &prepared.scene;
+    let mut shapes = BTreeMap::new();
+    for row in &prepared.appearances.rows {
+        let kind = match scene.shapes.row(row.shape) {
+            Shape::HalfSpace(_) => "half-space",
+            Shape::Sphere(_) => "sphere",
+            Shape::Ellipsoid(_) => "ellipsoid",
+            Shape::Cylinder(_) => "cylinder",
+            Shape::Cone(_) => "cone",
+            Shape::Cuboid(_) => "box",
+            Shape::Polyhedron(_) => "polyhedron",
+            Shape::Polygon(_) => "polygon",
+            Shape::Mesh(_) => "mesh",
+        };
+        *shapes.entry(kind).or_default() += 1;
+    }
+    let reasons = prepared.plan.reasons.iter();
+    Report {
+        appearances: prepared.appearances.len(),
+        shapes,
+        triangles: scene.meshes.triangles.len(),
+        lights: scene.lights.len(),
+        materials: scene.materials.len(),
+        choices: reasons
+            .map(|(what, choice, why)| Choice {
+                what,
+                choice: choice.clone(),
+                why: why.clone(),
+            })
+            .collect(),
+        tables: scene.bytes().into_iter().collect(),
+        trees: world.bytes().into_iter().collect(),
+        top_tree_sah: world.top.sah,
+    }
+}
+
+fn for_people(report: &Report) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = writeln!(
+        text,
+        "{} appearances, {} stored triangles, {} lights, {} materials",
+        report.appearances, report.triangles, report.lights, report.materials
+    );
+    for (kind, count) in &report.shapes {
+        let _ = writeln!(text, "  {count:>10} × {kind}");
+    }
+    let _ = writeln!(text, "\nchoices");
+    for choice in &report.choices {
+        let Choice { what, choice, why } = choice;
+        let _ = writeln!(text, "  {what:<16} {choice:<30} {why}");
+    }
+    for (title, bytes) in [("tables", &report.tables), ("trees", &report.trees)] {
+        let total: usize = bytes.values().sum();
+        let _ = writeln!(text, "\n{title}: {total} bytes");
+        for (name, bytes) in bytes {
+            let _ = writeln!(text, "  {name:<16} {bytes:>12}");
+        }
+    }
+    text
 }

@@ -38,7 +38,8 @@ pub struct View<'w> {
 pub struct Rendered {
     pub picture: Picture,
     pub counts: RayCounts,
-    /// Every ray and its answer, if asked for; in no particular order of tiles.
+    /// Every ray and its answer, if asked for: pixel by pixel, and there in the
+    /// order in which they were traced.
     pub record: Vec<TracedRay>,
 }
 
@@ -97,7 +98,10 @@ pub fn render(
     if progress.is_cancelled() {
         return Err(Interrupted);
     }
-    Ok(done.into_inner().unwrap_or_else(|e| e.into_inner()))
+    let mut done = done.into_inner().unwrap_or_else(|e| e.into_inner());
+    // Stable: a pixel's rays lie in one tile and keep their order.
+    done.record.sort_by_key(|ray| ray.pixel);
+    Ok(done)
 }
 
 struct Tile<'a> {

@@ -1,7 +1,7 @@
 //! A view and lights for scenes that bring none.
 //!
-//! The view looks from front-right-above and holds the sphere around all
-//! bounded appearances. The lights hang on the camera: a headlight, and a
+//! The view looks from front-right-above and holds the boxes of all bounded
+//! appearances, as large as they fit. The lights hang on the camera: a headlight, and a
 //! weaker key light from its upper left, so that shape reads. Together they
 //! give a white Lambert surface that faces the camera a radiance of 0.9.
 
@@ -14,8 +14,8 @@ use std::f64::consts::PI;
 /// From the middle of the scene towards the eye.
 const TOWARDS_EYE: DVec3 = DVec3::new(0.5, 0.35, 0.8);
 const FOV_Y: f64 = 35.0;
-/// The sphere is this much smaller than the picture.
-const MARGIN: f64 = 1.05;
+/// What is framed is this much smaller than the picture.
+const MARGIN: f64 = 1.08;
 
 /// What a white surface that faces the camera shows.
 const FACING_RADIANCE: f64 = 0.9;
@@ -26,21 +26,37 @@ const KEY: [f64; 3] = [-0.6, 0.7, 0.75];
 
 /// A view of everything that has bounds; `aspect` is width over height.
 pub fn default_camera(scene: &Scene, appearances: &Appearances, aspect: f64) -> Camera {
-    let bounds = world_bounds(scene, appearances);
-    let (center, radius) = if bounds.is_empty() || bounds.max_abs() > 1e150 {
-        // Only half-spaces, or something too large for any view.
-        (DVec3::ZERO, 1.0)
-    } else {
+    let corners = world_corners(scene, appearances);
+    let bounds = Aabb::of_points(corners.iter().copied());
+    let framed = !bounds.is_empty() && bounds.max_abs() < 1e150;
+    // Only half-spaces, or something too large for any view: a unit sphere.
+    let (center, radius) = if framed {
         (bounds.center(), bounds.diagonal() * 0.5)
+    } else {
+        (DVec3::ZERO, 1.0)
     };
     // A scene may be one point of a huge coordinate: never closer than
     // rounding can tell.
-    let radius = radius.max(center.abs().max_element() * 1e-12).max(1e-300);
-    // A sphere touches a cone of half angle a from the distance r / sin(a).
-    let half_y = FOV_Y.to_radians() * 0.5;
-    let half_x = libm::atan(libm::tan(half_y) * aspect);
-    let distance = radius * MARGIN / libm::sin(half_y.min(half_x));
-    let eye = center + TOWARDS_EYE.normalize() * distance;
+    let least = (center.abs().max_element() * 1e-12).max(1e-300);
+    let back = TOWARDS_EYE.normalize();
+    let axes = Camera::perspective(center + back, center, DVec3::Y, FOV_Y);
+    let tan_y = libm::tan(FOV_Y.to_radians() * 0.5);
+    let tan_x = tan_y * aspect;
+    // A point at depth z before the centre, x aside, is inside the picture from
+    // the distance z + |x| / tan.
+    let needed = |p: &DVec3| {
+        let p = *p - center;
+        let aside = (p.dot(axes.right).abs() / tan_x).max(p.dot(axes.up).abs() / tan_y);
+        p.dot(back) + aside * MARGIN
+    };
+    let distance = if framed {
+        corners.iter().map(needed).fold(0.0, f64::max)
+    } else {
+        radius * MARGIN / libm::sin(libm::atan(tan_y.min(tan_x)))
+    };
+    // Outside the sphere of half the size in any case: a flat scene seen along
+    // its plane would bring the eye into it.
+    let eye = center + back * distance.max(radius).max(least);
     Camera::perspective(eye, center, DVec3::Y, FOV_Y)
 }
 
@@ -60,17 +76,16 @@ pub fn default_lights(camera: &Camera) -> Vec<Light> {
     ]
 }
 
-/// The box around all bounded appearances; empty if there is none.
-fn world_bounds(scene: &Scene, appearances: &Appearances) -> Aabb {
+/// Corners of the boxes of all bounded appearances, in world space.
+fn world_corners(scene: &Scene, appearances: &Appearances) -> Vec<DVec3> {
     // Shapes are shared: a mesh is measured once.
     let shapes = (0..scene.shapes.len() as u32).map(super::ShapeId);
     let of_shape: Vec<Option<Aabb>> = shapes.map(|id| shape_bounds(scene, id)).collect();
     let boxes = appearances.rows.iter().filter_map(|row| {
         let corners = of_shape[row.shape.index()]?.corners();
-        let moved = corners.map(|p| DVec3::from_array(row.world_from_object.point(p.to_array())));
-        Some(Aabb::of_points(moved))
+        Some(corners.map(|p| DVec3::from_array(row.world_from_object.point(p.to_array()))))
     });
-    boxes.fold(Aabb::EMPTY, |all, b| all.union(&b))
+    boxes.flatten().collect()
 }
 
 #[cfg(test)]

@@ -378,7 +378,38 @@ fn solids(scene: &Tables) -> Result<(), SceneError> {
     Ok(())
 }
 
+/// How many normals each row brought: its range ends where the next one's
+/// begins.
+fn normal_counts(first: &[Option<u32>], total: usize) -> Vec<Option<usize>> {
+    let mut end = total;
+    let mut counts = vec![None; first.len()];
+    for (count, first) in counts.iter_mut().zip(first).rev() {
+        if let Some(first) = first {
+            *count = Some(end - *first as usize);
+            end = *first as usize;
+        }
+    }
+    counts
+}
+
+fn normal_count(
+    what: impl FnOnce() -> String,
+    normals: Option<usize>,
+    vertices: usize,
+) -> Result<(), SceneError> {
+    match normals {
+        Some(normals) if normals != vertices => Err(SceneError::NormalCount {
+            what: what(),
+            normals,
+            vertices,
+        }),
+        _ => Ok(()),
+    }
+}
+
 fn polygons(scene: &Tables) -> Result<(), SceneError> {
+    let table = &scene.polygons;
+    let counts = normal_counts(&table.normals_of, table.normals.len());
     for i in 0..scene.shapes.len() {
         let Shape::Polygon(id) = scene.shapes.rows[i] else {
             continue;
@@ -394,6 +425,7 @@ fn polygons(scene: &Tables) -> Result<(), SceneError> {
         for p in points {
             finite3(what, "points", *p)?;
         }
+        normal_count(what, counts[id.index()], points.len())?;
         for n in scene.polygons.normals(id).into_iter().flatten() {
             finite3(what, "normals", *n)?;
         }
@@ -434,12 +466,20 @@ fn polyhedra(scene: &Tables) -> Result<(), SceneError> {
 }
 
 fn meshes(scene: &Tables) -> Result<(), SceneError> {
+    let table = &scene.meshes;
+    let counts = normal_counts(&table.normals_of, table.normals.len());
     for i in 0..scene.shapes.len() {
         let Shape::Mesh(id) = scene.shapes.rows[i] else {
             continue;
         };
         let what = || shape_label(scene, i as u32);
-        let mesh = scene.meshes.row(id);
+        // Before the row is read: it slices the normals.
+        normal_count(
+            what,
+            counts[id.index()],
+            table.vertices_of[id.index()].len(),
+        )?;
+        let mesh = table.row(id);
         if mesh.triangles.is_empty() {
             return Err(SceneError::Empty {
                 what: what(),

@@ -429,8 +429,11 @@ fn polygons(scene: &Tables) -> Result<(), SceneError> {
         for n in scene.polygons.normals(id).into_iter().flatten() {
             finite3(what, "normals", *n)?;
         }
-        crate::geom::polygon_plane(points)
-            .map_err(|why| SceneError::Degenerate { what: what(), why })?;
+        let degenerate = |why| SceneError::Degenerate { what: what(), why };
+        let (normal, _) = crate::geom::polygon_plane(points).map_err(degenerate)?;
+        if !normal.is_finite() {
+            return Err(degenerate("its points are too far apart to measure".into()));
+        }
     }
     Ok(())
 }

@@ -166,8 +166,23 @@ fn cycles(scene: &Tables) -> Result<(), SceneError> {
     children_first(scene)
         .map(|_| ())
         .map_err(|path| SceneError::Cycle {
-            path: path.iter().map(|n| scene.nodes.names.label(*n)).collect(),
+            path: shown(&path, |n| scene.nodes.names.label(*n)),
         })
+}
+
+/// Labels of a path that may have a million nodes: a message stays short.
+fn shown(path: &[u32], label: impl Fn(&u32) -> String) -> Vec<String> {
+    const ENDS: usize = 5;
+    if path.len() <= 2 * ENDS + 1 {
+        return path.iter().map(label).collect();
+    }
+    let (head, tail) = (&path[..ENDS], &path[path.len() - ENDS..]);
+    let between = format!("({} more)", path.len() - 2 * ENDS);
+    head.iter()
+        .map(&label)
+        .chain([between])
+        .chain(tail.iter().map(&label))
+        .collect()
 }
 
 /// The nodes, each after all of its children; or a cycle, first node repeated.

@@ -62,6 +62,11 @@ pub enum SceneError {
     NothingToSee,
     #[error("the scene unfolds into {count} appearances of shapes; at most {limit} are supported")]
     TooManyAppearances { count: u64, limit: u64 },
+    #[error(
+        "the scene unfolds into {count} nodes, counting shared ones as often as they appear; \
+         at most {limit} are supported: use shorter chains of nodes"
+    )]
+    TooManyNodes { count: u64, limit: u64 },
 }
 
 pub(super) fn check(scene: &Tables) -> Result<(), SceneError> {

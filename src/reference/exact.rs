@@ -96,6 +96,11 @@ impl Fraction {
 }
 
 impl Dyadic {
+    /// The integer with a power no higher than its own.
+    fn at_power(&self, power: i64) -> BigInt {
+        &self.integer << (self.power - power)
+    }
+
     fn sign(&self) -> Sign {
         self.integer.sign()
     }
@@ -133,9 +138,8 @@ impl Add for &Dyadic {
     type Output = Dyadic;
     fn add(self, o: &Dyadic) -> Dyadic {
         let power = self.power.min(o.power);
-        let aligned = |x: &Dyadic| &x.integer << (x.power - power);
         Dyadic {
-            integer: aligned(self) + aligned(o),
+            integer: self.at_power(power) + o.at_power(power),
             power,
         }
     }
@@ -185,4 +189,66 @@ fn cross(a: &Vector, b: &Vector) -> Vector {
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
         &(&a[i] * &b[j]) - &(&a[j] * &b[i])
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Numbers of all sizes, with many bits or few.
+    fn number() -> impl Strategy<Value = f64> {
+        (-1.0..1.0_f64, -40..40_i32, any::<bool>()).prop_map(|(x, power, short)| {
+            let x = if short { f64::from(x as f32) } else { x };
+            x * 2.0_f64.powi(power)
+        })
+    }
+
+    fn encloses(a: Approx, exact: &Dyadic) -> bool {
+        let above = &Dyadic::from(a.value) + &Dyadic::from(a.error);
+        let below = &Dyadic::from(a.value) - &Dyadic::from(a.error);
+        (&above - exact).order().is_ge() && (exact - &below).order().is_ge()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig {
+            failure_persistence: None,
+            ..ProptestConfig::with_cases(20_000)
+        })]
+
+        /// The error bounds hold, and the bounds of the enclosure too.
+        #[test]
+        fn errors_are_bounds(a in number(), b in number(), c in number(), d in number()) {
+            let [x, y, z, w] = [a, b, c, d].map(Approx::exact);
+            let approx = (x * y - z * w) * (x + z) - w;
+            let [x, y, z, w] = [a, b, c, d].map(Dyadic::from);
+            let exact = &(&(&(&x * &y) - &(&z * &w)) * &(&x + &z)) - &w;
+            prop_assert!(encloses(approx, &exact), "{approx:?}");
+            prop_assert!((&exact - &Dyadic::from(approx.lo())).order().is_ge());
+            prop_assert!((&Dyadic::from(approx.hi()) - &exact).order().is_ge());
+            // A quotient, multiplied out again; a root, squared.
+            let q = approx / Approx::exact(b);
+            if q.error.is_finite() {
+                let (lo, hi) = (&Dyadic::from(q.lo()) * &y, &Dyadic::from(q.hi()) * &y);
+                let (lo, hi) = if b > 0.0 { (lo, hi) } else { (hi, lo) };
+                prop_assert!((&exact - &lo).order().is_ge() && (&hi - &exact).order().is_ge());
+            }
+            let root = approx.sqrt();
+            let square = |x: f64| &Dyadic::from(x) * &Dyadic::from(x);
+            if exact.order().is_gt() {
+                prop_assert!((&square(root.hi()) - &exact).order().is_ge());
+                prop_assert!((&exact - &square(root.lo().max(0.0))).order().is_ge());
+            }
+        }
+
+        #[test]
+        fn fractions_become_numbers(a in number(), b in number()) {
+            prop_assume!(b != 0.0);
+            let sign = b.signum();
+            let f = Fraction { top: Dyadic::from(a * sign), bottom: Dyadic::from(b * sign) };
+            let t = f.approx();
+            prop_assert!((t.value - a / b).abs() <= t.error + (a / b).abs() * 1e-16);
+            prop_assert!(f.compare_number(t.lo()).is_ge() && f.compare_number(t.hi()).is_le());
+        }
+    }
 }

@@ -501,16 +501,15 @@ fn triangle_hits_normals_edges_and_ties() {
         (hit.t, hit.primitive, hit.normal),
         (3.0, 1, [0.0, 0.0, 1.0])
     );
-    // On the diagonal both are met at one t: the lower id, and both are listed.
-    let answer = expect_doubt(square, [0.5, 0.5, 3.0], down);
-    assert_eq!(answer.outcome.map(|h| h.primitive), Some(0));
-    for id in [0, 1] {
-        assert!(answer.perhaps.iter().flatten().any(|h| h.primitive == id));
+    // On the diagonal both are met at one t: the lower id, exactly.
+    let hit = certain(&ask(square, [0.5, 0.5, 3.0], down));
+    assert_eq!((hit.t, hit.primitive), (1.5, 0));
+    // The rim belongs to it, and its corners; one step beside it does not.
+    for (x, y) in [(1.0, 0.5), (0.5, 0.0), (0.0, 1.0), (1.0, 1.0)] {
+        assert_eq!(certain(&ask(square, [x, y, 3.0], down)).t, 1.5);
     }
-    // On the rim it may be a miss.
-    let answer = expect_doubt(square, [1.0, 0.5, 3.0], down);
-    assert!(answer.perhaps.contains(&None));
-    expect_miss(square, [1.0 + 1e-12, 0.5, 3.0], down);
+    expect_miss(square, [1.0_f64.next_up(), 0.5, 3.0], down);
+    expect_miss(square, [0.5, -f64::MIN_POSITIVE, 3.0], down);
     expect_miss(square, [0.5, 0.5, 3.0], [0.0, 0.0, 2.0]);
     // In its plane: D = 0 never hits.
     expect_miss(square, [-1.0, 0.5, 0.0], [1.0, 0.0, 0.0]);
@@ -523,10 +522,16 @@ fn of_two_at_one_place_the_lower_instance_is_the_answer() {
         place(b, square);
     };
     let answer = ask_all(twice, [0.75, 0.25, 3.0], [0.0, 0.0, -1.0]);
-    assert!(answer.doubt);
+    assert_eq!(certain(&answer).instance, 0);
+    // Of other shapes only which of them it is stays in doubt.
+    let twice = |b: &mut SceneBuilder| {
+        place(b, sphere);
+        place(b, sphere);
+    };
+    let answer = ask_all(twice, [-5.0, 0.0, 0.0], [1.0, 0.0, 0.0]);
     assert_eq!(answer.outcome.map(|h| h.instance), Some(0));
+    assert!(answer.doubt && answer.perhaps.len() == 2);
     assert!(!answer.perhaps.contains(&None));
-    assert_eq!(answer.perhaps.len(), 2);
 }
 
 #[test]

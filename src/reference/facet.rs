@@ -1,10 +1,12 @@
 //! Triangles and planar polygons.
 //!
-//! Triangle: Möller and Trumbore 1997, with the signs taken before the division.
+//! Triangle: Möller and Trumbore 1997, with the signs taken before the division,
+//! and in exact arithmetic where f64 leaves a doubt.
 //! Polygon: the plane through the first corner with Newell's normal; inside is
 //! even-odd among the corners, seen along the normal's largest component.
 
 use super::approx::*;
+use super::exact;
 use super::flat::around;
 use super::ray::{Crossing, Ray};
 use super::roots::linear;
@@ -33,18 +35,21 @@ pub fn triangle(ray: &Ray, corners: [[f64; 3]; 3], primitive: u32, out: &mut Vec
         primitive,
         normal,
     };
-    if !det.is_signed() {
-        // Seen edge-on within rounding. If the ray meets it, then between its
-        // corners.
-        let t = [a, b, c].map(|p| dot(sub(p, org), dir) / dot(dir, dir));
-        let lo = t.iter().map(|t| t.lo()).fold(f64::INFINITY, f64::min);
-        let hi = t.iter().map(|t| t.hi()).fold(f64::NEG_INFINITY, f64::max);
-        out.push(crossing(Approx::between(lo, hi), Verdict::PERHAPS));
-        return;
-    }
     let side = |x: Approx| if det.value > 0.0 { x } else { -x }.at_least_zero();
     let exists = side(u).and(side(v)).and(side(w));
-    out.push(crossing(dot(ac, q) / det, exists));
+    if det.is_signed() && exists.certain {
+        if exists.holds {
+            out.push(crossing(dot(ac, q) / det, exists));
+        }
+        return;
+    }
+    // Near an edge, or seen edge-on: exactly, then.
+    let finite = |v: &[f64; 3]| v.iter().all(|x| x.is_finite());
+    if !(finite(&ray.org) && finite(&ray.dir)) {
+        out.push(crossing(Approx::anywhere(f64::INFINITY), Verdict::PERHAPS));
+    } else if let Some(t) = exact::triangle(ray.org, ray.dir, corners) {
+        out.push(crossing(t.approx(), Verdict::YES));
+    }
 }
 
 /// Whether two numbers that must agree in sign certainly do not.

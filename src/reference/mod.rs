@@ -3,8 +3,9 @@
 //! Textbook formulas, one (ray, primitive) pair at a time. It shares with the
 //! fast path the tables and the definition of the object ray (DESIGN.md,
 //! section 4), and no kernel, predicate or tree. Every decision carries a bound
-//! on its own rounding error ([`approx`]); where that could turn the answer,
-//! [`Answer::perhaps`] lists all that exact arithmetic might say.
+//! on its own rounding error ([`approx`]). Triangles that f64 cannot settle are
+//! decided and ordered in exact arithmetic; where rounding could turn any other
+//! answer, [`Answer::perhaps`] lists all that exact arithmetic might say.
 //!
 //! Primitives are seen from both sides; a ray that starts inside a solid meets
 //! its far side. Hits count where 0 < t < t_max. Where two are equally near, as
@@ -17,6 +18,7 @@
 pub mod approx;
 mod bounds;
 mod camera;
+mod exact;
 mod facet;
 mod flat;
 mod path;
@@ -151,6 +153,7 @@ impl<'a> Reference<'a> {
             limit
         });
         found.retain(|(_, c)| !c.t.certainly_above(limit));
+        self.order_triangles(&Ray { org, dir }, t_max, &mut found);
 
         let hits = || found.iter().map(|(i, c)| (c.exists, self.hit(*i, c)));
         let holding = || hits().filter(|(e, _)| e.holds).map(|(_, hit)| hit);
@@ -229,6 +232,46 @@ impl<'a> Reference<'a> {
             shape => self.cross(&ray, shape, &mut out),
         }
         out
+    }
+
+    /// Where more than one answer is left, the nearest triangle is found by exact
+    /// arithmetic, and the others go.
+    fn order_triangles(&self, ray: &Ray, t_max: f64, found: &mut Vec<(u32, Crossing)>) {
+        if found.iter().all(|(_, c)| c.exists.is_yes()) && found.len() < 2 {
+            return;
+        }
+        let mut best: Option<(exact::Fraction, u32, Crossing)> = None;
+        found.retain(|(instance, c)| {
+            let a = &self.appearances.rows[*instance as usize];
+            let Shape::Mesh(id) = self.scene.shapes.row(a.shape) else {
+                return true;
+            };
+            let mesh = self.scene.meshes.row(id);
+            let corners = mesh.corners(c.primitive as usize).map(|p| p.map(f64::from));
+            let ray = ray.through(&a.object_from_world);
+            let ray = ray.about(mesh.center.to_array());
+            if !ray.org.iter().chain(&ray.dir).all(|x| x.is_finite()) {
+                return true;
+            }
+            let Some(t) = exact::triangle(ray.org, ray.dir, corners) else {
+                return false;
+            };
+            if t.compare_number(0.0).is_gt() && t.compare_number(t_max).is_lt() {
+                let id = (*instance, c.primitive);
+                let nearer = best.as_ref().is_none_or(|(least, i, b)| {
+                    t.compare(least).then(id.cmp(&(*i, b.primitive))).is_lt()
+                });
+                if nearer {
+                    let exists = Verdict::YES;
+                    best = Some((t, *instance, Crossing { exists, ..*c }));
+                }
+            }
+            false
+        });
+        if let Some((_, instance, crossing)) = best {
+            found.retain(|(_, c)| !c.t.certainly_above(crossing.t.hi()));
+            found.push((instance, crossing));
+        }
     }
 
     fn hit(&self, instance: u32, crossing: &Crossing) -> Hit {

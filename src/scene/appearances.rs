@@ -12,12 +12,16 @@
 use super::check::SceneError;
 use super::ids::{MaterialId, ShapeId};
 use super::nodes::Target;
-use super::{Edges, Shape, Tables};
+use super::{Edge, Shape, Tables};
 use crate::math::Affine;
 use glam::DVec3;
 
 /// More appearances than this are refused: a row takes 200 bytes.
 pub const MAX_APPEARANCES: u64 = 1 << 24;
+
+/// More placements than this on the ways to them are refused: few appearances
+/// may lie behind long chains of nodes, each walked anew.
+const MAX_STEPS: u64 = 1 << 27;
 
 /// One shape at one place in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,14 +54,20 @@ pub struct Appearances {
 
 impl Appearances {
     pub fn of(scene: &Tables) -> Result<Appearances, SceneError> {
-        let count = count(scene);
-        if count > MAX_APPEARANCES {
+        let (below, all) = sizes(scene);
+        if all.appearances > MAX_APPEARANCES {
             return Err(SceneError::TooManyAppearances {
-                count,
+                count: all.appearances,
                 limit: MAX_APPEARANCES,
             });
         }
-        let mut rows = Vec::with_capacity(count as usize);
+        if all.steps > MAX_STEPS {
+            return Err(SceneError::TooManyNodes {
+                count: all.steps,
+                limit: MAX_STEPS,
+            });
+        }
+        let mut rows = Vec::with_capacity(all.appearances as usize);
         // Depth first without recursion: the graph may be a million deep.
         let mut open: Vec<Frame> = Vec::new();
         for root in 0..scene.instances.len() {
@@ -70,8 +80,8 @@ impl Appearances {
             };
             descend(
                 scene,
-                &scene.instances,
-                root,
+                &below,
+                scene.instances.row(root),
                 &above,
                 root as u32,
                 &mut rows,
@@ -87,8 +97,8 @@ impl Appearances {
                 let above = *frame;
                 descend(
                     scene,
-                    &scene.edges,
-                    edge as usize,
+                    &below,
+                    scene.edges.row(edge as usize),
                     &above,
                     root as u32,
                     &mut rows,
@@ -124,14 +134,13 @@ struct Frame {
 
 fn descend(
     scene: &Tables,
-    edges: &Edges,
-    row: usize,
+    below_nodes: &[Size],
+    edge: Edge,
     above: &Frame,
     root: u32,
     rows: &mut Vec<Appearance>,
     open: &mut Vec<Frame>,
 ) {
-    let edge = edges.row(row);
     let t = edge.transform.index();
     let below = Frame {
         next: 0,
@@ -153,6 +162,8 @@ fn descend(
             world_from_object: below.world_from_object,
             root,
         }),
+        // What holds no shape may unfold without end.
+        Target::Node(node) if below_nodes[node.index()].appearances == 0 => {}
         Target::Node(node) => {
             let children = &scene.nodes.children[node.index()];
             open.push(Frame {
@@ -164,24 +175,42 @@ fn descend(
     }
 }
 
-/// Paths that end in a shape, saturating.
-pub(super) fn count(scene: &Tables) -> u64 {
-    let order = super::check::children_first(scene).unwrap_or_default();
-    let mut below = vec![0_u64; scene.nodes.len()];
-    let of = |target: Target, below: &[u64]| match target {
-        Target::Shape(_) => 1,
-        Target::Node(node) => below[node.index()],
+/// What unfolds below a node, saturating.
+#[derive(Clone, Copy, Default)]
+struct Size {
+    /// Paths that end in a shape.
+    appearances: u64,
+    /// Edges walked to lay them out.
+    steps: u64,
+}
+
+/// Of each node, and of the whole scene.
+fn sizes(scene: &Tables) -> (Vec<Size>, Size) {
+    let mut below = vec![Size::default(); scene.nodes.len()];
+    let sum = |edges: &mut dyn Iterator<Item = Target>, below: &[Size]| {
+        edges.fold(Size::default(), |sum, target| {
+            let one = match target {
+                Target::Shape(_) => Size {
+                    appearances: 1,
+                    steps: 0,
+                },
+                Target::Node(node) => below[node.index()],
+            };
+            if one.appearances == 0 {
+                return sum;
+            }
+            Size {
+                appearances: sum.appearances.saturating_add(one.appearances),
+                steps: sum.steps.saturating_add(one.steps).saturating_add(1),
+            }
+        })
     };
-    for node in order {
-        let children = scene.nodes.children[node as usize].clone();
-        below[node as usize] = children
-            .map(|e| of(scene.edges.target[e as usize], &below))
-            .fold(0, u64::saturating_add);
+    for node in super::check::children_first(scene).unwrap_or_default() {
+        let mut children = scene.nodes.children[node as usize]
+            .clone()
+            .map(|e| scene.edges.target[e as usize]);
+        below[node as usize] = sum(&mut children, &below);
     }
-    scene
-        .instances
-        .target
-        .iter()
-        .map(|t| of(*t, &below))
-        .fold(0, u64::saturating_add)
+    let all = sum(&mut scene.instances.target.iter().copied(), &below);
+    (below, all)
 }

@@ -62,6 +62,11 @@ pub enum SceneError {
     NothingToSee,
     #[error("the scene unfolds into {count} appearances of shapes; at most {limit} are supported")]
     TooManyAppearances { count: u64, limit: u64 },
+    #[error(
+        "the scene unfolds into {count} nodes, counting shared ones as often as they appear; \
+         at most {limit} are supported: use shorter chains of nodes"
+    )]
+    TooManyNodes { count: u64, limit: u64 },
 }
 
 pub(super) fn check(scene: &Tables) -> Result<(), SceneError> {
@@ -166,8 +171,23 @@ fn cycles(scene: &Tables) -> Result<(), SceneError> {
     children_first(scene)
         .map(|_| ())
         .map_err(|path| SceneError::Cycle {
-            path: path.iter().map(|n| scene.nodes.names.label(*n)).collect(),
+            path: shown(&path, |n| scene.nodes.names.label(*n)),
         })
+}
+
+/// Labels of a path that may have a million nodes: a message stays short.
+fn shown(path: &[u32], label: impl Fn(&u32) -> String) -> Vec<String> {
+    const ENDS: usize = 5;
+    if path.len() <= 2 * ENDS + 1 {
+        return path.iter().map(label).collect();
+    }
+    let (head, tail) = (&path[..ENDS], &path[path.len() - ENDS..]);
+    let between = format!("({} more)", path.len() - 2 * ENDS);
+    head.iter()
+        .map(&label)
+        .chain([between])
+        .chain(tail.iter().map(&label))
+        .collect()
 }
 
 /// The nodes, each after all of its children; or a cycle, first node repeated.
@@ -378,7 +398,38 @@ fn solids(scene: &Tables) -> Result<(), SceneError> {
     Ok(())
 }
 
+/// How many normals each row brought: its range ends where the next one's
+/// begins.
+fn normal_counts(first: &[Option<u32>], total: usize) -> Vec<Option<usize>> {
+    let mut end = total;
+    let mut counts = vec![None; first.len()];
+    for (count, first) in counts.iter_mut().zip(first).rev() {
+        if let Some(first) = first {
+            *count = Some(end - *first as usize);
+            end = *first as usize;
+        }
+    }
+    counts
+}
+
+fn normal_count(
+    what: impl FnOnce() -> String,
+    normals: Option<usize>,
+    vertices: usize,
+) -> Result<(), SceneError> {
+    match normals {
+        Some(normals) if normals != vertices => Err(SceneError::NormalCount {
+            what: what(),
+            normals,
+            vertices,
+        }),
+        _ => Ok(()),
+    }
+}
+
 fn polygons(scene: &Tables) -> Result<(), SceneError> {
+    let table = &scene.polygons;
+    let counts = normal_counts(&table.normals_of, table.normals.len());
     for i in 0..scene.shapes.len() {
         let Shape::Polygon(id) = scene.shapes.rows[i] else {
             continue;
@@ -394,11 +445,15 @@ fn polygons(scene: &Tables) -> Result<(), SceneError> {
         for p in points {
             finite3(what, "points", *p)?;
         }
+        normal_count(what, counts[id.index()], points.len())?;
         for n in scene.polygons.normals(id).into_iter().flatten() {
             finite3(what, "normals", *n)?;
         }
-        crate::geom::polygon_plane(points)
-            .map_err(|why| SceneError::Degenerate { what: what(), why })?;
+        let degenerate = |why| SceneError::Degenerate { what: what(), why };
+        let normal = crate::geom::polygon_plane(points).map_err(degenerate)?;
+        if !normal.is_finite() {
+            return Err(degenerate("its points are too far apart to measure".into()));
+        }
     }
     Ok(())
 }
@@ -434,12 +489,20 @@ fn polyhedra(scene: &Tables) -> Result<(), SceneError> {
 }
 
 fn meshes(scene: &Tables) -> Result<(), SceneError> {
+    let table = &scene.meshes;
+    let counts = normal_counts(&table.normals_of, table.normals.len());
     for i in 0..scene.shapes.len() {
         let Shape::Mesh(id) = scene.shapes.rows[i] else {
             continue;
         };
         let what = || shape_label(scene, i as u32);
-        let mesh = scene.meshes.row(id);
+        // Before the row is read: it slices the normals.
+        normal_count(
+            what,
+            counts[id.index()],
+            table.vertices_of[id.index()].len(),
+        )?;
+        let mesh = table.row(id);
         if mesh.triangles.is_empty() {
             return Err(SceneError::Empty {
                 what: what(),

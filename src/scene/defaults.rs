@@ -6,7 +6,7 @@
 //! give a white Lambert surface that faces the camera a radiance of 0.9.
 
 use super::bounds::shape_bounds;
-use super::{Appearances, Camera, Light, Scene};
+use super::{Appearances, Camera, Light, Scene, Shape};
 use crate::math::Aabb;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -26,20 +26,27 @@ const KEY: [f64; 3] = [-0.6, 0.7, 0.75];
 
 /// A view of everything that has bounds; `aspect` is width over height.
 pub fn default_camera(scene: &Scene, appearances: &Appearances, aspect: f64) -> Camera {
-    let corners = world_corners(scene, appearances);
-    let bounds = Aabb::of_points(corners.iter().copied());
+    let points = world_points(scene, appearances);
+    let bounds = Aabb::of_points(points.iter().copied());
     let framed = !bounds.is_empty() && bounds.max_abs() < 1e150;
+    let back = TOWARDS_EYE.normalize();
+    let axes = Camera::perspective(back, DVec3::ZERO, DVec3::Y, FOV_Y);
     // Only half-spaces, or something too large for any view: a unit sphere.
     let (center, radius) = if framed {
-        (bounds.center(), bounds.diagonal() * 0.5)
+        // The middle of what is seen, not of what is there.
+        let view = |p: &DVec3| {
+            let p = *p - bounds.center();
+            DVec3::new(p.dot(axes.right), p.dot(axes.up), p.dot(back))
+        };
+        let seen = Aabb::of_points(points.iter().map(view)).center();
+        let middle = axes.right * seen.x + axes.up * seen.y + back * seen.z;
+        (bounds.center() + middle, bounds.diagonal() * 0.5)
     } else {
         (DVec3::ZERO, 1.0)
     };
     // A scene may be one point of a huge coordinate: never closer than
     // rounding can tell.
     let least = (center.abs().max_element() * 1e-12).max(1e-300);
-    let back = TOWARDS_EYE.normalize();
-    let axes = Camera::perspective(center + back, center, DVec3::Y, FOV_Y);
     let tan_y = libm::tan(FOV_Y.to_radians() * 0.5);
     let tan_x = tan_y * aspect;
     // A point at depth z before the centre, x aside, is inside the picture from
@@ -50,13 +57,12 @@ pub fn default_camera(scene: &Scene, appearances: &Appearances, aspect: f64) -> 
         p.dot(back) + aside * MARGIN
     };
     let distance = if framed {
-        corners.iter().map(needed).fold(0.0, f64::max)
+        points.iter().map(needed).fold(0.0, f64::max)
     } else {
         radius * MARGIN / libm::sin(libm::atan(tan_y.min(tan_x)))
     };
-    // Outside the sphere of half the size in any case: a flat scene seen along
-    // its plane would bring the eye into it.
-    let eye = center + back * distance.max(radius).max(least);
+    // A flat scene seen along its plane needs hardly any distance.
+    let eye = center + back * distance.max(radius * 0.5).max(least);
     Camera::perspective(eye, center, DVec3::Y, FOV_Y)
 }
 
@@ -76,16 +82,37 @@ pub fn default_lights(camera: &Camera) -> Vec<Light> {
     ]
 }
 
-/// Corners of the boxes of all bounded appearances, in world space.
-fn world_corners(scene: &Scene, appearances: &Appearances) -> Vec<DVec3> {
-    // Shapes are shared: a mesh is measured once.
+/// More vertices than this are framed by their boxes.
+const VERTICES: usize = 4_000_000;
+
+/// World space: the vertices of all meshes, and the corners of the boxes of all
+/// other bounded appearances.
+fn world_points(scene: &Scene, appearances: &Appearances) -> Vec<DVec3> {
+    let mesh_of = |shape| match scene.shapes.row(shape) {
+        Shape::Mesh(id) => Some(scene.meshes.row(id)),
+        _ => None,
+    };
+    let meshes = appearances.rows.iter().filter_map(|row| mesh_of(row.shape));
+    let few = meshes.map(|m| m.positions.len()).sum::<usize>() <= VERTICES;
+    // Shapes are shared: each is measured once.
     let shapes = (0..scene.shapes.len() as u32).map(super::ShapeId);
     let of_shape: Vec<Option<Aabb>> = shapes.map(|id| shape_bounds(scene, id)).collect();
-    let boxes = appearances.rows.iter().filter_map(|row| {
-        let corners = of_shape[row.shape.index()]?.corners();
-        Some(corners.map(|p| DVec3::from_array(row.world_from_object.point(p.to_array()))))
-    });
-    boxes.flatten().collect()
+    let mut points = Vec::new();
+    for row in &appearances.rows {
+        let to_world = |p: DVec3| DVec3::from_array(row.world_from_object.point(p.to_array()));
+        match mesh_of(row.shape) {
+            Some(mesh) if few => points.extend(
+                mesh.positions
+                    .iter()
+                    .map(|p| to_world(DVec3::from_array(p.map(f64::from)) + mesh.center)),
+            ),
+            _ => {
+                let corners = of_shape[row.shape.index()].map(|b| b.corners());
+                points.extend(corners.into_iter().flatten().map(to_world));
+            }
+        }
+    }
+    points
 }
 
 #[cfg(test)]

@@ -98,6 +98,47 @@ proptest! {
         }
     }
 
+    /// From within a closed mesh nothing gets out, aimed at an edge, a corner
+    /// or past both by one step of f32; and nothing is left in doubt.
+    #[test]
+    fn meshes_have_no_cracks(
+        corners in prop::collection::vec(prop::array::uniform3(1.0..9.0_f32), 4),
+        org in prop::array::uniform3(-0.1..0.1_f64),
+        (a, b) in (0..4_usize, 0..4_usize),
+        along in prop::sample::select(vec![0.0, 0.5, 0.25, 0.3_f32]),
+        at in placement(),
+        step in 0..8_u32,
+    ) {
+        // Around the origin whatever the numbers.
+        let signs = [[-1.0, -1.0, -1.0], [1.0, 1.0, -1.0], [1.0, -1.0, 1.0], [-1.0, 1.0, 1.0_f32]];
+        let corners: Vec<[f32; 3]> = (0..4)
+            .map(|i| std::array::from_fn(|k| corners[i][k] * 0.1 * signs[i][k] + 5.0 * signs[i][k]))
+            .collect();
+        let data = MeshData {
+            positions: corners.iter().map(|c| c.map(f64::from)).collect(),
+            triangles: vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]],
+            ..MeshData::default()
+        };
+        let (scene, all) = scene_of(|b| {
+            let mesh = b.mesh("", &data);
+            let at = b.transform(at.into());
+            b.instance("", Edge::shape(mesh).transform(at));
+        });
+        let aim = std::array::from_fn(|k| {
+            let x = corners[a][k] + (corners[b][k] - corners[a][k]) * along;
+            f64::from(if step >> k & 1 == 0 { x } else { x.next_up() })
+        });
+        // From the object's space into the world, rounded as a fast path would.
+        let world = |p: [f64; 3]| at.transform_point3(DVec3::from_array(p));
+        let (from, to) = (world(org), world(aim));
+        let dir = (to - from).to_array().map(|x| f64::from(x as f32));
+        for reference in [Reference::new(&scene, &all), Reference::brute_force(&scene, &all)] {
+            let answer = reference.nearest(from.to_array(), dir, INF);
+            prop_assert!(!answer.doubt && answer.outcome.is_some(), "{answer:?}");
+            prop_assert_eq!(reference.blocked(from.to_array(), dir, INF), (true, false));
+        }
+    }
+
     /// A placed shape meets a world ray where the shape alone meets the object
     /// ray made by hand; the normal stays orthogonal to placed tangents.
     #[test]

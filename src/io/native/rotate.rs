@@ -80,7 +80,7 @@ mod tests {
         for turns in -9..=9 {
             let (s, c) = sin_cos_degrees(f64::from(turns) * 90.0);
             let exact = [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)];
-            assert_eq!((s, c), exact[(turns as i32).rem_euclid(4) as usize]);
+            assert_eq!((s, c), exact[i32::rem_euclid(turns, 4) as usize]);
         }
         assert_eq!(about_axis(1, 90.0).vector([0.0, 0.0, 1.0]), [1.0, 0.0, 0.0]);
         assert_eq!(about_axis(0, 90.0).vector([0.0, 1.0, 0.0]), [0.0, 0.0, 1.0]);

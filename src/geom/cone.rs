@@ -1,4 +1,17 @@
-use crate::math::Aabb;
+//! Truncated cones, and cylinders as the case of equal radii.
+//!
+//! About the axis' midpoint m with unit axis n, a point p has height z = p·n and
+//! the surface has radius r(z) = r_m + k·z. Along the ray the quadric
+//! |p − zn|² = r(z)² is A t² + 2B t + C = 0, taken from the point of the line
+//! nearest m, so that far origins do not cancel. Inside the *one* cone whose
+//! r ≥ 0 lies an interval of the line: between the roots where A > 0, beyond one
+//! of them where A < 0. A closed solid is that interval cut by the two planes,
+//! so no ray slips through at the rim; an open one has just the roots whose
+//! height lies between them.
+
+use super::ray::{Meet, Ray, Span};
+use crate::math::lanes::{Lanes, Scalar};
+use crate::math::{Aabb, Vec3};
 use glam::DVec3;
 
 /// A truncated circular cone from `base` to `top`; one radius may be 0 (an
@@ -16,21 +29,173 @@ pub struct Cone {
 }
 
 impl Cone {
+    /// Half the height and the unit axis, without overflow.
+    fn axis(&self) -> (f64, DVec3) {
+        let half = self.top * 0.5 - self.base * 0.5;
+        let size = half.abs().max_element();
+        let scaled = half / size;
+        let length = scaled.length();
+        (size * length, scaled / length)
+    }
+
+    /// The box around the two end discs: along axis k a disc with unit normal n
+    /// reaches r·√(1 − n_k²).
     pub fn bounds(&self) -> Aabb {
-        frustum_bounds(self.base, self.base_radius, self.top, self.top_radius)
+        let (_, n) = self.axis();
+        // As the other two components' length: 1 − n_k² would cancel.
+        let length = |a: f64, b: f64| (a * a + b * b).sqrt();
+        let reach = DVec3::new(length(n.y, n.z), length(n.x, n.z), length(n.x, n.y));
+        let disc = |c: DVec3, r: f64| {
+            // A few roundings outward, for those of this very computation.
+            Aabb::new(c, c).grown(reach * r + (c.abs() + r) * 1e-15)
+        };
+        disc(self.base, self.base_radius).union(&disc(self.top, self.top_radius))
+    }
+
+    /// Outward, any length. On a closed solid's cap or side, whichever is
+    /// nearer to `p`.
+    pub fn normal_at(&self, p: DVec3) -> DVec3 {
+        let (half, n) = self.axis();
+        let p = p - (self.base * 0.5 + self.top * 0.5);
+        let z = p.dot(n);
+        let radial = p - n * z;
+        let k = (self.top_radius - self.base_radius) / (2.0 * half);
+        let r = (self.base_radius + self.top_radius) * 0.5 + k * z;
+        let length = radial.length();
+        let side = if length > 0.0 {
+            radial / length - n * k
+        } else {
+            // The apex has no normal; the axis is as good as any.
+            n * (if k > 0.0 { -1.0 } else { 1.0 })
+        };
+        if self.open {
+            return side;
+        }
+        // Distance from the side, measured across it, against the caps'.
+        let off_side = (length - r).abs() / (1.0 + k * k).sqrt();
+        let off_cap = half - z.abs();
+        if off_cap.abs() < off_side {
+            n * z.signum()
+        } else {
+            side
+        }
     }
 }
 
-/// The box around two coaxial discs: along axis k a disc with unit normal n
-/// reaches r·√(1 − n_k²).
-pub(super) fn frustum_bounds(base: DVec3, base_radius: f64, top: DVec3, top_radius: f64) -> Aabb {
-    let axis = top - base;
-    let size = axis.abs().max_element();
-    let n = (axis / size).normalize();
-    // As the other two components' length: 1 − n_k² would cancel.
-    let reach = DVec3::new(n.y.hypot(n.z), n.x.hypot(n.z), n.x.hypot(n.y));
-    // One part in 10^15 outward for the rounding of this very computation.
-    let disc =
-        |c: DVec3, r: f64| Aabb::new(c, c).grown(reach * r * (1.0 + 1e-15) + (c.abs() + r) * 4e-16);
-    disc(base, base_radius).union(&disc(top, top_radius))
+/// The cone in the kernel's numbers.
+struct Frame<L: Lanes> {
+    /// t of the line's point nearest the axis' midpoint.
+    shift: L,
+    height: L,
+    rise: L,
+    half: L,
+    a: L,
+    b: L,
+    c: L,
+    /// r at that point, and its growth along the ray.
+    radius: L,
+    widening: L,
+}
+
+#[inline(always)]
+fn frame<L: Lanes>(cone: &Cone, ray: &Ray<L>) -> Frame<L> {
+    let (half, n) = cone.axis();
+    let middle = cone.base * 0.5 + cone.top * 0.5;
+    let k = (cone.top_radius - cone.base_radius) / (2.0 * half);
+    let splat = |v: DVec3| Vec3::splat(v.to_array().map(L::Scalar::from_f64));
+    let n: Vec3<L> = splat(n);
+    let k = L::from_f64(k);
+    let org = ray.org - splat(middle);
+    let shift = -(org.dot(ray.dir) / ray.dir_squared);
+    let near = org.along(ray.dir, shift);
+    let (height, rise) = (near.dot(n), ray.dir.dot(n));
+    let (across, drift) = (near - n * height, ray.dir - n * rise);
+    let radius = L::from_f64((cone.base_radius + cone.top_radius) * 0.5) + k * height;
+    let widening = k * rise;
+    Frame {
+        shift,
+        height,
+        rise,
+        half: L::from_f64(half),
+        a: drift.dot(drift) - widening * widening,
+        b: across.dot(drift) - radius * widening,
+        c: across.dot(across) - radius * radius,
+        radius,
+        widening,
+    }
+}
+
+/// Roots of A t² + 2B t + C, lower first; A = 0 leaves one root and ±∞.
+#[inline(always)]
+fn roots<L: Lanes>(f: &Frame<L>) -> (L::Mask, L, L) {
+    let zero = L::zero();
+    let squared = f.b * f.b - f.a * f.c;
+    // Where A < 0 only rounding makes it negative (at the apex): a double root.
+    let root = squared.max(zero).sqrt();
+    let q = -(f.b + L::select(f.b.lt(zero), -root, root));
+    let none = q.eq(zero);
+    let t0 = L::select(none, zero, f.c / q);
+    let t1 = L::select(none & f.a.eq(zero), zero, q / f.a);
+    (squared.ge(zero), t0.min(t1), t0.max(t1))
+}
+
+/// Of a closed cone.
+#[inline(always)]
+pub fn span<L: Lanes>(cone: &Cone, ray: &Ray<L>) -> Span<L> {
+    let f = frame(cone, ray);
+    let zero = L::zero();
+    let infinity = L::splat(L::Scalar::INFINITY);
+    let (real, t0, t1) = roots(&f);
+
+    // The interval inside the one cone with r ≥ 0.
+    let between = f.a.gt(zero);
+    // A ray parallel to the axis of a cylinder has A = B = 0: in or out for good.
+    let constant = f.a.eq(zero) & f.b.eq(zero);
+    let outside = constant & f.c.gt(zero);
+    let widens = f.widening.gt(zero) | (f.widening.eq(zero) & f.b.lt(zero));
+    let enter = L::select(between, t0, L::select(widens, t1, -infinity));
+    let exit = L::select(between, t1, L::select(widens, infinity, t0));
+    let linear = f.a.eq(zero) & !constant;
+    // One root −C / 2B: inside ahead of it where B < 0, behind it where B > 0.
+    let only = -(f.c / (f.b + f.b));
+    let enter = L::select(linear, L::select(f.b.lt(zero), only, -infinity), enter);
+    let exit = L::select(linear, L::select(f.b.lt(zero), infinity, only), exit);
+    let enter = L::select(constant, -infinity, enter);
+    let exit = L::select(constant, infinity, exit);
+    // Both roots on the mirrored cone behind the apex: not inside this one.
+    let middle = (t0 + t1) * L::from_f32(0.5);
+    let mirrored = between & (f.radius + f.widening * middle).lt(zero);
+    // Rounding may leave no real root where the line passes the apex.
+    let real = real | linear | constant | f.a.lt(zero);
+
+    // The slab between the caps.
+    let (low, high) = (-f.half - f.height, f.half - f.height);
+    let (s0, s1) = (low / f.rise, high / f.rise);
+    let level = f.rise.eq(zero);
+    let within = low.le(zero) & high.ge(zero);
+    let slab_enter = L::select(level, -infinity, s0.min(s1));
+    let slab_exit = L::select(level, infinity, s0.max(s1));
+
+    let enter = enter.max(slab_enter);
+    let exit = exit.min(slab_exit);
+    Span {
+        some: real & !outside & !mirrored & (within | !level) & enter.le(exit),
+        enter: enter + f.shift,
+        exit: exit + f.shift,
+    }
+}
+
+/// Of an open cone: its side only.
+#[inline(always)]
+pub fn meet_side<L: Lanes>(cone: &Cone, ray: &Ray<L>) -> Meet<L> {
+    let f = frame(cone, ray);
+    let (real, t0, t1) = roots(&f);
+    let t_min = ray.t_min - f.shift;
+    let on_side = |t: L| {
+        let z = f.height + f.rise * t;
+        real & t.gt(t_min) & z.abs().le(f.half)
+    };
+    let (first, second) = (on_side(t0), on_side(t1));
+    let t = L::select(first, t0, t1) + f.shift;
+    Meet::certain((first | second) & t.gt(ray.t_min), t)
 }

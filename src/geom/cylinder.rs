@@ -1,3 +1,6 @@
+//! Circular cylinders: cones whose radii are equal.
+
+use super::cone::Cone;
 use crate::math::Aabb;
 use glam::DVec3;
 
@@ -13,7 +16,18 @@ pub struct Cylinder {
 }
 
 impl Cylinder {
+    #[inline(always)]
+    pub fn as_cone(&self) -> Cone {
+        Cone {
+            base: self.base,
+            top: self.top,
+            base_radius: self.radius,
+            top_radius: self.radius,
+            open: self.open,
+        }
+    }
+
     pub fn bounds(&self) -> Aabb {
-        super::cone::frustum_bounds(self.base, self.radius, self.top, self.radius)
+        self.as_cone().bounds()
     }
 }

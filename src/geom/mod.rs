@@ -4,19 +4,22 @@
 //! Every kernel is written once, generic over [`Lanes`](crate::math::lanes) and
 //! over certainty.
 
-mod cone;
-mod cuboid;
+pub mod cone;
+pub mod cuboid;
 mod cylinder;
-mod ellipsoid;
-mod half_space;
+pub mod ellipsoid;
+pub mod half_space;
 pub mod hull;
-pub(crate) mod polygon;
-mod sphere;
+pub mod polygon;
+mod ray;
+pub mod sphere;
+pub mod triangle;
 
 pub use cone::Cone;
 pub use cuboid::Cuboid;
 pub use cylinder::Cylinder;
 pub use ellipsoid::Ellipsoid;
 pub use half_space::HalfSpace;
-pub use polygon::polygon_plane;
+pub use polygon::{Polygon, polygon_plane};
+pub use ray::{Certainty, DoubtAll, Fast, Meet, Ray, Shear, Span};
 pub use sphere::Sphere;

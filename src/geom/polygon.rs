@@ -1,9 +1,70 @@
+//! Planar polygons of any number of corners, convex or not.
+//!
+//! Like triangles, polygons are seen along the ray by Woop's shear; the origin
+//! is then inside where the positive x-axis crosses the outline an odd number
+//! of times (Shimrat's rule, Communications of the ACM 1962). The half-open rule on y and the exactly
+//! antisymmetric edge function give a ray through a shared edge to exactly one
+//! of two neighbours. t comes from the plane.
+
+use super::ray::{Meet, Ray};
+use crate::math::Vec3;
+use crate::math::lanes::{Lanes, Mask, Scalar};
 use glam::DVec3;
 
-/// The plane of a polygon by Newell's method: (unit normal, point); or why the
+/// A polygon's corners and the unit normal of its plane (Newell).
+#[derive(Clone, Copy, Debug)]
+pub struct Polygon<'a> {
+    pub points: &'a [DVec3],
+    pub normal: DVec3,
+}
+
+#[inline(always)]
+pub fn meet<L: Lanes>(polygon: &Polygon, ray: &Ray<L>, active: L::Mask) -> Meet<L> {
+    let splat = |v: DVec3| Vec3::splat(v.to_array().map(L::Scalar::from_f64));
+    let mut inside = L::Mask::splat(false);
+    for (k, lanes) in ray.shear.groups() {
+        inside = inside | (odd_crossings(polygon.points, ray, k) & lanes & active);
+    }
+    if inside.none() {
+        return Meet::certain(inside, L::zero());
+    }
+    let normal: Vec3<L> = splat(polygon.normal);
+    let first = splat(polygon.points[0]) - ray.org;
+    let t = normal.dot(first) / normal.dot(ray.dir);
+    let finite = t.abs().lt(L::splat(L::Scalar::INFINITY));
+    Meet::certain(inside & finite & t.gt(ray.t_min), t)
+}
+
+#[inline(always)]
+fn odd_crossings<L: Lanes>(points: &[DVec3], ray: &Ray<L>, k: usize) -> L::Mask {
+    let zero = L::zero();
+    let seen = |p: &DVec3| {
+        let corner = Vec3::splat(p.to_array().map(L::Scalar::from_f64));
+        let (x, y, _) = ray.shear.apply(k, corner - ray.org);
+        (x, y)
+    };
+    let mut odd = L::Mask::splat(false);
+    let (mut ax, mut ay) = seen(&points[points.len() - 1]);
+    for point in points {
+        let (bx, by) = seen(point);
+        let (a_above, b_above) = (ay.gt(zero), by.gt(zero));
+        let straddles = (a_above & !b_above) | (b_above & !a_above);
+        // The crossing lies at x > 0 where this has the sign of by − ay.
+        let side = ax * by - ay * bx;
+        let right = (b_above & side.gt(zero)) | (a_above & side.lt(zero));
+        let flips = straddles & right;
+        odd = (odd & !flips) | (flips & !odd);
+        (ax, ay) = (bx, by);
+    }
+    odd
+}
+
+/// The plane of a polygon by Newell's method: its unit normal; or why the
 /// points are not a planar polygon.
-pub fn polygon_plane(points: &[DVec3]) -> Result<(DVec3, DVec3), String> {
-    let origin = points[0];
+pub fn polygon_plane(points: &[DVec3]) -> Result<DVec3, String> {
+    let Some(&origin) = points.first() else {
+        return Err("it has no points".into());
+    };
     let size = points
         .iter()
         .map(|p| (*p - origin).abs().max_element())
@@ -16,7 +77,7 @@ pub fn polygon_plane(points: &[DVec3]) -> Result<(DVec3, DVec3), String> {
     let at = |i: usize| (points[i % points.len()] - origin) / size;
     let normal: DVec3 = (0..points.len()).map(|i| at(i).cross(at(i + 1))).sum();
     let length = normal.length();
-    if length < 1e-12 {
+    if length.is_nan() || length < 1e-12 {
         return Err("its points lie on a line".into());
     }
     let normal = normal / length;
@@ -28,5 +89,5 @@ pub fn polygon_plane(points: &[DVec3]) -> Result<(DVec3, DVec3), String> {
             "its points are not in one plane (off by {off:.1e} of its size); split it into triangles"
         ));
     }
-    Ok((normal, origin))
+    Ok(normal)
 }

@@ -6,19 +6,38 @@
 //! before it is used, every file that a scene names stays in the scene's folder
 //! ([`Folder`]), and every error carries the file, the place and the remedy.
 
+mod atomic;
 mod dropped;
 mod error;
+mod flatten;
 mod folder;
+mod gltf;
+mod mesh_data;
+mod mtl;
 mod native;
 mod nff;
+mod obj;
+mod openexr;
+mod picture;
 mod place;
+mod ply;
+mod png;
+mod rays;
+mod srgb;
+mod stl;
+mod text;
 
+pub use atomic::{Outputs, check_writable, discard_unfinished};
 pub use dropped::Dropped;
 pub use error::{LoadError, SaveError};
+pub use flatten::import_mesh;
 pub use folder::Folder;
 pub use native::json_schema;
+pub use picture::{AovSet, Picture, PictureFile, picture_files};
+pub use rays::{RaySet, TriangleSet};
+pub use srgb::SrgbEncoder;
 
-use crate::scene::{MeshData, Scene, SceneBuilder};
+use crate::scene::{Scene, SceneBuilder};
 use std::path::Path;
 
 /// A scene and what was left out of it.
@@ -57,30 +76,24 @@ fn import(
     scene: &mut SceneBuilder,
     dropped: &mut Dropped,
 ) -> Result<(), LoadError> {
-    let extension = path
-        .extension()
-        .map(|e| e.to_string_lossy().to_lowercase())
-        .unwrap_or_default();
-    match extension.as_str() {
+    match &*extension(path) {
         "toml" => native::import(path, native::Syntax::Toml, options, scene, dropped),
         "json" => native::import(path, native::Syntax::Json, options, scene, dropped),
         "nff" => nff::import(path, scene, dropped),
-        _ => Err(LoadError::UnknownFormat {
+        "gltf" | "glb" => gltf::import(path, options, scene, dropped),
+        "obj" => obj::import(path, options, scene, dropped),
+        "ply" => ply::import(path, options, scene, dropped),
+        "stl" => stl::import(path, options, scene, dropped),
+        other => Err(LoadError::UnknownFormat {
             path: path.into(),
-            extension,
+            extension: other.into(),
         }),
     }
 }
 
-/// The one mesh of a mesh file, for scene files that name it.
-fn import_mesh(
-    path: &Path,
-    _options: &LoadOptions,
-    _dropped: &mut Dropped,
-) -> Result<MeshData, LoadError> {
-    Err(LoadError::Unsupported {
-        path: path.into(),
-        what: "this mesh format".into(),
-        remedy: None,
-    })
+/// In lower case, without the dot.
+fn extension(path: &Path) -> String {
+    path.extension()
+        .map(|e| e.to_string_lossy().to_lowercase())
+        .unwrap_or_default()
 }

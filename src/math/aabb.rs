@@ -103,6 +103,12 @@ impl Aabb32 {
         max: [f32::NEG_INFINITY; 3],
     };
 
+    /// The box of what has no bounds.
+    pub const EVERYTHING: Aabb32 = Aabb32 {
+        min: [f32::NEG_INFINITY; 3],
+        max: [f32::INFINITY; 3],
+    };
+
     pub fn union(&self, other: &Aabb32) -> Aabb32 {
         let lower = |a: f32, b: f32| if a < b { a } else { b };
         let upper = |a: f32, b: f32| if a > b { a } else { b };

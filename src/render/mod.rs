@@ -1,5 +1,15 @@
-//! From a scene to a picture: tiles, samples, film.
+//! From a scene to a picture: camera rays, samples, tiles, film.
 
-mod picture;
+mod camera;
+mod config;
+mod film;
+mod progress;
+mod sampler;
+mod tile;
 
-pub use picture::{AovSet, Picture};
+pub use crate::io::{AovSet, Picture};
+pub use camera::RayGenerator;
+pub use config::{Grid, RenderConfig, TileOrder};
+pub use progress::Progress;
+pub use sampler::sample_position;
+pub use tile::{Interrupted, Rendered, View, render};

@@ -12,8 +12,9 @@
 use super::check::SceneError;
 use super::ids::{MaterialId, ShapeId};
 use super::nodes::Target;
-use super::{Edges, Tables};
+use super::{Edges, Shape, Tables};
 use crate::math::Affine;
+use glam::DVec3;
 
 /// More appearances than this are refused: a row takes 200 bytes.
 pub const MAX_APPEARANCES: u64 = 1 << 24;
@@ -28,6 +29,18 @@ pub struct Appearance {
     pub world_from_object: Affine,
     /// Row of [`Tables::instances`] that this is part of.
     pub root: u32,
+}
+
+impl Appearance {
+    /// Whether its object space differs from world space: by a transform, or by
+    /// a mesh's centre.
+    pub fn is_placed(&self, scene: &Tables) -> bool {
+        let centered = match scene.shapes.row(self.shape) {
+            Shape::Mesh(id) => scene.meshes.center[id.index()] == DVec3::ZERO,
+            _ => true,
+        };
+        !(centered && self.object_from_world.is_identity())
+    }
 }
 
 #[derive(Clone, Debug, Default)]

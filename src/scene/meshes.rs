@@ -1,9 +1,9 @@
 //! Triangle meshes: index and vertex columns, one range of each per mesh.
 //!
 //! Vertices are f32 about an f64 centre, rounded once when the mesh is added
-//! and counted. The centre is 0 unless the mesh lies far from its origin; then
-//! it is a coarse multiple of a power of two, so that coordinates which were
-//! f32 to begin with stay exact.
+//! and counted. The centre is 0 on each axis unless the mesh lies far out along
+//! it; then it is a coarse multiple of a power of two, so that coordinates which
+//! were f32 to begin with stay exact.
 
 use super::ids::{MaterialId, MeshId};
 use crate::math::Aabb;
@@ -151,16 +151,29 @@ impl Mesh<'_> {
     }
 }
 
-/// Zero, unless the box is further from the origin than eight times its size.
+/// Zero on each axis where the box is not further from the origin than eight
+/// times its size.
 fn placement_center(bounds: &Aabb) -> DVec3 {
     let size = bounds.extent().max_element();
-    let middle = bounds.center();
-    if !(size.is_finite() && size > 0.0 && middle.abs().max_element() > 8.0 * size) {
+    if !(size.is_finite() && size > 0.0) {
         return DVec3::ZERO;
     }
     // A multiple of the power of two at or below the size: coarser than any
-    // step between the coordinates, so the subtraction is exact where they
-    // were f32.
+    // step between f32 coordinates that far out, so for these the subtraction
+    // is exact. Nearer ones (another axis) have finer steps and stay about 0.
     let step = f64::from_bits(size.to_bits() & 0x7ff0_0000_0000_0000);
-    (middle / step).round() * step
+    let along = |middle: f64| {
+        if middle.abs() <= 8.0 * size {
+            return 0.0;
+        }
+        let steps = (middle / step).round();
+        // A sheet across this axis: f64 has no finer step here itself.
+        if steps.abs() < 1.0 / f64::EPSILON {
+            steps * step
+        } else {
+            middle
+        }
+    };
+    let middle = bounds.center();
+    DVec3::new(along(middle.x), along(middle.y), along(middle.z))
 }

@@ -1,7 +1,7 @@
 //! Polygons and convex polyhedra: ranges into shared columns.
 
 use super::ids::{PolygonId, PolyhedronId};
-use crate::geom::HalfSpace;
+use crate::geom::{HalfSpace, Polygon, polygon_plane};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -14,6 +14,9 @@ pub struct Polygons {
     pub normals: Vec<DVec3>,
     pub points_of: Vec<Range<u32>>,
     pub normals_of: Vec<Option<u32>>,
+    /// Unit normals of the planes; NaN where there is none, which the check
+    /// refuses.
+    pub plane: Vec<DVec3>,
 }
 
 impl Polygons {
@@ -25,7 +28,16 @@ impl Polygons {
         self.normals_of
             .push((!normals.is_empty()).then_some(self.normals.len() as u32));
         self.normals.extend_from_slice(normals);
+        self.plane.push(polygon_plane(points).unwrap_or(DVec3::NAN));
         PolygonId(self.points_of.len() as u32 - 1)
+    }
+
+    #[inline(always)]
+    pub fn row(&self, id: PolygonId) -> Polygon<'_> {
+        Polygon {
+            points: self.points(id),
+            normal: self.plane[id.index()],
+        }
     }
 
     #[inline(always)]
@@ -49,7 +61,7 @@ impl Polygons {
 
     pub fn bytes(&self) -> usize {
         (self.points.len() + self.normals.len()) * size_of::<DVec3>()
-            + self.len() * (size_of::<Range<u32>>() + size_of::<Option<u32>>())
+            + self.len() * (size_of::<Range<u32>>() + size_of::<Option<u32>>() + size_of::<DVec3>())
     }
 }
 

@@ -16,6 +16,23 @@ pub enum Shape {
     Mesh(MeshId),
 }
 
+impl Shape {
+    /// A number per kind: what runs of equal kinds are sorted by.
+    pub fn kind(self) -> u8 {
+        match self {
+            Shape::HalfSpace(_) => 0,
+            Shape::Sphere(_) => 1,
+            Shape::Ellipsoid(_) => 2,
+            Shape::Cylinder(_) => 3,
+            Shape::Cone(_) => 4,
+            Shape::Cuboid(_) => 5,
+            Shape::Polyhedron(_) => 6,
+            Shape::Polygon(_) => 7,
+            Shape::Mesh(_) => 8,
+        }
+    }
+}
+
 #[derive(Clone, Debug, Default)]
 pub struct Shapes {
     pub rows: Vec<Shape>,

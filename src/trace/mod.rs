@@ -1,5 +1,13 @@
-//! Ray queries over a built scene.
+//! Ray queries over a built world.
 
+mod batch;
+mod leaf;
+mod packet;
+mod query;
 mod record;
 
+pub use batch::{Hits, MAX_LANES, Rays, any, closest};
+pub use leaf::{Features, Has, Scratch, Tester, resolve_one};
+pub use packet::Packet;
+pub use query::{AnyHit, Closest, HitId, Query};
 pub use record::{Outcome, RayKind, TracedRay};

@@ -1,0 +1,18 @@
+//! Acceleration structures: trees over boxes, and how rays walk them.
+//!
+//! A tree knows boxes and ranges, never geometry: what a leaf means is the
+//! caller's closure. Invariant that makes every structure give the same bits:
+//! a hit only counts with its t inside the padded box of its own primitive, as
+//! [`Slabs`] computes it, and a box's interval contains those of all boxes
+//! inside it, rounding included. So pruning by boxes never changes an answer,
+//! and a linear scan gives the same one.
+
+mod bvh;
+mod sah;
+mod slabs;
+mod world;
+
+pub use bvh::{Child, Node, Stack, Tree, WIDTH};
+pub use sah::{Quality, build, linear};
+pub use slabs::Slabs;
+pub use world::{Entry, MeshTree, Structure, World, corner_bounds};

@@ -1,0 +1,368 @@
+//! The arguments of all commands, checked as they are read.
+//!
+//! A value that the design knows and this version lacks is told apart from one
+//! that nobody knows. What the options mean is in `render/config.rs`.
+
+use super::error::CliError;
+use super::output::Sink;
+use crate::io::{AovSet, LoadOptions};
+use crate::plan::{AccelChoice, Choices, LaneCount, Precision};
+use crate::render::{Grid, RenderConfig};
+use clap::{Args, value_parser};
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub struct RenderArgs {
+    /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl; without it, the built-in scene
+    pub scene: Option<PathBuf>,
+    /// .png or .exr [default: the scene's name, as .png, here]
+    #[arg(short, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+#[derive(Args)]
+pub struct VerifyArgs {
+    pub scene: PathBuf,
+    /// Fail only where more answers than this are wrong [default: 0; with --precision fast, any]
+    #[arg(long, value_name = "N")]
+    pub allow_wrong: Option<u64>,
+    /// Ask the reference about this many pixels only, spread over the picture
+    #[arg(long, value_name = "K", value_parser = value_parser!(u64).range(1..))]
+    pub sample: Option<u64>,
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+#[derive(Args)]
+pub struct BenchArgs {
+    #[arg(required_unless_present_all = ["mesh", "rays"])]
+    pub scene: Option<PathBuf>,
+    /// Write the scene's triangles and rays as .msh and .rays files
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["mesh", "rays"])]
+    pub export: Option<PathBuf>,
+    /// Trace this .msh file; with --rays, in place of SCENE
+    #[arg(long, value_name = "FILE", requires = "rays", conflicts_with = "scene")]
+    pub mesh: Option<PathBuf>,
+    /// Trace the rays of this .rays file
+    #[arg(long, value_name = "FILE", requires = "mesh", conflicts_with = "scene")]
+    pub rays: Option<PathBuf>,
+    /// Ray kinds, separated by commas: primary, shadow, lightshadow, diffuse [default: all]
+    #[arg(long, value_name = "KINDS", value_parser = parse_kinds)]
+    pub kinds: Option<BenchKinds>,
+    /// Runs of each measurement; the best counts
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u32).range(1..=10_000))]
+    pub reps: u32,
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+#[derive(Args)]
+pub struct PlanArgs {
+    pub scene: PathBuf,
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+#[derive(Args)]
+pub struct CommonArgs {
+    /// Pixels, as WIDTHxHEIGHT [default: 1280x720; verify: 320x180]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<Size>,
+    /// Samples per pixel
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u32).range(1..=65_536))]
+    pub spp: u32,
+    /// centers: through the pixels; corners: one ray through each corner of (W-1)x(H-1) pixels
+    #[arg(long, value_name = "GRID", default_value = "centers", value_parser = parse_grid)]
+    pub grid: Grid,
+    /// Times, memory and ray counts, as JSON; - is standard output
+    #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
+    pub stats: Option<Sink>,
+    /// Extra outputs, separated by commas: depth, position, normal, albedo, instance_id, primitive_id
+    #[arg(long, value_name = "NAMES", value_parser = parse_aovs)]
+    pub aov: Option<AovSet>,
+    /// Files that the scene names may lie outside its folder
+    #[arg(long)]
+    pub allow_outside: bool,
+    /// fast: f32 lanes; exact: f64 lanes, doubts settled exactly
+    #[arg(long, value_name = "MODE", default_value = "exact", value_parser = parse_precision)]
+    pub precision: Precision,
+    /// Rays per packet: auto, 1, 4, 8 or 16
+    #[arg(long, value_name = "N", default_value = "auto", value_parser = parse_lanes)]
+    pub lanes: LaneCount,
+    /// auto, bvh or linear
+    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = parse_accel)]
+    pub accel: AccelChoice,
+    /// [default: as many as the machine runs at once]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1024))]
+    pub threads: Option<u32>,
+    /// Of the samples
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Machine-readable results; - is standard output
+    #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
+    pub json: Option<Sink>,
+    /// Mirrorings and refractions of a ray
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u32).range(0..=255))]
+    pub max_depth: u32,
+    /// A camera's name, or its number from 0 [default: the first]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub camera: Option<String>,
+    #[arg(long, value_name = "I/N", hide = true, value_parser = no_tiles)]
+    pub tile: Option<String>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    pub width: u32,
+    pub height: u32,
+}
+
+pub const RENDER_SIZE: Size = Size {
+    width: 1280,
+    height: 720,
+};
+
+/// Smaller, because the reference answers each pixel in its own slow way.
+pub const VERIFY_SIZE: Size = Size {
+    width: 320,
+    height: 180,
+};
+
+impl CommonArgs {
+    pub fn config(&self, default_size: Size) -> Result<RenderConfig, CliError> {
+        let size = self.size.unwrap_or(default_size);
+        if self.grid == Grid::Corners {
+            if size.width < 2 || size.height < 2 {
+                return Err(CliError::Usage(
+                    "--grid corners needs a --size of at least 2x2: a pixel has two corners a side"
+                        .into(),
+                ));
+            }
+            if self.spp != 1 {
+                return Err(CliError::Usage(format!(
+                    "--grid corners traces one ray through each corner; leave out --spp {}",
+                    self.spp
+                )));
+            }
+        }
+        Ok(RenderConfig {
+            width: size.width,
+            height: size.height,
+            grid: self.grid,
+            spp: self.spp,
+            choices: Choices {
+                precision: self.precision,
+                lanes: self.lanes,
+                accel: self.accel,
+            },
+            threads: self.threads,
+            seed: self.seed,
+            max_depth: self.max_depth,
+            camera: self.camera.clone(),
+            aovs: self.aov.unwrap_or_default(),
+            ..RenderConfig::default()
+        })
+    }
+
+    pub fn load_options(&self) -> LoadOptions {
+        LoadOptions {
+            allow_outside: self.allow_outside,
+        }
+    }
+
+    /// Where results other than pictures go.
+    pub fn sinks(&self) -> impl Iterator<Item = &Sink> {
+        self.stats.iter().chain(&self.json)
+    }
+}
+
+/// Which rays `bench` traces.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BenchKinds {
+    pub primary: bool,
+    /// From the hits to the light.
+    pub shadow: bool,
+    /// From the light to the hits.
+    pub lightshadow: bool,
+    pub diffuse: bool,
+}
+
+impl BenchKinds {
+    pub const ALL: BenchKinds = BenchKinds {
+        primary: true,
+        shadow: true,
+        lightshadow: true,
+        diffuse: true,
+    };
+}
+
+const MAX_SIDE: u32 = 65_535;
+const MAX_PIXELS: u64 = 1 << 28;
+
+fn parse_size(text: &str) -> Result<Size, String> {
+    let number = |side: &str| {
+        // Not parse alone: it takes a plus sign.
+        let digits = !side.is_empty() && side.bytes().all(|b| b.is_ascii_digit());
+        digits.then(|| side.parse::<u32>().unwrap_or(u32::MAX))
+    };
+    let (width, height) = text
+        .split_once(['x', 'X'])
+        .and_then(|(w, h)| Some((number(w)?, number(h)?)))
+        .ok_or("write it as WIDTHxHEIGHT, such as 1280x720")?;
+    let side = 1..=MAX_SIDE;
+    if !side.contains(&width) || !side.contains(&height) {
+        return Err(format!("each side must be 1 to {MAX_SIDE} pixels"));
+    }
+    let pixels = u64::from(width) * u64::from(height);
+    if pixels > MAX_PIXELS {
+        return Err(format!(
+            "{pixels} pixels are too many; at most {MAX_PIXELS} are supported"
+        ));
+    }
+    Ok(Size { width, height })
+}
+
+fn parse_grid(text: &str) -> Result<Grid, String> {
+    one_of(
+        text,
+        &[("centers", Grid::Centers), ("corners", Grid::Corners)],
+        &[],
+    )
+}
+
+fn parse_precision(text: &str) -> Result<Precision, String> {
+    one_of(
+        text,
+        &[("fast", Precision::Fast), ("exact", Precision::Exact)],
+        &["guarded"],
+    )
+}
+
+fn parse_lanes(text: &str) -> Result<LaneCount, String> {
+    let known = [
+        LaneCount::Auto,
+        LaneCount::One,
+        LaneCount::Four,
+        LaneCount::Eight,
+        LaneCount::Sixteen,
+    ];
+    one_of(text, &known.map(|l| (l.name(), l)), &[])
+}
+
+fn parse_accel(text: &str) -> Result<AccelChoice, String> {
+    let known = [AccelChoice::Auto, AccelChoice::Bvh, AccelChoice::Linear];
+    one_of(
+        text,
+        &known.map(|a| (a.name(), a)),
+        &["kd", "grid", "heap", "heap-spheres", "item-buffer"],
+    )
+}
+
+fn parse_aovs(text: &str) -> Result<AovSet, String> {
+    let mut aovs = AovSet::default();
+    for name in text.split(',') {
+        if !aovs.add(name.trim()) {
+            return Err(format!(
+                "there is no output '{name}'; known are {}",
+                AovSet::NAMES.join(", ")
+            ));
+        }
+    }
+    Ok(aovs)
+}
+
+fn parse_kinds(text: &str) -> Result<BenchKinds, String> {
+    let mut kinds = BenchKinds::default();
+    for name in text.split(',') {
+        let kind = match name.trim() {
+            "primary" => &mut kinds.primary,
+            "shadow" => &mut kinds.shadow,
+            "lightshadow" => &mut kinds.lightshadow,
+            "diffuse" => &mut kinds.diffuse,
+            _ => {
+                return Err(format!(
+                    "there is no ray kind '{name}'; known are primary, shadow, lightshadow, diffuse"
+                ));
+            }
+        };
+        *kind = true;
+    }
+    Ok(kinds)
+}
+
+fn no_tiles(_: &str) -> Result<String, String> {
+    Err("it does not exist yet; leave it out to render the whole picture".into())
+}
+
+fn one_of<T: Copy>(text: &str, known: &[(&str, T)], not_yet: &[&str]) -> Result<T, String> {
+    if let Some((_, value)) = known.iter().find(|(name, _)| *name == text) {
+        return Ok(*value);
+    }
+    let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
+    let names = names.join(", ");
+    Err(if not_yet.contains(&text) {
+        format!("it does not exist yet; there are {names}")
+    } else {
+        format!("known are {names}")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes() {
+        let size = |width, height| Ok(Size { width, height });
+        assert_eq!(parse_size("1x1"), size(1, 1));
+        assert_eq!(parse_size("1280X720"), size(1280, 720));
+        assert_eq!(parse_size("65535x4096"), size(65535, 4096));
+        for bad in [
+            "", "x", "1", "1x", "x1", "1x1x1", "-1x1", "+1x1", "1 x1", "axb", "1.5x1",
+        ] {
+            assert!(
+                parse_size(bad).unwrap_err().contains("WIDTHxHEIGHT"),
+                "{bad}"
+            );
+        }
+        for bad in ["0x1", "1x0", "65536x1", "1x99999999999999999999"] {
+            assert!(parse_size(bad).unwrap_err().contains("1 to 65535"), "{bad}");
+        }
+        // 2²⁸ pixels and one row more.
+        assert_eq!(parse_size("16384x16384"), size(16384, 16384));
+        assert!(parse_size("16384x16385").unwrap_err().contains("too many"));
+    }
+
+    #[test]
+    fn every_aov_name_is_one() {
+        let mut last = AovSet::default();
+        for name in AovSet::NAMES {
+            let alone = parse_aovs(name).unwrap();
+            assert!(alone.any());
+            assert_ne!(alone, last);
+            last = alone;
+        }
+        let all = parse_aovs(&AovSet::NAMES.join(", ")).unwrap();
+        assert!(all.depth && all.position && all.normal);
+        assert!(all.albedo && all.instance_id && all.primitive_id);
+        assert!(parse_aovs("").is_err());
+        assert!(parse_aovs("depth,").is_err());
+        assert!(
+            parse_aovs("deepth")
+                .unwrap_err()
+                .contains("known are depth,")
+        );
+    }
+
+    #[test]
+    fn kinds() {
+        assert_eq!(
+            parse_kinds("primary,shadow,lightshadow,diffuse"),
+            Ok(BenchKinds::ALL)
+        );
+        assert!(!parse_kinds("primary").unwrap().diffuse);
+        assert!(parse_kinds("").is_err());
+    }
+}

@@ -1,0 +1,34 @@
+//! Why a command did not end well, and the exit code that says so.
+
+use crate::io::{LoadError, SaveError};
+use thiserror::Error;
+
+#[derive(Debug, Error)]
+pub enum CliError {
+    /// A check ran to its end and fell short.
+    #[allow(dead_code)] // Until `verify` is joined on.
+    #[error("{0}")]
+    Short(String),
+    #[error("{0}")]
+    Usage(String),
+    #[error(transparent)]
+    Load(#[from] LoadError),
+    #[error(transparent)]
+    Save(#[from] SaveError),
+    #[error("standard output: cannot be written: {0}")]
+    Stdout(std::io::Error),
+    #[error("interrupted; nothing was written")]
+    Interrupted,
+}
+
+impl CliError {
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            CliError::Short(_) => 1,
+            CliError::Usage(_) => 2,
+            CliError::Load(_) => 3,
+            CliError::Save(_) | CliError::Stdout(_) => 4,
+            CliError::Interrupted => 130,
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! The command `lanecast`: arguments in, exit code out. One file a command.
+//!
+//! Exit codes: 0 done; 1 a check fell short; 2 wrong usage; 3 bad scene or
+//! input; 4 output could not be written; 130 interrupted, with nothing
+//! half-written. Errors go to standard error as `error: …`, with the remedy;
+//! what a reader of standard output no longer wants (`| head`) is no error.
+//!
+//! **Invariant:** the processor is checked before anything else runs (`cpu.rs`),
+//! on Linux even before the Rust runtime (`main.rs`).
+
+mod args;
+mod bench;
+mod cpu;
+mod error;
+mod interrupt;
+mod output;
+mod placeholder;
+mod plan;
+mod progress;
+mod render;
+mod scene;
+mod verify;
+
+#[cfg(unix)]
+pub use cpu::check_before_main;
+
+use args::{BenchArgs, PlanArgs, RenderArgs, VerifyArgs};
+use clap::{Parser, Subcommand};
+use error::CliError;
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+#[derive(Parser)]
+#[command(
+    name = "lanecast",
+    version,
+    about = "A CPU ray tracer that knows how wrong it is",
+    after_help = "Exit codes: 0 done, 1 a check fell short, 2 wrong usage, 3 bad scene or input file, \
+                  4 output could not be written, 130 interrupted (nothing half-written).",
+    arg_required_else_help = true,
+    disable_help_subcommand = true
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Render a scene; without SCENE, the built-in one
+    Render(RenderArgs),
+    /// Compare lanes with scalar code and with the reference, per pixel
+    Verify(VerifyArgs),
+    /// Measure rays per second by ray kind and mode
+    Bench(BenchArgs),
+    /// Print what a scene requires and what is left out
+    Plan(PlanArgs),
+    /// (not yet) Time against error over all modes
+    Tradeoff(NotYet),
+    /// (not yet) Sweeps of numerical stability
+    Extremes(NotYet),
+    /// (not yet) Isolate the real roots of a polynomial
+    Roots(NotYet),
+    /// (not yet) Every span of one ray
+    Probe(NotYet),
+    /// (not yet) Volume, area, centroid of the solids
+    Measure(NotYet),
+    /// (not yet) The scene for other programs
+    Export(NotYet),
+}
+
+/// Takes any arguments, so that the answer is about the command.
+#[derive(clap::Args)]
+#[command(disable_help_flag = true)]
+struct NotYet {
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
+    _arguments: Vec<OsString>,
+}
+
+/// The whole program, with the arguments of this process.
+pub fn main() -> ExitCode {
+    if !cpu::check() {
+        return ExitCode::from(2);
+    }
+    run()
+}
+
+/// Apart from `main`, so that none of it runs before the check.
+#[inline(never)]
+fn run() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(e) => {
+            // Help and version arrive here too. A closed pipe is no concern.
+            let _ = e.print();
+            return ExitCode::from(e.exit_code() as u8);
+        }
+    };
+    let done = match &cli.command {
+        Command::Render(args) => render::run(args),
+        Command::Verify(args) => verify::run(args),
+        Command::Bench(args) => bench::run(args),
+        Command::Plan(args) => plan::run(args),
+        Command::Tradeoff(_) => Err(not_yet("tradeoff")),
+        Command::Extremes(_) => Err(not_yet("extremes")),
+        Command::Roots(_) => Err(not_yet("roots")),
+        Command::Probe(_) => Err(not_yet("probe")),
+        Command::Measure(_) => Err(not_yet("measure")),
+        Command::Export(_) => Err(not_yet("export")),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            output::complain(&format!("error: {error}"));
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn not_yet(command: &str) -> CliError {
+    CliError::Usage(format!(
+        "the command '{command}' does not exist yet; 'lanecast --help' lists those that do"
+    ))
+}

@@ -1,0 +1,177 @@
+//! Where results go: files, and standard output.
+
+use super::error::CliError;
+use crate::io::{Outputs, SaveError, check_writable};
+use serde::Serialize;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+/// The destination of machine-readable results.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Sink {
+    /// `-`
+    Stdout,
+    File(PathBuf),
+}
+
+impl Sink {
+    pub fn parse(text: &str) -> Result<Sink, String> {
+        match text {
+            "" => Err("name a file, or - for standard output".into()),
+            "-" => Ok(Sink::Stdout),
+            file => Ok(Sink::File(file.into())),
+        }
+    }
+}
+
+/// Machine-readable results that wait for the end of the run: files join the
+/// others of the run, standard output comes last.
+#[derive(Default)]
+pub struct Results {
+    pub outputs: Outputs,
+    stdout: String,
+}
+
+impl Results {
+    pub fn add(&mut self, sink: &Option<Sink>, value: &impl Serialize) -> Result<(), CliError> {
+        let Some(sink) = sink else {
+            return Ok(());
+        };
+        let path = match sink {
+            Sink::Stdout => Path::new("standard output"),
+            Sink::File(path) => path,
+        };
+        let mut json = serde_json::to_string_pretty(value).map_err(|e| SaveError::Encode {
+            path: path.into(),
+            message: e.to_string(),
+        })?;
+        json.push('\n');
+        match sink {
+            Sink::Stdout => self.stdout.push_str(&json),
+            Sink::File(path) => self.outputs.add(path, json.into_bytes())?,
+        }
+        Ok(())
+    }
+
+    /// Gives the files their names, then prints. `summary` is for people and
+    /// keeps out of the way of a program that reads standard output.
+    pub fn commit(self, summary: &str) -> Result<(), CliError> {
+        self.outputs.commit()?;
+        if self.stdout.is_empty() {
+            print(summary)
+        } else {
+            print(&self.stdout)
+        }
+    }
+}
+
+/// Before any work: every output has a place of its own, can be written there,
+/// and does not overwrite the input.
+pub fn check_destinations<'a>(
+    inputs: &[&Path],
+    files: &[PathBuf],
+    sinks: impl Iterator<Item = &'a Sink>,
+) -> Result<(), CliError> {
+    let mut stdout = false;
+    let mut all = files.to_vec();
+    for sink in sinks {
+        match sink {
+            Sink::File(path) => all.push(path.clone()),
+            Sink::Stdout if stdout => {
+                return Err(CliError::Usage(
+                    "--stats and --json cannot both go to standard output; give one of them a file"
+                        .into(),
+                ));
+            }
+            Sink::Stdout => stdout = true,
+        }
+    }
+    for (i, path) in all.iter().enumerate() {
+        let Some(identity) = identity(path) else {
+            continue;
+        };
+        let same = |other: &Path| self::identity(other).as_ref() == Some(&identity);
+        if inputs.iter().any(|input| same(input)) {
+            return Err(CliError::Usage(format!(
+                "{} is the input; give the output another name",
+                path.display()
+            )));
+        }
+        if all[..i].iter().any(|other| same(other)) {
+            return Err(CliError::Usage(format!(
+                "{} is named for two outputs; give one of them another name",
+                path.display()
+            )));
+        }
+    }
+    for path in &all {
+        check_writable(path)?;
+    }
+    Ok(())
+}
+
+/// The same for all names of a file, also before it exists; `None` for devices,
+/// which may take several outputs.
+fn identity(path: &Path) -> Option<PathBuf> {
+    match path.canonicalize() {
+        Ok(real) => real.is_file().then_some(real),
+        Err(_) => {
+            let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
+            let folder = folder.unwrap_or(Path::new("."));
+            let folder = folder.canonicalize().unwrap_or(folder.into());
+            Some(folder.join(path.file_name()?))
+        }
+    }
+}
+
+/// Prints to standard output. A reader that has gone had enough.
+pub fn print(text: &str) -> Result<(), CliError> {
+    let mut stdout = std::io::stdout().lock();
+    match stdout
+        .write_all(text.as_bytes())
+        .and_then(|()| stdout.flush())
+    {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(CliError::Stdout(e)),
+        _ => Ok(()),
+    }
+}
+
+/// One line on standard error. If nobody listens, there is nobody to tell.
+pub fn complain(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn usage(result: Result<(), CliError>) -> String {
+        let error = result.unwrap_err();
+        assert_eq!(error.exit_code(), 2);
+        error.to_string()
+    }
+
+    #[test]
+    fn outputs_keep_apart() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let file = |name: &str| Sink::File(at(name));
+        let scene = at("scene.json");
+        std::fs::write(&scene, "{}").unwrap();
+        let check =
+            |files: &[PathBuf], sinks: &[Sink]| check_destinations(&[&scene], files, sinks.iter());
+
+        check(&[at("x.png")], &[file("a"), file("b")]).unwrap();
+        check(&[], &[Sink::Stdout, file("a")]).unwrap();
+        let said = usage(check(&[at("x.png")], &[file("./x.png")]));
+        assert!(said.contains("two outputs"), "{said}");
+        // One name through two ways.
+        let said = usage(check(&[], &[file("scene.json")]));
+        assert!(said.contains("is the input"), "{said}");
+        let said = usage(check(&[], &[Sink::Stdout, Sink::Stdout]));
+        assert!(said.contains("--stats and --json"), "{said}");
+        let error = check(&[at("no/x.png")], &[]).unwrap_err();
+        assert_eq!(error.exit_code(), 4);
+        assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
+    }
+}

@@ -1,0 +1,68 @@
+//! What the commands ask of a scene before they use it.
+
+use super::error::CliError;
+use super::output;
+use crate::io::{self, LoadOptions};
+use crate::scene::{Cameras, Scene};
+use std::path::Path;
+
+/// Loads a scene; what could not be imported is said on standard error.
+pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene, CliError> {
+    let loaded = io::load(path, options)?;
+    if let Some(warning) = loaded.warning {
+        output::complain(&format!("warning: {}: {warning}", path.display()));
+    }
+    Ok(loaded.scene)
+}
+
+/// The row of the camera that `--camera` names; without it the first one, or
+/// `None` where the scene has none. A name goes before a number.
+pub fn pick_camera(cameras: &Cameras, asked: Option<&str>) -> Result<Option<usize>, CliError> {
+    let count = cameras.rows.len();
+    let Some(asked) = asked else {
+        return Ok((count > 0).then_some(0));
+    };
+    let named = (0..count).find(|row| cameras.names.get(*row as u32) == Some(asked));
+    let numbered = || asked.parse().ok().filter(|row| *row < count);
+    if let Some(row) = named.or_else(numbered) {
+        return Ok(Some(row));
+    }
+    let known = if count == 0 {
+        "the scene has none; leave it out for a framed view".into()
+    } else {
+        let labels: Vec<String> = (0..count as u32).map(|i| cameras.names.label(i)).collect();
+        format!("there are {}", labels.join(", "))
+    };
+    Err(CliError::Usage(format!("no camera '{asked}': {known}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Camera;
+    use glam::DVec3;
+
+    #[test]
+    fn cameras_by_name_and_number() {
+        let mut cameras = Cameras::default();
+        assert_eq!(pick_camera(&cameras, None).unwrap(), None);
+        assert!(pick_camera(&cameras, Some("0")).is_err());
+        let camera = Camera::perspective(DVec3::Z, DVec3::ZERO, DVec3::Y, 40.0);
+        cameras.rows = vec![camera; 3];
+        cameras.names.set(1, "top");
+        cameras.names.set(2, "0");
+        let pick = |asked| pick_camera(&cameras, asked);
+        assert_eq!(pick(None).unwrap(), Some(0));
+        assert_eq!(pick(Some("top")).unwrap(), Some(1));
+        assert_eq!(pick(Some("1")).unwrap(), Some(1));
+        assert_eq!(pick(Some("0")).unwrap(), Some(2));
+        for none in ["3", "-1", "side", ""] {
+            let error = pick(Some(none)).unwrap_err();
+            assert_eq!(error.exit_code(), 2);
+            assert!(
+                error.to_string().contains("number 0, 'top', '0'"),
+                "{error}"
+            );
+        }
+    }
+}

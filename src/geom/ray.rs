@@ -1,0 +1,162 @@
+//! Rays in lanes, and what a kernel answers.
+//!
+//! A [`Ray`] is the object ray of each lane (see DESIGN's truth), rounded to the
+//! lanes' type, with what every triangle and polygon test needs of it worked
+//! out once. Kernels are generic over [`Certainty`]: `Fast` takes an answer as
+//! it is; a guarded kernel also says which lanes it could not settle, and the
+//! caller has those decided by the f64 resolver, one (ray, primitive) pair at a
+//! time.
+
+use crate::math::Vec3;
+use crate::math::lanes::{Lanes, Mask};
+
+/// How sure a kernel has to be of its answer.
+pub trait Certainty: Copy + Send + Sync + 'static {
+    /// Kernels report doubt and queries keep f64 limits. Where false, all of it
+    /// is compiled away.
+    const GUARDED: bool;
+    /// Every decision is in doubt: what the seam's test uses until kernels carry
+    /// error bounds.
+    const DOUBTS_ALL: bool;
+}
+
+/// Answers are taken as they are. Zero-sized, costs nothing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Fast;
+
+impl Certainty for Fast {
+    const GUARDED: bool = false;
+    const DOUBTS_ALL: bool = false;
+}
+
+/// Sends every decision to the scalar f64 resolver.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DoubtAll;
+
+impl Certainty for DoubtAll {
+    const GUARDED: bool = true;
+    const DOUBTS_ALL: bool = true;
+}
+
+/// Where each lane's ray first meets a primitive beyond `t_min`.
+#[derive(Clone, Copy, Debug)]
+pub struct Meet<L: Lanes> {
+    pub hit: L::Mask,
+    /// Meaningless where neither `hit` nor `unsure`.
+    pub t: L,
+    /// Lanes that the kernel could not settle; none under [`Fast`].
+    pub unsure: L::Mask,
+}
+
+impl<L: Lanes> Meet<L> {
+    #[inline(always)]
+    pub fn certain(hit: L::Mask, t: L) -> Meet<L> {
+        Meet {
+            hit,
+            t,
+            unsure: L::Mask::splat(false),
+        }
+    }
+}
+
+/// The part of each lane's ray inside a convex solid: `enter ≤ t ≤ exit`.
+#[derive(Clone, Copy, Debug)]
+pub struct Span<L: Lanes> {
+    /// Lanes whose line meets the solid at all.
+    pub some: L::Mask,
+    /// −∞ where the line has always been inside.
+    pub enter: L,
+    pub exit: L,
+}
+
+impl<L: Lanes> Span<L> {
+    /// The first boundary beyond `t_min`: a ray that starts inside meets the
+    /// far side.
+    #[inline(always)]
+    pub fn first_beyond(self, t_min: L) -> Meet<L> {
+        let t = L::select(self.enter.gt(t_min), self.enter, self.exit);
+        Meet::certain(self.some & t.gt(t_min), t)
+    }
+}
+
+/// Object rays at the lanes' precision.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray<L: Lanes> {
+    pub org: Vec3<L>,
+    pub dir: Vec3<L>,
+    pub t_min: L,
+    /// dir · dir.
+    pub dir_squared: L,
+    pub shear: Shear<L>,
+}
+
+/// The shear that takes each ray to the axis along which it is longest (Woop,
+/// Benthin, Wald: Watertight Ray/Triangle Intersection, JCGT 2013).
+///
+/// Lanes may differ in that axis; coherent packets hardly ever do. A kernel
+/// runs once for each axis present, on the lanes that have it.
+#[derive(Clone, Copy, Debug)]
+pub struct Shear<L: Lanes> {
+    /// Bit k: some lane's longest axis is k.
+    pub axes: u8,
+    pub lanes: [L::Mask; 3],
+    /// −dir[k+1] / dir[k] and −dir[k+2] / dir[k], k the lane's own axis.
+    pub x: L,
+    pub y: L,
+    /// dir[k].
+    pub along: L,
+}
+
+impl<L: Lanes> Ray<L> {
+    #[inline(always)]
+    pub fn new(org: Vec3<L>, dir: Vec3<L>, t_min: L) -> Ray<L> {
+        Ray {
+            org,
+            dir,
+            t_min,
+            dir_squared: dir.dot(dir),
+            shear: Shear::of(dir),
+        }
+    }
+}
+
+impl<L: Lanes> Shear<L> {
+    #[inline(always)]
+    fn of(d: Vec3<L>) -> Shear<L> {
+        let (x, y, z) = (d.x.abs(), d.y.abs(), d.z.abs());
+        let is_z = z.ge(x) & z.ge(y);
+        let is_y = y.ge(x) & !is_z;
+        let is_x = !(is_z | is_y);
+        let pick = |on_x: L, on_y: L, on_z: L| L::select(is_z, on_z, L::select(is_y, on_y, on_x));
+        let along = pick(d.x, d.y, d.z);
+        let lanes = [is_x, is_y, is_z];
+        Shear {
+            axes: u8::from(is_x.any()) | u8::from(is_y.any()) << 1 | u8::from(is_z.any()) << 2,
+            lanes,
+            x: -(pick(d.y, d.z, d.x) / along),
+            y: -(pick(d.z, d.x, d.y) / along),
+            along,
+        }
+    }
+
+    /// The axes to run a kernel for, as (k, lanes).
+    #[inline(always)]
+    pub fn groups(&self) -> impl Iterator<Item = (usize, L::Mask)> + '_ {
+        (0..3)
+            .filter(|k| self.axes >> k & 1 != 0)
+            .map(|k| (k, self.lanes[k]))
+    }
+
+    /// A point relative to the ray's origin, seen along the ray: (x, y, depth
+    /// along axis k). The same operations for every primitive that shares the
+    /// point, so shared edges are seen at the same place.
+    #[inline(always)]
+    pub fn apply(&self, k: usize, p: Vec3<L>) -> (L, L, L) {
+        let along = p.axis(k);
+        (
+            self.x.mul_add(along, p.axis((k + 1) % 3)),
+            self.y.mul_add(along, p.axis((k + 2) % 3)),
+            along,
+        )
+    }
+}

@@ -1,0 +1,386 @@
+//! Output files that appear whole or not at all.
+//!
+//! [`Outputs`] writes each file under a temporary name in the folder it is meant
+//! for; [`Outputs::commit`] renames them, when all are complete. Dropped before
+//! that, it leaves nothing behind, and an older file of the same name stays as
+//! it was. A write through a symbolic link replaces the link's target; a device
+//! or pipe (`/dev/stdout`) cannot be renamed over and is written at the commit.
+//!
+//! [`discard_unfinished`] serves a process that must end at once, while another
+//! of its threads may be writing.
+
+use super::SaveError;
+use std::fs::{self, Metadata, Permissions};
+use std::io::{Error, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use tempfile::TempPath;
+
+#[derive(Debug, Default)]
+pub struct Outputs {
+    files: Vec<Output>,
+}
+
+#[derive(Debug)]
+enum Output {
+    Renamed {
+        temporary: Temporary,
+        target: PathBuf,
+        existed: bool,
+    },
+    Direct {
+        target: PathBuf,
+        bytes: Vec<u8>,
+    },
+}
+
+impl Outputs {
+    /// Writes one file, as yet under a temporary name.
+    pub fn add(&mut self, path: &Path, bytes: Vec<u8>) -> Result<(), SaveError> {
+        let output = match destination(path)? {
+            Destination::Device => Output::Direct {
+                target: path.into(),
+                bytes,
+            },
+            Destination::File {
+                target,
+                permissions,
+            } => Output::Renamed {
+                existed: permissions.is_some(),
+                temporary: Temporary::write(&target, &bytes, permissions)
+                    .map_err(|source| failed(path, source))?,
+                target,
+            },
+        };
+        self.files.push(output);
+        Ok(())
+    }
+
+    /// Gives all files their names. If one cannot be placed, those of them that
+    /// are new are taken away again.
+    pub fn commit(self) -> Result<(), SaveError> {
+        let mut created = Vec::new();
+        for output in self.files {
+            let placed = match output {
+                Output::Renamed {
+                    temporary,
+                    target,
+                    existed,
+                } => temporary.place(&target).map(|()| {
+                    if !existed {
+                        created.push(target);
+                    }
+                }),
+                Output::Direct { target, bytes } => {
+                    write_device(&target, &bytes).map_err(|source| failed(&target, source))
+                }
+            };
+            if let Err(error) = placed {
+                for path in created {
+                    let _ = fs::remove_file(path);
+                }
+                return Err(error);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Can a file of this name be written? Asked before long work, so that it is
+/// not done in vain; the answer may change until then.
+pub fn check_writable(path: &Path) -> Result<(), SaveError> {
+    match destination(path)? {
+        Destination::Device => Ok(()),
+        Destination::File { target, .. } => Temporary::write(&target, &[], None)
+            .map(drop)
+            .map_err(|source| failed(path, source)),
+    }
+}
+
+/// Removes what is not committed and keeps any thread from beginning another
+/// file for as long as the answer lives: for a process about to exit.
+#[must_use]
+pub fn discard_unfinished() -> impl Drop {
+    let unfinished = unfinished();
+    for path in unfinished.iter() {
+        let _ = fs::remove_file(path);
+    }
+    unfinished
+}
+
+/// Temporary files that exist now.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+enum Destination {
+    /// The file to be replaced, links followed, and its permissions if it exists.
+    File {
+        target: PathBuf,
+        permissions: Option<Permissions>,
+    },
+    Device,
+}
+
+fn destination(path: &Path) -> Result<Destination, SaveError> {
+    let refuse = |why: &str| Err(failed(path, Error::new(ErrorKind::InvalidInput, why)));
+    if path.file_name().is_none() {
+        return refuse("it is not a file name");
+    }
+    let about: Metadata = match fs::metadata(path) {
+        Ok(about) => about,
+        Err(e) if e.kind() == ErrorKind::NotFound => {
+            let folder = folder_of(path);
+            return match fs::metadata(folder) {
+                Ok(f) if f.is_dir() => Ok(Destination::File {
+                    target: path.into(),
+                    permissions: None,
+                }),
+                Ok(_) => refuse(&format!("'{}' is not a folder", folder.display())),
+                Err(e) if e.kind() == ErrorKind::NotFound => refuse(&format!(
+                    "the folder '{}' does not exist; create it first",
+                    folder.display()
+                )),
+                Err(e) => Err(failed(path, e)),
+            };
+        }
+        Err(e) => return Err(failed(path, e)),
+    };
+    if about.is_dir() {
+        return refuse("a folder of that name exists");
+    }
+    if !about.is_file() {
+        return Ok(Destination::Device);
+    }
+    if about.permissions().readonly() {
+        return refuse("a read-only file of that name exists");
+    }
+    Ok(Destination::File {
+        target: path.canonicalize().map_err(|e| failed(path, e))?,
+        permissions: Some(about.permissions()),
+    })
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."))
+}
+
+/// A file under a temporary name, gone when this is dropped.
+#[derive(Debug)]
+struct Temporary {
+    /// `None` once it has its name.
+    path: Option<TempPath>,
+}
+
+impl Temporary {
+    fn write(
+        target: &Path,
+        bytes: &[u8],
+        permissions: Option<Permissions>,
+    ) -> Result<Temporary, Error> {
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".lanecast-").suffix(".tmp");
+        // What the file would have had without the detour; the umask still counts.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let (mut file, path) = {
+            // In the list from its first moment on.
+            let mut unfinished = unfinished();
+            let (file, path) = builder
+                .tempfile_in(folder_of(target))
+                .map_err(without_path)?
+                .into_parts();
+            unfinished.push(path.to_path_buf());
+            (file, path)
+        };
+        let temporary = Temporary { path: Some(path) };
+        file.write_all(bytes)?;
+        if let Some(permissions) = permissions {
+            file.set_permissions(permissions)?;
+        }
+        Ok(temporary)
+    }
+
+    fn place(mut self, target: &Path) -> Result<(), SaveError> {
+        let mut unfinished = unfinished();
+        let Some(path) = self.path.take() else {
+            return Ok(());
+        };
+        unfinished.retain(|other| **other != *path);
+        path.persist(target).map_err(|e| failed(target, e.error))
+    }
+}
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        if let Some(path) = self.path.take() {
+            let mut unfinished = unfinished();
+            unfinished.retain(|other| **other != *path);
+            drop(path);
+        }
+    }
+}
+
+/// The system's own error: the temporary name means nothing to the user.
+fn without_path(error: Error) -> Error {
+    let inner = error
+        .get_ref()
+        .and_then(|e| e.source())
+        .and_then(|e| e.downcast_ref::<Error>())
+        .and_then(Error::raw_os_error);
+    inner.map_or(error, Error::from_raw_os_error)
+}
+
+fn write_device(target: &Path, bytes: &[u8]) -> Result<(), Error> {
+    let mut file = fs::OpenOptions::new().write(true).open(target)?;
+    file.write_all(bytes)?;
+    file.flush()
+}
+
+fn failed(path: &Path, source: Error) -> SaveError {
+    SaveError::Write {
+        path: path.into(),
+        source,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> = fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn nothing_before_the_commit_and_everything_after() {
+        let folder = tempfile::tempdir().unwrap();
+        let (a, b) = (folder.path().join("a"), folder.path().join("b"));
+        fs::write(&b, "old").unwrap();
+        let mut outputs = Outputs::default();
+        outputs.add(&a, b"one".into()).unwrap();
+        outputs.add(&b, b"two".into()).unwrap();
+        assert!(!a.exists());
+        assert_eq!(fs::read(&b).unwrap(), b"old");
+        outputs.commit().unwrap();
+        assert_eq!(fs::read(&a).unwrap(), b"one");
+        assert_eq!(fs::read(&b).unwrap(), b"two");
+        assert_eq!(names(folder.path()), ["a", "b"]);
+    }
+
+    #[test]
+    fn dropped_outputs_leave_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let old = folder.path().join("old");
+        fs::write(&old, "as it was").unwrap();
+        let mut outputs = Outputs::default();
+        outputs.add(&old, b"new".into()).unwrap();
+        outputs
+            .add(&folder.path().join("new"), b"new".into())
+            .unwrap();
+        assert_eq!(names(folder.path()).len(), 3);
+        drop(outputs);
+        assert_eq!(names(folder.path()), ["old"]);
+        assert_eq!(fs::read(&old).unwrap(), b"as it was");
+    }
+
+    #[test]
+    fn a_failed_commit_takes_back_what_it_placed() {
+        let folder = tempfile::tempdir().unwrap();
+        let (first, second) = (folder.path().join("first"), folder.path().join("second"));
+        let mut outputs = Outputs::default();
+        outputs.add(&first, b"1".into()).unwrap();
+        outputs.add(&second, b"2".into()).unwrap();
+        // Since it was checked, a folder has taken the name.
+        fs::create_dir(&second).unwrap();
+        fs::write(second.join("inside"), "").unwrap();
+        assert!(outputs.commit().is_err());
+        assert_eq!(names(folder.path()), ["second"]);
+    }
+
+    #[test]
+    fn refusals_say_why() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("file"), "").unwrap();
+        fs::write(at("locked"), "").unwrap();
+        let mut locked = fs::metadata(at("locked")).unwrap().permissions();
+        locked.set_readonly(true);
+        fs::set_permissions(at("locked"), locked).unwrap();
+        for (path, why) in [
+            (at("missing").join("x.png"), "does not exist; create it"),
+            (at("file").join("x.png"), ""),
+            (folder.path().into(), "a folder of that name"),
+            (at("locked"), "read-only"),
+            (PathBuf::new(), "not a file name"),
+            (PathBuf::from(".."), "not a file name"),
+        ] {
+            let said = check_writable(&path).unwrap_err().to_string();
+            assert!(said.contains(why), "{said}");
+            let added = Outputs::default().add(&path, vec![1]).unwrap_err();
+            assert_eq!(added.to_string(), said);
+        }
+        assert_eq!(names(folder.path()), ["file", "locked"]);
+    }
+
+    #[test]
+    fn checking_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        check_writable(&folder.path().join("x")).unwrap();
+        assert!(names(folder.path()).is_empty());
+    }
+
+    #[test]
+    fn the_list_of_unfinished_files_is_true() {
+        // Discarding here would disturb this process's other tests.
+        let folder = tempfile::tempdir().unwrap();
+        let mut outputs = Outputs::default();
+        outputs.add(&folder.path().join("x"), vec![0; 9]).unwrap();
+        let here = |list: &[PathBuf]| list.iter().filter(|p| p.starts_with(&folder)).count();
+        assert_eq!(here(&unfinished()), 1);
+        outputs.commit().unwrap();
+        assert_eq!(here(&unfinished()), 0);
+        check_writable(&folder.path().join("y")).unwrap();
+        assert_eq!(here(&unfinished()), 0);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_permissions_and_devices() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().unwrap();
+        let (file, link) = (folder.path().join("file"), folder.path().join("link"));
+        fs::write(&file, "old").unwrap();
+        fs::set_permissions(&file, Permissions::from_mode(0o640)).unwrap();
+        symlink(&file, &link).unwrap();
+        let mut outputs = Outputs::default();
+        outputs.add(&link, b"new".into()).unwrap();
+        outputs.add(Path::new("/dev/null"), vec![0; 99]).unwrap();
+        outputs.commit().unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read(&file).unwrap(), b"new");
+        assert_eq!(
+            fs::metadata(&file).unwrap().permissions().mode() & 0o777,
+            0o640
+        );
+        assert!(!fs::metadata("/dev/null").unwrap().is_file());
+
+        let full = Path::new("/dev/full");
+        if full.exists() {
+            let mut outputs = Outputs::default();
+            outputs.add(&folder.path().join("with"), vec![1]).unwrap();
+            outputs.add(full, vec![0; 99]).unwrap();
+            assert!(outputs.commit().is_err());
+            assert_eq!(names(folder.path()), ["file", "link"]);
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! Any mesh file as one mesh: all its triangles, in world space.
+//!
+//! What a scene file's `mesh = "file"` names. Materials, cameras and lights of
+//! the mesh file do not come along.
+
+use super::mesh_data::unit;
+use super::{Dropped, LoadError, LoadOptions, gltf, obj, ply, stl};
+use crate::math::Affine;
+use crate::scene::{Appearances, MeshData, Scene, SceneBuilder, Shape};
+use glam::{DMat3, DVec3};
+use std::path::Path;
+
+/// Vertices and triangles that instancing may add to what the file stores:
+/// about half a gigabyte.
+const MOST_REPEATED: usize = 1 << 24;
+
+/// Reads a `.gltf`, `.glb`, `.obj`, `.ply` or `.stl` file and bakes its
+/// triangles with their transforms, in f64, into one mesh without parts.
+///
+/// A mirrored instance has its triangles turned, so that outside stays outside.
+pub fn import_mesh(
+    path: &Path,
+    options: &LoadOptions,
+    dropped: &mut Dropped,
+) -> Result<MeshData, LoadError> {
+    match &*super::extension(path) {
+        "gltf" | "glb" => {
+            let mut scene = SceneBuilder::default();
+            gltf::import(path, options, &mut scene, dropped)?;
+            let scene = scene.finish().map_err(|source| LoadError::Scene {
+                path: path.into(),
+                source,
+            })?;
+            bake(path, &scene)
+        }
+        "obj" => obj::read(path, options, dropped).map(|o| o.mesh),
+        "ply" => ply::read(path, dropped),
+        "stl" => stl::read(path),
+        other => Err(LoadError::UnknownFormat {
+            path: path.into(),
+            extension: other.into(),
+        }),
+    }
+}
+
+/// Every appearance's triangles, one after the other. Normals are kept where
+/// every mesh has them.
+fn bake(path: &Path, scene: &Scene) -> Result<MeshData, LoadError> {
+    let of_scene = |source| LoadError::Scene {
+        path: path.into(),
+        source,
+    };
+    let all = Appearances::of(scene).map_err(of_scene)?;
+    let placed = || {
+        all.rows
+            .iter()
+            .filter_map(|row| match scene.shapes.row(row.shape) {
+                Shape::Mesh(id) => Some((row, scene.meshes.row(id))),
+                _ => None,
+            })
+    };
+    let (mut vertices, mut triangles) = (0, 0);
+    for (_, mesh) in placed() {
+        vertices += mesh.positions.len();
+        triangles += mesh.triangles.len();
+    }
+    let stored = scene.meshes.positions.len() + scene.meshes.triangles.len();
+    if vertices + triangles > stored + MOST_REPEATED || vertices.max(triangles) > u32::MAX as usize
+    {
+        return Err(LoadError::Unsupported {
+            path: path.into(),
+            what: format!("baking {triangles} instanced triangles into one mesh"),
+            remedy: Some("load the file as a scene, where instances share their mesh".into()),
+        });
+    }
+    let smooth = placed().all(|(_, mesh)| mesh.normals.is_some());
+    let mut baked = MeshData::default();
+    for (row, mesh) in placed() {
+        let first = baked.positions.len() as u32;
+        let world = &row.world_from_object;
+        baked.positions.extend(mesh.positions.iter().map(|p| {
+            let about = DVec3::from_array(p.map(f64::from));
+            world.point((about + mesh.center).to_array())
+        }));
+        if let (true, Some(normals)) = (smooth, mesh.normals) {
+            baked.normals.extend(normals.iter().map(|n| {
+                let normal = row.object_from_world.transposed_vector(n.map(f64::from));
+                let normal = unit(DVec3::from_array(normal)).unwrap_or(DVec3::Z);
+                normal.as_vec3().to_array()
+            }));
+        }
+        let mirrored = is_mirrored(world);
+        baked.triangles.extend(mesh.triangles.iter().map(|corners| {
+            let [a, b, c] = corners.map(|v| first + v);
+            if mirrored { [a, c, b] } else { [a, b, c] }
+        }));
+    }
+    Ok(baked)
+}
+
+fn is_mirrored(m: &Affine) -> bool {
+    let size = m.norm();
+    let columns = m.linear.map(|c| DVec3::from_array(c) / size);
+    DMat3::from_cols(columns[0], columns[1], columns[2]).determinant() < 0.0
+}

@@ -1,0 +1,258 @@
+//! Accessors: typed columns in the buffers, dense and sparse.
+//!
+//! Every range is checked in u64 before a byte is read, and a column's length
+//! is bounded by the bytes behind it before it is allocated; a column without
+//! bytes (all zeros) is bounded by the file's [`Budget`](super::Budget).
+//! Alignment is not required: components are read byte by byte.
+
+use super::super::LoadError;
+use super::File;
+use gltf::json::Index;
+use gltf::json::accessor::{Accessor, ComponentType, Type, sparse::Sparse};
+use gltf::json::buffer::View;
+use gltf::json::validation::Checked;
+
+/// The formats that a column may have.
+pub(super) enum Accept {
+    /// f32 only.
+    Float,
+    /// KHR_mesh_quantization's positions: also 8 and 16 bits, any sign.
+    Position,
+    /// KHR_mesh_quantization's normals: also 8 and 16 bits, signed, normalised.
+    Normal,
+}
+
+impl Accept {
+    fn allows(&self, kind: ComponentType, normalized: bool) -> bool {
+        use ComponentType::{F32, I8, I16, U8, U16};
+        match self {
+            Accept::Float => kind == F32 && !normalized,
+            Accept::Position => matches!(kind, F32 | I8 | U8 | I16 | U16),
+            Accept::Normal => kind == F32 || matches!(kind, I8 | I16) && normalized,
+        }
+    }
+}
+
+/// A column of triples.
+pub(super) fn triples(
+    file: &File,
+    id: Index<Accessor>,
+    accept: &Accept,
+    place: &str,
+) -> Result<Vec<[f64; 3]>, LoadError> {
+    let wrong = |message: &str| file.invalid(place, message);
+    let (accessor, kind, count) = header(file, id, place)?;
+    if accessor.type_ != Checked::Valid(Type::Vec3) {
+        return Err(wrong("its accessor must be of type VEC3"));
+    }
+    let normalized = accessor.normalized;
+    if !accept.allows(kind, normalized) {
+        return Err(wrong(
+            "its component type is not allowed here: it must be 5126 (float), \
+             or 8 or 16 bits with KHR_mesh_quantization required",
+        ));
+    }
+    column(file, accessor, count, kind.size() * 3, place, |b| {
+        let size = kind.size();
+        [0, 1, 2].map(|i| component(kind, normalized, &b[i * size..(i + 1) * size]))
+    })
+}
+
+/// A column of vertex numbers.
+pub(super) fn indices(
+    file: &File,
+    id: Index<Accessor>,
+    place: &str,
+) -> Result<Vec<u32>, LoadError> {
+    let (accessor, kind, count) = header(file, id, place)?;
+    if accessor.type_ != Checked::Valid(Type::Scalar) {
+        return Err(file.invalid(place, "its accessor must be of type SCALAR"));
+    }
+    if !is_index(kind) || accessor.normalized {
+        return Err(file.invalid(
+            place,
+            "its component type must be 5121, 5123 or 5125 (unsigned)",
+        ));
+    }
+    column(file, accessor, count, kind.size(), place, |b| {
+        unsigned(b) as u32
+    })
+}
+
+fn is_index(kind: ComponentType) -> bool {
+    use ComponentType::{U8, U16, U32};
+    matches!(kind, U8 | U16 | U32)
+}
+
+/// The accessor, its component type, and its count, which is at least 1.
+fn header<'f>(
+    file: &'f File,
+    id: Index<Accessor>,
+    place: &str,
+) -> Result<(&'f Accessor, ComponentType, u64), LoadError> {
+    let all = &file.root.accessors;
+    let Some(accessor) = all.get(id.value()) else {
+        let message = format!(
+            "refers to accessor {}, but there are {}",
+            id.value(),
+            all.len()
+        );
+        return Err(file.invalid(place, &message));
+    };
+    let Checked::Valid(kind) = accessor.component_type else {
+        return Err(file.invalid(place, "its component type is unknown"));
+    };
+    if accessor.count.0 == 0 {
+        return Err(file.invalid(place, "its count must be at least 1"));
+    }
+    Ok((accessor, kind.0, accessor.count.0))
+}
+
+/// Reads the dense part, or zeros, then lays the sparse part over it.
+fn column<T: Copy>(
+    file: &File,
+    accessor: &Accessor,
+    count: u64,
+    size: usize,
+    place: &str,
+    read: impl Fn(&[u8]) -> T,
+) -> Result<Vec<T>, LoadError> {
+    file.spend(count, place)?;
+    let offset = accessor.byte_offset.map_or(0, |o| o.0);
+    let mut values = match accessor.buffer_view {
+        Some(view) => {
+            let (bytes, stride) = range(file, view, offset, count, size, place)?;
+            let rows = (0..count as usize).map(|i| &bytes[i * stride..i * stride + size]);
+            rows.map(&read).collect()
+        }
+        None => vec![read(&vec![0; size]); count as usize],
+    };
+    if let Some(sparse) = &accessor.sparse {
+        overlay(file, sparse, &mut values, size, place, read)?;
+    }
+    Ok(values)
+}
+
+fn overlay<T: Copy>(
+    file: &File,
+    sparse: &Sparse,
+    values: &mut [T],
+    size: usize,
+    place: &str,
+    read: impl Fn(&[u8]) -> T,
+) -> Result<(), LoadError> {
+    let place = &format!("{place}, sparse");
+    let count = sparse.count.0;
+    if count == 0 || count > values.len() as u64 {
+        let message = format!("its count is {count}; it must be 1 to {}", values.len());
+        return Err(file.invalid(place, &message));
+    }
+    let Checked::Valid(kind) = sparse.indices.component_type else {
+        return Err(file.invalid(place, "the component type of its indices is unknown"));
+    };
+    let width = kind.0.size();
+    let (rows, row_stride) = range(
+        file,
+        sparse.indices.buffer_view,
+        sparse.indices.byte_offset.0,
+        count,
+        width,
+        place,
+    )?;
+    let (bytes, stride) = range(
+        file,
+        sparse.values.buffer_view,
+        sparse.values.byte_offset.0,
+        count,
+        size,
+        place,
+    )?;
+    let mut last = None;
+    for i in 0..count as usize {
+        let row = unsigned(&rows[i * row_stride..i * row_stride + width]) as usize;
+        if last.is_some_and(|last| row <= last) {
+            return Err(file.invalid(place, "its indices must strictly increase"));
+        }
+        last = Some(row);
+        let len = values.len();
+        let Some(value) = values.get_mut(row) else {
+            let message = format!("it replaces element {row}, but there are only {len}");
+            return Err(file.invalid(place, &message));
+        };
+        *value = read(&bytes[i * stride..i * stride + size]);
+    }
+    Ok(())
+}
+
+/// The bytes of `count` elements from `offset` in a view, and their stride:
+/// `stride · (count - 1) + size` bytes are there.
+fn range<'f>(
+    file: &'f File,
+    view: Index<View>,
+    offset: u64,
+    count: u64,
+    size: usize,
+    place: &str,
+) -> Result<(&'f [u8], usize), LoadError> {
+    let wrong = |message: String| file.invalid(place, &message);
+    let id = view.value();
+    let view = file.root.buffer_views.get(id).ok_or_else(|| {
+        let all = file.root.buffer_views.len();
+        wrong(format!("refers to bufferView {id}, but there are {all}"))
+    })?;
+    let buffer = view.buffer.value();
+    let bytes = file.buffers.get(buffer).ok_or_else(|| {
+        wrong(format!(
+            "bufferView {id} refers to buffer {buffer}, which does not exist or has no data"
+        ))
+    })?;
+    let start = view.byte_offset.map_or(0, |o| o.0);
+    let end = start.checked_add(view.byte_length.0);
+    let Some(end) = end.filter(|end| *end <= bytes.len() as u64) else {
+        return Err(wrong(format!(
+            "bufferView {id} spans bytes {start} to {start}+{}, but buffer {buffer} has only {}",
+            view.byte_length.0,
+            bytes.len()
+        )));
+    };
+    let bytes = &bytes[start as usize..end as usize];
+    let stride = view.byte_stride.map_or(size, |s| s.0);
+    if stride < size {
+        return Err(wrong(format!(
+            "bufferView {id} has byteStride {stride}, but an element has {size} bytes"
+        )));
+    }
+    let need = (stride as u64)
+        .checked_mul(count - 1)
+        .and_then(|n| n.checked_add(size as u64))
+        .and_then(|n| n.checked_add(offset));
+    if need.is_none_or(|need| need > bytes.len() as u64) {
+        return Err(wrong(format!(
+            "{count} elements from byte {offset} of bufferView {id} do not fit into its {} bytes",
+            bytes.len()
+        )));
+    }
+    Ok((&bytes[offset as usize..], stride))
+}
+
+/// Little-endian, one, two or four bytes.
+fn unsigned(b: &[u8]) -> u64 {
+    b.iter().rev().fold(0, |n, b| (n << 8) | u64::from(*b))
+}
+
+/// As the specification converts integers: c / max, signed ones not below -1.
+fn component(kind: ComponentType, normalized: bool, b: &[u8]) -> f64 {
+    let (value, max) = match kind {
+        ComponentType::F32 => return f64::from(f32::from_bits(unsigned(b) as u32)),
+        ComponentType::I8 => (f64::from(unsigned(b) as u8 as i8), 127.0),
+        ComponentType::U8 => (unsigned(b) as f64, 255.0),
+        ComponentType::I16 => (f64::from(unsigned(b) as u16 as i16), 32767.0),
+        ComponentType::U16 => (unsigned(b) as f64, 65535.0),
+        ComponentType::U32 => (unsigned(b) as f64, 4_294_967_295.0),
+    };
+    if normalized {
+        (value / max).max(-1.0)
+    } else {
+        value
+    }
+}

@@ -1,0 +1,217 @@
+//! One mesh: its primitives' triangles one after the other, in file order.
+//!
+//! Primitives that name the same position and normal accessors share their
+//! vertices. Normals are kept where every primitive with triangles has them.
+
+use super::super::mesh_data::{compact, repair_normals};
+use super::super::{Dropped, LoadError};
+use super::File;
+use super::accessor::{Accept, indices, triples};
+use crate::scene::{MaterialId, MeshData};
+use gltf::json::mesh::{Mode, Primitive, Semantic};
+use gltf::json::validation::Checked;
+use std::collections::HashMap;
+
+/// A range of the mesh's vertices that came from one pair of accessors.
+#[derive(Clone, Copy)]
+struct Vertices {
+    first: u32,
+    count: u32,
+    normals: bool,
+}
+
+/// The triangles of a mesh, maybe none.
+pub(super) fn read(
+    file: &File,
+    source: &gltf::json::Mesh,
+    label: &str,
+    materials: &[MaterialId],
+    dropped: &mut Dropped,
+) -> Result<MeshData, LoadError> {
+    let mut mesh = MeshData::default();
+    let mut read: HashMap<(usize, Option<usize>), Vertices> = HashMap::new();
+    let (mut smooth, mut flat) = (false, false);
+    for (i, primitive) in source.primitives.iter().enumerate() {
+        let place = format!("{label}, primitive {i}");
+        let Checked::Valid(mode) = primitive.mode else {
+            return Err(file.invalid(&place, "its mode must be 0 to 6"));
+        };
+        match mode {
+            Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan => {}
+            Mode::Points => {
+                dropped.add("point primitive");
+                continue;
+            }
+            Mode::Lines | Mode::LineLoop | Mode::LineStrip => {
+                dropped.add("line primitive");
+                continue;
+            }
+        }
+        let attribute = |s| primitive.attributes.get(&Checked::Valid(s)).copied();
+        let Some(positions) = attribute(Semantic::Positions) else {
+            dropped.add("primitive without positions");
+            continue;
+        };
+        let normals = attribute(Semantic::Normals);
+        let key = (positions.value(), normals.map(|n| n.value()));
+        let vertices = match read.get(&key) {
+            Some(vertices) => *vertices,
+            None => {
+                let vertices = read_vertices(file, primitive, &mut mesh, &place)?;
+                read.insert(key, vertices);
+                vertices
+            }
+        };
+        let first = mesh.triangles.len();
+        corners(file, primitive, mode, vertices, &mut mesh, &place, dropped)?;
+        if mesh.triangles.len() == first {
+            continue;
+        }
+        let material = match primitive.material {
+            None => None,
+            Some(id) => Some(*materials.get(id.value()).ok_or_else(|| {
+                let (id, all) = (id.value(), materials.len());
+                file.invalid(
+                    &place,
+                    &format!("refers to material {id}, but there are {all}"),
+                )
+            })?),
+        };
+        if mesh.parts.last().map_or(None, |(_, m)| *m) != material {
+            mesh.parts.push((first as u32, material));
+        }
+        smooth |= vertices.normals;
+        flat |= !vertices.normals;
+    }
+    if flat {
+        if smooth {
+            dropped.add("normals of a mesh where only some primitives have them");
+        }
+        mesh.normals.clear();
+    }
+    compact(&mut mesh);
+    dropped.add_many("unusable normal", repair_normals(&mut mesh));
+    Ok(mesh)
+}
+
+/// Appends the vertices of a primitive; where it has no normals, zeros.
+fn read_vertices(
+    file: &File,
+    primitive: &Primitive,
+    mesh: &mut MeshData,
+    place: &str,
+) -> Result<Vertices, LoadError> {
+    let quantized = file
+        .root
+        .extensions_required
+        .iter()
+        .any(|e| e == "KHR_mesh_quantization");
+    let accept = |quantization| {
+        if quantized {
+            quantization
+        } else {
+            Accept::Float
+        }
+    };
+    let attribute = |s| primitive.attributes.get(&Checked::Valid(s)).copied();
+    let place_of = |what| format!("{place}, {what}");
+
+    let at = place_of("POSITION");
+    let positions = match attribute(Semantic::Positions) {
+        Some(id) => triples(file, id, &accept(Accept::Position), &at)?,
+        None => Vec::new(),
+    };
+    if let Some(row) = positions
+        .iter()
+        .position(|p| !p.iter().all(|x| x.is_finite()))
+    {
+        let message = format!("vertex {row} is not finite: {:?}", positions[row]);
+        return Err(file.invalid(&at, &message));
+    }
+    let first = mesh.positions.len();
+    let all = first + positions.len();
+    if all > u32::MAX as usize {
+        return Err(file.invalid(&at, "the mesh has more vertices than u32 can count"));
+    }
+    let count = positions.len();
+    mesh.positions.extend(positions);
+    let normals = attribute(Semantic::Normals);
+    match normals {
+        Some(id) => {
+            let at = place_of("NORMAL");
+            let normals = triples(file, id, &accept(Accept::Normal), &at)?;
+            if normals.len() != count {
+                let message = format!("{} normals for {count} positions", normals.len());
+                return Err(file.invalid(&at, &message));
+            }
+            mesh.normals
+                .extend(normals.iter().map(|n| n.map(|x| x as f32)));
+        }
+        None => mesh.normals.resize(all, [0.0; 3]),
+    }
+    Ok(Vertices {
+        first: first as u32,
+        count: count as u32,
+        normals: normals.is_some(),
+    })
+}
+
+/// Appends the triangles of a primitive.
+fn corners(
+    file: &File,
+    primitive: &Primitive,
+    mode: Mode,
+    vertices: Vertices,
+    mesh: &mut MeshData,
+    place: &str,
+    dropped: &mut Dropped,
+) -> Result<(), LoadError> {
+    let place = &format!("{place}, indices");
+    let list = match primitive.indices {
+        Some(id) => {
+            let list = indices(file, id, place)?;
+            if let Some(i) = list.iter().position(|v| *v >= vertices.count) {
+                let message = format!(
+                    "index {i} is vertex {}, but there are only {}",
+                    list[i], vertices.count
+                );
+                return Err(file.invalid(place, &message));
+            }
+            list
+        }
+        None => {
+            file.spend(u64::from(vertices.count), place)?;
+            (0..vertices.count).collect()
+        }
+    };
+    let triangles = &mut mesh.triangles;
+    let mut push = |corners: [u32; 3]| triangles.push(corners.map(|v| vertices.first + v));
+    match mode {
+        Mode::TriangleStrip => {
+            // Every second triangle is turned, so that all wind alike.
+            for (i, w) in list.windows(3).enumerate() {
+                push(if i % 2 == 0 {
+                    [w[0], w[1], w[2]]
+                } else {
+                    [w[0], w[2], w[1]]
+                });
+            }
+        }
+        Mode::TriangleFan => {
+            for w in list.get(1..).unwrap_or_default().windows(2) {
+                push([w[0], w[1], list[0]]);
+            }
+        }
+        _ => {
+            let whole = list.chunks_exact(3);
+            if !whole.remainder().is_empty() {
+                dropped.add("incomplete triangle");
+            }
+            whole.for_each(|w| push([w[0], w[1], w[2]]));
+        }
+    }
+    if mesh.triangles.len() > u32::MAX as usize {
+        return Err(file.invalid(place, "the mesh has more triangles than u32 can count"));
+    }
+    Ok(())
+}

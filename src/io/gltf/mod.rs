@@ -1,0 +1,115 @@
+//! glTF 2.0 and GLB: scene graph, triangle meshes, materials, cameras, lights.
+//!
+//! A glTF node becomes a node or, where it only carries a mesh, an edge to its
+//! shape; a mesh is stored once, however many nodes show it. Triangle ids are
+//! the file's order: primitives one after the other, triangles as their mode
+//! says. What Lanecast has no use for yet (textures, skins, morph targets,
+//! animations, ...) is counted in [`Dropped`].
+//!
+//! `container` parses, `buffers` and `accessor` check every length and range,
+//! `mesh` and `material` fill rows, `nodes` walks the graph. Specification:
+//! Khronos glTF 2.0.1. tests/io_bad.rs holds it against the Khronos validator.
+
+mod accessor;
+mod buffers;
+mod container;
+mod material;
+mod mesh;
+mod nodes;
+
+use super::text::one_line;
+use super::{Dropped, Folder, LoadError, LoadOptions};
+use crate::scene::SceneBuilder;
+use buffers::Buffers;
+use gltf::json::Root;
+use gltf::json::mesh::Semantic;
+use gltf::json::validation::Checked;
+use std::cell::Cell;
+use std::path::Path;
+
+/// A parsed file while it is imported.
+struct File<'a> {
+    path: &'a Path,
+    root: Root,
+    buffers: Buffers<'a>,
+    /// Elements that may still be decoded.
+    budget: Cell<u64>,
+}
+
+/// Elements that even a tiny file may decode; with what follows from its size
+/// (see [`File::spend`]) it bounds memory at some 100 bytes each.
+const FREE_ELEMENTS: u64 = 1 << 22;
+
+impl File<'_> {
+    fn invalid(&self, place: &str, message: &str) -> LoadError {
+        LoadError::Invalid {
+            path: self.path.into(),
+            place: place.into(),
+            message: message.into(),
+        }
+    }
+
+    /// Accounts for `count` elements. Accessors may overlap, be shared by any
+    /// number of meshes, or have no bytes at all, so a small file could ask for
+    /// any amount of memory; one that shows its own bytes four times cannot
+    /// reach the limit.
+    fn spend(&self, count: u64, place: &str) -> Result<(), LoadError> {
+        let left = self.budget.get().checked_sub(count).ok_or_else(|| {
+            self.invalid(
+                place,
+                &format!("{count} elements are more than the size of the file justifies"),
+            )
+        })?;
+        self.budget.set(left);
+        Ok(())
+    }
+}
+
+pub(super) fn import(
+    path: &Path,
+    options: &LoadOptions,
+    scene: &mut SceneBuilder,
+    dropped: &mut Dropped,
+) -> Result<(), LoadError> {
+    let bytes = super::folder::read(path)?;
+    let chunks = container::split(path, &bytes)?;
+    let container::Document {
+        root,
+        placements,
+        unread,
+    } = container::parse(path, chunks.json)?;
+    let folder = Folder::of(path, options.allow_outside);
+    let buffers = Buffers::read(path, &root, chunks.bin, &folder)?;
+    let size = bytes.len() as u64 + buffers.total();
+    let file = File {
+        path,
+        root,
+        buffers,
+        budget: Cell::new(FREE_ELEMENTS + 4 * size),
+    };
+    for (what, count) in unread {
+        dropped.add_many(what, count);
+    }
+    left_out(&file.root, dropped);
+    let materials = material::import(&file, scene, dropped);
+    nodes::import(&file, &placements, &materials, scene, dropped)
+}
+
+/// Counts what meshes and extensions hold and this importer does not read.
+fn left_out(root: &Root, dropped: &mut Dropped) {
+    for primitive in root.meshes.iter().flat_map(|m| &m.primitives) {
+        let targets = primitive.targets.as_ref().map_or(0, Vec::len);
+        dropped.add_many("morph target", targets);
+        let colors = primitive.attributes.keys();
+        let colors = colors.filter(|k| matches!(k, Checked::Valid(Semantic::Colors(_))));
+        dropped.add_many("vertex colour set", colors.count());
+    }
+    for name in &root.extensions_used {
+        if !container::is_known_extension(name) {
+            dropped.add(&format!("extension {}", one_line(name)));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,321 @@
+//! Wavefront OBJ: the polygons of a file as one mesh, its MTL as materials.
+//!
+//! A reader of our own: the crate tobj keeps f32 only, reads a polyline of three
+//! points as a triangle, shifts normals where only some corners have them,
+//! gives errors without a line and panics on an MTL colour of one number.
+//!
+//! Polygons become fans about their first corner, in file order; that is right
+//! for convex ones. Vertices are told apart by position and normal index.
+//! Texture coordinates, vertex colours and weights, groups and smoothing are not
+//! read; points, lines and free-form curves and surfaces are counted.
+
+use super::mesh_data::repair_normals;
+use super::text::one_line;
+use super::{Dropped, Folder, LoadError, LoadOptions, mtl};
+use crate::scene::{Edge, Material, MeshData, SceneBuilder};
+use std::borrow::Cow;
+use std::collections::{HashMap, HashSet};
+use std::path::{Path, PathBuf};
+
+/// A mesh without parts, and its materials beside it.
+pub(super) struct Obj {
+    pub mesh: MeshData,
+    pub materials: Vec<(String, Material)>,
+    /// First triangle and row of `materials`, rising.
+    pub parts: Vec<(u32, Option<usize>)>,
+}
+
+pub(super) fn import(
+    path: &Path,
+    options: &LoadOptions,
+    scene: &mut SceneBuilder,
+    dropped: &mut Dropped,
+) -> Result<(), LoadError> {
+    let mut obj = read(path, options, dropped)?;
+    let mut ids = Vec::with_capacity(obj.materials.len());
+    for (name, material) in obj.materials {
+        ids.push(scene.material(&one_line(&name), material));
+    }
+    let parts = obj.parts.iter();
+    obj.mesh.parts = parts
+        .map(|(first, m)| (*first, m.map(|m| ids[m])))
+        .collect();
+    if !obj.mesh.triangles.is_empty() {
+        let shape = scene.mesh("", &obj.mesh);
+        scene.instance("", Edge::shape(shape));
+    }
+    Ok(())
+}
+
+/// A corner of a face: rows of the file's positions and normals.
+type Corner = (u32, Option<u32>);
+
+/// What the lines say, before vertices are joined.
+#[derive(Default)]
+struct Lines {
+    positions: Vec<[f64; 3]>,
+    normals: Vec<[f64; 3]>,
+    corners: Vec<Corner>,
+    /// Per face: end of its corners, its line, row of `material_names`.
+    faces: Vec<(usize, usize, Option<usize>)>,
+    material_names: Vec<String>,
+    libraries: Vec<String>,
+}
+
+pub(super) fn read(
+    path: &Path,
+    options: &LoadOptions,
+    dropped: &mut Dropped,
+) -> Result<Obj, LoadError> {
+    let bytes = super::folder::read(path)?;
+    let lines = scan(path, &bytes, dropped)?;
+    let folder = Folder::of(path, options.allow_outside);
+    let materials = libraries(&folder, &lines.libraries, dropped)?;
+    join(path, &lines, materials, dropped)
+}
+
+/// The lines of a file, continuations (a `\` at the end) joined, numbered from 1.
+pub(super) fn logical_lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
+    let mut lines = text.split('\n').enumerate();
+    std::iter::from_fn(move || {
+        let (number, first) = lines.next()?;
+        let mut line = Cow::Borrowed(first.trim_end_matches('\r'));
+        while line.ends_with('\\') {
+            let joined = line.to_mut();
+            joined.pop();
+            joined.push(' ');
+            match lines.next() {
+                Some((_, next)) => joined.push_str(next.trim_end_matches('\r')),
+                None => break,
+            }
+        }
+        Some((number + 1, line))
+    })
+}
+
+/// The error at the place of `word`, which is part of `line`.
+pub(super) fn syntax(path: &Path, line: (usize, &str), word: &str, message: String) -> LoadError {
+    let before = (word.as_ptr() as usize).saturating_sub(line.1.as_ptr() as usize);
+    let before = line.1.get(..before).map_or(0, |b| b.chars().count());
+    LoadError::Syntax {
+        path: path.into(),
+        line: line.0,
+        column: before + 1,
+        message,
+    }
+}
+
+fn scan(path: &Path, bytes: &[u8], dropped: &mut Dropped) -> Result<Lines, LoadError> {
+    let text = String::from_utf8_lossy(bytes);
+    let mut all = Lines::default();
+    let mut rows: HashMap<String, usize> = HashMap::new();
+    let mut material = None;
+    for (number, line) in logical_lines(&text) {
+        let line = (number, &*line);
+        let bare = line.1.split('#').next().unwrap_or_default();
+        let mut words = bare.split_whitespace();
+        let Some(key) = words.next() else { continue };
+        // Names may hold blanks and '#'.
+        let rest = || line.1.trim_start()[key.len()..].trim();
+        match key {
+            "v" => all.positions.push(triple(path, line, key, words)?),
+            "vn" => all.normals.push(triple(path, line, key, words)?),
+            "f" | "fo" => {
+                let first = all.corners.len();
+                for word in words {
+                    let corner = corner(path, line, word, &all)?;
+                    all.corners.push(corner);
+                }
+                if all.corners.len() - first < 3 {
+                    all.corners.truncate(first);
+                    dropped.add("face of fewer than 3 corners");
+                } else {
+                    all.faces.push((all.corners.len(), number, material));
+                }
+            }
+            "usemtl" => {
+                let name = rest();
+                let next = all.material_names.len();
+                let row = *rows.entry(name.into()).or_insert(next);
+                if row == next {
+                    all.material_names.push(name.into());
+                }
+                material = Some(row);
+            }
+            "mtllib" => all.libraries.push(rest().into()),
+            "p" | "l" => dropped.add("point or line element"),
+            "curv" | "curv2" | "surf" => dropped.add("free-form element"),
+            _ => {}
+        }
+    }
+    Ok(all)
+}
+
+/// Three finite numbers; what follows them (a weight, a colour) is not read.
+fn triple<'a>(
+    path: &Path,
+    line: (usize, &str),
+    key: &str,
+    mut words: impl Iterator<Item = &'a str>,
+) -> Result<[f64; 3], LoadError> {
+    let mut values = [0.0; 3];
+    for (i, value) in values.iter_mut().enumerate() {
+        let word = words.next().ok_or_else(|| {
+            let message = format!("'{key}' needs three numbers, but there are {i}");
+            syntax(path, line, line.1, message)
+        })?;
+        *value = finite(word).ok_or_else(|| {
+            let message = format!("'{}' is not a finite number", one_line(word));
+            syntax(path, line, word, message)
+        })?;
+    }
+    Ok(values)
+}
+
+pub(super) fn finite(word: &str) -> Option<f64> {
+    word.parse().ok().filter(|x: &f64| x.is_finite())
+}
+
+/// `position/texture/normal`, where the latter two may be missing. Rows count
+/// from 1, or backwards from the last one so far; the file may define the
+/// positive ones later, so they are checked when it is read. A normal that is
+/// not there is none: files without any refer to some all the same.
+fn corner(path: &Path, line: (usize, &str), word: &str, all: &Lines) -> Result<Corner, LoadError> {
+    let row = |part: &str, what: &str, count: usize| {
+        let wrong = |why: String| syntax(path, line, word, why);
+        let number: i64 = part
+            .parse()
+            .map_err(|_| wrong(format!("'{}' is not a {what} number", one_line(part))))?;
+        let row = match number {
+            0 => return Err(wrong(format!("{what} numbers count from 1, not 0"))),
+            1.. => number - 1,
+            _ => count as i64 + number,
+        };
+        u32::try_from(row).map_err(|_| {
+            wrong(format!(
+                "there is no {what} {number}: {count} are defined before this line"
+            ))
+        })
+    };
+    let mut parts = word.split('/');
+    let position = row(
+        parts.next().unwrap_or_default(),
+        "vertex",
+        all.positions.len(),
+    )?;
+    let normal = match parts.nth(1) {
+        None | Some("") => None,
+        Some(part) => row(part, "normal", all.normals.len()).ok(),
+    };
+    Ok((position, normal))
+}
+
+/// The materials of the libraries that exist; one that does not is counted, as
+/// OBJ files often come without.
+fn libraries(
+    folder: &Folder,
+    names: &[String],
+    dropped: &mut Dropped,
+) -> Result<HashMap<String, Material>, LoadError> {
+    let mut materials = HashMap::new();
+    let mut done: HashSet<PathBuf> = HashSet::new();
+    for name in names {
+        // The whole rest of the line is one name, or else a list of names.
+        let whole = folder.resolve(name);
+        let list: Vec<&str> = match whole {
+            Err(LoadError::Read { .. }) => name.split_whitespace().collect(),
+            _ => vec![name],
+        };
+        for name in list {
+            match folder.resolve(name) {
+                Ok(found) if done.insert(found.clone()) => {
+                    mtl::read(&found, &mut materials, dropped)?;
+                }
+                Ok(_) => {}
+                Err(LoadError::Read { .. }) => dropped.add("missing material library"),
+                Err(outside) => return Err(outside),
+            }
+        }
+    }
+    Ok(materials)
+}
+
+/// Joins corners into vertices, faces into triangles.
+fn join(
+    path: &Path,
+    lines: &Lines,
+    mut known: HashMap<String, Material>,
+    dropped: &mut Dropped,
+) -> Result<Obj, LoadError> {
+    let normal_of = |corner: &Corner| lines.normals.get(corner.1? as usize);
+    let smooth = lines.corners.iter().filter(|c| normal_of(c).is_some());
+    let smooth = smooth.count();
+    let with_normals = smooth == lines.corners.len();
+    if smooth > 0 && !with_normals {
+        dropped.add("normals of a mesh where only some corners have them");
+    }
+    let mut materials = Vec::new();
+    let mut row_of = Vec::new();
+    for name in &lines.material_names {
+        let found = known.remove(name);
+        if found.is_none() {
+            dropped.add("unknown material");
+        }
+        row_of.push(found.map(|material| {
+            materials.push((name.clone(), material));
+            materials.len() - 1
+        }));
+    }
+
+    let mut mesh = MeshData::default();
+    let mut parts: Vec<(u32, Option<usize>)> = Vec::new();
+    let mut vertex: HashMap<Corner, u32> = HashMap::new();
+    let mut fan: Vec<u32> = Vec::new();
+    let mut first = 0;
+    for (end, line, material) in &lines.faces {
+        fan.clear();
+        for corner in &lines.corners[first..*end] {
+            let (position, normal) = *corner;
+            let Some(at) = lines.positions.get(position as usize) else {
+                return Err(LoadError::Syntax {
+                    path: path.into(),
+                    line: *line,
+                    column: 1,
+                    message: format!(
+                        "there is no vertex {}: the file has {}",
+                        u64::from(position) + 1,
+                        lines.positions.len()
+                    ),
+                });
+            };
+            let key = (position, normal.filter(|_| with_normals));
+            let next = mesh.positions.len() as u32;
+            let row = *vertex.entry(key).or_insert(next);
+            if row == next {
+                mesh.positions.push(*at);
+                if with_normals {
+                    let normal = normal_of(corner).copied().unwrap_or_default();
+                    mesh.normals.push(normal.map(|x| x as f32));
+                }
+            }
+            fan.push(row);
+        }
+        first = *end;
+        let material = material.and_then(|m| row_of[m]);
+        if parts.last().map_or(None, |(_, m)| *m) != material {
+            parts.push((mesh.triangles.len() as u32, material));
+        }
+        let pairs = fan[1..].windows(2);
+        mesh.triangles.extend(pairs.map(|w| [fan[0], w[0], w[1]]));
+    }
+    dropped.add_many("unusable normal", repair_normals(&mut mesh));
+    Ok(Obj {
+        mesh,
+        materials,
+        parts,
+    })
+}
+
+#[cfg(test)]
+#[path = "obj_tests.rs"]
+mod tests;

@@ -1,0 +1,97 @@
+//! Pictures as OpenEXR: one part of scan lines, ZIP, nothing lost.
+//!
+//! | output | channels | type |
+//! |---|---|---|
+//! | colour | `R` `G` `B`, linear Rec. 709 | FLOAT |
+//! | depth | `Z` | FLOAT |
+//! | position, normal | `position.X` `.Y` `.Z`, `normal.X` `.Y` `.Z` | FLOAT |
+//! | albedo | `albedo.R` `.G` `.B` | FLOAT |
+//! | instance_id | `instance_id.lo` `instance_id.hi`: id = hi · 2³² + lo | UINT |
+//! | primitive_id | `primitive_id` | UINT |
+//!
+//! `Z` is OpenEXR's own name for depth: Blender makes it the Depth pass, and
+//! OpenCV reads it as the picture of a file that has no colour. The others are
+//! `layer.component`, which viewers group by layer. Bits are kept: infinities
+//! where nothing was hit, NaN if there were any.
+
+use super::{Picture, SaveError};
+use exr::prelude::*;
+use std::io::Cursor;
+use std::path::Path;
+
+/// Which channels a file gets.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Content {
+    ColorAndAovs,
+    Aovs,
+}
+
+/// `path` is for messages only.
+pub(super) fn encode(
+    picture: &Picture,
+    content: Content,
+    path: &Path,
+) -> std::result::Result<Vec<u8>, SaveError> {
+    let size = Vec2(picture.width as usize, picture.height as usize);
+    let encoding = Encoding {
+        compression: Compression::ZIP16,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
+    let channels = AnyChannels::sort(channels(picture, content).into());
+    let layer = Layer::new(size, LayerAttributes::default(), encoding, channels);
+    let mut bytes = Cursor::new(Vec::new());
+    Image::from_layer(layer)
+        .write()
+        .non_parallel()
+        .to_buffered(&mut bytes)
+        .map_err(|e| SaveError::Encode {
+            path: path.into(),
+            message: e.to_string(),
+        })?;
+    Ok(bytes.into_inner())
+}
+
+fn channels(picture: &Picture, content: Content) -> Vec<AnyChannel<FlatSamples>> {
+    let mut channels = Vec::new();
+    let mut float = |name: String, values: Vec<f32>| {
+        channels.push(AnyChannel::new(name.as_str(), FlatSamples::F32(values)));
+    };
+    let mut triple = |prefix: &str, components: [&str; 3], values: &[[f32; 3]]| {
+        for (i, component) in components.iter().enumerate() {
+            float(
+                format!("{prefix}{component}"),
+                values.iter().map(|v| v[i]).collect(),
+            );
+        }
+    };
+    if content == Content::ColorAndAovs {
+        triple("", ["R", "G", "B"], &picture.color);
+    }
+    if let Some(position) = &picture.position {
+        triple("position.", ["X", "Y", "Z"], position);
+    }
+    if let Some(normal) = &picture.normal {
+        triple("normal.", ["X", "Y", "Z"], normal);
+    }
+    if let Some(albedo) = &picture.albedo {
+        triple("albedo.", ["R", "G", "B"], albedo);
+    }
+    if let Some(depth) = &picture.depth {
+        float("Z".into(), depth.clone());
+    }
+    let mut uint = |name: &str, values: Vec<u32>| {
+        channels.push(AnyChannel::new(name, FlatSamples::U32(values)));
+    };
+    if let Some(ids) = &picture.instance_id {
+        uint("instance_id.lo", ids.iter().map(|id| *id as u32).collect());
+        uint(
+            "instance_id.hi",
+            ids.iter().map(|id| (*id >> 32) as u32).collect(),
+        );
+    }
+    if let Some(ids) = &picture.primitive_id {
+        uint("primitive_id", ids.clone());
+    }
+    channels
+}

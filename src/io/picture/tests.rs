@@ -1,0 +1,187 @@
+//! Written pictures, read back by the codecs' own readers.
+
+use super::*;
+use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
+use std::collections::BTreeMap;
+
+/// Every column differs from pixel to pixel, and holds its awkward values.
+fn picture(width: u32, height: u32) -> Picture {
+    let n = width as usize * height as usize;
+    let triple = |k: f32| {
+        (0..n)
+            .map(|i| [i as f32 + k, -k / 3.0, 1e-30 * k])
+            .collect()
+    };
+    Picture {
+        width,
+        height,
+        color: (0..n)
+            .map(|i| [i as f32 / n as f32, 1e6, 0.1 + i as f32])
+            .collect(),
+        depth: Some(
+            (0..n)
+                .map(|i| if i % 3 == 0 { f32::INFINITY } else { i as f32 })
+                .collect(),
+        ),
+        position: Some(triple(1.0)),
+        normal: Some(triple(2.0)),
+        albedo: Some(triple(3.0)),
+        instance_id: Some(
+            (0..n as u64)
+                .map(|i| match i % 4 {
+                    0 => Picture::NO_ID,
+                    1 => (1 << 32) + i,
+                    2 => u64::from(u32::MAX) - i,
+                    // Neither half survives a way through f32.
+                    _ => 0x0123_4567_89ab_cdef_u64.wrapping_mul(i),
+                })
+                .collect(),
+        ),
+        primitive_id: Some((0..n as u32).map(|i| u32::MAX - i).collect()),
+    }
+}
+
+fn exr_channels(path: &Path) -> (usize, usize, BTreeMap<String, FlatSamples>) {
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path)
+        .unwrap();
+    let size = image.layer_data.size;
+    let channels = image
+        .layer_data
+        .channel_data
+        .list
+        .into_iter()
+        .map(|c| (c.name.to_string(), c.sample_data))
+        .collect();
+    (size.0, size.1, channels)
+}
+
+fn floats(samples: &FlatSamples) -> Vec<u32> {
+    match samples {
+        FlatSamples::F32(values) => values.iter().map(|v| v.to_bits()).collect(),
+        other => panic!("not FLOAT: {other:?}"),
+    }
+}
+
+fn uints(samples: &FlatSamples) -> &[u32] {
+    match samples {
+        FlatSamples::U32(values) => values,
+        other => panic!("not UINT: {other:?}"),
+    }
+}
+
+fn assert_triple(
+    channels: &BTreeMap<String, FlatSamples>,
+    names: [&str; 3],
+    expected: &[[f32; 3]],
+) {
+    for (i, name) in names.iter().enumerate() {
+        let bits: Vec<u32> = expected.iter().map(|v| v[i].to_bits()).collect();
+        assert_eq!(floats(&channels[*name]), bits, "{name}");
+    }
+}
+
+fn assert_aovs(picture: &Picture, channels: &BTreeMap<String, FlatSamples>) {
+    let axes = |l: &str| ["X", "Y", "Z"].map(|c| format!("{l}.{c}"));
+    let [x, y, z] = &axes("position");
+    assert_triple(channels, [x, y, z], picture.position.as_ref().unwrap());
+    let [x, y, z] = &axes("normal");
+    assert_triple(channels, [x, y, z], picture.normal.as_ref().unwrap());
+    let albedo = picture.albedo.as_ref().unwrap();
+    assert_triple(channels, ["albedo.R", "albedo.G", "albedo.B"], albedo);
+    let depth = picture.depth.as_ref().unwrap();
+    let depth: Vec<u32> = depth.iter().map(|z| z.to_bits()).collect();
+    assert_eq!(floats(&channels["Z"]), depth);
+    let ids: Vec<u64> = uints(&channels["instance_id.hi"])
+        .iter()
+        .zip(uints(&channels["instance_id.lo"]))
+        .map(|(hi, lo)| u64::from(*hi) << 32 | u64::from(*lo))
+        .collect();
+    assert_eq!(&ids, picture.instance_id.as_ref().unwrap());
+    assert_eq!(
+        uints(&channels["primitive_id"]),
+        picture.primitive_id.as_ref().unwrap()
+    );
+}
+
+const SIZES: [(u32, u32); 6] = [(1, 1), (3, 1), (1, 5), (7, 3), (17, 33), (130, 67)];
+
+#[test]
+fn exr_keeps_every_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    for (width, height) in SIZES {
+        let picture = picture(width, height);
+        let path = folder.path().join("x.exr");
+        picture.save(&path).unwrap();
+        let (w, h, channels) = exr_channels(&path);
+        assert_eq!((w, h), (width as usize, height as usize));
+        assert_eq!(channels.len(), 16);
+        assert_triple(&channels, ["R", "G", "B"], &picture.color);
+        assert_aovs(&picture, &channels);
+    }
+}
+
+#[test]
+fn png_has_its_aovs_beside_it() {
+    let folder = tempfile::tempdir().unwrap();
+    for (width, height) in SIZES {
+        let picture = picture(width, height);
+        picture.save(&folder.path().join("x.PNG")).unwrap();
+        let srgb = crate::io::SrgbEncoder::new();
+        let png =
+            image::load_from_memory(&std::fs::read(folder.path().join("x.PNG")).unwrap()).unwrap();
+        assert_eq!(png.color(), image::ColorType::Rgb8);
+        let png = png.into_rgb8();
+        assert_eq!(png.dimensions(), (width, height));
+        for (rgb, linear) in png.pixels().zip(&picture.color) {
+            assert_eq!(rgb.0, linear.map(|c| srgb.encode(c)));
+        }
+        let (_, _, channels) = exr_channels(&folder.path().join("x.aov.exr"));
+        assert_eq!(channels.len(), 13);
+        assert_aovs(&picture, &channels);
+    }
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2);
+}
+
+#[test]
+fn png_alone_without_aovs() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = Picture {
+        width: 2,
+        height: 1,
+        color: vec![[0.0, 0.5, f32::NAN], [1.0, 2.0, -1.0]],
+        ..Picture::default()
+    };
+    let path = folder.path().join("x.png");
+    picture.save(&path).unwrap();
+    let png = image::load_from_memory(&std::fs::read(&path).unwrap()).unwrap();
+    assert_eq!(png.into_rgb8().into_raw(), [0, 188, 0, 255, 255, 0]);
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
+}
+
+#[test]
+fn failures_leave_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let fails = |picture: &Picture, name: &str, why: &str| {
+        let said = picture.save(&folder.path().join(name)).unwrap_err();
+        assert!(said.to_string().contains(why), "{said}");
+    };
+    let good = picture(4, 4);
+    fails(&good, "x.jpg", "known are .png and .exr");
+    fails(&good, "x", "known are .png and .exr");
+    fails(&good, "missing/x.png", "create it first");
+    // The second file cannot be placed, so the first must not appear either.
+    std::fs::create_dir(folder.path().join("x.aov.exr")).unwrap();
+    fails(&good, "x.png", "a folder of that name");
+    std::fs::remove_dir(folder.path().join("x.aov.exr")).unwrap();
+    let mut short = good.clone();
+    short.normal.as_mut().unwrap().pop();
+    fails(&short, "x.png", "column normal has 15 rows for 16 pixels");
+    fails(&Picture::default(), "x.exr", "no pixels");
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 0);
+}

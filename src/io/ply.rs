@@ -1,0 +1,260 @@
+//! PLY, ascii and binary of both byte orders, through the crate ply-rs-bw.
+//!
+//! Elements `vertex` (x y z, and nx ny nz where all three are there) and `face`
+//! (`vertex_indices` or `vertex_index`; more than three corners become a fan,
+//! fewer are counted) are read, whatever their number types; all others are
+//! skipped. The crate believes the header's counts, which is endless work for
+//! an element without properties, so they are held against the file's size.
+
+use super::mesh_data::{compact, repair_normals};
+use super::text::one_line;
+use super::{Dropped, LoadError, LoadOptions};
+use crate::scene::{Edge, MeshData, SceneBuilder};
+use ply_rs_bw::parser::{ParseError, Parser, Reader};
+use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAccessResult};
+use std::path::Path;
+
+pub(super) fn import(
+    path: &Path,
+    _options: &LoadOptions,
+    scene: &mut SceneBuilder,
+    dropped: &mut Dropped,
+) -> Result<(), LoadError> {
+    let mesh = read(path, dropped)?;
+    if !mesh.triangles.is_empty() {
+        let shape = scene.mesh("", &mesh);
+        scene.instance("", Edge::shape(shape));
+    }
+    Ok(())
+}
+
+pub(super) fn read(path: &Path, dropped: &mut Dropped) -> Result<MeshData, LoadError> {
+    let bytes = super::folder::read(path)?;
+    parse(&bytes, dropped).map_err(|(line, message)| match line {
+        Some(line) => LoadError::Syntax {
+            path: path.into(),
+            line,
+            column: 1,
+            message,
+        },
+        None => LoadError::Invalid {
+            path: path.into(),
+            place: "PLY".into(),
+            message,
+        },
+    })
+}
+
+/// The line, where there is one, and what is wrong.
+type Wrong = (Option<usize>, String);
+
+struct Vertex {
+    position: [f64; 3],
+    normal: [f64; 3],
+}
+
+struct Face {
+    /// `None`: a corner is negative or not a whole number.
+    corners: Option<Vec<u32>>,
+}
+
+/// An element that is not read.
+struct Skipped;
+
+impl PropertyAccess for Vertex {
+    fn new() -> Vertex {
+        Vertex {
+            position: [0.0; 3],
+            normal: [0.0; 3],
+        }
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        let slot = match name {
+            "x" => &mut self.position[0],
+            "y" => &mut self.position[1],
+            "z" => &mut self.position[2],
+            "nx" => &mut self.normal[0],
+            "ny" => &mut self.normal[1],
+            "nz" => &mut self.normal[2],
+            _ => return PropertyAccessResult::Ignored,
+        };
+        *slot = match property {
+            Property::Char(v) => f64::from(v),
+            Property::UChar(v) => f64::from(v),
+            Property::Short(v) => f64::from(v),
+            Property::UShort(v) => f64::from(v),
+            Property::Int(v) => f64::from(v),
+            Property::UInt(v) => f64::from(v),
+            Property::Float(v) => f64::from(v),
+            Property::Double(v) => v,
+            _ => return PropertyAccessResult::UnsupportedType,
+        };
+        PropertyAccessResult::Set
+    }
+}
+
+fn is_corners(name: &str) -> bool {
+    matches!(name, "vertex_indices" | "vertex_index")
+}
+
+impl PropertyAccess for Face {
+    fn new() -> Face {
+        Face {
+            corners: Some(Vec::new()),
+        }
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        if !is_corners(name) {
+            return PropertyAccessResult::Ignored;
+        }
+        match property {
+            Property::ListFloat(_) | Property::ListDouble(_) => {
+                return PropertyAccessResult::UnsupportedType;
+            }
+            list => self.corners = list.to_u32_list(),
+        }
+        PropertyAccessResult::Set
+    }
+}
+
+impl PropertyAccess for Skipped {
+    fn new() -> Skipped {
+        Skipped
+    }
+}
+
+fn wrong(e: ParseError) -> Wrong {
+    (e.line(), one_line(&e.to_string()))
+}
+
+fn parse(bytes: &[u8], dropped: &mut Dropped) -> Result<MeshData, Wrong> {
+    let mut reader = Reader::new(bytes);
+    let header = Parser::<Skipped>::new()
+        .read_header(&mut reader)
+        .map_err(wrong)?;
+    let rest = reader.get_ref().len();
+    check_header(&header, &bytes[..bytes.len() - rest], rest)?;
+
+    let mut vertices: Vec<Vertex> = Vec::new();
+    let mut faces: Vec<Face> = Vec::new();
+    let mut smooth = false;
+    for element in header.elements.values() {
+        match &*element.name {
+            "vertex" => {
+                let has = |name: &str| element.properties.contains_key(name);
+                if let Some(axis) = ["x", "y", "z"].into_iter().find(|a| !has(a)) {
+                    return Err((None, format!("its vertices have no property '{axis}'")));
+                }
+                smooth = ["nx", "ny", "nz"].into_iter().all(has);
+                if ["red", "diffuse_red"].into_iter().any(has) {
+                    dropped.add("vertex colour set");
+                }
+                vertices = elements(&mut reader, element, &header)?;
+            }
+            "face" => {
+                if !element.properties.keys().any(|name| is_corners(name)) {
+                    return Err((None, "its faces have no list 'vertex_indices'".into()));
+                }
+                faces = elements(&mut reader, element, &header)?;
+            }
+            name => {
+                let skipped: Vec<Skipped> = elements(&mut reader, element, &header)?;
+                let what = format!("element {}", one_line(name));
+                dropped.add_many(&what, skipped.len());
+            }
+        }
+    }
+    mesh(&vertices, &faces, smooth, dropped)
+}
+
+fn elements<E: PropertyAccess>(
+    reader: &mut Reader<&[u8]>,
+    element: &ElementDef,
+    header: &Header,
+) -> Result<Vec<E>, Wrong> {
+    Parser::<E>::new()
+        .read_payload_for_element(reader, element, header)
+        .map_err(wrong)
+}
+
+/// Counts against the `rest` of the file (an element takes a byte at least, or
+/// nothing and then need not be counted further than that); and names that come
+/// twice, which the crate would join into one.
+fn check_header(header: &Header, text: &[u8], rest: usize) -> Result<(), Wrong> {
+    for element in header.elements.values() {
+        if element.count > rest {
+            let message = format!(
+                "its header says {} of element '{}', but only {rest} bytes follow",
+                element.count,
+                one_line(&element.name)
+            );
+            return Err((None, message));
+        }
+    }
+    let lines = |word: &[u8]| {
+        let starts = |l: &&[u8]| l.starts_with(word);
+        text.split(|b| *b == b'\n').filter(starts).count()
+    };
+    let properties = header.elements.values().map(|e| e.properties.len());
+    let properties: usize = properties.sum();
+    if lines(b"element ") != header.elements.len() || lines(b"property ") != properties {
+        return Err((
+            None,
+            "its header names an element or a property twice".into(),
+        ));
+    }
+    Ok(())
+}
+
+fn mesh(
+    vertices: &[Vertex],
+    faces: &[Face],
+    smooth: bool,
+    dropped: &mut Dropped,
+) -> Result<MeshData, Wrong> {
+    let finite = |v: &Vertex| v.position.iter().all(|x| x.is_finite());
+    if let Some(i) = vertices.iter().position(|v| !finite(v)) {
+        let message = format!("vertex {i} is not finite: {:?}", vertices[i].position);
+        return Err((None, message));
+    }
+    let mut mesh = MeshData {
+        positions: vertices.iter().map(|v| v.position).collect(),
+        ..MeshData::default()
+    };
+    if smooth {
+        let normals = vertices.iter().map(|v| v.normal.map(|x| x as f32));
+        mesh.normals = normals.collect();
+    }
+    for (i, face) in faces.iter().enumerate() {
+        let Some(corners) = &face.corners else {
+            return Err((None, format!("face {i} has a negative vertex number")));
+        };
+        let outside = corners.iter().find(|v| **v as usize >= vertices.len());
+        if let Some(vertex) = outside {
+            let message = format!(
+                "face {i} uses vertex {vertex}, but there are only {}",
+                vertices.len()
+            );
+            return Err((None, message));
+        }
+        if corners.len() < 3 {
+            dropped.add("face of fewer than 3 corners");
+            continue;
+        }
+        let pairs = corners[1..].windows(2);
+        mesh.triangles
+            .extend(pairs.map(|w| [corners[0], w[0], w[1]]));
+    }
+    if mesh.triangles.is_empty() {
+        dropped.add_many("loose point", mesh.positions.len());
+    }
+    compact(&mut mesh);
+    dropped.add_many("unusable normal", repair_normals(&mut mesh));
+    Ok(mesh)
+}
+
+#[cfg(test)]
+#[path = "ply_tests.rs"]
+mod tests;

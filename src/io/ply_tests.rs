@@ -1,0 +1,149 @@
+//! The same square in all encodings; wrong headers; endless counts.
+
+use super::*;
+
+const HEADER: &str = "element vertex 4\nproperty float x\nproperty double y\nproperty short z\n\
+    property uchar red\nproperty float nx\nproperty float ny\nproperty float nz\n\
+    element other 1\nproperty list uchar int i\n\
+    element face 2\nproperty uchar flags\nproperty list uchar ushort vertex_indices\nend_header\n";
+
+fn square(format: &str) -> Vec<u8> {
+    let mut bytes = format!("ply\nformat {format} 1.0\ncomment c\n{HEADER}").into_bytes();
+    let corners = [[0, 0], [1, 0], [1, 1], [0, 1]];
+    if format == "ascii" {
+        for [x, y] in corners {
+            bytes.extend(format!("{x} {y} -2 255 0 0 1\n").bytes());
+        }
+        bytes.extend(b"2 7 8\n9 4 0 1 2 3\n9 2 0 1\n");
+        return bytes;
+    }
+    let big = format == "binary_big_endian";
+    let mut put = |mut number: Vec<u8>| {
+        if big {
+            number.reverse();
+        }
+        bytes.extend(number);
+    };
+    let float = |x: f32, put: &mut dyn FnMut(Vec<u8>)| put(x.to_le_bytes().into());
+    for [x, y] in corners {
+        float(x as f32, &mut put);
+        put(f64::from(y).to_le_bytes().into());
+        put((-2_i16).to_le_bytes().into());
+        put(vec![255]);
+        for n in [0.0, 0.0, 1.0] {
+            float(n, &mut put);
+        }
+    }
+    put(vec![2]);
+    put(7_i32.to_le_bytes().into());
+    put(8_i32.to_le_bytes().into());
+    for face in [&[0_u16, 1, 2, 3][..], &[0, 1]] {
+        put(vec![9]);
+        put(vec![face.len() as u8]);
+        face.iter().for_each(|v| put(v.to_le_bytes().into()));
+    }
+    bytes
+}
+
+#[test]
+fn one_square_in_three_encodings() {
+    for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
+        let mut dropped = Dropped::default();
+        let mesh = parse(&square(format), &mut dropped).unwrap();
+        assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]], "{format}");
+        assert_eq!(mesh.positions[2], [1.0, 1.0, -2.0]);
+        assert_eq!(mesh.normals, [[0.0, 0.0, 1.0]; 4]);
+        let warning = dropped.summary().unwrap();
+        assert!(warning.contains("1 × element other"), "{warning}");
+        assert!(
+            warning.contains("1 × face of fewer than 3 corners"),
+            "{warning}"
+        );
+    }
+}
+
+#[test]
+fn every_truncation_is_an_error_not_a_panic() {
+    for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
+        let whole = square(format);
+        // An ascii file may lose its last line break.
+        for end in 0..whole.len() - 1 {
+            let mut dropped = Dropped::default();
+            let cut = parse(&whole[..end], &mut dropped);
+            let message = cut.err().map(|e| e.1).unwrap_or_default();
+            assert!(
+                !message.is_empty() && !message.contains('\n'),
+                "{end}: {message}"
+            );
+        }
+    }
+}
+
+#[test]
+fn wrong_files_are_refused() {
+    let head = |format: &str, rest: &str| format!("ply\nformat {format} 1.0\n{rest}");
+    let xyz = "property float x\nproperty float y\nproperty float z\n";
+    let list = "property list uchar int vertex_index\n";
+    let one = format!("element vertex 1\n{xyz}element face 1\n{list}end_header\n0 0 0\n");
+    for (text, says) in [
+        (String::new(), "magic"),
+        ("ply\n".into(), "end_header"),
+        (
+            head(
+                "binary_little_endian",
+                "element face 999999999999\nend_header\n",
+            ),
+            "bytes follow",
+        ),
+        (
+            head(
+                "ascii",
+                &format!("element vertex 4000000000\n{xyz}end_header\n0 0 0\n"),
+            ),
+            "bytes follow",
+        ),
+        (
+            head(
+                "ascii",
+                &format!(
+                    "element vertex 1\n{xyz}element vertex 1\n{xyz}end_header\n0 0 0\n0 0 0\n"
+                ),
+            ),
+            "twice",
+        ),
+        (
+            head(
+                "ascii",
+                "element vertex 1\nproperty float x\nend_header\n0 0 0\n",
+            ),
+            "no property 'y'",
+        ),
+        (
+            head("ascii", "element face 1\nproperty int a\nend_header\n0\n"),
+            "vertex_indices",
+        ),
+        (head("ascii", &format!("{one}3 0 0 1\n")), "uses vertex 1"),
+        (head("ascii", &format!("{one}3 0 0 -1\n")), "negative"),
+        (
+            head("ascii", &format!("{one}4000000000 0 0 0\n")),
+            "list elements",
+        ),
+        (
+            head("ascii", &one.replace("0 0 0\n", "0 0 1e999\n3 0 0 0\n")),
+            "finite",
+        ),
+        (
+            head(
+                "ascii",
+                &one.replace("uchar int", "uchar float")
+                    .replace("0 0 0\n", "0 0 0\n3 0 0 0\n"),
+            ),
+            "unsupported",
+        ),
+    ] {
+        let message = parse(text.as_bytes(), &mut Dropped::default())
+            .unwrap_err()
+            .1;
+        assert!(message.contains(says), "{text}: {message}");
+    }
+}

@@ -1,0 +1,296 @@
+//! Ray sets and bare triangle meshes: the work that any tracer can be given.
+//!
+//! `.msh` is "MSH1", u32 vertices, u32 triangles, f32 positions (x y z each),
+//! u32 indices (3 each). `.rays` is "RAY1", u32 count, then per ray f32
+//! `ox oy oz tmin dx dy dz tmax`. Little endian, nothing between or behind. By
+//! convention files are named `NAME.msh` and `NAME.KIND.rays`.
+//!
+//! A length is believed only if it is the file's own, so memory follows the
+//! file's true size. Indices and numbers are checked here, once.
+
+use super::atomic::Outputs;
+use super::{LoadError, SaveError};
+use std::fs::File;
+use std::io::{Error, ErrorKind, Read};
+use std::path::Path;
+
+/// Rays as columns; a hit counts where `t_min < t < t_max`, in lengths of `dir`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RaySet {
+    pub org: Vec<[f32; 3]>,
+    pub t_min: Vec<f32>,
+    /// Not unit.
+    pub dir: Vec<[f32; 3]>,
+    /// May be infinite.
+    pub t_max: Vec<f32>,
+}
+
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TriangleSet {
+    pub positions: Vec<[f32; 3]>,
+    /// Rows of `positions`.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+const RAY_BYTES: u64 = 32;
+const VERTEX_BYTES: u64 = 12;
+const TRIANGLE_BYTES: u64 = 12;
+
+impl RaySet {
+    pub fn len(&self) -> usize {
+        self.org.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.org.is_empty()
+    }
+
+    pub fn load(path: &Path) -> Result<RaySet, LoadError> {
+        let mut file = Counted::open(path)?;
+        let [count] = file.header(b"RAY1", ".rays")?;
+        let body = file.body(u64::from(count) * RAY_BYTES, || format!("{count} rays"))?;
+        let mut rays = RaySet::with_capacity(count as usize);
+        for (i, row) in body.chunks_exact(RAY_BYTES as usize).enumerate() {
+            let f = |k: usize| f32::from_le_bytes(word(row, k));
+            let (org, t_min) = ([f(0), f(1), f(2)], f(3));
+            let (dir, t_max) = ([f(4), f(5), f(6)], f(7));
+            let finite = |v: &[f32; 3]| v.iter().all(|x| x.is_finite());
+            if !finite(&org) || !finite(&dir) || t_min.is_nan() || t_max.is_nan() {
+                return Err(file.invalid(
+                    format!("ray {i}"),
+                    "it has a number that is not finite; only tmin and tmax may be infinite",
+                ));
+            }
+            rays.push(org, t_min, dir, t_max);
+        }
+        Ok(rays)
+    }
+
+    pub fn with_capacity(count: usize) -> RaySet {
+        RaySet {
+            org: Vec::with_capacity(count),
+            t_min: Vec::with_capacity(count),
+            dir: Vec::with_capacity(count),
+            t_max: Vec::with_capacity(count),
+        }
+    }
+
+    pub fn push(&mut self, org: [f32; 3], t_min: f32, dir: [f32; 3], t_max: f32) {
+        self.org.push(org);
+        self.t_min.push(t_min);
+        self.dir.push(dir);
+        self.t_max.push(t_max);
+    }
+
+    pub fn save_into(&self, path: &Path, outputs: &mut Outputs) -> Result<(), SaveError> {
+        let n = self.len();
+        if [self.t_min.len(), self.dir.len(), self.t_max.len()] != [n; 3] {
+            return Err(encode_error(
+                path,
+                "the columns of the rays differ in length",
+            ));
+        }
+        let mut bytes = Vec::with_capacity(8 + n * RAY_BYTES as usize);
+        bytes.extend(b"RAY1");
+        bytes.extend(count(n, "rays", path)?);
+        for i in 0..n {
+            let row = self.org[i].iter().chain([&self.t_min[i]]);
+            let row = row.chain(&self.dir[i]).chain([&self.t_max[i]]);
+            bytes.extend(row.flat_map(|x| x.to_le_bytes()));
+        }
+        outputs.add(path, bytes)
+    }
+
+    pub fn save(&self, path: &Path) -> Result<(), SaveError> {
+        let mut outputs = Outputs::default();
+        self.save_into(path, &mut outputs)?;
+        outputs.commit()
+    }
+}
+
+impl TriangleSet {
+    pub fn load(path: &Path) -> Result<TriangleSet, LoadError> {
+        let mut file = Counted::open(path)?;
+        let [vertices, triangles] = file.header(b"MSH1", ".msh")?;
+        let vertex_bytes = u64::from(vertices) * VERTEX_BYTES;
+        let body = file.body(vertex_bytes + u64::from(triangles) * TRIANGLE_BYTES, || {
+            format!("{vertices} vertices and {triangles} triangles")
+        })?;
+        let (positions, indices) = body.split_at(vertex_bytes as usize);
+        let positions: Vec<[f32; 3]> = positions
+            .chunks_exact(VERTEX_BYTES as usize)
+            .map(|row| [0, 1, 2].map(|k| f32::from_le_bytes(word(row, k))))
+            .collect();
+        let triangles: Vec<[u32; 3]> = indices
+            .chunks_exact(TRIANGLE_BYTES as usize)
+            .map(|row| [0, 1, 2].map(|k| u32::from_le_bytes(word(row, k))))
+            .collect();
+        if let Some(i) = positions
+            .iter()
+            .position(|p| p.iter().any(|x| !x.is_finite()))
+        {
+            return Err(file.invalid(format!("vertex {i}"), "its position is not finite"));
+        }
+        for (i, triangle) in triangles.iter().enumerate() {
+            if let Some(vertex) = triangle.iter().find(|v| **v >= vertices) {
+                return Err(file.invalid(
+                    format!("triangle {i}"),
+                    &format!("it uses vertex {vertex}, but there are only {vertices}"),
+                ));
+            }
+        }
+        Ok(TriangleSet {
+            positions,
+            triangles,
+        })
+    }
+
+    pub fn save_into(&self, path: &Path, outputs: &mut Outputs) -> Result<(), SaveError> {
+        let (n, m) = (self.positions.len(), self.triangles.len());
+        let mut bytes = Vec::with_capacity(12 + 12 * (n + m));
+        bytes.extend(b"MSH1");
+        bytes.extend(count(n, "vertices", path)?);
+        bytes.extend(count(m, "triangles", path)?);
+        bytes.extend(
+            self.positions
+                .iter()
+                .flatten()
+                .flat_map(|x| x.to_le_bytes()),
+        );
+        bytes.extend(
+            self.triangles
+                .iter()
+                .flatten()
+                .flat_map(|i| i.to_le_bytes()),
+        );
+        outputs.add(path, bytes)
+    }
+
+    pub fn save(&self, path: &Path) -> Result<(), SaveError> {
+        let mut outputs = Outputs::default();
+        self.save_into(path, &mut outputs)?;
+        outputs.commit()
+    }
+}
+
+/// An open file that knows how long it is.
+struct Counted<'a> {
+    path: &'a Path,
+    file: File,
+    /// Bytes not yet read.
+    left: u64,
+}
+
+impl<'a> Counted<'a> {
+    fn open(path: &'a Path) -> Result<Counted<'a>, LoadError> {
+        let failed = |source| LoadError::Read {
+            path: path.into(),
+            source,
+        };
+        // Asked before it is opened: opening a pipe would wait for its writer.
+        let about = std::fs::metadata(path).map_err(failed)?;
+        if !about.is_file() {
+            return Err(failed(Error::new(
+                ErrorKind::InvalidInput,
+                "it is not a regular file",
+            )));
+        }
+        let file = File::open(path).map_err(failed)?;
+        Ok(Counted {
+            path,
+            file,
+            left: about.len(),
+        })
+    }
+
+    /// The magic and the counts behind it.
+    fn header<const N: usize>(
+        &mut self,
+        magic: &[u8; 4],
+        extension: &str,
+    ) -> Result<[u32; N], LoadError> {
+        let expected = 4 + 4 * N as u64;
+        let bytes = if self.left >= expected {
+            self.read(expected as usize)?
+        } else {
+            Vec::new()
+        };
+        if !bytes.starts_with(magic) {
+            return Err(self.invalid(
+                "header".into(),
+                &format!(
+                    "it does not begin like a {extension} file, with '{}' and {N} count{}",
+                    String::from_utf8_lossy(magic),
+                    if N == 1 { "" } else { "s" }
+                ),
+            ));
+        }
+        Ok(std::array::from_fn(|k| {
+            u32::from_le_bytes(word(&bytes, k + 1))
+        }))
+    }
+
+    /// All the rest, which must be exactly so many bytes.
+    fn body(
+        &mut self,
+        expected: u64,
+        announced: impl FnOnce() -> String,
+    ) -> Result<Vec<u8>, LoadError> {
+        if self.left != expected {
+            return Err(self.invalid(
+                "header".into(),
+                &format!(
+                    "it announces {}, which are {expected} bytes, but {} follow; \
+                     the file is damaged or was not written to its end",
+                    announced(),
+                    self.left
+                ),
+            ));
+        }
+        self.read(expected as usize)
+    }
+
+    fn read(&mut self, bytes: usize) -> Result<Vec<u8>, LoadError> {
+        let failed = |source| LoadError::Read {
+            path: self.path.into(),
+            source,
+        };
+        let mut buffer = Vec::new();
+        buffer
+            .try_reserve_exact(bytes)
+            .map_err(|_| failed(ErrorKind::OutOfMemory.into()))?;
+        buffer.resize(bytes, 0);
+        self.file.read_exact(&mut buffer).map_err(failed)?;
+        self.left -= bytes as u64;
+        Ok(buffer)
+    }
+
+    fn invalid(&self, place: String, message: &str) -> LoadError {
+        LoadError::Invalid {
+            path: self.path.into(),
+            place,
+            message: message.into(),
+        }
+    }
+}
+
+/// The k-th four bytes.
+fn word(row: &[u8], k: usize) -> [u8; 4] {
+    [row[4 * k], row[4 * k + 1], row[4 * k + 2], row[4 * k + 3]]
+}
+
+fn count(n: usize, what: &str, path: &Path) -> Result<[u8; 4], SaveError> {
+    u32::try_from(n)
+        .map(u32::to_le_bytes)
+        .map_err(|_| encode_error(path, &format!("the format has no room for {n} {what}")))
+}
+
+fn encode_error(path: &Path, message: &str) -> SaveError {
+    SaveError::Encode {
+        path: path.into(),
+        message: message.into(),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,198 @@
+//! STL, ascii and binary, through the crate stl_io.
+//!
+//! Vertices that are equal bit by bit become one; triangles keep their order.
+//! Facet normals are not read: the corners say it better. The crate takes a
+//! binary file whose header begins with "solid " for ascii, wants a name after
+//! "solid", and stops after the first solid of an ascii file, so the bytes are
+//! put straight before it sees them.
+
+use super::{Dropped, LoadError, LoadOptions};
+use crate::scene::{Edge, MeshData, SceneBuilder};
+use std::io::Cursor;
+use std::path::Path;
+
+pub(super) fn import(
+    path: &Path,
+    _options: &LoadOptions,
+    scene: &mut SceneBuilder,
+    _dropped: &mut Dropped,
+) -> Result<(), LoadError> {
+    let mesh = read(path)?;
+    if !mesh.triangles.is_empty() {
+        let shape = scene.mesh("", &mesh);
+        scene.instance("", Edge::shape(shape));
+    }
+    Ok(())
+}
+
+pub(super) fn read(path: &Path) -> Result<MeshData, LoadError> {
+    let bytes = super::folder::read(path)?;
+    parse(bytes).map_err(|message| LoadError::Invalid {
+        path: path.into(),
+        place: "STL".into(),
+        message,
+    })
+}
+
+const HEADER: usize = 84;
+const TRIANGLE: usize = 50;
+
+fn parse(mut bytes: Vec<u8>) -> Result<MeshData, String> {
+    let declared = match bytes.get(80..HEADER) {
+        Some(n) => Some(u32::from_le_bytes([n[0], n[1], n[2], n[3]]) as usize),
+        None => None,
+    };
+    let exact = declared.is_some_and(|n| bytes.len() as u64 == binary_length(n));
+    let start = bytes.iter().position(|b| !b.is_ascii_whitespace());
+    let word = start.and_then(|s| bytes.get(s..s + 5));
+    let ascii = !exact && word.is_some_and(|w| w.eq_ignore_ascii_case(b"solid"));
+    if ascii {
+        bytes = one_solid(&String::from_utf8_lossy(&bytes));
+    } else {
+        let Some(count) = declared else {
+            return Err(format!(
+                "{} bytes are too few for binary STL, and it does not begin with 'solid'",
+                bytes.len()
+            ));
+        };
+        if (bytes.len() as u64) < binary_length(count) {
+            return Err(format!(
+                "its header says {count} triangles, but there are bytes for {} only",
+                (bytes.len() - HEADER) / TRIANGLE
+            ));
+        }
+        bytes[0] = 0;
+    }
+    let mesh = stl_io::read_stl(&mut Cursor::new(bytes))
+        .map_err(|e| super::text::one_line(&e.to_string()))?;
+    let finite = |v: &stl_io::Vertex| v.0.iter().all(|x| x.is_finite());
+    if let Some(i) = mesh.vertices.iter().position(|v| !finite(v)) {
+        let triangle = mesh.faces.iter().position(|f| f.vertices.contains(&i));
+        return Err(format!(
+            "triangle {} has a corner that is not finite: {:?}",
+            triangle.unwrap_or_default(),
+            mesh.vertices[i].0
+        ));
+    }
+    Ok(MeshData {
+        positions: mesh.vertices.iter().map(|v| v.0.map(f64::from)).collect(),
+        // At most three vertices for each of 2^32 triangles of 50 bytes: a file
+        // of 71 GB is refused by the memory, not by these casts.
+        triangles: mesh
+            .faces
+            .iter()
+            .map(|f| f.vertices.map(|v| v as u32))
+            .collect(),
+        ..MeshData::default()
+    })
+}
+
+fn binary_length(count: usize) -> u64 {
+    HEADER as u64 + TRIANGLE as u64 * count as u64
+}
+
+/// All solids of an ascii file as one, in lower case. A file that does not end
+/// its last solid still does not.
+fn one_solid(text: &str) -> Vec<u8> {
+    let mut one = String::with_capacity(text.len() + 32);
+    one.push_str("solid all\n");
+    let mut open = false;
+    for line in text.lines() {
+        let line = line.to_ascii_lowercase();
+        match line.split_whitespace().next() {
+            Some("solid") => open = true,
+            Some("endsolid") => open = false,
+            _ => {
+                one.push_str(&line);
+                one.push('\n');
+            }
+        }
+    }
+    if !open {
+        one.push_str("endsolid all\n");
+    }
+    one.into_bytes()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FACET: &str = " facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1 0 0\n   vertex 0 1 0\n  endloop\n endfacet\n";
+
+    fn binary(header: &[u8], declared: u32, corners: &[[f32; 3]]) -> Vec<u8> {
+        let mut bytes = header.to_vec();
+        bytes.resize(80, b' ');
+        bytes.extend(declared.to_le_bytes());
+        for triangle in corners.chunks(3) {
+            bytes.extend([0; 12]);
+            bytes.extend(triangle.iter().flatten().flat_map(|x| x.to_le_bytes()));
+            bytes.extend([0; 2]);
+        }
+        bytes
+    }
+
+    const SQUARE: [[f32; 3]; 6] = [
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [1.0, 1.0, 0.0],
+        [0.0, 0.0, 0.0],
+        [1.0, 1.0, 0.0],
+        [0.0, 1.0, 0.0],
+    ];
+
+    #[test]
+    fn binary_and_a_header_that_says_solid() {
+        for header in [&b"x"[..], b"solid of a program", b""] {
+            let mesh = parse(binary(header, 2, &SQUARE)).unwrap();
+            assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
+            assert_eq!(mesh.positions.len(), 4);
+        }
+    }
+
+    #[test]
+    fn ascii_of_any_case_and_several_solids() {
+        for text in [
+            format!("solid a\n{FACET}endsolid a\n"),
+            format!("solid\r\n{FACET}endsolid"),
+            format!("\n SOLID B\n{}ENDSOLID\n", FACET.to_uppercase()),
+        ] {
+            assert_eq!(parse(text.into_bytes()).unwrap().triangles, [[0, 1, 2]]);
+        }
+        let two = format!("solid a\n{FACET}endsolid a\nsolid b\n{FACET}endsolid b\n");
+        let two = parse(two.into_bytes()).unwrap();
+        assert_eq!(two.triangles, [[0, 1, 2]; 2]);
+        assert!(
+            parse(b"solid nothing\nendsolid\n".to_vec())
+                .unwrap()
+                .triangles
+                .is_empty()
+        );
+    }
+
+    #[test]
+    fn wrong_files_are_refused() {
+        let nan = [[f32::NAN, 0.0, 0.0], [0.0; 3], [0.0; 3]];
+        let tail = "a".repeat(100);
+        for (bytes, says) in [
+            (Vec::new(), "too few"),
+            (b"abc".to_vec(), "too few"),
+            (binary(b"x", u32::MAX, &SQUARE), "bytes for 2 only"),
+            (binary(b"x", 1, &nan), "not finite"),
+            (format!("solid a\n{FACET}{tail}").into_bytes(), "facet"),
+            (format!("solid a\n{FACET}").into_bytes(), "EOF"),
+            (
+                b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n".to_vec(),
+                "vertex",
+            ),
+            (
+                format!("solid a\n{}endsolid", FACET.replace("1 0 0", "1 nan 0")).into_bytes(),
+                "finite",
+            ),
+        ] {
+            let message = parse(bytes).unwrap_err();
+            assert!(message.contains(says), "{message}");
+            assert!(!message.contains('\n'));
+        }
+    }
+}

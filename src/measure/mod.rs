@@ -1,0 +1,6 @@
+//! What a run did and cost, and how wrong it was.
+
+mod stats;
+pub mod verify;
+
+pub use stats::{PictureSize, PlanSummary, SceneCounts, Stage, Stats, Watch, peak_resident_bytes};

@@ -1,0 +1,80 @@
+//! What the user may ask for, by the names of the command line.
+
+/// Asked for, or left to the plan.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Choices {
+    pub precision: Precision,
+    pub lanes: LaneCount,
+    pub accel: AccelChoice,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// f32 lanes.
+    Fast,
+    /// f64 lanes.
+    #[default]
+    Exact,
+}
+
+impl Precision {
+    pub fn name(self) -> &'static str {
+        match self {
+            Precision::Fast => "fast",
+            Precision::Exact => "exact",
+        }
+    }
+}
+
+/// Rays per packet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LaneCount {
+    /// The plan chooses for the machine and the precision.
+    #[default]
+    Auto,
+    One,
+    Four,
+    Eight,
+    Sixteen,
+}
+
+impl LaneCount {
+    pub fn name(self) -> &'static str {
+        match self {
+            LaneCount::Auto => "auto",
+            LaneCount::One => "1",
+            LaneCount::Four => "4",
+            LaneCount::Eight => "8",
+            LaneCount::Sixteen => "16",
+        }
+    }
+
+    pub fn count(self) -> Option<usize> {
+        match self {
+            LaneCount::Auto => None,
+            LaneCount::One => Some(1),
+            LaneCount::Four => Some(4),
+            LaneCount::Eight => Some(8),
+            LaneCount::Sixteen => Some(16),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AccelChoice {
+    /// The plan chooses.
+    #[default]
+    Auto,
+    Bvh,
+    Linear,
+}
+
+impl AccelChoice {
+    pub fn name(self) -> &'static str {
+        match self {
+            AccelChoice::Auto => "auto",
+            AccelChoice::Bvh => "bvh",
+            AccelChoice::Linear => "linear",
+        }
+    }
+}

@@ -1,0 +1,198 @@
+//! What a scene requires, and nothing else.
+//!
+//! [`plan`] looks at the tables and at what was asked for, and chooses the
+//! kernels (monomorphised over [`Needs`], precision and width) and the
+//! structure that finds primitives. Every choice carries its reason, which
+//! `lanecast plan` prints. It builds nothing and allocates next to nothing.
+
+mod choices;
+
+pub use choices::{AccelChoice, Choices, LaneCount, Precision};
+
+use crate::scene::{Appearances, Scene, Shape};
+use thiserror::Error;
+
+/// What the kernels of a query must be able to do for this scene; what they
+/// need not is compiled out of their loops.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Needs {
+    pub meshes: bool,
+    /// Shapes that are one primitive.
+    pub solids: bool,
+    /// Some appearance's object space is not world space.
+    pub transforms: bool,
+}
+
+/// The numbers that rays are traced in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Arithmetic {
+    F32,
+    #[default]
+    F64,
+    /// f32, with every decision made again by the scalar f64 resolver: the test
+    /// of that seam, not for users.
+    F32DoubtingAll,
+}
+
+/// The choice among monomorphised kernels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Kernels {
+    pub arithmetic: Arithmetic,
+    /// Rays per packet; one of [`widths`].
+    pub lanes: usize,
+    pub needs: Needs,
+}
+
+/// Which structure finds the primitives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Accel {
+    Bvh,
+    Linear,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    pub kernels: Kernels,
+    pub accel: Accel,
+    /// (what, choice, why), in the order of the choices.
+    pub reasons: Vec<(&'static str, String, String)>,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum PlanError {
+    #[error(
+        "packets of {asked} rays are not in this build (it has {}); \
+         build with --features all-lanes for every width",
+        list(built)
+    )]
+    LanesNotBuilt { asked: usize, built: Vec<usize> },
+}
+
+fn list(widths: &[usize]) -> String {
+    let words: Vec<String> = widths.iter().map(usize::to_string).collect();
+    words.join(" and ")
+}
+
+/// The packet widths that this build can trace with, rising.
+pub fn widths(arithmetic: Arithmetic) -> Vec<usize> {
+    if cfg!(feature = "all-lanes") {
+        vec![1, 4, 8, 16]
+    } else {
+        vec![1, native_width(arithmetic)]
+    }
+}
+
+/// The machine's own width: one register, at least four lanes.
+pub const fn native_width(arithmetic: Arithmetic) -> usize {
+    let bits = if cfg!(target_feature = "avx512f") {
+        512
+    } else if cfg!(target_feature = "avx") {
+        256
+    } else {
+        128
+    };
+    match arithmetic {
+        Arithmetic::F64 if bits < 256 => 4,
+        Arithmetic::F64 => bits / 64,
+        _ => bits / 32,
+    }
+}
+
+pub fn plan(
+    scene: &Scene,
+    appearances: &Appearances,
+    choices: &Choices,
+) -> Result<Plan, PlanError> {
+    let mut reasons = Vec::new();
+    let needs = needs(scene, appearances, &mut reasons);
+    let arithmetic = match choices.precision {
+        Precision::Fast => Arithmetic::F32,
+        Precision::Exact => Arithmetic::F64,
+    };
+    let (numbers, why) = match choices.precision {
+        Precision::Fast => ("f32", "asked for: fastest, a few rays in a million wrong"),
+        Precision::Exact => ("f64", "exact: one canonical f64 test per primitive"),
+    };
+    reasons.push(("arithmetic", numbers.into(), why.into()));
+
+    let native = native_width(arithmetic);
+    let lanes = choices.lanes.count().unwrap_or(native);
+    let built = widths(arithmetic);
+    if !built.contains(&lanes) {
+        return Err(PlanError::LanesNotBuilt {
+            asked: lanes,
+            built,
+        });
+    }
+    let why = match choices.lanes {
+        LaneCount::Auto => format!("one register of {numbers}"),
+        _ => "asked for".into(),
+    };
+    reasons.push(("rays per packet", lanes.to_string(), why));
+
+    let (accel, why) = match choices.accel {
+        AccelChoice::Auto => (Accel::Bvh, "the fastest structure for every scene measured"),
+        AccelChoice::Bvh => (Accel::Bvh, "asked for"),
+        AccelChoice::Linear => (Accel::Linear, "asked for: every primitive is tested"),
+    };
+    let name = match accel {
+        Accel::Bvh => "bvh (SAH, 4-wide, two levels)",
+        Accel::Linear => "linear",
+    };
+    reasons.push(("structure", name.into(), why.into()));
+    Ok(Plan {
+        kernels: Kernels {
+            arithmetic,
+            lanes,
+            needs,
+        },
+        accel,
+        reasons,
+    })
+}
+
+fn needs(
+    scene: &Scene,
+    appearances: &Appearances,
+    reasons: &mut Vec<(&'static str, String, String)>,
+) -> Needs {
+    let (mut meshes, mut solids, mut placed) = (0_usize, 0_usize, 0_usize);
+    for row in &appearances.rows {
+        match scene.shapes.row(row.shape) {
+            Shape::Mesh(_) => meshes += 1,
+            _ => solids += 1,
+        }
+        placed += usize::from(row.is_placed(scene));
+    }
+    let mut say = |what, count: usize, yes: &str, no: &str| {
+        let (choice, why) = if count > 0 {
+            ("in", yes)
+        } else {
+            ("left out", no)
+        };
+        reasons.push((what, choice.into(), format!("{count} {why}")));
+    };
+    say(
+        "mesh kernel",
+        meshes,
+        "appearances of meshes",
+        "meshes appear",
+    );
+    say(
+        "solid kernels",
+        solids,
+        "appearances of single primitives",
+        "single primitives appear",
+    );
+    say(
+        "transforms",
+        placed,
+        "appearances are not in world space",
+        "appearances have a transform of their own",
+    );
+    Needs {
+        meshes: meshes > 0,
+        solids: solids > 0,
+        transforms: placed > 0,
+    }
+}

@@ -1,0 +1,172 @@
+//! Boxes for the judge's own tree: from each shape's definition, widened.
+
+use super::ray::length;
+use crate::math::Affine;
+use crate::scene::{Appearance, Mesh, Scene, Shape};
+
+/// Half a unit in the last place of 1.
+const UNIT: f64 = f64::EPSILON / 2.0;
+/// Roundings that the widening stands for, and then many more.
+const ROUNDINGS: f64 = 64.0;
+
+#[derive(Clone, Copy, Debug)]
+pub struct Bounds {
+    pub min: [f64; 3],
+    pub max: [f64; 3],
+}
+
+impl Bounds {
+    pub const EMPTY: Bounds = Bounds {
+        min: [f64::INFINITY; 3],
+        max: [f64::NEG_INFINITY; 3],
+    };
+
+    pub fn of(points: impl IntoIterator<Item = [f64; 3]>) -> Bounds {
+        points
+            .into_iter()
+            .fold(Bounds::EMPTY, |b, p| b.union(&Bounds { min: p, max: p }))
+    }
+
+    pub fn union(&self, other: &Bounds) -> Bounds {
+        Bounds {
+            min: std::array::from_fn(|k| f64::min(self.min[k], other.min[k])),
+            max: std::array::from_fn(|k| f64::max(self.max[k], other.max[k])),
+        }
+    }
+
+    pub fn grown(&self, by: f64) -> Bounds {
+        Bounds {
+            min: self.min.map(|x| (x - by).next_down()),
+            max: self.max.map(|x| (x + by).next_up()),
+        }
+    }
+
+    fn max_abs(&self) -> f64 {
+        let all = self.min.iter().chain(&self.max);
+        all.fold(0.0, |m, x| f64::max(m, x.abs()))
+    }
+
+    /// By a part of its own size: more than any rounding above could matter.
+    fn widened(&self) -> Bounds {
+        let size = length(std::array::from_fn(|k| self.max[k] - self.min[k]));
+        self.grown(1e-9 * size + ROUNDINGS * UNIT * self.max_abs())
+    }
+
+    /// Where a ray is inside, as t ≥ 0; `None` where it never is. The box is
+    /// first grown by `slack`, which must cover this computation's rounding.
+    pub fn enter(&self, org: [f64; 3], dir: [f64; 3], slack: f64) -> Option<f64> {
+        let (mut near, mut far) = (0.0, f64::INFINITY);
+        for k in 0..3 {
+            let (min, max) = (self.min[k] - slack, self.max[k] + slack);
+            if dir[k] == 0.0 {
+                if org[k] < min || org[k] > max {
+                    return None;
+                }
+                continue;
+            }
+            let (a, b) = ((min - org[k]) / dir[k], (max - org[k]) / dir[k]);
+            near = f64::max(near, f64::min(a, b));
+            far = f64::min(far, f64::max(a, b));
+        }
+        // Overflow to NaN must not cull.
+        let missed = near > far;
+        (!missed).then_some(near)
+    }
+}
+
+/// What [`Bounds::enter`] needs for a ray from `org`, where coordinates are
+/// known to within `condition` roundings. The boxes' own part is in them.
+pub fn slack(org: [f64; 3], condition: f64) -> f64 {
+    let size = org.iter().fold(0.0, |m, x| f64::max(m, x.abs()));
+    ROUNDINGS * UNIT * condition * size
+}
+
+/// In object space; `None` for what has no bounds.
+pub fn of_shape(scene: &Scene, shape: Shape) -> Option<Bounds> {
+    let ball = |c: [f64; 3], r: f64| Bounds { min: c, max: c }.grown(r);
+    let bounds = match shape {
+        Shape::HalfSpace(_) => return None,
+        Shape::Sphere(id) => {
+            let s = scene.spheres.row(id);
+            ball(s.center.to_array(), s.radius)
+        }
+        Shape::Ellipsoid(id) => {
+            let e = scene.ellipsoids.row(id);
+            ball(e.center.to_array(), e.radii.max_element())
+        }
+        Shape::Cylinder(id) => {
+            let c = scene.cylinders.row(id);
+            ball(c.base.to_array(), c.radius).union(&ball(c.top.to_array(), c.radius))
+        }
+        Shape::Cone(id) => {
+            let c = scene.cones.row(id);
+            ball(c.base.to_array(), c.base_radius).union(&ball(c.top.to_array(), c.top_radius))
+        }
+        Shape::Cuboid(id) => {
+            let b = scene.cuboids.row(id);
+            Bounds::of([b.min.to_array(), b.max.to_array()])
+        }
+        Shape::Polyhedron(id) => {
+            Bounds::of(scene.polyhedra.points(id).iter().map(|p| p.to_array()))
+        }
+        Shape::Polygon(id) => Bounds::of(scene.polygons.points(id).iter().map(|p| p.to_array())),
+        Shape::Mesh(id) => {
+            let mesh = scene.meshes.row(id);
+            let about = Bounds::of(mesh.positions.iter().map(|p| p.map(f64::from)));
+            let center = mesh.center.to_array();
+            let moved = |p: [f64; 3]| std::array::from_fn(|k| p[k] + center[k]);
+            Bounds::of([moved(about.min), moved(about.max)])
+        }
+    };
+    Some(bounds.widened())
+}
+
+/// About the mesh's centre.
+pub fn of_triangle(mesh: &Mesh, triangle: usize) -> Bounds {
+    let corners = mesh.corners(triangle).map(|p| p.map(f64::from));
+    Bounds::of(corners).widened()
+}
+
+/// The condition of a placement: how many times a rounding counts on its other
+/// side.
+pub fn condition(a: &Appearance) -> f64 {
+    norm(&a.object_from_world) * norm(&a.world_from_object)
+}
+
+/// The world box of a placed object box, corner by corner. `world_from_object`
+/// is the other matrix's inverse only nearly, so the box grows by how far the
+/// corners do not come back.
+pub fn placed(object: &Bounds, a: &Appearance) -> Bounds {
+    let corners: [[f64; 3]; 8] = std::array::from_fn(|i| {
+        std::array::from_fn(|k| {
+            if i >> k & 1 == 0 {
+                object.min[k]
+            } else {
+                object.max[k]
+            }
+        })
+    });
+    let world = corners.map(|p| apply(&a.world_from_object, p));
+    let astray = corners
+        .iter()
+        .zip(&world)
+        .map(|(p, q)| {
+            let back = apply(&a.object_from_world, *q);
+            length(std::array::from_fn(|k| back[k] - p[k]))
+        })
+        .fold(0.0, f64::max);
+    let bounds = Bounds::of(world);
+    let roundings = ROUNDINGS * UNIT * condition(a) * bounds.max_abs();
+    bounds.grown(4.0 * norm(&a.world_from_object) * astray + roundings)
+}
+
+fn apply(m: &Affine, p: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|r| {
+        m.linear[0][r] * p[0] + m.linear[1][r] * p[1] + m.linear[2][r] * p[2] + m.translation[r]
+    })
+}
+
+/// The Frobenius norm.
+fn norm(m: &Affine) -> f64 {
+    length(m.linear.map(length))
+}

@@ -1,0 +1,238 @@
+//! The render loop: tiles over threads, an arena per thread.
+//!
+//! Packets sit on an absolute grid of 16×16 pixels, in Morton order within it,
+//! and tiles are multiples of that, so the split never shows. A tile is traced
+//! sample by sample; its transient columns come from the thread's arena, which
+//! is reset afterwards.
+
+use super::camera::RayGenerator;
+use super::config::{Grid, RenderConfig, TileOrder};
+use super::film::{AovSample, blank, put};
+use super::progress::Progress;
+use super::sampler::sample_position;
+use super::{AovSet, Picture};
+use crate::accel::World;
+use crate::plan::Kernels;
+use crate::scene::{Camera, Light, Rgb};
+use crate::shade::{Integrator, Ledger, RayCounts, Surface, Wave};
+use crate::trace::{HitId, RayKind, TracedRay};
+use bumpalo::Bump;
+use rayon::prelude::*;
+use std::cell::RefCell;
+use std::sync::Mutex;
+use thiserror::Error;
+
+/// Side of the grid that packets sit on, in pixels.
+const BLOCK: u32 = 16;
+
+/// What is rendered, and from where.
+pub struct View<'w> {
+    pub world: &'w World<'w>,
+    pub kernels: Kernels,
+    pub camera: Camera,
+    pub lights: &'w [Light],
+}
+
+/// The picture and what it took.
+#[derive(Debug)]
+pub struct Rendered {
+    pub picture: Picture,
+    pub counts: RayCounts,
+    /// Every ray and its answer, if asked for; in no particular order of tiles.
+    pub record: Vec<TracedRay>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("interrupted")]
+pub struct Interrupted;
+
+/// Renders on the current rayon pool. Records every ray where `recording`.
+pub fn render(
+    view: &View,
+    config: &RenderConfig,
+    recording: bool,
+    progress: &Progress,
+) -> Result<Rendered, Interrupted> {
+    let side = match config.tiles {
+        TileOrder::Small => BLOCK,
+        _ => 2 * BLOCK,
+    };
+    let columns = config.width.div_ceil(side);
+    let tiles = columns * config.height.div_ceil(side);
+    progress.start(tiles);
+    let done = Mutex::new(Rendered {
+        picture: blank(config.width, config.height, config.aovs),
+        counts: RayCounts::default(),
+        record: Vec::new(),
+    });
+    let one = |number: u32| {
+        if progress.is_cancelled() {
+            return;
+        }
+        let number = match config.tiles {
+            TileOrder::Reverse => tiles - 1 - number,
+            _ => number,
+        };
+        let corner = (number % columns * side, number / columns * side);
+        let size = (
+            side.min(config.width - corner.0),
+            side.min(config.height - corner.1),
+        );
+        thread_local! {
+            static ARENA: RefCell<Bump> = RefCell::new(Bump::new());
+        }
+        ARENA.with_borrow_mut(|arena| {
+            let tile = Tile {
+                view,
+                config,
+                corner,
+                size,
+            };
+            let counts = tile.render(recording, arena, &done);
+            arena.reset();
+            progress.add_tile(counts.total());
+        });
+    };
+    (0..tiles).into_par_iter().with_max_len(1).for_each(one);
+    if progress.is_cancelled() {
+        return Err(Interrupted);
+    }
+    Ok(done.into_inner().unwrap_or_else(|e| e.into_inner()))
+}
+
+struct Tile<'a> {
+    view: &'a View<'a>,
+    config: &'a RenderConfig,
+    corner: (u32, u32),
+    size: (u32, u32),
+}
+
+impl Tile<'_> {
+    fn render(&self, recording: bool, arena: &Bump, done: &Mutex<Rendered>) -> RayCounts {
+        let pixels = (self.size.0 * self.size.1) as usize;
+        let color = arena.alloc_slice_fill_copy(pixels, [0.0_f32; 3]);
+        let kept = if self.config.aovs.any() { pixels } else { 0 };
+        let aovs = arena.alloc_slice_fill_copy(kept, AovSample::NOTHING);
+        let occluders = arena.alloc_slice_fill_copy(self.view.lights.len(), HitId::NONE);
+        let order = self.morton_order(arena);
+        let mut record = Vec::new();
+        let mut counts = RayCounts::default();
+        for sample in 0..self.samples() {
+            let ledger = &mut Ledger {
+                counts: RayCounts::default(),
+                record: recording.then_some(&mut record),
+                sample,
+                pixel_of: &|row| self.pixel(row),
+            };
+            self.sample(sample, order, color, aovs, occluders, ledger, arena);
+            counts.add(&ledger.counts);
+        }
+        let share = 1.0 / self.samples() as f32;
+        for pixel in color.iter_mut() {
+            *pixel = pixel.map(|c| c * share);
+        }
+        let mut done = done.lock().unwrap_or_else(|e| e.into_inner());
+        put(&mut done.picture, self.corner, self.size, color, aovs);
+        done.counts.add(&counts);
+        done.record.append(&mut record);
+        counts
+    }
+
+    fn samples(&self) -> u32 {
+        match self.config.grid {
+            Grid::Centers => self.config.spp,
+            Grid::Corners => 1,
+        }
+    }
+
+    #[expect(clippy::too_many_arguments)]
+    fn sample(
+        &self,
+        sample: u32,
+        order: &[u32],
+        color: &mut [Rgb],
+        aovs: &mut [AovSample],
+        occluders: &mut [HitId],
+        ledger: &mut Ledger,
+        arena: &Bump,
+    ) {
+        let config = self.config;
+        let generator =
+            RayGenerator::new(self.view.camera, config.width, config.height, config.grid);
+        let mut wave = Wave::with_capacity(order.len(), arena);
+        for row in order {
+            let (x, y) = self.place(*row);
+            let offset = sample_position(config.seed, 0, (x, y), sample, config.spp);
+            let (org, dir) = generator.ray(x, y, offset);
+            wave.push(org, dir, f32::INFINITY, *row, [1.0; 3], RayKind::Primary);
+        }
+        let integrator = Integrator {
+            world: self.view.world,
+            kernels: self.view.kernels,
+            lights: self.view.lights,
+            background: self.view.world.scene.background,
+            max_depth: config.max_depth,
+        };
+        let keep = sample == 0 && config.aovs != AovSet::default();
+        let mut first_hit = |row: u32, surface: &Surface, _t: f64, id: HitId| {
+            if keep {
+                aovs[row as usize] = self.aov(&generator, surface, id);
+            }
+        };
+        integrator.run(wave, color, occluders, ledger, &mut first_hit, arena);
+    }
+
+    fn aov(&self, generator: &RayGenerator, surface: &Surface, id: HitId) -> AovSample {
+        let materials = &self.view.world.scene.materials;
+        let material = match surface.material {
+            Some(id) => materials.rows[id.index()],
+            None => Default::default(),
+        };
+        AovSample {
+            depth: generator.depth(surface.point) as f32,
+            position: surface.point.to_array().map(|x| x as f32),
+            normal: surface.ns.to_array().map(|x| x as f32),
+            albedo: material.base_color,
+            instance: u64::from(id.instance),
+            primitive: id.primitive,
+        }
+    }
+
+    /// Position in the picture of a row of the tile's film.
+    fn place(&self, row: u32) -> (u32, u32) {
+        (
+            self.corner.0 + row % self.size.0,
+            self.corner.1 + row / self.size.0,
+        )
+    }
+
+    fn pixel(&self, row: u32) -> u32 {
+        let (x, y) = self.place(row);
+        y * self.config.width + x
+    }
+
+    /// Rows of the film, block by block, each block's pixels in Morton order.
+    fn morton_order<'b>(&self, arena: &'b Bump) -> &'b [u32] {
+        let mut order = bumpalo::collections::Vec::with_capacity_in(
+            (self.size.0 * self.size.1) as usize,
+            arena,
+        );
+        for block_y in (0..self.size.1).step_by(BLOCK as usize) {
+            for block_x in (0..self.size.0).step_by(BLOCK as usize) {
+                for code in 0..BLOCK * BLOCK {
+                    let x = block_x + every_second_bit(code);
+                    let y = block_y + every_second_bit(code >> 1);
+                    if x < self.size.0 && y < self.size.1 {
+                        order.push(y * self.size.0 + x);
+                    }
+                }
+            }
+        }
+        order.into_bump_slice()
+    }
+}
+
+/// Bits 0, 2, 4, 6 packed together.
+fn every_second_bit(code: u32) -> u32 {
+    code & 1 | code >> 1 & 2 | code >> 2 & 4 | code >> 3 & 8
+}

@@ -1,0 +1,255 @@
+//! How surfaces reflect: both shading models, for one direction of light or for
+//! the mirrored and the refracted ray.
+//!
+//! Metallic-roughness as in the glTF 2.0 specification, appendix B: Lambert
+//! below a GGX lobe (Walter et al. 2007) with Schlick's Fresnel. f32, scalar;
+//! powers by the crate libm, so that bits are the same everywhere.
+
+use crate::scene::{Material, Model, Rgb};
+use glam::DVec3;
+
+const PI: f32 = std::f32::consts::PI;
+
+#[inline]
+fn map2(a: Rgb, b: Rgb, f: impl Fn(f32, f32) -> f32) -> Rgb {
+    [f(a[0], b[0]), f(a[1], b[1]), f(a[2], b[2])]
+}
+
+/// Radiance towards `out` from light arriving from `towards` with irradiance
+/// `light` on a surface that faces it. Unit vectors, `normal` on `out`'s side.
+pub fn reflected(
+    material: &Material,
+    normal: DVec3,
+    out: DVec3,
+    towards: DVec3,
+    light: Rgb,
+) -> Rgb {
+    let n_l = normal.dot(towards) as f32;
+    if n_l <= 0.0 {
+        return [0.0; 3];
+    }
+    match material.model {
+        Model::Phong {
+            diffuse,
+            specular,
+            exponent,
+            ..
+        } => {
+            let mirrored = normal * (2.0 * normal.dot(towards)) - towards;
+            let aligned = mirrored.dot(out) as f32;
+            let lobe = if aligned > 0.0 {
+                libm::powf(aligned, exponent)
+            } else {
+                0.0
+            };
+            let weight = map2(diffuse, specular, |d, s| (d * n_l + s * lobe) / PI);
+            map2(weight, light, |w, l| w * l)
+        }
+        Model::MetallicRoughness {
+            metallic,
+            roughness,
+        } => {
+            let n_v = (normal.dot(out) as f32).max(1e-4);
+            let half = (out + towards).normalize_or_zero();
+            let n_h = (normal.dot(half) as f32).clamp(0.0, 1.0);
+            let v_h = (out.dot(half) as f32).clamp(0.0, 1.0);
+            let alpha = roughness * roughness;
+            let lobe = ggx(alpha, n_h, n_l, n_v);
+            let fresnel = schlick(v_h);
+            let matte = (1.0 - metallic) * (1.0 - material.transmission);
+            let f0 = base_reflectance(material, metallic);
+            std::array::from_fn(|k| {
+                let f = f0[k] + (1.0 - f0[k]) * fresnel;
+                let below = material.base_color[k] * matte / PI * (1.0 - f);
+                (below + f * lobe) * n_l * light[k]
+            })
+        }
+    }
+}
+
+/// Distribution times visibility (Smith, height-correlated); 0 for a perfect
+/// mirror, which lights without extent never meet.
+fn ggx(alpha: f32, n_h: f32, n_l: f32, n_v: f32) -> f32 {
+    let a2 = alpha * alpha;
+    if a2 == 0.0 {
+        return 0.0;
+    }
+    let spread = n_h * n_h * (a2 - 1.0) + 1.0;
+    let distribution = a2 / (PI * spread * spread);
+    let view = n_l * (n_v * n_v * (1.0 - a2) + a2).sqrt();
+    let light = n_v * (n_l * n_l * (1.0 - a2) + a2).sqrt();
+    distribution * 0.5 / (view + light)
+}
+
+fn schlick(cos: f32) -> f32 {
+    let c = 1.0 - cos;
+    let c2 = c * c;
+    c2 * c2 * c
+}
+
+/// Reflectance at normal incidence.
+fn base_reflectance(material: &Material, metallic: f32) -> Rgb {
+    let r = (material.ior - 1.0) / (material.ior + 1.0);
+    material
+        .base_color
+        .map(|c| r * r * (1.0 - metallic) + c * metallic)
+}
+
+/// The rays that leave a hit besides those to lights.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Onward {
+    pub mirror: Option<(DVec3, Rgb)>,
+    pub refract: Option<(DVec3, Rgb)>,
+}
+
+/// Mirrored and refracted rays of a hit, with their weights. `incoming` is unit,
+/// towards the surface; `front`: it comes from outside.
+pub fn onward(material: &Material, normal: DVec3, incoming: DVec3, front: bool) -> Onward {
+    let cos = (-incoming.dot(normal)).clamp(0.0, 1.0);
+    let mirrored = incoming + normal * (2.0 * cos);
+    let bent = refracted(material, normal, incoming, cos, front);
+    let through = material.transmission;
+    let some = |dir: DVec3, weight: Rgb| weight.iter().any(|w| *w > 0.0).then_some((dir, weight));
+    match material.model {
+        Model::Phong { mirror, .. } => match bent {
+            _ if through == 0.0 => Onward {
+                mirror: some(mirrored, mirror),
+                refract: None,
+            },
+            Some((dir, _)) => Onward {
+                mirror: some(mirrored, mirror),
+                refract: some(dir, [through; 3]),
+            },
+            // Total internal reflection carries what would have passed.
+            None => Onward {
+                mirror: some(mirrored, mirror.map(|m| (m + through).min(1.0))),
+                refract: None,
+            },
+        },
+        Model::MetallicRoughness {
+            metallic,
+            roughness,
+        } => {
+            let f0 = base_reflectance(material, metallic);
+            let clear = through * (1.0 - metallic);
+            if roughness > 0.0 && clear == 0.0 {
+                return Onward::default();
+            }
+            match bent {
+                Some((dir, fresnel)) if clear > 0.0 => Onward {
+                    mirror: some(mirrored, [fresnel; 3]),
+                    refract: some(
+                        dir,
+                        material.base_color.map(|c| c * clear * (1.0 - fresnel)),
+                    ),
+                },
+                None if clear > 0.0 => Onward {
+                    mirror: some(mirrored, [1.0; 3]),
+                    refract: None,
+                },
+                _ => {
+                    let fresnel = schlick(cos as f32);
+                    Onward {
+                        mirror: some(mirrored, f0.map(|f| f + (1.0 - f) * fresnel)),
+                        refract: None,
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Snell's direction and the unpolarised Fresnel reflectance; `None` under total
+/// internal reflection.
+fn refracted(
+    material: &Material,
+    normal: DVec3,
+    incoming: DVec3,
+    cos: f64,
+    front: bool,
+) -> Option<(DVec3, f32)> {
+    let ior = f64::from(material.ior);
+    let eta = if front { 1.0 / ior } else { ior };
+    let sin2 = eta * eta * (1.0 - cos * cos);
+    if sin2 >= 1.0 {
+        return None;
+    }
+    let cos_t = (1.0 - sin2).sqrt();
+    let dir = incoming * eta + normal * (eta * cos - cos_t);
+    let parallel = (cos - eta * cos_t) / (cos + eta * cos_t);
+    let across = (eta * cos - cos_t) / (eta * cos + cos_t);
+    Some((dir, ((parallel * parallel + across * across) * 0.5) as f32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fresnel_at_normal_incidence_is_the_textbook_value() {
+        let glass = Material {
+            transmission: 1.0,
+            ior: 1.5,
+            ..Material::metallic_roughness([1.0; 3], 0.0, 0.0)
+        };
+        let out = onward(&glass, DVec3::Y, -DVec3::Y, true);
+        let (dir, weight) = out.mirror.unwrap();
+        assert_eq!(dir, DVec3::Y);
+        assert!((weight[0] - 0.04).abs() < 1e-6, "{weight:?}");
+        let (dir, weight) = out.refract.unwrap();
+        assert_eq!(dir, -DVec3::Y);
+        assert!((weight[0] - 0.96).abs() < 1e-6);
+    }
+
+    #[test]
+    fn snell_holds_and_total_reflection_reflects_everything() {
+        let glass = Material {
+            transmission: 1.0,
+            ior: 1.5,
+            ..Material::metallic_roughness([1.0; 3], 0.0, 0.0)
+        };
+        let incoming = DVec3::new(0.6, -0.8, 0.0);
+        let (dir, _) = onward(&glass, DVec3::Y, incoming, true).refract.unwrap();
+        assert!((dir.length() - 1.0).abs() < 1e-12);
+        assert!((dir.x * 1.5 - 0.6).abs() < 1e-12);
+        let inside = onward(&glass, DVec3::Y, DVec3::new(0.8, -0.6, 0.0), false);
+        assert!(inside.refract.is_none());
+        assert_eq!(inside.mirror.unwrap().1, [1.0; 3]);
+    }
+
+    #[test]
+    fn a_white_lambert_surface_reflects_its_irradiance_over_pi() {
+        let white = Material {
+            model: Model::Phong {
+                diffuse: [1.0; 3],
+                specular: [0.0; 3],
+                exponent: 0.0,
+                mirror: [0.0; 3],
+            },
+            ..Material::default()
+        };
+        let out = reflected(&white, DVec3::Y, DVec3::Y, DVec3::Y, [PI; 3]);
+        assert_eq!(out, [1.0; 3]);
+    }
+
+    #[test]
+    fn the_ggx_lobe_loses_no_more_than_it_should() {
+        // White furnace, roughness 1 metal: the lobe alone reflects less than
+        // all and more than half.
+        let metal = Material::metallic_roughness([1.0; 3], 1.0, 1.0);
+        let out = DVec3::Y;
+        let mut sum = 0.0;
+        let n = 200;
+        for i in 0..n {
+            for j in 0..n {
+                let z = (i as f64 + 0.5) / n as f64;
+                let phi = (j as f64 + 0.5) / n as f64 * std::f64::consts::TAU;
+                let r = (1.0 - z * z).sqrt();
+                let l = DVec3::new(r * phi.cos(), z, r * phi.sin());
+                sum += reflected(&metal, DVec3::Y, out, l, [1.0; 3])[0] as f64;
+            }
+        }
+        let albedo = sum / (n * n) as f64 * std::f64::consts::TAU;
+        assert!(albedo > 0.5 && albedo < 1.0, "{albedo}");
+    }
+}

@@ -1,0 +1,204 @@
+//! The canonical evaluation of a hit: one scalar f64 function for every kernel,
+//! width and structure, so that they all shade the same numbers.
+//!
+//! Given the ray, t and the primitive it gives the point, the normals and how
+//! far a ray that leaves must start from the point. No epsilon: that distance is
+//! a multiple of the rounding of the numbers that made the hit.
+
+use crate::accel::World;
+use crate::geom::half_space;
+use crate::math::Affine;
+use crate::plan::Arithmetic;
+use crate::scene::{MaterialId, Mesh, Shape};
+use crate::trace::HitId;
+use glam::DVec3;
+
+/// A hit in world space.
+#[derive(Clone, Copy, Debug)]
+pub struct Surface {
+    pub point: DVec3,
+    /// Geometric normal, unit, on the outer side of the shape.
+    pub ng: DVec3,
+    /// Shading normal, unit, on the side that the ray came from.
+    pub ns: DVec3,
+    /// The ray came from the outer side.
+    pub front: bool,
+    /// How far along ±ng a leaving ray starts.
+    pub offset: f64,
+    pub material: Option<MaterialId>,
+}
+
+/// Roundings between a hit's t and the true surface, in units of the largest
+/// coordinate involved: a transform, a kernel and the spawned ray's own test
+/// take about a dozen each.
+const OFFSET_ROUNDINGS: f64 = 64.0;
+
+impl Surface {
+    pub fn at(
+        world: &World,
+        arithmetic: Arithmetic,
+        org: [f64; 3],
+        dir: [f32; 3],
+        t: f64,
+        id: HitId,
+    ) -> Surface {
+        let appearance = &world.appearances.rows[id.instance as usize];
+        let entry = world.entry_of(id.instance);
+        let shape = world.scene.shapes.row(appearance.shape);
+        let world_dir = DVec3::from_array(dir.map(f64::from));
+        let point = DVec3::from_array(org) + world_dir * t;
+
+        let placed = &appearance.object_from_world;
+        let center = match shape {
+            Shape::Mesh(mesh) => world.scene.meshes.center[mesh.index()],
+            _ => DVec3::ZERO,
+        };
+        let object_org = DVec3::from_array(placed.point(org)) - center;
+        let object_dir = DVec3::from_array(placed.vector(dir.map(f64::from)));
+        let at = object_org + object_dir * t;
+        let (ng, smooth, own_material) = normals(world, shape, at, id.primitive);
+
+        let ng = to_world(placed, ng);
+        let front = world_dir.dot(ng) <= 0.0;
+        let facing = if front { ng } else { -ng };
+        let ns = match smooth {
+            None => facing,
+            // An interpolated normal may come out on the other side, or as none.
+            Some(n) => {
+                let n = to_world(placed, n);
+                match n.dot(facing) {
+                    c if c > 0.0 => n,
+                    c if c < 0.0 => -n,
+                    _ => facing,
+                }
+            }
+        };
+
+        // The magnitudes whose rounding the hit carries, in world units.
+        let own = entry.own.widened();
+        let object_size = if own.max.is_finite() {
+            own.max_abs()
+        } else {
+            0.0
+        };
+        let object_size = object_size.max(object_org.abs().max_element());
+        let size = DVec3::from_array(org)
+            .abs()
+            .max(point.abs())
+            .max_element()
+            .max(appearance.world_from_object.norm() * object_size);
+        let roundoff = match arithmetic {
+            Arithmetic::F64 => f64::EPSILON * 0.5,
+            _ => f64::from(f32::EPSILON) * 0.5,
+        };
+        Surface {
+            point,
+            ng,
+            ns,
+            front,
+            offset: OFFSET_ROUNDINGS * roundoff * size,
+            material: appearance.material.or(own_material),
+        }
+    }
+
+    /// Where a ray leaving towards `dir` starts.
+    #[inline]
+    pub fn leave(&self, dir: DVec3) -> DVec3 {
+        let side = if dir.dot(self.ng) >= 0.0 { 1.0 } else { -1.0 };
+        self.point + self.ng * (side * self.offset)
+    }
+
+    /// The geometric normal on the side that the ray came from.
+    #[inline]
+    pub fn facing(&self) -> DVec3 {
+        if self.front { self.ng } else { -self.ng }
+    }
+}
+
+/// Normals go to world space by the inverse transpose.
+fn to_world(object_from_world: &Affine, n: DVec3) -> DVec3 {
+    unit(DVec3::from_array(
+        object_from_world.transposed_vector(n.to_array()),
+    ))
+}
+
+/// Unit length at any scale; zero stays zero.
+fn unit(v: DVec3) -> DVec3 {
+    let size = v.abs().max_element();
+    if size > 0.0 && size.is_finite() {
+        (v / size).normalize()
+    } else {
+        DVec3::ZERO
+    }
+}
+
+/// Object space: the outward normal, a smooth one where the shape has them, and
+/// a mesh's own material.
+fn normals(
+    world: &World,
+    shape: Shape,
+    at: DVec3,
+    primitive: u32,
+) -> (DVec3, Option<DVec3>, Option<MaterialId>) {
+    let scene = world.scene;
+    let plain = |n: DVec3| (n, None, None);
+    match shape {
+        Shape::HalfSpace(id) => plain(scene.half_spaces.row(id).normal),
+        Shape::Sphere(id) => plain(scene.spheres.row(id).normal_at(at)),
+        Shape::Ellipsoid(id) => plain(scene.ellipsoids.row(id).normal_at(at)),
+        Shape::Cylinder(id) => plain(scene.cylinders.row(id).as_cone().normal_at(at)),
+        Shape::Cone(id) => plain(scene.cones.row(id).normal_at(at)),
+        Shape::Cuboid(id) => plain(scene.cuboids.row(id).normal_at(at)),
+        Shape::Polyhedron(id) => plain(half_space::normal_at(scene.polyhedra.planes(id), at)),
+        Shape::Polygon(id) => {
+            let polygon = scene.polygons.row(id);
+            let smooth = scene
+                .polygons
+                .normals(id)
+                .map(|normals| fan_normal(polygon.points, normals, polygon.normal, at));
+            (polygon.normal, smooth, None)
+        }
+        Shape::Mesh(id) => mesh_normals(&scene.meshes.row(id), at, primitive),
+    }
+}
+
+fn mesh_normals(
+    mesh: &Mesh,
+    at: DVec3,
+    triangle: u32,
+) -> (DVec3, Option<DVec3>, Option<MaterialId>) {
+    let [a, b, c] = mesh
+        .corners(triangle as usize)
+        .map(|p| DVec3::from_array(p.map(f64::from)));
+    let ng = (b - a).cross(c - a);
+    let smooth = mesh.normals.map(|normals| {
+        let corner = |i: usize| {
+            let vertex = mesh.triangles[triangle as usize][i] as usize;
+            DVec3::from_array(normals[vertex].map(f64::from))
+        };
+        let [u, v, w] = weights([a, b, c], unit(ng), at);
+        corner(0) * u + corner(1) * v + corner(2) * w
+    });
+    (ng, smooth, mesh.material(triangle))
+}
+
+/// Barycentric coordinates of the point of the plane, not clamped; unnormalised
+/// sums are fine for normals.
+fn weights([a, b, c]: [DVec3; 3], n: DVec3, at: DVec3) -> [f64; 3] {
+    let area = |p: DVec3, q: DVec3| (p - at).cross(q - at).dot(n);
+    [area(b, c), area(c, a), area(a, b)]
+}
+
+/// Normals of a polygon: of the triangle of its fan that the point lies in.
+fn fan_normal(points: &[DVec3], normals: &[DVec3], plane: DVec3, at: DVec3) -> DVec3 {
+    let least = |w: &[f64; 3]| w[0].min(w[1]).min(w[2]);
+    let mut best = (f64::NEG_INFINITY, plane);
+    for i in 1..points.len() - 1 {
+        let w = weights([points[0], points[i], points[i + 1]], plane, at);
+        let sum = normals[0] * w[0] + normals[i] * w[1] + normals[i + 1] * w[2];
+        if least(&w) > best.0 {
+            best = (least(&w), sum);
+        }
+    }
+    best.1
+}

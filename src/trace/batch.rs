@@ -1,0 +1,197 @@
+//! Many rays: columns in, columns out, packet by packet.
+
+use super::leaf::{Features, Has, Scratch, Tester};
+use super::packet::Packet;
+use super::query::{AnyHit, Closest, HitId};
+use crate::accel::World;
+use crate::geom::{Certainty, DoubtAll, Fast};
+use crate::math::Vec3;
+use crate::math::lanes::{Lanes, Mask, Scalar, f32x4, f32x8, f32x16, f64x4, f64x8, f64x16};
+use crate::plan::{Arithmetic, Kernels, Needs, native_width};
+
+/// Widest packet; columns are padded to a multiple of it.
+pub const MAX_LANES: usize = 16;
+
+/// Rays in world space. Every column is padded to a multiple of [`MAX_LANES`]
+/// with rays whose `t_max` is negative: they meet nothing.
+#[derive(Clone, Copy)]
+pub struct Rays<'a> {
+    pub org: [&'a [f64]; 3],
+    pub dir: [&'a [f32]; 3],
+    pub t_min: &'a [f32],
+    pub t_max: &'a [f32],
+}
+
+/// Answers of closest-hit queries, a row per ray.
+pub struct Hits<'a> {
+    /// At the precision of the query, widened; meaningless without a hit.
+    pub t: &'a mut [f64],
+    /// [`HitId::NONE`] without a hit.
+    pub id: &'a mut [HitId],
+}
+
+impl Rays<'_> {
+    pub fn len(&self) -> usize {
+        self.t_max.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.t_max.is_empty()
+    }
+
+    #[inline(always)]
+    fn packet<L: Lanes>(&self, first: usize, world: &World) -> Packet<L> {
+        let org = |k: usize| L::Double::load(&self.org[k][first..]);
+        let wide = |column: &[f32]| load_f32::<L::Double>(&column[first..]);
+        Packet::new(
+            Vec3::new(org(0), org(1), org(2)),
+            Vec3::new(wide(self.dir[0]), wide(self.dir[1]), wide(self.dir[2])),
+            load_f32(&self.t_min[first..]),
+            &world.top.bounds,
+        )
+    }
+}
+
+#[inline(always)]
+fn load_f32<L: Lanes>(from: &[f32]) -> L {
+    let mut lanes = L::zero().to_array();
+    for (to, from) in lanes.as_mut().iter_mut().zip(&from[..L::COUNT]) {
+        *to = L::Scalar::from_f32(*from);
+    }
+    L::load(lanes.as_ref())
+}
+
+/// The nearest hit of every ray.
+pub fn closest(world: &World, kernels: &Kernels, rays: &Rays, hits: &mut Hits) {
+    dispatch(kernels, ClosestBatch { world, rays, hits });
+}
+
+/// Whether each ray is blocked, as a byte. `occluder` is tried first and becomes
+/// the last one found: rays that follow each other to one light often share it.
+pub fn any(
+    world: &World,
+    kernels: &Kernels,
+    rays: &Rays,
+    occluder: &mut HitId,
+    blocked: &mut [bool],
+) {
+    dispatch(
+        kernels,
+        AnyBatch {
+            world,
+            rays,
+            occluder,
+            blocked,
+        },
+    );
+}
+
+/// A batch that runs at any width, certainty and feature set.
+trait Batch {
+    fn run<L: Lanes, C: Certainty, F: Features>(self);
+}
+
+struct ClosestBatch<'a, 'h> {
+    world: &'a World<'a>,
+    rays: &'a Rays<'a>,
+    hits: &'a mut Hits<'h>,
+}
+
+impl Batch for ClosestBatch<'_, '_> {
+    fn run<L: Lanes, C: Certainty, F: Features>(self) {
+        let mut scratch = Scratch::<L>::default();
+        for first in (0..self.rays.len()).step_by(L::COUNT) {
+            let packet = self.rays.packet::<L>(first, self.world);
+            let mut query = Closest::<L, C>::new(load_f32(&self.rays.t_max[first..]));
+            Tester::<L, C, F>::new(self.world, &packet).trace(&mut query, &mut scratch);
+            for lane in 0..L::COUNT {
+                self.hits.t[first + lane] = query.t(lane);
+                self.hits.id[first + lane] = query.id(lane);
+            }
+        }
+    }
+}
+
+struct AnyBatch<'a> {
+    world: &'a World<'a>,
+    rays: &'a Rays<'a>,
+    occluder: &'a mut HitId,
+    blocked: &'a mut [bool],
+}
+
+impl Batch for AnyBatch<'_> {
+    fn run<L: Lanes, C: Certainty, F: Features>(self) {
+        let mut scratch = Scratch::<L>::default();
+        let mut last = *self.occluder;
+        for first in (0..self.rays.len()).step_by(L::COUNT) {
+            let packet = self.rays.packet::<L>(first, self.world);
+            let t_max: L = load_f32(&self.rays.t_max[first..]);
+            let mut query = AnyHit::<L>::new(t_max);
+            let tester = Tester::<L, C, F>::new(self.world, &packet);
+            if last != HitId::NONE {
+                tester.single(last, &mut query);
+            }
+            tester.trace(&mut query, &mut scratch);
+            if query.occluder != HitId::NONE {
+                last = query.occluder;
+            }
+            let bits = query.blocked().bits();
+            for lane in 0..L::COUNT {
+                self.blocked[first + lane] = bits >> lane & 1 != 0;
+            }
+        }
+        *self.occluder = last;
+    }
+}
+
+fn dispatch(kernels: &Kernels, batch: impl Batch) {
+    match kernels.arithmetic {
+        Arithmetic::F32 => by_width_f32::<Fast>(kernels, batch),
+        Arithmetic::F64 => by_width_f64::<Fast>(kernels, batch),
+        Arithmetic::F32DoubtingAll => by_width_f32::<DoubtAll>(kernels, batch),
+    }
+}
+
+const NATIVE_F32: usize = native_width(Arithmetic::F32);
+const NATIVE_F64: usize = native_width(Arithmetic::F64);
+
+fn by_width_f32<C: Certainty>(kernels: &Kernels, batch: impl Batch) {
+    match kernels.lanes {
+        16 if cfg!(feature = "all-lanes") || NATIVE_F32 == 16 => {
+            by_needs::<f32x16, C>(kernels.needs, batch)
+        }
+        8 if cfg!(feature = "all-lanes") || NATIVE_F32 == 8 => {
+            by_needs::<f32x8, C>(kernels.needs, batch)
+        }
+        4 if cfg!(feature = "all-lanes") || NATIVE_F32 == 4 => {
+            by_needs::<f32x4, C>(kernels.needs, batch)
+        }
+        _ => by_needs::<f32, C>(kernels.needs, batch),
+    }
+}
+
+fn by_width_f64<C: Certainty>(kernels: &Kernels, batch: impl Batch) {
+    match kernels.lanes {
+        16 if cfg!(feature = "all-lanes") => by_needs::<f64x16, C>(kernels.needs, batch),
+        8 if cfg!(feature = "all-lanes") || NATIVE_F64 == 8 => {
+            by_needs::<f64x8, C>(kernels.needs, batch)
+        }
+        4 if cfg!(feature = "all-lanes") || NATIVE_F64 == 4 => {
+            by_needs::<f64x4, C>(kernels.needs, batch)
+        }
+        _ => by_needs::<f64, C>(kernels.needs, batch),
+    }
+}
+
+/// Few sets, not all eight: each costs build time.
+fn by_needs<L: Lanes, C: Certainty>(needs: Needs, batch: impl Batch) {
+    if C::GUARDED {
+        return batch.run::<L, C, Has<true, true, true>>();
+    }
+    match (needs.meshes, needs.solids, needs.transforms) {
+        (_, false, false) => batch.run::<L, C, Has<true, false, false>>(),
+        (_, false, true) => batch.run::<L, C, Has<true, false, true>>(),
+        (false, true, false) => batch.run::<L, C, Has<false, true, false>>(),
+        _ => batch.run::<L, C, Has<true, true, true>>(),
+    }
+}

@@ -1,0 +1,382 @@
+//! Testing primitives: from an entry of the world to hits in a query.
+//!
+//! The same functions serve the trees, the linear scan, the occluder cache and
+//! the resolver, at every width, so all of them mean the same by a hit: the
+//! kernel's answer, its t brought into the interval that the slabs give for the
+//! primitive's own box and for its appearance's (see [`crate::accel`]).
+
+use super::packet::Packet;
+use super::query::{HitId, Query};
+use crate::accel::{Entry, Stack, World, corner_bounds};
+use crate::geom::{
+    Certainty, Meet, cone, cuboid, ellipsoid, half_space, polygon, sphere, triangle,
+};
+use crate::math::Aabb32;
+use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::scene::{MeshId, Shape};
+use glam::DVec3;
+use std::marker::PhantomData;
+
+/// What a scene needs of the kernels, at compile time: what it lacks is not in
+/// the loops.
+pub trait Features: Copy + Send + Sync + 'static {
+    const MESHES: bool;
+    const SOLIDS: bool;
+    const TRANSFORMS: bool;
+}
+
+/// [`Features`] as const parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct Has<const MESHES: bool, const SOLIDS: bool, const TRANSFORMS: bool>;
+
+impl<const M: bool, const S: bool, const T: bool> Features for Has<M, S, T> {
+    const MESHES: bool = M;
+    const SOLIDS: bool = S;
+    const TRANSFORMS: bool = T;
+}
+
+/// Scratch of one thread, reused from packet to packet.
+pub struct Scratch<L: Lanes> {
+    pub top: Stack<L>,
+    pub mesh: Stack<L>,
+}
+
+impl<L: Lanes> Default for Scratch<L> {
+    fn default() -> Scratch<L> {
+        Scratch {
+            top: Stack::default(),
+            mesh: Stack::default(),
+        }
+    }
+}
+
+/// The interval of t that an appearance's world box leaves to each lane.
+#[derive(Clone, Copy)]
+struct Window<L: Lanes> {
+    enter: L,
+    exit: L,
+}
+
+impl<L: Lanes> Window<L> {
+    #[inline(always)]
+    fn all() -> Window<L> {
+        let infinity = L::splat(L::Scalar::INFINITY);
+        Window {
+            enter: -infinity,
+            exit: infinity,
+        }
+    }
+}
+
+/// The tracing of one packet against one world.
+pub struct Tester<'w, L: Lanes, C, F> {
+    pub world: &'w World<'w>,
+    /// World space.
+    pub packet: &'w Packet<L>,
+    certainty: PhantomData<(C, F)>,
+}
+
+impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
+    #[inline(always)]
+    pub fn new(world: &'w World<'w>, packet: &'w Packet<L>) -> Self {
+        Tester {
+            world,
+            packet,
+            certainty: PhantomData,
+        }
+    }
+
+    /// Everything in the world.
+    #[inline(always)]
+    pub fn trace<Q: Query<L>>(&self, query: &mut Q, scratch: &mut Scratch<L>) {
+        if F::SOLIDS {
+            for entry in &self.world.unbounded {
+                let active = self.packet.ray.t_min.lt(query.limit());
+                self.solid(entry, active, query);
+            }
+        }
+        let Scratch { top, mesh } = scratch;
+        self.world.top.walk(
+            &self.packet.slabs,
+            self.packet.ray.t_min,
+            query.limit(),
+            top,
+            |first, count, active, _| {
+                self.entries(
+                    &self.world.entries[first..first + count],
+                    active,
+                    query,
+                    mesh,
+                );
+                query.limit()
+            },
+        );
+    }
+
+    /// A leaf of the top tree: its kinds lie in runs.
+    #[inline(always)]
+    fn entries<Q: Query<L>>(
+        &self,
+        entries: &[Entry],
+        active: L::Mask,
+        query: &mut Q,
+        stack: &mut Stack<L>,
+    ) {
+        for entry in entries {
+            match entry.shape {
+                Shape::Mesh(id) => {
+                    if F::MESHES {
+                        self.mesh(entry, id, active, query, stack);
+                    }
+                }
+                _ => {
+                    if F::SOLIDS {
+                        self.solid(entry, active, query);
+                    }
+                }
+            }
+        }
+    }
+
+    /// One shape that is a single primitive.
+    #[inline(always)]
+    fn solid<Q: Query<L>>(&self, entry: &Entry, active: L::Mask, query: &mut Q) {
+        let id = HitId {
+            instance: entry.appearance,
+            primitive: 0,
+        };
+        if F::TRANSFORMS && entry.placed {
+            let (window, active) = self.window(entry, active, query.limit());
+            if active.none() {
+                return;
+            }
+            let object = self.object_packet(entry, DVec3::ZERO);
+            let meet = self.meet(&object, entry, active);
+            self.offer(&object, &window, &entry.own, meet, id, query);
+        } else {
+            let meet = self.meet(self.packet, entry, active);
+            self.offer(self.packet, &Window::all(), &entry.own, meet, id, query);
+        }
+    }
+
+    /// A mesh through its own tree.
+    #[inline(always)]
+    fn mesh<Q: Query<L>>(
+        &self,
+        entry: &Entry,
+        mesh: MeshId,
+        active: L::Mask,
+        query: &mut Q,
+        stack: &mut Stack<L>,
+    ) {
+        let Some(tree) = &self.world.meshes[mesh.index()] else {
+            return;
+        };
+        let (window, active) = self.window(entry, active, query.limit());
+        if active.none() {
+            return;
+        }
+        let object = self.mesh_packet(entry, mesh);
+        // Lanes outside the window may not wake up in the tree.
+        let asleep = -L::splat(L::Scalar::INFINITY);
+        let limit = L::select(active, query.limit(), asleep);
+        tree.tree.walk(
+            &object.slabs,
+            object.ray.t_min,
+            limit,
+            stack,
+            |first, count, active, _| {
+                for slot in first..first + count {
+                    let corners = &tree.corners[slot];
+                    let id = HitId {
+                        instance: entry.appearance,
+                        primitive: tree.source[slot],
+                    };
+                    self.triangle(&object, &window, corners, id, active, query);
+                }
+                L::select(query.limit().le(limit), query.limit(), asleep)
+            },
+        );
+    }
+
+    #[inline(always)]
+    fn triangle<Q: Query<L>>(
+        &self,
+        object: &Packet<L>,
+        window: &Window<L>,
+        corners: &triangle::Corners,
+        id: HitId,
+        active: L::Mask,
+        query: &mut Q,
+    ) {
+        let meet = if C::DOUBTS_ALL {
+            doubt(active)
+        } else {
+            triangle::meet(corners, &object.ray, active)
+        };
+        if (meet.hit | meet.unsure).any() {
+            self.offer(object, window, &corner_bounds(corners), meet, id, query);
+        }
+    }
+
+    /// One primitive alone: what the occluder cache and the resolver test.
+    #[inline(always)]
+    pub fn single<Q: Query<L>>(&self, id: HitId, query: &mut Q) {
+        let entry = self.world.entry_of(id.instance);
+        let active = self.packet.ray.t_min.lt(query.limit());
+        match entry.shape {
+            Shape::Mesh(mesh) => {
+                if F::MESHES {
+                    let (window, active) = self.window(entry, active, query.limit());
+                    let object = self.mesh_packet(entry, mesh);
+                    let corners = self
+                        .world
+                        .scene
+                        .meshes
+                        .row(mesh)
+                        .corners(id.primitive as usize);
+                    self.triangle(&object, &window, &corners, id, active, query);
+                }
+            }
+            _ => {
+                if F::SOLIDS {
+                    self.solid(entry, active, query);
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn window(&self, entry: &Entry, active: L::Mask, limit: L) -> (Window<L>, L::Mask) {
+        let (enter, exit) = self
+            .packet
+            .slabs
+            .interval(entry.bounds.min, entry.bounds.max);
+        let t_min = self.packet.ray.t_min;
+        let reached = enter.max(t_min).le(exit.min(limit));
+        (Window { enter, exit }, active & reached)
+    }
+
+    #[inline(always)]
+    fn object_packet(&self, entry: &Entry, center: DVec3) -> Packet<L> {
+        let appearance = &self.world.appearances.rows[entry.appearance as usize];
+        self.packet
+            .in_object(&appearance.object_from_world, center, &entry.own)
+    }
+
+    #[inline(always)]
+    fn mesh_packet(&self, entry: &Entry, mesh: MeshId) -> Packet<L> {
+        if F::TRANSFORMS && entry.placed {
+            self.object_packet(entry, self.world.scene.meshes.center[mesh.index()])
+        } else {
+            self.packet.for_tree(&entry.own)
+        }
+    }
+
+    /// The kernel of a single primitive.
+    #[inline(always)]
+    fn meet(&self, object: &Packet<L>, entry: &Entry, active: L::Mask) -> Meet<L> {
+        if C::DOUBTS_ALL {
+            return doubt(active);
+        }
+        let (ray, scene) = (&object.ray, self.world.scene);
+        let t_min = ray.t_min;
+        let met = match entry.shape {
+            Shape::HalfSpace(id) => {
+                half_space::span(&[scene.half_spaces.row(id)], ray).first_beyond(t_min)
+            }
+            Shape::Sphere(id) => sphere::span(&scene.spheres.row(id), ray).first_beyond(t_min),
+            Shape::Ellipsoid(id) => {
+                ellipsoid::span(&scene.ellipsoids.row(id), ray).first_beyond(t_min)
+            }
+            Shape::Cylinder(id) => frustum(&scene.cylinders.row(id).as_cone(), object),
+            Shape::Cone(id) => frustum(&scene.cones.row(id), object),
+            Shape::Cuboid(id) => cuboid::span(&scene.cuboids.row(id), ray).first_beyond(t_min),
+            Shape::Polyhedron(id) => {
+                half_space::span(scene.polyhedra.planes(id), ray).first_beyond(t_min)
+            }
+            Shape::Polygon(id) => polygon::meet(&scene.polygons.row(id), ray, active),
+            Shape::Mesh(_) => Meet::certain(L::Mask::splat(false), L::zero()),
+        };
+        Meet {
+            hit: met.hit & active,
+            ..met
+        }
+    }
+
+    /// Brings t into the boxes' intervals and hands the hits to the query; has
+    /// the unsure lanes settled.
+    #[inline(always)]
+    fn offer<Q: Query<L>>(
+        &self,
+        object: &Packet<L>,
+        window: &Window<L>,
+        own: &Aabb32,
+        meet: Meet<L>,
+        id: HitId,
+        query: &mut Q,
+    ) {
+        if meet.hit.any() {
+            let t_min = object.ray.t_min;
+            let (enter, exit) = object.slabs.interval(own.min, own.max);
+            let enter = enter.max(window.enter);
+            let exit = exit.min(window.exit);
+            let hit = meet.hit & enter.le(exit);
+            let t = meet.t.max(enter).min(exit);
+            query.accept(hit & t.gt(t_min) & t.le(query.limit()), t, id);
+        }
+        if C::GUARDED && meet.unsure.any() {
+            self.resolve(meet.unsure, id, query);
+        }
+    }
+
+    /// Decides uncertain (ray, primitive) pairs one by one: the f64 kernel at
+    /// one lane, on the world ray itself.
+    #[cold]
+    #[inline(never)]
+    fn resolve<Q: Query<L>>(&self, unsure: L::Mask, id: HitId, query: &mut Q) {
+        let mut bits = unsure.bits();
+        while bits != 0 {
+            let lane = bits.trailing_zeros() as usize;
+            bits &= bits - 1;
+            let t_min = self.packet.ray.t_min.lane(lane).to_f64();
+            if let Some(t) = resolve_one::<F>(self.world, self.packet.lane(lane), t_min, id) {
+                query.settle(lane, t, id);
+            }
+        }
+    }
+}
+
+/// Where a world ray meets one primitive first, in f64.
+pub fn resolve_one<F: Features>(
+    world: &World,
+    (org, dir): ([f64; 3], [f64; 3]),
+    t_min: f64,
+    id: HitId,
+) -> Option<f64> {
+    use super::query::Closest;
+    use crate::geom::Fast;
+    use crate::math::Vec3;
+    let packet = Packet::<f64>::new(Vec3::splat(org), Vec3::splat(dir), t_min, &world.top.bounds);
+    let mut nearest = Closest::<f64, Fast>::new(f64::INFINITY);
+    Tester::<f64, Fast, F>::new(world, &packet).single(id, &mut nearest);
+    (nearest.id(0) != HitId::NONE).then(|| nearest.t(0))
+}
+
+#[inline(always)]
+fn doubt<L: Lanes>(active: L::Mask) -> Meet<L> {
+    Meet {
+        hit: L::Mask::splat(false),
+        t: L::zero(),
+        unsure: active,
+    }
+}
+
+#[inline(always)]
+fn frustum<L: Lanes>(row: &crate::geom::Cone, object: &Packet<L>) -> Meet<L> {
+    if row.open {
+        cone::meet_side(row, &object.ray)
+    } else {
+        cone::span(row, &object.ray).first_beyond(object.ray.t_min)
+    }
+}

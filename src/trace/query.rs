@@ -1,0 +1,185 @@
+//! What a packet asks: the closest hit, or any.
+//!
+//! A query keeps each lane's limit, the t beyond which nothing matters to it.
+//! Equal t's go to the lower id, so the order of visits never shows.
+
+use crate::geom::Certainty;
+use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::math::round_up;
+use std::marker::PhantomData;
+
+/// A primitive of an appearance: what ties are broken by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct HitId {
+    /// Row of [`Appearances`](crate::scene::Appearances).
+    pub instance: u32,
+    /// Triangle in source order; 0 for other shapes.
+    pub primitive: u32,
+}
+
+impl HitId {
+    /// No hit.
+    pub const NONE: HitId = HitId {
+        instance: u32::MAX,
+        primitive: u32::MAX,
+    };
+}
+
+pub trait Query<L: Lanes> {
+    /// Each lane's t_max so far; −∞ where the lane is done.
+    fn limit(&self) -> L;
+    /// Hits that the kernel is certain of.
+    fn accept(&mut self, hit: L::Mask, t: L, id: HitId);
+    /// A hit that the resolver has settled for one lane.
+    fn settle(&mut self, lane: usize, t: f64, id: HitId);
+}
+
+/// The nearest hit of each lane.
+pub struct Closest<L: Lanes, C> {
+    limit: L,
+    /// Guarded: the limit in f64, of which `limit` is the upper rounding.
+    exact: L::Double,
+    instance: L::Ids,
+    primitive: L::Ids,
+    certainty: PhantomData<C>,
+}
+
+impl<L: Lanes, C: Certainty> Closest<L, C> {
+    #[inline(always)]
+    pub fn new(t_max: L) -> Closest<L, C> {
+        Closest {
+            limit: t_max,
+            exact: t_max.widen(),
+            instance: L::ids(u32::MAX),
+            primitive: L::ids(u32::MAX),
+            certainty: PhantomData,
+        }
+    }
+
+    #[inline(always)]
+    pub fn id(&self, lane: usize) -> HitId {
+        HitId {
+            instance: self.instance.as_ref()[lane],
+            primitive: self.primitive.as_ref()[lane],
+        }
+    }
+
+    /// Of the hit, at the lanes' precision (f64 where guarded).
+    #[inline(always)]
+    pub fn t(&self, lane: usize) -> f64 {
+        if C::GUARDED {
+            self.exact.lane(lane)
+        } else {
+            self.limit.lane(lane).to_f64()
+        }
+    }
+
+    #[inline(always)]
+    fn take(&mut self, lane: usize, id: HitId) {
+        self.instance.as_mut()[lane] = id.instance;
+        self.primitive.as_mut()[lane] = id.primitive;
+    }
+}
+
+impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
+    #[inline(always)]
+    fn limit(&self) -> L {
+        self.limit
+    }
+
+    #[inline(always)]
+    fn accept(&mut self, hit: L::Mask, t: L, id: HitId) {
+        let nearer = hit & t.lt(self.limit);
+        let tied = hit & t.eq(self.limit);
+        let mut taken = nearer.bits();
+        if tied.any() {
+            let mut bits = tied.bits();
+            while bits != 0 {
+                let lane = bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                // A tie with t_max itself, before any hit, is not a hit.
+                let best = self.id(lane);
+                if best != HitId::NONE && id < best {
+                    taken |= 1 << lane;
+                }
+            }
+        }
+        self.limit = L::select(nearer, t, self.limit);
+        if C::GUARDED {
+            self.exact = self.limit.widen();
+        }
+        let (instance, primitive) = (self.instance.as_mut(), self.primitive.as_mut());
+        for lane in 0..L::COUNT {
+            let on = taken >> lane & 1 != 0;
+            instance[lane] = if on { id.instance } else { instance[lane] };
+            primitive[lane] = if on { id.primitive } else { primitive[lane] };
+        }
+    }
+
+    fn settle(&mut self, lane: usize, t: f64, id: HitId) {
+        let limit = self.exact.lane(lane);
+        let best = self.id(lane);
+        if t < limit || (t == limit && best != HitId::NONE && id < best) {
+            self.exact = self.exact.with_lane(lane, t);
+            let above = L::Scalar::from_f64(f64::from(round_up(t)));
+            let above = if size_of::<L::Scalar>() == 8 {
+                L::Scalar::from_f64(t)
+            } else {
+                above
+            };
+            self.limit = self.limit.with_lane(lane, above);
+            self.take(lane, id);
+        }
+    }
+}
+
+/// Whether anything lies in each lane's range.
+pub struct AnyHit<L: Lanes> {
+    limit: L,
+    /// What blocked a lane last.
+    pub occluder: HitId,
+}
+
+impl<L: Lanes> AnyHit<L> {
+    #[inline(always)]
+    pub fn new(t_max: L) -> AnyHit<L> {
+        AnyHit {
+            limit: t_max,
+            occluder: HitId::NONE,
+        }
+    }
+
+    #[inline(always)]
+    fn block(&mut self, lanes: L::Mask, id: HitId) {
+        let done = -L::splat(L::Scalar::INFINITY);
+        self.limit = L::select(lanes, done, self.limit);
+        self.occluder = id;
+    }
+
+    /// Lanes that were blocked; `t_max` as at the start.
+    #[inline(always)]
+    pub fn blocked(&self) -> L::Mask {
+        self.limit.eq(-L::splat(L::Scalar::INFINITY))
+    }
+}
+
+impl<L: Lanes> Query<L> for AnyHit<L> {
+    #[inline(always)]
+    fn limit(&self) -> L {
+        self.limit
+    }
+
+    #[inline(always)]
+    fn accept(&mut self, hit: L::Mask, t: L, id: HitId) {
+        let blocked = hit & t.lt(self.limit);
+        if blocked.any() {
+            self.block(blocked, id);
+        }
+    }
+
+    fn settle(&mut self, lane: usize, t: f64, id: HitId) {
+        if t < self.limit.lane(lane).to_f64() {
+            self.block(L::Mask::from_bits(1 << lane), id);
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! One picture, whatever found it: every structure, width, kernel set, thread
+//! count and tile order, over random scenes of all kinds of shapes.
+
+#![cfg(feature = "all-lanes")]
+
+mod common;
+
+use common::{ALL_AOVS, EVERYTHING, Way, hash, picture, random_scene};
+use lanecast::accel::Structure;
+use lanecast::plan::{Arithmetic, Choices, plan};
+use lanecast::render::{RenderConfig, TileOrder};
+use lanecast::scene::{Appearances, Scene};
+
+fn small() -> RenderConfig {
+    RenderConfig {
+        width: 40,
+        height: 36,
+        aovs: ALL_AOVS,
+        max_depth: 3,
+        ..RenderConfig::default()
+    }
+}
+
+fn hash_of(scene: &Scene, way: Way, config: &RenderConfig) -> u64 {
+    let camera = scene.cameras.rows[0];
+    hash(&picture(
+        scene,
+        camera,
+        &scene.lights,
+        EVERYTHING,
+        way,
+        config,
+    ))
+}
+
+fn one_hash(arithmetic: Arithmetic, seeds: std::ops::Range<u64>) {
+    for seed in seeds {
+        let scene = random_scene(seed);
+        let base = Way {
+            arithmetic,
+            lanes: 1,
+            structure: Structure::Linear,
+        };
+        let expected = hash_of(&scene, base, &small());
+        for structure in [Structure::Linear, Structure::Bvh] {
+            for lanes in [1, 4, 8, 16] {
+                let way = Way {
+                    structure,
+                    lanes,
+                    ..base
+                };
+                assert_eq!(
+                    hash_of(&scene, way, &small()),
+                    expected,
+                    "seed {seed}: {way:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn fast_pictures_do_not_depend_on_structure_or_width() {
+    one_hash(Arithmetic::F32, 0..200);
+}
+
+#[test]
+fn exact_pictures_do_not_depend_on_structure_or_width() {
+    one_hash(Arithmetic::F64, 200..400);
+}
+
+/// The kernels that a scene does not need are left out without a trace.
+#[test]
+fn what_a_scene_lacks_changes_nothing() {
+    for seed in 400..500 {
+        let scene = random_scene(seed);
+        let appearances = Appearances::of(&scene).unwrap();
+        let needs = plan(&scene, &appearances, &Choices::default())
+            .unwrap()
+            .kernels
+            .needs;
+        let way = Way {
+            arithmetic: Arithmetic::F64,
+            lanes: 8,
+            structure: Structure::Bvh,
+        };
+        let camera = scene.cameras.rows[0];
+        let planned = picture(&scene, camera, &scene.lights, needs, way, &small());
+        assert_eq!(
+            hash(&planned),
+            hash_of(&scene, way, &small()),
+            "seed {seed}"
+        );
+    }
+}
+
+#[test]
+fn threads_and_tiles_do_not_show() {
+    for seed in 500..520 {
+        let scene = random_scene(seed);
+        let way = Way {
+            arithmetic: Arithmetic::F32,
+            lanes: 16,
+            structure: Structure::Bvh,
+        };
+        let config = RenderConfig {
+            width: 150,
+            height: 70,
+            spp: 3,
+            ..small()
+        };
+        let expected = hash_of(&scene, way, &config);
+        for threads in [1, 2, 5] {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            for tiles in [TileOrder::Scanline, TileOrder::Reverse, TileOrder::Small] {
+                let config = RenderConfig {
+                    tiles,
+                    ..config.clone()
+                };
+                let got = pool.install(|| hash_of(&scene, way, &config));
+                assert_eq!(got, expected, "seed {seed}, {threads} threads, {tiles:?}");
+            }
+        }
+    }
+}
+
+/// The seam of guarded precision: f32 packets through the same trees, with
+/// every decision sent to the f64 resolver, see what f64 lanes see.
+#[test]
+fn doubting_everything_gives_the_exact_picture() {
+    for seed in 520..600 {
+        let scene = random_scene(seed);
+        let camera = scene.cameras.rows[0];
+        let of = |arithmetic, lanes| {
+            let way = Way {
+                arithmetic,
+                lanes,
+                structure: Structure::Bvh,
+            };
+            picture(&scene, camera, &scene.lights, EVERYTHING, way, &small()).picture
+        };
+        let exact = of(Arithmetic::F64, 8);
+        for lanes in [1, 16] {
+            let doubting = of(Arithmetic::F32DoubtingAll, lanes);
+            assert_eq!(doubting.instance_id, exact.instance_id, "seed {seed}");
+            assert_eq!(doubting.primitive_id, exact.primitive_id, "seed {seed}");
+            assert_eq!(doubting.depth, exact.depth, "seed {seed}");
+            assert_eq!(doubting.normal, exact.normal, "seed {seed}");
+        }
+    }
+}

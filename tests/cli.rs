@@ -1,0 +1,415 @@
+//! The built command, from outside: exit codes, messages, files.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+fn lanecast(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lanecast"));
+    command.current_dir(folder).args(arguments);
+    command.stdin(Stdio::null()).output().unwrap()
+}
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+fn stdout(output: &Output) -> &str {
+    std::str::from_utf8(&output.stdout).unwrap()
+}
+
+fn stderr(output: &Output) -> &str {
+    std::str::from_utf8(&output.stderr).unwrap()
+}
+
+/// It ends with this code, says this as its only error, and leaves no file.
+fn fails(arguments: &[&str], code: i32, says: &str) {
+    let folder = folder();
+    let output = lanecast(folder.path(), arguments);
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+    assert!(said.contains(says), "{arguments:?}: {said}");
+    assert!(said.starts_with("error: "), "{arguments:?}: {said}");
+    assert_eq!(said.matches("error: ").count(), 1, "{arguments:?}: {said}");
+    assert!(!said.contains("panicked"), "{said}");
+    assert!(stdout(&output).is_empty());
+    assert!(names(folder.path()).is_empty(), "{arguments:?}");
+}
+
+const SMALL: [&str; 3] = ["render", "--size", "5x3"];
+
+fn small(more: &[&'static str]) -> Vec<&'static str> {
+    [&SMALL, more].concat()
+}
+
+#[test]
+fn version_and_help() {
+    let folder = folder();
+    let version = lanecast(folder.path(), &["--version"]);
+    assert!(version.status.success());
+    assert_eq!(
+        stdout(&version),
+        concat!("lanecast ", env!("CARGO_PKG_VERSION"), "\n")
+    );
+    let help = lanecast(folder.path(), &["--help"]);
+    assert!(help.status.success());
+    for word in [
+        "render", "verify", "bench", "plan", "tradeoff", "extremes", "roots", "probe", "measure",
+        "export", "130",
+    ] {
+        assert!(stdout(&help).contains(word), "{word}");
+    }
+    let help = lanecast(folder.path(), &["render", "--help"]);
+    assert!(help.status.success());
+    for option in [
+        "--size",
+        "--spp",
+        "--grid",
+        "--stats",
+        "--aov",
+        "--allow-outside",
+        "--precision",
+        "--lanes",
+        "--accel",
+        "--threads",
+        "--seed",
+        "--json",
+        "--max-depth",
+        "--camera",
+        "-o",
+    ] {
+        assert!(stdout(&help).contains(option), "{option}");
+    }
+    for (command, options) in [
+        ("verify", ["--allow-wrong", "--sample"].as_slice()),
+        (
+            "bench",
+            &["--export", "--mesh", "--rays", "--kinds", "--reps"],
+        ),
+    ] {
+        let help = lanecast(folder.path(), &[command, "--help"]);
+        assert!(options.iter().all(|o| stdout(&help).contains(o)));
+    }
+}
+
+#[test]
+fn no_command_is_wrong_usage() {
+    let folder = folder();
+    let output = lanecast(folder.path(), &[]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("Usage: lanecast"));
+}
+
+#[test]
+fn wrong_arguments() {
+    for (arguments, says) in [
+        (vec!["draw"], "unrecognized subcommand 'draw'"),
+        (small(&["--sise", "1x1"]), "--size"),
+        (
+            vec!["render", "--size", "0x4"],
+            "each side must be 1 to 65535",
+        ),
+        (vec!["render", "--size", "65535x65535"], "at most 268435456"),
+        (vec!["render", "--size", "big"], "WIDTHxHEIGHT"),
+        (small(&["--spp", "0"]), "1..=65536"),
+        (small(&["--spp", "65537"]), "1..=65536"),
+        (small(&["--threads", "0"]), "1..=1024"),
+        (small(&["--threads", "1025"]), "1..=1024"),
+        (small(&["--max-depth", "256"]), "0..=255"),
+        (small(&["--seed", "x"]), "--seed"),
+        (
+            small(&["--aov", "depth,smell"]),
+            "no output 'smell'; known are",
+        ),
+        (small(&["--grid", "sides"]), "known are centers, corners"),
+        (small(&["--lanes", "2"]), "known are auto, 1, 4, 8, 16"),
+        (small(&["--precision", "good"]), "known are fast, exact"),
+        (small(&["--precision", "guarded"]), "does not exist yet"),
+        (small(&["--accel", "kd"]), "does not exist yet"),
+        (small(&["--accel", "item-buffer"]), "does not exist yet"),
+        (small(&["--accel", "octree"]), "known are auto, bvh, linear"),
+        (small(&["--tile", "1/4"]), "does not exist yet"),
+        (
+            small(&["--grid", "corners", "--spp", "4"]),
+            "leave out --spp 4",
+        ),
+        (
+            vec!["render", "--grid", "corners", "--size", "1x9"],
+            "at least 2x2",
+        ),
+        (small(&["-o", "x.jpg"]), "known are .png and .exr"),
+        (small(&["-o", "x"]), "known are .png and .exr"),
+        (
+            small(&["--stats", "-", "--json", "-"]),
+            "--stats and --json",
+        ),
+        (small(&["-o", "x.png", "--json", "x.png"]), "two outputs"),
+        (
+            small(&["-o", "x.png", "--aov", "depth", "--json", "x.aov.exr"]),
+            "two outputs",
+        ),
+        (vec!["verify"], "<SCENE>"),
+        (vec!["verify", "x.toml", "--sample", "0"], "--sample"),
+        (vec!["bench"], "required"),
+        (vec!["bench", "--mesh", "a.msh"], "required"),
+        (
+            vec!["bench", "x.toml", "--mesh", "a.msh", "--rays", "a.rays"],
+            "cannot be used with",
+        ),
+        (
+            vec!["bench", "x.toml", "--kinds", "gamma"],
+            "no ray kind 'gamma'",
+        ),
+    ] {
+        fails(&arguments, 2, says);
+    }
+}
+
+#[test]
+fn commands_that_do_not_exist_yet() {
+    for command in [
+        "tradeoff", "extremes", "roots", "probe", "measure", "export",
+    ] {
+        let says = format!("the command '{command}' does not exist yet");
+        fails(&[command], 2, &says);
+        fails(&[command, "x.toml", "--pov", "--help"], 2, &says);
+    }
+}
+
+#[test]
+fn missing_inputs() {
+    for arguments in [
+        ["render", "none.toml"].as_slice(),
+        &["verify", "none.toml"],
+        &["plan", "none.toml"],
+        &["bench", "none.toml"],
+        &["render", "none.tiff"],
+    ] {
+        fails(arguments, 3, arguments[1]);
+    }
+    let sets = ["bench", "--mesh", "a.msh", "--rays", "a.primary.rays"];
+    fails(&sets, 3, "a.msh: cannot be read");
+}
+
+#[test]
+fn a_broken_ray_set() {
+    let folder = folder();
+    fs::write(folder.path().join("a.msh"), "MSH1").unwrap();
+    let sets = ["bench", "--mesh", "a.msh", "--rays", "a.primary.rays"];
+    let output = lanecast(folder.path(), &sets);
+    assert_eq!(output.status.code(), Some(3));
+    assert!(stderr(&output).contains("does not begin like a .msh file"));
+}
+
+#[test]
+fn outputs_that_cannot_be_written() {
+    fails(&small(&["-o", "none/x.png"]), 4, "create it first");
+    fails(&small(&["--stats", "none/s.json"]), 4, "create it first");
+    fails(&small(&["--json", "none/s.json"]), 4, "create it first");
+    fails(&small(&["-o", "/"]), 2, "known are");
+    let folder = folder();
+    fs::create_dir(folder.path().join("x.png")).unwrap();
+    let output = lanecast(folder.path(), &small(&["-o", "x.png", "--stats", "s"]));
+    assert_eq!(output.status.code(), Some(4));
+    assert_eq!(names(folder.path()), ["x.png"]);
+    if Path::new("/dev/full").exists() {
+        fails(
+            &small(&["-o", "x.png", "--stats", "/dev/full"]),
+            4,
+            "/dev/full",
+        );
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_without_write_permission() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder();
+    let locked = folder.path().join("locked");
+    fs::create_dir(&locked).unwrap();
+    fs::set_permissions(&locked, fs::Permissions::from_mode(0o555)).unwrap();
+    if fs::write(locked.join("probe"), "").is_ok() {
+        println!("skipped: this user may write anywhere");
+        return;
+    }
+    let output = lanecast(folder.path(), &small(&["-o", "locked/x.png"]));
+    assert_eq!(output.status.code(), Some(4));
+    assert!(stderr(&output).contains("locked/x.png: cannot be written"));
+    assert!(names(&locked).is_empty());
+}
+
+#[test]
+fn default_output_and_summary() {
+    let folder = folder();
+    let output = lanecast(folder.path(), &SMALL);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(names(folder.path()), ["lanecast.png"]);
+    assert!(stdout(&output).starts_with("lanecast.png: 5x3, "));
+    // Not a terminal: no progress.
+    assert!(stderr(&output).is_empty());
+}
+
+#[test]
+fn statistics_and_results() {
+    let folder = folder();
+    let arguments = [
+        "-o",
+        "x.png",
+        "--aov",
+        "depth,instance_id",
+        "--stats",
+        "s.json",
+        "--json",
+        "-",
+    ];
+    let output = lanecast(folder.path(), &small(&arguments));
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(names(folder.path()), ["s.json", "x.aov.exr", "x.png"]);
+    let stats: serde_json::Value =
+        serde_json::from_slice(&fs::read(folder.path().join("s.json")).unwrap()).unwrap();
+    // Standard output is the document and nothing else.
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json["picture"], stats["picture"]);
+    assert_eq!(stats["picture"]["width"], 5);
+    assert_eq!(stats["picture"]["height"], 3);
+    assert_eq!(stats["rays"]["primary"], 15);
+    let stages: Vec<&str> = stats["stages"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|stage| stage["name"].as_str().unwrap())
+        .collect();
+    assert!(stages.ends_with(&["render", "write"]), "{stages:?}");
+    for key in ["rays_per_second", "memory", "plan", "scene"] {
+        assert!(!stats[key].is_null(), "{key}");
+    }
+}
+
+#[test]
+fn an_output_replaces_an_older_one() {
+    let folder = folder();
+    let path = folder.path().join("x.exr");
+    fs::write(&path, "old").unwrap();
+    let output = lanecast(folder.path(), &small(&["-o", "x.exr"]));
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(
+        fs::read(&path)
+            .unwrap()
+            .starts_with(&[0x76, 0x2f, 0x31, 0x01])
+    );
+    assert_eq!(names(folder.path()), ["x.exr"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_reader_that_leaves_is_no_error() {
+    use std::os::fd::OwnedFd;
+    for arguments in [small(&["--json", "-"]), vec!["--help"], vec!["--version"]] {
+        let folder = folder();
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let output = Command::new(env!("CARGO_BIN_EXE_lanecast"))
+            .current_dir(folder.path())
+            .args(&arguments)
+            .stdout(OwnedFd::from(writer))
+            .output()
+            .unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        assert!(stderr(&output).is_empty(), "{}", stderr(&output));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn interrupted_leaves_nothing() {
+    for signal in ["-INT", "-TERM"] {
+        let folder = folder();
+        fs::write(folder.path().join("x.png"), "older").unwrap();
+        // Hours of work.
+        let mut child = Command::new(env!("CARGO_BIN_EXE_lanecast"))
+            .current_dir(folder.path())
+            .args(["render", "--size", "4096x4096", "--spp", "65536"])
+            .args(["-o", "x.png", "--stats", "s.json"])
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        wait_for_handler(child.id());
+        let sent = Command::new("kill")
+            .args([signal, &child.id().to_string()])
+            .status()
+            .unwrap();
+        assert!(sent.success());
+        let start = std::time::Instant::now();
+        while child.try_wait().unwrap().is_none() {
+            if start.elapsed().as_secs() > 60 {
+                child.kill().unwrap();
+            }
+            std::thread::sleep(std::time::Duration::from_millis(20));
+        }
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
+        assert!(stderr(&output).contains("interrupted; nothing was written"));
+        assert_eq!(names(folder.path()), ["x.png"]);
+        assert_eq!(fs::read(folder.path().join("x.png")).unwrap(), b"older");
+    }
+}
+
+/// Until the process listens for signals: its thread for them tells, by its name.
+#[cfg(unix)]
+fn wait_for_handler(process: u32) {
+    let listens = || {
+        let threads = fs::read_dir(format!("/proc/{process}/task")).ok()?;
+        let mut names =
+            threads.filter_map(|t| fs::read_to_string(t.ok()?.path().join("comm")).ok());
+        names.find(|name| name.trim() == "ctrl-c")
+    };
+    for _ in 0..100 {
+        if listens().is_some() {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+}
+
+/// Under an emulator of a processor without the instructions that this was
+/// compiled to: a message, never an illegal instruction.
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+#[test]
+fn another_processor() {
+    // Nothing to lack: compiled for every x86-64 processor.
+    let baseline = !cfg!(target_feature = "avx");
+    let avx512 = cfg!(target_feature = "avx512f");
+    for (cpu, lacks, refused) in [
+        ("qemu64", "avx", !baseline),
+        ("Nehalem", "avx", !baseline),
+        ("Haswell", "avx512f", avx512),
+    ] {
+        if !refused {
+            println!("skipped: compiled without {lacks}");
+            continue;
+        }
+        let Ok(output) = Command::new("qemu-x86_64")
+            .args(["-cpu", cpu, env!("CARGO_BIN_EXE_lanecast"), "--version"])
+            .output()
+        else {
+            println!("skipped: no qemu-x86_64");
+            return;
+        };
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{cpu}: {said}");
+        let line = said.lines().find(|l| l.starts_with("error: ")).unwrap();
+        assert!(line.contains("built for another processor"), "{line}");
+        assert!(line.contains(&format!(" {lacks}")), "{line}");
+        assert!(line.contains("cargo build --release"), "{line}");
+    }
+}

@@ -1,0 +1,128 @@
+//! The published hits of 128 rays on each of 15 meshes (assets/README.md), found
+//! elsewhere by brute force in f64.
+//!
+//! The files are plain GLBs (one JSON chunk, one BIN chunk, float positions,
+//! short or long indices), so they are read here by hand.
+
+use super::*;
+use serde_json::Value;
+use std::path::PathBuf;
+
+/// The folder of test assets, or `None` with one line where it is absent.
+fn assets() -> Option<PathBuf> {
+    let folder = std::env::var_os("LANECAST_ASSETS").map_or_else(
+        || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/assets"),
+        PathBuf::from,
+    );
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    println!("skipped: no assets in {}", folder.display());
+    None
+}
+
+/// All primitives of the first mesh, one after the other.
+fn mesh_of(glb: &[u8]) -> MeshData {
+    let long = |at: usize| u32::from_le_bytes(glb[at..at + 4].try_into().unwrap()) as usize;
+    let json: Value = serde_json::from_slice(&glb[20..20 + long(12)]).unwrap();
+    let bin = &glb[20 + long(12) + 8..];
+    let bytes = |accessor: &Value| {
+        let accessor = &json["accessors"][accessor.as_u64().unwrap() as usize];
+        let view = &json["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
+        let part = |of: &Value, key: &str| of[key].as_u64().unwrap_or(0) as usize;
+        let first = part(view, "byteOffset") + part(accessor, "byteOffset");
+        (
+            &bin[first..first + part(view, "byteLength")],
+            part(accessor, "componentType"),
+            part(accessor, "count"),
+        )
+    };
+    let mut data = MeshData::default();
+    for primitive in json["meshes"][0]["primitives"].as_array().unwrap() {
+        let base = data.positions.len() as u32;
+        let (positions, _, count) = bytes(&primitive["attributes"]["POSITION"]);
+        let float = |i: usize| {
+            f64::from(f32::from_le_bytes(
+                positions[4 * i..4 * i + 4].try_into().unwrap(),
+            ))
+        };
+        data.positions
+            .extend((0..count).map(|i| [float(3 * i), float(3 * i + 1), float(3 * i + 2)]));
+        let (indices, kind, count) = bytes(&primitive["indices"]);
+        let index = |i: usize| {
+            base + match kind {
+                5123 => u32::from(u16::from_le_bytes(
+                    indices[2 * i..2 * i + 2].try_into().unwrap(),
+                )),
+                _ => u32::from_le_bytes(indices[4 * i..4 * i + 4].try_into().unwrap()),
+            }
+        };
+        data.triangles
+            .extend((0..count / 3).map(|i| [index(3 * i), index(3 * i + 1), index(3 * i + 2)]));
+    }
+    data
+}
+
+#[test]
+fn published_mesh_hits() {
+    let Some(assets) = assets() else { return };
+    let hits = std::fs::read(assets.join("meshes_ray_hits.json")).unwrap();
+    let hits: Value = serde_json::from_slice(&hits).unwrap();
+    let numbers = |v: &Value| -> [f64; 3] { std::array::from_fn(|k| v[k].as_f64().unwrap()) };
+    let (mut rays, mut met, mut tied, mut worst) = (0, 0, 0, 0.0);
+    for (file, rows) in hits["rays"].as_object().unwrap() {
+        let glb = std::fs::read(assets.join("meshes").join(file)).unwrap();
+        let data = mesh_of(&glb);
+        let (scene, all) = scene_of(|b| place(b, |b| b.mesh("", &data)));
+        assert_eq!(scene.meshes.rounded[0], 0, "{file}: vertices are f32");
+        let tree = Reference::new(&scene, &all);
+        let brute = Reference::brute_force(&scene, &all);
+        for (i, row) in rows.as_array().unwrap().iter().enumerate() {
+            let (org, dir) = (numbers(&row["o"]), numbers(&row["d"]));
+            let answer = tree.nearest(org, dir, INF);
+            // Brute force takes its time: a sample is enough.
+            if i % 8 == 0 {
+                assert_eq!(answer, brute.nearest(org, dir, INF), "{file} {i}");
+            }
+            if row["near_edge_count"] != 0 {
+                continue;
+            }
+            rays += 1;
+            // Only faces that coincide leave a doubt (the Cornell box's floor,
+            // the subdivided cube), and only about which of them it is: a tie,
+            // which the published hits decided by rounding.
+            let published = row["tri"].as_u64().map(|tri| tri as u32);
+            if answer.doubt {
+                tied += 1;
+                let hits = || answer.perhaps.iter().map(|h| h.expect("no miss"));
+                assert!(hits().any(|h| Some(h.primitive) == published), "{file} {i}");
+                let normal = |h: Hit| DVec3::from_array(h.normal);
+                let first = answer.outcome.map_or(DVec3::ZERO, normal);
+                let parallel = |h: Hit| normal(h).dot(first).abs() > 1.0 - 1e-12;
+                assert!(hits().all(parallel), "{file} {i} {answer:?}");
+                continue;
+            }
+            let Some(hit) = answer.outcome else {
+                assert_eq!(row["hits"], 0, "{file} {i}");
+                continue;
+            };
+            met += 1;
+            assert_eq!(published, Some(hit.primitive), "{file} {i}");
+            let t = row["t"].as_f64().unwrap();
+            let error = (hit.t - t).abs();
+            worst = f64::max(worst, error / t);
+            assert!(
+                error <= 1e-12 * t || error <= 2.0 * hit.t_error,
+                "{file} {i}: {t} {hit:?}"
+            );
+            let length = DVec3::from_array(dir).length();
+            let cos = -DVec3::from_array(hit.normal).dot(DVec3::from_array(dir)) / length;
+            assert!(
+                (cos.abs() - row["cos"].as_f64().unwrap().abs()).abs() < 1e-6,
+                "{file} {i}"
+            );
+        }
+    }
+    println!("{rays} rays, {met} hits, {tied} ties; worst relative t error {worst:.2e}");
+    assert!(rays == 15 * 128 && met > rays / 3 && tied < rays / 10);
+}

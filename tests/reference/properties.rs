@@ -1,0 +1,205 @@
+//! Random rays against definitions: membership, placement, and the tree.
+
+use super::*;
+use glam::{DMat3, DQuat};
+use proptest::prelude::*;
+
+const SOLIDS: usize = 7;
+
+/// Whether a point belongs to the solid, by its definition; `edge` is how much
+/// nearer than the surface still counts.
+fn contains(kind: usize, p: DVec3, edge: f64) -> bool {
+    let k = 1.0 + edge;
+    match kind {
+        0 => (p - v(1.0, 0.0, 0.0)).length() <= 2.0 * k,
+        1 => ((p - v(0.0, 1.0, 0.0)) / v(1.0, 2.0, 4.0)).length() <= k,
+        2 => p.x.hypot(p.z) <= k && (p.y - 1.5).abs() <= 1.5 * k,
+        3 => p.y >= -edge && p.x.hypot(p.z) <= (4.0 - p.y) / 2.0 + edge,
+        4 => (p.abs() / v(1.0, 2.0, 3.0)).max_element() <= k,
+        5 => p.abs().element_sum() <= k,
+        _ => p.y <= 2.0 + edge,
+    }
+}
+
+fn number() -> impl Strategy<Value = f64> {
+    -4.0..4.0_f64
+}
+
+fn vector() -> impl Strategy<Value = DVec3> {
+    (number(), number(), number()).prop_map(|(x, y, z)| v(x, y, z))
+}
+
+prop_compose! {
+    /// Turned, mirrored, stretched and moved, but not flat.
+    fn placement()(axis in vector(), angle in number(), scale in vector(), at in vector())
+        -> DAffine3
+    {
+        let turn = DQuat::from_axis_angle(axis.try_normalize().unwrap_or(DVec3::X), angle);
+        let scale = scale + scale.signum() * 0.1;
+        let linear = DMat3::from_quat(turn) * DMat3::from_diagonal(scale);
+        DAffine3::from_mat3_translation(linear, at)
+    }
+}
+
+fn placed(b: &mut SceneBuilder, kind: usize, place: DAffine3) {
+    let shape = KINDS[kind](b);
+    let transform = b.transform(place.into());
+    b.instance("", Edge::shape(shape).transform(transform));
+}
+
+fn config(cases: u32) -> ProptestConfig {
+    ProptestConfig {
+        failure_persistence: None,
+        ..ProptestConfig::with_cases(cases)
+    }
+}
+
+/// Instance and primitive, or a miss.
+type Ids = Option<(u32, u32)>;
+
+/// Of the outcome, and of all that it may be.
+fn ids(answer: &Answer) -> (Ids, Vec<Ids>) {
+    let id = |h: &Option<Hit>| h.map(|h| (h.instance, h.primitive));
+    (id(&answer.outcome), answer.perhaps.iter().map(id).collect())
+}
+
+proptest! {
+    #![proptest_config(config(4000))]
+
+    /// Along the ray the solid neither begins nor ends before the hit, and does
+    /// so at the hit.
+    #[test]
+    fn the_first_hit_is_where_membership_changes(
+        kind in 0..SOLIDS, org in vector(), to in vector()
+    ) {
+        let dir = to - org;
+        prop_assume!(dir.length() > 0.1);
+        let (scene, all) = scene_of(|b| place(b, KINDS[kind]));
+        let reference = Reference::brute_force(&scene, &all);
+        let answer = reference.nearest(org.to_array(), dir.to_array(), INF);
+        prop_assume!(!answer.doubt);
+        let inside = contains(kind, org, 0.0);
+        // Samples between 0 and the hit, or far beyond the solid. Points within
+        // rounding of the surface say nothing.
+        let end = answer.outcome.map_or(100.0 / dir.length(), |h| h.t);
+        for i in 1..200 {
+            let p = org + dir * (end * f64::from(i) / 200.0);
+            prop_assert!(
+                contains(kind, p, 1e-12) == inside || contains(kind, p, -1e-12) == inside
+            );
+        }
+        if let Some(hit) = answer.outcome {
+            let p = org + dir * hit.t;
+            prop_assert!(contains(kind, p, 1e-12) && !contains(kind, p, -1e-12));
+            // The normal is outward: the ray goes in against it.
+            let n = DVec3::from_array(hit.normal);
+            prop_assert!((n.length() - 1.0).abs() < 1e-14);
+            prop_assert_eq!(n.dot(dir) > 0.0, inside);
+        }
+    }
+
+    /// A placed shape meets a world ray where the shape alone meets the object
+    /// ray made by hand; the normal stays orthogonal to placed tangents.
+    #[test]
+    fn placement_is_the_object_ray(
+        kind in 0..KINDS.len(), at in placement(), org in vector(), to in vector()
+    ) {
+        let (alone, all_alone) = scene_of(|b| place(b, KINDS[kind]));
+        let (scene, all) = scene_of(|b| placed(b, kind, at));
+        let m = all.rows[0].object_from_world;
+        let rows = |p: [f64; 3], w: f64| -> [f64; 3] {
+            std::array::from_fn(|r| {
+                let [x, y, z] = m.linear.map(|column| column[r]);
+                let sum = x * p[0] + y * p[1] + z * p[2];
+                if w == 0.0 { sum } else { sum + m.translation[r] }
+            })
+        };
+        let (org, dir) = (org.to_array(), (to - org).to_array());
+        let world = Reference::new(&scene, &all).nearest(org, dir, INF);
+        let hand =
+            Reference::brute_force(&alone, &all_alone).nearest(rows(org, 1.0), rows(dir, 0.0), INF);
+        prop_assert_eq!(ids(&world).0, ids(&hand).0);
+        let (Some(a), Some(b)) = (world.outcome, hand.outcome) else { return Ok(()) };
+        prop_assert_eq!((a.t, a.t_error), (b.t, b.t_error));
+        let (n, object_n) = (DVec3::from_array(a.normal), DVec3::from_array(b.normal));
+        for tangent in [object_n.any_orthonormal_vector(), object_n.any_orthonormal_pair().1] {
+            let tangent = at.matrix3 * tangent;
+            prop_assert!(n.dot(tangent.normalize()).abs() < 1e-12);
+        }
+        // Outward stays outward, mirrored or not.
+        prop_assert!(n.dot(at.matrix3 * object_n) > 0.0);
+    }
+}
+
+proptest! {
+    #![proptest_config(config(300))]
+
+    /// The tree prunes only. Where brute force doubts, a box may settle it.
+    #[test]
+    fn the_tree_is_brute_force(
+        shapes in prop::collection::vec((0..KINDS.len(), placement()), 1..40),
+        soup in prop::collection::vec((vector(), vector(), vector()), 1..60),
+        rays in prop::collection::vec((vector(), vector()), 40),
+        far in prop::sample::select(vec![1.0, 1e3, 1e8]),
+    ) {
+        let (scene, all) = scene_of(|b| {
+            for (kind, at) in &shapes {
+                placed(b, *kind, *at);
+            }
+            let mut data = MeshData::default();
+            for (p, q, r) in &soup {
+                let first = data.positions.len() as u32;
+                let corners = [*p, *p + *q * 0.3, *p + *r * 0.3];
+                data.positions.extend(corners.map(|c| c.to_array()));
+                data.triangles.push([first, first + 1, first + 2]);
+            }
+            let mesh = b.mesh("", &data);
+            let at = b.transform(shapes[0].1.into());
+            b.instance("", Edge::shape(mesh).transform(at));
+        });
+        let (tree, brute) = (Reference::new(&scene, &all), Reference::brute_force(&scene, &all));
+        for (org, to) in rays {
+            let (org, to) = (org * far, to.to_array());
+            let dir: [f64; 3] = std::array::from_fn(|k| to[k] - org[k]);
+            for t_max in [INF, 1.0] {
+                let (a, b) = (
+                    tree.nearest(org.to_array(), dir, t_max),
+                    brute.nearest(org.to_array(), dir, t_max),
+                );
+                if !b.doubt {
+                    prop_assert_eq!(&a, &b);
+                }
+                // Nothing is possible for the tree that brute force excludes.
+                let (_, all) = ids(&b);
+                prop_assert!(ids(&a).1.iter().all(|x| all.contains(x)), "{a:?} {b:?}");
+                let (a, b) = (
+                    tree.blocked(org.to_array(), dir, t_max),
+                    brute.blocked(org.to_array(), dir, t_max),
+                );
+                prop_assert!(a == b || b.1, "{a:?} {b:?}");
+            }
+        }
+    }
+
+    /// A power of two scales every t exactly, and doubt with it.
+    #[test]
+    fn powers_of_two_change_nothing(
+        at in placement(), kind in 0..KINDS.len(), org in vector(), to in vector(),
+        power in -40..40_i32,
+    ) {
+        let s = f64::powi(2.0, power);
+        let (scene, all) = scene_of(|b| placed(b, kind, at));
+        let (large, all_large) = scene_of(|b| {
+            let shape = KINDS[kind](b);
+            let inner = b.transform(at.into());
+            let outer = b.transform(DAffine3::from_scale(DVec3::splat(s)).into());
+            let node = b.node("", &[Edge::shape(shape).transform(inner)]);
+            b.instance("", Edge::node(node).transform(outer));
+        });
+        let dir = to - org;
+        let small = Reference::new(&scene, &all).nearest(org.to_array(), dir.to_array(), INF);
+        let large = Reference::new(&large, &all_large)
+            .nearest((org * s).to_array(), (dir * s).to_array(), INF);
+        prop_assert_eq!(small, large);
+    }
+}

@@ -1,0 +1,424 @@
+//! The layers of the crate, its `unsafe`, and its top-level entries.
+//!
+//! Imports are the paths behind `crate::` in the code of `src/`, in `use` lines
+//! and elsewhere, comments and text left out. `super::` is not followed: rows of
+//! the table are folders, and no file reaches out of its folder that way (which
+//! is checked, too).
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// What a layer may import beside itself. `lib.rs` and `main.rs` may all.
+const LAYERS: &[(&str, &[&str])] = &[
+    ("math", &[]),
+    ("roots", &["math"]),
+    ("geom", &["math", "roots"]),
+    ("csg", &["math", "roots", "geom"]),
+    ("scene", &["math", "roots", "geom", "csg"]),
+    ("io", &["math", "roots", "geom", "csg", "scene"]),
+    ("plan", &["math", "roots", "geom", "csg", "scene"]),
+    ("accel", &["math", "roots", "geom", "csg", "scene"]),
+    (
+        "trace",
+        &["math", "roots", "geom", "csg", "scene", "plan", "accel"],
+    ),
+    (
+        "shade",
+        &[
+            "math", "roots", "geom", "csg", "scene", "plan", "accel", "trace",
+        ],
+    ),
+    (
+        "render",
+        &[
+            "math", "roots", "geom", "csg", "scene", "io", "plan", "accel", "trace", "shade",
+        ],
+    ),
+    // And of these only what `JUDGE` says.
+    ("reference", &["math", "geom", "scene"]),
+    (
+        "measure",
+        &[
+            "math",
+            "roots",
+            "geom",
+            "csg",
+            "scene",
+            "io",
+            "plan",
+            "accel",
+            "trace",
+            "shade",
+            "render",
+            "reference",
+        ],
+    ),
+    (
+        "cli",
+        &[
+            "math",
+            "roots",
+            "geom",
+            "csg",
+            "scene",
+            "io",
+            "plan",
+            "accel",
+            "trace",
+            "shade",
+            "render",
+            "reference",
+            "measure",
+        ],
+    ),
+];
+
+/// The judge shares rows and tables with the judged: their types, and the map.
+/// No function, no kernel, no inner module.
+fn judge_may(path: &[String]) -> bool {
+    let is_type = |name: &str| name.starts_with(|c: char| c.is_ascii_uppercase());
+    match path {
+        [layer, name, ..] if layer == "scene" || layer == "geom" => is_type(name),
+        [layer, name, ..] if layer == "math" => name == "Affine",
+        _ => false,
+    }
+}
+
+/// Where `unsafe` stands, and how often.
+const UNSAFE: &[(&str, usize)] = &[
+    // The system's `write`, XGETBV, and CPUID.
+    ("src/cli/cpu.rs", 6),
+    // The section of functions that run before `main`.
+    ("src/main.rs", 1),
+];
+
+const TOP_LEVEL: &[&str] = &[
+    "README.md",
+    "LICENSE-MIT",
+    "LICENSE-APACHE",
+    "Cargo.toml",
+    "Cargo.lock",
+    "src",
+    "benches",
+    "tests",
+    "scenes",
+    "docs",
+    "target",
+];
+
+fn root() -> PathBuf {
+    env!("CARGO_MANIFEST_DIR").into()
+}
+
+/// Every Rust file below these folders: its path from the root, and its code.
+fn sources(folders: &[&str]) -> Vec<(String, String)> {
+    let mut todo: Vec<PathBuf> = folders.iter().map(|f| root().join(f)).collect();
+    let mut found = Vec::new();
+    while let Some(path) = todo.pop() {
+        if path.is_dir() {
+            todo.extend(fs::read_dir(path).unwrap().map(|e| e.unwrap().path()));
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            let name = path.strip_prefix(root()).unwrap().to_str().unwrap();
+            let text = fs::read_to_string(&path).unwrap();
+            found.push((name.replace('\\', "/"), code(&text)));
+        }
+    }
+    found.sort();
+    found
+}
+
+/// The text without comments and without what stands in quotes.
+fn code(text: &str) -> String {
+    let mut code = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(c) = rest.chars().next() {
+        let skipped = if rest.starts_with("//") {
+            rest.find('\n').unwrap_or(rest.len())
+        } else if rest.starts_with("/*") {
+            rest.find("*/").map_or(rest.len(), |end| end + 2)
+        } else if let Some(end) = raw_string(rest, code.chars().last()) {
+            end
+        } else if c == '"' {
+            quoted(rest)
+        } else if rest.starts_with("'\"'") {
+            3
+        } else if rest.starts_with("'\\\"'") {
+            4
+        } else {
+            code.push(c);
+            rest = &rest[c.len_utf8()..];
+            continue;
+        };
+        code.push(' ');
+        rest = &rest[skipped..];
+    }
+    code
+}
+
+/// The length of the text in quotes with which `rest` begins.
+fn quoted(rest: &str) -> usize {
+    let mut escaped = false;
+    for (i, c) in rest.char_indices().skip(1) {
+        match c {
+            '"' if !escaped => return i + 1,
+            '\\' => escaped = !escaped,
+            _ => escaped = false,
+        }
+    }
+    rest.len()
+}
+
+/// The length of `r"…"` or `r#"…"#`, if `rest` begins with one.
+fn raw_string(rest: &str, before: Option<char>) -> Option<usize> {
+    if before.is_some_and(is_word) && before != Some('b') {
+        return None;
+    }
+    let after = rest.strip_prefix('r')?;
+    let hashes = after.len() - after.trim_start_matches('#').len();
+    let body = after[hashes..].strip_prefix('"')?;
+    let end = format!("\"{}", "#".repeat(hashes));
+    let length = body.find(&end).map_or(body.len(), |at| at + end.len());
+    Some(1 + hashes + 1 + length)
+}
+
+fn is_word(c: char) -> bool {
+    c.is_alphanumeric() || c == '_'
+}
+
+/// The paths behind every `crate::`, braces expanded: `crate::a::{b, c::d}`
+/// gives a::b and a::c::d.
+fn imports(code: &str) -> Vec<Vec<String>> {
+    let mut paths = Vec::new();
+    let mut from = 0;
+    while let Some(at) = code[from..].find("crate::").map(|at| from + at) {
+        from = at + "crate::".len();
+        // Not `$crate`, not the end of a longer word.
+        if !code[..at].ends_with(|c: char| is_word(c)) {
+            expand(&code[from..], &[], &mut paths);
+        }
+    }
+    paths
+}
+
+/// Adds the paths of one use tree; returns what follows it.
+fn expand<'a>(tree: &'a str, prefix: &[String], paths: &mut Vec<Vec<String>>) -> &'a str {
+    let mut path = prefix.to_vec();
+    let mut rest = tree.trim_start();
+    loop {
+        if let Some(mut inner) = rest.strip_prefix('{') {
+            loop {
+                inner = inner.trim_start();
+                match inner.chars().next() {
+                    Some('}') => return &inner[1..],
+                    Some(',') => inner = &inner[1..],
+                    Some(_) => {
+                        let left = expand(inner, &path, paths);
+                        // Whatever this is, it is no use tree.
+                        if left.len() == inner.len() {
+                            return left;
+                        }
+                        inner = left;
+                    }
+                    None => return inner,
+                }
+            }
+        }
+        let end = rest.find(|c| !is_word(c) && c != '*').unwrap_or(rest.len());
+        if end > 0 {
+            path.push(rest[..end].into());
+        }
+        rest = &rest[end..];
+        match rest.strip_prefix("::") {
+            Some(next) => rest = next.trim_start(),
+            None => break,
+        }
+    }
+    let renamed = rest.trim_start().strip_prefix("as ");
+    if let Some(name) = renamed {
+        rest = name.trim_start().trim_start_matches(is_word);
+    }
+    paths.push(path);
+    rest
+}
+
+fn layer(file: &str) -> Option<&str> {
+    let inside = file.strip_prefix("src/")?;
+    inside.split_once('/').map(|(layer, _)| layer)
+}
+
+/// What is wrong with these sources' imports.
+fn import_faults(sources: &[(String, String)]) -> Vec<String> {
+    let mut faults = Vec::new();
+    for (file, code) in sources {
+        let Some(own) = layer(file) else {
+            continue;
+        };
+        let Some((_, allowed)) = LAYERS.iter().find(|(name, _)| *name == own) else {
+            faults.push(format!("{file}: the table has no layer '{own}'"));
+            continue;
+        };
+        for path in imports(code) {
+            let Some(other) = path.first() else {
+                continue;
+            };
+            let fine = other == own
+                || allowed.contains(&other.as_str()) && (own != "reference" || judge_may(&path));
+            if !fine {
+                faults.push(format!("{file}: {own} may not use {}", path.join("::")));
+            }
+        }
+        // Two steps up from src/a/b.rs are the crate, three from src/a/b/c.rs.
+        let depth = file.matches('/').count() - usize::from(file.ends_with("/mod.rs"));
+        let climb = "super::".repeat(depth.max(2));
+        if code.contains(&climb) {
+            faults.push(format!("{file}: {climb} leaves its layer; say crate::"));
+        }
+    }
+    faults
+}
+
+#[test]
+fn layers_point_one_way() {
+    let sources = sources(&["src"]);
+    assert!(sources.len() > 20, "{}", sources.len());
+    let faults = import_faults(&sources);
+    assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+    // The table itself points one way: io and plan do not know each other.
+    for (i, (_, allowed)) in LAYERS.iter().enumerate() {
+        let lower: Vec<&str> = LAYERS[..i].iter().map(|(name, _)| *name).collect();
+        assert!(allowed.iter().all(|name| lower.contains(name)));
+    }
+}
+
+#[test]
+fn forbidden_imports_are_found() {
+    let faults = |file: &str, text: &str| import_faults(&[(file.into(), code(text))]).join("; ");
+    for (file, text, fault) in [
+        (
+            "src/math/a.rs",
+            "use crate::scene::Scene;",
+            "math may not use scene::Scene",
+        ),
+        (
+            "src/io/a.rs",
+            "pub use crate::render::Picture;",
+            "render::Picture",
+        ),
+        (
+            "src/io/a.rs",
+            "fn f() -> crate::plan::Plan {}",
+            "plan::Plan",
+        ),
+        (
+            "src/scene/a.rs",
+            "use crate::{\n    geom::{Cone, Sphere},\n    accel::{self, bvh as tree},\n};",
+            "scene may not use accel::self; src/scene/a.rs: scene may not use accel::bvh",
+        ),
+        (
+            "src/measure/a.rs",
+            "use crate::cli;",
+            "measure may not use cli",
+        ),
+        (
+            "src/reference/a.rs",
+            "use crate::geom::polygon_plane;",
+            "geom::polygon_plane",
+        ),
+        (
+            "src/reference/a.rs",
+            "use crate::geom::sphere::Sphere;",
+            "geom::sphere",
+        ),
+        ("src/reference/a.rs", "use crate::scene::*;", "scene::*"),
+        (
+            "src/reference/a.rs",
+            "use crate::math::{Affine, Vec3};",
+            "math::Vec3",
+        ),
+        (
+            "src/reference/a.rs",
+            "use crate::trace::Outcome;",
+            "trace::Outcome",
+        ),
+        ("src/attic/a.rs", "", "no layer 'attic'"),
+        ("src/io/a.rs", "use super::super::cli;", "leaves its layer"),
+        (
+            "src/io/a/b.rs",
+            "use super::super::super::cli;",
+            "leaves its layer",
+        ),
+    ] {
+        let found = faults(file, text);
+        assert!(found.contains(fault), "{text}: {found}");
+    }
+    for (file, text) in [
+        (
+            "src/math/a.rs",
+            "// use crate::scene::Scene;\n/* crate::io */",
+        ),
+        (
+            "src/math/a.rs",
+            "const A: &str = \"use crate::io;\"; // \"\n",
+        ),
+        ("src/math/a.rs", "const A: &str = r#\"\"crate::io\"#;"),
+        (
+            "src/math/a.rs",
+            "const A: [char; 2] = ['\"', '\\\"']; // crate::io",
+        ),
+        ("src/math/a.rs", "use crate::math::Aabb; my_crate::io::f();"),
+        (
+            "src/reference/a.rs",
+            "use crate::{math::Affine, geom::Cone, scene::Shape};",
+        ),
+        ("src/trace/a.rs", "use crate::{accel::Bvh, plan::Plan};"),
+        ("src/render/mod.rs", "pub use crate::io::{AovSet, Picture};"),
+        ("src/io/a/b.rs", "use super::super::LoadError;"),
+        ("src/lib.rs", "use crate::cli;"),
+    ] {
+        assert_eq!(faults(file, text), "", "{text}");
+    }
+}
+
+#[test]
+fn unsafe_is_counted() {
+    let mut found: Vec<(String, usize)> = Vec::new();
+    for (file, code) in sources(&["src", "tests", "benches"]) {
+        let words = code
+            .split(|c| !is_word(c))
+            .filter(|w| *w == "unsafe")
+            .count();
+        if words > 0 {
+            found.push((file, words));
+        }
+    }
+    let mut allowed: Vec<(String, usize)> = UNSAFE.iter().map(|(f, n)| ((*f).into(), *n)).collect();
+    allowed.sort();
+    assert_eq!(
+        found, allowed,
+        "found (left) is not what is allowed (right)"
+    );
+}
+
+#[test]
+fn the_top_level_is_tidy() {
+    let stray: Vec<String> = fs::read_dir(root())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .filter(|name| !name.starts_with('.') && !TOP_LEVEL.contains(&name.as_str()))
+        .collect();
+    assert!(stray.is_empty(), "not listed in TOP_LEVEL: {stray:?}");
+}
+
+#[test]
+fn licences_are_there() {
+    for (file, line) in [
+        (
+            "LICENSE-MIT",
+            "Permission is hereby granted, free of charge",
+        ),
+        ("LICENSE-APACHE", "Version 2.0, January 2004"),
+    ] {
+        let text = fs::read_to_string(Path::new(&root()).join(file)).unwrap();
+        assert!(text.contains(line), "{file}");
+    }
+}

@@ -245,6 +245,22 @@ fn the_nearest_material_counts() {
     assert_eq!(materials, [Some(0), Some(1), None]);
 }
 
+#[test]
+fn a_mesh_file_is_read_from_the_scenes_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("meshes")).unwrap();
+    let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    std::fs::write(folder.path().join("meshes/tetra.obj"), obj).unwrap();
+    let path = folder.path().join("scene.toml");
+    let text = "format = 1\n[shape.closed]\nmesh = 'meshes/tetra.obj'\n\
+                [shape.sheet]\nmesh = 'meshes/../meshes/tetra.obj'\nopen = true\n\
+                [[instance]]\nshape = 'closed'\n[[instance]]\nshape = 'sheet'\n";
+    std::fs::write(&path, text).unwrap();
+    let scene = load(&path, &LoadOptions::default()).unwrap().scene;
+    assert_eq!((scene.meshes.len(), scene.meshes.triangles.len()), (2, 8));
+    assert_eq!(scene.meshes.open, [false, true]);
+}
+
 /// Ordinary files may be this deep: time and stack must not mind.
 #[test]
 fn a_chain_of_a_million_nodes_loads() {

@@ -104,6 +104,8 @@ const TOP_LEVEL: &[&str] = &[
     "scenes",
     "docs",
     "target",
+    // Property tests note their failures here; not under version control.
+    "proptest-regressions",
 ];
 
 fn root() -> PathBuf {

@@ -24,6 +24,7 @@ pub struct RenderArgs {
 
 #[derive(Args)]
 pub struct VerifyArgs {
+    /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl
     pub scene: PathBuf,
     /// Fail only where more answers than this are wrong [default: 0; with --precision fast, any]
     #[arg(long, value_name = "N")]
@@ -37,6 +38,7 @@ pub struct VerifyArgs {
 
 #[derive(Args)]
 pub struct BenchArgs {
+    /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl; or --mesh and --rays
     #[arg(required_unless_present_all = ["mesh", "rays"])]
     pub scene: Option<PathBuf>,
     /// Write the scene's triangles and rays as .msh and .rays files
@@ -60,6 +62,7 @@ pub struct BenchArgs {
 
 #[derive(Args)]
 pub struct PlanArgs {
+    /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl
     pub scene: PathBuf,
     #[command(flatten)]
     pub common: CommonArgs,
@@ -94,10 +97,10 @@ pub struct CommonArgs {
     /// auto, bvh or linear
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = parse_accel)]
     pub accel: AccelChoice,
-    /// [default: as many as the machine runs at once]
+    /// Threads that trace [default: as many as the machine runs at once]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
-    /// Of the samples
+    /// Of the samples' positions
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
     /// Machine-readable results; - is standard output

@@ -14,7 +14,7 @@ mod cpu;
 mod error;
 mod interrupt;
 mod output;
-mod placeholder;
+mod pipeline;
 mod plan;
 mod progress;
 mod render;

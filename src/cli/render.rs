@@ -2,13 +2,14 @@
 
 use super::args::{RENDER_SIZE, RenderArgs};
 use super::error::CliError;
+use super::interrupt;
 use super::output::{Results, check_destinations};
+use super::pipeline::prepare;
 use super::progress::{Drawing, rate};
-use super::{interrupt, placeholder, scene};
 use crate::io::picture_files;
 use crate::measure::{PictureSize, Stats, Watch};
+use crate::render::{Rendered, View};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering::Relaxed;
 
 pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     let config = args.common.config(RENDER_SIZE)?;
@@ -32,25 +33,32 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         ..Stats::default()
     };
 
-    // ==== PIPELINE: load → camera and lights → plan → build → render ====
-    // Everything up to the next mark is to be replaced; what it must give is
-    // `picture`, and in `stats`: scene, plan, stages, rays, memory.
-    if let Some(path) = &args.scene {
-        let scene = scene::load(path, &args.common.load_options())?;
-        stats.stages.push(watch.stage("load"));
-        let _camera = scene::pick_camera(&scene.cameras, config.camera.as_deref())?;
-        for (name, bytes) in scene.bytes() {
-            stats.memory.insert(name.into(), bytes as u64);
-        }
-    }
+    let prepared = prepare(
+        args.scene.as_deref(),
+        &args.common.load_options(),
+        &config,
+        &mut watch,
+        &mut stats,
+    )?;
     interrupt::check(&progress)?;
+    let world = prepared.world(&mut watch, &mut stats);
+    interrupt::check(&progress)?;
+    let view = View {
+        world: &world,
+        kernels: prepared.plan.kernels,
+        camera: prepared.camera,
+        lights: &prepared.scene.lights,
+    };
     let drawing = Drawing::start(&progress);
-    let picture = placeholder::gradient(&config, &progress);
+    let rendered = prepared
+        .pool
+        .install(|| crate::render::render(&view, &config, false, &progress));
     drop(drawing);
-    let picture = picture.ok_or(CliError::Interrupted)?;
-    stats.rays.primary = progress.rays.load(Relaxed);
+    let Rendered {
+        picture, counts, ..
+    } = rendered.map_err(|_| CliError::Interrupted)?;
+    stats.rays = counts;
     stats.stages.push(watch.stage("render"));
-    // ==== end of PIPELINE ====
 
     let mut results = Results::default();
     picture.save_into(&picture_path, &mut results.outputs)?;

@@ -302,7 +302,7 @@ fn join(
         }
         first = *end;
         let material = material.and_then(|m| row_of[m]);
-        if parts.last().map_or(None, |(_, m)| *m) != material {
+        if parts.last().and_then(|(_, m)| *m) != material {
             parts.push((mesh.triangles.len() as u32, material));
         }
         let pairs = fan[1..].windows(2);

@@ -38,10 +38,8 @@ const HEADER: usize = 84;
 const TRIANGLE: usize = 50;
 
 fn parse(mut bytes: Vec<u8>) -> Result<MeshData, String> {
-    let declared = match bytes.get(80..HEADER) {
-        Some(n) => Some(u32::from_le_bytes([n[0], n[1], n[2], n[3]]) as usize),
-        None => None,
-    };
+    let declared = bytes.get(80..HEADER);
+    let declared = declared.map(|n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]) as usize);
     let exact = declared.is_some_and(|n| bytes.len() as u64 == binary_length(n));
     let start = bytes.iter().position(|b| !b.is_ascii_whitespace());
     let word = start.and_then(|s| bytes.get(s..s + 5));

@@ -8,6 +8,7 @@
 mod appearances;
 mod bounds;
 mod builder;
+mod builtin;
 mod cameras;
 mod check;
 mod defaults;
@@ -25,6 +26,7 @@ mod transforms;
 pub use appearances::{Appearance, Appearances, MAX_APPEARANCES};
 pub use bounds::shape_bounds;
 pub use builder::SceneBuilder;
+pub use builtin::builtin;
 pub use cameras::{Camera, Cameras, Projection};
 pub use check::SceneError;
 pub use defaults::{default_camera, default_lights};
@@ -105,6 +107,30 @@ impl Tables {
 #[derive(Clone, Debug)]
 pub struct Scene {
     tables: Tables,
+}
+
+impl Scene {
+    /// The scene as seen by camera `row`, with the default view and lights where
+    /// it brings none; `aspect` is the picture's width over its height.
+    pub fn completed(
+        mut self,
+        camera: Option<usize>,
+        appearances: &Appearances,
+        aspect: f64,
+    ) -> (Scene, Camera) {
+        let camera = match camera {
+            Some(row) => self.cameras.rows[row],
+            None => {
+                let camera = default_camera(&self, appearances, aspect);
+                self.tables.cameras.rows.push(camera);
+                camera
+            }
+        };
+        if self.lights.is_empty() {
+            self.tables.lights = default_lights(&camera);
+        }
+        (self, camera)
+    }
 }
 
 impl Deref for Scene {

@@ -74,9 +74,15 @@ pub(super) fn indices(
             "its component type must be 5121, 5123 or 5125 (unsigned)",
         ));
     }
-    column(file, accessor, count, kind.size(), place, |b| {
+    let list = column(file, accessor, count, kind.size(), place, |b| {
         unsigned(b) as u32
-    })
+    })?;
+    // The largest value would restart a primitive; the format has no such thing.
+    let largest = u32::MAX >> (32 - 8 * kind.size());
+    match list.iter().position(|v| *v == largest) {
+        Some(i) => Err(file.invalid(place, &format!("index {i} is {largest}, which is reserved"))),
+        None => Ok(list),
+    }
 }
 
 fn is_index(kind: ComponentType) -> bool {

@@ -193,14 +193,12 @@ fn without_unread(json: &[u8]) -> Option<(Root, Vec<(&'static str, usize)>)> {
         ("images", ""),
         ("samplers", ""),
     ] {
-        match all.as_object_mut()?.remove(key) {
-            None => {}
-            Some(Value::Array(list)) if list.iter().all(Value::is_object) => {
-                if !what.is_empty() {
-                    unread.push((what, list.len()));
-                }
-            }
-            Some(_) => return None,
+        let Some(part) = all.as_object_mut()?.remove(key) else {
+            continue;
+        };
+        let list = part.as_array().filter(|l| l.iter().all(Value::is_object))?;
+        if !what.is_empty() {
+            unread.push((what, list.len()));
         }
     }
     if let Some(scenes) = all.get_mut("scenes").and_then(Value::as_array_mut) {

@@ -77,7 +77,7 @@ pub(super) fn read(
                 )
             })?),
         };
-        if mesh.parts.last().map_or(None, |(_, m)| *m) != material {
+        if mesh.parts.last().and_then(|(_, m)| *m) != material {
             mesh.parts.push((first as u32, material));
         }
         smooth |= vertices.normals;

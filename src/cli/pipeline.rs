@@ -1,0 +1,122 @@
+//! What every command that traces does first: load → appearances → camera and
+//! lights → plan → build. The caller times and uses the parts.
+
+use super::error::CliError;
+use super::scene;
+use crate::accel::{Structure, World};
+use crate::io::LoadOptions;
+use crate::measure::{PlanSummary, SceneCounts, Stats, Watch};
+use crate::plan::{Accel, Plan, plan};
+use crate::render::{Grid, RenderConfig};
+use crate::scene::{Appearances, Camera, Scene, builtin};
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::path::Path;
+
+/// A scene that lacks nothing, and how it will be traced.
+pub struct Prepared {
+    pub scene: Scene,
+    pub appearances: Appearances,
+    pub camera: Camera,
+    pub plan: Plan,
+    pub pool: ThreadPool,
+}
+
+pub fn prepare(
+    path: Option<&Path>,
+    options: &LoadOptions,
+    config: &RenderConfig,
+    watch: &mut Watch,
+    stats: &mut Stats,
+) -> Result<Prepared, CliError> {
+    let scene = match path {
+        Some(path) => scene::load(path, options)?,
+        None => builtin().map_err(|e| CliError::Usage(e.to_string()))?,
+    };
+    stats.stages.push(watch.stage("load"));
+    let row = scene::pick_camera(&scene.cameras, config.camera.as_deref())?;
+    let appearances = Appearances::of(&scene).map_err(|source| {
+        let path = path.unwrap_or(Path::new("the built-in scene")).into();
+        crate::io::LoadError::Scene { path, source }
+    })?;
+    let (scene, camera) = scene.completed(row, &appearances, aspect(config));
+    let plan =
+        plan(&scene, &appearances, &config.choices).map_err(|e| CliError::Usage(e.to_string()))?;
+    stats.stages.push(watch.stage("plan"));
+    let threads = config.threads.unwrap_or(0) as usize;
+    let pool = ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|e| CliError::Usage(format!("{threads} threads cannot be started: {e}")))?;
+    stats.plan = PlanSummary {
+        precision: config.choices.precision.name(),
+        lanes: plan.kernels.lanes as u32,
+        accel: match plan.accel {
+            Accel::Bvh => "bvh".into(),
+            Accel::Linear => "linear".into(),
+        },
+        threads: pool.current_num_threads() as u32,
+        isa: isa(),
+    };
+    stats.scene = SceneCounts {
+        appearances: appearances.len() as u64,
+        shapes: scene.shapes.len() as u64,
+        triangles: scene.meshes.triangles.len() as u64,
+        lights: scene.lights.len() as u64,
+    };
+    for (name, bytes) in scene.bytes() {
+        stats.memory.insert(name.into(), bytes as u64);
+    }
+    Ok(Prepared {
+        scene,
+        appearances,
+        camera,
+        plan,
+        pool,
+    })
+}
+
+impl Prepared {
+    /// The trees, built on the pool.
+    pub fn world(&self, watch: &mut Watch, stats: &mut Stats) -> World<'_> {
+        let structure = structure(&self.plan);
+        let build = || World::build(&self.scene, &self.appearances, structure);
+        let world = self.pool.install(build);
+        for (name, bytes) in world.bytes() {
+            stats.memory.insert(name.into(), bytes as u64);
+        }
+        stats.stages.push(watch.stage("build"));
+        world
+    }
+}
+
+pub fn structure(plan: &Plan) -> Structure {
+    match plan.accel {
+        Accel::Bvh => Structure::Bvh,
+        Accel::Linear => Structure::Linear,
+    }
+}
+
+fn aspect(config: &RenderConfig) -> f64 {
+    let less = match config.grid {
+        Grid::Centers => 0,
+        Grid::Corners => 1,
+    };
+    f64::from(config.width - less) / f64::from(config.height - less)
+}
+
+/// The widest instruction set that the lanes were compiled to.
+pub fn isa() -> &'static str {
+    if cfg!(target_feature = "avx512f") {
+        "avx512"
+    } else if cfg!(all(target_feature = "avx2", target_feature = "fma")) {
+        "avx2+fma"
+    } else if cfg!(target_feature = "avx") {
+        "avx"
+    } else if cfg!(target_arch = "x86_64") {
+        "sse2"
+    } else if cfg!(target_arch = "aarch64") {
+        "neon"
+    } else {
+        "scalar"
+    }
+}

@@ -16,11 +16,12 @@ pub fn shape_bounds(tables: &Tables, shape: ShapeId) -> Option<Aabb> {
         Shape::Cylinder(id) => Some(tables.cylinders.row(id).bounds()),
         Shape::Cone(id) => Some(tables.cones.row(id).bounds()),
         Shape::Cuboid(id) => Some(tables.cuboids.row(id).bounds()),
-        // The corners are computed from the planes, or the planes from them.
+        // The planes are the solid; the corners go with them to one part in
+        // 10^10 (`geom::hull` refuses sharper ones).
         Shape::Polyhedron(id) => {
             let bounds = of(tables.polyhedra.points(id));
             let size = bounds.max_abs() + bounds.diagonal();
-            Some(bounds.grown(DVec3::splat(size * 4e-11)))
+            Some(bounds.grown(DVec3::splat(size * 2e-10)))
         }
         Shape::Polygon(id) => Some(of(tables.polygons.points(id))),
         Shape::Mesh(id) => Some(outward(tables.meshes.row(id).bounds())),

@@ -2,11 +2,13 @@
 //! after the other.
 //!
 //! A corner is always computed from three planes, never from other corners, so
-//! nothing of the cube's size remains in it. A plane that cuts nothing off
+//! nothing of the cube's size remains in it. It carries its own error bound
+//! (planes that meet at small angles), and where more than three planes meet,
+//! the three that give the smallest bound count. A plane that cuts nothing off
 //! within the tolerance is redundant. If a face of the cube is left at the end,
 //! the planes do not close.
 
-use super::{Hull, HullError, MAX_PLANES, TOLERANCE};
+use super::{Hull, HullError, MAX_PLANES, MAX_SPREAD, TOLERANCE, spread};
 use crate::geom::HalfSpace;
 use glam::{DMat3, DVec3};
 use std::collections::HashMap;
@@ -21,10 +23,18 @@ struct Face {
     corners: Vec<usize>,
 }
 
+struct Corner {
+    at: DVec3,
+    /// How far `at` may be off.
+    error: f64,
+    /// All that are known to pass through it.
+    planes: Vec<usize>,
+}
+
 /// Planes at unit size, and the corners made so far.
 struct Solid {
     planes: Vec<HalfSpace>,
-    corners: Vec<DVec3>,
+    corners: Vec<Corner>,
     faces: Vec<Face>,
 }
 
@@ -57,24 +67,28 @@ pub fn of_planes(given: &[HalfSpace]) -> Result<Hull, HullError> {
     let mut used: Vec<usize> = solid.faces.iter().flat_map(|f| f.corners.clone()).collect();
     used.sort_unstable();
     used.dedup();
-    let points: Vec<DVec3> = used.iter().map(|c| solid.corners[*c]).collect();
+    let corners: Vec<&Corner> = used.iter().map(|c| &solid.corners[*c]).collect();
     // What was computed is what was asked for, or nothing is.
-    for p in &points {
-        let over = |h: &HalfSpace| h.normal.dot(*p) - h.offset;
-        let reach = 1.0 + p.abs().max_element();
+    for corner in &corners {
+        let limit = 16.0 * f64::EPSILON * MAX_SPREAD * (1.0 + corner.at.abs().max_element());
+        if corner.error > limit {
+            return Err(HullError::Sharp);
+        }
+        let over = |h: &HalfSpace| h.normal.dot(corner.at) - h.offset;
+        let tolerance = 16.0 * corner.tolerance();
         if solid.planes[..given.len()]
             .iter()
-            .any(|h| over(h) > 16.0 * TOLERANCE * reach)
+            .any(|h| over(h) > tolerance)
         {
             return Err(HullError::Unsettled);
         }
     }
-    if points.len() < 4 || solid.faces.len() < 4 {
+    if corners.len() < 4 || solid.faces.len() < 4 {
         return Err(HullError::Unsettled);
     }
     Ok(Hull {
         planes: solid.faces.iter().map(|f| planes[f.plane]).collect(),
-        points: points.iter().map(|p| *p * size).collect(),
+        points: corners.iter().map(|c| c.at * size).collect(),
     })
 }
 
@@ -103,6 +117,13 @@ fn cube(mut planes: Vec<HalfSpace>) -> Solid {
         }
     }
     let corners = crate::math::Aabb::new(DVec3::splat(-FAR), DVec3::splat(FAR)).corners();
+    let corner = |at: DVec3| Corner {
+        at,
+        error: 0.0,
+        planes: (0..3)
+            .map(|k| first + 2 * k + usize::from(at[k] < 0.0))
+            .collect(),
+    };
     let loops = [
         [1, 3, 7, 5],
         [0, 4, 6, 2],
@@ -117,8 +138,14 @@ fn cube(mut planes: Vec<HalfSpace>) -> Solid {
     });
     Solid {
         planes,
-        corners: corners.to_vec(),
+        corners: corners.map(corner).into(),
         faces: faces.collect(),
+    }
+}
+
+impl Corner {
+    fn tolerance(&self) -> f64 {
+        f64::max(TOLERANCE * (1.0 + self.at.abs().max_element()), self.error)
     }
 }
 
@@ -131,9 +158,9 @@ enum Side {
 
 fn cut(solid: &mut Solid, plane: usize) -> Result<(), HullError> {
     let HalfSpace { normal, offset } = solid.planes[plane];
-    let side = |p: &DVec3| {
-        let over = normal.dot(*p) - offset;
-        let tolerance = TOLERANCE * (1.0 + p.abs().max_element());
+    let side = |corner: &Corner| {
+        let over = normal.dot(corner.at) - offset;
+        let tolerance = corner.tolerance();
         if over > tolerance {
             Side::Out
         } else if over < -tolerance {
@@ -189,8 +216,7 @@ fn cut(solid: &mut Solid, plane: usize) -> Result<(), HullError> {
                     let id = match made.get(&key) {
                         Some(id) => *id,
                         None => {
-                            let at = meet(through.map(|p| solid.planes[p]))?;
-                            solid.corners.push(at);
+                            solid.corners.push(meet(&solid.planes, through)?);
                             made.insert(key, solid.corners.len() - 1);
                             solid.corners.len() - 1
                         }
@@ -223,6 +249,9 @@ fn cut(solid: &mut Solid, plane: usize) -> Result<(), HullError> {
         }
     }
     let corners = closed_loop(&rim)?;
+    for corner in corners.iter().filter(|c| **c < sides.len()) {
+        refine(&solid.planes, &mut solid.corners[*corner], plane);
+    }
     kept.push(Face { plane, corners });
     solid.faces = kept;
     Ok(())
@@ -234,19 +263,38 @@ fn edges(corners: &[usize]) -> impl Iterator<Item = (usize, usize)> + '_ {
 }
 
 /// Where three planes meet, by Cramer's rule.
-fn meet([a, b, c]: [HalfSpace; 3]) -> Result<DVec3, HullError> {
+fn meet(planes: &[HalfSpace], through: [usize; 3]) -> Result<Corner, HullError> {
+    let [a, b, c] = through.map(|p| planes[p]);
     let (bc, ca, ab) = (
         b.normal.cross(c.normal),
         c.normal.cross(a.normal),
         a.normal.cross(b.normal),
     );
     let determinant = DMat3::from_cols(a.normal, b.normal, c.normal).determinant();
-    let p = (bc * a.offset + ca * b.offset + ab * c.offset) / determinant;
-    if p.is_finite() {
-        Ok(p)
-    } else {
-        Err(HullError::Unsettled)
+    let at = (bc * a.offset + ca * b.offset + ab * c.offset) / determinant;
+    // Normals and offsets are rounded to begin with, and so is all of the above.
+    let spread = spread([a.normal, b.normal, c.normal]);
+    let error = 16.0 * f64::EPSILON * spread * (1.0 + at.abs().max_element());
+    if at.is_finite() && error.is_finite() {
+        let planes = through.to_vec();
+        return Ok(Corner { at, error, planes });
     }
+    Err(HullError::Unsettled)
+}
+
+/// One more plane passes through the corner: perhaps it places it better.
+fn refine(planes: &[HalfSpace], corner: &mut Corner, plane: usize) {
+    let known = corner.planes.clone();
+    for (i, a) in known.iter().enumerate() {
+        for b in &known[..i] {
+            if let Ok(other) = meet(planes, [*a, *b, plane])
+                && other.error < corner.error
+            {
+                (corner.at, corner.error) = (other.at, other.error);
+            }
+        }
+    }
+    corner.planes.push(plane);
 }
 
 fn closed_loop(next: &HashMap<usize, usize>) -> Result<Vec<usize>, HullError> {

@@ -6,7 +6,7 @@
 //! triangle. Whatever rounding does to the triangles, each plane is pushed out
 //! until all points are inside.
 
-use super::{FLATNESS, Hull, HullError, MAX_POINTS, TOLERANCE};
+use super::{FLATNESS, Hull, HullError, MAX_POINTS, MAX_SPREAD, TOLERANCE, spread};
 use crate::geom::HalfSpace;
 use crate::math::Aabb;
 use glam::DVec3;
@@ -232,11 +232,32 @@ fn finish(given: &[DVec3], points: &[DVec3], faces: &[Face], size: f64) -> Resul
         hull.planes.push(HalfSpace { normal, offset });
     }
     corners.retain(|c| groups_at[c].len() >= 3);
+    for corner in &corners {
+        let around = groups_at[corner].iter().map(|g| hull.planes[*g].normal);
+        if steepest(&around.collect::<Vec<_>>()) > MAX_SPREAD {
+            return Err(HullError::Sharp);
+        }
+    }
     hull.points = corners.iter().map(|c| given[*c]).collect();
     if hull.planes.len() < 4 || hull.points.len() < 4 {
         return Err(HullError::Unsettled);
     }
     Ok(hull)
+}
+
+/// The spread of three planes through a corner that differ much: nearly the
+/// least of all threes, without trying them all.
+fn steepest(normals: &[DVec3]) -> f64 {
+    let most = |by: &dyn Fn(DVec3) -> f64| {
+        let normals = normals.iter().copied();
+        normals
+            .max_by(|x, y| by(*x).total_cmp(&by(*y)))
+            .unwrap_or(DVec3::ZERO)
+    };
+    let a = normals[0];
+    let b = most(&|n| a.cross(n).length());
+    let c = most(&|n| a.cross(b).dot(n).abs());
+    spread([a, b, c])
 }
 
 /// The number of the flat face that each triangle belongs to. Grown from the

@@ -1,0 +1,298 @@
+//! The native format: what is written means what the documents say.
+
+use glam::DVec3;
+use lanecast::io::{LoadError, LoadOptions, Loaded, json_schema, load};
+use lanecast::scene::{Appearances, Falloff, Light, Material, Model, Projection, Scene};
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+fn load_text(name: &str, text: &str) -> Result<Loaded, LoadError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    std::fs::write(&path, text).unwrap();
+    load(&path, &LoadOptions::default())
+}
+
+fn scene(text: &str) -> Scene {
+    load_text("scene.toml", &format!("format = 1\n{text}"))
+        .unwrap_or_else(|e| panic!("{e}"))
+        .scene
+}
+
+fn here(file: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(file)
+}
+
+/// The text between a fence of this language and its end.
+fn fenced<'a>(document: &'a str, language: &str) -> &'a str {
+    let fence = format!("```{language}\n");
+    let start = document.find(&fence).expect("a fenced block") + fence.len();
+    let end = document[start..].find("```").expect("the fence's end");
+    &document[start..start + end]
+}
+
+#[test]
+fn the_documents_examples_load_as_they_stand() {
+    let document = std::fs::read_to_string(here("docs/SCENE_FORMAT.md")).unwrap();
+    let loaded = load_text("scene.toml", fenced(&document, "toml")).unwrap();
+    assert_eq!(Appearances::of(&loaded.scene).unwrap().len(), 5);
+    assert_eq!(loaded.scene.lights.len(), 2);
+    let loaded = load_text("scene.json", fenced(&document, "json")).unwrap();
+    assert_eq!(Appearances::of(&loaded.scene).unwrap().len(), 1);
+}
+
+#[test]
+fn the_schema_file_is_that_of_the_program() {
+    let path = here("docs/scene.schema.json");
+    let generated = json_schema();
+    if std::env::var_os("LANECAST_BLESS").is_some() {
+        std::fs::write(&path, &generated).unwrap();
+    }
+    let kept = std::fs::read_to_string(&path).unwrap_or_default();
+    assert_eq!(
+        kept,
+        generated,
+        "set LANECAST_BLESS=1 to rewrite {}",
+        path.display()
+    );
+    for word in [
+        "half_space",
+        "orthographic",
+        "inverse_square",
+        "Applied first to last",
+    ] {
+        assert!(generated.contains(word), "{word}");
+    }
+    for reserved in ["torus", "motion", "_format"] {
+        assert!(!generated.contains(reserved), "{reserved}");
+    }
+}
+
+#[test]
+fn the_scenes_of_the_repository_load() {
+    let mut count = 0;
+    for entry in std::fs::read_dir(here("scenes")).unwrap() {
+        let path = entry.unwrap().path();
+        let native = path.extension().is_some_and(|e| e == "toml" || e == "json");
+        if native {
+            let loaded = load(&path, &LoadOptions::default());
+            let loaded = loaded.unwrap_or_else(|e| panic!("{e}"));
+            assert_eq!(loaded.warning, None);
+            assert_eq!(loaded.scene.cameras.rows.len(), 1, "{}", path.display());
+            assert!(!loaded.scene.lights.is_empty(), "{}", path.display());
+            count += 1;
+        }
+    }
+    assert!(count >= 4);
+    let scene = load(&here("scenes/instances.toml"), &LoadOptions::default())
+        .unwrap()
+        .scene;
+    assert_eq!(scene.nodes.len(), 4);
+    let rings = 2 + 4;
+    assert_eq!(
+        Appearances::of(&scene).unwrap().len(),
+        1 + rings * 48 + 4 * 2
+    );
+}
+
+#[test]
+fn every_kind_and_key_arrives_in_its_table() {
+    let scene = scene(
+        r#"
+        background = [0.1, 0.2, 0.3]
+        [camera]
+        eye = [0, 0, 5]
+        look_at = [0, 0, 0]
+        up = [1, 0, 0]
+        orthographic = 4
+        [[light]]
+        point = { position = [1, 2, 3], intensity = [4, 5, 6], falloff = "none" }
+        [[light]]
+        point = { position = [1, 2, 3], intensity = [4, 5, 6] }
+        [[light]]
+        directional = { direction = [0, -1, 0], irradiance = [1, 2, 3] }
+        [material.plain]
+        [material.full]
+        base_color = [0.1, 0.2, 0.3]
+        metallic = 0.4
+        roughness = 0.5
+        emission = [6, 7, 8]
+        transmission = 0.9
+        ior = 1.1
+        [shape]
+        a.sphere = { center = [1, 2, 3], radius = 4 }
+        b.ellipsoid = { center = [1, 2, 3], radii = [4, 5, 6] }
+        c.half_space = { normal = [0, 2, 0], offset = 3.0 }
+        d.box = { min = [0, 0, 0], max = [1, 2, 3] }
+        e.cylinder = { base = [0, 0, 0], top = [0, 1, 0], radius = 2 }
+        f = { cone = { base = [0, 0, 0], top = [0, 1, 0], base_radius = 2, top_radius = 0 }, open = true }
+        g.polyhedron.points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0.1, 0.1, 0.1]]
+        h.polygon.points = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+        [[instance]]
+        shape = "a"
+        material = "full"
+        "#,
+    );
+    assert_eq!(scene.background, [0.1, 0.2, 0.3]);
+    let camera = scene.cameras.rows[0];
+    assert_eq!(
+        camera.projection,
+        Projection::Orthographic { half_height: 2.0 }
+    );
+    assert_eq!((camera.up, camera.forward), (DVec3::X, DVec3::NEG_Z));
+    let falloffs: Vec<_> = scene
+        .lights
+        .iter()
+        .map(|l| match l {
+            Light::Point { falloff, .. } => Some(*falloff),
+            Light::Directional { .. } => None,
+        })
+        .collect();
+    assert_eq!(
+        falloffs,
+        [Some(Falloff::None), Some(Falloff::InverseSquare), None]
+    );
+    assert_eq!(scene.materials.rows[0], Material::default());
+    let full = scene.materials.rows[1];
+    assert_eq!(
+        (full.emission, full.transmission, full.ior),
+        ([6.0, 7.0, 8.0], 0.9, 1.1)
+    );
+    let model = Model::MetallicRoughness {
+        metallic: 0.4,
+        roughness: 0.5,
+    };
+    assert_eq!((full.base_color, full.model), ([0.1, 0.2, 0.3], model));
+    assert_eq!(scene.shapes.len(), 8);
+    assert_eq!(scene.spheres.center, [DVec3::new(1.0, 2.0, 3.0)]);
+    assert_eq!(scene.ellipsoids.radii, [DVec3::new(4.0, 5.0, 6.0)]);
+    assert_eq!(
+        (scene.half_spaces.normal[0].y, scene.half_spaces.offset[0]),
+        (2.0, 3.0)
+    );
+    assert_eq!(scene.cuboids.max, [DVec3::new(1.0, 2.0, 3.0)]);
+    assert!(!scene.cylinders.open[0] && scene.cones.open[0]);
+    assert_eq!(
+        (scene.polyhedra.planes.len(), scene.polyhedra.points.len()),
+        (4, 4)
+    );
+    assert_eq!(scene.polygons.points.len(), 3);
+    assert_eq!(scene.instances.material[0].map(|m| m.0), Some(1));
+}
+
+#[test]
+fn transforms_are_applied_first_to_last() {
+    let place = |steps: &str, p: [f64; 3]| {
+        let scene = scene(&format!(
+            "[shape.a]\nsphere = {{ center = [0, 0, 0], radius = 1 }}\n\
+             [[instance]]\nshape = 'a'\ntransform = [{steps}]"
+        ));
+        Appearances::of(&scene).unwrap().rows[0]
+            .world_from_object
+            .point(p)
+    };
+    let p = [1.0, 2.0, 3.0];
+    assert_eq!(place("", p), p);
+    assert_eq!(
+        place("{ scale = 2 }, { translate = [10, 0, 0] }", p),
+        [12.0, 4.0, 6.0]
+    );
+    assert_eq!(
+        place("{ translate = [10, 0, 0] }, { scale = 2 }", p),
+        [22.0, 4.0, 6.0]
+    );
+    assert_eq!(place("{ scale = [1, -2, 0.5] }", p), [1.0, -4.0, 1.5]);
+    assert_eq!(place("{ rotate_x = 90 }", p), [1.0, -3.0, 2.0]);
+    assert_eq!(place("{ rotate_y = -270 }", p), [3.0, 2.0, -1.0]);
+    assert_eq!(place("{ rotate_z = 450.0 }", p), [-2.0, 1.0, 3.0]);
+    assert_eq!(
+        place("{ rotate = { axis = [0, 0, -2], degrees = 90 } }", p),
+        [2.0, -1.0, 3.0]
+    );
+    let rows = "{ matrix = [[1, 0, 0, 7], [0, 0, 1, 8], [0, 1, 0, 9]] }";
+    assert_eq!(place(rows, p), [8.0, 11.0, 11.0]);
+    // A third of a turn about the diagonal takes x to y, y to z, z to x.
+    let turned = place("{ rotate = { axis = [3, 3, 3], degrees = 120 } }", p);
+    let off = DVec3::from_array(turned) - DVec3::new(3.0, 1.0, 2.0);
+    assert!(off.length() < 4e-15, "{turned:?}");
+}
+
+#[test]
+fn toml_and_json_give_the_same_tables() {
+    let toml = std::fs::read_to_string(here("scenes/glass.toml")).unwrap();
+    let json = serde_json::to_string(&toml.parse::<toml::Table>().unwrap()).unwrap();
+    let tables = |name, text: &str| format!("{:?}", &*load_text(name, text).unwrap().scene);
+    assert_eq!(tables("a.toml", &toml), tables("a.json", &json));
+    // A byte order mark and Windows line ends change nothing.
+    let windows = format!("\u{feff}{}", toml.replace('\n', "\r\n"));
+    assert_eq!(tables("a.toml", &toml), tables("a.toml", &windows));
+    let marked = format!("\u{feff}{json}");
+    assert_eq!(tables("a.json", &json), tables("a.json", &marked));
+}
+
+#[test]
+fn the_nearest_material_counts() {
+    let scene = scene(
+        "[material.outer]\n[material.inner]\n\
+         [shape.a]\nsphere = { center = [0, 0, 0], radius = 1 }\n\
+         [node.top]\nchildren = [{ node = 'pair', material = 'outer' }]\n\
+         [node.pair]\nchildren = [{ shape = 'a' }, { shape = 'a', material = 'inner' }]\n\
+         [[instance]]\nnode = 'top'\n[[instance]]\nshape = 'a'",
+    );
+    let rows = Appearances::of(&scene).unwrap().rows;
+    let materials: Vec<_> = rows.iter().map(|r| r.material.map(|m| m.0)).collect();
+    assert_eq!(materials, [Some(0), Some(1), None]);
+}
+
+#[test]
+fn a_mesh_file_is_read_from_the_scenes_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("meshes")).unwrap();
+    let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    std::fs::write(folder.path().join("meshes/tetra.obj"), obj).unwrap();
+    let path = folder.path().join("scene.toml");
+    let text = "format = 1\n[shape.closed]\nmesh = 'meshes/tetra.obj'\n\
+                [shape.sheet]\nmesh = 'meshes/../meshes/tetra.obj'\nopen = true\n\
+                [[instance]]\nshape = 'closed'\n[[instance]]\nshape = 'sheet'\n";
+    std::fs::write(&path, text).unwrap();
+    let scene = load(&path, &LoadOptions::default()).unwrap().scene;
+    assert_eq!((scene.meshes.len(), scene.meshes.triangles.len()), (2, 8));
+    assert_eq!(scene.meshes.open, [false, true]);
+}
+
+/// Ordinary files may be this deep: time and stack must not mind.
+#[test]
+fn a_chain_of_a_million_nodes_loads() {
+    const NODES: usize = 1_000_000;
+    let mut toml = String::from("format = 1\n");
+    let mut json = String::from("{\"format\":1,\"node\":{");
+    for i in 0..NODES {
+        let child = if i + 1 < NODES {
+            format!("node{}n{}", "*", i + 1)
+        } else {
+            "shape*ball".into()
+        };
+        let (kind, name) = child.split_once('*').unwrap();
+        writeln!(toml, "[node.n{i}]\nchildren = [{{ {kind} = '{name}' }}]").unwrap();
+        let comma = if i == 0 { "" } else { "," };
+        write!(
+            json,
+            "{comma}\"n{i}\":{{\"children\":[{{\"{kind}\":\"{name}\"}}]}}"
+        )
+        .unwrap();
+    }
+    toml +=
+        "[shape.ball]\nsphere = { center = [0, 0, 0], radius = 1 }\n[[instance]]\nnode = 'n0'\n";
+    json += "},\"shape\":{\"ball\":{\"sphere\":{\"center\":[0,0,0],\"radius\":1}}},";
+    json += "\"instance\":[{\"node\":\"n0\"}]}";
+    for (name, text) in [("a.toml", toml), ("a.json", json)] {
+        let start = Instant::now();
+        let loaded = load_text(name, &text).unwrap();
+        assert_eq!(loaded.scene.nodes.len(), NODES);
+        assert_eq!(Appearances::of(&loaded.scene).unwrap().len(), 1);
+        println!("{name}: {:.1} s", start.elapsed().as_secs_f64());
+        // Far from what anything quadratic would take.
+        assert!(start.elapsed().as_secs() < 60);
+    }
+}

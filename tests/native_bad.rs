@@ -1,0 +1,666 @@
+//! Bad native scenes: each is refused, at once, by one message that says what
+//! and where.
+
+use lanecast::io::{LoadOptions, load};
+use std::path::Path;
+use std::time::Instant;
+
+/// Loads and gives the message; fails if the file is accepted or takes long.
+fn refusal(path: &Path, what: &str) -> String {
+    let start = Instant::now();
+    let result = load(path, &LoadOptions::default());
+    let message = match result {
+        Ok(_) => panic!("this was loaded: {what}"),
+        Err(e) => e.to_string(),
+    };
+    assert!(
+        start.elapsed().as_secs() < 30,
+        "{what} took {:?}",
+        start.elapsed()
+    );
+    assert!(message.len() < 2000, "a message of {} bytes", message.len());
+    message
+}
+
+fn check(name: &str, text: &[u8], expected: &[&str]) {
+    let misses = misses(name, text, expected);
+    assert!(misses.is_empty(), "{misses}");
+}
+
+/// What the message lacks, for people.
+fn misses(name: &str, text: &[u8], expected: &[&str]) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    std::fs::write(&path, text).unwrap();
+    let shown: String = String::from_utf8_lossy(text).chars().take(400).collect();
+    let message = refusal(&path, &shown);
+    let missing = expected.iter().filter(|part| !message.contains(**part));
+    missing
+        .map(|part| format!("{shown}\n  gave {message}\n  not  {part}\n"))
+        .collect()
+}
+
+/// A sphere and its instance, for cases that are bad elsewhere. Seven lines
+/// with the case's first line on line 2.
+fn toml(case: &str) -> String {
+    format!(
+        "format = 1\n{case}\n[shape.ball]\nsphere = {{ center = [0, 0, 0], radius = 1 }}\n\
+         [[instance]]\nshape = 'ball'\n"
+    )
+}
+
+/// The case stands on line 2, alone.
+fn shape(kind: &str) -> String {
+    format!("format = 1\nshape.x.{kind}\n[[instance]]\nshape = 'x'\n")
+}
+
+fn all(cases: &[(String, &[&str])]) {
+    let misses = cases
+        .iter()
+        .map(|(text, e)| misses("scene.toml", text.as_bytes(), e));
+    let misses: String = misses.collect();
+    assert!(misses.is_empty(), "{misses}");
+}
+
+#[test]
+fn keys_and_types() {
+    all(&[
+        (
+            String::new(),
+            &["scene.toml:1:1: the key 'format' is missing"],
+        ),
+        ("# nothing\n".into(), &["the key 'format' is missing"]),
+        (
+            "format = 2\nnonsense = 1".into(),
+            &["scene.toml:1:10: format 2 is unknown", "format 1"],
+        ),
+        (
+            "format = '1'".into(),
+            &["scene.toml:1:10: expected 1, found text"],
+        ),
+        ("format = 1".into(), &["the scene is empty"]),
+        (
+            "format = 1\nformat = 1".into(),
+            &["scene.toml:2:1: the key 'format' is given twice"],
+        ),
+        ("format = ".into(), &["scene.toml:1:"]),
+        ("format 1".into(), &["scene.toml:1:"]),
+        ("format = 1\n[shape.x".into(), &["scene.toml:2:"]),
+        (
+            toml("backround = [0, 0, 0]"),
+            &["scene.toml:2:1: unknown key 'backround'; did you mean 'background'?"],
+        ),
+        (
+            toml("[material.a]\nmetalic = 1"),
+            &["scene.toml:3:1: unknown key 'metalic'; did you mean 'metallic'?"],
+        ),
+        (
+            toml("[material.a]\nzzz = 1"),
+            &["scene.toml:3:1: unknown key 'zzz'; known are base_color, metallic"],
+        ),
+        (
+            toml("[camera]\neye = [0,0,1]\nlook_at = [0,0,0]\nfov = 35"),
+            &["scene.toml:5:1: unknown key 'fov'; did you mean 'fov_y'?"],
+        ),
+        (
+            toml("[shape.y]\nspere = { center = [0, 0, 0], radius = 1 }"),
+            &["scene.toml:3:1: unknown key 'spere'; did you mean 'sphere'?"],
+        ),
+        (
+            toml("[[light]]\npiont = { position = [0, 0, 0] }"),
+            &["scene.toml:3:1: unknown key 'piont'; did you mean 'point'?"],
+        ),
+        (
+            shape("sphere = { centre = [0, 0, 0], radius = 1 }"),
+            &["scene.toml:2:20: unknown key 'centre'; did you mean 'center'?"],
+        ),
+        (
+            shape("sphere = { center = [0, 0, 0], radius = 'one' }"),
+            &["scene.toml:2:49: expected a number, found text"],
+        ),
+        (
+            shape("sphere = { center = [0, 0, 0] }"),
+            &["scene.toml:2:18: the key 'radius' is missing"],
+        ),
+        (
+            shape("sphere = { center = [0, 0], radius = 1 }"),
+            &["scene.toml:2:29: expected 3 values, found 2"],
+        ),
+        (
+            shape("sphere = { center = [0, 0, 0, 0], radius = 1 }"),
+            &["scene.toml:2:29: expected 3 values, found 4"],
+        ),
+        (
+            shape("sphere = { center = 0, radius = 1 }"),
+            &["scene.toml:2:29: expected a list of 3 values, found a number"],
+        ),
+        (
+            shape("sphere = { center = [0, true, 0], radius = 1 }"),
+            &["scene.toml:2:33: expected a number, found true or false"],
+        ),
+        (
+            shape("sphere = { center = [0, 0, 0], radius = 1, radius = 2 }"),
+            &["scene.toml:2:52: the key 'radius' is given twice"],
+        ),
+        (
+            shape("sphere = 1979-05-27"),
+            &["scene.toml:2:", "expected a table, found a date"],
+        ),
+        (
+            shape("sphere = [1]"),
+            &["scene.toml:2:", "expected a table, found a list"],
+        ),
+        (toml("shape = 3"), &["scene.toml:"]),
+        (
+            "format = 1\nshape = 3".into(),
+            &["scene.toml:2:9: expected a table, found a number"],
+        ),
+        (
+            "format = 1\n[instance]\nshape = 'x'".into(),
+            &["scene.toml:2:", "expected a list, found a table"],
+        ),
+        (
+            toml("[camera]\n[camera]"),
+            &["scene.toml:3:", "given twice"],
+        ),
+        (
+            toml("[[camera]]\n[[camera]]"),
+            &["scene.toml:2:", "expected a table, found a list"],
+        ),
+        (
+            toml("[material.a]\n[material.a]"),
+            &["scene.toml:3:", "the key 'a' is given twice"],
+        ),
+        (
+            toml("[shape.ball]\nbox = { min = [0, 0, 0], max = [1, 1, 1] }"),
+            &["scene.toml:4:8: the key 'ball' is given twice"],
+        ),
+        (
+            toml(
+                "[[light]]\npoint = { position = [0,0,0], intensity = [1,1,1], falloff = 'linear' }",
+            ),
+            &["scene.toml:3:62: unknown value 'linear'; did you mean 'inverse_square'?"],
+        ),
+        (
+            toml("[[light]]\npoint = { position = [0,0,0], intensity = [1,1,1], falloff = 2 }"),
+            &["scene.toml:3:62: expected text in quotes, found a number"],
+        ),
+        (
+            toml("[material.a]\nior = 1e39"),
+            &["scene.toml:3:7:", "too large"],
+        ),
+        (
+            toml("background = [0x1ffffffffffffffff, 0, 0]"),
+            &["scene.toml:2:15: the number is too large"],
+        ),
+    ]);
+}
+
+#[test]
+fn names_and_choices() {
+    let child = |text: &str| toml(&format!("[node.a]\nchildren = [{{ {text} }}]"));
+    all(&[
+        (
+            child("shape = 'bal'"),
+            &["scene.toml:3:23: there is no shape 'bal'; did you mean 'ball'?"],
+        ),
+        (
+            child("shape = 'ball', material = 'gold'"),
+            &["scene.toml:3:42: there is no material 'gold'; define it as [material.NAME]"],
+        ),
+        (
+            child("node = 'b'"),
+            &["scene.toml:3:22: there is no node 'b'"],
+        ),
+        (
+            child("shape = 'ball', node = 'a'"),
+            &["scene.toml:3:38: both shape and node are given"],
+        ),
+        (
+            child("material = 'gold'"),
+            &["scene.toml:3:13: neither shape nor node is given"],
+        ),
+        (child("node = 'a'"), &["nodes form a cycle: 'a' → 'a'"]),
+        (
+            toml(
+                "[node.a]\nchildren = [{ node = 'b' }]\n[node.b]\nchildren = [{ node = 'c' }]\n[node.c]\nchildren = [{ node = 'a' }]",
+            ),
+            &["nodes form a cycle: 'a' → 'b' → 'c' → 'a'"],
+        ),
+        (
+            child("shape = 'ball', transform = [{ rotate_w = 1 }]"),
+            &["scene.toml:3:46: unknown key 'rotate_w'; did you mean 'rotate"],
+        ),
+        (
+            child("shape = 'ball', transform = [{ scale = 2, rotate_x = 3 }]"),
+            &["scene.toml:3:44: a transform step has rotate_x and scale at once"],
+        ),
+        (
+            child("shape = 'ball', transform = [{}]"),
+            &["scene.toml:3:44: a transform step is empty; give one of translate"],
+        ),
+        (
+            child("shape = 'ball', transform = { scale = 2 }"),
+            &["scene.toml:3:43: expected a list, found a table"],
+        ),
+        (
+            child("shape = 'ball', transform = [{ scale = [1, 2] }]"),
+            &["scene.toml:3:54:", "a list of 3 numbers"],
+        ),
+        (
+            child("shape = 'ball', transform = [{ scale = 'big' }]"),
+            &["scene.toml:3:54:", "a number or a list of 3 numbers"],
+        ),
+        (
+            child("shape = 'ball', transform = [{ matrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]] }]"),
+            &["scene.toml:3:56: expected 4 values, found 3"],
+        ),
+        (
+            child("shape = 'ball', transform = [{ rotate = { axis = [0, 0, 0], degrees = 3 } }]"),
+            &["scene.toml:3:64: axis is (0, 0, 0)"],
+        ),
+        (
+            toml("[[light]]\n"),
+            &["scene.toml:2:1: a light is empty; give one of point, directional"],
+        ),
+        (
+            toml(
+                "[[light]]\npoint = { position = [0,0,0], intensity = [1,1,1] }\ndirectional = { direction = [0,1,0], irradiance = [1,1,1] }",
+            ),
+            &["scene.toml:2:1: a light has point and directional at once"],
+        ),
+        (
+            toml("[shape.y]"),
+            &["scene.toml:2:8: shape 'y' is empty; give one of sphere, ellipsoid"],
+        ),
+        (
+            toml(
+                "[shape.y]\nsphere = { center = [0,0,0], radius = 1 }\nbox = { min = [0,0,0], max = [1,1,1] }",
+            ),
+            &["scene.toml:2:8: shape 'y' has sphere and box at once"],
+        ),
+        (
+            toml("[shape.y]\nsphere = { center = [0,0,0], radius = 1 }\nopen = true"),
+            &["scene.toml:4:8: a sphere cannot be open"],
+        ),
+        (
+            shape("polyhedron = {}"),
+            &[
+                "scene.toml:2:",
+                "shape 'x': a polyhedron needs planes or points",
+            ],
+        ),
+        (
+            shape("polyhedron = { planes = [], points = [] }"),
+            &["shape 'x' has both planes and points"],
+        ),
+    ]);
+}
+
+#[test]
+fn numbers_that_are_no_scene() {
+    let view = |keys: &str| toml(&format!("[camera]\n{keys}"));
+    let placed = |steps: &str| format!("{}transform = [{steps}]\n", toml(""));
+    all(&[
+        (
+            shape("sphere = { center = [nan, 0, 0], radius = 1 }"),
+            &["scene.toml:2:30: NaN is not a finite number"],
+        ),
+        (
+            shape("sphere = { center = [0, 0, 0], radius = inf }"),
+            &["scene.toml:2:49: inf is not a finite number"],
+        ),
+        (
+            shape("sphere = { center = [0, 0, -inf], radius = 1 }"),
+            &["-inf is not a finite number"],
+        ),
+        (
+            shape("sphere = { center = [0, 0, 1e999], radius = 1 }"),
+            &["scene.toml:2:36: inf is not a finite number"],
+        ),
+        (
+            shape("sphere = { center = [0, 0, 0], radius = 0 }"),
+            &["sphere 'x' has radius = 0; it must be greater than 0"],
+        ),
+        (
+            shape("sphere = { center = [0, 0, 0], radius = -1 }"),
+            &["sphere 'x' has radius = -1"],
+        ),
+        (
+            shape("ellipsoid = { center = [0, 0, 0], radii = [1, 0, 1] }"),
+            &["ellipsoid 'x' has radii = 0"],
+        ),
+        (
+            shape("half_space = { normal = [0, 0, 0], offset = 0 }"),
+            &["half-space 'x' is degenerate: its normal is (0, 0, 0)"],
+        ),
+        (
+            shape("box = { min = [0, 0, 0], max = [1, 0, 1] }"),
+            &["box 'x' is degenerate"],
+        ),
+        (
+            shape("cylinder = { base = [0, 1, 0], top = [0, 1, 0], radius = 1 }"),
+            &["cylinder 'x' is degenerate: its base and top"],
+        ),
+        (
+            shape("cone = { base = [0,0,0], top = [0,1,0], base_radius = 0, top_radius = 0 }"),
+            &["cone 'x' has base_radius + top_radius = 0"],
+        ),
+        (
+            shape("cone = { base = [0,0,0], top = [0,1,0], base_radius = -1, top_radius = 1 }"),
+            &["cone 'x' has base_radius = -1"],
+        ),
+        (
+            shape("polygon = { points = [[0, 0, 0], [1, 0, 0]] }"),
+            &["polygon 'x' is empty", "fewer than 3 points"],
+        ),
+        (
+            shape("polygon = { points = [] }"),
+            &["polygon 'x' is empty"],
+        ),
+        (
+            shape("polygon = { points = [[0, 0, 0], [1, 1, 1], [2, 2, 2]] }"),
+            &["polygon 'x' is degenerate: its points lie on a line"],
+        ),
+        (
+            shape("polygon = { points = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 1]] }"),
+            &["polygon 'x' is degenerate: its points are not in one plane"],
+        ),
+        (
+            shape("polyhedron = { planes = [{ normal = [0, 1, 0], offset = 1 }] }"),
+            &["scene.toml:2:33: shape 'x': the planes do not enclose a bounded volume"],
+        ),
+        (
+            shape(
+                "polyhedron = { planes = [{ normal = [0, 1, 0], offset = -1 }, { normal = [0, -1, 0], offset = -1 }] }",
+            ),
+            &["shape 'x': the planes enclose nothing"],
+        ),
+        (
+            shape("polyhedron = { planes = [{ normal = [0, 0, 0], offset = -1 }] }"),
+            &["shape 'x': plane 0 (from 0) has no finite normal"],
+        ),
+        (
+            shape("polyhedron = { points = [[0,0,0], [1,0,0], [0,1,0], [1,1,0], [2,3,0]] }"),
+            &["scene.toml:2:33: shape 'x': the points lie in one plane"],
+        ),
+        (
+            shape("polyhedron = { points = [[0,0,0], [1,0,0], [0,1,0]] }"),
+            &["a polyhedron needs at least 4 points; there are 3"],
+        ),
+        (
+            view("eye = [0,0,1]\nlook_at = [0,0,1]\nfov_y = 35"),
+            &["scene.toml:3:7: eye and look_at are the same point"],
+        ),
+        (
+            view("eye = [0,0,1]\nlook_at = [0,0,0]\nfov_y = 0"),
+            &["scene.toml:5:9: fov_y = 0; it must be between 0 and 180 degrees"],
+        ),
+        (
+            view("eye = [0,0,1]\nlook_at = [0,0,0]\nfov_y = 180"),
+            &["scene.toml:5:9: fov_y = 180"],
+        ),
+        (
+            view("eye = [0,0,1]\nlook_at = [0,0,0]"),
+            &["scene.toml:2:1: the camera is empty; give one of fov_y, orthographic"],
+        ),
+        (
+            view("eye = [0,0,1]\nlook_at = [0,0,0]\nfov_y = 35\northographic = 2"),
+            &["the camera has fov_y and orthographic at once"],
+        ),
+        (
+            view("eye = [0,0,1]\nlook_at = [0,0,0]\northographic = -2"),
+            &["scene.toml:5:16: orthographic = -2; it must be greater than 0"],
+        ),
+        (
+            view("eye = [0,0,1]\nlook_at = [0,0,0]\nup = [0,0,0]\nfov_y = 35"),
+            &["scene.toml:5:6: up is (0, 0, 0)"],
+        ),
+        (
+            toml("[[light]]\ndirectional = { direction = [0, 0, 0], irradiance = [1, 1, 1] }"),
+            &["scene.toml:3:29: direction is (0, 0, 0)"],
+        ),
+        (
+            toml("[[light]]\npoint = { position = [0, 0, 0], intensity = [-1, 1, 1] }"),
+            &["light 0 has intensity = -1"],
+        ),
+        (
+            toml("[material.a]\nroughness = 1.5"),
+            &["material 'a' has roughness = 1.5; it must be between 0 and 1"],
+        ),
+        (toml("[material.a]\nior = 0"), &["material 'a' has ior = 0"]),
+        (
+            toml("background = [0, -1, 0]"),
+            &["the background has colour = -1"],
+        ),
+        (placed("{ scale = 0 }"), &["has a singular transform"]),
+        (
+            placed("{ scale = [1, 1, 0] }"),
+            &["has a singular transform"],
+        ),
+        (
+            placed("{ matrix = [[1, 0, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0]] }"),
+            &["has a singular transform"],
+        ),
+        (
+            placed("{ scale = 1e300 }, { scale = 1e300 }"),
+            &["has transform = NaN or infinity"],
+        ),
+    ]);
+}
+
+#[test]
+fn reserved_words_are_named_not_unknown() {
+    for kind in [
+        "torus",
+        "quadric",
+        "implicit",
+        "union",
+        "intersection",
+        "difference",
+        "xor",
+        "complement",
+        "clip",
+    ] {
+        let text = format!("format = 1\n[shape.x]\n{kind} = ['a', {{ b = 1 }}]\n");
+        let expected = format!("the shape kind '{kind}' at 3:");
+        check(
+            "scene.toml",
+            text.as_bytes(),
+            &[&expected, "is not supported"],
+        );
+    }
+    let text = format!("{}motion = [{{ at = 1.0 }}]\n", toml(""));
+    check(
+        "scene.toml",
+        text.as_bytes(),
+        &["the key 'motion' at 7:10 is not supported"],
+    );
+}
+
+#[test]
+fn json() {
+    let ball = r#""shape": {"x": {"sphere": {"center": [0,0,0], "radius": 1}}}"#;
+    let cases: &[(&str, &[&str])] = &[
+        ("", &["scene.json:1:1: EOF"]),
+        ("{}", &["scene.json:1:1: the key 'format' is missing"]),
+        ("[]", &["scene.json:1:1: expected a table, found a list"]),
+        (
+            "{\"format\": 1,\n}",
+            &["scene.json:2:1: key must be a string"],
+        ),
+        (
+            "{\"format\": 1}\n x",
+            &["scene.json:2:2: trailing characters"],
+        ),
+        ("{\"format\": 2}", &["scene.json:1:12: format 2 is unknown"]),
+        ("{\"format\": 1.0}", &["scene.json:1:12: expected"]),
+        (
+            "{\"format\": null}",
+            &["scene.json:1:12: expected 1, found null"],
+        ),
+        (
+            "{\"format\": 1,\n\"format\": 1}",
+            &["scene.json:2:1: the key 'format' is given twice"],
+        ),
+        (
+            "{\"format\": 1,\n\"shape\": {\"a\": {}, \"\\u0061\": {}}}",
+            &["scene.json:2:20: the key 'a' is given twice"],
+        ),
+        (
+            "{\"format\": 1,\n \"shapes\": {}}",
+            &["scene.json:2:2: unknown key 'shapes'; did you mean 'shape'?"],
+        ),
+        (
+            "{\"format\": 1, \"shape\": {\"x\":\n {\"sphere\": {\"center\": [0,0,\"0\"], \"radius\": 1}}}}",
+            &["scene.json:2:29: expected a number, found text"],
+        ),
+        (
+            "{\"format\": 1, \"shape\": {\"x\":\n {\"sphere\": {\"center\": [0,0,1e999], \"radius\": 1}}}}",
+            &["scene.json:2:", "number out of range"],
+        ),
+        (
+            "{\"format\": 1, \"shape\": {\"x\": {\"sphere\": {\"center\": [NaN,0,0]}}}}",
+            &["scene.json:1:53: expected"],
+        ),
+        (
+            "{\"format\": 1, \"shape\": {\"x\": {\"torus\": 1}}}",
+            &["the shape kind 'torus' at 1:40 is not supported"],
+        ),
+        (
+            "{\"format\": 1, \"shape\": {\"\\ud800\": {}}}",
+            &["scene.json:1:"],
+        ),
+    ];
+    for (text, expected) in cases {
+        check("scene.json", text.as_bytes(), expected);
+    }
+    let instance = |text: &str| format!("{{\"format\": 1, {ball},\n\"instance\": [{{{text}}}]}}");
+    check(
+        "scene.json",
+        instance("\"shape\": \"y\"").as_bytes(),
+        &["scene.json:2:24: there is no shape 'y'"],
+    );
+    check(
+        "scene.json",
+        instance("\"shape\": null").as_bytes(),
+        &["scene.json:2:14: neither shape nor node"],
+    );
+    check(
+        "scene.json",
+        instance("\"shape\": \"x\", \"transform\": [{\"scale\": 0}]").as_bytes(),
+        &["singular transform"],
+    );
+}
+
+#[test]
+fn bytes_that_are_no_text() {
+    check(
+        "scene.toml",
+        b"format = 1\n# caf\xe9\n",
+        &["scene.toml:2:6: it is not UTF-8 text"],
+    );
+    check(
+        "scene.json",
+        b"\xff\xfe{\0}\0",
+        &["scene.json:1:1: it is not UTF-8 text"],
+    );
+    check("scene.toml", b"format = 1\n\0\0\0", &["scene.toml:2:"]);
+    check("scene.json", b"\0", &["scene.json:1:1"]);
+}
+
+#[test]
+fn files_that_may_not_or_cannot_be_read() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("secret.stl"), "solid").unwrap();
+    let inner = folder.path().join("inner");
+    std::fs::create_dir_all(inner.join("folder.stl")).unwrap();
+    let absolute = folder.path().join("secret.stl");
+    let absolute = absolute.to_str().unwrap();
+    let mut cases = vec![
+        (
+            "gone.stl",
+            "scene.toml:2:16: the mesh file 'gone.stl' cannot be read",
+        ),
+        (
+            "../secret.stl",
+            "names the file '../secret.stl', which lies outside its folder",
+        ),
+        ("folder.stl/../../secret.stl", "lies outside its folder"),
+        ("../gone.stl", "lies outside its folder"),
+        (absolute, "lies outside its folder"),
+        ("/etc/passwd", "lies outside its folder"),
+        ("", "inner"),
+    ];
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("../secret.stl", inner.join("link.stl")).unwrap();
+        cases.push(("link.stl", "lies outside its folder"));
+    }
+    let path = inner.join("scene.toml");
+    for (named, expected) in cases {
+        std::fs::write(&path, shape(&format!("mesh = '{named}'"))).unwrap();
+        let message = refusal(&path, named);
+        assert!(
+            message.contains(expected),
+            "{named}\n  gave {message}\n  not  {expected}"
+        );
+    }
+    std::fs::write(&path, shape("mesh = 'folder.stl'")).unwrap();
+    refusal(&path, "a folder as a mesh");
+    let message = refusal(&inner.join("none.toml"), "no file");
+    assert!(message.contains("none.toml: cannot be read"), "{message}");
+}
+
+/// A million levels, and other shapes of too much.
+#[test]
+fn depth_is_bounded() {
+    const DEEP: usize = 1_000_000;
+    let deep = |text: &str| text.repeat(DEEP);
+    let toml: Vec<String> = vec![
+        format!("format = 1\nx = {}", deep("[")),
+        format!("format = 1\nx = {}{}", deep("["), deep("]")),
+        format!("format = 1\nx = {}1{}", deep("{a="), deep("}")),
+        format!("format = 1\nx{} = 1", deep(".a")),
+        format!("format = 1\n[x{}]", deep(".a")),
+        format!("format = 1\n[[x{}]]", deep(".a")),
+        // Each level within the parser's limit, all of them together not.
+        format!(
+            "format = 1\nx = {}1{}",
+            format!("{{a{}=", ".a".repeat(70)).repeat(70),
+            "}".repeat(70)
+        ),
+    ];
+    for text in toml {
+        check("scene.toml", text.as_bytes(), &["scene.toml:2:"]);
+    }
+    let json = [
+        format!("{{\"format\": 1,\n\"x\": {}", deep("[")),
+        format!("{{\"format\": 1,\n\"x\": {}{}}}", deep("["), deep("]")),
+        format!(
+            "{{\"format\": 1,\n\"x\": {}1{}}}",
+            deep("{\"a\":"),
+            deep("}")
+        ),
+        format!(
+            "{{\"format\": 1,\n\"x\": {}{}}}",
+            "[".repeat(100),
+            "]".repeat(100)
+        ),
+    ];
+    for text in json {
+        check("scene.json", text.as_bytes(), &["scene.json:2:"]);
+    }
+    let name = deep("long");
+    check(
+        "scene.toml",
+        format!("format = 1\n{name} = 1").as_bytes(),
+        &["scene.toml:2:1: unknown key 'longlong"],
+    );
+    let instance = format!("format = 1\n[[instance]]\nshape = '{name}'");
+    check(
+        "scene.toml",
+        instance.as_bytes(),
+        &["scene.toml:3:9: there is no shape 'longlong"],
+    );
+}

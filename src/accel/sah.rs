@@ -176,7 +176,7 @@ fn best_split(
     }
     let Some((cost, axis, bin)) = best else {
         // All centres coincide.
-        return (count > quality.max_leaf).then(|| count / 2);
+        return (count > quality.max_leaf).then_some(count / 2);
     };
     let relative = quality.node_cost + cost / bounds.half_area();
     if count <= quality.max_leaf && (relative >= leaf_cost || relative.is_nan()) {

@@ -9,7 +9,7 @@ use super::bvh::Tree;
 use super::sah::{Quality, build, linear};
 use crate::geom::triangle::Corners;
 use crate::math::{Aabb, Aabb32, Affine};
-use crate::scene::{Appearance, Appearances, MeshId, Scene, Shape};
+use crate::scene::{Appearance, Appearances, MeshId, Scene, Shape, shape_bounds};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -75,7 +75,8 @@ impl<'a> World<'a> {
                 Shape::Mesh(id) => meshes[id.index()]
                     .as_ref()
                     .map_or(Aabb32::EMPTY, |m| m.tree.bounds),
-                _ => solid_bounds(scene, shape).map_or(Aabb32::EVERYTHING, |b| b.outward()),
+                _ => shape_bounds(scene, appearance.shape)
+                    .map_or(Aabb32::EVERYTHING, |b| b.outward()),
             };
             let placed = appearance.is_placed(scene);
             let bounds = if placed && own != Aabb32::EVERYTHING {
@@ -188,23 +189,6 @@ pub fn corner_bounds(corners: &Corners) -> Aabb32 {
     }
 }
 
-fn solid_bounds(scene: &Scene, shape: Shape) -> Option<Aabb> {
-    Some(match shape {
-        Shape::HalfSpace(_) | Shape::Mesh(_) => return None,
-        Shape::Sphere(id) => scene.spheres.row(id).bounds(),
-        Shape::Ellipsoid(id) => scene.ellipsoids.row(id).bounds(),
-        Shape::Cylinder(id) => scene.cylinders.row(id).bounds(),
-        Shape::Cone(id) => scene.cones.row(id).bounds(),
-        Shape::Cuboid(id) => scene.cuboids.row(id).bounds(),
-        Shape::Polyhedron(id) => {
-            let b = Aabb::of_points(scene.polyhedra.points(id).iter().copied());
-            // The corners are where the planes meet, rounded.
-            b.grown(DVec3::splat(b.max_abs() * 1e-12))
-        }
-        Shape::Polygon(id) => Aabb::of_points(scene.polygons.points(id).iter().copied()),
-    })
-}
-
 fn center_of(scene: &Scene, shape: Shape) -> DVec3 {
     match shape {
         Shape::Mesh(id) => scene.meshes.center[id.index()],
@@ -259,9 +243,12 @@ fn top_tree(bounded: Vec<Entry>, structure: Structure) -> (Tree, Vec<Entry>) {
     };
     let mut entries: Vec<Entry> = order.iter().map(|i| bounded[*i as usize]).collect();
     // Kinds in runs: within a leaf the order is free.
-    let leaves = tree.leaves().unwrap_or_else(|| vec![0..entries.len()]);
-    for leaf in leaves {
-        entries[leaf].sort_by_key(|e| (e.shape.kind(), e.appearance));
+    let by_kind = |e: &Entry| (e.shape.kind(), e.appearance);
+    match tree.leaves() {
+        None => entries.sort_by_key(by_kind),
+        Some(leaves) => leaves
+            .into_iter()
+            .for_each(|leaf| entries[leaf].sort_by_key(by_kind)),
     }
     (tree, entries)
 }

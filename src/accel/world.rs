@@ -35,6 +35,10 @@ pub struct Entry {
     /// Object space; the same as `bounds` where not placed. Of a mesh, its
     /// tree's.
     pub own: Aabb32,
+    /// The largest coordinate of `own`; 0 where it is unbounded.
+    pub size: f64,
+    /// How much `world_from_object` lengthens vectors at most (∞-norm).
+    pub stretch: f64,
 }
 
 /// A mesh's tree and its triangles in the order of the leaves.
@@ -90,6 +94,11 @@ impl<'a> World<'a> {
                 placed,
                 bounds,
                 own,
+                size: match own {
+                    Aabb32::EVERYTHING => 0.0,
+                    _ => own.widened().max_abs(),
+                },
+                stretch: appearance.world_from_object.norm(),
             };
             match shape {
                 Shape::HalfSpace(_) => unbounded.push(entry),

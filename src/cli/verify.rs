@@ -141,14 +141,19 @@ fn traced(
         lights: &prepared.scene.lights,
     };
     let drawing = Drawing::start(progress);
+    let go = |recording| {
+        prepared
+            .pool
+            .install(|| render(&view, config, recording, progress))
+            .map_err(|_| CliError::Interrupted)
+    };
+    let recorded = go(true)?;
+    // Timed by itself: a record costs more than its ray.
     let start = Instant::now();
-    let rendered = prepared
-        .pool
-        .install(|| render(&view, config, true, progress));
-    drop(drawing);
-    let rendered = rendered.map_err(|_| CliError::Interrupted)?;
+    let rendered = go(false)?;
     let ns = per_ray(start, rendered.counts.total());
-    Ok((rendered, ns))
+    drop(drawing);
+    Ok((recorded, ns))
 }
 
 fn per_ray(start: Instant, rays: u64) -> f64 {

@@ -86,6 +86,7 @@ pub fn render(
             let tile = Tile {
                 view,
                 config,
+                progress,
                 corner,
                 size,
             };
@@ -107,6 +108,7 @@ pub fn render(
 struct Tile<'a> {
     view: &'a View<'a>,
     config: &'a RenderConfig,
+    progress: &'a Progress,
     corner: (u32, u32),
     size: (u32, u32),
 }
@@ -122,6 +124,11 @@ impl Tile<'_> {
         let mut record = Vec::new();
         let mut counts = RayCounts::default();
         for sample in 0..self.samples() {
+            // A tile of many samples takes long: who wants to stop need not wait
+            // for it.
+            if self.progress.is_cancelled() {
+                return counts;
+            }
             let ledger = &mut Ledger {
                 counts: RayCounts::default(),
                 record: recording.then_some(&mut record),

@@ -6,7 +6,7 @@
 //! a pixel is that of its own rays, so no tile split or packet width shows.
 
 use super::light::Arrival;
-use super::material::{onward, reflected};
+use super::material::{leaves_rays, onward, reflected};
 use super::surface::Surface;
 use crate::accel::World;
 use crate::plan::Kernels;
@@ -207,7 +207,13 @@ impl Integrator<'_> {
                 }
                 let material = self.material(&surface);
                 add(film, &wave, i, material.emission);
-                lit.push((i as u32, surface, material));
+                let dir = DVec3::from_array(wave.dir(i).map(f64::from));
+                lit.push(Lit {
+                    row: i as u32,
+                    surface,
+                    incoming: dir.normalize(),
+                    material,
+                });
             }
             for (number, light) in self.lights.iter().enumerate() {
                 let shadows = self.shadows(&wave, &lit, number as u32, light, arena);
@@ -218,8 +224,8 @@ impl Integrator<'_> {
             let next = if spawning { lit.len() } else { 0 };
             let mut onwards = Wave::with_capacity(next, arena);
             if spawning {
-                for (i, surface, material) in &lit {
-                    spawn(&wave, *i as usize, surface, material, &mut onwards);
+                for lit in lit.iter().filter(|lit| leaves_rays(&lit.material)) {
+                    spawn(&wave, lit, &mut onwards);
                 }
             }
             wave = onwards;
@@ -237,7 +243,7 @@ impl Integrator<'_> {
     fn shadows<'b>(
         &self,
         wave: &Wave,
-        lit: &[(u32, Surface, Material)],
+        lit: &[Lit],
         number: u32,
         light: &Light,
         arena: &'b Bump,
@@ -246,7 +252,13 @@ impl Integrator<'_> {
             rays: Wave::with_capacity(lit.len(), arena),
             of: ArenaVec::with_capacity_in(lit.len(), arena),
         };
-        for (row, (i, surface, _)) in lit.iter().enumerate() {
+        for (
+            row,
+            Lit {
+                row: i, surface, ..
+            },
+        ) in lit.iter().enumerate()
+        {
             let Some(arrival) = Arrival::at(light, surface.point) else {
                 continue;
             };
@@ -276,7 +288,7 @@ impl Integrator<'_> {
     fn light<'b>(
         &self,
         wave: &Wave,
-        lit: &[(u32, Surface, Material)],
+        lit: &[Lit],
         mut shadows: Shadows<'b>,
         depth: u32,
         occluder: &mut HitId,
@@ -303,11 +315,11 @@ impl Integrator<'_> {
                 continue;
             }
             let (row, towards) = shadows.of[s];
-            let (i, surface, material) = &lit[row as usize];
-            let out = -DVec3::from_array(wave.dir(*i as usize).map(f64::from)).normalize();
+            let lit = &lit[row as usize];
             let light = shadows.rays.weight[s];
-            let radiance = reflected(material, surface.ns, out, towards, light);
-            add(film, wave, *i as usize, radiance);
+            let (ns, out) = (lit.surface.ns, -lit.incoming);
+            let radiance = reflected(&lit.material, ns, out, towards, light);
+            add(film, wave, lit.row as usize, radiance);
         }
     }
 
@@ -327,6 +339,17 @@ impl Integrator<'_> {
             outcome,
         });
     }
+}
+
+/// A hit, ready to be lit.
+#[derive(Clone, Copy, Debug)]
+struct Lit {
+    /// Of the wave.
+    row: u32,
+    surface: Surface,
+    /// The ray's direction, unit.
+    incoming: DVec3,
+    material: Material,
 }
 
 struct Shadows<'b> {
@@ -357,9 +380,9 @@ fn add(film: &mut [Rgb], wave: &Wave, i: usize, radiance: Rgb) {
     }
 }
 
-fn spawn(wave: &Wave, i: usize, surface: &Surface, material: &Material, next: &mut Wave) {
-    let incoming = DVec3::from_array(wave.dir(i).map(f64::from)).normalize();
-    let out = onward(material, surface.ns, incoming, surface.front);
+fn spawn(wave: &Wave, lit: &Lit, next: &mut Wave) {
+    let (i, surface) = (lit.row as usize, &lit.surface);
+    let out = onward(&lit.material, surface.ns, lit.incoming, surface.front);
     let facing = surface.facing();
     let mut push = |dir: DVec3, weight: Rgb, kind| {
         // A bent shading normal may send a ray to the wrong side: bring it back

@@ -102,9 +102,21 @@ pub struct Onward {
     pub refract: Option<(DVec3, Rgb)>,
 }
 
+/// Whether hits on the material spawn mirrored or refracted rays at all.
+pub fn leaves_rays(material: &Material) -> bool {
+    let specular = match material.model {
+        Model::Phong { mirror, .. } => mirror.iter().any(|m| *m > 0.0),
+        Model::MetallicRoughness { roughness, .. } => roughness == 0.0,
+    };
+    specular || material.transmission > 0.0
+}
+
 /// Mirrored and refracted rays of a hit, with their weights. `incoming` is unit,
 /// towards the surface; `front`: it comes from outside.
 pub fn onward(material: &Material, normal: DVec3, incoming: DVec3, front: bool) -> Onward {
+    if !leaves_rays(material) {
+        return Onward::default();
+    }
     let cos = (-incoming.dot(normal)).clamp(0.0, 1.0);
     let mirrored = incoming + normal * (2.0 * cos);
     let bent = refracted(material, normal, incoming, cos, front);

@@ -7,5 +7,5 @@ mod surface;
 
 pub use integrate::{Integrator, Ledger, RayCounts, Wave};
 pub use light::Arrival;
-pub use material::{Onward, onward, reflected};
+pub use material::{Onward, leaves_rays, onward, reflected};
 pub use surface::Surface;

@@ -44,19 +44,24 @@ impl Surface {
     ) -> Surface {
         let appearance = &world.appearances.rows[id.instance as usize];
         let entry = world.entry_of(id.instance);
-        let shape = world.scene.shapes.row(appearance.shape);
+        let world_org = DVec3::from_array(org);
         let world_dir = DVec3::from_array(dir.map(f64::from));
-        let point = DVec3::from_array(org) + world_dir * t;
+        let point = world_org + world_dir * t;
 
-        let placed = &appearance.object_from_world;
-        let center = match shape {
-            Shape::Mesh(mesh) => world.scene.meshes.center[mesh.index()],
-            _ => DVec3::ZERO,
+        let placed = entry.placed.then_some(&appearance.object_from_world);
+        let (object_org, at) = match placed {
+            None => (world_org, point),
+            Some(map) => {
+                let center = match entry.shape {
+                    Shape::Mesh(mesh) => world.scene.meshes.center[mesh.index()],
+                    _ => DVec3::ZERO,
+                };
+                let org = DVec3::from_array(map.point(org)) - center;
+                let dir = DVec3::from_array(map.vector(world_dir.to_array()));
+                (org, org + dir * t)
+            }
         };
-        let object_org = DVec3::from_array(placed.point(org)) - center;
-        let object_dir = DVec3::from_array(placed.vector(dir.map(f64::from)));
-        let at = object_org + object_dir * t;
-        let (ng, smooth, own_material) = normals(world, shape, at, id.primitive);
+        let (ng, smooth, own_material) = normals(world, entry.shape, at, id.primitive);
 
         let ng = to_world(placed, ng);
         let front = world_dir.dot(ng) <= 0.0;
@@ -75,18 +80,12 @@ impl Surface {
         };
 
         // The magnitudes whose rounding the hit carries, in world units.
-        let own = entry.own.widened();
-        let object_size = if own.max.is_finite() {
-            own.max_abs()
-        } else {
-            0.0
-        };
-        let object_size = object_size.max(object_org.abs().max_element());
-        let size = DVec3::from_array(org)
+        let object_size = entry.size.max(object_org.abs().max_element());
+        let size = world_org
             .abs()
             .max(point.abs())
             .max_element()
-            .max(appearance.world_from_object.norm() * object_size);
+            .max(entry.stretch * object_size);
         let roundoff = match arithmetic {
             Arithmetic::F64 => f64::EPSILON * 0.5,
             _ => f64::from(f32::EPSILON) * 0.5,
@@ -116,14 +115,19 @@ impl Surface {
 }
 
 /// Normals go to world space by the inverse transpose.
-fn to_world(object_from_world: &Affine, n: DVec3) -> DVec3 {
-    unit(DVec3::from_array(
-        object_from_world.transposed_vector(n.to_array()),
-    ))
+fn to_world(object_from_world: Option<&Affine>, n: DVec3) -> DVec3 {
+    unit(match object_from_world {
+        None => n,
+        Some(map) => DVec3::from_array(map.transposed_vector(n.to_array())),
+    })
 }
 
 /// Unit length at any scale; zero stays zero.
 fn unit(v: DVec3) -> DVec3 {
+    let squared = v.length_squared();
+    if (1e-200..1e200).contains(&squared) {
+        return v / squared.sqrt();
+    }
     let size = v.abs().max_element();
     if size > 0.0 && size.is_finite() {
         (v / size).normalize()
@@ -176,7 +180,7 @@ fn mesh_normals(
             let vertex = mesh.triangles[triangle as usize][i] as usize;
             DVec3::from_array(normals[vertex].map(f64::from))
         };
-        let [u, v, w] = weights([a, b, c], unit(ng), at);
+        let [u, v, w] = weights([a, b, c], ng, at);
         corner(0) * u + corner(1) * v + corner(2) * w
     });
     (ng, smooth, mesh.material(triangle))

@@ -7,7 +7,7 @@
 
 use super::bvh::Tree;
 use super::sah::{Quality, build, linear};
-use crate::geom::triangle::Corners;
+use crate::geom::triangle::{Corners, canonical};
 use crate::math::{Aabb, Aabb32, Affine};
 use crate::scene::{Appearance, Appearances, MeshId, Scene, Shape, shape_bounds};
 use glam::DVec3;
@@ -45,7 +45,7 @@ pub struct Entry {
 #[derive(Clone, Debug)]
 pub struct MeshTree {
     pub tree: Tree,
-    /// About the mesh's centre.
+    /// About the mesh's centre, in canonical order.
     pub corners: Vec<Corners>,
     /// Triangle in source order.
     pub source: Vec<u32>,
@@ -181,7 +181,10 @@ fn mesh_tree(scene: &Scene, id: MeshId, structure: Structure) -> MeshTree {
     };
     MeshTree {
         tree,
-        corners: source.iter().map(|i| mesh.corners(*i as usize)).collect(),
+        corners: source
+            .iter()
+            .map(|i| canonical(mesh.corners(*i as usize)))
+            .collect(),
         source,
     }
 }

@@ -6,6 +6,7 @@
 //! a ray that meets the edge exactly meets both. Differs from the paper in that
 //! lanes with different major axes run one after another, that both orientations
 //! are met, and that there is no f64 retry (that is what certainty is for).
+//! Callers bring corners into their [`canonical`] order.
 
 use super::ray::{Meet, Ray};
 use crate::math::Vec3;
@@ -13,6 +14,14 @@ use crate::math::lanes::{Lanes, Mask, Scalar};
 
 /// Corners in f32, about the mesh's centre.
 pub type Corners = [[f32; 3]; 3];
+
+/// The corners in an order of their own, whatever the winding: two triangles on
+/// the same three points (scans have such) then give the same bits of t, and the
+/// lower id wins, as in exact arithmetic. The kernel asks for no winding.
+pub fn canonical(mut corners: Corners) -> Corners {
+    corners.sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
+    corners
+}
 
 #[inline(always)]
 pub fn meet<L: Lanes>(corners: &Corners, ray: &Ray<L>, active: L::Mask) -> Meet<L> {

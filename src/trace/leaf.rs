@@ -235,6 +235,7 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
                         .meshes
                         .row(mesh)
                         .corners(id.primitive as usize);
+                    let corners = triangle::canonical(corners);
                     self.triangle(&object, &window, &corners, id, active, query);
                 }
             }

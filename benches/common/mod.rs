@@ -140,7 +140,7 @@ pub fn traced<'a>(
     }
 }
 
-/// Hits of one run.
+/// Traces one of the sets.
 pub fn run(traced: &Traced, kernels: &Kernels, number: usize, answers: &mut Answers) {
     let (kind, rays) = &traced.rays[number];
     let ask: Ask = kind.ask();

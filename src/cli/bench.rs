@@ -75,8 +75,8 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
             (prepared, None)
         }
         (None, Some(mesh), Some(rays)) => {
-            let job = given_job(rays)?;
             let scene = scene_of(TriangleSet::load(mesh)?, mesh)?;
+            let job = given_job(rays)?;
             config.choices.lanes = LaneCount::Auto;
             let prepared = complete(scene, mesh, &config, &mut watch, &mut stats)?;
             (prepared, Some(job))

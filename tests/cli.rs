@@ -1,5 +1,8 @@
 //! The built command, from outside: exit codes, messages, files.
 
+#[path = "cli/bench.rs"]
+mod bench;
+
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};

@@ -6,6 +6,7 @@
 use super::error::CliError;
 use super::output::Sink;
 use crate::io::{AovSet, LoadOptions};
+use crate::measure::rays::Kind;
 use crate::plan::{AccelChoice, Choices, LaneCount, Precision};
 use crate::render::{Grid, RenderConfig};
 use clap::{Args, value_parser};
@@ -50,10 +51,10 @@ pub struct BenchArgs {
     /// Trace the rays of this .rays file
     #[arg(long, value_name = "FILE", requires = "mesh", conflicts_with = "scene")]
     pub rays: Option<PathBuf>,
-    /// Ray kinds, separated by commas: primary, shadow, lightshadow, diffuse [default: all]
-    #[arg(long, value_name = "KINDS", value_parser = parse_kinds)]
+    /// Ray kinds, separated by commas: primary, shadow, lightshadow, diffuse, diffuse_any [default: all]
+    #[arg(long, value_name = "KINDS", conflicts_with_all = ["mesh", "rays"], value_parser = parse_kinds)]
     pub kinds: Option<BenchKinds>,
-    /// Runs of each measurement; the best counts
+    /// Runs of each measurement: the median and the best are reported
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u32).range(1..=10_000))]
     pub reps: u32,
     #[command(flatten)]
@@ -88,16 +89,16 @@ pub struct CommonArgs {
     /// Files that the scene names may lie outside its folder
     #[arg(long)]
     pub allow_outside: bool,
-    /// fast: f32 lanes; exact: f64 lanes, doubts settled exactly
-    #[arg(long, value_name = "MODE", default_value = "exact", value_parser = parse_precision)]
-    pub precision: Precision,
-    /// Rays per packet: auto, 1, 4, 8 or 16
-    #[arg(long, value_name = "N", default_value = "auto", value_parser = parse_lanes)]
-    pub lanes: LaneCount,
-    /// auto, bvh or linear
+    /// fast: f32 lanes; exact: f64 lanes, doubts settled exactly [default: exact; bench: both]
+    #[arg(long, value_name = "MODE", value_parser = parse_precision)]
+    pub precision: Option<Precision>,
+    /// Rays per packet: auto, 1, 4, 8 or 16 [default: auto; bench: auto and 1]
+    #[arg(long, value_name = "N", value_parser = parse_lanes)]
+    pub lanes: Option<LaneCount>,
+    /// auto, bvh or linear [default: auto]
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = parse_accel)]
     pub accel: AccelChoice,
-    /// Threads that trace [default: as many as the machine runs at once]
+    /// Threads that trace [default: as many as the machine runs at once; bench: 1]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
     /// Of the samples' positions
@@ -156,8 +157,8 @@ impl CommonArgs {
             grid: self.grid,
             spp: self.spp,
             choices: Choices {
-                precision: self.precision,
-                lanes: self.lanes,
+                precision: self.precision.unwrap_or_default(),
+                lanes: self.lanes.unwrap_or_default(),
                 accel: self.accel,
             },
             threads: self.threads,
@@ -181,25 +182,9 @@ impl CommonArgs {
     }
 }
 
-/// Which rays `bench` traces.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct BenchKinds {
-    pub primary: bool,
-    /// From the hits to the light.
-    pub shadow: bool,
-    /// From the light to the hits.
-    pub lightshadow: bool,
-    pub diffuse: bool,
-}
-
-impl BenchKinds {
-    pub const ALL: BenchKinds = BenchKinds {
-        primary: true,
-        shadow: true,
-        lightshadow: true,
-        diffuse: true,
-    };
-}
+/// Which rays `bench` traces, each kind once.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BenchKinds(pub Vec<Kind>);
 
 const MAX_SIDE: u32 = 65_535;
 const MAX_PIXELS: u64 = 1 << 28;
@@ -277,22 +262,17 @@ fn parse_aovs(text: &str) -> Result<AovSet, String> {
 }
 
 fn parse_kinds(text: &str) -> Result<BenchKinds, String> {
-    let mut kinds = BenchKinds::default();
+    let mut kinds = Vec::new();
     for name in text.split(',') {
-        let kind = match name.trim() {
-            "primary" => &mut kinds.primary,
-            "shadow" => &mut kinds.shadow,
-            "lightshadow" => &mut kinds.lightshadow,
-            "diffuse" => &mut kinds.diffuse,
-            _ => {
-                return Err(format!(
-                    "there is no ray kind '{name}'; known are primary, shadow, lightshadow, diffuse"
-                ));
-            }
+        let Some(kind) = Kind::named(name.trim()) else {
+            let known = Kind::ALL.map(Kind::name).join(", ");
+            return Err(format!("there is no ray kind '{name}'; known are {known}"));
         };
-        *kind = true;
+        kinds.push(kind);
     }
-    Ok(kinds)
+    kinds.sort();
+    kinds.dedup();
+    Ok(BenchKinds(kinds))
 }
 
 fn no_tiles(_: &str) -> Result<String, String> {
@@ -361,11 +341,9 @@ mod tests {
 
     #[test]
     fn kinds() {
-        assert_eq!(
-            parse_kinds("primary,shadow,lightshadow,diffuse"),
-            Ok(BenchKinds::ALL)
-        );
-        assert!(!parse_kinds("primary").unwrap().diffuse);
+        let all = "diffuse,primary,shadow,lightshadow, diffuse_any,shadow";
+        assert_eq!(parse_kinds(all), Ok(BenchKinds(Kind::ALL.into())));
+        assert_eq!(parse_kinds("primary").unwrap().0, [Kind::Primary]);
         assert!(parse_kinds("").is_err());
     }
 }

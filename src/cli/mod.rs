@@ -12,6 +12,7 @@ mod args;
 mod bench;
 mod cpu;
 mod error;
+mod export;
 mod interrupt;
 mod output;
 mod pipeline;

@@ -33,9 +33,21 @@ pub fn prepare(
         None => builtin().map_err(|e| CliError::Usage(e.to_string()))?,
     };
     stats.stages.push(watch.stage("load"));
+    let path = path.unwrap_or(Path::new("the built-in scene"));
+    complete(scene, path, config, watch, stats)
+}
+
+/// The same for a scene that is already here; errors are about the file `path`.
+pub fn complete(
+    scene: Scene,
+    path: &Path,
+    config: &RenderConfig,
+    watch: &mut Watch,
+    stats: &mut Stats,
+) -> Result<Prepared, CliError> {
     let row = scene::pick_camera(&scene.cameras, config.camera.as_deref())?;
     let appearances = Appearances::of(&scene).map_err(|source| {
-        let path = path.unwrap_or(Path::new("the built-in scene")).into();
+        let path = path.into();
         crate::io::LoadError::Scene { path, source }
     })?;
     let (scene, camera) = scene.completed(row, &appearances, aspect(config));

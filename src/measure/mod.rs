@@ -1,5 +1,8 @@
 //! What a run did and cost, and how wrong it was.
 
+pub mod bench;
+pub mod queries;
+pub mod rays;
 mod stats;
 pub mod verify;
 

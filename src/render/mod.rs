@@ -12,4 +12,6 @@ pub use camera::RayGenerator;
 pub use config::{Grid, RenderConfig, TileOrder};
 pub use progress::Progress;
 pub use sampler::sample_position;
+pub(crate) use sampler::{mix, unit};
+pub(crate) use tile::{BLOCK, every_second_bit};
 pub use tile::{Interrupted, Rendered, View, render};

@@ -28,14 +28,15 @@ pub fn sample_position(
 const TWO_POW_MINUS_32: f64 = 1.0 / 4_294_967_296.0;
 
 /// Vigna's SplitMix64 finaliser.
-fn mix(x: u64) -> u64 {
+pub fn mix(x: u64) -> u64 {
     let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
     x ^ x >> 31
 }
 
-fn unit(bits: u64) -> f64 {
+/// In [0, 1), from the upper half of the bits.
+pub fn unit(bits: u64) -> f64 {
     (bits >> 32) as f64 * TWO_POW_MINUS_32
 }
 

@@ -23,7 +23,7 @@ use std::sync::Mutex;
 use thiserror::Error;
 
 /// Side of the grid that packets sit on, in pixels.
-const BLOCK: u32 = 16;
+pub const BLOCK: u32 = 16;
 
 /// What is rendered, and from where.
 pub struct View<'w> {
@@ -244,6 +244,6 @@ impl Tile<'_> {
 }
 
 /// Bits 0, 2, 4, 6 packed together.
-fn every_second_bit(code: u32) -> u32 {
+pub fn every_second_bit(code: u32) -> u32 {
     code & 1 | code >> 1 & 2 | code >> 2 & 4 | code >> 3 & 8
 }

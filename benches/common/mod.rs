@@ -1,0 +1,155 @@
+//! Shared by the benches: what they trace, made from formulas, and the rays.
+#![allow(dead_code)]
+
+use glam::DVec3;
+use lanecast::accel::{Structure, World};
+use lanecast::geom::Sphere;
+use lanecast::math::lanes::*;
+use lanecast::measure::queries::{Answers, Ask, trace};
+use lanecast::measure::rays::{Kind, Source, ray_sets};
+use lanecast::plan::{Choices, Kernels, Precision, plan};
+use lanecast::render::{Grid, Progress, RayGenerator};
+use lanecast::scene::{Appearances, Camera, Edge, MeshData, Scene, SceneBuilder};
+
+/// One register of each.
+#[cfg(target_feature = "avx512f")]
+pub type Native32 = f32x16;
+#[cfg(target_feature = "avx512f")]
+pub type Native64 = f64x8;
+#[cfg(all(target_feature = "avx", not(target_feature = "avx512f")))]
+pub type Native32 = f32x8;
+#[cfg(all(target_feature = "avx", not(target_feature = "avx512f")))]
+pub type Native64 = f64x4;
+#[cfg(not(target_feature = "avx"))]
+pub type Native32 = f32x4;
+#[cfg(not(target_feature = "avx"))]
+pub type Native64 = f64x4;
+
+/// Few and short samples: a group takes well under a minute.
+pub fn quick() -> criterion::Criterion {
+    criterion::Criterion::default()
+        .sample_size(15)
+        .warm_up_time(std::time::Duration::from_millis(500))
+        .measurement_time(std::time::Duration::from_secs(2))
+}
+
+/// A sphere of `2·across·(down − 1)` triangles, its radius waved by three sines.
+pub fn displaced_sphere(across: u32, down: u32) -> MeshData {
+    let mut positions = vec![[0.0, 1.0, 0.0]];
+    for j in 1..down {
+        let (sin, cos) = libm::sincos(std::f64::consts::PI * f64::from(j) / f64::from(down));
+        for i in 0..across {
+            let around = std::f64::consts::TAU * f64::from(i) / f64::from(across);
+            let (y, x) = libm::sincos(around);
+            positions.push([sin * x, cos, sin * y]);
+        }
+    }
+    positions.push([0.0, -1.0, 0.0]);
+    let wave = |p: [f64; 3]| {
+        let wide = libm::sin(7.0 * p[0]) * libm::sin(6.0 * p[1] + 1.0) * libm::sin(8.0 * p[2]);
+        let fine = libm::sin(27.0 * p[0] + 2.0) * libm::sin(25.0 * p[1]) * libm::sin(29.0 * p[2]);
+        let radius = 1.0 + 0.06 * wide + 0.02 * fine;
+        p.map(|x| x * radius)
+    };
+    let last = positions.len() as u32 - 1;
+    let ring = |j: u32, i: u32| 1 + (j - 1) * across + i % across;
+    let mut triangles = Vec::new();
+    for i in 0..across {
+        triangles.push([0, ring(1, i + 1), ring(1, i)]);
+        for j in 1..down - 1 {
+            let (a, b) = (ring(j, i), ring(j, i + 1));
+            let (c, d) = (ring(j + 1, i), ring(j + 1, i + 1));
+            triangles.push([a, b, c]);
+            triangles.push([b, d, c]);
+        }
+        triangles.push([last, ring(down - 1, i), ring(down - 1, i + 1)]);
+    }
+    MeshData {
+        positions: positions.into_iter().map(wave).collect(),
+        triangles,
+        ..MeshData::default()
+    }
+}
+
+pub fn mesh_scene(mesh: &MeshData) -> Scene {
+    let mut scene = SceneBuilder::default();
+    let shape = scene.mesh("", mesh);
+    scene.instance("", Edge::shape(shape));
+    scene.finish().expect("the formula gives a valid mesh")
+}
+
+/// A ball with six smaller ones on it, and so on: (6^levels − 1) / 5 spheres.
+pub fn sphere_flake(levels: u32) -> Scene {
+    let mut scene = SceneBuilder::default();
+    let mut ring = vec![(DVec3::ZERO, 1.0)];
+    for _ in 0..levels {
+        let mut next = Vec::new();
+        for (center, radius) in ring {
+            let ball = scene.sphere("", Sphere { center, radius });
+            scene.instance("", Edge::shape(ball));
+            for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+                for side in [axis, -axis] {
+                    next.push((center + side * (radius * 1.4), radius * 0.4));
+                }
+            }
+        }
+        ring = next;
+    }
+    scene.finish().expect("the formula gives valid spheres")
+}
+
+/// What a traversal bench needs of a scene.
+pub struct Traced<'a> {
+    pub world: World<'a>,
+    pub rays: Vec<(Kind, lanecast::io::RaySet)>,
+    pub modes: Vec<(&'static str, Kernels)>,
+}
+
+pub fn traced<'a>(
+    scene: &'a Scene,
+    appearances: &'a Appearances,
+    kinds: &[Kind],
+    side: u32,
+) -> Traced<'a> {
+    let world = World::build(scene, appearances, Structure::Bvh);
+    let kernels = |precision| {
+        let choices = Choices {
+            precision,
+            ..Choices::default()
+        };
+        let plan = plan(scene, appearances, &choices).expect("the plan's own choice is built");
+        plan.kernels
+    };
+    let eye = DVec3::new(1.4, 1.8, 3.6);
+    let camera = Camera::perspective(eye, DVec3::ZERO, DVec3::Y, 40.0);
+    let source = Source {
+        world: &world,
+        kernels: kernels(Precision::Exact),
+        generator: RayGenerator::new(camera, side, side, Grid::Centers),
+        size: [side, side],
+        light: DVec3::new(4.0, 6.0, 5.0),
+    };
+    let sets = ray_sets(&source, kinds, &Progress::default()).expect("nobody cancels");
+    Traced {
+        rays: kinds.iter().copied().zip(sets).collect(),
+        modes: vec![
+            ("fast", kernels(Precision::Fast)),
+            ("exact", kernels(Precision::Exact)),
+        ],
+        world,
+    }
+}
+
+/// Traces one of the sets.
+pub fn run(traced: &Traced, kernels: &Kernels, number: usize, answers: &mut Answers) {
+    let (kind, rays) = &traced.rays[number];
+    let ask: Ask = kind.ask();
+    trace(
+        &traced.world,
+        kernels,
+        rays,
+        ask,
+        answers,
+        &Progress::default(),
+    );
+}

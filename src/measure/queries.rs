@@ -1,0 +1,203 @@
+//! From an array of rays to an array of answers, chunk by chunk.
+//!
+//! The rays come as `.rays` files have them; the kernels want whole packets of
+//! columns. Each chunk is converted into buffers that its thread keeps, traced
+//! there, and its answers are copied out. No answer depends on the chunks, nor
+//! on the number of threads. `bench` times all of this.
+
+use crate::accel::World;
+use crate::io::RaySet;
+use crate::plan::Kernels;
+use crate::render::Progress;
+use crate::trace::{HitId, Hits, MAX_LANES, Rays, any, closest};
+use rayon::prelude::*;
+use std::cell::RefCell;
+use std::hint::black_box;
+
+/// The question to a ray set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ask {
+    Closest,
+    Any,
+}
+
+/// Rays with one question.
+pub struct Job {
+    /// As it is reported.
+    pub kind: String,
+    pub ask: Ask,
+    pub rays: RaySet,
+}
+
+/// Answers as columns, a row per ray; only those of the question are filled.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Answers {
+    /// Meaningless without a hit.
+    pub t: Vec<f32>,
+    pub id: Vec<HitId>,
+    pub blocked: Vec<bool>,
+}
+
+impl Answers {
+    /// Rays that hit, or are blocked.
+    pub fn hits(&self) -> usize {
+        let hits = self.id.iter().filter(|id| **id != HitId::NONE).count();
+        hits + self.blocked.iter().filter(|blocked| **blocked).count()
+    }
+
+    fn prepare(&mut self, ask: Ask, rays: usize) {
+        let (closest, any) = match ask {
+            Ask::Closest => (rays, 0),
+            Ask::Any => (0, rays),
+        };
+        self.t.resize(closest, 0.0);
+        self.id.resize(closest, HitId::NONE);
+        self.blocked.resize(any, false);
+    }
+}
+
+/// Rays that are converted and traced at a time: the columns stay in the
+/// second-level cache.
+const CHUNK: usize = 2048;
+
+thread_local! {
+    static BUFFERS: RefCell<Buffers> = RefCell::default();
+}
+
+/// Traces all rays on the current rayon pool; `None` where it was cancelled.
+pub fn trace(
+    world: &World,
+    kernels: &Kernels,
+    rays: &RaySet,
+    ask: Ask,
+    answers: &mut Answers,
+    progress: &Progress,
+) -> Option<()> {
+    answers.prepare(ask, rays.len());
+    let chunk = |number: usize, count: usize, run: &mut dyn FnMut(&mut Buffers)| {
+        if !progress.is_cancelled() {
+            BUFFERS.with_borrow_mut(|buffers| {
+                buffers.rays.fill(rays, number * CHUNK, count);
+                run(buffers);
+            });
+        }
+    };
+    match ask {
+        Ask::Closest => {
+            let t = answers.t.par_chunks_mut(CHUNK);
+            let chunks = t.zip(answers.id.par_chunks_mut(CHUNK)).enumerate();
+            chunks.for_each(|(number, (t, id))| {
+                chunk(number, t.len(), &mut |buffers| {
+                    buffers.closest(world, kernels, t, id);
+                });
+            });
+        }
+        Ask::Any => {
+            let chunks = answers.blocked.par_chunks_mut(CHUNK).enumerate();
+            chunks.for_each(|(number, blocked)| {
+                chunk(number, blocked.len(), &mut |buffers| {
+                    buffers.any(world, kernels, blocked);
+                });
+            });
+        }
+    }
+    (!progress.is_cancelled()).then_some(())
+}
+
+/// The conversion alone.
+pub(super) fn convert(rays: &RaySet) {
+    let chunks = rays.t_max.par_chunks(CHUNK).enumerate();
+    chunks.for_each(|(number, chunk)| {
+        BUFFERS.with_borrow_mut(|buffers| {
+            buffers.rays.fill(rays, number * CHUNK, chunk.len());
+            black_box(&buffers);
+        });
+    });
+}
+
+/// Buffers of one thread, kept from chunk to chunk.
+#[derive(Default)]
+struct Buffers {
+    rays: Columns,
+    t: Vec<f64>,
+    id: Vec<HitId>,
+    blocked: Vec<bool>,
+}
+
+impl Buffers {
+    fn closest(&mut self, world: &World, kernels: &Kernels, t: &mut [f32], id: &mut [HitId]) {
+        let padded = self.rays.t_max.len();
+        self.t.resize(padded, 0.0);
+        self.id.resize(padded, HitId::NONE);
+        let mut hits = Hits {
+            t: &mut self.t,
+            id: &mut self.id,
+        };
+        closest(world, kernels, &self.rays.borrowed(), &mut hits);
+        for (to, from) in t.iter_mut().zip(&self.t) {
+            *to = *from as f32;
+        }
+        id.copy_from_slice(&self.id[..id.len()]);
+    }
+
+    fn any(&mut self, world: &World, kernels: &Kernels, blocked: &mut [bool]) {
+        self.blocked.resize(self.rays.t_max.len(), false);
+        let (rays, found) = (self.rays.borrowed(), &mut self.blocked);
+        let mut occluder = HitId::NONE;
+        any(world, kernels, &rays, &mut occluder, found);
+        blocked.copy_from_slice(&self.blocked[..blocked.len()]);
+    }
+}
+
+/// Rays as the kernels want them, in whole packets.
+#[derive(Default)]
+struct Columns {
+    org: [Vec<f64>; 3],
+    dir: [Vec<f32>; 3],
+    t_min: Vec<f32>,
+    t_max: Vec<f32>,
+}
+
+impl Columns {
+    /// Takes in a range of the rays and pads it to whole packets.
+    fn fill(&mut self, rays: &RaySet, first: usize, count: usize) {
+        let padded = count.next_multiple_of(MAX_LANES);
+        for k in 0..3 {
+            self.org[k].resize(padded, 0.0);
+            self.dir[k].resize(padded, 1.0);
+        }
+        self.t_min.resize(padded, 0.0);
+        self.t_max.resize(padded, 0.0);
+        let rows = first..first + count;
+        let [x, y, z] = &mut self.org;
+        let columns = x.iter_mut().zip(y).zip(z);
+        for (((x, y), z), org) in columns.zip(&rays.org[rows.clone()]) {
+            [*x, *y, *z] = org.map(f64::from);
+        }
+        let [x, y, z] = &mut self.dir;
+        let columns = x.iter_mut().zip(y).zip(z);
+        for (((x, y), z), dir) in columns.zip(&rays.dir[rows.clone()]) {
+            [*x, *y, *z] = *dir;
+        }
+        self.t_min[..count].copy_from_slice(&rays.t_min[rows.clone()]);
+        for (to, from) in self.t_max.iter_mut().zip(&rays.t_max[rows]) {
+            // −∞ would mean that something has blocked it.
+            *to = from.max(f32::MIN);
+        }
+        for k in 0..3 {
+            self.org[k][count..].fill(0.0);
+            self.dir[k][count..].fill(1.0);
+        }
+        self.t_min[count..].fill(0.0);
+        self.t_max[count..].fill(-1.0);
+    }
+
+    fn borrowed(&self) -> Rays<'_> {
+        Rays {
+            org: [&self.org[0], &self.org[1], &self.org[2]],
+            dir: [&self.dir[0], &self.dir[1], &self.dir[2]],
+            t_min: &self.t_min,
+            t_max: &self.t_max,
+        }
+    }
+}

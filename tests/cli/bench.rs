@@ -1,0 +1,265 @@
+//! `lanecast bench`: rows, narrowing, export and the way back.
+
+use super::{fails, folder, lanecast, names, stderr, stdout};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+/// A pyramid on a square, as .obj; every coordinate is a short binary fraction.
+const PYRAMID: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv 0.25 1.5 0\n\
+                       f 1 2 3\nf 1 3 4\nf 1 5 2\nf 2 5 3\nf 3 5 4\nf 4 5 1\n";
+
+const VIEW: &str = r#"
+format = 1
+[camera]
+eye = [1.0, 2.0, 7.0]
+look_at = [1.0, 0.5, 0.0]
+fov_y = 40.0
+[[light]]
+point = { position = [-5.0, 2.0, -3.0], intensity = [120.0, 120.0, 120.0] }
+[shape.pyramid]
+mesh = "pyramid.obj"
+[[instance]]
+shape = "pyramid"
+[[instance]]
+shape = "pyramid"
+transform = [{ scale = 0.5 }, { translate = [2.5, 0.25, 1.0] }]
+"#;
+
+const BALL: &str = r#"
+[shape.ball]
+sphere = { center = [0.5, 0.5, 2.0], radius = 0.5 }
+[[instance]]
+shape = "ball"
+"#;
+
+fn write_scene(folder: &Path, more: &str) {
+    fs::write(folder.join("pyramid.obj"), PYRAMID).unwrap();
+    fs::write(folder.join("s.toml"), format!("{VIEW}{more}")).unwrap();
+}
+
+/// The report on standard output.
+fn report(output: &Output) -> Value {
+    assert!(output.status.success(), "{}", stderr(output));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn rows(report: &Value) -> &[Value] {
+    report["results"].as_array().unwrap()
+}
+
+#[test]
+fn every_kind_in_every_mode() {
+    let folder = folder();
+    write_scene(folder.path(), BALL);
+    let bench = ["bench", "s.toml", "--size", "75x50", "--reps", "2"];
+    let report = report(&lanecast(
+        folder.path(),
+        &[&bench[..], &["--json", "-"]].concat(),
+    ));
+    assert_eq!(rows(&report).len(), 20);
+    let primary_hits = &rows(&report)[0]["hits"];
+    assert!(primary_hits.as_u64().unwrap() > 300, "{primary_hits}");
+    let kinds = ["primary", "shadow", "lightshadow", "diffuse", "diffuse_any"];
+    for (kind, rows) in kinds.iter().zip(rows(&report).chunks(4)) {
+        for row in rows {
+            assert_eq!(row["kind"], *kind);
+            assert_eq!(row["accel"], "bvh");
+            assert_eq!(row["threads"], 1);
+            assert_eq!(row["checked"], row["rays"]);
+            let rate = |key: &str| row[key].as_f64().unwrap();
+            assert!(rate("mrays_per_s") > 0.0);
+            assert!(rate("mrays_per_s_best") >= rate("mrays_per_s"));
+            assert!(row["isa"].is_string());
+            let single = row["lanes"] == 1;
+            assert_eq!(row["kernel"], if single { "single" } else { "packet" });
+        }
+        // Every primary hit sends one ray of each other kind.
+        match *kind {
+            "primary" => assert_eq!(rows[0]["rays"], 75 * 50),
+            _ => assert_eq!(&rows[0]["rays"], primary_hits),
+        }
+        assert_eq!(rows[2]["precision"], "exact");
+        assert_eq!(rows[2]["hits"], rows[3]["hits"]);
+        assert_eq!(rows[3]["differ"], 0);
+    }
+    // The same rays, asked for any hit.
+    assert_eq!(rows(&report)[14]["hits"], rows(&report)[18]["hits"]);
+    assert!(report["build_seconds"].is_f64() && report["tree_bytes"].is_u64());
+
+    // Without --json a table, and nothing else is written.
+    let output = lanecast(folder.path(), &bench);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(stdout(&output).matches("\ndiffuse_any ").count(), 4);
+    assert_eq!(names(folder.path()), ["pyramid.obj", "s.toml"]);
+}
+
+#[test]
+fn what_is_asked_for_narrows() {
+    let folder = folder();
+    write_scene(folder.path(), BALL);
+    let bench = |more: &[&str]| {
+        let bench = ["bench", "s.toml", "--size", "20x20", "--reps", "1"];
+        report(&lanecast(
+            folder.path(),
+            &[&bench[..], more, &["--json", "-"]].concat(),
+        ))
+    };
+    let one = [
+        "--precision",
+        "fast",
+        "--lanes",
+        "1",
+        "--kinds",
+        "diffuse,primary",
+    ];
+    let report = bench(&one);
+    let kinds: Vec<&Value> = rows(&report).iter().map(|row| &row["kind"]).collect();
+    assert_eq!(kinds, ["primary", "diffuse"]);
+    assert_eq!(rows(&report)[0]["lanes"], 1);
+    assert_eq!(rows(&report)[0]["precision"], "fast");
+    // Another structure and more threads answer the same.
+    let other = bench(&[&one[..], &["--accel", "linear", "--threads", "2"]].concat());
+    assert_eq!(rows(&other)[1]["accel"], "linear");
+    assert_eq!(rows(&other)[1]["threads"], 2);
+    assert_eq!(rows(&other)[1]["hits"], rows(&report)[1]["hits"]);
+    assert_eq!(other["clock"], "wall");
+    assert_eq!(
+        rows(&bench(&["--lanes", "auto", "--kinds", "shadow"])).len(),
+        2
+    );
+    assert_eq!(
+        rows(&bench(&["--precision", "exact", "--kinds", "shadow"])).len(),
+        2
+    );
+}
+
+#[test]
+fn exported_and_read_back() {
+    let folder = folder();
+    write_scene(folder.path(), "");
+    fs::create_dir(folder.path().join("out")).unwrap();
+    let modes = ["--reps", "1", "--precision", "exact", "--json", "-"];
+    let bench = ["bench", "s.toml", "--size", "61x47", "--export", "out"];
+    let output = lanecast(folder.path(), &[&bench[..], &modes].concat());
+    assert!(stderr(&output).is_empty(), "{}", stderr(&output));
+    let direct = report(&output);
+    let kinds = ["diffuse", "diffuse_any", "lightshadow", "primary", "shadow"];
+    let mut files: Vec<String> = kinds.iter().map(|k| format!("s.{k}.rays")).collect();
+    files.insert(3, "s.msh".into());
+    assert_eq!(names(&folder.path().join("out")), files);
+    for row in rows(&direct) {
+        let kind = row["kind"].as_str().unwrap();
+        let rays = format!("out/s.{kind}.rays");
+        let sets = ["bench", "--mesh", "out/s.msh", "--rays", &rays];
+        let back = report(&lanecast(folder.path(), &[&sets[..], &modes].concat()));
+        assert_eq!(back["triangles"], 12);
+        for key in ["kind", "rays", "hits"] {
+            assert_eq!(rows(&back)[0][key], row[key], "{kind}");
+        }
+        assert!(row["hits"].as_u64().unwrap() > 0, "{kind}");
+    }
+    // Any other name asks for the closest hit.
+    fs::rename(
+        folder.path().join("out/s.shadow.rays"),
+        folder.path().join("x.rays"),
+    )
+    .unwrap();
+    let sets = [
+        "bench",
+        "--mesh",
+        "out/s.msh",
+        "--rays",
+        "x.rays",
+        "--reps",
+        "1",
+    ];
+    let output = lanecast(folder.path(), &sets);
+    assert_eq!(stdout(&output).matches("\nrays ").count(), 4);
+}
+
+#[test]
+fn what_msh_cannot_hold_is_counted() {
+    let folder = folder();
+    write_scene(folder.path(), BALL);
+    let bench = [
+        "bench", "s.toml", "--size", "9x9", "--reps", "1", "--kinds", "shadow",
+    ];
+    let output = lanecast(folder.path(), &[&bench[..], &["--export", "."]].concat());
+    assert!(output.status.success());
+    assert!(
+        stderr(&output).contains("warning: ./s.msh: 1 appearance"),
+        "{}",
+        stderr(&output)
+    );
+    assert_eq!(
+        names(folder.path()),
+        ["pyramid.obj", "s.msh", "s.shadow.rays", "s.toml"]
+    );
+}
+
+#[test]
+fn a_camera_that_sees_nothing() {
+    let folder = folder();
+    write_scene(folder.path(), "");
+    let away = VIEW.replace("look_at = [1.0, 0.5, 0.0]", "look_at = [1.0, 2.0, 9.0]");
+    fs::write(folder.path().join("s.toml"), away).unwrap();
+    let bench = [
+        "bench", "s.toml", "--size", "9x9", "--reps", "1", "--json", "-",
+    ];
+    let output = lanecast(folder.path(), &bench);
+    assert!(
+        stderr(&output).contains("warning: shadow: no rays"),
+        "{}",
+        stderr(&output)
+    );
+    let report = report(&output);
+    assert_eq!(rows(&report)[0]["hits"], 0);
+    assert_eq!(rows(&report)[4]["mrays_per_s"], 0.0);
+}
+
+#[test]
+fn refusals() {
+    fails(&["bench", "x.toml", "--spp", "4"], 2, "leave out --spp 4");
+    fails(
+        &["bench", "x.toml", "--size", "16384x16384"],
+        2,
+        "too many rays",
+    );
+    let kinds = ["--mesh", "a", "--rays", "b", "--kinds", "shadow"];
+    fails(&[&["bench"], &kinds[..]].concat(), 2, "cannot be used with");
+    let folder = folder();
+    write_scene(folder.path(), "");
+    for (arguments, code, says) in [
+        (
+            ["--accel", "linear", "--reps", "10000"],
+            2,
+            "--accel linear would test",
+        ),
+        (["--export", "none", "--reps", "1"], 4, "create it first"),
+    ] {
+        let output = lanecast(
+            folder.path(),
+            &[&["bench", "s.toml"], &arguments[..]].concat(),
+        );
+        assert_eq!(output.status.code(), Some(code), "{}", stderr(&output));
+        assert!(stderr(&output).contains(says), "{}", stderr(&output));
+        assert!(stdout(&output).is_empty());
+    }
+    // Rays that are damaged.
+    let corners: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    let mut mesh = b"MSH1\x03\0\0\0\x01\0\0\0".to_vec();
+    mesh.extend(corners.iter().flat_map(|x| x.to_le_bytes()));
+    mesh.extend([0_u32, 1, 2].iter().flat_map(|i| i.to_le_bytes()));
+    fs::write(folder.path().join("a.msh"), mesh).unwrap();
+    fs::write(folder.path().join("a.primary.rays"), "RAY1\u{9}").unwrap();
+    let sets = ["bench", "--mesh", "a.msh", "--rays", "a.primary.rays"];
+    let output = lanecast(folder.path(), &sets);
+    assert_eq!(output.status.code(), Some(3));
+    assert!(
+        stderr(&output).contains("a.primary.rays: "),
+        "{}",
+        stderr(&output)
+    );
+}

@@ -15,7 +15,7 @@ pub fn builtin() -> Result<Scene, SceneError> {
     flake(scene);
     guests(scene);
 
-    scene.background([0.32, 0.45, 0.62]);
+    scene.background([0.66, 0.6, 0.56]);
     scene.camera(
         "front",
         Camera::perspective(
@@ -40,7 +40,7 @@ pub fn builtin() -> Result<Scene, SceneError> {
 /// A golden middle sphere with nine smaller ones on it, and so on.
 fn flake(scene: &mut SceneBuilder) {
     let metal = |rgb: Rgb, roughness| Material::metallic_roughness(rgb, 1.0, roughness);
-    let gold = scene.material("gold", metal([1.0, 0.71, 0.29], 0.0));
+    let gold = scene.material("gold", metal([1.0, 0.74, 0.32], 0.0));
     let rose = scene.material(
         "rose",
         Material::metallic_roughness([0.86, 0.42, 0.3], 0.0, 0.35),

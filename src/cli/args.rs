@@ -74,9 +74,9 @@ pub struct CommonArgs {
     /// Pixels, as WIDTHxHEIGHT [default: 1280x720; verify: 320x180]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<Size>,
-    /// Samples per pixel
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u32).range(1..=65_536))]
-    pub spp: u32,
+    /// Samples per pixel [default: 1; the built-in scene: 4]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=65_536))]
+    pub spp: Option<u32>,
     /// centers: through the pixels; corners: one ray through each corner of (W-1)x(H-1) pixels
     #[arg(long, value_name = "GRID", default_value = "centers", value_parser = parse_grid)]
     pub grid: Grid,
@@ -144,10 +144,9 @@ impl CommonArgs {
                         .into(),
                 ));
             }
-            if self.spp != 1 {
+            if let Some(spp) = self.spp.filter(|spp| *spp != 1) {
                 return Err(CliError::Usage(format!(
-                    "--grid corners traces one ray through each corner; leave out --spp {}",
-                    self.spp
+                    "--grid corners traces one ray through each corner; leave out --spp {spp}"
                 )));
             }
         }
@@ -155,7 +154,7 @@ impl CommonArgs {
             width: size.width,
             height: size.height,
             grid: self.grid,
-            spp: self.spp,
+            spp: self.spp.unwrap_or(1),
             choices: Choices {
                 precision: self.precision.unwrap_or_default(),
                 lanes: self.lanes.unwrap_or_default(),

@@ -63,7 +63,7 @@ impl Cone {
         let radial = p - n * z;
         let k = (self.top_radius - self.base_radius) / (2.0 * half);
         let r = (self.base_radius + self.top_radius) * 0.5 + k * z;
-        let length = radial.length();
+        let length = crate::math::length(radial);
         let side = if length > 0.0 {
             radial / length - n * k
         } else {

@@ -9,6 +9,7 @@ use super::light::Arrival;
 use super::material::{leaves_rays, onward, reflected};
 use super::surface::Surface;
 use crate::accel::World;
+use crate::math::unit;
 use crate::plan::Kernels;
 use crate::scene::{Light, Material, Rgb};
 use crate::trace::{HitId, Hits, MAX_LANES, Outcome, RayKind, Rays, TracedRay, any, closest};
@@ -211,7 +212,7 @@ impl Integrator<'_> {
                 lit.push(Lit {
                     row: i as u32,
                     surface,
-                    incoming: dir.normalize(),
+                    incoming: unit(dir),
                     material,
                 });
             }

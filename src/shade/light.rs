@@ -1,5 +1,6 @@
 //! Lights as seen from a point.
 
+use crate::math::{length, unit};
 use crate::scene::{Falloff, Light, Rgb};
 use glam::DVec3;
 
@@ -25,7 +26,7 @@ impl Arrival {
                 falloff,
             } => {
                 let dir = *position - point;
-                let distance = dir.length();
+                let distance = length(dir);
                 if distance == 0.0 {
                     return None;
                 }
@@ -44,7 +45,7 @@ impl Arrival {
                 direction,
                 irradiance,
             } => {
-                let towards = -direction.normalize();
+                let towards = -unit(*direction);
                 Some(Arrival {
                     towards,
                     dir: towards,

@@ -5,6 +5,7 @@
 //! below a GGX lobe (Walter et al. 2007) with Schlick's Fresnel. f32, scalar;
 //! powers by the crate libm, so that bits are the same everywhere.
 
+use crate::math::unit;
 use crate::scene::{Material, Model, Rgb};
 use glam::DVec3;
 
@@ -50,7 +51,7 @@ pub fn reflected(
             roughness,
         } => {
             let n_v = (normal.dot(out) as f32).max(1e-4);
-            let half = (out + towards).normalize_or_zero();
+            let half = unit(out + towards);
             let n_h = (normal.dot(half) as f32).clamp(0.0, 1.0);
             let v_h = (out.dot(half) as f32).clamp(0.0, 1.0);
             let alpha = roughness * roughness;

@@ -7,7 +7,7 @@
 
 use crate::accel::World;
 use crate::geom::half_space;
-use crate::math::Affine;
+use crate::math::{Affine, unit};
 use crate::plan::Arithmetic;
 use crate::scene::{MaterialId, Mesh, Shape};
 use crate::trace::HitId;
@@ -120,20 +120,6 @@ fn to_world(object_from_world: Option<&Affine>, n: DVec3) -> DVec3 {
         None => n,
         Some(map) => DVec3::from_array(map.transposed_vector(n.to_array())),
     })
-}
-
-/// Unit length at any scale; zero stays zero.
-fn unit(v: DVec3) -> DVec3 {
-    let squared = v.length_squared();
-    if (1e-200..1e200).contains(&squared) {
-        return v / squared.sqrt();
-    }
-    let size = v.abs().max_element();
-    if size > 0.0 && size.is_finite() {
-        (v / size).normalize()
-    } else {
-        DVec3::ZERO
-    }
 }
 
 /// Object space: the outward normal, a smooth one where the shape has them, and

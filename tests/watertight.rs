@@ -84,9 +84,7 @@ fn aim(mesh: &Mesh, turn: DMat3, place: impl Fn(DVec3) -> DVec3) -> Aimed {
         let dir = random.vector().to_array().map(|x| x as f32);
         let wide = DVec3::from_array(dir.map(f64::from));
         let seen = (turn * wide).normalize_or_zero();
-        let faces = target.normals.iter().map(|n| n.dot(seen));
-        let (least, most) = faces.fold((1.0, -1.0), |(l, m): (f64, f64), x| (l.min(x), m.max(x)));
-        if least < 0.02 && most > -0.02 {
+        if is_on_outline(target, seen) {
             aimed.outline += 1;
             continue;
         }
@@ -98,9 +96,17 @@ fn aim(mesh: &Mesh, turn: DMat3, place: impl Fn(DVec3) -> DVec3) -> Aimed {
     aimed
 }
 
-fn no_cracks(name: &str, loaded: &Loaded, aimed: &Aimed) {
+/// Seen along `seen`, the surface turns away at the target, or nearly.
+fn is_on_outline(target: &Target, seen: DVec3) -> bool {
+    let faces = target.normals.iter().map(|n| n.dot(seen));
+    let (least, most) = faces.fold((1.0_f64, -1.0_f64), |(l, m), x| (l.min(x), m.max(x)));
+    least < 0.02 && most > -0.02
+}
+
+/// `exact`: how far, relative to t, exact rays may be off their target.
+fn no_cracks(name: &str, loaded: &Loaded, aimed: &Aimed, exact: f64) {
     let world = loaded.world(Structure::Bvh);
-    for (arithmetic, tolerance) in [(Arithmetic::F32, 1e-4), (Arithmetic::F64, 1e-11)] {
+    for (arithmetic, tolerance) in [(Arithmetic::F32, 1e-4), (Arithmetic::F64, exact)] {
         let hits = aimed.rays.closest(&world, &loaded.kernels(arithmetic));
         let past = |(hit, t): &(&(f64, HitId), &f64)| {
             hit.1 == HitId::NONE || hit.0 > **t * (1.0 + tolerance)
@@ -127,14 +133,14 @@ fn closed_meshes_have_no_cracks() {
         let loaded = load(&assets.join(format!("meshes/{name}.glb")), 1.0);
         let mesh = loaded.scene.meshes.row(MeshId(0));
         let aimed = aim(&mesh, DMat3::IDENTITY, |p| p);
-        no_cracks(name, &loaded, &aimed);
+        no_cracks(name, &loaded, &aimed, 1e-11);
         let placed = placed(&mesh);
         let row = placed.appearances.rows[0];
         let turn = DMat3::from_cols_array_2d(&row.object_from_world.linear);
         let aimed = aim(&mesh, turn, |p| {
             DVec3::from_array(row.world_from_object.point(p.to_array()))
         });
-        no_cracks(&format!("{name}, placed"), &placed, &aimed);
+        no_cracks(&format!("{name}, placed"), &placed, &aimed, 1e-11);
     }
 }
 
@@ -154,10 +160,90 @@ fn placed(mesh: &Mesh) -> Loaded {
     );
     let transform = scene.transform(map.into());
     scene.instance("", Edge::shape(shape).transform(transform));
+    finished(scene)
+}
+
+fn finished(scene: SceneBuilder) -> Loaded {
     let scene = scene.finish().unwrap();
     Loaded {
         appearances: Appearances::of(&scene).unwrap(),
         scene,
         camera: Camera::perspective(DVec3::Z, DVec3::ZERO, DVec3::Y, 40.0),
+    }
+}
+
+/// An octahedron split `depth` times, its vertices moved in and out and about:
+/// closed, its edges as long as its distance from the origin or shorter.
+fn rough_ball(depth: u32, random: &mut Random) -> MeshData {
+    let mut points: Vec<DVec3> = [DVec3::X, DVec3::Y, DVec3::Z].map(|a| [a, -a]).concat();
+    let mut triangles: Vec<[u32; 3]> = (0..8)
+        .map(|i| {
+            let [x, y, z] = [i & 1, 2 + (i >> 1 & 1), 4 + (i >> 2)];
+            let even = (i ^ i >> 1 ^ i >> 2) & 1 == 0;
+            if even { [x, y, z] } else { [x, z, y] }
+        })
+        .collect();
+    for _ in 0..depth {
+        let mut middles = HashMap::new();
+        let mut split = Vec::new();
+        for [a, b, c] in triangles {
+            let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(a, b)| {
+                *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                    points.push((points[a as usize] + points[b as usize]).normalize());
+                    points.len() as u32 - 1
+                })
+            });
+            split.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+        }
+        triangles = split;
+    }
+    let shake = 0.3 / f64::from(1 << depth);
+    MeshData {
+        positions: points
+            .iter()
+            .map(|p| {
+                (*p + random.vector() * shake)
+                    .to_array()
+                    .map(|x| f64::from(x as f32))
+            })
+            .collect(),
+        triangles,
+        ..MeshData::default()
+    }
+}
+
+/// From close by, where the rounding of the edge functions is not lost in that
+/// of the ray: from f32 points some edges' lengths away.
+#[test]
+fn rough_balls_have_no_cracks_from_close_by() {
+    let random = &mut Random(3);
+    for depth in 0..5 {
+        let mut scene = SceneBuilder::default();
+        let shape = scene.mesh("", &rough_ball(depth, random));
+        scene.instance("", Edge::shape(shape));
+        let loaded = finished(scene);
+        let targets = targets(&loaded.scene.meshes.row(MeshId(0)));
+        let mut aimed = Aimed {
+            rays: RayColumns::default(),
+            t: Vec::new(),
+            outline: 0,
+        };
+        let edge = 1.0 / f64::from(1 << depth);
+        while aimed.t.len() < RAYS {
+            let target = &targets[random.below(targets.len() as u64) as usize];
+            let far = target.point + random.vector() * edge * 2.0;
+            let org = DVec3::from_array(far.to_array().map(|x| f64::from(x as f32)));
+            let dir = (target.point - org).to_array().map(|x| x as f32);
+            let seen = DVec3::from_array(dir.map(f64::from)).normalize_or_zero();
+            if is_on_outline(target, seen) {
+                aimed.outline += 1;
+                continue;
+            }
+            aimed.rays.push(org, dir);
+            aimed.t.push(1.0);
+        }
+        // The direction is rounded to f32.
+        let name = format!("ball of {} triangles", 8 << (2 * depth));
+        no_cracks(&name, &loaded, &aimed, 1e-4);
     }
 }

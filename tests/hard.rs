@@ -145,6 +145,7 @@ fn badly_conditioned_boxes_hold_every_corner() {
                     x = sum;
                 }
                 let size = bounds.max_abs();
+                // Worse conditioned than f64 can say: Newton's steps do not settle.
                 if step > 1e-20 * size {
                     continue;
                 }
@@ -152,18 +153,18 @@ fn badly_conditioned_boxes_hold_every_corner() {
                 farthest = f64::max(farthest, (x - start).length() / size);
                 let inside = x.cmpge(bounds.min).all() && x.cmple(bounds.max).all();
                 outside += u32::from(!inside);
-                if !inside {
-                    println!("seed {seed}: {x} {start} {bounds:?}");
-                }
             }
         }
     }
     println!(
         "{corners} corners, {outside} outside; the approximate inverse is off by up to \
-         {farthest:.1e} of their distance from the origin"
+         {farthest:.1e} of the box"
     );
     assert_eq!(outside, 0);
-    assert!(farthest > 1e-7, "farther off than f32 boxes forgive");
+    assert!(
+        corners > 40_000 && farthest > 1e-7,
+        "farther off than f32 boxes forgive"
+    );
 }
 
 /// corner − map·(x + low), in twice the precision of f64 (Ogita, Rump, Oishi:

@@ -427,7 +427,18 @@ pub fn hard_scene(seed: u64) -> Scene {
                 ..MeshData::default()
             };
             let shape = scene.mesh("", &data);
-            scene.instance("", Edge::shape(shape));
+            let mut edge = Edge::shape(shape);
+            if random.below(2) == 0 {
+                // As it is once more, and turned.
+                scene.instance("", edge);
+                let map = DAffine3::from_scale_rotation_translation(
+                    DVec3::new(1.0, 1.5, 0.7),
+                    DQuat::from_axis_angle(random.vector().normalize(), random.unit() * 3.0),
+                    random.vector(),
+                );
+                edge = edge.transform(scene.transform(map.into()));
+            }
+            scene.instance("", edge);
         }
         1 => {
             // The same triangles twice in a mesh, and the mesh twice in place.

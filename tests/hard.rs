@@ -1,0 +1,192 @@
+//! Scenes that push at roundings: whatever the structure and the width, the same
+//! answers; and in exact precision those of the brute-force reference.
+
+#![cfg(feature = "all-lanes")]
+
+mod common;
+
+use common::{EVERYTHING, Random, hard_rays, hard_scene, random_mesh};
+use glam::{DAffine3, DVec3};
+use lanecast::accel::{Structure, World};
+use lanecast::math::Affine;
+use lanecast::plan::{Arithmetic, Kernels};
+use lanecast::reference::Reference;
+use lanecast::scene::{Appearances, Edge, MeshId, SceneBuilder};
+use lanecast::trace::HitId;
+
+const RAYS: usize = 1000;
+
+/// Bits of t and the id, of rays that meet something.
+fn bits(answers: Vec<(f64, HitId)>) -> Vec<Option<(u64, HitId)>> {
+    let met = |(t, id): (f64, HitId)| (id != HitId::NONE).then(|| (t.to_bits(), id));
+    answers.into_iter().map(met).collect()
+}
+
+#[test]
+fn hard_scenes_do_not_depend_on_structure_or_width() {
+    let mut met = [0; 5];
+    for seed in 0..300 {
+        let scene = hard_scene(seed);
+        let appearances = Appearances::of(&scene).unwrap();
+        let rays = hard_rays(&scene, &appearances, seed, RAYS);
+        let worlds = [Structure::Linear, Structure::Bvh]
+            .map(|structure| World::build(&scene, &appearances, structure));
+        for arithmetic in [Arithmetic::F32, Arithmetic::F64] {
+            let of = |world, lanes| {
+                let kernels = Kernels {
+                    arithmetic,
+                    lanes,
+                    needs: EVERYTHING,
+                };
+                bits(rays.closest(world, &kernels))
+            };
+            let expected = of(&worlds[0], 1);
+            met[seed as usize % 5] += expected.iter().flatten().count();
+            for (i, world) in worlds.iter().enumerate() {
+                for lanes in [1, 4, 8, 16] {
+                    for (ray, (got, expected)) in of(world, lanes).iter().zip(&expected).enumerate()
+                    {
+                        assert_eq!(
+                            got, expected,
+                            "seed {seed}, ray {ray}: {arithmetic:?}, structure {i}, {lanes} lanes"
+                        );
+                    }
+                }
+            }
+        }
+    }
+    println!("hits of {} rays per kind of scene: {met:?}", 60 * 2 * RAYS);
+    assert!(met.iter().all(|hits| *hits > 60 * RAYS / 4));
+}
+
+#[test]
+fn exact_packets_agree_with_the_reference_on_hard_scenes() {
+    // Per kind of scene: certain answers, wrong hits or ids; answers in doubt,
+    // those outside what exact arithmetic may say.
+    let mut counts = [[0; 4]; 5];
+    let mut first = None;
+    for seed in 0..300 {
+        let scene = hard_scene(seed);
+        let appearances = Appearances::of(&scene).unwrap();
+        let rays = hard_rays(&scene, &appearances, seed, RAYS / 4);
+        let world = World::build(&scene, &appearances, Structure::Bvh);
+        let kernels = Kernels {
+            arithmetic: Arithmetic::F64,
+            lanes: 8,
+            needs: EVERYTHING,
+        };
+        let reference = Reference::brute_force(&scene, &appearances);
+        let answers = rays.closest(&world, &kernels);
+        for (i, (_, id)) in answers.iter().enumerate() {
+            let (org, dir) = rays.ray(i);
+            let judged = reference.nearest(org, dir.map(f64::from), f64::INFINITY);
+            let ours = (*id != HitId::NONE).then_some(*id);
+            let allowed = judged.perhaps.iter().any(|hit| {
+                ours == hit.map(|h| HitId {
+                    instance: h.instance,
+                    primitive: h.primitive,
+                })
+            });
+            let count = &mut counts[seed as usize % 5];
+            let column = if judged.doubt { 2 } else { 0 };
+            count[column] += 1;
+            count[column + 1] += u32::from(!allowed);
+            if !allowed && first.is_none() {
+                first = Some(format!(
+                    "seed {seed}, ray {i}: {ours:?}, reference {judged:?}"
+                ));
+            }
+        }
+    }
+    println!("[certain, wrong, doubtful, outside] per kind of scene: {counts:?}");
+    println!("the first: {first:?}");
+    let wrong: u32 = counts.iter().map(|c| c[1]).sum();
+    assert_eq!(wrong, 0, "{first:?}");
+}
+
+/// `world_from_object` is only nearly the inverse of the map that defines an
+/// appearance; the box made with it still holds every point that rays can meet:
+/// the x with object_from_world · x = corner, here to some 30 digits.
+#[test]
+fn badly_conditioned_boxes_hold_every_corner() {
+    let (mut corners, mut farthest, mut outside) = (0, 0.0, 0);
+    for seed in 0..500 {
+        let random = &mut Random(seed);
+        let mut scene = SceneBuilder::default();
+        let shape = scene.mesh("", &random_mesh(random));
+        let power = |r: &mut Random| libm::pow(10.0, r.unit() * 6.0);
+        let turn =
+            |r: &mut Random| DAffine3::from_axis_angle(r.vector().normalize(), r.unit() * 3.0);
+        let stretch = DVec3::new(power(random), power(random), power(random));
+        let map = turn(random) * DAffine3::from_scale(stretch) * turn(random);
+        let map = DAffine3::from_translation(random.vector() * power(random)) * map;
+        let transform = scene.transform(map.into());
+        scene.instance("", Edge::shape(shape).transform(transform));
+        let scene = scene.finish().unwrap();
+        let appearances = Appearances::of(&scene).unwrap();
+        let row = appearances.rows[0];
+        let mesh = scene.meshes.row(MeshId(0));
+        let world = World::build(&scene, &appearances, Structure::Bvh);
+        let bounds = world.entries[0].bounds.widened();
+        for i in 0..mesh.triangles.len() {
+            for corner in mesh.corners(i) {
+                let corner = DVec3::from_array(corner.map(f64::from)) + mesh.center;
+                let start = DVec3::from_array(row.world_from_object.point(corner.to_array()));
+                // Newton's steps, as a sum of two so that it does not end at f64.
+                let (mut x, mut low) = (start, DVec3::ZERO);
+                let mut step = 0.0;
+                for _ in 0..8 {
+                    let off = residual(&row.object_from_world, corner, x, low);
+                    let off = DVec3::from_array(row.world_from_object.vector(off.to_array()));
+                    step = off.length();
+                    low += off;
+                    let sum = x + low;
+                    low -= sum - x;
+                    x = sum;
+                }
+                let size = bounds.max_abs();
+                // Worse conditioned than f64 can say: Newton's steps do not settle.
+                if step > 1e-20 * size {
+                    continue;
+                }
+                corners += 1;
+                farthest = f64::max(farthest, (x - start).length() / size);
+                let inside = x.cmpge(bounds.min).all() && x.cmple(bounds.max).all();
+                outside += u32::from(!inside);
+            }
+        }
+    }
+    println!(
+        "{corners} corners, {outside} outside; the approximate inverse is off by up to \
+         {farthest:.1e} of the box"
+    );
+    assert_eq!(outside, 0);
+    assert!(
+        corners > 40_000 && farthest > 1e-7,
+        "farther off than f32 boxes forgive"
+    );
+}
+
+/// corner − map·(x + low), in twice the precision of f64 (Ogita, Rump, Oishi:
+/// Accurate sum and dot product, 2005).
+fn residual(map: &Affine, corner: DVec3, x: DVec3, low: DVec3) -> DVec3 {
+    let row = |r: usize| {
+        let (mut sum, mut error) = (corner[r], 0.0);
+        let mut add = |a: f64| {
+            let before = sum;
+            sum += a;
+            let back = sum - before;
+            error += (before - (sum - back)) + (a - back);
+        };
+        for k in 0..3 {
+            for factor in [x[k], low[k]] {
+                let product = -map.linear[k][r] * factor;
+                add(product);
+                add((-map.linear[k][r]).mul_add(factor, -product));
+            }
+        }
+        add(-map.translation[r]);
+        sum + error
+    };
+    DVec3::new(row(0), row(1), row(2))
+}

@@ -1,6 +1,7 @@
 //! Why a command did not end well, and the exit code that says so.
 
 use crate::io::{LoadError, SaveError};
+use crate::render::RenderError;
 use thiserror::Error;
 
 #[derive(Debug, Error)]
@@ -18,6 +19,15 @@ pub enum CliError {
     Stdout(std::io::Error),
     #[error("interrupted; nothing was written")]
     Interrupted,
+}
+
+impl From<RenderError> for CliError {
+    fn from(error: RenderError) -> CliError {
+        match error {
+            RenderError::Interrupted => CliError::Interrupted,
+            RenderError::Memory { .. } => CliError::Usage(error.to_string()),
+        }
+    }
 }
 
 impl CliError {

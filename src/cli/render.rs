@@ -62,7 +62,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     drop(drawing);
     let Rendered {
         picture, counts, ..
-    } = rendered.map_err(|_| CliError::Interrupted)?;
+    } = rendered?;
     stats.rays = counts;
     stats.stages.push(watch.stage("render"));
 

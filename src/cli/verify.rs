@@ -145,7 +145,6 @@ fn traced(
         prepared
             .pool
             .install(|| render(&view, config, recording, progress))
-            .map_err(|_| CliError::Interrupted)
     };
     let recorded = go(true)?;
     // Timed by itself: a record costs more than its ray.

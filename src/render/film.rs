@@ -2,6 +2,7 @@
 
 use super::{AovSet, Picture};
 use crate::scene::Rgb;
+use std::collections::TryReserveError;
 
 /// One pixel's first hit.
 #[derive(Clone, Copy, Debug)]
@@ -26,21 +27,37 @@ impl AovSample {
     };
 }
 
-/// A picture with room for what was asked for, and nothing else.
-pub fn blank(width: u32, height: u32, aovs: AovSet) -> Picture {
+/// A picture with room for what was asked for, and nothing else; an error where
+/// memory does not suffice.
+pub fn blank(width: u32, height: u32, aovs: AovSet) -> Result<Picture, TryReserveError> {
     let pixels = width as usize * height as usize;
     let nothing = AovSample::NOTHING;
-    Picture {
+    Ok(Picture {
         width,
         height,
-        color: vec![[0.0; 3]; pixels],
-        depth: aovs.depth.then(|| vec![nothing.depth; pixels]),
-        position: aovs.position.then(|| vec![nothing.position; pixels]),
-        normal: aovs.normal.then(|| vec![nothing.normal; pixels]),
-        albedo: aovs.albedo.then(|| vec![nothing.albedo; pixels]),
-        instance_id: aovs.instance_id.then(|| vec![nothing.instance; pixels]),
-        primitive_id: aovs.primitive_id.then(|| vec![nothing.primitive; pixels]),
-    }
+        color: column(pixels, [0.0; 3])?,
+        depth: wanted(aovs.depth, pixels, nothing.depth)?,
+        position: wanted(aovs.position, pixels, nothing.position)?,
+        normal: wanted(aovs.normal, pixels, nothing.normal)?,
+        albedo: wanted(aovs.albedo, pixels, nothing.albedo)?,
+        instance_id: wanted(aovs.instance_id, pixels, nothing.instance)?,
+        primitive_id: wanted(aovs.primitive_id, pixels, nothing.primitive)?,
+    })
+}
+
+fn column<T: Clone>(pixels: usize, value: T) -> Result<Vec<T>, TryReserveError> {
+    let mut column = Vec::new();
+    column.try_reserve_exact(pixels)?;
+    column.resize(pixels, value);
+    Ok(column)
+}
+
+fn wanted<T: Clone>(
+    wanted: bool,
+    pixels: usize,
+    value: T,
+) -> Result<Option<Vec<T>>, TryReserveError> {
+    wanted.then(|| column(pixels, value)).transpose()
 }
 
 /// Copies a tile's rows into the picture. `aovs` is empty where none are kept.

@@ -14,4 +14,4 @@ pub use progress::Progress;
 pub use sampler::sample_position;
 pub(crate) use sampler::{mix, unit};
 pub(crate) use tile::{BLOCK, every_second_bit};
-pub use tile::{Interrupted, Rendered, View, render};
+pub use tile::{RenderError, Rendered, View, render};

@@ -44,8 +44,12 @@ pub struct Rendered {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("interrupted")]
-pub struct Interrupted;
+pub enum RenderError {
+    #[error("interrupted")]
+    Interrupted,
+    #[error("there is not enough memory for a picture of {width}x{height}; ask for a smaller one")]
+    Memory { width: u32, height: u32 },
+}
 
 /// Renders on the current rayon pool. Records every ray where `recording`.
 pub fn render(
@@ -53,7 +57,7 @@ pub fn render(
     config: &RenderConfig,
     recording: bool,
     progress: &Progress,
-) -> Result<Rendered, Interrupted> {
+) -> Result<Rendered, RenderError> {
     let side = match config.tiles {
         TileOrder::Small => BLOCK,
         _ => 2 * BLOCK,
@@ -61,8 +65,12 @@ pub fn render(
     let columns = config.width.div_ceil(side);
     let tiles = columns * config.height.div_ceil(side);
     progress.start(tiles);
+    let picture = blank(config.width, config.height, config.aovs);
     let done = Mutex::new(Rendered {
-        picture: blank(config.width, config.height, config.aovs),
+        picture: picture.map_err(|_| RenderError::Memory {
+            width: config.width,
+            height: config.height,
+        })?,
         counts: RayCounts::default(),
         record: Vec::new(),
     });
@@ -97,7 +105,7 @@ pub fn render(
     };
     (0..tiles).into_par_iter().with_max_len(1).for_each(one);
     if progress.is_cancelled() {
-        return Err(Interrupted);
+        return Err(RenderError::Interrupted);
     }
     let mut done = done.into_inner().unwrap_or_else(|e| e.into_inner());
     // Stable: a pixel's rays lie in one tile and keep their order.

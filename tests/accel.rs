@@ -152,3 +152,45 @@ fn doubting_everything_gives_the_exact_picture() {
         }
     }
 }
+
+/// Rays that run exactly level along a thin box far away: a zero component of
+/// the direction must not cost them their hit.
+#[test]
+fn level_rays_meet_thin_boxes() {
+    use glam::DVec3;
+    use lanecast::geom::Cuboid;
+    use lanecast::scene::{Camera, Edge, SceneBuilder};
+    for thickness in [0.002, 1e-6] {
+        let mut scene = SceneBuilder::default();
+        let slab = Cuboid {
+            min: DVec3::new(-2.0, -thickness, -2.0),
+            max: DVec3::new(2.0, 0.0, 2.0),
+        };
+        let slab = scene.cuboid("", slab);
+        scene.instance("", Edge::shape(slab));
+        let eye = DVec3::new(0.0, 0.0, 10.0);
+        scene.camera("", Camera::perspective(eye, DVec3::ZERO, DVec3::Y, 20.0));
+        let scene = scene.finish().unwrap();
+        let config = RenderConfig {
+            width: 33,
+            height: 33,
+            grid: lanecast::render::Grid::Corners,
+            max_depth: 0,
+            ..RenderConfig::default()
+        };
+        for arithmetic in [Arithmetic::F32, Arithmetic::F64] {
+            for lanes in [1, 8] {
+                let way = Way {
+                    arithmetic,
+                    lanes,
+                    structure: Structure::Bvh,
+                };
+                let camera = scene.cameras.rows[0];
+                let seen = picture(&scene, camera, &[], EVERYTHING, way, &config);
+                // The middle row meets the front face's upper edge, |x| ≤ 2 of
+                // a picture that is 2·10·tan(10°) wide at the centre.
+                assert!(seen.counts.primary_hits >= 33, "{way:?}: {:?}", seen.counts);
+            }
+        }
+    }
+}

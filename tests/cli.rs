@@ -274,6 +274,8 @@ fn statistics_and_results() {
         "s.json",
         "--json",
         "-",
+        "--spp",
+        "1",
     ];
     let output = lanecast(folder.path(), &small(&arguments));
     assert!(output.status.success(), "{}", stderr(&output));

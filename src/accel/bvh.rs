@@ -28,6 +28,7 @@ impl Child {
     const LEAF: u32 = 1 << 31;
     /// Entries that a leaf of a built tree may hold.
     pub const MAX_LEAF: usize = 15;
+    /// The scene's check lets no mesh have more triangles.
     pub const MAX_ENTRIES: usize = 1 << 27;
 
     pub fn node(index: usize) -> Child {

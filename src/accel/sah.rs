@@ -15,8 +15,9 @@ use std::ops::Range;
 pub struct Quality {
     /// Cost of a node's box tests, in primitive tests.
     pub node_cost: f32,
-    /// Entries per leaf at most.
+    /// Entries per leaf at most, 1 to [`Child::MAX_LEAF`].
     pub max_leaf: usize,
+    /// At least 2.
     pub bins: usize,
 }
 
@@ -45,6 +46,11 @@ pub fn linear(boxes: &[Aabb32]) -> Tree {
 /// The tree, and for each of its entries the box that it came from.
 pub fn build(boxes: &[Aabb32], quality: &Quality) -> (Tree, Vec<u32>) {
     assert!(boxes.len() <= Child::MAX_ENTRIES);
+    let quality = &Quality {
+        node_cost: quality.node_cost,
+        max_leaf: quality.max_leaf.clamp(1, Child::MAX_LEAF),
+        bins: quality.bins.max(2),
+    };
     let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
     if boxes.len() <= 1 {
         return (linear(boxes), order);

@@ -28,24 +28,34 @@ impl<L: Lanes> Slabs<L> {
     #[inline(always)]
     pub fn new(org: Vec3<L>, dir: Vec3<L>, bounds: &Aabb32) -> Slabs<L> {
         // A direction component of (nearly) zero counts as 2^-60 of the largest
-        // one: no division by zero, no 0·∞, and the ray moves by far less than
-        // the pad inside the tree.
+        // one: no division by zero and no 0·∞. That bends the ray, inside the
+        // tree by less than 2^-59 of the largest reach of any axis: the pad has
+        // room for it.
         let tiny = dir.max_abs() * L::from_f64(8.673_617_379_884_035e-19);
-        let tiny = tiny.max(L::from_f64(1e-36));
+        let tiny = tiny.max(L::splat(L::Scalar::MIN_POSITIVE));
         let pad = L::splat(L::Scalar::UNIT_ROUNDOFF) * L::from_f32(32.0);
-        let axis = |org: L, dir: L, lo: f32, hi: f32| {
+        let reach = |org: L, lo: f32, hi: f32| {
+            let (lo, hi) = (L::from_f32(lo), L::from_f32(hi));
+            (lo - org).abs().max((hi - org).abs()).max(org.abs())
+        };
+        let reaches = [
+            reach(org.x, bounds.min[0], bounds.max[0]),
+            reach(org.y, bounds.min[1], bounds.max[1]),
+            reach(org.z, bounds.min[2], bounds.max[2]),
+        ];
+        let bend =
+            reaches[0].max(reaches[1]).max(reaches[2]) * L::from_f64(1.734_723_475_976_807e-18);
+        let axis = |org: L, dir: L, reach: L| {
             let signed = L::select(dir.lt(L::zero()), -tiny, tiny);
             let dir = L::select(dir.abs().lt(tiny), signed, dir);
             let inv = L::from_f32(1.0) / dir;
-            let (lo, hi) = (L::from_f32(lo), L::from_f32(hi));
-            let reach = (lo - org).abs().max((hi - org).abs()).max(org.abs());
-            let delta = reach * pad;
+            let delta = reach * pad + bend;
             (inv, -((org + delta) * inv), -((org - delta) * inv))
         };
         let (x, y, z) = (
-            axis(org.x, dir.x, bounds.min[0], bounds.max[0]),
-            axis(org.y, dir.y, bounds.min[1], bounds.max[1]),
-            axis(org.z, dir.z, bounds.min[2], bounds.max[2]),
+            axis(org.x, dir.x, reaches[0]),
+            axis(org.y, dir.y, reaches[1]),
+            axis(org.z, dir.z, reaches[2]),
         );
         Slabs {
             inv: Vec3::new(x.0, y.0, z.0),

@@ -30,7 +30,7 @@ pub struct VerifyArgs {
     /// Fail only where more answers than this are wrong [default: 0; with --precision fast, any]
     #[arg(long, value_name = "N")]
     pub allow_wrong: Option<u64>,
-    /// Ask the reference about this many pixels only, spread over the picture
+    /// Ask the reference about every K-th pixel only; best without a common factor with the width
     #[arg(long, value_name = "K", value_parser = value_parser!(u64).range(1..))]
     pub sample: Option<u64>,
     #[command(flatten)]
@@ -63,7 +63,7 @@ pub struct BenchArgs {
 
 #[derive(Args)]
 pub struct PlanArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl
+    /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl; without it, the built-in scene
     pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub common: CommonArgs,
@@ -83,19 +83,19 @@ pub struct CommonArgs {
     /// Times, memory and ray counts, as JSON; - is standard output
     #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
     pub stats: Option<Sink>,
-    /// Extra outputs, separated by commas: depth, position, normal, albedo, instance_id, primitive_id
+    /// Extra outputs of each pixel's first sample, separated by commas: depth, position, normal, albedo, instance_id, primitive_id
     #[arg(long, value_name = "NAMES", value_parser = parse_aovs)]
     pub aov: Option<AovSet>,
     /// Files that the scene names may lie outside its folder
     #[arg(long)]
     pub allow_outside: bool,
-    /// fast: f32 lanes; exact: f64 lanes, doubts settled exactly [default: exact; bench: both]
+    /// fast: f32 lanes; exact: f64 lanes [default: exact; bench: both]
     #[arg(long, value_name = "MODE", value_parser = parse_precision)]
     pub precision: Option<Precision>,
     /// Rays per packet: auto, 1, 4, 8 or 16 [default: auto; bench: auto and 1]
     #[arg(long, value_name = "N", value_parser = parse_lanes)]
     pub lanes: Option<LaneCount>,
-    /// auto, bvh or linear [default: auto]
+    /// auto, bvh or linear
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = parse_accel)]
     pub accel: AccelChoice,
     /// Threads that trace [default: as many as the machine runs at once; bench: 1]

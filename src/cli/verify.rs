@@ -21,6 +21,12 @@ use std::time::Instant;
 /// Mismatches that are printed with all their numbers.
 const LISTED: usize = 10;
 
+const MAX_PIXELS: u64 = 1 << 22;
+
+/// In `exact`, a relative error of t beyond this is no rounding: grazing hits
+/// of the test scenes stay below 10^-10.
+const MAX_T_ERROR: f64 = 1e-6;
+
 /// What `--json` writes.
 #[derive(Debug, Serialize)]
 struct Report {
@@ -51,6 +57,12 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
         return Err(CliError::Usage(format!(
             "verify compares one ray a pixel; leave out --spp {}",
             config.spp
+        )));
+    }
+    let pixels = u64::from(config.width) * u64::from(config.height);
+    if pixels > MAX_PIXELS {
+        return Err(CliError::Usage(format!(
+            "verify keeps every ray of its {pixels} pixels; ask for a --size of at most {MAX_PIXELS}"
         )));
     }
     check_destinations(&[&args.scene], &[], args.common.sinks())?;
@@ -264,6 +276,12 @@ fn judge(report: &Report, allowed: Option<u64>, precision: Precision) -> Result<
         (None, Precision::Exact) => 0,
     };
     let wrong = report.replay.wrong();
+    let error = report.replay.max_rel_t_error;
+    if precision == Precision::Exact && (error.is_nan() || error > MAX_T_ERROR) {
+        return Err(CliError::Short(format!(
+            "a t is off by {error:.1e} of itself; {MAX_T_ERROR:.0e} is allowed"
+        )));
+    }
     if wrong > allowed {
         return Err(CliError::Short(format!(
             "{wrong} replayed rays are wrong; {allowed} are allowed"

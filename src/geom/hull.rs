@@ -250,7 +250,7 @@ mod tests {
         }
     }
 
-    /// Five planes' corners at small angles: the one that was lost once.
+    /// Five planes' corners at small angles: each is easily lost.
     #[test]
     fn planes_at_small_angles_meet_all_the_same() {
         let points = [

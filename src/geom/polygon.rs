@@ -59,6 +59,10 @@ fn odd_crossings<L: Lanes>(points: &[DVec3], ray: &Ray<L>, k: usize) -> L::Mask 
     odd
 }
 
+/// How far corners may lie off the plane, in units of the polygon's size. The
+/// hits lie in the plane, so boxes grow by as much.
+pub const FLATNESS: f64 = 1e-6;
+
 /// The plane of a polygon by Newell's method: its unit normal; or why the
 /// points are not a planar polygon.
 pub fn polygon_plane(points: &[DVec3]) -> Result<DVec3, String> {
@@ -84,7 +88,7 @@ pub fn polygon_plane(points: &[DVec3]) -> Result<DVec3, String> {
     let off = (0..points.len())
         .map(|i| at(i).dot(normal).abs())
         .fold(0.0, f64::max);
-    if off > 1e-3 {
+    if off > FLATNESS {
         return Err(format!(
             "its points are not in one plane (off by {off:.1e} of its size); split it into triangles"
         ));

@@ -28,6 +28,8 @@ pub trait Scalar: Copy + PartialOrd + Debug + Send + Sync + 'static {
     /// Half the distance from 1 to the next number: 2^-24 or 2^-53.
     const UNIT_ROUNDOFF: Self;
     const INFINITY: Self;
+    /// The least normal number.
+    const MIN_POSITIVE: Self;
     fn from_f32(x: f32) -> Self;
     /// Rounded to nearest.
     fn from_f64(x: f64) -> Self;
@@ -39,6 +41,7 @@ pub trait Scalar: Copy + PartialOrd + Debug + Send + Sync + 'static {
 impl Scalar for f32 {
     const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;
     const INFINITY: f32 = f32::INFINITY;
+    const MIN_POSITIVE: f32 = f32::MIN_POSITIVE;
     #[inline(always)]
     fn from_f32(x: f32) -> f32 {
         x
@@ -59,6 +62,7 @@ impl Scalar for f32 {
 impl Scalar for f64 {
     const UNIT_ROUNDOFF: f64 = f64::EPSILON * 0.5;
     const INFINITY: f64 = f64::INFINITY;
+    const MIN_POSITIVE: f64 = f64::MIN_POSITIVE;
     #[inline(always)]
     fn from_f32(x: f32) -> f64 {
         f64::from(x)

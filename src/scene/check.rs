@@ -58,6 +58,12 @@ pub enum SceneError {
         normals: usize,
         vertices: usize,
     },
+    #[error("{what} has {count} triangles; at most {limit} are supported, so split it")]
+    TooManyTriangles {
+        what: String,
+        count: usize,
+        limit: usize,
+    },
     #[error("the scene is empty: no instance places a shape")]
     NothingToSee,
     #[error("the scene unfolds into {count} appearances of shapes; at most {limit} are supported")]
@@ -327,7 +333,8 @@ fn solids(scene: &Tables) -> Result<(), SceneError> {
         let not_negative =
             |field, value: f64| require(value >= 0.0, what, field, value, "0 or greater");
         let apart = |base: DVec3, top: DVec3| {
-            if base != top {
+            // Halved, as the kernel does: the least numbers have no half.
+            if base * 0.5 != top * 0.5 {
                 return Ok(());
             }
             Err(SceneError::Degenerate {
@@ -488,6 +495,20 @@ fn polyhedra(scene: &Tables) -> Result<(), SceneError> {
     Ok(())
 }
 
+/// Of one mesh: what the trees' leaves can address.
+pub const MAX_TRIANGLES: usize = 1 << 27;
+
+fn few_enough(what: impl FnOnce() -> String, count: usize) -> Result<(), SceneError> {
+    if count <= MAX_TRIANGLES {
+        return Ok(());
+    }
+    Err(SceneError::TooManyTriangles {
+        what: what(),
+        count,
+        limit: MAX_TRIANGLES,
+    })
+}
+
 fn meshes(scene: &Tables) -> Result<(), SceneError> {
     let table = &scene.meshes;
     let counts = normal_counts(&table.normals_of, table.normals.len());
@@ -509,6 +530,7 @@ fn meshes(scene: &Tables) -> Result<(), SceneError> {
                 part: "triangles",
             });
         }
+        few_enough(what, mesh.triangles.len())?;
         finite3(what, "vertices", mesh.center)?;
         for p in mesh.positions {
             finite(what, "vertices", &p.map(f64::from))?;
@@ -672,4 +694,22 @@ fn appearances(scene: &Tables) -> Result<(), SceneError> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By its count alone: such a mesh would take gigabytes.
+    #[test]
+    fn a_mesh_of_too_many_triangles() {
+        let what = || "mesh 'm'".to_string();
+        assert_eq!(few_enough(what, MAX_TRIANGLES), Ok(()));
+        let error = few_enough(what, MAX_TRIANGLES + 1).unwrap_err();
+        assert!(
+            error
+                .to_string()
+                .starts_with("mesh 'm' has 134217729 triangles")
+        );
+    }
 }

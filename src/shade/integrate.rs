@@ -381,6 +381,10 @@ fn add(film: &mut [Rgb], wave: &Wave, i: usize, radiance: Rgb) {
     }
 }
 
+/// Rays that count for less in their pixel are not traced (Hall and Greenberg
+/// 1983, adaptive depth control): glass in glass would double them at each hit.
+const LEAST_WEIGHT: f32 = 1.0 / 4096.0;
+
 fn spawn(wave: &Wave, lit: &Lit, next: &mut Wave) {
     let (i, surface) = (lit.row as usize, &lit.surface);
     let out = onward(&lit.material, surface.ns, lit.incoming, surface.front);
@@ -399,7 +403,7 @@ fn spawn(wave: &Wave, lit: &Lit, next: &mut Wave) {
             dir
         };
         let weight = std::array::from_fn(|k| wave.weight[i][k] * weight[k]);
-        if weight.iter().any(|w| *w > 0.0) {
+        if weight.iter().any(|w| *w >= LEAST_WEIGHT) {
             let dir32 = dir.to_array().map(|x| x as f32);
             let org = surface.leave(side);
             next.push(org, dir32, f32::INFINITY, wave.pixel[i], weight, kind);

@@ -52,10 +52,11 @@ pub fn reflected(
         } => {
             let n_v = (normal.dot(out) as f32).max(1e-4);
             let half = unit(out + towards);
-            let n_h = (normal.dot(half) as f32).clamp(0.0, 1.0);
+            // As a sine: 1 − cos² would cancel where smooth lobes peak.
+            let sin2 = normal.cross(half).length_squared().min(1.0) as f32;
             let v_h = (out.dot(half) as f32).clamp(0.0, 1.0);
             let alpha = roughness * roughness;
-            let lobe = ggx(alpha, n_h, n_l, n_v);
+            let lobe = ggx(alpha, sin2, n_l, n_v);
             let fresnel = schlick(v_h);
             let matte = (1.0 - metallic) * (1.0 - material.transmission);
             let f0 = base_reflectance(material, metallic);
@@ -69,13 +70,14 @@ pub fn reflected(
 }
 
 /// Distribution times visibility (Smith, height-correlated); 0 for a perfect
-/// mirror, which lights without extent never meet.
-fn ggx(alpha: f32, n_h: f32, n_l: f32, n_v: f32) -> f32 {
+/// mirror, which lights without extent never meet. `sin2`: of the angle between
+/// normal and half vector.
+fn ggx(alpha: f32, sin2: f32, n_l: f32, n_v: f32) -> f32 {
     let a2 = alpha * alpha;
     if a2 == 0.0 {
         return 0.0;
     }
-    let spread = n_h * n_h * (a2 - 1.0) + 1.0;
+    let spread = sin2 + a2 * (1.0 - sin2);
     let distribution = a2 / (PI * spread * spread);
     let view = n_l * (n_v * n_v * (1.0 - a2) + a2).sqrt();
     let light = n_v * (n_l * n_l * (1.0 - a2) + a2).sqrt();
@@ -243,6 +245,17 @@ mod tests {
         };
         let out = reflected(&white, DVec3::Y, DVec3::Y, DVec3::Y, [PI; 3]);
         assert_eq!(out, [1.0; 3]);
+    }
+
+    #[test]
+    fn the_smoothest_lobe_is_finite_at_its_peak() {
+        for roughness in [1e-4, 1e-3, 0.01, 0.1, 1.0] {
+            let metal = Material::metallic_roughness([1.0; 3], 1.0, roughness);
+            let peak = reflected(&metal, DVec3::Y, DVec3::Y, DVec3::Y, [1.0; 3])[0];
+            // D/4 at normal incidence: 1 / (4 π α²).
+            let expected = 1.0 / (4.0 * PI * roughness.powi(4));
+            assert!((peak / expected - 1.0).abs() < 1e-5, "{roughness}: {peak}");
+        }
     }
 
     #[test]

@@ -89,6 +89,16 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
 
     #[inline(always)]
     fn accept(&mut self, hit: L::Mask, t: L, id: HitId) {
+        if C::GUARDED {
+            // Against the f64 limits, of which the lanes' own are roundings.
+            let mut bits = hit.bits();
+            while bits != 0 {
+                let lane = bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                self.settle(lane, t.lane(lane).to_f64(), id);
+            }
+            return;
+        }
         let nearer = hit & t.lt(self.limit);
         let tied = hit & t.eq(self.limit);
         let mut taken = nearer.bits();
@@ -105,9 +115,6 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
             }
         }
         self.limit = L::select(nearer, t, self.limit);
-        if C::GUARDED {
-            self.exact = self.limit.widen();
-        }
         let (instance, primitive) = (self.instance.as_mut(), self.primitive.as_mut());
         for lane in 0..L::COUNT {
             let on = taken >> lane & 1 != 0;

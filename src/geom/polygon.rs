@@ -73,6 +73,9 @@ pub fn polygon_plane(points: &[DVec3]) -> Result<DVec3, String> {
         .iter()
         .map(|p| (*p - origin).abs().max_element())
         .fold(0.0, f64::max);
+    if !size.is_finite() {
+        return Err("its points are too far apart".into());
+    }
     if size == 0.0 {
         return Err("all its points are one point".into());
     }

@@ -6,7 +6,7 @@ use super::output::{Results, check_destinations};
 use super::pipeline::{Prepared, prepare};
 use crate::accel::World;
 use crate::measure::{Stats, Watch};
-use crate::scene::{Shape, Tables};
+use crate::scene::Tables;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -61,17 +61,7 @@ fn report(prepared: &Prepared, world: &World) -> Report {
     let scene: &Tables = &prepared.scene;
     let mut shapes = BTreeMap::new();
     for row in &prepared.appearances.rows {
-        let kind = match scene.shapes.row(row.shape) {
-            Shape::HalfSpace(_) => "half-space",
-            Shape::Sphere(_) => "sphere",
-            Shape::Ellipsoid(_) => "ellipsoid",
-            Shape::Cylinder(_) => "cylinder",
-            Shape::Cone(_) => "cone",
-            Shape::Cuboid(_) => "box",
-            Shape::Polyhedron(_) => "polyhedron",
-            Shape::Polygon(_) => "polygon",
-            Shape::Mesh(_) => "mesh",
-        };
+        let kind = scene.shapes.row(row.shape).kind_name();
         *shapes.entry(kind).or_default() += 1;
     }
     let reasons = prepared.plan.reasons.iter();

@@ -271,17 +271,7 @@ fn transforms(scene: &Tables) -> Result<(), SceneError> {
 }
 
 fn shape_label(scene: &Tables, shape: u32) -> String {
-    let kind = match scene.shapes.rows[shape as usize] {
-        Shape::HalfSpace(_) => "half-space",
-        Shape::Sphere(_) => "sphere",
-        Shape::Ellipsoid(_) => "ellipsoid",
-        Shape::Cylinder(_) => "cylinder",
-        Shape::Cone(_) => "cone",
-        Shape::Cuboid(_) => "box",
-        Shape::Polyhedron(_) => "polyhedron",
-        Shape::Polygon(_) => "polygon",
-        Shape::Mesh(_) => "mesh",
-    };
+    let kind = scene.shapes.rows[shape as usize].kind_name();
     match scene.shapes.names.get(shape) {
         Some(name) => format!("{kind} '{name}'"),
         None => format!("{kind} (shape {shape})"),

@@ -17,6 +17,21 @@ pub enum Shape {
 }
 
 impl Shape {
+    /// As messages and reports call it.
+    pub fn kind_name(self) -> &'static str {
+        match self {
+            Shape::HalfSpace(_) => "half-space",
+            Shape::Sphere(_) => "sphere",
+            Shape::Ellipsoid(_) => "ellipsoid",
+            Shape::Cylinder(_) => "cylinder",
+            Shape::Cone(_) => "cone",
+            Shape::Cuboid(_) => "box",
+            Shape::Polyhedron(_) => "polyhedron",
+            Shape::Polygon(_) => "polygon",
+            Shape::Mesh(_) => "mesh",
+        }
+    }
+
     /// A number per kind: what runs of equal kinds are sorted by.
     pub fn kind(self) -> u8 {
         match self {

@@ -10,9 +10,11 @@
 mod bvh;
 mod sah;
 mod slabs;
+mod wide;
 mod world;
 
 pub use bvh::{Child, Node, Stack, Tree, WIDTH};
 pub use sah::{Quality, build, linear};
 pub use slabs::Slabs;
+pub use wide::{Block, WIDE, WideMesh, WideNode, WideTree};
 pub use world::{Entry, MeshTree, Structure, World, corner_bounds};

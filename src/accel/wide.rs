@@ -1,0 +1,82 @@
+//! Wide trees: as many boxes to a node as one register has f32 lanes, and
+//! triangles in blocks of as many, in columns.
+//!
+//! One ray meets all children of a node, or all triangles of a block, at once;
+//! a tile of rays meets them as one volume (Wald, Benthin, Boulos 2008; Benthin
+//! et al. 2012). Trees hold f32 boxes that contain what they stand for; the
+//! triangles are the mesh's own numbers.
+
+use super::bvh::Child;
+use crate::geom::triangle::Corners;
+use crate::math::Aabb32;
+
+/// Children of a node and triangles of a block: f32 lanes of one register, at
+/// least eight.
+pub const WIDE: usize = if cfg!(target_feature = "avx512f") {
+    16
+} else {
+    8
+};
+
+/// Boxes by axis, then lower and upper bounds, then child. Children from
+/// `count` on are absent.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct WideNode {
+    /// `[axis][lower, upper][child]`.
+    pub bounds: [[[f32; WIDE]; 2]; 3],
+    /// A node, or a leaf's range: of blocks in a mesh's tree, of entries in a
+    /// tree over entries.
+    pub child: [Child; WIDE],
+    pub count: u32,
+}
+
+/// Triangles of one leaf, in columns, in canonical corner order (see
+/// [`crate::geom::triangle::canonical`]). Unused slots are at the end: their
+/// corners all are the first triangle's first one, so no ray meets them and no
+/// box grows by them.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct Block {
+    /// `[corner][axis][slot]`, about the mesh's centre.
+    pub corner: [[[f32; WIDE]; 3]; 3],
+    /// Triangle in source order; `u32::MAX` in unused slots.
+    pub source: [u32; WIDE],
+}
+
+impl Block {
+    #[inline(always)]
+    pub fn corners(&self, slot: usize) -> Corners {
+        std::array::from_fn(|v| std::array::from_fn(|k| self.corner[v][k][slot]))
+    }
+}
+
+/// A tree of [`WideNode`]s, the root first.
+#[derive(Clone, Debug)]
+pub struct WideTree {
+    /// Never empty: a tree over nothing is one node without children.
+    pub nodes: Vec<WideNode>,
+    pub bounds: Aabb32,
+    /// Expected cost of a random ray, in box tests of one node (surface area
+    /// heuristic).
+    pub sah: f64,
+}
+
+impl WideTree {
+    pub fn bytes(&self) -> usize {
+        self.nodes.len() * size_of::<WideNode>()
+    }
+}
+
+/// A mesh's tree; its leaves are ranges of blocks.
+#[derive(Clone, Debug)]
+pub struct WideMesh {
+    pub tree: WideTree,
+    pub blocks: Vec<Block>,
+}
+
+impl WideMesh {
+    pub fn bytes(&self) -> usize {
+        self.tree.bytes() + self.blocks.len() * size_of::<Block>()
+    }
+}

@@ -26,6 +26,8 @@ pub struct Child(u32);
 
 impl Child {
     const LEAF: u32 = 1 << 31;
+    /// Where there is no child.
+    pub const LEAF_OF_NOTHING: Child = Child(Child::LEAF);
     /// Entries that a leaf of a built tree may hold.
     pub const MAX_LEAF: usize = 15;
     /// The scene's check lets no mesh have more triangles.
@@ -48,6 +50,18 @@ impl Child {
     /// Entries of a leaf; `None` for a node.
     pub fn leaf_len(self) -> Option<usize> {
         self.is_leaf().then(|| self.range().1)
+    }
+
+    /// A leaf's first entry or block and their number.
+    #[inline(always)]
+    pub fn leaf_range(self) -> Option<(usize, usize)> {
+        self.is_leaf().then(|| self.range())
+    }
+
+    /// Of a node.
+    #[inline(always)]
+    pub fn index(self) -> usize {
+        self.0 as usize
     }
 
     #[inline(always)]

@@ -8,13 +8,18 @@
 //! and a linear scan gives the same one.
 
 mod bvh;
+mod frustum;
 mod sah;
 mod slabs;
 mod wide;
+mod wide_build;
+mod wide_ray;
 mod world;
 
 pub use bvh::{Child, Node, Stack, Tree, WIDTH};
+pub use frustum::{Frustum, MAX_WIDE_DEPTH, WideStack};
 pub use sah::{Quality, build, linear};
 pub use slabs::Slabs;
 pub use wide::{Block, WIDE, WideMesh, WideNode, WideTree};
+pub use wide_build::{build_boxes, build_mesh};
 pub use world::{Entry, MeshTree, Structure, World, corner_bounds};

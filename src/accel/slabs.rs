@@ -67,14 +67,34 @@ impl<L: Lanes> Slabs<L> {
     /// The interval of t inside the padded box; empty (enter > exit) outside.
     #[inline(always)]
     pub fn interval(&self, min: [f32; 3], max: [f32; 3]) -> (L, L) {
-        let axis = |lo: f32, hi: f32, inv: L, low: L, high: L| {
-            let t0 = L::from_f32(lo).mul_add(inv, low);
-            let t1 = L::from_f32(hi).mul_add(inv, high);
+        self.interval_each(min.map(L::from_f32), max.map(L::from_f32))
+    }
+
+    /// A box of its own in each lane; the same bits as [`Slabs::interval`].
+    #[inline(always)]
+    pub fn interval_each(&self, min: [L; 3], max: [L; 3]) -> (L, L) {
+        let axis = |lo: L, hi: L, inv: L, low: L, high: L| {
+            let t0 = lo.mul_add(inv, low);
+            let t1 = hi.mul_add(inv, high);
             (t0.min(t1), t0.max(t1))
         };
         let x = axis(min[0], max[0], self.inv.x, self.low.x, self.high.x);
         let y = axis(min[1], max[1], self.inv.y, self.low.y, self.high.y);
         let z = axis(min[2], max[2], self.inv.z, self.low.z, self.high.z);
         (x.0.max(y.0).max(z.0), x.1.min(y.1).min(z.1))
+    }
+}
+
+impl<L: Lanes> Slabs<L> {
+    /// One lane's constants as (1/dir, for lower planes, for upper planes) of
+    /// each axis.
+    #[inline(always)]
+    pub fn axes(&self, lane: usize) -> [(L::Scalar, L::Scalar, L::Scalar); 3] {
+        let of = |inv: L, low: L, high: L| (inv.lane(lane), low.lane(lane), high.lane(lane));
+        [
+            of(self.inv.x, self.low.x, self.high.x),
+            of(self.inv.y, self.low.y, self.high.y),
+            of(self.inv.z, self.low.z, self.high.z),
+        ]
     }
 }

@@ -66,6 +66,13 @@ impl WideTree {
     pub fn bytes(&self) -> usize {
         self.nodes.len() * size_of::<WideNode>()
     }
+
+    /// The range of each leaf.
+    pub fn leaves(&self) -> Vec<std::ops::Range<usize>> {
+        let children = self.nodes.iter().flat_map(|n| &n.child[..n.count as usize]);
+        let leaves = children.filter_map(|c| c.leaf_range());
+        leaves.map(|(first, count)| first..first + count).collect()
+    }
 }
 
 /// A mesh's tree; its leaves are ranges of blocks.

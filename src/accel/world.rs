@@ -7,6 +7,8 @@
 
 use super::bvh::Tree;
 use super::sah::{Quality, build, linear};
+use super::wide::{Block, WideMesh, WideTree};
+use super::wide_build::{build_boxes, build_mesh};
 use crate::geom::triangle::{Corners, canonical};
 use crate::math::{Aabb, Aabb32, Affine};
 use crate::scene::{Appearance, Appearances, MeshId, Scene, Shape, shape_bounds};
@@ -18,6 +20,8 @@ use rayon::prelude::*;
 pub enum Structure {
     #[default]
     Bvh,
+    /// Four-wide nodes, packets without tiles.
+    Narrow,
     /// Every primitive is tested.
     Linear,
 }
@@ -45,6 +49,8 @@ pub struct Entry {
 #[derive(Clone, Debug)]
 pub struct MeshTree {
     pub tree: Tree,
+    /// For packets of one ray and for tiles; then the rest is empty.
+    pub wide: Option<WideMesh>,
     /// About the mesh's centre, in canonical order.
     pub corners: Vec<Corners>,
     /// Triangle in source order.
@@ -55,6 +61,8 @@ pub struct World<'a> {
     pub scene: &'a Scene,
     pub appearances: &'a Appearances,
     pub top: Tree,
+    /// The same for tiles and single rays.
+    pub wide: Option<WideTree>,
     /// In the order of the top tree's leaves; each leaf's kinds in runs.
     pub entries: Vec<Entry>,
     pub unbounded: Vec<Entry>,
@@ -105,7 +113,7 @@ impl<'a> World<'a> {
                 _ => bounded.push(entry),
             }
         }
-        let (top, entries) = top_tree(bounded, structure);
+        let (top, wide, entries) = top_tree(bounded, structure);
         let mut place_of = vec![0; appearances.len()];
         for (place, entry) in entries.iter().chain(&unbounded).enumerate() {
             place_of[entry.appearance as usize] = place as u32;
@@ -114,6 +122,7 @@ impl<'a> World<'a> {
             scene,
             appearances,
             top,
+            wide,
             entries,
             unbounded,
             place_of,
@@ -130,20 +139,36 @@ impl<'a> World<'a> {
         }
     }
 
+    #[inline(always)]
+    pub fn wide_mesh(&self, id: MeshId) -> Option<&WideMesh> {
+        self.meshes[id.index()].as_ref()?.wide.as_ref()
+    }
+
     /// Bytes of each structure, by name.
     pub fn bytes(&self) -> Vec<(&'static str, usize)> {
         let of_meshes = |f: fn(&MeshTree) -> usize| self.meshes.iter().flatten().map(f).sum();
         [
-            ("top tree", self.top.bytes()),
+            (
+                "top tree",
+                self.top.bytes() + self.wide.as_ref().map_or(0, WideTree::bytes),
+            ),
             (
                 "top entries",
                 (self.entries.len() + self.unbounded.len()) * size_of::<Entry>()
                     + self.place_of.len() * 4,
             ),
-            ("mesh trees", of_meshes(|m| m.tree.bytes())),
+            (
+                "mesh trees",
+                of_meshes(|m| m.tree.bytes() + m.wide.as_ref().map_or(0, |wide| wide.tree.bytes())),
+            ),
             (
                 "mesh leaves",
-                of_meshes(|m| m.corners.len() * (size_of::<Corners>() + 4)),
+                of_meshes(|m| {
+                    m.corners.len() * (size_of::<Corners>() + 4)
+                        + m.wide
+                            .as_ref()
+                            .map_or(0, |wide| wide.blocks.len() * size_of::<Block>())
+                }),
             ),
             ("appearances", self.appearances.bytes()),
         ]
@@ -172,15 +197,28 @@ fn mesh_trees(
 
 fn mesh_tree(scene: &Scene, id: MeshId, structure: Structure) -> MeshTree {
     let mesh = scene.meshes.row(id);
+    if structure == Structure::Bvh {
+        let wide = build_mesh(&mesh);
+        return MeshTree {
+            tree: Tree {
+                bounds: wide.tree.bounds,
+                ..linear(&[])
+            },
+            wide: Some(wide),
+            corners: Vec::new(),
+            source: Vec::new(),
+        };
+    }
     let boxes: Vec<Aabb32> = (0..mesh.triangles.len())
         .map(|i| corner_bounds(&mesh.corners(i)))
         .collect();
     let (tree, source) = match structure {
-        Structure::Bvh => build(&boxes, &Quality::default()),
+        Structure::Bvh | Structure::Narrow => build(&boxes, &Quality::default()),
         Structure::Linear => (linear(&boxes), (0..boxes.len() as u32).collect()),
     };
     MeshTree {
         tree,
+        wide: None,
         corners: source
             .iter()
             .map(|i| canonical(mesh.corners(*i as usize)))
@@ -247,20 +285,31 @@ fn world_bounds(own: &Aabb, appearance: &Appearance, center: DVec3) -> Aabb {
     world.grown(DVec3::splat(world.max_abs() * 4.0 * f64::EPSILON))
 }
 
-fn top_tree(bounded: Vec<Entry>, structure: Structure) -> (Tree, Vec<Entry>) {
+fn top_tree(bounded: Vec<Entry>, structure: Structure) -> (Tree, Option<WideTree>, Vec<Entry>) {
     let boxes: Vec<Aabb32> = bounded.iter().map(|e| e.bounds).collect();
-    let (tree, order) = match structure {
-        Structure::Bvh => build(&boxes, &Quality::default()),
-        Structure::Linear => (linear(&boxes), (0..boxes.len() as u32).collect()),
+    let (tree, wide, order) = match structure {
+        Structure::Bvh => {
+            let (wide, order) = build_boxes(&boxes);
+            (linear(&boxes), Some(wide), order)
+        }
+        Structure::Narrow => {
+            let (tree, order) = build(&boxes, &Quality::default());
+            (tree, None, order)
+        }
+        Structure::Linear => (linear(&boxes), None, (0..boxes.len() as u32).collect()),
     };
     let mut entries: Vec<Entry> = order.iter().map(|i| bounded[*i as usize]).collect();
     // Kinds in runs: within a leaf the order is free.
     let by_kind = |e: &Entry| (e.shape.kind(), e.appearance);
-    match tree.leaves() {
+    let leaves = match &wide {
+        Some(wide) => Some(wide.leaves()),
+        None => tree.leaves(),
+    };
+    match leaves {
         None => entries.sort_by_key(by_kind),
         Some(leaves) => leaves
             .into_iter()
             .for_each(|leaf| entries[leaf].sort_by_key(by_kind)),
     }
-    (tree, entries)
+    (tree, wide, entries)
 }

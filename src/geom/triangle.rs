@@ -25,26 +25,98 @@ pub fn canonical(mut corners: Corners) -> Corners {
 
 #[inline(always)]
 pub fn meet<L: Lanes>(corners: &Corners, ray: &Ray<L>, active: L::Mask) -> Meet<L> {
+    meet_each(&splat(corners), ray, active)
+}
+
+/// The same corners in every lane.
+#[inline(always)]
+pub fn splat<L: Lanes>(corners: &Corners) -> [Vec3<L>; 3] {
+    corners.map(|c| Vec3::splat(c.map(L::Scalar::from_f32)))
+}
+
+/// A triangle of its own in each lane; the same bits as [`meet`].
+#[inline(always)]
+pub fn meet_each<L: Lanes>(corners: &[Vec3<L>; 3], ray: &Ray<L>, active: L::Mask) -> Meet<L> {
     let mut hit = L::Mask::splat(false);
     let mut t = L::zero();
     for (k, lanes) in ray.shear.groups() {
-        let one = along_axis(corners, ray, k);
-        let here = one.hit & lanes & active;
-        t = L::select(here, one.t, t);
+        let (inside, one) = along_axis(corners, ray, k);
+        let here = inside & lanes & active;
+        if here.none() {
+            continue;
+        }
+        let one = one.t(ray);
+        t = L::select(here, one, t);
         hit = hit | here;
     }
-    Meet::certain(hit, t)
+    // det = 0 (edge-on, or no area) gives an infinite or NaN t: never a hit.
+    let finite = t.abs().lt(L::splat(L::Scalar::INFINITY));
+    Meet::certain(hit & finite & t.gt(ray.t_min), t)
+}
+
+/// Where each lane's ray meets its triangle's plane, by the very steps of
+/// [`meet`], whether or not it passes inside. NaN or infinite where edge-on.
+#[inline(always)]
+pub fn depth_each<L: Lanes>(corners: &[Vec3<L>; 3], ray: &Ray<L>) -> L {
+    let mut t = L::zero();
+    for (k, lanes) in ray.shear.groups() {
+        t = L::select(lanes, along_axis(corners, ray, k).1.t(ray), t);
+    }
+    t
+}
+
+/// Lanes whose triangle the ray may meet in exact arithmetic, or at any better
+/// precision, where corners relative to the origin and seen along the ray are out
+/// of place by at most `misplaced` on each axis.
+///
+/// With m the largest coordinate so seen and e the misplacement, an edge function
+/// (a difference of two products) is wrong by at most 4em + 2e², and rounding
+/// adds less than em.
+#[inline(always)]
+pub fn may_meet_each<L: Lanes>(
+    corners: &[Vec3<L>; 3],
+    ray: &Ray<L>,
+    misplaced: L::Scalar,
+) -> L::Mask {
+    let mut meets = L::Mask::splat(false);
+    let e = L::splat(misplaced);
+    for (k, lanes) in ray.shear.groups() {
+        let seen = |c: Vec3<L>| ray.shear.apply(k, c - ray.org);
+        let [(ax, ay, _), (bx, by, _), (cx, cy, _)] = corners.map(seen);
+        let u = cx * by - cy * bx;
+        let v = ax * cy - ay * cx;
+        let w = bx * ay - by * ax;
+        let largest = |x: L, y: L| x.abs().max(y.abs());
+        let m = largest(ax, ay).max(largest(bx, by)).max(largest(cx, cy));
+        let margin = e * (m * L::from_f32(5.0) + e * L::from_f32(2.0));
+        let least = u.min(v).min(w);
+        let most = u.max(v).max(w);
+        meets = meets | ((least.ge(-margin) | most.le(margin)) & lanes);
+    }
+    meets
+}
+
+/// Barycentric weights, not yet divided by their sum, and the corners' depths.
+struct Weighed<L> {
+    weights: [L; 3],
+    depths: [L; 3],
+}
+
+impl<L: Lanes> Weighed<L> {
+    #[inline(always)]
+    fn t(&self, ray: &Ray<L>) -> L {
+        let ([u, v, w], [a, b, c]) = (self.weights, self.depths);
+        let det = u + v + w;
+        (u * a + v * b + w * c) / (det * ray.shear.along)
+    }
 }
 
 #[inline(always)]
-fn along_axis<L: Lanes>(corners: &Corners, ray: &Ray<L>, k: usize) -> Meet<L> {
-    let seen = |c: &[f32; 3]| {
-        let corner = Vec3::splat(c.map(L::Scalar::from_f32));
-        ray.shear.apply(k, corner - ray.org)
-    };
-    let (ax, ay, az) = seen(&corners[0]);
-    let (bx, by, bz) = seen(&corners[1]);
-    let (cx, cy, cz) = seen(&corners[2]);
+fn along_axis<L: Lanes>(corners: &[Vec3<L>; 3], ray: &Ray<L>, k: usize) -> (L::Mask, Weighed<L>) {
+    let seen = |c: Vec3<L>| ray.shear.apply(k, c - ray.org);
+    let (ax, ay, az) = seen(corners[0]);
+    let (bx, by, bz) = seen(corners[1]);
+    let (cx, cy, cz) = seen(corners[2]);
     let u = cx * by - cy * bx;
     let v = ax * cy - ay * cx;
     let w = bx * ay - by * ax;
@@ -52,12 +124,9 @@ fn along_axis<L: Lanes>(corners: &Corners, ray: &Ray<L>, k: usize) -> Meet<L> {
     let least = u.min(v).min(w);
     let most = u.max(v).max(w);
     let inside = least.ge(zero) | most.le(zero);
-    if inside.none() {
-        return Meet::certain(inside, zero);
-    }
-    let det = u + v + w;
-    let t = (u * az + v * bz + w * cz) / (det * ray.shear.along);
-    // det = 0 (edge-on, or no area) gives an infinite or NaN t: never a hit.
-    let finite = t.abs().lt(L::splat(L::Scalar::INFINITY));
-    Meet::certain(inside & finite & t.gt(ray.t_min), t)
+    let weighed = Weighed {
+        weights: [u, v, w],
+        depths: [az, bz, cz],
+    };
+    (inside, weighed)
 }

@@ -23,6 +23,13 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 pub use wide::{f32x4, f32x8, f32x16, f64x4, f64x8};
 
+/// One register of f32, at least eight: what the children of a wide node are
+/// met in, whatever the packets' own width.
+#[cfg(target_feature = "avx512f")]
+pub type Register = f32x16;
+#[cfg(not(target_feature = "avx512f"))]
+pub type Register = f32x8;
+
 /// One lane's type: f32 or f64.
 pub trait Scalar: Copy + PartialOrd + Debug + Send + Sync + 'static {
     /// Half the distance from 1 to the next number: 2^-24 or 2^-53.
@@ -112,6 +119,8 @@ pub trait Lanes:
     type Mask: Mask;
     /// As many lanes of f64: where object rays are computed.
     type Double: Lanes<Scalar = f64, Double = Self::Double, Ids = Self::Ids>;
+    /// One lane.
+    type Single: Lanes<Scalar = Self::Scalar>;
     /// `[Scalar; COUNT]`.
     type Array: Copy + AsRef<[Self::Scalar]> + AsMut<[Self::Scalar]>;
     /// `[u32; COUNT]`.
@@ -171,6 +180,33 @@ pub trait Lanes:
     fn from_f32(x: f32) -> Self {
         Self::splat(Self::Scalar::from_f32(x))
     }
+
+    /// The least of all lanes, none of which is NaN.
+    #[inline(always)]
+    fn least(self) -> Self::Scalar {
+        fold(self, |a, b| if b < a { b } else { a })
+    }
+
+    /// The greatest of all lanes, none of which is NaN.
+    #[inline(always)]
+    fn greatest(self) -> Self::Scalar {
+        fold(self, |a, b| if b > a { b } else { a })
+    }
+}
+
+/// By halves, as registers like it.
+#[inline(always)]
+fn fold<L: Lanes>(x: L, pick: impl Fn(L::Scalar, L::Scalar) -> L::Scalar) -> L::Scalar {
+    let mut lanes = x.to_array();
+    let lanes = lanes.as_mut();
+    let mut half = L::COUNT / 2;
+    while half > 0 {
+        for i in 0..half {
+            lanes[i] = pick(lanes[i], lanes[i + half]);
+        }
+        half /= 2;
+    }
+    lanes[0]
 }
 
 impl Mask for bool {
@@ -198,6 +234,7 @@ macro_rules! one_lane {
             type Scalar = $t;
             type Mask = bool;
             type Double = f64;
+            type Single = $t;
             type Array = [$t; 1];
             type Ids = [u32; 1];
             const COUNT: usize = 1;
@@ -343,6 +380,7 @@ macro_rules! wide_lanes {
             type Scalar = $s;
             type Mask = WideMask<$w>;
             type Double = $double;
+            type Single = $s;
             type Array = [$s; $count];
             type Ids = [u32; $count];
             const COUNT: usize = $count;
@@ -540,6 +578,7 @@ impl Lanes for f64x16 {
     type Scalar = f64;
     type Mask = PairMask;
     type Double = f64x16;
+    type Single = f64;
     type Array = [f64; 16];
     type Ids = [u32; 16];
     const COUNT: usize = 16;

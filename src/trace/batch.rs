@@ -3,14 +3,17 @@
 use super::leaf::{Features, Has, Scratch, Tester};
 use super::packet::Packet;
 use super::query::{AnyHit, Closest, HitId};
+use super::single::{WideScratch, trace_ray};
+use super::tile::{TILE, Tile};
 use crate::accel::World;
 use crate::geom::{Certainty, DoubtAll, Fast};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar, f32x4, f32x8, f32x16, f64x4, f64x8, f64x16};
 use crate::plan::{Arithmetic, Kernels, Needs, native_width};
 
-/// Widest packet; columns are padded to a multiple of it.
-pub const MAX_LANES: usize = 16;
+/// Columns of rays are padded to a multiple of this, the largest group of rays
+/// that is traced together.
+pub const MAX_LANES: usize = TILE;
 
 /// Rays in world space. Every column is padded to a multiple of [`MAX_LANES`]
 /// with rays whose `t_max` is negative: they meet nothing.
@@ -40,7 +43,7 @@ impl Rays<'_> {
     }
 
     #[inline(always)]
-    fn packet<L: Lanes>(&self, first: usize, world: &World) -> Packet<L> {
+    pub(super) fn packet<L: Lanes>(&self, first: usize, world: &World) -> Packet<L> {
         let org = |k: usize| L::Double::load(&self.org[k][first..]);
         let wide = |column: &[f32]| load_f32::<L::Double>(&column[first..]);
         Packet::new(
@@ -53,7 +56,7 @@ impl Rays<'_> {
 }
 
 #[inline(always)]
-fn load_f32<L: Lanes>(from: &[f32]) -> L {
+pub(super) fn load_f32<L: Lanes>(from: &[f32]) -> L {
     let mut lanes = L::zero().to_array();
     for (to, from) in lanes.as_mut().iter_mut().zip(&from[..L::COUNT]) {
         *to = L::Scalar::from_f32(*from);
@@ -86,9 +89,10 @@ pub fn any(
     );
 }
 
-/// A batch that runs at any width, certainty and feature set.
+/// A batch that runs at any width, certainty and feature set; `S` packets are
+/// a tile.
 trait Batch {
-    fn run<L: Lanes, C: Certainty, F: Features>(self);
+    fn run<L: Lanes, C: Certainty, F: Features, const S: usize>(self);
 }
 
 struct ClosestBatch<'a, 'h> {
@@ -97,16 +101,51 @@ struct ClosestBatch<'a, 'h> {
     hits: &'a mut Hits<'h>,
 }
 
-impl Batch for ClosestBatch<'_, '_> {
-    fn run<L: Lanes, C: Certainty, F: Features>(self) {
+impl ClosestBatch<'_, '_> {
+    #[inline(always)]
+    fn put<L: Lanes, C: Certainty>(&mut self, first: usize, query: &Closest<L, C>) {
+        for lane in 0..L::COUNT {
+            self.hits.t[first + lane] = query.t(lane);
+            self.hits.id[first + lane] = query.id(lane);
+        }
+    }
+
+    fn packets<L: Lanes, C: Certainty, F: Features>(mut self) {
         let mut scratch = Scratch::<L>::default();
         for first in (0..self.rays.len()).step_by(L::COUNT) {
             let packet = self.rays.packet::<L>(first, self.world);
             let mut query = Closest::<L, C>::new(load_f32(&self.rays.t_max[first..]));
             Tester::<L, C, F>::new(self.world, &packet).trace(&mut query, &mut scratch);
-            for lane in 0..L::COUNT {
-                self.hits.t[first + lane] = query.t(lane);
-                self.hits.id[first + lane] = query.id(lane);
+            self.put(first, &query);
+        }
+    }
+}
+
+impl Batch for ClosestBatch<'_, '_> {
+    fn run<L: Lanes, C: Certainty, F: Features, const S: usize>(mut self) {
+        if self.world.wide.is_none() {
+            return self.packets::<L, C, F>();
+        }
+        let mut scratch = WideScratch::default();
+        for first in (0..self.rays.len()).step_by(TILE) {
+            if let Some(tile) = Tile::<L, S>::of(self.world, self.rays, first) {
+                let mut queries: [_; S] = std::array::from_fn(|s| {
+                    Closest::<L, C>::new(load_f32(&self.rays.t_max[first + s * L::COUNT..]))
+                });
+                tile.trace::<C, F, _>(&mut queries, &mut scratch);
+                for (s, query) in queries.iter().enumerate() {
+                    self.put(first + s * L::COUNT, query);
+                }
+                continue;
+            }
+            for i in first..first + TILE {
+                let t_max = <L::Single as Lanes>::from_f32(self.rays.t_max[i]);
+                let mut query = Closest::<L::Single, C>::new(t_max);
+                if self.rays.t_max[i] > self.rays.t_min[i] {
+                    let packet = self.rays.packet::<L::Single>(i, self.world);
+                    trace_ray::<_, C, F, _>(self.world, &packet, &mut query, &mut scratch);
+                }
+                self.put(i, &query);
             }
         }
     }
@@ -119,28 +158,69 @@ struct AnyBatch<'a> {
     blocked: &'a mut [bool],
 }
 
+impl AnyBatch<'_> {
+    /// Tries the last occluder first, then what `rest` traces.
+    #[inline(always)]
+    fn packet<L: Lanes, C: Certainty, F: Features>(
+        &mut self,
+        first: usize,
+        rest: impl FnOnce(&Packet<L>, &mut AnyHit<L>),
+    ) {
+        let packet = self.rays.packet::<L>(first, self.world);
+        let mut query = AnyHit::<L>::new(load_f32(&self.rays.t_max[first..]));
+        if *self.occluder != HitId::NONE {
+            Tester::<L, C, F>::new(self.world, &packet).single(*self.occluder, &mut query);
+        }
+        rest(&packet, &mut query);
+        self.put(first, &query);
+    }
+
+    #[inline(always)]
+    fn put<L: Lanes>(&mut self, first: usize, query: &AnyHit<L>) {
+        if query.occluder != HitId::NONE {
+            *self.occluder = query.occluder;
+        }
+        let bits = query.blocked().bits();
+        for lane in 0..L::COUNT {
+            self.blocked[first + lane] = bits >> lane & 1 != 0;
+        }
+    }
+}
+
 impl Batch for AnyBatch<'_> {
-    fn run<L: Lanes, C: Certainty, F: Features>(self) {
-        let mut scratch = Scratch::<L>::default();
-        let mut last = *self.occluder;
-        for first in (0..self.rays.len()).step_by(L::COUNT) {
-            let packet = self.rays.packet::<L>(first, self.world);
-            let t_max: L = load_f32(&self.rays.t_max[first..]);
-            let mut query = AnyHit::<L>::new(t_max);
-            let tester = Tester::<L, C, F>::new(self.world, &packet);
-            if last != HitId::NONE {
-                tester.single(last, &mut query);
+    fn run<L: Lanes, C: Certainty, F: Features, const S: usize>(mut self) {
+        let world = self.world;
+        if world.wide.is_none() {
+            let mut scratch = Scratch::<L>::default();
+            for first in (0..self.rays.len()).step_by(L::COUNT) {
+                self.packet::<L, C, F>(first, |packet, query| {
+                    Tester::<L, C, F>::new(world, packet).trace(query, &mut scratch);
+                });
             }
-            tester.trace(&mut query, &mut scratch);
-            if query.occluder != HitId::NONE {
-                last = query.occluder;
+            return;
+        }
+        let mut scratch = WideScratch::default();
+        for first in (0..self.rays.len()).step_by(TILE) {
+            if let Some(tile) = Tile::<L, S>::of(world, self.rays, first) {
+                let mut queries: [_; S] = std::array::from_fn(|s| {
+                    AnyHit::<L>::new(load_f32(&self.rays.t_max[first + s * L::COUNT..]))
+                });
+                tile.trace::<C, F, _>(&mut queries, &mut scratch);
+                for (s, query) in queries.iter().enumerate() {
+                    self.put(first + s * L::COUNT, query);
+                }
+                continue;
             }
-            let bits = query.blocked().bits();
-            for lane in 0..L::COUNT {
-                self.blocked[first + lane] = bits >> lane & 1 != 0;
+            for i in first..first + TILE {
+                if self.rays.t_max[i] > self.rays.t_min[i] {
+                    self.packet::<L::Single, C, F>(i, |packet, query| {
+                        trace_ray::<_, C, F, _>(world, packet, query, &mut scratch);
+                    });
+                } else {
+                    self.blocked[i] = false;
+                }
             }
         }
-        *self.occluder = last;
     }
 }
 
@@ -158,40 +238,42 @@ const NATIVE_F64: usize = native_width(Arithmetic::F64);
 fn by_width_f32<C: Certainty>(kernels: &Kernels, batch: impl Batch) {
     match kernels.lanes {
         16 if cfg!(feature = "all-lanes") || NATIVE_F32 == 16 => {
-            by_needs::<f32x16, C>(kernels.needs, batch)
+            by_needs::<f32x16, C, { TILE / 16 }>(kernels.needs, batch)
         }
         8 if cfg!(feature = "all-lanes") || NATIVE_F32 == 8 => {
-            by_needs::<f32x8, C>(kernels.needs, batch)
+            by_needs::<f32x8, C, { TILE / 8 }>(kernels.needs, batch)
         }
         4 if cfg!(feature = "all-lanes") || NATIVE_F32 == 4 => {
-            by_needs::<f32x4, C>(kernels.needs, batch)
+            by_needs::<f32x4, C, { TILE / 4 }>(kernels.needs, batch)
         }
-        _ => by_needs::<f32, C>(kernels.needs, batch),
+        _ => by_needs::<f32, C, { TILE / 1 }>(kernels.needs, batch),
     }
 }
 
 fn by_width_f64<C: Certainty>(kernels: &Kernels, batch: impl Batch) {
     match kernels.lanes {
-        16 if cfg!(feature = "all-lanes") => by_needs::<f64x16, C>(kernels.needs, batch),
+        16 if cfg!(feature = "all-lanes") => {
+            by_needs::<f64x16, C, { TILE / 16 }>(kernels.needs, batch)
+        }
         8 if cfg!(feature = "all-lanes") || NATIVE_F64 == 8 => {
-            by_needs::<f64x8, C>(kernels.needs, batch)
+            by_needs::<f64x8, C, { TILE / 8 }>(kernels.needs, batch)
         }
         4 if cfg!(feature = "all-lanes") || NATIVE_F64 == 4 => {
-            by_needs::<f64x4, C>(kernels.needs, batch)
+            by_needs::<f64x4, C, { TILE / 4 }>(kernels.needs, batch)
         }
-        _ => by_needs::<f64, C>(kernels.needs, batch),
+        _ => by_needs::<f64, C, { TILE / 1 }>(kernels.needs, batch),
     }
 }
 
 /// Few sets, not all eight: each costs build time.
-fn by_needs<L: Lanes, C: Certainty>(needs: Needs, batch: impl Batch) {
+fn by_needs<L: Lanes, C: Certainty, const S: usize>(needs: Needs, batch: impl Batch) {
     if C::GUARDED {
-        return batch.run::<L, C, Has<true, true, true>>();
+        return batch.run::<L, C, Has<true, true, true>, S>();
     }
     match (needs.meshes, needs.solids, needs.transforms) {
-        (_, false, false) => batch.run::<L, C, Has<true, false, false>>(),
-        (_, false, true) => batch.run::<L, C, Has<true, false, true>>(),
-        (false, true, false) => batch.run::<L, C, Has<false, true, false>>(),
-        _ => batch.run::<L, C, Has<true, true, true>>(),
+        (_, false, false) => batch.run::<L, C, Has<true, false, false>, S>(),
+        (_, false, true) => batch.run::<L, C, Has<true, false, true>, S>(),
+        (false, true, false) => batch.run::<L, C, Has<false, true, false>, S>(),
+        _ => batch.run::<L, C, Has<true, true, true>, S>(),
     }
 }

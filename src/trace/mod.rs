@@ -5,9 +5,12 @@ mod leaf;
 mod packet;
 mod query;
 mod record;
+mod single;
+mod tile;
 
 pub use batch::{Hits, MAX_LANES, Rays, any, closest};
 pub use leaf::{Features, Has, Scratch, Tester, resolve_one};
 pub use packet::Packet;
 pub use query::{AnyHit, Closest, HitId, Query};
 pub use record::{Outcome, RayKind, TracedRay};
+pub use tile::TILE;

@@ -26,12 +26,18 @@ impl HitId {
 }
 
 pub trait Query<L: Lanes> {
+    /// A ray is done with its first hit.
+    const ANY: bool;
     /// Each lane's t_max so far; −∞ where the lane is done.
     fn limit(&self) -> L;
     /// Hits that the kernel is certain of.
     fn accept(&mut self, hit: L::Mask, t: L, id: HitId);
     /// A hit that the resolver has settled for one lane.
     fn settle(&mut self, lane: usize, t: f64, id: HitId);
+    /// Hits of one appearance, each lane's with a primitive of its own.
+    fn accept_each(&mut self, hit: L::Mask, t: L, instance: u32, primitives: &L::Ids);
+    /// Any-hit: these rays are blocked, wherever.
+    fn block(&mut self, lanes: L::Mask, id: HitId);
 }
 
 /// The nearest hit of each lane.
@@ -82,6 +88,8 @@ impl<L: Lanes, C: Certainty> Closest<L, C> {
 }
 
 impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
+    const ANY: bool = false;
+
     #[inline(always)]
     fn limit(&self) -> L {
         self.limit
@@ -138,6 +146,39 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
             self.take(lane, id);
         }
     }
+
+    #[inline(always)]
+    fn accept_each(&mut self, hit: L::Mask, t: L, instance: u32, primitives: &L::Ids) {
+        let nearer = hit & t.lt(self.limit);
+        let mut taken = nearer.bits();
+        let mut tied = (hit & t.eq(self.limit)).bits();
+        while tied != 0 {
+            let lane = tied.trailing_zeros() as usize;
+            tied &= tied - 1;
+            let (best, primitive) = (self.id(lane), primitives.as_ref()[lane]);
+            let id = HitId {
+                instance,
+                primitive,
+            };
+            if best != HitId::NONE && id < best {
+                taken |= 1 << lane;
+            }
+        }
+        self.limit = L::select(nearer, t, self.limit);
+        for lane in 0..L::COUNT {
+            if taken >> lane & 1 != 0 {
+                self.take(
+                    lane,
+                    HitId {
+                        instance,
+                        primitive: primitives.as_ref()[lane],
+                    },
+                );
+            }
+        }
+    }
+
+    fn block(&mut self, _lanes: L::Mask, _id: HitId) {}
 }
 
 /// Whether anything lies in each lane's range.
@@ -156,13 +197,6 @@ impl<L: Lanes> AnyHit<L> {
         }
     }
 
-    #[inline(always)]
-    fn block(&mut self, lanes: L::Mask, id: HitId) {
-        let done = -L::splat(L::Scalar::INFINITY);
-        self.limit = L::select(lanes, done, self.limit);
-        self.occluder = id;
-    }
-
     /// Lanes that were blocked; `t_max` as at the start.
     #[inline(always)]
     pub fn blocked(&self) -> L::Mask {
@@ -171,6 +205,8 @@ impl<L: Lanes> AnyHit<L> {
 }
 
 impl<L: Lanes> Query<L> for AnyHit<L> {
+    const ANY: bool = true;
+
     #[inline(always)]
     fn limit(&self) -> L {
         self.limit
@@ -188,5 +224,29 @@ impl<L: Lanes> Query<L> for AnyHit<L> {
         if t < self.limit.lane(lane).to_f64() {
             self.block(L::Mask::from_bits(1 << lane), id);
         }
+    }
+
+    #[inline(always)]
+    fn accept_each(&mut self, hit: L::Mask, t: L, instance: u32, primitives: &L::Ids) {
+        let blocked = hit & t.lt(self.limit);
+        let bits = blocked.bits();
+        if bits != 0 {
+            let lane = bits.trailing_zeros() as usize;
+            let primitive = primitives.as_ref()[lane];
+            self.block(
+                blocked,
+                HitId {
+                    instance,
+                    primitive,
+                },
+            );
+        }
+    }
+
+    #[inline(always)]
+    fn block(&mut self, lanes: L::Mask, id: HitId) {
+        let done = -L::splat(L::Scalar::INFINITY);
+        self.limit = L::select(lanes, done, self.limit);
+        self.occluder = id;
     }
 }

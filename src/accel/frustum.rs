@@ -1,0 +1,226 @@
+//! A bundle of rays as one volume, and how it walks a wide tree.
+//!
+//! Rays that advance along one axis k with the same sign are written as lines
+//! x = a + u·z, y = b + v·z over the depth z along k. The bundle is the
+//! rectangle of its slopes, [u₀, u₁] × [v₀, v₁], over the box of its origins:
+//! all children of a node are tested against it at once (Wald, Ize, Kensler,
+//! Knoll, Parker 2006; Reshetov, Soupikov, Hurley 2005).
+//!
+//! Conservative: the origins' box grows by the pad of [`super::Slabs`] at the
+//! precision of f32, the slopes are rounded outward, and what is left of
+//! rounding is relative to the very distances that the pad is relative to. So
+//! no box is passed over that any ray of the bundle meets at any precision.
+
+use super::bvh::Child;
+use super::wide::{WIDE, WideNode, WideTree};
+use crate::math::Aabb32;
+use crate::math::lanes::{Lanes, Mask, Register};
+
+/// Levels of wide nodes that builders never exceed.
+pub const MAX_WIDE_DEPTH: usize = 48;
+const STACK: usize = MAX_WIDE_DEPTH * (WIDE - 1) + 1;
+
+/// In the space of the tree that is walked.
+#[derive(Clone, Copy, Debug)]
+pub struct Frustum {
+    /// (a, b, k): k is the axis that the rays advance along.
+    pub axes: [usize; 3],
+    /// The direction's sign along k: depths are coordinates times this.
+    pub sign: f32,
+    /// The origins' box along (a, b, k), k times the sign, padded.
+    low: [f32; 3],
+    high: [f32; 3],
+    /// No ray has begun before this depth, counted from the origins.
+    floor: f32,
+    /// Least and greatest slope along a and along b.
+    slopes: [[f32; 2]; 2],
+}
+
+impl Frustum {
+    /// `low`, `high`: the origins, along (a, b, k); `slopes`: of the rays as
+    /// they are, their rounding is accounted for here; `bounds`: of the tree.
+    #[inline(always)]
+    pub fn new(
+        axes: [usize; 3],
+        sign: f32,
+        (low, high): ([f32; 3], [f32; 3]),
+        floor: f32,
+        slopes: [[f32; 2]; 2],
+        bounds: &Aabb32,
+    ) -> Frustum {
+        let reach: [f32; 3] = std::array::from_fn(|i| {
+            let k = axes[i];
+            let side = if i == 2 { sign } else { 1.0 };
+            let ends = [bounds.min[k] * side, bounds.max[k] * side];
+            [low[i], high[i]]
+                .into_iter()
+                .flat_map(|o| [(ends[0] - o).abs(), (ends[1] - o).abs(), o.abs()])
+                .fold(0.0, f32::max)
+        });
+        // The second part is for slopes that are taken as not quite zero.
+        let most = reach[0].max(reach[1]).max(reach[2]);
+        let pad = reach.map(|r| r * (32.0 * f32::EPSILON) + most * 1e-11);
+        let padded: ([f32; 3], [f32; 3]) = (
+            std::array::from_fn(|i| low[i] - pad[i]),
+            std::array::from_fn(|i| high[i] + pad[i]),
+        );
+        let outward = |x: f32, by: f32| x + by * (x.abs() * (8.0 * f32::EPSILON) + 1e-30);
+        Frustum {
+            axes,
+            sign,
+            low: padded.0,
+            high: padded.1,
+            floor,
+            slopes: slopes.map(|[least, most]| [outward(least, -1.0), outward(most, 1.0)]),
+        }
+    }
+}
+
+impl Frustum {
+    /// A box relative to the origins, grown by the pad: along a, along b, and
+    /// depths.
+    #[inline(always)]
+    pub fn relative(&self, min: [f32; 3], max: [f32; 3]) -> ([f32; 2], [f32; 2], [f32; 2]) {
+        let [a, b, k] = self.axes;
+        let (near, far) = if self.sign < 0.0 {
+            (-max[k], -min[k])
+        } else {
+            (min[k], max[k])
+        };
+        (
+            [min[a] - self.high[0], max[a] - self.low[0]],
+            [min[b] - self.high[1], max[b] - self.low[1]],
+            [near - self.high[2], far - self.low[2]],
+        )
+    }
+}
+
+/// Room for one walk.
+pub struct WideStack {
+    pub(super) child: [Child; STACK],
+    pub(super) key: [f32; STACK],
+    /// The node and place that the child was found at.
+    from: [(u32, u32); STACK],
+}
+
+impl Default for WideStack {
+    fn default() -> WideStack {
+        WideStack {
+            child: [Child::node(0); STACK],
+            key: [0.0; STACK],
+            from: [(0, 0); STACK],
+        }
+    }
+}
+
+impl WideNode {
+    /// One child's box as (min, max).
+    #[inline(always)]
+    pub fn child_box(&self, place: usize) -> ([f32; 3], [f32; 3]) {
+        let side = |s: usize| std::array::from_fn(|k| self.bounds[k][s][place]);
+        (side(0), side(1))
+    }
+}
+
+impl WideTree {
+    /// Visits every leaf that some ray of the bundle may meet before `limit`,
+    /// the largest depth that still matters, roughly nearest first.
+    /// `leaf(node, place, first, count, limit)` returns the new limit; the walk
+    /// ends where it is negative.
+    #[inline(always)]
+    pub fn walk_frustum(
+        &self,
+        frustum: &Frustum,
+        mut limit: f32,
+        stack: &mut WideStack,
+        mut leaf: impl FnMut(&WideNode, usize, (usize, usize), f32) -> f32,
+    ) {
+        let [a, b, k] = frustum.axes;
+        let splat = |x: f32| Register::splat(x);
+        let (low, high) = (frustum.low.map(splat), frustum.high.map(splat));
+        let [[u0, u1], [v0, v1]] = frustum.slopes;
+        let (nu0, pu1, nv0, pv1) = (splat(-u0), splat(u1), splat(-v0), splat(v1));
+        let (floor, sign) = (splat(frustum.floor), splat(frustum.sign));
+        let near_side = usize::from(frustum.sign < 0.0);
+        // Where all slopes along an axis agree in sign, the box's near side on
+        // that axis bounds the depth too.
+        let toward = |[least, most]: [f32; 2]| {
+            if least > 0.0 {
+                (splat(1.0 / most), 0)
+            } else if most < 0.0 {
+                (splat(1.0 / least), 1)
+            } else {
+                (splat(0.0), 0)
+            }
+        };
+        let (inv_u, side_u) = toward(frustum.slopes[0]);
+        let (inv_v, side_v) = toward(frustum.slopes[1]);
+        let slack = 1.0 + 8.0 * f32::EPSILON;
+        let zero = Register::zero();
+
+        let mut top = 0;
+        let mut node = 0_u32;
+        loop {
+            let here = &self.nodes[node as usize];
+            let bounds = |axis: usize, side: usize| Register::load(&here.bounds[axis][side]);
+            let x_low = bounds(a, 0) - high[0];
+            let x_high = bounds(a, 1) - low[0];
+            let y_low = bounds(b, 0) - high[1];
+            let y_high = bounds(b, 1) - low[1];
+            let near = (bounds(k, near_side) * sign - high[2]).max(floor);
+            let far = bounds(k, 1 - near_side) * sign - low[2];
+            let right = nu0.mul_add(near, x_high).max(nu0.mul_add(far, x_high));
+            let left = pu1.mul_add(near, -x_low).max(pu1.mul_add(far, -x_low));
+            let above = nv0.mul_add(near, y_high).max(nv0.mul_add(far, y_high));
+            let below = pv1.mul_add(near, -y_low).max(pv1.mul_add(far, -y_low));
+            let x_near = if side_u == 0 { x_low } else { x_high };
+            let y_near = if side_v == 0 { y_low } else { y_high };
+            let enter = near.max(x_near * inv_u).max(y_near * inv_v);
+            let inside = right.min(left).min(above).min(below);
+            let reached = inside.ge(zero) & far.ge(floor) & enter.le(splat(limit * slack));
+            let mut bits = reached.bits() & ((1_u32 << here.count) - 1);
+            if bits != 0 {
+                let keys = enter.to_array();
+                let base = top;
+                loop {
+                    let place = bits.trailing_zeros() as usize;
+                    bits &= bits - 1;
+                    let key = keys[place];
+                    let mut at = top;
+                    while at > base && stack.key[at - 1] < key {
+                        stack.child[at] = stack.child[at - 1];
+                        stack.key[at] = stack.key[at - 1];
+                        stack.from[at] = stack.from[at - 1];
+                        at -= 1;
+                    }
+                    stack.child[at] = here.child[place];
+                    stack.key[at] = key;
+                    stack.from[at] = (node, place as u32);
+                    top += 1;
+                    if bits == 0 {
+                        break;
+                    }
+                }
+            }
+            loop {
+                if top == 0 {
+                    return;
+                }
+                top -= 1;
+                if stack.key[top] > limit * slack {
+                    continue;
+                }
+                let child = stack.child[top];
+                let Some(range) = child.leaf_range() else {
+                    node = child.index() as u32;
+                    break;
+                };
+                let (parent, place) = stack.from[top];
+                limit = leaf(&self.nodes[parent as usize], place as usize, range, limit);
+                if limit < 0.0 {
+                    return;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! A block of triangles seen from the one origin of a tile's rays.
+//!
+//! With p, q a triangle's corners from the origin, (p + q) × (q − p) = 2 p × q
+//! is the normal of the plane through the origin and the edge: its product with
+//! a ray's (u, v, 1) is the edge function. The products are differences without
+//! FMA, so an edge shared by two triangles has exactly opposite normals in
+//! them, and no ray of the tile slips between. det is the product with
+//! (c − b) × (a − c), the triangle's own normal; T, the corner a times that
+//! normal, is the same for all rays: the depth is T / det.
+
+use super::bundle::{Bundle, Group};
+use crate::accel::{Block, WIDE};
+use crate::math::lanes::{Lanes, Mask, Register};
+
+/// A block's triangles as numbers that every ray of the tile needs.
+#[repr(C, align(64))]
+pub(super) struct Edges {
+    /// Normals of the edges a, b, c (each opposite to its corner) and of the
+    /// plane, turned so that T ≥ 0; `[which][axis][slot]`.
+    normal: [[[f32; WIDE]; 3]; 4],
+    depth_times_det: [f32; WIDE],
+    /// By how much an edge function may be wrong, at most, over all rays.
+    margin: [f32; WIDE],
+    /// The corners' least depth.
+    nearest: [f32; WIDE],
+    /// Triangles that may be in front of the origin.
+    pub live: u32,
+}
+
+/// Rounding of an edge function, in units of reach · edge · steepest² · 2^-24.
+///
+/// Rounding corners relative to the origin moves each by 2u·reach at most per
+/// axis: as if edges were moved, 2 · 2u · 3 edge · reach in the function. The
+/// cross product and its evaluation round quantities of at most
+/// 2 reach · edge a dozen times. Twice the sum of both.
+const MARGIN: f32 = 96.0 * 0.5 * f32::EPSILON;
+
+impl Edges {
+    #[inline(always)]
+    pub fn new<L: Lanes, const S: usize>(
+        block: &Block,
+        bundle: &Bundle<L, S>,
+        exact: bool,
+    ) -> Edges {
+        let [ka, kb, k] = bundle.frustum.axes;
+        let org = bundle.org.map(Register::splat);
+        let sign = Register::splat(bundle.frustum.sign);
+        let corner = |v: usize| {
+            let at = |axis: usize| Register::load(&block.corner[v][axis]);
+            [at(ka) - org[0], at(kb) - org[1], at(k) * sign - org[2]]
+        };
+        let (a, b, c) = (corner(0), corner(1), corner(2));
+        let minus = |p: [Register; 3], q: [Register; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
+        let plus = |p: [Register; 3], q: [Register; 3]| [p[0] + q[0], p[1] + q[1], p[2] + q[2]];
+        let cross = |p: [Register; 3], q: [Register; 3]| {
+            [
+                p[1] * q[2] - p[2] * q[1],
+                p[2] * q[0] - p[0] * q[2],
+                p[0] * q[1] - p[1] * q[0],
+            ]
+        };
+        let (ca, cb, ab) = (minus(a, c), minus(c, b), minus(b, a));
+        let normals = [
+            cross(plus(b, c), cb),
+            cross(plus(c, a), ca),
+            cross(plus(a, b), ab),
+            cross(cb, ca),
+        ];
+        let plane = normals[3];
+        let zero = Register::zero();
+        let one = Register::from_f32(1.0);
+        let depth = a[0].mul_add(plane[0], a[1].mul_add(plane[1], a[2] * plane[2]));
+        let turn = <Register as Lanes>::select(depth.lt(zero), -one, one);
+        let depth = depth.abs();
+        let nearest = a[2].min(b[2]).min(c[2]);
+        let farthest = a[2].max(b[2]).max(c[2]);
+        let mut edges = Edges {
+            normal: [[[0.0; WIDE]; 3]; 4],
+            depth_times_det: [0.0; WIDE],
+            margin: [0.0; WIDE],
+            nearest: [0.0; WIDE],
+            live: 0,
+        };
+        for (to, from) in edges.normal.iter_mut().zip(normals) {
+            for (to, from) in to.iter_mut().zip(from) {
+                (from * turn).store(to);
+            }
+        }
+        depth.store(&mut edges.depth_times_det);
+        nearest.store(&mut edges.nearest);
+        let deepest = Register::splat(bundle.deepest());
+        if exact {
+            let largest = |p: [Register; 3]| p[0].abs().max(p[1].abs()).max(p[2].abs());
+            let edge = largest(ca).max(largest(cb)).max(largest(ab));
+            let scale = MARGIN * bundle.reach * bundle.steepest * bundle.steepest;
+            let margin = edge * Register::splat(scale) + Register::splat(f32::MIN_POSITIVE);
+            // Which way a triangle faces is in doubt: nothing culls it.
+            let doubt = depth.le(margin * edge);
+            let infinite = Register::splat(f32::INFINITY);
+            <Register as Lanes>::select(doubt, infinite, margin).store(&mut edges.margin);
+            let slack = Register::splat(32.0 * f32::EPSILON * bundle.reach);
+            let front = (farthest + slack).ge(zero) & (nearest - slack).le(deepest);
+            edges.live = front.bits();
+        } else {
+            let front = depth.gt(zero) & farthest.ge(zero) & nearest.le(deepest);
+            edges.live = front.bits();
+        }
+        edges
+    }
+
+    #[inline(always)]
+    fn normal(&self, which: usize) -> [Register; 3] {
+        self.normal[which].map(|n| Register::load(&n))
+    }
+
+    /// Triangles that some ray of the group may meet: the greatest value of each
+    /// edge function over the group's rectangle, and the depth.
+    #[inline(always)]
+    pub fn may_meet<L: Lanes>(&self, group: &Group<L>, exact: bool, reach: f32) -> u32 {
+        let [[u, du], [v, dv]] = group.rect.map(|r| r.map(Register::splat));
+        let greatest = |which: usize| {
+            let n = self.normal(which);
+            let spread = n[0].abs().mul_add(du, n[1].abs().mul_add(dv, n[2]));
+            n[0].mul_add(u, n[1].mul_add(v, spread))
+        };
+        let least = greatest(0).min(greatest(1)).min(greatest(2));
+        let nearest = Register::load(&self.nearest);
+        let (least, limit) = if exact {
+            let slack = 32.0 * f32::EPSILON * reach;
+            (
+                least + Register::load(&self.margin),
+                Register::splat(group.deepest + slack),
+            )
+        } else {
+            (least, Register::splat(group.deepest))
+        };
+        let meets = least.ge(Register::zero()) & nearest.le(limit);
+        meets.bits() & self.live
+    }
+
+    /// One triangle against a group's rays: those inside, and T and det.
+    #[inline(always)]
+    pub fn rays<L: Lanes>(&self, slot: usize, group: &Group<L>) -> (L::Mask, L, L) {
+        let value = |which: usize| {
+            let n = self.normal[which].map(|axis| L::from_f32(axis[slot]));
+            n[0].mul_add(group.u, n[1].mul_add(group.v, n[2]))
+        };
+        let least = value(0).min(value(1)).min(value(2));
+        let depth = L::from_f32(self.depth_times_det[slot]);
+        let det = value(3);
+        let inside = least.ge(L::zero()) & depth.le(group.limit * det);
+        (inside, depth, det)
+    }
+
+    /// One ray against all triangles: those met before `limit`, and T and det.
+    #[inline(always)]
+    pub fn triangles(&self, u: f32, v: f32, limit: f32) -> (u32, Register, Register) {
+        let (u, v) = (Register::splat(u), Register::splat(v));
+        let value = |which: usize| {
+            let n = self.normal(which);
+            n[0].mul_add(u, n[1].mul_add(v, n[2]))
+        };
+        let least = value(0).min(value(1)).min(value(2));
+        let depth = Register::load(&self.depth_times_det);
+        let det = value(3);
+        let inside = least.ge(Register::zero()) & depth.le(Register::splat(limit) * det);
+        (inside.bits() & self.live, depth, det)
+    }
+
+    /// One ray, widened by its rounding, against all triangles: those that it
+    /// may meet.
+    #[inline(always)]
+    pub fn may_meet_ray(&self, u: f32, v: f32) -> u32 {
+        let (u, v) = (Register::splat(u), Register::splat(v));
+        let value = |which: usize| {
+            let n = self.normal(which);
+            n[0].mul_add(u, n[1].mul_add(v, n[2]))
+        };
+        let least = value(0).min(value(1)).min(value(2));
+        let meets = (least + Register::load(&self.margin)).ge(Register::zero());
+        meets.bits() & self.live
+    }
+}

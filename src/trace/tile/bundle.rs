@@ -1,0 +1,191 @@
+//! A tile's rays in one space, as lines over the depth along their main axis.
+
+use crate::accel::Frustum;
+use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::math::{Aabb32, Vec3};
+
+/// As many rays as there are lanes. Depths count from the origin along the main
+/// axis k: z = t·|d_k|.
+#[derive(Clone, Copy)]
+pub(super) struct Group<L: Lanes> {
+    /// d_a / |d_k| and d_b / |d_k|.
+    pub u: L,
+    pub v: L,
+    inv_u: L,
+    inv_v: L,
+    /// |d_k|.
+    pub along: L,
+    /// The depth beyond which nothing matters; negative where done.
+    pub limit: L,
+    /// The greatest of these, not rounded down.
+    pub deepest: f32,
+    /// Middle and half extent of u, then of v, not rounded inward.
+    pub rect: [[f32; 2]; 2],
+}
+
+pub(super) struct Bundle<L: Lanes, const S: usize> {
+    pub frustum: Frustum,
+    /// Of all rays, along (a, b, k), k times the sign.
+    pub org: [f32; 3],
+    pub groups: [Group<L>; S],
+    /// 1 or the greatest |slope|.
+    pub steepest: f32,
+    /// The largest distance, along an axis, from the origin or from the rays'
+    /// to the far side of the tree.
+    pub reach: f32,
+}
+
+/// Steeper rays, against the main axis, are left to other kernels.
+const STEEPEST: f32 = 8.0;
+
+/// Less than this counts as this, of either sign.
+const LEAST_SLOPE: f32 = 1e-12;
+
+impl<L: Lanes, const S: usize> Bundle<L, S> {
+    /// `org`: of all rays; `alive`: the others take the place of the middle ray.
+    /// `None` where the rays do not advance together along one axis. The same
+    /// for all widths: the main axis is the middle ray's.
+    #[inline(always)]
+    pub fn new(
+        org: [f64; 3],
+        dirs: &[Vec3<L>; S],
+        alive: &[L::Mask; S],
+        bounds: &Aabb32,
+    ) -> Option<Bundle<L, S>> {
+        let middle = middle_ray(dirs, alive)?;
+        let size = middle.map(|d| d.to_f64().abs());
+        let k = if size[2] >= size[0] && size[2] >= size[1] {
+            2
+        } else if size[1] >= size[0] {
+            1
+        } else {
+            0
+        };
+        let axes = [(k + 1) % 3, (k + 2) % 3, k];
+        let sign = if middle[k].to_f64() < 0.0 { -1.0 } else { 1.0 };
+        let stand_in = Vec3::<L>::splat(middle);
+        let mut slopes = [[f32::INFINITY, f32::NEG_INFINITY]; 2];
+        let mut wild = false;
+        let groups = std::array::from_fn(|s| {
+            let dir = Vec3::select(alive[s], dirs[s], stand_in);
+            let along = dir.axis(k) * L::from_f32(sign);
+            let (a, b) = (dir.axis(axes[0]), dir.axis(axes[1]));
+            let steep = a.abs().max(b.abs()).le(along * L::from_f32(STEEPEST));
+            wild |= (!steep).any();
+            let (u, v) = (a / along, b / along);
+            let rect = [u, v].map(|x| {
+                let (least, most) = (x.least().to_f64() as f32, x.greatest().to_f64() as f32);
+                [least, most]
+            });
+            for (all, own) in slopes.iter_mut().zip(rect) {
+                *all = [all[0].min(own[0]), all[1].max(own[1])];
+            }
+            let one = L::from_f32(1.0);
+            let tiny = L::from_f32(LEAST_SLOPE);
+            let safe = |x: L| L::select(x.abs().lt(tiny), tiny, x);
+            Group {
+                u,
+                v,
+                inv_u: one / safe(u),
+                inv_v: one / safe(v),
+                along,
+                limit: L::zero(),
+                deepest: 0.0,
+                rect: rect.map(|[least, most]| {
+                    let middle = 0.5 * (least + most);
+                    let half = 0.5 * (most - least);
+                    [
+                        middle,
+                        half + (middle.abs() + half) * (8.0 * f32::EPSILON) + 1e-12,
+                    ]
+                }),
+            }
+        });
+        if wild {
+            return None;
+        }
+        let org = axes.map(|axis| org[axis] as f32);
+        let org = [org[0], org[1], org[2] * sign];
+        let reach = (0..3).fold(0.0_f32, |reach, i| {
+            let side = if i == 2 { sign } else { 1.0 };
+            let (low, high) = (bounds.min[axes[i]] * side, bounds.max[axes[i]] * side);
+            reach
+                .max((low - org[i]).abs())
+                .max((high - org[i]).abs())
+                .max(org[i].abs())
+        });
+        let steepest = slopes.iter().flatten().fold(1.0_f32, |m, x| m.max(x.abs()));
+        Some(Bundle {
+            frustum: Frustum::new(axes, sign, (org, org), 0.0, slopes, bounds),
+            org,
+            groups,
+            steepest,
+            reach,
+        })
+    }
+
+    /// Takes over each ray's limit in t; negative ones are done.
+    #[inline(always)]
+    pub fn limit_t(&mut self, s: usize, limit: L) {
+        let group = &mut self.groups[s];
+        group.limit = limit * group.along;
+        group.set_deepest();
+    }
+
+    /// The largest depth that still matters to any ray; negative if none does.
+    #[inline(always)]
+    pub fn deepest(&self) -> f32 {
+        self.groups.iter().fold(-1.0, |m, g| m.max(g.deepest))
+    }
+
+    /// The rays of a group that may meet a box before their limits.
+    #[inline(always)]
+    pub fn reach_box(&self, s: usize, relative: &RelativeBox) -> L::Mask {
+        let group = &self.groups[s];
+        let [x0, x1, y0, y1, near, far] = relative.0.map(L::from_f32);
+        let (x0, x1) = (x0 * group.inv_u, x1 * group.inv_u);
+        let (y0, y1) = (y0 * group.inv_v, y1 * group.inv_v);
+        let enter = x0.min(x1).max(y0.min(y1)).max(near);
+        let exit = x0.max(x1).min(y0.max(y1)).min(far);
+        let slack = L::from_f32(1.0 + 8.0 * f32::EPSILON);
+        enter.le(exit * slack) & enter.le(group.limit * slack)
+    }
+}
+
+impl<L: Lanes> Group<L> {
+    #[inline(always)]
+    pub fn set_deepest(&mut self) {
+        let deepest = self.limit.greatest().to_f64() as f32;
+        self.deepest = deepest * (1.0 + f32::EPSILON);
+    }
+}
+
+/// A box relative to the origins, grown by the pad: x, y, then the depths.
+#[derive(Clone, Copy)]
+pub(super) struct RelativeBox([f32; 6]);
+
+impl RelativeBox {
+    #[inline(always)]
+    pub fn new(frustum: &Frustum, min: [f32; 3], max: [f32; 3]) -> RelativeBox {
+        let ([x0, x1], [y0, y1], [near, far]) = frustum.relative(min, max);
+        RelativeBox([x0, x1, y0, y1, near.max(0.0), far])
+    }
+}
+
+/// The tile's middle ray, or the first one alive.
+#[inline(always)]
+fn middle_ray<L: Lanes, const S: usize>(
+    dirs: &[Vec3<L>; S],
+    alive: &[L::Mask; S],
+) -> Option<[L::Scalar; 3]> {
+    let ray = |i: usize| {
+        let (dir, lane) = (&dirs[i / L::COUNT], i % L::COUNT);
+        [dir.x.lane(lane), dir.y.lane(lane), dir.z.lane(lane)]
+    };
+    let is_alive = |i: &usize| alive[i / L::COUNT].bits() >> (i % L::COUNT) & 1 != 0;
+    let middle = S * L::COUNT / 2;
+    if is_alive(&middle) {
+        return Some(ray(middle));
+    }
+    (0..S * L::COUNT).find(is_alive).map(ray)
+}

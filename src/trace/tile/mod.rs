@@ -1,0 +1,552 @@
+//! Tiles: the rays of one origin, as a volume through the wide trees.
+//!
+//! Pinhole rays, and shadow rays traced from a point light. A tile is a fixed
+//! number of consecutive rays, whatever the lanes; a tile that does not fit
+//! (rays of several origins, or against each other) is left to other kernels.
+//!
+//! In f32 triangles are decided by edge functions from the shared origin, three
+//! times as cheap as the watertight test; t is then computed by the watertight
+//! test's own steps, once per ray, so that kernels which agree on the triangle
+//! agree on t. In f64 the edge functions only sort out, with a margin, and the
+//! watertight test decides.
+
+mod block;
+mod bundle;
+
+use super::batch::Rays;
+use super::leaf::{Features, Tester};
+use super::packet::Packet;
+use super::query::{HitId, Query};
+use super::single::{WideScratch, trace_mesh};
+use crate::accel::{Entry, WideMesh, WideNode, WideStack, World};
+use crate::geom::Certainty;
+use crate::math::Vec3;
+use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::scene::{MeshId, Shape};
+use block::Edges;
+use bundle::{Bundle, RelativeBox};
+use glam::DVec3;
+
+/// Rays per tile.
+pub const TILE: usize = 64;
+
+/// No triangle.
+const NOTHING: u32 = u32::MAX;
+
+pub(super) struct Tile<'w, L: Lanes, const S: usize> {
+    world: &'w World<'w>,
+    rays: &'w Rays<'w>,
+    first: usize,
+    org: [f64; 3],
+    dirs: [Vec3<L>; S],
+    bundle: Bundle<L, S>,
+}
+
+/// What a mesh's walk carries along.
+struct InMesh<'a, L: Lanes, const S: usize> {
+    entry: &'a Entry,
+    id: MeshId,
+    mesh: &'a WideMesh,
+    bundle: &'a mut Bundle<L, S>,
+    /// By group: place of the nearest triangle so far, as block · WIDE + slot.
+    places: [L::Ids; S],
+}
+
+impl<'w, L: Lanes, const S: usize> Tile<'w, L, S> {
+    /// `None` where the rays are not of one origin, do not start there, or do
+    /// not advance along one axis.
+    #[inline(always)]
+    pub fn of(world: &'w World<'w>, rays: &'w Rays<'w>, first: usize) -> Option<Self> {
+        let end = first + TILE;
+        let (t_min, t_max) = (&rays.t_min[first..end], &rays.t_max[first..end]);
+        let is_alive = |i: usize| t_max[i] > 0.0;
+        let leader = (0..TILE).find(|i| is_alive(*i))?;
+        let org = [0, 1, 2].map(|k| rays.org[k][first + leader]);
+        let [x, y, z] = [0, 1, 2].map(|k| &rays.org[k][first..end]);
+        let mut same = true;
+        for i in 0..TILE {
+            let here = (x[i] == org[0]) & (y[i] == org[1]) & (z[i] == org[2]) & (t_min[i] == 0.0);
+            same &= here | !is_alive(i);
+        }
+        if !same {
+            return None;
+        }
+        let at = |s: usize| first + s * L::COUNT;
+        let dirs = std::array::from_fn(|s| {
+            let dir = |k: usize| super::batch::load_f32::<L>(&rays.dir[k][at(s)..]);
+            Vec3::new(dir(0), dir(1), dir(2))
+        });
+        let alive: [L::Mask; S] = std::array::from_fn(|s| {
+            super::batch::load_f32::<L>(&rays.t_max[at(s)..]).gt(L::zero())
+        });
+        let bounds = &world.wide.as_ref()?.bounds;
+        let bundle = Bundle::new(org, &dirs, &alive, bounds)?;
+        Some(Tile {
+            world,
+            rays,
+            first,
+            org,
+            dirs,
+            bundle,
+        })
+    }
+
+    #[inline(always)]
+    fn packet(&self, s: usize) -> Packet<L> {
+        self.rays.packet(self.first + s * L::COUNT, self.world)
+    }
+
+    /// Everything in the world.
+    #[inline(always)]
+    pub fn trace<C: Certainty, F: Features, Q: Query<L>>(
+        mut self,
+        queries: &mut [Q; S],
+        scratch: &mut WideScratch,
+    ) {
+        let world = self.world;
+        if F::SOLIDS && !world.unbounded.is_empty() {
+            for (s, query) in queries.iter_mut().enumerate() {
+                let packet = self.packet(s);
+                Tester::<L, C, F>::new(world, &packet).unbounded(query);
+            }
+        }
+        for (s, query) in queries.iter().enumerate() {
+            self.bundle.limit_t(s, query.limit());
+        }
+        let Some(top) = &world.wide else { return };
+        let frustum = self.bundle.frustum;
+        let WideScratch {
+            top: stack,
+            mesh: mesh_stack,
+        } = scratch;
+        top.walk_frustum(
+            &frustum,
+            self.bundle.deepest(),
+            stack,
+            |_, _, (first, count), _| {
+                for entry in &world.entries[first..first + count] {
+                    self.entry::<C, F, Q>(entry, queries, mesh_stack);
+                }
+                self.bundle.deepest()
+            },
+        );
+    }
+
+    #[inline(always)]
+    fn entry<C: Certainty, F: Features, Q: Query<L>>(
+        &mut self,
+        entry: &Entry,
+        queries: &mut [Q; S],
+        stack: &mut WideStack,
+    ) {
+        let (min, max) = (entry.bounds.min, entry.bounds.max);
+        let relative = RelativeBox::new(&self.bundle.frustum, min, max);
+        match entry.shape {
+            Shape::Mesh(id) => {
+                if !F::MESHES {
+                    return;
+                }
+                if F::TRANSFORMS && entry.placed {
+                    self.placed_mesh::<C, F, Q>(entry, id, &relative, queries, stack);
+                } else if let Some(mesh) = self.world.wide_mesh(id) {
+                    let Tile {
+                        world,
+                        rays,
+                        first,
+                        bundle,
+                        ..
+                    } = self;
+                    let inside = InMesh {
+                        entry,
+                        id,
+                        mesh,
+                        bundle,
+                        places: [L::ids(NOTHING); S],
+                    };
+                    let packet = |s: usize| rays.packet(*first + s * L::COUNT, world);
+                    inside.trace::<C, F, Q>(world, &packet, queries, stack);
+                    for (s, query) in queries.iter().enumerate() {
+                        self.bundle.limit_t(s, query.limit());
+                    }
+                }
+            }
+            _ => {
+                if !F::SOLIDS {
+                    return;
+                }
+                for (s, query) in queries.iter_mut().enumerate() {
+                    let active = self.bundle.reach_box(s, &relative);
+                    if active.any() {
+                        let packet = self.packet(s);
+                        Tester::<L, C, F>::new(self.world, &packet).solid(entry, active, query);
+                        self.bundle.limit_t(s, query.limit());
+                    }
+                }
+            }
+        }
+    }
+
+    /// A mesh in a space of its own: the same rays there, as a bundle anew.
+    #[inline(never)]
+    fn placed_mesh<C: Certainty, F: Features, Q: Query<L>>(
+        &mut self,
+        entry: &Entry,
+        id: MeshId,
+        relative: &RelativeBox,
+        queries: &mut [Q; S],
+        stack: &mut WideStack,
+    ) {
+        let Some(mesh) = self.world.wide_mesh(id) else {
+            return;
+        };
+        let active: [L::Mask; S] = std::array::from_fn(|s| self.bundle.reach_box(s, relative));
+        if active.iter().all(|lanes| lanes.none()) {
+            return;
+        }
+        let map = &self.world.appearances.rows[entry.appearance as usize].object_from_world;
+        let center = self.world.scene.meshes.center[id.index()];
+        let org = DVec3::from_array(map.point(self.org)) - center;
+        let dirs: [Vec3<L>; S] = std::array::from_fn(|s| {
+            let d = &self.dirs[s];
+            let dir = map.vectors(Vec3::new(d.x.widen(), d.y.widen(), d.z.widen()));
+            Vec3::new(L::narrow(dir.x), L::narrow(dir.y), L::narrow(dir.z))
+        });
+        let packet = |s: usize| self.packet(s);
+        let bundle = Bundle::new(org.to_array(), &dirs, &active, &mesh.tree.bounds);
+        let Some(mut bundle) = bundle else {
+            self.one_by_one::<C, F, Q>(entry, id, &active, queries, stack);
+            return;
+        };
+        let asleep = -L::from_f32(1.0);
+        for (s, query) in queries.iter().enumerate() {
+            bundle.limit_t(s, L::select(active[s], query.limit(), asleep));
+        }
+        let inside = InMesh {
+            entry,
+            id,
+            mesh,
+            bundle: &mut bundle,
+            places: [L::ids(NOTHING); S],
+        };
+        inside.trace::<C, F, Q>(self.world, &packet, queries, stack);
+        for (s, query) in queries.iter().enumerate() {
+            self.bundle.limit_t(s, query.limit());
+        }
+    }
+
+    /// A mesh in whose space the rays do not advance together.
+    #[cold]
+    fn one_by_one<C: Certainty, F: Features, Q: Query<L>>(
+        &self,
+        entry: &Entry,
+        id: MeshId,
+        active: &[L::Mask; S],
+        queries: &mut [Q; S],
+        stack: &mut WideStack,
+    ) {
+        use super::query::Closest;
+        for (s, query) in queries.iter_mut().enumerate() {
+            let packet = self.packet(s);
+            let mut bits = active[s].bits();
+            while bits != 0 {
+                let lane = bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                let (org, dir) = packet.lane(lane);
+                let one = Packet::<L::Single>::new(
+                    Vec3::splat(org),
+                    Vec3::splat(dir),
+                    <L::Single as Lanes>::splat(packet.ray.t_min.lane(lane)),
+                    &self.world.top.bounds,
+                );
+                let limit = <L::Single as Lanes>::splat(query.limit().lane(lane));
+                let mut nearest = Closest::<L::Single, C>::new(limit);
+                let tester = Tester::<L::Single, C, F>::new(self.world, &one);
+                trace_mesh(&tester, entry, id, &mut nearest, stack);
+                if nearest.id(0) != HitId::NONE {
+                    query.settle(lane, nearest.t(0), nearest.id(0));
+                }
+            }
+        }
+    }
+}
+
+impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
+    #[inline(always)]
+    fn trace<C: Certainty, F: Features, Q: Query<L>>(
+        mut self,
+        world: &World,
+        packet: &impl Fn(usize) -> Packet<L>,
+        queries: &mut [Q; S],
+        stack: &mut WideStack,
+    ) {
+        let exact = C::GUARDED || size_of::<L::Scalar>() == 8;
+        let frustum = self.bundle.frustum;
+        let deepest = self.bundle.deepest();
+        let tree = &self.mesh.tree;
+        if exact {
+            let packets: [Packet<L>; S] = std::array::from_fn(packet);
+            let testers: [_; S] =
+                std::array::from_fn(|s| Tester::<L, C, F>::new(world, &packets[s]));
+            let objects: [Packet<L>; S] =
+                std::array::from_fn(|s| testers[s].mesh_packet(self.entry, self.id));
+            tree.walk_frustum(
+                &frustum,
+                deepest,
+                stack,
+                |node, place, (first, count), _| {
+                    self.exact_leaf(node, place, first, count, &testers, &objects, queries);
+                    self.bundle.deepest()
+                },
+            );
+            return;
+        }
+        tree.walk_frustum(
+            &frustum,
+            deepest,
+            stack,
+            |node, place, (first, count), _| {
+                self.fast_leaf(node, place, first, count, queries);
+                self.bundle.deepest()
+            },
+        );
+        if Q::ANY {
+            return;
+        }
+        for s in 0..S {
+            let places = self.places[s];
+            let mut bits = 0;
+            for (lane, place) in places.as_ref().iter().enumerate() {
+                bits |= u32::from(*place != NOTHING) << lane;
+            }
+            if bits != 0 {
+                let packet = packet(s);
+                let tester = Tester::<L, C, F>::new(world, &packet);
+                tester.settle_places(
+                    self.entry,
+                    self.id,
+                    self.mesh,
+                    &places,
+                    bits,
+                    &mut queries[s],
+                );
+            }
+        }
+    }
+
+    /// The rays of each group that may meet the leaf's box; whether any does.
+    #[inline(always)]
+    fn rays_at(&self, node: &WideNode, place: usize) -> ([u32; S], bool) {
+        let (min, max) = node.child_box(place);
+        let relative = RelativeBox::new(&self.bundle.frustum, min, max);
+        let mut rays = [0; S];
+        let mut all = 0;
+        for (s, rays) in rays.iter_mut().enumerate() {
+            if self.bundle.groups[s].deepest >= 0.0 {
+                *rays = self.bundle.reach_box(s, &relative).bits();
+                all |= *rays;
+            }
+        }
+        (rays, all != 0)
+    }
+
+    #[inline(always)]
+    fn fast_leaf<Q: Query<L>>(
+        &mut self,
+        node: &WideNode,
+        place: usize,
+        first: usize,
+        count: usize,
+        queries: &mut [Q; S],
+    ) {
+        let (rays, any) = self.rays_at(node, place);
+        if !any {
+            return;
+        }
+        for number in first..first + count {
+            let block = &self.mesh.blocks[number];
+            let edges = Edges::new(block, self.bundle, false);
+            if edges.live == 0 {
+                continue;
+            }
+            for s in 0..S {
+                let group = &mut self.bundle.groups[s];
+                if rays[s] == 0 || group.deepest < 0.0 {
+                    continue;
+                }
+                let mut slots = edges.may_meet(group, false, 0.0);
+                if slots == 0 {
+                    continue;
+                }
+                let mut met = false;
+                if rays[s].count_ones() < slots.count_ones() {
+                    // Ray by ray, the triangles in lanes.
+                    let mut bits = rays[s];
+                    while bits != 0 {
+                        let lane = bits.trailing_zeros() as usize;
+                        bits &= bits - 1;
+                        let at = |x: L| x.lane(lane).to_f64() as f32;
+                        let limit = at(group.limit);
+                        let (hits, depth, det) = edges.triangles(at(group.u), at(group.v), limit);
+                        if hits == 0 {
+                            continue;
+                        }
+                        met = true;
+                        let (depth, det) = (depth.to_array(), det.to_array());
+                        let mut limit = limit;
+                        let mut hits = hits;
+                        while hits != 0 {
+                            let slot = hits.trailing_zeros() as usize;
+                            hits &= hits - 1;
+                            let z = depth[slot] / det[slot];
+                            let place = &mut self.places[s].as_mut()[lane];
+                            if nearer(z, limit, block.source[slot], *place, self.mesh) {
+                                limit = z;
+                                *place = (number * crate::accel::WIDE + slot) as u32;
+                            }
+                        }
+                        if Q::ANY {
+                            limit = -1.0;
+                        }
+                        group.limit = group.limit.with_lane(lane, L::Scalar::from_f32(limit));
+                    }
+                } else {
+                    // Triangle by triangle, the rays in lanes.
+                    while slots != 0 {
+                        let slot = slots.trailing_zeros() as usize;
+                        slots &= slots - 1;
+                        let (hit, depth, det) = edges.rays(slot, group);
+                        let bits = hit.bits();
+                        if bits == 0 {
+                            continue;
+                        }
+                        met = true;
+                        let place = (number * crate::accel::WIDE + slot) as u32;
+                        if Q::ANY {
+                            let done = -L::from_f32(1.0);
+                            group.limit = L::select(hit, done, group.limit);
+                            mark(&mut self.places[s], bits, place);
+                            continue;
+                        }
+                        let z = depth / det;
+                        let less = hit & z.lt(group.limit);
+                        let mut taken = less.bits();
+                        let mut tied = (hit & z.eq(group.limit)).bits();
+                        while tied != 0 {
+                            let lane = tied.trailing_zeros() as usize;
+                            tied &= tied - 1;
+                            let best = self.places[s].as_ref()[lane];
+                            if best != NOTHING && block.source[slot] < source(self.mesh, best) {
+                                taken |= 1 << lane;
+                            }
+                        }
+                        group.limit = L::select(less, z, group.limit);
+                        mark(&mut self.places[s], taken, place);
+                    }
+                }
+                if met {
+                    group.set_deepest();
+                    if Q::ANY {
+                        self.report(s, queries);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Any-hit: tells the query which rays have been blocked, and by what.
+    #[inline(always)]
+    fn report<Q: Query<L>>(&mut self, s: usize, queries: &mut [Q; S]) {
+        let mut bits = 0;
+        let mut last = NOTHING;
+        for (lane, place) in self.places[s].as_mut().iter_mut().enumerate() {
+            if *place != NOTHING {
+                bits |= 1 << lane;
+                last = *place;
+                *place = NOTHING;
+            }
+        }
+        if last != NOTHING {
+            let id = HitId {
+                instance: self.entry.appearance,
+                primitive: source(self.mesh, last),
+            };
+            queries[s].block(L::Mask::from_bits(bits), id);
+        }
+    }
+
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments)]
+    fn exact_leaf<C: Certainty, F: Features, Q: Query<L>>(
+        &mut self,
+        node: &WideNode,
+        place: usize,
+        first: usize,
+        count: usize,
+        testers: &[Tester<L, C, F>; S],
+        objects: &[Packet<L>; S],
+        queries: &mut [Q; S],
+    ) {
+        let (rays, any) = self.rays_at(node, place);
+        if !any {
+            return;
+        }
+        for number in first..first + count {
+            let block = &self.mesh.blocks[number];
+            let edges = Edges::new(block, self.bundle, true);
+            if edges.live == 0 {
+                continue;
+            }
+            for s in 0..S {
+                if rays[s] == 0 || self.bundle.groups[s].deepest < 0.0 {
+                    continue;
+                }
+                let mut slots = edges.may_meet(&self.bundle.groups[s], true, self.bundle.reach);
+                let mut met = false;
+                let active = L::Mask::from_bits(rays[s]);
+                while slots != 0 {
+                    let slot = slots.trailing_zeros() as usize;
+                    slots &= slots - 1;
+                    if block.source[slot] == NOTHING {
+                        break;
+                    }
+                    let id = HitId {
+                        instance: self.entry.appearance,
+                        primitive: block.source[slot],
+                    };
+                    let query = &mut queries[s];
+                    let (window, _) = testers[s].window(self.entry, active, query.limit());
+                    let corners = block.corners(slot);
+                    met |= testers[s].triangle(&objects[s], &window, &corners, id, active, query);
+                }
+                if met {
+                    let group = &mut self.bundle.groups[s];
+                    let asleep = group.limit.lt(L::zero());
+                    let limit = queries[s].limit() * group.along;
+                    group.limit = L::select(asleep, group.limit, limit);
+                    group.set_deepest();
+                }
+            }
+        }
+    }
+}
+
+/// A place's triangle in source order.
+#[inline(always)]
+fn source(mesh: &WideMesh, place: u32) -> u32 {
+    let wide = crate::accel::WIDE as u32;
+    mesh.blocks[(place / wide) as usize].source[(place % wide) as usize]
+}
+
+/// Whether a triangle at depth z replaces the best so far: ties go to the lower
+/// id, and a tie with the ray's own end is no hit.
+#[inline(always)]
+fn nearer(z: f32, limit: f32, id: u32, best: u32, mesh: &WideMesh) -> bool {
+    z < limit || (z == limit && best != NOTHING && id < source(mesh, best))
+}
+
+#[inline(always)]
+fn mark<I: AsMut<[u32]>>(places: &mut I, bits: u32, place: u32) {
+    for (lane, to) in places.as_mut().iter_mut().enumerate() {
+        *to = if bits >> lane & 1 != 0 { place } else { *to };
+    }
+}

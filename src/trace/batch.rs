@@ -1,6 +1,6 @@
 //! Many rays: columns in, columns out, packet by packet.
 
-use super::leaf::{Features, Has, Scratch, Tester};
+use super::leaf::{Everything, Features, Has, Scratch, Tester};
 use super::packet::Packet;
 use super::query::{AnyHit, Closest, HitId};
 use super::single::{WideScratch, trace_ray};
@@ -124,7 +124,7 @@ impl ClosestBatch<'_, '_> {
 impl Batch for ClosestBatch<'_, '_> {
     fn run<L: Lanes, C: Certainty, F: Features, const S: usize>(mut self) {
         if self.world.wide.is_none() {
-            return self.packets::<L, C, F>();
+            return self.packets::<L, C, Everything>();
         }
         let mut scratch = WideScratch::default();
         for first in (0..self.rays.len()).step_by(TILE) {
@@ -161,7 +161,7 @@ struct AnyBatch<'a> {
 impl AnyBatch<'_> {
     /// Tries the last occluder first, then what `rest` traces.
     #[inline(always)]
-    fn packet<L: Lanes, C: Certainty, F: Features>(
+    fn packet<L: Lanes, C: Certainty>(
         &mut self,
         first: usize,
         rest: impl FnOnce(&Packet<L>, &mut AnyHit<L>),
@@ -169,7 +169,7 @@ impl AnyBatch<'_> {
         let packet = self.rays.packet::<L>(first, self.world);
         let mut query = AnyHit::<L>::new(load_f32(&self.rays.t_max[first..]));
         if *self.occluder != HitId::NONE {
-            Tester::<L, C, F>::new(self.world, &packet).single(*self.occluder, &mut query);
+            Tester::<L, C, Everything>::new(self.world, &packet).single(*self.occluder, &mut query);
         }
         rest(&packet, &mut query);
         self.put(first, &query);
@@ -193,8 +193,8 @@ impl Batch for AnyBatch<'_> {
         if world.wide.is_none() {
             let mut scratch = Scratch::<L>::default();
             for first in (0..self.rays.len()).step_by(L::COUNT) {
-                self.packet::<L, C, F>(first, |packet, query| {
-                    Tester::<L, C, F>::new(world, packet).trace(query, &mut scratch);
+                self.packet::<L, C>(first, |packet, query| {
+                    Tester::<L, C, Everything>::new(world, packet).trace(query, &mut scratch);
                 });
             }
             return;
@@ -213,7 +213,7 @@ impl Batch for AnyBatch<'_> {
             }
             for i in first..first + TILE {
                 if self.rays.t_max[i] > self.rays.t_min[i] {
-                    self.packet::<L::Single, C, F>(i, |packet, query| {
+                    self.packet::<L::Single, C>(i, |packet, query| {
                         trace_ray::<_, C, F, _>(world, packet, query, &mut scratch);
                     });
                 } else {
@@ -265,15 +265,20 @@ fn by_width_f64<C: Certainty>(kernels: &Kernels, batch: impl Batch) {
     }
 }
 
-/// Few sets, not all eight: each costs build time.
+/// Few sets, not all eight, and only where the plan takes it by itself: each
+/// costs build time.
 fn by_needs<L: Lanes, C: Certainty, const S: usize>(needs: Needs, batch: impl Batch) {
-    if C::GUARDED {
-        return batch.run::<L, C, Has<true, true, true>, S>();
+    let native = if size_of::<L::Scalar>() == 8 {
+        NATIVE_F64
+    } else {
+        NATIVE_F32
+    };
+    if C::GUARDED || L::COUNT != native {
+        return batch.run::<L, C, Everything, S>();
     }
-    match (needs.meshes, needs.solids, needs.transforms) {
-        (_, false, false) => batch.run::<L, C, Has<true, false, false>, S>(),
-        (_, false, true) => batch.run::<L, C, Has<true, false, true>, S>(),
-        (false, true, false) => batch.run::<L, C, Has<false, true, false>, S>(),
-        _ => batch.run::<L, C, Has<true, true, true>, S>(),
+    match (needs.solids, needs.transforms) {
+        (false, false) => batch.run::<L, C, Has<true, false, false>, S>(),
+        (false, true) => batch.run::<L, C, Has<true, false, true>, S>(),
+        _ => batch.run::<L, C, Everything, S>(),
     }
 }

@@ -29,6 +29,9 @@ pub trait Features: Copy + Send + Sync + 'static {
 #[derive(Clone, Copy, Debug)]
 pub struct Has<const MESHES: bool, const SOLIDS: bool, const TRANSFORMS: bool>;
 
+/// Where features are not worth an instance of their own.
+pub(super) type Everything = Has<true, true, true>;
+
 impl<const M: bool, const S: bool, const T: bool> Features for Has<M, S, T> {
     const MESHES: bool = M;
     const SOLIDS: bool = S;
@@ -144,25 +147,12 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
         }
     }
 
-    /// One shape that is a single primitive.
+    /// One shape that is a single primitive. One instance for all sets of
+    /// features: seven kernels inlined at every use would cost build time, and
+    /// gain nothing.
     #[inline(always)]
     pub(super) fn solid<Q: Query<L>>(&self, entry: &Entry, active: L::Mask, query: &mut Q) {
-        let id = HitId {
-            instance: entry.appearance,
-            primitive: 0,
-        };
-        if F::TRANSFORMS && entry.placed {
-            let (window, active) = self.window(entry, active, query.limit());
-            if active.none() {
-                return;
-            }
-            let object = self.object_packet(entry, DVec3::ZERO);
-            let meet = self.meet(&object, entry, active);
-            self.offer(&object, &window, &entry.own, meet, id, query);
-        } else {
-            let meet = self.meet(self.packet, entry, active);
-            self.offer(self.packet, &Window::all(), &entry.own, meet, id, query);
-        }
+        Tester::<L, C, Everything>::new(self.world, self.packet).solid_of_any(entry, active, query);
     }
 
     /// A mesh through its own tree.
@@ -276,7 +266,7 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
     }
 
     /// One primitive alone: what the occluder cache and the resolver test.
-    #[inline(always)]
+    #[inline(never)]
     pub fn single<Q: Query<L>>(&self, id: HitId, query: &mut Q) {
         let entry = self.world.entry_of(id.instance);
         let active = self.packet.ray.t_min.lt(query.limit());
@@ -397,15 +387,37 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
             let lane = bits.trailing_zeros() as usize;
             bits &= bits - 1;
             let t_min = self.packet.ray.t_min.lane(lane).to_f64();
-            if let Some(t) = resolve_one::<F>(self.world, self.packet.lane(lane), t_min, id) {
+            if let Some(t) = resolve_one(self.world, self.packet.lane(lane), t_min, id) {
                 query.settle(lane, t, id);
             }
         }
     }
 }
 
+impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
+    #[inline(never)]
+    fn solid_of_any<Q: Query<L>>(&self, entry: &Entry, active: L::Mask, query: &mut Q) {
+        let id = HitId {
+            instance: entry.appearance,
+            primitive: 0,
+        };
+        if entry.placed {
+            let (window, active) = self.window(entry, active, query.limit());
+            if active.none() {
+                return;
+            }
+            let object = self.object_packet(entry, DVec3::ZERO);
+            let meet = self.meet(&object, entry, active);
+            self.offer(&object, &window, &entry.own, meet, id, query);
+        } else {
+            let meet = self.meet(self.packet, entry, active);
+            self.offer(self.packet, &Window::all(), &entry.own, meet, id, query);
+        }
+    }
+}
+
 /// Where a world ray meets one primitive first, in f64.
-pub fn resolve_one<F: Features>(
+pub fn resolve_one(
     world: &World,
     (org, dir): ([f64; 3], [f64; 3]),
     t_min: f64,
@@ -416,7 +428,7 @@ pub fn resolve_one<F: Features>(
     use crate::math::Vec3;
     let packet = Packet::<f64>::new(Vec3::splat(org), Vec3::splat(dir), t_min, &world.top.bounds);
     let mut nearest = Closest::<f64, Fast>::new(f64::INFINITY);
-    Tester::<f64, Fast, F>::new(world, &packet).single(id, &mut nearest);
+    Tester::<f64, Fast, Everything>::new(world, &packet).single(id, &mut nearest);
     (nearest.id(0) != HitId::NONE).then(|| nearest.t(0))
 }
 

@@ -3,7 +3,7 @@
 //! What incoherent rays want. The lanes only sort out: whatever passes goes to
 //! the same one-lane test as a packet's lane, so the answers are the same bits.
 
-use super::leaf::{Features, Tester};
+use super::leaf::{Everything, Features, Tester};
 use super::packet::Packet;
 use super::query::{HitId, Query};
 use crate::accel::{Block, Entry, Slabs, WideStack, World};
@@ -52,7 +52,7 @@ pub(super) fn trace_ray<L, C, F, Q>(
                 match entry.shape {
                     Shape::Mesh(mesh) => {
                         if F::MESHES {
-                            trace_mesh(&tester, entry, mesh, query, stack);
+                            trace_mesh::<L, C, Q>(world, packet, entry, mesh, query, stack);
                         }
                     }
                     _ => {
@@ -68,10 +68,12 @@ pub(super) fn trace_ray<L, C, F, Q>(
     );
 }
 
-/// A mesh through its own tree.
-#[inline(always)]
-pub(super) fn trace_mesh<L, C, F, Q>(
-    tester: &Tester<L, C, F>,
+/// A mesh through its own tree. Not generic over the scene's features: they
+/// matter above, and each instance costs build time.
+#[inline(never)]
+pub(super) fn trace_mesh<L, C, Q>(
+    world: &World,
+    packet: &Packet<L>,
     entry: &Entry,
     id: MeshId,
     query: &mut Q,
@@ -79,9 +81,9 @@ pub(super) fn trace_mesh<L, C, F, Q>(
 ) where
     L: Lanes,
     C: Certainty,
-    F: Features,
     Q: Query<L>,
 {
+    let tester = Tester::<L, C, Everything>::new(world, packet);
     let Some(mesh) = tester.world.wide_mesh(id) else {
         return;
     };

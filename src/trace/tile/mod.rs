@@ -14,7 +14,7 @@ mod block;
 mod bundle;
 
 use super::batch::Rays;
-use super::leaf::{Features, Tester};
+use super::leaf::{Everything, Features, Tester};
 use super::packet::Packet;
 use super::query::{HitId, Query};
 use super::single::{WideScratch, trace_mesh};
@@ -147,7 +147,7 @@ impl<'w, L: Lanes, const S: usize> Tile<'w, L, S> {
                     return;
                 }
                 if F::TRANSFORMS && entry.placed {
-                    self.placed_mesh::<C, F, Q>(entry, id, &relative, queries, stack);
+                    self.placed_mesh::<C, Q>(entry, id, &relative, queries, stack);
                 } else if let Some(mesh) = self.world.wide_mesh(id) {
                     let Tile {
                         world,
@@ -163,8 +163,7 @@ impl<'w, L: Lanes, const S: usize> Tile<'w, L, S> {
                         bundle,
                         places: [L::ids(NOTHING); S],
                     };
-                    let packet = |s: usize| rays.packet(*first + s * L::COUNT, world);
-                    inside.trace::<C, F, Q>(world, &packet, queries, stack);
+                    inside.trace::<C, Q>(world, rays, *first, queries, stack);
                     for (s, query) in queries.iter().enumerate() {
                         self.bundle.limit_t(s, query.limit());
                     }
@@ -188,7 +187,7 @@ impl<'w, L: Lanes, const S: usize> Tile<'w, L, S> {
 
     /// A mesh in a space of its own: the same rays there, as a bundle anew.
     #[inline(never)]
-    fn placed_mesh<C: Certainty, F: Features, Q: Query<L>>(
+    fn placed_mesh<C: Certainty, Q: Query<L>>(
         &mut self,
         entry: &Entry,
         id: MeshId,
@@ -211,10 +210,9 @@ impl<'w, L: Lanes, const S: usize> Tile<'w, L, S> {
             let dir = map.vectors(Vec3::new(d.x.widen(), d.y.widen(), d.z.widen()));
             Vec3::new(L::narrow(dir.x), L::narrow(dir.y), L::narrow(dir.z))
         });
-        let packet = |s: usize| self.packet(s);
         let bundle = Bundle::new(org.to_array(), &dirs, &active, &mesh.tree.bounds);
         let Some(mut bundle) = bundle else {
-            self.one_by_one::<C, F, Q>(entry, id, &active, queries, stack);
+            self.one_by_one::<C, Q>(entry, id, &active, queries, stack);
             return;
         };
         let asleep = -L::from_f32(1.0);
@@ -228,7 +226,7 @@ impl<'w, L: Lanes, const S: usize> Tile<'w, L, S> {
             bundle: &mut bundle,
             places: [L::ids(NOTHING); S],
         };
-        inside.trace::<C, F, Q>(self.world, &packet, queries, stack);
+        inside.trace::<C, Q>(self.world, self.rays, self.first, queries, stack);
         for (s, query) in queries.iter().enumerate() {
             self.bundle.limit_t(s, query.limit());
         }
@@ -236,7 +234,7 @@ impl<'w, L: Lanes, const S: usize> Tile<'w, L, S> {
 
     /// A mesh in whose space the rays do not advance together.
     #[cold]
-    fn one_by_one<C: Certainty, F: Features, Q: Query<L>>(
+    fn one_by_one<C: Certainty, Q: Query<L>>(
         &self,
         entry: &Entry,
         id: MeshId,
@@ -260,8 +258,7 @@ impl<'w, L: Lanes, const S: usize> Tile<'w, L, S> {
                 );
                 let limit = <L::Single as Lanes>::splat(query.limit().lane(lane));
                 let mut nearest = Closest::<L::Single, C>::new(limit);
-                let tester = Tester::<L::Single, C, F>::new(self.world, &one);
-                trace_mesh(&tester, entry, id, &mut nearest, stack);
+                trace_mesh::<_, C, _>(self.world, &one, entry, id, &mut nearest, stack);
                 if nearest.id(0) != HitId::NONE {
                     query.settle(lane, nearest.t(0), nearest.id(0));
                 }
@@ -271,11 +268,14 @@ impl<'w, L: Lanes, const S: usize> Tile<'w, L, S> {
 }
 
 impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
-    #[inline(always)]
-    fn trace<C: Certainty, F: Features, Q: Query<L>>(
+    /// Not generic over the scene's features: they matter above, and each
+    /// instance costs build time.
+    #[inline(never)]
+    fn trace<C: Certainty, Q: Query<L>>(
         mut self,
         world: &World,
-        packet: &impl Fn(usize) -> Packet<L>,
+        rays: &Rays,
+        start: usize,
         queries: &mut [Q; S],
         stack: &mut WideStack,
     ) {
@@ -284,9 +284,10 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
         let deepest = self.bundle.deepest();
         let tree = &self.mesh.tree;
         if exact {
+            let packet = |s: usize| rays.packet(start + s * L::COUNT, world);
             let packets: [Packet<L>; S] = std::array::from_fn(packet);
             let testers: [_; S] =
-                std::array::from_fn(|s| Tester::<L, C, F>::new(world, &packets[s]));
+                std::array::from_fn(|s| Tester::<L, C, Everything>::new(world, &packets[s]));
             let objects: [Packet<L>; S] =
                 std::array::from_fn(|s| testers[s].mesh_packet(self.entry, self.id));
             tree.walk_frustum(
@@ -319,8 +320,8 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                 bits |= u32::from(*place != NOTHING) << lane;
             }
             if bits != 0 {
-                let packet = packet(s);
-                let tester = Tester::<L, C, F>::new(world, &packet);
+                let packet = rays.packet(start + s * L::COUNT, world);
+                let tester = Tester::<L, C, Everything>::new(world, &packet);
                 tester.settle_places(
                     self.entry,
                     self.id,
@@ -476,13 +477,13 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
 
     #[inline(always)]
     #[expect(clippy::too_many_arguments)]
-    fn exact_leaf<C: Certainty, F: Features, Q: Query<L>>(
+    fn exact_leaf<C: Certainty, Q: Query<L>>(
         &mut self,
         node: &WideNode,
         place: usize,
         first: usize,
         count: usize,
-        testers: &[Tester<L, C, F>; S],
+        testers: &[Tester<L, C, Everything>; S],
         objects: &[Packet<L>; S],
         queries: &mut [Q; S],
     ) {

@@ -96,7 +96,7 @@ fn hashes(file: &Path, loaded: &Loaded, arithmetic: Arithmetic) -> [u64; 2] {
     for lanes in widths(arithmetic) {
         for world in [&bvh, &linear] {
             let got = of(world, lanes, &config(SMALL));
-            let structure = world.top.nodes.len();
+            let structure = world.forest.top_figures().nodes;
             let file = file.display();
             assert_eq!(
                 got, small,

@@ -9,6 +9,8 @@
 //!
 //! Checked against the linear scan by tests/accel.rs, hit by hit and bit by bit.
 
+use super::count::Count;
+use super::index::{Figures, Index};
 use super::slabs::Slabs;
 use crate::math::Aabb32;
 use crate::math::lanes::{Lanes, Mask, Scalar};
@@ -96,10 +98,6 @@ pub struct Tree {
 }
 
 impl Tree {
-    pub fn bytes(&self) -> usize {
-        self.nodes.len() * size_of::<Node>()
-    }
-
     /// The entries of each leaf; `None` where the tree is a plain list.
     pub fn leaves(&self) -> Option<Vec<std::ops::Range<usize>>> {
         if self.nodes.is_empty() {
@@ -113,25 +111,74 @@ impl Tree {
         Some(leaves.collect())
     }
 
-    /// Visits every leaf that some lane's ray may meet before its limit, roughly
-    /// nearest first. `leaf(first, count, active, limits)` tests the entries and
-    /// returns the lanes' new limits; a lane is done where its limit is −∞.
+    /// Levels of nodes and the leaves below them.
+    fn depth(&self) -> usize {
+        let mut deepest = 0;
+        let mut open = vec![(0, 1)];
+        while let Some((node, depth)) = open.pop() {
+            deepest = deepest.max(depth);
+            let node: &Node = &self.nodes[node];
+            let children = node.child[..node.count as usize].iter();
+            let inner = children.filter(|c| !c.is_leaf());
+            open.extend(inner.map(|c| (c.0 as usize, depth + 1)));
+        }
+        deepest
+    }
+}
+
+impl Index for Tree {
+    type Scratch<L: Lanes> = Stack<L>;
+
+    fn bounds(&self) -> Aabb32 {
+        self.bounds
+    }
+
+    fn bytes(&self) -> usize {
+        self.nodes.len() * size_of::<Node>()
+    }
+
+    fn figures(&self) -> Figures {
+        let leaves = self.leaves();
+        Figures {
+            nodes: self.nodes.len(),
+            leaves: leaves.as_ref().map_or(1, Vec::len),
+            empty_leaves: 0,
+            references: self.len,
+            depth: if leaves.is_some() { self.depth() } else { 0 },
+            sah: self.sah,
+        }
+    }
+
+    fn group(&mut self, order: &mut [u32], key: &dyn Fn(u32) -> (u8, u32)) {
+        let by_key = |i: &u32| key(*i);
+        match self.leaves() {
+            None => order.sort_by_key(by_key),
+            Some(leaves) => leaves
+                .into_iter()
+                .for_each(|leaf| order[leaf].sort_by_key(by_key)),
+        }
+    }
+
     #[inline(always)]
-    pub fn walk<L: Lanes>(
+    fn walk<L: Lanes, N: Count>(
         &self,
         slabs: &Slabs<L>,
         t_min: L,
         mut limit: L,
         stack: &mut Stack<L>,
+        counter: &N,
         mut leaf: impl FnMut(usize, usize, L::Mask, L) -> L,
     ) -> L {
         if self.nodes.is_empty() {
             let active = t_min.le(limit);
+            counter.leaf(active);
             return leaf(0, self.len, active, limit);
         }
         let mut top = 0;
         let mut node = &self.nodes[0];
+        let mut here = t_min.le(limit);
         loop {
+            counter.node(here);
             // Every child box against every lane.
             let base = top;
             for i in 0..node.count as usize {
@@ -168,8 +215,10 @@ impl Tree {
                 let child = stack.child[top];
                 if !child.is_leaf() {
                     node = &self.nodes[child.0 as usize];
+                    here = active;
                     break;
                 }
+                counter.leaf(active);
                 let (first, count) = child.range();
                 limit = leaf(first, count, active, limit);
             }

@@ -8,7 +8,10 @@
 //! and a linear scan gives the same one.
 
 mod bvh;
+mod count;
+mod forest;
 mod frustum;
+mod index;
 mod sah;
 mod slabs;
 mod wide;
@@ -17,9 +20,12 @@ mod wide_ray;
 mod world;
 
 pub use bvh::{Child, Node, Stack, Tree, WIDTH};
+pub use count::{Count, Counter, Counts};
+pub use forest::{Forest, Forests, MeshTree, WideForest};
 pub use frustum::{Frustum, MAX_WIDE_DEPTH, WideStack};
+pub use index::{Figures, Index, Primitives};
 pub use sah::{Quality, build, linear};
 pub use slabs::Slabs;
 pub use wide::{Block, WIDE, WideMesh, WideNode, WideTree};
 pub use wide_build::{build_boxes, build_mesh};
-pub use world::{Entry, MeshTree, Structure, World, corner_bounds};
+pub use world::{Entry, Structure, World, corner_bounds};

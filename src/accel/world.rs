@@ -1,13 +1,15 @@
-//! A scene ready to be traced: two levels of trees.
+//! A scene ready to be traced: two levels of structures.
 //!
-//! The top tree stands over entries: an appearance each, either a primitive or
-//! a mesh with a tree of its own, shared by all of its appearances. Appearances
+//! The top one stands over entries: an appearance each, either a primitive or
+//! a mesh with a structure of its own, shared by all of its appearances. Appearances
 //! under the identity need no transform and are met in world space. Unbounded
 //! shapes stand in a short list outside the tree.
 
 use super::bvh::Tree;
+use super::forest::{Forest, Forests, MeshTree, WideForest};
+use super::index::{Index, Primitives};
 use super::sah::{Quality, build, linear};
-use super::wide::{Block, WideMesh, WideTree};
+use super::wide::WideMesh;
 use super::wide_build::{build_boxes, build_mesh};
 use crate::geom::triangle::{Corners, canonical};
 use crate::math::{Aabb, Aabb32, Affine};
@@ -26,7 +28,7 @@ pub enum Structure {
     Linear,
 }
 
-/// One appearance in the top tree's leaves.
+/// One appearance in the top structure's leaves.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
     pub shape: Shape,
@@ -37,7 +39,7 @@ pub struct Entry {
     /// World space; a hit's t lies inside.
     pub bounds: Aabb32,
     /// Object space; the same as `bounds` where not placed. Of a mesh, its
-    /// tree's.
+    /// structure's.
     pub own: Aabb32,
     /// The largest coordinate of `own`; 0 where it is unbounded.
     pub size: f64,
@@ -45,31 +47,17 @@ pub struct Entry {
     pub stretch: f64,
 }
 
-/// A mesh's tree and its triangles in the order of the leaves.
-#[derive(Clone, Debug)]
-pub struct MeshTree {
-    pub tree: Tree,
-    /// For packets of one ray and for tiles; then the rest is empty.
-    pub wide: Option<WideMesh>,
-    /// About the mesh's centre, in canonical order.
-    pub corners: Vec<Corners>,
-    /// Triangle in source order.
-    pub source: Vec<u32>,
-}
-
 pub struct World<'a> {
     pub scene: &'a Scene,
     pub appearances: &'a Appearances,
-    pub top: Tree,
-    /// The same for tiles and single rays.
-    pub wide: Option<WideTree>,
-    /// In the order of the top tree's leaves; each leaf's kinds in runs.
+    pub forest: Forests,
+    /// Of the forest's top.
+    pub bounds: Aabb32,
+    /// In the order of the top structure's leaves; kinds lie in runs.
     pub entries: Vec<Entry>,
     pub unbounded: Vec<Entry>,
     /// By appearance: its place in `entries`, or past their end in `unbounded`.
     pub place_of: Vec<u32>,
-    /// By mesh; `None` for meshes that never appear.
-    pub meshes: Vec<Option<MeshTree>>,
 }
 
 impl<'a> World<'a> {
@@ -78,42 +66,21 @@ impl<'a> World<'a> {
         appearances: &'a Appearances,
         structure: Structure,
     ) -> World<'a> {
-        let meshes = mesh_trees(scene, appearances, structure);
-        let mut bounded = Vec::new();
-        let mut unbounded = Vec::new();
-        for (i, appearance) in appearances.rows.iter().enumerate() {
-            let shape = scene.shapes.row(appearance.shape);
-            let own = match shape {
-                Shape::Mesh(id) => meshes[id.index()]
-                    .as_ref()
-                    .map_or(Aabb32::EMPTY, |m| m.tree.bounds),
-                _ => shape_bounds(scene, appearance.shape)
-                    .map_or(Aabb32::EVERYTHING, |b| b.outward()),
-            };
-            let placed = appearance.is_placed(scene);
-            let bounds = if placed && own != Aabb32::EVERYTHING {
-                world_bounds(&own.widened(), appearance, center_of(scene, shape)).outward()
-            } else {
-                own
-            };
-            let entry = Entry {
-                shape,
-                appearance: i as u32,
-                placed,
-                bounds,
-                own,
-                size: match own {
-                    Aabb32::EVERYTHING => 0.0,
-                    _ => own.widened().max_abs(),
-                },
-                stretch: appearance.world_from_object.norm(),
-            };
-            match shape {
-                Shape::HalfSpace(_) => unbounded.push(entry),
-                _ => bounded.push(entry),
+        let narrow = |build: &Build<Tree>| {
+            let (forest, entries) = plant(scene, appearances, build);
+            (Forests::Narrow(forest), entries)
+        };
+        let (forest, [entries, unbounded]) = match structure {
+            Structure::Bvh => {
+                let (forest, entries) = plant_wide(scene, appearances);
+                (Forests::Wide(forest), entries)
             }
-        }
-        let (top, wide, entries) = top_tree(bounded, structure);
+            Structure::Narrow => narrow(&|p| build(p.boxes, &Quality::default())),
+            Structure::Linear => narrow(&|p| {
+                let order = 0..p.boxes.len() as u32;
+                (linear(p.boxes), order.collect())
+            }),
+        };
         let mut place_of = vec![0; appearances.len()];
         for (place, entry) in entries.iter().chain(&unbounded).enumerate() {
             place_of[entry.appearance as usize] = place as u32;
@@ -121,12 +88,11 @@ impl<'a> World<'a> {
         World {
             scene,
             appearances,
-            top,
-            wide,
+            bounds: forest.bounds(),
+            forest,
             entries,
             unbounded,
             place_of,
-            meshes,
         }
     }
 
@@ -139,50 +105,123 @@ impl<'a> World<'a> {
         }
     }
 
+    /// Where this is what was built.
+    #[inline(always)]
+    pub fn wide(&self) -> Option<&WideForest> {
+        match &self.forest {
+            Forests::Wide(forest) => Some(forest),
+            _ => None,
+        }
+    }
+
     #[inline(always)]
     pub fn wide_mesh(&self, id: MeshId) -> Option<&WideMesh> {
-        self.meshes[id.index()].as_ref()?.wide.as_ref()
+        self.wide()?.meshes[id.index()].as_ref()
     }
 
     /// Bytes of each structure, by name.
     pub fn bytes(&self) -> Vec<(&'static str, usize)> {
-        let of_meshes = |f: fn(&MeshTree) -> usize| self.meshes.iter().flatten().map(f).sum();
-        [
-            (
-                "top tree",
-                self.top.bytes() + self.wide.as_ref().map_or(0, WideTree::bytes),
-            ),
-            (
-                "top entries",
-                (self.entries.len() + self.unbounded.len()) * size_of::<Entry>()
-                    + self.place_of.len() * 4,
-            ),
-            (
-                "mesh trees",
-                of_meshes(|m| m.tree.bytes() + m.wide.as_ref().map_or(0, |wide| wide.tree.bytes())),
-            ),
-            (
-                "mesh leaves",
-                of_meshes(|m| {
-                    m.corners.len() * (size_of::<Corners>() + 4)
-                        + m.wide
-                            .as_ref()
-                            .map_or(0, |wide| wide.blocks.len() * size_of::<Block>())
-                }),
-            ),
-            ("appearances", self.appearances.bytes()),
-        ]
-        .into_iter()
-        .filter(|(_, bytes)| *bytes > 0)
-        .collect()
+        let entries = self.entries.len() + self.unbounded.len();
+        let mut bytes = self.forest.bytes();
+        bytes.push((
+            "top entries",
+            entries * size_of::<Entry>() + self.place_of.len() * 4,
+        ));
+        bytes.push(("appearances", self.appearances.bytes()));
+        bytes.retain(|(_, bytes)| *bytes > 0);
+        bytes
     }
 }
 
-fn mesh_trees(
+/// A structure over primitives, and where its entries come from.
+type Build<'b, A> = dyn Fn(&Primitives) -> (A, Vec<u32>) + Sync + 'b;
+
+/// Structures of one kind for all that appears; the bounded entries in the top
+/// one's order, and the unbounded ones.
+fn plant<A: Index>(
     scene: &Scene,
     appearances: &Appearances,
-    structure: Structure,
-) -> Vec<Option<MeshTree>> {
+    build: &Build<A>,
+) -> (Forest<A>, [Vec<Entry>; 2]) {
+    let meshes = each_mesh(scene, appearances, |id| mesh_tree(scene, id, build));
+    let [bounded, unbounded] = entries(scene, appearances, |mesh| {
+        meshes[mesh].as_ref().map(|m| m.tree.bounds())
+    });
+    let boxes: Vec<Aabb32> = bounded.iter().map(|e| e.bounds).collect();
+    let (mut top, mut order) = build(&Primitives {
+        boxes: &boxes,
+        corners: None,
+    });
+    top.group(&mut order, &|i| by_kind(&bounded[i as usize]));
+    let entries = order.iter().map(|i| bounded[*i as usize]).collect();
+    (Forest { top, meshes }, [entries, unbounded])
+}
+
+fn plant_wide(scene: &Scene, appearances: &Appearances) -> (WideForest, [Vec<Entry>; 2]) {
+    let meshes = each_mesh(scene, appearances, |id| build_mesh(&scene.meshes.row(id)));
+    let [bounded, unbounded] = entries(scene, appearances, |mesh| {
+        meshes[mesh].as_ref().map(|m| m.tree.bounds)
+    });
+    let boxes: Vec<Aabb32> = bounded.iter().map(|e| e.bounds).collect();
+    let (top, order) = build_boxes(&boxes);
+    let mut entries: Vec<Entry> = order.iter().map(|i| bounded[*i as usize]).collect();
+    for leaf in top.leaves() {
+        entries[leaf].sort_by_key(by_kind);
+    }
+    (WideForest { top, meshes }, [entries, unbounded])
+}
+
+/// Kinds in runs: within a leaf the order is free.
+fn by_kind(entry: &Entry) -> (u8, u32) {
+    (entry.shape.kind(), entry.appearance)
+}
+
+/// Bounded and unbounded, in the order of the appearances. `bounds`: of a mesh
+/// that has been built.
+fn entries(
+    scene: &Scene,
+    appearances: &Appearances,
+    bounds: impl Fn(usize) -> Option<Aabb32>,
+) -> [Vec<Entry>; 2] {
+    let [mut bounded, mut unbounded] = [Vec::new(), Vec::new()];
+    for (i, appearance) in appearances.rows.iter().enumerate() {
+        let shape = scene.shapes.row(appearance.shape);
+        let own = match shape {
+            Shape::Mesh(id) => bounds(id.index()).unwrap_or(Aabb32::EMPTY),
+            _ => shape_bounds(scene, appearance.shape).map_or(Aabb32::EVERYTHING, |b| b.outward()),
+        };
+        let placed = appearance.is_placed(scene);
+        let bounds = if placed && own != Aabb32::EVERYTHING {
+            world_bounds(&own.widened(), appearance, center_of(scene, shape)).outward()
+        } else {
+            own
+        };
+        let entry = Entry {
+            shape,
+            appearance: i as u32,
+            placed,
+            bounds,
+            own,
+            size: match own {
+                Aabb32::EVERYTHING => 0.0,
+                _ => own.widened().max_abs(),
+            },
+            stretch: appearance.world_from_object.norm(),
+        };
+        match shape {
+            Shape::HalfSpace(_) => unbounded.push(entry),
+            _ => bounded.push(entry),
+        }
+    }
+    [bounded, unbounded]
+}
+
+/// Builds something for each mesh that appears.
+fn each_mesh<T: Send>(
+    scene: &Scene,
+    appearances: &Appearances,
+    build: impl Fn(MeshId) -> T + Sync,
+) -> Vec<Option<T>> {
     let mut seen = vec![false; scene.meshes.len()];
     for row in &appearances.rows {
         if let Shape::Mesh(id) = scene.shapes.row(row.shape) {
@@ -191,38 +230,23 @@ fn mesh_trees(
     }
     seen.par_iter()
         .enumerate()
-        .map(|(i, seen)| seen.then(|| mesh_tree(scene, MeshId(i as u32), structure)))
+        .map(|(i, seen)| seen.then(|| build(MeshId(i as u32))))
         .collect()
 }
 
-fn mesh_tree(scene: &Scene, id: MeshId, structure: Structure) -> MeshTree {
+fn mesh_tree<A: Index>(scene: &Scene, id: MeshId, build: &Build<A>) -> MeshTree<A> {
     let mesh = scene.meshes.row(id);
-    if structure == Structure::Bvh {
-        let wide = build_mesh(&mesh);
-        return MeshTree {
-            tree: Tree {
-                bounds: wide.tree.bounds,
-                ..linear(&[])
-            },
-            wide: Some(wide),
-            corners: Vec::new(),
-            source: Vec::new(),
-        };
-    }
-    let boxes: Vec<Aabb32> = (0..mesh.triangles.len())
-        .map(|i| corner_bounds(&mesh.corners(i)))
+    let corners: Vec<Corners> = (0..mesh.triangles.len())
+        .map(|i| canonical(mesh.corners(i)))
         .collect();
-    let (tree, source) = match structure {
-        Structure::Bvh | Structure::Narrow => build(&boxes, &Quality::default()),
-        Structure::Linear => (linear(&boxes), (0..boxes.len() as u32).collect()),
-    };
+    let boxes: Vec<Aabb32> = corners.iter().map(corner_bounds).collect();
+    let (tree, source) = build(&Primitives {
+        boxes: &boxes,
+        corners: Some(&corners),
+    });
     MeshTree {
         tree,
-        wide: None,
-        corners: source
-            .iter()
-            .map(|i| canonical(mesh.corners(*i as usize)))
-            .collect(),
+        corners: source.iter().map(|i| corners[*i as usize]).collect(),
         source,
     }
 }
@@ -283,33 +307,4 @@ fn world_bounds(own: &Aabb, appearance: &Appearance, center: DVec3) -> Aabb {
         .map(|p| DVec3::from_array(outward.point(p.to_array())));
     let world = Aabb::of_points(corners);
     world.grown(DVec3::splat(world.max_abs() * 4.0 * f64::EPSILON))
-}
-
-fn top_tree(bounded: Vec<Entry>, structure: Structure) -> (Tree, Option<WideTree>, Vec<Entry>) {
-    let boxes: Vec<Aabb32> = bounded.iter().map(|e| e.bounds).collect();
-    let (tree, wide, order) = match structure {
-        Structure::Bvh => {
-            let (wide, order) = build_boxes(&boxes);
-            (linear(&boxes), Some(wide), order)
-        }
-        Structure::Narrow => {
-            let (tree, order) = build(&boxes, &Quality::default());
-            (tree, None, order)
-        }
-        Structure::Linear => (linear(&boxes), None, (0..boxes.len() as u32).collect()),
-    };
-    let mut entries: Vec<Entry> = order.iter().map(|i| bounded[*i as usize]).collect();
-    // Kinds in runs: within a leaf the order is free.
-    let by_kind = |e: &Entry| (e.shape.kind(), e.appearance);
-    let leaves = match &wide {
-        Some(wide) => Some(wide.leaves()),
-        None => tree.leaves(),
-    };
-    match leaves {
-        None => entries.sort_by_key(by_kind),
-        Some(leaves) => leaves
-            .into_iter()
-            .for_each(|leaf| entries[leaf].sort_by_key(by_kind)),
-    }
-    (tree, wide, entries)
 }

@@ -122,7 +122,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     interrupt::check(&progress)?;
 
     let setting = Setting {
-        accel: stats_accel(&prepared),
+        accel: prepared.plan.accel.name(),
         isa: isa(),
         reps: args.reps,
     };
@@ -285,13 +285,6 @@ fn jobs(
         rays,
     };
     Ok(kinds.iter().zip(sets).map(job).collect())
-}
-
-fn stats_accel(prepared: &Prepared) -> &'static str {
-    match prepared.plan.accel {
-        Accel::Bvh => "bvh",
-        Accel::Linear => "linear",
-    }
 }
 
 fn tree_bytes(world: &World) -> usize {

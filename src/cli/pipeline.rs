@@ -62,10 +62,7 @@ pub fn complete(
     stats.plan = PlanSummary {
         precision: config.choices.precision.name(),
         lanes: plan.kernels.lanes as u32,
-        accel: match plan.accel {
-            Accel::Bvh => "bvh".into(),
-            Accel::Linear => "linear".into(),
-        },
+        accel: plan.accel.name().into(),
         threads: pool.current_num_threads() as u32,
         isa: isa(),
     };

@@ -25,7 +25,7 @@ struct Report {
     tables: BTreeMap<&'static str, usize>,
     /// Bytes.
     trees: BTreeMap<&'static str, usize>,
-    /// Expected cost of a random ray through the top tree, in primitive tests.
+    /// Expected cost of a random ray through the top structure, in primitive tests.
     top_tree_sah: f64,
 }
 
@@ -80,7 +80,7 @@ fn report(prepared: &Prepared, world: &World) -> Report {
             .collect(),
         tables: scene.bytes().into_iter().collect(),
         trees: world.bytes().into_iter().collect(),
-        top_tree_sah: world.top.sah,
+        top_tree_sah: world.forest.top_figures().sah,
     }
 }
 

@@ -189,7 +189,7 @@ pub fn light_of(world: &World, camera: &Camera) -> DVec3 {
         Light::Directional { .. } => None,
     });
     first.unwrap_or_else(|| {
-        let bounds = world.top.bounds.widened();
+        let bounds = world.bounds.widened();
         let distance = (bounds.center() - camera.eye).length();
         let known = !bounds.is_empty() && distance.is_finite() && distance > 0.0;
         let distance = if known { distance } else { 1.0 };

@@ -50,6 +50,16 @@ pub enum Accel {
     Linear,
 }
 
+impl Accel {
+    /// As the command line and the reports call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Accel::Bvh => "bvh",
+            Accel::Linear => "linear",
+        }
+    }
+}
+
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     pub kernels: Kernels,

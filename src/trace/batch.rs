@@ -5,7 +5,7 @@ use super::packet::Packet;
 use super::query::{AnyHit, Closest, HitId};
 use super::single::{WideScratch, trace_ray};
 use super::tile::{TILE, Tile};
-use crate::accel::World;
+use crate::accel::{Count, Counter, Forest, Forests, Index, World};
 use crate::geom::{Certainty, DoubtAll, Fast};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar, f32x4, f32x8, f32x16, f64x4, f64x8, f64x16};
@@ -50,7 +50,7 @@ impl Rays<'_> {
             Vec3::new(org(0), org(1), org(2)),
             Vec3::new(wide(self.dir[0]), wide(self.dir[1]), wide(self.dir[2])),
             load_f32(&self.t_min[first..]),
-            &world.top.bounds,
+            &world.bounds,
         )
     }
 }
@@ -66,7 +66,18 @@ pub(super) fn load_f32<L: Lanes>(from: &[f32]) -> L {
 
 /// The nearest hit of every ray.
 pub fn closest(world: &World, kernels: &Kernels, rays: &Rays, hits: &mut Hits) {
-    dispatch(kernels, ClosestBatch { world, rays, hits });
+    dispatch(world, kernels, &(), ClosestBatch { world, rays, hits });
+}
+
+/// The same, and what it took.
+pub fn closest_counted(
+    world: &World,
+    kernels: &Kernels,
+    rays: &Rays,
+    hits: &mut Hits,
+    counter: &Counter,
+) {
+    dispatch(world, kernels, counter, ClosestBatch { world, rays, hits });
 }
 
 /// Whether each ray is blocked, as a byte. `occluder` is tried first and becomes
@@ -79,7 +90,9 @@ pub fn any(
     blocked: &mut [bool],
 ) {
     dispatch(
+        world,
         kernels,
+        &(),
         AnyBatch {
             world,
             rays,
@@ -89,10 +102,38 @@ pub fn any(
     );
 }
 
-/// A batch that runs at any width, certainty and feature set; `S` packets are
-/// a tile.
+/// The same, and what it took.
+pub fn any_counted(
+    world: &World,
+    kernels: &Kernels,
+    rays: &Rays,
+    occluder: &mut HitId,
+    blocked: &mut [bool],
+    counter: &Counter,
+) {
+    dispatch(
+        world,
+        kernels,
+        counter,
+        AnyBatch {
+            world,
+            rays,
+            occluder,
+            blocked,
+        },
+    );
+}
+
+/// A batch that runs at any width, certainty and feature set.
 trait Batch {
-    fn run<L: Lanes, C: Certainty, F: Features, const S: usize>(self);
+    /// Through wide trees; `S` packets are a tile.
+    fn tiles<L: Lanes, C: Certainty, F: Features, const S: usize>(self);
+    /// Packet by packet, through any other kind of structure.
+    fn packets<L: Lanes, C: Certainty, F: Features, A: Index, N: Count>(
+        self,
+        forest: &Forest<A>,
+        count: &N,
+    );
 }
 
 struct ClosestBatch<'a, 'h> {
@@ -109,23 +150,25 @@ impl ClosestBatch<'_, '_> {
             self.hits.id[first + lane] = query.id(lane);
         }
     }
-
-    fn packets<L: Lanes, C: Certainty, F: Features>(mut self) {
-        let mut scratch = Scratch::<L>::default();
-        for first in (0..self.rays.len()).step_by(L::COUNT) {
-            let packet = self.rays.packet::<L>(first, self.world);
-            let mut query = Closest::<L, C>::new(load_f32(&self.rays.t_max[first..]));
-            Tester::<L, C, F>::new(self.world, &packet).trace(&mut query, &mut scratch);
-            self.put(first, &query);
-        }
-    }
 }
 
 impl Batch for ClosestBatch<'_, '_> {
-    fn run<L: Lanes, C: Certainty, F: Features, const S: usize>(mut self) {
-        if self.world.wide.is_none() {
-            return self.packets::<L, C, Everything>();
+    fn packets<L: Lanes, C: Certainty, F: Features, A: Index, N: Count>(
+        mut self,
+        forest: &Forest<A>,
+        count: &N,
+    ) {
+        let mut scratch = Scratch::<L, A>::default();
+        for first in (0..self.rays.len()).step_by(L::COUNT) {
+            let packet = self.rays.packet::<L>(first, self.world);
+            let mut query = Closest::<L, C>::new(load_f32(&self.rays.t_max[first..]));
+            let tester = Tester::<L, C, F>::new(self.world, &packet);
+            tester.trace(forest, &mut query, &mut scratch, count);
+            self.put(first, &query);
         }
+    }
+
+    fn tiles<L: Lanes, C: Certainty, F: Features, const S: usize>(mut self) {
         let mut scratch = WideScratch::default();
         for first in (0..self.rays.len()).step_by(TILE) {
             if let Some(tile) = Tile::<L, S>::of(self.world, self.rays, first) {
@@ -188,17 +231,23 @@ impl AnyBatch<'_> {
 }
 
 impl Batch for AnyBatch<'_> {
-    fn run<L: Lanes, C: Certainty, F: Features, const S: usize>(mut self) {
+    fn packets<L: Lanes, C: Certainty, F: Features, A: Index, N: Count>(
+        mut self,
+        forest: &Forest<A>,
+        count: &N,
+    ) {
         let world = self.world;
-        if world.wide.is_none() {
-            let mut scratch = Scratch::<L>::default();
-            for first in (0..self.rays.len()).step_by(L::COUNT) {
-                self.packet::<L, C>(first, |packet, query| {
-                    Tester::<L, C, Everything>::new(world, packet).trace(query, &mut scratch);
-                });
-            }
-            return;
+        let mut scratch = Scratch::<L, A>::default();
+        for first in (0..self.rays.len()).step_by(L::COUNT) {
+            self.packet::<L, C>(first, |packet, query| {
+                let tester = Tester::<L, C, F>::new(world, packet);
+                tester.trace(forest, query, &mut scratch, count);
+            });
         }
+    }
+
+    fn tiles<L: Lanes, C: Certainty, F: Features, const S: usize>(mut self) {
+        let world = self.world;
         let mut scratch = WideScratch::default();
         for first in (0..self.rays.len()).step_by(TILE) {
             if let Some(tile) = Tile::<L, S>::of(world, self.rays, first) {
@@ -224,45 +273,77 @@ impl Batch for AnyBatch<'_> {
     }
 }
 
-fn dispatch(kernels: &Kernels, batch: impl Batch) {
+/// What a batch is monomorphised over, as values.
+struct Choice<'a, N> {
+    kernels: &'a Kernels,
+    forest: &'a Forests,
+    count: &'a N,
+}
+
+fn dispatch<N: Count>(world: &World, kernels: &Kernels, count: &N, batch: impl Batch) {
+    let choice = Choice {
+        kernels,
+        forest: &world.forest,
+        count,
+    };
     match kernels.arithmetic {
-        Arithmetic::F32 => by_width_f32::<Fast>(kernels, batch),
-        Arithmetic::F64 => by_width_f64::<Fast>(kernels, batch),
-        Arithmetic::F32DoubtingAll => by_width_f32::<DoubtAll>(kernels, batch),
+        Arithmetic::F32 => by_width_f32::<Fast, N>(&choice, batch),
+        Arithmetic::F64 => by_width_f64::<Fast, N>(&choice, batch),
+        Arithmetic::F32DoubtingAll => by_width_f32::<DoubtAll, N>(&choice, batch),
     }
 }
 
 const NATIVE_F32: usize = native_width(Arithmetic::F32);
 const NATIVE_F64: usize = native_width(Arithmetic::F64);
 
-fn by_width_f32<C: Certainty>(kernels: &Kernels, batch: impl Batch) {
-    match kernels.lanes {
+fn by_width_f32<C: Certainty, N: Count>(choice: &Choice<N>, batch: impl Batch) {
+    match choice.kernels.lanes {
         16 if cfg!(feature = "all-lanes") || NATIVE_F32 == 16 => {
-            by_needs::<f32x16, C, { TILE / 16 }>(kernels.needs, batch)
+            by_structure::<f32x16, C, N, { TILE / 16 }>(choice, batch)
         }
         8 if cfg!(feature = "all-lanes") || NATIVE_F32 == 8 => {
-            by_needs::<f32x8, C, { TILE / 8 }>(kernels.needs, batch)
+            by_structure::<f32x8, C, N, { TILE / 8 }>(choice, batch)
         }
         4 if cfg!(feature = "all-lanes") || NATIVE_F32 == 4 => {
-            by_needs::<f32x4, C, { TILE / 4 }>(kernels.needs, batch)
+            by_structure::<f32x4, C, N, { TILE / 4 }>(choice, batch)
         }
-        _ => by_needs::<f32, C, { TILE / 1 }>(kernels.needs, batch),
+        _ => by_structure::<f32, C, N, { TILE / 1 }>(choice, batch),
     }
 }
 
-fn by_width_f64<C: Certainty>(kernels: &Kernels, batch: impl Batch) {
-    match kernels.lanes {
+fn by_width_f64<C: Certainty, N: Count>(choice: &Choice<N>, batch: impl Batch) {
+    match choice.kernels.lanes {
         16 if cfg!(feature = "all-lanes") => {
-            by_needs::<f64x16, C, { TILE / 16 }>(kernels.needs, batch)
+            by_structure::<f64x16, C, N, { TILE / 16 }>(choice, batch)
         }
         8 if cfg!(feature = "all-lanes") || NATIVE_F64 == 8 => {
-            by_needs::<f64x8, C, { TILE / 8 }>(kernels.needs, batch)
+            by_structure::<f64x8, C, N, { TILE / 8 }>(choice, batch)
         }
         4 if cfg!(feature = "all-lanes") || NATIVE_F64 == 4 => {
-            by_needs::<f64x4, C, { TILE / 4 }>(kernels.needs, batch)
+            by_structure::<f64x4, C, N, { TILE / 4 }>(choice, batch)
         }
-        _ => by_needs::<f64, C, { TILE / 1 }>(kernels.needs, batch),
+        _ => by_structure::<f64, C, N, { TILE / 1 }>(choice, batch),
     }
+}
+
+fn by_structure<L: Lanes, C: Certainty, N: Count, const S: usize>(
+    choice: &Choice<N>,
+    batch: impl Batch,
+) {
+    match choice.forest {
+        Forests::Wide(_) => by_needs::<L, C, S>(choice.kernels.needs, batch),
+        Forests::Narrow(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
+    }
+}
+
+/// Structures beside the default one have kernels for every need only: each set
+/// costs build time.
+fn by_packets<L: Lanes, C: Certainty, A: Index, N: Count>(
+    forest: &Forest<A>,
+    count: &N,
+    batch: impl Batch,
+) {
+    batch.packets::<L, C, Everything, A, N>(forest, count);
 }
 
 /// Few sets, not all eight, and only where the plan takes it by itself: each
@@ -274,11 +355,11 @@ fn by_needs<L: Lanes, C: Certainty, const S: usize>(needs: Needs, batch: impl Ba
         NATIVE_F32
     };
     if C::GUARDED || L::COUNT != native {
-        return batch.run::<L, C, Everything, S>();
+        return batch.tiles::<L, C, Everything, S>();
     }
     match (needs.solids, needs.transforms) {
-        (false, false) => batch.run::<L, C, Has<true, false, false>, S>(),
-        (false, true) => batch.run::<L, C, Has<true, false, true>, S>(),
-        _ => batch.run::<L, C, Everything, S>(),
+        (false, false) => batch.tiles::<L, C, Has<true, false, false>, S>(),
+        (false, true) => batch.tiles::<L, C, Has<true, false, true>, S>(),
+        _ => batch.tiles::<L, C, Everything, S>(),
     }
 }

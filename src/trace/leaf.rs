@@ -7,7 +7,7 @@
 
 use super::packet::Packet;
 use super::query::{HitId, Query};
-use crate::accel::{Entry, Stack, WIDE, WideMesh, World, corner_bounds};
+use crate::accel::{Count, Entry, Forest, Index, MeshTree, WIDE, WideMesh, World, corner_bounds};
 use crate::geom::{
     Certainty, Meet, cone, cuboid, ellipsoid, half_space, polygon, sphere, triangle,
 };
@@ -38,17 +38,18 @@ impl<const M: bool, const S: bool, const T: bool> Features for Has<M, S, T> {
     const TRANSFORMS: bool = T;
 }
 
-/// Scratch of one thread, reused from packet to packet.
-pub struct Scratch<L: Lanes> {
-    pub top: Stack<L>,
-    pub mesh: Stack<L>,
+/// Scratch of one thread for one kind of structure, reused from packet to
+/// packet.
+pub struct Scratch<L: Lanes, A: Index> {
+    pub top: A::Scratch<L>,
+    pub mesh: A::Scratch<L>,
 }
 
-impl<L: Lanes> Default for Scratch<L> {
-    fn default() -> Scratch<L> {
+impl<L: Lanes, A: Index> Default for Scratch<L, A> {
+    fn default() -> Scratch<L, A> {
         Scratch {
-            top: Stack::default(),
-            mesh: Stack::default(),
+            top: Default::default(),
+            mesh: Default::default(),
         }
     }
 }
@@ -89,25 +90,43 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
         }
     }
 
-    /// Everything in the world.
+    /// Everything in the world, through its structures.
     #[inline(always)]
-    pub fn trace<Q: Query<L>>(&self, query: &mut Q, scratch: &mut Scratch<L>) {
+    pub fn trace<Q: Query<L>, A: Index, N: Count>(
+        &self,
+        forest: &Forest<A>,
+        query: &mut Q,
+        scratch: &mut Scratch<L, A>,
+        count: &N,
+    ) {
         if F::SOLIDS {
             self.unbounded(query);
         }
         let Scratch { top, mesh } = scratch;
-        self.world.top.walk(
+        forest.top.walk(
             &self.packet.slabs,
             self.packet.ray.t_min,
             query.limit(),
             top,
-            |first, count, active, _| {
-                self.entries(
-                    &self.world.entries[first..first + count],
-                    active,
-                    query,
-                    mesh,
-                );
+            count,
+            |first, number, active, _| {
+                for entry in &self.world.entries[first..first + number] {
+                    match entry.shape {
+                        Shape::Mesh(id) => {
+                            if F::MESHES
+                                && let Some(tree) = &forest.meshes[id.index()]
+                            {
+                                self.mesh(entry, id, tree, active, query, mesh, count);
+                            }
+                        }
+                        _ => {
+                            if F::SOLIDS {
+                                count.test(active, 1);
+                                self.solid(entry, active, query);
+                            }
+                        }
+                    }
+                }
                 query.limit()
             },
         );
@@ -122,31 +141,6 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
         }
     }
 
-    /// A leaf of the top tree: its kinds lie in runs.
-    #[inline(always)]
-    fn entries<Q: Query<L>>(
-        &self,
-        entries: &[Entry],
-        active: L::Mask,
-        query: &mut Q,
-        stack: &mut Stack<L>,
-    ) {
-        for entry in entries {
-            match entry.shape {
-                Shape::Mesh(id) => {
-                    if F::MESHES {
-                        self.mesh(entry, id, active, query, stack);
-                    }
-                }
-                _ => {
-                    if F::SOLIDS {
-                        self.solid(entry, active, query);
-                    }
-                }
-            }
-        }
-    }
-
     /// One shape that is a single primitive. One instance for all sets of
     /// features: seven kernels inlined at every use would cost build time, and
     /// gain nothing.
@@ -155,19 +149,19 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
         Tester::<L, C, Everything>::new(self.world, self.packet).solid_of_any(entry, active, query);
     }
 
-    /// A mesh through its own tree.
+    /// A mesh through its own structure.
     #[inline(always)]
-    fn mesh<Q: Query<L>>(
+    #[expect(clippy::too_many_arguments, reason = "a step of one loop")]
+    fn mesh<Q: Query<L>, A: Index, N: Count>(
         &self,
         entry: &Entry,
         mesh: MeshId,
+        tree: &MeshTree<A>,
         active: L::Mask,
         query: &mut Q,
-        stack: &mut Stack<L>,
+        scratch: &mut A::Scratch<L>,
+        count: &N,
     ) {
-        let Some(tree) = &self.world.meshes[mesh.index()] else {
-            return;
-        };
         let (window, active) = self.window(entry, active, query.limit());
         if active.none() {
             return;
@@ -180,9 +174,11 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
             &object.slabs,
             object.ray.t_min,
             limit,
-            stack,
-            |first, count, active, _| {
-                for slot in first..first + count {
+            scratch,
+            count,
+            |first, number, active, _| {
+                count.test(active, number);
+                for slot in first..first + number {
                     let corners = &tree.corners[slot];
                     let id = HitId {
                         instance: entry.appearance,
@@ -426,7 +422,7 @@ pub fn resolve_one(
     use super::query::Closest;
     use crate::geom::Fast;
     use crate::math::Vec3;
-    let packet = Packet::<f64>::new(Vec3::splat(org), Vec3::splat(dir), t_min, &world.top.bounds);
+    let packet = Packet::<f64>::new(Vec3::splat(org), Vec3::splat(dir), t_min, &world.bounds);
     let mut nearest = Closest::<f64, Fast>::new(f64::INFINITY);
     Tester::<f64, Fast, Everything>::new(world, &packet).single(id, &mut nearest);
     (nearest.id(0) != HitId::NONE).then(|| nearest.t(0))

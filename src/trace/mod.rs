@@ -8,7 +8,7 @@ mod record;
 mod single;
 mod tile;
 
-pub use batch::{Hits, MAX_LANES, Rays, any, closest};
+pub use batch::{Hits, MAX_LANES, Rays, any, any_counted, closest, closest_counted};
 pub use leaf::{Features, Has, Scratch, Tester, resolve_one};
 pub use packet::Packet;
 pub use query::{AnyHit, Closest, HitId, Query};

@@ -36,7 +36,8 @@ pub(super) fn trace_ray<L, C, F, Q>(
     if F::SOLIDS {
         tester.unbounded(query);
     }
-    let Some(top) = &world.wide else { return };
+    let Some(forest) = world.wide() else { return };
+    let top = &forest.top;
     let ray = SingleRay::new(packet, &top.bounds);
     let WideScratch {
         top: top_stack,

@@ -79,7 +79,7 @@ impl<'w, L: Lanes, const S: usize> Tile<'w, L, S> {
         let alive: [L::Mask; S] = std::array::from_fn(|s| {
             super::batch::load_f32::<L>(&rays.t_max[at(s)..]).gt(L::zero())
         });
-        let bounds = &world.wide.as_ref()?.bounds;
+        let bounds = &world.wide()?.top.bounds;
         let bundle = Bundle::new(org, &dirs, &alive, bounds)?;
         Some(Tile {
             world,
@@ -113,7 +113,8 @@ impl<'w, L: Lanes, const S: usize> Tile<'w, L, S> {
         for (s, query) in queries.iter().enumerate() {
             self.bundle.limit_t(s, query.limit());
         }
-        let Some(top) = &world.wide else { return };
+        let Some(forest) = world.wide() else { return };
+        let top = &forest.top;
         let frustum = self.bundle.frustum;
         let WideScratch {
             top: stack,
@@ -254,7 +255,7 @@ impl<'w, L: Lanes, const S: usize> Tile<'w, L, S> {
                     Vec3::splat(org),
                     Vec3::splat(dir),
                     <L::Single as Lanes>::splat(packet.ray.t_min.lane(lane)),
-                    &self.world.top.bounds,
+                    &self.world.bounds,
                 );
                 let limit = <L::Single as Lanes>::splat(query.limit().lane(lane));
                 let mut nearest = Closest::<L::Single, C>::new(limit);

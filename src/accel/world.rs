@@ -26,8 +26,8 @@ pub enum Structure {
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
     pub shape: Shape,
-    /// Row of [`Appearances`].
-    pub appearance: u32,
+    /// Id of one of [`Appearances`].
+    pub appearance: u64,
     /// Needs a transform: its object space is not world space.
     pub placed: bool,
     /// World space; a hit's t lies inside.
@@ -73,7 +73,7 @@ impl<'a> World<'a> {
         let meshes = mesh_trees(scene, appearances, structure);
         let mut bounded = Vec::new();
         let mut unbounded = Vec::new();
-        for (i, appearance) in appearances.rows.iter().enumerate() {
+        for (i, appearance) in (0_u64..).zip(appearances.iter(scene)) {
             let shape = scene.shapes.row(appearance.shape);
             let own = match shape {
                 Shape::Mesh(id) => meshes[id.index()]
@@ -84,13 +84,13 @@ impl<'a> World<'a> {
             };
             let placed = appearance.is_placed(scene);
             let bounds = if placed && own != Aabb32::EVERYTHING {
-                world_bounds(&own.widened(), appearance, center_of(scene, shape)).outward()
+                world_bounds(&own.widened(), &appearance, center_of(scene, shape)).outward()
             } else {
                 own
             };
             let entry = Entry {
                 shape,
-                appearance: i as u32,
+                appearance: i,
                 placed,
                 bounds,
                 own,
@@ -106,7 +106,7 @@ impl<'a> World<'a> {
             }
         }
         let (top, entries) = top_tree(bounded, structure);
-        let mut place_of = vec![0; appearances.len()];
+        let mut place_of = vec![0; entries.len() + unbounded.len()];
         for (place, entry) in entries.iter().chain(&unbounded).enumerate() {
             place_of[entry.appearance as usize] = place as u32;
         }
@@ -122,12 +122,18 @@ impl<'a> World<'a> {
     }
 
     #[inline(always)]
-    pub fn entry_of(&self, appearance: u32) -> &Entry {
+    pub fn entry_of(&self, appearance: u64) -> &Entry {
         let place = self.place_of[appearance as usize] as usize;
         match self.entries.get(place) {
             Some(entry) => entry,
             None => &self.unbounded[place - self.entries.len()],
         }
+    }
+
+    /// Of the appearance of this id.
+    #[inline(always)]
+    pub fn object_from_world(&self, appearance: u64) -> Affine {
+        self.appearances.object_from_world(self.scene, appearance)
     }
 
     /// Bytes of each structure, by name.
@@ -159,9 +165,9 @@ fn mesh_trees(
     structure: Structure,
 ) -> Vec<Option<MeshTree>> {
     let mut seen = vec![false; scene.meshes.len()];
-    for row in &appearances.rows {
-        if let Shape::Mesh(id) = scene.shapes.row(row.shape) {
-            seen[id.index()] = true;
+    for (shape, count) in scene.shapes.rows.iter().zip(appearances.of_shapes(scene)) {
+        if let Shape::Mesh(id) = shape {
+            seen[id.index()] |= count > 0;
         }
     }
     seen.par_iter()

@@ -99,7 +99,7 @@ fn exact_packets_agree_with_the_reference_on_hard_scenes() {
             lanes: 8,
             needs: EVERYTHING,
         };
-        let reference = Reference::brute_force(&scene, &appearances);
+        let reference = Reference::brute_force(&scene, &appearances).unwrap();
         let answers = rays.closest(&world, &kernels);
         for (i, (t, id)) in answers.iter().enumerate() {
             let (org, dir) = rays.ray(i);

@@ -36,10 +36,10 @@ fn fenced<'a>(document: &'a str, language: &str) -> &'a str {
 fn the_documents_examples_load_as_they_stand() {
     let document = std::fs::read_to_string(here("docs/SCENE_FORMAT.md")).unwrap();
     let loaded = load_text("scene.toml", fenced(&document, "toml")).unwrap();
-    assert_eq!(Appearances::of(&loaded.scene).unwrap().len(), 5);
+    assert_eq!(Appearances::of(&loaded.scene).unwrap().count(), 5);
     assert_eq!(loaded.scene.lights.len(), 2);
     let loaded = load_text("scene.json", fenced(&document, "json")).unwrap();
-    assert_eq!(Appearances::of(&loaded.scene).unwrap().len(), 1);
+    assert_eq!(Appearances::of(&loaded.scene).unwrap().count(), 1);
 }
 
 #[test]
@@ -91,7 +91,7 @@ fn the_scenes_of_the_repository_load() {
     assert_eq!(scene.nodes.len(), 4);
     let rings = 2 + 4;
     assert_eq!(
-        Appearances::of(&scene).unwrap().len(),
+        Appearances::of(&scene).unwrap().count(),
         1 + rings * 48 + 4 * 2
     );
 }
@@ -290,7 +290,7 @@ fn a_chain_of_a_million_nodes_loads() {
         let start = Instant::now();
         let loaded = load_text(name, &text).unwrap();
         assert_eq!(loaded.scene.nodes.len(), NODES);
-        assert_eq!(Appearances::of(&loaded.scene).unwrap().len(), 1);
+        assert_eq!(Appearances::of(&loaded.scene).unwrap().count(), 1);
         println!("{name}: {:.1} s", start.elapsed().as_secs_f64());
         // Far from what anything quadratic would take.
         assert!(start.elapsed().as_secs() < 60);

@@ -25,7 +25,7 @@ const SMALL: (u32, u32) = (40, 30);
 const LARGE: (u32, u32) = (200, 150);
 
 /// The linear scan of more would take minutes.
-const FEW: usize = 20_000;
+const FEW: u64 = 20_000;
 
 fn config((width, height): (u32, u32)) -> RenderConfig {
     RenderConfig {
@@ -89,7 +89,7 @@ fn hashes(file: &Path, loaded: &Loaded, arithmetic: Arithmetic) -> [u64; 2] {
         }
     }
     let small = of(&bvh, 8, &config(SMALL));
-    if loaded.scene.meshes.triangles.len() + loaded.appearances.len() > FEW {
+    if loaded.scene.meshes.triangles.len() as u64 + loaded.appearances.count() > FEW {
         return [small, large];
     }
     let linear = loaded.world(Structure::Linear);

@@ -37,10 +37,12 @@ fn ask(make: impl FnOnce(&mut SceneBuilder) -> ShapeId, org: [f64; 3], dir: [f64
 
 fn ask_all(fill: impl FnOnce(&mut SceneBuilder), org: [f64; 3], dir: [f64; 3]) -> Answer {
     let (scene, all) = scene_of(fill);
-    let answer = Reference::brute_force(&scene, &all).nearest(org, dir, INF);
+    let answer = Reference::brute_force(&scene, &all)
+        .unwrap()
+        .nearest(org, dir, INF);
     assert_eq!(
         answer,
-        Reference::new(&scene, &all).nearest(org, dir, INF),
+        Reference::new(&scene, &all).unwrap().nearest(org, dir, INF),
         "the tree changes nothing"
     );
     answer
@@ -149,7 +151,7 @@ fn tangents_and_starts_on_the_surface_are_in_doubt() {
 #[test]
 fn the_doubt_about_a_sphere_is_no_wider_than_f64() {
     let (scene, all) = scene_of(|b| place(b, sphere));
-    let reference = Reference::brute_force(&scene, &all);
+    let reference = Reference::brute_force(&scene, &all).unwrap();
     // Rays past the rim at a billion radii: the band is about 1e-16 of that.
     for off in [1e-5_f64, 3e-7] {
         let near = |y: f64| reference.nearest([-1e9, y, 0.0], [1.0, 0.0, 0.0], INF);
@@ -537,7 +539,7 @@ fn of_two_at_one_place_the_lower_instance_is_the_answer() {
 #[test]
 fn the_range_of_t_is_open() {
     let (scene, all) = scene_of(|b| place(b, sphere));
-    let reference = Reference::new(&scene, &all);
+    let reference = Reference::new(&scene, &all).unwrap();
     let at = |t_max: f64| reference.nearest([-5.0, 0.0, 0.0], [1.0, 0.0, 0.0], t_max);
     let blocked = |t_max: f64| reference.blocked([-5.0, 0.0, 0.0], [1.0, 0.0, 0.0], t_max);
     assert!(at(3.9).outcome.is_none() && !at(3.9).doubt);
@@ -557,8 +559,8 @@ fn nonsense_rays_are_answered() {
     });
     let odd = [0.0, f64::NAN, INF, -INF, 1e300, -1e-320, 1.0];
     for reference in [
-        Reference::new(&scene, &all),
-        Reference::brute_force(&scene, &all),
+        Reference::new(&scene, &all).unwrap(),
+        Reference::brute_force(&scene, &all).unwrap(),
     ] {
         for a in odd {
             for b in odd {
@@ -624,7 +626,7 @@ fn shadows_leave_no_acne_and_no_leak() {
         );
         b.instance("", Edge::shape(ball).transform(scale));
     });
-    let reference = Reference::new(&scene, &all);
+    let reference = Reference::new(&scene, &all).unwrap();
     let org = [1e3, 0.0, 10.0];
     let (mut lit, mut dark) = (0, 0);
     for i in 0..400 {

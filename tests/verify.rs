@@ -128,7 +128,7 @@ fn rows(reference: &Reference) -> Vec<TracedRay> {
 fn with<T>(test: impl FnOnce(&Reference, Vec<TracedRay>) -> T) -> T {
     let scene = scene();
     let appearances = Appearances::of(&scene).expect("small");
-    let reference = Reference::new(&scene, &appearances);
+    let reference = Reference::new(&scene, &appearances).unwrap();
     let rows = rows(&reference);
     test(&reference, rows)
 }
@@ -173,7 +173,7 @@ fn falsified(
     })
 }
 
-fn hit_of(wanted: u32) -> impl Fn(&TracedRay) -> bool {
+fn hit_of(wanted: u64) -> impl Fn(&TracedRay) -> bool {
     move |r| matches!(r.outcome, Outcome::Hit { instance, .. } if instance == wanted)
 }
 
@@ -207,7 +207,7 @@ fn wrong_hits() {
 
 #[test]
 fn wrong_ids() {
-    let change = |f: fn(&mut f64, &mut u32, &mut u32)| {
+    let change = |f: fn(&mut f64, &mut u64, &mut u32)| {
         move |r: &mut TracedRay| {
             if let Outcome::Hit {
                 t,
@@ -235,7 +235,7 @@ fn wrong_ids() {
     // The far side of the ball instead of the near one.
     let scene = scene();
     let appearances = Appearances::of(&scene).expect("small");
-    let reference = Reference::new(&scene, &appearances);
+    let reference = Reference::new(&scene, &appearances).unwrap();
     let mut rows = rows(&reference);
     let row = rows.iter_mut().find(|r| hit_of(0)(r)).expect("the ball");
     let all = reference.crossings(row.org, row.dir.map(f64::from), 0, 0);

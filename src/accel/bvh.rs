@@ -149,7 +149,7 @@ impl Index for Tree {
         }
     }
 
-    fn group(&mut self, order: &mut [u32], key: &dyn Fn(u32) -> (u8, u32)) {
+    fn group(&mut self, order: &mut [u32], key: &dyn Fn(u32) -> (u8, u64)) {
         let by_key = |i: &u32| key(*i);
         match self.leaves() {
             None => order.sort_by_key(by_key),

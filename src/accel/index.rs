@@ -58,7 +58,7 @@ pub trait Index: Send + Sync {
     /// Brings entries of the same key together within each leaf, where leaves
     /// leave a choice. `order[i]` is where entry i came from; it is permuted
     /// along. `key` is asked about what `order` holds.
-    fn group(&mut self, order: &mut [u32], key: &dyn Fn(u32) -> (u8, u32));
+    fn group(&mut self, order: &mut [u32], key: &dyn Fn(u32) -> (u8, u64));
 
     /// Visits every entry that some lane's ray may meet between `t_min` and its
     /// limit, roughly nearest first. `leaf(first, count, active, limits)` tests

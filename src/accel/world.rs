@@ -32,8 +32,8 @@ pub enum Structure {
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
     pub shape: Shape,
-    /// Row of [`Appearances`].
-    pub appearance: u32,
+    /// Id of one of [`Appearances`].
+    pub appearance: u64,
     /// Needs a transform: its object space is not world space.
     pub placed: bool,
     /// World space; a hit's t lies inside.
@@ -81,7 +81,7 @@ impl<'a> World<'a> {
                 (linear(p.boxes), order.collect())
             }),
         };
-        let mut place_of = vec![0; appearances.len()];
+        let mut place_of = vec![0; entries.len() + unbounded.len()];
         for (place, entry) in entries.iter().chain(&unbounded).enumerate() {
             place_of[entry.appearance as usize] = place as u32;
         }
@@ -97,7 +97,7 @@ impl<'a> World<'a> {
     }
 
     #[inline(always)]
-    pub fn entry_of(&self, appearance: u32) -> &Entry {
+    pub fn entry_of(&self, appearance: u64) -> &Entry {
         let place = self.place_of[appearance as usize] as usize;
         match self.entries.get(place) {
             Some(entry) => entry,
@@ -117,6 +117,12 @@ impl<'a> World<'a> {
     #[inline(always)]
     pub fn wide_mesh(&self, id: MeshId) -> Option<&WideMesh> {
         self.wide()?.meshes[id.index()].as_ref()
+    }
+
+    /// Of the appearance of this id.
+    #[inline(always)]
+    pub fn object_from_world(&self, appearance: u64) -> Affine {
+        self.appearances.object_from_world(self.scene, appearance)
     }
 
     /// Bytes of each structure, by name.
@@ -172,7 +178,7 @@ fn plant_wide(scene: &Scene, appearances: &Appearances) -> (WideForest, [Vec<Ent
 }
 
 /// Kinds in runs: within a leaf the order is free.
-fn by_kind(entry: &Entry) -> (u8, u32) {
+fn by_kind(entry: &Entry) -> (u8, u64) {
     (entry.shape.kind(), entry.appearance)
 }
 
@@ -184,7 +190,7 @@ fn entries(
     bounds: impl Fn(usize) -> Option<Aabb32>,
 ) -> [Vec<Entry>; 2] {
     let [mut bounded, mut unbounded] = [Vec::new(), Vec::new()];
-    for (i, appearance) in appearances.rows.iter().enumerate() {
+    for (i, appearance) in (0_u64..).zip(appearances.iter(scene)) {
         let shape = scene.shapes.row(appearance.shape);
         let own = match shape {
             Shape::Mesh(id) => bounds(id.index()).unwrap_or(Aabb32::EMPTY),
@@ -192,13 +198,13 @@ fn entries(
         };
         let placed = appearance.is_placed(scene);
         let bounds = if placed && own != Aabb32::EVERYTHING {
-            world_bounds(&own.widened(), appearance, center_of(scene, shape)).outward()
+            world_bounds(&own.widened(), &appearance, center_of(scene, shape)).outward()
         } else {
             own
         };
         let entry = Entry {
             shape,
-            appearance: i as u32,
+            appearance: i,
             placed,
             bounds,
             own,
@@ -223,9 +229,9 @@ fn each_mesh<T: Send>(
     build: impl Fn(MeshId) -> T + Sync,
 ) -> Vec<Option<T>> {
     let mut seen = vec![false; scene.meshes.len()];
-    for row in &appearances.rows {
-        if let Shape::Mesh(id) = scene.shapes.row(row.shape) {
-            seen[id.index()] = true;
+    for (shape, count) in scene.shapes.rows.iter().zip(appearances.of_shapes(scene)) {
+        if let Shape::Mesh(id) = shape {
+            seen[id.index()] |= count > 0;
         }
     }
     seen.par_iter()

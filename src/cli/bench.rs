@@ -239,12 +239,14 @@ fn check_effort(prepared: &Prepared, rays: u64) -> Result<(), CliError> {
         return Ok(());
     }
     let scene = &prepared.scene;
-    let of_row = |shape| match scene.shapes.row(shape) {
-        Shape::Mesh(id) => scene.meshes.row(id).triangles.len() as f64,
+    let of_shape = |shape: &Shape| match shape {
+        Shape::Mesh(id) => scene.meshes.row(*id).triangles.len() as f64,
         _ => 1.0,
     };
-    let rows = &prepared.appearances.rows;
-    let primitives: f64 = rows.iter().map(|row| of_row(row.shape)).sum();
+    let shapes = scene.shapes.rows.iter();
+    let counts = prepared.appearances.of_shapes(scene);
+    let each = shapes.zip(counts).map(|(s, n)| of_shape(s) * n as f64);
+    let primitives: f64 = each.sum();
     let tests = primitives * rays as f64;
     if tests > MAX_TESTS {
         return Err(CliError::Usage(format!(

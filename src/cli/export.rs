@@ -17,16 +17,19 @@ pub fn triangles(
     scene: &Scene,
     appearances: &Appearances,
 ) -> Result<(TriangleSet, Option<String>), String> {
-    let mut left_out = 0_usize;
+    appearances
+        .check_enumerable()
+        .map_err(|e| format!("--export: {e}"))?;
+    let mut left_out = 0;
     let (mut vertices, mut triangles) = (0_u64, 0_u64);
-    for row in &appearances.rows {
-        match scene.shapes.row(row.shape) {
+    for (shape, count) in scene.shapes.rows.iter().zip(appearances.of_shapes(scene)) {
+        match shape {
             Shape::Mesh(id) => {
-                let mesh = scene.meshes.row(id);
-                vertices += mesh.positions.len() as u64;
-                triangles += mesh.triangles.len() as u64;
+                let mesh = scene.meshes.row(*id);
+                vertices += count * mesh.positions.len() as u64;
+                triangles += count * mesh.triangles.len() as u64;
             }
-            _ => left_out += 1,
+            _ => left_out += count,
         }
     }
     if vertices.max(triangles) > MAX_TRIANGLES {
@@ -39,7 +42,7 @@ pub fn triangles(
         positions: Vec::with_capacity(vertices as usize),
         triangles: Vec::with_capacity(triangles as usize),
     };
-    for row in &appearances.rows {
+    for row in appearances.iter(scene) {
         let Shape::Mesh(id) = scene.shapes.row(row.shape) else {
             continue;
         };

@@ -4,9 +4,9 @@
 use super::error::CliError;
 use super::scene;
 use crate::accel::{Structure, World};
-use crate::io::LoadOptions;
+use crate::io::{LoadError, LoadOptions};
 use crate::measure::{PlanSummary, SceneCounts, Stats, Watch};
-use crate::plan::{Accel, Plan, plan};
+use crate::plan::{Accel, Plan, PlanError, plan};
 use crate::render::{Grid, RenderConfig};
 use crate::scene::{Appearances, Camera, Scene, builtin};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -46,13 +46,16 @@ pub fn complete(
     stats: &mut Stats,
 ) -> Result<Prepared, CliError> {
     let row = scene::pick_camera(&scene.cameras, config.camera.as_deref())?;
-    let appearances = Appearances::of(&scene).map_err(|source| {
-        let path = path.into();
-        crate::io::LoadError::Scene { path, source }
-    })?;
+    let of_scene = |source| LoadError::Scene {
+        path: path.into(),
+        source,
+    };
+    let appearances = Appearances::of(&scene).map_err(of_scene)?;
     let (scene, camera) = scene.completed(row, &appearances, aspect(config));
-    let plan =
-        plan(&scene, &appearances, &config.choices).map_err(|e| CliError::Usage(e.to_string()))?;
+    let plan = plan(&scene, &appearances, &config.choices).map_err(|e| match e {
+        PlanError::TooManyAppearances(source) => CliError::Load(of_scene(source)),
+        _ => CliError::Usage(e.to_string()),
+    })?;
     stats.stages.push(watch.stage("plan"));
     let threads = config.threads.unwrap_or(0) as usize;
     let pool = ThreadPoolBuilder::new()
@@ -67,7 +70,7 @@ pub fn complete(
         isa: isa(),
     };
     stats.scene = SceneCounts {
-        appearances: appearances.len() as u64,
+        appearances: appearances.count(),
         shapes: scene.shapes.len() as u64,
         triangles: scene.meshes.triangles.len() as u64,
         lights: scene.lights.len() as u64,

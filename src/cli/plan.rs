@@ -14,9 +14,9 @@ use std::fmt::Write;
 /// What `--json` writes.
 #[derive(Debug, Serialize)]
 struct Report {
-    appearances: usize,
+    appearances: u64,
     /// Appearances of each kind of shape.
-    shapes: BTreeMap<&'static str, usize>,
+    shapes: BTreeMap<&'static str, u64>,
     triangles: usize,
     lights: usize,
     materials: usize,
@@ -60,13 +60,15 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
 fn report(prepared: &Prepared, world: &World) -> Report {
     let scene: &Tables = &prepared.scene;
     let mut shapes = BTreeMap::new();
-    for row in &prepared.appearances.rows {
-        let kind = scene.shapes.row(row.shape).kind_name();
-        *shapes.entry(kind).or_default() += 1;
+    let counts = prepared.appearances.of_shapes(scene);
+    for (shape, count) in scene.shapes.rows.iter().zip(counts) {
+        if count > 0 {
+            *shapes.entry(shape.kind_name()).or_default() += count;
+        }
     }
     let reasons = prepared.plan.reasons.iter();
     Report {
-        appearances: prepared.appearances.len(),
+        appearances: prepared.appearances.count(),
         shapes,
         triangles: scene.meshes.triangles.len(),
         lights: scene.lights.len(),

@@ -7,6 +7,7 @@ use super::output::{Results, check_destinations};
 use super::pipeline::{Prepared, prepare};
 use super::progress::Drawing;
 use crate::accel::World;
+use crate::io::LoadError;
 use crate::measure::verify::{Comparison, Counts, VerifyOptions, View, independent, replay};
 use crate::measure::{PlanSummary, Stats, Watch};
 use crate::plan::Precision;
@@ -70,6 +71,12 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
     let (mut watch, mut stats) = (Watch::start(), Stats::default());
     let options = args.common.load_options();
     let prepared = prepare(Some(&args.scene), &options, &config, &mut watch, &mut stats)?;
+    let too_many = |source| LoadError::Scene {
+        path: args.scene.clone(),
+        source,
+    };
+    // The reference will not take more: say so before any work.
+    prepared.appearances.check_enumerable().map_err(too_many)?;
     let world = prepared.world(&mut watch, &mut stats);
 
     let mut times = Vec::new();
@@ -88,7 +95,7 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
     let mismatches = bit_mismatches(&fast.record, &scalar.record);
     stats.stages.push(watch.stage("render"));
 
-    let reference = Reference::new(&prepared.scene, &prepared.appearances);
+    let reference = Reference::new(&prepared.scene, &prepared.appearances).map_err(too_many)?;
     let options = VerifyOptions {
         sample: args.sample.unwrap_or(1).min(u64::from(u32::MAX)) as u32,
         list: LISTED,

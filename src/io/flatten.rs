@@ -12,7 +12,7 @@ use std::path::Path;
 
 /// Vertices and triangles that instancing may add to what the file stores:
 /// about half a gigabyte.
-const MOST_REPEATED: usize = 1 << 24;
+const MOST_REPEATED: u64 = 1 << 24;
 
 /// Reads a `.gltf`, `.glb`, `.obj`, `.ply` or `.stl` file and bakes its
 /// triangles with their transforms, in f64, into one mesh without parts.
@@ -51,21 +51,20 @@ fn bake(path: &Path, scene: &Scene) -> Result<MeshData, LoadError> {
         source,
     };
     let all = Appearances::of(scene).map_err(of_scene)?;
-    let placed = || {
-        all.rows
-            .iter()
-            .filter_map(|row| match scene.shapes.row(row.shape) {
-                Shape::Mesh(id) => Some((row, scene.meshes.row(id))),
-                _ => None,
-            })
-    };
-    let (mut vertices, mut triangles) = (0, 0);
-    for (_, mesh) in placed() {
-        vertices += mesh.positions.len();
-        triangles += mesh.triangles.len();
+    let (mut vertices, mut triangles) = (0_u64, 0_u64);
+    let mut smooth = true;
+    for (shape, count) in scene.shapes.rows.iter().zip(all.of_shapes(scene)) {
+        if let (Shape::Mesh(id), 1..) = (shape, count) {
+            let mesh = scene.meshes.row(*id);
+            let times = |n: usize| count.saturating_mul(n as u64);
+            vertices = vertices.saturating_add(times(mesh.positions.len()));
+            triangles = triangles.saturating_add(times(mesh.triangles.len()));
+            smooth &= mesh.normals.is_some();
+        }
     }
-    let stored = scene.meshes.positions.len() + scene.meshes.triangles.len();
-    if vertices + triangles > stored + MOST_REPEATED || vertices.max(triangles) > u32::MAX as usize
+    let stored = (scene.meshes.positions.len() + scene.meshes.triangles.len()) as u64;
+    if vertices.saturating_add(triangles) > stored + MOST_REPEATED
+        || vertices.max(triangles) > u64::from(u32::MAX)
     {
         return Err(LoadError::Unsupported {
             path: path.into(),
@@ -73,9 +72,13 @@ fn bake(path: &Path, scene: &Scene) -> Result<MeshData, LoadError> {
             remedy: Some("load the file as a scene, where instances share their mesh".into()),
         });
     }
-    let smooth = placed().all(|(_, mesh)| mesh.normals.is_some());
     let mut baked = MeshData::default();
-    for (row, mesh) in placed() {
+    // Such files have meshes alone, so there are no more rows than triangles.
+    for row in all.iter(scene) {
+        let Shape::Mesh(id) = scene.shapes.row(row.shape) else {
+            continue;
+        };
+        let mesh = scene.meshes.row(id);
         let first = baked.positions.len() as u32;
         let world = &row.world_from_object;
         baked.positions.extend(mesh.positions.iter().map(|p| {

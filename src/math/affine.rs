@@ -34,6 +34,11 @@ impl Affine {
     }
 
     /// `self · inner`: first `inner`, then `self`.
+    ///
+    /// Never inlined: of two products inlined into a loop, LLVM 22.1 (rustc 1.95,
+    /// AVX-512, superword vectorisation) made wrong code. Alone it is right;
+    /// tests/scene_checks/graphs.rs compares with a product written out.
+    #[inline(never)]
     pub fn then_after(&self, inner: &Affine) -> Affine {
         Affine {
             linear: inner.linear.map(|c| self.vector(c)),

@@ -229,7 +229,7 @@ fn crossings(
     reference: &Reference,
     org: [f64; 3],
     dir: [f64; 3],
-    instance: u32,
+    instance: u64,
     primitive: u32,
 ) -> Vec<f64> {
     let all = reference.crossings(org, dir, instance, primitive);
@@ -252,7 +252,7 @@ fn judge_shadow(ray: &TracedRay, own: Shadow, out: &mut Comparison) {
 fn judge_nearest(
     ray: &TracedRay,
     answer: &Answer,
-    crossings: impl Fn(u32, u32) -> Vec<f64>,
+    crossings: impl Fn(u64, u32) -> Vec<f64>,
     out: &mut Comparison,
 ) {
     out.counts.rays += 1;

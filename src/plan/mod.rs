@@ -9,7 +9,7 @@ mod choices;
 
 pub use choices::{AccelChoice, Choices, LaneCount, Precision};
 
-use crate::scene::{Appearances, Scene, Shape};
+use crate::scene::{Appearances, Scene, SceneError, Shape};
 use thiserror::Error;
 
 /// What the kernels of a query must be able to do for this scene; what they
@@ -68,7 +68,7 @@ pub struct Plan {
     pub reasons: Vec<(&'static str, String, String)>,
 }
 
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Error)]
 pub enum PlanError {
     #[error(
         "packets of {asked} rays are not in this build (it has {}); \
@@ -76,6 +76,8 @@ pub enum PlanError {
         list(built)
     )]
     LanesNotBuilt { asked: usize, built: Vec<usize> },
+    #[error(transparent)]
+    TooManyAppearances(#[from] SceneError),
 }
 
 fn list(widths: &[usize]) -> String {
@@ -113,6 +115,7 @@ pub fn plan(
     appearances: &Appearances,
     choices: &Choices,
 ) -> Result<Plan, PlanError> {
+    appearances.check_enumerable()?;
     let mut reasons = Vec::new();
     let needs = needs(scene, appearances, &mut reasons);
     let arithmetic = match choices.precision {
@@ -166,15 +169,15 @@ fn needs(
     appearances: &Appearances,
     reasons: &mut Vec<(&'static str, String, String)>,
 ) -> Needs {
-    let (mut meshes, mut solids, mut placed) = (0_usize, 0_usize, 0_usize);
-    for row in &appearances.rows {
-        match scene.shapes.row(row.shape) {
-            Shape::Mesh(_) => meshes += 1,
-            _ => solids += 1,
+    let (mut meshes, mut solids) = (0, 0);
+    for (shape, count) in scene.shapes.rows.iter().zip(appearances.of_shapes(scene)) {
+        match shape {
+            Shape::Mesh(_) => meshes += count,
+            _ => solids += count,
         }
-        placed += usize::from(row.is_placed(scene));
     }
-    let mut say = |what, count: usize, yes: &str, no: &str| {
+    let placed = appearances.placed(scene);
+    let mut say = |what, count: u64, yes: &str, no: &str| {
         let (choice, why) = if count > 0 {
             ("in", yes)
         } else {

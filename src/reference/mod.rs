@@ -13,6 +13,7 @@
 //!
 //! [`Reference::new`] prunes by a median-split tree of its own;
 //! [`Reference::brute_force`] looks at everything. tests/reference.rs compares.
+//! Both lay all appearances out, and refuse scenes that have too many for it.
 //! Beyond about 10^±75 squares of squares leave f64: all is doubt there.
 
 pub mod approx;
@@ -31,8 +32,9 @@ pub use camera::{Grid, WorldRay, camera_ray};
 pub use path::{Shadow, shadow};
 pub use ray::{Crossing, Ray};
 
-use crate::scene::{Appearances, MeshId, Scene, Shape};
+use crate::scene::{Appearance, Appearances, MeshId, Scene, SceneError, Shape};
 use approx::{Approx, Verdict};
+use std::borrow::Cow;
 use tree::Tree;
 
 /// Placements worse conditioned than this stay out of the tree: their world
@@ -42,8 +44,9 @@ const MAX_CONDITION: f64 = 1e8;
 /// A scene to ask.
 pub struct Reference<'a> {
     scene: &'a Scene,
-    appearances: &'a Appearances,
-    /// Over rows of `appearances`; `None` for brute force.
+    /// Appearances by id.
+    rows: Cow<'a, [Appearance]>,
+    /// Over `rows`; `None` for brute force.
     instances: Option<Tree>,
     /// Rows that are not in the tree.
     always: Vec<u32>,
@@ -58,8 +61,8 @@ pub struct Hit {
     pub t: f64,
     /// Bound on the error of `t`.
     pub t_error: f64,
-    /// Row of [`Appearances`].
-    pub instance: u32,
+    /// Id of one of [`Appearances`].
+    pub instance: u64,
     /// Triangle of a mesh; 0 otherwise.
     pub primitive: u32,
     /// Geometric, world space, unit, outward; of triangles and polygons by
@@ -81,11 +84,15 @@ pub struct Answer {
 
 impl<'a> Reference<'a> {
     /// With trees.
-    pub fn new(scene: &'a Scene, appearances: &'a Appearances) -> Reference<'a> {
+    pub fn new(
+        scene: &'a Scene,
+        appearances: &'a Appearances,
+    ) -> Result<Reference<'a>, SceneError> {
+        let all = Reference::brute_force(scene, appearances)?;
         let mut always = Vec::new();
         let mut boxes = Vec::new();
         let mut worst = 1.0;
-        for (i, a) in appearances.rows.iter().enumerate() {
+        for (i, a) in all.rows.iter().enumerate() {
             let object = bounds::of_shape(scene, scene.shapes.row(a.shape));
             let condition = bounds::condition(a);
             let placed = object
@@ -109,33 +116,38 @@ impl<'a> Reference<'a> {
                 Tree::new(&boxes)
             })
             .collect();
-        Reference {
+        Ok(Reference {
             instances: Some(Tree::new(&boxes)),
             always,
             condition: worst,
             triangles,
-            ..Reference::brute_force(scene, appearances)
-        }
+            ..all
+        })
     }
 
     /// Without trees: every ray against every primitive.
-    pub fn brute_force(scene: &'a Scene, appearances: &'a Appearances) -> Reference<'a> {
-        Reference {
+    pub fn brute_force(
+        scene: &'a Scene,
+        appearances: &'a Appearances,
+    ) -> Result<Reference<'a>, SceneError> {
+        let rows = appearances.laid_out(scene)?;
+        Ok(Reference {
             scene,
-            appearances,
             instances: None,
-            always: (0..appearances.len() as u32).collect(),
+            always: (0..rows.len() as u32).collect(),
+            rows,
             condition: 1.0,
             triangles: Vec::new(),
-        }
+        })
     }
 
     pub fn scene(&self) -> &'a Scene {
         self.scene
     }
 
-    pub fn appearances(&self) -> &'a Appearances {
-        self.appearances
+    /// Of a hit.
+    fn appearance(&self, hit: &Hit) -> &Appearance {
+        &self.rows[hit.instance as usize]
     }
 
     /// The first hit with 0 < t < t_max of a world ray.
@@ -211,11 +223,11 @@ impl<'a> Reference<'a> {
         &self,
         org: [f64; 3],
         dir: [f64; 3],
-        instance: u32,
+        instance: u64,
         primitive: u32,
     ) -> Vec<Crossing> {
         let mut out = Vec::new();
-        let Some(a) = self.appearances.rows.get(instance as usize) else {
+        let Some(a) = self.rows.get(instance as usize) else {
             return out;
         };
         let ray = Ray { org, dir }.through(&a.object_from_world);
@@ -242,7 +254,7 @@ impl<'a> Reference<'a> {
         }
         let mut best: Option<(exact::Fraction, u32, Crossing)> = None;
         found.retain(|(instance, c)| {
-            let a = &self.appearances.rows[*instance as usize];
+            let a = &self.rows[*instance as usize];
             let Shape::Mesh(id) = self.scene.shapes.row(a.shape) else {
                 return true;
             };
@@ -275,14 +287,14 @@ impl<'a> Reference<'a> {
     }
 
     fn hit(&self, instance: u32, crossing: &Crossing) -> Hit {
-        let m = &self.appearances.rows[instance as usize].object_from_world;
+        let m = &self.rows[instance as usize].object_from_world;
         let n = crossing.normal;
         // By the inverse transpose of world_from_object.
         let normal = ray::unit(m.linear.map(|column| ray::dot(column, n)));
         Hit {
             t: crossing.t.value,
             t_error: crossing.t.error,
-            instance,
+            instance: u64::from(instance),
             primitive: crossing.primitive,
             normal,
         }
@@ -295,7 +307,7 @@ impl<'a> Reference<'a> {
         let mut limit = t_max;
         let mut crossings = Vec::new();
         let mut instance = |i: u32, mut limit: f64| {
-            let a = &self.appearances.rows[i as usize];
+            let a = &self.rows[i as usize];
             let ray = ray.through(&a.object_from_world);
             let mut settle = |crossings: &mut Vec<Crossing>, mut limit: f64| {
                 for mut c in crossings.drain(..) {

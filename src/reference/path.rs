@@ -42,7 +42,7 @@ pub fn shadow(
     let size = (0..3).fold(0.0, |m, k| {
         f64::max(m, f64::max(org[k].abs(), point[k].value.abs()))
     });
-    let placement = condition(&reference.appearances().rows[hit.instance as usize]);
+    let placement = condition(reference.appearance(hit));
     let off = 8.0 * along_normal + 32.0 * f64::EPSILON * placement * size;
     let start: [f64; 3] = std::array::from_fn(|k| point[k].value + normal[k] * off);
 

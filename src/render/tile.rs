@@ -212,7 +212,7 @@ impl Tile<'_> {
             position: surface.point.to_array().map(|x| x as f32),
             normal: surface.ns.to_array().map(|x| x as f32),
             albedo: material.base_color,
-            instance: u64::from(id.instance),
+            instance: id.instance,
             primitive: id.primitive,
         }
     }

@@ -1,26 +1,40 @@
 //! Appearances: every path through the DAG that ends in a shape.
 //!
-//! Derived from the tables, in the depth-first order of the file; the row
-//! number *is* the mixed-radix index of the path, and the instance id of
-//! pictures. Each has one `object_from_world`, the product of its edges'
-//! inverses from root to leaf in fixed order without FMA: the object ray is that
-//! matrix times the world ray, by definition.
+//! An appearance's id is the mixed-radix index of its path, in the depth-first
+//! order of the file: how many appearances come before it. It is the instance id
+//! of hits and pictures. Each has one `object_from_world`, the product of its
+//! edges' inverses from root to leaf in fixed order without FMA: the object ray
+//! is that matrix times the world ray, by definition. [`Place::through`] is the
+//! only code that multiplies them.
 //!
-//! The DAG is laid out flat here, so sharing is bounded by [`MAX_APPEARANCES`];
-//! each shared shape keeps one tree all the same.
+//! The DAG is not unfolded: an appearance is looked up by sums of counts beside
+//! the edges, in O(depth · log children). Where there are few they are laid out
+//! in [`Appearances::rows`] as well, which saves hot code the walk.
 
-use super::check::SceneError;
-use super::ids::{MaterialId, ShapeId};
+use super::check::{SceneError, children_first};
+use super::ids::{MaterialId, ShapeId, TransformId};
 use super::nodes::Target;
 use super::{Edge, Shape, Tables};
 use crate::math::Affine;
 use glam::DVec3;
+use std::borrow::Cow;
 
-/// More appearances than this are refused: a row takes 200 bytes.
-pub const MAX_APPEARANCES: u64 = 1 << 24;
+/// Ids count up to here; `u64::MAX` stands for none.
+pub const MAX_APPEARANCES: u64 = u64::MAX - 1;
 
-/// More placements than this on the ways to them are refused: few appearances
-/// may lie behind long chains of nodes, each walked anew.
+/// What looks at every appearance refuses more than this: minutes, and 200 bytes
+/// each where they are laid out.
+pub const MAX_LAID_OUT: u64 = 1 << 24;
+
+/// So many are kept laid out: 13 megabytes, about what a third-level cache
+/// holds. Beyond that a row is as far away as the few edges that make it.
+const FEW: u64 = 1 << 16;
+
+/// Longer paths than this, in edges, are only followed where every appearance
+/// can be laid out once: each look-up walks the whole path.
+pub const MAX_DEPTH: u64 = 256;
+
+/// What laying out such paths may cost: edges walked.
 const MAX_STEPS: u64 = 1 << 27;
 
 /// One shape at one place in the world.
@@ -39,138 +53,319 @@ impl Appearance {
     /// Whether its object space differs from world space: by a transform, or by
     /// a mesh's centre.
     pub fn is_placed(&self, scene: &Tables) -> bool {
-        let centered = match scene.shapes.row(self.shape) {
-            Shape::Mesh(id) => scene.meshes.center[id.index()] == DVec3::ZERO,
-            _ => true,
-        };
-        !(centered && self.object_from_world.is_identity())
+        !(is_centered(scene, self.shape) && self.object_from_world.is_identity())
     }
 }
 
+fn is_centered(scene: &Tables, shape: ShapeId) -> bool {
+    match scene.shapes.row(shape) {
+        Shape::Mesh(id) => scene.meshes.center[id.index()] == DVec3::ZERO,
+        _ => true,
+    }
+}
+
+/// What finds them. Methods that take a scene want the one that this is of.
 #[derive(Clone, Debug, Default)]
 pub struct Appearances {
+    /// All of them by id where they are few, else none.
     pub rows: Vec<Appearance>,
+    count: u64,
+    depth: u64,
+    /// By row of [`Tables::instances`]: appearances of the roots before it.
+    before_root: Vec<u64>,
+    /// By row of [`Tables::edges`]: appearances below its node's edges before it.
+    before_edge: Vec<u64>,
+    /// By node: appearances below it.
+    of_node: Vec<u64>,
 }
 
 impl Appearances {
     pub fn of(scene: &Tables) -> Result<Appearances, SceneError> {
-        let (below, all) = sizes(scene);
+        let mut below = vec![Size::default(); scene.nodes.len()];
+        let mut before_edge = vec![0; scene.edges.len()];
+        for node in children_first(scene).unwrap_or_default() {
+            let children = &scene.nodes.children[node as usize];
+            let rows = children.start as usize..children.end as usize;
+            let targets = &scene.edges.target[rows.clone()];
+            below[node as usize] = add_up(targets, &below, &mut before_edge[rows]);
+        }
+        let mut before_root = vec![0; scene.instances.len()];
+        let all = add_up(&scene.instances.target, &below, &mut before_root);
         if all.appearances > MAX_APPEARANCES {
             return Err(SceneError::TooManyAppearances {
                 count: all.appearances,
                 limit: MAX_APPEARANCES,
             });
         }
-        if all.steps > MAX_STEPS {
-            return Err(SceneError::TooManyNodes {
-                count: all.steps,
-                limit: MAX_STEPS,
+        let (deep, few) = (all.depth > MAX_DEPTH, all.appearances <= FEW);
+        if deep && (all.appearances > MAX_LAID_OUT || all.steps > MAX_STEPS) {
+            return Err(SceneError::TooDeep {
+                depth: all.depth,
+                limit: MAX_DEPTH,
             });
         }
-        let mut rows = Vec::with_capacity(all.appearances as usize);
-        // Depth first without recursion: the graph may be a million deep.
-        let mut open: Vec<Frame> = Vec::new();
-        for root in 0..scene.instances.len() {
-            let above = Frame {
-                next: 0,
-                end: 0,
-                object_from_world: Affine::IDENTITY,
-                world_from_object: Affine::IDENTITY,
-                material: None,
-            };
-            descend(
-                scene,
-                &below,
-                scene.instances.row(root),
-                &above,
-                root as u32,
-                &mut rows,
-                &mut open,
-            );
-            while let Some(frame) = open.last_mut() {
-                if frame.next == frame.end {
-                    open.pop();
-                    continue;
-                }
-                let edge = frame.next;
-                frame.next += 1;
-                let above = *frame;
-                descend(
-                    scene,
-                    &below,
-                    scene.edges.row(edge as usize),
-                    &above,
-                    root as u32,
-                    &mut rows,
-                    &mut open,
-                );
-            }
+        let mut appearances = Appearances {
+            rows: Vec::new(),
+            count: all.appearances,
+            depth: all.depth,
+            before_root,
+            before_edge,
+            of_node: below.iter().map(|size| size.appearances).collect(),
+        };
+        if few || deep {
+            let mut rows = Vec::with_capacity(all.appearances as usize);
+            rows.extend(appearances.iter(scene));
+            appearances.rows = rows;
         }
-        Ok(Appearances { rows })
+        Ok(appearances)
     }
 
-    pub fn len(&self) -> usize {
-        self.rows.len()
+    pub fn count(&self) -> u64 {
+        self.count
     }
 
     pub fn is_empty(&self) -> bool {
-        self.rows.is_empty()
+        self.count == 0
+    }
+
+    /// Edges of the longest path, the root's included.
+    pub fn depth(&self) -> u64 {
+        self.depth
+    }
+
+    /// The appearance of this id.
+    ///
+    /// # Panics
+    /// Where `id` is not below [`count`](Self::count), as indexing does.
+    #[inline(always)]
+    pub fn get(&self, scene: &Tables, id: u64) -> Appearance {
+        match self.rows.get(id as usize) {
+            Some(row) => *row,
+            None => self.look_up(scene, id),
+        }
+    }
+
+    /// Of the appearance of this id, which must be below the count.
+    #[inline(always)]
+    pub fn object_from_world(&self, scene: &Tables, id: u64) -> Affine {
+        match self.rows.get(id as usize) {
+            Some(row) => row.object_from_world,
+            None => self.look_up(scene, id).object_from_world,
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn look_up(&self, scene: &Tables, id: u64) -> Appearance {
+        let (mut place, mut root) = (Place::WORLD, None);
+        let shape = self.descend(scene, id, |row, edge| {
+            place = place.through(scene, edge);
+            root = root.or(Some(row));
+        });
+        place.of(shape, root.unwrap_or_default())
+    }
+
+    /// Calls `step` for every edge of the path, with its number among its
+    /// siblings; gives the shape at the end.
+    fn descend(&self, scene: &Tables, id: u64, mut step: impl FnMut(u32, Edge)) -> ShapeId {
+        assert!(id < self.count, "no appearance {id} of {}", self.count);
+        let mut rest = id;
+        let mut number = choose(&self.before_root, &mut rest);
+        let mut edge = scene.instances.row(number);
+        loop {
+            step(number as u32, edge);
+            match edge.target {
+                Target::Shape(shape) => return shape,
+                Target::Node(node) => {
+                    let children = &scene.nodes.children[node.index()];
+                    let rows = children.start as usize..children.end as usize;
+                    number = choose(&self.before_edge[rows.clone()], &mut rest);
+                    edge = scene.edges.row(rows.start + number);
+                }
+            }
+        }
+    }
+
+    /// The path of an id below the count: the row of [`Tables::instances`], then
+    /// the number of the child at each node on the way.
+    pub fn path(&self, scene: &Tables, id: u64) -> Vec<u32> {
+        let mut path = Vec::new();
+        self.descend(scene, id, |number, _| path.push(number));
+        path
+    }
+
+    /// The id of a path as [`path`](Self::path) gives it; `None` where it does
+    /// not lead to a shape.
+    pub fn id(&self, scene: &Tables, path: &[u32]) -> Option<u64> {
+        let (root, numbers) = path.split_first()?;
+        let mut id = *self.before_root.get(*root as usize)?;
+        let mut target = scene.instances.target[*root as usize];
+        for number in numbers {
+            let Target::Node(node) = target else {
+                return None;
+            };
+            let children = &scene.nodes.children[node.index()];
+            if *number >= children.end - children.start {
+                return None;
+            }
+            let row = (children.start + number) as usize;
+            id += self.before_edge[row];
+            target = scene.edges.target[row];
+        }
+        matches!(target, Target::Shape(_)).then_some(id)
+    }
+
+    /// All of them in order, each from the one before. Check
+    /// [`count`](Self::count) first, or use [`laid_out`](Self::laid_out).
+    pub fn iter<'a>(&'a self, scene: &'a Tables) -> Iter<'a> {
+        Iter {
+            scene,
+            of_node: &self.of_node,
+            open: Vec::new(),
+            next_root: 0,
+        }
+    }
+
+    /// All of them by id; refused where they are more than [`MAX_LAID_OUT`].
+    pub fn laid_out(&self, scene: &Tables) -> Result<Cow<'_, [Appearance]>, SceneError> {
+        self.check_enumerable()?;
+        if self.rows.is_empty() {
+            return Ok(self.iter(scene).collect());
+        }
+        Ok(Cow::Borrowed(&self.rows))
+    }
+
+    /// That there are no more than [`MAX_LAID_OUT`].
+    pub fn check_enumerable(&self) -> Result<(), SceneError> {
+        if self.count <= MAX_LAID_OUT {
+            return Ok(());
+        }
+        Err(SceneError::TooManyToLayOut {
+            count: self.count,
+            limit: MAX_LAID_OUT,
+        })
+    }
+
+    /// How often each shape appears, by row of [`Tables::shapes`].
+    pub fn of_shapes(&self, scene: &Tables) -> Vec<u64> {
+        paths_to_shapes(scene, |_| true)
+    }
+
+    /// How many are [placed](Appearance::is_placed), but for those whose
+    /// transforms happen to undo each other: these are counted too.
+    pub fn placed(&self, scene: &Tables) -> u64 {
+        let plain = paths_to_shapes(scene, |t| t == TransformId::IDENTITY);
+        let shapes = (0..scene.shapes.len()).map(|i| ShapeId(i as u32));
+        let unplaced = shapes.zip(plain).filter(|(s, _)| is_centered(scene, *s));
+        self.count - unplaced.map(|(_, paths)| paths).sum::<u64>()
     }
 
     pub fn bytes(&self) -> usize {
-        self.rows.len() * size_of::<Appearance>()
+        let sums = self.before_root.len() + self.before_edge.len() + self.of_node.len();
+        self.rows.len() * size_of::<Appearance>() + sums * size_of::<u64>()
     }
 }
 
-/// A node whose children are being visited.
+/// Which sibling `rest` falls to; leaves what remains of it below that one.
+fn choose(before: &[u64], rest: &mut u64) -> usize {
+    // Where every sibling is one shape, the number is the row.
+    let number = match usize::try_from(*rest) {
+        Ok(row) if before.get(row) == Some(rest) && before.get(row + 1) != Some(rest) => row,
+        // Siblings without shapes share their sum with the next one: the last
+        // of equals has any.
+        _ => before.partition_point(|sum| sum <= rest) - 1,
+    };
+    *rest -= before[number];
+    number
+}
+
+/// Where a path has led so far.
 #[derive(Clone, Copy)]
-struct Frame {
-    next: u32,
-    end: u32,
+struct Place {
     object_from_world: Affine,
     world_from_object: Affine,
     material: Option<MaterialId>,
 }
 
-fn descend(
-    scene: &Tables,
-    below_nodes: &[Size],
-    edge: Edge,
-    above: &Frame,
-    root: u32,
-    rows: &mut Vec<Appearance>,
-    open: &mut Vec<Frame>,
-) {
-    let t = edge.transform.index();
-    let below = Frame {
-        next: 0,
-        end: 0,
-        // The check has refused rows without an inverse.
-        object_from_world: scene.transforms.inverse[t]
-            .unwrap_or(Affine::IDENTITY)
-            .then_after(&above.object_from_world),
-        world_from_object: above
-            .world_from_object
-            .then_after(&scene.transforms.local[t]),
-        material: edge.material.or(above.material),
+impl Place {
+    const WORLD: Place = Place {
+        object_from_world: Affine::IDENTITY,
+        world_from_object: Affine::IDENTITY,
+        material: None,
     };
-    match edge.target {
-        Target::Shape(shape) => rows.push(Appearance {
+
+    fn through(&self, scene: &Tables, edge: Edge) -> Place {
+        let t = edge.transform.index();
+        // The check has refused rows without an inverse.
+        let inverse = scene.transforms.inverse[t].unwrap_or(Affine::IDENTITY);
+        Place {
+            object_from_world: inverse.then_after(&self.object_from_world),
+            world_from_object: self
+                .world_from_object
+                .then_after(&scene.transforms.local[t]),
+            material: edge.material.or(self.material),
+        }
+    }
+
+    fn of(&self, shape: ShapeId, root: u32) -> Appearance {
+        Appearance {
             shape,
-            material: below.material,
-            object_from_world: below.object_from_world,
-            world_from_object: below.world_from_object,
+            material: self.material,
+            object_from_world: self.object_from_world,
+            world_from_object: self.world_from_object,
             root,
-        }),
-        // What holds no shape may unfold without end.
-        Target::Node(node) if below_nodes[node.index()].appearances == 0 => {}
-        Target::Node(node) => {
-            let children = &scene.nodes.children[node.index()];
-            open.push(Frame {
-                next: children.start,
-                end: children.end,
-                ..below
-            });
+        }
+    }
+}
+
+/// [`Appearances::iter`]: depth first without recursion, since the graph may be
+/// a million deep.
+pub struct Iter<'a> {
+    scene: &'a Tables,
+    of_node: &'a [u64],
+    /// Nodes whose children are being visited.
+    open: Vec<Frame>,
+    next_root: usize,
+}
+
+struct Frame {
+    /// Rows of the edges yet to come.
+    edges: std::ops::Range<u32>,
+    place: Place,
+}
+
+impl Iterator for Iter<'_> {
+    type Item = Appearance;
+
+    fn next(&mut self) -> Option<Appearance> {
+        let scene = self.scene;
+        loop {
+            let (edge, above) = match self.open.last_mut() {
+                None if self.next_root == scene.instances.len() => return None,
+                None => {
+                    self.next_root += 1;
+                    (scene.instances.row(self.next_root - 1), Place::WORLD)
+                }
+                Some(frame) => match frame.edges.next() {
+                    Some(row) => (scene.edges.row(row as usize), frame.place),
+                    None => {
+                        self.open.pop();
+                        continue;
+                    }
+                },
+            };
+            match edge.target {
+                Target::Shape(shape) => {
+                    let place = above.through(scene, edge);
+                    return Some(place.of(shape, self.next_root as u32 - 1));
+                }
+                // What holds no shape may unfold without end.
+                Target::Node(node) if self.of_node[node.index()] == 0 => {}
+                Target::Node(node) => self.open.push(Frame {
+                    edges: scene.nodes.children[node.index()].clone(),
+                    place: above.through(scene, edge),
+                }),
+            }
         }
     }
 }
@@ -182,35 +377,55 @@ struct Size {
     appearances: u64,
     /// Edges walked to lay them out.
     steps: u64,
+    /// Edges of the longest path.
+    depth: u64,
 }
 
-/// Of each node, and of the whole scene.
-fn sizes(scene: &Tables) -> (Vec<Size>, Size) {
-    let mut below = vec![Size::default(); scene.nodes.len()];
-    let sum = |edges: &mut dyn Iterator<Item = Target>, below: &[Size]| {
-        edges.fold(Size::default(), |sum, target| {
-            let one = match target {
-                Target::Shape(_) => Size {
-                    appearances: 1,
-                    steps: 0,
-                },
-                Target::Node(node) => below[node.index()],
-            };
-            if one.appearances == 0 {
-                return sum;
-            }
-            Size {
+/// Of a node with these children; fills the sums before each.
+fn add_up(targets: &[Target], below: &[Size], before: &mut [u64]) -> Size {
+    let mut sum = Size::default();
+    for (target, before) in targets.iter().zip(before) {
+        *before = sum.appearances;
+        let one = match target {
+            Target::Shape(_) => Size {
+                appearances: 1,
+                ..Size::default()
+            },
+            Target::Node(node) => below[node.index()],
+        };
+        if one.appearances > 0 {
+            sum = Size {
                 appearances: sum.appearances.saturating_add(one.appearances),
                 steps: sum.steps.saturating_add(one.steps).saturating_add(1),
-            }
-        })
-    };
-    for node in super::check::children_first(scene).unwrap_or_default() {
-        let mut children = scene.nodes.children[node as usize]
-            .clone()
-            .map(|e| scene.edges.target[e as usize]);
-        below[node as usize] = sum(&mut children, &below);
+                depth: sum.depth.max(one.depth + 1),
+            };
+        }
     }
-    let all = sum(&mut scene.instances.target.iter().copied(), &below);
-    (below, all)
+    sum
+}
+
+/// How many paths lead to each shape over edges whose transform is `wanted`.
+fn paths_to_shapes(scene: &Tables, wanted: impl Fn(TransformId) -> bool) -> Vec<u64> {
+    let mut to_node = vec![0_u64; scene.nodes.len()];
+    let mut to_shape = vec![0_u64; scene.shapes.len()];
+    let mut lead = |edge: Edge, paths: u64, to_node: &mut [u64]| {
+        if wanted(edge.transform) {
+            let to = match edge.target {
+                Target::Shape(shape) => &mut to_shape[shape.index()],
+                Target::Node(node) => &mut to_node[node.index()],
+            };
+            // Only paths to nodes without shapes may be more than ids.
+            *to = to.saturating_add(paths);
+        }
+    };
+    for row in 0..scene.instances.len() {
+        lead(scene.instances.row(row), 1, &mut to_node);
+    }
+    for node in children_first(scene).unwrap_or_default().into_iter().rev() {
+        let paths = to_node[node as usize];
+        for row in scene.nodes.children[node as usize].clone() {
+            lead(scene.edges.row(row as usize), paths, &mut to_node);
+        }
+    }
+    to_shape
 }

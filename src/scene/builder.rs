@@ -29,7 +29,7 @@ use glam::DVec3;
 /// let scene = scene.finish()?;
 ///
 /// assert_eq!(scene.spheres.len(), 1);
-/// assert_eq!(Appearances::of(&scene)?.len(), 2);
+/// assert_eq!(Appearances::of(&scene)?.count(), 2);
 /// # Ok::<(), SceneError>(())
 /// ```
 #[derive(Clone, Debug, Default)]

@@ -3,6 +3,7 @@
 //! Every error names the entity and says what to do. Range checks come first,
 //! so the later ones may index freely.
 
+use super::ids::ShapeId;
 use super::nodes::Target;
 use super::{Edges, Light, Material, Model, Projection, Shape, Tables};
 use glam::DVec3;
@@ -66,13 +67,21 @@ pub enum SceneError {
     },
     #[error("the scene is empty: no instance places a shape")]
     NothingToSee,
-    #[error("the scene unfolds into {count} appearances of shapes; at most {limit} are supported")]
+    #[error(
+        "the scene unfolds into {count} appearances of shapes or more; ids count at most {limit}: \
+         nest fewer shared nodes"
+    )]
     TooManyAppearances { count: u64, limit: u64 },
     #[error(
-        "the scene unfolds into {count} nodes, counting shared ones as often as they appear; \
-         at most {limit} are supported: use shorter chains of nodes"
+        "the scene unfolds into {count} appearances of shapes, and each of them would be looked \
+         at by itself; at most {limit} are supported for that"
     )]
-    TooManyNodes { count: u64, limit: u64 },
+    TooManyToLayOut { count: u64, limit: u64 },
+    #[error(
+        "the scene's nodes lie in each other {depth} deep; at most {limit} are supported where so \
+         much is shared: use shorter chains of nodes"
+    )]
+    TooDeep { depth: u64, limit: u64 },
 }
 
 pub(super) fn check(scene: &Tables) -> Result<(), SceneError> {
@@ -672,15 +681,24 @@ fn appearances(scene: &Tables) -> Result<(), SceneError> {
     if all.is_empty() {
         return Err(SceneError::NothingToSee);
     }
-    for row in &all.rows {
-        let flat = |m: &crate::math::Affine| !m.is_finite() || m.norm() == 0.0;
-        if flat(&row.object_from_world) || flat(&row.world_from_object) {
-            return Err(SceneError::SingularPath {
-                what: shape_label(scene, row.shape.0),
-            });
-        }
+    let singular = |shape: ShapeId| SceneError::SingularPath {
+        what: shape_label(scene, shape.0),
+    };
+    // Bounds say so for nearly all scenes; else one must look.
+    let Err(shape) = super::paths::stay_regular(scene) else {
+        return Ok(());
+    };
+    if all.check_enumerable().is_err() {
+        return Err(singular(shape));
     }
-    Ok(())
+    let flat = |m: &crate::math::Affine| !m.is_finite() || m.norm() == 0.0;
+    match all
+        .iter(scene)
+        .find(|row| flat(&row.object_from_world) || flat(&row.world_from_object))
+    {
+        Some(row) => Err(singular(row.shape)),
+        None => Ok(()),
+    }
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 //! give a white Lambert surface that faces the camera a radiance of 0.9.
 
 use super::bounds::shape_bounds;
+use super::extents::coarse_corners;
 use super::{Appearances, Camera, Light, Scene, Shape};
 use crate::math::Aabb;
 use glam::DVec3;
@@ -26,19 +27,22 @@ const KEY: [f64; 3] = [-0.6, 0.7, 0.75];
 
 /// A view of everything that has bounds; `aspect` is width over height.
 pub fn default_camera(scene: &Scene, appearances: &Appearances, aspect: f64) -> Camera {
-    let points = world_points(scene, appearances);
-    let bounds = Aabb::of_points(points.iter().copied());
+    let points = Points::of(scene, appearances);
+    let mut bounds = Aabb::EMPTY;
+    points.each(|p| bounds = bounds.union(&Aabb::new(p, p)));
     let framed = !bounds.is_empty() && bounds.max_abs() < 1e150;
     let back = TOWARDS_EYE.normalize();
     let axes = Camera::perspective(back, DVec3::ZERO, DVec3::Y, FOV_Y);
     // Only half-spaces, or something too large for any view: a unit sphere.
     let (center, radius) = if framed {
         // The middle of what is seen, not of what is there.
-        let view = |p: &DVec3| {
-            let p = *p - bounds.center();
-            DVec3::new(p.dot(axes.right), p.dot(axes.up), p.dot(back))
-        };
-        let seen = Aabb::of_points(points.iter().map(view)).center();
+        let mut seen = Aabb::EMPTY;
+        points.each(|p| {
+            let p = p - bounds.center();
+            let p = DVec3::new(p.dot(axes.right), p.dot(axes.up), p.dot(back));
+            seen = seen.union(&Aabb::new(p, p));
+        });
+        let seen = seen.center();
         let middle = axes.right * seen.x + axes.up * seen.y + back * seen.z;
         (bounds.center() + middle, bounds.diagonal() * 0.5)
     } else {
@@ -51,13 +55,15 @@ pub fn default_camera(scene: &Scene, appearances: &Appearances, aspect: f64) -> 
     let tan_x = tan_y * aspect;
     // A point at depth z before the centre, x aside, is inside the picture from
     // the distance z + |x| / tan.
-    let needed = |p: &DVec3| {
-        let p = *p - center;
+    let needed = |p: DVec3| {
+        let p = p - center;
         let aside = (p.dot(axes.right).abs() / tan_x).max(p.dot(axes.up).abs() / tan_y);
         p.dot(back) + aside * MARGIN
     };
     let distance = if framed {
-        points.iter().map(needed).fold(0.0, f64::max)
+        let mut most = 0.0;
+        points.each(|p| most = f64::max(most, needed(p)));
+        most
     } else {
         radius * MARGIN / libm::sin(libm::atan(tan_y.min(tan_x)))
     };
@@ -83,36 +89,71 @@ pub fn default_lights(camera: &Camera) -> Vec<Light> {
 }
 
 /// More vertices than this are framed by their boxes.
-const VERTICES: usize = 4_000_000;
+const VERTICES: u64 = 4_000_000;
 
-/// World space: the vertices of all meshes, and the corners of the boxes of all
-/// other bounded appearances.
-fn world_points(scene: &Scene, appearances: &Appearances) -> Vec<DVec3> {
-    let mesh_of = |shape| match scene.shapes.row(shape) {
-        Shape::Mesh(id) => Some(scene.meshes.row(id)),
-        _ => None,
-    };
-    let meshes = appearances.rows.iter().filter_map(|row| mesh_of(row.shape));
-    let few = meshes.map(|m| m.positions.len()).sum::<usize>() <= VERTICES;
-    // Shapes are shared: each is measured once.
-    let shapes = (0..scene.shapes.len() as u32).map(super::ShapeId);
-    let of_shape: Vec<Option<Aabb>> = shapes.map(|id| shape_bounds(scene, id)).collect();
-    let mut points = Vec::new();
-    for row in &appearances.rows {
-        let to_world = |p: DVec3| DVec3::from_array(row.world_from_object.point(p.to_array()));
-        match mesh_of(row.shape) {
-            Some(mesh) if few => points.extend(
-                mesh.positions
-                    .iter()
-                    .map(|p| to_world(DVec3::from_array(p.map(f64::from)) + mesh.center)),
-            ),
-            _ => {
-                let corners = of_shape[row.shape.index()].map(|b| b.corners());
-                points.extend(corners.into_iter().flatten().map(to_world));
+/// What the view has to hold, world space: the vertices of all meshes, and the
+/// corners of the boxes of all other bounded appearances. Of more appearances
+/// than may be laid out, the corners of the boxes of shared nodes.
+enum Points<'a> {
+    Every {
+        scene: &'a Scene,
+        appearances: &'a Appearances,
+        /// By shape: shapes are shared, each is measured once.
+        boxes: Vec<Option<Aabb>>,
+        vertices: bool,
+    },
+    Corners(Vec<DVec3>),
+}
+
+impl<'a> Points<'a> {
+    fn of(scene: &'a Scene, appearances: &'a Appearances) -> Points<'a> {
+        if appearances.check_enumerable().is_err() {
+            return Points::Corners(coarse_corners(scene));
+        }
+        let mut vertices = 0_u64;
+        for (shape, count) in scene.shapes.rows.iter().zip(appearances.of_shapes(scene)) {
+            if let Shape::Mesh(id) = shape {
+                vertices += count * scene.meshes.row(*id).positions.len() as u64;
+            }
+        }
+        let shapes = (0..scene.shapes.len() as u32).map(super::ShapeId);
+        Points::Every {
+            scene,
+            appearances,
+            boxes: shapes.map(|id| shape_bounds(scene, id)).collect(),
+            vertices: vertices <= VERTICES,
+        }
+    }
+
+    fn each(&self, mut visit: impl FnMut(DVec3)) {
+        let (scene, appearances, boxes, vertices) = match self {
+            Points::Corners(corners) => return corners.iter().copied().for_each(visit),
+            Points::Every {
+                scene,
+                appearances,
+                boxes,
+                vertices,
+            } => (scene, appearances, boxes, *vertices),
+        };
+        for row in appearances.iter(scene) {
+            let to_world = |p: DVec3| DVec3::from_array(row.world_from_object.point(p.to_array()));
+            match scene.shapes.row(row.shape) {
+                Shape::Mesh(id) if vertices => {
+                    let mesh = scene.meshes.row(id);
+                    for p in mesh.positions {
+                        visit(to_world(DVec3::from_array(p.map(f64::from)) + mesh.center));
+                    }
+                }
+                _ => {
+                    let corners = boxes[row.shape.index()].map(|b| b.corners());
+                    corners
+                        .into_iter()
+                        .flatten()
+                        .for_each(|p| visit(to_world(p)));
+                }
             }
         }
     }
-    points
 }
 
 #[cfg(test)]

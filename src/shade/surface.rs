@@ -42,7 +42,7 @@ impl Surface {
         t: f64,
         id: HitId,
     ) -> Surface {
-        let appearance = &world.appearances.rows[id.instance as usize];
+        let appearance = world.appearances.get(world.scene, id.instance);
         let entry = world.entry_of(id.instance);
         let world_org = DVec3::from_array(org);
         let world_dir = DVec3::from_array(dir.map(f64::from));

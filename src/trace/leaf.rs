@@ -302,9 +302,8 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
 
     #[inline(always)]
     fn object_packet(&self, entry: &Entry, center: DVec3) -> Packet<L> {
-        let appearance = &self.world.appearances.rows[entry.appearance as usize];
-        self.packet
-            .in_object(&appearance.object_from_world, center, &entry.own)
+        let map = self.world.object_from_world(entry.appearance);
+        self.packet.in_object(&map, center, &entry.own)
     }
 
     #[inline(always)]

@@ -11,8 +11,8 @@ use std::marker::PhantomData;
 /// A primitive of an appearance: what ties are broken by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct HitId {
-    /// Row of [`Appearances`](crate::scene::Appearances).
-    pub instance: u32,
+    /// Id of one of [`Appearances`](crate::scene::Appearances).
+    pub instance: u64,
     /// Triangle in source order; 0 for other shapes.
     pub primitive: u32,
 }
@@ -20,9 +20,15 @@ pub struct HitId {
 impl HitId {
     /// No hit.
     pub const NONE: HitId = HitId {
-        instance: u32::MAX,
+        instance: u64::MAX,
         primitive: u32::MAX,
     };
+}
+
+/// Low and high.
+#[inline(always)]
+fn words(id: u64) -> [u32; 2] {
+    [id as u32, (id >> 32) as u32]
 }
 
 pub trait Query<L: Lanes> {
@@ -35,7 +41,7 @@ pub trait Query<L: Lanes> {
     /// A hit that the resolver has settled for one lane.
     fn settle(&mut self, lane: usize, t: f64, id: HitId);
     /// Hits of one appearance, each lane's with a primitive of its own.
-    fn accept_each(&mut self, hit: L::Mask, t: L, instance: u32, primitives: &L::Ids);
+    fn accept_each(&mut self, hit: L::Mask, t: L, instance: u64, primitives: &L::Ids);
     /// Any-hit: these rays are blocked, wherever.
     fn block(&mut self, lanes: L::Mask, id: HitId);
 }
@@ -45,7 +51,8 @@ pub struct Closest<L: Lanes, C> {
     limit: L,
     /// Guarded: the limit in f64, of which `limit` is the upper rounding.
     exact: L::Double,
-    instance: L::Ids,
+    /// Low and high word, so that all columns of ids are alike.
+    instance: [L::Ids; 2],
     primitive: L::Ids,
     certainty: PhantomData<C>,
 }
@@ -56,7 +63,7 @@ impl<L: Lanes, C: Certainty> Closest<L, C> {
         Closest {
             limit: t_max,
             exact: t_max.widen(),
-            instance: L::ids(u32::MAX),
+            instance: [L::ids(u32::MAX); 2],
             primitive: L::ids(u32::MAX),
             certainty: PhantomData,
         }
@@ -64,8 +71,9 @@ impl<L: Lanes, C: Certainty> Closest<L, C> {
 
     #[inline(always)]
     pub fn id(&self, lane: usize) -> HitId {
+        let [low, high] = self.instance.map(|word| word.as_ref()[lane]);
         HitId {
-            instance: self.instance.as_ref()[lane],
+            instance: u64::from(high) << 32 | u64::from(low),
             primitive: self.primitive.as_ref()[lane],
         }
     }
@@ -82,7 +90,9 @@ impl<L: Lanes, C: Certainty> Closest<L, C> {
 
     #[inline(always)]
     fn take(&mut self, lane: usize, id: HitId) {
-        self.instance.as_mut()[lane] = id.instance;
+        for (word, value) in self.instance.iter_mut().zip(words(id.instance)) {
+            word.as_mut()[lane] = value;
+        }
         self.primitive.as_mut()[lane] = id.primitive;
     }
 }
@@ -123,10 +133,13 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
             }
         }
         self.limit = L::select(nearer, t, self.limit);
-        let (instance, primitive) = (self.instance.as_mut(), self.primitive.as_mut());
+        let [low, high] = &mut self.instance;
+        let (low, high, primitive) = (low.as_mut(), high.as_mut(), self.primitive.as_mut());
+        let [id_low, id_high] = words(id.instance);
         for lane in 0..L::COUNT {
             let on = taken >> lane & 1 != 0;
-            instance[lane] = if on { id.instance } else { instance[lane] };
+            low[lane] = if on { id_low } else { low[lane] };
+            high[lane] = if on { id_high } else { high[lane] };
             primitive[lane] = if on { id.primitive } else { primitive[lane] };
         }
     }
@@ -148,7 +161,7 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
     }
 
     #[inline(always)]
-    fn accept_each(&mut self, hit: L::Mask, t: L, instance: u32, primitives: &L::Ids) {
+    fn accept_each(&mut self, hit: L::Mask, t: L, instance: u64, primitives: &L::Ids) {
         let nearer = hit & t.lt(self.limit);
         let mut taken = nearer.bits();
         let mut tied = (hit & t.eq(self.limit)).bits();
@@ -227,7 +240,7 @@ impl<L: Lanes> Query<L> for AnyHit<L> {
     }
 
     #[inline(always)]
-    fn accept_each(&mut self, hit: L::Mask, t: L, instance: u32, primitives: &L::Ids) {
+    fn accept_each(&mut self, hit: L::Mask, t: L, instance: u64, primitives: &L::Ids) {
         let blocked = hit & t.lt(self.limit);
         let bits = blocked.bits();
         if bits != 0 {

@@ -38,8 +38,8 @@ pub enum Outcome {
     Miss,
     Hit {
         t: f64,
-        /// Row of [`Appearances`](crate::scene::Appearances).
-        instance: u32,
+        /// Id of one of [`Appearances`](crate::scene::Appearances).
+        instance: u64,
         /// Triangle of a mesh, in source order; 0 for other shapes.
         primitive: u32,
         /// Geometric normal, world space, unit, on the outer side.

@@ -517,7 +517,7 @@ pub fn hard_rays(scene: &Scene, appearances: &Appearances, seed: u64, count: usi
     let random = &mut Random(!seed);
     let mut rays = RayColumns::default();
     for _ in 0..count {
-        let row = &appearances.rows[random.below(appearances.len() as u64) as usize];
+        let row = appearances.get(scene, random.below(appearances.count()));
         // A point of the shape, and two directions along its surface there.
         let (point, along) = match scene.shapes.row(row.shape) {
             Shape::Mesh(id) => {

@@ -75,8 +75,8 @@ fn published_mesh_hits() {
         let data = mesh_of(&glb);
         let (scene, all) = scene_of(|b| place(b, |b| b.mesh("", &data)));
         assert_eq!(scene.meshes.rounded[0], 0, "{file}: vertices are f32");
-        let tree = Reference::new(&scene, &all);
-        let brute = Reference::brute_force(&scene, &all);
+        let tree = Reference::new(&scene, &all).unwrap();
+        let brute = Reference::brute_force(&scene, &all).unwrap();
         for (i, row) in rows.as_array().unwrap().iter().enumerate() {
             let (org, dir) = (numbers(&row["o"]), numbers(&row["d"]));
             let answer = tree.nearest(org, dir, INF);

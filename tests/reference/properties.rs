@@ -55,7 +55,7 @@ fn config(cases: u32) -> ProptestConfig {
 }
 
 /// Instance and primitive, or a miss.
-type Ids = Option<(u32, u32)>;
+type Ids = Option<(u64, u32)>;
 
 /// Of the outcome, and of all that it may be.
 fn ids(answer: &Answer) -> (Ids, Vec<Ids>) {
@@ -75,7 +75,7 @@ proptest! {
         let dir = to - org;
         prop_assume!(dir.length() > 0.1);
         let (scene, all) = scene_of(|b| place(b, KINDS[kind]));
-        let reference = Reference::brute_force(&scene, &all);
+        let reference = Reference::brute_force(&scene, &all).unwrap();
         let answer = reference.nearest(org.to_array(), dir.to_array(), INF);
         prop_assume!(!answer.doubt);
         let inside = contains(kind, org, 0.0);
@@ -132,7 +132,7 @@ proptest! {
         let world = |p: [f64; 3]| at.transform_point3(DVec3::from_array(p));
         let (from, to) = (world(org), world(aim));
         let dir = (to - from).to_array().map(|x| f64::from(x as f32));
-        for reference in [Reference::new(&scene, &all), Reference::brute_force(&scene, &all)] {
+        for reference in [Reference::new(&scene, &all).unwrap(), Reference::brute_force(&scene, &all).unwrap()] {
             let answer = reference.nearest(from.to_array(), dir, INF);
             prop_assert!(!answer.doubt && answer.outcome.is_some(), "{answer:?}");
             prop_assert_eq!(reference.blocked(from.to_array(), dir, INF), (true, false));
@@ -156,9 +156,9 @@ proptest! {
             })
         };
         let (org, dir) = (org.to_array(), (to - org).to_array());
-        let world = Reference::new(&scene, &all).nearest(org, dir, INF);
+        let world = Reference::new(&scene, &all).unwrap().nearest(org, dir, INF);
         let hand =
-            Reference::brute_force(&alone, &all_alone).nearest(rows(org, 1.0), rows(dir, 0.0), INF);
+            Reference::brute_force(&alone, &all_alone).unwrap().nearest(rows(org, 1.0), rows(dir, 0.0), INF);
         prop_assert_eq!(ids(&world).0, ids(&hand).0);
         let (Some(a), Some(b)) = (world.outcome, hand.outcome) else { return Ok(()) };
         prop_assert_eq!((a.t, a.t_error), (b.t, b.t_error));
@@ -198,7 +198,7 @@ proptest! {
             let at = b.transform(shapes[0].1.into());
             b.instance("", Edge::shape(mesh).transform(at));
         });
-        let (tree, brute) = (Reference::new(&scene, &all), Reference::brute_force(&scene, &all));
+        let (tree, brute) = (Reference::new(&scene, &all).unwrap(), Reference::brute_force(&scene, &all).unwrap());
         for (org, to) in rays {
             let (org, to) = (org * far, to.to_array());
             let dir: [f64; 3] = std::array::from_fn(|k| to[k] - org[k]);
@@ -238,8 +238,8 @@ proptest! {
             b.instance("", Edge::node(node).transform(outer));
         });
         let dir = to - org;
-        let small = Reference::new(&scene, &all).nearest(org.to_array(), dir.to_array(), INF);
-        let large = Reference::new(&large, &all_large)
+        let small = Reference::new(&scene, &all).unwrap().nearest(org.to_array(), dir.to_array(), INF);
+        let large = Reference::new(&large, &all_large).unwrap()
             .nearest((org * s).to_array(), (dir * s).to_array(), INF);
         prop_assert_eq!(small, large);
     }

@@ -1,6 +1,10 @@
 //! Graphs made to exhaust the check, and what they unfold into.
 
 use super::*;
+use lanecast::plan::{Choices, plan};
+use lanecast::reference::Reference;
+use lanecast::scene::{Appearance, Camera};
+use proptest::prelude::*;
 use std::time::{Duration, Instant};
 
 /// Nodes that each hold the next one twice; gives the first.
@@ -19,14 +23,30 @@ fn quickly<T>(work: impl FnOnce() -> T) -> T {
 }
 
 #[test]
-fn deep_sharing_is_refused_quickly() {
-    let trillion = quickly(|| {
-        refused(|b| {
-            let top = doubling(b, 40, &[Edge::shape(ShapeId(0))]);
-            b.instance("", Edge::node(top));
-        })
-    });
-    assert_is!(trillion, TooManyAppearances, "1099511627777", "16777216");
+fn deep_sharing_costs_nothing() {
+    let mut b = SceneBuilder::default();
+    let shape = ball(&mut b);
+    let top = doubling(&mut b, 40, &[Edge::shape(shape)]);
+    b.instance("", Edge::node(top));
+    b.instance("", Edge::shape(shape));
+    let scene = quickly(|| b.finish()).expect("40 levels are fine");
+    let all = Appearances::of(&scene).unwrap();
+    assert_eq!(all.count(), (1 << 40) + 1);
+    assert_eq!(all.depth(), 42);
+    assert!(all.rows.is_empty() && all.bytes() < 4096);
+    assert_eq!(all.of_shapes(&scene), [(1 << 40) + 1]);
+    assert_eq!(all.placed(&scene), 0);
+    // What looks at each of them refuses.
+    let laid_out = all.laid_out(&scene).unwrap_err().to_string();
+    for part in ["1099511627777", "16777216"] {
+        assert!(laid_out.contains(part), "{laid_out}");
+    }
+    assert!(Reference::new(&scene, &all).is_err());
+    assert!(quickly(|| plan(&scene, &all, &Choices::default())).is_err());
+}
+
+#[test]
+fn sharing_beyond_all_bounds_is_refused_quickly() {
     // More than a u64 can count.
     let endless = quickly(|| {
         refused(|b| {
@@ -43,7 +63,7 @@ fn deep_sharing_is_refused_quickly() {
         })
     });
     assert!(hollow.is_ok());
-    // Few appearances, each at the end of a long way: 2^20 · 10^5 steps.
+    // Each appearance at the end of a long way: 2^20 · 10^5 steps.
     let winding = quickly(|| {
         refused(|b| {
             let mut chain = b.node("", &[Edge::shape(ShapeId(0))]);
@@ -54,7 +74,19 @@ fn deep_sharing_is_refused_quickly() {
             b.instance("", Edge::node(top));
         })
     });
-    assert_is!(winding, TooManyNodes, "nodes");
+    assert_is!(winding, TooDeep, "100023", "256");
+    // Products that overflow somewhere among 2^40.
+    let flattened = quickly(|| {
+        refused(|b| {
+            let tiny = b.transform(DAffine3::from_scale(DVec3::splat(1e-10)).into());
+            let step = Edge::shape(ShapeId(0)).transform(tiny);
+            let top = (0..40).fold(b.node("", &[step]), |below, _| {
+                b.node("", &[Edge::node(below), Edge::node(below).transform(tiny)])
+            });
+            b.instance("", Edge::node(top));
+        })
+    });
+    assert_is!(flattened, SingularPath, "sphere");
 }
 
 #[test]
@@ -69,7 +101,7 @@ fn a_chain_of_a_million_nodes() {
     b.instance("", Edge::node(node));
     let scene = quickly(|| b.finish()).expect("deep, but sound");
     let all = Appearances::of(&scene).unwrap();
-    assert_eq!(all.len(), 1);
+    assert_eq!(all.count(), 1);
     assert_eq!(all.rows[0].world_from_object.translation, [1e6, 0.0, 0.0]);
     assert_eq!(all.rows[0].object_from_world.translation, [-1e6, 0.0, 0.0]);
 }
@@ -167,4 +199,140 @@ fn appearances_in_the_order_of_the_file() {
         .object_from_world
         .point(first.world_from_object.point(p));
     assert!((0..3).all(|k| (back[k] - p[k]).abs() < 1e-14), "{back:?}");
+}
+
+/// Levels of nodes, each with edges to shapes and to nodes of lower levels; the
+/// numbers pick targets, transforms and materials.
+fn tangle(levels: &[Vec<(u8, u8, u8)>]) -> Scene {
+    let mut b = SceneBuilder::default();
+    let ball = ball(&mut b);
+    let block = b.cuboid(
+        "",
+        Cuboid {
+            min: DVec3::ZERO,
+            max: DVec3::ONE,
+        },
+    );
+    let transforms = [
+        DAffine3::IDENTITY,
+        DAffine3::from_rotation_y(0.3) * DAffine3::from_translation(DVec3::new(1.0, 2.0, 3.0)),
+        DAffine3::from_scale(DVec3::new(0.7, -0.5, 1.1)),
+        DAffine3::from_rotation_x(-1.1) * DAffine3::from_translation(DVec3::new(-4.0, 0.1, 0.7)),
+    ]
+    .map(|m| b.transform(m.into()));
+    let paint = [0, 1].map(|_| b.material("", Material::default()));
+    let mut nodes = vec![b.node("", &[])];
+    let edge = |(target, transform, material): (u8, u8, u8), nodes: &[NodeId]| {
+        let edge = match target as usize % (nodes.len() + 2) {
+            0 => Edge::shape(ball),
+            1 => Edge::shape(block),
+            n => Edge::node(nodes[n - 2]),
+        };
+        let edge = edge.transform(transforms[transform as usize % 4]);
+        match material % 3 {
+            0 => edge,
+            m => edge.material(paint[m as usize - 1]),
+        }
+    };
+    for level in levels {
+        let edges: Vec<Edge> = level.iter().map(|e| edge(*e, &nodes)).collect();
+        nodes.push(b.node("", &edges));
+    }
+    b.instance("", Edge::shape(ball));
+    for node in nodes.iter().rev().take(3) {
+        b.instance("", Edge::node(*node));
+    }
+    b.finish().expect("sound")
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig {
+        failure_persistence: None,
+        ..ProptestConfig::with_cases(64)
+    })]
+
+    /// Every id's look-up gives the bits of the walk over all.
+    #[test]
+    fn looked_up_is_laid_out(
+        levels in prop::collection::vec(prop::collection::vec(any::<(u8, u8, u8)>(), 0..5), 1..9)
+    ) {
+        let scene = tangle(&levels);
+        let all = Appearances::of(&scene).unwrap();
+        let one_by_one: Vec<Appearance> = all.iter(&scene).collect();
+        prop_assert_eq!(one_by_one.len() as u64, all.count());
+        let mut of_shapes = vec![0; 2];
+        let mut placed = 0;
+        let mut bare = all.clone();
+        bare.rows.clear();
+        for (id, row) in (0..).zip(&one_by_one) {
+            let found = bare.get(&scene, id);
+            prop_assert_eq!(found, *row);
+            for (a, b) in [
+                (found.object_from_world, row.object_from_world),
+                (found.world_from_object, row.world_from_object),
+            ] {
+                prop_assert_eq!(bits(&a), bits(&b));
+            }
+            prop_assert_eq!(bits(&bare.object_from_world(&scene, id)), bits(&row.object_from_world));
+            let path = bare.path(&scene, id);
+            prop_assert!(path.len() as u64 <= all.depth());
+            prop_assert_eq!(path[0], row.root);
+            prop_assert_eq!(bare.id(&scene, &path), Some(id));
+            // A way on from a shape leads nowhere.
+            prop_assert_eq!(bare.id(&scene, &[&path[..], &[0]].concat()), None);
+            of_shapes[row.shape.index()] += 1;
+            placed += u64::from(row.is_placed(&scene));
+        }
+        prop_assert_eq!(all.of_shapes(&scene), of_shapes);
+        prop_assert!(all.placed(&scene) >= placed);
+        if all.rows.is_empty() {
+            prop_assert!(all.count() > 1 << 16);
+        } else {
+            prop_assert_eq!(&all.rows, &one_by_one);
+        }
+    }
+}
+
+fn bits(m: &Affine) -> [[u64; 4]; 3] {
+    rows(m).map(|row| row.map(f64::to_bits))
+}
+
+/// Ten nodes that each hold the next one ten times, in a ring.
+fn rings(b: &mut SceneBuilder) -> NodeId {
+    let shape = ball(b);
+    let around = |k: i32| {
+        DAffine3::from_rotation_y(f64::from(k) * std::f64::consts::TAU / 10.0)
+            * DAffine3::from_translation(DVec3::X * 10.0)
+            * DAffine3::from_scale(DVec3::splat(0.3))
+    };
+    let places: Vec<TransformId> = (0..10).map(|k| b.transform(around(k).into())).collect();
+    let ten = |edge: Edge| -> Vec<Edge> { places.iter().map(|t| edge.transform(*t)).collect() };
+    (0..9).fold(b.node("", &ten(Edge::shape(shape))), |below, _| {
+        b.node("", &ten(Edge::node(below)))
+    })
+}
+
+#[test]
+fn ten_billion_appearances_of_a_dozen_nodes() {
+    let mut b = SceneBuilder::default();
+    let top = rings(&mut b);
+    b.instance("", Edge::node(top));
+    let scene = quickly(|| b.finish()).unwrap();
+    let all = quickly(|| Appearances::of(&scene)).unwrap();
+    assert_eq!(all.count(), 10_000_000_000);
+    assert!(all.bytes() < 4096);
+    // The digits of an id are the path.
+    let digits = [0, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0];
+    assert_eq!(all.path(&scene, 9_876_543_210), digits);
+    assert_eq!(all.id(&scene, &digits), Some(9_876_543_210));
+    let row = all.get(&scene, 9_999_999_999);
+    let p = row
+        .object_from_world
+        .point(row.world_from_object.point([0.5; 3]));
+    assert!(p.iter().all(|x| (x - 0.5).abs() < 1e-6), "{p:?}");
+
+    // The default view frames it: everything lies within 10 / (1 − 0.3) + 1.
+    let camera: Camera = quickly(|| scene.completed(None, &all, 1.0)).1;
+    let distance = camera.eye.length();
+    assert!((20.0..80.0).contains(&distance), "{distance}");
 }

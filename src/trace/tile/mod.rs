@@ -203,7 +203,7 @@ impl<'w, L: Lanes, const S: usize> Tile<'w, L, S> {
         if active.iter().all(|lanes| lanes.none()) {
             return;
         }
-        let map = &self.world.appearances.rows[entry.appearance as usize].object_from_world;
+        let map = self.world.object_from_world(entry.appearance);
         let center = self.world.scene.meshes.center[id.index()];
         let org = DVec3::from_array(map.point(self.org)) - center;
         let dirs: [Vec3<L>; S] = std::array::from_fn(|s| {

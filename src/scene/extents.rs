@@ -1,0 +1,145 @@
+//! Where a scene lies, without visiting its appearances one by one.
+//!
+//! Boxes and balls of shared nodes, from the leaves up; then the graph is
+//! unfolded from its roots for a few levels, so that they fit better. Good
+//! enough for a view; trees have bounds of their own.
+
+use super::Tables;
+use super::bounds::shape_bounds;
+use super::check::children_first;
+use super::ids::ShapeId;
+use super::nodes::{Edge, Target};
+use crate::math::{Aabb, Affine};
+use glam::DVec3;
+
+/// All that is bounded below a node, to within rounding: inside the box, and
+/// inside the ball about its middle. Turned and nested often, boxes alone grow
+/// without end.
+#[derive(Clone, Copy, Debug)]
+struct Extent {
+    bounds: Aabb,
+    radius: f64,
+}
+
+impl Extent {
+    const EMPTY: Extent = Extent {
+        bounds: Aabb::EMPTY,
+        radius: 0.0,
+    };
+
+    fn of_box(bounds: Aabb) -> Extent {
+        Extent {
+            bounds,
+            radius: bounds.diagonal() * 0.5,
+        }
+    }
+
+    fn through(&self, map: &Affine) -> Extent {
+        if self.bounds.is_empty() {
+            return Extent::EMPTY;
+        }
+        let place = |p: DVec3| DVec3::from_array(map.point(p.to_array()));
+        let of_box = Aabb::of_points(self.bounds.corners().map(place));
+        let (center, radius) = (place(self.bounds.center()), self.radius * stretch(map));
+        Extent {
+            bounds: Aabb {
+                min: of_box.min.max(center - radius),
+                max: of_box.max.min(center + radius),
+            },
+            radius,
+        }
+    }
+
+    fn around(all: &[Extent]) -> Extent {
+        let all = all.iter().filter(|e| !e.bounds.is_empty());
+        let boxes = all.clone().map(|e| e.bounds);
+        let bounds = boxes.fold(Aabb::EMPTY, |b, one| b.union(&one));
+        let center = bounds.center();
+        let reach = |e: &Extent| (e.bounds.center() - center).length() + e.radius;
+        Extent {
+            bounds,
+            radius: all
+                .map(reach)
+                .fold(0.0, f64::max)
+                .min(bounds.diagonal() * 0.5),
+        }
+    }
+}
+
+/// How much a map lengthens vectors at most: the root of the ∞-norm of MᵀM,
+/// which for rotations is 1.
+fn stretch(map: &Affine) -> f64 {
+    let row = |a: &[f64; 3]| -> f64 { map.linear.map(|b| dot(a, &b).abs()).iter().sum() };
+    map.linear.iter().map(row).fold(0.0, f64::max).sqrt()
+}
+
+fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// By node, in its own space.
+fn node_extents(tables: &Tables, of_shape: &[Extent]) -> Vec<Extent> {
+    let mut of_node = vec![Extent::EMPTY; tables.nodes.len()];
+    let mut children = Vec::new();
+    for node in children_first(tables).unwrap_or_default() {
+        let edges = tables.nodes.children[node as usize].clone();
+        children.clear();
+        children.extend(edges.map(|row| {
+            let edge = tables.edges.row(row as usize);
+            let of_target = match edge.target {
+                Target::Shape(shape) => of_shape[shape.index()],
+                Target::Node(node) => of_node[node.index()],
+            };
+            of_target.through(&tables.transforms.local[edge.transform.index()])
+        }));
+        of_node[node as usize] = Extent::around(&children);
+    }
+    of_node
+}
+
+/// Boxes that [`coarse_corners`] makes of a scene at most.
+const COARSE: usize = 1 << 12;
+
+/// Points whose hull holds all bounded appearances, to within rounding, without
+/// visiting each: the graph is unfolded from its roots as far as [`COARSE`]
+/// boxes allow, breadth first.
+pub(super) fn coarse_corners(tables: &Tables) -> Vec<DVec3> {
+    let shapes = (0..tables.shapes.len() as u32).map(ShapeId);
+    let of_shape: Vec<Extent> = shapes
+        .map(|id| shape_bounds(tables, id).map_or(Extent::EMPTY, Extent::of_box))
+        .collect();
+    let of_node = node_extents(tables, &of_shape);
+    let placed = |above: &Affine, edge: Edge| {
+        let map = above.then_after(&tables.transforms.local[edge.transform.index()]);
+        (map, edge.target)
+    };
+    let roots = (0..tables.instances.len()).map(|i| tables.instances.row(i));
+    let mut front: Vec<(Affine, Target)> = roots.map(|e| placed(&Affine::IDENTITY, e)).collect();
+    // Longer chains than this hold little that is seen better below.
+    for _ in 0..64 {
+        let mut next = Vec::new();
+        for (map, target) in &front {
+            match target {
+                Target::Shape(_) => next.push((*map, *target)),
+                Target::Node(node) if of_node[node.index()].bounds.is_empty() => {}
+                Target::Node(node) => {
+                    let edges = tables.nodes.children[node.index()].clone();
+                    next.extend(edges.map(|e| placed(map, tables.edges.row(e as usize))));
+                }
+            }
+            if next.len() > COARSE {
+                break;
+            }
+        }
+        if next.len() > COARSE {
+            break;
+        }
+        front = next;
+    }
+    let extents = front.iter().map(|(map, target)| match target {
+        Target::Shape(shape) => of_shape[shape.index()].through(map),
+        Target::Node(node) => of_node[node.index()].through(map),
+    });
+    let boxes = extents.map(|e| e.bounds).filter(|b| !b.is_empty());
+    boxes.flat_map(|b| b.corners()).collect()
+}

@@ -99,11 +99,25 @@ mod tests {
         }
     }
 
-    /// Two numbers of the mesh that the peers' generator writes.
+    /// The mesh that the peers' generator writes: its size, some vertices, the
+    /// order of its triangles.
     #[test]
     fn the_peers_mesh() {
         let set = displaced_sphere(1024, 512);
         assert_eq!(set.positions.len(), 523_266);
         assert_eq!(set.triangles.len(), 1_046_528);
+        for (row, position) in [
+            (0, [0.0, 1.037_850_3, 0.0]),
+            (123_456, [-0.630_291_5, 0.741_626_1, -0.256_555_77]),
+            (400_000, [-0.480_150_64, -0.735_524_5, -0.474_294_16]),
+        ] {
+            for (own, peer) in set.positions[row].iter().zip(position) {
+                let difference: f32 = own - peer;
+                assert!(difference.abs() < 1e-6, "{row}");
+            }
+        }
+        assert_eq!(set.triangles[1024], [1, 2, 1025]);
+        assert_eq!(set.triangles[500_000], [249_122, 250_146, 250_145]);
+        assert_eq!(set.triangles.last(), Some(&[523_265, 523_264, 522_241]));
     }
 }

@@ -33,6 +33,7 @@ pub struct Fit {
     pub what: &'static str,
     /// Whose: a structure, or a kind of rays and its tracer.
     pub name: String,
+    pub peer: bool,
     pub exponent: f64,
     /// The share of the variance (of logarithms) that the fit explains.
     pub r2: f64,
@@ -61,7 +62,7 @@ pub fn sizes(min: u64, max: u64) -> Vec<u64> {
 /// Fits of all that was measured at two sizes or more.
 pub fn fits(sizes: &[Size]) -> Vec<Fit> {
     let mut fits: Vec<Fit> = Vec::new();
-    let mut add = |what, name: String, triangles: u64, figure: f64| {
+    let mut add = |what, name: String, peer, triangles: u64, figure: f64| {
         if triangles == 0 || figure <= 0.0 {
             return;
         }
@@ -71,6 +72,7 @@ pub fn fits(sizes: &[Size]) -> Vec<Fit> {
             None => fits.push(Fit {
                 what,
                 name,
+                peer,
                 exponent: 0.0,
                 r2: 0.0,
                 points: vec![point],
@@ -80,26 +82,23 @@ pub fn fits(sizes: &[Size]) -> Vec<Fit> {
     for size in sizes {
         let n = size.triangles;
         for row in &size.structures {
-            add("build", row.name.clone(), n, row.build_seconds);
-            add("memory", row.name.clone(), n, row.tree_bytes as f64);
+            let peer = row.version.is_some();
+            add("build", row.name.clone(), peer, n, row.build_seconds);
+            add("memory", row.name.clone(), peer, n, row.tree_bytes as f64);
         }
         if let Some(bytes) = size.peak_resident_bytes {
-            add("memory", "process".into(), n, bytes as f64);
+            add("memory", "process".into(), false, n, bytes as f64);
         }
         for row in &size.results {
             let rate = row.mrays_per_s;
             let nanoseconds = if rate > 0.0 { 1e3 / rate } else { 0.0 };
             if !row.peer {
                 let name = format!("{} {}", row.kind, row.tracer());
-                add("trace", name, n, nanoseconds);
+                add("trace", name, false, n, nanoseconds);
             } else if fastest_peer(&size.results, row) {
                 // Its best way changes with the size.
-                add(
-                    "trace",
-                    format!("{} {}", row.kind, row.accel),
-                    n,
-                    nanoseconds,
-                );
+                let name = format!("{} {}", row.kind, row.accel);
+                add("trace", name, true, n, nanoseconds);
             }
         }
     }

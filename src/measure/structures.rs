@@ -1,7 +1,7 @@
 //! What the structures cost: time to build, memory, expected cost of a ray.
 
 use super::clock::best_and_median;
-use crate::accel::World;
+use crate::accel::{MeshTree, World};
 use serde::Serialize;
 
 /// One acceleration structure, with the names of `bench --json`.
@@ -52,8 +52,13 @@ impl StructureRow {
     pub fn of_world(world: &World, name: &str, triangles: u64, seconds: &[f64]) -> StructureRow {
         let mut row = StructureRow::new(name.into(), triangles, tree_bytes(world), seconds);
         let meshes = world.meshes.iter().flatten();
-        let largest = meshes.max_by_key(|mesh| mesh.source.len());
-        row.sah = Some([world.top.sah, largest.map_or(0.0, |mesh| mesh.tree.sah)]);
+        let of_mesh = |mesh: &MeshTree| match &mesh.wide {
+            Some(wide) => (wide.blocks.len(), wide.tree.sah),
+            None => (mesh.source.len(), mesh.tree.sah),
+        };
+        let largest = meshes.map(of_mesh).max_by_key(|(size, _)| *size);
+        let top = world.wide.as_ref().map_or(world.top.sah, |wide| wide.sah);
+        row.sah = Some([top, largest.map_or(0.0, |(_, sah)| sah)]);
         row
     }
 }

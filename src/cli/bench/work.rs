@@ -306,10 +306,14 @@ fn contender<'w>(
     precision: Precision,
     kernels: Kernels,
 ) -> Contender<'w> {
-    let single = kernels.lanes == 1;
+    let kernel = match kernels.lanes {
+        1 => "single",
+        _ if world.wide.is_some() => "tile",
+        _ => "packet",
+    };
     Contender {
         accel: accel_name(own.accel).into(),
-        kernel: if single { "single" } else { "packet" }.into(),
+        kernel: kernel.into(),
         lanes: kernels.lanes,
         precision: precision.name(),
         exact: precision == Precision::Exact,

@@ -11,7 +11,7 @@ use crate::render::Progress;
 #[derive(Clone)]
 pub struct Contender<'a> {
     pub accel: String,
-    /// `packet`, or `single` where a packet is one ray; a peer's own name.
+    /// `tile` or `packet`, or `single` at one lane; a peer's own name.
     pub kernel: String,
     /// Rays per packet.
     pub lanes: usize,

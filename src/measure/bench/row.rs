@@ -12,8 +12,8 @@ pub struct Row {
     pub kind: String,
     /// A structure of ours, or a peer's name.
     pub accel: String,
-    /// `packet`, or `single` where a packet is one ray; a peer's function with
-    /// its setting.
+    /// `tile` or `packet`, or `single` at one lane; a peer's function with its
+    /// setting.
     pub kernel: String,
     pub lanes: usize,
     pub precision: &'static str,

@@ -30,13 +30,15 @@ const BETWEEN: f64 = 14.0;
 const RIGHT: f64 = 60.0;
 const AXIS: f64 = 26.0;
 
-pub fn draw(groups: &[Group], unit: &str) -> String {
+/// `mark`: a value that the bars are read against.
+pub fn draw(groups: &[Group], unit: &str, mark: Option<f64>) -> String {
     let bars = || groups.iter().flat_map(|group| &group.bars);
     let left = bars()
         .map(|bar| text_width(&bar.label))
         .fold(80.0, f64::max)
         + 14.0;
-    let max = bars().map(|bar| bar.value).fold(0.0, f64::max);
+    let least = mark.map_or(0.0, |mark| mark * 1.05);
+    let max = bars().map(|bar| bar.value).fold(least, f64::max);
     let max = if max > 0.0 && max.is_finite() {
         max
     } else {
@@ -61,6 +63,11 @@ pub fn draw(groups: &[Group], unit: &str) -> String {
         svg.text([x, body + 16.0], Anchor::Middle, "tick", &text);
     }
     svg.text([WIDTH, body + 16.0], Anchor::End, "tick", unit);
+
+    if let Some(mark) = mark {
+        let x = left + mark * scale;
+        svg.line([x, 0.0], [x, body], "mark");
+    }
 
     let mut y = 0.0;
     for group in groups {

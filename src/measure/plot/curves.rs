@@ -10,6 +10,9 @@ pub struct Chart {
 
 pub struct Line {
     pub label: String,
+    /// A colour of the style sheet, modulo their number.
+    pub hue: usize,
+    pub dashed: bool,
     /// Both coordinates above 0; others are left out.
     pub points: Vec<[f64; 2]>,
 }
@@ -25,16 +28,15 @@ const COLOURS: usize = 8;
 const LABEL: f64 = 16.0;
 
 pub fn draw(chart: &Chart) -> String {
-    let lines: Vec<(usize, &Line, Vec<[f64; 2]>)> = chart
+    let lines: Vec<(&Line, Vec<[f64; 2]>)> = chart
         .lines
         .iter()
-        .enumerate()
-        .map(|(i, line)| (i, line, logarithms(&line.points)))
-        .filter(|(_, _, points)| !points.is_empty())
+        .map(|line| (line, logarithms(&line.points)))
+        .filter(|(_, points)| !points.is_empty())
         .collect();
-    let right = lines.iter().map(|(_, line, _)| text_width(&line.label));
+    let right = lines.iter().map(|(line, _)| text_width(&line.label));
     let right = right.fold(60.0, f64::max) + 18.0;
-    let points = || lines.iter().flat_map(|(_, _, points)| points);
+    let points = || lines.iter().flat_map(|(_, points)| points);
     let range = |k: usize| {
         let least = points().map(|p| p[k]).fold(f64::INFINITY, f64::min);
         let most = points().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max);
@@ -73,10 +75,11 @@ pub fn draw(chart: &Chart) -> String {
     svg.text(below, Anchor::Middle, "note", chart.x_label);
     svg.text([LEFT, 14.0], Anchor::Start, "note", chart.y_label);
 
-    for (i, line, points) in &lines {
+    for (line, points) in &lines {
         let placed: Vec<[f64; 2]> = points.iter().map(|p| at(*p)).collect();
-        let colour = i % COLOURS;
-        svg.polyline(&placed, &format!("curve s{colour}"));
+        let colour = line.hue % COLOURS;
+        let dashed = if line.dashed { " dashed" } else { "" };
+        svg.polyline(&placed, &format!("curve s{colour}{dashed}"));
         for (place, [x, y]) in placed.iter().zip(points) {
             let (x, y) = (10.0_f64.powf(*x), 10.0_f64.powf(*y));
             let hint = format!("{}: {x:.0} {}, {y:.4e}", line.label, chart.x_label);
@@ -86,7 +89,10 @@ pub fn draw(chart: &Chart) -> String {
     // Labels at the ends, pushed apart from the top down.
     let mut ends: Vec<(f64, usize, &str)> = lines
         .iter()
-        .map(|(i, line, points)| (at(points[points.len() - 1])[1], *i, line.label.as_str()))
+        .map(|(line, points)| {
+            let end = at(points[points.len() - 1])[1];
+            (end, line.hue, line.label.as_str())
+        })
         .collect();
     ends.sort_by(|a, b| a.0.total_cmp(&b.0));
     let overflow = |ends: &[(f64, usize, &str)]| ends.last().map_or(0.0, |end| end.0 - bottom);
@@ -94,9 +100,9 @@ pub fn draw(chart: &Chart) -> String {
         ends[i].0 = ends[i].0.max(ends[i - 1].0 + LABEL);
     }
     let lift = overflow(&ends).max(0.0);
-    for (y, i, label) in ends {
+    for (y, hue, label) in ends {
         let place = [edge + 10.0, y - lift + 4.0];
-        let class = format!("end e{}", i % COLOURS);
+        let class = format!("e{}", hue % COLOURS);
         svg.text(place, Anchor::Start, &class, label);
     }
     svg.finish()
@@ -160,6 +166,8 @@ mod tests {
     fn nothing_to_draw_is_an_empty_frame() {
         let line = Line {
             label: "none".into(),
+            hue: 0,
+            dashed: false,
             points: vec![[1.0, 0.0], [f64::NAN, 2.0]],
         };
         let drawn = draw(&Chart {

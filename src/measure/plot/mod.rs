@@ -62,7 +62,7 @@ pub fn bench_page(
             note: "How many times as fast ours is, fastest against fastest, by the medians. Rays \
                    between hits and a point light may go either way: the peer's faster way counts."
                 .into(),
-            figure: bars::draw(&[ratio_group(rows, comparisons)], "×"),
+            figure: bars::draw(&[ratio_group(rows, comparisons)], "×", Some(1.0)),
         });
     }
     sections.push(Section {
@@ -70,20 +70,20 @@ pub fn bench_page(
         note: "Millions, from an array of rays to arrays of t and id; medians. One scale for all \
                kinds, so that the cost of lost coherence shows."
             .into(),
-        figure: bars::draw(&kind_groups(rows), "Mrays/s"),
+        figure: bars::draw(&kind_groups(rows), "Mrays/s", None),
     });
     if let Some(group) = build_group(structures) {
         sections.push(Section {
             heading: "Building".into(),
             note: "Million triangles per second; medians.".into(),
-            figure: bars::draw(&[group], "Mtris/s"),
+            figure: bars::draw(&[group], "Mtris/s", None),
         });
         sections.push(Section {
             heading: "Memory".into(),
             note: "Bytes of nodes and leaves per triangle. Ours hold copies of the triangles; \
                    a peer's may share the input instead."
                 .into(),
-            figure: bars::draw(&[memory_group(structures)], "bytes"),
+            figure: bars::draw(&[memory_group(structures)], "bytes", None),
         });
     }
     page::write(heading, &tones(rows), &sections)
@@ -93,11 +93,27 @@ pub fn bench_page(
 pub fn growth_page(heading: &Heading, growth: &Growth) -> String {
     let lines = |what: &str| {
         let fits = growth.fits.iter().filter(|fit| fit.what == what);
-        fits.map(|fit| Line {
-            label: format!("{} n^{:.2}", fit.name, fit.exponent),
-            points: fit.points.clone(),
-        })
-        .collect::<Vec<_>>()
+        // One colour for what is compared: a kind of rays; a structure.
+        let mut hues: Vec<&str> = Vec::new();
+        let mut lines = Vec::new();
+        for fit in fits {
+            let key = match what {
+                "trace" => fit.name.split(' ').next().unwrap_or_default(),
+                _ => &fit.name,
+            };
+            let hue = hues.iter().position(|hue| *hue == key);
+            let hue = hue.unwrap_or_else(|| {
+                hues.push(key);
+                hues.len() - 1
+            });
+            lines.push(Line {
+                label: format!("{} n^{:.2}", fit.name, fit.exponent),
+                hue,
+                dashed: fit.peer,
+                points: fit.points.clone(),
+            });
+        }
+        lines
     };
     let mut sections = Vec::new();
     for (what, heading, note, unit) in [
@@ -110,7 +126,7 @@ pub fn growth_page(heading: &Heading, growth: &Growth) -> String {
         (
             "trace",
             "Tracing",
-            "Nanoseconds a ray over triangles, both axes logarithmic.",
+            "Nanoseconds a ray over triangles, both axes logarithmic; a peer's best is dashed.",
             "ns per ray",
         ),
         (

@@ -46,6 +46,8 @@ svg .tick { font-size: 11px; } svg .value, svg .tick { font-variant-numeric: tab
 svg .grid { stroke: var(--grid); } svg .axis { stroke: var(--axis); }
 svg .t-fast { fill: var(--fast); } svg .t-guarded { fill: var(--guarded); }
 svg .t-exact { fill: var(--exact); } svg .t-peer { fill: var(--peer); }
+svg .mark { stroke: var(--ink); stroke-dasharray: 4 3; }
+svg .dashed { stroke-dasharray: 6 4; }
 svg .curve { fill: none; stroke-width: 2; stroke-linejoin: round; }
 ";
 
@@ -59,9 +61,9 @@ pub fn write(heading: &Heading, legend: &[(&str, &str)], sections: &[Section]) -
         curve_colours()
     );
     for (what, value) in &heading.facts {
-        let _ = write!(
+        let _ = writeln!(
             html,
-            "<div><dt>{what}</dt><dd>{}</dd></div>\n",
+            "<div><dt>{what}</dt><dd>{}</dd></div>",
             escaped(value)
         );
     }
@@ -70,9 +72,9 @@ pub fn write(heading: &Heading, legend: &[(&str, &str)], sections: &[Section]) -
         html.push_str("<div class=\"legend\">\n");
         for (class, name) in legend {
             let tone = class.trim_start_matches("t-");
-            let _ = write!(
+            let _ = writeln!(
                 html,
-                "<span style=\"--tone: var(--{tone})\">{}</span>\n",
+                "<span style=\"--tone: var(--{tone})\">{}</span>",
                 escaped(name)
             );
         }

@@ -30,18 +30,18 @@ impl Svg {
 
     /// `hint` shows when the reader points at it.
     pub fn bar(&mut self, [x, y]: [f64; 2], [width, height]: [f64; 2], class: &str, hint: &str) {
-        let _ = write!(
+        let _ = writeln!(
             self.body,
             "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" rx=\"2\" \
-             class=\"{class}\"><title>{}</title></rect>\n",
+             class=\"{class}\"><title>{}</title></rect>",
             escaped(hint)
         );
     }
 
     pub fn line(&mut self, [x1, y1]: [f64; 2], [x2, y2]: [f64; 2], class: &str) {
-        let _ = write!(
+        let _ = writeln!(
             self.body,
-            "<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\" class=\"{class}\"/>\n"
+            "<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\" class=\"{class}\"/>"
         );
     }
 
@@ -51,16 +51,13 @@ impl Svg {
             let _ = write!(list, "{x:.1},{y:.1} ");
         }
         let list = list.trim_end();
-        let _ = write!(
-            self.body,
-            "<polyline points=\"{list}\" class=\"{class}\"/>\n"
-        );
+        let _ = writeln!(self.body, "<polyline points=\"{list}\" class=\"{class}\"/>");
     }
 
     pub fn dot(&mut self, [x, y]: [f64; 2], class: &str, hint: &str) {
-        let _ = write!(
+        let _ = writeln!(
             self.body,
-            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\" class=\"{class}\"><title>{}</title></circle>\n",
+            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\" class=\"{class}\"><title>{}</title></circle>",
             escaped(hint)
         );
     }
@@ -71,9 +68,9 @@ impl Svg {
             Anchor::Middle => "middle",
             Anchor::End => "end",
         };
-        let _ = write!(
+        let _ = writeln!(
             self.body,
-            "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" class=\"{class}\">{}</text>\n",
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" class=\"{class}\">{}</text>",
             escaped(text)
         );
     }
@@ -107,7 +104,7 @@ pub fn escaped(text: &str) -> String {
 
 /// About how wide a text of the charts is; a little more, so that none is cut.
 pub fn text_width(text: &str) -> f64 {
-    text.chars().count() as f64 * 6.9
+    text.chars().count() as f64 * 7.1
 }
 
 /// Round steps for an axis from 0 to `max`: 1, 2 or 5 times a power of ten, so

@@ -9,8 +9,8 @@ mod common;
 use common::{Traced, displaced_sphere, mesh_scene, quick, run, sphere_flake, traced};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
+use lanecast::measure::kinds::Kind;
 use lanecast::measure::queries::Answers;
-use lanecast::measure::rays::Kind;
 use lanecast::scene::{Appearances, Scene};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 

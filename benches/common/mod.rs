@@ -5,10 +5,11 @@ use glam::DVec3;
 use lanecast::accel::{Structure, World};
 use lanecast::geom::Sphere;
 use lanecast::math::lanes::*;
+use lanecast::measure::kinds::{Kind, Order};
 use lanecast::measure::queries::{Answers, Ask, trace};
-use lanecast::measure::rays::{Kind, Source, ray_sets};
+use lanecast::measure::rays::{Source, direction_of, ray_sets};
 use lanecast::plan::{Choices, Kernels, Precision, plan};
-use lanecast::render::{Grid, Progress, RayGenerator};
+use lanecast::render::{Grid, Progress};
 use lanecast::scene::{Appearances, Camera, Edge, MeshData, Scene, SceneBuilder};
 
 /// One register of each.
@@ -122,12 +123,16 @@ pub fn traced<'a>(
     };
     let eye = DVec3::new(1.4, 1.8, 3.6);
     let camera = Camera::perspective(eye, DVec3::ZERO, DVec3::Y, 40.0);
+    let light = DVec3::new(4.0, 6.0, 5.0);
     let source = Source {
         world: &world,
         kernels: kernels(Precision::Exact),
-        generator: RayGenerator::new(camera, side, side, Grid::Centers),
+        camera,
+        grid: Grid::Centers,
         size: [side, side],
-        light: DVec3::new(4.0, 6.0, 5.0),
+        order: Order::Tile,
+        light,
+        direction: direction_of(&world, light),
     };
     let sets = ray_sets(&source, kinds, &Progress::default()).expect("nobody cancels");
     Traced {

@@ -6,7 +6,7 @@
 use super::error::CliError;
 use super::output::Sink;
 use crate::io::{AovSet, LoadOptions};
-use crate::measure::rays::Kind;
+use crate::measure::kinds::{Kind, Order};
 use crate::plan::{AccelChoice, Choices, LaneCount, Precision};
 use crate::render::{Grid, RenderConfig};
 use clap::{Args, value_parser};
@@ -39,8 +39,8 @@ pub struct VerifyArgs {
 
 #[derive(Args)]
 pub struct BenchArgs {
-    /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl; or --mesh and --rays
-    #[arg(required_unless_present_all = ["mesh", "rays"])]
+    /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl; or --mesh and --rays, or --growth
+    #[arg(required_unless_present_any = ["mesh", "rays", "growth"])]
     pub scene: Option<PathBuf>,
     /// Write the scene's triangles and rays as .msh and .rays files
     #[arg(long, value_name = "DIR", conflicts_with_all = ["mesh", "rays"])]
@@ -48,15 +48,33 @@ pub struct BenchArgs {
     /// Trace this .msh file; with --rays, in place of SCENE
     #[arg(long, value_name = "FILE", requires = "rays", conflicts_with = "scene")]
     pub mesh: Option<PathBuf>,
-    /// Trace the rays of this .rays file
+    /// Trace the rays of this .rays file; may be given more than once
     #[arg(long, value_name = "FILE", requires = "mesh", conflicts_with = "scene")]
-    pub rays: Option<PathBuf>,
-    /// Ray kinds, separated by commas: primary, shadow, lightshadow, diffuse, diffuse_any [default: all]
+    pub rays: Vec<PathBuf>,
+    /// Measure generated meshes of MIN to MAX triangles, two sizes a decade, in place of SCENE
+    #[arg(long, value_name = "MIN:MAX", conflicts_with_all = ["scene", "mesh", "rays", "export", "camera"], value_parser = parse_growth)]
+    pub growth: Option<GrowthRange>,
+    /// Ray kinds, separated by commas: primary, ortho, shadow, lightshadow, directional, areashadow, mirror, diffuse, diffuse_any [default: all]
     #[arg(long, value_name = "KINDS", conflicts_with_all = ["mesh", "rays"], value_parser = parse_kinds)]
     pub kinds: Option<BenchKinds>,
+    /// Order of the camera's rays, which others keep: scanline, tile, morton or random
+    #[arg(long, value_name = "ORDER", default_value = "tile", conflicts_with_all = ["mesh", "rays"], value_parser = parse_order)]
+    pub order: Order,
+    /// Structures measured in one run, separated by commas, in place of --accel
+    #[arg(long, value_name = "NAMES", conflicts_with = "accel", value_parser = parse_accels)]
+    pub accels: Option<BenchAccels>,
+    /// Another tracer beside ours, on the same rays: embree
+    #[arg(long, value_name = "NAME", value_parser = parse_peers)]
+    pub peers: Option<PeerChoice>,
     /// Runs of each measurement: the median and the best are reported
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u32).range(1..=10_000))]
     pub reps: u32,
+    /// Times that each structure is built, in turns
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u32).range(1..=1000))]
+    pub builds: u32,
+    /// Draw the results, as an HTML page
+    #[arg(long, value_name = "FILE")]
+    pub plot: Option<PathBuf>,
     #[command(flatten)]
     pub common: CommonArgs,
 }
@@ -185,6 +203,24 @@ impl CommonArgs {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BenchKinds(pub Vec<Kind>);
 
+/// Structures that `bench` measures beside each other.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BenchAccels(pub Vec<AccelChoice>);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PeerChoice {
+    Embree,
+}
+
+/// Triangles of the smallest and the largest generated mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct GrowthRange {
+    pub min: u64,
+    pub max: u64,
+}
+
+/// 10⁸ triangles take about ten gigabytes.
+const MAX_GROWTH: u64 = 100_000_000;
 const MAX_SIDE: u32 = 65_535;
 const MAX_PIXELS: u64 = 1 << 28;
 
@@ -274,6 +310,38 @@ fn parse_kinds(text: &str) -> Result<BenchKinds, String> {
     Ok(BenchKinds(kinds))
 }
 
+fn parse_order(text: &str) -> Result<Order, String> {
+    one_of(text, &Order::ALL.map(|order| (order.name(), order)), &[])
+}
+
+fn parse_accels(text: &str) -> Result<BenchAccels, String> {
+    let accels: Result<Vec<AccelChoice>, String> = text
+        .split(',')
+        .map(|name| parse_accel(name.trim()).map_err(|why| format!("'{name}': {why}")))
+        .collect();
+    Ok(BenchAccels(accels?))
+}
+
+fn parse_peers(text: &str) -> Result<PeerChoice, String> {
+    one_of(text, &[("embree", PeerChoice::Embree)], &[])
+}
+
+fn parse_growth(text: &str) -> Result<GrowthRange, String> {
+    let number = |text: &str| {
+        // 1e6 is easier to read than all its zeros.
+        let value: f64 = text.trim().parse().ok()?;
+        let whole = value.fract() == 0.0 && (8.0..=MAX_GROWTH as f64).contains(&value);
+        whole.then_some(value as u64)
+    };
+    text.split_once(':')
+        .and_then(|(min, max)| Some((number(min)?, number(max)?)))
+        .filter(|(min, max)| min <= max)
+        .map(|(min, max)| GrowthRange { min, max })
+        .ok_or(format!(
+            "write it as MIN:MAX, such as 1e3:1e7; each from 8 to {MAX_GROWTH}, the smaller first"
+        ))
+}
+
 fn no_tiles(_: &str) -> Result<String, String> {
     Err("it does not exist yet; leave it out to render the whole picture".into())
 }
@@ -339,8 +407,21 @@ mod tests {
     }
 
     #[test]
+    fn growth_ranges() {
+        let range = |min, max| Ok(GrowthRange { min, max });
+        assert_eq!(parse_growth("1e3:1e7"), range(1000, 10_000_000));
+        assert_eq!(parse_growth("1000: 1000"), range(1000, 1000));
+        for bad in [
+            "", "1e3", "1e3:", "1e4:1e3", "0:10", "10.5:20", "10:1e9", "a:b",
+        ] {
+            assert!(parse_growth(bad).unwrap_err().contains("MIN:MAX"), "{bad}");
+        }
+    }
+
+    #[test]
     fn kinds() {
-        let all = "diffuse,primary,shadow,lightshadow, diffuse_any,shadow";
+        let all = "diffuse,primary,shadow,lightshadow, diffuse_any,shadow,mirror,ortho,\
+                   areashadow,directional";
         assert_eq!(parse_kinds(all), Ok(BenchKinds(Kind::ALL.into())));
         assert_eq!(parse_kinds("primary").unwrap().0, [Kind::Primary]);
         assert!(parse_kinds("").is_err());

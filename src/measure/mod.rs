@@ -1,9 +1,19 @@
 //! What a run did and cost, and how wrong it was.
 
 pub mod bench;
+pub mod clock;
+pub mod generate;
+pub mod growth;
+pub mod kinds;
+pub mod peer;
+pub mod plot;
 pub mod queries;
 pub mod rays;
 mod stats;
+pub mod structures;
 pub mod verify;
 
-pub use stats::{PictureSize, PlanSummary, SceneCounts, Stage, Stats, Watch, peak_resident_bytes};
+pub use stats::{
+    PictureSize, PlanSummary, SceneCounts, Stage, Stats, Watch, peak_resident_bytes,
+    restart_peak_resident,
+};

@@ -45,7 +45,7 @@ impl Answers {
         hits + self.blocked.iter().filter(|blocked| **blocked).count()
     }
 
-    fn prepare(&mut self, ask: Ask, rays: usize) {
+    pub(super) fn prepare(&mut self, ask: Ask, rays: usize) {
         let (closest, any) = match ask {
             Ask::Closest => (rays, 0),
             Ask::Any => (0, rays),

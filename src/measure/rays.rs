@@ -10,85 +10,45 @@
 //! Deterministic: random directions are a hash of the hit's number, elementary
 //! functions come from the crate `libm`.
 
+use super::kinds::{Kind, Order};
 use super::queries::{Answers, Ask, trace};
 use crate::accel::World;
 use crate::io::RaySet;
 use crate::plan::{Arithmetic, Kernels};
-use crate::render::{BLOCK, Progress, RayGenerator, every_second_bit, mix, unit};
-use crate::scene::{Camera, Light};
+use crate::render::{BLOCK, Grid, Progress, RayGenerator, every_second_bit, mix, unit};
+use crate::scene::{Camera, Light, Projection};
 use crate::shade::Surface;
 use crate::trace::HitId;
 use glam::DVec3;
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kind {
-    /// Through the pixels' centres (or corners): absolute blocks of 16×16 pixels
-    /// row by row, Morton order inside, the renderer's packets.
-    Primary,
-    /// From the primary hits to one point light, t in (0, 1).
-    Shadow,
-    /// The same from the light to the hits, t in (0, 1 − 1e-4).
-    LightShadow,
-    /// One bounce per primary hit, cosine-distributed about the normal.
-    Diffuse,
-    /// The same rays, asked for any hit.
-    DiffuseAny,
-}
-
-impl Kind {
-    pub const ALL: [Kind; 5] = [
-        Kind::Primary,
-        Kind::Shadow,
-        Kind::LightShadow,
-        Kind::Diffuse,
-        Kind::DiffuseAny,
-    ];
-
-    /// On the command line and in file names.
-    pub fn name(self) -> &'static str {
-        match self {
-            Kind::Primary => "primary",
-            Kind::Shadow => "shadow",
-            Kind::LightShadow => "lightshadow",
-            Kind::Diffuse => "diffuse",
-            Kind::DiffuseAny => "diffuse_any",
-        }
-    }
-
-    pub fn named(name: &str) -> Option<Kind> {
-        Kind::ALL.into_iter().find(|kind| kind.name() == name)
-    }
-
-    pub fn ask(self) -> Ask {
-        match self {
-            Kind::Primary | Kind::Diffuse => Ask::Closest,
-            Kind::Shadow | Kind::LightShadow | Kind::DiffuseAny => Ask::Any,
-        }
-    }
-}
 
 /// What the sets are made from.
 pub struct Source<'a> {
     pub world: &'a World<'a>,
     /// Best f64: the sets depend on the hits.
     pub kernels: Kernels,
-    pub generator: RayGenerator,
-    /// Rays across and down.
+    pub camera: Camera,
+    pub grid: Grid,
+    /// Rays across and down; at most 65,536 each.
     pub size: [u32; 2],
+    pub order: Order,
     /// World space.
     pub light: DVec3,
+    /// Of parallel light, the way it travels, unit.
+    pub direction: DVec3,
 }
 
 /// Short of the surface that the ray from the light was aimed at.
 const LIGHT_T_MAX: f32 = 1.0 - 1e-4;
+/// Half a side of the square light, in distances from the scene's middle.
+const LIGHT_SIZE: f64 = 0.125;
 
 /// The sets of these kinds, in their order. Runs on the current rayon pool;
 /// `None` where `progress` was cancelled.
 pub fn ray_sets(source: &Source, kinds: &[Kind], progress: &Progress) -> Option<Vec<RaySet>> {
-    let primary = primary(source);
+    let pixels = pixels(source.size, source.order);
+    let (primary, numbers) = primary(source, source.camera, &pixels);
     let mut answers = Answers::default();
-    let alone = kinds.iter().all(|kind| *kind == Kind::Primary);
-    if !alone {
+    if kinds.iter().any(|kind| kind.is_secondary()) {
         let (world, kernels) = (source.world, &source.kernels);
         trace(
             world,
@@ -99,7 +59,9 @@ pub fn ray_sets(source: &Source, kinds: &[Kind], progress: &Progress) -> Option<
             progress,
         )?;
     }
-    let hits = |each: &dyn Fn(&Surface, u64, &mut RaySet)| {
+    // `each` gets the surface, the ray's direction, and a number that belongs to
+    // the pixel whatever the order.
+    let hits = |each: &dyn Fn(&Surface, DVec3, u64, &mut RaySet)| {
         let mut set = RaySet::default();
         for (i, id) in answers.id.iter().enumerate() {
             if *id == HitId::NONE {
@@ -114,22 +76,40 @@ pub fn ray_sets(source: &Source, kinds: &[Kind], progress: &Progress) -> Option<
                 f64::from(answers.t[i]),
                 *id,
             );
-            each(&surface, i as u64, &mut set);
+            let dir = DVec3::from_array(primary.dir[i].map(f64::from));
+            each(&surface, dir, u64::from(numbers[i]), &mut set);
         }
         set
     };
     let light = source.light;
+    let (across, down) = square_light(source);
     let sets = kinds.iter().map(|kind| match kind {
         Kind::Primary => primary.clone(),
-        Kind::Shadow => hits(&|surface, _, set| {
+        Kind::Ortho => self::primary(source, orthographic(source), &pixels).0,
+        Kind::Shadow => hits(&|surface, _, _, set| {
             let from = rounded(surface.leave(surface.facing()));
             push(set, from, light - from, 1.0);
         }),
-        Kind::LightShadow => hits(&|surface, _, set| {
+        Kind::LightShadow => hits(&|surface, _, _, set| {
             let (from, to) = (rounded(light), surface.leave(surface.facing()));
             push(set, from, to - from, LIGHT_T_MAX);
         }),
-        Kind::Diffuse | Kind::DiffuseAny => hits(&|surface, number, set| {
+        Kind::Directional => hits(&|surface, _, _, set| {
+            let from = surface.leave(surface.facing());
+            push(set, from, -source.direction, f32::INFINITY);
+        }),
+        Kind::AreaShadow => hits(&|surface, _, number, set| {
+            let from = rounded(surface.leave(surface.facing()));
+            let bits = mix(number);
+            let [u, v] = [unit(bits), unit(mix(bits))].map(|x| 2.0 * x - 1.0);
+            push(set, from, light + across * u + down * v - from, 1.0);
+        }),
+        Kind::Mirror => hits(&|surface, dir, _, set| {
+            let facing = surface.facing();
+            let dir = dir - facing * (2.0 * dir.dot(facing));
+            push(set, surface.leave(facing), dir, f32::INFINITY);
+        }),
+        Kind::Diffuse | Kind::DiffuseAny => hits(&|surface, _, number, set| {
             let facing = surface.facing();
             let dir = cosine_distributed(facing, number);
             push(set, surface.leave(facing), dir, f32::INFINITY);
@@ -138,23 +118,106 @@ pub fn ray_sets(source: &Source, kinds: &[Kind], progress: &Progress) -> Option<
     Some(sets.collect())
 }
 
-fn primary(source: &Source) -> RaySet {
-    let [width, height] = source.size;
-    let mut set = RaySet::with_capacity(width as usize * height as usize);
+/// A pixel, and its place in the order of tiles.
+#[derive(Clone, Copy)]
+struct Pixel {
+    x: u16,
+    y: u16,
+    number: u32,
+}
+
+fn pixels([width, height]: [u32; 2], order: Order) -> Vec<Pixel> {
+    let mut pixels: Vec<Pixel> = Vec::with_capacity(width as usize * height as usize);
     for block_y in (0..height).step_by(BLOCK as usize) {
         for block_x in (0..width).step_by(BLOCK as usize) {
             for code in 0..BLOCK * BLOCK {
                 let x = block_x + every_second_bit(code);
                 let y = block_y + every_second_bit(code >> 1);
                 if x < width && y < height {
-                    let (org, dir) = source.generator.ray(x, y, [0.5, 0.5]);
-                    let dir = DVec3::from_array(dir.map(f64::from));
-                    push(&mut set, org, dir, f32::INFINITY);
+                    pixels.push(Pixel {
+                        x: x as u16,
+                        y: y as u16,
+                        number: pixels.len() as u32,
+                    });
                 }
             }
         }
     }
-    set
+    match order {
+        Order::Tile => {}
+        Order::Scanline => pixels.sort_unstable_by_key(|p| (p.y, p.x)),
+        Order::Morton => pixels.sort_unstable_by_key(|p| spread(p.x) | spread(p.y) << 1),
+        // The hash has no two numbers alike.
+        Order::Random => pixels.sort_unstable_by_key(|p| mix(u64::from(p.number))),
+    }
+    pixels
+}
+
+/// A zero after each bit.
+fn spread(x: u16) -> u32 {
+    let x = u32::from(x);
+    let x = (x | x << 8) & 0x00ff_00ff;
+    let x = (x | x << 4) & 0x0f0f_0f0f;
+    let x = (x | x << 2) & 0x3333_3333;
+    (x | x << 1) & 0x5555_5555
+}
+
+/// The rays through the pixels, and their pixels' numbers.
+fn primary(source: &Source, camera: Camera, pixels: &[Pixel]) -> (RaySet, Vec<u32>) {
+    let [width, height] = source.size;
+    let generator = RayGenerator::new(camera, width, height, source.grid);
+    let mut set = RaySet::with_capacity(pixels.len());
+    let mut numbers = Vec::with_capacity(pixels.len());
+    for pixel in pixels {
+        let (org, dir) = generator.ray(pixel.x.into(), pixel.y.into(), [0.5, 0.5]);
+        let dir = DVec3::from_array(dir.map(f64::from));
+        push(&mut set, org, dir, f32::INFINITY);
+        if set.len() > numbers.len() {
+            numbers.push(pixel.number);
+        }
+    }
+    (set, numbers)
+}
+
+fn orthographic(source: &Source) -> Camera {
+    let camera = source.camera;
+    let half_height = match camera.projection {
+        Projection::Orthographic { half_height } => half_height,
+        Projection::Perspective { half_height } => {
+            let depth = (middle(source.world) - camera.eye).dot(camera.forward);
+            half_height * if depth > 0.0 { depth } else { 1.0 }
+        }
+    };
+    Camera {
+        projection: Projection::Orthographic { half_height },
+        ..camera
+    }
+}
+
+/// Half the sides of the square light: it faces the scene's middle.
+fn square_light(source: &Source) -> (DVec3, DVec3) {
+    let to_middle = middle(source.world) - source.light;
+    let distance = to_middle.length();
+    let known = distance.is_finite() && distance > 0.0;
+    let (facing, distance) = if known {
+        (to_middle / distance, distance)
+    } else {
+        (DVec3::Y, 1.0)
+    };
+    let (across, down) = facing.any_orthonormal_pair();
+    let half = LIGHT_SIZE * distance;
+    (across * half, down * half)
+}
+
+/// Of what has bounds; the origin where nothing has.
+fn middle(world: &World) -> DVec3 {
+    let bounds = world.bounds.widened();
+    let center = bounds.center();
+    if bounds.is_empty() || !center.is_finite() {
+        DVec3::ZERO
+    } else {
+        center
+    }
 }
 
 fn push(set: &mut RaySet, org: DVec3, dir: DVec3, t_max: f32) {
@@ -197,13 +260,29 @@ pub fn light_of(world: &World, camera: &Camera) -> DVec3 {
     })
 }
 
+/// The way that the scene's first directional light travels, unit; if it has
+/// none, from `light` to the middle of what has bounds.
+pub fn direction_of(world: &World, light: DVec3) -> DVec3 {
+    let first = world.scene.lights.iter().find_map(|light| match light {
+        Light::Directional { direction, .. } => Some(*direction),
+        Light::Point { .. } => None,
+    });
+    let direction = first.unwrap_or_else(|| middle(world) - light);
+    // Scaled before it is squared: any length is allowed.
+    let size = direction.abs().max_element();
+    if size > 0.0 && size.is_finite() {
+        (direction / size).normalize()
+    } else {
+        DVec3::NEG_Y
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::accel::Structure;
     use crate::geom::Sphere;
     use crate::plan::{Choices, plan};
-    use crate::render::Grid;
     use crate::scene::{Appearances, Edge, Scene, SceneBuilder};
 
     const LIGHT: DVec3 = DVec3::new(3.0, 9.0, 5.0);
@@ -219,7 +298,7 @@ mod tests {
         scene.finish().unwrap()
     }
 
-    fn sets_of(scene: &Scene, size: [u32; 2]) -> (Vec<RaySet>, usize) {
+    fn sets_of(scene: &Scene, size: [u32; 2], order: Order) -> (Vec<RaySet>, usize) {
         let appearances = Appearances::of(scene).unwrap();
         let world = World::build(scene, &appearances, Structure::Bvh);
         let kernels = plan(scene, &appearances, &Choices::default())
@@ -230,9 +309,12 @@ mod tests {
         let source = Source {
             world: &world,
             kernels,
-            generator: RayGenerator::new(camera, size[0], size[1], Grid::Centers),
+            camera,
+            grid: Grid::Centers,
             size,
+            order,
             light: LIGHT,
+            direction: direction_of(&world, LIGHT),
         };
         let progress = Progress::default();
         let sets = ray_sets(&source, &Kind::ALL, &progress).unwrap();
@@ -251,7 +333,7 @@ mod tests {
 
     #[test]
     fn every_pixel_once_in_blocks() {
-        let (sets, _) = sets_of(&ball(), [37, 21]);
+        let (sets, _) = sets_of(&ball(), [37, 21], Order::Tile);
         let primary = &sets[0];
         assert_eq!(primary.len(), 37 * 21);
         let mut seen: Vec<[u32; 3]> = primary.dir.iter().map(|d| d.map(f32::to_bits)).collect();
@@ -269,15 +351,17 @@ mod tests {
 
     #[test]
     fn secondary_rays_belong_to_the_hits() {
-        let (sets, hits) = sets_of(&ball(), [64, 64]);
+        let (sets, hits) = sets_of(&ball(), [64, 64], Order::Tile);
         assert!(hits > 500, "{hits}");
-        let [_, shadow, from_light, diffuse, any] = &sets[..] else {
-            panic!("five kinds");
-        };
+        let set = |kind| &sets[Kind::ALL.iter().position(|k| *k == kind).unwrap()];
+        let (shadow, from_light) = (set(Kind::Shadow), set(Kind::LightShadow));
+        let (diffuse, any) = (set(Kind::Diffuse), set(Kind::DiffuseAny));
+        let (parallel, area) = (set(Kind::Directional), set(Kind::AreaShadow));
+        let mirror = set(Kind::Mirror);
         assert_eq!(diffuse, any);
         let center = DVec3::new(0.0, 1.0, 0.0);
         let at = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
-        let mut cosines = 0.0;
+        let (mut cosines, mut spread) = (0.0, 0.0);
         for i in 0..hits {
             let org = at(shadow.org[i]);
             // Just outside the sphere, and aimed at the light.
@@ -290,16 +374,79 @@ mod tests {
             let cosine = at(diffuse.dir[i]).dot(normal);
             assert!(cosine > -1e-6, "{cosine}");
             cosines += cosine;
+            assert_eq!(parallel.dir[i], parallel.dir[0]);
+            assert_eq!(parallel.org[i], diffuse.org[i]);
+            // A point of the square: off its middle by a diagonal at most, and
+            // at right angles to the line from there to the ball.
+            let off = at(area.org[i]) + at(area.dir[i]) - LIGHT;
+            let distance = (center - LIGHT).length();
+            assert!(off.length() <= 2.0_f64.sqrt() * LIGHT_SIZE * distance + 1e-5);
+            assert!(off.dot(center - LIGHT).abs() < 1e-4);
+            spread += off.length_squared() / (LIGHT_SIZE * distance).powi(2);
+            // The eye sees along the mirrored ray: both make the same angle.
+            let seen = (at(mirror.org[i]) - DVec3::new(0.0, 1.0, 6.0)).normalize();
+            let left = at(mirror.dir[i]).normalize();
+            assert!((left.dot(normal) + seen.dot(normal)).abs() < 1e-3);
+            assert!((left - seen).cross(normal).length() < 1e-3);
         }
+        // The mean of u² + v² over the square.
+        assert!((spread / hits as f64 - 2.0 / 3.0).abs() < 0.1, "{spread}");
+        assert!((at(parallel.dir[0]) - (LIGHT - center).normalize()).length() < 1e-6);
         // ∫ cos²/π over the hemisphere is 2/3; its deviation is 0.236/√n.
         let mean = cosines / hits as f64;
         assert!(
             (mean - 2.0 / 3.0).abs() < 4.0 * 0.236 / (hits as f64).sqrt(),
             "{mean}"
         );
-        for set in [shadow, from_light, diffuse] {
+        for set in [shadow, from_light, diffuse, parallel, area, mirror] {
             assert_eq!(set.len(), hits);
         }
+    }
+
+    #[test]
+    fn parallel_rays_show_as_much() {
+        let (sets, _) = sets_of(&ball(), [64, 64], Order::Tile);
+        let (primary, ortho) = (&sets[0], &sets[1]);
+        assert_eq!(primary.len(), ortho.len());
+        for i in 0..ortho.len() {
+            assert_eq!(ortho.dir[i], [0.0, 0.0, -1.0]);
+            // At the ball's depth both are at the same place.
+            let at = |k: usize| f64::from(primary.org[i][k]) + 6.0 * f64::from(primary.dir[i][k]);
+            assert!((f64::from(ortho.org[i][0]) - at(0)).abs() < 1e-5);
+            assert!((f64::from(ortho.org[i][1]) - at(1)).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn orders_have_the_same_rays() {
+        let rows = |order| {
+            let (sets, _) = sets_of(&ball(), [37, 21], order);
+            sets.iter()
+                .map(|set| {
+                    let bits = |v: &[f32; 3]| v.map(f32::to_bits);
+                    let rays = set.org.iter().zip(&set.dir);
+                    rays.map(|(o, d)| (bits(o), bits(d))).collect::<Vec<_>>()
+                })
+                .collect::<Vec<_>>()
+        };
+        let tile = rows(Order::Tile);
+        for order in [Order::Scanline, Order::Morton, Order::Random] {
+            for (mut other, tile) in rows(order).into_iter().zip(&tile) {
+                let mut tile = tile.clone();
+                if tile.len() > 100 {
+                    assert_ne!(other, tile, "{}", order.name());
+                }
+                other.sort();
+                tile.sort();
+                assert_eq!(other, tile, "{}", order.name());
+            }
+        }
+        let at = |order, i: usize| pixels([37, 21], order)[i];
+        assert_eq!(
+            (at(Order::Scanline, 38).x, at(Order::Scanline, 38).y),
+            (1, 1)
+        );
+        assert_eq!((at(Order::Morton, 6).x, at(Order::Morton, 6).y), (2, 1));
     }
 
     #[test]

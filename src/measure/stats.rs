@@ -108,6 +108,13 @@ pub fn peak_resident_bytes() -> Option<u64> {
     }
 }
 
+/// Lets [`peak_resident_bytes`] begin anew from what is held now; false where
+/// the system does not (it is Linux's `clear_refs`), and the peak stays that of
+/// the whole run.
+pub fn restart_peak_resident() -> bool {
+    cfg!(target_os = "linux") && std::fs::write("/proc/self/clear_refs", "5").is_ok()
+}
+
 /// `VmHWM:     1234 kB` in a process's status.
 fn high_water_mark(status: &str) -> Option<u64> {
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;

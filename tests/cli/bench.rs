@@ -58,10 +58,20 @@ fn every_kind_in_every_mode() {
         folder.path(),
         &[&bench[..], &["--json", "-"]].concat(),
     ));
-    assert_eq!(rows(&report).len(), 20);
+    assert_eq!(rows(&report).len(), 36);
     let primary_hits = &rows(&report)[0]["hits"];
     assert!(primary_hits.as_u64().unwrap() > 300, "{primary_hits}");
-    let kinds = ["primary", "shadow", "lightshadow", "diffuse", "diffuse_any"];
+    let kinds = [
+        "primary",
+        "ortho",
+        "shadow",
+        "lightshadow",
+        "directional",
+        "areashadow",
+        "mirror",
+        "diffuse",
+        "diffuse_any",
+    ];
     for (kind, rows) in kinds.iter().zip(rows(&report).chunks(4)) {
         for row in rows {
             assert_eq!(row["kind"], *kind);
@@ -73,11 +83,16 @@ fn every_kind_in_every_mode() {
             assert!(rate("mrays_per_s_best") >= rate("mrays_per_s"));
             assert!(row["isa"].is_string());
             let single = row["lanes"] == 1;
-            assert_eq!(row["kernel"], if single { "single" } else { "packet" });
+            assert_eq!(row["kernel"], if single { "single" } else { "tile" });
+            assert_eq!(row["peer"], false);
+            let parts = ["missed", "extra", "tied", "elsewhere"];
+            let parts = parts.map(|key| row[key].as_u64().unwrap());
+            assert_eq!(row["differ"].as_u64().unwrap(), parts.iter().sum::<u64>());
+            assert!(row["nodes_per_ray"].is_null() || row["nodes_per_ray"].is_f64());
         }
         // Every primary hit sends one ray of each other kind.
         match *kind {
-            "primary" => assert_eq!(rows[0]["rays"], 75 * 50),
+            "primary" | "ortho" => assert_eq!(rows[0]["rays"], 75 * 50),
             _ => assert_eq!(&rows[0]["rays"], primary_hits),
         }
         assert_eq!(rows[2]["precision"], "exact");
@@ -85,8 +100,14 @@ fn every_kind_in_every_mode() {
         assert_eq!(rows[3]["differ"], 0);
     }
     // The same rays, asked for any hit.
-    assert_eq!(rows(&report)[14]["hits"], rows(&report)[18]["hits"]);
+    assert_eq!(rows(&report)[30]["hits"], rows(&report)[34]["hits"]);
     assert!(report["build_seconds"].is_f64() && report["tree_bytes"].is_u64());
+    let structure = &report["structures"][0];
+    assert_eq!(structure["name"], "bvh");
+    assert_eq!(structure["tree_bytes"], report["tree_bytes"]);
+    assert!(structure["bytes_per_triangle"].as_f64().unwrap() > 0.0);
+    assert!(structure["sah"][1].as_f64().unwrap() > 0.0);
+    assert_eq!(report["comparisons"].as_array().unwrap().len(), 0);
 
     // Without --json a table, and nothing else is written.
     let output = lanecast(folder.path(), &bench);
@@ -145,9 +166,19 @@ fn exported_and_read_back() {
     let output = lanecast(folder.path(), &[&bench[..], &modes].concat());
     assert!(stderr(&output).is_empty(), "{}", stderr(&output));
     let direct = report(&output);
-    let kinds = ["diffuse", "diffuse_any", "lightshadow", "primary", "shadow"];
+    let kinds = [
+        "areashadow",
+        "diffuse",
+        "diffuse_any",
+        "directional",
+        "lightshadow",
+        "mirror",
+        "ortho",
+        "primary",
+        "shadow",
+    ];
     let mut files: Vec<String> = kinds.iter().map(|k| format!("s.{k}.rays")).collect();
-    files.insert(3, "s.msh".into());
+    files.insert(6, "s.msh".into());
     assert_eq!(names(&folder.path().join("out")), files);
     for row in rows(&direct) {
         let kind = row["kind"].as_str().unwrap();
@@ -160,6 +191,13 @@ fn exported_and_read_back() {
         }
         assert!(row["hits"].as_u64().unwrap() > 0, "{kind}");
     }
+    // Several sets in one run.
+    let sets = ["bench", "--mesh", "out/s.msh", "--rays", "out/s.ortho.rays"];
+    let more = ["--rays", "out/s.mirror.rays"];
+    let sets = [&sets[..], &more, &modes].concat();
+    let both = report(&lanecast(folder.path(), &sets));
+    let kinds: Vec<&Value> = rows(&both).iter().step_by(2).map(|r| &r["kind"]).collect();
+    assert_eq!(kinds, ["ortho", "mirror"]);
     // Any other name asks for the closest hit.
     fs::rename(
         folder.path().join("out/s.shadow.rays"),
@@ -177,6 +215,169 @@ fn exported_and_read_back() {
     ];
     let output = lanecast(folder.path(), &sets);
     assert_eq!(stdout(&output).matches("\nrays ").count(), 4);
+}
+
+/// The set is the same in any order, and so are the hits.
+#[test]
+fn orders_change_no_answer() {
+    let folder = folder();
+    write_scene(folder.path(), "");
+    let hits = |order: &str| {
+        let bench = ["bench", "s.toml", "--size", "45x33", "--reps", "1"];
+        let modes = ["--precision", "exact", "--lanes", "auto", "--json", "-"];
+        let output = lanecast(
+            folder.path(),
+            &[&bench[..], &modes, &["--order", order]].concat(),
+        );
+        let report = report(&output);
+        assert_eq!(report["order"], order);
+        let hits = rows(&report).iter().map(|row| row["hits"].clone());
+        hits.collect::<Vec<Value>>()
+    };
+    let tile = hits("tile");
+    assert_eq!(tile.len(), 9);
+    for order in ["scanline", "morton", "random"] {
+        assert_eq!(hits(order), tile, "{order}");
+    }
+}
+
+#[test]
+fn structures_side_by_side() {
+    let folder = folder();
+    write_scene(folder.path(), BALL);
+    let bench = [
+        "bench",
+        "s.toml",
+        "--size",
+        "20x20",
+        "--reps",
+        "1",
+        "--lanes",
+        "1",
+        "--kinds",
+        "primary",
+        "--accels",
+        "bvh,linear,auto",
+        "--builds",
+        "3",
+        "--json",
+        "-",
+        "--plot",
+        "p.html",
+    ];
+    let report = report(&lanecast(folder.path(), &bench));
+    // auto is one of the others.
+    let names = |list: &Value, key: &str| -> Vec<String> {
+        let rows = list.as_array().unwrap().iter();
+        rows.map(|row| row[key].as_str().unwrap().into()).collect()
+    };
+    assert_eq!(names(&report["structures"], "name"), ["bvh", "linear"]);
+    assert_eq!(report["structures"][0]["builds"], 3);
+    let accels = names(&report["results"], "accel");
+    assert_eq!(accels, ["bvh", "bvh", "linear", "linear"]);
+    assert_eq!(rows(&report)[1]["hits"], rows(&report)[3]["hits"]);
+
+    // The page has a bar for each row, and nothing from elsewhere.
+    let page = fs::read_to_string(folder.path().join("p.html")).unwrap();
+    assert!(page.starts_with("<!doctype html>") && page.ends_with("</html>\n"));
+    for label in [
+        ">bvh single fast 1<",
+        ">linear single exact 1<",
+        ">primary<",
+    ] {
+        assert!(page.contains(label), "{label}");
+    }
+    assert!(!page.contains("<script") && !page.contains("src=") && !page.contains("url("));
+    assert_eq!(page.matches("<rect").count(), 4 + 2 + 2);
+}
+
+#[test]
+fn growth_is_fitted() {
+    let folder = folder();
+    let bench = [
+        "bench",
+        "--growth",
+        "100:1e4",
+        "--size",
+        "32x32",
+        "--reps",
+        "1",
+        "--precision",
+        "fast",
+        "--lanes",
+        "auto",
+        "--json",
+        "-",
+        "--plot",
+        "g.html",
+    ];
+    let report = report(&lanecast(folder.path(), &bench));
+    let sizes = report["sizes"].as_array().unwrap();
+    assert_eq!(sizes.len(), 5);
+    for pair in sizes.windows(2) {
+        let triangles = |i: usize| pair[i]["triangles"].as_u64().unwrap() as f64;
+        let factor = triangles(1) / triangles(0);
+        assert!((2.5..4.0).contains(&factor), "{factor}");
+    }
+    assert_eq!(sizes[4]["results"].as_array().unwrap().len(), 4);
+    let fits = report["fits"].as_array().unwrap();
+    let memory = fits
+        .iter()
+        .find(|fit| fit["what"] == "memory" && fit["name"] == "bvh");
+    let exponent = memory.unwrap()["exponent"].as_f64().unwrap();
+    assert!((0.8..1.2).contains(&exponent), "{exponent}");
+    let page = fs::read_to_string(folder.path().join("g.html")).unwrap();
+    assert_eq!(page.matches("<polyline").count(), fits.len());
+}
+
+/// With the feature the peer answers; without it the command says how to get it.
+#[test]
+fn a_peer_beside_ours() {
+    let folder = folder();
+    write_scene(folder.path(), "");
+    let bench = [
+        "bench", "s.toml", "--size", "61x47", "--reps", "1", "--lanes", "auto", "--peers",
+        "embree", "--json", "-",
+    ];
+    let output = lanecast(folder.path(), &bench);
+    if !cfg!(all(feature = "peer-embree", target_arch = "x86_64")) {
+        assert_eq!(output.status.code(), Some(2));
+        assert!(
+            stderr(&output).contains("--features peer-embree"),
+            "{}",
+            stderr(&output)
+        );
+        return;
+    }
+    let report = report(&output);
+    let peers: Vec<&Value> = rows(&report).iter().filter(|r| r["peer"] == true).collect();
+    // Three of its ways for each kind.
+    assert_eq!(peers.len(), 27);
+    for row in &peers {
+        assert_eq!(row["accel"], "embree3");
+        let name = row["kernel"].as_str().unwrap();
+        let verb = if row["kind"] == "primary" || row["kind"] == "mirror" {
+            "embree3 Intersect"
+        } else {
+            "embree3 "
+        };
+        assert!(name.starts_with(verb), "{name}");
+        assert!(row["mrays_per_s"].as_f64().unwrap() > 0.0);
+        // Few rays of so small a picture go through an edge; a peer that read
+        // rays or wrote answers wrongly would differ by hundreds.
+        assert!(row["differ"].as_u64().unwrap() <= 4, "{row}");
+    }
+    let ratios = report["comparisons"].as_array().unwrap();
+    assert_eq!(ratios.len(), 18);
+    let built = report["structures"].as_array().unwrap();
+    assert!(built.len() >= 3, "ours, and two qualities at least");
+    assert!(built[1]["build_peak_bytes"].as_u64().unwrap() > 0);
+
+    // Other shapes than triangles are not its business.
+    write_scene(folder.path(), BALL);
+    let output = lanecast(folder.path(), &bench);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("triangles only"));
 }
 
 #[test]
@@ -216,7 +417,9 @@ fn a_camera_that_sees_nothing() {
     );
     let report = report(&output);
     assert_eq!(rows(&report)[0]["hits"], 0);
-    assert_eq!(rows(&report)[4]["mrays_per_s"], 0.0);
+    // No hits to leave from.
+    assert_eq!(rows(&report)[8]["kind"], "shadow");
+    assert_eq!(rows(&report)[8]["mrays_per_s"], 0.0);
 }
 
 #[test]
@@ -229,6 +432,24 @@ fn refusals() {
     );
     let kinds = ["--mesh", "a", "--rays", "b", "--kinds", "shadow"];
     fails(&[&["bench"], &kinds[..]].concat(), 2, "cannot be used with");
+    fails(&["bench"], 2, "required");
+    fails(&["bench", "--growth", "9:8"], 2, "MIN:MAX");
+    fails(
+        &["bench", "x.toml", "--growth", "1e3:1e4"],
+        2,
+        "cannot be used with",
+    );
+    fails(
+        &["bench", "x.toml", "--order", "spiral"],
+        2,
+        "known are scanline",
+    );
+    fails(&["bench", "x.toml", "--accels", "bvh,oak"], 2, "'oak'");
+    fails(
+        &["bench", "x.toml", "--peers", "oak"],
+        2,
+        "known are embree",
+    );
     let folder = folder();
     write_scene(folder.path(), "");
     for (arguments, code, says) in [

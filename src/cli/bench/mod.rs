@@ -1,0 +1,230 @@
+//! `lanecast bench`: rays per second by ray kind, structure and mode.
+//!
+//! Scene or mesh → worlds → ray sets → measure → report. Sets and triangles can
+//! be exported for other programs and read back. `--growth` does the same over
+//! generated meshes of rising size (`growth.rs`).
+
+mod growth;
+mod report;
+mod work;
+
+use super::args::{BenchArgs, RENDER_SIZE};
+use super::error::CliError;
+use super::output::{Results, check_destinations, complain};
+use super::pipeline::{complete, isa, prepare};
+use super::{export, interrupt};
+use crate::io::{LoadError, RaySet, TriangleSet};
+use crate::measure::bench::comparisons;
+use crate::measure::kinds::Kind;
+use crate::measure::plot::{Heading, bench_page};
+use crate::measure::queries::{Ask, Job};
+use crate::measure::{Stats, Watch};
+use crate::plan::LaneCount;
+use crate::render::RenderConfig;
+use crate::scene::{Edge, MeshData, Scene, SceneBuilder};
+use report::Report;
+use std::path::{Path, PathBuf};
+use work::Work;
+
+/// A set of so many rays takes 1 GB.
+const MAX_RAYS: u64 = 1 << 25;
+
+pub fn run(args: &BenchArgs) -> Result<(), CliError> {
+    if args.growth.is_some() {
+        return growth::run(args);
+    }
+    let mut config = args.common.config(RENDER_SIZE)?;
+    check_config(&mut config)?;
+    let inputs: Vec<&Path> = [&args.scene, &args.mesh]
+        .into_iter()
+        .filter_map(|path| path.as_deref())
+        .chain(args.rays.iter().map(PathBuf::as_path))
+        .collect();
+    let kinds: &[Kind] = args.kinds.as_ref().map_or(&Kind::ALL, |kinds| &kinds.0);
+    let exports = exports(args, kinds);
+    let mut files = exports.clone();
+    files.extend(args.plot.clone());
+    check_destinations(&inputs, &files, args.common.sinks())?;
+
+    let progress = interrupt::watch();
+    let mut watch = Watch::start();
+    let mut stats = Stats::default();
+    // The first mode that exists; the others are planned below.
+    config.choices.lanes = LaneCount::Auto;
+    let (prepared, given) = match (&args.scene, &args.mesh) {
+        (Some(scene), _) => {
+            let options = args.common.load_options();
+            let prepared = prepare(Some(scene), &options, &config, &mut watch, &mut stats)?;
+            (prepared, None)
+        }
+        (None, Some(mesh)) => {
+            let scene = scene_of(SceneBuilder::default(), TriangleSet::load(mesh)?, mesh)?;
+            let jobs: Result<Vec<Job>, LoadError> = args.rays.iter().map(|p| given(p)).collect();
+            let prepared = complete(scene, mesh, &config, &mut watch, &mut stats)?;
+            (prepared, Some(jobs?))
+        }
+        // The arguments' own rules leave nothing else.
+        _ => return Err(CliError::Usage("name a SCENE, or --mesh and --rays".into())),
+    };
+    let mut work = Work::plan(args, &prepared)?;
+    let (rays, sets) = match &given {
+        Some(jobs) => (jobs.iter().map(|job| job.rays.len() as u64).sum(), 1),
+        None => (rays_of(&config), kinds.len() as u64),
+    };
+    work.check_effort(rays * sets)?;
+    interrupt::check(&progress)?;
+    work.build(&progress)?;
+    work.memory(&mut stats);
+    stats.stages.push(watch.stage("build"));
+    let jobs = match given {
+        Some(jobs) => jobs,
+        None => work.jobs(&config, kinds, &progress)?,
+    };
+    stats.stages.push(watch.stage("rays"));
+
+    let mut results = Results::default();
+    if !exports.is_empty() {
+        let (triangles, dropped) =
+            export::triangles(&prepared.scene, &prepared.appearances).map_err(CliError::Usage)?;
+        if let Some(dropped) = dropped {
+            complain(&format!("warning: {}: {dropped}", exports[0].display()));
+        }
+        triangles.save_into(&exports[0], &mut results.outputs)?;
+        for (path, job) in exports[1..].iter().zip(&jobs) {
+            job.rays.save_into(path, &mut results.outputs)?;
+        }
+        stats.stages.push(watch.stage("export"));
+    }
+    for job in jobs.iter().filter(|job| job.rays.is_empty()) {
+        complain(&format!(
+            "warning: {}: no rays; the camera sees nothing for them to leave from",
+            job.kind
+        ));
+    }
+    interrupt::check(&progress)?;
+
+    let rows = work.bench(&jobs, &progress)?;
+    stats.stages.push(watch.stage("bench"));
+    stats.finish();
+    let structures = work.structures();
+    let report = Report {
+        build_seconds: structures[0].build_seconds,
+        tree_bytes: structures[0].tree_bytes,
+        triangles: stats.scene.triangles,
+        appearances: stats.scene.appearances,
+        clock: work.clock.name(),
+        reps: args.reps,
+        order: args.order.name(),
+        comparisons: comparisons(&rows),
+        structures,
+        results: rows,
+    };
+    results.add(&args.common.stats, &stats)?;
+    results.add(&args.common.json, &report)?;
+    if let Some(path) = &args.plot {
+        let heading = Heading {
+            title: format!("lanecast bench: {}", name_of(args)),
+            facts: facts(&report, &config, work.threads()),
+        };
+        let Report {
+            results: rows,
+            structures,
+            comparisons,
+            ..
+        } = &report;
+        let page = bench_page(&heading, rows, structures, comparisons);
+        results.outputs.add(path, page.into_bytes())?;
+    }
+    interrupt::check(&progress)?;
+    results.commit(&report.table())
+}
+
+/// What `bench` cannot do with the common options.
+fn check_config(config: &mut RenderConfig) -> Result<(), CliError> {
+    // Figures of one thread compare best.
+    config.threads = config.threads.or(Some(1));
+    if config.spp != 1 {
+        return Err(CliError::Usage(format!(
+            "bench traces one camera ray per pixel; leave out --spp {}",
+            config.spp
+        )));
+    }
+    if rays_of(config) > MAX_RAYS {
+        return Err(CliError::Usage(format!(
+            "{}x{} are too many rays to keep at once; at most {MAX_RAYS} are supported",
+            config.width, config.height
+        )));
+    }
+    Ok(())
+}
+
+fn rays_of(config: &RenderConfig) -> u64 {
+    u64::from(config.width) * u64::from(config.height)
+}
+
+/// The input, for people.
+fn name_of(args: &BenchArgs) -> String {
+    let path = args.scene.as_ref().or(args.mesh.as_ref());
+    let name = path.and_then(|path| path.file_name()).unwrap_or_default();
+    name.to_string_lossy().into_owned()
+}
+
+/// What stands under a plot's title.
+fn facts(report: &Report, config: &RenderConfig, threads: usize) -> Vec<(&'static str, String)> {
+    let mut facts = vec![("triangles", report.triangles.to_string())];
+    // Given rays have neither.
+    let generated = report.results.iter().any(|row| row.kind == "primary");
+    if generated {
+        facts.push(("camera rays", format!("{}×{}", config.width, config.height)));
+        facts.push(("order", report.order.into()));
+    }
+    facts.push(("threads", threads.to_string()));
+    facts.push(("instructions", isa().into()));
+    facts.push(("clock", report.clock.into()));
+    facts.push(("runs", format!("{}, medians", report.reps)));
+    facts
+}
+
+/// The `.msh` first, then a `.rays` of each kind; none without `--export`.
+fn exports(args: &BenchArgs, kinds: &[Kind]) -> Vec<PathBuf> {
+    let (Some(folder), Some(scene)) = (&args.export, &args.scene) else {
+        return Vec::new();
+    };
+    let file = |end: String| {
+        let mut name = scene.file_stem().unwrap_or("scene".as_ref()).to_os_string();
+        name.push(end);
+        folder.join(name)
+    };
+    let sets = kinds
+        .iter()
+        .map(|kind| file(format!(".{}.rays", kind.name())));
+    std::iter::once(file(".msh".into())).chain(sets).collect()
+}
+
+/// Rays from a file; the question follows from its name.
+fn given(path: &Path) -> Result<Job, LoadError> {
+    let rays = RaySet::load(path)?;
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let name = stem.rsplit('.').next().unwrap_or_default();
+    let kind = Kind::named(name);
+    Ok(Job {
+        kind: kind.map_or("rays", Kind::name).into(),
+        ask: kind.map_or(Ask::Closest, Kind::ask),
+        rays,
+    })
+}
+
+/// The scene with one mesh more.
+fn scene_of(mut scene: SceneBuilder, set: TriangleSet, path: &Path) -> Result<Scene, LoadError> {
+    let data = MeshData {
+        positions: set.positions.iter().map(|p| p.map(f64::from)).collect(),
+        triangles: set.triangles,
+        ..MeshData::default()
+    };
+    let mesh = scene.mesh("", &data);
+    scene.instance("", Edge::shape(mesh));
+    scene.finish().map_err(|source| LoadError::Scene {
+        path: path.into(),
+        source,
+    })
+}

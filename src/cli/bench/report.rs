@@ -1,0 +1,160 @@
+//! What `bench` says: `--json`, and tables for people.
+
+use crate::measure::bench::{Comparison, Row};
+use crate::measure::growth::Growth;
+use crate::measure::structures::StructureRow;
+use serde::Serialize;
+
+/// What `--json` writes.
+#[derive(Serialize)]
+pub struct Report {
+    /// Of the first structure.
+    pub build_seconds: f64,
+    pub tree_bytes: usize,
+    pub triangles: u64,
+    pub appearances: u64,
+    /// `thread cpu` or `wall`.
+    pub clock: &'static str,
+    pub reps: u32,
+    pub order: &'static str,
+    pub structures: Vec<StructureRow>,
+    pub results: Vec<Row>,
+    /// Ours against a peer; empty without one.
+    pub comparisons: Vec<Comparison>,
+}
+
+impl Report {
+    pub fn table(&self) -> String {
+        let threads = self.results.first().map_or(1, |row| row.threads);
+        let mut text = format!(
+            "{} appearances, {} triangles; {threads} thread{}, {} time, {} runs each\n\n",
+            self.appearances,
+            self.triangles,
+            if threads == 1 { "" } else { "s" },
+            self.clock,
+            self.reps,
+        );
+        text += &structures(&self.structures);
+        text += &results(&self.results);
+        text += &comparisons(&self.comparisons, &self.results);
+        text
+    }
+}
+
+fn structures(rows: &[StructureRow]) -> String {
+    let mut text = format!(
+        "{:<22} {:>9} {:>9} {:>9} {:>9} {:>9}\n",
+        "structure", "build s", "Mtris/s", "MB", "B/tri", "SAH"
+    );
+    for row in rows {
+        let [top, mesh] = row.sah.unwrap_or_default();
+        let sah = if row.triangles > 0 { mesh } else { top };
+        let sah = match row.sah {
+            Some(_) => format!("{sah:.1}"),
+            None => "-".into(),
+        };
+        text += &format!(
+            "{:<22} {:>9.3} {:>9.2} {:>9.1} {:>9.1} {sah:>9}\n",
+            row.name,
+            row.build_seconds,
+            row.build_mtris_per_s,
+            row.tree_bytes as f64 * 1e-6,
+            row.bytes_per_triangle,
+        );
+    }
+    text
+}
+
+fn results(rows: &[Row]) -> String {
+    let kernel = rows.iter().map(|row| row.kernel.len()).max().unwrap_or(0);
+    let width = kernel.max("kernel".len());
+    let mut text = format!(
+        "\n{:<12} {:<8} {:<width$} {:<9} {:>5} {:>9} {:>9}  {:>8} {:>8} {:>8} {:>8}\n",
+        "kind",
+        "accel",
+        "kernel",
+        "precision",
+        "lanes",
+        "rays",
+        "hits",
+        "Mrays/s",
+        "best",
+        "convert",
+        "differ",
+    );
+    for row in rows {
+        let Row {
+            kind,
+            accel,
+            kernel,
+            precision,
+            lanes,
+            rays,
+            hits,
+            ..
+        } = row;
+        let convert = match row.conversion_share {
+            Some(share) => format!("{:.1}%", share * 100.0),
+            None => "-".into(),
+        };
+        text += &format!(
+            "{kind:<12} {accel:<8} {kernel:<width$} {precision:<9} {lanes:>5} {rays:>9} \
+             {hits:>9}  {:>8.3} {:>8.3} {convert:>8} {:>8}\n",
+            row.mrays_per_s, row.mrays_per_s_best, row.differences.differ,
+        );
+    }
+    if let Some(checked) = rows.iter().map(|row| row.differences.checked).max() {
+        text += &format!(
+            "differ: of {checked} rays of each set at most, those that f64 at one lane answers \
+             otherwise\n"
+        );
+    }
+    text
+}
+
+fn comparisons(all: &[Comparison], rows: &[Row]) -> String {
+    if all.is_empty() {
+        return String::new();
+    }
+    let mut text = format!(
+        "\n{:<12} {:<9} {:>8} {:>8} {:>7}  the peer's best\n",
+        "kind", "precision", "ours", "peer", "ratio"
+    );
+    for one in all {
+        let (own, peer) = (&rows[one.own], &rows[one.peer]);
+        let direction = if own.kind == peer.kind {
+            String::new()
+        } else {
+            format!(" ({})", peer.kind)
+        };
+        text += &format!(
+            "{:<12} {:<9} {:>8.3} {:>8.3} {:>6.2}x  {}{direction}\n",
+            one.kind, one.precision, own.mrays_per_s, peer.mrays_per_s, one.ratio, peer.kernel,
+        );
+    }
+    text
+}
+
+/// A line per size and structure, the rates of each size, the fits.
+pub fn growth_table(growth: &Growth) -> String {
+    let mut text = String::new();
+    for size in &growth.sizes {
+        let peak = match size.peak_resident_bytes {
+            Some(bytes) => format!(", at most {:.1} MB held", bytes as f64 * 1e-6),
+            None => String::new(),
+        };
+        text += &format!("{} triangles{peak}\n", size.triangles);
+        text += &structures(&size.structures);
+        text += &results(&size.results);
+        text += &comparisons(&size.comparisons, &size.results);
+        text.push('\n');
+    }
+    text += &format!("{:<8} {:<44} {:>9} {:>7}\n", "fit", "of", "exponent", "r2");
+    for fit in &growth.fits {
+        text += &format!(
+            "{:<8} {:<44} {:>9.3} {:>7.4}\n",
+            fit.what, fit.name, fit.exponent, fit.r2
+        );
+    }
+    text
+}

@@ -1,0 +1,353 @@
+//! What is measured of one scene: structures, modes, ray sets, a peer.
+
+use crate::accel::World;
+use crate::cli::args::BenchArgs;
+use crate::cli::error::CliError;
+use crate::cli::pipeline::{Prepared, isa, structure};
+use crate::cli::{export, interrupt};
+use crate::measure::Stats;
+use crate::measure::bench::{self, BenchError, Contender, Peer, Row, Setting, Tracer};
+use crate::measure::clock::Clock;
+use crate::measure::kinds::{Kind, Order};
+use crate::measure::peer::Embree;
+use crate::measure::queries::Job;
+use crate::measure::rays::{Source, direction_of, light_of, ray_sets};
+use crate::measure::structures::StructureRow;
+use crate::plan::{
+    Accel, Arithmetic, Choices, Kernels, LaneCount, Plan, PlanError, Precision, plan,
+};
+use crate::render::{Progress, RenderConfig};
+use crate::scene::Shape;
+use crate::trace::HitId;
+
+/// Tests of a ray against a primitive that a linear scan may make in all.
+const MAX_TESTS: f64 = 2e11;
+/// Rays of a set that a linear scan is asked again at one lane.
+const CHECKED_LINEAR: usize = 1 << 14;
+
+pub struct Work<'a> {
+    prepared: &'a Prepared,
+    structures: Vec<Structure<'a>>,
+    peer: Option<(Embree, Vec<HitId>)>,
+    order: Order,
+    reps: u32,
+    builds: u32,
+    pub clock: Clock,
+}
+
+/// One of our structures, and the modes that trace through it.
+struct Structure<'a> {
+    accel: Accel,
+    plan: Plan,
+    modes: Vec<(Precision, Kernels)>,
+    world: Option<World<'a>>,
+    seconds: Vec<f64>,
+}
+
+impl<'a> Work<'a> {
+    /// Every structure that is asked for, in every precision at the machine's
+    /// width and at one lane; what is asked for narrows it.
+    pub fn plan(args: &BenchArgs, prepared: &'a Prepared) -> Result<Work<'a>, CliError> {
+        let accels = match &args.accels {
+            Some(accels) => accels.0.clone(),
+            None => vec![args.common.accel],
+        };
+        let precisions = match args.common.precision {
+            Some(asked) => vec![asked],
+            None => vec![Precision::Fast, Precision::Exact],
+        };
+        let widths = match args.common.lanes {
+            Some(asked) => vec![asked],
+            None => vec![LaneCount::Auto, LaneCount::One],
+        };
+        let mut structures: Vec<Structure> = Vec::new();
+        let mut refused: Option<PlanError> = None;
+        for accel in accels {
+            let mut modes = Vec::new();
+            let mut first = None;
+            for precision in &precisions {
+                for lanes in &widths {
+                    let choices = Choices {
+                        precision: *precision,
+                        lanes: *lanes,
+                        accel,
+                    };
+                    match plan(&prepared.scene, &prepared.appearances, &choices) {
+                        Ok(plan) => {
+                            modes.push((*precision, plan.kernels));
+                            first.get_or_insert(plan);
+                        }
+                        // A width may be there for one precision and not for
+                        // the other.
+                        Err(error) => refused = Some(error),
+                    }
+                }
+            }
+            let Some(plan) = first else {
+                continue;
+            };
+            // Two names may mean one structure.
+            if structures.iter().all(|other| other.accel != plan.accel) {
+                structures.push(Structure {
+                    accel: plan.accel,
+                    plan,
+                    modes,
+                    world: None,
+                    seconds: Vec::new(),
+                });
+            }
+        }
+        if let (true, Some(error)) = (structures.is_empty(), refused) {
+            return Err(CliError::Usage(error.to_string()));
+        }
+        let peer = match &args.peers {
+            Some(_) => Some(peer(prepared)?),
+            None => None,
+        };
+        Ok(Work {
+            prepared,
+            structures,
+            peer,
+            order: args.order,
+            reps: args.reps,
+            builds: args.builds,
+            clock: Clock::of(prepared.pool.current_num_threads()),
+        })
+    }
+
+    /// A linear scan of a large scene would not end. `rays` are those of all
+    /// sets.
+    pub fn check_effort(&self, rays: u64) -> Result<(), CliError> {
+        let linear = |s: &&Structure| s.accel == Accel::Linear;
+        let Some(linear) = self.structures.iter().find(linear) else {
+            return Ok(());
+        };
+        let runs = linear.modes.len() as u64 * u64::from(self.reps + 1);
+        let rays = rays.saturating_mul(runs);
+        let scene = &self.prepared.scene;
+        let of_shape = |shape: &Shape| match shape {
+            Shape::Mesh(id) => scene.meshes.row(*id).triangles.len() as f64,
+            _ => 1.0,
+        };
+        let shapes = scene.shapes.rows.iter();
+        let counts = self.prepared.appearances.of_shapes(scene);
+        let each = shapes.zip(counts).map(|(s, n)| of_shape(s) * n as f64);
+        let primitives: f64 = each.sum();
+        let tests = primitives * rays as f64;
+        if tests > MAX_TESTS {
+            return Err(CliError::Usage(format!(
+                "--accel linear would test {rays} rays against {primitives} primitives, \
+                 {tests:.1e} times in all, and at most {MAX_TESTS:.0e} are allowed; \
+                 take a smaller --size, fewer --reps or --kinds, or --accel bvh"
+            )));
+        }
+        Ok(())
+    }
+
+    /// Builds everything as often as is asked for, in turns.
+    pub fn build(&mut self, progress: &Progress) -> Result<(), CliError> {
+        for _ in 0..self.builds {
+            self.build_own(progress)?;
+            self.build_peer(progress)?;
+        }
+        Ok(())
+    }
+
+    pub fn build_own(&mut self, progress: &Progress) -> Result<(), CliError> {
+        let Prepared {
+            scene,
+            appearances,
+            pool,
+            ..
+        } = self.prepared;
+        for own in &mut self.structures {
+            // Two at once would count twice in the peak of memory.
+            own.world = None;
+            let kind = structure(&own.plan);
+            let build = || World::build(scene, appearances, kind);
+            let (world, seconds) = pool.install(|| self.clock.time(build));
+            own.world = Some(world);
+            own.seconds.push(seconds);
+            interrupt::check(progress)?;
+        }
+        Ok(())
+    }
+
+    pub fn build_peer(&mut self, progress: &Progress) -> Result<(), CliError> {
+        if let Some((peer, _)) = &mut self.peer {
+            let built = self.prepared.pool.install(|| peer.build(self.clock));
+            built.map_err(|error| CliError::Usage(error.to_string()))?;
+            interrupt::check(progress)?;
+        }
+        Ok(())
+    }
+
+    /// Bytes of the first structure.
+    pub fn memory(&self, stats: &mut Stats) {
+        if let Some((_, world)) = self.worlds().next() {
+            for (name, bytes) in world.bytes() {
+                stats.memory.insert(name.into(), bytes as u64);
+            }
+        }
+    }
+
+    pub fn structures(&self) -> Vec<StructureRow> {
+        let triangles = self.prepared.scene.meshes.triangles.len() as u64;
+        let own = self.structures.iter().filter_map(|own| {
+            let world = own.world.as_ref()?;
+            let name = own.accel.name();
+            Some(StructureRow::of_world(world, name, triangles, &own.seconds))
+        });
+        let peers = self.peer.iter().flat_map(|(peer, _)| peer.structures());
+        own.chain(peers).collect()
+    }
+
+    /// Ray sets of the scene.
+    pub fn jobs(
+        &self,
+        config: &RenderConfig,
+        kinds: &[Kind],
+        progress: &Progress,
+    ) -> Result<Vec<Job>, CliError> {
+        let prepared = self.prepared;
+        let choices = Choices {
+            precision: Precision::Exact,
+            ..config.choices
+        };
+        let plan = plan(&prepared.scene, &prepared.appearances, &choices)
+            .map_err(|e| CliError::Usage(e.to_string()))?;
+        let Some((_, world)) = self.judged() else {
+            return Ok(Vec::new());
+        };
+        let light = light_of(world, &prepared.camera);
+        let source = Source {
+            world,
+            kernels: plan.kernels,
+            camera: prepared.camera,
+            grid: config.grid,
+            size: [config.width, config.height],
+            order: self.order,
+            light,
+            direction: direction_of(world, light),
+        };
+        let sets = prepared.pool.install(|| ray_sets(&source, kinds, progress));
+        let sets = sets.ok_or(CliError::Interrupted)?;
+        let job = |(kind, rays): (&Kind, _)| Job {
+            kind: kind.name().into(),
+            ask: kind.ask(),
+            rays,
+        };
+        Ok(kinds.iter().zip(sets).map(job).collect())
+    }
+
+    pub fn bench(&self, jobs: &[Job], progress: &Progress) -> Result<Vec<Row>, CliError> {
+        let own: Vec<Contender> = self
+            .worlds()
+            .flat_map(|(own, world)| modes(own, world))
+            .collect();
+        let Some(judge) = self.judge() else {
+            return Ok(Vec::new());
+        };
+        let linear = |(own, _): (&Structure, _)| own.accel == Accel::Linear;
+        let setting = Setting {
+            reps: self.reps,
+            checked: if self.judged().is_some_and(linear) {
+                CHECKED_LINEAR
+            } else {
+                usize::MAX
+            },
+        };
+        let peer = self.peer.as_ref().map(|(tracer, ids)| Peer { tracer, ids });
+        let pool = &self.prepared.pool;
+        bench::bench(&judge, &own, peer, pool, jobs, &setting, progress).map_err(
+            |error| match error {
+                BenchError::Interrupted => CliError::Interrupted,
+                other => CliError::Short(other.to_string()),
+            },
+        )
+    }
+
+    pub fn threads(&self) -> usize {
+        self.prepared.pool.current_num_threads()
+    }
+
+    fn worlds(&self) -> impl Iterator<Item = (&Structure<'a>, &World<'a>)> {
+        let built = self.structures.iter();
+        built.filter_map(|own| own.world.as_ref().map(|world| (own, world)))
+    }
+
+    /// The structure that is asked for what is right: not the slow one, where
+    /// there is another.
+    fn judged(&self) -> Option<(&Structure<'a>, &World<'a>)> {
+        let fast = |(own, _): &(&Structure, _)| own.accel != Accel::Linear;
+        self.worlds().find(fast).or_else(|| self.worlds().next())
+    }
+
+    /// f64 at one lane.
+    fn judge(&self) -> Option<Contender<'_>> {
+        let (own, world) = self.judged()?;
+        let kernels = Kernels {
+            arithmetic: Arithmetic::F64,
+            lanes: 1,
+            ..own.plan.kernels
+        };
+        Some(contender(own, world, Precision::Exact, kernels))
+    }
+}
+
+fn modes<'w>(own: &'w Structure<'_>, world: &'w World<'w>) -> Vec<Contender<'w>> {
+    let modes = own.modes.iter();
+    modes
+        .map(|(precision, kernels)| contender(own, world, *precision, *kernels))
+        .collect()
+}
+
+fn contender<'w>(
+    own: &Structure,
+    world: &'w World<'w>,
+    precision: Precision,
+    kernels: Kernels,
+) -> Contender<'w> {
+    let kernel = match kernels.lanes {
+        1 => "single",
+        _ if world.wide().is_some() => "tile",
+        _ => "packet",
+    };
+    Contender {
+        accel: own.accel.name().into(),
+        kernel: kernel.into(),
+        lanes: kernels.lanes,
+        precision: precision.name(),
+        exact: precision == Precision::Exact,
+        isa: isa(),
+        tracer: Tracer::Own { world, kernels },
+    }
+}
+
+/// Embree over the scene's triangles, not yet built.
+fn peer(prepared: &Prepared) -> Result<(Embree, Vec<HitId>), CliError> {
+    let Prepared {
+        scene, appearances, ..
+    } = prepared;
+    let (triangles, dropped) = export::triangles(scene, appearances).map_err(CliError::Usage)?;
+    if dropped.is_some() {
+        return Err(CliError::Usage(
+            "--peers embree traces triangles only, and this scene has other shapes; \
+             leave it out, or take a scene of meshes"
+                .into(),
+        ));
+    }
+    let mut ids = Vec::with_capacity(triangles.triangles.len());
+    for (instance, row) in (0_u64..).zip(appearances.iter(scene)) {
+        if let Shape::Mesh(id) = scene.shapes.row(row.shape) {
+            let count = scene.meshes.row(id).triangles.len();
+            ids.extend((0..count).map(|primitive| HitId {
+                instance,
+                primitive: primitive as u32,
+            }));
+        }
+    }
+    let embree = Embree::new(&triangles, prepared.pool.current_num_threads());
+    let embree = embree.map_err(|error| CliError::Usage(error.to_string()))?;
+    Ok((embree, ids))
+}

@@ -1,0 +1,67 @@
+//! One way of tracing, ours or a peer's.
+
+use super::BenchError;
+use crate::accel::World;
+use crate::measure::peer::{Embree, Way};
+use crate::measure::queries::{Answers, Job, trace};
+use crate::plan::Kernels;
+use crate::render::Progress;
+
+/// What a row says about who traced, and the tracer.
+#[derive(Clone)]
+pub struct Contender<'a> {
+    pub accel: String,
+    /// `tile` or `packet`, or `single` at one lane; a peer's own name.
+    pub kernel: String,
+    /// Rays per packet.
+    pub lanes: usize,
+    pub precision: &'static str,
+    /// Must answer as f64 at one lane does, in every bit.
+    pub exact: bool,
+    pub isa: &'static str,
+    pub tracer: Tracer<'a>,
+}
+
+#[derive(Clone)]
+pub enum Tracer<'a> {
+    Own {
+        world: &'a World<'a>,
+        kernels: Kernels,
+    },
+    Peer(&'a Embree, Way),
+}
+
+impl Contender<'_> {
+    /// For messages.
+    pub fn name(&self) -> String {
+        let Contender {
+            accel,
+            kernel,
+            lanes,
+            precision,
+            ..
+        } = self;
+        match self.tracer {
+            Tracer::Peer(..) => kernel.clone(),
+            Tracer::Own { .. } => {
+                let plural = if *lanes == 1 { "" } else { "s" };
+                format!("{accel}, {kernel}, {precision} at {lanes} lane{plural}")
+            }
+        }
+    }
+
+    pub fn trace(
+        &self,
+        job: &Job,
+        answers: &mut Answers,
+        progress: &Progress,
+    ) -> Result<(), BenchError> {
+        let done = match &self.tracer {
+            Tracer::Own { world, kernels } => {
+                trace(world, kernels, &job.rays, job.ask, answers, progress)
+            }
+            Tracer::Peer(peer, way) => peer.trace(*way, &job.rays, job.ask, answers, progress),
+        };
+        done.ok_or(BenchError::Interrupted)
+    }
+}

@@ -1,0 +1,153 @@
+//! Rays per second: from an array of rays to an array of answers.
+//!
+//! What is timed is what a program pays that has rays in the peers' layout and
+//! wants t and id: the conversion into columns, the tracing, the narrowing of
+//! the answers. Rays are made before, answers are checked after. All pairs of
+//! ray set and contender take turns, so that a machine that slows down slows
+//! all of them.
+//!
+//! A peer's contenders are chosen per ray set, by a short trial of all its ways
+//! (`trial.rs`). Answers are compared with exact f64 ones (`compare.rs`).
+//!
+//! Time is the thread's own processor time where one thread traces and the
+//! system tells it (Linux), else wall-clock time:
+//! [`Clock`](super::clock::Clock).
+
+mod compare;
+mod contender;
+mod row;
+mod trial;
+
+pub use compare::Differences;
+pub use contender::{Contender, Tracer};
+pub use row::{Comparison, Row, comparisons};
+
+use super::clock::{Clock, best_and_median};
+use super::peer::Embree;
+use super::queries::{Answers, Job, convert};
+use crate::render::Progress;
+use crate::trace::HitId;
+use compare::Expected;
+use rayon::ThreadPool;
+use thiserror::Error;
+
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum BenchError {
+    #[error("interrupted")]
+    Interrupted,
+    #[error("{kind}, {mode}: {found} hits in one repetition and {expected} in the first")]
+    Unsteady {
+        kind: String,
+        mode: String,
+        expected: usize,
+        found: usize,
+    },
+    #[error(
+        "{kind}, {mode}: {differ} of {checked} rays have another answer than f64 at one lane; \
+         they must have the same"
+    )]
+    Wrong {
+        kind: String,
+        mode: String,
+        differ: usize,
+        checked: usize,
+    },
+}
+
+/// A peer, and how its ids translate.
+#[derive(Clone, Copy)]
+pub struct Peer<'a> {
+    pub tracer: &'a Embree,
+    /// What each of its triangles is in the scene.
+    pub ids: &'a [HitId],
+}
+
+/// What stays the same over a run.
+#[derive(Clone, Copy, Debug)]
+pub struct Setting {
+    /// Repetitions of each measurement.
+    pub reps: u32,
+    /// Rays of each set that are compared with f64 at one lane, at most.
+    pub checked: usize,
+}
+
+/// Measures every job with every contender on the pool. `judge` answers what is
+/// compared; a peer, if there is one, joins with its best ways. Rows by job,
+/// then by contender.
+pub fn bench<'a>(
+    judge: &Contender<'a>,
+    own: &[Contender<'a>],
+    peer: Option<Peer<'a>>,
+    pool: &ThreadPool,
+    jobs: &[Job],
+    setting: &Setting,
+    progress: &Progress,
+) -> Result<Vec<Row>, BenchError> {
+    let clock = Clock::of(pool.current_num_threads());
+    let mut answers = Answers::default();
+    let mut rows = Vec::new();
+    // Each row's job and contender.
+    let mut runs: Vec<(usize, Contender)> = Vec::new();
+    // Also warms up.
+    for (number, job) in jobs.iter().enumerate() {
+        let expected = Expected::of(judge, pool, job, setting.checked, progress)?;
+        let mut contenders = own.to_vec();
+        if let Some(peer) = peer {
+            contenders.extend(trial::best(peer.tracer, pool, job, clock, progress)?);
+        }
+        for contender in contenders {
+            pool.install(|| contender.trace(job, &mut answers, progress))?;
+            let hits = answers.hits();
+            if let (Some(peer), Tracer::Peer(..)) = (peer, &contender.tracer) {
+                compare::translate(&mut answers, peer.ids);
+            }
+            let found = expected.differences(job.ask, &contender, &answers);
+            if contender.exact && found.differ > 0 {
+                return Err(BenchError::Wrong {
+                    kind: job.kind.clone(),
+                    mode: contender.name(),
+                    differ: found.differ,
+                    checked: found.checked,
+                });
+            }
+            let threads = pool.current_num_threads();
+            rows.push(Row::new(job, &contender, threads, hits, found));
+            runs.push((number, contender));
+        }
+    }
+
+    let mut times = vec![Vec::new(); rows.len()];
+    let mut conversions = vec![Vec::new(); jobs.len()];
+    for _ in 0..setting.reps {
+        let mut converted = None;
+        for (row, (number, contender)) in runs.iter().enumerate() {
+            let job = &jobs[*number];
+            if converted != Some(*number) {
+                converted = Some(*number);
+                let seconds = pool.install(|| clock.time(|| convert(&job.rays)).1);
+                conversions[*number].push(seconds);
+            }
+            let run = || clock.time(|| contender.trace(job, &mut answers, progress));
+            let (done, seconds) = pool.install(run);
+            done?;
+            times[row].push(seconds);
+            if answers.hits() != rows[row].hits {
+                return Err(BenchError::Unsteady {
+                    kind: job.kind.clone(),
+                    mode: contender.name(),
+                    expected: rows[row].hits,
+                    found: answers.hits(),
+                });
+            }
+        }
+    }
+    for ((row, times), (number, contender)) in rows.iter_mut().zip(&times).zip(&runs) {
+        row.time(times);
+        if matches!(contender.tracer, Tracer::Own { .. }) {
+            let (_, conversion) = best_and_median(&conversions[*number]);
+            let (_, median) = best_and_median(times);
+            row.conversion_share = (median > 0.0).then(|| conversion / median);
+        }
+    }
+    Ok(rows)
+}

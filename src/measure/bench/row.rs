@@ -1,0 +1,195 @@
+//! The figures of a run, with the names of `bench --json`.
+
+use super::{Contender, Differences, Tracer};
+use crate::measure::clock::best_and_median;
+use crate::measure::kinds::Kind;
+use crate::measure::queries::Job;
+use serde::Serialize;
+
+/// The figures of one job with one contender.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    pub kind: String,
+    /// A structure of ours, or a peer's name.
+    pub accel: String,
+    /// `tile` or `packet`, or `single` at one lane; a peer's function with its
+    /// setting.
+    pub kernel: String,
+    pub lanes: usize,
+    pub precision: &'static str,
+    pub threads: usize,
+    pub isa: &'static str,
+    /// Another tracer's.
+    pub peer: bool,
+    pub rays: usize,
+    pub hits: usize,
+    /// The median over the repetitions; 0 where nothing could be measured.
+    pub mrays_per_s: f64,
+    pub mrays_per_s_best: f64,
+    /// Of the median time: rays into columns. Not known of peers.
+    pub conversion_share: Option<f64>,
+    /// Nodes whose boxes were tested, for the ray or for a packet or tile that
+    /// it went with, divided by the rays.
+    pub nodes_per_ray: Option<f64>,
+    /// Leaf blocks that were visited, in the same way.
+    pub blocks_per_ray: Option<f64>,
+    /// Tests of one ray against one primitive.
+    pub tests_per_ray: Option<f64>,
+    #[serde(flatten)]
+    pub differences: Differences,
+}
+
+impl Row {
+    pub(super) fn new(
+        job: &Job,
+        contender: &Contender,
+        threads: usize,
+        hits: usize,
+        differences: Differences,
+    ) -> Row {
+        Row {
+            kind: job.kind.clone(),
+            accel: contender.accel.clone(),
+            kernel: contender.kernel.clone(),
+            lanes: contender.lanes,
+            precision: contender.precision,
+            threads,
+            isa: contender.isa,
+            peer: matches!(contender.tracer, Tracer::Peer(..)),
+            rays: job.rays.len(),
+            hits,
+            mrays_per_s: 0.0,
+            mrays_per_s_best: 0.0,
+            conversion_share: None,
+            nodes_per_ray: None,
+            blocks_per_ray: None,
+            tests_per_ray: None,
+            differences,
+        }
+    }
+
+    pub(super) fn time(&mut self, seconds: &[f64]) {
+        let (best, median) = best_and_median(seconds);
+        if best > 0.0 && self.rays > 0 {
+            self.mrays_per_s = self.rays as f64 / median * 1e-6;
+            self.mrays_per_s_best = self.rays as f64 / best * 1e-6;
+        }
+    }
+
+    /// One line of a table or label of a bar.
+    pub fn tracer(&self) -> String {
+        if self.peer {
+            return self.kernel.clone();
+        }
+        let Row {
+            accel,
+            kernel,
+            precision,
+            lanes,
+            ..
+        } = self;
+        format!("{accel} {kernel} {precision} {lanes}")
+    }
+}
+
+/// The fastest of ours beside the fastest of a peer, for one kind of rays.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Comparison {
+    pub kind: String,
+    pub precision: &'static str,
+    /// Ours, by its place in `results`.
+    pub own: usize,
+    /// The peer's, likewise; its kind may be the opposite direction.
+    pub peer: usize,
+    /// How many times as fast ours is, by the medians.
+    pub ratio: f64,
+}
+
+/// Ours against the peer, by kind and precision. Rays between hits and a point
+/// light may be traced either way, and the peer's faster way counts.
+pub fn comparisons(rows: &[Row]) -> Vec<Comparison> {
+    let fastest = |wanted: &dyn Fn(&Row) -> bool| {
+        let among = rows.iter().enumerate().filter(|(_, row)| wanted(row));
+        among
+            .max_by(|a, b| a.1.mrays_per_s.total_cmp(&b.1.mrays_per_s))
+            .map(|(i, _)| i)
+    };
+    let to_light = [Kind::Shadow.name(), Kind::LightShadow.name()];
+    let same_work = |kind: &str, other: &str| {
+        kind == other || to_light.contains(&kind) && to_light.contains(&other)
+    };
+    let mut seen: Vec<(&str, &str)> = Vec::new();
+    let mut all = Vec::new();
+    for row in rows.iter().filter(|row| !row.peer) {
+        if seen.contains(&(&row.kind, row.precision)) {
+            continue;
+        }
+        seen.push((&row.kind, row.precision));
+        let ours = |r: &Row| !r.peer && r.kind == row.kind && r.precision == row.precision;
+        let theirs = |r: &Row| r.peer && same_work(&row.kind, &r.kind);
+        let (Some(own), Some(peer)) = (fastest(&ours), fastest(&theirs)) else {
+            continue;
+        };
+        let (fast, slow) = (rows[own].mrays_per_s, rows[peer].mrays_per_s);
+        if slow > 0.0 {
+            all.push(Comparison {
+                kind: row.kind.clone(),
+                precision: row.precision,
+                own,
+                peer,
+                ratio: fast / slow,
+            });
+        }
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(kind: Kind, peer: bool, precision: &'static str, mrays_per_s: f64) -> Row {
+        Row {
+            kind: kind.name().into(),
+            accel: "a".into(),
+            kernel: "k".into(),
+            lanes: 1,
+            precision,
+            threads: 1,
+            isa: "",
+            peer,
+            rays: 1,
+            hits: 0,
+            mrays_per_s,
+            mrays_per_s_best: mrays_per_s,
+            conversion_share: None,
+            nodes_per_ray: None,
+            blocks_per_ray: None,
+            tests_per_ray: None,
+            differences: Differences::default(),
+        }
+    }
+
+    #[test]
+    fn the_fastest_meet_and_shadows_go_either_way() {
+        let rows = [
+            row(Kind::Primary, false, "fast", 30.0),
+            row(Kind::Primary, false, "fast", 40.0),
+            row(Kind::Primary, false, "exact", 10.0),
+            row(Kind::Primary, true, "fast", 20.0),
+            row(Kind::Shadow, false, "fast", 6.0),
+            row(Kind::Shadow, true, "fast", 12.0),
+            row(Kind::LightShadow, false, "fast", 24.0),
+            row(Kind::LightShadow, true, "fast", 8.0),
+            row(Kind::Diffuse, false, "fast", 5.0),
+        ];
+        let found = comparisons(&rows);
+        let ratio = |i: usize| (found[i].own, found[i].peer, found[i].ratio);
+        assert_eq!(found.len(), 4);
+        assert_eq!(ratio(0), (1, 3, 2.0));
+        assert_eq!(ratio(1), (2, 3, 0.5));
+        assert_eq!(ratio(2), (4, 5, 0.5));
+        // The peer's faster direction, against our own.
+        assert_eq!(ratio(3), (6, 5, 2.0));
+    }
+}

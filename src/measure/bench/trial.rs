@@ -1,0 +1,94 @@
+//! Which of a peer's ways are worth a full measurement for a ray set.
+
+use super::{BenchError, Contender, Tracer};
+use crate::io::RaySet;
+use crate::measure::clock::Clock;
+use crate::measure::peer::{Embree, Way};
+use crate::measure::queries::{Answers, Job};
+use crate::render::Progress;
+use rayon::ThreadPool;
+
+/// Ways that are measured at full length.
+const KEPT: usize = 3;
+/// Rays of a trial: runs of neighbours, spread over the set. A run is as long
+/// as the longest stream, so that no way is cut short.
+const RUN: usize = 2048;
+const RUNS: usize = 48;
+/// Each way's time is its best of so many; the turns interleave.
+const TURNS: usize = 3;
+
+/// The ways that were fastest on a part of the rays, fastest first.
+pub fn best<'a>(
+    peer: &'a Embree,
+    pool: &ThreadPool,
+    job: &Job,
+    clock: Clock,
+    progress: &Progress,
+) -> Result<Vec<Contender<'a>>, BenchError> {
+    let part = Job {
+        kind: job.kind.clone(),
+        ask: job.ask,
+        rays: some_runs(&job.rays),
+    };
+    let contender = |way: Way| Contender {
+        accel: "embree3".into(),
+        kernel: peer.name(way, job.ask),
+        lanes: way.lanes(),
+        precision: "fast",
+        exact: false,
+        isa: peer.isa(way),
+        tracer: Tracer::Peer(peer, way),
+    };
+    let mut tried: Vec<(f64, Contender)> = peer
+        .ways()
+        .into_iter()
+        .map(|way| (f64::INFINITY, contender(way)))
+        .collect();
+    let mut answers = Answers::default();
+    for _ in 0..TURNS {
+        for (best, contender) in &mut tried {
+            let run = || clock.time(|| contender.trace(&part, &mut answers, progress));
+            let (done, seconds) = pool.install(run);
+            done?;
+            *best = best.min(seconds);
+        }
+    }
+    tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+    tried.truncate(KEPT);
+    Ok(tried.into_iter().map(|(_, contender)| contender).collect())
+}
+
+fn some_runs(rays: &RaySet) -> RaySet {
+    let runs = rays.len().div_ceil(RUN);
+    let step = runs.div_ceil(RUNS).max(1);
+    let mut some = RaySet::with_capacity(rays.len().min(RUN * RUNS));
+    for run in (0..runs).step_by(step) {
+        for i in run * RUN..((run + 1) * RUN).min(rays.len()) {
+            some.push(rays.org[i], rays.t_min[i], rays.dir[i], rays.t_max[i]);
+        }
+    }
+    some
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_whole_runs_from_all_over() {
+        let set = |n: usize| {
+            let mut rays = RaySet::default();
+            for i in 0..n {
+                rays.push([i as f32, 0.0, 0.0], 0.0, [0.0, 0.0, 1.0], 1.0);
+            }
+            rays
+        };
+        assert_eq!(some_runs(&set(0)).len(), 0);
+        assert_eq!(some_runs(&set(5000)), set(5000));
+        let some = some_runs(&set(1 << 20));
+        assert!(some.len() <= RUN * RUNS && some.len() > RUN * RUNS / 2);
+        assert_eq!(some.org[RUN - 1][0], (RUN - 1) as f32);
+        assert_eq!(some.org[RUN][0] as usize % RUN, 0);
+        assert!(some.org.last().unwrap()[0] > 0.9 * (1 << 20) as f32);
+    }
+}

@@ -1,0 +1,31 @@
+//! Other tracers, measured in the same run on the same rays: Embree 3, where
+//! this is built with the feature `peer-embree`.
+//!
+//! A peer is given its best: every way of asking it is tried on a part of the
+//! rays, and the fastest few are measured beside ours at full length.
+
+// The rest of the crate sees one interface, with the peer or without it.
+#[cfg(all(feature = "peer-embree", target_arch = "x86_64"))]
+mod embree;
+#[cfg(not(all(feature = "peer-embree", target_arch = "x86_64")))]
+#[path = "absent.rs"]
+mod embree;
+
+pub use embree::{Embree, Way};
+
+use thiserror::Error;
+
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum PeerError {
+    #[error(
+        "this program was built without Embree; install libembree-dev 3 \
+         and build with --features peer-embree (x86-64 only)"
+    )]
+    NotBuilt,
+    #[error("Embree is compared with AVX2 and AVX-512, and this processor has neither")]
+    Processor,
+    #[error("Embree cannot be started with '{config}' (its error {code}); is it version 3?")]
+    Device { config: String, code: u32 },
+    #[error("Embree could not build its tree with '{config}' (its error {code})")]
+    Build { config: String, code: u32 },
+}

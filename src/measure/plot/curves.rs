@@ -1,0 +1,183 @@
+//! Curves with both axes logarithmic.
+
+use super::svg::{Anchor, Svg, text_width};
+
+pub struct Chart {
+    pub x_label: &'static str,
+    pub y_label: &'static str,
+    pub lines: Vec<Line>,
+}
+
+pub struct Line {
+    pub label: String,
+    /// A colour of the style sheet, modulo their number.
+    pub hue: usize,
+    pub dashed: bool,
+    /// Both coordinates above 0; others are left out.
+    pub points: Vec<[f64; 2]>,
+}
+
+const WIDTH: f64 = 960.0;
+const HEIGHT: f64 = 420.0;
+const LEFT: f64 = 64.0;
+const TOP: f64 = 24.0;
+const BOTTOM: f64 = 44.0;
+/// Colours of the style sheet.
+const COLOURS: usize = 8;
+/// Between the labels at the curves' ends.
+const LABEL: f64 = 16.0;
+
+pub fn draw(chart: &Chart) -> String {
+    let lines: Vec<(&Line, Vec<[f64; 2]>)> = chart
+        .lines
+        .iter()
+        .map(|line| (line, logarithms(&line.points)))
+        .filter(|(_, points)| !points.is_empty())
+        .collect();
+    let right = lines.iter().map(|(line, _)| text_width(&line.label));
+    let right = right.fold(60.0, f64::max) + 18.0;
+    let points = || lines.iter().flat_map(|(_, points)| points);
+    let range = |k: usize| {
+        let least = points().map(|p| p[k]).fold(f64::INFINITY, f64::min);
+        let most = points().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max);
+        if least > most {
+            return (0.0, 1.0);
+        }
+        // Some air, so that no curve lies on the frame.
+        let air = ((most - least) * 0.04).max(0.04);
+        (least - air, most + air)
+    };
+    let (x_range, y_range) = (range(0), range(1));
+    let [inner_width, inner_height] = [WIDTH - LEFT - right, HEIGHT - TOP - BOTTOM];
+    let at = |[x, y]: [f64; 2]| {
+        let along = |value: f64, (from, to): (f64, f64)| (value - from) / (to - from);
+        [
+            LEFT + along(x, x_range) * inner_width,
+            TOP + (1.0 - along(y, y_range)) * inner_height,
+        ]
+    };
+
+    let mut svg = Svg::new(WIDTH, HEIGHT);
+    let [bottom, edge] = [TOP + inner_height, LEFT + inner_width];
+    for (value, text) in ticks(x_range) {
+        let [x, _] = at([value, 0.0]);
+        svg.line([x, TOP], [x, bottom], "grid");
+        svg.text([x, bottom + 18.0], Anchor::Middle, "tick", &text);
+    }
+    for (value, text) in ticks(y_range) {
+        let [_, y] = at([0.0, value]);
+        svg.line([LEFT, y], [edge, y], "grid");
+        svg.text([LEFT - 8.0, y + 4.0], Anchor::End, "tick", &text);
+    }
+    svg.line([LEFT, TOP], [LEFT, bottom], "axis");
+    svg.line([LEFT, bottom], [edge, bottom], "axis");
+    let below = [LEFT + inner_width * 0.5, HEIGHT - 6.0];
+    svg.text(below, Anchor::Middle, "note", chart.x_label);
+    svg.text([LEFT, 14.0], Anchor::Start, "note", chart.y_label);
+
+    for (line, points) in &lines {
+        let placed: Vec<[f64; 2]> = points.iter().map(|p| at(*p)).collect();
+        let colour = line.hue % COLOURS;
+        let dashed = if line.dashed { " dashed" } else { "" };
+        svg.polyline(&placed, &format!("curve s{colour}{dashed}"));
+        for (place, [x, y]) in placed.iter().zip(points) {
+            let (x, y) = (10.0_f64.powf(*x), 10.0_f64.powf(*y));
+            let hint = format!("{}: {x:.0} {}, {y:.4e}", line.label, chart.x_label);
+            svg.dot(*place, &format!("d{colour}"), &hint);
+        }
+    }
+    // Labels at the ends, pushed apart from the top down.
+    let mut ends: Vec<(f64, usize, &str)> = lines
+        .iter()
+        .map(|(line, points)| {
+            let end = at(points[points.len() - 1])[1];
+            (end, line.hue, line.label.as_str())
+        })
+        .collect();
+    ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let overflow = |ends: &[(f64, usize, &str)]| ends.last().map_or(0.0, |end| end.0 - bottom);
+    for i in 1..ends.len() {
+        ends[i].0 = ends[i].0.max(ends[i - 1].0 + LABEL);
+    }
+    let lift = overflow(&ends).max(0.0);
+    for (y, hue, label) in ends {
+        let place = [edge + 10.0, y - lift + 4.0];
+        let class = format!("e{}", hue % COLOURS);
+        svg.text(place, Anchor::Start, &class, label);
+    }
+    svg.finish()
+}
+
+fn logarithms(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let finite = points
+        .iter()
+        .filter(|p| p.iter().all(|x| x.is_finite() && *x > 0.0));
+    finite.map(|p| p.map(f64::log10)).collect()
+}
+
+/// Powers of ten, with twos and fives where there are few; their logarithms.
+fn ticks((from, to): (f64, f64)) -> Vec<(f64, String)> {
+    let steps: &[f64] = if to - from > 2.5 {
+        &[1.0]
+    } else {
+        &[1.0, 2.0, 5.0]
+    };
+    let mut ticks = Vec::new();
+    for power in from.floor() as i32..=to.ceil() as i32 {
+        for step in steps {
+            let value = step.log10() + f64::from(power);
+            if value >= from && value <= to {
+                ticks.push((value, written(*step, power)));
+            }
+        }
+    }
+    ticks
+}
+
+fn written(step: f64, power: i32) -> String {
+    let value = step * 10.0_f64.powi(power);
+    match power {
+        -3..=-1 => format!("{value:.*}", -power as usize),
+        0..3 => format!("{value:.0}"),
+        3..6 => format!("{:.0}k", value * 1e-3),
+        6..9 => format!("{:.0}M", value * 1e-6),
+        9..12 => format!("{:.0}G", value * 1e-9),
+        _ => format!("{step:.0}e{power}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_lie_inside_and_read_well() {
+        let texts = |from, to| {
+            let ticks = ticks((from, to));
+            assert!(ticks.iter().all(|(at, _)| (from..=to).contains(at)));
+            ticks.into_iter().map(|(_, text)| text).collect::<Vec<_>>()
+        };
+        assert_eq!(texts(2.9, 7.1), ["1k", "10k", "100k", "1M", "10M"]);
+        assert_eq!(texts(-0.1, 1.05), ["1", "2", "5", "10"]);
+        assert_eq!(texts(-2.0, -1.0), ["0.01", "0.02", "0.05", "0.1"]);
+    }
+
+    #[test]
+    fn nothing_to_draw_is_an_empty_frame() {
+        let line = Line {
+            label: "none".into(),
+            hue: 0,
+            dashed: false,
+            points: vec![[1.0, 0.0], [f64::NAN, 2.0]],
+        };
+        let drawn = draw(&Chart {
+            x_label: "x",
+            y_label: "y",
+            lines: vec![line],
+        });
+        assert!(
+            !drawn.contains("polyline") && !drawn.contains("NaN"),
+            "{drawn}"
+        );
+    }
+}

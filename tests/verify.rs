@@ -3,12 +3,27 @@
 
 use glam::DVec3;
 use lanecast::geom::{Cuboid, Sphere};
-use lanecast::measure::verify::*;
+use lanecast::measure::verify::{self, *};
 use lanecast::reference::{Grid, Reference, camera_ray, shadow};
+use lanecast::render::Progress;
 use lanecast::scene::*;
 use lanecast::trace::{Outcome, RayKind, TracedRay};
 
 const SIZE: [u32; 2] = [48, 32];
+
+/// To the end: nobody wishes to stop.
+fn replay(reference: &Reference, rays: &[TracedRay], options: &VerifyOptions) -> Comparison {
+    verify::replay(reference, rays, options, &Progress::default()).unwrap()
+}
+
+fn independent(
+    reference: &Reference,
+    view: &View,
+    rays: &[TracedRay],
+    options: &VerifyOptions,
+) -> Comparison {
+    verify::independent(reference, view, rays, options, &Progress::default()).unwrap()
+}
 
 /// A ball over a box, a square of two triangles behind, two lights.
 fn scene() -> Scene {
@@ -378,4 +393,29 @@ fn the_names_of_the_counts() {
     ] {
         assert!(json[key].is_number(), "{key}");
     }
+}
+
+#[test]
+fn a_comparison_counts_its_tiles_and_stops_when_asked_to() {
+    use std::sync::atomic::Ordering::Relaxed;
+    with(|reference, rows| {
+        let view = view(reference.scene());
+        let progress = Progress::default();
+        let all = verify::replay(reference, &rows, &ALL, &progress).unwrap();
+        let tiles = progress.tiles.load(Relaxed);
+        assert!(tiles > 10, "too few to show progress: {tiles}");
+        assert_eq!(progress.tiles_done.load(Relaxed), tiles);
+        assert_eq!(progress.rays.load(Relaxed), all.counts.rays);
+        let own = verify::independent(reference, &view, &rows, &ALL, &progress).unwrap();
+        let tiles = progress.tiles.load(Relaxed);
+        assert_eq!(progress.tiles_done.load(Relaxed), tiles);
+        assert_eq!(progress.rays.load(Relaxed), own.counts.rays);
+
+        progress.cancel();
+        let replayed = verify::replay(reference, &rows, &ALL, &progress);
+        assert_eq!(replayed.err(), Some(Interrupted));
+        let own = verify::independent(reference, &view, &rows, &ALL, &progress);
+        assert_eq!(own.err(), Some(Interrupted));
+        assert_eq!(progress.rays.load(Relaxed), 0);
+    });
 }

@@ -1,6 +1,7 @@
 //! Why a command did not end well, and the exit code that says so.
 
 use crate::io::{LoadError, SaveError};
+use crate::measure::verify::Interrupted;
 use crate::render::RenderError;
 use thiserror::Error;
 
@@ -27,6 +28,12 @@ impl From<RenderError> for CliError {
             RenderError::Interrupted => CliError::Interrupted,
             RenderError::Memory { .. } => CliError::Usage(error.to_string()),
         }
+    }
+}
+
+impl From<Interrupted> for CliError {
+    fn from(_: Interrupted) -> CliError {
+        CliError::Interrupted
     }
 }
 

@@ -101,15 +101,14 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
         list: LISTED,
     };
     let start = Instant::now();
-    let replayed = prepared
-        .pool
-        .install(|| replay(&reference, &fast.record, &options));
+    let replayed = drawn(&prepared, &progress, || {
+        replay(&reference, &fast.record, &options, &progress)
+    })?;
     times.push(Time {
         mode: "reference",
         lanes: 1,
         ns_per_ray: per_ray(start, replayed.counts.rays),
     });
-    interrupt::check(&progress)?;
     let view = View {
         camera: &prepared.camera,
         size: [config.width, config.height],
@@ -118,9 +117,9 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
             Grid::Corners => reference::Grid::Corners,
         },
     };
-    let own = prepared
-        .pool
-        .install(|| independent(&reference, &view, &fast.record, &options));
+    let own = drawn(&prepared, &progress, || {
+        independent(&reference, &view, &fast.record, &options, &progress)
+    })?;
     interrupt::check(&progress)?;
     stats.stages.push(watch.stage("verify"));
     stats.rays = fast.counts;
@@ -159,19 +158,26 @@ fn traced(
         camera: prepared.camera,
         lights: &prepared.scene.lights,
     };
-    let drawing = Drawing::start(progress);
     let go = |recording| {
-        prepared
-            .pool
-            .install(|| render(&view, config, recording, progress))
+        let render = || render(&view, config, recording, progress);
+        drawn(prepared, progress, render)
     };
     let recorded = go(true)?;
     // Timed by itself: a record costs more than its ray.
     let start = Instant::now();
     let rendered = go(false)?;
     let ns = per_ray(start, rendered.counts.total());
-    drop(drawing);
     Ok((recorded, ns))
+}
+
+/// A stage on the pool, with its progress on the terminal.
+fn drawn<T: Send>(
+    prepared: &Prepared,
+    progress: &Arc<Progress>,
+    stage: impl FnOnce() -> T + Send,
+) -> T {
+    let _drawing = Drawing::start(progress);
+    prepared.pool.install(stage)
 }
 
 fn per_ray(start: Instant, rays: u64) -> f64 {

@@ -11,12 +11,13 @@
 //! the number of threads.
 
 use crate::reference::{Answer, Grid, Hit, Reference, Shadow, camera_ray, shadow};
+use crate::render::Progress;
 use crate::scene::Camera;
 use crate::trace::{Outcome, RayKind, TracedRay};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::fmt;
-use std::ops::Range;
+use thiserror::Error;
 
 #[derive(Clone, Copy, Debug)]
 pub struct VerifyOptions {
@@ -105,14 +106,22 @@ pub struct Comparison {
     pub mismatches: Vec<Mismatch>,
 }
 
+/// The progress was cancelled before the last ray was compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("interrupted")]
+pub struct Interrupted;
+
 /// Asks the reference about the rays that the fast path traced.
-pub fn replay(reference: &Reference, rays: &[TracedRay], options: &VerifyOptions) -> Comparison {
+pub fn replay(
+    reference: &Reference,
+    rays: &[TracedRay],
+    options: &VerifyOptions,
+    progress: &Progress,
+) -> Result<Comparison, Interrupted> {
     let step = options.sample.max(1);
-    in_parallel(rays.len(), options.list, |rows, out| {
-        for ray in &rays[rows] {
-            if ray.pixel.is_multiple_of(step) {
-                compare(reference, ray, out);
-            }
+    in_parallel(rays.len(), options.list, progress, |row, out| {
+        if rays[row].pixel.is_multiple_of(step) {
+            compare(reference, &rays[row], out);
         }
     })
 }
@@ -127,7 +136,8 @@ pub fn independent(
     view: &View,
     rays: &[TracedRay],
     options: &VerifyOptions,
-) -> Comparison {
+    progress: &Progress,
+) -> Result<Comparison, Interrupted> {
     let step = options.sample.max(1);
     let pixels = view.size[0].saturating_mul(view.size[1]);
     let mut rows: Vec<u32> = (0..rays.len() as u32)
@@ -149,12 +159,10 @@ pub fn independent(
     let pixels: Vec<&[u32]> = rows
         .chunk_by(|a, b| rays[*a as usize].pixel == rays[*b as usize].pixel)
         .collect();
-    in_parallel(pixels.len(), options.list, |range, out| {
-        for pixel in &pixels[range] {
-            let mut rows = pixel.iter().map(|i| &rays[*i as usize]);
-            if let Some(primary) = rows.next().filter(|r| r.kind == RayKind::Primary) {
-                own_way(reference, view, primary, rows, out);
-            }
+    in_parallel(pixels.len(), options.list, progress, |pixel, out| {
+        let mut rows = pixels[pixel].iter().map(|i| &rays[*i as usize]);
+        if let Some(primary) = rows.next().filter(|r| r.kind == RayKind::Primary) {
+            own_way(reference, view, primary, rows, out);
         }
     })
 }
@@ -367,28 +375,40 @@ impl Comparison {
     }
 }
 
-/// Ranges of rows in parallel, their results joined in order.
+/// Rows judged in parallel, run by run, the results joined in order. A run is
+/// the progress's tile; a wish to stop is read before every row, since the
+/// reference may take long over one.
 fn in_parallel(
     rows: usize,
     list: usize,
-    judge: impl Fn(Range<usize>, &mut Comparison) + Sync,
-) -> Comparison {
-    const RUN: usize = 512;
-    let runs: Vec<Comparison> = (0..rows.div_ceil(RUN))
+    progress: &Progress,
+    judge: impl Fn(usize, &mut Comparison) + Sync,
+) -> Result<Comparison, Interrupted> {
+    const RUN: usize = 128;
+    let runs = rows.div_ceil(RUN);
+    progress.start(runs.try_into().unwrap_or(u32::MAX));
+    let one = |run: usize| {
+        let mut out = Comparison::default();
+        for row in run * RUN..rows.min((run + 1) * RUN) {
+            if progress.is_cancelled() {
+                return Err(Interrupted);
+            }
+            judge(row, &mut out);
+        }
+        out.shorten(list);
+        progress.add_tile(out.counts.rays);
+        Ok(out)
+    };
+    let runs: Vec<Comparison> = (0..runs)
         .into_par_iter()
-        .map(|run| {
-            let mut out = Comparison::default();
-            judge(run * RUN..rows.min((run + 1) * RUN), &mut out);
-            out.shorten(list);
-            out
-        })
-        .collect();
+        .map(one)
+        .collect::<Result<_, _>>()?;
     let mut all = Comparison::default();
     for run in runs {
         all.append(run);
     }
     all.shorten(list);
-    all
+    Ok(all)
 }
 
 impl fmt::Display for Mismatch {

@@ -1,7 +1,8 @@
-//! How far a render is, and the wish that it stop: shared by its threads and
-//! by whoever watches.
+//! How far a stage of the work is, and the wish that it stop: shared by its
+//! threads and by whoever watches.
 //!
-//! The renderer adds its counts once a tile and reads `cancel` between tiles.
+//! The stage (a render, a comparison) adds its counts once a tile and reads
+//! `cancel` before every batch of rays.
 //! The counters are for people and order nothing, so every access is relaxed;
 //! results reach the watcher by the join of the threads.
 
@@ -9,18 +10,19 @@ use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering::Relaxed};
 
 #[derive(Debug, Default)]
 pub struct Progress {
-    /// Rays of all kinds, traced so far.
+    /// Rays of all kinds, traced so far in this stage.
     pub rays: AtomicU64,
     pub tiles_done: AtomicU32,
-    /// Set once by the renderer, when it knows; 0 before.
+    /// Set by the stage, when it knows; 0 before.
     pub tiles: AtomicU32,
     /// Set by the watcher; once set it stays.
     pub cancel: AtomicBool,
 }
 
 impl Progress {
-    /// The renderer knows how many tiles there are.
+    /// A stage begins, of so many tiles.
     pub fn start(&self, tiles: u32) {
+        self.rays.store(0, Relaxed);
         self.tiles_done.store(0, Relaxed);
         self.tiles.store(tiles, Relaxed);
     }

@@ -14,7 +14,7 @@ use super::{AovSet, Picture};
 use crate::accel::World;
 use crate::plan::Kernels;
 use crate::scene::{Camera, Light, Rgb};
-use crate::shade::{Integrator, Ledger, RayCounts, Surface, Wave};
+use crate::shade::{Columns, Integrator, Ledger, RayCounts, Surface};
 use crate::trace::{HitId, RayKind, TracedRay};
 use bumpalo::Bump;
 use rayon::prelude::*;
@@ -129,22 +129,22 @@ impl Tile<'_> {
         let aovs = arena.alloc_slice_fill_copy(kept, AovSample::NOTHING);
         let occluders = arena.alloc_slice_fill_copy(self.view.lights.len(), HitId::NONE);
         let order = self.morton_order(arena);
+        let columns = &mut Columns::new(arena);
         let mut record = Vec::new();
         let mut counts = RayCounts::default();
         for sample in 0..self.samples() {
-            // A tile of many samples takes long: who wants to stop need not wait
-            // for it.
-            if self.progress.is_cancelled() {
-                return counts;
-            }
             let ledger = &mut Ledger {
                 counts: RayCounts::default(),
                 record: recording.then_some(&mut record),
                 sample,
                 pixel_of: &|row| self.pixel(row),
             };
-            self.sample(sample, order, color, aovs, occluders, ledger, arena);
+            self.sample(sample, order, columns, color, aovs, occluders, ledger);
             counts.add(&ledger.counts);
+            // What is not finished is not kept.
+            if self.progress.is_cancelled() {
+                return counts;
+            }
         }
         let share = 1.0 / self.samples() as f32;
         for pixel in color.iter_mut() {
@@ -169,16 +169,16 @@ impl Tile<'_> {
         &self,
         sample: u32,
         order: &[u32],
+        columns: &mut Columns,
         color: &mut [Rgb],
         aovs: &mut [AovSample],
         occluders: &mut [HitId],
         ledger: &mut Ledger,
-        arena: &Bump,
     ) {
         let config = self.config;
         let generator =
             RayGenerator::new(self.view.camera, config.width, config.height, config.grid);
-        let mut wave = Wave::with_capacity(order.len(), arena);
+        let wave = columns.camera_rays();
         for row in order {
             let (x, y) = self.place(*row);
             let offset = sample_position(config.seed, 0, (x, y), sample, config.spp);
@@ -191,6 +191,7 @@ impl Tile<'_> {
             lights: self.view.lights,
             background: self.view.world.scene.background,
             max_depth: config.max_depth,
+            cancel: &self.progress.cancel,
         };
         let keep = sample == 0 && config.aovs != AovSet::default();
         let mut first_hit = |row: u32, surface: &Surface, _t: f64, id: HitId| {
@@ -198,7 +199,7 @@ impl Tile<'_> {
                 aovs[row as usize] = self.aov(&generator, surface, id);
             }
         };
-        integrator.run(wave, color, occluders, ledger, &mut first_hit, arena);
+        integrator.run(columns, color, occluders, ledger, &mut first_hit);
     }
 
     fn aov(&self, generator: &RayGenerator, surface: &Surface, id: HitId) -> AovSample {

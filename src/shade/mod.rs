@@ -4,8 +4,10 @@ mod integrate;
 mod light;
 mod material;
 mod surface;
+mod wave;
 
-pub use integrate::{Integrator, Ledger, RayCounts, Wave};
+pub use integrate::{Columns, Integrator, Ledger, RayCounts};
 pub use light::Arrival;
 pub use material::{Onward, leaves_rays, onward, reflected};
 pub use surface::Surface;
+pub use wave::Wave;

@@ -1,0 +1,170 @@
+//! Rays that wait to be traced: a wave for each depth, in the thread's arena,
+//! taken piece by piece from its end.
+//!
+//! A ray spawns at most two, and a depth is filled only when it is empty: waves
+//! beyond the first hold two pieces at most, whatever the scene does.
+
+use crate::scene::Rgb;
+use crate::trace::{MAX_LANES, RayKind, Rays};
+use bumpalo::Bump;
+use bumpalo::collections::Vec as ArenaVec;
+use glam::DVec3;
+use std::ops::Range;
+
+/// Rays that are traced and lit as one batch: those of a tile at one sample a
+/// pixel. Fixed, since the order in which a pixel's rays are added depends on it.
+pub const PIECE: usize = 1024;
+
+/// Rays of one depth, columns of equal length (but for [`Wave::batch`]).
+pub struct Wave<'b> {
+    org: [ArenaVec<'b, f64>; 3],
+    dir: [ArenaVec<'b, f32>; 3],
+    t_min: ArenaVec<'b, f32>,
+    pub t_max: ArenaVec<'b, f32>,
+    /// Row of the tile's film.
+    pub pixel: ArenaVec<'b, u32>,
+    /// What the ray's radiance counts for in its pixel.
+    pub weight: ArenaVec<'b, Rgb>,
+    pub kind: ArenaVec<'b, RayKind>,
+}
+
+impl<'b> Wave<'b> {
+    pub fn with_capacity(rays: usize, arena: &'b Bump) -> Wave<'b> {
+        let rays = rays.next_multiple_of(MAX_LANES);
+        let f64s = || ArenaVec::with_capacity_in(rays, arena);
+        let f32s = || ArenaVec::with_capacity_in(rays, arena);
+        Wave {
+            org: [f64s(), f64s(), f64s()],
+            dir: [f32s(), f32s(), f32s()],
+            t_min: f32s(),
+            t_max: f32s(),
+            pixel: ArenaVec::with_capacity_in(rays, arena),
+            weight: ArenaVec::with_capacity_in(rays, arena),
+            kind: ArenaVec::with_capacity_in(rays, arena),
+        }
+    }
+
+    /// World space.
+    pub fn push(
+        &mut self,
+        org: DVec3,
+        dir: [f32; 3],
+        t_max: f32,
+        pixel: u32,
+        weight: Rgb,
+        kind: RayKind,
+    ) {
+        for k in 0..3 {
+            self.org[k].push(org[k]);
+            self.dir[k].push(dir[k]);
+        }
+        self.t_min.push(0.0);
+        self.t_max.push(t_max);
+        self.pixel.push(pixel);
+        self.weight.push(weight);
+        self.kind.push(kind);
+    }
+
+    pub fn len(&self) -> usize {
+        self.pixel.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.pixel.is_empty()
+    }
+
+    /// Which rays at the end make a piece: at most [`PIECE`], and whole pixels.
+    /// Only a pixel of more rays than that is split, from its own last ray on, so
+    /// that the order within a pixel never depends on its neighbours.
+    pub fn last_piece(&self) -> Range<usize> {
+        let (start, end) = (self.len().saturating_sub(PIECE), self.len());
+        let splits = start > 0 && self.pixel[start - 1] == self.pixel[start];
+        if !splits {
+            return start..end;
+        }
+        let cut = self.pixel[start];
+        let whole = self.pixel[start..].iter().position(|p| *p != cut);
+        start + whole.unwrap_or(0)..end
+    }
+
+    /// The rays from `first` on, filled up to whole packets with rays that meet
+    /// nothing. [`Wave::truncate`] takes those away again.
+    pub fn batch(&mut self, first: usize) -> Rays<'_> {
+        let padded = first + (self.len() - first).next_multiple_of(MAX_LANES);
+        let at = self.len().saturating_sub(1);
+        for k in 0..3 {
+            let (org, dir) = (self.org[k].get(at).copied(), self.dir[k].get(at).copied());
+            self.org[k].resize(padded, org.unwrap_or(0.0));
+            self.dir[k].resize(padded, dir.unwrap_or(1.0));
+        }
+        self.t_min.resize(padded, 0.0);
+        self.t_max.resize(padded, -1.0);
+        Rays {
+            org: self.org.each_ref().map(|column| &column[first..]),
+            dir: self.dir.each_ref().map(|column| &column[first..]),
+            t_min: &self.t_min[first..],
+            t_max: &self.t_max[first..],
+        }
+    }
+
+    pub fn truncate(&mut self, rays: usize) {
+        for k in 0..3 {
+            self.org[k].truncate(rays);
+            self.dir[k].truncate(rays);
+        }
+        self.t_min.truncate(rays);
+        self.t_max.truncate(rays);
+        self.pixel.truncate(rays);
+        self.weight.truncate(rays);
+        self.kind.truncate(rays);
+    }
+
+    pub fn org(&self, i: usize) -> [f64; 3] {
+        [self.org[0][i], self.org[1][i], self.org[2][i]]
+    }
+
+    pub fn dir(&self, i: usize) -> [f32; 3] {
+        [self.dir[0][i], self.dir[1][i], self.dir[2][i]]
+    }
+}
+
+/// The waves of all depths so far.
+pub struct Waves<'b> {
+    depths: ArenaVec<'b, Wave<'b>>,
+    arena: &'b Bump,
+}
+
+impl<'b> Waves<'b> {
+    pub fn new(arena: &'b Bump) -> Waves<'b> {
+        Waves {
+            depths: ArenaVec::new_in(arena),
+            arena,
+        }
+    }
+
+    pub fn at(&mut self, depth: u32) -> &mut Wave<'b> {
+        while self.depths.len() <= depth as usize {
+            // Room for all that a piece may spawn, so that it never moves.
+            let rays = if self.depths.is_empty() {
+                PIECE
+            } else {
+                2 * PIECE
+            };
+            self.depths.push(Wave::with_capacity(rays, self.arena));
+        }
+        &mut self.depths[depth as usize]
+    }
+
+    /// A depth, and the one that its rays spawn.
+    pub fn pair(&mut self, depth: u32) -> (&Wave<'b>, &mut Wave<'b>) {
+        self.at(depth + 1);
+        let (here, onwards) = self.depths.split_at_mut(depth as usize + 1);
+        (&here[depth as usize], &mut onwards[0])
+    }
+
+    pub fn clear(&mut self) {
+        for wave in &mut self.depths {
+            wave.truncate(0);
+        }
+    }
+}

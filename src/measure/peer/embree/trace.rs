@@ -257,7 +257,7 @@ impl Tree {
 fn hit_id<const N: usize>(packet: &RayHitN<N>, lane: usize) -> HitId {
     // Without a hit both are as they were set: as in `HitId::NONE`.
     HitId {
-        instance: packet.hit.geometry[lane],
+        instance: u64::from(packet.hit.geometry[lane]),
         primitive: packet.hit.primitive[lane],
     }
 }

@@ -35,7 +35,7 @@ impl Child {
         Child(index as u32)
     }
 
-    pub fn leaf(first: usize, count: usize) -> Child {
+    pub const fn leaf(first: usize, count: usize) -> Child {
         debug_assert!(count <= Child::MAX_LEAF && first < Child::MAX_ENTRIES);
         Child(Child::LEAF | (count as u32) << 27 | first as u32)
     }
@@ -48,6 +48,17 @@ impl Child {
     /// Entries of a leaf; `None` for a node.
     pub fn leaf_len(self) -> Option<usize> {
         self.is_leaf().then(|| self.range().1)
+    }
+
+    /// The same, as a range.
+    pub fn leaf_range(self) -> Option<std::ops::Range<usize>> {
+        let (first, count) = self.range();
+        self.is_leaf().then_some(first..first + count)
+    }
+
+    /// A node's index; of no meaning for a leaf.
+    pub fn index(self) -> usize {
+        self.0 as usize
     }
 
     #[inline(always)]

@@ -7,12 +7,14 @@
 //! inside it, rounding included. So pruning by boxes never changes an answer,
 //! and a linear scan gives the same one.
 
+mod build;
 mod bvh;
 mod sah;
 mod slabs;
 mod wide;
 mod world;
 
+pub use build::{BuildQuality, MAX_DEPTH, build_boxes, build_mesh, refit, refit_boxes};
 pub use bvh::{Child, Node, Stack, Tree, WIDTH};
 pub use sah::{Quality, build, linear};
 pub use slabs::Slabs;

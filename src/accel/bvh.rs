@@ -28,8 +28,6 @@ pub struct Child(u32);
 
 impl Child {
     const LEAF: u32 = 1 << 31;
-    /// Where there is no child.
-    pub const LEAF_OF_NOTHING: Child = Child(Child::LEAF);
     /// Entries that a leaf of a built tree may hold.
     pub const MAX_LEAF: usize = 15;
     /// The scene's check lets no mesh have more triangles.
@@ -39,7 +37,7 @@ impl Child {
         Child(index as u32)
     }
 
-    pub fn leaf(first: usize, count: usize) -> Child {
+    pub const fn leaf(first: usize, count: usize) -> Child {
         debug_assert!(count <= Child::MAX_LEAF && first < Child::MAX_ENTRIES);
         Child(Child::LEAF | (count as u32) << 27 | first as u32)
     }
@@ -54,13 +52,14 @@ impl Child {
         self.is_leaf().then(|| self.range().1)
     }
 
-    /// A leaf's first entry or block and their number.
+    /// The same, as a range.
     #[inline(always)]
-    pub fn leaf_range(self) -> Option<(usize, usize)> {
-        self.is_leaf().then(|| self.range())
+    pub fn leaf_range(self) -> Option<std::ops::Range<usize>> {
+        let (first, count) = self.range();
+        self.is_leaf().then_some(first..first + count)
     }
 
-    /// Of a node.
+    /// A node's index; of no meaning for a leaf.
     #[inline(always)]
     pub fn index(self) -> usize {
         self.0 as usize

@@ -11,14 +11,14 @@
 //! rounding is relative to the very distances that the pad is relative to. So
 //! no box is passed over that any ray of the bundle meets at any precision.
 
+use super::build::MAX_DEPTH;
 use super::bvh::Child;
+use super::prefetch::prefetch;
 use super::wide::{WIDE, WideNode, WideTree};
 use crate::math::Aabb32;
 use crate::math::lanes::{Lanes, Mask, Register};
 
-/// Levels of wide nodes that builders never exceed.
-pub const MAX_WIDE_DEPTH: usize = 48;
-const STACK: usize = MAX_WIDE_DEPTH * (WIDE - 1) + 1;
+const STACK: usize = MAX_DEPTH * (WIDE - 1) + 1;
 
 /// In the space of the tree that is walked.
 #[derive(Clone, Copy, Debug)]
@@ -126,13 +126,14 @@ impl WideTree {
     /// Visits every leaf that some ray of the bundle may meet before `limit`,
     /// the largest depth that still matters, roughly nearest first.
     /// `leaf(node, place, first, count, limit)` returns the new limit; the walk
-    /// ends where it is negative.
+    /// ends where it is negative. `expect(first)` is told of leaves to come.
     #[inline(always)]
     pub fn walk_frustum(
         &self,
         frustum: &Frustum,
         mut limit: f32,
         stack: &mut WideStack,
+        expect: impl Fn(usize),
         mut leaf: impl FnMut(&WideNode, usize, (usize, usize), f32) -> f32,
     ) {
         let [a, b, k] = frustum.axes;
@@ -193,7 +194,12 @@ impl WideTree {
                         stack.from[at] = stack.from[at - 1];
                         at -= 1;
                     }
-                    stack.child[at] = here.child[place];
+                    let child = here.child[place];
+                    match child.leaf_range() {
+                        Some(range) => expect(range.start),
+                        None => prefetch(&self.nodes[child.index()]),
+                    }
+                    stack.child[at] = child;
                     stack.key[at] = key;
                     stack.from[at] = (node, place as u32);
                     top += 1;
@@ -216,6 +222,7 @@ impl WideTree {
                     break;
                 };
                 let (parent, place) = stack.from[top];
+                let range = (range.start, range.len());
                 limit = leaf(&self.nodes[parent as usize], place as usize, range, limit);
                 if limit < 0.0 {
                     return;

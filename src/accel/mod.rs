@@ -7,25 +7,27 @@
 //! inside it, rounding included. So pruning by boxes never changes an answer,
 //! and a linear scan gives the same one.
 
+mod build;
 mod bvh;
 mod count;
 mod forest;
 mod frustum;
 mod index;
+mod prefetch;
 mod sah;
 mod slabs;
 mod wide;
-mod wide_build;
 mod wide_ray;
 mod world;
 
+pub use build::{BuildQuality, MAX_DEPTH, build_boxes, build_mesh, refit, refit_boxes};
 pub use bvh::{Child, Node, Stack, Tree, WIDTH};
 pub use count::{Count, Counter, Counts};
 pub use forest::{Forest, Forests, MeshTree, WideForest};
-pub use frustum::{Frustum, MAX_WIDE_DEPTH, WideStack};
+pub use frustum::{Frustum, WideStack};
 pub use index::{Figures, Index, Primitives};
+pub use prefetch::prefetch;
 pub use sah::{Quality, build, linear};
 pub use slabs::Slabs;
 pub use wide::{Block, WIDE, WideMesh, WideNode, WideTree};
-pub use wide_build::{build_boxes, build_mesh};
 pub use world::{Entry, Structure, World, corner_bounds};

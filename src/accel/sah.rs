@@ -67,14 +67,14 @@ fn around(boxes: &[Aabb32]) -> Aabb32 {
 }
 
 /// A node of the binary tree that is built first.
-pub(super) struct Binary {
-    pub(super) bounds: Aabb32,
-    pub(super) range: Range<usize>,
+struct Binary {
+    bounds: Aabb32,
+    range: Range<usize>,
     /// First of two children; 0 for a leaf.
-    pub(super) children: usize,
+    children: usize,
 }
 
-pub(super) fn split_all(boxes: &[Aabb32], order: &mut [u32], quality: &Quality) -> Vec<Binary> {
+fn split_all(boxes: &[Aabb32], order: &mut [u32], quality: &Quality) -> Vec<Binary> {
     let whole = |range: Range<usize>, order: &[u32]| Binary {
         bounds: order[range.clone()]
             .iter()

@@ -31,6 +31,23 @@ pub struct WideNode {
     pub count: u32,
 }
 
+impl WideNode {
+    pub fn bounds_of(&self, child: usize) -> Aabb32 {
+        let side = |side: usize| std::array::from_fn(|k| self.bounds[k][side][child]);
+        Aabb32 {
+            min: side(0),
+            max: side(1),
+        }
+    }
+
+    pub fn set_bounds(&mut self, child: usize, bounds: &Aabb32) {
+        for k in 0..3 {
+            self.bounds[k][0][child] = bounds.min[k];
+            self.bounds[k][1][child] = bounds.max[k];
+        }
+    }
+}
+
 /// Triangles of one leaf, in columns, in canonical corner order (see
 /// [`crate::geom::triangle::canonical`]). Unused slots are at the end: their
 /// corners all are the first triangle's first one, so no ray meets them and no
@@ -70,8 +87,7 @@ impl WideTree {
     /// The range of each leaf.
     pub fn leaves(&self) -> Vec<std::ops::Range<usize>> {
         let children = self.nodes.iter().flat_map(|n| &n.child[..n.count as usize]);
-        let leaves = children.filter_map(|c| c.leaf_range());
-        leaves.map(|(first, count)| first..first + count).collect()
+        children.filter_map(|c| c.leaf_range()).collect()
     }
 }
 

@@ -83,11 +83,11 @@ impl WideTree {
                     continue;
                 }
                 let child = stack.child[top];
-                let Some((first, count)) = child.leaf_range() else {
+                let Some(range) = child.leaf_range() else {
                     node = child.index();
                     break;
                 };
-                limit = leaf(first, count, limit);
+                limit = leaf(range.start, range.len(), limit);
             }
         }
     }

@@ -5,12 +5,12 @@
 //! under the identity need no transform and are met in world space. Unbounded
 //! shapes stand in a short list outside the tree.
 
+use super::build::{BuildQuality, build_boxes, build_mesh};
 use super::bvh::Tree;
 use super::forest::{Forest, Forests, MeshTree, WideForest};
 use super::index::{Index, Primitives};
 use super::sah::{Quality, build, linear};
 use super::wide::WideMesh;
-use super::wide_build::{build_boxes, build_mesh};
 use crate::geom::triangle::{Corners, canonical};
 use crate::math::{Aabb, Aabb32, Affine};
 use crate::scene::{Appearance, Appearances, MeshId, Scene, Shape, shape_bounds};
@@ -164,12 +164,14 @@ fn plant<A: Index>(
 }
 
 fn plant_wide(scene: &Scene, appearances: &Appearances) -> (WideForest, [Vec<Entry>; 2]) {
-    let meshes = each_mesh(scene, appearances, |id| build_mesh(&scene.meshes.row(id)));
+    let meshes = each_mesh(scene, appearances, |id| {
+        build_mesh(&scene.meshes.row(id), &BuildQuality::default())
+    });
     let [bounded, unbounded] = entries(scene, appearances, |mesh| {
         meshes[mesh].as_ref().map(|m| m.tree.bounds)
     });
     let boxes: Vec<Aabb32> = bounded.iter().map(|e| e.bounds).collect();
-    let (top, order) = build_boxes(&boxes);
+    let (top, order) = build_boxes(&boxes, &BuildQuality::default());
     let mut entries: Vec<Entry> = order.iter().map(|i| bounded[*i as usize]).collect();
     for leaf in top.leaves() {
         entries[leaf].sort_by_key(by_kind);

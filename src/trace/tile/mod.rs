@@ -18,7 +18,7 @@ use super::leaf::{Everything, Features, Tester};
 use super::packet::Packet;
 use super::query::{HitId, Query};
 use super::single::{WideScratch, trace_mesh};
-use crate::accel::{Entry, WideMesh, WideNode, WideStack, World};
+use crate::accel::{Entry, WideMesh, WideNode, WideStack, World, prefetch};
 use crate::geom::Certainty;
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
@@ -124,6 +124,7 @@ impl<'w, L: Lanes, const S: usize> Tile<'w, L, S> {
             &frustum,
             self.bundle.deepest(),
             stack,
+            |_| (),
             |_, _, (first, count), _| {
                 for entry in &world.entries[first..first + count] {
                     self.entry::<C, F, Q>(entry, queries, mesh_stack);
@@ -283,7 +284,8 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
         let exact = C::GUARDED || size_of::<L::Scalar>() == 8;
         let frustum = self.bundle.frustum;
         let deepest = self.bundle.deepest();
-        let tree = &self.mesh.tree;
+        let mesh = self.mesh;
+        let tree = &mesh.tree;
         if exact {
             let packet = |s: usize| rays.packet(start + s * L::COUNT, world);
             let packets: [Packet<L>; S] = std::array::from_fn(packet);
@@ -295,6 +297,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                 &frustum,
                 deepest,
                 stack,
+                |block| prefetch(&mesh.blocks[block]),
                 |node, place, (first, count), _| {
                     self.exact_leaf(node, place, first, count, &testers, &objects, queries);
                     self.bundle.deepest()
@@ -306,6 +309,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
             &frustum,
             deepest,
             stack,
+            |block| prefetch(&mesh.blocks[block]),
             |node, place, (first, count), _| {
                 self.fast_leaf(node, place, first, count, queries);
                 self.bundle.deepest()

@@ -1,0 +1,62 @@
+//! Moved vertices, same tree: boxes are made anew from the leaves up.
+//!
+//! Both functions return the new expected cost. A tree that has grown far
+//! beyond the cost it was built with is due to be built again; how far is the
+//! caller's choice (Lauterbach et al., RT-DEFORM, 2006).
+
+use super::blocks;
+use super::collapse::expected_cost;
+use super::{ENTRIES, TRIANGLES};
+use crate::accel::wide::{WideMesh, WideNode, WideTree};
+use crate::math::Aabb32;
+use crate::scene::Mesh;
+use rayon::prelude::*;
+
+/// Brings the tree to the mesh's vertices; its triangles must be those that the
+/// tree was built over.
+pub fn refit(tree: &mut WideMesh, mesh: &Mesh) -> f64 {
+    let boxes: Vec<Aabb32> = tree
+        .blocks
+        .par_iter_mut()
+        .with_min_len(64)
+        .map(|block| {
+            *block = blocks::block(mesh, block.source);
+            blocks::bounds(block)
+        })
+        .collect();
+    from_leaves(&mut tree.tree, &boxes);
+    tree.tree.sah = expected_cost(&tree.tree, &TRIANGLES);
+    tree.tree.sah
+}
+
+/// Brings the tree to new boxes, which stand in the order of its entries.
+pub fn refit_boxes(tree: &mut WideTree, boxes: &[Aabb32]) -> f64 {
+    from_leaves(tree, boxes);
+    tree.sah = expected_cost(tree, &ENTRIES);
+    tree.sah
+}
+
+/// Boxes from those of the leaves' entries or blocks.
+fn from_leaves(tree: &mut WideTree, boxes: &[Aabb32]) {
+    let around = |boxes: &[Aabb32]| boxes.iter().fold(Aabb32::EMPTY, |all, b| all.union(b));
+    // Children stand behind their parents.
+    for i in (0..tree.nodes.len()).rev() {
+        let mut node = tree.nodes[i];
+        for c in 0..node.count as usize {
+            let child = node.child[c];
+            let bounds = match child.leaf_range() {
+                Some(range) => around(&boxes[range]),
+                None => whole(&tree.nodes[child.index()]),
+            };
+            node.set_bounds(c, &bounds);
+        }
+        tree.nodes[i] = node;
+    }
+    tree.bounds = whole(&tree.nodes[0]);
+}
+
+/// The box around a node's children.
+fn whole(node: &WideNode) -> Aabb32 {
+    let children = 0..node.count as usize;
+    children.fold(Aabb32::EMPTY, |all, c| all.union(&node.bounds_of(c)))
+}

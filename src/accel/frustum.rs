@@ -21,7 +21,7 @@ use crate::math::lanes::{Lanes, Mask, Register};
 const STACK: usize = MAX_DEPTH * (WIDE - 1) + 1;
 
 /// In the space of the tree that is walked.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Frustum {
     /// (a, b, k): k is the axis that the rays advance along.
     pub axes: [usize; 3],

@@ -67,7 +67,8 @@ impl<L: Lanes> Slabs<L> {
     /// The interval of t inside the padded box; empty (enter > exit) outside.
     #[inline(always)]
     pub fn interval(&self, min: [f32; 3], max: [f32; 3]) -> (L, L) {
-        self.interval_each(min.map(L::from_f32), max.map(L::from_f32))
+        let splat = |p: [f32; 3]| [L::from_f32(p[0]), L::from_f32(p[1]), L::from_f32(p[2])];
+        self.interval_each(splat(min), splat(max))
     }
 
     /// A box of its own in each lane; the same bits as [`Slabs::interval`].
@@ -85,16 +86,10 @@ impl<L: Lanes> Slabs<L> {
     }
 }
 
-impl<L: Lanes> Slabs<L> {
-    /// One lane's constants as (1/dir, for lower planes, for upper planes) of
-    /// each axis.
+impl Slabs<f32> {
+    /// One axis's constants: 1/dir, for lower planes, for upper planes.
     #[inline(always)]
-    pub fn axes(&self, lane: usize) -> [(L::Scalar, L::Scalar, L::Scalar); 3] {
-        let of = |inv: L, low: L, high: L| (inv.lane(lane), low.lane(lane), high.lane(lane));
-        [
-            of(self.inv.x, self.low.x, self.high.x),
-            of(self.inv.y, self.low.y, self.high.y),
-            of(self.inv.z, self.low.z, self.high.z),
-        ]
+    pub fn axis(&self, k: usize) -> (f32, f32, f32) {
+        (self.inv.axis(k), self.low.axis(k), self.high.axis(k))
     }
 }

@@ -2,6 +2,7 @@
 //! Boulos: Getting Rid of Packets, 2008).
 
 use super::frustum::WideStack;
+use super::prefetch::prefetch;
 use super::slabs::Slabs;
 use super::wide::WideTree;
 use crate::math::lanes::{Lanes, Mask, Register};
@@ -12,46 +13,42 @@ impl WideTree {
     /// walk ends where it is −∞. `slabs` are the constants of an f32 ray, whose
     /// pad has room for the rounding of an f64 one.
     #[inline(always)]
-    pub fn walk_ray(
+    pub fn walk_ray<const FETCH: bool>(
         &self,
         slabs: &Slabs<f32>,
         t_min: f32,
         mut limit: f32,
         stack: &mut WideStack,
+        expect: impl Fn(usize),
         mut leaf: impl FnMut(usize, usize, f32) -> f32,
     ) {
         // By the direction's sign, a box is entered through its lower or its
         // upper plane: the same two numbers as the packets' min and max.
-        let axes = slabs.axes(0).map(|(inv, low, high)| {
-            let [low, high] = [low, high].map(Register::splat);
+        let axis = |k: usize| {
+            let (inv, low, high) = slabs.axis(k);
             let (near, far, side) = if inv >= 0.0 {
                 (low, high, 0)
             } else {
                 (high, low, 1)
             };
-            (Register::splat(inv), near, far, side)
-        });
+            let splat = Register::splat;
+            (splat(inv), splat(near), splat(far), side)
+        };
+        let (x, y, z) = (axis(0), axis(1), axis(2));
         let t_min = Register::splat(t_min);
         let mut top = 0;
         let mut node = 0_usize;
         loop {
             let here = &self.nodes[node];
-            let plane = |k: usize, far: bool| {
-                let (inv, enter, exit, side) = axes[k];
-                if far {
-                    Register::load(&here.bounds[k][1 - side]).mul_add(inv, exit)
-                } else {
-                    Register::load(&here.bounds[k][side]).mul_add(inv, enter)
-                }
+            let enter = |k: usize, axis: &(Register, Register, Register, usize)| {
+                Register::load(&here.bounds[k][axis.3]).mul_add(axis.0, axis.1)
             };
-            let enter = plane(0, false)
-                .max(plane(1, false))
-                .max(plane(2, false))
-                .max(t_min);
-            let exit = plane(0, true)
-                .min(plane(1, true))
-                .min(plane(2, true))
-                .min(Register::splat(limit));
+            let exit = |k: usize, axis: &(Register, Register, Register, usize)| {
+                Register::load(&here.bounds[k][1 - axis.3]).mul_add(axis.0, axis.2)
+            };
+            let enter = enter(0, &x).max(enter(1, &y)).max(enter(2, &z)).max(t_min);
+            let exit = exit(0, &x).min(exit(1, &y)).min(exit(2, &z));
+            let exit = exit.min(Register::splat(limit));
             let mut bits = enter.le(exit).bits() & ((1_u32 << here.count) - 1);
             if bits != 0 {
                 let keys = enter.to_array();
@@ -66,7 +63,14 @@ impl WideTree {
                         stack.key[at] = stack.key[at - 1];
                         at -= 1;
                     }
-                    stack.child[at] = here.child[place];
+                    let child = here.child[place];
+                    if FETCH {
+                        match child.leaf_range() {
+                            Some(range) => expect(range.start),
+                            None => prefetch(&self.nodes[child.index()]),
+                        }
+                    }
+                    stack.child[at] = child;
                     stack.key[at] = key;
                     top += 1;
                     if bits == 0 {

@@ -120,6 +120,32 @@ impl<L: Lanes> Ray<L> {
     }
 }
 
+impl Ray<f32> {
+    /// The same ray in every lane.
+    #[inline(always)]
+    pub fn splat<L: Lanes<Scalar = f32>>(&self) -> Ray<L> {
+        let vector = |v: Vec3<f32>| Vec3::new(L::splat(v.x), L::splat(v.y), L::splat(v.z));
+        let shear = &self.shear;
+        Ray {
+            org: vector(self.org),
+            dir: vector(self.dir),
+            t_min: L::splat(self.t_min),
+            dir_squared: L::splat(self.dir_squared),
+            shear: Shear {
+                axes: shear.axes,
+                lanes: [
+                    L::Mask::splat(shear.lanes[0]),
+                    L::Mask::splat(shear.lanes[1]),
+                    L::Mask::splat(shear.lanes[2]),
+                ],
+                x: L::splat(shear.x),
+                y: L::splat(shear.y),
+                along: L::splat(shear.along),
+            },
+        }
+    }
+}
+
 impl<L: Lanes> Shear<L> {
     #[inline(always)]
     fn of(d: Vec3<L>) -> Shear<L> {

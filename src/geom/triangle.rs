@@ -31,7 +31,12 @@ pub fn meet<L: Lanes>(corners: &Corners, ray: &Ray<L>, active: L::Mask) -> Meet<
 /// The same corners in every lane.
 #[inline(always)]
 pub fn splat<L: Lanes>(corners: &Corners) -> [Vec3<L>; 3] {
-    corners.map(|c| Vec3::splat(c.map(L::Scalar::from_f32)))
+    let corner = |c: &[f32; 3]| Vec3::new(L::from_f32(c[0]), L::from_f32(c[1]), L::from_f32(c[2]));
+    [
+        corner(&corners[0]),
+        corner(&corners[1]),
+        corner(&corners[2]),
+    ]
 }
 
 /// A triangle of its own in each lane; the same bits as [`meet`].
@@ -82,7 +87,8 @@ pub fn may_meet_each<L: Lanes>(
     let e = L::splat(misplaced);
     for (k, lanes) in ray.shear.groups() {
         let seen = |c: Vec3<L>| ray.shear.apply(k, c - ray.org);
-        let [(ax, ay, _), (bx, by, _), (cx, cy, _)] = corners.map(seen);
+        let ((ax, ay, _), (bx, by, _)) = (seen(corners[0]), seen(corners[1]));
+        let (cx, cy, _) = seen(corners[2]);
         let u = cx * by - cy * bx;
         let v = ax * cy - ay * cx;
         let w = bx * ay - by * ax;

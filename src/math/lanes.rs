@@ -154,6 +154,12 @@ pub trait Lanes:
     fn narrow(wide: Self::Double) -> Self;
     fn widen(self) -> Self::Double;
 
+    /// f64 lanes.
+    #[inline(always)]
+    fn is_double() -> bool {
+        size_of::<Self::Scalar>() == 8
+    }
+
     #[inline(always)]
     fn zero() -> Self {
         Self::splat(Self::Scalar::from_f32(0.0))

@@ -3,8 +3,8 @@
 use super::leaf::{Everything, Features, Has, Scratch, Tester};
 use super::packet::Packet;
 use super::query::{AnyHit, Closest, HitId};
-use super::single::{WideScratch, trace_ray};
-use super::tile::{TILE, Tile};
+use super::single::{OneRay, WideScratch, trace_ray};
+use super::tile::{Bundles, TILE, Tile};
 use crate::accel::{Count, Counter, Forest, Forests, Index, World};
 use crate::geom::{Certainty, DoubtAll, Fast};
 use crate::math::Vec3;
@@ -40,6 +40,20 @@ impl Rays<'_> {
 
     pub fn is_empty(&self) -> bool {
         self.t_max.is_empty()
+    }
+
+    #[inline(always)]
+    fn one<'w, L: Lanes>(&self, i: usize, world: &'w World<'w>) -> OneRay<'w, L> {
+        OneRay::new(
+            world,
+            [self.org[0][i], self.org[1][i], self.org[2][i]],
+            [
+                f64::from(self.dir[0][i]),
+                f64::from(self.dir[1][i]),
+                f64::from(self.dir[2][i]),
+            ],
+            L::Scalar::from_f32(self.t_min[i]),
+        )
     }
 
     #[inline(always)]
@@ -145,10 +159,7 @@ struct ClosestBatch<'a, 'h> {
 impl ClosestBatch<'_, '_> {
     #[inline(always)]
     fn put<L: Lanes, C: Certainty>(&mut self, first: usize, query: &Closest<L, C>) {
-        for lane in 0..L::COUNT {
-            self.hits.t[first + lane] = query.t(lane);
-            self.hits.id[first + lane] = query.id(lane);
-        }
+        query.store(&mut self.hits.t[first..], &mut self.hits.id[first..]);
     }
 }
 
@@ -170,8 +181,9 @@ impl Batch for ClosestBatch<'_, '_> {
 
     fn tiles<L: Lanes, C: Certainty, F: Features, const S: usize>(mut self) {
         let mut scratch = WideScratch::default();
+        let mut bundles = Bundles::default();
         for first in (0..self.rays.len()).step_by(TILE) {
-            if let Some(tile) = Tile::<L, S>::of(self.world, self.rays, first) {
+            if let Some(tile) = Tile::<L, S>::of(self.world, self.rays, first, &mut bundles) {
                 let mut queries: [_; S] = std::array::from_fn(|s| {
                     Closest::<L, C>::new(load_f32(&self.rays.t_max[first + s * L::COUNT..]))
                 });
@@ -185,8 +197,8 @@ impl Batch for ClosestBatch<'_, '_> {
                 let t_max = <L::Single as Lanes>::from_f32(self.rays.t_max[i]);
                 let mut query = Closest::<L::Single, C>::new(t_max);
                 if self.rays.t_max[i] > self.rays.t_min[i] {
-                    let packet = self.rays.packet::<L::Single>(i, self.world);
-                    trace_ray::<_, C, F, _>(self.world, &packet, &mut query, &mut scratch);
+                    let mut one = self.rays.one::<L::Single>(i, self.world);
+                    trace_ray::<_, C, F, _>(&mut one, &mut query, &mut scratch);
                 }
                 self.put(i, &query);
             }
@@ -249,8 +261,9 @@ impl Batch for AnyBatch<'_> {
     fn tiles<L: Lanes, C: Certainty, F: Features, const S: usize>(mut self) {
         let world = self.world;
         let mut scratch = WideScratch::default();
+        let mut bundles = Bundles::default();
         for first in (0..self.rays.len()).step_by(TILE) {
-            if let Some(tile) = Tile::<L, S>::of(world, self.rays, first) {
+            if let Some(tile) = Tile::<L, S>::of(world, self.rays, first, &mut bundles) {
                 let mut queries: [_; S] = std::array::from_fn(|s| {
                     AnyHit::<L>::new(load_f32(&self.rays.t_max[first + s * L::COUNT..]))
                 });
@@ -262,9 +275,17 @@ impl Batch for AnyBatch<'_> {
             }
             for i in first..first + TILE {
                 if self.rays.t_max[i] > self.rays.t_min[i] {
-                    self.packet::<L::Single, C>(i, |packet, query| {
-                        trace_ray::<_, C, F, _>(world, packet, query, &mut scratch);
-                    });
+                    let mut one = self.rays.one::<L::Single>(i, world);
+                    let t_max = <L::Single as Lanes>::from_f32(self.rays.t_max[i]);
+                    let mut query = AnyHit::<L::Single>::new(t_max);
+                    if *self.occluder != HitId::NONE {
+                        Tester::<L::Single, C, Everything>::new(world, one.packet())
+                            .single(*self.occluder, &mut query);
+                    }
+                    if query.blocked().none() {
+                        trace_ray::<_, C, F, _>(&mut one, &mut query, &mut scratch);
+                    }
+                    self.put(i, &query);
                 } else {
                     self.blocked[i] = false;
                 }
@@ -307,7 +328,7 @@ fn by_width_f32<C: Certainty, N: Count>(choice: &Choice<N>, batch: impl Batch) {
         4 if cfg!(feature = "all-lanes") || NATIVE_F32 == 4 => {
             by_structure::<f32x4, C, N, { TILE / 4 }>(choice, batch)
         }
-        _ => by_structure::<f32, C, N, { TILE / 1 }>(choice, batch),
+        _ => by_structure::<f32, C, N, TILE>(choice, batch),
     }
 }
 
@@ -322,7 +343,7 @@ fn by_width_f64<C: Certainty, N: Count>(choice: &Choice<N>, batch: impl Batch) {
         4 if cfg!(feature = "all-lanes") || NATIVE_F64 == 4 => {
             by_structure::<f64x4, C, N, { TILE / 4 }>(choice, batch)
         }
-        _ => by_structure::<f64, C, N, { TILE / 1 }>(choice, batch),
+        _ => by_structure::<f64, C, N, TILE>(choice, batch),
     }
 }
 

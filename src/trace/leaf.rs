@@ -7,12 +7,12 @@
 
 use super::packet::Packet;
 use super::query::{HitId, Query};
-use crate::accel::{Count, Entry, Forest, Index, MeshTree, WIDE, WideMesh, World, corner_bounds};
+use crate::accel::{Count, Entry, Forest, Index, MeshTree, World, corner_bounds};
 use crate::geom::{
     Certainty, Meet, cone, cuboid, ellipsoid, half_space, polygon, sphere, triangle,
 };
+use crate::math::Aabb32;
 use crate::math::lanes::{Lanes, Mask, Scalar};
-use crate::math::{Aabb32, Vec3};
 use crate::scene::{MeshId, Shape};
 use glam::DVec3;
 use std::marker::PhantomData;
@@ -57,8 +57,8 @@ impl<L: Lanes, A: Index> Default for Scratch<L, A> {
 /// The interval of t that an appearance's world box leaves to each lane.
 #[derive(Clone, Copy)]
 pub(super) struct Window<L: Lanes> {
-    enter: L,
-    exit: L,
+    pub enter: L,
+    pub exit: L,
 }
 
 impl<L: Lanes> Window<L> {
@@ -212,53 +212,6 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
             self.offer(object, window, &corner_bounds(corners), meet, id, query);
         }
         some
-    }
-
-    /// Hits that have been decided elsewhere: computes each lane's t, by the
-    /// steps of [`Tester::triangle`], and offers it. `places`: block · WIDE +
-    /// slot of each lane in `bits`.
-    #[inline(always)]
-    pub(super) fn settle_places<Q: Query<L>>(
-        &self,
-        entry: &Entry,
-        id: MeshId,
-        mesh: &WideMesh,
-        places: &L::Ids,
-        bits: u32,
-        query: &mut Q,
-    ) {
-        let mut corners = [[L::zero().to_array(); 3]; 3];
-        let mut primitives = L::ids(u32::MAX);
-        for (lane, place) in places.as_ref().iter().enumerate() {
-            if bits >> lane & 1 == 0 {
-                continue;
-            }
-            let (block, slot) = (*place as usize / WIDE, *place as usize % WIDE);
-            let block = &mesh.blocks[block];
-            primitives.as_mut()[lane] = block.source[slot];
-            for (to, from) in corners.iter_mut().zip(&block.corner) {
-                for (to, from) in to.iter_mut().zip(from) {
-                    to.as_mut()[lane] = L::Scalar::from_f32(from[slot]);
-                }
-            }
-        }
-        let corners = corners.map(|c| {
-            let [x, y, z] = c.map(|axis| L::load(axis.as_ref()));
-            Vec3::new(x, y, z)
-        });
-        let hit = L::Mask::from_bits(bits);
-        let (window, _) = self.window(entry, hit, query.limit());
-        let object = self.mesh_packet(entry, id);
-        let [a, b, c] = corners;
-        let lower = |x: L, y: L| L::select(x.lt(y), x, y);
-        let upper = |x: L, y: L| L::select(x.gt(y), x, y);
-        let min = [0, 1, 2].map(|k| lower(lower(a.axis(k), b.axis(k)), c.axis(k)));
-        let max = [0, 1, 2].map(|k| upper(upper(a.axis(k), b.axis(k)), c.axis(k)));
-        let (enter, exit) = object.slabs.interval_each(min, max);
-        let t = triangle::depth_each(&corners, &object.ray);
-        let t = t.max(enter.max(window.enter)).min(exit.min(window.exit));
-        let hit = hit & t.gt(object.ray.t_min) & t.le(query.limit());
-        query.accept_each(hit, t, entry.appearance, &primitives);
     }
 
     /// One primitive alone: what the occluder cache and the resolver test.

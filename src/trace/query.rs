@@ -62,7 +62,11 @@ impl<L: Lanes, C: Certainty> Closest<L, C> {
     pub fn new(t_max: L) -> Closest<L, C> {
         Closest {
             limit: t_max,
-            exact: t_max.widen(),
+            exact: if C::GUARDED {
+                t_max.widen()
+            } else {
+                L::Double::zero()
+            },
             instance: [L::ids(u32::MAX); 2],
             primitive: L::ids(u32::MAX),
             certainty: PhantomData,
@@ -71,7 +75,9 @@ impl<L: Lanes, C: Certainty> Closest<L, C> {
 
     #[inline(always)]
     pub fn id(&self, lane: usize) -> HitId {
-        let [low, high] = self.instance.map(|word| word.as_ref()[lane]);
+        // By reference: mapping the pair would copy it for each lane.
+        let [low, high] = &self.instance;
+        let (low, high) = (low.as_ref()[lane], high.as_ref()[lane]);
         HitId {
             instance: u64::from(high) << 32 | u64::from(low),
             primitive: self.primitive.as_ref()[lane],
@@ -85,6 +91,19 @@ impl<L: Lanes, C: Certainty> Closest<L, C> {
             self.exact.lane(lane)
         } else {
             self.limit.lane(lane).to_f64()
+        }
+    }
+
+    /// t and id of every lane, into the first places of two columns.
+    #[inline(always)]
+    pub fn store(&self, t: &mut [f64], id: &mut [HitId]) {
+        if C::GUARDED {
+            self.exact.store(t);
+        } else {
+            self.limit.widen().store(t);
+        }
+        for (lane, to) in id[..L::COUNT].iter_mut().enumerate() {
+            *to = self.id(lane);
         }
     }
 

@@ -43,7 +43,8 @@ impl Edges {
         exact: bool,
     ) -> Edges {
         let [ka, kb, k] = bundle.frustum.axes;
-        let org = bundle.org.map(Register::splat);
+        let [x, y, z] = bundle.org;
+        let org = [Register::splat(x), Register::splat(y), Register::splat(z)];
         let sign = Register::splat(bundle.frustum.sign);
         let corner = |v: usize| {
             let at = |axis: usize| Register::load(&block.corner[v][axis]);
@@ -81,9 +82,9 @@ impl Edges {
             nearest: [0.0; WIDE],
             live: 0,
         };
-        for (to, from) in edges.normal.iter_mut().zip(normals) {
-            for (to, from) in to.iter_mut().zip(from) {
-                (from * turn).store(to);
+        for which in 0..4 {
+            for axis in 0..3 {
+                (normals[which][axis] * turn).store(&mut edges.normal[which][axis]);
             }
         }
         depth.store(&mut edges.depth_times_det);
@@ -110,14 +111,21 @@ impl Edges {
 
     #[inline(always)]
     fn normal(&self, which: usize) -> [Register; 3] {
-        self.normal[which].map(|n| Register::load(&n))
+        let n = &self.normal[which];
+        [
+            Register::load(&n[0]),
+            Register::load(&n[1]),
+            Register::load(&n[2]),
+        ]
     }
 
     /// Triangles that some ray of the group may meet: the greatest value of each
     /// edge function over the group's rectangle, and the depth.
     #[inline(always)]
     pub fn may_meet<L: Lanes>(&self, group: &Group<L>, exact: bool, reach: f32) -> u32 {
-        let [[u, du], [v, dv]] = group.rect.map(|r| r.map(Register::splat));
+        let [[u, du], [v, dv]] = group.rect;
+        let (u, du) = (Register::splat(u), Register::splat(du));
+        let (v, dv) = (Register::splat(v), Register::splat(dv));
         let greatest = |which: usize| {
             let n = self.normal(which);
             let spread = n[0].abs().mul_add(du, n[1].abs().mul_add(dv, n[2]));
@@ -142,8 +150,9 @@ impl Edges {
     #[inline(always)]
     pub fn rays<L: Lanes>(&self, slot: usize, group: &Group<L>) -> (L::Mask, L, L) {
         let value = |which: usize| {
-            let n = self.normal[which].map(|axis| L::from_f32(axis[slot]));
-            n[0].mul_add(group.u, n[1].mul_add(group.v, n[2]))
+            let n = &self.normal[which];
+            let at = |axis: usize| L::from_f32(n[axis][slot]);
+            at(0).mul_add(group.u, at(1).mul_add(group.v, at(2)))
         };
         let least = value(0).min(value(1)).min(value(2));
         let depth = L::from_f32(self.depth_times_det[slot]);
@@ -165,19 +174,5 @@ impl Edges {
         let det = value(3);
         let inside = least.ge(Register::zero()) & depth.le(Register::splat(limit) * det);
         (inside.bits() & self.live, depth, det)
-    }
-
-    /// One ray, widened by its rounding, against all triangles: those that it
-    /// may meet.
-    #[inline(always)]
-    pub fn may_meet_ray(&self, u: f32, v: f32) -> u32 {
-        let (u, v) = (Register::splat(u), Register::splat(v));
-        let value = |which: usize| {
-            let n = self.normal(which);
-            n[0].mul_add(u, n[1].mul_add(v, n[2]))
-        };
-        let least = value(0).min(value(1)).min(value(2));
-        let meets = (least + Register::load(&self.margin)).ge(Register::zero());
-        meets.bits() & self.live
     }
 }

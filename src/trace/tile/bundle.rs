@@ -8,6 +8,8 @@ use crate::math::{Aabb32, Vec3};
 /// axis k: z = t·|d_k|.
 #[derive(Clone, Copy)]
 pub(super) struct Group<L: Lanes> {
+    /// Rounded to the lanes' type; of rays that are not alive, the middle ray's.
+    pub dir: Vec3<L>,
     /// d_a / |d_k| and d_b / |d_k|.
     pub u: L,
     pub v: L,
@@ -25,7 +27,9 @@ pub(super) struct Group<L: Lanes> {
 
 pub(super) struct Bundle<L: Lanes, const S: usize> {
     pub frustum: Frustum,
-    /// Of all rays, along (a, b, k), k times the sign.
+    /// Of all rays, at the lanes' precision.
+    pub object_org: [L::Scalar; 3],
+    /// The same in f32 along (a, b, k), k times the sign.
     pub org: [f32; 3],
     pub groups: [Group<L>; S],
     /// 1 or the greatest |slope|.
@@ -42,18 +46,53 @@ const STEEPEST: f32 = 8.0;
 const LEAST_SLOPE: f32 = 1e-12;
 
 impl<L: Lanes, const S: usize> Bundle<L, S> {
-    /// `org`: of all rays; `alive`: the others take the place of the middle ray.
-    /// `None` where the rays do not advance together along one axis. The same
-    /// for all widths: the main axis is the middle ray's.
+    /// A place for the rays of one tile after another.
+    pub fn empty() -> Self {
+        let zero = L::zero();
+        let group = Group {
+            dir: Vec3::new(zero, zero, zero),
+            u: zero,
+            v: zero,
+            inv_u: zero,
+            inv_v: zero,
+            along: zero,
+            limit: -L::from_f32(1.0),
+            deepest: -1.0,
+            rect: [[0.0; 2]; 2],
+        };
+        Bundle {
+            frustum: Frustum::default(),
+            object_org: [L::Scalar::from_f32(0.0); 3],
+            org: [0.0; 3],
+            groups: [group; S],
+            steepest: 1.0,
+            reach: 0.0,
+        }
+    }
+
+    /// Takes in other rays. `org`: of all rays; `alive`: the others take the
+    /// place of the middle ray. False where the rays do not advance together
+    /// along one axis; then nothing may be asked. The same for all widths: the
+    /// main axis is the middle ray's.
     #[inline(always)]
-    pub fn new(
+    pub fn take_in(
+        &mut self,
         org: [f64; 3],
-        dirs: &[Vec3<L>; S],
+        dirs: impl Fn(usize) -> Vec3<L>,
         alive: &[L::Mask; S],
         bounds: &Aabb32,
-    ) -> Option<Bundle<L, S>> {
-        let middle = middle_ray(dirs, alive)?;
-        let size = middle.map(|d| d.to_f64().abs());
+    ) -> bool {
+        for (s, group) in self.groups.iter_mut().enumerate() {
+            group.dir = dirs(s);
+        }
+        let Some(middle) = self.middle_ray(alive) else {
+            return false;
+        };
+        let size = [
+            middle[0].to_f64().abs(),
+            middle[1].to_f64().abs(),
+            middle[2].to_f64().abs(),
+        ];
         let k = if size[2] >= size[0] && size[2] >= size[1] {
             2
         } else if size[1] >= size[0] {
@@ -66,47 +105,45 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
         let stand_in = Vec3::<L>::splat(middle);
         let mut slopes = [[f32::INFINITY, f32::NEG_INFINITY]; 2];
         let mut wild = false;
-        let groups = std::array::from_fn(|s| {
-            let dir = Vec3::select(alive[s], dirs[s], stand_in);
+        let (one, tiny) = (L::from_f32(1.0), L::from_f32(LEAST_SLOPE));
+        let safe = |x: L| L::select(x.abs().lt(tiny), tiny, x);
+        for (group, alive) in self.groups.iter_mut().zip(alive) {
+            let dir = Vec3::select(*alive, group.dir, stand_in);
             let along = dir.axis(k) * L::from_f32(sign);
             let (a, b) = (dir.axis(axes[0]), dir.axis(axes[1]));
             let steep = a.abs().max(b.abs()).le(along * L::from_f32(STEEPEST));
             wild |= (!steep).any();
             let (u, v) = (a / along, b / along);
-            let rect = [u, v].map(|x| {
+            group.dir = dir;
+            group.u = u;
+            group.v = v;
+            group.inv_u = one / safe(u);
+            group.inv_v = one / safe(v);
+            group.along = along;
+            for (i, x) in [u, v].into_iter().enumerate() {
                 let (least, most) = (x.least().to_f64() as f32, x.greatest().to_f64() as f32);
-                [least, most]
-            });
-            for (all, own) in slopes.iter_mut().zip(rect) {
-                *all = [all[0].min(own[0]), all[1].max(own[1])];
+                slopes[i] = [slopes[i][0].min(least), slopes[i][1].max(most)];
+                let middle = 0.5 * (least + most);
+                let half = 0.5 * (most - least);
+                let half = half + (middle.abs() + half) * (8.0 * f32::EPSILON) + 1e-12;
+                group.rect[i] = [middle, half];
             }
-            let one = L::from_f32(1.0);
-            let tiny = L::from_f32(LEAST_SLOPE);
-            let safe = |x: L| L::select(x.abs().lt(tiny), tiny, x);
-            Group {
-                u,
-                v,
-                inv_u: one / safe(u),
-                inv_v: one / safe(v),
-                along,
-                limit: L::zero(),
-                deepest: 0.0,
-                rect: rect.map(|[least, most]| {
-                    let middle = 0.5 * (least + most);
-                    let half = 0.5 * (most - least);
-                    [
-                        middle,
-                        half + (middle.abs() + half) * (8.0 * f32::EPSILON) + 1e-12,
-                    ]
-                }),
-            }
-        });
-        if wild {
-            return None;
         }
-        let org = axes.map(|axis| org[axis] as f32);
-        let org = [org[0], org[1], org[2] * sign];
-        let reach = (0..3).fold(0.0_f32, |reach, i| {
+        if wild {
+            return false;
+        }
+        self.object_org = [
+            L::Scalar::from_f64(org[0]),
+            L::Scalar::from_f64(org[1]),
+            L::Scalar::from_f64(org[2]),
+        ];
+        let org = [
+            org[axes[0]] as f32,
+            org[axes[1]] as f32,
+            org[axes[2]] as f32 * sign,
+        ];
+        self.org = org;
+        self.reach = (0..3).fold(0.0_f32, |reach, i| {
             let side = if i == 2 { sign } else { 1.0 };
             let (low, high) = (bounds.min[axes[i]] * side, bounds.max[axes[i]] * side);
             reach
@@ -114,14 +151,24 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
                 .max((high - org[i]).abs())
                 .max(org[i].abs())
         });
-        let steepest = slopes.iter().flatten().fold(1.0_f32, |m, x| m.max(x.abs()));
-        Some(Bundle {
-            frustum: Frustum::new(axes, sign, (org, org), 0.0, slopes, bounds),
-            org,
-            groups,
-            steepest,
-            reach,
-        })
+        self.steepest = slopes.iter().flatten().fold(1.0_f32, |m, x| m.max(x.abs()));
+        self.frustum = Frustum::new(axes, sign, (org, org), 0.0, slopes, bounds);
+        true
+    }
+
+    /// The tile's middle ray, or the first one alive.
+    #[inline(always)]
+    fn middle_ray(&self, alive: &[L::Mask; S]) -> Option<[L::Scalar; 3]> {
+        let ray = |i: usize| {
+            let (dir, lane) = (&self.groups[i / L::COUNT].dir, i % L::COUNT);
+            [dir.x.lane(lane), dir.y.lane(lane), dir.z.lane(lane)]
+        };
+        let is_alive = |i: &usize| alive[i / L::COUNT].bits() >> (i % L::COUNT) & 1 != 0;
+        let middle = S * L::COUNT / 2;
+        if is_alive(&middle) {
+            return Some(ray(middle));
+        }
+        (0..S * L::COUNT).find(is_alive).map(ray)
     }
 
     /// Takes over each ray's limit in t; negative ones are done.
@@ -142,7 +189,10 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
     #[inline(always)]
     pub fn reach_box(&self, s: usize, relative: &RelativeBox) -> L::Mask {
         let group = &self.groups[s];
-        let [x0, x1, y0, y1, near, far] = relative.0.map(L::from_f32);
+        let [x0, x1, y0, y1, near, far] = relative.0;
+        let (x0, x1) = (L::from_f32(x0), L::from_f32(x1));
+        let (y0, y1) = (L::from_f32(y0), L::from_f32(y1));
+        let (near, far) = (L::from_f32(near), L::from_f32(far));
         let (x0, x1) = (x0 * group.inv_u, x1 * group.inv_u);
         let (y0, y1) = (y0 * group.inv_v, y1 * group.inv_v);
         let enter = x0.min(x1).max(y0.min(y1)).max(near);
@@ -170,22 +220,4 @@ impl RelativeBox {
         let ([x0, x1], [y0, y1], [near, far]) = frustum.relative(min, max);
         RelativeBox([x0, x1, y0, y1, near.max(0.0), far])
     }
-}
-
-/// The tile's middle ray, or the first one alive.
-#[inline(always)]
-fn middle_ray<L: Lanes, const S: usize>(
-    dirs: &[Vec3<L>; S],
-    alive: &[L::Mask; S],
-) -> Option<[L::Scalar; 3]> {
-    let ray = |i: usize| {
-        let (dir, lane) = (&dirs[i / L::COUNT], i % L::COUNT);
-        [dir.x.lane(lane), dir.y.lane(lane), dir.z.lane(lane)]
-    };
-    let is_alive = |i: &usize| alive[i / L::COUNT].bits() >> (i % L::COUNT) & 1 != 0;
-    let middle = S * L::COUNT / 2;
-    if is_alive(&middle) {
-        return Some(ray(middle));
-    }
-    (0..S * L::COUNT).find(is_alive).map(ray)
 }

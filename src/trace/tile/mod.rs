@@ -12,12 +12,13 @@
 
 mod block;
 mod bundle;
+mod settle;
 
 use super::batch::Rays;
 use super::leaf::{Everything, Features, Tester};
 use super::packet::Packet;
 use super::query::{HitId, Query};
-use super::single::{WideScratch, trace_mesh};
+use super::single::{OneRay, WideScratch, placed_mesh};
 use crate::accel::{Entry, WideMesh, WideNode, WideStack, World, prefetch};
 use crate::geom::Certainty;
 use crate::math::Vec3;
@@ -26,6 +27,7 @@ use crate::scene::{MeshId, Shape};
 use block::Edges;
 use bundle::{Bundle, RelativeBox};
 use glam::DVec3;
+use settle::{Found, settle};
 
 /// Rays per tile.
 pub const TILE: usize = 64;
@@ -33,13 +35,30 @@ pub const TILE: usize = 64;
 /// No triangle.
 const NOTHING: u32 = u32::MAX;
 
-pub(super) struct Tile<'w, L: Lanes, const S: usize> {
-    world: &'w World<'w>,
-    rays: &'w Rays<'w>,
+pub(super) struct Tile<'a, L: Lanes, const S: usize> {
+    world: &'a World<'a>,
+    rays: &'a Rays<'a>,
     first: usize,
     org: [f64; 3],
-    dirs: [Vec3<L>; S],
-    bundle: Bundle<L, S>,
+    /// World space.
+    bundle: &'a mut Bundle<L, S>,
+    /// For spaces of other meshes.
+    spare: &'a mut Bundle<L, S>,
+}
+
+/// Places for bundles, reused from tile to tile.
+pub(super) struct Bundles<L: Lanes, const S: usize> {
+    world: Bundle<L, S>,
+    object: Bundle<L, S>,
+}
+
+impl<L: Lanes, const S: usize> Default for Bundles<L, S> {
+    fn default() -> Self {
+        Bundles {
+            world: Bundle::empty(),
+            object: Bundle::empty(),
+        }
+    }
 }
 
 /// What a mesh's walk carries along.
@@ -52,17 +71,28 @@ struct InMesh<'a, L: Lanes, const S: usize> {
     places: [L::Ids; S],
 }
 
-impl<'w, L: Lanes, const S: usize> Tile<'w, L, S> {
+impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
     /// `None` where the rays are not of one origin, do not start there, or do
     /// not advance along one axis.
     #[inline(always)]
-    pub fn of(world: &'w World<'w>, rays: &'w Rays<'w>, first: usize) -> Option<Self> {
+    pub fn of(
+        world: &'a World<'a>,
+        rays: &'a Rays<'a>,
+        first: usize,
+        bundles: &'a mut Bundles<L, S>,
+    ) -> Option<Self> {
         let end = first + TILE;
         let (t_min, t_max) = (&rays.t_min[first..end], &rays.t_max[first..end]);
         let is_alive = |i: usize| t_max[i] > 0.0;
         let leader = (0..TILE).find(|i| is_alive(*i))?;
-        let org = [0, 1, 2].map(|k| rays.org[k][first + leader]);
-        let [x, y, z] = [0, 1, 2].map(|k| &rays.org[k][first..end]);
+        let org = [
+            rays.org[0][first + leader],
+            rays.org[1][first + leader],
+            rays.org[2][first + leader],
+        ];
+        let x = &rays.org[0][first..end];
+        let y = &rays.org[1][first..end];
+        let z = &rays.org[2][first..end];
         let mut same = true;
         for i in 0..TILE {
             let here = (x[i] == org[0]) & (y[i] == org[1]) & (z[i] == org[2]) & (t_min[i] == 0.0);
@@ -72,22 +102,25 @@ impl<'w, L: Lanes, const S: usize> Tile<'w, L, S> {
             return None;
         }
         let at = |s: usize| first + s * L::COUNT;
-        let dirs = std::array::from_fn(|s| {
+        let dirs = |s: usize| {
             let dir = |k: usize| super::batch::load_f32::<L>(&rays.dir[k][at(s)..]);
             Vec3::new(dir(0), dir(1), dir(2))
-        });
+        };
         let alive: [L::Mask; S] = std::array::from_fn(|s| {
             super::batch::load_f32::<L>(&rays.t_max[at(s)..]).gt(L::zero())
         });
         let bounds = &world.wide()?.top.bounds;
-        let bundle = Bundle::new(org, &dirs, &alive, bounds)?;
-        Some(Tile {
+        let Bundles {
+            world: bundle,
+            object: spare,
+        } = bundles;
+        bundle.take_in(org, dirs, &alive, bounds).then_some(Tile {
             world,
             rays,
             first,
             org,
-            dirs,
             bundle,
+            spare,
         })
     }
 
@@ -152,17 +185,13 @@ impl<'w, L: Lanes, const S: usize> Tile<'w, L, S> {
                     self.placed_mesh::<C, Q>(entry, id, &relative, queries, stack);
                 } else if let Some(mesh) = self.world.wide_mesh(id) {
                     let Tile {
-                        world,
-                        rays,
-                        first,
-                        bundle,
-                        ..
+                        world, rays, first, ..
                     } = self;
                     let inside = InMesh {
                         entry,
                         id,
                         mesh,
-                        bundle,
+                        bundle: self.bundle,
                         places: [L::ids(NOTHING); S],
                     };
                     inside.trace::<C, Q>(world, rays, *first, queries, stack);
@@ -207,16 +236,16 @@ impl<'w, L: Lanes, const S: usize> Tile<'w, L, S> {
         let map = self.world.object_from_world(entry.appearance);
         let center = self.world.scene.meshes.center[id.index()];
         let org = DVec3::from_array(map.point(self.org)) - center;
-        let dirs: [Vec3<L>; S] = std::array::from_fn(|s| {
-            let d = &self.dirs[s];
+        let dirs = |s: usize| {
+            let d = &self.bundle.groups[s].dir;
             let dir = map.vectors(Vec3::new(d.x.widen(), d.y.widen(), d.z.widen()));
             Vec3::new(L::narrow(dir.x), L::narrow(dir.y), L::narrow(dir.z))
-        });
-        let bundle = Bundle::new(org.to_array(), &dirs, &active, &mesh.tree.bounds);
-        let Some(mut bundle) = bundle else {
+        };
+        let bundle = &mut *self.spare;
+        if !bundle.take_in(org.to_array(), dirs, &active, &mesh.tree.bounds) {
             self.one_by_one::<C, Q>(entry, id, &active, queries, stack);
             return;
-        };
+        }
         let asleep = -L::from_f32(1.0);
         for (s, query) in queries.iter().enumerate() {
             bundle.limit_t(s, L::select(active[s], query.limit(), asleep));
@@ -225,7 +254,7 @@ impl<'w, L: Lanes, const S: usize> Tile<'w, L, S> {
             entry,
             id,
             mesh,
-            bundle: &mut bundle,
+            bundle,
             places: [L::ids(NOTHING); S],
         };
         inside.trace::<C, Q>(self.world, self.rays, self.first, queries, stack);
@@ -252,15 +281,11 @@ impl<'w, L: Lanes, const S: usize> Tile<'w, L, S> {
                 let lane = bits.trailing_zeros() as usize;
                 bits &= bits - 1;
                 let (org, dir) = packet.lane(lane);
-                let one = Packet::<L::Single>::new(
-                    Vec3::splat(org),
-                    Vec3::splat(dir),
-                    <L::Single as Lanes>::splat(packet.ray.t_min.lane(lane)),
-                    &self.world.bounds,
-                );
+                let t_min = packet.ray.t_min.lane(lane);
+                let mut one = OneRay::<L::Single>::new(self.world, org, dir, t_min);
                 let limit = <L::Single as Lanes>::splat(query.limit().lane(lane));
                 let mut nearest = Closest::<L::Single, C>::new(limit);
-                trace_mesh::<_, C, _>(self.world, &one, entry, id, &mut nearest, stack);
+                placed_mesh::<_, C, _>(&mut one, entry, id, &mut nearest, stack);
                 if nearest.id(0) != HitId::NONE {
                     query.settle(lane, nearest.t(0), nearest.id(0));
                 }
@@ -325,14 +350,22 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                 bits |= u32::from(*place != NOTHING) << lane;
             }
             if bits != 0 {
-                let packet = rays.packet(start + s * L::COUNT, world);
-                let tester = Tester::<L, C, Everything>::new(world, &packet);
-                tester.settle_places(
-                    self.entry,
-                    self.id,
-                    self.mesh,
-                    &places,
+                let found = Found {
+                    entry: self.entry,
+                    id: self.id,
+                    mesh: self.mesh,
+                    places: &places,
                     bits,
+                };
+                let packet = || rays.packet(start + s * L::COUNT, world);
+                let dir = self.bundle.groups[s].dir;
+                let org = self.bundle.object_org;
+                settle::<L, C, Q>(
+                    &found,
+                    Vec3::splat(org),
+                    dir,
+                    packet,
+                    world,
                     &mut queries[s],
                 );
             }

@@ -1,0 +1,106 @@
+//! From the triangles that a tile has found to hits: t by the steps that all
+//! kernels share.
+
+use crate::accel::{Entry, WIDE, WideMesh, World};
+use crate::geom::{Certainty, Ray, triangle};
+use crate::math::Vec3;
+use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::scene::MeshId;
+use crate::trace::leaf::{Everything, Tester};
+use crate::trace::packet::Packet;
+use crate::trace::query::Query;
+
+/// What a group has found in one appearance of a mesh.
+pub(super) struct Found<'a, L: Lanes> {
+    pub entry: &'a Entry,
+    pub id: MeshId,
+    pub mesh: &'a WideMesh,
+    /// Of each lane in `bits`: block · WIDE + slot.
+    pub places: &'a L::Ids,
+    pub bits: u32,
+}
+
+/// The triangles' corners and their numbers in source order.
+#[inline(always)]
+fn gather<L: Lanes>(found: &Found<L>) -> ([Vec3<L>; 3], L::Ids) {
+    let mut columns = [L::zero().to_array(); 9];
+    let mut primitives = L::ids(u32::MAX);
+    for (lane, place) in found.places.as_ref().iter().enumerate() {
+        if found.bits >> lane & 1 == 0 {
+            continue;
+        }
+        let (block, slot) = (*place as usize / WIDE, *place as usize % WIDE);
+        let block = &found.mesh.blocks[block];
+        primitives.as_mut()[lane] = block.source[slot];
+        for corner in 0..3 {
+            for axis in 0..3 {
+                let x = block.corner[corner][axis][slot];
+                columns[3 * corner + axis].as_mut()[lane] = L::Scalar::from_f32(x);
+            }
+        }
+    }
+    let corner = |i: usize| {
+        Vec3::new(
+            L::load(columns[3 * i].as_ref()),
+            L::load(columns[3 * i + 1].as_ref()),
+            L::load(columns[3 * i + 2].as_ref()),
+        )
+    };
+    ([corner(0), corner(1), corner(2)], primitives)
+}
+
+/// Boxes around them.
+#[inline(always)]
+fn around<L: Lanes>(corners: &[Vec3<L>; 3]) -> [[L; 3]; 2] {
+    let [a, b, c] = corners;
+    let lower = |k: usize| a.axis(k).min(b.axis(k)).min(c.axis(k));
+    let upper = |k: usize| a.axis(k).max(b.axis(k)).max(c.axis(k));
+    [
+        [lower(0), lower(1), lower(2)],
+        [upper(0), upper(1), upper(2)],
+    ]
+}
+
+/// Offers the hits to the query. `org`, `dir`: the rays in the mesh's space;
+/// `tester`: of the rays in world space, in full, which are hardly ever needed.
+///
+/// A hit's t lies in the padded interval of its triangle's box, by definition
+/// (see [`crate::accel`]). Of a mesh in world space: the pad is 32 roundings of
+/// a reach that is at least `size` below. A point that lies within 16 roundings
+/// of the box, evaluated with an error of 6, leaves the rest of them to the
+/// rounding of the interval, so its t is in it and need not be brought there.
+#[inline(never)]
+pub(super) fn settle<L: Lanes, C: Certainty, Q: Query<L>>(
+    found: &Found<L>,
+    org: Vec3<L>,
+    dir: Vec3<L>,
+    packet: impl FnOnce() -> Packet<L>,
+    world: &World,
+    query: &mut Q,
+) {
+    let (corners, primitives) = gather(found);
+    let [min, max] = around(&corners);
+    let ray = Ray::new(org, dir, L::zero());
+    let t = triangle::depth_each(&corners, &ray);
+    let hit = L::Mask::from_bits(found.bits);
+    let rounding = L::splat(L::Scalar::UNIT_ROUNDOFF) * L::from_f32(16.0);
+    let inside = |k: usize| {
+        let (org, dir) = (org.axis(k), dir.axis(k));
+        let size = org.abs().max((max[k] - org).abs());
+        let (point, slack) = (org + t * dir, size * rounding);
+        point.ge(min[k] - slack) & point.le(max[k] + slack)
+    };
+    let clear = inside(0) & inside(1) & inside(2);
+    let t = if found.entry.placed || (hit & !clear).any() {
+        let packet = packet();
+        let tester = Tester::<L, C, Everything>::new(world, &packet);
+        let (window, _) = tester.window(found.entry, hit, query.limit());
+        let object = tester.mesh_packet(found.entry, found.id);
+        let (enter, exit) = object.slabs.interval_each(min, max);
+        t.max(enter.max(window.enter)).min(exit.min(window.exit))
+    } else {
+        t
+    };
+    let hit = hit & t.gt(L::zero()) & t.le(query.limit());
+    query.accept_each(hit, t, found.entry.appearance, &primitives);
+}

@@ -18,6 +18,7 @@ mod sah;
 mod slabs;
 mod wide;
 mod wide_ray;
+mod wide_stream;
 mod world;
 
 pub use build::{BuildQuality, MAX_DEPTH, build_boxes, build_mesh, refit, refit_boxes};
@@ -30,4 +31,5 @@ pub use prefetch::prefetch;
 pub use sah::{Quality, build, linear};
 pub use slabs::Slabs;
 pub use wide::{Block, WIDE, WideMesh, WideNode, WideTree};
+pub use wide_stream::{STREAM, StreamRay, StreamStack};
 pub use world::{Entry, Structure, World, corner_bounds};

@@ -3,9 +3,10 @@
 use super::leaf::{Everything, Features, Has, Scratch, Tester};
 use super::packet::Packet;
 use super::query::{AnyHit, Closest, HitId};
-use super::single::{OneRay, WideScratch, trace_ray};
+use super::single::WideScratch;
+use super::stream::{Stream, StreamScratch};
 use super::tile::{Bundles, TILE, Tile};
-use crate::accel::{Count, Counter, Forest, Forests, Index, World};
+use crate::accel::{Count, Counter, Forest, Forests, Index, STREAM, World};
 use crate::geom::{Certainty, DoubtAll, Fast};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar, f32x4, f32x8, f32x16, f64x4, f64x8, f64x16};
@@ -42,18 +43,15 @@ impl Rays<'_> {
         self.t_max.is_empty()
     }
 
+    /// Of the rays of a stream, those that can meet anything.
     #[inline(always)]
-    fn one<'w, L: Lanes>(&self, i: usize, world: &'w World<'w>) -> OneRay<'w, L> {
-        OneRay::new(
-            world,
-            [self.org[0][i], self.org[1][i], self.org[2][i]],
-            [
-                f64::from(self.dir[0][i]),
-                f64::from(self.dir[1][i]),
-                f64::from(self.dir[2][i]),
-            ],
-            L::Scalar::from_f32(self.t_min[i]),
-        )
+    fn alive(&self, first: usize) -> u64 {
+        let mut alive = 0;
+        for i in 0..STREAM {
+            let (t_min, t_max) = (self.t_min[first + i], self.t_max[first + i]);
+            alive |= u64::from(t_min < t_max && t_max >= 0.0) << i;
+        }
+        alive
     }
 
     #[inline(always)]
@@ -182,6 +180,7 @@ impl Batch for ClosestBatch<'_, '_> {
     fn tiles<L: Lanes, C: Certainty, F: Features, const S: usize>(mut self) {
         let mut scratch = WideScratch::default();
         let mut bundles = Bundles::default();
+        let mut streams = Box::<StreamScratch>::default();
         for first in (0..self.rays.len()).step_by(TILE) {
             if let Some(tile) = Tile::<L, S>::of(self.world, self.rays, first, &mut bundles) {
                 let mut queries: [_; S] = std::array::from_fn(|s| {
@@ -193,14 +192,18 @@ impl Batch for ClosestBatch<'_, '_> {
                 }
                 continue;
             }
-            for i in first..first + TILE {
-                let t_max = <L::Single as Lanes>::from_f32(self.rays.t_max[i]);
-                let mut query = Closest::<L::Single, C>::new(t_max);
-                if self.rays.t_max[i] > self.rays.t_min[i] {
-                    let mut one = self.rays.one::<L::Single>(i, self.world);
-                    trace_ray::<_, C, F, _>(&mut one, &mut query, &mut scratch);
-                }
-                self.put(i, &query);
+            let mut queries: [_; STREAM] = std::array::from_fn(|i| {
+                let t_max = self.rays.t_max[first + i];
+                Closest::<L::Single, C>::new(<L::Single as Lanes>::from_f32(t_max))
+            });
+            let stream = Stream {
+                world: self.world,
+                rays: self.rays,
+                first,
+            };
+            stream.trace::<_, C, F, _>(self.rays.alive(first), &mut queries, &mut streams);
+            for (i, query) in queries.iter().enumerate() {
+                self.put(first + i, query);
             }
         }
     }
@@ -262,6 +265,7 @@ impl Batch for AnyBatch<'_> {
         let world = self.world;
         let mut scratch = WideScratch::default();
         let mut bundles = Bundles::default();
+        let mut streams = Box::<StreamScratch>::default();
         for first in (0..self.rays.len()).step_by(TILE) {
             if let Some(tile) = Tile::<L, S>::of(world, self.rays, first, &mut bundles) {
                 let mut queries: [_; S] = std::array::from_fn(|s| {
@@ -273,22 +277,18 @@ impl Batch for AnyBatch<'_> {
                 }
                 continue;
             }
-            for i in first..first + TILE {
-                if self.rays.t_max[i] > self.rays.t_min[i] {
-                    let mut one = self.rays.one::<L::Single>(i, world);
-                    let t_max = <L::Single as Lanes>::from_f32(self.rays.t_max[i]);
-                    let mut query = AnyHit::<L::Single>::new(t_max);
-                    if *self.occluder != HitId::NONE {
-                        Tester::<L::Single, C, Everything>::new(world, one.packet())
-                            .single(*self.occluder, &mut query);
-                    }
-                    if query.blocked().none() {
-                        trace_ray::<_, C, F, _>(&mut one, &mut query, &mut scratch);
-                    }
-                    self.put(i, &query);
-                } else {
-                    self.blocked[i] = false;
-                }
+            let mut queries: [_; STREAM] = std::array::from_fn(|i| {
+                let t_max = self.rays.t_max[first + i];
+                AnyHit::<L::Single>::new(<L::Single as Lanes>::from_f32(t_max))
+            });
+            let stream = Stream {
+                world,
+                rays: self.rays,
+                first,
+            };
+            stream.trace::<_, C, F, _>(self.rays.alive(first), &mut queries, &mut streams);
+            for (i, query) in queries.iter().enumerate() {
+                self.put(first + i, query);
             }
         }
     }

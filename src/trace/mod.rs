@@ -6,6 +6,7 @@ mod packet;
 mod query;
 mod record;
 mod single;
+mod stream;
 mod tile;
 
 pub use batch::{Hits, MAX_LANES, Rays, any, any_counted, closest, closest_counted};

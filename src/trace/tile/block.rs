@@ -146,7 +146,10 @@ impl Edges {
         meets.bits() & self.live
     }
 
-    /// One triangle against a group's rays: those inside, and T and det.
+    /// One triangle against a group's rays: those inside, and T and det. That
+    /// the triangle begins before the ray's limit is asked of each ray, and not
+    /// only of the group: T / det may come out nearer than the triangle is, and
+    /// the answer must not depend on which rays make a group.
     #[inline(always)]
     pub fn rays<L: Lanes>(&self, slot: usize, group: &Group<L>) -> (L::Mask, L, L) {
         let value = |which: usize| {
@@ -157,7 +160,8 @@ impl Edges {
         let least = value(0).min(value(1)).min(value(2));
         let depth = L::from_f32(self.depth_times_det[slot]);
         let det = value(3);
-        let inside = least.ge(L::zero()) & depth.le(group.limit * det);
+        let before = L::from_f32(self.nearest[slot]).le(group.limit);
+        let inside = least.ge(L::zero()) & depth.le(group.limit * det) & before;
         (inside, depth, det)
     }
 
@@ -172,7 +176,9 @@ impl Edges {
         let least = value(0).min(value(1)).min(value(2));
         let depth = Register::load(&self.depth_times_det);
         let det = value(3);
-        let inside = least.ge(Register::zero()) & depth.le(Register::splat(limit) * det);
+        let limit = Register::splat(limit);
+        let before = Register::load(&self.nearest).le(limit);
+        let inside = least.ge(Register::zero()) & depth.le(limit * det) & before;
         (inside.bits() & self.live, depth, det)
     }
 }

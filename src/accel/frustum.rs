@@ -16,7 +16,7 @@ use super::bvh::Child;
 use super::prefetch::prefetch;
 use super::wide::{WIDE, WideNode, WideTree};
 use crate::math::Aabb32;
-use crate::math::lanes::{Lanes, Mask, Register};
+use crate::math::lanes::{Lanes, Mask, Register, max, min};
 
 const STACK: usize = MAX_DEPTH * (WIDE - 1) + 1;
 
@@ -168,16 +168,16 @@ impl WideTree {
             let x_high = bounds(a, 1) - low[0];
             let y_low = bounds(b, 0) - high[1];
             let y_high = bounds(b, 1) - low[1];
-            let near = (bounds(k, near_side) * sign - high[2]).max(floor);
+            let near = max(bounds(k, near_side) * sign - high[2], floor);
             let far = bounds(k, 1 - near_side) * sign - low[2];
-            let right = nu0.mul_add(near, x_high).max(nu0.mul_add(far, x_high));
-            let left = pu1.mul_add(near, -x_low).max(pu1.mul_add(far, -x_low));
-            let above = nv0.mul_add(near, y_high).max(nv0.mul_add(far, y_high));
-            let below = pv1.mul_add(near, -y_low).max(pv1.mul_add(far, -y_low));
+            let right = max(nu0.mul_add(near, x_high), nu0.mul_add(far, x_high));
+            let left = max(pu1.mul_add(near, -x_low), pu1.mul_add(far, -x_low));
+            let above = max(nv0.mul_add(near, y_high), nv0.mul_add(far, y_high));
+            let below = max(pv1.mul_add(near, -y_low), pv1.mul_add(far, -y_low));
             let x_near = if side_u == 0 { x_low } else { x_high };
             let y_near = if side_v == 0 { y_low } else { y_high };
-            let enter = near.max(x_near * inv_u).max(y_near * inv_v);
-            let inside = right.min(left).min(above).min(below);
+            let enter = max(max(near, x_near * inv_u), y_near * inv_v);
+            let inside = min(min(right, left), min(above, below));
             let reached = inside.ge(zero) & far.ge(floor) & enter.le(splat(limit * slack));
             let mut bits = reached.bits() & ((1_u32 << here.count) - 1);
             if bits != 0 {

@@ -5,7 +5,7 @@ use super::frustum::WideStack;
 use super::prefetch::prefetch;
 use super::slabs::Slabs;
 use super::wide::WideTree;
-use crate::math::lanes::{Lanes, Mask, Register};
+use crate::math::lanes::{Lanes, Mask, Register, max, min};
 
 impl WideTree {
     /// Visits every leaf that the ray may meet between `t_min` and `limit`,
@@ -46,9 +46,9 @@ impl WideTree {
             let exit = |k: usize, axis: &(Register, Register, Register, usize)| {
                 Register::load(&here.bounds[k][1 - axis.3]).mul_add(axis.0, axis.2)
             };
-            let enter = enter(0, &x).max(enter(1, &y)).max(enter(2, &z)).max(t_min);
-            let exit = exit(0, &x).min(exit(1, &y)).min(exit(2, &z));
-            let exit = exit.min(Register::splat(limit));
+            let enter = max(max(enter(0, &x), enter(1, &y)), max(enter(2, &z), t_min));
+            let exit = min(min(exit(0, &x), exit(1, &y)), exit(2, &z));
+            let exit = min(exit, Register::splat(limit));
             let mut bits = enter.le(exit).bits() & ((1_u32 << here.count) - 1);
             if bits != 0 {
                 let keys = enter.to_array();

@@ -12,7 +12,7 @@ use super::bvh::Child;
 use super::prefetch::prefetch;
 use super::slabs::Slabs;
 use super::wide::{WIDE, WideTree};
-use crate::math::lanes::{Lanes, Mask, Register};
+use crate::math::lanes::{Lanes, Mask, Register, max, min};
 
 /// Rays of one walk at most: bits of a set.
 pub const STREAM: usize = 64;
@@ -109,13 +109,13 @@ impl WideTree {
                     let plane = Register::load(&here.bounds[k][1 - side]);
                     plane.mul_add(Register::splat(ray.inv[k]), Register::splat(ray.exit[k]))
                 };
-                let t_in = enter(0).max(enter(1)).max(enter(2));
-                let t_in = t_in.max(Register::splat(ray.t_min));
-                let t_out = exit(0).min(exit(1)).min(exit(2));
-                let reached = t_in.le(t_out.min(Register::splat(ray.limit)));
+                let t_in = max(max(enter(0), enter(1)), enter(2));
+                let t_in = max(t_in, Register::splat(ray.t_min));
+                let t_out = min(min(exit(0), exit(1)), exit(2));
+                let reached = t_in.le(min(t_out, Register::splat(ray.limit)));
                 let mut bits = reached.bits() & all;
                 if NEAREST {
-                    nearest = <Register as Lanes>::select(reached, nearest.min(t_in), nearest);
+                    nearest = <Register as Lanes>::select(reached, min(nearest, t_in), nearest);
                 }
                 met |= bits;
                 while bits != 0 {

@@ -30,6 +30,19 @@ pub type Register = f32x16;
 #[cfg(not(target_feature = "avx512f"))]
 pub type Register = f32x8;
 
+/// [`Lanes::min`], also where the type is known: there the method of the same
+/// name that `wide` has would be meant, which takes three instructions for one.
+#[inline(always)]
+pub fn min<L: Lanes>(a: L, b: L) -> L {
+    Lanes::min(a, b)
+}
+
+/// [`Lanes::max`], also where the type is known; see [`min`].
+#[inline(always)]
+pub fn max<L: Lanes>(a: L, b: L) -> L {
+    Lanes::max(a, b)
+}
+
 /// One lane's type: f32 or f64.
 pub trait Scalar: Copy + PartialOrd + Debug + Send + Sync + 'static {
     /// Half the distance from 1 to the next number: 2^-24 or 2^-53.

@@ -10,7 +10,7 @@
 
 use super::bundle::{Bundle, Group};
 use crate::accel::{Block, WIDE};
-use crate::math::lanes::{Lanes, Mask, Register};
+use crate::math::lanes::{Lanes, Mask, Register, max, min};
 
 /// A block's triangles as numbers that every ray of the tile needs.
 #[repr(C, align(64))]
@@ -73,8 +73,8 @@ impl Edges {
         let depth = a[0].mul_add(plane[0], a[1].mul_add(plane[1], a[2] * plane[2]));
         let turn = <Register as Lanes>::select(depth.lt(zero), -one, one);
         let depth = depth.abs();
-        let nearest = a[2].min(b[2]).min(c[2]);
-        let farthest = a[2].max(b[2]).max(c[2]);
+        let nearest = min(min(a[2], b[2]), c[2]);
+        let farthest = max(max(a[2], b[2]), c[2]);
         let mut edges = Edges {
             normal: [[[0.0; WIDE]; 3]; 4],
             depth_times_det: [0.0; WIDE],
@@ -91,8 +91,8 @@ impl Edges {
         nearest.store(&mut edges.nearest);
         let deepest = Register::splat(bundle.deepest());
         if exact {
-            let largest = |p: [Register; 3]| p[0].abs().max(p[1].abs()).max(p[2].abs());
-            let edge = largest(ca).max(largest(cb)).max(largest(ab));
+            let largest = |p: [Register; 3]| max(max(p[0].abs(), p[1].abs()), p[2].abs());
+            let edge = max(max(largest(ca), largest(cb)), largest(ab));
             let scale = MARGIN * bundle.reach * bundle.steepest * bundle.steepest;
             let margin = edge * Register::splat(scale) + Register::splat(f32::MIN_POSITIVE);
             // Which way a triangle faces is in doubt: nothing culls it.
@@ -131,7 +131,7 @@ impl Edges {
             let spread = n[0].abs().mul_add(du, n[1].abs().mul_add(dv, n[2]));
             n[0].mul_add(u, n[1].mul_add(v, spread))
         };
-        let least = greatest(0).min(greatest(1)).min(greatest(2));
+        let least = min(min(greatest(0), greatest(1)), greatest(2));
         let nearest = Register::load(&self.nearest);
         let (least, limit) = if exact {
             let slack = 32.0 * f32::EPSILON * reach;
@@ -157,7 +157,7 @@ impl Edges {
             let at = |axis: usize| L::from_f32(n[axis][slot]);
             at(0).mul_add(group.u, at(1).mul_add(group.v, at(2)))
         };
-        let least = value(0).min(value(1)).min(value(2));
+        let least = min(min(value(0), value(1)), value(2));
         let depth = L::from_f32(self.depth_times_det[slot]);
         let det = value(3);
         let before = L::from_f32(self.nearest[slot]).le(group.limit);
@@ -173,7 +173,7 @@ impl Edges {
             let n = self.normal(which);
             n[0].mul_add(u, n[1].mul_add(v, n[2]))
         };
-        let least = value(0).min(value(1)).min(value(2));
+        let least = min(min(value(0), value(1)), value(2));
         let depth = Register::load(&self.depth_times_det);
         let det = value(3);
         let limit = Register::splat(limit);

@@ -31,5 +31,5 @@ pub use prefetch::prefetch;
 pub use sah::{Quality, build, linear};
 pub use slabs::Slabs;
 pub use wide::{Block, WIDE, WideMesh, WideNode, WideTree};
-pub use wide_stream::{STREAM, StreamRay, StreamStack};
+pub use wide_stream::{STREAM, StreamRays, StreamStack};
 pub use world::{Entry, Structure, World, corner_bounds};

@@ -86,10 +86,10 @@ impl<L: Lanes> Slabs<L> {
     }
 }
 
-impl Slabs<f32> {
+impl<L: Lanes> Slabs<L> {
     /// One axis's constants: 1/dir, for lower planes, for upper planes.
     #[inline(always)]
-    pub fn axis(&self, k: usize) -> (f32, f32, f32) {
+    pub fn axis(&self, k: usize) -> (L, L, L) {
         (self.inv.axis(k), self.low.axis(k), self.high.axis(k))
     }
 }

@@ -12,44 +12,51 @@ use super::bvh::Child;
 use super::prefetch::prefetch;
 use super::slabs::Slabs;
 use super::wide::{WIDE, WideTree};
-use crate::math::lanes::{Lanes, Mask, Register, max, min};
+use crate::math::lanes::{Lanes, Register, add_members, max, min};
 
 /// Rays of one walk at most: bits of a set.
 pub const STREAM: usize = 64;
 const STACK: usize = MAX_DEPTH * (WIDE - 1) + 1;
 
-/// One ray's constants for the boxes of one tree.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct StreamRay {
+/// The rays' constants for the boxes of one tree, in columns.
+#[derive(Clone, Debug)]
+pub struct StreamRays {
     /// By axis: 1 / direction, and what is added to it times the plane that the
     /// ray enters through, and leaves through.
-    inv: [f32; 3],
-    enter: [f32; 3],
-    exit: [f32; 3],
-    /// By axis: 1 where the ray enters through the upper plane.
-    side: [u8; 3],
-    t_min: f32,
+    inv: [[f32; STREAM]; 3],
+    enter: [[f32; STREAM]; 3],
+    exit: [[f32; STREAM]; 3],
+    t_min: [f32; STREAM],
     /// Nothing beyond matters; negative where the ray is done.
-    pub limit: f32,
+    pub limit: [f32; STREAM],
 }
 
-impl StreamRay {
-    /// `slabs`: of the ray in f32, whose pad has room for the rounding of an
-    /// f64 one.
+impl Default for StreamRays {
+    fn default() -> StreamRays {
+        let zero = [0.0; STREAM];
+        StreamRays {
+            inv: [zero; 3],
+            enter: [zero; 3],
+            exit: [zero; 3],
+            t_min: zero,
+            limit: [-1.0; STREAM],
+        }
+    }
+}
+
+impl StreamRays {
+    /// Takes in as many rays as there are lanes, from `first` on. `slabs`: of
+    /// the rays in f32, whose pad has room for the rounding of f64 ones.
     #[inline(always)]
-    pub fn new(slabs: &Slabs<f32>, t_min: f32, limit: f32) -> StreamRay {
-        let mut ray = StreamRay {
-            t_min,
-            limit,
-            ..StreamRay::default()
-        };
+    pub fn put<L: Lanes<Scalar = f32>>(&mut self, first: usize, slabs: &Slabs<L>, t_min: L) {
         for k in 0..3 {
             let (inv, low, high) = slabs.axis(k);
-            ray.inv[k] = inv;
-            (ray.enter[k], ray.exit[k]) = if inv >= 0.0 { (low, high) } else { (high, low) };
-            ray.side[k] = u8::from(inv < 0.0);
+            let upward = inv.ge(L::zero());
+            inv.store(&mut self.inv[k][first..]);
+            L::select(upward, low, high).store(&mut self.enter[k][first..]);
+            L::select(upward, high, low).store(&mut self.exit[k][first..]);
         }
-        ray
+        t_min.store(&mut self.t_min[first..]);
     }
 }
 
@@ -76,11 +83,11 @@ impl WideTree {
     #[inline(always)]
     pub fn walk_stream<const NEAREST: bool>(
         &self,
-        rays: &mut [StreamRay; STREAM],
+        rays: &mut StreamRays,
         mut active: u64,
         stack: &mut StreamStack,
         expect: impl Fn(usize),
-        mut leaf: impl FnMut(&mut [StreamRay; STREAM], usize, usize, u64) -> u64,
+        mut leaf: impl FnMut(&mut StreamRays, usize, usize, u64) -> u64,
     ) {
         if active == 0 {
             return;
@@ -90,40 +97,45 @@ impl WideTree {
         let mut set = active;
         loop {
             let here = &self.nodes[node];
-            let mut sets = [0_u64; WIDE];
-            let mut met = 0_u32;
+            let zero = Register::zero();
             let mut nearest = Register::splat(f32::INFINITY);
             let all = (1_u32 << here.count) - 1;
-            let mut left = set;
-            while left != 0 {
-                let i = left.trailing_zeros() as usize;
-                left &= left - 1;
-                let ray = &rays[i];
-                let enter = |k: usize| {
-                    let side = usize::from(ray.side[k] & 1);
-                    let plane = Register::load(&here.bounds[k][side]);
-                    plane.mul_add(Register::splat(ray.inv[k]), Register::splat(ray.enter[k]))
-                };
-                let exit = |k: usize| {
-                    let side = usize::from(ray.side[k] & 1);
-                    let plane = Register::load(&here.bounds[k][1 - side]);
-                    plane.mul_add(Register::splat(ray.inv[k]), Register::splat(ray.exit[k]))
-                };
-                let t_in = max(max(enter(0), enter(1)), enter(2));
-                let t_in = max(t_in, Register::splat(ray.t_min));
-                let t_out = min(min(exit(0), exit(1)), exit(2));
-                let reached = t_in.le(min(t_out, Register::splat(ray.limit)));
-                let mut bits = reached.bits() & all;
-                if NEAREST {
-                    nearest = <Register as Lanes>::select(reached, min(nearest, t_in), nearest);
-                }
-                met |= bits;
-                while bits != 0 {
-                    let place = bits.trailing_zeros() as usize;
-                    bits &= bits - 1;
-                    sets[place % WIDE] |= 1 << i;
+            let mut words = [zero; 2];
+            for (half, word) in words.iter_mut().enumerate() {
+                let mut left = (set >> (32 * half)) as u32;
+                while left != 0 {
+                    let bit = left & left.wrapping_neg();
+                    let i = (32 * half + left.trailing_zeros() as usize) % STREAM;
+                    left ^= bit;
+                    let plane = |k: usize, far: bool| {
+                        let side = usize::from((rays.inv[k][i] < 0.0) ^ far);
+                        let add = if far { &rays.exit } else { &rays.enter };
+                        let plane = Register::load(&here.bounds[k][side]);
+                        let inv = Register::splat(rays.inv[k][i]);
+                        plane.mul_add(inv, Register::splat(add[k][i]))
+                    };
+                    let enter = max(plane(0, false), plane(1, false));
+                    let enter = max(enter, max(plane(2, false), Register::splat(rays.t_min[i])));
+                    let exit = min(plane(0, true), plane(1, true));
+                    let exit = min(exit, min(plane(2, true), Register::splat(rays.limit[i])));
+                    let reached = Lanes::le(enter, exit);
+                    if NEAREST {
+                        let nearer = min(nearest, enter);
+                        nearest = <Register as Lanes>::select(reached, nearer, nearest);
+                    }
+                    *word = add_members(reached, *word, bit);
                 }
             }
+            let words = words.map(|word| word.to_array());
+            let sets: [u64; WIDE] = std::array::from_fn(|place| {
+                let word = |half: usize| u64::from(f32::to_bits(words[half][place]));
+                word(0) | word(1) << 32
+            });
+            let mut met = 0_u32;
+            for (place, set) in sets.iter().enumerate() {
+                met |= u32::from(*set != 0) << place;
+            }
+            met &= all;
             let base = top;
             let keys = nearest.to_array();
             let mut order = [0.0_f32; WIDE];

@@ -120,33 +120,20 @@ impl<L: Lanes> Ray<L> {
     }
 }
 
-impl Ray<f32> {
-    /// The same ray in every lane.
+impl<L: Lanes> Shear<L> {
+    /// All lanes along axis k.
     #[inline(always)]
-    pub fn splat<L: Lanes<Scalar = f32>>(&self) -> Ray<L> {
-        let vector = |v: Vec3<f32>| Vec3::new(L::splat(v.x), L::splat(v.y), L::splat(v.z));
-        let shear = &self.shear;
-        Ray {
-            org: vector(self.org),
-            dir: vector(self.dir),
-            t_min: L::splat(self.t_min),
-            dir_squared: L::splat(self.dir_squared),
-            shear: Shear {
-                axes: shear.axes,
-                lanes: [
-                    L::Mask::splat(shear.lanes[0]),
-                    L::Mask::splat(shear.lanes[1]),
-                    L::Mask::splat(shear.lanes[2]),
-                ],
-                x: L::splat(shear.x),
-                y: L::splat(shear.y),
-                along: L::splat(shear.along),
-            },
+    pub fn along_axis(k: usize, x: L, y: L, along: L) -> Shear<L> {
+        let lanes = |axis: usize| L::Mask::splat(k == axis);
+        Shear {
+            axes: 1 << k,
+            lanes: [lanes(0), lanes(1), lanes(2)],
+            x,
+            y,
+            along,
         }
     }
-}
 
-impl<L: Lanes> Shear<L> {
     #[inline(always)]
     fn of(d: Vec3<L>) -> Shear<L> {
         let (x, y, z) = (d.x.abs(), d.y.abs(), d.z.abs());

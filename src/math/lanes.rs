@@ -30,6 +30,13 @@ pub type Register = f32x16;
 #[cfg(not(target_feature = "avx512f"))]
 pub type Register = f32x8;
 
+/// Sets of 32 members, one in each lane of a [`Register`] (whose numbers mean
+/// nothing): adds the members of `bits` to the sets of the lanes in `mask`.
+#[inline(always)]
+pub fn add_members(mask: <Register as Lanes>::Mask, sets: Register, bits: u32) -> Register {
+    sets | (mask.0 & Register::splat(f32::from_bits(bits)))
+}
+
 /// [`Lanes::min`], also where the type is known: there the method of the same
 /// name that `wide` has would be meant, which takes three instructions for one.
 #[inline(always)]

@@ -279,9 +279,15 @@ impl SingleRay {
                 .max(o.abs())
         };
         let reach = reach(0, org.x).max(reach(1, org.y)).max(reach(2, org.z));
-        let ray = Ray::new(org, dir, t_min);
+        let splat = |v: Vec3<f32>| {
+            Vec3::new(
+                Register::splat(v.x),
+                Register::splat(v.y),
+                Register::splat(v.z),
+            )
+        };
         SingleRay {
-            ray: ray.splat(),
+            ray: Ray::new(splat(org), splat(dir), Register::splat(t_min)),
             slabs: Slabs::new(org, dir, bounds),
             t_min,
             // Origin and difference are rounded once each, the slopes three

@@ -9,63 +9,106 @@ use super::leaf::{Everything, Features, Tester};
 use super::packet::Packet;
 use super::query::{HitId, Query};
 use crate::accel::{
-    Block, Entry, STREAM, Slabs, StreamRay, StreamStack, WideMesh, World, prefetch,
+    Block, Entry, STREAM, Slabs, StreamRays, StreamStack, WideMesh, World, prefetch,
 };
-use crate::geom::{Certainty, Ray, triangle};
-use crate::math::lanes::{Lanes, Mask, Register, Scalar};
-use crate::math::{Aabb32, Vec3, round_down, round_up};
+use crate::geom::{Certainty, Ray, Shear, triangle};
+use crate::math::lanes::{Lanes, Mask, Register, Scalar, max};
+use crate::math::{Aabb32, Vec3, round_up};
 use crate::scene::{MeshId, Shape};
 use glam::DVec3;
 
-/// Rays in one space, in f32 whatever their own precision: what only sorts out.
+/// Rays in one space, in f32 whatever their own precision, in columns: what only
+/// sorts out.
+#[derive(Default)]
 pub(super) struct Bunch {
-    boxes: [StreamRay; STREAM],
-    rays: [Ray<f32>; STREAM],
-    /// By how much a corner, seen along the ray, may be out of place.
-    misplaced: [f32; STREAM],
+    boxes: StreamRays,
+    sight: Sight,
 }
 
-impl Default for Bunch {
-    fn default() -> Bunch {
-        let zero = Vec3::new(0.0, 0.0, 0.0);
-        Bunch {
-            boxes: [StreamRay::default(); STREAM],
-            rays: [Ray::new(zero, zero, 0.0); STREAM],
-            misplaced: [0.0; STREAM],
-        }
+/// What triangles are met with.
+#[derive(Default)]
+struct Sight {
+    org: [Column; 3],
+    /// The shear of each ray, and its axis.
+    shear: [Column; 3],
+    axis: Column,
+    t_min: Column,
+    /// By how much a corner, seen along the ray, may be out of place.
+    misplaced: Column,
+}
+
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+struct Column([f32; STREAM]);
+
+impl Default for Column {
+    fn default() -> Column {
+        Column([0.0; STREAM])
     }
 }
 
 impl Bunch {
+    /// Takes in all rays. `ray`: origin, direction and t_min of a row.
     #[inline(always)]
-    fn put<L: Lanes>(
+    fn take_in(
         &mut self,
-        i: usize,
-        org: [f64; 3],
-        dir: [f64; 3],
-        (t_min, limit): (f64, f32),
+        set: u64,
+        ray: impl Fn(usize) -> ([f64; 3], [f64; 3], f32),
         bounds: &Aabb32,
     ) {
-        let vector = |v: [f64; 3]| Vec3::new(v[0] as f32, v[1] as f32, v[2] as f32);
-        let (org, dir) = (vector(org), vector(dir));
-        let t_min = if L::is_double() {
-            round_down(t_min)
-        } else {
-            t_min as f32
-        };
-        let reach = |k: usize, o: f32| {
-            let (low, high) = (bounds.min[k] - o, bounds.max[k] - o);
-            low.abs().max(high.abs()).max(o.abs())
-        };
-        let reach = reach(0, org.x).max(reach(1, org.y)).max(reach(2, org.z));
-        self.boxes[i] = StreamRay::new(&Slabs::new(org, dir, bounds), t_min, limit);
-        self.rays[i] = Ray::new(org, dir, t_min);
-        // Origin and difference are rounded once each, the slopes three times,
-        // their products with the depth and the sums once: less than half of
-        // this.
-        self.misplaced[i] = reach * (16.0 * 0.5 * f32::EPSILON);
+        let mut columns = [Column::default(); 7];
+        each(set, |i| {
+            let (org, dir, t_min) = ray(i);
+            for k in 0..3 {
+                columns[k].0[i] = org[k] as f32;
+                columns[3 + k].0[i] = dir[k] as f32;
+            }
+            columns[6].0[i] = t_min;
+        });
+        for first in (0..STREAM).step_by(<Register as Lanes>::COUNT) {
+            if (set >> first) & ((1 << <Register as Lanes>::COUNT) - 1) == 0 {
+                continue;
+            }
+            let load = |column: usize| Register::load(&columns[column].0[first..]);
+            let org = Vec3::new(load(0), load(1), load(2));
+            let dir = Vec3::new(load(3), load(4), load(5));
+            let t_min = load(6);
+            let ray = Ray::new(org, dir, t_min);
+            self.boxes.put(first, &Slabs::new(org, dir, bounds), t_min);
+            let reach = |k: usize| {
+                let o = org.axis(k);
+                let low = Register::splat(bounds.min[k]) - o;
+                let high = Register::splat(bounds.max[k]) - o;
+                max(max(low.abs(), high.abs()), o.abs())
+            };
+            let reach = max(max(reach(0), reach(1)), reach(2));
+            // Origin and difference are rounded once each, the slopes three
+            // times, their products with the depth and the sums once: less than
+            // half of this.
+            let misplaced = reach * Register::splat(16.0 * 0.5 * f32::EPSILON);
+            let shear = &ray.shear;
+            let select = <Register as Lanes>::select;
+            let axis = select(
+                shear.lanes[2],
+                Register::splat(2.0),
+                select(shear.lanes[1], Register::splat(1.0), Register::splat(0.0)),
+            );
+            let store = |column: &mut Column, x: Register| x.store(&mut column.0[first..]);
+            let sight = &mut self.sight;
+            for k in 0..3 {
+                store(&mut sight.org[k], org.axis(k));
+            }
+            store(&mut sight.shear[0], shear.x);
+            store(&mut sight.shear[1], shear.y);
+            store(&mut sight.shear[2], shear.along);
+            store(&mut sight.axis, axis);
+            store(&mut sight.t_min, t_min);
+            store(&mut sight.misplaced, misplaced);
+        }
     }
+}
 
+impl Sight {
     /// Triangles of the block that a ray meets before its limit; where `exact`,
     /// those that it may meet as far as f32 can tell.
     #[inline(always)]
@@ -79,9 +122,29 @@ impl Bunch {
             )
         };
         let corners = [corner(0), corner(1), corner(2)];
-        let ray = self.rays[i].splat();
+        let splat = |column: &Column| Register::splat(column.0[i]);
+        let org = Vec3::new(
+            splat(&self.org[0]),
+            splat(&self.org[1]),
+            splat(&self.org[2]),
+        );
+        let shear = Shear::along_axis(
+            self.axis.0[i] as usize,
+            splat(&self.shear[0]),
+            splat(&self.shear[1]),
+            splat(&self.shear[2]),
+        );
+        let zero = Register::zero();
+        let ray = Ray {
+            org,
+            // Triangles do not ask for it.
+            dir: Vec3::new(zero, zero, zero),
+            dir_squared: zero,
+            t_min: splat(&self.t_min),
+            shear,
+        };
         if exact {
-            triangle::may_meet_each(&corners, &ray, self.misplaced[i]).bits()
+            triangle::may_meet_each(&corners, &ray, self.misplaced.0[i]).bits()
         } else {
             let met = triangle::meet_each(&corners, &ray, Mask::splat(true));
             (met.hit & met.t.le(Register::splat(limit))).bits()
@@ -132,8 +195,8 @@ impl Stream<'_> {
     }
 
     #[inline(always)]
-    fn t_min(&self, i: usize) -> f64 {
-        f64::from(self.rays.t_min[self.first + i])
+    fn t_min(&self, i: usize) -> f32 {
+        self.rays.t_min[self.first + i]
     }
 
     /// Everything in the world. `active`: the rays that are still asking.
@@ -158,14 +221,15 @@ impl Stream<'_> {
             top,
             mesh: stack,
         } = scratch;
+        let ray = |i: usize| (self.org(i), self.dir(i), self.t_min(i));
+        bunch.take_in(active, ray, &forest.top.bounds);
         let mut open = 0;
         each(active, |i| {
             let limit = limit(&queries[i]);
-            let range = (self.t_min(i), limit);
-            bunch.put::<L>(i, self.org(i), self.dir(i), range, &forest.top.bounds);
+            bunch.boxes.limit[i] = limit;
             open |= u64::from(limit >= 0.0) << i;
         });
-        let mut boxes = bunch.boxes;
+        let mut boxes = bunch.boxes.clone();
         forest.top.walk_stream::<true>(
             &mut boxes,
             open,
@@ -182,7 +246,7 @@ impl Stream<'_> {
                                         entry, id, set, queries, object, stack,
                                     );
                                 } else {
-                                    bunch.boxes = *boxes;
+                                    bunch.boxes.limit = boxes.limit;
                                     self.in_mesh::<L, C, Q>(entry, id, set, queries, bunch, stack);
                                 }
                             }
@@ -199,8 +263,8 @@ impl Stream<'_> {
                         }
                     }
                     each(set, |i| {
-                        boxes[i].limit = limit(&queries[i]);
-                        done |= u64::from(boxes[i].limit < 0.0) << i;
+                        boxes.limit[i] = limit(&queries[i]);
+                        done |= u64::from(boxes.limit[i] < 0.0) << i;
                     });
                     set &= !done;
                     if set == 0 {
@@ -230,12 +294,12 @@ impl Stream<'_> {
         };
         let map = world.object_from_world(entry.appearance);
         let center = world.scene.meshes.center[id.index()];
-        each(set, |i| {
+        let ray = |i: usize| {
             let org = DVec3::from_array(map.point(self.org(i))) - center;
-            let dir = map.vector(self.dir(i));
-            let range = (self.t_min(i), limit(&queries[i]));
-            bunch.put::<L>(i, org.to_array(), dir, range, &mesh.tree.bounds);
-        });
+            (org.to_array(), map.vector(self.dir(i)), self.t_min(i))
+        };
+        bunch.take_in(set, ray, &mesh.tree.bounds);
+        each(set, |i| bunch.boxes.limit[i] = limit(&queries[i]));
         self.in_mesh::<L, C, Q>(entry, id, set, queries, bunch, stack);
     }
 
@@ -253,21 +317,21 @@ impl Stream<'_> {
         let Some(mesh) = self.world.wide_mesh(id) else {
             return;
         };
-        let mut boxes = bunch.boxes;
-        let leaf = |boxes: &mut [StreamRay; STREAM], first: usize, count: usize, set: u64| {
+        let Bunch { boxes, sight } = bunch;
+        let leaf = |boxes: &mut StreamRays, first: usize, count: usize, set: u64| {
             let mut done = 0;
             each(set, |i| {
                 for block in &mesh.blocks[first..first + count] {
                     let bits = if C::DOUBTS_ALL {
                         u32::MAX
                     } else {
-                        bunch.may_meet(i, block, L::is_double(), boxes[i].limit)
+                        sight.may_meet(i, block, L::is_double(), boxes.limit[i])
                     };
                     if bits != 0 {
                         let query = &mut queries[i];
                         self.offer::<L, C, Q>(i, entry, (id, mesh), block, bits, query);
-                        boxes[i].limit = limit(query);
-                        if Q::ANY && boxes[i].limit < 0.0 {
+                        boxes.limit[i] = limit(query);
+                        if Q::ANY && boxes.limit[i] < 0.0 {
                             done |= 1 << i;
                             break;
                         }
@@ -279,10 +343,10 @@ impl Stream<'_> {
         let expect = |block: usize| prefetch(&mesh.blocks[block]);
         if Q::ANY {
             mesh.tree
-                .walk_stream::<false>(&mut boxes, set, stack, expect, leaf);
+                .walk_stream::<false>(boxes, set, stack, expect, leaf);
         } else {
             mesh.tree
-                .walk_stream::<true>(&mut boxes, set, stack, expect, leaf);
+                .walk_stream::<true>(boxes, set, stack, expect, leaf);
         }
     }
 

@@ -17,7 +17,6 @@ mod prefetch;
 mod sah;
 mod slabs;
 mod wide;
-mod wide_ray;
 mod wide_stream;
 mod world;
 

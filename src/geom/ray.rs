@@ -121,19 +121,6 @@ impl<L: Lanes> Ray<L> {
 }
 
 impl<L: Lanes> Shear<L> {
-    /// All lanes along axis k.
-    #[inline(always)]
-    pub fn along_axis(k: usize, x: L, y: L, along: L) -> Shear<L> {
-        let lanes = |axis: usize| L::Mask::splat(k == axis);
-        Shear {
-            axes: 1 << k,
-            lanes: [lanes(0), lanes(1), lanes(2)],
-            x,
-            y,
-            along,
-        }
-    }
-
     #[inline(always)]
     fn of(d: Vec3<L>) -> Shear<L> {
         let (x, y, z) = (d.x.abs(), d.y.abs(), d.z.abs());

@@ -45,18 +45,12 @@ pub fn meet_each<L: Lanes>(corners: &[Vec3<L>; 3], ray: &Ray<L>, active: L::Mask
     let mut hit = L::Mask::splat(false);
     let mut t = L::zero();
     for (k, lanes) in ray.shear.groups() {
-        let (inside, one) = along_axis(corners, ray, k);
-        let here = inside & lanes & active;
-        if here.none() {
-            continue;
-        }
-        let one = one.t(ray);
-        t = L::select(here, one, t);
+        let one = Seen::by(corners, ray, k).meet(ray.shear.along, ray.t_min);
+        let here = one.hit & lanes & active;
+        t = L::select(here, one.t, t);
         hit = hit | here;
     }
-    // det = 0 (edge-on, or no area) gives an infinite or NaN t: never a hit.
-    let finite = t.abs().lt(L::splat(L::Scalar::INFINITY));
-    Meet::certain(hit & finite & t.gt(ray.t_min), t)
+    Meet::certain(hit, t)
 }
 
 /// Where each lane's ray meets its triangle's plane, by the very steps of
@@ -65,74 +59,81 @@ pub fn meet_each<L: Lanes>(corners: &[Vec3<L>; 3], ray: &Ray<L>, active: L::Mask
 pub fn depth_each<L: Lanes>(corners: &[Vec3<L>; 3], ray: &Ray<L>) -> L {
     let mut t = L::zero();
     for (k, lanes) in ray.shear.groups() {
-        t = L::select(lanes, along_axis(corners, ray, k).1.t(ray), t);
+        let seen = Seen::by(corners, ray, k);
+        t = L::select(lanes, seen.t(seen.weights(), ray.shear.along), t);
     }
     t
 }
 
-/// Lanes whose triangle the ray may meet in exact arithmetic, or at any better
-/// precision, where corners relative to the origin and seen along the ray are out
-/// of place by at most `misplaced` on each axis.
-///
-/// With m the largest coordinate so seen and e the misplacement, an edge function
-/// (a difference of two products) is wrong by at most 4em + 2e², and rounding
-/// adds less than em.
-#[inline(always)]
-pub fn may_meet_each<L: Lanes>(
-    corners: &[Vec3<L>; 3],
-    ray: &Ray<L>,
-    misplaced: L::Scalar,
-) -> L::Mask {
-    let mut meets = L::Mask::splat(false);
-    let e = L::splat(misplaced);
-    for (k, lanes) in ray.shear.groups() {
-        let seen = |c: Vec3<L>| ray.shear.apply(k, c - ray.org);
-        let ((ax, ay, _), (bx, by, _)) = (seen(corners[0]), seen(corners[1]));
-        let (cx, cy, _) = seen(corners[2]);
-        let u = cx * by - cy * bx;
-        let v = ax * cy - ay * cx;
-        let w = bx * ay - by * ax;
+/// A triangle as a ray sees it: relative to its origin, sheared along it.
+#[derive(Clone, Copy)]
+pub struct Seen<L> {
+    /// By corner.
+    pub x: [L; 3],
+    pub y: [L; 3],
+    /// Along the ray's axis.
+    pub z: [L; 3],
+}
+
+impl<L: Lanes> Seen<L> {
+    #[inline(always)]
+    fn by(corners: &[Vec3<L>; 3], ray: &Ray<L>, k: usize) -> Seen<L> {
+        let seen = |v: usize| ray.shear.apply(k, corners[v] - ray.org);
+        let ((ax, ay, az), (bx, by, bz)) = (seen(0), seen(1));
+        let (cx, cy, cz) = seen(2);
+        Seen {
+            x: [ax, bx, cx],
+            y: [ay, by, cy],
+            z: [az, bz, cz],
+        }
+    }
+
+    /// Edge functions: barycentric weights, not yet divided by their sum.
+    #[inline(always)]
+    fn weights(&self) -> [L; 3] {
+        let ([ax, bx, cx], [ay, by, cy]) = (self.x, self.y);
+        [cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax]
+    }
+
+    #[inline(always)]
+    fn t(&self, [u, v, w]: [L; 3], along: L) -> L {
+        let det = u + v + w;
+        (u * self.z[0] + v * self.z[1] + w * self.z[2]) / (det * along)
+    }
+
+    /// `along`: the ray's direction along its axis.
+    #[inline(always)]
+    pub fn meet(&self, along: L, t_min: L) -> Meet<L> {
+        let zero = L::zero();
+        let [u, v, w] = self.weights();
+        let least = u.min(v).min(w);
+        let most = u.max(v).max(w);
+        let inside = least.ge(zero) | most.le(zero);
+        if inside.none() {
+            return Meet::certain(inside, zero);
+        }
+        let t = self.t([u, v, w], along);
+        // det = 0 (edge-on, or no area) gives an infinite or NaN t: never a hit.
+        let finite = t.abs().lt(L::splat(L::Scalar::INFINITY));
+        Meet::certain(inside & finite & t.gt(t_min), t)
+    }
+
+    /// Lanes whose triangle the ray may meet in exact arithmetic, or at any
+    /// better precision, where x and y are out of place by at most `misplaced`.
+    ///
+    /// With m the largest coordinate and e the misplacement, an edge function (a
+    /// difference of two products) is wrong by at most 4em + 2e², and rounding
+    /// adds less than em.
+    #[inline(always)]
+    pub fn may_meet(&self, misplaced: L) -> L::Mask {
+        let [u, v, w] = self.weights();
+        let e = misplaced;
         let largest = |x: L, y: L| x.abs().max(y.abs());
-        let m = largest(ax, ay).max(largest(bx, by)).max(largest(cx, cy));
+        let corner = |v: usize| largest(self.x[v], self.y[v]);
+        let m = corner(0).max(corner(1)).max(corner(2));
         let margin = e * (m * L::from_f32(5.0) + e * L::from_f32(2.0));
         let least = u.min(v).min(w);
         let most = u.max(v).max(w);
-        meets = meets | ((least.ge(-margin) | most.le(margin)) & lanes);
+        least.ge(-margin) | most.le(margin)
     }
-    meets
-}
-
-/// Barycentric weights, not yet divided by their sum, and the corners' depths.
-struct Weighed<L> {
-    weights: [L; 3],
-    depths: [L; 3],
-}
-
-impl<L: Lanes> Weighed<L> {
-    #[inline(always)]
-    fn t(&self, ray: &Ray<L>) -> L {
-        let ([u, v, w], [a, b, c]) = (self.weights, self.depths);
-        let det = u + v + w;
-        (u * a + v * b + w * c) / (det * ray.shear.along)
-    }
-}
-
-#[inline(always)]
-fn along_axis<L: Lanes>(corners: &[Vec3<L>; 3], ray: &Ray<L>, k: usize) -> (L::Mask, Weighed<L>) {
-    let seen = |c: Vec3<L>| ray.shear.apply(k, c - ray.org);
-    let (ax, ay, az) = seen(corners[0]);
-    let (bx, by, bz) = seen(corners[1]);
-    let (cx, cy, cz) = seen(corners[2]);
-    let u = cx * by - cy * bx;
-    let v = ax * cy - ay * cx;
-    let w = bx * ay - by * ax;
-    let zero = L::zero();
-    let least = u.min(v).min(w);
-    let most = u.max(v).max(w);
-    let inside = least.ge(zero) | most.le(zero);
-    let weighed = Weighed {
-        weights: [u, v, w],
-        depths: [az, bz, cz],
-    };
-    (inside, weighed)
 }

@@ -3,9 +3,8 @@
 use super::leaf::{Everything, Features, Has, Scratch, Tester};
 use super::packet::Packet;
 use super::query::{AnyHit, Closest, HitId};
-use super::single::WideScratch;
-use super::stream::{Stream, StreamScratch};
-use super::tile::{Bundles, TILE, Tile};
+use super::stream::Stream;
+use super::tile::{Bundles, TILE, Tile, TileScratch};
 use crate::accel::{Count, Counter, Forest, Forests, Index, STREAM, World};
 use crate::geom::{Certainty, DoubtAll, Fast};
 use crate::math::Vec3;
@@ -178,9 +177,8 @@ impl Batch for ClosestBatch<'_, '_> {
     }
 
     fn tiles<L: Lanes, C: Certainty, F: Features, const S: usize>(mut self) {
-        let mut scratch = WideScratch::default();
+        let mut scratch = Box::<TileScratch>::default();
         let mut bundles = Bundles::default();
-        let mut streams = Box::<StreamScratch>::default();
         for first in (0..self.rays.len()).step_by(TILE) {
             if let Some(tile) = Tile::<L, S>::of(self.world, self.rays, first, &mut bundles) {
                 let mut queries: [_; S] = std::array::from_fn(|s| {
@@ -201,7 +199,7 @@ impl Batch for ClosestBatch<'_, '_> {
                 rays: self.rays,
                 first,
             };
-            stream.trace::<_, C, F, _>(self.rays.alive(first), &mut queries, &mut streams);
+            stream.trace::<_, C, F, _>(self.rays.alive(first), &mut queries, &mut scratch.streams);
             for (i, query) in queries.iter().enumerate() {
                 self.put(first + i, query);
             }
@@ -263,9 +261,8 @@ impl Batch for AnyBatch<'_> {
 
     fn tiles<L: Lanes, C: Certainty, F: Features, const S: usize>(mut self) {
         let world = self.world;
-        let mut scratch = WideScratch::default();
+        let mut scratch = Box::<TileScratch>::default();
         let mut bundles = Bundles::default();
-        let mut streams = Box::<StreamScratch>::default();
         for first in (0..self.rays.len()).step_by(TILE) {
             if let Some(tile) = Tile::<L, S>::of(world, self.rays, first, &mut bundles) {
                 let mut queries: [_; S] = std::array::from_fn(|s| {
@@ -286,7 +283,7 @@ impl Batch for AnyBatch<'_> {
                 rays: self.rays,
                 first,
             };
-            stream.trace::<_, C, F, _>(self.rays.alive(first), &mut queries, &mut streams);
+            stream.trace::<_, C, F, _>(self.rays.alive(first), &mut queries, &mut scratch.streams);
             for (i, query) in queries.iter().enumerate() {
                 self.put(first + i, query);
             }

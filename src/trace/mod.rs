@@ -5,7 +5,6 @@ mod leaf;
 mod packet;
 mod query;
 mod record;
-mod single;
 mod stream;
 mod tile;
 

@@ -11,7 +11,8 @@ use super::query::{HitId, Query};
 use crate::accel::{
     Block, Entry, STREAM, Slabs, StreamRays, StreamStack, WideMesh, World, prefetch,
 };
-use crate::geom::{Certainty, Ray, Shear, triangle};
+use crate::geom::triangle::Seen;
+use crate::geom::{Certainty, Ray};
 use crate::math::lanes::{Lanes, Mask, Register, Scalar, max};
 use crate::math::{Aabb32, Vec3, round_up};
 use crate::scene::{MeshId, Shape};
@@ -113,41 +114,33 @@ impl Sight {
     /// those that it may meet as far as f32 can tell.
     #[inline(always)]
     fn may_meet(&self, i: usize, block: &Block, exact: bool, limit: f32) -> u32 {
-        let corner = |v: usize| {
-            let c = &block.corner[v];
-            Vec3::new(
-                Register::load(&c[0]),
-                Register::load(&c[1]),
-                Register::load(&c[2]),
-            )
-        };
-        let corners = [corner(0), corner(1), corner(2)];
+        // The steps of `Shear::apply`, along the one axis that this ray has.
         let splat = |column: &Column| Register::splat(column.0[i]);
-        let org = Vec3::new(
-            splat(&self.org[0]),
-            splat(&self.org[1]),
-            splat(&self.org[2]),
+        let k = self.axis.0[i] as usize % 3;
+        let (a, b) = ((k + 1) % 3, (k + 2) % 3);
+        let org = (
+            splat(&self.org[a]),
+            splat(&self.org[b]),
+            splat(&self.org[k]),
         );
-        let shear = Shear::along_axis(
-            self.axis.0[i] as usize,
-            splat(&self.shear[0]),
-            splat(&self.shear[1]),
-            splat(&self.shear[2]),
-        );
-        let zero = Register::zero();
-        let ray = Ray {
-            org,
-            // Triangles do not ask for it.
-            dir: Vec3::new(zero, zero, zero),
-            dir_squared: zero,
-            t_min: splat(&self.t_min),
-            shear,
+        let (shear_x, shear_y) = (splat(&self.shear[0]), splat(&self.shear[1]));
+        let corner = |v: usize| {
+            let at = |axis: usize| Register::load(&block.corner[v][axis]);
+            let z = at(k) - org.2;
+            let x = shear_x.mul_add(z, at(a) - org.0);
+            (x, shear_y.mul_add(z, at(b) - org.1), z)
+        };
+        let (first, second, third) = (corner(0), corner(1), corner(2));
+        let seen = Seen {
+            x: [first.0, second.0, third.0],
+            y: [first.1, second.1, third.1],
+            z: [first.2, second.2, third.2],
         };
         if exact {
-            triangle::may_meet_each(&corners, &ray, self.misplaced.0[i]).bits()
+            seen.may_meet(splat(&self.misplaced)).bits()
         } else {
-            let met = triangle::meet_each(&corners, &ray, Mask::splat(true));
-            (met.hit & met.t.le(Register::splat(limit))).bits()
+            let met = seen.meet(splat(&self.shear[2]), splat(&self.t_min));
+            (met.hit & Lanes::le(met.t, Register::splat(limit))).bits()
         }
     }
 }
@@ -301,6 +294,19 @@ impl Stream<'_> {
         bunch.take_in(set, ray, &mesh.tree.bounds);
         each(set, |i| bunch.boxes.limit[i] = limit(&queries[i]));
         self.in_mesh::<L, C, Q>(entry, id, set, queries, bunch, stack);
+    }
+
+    /// A mesh in a space of its own, for rays that met everything else otherwise.
+    pub fn placed_alone<L: Lanes, C: Certainty, Q: Query<L>>(
+        &self,
+        entry: &Entry,
+        id: MeshId,
+        set: u64,
+        queries: &mut [Q; STREAM],
+        scratch: &mut StreamScratch,
+    ) {
+        let StreamScratch { object, mesh, .. } = scratch;
+        self.placed_mesh::<L, C, Q>(entry, id, set, queries, object, mesh);
     }
 
     /// A mesh through its own tree. `bunch`: the rays in its space.

@@ -18,7 +18,7 @@ use super::batch::Rays;
 use super::leaf::{Everything, Features, Tester};
 use super::packet::Packet;
 use super::query::{HitId, Query};
-use super::single::{OneRay, WideScratch, placed_mesh};
+use super::stream::{Stream, StreamScratch};
 use crate::accel::{Entry, WideMesh, WideNode, WideStack, World, prefetch};
 use crate::geom::Certainty;
 use crate::math::Vec3;
@@ -44,6 +44,14 @@ pub(super) struct Tile<'a, L: Lanes, const S: usize> {
     bundle: &'a mut Bundle<L, S>,
     /// For spaces of other meshes.
     spare: &'a mut Bundle<L, S>,
+}
+
+/// Scratch of one thread, reused from tile to tile.
+#[derive(Default)]
+pub(super) struct TileScratch {
+    top: WideStack,
+    mesh: WideStack,
+    pub streams: StreamScratch,
 }
 
 /// Places for bundles, reused from tile to tile.
@@ -134,7 +142,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
     pub fn trace<C: Certainty, F: Features, Q: Query<L>>(
         mut self,
         queries: &mut [Q; S],
-        scratch: &mut WideScratch,
+        scratch: &mut TileScratch,
     ) {
         let world = self.world;
         if F::SOLIDS && !world.unbounded.is_empty() {
@@ -149,9 +157,10 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         let Some(forest) = world.wide() else { return };
         let top = &forest.top;
         let frustum = self.bundle.frustum;
-        let WideScratch {
+        let TileScratch {
             top: stack,
             mesh: mesh_stack,
+            streams,
         } = scratch;
         top.walk_frustum(
             &frustum,
@@ -160,7 +169,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             |_| (),
             |_, _, (first, count), _| {
                 for entry in &world.entries[first..first + count] {
-                    self.entry::<C, F, Q>(entry, queries, mesh_stack);
+                    self.entry::<C, F, Q>(entry, queries, mesh_stack, streams);
                 }
                 self.bundle.deepest()
             },
@@ -173,6 +182,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         entry: &Entry,
         queries: &mut [Q; S],
         stack: &mut WideStack,
+        streams: &mut StreamScratch,
     ) {
         let (min, max) = (entry.bounds.min, entry.bounds.max);
         let relative = RelativeBox::new(&self.bundle.frustum, min, max);
@@ -182,7 +192,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
                     return;
                 }
                 if F::TRANSFORMS && entry.placed {
-                    self.placed_mesh::<C, Q>(entry, id, &relative, queries, stack);
+                    self.placed_mesh::<C, Q>(entry, id, &relative, queries, stack, streams);
                 } else if let Some(mesh) = self.world.wide_mesh(id) {
                     let Tile {
                         world, rays, first, ..
@@ -225,6 +235,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         relative: &RelativeBox,
         queries: &mut [Q; S],
         stack: &mut WideStack,
+        streams: &mut StreamScratch,
     ) {
         let Some(mesh) = self.world.wide_mesh(id) else {
             return;
@@ -243,7 +254,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         };
         let bundle = &mut *self.spare;
         if !bundle.take_in(org.to_array(), dirs, &active, &mesh.tree.bounds) {
-            self.one_by_one::<C, Q>(entry, id, &active, queries, stack);
+            self.as_stream::<C, Q>(entry, id, &active, queries, streams);
             return;
         }
         let asleep = -L::from_f32(1.0);
@@ -265,30 +276,32 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
 
     /// A mesh in whose space the rays do not advance together.
     #[cold]
-    fn one_by_one<C: Certainty, Q: Query<L>>(
+    fn as_stream<C: Certainty, Q: Query<L>>(
         &self,
         entry: &Entry,
         id: MeshId,
         active: &[L::Mask; S],
         queries: &mut [Q; S],
-        stack: &mut WideStack,
+        streams: &mut StreamScratch,
     ) {
         use super::query::Closest;
-        for (s, query) in queries.iter_mut().enumerate() {
-            let packet = self.packet(s);
-            let mut bits = active[s].bits();
-            while bits != 0 {
-                let lane = bits.trailing_zeros() as usize;
-                bits &= bits - 1;
-                let (org, dir) = packet.lane(lane);
-                let t_min = packet.ray.t_min.lane(lane);
-                let mut one = OneRay::<L::Single>::new(self.world, org, dir, t_min);
-                let limit = <L::Single as Lanes>::splat(query.limit().lane(lane));
-                let mut nearest = Closest::<L::Single, C>::new(limit);
-                placed_mesh::<_, C, _>(&mut one, entry, id, &mut nearest, stack);
-                if nearest.id(0) != HitId::NONE {
-                    query.settle(lane, nearest.t(0), nearest.id(0));
-                }
+        let mut set = 0;
+        let mut nearest: [_; TILE] = std::array::from_fn(|i| {
+            let (s, lane) = (i / L::COUNT, i % L::COUNT);
+            set |= u64::from(active[s].bits() >> lane & 1) << i;
+            let limit = queries[s].limit().lane(lane);
+            Closest::<L::Single, C>::new(<L::Single as Lanes>::splat(limit))
+        });
+        let stream = Stream {
+            world: self.world,
+            rays: self.rays,
+            first: self.first,
+        };
+        stream.placed_alone::<L::Single, C, _>(entry, id, set, &mut nearest, streams);
+        for (i, found) in nearest.iter().enumerate() {
+            if found.id(0) != HitId::NONE {
+                let (s, lane) = (i / L::COUNT, i % L::COUNT);
+                queries[s].settle(lane, found.t(0), found.id(0));
             }
         }
     }

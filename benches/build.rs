@@ -1,37 +1,60 @@
-//! How fast is a tree built, and how good is it?
+//! How fast is a tree built, and how fast brought up to date?
 //!
-//! The surface area heuristic's builder over a displaced sphere of 102,080
-//! triangles, one thread. Asserted: every triangle once, the expected cost.
+//! A displaced sphere of 101,760 triangles, and its triangles' boxes as
+//! entries, one thread. Asserted: every triangle once, the expected cost, and
+//! that a refit without motion keeps it.
 
 mod common;
 
 use common::{displaced_sphere, quick};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use lanecast::accel::{Quality, build, corner_bounds};
+use lanecast::accel::{
+    BuildQuality, Quality, build, build_boxes, build_mesh, corner_bounds, refit,
+};
 use lanecast::math::Aabb32;
+use lanecast::scene::Meshes;
 use std::hint::black_box;
 
 fn sah_build(c: &mut Criterion) {
-    let mesh = displaced_sphere(320, 160);
-    let position = |i: u32| mesh.positions[i as usize].map(|x| x as f32);
-    let boxes: Vec<Aabb32> = mesh
-        .triangles
-        .iter()
-        .map(|t| corner_bounds(&t.map(position)))
+    let mut meshes = Meshes::default();
+    let id = meshes.push(&displaced_sphere(320, 160));
+    let mesh = meshes.row(id);
+    let count = mesh.triangles.len();
+    assert_eq!(count, 2 * 320 * 159);
+    let boxes: Vec<Aabb32> = (0..count)
+        .map(|i| corner_bounds(&mesh.corners(i)))
         .collect();
-    assert_eq!(boxes.len(), 2 * 320 * 159);
+    let quality = BuildQuality::default();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1);
+    let pool = pool.build().unwrap();
 
+    let mut wide = build_mesh(&mesh, &quality);
+    let mut sources: Vec<u32> = wide.blocks.iter().flat_map(|b| b.source).collect();
+    sources.sort();
+    assert!((0..count).all(|i| sources[i] == i as u32));
+    assert!((8.0..14.0).contains(&wide.tree.sah), "{}", wide.tree.sah);
+    let built = wide.tree.sah;
+    assert_eq!(refit(&mut wide, &mesh), built);
+    let (tree, order) = build_boxes(&boxes, &quality);
+    assert_eq!(order.len(), count);
+    assert!((20.0..60.0).contains(&tree.sah), "{}", tree.sah);
     let (tree, order) = build(&boxes, &Quality::default());
-    assert_eq!(tree.len, boxes.len());
-    let mut sorted = order.clone();
-    sorted.sort();
-    assert!(sorted.iter().enumerate().all(|(i, o)| i == *o as usize));
+    assert_eq!(order.len(), tree.len);
     assert!((20.0..60.0).contains(&tree.sah), "{}", tree.sah);
 
     let mut group = c.benchmark_group("build: how fast is a SAH tree built?");
-    group.throughput(Throughput::Elements(boxes.len() as u64));
-    group.bench_function("displaced sphere, 101,760 triangles", |b| {
+    group.throughput(Throughput::Elements(count as u64));
+    group.bench_function("wide, blocks of triangles", |b| {
+        pool.install(|| b.iter(|| build_mesh(black_box(&mesh), &quality)));
+    });
+    group.bench_function("wide, boxes", |b| {
+        pool.install(|| b.iter(|| build_boxes(black_box(&boxes), &quality)));
+    });
+    group.bench_function("four-wide, boxes", |b| {
         b.iter(|| build(black_box(&boxes), &Quality::default()));
+    });
+    group.bench_function("wide, refit", |b| {
+        pool.install(|| b.iter(|| refit(black_box(&mut wide), &mesh)));
     });
     group.finish();
 }

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 const CHUNK: usize = 1 << 14;
 /// Ranges above are divided by all threads. Both of a task's arrays fit the
 /// second-level cache.
-const TASK: usize = 1 << 13;
+const TASK: usize = 1 << 14;
 
 /// Primitives `first..first + count` of the new order.
 #[derive(Clone, Copy, Debug)]

@@ -44,7 +44,8 @@ pub enum BuildQuality {
 /// What a ray pays, in box tests of one node.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Costs {
-    /// Primitives that are tested together; a leaf holds whole blocks.
+    /// Primitives that are tested together, a power of two; a leaf holds whole
+    /// blocks.
     block: usize,
     /// Of testing one block.
     block_cost: f32,
@@ -74,7 +75,9 @@ const ENTRIES: Costs = Costs {
 impl Costs {
     #[inline(always)]
     fn blocks(&self, count: usize) -> f32 {
-        count.div_ceil(self.block) as f32
+        // A shift: divisions were an eighth of the builder's time.
+        let shift = self.block.trailing_zeros();
+        ((count + self.block - 1) >> shift) as i32 as f32
     }
 
     /// Primitives that a leaf of the wide tree may hold.

@@ -43,7 +43,6 @@ impl Sweep {
         }
     }
 
-    #[inline(never)]
     pub(super) fn sort(&mut self, rows: &[Row]) {
         let middles = Extents::of(rows).middles;
         let low = middles.store();
@@ -64,14 +63,13 @@ impl Sweep {
                     rank[i] += u32::from(*other < key[i]);
                 }
             }
-            for i in 0..rows.len() {
-                self.sorted[axis][rank[i] as usize] = i as u8;
+            for (i, rank) in rank.iter().take(rows.len()).enumerate() {
+                self.sorted[axis][*rank as usize] = i as u8;
             }
         }
     }
 
     /// The cheapest cut of the ranks `first..last`, two or more.
-    #[inline(never)]
     pub(super) fn best(
         &mut self,
         rows: &[Row],
@@ -132,7 +130,6 @@ impl Sweep {
         }
     }
 
-    #[inline(never)]
     pub(super) fn divide(&mut self, first: usize, last: usize, cut: &Cut) {
         let mut is_left = [false; SMALL];
         for i in &self.sorted[cut.axis][first..first + cut.left] {

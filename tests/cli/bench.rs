@@ -278,9 +278,10 @@ fn structures_side_by_side() {
     let accels = names(&report["results"], "accel");
     assert_eq!(accels, ["bvh", "bvh", "linear", "linear"]);
     assert_eq!(rows(&report)[1]["hits"], rows(&report)[3]["hits"]);
-    // A linear scan tests every ray against the ball and two pyramids.
+    // A linear scan tests rays against the ball and two pyramids, in whose boxes
+    // they come.
     let tests = rows(&report)[2]["tests_per_ray"].as_f64().unwrap();
-    assert!((3.0..=13.0).contains(&tests), "{tests}");
+    assert!(tests > 0.1 && tests <= 13.0, "{tests}");
 
     // The page has a bar for each row, and nothing from elsewhere.
     let page = fs::read_to_string(folder.path().join("p.html")).unwrap();

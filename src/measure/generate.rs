@@ -36,13 +36,12 @@ pub fn displaced_sphere(across: u32, down: u32) -> TriangleSet {
     let ring = |j: u32, i: u32| 1 + (j - 1) * across + i % across;
     let mut triangles = Vec::with_capacity(2 * across as usize * (down as usize - 1));
     triangles.extend((0..across).map(|i| [0, ring(1, i + 1), ring(1, i)]));
+    // In the peers' order: of each ring the upper triangles, then the lower ones.
     for j in 1..down - 1 {
-        for i in 0..across {
-            let (a, b) = (ring(j, i), ring(j, i + 1));
-            let (c, d) = (ring(j + 1, i), ring(j + 1, i + 1));
-            triangles.push([a, b, c]);
-            triangles.push([b, d, c]);
-        }
+        let upper = |i| [ring(j, i), ring(j, i + 1), ring(j + 1, i)];
+        let lower = |i| [ring(j, i + 1), ring(j + 1, i + 1), ring(j + 1, i)];
+        triangles.extend((0..across).map(upper));
+        triangles.extend((0..across).map(lower));
     }
     triangles.extend((0..across).map(|i| [last, ring(down - 1, i), ring(down - 1, i + 1)]));
     TriangleSet {

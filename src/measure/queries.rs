@@ -5,11 +5,11 @@
 //! there, and its answers are copied out. No answer depends on the chunks, nor
 //! on the number of threads. `bench` times all of this.
 
-use crate::accel::World;
+use crate::accel::{Counter, Counts, World};
 use crate::io::RaySet;
 use crate::plan::Kernels;
 use crate::render::Progress;
-use crate::trace::{HitId, Hits, MAX_LANES, Rays, any, closest};
+use crate::trace::{HitId, Hits, MAX_LANES, Rays, any, any_counted, closest, closest_counted};
 use rayon::prelude::*;
 use std::cell::RefCell;
 use std::hint::black_box;
@@ -88,7 +88,7 @@ pub fn trace(
             let chunks = t.zip(answers.id.par_chunks_mut(CHUNK)).enumerate();
             chunks.for_each(|(number, (t, id))| {
                 chunk(number, t.len(), &mut |buffers| {
-                    buffers.closest(world, kernels, t, id);
+                    buffers.closest(world, kernels, t, id, None);
                 });
             });
         }
@@ -96,12 +96,33 @@ pub fn trace(
             let chunks = answers.blocked.par_chunks_mut(CHUNK).enumerate();
             chunks.for_each(|(number, blocked)| {
                 chunk(number, blocked.len(), &mut |buffers| {
-                    buffers.any(world, kernels, blocked);
+                    buffers.any(world, kernels, blocked, None);
                 });
             });
         }
     }
     (!progress.is_cancelled()).then_some(())
+}
+
+/// What the queries take, on this thread; `None` where the kernels of the
+/// structure do not count.
+pub fn count(world: &World, kernels: &Kernels, rays: &RaySet, ask: Ask) -> Option<Counts> {
+    let counter = Counter::default();
+    let mut buffers = Buffers::default();
+    let (mut t, mut id) = (vec![0.0; CHUNK], vec![HitId::NONE; CHUNK]);
+    let mut blocked = vec![false; CHUNK];
+    for first in (0..rays.len()).step_by(CHUNK) {
+        let rows = CHUNK.min(rays.len() - first);
+        buffers.rays.fill(rays, first, rows);
+        match ask {
+            Ask::Closest => {
+                let (t, id) = (&mut t[..rows], &mut id[..rows]);
+                buffers.closest(world, kernels, t, id, Some(&counter));
+            }
+            Ask::Any => buffers.any(world, kernels, &mut blocked[..rows], Some(&counter)),
+        }
+    }
+    Some(counter.counts()).filter(|counts| *counts != Counts::default())
 }
 
 /// The conversion alone.
@@ -125,7 +146,14 @@ struct Buffers {
 }
 
 impl Buffers {
-    fn closest(&mut self, world: &World, kernels: &Kernels, t: &mut [f32], id: &mut [HitId]) {
+    fn closest(
+        &mut self,
+        world: &World,
+        kernels: &Kernels,
+        t: &mut [f32],
+        id: &mut [HitId],
+        counter: Option<&Counter>,
+    ) {
         let padded = self.rays.t_max.len();
         self.t.resize(padded, 0.0);
         self.id.resize(padded, HitId::NONE);
@@ -133,18 +161,31 @@ impl Buffers {
             t: &mut self.t,
             id: &mut self.id,
         };
-        closest(world, kernels, &self.rays.borrowed(), &mut hits);
+        let rays = self.rays.borrowed();
+        match counter {
+            None => closest(world, kernels, &rays, &mut hits),
+            Some(counter) => closest_counted(world, kernels, &rays, &mut hits, counter),
+        }
         for (to, from) in t.iter_mut().zip(&self.t) {
             *to = *from as f32;
         }
         id.copy_from_slice(&self.id[..id.len()]);
     }
 
-    fn any(&mut self, world: &World, kernels: &Kernels, blocked: &mut [bool]) {
+    fn any(
+        &mut self,
+        world: &World,
+        kernels: &Kernels,
+        blocked: &mut [bool],
+        counter: Option<&Counter>,
+    ) {
         self.blocked.resize(self.rays.t_max.len(), false);
         let (rays, found) = (self.rays.borrowed(), &mut self.blocked);
         let mut occluder = HitId::NONE;
-        any(world, kernels, &rays, &mut occluder, found);
+        match counter {
+            None => any(world, kernels, &rays, &mut occluder, found),
+            Some(counter) => any_counted(world, kernels, &rays, &mut occluder, found, counter),
+        }
         blocked.copy_from_slice(&self.blocked[..blocked.len()]);
     }
 }

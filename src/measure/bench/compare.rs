@@ -26,7 +26,7 @@ pub struct Differences {
     /// Another primitive elsewhere.
     pub elsewhere: usize,
     /// The first of them: rows of the set.
-    pub rows: Vec<usize>,
+    pub differing_rows: Vec<usize>,
 }
 
 /// Rows that are named.
@@ -103,8 +103,8 @@ impl Expected {
             };
             if !same {
                 all.differ += 1;
-                if all.rows.len() < NAMED {
-                    all.rows.push(*row);
+                if all.differing_rows.len() < NAMED {
+                    all.differing_rows.push(*row);
                 }
             }
         }

@@ -24,7 +24,7 @@ pub use row::{Comparison, Row, comparisons};
 
 use super::clock::{Clock, best_and_median};
 use super::peer::Embree;
-use super::queries::{Answers, Job, convert};
+use super::queries::{Answers, Job, convert, count};
 use crate::render::Progress;
 use crate::trace::HitId;
 use compare::Expected;
@@ -111,7 +111,12 @@ pub fn bench<'a>(
                 });
             }
             let threads = pool.current_num_threads();
-            rows.push(Row::new(job, &contender, threads, hits, found));
+            let mut row = Row::new(job, &contender, threads, hits, found);
+            if let Tracer::Own { world, kernels } = &contender.tracer {
+                let run = || count(world, kernels, &job.rays, job.ask);
+                row.count(pool.install(run));
+            }
+            rows.push(row);
             runs.push((number, contender));
         }
     }

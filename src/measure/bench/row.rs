@@ -1,6 +1,7 @@
 //! The figures of a run, with the names of `bench --json`.
 
 use super::{Contender, Differences, Tracer};
+use crate::accel::Counts;
 use crate::measure::clock::best_and_median;
 use crate::measure::kinds::Kind;
 use crate::measure::queries::Job;
@@ -28,10 +29,11 @@ pub struct Row {
     pub mrays_per_s_best: f64,
     /// Of the median time: rays into columns. Not known of peers.
     pub conversion_share: Option<f64>,
-    /// Nodes whose boxes were tested, for the ray or for a packet or tile that
-    /// it went with, divided by the rays.
+    /// Steps through the structure (a node's boxes, a plane, a cell), for the ray
+    /// or for a packet or tile that it went with, divided by the rays; null where
+    /// the kernels do not count.
     pub nodes_per_ray: Option<f64>,
-    /// Leaf blocks that were visited, in the same way.
+    /// Leaves that were visited, in the same way.
     pub blocks_per_ray: Option<f64>,
     /// Tests of one ray against one primitive.
     pub tests_per_ray: Option<f64>,
@@ -65,6 +67,16 @@ impl Row {
             blocks_per_ray: None,
             tests_per_ray: None,
             differences,
+        }
+    }
+
+    /// Counted apart from the timed runs.
+    pub(super) fn count(&mut self, counts: Option<Counts>) {
+        if let Some(counts) = counts.filter(|_| self.rays > 0) {
+            let per_ray = |count: u64| Some(count as f64 / self.rays as f64);
+            self.nodes_per_ray = per_ray(counts.nodes);
+            self.blocks_per_ray = per_ray(counts.leaves);
+            self.tests_per_ray = per_ray(counts.test_lanes);
         }
     }
 

@@ -301,7 +301,7 @@ mod tests {
         assert_eq!(thousands(0), "0");
         assert_eq!(thousands(999), "999");
         assert_eq!(thousands(1_046_528), "1,046,528");
-        assert_eq!(figure(3.14159), "3.14");
+        assert_eq!(figure(3.24159), "3.24");
         assert_eq!(figure(31.4159), "31.4");
         assert_eq!(figure(99.99), "100");
     }

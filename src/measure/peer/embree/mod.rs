@@ -114,7 +114,7 @@ struct Memory {
 
 /// Embree calls it before it allocates (`bytes` > 0) and after it frees.
 extern "C" fn monitor(memory: *mut c_void, bytes: isize, _post: bool) -> bool {
-    // SAFETY: the pointer is the `Memory` of a `Device`, in a box of its own that
+    // SAFETY: the pointer is the `Memory` of a `Tree`, in an allocation of its own that
     // outlives Embree's device, and is only shared, never changed but by atomics.
     let memory = unsafe { &*memory.cast::<Memory>() };
     let now = memory.now.fetch_add(bytes, Ordering::Relaxed) + bytes;
@@ -149,7 +149,7 @@ struct Tree {
     peak_bytes: u64,
     scene: Handle,
     device: Handle,
-    _memory: Box<Memory>,
+    _memory: Arc<Memory>,
     _buffers: Arc<Buffers>,
 }
 
@@ -169,7 +169,7 @@ impl Tree {
     ) -> Result<Tree, PeerError> {
         let config = format!("threads={threads},isa={isa}");
         let text = CString::new(config.clone()).unwrap_or_default();
-        let memory = Box::<Memory>::default();
+        let memory = Arc::<Memory>::default();
         let (vertices, triangles) = (buffers.positions.len() - 1, buffers.triangles.len());
         // SAFETY: the calls are those of the header, in the order that it asks
         // for, on handles that it returned (a null device is left alone). The
@@ -183,7 +183,7 @@ impl Tree {
                 let code = ffi::rtcGetDeviceError(device);
                 return Err(PeerError::Device { config, code });
             }
-            let user = std::ptr::from_ref::<Memory>(&memory).cast_mut().cast();
+            let user = Arc::as_ptr(&memory).cast_mut().cast();
             ffi::rtcSetDeviceMemoryMonitorFunction(device, Some(monitor), user);
             let geometry = ffi::rtcNewGeometry(device, ffi::TRIANGLES);
             let share = |kind, format, data: *const c_void, count| {

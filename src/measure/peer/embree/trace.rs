@@ -255,9 +255,9 @@ impl Tree {
 
 #[inline(always)]
 fn hit_id<const N: usize>(packet: &RayHitN<N>, lane: usize) -> HitId {
-    // Without a hit both are as they were set: as in `HitId::NONE`.
+    // Without a hit both are as they were set, all ones; so is `HitId::NONE`.
     HitId {
-        instance: u64::from(packet.hit.geometry[lane]),
+        instance: i64::from(packet.hit.geometry[lane].cast_signed()).cast_unsigned(),
         primitive: packet.hit.primitive[lane],
     }
 }

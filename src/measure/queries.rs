@@ -5,11 +5,11 @@
 //! there, and its answers are copied out. No answer depends on the chunks, nor
 //! on the number of threads. `bench` times all of this.
 
-use crate::accel::World;
+use crate::accel::{Counter, Counts, World};
 use crate::io::RaySet;
 use crate::plan::Kernels;
 use crate::render::Progress;
-use crate::trace::{HitId, Hits, MAX_LANES, Rays, any, closest};
+use crate::trace::{HitId, Hits, MAX_LANES, Rays, any, any_counted, closest, closest_counted};
 use rayon::prelude::*;
 use std::cell::RefCell;
 use std::hint::black_box;
@@ -102,6 +102,40 @@ pub fn trace(
         }
     }
     (!progress.is_cancelled()).then_some(())
+}
+
+/// What tracing all rays takes, on this thread; `None` where it was cancelled.
+pub fn count(
+    world: &World,
+    kernels: &Kernels,
+    rays: &RaySet,
+    ask: Ask,
+    progress: &Progress,
+) -> Option<Counts> {
+    let counter = Counter::default();
+    let mut columns = Columns::default();
+    for first in (0..rays.len()).step_by(CHUNK) {
+        if progress.is_cancelled() {
+            return None;
+        }
+        columns.fill(rays, first, CHUNK.min(rays.len() - first));
+        let padded = columns.t_max.len();
+        match ask {
+            Ask::Closest => {
+                let mut hits = Hits {
+                    t: &mut vec![0.0; padded],
+                    id: &mut vec![HitId::NONE; padded],
+                };
+                closest_counted(world, kernels, &columns.borrowed(), &mut hits, &counter);
+            }
+            Ask::Any => {
+                let (mut occluder, mut blocked) = (HitId::NONE, vec![false; padded]);
+                let rays = columns.borrowed();
+                any_counted(world, kernels, &rays, &mut occluder, &mut blocked, &counter);
+            }
+        }
+    }
+    Some(counter.counts())
 }
 
 /// The conversion alone.

@@ -111,7 +111,11 @@ pub fn bench<'a>(
                 });
             }
             let threads = pool.current_num_threads();
-            rows.push(Row::new(job, &contender, threads, hits, found));
+            let mut row = Row::new(job, &contender, threads, hits, found);
+            if let Some(counts) = contender.count(job, progress)? {
+                row.count(&counts);
+            }
+            rows.push(row);
             runs.push((number, contender));
         }
     }

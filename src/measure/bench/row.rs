@@ -1,6 +1,7 @@
 //! The figures of a run, with the names of `bench --json`.
 
 use super::{Contender, Differences, Tracer};
+use crate::accel::Counts;
 use crate::measure::clock::best_and_median;
 use crate::measure::kinds::Kind;
 use crate::measure::queries::Job;
@@ -35,6 +36,9 @@ pub struct Row {
     pub blocks_per_ray: Option<f64>,
     /// Tests of one ray against one primitive.
     pub tests_per_ray: Option<f64>,
+    /// Tests of a packet against a primitive that were not made, since the
+    /// packet had met the primitive before, divided by the rays.
+    pub spared_per_ray: Option<f64>,
     #[serde(flatten)]
     pub differences: Differences,
 }
@@ -64,8 +68,17 @@ impl Row {
             nodes_per_ray: None,
             blocks_per_ray: None,
             tests_per_ray: None,
+            spared_per_ray: None,
             differences,
         }
+    }
+
+    pub(super) fn count(&mut self, counts: &Counts) {
+        let per_ray = |n: u64| (self.rays > 0).then(|| n as f64 / self.rays as f64);
+        self.nodes_per_ray = per_ray(counts.nodes);
+        self.blocks_per_ray = per_ray(counts.leaves);
+        self.tests_per_ray = per_ray(counts.test_lanes);
+        self.spared_per_ray = per_ray(counts.spared);
     }
 
     pub(super) fn time(&mut self, seconds: &[f64]) {
@@ -166,6 +179,7 @@ mod tests {
             nodes_per_ray: None,
             blocks_per_ray: None,
             tests_per_ray: None,
+            spared_per_ray: None,
             differences: Differences::default(),
         }
     }

@@ -6,7 +6,7 @@
 mod common;
 
 use common::{ALL_AOVS, EVERYTHING, Way, hash, picture, random_scene};
-use lanecast::accel::Structure;
+use lanecast::accel::{KdQuality, Structure};
 use lanecast::plan::{Arithmetic, Choices, plan};
 use lanecast::render::{RenderConfig, TileOrder};
 use lanecast::scene::{Appearances, Scene};
@@ -33,6 +33,12 @@ fn hash_of(scene: &Scene, way: Way, config: &RenderConfig) -> u64 {
     ))
 }
 
+/// All that find primitives.
+fn structures() -> [Structure; 4] {
+    let kd = Structure::Kd(KdQuality::default());
+    [Structure::Linear, Structure::Bvh, Structure::Narrow, kd]
+}
+
 fn one_hash(arithmetic: Arithmetic, seeds: std::ops::Range<u64>) {
     for seed in seeds {
         let scene = random_scene(seed);
@@ -42,7 +48,7 @@ fn one_hash(arithmetic: Arithmetic, seeds: std::ops::Range<u64>) {
             structure: Structure::Linear,
         };
         let expected = hash_of(&scene, base, &small());
-        for structure in [Structure::Linear, Structure::Bvh] {
+        for structure in structures() {
             for lanes in [1, 4, 8, 16] {
                 let way = Way {
                     structure,

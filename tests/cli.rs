@@ -137,9 +137,12 @@ fn wrong_arguments() {
         (small(&["--lanes", "2"]), "known are auto, 1, 4, 8, 16"),
         (small(&["--precision", "good"]), "known are fast, exact"),
         (small(&["--precision", "guarded"]), "does not exist yet"),
-        (small(&["--accel", "kd"]), "does not exist yet"),
+        (small(&["--accel", "grid"]), "does not exist yet"),
         (small(&["--accel", "item-buffer"]), "does not exist yet"),
-        (small(&["--accel", "octree"]), "known are auto, bvh, linear"),
+        (
+            small(&["--accel", "octree"]),
+            "known are auto, bvh, kd, linear",
+        ),
         (small(&["--tile", "1/4"]), "does not exist yet"),
         (
             small(&["--grid", "corners", "--spp", "4"]),

@@ -3,6 +3,7 @@
 
 use super::bvh::Tree;
 use super::index::{Figures, Index};
+use super::kdtree::KdTree;
 use super::wide::{Block, WideMesh, WideTree};
 use crate::geom::triangle::Corners;
 use crate::math::Aabb32;
@@ -40,6 +41,7 @@ pub enum Forests {
     Wide(WideForest),
     /// Also the linear scan: a tree without nodes.
     Narrow(Forest<Tree>),
+    Kd(Forest<KdTree>),
 }
 
 /// Runs an expression on the forest inside; wide ones have their own.
@@ -48,6 +50,7 @@ macro_rules! each {
         match $forests {
             Forests::Wide($wide) => $then_wide,
             Forests::Narrow($forest) => $then,
+            Forests::Kd($forest) => $then,
         }
     };
 }

@@ -11,6 +11,7 @@ use super::slabs::Slabs;
 use crate::geom::triangle::Corners;
 use crate::math::Aabb32;
 use crate::math::lanes::Lanes;
+use serde::Serialize;
 
 /// What a structure is built over.
 #[derive(Clone, Copy)]
@@ -29,7 +30,7 @@ impl Primitives<'_> {
 }
 
 /// The size and the expected cost of a structure.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Figures {
     /// Inner nodes, or cells of a grid.
     pub nodes: usize,

@@ -87,6 +87,17 @@ impl<L: Lanes> Slabs<L> {
 }
 
 impl<L: Lanes> Slabs<L> {
+    /// (1/dir, for lower planes, for upper planes) of each axis: a plane at x is
+    /// at t = x·inv + low as the lower side of a box, x·inv + high as the upper.
+    #[inline(always)]
+    pub fn planes(&self) -> [(L, L, L); 3] {
+        [
+            (self.inv.x, self.low.x, self.high.x),
+            (self.inv.y, self.low.y, self.high.y),
+            (self.inv.z, self.low.z, self.high.z),
+        ]
+    }
+
     /// One axis's constants: 1/dir, for lower planes, for upper planes.
     #[inline(always)]
     pub fn axis(&self, k: usize) -> (L, L, L) {

@@ -9,6 +9,7 @@ use super::build::{BuildQuality, build_boxes, build_mesh};
 use super::bvh::Tree;
 use super::forest::{Forest, Forests, MeshTree, WideForest};
 use super::index::{Index, Primitives};
+use super::kdtree::{self, KdQuality};
 use super::sah::{Quality, build, linear};
 use super::wide::WideMesh;
 use crate::geom::triangle::{Corners, canonical};
@@ -18,12 +19,13 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 /// Which structure finds the primitives.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Structure {
     #[default]
     Bvh,
     /// Four-wide nodes, packets without tiles.
     Narrow,
+    Kd(KdQuality),
     /// Every primitive is tested.
     Linear,
 }
@@ -74,6 +76,10 @@ impl<'a> World<'a> {
             Structure::Bvh => {
                 let (forest, entries) = plant_wide(scene, appearances);
                 (Forests::Wide(forest), entries)
+            }
+            Structure::Kd(quality) => {
+                let (forest, entries) = plant(scene, appearances, &|p| kdtree::build(p, &quality));
+                (Forests::Kd(forest), entries)
             }
             Structure::Narrow => narrow(&|p| build(p.boxes, &Quality::default())),
             Structure::Linear => narrow(&|p| {

@@ -5,6 +5,7 @@
 
 use super::error::CliError;
 use super::output::Sink;
+use crate::accel::{KdClip, KdQuality, KdStop};
 use crate::io::{AovSet, LoadOptions};
 use crate::measure::kinds::{Kind, Order};
 use crate::plan::{AccelChoice, Choices, LaneCount, Precision};
@@ -113,9 +114,21 @@ pub struct CommonArgs {
     /// Rays per packet: auto, 1, 4, 8 or 16 [default: auto; bench: auto and 1]
     #[arg(long, value_name = "N", value_parser = parse_lanes)]
     pub lanes: Option<LaneCount>,
-    /// auto, bvh or linear
+    /// auto, bvh, kd or linear
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = parse_accel)]
     pub accel: AccelChoice,
+    /// When a k-d tree's cell becomes a leaf: depth, count, both or cost [default: cost]
+    #[arg(long, value_name = "RULE", value_parser = parse_kd_stop)]
+    pub kd_stop: Option<KdStop>,
+    /// A k-d tree's greatest depth [default: 8 + 1.3 log2 of the primitives]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..=64))]
+    pub kd_depth: Option<u32>,
+    /// Primitives that --kd-stop count and both call few [default: 2]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..=1_000_000))]
+    pub kd_leaf: Option<u32>,
+    /// What stands for a triangle in a k-d tree's cell: its box, plane or triangle [default: plane]
+    #[arg(long, value_name = "PART", value_parser = parse_kd_clip)]
+    pub kd_clip: Option<KdClip>,
     /// Threads that trace [default: as many as the machine runs at once; bench: 1]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
@@ -178,6 +191,7 @@ impl CommonArgs {
                 lanes: self.lanes.unwrap_or_default(),
                 accel: self.accel,
             },
+            kd: self.kd_quality(),
             threads: self.threads,
             seed: self.seed,
             max_depth: self.max_depth,
@@ -185,6 +199,17 @@ impl CommonArgs {
             aovs: self.aov.unwrap_or_default(),
             ..RenderConfig::default()
         })
+    }
+
+    fn kd_quality(&self) -> KdQuality {
+        let default = KdQuality::default();
+        KdQuality {
+            stop: self.kd_stop.unwrap_or(default.stop),
+            depth: self.kd_depth,
+            leaf: self.kd_leaf.unwrap_or(default.leaf),
+            clip: self.kd_clip.unwrap_or(default.clip),
+            ..default
+        }
     }
 
     pub fn load_options(&self) -> LoadOptions {
@@ -275,12 +300,21 @@ fn parse_lanes(text: &str) -> Result<LaneCount, String> {
 }
 
 fn parse_accel(text: &str) -> Result<AccelChoice, String> {
-    let known = [AccelChoice::Auto, AccelChoice::Bvh, AccelChoice::Linear];
+    use AccelChoice::{Auto, Bvh, Kd, Linear};
+    let known = [Auto, Bvh, Kd, Linear];
     one_of(
         text,
         &known.map(|a| (a.name(), a)),
-        &["kd", "grid", "heap", "heap-spheres", "item-buffer"],
+        &["grid", "heap", "heap-spheres", "item-buffer"],
     )
+}
+
+fn parse_kd_stop(text: &str) -> Result<KdStop, String> {
+    one_of(text, &KdStop::ALL.map(|stop| (stop.name(), stop)), &[])
+}
+
+fn parse_kd_clip(text: &str) -> Result<KdClip, String> {
+    one_of(text, &KdClip::ALL.map(|clip| (clip.name(), clip)), &[])
 }
 
 fn parse_aovs(text: &str) -> Result<AovSet, String> {

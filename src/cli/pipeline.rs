@@ -3,7 +3,7 @@
 
 use super::error::CliError;
 use super::scene;
-use crate::accel::{Structure, World};
+use crate::accel::{KdQuality, Structure, World};
 use crate::io::{LoadError, LoadOptions};
 use crate::measure::{PlanSummary, SceneCounts, Stats, Watch};
 use crate::plan::{Accel, Plan, PlanError, plan};
@@ -18,6 +18,7 @@ pub struct Prepared {
     pub appearances: Appearances,
     pub camera: Camera,
     pub plan: Plan,
+    pub kd: KdQuality,
     pub pool: ThreadPool,
 }
 
@@ -83,6 +84,7 @@ pub fn complete(
         appearances,
         camera,
         plan,
+        kd: config.kd,
         pool,
     })
 }
@@ -90,7 +92,7 @@ pub fn complete(
 impl Prepared {
     /// The trees, built on the pool.
     pub fn world(&self, watch: &mut Watch, stats: &mut Stats) -> World<'_> {
-        let structure = structure(&self.plan);
+        let structure = structure(&self.plan, &self.kd);
         let build = || World::build(&self.scene, &self.appearances, structure);
         let world = self.pool.install(build);
         for (name, bytes) in world.bytes() {
@@ -101,9 +103,11 @@ impl Prepared {
     }
 }
 
-pub fn structure(plan: &Plan) -> Structure {
+/// `kd`: how a k-d tree is built, if it is one.
+pub fn structure(plan: &Plan, kd: &KdQuality) -> Structure {
     match plan.accel {
         Accel::Bvh => Structure::Bvh,
+        Accel::Kd => Structure::Kd(*kd),
         Accel::Linear => Structure::Linear,
     }
 }

@@ -104,25 +104,38 @@ pub fn trace(
     (!progress.is_cancelled()).then_some(())
 }
 
-/// What the queries take, on this thread; `None` where the kernels of the
-/// structure do not count.
-pub fn count(world: &World, kernels: &Kernels, rays: &RaySet, ask: Ask) -> Option<Counts> {
+/// What tracing all rays takes, on this thread; `None` where it was cancelled.
+pub fn count(
+    world: &World,
+    kernels: &Kernels,
+    rays: &RaySet,
+    ask: Ask,
+    progress: &Progress,
+) -> Option<Counts> {
     let counter = Counter::default();
-    let mut buffers = Buffers::default();
-    let (mut t, mut id) = (vec![0.0; CHUNK], vec![HitId::NONE; CHUNK]);
-    let mut blocked = vec![false; CHUNK];
+    let mut columns = Columns::default();
     for first in (0..rays.len()).step_by(CHUNK) {
-        let rows = CHUNK.min(rays.len() - first);
-        buffers.rays.fill(rays, first, rows);
+        if progress.is_cancelled() {
+            return None;
+        }
+        columns.fill(rays, first, CHUNK.min(rays.len() - first));
+        let padded = columns.t_max.len();
         match ask {
             Ask::Closest => {
-                let (t, id) = (&mut t[..rows], &mut id[..rows]);
-                buffers.closest(world, kernels, t, id, Some(&counter));
+                let mut hits = Hits {
+                    t: &mut vec![0.0; padded],
+                    id: &mut vec![HitId::NONE; padded],
+                };
+                closest_counted(world, kernels, &columns.borrowed(), &mut hits, &counter);
             }
-            Ask::Any => buffers.any(world, kernels, &mut blocked[..rows], Some(&counter)),
+            Ask::Any => {
+                let (mut occluder, mut blocked) = (HitId::NONE, vec![false; padded]);
+                let rays = columns.borrowed();
+                any_counted(world, kernels, &rays, &mut occluder, &mut blocked, &counter);
+            }
         }
     }
-    Some(counter.counts()).filter(|counts| *counts != Counts::default())
+    Some(counter.counts())
 }
 
 /// The conversion alone.

@@ -1,7 +1,7 @@
 //! What the structures cost: time to build, memory, expected cost of a ray.
 
 use super::clock::best_and_median;
-use crate::accel::World;
+use crate::accel::{Figures, World};
 use serde::Serialize;
 
 /// One acceleration structure, with the names of `bench --json`.
@@ -25,6 +25,8 @@ pub struct StructureRow {
     /// heuristic), in the structure's own unit: of the top tree, then of the
     /// largest mesh.
     pub sah: Option<[f64; 2]>,
+    /// Of the same two trees, where it is one of ours.
+    pub figures: Option<[Figures; 2]>,
     /// Of a peer, as it writes it itself.
     pub version: Option<u32>,
 }
@@ -44,6 +46,7 @@ impl StructureRow {
             bytes_per_triangle: per(tree_bytes as f64, triangles as f64),
             build_peak_bytes: None,
             sah: None,
+            figures: None,
             version: None,
         }
     }
@@ -53,8 +56,12 @@ impl StructureRow {
         let mut row = StructureRow::new(name.into(), triangles, tree_bytes(world), seconds);
         let meshes = world.forest.mesh_figures();
         let largest = meshes.iter().max_by_key(|mesh| mesh.references);
-        let top = world.forest.top_figures().sah;
-        row.sah = Some([top, largest.map_or(0.0, |mesh| mesh.sah)]);
+        let figures = [
+            world.forest.top_figures(),
+            largest.copied().unwrap_or_default(),
+        ];
+        row.sah = Some(figures.map(|f| f.sah));
+        row.figures = Some(figures);
         row
     }
 }

@@ -66,6 +66,7 @@ pub enum AccelChoice {
     #[default]
     Auto,
     Bvh,
+    Kd,
     Linear,
 }
 
@@ -74,6 +75,7 @@ impl AccelChoice {
         match self {
             AccelChoice::Auto => "auto",
             AccelChoice::Bvh => "bvh",
+            AccelChoice::Kd => "kd",
             AccelChoice::Linear => "linear",
         }
     }

@@ -47,6 +47,7 @@ pub struct Kernels {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Accel {
     Bvh,
+    Kd,
     Linear,
 }
 
@@ -55,6 +56,7 @@ impl Accel {
     pub fn name(self) -> &'static str {
         match self {
             Accel::Bvh => "bvh",
+            Accel::Kd => "kd",
             Accel::Linear => "linear",
         }
     }
@@ -146,10 +148,12 @@ pub fn plan(
     let (accel, why) = match choices.accel {
         AccelChoice::Auto => (Accel::Bvh, "the fastest structure for every scene measured"),
         AccelChoice::Bvh => (Accel::Bvh, "asked for"),
+        AccelChoice::Kd => (Accel::Kd, "asked for"),
         AccelChoice::Linear => (Accel::Linear, "asked for: every primitive is tested"),
     };
     let name = match accel {
         Accel::Bvh => "bvh (SAH, 4-wide, two levels)",
+        Accel::Kd => "k-d tree (SAH, two levels)",
         Accel::Linear => "linear",
     };
     reasons.push(("structure", name.into(), why.into()));

@@ -5,9 +5,10 @@
 //! line; programs that fill this themselves stay within the documented ranges.
 
 use super::AovSet;
+use crate::accel::KdQuality;
 use crate::plan::Choices;
 
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct RenderConfig {
     /// Pixels. Both sides at least 1, with [`Grid::Corners`] at least 2.
     pub width: u32,
@@ -16,6 +17,8 @@ pub struct RenderConfig {
     /// Samples per pixel, at least 1; exactly 1 with [`Grid::Corners`].
     pub spp: u32,
     pub choices: Choices,
+    /// How a k-d tree is built, where one is.
+    pub kd: KdQuality,
     /// `None`: as many as the machine runs at once.
     pub threads: Option<u32>,
     pub seed: u64,
@@ -35,6 +38,7 @@ impl Default for RenderConfig {
             grid: Grid::default(),
             spp: 1,
             choices: Choices::default(),
+            kd: KdQuality::default(),
             threads: None,
             seed: 0,
             max_depth: 5,

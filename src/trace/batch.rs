@@ -351,6 +351,7 @@ fn by_structure<L: Lanes, C: Certainty, N: Count, const S: usize>(
     match choice.forest {
         Forests::Wide(_) => by_needs::<L, C, S>(choice.kernels.needs, batch),
         Forests::Narrow(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
+        Forests::Kd(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
     }
 }
 

@@ -157,13 +157,14 @@ impl<'a> Work<'a> {
         let Prepared {
             scene,
             appearances,
+            kd,
             pool,
             ..
         } = self.prepared;
         for own in &mut self.structures {
             // Two at once would count twice in the peak of memory.
             own.world = None;
-            let kind = structure(&own.plan);
+            let kind = structure(&own.plan, kd);
             let build = || World::build(scene, appearances, kind);
             let (world, seconds) = pool.install(|| self.clock.time(build));
             own.world = Some(world);

@@ -1,9 +1,9 @@
 //! One way of tracing, ours or a peer's.
 
 use super::BenchError;
-use crate::accel::World;
+use crate::accel::{Counts, Forests, World};
 use crate::measure::peer::{Embree, Way};
-use crate::measure::queries::{Answers, Job, trace};
+use crate::measure::queries::{Answers, Job, count, trace};
 use crate::plan::Kernels;
 use crate::render::Progress;
 
@@ -63,5 +63,17 @@ impl Contender<'_> {
             Tracer::Peer(peer, way) => peer.trace(*way, &job.rays, job.ask, answers, progress),
         };
         done.ok_or(BenchError::Interrupted)
+    }
+
+    /// What a job takes, where the structure counts.
+    pub fn count(&self, job: &Job, progress: &Progress) -> Result<Option<Counts>, BenchError> {
+        let Tracer::Own { world, kernels } = &self.tracer else {
+            return Ok(None);
+        };
+        if matches!(world.forest, Forests::Wide(_)) {
+            return Ok(None);
+        }
+        let counts = count(world, kernels, &job.rays, job.ask, progress);
+        counts.map(Some).ok_or(BenchError::Interrupted)
     }
 }

@@ -24,7 +24,7 @@ pub use row::{Comparison, Row, comparisons};
 
 use super::clock::{Clock, best_and_median};
 use super::peer::Embree;
-use super::queries::{Answers, Job, convert, count};
+use super::queries::{Answers, Job, convert};
 use crate::render::Progress;
 use crate::trace::HitId;
 use compare::Expected;
@@ -112,9 +112,8 @@ pub fn bench<'a>(
             }
             let threads = pool.current_num_threads();
             let mut row = Row::new(job, &contender, threads, hits, found);
-            if let Tracer::Own { world, kernels } = &contender.tracer {
-                let run = || count(world, kernels, &job.rays, job.ask);
-                row.count(pool.install(run));
+            if let Some(counts) = contender.count(job, progress)? {
+                row.count(&counts);
             }
             rows.push(row);
             runs.push((number, contender));

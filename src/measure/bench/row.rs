@@ -37,6 +37,9 @@ pub struct Row {
     pub blocks_per_ray: Option<f64>,
     /// Tests of one ray against one primitive.
     pub tests_per_ray: Option<f64>,
+    /// Tests of a packet against a primitive that were not made, since the
+    /// packet had met the primitive before, divided by the rays.
+    pub spared_per_ray: Option<f64>,
     #[serde(flatten)]
     pub differences: Differences,
 }
@@ -66,18 +69,17 @@ impl Row {
             nodes_per_ray: None,
             blocks_per_ray: None,
             tests_per_ray: None,
+            spared_per_ray: None,
             differences,
         }
     }
 
-    /// Counted apart from the timed runs.
-    pub(super) fn count(&mut self, counts: Option<Counts>) {
-        if let Some(counts) = counts.filter(|_| self.rays > 0) {
-            let per_ray = |count: u64| Some(count as f64 / self.rays as f64);
-            self.nodes_per_ray = per_ray(counts.nodes);
-            self.blocks_per_ray = per_ray(counts.leaves);
-            self.tests_per_ray = per_ray(counts.test_lanes);
-        }
+    pub(super) fn count(&mut self, counts: &Counts) {
+        let per_ray = |n: u64| (self.rays > 0).then(|| n as f64 / self.rays as f64);
+        self.nodes_per_ray = per_ray(counts.nodes);
+        self.blocks_per_ray = per_ray(counts.leaves);
+        self.tests_per_ray = per_ray(counts.test_lanes);
+        self.spared_per_ray = per_ray(counts.spared);
     }
 
     pub(super) fn time(&mut self, seconds: &[f64]) {
@@ -178,6 +180,7 @@ mod tests {
             nodes_per_ray: None,
             blocks_per_ray: None,
             tests_per_ray: None,
+            spared_per_ray: None,
             differences: Differences::default(),
         }
     }

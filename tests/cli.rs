@@ -139,7 +139,10 @@ fn wrong_arguments() {
         (small(&["--precision", "guarded"]), "does not exist yet"),
         (small(&["--accel", "kd"]), "does not exist yet"),
         (small(&["--accel", "item-buffer"]), "does not exist yet"),
-        (small(&["--accel", "octree"]), "known are auto, bvh, linear"),
+        (
+            small(&["--accel", "octree"]),
+            "known are auto, bvh, grid, heap, heap-spheres, linear",
+        ),
         (small(&["--tile", "1/4"]), "does not exist yet"),
         (
             small(&["--grid", "corners", "--spp", "4"]),

@@ -2,6 +2,8 @@
 //! one kind.
 
 use super::bvh::Tree;
+use super::grid::Grid;
+use super::heap::{Boxes, Heap, Spheres};
 use super::index::{Figures, Index};
 use super::wide::{Block, WideMesh, WideTree};
 use crate::geom::triangle::Corners;
@@ -40,6 +42,9 @@ pub enum Forests {
     Wide(WideForest),
     /// Also the linear scan: a tree without nodes.
     Narrow(Forest<Tree>),
+    Grid(Forest<Grid>),
+    Heap(Forest<Heap<Boxes>>),
+    HeapSpheres(Forest<Heap<Spheres>>),
 }
 
 /// Runs an expression on the forest inside; wide ones have their own.
@@ -48,6 +53,9 @@ macro_rules! each {
         match $forests {
             Forests::Wide($wide) => $then_wide,
             Forests::Narrow($forest) => $then,
+            Forests::Grid($forest) => $then,
+            Forests::Heap($forest) => $then,
+            Forests::HeapSpheres($forest) => $then,
         }
     };
 }

@@ -86,6 +86,12 @@ impl<L: Lanes> Slabs<L> {
 }
 
 impl<L: Lanes> Slabs<L> {
+    /// One axis' constants: 1/dir, for lower planes, for upper planes.
+    #[inline(always)]
+    pub(super) fn axis(&self, k: usize) -> (L, L, L) {
+        (self.inv.axis(k), self.low.axis(k), self.high.axis(k))
+    }
+
     /// One lane's constants as (1/dir, for lower planes, for upper planes) of
     /// each axis.
     #[inline(always)]

@@ -95,7 +95,7 @@ pub struct CommonArgs {
     /// Rays per packet: auto, 1, 4, 8 or 16 [default: auto; bench: auto and 1]
     #[arg(long, value_name = "N", value_parser = parse_lanes)]
     pub lanes: Option<LaneCount>,
-    /// auto, bvh or linear
+    /// auto, bvh, grid, heap, heap-spheres or linear
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = parse_accel)]
     pub accel: AccelChoice,
     /// Threads that trace [default: as many as the machine runs at once; bench: 1]
@@ -239,7 +239,14 @@ fn parse_lanes(text: &str) -> Result<LaneCount, String> {
 }
 
 fn parse_accel(text: &str) -> Result<AccelChoice, String> {
-    let known = [AccelChoice::Auto, AccelChoice::Bvh, AccelChoice::Linear];
+    let known = [
+        AccelChoice::Auto,
+        AccelChoice::Bvh,
+        AccelChoice::Grid,
+        AccelChoice::Heap,
+        AccelChoice::HeapSpheres,
+        AccelChoice::Linear,
+    ];
     one_of(
         text,
         &known.map(|a| (a.name(), a)),

@@ -101,6 +101,9 @@ impl Prepared {
 pub fn structure(plan: &Plan) -> Structure {
     match plan.accel {
         Accel::Bvh => Structure::Bvh,
+        Accel::Grid => Structure::Grid,
+        Accel::Heap => Structure::Heap,
+        Accel::HeapSpheres => Structure::HeapSpheres,
         Accel::Linear => Structure::Linear,
     }
 }

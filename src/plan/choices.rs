@@ -66,6 +66,9 @@ pub enum AccelChoice {
     #[default]
     Auto,
     Bvh,
+    Grid,
+    Heap,
+    HeapSpheres,
     Linear,
 }
 
@@ -74,6 +77,9 @@ impl AccelChoice {
         match self {
             AccelChoice::Auto => "auto",
             AccelChoice::Bvh => "bvh",
+            AccelChoice::Grid => "grid",
+            AccelChoice::Heap => "heap",
+            AccelChoice::HeapSpheres => "heap-spheres",
             AccelChoice::Linear => "linear",
         }
     }

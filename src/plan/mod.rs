@@ -47,6 +47,9 @@ pub struct Kernels {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Accel {
     Bvh,
+    Grid,
+    Heap,
+    HeapSpheres,
     Linear,
 }
 
@@ -55,6 +58,9 @@ impl Accel {
     pub fn name(self) -> &'static str {
         match self {
             Accel::Bvh => "bvh",
+            Accel::Grid => "grid",
+            Accel::Heap => "heap",
+            Accel::HeapSpheres => "heap-spheres",
             Accel::Linear => "linear",
         }
     }
@@ -143,10 +149,16 @@ pub fn plan(
     let (accel, why) = match choices.accel {
         AccelChoice::Auto => (Accel::Bvh, "the fastest structure for every scene measured"),
         AccelChoice::Bvh => (Accel::Bvh, "asked for"),
+        AccelChoice::Grid => (Accel::Grid, "asked for"),
+        AccelChoice::Heap => (Accel::Heap, "asked for"),
+        AccelChoice::HeapSpheres => (Accel::HeapSpheres, "asked for"),
         AccelChoice::Linear => (Accel::Linear, "asked for: every primitive is tested"),
     };
     let name = match accel {
         Accel::Bvh => "bvh (SAH, 4-wide, two levels)",
+        Accel::Grid => "uniform grid (two levels in dense cells, tagging)",
+        Accel::Heap => "best-first heap over boxes (SAH, 4-wide)",
+        Accel::HeapSpheres => "best-first heap over spheres (SAH, 4-wide)",
         Accel::Linear => "linear",
     };
     reasons.push(("structure", name.into(), why.into()));

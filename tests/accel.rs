@@ -42,7 +42,14 @@ fn one_hash(arithmetic: Arithmetic, seeds: std::ops::Range<u64>) {
             structure: Structure::Linear,
         };
         let expected = hash_of(&scene, base, &small());
-        for structure in [Structure::Linear, Structure::Bvh] {
+        let all = [
+            Structure::Linear,
+            Structure::Bvh,
+            Structure::Grid,
+            Structure::Heap,
+            Structure::HeapSpheres,
+        ];
+        for structure in all {
             for lanes in [1, 4, 8, 16] {
                 let way = Way {
                     structure,

@@ -78,16 +78,14 @@ impl<'a> World<'a> {
             let (forest, entries) = plant(scene, appearances, build);
             (Forests::Narrow(forest), entries)
         };
-        let (forest, [entries, unbounded]) = match structure {
+        let (forest, entries) = match structure {
             Structure::Bvh => {
                 let (forest, entries) = plant_wide(scene, appearances);
                 (Forests::Wide(forest), entries)
             }
             Structure::Narrow => narrow(&|p| build(p.boxes, &Quality::default())),
             Structure::Grid => {
-                let density = Density::default();
-                let (forest, entries) = plant(scene, appearances, &|p| Grid::build(p, &density));
-                (Forests::Grid(forest), entries)
+                return World::of_grids(scene, appearances, &Density::default());
             }
             Structure::Heap => {
                 let quality = Quality::default();
@@ -105,6 +103,25 @@ impl<'a> World<'a> {
                 (linear(p.boxes), order.collect())
             }),
         };
+        World::of(scene, appearances, forest, entries)
+    }
+
+    /// Of grids as fine as one likes.
+    pub fn of_grids(
+        scene: &'a Scene,
+        appearances: &'a Appearances,
+        density: &Density,
+    ) -> World<'a> {
+        let (forest, entries) = plant(scene, appearances, &|p| Grid::build(p, density));
+        World::of(scene, appearances, Forests::Grid(forest), entries)
+    }
+
+    fn of(
+        scene: &'a Scene,
+        appearances: &'a Appearances,
+        forest: Forests,
+        [entries, unbounded]: [Vec<Entry>; 2],
+    ) -> World<'a> {
         let mut place_of = vec![0; appearances.len()];
         for (place, entry) in entries.iter().chain(&unbounded).enumerate() {
             place_of[entry.appearance as usize] = place as u32;

@@ -34,9 +34,17 @@ fn hash_of(scene: &Scene, way: Way, config: &RenderConfig) -> u64 {
 }
 
 /// All that find primitives.
-fn structures() -> [Structure; 4] {
+fn structures() -> [Structure; 7] {
     let kd = Structure::Kd(KdQuality::default());
-    [Structure::Linear, Structure::Bvh, Structure::Narrow, kd]
+    [
+        Structure::Linear,
+        Structure::Bvh,
+        Structure::Narrow,
+        kd,
+        Structure::Grid,
+        Structure::Heap,
+        Structure::HeapSpheres,
+    ]
 }
 
 fn one_hash(arithmetic: Arithmetic, seeds: std::ops::Range<u64>) {

@@ -8,6 +8,8 @@
 use super::build::{BuildQuality, build_boxes, build_mesh};
 use super::bvh::Tree;
 use super::forest::{Forest, Forests, MeshTree, WideForest};
+use super::grid::{Density, Grid};
+use super::heap::Heap;
 use super::index::{Index, Primitives};
 use super::kdtree::{self, KdQuality};
 use super::sah::{Quality, build, linear};
@@ -26,6 +28,12 @@ pub enum Structure {
     /// Four-wide nodes, packets without tiles.
     Narrow,
     Kd(KdQuality),
+    /// Two levels of uniform grids.
+    Grid,
+    /// Best first, through boxes.
+    Heap,
+    /// Best first, through spheres.
+    HeapSpheres,
     /// Every primitive is tested.
     Linear,
 }
@@ -72,7 +80,7 @@ impl<'a> World<'a> {
             let (forest, entries) = plant(scene, appearances, build);
             (Forests::Narrow(forest), entries)
         };
-        let (forest, [entries, unbounded]) = match structure {
+        let (forest, entries) = match structure {
             Structure::Bvh => {
                 let (forest, entries) = plant_wide(scene, appearances);
                 (Forests::Wide(forest), entries)
@@ -82,11 +90,44 @@ impl<'a> World<'a> {
                 (Forests::Kd(forest), entries)
             }
             Structure::Narrow => narrow(&|p| build(p.boxes, &Quality::default())),
+            Structure::Grid => {
+                return World::of_grids(scene, appearances, &Density::default());
+            }
+            Structure::Heap => {
+                let quality = Quality::default();
+                let (forest, entries) = plant(scene, appearances, &|p| Heap::of_boxes(p, &quality));
+                (Forests::Heap(forest), entries)
+            }
+            Structure::HeapSpheres => {
+                let quality = Quality::default();
+                let (forest, entries) =
+                    plant(scene, appearances, &|p| Heap::of_spheres(p, &quality));
+                (Forests::HeapSpheres(forest), entries)
+            }
             Structure::Linear => narrow(&|p| {
                 let order = 0..p.boxes.len() as u32;
                 (linear(p.boxes), order.collect())
             }),
         };
+        World::of(scene, appearances, forest, entries)
+    }
+
+    /// Of grids as fine as one likes.
+    pub fn of_grids(
+        scene: &'a Scene,
+        appearances: &'a Appearances,
+        density: &Density,
+    ) -> World<'a> {
+        let (forest, entries) = plant(scene, appearances, &|p| Grid::build(p, density));
+        World::of(scene, appearances, Forests::Grid(forest), entries)
+    }
+
+    fn of(
+        scene: &'a Scene,
+        appearances: &'a Appearances,
+        forest: Forests,
+        [entries, unbounded]: [Vec<Entry>; 2],
+    ) -> World<'a> {
         let mut place_of = vec![0; entries.len() + unbounded.len()];
         for (place, entry) in entries.iter().chain(&unbounded).enumerate() {
             place_of[entry.appearance as usize] = place as u32;

@@ -65,6 +65,8 @@ pub trait Scalar: Copy + PartialOrd + Debug + Send + Sync + 'static {
     fn mul_add(self, a: Self, b: Self) -> Self;
     /// The bits, zero-extended.
     fn bits(self) -> u64;
+    /// A number of no meaning that carries 32 bits, for lanes of ids.
+    fn carrying(bits: u32) -> Self;
 }
 
 impl Scalar for f32 {
@@ -87,8 +89,13 @@ impl Scalar for f32 {
     fn mul_add(self, a: f32, b: f32) -> f32 {
         mul_add_f32(self, a, b)
     }
+    #[inline(always)]
     fn bits(self) -> u64 {
         u64::from(self.to_bits())
+    }
+    #[inline(always)]
+    fn carrying(bits: u32) -> f32 {
+        f32::from_bits(bits)
     }
 }
 
@@ -112,8 +119,13 @@ impl Scalar for f64 {
     fn mul_add(self, a: f64, b: f64) -> f64 {
         self * a + b
     }
+    #[inline(always)]
     fn bits(self) -> u64 {
         self.to_bits()
+    }
+    #[inline(always)]
+    fn carrying(bits: u32) -> f64 {
+        f64::from_bits(u64::from(bits))
     }
 }
 

@@ -169,10 +169,12 @@ impl Buffers {
     ) {
         let padded = self.rays.t_max.len();
         self.t.resize(padded, 0.0);
-        self.id.resize(padded, HitId::NONE);
+        // Into the answers themselves, unless the last packet would not fit.
+        let whole = id.len() == padded;
+        self.id.resize(if whole { 0 } else { padded }, HitId::NONE);
         let mut hits = Hits {
             t: &mut self.t,
-            id: &mut self.id,
+            id: if whole { id } else { &mut self.id },
         };
         let rays = self.rays.borrowed();
         match counter {
@@ -182,7 +184,9 @@ impl Buffers {
         for (to, from) in t.iter_mut().zip(&self.t) {
             *to = *from as f32;
         }
-        id.copy_from_slice(&self.id[..id.len()]);
+        if !whole {
+            id.copy_from_slice(&self.id[..id.len()]);
+        }
     }
 
     fn any(
@@ -203,9 +207,33 @@ impl Buffers {
     }
 }
 
+/// Rows into columns, of which each is at least as long.
+fn transpose(rows: &[[f32; 3]], [x, y, z]: [&mut [f32]; 3]) {
+    // Fixed numbers of rows become shuffles of registers.
+    const AT_ONCE: usize = 16;
+    let (whole, rest) = rows.as_chunks::<AT_ONCE>();
+    let columns = x.as_chunks_mut().0.iter_mut();
+    let columns = columns.zip(y.as_chunks_mut().0).zip(z.as_chunks_mut().0);
+    for (rows, ((x, y), z)) in whole.iter().zip(columns) {
+        let (x, y, z): (
+            &mut [f32; AT_ONCE],
+            &mut [f32; AT_ONCE],
+            &mut [f32; AT_ONCE],
+        ) = (x, y, z);
+        for i in 0..AT_ONCE {
+            [x[i], y[i], z[i]] = rows[i];
+        }
+    }
+    for (i, row) in (whole.len() * AT_ONCE..).zip(rest) {
+        [x[i], y[i], z[i]] = *row;
+    }
+}
+
 /// Rays as the kernels want them, in whole packets.
 #[derive(Default)]
 struct Columns {
+    /// Where all rays start; `org` is empty then.
+    origin: Option<[f64; 3]>,
     org: [Vec<f64>; 3],
     dir: [Vec<f32>; 3],
     t_min: Vec<f32>,
@@ -216,30 +244,33 @@ impl Columns {
     /// Takes in a range of the rays and pads it to whole packets.
     fn fill(&mut self, rays: &RaySet, first: usize, count: usize) {
         let padded = count.next_multiple_of(MAX_LANES);
+        let rows = first..first + count;
+        let (org, dir) = (&rays.org[rows.clone()], &rays.dir[rows.clone()]);
+        let one = org.first().filter(|one| org.iter().all(|org| org == *one));
+        self.origin = one.map(|one| one.map(f64::from));
         for k in 0..3 {
-            self.org[k].resize(padded, 0.0);
+            let rows = if one.is_some() { 0 } else { padded };
+            self.org[k].resize(rows, 0.0);
             self.dir[k].resize(padded, 1.0);
         }
         self.t_min.resize(padded, 0.0);
         self.t_max.resize(padded, 0.0);
-        let rows = first..first + count;
-        let [x, y, z] = &mut self.org;
-        let columns = x.iter_mut().zip(y).zip(z);
-        for (((x, y), z), org) in columns.zip(&rays.org[rows.clone()]) {
-            [*x, *y, *z] = org.map(f64::from);
+        if one.is_none() {
+            for k in 0..3 {
+                for (to, from) in self.org[k][..count].iter_mut().zip(org) {
+                    *to = f64::from(from[k]);
+                }
+                self.org[k][count..].fill(0.0);
+            }
         }
         let [x, y, z] = &mut self.dir;
-        let columns = x.iter_mut().zip(y).zip(z);
-        for (((x, y), z), dir) in columns.zip(&rays.dir[rows.clone()]) {
-            [*x, *y, *z] = *dir;
-        }
+        transpose(dir, [x, y, z]);
         self.t_min[..count].copy_from_slice(&rays.t_min[rows.clone()]);
         for (to, from) in self.t_max.iter_mut().zip(&rays.t_max[rows]) {
             // −∞ would mean that something has blocked it.
             *to = from.max(f32::MIN);
         }
         for k in 0..3 {
-            self.org[k][count..].fill(0.0);
             self.dir[k][count..].fill(1.0);
         }
         self.t_min[count..].fill(0.0);
@@ -248,6 +279,7 @@ impl Columns {
 
     fn borrowed(&self) -> Rays<'_> {
         Rays {
+            origin: self.origin,
             org: [&self.org[0], &self.org[1], &self.org[2]],
             dir: [&self.dir[0], &self.dir[1], &self.dir[2]],
             t_min: &self.t_min,

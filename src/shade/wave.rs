@@ -100,6 +100,7 @@ impl<'b> Wave<'b> {
         self.t_min.resize(padded, 0.0);
         self.t_max.resize(padded, -1.0);
         Rays {
+            origin: None,
             org: self.org.each_ref().map(|column| &column[first..]),
             dir: self.dir.each_ref().map(|column| &column[first..]),
             t_min: &self.t_min[first..],

@@ -19,6 +19,9 @@ pub const MAX_LANES: usize = TILE;
 /// with rays whose `t_max` is negative: they meet nothing.
 #[derive(Clone, Copy)]
 pub struct Rays<'a> {
+    /// Where all rays start, if that is known; then nothing is asked of `org`,
+    /// which may be empty.
+    pub origin: Option<[f64; 3]>,
     pub org: [&'a [f64]; 3],
     pub dir: [&'a [f32]; 3],
     pub t_min: &'a [f32],
@@ -42,6 +45,15 @@ impl Rays<'_> {
         self.t_max.is_empty()
     }
 
+    /// The origin of one ray.
+    #[inline(always)]
+    pub(super) fn start(&self, i: usize) -> [f64; 3] {
+        match self.origin {
+            Some(origin) => origin,
+            None => [self.org[0][i], self.org[1][i], self.org[2][i]],
+        }
+    }
+
     /// Of the rays of a stream, those that can meet anything.
     #[inline(always)]
     fn alive(&self, first: usize) -> u64 {
@@ -55,7 +67,10 @@ impl Rays<'_> {
 
     #[inline(always)]
     pub(super) fn packet<L: Lanes>(&self, first: usize, world: &World) -> Packet<L> {
-        let org = |k: usize| L::Double::load(&self.org[k][first..]);
+        let org = |k: usize| match &self.origin {
+            Some(origin) => L::Double::splat(origin[k]),
+            None => L::Double::load(&self.org[k][first..]),
+        };
         let wide = |column: &[f32]| load_f32::<L::Double>(&column[first..]);
         Packet::new(
             Vec3::new(org(0), org(1), org(2)),

@@ -169,12 +169,7 @@ impl Stream<'_> {
 
     #[inline(always)]
     fn org(&self, i: usize) -> [f64; 3] {
-        let i = self.first + i;
-        [
-            self.rays.org[0][i],
-            self.rays.org[1][i],
-            self.rays.org[2][i],
-        ]
+        self.rays.start(self.first + i)
     }
 
     #[inline(always)]

@@ -386,6 +386,7 @@ impl RayColumns {
         }
         t_max.resize(padded, -1.0);
         let rays = Rays {
+            origin: None,
             org: [&org[0], &org[1], &org[2]],
             dir: [&dir[0], &dir[1], &dir[2]],
             t_min: &vec![0.0; padded],

@@ -146,6 +146,20 @@ impl Edges {
         meets.bits() & self.live
     }
 
+    /// One ray, widened by the margin, against all triangles: those that it may
+    /// meet.
+    #[inline(always)]
+    pub fn may_meet_ray(&self, u: f32, v: f32) -> u32 {
+        let (u, v) = (Register::splat(u), Register::splat(v));
+        let value = |which: usize| {
+            let n = self.normal(which);
+            n[0].mul_add(u, n[1].mul_add(v, n[2]))
+        };
+        let least = min(min(value(0), value(1)), value(2));
+        let meets = (least + Register::load(&self.margin)).ge(Register::zero());
+        meets.bits() & self.live
+    }
+
     /// One triangle against a group's rays: those inside, and T and det. That
     /// the triangle begins before the ray's limit is asked of each ray, and not
     /// only of the group: T / det may come out nearer than the triangle is, and

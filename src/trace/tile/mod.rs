@@ -75,8 +75,9 @@ struct InMesh<'a, L: Lanes, const S: usize> {
     id: MeshId,
     mesh: &'a WideMesh,
     bundle: &'a mut Bundle<L, S>,
-    /// By group: place of the nearest triangle so far, as block · WIDE + slot.
-    places: [L::Ids; S],
+    /// By group: place of the nearest triangle so far, as block · WIDE + slot,
+    /// carried in lanes.
+    places: [L; S],
 }
 
 impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
@@ -93,18 +94,19 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         let (t_min, t_max) = (&rays.t_min[first..end], &rays.t_max[first..end]);
         let is_alive = |i: usize| t_max[i] > 0.0;
         let leader = (0..TILE).find(|i| is_alive(*i))?;
-        let org = [
-            rays.org[0][first + leader],
-            rays.org[1][first + leader],
-            rays.org[2][first + leader],
-        ];
-        let x = &rays.org[0][first..end];
-        let y = &rays.org[1][first..end];
-        let z = &rays.org[2][first..end];
+        let org = rays.start(first + leader);
         let mut same = true;
         for i in 0..TILE {
-            let here = (x[i] == org[0]) & (y[i] == org[1]) & (z[i] == org[2]) & (t_min[i] == 0.0);
-            same &= here | !is_alive(i);
+            same &= (t_min[i] == 0.0) | !is_alive(i);
+        }
+        if rays.origin.is_none() {
+            let x = &rays.org[0][first..end];
+            let y = &rays.org[1][first..end];
+            let z = &rays.org[2][first..end];
+            for i in 0..TILE {
+                let here = (x[i] == org[0]) & (y[i] == org[1]) & (z[i] == org[2]);
+                same &= here | !is_alive(i);
+            }
         }
         if !same {
             return None;
@@ -202,7 +204,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
                         id,
                         mesh,
                         bundle: self.bundle,
-                        places: [L::ids(NOTHING); S],
+                        places: [nowhere(); S],
                     };
                     inside.trace::<C, Q>(world, rays, *first, queries, stack);
                     for (s, query) in queries.iter().enumerate() {
@@ -266,7 +268,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             id,
             mesh,
             bundle,
-            places: [L::ids(NOTHING); S],
+            places: [nowhere(); S],
         };
         inside.trace::<C, Q>(self.world, self.rays, self.first, queries, stack);
         for (s, query) in queries.iter().enumerate() {
@@ -359,15 +361,15 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
         for s in 0..S {
             let places = self.places[s];
             let mut bits = 0;
-            for (lane, place) in places.as_ref().iter().enumerate() {
-                bits |= u32::from(*place != NOTHING) << lane;
+            for (lane, place) in places.to_array().as_ref().iter().enumerate() {
+                bits |= u32::from(place.bits() as u32 != NOTHING) << lane;
             }
             if bits != 0 {
                 let found = Found {
                     entry: self.entry,
                     id: self.id,
                     mesh: self.mesh,
-                    places: &places,
+                    places,
                     bits,
                 };
                 let packet = || rays.packet(start + s * L::COUNT, world);
@@ -446,20 +448,23 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                         let (depth, det) = (depth.to_array(), det.to_array());
                         let mut limit = limit;
                         let mut hits = hits;
+                        let mut best = self.places[s].lane(lane).bits() as u32;
                         while hits != 0 {
                             let slot = hits.trailing_zeros() as usize;
                             hits &= hits - 1;
                             let z = depth[slot] / det[slot];
-                            let place = &mut self.places[s].as_mut()[lane];
-                            if nearer(z, limit, block.source[slot], *place, self.mesh) {
+                            if nearer(z, limit, block.source[slot], best, self.mesh) {
                                 limit = z;
-                                *place = (number * crate::accel::WIDE + slot) as u32;
+                                best = (number * crate::accel::WIDE + slot) as u32;
                             }
                         }
                         if Q::ANY {
                             limit = -1.0;
                         }
-                        group.limit = group.limit.with_lane(lane, L::Scalar::from_f32(limit));
+                        let here = L::Mask::from_bits(1 << lane);
+                        group.limit = L::select(here, L::from_f32(limit), group.limit);
+                        let best = L::splat(L::Scalar::carrying(best));
+                        self.places[s] = L::select(here, best, self.places[s]);
                     }
                 } else {
                     // Triangle by triangle, the rays in lanes.
@@ -473,26 +478,28 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                         }
                         met = true;
                         let place = (number * crate::accel::WIDE + slot) as u32;
+                        let place = L::splat(L::Scalar::carrying(place));
                         if Q::ANY {
                             let done = -L::from_f32(1.0);
                             group.limit = L::select(hit, done, group.limit);
-                            mark(&mut self.places[s], bits, place);
+                            self.places[s] = L::select(hit, place, self.places[s]);
                             continue;
                         }
                         let z = depth / det;
                         let less = hit & z.lt(group.limit);
-                        let mut taken = less.bits();
                         let mut tied = (hit & z.eq(group.limit)).bits();
+                        group.limit = L::select(less, z, group.limit);
+                        let before = self.places[s];
+                        self.places[s] = L::select(less, place, before);
                         while tied != 0 {
                             let lane = tied.trailing_zeros() as usize;
                             tied &= tied - 1;
-                            let best = self.places[s].as_ref()[lane];
+                            let best = before.lane(lane).bits() as u32;
                             if best != NOTHING && block.source[slot] < source(self.mesh, best) {
-                                taken |= 1 << lane;
+                                let here = L::Mask::from_bits(1 << lane);
+                                self.places[s] = L::select(here, place, self.places[s]);
                             }
                         }
-                        group.limit = L::select(less, z, group.limit);
-                        mark(&mut self.places[s], taken, place);
                     }
                 }
                 if met {
@@ -510,13 +517,14 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
     fn report<Q: Query<L>>(&mut self, s: usize, queries: &mut [Q; S]) {
         let mut bits = 0;
         let mut last = NOTHING;
-        for (lane, place) in self.places[s].as_mut().iter_mut().enumerate() {
-            if *place != NOTHING {
+        for (lane, place) in self.places[s].to_array().as_ref().iter().enumerate() {
+            let place = place.bits() as u32;
+            if place != NOTHING {
                 bits |= 1 << lane;
-                last = *place;
-                *place = NOTHING;
+                last = place;
             }
         }
+        self.places[s] = nowhere();
         if last != NOTHING {
             let id = HitId {
                 instance: self.entry.appearance,
@@ -555,6 +563,19 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                 let mut slots = edges.may_meet(&self.bundle.groups[s], true, self.bundle.reach);
                 let mut met = false;
                 let active = L::Mask::from_bits(rays[s]);
+                // The watertight test takes as long as a few rays here.
+                if slots.count_ones() > 2 {
+                    let group = &self.bundle.groups[s];
+                    let (u, v) = (group.u.to_array(), group.v.to_array());
+                    let (mut bits, mut some) = (rays[s], 0);
+                    while bits != 0 {
+                        let lane = bits.trailing_zeros() as usize;
+                        bits &= bits - 1;
+                        let at = |x: &L::Array| x.as_ref()[lane].to_f64() as f32;
+                        some |= edges.may_meet_ray(at(&u), at(&v));
+                    }
+                    slots &= some;
+                }
                 while slots != 0 {
                     let slot = slots.trailing_zeros() as usize;
                     slots &= slots - 1;
@@ -596,9 +617,8 @@ fn nearer(z: f32, limit: f32, id: u32, best: u32, mesh: &WideMesh) -> bool {
     z < limit || (z == limit && best != NOTHING && id < source(mesh, best))
 }
 
+/// [`NOTHING`] in every lane.
 #[inline(always)]
-fn mark<I: AsMut<[u32]>>(places: &mut I, bits: u32, place: u32) {
-    for (lane, to) in places.as_mut().iter_mut().enumerate() {
-        *to = if bits >> lane & 1 != 0 { place } else { *to };
-    }
+fn nowhere<L: Lanes>() -> L {
+    L::splat(L::Scalar::carrying(NOTHING))
 }

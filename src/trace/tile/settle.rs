@@ -16,7 +16,7 @@ pub(super) struct Found<'a, L: Lanes> {
     pub id: MeshId,
     pub mesh: &'a WideMesh,
     /// Of each lane in `bits`: block · WIDE + slot.
-    pub places: &'a L::Ids,
+    pub places: L,
     pub bits: u32,
 }
 
@@ -25,11 +25,12 @@ pub(super) struct Found<'a, L: Lanes> {
 fn gather<L: Lanes>(found: &Found<L>) -> ([Vec3<L>; 3], L::Ids) {
     let mut columns = [L::zero().to_array(); 9];
     let mut primitives = L::ids(u32::MAX);
-    for (lane, place) in found.places.as_ref().iter().enumerate() {
+    for (lane, place) in found.places.to_array().as_ref().iter().enumerate() {
         if found.bits >> lane & 1 == 0 {
             continue;
         }
-        let (block, slot) = (*place as usize / WIDE, *place as usize % WIDE);
+        let place = place.bits() as u32 as usize;
+        let (block, slot) = (place / WIDE, place % WIDE);
         let block = &found.mesh.blocks[block];
         primitives.as_mut()[lane] = block.source[slot];
         for corner in 0..3 {

@@ -205,18 +205,24 @@ impl Batch for ClosestBatch<'_, '_> {
                 }
                 continue;
             }
-            let mut queries: [_; STREAM] = std::array::from_fn(|i| {
-                let t_max = self.rays.t_max[first + i];
-                Closest::<L::Single, C>::new(<L::Single as Lanes>::from_f32(t_max))
-            });
-            let stream = Stream {
-                world: self.world,
-                rays: self.rays,
-                first,
-            };
-            stream.trace::<_, C, F, _>(self.rays.alive(first), &mut queries, &mut scratch.streams);
-            for (i, query) in queries.iter().enumerate() {
-                self.put(first + i, query);
+            for first in (first..first + TILE).step_by(STREAM) {
+                let mut queries: [_; STREAM] = std::array::from_fn(|i| {
+                    let t_max = self.rays.t_max[first + i];
+                    Closest::<L::Single, C>::new(<L::Single as Lanes>::from_f32(t_max))
+                });
+                let stream = Stream {
+                    world: self.world,
+                    rays: self.rays,
+                    first,
+                };
+                stream.trace::<_, C, F, _>(
+                    self.rays.alive(first),
+                    &mut queries,
+                    &mut scratch.streams,
+                );
+                for (i, query) in queries.iter().enumerate() {
+                    self.put(first + i, query);
+                }
             }
         }
     }
@@ -289,18 +295,24 @@ impl Batch for AnyBatch<'_> {
                 }
                 continue;
             }
-            let mut queries: [_; STREAM] = std::array::from_fn(|i| {
-                let t_max = self.rays.t_max[first + i];
-                AnyHit::<L::Single>::new(<L::Single as Lanes>::from_f32(t_max))
-            });
-            let stream = Stream {
-                world,
-                rays: self.rays,
-                first,
-            };
-            stream.trace::<_, C, F, _>(self.rays.alive(first), &mut queries, &mut scratch.streams);
-            for (i, query) in queries.iter().enumerate() {
-                self.put(first + i, query);
+            for first in (first..first + TILE).step_by(STREAM) {
+                let mut queries: [_; STREAM] = std::array::from_fn(|i| {
+                    let t_max = self.rays.t_max[first + i];
+                    AnyHit::<L::Single>::new(<L::Single as Lanes>::from_f32(t_max))
+                });
+                let stream = Stream {
+                    world,
+                    rays: self.rays,
+                    first,
+                };
+                stream.trace::<_, C, F, _>(
+                    self.rays.alive(first),
+                    &mut queries,
+                    &mut scratch.streams,
+                );
+                for (i, query) in queries.iter().enumerate() {
+                    self.put(first + i, query);
+                }
             }
         }
     }

@@ -19,7 +19,7 @@ use super::leaf::{Everything, Features, Tester};
 use super::packet::Packet;
 use super::query::{HitId, Query};
 use super::stream::{Stream, StreamScratch};
-use crate::accel::{Entry, WideMesh, WideNode, WideStack, World, prefetch};
+use crate::accel::{Entry, STREAM, WideMesh, WideNode, WideStack, World, prefetch};
 use crate::geom::Certainty;
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
@@ -287,23 +287,25 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         streams: &mut StreamScratch,
     ) {
         use super::query::Closest;
-        let mut set = 0;
-        let mut nearest: [_; TILE] = std::array::from_fn(|i| {
-            let (s, lane) = (i / L::COUNT, i % L::COUNT);
-            set |= u64::from(active[s].bits() >> lane & 1) << i;
-            let limit = queries[s].limit().lane(lane);
-            Closest::<L::Single, C>::new(<L::Single as Lanes>::splat(limit))
-        });
-        let stream = Stream {
-            world: self.world,
-            rays: self.rays,
-            first: self.first,
-        };
-        stream.placed_alone::<L::Single, C, _>(entry, id, set, &mut nearest, streams);
-        for (i, found) in nearest.iter().enumerate() {
-            if found.id(0) != HitId::NONE {
-                let (s, lane) = (i / L::COUNT, i % L::COUNT);
-                queries[s].settle(lane, found.t(0), found.id(0));
+        for begin in (0..TILE).step_by(STREAM) {
+            let mut set = 0;
+            let mut nearest: [_; STREAM] = std::array::from_fn(|i| {
+                let (s, lane) = ((begin + i) / L::COUNT, (begin + i) % L::COUNT);
+                set |= u64::from(active[s].bits() >> lane & 1) << i;
+                let limit = queries[s].limit().lane(lane);
+                Closest::<L::Single, C>::new(<L::Single as Lanes>::splat(limit))
+            });
+            let stream = Stream {
+                world: self.world,
+                rays: self.rays,
+                first: self.first + begin,
+            };
+            stream.placed_alone::<L::Single, C, _>(entry, id, set, &mut nearest, streams);
+            for (i, found) in nearest.iter().enumerate() {
+                if found.id(0) != HitId::NONE {
+                    let (s, lane) = ((begin + i) / L::COUNT, (begin + i) % L::COUNT);
+                    queries[s].settle(lane, found.t(0), found.id(0));
+                }
             }
         }
     }

@@ -372,7 +372,7 @@ where
             same(Lanes::sqrt(wa), Lanes::sqrt(a), "sqrt");
             same(Lanes::min(wa, wb), Lanes::min(a, b), "min");
             same(Lanes::max(wa, wb), Lanes::max(a, b), "max");
-            same(wa.mul_add(wb, wa), a.mul_add(b, a), "mul_add");
+            same(wa.mul_add(wb, wa), Lanes::mul_add(a, b, a), "mul_add");
             agree(wa.lt(wb), a.lt(b), "<");
             agree(wa.le(wb), a.le(b), "<=");
             agree(wa.gt(wb), a.gt(b), ">");

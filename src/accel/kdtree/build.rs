@@ -125,6 +125,9 @@ pub fn build(primitives: &Primitives, quality: &KdQuality) -> (KdTree, Vec<u32>)
     (tree, order)
 }
 
+/// What a child's cell is made from: its references and their events.
+type Child = (Vec<Reference>, Vec<Event>);
+
 impl Builder<'_> {
     fn build(&self, cell: Cell) -> Subtree {
         let Some(split) = self.split(&cell) else {
@@ -206,7 +209,7 @@ impl Builder<'_> {
         references: &[Reference],
         events: Vec<Event>,
         split: &Split,
-    ) -> ((Vec<Reference>, Vec<Event>), (Vec<Reference>, Vec<Event>)) {
+    ) -> (Child, Child) {
         const BOTH: u8 = 0;
         const LOW: u8 = 1;
         const HIGH: u8 = 2;

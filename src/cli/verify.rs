@@ -53,13 +53,8 @@ struct Time {
 }
 
 pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
-    let config = args.common.config(VERIFY_SIZE)?;
-    if config.spp != 1 {
-        return Err(CliError::Usage(format!(
-            "verify compares one ray a pixel; leave out --spp {}",
-            config.spp
-        )));
-    }
+    let mut config = args.common.config(VERIFY_SIZE)?;
+    config.max_depth = args.depth.max_depth;
     let pixels = u64::from(config.width) * u64::from(config.height);
     if pixels > MAX_PIXELS {
         return Err(CliError::Usage(format!(

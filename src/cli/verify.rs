@@ -68,6 +68,7 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
     let prepared = prepare(Some(&args.scene), &options, &config, &mut watch, &mut stats)?;
     let too_many = |source| LoadError::Scene {
         path: args.scene.clone(),
+        place: None,
         source,
     };
     // The reference will not take more: say so before any work.

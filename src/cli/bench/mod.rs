@@ -226,6 +226,7 @@ fn scene_of(mut scene: SceneBuilder, set: TriangleSet, path: &Path) -> Result<Sc
     scene.instance("", Edge::shape(mesh));
     scene.finish().map_err(|source| LoadError::Scene {
         path: path.into(),
+        place: None,
         source,
     })
 }

@@ -181,6 +181,30 @@ fn wrong_arguments() {
 }
 
 #[test]
+fn options_that_a_command_does_not_use() {
+    for (command, options) in [
+        ("verify", &["--spp", "--aov", "--seed", "--tile"][..]),
+        (
+            "bench",
+            &["--spp", "--aov", "--seed", "--tile", "--max-depth"],
+        ),
+        (
+            "plan",
+            &["--spp", "--aov", "--seed", "--tile", "--max-depth"],
+        ),
+    ] {
+        let help = lanecast(folder().path(), &[command, "--help"]);
+        for option in options {
+            let says = format!("unexpected argument '{option}' found");
+            fails(&[command, "x.toml", option, "1"], 2, &says);
+            assert!(!stdout(&help).contains(option), "{command} {option}");
+        }
+    }
+    let used = ["verify", "x.toml", "--max-depth", "1"];
+    fails(&used, 3, "x.toml");
+}
+
+#[test]
 fn commands_that_do_not_exist_yet() {
     for command in [
         "tradeoff", "extremes", "roots", "probe", "measure", "export",

@@ -664,3 +664,63 @@ fn depth_is_bounded() {
         &["scene.toml:3:9: there is no shape 'longlong"],
     );
 }
+
+/// What only the scene's check finds still has its line.
+#[test]
+fn the_check_of_the_scene_knows_the_lines() {
+    let text = "format = 1\n\
+        [camera]\neye = [0, 0, 5]\nlook_at = [0, 0, 0]\nfov_y = 40\n\
+        [[light]]\npoint = { position = [0, 5, 0], intensity = [1, 1, 1] }\n\
+        [[light]]\npoint = { position = [0, 5, 0], intensity = [2, 2, 2] }\n\
+        [material.dull]\nroughness = 0.5\n\
+        [material.shiny]\nroughness = 0.25\n\
+        [shape.ball]\nsphere = { center = [0, 0, 0], radius = 1 }\n\
+        [shape.block]\nbox = { min = [0, 0, 0], max = [1, 1, 1] }\n\
+        [node.one]\nchildren = [{ shape = 'ball' },\n  { shape = 'block', material = 'dull' }]\n\
+        [node.two]\nchildren = [\n  { node = 'one' },\n  { shape = 'ball' }]\n\
+        [[instance]]\nnode = 'two'\n\
+        [[instance]]\nshape = 'ball'\n";
+    assert_eq!(
+        text.lines().nth(16),
+        Some("box = { min = [0, 0, 0], max = [1, 1, 1] }")
+    );
+    let mut missed = String::new();
+    for (from, to, expected) in [
+        (
+            "0], max = [1, 1, 1]",
+            "0], max = [0, 1, 1]",
+            ":16:8: box 'block' is degenerate",
+        ),
+        (
+            "radius = 1",
+            "radius = -1",
+            ":14:8: sphere 'ball' has radius",
+        ),
+        (
+            "roughness = 0.25",
+            "roughness = 7",
+            ":12:11: material 'shiny' has roughness",
+        ),
+        ("[2, 2, 2]", "[2, -2, 2]", ":8:1: light 1 has intensity"),
+        (
+            "material = 'dull'",
+            "transform = [{ scale = 0 }]",
+            ":20:3: a child of node 'one'",
+        ),
+        (
+            "{ node = 'one' }",
+            "{ node = 'two' }",
+            ":21:7: nodes form a cycle",
+        ),
+        (
+            "shape = 'ball'\n",
+            "shape = 'ball'\ntransform = [{ scale = 0 }]\n",
+            ":27:1: instance",
+        ),
+    ] {
+        let (head, tail) = text.rsplit_once(from).unwrap();
+        let bad = format!("{head}{to}{tail}");
+        missed += &misses("scene.toml", bad.as_bytes(), &[expected]);
+    }
+    assert!(missed.is_empty(), "{missed}");
+}

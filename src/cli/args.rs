@@ -1,7 +1,8 @@
 //! The arguments of all commands, checked as they are read.
 //!
 //! A value that the design knows and this version lacks is told apart from one
-//! that nobody knows. What the options mean is in `render/config.rs`.
+//! that nobody knows. A command takes the options that it uses and refuses the
+//! others, which would promise what they do not do. What the options mean is in `render/config.rs`.
 
 use super::error::CliError;
 use super::output::Sink;
@@ -20,6 +21,19 @@ pub struct RenderArgs {
     /// .png or .exr [default: the scene's name, as .png, here]
     #[arg(short, value_name = "FILE")]
     pub output: Option<PathBuf>,
+    /// Samples per pixel [default: 1; the built-in scene: 4]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=65_536))]
+    pub spp: Option<u32>,
+    /// Extra outputs of each pixel's first sample, separated by commas: depth, position, normal, albedo, instance_id, primitive_id
+    #[arg(long, value_name = "NAMES", value_parser = parse_aovs)]
+    pub aov: Option<AovSet>,
+    /// Of the samples' positions
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    #[command(flatten)]
+    pub depth: DepthArgs,
+    #[arg(long, value_name = "I/N", hide = true, value_parser = no_tiles)]
+    pub tile: Option<String>,
     #[command(flatten)]
     pub common: CommonArgs,
 }
@@ -35,10 +49,15 @@ pub struct VerifyArgs {
     #[arg(long, value_name = "K", value_parser = value_parser!(u64).range(1..))]
     pub sample: Option<u64>,
     #[command(flatten)]
+    pub depth: DepthArgs,
+    #[command(flatten)]
     pub common: CommonArgs,
 }
 
 #[derive(Args)]
+#[command(override_usage = "lanecast bench [OPTIONS] <SCENE>\n       \
+                            lanecast bench [OPTIONS] --mesh <FILE> --rays <FILE>\n       \
+                            lanecast bench [OPTIONS] --growth <MIN:MAX>")]
 pub struct BenchArgs {
     /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl; or --mesh and --rays, or --growth
     #[arg(required_unless_present_any = ["mesh", "rays", "growth"])]
@@ -88,23 +107,26 @@ pub struct PlanArgs {
     pub common: CommonArgs,
 }
 
+/// Of the commands that follow rays beyond their first hit.
+#[derive(Args)]
+pub struct DepthArgs {
+    /// Mirrorings and refractions of a ray
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u32).range(0..=255))]
+    pub max_depth: u32,
+}
+
+/// What every command that traces uses.
 #[derive(Args)]
 pub struct CommonArgs {
     /// Pixels, as WIDTHxHEIGHT [default: 1280x720; verify: 320x180]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<Size>,
-    /// Samples per pixel [default: 1; the built-in scene: 4]
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=65_536))]
-    pub spp: Option<u32>,
     /// centers: through the pixels; corners: one ray through each corner of (W-1)x(H-1) pixels
     #[arg(long, value_name = "GRID", default_value = "centers", value_parser = parse_grid)]
     pub grid: Grid,
     /// Times, memory and ray counts, as JSON; - is standard output
     #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
     pub stats: Option<Sink>,
-    /// Extra outputs of each pixel's first sample, separated by commas: depth, position, normal, albedo, instance_id, primitive_id
-    #[arg(long, value_name = "NAMES", value_parser = parse_aovs)]
-    pub aov: Option<AovSet>,
     /// Files that the scene names may lie outside its folder
     #[arg(long)]
     pub allow_outside: bool,
@@ -114,7 +136,7 @@ pub struct CommonArgs {
     /// Rays per packet: auto, 1, 4, 8 or 16 [default: auto; bench: auto and 1]
     #[arg(long, value_name = "N", value_parser = parse_lanes)]
     pub lanes: Option<LaneCount>,
-    /// auto, bvh, kd, grid, heap, heap-spheres or linear
+    /// What finds the primitives that a ray meets: auto, bvh, kd, grid, heap, heap-spheres, or linear (every one is tested)
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = parse_accel)]
     pub accel: AccelChoice,
     /// When a k-d tree's cell becomes a leaf: depth, count, both or cost [default: cost]
@@ -132,20 +154,12 @@ pub struct CommonArgs {
     /// Threads that trace [default: as many as the machine runs at once; bench: 1]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
-    /// Of the samples' positions
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub seed: u64,
     /// Machine-readable results; - is standard output
     #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
     pub json: Option<Sink>,
-    /// Mirrorings and refractions of a ray
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u32).range(0..=255))]
-    pub max_depth: u32,
     /// A camera's name, or its number from 0 [default: the first]
     #[arg(long, value_name = "NAME|INDEX")]
     pub camera: Option<String>,
-    #[arg(long, value_name = "I/N", hide = true, value_parser = no_tiles)]
-    pub tile: Option<String>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -165,27 +179,46 @@ pub const VERIFY_SIZE: Size = Size {
     height: 180,
 };
 
+/// The first picture that somebody makes should have smooth edges.
+const BUILTIN_SPP: u32 = 4;
+
+impl RenderArgs {
+    pub fn config(&self) -> Result<RenderConfig, CliError> {
+        let config = self.common.config(RENDER_SIZE)?;
+        let corners = config.grid == Grid::Corners;
+        if let (true, Some(spp @ 2..)) = (corners, self.spp) {
+            return Err(CliError::Usage(format!(
+                "--grid corners traces one ray through each corner; leave out --spp {spp}"
+            )));
+        }
+        let spp = match self.scene {
+            None if !corners => BUILTIN_SPP,
+            _ => 1,
+        };
+        Ok(RenderConfig {
+            spp: self.spp.unwrap_or(spp),
+            seed: self.seed,
+            max_depth: self.depth.max_depth,
+            aovs: self.aov.unwrap_or_default(),
+            ..config
+        })
+    }
+}
+
 impl CommonArgs {
+    /// One sample a pixel, and nothing beside the picture.
     pub fn config(&self, default_size: Size) -> Result<RenderConfig, CliError> {
         let size = self.size.unwrap_or(default_size);
-        if self.grid == Grid::Corners {
-            if size.width < 2 || size.height < 2 {
-                return Err(CliError::Usage(
-                    "--grid corners needs a --size of at least 2x2: a pixel has two corners a side"
-                        .into(),
-                ));
-            }
-            if let Some(spp) = self.spp.filter(|spp| *spp != 1) {
-                return Err(CliError::Usage(format!(
-                    "--grid corners traces one ray through each corner; leave out --spp {spp}"
-                )));
-            }
+        if self.grid == Grid::Corners && (size.width < 2 || size.height < 2) {
+            return Err(CliError::Usage(
+                "--grid corners needs a --size of at least 2x2: a pixel has two corners a side"
+                    .into(),
+            ));
         }
         Ok(RenderConfig {
             width: size.width,
             height: size.height,
             grid: self.grid,
-            spp: self.spp.unwrap_or(1),
             choices: Choices {
                 precision: self.precision.unwrap_or_default(),
                 lanes: self.lanes.unwrap_or_default(),
@@ -193,10 +226,7 @@ impl CommonArgs {
             },
             kd: self.kd_quality(),
             threads: self.threads,
-            seed: self.seed,
-            max_depth: self.max_depth,
             camera: self.camera.clone(),
-            aovs: self.aov.unwrap_or_default(),
             ..RenderConfig::default()
         })
     }

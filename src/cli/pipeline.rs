@@ -49,6 +49,7 @@ pub fn complete(
     let row = scene::pick_camera(&scene.cameras, config.camera.as_deref())?;
     let of_scene = |source| LoadError::Scene {
         path: path.into(),
+        place: None,
         source,
     };
     let appearances = Appearances::of(&scene).map_err(of_scene)?;

@@ -1,6 +1,6 @@
 //! `lanecast render`: a scene in, a picture out.
 
-use super::args::{RENDER_SIZE, RenderArgs};
+use super::args::RenderArgs;
 use super::error::CliError;
 use super::interrupt;
 use super::output::{Results, check_destinations};
@@ -8,17 +8,11 @@ use super::pipeline::prepare;
 use super::progress::{Drawing, rate};
 use crate::io::picture_files;
 use crate::measure::{PictureSize, Stats, Watch};
-use crate::render::{Grid, Rendered, View};
+use crate::render::{Rendered, View};
 use std::path::{Path, PathBuf};
 
-/// The first picture that somebody makes should have smooth edges.
-const BUILTIN_SPP: u32 = 4;
-
 pub fn run(args: &RenderArgs) -> Result<(), CliError> {
-    let mut config = args.common.config(RENDER_SIZE)?;
-    if args.scene.is_none() && args.common.spp.is_none() && config.grid == Grid::Centers {
-        config.spp = BUILTIN_SPP;
-    }
+    let config = args.config()?;
     let picture_path = output_path(args);
     let files: Vec<PathBuf> = picture_files(&picture_path, config.aovs)
         .map_err(|e| CliError::Usage(e.to_string()))?

@@ -53,13 +53,8 @@ struct Time {
 }
 
 pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
-    let config = args.common.config(VERIFY_SIZE)?;
-    if config.spp != 1 {
-        return Err(CliError::Usage(format!(
-            "verify compares one ray a pixel; leave out --spp {}",
-            config.spp
-        )));
-    }
+    let mut config = args.common.config(VERIFY_SIZE)?;
+    config.max_depth = args.depth.max_depth;
     let pixels = u64::from(config.width) * u64::from(config.height);
     if pixels > MAX_PIXELS {
         return Err(CliError::Usage(format!(
@@ -73,6 +68,7 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
     let prepared = prepare(Some(&args.scene), &options, &config, &mut watch, &mut stats)?;
     let too_many = |source| LoadError::Scene {
         path: args.scene.clone(),
+        place: None,
         source,
     };
     // The reference will not take more: say so before any work.

@@ -18,6 +18,13 @@ pub trait Certainty: Copy + Send + Sync + 'static {
     /// Every decision is in doubt: what the seam's test uses until kernels carry
     /// error bounds.
     const DOUBTS_ALL: bool;
+
+    /// Lanes of a packet, a bit each, whose decision about a primitive is in
+    /// doubt whatever its kernel says: for tests. Asked only where guarded.
+    #[inline(always)]
+    fn doubts(_instance: u64, _primitive: u32) -> u32 {
+        0
+    }
 }
 
 /// Answers are taken as they are. Zero-sized, costs nothing.

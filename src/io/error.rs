@@ -43,8 +43,14 @@ pub enum LoadError {
         path.display()
     )]
     Outside { path: PathBuf, named: String },
-    #[error("{}: {source}", path.display())]
-    Scene { path: PathBuf, source: SceneError },
+    /// Found by the scene's own check. `place`: line and column from 1, where
+    /// the format can tell.
+    #[error("{}{}: {source}", path.display(), colons(place))]
+    Scene {
+        path: PathBuf,
+        place: Option<(u32, u32)>,
+        source: SceneError,
+    },
 }
 
 #[derive(Debug, Error)]
@@ -61,6 +67,12 @@ pub enum SaveError {
     UnknownFormat { path: PathBuf, extension: String },
     #[error("{}: {message}", path.display())]
     Encode { path: PathBuf, message: String },
+}
+
+fn colons(place: &Option<(u32, u32)>) -> String {
+    place
+        .map(|(line, column)| format!(":{line}:{column}"))
+        .unwrap_or_default()
 }
 
 fn hint(remedy: &Option<String>) -> String {

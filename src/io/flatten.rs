@@ -29,6 +29,7 @@ pub fn import_mesh(
             gltf::import(path, options, &mut scene, dropped)?;
             let scene = scene.finish().map_err(|source| LoadError::Scene {
                 path: path.into(),
+                place: None,
                 source,
             })?;
             bake(path, &scene)
@@ -48,6 +49,7 @@ pub fn import_mesh(
 fn bake(path: &Path, scene: &Scene) -> Result<MeshData, LoadError> {
     let of_scene = |source| LoadError::Scene {
         path: path.into(),
+        place: None,
         source,
     };
     let all = Appearances::of(scene).map_err(of_scene)?;

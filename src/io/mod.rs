@@ -59,9 +59,10 @@ pub struct LoadOptions {
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
     let mut scene = SceneBuilder::default();
     let mut dropped = Dropped::default();
-    import(path, options, &mut scene, &mut dropped)?;
+    let places = import(path, options, &mut scene, &mut dropped)?;
     let scene = scene.finish().map_err(|source| LoadError::Scene {
         path: path.into(),
+        place: source.entity().and_then(|what| places.as_ref()?.of(what)),
         source,
     })?;
     Ok(Loaded {
@@ -70,15 +71,17 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
     })
 }
 
+/// Native scenes also say where their entities stand.
 fn import(
     path: &Path,
     options: &LoadOptions,
     scene: &mut SceneBuilder,
     dropped: &mut Dropped,
-) -> Result<(), LoadError> {
+) -> Result<Option<native::Places>, LoadError> {
+    let native = |syntax, scene, dropped| native::import(path, syntax, options, scene, dropped);
     match &*extension(path) {
-        "toml" => native::import(path, native::Syntax::Toml, options, scene, dropped),
-        "json" => native::import(path, native::Syntax::Json, options, scene, dropped),
+        "toml" => return native(native::Syntax::Toml, scene, dropped).map(Some),
+        "json" => return native(native::Syntax::Json, scene, dropped).map(Some),
         "nff" => nff::import(path, scene, dropped),
         "gltf" | "glb" => gltf::import(path, options, scene, dropped),
         "obj" => obj::import(path, options, scene, dropped),
@@ -88,7 +91,8 @@ fn import(
             path: path.into(),
             extension: other.into(),
         }),
-    }
+    }?;
+    Ok(None)
 }
 
 /// In lower case, without the dot.

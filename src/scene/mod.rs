@@ -30,7 +30,7 @@ pub use bounds::shape_bounds;
 pub use builder::SceneBuilder;
 pub use builtin::builtin;
 pub use cameras::{Camera, Cameras, Projection};
-pub use check::SceneError;
+pub use check::{Entity, EntityKind, SceneError};
 pub use defaults::{default_camera, default_lights};
 pub use ids::*;
 pub use lights::{Falloff, Light};

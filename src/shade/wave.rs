@@ -30,7 +30,8 @@ pub struct Wave<'b> {
 
 impl<'b> Wave<'b> {
     pub fn with_capacity(rays: usize, arena: &'b Bump) -> Wave<'b> {
-        let rays = rays.next_multiple_of(MAX_LANES);
+        // A batch is filled up from wherever it begins.
+        let rays = rays + MAX_LANES;
         let f64s = || ArenaVec::with_capacity_in(rays, arena);
         let f32s = || ArenaVec::with_capacity_in(rays, arena);
         Wave {

@@ -412,3 +412,6 @@ fn by_needs<L: Lanes, C: Certainty, const S: usize>(needs: Needs, batch: impl Ba
         _ => batch.tiles::<L, C, Everything, S>(),
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -205,7 +205,8 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
         let meet = if C::DOUBTS_ALL {
             doubt(active)
         } else {
-            triangle::meet(corners, &object.ray, active)
+            let meet = triangle::meet(corners, &object.ray, active);
+            doubted::<L, C>(meet, active, id)
         };
         let some = (meet.hit | meet.unsure).any();
         if some {
@@ -355,10 +356,10 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
                 return;
             }
             let object = self.object_packet(entry, DVec3::ZERO);
-            let meet = self.meet(&object, entry, active);
+            let meet = doubted::<L, C>(self.meet(&object, entry, active), active, id);
             self.offer(&object, &window, &entry.own, meet, id, query);
         } else {
-            let meet = self.meet(self.packet, entry, active);
+            let meet = doubted::<L, C>(self.meet(self.packet, entry, active), active, id);
             self.offer(self.packet, &Window::all(), &entry.own, meet, id, query);
         }
     }
@@ -386,6 +387,20 @@ fn doubt<L: Lanes>(active: L::Mask) -> Meet<L> {
         hit: L::Mask::splat(false),
         t: L::zero(),
         unsure: active,
+    }
+}
+
+/// Takes back the answers that the certainty doubts by itself.
+#[inline(always)]
+fn doubted<L: Lanes, C: Certainty>(meet: Meet<L>, active: L::Mask, id: HitId) -> Meet<L> {
+    if !C::GUARDED {
+        return meet;
+    }
+    let doubted = L::Mask::from_bits(C::doubts(id.instance, id.primitive)) & active;
+    Meet {
+        hit: meet.hit & !doubted,
+        t: meet.t,
+        unsure: meet.unsure | doubted,
     }
 }
 

@@ -432,7 +432,6 @@ fn a_camera_that_sees_nothing() {
 
 #[test]
 fn refusals() {
-    fails(&["bench", "x.toml", "--spp", "4"], 2, "leave out --spp 4");
     fails(
         &["bench", "x.toml", "--size", "16384x16384"],
         2,
@@ -491,4 +490,34 @@ fn refusals() {
         "{}",
         stderr(&output)
     );
+}
+
+#[test]
+fn a_width_that_one_precision_lacks_is_said() {
+    let folder = folder();
+    write_scene(folder.path(), "");
+    for lanes in ["1", "4", "8", "16"] {
+        let bench = ["bench", "s.toml", "--size", "9x7", "--reps", "1"];
+        let asked = ["--kinds", "primary", "--json", "-", "--lanes", lanes];
+        let output = lanecast(folder.path(), &[&bench[..], &asked].concat());
+        let said = stderr(&output);
+        let measured = match output.status.code() {
+            Some(0) => rows(&report(&output)).len(),
+            code => {
+                assert_eq!(code, Some(2), "{said}");
+                continue;
+            }
+        };
+        let left_out = said.matches("is left out: packets of").count();
+        assert_eq!(measured + left_out, 2, "{lanes} lanes: {said}");
+        if cfg!(feature = "all-lanes") {
+            assert_eq!(left_out, 0);
+        }
+    }
+}
+
+#[test]
+fn its_usage_names_both_forms() {
+    fails(&["bench"], 2, "lanecast bench [OPTIONS] <SCENE>\n");
+    fails(&["bench"], 2, "bench [OPTIONS] --mesh <FILE> --rays <FILE>");
 }

@@ -3,7 +3,7 @@
 
 use super::report::growth_table;
 use super::work::Work;
-use super::{check_config, scene_of};
+use super::{check_config, say_left_out, scene_of};
 use crate::cli::args::{BenchArgs, Size};
 use crate::cli::error::CliError;
 use crate::cli::interrupt;
@@ -86,6 +86,10 @@ fn measure(
     let scene = scene_of(seen(), displaced_sphere(across, down), name)?;
     let prepared = complete(scene, name, config, watch, stats)?;
     let mut work = Work::plan(args, &prepared)?;
+    let range = args.growth.unwrap_or_default();
+    if sizes(range.min, range.max).first() == Some(&triangles) {
+        say_left_out(&work);
+    }
     let kinds: &[Kind] = args.kinds.as_ref().map_or(&KINDS, |kinds| &kinds.0);
     let rays = u64::from(config.width) * u64::from(config.height);
     work.check_effort(rays * kinds.len() as u64)?;

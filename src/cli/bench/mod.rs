@@ -67,6 +67,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
         _ => return Err(CliError::Usage("name a SCENE, or --mesh and --rays".into())),
     };
     let mut work = Work::plan(args, &prepared)?;
+    say_left_out(&work);
     let (rays, sets) = match &given {
         Some(jobs) => (jobs.iter().map(|job| job.rays.len() as u64).sum(), 1),
         None => (rays_of(&config), kinds.len() as u64),
@@ -139,16 +140,16 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     results.commit(&report.table())
 }
 
+fn say_left_out(work: &Work) {
+    for what in &work.left_out {
+        complain(&format!("warning: {what}"));
+    }
+}
+
 /// What `bench` cannot do with the common options.
 fn check_config(config: &mut RenderConfig) -> Result<(), CliError> {
     // Figures of one thread compare best.
     config.threads = config.threads.or(Some(1));
-    if config.spp != 1 {
-        return Err(CliError::Usage(format!(
-            "bench traces one camera ray per pixel; leave out --spp {}",
-            config.spp
-        )));
-    }
     if rays_of(config) > MAX_RAYS {
         return Err(CliError::Usage(format!(
             "{}x{} are too many rays to keep at once; at most {MAX_RAYS} are supported",
@@ -225,6 +226,7 @@ fn scene_of(mut scene: SceneBuilder, set: TriangleSet, path: &Path) -> Result<Sc
     scene.instance("", Edge::shape(mesh));
     scene.finish().map_err(|source| LoadError::Scene {
         path: path.into(),
+        place: None,
         source,
     })
 }

@@ -28,6 +28,8 @@ const CHECKED_LINEAR: usize = 1 << 14;
 pub struct Work<'a> {
     prepared: &'a Prepared,
     structures: Vec<Structure<'a>>,
+    /// Precisions that lack the width asked for, and why.
+    pub left_out: Vec<String>,
     peer: Option<(Embree, Vec<HitId>)>,
     order: Order,
     reps: u32,
@@ -61,7 +63,7 @@ impl<'a> Work<'a> {
             None => vec![LaneCount::Auto, LaneCount::One],
         };
         let mut structures: Vec<Structure> = Vec::new();
-        let mut refused: Option<PlanError> = None;
+        let mut refused: Vec<(Precision, PlanError)> = Vec::new();
         for accel in accels {
             let mut modes = Vec::new();
             let mut first = None;
@@ -79,7 +81,7 @@ impl<'a> Work<'a> {
                         }
                         // A width may be there for one precision and not for
                         // the other.
-                        Err(error) => refused = Some(error),
+                        Err(error) => refused.push((*precision, error)),
                     }
                 }
             }
@@ -97,9 +99,16 @@ impl<'a> Work<'a> {
                 });
             }
         }
-        if let (true, Some(error)) = (structures.is_empty(), refused) {
+        if let (true, Some((_, error))) = (structures.is_empty(), refused.first()) {
             return Err(CliError::Usage(error.to_string()));
         }
+        let left_out = refused.iter().map(|(precision, error)| {
+            let name = precision.name();
+            format!("{name} is left out: {error}")
+        });
+        let mut left_out: Vec<String> = left_out.collect();
+        left_out.sort();
+        left_out.dedup();
         let peer = match &args.peers {
             Some(_) => Some(peer(prepared)?),
             None => None,
@@ -107,6 +116,7 @@ impl<'a> Work<'a> {
         Ok(Work {
             prepared,
             structures,
+            left_out,
             peer,
             order: args.order,
             reps: args.reps,

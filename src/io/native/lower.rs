@@ -11,13 +11,41 @@ use super::{lower_shape, rotate};
 use crate::io::{Dropped, LoadError, LoadOptions};
 use crate::math::Affine;
 use crate::scene::{
-    Camera, Edge, Falloff, Light, Material, MaterialId, Model, NodeId, SceneBuilder, ShapeId,
-    TransformId,
+    Camera, Edge, Entity, EntityKind, Falloff, Light, Material, MaterialId, Model, NodeId,
+    SceneBuilder, ShapeId, TransformId,
 };
 use glam::DVec3;
 use std::collections::HashMap;
 
 type Result<T> = std::result::Result<T, LoadError>;
+
+/// Byte offsets of entities in the text, a column per kind, in the tables' order.
+#[derive(Debug, Default)]
+pub(super) struct Offsets {
+    instances: Vec<usize>,
+    nodes: Vec<usize>,
+    edges: Vec<usize>,
+    shapes: Vec<usize>,
+    materials: Vec<usize>,
+    lights: Vec<usize>,
+    cameras: Vec<usize>,
+}
+
+impl Offsets {
+    pub(super) fn of(&self, what: &Entity) -> Option<usize> {
+        let column = match what.kind {
+            EntityKind::Instance => &self.instances,
+            EntityKind::Node => &self.nodes,
+            EntityKind::Edge => &self.edges,
+            EntityKind::Shape => &self.shapes,
+            EntityKind::Material => &self.materials,
+            EntityKind::Light => &self.lights,
+            EntityKind::Camera => &self.cameras,
+            EntityKind::Mesh | EntityKind::Background => return None,
+        };
+        column.get(what.row as usize).copied()
+    }
+}
 
 pub(super) fn lower(
     source: &Source,
@@ -25,29 +53,34 @@ pub(super) fn lower(
     options: &LoadOptions,
     scene: &mut SceneBuilder,
     dropped: &mut Dropped,
-) -> Result<()> {
+) -> Result<Offsets> {
+    let mut at = Offsets::default();
     if let Some(background) = file.background {
         scene.background(background);
     }
     if let Some(row) = file.camera {
         scene.camera("", camera(source, &row)?);
+        at.cameras.push(row.at);
     }
     for row in &file.light {
         scene.light(light(source, row)?);
+        at.lights.push(row.at);
     }
-    let materials = file.material.0.into_iter();
-    let materials: HashMap<String, MaterialId> = materials
-        .map(|(name, row)| {
-            let id = scene.material(&name.value, material(&row));
-            (name.value, id)
-        })
-        .collect();
+    let mut materials = HashMap::with_capacity(file.material.0.len());
+    for (name, row) in file.material.0 {
+        at.materials.push(name.at);
+        let id = scene.material(&name.value, material(&row));
+        materials.insert(name.value, id);
+    }
     let mut shapes: HashMap<String, ShapeId> = HashMap::with_capacity(file.shape.0.len());
     for (name, row) in file.shape.0 {
         let id = lower_shape::shape(source, &name, row, options, scene, dropped)?;
+        at.shapes.push(name.at);
+        debug_assert_eq!(id.index() + 1, at.shapes.len());
         shapes.insert(name.value, id);
     }
     let nodes = declare(&file.node, scene);
+    at.nodes.extend(file.node.0.iter().map(|(name, _)| name.at));
     let names = Names {
         source,
         materials,
@@ -59,14 +92,16 @@ pub(super) fn lower(
         edges.clear();
         for row in &node.children {
             edges.push(edge(&names, row, scene)?);
+            at.edges.push(row.at);
         }
         scene.set_children(names.nodes[&name.value], &edges);
     }
     for row in &file.instance {
         let edge = edge(&names, row, scene)?;
         scene.instance("", edge);
+        at.instances.push(row.at);
     }
-    Ok(())
+    Ok(at)
 }
 
 /// Every node gets its id before any child is looked up.

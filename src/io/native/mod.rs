@@ -4,7 +4,7 @@
 //! [`schema`] by serde, and [`lower`] turns names into ids and fills the
 //! builder. Everything that can be wrong is reported as `path:line:column`.
 //! Numbers that are no shape (a radius of 0) are left to the scene's check,
-//! which names the entity. docs/SCENE_FORMAT.md is the format for users;
+//! which names the entity; [`Places`] tells where it stands. docs/SCENE_FORMAT.md is the format for users;
 //! tests/native_bad.rs holds what is refused.
 
 mod lower;
@@ -17,7 +17,7 @@ mod schema;
 mod tree;
 
 use super::{Dropped, LoadError, LoadOptions, folder};
-use crate::scene::SceneBuilder;
+use crate::scene::{Entity, SceneBuilder};
 use serde::Deserialize;
 use std::path::Path;
 use tree::{Kind, Source, Value};
@@ -37,7 +37,7 @@ pub(super) fn import(
     options: &LoadOptions,
     scene: &mut SceneBuilder,
     dropped: &mut Dropped,
-) -> Result<(), LoadError> {
+) -> Result<Places, LoadError> {
     let bytes = folder::read(path)?;
     let text = decode(path, &bytes)?;
     let source = Source { path, text };
@@ -48,7 +48,26 @@ pub(super) fn import(
     version(&source, &root)?;
     let file =
         schema::File::deserialize(root).map_err(|e| source.error(e.at.unwrap_or(0), e.message))?;
-    lower::lower(&source, file, options, scene, dropped)
+    let at = lower::lower(&source, file, options, scene, dropped)?;
+    Ok(Places {
+        text: text.to_string(),
+        at,
+    })
+}
+
+/// Where the entities of a scene stand in its file, for the scene's own check.
+pub(super) struct Places {
+    text: String,
+    at: lower::Offsets,
+}
+
+impl Places {
+    /// Line and column, both from 1.
+    pub(super) fn of(&self, what: &Entity) -> Option<(u32, u32)> {
+        let at = self.at.of(what)?;
+        let (line, column) = super::place::place(self.text.as_bytes(), at);
+        Some((line.try_into().ok()?, column.try_into().ok()?))
+    }
 }
 
 /// The JSON Schema of the format, as `docs/scene.schema.json` holds it.

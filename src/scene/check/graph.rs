@@ -1,0 +1,221 @@
+//! What refers to what: ids in range, nodes without cycles, transforms that keep
+//! space, alone and along every path.
+
+use super::{Entity, EntityKind, SceneError, shape_entity};
+use crate::scene::ids::ShapeId;
+use crate::scene::nodes::Target;
+use crate::scene::{Edges, Shape, Tables};
+
+pub(super) fn ranges(scene: &Tables) -> Result<(), SceneError> {
+    edge_ranges(scene, &scene.instances, |i| instance(scene, i))?;
+    let parents = parents(scene);
+    edge_ranges(scene, &scene.edges, |i| child(scene, &parents, i))?;
+    for (i, shape) in scene.shapes.rows.iter().enumerate() {
+        let (kind, id, count) = match *shape {
+            Shape::HalfSpace(id) => ("half-space", id.0, scene.half_spaces.len()),
+            Shape::Sphere(id) => ("sphere", id.0, scene.spheres.len()),
+            Shape::Ellipsoid(id) => ("ellipsoid", id.0, scene.ellipsoids.len()),
+            Shape::Cylinder(id) => ("cylinder", id.0, scene.cylinders.len()),
+            Shape::Cone(id) => ("cone", id.0, scene.cones.len()),
+            Shape::Cuboid(id) => ("box", id.0, scene.cuboids.len()),
+            Shape::Polyhedron(id) => ("polyhedron", id.0, scene.polyhedra.len()),
+            Shape::Polygon(id) => ("polygon", id.0, scene.polygons.len()),
+            Shape::Mesh(id) => ("mesh", id.0, scene.meshes.len()),
+        };
+        dangling(|| shape_entity(scene, i as u32), kind, id, count)?;
+    }
+    for (mesh, parts) in scene.meshes.parts_of.iter().enumerate() {
+        for (_, material) in &scene.meshes.parts[parts.start as usize..parts.end as usize] {
+            if let Some(m) = material {
+                dangling(
+                    || Entity::new(EntityKind::Mesh, mesh as u32, format!("mesh {mesh}")),
+                    "material",
+                    m.0,
+                    scene.materials.len(),
+                )?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn edge_ranges(
+    scene: &Tables,
+    edges: &Edges,
+    what: impl Fn(u32) -> Entity,
+) -> Result<(), SceneError> {
+    for i in 0..edges.len() {
+        let edge = edges.row(i);
+        let what = || what(i as u32);
+        match edge.target {
+            Target::Shape(id) => dangling(what, "shape", id.0, scene.shapes.len())?,
+            Target::Node(id) => dangling(what, "node", id.0, scene.nodes.len())?,
+        }
+        dangling(what, "transform", edge.transform.0, scene.transforms.len())?;
+        if let Some(m) = edge.material {
+            dangling(what, "material", m.0, scene.materials.len())?;
+        }
+    }
+    Ok(())
+}
+
+fn instance(scene: &Tables, row: u32) -> Entity {
+    let label = format!("instance {}", scene.instance_names.label(row));
+    Entity::new(EntityKind::Instance, row, label)
+}
+
+/// `parents`: of all edges.
+fn child(scene: &Tables, parents: &[u32], row: u32) -> Entity {
+    let label = match parents[row as usize] {
+        u32::MAX => format!("edge {row}"),
+        node => format!("a child of node {}", scene.nodes.names.label(node)),
+    };
+    Entity::new(EntityKind::Edge, row, label)
+}
+
+fn dangling(
+    what: impl FnOnce() -> Entity,
+    kind: &'static str,
+    id: u32,
+    count: usize,
+) -> Result<(), SceneError> {
+    if (id as usize) < count {
+        return Ok(());
+    }
+    Err(SceneError::DanglingId {
+        what: what(),
+        kind,
+        id,
+        count,
+    })
+}
+
+/// The node that each edge belongs to.
+fn parents(scene: &Tables) -> Vec<u32> {
+    let mut parent = vec![u32::MAX; scene.edges.len()];
+    for (node, children) in scene.nodes.children.iter().enumerate() {
+        parent[children.start as usize..children.end as usize].fill(node as u32);
+    }
+    parent
+}
+
+pub(super) fn cycles(scene: &Tables) -> Result<(), SceneError> {
+    children_first(scene).map(|_| ()).map_err(|path| {
+        let label = |n: &u32| scene.nodes.names.label(*n);
+        SceneError::Cycle {
+            what: Entity::new(EntityKind::Node, path[0], label(&path[0])),
+            path: shown(&path, label),
+        }
+    })
+}
+
+/// Labels of a path that may have a million nodes: a message stays short.
+fn shown(path: &[u32], label: impl Fn(&u32) -> String) -> Vec<String> {
+    const ENDS: usize = 5;
+    if path.len() <= 2 * ENDS + 1 {
+        return path.iter().map(label).collect();
+    }
+    let (head, tail) = (&path[..ENDS], &path[path.len() - ENDS..]);
+    let between = format!("({} more)", path.len() - 2 * ENDS);
+    head.iter()
+        .map(&label)
+        .chain([between])
+        .chain(tail.iter().map(&label))
+        .collect()
+}
+
+/// The nodes, each after all of its children; or a cycle, first node repeated.
+/// An explicit stack: graphs may be a million nodes deep.
+pub(in crate::scene) fn children_first(scene: &Tables) -> Result<Vec<u32>, Vec<u32>> {
+    const NEW: u8 = 0;
+    const OPEN: u8 = 1;
+    const DONE: u8 = 2;
+    let mut state = vec![NEW; scene.nodes.len()];
+    let mut order = Vec::with_capacity(scene.nodes.len());
+    let mut stack: Vec<(u32, u32)> = Vec::new();
+    for start in 0..scene.nodes.len() as u32 {
+        if state[start as usize] != NEW {
+            continue;
+        }
+        state[start as usize] = OPEN;
+        stack.push((start, scene.nodes.children[start as usize].start));
+        while let Some((node, next)) = stack.last_mut() {
+            if *next == scene.nodes.children[*node as usize].end {
+                state[*node as usize] = DONE;
+                order.push(*node);
+                stack.pop();
+                continue;
+            }
+            let target = scene.edges.target[*next as usize];
+            *next += 1;
+            let Target::Node(child) = target else {
+                continue;
+            };
+            match state[child.index()] {
+                NEW => {
+                    state[child.index()] = OPEN;
+                    stack.push((child.0, scene.nodes.children[child.index()].start));
+                }
+                OPEN => {
+                    let from = stack.iter().position(|(n, _)| *n == child.0).unwrap_or(0);
+                    let mut path: Vec<u32> = stack[from..].iter().map(|(n, _)| *n).collect();
+                    path.push(child.0);
+                    return Err(path);
+                }
+                _ => {}
+            }
+        }
+    }
+    Ok(order)
+}
+
+pub(super) fn transforms(scene: &Tables) -> Result<(), SceneError> {
+    let parents = parents(scene);
+    let of_edges = |edges: &Edges, what: &dyn Fn(u32) -> Entity| {
+        for i in 0..edges.len() {
+            let t = edges.transform[i].index();
+            if !scene.transforms.local[t].is_finite() {
+                return Err(SceneError::NotFinite {
+                    what: what(i as u32),
+                    field: "transform",
+                    value: "NaN or infinity in its matrix".into(),
+                });
+            }
+            if scene.transforms.inverse[t].is_none() {
+                return Err(SceneError::SingularTransform {
+                    what: what(i as u32),
+                });
+            }
+        }
+        Ok(())
+    };
+    of_edges(&scene.instances, &|i| instance(scene, i))?;
+    of_edges(&scene.edges, &|i| child(scene, &parents, i))
+}
+
+/// Products along paths: each matrix is fine by itself, their product may
+/// overflow, or lose an axis.
+pub(super) fn appearances(scene: &Tables) -> Result<(), SceneError> {
+    let all = crate::scene::Appearances::of(scene)?;
+    if all.is_empty() {
+        return Err(SceneError::NothingToSee);
+    }
+    let singular = |shape: ShapeId| SceneError::SingularPath {
+        what: shape_entity(scene, shape.0),
+    };
+    // Bounds say so for nearly all scenes; else one must look.
+    let Err(shape) = crate::scene::paths::stay_regular(scene) else {
+        return Ok(());
+    };
+    if all.check_enumerable().is_err() {
+        return Err(singular(shape));
+    }
+    let flat = |m: &crate::math::Affine| !m.is_finite() || m.norm() == 0.0;
+    match all
+        .iter(scene)
+        .find(|row| flat(&row.object_from_world) || flat(&row.world_from_object))
+    {
+        Some(row) => Err(singular(row.shape)),
+        None => Ok(()),
+    }
+}

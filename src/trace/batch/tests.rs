@@ -111,6 +111,7 @@ impl Columns {
 
     fn rays(&self) -> Rays<'_> {
         Rays {
+            origin: None,
             org: self.org.each_ref().map(Vec::as_slice),
             dir: self.dir.each_ref().map(Vec::as_slice),
             t_min: &self.t_min,

@@ -63,6 +63,25 @@ fn around(boxes: impl IntoIterator<Item = Aabb32>) -> Aabb32 {
         .fold(Aabb32::EMPTY, |all, b| all.union(&b))
 }
 
+/// Inner children stand side by side, and next the first one's subtree.
+fn check_order(tree: &WideTree) {
+    let inner = |node: &WideNode| -> Vec<usize> {
+        let children = node.child[..node.count as usize].iter();
+        let inner = children.filter(|c| c.leaf_len().is_none());
+        inner.map(|c| c.index()).collect()
+    };
+    for node in &tree.nodes {
+        let children = inner(node);
+        assert!(children.windows(2).all(|w| w[1] == w[0] + 1));
+        let (Some(first), Some(last)) = (children.first(), children.last()) else {
+            continue;
+        };
+        if let Some(below) = inner(&tree.nodes[*first]).first() {
+            assert_eq!(*below, last + 1);
+        }
+    }
+}
+
 /// Walks the tree: each node is reached once, after its parent, and the box of
 /// each child is the one around what is below. Leaves, in the tree's order.
 fn check_tree(tree: &WideTree, boxes: &[Aabb32]) -> Vec<std::ops::Range<usize>> {
@@ -103,6 +122,7 @@ fn check_tree(tree: &WideTree, boxes: &[Aabb32]) -> Vec<std::ops::Range<usize>> 
     let mut leaves = Vec::new();
     let all = below(tree, 0, 1, boxes, &mut reached, &mut leaves);
     assert_eq!(all, tree.bounds);
+    check_order(tree);
     assert!(reached.iter().all(|r| *r));
     // Only the root may have a single child, or none.
     assert!(tree.nodes[1..].iter().all(|n| n.count >= 2));
@@ -265,6 +285,20 @@ fn degenerate_triangles_make_valid_trees() {
             assert!(tree.tree.nodes.len() <= blocks.div_ceil(3), "{what}");
         }
     }
+}
+
+#[test]
+fn parts_without_area_fill_their_nodes() {
+    let mut next = numbers(2);
+    let mut triangles: Vec<Triangle> = (0..20_000)
+        .map(|_| std::array::from_fn(|_| [next(), 0.0, 0.0]))
+        .collect();
+    triangles.extend(cloud(100));
+    let meshes = soup(&triangles);
+    let tree = build(&meshes);
+    check(&tree, &row(&meshes));
+    let children: u32 = tree.tree.nodes.iter().map(|n| n.count).sum();
+    assert!(children as usize > tree.tree.nodes.len() * WIDE / 2);
 }
 
 #[test]

@@ -325,7 +325,8 @@ fn k_d_trees_and_counts() {
         let (kd, linear) = (&rows(&report)[0], &rows(&report)[1]);
         assert_eq!((&kd["accel"], &kd["hits"]), (&"kd".into(), &linear["hits"]));
         let number = |row: &Value, key: &str| row[key].as_f64().unwrap();
-        assert!(number(kd, "nodes_per_ray") > 0.0);
+        // By cost, so few primitives may well be one leaf.
+        assert!(rule == "cost" || number(kd, "nodes_per_ray") > 0.0);
         assert_eq!(number(linear, "nodes_per_ray"), 0.0);
         assert!(number(kd, "tests_per_ray") < number(linear, "tests_per_ray"));
         assert_eq!(number(linear, "spared_per_ray"), 0.0);

@@ -143,6 +143,15 @@ fn wrong_arguments() {
             small(&["--accel", "octree"]),
             "known are auto, bvh, kd, grid, heap, heap-spheres, linear",
         ),
+        (
+            small(&["--kd-stop", "sometimes"]),
+            "known are depth, count, both, cost",
+        ),
+        (
+            small(&["--kd-clip", "corner"]),
+            "known are box, plane, triangle",
+        ),
+        (small(&["--kd-depth", "65"]), "0..=64"),
         (small(&["--tile", "1/4"]), "does not exist yet"),
         (
             small(&["--grid", "corners", "--spp", "4"]),

@@ -297,6 +297,46 @@ fn structures_side_by_side() {
     assert_eq!(page.matches("<rect").count(), 4 + 2 + 2);
 }
 
+/// The stopping rules make different trees with the same hits, and what the
+/// tracing took is reported.
+#[test]
+fn k_d_trees_and_counts() {
+    let folder = folder();
+    write_scene(folder.path(), BALL);
+    let run = |rule: &str| {
+        let bench = [
+            "bench", "s.toml", "--size", "75x50", "--reps", "1", "--kinds", "primary", "--lanes",
+            "1",
+        ];
+        let kd = [
+            "--precision",
+            "exact",
+            "--accels",
+            "kd,linear",
+            "--kd-stop",
+            rule,
+            "--json",
+            "-",
+        ];
+        report(&lanecast(folder.path(), &[&bench[..], &kd].concat()))
+    };
+    let nodes = ["depth", "cost"].map(|rule| {
+        let report = run(rule);
+        let (kd, linear) = (&rows(&report)[0], &rows(&report)[1]);
+        assert_eq!((&kd["accel"], &kd["hits"]), (&"kd".into(), &linear["hits"]));
+        let number = |row: &Value, key: &str| row[key].as_f64().unwrap();
+        // By cost, so few primitives may well be one leaf.
+        assert!(rule == "cost" || number(kd, "nodes_per_ray") > 0.0);
+        assert_eq!(number(linear, "nodes_per_ray"), 0.0);
+        assert!(number(kd, "tests_per_ray") < number(linear, "tests_per_ray"));
+        assert_eq!(number(linear, "spared_per_ray"), 0.0);
+        let mesh = &report["structures"][0]["figures"][1];
+        assert!(number(mesh, "references") >= 6.0);
+        mesh["nodes"].as_u64().unwrap()
+    });
+    assert!(nodes[0] > nodes[1], "{nodes:?}");
+}
+
 #[test]
 fn growth_is_fitted() {
     let folder = folder();

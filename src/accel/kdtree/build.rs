@@ -49,6 +49,9 @@ struct Cell {
     room: f64,
 }
 
+/// What one side of a plane holds: references, and their sorted events.
+type Held = (Vec<Reference>, Vec<Event>);
+
 struct Subtree {
     /// Expected, times the measure of the cell.
     cost: f64,
@@ -125,9 +128,6 @@ pub fn build(primitives: &Primitives, quality: &KdQuality) -> (KdTree, Vec<u32>)
     (tree, order)
 }
 
-/// What a child's cell is made from: its references and their events.
-type Child = (Vec<Reference>, Vec<Event>);
-
 impl Builder<'_> {
     fn build(&self, cell: Cell) -> Subtree {
         let Some(split) = self.split(&cell) else {
@@ -142,7 +142,7 @@ impl Builder<'_> {
             room,
         } = cell;
         let count = references.len();
-        let (low, high) = self.divide(&bounds, &references, events, &split);
+        let [low, high] = self.divide(&bounds, &references, events, &split);
         let room = room * count as f64 / (low.0.len() + high.0.len()).max(1) as f64;
         if room < 1.0 {
             return self.leaf(&bounds, &references);
@@ -209,7 +209,7 @@ impl Builder<'_> {
         references: &[Reference],
         events: Vec<Event>,
         split: &Split,
-    ) -> (Child, Child) {
+    ) -> [Held; 2] {
         const BOTH: u8 = 0;
         const LOW: u8 = 1;
         const HIGH: u8 = 2;
@@ -270,10 +270,10 @@ impl Builder<'_> {
         }
         low_new.sort_unstable();
         high_new.sort_unstable();
-        (
+        [
             (low, merged(&low_events, &low_new)),
             (high, merged(&high_events, &high_new)),
-        )
+        ]
     }
 
     /// Of an entry that a cut goes through: what it has on one side.

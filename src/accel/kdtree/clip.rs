@@ -44,8 +44,8 @@ impl Shape {
         let slender = longest * longest / double_area;
         let power = |p: i32| f64::powi(2.0, p);
         let margin = longest * slender * (power(-19) + power(-46) * slender) + extent * power(-18);
-        // Also where the area is zero, and all of this NaN.
-        if !(margin < 0.25 * longest) {
+        // NaN where the area is zero.
+        if margin.is_nan() || margin >= 0.25 * longest {
             return None;
         }
         let normal = normal / double_area;

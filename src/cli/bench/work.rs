@@ -132,6 +132,7 @@ impl<'a> Work<'a> {
         let Some(linear) = self.structures.iter().find(linear) else {
             return Ok(());
         };
+        // One to compare, one to count.
         let runs = linear.modes.len() as u64 * u64::from(self.reps + 2);
         let rays = rays.saturating_mul(runs);
         let scene = &self.prepared.scene;

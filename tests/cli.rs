@@ -141,7 +141,7 @@ fn wrong_arguments() {
         (small(&["--accel", "item-buffer"]), "does not exist yet"),
         (
             small(&["--accel", "octree"]),
-            "known are auto, bvh, kd, linear",
+            "known are auto, bvh, kd, grid, heap, heap-spheres, linear",
         ),
         (small(&["--tile", "1/4"]), "does not exist yet"),
         (

@@ -2,6 +2,8 @@
 //! one kind.
 
 use super::bvh::Tree;
+use super::grid::Grid;
+use super::heap::{Boxes, Heap, Spheres};
 use super::index::{Figures, Index};
 use super::kdtree::KdTree;
 use super::wide::{Block, WideMesh, WideTree};
@@ -42,6 +44,9 @@ pub enum Forests {
     /// Also the linear scan: a tree without nodes.
     Narrow(Forest<Tree>),
     Kd(Forest<KdTree>),
+    Grid(Forest<Grid>),
+    Heap(Forest<Heap<Boxes>>),
+    HeapSpheres(Forest<Heap<Spheres>>),
 }
 
 /// Runs an expression on the forest inside; wide ones have their own.
@@ -51,6 +56,9 @@ macro_rules! each {
             Forests::Wide($wide) => $then_wide,
             Forests::Narrow($forest) => $then,
             Forests::Kd($forest) => $then,
+            Forests::Grid($forest) => $then,
+            Forests::Heap($forest) => $then,
+            Forests::HeapSpheres($forest) => $then,
         }
     };
 }

@@ -8,6 +8,8 @@
 use super::build::{BuildQuality, build_boxes, build_mesh};
 use super::bvh::Tree;
 use super::forest::{Forest, Forests, MeshTree, WideForest};
+use super::grid::{Density, Grid};
+use super::heap::Heap;
 use super::index::{Index, Primitives};
 use super::kdtree::{self, KdQuality};
 use super::sah::{Quality, build, linear};
@@ -26,6 +28,12 @@ pub enum Structure {
     /// Four-wide nodes, packets without tiles.
     Narrow,
     Kd(KdQuality),
+    /// Two levels of uniform grids.
+    Grid,
+    /// Best first, through boxes.
+    Heap,
+    /// Best first, through spheres.
+    HeapSpheres,
     /// Every primitive is tested.
     Linear,
 }
@@ -82,6 +90,22 @@ impl<'a> World<'a> {
                 (Forests::Kd(forest), entries)
             }
             Structure::Narrow => narrow(&|p| build(p.boxes, &Quality::default())),
+            Structure::Grid => {
+                let density = Density::default();
+                let (forest, entries) = plant(scene, appearances, &|p| Grid::build(p, &density));
+                (Forests::Grid(forest), entries)
+            }
+            Structure::Heap => {
+                let quality = Quality::default();
+                let (forest, entries) = plant(scene, appearances, &|p| Heap::of_boxes(p, &quality));
+                (Forests::Heap(forest), entries)
+            }
+            Structure::HeapSpheres => {
+                let quality = Quality::default();
+                let (forest, entries) =
+                    plant(scene, appearances, &|p| Heap::of_spheres(p, &quality));
+                (Forests::HeapSpheres(forest), entries)
+            }
             Structure::Linear => narrow(&|p| {
                 let order = 0..p.boxes.len() as u32;
                 (linear(p.boxes), order.collect())

@@ -108,6 +108,9 @@ pub fn structure(plan: &Plan, kd: &KdQuality) -> Structure {
     match plan.accel {
         Accel::Bvh => Structure::Bvh,
         Accel::Kd => Structure::Kd(*kd),
+        Accel::Grid => Structure::Grid,
+        Accel::Heap => Structure::Heap,
+        Accel::HeapSpheres => Structure::HeapSpheres,
         Accel::Linear => Structure::Linear,
     }
 }

@@ -67,6 +67,9 @@ pub enum AccelChoice {
     Auto,
     Bvh,
     Kd,
+    Grid,
+    Heap,
+    HeapSpheres,
     Linear,
 }
 
@@ -76,6 +79,9 @@ impl AccelChoice {
             AccelChoice::Auto => "auto",
             AccelChoice::Bvh => "bvh",
             AccelChoice::Kd => "kd",
+            AccelChoice::Grid => "grid",
+            AccelChoice::Heap => "heap",
+            AccelChoice::HeapSpheres => "heap-spheres",
             AccelChoice::Linear => "linear",
         }
     }

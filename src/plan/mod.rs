@@ -48,6 +48,9 @@ pub struct Kernels {
 pub enum Accel {
     Bvh,
     Kd,
+    Grid,
+    Heap,
+    HeapSpheres,
     Linear,
 }
 
@@ -57,6 +60,9 @@ impl Accel {
         match self {
             Accel::Bvh => "bvh",
             Accel::Kd => "kd",
+            Accel::Grid => "grid",
+            Accel::Heap => "heap",
+            Accel::HeapSpheres => "heap-spheres",
             Accel::Linear => "linear",
         }
     }
@@ -149,11 +155,17 @@ pub fn plan(
         AccelChoice::Auto => (Accel::Bvh, "the fastest structure for every scene measured"),
         AccelChoice::Bvh => (Accel::Bvh, "asked for"),
         AccelChoice::Kd => (Accel::Kd, "asked for"),
+        AccelChoice::Grid => (Accel::Grid, "asked for"),
+        AccelChoice::Heap => (Accel::Heap, "asked for"),
+        AccelChoice::HeapSpheres => (Accel::HeapSpheres, "asked for"),
         AccelChoice::Linear => (Accel::Linear, "asked for: every primitive is tested"),
     };
     let name = match accel {
         Accel::Bvh => "bvh (SAH, 4-wide, two levels)",
         Accel::Kd => "k-d tree (SAH, two levels)",
+        Accel::Grid => "uniform grid (two levels in dense cells, tagging)",
+        Accel::Heap => "best-first heap over boxes (SAH, 4-wide)",
+        Accel::HeapSpheres => "best-first heap over spheres (SAH, 4-wide)",
         Accel::Linear => "linear",
     };
     reasons.push(("structure", name.into(), why.into()));

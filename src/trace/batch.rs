@@ -352,6 +352,9 @@ fn by_structure<L: Lanes, C: Certainty, N: Count, const S: usize>(
         Forests::Wide(_) => by_needs::<L, C, S>(choice.kernels.needs, batch),
         Forests::Narrow(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
         Forests::Kd(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
+        Forests::Grid(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
+        Forests::Heap(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
+        Forests::HeapSpheres(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
     }
 }
 

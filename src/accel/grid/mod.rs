@@ -1,0 +1,291 @@
+//! Uniform grids: space cut into equal cells, each with a list of the entries
+//! whose boxes reach into it (Fujimoto, Tanaka, Iwata 1986; Cleary and Wyvill
+//! 1988). A cell with many entries holds a grid of its own (Jevans and Wyvill
+//! 1989; two levels: Kalojanov, Billeter, Slusallek 2011).
+//!
+//! Coherent packets march through it slice by slice ([`slices`]), others lane by
+//! lane with a digital differential analyser ([`march`]). An entry is met once
+//! per packet, however many cells name it ([`Marks`]).
+//!
+//! Invariant, by which a grid gives the bits of a linear scan: a cell is a box,
+//! and its planes are numbers of a table, so [`Slabs`] gives a lane an interval
+//! of t for it, padded as for any box. A walk visits every cell whose interval
+//! meets t_min..=limit. That suffices: let t be in the interval of an entry's
+//! box. Along one axis the cells that name the entry cover its box, and padded
+//! intervals of neighbours overlap (one plane less the pad is the entry of one,
+//! the same plane plus the pad is the exit of the other), so by monotonicity
+//! some of those cells has t in its interval; the entry is named by every
+//! combination of them along the three axes, so by the cell that has t on all
+//! three. The same holds inside a cell for its own grid. No t is ever added up
+//! step by step: each is computed anew from its plane.
+//!
+//! The tests below hold the cells visited against all cells, suite.rs walks
+//! against the linear scan, tests/accel.rs pictures.
+
+mod build;
+mod march;
+mod slices;
+#[cfg(test)]
+mod tests;
+
+pub use build::Density;
+
+use super::count::Count;
+use super::index::{Figures, Index};
+use super::slabs::Slabs;
+use crate::math::Aabb32;
+use crate::math::lanes::{Lanes, Mask};
+
+/// A grid over entries `0..len`, in the order that the builder gave them.
+#[derive(Clone, Debug)]
+pub struct Grid {
+    pub bounds: Aabb32,
+    pub len: usize,
+    /// The whole first, then the grids of dense cells.
+    blocks: Vec<Block>,
+    /// Ascending coordinates between cells, of every block and axis.
+    planes: Vec<f32>,
+    /// Where each cell's list starts in `slots`; it ends where the next starts.
+    cells: Vec<u32>,
+    /// Entries; or, alone in its cell, [`INNER`] and a block.
+    slots: Vec<u32>,
+}
+
+/// Marks a block among slots.
+const INNER: u32 = 1 << 31;
+
+/// A box cut into cells, x fastest.
+#[derive(Clone, Copy, Debug)]
+struct Block {
+    /// Cells along each axis.
+    res: [u32; 3],
+    /// Where its planes start, one more than cells on each axis.
+    planes: [u32; 3],
+    /// Place of its first cell.
+    first: u32,
+    /// Lower corner.
+    min: [f64; 3],
+    /// Cells per unit of length; 0 where there is only one.
+    scale: [f64; 3],
+    /// By how many cells a plane may lie off its place i/scale, rounded up.
+    wobble: [f64; 3],
+}
+
+impl Block {
+    #[inline(always)]
+    fn cell(&self, at: [usize; 3]) -> usize {
+        let [x, y, _] = self.res.map(|n| n as usize);
+        self.first as usize + at[0] + x * (at[1] + y * at[2])
+    }
+
+    fn len(&self) -> usize {
+        self.res.iter().map(|n| *n as usize).product()
+    }
+}
+
+impl Grid {
+    /// The planes of a block along an axis.
+    #[inline(always)]
+    fn planes(&self, block: &Block, axis: usize) -> &[f32] {
+        &self.planes[block.planes[axis] as usize..][..block.res[axis] as usize + 1]
+    }
+
+    #[inline(always)]
+    fn cell_box(&self, block: &Block, at: [usize; 3]) -> ([f32; 3], [f32; 3]) {
+        let plane = |k: usize, up: usize| self.planes[block.planes[k] as usize + at[k] + up];
+        (
+            std::array::from_fn(|k| plane(k, 0)),
+            std::array::from_fn(|k| plane(k, 1)),
+        )
+    }
+
+    /// What a cell names.
+    #[inline(always)]
+    fn content(&self, cell: usize) -> Content {
+        let (start, end) = (self.cells[cell] as usize, self.cells[cell + 1] as usize);
+        if start == end {
+            return Content::Nothing;
+        }
+        let first = self.slots[start];
+        if first & INNER != 0 {
+            Content::Block((first & !INNER) as usize)
+        } else {
+            Content::List(start, end)
+        }
+    }
+
+    /// Cells along the axes of the whole.
+    pub fn resolution(&self) -> [u32; 3] {
+        self.blocks[0].res
+    }
+
+    /// Dense cells with a grid of their own.
+    pub fn inner_grids(&self) -> usize {
+        self.blocks.len() - 1
+    }
+}
+
+enum Content {
+    Nothing,
+    /// From, to in `slots`.
+    List(usize, usize),
+    Block(usize),
+}
+
+/// Which entries the packet has met: a number per entry that is this walk's own
+/// where it has (mailboxes; Arnaldi, Priol, Bouatouch 1987).
+///
+/// Whenever an entry is met, it is met by all lanes that have cells left, in
+/// their way through this cell or not: so once is enough, and it costs nothing,
+/// since the lanes compute anyway. A lane that does not reach the entry's box
+/// has no hit there, as ever.
+#[derive(Debug, Default)]
+pub struct Marks {
+    walk: u32,
+    of: Vec<u32>,
+}
+
+impl Marks {
+    fn begin(&mut self, len: usize) {
+        if self.of.len() < len {
+            self.of.resize(len, 0);
+        }
+        self.walk = self.walk.wrapping_add(1);
+        if self.walk == 0 {
+            self.of.fill(0);
+            self.walk = 1;
+        }
+    }
+
+    /// Whether it is new, which it is no longer.
+    #[inline(always)]
+    fn first_time(&mut self, slot: usize) -> bool {
+        let new = self.of[slot] != self.walk;
+        self.of[slot] = self.walk;
+        new
+    }
+}
+
+/// One packet on its way.
+struct Walk<'w, L: Lanes, N, F> {
+    grid: &'w Grid,
+    slabs: &'w Slabs<L>,
+    /// Into the bounds, and not before t_min.
+    enter: L,
+    limit: L,
+    /// Lanes that have cells left.
+    waiting: L::Mask,
+    marks: &'w mut Marks,
+    counter: &'w N,
+    leaf: F,
+}
+
+impl<L: Lanes, N: Count, F: FnMut(usize, usize, L::Mask, L) -> L> Walk<'_, L, N, F> {
+    /// Tests what a cell names for all lanes that have cells left.
+    #[inline(always)]
+    fn list(&mut self, from: usize, to: usize) {
+        for place in from..to {
+            let slot = self.grid.slots[place] as usize;
+            if !self.marks.first_time(slot) {
+                self.counter.spared(1);
+                continue;
+            }
+            let active = self.waiting & self.enter.le(self.limit);
+            self.limit = (self.leaf)(slot, 1, active, self.limit);
+        }
+    }
+
+    /// All lanes through one block; `enter..=exit` is their way inside.
+    fn block(&mut self, block: usize, enter: L, exit: L) {
+        let inside = enter.le(exit.min(self.limit));
+        if L::COUNT > 1
+            && let Some(bundle) = self.bundle(block, inside, enter, exit)
+        {
+            return self.slices(block, &bundle, enter, exit);
+        }
+        let mut bits = inside.bits();
+        let outermost = block == 0;
+        while bits != 0 {
+            if outermost {
+                self.waiting = L::Mask::from_bits(bits);
+            }
+            let lane = bits.trailing_zeros() as usize;
+            bits &= bits - 1;
+            let lane_of_axes = self.slabs.axes(lane);
+            self.march(
+                block,
+                lane,
+                &lane_of_axes,
+                enter.lane(lane),
+                exit.lane(lane),
+            );
+        }
+    }
+}
+
+impl Index for Grid {
+    type Scratch<L: Lanes> = Marks;
+
+    fn bounds(&self) -> Aabb32 {
+        self.bounds
+    }
+
+    fn bytes(&self) -> usize {
+        self.blocks.len() * size_of::<Block>()
+            + (self.planes.len() + self.cells.len() + self.slots.len()) * 4
+    }
+
+    fn figures(&self) -> Figures {
+        self.measure()
+    }
+
+    /// Entries keep their places: cells name them one by one. Only the lists
+    /// are brought into order.
+    fn group(&mut self, order: &mut [u32], key: &dyn Fn(u32) -> (u8, u32)) {
+        for cell in 0..self.cells.len() - 1 {
+            if let Content::List(from, to) = self.content(cell) {
+                self.slots[from..to].sort_by_key(|slot| key(order[*slot as usize]));
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn walk<L: Lanes, N: Count>(
+        &self,
+        slabs: &Slabs<L>,
+        t_min: L,
+        limit: L,
+        marks: &mut Marks,
+        counter: &N,
+        mut leaf: impl FnMut(usize, usize, L::Mask, L) -> L,
+    ) -> L {
+        if self.blocks[0].len() == 1 && self.blocks.len() == 1 {
+            let active = t_min.le(limit);
+            counter.leaf(active);
+            return leaf(0, self.len, active, limit);
+        }
+        let (enter, exit) = slabs.interval(self.bounds.min, self.bounds.max);
+        let enter = enter.max(t_min);
+        let inside = enter.le(exit.min(limit));
+        if inside.none() {
+            return limit;
+        }
+        marks.begin(self.len);
+        let mut walk = Walk {
+            grid: self,
+            slabs,
+            enter: L::select(
+                inside,
+                enter,
+                L::splat(crate::math::lanes::Scalar::INFINITY),
+            ),
+            limit,
+            waiting: inside,
+            marks,
+            counter,
+            leaf,
+        };
+        walk.block(0, walk.enter, exit);
+        walk.limit
+    }
+}

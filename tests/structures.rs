@@ -95,6 +95,7 @@ fn measure(name: &str, world: &World, rays: &[TracedRay]) -> Counts {
     let (counts, figures) = match &world.forest {
         Forests::Wide(_) => return Counts::default(),
         Forests::Narrow(forest) => replay(world, forest, rays),
+        Forests::Kd(forest) => replay(world, forest, rays),
         Forests::Grid(forest) => replay(world, forest, rays),
         Forests::Heap(forest) => replay(world, forest, rays),
         Forests::HeapSpheres(forest) => replay(world, forest, rays),
@@ -119,8 +120,7 @@ fn every_ray_has_the_same_answer() {
         let loaded = load(&assets.join(format!("spd/{file}.nff")), 1.0);
         let rays = rays(&loaded);
         println!("{file}: {} rays", rays.len());
-        let of_grids =
-            |density: Density| World::of_grids(&loaded.scene, &loaded.appearances, &density);
+        let of_grids = |density| loaded.world(Structure::Grid(density));
         let two = |cells, dense, inner| Density {
             cells,
             dense,

@@ -29,7 +29,7 @@ pub enum Structure {
     Narrow,
     Kd(KdQuality),
     /// Two levels of uniform grids.
-    Grid,
+    Grid(Density),
     /// Best first, through boxes.
     Heap,
     /// Best first, through spheres.
@@ -90,8 +90,7 @@ impl<'a> World<'a> {
                 (Forests::Kd(forest), entries)
             }
             Structure::Narrow => narrow(&|p| build(p.boxes, &Quality::default())),
-            Structure::Grid => {
-                let density = Density::default();
+            Structure::Grid(density) => {
                 let (forest, entries) = plant(scene, appearances, &|p| Grid::build(p, &density));
                 (Forests::Grid(forest), entries)
             }

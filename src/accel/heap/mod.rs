@@ -110,7 +110,7 @@ impl<V: Volumes> Index for Heap<V> {
         self.tree.figures()
     }
 
-    fn group(&mut self, order: &mut [u32], key: &dyn Fn(u32) -> (u8, u32)) {
+    fn group(&mut self, order: &mut [u32], key: &dyn Fn(u32) -> (u8, u64)) {
         self.tree.group(order, key);
     }
 
@@ -160,9 +160,9 @@ impl<V: Volumes> Index for Heap<V> {
                 }
                 match child.leaf_range() {
                     None => break child.index(),
-                    Some((first, count)) => {
+                    Some(entries) => {
                         counter.leaf(active);
-                        limit = leaf(first, count, active, limit);
+                        limit = leaf(entries.start, entries.len(), active, limit);
                     }
                 }
             };

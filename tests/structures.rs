@@ -18,7 +18,9 @@ use lanecast::geom::Fast;
 use lanecast::math::Vec3;
 use lanecast::plan::Arithmetic;
 use lanecast::render::{Grid, Progress, RenderConfig, View, render};
-use lanecast::trace::{AnyHit, Closest, Has, Outcome, Packet, RayKind, Scratch, Tester, TracedRay};
+use lanecast::trace::{
+    AnyHit, Closest, Has, HitId, Outcome, Packet, RayKind, Scratch, Tester, TracedRay,
+};
 use std::time::Instant;
 
 const SCENES: [&str; 7] = [
@@ -84,7 +86,7 @@ fn replay<A: Index>(world: &World, forest: &Forest<A>, rays: &[TracedRay]) -> (C
                     (t, instance, primitive)
                 );
             }
-            _ => assert_eq!(id.instance, u32::MAX, "{ray:?}"),
+            _ => assert_eq!(id, HitId::NONE, "{ray:?}"),
         }
     }
     (counter.counts(), forest.top.figures())

@@ -183,14 +183,9 @@ impl<L: Lanes, N: Count, F: FnMut(usize, usize, L::Mask, L) -> L> Walk<'_, L, N,
             }
             let lane = bits.trailing_zeros() as usize;
             bits &= bits - 1;
-            let lane_of_axes = self.slabs.axes(lane);
-            self.march(
-                block,
-                lane,
-                &lane_of_axes,
-                enter.lane(lane),
-                exit.lane(lane),
-            );
+            let of = |x: L| x.lane(lane);
+            let axes = self.slabs.planes().map(|(a, b, c)| (of(a), of(b), of(c)));
+            self.march(block, lane, &axes, of(enter), of(exit));
         }
     }
 }

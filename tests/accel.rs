@@ -6,7 +6,7 @@
 mod common;
 
 use common::{ALL_AOVS, EVERYTHING, Way, hash, picture, random_scene};
-use lanecast::accel::{KdQuality, Structure};
+use lanecast::accel::{Density, KdQuality, Structure};
 use lanecast::plan::{Arithmetic, Choices, plan};
 use lanecast::render::{RenderConfig, TileOrder};
 use lanecast::scene::{Appearances, Scene};
@@ -35,13 +35,12 @@ fn hash_of(scene: &Scene, way: Way, config: &RenderConfig) -> u64 {
 
 /// All that find primitives.
 fn structures() -> [Structure; 7] {
-    let kd = Structure::Kd(KdQuality::default());
     [
         Structure::Linear,
         Structure::Bvh,
         Structure::Narrow,
-        kd,
-        Structure::Grid,
+        Structure::Kd(KdQuality::default()),
+        Structure::Grid(Density::default()),
         Structure::Heap,
         Structure::HeapSpheres,
     ]

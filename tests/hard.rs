@@ -7,7 +7,7 @@ mod common;
 
 use common::{EVERYTHING, Random, hard_rays, hard_scene, random_mesh};
 use glam::{DAffine3, DVec3};
-use lanecast::accel::{KdQuality, Structure, World};
+use lanecast::accel::{Density, KdQuality, Structure, World};
 use lanecast::math::Affine;
 use lanecast::plan::{Arithmetic, Kernels};
 use lanecast::reference::{Answer, Reference};
@@ -30,7 +30,9 @@ fn hard_scenes_do_not_depend_on_structure_or_width() {
         let appearances = Appearances::of(&scene).unwrap();
         let rays = hard_rays(&scene, &appearances, seed, RAYS);
         let kd = Structure::Kd(KdQuality::default());
-        let worlds = [Structure::Linear, Structure::Bvh, kd]
+        let grid = Structure::Grid(Density::default());
+        let (heap, spheres) = (Structure::Heap, Structure::HeapSpheres);
+        let worlds = [Structure::Linear, Structure::Bvh, kd, grid, heap, spheres]
             .map(|structure| World::build(&scene, &appearances, structure));
         for arithmetic in [Arithmetic::F32, Arithmetic::F64] {
             let of = |world, lanes| {

@@ -5,7 +5,7 @@
 mod common;
 
 use common::{Loaded, assets, load};
-use lanecast::accel::{KdQuality, Structure, World};
+use lanecast::accel::{Density, KdQuality, Structure, World};
 use lanecast::plan::Arithmetic;
 use lanecast::render::{AovSet, Grid, RenderConfig};
 use serde_json::Value;
@@ -74,9 +74,16 @@ fn primary_hits_are_the_published_ones() {
              fast: {covers} rays hit or miss otherwise, {ids} hit another primitive"
         );
         assert!(count.abs_diff(expected) <= allowed, "{file}: {count}");
-        let kd = loaded.world(Structure::Kd(KdQuality::default()));
-        let (_, by_kd) = primary(&loaded, &kd, Arithmetic::F64);
-        assert!(by_kd == exact, "{file}: the k-d tree sees something else");
+        for structure in [
+            Structure::Kd(KdQuality::default()),
+            Structure::Grid(Density::default()),
+            Structure::Heap,
+            Structure::HeapSpheres,
+        ] {
+            let world = loaded.world(structure);
+            let (_, seen) = primary(&loaded, &world, Arithmetic::F64);
+            assert!(seen == exact, "{file}: {structure:?} sees something else");
+        }
         assert!((covers + ids) * 1000 < exact.len(), "{file}");
 
         let config = corners();

@@ -31,7 +31,7 @@ pub use bvh::{Child, Node, Stack, Tree, WIDTH};
 pub use count::{Count, Counter, Counts};
 pub use forest::{Forest, Forests, MeshTree, WideForest};
 pub use frustum::{Frustum, WideStack};
-pub use grid::{Density, Grid, Marks};
+pub use grid::{Density, Grid};
 pub use heap::{Boxes, Heap, Queue, Spheres, Volumes};
 pub use index::{Figures, Index, Primitives};
 pub use kdtree::{KdClip, KdQuality, KdStop, KdTree, build as kd_build};

@@ -29,7 +29,7 @@ pub enum Structure {
     Narrow,
     Kd(KdQuality),
     /// Two levels of uniform grids.
-    Grid,
+    Grid(Density),
     /// Best first, through boxes.
     Heap,
     /// Best first, through spheres.
@@ -80,7 +80,7 @@ impl<'a> World<'a> {
             let (forest, entries) = plant(scene, appearances, build);
             (Forests::Narrow(forest), entries)
         };
-        let (forest, entries) = match structure {
+        let (forest, [entries, unbounded]) = match structure {
             Structure::Bvh => {
                 let (forest, entries) = plant_wide(scene, appearances);
                 (Forests::Wide(forest), entries)
@@ -90,8 +90,9 @@ impl<'a> World<'a> {
                 (Forests::Kd(forest), entries)
             }
             Structure::Narrow => narrow(&|p| build(p.boxes, &Quality::default())),
-            Structure::Grid => {
-                return World::of_grids(scene, appearances, &Density::default());
+            Structure::Grid(density) => {
+                let (forest, entries) = plant(scene, appearances, &|p| Grid::build(p, &density));
+                (Forests::Grid(forest), entries)
             }
             Structure::Heap => {
                 let quality = Quality::default();
@@ -109,25 +110,6 @@ impl<'a> World<'a> {
                 (linear(p.boxes), order.collect())
             }),
         };
-        World::of(scene, appearances, forest, entries)
-    }
-
-    /// Of grids as fine as one likes.
-    pub fn of_grids(
-        scene: &'a Scene,
-        appearances: &'a Appearances,
-        density: &Density,
-    ) -> World<'a> {
-        let (forest, entries) = plant(scene, appearances, &|p| Grid::build(p, density));
-        World::of(scene, appearances, Forests::Grid(forest), entries)
-    }
-
-    fn of(
-        scene: &'a Scene,
-        appearances: &'a Appearances,
-        forest: Forests,
-        [entries, unbounded]: [Vec<Entry>; 2],
-    ) -> World<'a> {
         let mut place_of = vec![0; entries.len() + unbounded.len()];
         for (place, entry) in entries.iter().chain(&unbounded).enumerate() {
             place_of[entry.appearance as usize] = place as u32;

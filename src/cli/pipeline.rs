@@ -3,7 +3,7 @@
 
 use super::error::CliError;
 use super::scene;
-use crate::accel::{KdQuality, Structure, World};
+use crate::accel::{Density, KdQuality, Structure, World};
 use crate::io::{LoadError, LoadOptions};
 use crate::measure::{PlanSummary, SceneCounts, Stats, Watch};
 use crate::plan::{Accel, Plan, PlanError, plan};
@@ -109,7 +109,7 @@ pub fn structure(plan: &Plan, kd: &KdQuality) -> Structure {
     match plan.accel {
         Accel::Bvh => Structure::Bvh,
         Accel::Kd => Structure::Kd(*kd),
-        Accel::Grid => Structure::Grid,
+        Accel::Grid => Structure::Grid(Density::default()),
         Accel::Heap => Structure::Heap,
         Accel::HeapSpheres => Structure::HeapSpheres,
         Accel::Linear => Structure::Linear,

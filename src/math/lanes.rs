@@ -61,8 +61,8 @@ pub trait Scalar: Copy + PartialOrd + Debug + Send + Sync + 'static {
     /// Rounded to nearest.
     fn from_f64(x: f64) -> Self;
     fn to_f64(self) -> f64;
-    /// As [`Lanes::mul_add`] has it, bit by bit.
-    fn mul_add(self, a: Self, b: Self) -> Self;
+    /// What [`Lanes::mul_add`] gives, bit by bit.
+    fn scalar_mul_add(self, a: Self, b: Self) -> Self;
     /// The bits, zero-extended.
     fn bits(self) -> u64;
     /// A number of no meaning that carries 32 bits, for lanes of ids.
@@ -86,7 +86,7 @@ impl Scalar for f32 {
         f64::from(self)
     }
     #[inline(always)]
-    fn mul_add(self, a: f32, b: f32) -> f32 {
+    fn scalar_mul_add(self, a: f32, b: f32) -> f32 {
         mul_add_f32(self, a, b)
     }
     #[inline(always)]
@@ -116,7 +116,7 @@ impl Scalar for f64 {
         self
     }
     #[inline(always)]
-    fn mul_add(self, a: f64, b: f64) -> f64 {
+    fn scalar_mul_add(self, a: f64, b: f64) -> f64 {
         self * a + b
     }
     #[inline(always)]

@@ -92,12 +92,12 @@ impl<'g, S: Scalar> Track<'g, S> {
 
     #[inline(always)]
     fn enter(&self, i: usize) -> S {
-        self.plane(i).mul_add(self.inv, self.near)
+        self.plane(i).scalar_mul_add(self.inv, self.near)
     }
 
     #[inline(always)]
     fn exit(&self, i: usize) -> S {
-        self.plane(i + 1).mul_add(self.inv, self.far)
+        self.plane(i + 1).scalar_mul_add(self.inv, self.far)
     }
 
     #[inline(always)]
@@ -224,8 +224,8 @@ impl<L: Lanes, N: Count, F: FnMut(usize, usize, L::Mask, L) -> L> Walk<'_, L, N,
                 let (mut first, mut last) = (enter, L::Scalar::INFINITY);
                 for k in 0..3 {
                     let (inv, low, high) = axes[k];
-                    let t0 = L::Scalar::from_f32(min[k]).mul_add(inv, low);
-                    let t1 = L::Scalar::from_f32(max[k]).mul_add(inv, high);
+                    let t0 = L::Scalar::from_f32(min[k]).scalar_mul_add(inv, low);
+                    let t1 = L::Scalar::from_f32(max[k]).scalar_mul_add(inv, high);
                     let (t0, t1) = if t0 < t1 { (t0, t1) } else { (t1, t0) };
                     first = if t0 > first { t0 } else { first };
                     last = if t1 < last { t1 } else { last };

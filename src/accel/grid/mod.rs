@@ -5,7 +5,7 @@
 //!
 //! Coherent packets march through it slice by slice ([`slices`]), others lane by
 //! lane with a digital differential analyser ([`march`]). An entry is met once
-//! per packet, however many cells name it ([`Marks`]).
+//! per packet, however many cells name it ([`Tags`]).
 //!
 //! Invariant, by which a grid gives the bits of a linear scan: a cell is a box,
 //! and its planes are numbers of a table, so [`Slabs`] gives a lane an interval
@@ -33,6 +33,7 @@ pub use build::Density;
 use super::count::Count;
 use super::index::{Figures, Index};
 use super::slabs::Slabs;
+use super::tags::Tags;
 use crate::math::Aabb32;
 use crate::math::lanes::{Lanes, Mask};
 
@@ -132,41 +133,12 @@ enum Content {
     Block(usize),
 }
 
-/// Which entries the packet has met: a number per entry that is this walk's own
-/// where it has (mailboxes; Arnaldi, Priol, Bouatouch 1987).
+/// One packet on its way.
 ///
 /// Whenever an entry is met, it is met by all lanes that have cells left, in
 /// their way through this cell or not: so once is enough, and it costs nothing,
 /// since the lanes compute anyway. A lane that does not reach the entry's box
 /// has no hit there, as ever.
-#[derive(Debug, Default)]
-pub struct Marks {
-    walk: u32,
-    of: Vec<u32>,
-}
-
-impl Marks {
-    fn begin(&mut self, len: usize) {
-        if self.of.len() < len {
-            self.of.resize(len, 0);
-        }
-        self.walk = self.walk.wrapping_add(1);
-        if self.walk == 0 {
-            self.of.fill(0);
-            self.walk = 1;
-        }
-    }
-
-    /// Whether it is new, which it is no longer.
-    #[inline(always)]
-    fn first_time(&mut self, slot: usize) -> bool {
-        let new = self.of[slot] != self.walk;
-        self.of[slot] = self.walk;
-        new
-    }
-}
-
-/// One packet on its way.
 struct Walk<'w, L: Lanes, N, F> {
     grid: &'w Grid,
     slabs: &'w Slabs<L>,
@@ -175,7 +147,7 @@ struct Walk<'w, L: Lanes, N, F> {
     limit: L,
     /// Lanes that have cells left.
     waiting: L::Mask,
-    marks: &'w mut Marks,
+    tags: &'w mut Tags,
     counter: &'w N,
     leaf: F,
 }
@@ -186,7 +158,7 @@ impl<L: Lanes, N: Count, F: FnMut(usize, usize, L::Mask, L) -> L> Walk<'_, L, N,
     fn list(&mut self, from: usize, to: usize) {
         for place in from..to {
             let slot = self.grid.slots[place] as usize;
-            if !self.marks.first_time(slot) {
+            if !self.tags.first(slot) {
                 self.counter.spared(1);
                 continue;
             }
@@ -211,23 +183,15 @@ impl<L: Lanes, N: Count, F: FnMut(usize, usize, L::Mask, L) -> L> Walk<'_, L, N,
             }
             let lane = bits.trailing_zeros() as usize;
             bits &= bits - 1;
-            let lane_of_axes = self
-                .slabs
-                .planes()
-                .map(|(inv, low, high)| (inv.lane(lane), low.lane(lane), high.lane(lane)));
-            self.march(
-                block,
-                lane,
-                &lane_of_axes,
-                enter.lane(lane),
-                exit.lane(lane),
-            );
+            let of = |x: L| x.lane(lane);
+            let axes = self.slabs.planes().map(|(a, b, c)| (of(a), of(b), of(c)));
+            self.march(block, lane, &axes, of(enter), of(exit));
         }
     }
 }
 
 impl Index for Grid {
-    type Scratch<L: Lanes> = Marks;
+    type Scratch<L: Lanes> = Tags;
 
     fn bounds(&self) -> Aabb32 {
         self.bounds
@@ -258,7 +222,7 @@ impl Index for Grid {
         slabs: &Slabs<L>,
         t_min: L,
         limit: L,
-        marks: &mut Marks,
+        tags: &mut Tags,
         counter: &N,
         mut leaf: impl FnMut(usize, usize, L::Mask, L) -> L,
     ) -> L {
@@ -273,7 +237,7 @@ impl Index for Grid {
         if inside.none() {
             return limit;
         }
-        marks.begin(self.len);
+        tags.begin(self.len);
         let mut walk = Walk {
             grid: self,
             slabs,
@@ -284,7 +248,7 @@ impl Index for Grid {
             ),
             limit,
             waiting: inside,
-            marks,
+            tags,
             counter,
             leaf,
         };

@@ -50,7 +50,7 @@ impl<L: Lanes, N: Count, F: FnMut(usize, usize, L::Mask, L) -> L> Walk<'_, L, N,
         if bits.count_ones() < 2 {
             return None;
         }
-        let constants: [(L, L, L); 3] = std::array::from_fn(|k| self.slabs.axis(k));
+        let constants = self.slabs.planes();
         // The first lane's speed in cells says along which axis.
         let one = bits.trailing_zeros() as usize;
         let pace: [f64; 3] =
@@ -144,7 +144,7 @@ impl<L: Lanes, N: Count, F: FnMut(usize, usize, L::Mask, L) -> L> Walk<'_, L, N,
         let of = &grid.blocks[block];
         let Bundle { axes, slices, .. } = *bundle;
         let [k, a, b] = axes;
-        let (inv, low, high) = self.slabs.axis(k);
+        let (inv, low, high) = self.slabs.planes()[k];
         let planes = grid.planes(of, k);
         let across = 1.0 / f64::from(of.res[k]);
         for step in slices.0..=slices.1 {

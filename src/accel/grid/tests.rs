@@ -50,7 +50,7 @@ proptest! {
         if grid.blocks[0].len() == 1 {
             return Ok(());
         }
-        let mut marks = Marks::default();
+        let mut marks = Tags::default();
         for _ in 0..4 {
             let r = rays::<f64>(random, &of);
             let slabs = Slabs::new(r.org, r.dir, &grid.bounds);
@@ -77,7 +77,7 @@ proptest! {
 }
 
 fn packet<L: Lanes<Scalar = f64>>(grid: &Grid, r: &crate::accel::suite::Rays<L>) {
-    let mut marks = Marks::default();
+    let mut marks = Tags::default();
     let together = Counter::default();
     let slabs = Slabs::new(r.org, r.dir, &grid.bounds);
     grid.walk(

@@ -160,10 +160,9 @@ impl<V: Volumes> Index for Heap<V> {
                 }
                 match child.leaf_range() {
                     None => break child.index(),
-                    Some(range) => {
-                        let (first, count) = (range.start, range.len());
+                    Some(entries) => {
                         counter.leaf(active);
-                        limit = leaf(first, count, active, limit);
+                        limit = leaf(entries.start, entries.len(), active, limit);
                     }
                 }
             };

@@ -111,14 +111,13 @@ impl Volumes for Spheres {
     #[inline(always)]
     fn constants<L: Lanes>(slabs: &Slabs<L>) -> SphereConstants<L> {
         let (one, half) = (L::from_f32(1.0), L::from_f32(0.5));
-        let axis = |k: usize| {
-            let (inv, low, high) = slabs.axis(k);
+        let axis = |(inv, low, high): (L, L, L)| {
             let dir = one / inv;
             let org = -((low + high) * half * dir);
             let pad = ((high - low) * half * dir).abs();
             (org, dir, pad)
         };
-        let (x, y, z) = (axis(0), axis(1), axis(2));
+        let [x, y, z] = slabs.planes().map(axis);
         let unit = L::splat(L::Scalar::UNIT_ROUNDOFF) * L::from_f32(32.0);
         let pad = x.2.max(y.2).max(z.2);
         let shrink = unit / pad;

@@ -24,7 +24,7 @@ fn bits(answers: Vec<(f64, HitId)>) -> Vec<Option<(u64, HitId)>> {
 
 #[test]
 fn hard_scenes_do_not_depend_on_structure_or_width() {
-    let mut met = [0; 5];
+    let (mut met, mut apart) = ([0; 5], 0);
     for seed in 0..300 {
         let scene = hard_scene(seed);
         let appearances = Appearances::of(&scene).unwrap();
@@ -46,6 +46,17 @@ fn hard_scenes_do_not_depend_on_structure_or_width() {
             let expected = of(&worlds[0], 1);
             met[seed as usize % 5] += expected.iter().flatten().count();
             for (i, world) in worlds.iter().enumerate() {
+                // The f32 tile kernel decides triangles by other arithmetic, at
+                // every width alike.
+                let tiles = arithmetic == Arithmetic::F32 && i == 1;
+                let expected = if tiles {
+                    let own = of(world, 1);
+                    let pairs = own.iter().zip(&expected);
+                    apart += pairs.filter(|(own, other)| own != other).count();
+                    own
+                } else {
+                    expected.clone()
+                };
                 for lanes in [1, 4, 8, 16] {
                     for (ray, (got, expected)) in of(world, lanes).iter().zip(&expected).enumerate()
                     {
@@ -58,6 +69,11 @@ fn hard_scenes_do_not_depend_on_structure_or_width() {
             }
         }
     }
+    println!(
+        "{apart} of {} rays differ between tiles and packets in f32",
+        300 * RAYS
+    );
+    assert!(apart < 300 * RAYS / 100);
     println!("hits of {} rays per kind of scene: {met:?}", 60 * 2 * RAYS);
     assert!(met.iter().all(|hits| *hits > 60 * RAYS / 4));
 }

@@ -34,11 +34,12 @@ fn hash_of(scene: &Scene, way: Way, config: &RenderConfig) -> u64 {
 }
 
 /// All that find primitives.
-fn structures() -> [Structure; 7] {
+fn structures() -> [Structure; 8] {
     let kd = Structure::Kd(KdQuality::default());
     [
         Structure::Linear,
         Structure::Bvh,
+        Structure::Nested,
         Structure::Narrow,
         kd,
         Structure::Grid,

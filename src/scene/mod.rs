@@ -25,12 +25,13 @@ mod shapes;
 mod solids;
 mod transforms;
 
-pub use appearances::{Appearance, Appearances, MAX_APPEARANCES, MAX_DEPTH, MAX_LAID_OUT};
+pub use appearances::{Appearance, Appearances, MAX_APPEARANCES, MAX_DEPTH, MAX_LAID_OUT, Place};
 pub use bounds::shape_bounds;
 pub use builder::SceneBuilder;
 pub use builtin::builtin;
 pub use cameras::{Camera, Cameras, Projection};
 pub use check::SceneError;
+pub(crate) use check::children_first;
 pub use defaults::{default_camera, default_lights};
 pub use ids::*;
 pub use lights::{Falloff, Light};

@@ -49,7 +49,10 @@ fn agree(scene: &Scene, rays: &RayColumns, why: &str) -> usize {
             let [a, b] = [&flat, &nested].map(|world| hits(rays, world, arithmetic));
             for (i, (a, b)) in a.iter().zip(&b).enumerate() {
                 let ray = rays.ray(i);
-                assert_eq!(a, b, "{why}, {structure:?}, {arithmetic:?}, ray {i} {ray:?}");
+                assert_eq!(
+                    a, b,
+                    "{why}, {structure:?}, {arithmetic:?}, ray {i} {ray:?}"
+                );
             }
             number = a.iter().flatten().count();
         }
@@ -96,8 +99,7 @@ fn random_map(random: &mut Random, kind: u64) -> DAffine3 {
             DAffine3::from_scale_rotation_translation(scale, turn, shift)
         }
         5 => DAffine3::from_translation(DVec3::new(3e4, -2e5, 1e4)),
-        // Out of what f32 holds, and back.
-        6 => DAffine3::from_scale(DVec3::splat(libm::pow(10.0, random.unit() * 25.0))),
+        6 => DAffine3::from_scale(DVec3::splat(libm::pow(10.0, random.unit() * 4.0))),
         _ => {
             let map = DAffine3::from_scale(DVec3::new(1e5, 1.0, 1e-4));
             DAffine3::from_quat(turn) * map * DAffine3::from_translation(shift)
@@ -155,6 +157,30 @@ proptest! {
         let scene = random_graph(seed, levels, kinds);
         let rays = rays_at(&scene, &mut Random(!seed), 300);
         agree(&scene, &rays, &format!("seed {seed}, {levels} levels, {kinds} kinds"));
+    }
+}
+
+/// A node whose space lies beyond what f32 holds, between others that do not.
+#[test]
+fn spaces_beyond_f32() {
+    for exponent in [-60, -40, -20, 20, 40, 60] {
+        let random = &mut Random(5);
+        let mut b = SceneBuilder::default();
+        let scale = |e: i32| DAffine3::from_scale(DVec3::splat(libm::exp10(f64::from(e))));
+        let edges: Vec<Edge> = (0..30)
+            .map(|_| {
+                let shape = random_shape(&mut b, random);
+                let map = scale(-exponent) * random_map(random, 3);
+                Edge::shape(shape).transform(b.transform(map.into()))
+            })
+            .collect();
+        let node = b.node("", &edges);
+        let back = b.transform(scale(exponent).into());
+        b.instance("", Edge::node(node).transform(back));
+        let scene = b.finish().unwrap();
+        let rays = rays_at(&scene, random, 300);
+        let met = agree(&scene, &rays, &format!("10^{exponent}"));
+        assert!(met > 100, "{met}");
     }
 }
 
@@ -222,7 +248,10 @@ fn many_agree() {
     }
     let edge = below[0];
     b.instance("", edge);
-    b.instance("", edge.transform(b.transform(random_map(random, 3).into())));
+    b.instance(
+        "",
+        edge.transform(b.transform(random_map(random, 3).into())),
+    );
     let scene = b.finish().unwrap();
     let appearances = Appearances::of(&scene).unwrap();
     assert!(!appearances.are_laid_out() && appearances.count() > 1 << 16);
@@ -239,7 +268,9 @@ fn many_agree() {
 }
 
 fn at(b: &mut SceneBuilder, x: f64, y: f64, z: f64) -> TransformId {
-    b.transform(Affine::from(DAffine3::from_translation(DVec3::new(x, y, z))))
+    b.transform(Affine::from(DAffine3::from_translation(DVec3::new(
+        x, y, z,
+    ))))
 }
 
 fn quickly<T>(work: impl FnOnce() -> T) -> T {
@@ -281,7 +312,10 @@ fn forty_levels() {
     for number in &numbers {
         rays.push(DVec3::new(*number as f64, 5.0, 0.0), [0.0, -1.0, 0.0]);
     }
-    for (number, (t, id)) in numbers.iter().zip(rays.closest(&world, &kernels(Arithmetic::F64))) {
+    for (number, (t, id)) in numbers
+        .iter()
+        .zip(rays.closest(&world, &kernels(Arithmetic::F64)))
+    {
         assert_eq!((t, id.instance), (4.75, *number));
         let entry = world.entry_of(id.instance);
         assert!((entry.bounds.min[1] + 0.25).abs() < 1e-6);

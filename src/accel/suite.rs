@@ -305,7 +305,8 @@ fn all_same<L: Lanes>(seed: u64) {
     let spheres = Heap::of_spheres(&primitives, &quality);
     let flat = Grid::build(&primitives, &flat);
     let mut deep = Grid::build(&primitives, &deep);
-    deep.0.group(&mut deep.1, &|i| ((i % 3) as u8, u64::from(i)));
+    deep.0
+        .group(&mut deep.1, &|i| ((i % 3) as u8, u64::from(i)));
     let mut scratch = Default::default();
     let mut queues = Default::default();
     let mut marks = Default::default();

@@ -11,8 +11,8 @@ use crate::accel::{Count, Entry, Forest, Index, MeshTree, World, corner_bounds};
 use crate::geom::{
     Certainty, Meet, cone, cuboid, ellipsoid, half_space, polygon, sphere, triangle,
 };
-use crate::math::{Aabb32, Affine};
 use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::math::{Aabb32, Affine};
 use crate::scene::{MeshId, Shape};
 use glam::DVec3;
 use std::marker::PhantomData;

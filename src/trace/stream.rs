@@ -9,9 +9,7 @@ use super::leaf::{Everything, Features, Tester};
 use super::nested::Level;
 use super::packet::Packet;
 use super::query::{HitId, Query};
-use crate::accel::{
-    Block, Entry, STREAM, Slabs, StreamRays, StreamStack, World, prefetch,
-};
+use crate::accel::{Block, Entry, STREAM, Slabs, StreamRays, StreamStack, World, prefetch};
 use crate::geom::triangle::Seen;
 use crate::geom::{Certainty, Ray};
 use crate::math::lanes::{Lanes, Mask, Register, Scalar, max};

@@ -34,10 +34,11 @@ fn hash_of(scene: &Scene, way: Way, config: &RenderConfig) -> u64 {
 }
 
 /// All that find primitives.
-fn structures() -> [Structure; 7] {
+fn structures() -> [Structure; 8] {
     [
         Structure::Linear,
         Structure::Bvh,
+        Structure::Nested,
         Structure::Narrow,
         Structure::Kd(KdQuality::default()),
         Structure::Grid(Density::default()),

@@ -95,7 +95,7 @@ fn replay<A: Index>(world: &World, forest: &Forest<A>, rays: &[TracedRay]) -> (C
 fn measure(name: &str, world: &World, rays: &[TracedRay]) -> Counts {
     let start = Instant::now();
     let (counts, figures) = match &world.forest {
-        Forests::Wide(_) => return Counts::default(),
+        Forests::Wide(_) | Forests::Nested(_) => return Counts::default(),
         Forests::Narrow(forest) => replay(world, forest, rays),
         Forests::Kd(forest) => replay(world, forest, rays),
         Forests::Grid(forest) => replay(world, forest, rays),

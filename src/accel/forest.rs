@@ -3,6 +3,7 @@
 
 use super::bvh::Tree;
 use super::grid::Grid;
+use super::groups::Groups;
 use super::heap::{Boxes, Heap, Spheres};
 use super::index::{Figures, Index};
 use super::kdtree::KdTree;
@@ -37,10 +38,19 @@ pub struct WideForest {
     pub meshes: Vec<Option<WideMesh>>,
 }
 
+/// Wide trees, one for each shared node: nothing is by appearance.
+#[derive(Clone, Debug)]
+pub struct NestedForest {
+    pub groups: Groups,
+    /// By mesh; `None` for meshes that never appear.
+    pub meshes: Vec<Option<WideMesh>>,
+}
+
 /// A forest of some kind.
 #[derive(Clone, Debug)]
 pub enum Forests {
     Wide(WideForest),
+    Nested(NestedForest),
     /// Also the linear scan: a tree without nodes.
     Narrow(Forest<Tree>),
     Kd(Forest<KdTree>),
@@ -49,11 +59,17 @@ pub enum Forests {
     HeapSpheres(Forest<Heap<Spheres>>),
 }
 
-/// Runs an expression on the forest inside; wide ones have their own.
+/// Runs an expression on the forest inside; those of wide trees have their own.
 macro_rules! each {
-    ($forests:expr, $wide:ident => $then_wide:expr, $forest:ident => $then:expr) => {
+    (
+        $forests:expr,
+        $wide:ident => $then_wide:expr,
+        $nested:ident => $then_nested:expr,
+        $forest:ident => $then:expr
+    ) => {
         match $forests {
             Forests::Wide($wide) => $then_wide,
+            Forests::Nested($nested) => $then_nested,
             Forests::Narrow($forest) => $then,
             Forests::Kd($forest) => $then,
             Forests::Grid($forest) => $then,
@@ -65,21 +81,36 @@ macro_rules! each {
 
 impl Forests {
     pub fn bounds(&self) -> Aabb32 {
-        each!(self, wide => wide.top.bounds, forest => forest.top.bounds())
+        each!(self,
+            wide => wide.top.bounds,
+            nested => nested.groups.bounds(),
+            forest => forest.top.bounds()
+        )
+    }
+
+    /// Of a mesh that appears.
+    pub fn mesh_bounds(&self, mesh: usize) -> Option<Aabb32> {
+        each!(self,
+            wide => Some(wide.meshes[mesh].as_ref()?.tree.bounds),
+            nested => Some(nested.meshes[mesh].as_ref()?.tree.bounds),
+            forest => Some(forest.meshes[mesh].as_ref()?.tree.bounds())
+        )
     }
 
     /// Of the structure over the entries.
     pub fn top_figures(&self) -> Figures {
-        each!(self, wide => wide_figures(&wide.top), forest => forest.top.figures())
+        each!(self,
+            wide => wide_figures(&wide.top),
+            nested => wide_figures(&nested.groups.roots.tree),
+            forest => forest.top.figures()
+        )
     }
 
     /// Of all meshes' structures, in the order of the meshes.
     pub fn mesh_figures(&self) -> Vec<Figures> {
         each!(self,
-            wide => {
-                let meshes = wide.meshes.iter().flatten();
-                meshes.map(|mesh| wide_figures(&mesh.tree)).collect()
-            },
+            wide => wide_meshes_figures(&wide.meshes),
+            nested => wide_meshes_figures(&nested.meshes),
             forest => {
                 let meshes = forest.meshes.iter().flatten();
                 meshes.map(|mesh| mesh.tree.figures()).collect()
@@ -90,15 +121,8 @@ impl Forests {
     /// Bytes by name.
     pub fn bytes(&self) -> Vec<(&'static str, usize)> {
         let [top, trees, leaves] = each!(self,
-            wide => {
-                let meshes = || wide.meshes.iter().flatten();
-                let leaves = |mesh: &WideMesh| mesh.blocks.len() * size_of::<Block>();
-                [
-                    wide.top.bytes(),
-                    meshes().map(|mesh| mesh.tree.bytes()).sum(),
-                    meshes().map(leaves).sum(),
-                ]
-            },
+            wide => wide_bytes(wide.top.bytes(), &wide.meshes),
+            nested => wide_bytes(nested.groups.bytes(), &nested.meshes),
             forest => {
                 let meshes = || forest.meshes.iter().flatten();
                 let leaves = |mesh: usize| mesh * (size_of::<Corners>() + 4);
@@ -109,12 +133,31 @@ impl Forests {
                 ]
             }
         );
+        let top_name = match self {
+            Forests::Nested(_) => "node trees",
+            _ => "top tree",
+        };
         vec![
-            ("top tree", top),
+            (top_name, top),
             ("mesh trees", trees),
             ("mesh leaves", leaves),
         ]
     }
+}
+
+fn wide_bytes(top: usize, meshes: &[Option<WideMesh>]) -> [usize; 3] {
+    let meshes = || meshes.iter().flatten();
+    let leaves = |mesh: &WideMesh| mesh.blocks.len() * size_of::<Block>();
+    [
+        top,
+        meshes().map(|mesh| mesh.tree.bytes()).sum(),
+        meshes().map(leaves).sum(),
+    ]
+}
+
+fn wide_meshes_figures(meshes: &[Option<WideMesh>]) -> Vec<Figures> {
+    let meshes = meshes.iter().flatten();
+    meshes.map(|mesh| wide_figures(&mesh.tree)).collect()
 }
 
 fn wide_figures(tree: &WideTree) -> Figures {

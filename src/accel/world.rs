@@ -1,14 +1,19 @@
-//! A scene ready to be traced: two levels of structures.
+//! A scene ready to be traced: two levels of structures, or a tree per node.
 //!
 //! The top one stands over entries: an appearance each, either a primitive or
 //! a mesh with a structure of its own, shared by all of its appearances. Appearances
 //! under the identity need no transform and are met in world space. Unbounded
 //! shapes stand in a short list outside the tree.
+//!
+//! Where there are too many appearances for that, [`Groups`] nest instead, and an
+//! entry is made when a ray gets there, by the same function from the same
+//! numbers.
 
 use super::build::{BuildQuality, build_boxes, build_mesh};
 use super::bvh::Tree;
-use super::forest::{Forest, Forests, MeshTree, WideForest};
+use super::forest::{Forest, Forests, MeshTree, NestedForest, WideForest};
 use super::grid::{Density, Grid};
+use super::groups::Groups;
 use super::heap::Heap;
 use super::index::{Index, Primitives};
 use super::kdtree::{self, KdQuality};
@@ -16,15 +21,22 @@ use super::sah::{Quality, build, linear};
 use super::wide::WideMesh;
 use crate::geom::triangle::{Corners, canonical};
 use crate::math::{Aabb, Aabb32, Affine};
-use crate::scene::{Appearance, Appearances, MeshId, Scene, Shape, shape_bounds};
+use crate::scene::{
+    Appearances, MAX_DEPTH, MeshId, Place, Scene, Shape, ShapeId, Tables, shape_bounds,
+};
 use glam::DVec3;
 use rayon::prelude::*;
 
 /// Which structure finds the primitives.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Structure {
+    /// A tree over the appearances; where they are not
+    /// [laid out](Appearances::are_laid_out), a tree per shared node.
     #[default]
     Bvh,
+    /// A tree per shared node, however few appearances there are: the same
+    /// hits. Not for paths longer than [`MAX_DEPTH`].
+    Nested,
     /// Four-wide nodes, packets without tiles.
     Narrow,
     Kd(KdQuality),
@@ -61,12 +73,14 @@ pub struct World<'a> {
     pub scene: &'a Scene,
     pub appearances: &'a Appearances,
     pub forest: Forests,
-    /// Of the forest's top.
+    /// Around what is bounded. It depends on the scene alone: all structures
+    /// take the constants of their rays from it.
     pub bounds: Aabb32,
     /// In the order of the top structure's leaves; kinds lie in runs.
     pub entries: Vec<Entry>,
     pub unbounded: Vec<Entry>,
     /// By appearance: its place in `entries`, or past their end in `unbounded`.
+    /// Like these, empty where groups nest.
     pub place_of: Vec<u32>,
 }
 
@@ -81,7 +95,13 @@ impl<'a> World<'a> {
             (Forests::Narrow(forest), entries)
         };
         let (forest, [entries, unbounded]) = match structure {
-            Structure::Bvh => {
+            Structure::Bvh if !appearances.are_laid_out() => {
+                return World::nested(scene, appearances);
+            }
+            Structure::Nested if appearances.depth() <= MAX_DEPTH => {
+                return World::nested(scene, appearances);
+            }
+            Structure::Bvh | Structure::Nested => {
                 let (forest, entries) = plant_wide(scene, appearances);
                 (Forests::Wide(forest), entries)
             }
@@ -114,10 +134,16 @@ impl<'a> World<'a> {
         for (place, entry) in entries.iter().chain(&unbounded).enumerate() {
             place_of[entry.appearance as usize] = place as u32;
         }
+        let bounds = if appearances.are_laid_out() {
+            forest.bounds()
+        } else {
+            let own = own_bounds(scene, |mesh| forest.mesh_bounds(mesh));
+            Groups::of(scene, appearances, own).bounds()
+        };
         World {
             scene,
             appearances,
-            bounds: forest.bounds(),
+            bounds,
             forest,
             entries,
             unbounded,
@@ -125,13 +151,56 @@ impl<'a> World<'a> {
         }
     }
 
-    #[inline(always)]
-    pub fn entry_of(&self, appearance: u64) -> &Entry {
-        let place = self.place_of[appearance as usize] as usize;
-        match self.entries.get(place) {
-            Some(entry) => entry,
-            None => &self.unbounded[place - self.entries.len()],
+    /// Nothing in it is by appearance.
+    fn nested(scene: &'a Scene, appearances: &'a Appearances) -> World<'a> {
+        let meshes = wide_meshes(scene, appearances);
+        let own = own_bounds(scene, |mesh| meshes[mesh].as_ref().map(|m| m.tree.bounds));
+        let groups = Groups::of(scene, appearances, own);
+        // What a flat world would take, where there might be one.
+        let bounds = if appearances.are_laid_out() {
+            let rows = (0_u64..).zip(&appearances.rows);
+            let entries = rows.map(|(id, row)| {
+                let own = groups.own[row.shape.index()];
+                Entry::of(scene, row.shape, own, id, &row.place())
+            });
+            let bounded = entries.filter(|entry| !entry.is_unbounded());
+            bounded.fold(Aabb32::EMPTY, |all, entry| all.union(&entry.bounds))
+        } else {
+            groups.bounds()
+        };
+        World {
+            scene,
+            appearances,
+            forest: Forests::Nested(NestedForest { groups, meshes }),
+            bounds,
+            entries: Vec::new(),
+            unbounded: Vec::new(),
+            place_of: Vec::new(),
         }
+    }
+
+    #[inline(always)]
+    pub fn entry_of(&self, appearance: u64) -> Entry {
+        let Some(place) = self.place_of.get(appearance as usize) else {
+            return self.look_up(appearance);
+        };
+        let place = *place as usize;
+        match self.entries.get(place) {
+            Some(entry) => *entry,
+            None => self.unbounded[place - self.entries.len()],
+        }
+    }
+
+    /// Of a nested world.
+    #[cold]
+    #[inline(never)]
+    fn look_up(&self, id: u64) -> Entry {
+        let row = self.appearances.get(self.scene, id);
+        let Forests::Nested(NestedForest { groups, .. }) = &self.forest else {
+            unreachable!("a flat world has an entry for each of its appearances");
+        };
+        let own = groups.own[row.shape.index()];
+        Entry::of(self.scene, row.shape, own, id, &row.place())
     }
 
     /// Where this is what was built.
@@ -145,7 +214,12 @@ impl<'a> World<'a> {
 
     #[inline(always)]
     pub fn wide_mesh(&self, id: MeshId) -> Option<&WideMesh> {
-        self.wide()?.meshes[id.index()].as_ref()
+        let meshes = match &self.forest {
+            Forests::Wide(forest) => &forest.meshes,
+            Forests::Nested(forest) => &forest.meshes,
+            _ => return None,
+        };
+        meshes[id.index()].as_ref()
     }
 
     /// Of the appearance of this id.
@@ -192,10 +266,14 @@ fn plant<A: Index>(
     (Forest { top, meshes }, [entries, unbounded])
 }
 
-fn plant_wide(scene: &Scene, appearances: &Appearances) -> (WideForest, [Vec<Entry>; 2]) {
-    let meshes = each_mesh(scene, appearances, |id| {
+fn wide_meshes(scene: &Scene, appearances: &Appearances) -> Vec<Option<WideMesh>> {
+    each_mesh(scene, appearances, |id| {
         build_mesh(&scene.meshes.row(id), &BuildQuality::default())
-    });
+    })
+}
+
+fn plant_wide(scene: &Scene, appearances: &Appearances) -> (WideForest, [Vec<Entry>; 2]) {
+    let meshes = wide_meshes(scene, appearances);
     let [bounded, unbounded] = entries(scene, appearances, |mesh| {
         meshes[mesh].as_ref().map(|m| m.tree.bounds)
     });
@@ -220,22 +298,43 @@ fn entries(
     appearances: &Appearances,
     bounds: impl Fn(usize) -> Option<Aabb32>,
 ) -> [Vec<Entry>; 2] {
+    let own = own_bounds(scene, bounds);
     let [mut bounded, mut unbounded] = [Vec::new(), Vec::new()];
-    for (i, appearance) in (0_u64..).zip(appearances.iter(scene)) {
-        let shape = scene.shapes.row(appearance.shape);
-        let own = match shape {
-            Shape::Mesh(id) => bounds(id.index()).unwrap_or(Aabb32::EMPTY),
-            _ => shape_bounds(scene, appearance.shape).map_or(Aabb32::EVERYTHING, |b| b.outward()),
-        };
-        let placed = appearance.is_placed(scene);
+    for (id, row) in (0_u64..).zip(appearances.iter(scene)) {
+        let own = own[row.shape.index()];
+        let entry = Entry::of(scene, row.shape, own, id, &row.place());
+        if entry.is_unbounded() {
+            unbounded.push(entry);
+        } else {
+            bounded.push(entry);
+        }
+    }
+    [bounded, unbounded]
+}
+
+/// By shape. `bounds`: of a mesh that has been built.
+fn own_bounds(scene: &Tables, bounds: impl Fn(usize) -> Option<Aabb32>) -> Vec<Aabb32> {
+    let shapes = scene.shapes.rows.iter().enumerate();
+    let own = shapes.map(|(i, shape)| match shape {
+        Shape::Mesh(id) => bounds(id.index()).unwrap_or(Aabb32::EMPTY),
+        _ => shape_bounds(scene, ShapeId(i as u32)).map_or(Aabb32::EVERYTHING, |b| b.outward()),
+    });
+    own.collect()
+}
+
+impl Entry {
+    /// Of the appearance `id`: `shape`, whose own box is `own`, at `place`.
+    pub fn of(scene: &Tables, shape: ShapeId, own: Aabb32, id: u64, place: &Place) -> Entry {
+        let placed = place.is_placed(scene, shape);
+        let shape = scene.shapes.row(shape);
         let bounds = if placed && own != Aabb32::EVERYTHING {
-            world_bounds(&own.widened(), &appearance, center_of(scene, shape)).outward()
+            world_bounds(&own.widened(), place, center_of(scene, shape)).outward()
         } else {
             own
         };
-        let entry = Entry {
+        Entry {
             shape,
-            appearance: i,
+            appearance: id,
             placed,
             bounds,
             own,
@@ -243,14 +342,13 @@ fn entries(
                 Aabb32::EVERYTHING => 0.0,
                 _ => own.widened().max_abs(),
             },
-            stretch: appearance.world_from_object.norm(),
-        };
-        match shape {
-            Shape::HalfSpace(_) => unbounded.push(entry),
-            _ => bounded.push(entry),
+            stretch: place.world_from_object.norm(),
         }
     }
-    [bounded, unbounded]
+
+    fn is_unbounded(&self) -> bool {
+        matches!(self.shape, Shape::HalfSpace(_))
+    }
 }
 
 /// Builds something for each mesh that appears.
@@ -300,26 +398,26 @@ pub fn corner_bounds(corners: &Corners) -> Aabb32 {
     }
 }
 
-fn center_of(scene: &Scene, shape: Shape) -> DVec3 {
+pub(super) fn center_of(scene: &Tables, shape: Shape) -> DVec3 {
     match shape {
         Shape::Mesh(id) => scene.meshes.center[id.index()],
         _ => DVec3::ZERO,
     }
 }
 
-/// The world-space box of an appearance whose geometry lies in `own` (about
+/// The world-space box of what is at a place and whose geometry lies in `own` (about
 /// `center`).
 ///
-/// `object_from_world` is what defines the appearance, and `world_from_object`
+/// `object_from_world` is what defines the place, and `world_from_object`
 /// only nearly its inverse. With E = object_from_world · world_from_object − I,
 /// the true world point of b is within world_from_object·(b ± 2|E||b|), so the
 /// box grows by that, and by the rounding of the product itself.
-fn world_bounds(own: &Aabb, appearance: &Appearance, center: DVec3) -> Aabb {
+pub(super) fn world_bounds(own: &Aabb, place: &Place, center: DVec3) -> Aabb {
     if own.is_empty() {
         return Aabb::EMPTY;
     }
     let own = Aabb::new(own.min + center, own.max + center);
-    let (inward, outward) = (&appearance.object_from_world, &appearance.world_from_object);
+    let (inward, outward) = (&place.object_from_world, &place.world_from_object);
     let around = inward.then_after(outward);
     let identity = Affine::IDENTITY;
     let largest = own.max_abs();

@@ -54,10 +54,8 @@ pub fn complete(
     };
     let appearances = Appearances::of(&scene).map_err(of_scene)?;
     let (scene, camera) = scene.completed(row, &appearances, aspect(config));
-    let plan = plan(&scene, &appearances, &config.choices).map_err(|e| match e {
-        PlanError::TooManyAppearances(source) => CliError::Load(of_scene(source)),
-        _ => CliError::Usage(e.to_string()),
-    })?;
+    let plan = plan(&scene, &appearances, &config.choices)
+        .map_err(|e: PlanError| CliError::Usage(e.to_string()))?;
     stats.stages.push(watch.stage("plan"));
     let threads = config.threads.unwrap_or(0) as usize;
     let pool = ThreadPoolBuilder::new()

@@ -104,6 +104,14 @@ impl Affine {
             .fold(0.0, f64::max)
     }
 
+    /// How much it lengthens vectors at most (2-norm), to within rounding: the
+    /// root of the ∞-norm of MᵀM, which for rotations is 1.
+    pub fn stretch(&self) -> f64 {
+        let dot = |a: &[f64; 3], b: &[f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let row = |a: &[f64; 3]| -> f64 { self.linear.map(|b| dot(a, &b).abs()).iter().sum() };
+        self.linear.iter().map(row).fold(0.0, f64::max).sqrt()
+    }
+
     /// The inverse, or `None` where the linear part is singular or so close to
     /// it that its condition number (∞-norm) passes 10^15.
     pub fn inverse(&self) -> Option<Affine> {

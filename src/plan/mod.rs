@@ -84,8 +84,11 @@ pub enum PlanError {
         list(built)
     )]
     LanesNotBuilt { asked: usize, built: Vec<usize> },
-    #[error(transparent)]
-    TooManyAppearances(#[from] SceneError),
+    #[error("--accel {accel}: {source}; bvh keeps a tree for each shared node instead")]
+    TooManyAppearances {
+        accel: &'static str,
+        source: SceneError,
+    },
 }
 
 fn list(widths: &[usize]) -> String {
@@ -123,7 +126,6 @@ pub fn plan(
     appearances: &Appearances,
     choices: &Choices,
 ) -> Result<Plan, PlanError> {
-    appearances.check_enumerable()?;
     let mut reasons = Vec::new();
     let needs = needs(scene, appearances, &mut reasons);
     let arithmetic = match choices.precision {
@@ -160,7 +162,16 @@ pub fn plan(
         AccelChoice::HeapSpheres => (Accel::HeapSpheres, "asked for"),
         AccelChoice::Linear => (Accel::Linear, "asked for: every primitive is tested"),
     };
+    let nested = accel == Accel::Bvh && !appearances.are_laid_out();
+    if !nested {
+        let too_many = |source| PlanError::TooManyAppearances {
+            accel: accel.name(),
+            source,
+        };
+        appearances.check_enumerable().map_err(too_many)?;
+    }
     let name = match accel {
+        Accel::Bvh if nested => "bvh (SAH, a tree for each node)",
         Accel::Bvh => "bvh (SAH, 4-wide, two levels)",
         Accel::Kd => "k-d tree (SAH, two levels)",
         Accel::Grid => "uniform grid (two levels in dense cells, tagging)",

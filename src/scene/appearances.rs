@@ -12,7 +12,7 @@
 //! in [`Appearances::rows`] as well, which saves hot code the walk.
 
 use super::check::{SceneError, children_first};
-use super::ids::{MaterialId, ShapeId, TransformId};
+use super::ids::{MaterialId, NodeId, ShapeId, TransformId};
 use super::nodes::Target;
 use super::{Edge, Shape, Tables};
 use crate::math::Affine;
@@ -53,8 +53,21 @@ impl Appearance {
     /// Whether its object space differs from world space: by a transform, or by
     /// a mesh's centre.
     pub fn is_placed(&self, scene: &Tables) -> bool {
-        !(is_centered(scene, self.shape) && self.object_from_world.is_identity())
+        is_placed(scene, self.shape, &self.object_from_world)
     }
+
+    /// Where it is.
+    pub fn place(&self) -> Place {
+        Place {
+            object_from_world: self.object_from_world,
+            world_from_object: self.world_from_object,
+            material: self.material,
+        }
+    }
+}
+
+fn is_placed(scene: &Tables, shape: ShapeId, object_from_world: &Affine) -> bool {
+    !(is_centered(scene, shape) && object_from_world.is_identity())
 }
 
 fn is_centered(scene: &Tables, shape: ShapeId) -> bool {
@@ -126,6 +139,26 @@ impl Appearances {
 
     pub fn is_empty(&self) -> bool {
         self.count == 0
+    }
+
+    /// Whether [`rows`](Self::rows) has them all.
+    pub fn are_laid_out(&self) -> bool {
+        self.rows.len() as u64 == self.count
+    }
+
+    /// Appearances of the roots before this row of [`Tables::instances`].
+    pub fn before_root(&self, row: usize) -> u64 {
+        self.before_root[row]
+    }
+
+    /// Appearances below its node's edges before this row of [`Tables::edges`].
+    pub fn before_edge(&self, row: usize) -> u64 {
+        self.before_edge[row]
+    }
+
+    /// Appearances below a node.
+    pub fn below(&self, node: NodeId) -> u64 {
+        self.of_node[node.index()]
     }
 
     /// Edges of the longest path, the root's included.
@@ -280,21 +313,24 @@ fn choose(before: &[u64], rest: &mut u64) -> usize {
 }
 
 /// Where a path has led so far.
-#[derive(Clone, Copy)]
-struct Place {
-    object_from_world: Affine,
-    world_from_object: Affine,
-    material: Option<MaterialId>,
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    pub object_from_world: Affine,
+    pub world_from_object: Affine,
+    /// From the nearest edge that sets one.
+    pub material: Option<MaterialId>,
 }
 
 impl Place {
-    const WORLD: Place = Place {
+    /// Of the path without edges.
+    pub const WORLD: Place = Place {
         object_from_world: Affine::IDENTITY,
         world_from_object: Affine::IDENTITY,
         material: None,
     };
 
-    fn through(&self, scene: &Tables, edge: Edge) -> Place {
+    /// One edge further.
+    pub fn through(&self, scene: &Tables, edge: Edge) -> Place {
         let t = edge.transform.index();
         // The check has refused rows without an inverse.
         let inverse = scene.transforms.inverse[t].unwrap_or(Affine::IDENTITY);
@@ -305,6 +341,11 @@ impl Place {
                 .then_after(&scene.transforms.local[t]),
             material: edge.material.or(self.material),
         }
+    }
+
+    /// [`Appearance::is_placed`] of a shape that is here.
+    pub fn is_placed(&self, scene: &Tables, shape: ShapeId) -> bool {
+        is_placed(scene, shape, &self.object_from_world)
     }
 
     fn of(&self, shape: ShapeId, root: u32) -> Appearance {

@@ -7,7 +7,7 @@ mod graph;
 mod looks;
 mod shapes;
 
-pub(super) use graph::children_first;
+pub(crate) use graph::children_first;
 
 use super::Tables;
 use glam::DVec3;

@@ -40,7 +40,7 @@ impl Extent {
         }
         let place = |p: DVec3| DVec3::from_array(map.point(p.to_array()));
         let of_box = Aabb::of_points(self.bounds.corners().map(place));
-        let (center, radius) = (place(self.bounds.center()), self.radius * stretch(map));
+        let (center, radius) = (place(self.bounds.center()), self.radius * map.stretch());
         Extent {
             bounds: Aabb {
                 min: of_box.min.max(center - radius),
@@ -64,17 +64,6 @@ impl Extent {
                 .min(bounds.diagonal() * 0.5),
         }
     }
-}
-
-/// How much a map lengthens vectors at most: the root of the ∞-norm of MᵀM,
-/// which for rotations is 1.
-fn stretch(map: &Affine) -> f64 {
-    let row = |a: &[f64; 3]| -> f64 { map.linear.map(|b| dot(a, &b).abs()).iter().sum() };
-    map.linear.iter().map(row).fold(0.0, f64::max).sqrt()
-}
-
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// By node, in its own space.

@@ -25,11 +25,12 @@ mod shapes;
 mod solids;
 mod transforms;
 
-pub use appearances::{Appearance, Appearances, MAX_APPEARANCES, MAX_DEPTH, MAX_LAID_OUT};
+pub use appearances::{Appearance, Appearances, MAX_APPEARANCES, MAX_DEPTH, MAX_LAID_OUT, Place};
 pub use bounds::shape_bounds;
 pub use builder::SceneBuilder;
 pub use builtin::builtin;
 pub use cameras::{Camera, Cameras, Projection};
+pub(crate) use check::children_first;
 pub use check::{Entity, EntityKind, SceneError};
 pub use defaults::{default_camera, default_lights};
 pub use ids::*;

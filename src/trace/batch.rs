@@ -3,9 +3,9 @@
 use super::leaf::{Everything, Features, Has, Scratch, Tester};
 use super::packet::Packet;
 use super::query::{AnyHit, Closest, HitId};
-use super::stream::Stream;
+use super::stream::{Stream, StreamScratch};
 use super::tile::{Bundles, TILE, Tile, TileScratch};
-use crate::accel::{Count, Counter, Forest, Forests, Index, STREAM, World};
+use crate::accel::{Count, Counter, Forest, Forests, Groups, Index, STREAM, World};
 use crate::geom::{Certainty, DoubtAll, Fast};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar, f32x4, f32x8, f32x16, f64x4, f64x8, f64x16};
@@ -154,6 +154,8 @@ pub fn any_counted(
 trait Batch {
     /// Through wide trees; `S` packets are a tile.
     fn tiles<L: Lanes, C: Certainty, F: Features, const S: usize>(self);
+    /// Through nested trees, at one lane: streams for all rays.
+    fn nested<L: Lanes, C: Certainty>(self, groups: &Groups);
     /// Packet by packet, through any other kind of structure.
     fn packets<L: Lanes, C: Certainty, F: Features, A: Index, N: Count>(
         self,
@@ -188,6 +190,27 @@ impl Batch for ClosestBatch<'_, '_> {
             let tester = Tester::<L, C, F>::new(self.world, &packet);
             tester.trace(forest, &mut query, &mut scratch, count);
             self.put(first, &query);
+        }
+    }
+
+    #[inline(never)]
+    fn nested<L: Lanes, C: Certainty>(mut self, groups: &Groups) {
+        let mut scratch = Box::<StreamScratch>::default();
+        for first in (0..self.rays.len()).step_by(STREAM) {
+            let mut queries: [_; STREAM] = std::array::from_fn(|i| {
+                let t_max = self.rays.t_max[first + i];
+                Closest::<L, C>::new(L::from_f32(t_max))
+            });
+            let stream = Stream {
+                world: self.world,
+                rays: self.rays,
+                first,
+            };
+            let alive = self.rays.alive(first);
+            stream.trace_nested::<L, C, _>(groups, alive, &mut queries, &mut scratch);
+            for (i, query) in queries.iter().enumerate() {
+                self.put(first + i, query);
+            }
         }
     }
 
@@ -277,6 +300,28 @@ impl Batch for AnyBatch<'_> {
                 let tester = Tester::<L, C, F>::new(world, packet);
                 tester.trace(forest, query, &mut scratch, count);
             });
+        }
+    }
+
+    #[inline(never)]
+    fn nested<L: Lanes, C: Certainty>(mut self, groups: &Groups) {
+        let world = self.world;
+        let mut scratch = Box::<StreamScratch>::default();
+        for first in (0..self.rays.len()).step_by(STREAM) {
+            let mut queries: [_; STREAM] = std::array::from_fn(|i| {
+                let t_max = self.rays.t_max[first + i];
+                AnyHit::<L>::new(L::from_f32(t_max))
+            });
+            let stream = Stream {
+                world,
+                rays: self.rays,
+                first,
+            };
+            let alive = self.rays.alive(first);
+            stream.trace_nested::<L, C, _>(groups, alive, &mut queries, &mut scratch);
+            for (i, query) in queries.iter().enumerate() {
+                self.put(first + i, query);
+            }
         }
     }
 
@@ -377,6 +422,7 @@ fn by_structure<L: Lanes, C: Certainty, N: Count, const S: usize>(
 ) {
     match choice.forest {
         Forests::Wide(_) => by_needs::<L, C, S>(choice.kernels.needs, batch),
+        Forests::Nested(forest) => batch.nested::<L::Single, C>(&forest.groups),
         Forests::Narrow(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
         Forests::Kd(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
         Forests::Grid(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),

@@ -11,8 +11,8 @@ use crate::accel::{Count, Entry, Forest, Index, MeshTree, World, corner_bounds};
 use crate::geom::{
     Certainty, Meet, cone, cuboid, ellipsoid, half_space, polygon, sphere, triangle,
 };
-use crate::math::Aabb32;
 use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::math::{Aabb32, Affine};
 use crate::scene::{MeshId, Shape};
 use glam::DVec3;
 use std::marker::PhantomData;
@@ -77,6 +77,8 @@ pub struct Tester<'w, L: Lanes, C, F> {
     pub world: &'w World<'w>,
     /// World space.
     pub packet: &'w Packet<L>,
+    /// Of the appearance that is being tested, where it is at hand.
+    map: Option<&'w Affine>,
     certainty: PhantomData<(C, F)>,
 }
 
@@ -86,8 +88,15 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
         Tester {
             world,
             packet,
+            map: None,
             certainty: PhantomData,
         }
+    }
+
+    /// For the one appearance whose `object_from_world` this is.
+    #[inline(always)]
+    pub(super) fn with_map(self, map: Option<&'w Affine>) -> Self {
+        Tester { map, ..self }
     }
 
     /// Everything in the world, through its structures.
@@ -146,7 +155,9 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
     /// gain nothing.
     #[inline(always)]
     pub(super) fn solid<Q: Query<L>>(&self, entry: &Entry, active: L::Mask, query: &mut Q) {
-        Tester::<L, C, Everything>::new(self.world, self.packet).solid_of_any(entry, active, query);
+        Tester::<L, C, Everything>::new(self.world, self.packet)
+            .with_map(self.map)
+            .solid_of_any(entry, active, query);
     }
 
     /// A mesh through its own structure.
@@ -223,8 +234,8 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
         match entry.shape {
             Shape::Mesh(mesh) => {
                 if F::MESHES {
-                    let (window, active) = self.window(entry, active, query.limit());
-                    let object = self.mesh_packet(entry, mesh);
+                    let (window, active) = self.window(&entry, active, query.limit());
+                    let object = self.mesh_packet(&entry, mesh);
                     let corners = self
                         .world
                         .scene
@@ -237,7 +248,7 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
             }
             _ => {
                 if F::SOLIDS {
-                    self.solid(entry, active, query);
+                    self.solid(&entry, active, query);
                 }
             }
         }
@@ -256,7 +267,8 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
 
     #[inline(always)]
     fn object_packet(&self, entry: &Entry, center: DVec3) -> Packet<L> {
-        let map = self.world.object_from_world(entry.appearance);
+        let look_up = || self.world.object_from_world(entry.appearance);
+        let map = self.map.copied().unwrap_or_else(look_up);
         self.packet.in_object(&map, center, &entry.own)
     }
 

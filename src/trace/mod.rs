@@ -2,6 +2,7 @@
 
 mod batch;
 mod leaf;
+mod nested;
 mod packet;
 mod query;
 mod record;

@@ -6,15 +6,14 @@
 
 use super::batch::Rays;
 use super::leaf::{Everything, Features, Tester};
+use super::nested::Level;
 use super::packet::Packet;
 use super::query::{HitId, Query};
-use crate::accel::{
-    Block, Entry, STREAM, Slabs, StreamRays, StreamStack, WideMesh, World, prefetch,
-};
+use crate::accel::{Block, Entry, STREAM, Slabs, StreamRays, StreamStack, World, prefetch};
 use crate::geom::triangle::Seen;
 use crate::geom::{Certainty, Ray};
 use crate::math::lanes::{Lanes, Mask, Register, Scalar, max};
-use crate::math::{Aabb32, Vec3, round_up};
+use crate::math::{Aabb32, Affine, Vec3, round_up};
 use crate::scene::{MeshId, Shape};
 use glam::DVec3;
 
@@ -22,7 +21,7 @@ use glam::DVec3;
 /// sorts out.
 #[derive(Default)]
 pub(super) struct Bunch {
-    boxes: StreamRays,
+    pub boxes: StreamRays,
     sight: Sight,
 }
 
@@ -51,7 +50,7 @@ impl Default for Column {
 impl Bunch {
     /// Takes in all rays. `ray`: origin, direction and t_min of a row.
     #[inline(always)]
-    fn take_in(
+    pub fn take_in(
         &mut self,
         set: u64,
         ray: impl Fn(usize) -> ([f64; 3], [f64; 3], f32),
@@ -149,9 +148,25 @@ impl Sight {
 #[derive(Default)]
 pub(super) struct StreamScratch {
     world: Bunch,
-    object: Bunch,
+    pub object: Bunch,
     top: StreamStack,
-    mesh: StreamStack,
+    pub mesh: StreamStack,
+    /// Of nested worlds: levels that are not in use.
+    pub levels: Vec<Box<Level>>,
+}
+
+/// What is being tested: an entry, and its `object_from_world` where that is at
+/// hand.
+#[derive(Clone, Copy)]
+pub(super) struct Met<'a> {
+    pub entry: &'a Entry,
+    pub map: Option<&'a Affine>,
+}
+
+impl<'a> Met<'a> {
+    pub fn new(entry: &'a Entry) -> Met<'a> {
+        Met { entry, map: None }
+    }
 }
 
 /// The rays of one stream: [`STREAM`] rows from `first` on.
@@ -163,17 +178,17 @@ pub(super) struct Stream<'a> {
 
 impl Stream<'_> {
     #[inline(always)]
-    fn packet<L: Lanes>(&self, i: usize) -> Packet<L> {
+    pub fn packet<L: Lanes>(&self, i: usize) -> Packet<L> {
         self.rays.packet(self.first + i, self.world)
     }
 
     #[inline(always)]
-    fn org(&self, i: usize) -> [f64; 3] {
+    pub fn org(&self, i: usize) -> [f64; 3] {
         self.rays.start(self.first + i)
     }
 
     #[inline(always)]
-    fn dir(&self, i: usize) -> [f64; 3] {
+    pub fn dir(&self, i: usize) -> [f64; 3] {
         let i = self.first + i;
         [
             f64::from(self.rays.dir[0][i]),
@@ -183,7 +198,7 @@ impl Stream<'_> {
     }
 
     #[inline(always)]
-    fn t_min(&self, i: usize) -> f32 {
+    pub fn t_min(&self, i: usize) -> f32 {
         self.rays.t_min[self.first + i]
     }
 
@@ -208,6 +223,7 @@ impl Stream<'_> {
             object,
             top,
             mesh: stack,
+            ..
         } = scratch;
         let ray = |i: usize| (self.org(i), self.dir(i), self.t_min(i));
         bunch.take_in(active, ray, &forest.top.bounds);
@@ -226,16 +242,17 @@ impl Stream<'_> {
             |boxes, first, count, mut set| {
                 let mut done = 0;
                 for entry in &world.entries[first..first + count] {
+                    let met = Met::new(entry);
                     match entry.shape {
                         Shape::Mesh(id) => {
                             if F::MESHES {
                                 if F::TRANSFORMS && entry.placed {
                                     self.placed_mesh::<L, C, Q>(
-                                        entry, id, set, queries, object, stack,
+                                        met, id, set, queries, object, stack,
                                     );
                                 } else {
                                     bunch.boxes.limit = boxes.limit;
-                                    self.in_mesh::<L, C, Q>(entry, id, set, queries, bunch, stack);
+                                    self.in_mesh::<L, C, Q>(met, id, set, queries, bunch, stack);
                                 }
                             }
                         }
@@ -267,9 +284,9 @@ impl Stream<'_> {
     /// A mesh in a space of its own: the same rays there. Not generic over the
     /// scene's features: they matter above, and each instance costs build time.
     #[inline(never)]
-    fn placed_mesh<L: Lanes, C: Certainty, Q: Query<L>>(
+    pub fn placed_mesh<L: Lanes, C: Certainty, Q: Query<L>>(
         &self,
-        entry: &Entry,
+        met: Met,
         id: MeshId,
         set: u64,
         queries: &mut [Q; STREAM],
@@ -280,7 +297,12 @@ impl Stream<'_> {
         let Some(mesh) = world.wide_mesh(id) else {
             return;
         };
-        let map = world.object_from_world(entry.appearance);
+        let look_up = || world.object_from_world(met.entry.appearance);
+        let map = met.map.copied().unwrap_or_else(look_up);
+        let met = Met {
+            map: Some(&map),
+            ..met
+        };
         let center = world.scene.meshes.center[id.index()];
         let ray = |i: usize| {
             let org = DVec3::from_array(map.point(self.org(i))) - center;
@@ -288,7 +310,7 @@ impl Stream<'_> {
         };
         bunch.take_in(set, ray, &mesh.tree.bounds);
         each(set, |i| bunch.boxes.limit[i] = limit(&queries[i]));
-        self.in_mesh::<L, C, Q>(entry, id, set, queries, bunch, stack);
+        self.in_mesh::<L, C, Q>(met, id, set, queries, bunch, stack);
     }
 
     /// A mesh in a space of its own, for rays that met everything else otherwise.
@@ -301,14 +323,14 @@ impl Stream<'_> {
         scratch: &mut StreamScratch,
     ) {
         let StreamScratch { object, mesh, .. } = scratch;
-        self.placed_mesh::<L, C, Q>(entry, id, set, queries, object, mesh);
+        self.placed_mesh::<L, C, Q>(Met::new(entry), id, set, queries, object, mesh);
     }
 
     /// A mesh through its own tree. `bunch`: the rays in its space.
     #[inline(never)]
     fn in_mesh<L: Lanes, C: Certainty, Q: Query<L>>(
         &self,
-        entry: &Entry,
+        met: Met,
         id: MeshId,
         set: u64,
         queries: &mut [Q; STREAM],
@@ -330,7 +352,7 @@ impl Stream<'_> {
                     };
                     if bits != 0 {
                         let query = &mut queries[i];
-                        self.offer::<L, C, Q>(i, entry, (id, mesh), block, bits, query);
+                        self.offer::<L, C, Q>(i, met, id, block, bits, query);
                         boxes.limit[i] = limit(query);
                         if Q::ANY && boxes.limit[i] < 0.0 {
                             done |= 1 << i;
@@ -356,14 +378,14 @@ impl Stream<'_> {
     fn offer<L: Lanes, C: Certainty, Q: Query<L>>(
         &self,
         i: usize,
-        entry: &Entry,
-        (id, _mesh): (MeshId, &WideMesh),
+        Met { entry, map }: Met,
+        id: MeshId,
         block: &Block,
         mut bits: u32,
         query: &mut Q,
     ) {
         let packet = self.packet::<L>(i);
-        let tester = Tester::<L, C, Everything>::new(self.world, &packet);
+        let tester = Tester::<L, C, Everything>::new(self.world, &packet).with_map(map);
         let object = tester.mesh_packet(entry, id);
         let active = L::Mask::splat(true);
         let (window, active) = tester.window(entry, active, query.limit());
@@ -384,7 +406,7 @@ impl Stream<'_> {
 
 /// Calls `f` for every member of a set, rising.
 #[inline(always)]
-fn each(mut set: u64, mut f: impl FnMut(usize)) {
+pub(super) fn each(mut set: u64, mut f: impl FnMut(usize)) {
     while set != 0 {
         let i = set.trailing_zeros() as usize % STREAM;
         set &= set - 1;
@@ -394,7 +416,7 @@ fn each(mut set: u64, mut f: impl FnMut(usize)) {
 
 /// The query's limit, not rounded down.
 #[inline(always)]
-fn limit<L: Lanes, Q: Query<L>>(query: &Q) -> f32 {
+pub(super) fn limit<L: Lanes, Q: Query<L>>(query: &Q) -> f32 {
     let limit = query.limit().lane(0).to_f64();
     if L::is_double() {
         round_up(limit)

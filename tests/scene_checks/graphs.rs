@@ -1,7 +1,7 @@
 //! Graphs made to exhaust the check, and what they unfold into.
 
 use super::*;
-use lanecast::plan::{Choices, plan};
+use lanecast::plan::{Accel, AccelChoice, Choices, plan};
 use lanecast::reference::Reference;
 use lanecast::scene::{Appearance, Camera};
 use proptest::prelude::*;
@@ -42,7 +42,16 @@ fn deep_sharing_costs_nothing() {
         assert!(laid_out.contains(part), "{laid_out}");
     }
     assert!(Reference::new(&scene, &all).is_err());
-    assert!(quickly(|| plan(&scene, &all, &Choices::default())).is_err());
+    let bvh = quickly(|| plan(&scene, &all, &Choices::default())).expect("its trees nest");
+    assert_eq!(bvh.accel, Accel::Bvh);
+    let grid = Choices {
+        accel: AccelChoice::Grid,
+        ..Choices::default()
+    };
+    let error = plan(&scene, &all, &grid).unwrap_err().to_string();
+    for part in ["--accel grid", "1099511627777", "bvh"] {
+        assert!(error.contains(part), "{error}");
+    }
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! What is measured of one scene: structures, modes, ray sets, a peer.
 
-use crate::accel::World;
+use crate::accel::{Forests, World};
 use crate::cli::args::BenchArgs;
 use crate::cli::error::CliError;
 use crate::cli::pipeline::{Prepared, isa, structure};
@@ -321,6 +321,7 @@ fn contender<'w>(
     kernels: Kernels,
 ) -> Contender<'w> {
     let kernel = match kernels.lanes {
+        _ if matches!(world.forest, Forests::Nested(_)) => "stream",
         1 => "single",
         _ if world.wide().is_some() => "tile",
         _ => "packet",

@@ -70,7 +70,7 @@ impl Contender<'_> {
         let Tracer::Own { world, kernels } = &self.tracer else {
             return Ok(None);
         };
-        if matches!(world.forest, Forests::Wide(_)) {
+        if matches!(world.forest, Forests::Wide(_) | Forests::Nested(_)) {
             return Ok(None);
         }
         let counts = count(world, kernels, &job.rays, job.ask, progress);

@@ -126,7 +126,7 @@ fn shown(path: &[u32], label: impl Fn(&u32) -> String) -> Vec<String> {
 
 /// The nodes, each after all of its children; or a cycle, first node repeated.
 /// An explicit stack: graphs may be a million nodes deep.
-pub(in crate::scene) fn children_first(scene: &Tables) -> Result<Vec<u32>, Vec<u32>> {
+pub(crate) fn children_first(scene: &Tables) -> Result<Vec<u32>, Vec<u32>> {
     const NEW: u8 = 0;
     const OPEN: u8 = 1;
     const DONE: u8 = 2;

@@ -1,0 +1,289 @@
+//! Nested trees: one over the edges of each shared node, and one over the roots.
+//!
+//! What many appearances of few nodes are traced through: memory and build time
+//! follow the nodes and edges. A node's boxes are in its own space; a ray enters
+//! it by the composed matrix of its path. That only prunes: a leaf is met by the
+//! world ray and the whole path's matrix, as in a flat world.
+//!
+//! Invariant: where a ray's hit in some shape counts, the ray passes, at the
+//! hit's t, every box on the way there, padded as [`Group::padded`] says. Boxes
+//! hold what the *stored inverses* take into the boxes below, so the rounding of
+//! an inverse is in the boxes; that of the rays is in the pad. Checked by
+//! tests/nested.rs: the same hits as a flat world, bit for bit.
+
+use super::build::{BuildQuality, build_boxes};
+use super::wide::WideTree;
+use super::world::{center_of, world_bounds};
+use crate::math::{Aabb, Aabb32, Affine};
+use crate::scene::{
+    Appearances, Edge, NodeId, Place, Scene, Shape, ShapeId, Tables, Target, children_first,
+};
+use glam::DVec3;
+
+/// An edge, and how many appearances its node has before it.
+#[derive(Clone, Copy, Debug)]
+pub struct Link {
+    pub edge: Edge,
+    pub before: u64,
+}
+
+/// The edges of one node that lead to something.
+#[derive(Clone, Debug)]
+pub struct Group {
+    /// Over `links`, in the node's space.
+    pub tree: WideTree,
+    /// In the order of the tree's leaves. What is unbounded below does not count.
+    pub links: Vec<Link>,
+    /// Those that lead to something unbounded.
+    pub open: Vec<Link>,
+    /// Around all links.
+    bounds: Aabb,
+    /// How much further a distance below may reach in one direction than in
+    /// another, seen from here: the product of the edges' condition numbers
+    /// (2-norm) along the worst path.
+    spread: f64,
+    /// Edges of the longest path below.
+    levels: f64,
+}
+
+#[derive(Clone, Debug)]
+pub struct Groups {
+    /// Over the rows of [`Tables::instances`].
+    pub roots: Group,
+    /// By node; none where nothing appears, or the node does not.
+    nodes: Vec<Option<Group>>,
+    /// By shape: its box in its own space (of a mesh about its centre).
+    pub own: Vec<Aabb32>,
+}
+
+/// Boxes that a link's own is put together from, over all links and at most for
+/// one: seen from further above, boxes of boxes of turned boxes are too large.
+const PIECES: usize = 1 << 20;
+const PIECES_OF_ONE: usize = 128;
+/// Levels that are looked into for that.
+const LOOK: usize = 8;
+
+/// Roundings, relative to a shape's size, by which a hit may lie outside its box:
+/// the pad of its slabs, 32, and the rounding of their interval and of the ray.
+const OUTSIDE: f64 = 80.0;
+
+impl Groups {
+    /// `own`: by shape.
+    pub fn of(scene: &Scene, appearances: &Appearances, own: Vec<Aabb32>) -> Groups {
+        let order = children_first(scene).unwrap_or_default();
+        let used = used(scene, &order);
+        let edges = scene.edges.len() + scene.instances.len();
+        let mut builder = Builder {
+            scene,
+            nodes: vec![None; scene.nodes.len()],
+            own: &own,
+            pieces: (PIECES / edges.max(1)).min(PIECES_OF_ONE),
+        };
+        for node in order {
+            if used[node as usize] && appearances.below(NodeId(node)) > 0 {
+                let rows = scene.nodes.children[node as usize].clone();
+                let links = rows.map(|row| Link {
+                    edge: scene.edges.row(row as usize),
+                    before: appearances.before_edge(row as usize),
+                });
+                builder.nodes[node as usize] = Some(builder.group(links));
+            }
+        }
+        let roots = builder.group((0..scene.instances.len()).map(|row| Link {
+            edge: scene.instances.row(row),
+            before: appearances.before_root(row),
+        }));
+        let nodes = builder.nodes;
+        Groups { roots, nodes, own }
+    }
+
+    /// Of a node that a link leads to.
+    #[inline(always)]
+    pub fn node(&self, node: NodeId) -> Option<&Group> {
+        self.nodes[node.index()].as_ref()
+    }
+
+    /// World space; holds the boxes of all appearances as [`super::Entry`] has
+    /// them.
+    pub fn bounds(&self) -> Aabb32 {
+        let bounds = &self.roots.bounds;
+        if bounds.is_empty() {
+            return Aabb32::EMPTY;
+        }
+        let more = bounds.max_abs() * f64::from(f32::EPSILON);
+        bounds.grown(DVec3::splat(more)).outward()
+    }
+
+    pub fn bytes(&self) -> usize {
+        let groups = self.nodes.iter().flatten().chain([&self.roots]);
+        let links = |g: &Group| (g.links.len() + g.open.len()) * size_of::<Link>();
+        groups.map(|g| g.tree.bytes() + links(g)).sum::<usize>()
+            + self.nodes.len() * size_of::<Option<Group>>()
+            + self.own.len() * size_of::<Aabb32>()
+    }
+}
+
+/// How far rays of a set reach in a node's space.
+#[derive(Clone, Copy, Debug)]
+pub struct Reach {
+    /// The largest coordinate of an origin, in the node's space.
+    pub org: f64,
+    /// The largest coordinate of a direction, over the rays the least and the most.
+    pub dir: [f64; 2],
+    /// The largest coordinate that the rays have in world space where they meet
+    /// anything, origins included.
+    pub world: f64,
+}
+
+impl Group {
+    /// The bounds that slabs must be made for, so that their pad (32 roundings of
+    /// the largest distance from bounds or origin) has room for whatever may
+    /// move a hit below out of its boxes; `None` where f32 is not up to it, and
+    /// no box can be trusted.
+    ///
+    /// A hit lies in its shape's box padded in the shape's space, and that pad
+    /// may look `spread` times as large from here (40 roundings, times √3 for
+    /// axes to lengths and back). Rays are brought into each space from the
+    /// world, in f64, by matrices with a rounding for each level: small, but
+    /// relative to the world's coordinates.
+    pub fn padded(&self, object_from_world: &Affine, rays: &Reach) -> Option<Aabb32> {
+        let size = rays.org + self.bounds.max_abs();
+        let moved = object_from_world.norm() * 2.0 * rays.world;
+        let shift = object_from_world.translation;
+        let shift = shift.iter().fold(0.0, |most, x| f64::max(most, x.abs()));
+        let rounding = (self.levels + 1.0) * 64.0 * f64::EPSILON * (moved + shift);
+        let pad_of_one = 32.0 * 0.5 * f64::from(f32::EPSILON);
+        let more = self.spread * (4.0 * size + rounding / pad_of_one);
+        // Far from where f32 ends, reciprocals of small components included.
+        let all = size + more;
+        let [slowest, fastest] = rays.dir;
+        let fits = all > 2_f64.powi(-80)
+            && all < 2_f64.powi(80)
+            && fastest < 2_f64.powi(60)
+            && slowest > 2_f64.powi(-60)
+            && all < slowest * 2_f64.powi(60);
+        fits.then(|| self.bounds.grown(DVec3::splat(more)).outward())
+    }
+}
+
+/// Nodes that appear.
+fn used(scene: &Tables, children_first: &[u32]) -> Vec<bool> {
+    fn mark(used: &mut [bool], targets: &[Target]) {
+        for target in targets {
+            if let Target::Node(node) = target {
+                used[node.index()] = true;
+            }
+        }
+    }
+    let mut used = vec![false; scene.nodes.len()];
+    mark(&mut used, &scene.instances.target);
+    for node in children_first.iter().rev() {
+        if used[*node as usize] {
+            let rows = scene.nodes.children[*node as usize].clone();
+            let targets = &scene.edges.target[rows.start as usize..rows.end as usize];
+            mark(&mut used, targets);
+        }
+    }
+    used
+}
+
+struct Builder<'a> {
+    scene: &'a Tables,
+    /// Those that are done.
+    nodes: Vec<Option<Group>>,
+    own: &'a [Aabb32],
+    pieces: usize,
+}
+
+impl Builder<'_> {
+    fn node(&self, node: NodeId) -> Option<&Group> {
+        self.nodes[node.index()].as_ref()
+    }
+
+    fn group(&self, all: impl Iterator<Item = Link>) -> Group {
+        let mut boxes = Vec::new();
+        let (mut bounded, mut open) = (Vec::new(), Vec::new());
+        let mut bounds = Aabb::EMPTY;
+        let (mut spread, mut levels) = (1.0, 1.0);
+        for link in all {
+            let is_open = match link.edge.target {
+                Target::Shape(shape) => {
+                    matches!(self.scene.shapes.row(shape), Shape::HalfSpace(_))
+                }
+                Target::Node(node) => self.node(node).is_some_and(|g| !g.open.is_empty()),
+            };
+            if is_open {
+                open.push(link);
+            }
+            let around = self.around(link.edge);
+            if around.is_empty() {
+                continue;
+            }
+            bounds = bounds.union(&around);
+            boxes.push(around.outward());
+            bounded.push(link);
+            let place = Place::WORLD.through(self.scene, link.edge);
+            let condition = place.object_from_world.stretch() * place.world_from_object.stretch();
+            let (spread_below, levels_below) = match link.edge.target {
+                Target::Node(node) => self.node(node).map_or((1.0, 0.0), |g| (g.spread, g.levels)),
+                Target::Shape(_) => (1.0, 0.0),
+            };
+            spread = f64::max(spread, condition.max(1.0) * spread_below);
+            levels = f64::max(levels, 1.0 + levels_below);
+        }
+        let (tree, order) = build_boxes(&boxes, &BuildQuality::default());
+        Group {
+            tree,
+            links: order.iter().map(|i| bounded[*i as usize]).collect(),
+            open,
+            bounds,
+            spread,
+            levels,
+        }
+    }
+
+    /// What is bounded behind an edge, in the space before it.
+    fn around(&self, edge: Edge) -> Aabb {
+        let scene = self.scene;
+        let mut front = vec![(Place::WORLD.through(scene, edge), edge.target)];
+        for _ in 0..LOOK {
+            let mut next = Vec::new();
+            for (place, target) in &front {
+                match target {
+                    Target::Shape(_) => next.push((*place, *target)),
+                    Target::Node(node) => {
+                        let links = self.node(*node).map_or(&[][..], |g| &g.links);
+                        let below = links.iter().map(|link| link.edge);
+                        next.extend(below.map(|e| (place.through(scene, e), e.target)));
+                    }
+                }
+                if next.len() > self.pieces {
+                    break;
+                }
+            }
+            if next.len() > self.pieces {
+                break;
+            }
+            front = next;
+        }
+        let boxes = front.iter().map(|(place, target)| match target {
+            Target::Shape(shape) => self.around_shape(*shape, place),
+            Target::Node(node) => {
+                let bounds = self.node(*node).map_or(Aabb::EMPTY, |g| g.bounds);
+                world_bounds(&bounds, place, DVec3::ZERO)
+            }
+        });
+        boxes.fold(Aabb::EMPTY, |all, b| all.union(&b))
+    }
+
+    fn around_shape(&self, shape: ShapeId, place: &Place) -> Aabb {
+        let own = self.own[shape.index()];
+        if own == Aabb32::EVERYTHING {
+            return Aabb::EMPTY;
+        }
+        let own = own.widened();
+        let outside = own.max_abs() * (OUTSIDE * 0.5 * f64::from(f32::EPSILON));
+        let center = center_of(self.scene, self.scene.shapes.row(shape));
+        world_bounds(&own.grown(DVec3::splat(outside)), place, center)
+    }
+}

@@ -1,0 +1,245 @@
+//! Streams through nested trees: one for each shared node, entered level by
+//! level with those rays that reach it.
+//!
+//! A node's rays are the world's, brought into its space by the matrix composed
+//! along the path, as [`crate::scene::Appearances`] composes it. They only find
+//! the way: a leaf is an entry made on the spot, met by the world rays. So the
+//! hits are those of a flat world, bit for bit.
+//!
+//! Levels take their room from a pool that grows once; recursion is as deep as
+//! the graph, which [`crate::scene::MAX_DEPTH`] bounds.
+
+use super::leaf::{Everything, Tester};
+use super::query::Query;
+use super::stream::{Bunch, Met, Stream, StreamScratch, each, limit};
+use crate::accel::{Entry, Group, Groups, Link, Reach, STREAM, StreamStack};
+use crate::geom::Certainty;
+use crate::math::lanes::Lanes;
+use crate::scene::{Place, Shape, Target};
+
+/// Room for one node that is being walked.
+#[derive(Default)]
+pub(super) struct Level {
+    bunch: Bunch,
+    stack: StreamStack,
+}
+
+/// A node on some path.
+struct Spot<'a> {
+    group: &'a Group,
+    place: Place,
+    /// Id of the first appearance below.
+    first: u64,
+}
+
+/// What all levels share.
+struct Nested<'a, 'b> {
+    stream: &'a Stream<'b>,
+    groups: &'a Groups,
+}
+
+impl Stream<'_> {
+    /// Everything in a nested world. `active`: the rays that are still asking.
+    pub fn trace_nested<L: Lanes, C: Certainty, Q: Query<L>>(
+        &self,
+        groups: &Groups,
+        active: u64,
+        queries: &mut [Q; STREAM],
+        scratch: &mut StreamScratch,
+    ) {
+        let nested = Nested {
+            stream: self,
+            groups,
+        };
+        let world = Spot {
+            group: &groups.roots,
+            place: Place::WORLD,
+            first: 0,
+        };
+        nested.unbounded::<L, C, Q>(&world, active, queries);
+        let mut set = 0;
+        each(active, |i| set |= u64::from(limit(&queries[i]) >= 0.0) << i);
+        nested.group::<L, C, Q>(&world, set, queries, scratch);
+    }
+}
+
+impl Nested<'_, '_> {
+    /// Where a link leads: the place, and the id of the first appearance there.
+    #[inline(always)]
+    fn through(&self, above: &Spot, link: &Link) -> (Place, u64) {
+        let place = above.place.through(self.stream.world.scene, link.edge);
+        (place, above.first + link.before)
+    }
+
+    /// What has no bounds, below a node.
+    #[inline(never)]
+    fn unbounded<L: Lanes, C: Certainty, Q: Query<L>>(
+        &self,
+        at: &Spot,
+        set: u64,
+        queries: &mut [Q; STREAM],
+    ) {
+        for link in &at.group.open {
+            let (place, first) = self.through(at, link);
+            match link.edge.target {
+                Target::Node(node) => {
+                    if let Some(group) = self.groups.node(node) {
+                        let spot = Spot {
+                            group,
+                            place,
+                            first,
+                        };
+                        self.unbounded::<L, C, Q>(&spot, set, queries);
+                    }
+                }
+                Target::Shape(shape) => {
+                    let own = self.groups.own[shape.index()];
+                    let entry = Entry::of(self.stream.world.scene, shape, own, first, &place);
+                    self.solid::<L, C, Q>(&entry, &place, set, queries);
+                }
+            }
+        }
+    }
+
+    /// What is bounded below a node, through its tree.
+    #[inline(never)]
+    fn group<L: Lanes, C: Certainty, Q: Query<L>>(
+        &self,
+        at: &Spot,
+        set: u64,
+        queries: &mut [Q; STREAM],
+        scratch: &mut StreamScratch,
+    ) {
+        let links = &at.group.links;
+        let mut level = scratch.levels.pop().unwrap_or_default();
+        if level.take_in(self.stream, at, set) {
+            let Level { bunch, stack } = &mut *level;
+            each(set, |i| bunch.boxes.limit[i] = limit(&queries[i]));
+            let tree = &at.group.tree;
+            tree.walk_stream::<true>(
+                &mut bunch.boxes,
+                set,
+                stack,
+                |_| (),
+                |boxes, first, count, mut set| {
+                    let mut done = 0;
+                    for link in &links[first..first + count] {
+                        self.link::<L, C, Q>(at, link, set, queries, scratch);
+                        each(set, |i| {
+                            boxes.limit[i] = limit(&queries[i]);
+                            done |= u64::from(boxes.limit[i] < 0.0) << i;
+                        });
+                        set &= !done;
+                        if set == 0 {
+                            break;
+                        }
+                    }
+                    done
+                },
+            );
+        } else {
+            let mut set = set;
+            for link in links {
+                if set == 0 {
+                    break;
+                }
+                self.link::<L, C, Q>(at, link, set, queries, scratch);
+                each(set, |i| set &= !(u64::from(limit(&queries[i]) < 0.0) << i));
+            }
+        }
+        scratch.levels.push(level);
+    }
+
+    #[inline(never)]
+    fn link<L: Lanes, C: Certainty, Q: Query<L>>(
+        &self,
+        at: &Spot,
+        link: &Link,
+        set: u64,
+        queries: &mut [Q; STREAM],
+        scratch: &mut StreamScratch,
+    ) {
+        let (place, first) = self.through(at, link);
+        match link.edge.target {
+            Target::Node(node) => {
+                if let Some(group) = self.groups.node(node) {
+                    let spot = Spot {
+                        group,
+                        place,
+                        first,
+                    };
+                    self.group::<L, C, Q>(&spot, set, queries, scratch);
+                }
+            }
+            Target::Shape(shape) => {
+                let own = self.groups.own[shape.index()];
+                let entry = Entry::of(self.stream.world.scene, shape, own, first, &place);
+                let Shape::Mesh(id) = entry.shape else {
+                    return self.solid::<L, C, Q>(&entry, &place, set, queries);
+                };
+                let met = Met {
+                    entry: &entry,
+                    map: Some(&place.object_from_world),
+                };
+                let StreamScratch { object, mesh, .. } = scratch;
+                self.stream
+                    .placed_mesh::<L, C, Q>(met, id, set, queries, object, mesh);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn solid<L: Lanes, C: Certainty, Q: Query<L>>(
+        &self,
+        entry: &Entry,
+        place: &Place,
+        set: u64,
+        queries: &mut [Q; STREAM],
+    ) {
+        each(set, |i| {
+            let packet = self.stream.packet::<L>(i);
+            let tester = Tester::<L, C, Everything>::new(self.stream.world, &packet);
+            let tester = tester.with_map(Some(&place.object_from_world));
+            let active = packet.ray.t_min.lt(queries[i].limit());
+            tester.solid(entry, active, &mut queries[i]);
+        });
+    }
+}
+
+impl Level {
+    /// Takes in the rays in a node's space; whether boxes can be met there.
+    #[inline(never)]
+    fn take_in(&mut self, stream: &Stream, at: &Spot, set: u64) -> bool {
+        let map = &at.place.object_from_world;
+        let bounds = stream.world.bounds.widened();
+        let largest = |v: [f64; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
+        let mut reach = Reach {
+            org: 0.0,
+            dir: [f64::INFINITY, 0.0],
+            world: if bounds.is_empty() {
+                0.0
+            } else {
+                bounds.max_abs()
+            },
+        };
+        each(set, |i| {
+            let org = stream.org(i);
+            let dir = largest(map.vector(stream.dir(i)));
+            reach.org = reach.org.max(largest(map.point(org)));
+            reach.world = reach.world.max(largest(org));
+            reach.dir = [reach.dir[0].min(dir), reach.dir[1].max(dir)];
+        });
+        let Some(bounds) = at.group.padded(map, &reach) else {
+            return false;
+        };
+        let ray = |i: usize| {
+            (
+                map.point(stream.org(i)),
+                map.vector(stream.dir(i)),
+                stream.t_min(i),
+            )
+        };
+        self.bunch.take_in(set, ray, &bounds);
+        true
+    }
+}

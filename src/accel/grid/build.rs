@@ -183,10 +183,9 @@ impl Grid {
             scale: [0.0; 3],
             wobble: [0.0; 3],
         };
-        for k in 0..3 {
+        for (k, n) in res.into_iter().enumerate() {
             let (min, max) = (f64::from(bounds.min[k]), f64::from(bounds.max[k]));
             block.planes[k] = self.planes.len() as u32;
-            let n = res[k];
             self.planes.push(bounds.min[k]);
             let inner = |i: u32| (min + (max - min) * (f64::from(i) / f64::from(n))) as f32;
             self.planes.extend((1..n).map(inner));

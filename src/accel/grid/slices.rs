@@ -126,9 +126,8 @@ impl<L: Lanes, N: Count, F: FnMut(usize, usize, L::Mask, L) -> L> Walk<'_, L, N,
                 *area *= 1.0 + width + side[0].1.abs() / (end + 1) as f64;
             }
         }
-        // Also where one of them is NaN.
         let spread = area[0] + area[1];
-        if !(spread <= 2.0 * WIDEST * f64::from(bits.count_ones())) {
+        if spread.is_nan() || spread > 2.0 * WIDEST * f64::from(bits.count_ones()) {
             return None;
         }
         Some(Bundle {

@@ -71,8 +71,8 @@ impl Spheres {
                     }
                 };
                 let row = &mut rows[index];
-                for k in 0..3 {
-                    row.center[k][i] = center[k];
+                for (column, x) in row.center.iter_mut().zip(center) {
+                    column[i] = x;
                 }
                 // Some roundings of f64 outward, then to f32.
                 let radius = round_up(radius * (1.0 + 16.0 * f64::EPSILON));

@@ -34,7 +34,7 @@ fn hash_of(scene: &Scene, way: Way, config: &RenderConfig) -> u64 {
 }
 
 /// All that find primitives.
-fn structures() -> [Structure; 7] {
+fn structures() -> [Structure; 8] {
     let kd = Structure::Kd(KdQuality::default());
     [
         Structure::Linear,
@@ -44,6 +44,7 @@ fn structures() -> [Structure; 7] {
         Structure::Grid,
         Structure::Heap,
         Structure::HeapSpheres,
+        Structure::ItemBuffer,
     ]
 }
 

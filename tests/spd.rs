@@ -77,6 +77,13 @@ fn primary_hits_are_the_published_ones() {
         let kd = loaded.world(Structure::Kd(KdQuality::default()));
         let (_, by_kd) = primary(&loaded, &kd, Arithmetic::F64);
         assert!(by_kd == exact, "{file}: the k-d tree sees something else");
+        let items = loaded.world(Structure::ItemBuffer);
+        let (count, by_items) = primary(&loaded, &items, Arithmetic::F64);
+        assert!(count.abs_diff(expected) <= allowed, "{file}: {count}");
+        assert!(
+            by_items == exact,
+            "{file}: the item buffer sees something else"
+        );
         assert!((covers + ids) * 1000 < exact.len(), "{file}");
 
         let config = corners();

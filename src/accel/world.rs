@@ -5,6 +5,7 @@
 //! under the identity need no transform and are met in world space. Unbounded
 //! shapes stand in a short list outside the tree.
 
+use super::boxes::{BoxRows, ItemBoxes};
 use super::build::{BuildQuality, build_boxes, build_mesh};
 use super::bvh::Tree;
 use super::forest::{Forest, Forests, MeshTree, WideForest};
@@ -36,6 +37,8 @@ pub enum Structure {
     HeapSpheres,
     /// Every primitive is tested.
     Linear,
+    /// Wide trees, and boxes in columns for frames of camera rays.
+    ItemBuffer,
 }
 
 /// One appearance in the top structure's leaves.
@@ -68,6 +71,8 @@ pub struct World<'a> {
     pub unbounded: Vec<Entry>,
     /// By appearance: its place in `entries`, or past their end in `unbounded`.
     pub place_of: Vec<u32>,
+    /// Where item buffers are to be made.
+    pub item_boxes: Option<ItemBoxes>,
 }
 
 impl<'a> World<'a> {
@@ -103,6 +108,19 @@ impl<'a> World<'a> {
                 let (forest, entries) =
                     plant(scene, appearances, &|p| Heap::of_spheres(p, &quality));
                 (Forests::HeapSpheres(forest), entries)
+            }
+            Structure::ItemBuffer => {
+                let (forest, entries) = plant_wide(scene, appearances);
+                let meshes = forest.meshes.par_iter();
+                let rows = meshes.map(|mesh| Some(BoxRows::of_blocks(&mesh.as_ref()?.blocks)));
+                let boxes = ItemBoxes {
+                    entries: BoxRows::of_entries(&entries[0]),
+                    meshes: rows.collect(),
+                };
+                return World {
+                    item_boxes: Some(boxes),
+                    ..World::of(scene, appearances, Forests::Wide(forest), entries)
+                };
             }
             Structure::Linear => narrow(&|p| {
                 let order = 0..p.boxes.len() as u32;
@@ -140,6 +158,7 @@ impl<'a> World<'a> {
             entries,
             unbounded,
             place_of,
+            item_boxes: None,
         }
     }
 
@@ -180,6 +199,8 @@ impl<'a> World<'a> {
             "top entries",
             entries * size_of::<Entry>() + self.place_of.len() * 4,
         ));
+        let boxes = self.item_boxes.as_ref();
+        bytes.push(("item boxes", boxes.map_or(0, ItemBoxes::bytes)));
         bytes.push(("appearances", self.appearances.bytes()));
         bytes.retain(|(_, bytes)| *bytes > 0);
         bytes

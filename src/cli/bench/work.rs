@@ -311,6 +311,7 @@ fn contender<'w>(
 ) -> Contender<'w> {
     let kernel = match kernels.lanes {
         1 => "single",
+        _ if world.item_boxes.is_some() => "raster",
         _ if world.wide().is_some() => "tile",
         _ => "packet",
     };

@@ -34,7 +34,7 @@ fn hash_of(scene: &Scene, way: Way, config: &RenderConfig) -> u64 {
 }
 
 /// All that find primitives.
-fn structures() -> [Structure; 8] {
+fn structures() -> [Structure; 9] {
     [
         Structure::Linear,
         Structure::Bvh,
@@ -44,6 +44,7 @@ fn structures() -> [Structure; 8] {
         Structure::Grid(Density::default()),
         Structure::Heap,
         Structure::HeapSpheres,
+        Structure::ItemBuffer,
     ]
 }
 

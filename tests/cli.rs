@@ -137,10 +137,9 @@ fn wrong_arguments() {
         (small(&["--lanes", "2"]), "known are auto, 1, 4, 8, 16"),
         (small(&["--precision", "good"]), "known are fast, exact"),
         (small(&["--precision", "guarded"]), "does not exist yet"),
-        (small(&["--accel", "item-buffer"]), "does not exist yet"),
         (
             small(&["--accel", "octree"]),
-            "known are auto, bvh, kd, grid, heap, heap-spheres, linear",
+            "known are auto, bvh, kd, grid, heap, heap-spheres, linear, item-buffer",
         ),
         (
             small(&["--kd-stop", "sometimes"]),

@@ -79,6 +79,7 @@ fn primary_hits_are_the_published_ones() {
             Structure::Grid(Density::default()),
             Structure::Heap,
             Structure::HeapSpheres,
+            Structure::ItemBuffer,
         ] {
             let world = loaded.world(structure);
             let (_, seen) = primary(&loaded, &world, Arithmetic::F64);

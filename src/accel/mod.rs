@@ -7,6 +7,7 @@
 //! inside it, rounding included. So pruning by boxes never changes an answer,
 //! and a linear scan gives the same one.
 
+mod boxes;
 mod build;
 mod bvh;
 mod count;
@@ -27,6 +28,7 @@ mod wide;
 mod wide_stream;
 mod world;
 
+pub use boxes::{BoxRow, BoxRows, ItemBoxes};
 pub use build::{BuildQuality, MAX_DEPTH, build_boxes, build_mesh, refit, refit_boxes};
 pub use bvh::{Child, Node, Stack, Tree, WIDTH};
 pub use count::{Count, Counter, Counts};

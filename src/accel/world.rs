@@ -9,6 +9,7 @@
 //! entry is made when a ray gets there, by the same function from the same
 //! numbers.
 
+use super::boxes::{BoxRows, ItemBoxes};
 use super::build::{BuildQuality, build_boxes, build_mesh};
 use super::bvh::Tree;
 use super::forest::{Forest, Forests, MeshTree, NestedForest, WideForest};
@@ -48,6 +49,8 @@ pub enum Structure {
     HeapSpheres,
     /// Every primitive is tested.
     Linear,
+    /// Wide trees, and boxes in columns for frames of camera rays.
+    ItemBuffer,
 }
 
 /// One appearance in the top structure's leaves.
@@ -82,6 +85,8 @@ pub struct World<'a> {
     /// By appearance: its place in `entries`, or past their end in `unbounded`.
     /// Like these, empty where groups nest.
     pub place_of: Vec<u32>,
+    /// Where item buffers are to be made.
+    pub item_boxes: Option<ItemBoxes>,
 }
 
 impl<'a> World<'a> {
@@ -94,6 +99,7 @@ impl<'a> World<'a> {
             let (forest, entries) = plant(scene, appearances, build);
             (Forests::Narrow(forest), entries)
         };
+        let mut item_boxes = None;
         let (forest, [entries, unbounded]) = match structure {
             Structure::Bvh if !appearances.are_laid_out() => {
                 return World::nested(scene, appearances);
@@ -125,6 +131,17 @@ impl<'a> World<'a> {
                     plant(scene, appearances, &|p| Heap::of_spheres(p, &quality));
                 (Forests::HeapSpheres(forest), entries)
             }
+            Structure::ItemBuffer => {
+                let (forest, entries) = plant_wide(scene, appearances);
+                let meshes = forest.meshes.par_iter();
+                let rows = meshes.map(|mesh| Some(BoxRows::of_blocks(&mesh.as_ref()?.blocks)));
+                let boxes = ItemBoxes {
+                    entries: BoxRows::of_entries(&entries[0]),
+                    meshes: rows.collect(),
+                };
+                item_boxes = Some(boxes);
+                (Forests::Wide(forest), entries)
+            }
             Structure::Linear => narrow(&|p| {
                 let order = 0..p.boxes.len() as u32;
                 (linear(p.boxes), order.collect())
@@ -148,6 +165,7 @@ impl<'a> World<'a> {
             entries,
             unbounded,
             place_of,
+            item_boxes,
         }
     }
 
@@ -176,6 +194,7 @@ impl<'a> World<'a> {
             entries: Vec::new(),
             unbounded: Vec::new(),
             place_of: Vec::new(),
+            item_boxes: None,
         }
     }
 
@@ -236,6 +255,8 @@ impl<'a> World<'a> {
             "top entries",
             entries * size_of::<Entry>() + self.place_of.len() * 4,
         ));
+        let boxes = self.item_boxes.as_ref();
+        bytes.push(("item boxes", boxes.map_or(0, ItemBoxes::bytes)));
         bytes.push(("appearances", self.appearances.bytes()));
         bytes.retain(|(_, bytes)| *bytes > 0);
         bytes

@@ -136,7 +136,7 @@ pub struct CommonArgs {
     /// Rays per packet: auto, 1, 4, 8 or 16 [default: auto; bench: auto and 1]
     #[arg(long, value_name = "N", value_parser = parse_lanes)]
     pub lanes: Option<LaneCount>,
-    /// What finds the primitives that a ray meets: auto, bvh, kd, grid, heap, heap-spheres, or linear (every one is tested)
+    /// What finds the primitives that a ray meets: auto, bvh, kd, grid, heap, heap-spheres, item-buffer, or linear (every one is tested)
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = parse_accel)]
     pub accel: AccelChoice,
     /// When a k-d tree's cell becomes a leaf: depth, count, both or cost [default: cost]
@@ -330,13 +330,9 @@ fn parse_lanes(text: &str) -> Result<LaneCount, String> {
 }
 
 fn parse_accel(text: &str) -> Result<AccelChoice, String> {
-    use AccelChoice::{Auto, Bvh, Grid, Heap, HeapSpheres, Kd, Linear};
-    let known = [Auto, Bvh, Kd, Grid, Heap, HeapSpheres, Linear];
-    one_of(
-        text,
-        &known.map(|a| (a.name(), a)),
-        &["grid", "heap", "heap-spheres", "item-buffer"],
-    )
+    use AccelChoice::{Auto, Bvh, Grid, Heap, HeapSpheres, ItemBuffer, Kd, Linear};
+    let known = [Auto, Bvh, Kd, Grid, Heap, HeapSpheres, Linear, ItemBuffer];
+    one_of(text, &known.map(|a| (a.name(), a)), &[])
 }
 
 fn parse_kd_stop(text: &str) -> Result<KdStop, String> {

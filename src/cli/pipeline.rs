@@ -111,6 +111,7 @@ pub fn structure(plan: &Plan, kd: &KdQuality) -> Structure {
         Accel::Heap => Structure::Heap,
         Accel::HeapSpheres => Structure::HeapSpheres,
         Accel::Linear => Structure::Linear,
+        Accel::ItemBuffer => Structure::ItemBuffer,
     }
 }
 

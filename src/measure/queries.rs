@@ -9,7 +9,10 @@ use crate::accel::{Counter, Counts, World};
 use crate::io::RaySet;
 use crate::plan::Kernels;
 use crate::render::Progress;
-use crate::trace::{HitId, Hits, MAX_LANES, Rays, any, any_counted, closest, closest_counted};
+use crate::trace::{
+    HitId, Hits, ItemBuffer, MAX_LANES, Rays, TILE, any, any_counted, closest, closest_counted,
+    closest_listed,
+};
 use rayon::prelude::*;
 use std::cell::RefCell;
 use std::hint::black_box;
@@ -82,13 +85,20 @@ pub fn trace(
             });
         }
     };
+    // One origin in f32 is one in f64.
+    let ray = |i: usize| {
+        let meets = rays.t_max[i] > 0.0;
+        meets.then(|| (rays.org[i].map(f64::from), rays.dir[i]))
+    };
     match ask {
         Ask::Closest => {
+            let items = ItemBuffer::of_rays(world, rays.len(), ray);
             let t = answers.t.par_chunks_mut(CHUNK);
             let chunks = t.zip(answers.id.par_chunks_mut(CHUNK)).enumerate();
             chunks.for_each(|(number, (t, id))| {
                 chunk(number, t.len(), &mut |buffers| {
-                    buffers.closest(world, kernels, t, id, None);
+                    let items = items.as_ref().map(|items| (items, number * CHUNK / TILE));
+                    buffers.closest(world, kernels, t, id, items);
                 });
             });
         }
@@ -165,7 +175,7 @@ impl Buffers {
         kernels: &Kernels,
         t: &mut [f32],
         id: &mut [HitId],
-        counter: Option<&Counter>,
+        items: Option<(&ItemBuffer, usize)>,
     ) {
         let padded = self.rays.t_max.len();
         self.t.resize(padded, 0.0);
@@ -177,9 +187,9 @@ impl Buffers {
             id: if whole { id } else { &mut self.id },
         };
         let rays = self.rays.borrowed();
-        match counter {
+        match items {
             None => closest(world, kernels, &rays, &mut hits),
-            Some(counter) => closest_counted(world, kernels, &rays, &mut hits, counter),
+            Some(items) => closest_listed(world, kernels, &rays, items, &mut hits),
         }
         for (to, from) in t.iter_mut().zip(&self.t) {
             *to = *from as f32;

@@ -71,6 +71,7 @@ pub enum AccelChoice {
     Heap,
     HeapSpheres,
     Linear,
+    ItemBuffer,
 }
 
 impl AccelChoice {
@@ -83,6 +84,7 @@ impl AccelChoice {
             AccelChoice::Heap => "heap",
             AccelChoice::HeapSpheres => "heap-spheres",
             AccelChoice::Linear => "linear",
+            AccelChoice::ItemBuffer => "item-buffer",
         }
     }
 }

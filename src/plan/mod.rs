@@ -52,6 +52,7 @@ pub enum Accel {
     Heap,
     HeapSpheres,
     Linear,
+    ItemBuffer,
 }
 
 impl Accel {
@@ -64,6 +65,7 @@ impl Accel {
             Accel::Heap => "heap",
             Accel::HeapSpheres => "heap-spheres",
             Accel::Linear => "linear",
+            Accel::ItemBuffer => "item-buffer",
         }
     }
 }
@@ -161,6 +163,10 @@ pub fn plan(
         AccelChoice::Heap => (Accel::Heap, "asked for"),
         AccelChoice::HeapSpheres => (Accel::HeapSpheres, "asked for"),
         AccelChoice::Linear => (Accel::Linear, "asked for: every primitive is tested"),
+        AccelChoice::ItemBuffer => (
+            Accel::ItemBuffer,
+            "asked for; rays that do not leave a pinhole camera take the bvh",
+        ),
     };
     let nested = accel == Accel::Bvh && !appearances.are_laid_out();
     if !nested {
@@ -178,6 +184,7 @@ pub fn plan(
         Accel::Heap => "best-first heap over boxes (SAH, 4-wide)",
         Accel::HeapSpheres => "best-first heap over spheres (SAH, 4-wide)",
         Accel::Linear => "linear",
+        Accel::ItemBuffer => "item buffer (blocks of triangles binned to tiles of rays)",
     };
     reasons.push(("structure", name.into(), why.into()));
     Ok(Plan {

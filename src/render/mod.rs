@@ -3,6 +3,7 @@
 mod camera;
 mod config;
 mod film;
+mod items;
 mod progress;
 mod sampler;
 mod tile;

@@ -8,6 +8,7 @@
 use super::camera::RayGenerator;
 use super::config::{Grid, RenderConfig, TileOrder};
 use super::film::{AovSample, blank, put};
+use super::items::{item_buffer, tiles_of};
 use super::progress::Progress;
 use super::sampler::sample_position;
 use super::{AovSet, Picture};
@@ -15,7 +16,7 @@ use crate::accel::World;
 use crate::plan::Kernels;
 use crate::scene::{Camera, Light, Rgb};
 use crate::shade::{Columns, Integrator, Ledger, RayCounts, Surface};
-use crate::trace::{HitId, RayKind, TracedRay};
+use crate::trace::{HitId, ItemBuffer, RayKind, TracedRay};
 use bumpalo::Bump;
 use rayon::prelude::*;
 use std::cell::RefCell;
@@ -74,6 +75,23 @@ pub fn render(
         counts: RayCounts::default(),
         record: Vec::new(),
     });
+    let at = |number: u32| {
+        let corner = (number % columns * side, number / columns * side);
+        let size = (
+            side.min(config.width - corner.0),
+            side.min(config.height - corner.1),
+        );
+        (corner, size)
+    };
+    let generator = RayGenerator::new(view.camera, config.width, config.height, config.grid);
+    let order = |number: u32| {
+        let (corner, size) = at(number);
+        let place = |row: &u32| (corner.0 + row % size.0, corner.1 + row / size.0);
+        let arena = Bump::new();
+        morton_order(size, &arena).iter().map(place).collect()
+    };
+    let pixels = side * side;
+    let items = item_buffer(view.world, &view.camera, &generator, tiles, pixels, order);
     let one = |number: u32| {
         if progress.is_cancelled() {
             return;
@@ -82,11 +100,7 @@ pub fn render(
             TileOrder::Reverse => tiles - 1 - number,
             _ => number,
         };
-        let corner = (number % columns * side, number / columns * side);
-        let size = (
-            side.min(config.width - corner.0),
-            side.min(config.height - corner.1),
-        );
+        let (corner, size) = at(number);
         thread_local! {
             static ARENA: RefCell<Bump> = RefCell::new(Bump::new());
         }
@@ -97,6 +111,9 @@ pub fn render(
                 progress,
                 corner,
                 size,
+                items: items
+                    .as_ref()
+                    .map(|items| (items, number as usize * tiles_of(pixels))),
             };
             let counts = tile.render(recording, arena, &done);
             arena.reset();
@@ -119,6 +136,8 @@ struct Tile<'a> {
     progress: &'a Progress,
     corner: (u32, u32),
     size: (u32, u32),
+    /// Of the frame, and the tile's first list.
+    items: Option<(&'a ItemBuffer, usize)>,
 }
 
 impl Tile<'_> {
@@ -128,7 +147,7 @@ impl Tile<'_> {
         let kept = if self.config.aovs.any() { pixels } else { 0 };
         let aovs = arena.alloc_slice_fill_copy(kept, AovSample::NOTHING);
         let occluders = arena.alloc_slice_fill_copy(self.view.lights.len(), HitId::NONE);
-        let order = self.morton_order(arena);
+        let order = morton_order(self.size, arena);
         let columns = &mut Columns::new(arena);
         let mut record = Vec::new();
         let mut counts = RayCounts::default();
@@ -189,6 +208,7 @@ impl Tile<'_> {
             world: self.view.world,
             kernels: self.view.kernels,
             lights: self.view.lights,
+            items: self.items,
             background: self.view.world.scene.background,
             max_depth: config.max_depth,
             cancel: &self.progress.cancel,
@@ -230,26 +250,23 @@ impl Tile<'_> {
         let (x, y) = self.place(row);
         y * self.config.width + x
     }
+}
 
-    /// Rows of the film, block by block, each block's pixels in Morton order.
-    fn morton_order<'b>(&self, arena: &'b Bump) -> &'b [u32] {
-        let mut order = bumpalo::collections::Vec::with_capacity_in(
-            (self.size.0 * self.size.1) as usize,
-            arena,
-        );
-        for block_y in (0..self.size.1).step_by(BLOCK as usize) {
-            for block_x in (0..self.size.0).step_by(BLOCK as usize) {
-                for code in 0..BLOCK * BLOCK {
-                    let x = block_x + every_second_bit(code);
-                    let y = block_y + every_second_bit(code >> 1);
-                    if x < self.size.0 && y < self.size.1 {
-                        order.push(y * self.size.0 + x);
-                    }
+/// Rows of the film, block by block, each block's pixels in Morton order.
+fn morton_order((width, height): (u32, u32), arena: &Bump) -> &[u32] {
+    let mut order = bumpalo::collections::Vec::with_capacity_in((width * height) as usize, arena);
+    for block_y in (0..height).step_by(BLOCK as usize) {
+        for block_x in (0..width).step_by(BLOCK as usize) {
+            for code in 0..BLOCK * BLOCK {
+                let x = block_x + every_second_bit(code);
+                let y = block_y + every_second_bit(code >> 1);
+                if x < width && y < height {
+                    order.push(y * width + x);
                 }
             }
         }
-        order.into_bump_slice()
     }
+    order.into_bump_slice()
 }
 
 /// Bits 0, 2, 4, 6 packed together.

@@ -14,7 +14,9 @@ use crate::accel::World;
 use crate::math::unit;
 use crate::plan::Kernels;
 use crate::scene::{Light, Material, Rgb};
-use crate::trace::{HitId, Hits, Outcome, RayKind, TracedRay, any, closest};
+use crate::trace::{
+    HitId, Hits, ItemBuffer, Outcome, RayKind, TILE, TracedRay, any, closest, closest_listed,
+};
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
 use glam::DVec3;
@@ -96,6 +98,8 @@ pub struct Integrator<'w> {
     pub world: &'w World<'w>,
     pub kernels: Kernels,
     pub lights: &'w [Light],
+    /// Lists of the frame for the camera rays, and the first of them.
+    pub items: Option<(&'w ItemBuffer, usize)>,
     pub background: Rgb,
     pub max_depth: u32,
     /// Read before every piece: once set, the rest is left out.
@@ -157,7 +161,14 @@ impl Integrator<'_> {
         let batch = wave.batch(first);
         t.resize(batch.len(), 0.0);
         id.resize(batch.len(), HitId::NONE);
-        closest(self.world, &self.kernels, &batch, &mut Hits { t, id });
+        let hits = &mut Hits { t, id };
+        match self.items.filter(|_| depth == 0) {
+            Some((items, tile)) => {
+                let items = (items, tile + first / TILE);
+                closest_listed(self.world, &self.kernels, &batch, items, hits);
+            }
+            None => closest(self.world, &self.kernels, &batch, hits),
+        }
         note_counts(&wave.kind[rays.clone()], &id[..count], depth, ledger);
 
         lit.clear();

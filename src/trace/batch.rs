@@ -1,5 +1,6 @@
 //! Many rays: columns in, columns out, packet by packet.
 
+use super::items::ItemBuffer;
 use super::leaf::{Everything, Features, Has, Scratch, Tester};
 use super::packet::Packet;
 use super::query::{AnyHit, Closest, HitId};
@@ -92,7 +93,39 @@ pub(super) fn load_f32<L: Lanes>(from: &[f32]) -> L {
 
 /// The nearest hit of every ray.
 pub fn closest(world: &World, kernels: &Kernels, rays: &Rays, hits: &mut Hits) {
-    dispatch(world, kernels, &(), ClosestBatch { world, rays, hits });
+    dispatch(
+        world,
+        kernels,
+        &(),
+        ClosestBatch {
+            world,
+            rays,
+            hits,
+            items: None,
+        },
+    );
+}
+
+/// The same by an item buffer: the first rays are its tile `tile`. Rays that its
+/// lists do not stand for are traced.
+pub fn closest_listed(
+    world: &World,
+    kernels: &Kernels,
+    rays: &Rays,
+    (items, tile): (&ItemBuffer, usize),
+    hits: &mut Hits,
+) {
+    dispatch(
+        world,
+        kernels,
+        &(),
+        ClosestBatch {
+            world,
+            rays,
+            hits,
+            items: Some((items, tile)),
+        },
+    );
 }
 
 /// The same, and what it took.
@@ -103,7 +136,17 @@ pub fn closest_counted(
     hits: &mut Hits,
     counter: &Counter,
 ) {
-    dispatch(world, kernels, counter, ClosestBatch { world, rays, hits });
+    dispatch(
+        world,
+        kernels,
+        counter,
+        ClosestBatch {
+            world,
+            rays,
+            hits,
+            items: None,
+        },
+    );
 }
 
 /// Whether each ray is blocked, as a byte. `occluder` is tried first and becomes
@@ -168,6 +211,8 @@ struct ClosestBatch<'a, 'h> {
     world: &'a World<'a>,
     rays: &'a Rays<'a>,
     hits: &'a mut Hits<'h>,
+    /// Lists for the rays, and the number of the first tile.
+    items: Option<(&'a ItemBuffer, usize)>,
 }
 
 impl ClosestBatch<'_, '_> {
@@ -222,7 +267,16 @@ impl Batch for ClosestBatch<'_, '_> {
                 let mut queries: [_; S] = std::array::from_fn(|s| {
                     Closest::<L, C>::new(load_f32(&self.rays.t_max[first + s * L::COUNT..]))
                 });
-                tile.trace::<C, F, _>(&mut queries, &mut scratch);
+                let list = self.items.and_then(|(items, number)| {
+                    let list = tile.list(items, number + first / TILE)?;
+                    Some((list, self.world.item_boxes.as_ref()?))
+                });
+                match list {
+                    Some((list, boxes)) => {
+                        tile.trace_items::<C, _>(list, boxes, &mut queries, &mut scratch);
+                    }
+                    None => tile.trace::<C, F, _>(&mut queries, &mut scratch),
+                }
                 for (s, query) in queries.iter().enumerate() {
                     self.put(first + s * L::COUNT, query);
                 }

@@ -1,6 +1,7 @@
 //! Ray queries over a built world.
 
 mod batch;
+mod items;
 mod leaf;
 mod nested;
 mod packet;
@@ -9,7 +10,10 @@ mod record;
 mod stream;
 mod tile;
 
-pub use batch::{Hits, MAX_LANES, Rays, any, any_counted, closest, closest_counted};
+pub use batch::{
+    Hits, MAX_LANES, Rays, any, any_counted, closest, closest_counted, closest_listed,
+};
+pub use items::{ItemBuffer, Raster, Rect};
 pub use leaf::{Features, Has, Scratch, Tester, resolve_one};
 pub use packet::Packet;
 pub use query::{AnyHit, Closest, HitId, Query};

@@ -7,7 +7,7 @@ use lanecast::geom::*;
 use lanecast::plan::{Arithmetic, Choices, Kernels, Needs, native_width, plan};
 use lanecast::render::{AovSet, Progress, RenderConfig, Rendered, View, render};
 use lanecast::scene::*;
-use lanecast::trace::{HitId, Hits, MAX_LANES, Rays, closest};
+use lanecast::trace::{HitId, Hits, ItemBuffer, MAX_LANES, Rays, closest, closest_listed};
 use std::path::{Path, PathBuf};
 
 /// The folder of test assets, or `None` after saying that it is absent.
@@ -377,6 +377,28 @@ impl RayColumns {
 
     /// (t, id) of the nearest hit beyond t = 0 of each ray.
     pub fn closest(&self, world: &World, kernels: &Kernels) -> Vec<(f64, HitId)> {
+        self.answers(|rays, hits| closest(world, kernels, rays, hits))
+    }
+
+    /// The same by an item buffer, where there is one for these rays.
+    pub fn closest_listed(&self, world: &World, kernels: &Kernels) -> Option<Vec<(f64, HitId)>> {
+        Some(self.closest_by(&self.item_buffer(world)?, world, kernels))
+    }
+
+    pub fn item_buffer(&self, world: &World) -> Option<ItemBuffer> {
+        ItemBuffer::of_rays(world, self.len, |i| Some(self.ray(i)))
+    }
+
+    pub fn closest_by(
+        &self,
+        items: &ItemBuffer,
+        world: &World,
+        kernels: &Kernels,
+    ) -> Vec<(f64, HitId)> {
+        self.answers(|rays, hits| closest_listed(world, kernels, rays, (items, 0), hits))
+    }
+
+    fn answers(&self, trace: impl FnOnce(&Rays, &mut Hits)) -> Vec<(f64, HitId)> {
         let padded = self.len.next_multiple_of(MAX_LANES);
         let (mut org, mut dir) = (self.org.clone(), self.dir.clone());
         let mut t_max = vec![f32::INFINITY; self.len];
@@ -397,7 +419,7 @@ impl RayColumns {
             t: &mut t,
             id: &mut id,
         };
-        closest(world, kernels, &rays, &mut hits);
+        trace(&rays, &mut hits);
         t.into_iter().zip(id).take(self.len).collect()
     }
 }

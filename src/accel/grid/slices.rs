@@ -31,7 +31,7 @@ pub(super) struct Bundle {
     sides: [[(f64, f64); 2]; 2],
 }
 
-/// Cells per slice and lane, up to which slices pay; measured.
+/// Cells per slice and lane, up to which slices are taken.
 const WIDEST: f64 = 1.0;
 
 impl<L: Lanes, N: Count, F: FnMut(usize, usize, L::Mask, L) -> L> Walk<'_, L, N, F> {

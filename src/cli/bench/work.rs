@@ -323,6 +323,7 @@ fn contender<'w>(
     let kernel = match kernels.lanes {
         _ if matches!(world.forest, Forests::Nested(_)) => "stream",
         1 => "single",
+        _ if world.item_boxes.is_some() => "raster",
         _ if world.wide().is_some() => "tile",
         _ => "packet",
     };

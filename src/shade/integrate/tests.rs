@@ -79,6 +79,7 @@ fn trace(question: Question) -> Traced {
         world: &world,
         kernels: plan.kernels,
         lights: &scene.lights,
+        items: None,
         background: [0.3, 0.5, 0.7],
         max_depth: question.max_depth,
         cancel: &cancel,

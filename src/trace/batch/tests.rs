@@ -155,6 +155,7 @@ fn compare<L: Lanes>(world: &World, columns: &Columns, seen: &mut [usize; 2]) {
     let rays = columns.rays();
     let (mut t, mut id) = (vec![0.0; RAYS], vec![HitId::NONE; RAYS]);
     ClosestBatch {
+        items: None,
         world,
         rays: &rays,
         hits: &mut Hits {

@@ -12,6 +12,7 @@
 
 mod block;
 mod bundle;
+mod items;
 mod settle;
 
 use super::batch::Rays;
@@ -193,38 +194,63 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
                 if !F::MESHES {
                     return;
                 }
+                let (world, rays, first) = (self.world, self.rays, self.first);
+                let through = |inside: InMesh<L, S>, queries: &mut [Q; S]| {
+                    inside.trace::<C, Q>(world, rays, first, queries, stack);
+                };
                 if F::TRANSFORMS && entry.placed {
-                    self.placed_mesh::<C, Q>(entry, id, &relative, queries, stack, streams);
-                } else if let Some(mesh) = self.world.wide_mesh(id) {
-                    let Tile {
-                        world, rays, first, ..
-                    } = self;
-                    let inside = InMesh {
-                        entry,
-                        id,
-                        mesh,
-                        bundle: self.bundle,
-                        places: [nowhere(); S],
-                    };
-                    inside.trace::<C, Q>(world, rays, *first, queries, stack);
-                    for (s, query) in queries.iter().enumerate() {
-                        self.bundle.limit_t(s, query.limit());
-                    }
+                    self.placed_mesh::<C, Q>(entry, id, &relative, queries, streams, through);
+                } else {
+                    self.mesh_in_world(entry, id, queries, through);
                 }
             }
             _ => {
-                if !F::SOLIDS {
-                    return;
-                }
-                for (s, query) in queries.iter_mut().enumerate() {
-                    let active = self.bundle.reach_box(s, &relative);
-                    if active.any() {
-                        let packet = self.packet(s);
-                        Tester::<L, C, F>::new(self.world, &packet).solid(entry, active, query);
-                        self.bundle.limit_t(s, query.limit());
-                    }
+                if F::SOLIDS {
+                    self.solid::<C, F, Q>(entry, &relative, queries);
                 }
             }
+        }
+    }
+
+    #[inline(always)]
+    fn solid<C: Certainty, F: Features, Q: Query<L>>(
+        &mut self,
+        entry: &Entry,
+        relative: &RelativeBox,
+        queries: &mut [Q; S],
+    ) {
+        for (s, query) in queries.iter_mut().enumerate() {
+            let active = self.bundle.reach_box(s, relative);
+            if active.any() {
+                let packet = self.packet(s);
+                Tester::<L, C, F>::new(self.world, &packet).solid(entry, active, query);
+                self.bundle.limit_t(s, query.limit());
+            }
+        }
+    }
+
+    /// A mesh in world space; `through` meets its triangles.
+    #[inline(always)]
+    fn mesh_in_world<Q: Query<L>>(
+        &mut self,
+        entry: &Entry,
+        id: MeshId,
+        queries: &mut [Q; S],
+        through: impl FnOnce(InMesh<L, S>, &mut [Q; S]),
+    ) {
+        let Some(mesh) = self.world.wide_mesh(id) else {
+            return;
+        };
+        let inside = InMesh {
+            entry,
+            id,
+            mesh,
+            bundle: self.bundle,
+            places: [nowhere(); S],
+        };
+        through(inside, queries);
+        for (s, query) in queries.iter().enumerate() {
+            self.bundle.limit_t(s, query.limit());
         }
     }
 
@@ -236,8 +262,8 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         id: MeshId,
         relative: &RelativeBox,
         queries: &mut [Q; S],
-        stack: &mut WideStack,
         streams: &mut StreamScratch,
+        through: impl FnOnce(InMesh<L, S>, &mut [Q; S]),
     ) {
         let Some(mesh) = self.world.wide_mesh(id) else {
             return;
@@ -270,7 +296,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             bundle,
             places: [nowhere(); S],
         };
-        inside.trace::<C, Q>(self.world, self.rays, self.first, queries, stack);
+        through(inside, queries);
         for (s, query) in queries.iter().enumerate() {
             self.bundle.limit_t(s, query.limit());
         }
@@ -357,9 +383,20 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                 self.bundle.deepest()
             },
         );
-        if Q::ANY {
-            return;
+        if !Q::ANY {
+            self.settle_all::<C, Q>(world, rays, start, queries);
         }
+    }
+
+    /// From the nearest triangles' places to hits.
+    #[inline(always)]
+    fn settle_all<C: Certainty, Q: Query<L>>(
+        &self,
+        world: &World,
+        rays: &Rays,
+        start: usize,
+        queries: &mut [Q; S],
+    ) {
         for s in 0..S {
             let places = self.places[s];
             let mut bits = 0;
@@ -389,10 +426,9 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
         }
     }
 
-    /// The rays of each group that may meet the leaf's box; whether any does.
+    /// The rays of each group that may meet a box; whether any does.
     #[inline(always)]
-    fn rays_at(&self, node: &WideNode, place: usize) -> ([u32; S], bool) {
-        let (min, max) = node.child_box(place);
+    fn rays_in(&self, (min, max): ([f32; 3], [f32; 3])) -> ([u32; S], bool) {
         let relative = RelativeBox::new(&self.bundle.frustum, min, max);
         let mut rays = [0; S];
         let mut all = 0;
@@ -414,10 +450,20 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
         count: usize,
         queries: &mut [Q; S],
     ) {
-        let (rays, any) = self.rays_at(node, place);
-        if !any {
-            return;
+        let (rays, any) = self.rays_in(node.child_box(place));
+        if any {
+            self.fast_blocks(&rays, first, count, queries);
         }
+    }
+
+    #[inline(always)]
+    fn fast_blocks<Q: Query<L>>(
+        &mut self,
+        rays: &[u32; S],
+        first: usize,
+        count: usize,
+        queries: &mut [Q; S],
+    ) {
         for number in first..first + count {
             let block = &self.mesh.blocks[number];
             let edges = Edges::new(block, self.bundle, false);
@@ -548,10 +594,22 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
         objects: &[Packet<L>; S],
         queries: &mut [Q; S],
     ) {
-        let (rays, any) = self.rays_at(node, place);
-        if !any {
-            return;
+        let (rays, any) = self.rays_in(node.child_box(place));
+        if any {
+            self.exact_blocks(&rays, first, count, testers, objects, queries);
         }
+    }
+
+    #[inline(always)]
+    fn exact_blocks<C: Certainty, Q: Query<L>>(
+        &mut self,
+        rays: &[u32; S],
+        first: usize,
+        count: usize,
+        testers: &[Tester<L, C, Everything>; S],
+        objects: &[Packet<L>; S],
+        queries: &mut [Q; S],
+    ) {
         for number in first..first + count {
             let block = &self.mesh.blocks[number];
             let edges = Edges::new(block, self.bundle, true);

@@ -1,0 +1,61 @@
+//! The item buffer of a frame: which tiles of rays the renderer will trace.
+
+use super::camera::RayGenerator;
+use crate::accel::{WIDE, World};
+use crate::scene::{Camera, Projection};
+use crate::trace::{ItemBuffer, Raster, Rect, TILE};
+use rayon::prelude::*;
+
+/// Lists for the camera rays of all render tiles, [`tiles_of`] lists each.
+/// `order(tile)`: its pixels in the order in which their rays are traced.
+pub fn item_buffer(
+    world: &World,
+    camera: &Camera,
+    generator: &RayGenerator,
+    tiles: u32,
+    pixels: u32,
+    order: impl Fn(u32) -> Vec<(u32, u32)> + Sync,
+) -> Option<ItemBuffer> {
+    world.item_boxes.as_ref()?;
+    if !matches!(camera.projection, Projection::Perspective { .. }) {
+        return None;
+    }
+    let raster = Raster::new(camera.eye.to_array(), camera.forward, camera.right)?;
+    let rects = |tile: u32| {
+        let order = order(tile);
+        let mut rects: Vec<Rect> = order
+            .chunks(TILE)
+            .map(|pixels| around(&raster, generator, pixels))
+            .collect();
+        rects.resize(tiles_of(pixels), Rect::EMPTY);
+        rects
+    };
+    let rects = (0..tiles).into_par_iter().flat_map_iter(rects);
+    ItemBuffer::prepare(world, &raster, rects.collect())
+}
+
+/// Tiles of rays in a render tile of so many pixels.
+pub fn tiles_of(pixels: u32) -> usize {
+    (pixels as usize).div_ceil(TILE)
+}
+
+/// Around all rays through some pixels, wherever in a pixel they go.
+fn around(raster: &Raster, generator: &RayGenerator, pixels: &[(u32, u32)]) -> Rect {
+    let mut range = [[u32::MAX, 0]; 2];
+    for (x, y) in pixels {
+        for (range, at) in range.iter_mut().zip([*x, *y]) {
+            *range = [range[0].min(at), range[1].max(at)];
+        }
+    }
+    let mut dirs = [[0.0; WIDE]; 3];
+    for i in 0..WIDE {
+        let [right, down] = [i & 1, i >> 1 & 1];
+        let (x, y) = (range[0][right], range[1][down]);
+        let (_, dir) = generator.ray(x, y, [right as f64, down as f64]);
+        for k in 0..3 {
+            dirs[k][i] = dir[k];
+        }
+    }
+    let rect = raster.rect([&dirs[0], &dirs[1], &dirs[2]]);
+    rect.unwrap_or(Rect::EMPTY)
+}

@@ -1,0 +1,131 @@
+//! A tile that runs through its list of an item buffer in place of walking the
+//! trees. Solids and blocks of triangles meet the very tests of the walk.
+
+use super::bundle::RelativeBox;
+use super::{InMesh, TILE, Tile, TileScratch};
+use crate::accel::{BoxRows, Entry, ItemBoxes, World, prefetch};
+use crate::geom::Certainty;
+use crate::math::lanes::Lanes;
+use crate::scene::Shape;
+use crate::trace::batch::Rays;
+use crate::trace::items::{Item, ItemBuffer};
+use crate::trace::leaf::{Everything, Tester};
+use crate::trace::query::Query;
+
+impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
+    /// The tile's list in the buffer, if it has one.
+    pub fn list<'i>(&self, items: &'i ItemBuffer, tile: usize) -> Option<&'i [Item]> {
+        let rows = self.first..self.first + TILE;
+        let is_alive = |i: usize| self.rays.t_max[rows.start + i] > 0.0;
+        let leader = (0..TILE).find(|i| is_alive(*i))?;
+        let dirs = self.rays.dir.map(|column| {
+            let column = &column[rows.clone()];
+            let mut dirs = [column[leader]; TILE];
+            for i in 0..TILE {
+                if is_alive(i) {
+                    dirs[i] = column[i];
+                }
+            }
+            dirs
+        });
+        items.list(tile, self.org, [&dirs[0], &dirs[1], &dirs[2]])
+    }
+
+    /// Everything in the list. One instance for all sets of features.
+    #[inline(never)]
+    pub fn trace_items<C: Certainty, Q: Query<L>>(
+        mut self,
+        items: &[Item],
+        boxes: &ItemBoxes,
+        queries: &mut [Q; S],
+        scratch: &mut TileScratch,
+    ) {
+        let world = self.world;
+        if !world.unbounded.is_empty() {
+            for (s, query) in queries.iter_mut().enumerate() {
+                let packet = self.packet(s);
+                Tester::<L, C, Everything>::new(world, &packet).unbounded(query);
+            }
+        }
+        for (s, query) in queries.iter().enumerate() {
+            self.bundle.limit_t(s, query.limit());
+        }
+        for run in items.chunk_by(|a, b| a.entry == b.entry) {
+            let entry = &world.entries[run[0].entry as usize];
+            self.listed::<C, Q>(entry, run, boxes, queries, scratch);
+        }
+    }
+
+    #[inline(always)]
+    fn listed<C: Certainty, Q: Query<L>>(
+        &mut self,
+        entry: &Entry,
+        run: &[Item],
+        boxes: &ItemBoxes,
+        queries: &mut [Q; S],
+        scratch: &mut TileScratch,
+    ) {
+        let (min, max) = (entry.bounds.min, entry.bounds.max);
+        let relative = RelativeBox::new(&self.bundle.frustum, min, max);
+        let Shape::Mesh(id) = entry.shape else {
+            self.solid::<C, Everything, Q>(entry, &relative, queries);
+            return;
+        };
+        let Some(boxes) = &boxes.meshes[id.index()] else {
+            return;
+        };
+        let (world, rays, first) = (self.world, self.rays, self.first);
+        let through = |inside: InMesh<L, S>, queries: &mut [Q; S]| {
+            inside.trace_items::<C, Q>(world, rays, first, run, boxes, queries);
+        };
+        if entry.placed {
+            let streams = &mut scratch.streams;
+            self.placed_mesh::<C, Q>(entry, id, &relative, queries, streams, through);
+        } else {
+            self.mesh_in_world(entry, id, queries, through);
+        }
+    }
+}
+
+impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
+    /// Blocks of the list, those that begin nearer first.
+    #[inline(never)]
+    fn trace_items<C: Certainty, Q: Query<L>>(
+        mut self,
+        world: &World,
+        rays: &Rays,
+        start: usize,
+        items: &[Item],
+        boxes: &BoxRows,
+        queries: &mut [Q; S],
+    ) {
+        let exact = C::GUARDED || size_of::<L::Scalar>() == 8;
+        if exact {
+            let packets: [_; S] = std::array::from_fn(|s| rays.packet(start + s * L::COUNT, world));
+            let testers: [_; S] =
+                std::array::from_fn(|s| Tester::<L, C, Everything>::new(world, &packets[s]));
+            let objects: [_; S] =
+                std::array::from_fn(|s| testers[s].mesh_packet(self.entry, self.id));
+            for item in items {
+                let block = item.block as usize;
+                let (rays, any) = self.rays_in(boxes.get(block));
+                if any {
+                    self.exact_blocks(&rays, block, 1, &testers, &objects, queries);
+                }
+            }
+            return;
+        }
+        let mesh = self.mesh;
+        for (number, item) in items.iter().enumerate() {
+            if let Some(item) = items.get(number + 2) {
+                prefetch(&mesh.blocks[item.block as usize]);
+            }
+            let block = item.block as usize;
+            let (rays, any) = self.rays_in(boxes.get(block));
+            if any {
+                self.fast_blocks(&rays, block, 1, queries);
+            }
+        }
+        self.settle_all::<C, Q>(world, rays, start, queries);
+    }
+}

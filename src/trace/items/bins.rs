@@ -61,7 +61,7 @@ impl Cells {
         let most = (4.0 * f64::from(count)).sqrt() + 1.0;
         let across = [0, 1].map(|i| {
             let cells = all[i] * f64::from(count) / sums[i];
-            cells.clamp(1.0, most.max(64.0).min(4096.0)) as usize
+            cells.clamp(1.0, most.clamp(64.0, 4096.0)) as usize
         });
         let mut cells = Cells {
             extent,

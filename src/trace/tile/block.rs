@@ -1,5 +1,6 @@
-//! A block of triangles seen from the one origin of a tile's rays.
+//! A block of triangles as a tile's rays see it.
 //!
+//! From one origin:
 //! With p, q a triangle's corners from the origin, (p + q) × (q − p) = 2 p × q
 //! is the normal of the plane through the origin and the edge: its product with
 //! a ray's (u, v, 1) is the edge function. The products are differences without
@@ -7,8 +8,14 @@
 //! them, and no ray of the tile slips between. det is the product with
 //! (c − b) × (a − c), the triangle's own normal; T, the corner a times that
 //! normal, is the same for all rays: the depth is T / det.
+//!
+//! Along one direction: with corners sheared, a ray is a point (u, v). Edge
+//! functions are the same products of (p, 1) and (q, 1); det is the same for all
+//! rays, and the depth is linear in (u, v). It is kept within the depths of the
+//! triangle's corners, which says little about one that is nearly edge-on.
 
-use super::bundle::{Bundle, Group};
+use super::bundle::{Bundle, Group, Projection};
+use super::parallel::Starts;
 use crate::accel::{Block, WIDE};
 use crate::math::lanes::{Lanes, Mask, Register, max, min};
 
@@ -16,13 +23,17 @@ use crate::math::lanes::{Lanes, Mask, Register, max, min};
 #[repr(C, align(64))]
 pub(super) struct Edges {
     /// Normals of the edges a, b, c (each opposite to its corner) and of the
-    /// plane, turned so that T ≥ 0; `[which][axis][slot]`.
+    /// plane, turned so that T ≥ 0; `[which][axis][slot]`. Along one direction,
+    /// turned so that det ≥ 0, and in place of the plane's the depth.
     normal: [[[f32; WIDE]; 3]; 4],
+    /// Not along one direction.
     depth_times_det: [f32; WIDE],
     /// By how much an edge function may be wrong, at most, over all rays.
     margin: [f32; WIDE],
     /// The corners' least depth.
     nearest: [f32; WIDE],
+    /// The corners' greatest depth.
+    farthest: [f32; WIDE],
     /// Triangles that may be in front of the origin.
     pub live: u32,
 }
@@ -35,9 +46,18 @@ pub(super) struct Edges {
 /// 2 reach · edge a dozen times. Twice the sum of both.
 const MARGIN: f32 = 96.0 * 0.5 * f32::EPSILON;
 
+/// The same along one direction, in units of reach · edge · 2^-24.
+///
+/// A corner relative to the middle of the lines, sheared, is rounded at each
+/// step and by its slope: 5 reach; a line 2 reach. Of these 7, the function,
+/// twice a product of the edge and of the way to a corner, is wrong by 12 each.
+/// The products and their evaluation round quantities of at most 8 reach · edge
+/// eight times. Twice the sum of both, and some.
+const PARALLEL_MARGIN: f32 = 384.0 * 0.5 * f32::EPSILON;
+
 impl Edges {
     #[inline(always)]
-    pub fn new<L: Lanes, const S: usize>(
+    pub fn new<P: Projection, L: Lanes, const S: usize>(
         block: &Block,
         bundle: &Bundle<L, S>,
         exact: bool,
@@ -46,9 +66,16 @@ impl Edges {
         let [x, y, z] = bundle.org;
         let org = [Register::splat(x), Register::splat(y), Register::splat(z)];
         let sign = Register::splat(bundle.frustum.sign);
+        let [slope_a, slope_b] = bundle.shear.slopes;
+        let (slope_a, slope_b) = (Register::splat(-slope_a), Register::splat(-slope_b));
         let corner = |v: usize| {
             let at = |axis: usize| Register::load(&block.corner[v][axis]);
-            [at(ka) - org[0], at(kb) - org[1], at(k) * sign - org[2]]
+            let (x, y, z) = (at(ka) - org[0], at(kb) - org[1], at(k) * sign - org[2]);
+            if P::PARALLEL {
+                [slope_a.mul_add(z, x), slope_b.mul_add(z, y), z]
+            } else {
+                [x, y, z]
+            }
         };
         let (a, b, c) = (corner(0), corner(1), corner(2));
         let minus = |p: [Register; 3], q: [Register; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
@@ -61,18 +88,32 @@ impl Edges {
             ]
         };
         let (ca, cb, ab) = (minus(a, c), minus(c, b), minus(b, a));
-        let normals = [
-            cross(plus(b, c), cb),
-            cross(plus(c, a), ca),
-            cross(plus(a, b), ab),
-            cross(cb, ca),
-        ];
-        let plane = normals[3];
+        // Twice the product of (p, 1) and (q, 1), which are not spelled out.
+        let flat = |p: [Register; 3], q: [Register; 3]| {
+            [-(q[1] + q[1]), q[0] + q[0], p[0] * q[1] - p[1] * q[0]]
+        };
+        let edge = |p: [Register; 3], q: [Register; 3]| {
+            if P::PARALLEL { flat(p, q) } else { cross(p, q) }
+        };
+        let plane = cross(cb, ca);
         let zero = Register::zero();
         let one = Register::from_f32(1.0);
         let depth = a[0].mul_add(plane[0], a[1].mul_add(plane[1], a[2] * plane[2]));
-        let turn = <Register as Lanes>::select(depth.lt(zero), -one, one);
-        let depth = depth.abs();
+        let scale = if P::PARALLEL { plane[2] } else { depth };
+        let turn = <Register as Lanes>::select(scale.lt(zero), -one, one);
+        let last = if P::PARALLEL {
+            let inverse = turn / plane[2];
+            [-plane[0] * inverse, -plane[1] * inverse, depth * inverse]
+        } else {
+            plane
+        };
+        let normals = [
+            edge(plus(b, c), cb),
+            edge(plus(c, a), ca),
+            edge(plus(a, b), ab),
+            last,
+        ];
+        let scale = scale.abs();
         let nearest = min(min(a[2], b[2]), c[2]);
         let farthest = max(max(a[2], b[2]), c[2]);
         let mut edges = Edges {
@@ -80,6 +121,7 @@ impl Edges {
             depth_times_det: [0.0; WIDE],
             margin: [0.0; WIDE],
             nearest: [0.0; WIDE],
+            farthest: [0.0; WIDE],
             live: 0,
         };
         for which in 0..4 {
@@ -87,23 +129,32 @@ impl Edges {
                 (normals[which][axis] * turn).store(&mut edges.normal[which][axis]);
             }
         }
-        depth.store(&mut edges.depth_times_det);
+        if P::PARALLEL {
+            farthest.store(&mut edges.farthest);
+        } else {
+            scale.store(&mut edges.depth_times_det);
+        }
         nearest.store(&mut edges.nearest);
         let deepest = Register::splat(bundle.deepest());
         if exact {
             let largest = |p: [Register; 3]| max(max(p[0].abs(), p[1].abs()), p[2].abs());
             let edge = max(max(largest(ca), largest(cb)), largest(ab));
-            let scale = MARGIN * bundle.reach * bundle.steepest * bundle.steepest;
-            let margin = edge * Register::splat(scale) + Register::splat(f32::MIN_POSITIVE);
+            let unit = if P::PARALLEL { PARALLEL_MARGIN } else { MARGIN };
+            let unit = unit * bundle.reach * bundle.steepest * bundle.steepest;
+            let margin = edge * Register::splat(unit) + Register::splat(f32::MIN_POSITIVE);
             // Which way a triangle faces is in doubt: nothing culls it.
-            let doubt = depth.le(margin * edge);
+            let doubt = scale.le(if P::PARALLEL { margin } else { margin * edge });
             let infinite = Register::splat(f32::INFINITY);
             <Register as Lanes>::select(doubt, infinite, margin).store(&mut edges.margin);
             let slack = Register::splat(32.0 * f32::EPSILON * bundle.reach);
             let front = (farthest + slack).ge(zero) & (nearest - slack).le(deepest);
             edges.live = front.bits();
         } else {
-            let front = depth.gt(zero) & farthest.ge(zero) & nearest.le(deepest);
+            let mut front = scale.gt(zero) & farthest.ge(zero) & nearest.le(deepest);
+            if P::PARALLEL {
+                let sum = last[0].abs() + last[1].abs() + last[2].abs();
+                front = front & sum.lt(Register::splat(f32::INFINITY));
+            }
             edges.live = front.bits();
         }
         edges
@@ -160,38 +211,63 @@ impl Edges {
         meets.bits() & self.live
     }
 
-    /// One triangle against a group's rays: those inside, and T and det. That
-    /// the triangle begins before the ray's limit is asked of each ray, and not
-    /// only of the group: T / det may come out nearer than the triangle is, and
-    /// the answer must not depend on which rays make a group.
+    /// One triangle against a group's rays: those inside, and T and det; along
+    /// one direction the depth, and nothing. That the triangle begins before the
+    /// ray's limit is asked of each ray, and not only of the group: T / det may
+    /// come out nearer than the triangle is, and the answer must not depend on
+    /// which rays make a group.
     #[inline(always)]
-    pub fn rays<L: Lanes>(&self, slot: usize, group: &Group<L>) -> (L::Mask, L, L) {
+    pub fn rays<P: Projection, L: Lanes>(
+        &self,
+        slot: usize,
+        group: &Group<L>,
+        starts: &Starts<L>,
+    ) -> (L::Mask, L, L) {
         let value = |which: usize| {
             let n = &self.normal[which];
             let at = |axis: usize| L::from_f32(n[axis][slot]);
             at(0).mul_add(group.u, at(1).mul_add(group.v, at(2)))
         };
         let least = min(min(value(0), value(1)), value(2));
+        let nearest = L::from_f32(self.nearest[slot]);
+        if P::PARALLEL {
+            let z = max(min(value(3), L::from_f32(self.farthest[slot])), nearest);
+            let inside = least.ge(L::zero()) & z.gt(starts.depth) & z.le(group.limit);
+            return (inside, z, L::zero());
+        }
         let depth = L::from_f32(self.depth_times_det[slot]);
         let det = value(3);
-        let before = L::from_f32(self.nearest[slot]).le(group.limit);
+        let before = nearest.le(group.limit);
         let inside = least.ge(L::zero()) & depth.le(group.limit * det) & before;
         (inside, depth, det)
     }
 
-    /// One ray against all triangles: those met before `limit`, and T and det.
+    /// One ray against all triangles: those met before `limit`, and what
+    /// [`Edges::rays`] gives. `start`: a depth.
     #[inline(always)]
-    pub fn triangles(&self, u: f32, v: f32, limit: f32) -> (u32, Register, Register) {
+    pub fn triangles<P: Projection>(
+        &self,
+        (u, v): (f32, f32),
+        start: f32,
+        limit: f32,
+    ) -> (u32, Register, Register) {
         let (u, v) = (Register::splat(u), Register::splat(v));
         let value = |which: usize| {
             let n = self.normal(which);
             n[0].mul_add(u, n[1].mul_add(v, n[2]))
         };
         let least = min(min(value(0), value(1)), value(2));
+        let limit = Register::splat(limit);
+        let nearest = Register::load(&self.nearest);
+        if P::PARALLEL {
+            let z = max(min(value(3), Register::load(&self.farthest)), nearest);
+            let behind = z.gt(Register::splat(start));
+            let inside = least.ge(Register::zero()) & behind & z.le(limit);
+            return (inside.bits() & self.live, z, Register::zero());
+        }
         let depth = Register::load(&self.depth_times_det);
         let det = value(3);
-        let limit = Register::splat(limit);
-        let before = Register::load(&self.nearest).le(limit);
+        let before = nearest.le(limit);
         let inside = least.ge(Register::zero()) & depth.le(limit * det) & before;
         (inside.bits() & self.live, depth, det)
     }

@@ -1,20 +1,43 @@
 //! A tile's rays in one space, as lines over the depth along their main axis.
 
+use super::parallel::{Shear, Starts};
 use crate::accel::Frustum;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Vec3};
 
-/// As many rays as there are lanes. Depths count from the origin along the main
-/// axis k: z = t·|d_k|.
+/// What a tile's rays have in common, at compile time.
+pub(super) trait Projection {
+    /// The direction; or else the origin.
+    const PARALLEL: bool;
+}
+
+/// Rays of one origin.
+pub(super) struct Pinhole;
+
+/// Rays of one direction.
+pub(super) struct Parallel;
+
+impl Projection for Pinhole {
+    const PARALLEL: bool = false;
+}
+
+impl Projection for Parallel {
+    const PARALLEL: bool = true;
+}
+
+/// As many rays as there are lanes. Depths count along the main axis k: from the
+/// one origin, z = t·|d_k|, or from the first of the starts.
 #[derive(Clone, Copy)]
 pub(super) struct Group<L: Lanes> {
     /// Rounded to the lanes' type; of rays that are not alive, the middle ray's.
     pub dir: Vec3<L>,
-    /// d_a / |d_k| and d_b / |d_k|.
+    /// Which line a ray is. Of one origin: its slopes, d_a / |d_k| and
+    /// d_b / |d_k|. Of one direction: where it is at depth 0 along a and b.
     pub u: L,
     pub v: L,
-    inv_u: L,
-    inv_v: L,
+    /// 1/u and 1/v; of one direction, u and v over the slopes.
+    pub(super) inv_u: L,
+    pub(super) inv_v: L,
     /// |d_k|.
     pub along: L,
     /// The depth beyond which nothing matters; negative where done.
@@ -26,12 +49,18 @@ pub(super) struct Group<L: Lanes> {
 }
 
 pub(super) struct Bundle<L: Lanes, const S: usize> {
+    /// Which kind of [`Projection`] the rays are.
+    pub parallel: bool,
     pub frustum: Frustum,
-    /// Of all rays, at the lanes' precision.
+    /// Of all rays of one origin, at the lanes' precision.
     pub object_org: [L::Scalar; 3],
-    /// The same in f32 along (a, b, k), k times the sign.
+    /// The same in f32 along (a, b, k), k times the sign; of one direction, what
+    /// lines and depths are relative to.
     pub org: [f32; 3],
     pub groups: [Group<L>; S],
+    /// Of one direction.
+    pub shear: Shear,
+    pub starts: [Starts<L>; S],
     /// 1 or the greatest |slope|.
     pub steepest: f32,
     /// The largest distance, along an axis, from the origin or from the rays'
@@ -43,7 +72,7 @@ pub(super) struct Bundle<L: Lanes, const S: usize> {
 const STEEPEST: f32 = 8.0;
 
 /// Less than this counts as this, of either sign.
-const LEAST_SLOPE: f32 = 1e-12;
+pub(super) const LEAST_SLOPE: f32 = 1e-12;
 
 impl<L: Lanes, const S: usize> Bundle<L, S> {
     /// A place for the rays of one tile after another.
@@ -60,7 +89,14 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
             deepest: -1.0,
             rect: [[0.0; 2]; 2],
         };
+        let starts = Starts {
+            org: group.dir,
+            depth: zero,
+        };
         Bundle {
+            parallel: false,
+            shear: Shear::default(),
+            starts: [starts; S],
             frustum: Frustum::default(),
             object_org: [L::Scalar::from_f32(0.0); 3],
             org: [0.0; 3],
@@ -88,20 +124,8 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
         let Some(middle) = self.middle_ray(alive) else {
             return false;
         };
-        let size = [
-            middle[0].to_f64().abs(),
-            middle[1].to_f64().abs(),
-            middle[2].to_f64().abs(),
-        ];
-        let k = if size[2] >= size[0] && size[2] >= size[1] {
-            2
-        } else if size[1] >= size[0] {
-            1
-        } else {
-            0
-        };
-        let axes = [(k + 1) % 3, (k + 2) % 3, k];
-        let sign = if middle[k].to_f64() < 0.0 { -1.0 } else { 1.0 };
+        let (axes, sign) = main_axis(middle);
+        let k = axes[2];
         let stand_in = Vec3::<L>::splat(middle);
         let mut slopes = [[f32::INFINITY, f32::NEG_INFINITY]; 2];
         let mut wild = false;
@@ -115,23 +139,15 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
             wild |= (!steep).any();
             let (u, v) = (a / along, b / along);
             group.dir = dir;
-            group.u = u;
-            group.v = v;
             group.inv_u = one / safe(u);
             group.inv_v = one / safe(v);
             group.along = along;
-            for (i, x) in [u, v].into_iter().enumerate() {
-                let (least, most) = (x.least().to_f64() as f32, x.greatest().to_f64() as f32);
-                slopes[i] = [slopes[i][0].min(least), slopes[i][1].max(most)];
-                let middle = 0.5 * (least + most);
-                let half = 0.5 * (most - least);
-                let half = half + (middle.abs() + half) * (8.0 * f32::EPSILON) + 1e-12;
-                group.rect[i] = [middle, half];
-            }
+            group.set_lines(u, v, &mut slopes);
         }
         if wild {
             return false;
         }
+        self.parallel = false;
         self.object_org = [
             L::Scalar::from_f64(org[0]),
             L::Scalar::from_f64(org[1]),
@@ -163,19 +179,31 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
             let (dir, lane) = (&self.groups[i / L::COUNT].dir, i % L::COUNT);
             [dir.x.lane(lane), dir.y.lane(lane), dir.z.lane(lane)]
         };
+        self.middle_of(alive).map(ray)
+    }
+
+    /// Its number.
+    #[inline(always)]
+    pub(super) fn middle_of(&self, alive: &[L::Mask; S]) -> Option<usize> {
         let is_alive = |i: &usize| alive[i / L::COUNT].bits() >> (i % L::COUNT) & 1 != 0;
         let middle = S * L::COUNT / 2;
         if is_alive(&middle) {
-            return Some(ray(middle));
+            return Some(middle);
         }
-        (0..S * L::COUNT).find(is_alive).map(ray)
+        (0..S * L::COUNT).find(is_alive)
     }
 
     /// Takes over each ray's limit in t; negative ones are done.
     #[inline(always)]
     pub fn limit_t(&mut self, s: usize, limit: L) {
         let group = &mut self.groups[s];
-        group.limit = limit * group.along;
+        group.limit = if self.parallel {
+            let asleep = limit.lt(L::zero());
+            let depth = self.starts[s].depth + limit * group.along;
+            L::select(asleep, -L::from_f32(1.0), depth)
+        } else {
+            limit * group.along
+        };
         group.set_deepest();
     }
 
@@ -187,7 +215,10 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
 
     /// The rays of a group that may meet a box before their limits.
     #[inline(always)]
-    pub fn reach_box(&self, s: usize, relative: &RelativeBox) -> L::Mask {
+    pub fn reach_box<P: Projection>(&self, s: usize, relative: &RelativeBox) -> L::Mask {
+        if P::PARALLEL {
+            return self.reach_sheared(s, relative);
+        }
         let group = &self.groups[s];
         let [x0, x1, y0, y1, near, far] = relative.0;
         let (x0, x1) = (L::from_f32(x0), L::from_f32(x1));
@@ -202,7 +233,42 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
     }
 }
 
+/// The axis that a direction is longest along, after the other two, and the
+/// direction's sign along it.
+#[inline(always)]
+pub(super) fn main_axis<X: Scalar>(dir: [X; 3]) -> ([usize; 3], f32) {
+    let size = [
+        dir[0].to_f64().abs(),
+        dir[1].to_f64().abs(),
+        dir[2].to_f64().abs(),
+    ];
+    let k = if size[2] >= size[0] && size[2] >= size[1] {
+        2
+    } else if size[1] >= size[0] {
+        1
+    } else {
+        0
+    };
+    let sign = if dir[k].to_f64() < 0.0 { -1.0 } else { 1.0 };
+    ([(k + 1) % 3, (k + 2) % 3, k], sign)
+}
+
 impl<L: Lanes> Group<L> {
+    /// Which lines the rays are; widens `all`, the range of every group's.
+    #[inline(always)]
+    pub(super) fn set_lines(&mut self, u: L, v: L, all: &mut [[f32; 2]; 2]) {
+        self.u = u;
+        self.v = v;
+        for (i, x) in [u, v].into_iter().enumerate() {
+            let (least, most) = (x.least().to_f64() as f32, x.greatest().to_f64() as f32);
+            all[i] = [all[i][0].min(least), all[i][1].max(most)];
+            let middle = 0.5 * (least + most);
+            let half = 0.5 * (most - least);
+            let half = half + (middle.abs() + half) * (8.0 * f32::EPSILON) + 1e-12;
+            self.rect[i] = [middle, half];
+        }
+    }
+
     #[inline(always)]
     pub fn set_deepest(&mut self) {
         let deepest = self.limit.greatest().to_f64() as f32;
@@ -210,14 +276,22 @@ impl<L: Lanes> Group<L> {
     }
 }
 
-/// A box relative to the origins, grown by the pad: x, y, then the depths.
+/// A box relative to the origins, grown by the pad: x, y, then the depths. For
+/// rays of one direction, all six are depths.
 #[derive(Clone, Copy)]
-pub(super) struct RelativeBox([f32; 6]);
+pub(super) struct RelativeBox(pub(super) [f32; 6]);
 
 impl RelativeBox {
     #[inline(always)]
-    pub fn new(frustum: &Frustum, min: [f32; 3], max: [f32; 3]) -> RelativeBox {
-        let ([x0, x1], [y0, y1], [near, far]) = frustum.relative(min, max);
+    pub fn new<P: Projection, L: Lanes, const S: usize>(
+        bundle: &Bundle<L, S>,
+        min: [f32; 3],
+        max: [f32; 3],
+    ) -> RelativeBox {
+        if P::PARALLEL {
+            return bundle.sheared_box(min, max);
+        }
+        let ([x0, x1], [y0, y1], [near, far]) = bundle.frustum.relative(min, max);
         RelativeBox([x0, x1, y0, y1, near.max(0.0), far])
     }
 }

@@ -1,7 +1,7 @@
 //! A tile that runs through its list of an item buffer in place of walking the
 //! trees. Solids and blocks of triangles meet the very tests of the walk.
 
-use super::bundle::RelativeBox;
+use super::bundle::Pinhole;
 use super::{InMesh, TILE, Tile, TileScratch};
 use crate::accel::{BoxRows, Entry, ItemBoxes, World, prefetch};
 use crate::geom::Certainty;
@@ -15,6 +15,9 @@ use crate::trace::query::Query;
 impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
     /// The tile's list in the buffer, if it has one.
     pub fn list<'i>(&self, items: &'i ItemBuffer, tile: usize) -> Option<&'i [Item]> {
+        if self.bundle.parallel {
+            return None;
+        }
         let rows = self.first..self.first + TILE;
         let is_alive = |i: usize| self.rays.t_max[rows.start + i] > 0.0;
         let leader = (0..TILE).find(|i| is_alive(*i))?;
@@ -65,10 +68,8 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         queries: &mut [Q; S],
         scratch: &mut TileScratch,
     ) {
-        let (min, max) = (entry.bounds.min, entry.bounds.max);
-        let relative = RelativeBox::new(&self.bundle.frustum, min, max);
         let Shape::Mesh(id) = entry.shape else {
-            self.solid::<C, Everything, Q>(entry, &relative, queries);
+            self.solid::<C, Everything, Q>(entry, queries);
             return;
         };
         let Some(boxes) = &boxes.meshes[id.index()] else {
@@ -80,7 +81,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         };
         if entry.placed {
             let streams = &mut scratch.streams;
-            self.placed_mesh::<C, Q>(entry, id, &relative, queries, streams, through);
+            self.placed_mesh::<C, Q>(entry, id, queries, streams, through);
         } else {
             self.mesh_in_world(entry, id, queries, through);
         }
@@ -108,9 +109,11 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                 std::array::from_fn(|s| testers[s].mesh_packet(self.entry, self.id));
             for item in items {
                 let block = item.block as usize;
-                let (rays, any) = self.rays_in(boxes.get(block));
+                let (rays, any) = self.rays_in::<Pinhole>(boxes.get(block));
                 if any {
-                    self.exact_blocks(&rays, block, 1, &testers, &objects, queries);
+                    self.exact_blocks::<Pinhole, C, Q>(
+                        &rays, block, 1, &testers, &objects, queries,
+                    );
                 }
             }
             return;
@@ -121,11 +124,11 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                 prefetch(&mesh.blocks[item.block as usize]);
             }
             let block = item.block as usize;
-            let (rays, any) = self.rays_in(boxes.get(block));
+            let (rays, any) = self.rays_in::<Pinhole>(boxes.get(block));
             if any {
-                self.fast_blocks(&rays, block, 1, queries);
+                self.fast_blocks::<Pinhole, Q>(&rays, block, 1, queries);
             }
         }
-        self.settle_all::<C, Q>(world, rays, start, queries);
+        self.settle_all::<Pinhole, C, Q>(world, rays, start, queries);
     }
 }

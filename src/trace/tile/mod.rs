@@ -1,18 +1,21 @@
-//! Tiles: the rays of one origin, as a volume through the wide trees.
+//! Tiles: the rays of one origin or of one direction, as a volume through the
+//! wide trees.
 //!
-//! Pinhole rays, and shadow rays traced from a point light. A tile is a fixed
-//! number of consecutive rays, whatever the lanes; a tile that does not fit
-//! (rays of several origins, or against each other) is left to other kernels.
+//! Pinhole and orthographic rays, shadow rays traced from a point light or
+//! toward a directional one. A tile is a fixed number of consecutive rays,
+//! whatever the lanes; a tile that does not fit (rays that share neither, or go
+//! against each other) is left to other kernels.
 //!
-//! In f32 triangles are decided by edge functions from the shared origin, three
-//! times as cheap as the watertight test; t is then computed by the watertight
-//! test's own steps, once per ray, so that kernels which agree on the triangle
-//! agree on t. In f64 the edge functions only sort out, with a margin, and the
+//! In f32 triangles are decided by edge functions that the tile's rays share,
+//! three times as cheap as the watertight test; t is then computed by the
+//! watertight test's own steps, once per ray, so that kernels which agree on the
+//! triangle agree on t. In f64 the edge functions only sort out, with a margin, and the
 //! watertight test decides.
 
 mod block;
 mod bundle;
 mod items;
+mod parallel;
 mod settle;
 
 use super::batch::Rays;
@@ -26,7 +29,7 @@ use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::scene::{MeshId, Shape};
 use block::Edges;
-use bundle::{Bundle, RelativeBox};
+use bundle::{Bundle, Parallel, Pinhole, Projection, RelativeBox};
 use glam::DVec3;
 use settle::{Found, settle};
 
@@ -40,7 +43,9 @@ pub(super) struct Tile<'a, L: Lanes, const S: usize> {
     world: &'a World<'a>,
     rays: &'a Rays<'a>,
     first: usize,
+    /// Of the first ray alive: what all have in common is either.
     org: [f64; 3],
+    dir: [f64; 3],
     /// World space.
     bundle: &'a mut Bundle<L, S>,
     /// For spaces of other meshes.
@@ -82,8 +87,8 @@ struct InMesh<'a, L: Lanes, const S: usize> {
 }
 
 impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
-    /// `None` where the rays are not of one origin, do not start there, or do
-    /// not advance along one axis.
+    /// `None` where the rays share neither origin nor direction, do not start at
+    /// t = 0, or do not advance along one axis.
     #[inline(always)]
     pub fn of(
         world: &'a World<'a>,
@@ -96,21 +101,36 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         let is_alive = |i: usize| t_max[i] > 0.0;
         let leader = (0..TILE).find(|i| is_alive(*i))?;
         let org = rays.start(first + leader);
-        let mut same = true;
+        let dir = rays.dir.map(|column| column[first + leader]);
+        let mut from_start = true;
         for i in 0..TILE {
-            same &= (t_min[i] == 0.0) | !is_alive(i);
+            from_start &= (t_min[i] == 0.0) | !is_alive(i);
         }
+        if !from_start {
+            return None;
+        }
+        let mut one_origin = true;
         if rays.origin.is_none() {
             let x = &rays.org[0][first..end];
             let y = &rays.org[1][first..end];
             let z = &rays.org[2][first..end];
             for i in 0..TILE {
                 let here = (x[i] == org[0]) & (y[i] == org[1]) & (z[i] == org[2]);
-                same &= here | !is_alive(i);
+                one_origin &= here | !is_alive(i);
             }
         }
-        if !same {
-            return None;
+        if !one_origin {
+            let x = &rays.dir[0][first..end];
+            let y = &rays.dir[1][first..end];
+            let z = &rays.dir[2][first..end];
+            let mut one_direction = true;
+            for i in 0..TILE {
+                let same = (x[i] == dir[0]) & (y[i] == dir[1]) & (z[i] == dir[2]);
+                one_direction &= same | !is_alive(i);
+            }
+            if !one_direction {
+                return None;
+            }
         }
         let at = |s: usize| first + s * L::COUNT;
         let dirs = |s: usize| {
@@ -125,14 +145,48 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             world: bundle,
             object: spare,
         } = bundles;
-        bundle.take_in(org, dirs, &alive, bounds).then_some(Tile {
+        let dir = dir.map(f64::from);
+        let taken = if one_origin {
+            bundle.take_in(org, dirs, &alive, bounds)
+        } else {
+            let orgs = |s: usize| Self::starts(rays, at(s));
+            bundle.take_in_parallel(orgs, dir, &alive, bounds)
+        };
+        taken.then_some(Tile {
             world,
             rays,
             first,
             org,
+            dir,
             bundle,
             spare,
         })
+    }
+
+    /// Where the rays of a group start that do not start at one point.
+    #[inline(always)]
+    fn starts(rays: &Rays, first: usize) -> Vec3<L::Double> {
+        let org = |k: usize| L::Double::load(&rays.org[k][first..]);
+        Vec3::new(org(0), org(1), org(2))
+    }
+
+    /// The rays of each group that may meet a box.
+    #[inline(always)]
+    fn reach_box(&self, min: [f32; 3], max: [f32; 3]) -> [L::Mask; S] {
+        let bundle = &*self.bundle;
+        let mut active = [L::Mask::splat(false); S];
+        if bundle.parallel {
+            let relative = RelativeBox::new::<Parallel, L, S>(bundle, min, max);
+            for (s, active) in active.iter_mut().enumerate() {
+                *active = bundle.reach_box::<Parallel>(s, &relative);
+            }
+        } else {
+            let relative = RelativeBox::new::<Pinhole, L, S>(bundle, min, max);
+            for (s, active) in active.iter_mut().enumerate() {
+                *active = bundle.reach_box::<Pinhole>(s, &relative);
+            }
+        }
+        active
     }
 
     #[inline(always)]
@@ -187,8 +241,6 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         stack: &mut WideStack,
         streams: &mut StreamScratch,
     ) {
-        let (min, max) = (entry.bounds.min, entry.bounds.max);
-        let relative = RelativeBox::new(&self.bundle.frustum, min, max);
         match entry.shape {
             Shape::Mesh(id) => {
                 if !F::MESHES {
@@ -196,17 +248,17 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
                 }
                 let (world, rays, first) = (self.world, self.rays, self.first);
                 let through = |inside: InMesh<L, S>, queries: &mut [Q; S]| {
-                    inside.trace::<C, Q>(world, rays, first, queries, stack);
+                    inside.trace_any::<C, Q>(world, rays, first, queries, stack);
                 };
                 if F::TRANSFORMS && entry.placed {
-                    self.placed_mesh::<C, Q>(entry, id, &relative, queries, streams, through);
+                    self.placed_mesh::<C, Q>(entry, id, queries, streams, through);
                 } else {
                     self.mesh_in_world(entry, id, queries, through);
                 }
             }
             _ => {
                 if F::SOLIDS {
-                    self.solid::<C, F, Q>(entry, &relative, queries);
+                    self.solid::<C, F, Q>(entry, queries);
                 }
             }
         }
@@ -216,14 +268,13 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
     fn solid<C: Certainty, F: Features, Q: Query<L>>(
         &mut self,
         entry: &Entry,
-        relative: &RelativeBox,
         queries: &mut [Q; S],
     ) {
+        let active = self.reach_box(entry.bounds.min, entry.bounds.max);
         for (s, query) in queries.iter_mut().enumerate() {
-            let active = self.bundle.reach_box(s, relative);
-            if active.any() {
+            if active[s].any() {
                 let packet = self.packet(s);
-                Tester::<L, C, F>::new(self.world, &packet).solid(entry, active, query);
+                Tester::<L, C, F>::new(self.world, &packet).solid(entry, active[s], query);
                 self.bundle.limit_t(s, query.limit());
             }
         }
@@ -260,7 +311,6 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         &mut self,
         entry: &Entry,
         id: MeshId,
-        relative: &RelativeBox,
         queries: &mut [Q; S],
         streams: &mut StreamScratch,
         through: impl FnOnce(InMesh<L, S>, &mut [Q; S]),
@@ -268,20 +318,29 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         let Some(mesh) = self.world.wide_mesh(id) else {
             return;
         };
-        let active: [L::Mask; S] = std::array::from_fn(|s| self.bundle.reach_box(s, relative));
+        let active = self.reach_box(entry.bounds.min, entry.bounds.max);
         if active.iter().all(|lanes| lanes.none()) {
             return;
         }
         let map = self.world.object_from_world(entry.appearance);
         let center = self.world.scene.meshes.center[id.index()];
-        let org = DVec3::from_array(map.point(self.org)) - center;
         let dirs = |s: usize| {
             let d = &self.bundle.groups[s].dir;
             let dir = map.vectors(Vec3::new(d.x.widen(), d.y.widen(), d.z.widen()));
             Vec3::new(L::narrow(dir.x), L::narrow(dir.y), L::narrow(dir.z))
         };
-        let bundle = &mut *self.spare;
-        if !bundle.take_in(org.to_array(), dirs, &active, &mesh.tree.bounds) {
+        let (bundle, bounds) = (&mut *self.spare, &mesh.tree.bounds);
+        let taken = if self.bundle.parallel {
+            let orgs = |s: usize| {
+                let org = Self::starts(self.rays, self.first + s * L::COUNT);
+                map.points(org) - Vec3::splat(center.to_array())
+            };
+            bundle.take_in_parallel(orgs, map.vector(self.dir), &active, bounds)
+        } else {
+            let org = DVec3::from_array(map.point(self.org)) - center;
+            bundle.take_in(org.to_array(), dirs, &active, bounds)
+        };
+        if !taken {
             self.as_stream::<C, Q>(entry, id, &active, queries, streams);
             return;
         }
@@ -338,10 +397,26 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
 }
 
 impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
+    #[inline(always)]
+    fn trace_any<C: Certainty, Q: Query<L>>(
+        self,
+        world: &World,
+        rays: &Rays,
+        start: usize,
+        queries: &mut [Q; S],
+        stack: &mut WideStack,
+    ) {
+        if self.bundle.parallel {
+            self.trace::<Parallel, C, Q>(world, rays, start, queries, stack);
+        } else {
+            self.trace::<Pinhole, C, Q>(world, rays, start, queries, stack);
+        }
+    }
+
     /// Not generic over the scene's features: they matter above, and each
     /// instance costs build time.
     #[inline(never)]
-    fn trace<C: Certainty, Q: Query<L>>(
+    fn trace<P: Projection, C: Certainty, Q: Query<L>>(
         mut self,
         world: &World,
         rays: &Rays,
@@ -367,7 +442,9 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                 stack,
                 |block| prefetch(&mesh.blocks[block]),
                 |node, place, (first, count), _| {
-                    self.exact_leaf(node, place, first, count, &testers, &objects, queries);
+                    self.exact_leaf::<P, C, Q>(
+                        node, place, first, count, &testers, &objects, queries,
+                    );
                     self.bundle.deepest()
                 },
             );
@@ -379,18 +456,18 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
             stack,
             |block| prefetch(&mesh.blocks[block]),
             |node, place, (first, count), _| {
-                self.fast_leaf(node, place, first, count, queries);
+                self.fast_leaf::<P, Q>(node, place, first, count, queries);
                 self.bundle.deepest()
             },
         );
         if !Q::ANY {
-            self.settle_all::<C, Q>(world, rays, start, queries);
+            self.settle_all::<P, C, Q>(world, rays, start, queries);
         }
     }
 
     /// From the nearest triangles' places to hits.
     #[inline(always)]
-    fn settle_all<C: Certainty, Q: Query<L>>(
+    fn settle_all<P: Projection, C: Certainty, Q: Query<L>>(
         &self,
         world: &World,
         rays: &Rays,
@@ -413,28 +490,25 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                 };
                 let packet = || rays.packet(start + s * L::COUNT, world);
                 let dir = self.bundle.groups[s].dir;
-                let org = self.bundle.object_org;
-                settle::<L, C, Q>(
-                    &found,
-                    Vec3::splat(org),
-                    dir,
-                    packet,
-                    world,
-                    &mut queries[s],
-                );
+                let org = if P::PARALLEL {
+                    self.bundle.starts[s].org
+                } else {
+                    Vec3::splat(self.bundle.object_org)
+                };
+                settle::<L, C, Q>(&found, org, dir, packet, world, &mut queries[s]);
             }
         }
     }
 
     /// The rays of each group that may meet a box; whether any does.
     #[inline(always)]
-    fn rays_in(&self, (min, max): ([f32; 3], [f32; 3])) -> ([u32; S], bool) {
-        let relative = RelativeBox::new(&self.bundle.frustum, min, max);
+    fn rays_in<P: Projection>(&self, (min, max): ([f32; 3], [f32; 3])) -> ([u32; S], bool) {
+        let relative = RelativeBox::new::<P, L, S>(self.bundle, min, max);
         let mut rays = [0; S];
         let mut all = 0;
         for (s, rays) in rays.iter_mut().enumerate() {
             if self.bundle.groups[s].deepest >= 0.0 {
-                *rays = self.bundle.reach_box(s, &relative).bits();
+                *rays = self.bundle.reach_box::<P>(s, &relative).bits();
                 all |= *rays;
             }
         }
@@ -442,7 +516,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
     }
 
     #[inline(always)]
-    fn fast_leaf<Q: Query<L>>(
+    fn fast_leaf<P: Projection, Q: Query<L>>(
         &mut self,
         node: &WideNode,
         place: usize,
@@ -450,14 +524,14 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
         count: usize,
         queries: &mut [Q; S],
     ) {
-        let (rays, any) = self.rays_in(node.child_box(place));
+        let (rays, any) = self.rays_in::<P>(node.child_box(place));
         if any {
-            self.fast_blocks(&rays, first, count, queries);
+            self.fast_blocks::<P, Q>(&rays, first, count, queries);
         }
     }
 
     #[inline(always)]
-    fn fast_blocks<Q: Query<L>>(
+    fn fast_blocks<P: Projection, Q: Query<L>>(
         &mut self,
         rays: &[u32; S],
         first: usize,
@@ -466,12 +540,13 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
     ) {
         for number in first..first + count {
             let block = &self.mesh.blocks[number];
-            let edges = Edges::new(block, self.bundle, false);
+            let edges = Edges::new::<P, L, S>(block, self.bundle, false);
             if edges.live == 0 {
                 continue;
             }
             for s in 0..S {
-                let group = &mut self.bundle.groups[s];
+                let Bundle { groups, starts, .. } = &mut *self.bundle;
+                let (group, starts) = (&mut groups[s], &starts[s]);
                 if rays[s] == 0 || group.deepest < 0.0 {
                     continue;
                 }
@@ -488,7 +563,9 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                         bits &= bits - 1;
                         let at = |x: L| x.lane(lane).to_f64() as f32;
                         let limit = at(group.limit);
-                        let (hits, depth, det) = edges.triangles(at(group.u), at(group.v), limit);
+                        let line = (at(group.u), at(group.v));
+                        let start = if P::PARALLEL { at(starts.depth) } else { 0.0 };
+                        let (hits, depth, det) = edges.triangles::<P>(line, start, limit);
                         if hits == 0 {
                             continue;
                         }
@@ -500,7 +577,11 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                         while hits != 0 {
                             let slot = hits.trailing_zeros() as usize;
                             hits &= hits - 1;
-                            let z = depth[slot] / det[slot];
+                            let z = if P::PARALLEL {
+                                depth[slot]
+                            } else {
+                                depth[slot] / det[slot]
+                            };
                             if nearer(z, limit, block.source[slot], best, self.mesh) {
                                 limit = z;
                                 best = (number * crate::accel::WIDE + slot) as u32;
@@ -519,7 +600,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                     while slots != 0 {
                         let slot = slots.trailing_zeros() as usize;
                         slots &= slots - 1;
-                        let (hit, depth, det) = edges.rays(slot, group);
+                        let (hit, depth, det) = edges.rays::<P, L>(slot, group, starts);
                         let bits = hit.bits();
                         if bits == 0 {
                             continue;
@@ -533,7 +614,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                             self.places[s] = L::select(hit, place, self.places[s]);
                             continue;
                         }
-                        let z = depth / det;
+                        let z = if P::PARALLEL { depth } else { depth / det };
                         let less = hit & z.lt(group.limit);
                         let mut tied = (hit & z.eq(group.limit)).bits();
                         group.limit = L::select(less, z, group.limit);
@@ -584,7 +665,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
 
     #[inline(always)]
     #[expect(clippy::too_many_arguments)]
-    fn exact_leaf<C: Certainty, Q: Query<L>>(
+    fn exact_leaf<P: Projection, C: Certainty, Q: Query<L>>(
         &mut self,
         node: &WideNode,
         place: usize,
@@ -594,14 +675,14 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
         objects: &[Packet<L>; S],
         queries: &mut [Q; S],
     ) {
-        let (rays, any) = self.rays_in(node.child_box(place));
+        let (rays, any) = self.rays_in::<P>(node.child_box(place));
         if any {
-            self.exact_blocks(&rays, first, count, testers, objects, queries);
+            self.exact_blocks::<P, C, Q>(&rays, first, count, testers, objects, queries);
         }
     }
 
     #[inline(always)]
-    fn exact_blocks<C: Certainty, Q: Query<L>>(
+    fn exact_blocks<P: Projection, C: Certainty, Q: Query<L>>(
         &mut self,
         rays: &[u32; S],
         first: usize,
@@ -612,7 +693,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
     ) {
         for number in first..first + count {
             let block = &self.mesh.blocks[number];
-            let edges = Edges::new(block, self.bundle, true);
+            let edges = Edges::new::<P, L, S>(block, self.bundle, true);
             if edges.live == 0 {
                 continue;
             }
@@ -652,11 +733,9 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                     met |= testers[s].triangle(&objects[s], &window, &corners, id, active, query);
                 }
                 if met {
-                    let group = &mut self.bundle.groups[s];
-                    let asleep = group.limit.lt(L::zero());
-                    let limit = queries[s].limit() * group.along;
-                    group.limit = L::select(asleep, group.limit, limit);
-                    group.set_deepest();
+                    let asleep = self.bundle.groups[s].limit.lt(L::zero());
+                    let limit = L::select(asleep, -L::from_f32(1.0), queries[s].limit());
+                    self.bundle.limit_t(s, limit);
                 }
             }
         }

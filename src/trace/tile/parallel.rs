@@ -1,0 +1,186 @@
+//! Rays of one direction as a bundle.
+//!
+//! Along the main axis k of the direction each ray is the line x = u + s_a·z,
+//! y = v + s_b·z, where s are the slopes that all share and depths count from
+//! the first of the starts: so no depth is negative, and shearing by the slopes
+//! makes points of the lines, (u, v).
+
+use super::bundle::{Bundle, LEAST_SLOPE, RelativeBox, main_axis};
+use crate::accel::Frustum;
+use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::math::{Aabb32, Vec3};
+
+/// What the rays of one direction share.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Shear {
+    /// d_a / |d_k| and d_b / |d_k|; at most 1.
+    pub slopes: [f32; 2],
+    /// Their inverses; of nearly zero, those of [`LEAST_SLOPE`].
+    inverse: [f32; 2],
+    /// What boxes grow by along (a, b, k).
+    pad: [f32; 3],
+}
+
+/// Where a group's rays start.
+#[derive(Clone, Copy)]
+pub(super) struct Starts<L: Lanes> {
+    /// Rounded to the lanes' type; of rays that are not alive, the middle ray's.
+    pub org: Vec3<L>,
+    /// Depths.
+    pub depth: L,
+}
+
+/// Farther off, a slope of nearly zero overflows.
+const FARTHEST: f32 = 1e20;
+
+impl<L: Lanes, const S: usize> Bundle<L, S> {
+    /// Takes in other rays. `org`: of a group's rays; `alive`: the others take
+    /// the place of the middle ray. False where f32 does not reach; then nothing
+    /// may be asked. The same for all widths.
+    #[inline(always)]
+    pub fn take_in_parallel(
+        &mut self,
+        org: impl Fn(usize) -> Vec3<L::Double>,
+        dir: [f64; 3],
+        alive: &[L::Mask; S],
+        bounds: &Aabb32,
+    ) -> bool {
+        let narrow = |x: f64| L::Scalar::from_f64(x);
+        let dir = [narrow(dir[0]), narrow(dir[1]), narrow(dir[2])];
+        let (axes, sign) = main_axis(dir);
+        let [ka, kb, k] = axes;
+        let along = dir[k].to_f64().abs();
+        let slope = |k: usize| (dir[k].to_f64() / along) as f32;
+        let slopes = [slope(ka), slope(kb)];
+        let middle = self.middle_of(alive);
+        let Some(middle) = middle.filter(|_| slopes.iter().all(|s| s.abs() <= 1.0)) else {
+            return false;
+        };
+        let (depth_sign, infinity) = (f64::from(sign), L::Double::from_f64(f64::INFINITY));
+        let here = org(middle / L::COUNT);
+        let lane = middle % L::COUNT;
+        let stand_in = [here.x.lane(lane), here.y.lane(lane), here.z.lane(lane)];
+        let mut first = f64::INFINITY;
+        for (s, alive) in alive.iter().enumerate() {
+            let alive = <L::Double as Lanes>::Mask::from_bits(alive.bits());
+            let depth = org(s).axis(k) * L::Double::from_f64(depth_sign);
+            first = first.min(L::Double::select(alive, depth, infinity).least());
+        }
+        // Not rounded up: no ray starts at a negative depth.
+        let rounded = first as f32;
+        let base = if f64::from(rounded) > first {
+            rounded.next_down()
+        } else {
+            rounded
+        };
+        let about = [stand_in[ka] as f32, stand_in[kb] as f32, base];
+        let place = [
+            f64::from(about[0]),
+            f64::from(about[1]),
+            f64::from(about[2]),
+        ];
+        let splat = |x: f64| L::Double::from_f64(x);
+        let mut lines = [[f32::INFINITY, f32::NEG_INFINITY]; 2];
+        let mut spread = [0.0_f32; 3];
+        let inverse = slopes.map(|s| {
+            1.0 / if s.abs() < LEAST_SLOPE {
+                LEAST_SLOPE
+            } else {
+                s
+            }
+        });
+        for (s, alive) in alive.iter().enumerate() {
+            let alive = <L::Double as Lanes>::Mask::from_bits(alive.bits());
+            let org = Vec3::select(alive, org(s), Vec3::splat(stand_in));
+            let a = org.axis(ka) - splat(place[0]);
+            let b = org.axis(kb) - splat(place[1]);
+            let depth = org.axis(k) * splat(depth_sign) - splat(place[2]);
+            let u = L::narrow(a - splat(f64::from(slopes[0])) * depth);
+            let v = L::narrow(b - splat(f64::from(slopes[1])) * depth);
+            for (spread, x) in spread.iter_mut().zip([a, b, depth]) {
+                *spread = spread.max(x.abs().greatest() as f32);
+            }
+            let starts = &mut self.starts[s];
+            starts.org = Vec3::new(L::narrow(org.x), L::narrow(org.y), L::narrow(org.z));
+            starts.depth = L::narrow(depth);
+            let group = &mut self.groups[s];
+            group.dir = Vec3::splat(dir);
+            group.along = L::from_f64(along);
+            group.set_lines(u, v, &mut lines);
+            group.inv_u = u * L::from_f32(inverse[0]);
+            group.inv_v = v * L::from_f32(inverse[1]);
+        }
+        // The largest distance along each axis: from the starts to the far side
+        // of the tree, or from the origin.
+        let mut reach = [0.0_f32; 3];
+        for (i, reach) in reach.iter_mut().enumerate() {
+            let side = if i == 2 { sign } else { 1.0 };
+            let (low, high) = (bounds.min[axes[i]] * side, bounds.max[axes[i]] * side);
+            let far = (low - about[i]).abs().max((high - about[i]).abs());
+            *reach = far.max(about[i].abs()) + spread[i];
+        }
+        self.reach = reach[0].max(reach[1]).max(reach[2]);
+        // As a comparison that NaN does not pass.
+        if !(self.reach < FARTHEST) {
+            return false;
+        }
+        // Starts, slopes and lines are rounded a few times each, relative to
+        // these; the frustum adds a pad of its own.
+        let sheared = [reach[0] + reach[2], reach[1] + reach[2], reach[2]];
+        let pad = sheared.map(|r| r * (32.0 * f32::EPSILON));
+        let [u, v] = lines;
+        let low = [about[0] + u[0], about[1] + v[0], base];
+        let high = [about[0] + u[1], about[1] + v[1], base];
+        let low = [low[0] - pad[0], low[1] - pad[1], low[2] - pad[2]];
+        let high = [high[0] + pad[0], high[1] + pad[1], high[2] + pad[2]];
+        let degenerate = slopes.map(|s| [s, s]);
+        self.frustum = Frustum::new(axes, sign, (low, high), 0.0, degenerate, bounds);
+        self.org = about;
+        self.steepest = 1.0;
+        self.shear = Shear {
+            slopes,
+            inverse,
+            // With that of the frustum.
+            pad: sheared.map(|r| r * (64.0 * f32::EPSILON)),
+        };
+        self.parallel = true;
+        true
+    }
+
+    /// A box's planes over depth, for a line through (0, 0).
+    #[inline(always)]
+    pub(super) fn sheared_box(&self, min: [f32; 3], max: [f32; 3]) -> RelativeBox {
+        let [a, b, k] = self.frustum.axes;
+        let (near, far) = if self.frustum.sign < 0.0 {
+            (-max[k], -min[k])
+        } else {
+            (min[k], max[k])
+        };
+        let pad = self.shear.pad;
+        let planes = |i: usize, low: f32, high: f32| {
+            let inverse = self.shear.inverse[i];
+            let low = (low - self.org[i] - pad[i]) * inverse;
+            let high = (high - self.org[i] + pad[i]) * inverse;
+            (low.min(high), low.max(high))
+        };
+        let (x0, x1) = planes(0, min[a], max[a]);
+        let (y0, y1) = planes(1, min[b], max[b]);
+        let (near, far) = (near - self.org[2] - pad[2], far - self.org[2] + pad[2]);
+        RelativeBox([x0, x1, y0, y1, near.max(0.0), far])
+    }
+
+    /// The rays of a group that may meet a box before their limits.
+    #[inline(always)]
+    pub(super) fn reach_sheared(&self, s: usize, planes: &RelativeBox) -> L::Mask {
+        let (group, starts) = (&self.groups[s], &self.starts[s]);
+        let [x0, x1, y0, y1, near, far] = planes.0;
+        let (x0, x1) = (L::from_f32(x0), L::from_f32(x1));
+        let (y0, y1) = (L::from_f32(y0), L::from_f32(y1));
+        let (u, v) = (group.inv_u, group.inv_v);
+        let near = L::from_f32(near).max(starts.depth);
+        let enter = (x0 - u).max(y0 - v).max(near);
+        let exit = (x1 - u).min(y1 - v).min(L::from_f32(far));
+        let slack = L::from_f32(1.0 + 8.0 * f32::EPSILON);
+        enter.le(exit * slack) & enter.le(group.limit * slack)
+    }
+}

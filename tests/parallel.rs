@@ -1,0 +1,119 @@
+//! Rays of one direction, as orthographic cameras and directional lights send
+//! them: through the tree as through the linear scan, at every width.
+
+mod common;
+
+use common::{EVERYTHING, Random, RayColumns, hard_scene, random_scene};
+use glam::DVec3;
+use lanecast::accel::{Structure, World};
+use lanecast::plan::{Arithmetic, Kernels, native_width};
+use lanecast::scene::{Appearances, Scene};
+use lanecast::trace::HitId;
+
+const RAYS: usize = 320;
+
+/// Along an axis, nearly so, or anyhow; from a plane or from all over the place.
+fn parallel_rays(world: &World, random: &mut Random) -> RayColumns {
+    let bounds = world.bounds.widened();
+    let (center, size) = if bounds.is_empty() {
+        (DVec3::ZERO, 1.0)
+    } else {
+        (bounds.center(), (bounds.max - bounds.min).max_element())
+    };
+    let mut dir = random.vector();
+    let axis = random.below(3) as usize;
+    match random.below(4) {
+        0 => dir = DVec3::AXES[axis] * dir[axis].signum(),
+        1 => dir = DVec3::AXES[axis] * dir[axis].signum() + dir * 1e-9,
+        _ => {}
+    }
+    let dir = dir.to_array().map(|x| x as f32);
+    let wide = DVec3::from_array(dir.map(f64::from)).normalize();
+    let inside = random.below(2) == 0;
+    let mut rays = RayColumns::default();
+    for _ in 0..RAYS {
+        let org = center + random.vector() * size * 0.7;
+        let back = if inside { 0.0 } else { 2.0 * size };
+        // Now and then on a grid, where edges are met exactly.
+        let org = org - wide * back;
+        let org = if random.below(4) == 0 {
+            org.round()
+        } else {
+            org
+        };
+        rays.push(org, dir);
+    }
+    rays
+}
+
+fn met(answers: &[(f64, HitId)]) -> Vec<Option<(u64, HitId)>> {
+    let hit = |a: &(f64, HitId)| (a.1 != HitId::NONE).then_some((a.0.to_bits(), a.1));
+    answers.iter().map(hit).collect()
+}
+
+fn kernels(arithmetic: Arithmetic, lanes: usize) -> Kernels {
+    Kernels {
+        arithmetic,
+        lanes,
+        needs: EVERYTHING,
+    }
+}
+
+/// (rays, hits, fast differences from the scan).
+fn compare(scene: &Scene, seed: u64) -> [usize; 3] {
+    let appearances = Appearances::of(scene).unwrap();
+    let [tree, scan] =
+        [Structure::Bvh, Structure::Linear].map(|s| World::build(scene, &appearances, s));
+    let random = &mut Random(seed ^ 0x5eed);
+    let mut counts = [0; 3];
+    for round in 0..4 {
+        let rays = parallel_rays(&tree, random);
+        for arithmetic in [Arithmetic::F64, Arithmetic::F32] {
+            let expected = met(&rays.closest(&scan, &kernels(arithmetic, 1)));
+            let alone = met(&rays.closest(&tree, &kernels(arithmetic, 1)));
+            let mut widths = vec![native_width(arithmetic)];
+            if cfg!(feature = "all-lanes") {
+                widths = vec![4, 8, 16];
+            }
+            for lanes in widths {
+                let got = met(&rays.closest(&tree, &kernels(arithmetic, lanes)));
+                assert_eq!(got, alone, "seed {seed} {round}: {arithmetic:?} {lanes}");
+            }
+            if arithmetic == Arithmetic::F64 {
+                assert_eq!(alone, expected, "seed {seed} {round}");
+                counts[0] += alone.len();
+                counts[1] += alone.iter().flatten().count();
+            } else {
+                counts[2] += alone.iter().zip(&expected).filter(|(a, b)| a != b).count();
+            }
+        }
+    }
+    counts
+}
+
+fn total(name: &str, scenes: impl Iterator<Item = (u64, Scene)>) -> [usize; 3] {
+    let mut sum = [0; 3];
+    for (seed, scene) in scenes {
+        for (sum, count) in sum.iter_mut().zip(compare(&scene, seed)) {
+            *sum += count;
+        }
+    }
+    let [rays, hits, differences] = sum;
+    println!("{name}: {rays} rays, {hits} hits, {differences} fast differences");
+    sum
+}
+
+#[test]
+fn parallel_rays_meet_what_the_scan_finds() {
+    let scenes = (0..150).map(|seed| (seed, random_scene(seed)));
+    let [rays, hits, differences] = total("random", scenes);
+    assert!(hits > rays / 10);
+    assert!(differences * 10_000 <= rays);
+}
+
+#[test]
+fn parallel_rays_through_hard_scenes() {
+    let scenes = (0..100).map(|seed| (seed, hard_scene(seed)));
+    let [rays, hits, _] = total("hard", scenes);
+    assert!(hits > rays / 50);
+}

@@ -13,7 +13,7 @@ use super::heap::Heap;
 use super::index::{Index, Primitives};
 use super::kdtree::{self, KdQuality};
 use super::sah::{Quality, build, linear};
-use super::wide::WideMesh;
+use super::wide::{WideMesh, WideTree};
 use crate::geom::triangle::{Corners, canonical};
 use crate::math::{Aabb, Aabb32, Affine};
 use crate::scene::{Appearance, Appearances, MeshId, Scene, Shape, shape_bounds};
@@ -68,6 +68,9 @@ pub struct World<'a> {
     pub unbounded: Vec<Entry>,
     /// By appearance: its place in `entries`, or past their end in `unbounded`.
     pub place_of: Vec<u32>,
+    /// Expected cost of the top structure when it was built, before it was
+    /// fitted to entries that moved.
+    pub(super) top_built: f64,
 }
 
 impl<'a> World<'a> {
@@ -122,7 +125,7 @@ impl<'a> World<'a> {
         World::of(scene, appearances, Forests::Grid(forest), entries)
     }
 
-    fn of(
+    pub(super) fn of(
         scene: &'a Scene,
         appearances: &'a Appearances,
         forest: Forests,
@@ -136,6 +139,7 @@ impl<'a> World<'a> {
             scene,
             appearances,
             bounds: forest.bounds(),
+            top_built: forest.top_figures().sah,
             forest,
             entries,
             unbounded,
@@ -217,13 +221,19 @@ fn plant_wide(scene: &Scene, appearances: &Appearances) -> (WideForest, [Vec<Ent
     let [bounded, unbounded] = entries(scene, appearances, |mesh| {
         meshes[mesh].as_ref().map(|m| m.tree.bounds)
     });
+    let (top, entries) = top_tree(&bounded);
+    (WideForest { top, meshes }, [entries, unbounded])
+}
+
+/// A tree over entries, and these in its order.
+pub(super) fn top_tree(bounded: &[Entry]) -> (WideTree, Vec<Entry>) {
     let boxes: Vec<Aabb32> = bounded.iter().map(|e| e.bounds).collect();
     let (top, order) = build_boxes(&boxes, &BuildQuality::default());
     let mut entries: Vec<Entry> = order.iter().map(|i| bounded[*i as usize]).collect();
     for leaf in top.leaves() {
         entries[leaf].sort_by_key(by_kind);
     }
-    (WideForest { top, meshes }, [entries, unbounded])
+    (top, entries)
 }
 
 /// Kinds in runs: within a leaf the order is free.
@@ -233,7 +243,7 @@ fn by_kind(entry: &Entry) -> (u8, u64) {
 
 /// Bounded and unbounded, in the order of the appearances. `bounds`: of a mesh
 /// that has been built.
-fn entries(
+pub(super) fn entries(
     scene: &Scene,
     appearances: &Appearances,
     bounds: impl Fn(usize) -> Option<Aabb32>,

@@ -3,7 +3,8 @@
 //! Every error names the entity and says what to do. Range checks come first,
 //! so the later ones may index freely.
 
-use super::ids::ShapeId;
+use super::ids::{ShapeId, TransformId};
+use super::motion::{Key, singular_time};
 use super::nodes::Target;
 use super::{Edges, Light, Material, Model, Projection, Shape, Tables};
 use glam::DVec3;
@@ -29,6 +30,16 @@ pub enum SceneError {
         "{what} is placed by a transform that becomes singular or infinite together with those above it"
     )]
     SingularPath { what: String },
+    #[error(
+        "{what} has a motion that is singular at time {time:.6}, between two keys; matrices are \
+         interpolated element by element, so turn in smaller steps: give more keys"
+    )]
+    SingularMotion { what: String, time: f64 },
+    #[error(
+        "at time {time} {what} is placed by a transform that becomes singular or infinite \
+         together with those above it"
+    )]
+    SingularPathAt { what: String, time: f64 },
     #[error("{what} has {field} = {value}, which is not a finite number")]
     NotFinite {
         what: String,
@@ -267,6 +278,9 @@ fn transforms(scene: &Tables) -> Result<(), SceneError> {
                     what: what(i as u32),
                 });
             }
+            if let Some(keys) = scene.transforms.motions.of_transform(edges.transform[i]) {
+                motion(keys, &|| what(i as u32))?;
+            }
         }
         Ok(())
     };
@@ -276,6 +290,55 @@ fn transforms(scene: &Tables) -> Result<(), SceneError> {
     of_edges(&scene.edges, &|i| match parents[i as usize] {
         u32::MAX => format!("edge {i}"),
         node => format!("a child of node {}", scene.nodes.names.label(node)),
+    })
+}
+
+fn motion(keys: &[Key], what: &dyn Fn() -> String) -> Result<(), SceneError> {
+    let mut last = 0.0;
+    // The first is the transform itself.
+    for key in &keys[1..] {
+        if !(key.at > last && key.at <= 1.0) {
+            return Err(SceneError::OutOfRange {
+                what: what(),
+                field: "at of a motion's key",
+                value: key.at.to_string(),
+                must: "above 0 and the key before, and at most 1",
+            });
+        }
+        last = key.at;
+        if !key.local.is_finite() {
+            return Err(SceneError::NotFinite {
+                what: what(),
+                field: "transform of a motion's key",
+                value: "NaN or infinity in its matrix".into(),
+            });
+        }
+        if key.local.inverse().is_none() {
+            let time = key.at;
+            return Err(SceneError::SingularMotion { what: what(), time });
+        }
+    }
+    match singular_time(keys) {
+        Some(time) => Err(SceneError::SingularMotion { what: what(), time }),
+        None => Ok(()),
+    }
+}
+
+/// What the first check could not know of a scene that moves.
+pub(super) fn at_time(scene: &Tables, time: f64) -> Result<(), SceneError> {
+    let motions = &scene.transforms.motions;
+    let inverse = |row: &TransformId| scene.transforms.inverse[row.index()];
+    let regular = motions.of.iter().all(|row| inverse(row).is_some());
+    // This names what is singular.
+    let checked = if regular {
+        appearances(scene)
+    } else {
+        transforms(scene)
+    };
+    checked.map_err(|error| match error {
+        SceneError::SingularTransform { what } => SceneError::SingularMotion { what, time },
+        SceneError::SingularPath { what } => SceneError::SingularPathAt { what, time },
+        error => error,
     })
 }
 

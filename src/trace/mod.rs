@@ -1,6 +1,7 @@
 //! Ray queries over a built world.
 
 mod batch;
+mod guess;
 mod leaf;
 mod packet;
 mod query;
@@ -9,6 +10,7 @@ mod stream;
 mod tile;
 
 pub use batch::{Hits, MAX_LANES, Rays, any, any_counted, closest, closest_counted};
+pub use guess::{GuessCounts, Last, Reuse, closest_after};
 pub use leaf::{Features, Has, Scratch, Tester, resolve_one};
 pub use packet::Packet;
 pub use query::{AnyHit, Closest, HitId, Query};

@@ -3,6 +3,7 @@
 use crate::accel::Frustum;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Vec3};
+use crate::trace::query::Query;
 
 /// As many rays as there are lanes. Depths count from the origin along the main
 /// axis k: z = t·|d_k|.
@@ -72,26 +73,28 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
 
     /// Takes in other rays. `org`: of all rays; `alive`: the others take the
     /// place of the middle ray. False where the rays do not advance together
-    /// along one axis; then nothing may be asked. The same for all widths: the
-    /// main axis is the middle ray's.
+    /// along one axis; then nothing may be asked. The same for all widths, and
+    /// whatever the limits that have put rays to sleep: the main axis is that of
+    /// the middle ray of `all`.
     #[inline(always)]
     pub fn take_in(
         &mut self,
         org: [f64; 3],
         dirs: impl Fn(usize) -> Vec3<L>,
+        all: &[L::Mask; S],
         alive: &[L::Mask; S],
         bounds: &Aabb32,
     ) -> bool {
         for (s, group) in self.groups.iter_mut().enumerate() {
             group.dir = dirs(s);
         }
-        let Some(middle) = self.middle_ray(alive) else {
+        let (Some(leader), Some(middle)) = (self.middle_ray(all), self.middle_ray(alive)) else {
             return false;
         };
         let size = [
-            middle[0].to_f64().abs(),
-            middle[1].to_f64().abs(),
-            middle[2].to_f64().abs(),
+            leader[0].to_f64().abs(),
+            leader[1].to_f64().abs(),
+            leader[2].to_f64().abs(),
         ];
         let k = if size[2] >= size[0] && size[2] >= size[1] {
             2
@@ -101,18 +104,21 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
             0
         };
         let axes = [(k + 1) % 3, (k + 2) % 3, k];
-        let sign = if middle[k].to_f64() < 0.0 { -1.0 } else { 1.0 };
+        let sign = if leader[k].to_f64() < 0.0 { -1.0 } else { 1.0 };
         let stand_in = Vec3::<L>::splat(middle);
         let mut slopes = [[f32::INFINITY, f32::NEG_INFINITY]; 2];
         let mut wild = false;
         let (one, tiny) = (L::from_f32(1.0), L::from_f32(LEAST_SLOPE));
         let safe = |x: L| L::select(x.abs().lt(tiny), tiny, x);
-        for (group, alive) in self.groups.iter_mut().zip(alive) {
-            let dir = Vec3::select(*alive, group.dir, stand_in);
+        for ((group, all), alive) in self.groups.iter_mut().zip(all).zip(alive) {
+            let dir = group.dir;
             let along = dir.axis(k) * L::from_f32(sign);
             let (a, b) = (dir.axis(axes[0]), dir.axis(axes[1]));
             let steep = a.abs().max(b.abs()).le(along * L::from_f32(STEEPEST));
-            wild |= (!steep).any();
+            wild |= (*all & !steep).any();
+            let dir = Vec3::select(*alive, dir, stand_in);
+            let along = dir.axis(k) * L::from_f32(sign);
+            let (a, b) = (dir.axis(axes[0]), dir.axis(axes[1]));
             let (u, v) = (a / along, b / along);
             group.dir = dir;
             group.u = u;
@@ -171,11 +177,18 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
         (0..S * L::COUNT).find(is_alive).map(ray)
     }
 
-    /// Takes over each ray's limit in t; negative ones are done.
+    /// Takes over each ray's limit in t; negative ones are done. Of closest hits
+    /// a little beyond: depths and t's are rounded apart, and which of two
+    /// shapes is nearer is for their t's to say, whichever comes first.
     #[inline(always)]
-    pub fn limit_t(&mut self, s: usize, limit: L) {
+    pub fn limit_t<Q: Query<L>>(&mut self, s: usize, limit: L) {
+        let slack = if Q::ANY {
+            1.0
+        } else {
+            1.0 + 8.0 * f32::EPSILON
+        };
         let group = &mut self.groups[s];
-        group.limit = limit * group.along;
+        group.limit = limit * (group.along * L::from_f32(slack));
         group.set_deepest();
     }
 

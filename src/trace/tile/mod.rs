@@ -124,14 +124,16 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             world: bundle,
             object: spare,
         } = bundles;
-        bundle.take_in(org, dirs, &alive, bounds).then_some(Tile {
-            world,
-            rays,
-            first,
-            org,
-            bundle,
-            spare,
-        })
+        bundle
+            .take_in(org, dirs, &alive, &alive, bounds)
+            .then_some(Tile {
+                world,
+                rays,
+                first,
+                org,
+                bundle,
+                spare,
+            })
     }
 
     #[inline(always)]
@@ -154,7 +156,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             }
         }
         for (s, query) in queries.iter().enumerate() {
-            self.bundle.limit_t(s, query.limit());
+            self.bundle.limit_t::<Q>(s, query.limit());
         }
         let Some(forest) = world.wide() else { return };
         let top = &forest.top;
@@ -208,7 +210,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
                     };
                     inside.trace::<C, Q>(world, rays, *first, queries, stack);
                     for (s, query) in queries.iter().enumerate() {
-                        self.bundle.limit_t(s, query.limit());
+                        self.bundle.limit_t::<Q>(s, query.limit());
                     }
                 }
             }
@@ -221,7 +223,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
                     if active.any() {
                         let packet = self.packet(s);
                         Tester::<L, C, F>::new(self.world, &packet).solid(entry, active, query);
-                        self.bundle.limit_t(s, query.limit());
+                        self.bundle.limit_t::<Q>(s, query.limit());
                     }
                 }
             }
@@ -255,13 +257,14 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             Vec3::new(L::narrow(dir.x), L::narrow(dir.y), L::narrow(dir.z))
         };
         let bundle = &mut *self.spare;
-        if !bundle.take_in(org.to_array(), dirs, &active, &mesh.tree.bounds) {
+        let all = [L::Mask::splat(true); S];
+        if !bundle.take_in(org.to_array(), dirs, &all, &active, &mesh.tree.bounds) {
             self.as_stream::<C, Q>(entry, id, &active, queries, streams);
             return;
         }
         let asleep = -L::from_f32(1.0);
         for (s, query) in queries.iter().enumerate() {
-            bundle.limit_t(s, L::select(active[s], query.limit(), asleep));
+            bundle.limit_t::<Q>(s, L::select(active[s], query.limit(), asleep));
         }
         let inside = InMesh {
             entry,
@@ -272,7 +275,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         };
         inside.trace::<C, Q>(self.world, self.rays, self.first, queries, stack);
         for (s, query) in queries.iter().enumerate() {
-            self.bundle.limit_t(s, query.limit());
+            self.bundle.limit_t::<Q>(s, query.limit());
         }
     }
 
@@ -452,7 +455,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                         while hits != 0 {
                             let slot = hits.trailing_zeros() as usize;
                             hits &= hits - 1;
-                            let z = depth[slot] / det[slot];
+                            let z = (depth[slot] / det[slot]).max(edges.nearest[slot]);
                             if nearer(z, limit, block.source[slot], best, self.mesh) {
                                 limit = z;
                                 best = (number * crate::accel::WIDE + slot) as u32;
@@ -485,7 +488,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                             self.places[s] = L::select(hit, place, self.places[s]);
                             continue;
                         }
-                        let z = depth / det;
+                        let z = (depth / det).max(L::from_f32(edges.nearest[slot]));
                         let less = hit & z.lt(group.limit);
                         let mut tied = (hit & z.eq(group.limit)).bits();
                         group.limit = L::select(less, z, group.limit);

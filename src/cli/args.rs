@@ -10,6 +10,7 @@ use crate::io::{AovSet, LoadOptions};
 use crate::measure::kinds::{Kind, Order};
 use crate::plan::{AccelChoice, Choices, LaneCount, Precision};
 use crate::render::{Grid, RenderConfig};
+use crate::trace::Reuse;
 use clap::{Args, value_parser};
 use std::path::PathBuf;
 
@@ -20,6 +21,12 @@ pub struct RenderArgs {
     /// .png or .exr [default: the scene's name, as .png, here]
     #[arg(short, value_name = "FILE")]
     pub output: Option<PathBuf>,
+    /// Render N pictures at times from 0 to 1 of the scene's motion: name_0000.png and so on
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=100_000))]
+    pub frames: Option<u32>,
+    /// What camera rays take over from the frame before: depth, hit or none; no bit depends on it
+    #[arg(long, value_name = "WHAT", default_value = "depth", requires = "frames", value_parser = parse_reuse)]
+    pub reuse: Reuse,
     #[command(flatten)]
     pub common: CommonArgs,
 }
@@ -70,6 +77,9 @@ pub struct BenchArgs {
     /// Runs of each measurement: the median and the best are reported
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u32).range(1..=10_000))]
     pub reps: u32,
+    /// Measure N frames of the scene's motion instead: what camera rays gain by the frame before, and a fitted tree against a built one
+    #[arg(long, value_name = "N", requires = "scene", conflicts_with_all = ["mesh", "rays", "export", "growth", "kinds", "accels", "peers", "plot"], value_parser = value_parser!(u32).range(2..=10_000))]
+    pub frames: Option<u32>,
     /// Times that each structure is built, in turns
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u32).range(1..=1000))]
     pub builds: u32,
@@ -315,6 +325,10 @@ fn parse_kd_stop(text: &str) -> Result<KdStop, String> {
 
 fn parse_kd_clip(text: &str) -> Result<KdClip, String> {
     one_of(text, &KdClip::ALL.map(|clip| (clip.name(), clip)), &[])
+}
+
+fn parse_reuse(text: &str) -> Result<Reuse, String> {
+    one_of(text, &Reuse::ALL.map(|reuse| (reuse.name(), reuse)), &[])
 }
 
 fn parse_aovs(text: &str) -> Result<AovSet, String> {

@@ -46,7 +46,7 @@ impl Rays<'_> {
     }
 
     /// Some of them, at whole multiples of [`MAX_LANES`].
-    pub(super) fn rows(&self, range: std::ops::Range<usize>) -> Self {
+    pub fn rows(&self, range: std::ops::Range<usize>) -> Self {
         Rays {
             origin: self.origin,
             // Empty where nothing is asked of it.

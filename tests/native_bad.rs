@@ -470,12 +470,48 @@ fn reserved_words_are_named_not_unknown() {
             &[&expected, "is not supported"],
         );
     }
-    let text = format!("{}motion = [{{ at = 1.0 }}]\n", toml(""));
-    check(
-        "scene.toml",
-        text.as_bytes(),
-        &["the key 'motion' at 7:10 is not supported"],
-    );
+}
+
+#[test]
+fn motion() {
+    let still = "transform = []";
+    let cases: &[(&str, &[&str])] = &[
+        ("[{ at = 1.0 }]", &["7:11: the key 'transform' is missing"]),
+        ("[]", &["7:10: motion has no keys; give one"]),
+        ("{ at = 1.0 }", &["7:10: expected a list, found"]),
+        ("[{ at = 0, STILL }]", &["7:18: at = 0; it must be above 0"]),
+        ("[{ at = 1.5, STILL }]", &["7:18: at = 1.5;", "at most 1"]),
+        (
+            "[{ at = 0.5, STILL }, { at = 0.5, STILL }]",
+            &["7:48: at = 0.5 after 0.5; give the keys in the order"],
+        ),
+        (
+            "[{ at = 1.0, transform = [{ scale = 0.0 }] }]",
+            &["7:11: the transform of this key is singular"],
+        ),
+        (
+            "[{ at = 1.0, transform = [{ turn = 3 }] }]",
+            &["unknown key 'turn'"],
+        ),
+        ("[{ at = 1.0, STILL, hold = 1 }]", &["unknown key 'hold'"]),
+        // Between the keys, and so with a time.
+        (
+            "[{ at = 0.5, transform = [{ rotate_y = 180.0 }] }]",
+            &[
+                "instance 0 has a motion that is singular at time 0.25",
+                "more keys",
+            ],
+        ),
+        (
+            "[{ at = 0.5, STILL }, { at = 1.0, transform = [{ scale = [1, -1, 1] }] }]",
+            &["instance 0 has a motion that is singular at time 0.75"],
+        ),
+    ];
+    for (motion, expected) in cases {
+        let motion = motion.replace("STILL", still);
+        let text = format!("{}motion = {motion}\n", toml(""));
+        check("scene.toml", text.as_bytes(), expected);
+    }
 }
 
 #[test]

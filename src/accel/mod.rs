@@ -20,6 +20,7 @@ mod index;
 mod kdtree;
 mod prefetch;
 mod sah;
+mod sequence;
 mod slabs;
 #[cfg(test)]
 mod suite;
@@ -41,6 +42,7 @@ pub use index::{Figures, Index, Primitives};
 pub use kdtree::{KdClip, KdQuality, KdStop, KdTree, build as kd_build};
 pub use prefetch::prefetch;
 pub use sah::{Quality, build, linear};
+pub use sequence::{Kept, Renewal, WORST_REFIT};
 pub use slabs::Slabs;
 pub use wide::{Block, WIDE, WideMesh, WideNode, WideTree};
 pub use wide_stream::{STREAM, StreamRays, StreamStack};

@@ -19,7 +19,7 @@ use super::heap::Heap;
 use super::index::{Index, Primitives};
 use super::kdtree::{self, KdQuality};
 use super::sah::{Quality, build, linear};
-use super::wide::WideMesh;
+use super::wide::{WideMesh, WideTree};
 use crate::geom::triangle::{Corners, canonical};
 use crate::math::{Aabb, Aabb32, Affine};
 use crate::scene::{
@@ -87,6 +87,9 @@ pub struct World<'a> {
     pub place_of: Vec<u32>,
     /// Where item buffers are to be made.
     pub item_boxes: Option<ItemBoxes>,
+    /// Expected cost of the top structure when it was built, before it was
+    /// fitted to entries that moved. Of groups that nest, 0.
+    pub(super) top_built: f64,
 }
 
 impl<'a> World<'a> {
@@ -147,6 +150,18 @@ impl<'a> World<'a> {
                 (linear(p.boxes), order.collect())
             }),
         };
+        let mut world = World::of(scene, appearances, forest, [entries, unbounded]);
+        world.item_boxes = item_boxes;
+        world
+    }
+
+    /// Of a flat forest.
+    pub(super) fn of(
+        scene: &'a Scene,
+        appearances: &'a Appearances,
+        forest: Forests,
+        [entries, unbounded]: [Vec<Entry>; 2],
+    ) -> World<'a> {
         let mut place_of = vec![0; entries.len() + unbounded.len()];
         for (place, entry) in entries.iter().chain(&unbounded).enumerate() {
             place_of[entry.appearance as usize] = place as u32;
@@ -161,11 +176,12 @@ impl<'a> World<'a> {
             scene,
             appearances,
             bounds,
+            top_built: forest.top_figures().sah,
             forest,
             entries,
             unbounded,
             place_of,
-            item_boxes,
+            item_boxes: None,
         }
     }
 
@@ -195,6 +211,7 @@ impl<'a> World<'a> {
             unbounded: Vec::new(),
             place_of: Vec::new(),
             item_boxes: None,
+            top_built: 0.0,
         }
     }
 
@@ -298,13 +315,19 @@ fn plant_wide(scene: &Scene, appearances: &Appearances) -> (WideForest, [Vec<Ent
     let [bounded, unbounded] = entries(scene, appearances, |mesh| {
         meshes[mesh].as_ref().map(|m| m.tree.bounds)
     });
+    let (top, entries) = top_tree(&bounded);
+    (WideForest { top, meshes }, [entries, unbounded])
+}
+
+/// A tree over entries, and these in its order.
+pub(super) fn top_tree(bounded: &[Entry]) -> (WideTree, Vec<Entry>) {
     let boxes: Vec<Aabb32> = bounded.iter().map(|e| e.bounds).collect();
     let (top, order) = build_boxes(&boxes, &BuildQuality::default());
     let mut entries: Vec<Entry> = order.iter().map(|i| bounded[*i as usize]).collect();
     for leaf in top.leaves() {
         entries[leaf].sort_by_key(by_kind);
     }
-    (WideForest { top, meshes }, [entries, unbounded])
+    (top, entries)
 }
 
 /// Kinds in runs: within a leaf the order is free.
@@ -314,7 +337,7 @@ fn by_kind(entry: &Entry) -> (u8, u64) {
 
 /// Bounded and unbounded, in the order of the appearances. `bounds`: of a mesh
 /// that has been built.
-fn entries(
+pub(super) fn entries(
     scene: &Scene,
     appearances: &Appearances,
     bounds: impl Fn(usize) -> Option<Aabb32>,

@@ -11,6 +11,7 @@ use crate::io::{AovSet, LoadOptions};
 use crate::measure::kinds::{Kind, Order};
 use crate::plan::{AccelChoice, Choices, LaneCount, Precision};
 use crate::render::{Grid, RenderConfig};
+use crate::trace::Reuse;
 use clap::{Args, value_parser};
 use std::path::PathBuf;
 
@@ -34,6 +35,12 @@ pub struct RenderArgs {
     pub depth: DepthArgs,
     #[arg(long, value_name = "I/N", hide = true, value_parser = no_tiles)]
     pub tile: Option<String>,
+    /// Render N pictures at times from 0 to 1 of the scene's motion: name_0000.png and so on
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=100_000))]
+    pub frames: Option<u32>,
+    /// What camera rays take over from the frame before: depth, hit or none; no bit depends on it
+    #[arg(long, value_name = "WHAT", default_value = "depth", requires = "frames", value_parser = parse_reuse)]
+    pub reuse: Reuse,
     #[command(flatten)]
     pub common: CommonArgs,
 }
@@ -89,6 +96,9 @@ pub struct BenchArgs {
     /// Runs of each measurement: the median and the best are reported
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u32).range(1..=10_000))]
     pub reps: u32,
+    /// Measure N frames of the scene's motion instead: what camera rays gain by the frame before, and a fitted tree against a built one
+    #[arg(long, value_name = "N", requires = "scene", conflicts_with_all = ["mesh", "rays", "export", "growth", "kinds", "accels", "peers", "plot"], value_parser = value_parser!(u32).range(2..=10_000))]
+    pub frames: Option<u32>,
     /// Times that each structure is built, in turns
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u32).range(1..=1000))]
     pub builds: u32,
@@ -341,6 +351,10 @@ fn parse_kd_stop(text: &str) -> Result<KdStop, String> {
 
 fn parse_kd_clip(text: &str) -> Result<KdClip, String> {
     one_of(text, &KdClip::ALL.map(|clip| (clip.name(), clip)), &[])
+}
+
+fn parse_reuse(text: &str) -> Result<Reuse, String> {
+    one_of(text, &Reuse::ALL.map(|reuse| (reuse.name(), reuse)), &[])
 }
 
 fn parse_aovs(text: &str) -> Result<AovSet, String> {

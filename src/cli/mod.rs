@@ -13,6 +13,7 @@ mod bench;
 mod cpu;
 mod error;
 mod export;
+mod frames;
 mod interrupt;
 mod output;
 mod pipeline;

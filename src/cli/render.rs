@@ -1,11 +1,11 @@
-//! `lanecast render`: a scene in, a picture out.
+//! `lanecast render`: a scene in, a picture out; or many (`frames.rs`).
 
 use super::args::RenderArgs;
 use super::error::CliError;
-use super::interrupt;
 use super::output::{Results, check_destinations};
 use super::pipeline::prepare;
 use super::progress::{Drawing, rate};
+use super::{frames, interrupt};
 use crate::io::picture_files;
 use crate::measure::{PictureSize, Stats, Watch};
 use crate::render::{Rendered, View};
@@ -14,6 +14,17 @@ use std::path::{Path, PathBuf};
 pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     let config = args.config()?;
     let picture_path = output_path(args);
+    let stats = Stats {
+        picture: PictureSize {
+            width: config.width,
+            height: config.height,
+            spp: config.spp,
+        },
+        ..Stats::default()
+    };
+    if let Some(frames) = args.frames {
+        return frames::run(args, &config, &picture_path, frames, stats);
+    }
     let files: Vec<PathBuf> = picture_files(&picture_path, config.aovs)
         .map_err(|e| CliError::Usage(e.to_string()))?
         .into_iter()
@@ -24,15 +35,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
 
     let progress = interrupt::watch();
     let mut watch = Watch::start();
-    let mut stats = Stats {
-        picture: PictureSize {
-            width: config.width,
-            height: config.height,
-            spp: config.spp,
-        },
-        ..Stats::default()
-    };
-
+    let mut stats = stats;
     let prepared = prepare(
         args.scene.as_deref(),
         &args.common.load_options(),

@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod clock;
+pub mod frames;
 pub mod generate;
 pub mod growth;
 pub mod kinds;
@@ -14,6 +15,6 @@ pub mod structures;
 pub mod verify;
 
 pub use stats::{
-    PictureSize, PlanSummary, SceneCounts, Stage, Stats, Watch, peak_resident_bytes,
+    FrameStats, PictureSize, PlanSummary, SceneCounts, Stage, Stats, Watch, peak_resident_bytes,
     restart_peak_resident,
 };

@@ -241,7 +241,7 @@ fn transpose(rows: &[[f32; 3]], [x, y, z]: [&mut [f32]; 3]) {
 
 /// Rays as the kernels want them, in whole packets.
 #[derive(Default)]
-struct Columns {
+pub(super) struct Columns {
     /// Where all rays start; `org` is empty then.
     origin: Option<[f64; 3]>,
     org: [Vec<f64>; 3],
@@ -252,7 +252,7 @@ struct Columns {
 
 impl Columns {
     /// Takes in a range of the rays and pads it to whole packets.
-    fn fill(&mut self, rays: &RaySet, first: usize, count: usize) {
+    pub fn fill(&mut self, rays: &RaySet, first: usize, count: usize) {
         let padded = count.next_multiple_of(MAX_LANES);
         let rows = first..first + count;
         let (org, dir) = (&rays.org[rows.clone()], &rays.dir[rows.clone()]);
@@ -287,7 +287,7 @@ impl Columns {
         self.t_max[count..].fill(-1.0);
     }
 
-    fn borrowed(&self) -> Rays<'_> {
+    pub fn borrowed(&self) -> Rays<'_> {
         Rays {
             origin: self.origin,
             org: [&self.org[0], &self.org[1], &self.org[2]],

@@ -3,6 +3,7 @@
 //! Times are wall-clock seconds, memory is bytes, counts are exact.
 
 use crate::shade::RayCounts;
+use crate::trace::GuessCounts;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -17,10 +18,28 @@ pub struct Stats {
     pub rays: RayCounts,
     /// All kinds, over the stage `render`.
     pub rays_per_second: f64,
+    /// Of `render --frames`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub frames: Vec<FrameStats>,
     /// Bytes of each table and tree, by name.
     pub memory: BTreeMap<String, u64>,
     /// Of the whole process; null where the system does not tell.
     pub peak_resident_bytes: Option<u64>,
+}
+
+/// One frame of a sequence.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FrameStats {
+    pub frame: u32,
+    /// 0 to 1.
+    pub time: f64,
+    /// `built`, `refitted` or `rebuilt`.
+    pub top_tree: &'static str,
+    /// These are among the run's, too.
+    pub stages: Vec<Stage>,
+    pub rays: RayCounts,
+    /// Camera rays that began with what they met in the frame before.
+    pub guesses: GuessCounts,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -3,6 +3,7 @@
 mod camera;
 mod config;
 mod film;
+mod frames;
 mod items;
 mod progress;
 mod sampler;
@@ -11,8 +12,9 @@ mod tile;
 pub use crate::io::{AovSet, Picture};
 pub use camera::RayGenerator;
 pub use config::{Grid, RenderConfig, TileOrder};
+pub use frames::FrameMemory;
 pub use progress::Progress;
 pub use sampler::sample_position;
 pub(crate) use sampler::{mix, unit};
 pub(crate) use tile::{BLOCK, every_second_bit};
-pub use tile::{RenderError, Rendered, View, render};
+pub use tile::{RenderError, Rendered, View, render, render_after};

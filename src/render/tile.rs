@@ -8,6 +8,7 @@
 use super::camera::RayGenerator;
 use super::config::{Grid, RenderConfig, TileOrder};
 use super::film::{AovSample, blank, put};
+use super::frames::FrameMemory;
 use super::items::{item_buffer, tiles_of};
 use super::progress::Progress;
 use super::sampler::sample_position;
@@ -15,7 +16,7 @@ use super::{AovSet, Picture};
 use crate::accel::World;
 use crate::plan::Kernels;
 use crate::scene::{Camera, Light, Rgb};
-use crate::shade::{Columns, Integrator, Ledger, RayCounts, Surface};
+use crate::shade::{Columns, Integrator, Ledger, Memory, RayCounts, Surface};
 use crate::trace::{HitId, ItemBuffer, RayKind, TracedRay};
 use bumpalo::Bump;
 use rayon::prelude::*;
@@ -59,12 +60,41 @@ pub fn render(
     recording: bool,
     progress: &Progress,
 ) -> Result<Rendered, RenderError> {
+    render_tiles(view, config, recording, None, progress)
+}
+
+/// Renders a frame of a sequence. `memory` is of the frame before, which was
+/// rendered with the same configuration; the picture has the same bits as
+/// without.
+pub fn render_after(
+    view: &View,
+    config: &RenderConfig,
+    memory: &mut FrameMemory,
+    progress: &Progress,
+) -> Result<Rendered, RenderError> {
+    memory.restart(tiling(config).1);
+    render_tiles(view, config, false, Some(memory), progress)
+}
+
+/// Side of the tiles, and their number.
+fn tiling(config: &RenderConfig) -> (u32, u32) {
     let side = match config.tiles {
         TileOrder::Small => BLOCK,
         _ => 2 * BLOCK,
     };
+    let tiles = config.width.div_ceil(side) * config.height.div_ceil(side);
+    (side, tiles)
+}
+
+fn render_tiles(
+    view: &View,
+    config: &RenderConfig,
+    recording: bool,
+    memory: Option<&FrameMemory>,
+    progress: &Progress,
+) -> Result<Rendered, RenderError> {
+    let (side, tiles) = tiling(config);
     let columns = config.width.div_ceil(side);
-    let tiles = columns * config.height.div_ceil(side);
     progress.start(tiles);
     let picture = blank(config.width, config.height, config.aovs);
     let done = Mutex::new(Rendered {
@@ -115,7 +145,8 @@ pub fn render(
                     .as_ref()
                     .map(|items| (items, number as usize * tiles_of(pixels))),
             };
-            let counts = tile.render(recording, arena, &done);
+            let mut memory = memory.map(|memory| memory.tile(number));
+            let counts = tile.render(recording, memory.as_deref_mut(), arena, &done);
             arena.reset();
             progress.add_tile(counts.total());
         });
@@ -141,7 +172,13 @@ struct Tile<'a> {
 }
 
 impl Tile<'_> {
-    fn render(&self, recording: bool, arena: &Bump, done: &Mutex<Rendered>) -> RayCounts {
+    fn render(
+        &self,
+        recording: bool,
+        mut memory: Option<&mut Memory>,
+        arena: &Bump,
+        done: &Mutex<Rendered>,
+    ) -> RayCounts {
         let pixels = (self.size.0 * self.size.1) as usize;
         let color = arena.alloc_slice_fill_copy(pixels, [0.0_f32; 3]);
         let kept = if self.config.aovs.any() { pixels } else { 0 };
@@ -157,6 +194,7 @@ impl Tile<'_> {
                 record: recording.then_some(&mut record),
                 sample,
                 pixel_of: &|row| self.pixel(row),
+                memory: memory.as_deref_mut(),
             };
             self.sample(sample, order, columns, color, aovs, occluders, ledger);
             counts.add(&ledger.counts);

@@ -47,6 +47,11 @@ impl SceneBuilder {
         self.tables.transforms.push(local)
     }
 
+    /// `local` at time 0, then through the keys in the order of their times.
+    pub fn moving(&mut self, local: Affine, keys: &[Key]) -> TransformId {
+        self.tables.transforms.push_moving(local, keys)
+    }
+
     pub fn material(&mut self, name: &str, material: Material) -> MaterialId {
         self.tables.materials.push(name, material)
     }

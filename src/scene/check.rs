@@ -7,6 +7,7 @@ mod graph;
 mod looks;
 mod shapes;
 
+pub(super) use graph::at_time;
 pub(crate) use graph::children_first;
 
 use super::Tables;
@@ -75,6 +76,16 @@ pub enum SceneError {
         "{what} is placed by a transform that becomes singular or infinite together with those above it"
     )]
     SingularPath { what: Entity },
+    #[error(
+        "{what} has a motion that is singular at time {time:.6}, between two keys; matrices are \
+         interpolated element by element, so turn in smaller steps: give more keys"
+    )]
+    SingularMotion { what: Entity, time: f64 },
+    #[error(
+        "at time {time} {what} is placed by a transform that becomes singular or infinite \
+         together with those above it"
+    )]
+    SingularPathAt { what: Entity, time: f64 },
     #[error("{what} has {field} = {value}, which is not a finite number")]
     NotFinite {
         what: Entity,
@@ -138,6 +149,8 @@ impl SceneError {
             | SceneError::Cycle { what, .. }
             | SceneError::SingularTransform { what }
             | SceneError::SingularPath { what }
+            | SceneError::SingularMotion { what, .. }
+            | SceneError::SingularPathAt { what, .. }
             | SceneError::NotFinite { what, .. }
             | SceneError::OutOfRange { what, .. }
             | SceneError::Degenerate { what, .. }

@@ -17,6 +17,7 @@ mod ids;
 mod lights;
 mod materials;
 mod meshes;
+mod motion;
 mod names;
 mod nodes;
 mod paths;
@@ -37,6 +38,7 @@ pub use ids::*;
 pub use lights::{Falloff, Light};
 pub use materials::{Material, Materials, Model, Rgb};
 pub use meshes::{Mesh, MeshData, Meshes};
+pub use motion::{Key, Motions};
 pub use names::Names;
 pub use nodes::{Edge, Edges, Nodes, Target};
 pub use polygons::{Polygons, Polyhedra};
@@ -113,6 +115,22 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// The same scene at a time of its motion, 0 to 1: the transforms that move
+    /// and their inverses are made anew, the rest stays where it is. Refused
+    /// where paths become singular at that time; each motion by itself does not.
+    pub fn at(mut self, time: f64) -> Result<Scene, SceneError> {
+        if !self.transforms.motions.is_empty() {
+            self.tables.transforms.set_time(time);
+            check::at_time(&self.tables, time)?;
+        }
+        Ok(self)
+    }
+
+    /// Whether anything moves.
+    pub fn moves(&self) -> bool {
+        !self.transforms.motions.is_empty()
+    }
+
     /// The scene as seen by camera `row`, with the default view and lights where
     /// it brings none; `aspect` is the picture's width over its height.
     pub fn completed(

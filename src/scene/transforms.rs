@@ -1,9 +1,11 @@
 //! Local transforms and their inverses, both f64, one row per distinct use.
 //!
 //! Row 0 is the identity. The inverse is computed once, when the row is added;
-//! a row without one is caught by the scene's check.
+//! a row without one is caught by the scene's check. Rows that move have keys
+//! beside them (`motion.rs`); `local` is theirs at the tables' time, 0 at first.
 
 use super::ids::TransformId;
+use super::motion::{Key, Motions};
 use crate::math::Affine;
 
 #[derive(Clone, Debug)]
@@ -12,6 +14,7 @@ pub struct Transforms {
     pub local: Vec<Affine>,
     /// `child_from_parent`; `None` where `local` is singular or not finite.
     pub inverse: Vec<Option<Affine>>,
+    pub motions: Motions,
 }
 
 impl Default for Transforms {
@@ -19,6 +22,7 @@ impl Default for Transforms {
         Transforms {
             local: vec![Affine::IDENTITY],
             inverse: vec![Some(Affine::IDENTITY)],
+            motions: Motions::default(),
         }
     }
 }
@@ -28,9 +32,29 @@ impl Transforms {
         if local.is_identity() {
             return TransformId::IDENTITY;
         }
+        self.add(local)
+    }
+
+    /// A row that is `local` at time 0 and moves through the keys, which stand
+    /// in the order of their times. Never row 0, wherever it starts.
+    pub fn push_moving(&mut self, local: Affine, keys: &[Key]) -> TransformId {
+        let id = self.add(local);
+        self.motions.push(id, local, keys);
+        id
+    }
+
+    fn add(&mut self, local: Affine) -> TransformId {
         self.local.push(local);
         self.inverse.push(local.inverse());
         TransformId(self.local.len() as u32 - 1)
+    }
+
+    /// Brings the rows that move to a time.
+    pub(super) fn set_time(&mut self, time: f64) {
+        for (row, local) in self.motions.at(time) {
+            self.local[row.index()] = local;
+            self.inverse[row.index()] = local.inverse();
+        }
     }
 
     pub fn len(&self) -> usize {
@@ -43,5 +67,6 @@ impl Transforms {
 
     pub fn bytes(&self) -> usize {
         self.local.len() * (size_of::<Affine>() + size_of::<Option<Affine>>())
+            + self.motions.bytes()
     }
 }

@@ -15,7 +15,8 @@ use crate::math::unit;
 use crate::plan::Kernels;
 use crate::scene::{Light, Material, Rgb};
 use crate::trace::{
-    HitId, Hits, ItemBuffer, Outcome, RayKind, TILE, TracedRay, any, closest, closest_listed,
+    GuessCounts, HitId, Hits, ItemBuffer, Last, Outcome, RayKind, Rays, Reuse, TILE, TracedRay,
+    any, closest, closest_after, closest_listed,
 };
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
@@ -57,6 +58,66 @@ pub struct Ledger<'a> {
     /// For the record: sample number, and the picture's pixel of a film row.
     pub sample: u32,
     pub pixel_of: &'a dyn Fn(u32) -> u32,
+    /// Camera rays' hits of the frame before, for those of this one.
+    pub memory: Option<&'a mut Memory>,
+}
+
+/// What a film's camera rays met, to be tried first when they are traced in the
+/// next frame: a row per ray, in the order in which they are traced. Empty at
+/// first.
+#[derive(Debug, Default)]
+pub struct Memory {
+    pub reuse: Reuse,
+    t: Vec<f64>,
+    id: Vec<HitId>,
+    /// Scratch.
+    bounds: Vec<f32>,
+    /// Rays of this frame so far.
+    row: usize,
+    pub counts: GuessCounts,
+}
+
+impl Memory {
+    pub fn new(reuse: Reuse) -> Memory {
+        Memory {
+            reuse,
+            ..Memory::default()
+        }
+    }
+
+    /// The next frame begins.
+    pub fn restart(&mut self) {
+        self.row = 0;
+        self.counts = GuessCounts::default();
+    }
+
+    /// Traces the next piece of the camera rays, `count` of them and the rest
+    /// padding, and remembers what they meet.
+    fn closest(
+        &mut self,
+        world: &World,
+        kernels: &Kernels,
+        rays: &Rays,
+        count: usize,
+        hits: &mut Hits,
+    ) {
+        let here = self.row..self.row + count;
+        self.row = here.end;
+        self.bounds.resize(rays.len(), 0.0);
+        let last = Last {
+            reuse: self.reuse,
+            t: self.t.get(here.clone()).unwrap_or_default(),
+            id: self.id.get(here.clone()).unwrap_or_default(),
+        };
+        let counts = closest_after(world, kernels, rays, &last, &mut self.bounds, hits);
+        self.counts.add(&counts);
+        if self.t.len() < here.end {
+            self.t.resize(here.end, 0.0);
+            self.id.resize(here.end, HitId::NONE);
+        }
+        self.t[here.clone()].copy_from_slice(&hits.t[..count]);
+        self.id[here].copy_from_slice(&hits.id[..count]);
+    }
 }
 
 /// One hit of a primary ray, for AOVs: the film row, the surface, t and the id.
@@ -162,12 +223,16 @@ impl Integrator<'_> {
         t.resize(batch.len(), 0.0);
         id.resize(batch.len(), HitId::NONE);
         let hits = &mut Hits { t, id };
-        match self.items.filter(|_| depth == 0) {
-            Some((items, tile)) => {
+        // A list finds what is nearest without a bound.
+        match (self.items, &mut ledger.memory) {
+            (Some((items, tile)), _) if depth == 0 => {
                 let items = (items, tile + first / TILE);
                 closest_listed(self.world, &self.kernels, &batch, items, hits);
             }
-            None => closest(self.world, &self.kernels, &batch, hits),
+            (None, Some(memory)) if depth == 0 => {
+                memory.closest(self.world, &self.kernels, &batch, count, hits);
+            }
+            _ => closest(self.world, &self.kernels, &batch, hits),
         }
         note_counts(&wave.kind[rays.clone()], &id[..count], depth, ledger);
 

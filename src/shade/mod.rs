@@ -6,7 +6,7 @@ mod material;
 mod surface;
 mod wave;
 
-pub use integrate::{Columns, Integrator, Ledger, RayCounts};
+pub use integrate::{Columns, Integrator, Ledger, Memory, RayCounts};
 pub use light::Arrival;
 pub use material::{Onward, leaves_rays, onward, reflected};
 pub use surface::Surface;

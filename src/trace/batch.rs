@@ -46,6 +46,18 @@ impl Rays<'_> {
         self.t_max.is_empty()
     }
 
+    /// Some of them, at whole multiples of [`MAX_LANES`].
+    pub fn rows(&self, range: std::ops::Range<usize>) -> Self {
+        Rays {
+            origin: self.origin,
+            // Empty where nothing is asked of it.
+            org: self.org.map(|x| x.get(range.clone()).unwrap_or(x)),
+            dir: self.dir.map(|x| &x[range.clone()]),
+            t_min: &self.t_min[range.clone()],
+            t_max: &self.t_max[range],
+        }
+    }
+
     /// The origin of one ray.
     #[inline(always)]
     pub(super) fn start(&self, i: usize) -> [f64; 3] {

@@ -2,8 +2,10 @@
 //!
 //! Scene or mesh → worlds → ray sets → measure → report. Sets and triangles can
 //! be exported for other programs and read back. `--growth` does the same over
-//! generated meshes of rising size (`growth.rs`).
+//! generated meshes of rising size (`growth.rs`); `--frames` measures what one
+//! frame of a moving scene gains by another (`frames.rs`).
 
+mod frames;
 mod growth;
 mod report;
 mod work;
@@ -32,6 +34,9 @@ const MAX_RAYS: u64 = 1 << 25;
 pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     if args.growth.is_some() {
         return growth::run(args);
+    }
+    if let Some(frames) = args.frames {
+        return frames::run(args, frames);
     }
     let mut config = args.common.config(RENDER_SIZE)?;
     check_config(&mut config)?;

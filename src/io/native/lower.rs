@@ -11,8 +11,8 @@ use super::{lower_shape, rotate};
 use crate::io::{Dropped, LoadError, LoadOptions};
 use crate::math::Affine;
 use crate::scene::{
-    Camera, Edge, Entity, EntityKind, Falloff, Light, Material, MaterialId, Model, NodeId,
-    SceneBuilder, ShapeId, TransformId,
+    Camera, Edge, Entity, EntityKind, Falloff, Key, Light, Material, MaterialId, Model, NodeId,
+    SceneBuilder, ShapeId,
 };
 use glam::DVec3;
 use std::collections::HashMap;
@@ -141,9 +141,6 @@ fn find<I: Copy>(
 
 fn edge(names: &Names, row: &At<schema::Child>, scene: &mut SceneBuilder) -> Result<Edge> {
     let child = &row.value;
-    if let Some(motion) = &child.motion {
-        return Err(unsupported(names.source, "the key 'motion'", motion.at));
-    }
     let edge = match (&child.shape, &child.node) {
         (Some(name), None) => Edge::shape(find(names.source, "shape", &names.shapes, name)?),
         (None, Some(name)) => Edge::node(find(names.source, "node", &names.nodes, name)?),
@@ -160,11 +157,53 @@ fn edge(names: &Names, row: &At<schema::Child>, scene: &mut SceneBuilder) -> Res
         Some(name) => edge.material(find(names.source, "material", &names.materials, name)?),
         None => edge,
     };
-    let id = match &child.transform {
-        Some(steps) => scene.transform(transform(names.source, steps)?),
-        None => TransformId::IDENTITY,
+    let local = match &child.transform {
+        Some(steps) => transform(names.source, steps)?,
+        None => Affine::IDENTITY,
+    };
+    let id = match &child.motion {
+        Some(motion) => scene.moving(local, &keys(names.source, motion)?),
+        None => scene.transform(local),
     };
     Ok(edge.transform(id))
+}
+
+/// In the order of their times.
+fn keys(source: &Source, motion: &At<Vec<At<schema::Key>>>) -> Result<Vec<Key>> {
+    if motion.value.is_empty() {
+        let message = "motion has no keys; give one, such as { at = 1.0, transform = […] }, \
+                       or leave it out";
+        return Err(source.error(motion.at, message));
+    }
+    let mut keys: Vec<Key> = Vec::with_capacity(motion.value.len());
+    for row in &motion.value {
+        let schema::Key {
+            at,
+            transform: steps,
+        } = &row.value;
+        let (time, last) = (at.value, keys.last().map_or(0.0, |key| key.at));
+        let message = if !(time > 0.0 && time <= 1.0) {
+            format!("at = {time}; it must be above 0, where 'transform' holds, and at most 1")
+        } else if time <= last {
+            format!("at = {time} after {last}; give the keys in the order of their times")
+        } else {
+            let local = transform(source, steps)?;
+            if local.inverse().is_some() {
+                keys.push(Key { at: time, local });
+                continue;
+            }
+            "the transform of this key is singular (a scale of 0, or a matrix that flattens \
+             space); give every axis a size"
+                .into()
+        };
+        let place = if time > last && time <= 1.0 {
+            row.at
+        } else {
+            at.at
+        };
+        return Err(source.error(place, message));
+    }
+    Ok(keys)
 }
 
 /// The product of the steps, the first applied first.

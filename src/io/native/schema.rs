@@ -254,9 +254,20 @@ pub struct Child {
     pub material: Option<At<String>>,
     /// Applied first to last; nothing if absent.
     pub transform: Option<Vec<At<Step>>>,
+    /// Where it is at later times of a sequence of frames, at least one key;
+    /// `transform` is where it is at time 0.
+    pub motion: Option<At<Vec<At<Key>>>>,
+}
 
-    #[schemars(skip)]
-    pub motion: Option<At<Later>>,
+/// Where a placement is at a time. Between keys the matrices are interpolated
+/// element by element.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Key {
+    /// Above 0 and the key before, at most 1.
+    pub at: At<f64>,
+    /// In place of the placement's own; applied first to last.
+    pub transform: Vec<At<Step>>,
 }
 
 /// One step of a transform; exactly one kind.

@@ -2,7 +2,8 @@
 //! space, alone and along every path.
 
 use super::{Entity, EntityKind, SceneError, shape_entity};
-use crate::scene::ids::ShapeId;
+use crate::scene::ids::{ShapeId, TransformId};
+use crate::scene::motion::{Key, singular_time};
 use crate::scene::nodes::Target;
 use crate::scene::{Edges, Shape, Tables};
 
@@ -186,11 +187,63 @@ pub(super) fn transforms(scene: &Tables) -> Result<(), SceneError> {
                     what: what(i as u32),
                 });
             }
+            if let Some(keys) = scene.transforms.motions.of_transform(edges.transform[i]) {
+                motion(keys, &|| what(i as u32))?;
+            }
         }
         Ok(())
     };
     of_edges(&scene.instances, &|i| instance(scene, i))?;
     of_edges(&scene.edges, &|i| child(scene, &parents, i))
+}
+
+fn motion(keys: &[Key], what: &dyn Fn() -> Entity) -> Result<(), SceneError> {
+    let mut last = 0.0;
+    // The first is the transform itself.
+    for key in &keys[1..] {
+        if !(key.at > last && key.at <= 1.0) {
+            return Err(SceneError::OutOfRange {
+                what: what(),
+                field: "at of a motion's key",
+                value: key.at.to_string(),
+                must: "above 0 and the key before, and at most 1",
+            });
+        }
+        last = key.at;
+        if !key.local.is_finite() {
+            return Err(SceneError::NotFinite {
+                what: what(),
+                field: "transform of a motion's key",
+                value: "NaN or infinity in its matrix".into(),
+            });
+        }
+        if key.local.inverse().is_none() {
+            let time = key.at;
+            return Err(SceneError::SingularMotion { what: what(), time });
+        }
+    }
+    match singular_time(keys) {
+        Some(time) => Err(SceneError::SingularMotion { what: what(), time }),
+        None => Ok(()),
+    }
+}
+
+/// What the first check could not know of a scene that moves.
+pub(in crate::scene) fn at_time(scene: &Tables, time: f64) -> Result<(), SceneError> {
+    let motions = &scene.transforms.motions;
+    let inverse = |row: &TransformId| scene.transforms.inverse[row.index()];
+    let regular = motions.of.iter().all(|row| inverse(row).is_some());
+    // This names what is singular.
+    let checked = if regular {
+        appearances(scene)
+    } else {
+        transforms(scene)
+    };
+    checked.map_err(|error| match error {
+        SceneError::SingularTransform { what } => SceneError::SingularMotion { what, time },
+        SceneError::SingularPath { what } => SceneError::SingularPathAt { what, time },
+        error => error,
+    })
 }
 
 /// Products along paths: each matrix is fine by itself, their product may

@@ -92,6 +92,7 @@ fn trace(question: Question) -> Traced {
         record: None,
         sample: 0,
         pixel_of: &|row| row,
+        memory: None,
     };
     let mut columns = Columns::new(&arena);
     for _ in 0..question.samples {

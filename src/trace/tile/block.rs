@@ -31,7 +31,7 @@ pub(super) struct Edges {
     /// By how much an edge function may be wrong, at most, over all rays.
     margin: [f32; WIDE],
     /// The corners' least depth.
-    nearest: [f32; WIDE],
+    pub nearest: [f32; WIDE],
     /// The corners' greatest depth.
     farthest: [f32; WIDE],
     /// Triangles that may be in front of the origin.
@@ -215,7 +215,9 @@ impl Edges {
     /// one direction the depth, and nothing. That the triangle begins before the
     /// ray's limit is asked of each ray, and not only of the group: T / det may
     /// come out nearer than the triangle is, and the answer must not depend on
-    /// which rays make a group.
+    /// which rays make a group. For the same reason a depth counts as no less
+    /// than `nearest`: then neither the order of visits nor a limit that was
+    /// known before shows.
     #[inline(always)]
     pub fn rays<P: Projection, L: Lanes>(
         &self,

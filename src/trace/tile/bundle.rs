@@ -4,6 +4,7 @@ use super::parallel::{Shear, Starts};
 use crate::accel::Frustum;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Vec3};
+use crate::trace::query::Query;
 
 /// What a tile's rays have in common, at compile time.
 pub(super) trait Projection {
@@ -108,35 +109,40 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
 
     /// Takes in other rays. `org`: of all rays; `alive`: the others take the
     /// place of the middle ray. False where the rays do not advance together
-    /// along one axis; then nothing may be asked. The same for all widths: the
-    /// main axis is the middle ray's.
+    /// along one axis; then nothing may be asked. The same for all widths, and
+    /// whatever the limits that have put rays to sleep: the main axis is that of
+    /// the middle ray of `all`.
     #[inline(always)]
     pub fn take_in(
         &mut self,
         org: [f64; 3],
         dirs: impl Fn(usize) -> Vec3<L>,
+        all: &[L::Mask; S],
         alive: &[L::Mask; S],
         bounds: &Aabb32,
     ) -> bool {
         for (s, group) in self.groups.iter_mut().enumerate() {
             group.dir = dirs(s);
         }
-        let Some(middle) = self.middle_ray(alive) else {
+        let (Some(leader), Some(middle)) = (self.middle_ray(all), self.middle_ray(alive)) else {
             return false;
         };
-        let (axes, sign) = main_axis(middle);
+        let (axes, sign) = main_axis(leader);
         let k = axes[2];
         let stand_in = Vec3::<L>::splat(middle);
         let mut slopes = [[f32::INFINITY, f32::NEG_INFINITY]; 2];
         let mut wild = false;
         let (one, tiny) = (L::from_f32(1.0), L::from_f32(LEAST_SLOPE));
         let safe = |x: L| L::select(x.abs().lt(tiny), tiny, x);
-        for (group, alive) in self.groups.iter_mut().zip(alive) {
-            let dir = Vec3::select(*alive, group.dir, stand_in);
+        for ((group, all), alive) in self.groups.iter_mut().zip(all).zip(alive) {
+            let dir = group.dir;
             let along = dir.axis(k) * L::from_f32(sign);
             let (a, b) = (dir.axis(axes[0]), dir.axis(axes[1]));
             let steep = a.abs().max(b.abs()).le(along * L::from_f32(STEEPEST));
-            wild |= (!steep).any();
+            wild |= (*all & !steep).any();
+            let dir = Vec3::select(*alive, dir, stand_in);
+            let along = dir.axis(k) * L::from_f32(sign);
+            let (a, b) = (dir.axis(axes[0]), dir.axis(axes[1]));
             let (u, v) = (a / along, b / along);
             group.dir = dir;
             group.inv_u = one / safe(u);
@@ -193,16 +199,25 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
         (0..S * L::COUNT).find(is_alive)
     }
 
-    /// Takes over each ray's limit in t; negative ones are done.
+    /// Takes over each ray's limit in t; negative ones are done. Of closest hits
+    /// a little beyond: depths and t's are rounded apart, and which of two
+    /// shapes is nearer is for their t's to say, whichever comes first.
     #[inline(always)]
-    pub fn limit_t(&mut self, s: usize, limit: L) {
+    pub fn limit_t<Q: Query<L>>(&mut self, s: usize, limit: L) {
+        let slack = if Q::ANY {
+            1.0
+        } else {
+            1.0 + 8.0 * f32::EPSILON
+        };
         let group = &mut self.groups[s];
         group.limit = if self.parallel {
             let asleep = limit.lt(L::zero());
             let depth = self.starts[s].depth + limit * group.along;
-            L::select(asleep, -L::from_f32(1.0), depth)
+            // Depths are rounded relative to how far they reach.
+            let beyond = L::from_f32((slack - 1.0) * self.reach);
+            L::select(asleep, -L::from_f32(1.0), depth + beyond)
         } else {
-            limit * group.along
+            limit * (group.along * L::from_f32(slack))
         };
         group.set_deepest();
     }

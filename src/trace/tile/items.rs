@@ -51,7 +51,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             }
         }
         for (s, query) in queries.iter().enumerate() {
-            self.bundle.limit_t(s, query.limit());
+            self.bundle.limit_t::<Q>(s, query.limit());
         }
         for run in items.chunk_by(|a, b| a.entry == b.entry) {
             let entry = &world.entries[run[0].entry as usize];

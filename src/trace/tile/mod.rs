@@ -137,9 +137,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             let dir = |k: usize| super::batch::load_f32::<L>(&rays.dir[k][at(s)..]);
             Vec3::new(dir(0), dir(1), dir(2))
         };
-        let alive: [L::Mask; S] = std::array::from_fn(|s| {
-            super::batch::load_f32::<L>(&rays.t_max[at(s)..]).gt(L::zero())
-        });
+        let alive: [L::Mask; S] = std::array::from_fn(|s| Self::alive(rays, at(s)));
         let bounds = &world.wide()?.top.bounds;
         let Bundles {
             world: bundle,
@@ -147,10 +145,10 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         } = bundles;
         let dir = dir.map(f64::from);
         let taken = if one_origin {
-            bundle.take_in(org, dirs, &alive, bounds)
+            bundle.take_in(org, dirs, &alive, &alive, bounds)
         } else {
             let orgs = |s: usize| Self::starts(rays, at(s));
-            bundle.take_in_parallel(orgs, dir, &alive, bounds)
+            bundle.take_in_parallel(orgs, dir, &alive, &alive, bounds)
         };
         taken.then_some(Tile {
             world,
@@ -161,6 +159,12 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             bundle,
             spare,
         })
+    }
+
+    /// The rays of a group that are no padding.
+    #[inline(always)]
+    fn alive(rays: &Rays, first: usize) -> L::Mask {
+        super::batch::load_f32::<L>(&rays.t_max[first..]).gt(L::zero())
     }
 
     /// Where the rays of a group start that do not start at one point.
@@ -209,7 +213,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             }
         }
         for (s, query) in queries.iter().enumerate() {
-            self.bundle.limit_t(s, query.limit());
+            self.bundle.limit_t::<Q>(s, query.limit());
         }
         let Some(forest) = world.wide() else { return };
         let top = &forest.top;
@@ -275,7 +279,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             if active[s].any() {
                 let packet = self.packet(s);
                 Tester::<L, C, F>::new(self.world, &packet).solid(entry, active[s], query);
-                self.bundle.limit_t(s, query.limit());
+                self.bundle.limit_t::<Q>(s, query.limit());
             }
         }
     }
@@ -301,7 +305,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         };
         through(inside, queries);
         for (s, query) in queries.iter().enumerate() {
-            self.bundle.limit_t(s, query.limit());
+            self.bundle.limit_t::<Q>(s, query.limit());
         }
     }
 
@@ -331,14 +335,18 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         };
         let (bundle, bounds) = (&mut *self.spare, &mesh.tree.bounds);
         let taken = if self.bundle.parallel {
+            let at = |s: usize| self.first + s * L::COUNT;
             let orgs = |s: usize| {
-                let org = Self::starts(self.rays, self.first + s * L::COUNT);
+                let org = Self::starts(self.rays, at(s));
                 map.points(org) - Vec3::splat(center.to_array())
             };
-            bundle.take_in_parallel(orgs, map.vector(self.dir), &active, bounds)
+            let all = std::array::from_fn(|s| Self::alive(self.rays, at(s)));
+            bundle.take_in_parallel(orgs, map.vector(self.dir), &all, &active, bounds)
         } else {
+            // Stand-ins among them.
+            let all = [L::Mask::splat(true); S];
             let org = DVec3::from_array(map.point(self.org)) - center;
-            bundle.take_in(org.to_array(), dirs, &active, bounds)
+            bundle.take_in(org.to_array(), dirs, &all, &active, bounds)
         };
         if !taken {
             self.as_stream::<C, Q>(entry, id, &active, queries, streams);
@@ -346,7 +354,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         }
         let asleep = -L::from_f32(1.0);
         for (s, query) in queries.iter().enumerate() {
-            bundle.limit_t(s, L::select(active[s], query.limit(), asleep));
+            bundle.limit_t::<Q>(s, L::select(active[s], query.limit(), asleep));
         }
         let inside = InMesh {
             entry,
@@ -357,7 +365,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         };
         through(inside, queries);
         for (s, query) in queries.iter().enumerate() {
-            self.bundle.limit_t(s, query.limit());
+            self.bundle.limit_t::<Q>(s, query.limit());
         }
     }
 
@@ -580,7 +588,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                             let z = if P::PARALLEL {
                                 depth[slot]
                             } else {
-                                depth[slot] / det[slot]
+                                (depth[slot] / det[slot]).max(edges.nearest[slot])
                             };
                             if nearer(z, limit, block.source[slot], best, self.mesh) {
                                 limit = z;
@@ -614,7 +622,11 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                             self.places[s] = L::select(hit, place, self.places[s]);
                             continue;
                         }
-                        let z = if P::PARALLEL { depth } else { depth / det };
+                        let z = if P::PARALLEL {
+                            depth
+                        } else {
+                            (depth / det).max(L::from_f32(edges.nearest[slot]))
+                        };
                         let less = hit & z.lt(group.limit);
                         let mut tied = (hit & z.eq(group.limit)).bits();
                         group.limit = L::select(less, z, group.limit);
@@ -735,7 +747,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                 if met {
                     let asleep = self.bundle.groups[s].limit.lt(L::zero());
                     let limit = L::select(asleep, -L::from_f32(1.0), queries[s].limit());
-                    self.bundle.limit_t(s, limit);
+                    self.bundle.limit_t::<Q>(s, limit);
                 }
             }
         }

@@ -36,12 +36,14 @@ const FARTHEST: f32 = 1e20;
 impl<L: Lanes, const S: usize> Bundle<L, S> {
     /// Takes in other rays. `org`: of a group's rays; `alive`: the others take
     /// the place of the middle ray. False where f32 does not reach; then nothing
-    /// may be asked. The same for all widths.
+    /// may be asked. The same for all widths, and whatever the limits that have
+    /// put rays to sleep: lines and depths are relative to the rays of `all`.
     #[inline(always)]
     pub fn take_in_parallel(
         &mut self,
         org: impl Fn(usize) -> Vec3<L::Double>,
         dir: [f64; 3],
+        all: &[L::Mask; S],
         alive: &[L::Mask; S],
         bounds: &Aabb32,
     ) -> bool {
@@ -52,19 +54,23 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
         let along = dir[k].to_f64().abs();
         let slope = |k: usize| (dir[k].to_f64() / along) as f32;
         let slopes = [slope(ka), slope(kb)];
-        let middle = self.middle_of(alive);
-        let Some(middle) = middle.filter(|_| slopes.iter().all(|s| s.abs() <= 1.0)) else {
+        let (Some(leader), Some(middle)) = (self.middle_of(all), self.middle_of(alive)) else {
             return false;
         };
+        if !slopes.iter().all(|s| s.abs() <= 1.0) {
+            return false;
+        }
         let (depth_sign, infinity) = (f64::from(sign), L::Double::from_f64(f64::INFINITY));
-        let here = org(middle / L::COUNT);
-        let lane = middle % L::COUNT;
-        let stand_in = [here.x.lane(lane), here.y.lane(lane), here.z.lane(lane)];
+        let start_of = |ray: usize| {
+            let (here, lane) = (org(ray / L::COUNT), ray % L::COUNT);
+            [here.x.lane(lane), here.y.lane(lane), here.z.lane(lane)]
+        };
+        let (leader, stand_in) = (start_of(leader), start_of(middle));
         let mut first = f64::INFINITY;
-        for (s, alive) in alive.iter().enumerate() {
-            let alive = <L::Double as Lanes>::Mask::from_bits(alive.bits());
+        for (s, all) in all.iter().enumerate() {
+            let all = <L::Double as Lanes>::Mask::from_bits(all.bits());
             let depth = org(s).axis(k) * L::Double::from_f64(depth_sign);
-            first = first.min(L::Double::select(alive, depth, infinity).least());
+            first = first.min(L::Double::select(all, depth, infinity).least());
         }
         // Not rounded up: no ray starts at a negative depth.
         let rounded = first as f32;
@@ -73,7 +79,7 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
         } else {
             rounded
         };
-        let about = [stand_in[ka] as f32, stand_in[kb] as f32, base];
+        let about = [leader[ka] as f32, leader[kb] as f32, base];
         let place = [
             f64::from(about[0]),
             f64::from(about[1]),
@@ -89,17 +95,23 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
                 s
             }
         });
-        for (s, alive) in alive.iter().enumerate() {
-            let alive = <L::Double as Lanes>::Mask::from_bits(alive.bits());
-            let org = Vec3::select(alive, org(s), Vec3::splat(stand_in));
+        let relative = |org: &Vec3<L::Double>| {
             let a = org.axis(ka) - splat(place[0]);
             let b = org.axis(kb) - splat(place[1]);
             let depth = org.axis(k) * splat(depth_sign) - splat(place[2]);
-            let u = L::narrow(a - splat(f64::from(slopes[0])) * depth);
-            let v = L::narrow(b - splat(f64::from(slopes[1])) * depth);
-            for (spread, x) in spread.iter_mut().zip([a, b, depth]) {
+            [a, b, depth]
+        };
+        for (s, (all, alive)) in all.iter().zip(alive).enumerate() {
+            let all = <L::Double as Lanes>::Mask::from_bits(all.bits());
+            let alive = <L::Double as Lanes>::Mask::from_bits(alive.bits());
+            let org = Vec3::select(all, org(s), Vec3::splat(leader));
+            for (spread, x) in spread.iter_mut().zip(relative(&org)) {
                 *spread = spread.max(x.abs().greatest() as f32);
             }
+            let org = Vec3::select(alive, org, Vec3::splat(stand_in));
+            let [a, b, depth] = relative(&org);
+            let u = L::narrow(a - splat(f64::from(slopes[0])) * depth);
+            let v = L::narrow(b - splat(f64::from(slopes[1])) * depth);
             let starts = &mut self.starts[s];
             starts.org = Vec3::new(L::narrow(org.x), L::narrow(org.y), L::narrow(org.z));
             starts.depth = L::narrow(depth);

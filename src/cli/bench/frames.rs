@@ -1,0 +1,119 @@
+//! `lanecast bench SCENE --frames N`: what a frame gains by the one before.
+
+use super::check_config;
+use crate::accel::{Structure, World};
+use crate::cli::args::{BenchArgs, RENDER_SIZE};
+use crate::cli::error::CliError;
+use crate::cli::interrupt;
+use crate::cli::output::{Results, check_destinations};
+use crate::cli::pipeline::prepare;
+use crate::io::LoadError;
+use crate::measure::clock::Clock;
+use crate::measure::frames::{FrameReport, Question, measure};
+use crate::measure::kinds::Kind;
+use crate::measure::rays::{Source, direction_of, light_of, ray_sets};
+use crate::measure::{Stats, Watch};
+use crate::plan::{Choices, Precision, plan};
+use std::path::Path;
+
+pub fn run(args: &BenchArgs, frames: u32) -> Result<(), CliError> {
+    let mut config = args.common.config(RENDER_SIZE)?;
+    check_config(&mut config)?;
+    let path = args.scene.as_deref().unwrap_or(Path::new(""));
+    check_destinations(&[path], &[], args.common.sinks())?;
+    let progress = interrupt::watch();
+    let mut watch = Watch::start();
+    let mut stats = Stats::default();
+    let options = args.common.load_options();
+    let prepared = prepare(Some(path), &options, &config, &mut watch, &mut stats)?;
+    let planned = |precision| {
+        let choices = Choices {
+            precision,
+            ..config.choices
+        };
+        plan(&prepared.scene, &prepared.appearances, &choices)
+            .map_err(|e| CliError::Usage(e.to_string()))
+    };
+    let (pool, camera) = (&prepared.pool, prepared.camera);
+    let kernels = planned(Precision::Exact)?.kernels;
+    // Camera rays do not depend on the world.
+    let sets = pool.install(|| {
+        let world = World::build(&prepared.scene, &prepared.appearances, Structure::Bvh);
+        let light = light_of(&world, &camera);
+        let source = Source {
+            world: &world,
+            kernels,
+            camera,
+            grid: config.grid,
+            size: [config.width, config.height],
+            order: args.order,
+            light,
+            direction: direction_of(&world, light),
+        };
+        ray_sets(&source, &[Kind::Primary], &progress)
+    });
+    let sets = sets.ok_or(CliError::Interrupted)?;
+    let precisions = match args.common.precision {
+        Some(precision) => vec![precision],
+        None => vec![Precision::Fast, Precision::Exact],
+    };
+    let mut report = FrameReport::default();
+    for precision in precisions {
+        let question = Question {
+            rays: &sets[0],
+            kernels: planned(precision)?.kernels,
+            precision: precision.name(),
+            frames,
+            reps: args.reps,
+            clock: Clock::of(pool.current_num_threads()),
+        };
+        let scene = prepared.scene.clone();
+        let measured = pool.install(|| measure(scene, &question, &progress));
+        let measured = measured.map_err(|source| LoadError::Scene {
+            path: path.into(),
+            place: None,
+            source,
+        })?;
+        let measured = measured.ok_or(CliError::Interrupted)?;
+        report.results.extend(measured.results);
+        report.renewals = measured.renewals;
+    }
+    stats.stages.push(watch.stage("bench"));
+    stats.finish();
+    let mut results = Results::default();
+    results.add(&args.common.stats, &stats)?;
+    results.add(&args.common.json, &report)?;
+    interrupt::check(&progress)?;
+    results.commit(&table(&report))
+}
+
+fn table(report: &FrameReport) -> String {
+    let mut text = format!("{:<10} {:>12} {:>12}\n", "top tree", "ms", "SAH");
+    for row in &report.renewals {
+        let milliseconds = row.seconds * 1e3;
+        text += &format!(
+            "{:<10} {milliseconds:>12.4} {:>12.2}\n",
+            row.top_tree, row.sah
+        );
+    }
+    text += &format!(
+        "\n{:<8} {:<10} {:<6} {:>9} {:>8} {:>9} {:>9} {:>10}\n",
+        "mode", "top tree", "reuse", "Mrays/s", "speedup", "bounded", "lost", "mismatches"
+    );
+    for row in &report.results {
+        let share =
+            |count: u64| 100.0 * count as f64 / (row.rays * row.frames as u64).max(1) as f64;
+        text += &format!(
+            "{:<8} {:<10} {:<6} {:>9.2} {:>7.2}x {:>8.1}% {:>8.2}% {:>10}\n",
+            row.precision,
+            row.top_tree,
+            row.reuse.name(),
+            row.mrays_per_s,
+            row.speedup,
+            share(row.guesses.bounded),
+            share(row.guesses.lost),
+            row.mismatches,
+        );
+    }
+    text
+}

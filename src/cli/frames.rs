@@ -1,0 +1,148 @@
+//! `lanecast render --frames N`: a sequence of pictures over the scene's motion.
+//!
+//! Frame i of N is of time i / (N − 1). From one to the next the meshes' trees
+//! are kept, the top tree is fitted or built again, and camera rays begin with
+//! what they met before; no bit of a picture shows any of it.
+
+use super::args::RenderArgs;
+use super::error::CliError;
+use super::interrupt;
+use super::output::{Results, check_destinations};
+use super::pipeline::{Prepared, prepare, structure};
+use super::progress::{Drawing, rate};
+use crate::accel::{Kept, Renewal, WORST_REFIT, World};
+use crate::io::{AovSet, LoadError, picture_files};
+use crate::measure::{FrameStats, Stats, Watch};
+use crate::render::{FrameMemory, RenderConfig, View, render_after};
+use crate::scene::Appearances;
+use std::path::{Path, PathBuf};
+
+pub fn run(
+    args: &RenderArgs,
+    config: &RenderConfig,
+    output: &Path,
+    frames: u32,
+    mut stats: Stats,
+) -> Result<(), CliError> {
+    let paths: Vec<PathBuf> = (0..frames).map(|i| numbered(output, i)).collect();
+    let files = paths.iter().map(|path| files(path, config.aovs));
+    let files: Vec<PathBuf> = files.collect::<Result<Vec<_>, _>>()?.concat();
+    let inputs: Vec<&Path> = args.scene.as_deref().into_iter().collect();
+    check_destinations(&inputs, &files, args.common.sinks())?;
+
+    let progress = interrupt::watch();
+    let mut watch = Watch::start();
+    let options = args.common.load_options();
+    let scene = args.scene.as_deref();
+    let prepared = prepare(scene, &options, config, &mut watch, &mut stats)?;
+    interrupt::check(&progress)?;
+    let structure = structure(&prepared.plan, &prepared.kd);
+    let Prepared {
+        mut scene,
+        camera,
+        plan,
+        pool,
+        ..
+    } = prepared;
+
+    let mut results = Results::default();
+    let mut memory = FrameMemory::new(args.reuse);
+    let mut kept: Option<Kept> = None;
+    for (number, path) in paths.iter().enumerate() {
+        let first = stats.stages.len();
+        let time = time(number as u32, frames);
+        let of_scene = |source| LoadError::Scene {
+            path: args.scene.clone().unwrap_or("the built-in scene".into()),
+            place: None,
+            source,
+        };
+        scene = scene.at(time).map_err(of_scene)?;
+        let appearances = Appearances::of(&scene).map_err(of_scene)?;
+        stats.stages.push(watch.stage("place"));
+        let (world, renewal) = pool.install(|| match kept.take() {
+            Some(kept) => World::next(kept, &scene, &appearances, structure, WORST_REFIT),
+            None => (
+                World::build(&scene, &appearances, structure),
+                Renewal::Built,
+            ),
+        });
+        for (name, bytes) in world.bytes() {
+            stats.memory.insert(name.into(), bytes as u64);
+        }
+        stats.stages.push(watch.stage("build"));
+        interrupt::check(&progress)?;
+        let view = View {
+            world: &world,
+            kernels: plan.kernels,
+            camera,
+            lights: &scene.lights,
+        };
+        let drawing = Drawing::start(&progress);
+        let rendered = pool.install(|| render_after(&view, config, &mut memory, &progress));
+        drop(drawing);
+        let rendered = rendered?;
+        stats.rays.add(&rendered.counts);
+        stats.stages.push(watch.stage("render"));
+        rendered.picture.save_into(path, &mut results.outputs)?;
+        stats.stages.push(watch.stage("write"));
+        stats.frames.push(FrameStats {
+            frame: number as u32,
+            time,
+            top_tree: renewal.name(),
+            stages: stats.stages[first..].to_vec(),
+            rays: rendered.counts,
+            guesses: memory.counts(),
+        });
+        kept = Some(world.keep());
+    }
+    stats.finish();
+    results.add(&args.common.stats, &stats)?;
+    results.add(&args.common.json, &stats)?;
+    interrupt::check(&progress)?;
+    results.commit(&format!(
+        "{} … {}: {frames} frames of {}x{}, {} rays in {:.3} s, {}\n",
+        files[0].display(),
+        files[files.len() - 1].display(),
+        config.width,
+        config.height,
+        stats.rays.total(),
+        stats.seconds("render"),
+        rate(stats.rays_per_second)
+    ))
+}
+
+/// Of a frame: 0 for the first, 1 for the last.
+pub fn time(frame: u32, frames: u32) -> f64 {
+    f64::from(frame) / f64::from(frames.saturating_sub(1).max(1))
+}
+
+fn files(path: &Path, aovs: AovSet) -> Result<Vec<PathBuf>, CliError> {
+    let files = picture_files(path, aovs).map_err(|e| CliError::Usage(e.to_string()))?;
+    Ok(files.into_iter().map(|(path, _)| path).collect())
+}
+
+/// `name.png` becomes `name_0007.png`.
+fn numbered(path: &Path, frame: u32) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_os_string();
+    name.push(format!("_{frame:04}"));
+    if let Some(extension) = path.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    path.with_file_name(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_have_names_and_times() {
+        let name = |path: &str, frame| numbered(path.as_ref(), frame);
+        assert_eq!(name("a/b.c.png", 7), PathBuf::from("a/b.c_0007.png"));
+        assert_eq!(name("x.exr", 12345), PathBuf::from("x_12345.exr"));
+        assert_eq!(name("x", 0), PathBuf::from("x_0000"));
+        assert_eq!([0, 1, 2].map(|i| time(i, 3)), [0.0, 0.5, 1.0]);
+        assert_eq!(time(0, 1), 0.0);
+    }
+}

@@ -380,8 +380,28 @@ one_lane!(f64, |x: f64, a, b| x * a + b);
 #[repr(transparent)]
 pub struct WideMask<W>(W);
 
+/// Reductions by registers of half the width: left to itself the compiler takes
+/// registers to pieces for them.
+macro_rules! by_halves {
+    ($half:ident, $count:literal) => {
+        #[inline(always)]
+        fn least(self) -> Self::Scalar {
+            let lanes = Lanes::to_array(self);
+            let (low, high) = lanes.split_at($count);
+            Lanes::least(Lanes::min(<$half as Lanes>::load(low), Lanes::load(high)))
+        }
+        #[inline(always)]
+        fn greatest(self) -> Self::Scalar {
+            let lanes = Lanes::to_array(self);
+            let (low, high) = lanes.split_at($count);
+            Lanes::greatest(Lanes::max(<$half as Lanes>::load(low), Lanes::load(high)))
+        }
+    };
+}
+
 macro_rules! wide_lanes {
-    ($w:ident, $s:ident, $bits:ident, $count:literal, $double:ident, $mul_add:expr) => {
+    ($w:ident, $s:ident, $bits:ident, $count:literal, $double:ident, $mul_add:expr
+        $(, $half:ident, $half_count:literal)?) => {
         impl BitAnd for WideMask<$w> {
             type Output = Self;
             #[inline(always)]
@@ -510,21 +530,46 @@ macro_rules! wide_lanes {
                     lanes[i] as f64
                 }))
             }
+            $(by_halves!($half, $half_count);)?
         }
     };
 }
 
 // Without hardware FMA `wide` rounds twice of itself, like `mul_add_f32`.
 wide_lanes!(f32x4, f32, u32, 4, f64x4, |x: f32x4, a, b| x.mul_add(a, b));
-wide_lanes!(f32x8, f32, u32, 8, f64x8, |x: f32x8, a, b| x.mul_add(a, b));
-wide_lanes!(f32x16, f32, u32, 16, f64x16, |x: f32x16, a, b| x
-    .mul_add(a, b));
+wide_lanes!(
+    f32x8,
+    f32,
+    u32,
+    8,
+    f64x8,
+    |x: f32x8, a, b| x.mul_add(a, b),
+    f32x4,
+    4
+);
+wide_lanes!(
+    f32x16,
+    f32,
+    u32,
+    16,
+    f64x16,
+    |x: f32x16, a, b| x.mul_add(a, b),
+    f32x8,
+    8
+);
 wide_lanes!(f64x4, f64, u64, 4, f64x4, |x: f64x4, a: f64x4, b: f64x4| x
     * a
     + b);
-wide_lanes!(f64x8, f64, u64, 8, f64x8, |x: f64x8, a: f64x8, b: f64x8| x
-    * a
-    + b);
+wide_lanes!(
+    f64x8,
+    f64,
+    u64,
+    8,
+    f64x8,
+    |x: f64x8, a: f64x8, b: f64x8| x * a + b,
+    f64x4,
+    4
+);
 
 /// Sixteen lanes of f64: two registers of eight.
 #[allow(non_camel_case_types)]

@@ -219,24 +219,26 @@ impl Buffers {
 
 /// Rows into columns, of which each is at least as long.
 fn transpose(rows: &[[f32; 3]], [x, y, z]: [&mut [f32]; 3]) {
-    // Fixed numbers of rows become shuffles of registers.
-    const AT_ONCE: usize = 16;
-    let (whole, rest) = rows.as_chunks::<AT_ONCE>();
-    let columns = x.as_chunks_mut().0.iter_mut();
-    let columns = columns.zip(y.as_chunks_mut().0).zip(z.as_chunks_mut().0);
-    for (rows, ((x, y), z)) in whole.iter().zip(columns) {
-        let (x, y, z): (
-            &mut [f32; AT_ONCE],
-            &mut [f32; AT_ONCE],
-            &mut [f32; AT_ONCE],
-        ) = (x, y, z);
-        for i in 0..AT_ONCE {
-            [x[i], y[i], z[i]] = rows[i];
-        }
+    // Of one known length, the loop becomes shuffles of registers.
+    let count = rows.len();
+    let (x, y, z) = (&mut x[..count], &mut y[..count], &mut z[..count]);
+    for i in 0..count {
+        [x[i], y[i], z[i]] = rows[i];
     }
-    for (i, row) in (whole.len() * AT_ONCE..).zip(rest) {
-        [x[i], y[i], z[i]] = *row;
-    }
+}
+
+/// The first row, if all are like it.
+fn common(rows: &[[f32; 3]]) -> Option<[f32; 3]> {
+    // Without a way out of its middle, a run is compared in registers.
+    const RUN: usize = 16;
+    let one = *rows.first()?;
+    let pattern = [one; RUN];
+    let (runs, rest) = rows.as_chunks::<RUN>();
+    let like = |run: &[[f32; 3]]| {
+        let pairs = run.as_flattened().iter().zip(pattern.as_flattened());
+        pairs.fold(true, |same, (a, b)| same & (a == b))
+    };
+    (runs.iter().all(|run| like(run)) && like(rest)).then_some(one)
 }
 
 /// Rays as the kernels want them, in whole packets.
@@ -256,7 +258,7 @@ impl Columns {
         let padded = count.next_multiple_of(MAX_LANES);
         let rows = first..first + count;
         let (org, dir) = (&rays.org[rows.clone()], &rays.dir[rows.clone()]);
-        let one = org.first().filter(|one| org.iter().all(|org| org == *one));
+        let one = common(org);
         self.origin = one.map(|one| one.map(f64::from));
         for k in 0..3 {
             let rows = if one.is_some() { 0 } else { padded };

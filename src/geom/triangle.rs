@@ -7,6 +7,12 @@
 //! lanes with different major axes run one after another, that both orientations
 //! are met, and that there is no f64 retry (that is what certainty is for).
 //! Callers bring corners into their [`canonical`] order.
+//!
+//! t comes from the weights in f64, as in the paper, with an error of a few
+//! roundings however steep the view; in f32 from the triangle's plane, which is
+//! off by the inverse cosine of the view times that, but kept within the
+//! corners' depths: it takes no weights, and rays of one origin share most of
+//! it.
 
 use super::ray::{Meet, Ray};
 use crate::math::Vec3;
@@ -45,24 +51,73 @@ pub fn meet_each<L: Lanes>(corners: &[Vec3<L>; 3], ray: &Ray<L>, active: L::Mask
     let mut hit = L::Mask::splat(false);
     let mut t = L::zero();
     for (k, lanes) in ray.shear.groups() {
-        let one = Seen::by(corners, ray, k).meet(ray.shear.along, ray.t_min);
-        let here = one.hit & lanes & active;
-        t = L::select(here, one.t, t);
+        let seen = Seen::by(corners, ray, k);
+        let (inside, weights) = seen.inside();
+        let inside = inside & lanes & active;
+        if inside.none() {
+            continue;
+        }
+        let (there, at) = if L::is_double() {
+            seen.depth(weights, ray.shear.along)
+        } else {
+            depth_of_plane(corners, ray, k)
+        };
+        let here = inside & there & at.gt(ray.t_min);
+        t = L::select(here, at, t);
         hit = hit | here;
     }
     Meet::certain(hit, t)
 }
 
 /// Where each lane's ray meets its triangle's plane, by the very steps of
-/// [`meet`], whether or not it passes inside. NaN or infinite where edge-on.
+/// [`meet`], whether or not it passes inside. Meaningless where edge-on.
 #[inline(always)]
 pub fn depth_each<L: Lanes>(corners: &[Vec3<L>; 3], ray: &Ray<L>) -> L {
     let mut t = L::zero();
     for (k, lanes) in ray.shear.groups() {
-        let seen = Seen::by(corners, ray, k);
-        t = L::select(lanes, seen.t(seen.weights(), ray.shear.along), t);
+        let at = if L::is_double() {
+            let seen = Seen::by(corners, ray, k);
+            seen.depth(seen.weights(), ray.shear.along).1
+        } else {
+            depth_of_plane(corners, ray, k).1
+        };
+        t = L::select(lanes, at, t);
     }
     t
+}
+
+/// [`plane_depth`] as t.
+#[inline(always)]
+fn depth_of_plane<L: Lanes>(corners: &[Vec3<L>; 3], ray: &Ray<L>, k: usize) -> (L::Mask, L) {
+    let from_origin = |v: usize| {
+        let p = corners[v] - ray.org;
+        [p.axis((k + 1) % 3), p.axis((k + 2) % 3), p.axis(k)]
+    };
+    let corners = [from_origin(0), from_origin(1), from_origin(2)];
+    let (there, depth) = plane_depth(corners, [ray.shear.x, ray.shear.y]);
+    (there, depth / ray.shear.along)
+}
+
+/// How deep a ray meets a triangle's plane, and whether it is not seen edge-on:
+/// (a·n) / (d·n), with corners a, b, c from the ray's origin, the last axis the
+/// one along the ray, n = (c − b) × (a − c), and d the direction, 1 along that
+/// axis. `shear`: the rest of d, negated. Kept within the depths of the corners,
+/// which also says what becomes of a product of the wrong sign.
+#[inline(always)]
+pub fn plane_depth<L: Lanes>([a, b, c]: [[L; 3]; 3], shear: [L; 2]) -> (L::Mask, L) {
+    let minus = |p: [L; 3], q: [L; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
+    let (p, q) = (minus(c, b), minus(a, c));
+    let n = [
+        p[1] * q[2] - p[2] * q[1],
+        p[2] * q[0] - p[0] * q[2],
+        p[0] * q[1] - p[1] * q[0],
+    ];
+    let depth_times_det = a[0].mul_add(n[0], a[1].mul_add(n[1], a[2] * n[2]));
+    let det = n[0].mul_add(-shear[0], n[1].mul_add(-shear[1], n[2]));
+    let edge_on = det.eq(L::zero()) | depth_times_det.eq(L::zero());
+    let (low, high) = (a[2].min(b[2]).min(c[2]), a[2].max(b[2]).max(c[2]));
+    let depth = (depth_times_det / det).max(low).min(high);
+    (!edge_on, depth)
 }
 
 /// A triangle as a ray sees it: relative to its origin, sheared along it.
@@ -95,27 +150,23 @@ impl<L: Lanes> Seen<L> {
         [cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax]
     }
 
+    /// Lanes whose ray passes inside or on the edge, and the weights.
     #[inline(always)]
-    fn t(&self, [u, v, w]: [L; 3], along: L) -> L {
-        let det = u + v + w;
-        (u * self.z[0] + v * self.z[1] + w * self.z[2]) / (det * along)
-    }
-
-    /// `along`: the ray's direction along its axis.
-    #[inline(always)]
-    pub fn meet(&self, along: L, t_min: L) -> Meet<L> {
-        let zero = L::zero();
+    pub fn inside(&self) -> (L::Mask, [L; 3]) {
         let [u, v, w] = self.weights();
         let least = u.min(v).min(w);
         let most = u.max(v).max(w);
-        let inside = least.ge(zero) | most.le(zero);
-        if inside.none() {
-            return Meet::certain(inside, zero);
-        }
-        let t = self.t([u, v, w], along);
-        // det = 0 (edge-on, or no area) gives an infinite or NaN t: never a hit.
-        let finite = t.abs().lt(L::splat(L::Scalar::INFINITY));
-        Meet::certain(inside & finite & t.gt(t_min), t)
+        (least.ge(L::zero()) | most.le(L::zero()), [u, v, w])
+    }
+
+    /// The weighted mean of the corners' depths as t, where it is a number: det
+    /// is 0 where edge-on, or without area. `along`: the ray's direction along
+    /// its axis.
+    #[inline(always)]
+    fn depth(&self, [u, v, w]: [L; 3], along: L) -> (L::Mask, L) {
+        let det = u + v + w;
+        let t = (u * self.z[0] + v * self.z[1] + w * self.z[2]) / (det * along);
+        (t.abs().lt(L::splat(L::Scalar::INFINITY)), t)
     }
 
     /// Lanes whose triangle the ray may meet in exact arithmetic, or at any

@@ -5,7 +5,7 @@
 //! there, and its answers are copied out. No answer depends on the chunks, nor
 //! on the number of threads. `bench` times all of this.
 
-use crate::accel::{Counter, Counts, World};
+use crate::accel::{Counter, Counts, World, prefetch};
 use crate::io::RaySet;
 use crate::plan::Kernels;
 use crate::render::Progress;
@@ -16,6 +16,7 @@ use crate::trace::{
 use rayon::prelude::*;
 use std::cell::RefCell;
 use std::hint::black_box;
+use std::ops::Range;
 
 /// The question to a ray set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,7 +62,7 @@ impl Answers {
 
 /// Rays that are converted and traced at a time: the columns stay in the
 /// second-level cache.
-const CHUNK: usize = 2048;
+const CHUNK: usize = 4096;
 
 thread_local! {
     static BUFFERS: RefCell<Buffers> = RefCell::default();
@@ -217,7 +218,23 @@ impl Buffers {
     }
 }
 
-/// Rows into columns, of which each is at least as long.
+/// Rows that are converted at a time, and how far ahead of them memory is asked
+/// for: each column is a stream of its own, which the machine's own prefetching
+/// loses at every page.
+const RUN: usize = MAX_LANES;
+const AHEAD: usize = 16 * RUN;
+
+/// Asks for the rows of a column that come [`AHEAD`] of a run's.
+fn expect<T>(column: &[T], run: usize) {
+    let first = run + AHEAD;
+    if let Some(rows) = column.get(first..first + RUN) {
+        for row in rows.iter().step_by(64 / size_of::<T>()) {
+            prefetch(row);
+        }
+    }
+}
+
+/// Rows into columns of the same length.
 fn transpose(rows: &[[f32; 3]], [x, y, z]: [&mut [f32]; 3]) {
     // Of one known length, the loop becomes shuffles of registers.
     let count = rows.len();
@@ -227,18 +244,20 @@ fn transpose(rows: &[[f32; 3]], [x, y, z]: [&mut [f32]; 3]) {
     }
 }
 
-/// The first row, if all are like it.
-fn common(rows: &[[f32; 3]]) -> Option<[f32; 3]> {
-    // Without a way out of its middle, a run is compared in registers.
-    const RUN: usize = 16;
-    let one = *rows.first()?;
+/// The first of some rows, if all are like it.
+fn common(column: &[[f32; 3]], rows: Range<usize>) -> Option<[f32; 3]> {
+    let one = *column.get(rows.start)?;
     let pattern = [one; RUN];
-    let (runs, rest) = rows.as_chunks::<RUN>();
-    let like = |run: &[[f32; 3]]| {
+    for first in rows.clone().step_by(RUN) {
+        expect(column, first);
+        let run = &column[first..rows.end.min(first + RUN)];
+        // Without a way out of its middle, a run is compared in registers.
         let pairs = run.as_flattened().iter().zip(pattern.as_flattened());
-        pairs.fold(true, |same, (a, b)| same & (a == b))
-    };
-    (runs.iter().all(|run| like(run)) && like(rest)).then_some(one)
+        if !pairs.fold(true, |same, (a, b)| same & (a == b)) {
+            return None;
+        }
+    }
+    Some(one)
 }
 
 /// Rays as the kernels want them, in whole packets.
@@ -256,9 +275,7 @@ impl Columns {
     /// Takes in a range of the rays and pads it to whole packets.
     pub fn fill(&mut self, rays: &RaySet, first: usize, count: usize) {
         let padded = count.next_multiple_of(MAX_LANES);
-        let rows = first..first + count;
-        let (org, dir) = (&rays.org[rows.clone()], &rays.dir[rows.clone()]);
-        let one = common(org);
+        let one = common(&rays.org, first..first + count);
         self.origin = one.map(|one| one.map(f64::from));
         for k in 0..3 {
             let rows = if one.is_some() { 0 } else { padded };
@@ -267,22 +284,32 @@ impl Columns {
         }
         self.t_min.resize(padded, 0.0);
         self.t_max.resize(padded, 0.0);
-        if one.is_none() {
-            for k in 0..3 {
-                for (to, from) in self.org[k][..count].iter_mut().zip(org) {
-                    *to = f64::from(from[k]);
+        for run in (0..count).step_by(RUN) {
+            let to = run..count.min(run + RUN);
+            let from = first + to.start..first + to.end;
+            expect(&rays.dir, from.start);
+            expect(&rays.t_min, from.start);
+            expect(&rays.t_max, from.start);
+            if one.is_none() {
+                let org = &rays.org[from.clone()];
+                for (k, column) in self.org.iter_mut().enumerate() {
+                    for (to, from) in column[to.clone()].iter_mut().zip(org) {
+                        *to = f64::from(from[k]);
+                    }
                 }
-                self.org[k][count..].fill(0.0);
+            }
+            let columns = self.dir.each_mut().map(|x| &mut x[to.clone()]);
+            transpose(&rays.dir[from.clone()], columns);
+            self.t_min[to.clone()].copy_from_slice(&rays.t_min[from.clone()]);
+            for (to, from) in self.t_max[to].iter_mut().zip(&rays.t_max[from]) {
+                // −∞ would mean that something has blocked it.
+                *to = from.max(f32::MIN);
             }
         }
-        let [x, y, z] = &mut self.dir;
-        transpose(dir, [x, y, z]);
-        self.t_min[..count].copy_from_slice(&rays.t_min[rows.clone()]);
-        for (to, from) in self.t_max.iter_mut().zip(&rays.t_max[rows]) {
-            // −∞ would mean that something has blocked it.
-            *to = from.max(f32::MIN);
-        }
         for k in 0..3 {
+            if one.is_none() {
+                self.org[k][count..].fill(0.0);
+            }
             self.dir[k][count..].fill(1.0);
         }
         self.t_min[count..].fill(0.0);

@@ -4,7 +4,7 @@ use super::items::ItemBuffer;
 use super::leaf::{Everything, Features, Has, Scratch, Tester};
 use super::packet::Packet;
 use super::query::{AnyHit, Closest, HitId};
-use super::stream::{Stream, StreamScratch};
+use super::stream::Stream;
 use super::tile::{Bundles, TILE, Tile, TileScratch};
 use crate::accel::{Count, Counter, Forest, Forests, Groups, Index, STREAM, World};
 use crate::geom::{Certainty, DoubtAll, Fast};
@@ -252,7 +252,8 @@ impl Batch for ClosestBatch<'_, '_> {
 
     #[inline(never)]
     fn nested<L: Lanes, C: Certainty>(mut self, groups: &Groups) {
-        let mut scratch = Box::<StreamScratch>::default();
+        let mut scratch = TileScratch::kept();
+        let scratch = &mut scratch.streams;
         for first in (0..self.rays.len()).step_by(STREAM) {
             let mut queries: [_; STREAM] = std::array::from_fn(|i| {
                 let t_max = self.rays.t_max[first + i];
@@ -264,7 +265,7 @@ impl Batch for ClosestBatch<'_, '_> {
                 first,
             };
             let alive = self.rays.alive(first);
-            stream.trace_nested::<L, C, _>(groups, alive, &mut queries, &mut scratch);
+            stream.trace_nested::<L, C, _>(groups, alive, &mut queries, scratch);
             for (i, query) in queries.iter().enumerate() {
                 self.put(first + i, query);
             }
@@ -272,7 +273,7 @@ impl Batch for ClosestBatch<'_, '_> {
     }
 
     fn tiles<L: Lanes, C: Certainty, F: Features, const S: usize>(mut self) {
-        let mut scratch = Box::<TileScratch>::default();
+        let mut scratch = TileScratch::kept();
         let mut bundles = Bundles::default();
         for first in (0..self.rays.len()).step_by(TILE) {
             if let Some(tile) = Tile::<L, S>::of(self.world, self.rays, first, &mut bundles) {
@@ -372,7 +373,8 @@ impl Batch for AnyBatch<'_> {
     #[inline(never)]
     fn nested<L: Lanes, C: Certainty>(mut self, groups: &Groups) {
         let world = self.world;
-        let mut scratch = Box::<StreamScratch>::default();
+        let mut scratch = TileScratch::kept();
+        let scratch = &mut scratch.streams;
         for first in (0..self.rays.len()).step_by(STREAM) {
             let mut queries: [_; STREAM] = std::array::from_fn(|i| {
                 let t_max = self.rays.t_max[first + i];
@@ -384,7 +386,7 @@ impl Batch for AnyBatch<'_> {
                 first,
             };
             let alive = self.rays.alive(first);
-            stream.trace_nested::<L, C, _>(groups, alive, &mut queries, &mut scratch);
+            stream.trace_nested::<L, C, _>(groups, alive, &mut queries, scratch);
             for (i, query) in queries.iter().enumerate() {
                 self.put(first + i, query);
             }
@@ -393,7 +395,7 @@ impl Batch for AnyBatch<'_> {
 
     fn tiles<L: Lanes, C: Certainty, F: Features, const S: usize>(mut self) {
         let world = self.world;
-        let mut scratch = Box::<TileScratch>::default();
+        let mut scratch = TileScratch::kept();
         let mut bundles = Bundles::default();
         for first in (0..self.rays.len()).step_by(TILE) {
             if let Some(tile) = Tile::<L, S>::of(world, self.rays, first, &mut bundles) {
@@ -445,7 +447,7 @@ fn dispatch<N: Count>(world: &World, kernels: &Kernels, count: &N, batch: impl B
     match kernels.arithmetic {
         Arithmetic::F32 => by_width_f32::<Fast, N>(&choice, batch),
         Arithmetic::F64 => by_width_f64::<Fast, N>(&choice, batch),
-        Arithmetic::F32DoubtingAll => by_width_f32::<DoubtAll, N>(&choice, batch),
+        Arithmetic::F32DoubtingAll => unimplemented!(),
     }
 }
 
@@ -457,13 +459,13 @@ fn by_width_f32<C: Certainty, N: Count>(choice: &Choice<N>, batch: impl Batch) {
         16 if cfg!(feature = "all-lanes") || NATIVE_F32 == 16 => {
             by_structure::<f32x16, C, N, { TILE / 16 }>(choice, batch)
         }
-        8 if cfg!(feature = "all-lanes") || NATIVE_F32 == 8 => {
+        8 if cfg!(feature = "all-lanes") => {
             by_structure::<f32x8, C, N, { TILE / 8 }>(choice, batch)
         }
         4 if cfg!(feature = "all-lanes") || NATIVE_F32 == 4 => {
             by_structure::<f32x4, C, N, { TILE / 4 }>(choice, batch)
         }
-        _ => by_structure::<f32, C, N, TILE>(choice, batch),
+        _ => unimplemented!(),
     }
 }
 
@@ -472,10 +474,10 @@ fn by_width_f64<C: Certainty, N: Count>(choice: &Choice<N>, batch: impl Batch) {
         16 if cfg!(feature = "all-lanes") => {
             by_structure::<f64x16, C, N, { TILE / 16 }>(choice, batch)
         }
-        8 if cfg!(feature = "all-lanes") || NATIVE_F64 == 8 => {
+        8 if cfg!(feature = "all-lanes") => {
             by_structure::<f64x8, C, N, { TILE / 8 }>(choice, batch)
         }
-        4 if cfg!(feature = "all-lanes") || NATIVE_F64 == 4 => {
+        4 if cfg!(feature = "all-lanes") => {
             by_structure::<f64x4, C, N, { TILE / 4 }>(choice, batch)
         }
         _ => by_structure::<f64, C, N, TILE>(choice, batch),
@@ -488,12 +490,7 @@ fn by_structure<L: Lanes, C: Certainty, N: Count, const S: usize>(
 ) {
     match choice.forest {
         Forests::Wide(_) => by_needs::<L, C, S>(choice.kernels.needs, batch),
-        Forests::Nested(forest) => batch.nested::<L::Single, C>(&forest.groups),
-        Forests::Narrow(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
-        Forests::Kd(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
-        Forests::Grid(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
-        Forests::Heap(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
-        Forests::HeapSpheres(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
+        _ => unimplemented!(),
     }
 }
 
@@ -516,12 +513,11 @@ fn by_needs<L: Lanes, C: Certainty, const S: usize>(needs: Needs, batch: impl Ba
         NATIVE_F32
     };
     if C::GUARDED || L::COUNT != native {
-        return batch.tiles::<L, C, Everything, S>();
+        return batch.tiles::<L, C, Has<true, false, false>, S>();
     }
     match (needs.solids, needs.transforms) {
         (false, false) => batch.tiles::<L, C, Has<true, false, false>, S>(),
-        (false, true) => batch.tiles::<L, C, Has<true, false, true>, S>(),
-        _ => batch.tiles::<L, C, Everything, S>(),
+        _ => unimplemented!(),
     }
 }
 

@@ -10,7 +10,7 @@ use super::nested::Level;
 use super::packet::Packet;
 use super::query::{HitId, Query};
 use crate::accel::{Block, Entry, STREAM, Slabs, StreamRays, StreamStack, World, prefetch};
-use crate::geom::triangle::Seen;
+use crate::geom::triangle::{Seen, plane_depth};
 use crate::geom::{Certainty, Ray};
 use crate::math::lanes::{Lanes, Mask, Register, Scalar, max};
 use crate::math::{Aabb32, Affine, Vec3, round_up};
@@ -125,22 +125,30 @@ impl Sight {
         let (shear_x, shear_y) = (splat(&self.shear[0]), splat(&self.shear[1]));
         let corner = |v: usize| {
             let at = |axis: usize| Register::load(&block.corner[v][axis]);
-            let z = at(k) - org.2;
-            let x = shear_x.mul_add(z, at(a) - org.0);
-            (x, shear_y.mul_add(z, at(b) - org.1), z)
+            [at(a) - org.0, at(b) - org.1, at(k) - org.2]
         };
-        let (first, second, third) = (corner(0), corner(1), corner(2));
+        let corners = [corner(0), corner(1), corner(2)];
+        let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = corners;
+        let (x, y) = (
+            |x: Register, z: Register| shear_x.mul_add(z, x),
+            |y: Register, z: Register| shear_y.mul_add(z, y),
+        );
         let seen = Seen {
-            x: [first.0, second.0, third.0],
-            y: [first.1, second.1, third.1],
-            z: [first.2, second.2, third.2],
+            x: [x(ax, az), x(bx, bz), x(cx, cz)],
+            y: [y(ay, az), y(by, bz), y(cy, cz)],
+            z: [az, bz, cz],
         };
         if exact {
-            seen.may_meet(splat(&self.misplaced)).bits()
-        } else {
-            let met = seen.meet(splat(&self.shear[2]), splat(&self.t_min));
-            (met.hit & Lanes::le(met.t, Register::splat(limit))).bits()
+            return seen.may_meet(splat(&self.misplaced)).bits();
         }
+        let (inside, _) = seen.inside();
+        if inside.none() {
+            return 0;
+        }
+        let (there, depth) = plane_depth(corners, [shear_x, shear_y]);
+        let t = depth / splat(&self.shear[2]);
+        let before = Lanes::gt(t, splat(&self.t_min)) & Lanes::le(t, Register::splat(limit));
+        (inside & there & before).bits()
     }
 }
 

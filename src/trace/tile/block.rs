@@ -33,7 +33,10 @@ pub(super) struct Edges {
     /// The corners' least depth.
     pub nearest: [f32; WIDE],
     /// The corners' greatest depth.
-    farthest: [f32; WIDE],
+    pub farthest: [f32; WIDE],
+    /// The corners' box along a and b, a little larger: `[axis][low/high]`. Of
+    /// one origin only, and for [`Aim::Closest`].
+    around: [[[f32; WIDE]; 2]; 2],
     /// Triangles that may be in front of the origin.
     pub live: u32,
 }
@@ -55,12 +58,25 @@ const MARGIN: f32 = 96.0 * 0.5 * f32::EPSILON;
 /// eight times. Twice the sum of both, and some.
 const PARALLEL_MARGIN: f32 = 384.0 * 0.5 * f32::EPSILON;
 
+/// A hit that is so near to its triangle's box, relative to the way to the box's
+/// far side, needs no more bringing into it: see [`super::settle`].
+const CLEAR: f32 = 8.0 * 0.5 * f32::EPSILON;
+
+/// What a block's triangles are looked at for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Aim {
+    /// Sorting out what the watertight test need not see.
+    Exact,
+    Closest,
+    Any,
+}
+
 impl Edges {
     #[inline(always)]
     pub fn new<P: Projection, L: Lanes, const S: usize>(
         block: &Block,
         bundle: &Bundle<L, S>,
-        exact: bool,
+        aim: Aim,
     ) -> Edges {
         let [ka, kb, k] = bundle.frustum.axes;
         let [x, y, z] = bundle.org;
@@ -122,6 +138,7 @@ impl Edges {
             margin: [0.0; WIDE],
             nearest: [0.0; WIDE],
             farthest: [0.0; WIDE],
+            around: [[[0.0; WIDE]; 2]; 2],
             live: 0,
         };
         for which in 0..4 {
@@ -129,14 +146,13 @@ impl Edges {
                 (normals[which][axis] * turn).store(&mut edges.normal[which][axis]);
             }
         }
-        if P::PARALLEL {
-            farthest.store(&mut edges.farthest);
-        } else {
+        if !P::PARALLEL {
             scale.store(&mut edges.depth_times_det);
         }
+        farthest.store(&mut edges.farthest);
         nearest.store(&mut edges.nearest);
         let deepest = Register::splat(bundle.deepest());
-        if exact {
+        if aim == Aim::Exact {
             let largest = |p: [Register; 3]| max(max(p[0].abs(), p[1].abs()), p[2].abs());
             let edge = max(max(largest(ca), largest(cb)), largest(ab));
             let unit = if P::PARALLEL { PARALLEL_MARGIN } else { MARGIN };
@@ -150,6 +166,15 @@ impl Edges {
             let front = (farthest + slack).ge(zero) & (nearest - slack).le(deepest);
             edges.live = front.bits();
         } else {
+            if !P::PARALLEL && aim == Aim::Closest {
+                for axis in 0..2 {
+                    let low = min(min(a[axis], b[axis]), c[axis]);
+                    let high = max(max(a[axis], b[axis]), c[axis]);
+                    let slack = max(low.abs(), high.abs()) * Register::splat(CLEAR);
+                    (low - slack).store(&mut edges.around[axis][0]);
+                    (high + slack).store(&mut edges.around[axis][1]);
+                }
+            }
             let mut front = scale.gt(zero) & farthest.ge(zero) & nearest.le(deepest);
             if P::PARALLEL {
                 let sum = last[0].abs() + last[1].abs() + last[2].abs();
@@ -209,6 +234,43 @@ impl Edges {
         let least = min(min(value(0), value(1)), value(2));
         let meets = (least + Register::load(&self.margin)).ge(Register::zero());
         meets.bits() & self.live
+    }
+
+    /// Depths where rays meet one triangle, and the rays that meet it clearly
+    /// within its box.
+    #[inline(always)]
+    pub fn depths<L: Lanes>(
+        &self,
+        slot: usize,
+        depth: L,
+        det: L,
+        group: &Group<L>,
+    ) -> (L, L::Mask) {
+        let at = |column: &[f32; WIDE]| L::from_f32(column[slot]);
+        let z = (depth / det).max(at(&self.nearest)).min(at(&self.farthest));
+        let (x, y) = (group.u * z, group.v * z);
+        let [[a0, a1], [b0, b1]] = &self.around;
+        let clear = x.ge(at(a0)) & x.le(at(a1)) & y.ge(at(b0)) & y.le(at(b1));
+        (z, clear)
+    }
+
+    /// The same of one ray and all triangles.
+    #[inline(always)]
+    pub fn depths_of_ray(
+        &self,
+        depth: Register,
+        det: Register,
+        (u, v): (f32, f32),
+    ) -> (Register, u32) {
+        let z = max(depth / det, Register::load(&self.nearest));
+        let z = min(z, Register::load(&self.farthest));
+        let (x, y) = (Register::splat(u) * z, Register::splat(v) * z);
+        let [[a0, a1], [b0, b1]] = self
+            .around
+            .each_ref()
+            .map(|a| a.each_ref().map(|x| Register::load(x)));
+        let clear = x.ge(a0) & x.le(a1) & y.ge(b0) & y.le(b1);
+        (z, clear.bits())
     }
 
     /// One triangle against a group's rays: those inside, and T and det; along

@@ -41,6 +41,8 @@ pub(super) struct Group<L: Lanes> {
     pub(super) inv_v: L,
     /// |d_k|.
     pub along: L,
+    /// Rays whose own main axis may not be the tile's.
+    pub oblique: u32,
     /// The depth beyond which nothing matters; negative where done.
     pub limit: L,
     /// The greatest of these, not rounded down.
@@ -86,6 +88,7 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
             inv_u: zero,
             inv_v: zero,
             along: zero,
+            oblique: 0,
             limit: -L::from_f32(1.0),
             deepest: -1.0,
             rect: [[0.0; 2]; 2],
@@ -144,6 +147,7 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
             let along = dir.axis(k) * L::from_f32(sign);
             let (a, b) = (dir.axis(axes[0]), dir.axis(axes[1]));
             let (u, v) = (a / along, b / along);
+            group.oblique = (!a.abs().max(b.abs()).lt(along)).bits();
             group.dir = dir;
             group.inv_u = one / safe(u);
             group.inv_v = one / safe(v);

@@ -28,10 +28,12 @@ use crate::geom::Certainty;
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::scene::{MeshId, Shape};
-use block::Edges;
+use block::{Aim, Edges};
 use bundle::{Bundle, Parallel, Pinhole, Projection, RelativeBox};
 use glam::DVec3;
 use settle::{Found, settle};
+use std::cell::Cell;
+use std::ops::{Deref, DerefMut};
 
 /// Rays per tile.
 pub const TILE: usize = 64;
@@ -60,6 +62,39 @@ pub(super) struct TileScratch {
     pub streams: StreamScratch,
 }
 
+thread_local! {
+    static SCRATCH: Cell<Option<Box<TileScratch>>> = const { Cell::new(None) };
+}
+
+/// A thread's scratch while it is in use.
+pub(super) struct Kept(Option<Box<TileScratch>>);
+
+impl TileScratch {
+    /// This thread's: making one takes as long as some hundred rays.
+    pub fn kept() -> Kept {
+        Kept(Some(SCRATCH.take().unwrap_or_default()))
+    }
+}
+
+impl Drop for Kept {
+    fn drop(&mut self) {
+        SCRATCH.set(self.0.take());
+    }
+}
+
+impl Deref for Kept {
+    type Target = TileScratch;
+    fn deref(&self) -> &TileScratch {
+        self.0.as_ref().expect("in use until dropped")
+    }
+}
+
+impl DerefMut for Kept {
+    fn deref_mut(&mut self) -> &mut TileScratch {
+        self.0.as_mut().expect("in use until dropped")
+    }
+}
+
 /// Places for bundles, reused from tile to tile.
 pub(super) struct Bundles<L: Lanes, const S: usize> {
     world: Bundle<L, S>,
@@ -84,6 +119,9 @@ struct InMesh<'a, L: Lanes, const S: usize> {
     /// By group: place of the nearest triangle so far, as block · WIDE + slot,
     /// carried in lanes.
     places: [L; S],
+    /// By group: rays some hit of which was not clearly within its triangle's
+    /// box.
+    doubts: [u32; S],
 }
 
 impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
@@ -302,6 +340,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             mesh,
             bundle: self.bundle,
             places: [nowhere(); S],
+            doubts: [0; S],
         };
         through(inside, queries);
         for (s, query) in queries.iter().enumerate() {
@@ -362,6 +401,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             mesh,
             bundle,
             places: [nowhere(); S],
+            doubts: [0; S],
         };
         through(inside, queries);
         for (s, query) in queries.iter().enumerate() {
@@ -496,8 +536,14 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                     places,
                     bits,
                 };
+                let group = &self.bundle.groups[s];
+                let clear = !P::PARALLEL && (self.doubts[s] | group.oblique) & bits == 0;
+                if clear && !self.entry.placed {
+                    found.clear::<C, Q>(group.limit / group.along, &mut queries[s]);
+                    continue;
+                }
                 let packet = || rays.packet(start + s * L::COUNT, world);
-                let dir = self.bundle.groups[s].dir;
+                let dir = group.dir;
                 let org = if P::PARALLEL {
                     self.bundle.starts[s].org
                 } else {
@@ -548,7 +594,11 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
     ) {
         for number in first..first + count {
             let block = &self.mesh.blocks[number];
-            let edges = Edges::new::<P, L, S>(block, self.bundle, false);
+            let edges = Edges::new::<P, L, S>(
+                block,
+                self.bundle,
+                if Q::ANY { Aim::Any } else { Aim::Closest },
+            );
             if edges.live == 0 {
                 continue;
             }
@@ -573,30 +623,34 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                         let limit = at(group.limit);
                         let line = (at(group.u), at(group.v));
                         let start = if P::PARALLEL { at(starts.depth) } else { 0.0 };
-                        let (hits, depth, det) = edges.triangles::<P>(line, start, limit);
+                        let (mut hits, depth, det) = edges.triangles::<P>(line, start, limit);
                         if hits == 0 {
                             continue;
                         }
                         met = true;
-                        let (depth, det) = (depth.to_array(), det.to_array());
                         let mut limit = limit;
-                        let mut hits = hits;
                         let mut best = self.places[s].lane(lane).bits() as u32;
+                        let place = |slot: usize| (number * crate::accel::WIDE + slot) as u32;
+                        if Q::ANY {
+                            limit = -1.0;
+                            best = place(hits.trailing_zeros() as usize);
+                            hits = 0;
+                        }
+                        let (depth, clear) = if P::PARALLEL || Q::ANY {
+                            (depth, 0)
+                        } else {
+                            edges.depths_of_ray(depth, det, line)
+                        };
+                        self.doubts[s] |= u32::from(hits & !clear != 0) << lane;
+                        let depth = depth.to_array();
                         while hits != 0 {
                             let slot = hits.trailing_zeros() as usize;
                             hits &= hits - 1;
-                            let z = if P::PARALLEL {
-                                depth[slot]
-                            } else {
-                                (depth[slot] / det[slot]).max(edges.nearest[slot])
-                            };
+                            let z = depth[slot];
                             if nearer(z, limit, block.source[slot], best, self.mesh) {
                                 limit = z;
-                                best = (number * crate::accel::WIDE + slot) as u32;
+                                best = place(slot);
                             }
-                        }
-                        if Q::ANY {
-                            limit = -1.0;
                         }
                         let here = L::Mask::from_bits(1 << lane);
                         group.limit = L::select(here, L::from_f32(limit), group.limit);
@@ -622,12 +676,13 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                             self.places[s] = L::select(hit, place, self.places[s]);
                             continue;
                         }
-                        let z = if P::PARALLEL {
-                            depth
+                        let (z, clear) = if P::PARALLEL {
+                            (depth, L::Mask::splat(false))
                         } else {
-                            (depth / det).max(L::from_f32(edges.nearest[slot]))
+                            edges.depths(slot, depth, det, group)
                         };
                         let less = hit & z.lt(group.limit);
+                        self.doubts[s] |= (hit & !clear).bits();
                         let mut tied = (hit & z.eq(group.limit)).bits();
                         group.limit = L::select(less, z, group.limit);
                         let before = self.places[s];
@@ -705,7 +760,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
     ) {
         for number in first..first + count {
             let block = &self.mesh.blocks[number];
-            let edges = Edges::new::<P, L, S>(block, self.bundle, true);
+            let edges = Edges::new::<P, L, S>(block, self.bundle, Aim::Exact);
             if edges.live == 0 {
                 continue;
             }

@@ -20,6 +20,25 @@ pub(super) struct Found<'a, L: Lanes> {
     pub bits: u32,
 }
 
+impl<L: Lanes> Found<'_, L> {
+    /// Offers hits that are known to lie in their boxes' intervals, t being that
+    /// of all kernels: see [`settle`].
+    #[inline(always)]
+    pub fn clear<C: Certainty, Q: Query<L>>(&self, t: L, query: &mut Q) {
+        let mut primitives = L::ids(u32::MAX);
+        let places = self.places.to_array();
+        for (place, primitive) in places.as_ref().iter().zip(primitives.as_mut()) {
+            let place = place.bits() as u32 as usize;
+            if let Some(block) = self.mesh.blocks.get(place / WIDE) {
+                *primitive = block.source[place % WIDE];
+            }
+        }
+        let hit = L::Mask::from_bits(self.bits);
+        let hit = hit & t.gt(L::zero()) & t.le(query.limit());
+        query.accept_each(hit, t, self.entry.appearance, &primitives);
+    }
+}
+
 /// The triangles' corners and their numbers in source order.
 #[inline(always)]
 fn gather<L: Lanes>(found: &Found<L>) -> ([Vec3<L>; 3], L::Ids) {

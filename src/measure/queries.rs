@@ -5,18 +5,17 @@
 //! there, and its answers are copied out. No answer depends on the chunks, nor
 //! on the number of threads. `bench` times all of this.
 
-use crate::accel::{Counter, Counts, World, prefetch};
+use crate::accel::{Counter, Counts, World};
 use crate::io::RaySet;
 use crate::plan::Kernels;
 use crate::render::Progress;
 use crate::trace::{
-    HitId, Hits, ItemBuffer, MAX_LANES, Rays, TILE, any, any_counted, closest, closest_counted,
-    closest_listed,
+    Ahead, HitId, Hits, ItemBuffer, MAX_LANES, Rays, TILE, any, any_counted, closest,
+    closest_counted, closest_listed,
 };
 use rayon::prelude::*;
 use std::cell::RefCell;
 use std::hint::black_box;
-use std::ops::Range;
 
 /// The question to a ray set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,7 +61,7 @@ impl Answers {
 
 /// Rays that are converted and traced at a time: the columns stay in the
 /// second-level cache.
-const CHUNK: usize = 4096;
+const CHUNK: usize = 2048;
 
 thread_local! {
     static BUFFERS: RefCell<Buffers> = RefCell::default();
@@ -78,11 +77,11 @@ pub fn trace(
     progress: &Progress,
 ) -> Option<()> {
     answers.prepare(ask, rays.len());
-    let chunk = |number: usize, count: usize, run: &mut dyn FnMut(&mut Buffers)| {
+    let chunk = |number: usize, count: usize, run: &mut dyn FnMut(&mut Buffers, Ahead)| {
         if !progress.is_cancelled() {
             BUFFERS.with_borrow_mut(|buffers| {
                 buffers.rays.fill(rays, number * CHUNK, count);
-                run(buffers);
+                run(buffers, next_chunk(rays, (number + 1) * CHUNK));
             });
         }
     };
@@ -97,22 +96,35 @@ pub fn trace(
             let t = answers.t.par_chunks_mut(CHUNK);
             let chunks = t.zip(answers.id.par_chunks_mut(CHUNK)).enumerate();
             chunks.for_each(|(number, (t, id))| {
-                chunk(number, t.len(), &mut |buffers| {
+                chunk(number, t.len(), &mut |buffers, ahead| {
                     let items = items.as_ref().map(|items| (items, number * CHUNK / TILE));
-                    buffers.closest(world, kernels, t, id, items);
+                    buffers.closest(world, kernels, (t, id), items, ahead);
                 });
             });
         }
         Ask::Any => {
             let chunks = answers.blocked.par_chunks_mut(CHUNK).enumerate();
             chunks.for_each(|(number, blocked)| {
-                chunk(number, blocked.len(), &mut |buffers| {
-                    buffers.any(world, kernels, blocked, None);
+                chunk(number, blocked.len(), &mut |buffers, ahead| {
+                    buffers.any(world, kernels, blocked, ahead);
                 });
             });
         }
     }
     (!progress.is_cancelled()).then_some(())
+}
+
+/// The rays of the chunk that begins with `first`, if there is one.
+fn next_chunk(rays: &RaySet, first: usize) -> Ahead<'_> {
+    let rows = first.min(rays.len())..rays.len().min(first + CHUNK);
+    Ahead {
+        columns: [
+            rays.org[rows.clone()].as_flattened(),
+            rays.dir[rows.clone()].as_flattened(),
+            &rays.t_min[rows.clone()],
+            &rays.t_max[rows],
+        ],
+    }
 }
 
 /// What tracing all rays takes, on this thread; `None` where it was cancelled.
@@ -174,9 +186,9 @@ impl Buffers {
         &mut self,
         world: &World,
         kernels: &Kernels,
-        t: &mut [f32],
-        id: &mut [HitId],
+        (t, id): (&mut [f32], &mut [HitId]),
         items: Option<(&ItemBuffer, usize)>,
+        ahead: Ahead,
     ) {
         let padded = self.rays.t_max.len();
         self.t.resize(padded, 0.0);
@@ -187,7 +199,10 @@ impl Buffers {
             t: &mut self.t,
             id: if whole { id } else { &mut self.id },
         };
-        let rays = self.rays.borrowed();
+        let rays = Rays {
+            ahead,
+            ..self.rays.borrowed()
+        };
         match items {
             None => closest(world, kernels, &rays, &mut hits),
             Some(items) => closest_listed(world, kernels, &rays, items, &mut hits),
@@ -200,41 +215,19 @@ impl Buffers {
         }
     }
 
-    fn any(
-        &mut self,
-        world: &World,
-        kernels: &Kernels,
-        blocked: &mut [bool],
-        counter: Option<&Counter>,
-    ) {
+    fn any(&mut self, world: &World, kernels: &Kernels, blocked: &mut [bool], ahead: Ahead) {
         self.blocked.resize(self.rays.t_max.len(), false);
-        let (rays, found) = (self.rays.borrowed(), &mut self.blocked);
+        let rays = Rays {
+            ahead,
+            ..self.rays.borrowed()
+        };
         let mut occluder = HitId::NONE;
-        match counter {
-            None => any(world, kernels, &rays, &mut occluder, found),
-            Some(counter) => any_counted(world, kernels, &rays, &mut occluder, found, counter),
-        }
+        any(world, kernels, &rays, &mut occluder, &mut self.blocked);
         blocked.copy_from_slice(&self.blocked[..blocked.len()]);
     }
 }
 
-/// Rows that are converted at a time, and how far ahead of them memory is asked
-/// for: each column is a stream of its own, which the machine's own prefetching
-/// loses at every page.
-const RUN: usize = MAX_LANES;
-const AHEAD: usize = 16 * RUN;
-
-/// Asks for the rows of a column that come [`AHEAD`] of a run's.
-fn expect<T>(column: &[T], run: usize) {
-    let first = run + AHEAD;
-    if let Some(rows) = column.get(first..first + RUN) {
-        for row in rows.iter().step_by(64 / size_of::<T>()) {
-            prefetch(row);
-        }
-    }
-}
-
-/// Rows into columns of the same length.
+/// Rows into columns, of which each is at least as long.
 fn transpose(rows: &[[f32; 3]], [x, y, z]: [&mut [f32]; 3]) {
     // Of one known length, the loop becomes shuffles of registers.
     let count = rows.len();
@@ -244,20 +237,16 @@ fn transpose(rows: &[[f32; 3]], [x, y, z]: [&mut [f32]; 3]) {
     }
 }
 
-/// The first of some rows, if all are like it.
-fn common(column: &[[f32; 3]], rows: Range<usize>) -> Option<[f32; 3]> {
-    let one = *column.get(rows.start)?;
-    let pattern = [one; RUN];
-    for first in rows.clone().step_by(RUN) {
-        expect(column, first);
-        let run = &column[first..rows.end.min(first + RUN)];
-        // Without a way out of its middle, a run is compared in registers.
+/// The first row, if all are like it.
+fn common(column: &[[f32; 3]]) -> Option<[f32; 3]> {
+    let one = *column.first()?;
+    let pattern = [one; 16];
+    // Without a way out of its middle, a run is compared in registers.
+    let like = |run: &[[f32; 3]]| {
         let pairs = run.as_flattened().iter().zip(pattern.as_flattened());
-        if !pairs.fold(true, |same, (a, b)| same & (a == b)) {
-            return None;
-        }
-    }
-    Some(one)
+        pairs.fold(true, |same, (a, b)| same & (a == b))
+    };
+    column.chunks(pattern.len()).all(like).then_some(one)
 }
 
 /// Rays as the kernels want them, in whole packets.
@@ -275,7 +264,9 @@ impl Columns {
     /// Takes in a range of the rays and pads it to whole packets.
     pub fn fill(&mut self, rays: &RaySet, first: usize, count: usize) {
         let padded = count.next_multiple_of(MAX_LANES);
-        let one = common(&rays.org, first..first + count);
+        let rows = first..first + count;
+        let (org, dir) = (&rays.org[rows.clone()], &rays.dir[rows.clone()]);
+        let one = common(org);
         self.origin = one.map(|one| one.map(f64::from));
         for k in 0..3 {
             let rows = if one.is_some() { 0 } else { padded };
@@ -284,27 +275,18 @@ impl Columns {
         }
         self.t_min.resize(padded, 0.0);
         self.t_max.resize(padded, 0.0);
-        for run in (0..count).step_by(RUN) {
-            let to = run..count.min(run + RUN);
-            let from = first + to.start..first + to.end;
-            expect(&rays.dir, from.start);
-            expect(&rays.t_min, from.start);
-            expect(&rays.t_max, from.start);
-            if one.is_none() {
-                let org = &rays.org[from.clone()];
-                for (k, column) in self.org.iter_mut().enumerate() {
-                    for (to, from) in column[to.clone()].iter_mut().zip(org) {
-                        *to = f64::from(from[k]);
-                    }
+        if one.is_none() {
+            for (k, column) in self.org.iter_mut().enumerate() {
+                for (to, from) in column.iter_mut().zip(org) {
+                    *to = f64::from(from[k]);
                 }
             }
-            let columns = self.dir.each_mut().map(|x| &mut x[to.clone()]);
-            transpose(&rays.dir[from.clone()], columns);
-            self.t_min[to.clone()].copy_from_slice(&rays.t_min[from.clone()]);
-            for (to, from) in self.t_max[to].iter_mut().zip(&rays.t_max[from]) {
-                // −∞ would mean that something has blocked it.
-                *to = from.max(f32::MIN);
-            }
+        }
+        transpose(dir, self.dir.each_mut().map(Vec::as_mut_slice));
+        self.t_min[..count].copy_from_slice(&rays.t_min[rows.clone()]);
+        for (to, from) in self.t_max.iter_mut().zip(&rays.t_max[rows]) {
+            // −∞ would mean that something has blocked it.
+            *to = from.max(f32::MIN);
         }
         for k in 0..3 {
             if one.is_none() {
@@ -323,6 +305,7 @@ impl Columns {
             dir: [&self.dir[0], &self.dir[1], &self.dir[2]],
             t_min: &self.t_min,
             t_max: &self.t_max,
+            ahead: Ahead::default(),
         }
     }
 }

@@ -5,7 +5,7 @@
 //! beyond the first hold two pieces at most, whatever the scene does.
 
 use crate::scene::Rgb;
-use crate::trace::{MAX_LANES, RayKind, Rays};
+use crate::trace::{Ahead, MAX_LANES, RayKind, Rays};
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
 use glam::DVec3;
@@ -106,6 +106,7 @@ impl<'b> Wave<'b> {
             dir: self.dir.each_ref().map(|column| &column[first..]),
             t_min: &self.t_min[first..],
             t_max: &self.t_max[first..],
+            ahead: Ahead::default(),
         }
     }
 

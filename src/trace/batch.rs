@@ -6,7 +6,7 @@ use super::packet::Packet;
 use super::query::{AnyHit, Closest, HitId};
 use super::stream::Stream;
 use super::tile::{Bundles, TILE, Tile, TileScratch};
-use crate::accel::{Count, Counter, Forest, Forests, Groups, Index, STREAM, World};
+use crate::accel::{Count, Counter, Forest, Forests, Groups, Index, STREAM, World, prefetch};
 use crate::geom::{Certainty, DoubtAll, Fast};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar, f32x4, f32x8, f32x16, f64x4, f64x8, f64x16};
@@ -27,6 +27,28 @@ pub struct Rays<'a> {
     pub dir: [&'a [f32]; 3],
     pub t_min: &'a [f32],
     pub t_max: &'a [f32],
+    pub ahead: Ahead<'a>,
+}
+
+/// Memory that will be read when the rays are done, say where the next ones come
+/// from: asked for meanwhile, a part with every tile.
+#[derive(Clone, Copy, Default)]
+pub struct Ahead<'a> {
+    pub columns: [&'a [f32]; 4],
+}
+
+impl Ahead<'_> {
+    #[inline(always)]
+    fn expect(&self, tile: usize, tiles: usize) {
+        const LINE: usize = 16;
+        for column in &self.columns {
+            let share = column.len().div_ceil(tiles).next_multiple_of(LINE);
+            let end = column.len().min((tile + 1) * share);
+            for line in (tile * share..end).step_by(LINE) {
+                prefetch(&column[line]);
+            }
+        }
+    }
 }
 
 /// Answers of closest-hit queries, a row per ray.
@@ -55,6 +77,7 @@ impl Rays<'_> {
             dir: self.dir.map(|x| &x[range.clone()]),
             t_min: &self.t_min[range.clone()],
             t_max: &self.t_max[range],
+            ahead: Ahead::default(),
         }
     }
 
@@ -275,11 +298,14 @@ impl Batch for ClosestBatch<'_, '_> {
     fn tiles<L: Lanes, C: Certainty, F: Features, const S: usize>(mut self) {
         let mut scratch = TileScratch::kept();
         let mut bundles = Bundles::default();
+        let mut queries: [_; S] = std::array::from_fn(|_| Closest::<L, C>::new(L::zero()));
+        let tiles = self.rays.len() / TILE;
         for first in (0..self.rays.len()).step_by(TILE) {
+            self.rays.ahead.expect(first / TILE, tiles);
             if let Some(tile) = Tile::<L, S>::of(self.world, self.rays, first, &mut bundles) {
-                let mut queries: [_; S] = std::array::from_fn(|s| {
-                    Closest::<L, C>::new(load_f32(&self.rays.t_max[first + s * L::COUNT..]))
-                });
+                for (s, query) in queries.iter_mut().enumerate() {
+                    query.restart(load_f32(&self.rays.t_max[first + s * L::COUNT..]));
+                }
                 let list = self.items.and_then(|(items, number)| {
                     let list = tile.list(items, number + first / TILE)?;
                     Some((list, self.world.item_boxes.as_ref()?))
@@ -397,7 +423,9 @@ impl Batch for AnyBatch<'_> {
         let world = self.world;
         let mut scratch = TileScratch::kept();
         let mut bundles = Bundles::default();
+        let tiles = self.rays.len() / TILE;
         for first in (0..self.rays.len()).step_by(TILE) {
+            self.rays.ahead.expect(first / TILE, tiles);
             if let Some(tile) = Tile::<L, S>::of(world, self.rays, first, &mut bundles) {
                 let mut queries: [_; S] = std::array::from_fn(|s| {
                     AnyHit::<L>::new(load_f32(&self.rays.t_max[first + s * L::COUNT..]))

@@ -12,7 +12,7 @@ mod stream;
 mod tile;
 
 pub use batch::{
-    Hits, MAX_LANES, Rays, any, any_counted, closest, closest_counted, closest_listed,
+    Ahead, Hits, MAX_LANES, Rays, any, any_counted, closest, closest_counted, closest_listed,
 };
 pub use guess::{GuessCounts, Last, Reuse, closest_after};
 pub use items::{ItemBuffer, Raster, Rect};

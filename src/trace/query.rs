@@ -73,6 +73,19 @@ impl<L: Lanes, C: Certainty> Closest<L, C> {
         }
     }
 
+    /// [`Closest::new`] in place.
+    #[inline(always)]
+    pub fn restart(&mut self, t_max: L) {
+        self.limit = t_max;
+        if C::GUARDED {
+            self.exact = t_max.widen();
+        }
+        let [low, high] = &mut self.instance;
+        for ids in [low, high, &mut self.primitive] {
+            *ids = L::ids(u32::MAX);
+        }
+    }
+
     #[inline(always)]
     pub fn id(&self, lane: usize) -> HitId {
         // By reference: mapping the pair would copy it for each lane.

@@ -7,7 +7,7 @@ use lanecast::geom::*;
 use lanecast::plan::{Arithmetic, Choices, Kernels, Needs, native_width, plan};
 use lanecast::render::{AovSet, Progress, RenderConfig, Rendered, View, render};
 use lanecast::scene::*;
-use lanecast::trace::{HitId, Hits, ItemBuffer, MAX_LANES, Rays, closest, closest_listed};
+use lanecast::trace::{Ahead, HitId, Hits, ItemBuffer, MAX_LANES, Rays, closest, closest_listed};
 use std::path::{Path, PathBuf};
 
 /// The folder of test assets, or `None` after saying that it is absent.
@@ -413,6 +413,7 @@ impl RayColumns {
             dir: [&dir[0], &dir[1], &dir[2]],
             t_min: &vec![0.0; padded],
             t_max: &t_max,
+            ahead: Ahead::default(),
         };
         let (mut t, mut id) = (vec![0.0; padded], vec![HitId::NONE; padded]);
         let mut hits = Hits {

@@ -116,6 +116,7 @@ impl Columns {
             dir: self.dir.each_ref().map(Vec::as_slice),
             t_min: &self.t_min,
             t_max: &self.t_max,
+            ahead: Ahead::default(),
         }
     }
 }

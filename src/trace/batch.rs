@@ -475,7 +475,7 @@ fn dispatch<N: Count>(world: &World, kernels: &Kernels, count: &N, batch: impl B
     match kernels.arithmetic {
         Arithmetic::F32 => by_width_f32::<Fast, N>(&choice, batch),
         Arithmetic::F64 => by_width_f64::<Fast, N>(&choice, batch),
-        Arithmetic::F32DoubtingAll => unimplemented!(),
+        Arithmetic::F32DoubtingAll => by_width_f32::<DoubtAll, N>(&choice, batch),
     }
 }
 
@@ -487,13 +487,13 @@ fn by_width_f32<C: Certainty, N: Count>(choice: &Choice<N>, batch: impl Batch) {
         16 if cfg!(feature = "all-lanes") || NATIVE_F32 == 16 => {
             by_structure::<f32x16, C, N, { TILE / 16 }>(choice, batch)
         }
-        8 if cfg!(feature = "all-lanes") => {
+        8 if cfg!(feature = "all-lanes") || NATIVE_F32 == 8 => {
             by_structure::<f32x8, C, N, { TILE / 8 }>(choice, batch)
         }
         4 if cfg!(feature = "all-lanes") || NATIVE_F32 == 4 => {
             by_structure::<f32x4, C, N, { TILE / 4 }>(choice, batch)
         }
-        _ => unimplemented!(),
+        _ => by_structure::<f32, C, N, TILE>(choice, batch),
     }
 }
 
@@ -502,10 +502,10 @@ fn by_width_f64<C: Certainty, N: Count>(choice: &Choice<N>, batch: impl Batch) {
         16 if cfg!(feature = "all-lanes") => {
             by_structure::<f64x16, C, N, { TILE / 16 }>(choice, batch)
         }
-        8 if cfg!(feature = "all-lanes") => {
+        8 if cfg!(feature = "all-lanes") || NATIVE_F64 == 8 => {
             by_structure::<f64x8, C, N, { TILE / 8 }>(choice, batch)
         }
-        4 if cfg!(feature = "all-lanes") => {
+        4 if cfg!(feature = "all-lanes") || NATIVE_F64 == 4 => {
             by_structure::<f64x4, C, N, { TILE / 4 }>(choice, batch)
         }
         _ => by_structure::<f64, C, N, TILE>(choice, batch),
@@ -518,7 +518,12 @@ fn by_structure<L: Lanes, C: Certainty, N: Count, const S: usize>(
 ) {
     match choice.forest {
         Forests::Wide(_) => by_needs::<L, C, S>(choice.kernels.needs, batch),
-        _ => unimplemented!(),
+        Forests::Nested(forest) => batch.nested::<L::Single, C>(&forest.groups),
+        Forests::Narrow(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
+        Forests::Kd(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
+        Forests::Grid(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
+        Forests::Heap(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
+        Forests::HeapSpheres(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
     }
 }
 
@@ -541,11 +546,12 @@ fn by_needs<L: Lanes, C: Certainty, const S: usize>(needs: Needs, batch: impl Ba
         NATIVE_F32
     };
     if C::GUARDED || L::COUNT != native {
-        return batch.tiles::<L, C, Has<true, false, false>, S>();
+        return batch.tiles::<L, C, Everything, S>();
     }
     match (needs.solids, needs.transforms) {
         (false, false) => batch.tiles::<L, C, Has<true, false, false>, S>(),
-        _ => unimplemented!(),
+        (false, true) => batch.tiles::<L, C, Has<true, false, true>, S>(),
+        _ => batch.tiles::<L, C, Everything, S>(),
     }
 }
 

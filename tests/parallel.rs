@@ -103,6 +103,38 @@ fn total(name: &str, scenes: impl Iterator<Item = (u64, Scene)>) -> [usize; 3] {
     sum
 }
 
+/// Which rays are traced together changes nothing, in f32 neither: not where they
+/// start, nor what they meet.
+#[test]
+fn parallel_rays_do_not_depend_on_their_neighbours() {
+    let mut hits = 0;
+    let scenes = (0..60).flat_map(|seed| [random_scene(seed), hard_scene(seed)]);
+    for (number, scene) in scenes.enumerate() {
+        let appearances = Appearances::of(&scene).unwrap();
+        let tree = World::build(&scene, &appearances, Structure::Bvh);
+        let random = &mut Random(number as u64);
+        let rays = parallel_rays(&tree, random);
+        let mut order: Vec<usize> = (0..RAYS).collect();
+        order.sort_by_cached_key(|_| random.bits());
+        // Tiles of fewer rays, too.
+        order.truncate(RAYS - 40);
+        let mut shuffled = RayColumns::default();
+        for i in &order {
+            let (org, dir) = rays.ray(*i);
+            shuffled.push(org.into(), dir);
+        }
+        for arithmetic in [Arithmetic::F64, Arithmetic::F32] {
+            let kernels = kernels(arithmetic, native_width(arithmetic));
+            let ordered = met(&rays.closest(&tree, &kernels));
+            let got = met(&shuffled.closest(&tree, &kernels));
+            let expected: Vec<_> = order.iter().map(|i| ordered[*i]).collect();
+            assert_eq!(got, expected, "scene {number}: {arithmetic:?}");
+            hits += got.iter().flatten().count();
+        }
+    }
+    assert!(hits > 5000);
+}
+
 #[test]
 fn parallel_rays_meet_what_the_scan_finds() {
     let scenes = (0..150).map(|seed| (seed, random_scene(seed)));

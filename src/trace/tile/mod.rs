@@ -29,7 +29,7 @@ use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::scene::{MeshId, Shape};
 use block::Edges;
-use bundle::{Bundle, Parallel, Pinhole, Projection, RelativeBox};
+use bundle::{Bundle, Parallel, Pinhole, Projection, RelativeBox, is_exact};
 use glam::DVec3;
 use settle::{Found, settle};
 
@@ -213,7 +213,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             }
         }
         for (s, query) in queries.iter().enumerate() {
-            self.bundle.limit_t::<Q>(s, query.limit());
+            self.bundle.limit_t::<C, Q>(s, query.limit());
         }
         let Some(forest) = world.wide() else { return };
         let top = &forest.top;
@@ -257,7 +257,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
                 if F::TRANSFORMS && entry.placed {
                     self.placed_mesh::<C, Q>(entry, id, queries, streams, through);
                 } else {
-                    self.mesh_in_world(entry, id, queries, through);
+                    self.mesh_in_world::<C, Q>(entry, id, queries, through);
                 }
             }
             _ => {
@@ -279,14 +279,14 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             if active[s].any() {
                 let packet = self.packet(s);
                 Tester::<L, C, F>::new(self.world, &packet).solid(entry, active[s], query);
-                self.bundle.limit_t::<Q>(s, query.limit());
+                self.bundle.limit_t::<C, Q>(s, query.limit());
             }
         }
     }
 
     /// A mesh in world space; `through` meets its triangles.
     #[inline(always)]
-    fn mesh_in_world<Q: Query<L>>(
+    fn mesh_in_world<C: Certainty, Q: Query<L>>(
         &mut self,
         entry: &Entry,
         id: MeshId,
@@ -305,7 +305,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         };
         through(inside, queries);
         for (s, query) in queries.iter().enumerate() {
-            self.bundle.limit_t::<Q>(s, query.limit());
+            self.bundle.limit_t::<C, Q>(s, query.limit());
         }
     }
 
@@ -354,7 +354,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         }
         let asleep = -L::from_f32(1.0);
         for (s, query) in queries.iter().enumerate() {
-            bundle.limit_t::<Q>(s, L::select(active[s], query.limit(), asleep));
+            bundle.limit_t::<C, Q>(s, L::select(active[s], query.limit(), asleep));
         }
         let inside = InMesh {
             entry,
@@ -365,7 +365,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         };
         through(inside, queries);
         for (s, query) in queries.iter().enumerate() {
-            self.bundle.limit_t::<Q>(s, query.limit());
+            self.bundle.limit_t::<C, Q>(s, query.limit());
         }
     }
 
@@ -433,7 +433,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
         queries: &mut [Q; S],
         stack: &mut WideStack,
     ) {
-        let exact = C::GUARDED || size_of::<L::Scalar>() == 8;
+        let exact = is_exact::<L, C>();
         let frustum = self.bundle.frustum;
         let deepest = self.bundle.deepest();
         let mesh = self.mesh;
@@ -748,7 +748,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                 if met {
                     let asleep = self.bundle.groups[s].limit.lt(L::zero());
                     let limit = L::select(asleep, -L::from_f32(1.0), queries[s].limit());
-                    self.bundle.limit_t::<Q>(s, limit);
+                    self.bundle.limit_t::<C, Q>(s, limit);
                 }
             }
         }

@@ -1,10 +1,11 @@
-//! The item buffer sees what tracing sees: random scenes, degenerate ones, and
-//! scenes of files; rays in patches of a picture, and rays in no order.
+//! The item buffer sees what tracing sees, and both what the linear scan sees:
+//! random scenes, degenerate ones, and scenes of files; rays in patches of a
+//! picture, and rays in no order.
 
 mod common;
 
-use common::{EVERYTHING, Random, RayColumns, assets, load, random_scene};
-use glam::DVec3;
+use common::{EVERYTHING, Random, RayColumns, assets, load, random_mesh, random_scene};
+use glam::{DAffine3, DQuat, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::plan::{Arithmetic, Kernels, native_width};
 use lanecast::render::{AovSet, RenderConfig};
@@ -78,6 +79,28 @@ fn degenerate(random: &mut Random) -> Scene {
     scene.finish().unwrap()
 }
 
+/// Meshes some of whose triangles stand in the same place once more, in whose
+/// spaces the rays of a wide tile do not advance together.
+fn twins(random: &mut Random) -> Scene {
+    let mut scene = SceneBuilder::default();
+    for _ in 0..1 + random.below(12) {
+        let whole = random_mesh(random);
+        let mut some = whole.clone();
+        some.triangles.truncate(some.triangles.len() / 3);
+        // Flat, by up to a hundred.
+        let mut size = || libm::pow(10.0, random.unit());
+        let size = DVec3::new(size(), size(), size());
+        let turn = DQuat::from_axis_angle(random.vector().normalize(), random.unit() * 3.0);
+        let map = DAffine3::from_scale_rotation_translation(size, turn, random.vector());
+        for data in [whole, some] {
+            let mesh = scene.mesh("", &data);
+            let transform = scene.transform(map.into());
+            scene.instance("", Edge::shape(mesh).transform(transform));
+        }
+    }
+    scene.finish().unwrap()
+}
+
 type Met = Vec<Option<(u64, HitId)>>;
 
 fn met(answers: Vec<(f64, HitId)>) -> Met {
@@ -89,6 +112,7 @@ fn same_as_traced(scene: &Scene, rays: &RayColumns) -> Result<(), TestCaseError>
     let appearances = Appearances::of(scene).unwrap();
     let tree = World::build(scene, &appearances, Structure::Bvh);
     let items = World::build(scene, &appearances, Structure::ItemBuffer);
+    let scan = World::build(scene, &appearances, Structure::Linear);
     for arithmetic in [Arithmetic::F32, Arithmetic::F64] {
         for lanes in [1, native_width(arithmetic)] {
             let kernels = Kernels {
@@ -101,6 +125,8 @@ fn same_as_traced(scene: &Scene, rays: &RayColumns) -> Result<(), TestCaseError>
                 return Err(TestCaseError::fail("no lists"));
             };
             if arithmetic == Arithmetic::F64 {
+                let scanned = met(rays.closest(&scan, &kernels));
+                prop_assert_eq!(&expected, &scanned, "traced, {:?}", kernels);
                 prop_assert_eq!(listed, expected, "{:?}", kernels);
                 continue;
             }
@@ -133,6 +159,28 @@ proptest! {
         let scene = degenerate(random);
         same_as_traced(&scene, &camera_rays(random))?;
     }
+
+    #[test]
+    fn meshes_that_stand_twice(seed in any::<u64>()) {
+        let random = &mut Random(seed);
+        let scene = twins(random);
+        same_as_traced(&scene, &camera_rays(random))?;
+    }
+}
+
+/// Rays from within placed meshes, some of which go against the others there:
+/// found when such tiles lost what they met.
+#[test]
+fn rays_that_fan_out_within_meshes() -> Result<(), TestCaseError> {
+    for seed in [
+        2884728167441963754,
+        3884191051923679857,
+        10003407492326734310,
+    ] {
+        let scene = random_scene(seed);
+        same_as_traced(&scene, &camera_rays(&mut Random(seed)))?;
+    }
+    Ok(())
 }
 
 /// No lists, or lists that do not fit the rays: the trees answer.

@@ -103,6 +103,65 @@ fn total(name: &str, scenes: impl Iterator<Item = (u64, Scene)>) -> [usize; 3] {
     sum
 }
 
+/// Which rays are traced together changes nothing, in f32 neither: not where they
+/// start, nor what they meet.
+#[test]
+fn parallel_rays_do_not_depend_on_their_neighbours() {
+    let mut hits = 0;
+    let scenes = (0..60).flat_map(|seed| [random_scene(seed), hard_scene(seed)]);
+    for (number, scene) in scenes.enumerate() {
+        let appearances = Appearances::of(&scene).unwrap();
+        let tree = World::build(&scene, &appearances, Structure::Bvh);
+        let random = &mut Random(number as u64);
+        let rays = parallel_rays(&tree, random);
+        let mut order: Vec<usize> = (0..RAYS).collect();
+        order.sort_by_cached_key(|_| random.bits());
+        // Tiles of fewer rays, too.
+        order.truncate(RAYS - 40);
+        let mut shuffled = RayColumns::default();
+        for i in &order {
+            let (org, dir) = rays.ray(*i);
+            shuffled.push(org.into(), dir);
+        }
+        for arithmetic in [Arithmetic::F64, Arithmetic::F32] {
+            let kernels = kernels(arithmetic, native_width(arithmetic));
+            let ordered = met(&rays.closest(&tree, &kernels));
+            let got = met(&shuffled.closest(&tree, &kernels));
+            let expected: Vec<_> = order.iter().map(|i| ordered[*i]).collect();
+            assert_eq!(got, expected, "scene {number}: {arithmetic:?}");
+            hits += got.iter().flatten().count();
+        }
+    }
+    assert!(hits > 5000);
+}
+
+/// Rays that end where they meet something, a little before, a little behind: in
+/// f64 they are blocked as by the scan.
+#[test]
+fn parallel_rays_that_end_at_what_they_meet() {
+    let (mut blocked, mut free) = (0, 0);
+    let scenes = (0..100).flat_map(|seed| [random_scene(seed), hard_scene(seed)]);
+    for (number, scene) in scenes.enumerate() {
+        let appearances = Appearances::of(&scene).unwrap();
+        let [tree, scan] =
+            [Structure::Bvh, Structure::Linear].map(|s| World::build(&scene, &appearances, s));
+        let random = &mut Random(number as u64);
+        let rays = parallel_rays(&tree, random);
+        let kernels = kernels(Arithmetic::F64, native_width(Arithmetic::F64));
+        let ends = rays.closest(&scan, &kernels).into_iter().map(|(t, id)| {
+            let t = if id == HitId::NONE { 10.0 } else { t as f32 };
+            [t, t.next_up(), t.next_down(), 2.0 * t][random.below(4) as usize]
+        });
+        let ends: Vec<f32> = ends.collect();
+        let expected = rays.blocked(&scan, &kernels, &ends);
+        assert_eq!(rays.blocked(&tree, &kernels, &ends), expected, "{number}");
+        let count = expected.iter().filter(|b| **b).count();
+        (blocked, free) = (blocked + count, free + RAYS - count);
+    }
+    println!("{blocked} blocked, {free} free");
+    assert!(blocked > 2000 && free > 2000);
+}
+
 #[test]
 fn parallel_rays_meet_what_the_scan_finds() {
     let scenes = (0..150).map(|seed| (seed, random_scene(seed)));

@@ -10,7 +10,8 @@
 //! The determinant is a cubic in s. Where the signs of its Bernstein
 //! coefficients agree it has no root (a polynomial lies in the hull of its
 //! coefficients); else the interval is halved until they do, or until a time is
-//! left at which the motion is as good as singular: the check refuses it.
+//! left at which the motion is as good as singular: the check refuses it. Signs
+//! count beyond rounding: half a turn only touches 0.
 
 use super::ids::TransformId;
 use crate::math::Affine;
@@ -100,8 +101,7 @@ fn interpolate(a: &Affine, b: &Affine, s: f64) -> Affine {
     }
 }
 
-/// How short a stretch of a segment may get before it counts as a root: the
-/// determinant's own rounding leaves no sign in less.
+/// How short a stretch of a segment may get before it counts as a root.
 const FINEST: f64 = 1.0 / (1 << 20) as f64;
 
 /// A time between the keys at which the matrix is singular, or all but. The
@@ -109,23 +109,59 @@ const FINEST: f64 = 1.0 / (1 << 20) as f64;
 pub(super) fn singular_time(keys: &[Key]) -> Option<f64> {
     keys.windows(2).find_map(|pair| {
         let (a, b) = (&pair[0], &pair[1]);
+        if a.local.linear == b.local.linear {
+            return None;
+        }
         let s = root(determinant(&a.local, &b.local))?;
         Some(a.at + (b.at - a.at) * s)
     })
 }
 
+/// A number, and by how much its rounding may be off, at most.
+#[derive(Clone, Copy)]
+struct About {
+    value: f64,
+    error: f64,
+}
+
+impl About {
+    fn half(x: About, y: About) -> About {
+        let value = 0.5 * (x.value + y.value);
+        About {
+            value,
+            error: 0.5 * (x.error + y.error) + value.abs() * f64::EPSILON,
+        }
+    }
+}
+
 /// Bernstein coefficients over s of the determinant of a·(1 − s) + b·s.
-fn determinant(a: &Affine, b: &Affine) -> [f64; 4] {
+fn determinant(a: &Affine, b: &Affine) -> [About; 4] {
     // One scale for both keeps the products away from the ends of f64.
     let size = a.norm().max(b.norm());
     let [a, b] = [a, b].map(|m| m.linear.map(|c| c.map(|x| x / size)));
     let det = |x: [f64; 3], y: [f64; 3], z: [f64; 3]| {
-        x[0] * (y[1] * z[2] - y[2] * z[1]) - x[1] * (y[0] * z[2] - y[2] * z[0])
-            + x[2] * (y[0] * z[1] - y[1] * z[0])
+        let terms = [
+            (x[0], y[1] * z[2], y[2] * z[1]),
+            (-x[1], y[0] * z[2], y[2] * z[0]),
+            (x[2], y[0] * z[1], y[1] * z[0]),
+        ];
+        let value: f64 = terms.iter().map(|(x, p, q)| x * (p - q)).sum();
+        let sizes = terms.map(|(x, p, q)| x.abs() * (p.abs() + q.abs()));
+        // Scaled, two products, a difference, two sums; three and a third more.
+        let error = 8.0 * f64::EPSILON * sizes.iter().sum::<f64>();
+        About { value, error }
     };
     // The blossom: each column from one of the two, averaged over the ways.
     let mixed = |a: [[f64; 3]; 3], b: [[f64; 3]; 3]| {
-        (det(b[0], a[1], a[2]) + det(a[0], b[1], a[2]) + det(a[0], a[1], b[2])) / 3.0
+        let ways = [
+            det(b[0], a[1], a[2]),
+            det(a[0], b[1], a[2]),
+            det(a[0], a[1], b[2]),
+        ];
+        About {
+            value: ways.iter().map(|way| way.value).sum::<f64>() / 3.0,
+            error: ways.iter().map(|way| way.error).sum::<f64>() / 3.0,
+        }
     };
     [
         det(a[0], a[1], a[2]),
@@ -136,10 +172,11 @@ fn determinant(a: &Affine, b: &Affine) -> [f64; 4] {
 }
 
 /// Where in [0, 1] a cubic is not shown to keep its sign.
-fn root(cubic: [f64; 4]) -> Option<f64> {
+fn root(cubic: [About; 4]) -> Option<f64> {
     let mut open = vec![(cubic, 0.0, 1.0)];
     while let Some((c, from, to)) = open.pop() {
-        if c.iter().all(|x| *x > 0.0) || c.iter().all(|x| *x < 0.0) {
+        let above = c.iter().all(|x| x.value > x.error);
+        if above || c.iter().all(|x| x.value < -x.error) {
             continue;
         }
         let middle = 0.5 * (from + to);
@@ -147,7 +184,7 @@ fn root(cubic: [f64; 4]) -> Option<f64> {
             return Some(middle);
         }
         // De Casteljau.
-        let half = |x: f64, y: f64| 0.5 * (x + y);
+        let half = About::half;
         let [l1, m, r2] = [half(c[0], c[1]), half(c[1], c[2]), half(c[2], c[3])];
         let (l2, r1) = (half(l1, m), half(m, r2));
         let mid = half(l2, r1);
@@ -213,6 +250,31 @@ mod tests {
         // Half a turn touches 0 and comes back.
         let half = [key(0.0, turn(0.0)), key(0.5, turn(180.0))];
         assert!((time(&half).unwrap() - 0.25).abs() < 1e-3);
+        // About any axis, whichever way it is rounded.
+        for i in 0..100 {
+            let axis = DVec3::new(f64::from(i), 3.0, 7.0).normalize();
+            let turn = |angle| DAffine3::from_axis_angle(axis, angle);
+            let from = 0.1 * f64::from(i);
+            let half = [
+                key(0.0, turn(from)),
+                key(1.0, turn(from + std::f64::consts::PI)),
+            ];
+            assert!((time(&half).unwrap() - 0.5).abs() < 1e-3, "{i}");
+            let less = [key(0.0, turn(from)), key(1.0, turn(from + 3.1))];
+            assert_eq!(time(&less), None, "{i}");
+        }
+        // A needle that only goes elsewhere, and one that turns.
+        let needle = |x: f64, angle: f64| {
+            moved(x) * turn(angle) * DAffine3::from_scale(DVec3::new(1e-7, 1e-7, 1.0))
+        };
+        assert_eq!(
+            time(&[key(0.0, needle(0.0, 9.0)), key(1.0, needle(5.0, 9.0))]),
+            None
+        );
+        assert_eq!(
+            time(&[key(0.0, needle(0.0, 9.0)), key(1.0, needle(5.0, 50.0))]),
+            None
+        );
         let steps = [0.0, 60.0, 120.0, 179.0].map(|d| key(d / 180.0, turn(d)));
         assert_eq!(time(&steps), None);
         // Whatever the unit.

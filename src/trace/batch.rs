@@ -4,8 +4,8 @@ use super::items::ItemBuffer;
 use super::leaf::{Everything, Features, Has, Scratch, Tester};
 use super::packet::Packet;
 use super::query::{AnyHit, Closest, HitId};
-use super::stream::Stream;
-use super::tile::{Bundles, TILE, Tile, TileScratch};
+use super::stream::{Stream, StreamScratch};
+use super::tile::{Bundles, TILE, Tile, TileScratch, with_scratch};
 use crate::accel::{Count, Counter, Forest, Forests, Groups, Index, STREAM, World, prefetch};
 use crate::geom::{Certainty, DoubtAll, Fast};
 use crate::math::Vec3;
@@ -231,9 +231,9 @@ pub fn any_counted(
 /// A batch that runs at any width, certainty and feature set.
 trait Batch {
     /// Through wide trees; `S` packets are a tile.
-    fn tiles<L: Lanes, C: Certainty, F: Features, const S: usize>(self);
+    fn tiles<L: Lanes, C: Certainty, F: Features, const S: usize>(self, scratch: &mut TileScratch);
     /// Through nested trees, at one lane: streams for all rays.
-    fn nested<L: Lanes, C: Certainty>(self, groups: &Groups);
+    fn nested<L: Lanes, C: Certainty>(self, groups: &Groups, scratch: &mut StreamScratch);
     /// Packet by packet, through any other kind of structure.
     fn packets<L: Lanes, C: Certainty, F: Features, A: Index, N: Count>(
         self,
@@ -274,9 +274,7 @@ impl Batch for ClosestBatch<'_, '_> {
     }
 
     #[inline(never)]
-    fn nested<L: Lanes, C: Certainty>(mut self, groups: &Groups) {
-        let mut scratch = TileScratch::kept();
-        let scratch = &mut scratch.streams;
+    fn nested<L: Lanes, C: Certainty>(mut self, groups: &Groups, scratch: &mut StreamScratch) {
         for first in (0..self.rays.len()).step_by(STREAM) {
             let mut queries: [_; STREAM] = std::array::from_fn(|i| {
                 let t_max = self.rays.t_max[first + i];
@@ -295,8 +293,10 @@ impl Batch for ClosestBatch<'_, '_> {
         }
     }
 
-    fn tiles<L: Lanes, C: Certainty, F: Features, const S: usize>(mut self) {
-        let mut scratch = TileScratch::kept();
+    fn tiles<L: Lanes, C: Certainty, F: Features, const S: usize>(
+        mut self,
+        scratch: &mut TileScratch,
+    ) {
         let mut bundles = Bundles::default();
         let mut queries: [_; S] = std::array::from_fn(|_| Closest::<L, C>::new(L::zero()));
         let tiles = self.rays.len() / TILE;
@@ -312,9 +312,9 @@ impl Batch for ClosestBatch<'_, '_> {
                 });
                 match list {
                     Some((list, boxes)) => {
-                        tile.trace_items::<C, _>(list, boxes, &mut queries, &mut scratch);
+                        tile.trace_items::<C, _>(list, boxes, &mut queries, scratch);
                     }
-                    None => tile.trace::<C, F, _>(&mut queries, &mut scratch),
+                    None => tile.trace::<C, F, _>(&mut queries, scratch),
                 }
                 for (s, query) in queries.iter().enumerate() {
                     self.put(first + s * L::COUNT, query);
@@ -397,10 +397,8 @@ impl Batch for AnyBatch<'_> {
     }
 
     #[inline(never)]
-    fn nested<L: Lanes, C: Certainty>(mut self, groups: &Groups) {
+    fn nested<L: Lanes, C: Certainty>(mut self, groups: &Groups, scratch: &mut StreamScratch) {
         let world = self.world;
-        let mut scratch = TileScratch::kept();
-        let scratch = &mut scratch.streams;
         for first in (0..self.rays.len()).step_by(STREAM) {
             let mut queries: [_; STREAM] = std::array::from_fn(|i| {
                 let t_max = self.rays.t_max[first + i];
@@ -419,9 +417,11 @@ impl Batch for AnyBatch<'_> {
         }
     }
 
-    fn tiles<L: Lanes, C: Certainty, F: Features, const S: usize>(mut self) {
+    fn tiles<L: Lanes, C: Certainty, F: Features, const S: usize>(
+        mut self,
+        scratch: &mut TileScratch,
+    ) {
         let world = self.world;
-        let mut scratch = TileScratch::kept();
         let mut bundles = Bundles::default();
         let tiles = self.rays.len() / TILE;
         for first in (0..self.rays.len()).step_by(TILE) {
@@ -430,7 +430,7 @@ impl Batch for AnyBatch<'_> {
                 let mut queries: [_; S] = std::array::from_fn(|s| {
                     AnyHit::<L>::new(load_f32(&self.rays.t_max[first + s * L::COUNT..]))
                 });
-                tile.trace::<C, F, _>(&mut queries, &mut scratch);
+                tile.trace::<C, F, _>(&mut queries, scratch);
                 for (s, query) in queries.iter().enumerate() {
                     self.put(first + s * L::COUNT, query);
                 }
@@ -518,7 +518,9 @@ fn by_structure<L: Lanes, C: Certainty, N: Count, const S: usize>(
 ) {
     match choice.forest {
         Forests::Wide(_) => by_needs::<L, C, S>(choice.kernels.needs, batch),
-        Forests::Nested(forest) => batch.nested::<L::Single, C>(&forest.groups),
+        Forests::Nested(forest) => with_scratch(|scratch| {
+            batch.nested::<L::Single, C>(&forest.groups, &mut scratch.streams);
+        }),
         Forests::Narrow(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
         Forests::Kd(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
         Forests::Grid(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
@@ -546,13 +548,13 @@ fn by_needs<L: Lanes, C: Certainty, const S: usize>(needs: Needs, batch: impl Ba
         NATIVE_F32
     };
     if C::GUARDED || L::COUNT != native {
-        return batch.tiles::<L, C, Everything, S>();
+        return with_scratch(|scratch| batch.tiles::<L, C, Everything, S>(scratch));
     }
-    match (needs.solids, needs.transforms) {
-        (false, false) => batch.tiles::<L, C, Has<true, false, false>, S>(),
-        (false, true) => batch.tiles::<L, C, Has<true, false, true>, S>(),
-        _ => batch.tiles::<L, C, Everything, S>(),
-    }
+    with_scratch(|scratch| match (needs.solids, needs.transforms) {
+        (false, false) => batch.tiles::<L, C, Has<true, false, false>, S>(scratch),
+        (false, true) => batch.tiles::<L, C, Has<true, false, true>, S>(scratch),
+        _ => batch.tiles::<L, C, Everything, S>(scratch),
+    })
 }
 
 #[cfg(test)]

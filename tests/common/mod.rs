@@ -7,7 +7,9 @@ use lanecast::geom::*;
 use lanecast::plan::{Arithmetic, Choices, Kernels, Needs, native_width, plan};
 use lanecast::render::{AovSet, Progress, RenderConfig, Rendered, View, render};
 use lanecast::scene::*;
-use lanecast::trace::{Ahead, HitId, Hits, ItemBuffer, MAX_LANES, Rays, closest, closest_listed};
+use lanecast::trace::{
+    Ahead, HitId, Hits, ItemBuffer, MAX_LANES, Rays, any, closest, closest_listed,
+};
 use std::path::{Path, PathBuf};
 
 /// The folder of test assets, or `None` after saying that it is absent.
@@ -398,10 +400,30 @@ impl RayColumns {
         self.answers(|rays, hits| closest_listed(world, kernels, rays, (items, 0), hits))
     }
 
+    /// Whether anything lies before `t_max`.
+    pub fn blocked(&self, world: &World, kernels: &Kernels, t_max: &[f32]) -> Vec<bool> {
+        let mut blocked = vec![false; self.len.next_multiple_of(MAX_LANES)];
+        self.columns(t_max.to_vec(), |rays| {
+            any(world, kernels, rays, &mut { HitId::NONE }, &mut blocked);
+        });
+        blocked.truncate(self.len);
+        blocked
+    }
+
     fn answers(&self, trace: impl FnOnce(&Rays, &mut Hits)) -> Vec<(f64, HitId)> {
         let padded = self.len.next_multiple_of(MAX_LANES);
+        let (mut t, mut id) = (vec![0.0; padded], vec![HitId::NONE; padded]);
+        let mut hits = Hits {
+            t: &mut t,
+            id: &mut id,
+        };
+        self.columns(vec![f32::INFINITY; self.len], |rays| trace(rays, &mut hits));
+        t.into_iter().zip(id).take(self.len).collect()
+    }
+
+    fn columns(&self, mut t_max: Vec<f32>, trace: impl FnOnce(&Rays)) {
+        let padded = self.len.next_multiple_of(MAX_LANES);
         let (mut org, mut dir) = (self.org.clone(), self.dir.clone());
-        let mut t_max = vec![f32::INFINITY; self.len];
         for k in 0..3 {
             org[k].resize(padded, 0.0);
             dir[k].resize(padded, 1.0);
@@ -415,13 +437,7 @@ impl RayColumns {
             t_max: &t_max,
             ahead: Ahead::default(),
         };
-        let (mut t, mut id) = (vec![0.0; padded], vec![HitId::NONE; padded]);
-        let mut hits = Hits {
-            t: &mut t,
-            id: &mut id,
-        };
-        trace(&rays, &mut hits);
-        t.into_iter().zip(id).take(self.len).collect()
+        trace(&rays);
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::parallel::{Shear, Starts};
 use crate::accel::Frustum;
+use crate::geom::Certainty;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Vec3};
 use crate::trace::query::Query;
@@ -27,7 +28,7 @@ impl Projection for Parallel {
 }
 
 /// As many rays as there are lanes. Depths count along the main axis k: from the
-/// one origin, z = t·|d_k|, or from the first of the starts.
+/// one origin, z = t·|d_k|, or from the near side of the tree.
 #[derive(Clone, Copy)]
 pub(super) struct Group<L: Lanes> {
     /// Rounded to the lanes' type; of rays that are not alive, the middle ray's.
@@ -57,8 +58,8 @@ pub(super) struct Bundle<L: Lanes, const S: usize> {
     pub frustum: Frustum,
     /// Of all rays of one origin, at the lanes' precision.
     pub object_org: [L::Scalar; 3],
-    /// The same in f32 along (a, b, k), k times the sign; of one direction, what
-    /// lines and depths are relative to.
+    /// The same in f32 along (a, b, k), k times the sign; of one direction, the
+    /// middle of the tree's near side.
     pub org: [f32; 3],
     pub groups: [Group<L>; S],
     /// Of one direction.
@@ -69,6 +70,12 @@ pub(super) struct Bundle<L: Lanes, const S: usize> {
     /// The largest distance, along an axis, from the origin or from the rays'
     /// to the far side of the tree.
     pub reach: f32,
+}
+
+/// Whether the tile's own tests only sort out, and others decide.
+#[inline(always)]
+pub(super) fn is_exact<L: Lanes, C: Certainty>() -> bool {
+    C::GUARDED || size_of::<L::Scalar>() == 8
 }
 
 /// Steeper rays, against the main axis, are left to other kernels.
@@ -96,6 +103,7 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
         let starts = Starts {
             org: group.dir,
             depth: zero,
+            slack: zero,
         };
         Bundle {
             parallel: false,
@@ -203,24 +211,26 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
         (0..S * L::COUNT).find(is_alive)
     }
 
-    /// Takes over each ray's limit in t; negative ones are done. Of closest hits
-    /// a little beyond: depths and t's are rounded apart, and which of two
-    /// shapes is nearer is for their t's to say, whichever comes first.
+    /// Takes over each ray's limit in t; negative ones are done. A little beyond
+    /// where the depth does not decide: depths and t's are rounded apart. Of
+    /// closest hits, which of two shapes is nearer is for their t's to say,
+    /// whichever comes first.
     #[inline(always)]
-    pub fn limit_t<Q: Query<L>>(&mut self, s: usize, limit: L) {
-        let slack = if Q::ANY {
-            1.0
-        } else {
-            1.0 + 8.0 * f32::EPSILON
-        };
+    pub fn limit_t<C: Certainty, Q: Query<L>>(&mut self, s: usize, limit: L) {
+        let decides = Q::ANY && !is_exact::<L, C>();
         let group = &mut self.groups[s];
         group.limit = if self.parallel {
+            let starts = &self.starts[s];
             let asleep = limit.lt(L::zero());
-            let depth = self.starts[s].depth + limit * group.along;
-            // Depths are rounded relative to how far they reach.
-            let beyond = L::from_f32((slack - 1.0) * self.reach);
-            L::select(asleep, -L::from_f32(1.0), depth + beyond)
+            let depth = starts.depth + limit * group.along;
+            let depth = if decides { depth } else { depth + starts.slack };
+            L::select(asleep, -L::from_f32(1.0), depth)
         } else {
+            let slack = if decides {
+                1.0
+            } else {
+                1.0 + 8.0 * f32::EPSILON
+            };
             limit * (group.along * L::from_f32(slack))
         };
         group.set_deepest();

@@ -1,7 +1,7 @@
 //! A tile that runs through its list of an item buffer in place of walking the
 //! trees. Solids and blocks of triangles meet the very tests of the walk.
 
-use super::bundle::Pinhole;
+use super::bundle::{Pinhole, is_exact};
 use super::{InMesh, TILE, Tile, TileScratch};
 use crate::accel::{BoxRows, Entry, ItemBoxes, World, prefetch};
 use crate::geom::Certainty;
@@ -51,7 +51,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             }
         }
         for (s, query) in queries.iter().enumerate() {
-            self.bundle.limit_t::<Q>(s, query.limit());
+            self.bundle.limit_t::<C, Q>(s, query.limit());
         }
         for run in items.chunk_by(|a, b| a.entry == b.entry) {
             let entry = &world.entries[run[0].entry as usize];
@@ -83,7 +83,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             let streams = &mut scratch.streams;
             self.placed_mesh::<C, Q>(entry, id, queries, streams, through);
         } else {
-            self.mesh_in_world(entry, id, queries, through);
+            self.mesh_in_world::<C, Q>(entry, id, queries, through);
         }
     }
 }
@@ -100,7 +100,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
         boxes: &BoxRows,
         queries: &mut [Q; S],
     ) {
-        let exact = C::GUARDED || size_of::<L::Scalar>() == 8;
+        let exact = is_exact::<L, C>();
         if exact {
             let packets: [_; S] = std::array::from_fn(|s| rays.packet(start + s * L::COUNT, world));
             let testers: [_; S] =

@@ -29,11 +29,10 @@ use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::scene::{MeshId, Shape};
 use block::{Aim, Edges};
-use bundle::{Bundle, Parallel, Pinhole, Projection, RelativeBox};
+use bundle::{Bundle, Parallel, Pinhole, Projection, RelativeBox, is_exact};
 use glam::DVec3;
 use settle::{Found, settle};
 use std::cell::Cell;
-use std::ops::{Deref, DerefMut};
 
 /// Rays per tile.
 pub const TILE: usize = 64;
@@ -66,33 +65,11 @@ thread_local! {
     static SCRATCH: Cell<Option<Box<TileScratch>>> = const { Cell::new(None) };
 }
 
-/// A thread's scratch while it is in use.
-pub(super) struct Kept(Option<Box<TileScratch>>);
-
-impl TileScratch {
-    /// This thread's: making one takes as long as some hundred rays.
-    pub fn kept() -> Kept {
-        Kept(Some(SCRATCH.take().unwrap_or_default()))
-    }
-}
-
-impl Drop for Kept {
-    fn drop(&mut self) {
-        SCRATCH.set(self.0.take());
-    }
-}
-
-impl Deref for Kept {
-    type Target = TileScratch;
-    fn deref(&self) -> &TileScratch {
-        self.0.as_ref().expect("in use until dropped")
-    }
-}
-
-impl DerefMut for Kept {
-    fn deref_mut(&mut self) -> &mut TileScratch {
-        self.0.as_mut().expect("in use until dropped")
-    }
+/// Lends this thread's scratch: making one takes as long as some hundred rays.
+pub(super) fn with_scratch(run: impl FnOnce(&mut TileScratch)) {
+    let mut scratch = SCRATCH.take().unwrap_or_default();
+    run(&mut scratch);
+    SCRATCH.set(Some(scratch));
 }
 
 /// Places for bundles, reused from tile to tile.
@@ -251,7 +228,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             }
         }
         for (s, query) in queries.iter().enumerate() {
-            self.bundle.limit_t::<Q>(s, query.limit());
+            self.bundle.limit_t::<C, Q>(s, query.limit());
         }
         let Some(forest) = world.wide() else { return };
         let top = &forest.top;
@@ -295,7 +272,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
                 if F::TRANSFORMS && entry.placed {
                     self.placed_mesh::<C, Q>(entry, id, queries, streams, through);
                 } else {
-                    self.mesh_in_world(entry, id, queries, through);
+                    self.mesh_in_world::<C, Q>(entry, id, queries, through);
                 }
             }
             _ => {
@@ -317,14 +294,14 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             if active[s].any() {
                 let packet = self.packet(s);
                 Tester::<L, C, F>::new(self.world, &packet).solid(entry, active[s], query);
-                self.bundle.limit_t::<Q>(s, query.limit());
+                self.bundle.limit_t::<C, Q>(s, query.limit());
             }
         }
     }
 
     /// A mesh in world space; `through` meets its triangles.
     #[inline(always)]
-    fn mesh_in_world<Q: Query<L>>(
+    fn mesh_in_world<C: Certainty, Q: Query<L>>(
         &mut self,
         entry: &Entry,
         id: MeshId,
@@ -344,7 +321,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         };
         through(inside, queries);
         for (s, query) in queries.iter().enumerate() {
-            self.bundle.limit_t::<Q>(s, query.limit());
+            self.bundle.limit_t::<C, Q>(s, query.limit());
         }
     }
 
@@ -393,7 +370,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         }
         let asleep = -L::from_f32(1.0);
         for (s, query) in queries.iter().enumerate() {
-            bundle.limit_t::<Q>(s, L::select(active[s], query.limit(), asleep));
+            bundle.limit_t::<C, Q>(s, L::select(active[s], query.limit(), asleep));
         }
         let inside = InMesh {
             entry,
@@ -405,7 +382,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         };
         through(inside, queries);
         for (s, query) in queries.iter().enumerate() {
-            self.bundle.limit_t::<Q>(s, query.limit());
+            self.bundle.limit_t::<C, Q>(s, query.limit());
         }
     }
 
@@ -425,7 +402,8 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             let mut nearest: [_; STREAM] = std::array::from_fn(|i| {
                 let (s, lane) = ((begin + i) / L::COUNT, (begin + i) % L::COUNT);
                 set |= u64::from(active[s].bits() >> lane & 1) << i;
-                let limit = queries[s].limit().lane(lane);
+                // Just beyond the ray's own: ties are for that query to settle.
+                let limit = next_up(queries[s].limit().lane(lane));
                 Closest::<L::Single, C>::new(<L::Single as Lanes>::splat(limit))
             });
             let stream = Stream {
@@ -472,7 +450,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
         queries: &mut [Q; S],
         stack: &mut WideStack,
     ) {
-        let exact = C::GUARDED || size_of::<L::Scalar>() == 8;
+        let exact = is_exact::<L, C>();
         let frustum = self.bundle.frustum;
         let deepest = self.bundle.deepest();
         let mesh = self.mesh;
@@ -802,7 +780,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                 if met {
                     let asleep = self.bundle.groups[s].limit.lt(L::zero());
                     let limit = L::select(asleep, -L::from_f32(1.0), queries[s].limit());
-                    self.bundle.limit_t::<Q>(s, limit);
+                    self.bundle.limit_t::<C, Q>(s, limit);
                 }
             }
         }
@@ -821,6 +799,15 @@ fn source(mesh: &WideMesh, place: u32) -> u32 {
 #[inline(always)]
 fn nearer(z: f32, limit: f32, id: u32, best: u32, mesh: &WideMesh) -> bool {
     z < limit || (z == limit && best != NOTHING && id < source(mesh, best))
+}
+
+/// The next number.
+fn next_up<X: Scalar>(x: X) -> X {
+    if size_of::<X>() == 8 {
+        X::from_f64(x.to_f64().next_up())
+    } else {
+        X::from_f32((x.to_f64() as f32).next_up())
+    }
 }
 
 /// [`NOTHING`] in every lane.

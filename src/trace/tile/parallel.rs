@@ -2,8 +2,11 @@
 //!
 //! Along the main axis k of the direction each ray is the line x = u + s_a·z,
 //! y = v + s_b·z, where s are the slopes that all share and depths count from
-//! the first of the starts: so no depth is negative, and shearing by the slopes
-//! makes points of the lines, (u, v).
+//! the near side of the tree; shearing by the slopes makes points of the lines,
+//! (u, v).
+//!
+//! What these numbers are relative to is the tree's alone: which rays make a tile
+//! with it changes no bit of what a ray meets. tests/parallel.rs holds that.
 
 use super::bundle::{Bundle, LEAST_SLOPE, RelativeBox, main_axis};
 use crate::accel::Frustum;
@@ -26,8 +29,10 @@ pub(super) struct Shear {
 pub(super) struct Starts<L: Lanes> {
     /// Rounded to the lanes' type; of rays that are not alive, the middle ray's.
     pub org: Vec3<L>,
-    /// Depths.
+    /// Depths: negative before the tree.
     pub depth: L,
+    /// What a depth may be wrong by that a t was turned into, generously.
+    pub slack: L,
 }
 
 /// Farther off, a slope of nearly zero overflows.
@@ -36,8 +41,8 @@ const FARTHEST: f32 = 1e20;
 impl<L: Lanes, const S: usize> Bundle<L, S> {
     /// Takes in other rays. `org`: of a group's rays; `alive`: the others take
     /// the place of the middle ray. False where f32 does not reach; then nothing
-    /// may be asked. The same for all widths, and whatever the limits that have
-    /// put rays to sleep: lines and depths are relative to the rays of `all`.
+    /// may be asked, which is the same for all widths, and whatever the limits that
+    /// have put rays of `all` to sleep.
     #[inline(always)]
     pub fn take_in_parallel(
         &mut self,
@@ -54,38 +59,33 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
         let along = dir[k].to_f64().abs();
         let slope = |k: usize| (dir[k].to_f64() / along) as f32;
         let slopes = [slope(ka), slope(kb)];
-        let (Some(leader), Some(middle)) = (self.middle_of(all), self.middle_of(alive)) else {
+        let Some(middle) = self.middle_of(alive) else {
             return false;
         };
         if !slopes.iter().all(|s| s.abs() <= 1.0) {
             return false;
         }
-        let (depth_sign, infinity) = (f64::from(sign), L::Double::from_f64(f64::INFINITY));
-        let start_of = |ray: usize| {
-            let (here, lane) = (org(ray / L::COUNT), ray % L::COUNT);
-            [here.x.lane(lane), here.y.lane(lane), here.z.lane(lane)]
-        };
-        let (leader, stand_in) = (start_of(leader), start_of(middle));
-        let mut first = f64::INFINITY;
-        for (s, all) in all.iter().enumerate() {
-            let all = <L::Double as Lanes>::Mask::from_bits(all.bits());
-            let depth = org(s).axis(k) * L::Double::from_f64(depth_sign);
-            first = first.min(L::Double::select(all, depth, infinity).least());
-        }
-        // Not rounded up: no ray starts at a negative depth.
-        let rounded = first as f32;
-        let base = if f64::from(rounded) > first {
-            rounded.next_down()
+        let here = org(middle / L::COUNT);
+        let lane = middle % L::COUNT;
+        let stand_in = [here.x.lane(lane), here.y.lane(lane), here.z.lane(lane)];
+        let center = |k: usize| 0.5 * bounds.min[k] + 0.5 * bounds.max[k];
+        let base = if sign < 0.0 {
+            -bounds.max[k]
         } else {
-            rounded
+            bounds.min[k]
         };
-        let about = [leader[ka] as f32, leader[kb] as f32, base];
+        let about = [center(ka), center(kb), base];
+        if !about.iter().all(|x| x.is_finite()) {
+            return false;
+        }
+        let depth_sign = f64::from(sign);
         let place = [
             f64::from(about[0]),
             f64::from(about[1]),
             f64::from(about[2]),
         ];
         let splat = |x: f64| L::Double::from_f64(x);
+        let size = (0..3).fold(0.0_f32, |m, k| m.max(bounds.max[k] - bounds.min[k]));
         let mut lines = [[f32::INFINITY, f32::NEG_INFINITY]; 2];
         let mut spread = [0.0_f32; 3];
         let inverse = slopes.map(|s| {
@@ -104,7 +104,7 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
         for (s, (all, alive)) in all.iter().zip(alive).enumerate() {
             let all = <L::Double as Lanes>::Mask::from_bits(all.bits());
             let alive = <L::Double as Lanes>::Mask::from_bits(alive.bits());
-            let org = Vec3::select(all, org(s), Vec3::splat(leader));
+            let org = Vec3::select(all, org(s), Vec3::splat(stand_in));
             for (spread, x) in spread.iter_mut().zip(relative(&org)) {
                 *spread = spread.max(x.abs().greatest() as f32);
             }
@@ -115,6 +115,10 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
             let starts = &mut self.starts[s];
             starts.org = Vec3::new(L::narrow(org.x), L::narrow(org.y), L::narrow(org.z));
             starts.depth = L::narrow(depth);
+            // Of a t that leads into the tree, its depth is a difference: rounded
+            // relative to the start and to the tree. Per ray, as it decides.
+            let extent = starts.depth.abs() + L::from_f32(size);
+            starts.slack = extent * L::from_f32(8.0 * f32::EPSILON);
             let group = &mut self.groups[s];
             group.dir = Vec3::splat(dir);
             group.along = L::from_f64(along);

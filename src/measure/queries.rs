@@ -9,10 +9,14 @@ use crate::accel::{Counter, Counts, World};
 use crate::io::RaySet;
 use crate::plan::Kernels;
 use crate::render::Progress;
-use crate::trace::{HitId, Hits, MAX_LANES, Rays, any, any_counted, closest, closest_counted};
+use crate::trace::{
+    CacheCounts, Caching, HitId, Hits, MAX_LANES, Rays, ShadowCache, any, any_counted, closest,
+    closest_counted,
+};
 use rayon::prelude::*;
 use std::cell::RefCell;
 use std::hint::black_box;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// The question to a ray set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,16 +68,18 @@ thread_local! {
     static BUFFERS: RefCell<Buffers> = RefCell::default();
 }
 
-/// Traces all rays on the current rayon pool; `None` where it was cancelled.
+/// Traces all rays on the current rayon pool; `None` where it was cancelled. Each
+/// chunk has a shadow cache of its own, as for the one light of a renderer's tile.
 pub fn trace(
     world: &World,
     kernels: &Kernels,
     rays: &RaySet,
-    ask: Ask,
+    (ask, caching): (Ask, Caching),
     answers: &mut Answers,
     progress: &Progress,
-) -> Option<()> {
+) -> Option<CacheCounts> {
     answers.prepare(ask, rays.len());
+    let (tries, hits) = (AtomicU64::new(0), AtomicU64::new(0));
     let chunk = |number: usize, count: usize, run: &mut dyn FnMut(&mut Buffers)| {
         if !progress.is_cancelled() {
             BUFFERS.with_borrow_mut(|buffers| {
@@ -88,7 +94,7 @@ pub fn trace(
             let chunks = t.zip(answers.id.par_chunks_mut(CHUNK)).enumerate();
             chunks.for_each(|(number, (t, id))| {
                 chunk(number, t.len(), &mut |buffers| {
-                    buffers.closest(world, kernels, t, id, None);
+                    buffers.closest(world, kernels, t, id);
                 });
             });
         }
@@ -96,12 +102,18 @@ pub fn trace(
             let chunks = answers.blocked.par_chunks_mut(CHUNK).enumerate();
             chunks.for_each(|(number, blocked)| {
                 chunk(number, blocked.len(), &mut |buffers| {
-                    buffers.any(world, kernels, blocked, None);
+                    let cache = &mut ShadowCache::new(caching);
+                    buffers.any(world, kernels, cache, blocked);
+                    tries.fetch_add(cache.counts.tries, Relaxed);
+                    hits.fetch_add(cache.counts.hits, Relaxed);
                 });
             });
         }
     }
-    (!progress.is_cancelled()).then_some(())
+    (!progress.is_cancelled()).then_some(CacheCounts {
+        tries: tries.into_inner(),
+        hits: hits.into_inner(),
+    })
 }
 
 /// What tracing all rays takes, on this thread; `None` where it was cancelled.
@@ -109,7 +121,7 @@ pub fn count(
     world: &World,
     kernels: &Kernels,
     rays: &RaySet,
-    ask: Ask,
+    (ask, caching): (Ask, Caching),
     progress: &Progress,
 ) -> Option<Counts> {
     let counter = Counter::default();
@@ -129,9 +141,9 @@ pub fn count(
                 closest_counted(world, kernels, &columns.borrowed(), &mut hits, &counter);
             }
             Ask::Any => {
-                let (mut occluder, mut blocked) = (HitId::NONE, vec![false; padded]);
-                let rays = columns.borrowed();
-                any_counted(world, kernels, &rays, &mut occluder, &mut blocked, &counter);
+                let mut cache = ShadowCache::new(caching);
+                let (rays, mut blocked) = (columns.borrowed(), vec![false; padded]);
+                any_counted(world, kernels, &rays, &mut cache, &mut blocked, &counter);
             }
         }
     }
@@ -159,14 +171,7 @@ struct Buffers {
 }
 
 impl Buffers {
-    fn closest(
-        &mut self,
-        world: &World,
-        kernels: &Kernels,
-        t: &mut [f32],
-        id: &mut [HitId],
-        counter: Option<&Counter>,
-    ) {
+    fn closest(&mut self, world: &World, kernels: &Kernels, t: &mut [f32], id: &mut [HitId]) {
         let padded = self.rays.t_max.len();
         self.t.resize(padded, 0.0);
         // Into the answers themselves, unless the last packet would not fit.
@@ -176,11 +181,7 @@ impl Buffers {
             t: &mut self.t,
             id: if whole { id } else { &mut self.id },
         };
-        let rays = self.rays.borrowed();
-        match counter {
-            None => closest(world, kernels, &rays, &mut hits),
-            Some(counter) => closest_counted(world, kernels, &rays, &mut hits, counter),
-        }
+        closest(world, kernels, &self.rays.borrowed(), &mut hits);
         for (to, from) in t.iter_mut().zip(&self.t) {
             *to = *from as f32;
         }
@@ -193,16 +194,12 @@ impl Buffers {
         &mut self,
         world: &World,
         kernels: &Kernels,
+        cache: &mut ShadowCache,
         blocked: &mut [bool],
-        counter: Option<&Counter>,
     ) {
         self.blocked.resize(self.rays.t_max.len(), false);
         let (rays, found) = (self.rays.borrowed(), &mut self.blocked);
-        let mut occluder = HitId::NONE;
-        match counter {
-            None => any(world, kernels, &rays, &mut occluder, found),
-            Some(counter) => any_counted(world, kernels, &rays, &mut occluder, found, counter),
-        }
+        any(world, kernels, &rays, cache, found);
         blocked.copy_from_slice(&self.blocked[..blocked.len()]);
     }
 }

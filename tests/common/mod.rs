@@ -2,12 +2,12 @@
 #![allow(dead_code)]
 
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::accel::{Structure, World};
+use lanecast::accel::{Density, KdQuality, Structure, World};
 use lanecast::geom::*;
 use lanecast::plan::{Arithmetic, Choices, Kernels, Needs, native_width, plan};
 use lanecast::render::{AovSet, Progress, RenderConfig, Rendered, View, render};
 use lanecast::scene::*;
-use lanecast::trace::{HitId, Hits, MAX_LANES, Rays, closest};
+use lanecast::trace::{HitId, Hits, MAX_LANES, Rays, ShadowCache, any, closest};
 use std::path::{Path, PathBuf};
 
 /// The folder of test assets, or `None` after saying that it is absent.
@@ -229,6 +229,20 @@ pub struct Way {
     pub structure: Structure,
 }
 
+/// All that find primitives.
+pub fn structures() -> [Structure; 8] {
+    [
+        Structure::Linear,
+        Structure::Bvh,
+        Structure::Nested,
+        Structure::Narrow,
+        Structure::Kd(KdQuality::default()),
+        Structure::Grid(Density::default()),
+        Structure::Heap,
+        Structure::HeapSpheres,
+    ]
+}
+
 /// Needs that are right for every scene.
 pub const EVERYTHING: Needs = Needs {
     meshes: true,
@@ -377,28 +391,49 @@ impl RayColumns {
 
     /// (t, id) of the nearest hit beyond t = 0 of each ray.
     pub fn closest(&self, world: &World, kernels: &Kernels) -> Vec<(f64, HitId)> {
+        self.padded(f32::INFINITY, |rays| {
+            let (mut t, mut id) = (vec![0.0; rays.len()], vec![HitId::NONE; rays.len()]);
+            let mut hits = Hits {
+                t: &mut t,
+                id: &mut id,
+            };
+            closest(world, kernels, rays, &mut hits);
+            t.into_iter().zip(id).take(self.len).collect()
+        })
+    }
+
+    /// Whether anything lies between t = 0 and `t_max` of each ray.
+    pub fn any(
+        &self,
+        world: &World,
+        kernels: &Kernels,
+        t_max: f32,
+        cache: &mut ShadowCache,
+    ) -> Vec<bool> {
+        self.padded(t_max, |rays| {
+            let mut blocked = vec![false; rays.len()];
+            any(world, kernels, rays, cache, &mut blocked);
+            blocked.truncate(self.len);
+            blocked
+        })
+    }
+
+    fn padded<T>(&self, t_max: f32, trace: impl FnOnce(&Rays) -> T) -> T {
         let padded = self.len.next_multiple_of(MAX_LANES);
         let (mut org, mut dir) = (self.org.clone(), self.dir.clone());
-        let mut t_max = vec![f32::INFINITY; self.len];
+        let mut t_max = vec![t_max; self.len];
         for k in 0..3 {
             org[k].resize(padded, 0.0);
             dir[k].resize(padded, 1.0);
         }
         t_max.resize(padded, -1.0);
-        let rays = Rays {
+        trace(&Rays {
             origin: None,
             org: [&org[0], &org[1], &org[2]],
             dir: [&dir[0], &dir[1], &dir[2]],
             t_min: &vec![0.0; padded],
             t_max: &t_max,
-        };
-        let (mut t, mut id) = (vec![0.0; padded], vec![HitId::NONE; padded]);
-        let mut hits = Hits {
-            t: &mut t,
-            id: &mut id,
-        };
-        closest(world, kernels, &rays, &mut hits);
-        t.into_iter().zip(id).take(self.len).collect()
+        })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::leaf::{Everything, Features, Has, Scratch, Tester};
 use super::packet::Packet;
-use super::query::{AnyHit, Closest, HitId, Query};
+use super::query::{AnyHit, Closest, HitId};
 use super::shadow_cache::ShadowCache;
 use super::stream::{Stream, StreamScratch, each};
 use super::tile::{Bundles, TILE, Tile, TileScratch};
@@ -11,7 +11,6 @@ use crate::geom::{Certainty, DoubtAll, Fast};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar, f32x4, f32x8, f32x16, f64x4, f64x8, f64x16};
 use crate::plan::{Arithmetic, Kernels, Needs, native_width};
-use crate::scene::Shape;
 
 /// Columns of rays are padded to a multiple of this, the largest group of rays
 /// that is traced together.
@@ -300,62 +299,6 @@ impl AnyBatch<'_> {
         }
     }
 
-    /// Whether a tile may try this one first: where it decides triangles by edge
-    /// functions, a try would be another test.
-    fn tile_may_try<L: Lanes, C: Certainty>(&self, occluder: HitId) -> bool {
-        let watertight = C::GUARDED || L::is_double();
-        let shape = || self.world.entry_of(occluder.instance).shape;
-        watertight || !matches!(shape(), Shape::Mesh(_))
-    }
-
-    #[inline(always)]
-    fn try_tile<L: Lanes, C: Certainty, const S: usize>(
-        &mut self,
-        first: usize,
-        queries: &mut [AnyHit<L>; S],
-    ) {
-        let occluder = self.cache.candidate();
-        let may_try = |id: &HitId| self.tile_may_try::<L, C>(*id);
-        if let Some(occluder) = occluder.filter(may_try) {
-            self.try_all::<L, C, S>(first, occluder, queries);
-        }
-    }
-
-    #[inline(never)]
-    fn try_all<L: Lanes, C: Certainty, const S: usize>(
-        &mut self,
-        first: usize,
-        occluder: HitId,
-        queries: &mut [AnyHit<L>; S],
-    ) {
-        let (mut rays, mut settled) = (0, 0);
-        for (s, query) in queries.iter_mut().enumerate() {
-            rays += query.limit().gt(L::zero()).bits().count_ones();
-            *query = self.tried::<L, C>(first + s * L::COUNT, occluder).1;
-            settled += query.blocked().bits().count_ones();
-        }
-        self.cache.tried(rays, settled);
-    }
-
-    #[inline(always)]
-    fn put_tile<L: Lanes, C: Certainty, const S: usize>(
-        &mut self,
-        first: usize,
-        queries: &[AnyHit<L>; S],
-    ) {
-        let (mut last, mut by_last) = (HitId::NONE, 0);
-        for (s, query) in queries.iter().enumerate() {
-            self.put(first + s * L::COUNT, query);
-            // A group's last one stands for all that have blocked a ray of it.
-            let blocked = query.blocked().bits().count_ones();
-            if blocked > 0 {
-                by_last = blocked + if query.occluder == last { by_last } else { 0 };
-                last = query.occluder;
-            }
-        }
-        self.cache.remember(last, by_last, TILE as u32);
-    }
-
     /// A stream's rays: `trace` gets those that the cache leaves open.
     #[inline(always)]
     fn stream<L: Lanes, C: Certainty>(
@@ -434,9 +377,12 @@ impl Batch for AnyBatch<'_> {
                 let mut queries: [_; S] = std::array::from_fn(|s| {
                     AnyHit::<L>::new(load_f32(&rays.t_max[first + s * L::COUNT..]))
                 });
-                self.try_tile::<L, C, S>(first, &mut queries);
+                // No try: a tile is through with all of its rays in hardly more
+                // time than a try takes (docs/BENCHMARKS.md).
                 tile.trace::<C, F, _>(&mut queries, &mut scratch);
-                self.put_tile::<L, C, S>(first, &queries);
+                for (s, query) in queries.iter().enumerate() {
+                    self.put(first + s * L::COUNT, query);
+                }
                 continue;
             }
             for first in (first..first + TILE).step_by(STREAM) {

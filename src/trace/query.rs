@@ -164,10 +164,11 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
     }
 
     fn settle(&mut self, lane: usize, t: f64, id: HitId) {
-        let limit = self.exact.lane(lane);
-        let best = self.id(lane);
+        let (limit, best) = (self.t(lane), self.id(lane));
         if t < limit || (t == limit && best != HitId::NONE && id < best) {
-            self.exact = self.exact.with_lane(lane, t);
+            if C::GUARDED {
+                self.exact = self.exact.with_lane(lane, t);
+            }
             let above = L::Scalar::from_f64(f64::from(round_up(t)));
             let above = if size_of::<L::Scalar>() == 8 {
                 L::Scalar::from_f64(t)

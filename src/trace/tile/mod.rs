@@ -292,7 +292,8 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             let mut nearest: [_; STREAM] = std::array::from_fn(|i| {
                 let (s, lane) = ((begin + i) / L::COUNT, (begin + i) % L::COUNT);
                 set |= u64::from(active[s].bits() >> lane & 1) << i;
-                let limit = queries[s].limit().lane(lane);
+                // Just beyond the ray's own: ties are for that query to settle.
+                let limit = next_up(queries[s].limit().lane(lane));
                 Closest::<L::Single, C>::new(<L::Single as Lanes>::splat(limit))
             });
             let stream = Stream {
@@ -617,6 +618,15 @@ fn source(mesh: &WideMesh, place: u32) -> u32 {
 #[inline(always)]
 fn nearer(z: f32, limit: f32, id: u32, best: u32, mesh: &WideMesh) -> bool {
     z < limit || (z == limit && best != NOTHING && id < source(mesh, best))
+}
+
+/// The next number.
+fn next_up<X: Scalar>(x: X) -> X {
+    if size_of::<X>() == 8 {
+        X::from_f64(x.to_f64().next_up())
+    } else {
+        X::from_f32((x.to_f64() as f32).next_up())
+    }
 }
 
 /// [`NOTHING`] in every lane.

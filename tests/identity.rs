@@ -260,7 +260,7 @@ fn the_table() {
     println!("|---|---|---|---|---|---|");
     for file in SCENES {
         let loaded = load(&assets.join(file), 1.0);
-        let rows = compare(stem(file), &loaded, 513, 1_000_000_000);
+        let rows = compare(stem(file), &loaded, 513, 50_000_000);
         print(stem(file), &rows);
     }
 }

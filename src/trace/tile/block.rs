@@ -22,7 +22,7 @@ pub(super) struct Edges {
     /// By how much an edge function may be wrong, at most, over all rays.
     margin: [f32; WIDE],
     /// The corners' least depth.
-    nearest: [f32; WIDE],
+    pub nearest: [f32; WIDE],
     /// Triangles that may be in front of the origin.
     pub live: u32,
 }
@@ -34,6 +34,10 @@ pub(super) struct Edges {
 /// cross product and its evaluation round quantities of at most
 /// 2 reach · edge a dozen times. Twice the sum of both.
 const MARGIN: f32 = 96.0 * 0.5 * f32::EPSILON;
+
+/// A depth T / det that equals the limit, though each is rounded: T may be a
+/// rounding more than limit · det.
+const TIES: f32 = 1.0 - 4.0 * f32::EPSILON;
 
 impl Edges {
     #[inline(always)]
@@ -162,26 +166,37 @@ impl Edges {
 
     /// One triangle against a group's rays: those inside, and T and det. That
     /// the triangle begins before the ray's limit is asked of each ray, and not
-    /// only of the group: T / det may come out nearer than the triangle is, and
-    /// the answer must not depend on which rays make a group.
+    /// only of the group: the answer must not depend on which rays make a group.
+    /// Where a ray asks for its nearest hit, this passes a little more than what
+    /// lies before the limit: whoever compares depths decides, ties included.
     #[inline(always)]
-    pub fn rays<L: Lanes>(&self, slot: usize, group: &Group<L>) -> (L::Mask, L, L) {
+    pub fn rays<L: Lanes, const ANY: bool>(
+        &self,
+        slot: usize,
+        group: &Group<L>,
+    ) -> (L::Mask, L, L) {
         let value = |which: usize| {
             let n = &self.normal[which];
             let at = |axis: usize| L::from_f32(n[axis][slot]);
             at(0).mul_add(group.u, at(1).mul_add(group.v, at(2)))
         };
         let least = min(min(value(0), value(1)), value(2));
-        let depth = L::from_f32(self.depth_times_det[slot]);
+        let depth = self.depth_times_det[slot];
         let det = value(3);
+        let early = L::from_f32(if ANY { depth } else { depth * TIES });
         let before = L::from_f32(self.nearest[slot]).le(group.limit);
-        let inside = least.ge(L::zero()) & depth.le(group.limit * det) & before;
-        (inside, depth, det)
+        let inside = least.ge(L::zero()) & early.le(group.limit * det) & before;
+        (inside, L::from_f32(depth), det)
     }
 
     /// One ray against all triangles: those met before `limit`, and T and det.
     #[inline(always)]
-    pub fn triangles(&self, u: f32, v: f32, limit: f32) -> (u32, Register, Register) {
+    pub fn triangles<const ANY: bool>(
+        &self,
+        u: f32,
+        v: f32,
+        limit: f32,
+    ) -> (u32, Register, Register) {
         let (u, v) = (Register::splat(u), Register::splat(v));
         let value = |which: usize| {
             let n = self.normal(which);
@@ -192,7 +207,12 @@ impl Edges {
         let det = value(3);
         let limit = Register::splat(limit);
         let before = Register::load(&self.nearest).le(limit);
-        let inside = least.ge(Register::zero()) & depth.le(limit * det) & before;
+        let early = if ANY {
+            depth
+        } else {
+            depth * Register::splat(TIES)
+        };
+        let inside = least.ge(Register::zero()) & early.le(limit * det) & before;
         (inside.bits() & self.live, depth, det)
     }
 }

@@ -22,7 +22,7 @@ use super::stream::{Stream, StreamScratch};
 use crate::accel::{Entry, STREAM, WideMesh, WideNode, WideStack, World, prefetch};
 use crate::geom::Certainty;
 use crate::math::Vec3;
-use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::math::lanes::{Lanes, Mask, Scalar, max};
 use crate::scene::{MeshId, Shape};
 use block::Edges;
 use bundle::{Bundle, RelativeBox};
@@ -443,7 +443,12 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                         bits &= bits - 1;
                         let at = |x: L| x.lane(lane).to_f64() as f32;
                         let limit = at(group.limit);
-                        let (hits, depth, det) = edges.triangles(at(group.u), at(group.v), limit);
+                        let (u, v) = (at(group.u), at(group.v));
+                        let (hits, depth, det) = if Q::ANY {
+                            edges.triangles::<true>(u, v, limit)
+                        } else {
+                            edges.triangles::<false>(u, v, limit)
+                        };
                         if hits == 0 {
                             continue;
                         }
@@ -455,7 +460,9 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                         while hits != 0 {
                             let slot = hits.trailing_zeros() as usize;
                             hits &= hits - 1;
-                            let z = depth[slot] / det[slot];
+                            // Not nearer than the triangle: else a limit could rule
+                            // it out that it would lower.
+                            let z = (depth[slot] / det[slot]).max(edges.nearest[slot]);
                             if nearer(z, limit, block.source[slot], best, self.mesh) {
                                 limit = z;
                                 best = (number * crate::accel::WIDE + slot) as u32;
@@ -474,7 +481,11 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                     while slots != 0 {
                         let slot = slots.trailing_zeros() as usize;
                         slots &= slots - 1;
-                        let (hit, depth, det) = edges.rays(slot, group);
+                        let (hit, depth, det) = if Q::ANY {
+                            edges.rays::<L, true>(slot, group)
+                        } else {
+                            edges.rays::<L, false>(slot, group)
+                        };
                         let bits = hit.bits();
                         if bits == 0 {
                             continue;
@@ -488,7 +499,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                             self.places[s] = L::select(hit, place, self.places[s]);
                             continue;
                         }
-                        let z = depth / det;
+                        let z = max(depth / det, L::from_f32(edges.nearest[slot]));
                         let less = hit & z.lt(group.limit);
                         let mut tied = (hit & z.eq(group.limit)).bits();
                         group.limit = L::select(less, z, group.limit);

@@ -5,8 +5,8 @@
 
 mod common;
 
-use common::{ALL_AOVS, EVERYTHING, Way, hash, picture, random_scene};
-use lanecast::accel::{Density, KdQuality, Structure};
+use common::{ALL_AOVS, EVERYTHING, Way, hash, picture, random_scene, structures};
+use lanecast::accel::Structure;
 use lanecast::plan::{Arithmetic, Choices, plan};
 use lanecast::render::{RenderConfig, TileOrder};
 use lanecast::scene::{Appearances, Scene};
@@ -31,21 +31,6 @@ fn hash_of(scene: &Scene, way: Way, config: &RenderConfig) -> u64 {
         way,
         config,
     ))
-}
-
-/// All that find primitives.
-fn structures() -> [Structure; 9] {
-    [
-        Structure::Linear,
-        Structure::Bvh,
-        Structure::Nested,
-        Structure::Narrow,
-        Structure::Kd(KdQuality::default()),
-        Structure::Grid(Density::default()),
-        Structure::Heap,
-        Structure::HeapSpheres,
-        Structure::ItemBuffer,
-    ]
 }
 
 /// One picture per scene, but for the f32 tile kernel: it decides triangles by

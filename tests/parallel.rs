@@ -8,7 +8,7 @@ use glam::DVec3;
 use lanecast::accel::{Structure, World};
 use lanecast::plan::{Arithmetic, Kernels, native_width};
 use lanecast::scene::{Appearances, Scene};
-use lanecast::trace::HitId;
+use lanecast::trace::{Caching, HitId, ShadowCache};
 
 const RAYS: usize = 320;
 
@@ -153,8 +153,12 @@ fn parallel_rays_that_end_at_what_they_meet() {
             [t, t.next_up(), t.next_down(), 2.0 * t][random.below(4) as usize]
         });
         let ends: Vec<f32> = ends.collect();
-        let expected = rays.blocked(&scan, &kernels, &ends);
-        assert_eq!(rays.blocked(&tree, &kernels, &ends), expected, "{number}");
+        let expected = rays.any(&scan, &kernels, &ends, &mut ShadowCache::new(Caching::Off));
+        assert_eq!(
+            rays.any(&tree, &kernels, &ends, &mut ShadowCache::new(Caching::Off)),
+            expected,
+            "{number}"
+        );
         let count = expected.iter().filter(|b| **b).count();
         (blocked, free) = (blocked + count, free + RAYS - count);
     }

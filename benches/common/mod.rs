@@ -11,6 +11,7 @@ use lanecast::measure::rays::{Source, direction_of, ray_sets};
 use lanecast::plan::{Choices, Kernels, Precision, plan};
 use lanecast::render::{Grid, Progress};
 use lanecast::scene::{Appearances, Camera, Edge, MeshData, Scene, SceneBuilder};
+use lanecast::trace::Caching;
 
 /// One register of each.
 #[cfg(target_feature = "avx512f")]
@@ -153,7 +154,7 @@ pub fn run(traced: &Traced, kernels: &Kernels, number: usize, answers: &mut Answ
         &traced.world,
         kernels,
         rays,
-        ask,
+        (ask, Caching::On),
         answers,
         &Progress::default(),
     );

@@ -11,7 +11,7 @@ use crate::io::{AovSet, LoadOptions};
 use crate::measure::kinds::{Kind, Order};
 use crate::plan::{AccelChoice, Choices, LaneCount, Precision};
 use crate::render::{Grid, RenderConfig};
-use crate::trace::Reuse;
+use crate::trace::{Caching, Reuse};
 use clap::{Args, value_parser};
 use std::path::PathBuf;
 
@@ -31,6 +31,9 @@ pub struct RenderArgs {
     /// Of the samples' positions
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
+    /// Whether shadow rays try the last occluder first: on or off; the picture is the same
+    #[arg(long, value_name = "USE", default_value = "on", value_parser = parse_caching)]
+    pub shadow_cache: Caching,
     #[command(flatten)]
     pub depth: DepthArgs,
     #[arg(long, value_name = "I/N", hide = true, value_parser = no_tiles)]
@@ -102,6 +105,9 @@ pub struct BenchArgs {
     /// Times that each structure is built, in turns
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u32).range(1..=1000))]
     pub builds: u32,
+    /// Whether any-hit rays try the last occluder first: on, off, or both beside each other
+    #[arg(long, value_name = "USE", default_value = "on", value_parser = parse_cachings)]
+    pub shadow_cache: BenchCachings,
     /// Draw the results, as an HTML page
     #[arg(long, value_name = "FILE")]
     pub plot: Option<PathBuf>,
@@ -209,6 +215,7 @@ impl RenderArgs {
             spp: self.spp.unwrap_or(spp),
             seed: self.seed,
             max_depth: self.depth.max_depth,
+            shadow_cache: self.shadow_cache,
             aovs: self.aov.unwrap_or_default(),
             ..config
         })
@@ -271,6 +278,10 @@ pub struct BenchKinds(pub Vec<Kind>);
 /// Structures that `bench` measures beside each other.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BenchAccels(pub Vec<AccelChoice>);
+
+/// With and without a shadow cache.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BenchCachings(pub Vec<Caching>);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PeerChoice {
@@ -394,6 +405,20 @@ fn parse_accels(text: &str) -> Result<BenchAccels, String> {
         .map(|name| parse_accel(name.trim()).map_err(|why| format!("'{name}': {why}")))
         .collect();
     Ok(BenchAccels(accels?))
+}
+
+fn parse_caching(text: &str) -> Result<Caching, String> {
+    one_of(
+        text,
+        &Caching::ALL.map(|caching| (caching.name(), caching)),
+        &[],
+    )
+}
+
+fn parse_cachings(text: &str) -> Result<BenchCachings, String> {
+    let both: &[Caching] = &Caching::ALL;
+    let known = [("on", &both[..1]), ("off", &both[1..]), ("both", both)];
+    Ok(BenchCachings(one_of(text, &known, &[])?.to_vec()))
 }
 
 fn parse_peers(text: &str) -> Result<PeerChoice, String> {

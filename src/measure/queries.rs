@@ -10,12 +10,13 @@ use crate::io::RaySet;
 use crate::plan::Kernels;
 use crate::render::Progress;
 use crate::trace::{
-    Ahead, HitId, Hits, ItemBuffer, MAX_LANES, Rays, TILE, any, any_counted, closest,
-    closest_counted, closest_listed,
+    Ahead, CacheCounts, Caching, HitId, Hits, ItemBuffer, MAX_LANES, Rays, ShadowCache, TILE, any,
+    any_counted, closest, closest_counted, closest_listed,
 };
 use rayon::prelude::*;
 use std::cell::RefCell;
 use std::hint::black_box;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// The question to a ray set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,16 +68,18 @@ thread_local! {
     static BUFFERS: RefCell<Buffers> = RefCell::default();
 }
 
-/// Traces all rays on the current rayon pool; `None` where it was cancelled.
+/// Traces all rays on the current rayon pool; `None` where it was cancelled. Each
+/// chunk has a shadow cache of its own, as for the one light of a renderer's tile.
 pub fn trace(
     world: &World,
     kernels: &Kernels,
     rays: &RaySet,
-    ask: Ask,
+    (ask, caching): (Ask, Caching),
     answers: &mut Answers,
     progress: &Progress,
-) -> Option<()> {
+) -> Option<CacheCounts> {
     answers.prepare(ask, rays.len());
+    let (tries, hits) = (AtomicU64::new(0), AtomicU64::new(0));
     let chunk = |number: usize, count: usize, run: &mut dyn FnMut(&mut Buffers, Ahead)| {
         if !progress.is_cancelled() {
             BUFFERS.with_borrow_mut(|buffers| {
@@ -106,12 +109,18 @@ pub fn trace(
             let chunks = answers.blocked.par_chunks_mut(CHUNK).enumerate();
             chunks.for_each(|(number, blocked)| {
                 chunk(number, blocked.len(), &mut |buffers, ahead| {
-                    buffers.any(world, kernels, blocked, ahead);
+                    let cache = &mut ShadowCache::new(caching);
+                    buffers.any(world, kernels, cache, blocked, ahead);
+                    tries.fetch_add(cache.counts.tries, Relaxed);
+                    hits.fetch_add(cache.counts.hits, Relaxed);
                 });
             });
         }
     }
-    (!progress.is_cancelled()).then_some(())
+    (!progress.is_cancelled()).then_some(CacheCounts {
+        tries: tries.into_inner(),
+        hits: hits.into_inner(),
+    })
 }
 
 /// The rays of the chunk that begins with `first`, if there is one.
@@ -132,7 +141,7 @@ pub fn count(
     world: &World,
     kernels: &Kernels,
     rays: &RaySet,
-    ask: Ask,
+    (ask, caching): (Ask, Caching),
     progress: &Progress,
 ) -> Option<Counts> {
     let counter = Counter::default();
@@ -152,9 +161,9 @@ pub fn count(
                 closest_counted(world, kernels, &columns.borrowed(), &mut hits, &counter);
             }
             Ask::Any => {
-                let (mut occluder, mut blocked) = (HitId::NONE, vec![false; padded]);
-                let rays = columns.borrowed();
-                any_counted(world, kernels, &rays, &mut occluder, &mut blocked, &counter);
+                let mut cache = ShadowCache::new(caching);
+                let (rays, mut blocked) = (columns.borrowed(), vec![false; padded]);
+                any_counted(world, kernels, &rays, &mut cache, &mut blocked, &counter);
             }
         }
     }
@@ -215,14 +224,20 @@ impl Buffers {
         }
     }
 
-    fn any(&mut self, world: &World, kernels: &Kernels, blocked: &mut [bool], ahead: Ahead) {
+    fn any(
+        &mut self,
+        world: &World,
+        kernels: &Kernels,
+        cache: &mut ShadowCache,
+        blocked: &mut [bool],
+        ahead: Ahead,
+    ) {
         self.blocked.resize(self.rays.t_max.len(), false);
         let rays = Rays {
             ahead,
             ..self.rays.borrowed()
         };
-        let mut occluder = HitId::NONE;
-        any(world, kernels, &rays, &mut occluder, &mut self.blocked);
+        any(world, kernels, &rays, cache, &mut self.blocked);
         blocked.copy_from_slice(&self.blocked[..blocked.len()]);
     }
 }

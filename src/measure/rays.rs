@@ -18,7 +18,7 @@ use crate::plan::{Arithmetic, Kernels};
 use crate::render::{BLOCK, Grid, Progress, RayGenerator, every_second_bit, mix, unit};
 use crate::scene::{Camera, Light, Projection};
 use crate::shade::Surface;
-use crate::trace::HitId;
+use crate::trace::{Caching, HitId};
 use glam::DVec3;
 
 /// What the sets are made from.
@@ -54,7 +54,7 @@ pub fn ray_sets(source: &Source, kinds: &[Kind], progress: &Progress) -> Option<
             world,
             kernels,
             &primary,
-            Ask::Closest,
+            (Ask::Closest, Caching::On),
             &mut answers,
             progress,
         )?;
@@ -323,7 +323,7 @@ mod tests {
             &world,
             &kernels,
             &sets[0],
-            Ask::Closest,
+            (Ask::Closest, Caching::On),
             &mut answers,
             &progress,
         )

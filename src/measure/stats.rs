@@ -144,6 +144,7 @@ fn high_water_mark(status: &str) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::trace::CacheCounts;
 
     #[test]
     fn rates_follow_from_the_render_stage() {
@@ -156,6 +157,7 @@ mod tests {
             primary_hits: 7,
             shadow: 20,
             shadow_occluded: 3,
+            shadow_cache: CacheCounts { tries: 5, hits: 2 },
             reflection: 4,
             refraction: 6,
         };
@@ -163,6 +165,7 @@ mod tests {
         stats.rays.add(&tile);
         assert_eq!(stats.rays.primary_hits, 14);
         assert_eq!(stats.rays.shadow_occluded, 6);
+        assert_eq!(stats.rays.shadow_cache, CacheCounts { tries: 10, hits: 4 });
         stats.finish();
         assert_eq!(stats.rays_per_second, 40.0);
     }

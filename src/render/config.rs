@@ -7,6 +7,7 @@
 use super::AovSet;
 use crate::accel::KdQuality;
 use crate::plan::Choices;
+use crate::trace::Caching;
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderConfig {
@@ -19,6 +20,9 @@ pub struct RenderConfig {
     pub choices: Choices,
     /// How a k-d tree is built, where one is.
     pub kd: KdQuality,
+    /// Whether shadow rays try the last occluder of their light first. No bit of
+    /// the picture depends on it.
+    pub shadow_cache: Caching,
     /// `None`: as many as the machine runs at once.
     pub threads: Option<u32>,
     pub seed: u64,
@@ -39,6 +43,7 @@ impl Default for RenderConfig {
             spp: 1,
             choices: Choices::default(),
             kd: KdQuality::default(),
+            shadow_cache: Caching::default(),
             threads: None,
             seed: 0,
             max_depth: 5,

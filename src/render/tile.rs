@@ -17,7 +17,7 @@ use crate::accel::World;
 use crate::plan::Kernels;
 use crate::scene::{Camera, Light, Rgb};
 use crate::shade::{Columns, Integrator, Ledger, Memory, RayCounts, Surface};
-use crate::trace::{HitId, ItemBuffer, RayKind, TracedRay};
+use crate::trace::{HitId, ItemBuffer, RayKind, ShadowCache, TracedRay};
 use bumpalo::Bump;
 use rayon::prelude::*;
 use std::cell::RefCell;
@@ -183,7 +183,8 @@ impl Tile<'_> {
         let color = arena.alloc_slice_fill_copy(pixels, [0.0_f32; 3]);
         let kept = if self.config.aovs.any() { pixels } else { 0 };
         let aovs = arena.alloc_slice_fill_copy(kept, AovSample::NOTHING);
-        let occluders = arena.alloc_slice_fill_copy(self.view.lights.len(), HitId::NONE);
+        let cache = ShadowCache::new(self.config.shadow_cache);
+        let caches = arena.alloc_slice_fill_copy(self.view.lights.len(), cache);
         let order = morton_order(self.size, arena);
         let columns = &mut Columns::new(arena);
         let mut record = Vec::new();
@@ -196,12 +197,15 @@ impl Tile<'_> {
                 pixel_of: &|row| self.pixel(row),
                 memory: memory.as_deref_mut(),
             };
-            self.sample(sample, order, columns, color, aovs, occluders, ledger);
+            self.sample(sample, order, columns, color, aovs, caches, ledger);
             counts.add(&ledger.counts);
             // What is not finished is not kept.
             if self.progress.is_cancelled() {
                 return counts;
             }
+        }
+        for cache in caches {
+            counts.shadow_cache += cache.counts;
         }
         let share = 1.0 / self.samples() as f32;
         for pixel in color.iter_mut() {
@@ -229,7 +233,7 @@ impl Tile<'_> {
         columns: &mut Columns,
         color: &mut [Rgb],
         aovs: &mut [AovSample],
-        occluders: &mut [HitId],
+        caches: &mut [ShadowCache],
         ledger: &mut Ledger,
     ) {
         let config = self.config;
@@ -257,7 +261,7 @@ impl Tile<'_> {
                 aovs[row as usize] = self.aov(&generator, surface, id);
             }
         };
-        integrator.run(columns, color, occluders, ledger, &mut first_hit);
+        integrator.run(columns, color, caches, ledger, &mut first_hit);
     }
 
     fn aov(&self, generator: &RayGenerator, surface: &Surface, id: HitId) -> AovSample {

@@ -15,8 +15,8 @@ use crate::math::unit;
 use crate::plan::Kernels;
 use crate::scene::{Light, Material, Rgb};
 use crate::trace::{
-    GuessCounts, HitId, Hits, ItemBuffer, Last, Outcome, RayKind, Rays, Reuse, TILE, TracedRay,
-    any, closest, closest_after, closest_listed,
+    CacheCounts, GuessCounts, HitId, Hits, ItemBuffer, Last, Outcome, RayKind, Rays, Reuse,
+    ShadowCache, TILE, TracedRay, any, closest, closest_after, closest_listed,
 };
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
@@ -31,6 +31,8 @@ pub struct RayCounts {
     pub primary_hits: u64,
     pub shadow: u64,
     pub shadow_occluded: u64,
+    /// Of the last occluders of each light and tile, which are tried first.
+    pub shadow_cache: CacheCounts,
     pub reflection: u64,
     pub refraction: u64,
 }
@@ -45,6 +47,7 @@ impl RayCounts {
         self.primary_hits += other.primary_hits;
         self.shadow += other.shadow;
         self.shadow_occluded += other.shadow_occluded;
+        self.shadow_cache += other.shadow_cache;
         self.reflection += other.reflection;
         self.refraction += other.refraction;
     }
@@ -170,12 +173,12 @@ pub struct Integrator<'w> {
 impl Integrator<'_> {
     /// Adds the radiance of the camera rays in `columns` to `film`, a row per
     /// pixel, with everything that they spawn, and leaves no ray behind.
-    /// `occluders` has a row per light, kept for the tile.
+    /// `caches` has a row per light, kept for the tile.
     pub fn run(
         &self,
         columns: &mut Columns,
         film: &mut [Rgb],
-        occluders: &mut [HitId],
+        caches: &mut [ShadowCache],
         ledger: &mut Ledger,
         primary: PrimaryHit,
     ) {
@@ -192,7 +195,7 @@ impl Integrator<'_> {
                 depth -= 1;
                 continue;
             }
-            self.piece(depth, columns, film, occluders, ledger, primary);
+            self.piece(depth, columns, film, caches, ledger, primary);
             depth += u32::from(depth < self.max_depth);
         }
     }
@@ -204,7 +207,7 @@ impl Integrator<'_> {
         depth: u32,
         columns: &mut Columns,
         film: &mut [Rgb],
-        occluders: &mut [HitId],
+        caches: &mut [ShadowCache],
         ledger: &mut Ledger,
         primary: PrimaryHit,
     ) {
@@ -273,8 +276,8 @@ impl Integrator<'_> {
         }
         for (number, light) in self.lights.iter().enumerate() {
             shadows.towards(light, number as u32, wave, lit);
-            let occluder = &mut occluders[number];
-            self.light(wave, lit, shadows, blocked, depth, occluder, film, ledger);
+            let cache = &mut caches[number];
+            self.light(wave, lit, shadows, blocked, depth, cache, film, ledger);
         }
         if depth < self.max_depth {
             let (wave, onwards) = waves.pair(depth);
@@ -301,14 +304,14 @@ impl Integrator<'_> {
         shadows: &mut Shadows,
         blocked: &mut ArenaVec<bool>,
         depth: u32,
-        occluder: &mut HitId,
+        cache: &mut ShadowCache,
         film: &mut [Rgb],
         ledger: &mut Ledger,
     ) {
         let Shadows { rays, of } = shadows;
         let batch = rays.batch(0);
         blocked.resize(batch.len(), false);
-        any(self.world, &self.kernels, &batch, occluder, blocked);
+        any(self.world, &self.kernels, &batch, cache, blocked);
         for (s, (row, towards)) in of.iter().enumerate() {
             ledger.counts.shadow += 1;
             let outcome = if blocked[s] {

@@ -4,7 +4,8 @@ use super::items::ItemBuffer;
 use super::leaf::{Everything, Features, Has, Scratch, Tester};
 use super::packet::Packet;
 use super::query::{AnyHit, Closest, HitId};
-use super::stream::{Stream, StreamScratch};
+use super::shadow_cache::ShadowCache;
+use super::stream::{Stream, StreamScratch, each};
 use super::tile::{Bundles, TILE, Tile, TileScratch, with_scratch};
 use crate::accel::{Count, Counter, Forest, Forests, Groups, Index, STREAM, World, prefetch};
 use crate::geom::{Certainty, DoubtAll, Fast};
@@ -184,13 +185,13 @@ pub fn closest_counted(
     );
 }
 
-/// Whether each ray is blocked, as a byte. `occluder` is tried first and becomes
-/// the last one found: rays that follow each other to one light often share it.
+/// Whether each ray is blocked, as a byte. Rays that follow each other to one
+/// light often share their occluder: `cache` remembers it.
 pub fn any(
     world: &World,
     kernels: &Kernels,
     rays: &Rays,
-    occluder: &mut HitId,
+    cache: &mut ShadowCache,
     blocked: &mut [bool],
 ) {
     dispatch(
@@ -200,7 +201,7 @@ pub fn any(
         AnyBatch {
             world,
             rays,
-            occluder,
+            cache,
             blocked,
         },
     );
@@ -211,7 +212,7 @@ pub fn any_counted(
     world: &World,
     kernels: &Kernels,
     rays: &Rays,
-    occluder: &mut HitId,
+    cache: &mut ShadowCache,
     blocked: &mut [bool],
     counter: &Counter,
 ) {
@@ -222,7 +223,7 @@ pub fn any_counted(
         AnyBatch {
             world,
             rays,
-            occluder,
+            cache,
             blocked,
         },
     );
@@ -232,7 +233,7 @@ pub fn any_counted(
 trait Batch {
     /// Through wide trees; `S` packets are a tile.
     fn tiles<L: Lanes, C: Certainty, F: Features, const S: usize>(self, scratch: &mut TileScratch);
-    /// Through nested trees, at one lane: streams for all rays.
+    /// Through nested trees: streams for all rays, at one lane.
     fn nested<L: Lanes, C: Certainty>(self, groups: &Groups, scratch: &mut StreamScratch);
     /// Packet by packet, through any other kind of structure.
     fn packets<L: Lanes, C: Certainty, F: Features, A: Index, N: Count>(
@@ -278,7 +279,7 @@ impl Batch for ClosestBatch<'_, '_> {
         for first in (0..self.rays.len()).step_by(STREAM) {
             let mut queries: [_; STREAM] = std::array::from_fn(|i| {
                 let t_max = self.rays.t_max[first + i];
-                Closest::<L, C>::new(L::from_f32(t_max))
+                Closest::<L::Single, C>::new(<L::Single as Lanes>::from_f32(t_max))
             });
             let stream = Stream {
                 world: self.world,
@@ -286,7 +287,7 @@ impl Batch for ClosestBatch<'_, '_> {
                 first,
             };
             let alive = self.rays.alive(first);
-            stream.trace_nested::<L, C, _>(groups, alive, &mut queries, scratch);
+            stream.trace_nested::<L::Single, C, _>(groups, alive, &mut queries, scratch);
             for (i, query) in queries.iter().enumerate() {
                 self.put(first + i, query);
             }
@@ -347,35 +348,77 @@ impl Batch for ClosestBatch<'_, '_> {
 struct AnyBatch<'a> {
     world: &'a World<'a>,
     rays: &'a Rays<'a>,
-    occluder: &'a mut HitId,
+    cache: &'a mut ShadowCache,
     blocked: &'a mut [bool],
 }
 
 impl AnyBatch<'_> {
-    /// Tries the last occluder first, then what `rest` traces.
+    /// Of a stream's rays, those that the last occluder blocks.
+    #[inline(never)]
+    fn settled<L: Lanes, C: Certainty>(&mut self, first: usize, alive: u64) -> u64 {
+        let Some(occluder) = self.cache.candidate() else {
+            return 0;
+        };
+        let mut settled = 0;
+        for lane in (0..STREAM).step_by(L::COUNT) {
+            if (alive >> lane) & (u64::MAX >> (64 - L::COUNT)) != 0 {
+                let (_, query) = self.tried::<L, C>(first + lane, occluder);
+                settled |= u64::from(query.blocked().bits()) << lane;
+            }
+        }
+        self.cache.tried(alive.count_ones(), settled.count_ones());
+        settled
+    }
+
     #[inline(always)]
-    fn packet<L: Lanes, C: Certainty>(
-        &mut self,
+    fn tried<L: Lanes, C: Certainty>(
+        &self,
         first: usize,
-        rest: impl FnOnce(&Packet<L>, &mut AnyHit<L>),
-    ) {
+        occluder: HitId,
+    ) -> (Packet<L>, AnyHit<L>) {
         let packet = self.rays.packet::<L>(first, self.world);
         let mut query = AnyHit::<L>::new(load_f32(&self.rays.t_max[first..]));
-        if *self.occluder != HitId::NONE {
-            Tester::<L, C, Everything>::new(self.world, &packet).single(*self.occluder, &mut query);
+        if occluder != HitId::NONE {
+            Tester::<L, C, Everything>::new(self.world, &packet).single(occluder, &mut query);
         }
-        rest(&packet, &mut query);
-        self.put(first, &query);
+        (packet, query)
     }
 
     #[inline(always)]
     fn put<L: Lanes>(&mut self, first: usize, query: &AnyHit<L>) {
-        if query.occluder != HitId::NONE {
-            *self.occluder = query.occluder;
-        }
         let bits = query.blocked().bits();
         for lane in 0..L::COUNT {
             self.blocked[first + lane] = bits >> lane & 1 != 0;
+        }
+    }
+
+    /// A stream's rays: `trace` gets those that the cache leaves open.
+    #[inline(always)]
+    fn stream<L: Lanes, C: Certainty>(
+        &mut self,
+        first: usize,
+        trace: impl FnOnce(u64, &mut [AnyHit<L::Single>; STREAM]),
+    ) {
+        let alive = self.rays.alive(first);
+        let settled = self.settled::<L, C>(first, alive);
+        let mut queries: [_; STREAM] = std::array::from_fn(|i| {
+            let t_max = self.rays.t_max[first + i];
+            AnyHit::<L::Single>::new(<L::Single as Lanes>::from_f32(t_max))
+        });
+        trace(alive & !settled, &mut queries);
+        for (i, query) in queries.iter().enumerate() {
+            self.put(first + i, query);
+        }
+        each(settled, |i| self.blocked[first + i] = true);
+
+        let found = queries.iter().rev().map(|query| query.occluder);
+        let last = found.clone().find(|id| *id != HitId::NONE);
+        let by_last = last.map_or(0, |last| found.filter(|id| *id == last).count() as u32);
+        let (rays, by_cached) = (alive.count_ones(), settled.count_ones());
+        match (last, self.cache.candidate()) {
+            (Some(last), _) if by_last > by_cached => self.cache.remember(last, by_last, rays),
+            (_, Some(cached)) => self.cache.remember(cached, by_cached, rays),
+            _ => (),
         }
     }
 }
@@ -389,31 +432,31 @@ impl Batch for AnyBatch<'_> {
         let world = self.world;
         let mut scratch = Scratch::<L, A>::default();
         for first in (0..self.rays.len()).step_by(L::COUNT) {
-            self.packet::<L, C>(first, |packet, query| {
-                let tester = Tester::<L, C, F>::new(world, packet);
-                tester.trace(forest, query, &mut scratch, count);
-            });
+            let occluder = self.cache.candidate().unwrap_or(HitId::NONE);
+            let (packet, mut query) = self.tried::<L, C>(first, occluder);
+            let rays = packet.ray.t_min.lt(load_f32(&self.rays.t_max[first..]));
+            let rays = rays.bits().count_ones();
+            if occluder != HitId::NONE {
+                let settled = query.blocked().bits().count_ones();
+                self.cache.tried(rays, settled);
+            }
+            let tester = Tester::<L, C, F>::new(world, &packet);
+            tester.trace(forest, &mut query, &mut scratch, count);
+            // The last one stands for all that have blocked a ray.
+            let blocked = query.blocked().bits().count_ones();
+            self.cache.remember(query.occluder, blocked, rays);
+            self.put(first, &query);
         }
     }
 
     #[inline(never)]
     fn nested<L: Lanes, C: Certainty>(mut self, groups: &Groups, scratch: &mut StreamScratch) {
-        let world = self.world;
-        for first in (0..self.rays.len()).step_by(STREAM) {
-            let mut queries: [_; STREAM] = std::array::from_fn(|i| {
-                let t_max = self.rays.t_max[first + i];
-                AnyHit::<L>::new(L::from_f32(t_max))
+        let (world, rays) = (self.world, self.rays);
+        for first in (0..rays.len()).step_by(STREAM) {
+            let stream = Stream { world, rays, first };
+            self.stream::<L, C>(first, |open, queries| {
+                stream.trace_nested::<L::Single, C, _>(groups, open, queries, scratch);
             });
-            let stream = Stream {
-                world,
-                rays: self.rays,
-                first,
-            };
-            let alive = self.rays.alive(first);
-            stream.trace_nested::<L, C, _>(groups, alive, &mut queries, scratch);
-            for (i, query) in queries.iter().enumerate() {
-                self.put(first + i, query);
-            }
         }
     }
 
@@ -421,15 +464,17 @@ impl Batch for AnyBatch<'_> {
         mut self,
         scratch: &mut TileScratch,
     ) {
-        let world = self.world;
+        let (world, rays) = (self.world, self.rays);
         let mut bundles = Bundles::default();
-        let tiles = self.rays.len() / TILE;
-        for first in (0..self.rays.len()).step_by(TILE) {
-            self.rays.ahead.expect(first / TILE, tiles);
-            if let Some(tile) = Tile::<L, S>::of(world, self.rays, first, &mut bundles) {
+        let tiles = rays.len() / TILE;
+        for first in (0..rays.len()).step_by(TILE) {
+            rays.ahead.expect(first / TILE, tiles);
+            if let Some(tile) = Tile::<L, S>::of(world, rays, first, &mut bundles) {
                 let mut queries: [_; S] = std::array::from_fn(|s| {
-                    AnyHit::<L>::new(load_f32(&self.rays.t_max[first + s * L::COUNT..]))
+                    AnyHit::<L>::new(load_f32(&rays.t_max[first + s * L::COUNT..]))
                 });
+                // No try: a tile is through with all of its rays in hardly more
+                // time than a try takes (docs/BENCHMARKS.md).
                 tile.trace::<C, F, _>(&mut queries, scratch);
                 for (s, query) in queries.iter().enumerate() {
                     self.put(first + s * L::COUNT, query);
@@ -437,23 +482,10 @@ impl Batch for AnyBatch<'_> {
                 continue;
             }
             for first in (first..first + TILE).step_by(STREAM) {
-                let mut queries: [_; STREAM] = std::array::from_fn(|i| {
-                    let t_max = self.rays.t_max[first + i];
-                    AnyHit::<L::Single>::new(<L::Single as Lanes>::from_f32(t_max))
+                let stream = Stream { world, rays, first };
+                self.stream::<L, C>(first, |open, queries| {
+                    stream.trace::<_, C, F, _>(open, queries, &mut scratch.streams);
                 });
-                let stream = Stream {
-                    world,
-                    rays: self.rays,
-                    first,
-                };
-                stream.trace::<_, C, F, _>(
-                    self.rays.alive(first),
-                    &mut queries,
-                    &mut scratch.streams,
-                );
-                for (i, query) in queries.iter().enumerate() {
-                    self.put(first + i, query);
-                }
             }
         }
     }
@@ -519,7 +551,7 @@ fn by_structure<L: Lanes, C: Certainty, N: Count, const S: usize>(
     match choice.forest {
         Forests::Wide(_) => by_needs::<L, C, S>(choice.kernels.needs, batch),
         Forests::Nested(forest) => with_scratch(|scratch| {
-            batch.nested::<L::Single, C>(&forest.groups, &mut scratch.streams);
+            batch.nested::<L, C>(&forest.groups, &mut scratch.streams);
         }),
         Forests::Narrow(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
         Forests::Kd(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),

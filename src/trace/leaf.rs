@@ -1,6 +1,6 @@
 //! Testing primitives: from an entry of the world to hits in a query.
 //!
-//! The same functions serve the trees, the linear scan, the occluder cache and
+//! The same functions serve the trees, the linear scan, the shadow cache and
 //! the resolver, at every width, so all of them mean the same by a hit: the
 //! kernel's answer, its t brought into the interval that the slabs give for the
 //! primitive's own box and for its appearance's (see [`crate::accel`]).
@@ -226,7 +226,7 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
         some
     }
 
-    /// One primitive alone: what the occluder cache and the resolver test.
+    /// One primitive alone: what the shadow cache and the resolver test.
     #[inline(never)]
     pub fn single<Q: Query<L>>(&self, id: HitId, query: &mut Q) {
         let entry = self.world.entry_of(id.instance);

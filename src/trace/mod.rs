@@ -8,6 +8,7 @@ mod nested;
 mod packet;
 mod query;
 mod record;
+mod shadow_cache;
 mod stream;
 mod tile;
 
@@ -20,4 +21,5 @@ pub use leaf::{Features, Has, Scratch, Tester, resolve_one};
 pub use packet::Packet;
 pub use query::{AnyHit, Closest, HitId, Query};
 pub use record::{Outcome, RayKind, TracedRay};
+pub use shadow_cache::{CacheCounts, Caching, ShadowCache};
 pub use tile::TILE;

@@ -2,13 +2,13 @@
 #![allow(dead_code)]
 
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::accel::{Structure, World};
+use lanecast::accel::{Density, KdQuality, Structure, World};
 use lanecast::geom::*;
 use lanecast::plan::{Arithmetic, Choices, Kernels, Needs, native_width, plan};
 use lanecast::render::{AovSet, Progress, RenderConfig, Rendered, View, render};
 use lanecast::scene::*;
 use lanecast::trace::{
-    Ahead, HitId, Hits, ItemBuffer, MAX_LANES, Rays, any, closest, closest_listed,
+    Ahead, HitId, Hits, ItemBuffer, MAX_LANES, Rays, ShadowCache, any, closest, closest_listed,
 };
 use std::path::{Path, PathBuf};
 
@@ -231,6 +231,20 @@ pub struct Way {
     pub structure: Structure,
 }
 
+/// All that find primitives.
+pub fn structures() -> [Structure; 8] {
+    [
+        Structure::Linear,
+        Structure::Bvh,
+        Structure::Nested,
+        Structure::Narrow,
+        Structure::Kd(KdQuality::default()),
+        Structure::Grid(Density::default()),
+        Structure::Heap,
+        Structure::HeapSpheres,
+    ]
+}
+
 /// Needs that are right for every scene.
 pub const EVERYTHING: Needs = Needs {
     meshes: true,
@@ -400,28 +414,35 @@ impl RayColumns {
         self.answers(|rays, hits| closest_listed(world, kernels, rays, (items, 0), hits))
     }
 
-    /// Whether anything lies before `t_max`.
-    pub fn blocked(&self, world: &World, kernels: &Kernels, t_max: &[f32]) -> Vec<bool> {
-        let mut blocked = vec![false; self.len.next_multiple_of(MAX_LANES)];
-        self.columns(t_max.to_vec(), |rays| {
-            any(world, kernels, rays, &mut { HitId::NONE }, &mut blocked);
-        });
-        blocked.truncate(self.len);
-        blocked
-    }
-
     fn answers(&self, trace: impl FnOnce(&Rays, &mut Hits)) -> Vec<(f64, HitId)> {
-        let padded = self.len.next_multiple_of(MAX_LANES);
-        let (mut t, mut id) = (vec![0.0; padded], vec![HitId::NONE; padded]);
-        let mut hits = Hits {
-            t: &mut t,
-            id: &mut id,
-        };
-        self.columns(vec![f32::INFINITY; self.len], |rays| trace(rays, &mut hits));
-        t.into_iter().zip(id).take(self.len).collect()
+        self.padded(vec![f32::INFINITY; self.len], |rays| {
+            let (mut t, mut id) = (vec![0.0; rays.len()], vec![HitId::NONE; rays.len()]);
+            let mut hits = Hits {
+                t: &mut t,
+                id: &mut id,
+            };
+            trace(rays, &mut hits);
+            t.into_iter().zip(id).take(self.len).collect()
+        })
     }
 
-    fn columns(&self, mut t_max: Vec<f32>, trace: impl FnOnce(&Rays)) {
+    /// Whether anything lies between t = 0 and `t_max` of each ray.
+    pub fn any(
+        &self,
+        world: &World,
+        kernels: &Kernels,
+        t_max: &[f32],
+        cache: &mut ShadowCache,
+    ) -> Vec<bool> {
+        self.padded(t_max.to_vec(), |rays| {
+            let mut blocked = vec![false; rays.len()];
+            any(world, kernels, rays, cache, &mut blocked);
+            blocked.truncate(self.len);
+            blocked
+        })
+    }
+
+    fn padded<T>(&self, mut t_max: Vec<f32>, trace: impl FnOnce(&Rays) -> T) -> T {
         let padded = self.len.next_multiple_of(MAX_LANES);
         let (mut org, mut dir) = (self.org.clone(), self.dir.clone());
         for k in 0..3 {
@@ -429,15 +450,14 @@ impl RayColumns {
             dir[k].resize(padded, 1.0);
         }
         t_max.resize(padded, -1.0);
-        let rays = Rays {
+        trace(&Rays {
             origin: None,
             org: [&org[0], &org[1], &org[2]],
             dir: [&dir[0], &dir[1], &dir[2]],
             t_min: &vec![0.0; padded],
             t_max: &t_max,
             ahead: Ahead::default(),
-        };
-        trace(&rays);
+        })
     }
 }
 

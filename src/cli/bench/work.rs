@@ -18,7 +18,7 @@ use crate::plan::{
 };
 use crate::render::{Progress, RenderConfig};
 use crate::scene::Shape;
-use crate::trace::HitId;
+use crate::trace::{Caching, HitId};
 
 /// Tests of a ray against a primitive that a linear scan may make in all.
 const MAX_TESTS: f64 = 2e11;
@@ -34,6 +34,7 @@ pub struct Work<'a> {
     order: Order,
     reps: u32,
     builds: u32,
+    cachings: Vec<Caching>,
     pub clock: Clock,
 }
 
@@ -121,6 +122,7 @@ impl<'a> Work<'a> {
             order: args.order,
             reps: args.reps,
             builds: args.builds,
+            cachings: args.shadow_cache.0.clone(),
             clock: Clock::of(prepared.pool.current_num_threads()),
         })
     }
@@ -255,7 +257,7 @@ impl<'a> Work<'a> {
     pub fn bench(&self, jobs: &[Job], progress: &Progress) -> Result<Vec<Row>, CliError> {
         let own: Vec<Contender> = self
             .worlds()
-            .flat_map(|(own, world)| modes(own, world))
+            .flat_map(|(own, world)| modes(own, world, &self.cachings))
             .collect();
         let Some(judge) = self.judge() else {
             return Ok(Vec::new());
@@ -303,15 +305,28 @@ impl<'a> Work<'a> {
             lanes: 1,
             ..own.plan.kernels
         };
-        Some(contender(own, world, Precision::Exact, kernels))
+        Some(contender(
+            own,
+            world,
+            Precision::Exact,
+            kernels,
+            Caching::Off,
+        ))
     }
 }
 
-fn modes<'w>(own: &'w Structure<'_>, world: &'w World<'w>) -> Vec<Contender<'w>> {
-    let modes = own.modes.iter();
-    modes
-        .map(|(precision, kernels)| contender(own, world, *precision, *kernels))
-        .collect()
+fn modes<'w>(
+    own: &'w Structure<'_>,
+    world: &'w World<'w>,
+    cachings: &[Caching],
+) -> Vec<Contender<'w>> {
+    let each = |(precision, kernels): &(Precision, Kernels)| {
+        let (precision, kernels) = (*precision, *kernels);
+        let cachings = cachings.iter();
+        let with = move |caching: &Caching| contender(own, world, precision, kernels, *caching);
+        cachings.map(with).collect::<Vec<_>>()
+    };
+    own.modes.iter().flat_map(each).collect()
 }
 
 fn contender<'w>(
@@ -319,6 +334,7 @@ fn contender<'w>(
     world: &'w World<'w>,
     precision: Precision,
     kernels: Kernels,
+    caching: Caching,
 ) -> Contender<'w> {
     let kernel = match kernels.lanes {
         _ if matches!(world.forest, Forests::Nested(_)) => "stream",
@@ -334,7 +350,11 @@ fn contender<'w>(
         precision: precision.name(),
         exact: precision == Precision::Exact,
         isa: isa(),
-        tracer: Tracer::Own { world, kernels },
+        tracer: Tracer::Own {
+            world,
+            kernels,
+            caching,
+        },
     }
 }
 

@@ -6,6 +6,7 @@ use crate::measure::peer::{Embree, Way};
 use crate::measure::queries::{Answers, Job, count, trace};
 use crate::plan::Kernels;
 use crate::render::Progress;
+use crate::trace::{CacheCounts, Caching};
 
 /// What a row says about who traced, and the tracer.
 #[derive(Clone)]
@@ -27,6 +28,8 @@ pub enum Tracer<'a> {
     Own {
         world: &'a World<'a>,
         kernels: Kernels,
+        /// Of rays that ask for any hit.
+        caching: Caching,
     },
     Peer(&'a Embree, Way),
 }
@@ -43,10 +46,21 @@ impl Contender<'_> {
         } = self;
         match self.tracer {
             Tracer::Peer(..) => kernel.clone(),
-            Tracer::Own { .. } => {
+            Tracer::Own { caching, .. } => {
                 let plural = if *lanes == 1 { "" } else { "s" };
-                format!("{accel}, {kernel}, {precision} at {lanes} lane{plural}")
+                let cache = match caching {
+                    Caching::On => "",
+                    Caching::Off => ", no shadow cache",
+                };
+                format!("{accel}, {kernel}, {precision} at {lanes} lane{plural}{cache}")
             }
+        }
+    }
+
+    pub(super) fn caching(&self) -> Option<Caching> {
+        match self.tracer {
+            Tracer::Own { caching, .. } => Some(caching),
+            Tracer::Peer(..) => None,
         }
     }
 
@@ -55,25 +69,37 @@ impl Contender<'_> {
         job: &Job,
         answers: &mut Answers,
         progress: &Progress,
-    ) -> Result<(), BenchError> {
+    ) -> Result<CacheCounts, BenchError> {
         let done = match &self.tracer {
-            Tracer::Own { world, kernels } => {
-                trace(world, kernels, &job.rays, job.ask, answers, progress)
+            Tracer::Own {
+                world,
+                kernels,
+                caching,
+            } => {
+                let ask = (job.ask, *caching);
+                trace(world, kernels, &job.rays, ask, answers, progress)
             }
-            Tracer::Peer(peer, way) => peer.trace(*way, &job.rays, job.ask, answers, progress),
+            Tracer::Peer(peer, way) => peer
+                .trace(*way, &job.rays, job.ask, answers, progress)
+                .map(|()| CacheCounts::default()),
         };
         done.ok_or(BenchError::Interrupted)
     }
 
     /// What a job takes, where the structure counts.
     pub fn count(&self, job: &Job, progress: &Progress) -> Result<Option<Counts>, BenchError> {
-        let Tracer::Own { world, kernels } = &self.tracer else {
+        let Tracer::Own {
+            world,
+            kernels,
+            caching,
+        } = &self.tracer
+        else {
             return Ok(None);
         };
         if matches!(world.forest, Forests::Wide(_) | Forests::Nested(_)) {
             return Ok(None);
         }
-        let counts = count(world, kernels, &job.rays, job.ask, progress);
+        let counts = count(world, kernels, &job.rays, (job.ask, *caching), progress);
         counts.map(Some).ok_or(BenchError::Interrupted)
     }
 }

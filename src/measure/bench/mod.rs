@@ -24,9 +24,9 @@ pub use row::{Comparison, Row, comparisons};
 
 use super::clock::{Clock, best_and_median};
 use super::peer::Embree;
-use super::queries::{Answers, Job, convert};
+use super::queries::{Answers, Ask, Job, convert};
 use crate::render::Progress;
-use crate::trace::HitId;
+use crate::trace::{Caching, HitId};
 use compare::Expected;
 use rayon::ThreadPool;
 use thiserror::Error;
@@ -88,15 +88,20 @@ pub fn bench<'a>(
     let mut rows = Vec::new();
     // Each row's job and contender.
     let mut runs: Vec<(usize, Contender)> = Vec::new();
+    let with = |caching| own.iter().any(|own| own.caching() == Some(caching));
+    let twice = Caching::ALL.into_iter().all(with);
     // Also warms up.
     for (number, job) in jobs.iter().enumerate() {
         let expected = Expected::of(judge, pool, job, setting.checked, progress)?;
-        let mut contenders = own.to_vec();
+        // Rays that ask for the closest hit have no shadow cache: one of a pair.
+        let same =
+            |own: &&Contender| job.ask == Ask::Any || !twice || own.caching() == Some(Caching::On);
+        let mut contenders: Vec<Contender> = own.iter().filter(same).cloned().collect();
         if let Some(peer) = peer {
             contenders.extend(trial::best(peer.tracer, pool, job, clock, progress)?);
         }
         for contender in contenders {
-            pool.install(|| contender.trace(job, &mut answers, progress))?;
+            let cached = pool.install(|| contender.trace(job, &mut answers, progress))?;
             let hits = answers.hits();
             if let (Some(peer), Tracer::Peer(..)) = (peer, &contender.tracer) {
                 compare::translate(&mut answers, peer.ids);
@@ -112,6 +117,7 @@ pub fn bench<'a>(
             }
             let threads = pool.current_num_threads();
             let mut row = Row::new(job, &contender, threads, hits, found);
+            row.cache(&cached);
             if let Some(counts) = contender.count(job, progress)? {
                 row.count(&counts);
             }

@@ -4,7 +4,8 @@ use super::{Contender, Differences, Tracer};
 use crate::accel::Counts;
 use crate::measure::clock::best_and_median;
 use crate::measure::kinds::Kind;
-use crate::measure::queries::Job;
+use crate::measure::queries::{Ask, Job};
+use crate::trace::CacheCounts;
 use serde::Serialize;
 
 /// The figures of one job with one contender.
@@ -40,6 +41,12 @@ pub struct Row {
     /// Tests of a packet against a primitive that were not made, since the
     /// packet had met the primitive before, divided by the rays.
     pub spared_per_ray: Option<f64>,
+    /// Whether any-hit rays try the last occluder first; null for other rays and
+    /// for peers.
+    pub shadow_cache: Option<&'static str>,
+    /// Rays that tried it, and those that it settled, divided by the rays.
+    pub cache_tries_per_ray: Option<f64>,
+    pub cache_hits_per_ray: Option<f64>,
     #[serde(flatten)]
     pub differences: Differences,
 }
@@ -70,16 +77,32 @@ impl Row {
             blocks_per_ray: None,
             tests_per_ray: None,
             spared_per_ray: None,
+            shadow_cache: match (job.ask, &contender.tracer) {
+                (Ask::Any, Tracer::Own { caching, .. }) => Some(caching.name()),
+                _ => None,
+            },
+            cache_tries_per_ray: None,
+            cache_hits_per_ray: None,
             differences,
         }
     }
 
+    fn per_ray(&self, n: u64) -> Option<f64> {
+        (self.rays > 0).then(|| n as f64 / self.rays as f64)
+    }
+
+    pub(super) fn cache(&mut self, counts: &CacheCounts) {
+        if self.shadow_cache.is_some() {
+            self.cache_tries_per_ray = self.per_ray(counts.tries);
+            self.cache_hits_per_ray = self.per_ray(counts.hits);
+        }
+    }
+
     pub(super) fn count(&mut self, counts: &Counts) {
-        let per_ray = |n: u64| (self.rays > 0).then(|| n as f64 / self.rays as f64);
-        self.nodes_per_ray = per_ray(counts.nodes);
-        self.blocks_per_ray = per_ray(counts.leaves);
-        self.tests_per_ray = per_ray(counts.test_lanes);
-        self.spared_per_ray = per_ray(counts.spared);
+        self.nodes_per_ray = self.per_ray(counts.nodes);
+        self.blocks_per_ray = self.per_ray(counts.leaves);
+        self.tests_per_ray = self.per_ray(counts.test_lanes);
+        self.spared_per_ray = self.per_ray(counts.spared);
     }
 
     pub(super) fn time(&mut self, seconds: &[f64]) {
@@ -102,7 +125,11 @@ impl Row {
             lanes,
             ..
         } = self;
-        format!("{accel} {kernel} {precision} {lanes}")
+        let cache = match self.shadow_cache {
+            Some("off") => " uncached",
+            _ => "",
+        };
+        format!("{accel} {kernel} {precision} {lanes}{cache}")
     }
 }
 
@@ -181,6 +208,9 @@ mod tests {
             blocks_per_ray: None,
             tests_per_ray: None,
             spared_per_ray: None,
+            shadow_cache: None,
+            cache_tries_per_ray: None,
+            cache_hits_per_ray: None,
             differences: Differences::default(),
         }
     }

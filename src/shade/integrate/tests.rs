@@ -6,6 +6,7 @@ use super::*;
 use crate::geom::Cuboid;
 use crate::plan::{Choices, plan};
 use crate::scene::{Appearances, Edge, Model, Scene, SceneBuilder};
+use crate::trace::Caching;
 use std::ops::Range;
 
 /// A stack of glass panes, of which each face mirrors and transmits nearly
@@ -86,7 +87,7 @@ fn trace(question: Question) -> Traced {
     };
     let arena = Bump::new();
     let mut film = vec![[0.0; 3]; question.pixels.len()];
-    let mut occluders = vec![HitId::NONE; scene.lights.len()];
+    let mut caches = vec![ShadowCache::new(Caching::On); scene.lights.len()];
     let mut ledger = Ledger {
         counts: RayCounts::default(),
         record: None,
@@ -107,7 +108,7 @@ fn trace(question: Question) -> Traced {
         integrator.run(
             &mut columns,
             &mut film,
-            &mut occluders,
+            &mut caches,
             &mut ledger,
             &mut |_, _, _, _| cancel.store(question.stop, Relaxed),
         );

@@ -9,7 +9,7 @@
 use super::*;
 use crate::geom::{Cuboid, Sphere};
 use crate::scene::{Appearances, Edge, MeshData, Scene, SceneBuilder, Shape};
-use crate::trace::resolve_one;
+use crate::trace::{Caching, resolve_one};
 use glam::{DAffine3, DVec3};
 
 #[derive(Clone, Copy)]
@@ -165,11 +165,11 @@ fn compare<L: Lanes>(world: &World, columns: &Columns, seen: &mut [usize; 2]) {
         },
     }
     .packets::<L, DoubtEverySecond, Everything, _, _>(forest, &());
-    let (mut blocked, mut occluder) = (vec![false; RAYS], HitId::NONE);
+    let mut blocked = vec![false; RAYS];
     AnyBatch {
         world,
         rays: &rays,
-        occluder: &mut occluder,
+        cache: &mut ShadowCache::new(Caching::On),
         blocked: &mut blocked,
     }
     .packets::<L, DoubtEverySecond, Everything, _, _>(forest, &());

@@ -58,6 +58,10 @@ const MARGIN: f32 = 96.0 * 0.5 * f32::EPSILON;
 /// eight times. Twice the sum of both, and some.
 const PARALLEL_MARGIN: f32 = 384.0 * 0.5 * f32::EPSILON;
 
+/// A depth T / det that equals the limit, though each is rounded: T may be a
+/// rounding more than limit · det.
+const TIES: f32 = 1.0 - 4.0 * f32::EPSILON;
+
 /// A hit that is so near to its triangle's box, relative to the way to the box's
 /// far side, needs no more bringing into it: see [`super::settle`].
 const CLEAR: f32 = 8.0 * 0.5 * f32::EPSILON;
@@ -275,13 +279,12 @@ impl Edges {
 
     /// One triangle against a group's rays: those inside, and T and det; along
     /// one direction the depth, and nothing. That the triangle begins before the
-    /// ray's limit is asked of each ray, and not only of the group: T / det may
-    /// come out nearer than the triangle is, and the answer must not depend on
-    /// which rays make a group. For the same reason a depth counts as no less
-    /// than `nearest`: then neither the order of visits nor a limit that was
-    /// known before shows.
+    /// ray's limit is asked of each ray, and not only of the group: the answer
+    /// must not depend on which rays make a group. Where a ray asks for its
+    /// nearest hit, this passes a little more than what lies before the limit:
+    /// whoever compares depths decides, ties included.
     #[inline(always)]
-    pub fn rays<P: Projection, L: Lanes>(
+    pub fn rays<P: Projection, L: Lanes, const ANY: bool>(
         &self,
         slot: usize,
         group: &Group<L>,
@@ -299,17 +302,18 @@ impl Edges {
             let inside = least.ge(L::zero()) & z.gt(starts.depth) & z.le(group.limit);
             return (inside, z, L::zero());
         }
-        let depth = L::from_f32(self.depth_times_det[slot]);
+        let depth = self.depth_times_det[slot];
         let det = value(3);
+        let early = L::from_f32(if ANY { depth } else { depth * TIES });
         let before = nearest.le(group.limit);
-        let inside = least.ge(L::zero()) & depth.le(group.limit * det) & before;
-        (inside, depth, det)
+        let inside = least.ge(L::zero()) & early.le(group.limit * det) & before;
+        (inside, L::from_f32(depth), det)
     }
 
     /// One ray against all triangles: those met before `limit`, and what
     /// [`Edges::rays`] gives. `start`: a depth.
     #[inline(always)]
-    pub fn triangles<P: Projection>(
+    pub fn triangles<P: Projection, const ANY: bool>(
         &self,
         (u, v): (f32, f32),
         start: f32,
@@ -332,7 +336,12 @@ impl Edges {
         let depth = Register::load(&self.depth_times_det);
         let det = value(3);
         let before = nearest.le(limit);
-        let inside = least.ge(Register::zero()) & depth.le(limit * det) & before;
+        let early = if ANY {
+            depth
+        } else {
+            depth * Register::splat(TIES)
+        };
+        let inside = least.ge(Register::zero()) & early.le(limit * det) & before;
         (inside.bits() & self.live, depth, det)
     }
 }

@@ -1,0 +1,266 @@
+//! One answer, whatever found it: every structure, kernel and width against f64
+//! at one lane, over pictures' worth of rays. In `exact` all bits agree; in
+//! `fast` the rays that differ are counted. The table of docs/IDENTITY.md:
+//!
+//! ```text
+//! cargo test --release --test identity -- --ignored --nocapture
+//! ```
+
+mod common;
+
+use common::{Loaded, assets, load, structures};
+use lanecast::accel::{Structure, World};
+use lanecast::io::RaySet;
+use lanecast::measure::kinds::{Kind, Order};
+use lanecast::measure::queries::{Answers, Ask, trace};
+use lanecast::measure::rays::{Source, direction_of, light_of, ray_sets};
+use lanecast::plan::{Arithmetic, Kernels, widths};
+use lanecast::render::{Grid, Progress};
+use lanecast::trace::{Caching, HitId};
+
+/// From the camera, to the light and from it (as streams and as tiles), and one
+/// diffuse bounce.
+const KINDS: [Kind; 4] = [
+    Kind::Primary,
+    Kind::Shadow,
+    Kind::LightShadow,
+    Kind::Diffuse,
+];
+
+/// Five meshes, the Standard Procedural Databases at their published sizes, and
+/// shapes that appear often.
+const SCENES: [&str; 14] = [
+    "meshes/dragon_202k.glb",
+    "meshes/armadillo_86k.glb",
+    "meshes/bunny_69k.glb",
+    "meshes/beast_65k.glb",
+    "meshes/cube_subdiv_96k.glb",
+    "spd/balls_4.nff",
+    "spd/gears_4.nff",
+    "spd/mount_6.nff",
+    "spd/rings_7.nff",
+    "spd/teapot_12.nff",
+    "spd/tetra_6.nff",
+    "spd/tree_11.nff",
+    "gltf/many-cubes/many-cubes.gltf",
+    "gltf/2CylinderEngine/2CylinderEngine.glb",
+];
+
+/// Roundings of f32 by which t may be off in `fast` before a ray counts.
+const ULPS: u64 = 16;
+
+/// Rays whose answers differ, by what is different first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Differing {
+    /// One hits or is blocked, and the other is not.
+    found: usize,
+    /// Another primitive.
+    id: usize,
+    /// The same primitive, more than [`ULPS`] away.
+    t: usize,
+}
+
+impl Differing {
+    fn of(expected: &Answers, got: &Answers) -> Differing {
+        let mut all = Differing::default();
+        let blocked = expected.blocked.iter().zip(&got.blocked);
+        all.found += blocked.filter(|(a, b)| a != b).count();
+        for i in 0..expected.id.len() {
+            let (a, b) = (expected.id[i], got.id[i]);
+            if (a == HitId::NONE) != (b == HitId::NONE) {
+                all.found += 1;
+            } else if a != b {
+                all.id += 1;
+            } else if a != HitId::NONE && ulps(expected.t[i], got.t[i]) > ULPS {
+                all.t += 1;
+            }
+        }
+        all
+    }
+
+    /// Per million rays: hit or miss, id, t.
+    fn cell(&self, rays: usize) -> String {
+        let per_million = |n: usize| n as f64 * 1e6 / rays as f64;
+        let [found, id, t] = [self.found, self.id, self.t].map(per_million);
+        format!("{found:.0} / {id:.0} / {t:.0}")
+    }
+}
+
+/// Of two distances along a ray.
+fn ulps(a: f32, b: f32) -> u64 {
+    u64::from(a.to_bits().abs_diff(b.to_bits()))
+}
+
+/// Whether all bits agree, of what means anything.
+fn same(a: &Answers, b: &Answers) -> bool {
+    let bits = |answers: &Answers| -> Vec<Option<u32>> {
+        let hits = answers.id.iter().zip(&answers.t);
+        hits.map(|(id, t)| (*id != HitId::NONE).then(|| t.to_bits()))
+            .collect()
+    };
+    a.id == b.id && a.blocked == b.blocked && bits(a) == bits(b)
+}
+
+/// Every so-many-th ray.
+fn thinned(rays: &RaySet, step: usize) -> RaySet {
+    let mut some = RaySet::with_capacity(rays.len() / step + 1);
+    for i in (0..rays.len()).step_by(step) {
+        some.push(rays.org[i], rays.t_min[i], rays.dir[i], rays.t_max[i]);
+    }
+    some
+}
+
+fn primitives(loaded: &Loaded) -> usize {
+    let scene = &loaded.scene;
+    let rows = loaded.appearances.iter(scene);
+    let of = |shape| match scene.shapes.row(shape) {
+        lanecast::scene::Shape::Mesh(id) => scene.meshes.row(id).triangles.len(),
+        _ => 1,
+    };
+    rows.map(|row| of(row.shape)).sum()
+}
+
+/// What a scene's rays say: of each kind their number, and those of `fast` that
+/// differ through tiles and through all else.
+type Row = Vec<(Kind, usize, Differing, Differing)>;
+
+/// Compares everything; `tests`: those that a linear scan may take for each kind
+/// of rays, at each width.
+fn compare(name: &str, loaded: &Loaded, side: u32, tests: usize) -> Row {
+    let progress = Progress::default();
+    let judge = loaded.world(Structure::Bvh);
+    let exact = Kernels {
+        lanes: 1,
+        ..loaded.kernels(Arithmetic::F64)
+    };
+    let light = light_of(&judge, &loaded.camera);
+    let source = Source {
+        world: &judge,
+        kernels: exact,
+        camera: loaded.camera,
+        grid: Grid::Corners,
+        size: [side, side],
+        order: Order::Tile,
+        light,
+        direction: direction_of(&judge, light),
+    };
+    let sets = ray_sets(&source, &KINDS, &progress).unwrap();
+    let answers = |world: &World, kernels: &Kernels, rays: &RaySet, ask: Ask| {
+        let mut answers = Answers::default();
+        let ask = (ask, Caching::On);
+        trace(world, kernels, rays, ask, &mut answers, &progress).unwrap();
+        answers
+    };
+    let mut rows: Row = Vec::new();
+    // Of each kind: the exact answers; those of packets in `fast`.
+    let mut expected: Vec<Answers> = Vec::new();
+    let mut packets: Vec<Option<Answers>> = Vec::new();
+    for (kind, rays) in KINDS.iter().zip(&sets) {
+        expected.push(answers(&judge, &exact, rays, kind.ask()));
+        packets.push(None);
+        rows.push((
+            *kind,
+            rays.len(),
+            Differing::default(),
+            Differing::default(),
+        ));
+    }
+    let primitives = primitives(loaded);
+    let mut structures = structures();
+    // The linear scan, which takes only some of the rays, is compared with others.
+    structures.rotate_left(1);
+    for structure in structures {
+        let world = loaded.world(structure);
+        for (number, (kind, rays)) in KINDS.iter().zip(&sets).enumerate() {
+            let step = match structure {
+                Structure::Linear => (rays.len() * primitives).div_ceil(tests).max(1),
+                _ => 1,
+            };
+            let some = thinned(rays, step);
+            let thin = |answers: &Answers| Answers {
+                t: answers.t.iter().step_by(step).copied().collect(),
+                id: answers.id.iter().step_by(step).copied().collect(),
+                blocked: answers.blocked.iter().step_by(step).copied().collect(),
+            };
+            let what = |kernels: &Kernels| format!("{name}, {kind:?}: {structure:?}, {kernels:?}");
+            for lanes in widths(Arithmetic::F64) {
+                let kernels = Kernels { lanes, ..exact };
+                let got = answers(&world, &kernels, &some, kind.ask());
+                assert!(same(&thin(&expected[number]), &got), "{}", what(&kernels));
+            }
+            let mut tiles: Option<Answers> = None;
+            for lanes in widths(Arithmetic::F32) {
+                let kernels = Kernels {
+                    arithmetic: Arithmetic::F32,
+                    lanes,
+                    ..exact
+                };
+                let got = answers(&world, &kernels, &some, kind.ask());
+                let row = &mut rows[number];
+                if structure == Structure::Bvh {
+                    // Tiles decide by other arithmetic, at every width alike.
+                    row.2 = Differing::of(&expected[number], &got);
+                    let first = tiles.get_or_insert_with(|| got.clone());
+                    assert!(same(first, &got), "{}", what(&kernels));
+                } else if let Some(packets) = &packets[number] {
+                    assert!(same(&thin(packets), &got), "{}", what(&kernels));
+                } else {
+                    assert_eq!(step, 1, "a linear scan is not the first");
+                    row.3 = Differing::of(&expected[number], &got);
+                    packets[number] = Some(got);
+                }
+            }
+        }
+    }
+    rows
+}
+
+fn print(name: &str, rows: &Row) {
+    for (kind, rays, tiles, packets) in rows {
+        let (tiles, packets) = (tiles.cell(*rays), packets.cell(*rays));
+        println!(
+            "| {name} | {} | {rays} | 0 | {tiles} | {packets} |",
+            kind.name()
+        );
+    }
+}
+
+fn stem(path: &str) -> &str {
+    let name = path.rsplit('/').next().unwrap_or(path);
+    name.split('.').next().unwrap_or(name)
+}
+
+/// Small enough for every day.
+#[test]
+fn all_structures_and_kernels_agree() {
+    let Some(assets) = assets() else { return };
+    for file in [
+        "meshes/suzanne_1k.glb",
+        "spd/tetra_4.nff",
+        "spd/balls_2.nff",
+        "spd/tree_5.nff",
+        "gltf/many-cubes/many-cubes.gltf",
+    ] {
+        let loaded = load(&assets.join(file), 1.0);
+        let rows = compare(stem(file), &loaded, 65, 20_000_000);
+        print(stem(file), &rows);
+        for (kind, rays, tiles, packets) in rows {
+            let few = |d: &Differing| (d.found + d.id) * 500 <= rays;
+            assert!(few(&tiles) && few(&packets), "{file}, {kind:?}");
+        }
+    }
+}
+
+/// Four million rays a way: some minutes.
+#[test]
+#[ignore = "prints the table of docs/IDENTITY.md, in some minutes"]
+fn the_table() {
+    let Some(assets) = assets() else { return };
+    println!("| scene | rays | number | exact | fast: tiles | fast: streams and packets |");
+    println!("|---|---|---|---|---|---|");
+    for file in SCENES {
+        let loaded = load(&assets.join(file), 1.0);
+        let rows = compare(stem(file), &loaded, 513, 50_000_000);
+        print(stem(file), &rows);
+    }
+}

@@ -89,29 +89,33 @@ pub fn depth_each<L: Lanes>(corners: &[Vec3<L>; 3], ray: &Ray<L>) -> L {
 /// [`plane_depth`] as t.
 #[inline(always)]
 fn depth_of_plane<L: Lanes>(corners: &[Vec3<L>; 3], ray: &Ray<L>, k: usize) -> (L::Mask, L) {
-    let from_origin = |v: usize| {
-        let p = corners[v] - ray.org;
-        [p.axis((k + 1) % 3), p.axis((k + 2) % 3), p.axis(k)]
-    };
-    let corners = [from_origin(0), from_origin(1), from_origin(2)];
-    let (there, depth) = plane_depth(corners, [ray.shear.x, ray.shear.y]);
+    let along_k = |p: Vec3<L>| [p.axis((k + 1) % 3), p.axis((k + 2) % 3), p.axis(k)];
+    let [a, b, c] = *corners;
+    let n = plane_normal(along_k(c - b), along_k(a - c));
+    let seen = [a, b, c].map(|p| along_k(p - ray.org));
+    let (there, depth) = plane_depth(seen, n, [ray.shear.x, ray.shear.y]);
     (there, depth / ray.shear.along)
+}
+
+/// (c − b) × (a − c), of corners where they are: relative to a far origin they
+/// would be rounded before the difference, which turns the plane of a small
+/// triangle.
+#[inline(always)]
+pub fn plane_normal<L: Lanes>(cb: [L; 3], ac: [L; 3]) -> [L; 3] {
+    [
+        cb[1] * ac[2] - cb[2] * ac[1],
+        cb[2] * ac[0] - cb[0] * ac[2],
+        cb[0] * ac[1] - cb[1] * ac[0],
+    ]
 }
 
 /// How deep a ray meets a triangle's plane, and whether it is not seen edge-on:
 /// (a·n) / (d·n), with corners a, b, c from the ray's origin, the last axis the
-/// one along the ray, n = (c − b) × (a − c), and d the direction, 1 along that
-/// axis. `shear`: the rest of d, negated. Kept within the depths of the corners,
-/// which also says what becomes of a product of the wrong sign.
+/// one along the ray, and d the direction, 1 along that axis. `shear`: the rest
+/// of d, negated. Kept within the depths of the corners, which also says what
+/// becomes of a product of the wrong sign.
 #[inline(always)]
-pub fn plane_depth<L: Lanes>([a, b, c]: [[L; 3]; 3], shear: [L; 2]) -> (L::Mask, L) {
-    let minus = |p: [L; 3], q: [L; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
-    let (p, q) = (minus(c, b), minus(a, c));
-    let n = [
-        p[1] * q[2] - p[2] * q[1],
-        p[2] * q[0] - p[0] * q[2],
-        p[0] * q[1] - p[1] * q[0],
-    ];
+pub fn plane_depth<L: Lanes>([a, b, c]: [[L; 3]; 3], n: [L; 3], shear: [L; 2]) -> (L::Mask, L) {
     let depth_times_det = a[0].mul_add(n[0], a[1].mul_add(n[1], a[2] * n[2]));
     let det = n[0].mul_add(-shear[0], n[1].mul_add(-shear[1], n[2]));
     let edge_on = det.eq(L::zero()) | depth_times_det.eq(L::zero());

@@ -10,9 +10,9 @@ use super::nested::Level;
 use super::packet::Packet;
 use super::query::{HitId, Query};
 use crate::accel::{Block, Entry, STREAM, Slabs, StreamRays, StreamStack, World, prefetch};
-use crate::geom::triangle::{Seen, plane_depth};
+use crate::geom::triangle::{Seen, plane_depth, plane_normal};
 use crate::geom::{Certainty, Ray};
-use crate::math::lanes::{Lanes, Mask, Register, Scalar, max};
+use crate::math::lanes::{Lanes, Mask, Register, Scalar, max, min};
 use crate::math::{Aabb32, Affine, Vec3, round_up};
 use crate::scene::{MeshId, Shape};
 use glam::DVec3;
@@ -123,9 +123,13 @@ impl Sight {
             splat(&self.org[k]),
         );
         let (shear_x, shear_y) = (splat(&self.shear[0]), splat(&self.shear[1]));
-        let corner = |v: usize| {
+        let raw = |v: usize| {
             let at = |axis: usize| Register::load(&block.corner[v][axis]);
-            [at(a) - org.0, at(b) - org.1, at(k) - org.2]
+            [at(a), at(b), at(k)]
+        };
+        let corner = |v: usize| {
+            let [x, y, z] = raw(v);
+            [x - org.0, y - org.1, z - org.2]
         };
         let corners = [corner(0), corner(1), corner(2)];
         let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = corners;
@@ -145,10 +149,17 @@ impl Sight {
         if inside.none() {
             return 0;
         }
-        let (there, depth) = plane_depth(corners, [shear_x, shear_y]);
-        let t = depth / splat(&self.shear[2]);
-        let before = Lanes::gt(t, splat(&self.t_min)) & Lanes::le(t, Register::splat(limit));
-        (inside & there & before).bits()
+        let minus = |p: [Register; 3], q: [Register; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
+        let normal = plane_normal(minus(raw(2), raw(1)), minus(raw(0), raw(2)));
+        let (there, depth) = plane_depth(corners, normal, [shear_x, shear_y]);
+        let along = splat(&self.shear[2]);
+        let begun = Lanes::gt(depth / along, splat(&self.t_min));
+        // The hit is then moved into its triangle's box, and may come before the
+        // limit: that is for the test for good.
+        let (one, other) = (min(min(az, bz), cz) / along, max(max(az, bz), cz) / along);
+        let pad = splat(&self.misplaced) * Register::splat(4.0) / along.abs();
+        let before = Lanes::le(min(one, other) - pad, Register::splat(limit));
+        (inside & there & begun & before).bits()
     }
 }
 

@@ -7,8 +7,10 @@
 //! from it: by at most about 20·u·D·ρ, where D is the longest edge, ρ = D²/2A
 //! its square over twice the area, and u the unit roundoff, and, where rays run
 //! along the plane so closely that the area seen is itself rounding, by about
-//! 36·u·D·ρ². [`Shape::margin`] is above the first in f32, both in f64, and adds
-//! the pad of the boxes for ray origins within some sizes of the scene.
+//! 36·u·D·ρ². In f32 t is that of the plane itself, whose normal is turned by
+//! some u·ρ, and whose distance from the origin is wrong by at most 16·u·R, R the
+//! reach of the ray. [`Shape::margin`] is above the first, in f64 above both, and
+//! adds 256·u times the scene's extent: enough for ray origins within 16 sizes.
 //!
 //! The triangle's own outline (Sutherland and Hodgman 1974 against the cell's
 //! six planes) is smaller, and wrong for some rays: where a ray runs along the
@@ -43,7 +45,7 @@ impl Shape {
         let double_area = normal.length();
         let slender = longest * longest / double_area;
         let power = |p: i32| f64::powi(2.0, p);
-        let margin = longest * slender * (power(-19) + power(-46) * slender) + extent * power(-18);
+        let margin = longest * slender * (power(-19) + power(-46) * slender) + extent * power(-16);
         // NaN where the area is zero.
         if margin.is_nan() || margin >= 0.25 * longest {
             return None;
@@ -252,7 +254,11 @@ mod tests {
             let org = at + (along + off * along.length()) * f64::powi(4.0, far);
             let narrow = |v: DVec3| v.to_array().map(|x| x as f32);
             let (org, dir) = (narrow(org), narrow(at - org));
-            if let Some(p) = said::<f32, f32>(&corners, org, dir) {
+            let reach = org.iter().chain(corners.as_flattened()).fold(0.0, |m, x| x.abs().max(m));
+            let extent = f64::from(corners.as_flattened().iter().fold(0.0, |m, x| x.abs().max(m)));
+            if f64::from(reach) <= 16.0 * extent
+                && let Some(p) = said::<f32, f32>(&corners, org, dir)
+            {
                 check(&corners, p);
             }
             if let Some(p) = said::<f64, f64>(&corners, org, dir) {

@@ -17,6 +17,7 @@
 use super::bundle::{Bundle, Group, Projection};
 use super::parallel::Starts;
 use crate::accel::{Block, WIDE};
+use crate::geom::triangle::plane_normal;
 use crate::math::lanes::{Lanes, Mask, Register, max, min};
 
 /// A block's triangles as numbers that every ray of the tile needs.
@@ -88,9 +89,14 @@ impl Edges {
         let sign = Register::splat(bundle.frustum.sign);
         let [slope_a, slope_b] = bundle.shear.slopes;
         let (slope_a, slope_b) = (Register::splat(-slope_a), Register::splat(-slope_b));
-        let corner = |v: usize| {
+        let place = |v: usize| {
             let at = |axis: usize| Register::load(&block.corner[v][axis]);
-            let (x, y, z) = (at(ka) - org[0], at(kb) - org[1], at(k) * sign - org[2]);
+            [at(ka), at(kb), at(k) * sign]
+        };
+        let raw = [place(0), place(1), place(2)];
+        let corner = |v: usize| {
+            let [x, y, z] = raw[v];
+            let (x, y, z) = (x - org[0], y - org[1], z - org[2]);
             if P::PARALLEL {
                 [slope_a.mul_add(z, x), slope_b.mul_add(z, y), z]
             } else {
@@ -115,7 +121,11 @@ impl Edges {
         let edge = |p: [Register; 3], q: [Register; 3]| {
             if P::PARALLEL { flat(p, q) } else { cross(p, q) }
         };
-        let plane = cross(cb, ca);
+        let plane = if P::PARALLEL {
+            cross(cb, ca)
+        } else {
+            plane_normal(minus(raw[2], raw[1]), minus(raw[0], raw[2]))
+        };
         let zero = Register::zero();
         let one = Register::from_f32(1.0);
         let depth = a[0].mul_add(plane[0], a[1].mul_add(plane[1], a[2] * plane[2]));

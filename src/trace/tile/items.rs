@@ -2,7 +2,8 @@
 //! trees. Solids and blocks of triangles meet the very tests of the walk.
 
 use super::bundle::{Pinhole, is_exact};
-use super::{InMesh, TILE, Tile, TileScratch};
+use super::mesh::InMesh;
+use super::{TILE, Tile, TileScratch};
 use crate::accel::{BoxRows, Entry, ItemBoxes, World, prefetch};
 use crate::geom::Certainty;
 use crate::math::lanes::Lanes;

@@ -1,0 +1,194 @@
+//! Leaves in f32: shared-origin edge functions decide.
+
+use super::block::{Aim, Edges};
+use super::bundle::{Bundle, Projection};
+use super::mesh::InMesh;
+use super::{NOTHING, nowhere};
+use crate::accel::{WideMesh, WideNode};
+use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::trace::query::{HitId, Query};
+
+impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
+    #[inline(always)]
+    pub fn fast_leaf<P: Projection, Q: Query<L>>(
+        &mut self,
+        node: &WideNode,
+        place: usize,
+        first: usize,
+        count: usize,
+        queries: &mut [Q; S],
+    ) {
+        let (rays, any) = self.rays_in::<P>(node.child_box(place));
+        if any {
+            self.fast_blocks::<P, Q>(&rays, first, count, queries);
+        }
+    }
+
+    #[inline(always)]
+    pub fn fast_blocks<P: Projection, Q: Query<L>>(
+        &mut self,
+        rays: &[u32; S],
+        first: usize,
+        count: usize,
+        queries: &mut [Q; S],
+    ) {
+        for number in first..first + count {
+            let block = &self.mesh.blocks[number];
+            let edges = Edges::new::<P, L, S>(
+                block,
+                self.bundle,
+                if Q::ANY { Aim::Any } else { Aim::Closest },
+            );
+            if edges.live == 0 {
+                continue;
+            }
+            for s in 0..S {
+                let Bundle { groups, starts, .. } = &mut *self.bundle;
+                let (group, starts) = (&mut groups[s], &starts[s]);
+                if rays[s] == 0 || group.deepest < 0.0 {
+                    continue;
+                }
+                let mut slots = edges.may_meet(group, false, 0.0);
+                if slots == 0 {
+                    continue;
+                }
+                let mut met = false;
+                if rays[s].count_ones() < slots.count_ones() {
+                    // Ray by ray, the triangles in lanes.
+                    let mut bits = rays[s];
+                    while bits != 0 {
+                        let lane = bits.trailing_zeros() as usize;
+                        bits &= bits - 1;
+                        let at = |x: L| x.lane(lane).to_f64() as f32;
+                        let limit = at(group.limit);
+                        let line = (at(group.u), at(group.v));
+                        let start = if P::PARALLEL { at(starts.depth) } else { 0.0 };
+                        let (mut hits, depth, det) = if Q::ANY {
+                            edges.triangles::<P, true>(line, start, limit)
+                        } else {
+                            edges.triangles::<P, false>(line, start, limit)
+                        };
+                        if hits == 0 {
+                            continue;
+                        }
+                        met = true;
+                        let mut limit = limit;
+                        let mut best = self.places[s].lane(lane).bits() as u32;
+                        let place = |slot: usize| (number * crate::accel::WIDE + slot) as u32;
+                        if Q::ANY {
+                            limit = -1.0;
+                            best = place(hits.trailing_zeros() as usize);
+                            hits = 0;
+                        }
+                        let (depth, clear) = if P::PARALLEL || Q::ANY {
+                            (depth, 0)
+                        } else {
+                            edges.depths_of_ray(depth, det, line)
+                        };
+                        self.doubts[s] |= u32::from(hits & !clear != 0) << lane;
+                        let depth = depth.to_array();
+                        while hits != 0 {
+                            let slot = hits.trailing_zeros() as usize;
+                            hits &= hits - 1;
+                            let z = depth[slot];
+                            if nearer(z, limit, block.source[slot], best, self.mesh) {
+                                limit = z;
+                                best = place(slot);
+                            }
+                        }
+                        let here = L::Mask::from_bits(1 << lane);
+                        group.limit = L::select(here, L::from_f32(limit), group.limit);
+                        let best = L::splat(L::Scalar::carrying(best));
+                        self.places[s] = L::select(here, best, self.places[s]);
+                    }
+                } else {
+                    // Triangle by triangle, the rays in lanes.
+                    while slots != 0 {
+                        let slot = slots.trailing_zeros() as usize;
+                        slots &= slots - 1;
+                        let (hit, depth, det) = if Q::ANY {
+                            edges.rays::<P, L, true>(slot, group, starts)
+                        } else {
+                            edges.rays::<P, L, false>(slot, group, starts)
+                        };
+                        let bits = hit.bits();
+                        if bits == 0 {
+                            continue;
+                        }
+                        met = true;
+                        let place = (number * crate::accel::WIDE + slot) as u32;
+                        let place = L::splat(L::Scalar::carrying(place));
+                        if Q::ANY {
+                            let done = -L::from_f32(1.0);
+                            group.limit = L::select(hit, done, group.limit);
+                            self.places[s] = L::select(hit, place, self.places[s]);
+                            continue;
+                        }
+                        let (z, clear) = if P::PARALLEL {
+                            (depth, L::Mask::splat(false))
+                        } else {
+                            edges.depths(slot, depth, det, group)
+                        };
+                        let less = hit & z.lt(group.limit);
+                        self.doubts[s] |= (hit & !clear).bits();
+                        let mut tied = (hit & z.eq(group.limit)).bits();
+                        group.limit = L::select(less, z, group.limit);
+                        let before = self.places[s];
+                        self.places[s] = L::select(less, place, before);
+                        while tied != 0 {
+                            let lane = tied.trailing_zeros() as usize;
+                            tied &= tied - 1;
+                            let best = before.lane(lane).bits() as u32;
+                            if best != NOTHING && block.source[slot] < source(self.mesh, best) {
+                                let here = L::Mask::from_bits(1 << lane);
+                                self.places[s] = L::select(here, place, self.places[s]);
+                            }
+                        }
+                    }
+                }
+                if met {
+                    group.set_deepest();
+                    if Q::ANY {
+                        self.report(s, queries);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Any-hit: tells the query which rays have been blocked, and by what.
+    #[inline(always)]
+    fn report<Q: Query<L>>(&mut self, s: usize, queries: &mut [Q; S]) {
+        let mut bits = 0;
+        let mut last = NOTHING;
+        for (lane, place) in self.places[s].to_array().as_ref().iter().enumerate() {
+            let place = place.bits() as u32;
+            if place != NOTHING {
+                bits |= 1 << lane;
+                last = place;
+            }
+        }
+        self.places[s] = nowhere();
+        if last != NOTHING {
+            let id = HitId {
+                instance: self.entry.appearance,
+                primitive: source(self.mesh, last),
+            };
+            queries[s].block(L::Mask::from_bits(bits), id);
+        }
+    }
+}
+
+/// A place's triangle in source order.
+#[inline(always)]
+fn source(mesh: &WideMesh, place: u32) -> u32 {
+    let wide = crate::accel::WIDE as u32;
+    mesh.blocks[(place / wide) as usize].source[(place % wide) as usize]
+}
+
+/// Whether a triangle at depth z replaces the best so far: ties go to the lower
+/// id, and a tie with the ray's own end is no hit.
+#[inline(always)]
+fn nearer(z: f32, limit: f32, id: u32, best: u32, mesh: &WideMesh) -> bool {
+    z < limit || (z == limit && best != NOTHING && id < source(mesh, best))
+}

@@ -1,0 +1,154 @@
+//! A mesh's triangles before a tile's rays, in the mesh's own space.
+
+use super::NOTHING;
+use super::bundle::{Bundle, Parallel, Pinhole, Projection, RelativeBox, is_exact};
+use super::settle::{Found, settle};
+use crate::accel::{Entry, WideMesh, WideStack, World, prefetch};
+use crate::geom::Certainty;
+use crate::math::Vec3;
+use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::scene::MeshId;
+use crate::trace::batch::Rays;
+use crate::trace::leaf::{Everything, Tester};
+use crate::trace::packet::Packet;
+use crate::trace::query::Query;
+
+/// What a mesh's walk carries along.
+pub(super) struct InMesh<'a, L: Lanes, const S: usize> {
+    pub(super) entry: &'a Entry,
+    pub(super) id: MeshId,
+    pub(super) mesh: &'a WideMesh,
+    pub(super) bundle: &'a mut Bundle<L, S>,
+    /// By group: place of the nearest triangle so far, as block · WIDE + slot,
+    /// carried in lanes.
+    pub(super) places: [L; S],
+    /// By group: rays some hit of which was not clearly within its triangle's
+    /// box.
+    pub(super) doubts: [u32; S],
+}
+
+impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
+    #[inline(always)]
+    pub fn trace_any<C: Certainty, Q: Query<L>>(
+        self,
+        world: &World,
+        rays: &Rays,
+        start: usize,
+        queries: &mut [Q; S],
+        stack: &mut WideStack,
+    ) {
+        if self.bundle.parallel {
+            self.trace::<Parallel, C, Q>(world, rays, start, queries, stack);
+        } else {
+            self.trace::<Pinhole, C, Q>(world, rays, start, queries, stack);
+        }
+    }
+
+    /// Not generic over the scene's features: they matter above, and each
+    /// instance costs build time.
+    #[inline(never)]
+    fn trace<P: Projection, C: Certainty, Q: Query<L>>(
+        mut self,
+        world: &World,
+        rays: &Rays,
+        start: usize,
+        queries: &mut [Q; S],
+        stack: &mut WideStack,
+    ) {
+        let exact = is_exact::<L, C>();
+        let frustum = self.bundle.frustum;
+        let deepest = self.bundle.deepest();
+        let mesh = self.mesh;
+        let tree = &mesh.tree;
+        if exact {
+            let packet = |s: usize| rays.packet(start + s * L::COUNT, world);
+            let packets: [Packet<L>; S] = std::array::from_fn(packet);
+            let testers: [_; S] =
+                std::array::from_fn(|s| Tester::<L, C, Everything>::new(world, &packets[s]));
+            let objects: [Packet<L>; S] =
+                std::array::from_fn(|s| testers[s].mesh_packet(self.entry, self.id));
+            tree.walk_frustum(
+                &frustum,
+                deepest,
+                stack,
+                |block| prefetch(&mesh.blocks[block]),
+                |node, place, (first, count), _| {
+                    self.exact_leaf::<P, C, Q>(
+                        node, place, first, count, &testers, &objects, queries,
+                    );
+                    self.bundle.deepest()
+                },
+            );
+            return;
+        }
+        tree.walk_frustum(
+            &frustum,
+            deepest,
+            stack,
+            |block| prefetch(&mesh.blocks[block]),
+            |node, place, (first, count), _| {
+                self.fast_leaf::<P, Q>(node, place, first, count, queries);
+                self.bundle.deepest()
+            },
+        );
+        if !Q::ANY {
+            self.settle_all::<P, C, Q>(world, rays, start, queries);
+        }
+    }
+
+    /// From the nearest triangles' places to hits.
+    #[inline(always)]
+    pub fn settle_all<P: Projection, C: Certainty, Q: Query<L>>(
+        &self,
+        world: &World,
+        rays: &Rays,
+        start: usize,
+        queries: &mut [Q; S],
+    ) {
+        for s in 0..S {
+            let places = self.places[s];
+            let mut bits = 0;
+            for (lane, place) in places.to_array().as_ref().iter().enumerate() {
+                bits |= u32::from(place.bits() as u32 != NOTHING) << lane;
+            }
+            if bits != 0 {
+                let found = Found {
+                    entry: self.entry,
+                    id: self.id,
+                    mesh: self.mesh,
+                    places,
+                    bits,
+                };
+                let group = &self.bundle.groups[s];
+                let clear = !P::PARALLEL && (self.doubts[s] | group.oblique) & bits == 0;
+                if clear && !self.entry.placed {
+                    found.clear::<C, Q>(group.limit / group.along, &mut queries[s]);
+                    continue;
+                }
+                let packet = || rays.packet(start + s * L::COUNT, world);
+                let dir = group.dir;
+                let org = if P::PARALLEL {
+                    self.bundle.starts[s].org
+                } else {
+                    Vec3::splat(self.bundle.object_org)
+                };
+                settle::<L, C, Q>(&found, org, dir, packet, world, &mut queries[s]);
+            }
+        }
+    }
+
+    /// The rays of each group that may meet a box; whether any does.
+    #[inline(always)]
+    pub fn rays_in<P: Projection>(&self, (min, max): ([f32; 3], [f32; 3])) -> ([u32; S], bool) {
+        let relative = RelativeBox::new::<P, L, S>(self.bundle, min, max);
+        let mut rays = [0; S];
+        let mut all = 0;
+        for (s, rays) in rays.iter_mut().enumerate() {
+            if self.bundle.groups[s].deepest >= 0.0 {
+                *rays = self.bundle.reach_box::<P>(s, &relative).bits();
+                all |= *rays;
+            }
+        }
+        (rays, all != 0)
+    }
+}

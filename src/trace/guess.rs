@@ -30,7 +30,8 @@ pub enum Reuse {
     None,
     /// The primitive: met anew, its t is the bound.
     Hit,
-    /// The largest t of its tile: a little more is the bound.
+    /// The largest t of its tile, where all rays met something: a little more is the
+    /// bound.
     #[default]
     Depth,
 }
@@ -79,20 +80,21 @@ const MARGIN: f64 = 1.0 + 1.0 / 16.0;
 /// before each other, bounds are wrong frame after frame.
 const PAUSE: u8 = 8;
 
-/// What rays met a frame ago, by tile of [`MAX_LANES`] rays. 13 bytes a tile; with
+/// What rays met a frame ago, by tile of [`MAX_LANES`] rays. 5 bytes a tile; with
 /// [`Reuse::Hit`] also 16 bytes a ray.
 #[derive(Clone, Debug, Default)]
 pub struct Guesses {
     reuse: Reuse,
-    /// Rays that met anything.
-    met: Vec<u64>,
-    /// The bound of all of them.
+    /// The bound of all rays; infinite where one of them met nothing. A tile with
+    /// such a ray is walked to the end anyway, and it lies at an outline, where
+    /// bounds are wrong as soon as something moves.
     depth: Vec<f32>,
     pause: Vec<u8>,
     /// By ray.
     id: Vec<HitId>,
-    /// Scratch.
+    /// Scratch: limits by ray, and by tile the rays that have a bound.
     bounds: Vec<f32>,
+    bounded: Vec<u64>,
 }
 
 impl Guesses {
@@ -120,9 +122,8 @@ impl Guesses {
         }
         let mut counts = GuessCounts::default();
         let tiles = first / MAX_LANES..(first + rays.len()) / MAX_LANES;
-        if self.met.len() < tiles.end {
-            self.met.resize(tiles.end, 0);
-            self.depth.resize(tiles.end, 0.0);
+        if self.depth.len() < tiles.end {
+            self.depth.resize(tiles.end, f32::INFINITY);
             self.pause.resize(tiles.end, 0);
             if self.reuse == Reuse::Hit {
                 self.id.resize(first + rays.len(), HitId::NONE);
@@ -130,8 +131,11 @@ impl Guesses {
         }
         self.bounds.clear();
         self.bounds.extend_from_slice(rays.t_max);
+        self.bounded.clear();
         for (tile, number) in tiles.clone().enumerate() {
-            counts.bounded += self.bound(world, rays, tile * MAX_LANES, number);
+            let bounded = self.bound(world, rays, tile * MAX_LANES, number);
+            counts.bounded += u64::from(bounded.count_ones());
+            self.bounded.push(bounded);
         }
         let bounded = Rays {
             t_max: &self.bounds,
@@ -143,14 +147,19 @@ impl Guesses {
         let mut again = 0..0;
         for (tile, number) in tiles.clone().enumerate() {
             let rows = tile * MAX_LANES..(tile + 1) * MAX_LANES;
-            let lost = self.free(rays, hits, rows.clone());
+            let bounded = self.bounded[tile];
+            if bounded == 0 {
+                continue;
+            }
+            let lost = bounded & !met(hits, rows.start);
             if lost == 0 {
                 continue;
             }
-            counts.lost += lost;
+            counts.lost += u64::from(lost.count_ones());
             let t_max = &rays.t_max[rows.clone()];
             counts.retraced += t_max.iter().filter(|t| **t > 0.0).count() as u64;
             self.pause[number] = PAUSE;
+            self.free(rays, hits, rows.clone());
             if again.end != rows.start {
                 self.retrace(world, kernels, rays, again, hits);
                 again = rows.start..rows.start;
@@ -159,52 +168,48 @@ impl Guesses {
         }
         self.retrace(world, kernels, rays, again, hits);
         for (tile, number) in tiles.enumerate() {
-            self.remember(hits, tile * MAX_LANES, first, number);
+            self.remember(rays, hits, tile * MAX_LANES, number);
         }
         counts
     }
 
-    /// Bounds the rays of a tile; how many.
+    /// Bounds the rays of a tile; which.
     #[inline(always)]
     fn bound(&mut self, world: &World, rays: &Rays, row: usize, number: usize) -> u64 {
         if self.pause[number] > 0 {
             self.pause[number] -= 1;
             return 0;
         }
-        let (met, depth) = (self.met[number], self.depth[number]);
-        let bounds = &mut self.bounds[row..row + MAX_LANES];
-        let mut count = 0;
-        for (i, bound) in bounds.iter_mut().enumerate() {
-            let mut guess = depth;
-            if self.reuse == Reuse::Hit && met >> i & 1 != 0 && *bound > 0.0 {
+        let mut guess = [self.depth[number]; MAX_LANES];
+        if self.reuse == Reuse::Hit {
+            for (i, guess) in guess.iter_mut().enumerate() {
                 let id = self.id[number * MAX_LANES + i];
-                guess = again(world, rays, row + i, id);
+                *guess = again(world, rays, row + i, id);
             }
-            let on = (met >> i & 1 != 0) & (guess < *bound);
-            *bound = if on { guess } else { *bound };
-            count += u64::from(on);
+        } else if guess[0] == f32::INFINITY {
+            return 0;
         }
-        count
+        let bounds = &mut self.bounds[row..row + MAX_LANES];
+        let mut bounded = 0;
+        for i in 0..MAX_LANES {
+            let on = guess[i] < bounds[i];
+            bounds[i] = if on { guess[i] } else { bounds[i] };
+            bounded |= u64::from(on) << i;
+        }
+        bounded
     }
 
-    /// Where rays of a tile have met nothing before their bounds: how many, and
-    /// the limits for another time. The others' hits are good ones.
-    #[inline(always)]
-    fn free(&mut self, rays: &Rays, hits: &Hits, rows: Range<usize>) -> u64 {
-        let mut lost = 0;
-        for i in rows.clone() {
-            lost += u64::from((hits.id[i] == HitId::NONE) & (self.bounds[i] < rays.t_max[i]));
+    /// The limits of a tile that is traced again: what has been met is nearest.
+    #[cold]
+    fn free(&mut self, rays: &Rays, hits: &Hits, rows: Range<usize>) {
+        for i in rows {
+            let t_max = rays.t_max[i];
+            self.bounds[i] = if hits.id[i] == HitId::NONE {
+                t_max
+            } else {
+                t_max.min(round_up(hits.t[i] * BEYOND))
+            };
         }
-        if lost > 0 {
-            for i in rows {
-                self.bounds[i] = if hits.id[i] == HitId::NONE {
-                    rays.t_max[i]
-                } else {
-                    rays.t_max[i].min(round_up(hits.t[i] * BEYOND))
-                };
-            }
-        }
-        lost
     }
 
     fn retrace(
@@ -230,27 +235,52 @@ impl Guesses {
     }
 
     #[inline(always)]
-    fn remember(&mut self, hits: &Hits, row: usize, first: usize, number: usize) {
+    fn remember(&mut self, rays: &Rays, hits: &Hits, row: usize, number: usize) {
         let rows = row..row + MAX_LANES;
-        let (t, id) = (&hits.t[rows.clone()], &hits.id[rows.clone()]);
-        let (mut met, mut deepest) = (0, 0.0_f64);
-        for i in 0..MAX_LANES {
-            let on = id[i] != HitId::NONE;
-            met |= u64::from(on) << i;
-            deepest = if on & (t[i] > deepest) { t[i] } else { deepest };
-        }
-        self.met[number] = met;
-        self.depth[number] = round_up(deepest * MARGIN);
         if self.reuse == Reuse::Hit {
-            self.id[first + rows.start..first + rows.end].copy_from_slice(id);
+            let to = number * MAX_LANES..(number + 1) * MAX_LANES;
+            self.id[to].copy_from_slice(&hits.id[rows]);
+            return;
         }
+        let (t, t_max) = (&hits.t[rows.clone()], &rays.t_max[rows]);
+        let mut alive = 0_u64;
+        for i in 0..MAX_LANES {
+            alive |= u64::from(t_max[i] > 0.0) << i;
+        }
+        if alive & !met(hits, row) != 0 {
+            self.depth[number] = f32::INFINITY;
+            return;
+        }
+        // As many at a time as registers hold.
+        const RUN: usize = 8;
+        let mut deepest = [0.0_f64; RUN];
+        for (t, t_max) in t.chunks_exact(RUN).zip(t_max.chunks_exact(RUN)) {
+            for i in 0..RUN {
+                let on = (t_max[i] > 0.0) & (t[i] > deepest[i]);
+                deepest[i] = if on { t[i] } else { deepest[i] };
+            }
+        }
+        let deepest = deepest.into_iter().fold(0.0, f64::max);
+        self.depth[number] = round_up(deepest * MARGIN);
     }
+}
+
+/// The rays of a tile that have met anything.
+#[inline(always)]
+fn met(hits: &Hits, row: usize) -> u64 {
+    let id = &hits.id[row..row + MAX_LANES];
+    // One half of an id tells.
+    let bit = |i: usize| u64::from(id[i].instance != HitId::NONE.instance) << i;
+    (0..MAX_LANES).fold(0, |met, i| met | bit(i))
 }
 
 /// The bound of a ray that may meet what it met before; nothing of the answer
 /// rests on it.
 #[inline(never)]
 fn again(world: &World, rays: &Rays, i: usize, id: HitId) -> f32 {
+    if id == HitId::NONE || rays.t_max[i] <= 0.0 {
+        return f32::INFINITY;
+    }
     let dir = [rays.dir[0][i], rays.dir[1][i], rays.dir[2][i]].map(f64::from);
     let t_min = f64::from(rays.t_min[i]);
     let t = resolve_one(world, (rays.start(i), dir), t_min, id);

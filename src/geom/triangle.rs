@@ -86,15 +86,14 @@ pub fn depth_each<L: Lanes>(corners: &[Vec3<L>; 3], ray: &Ray<L>) -> L {
     t
 }
 
-/// [`plane_depth`] as t.
+/// [`plane_depth`] of rays whose axis is k.
 #[inline(always)]
 fn depth_of_plane<L: Lanes>(corners: &[Vec3<L>; 3], ray: &Ray<L>, k: usize) -> (L::Mask, L) {
     let along_k = |p: Vec3<L>| [p.axis((k + 1) % 3), p.axis((k + 2) % 3), p.axis(k)];
     let [a, b, c] = *corners;
     let n = plane_normal(along_k(c - b), along_k(a - c));
     let seen = [a, b, c].map(|p| along_k(p - ray.org));
-    let (there, depth) = plane_depth(seen, n, [ray.shear.x, ray.shear.y]);
-    (there, depth / ray.shear.along)
+    plane_depth(seen, n, ([ray.shear.x, ray.shear.y], ray.shear.along))
 }
 
 /// (c − b) × (a − c), of corners where they are: relative to a far origin they
@@ -109,19 +108,25 @@ pub fn plane_normal<L: Lanes>(cb: [L; 3], ac: [L; 3]) -> [L; 3] {
     ]
 }
 
-/// How deep a ray meets a triangle's plane, and whether it is not seen edge-on:
-/// (a·n) / (d·n), with corners a, b, c from the ray's origin, the last axis the
-/// one along the ray, and d the direction, 1 along that axis. `shear`: the rest
-/// of d, negated. Kept within the depths of the corners, which also says what
-/// becomes of a product of the wrong sign.
+/// Whether a triangle is not seen edge-on, and t in its plane: a depth along the
+/// ray's axis over `along`, the direction's part along it. The depth is
+/// (a·n) / (d·n), with corners a, b, c from the ray's origin, that axis last, and
+/// d the direction over `along`; `shear`: the rest of d, negated. It is no nearer
+/// than the corners, which also says what becomes of a product of the wrong sign.
 #[inline(always)]
-pub fn plane_depth<L: Lanes>([a, b, c]: [[L; 3]; 3], n: [L; 3], shear: [L; 2]) -> (L::Mask, L) {
+pub fn plane_depth<L: Lanes>(
+    [a, b, c]: [[L; 3]; 3],
+    n: [L; 3],
+    (shear, along): ([L; 2], L),
+) -> (L::Mask, L) {
     let depth_times_det = a[0].mul_add(n[0], a[1].mul_add(n[1], a[2] * n[2]));
     let det = n[0].mul_add(-shear[0], n[1].mul_add(-shear[1], n[2]));
     let edge_on = det.eq(L::zero()) | depth_times_det.eq(L::zero());
+    let depth = depth_times_det / det;
     let (low, high) = (a[2].min(b[2]).min(c[2]), a[2].max(b[2]).max(c[2]));
-    let depth = (depth_times_det / det).max(low).min(high);
-    (!edge_on, depth)
+    let backward = along.lt(L::zero());
+    let depth = L::select(backward, depth.min(high), depth.max(low));
+    (!edge_on, depth / along)
 }
 
 /// A triangle as a ray sees it: relative to its origin, sheared along it.

@@ -1,47 +1,56 @@
-//! What a frame gains by the one before: the same camera rays, cold and with
-//! last frame's answers, and the top tree fitted, built, or built with all the
-//! rest. Every frame is measured in all ways in turns, so that what disturbs the
-//! machine disturbs them alike.
+//! What a frame gains by the one before: the top tree fitted as long as it is no
+//! worse than so much, against built for every frame, against everything built
+//! anew; and camera rays cold, and with what they met a frame ago. Every frame is
+//! measured in all ways in turns, so that what disturbs the machine disturbs them
+//! alike.
 
 use super::clock::{Clock, best_and_median};
 use super::queries::Columns;
-use crate::accel::{Kept, Structure, World};
+use crate::accel::{Kept, Renewal, Structure, WORST_REFIT, World};
 use crate::io::RaySet;
 use crate::plan::Kernels;
 use crate::render::Progress;
 use crate::scene::{Appearances, Scene, SceneError};
-use crate::trace::{GuessCounts, HitId, Hits, Last, Rays, Reuse, closest, closest_after};
+use crate::trace::{GuessCounts, Guesses, HitId, Hits, Rays, Reuse};
 use serde::Serialize;
 
-/// One way to trace the frames' camera rays.
+/// One way to trace the frames' camera rays, through the trees that `render`
+/// would have.
 #[derive(Clone, Debug, Serialize)]
 pub struct FrameRow {
     pub reuse: Reuse,
-    /// `refitted`: never built again since the first frame; or `rebuilt`.
-    pub top_tree: &'static str,
     pub kind: &'static str,
     pub precision: &'static str,
     pub lanes: usize,
     /// From the second frame on.
     pub frames: usize,
     pub rays: u64,
-    /// Of the frames' medians, the median.
+    /// Of all frames, each by its median.
     pub mrays_per_s: f64,
-    /// Its time, over that of the cold rays through the rebuilt tree.
+    /// Over the cold rays.
     pub speedup: f64,
     pub guesses: GuessCounts,
-    /// Answers that are not those of the cold rays; 0.
+    /// Answers that are not those of the cold rays through trees built for the
+    /// frame; 0.
     pub mismatches: u64,
 }
 
 /// One way to come to a frame's trees.
 #[derive(Clone, Debug, Serialize)]
 pub struct RenewalRow {
-    /// `refitted`, `rebuilt`: the top tree; `built`: every tree.
-    pub top_tree: &'static str,
-    pub seconds: f64,
+    pub precision: &'static str,
+    /// What the top tree may cost, over what it cost when it was built; 0 builds
+    /// it for every frame. `None`: every tree is built for every frame.
+    pub worst: Option<f64>,
+    /// Frames whose top tree was fitted.
+    pub refitted: usize,
+    /// Per frame: coming to the trees, and the cold camera rays through them.
+    pub renewal_ms: f64,
+    pub trace_ms: f64,
     /// The top tree's expected cost, of the last frame.
     pub sah: f64,
+    /// As of [`FrameRow`].
+    pub mismatches: u64,
 }
 
 #[derive(Clone, Debug, Default, Serialize)]
@@ -62,15 +71,18 @@ pub struct Question<'a> {
     pub clock: Clock,
 }
 
-/// Ways to trace: what is reused, and whether through the refitted tree.
-const WAYS: [(Reuse, bool); 4] = [
-    (Reuse::None, false),
-    (Reuse::None, true),
-    (Reuse::Hit, true),
-    (Reuse::Depth, true),
+/// Bounds on the cost of the top tree, and at last everything anew. The first is
+/// the judge of the others.
+const BOUNDS: [Option<f64>; 8] = [
+    Some(0.0),
+    Some(1.05),
+    Some(1.1),
+    Some(1.25),
+    Some(1.5),
+    Some(2.0),
+    Some(f64::MAX),
+    None,
 ];
-
-const RENEWALS: [&str; 3] = ["refitted", "rebuilt", "built"];
 
 /// Answers of one frame.
 #[derive(Clone, Default)]
@@ -98,6 +110,17 @@ impl Answers {
     }
 }
 
+/// Medians of each frame, summed up: seconds.
+#[derive(Clone, Copy, Default)]
+struct Way {
+    renewal: f64,
+    trace: f64,
+    refitted: usize,
+    sah: f64,
+    guesses: GuessCounts,
+    mismatches: u64,
+}
+
 /// Runs on this thread. `None` where it was cancelled.
 pub fn measure(
     mut scene: Scene,
@@ -107,119 +130,120 @@ pub fn measure(
     let mut columns = Columns::default();
     columns.fill(question.rays, 0, question.rays.len());
     let rays = columns.borrowed();
-    let mut bounds = vec![0.0; rays.len()];
-    let mut kept: Option<Kept> = None;
-    let mut last = Answers::default();
-    // Medians of each frame.
-    let mut traced: [Vec<f64>; 4] = Default::default();
-    let mut renewed: [Vec<f64>; 3] = Default::default();
-    let mut guesses = [GuessCounts::default(); 4];
-    let mut mismatches = [0; 4];
-    let mut sah = [0.0; 3];
+    let mut kept: [Option<Kept>; BOUNDS.len()] = Default::default();
+    let mut usual: Option<Kept> = None;
+    let mut memories = Reuse::ALL.map(Guesses::new);
+    let mut answers = Answers::of(rays.len());
+    let mut bounds = [Way::default(); BOUNDS.len()];
+    let mut reuses = [Way::default(); Reuse::ALL.len()];
     for frame in 0..question.frames {
         scene = scene.at(f64::from(frame) / f64::from(question.frames.max(2) - 1))?;
         let appearances = Appearances::of(&scene)?;
-        let build = || World::build(&scene, &appearances, Structure::Bvh);
-        let next =
-            |kept: Kept, worst| World::next(kept, &scene, &appearances, Structure::Bvh, worst).0;
-        let Some(before) = kept.take() else {
-            let world = build();
-            last = Answers::of(rays.len());
-            ask(
-                &world,
-                question,
-                &rays,
-                Reuse::None,
-                &last.clone(),
-                &mut bounds,
-                &mut last,
-            );
-            kept = Some(world.keep());
-            continue;
+        let renew = |kept: Option<Kept>, worst| match kept {
+            Some(kept) => World::next(kept, &scene, &appearances, Structure::Bvh, worst),
+            None => {
+                let world = World::build(&scene, &appearances, Structure::Bvh);
+                (world, Renewal::Built)
+            }
         };
-        let mut seconds: [Vec<f64>; 3] = Default::default();
-        for _ in 0..question.reps {
-            for way in 0..RENEWALS.len() {
-                if progress.is_cancelled() {
-                    return Ok(None);
-                }
-                let kept = (way < 2).then(|| before.clone());
-                let worst = if way == 0 { f64::INFINITY } else { 0.0 };
-                let (world, spent) = question.clock.time(|| match kept {
-                    Some(kept) => next(kept, worst),
-                    None => build(),
-                });
-                sah[way] = world.forest.top_figures().sah;
-                seconds[way].push(spent);
+        if frame == 0 {
+            let (world, _) = renew(None, 0.0);
+            for memory in &mut memories {
+                ask(&world, question, &rays, memory, &mut answers);
             }
+            let first = world.keep();
+            kept = std::array::from_fn(|_| Some(first.clone()));
+            usual = Some(first);
+            continue;
         }
-        for (all, seconds) in renewed.iter_mut().zip(&seconds) {
-            all.push(best_and_median(seconds).1);
-        }
-        let rebuilt = next(before.clone(), 0.0);
-        let refitted = next(before, f64::INFINITY);
-        let mut seconds: [Vec<f64>; 4] = Default::default();
         let mut cold = Answers::of(rays.len());
-        let mut answers = cold.clone();
+        let mut seconds: [[Vec<f64>; 2]; BOUNDS.len()] = Default::default();
+        let mut next: [Option<Kept>; BOUNDS.len()] = Default::default();
         for rep in 0..question.reps {
-            for (way, (reuse, refit)) in WAYS.into_iter().enumerate() {
+            for (i, bound) in BOUNDS.into_iter().enumerate() {
                 if progress.is_cancelled() {
                     return Ok(None);
                 }
-                let world = if refit { &refitted } else { &rebuilt };
-                let (counts, spent) = question.clock.time(|| {
-                    ask(
-                        world,
-                        question,
-                        &rays,
-                        reuse,
-                        &last,
-                        &mut bounds,
-                        &mut answers,
-                    )
-                });
-                seconds[way].push(spent);
-                if rep == 0 {
-                    guesses[way].add(&counts);
-                    if way == 0 {
-                        cold.clone_from(&answers);
-                    }
-                    mismatches[way] += cold.mismatches(&answers);
+                let before = kept[i].clone().filter(|_| bound.is_some());
+                let worst = bound.unwrap_or_default();
+                let ((world, renewal), spent) = question.clock.time(|| renew(before, worst));
+                seconds[i][0].push(spent);
+                let mut memory = Guesses::new(Reuse::None);
+                let (_, spent) = question
+                    .clock
+                    .time(|| ask(&world, question, &rays, &mut memory, &mut answers));
+                seconds[i][1].push(spent);
+                if rep > 0 {
+                    continue;
                 }
+                if i == 0 {
+                    cold.clone_from(&answers);
+                }
+                bounds[i].mismatches += cold.mismatches(&answers);
+                bounds[i].refitted += usize::from(renewal == Renewal::Refitted);
+                bounds[i].sah = world.forest.top_figures().sah;
+                next[i] = Some(world.keep());
             }
         }
-        for (all, seconds) in traced.iter_mut().zip(&seconds) {
-            all.push(best_and_median(seconds).1);
+        kept = next;
+        for (way, [renewal, trace]) in bounds.iter_mut().zip(&seconds) {
+            way.renewal += best_and_median(renewal).1;
+            way.trace += best_and_median(trace).1;
         }
-        last = cold;
-        kept = Some(refitted.keep());
+
+        let (world, _) = renew(usual.take(), WORST_REFIT);
+        let mut seconds: [Vec<f64>; Reuse::ALL.len()] = Default::default();
+        let mut after = memories.clone();
+        for rep in 0..question.reps {
+            for (i, seconds) in seconds.iter_mut().enumerate() {
+                if progress.is_cancelled() {
+                    return Ok(None);
+                }
+                let mut memory = memories[i].clone();
+                let (counts, spent) = question
+                    .clock
+                    .time(|| ask(&world, question, &rays, &mut memory, &mut answers));
+                seconds.push(spent);
+                if rep == 0 {
+                    reuses[i].guesses.add(&counts);
+                    reuses[i].mismatches += cold.mismatches(&answers);
+                }
+                after[i] = memory;
+            }
+        }
+        memories = after;
+        for (way, seconds) in reuses.iter_mut().zip(&seconds) {
+            way.trace += best_and_median(seconds).1;
+        }
+        usual = Some(world.keep());
     }
-    let median = |seconds: &[f64]| best_and_median(seconds).1;
-    let cold = median(&traced[0]);
-    let row = |(way, (reuse, refit)): (usize, (Reuse, bool))| {
-        let seconds = median(&traced[way]).max(f64::MIN_POSITIVE);
-        FrameRow {
-            reuse,
-            top_tree: RENEWALS[usize::from(!refit)],
-            kind: "primary",
-            precision: question.precision,
-            lanes: question.kernels.lanes,
-            frames: traced[way].len(),
-            rays: question.rays.len() as u64,
-            mrays_per_s: question.rays.len() as f64 / seconds * 1e-6,
-            speedup: cold / seconds,
-            guesses: guesses[way],
-            mismatches: mismatches[way],
-        }
+    let frames = question.frames.saturating_sub(1) as usize;
+    let count = question.rays.len();
+    let row = |(reuse, way): (Reuse, &Way)| FrameRow {
+        reuse,
+        kind: "primary",
+        precision: question.precision,
+        lanes: question.kernels.lanes,
+        frames,
+        rays: count as u64,
+        mrays_per_s: (count * frames) as f64 / way.trace.max(f64::MIN_POSITIVE) * 1e-6,
+        speedup: reuses[0].trace / way.trace.max(f64::MIN_POSITIVE),
+        guesses: way.guesses,
+        mismatches: way.mismatches,
     };
-    let renewal = |(way, top_tree): (usize, &'static str)| RenewalRow {
-        top_tree,
-        seconds: median(&renewed[way]),
-        sah: sah[way],
+    let per_frame = |seconds: f64| seconds * 1e3 / frames.max(1) as f64;
+    let renewal = |(worst, way): (Option<f64>, &Way)| RenewalRow {
+        precision: question.precision,
+        worst,
+        refitted: way.refitted,
+        renewal_ms: per_frame(way.renewal),
+        trace_ms: per_frame(way.trace),
+        sah: way.sah,
+        mismatches: way.mismatches,
     };
     Ok(Some(FrameReport {
-        results: WAYS.into_iter().enumerate().map(row).collect(),
-        renewals: RENEWALS.into_iter().enumerate().map(renewal).collect(),
+        results: Reuse::ALL.into_iter().zip(&reuses).map(row).collect(),
+        renewals: BOUNDS.into_iter().zip(&bounds).map(renewal).collect(),
     }))
 }
 
@@ -230,37 +254,18 @@ fn ask(
     world: &World,
     question: &Question,
     rays: &Rays,
-    reuse: Reuse,
-    last: &Answers,
-    bounds: &mut [f32],
+    memory: &mut Guesses,
     answers: &mut Answers,
 ) -> GuessCounts {
     let mut counts = GuessCounts::default();
     for first in (0..rays.len()).step_by(CHUNK) {
         let rows = first..rays.len().min(first + CHUNK);
-        let rays = rays.rows(rows.clone());
         let hits = &mut Hits {
             t: &mut answers.t[rows.clone()],
             id: &mut answers.id[rows.clone()],
         };
-        if reuse == Reuse::None {
-            closest(world, &question.kernels, &rays, hits);
-            continue;
-        }
-        let last = Last {
-            reuse,
-            t: &last.t[rows.clone()],
-            id: &last.id[rows.clone()],
-        };
-        let bounds = &mut bounds[rows];
-        counts.add(&closest_after(
-            world,
-            &question.kernels,
-            &rays,
-            &last,
-            bounds,
-            hits,
-        ));
+        let rays = rays.rows(rows);
+        counts.add(&memory.closest(world, &question.kernels, &rays, first, hits));
     }
     counts
 }

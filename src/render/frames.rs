@@ -5,7 +5,7 @@ use crate::shade::Memory;
 use crate::trace::{GuessCounts, Reuse};
 use std::sync::{Mutex, MutexGuard};
 
-/// 24 bytes a camera ray.
+/// See [`crate::trace::Guesses`] for its size.
 #[derive(Debug, Default)]
 pub struct FrameMemory {
     reuse: Reuse,

@@ -15,8 +15,13 @@ use crate::math::unit;
 use crate::plan::Kernels;
 use crate::scene::{Light, Material, Rgb};
 use crate::trace::{
+<<<<<<< HEAD
     CacheCounts, GuessCounts, HitId, Hits, ItemBuffer, Last, Outcome, RayKind, Rays, Reuse,
     ShadowCache, TILE, TracedRay, any, closest, closest_after, closest_listed,
+=======
+    GuessCounts, Guesses, HitId, Hits, ItemBuffer, Outcome, RayKind, Rays, Reuse, TILE, TracedRay,
+    any, closest, closest_listed,
+>>>>>>> lead2
 };
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
@@ -65,16 +70,11 @@ pub struct Ledger<'a> {
     pub memory: Option<&'a mut Memory>,
 }
 
-/// What a film's camera rays met, to be tried first when they are traced in the
-/// next frame: a row per ray, in the order in which they are traced. Empty at
-/// first.
+/// What a film's camera rays met, for those of the next frame: in the order in
+/// which they are traced, padding included. Empty at first.
 #[derive(Debug, Default)]
 pub struct Memory {
-    pub reuse: Reuse,
-    t: Vec<f64>,
-    id: Vec<HitId>,
-    /// Scratch.
-    bounds: Vec<f32>,
+    guesses: Guesses,
     /// Rays of this frame so far.
     row: usize,
     pub counts: GuessCounts,
@@ -83,7 +83,7 @@ pub struct Memory {
 impl Memory {
     pub fn new(reuse: Reuse) -> Memory {
         Memory {
-            reuse,
+            guesses: Guesses::new(reuse),
             ..Memory::default()
         }
     }
@@ -94,32 +94,12 @@ impl Memory {
         self.counts = GuessCounts::default();
     }
 
-    /// Traces the next piece of the camera rays, `count` of them and the rest
-    /// padding, and remembers what they meet.
-    fn closest(
-        &mut self,
-        world: &World,
-        kernels: &Kernels,
-        rays: &Rays,
-        count: usize,
-        hits: &mut Hits,
-    ) {
-        let here = self.row..self.row + count;
-        self.row = here.end;
-        self.bounds.resize(rays.len(), 0.0);
-        let last = Last {
-            reuse: self.reuse,
-            t: self.t.get(here.clone()).unwrap_or_default(),
-            id: self.id.get(here.clone()).unwrap_or_default(),
-        };
-        let counts = closest_after(world, kernels, rays, &last, &mut self.bounds, hits);
+    /// Traces the next piece of the camera rays, and remembers what they meet.
+    fn closest(&mut self, world: &World, kernels: &Kernels, rays: &Rays, hits: &mut Hits) {
+        let first = self.row;
+        self.row += rays.len();
+        let counts = self.guesses.closest(world, kernels, rays, first, hits);
         self.counts.add(&counts);
-        if self.t.len() < here.end {
-            self.t.resize(here.end, 0.0);
-            self.id.resize(here.end, HitId::NONE);
-        }
-        self.t[here.clone()].copy_from_slice(&hits.t[..count]);
-        self.id[here].copy_from_slice(&hits.id[..count]);
     }
 }
 
@@ -233,7 +213,7 @@ impl Integrator<'_> {
                 closest_listed(self.world, &self.kernels, &batch, items, hits);
             }
             (None, Some(memory)) if depth == 0 => {
-                memory.closest(self.world, &self.kernels, &batch, count, hits);
+                memory.closest(self.world, &self.kernels, &batch, hits);
             }
             _ => closest(self.world, &self.kernels, &batch, hits),
         }

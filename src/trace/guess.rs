@@ -10,8 +10,8 @@
 //! as if nothing had been known. So the bits are those of a cold query whatever
 //! is guessed. Checked by tests/frames.rs.
 //!
-//! The bound comes from the same primitive, met where it is now, or is simply
-//! last frame's t: docs/COHERENCE.md compares the two.
+//! The bound comes from the same primitive, met where it is now, or from the
+//! depths of the ray's tile a frame ago: docs/COHERENCE.md compares the two.
 
 use super::batch::{Hits, MAX_LANES, Rays, closest};
 use super::leaf::resolve_one;
@@ -20,6 +20,7 @@ use crate::accel::World;
 use crate::math::round_up;
 use crate::plan::Kernels;
 use serde::Serialize;
+use std::ops::Range;
 
 /// What a ray takes over from the frame before.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -29,7 +30,8 @@ pub enum Reuse {
     None,
     /// The primitive: met anew, its t is the bound.
     Hit,
-    /// The t.
+    /// The largest t of its tile, where all rays met something: a little more is the
+    /// bound.
     #[default]
     Depth,
 }
@@ -45,14 +47,6 @@ impl Reuse {
             Reuse::Depth => "depth",
         }
     }
-}
-
-/// The answers of the frame before, a row per ray; rows beyond count as misses.
-#[derive(Clone, Copy)]
-pub struct Last<'a> {
-    pub reuse: Reuse,
-    pub t: &'a [f64],
-    pub id: &'a [HitId],
 }
 
 /// What came of the guesses.
@@ -74,68 +68,224 @@ impl GuessCounts {
     }
 }
 
-/// By how much a bound lies beyond the t that it comes from: several roundings
-/// of t and of the depths that tiles compare (f32), and of no matter otherwise.
+/// By how much a bound lies beyond a t of this very frame: several roundings of t
+/// and of the depths that tiles compare (f32), and of no matter otherwise.
 const BEYOND: f64 = 1.0 + 1.0 / (1 << 18) as f64;
 
-/// [`closest`], with guesses. `bounds` is scratch, a row per ray afterwards.
-pub fn closest_after(
-    world: &World,
-    kernels: &Kernels,
-    rays: &Rays,
-    last: &Last,
-    bounds: &mut [f32],
-    hits: &mut Hits,
-) -> GuessCounts {
-    let mut counts = GuessCounts::default();
-    bounds.copy_from_slice(rays.t_max);
-    for (i, bound) in bounds.iter_mut().enumerate() {
-        if let Some(t) = guess(world, rays, last, i) {
-            let t = round_up(t * BEYOND);
-            if t > 0.0 && t < *bound {
-                *bound = t;
-                counts.bounded += 1;
-            }
-        }
-    }
-    let bounded = Rays {
-        t_max: bounds,
-        ..*rays
-    };
-    closest(world, kernels, &bounded, hits);
-    for first in (0..rays.len()).step_by(MAX_LANES) {
-        let tile = first..first + MAX_LANES;
-        let is_lost = |i: &usize| hits.id[*i] == HitId::NONE && bounds[*i] < rays.t_max[*i];
-        let lost = tile.clone().filter(is_lost).count() as u64;
-        if lost > 0 {
-            counts.lost += lost;
-            counts.retraced += rays.t_max[tile.clone()]
-                .iter()
-                .filter(|t| **t > 0.0)
-                .count() as u64;
-            let mut hits = Hits {
-                t: &mut hits.t[tile.clone()],
-                id: &mut hits.id[tile.clone()],
-            };
-            closest(world, kernels, &rays.rows(tile), &mut hits);
-        }
-    }
-    counts
+/// The same of a t that is a frame old: a tile that is traced twice has lost more
+/// than close bounds save.
+const MARGIN: f64 = 1.0 + 1.0 / 16.0;
+
+/// Frames that a tile goes without bounds once one was wrong: where things pass
+/// before each other, bounds are wrong frame after frame.
+const PAUSE: u8 = 8;
+
+/// What rays met a frame ago, by tile of [`MAX_LANES`] rays. 5 bytes a tile; with
+/// [`Reuse::Hit`] also 16 bytes a ray.
+#[derive(Clone, Debug, Default)]
+pub struct Guesses {
+    reuse: Reuse,
+    /// The bound of all rays; infinite where one of them met nothing. A tile with
+    /// such a ray is walked to the end anyway, and it lies at an outline, where
+    /// bounds are wrong as soon as something moves.
+    depth: Vec<f32>,
+    pause: Vec<u8>,
+    /// By ray.
+    id: Vec<HitId>,
+    /// Scratch: limits by ray, and by tile the rays that have a bound.
+    bounds: Vec<f32>,
+    bounded: Vec<u64>,
 }
 
-/// Where a ray may be blocked; nothing of the answer rests on it.
-#[inline(always)]
-fn guess(world: &World, rays: &Rays, last: &Last, i: usize) -> Option<f64> {
-    let id = *last.id.get(i)?;
-    if id == HitId::NONE || rays.t_max[i] <= 0.0 {
-        return None;
-    }
-    match last.reuse {
-        Reuse::None => None,
-        Reuse::Depth => Some(last.t[i]),
-        Reuse::Hit => {
-            let dir = [rays.dir[0][i], rays.dir[1][i], rays.dir[2][i]].map(f64::from);
-            resolve_one(world, (rays.start(i), dir), f64::from(rays.t_min[i]), id)
+impl Guesses {
+    /// Of a sequence that has not begun.
+    pub fn new(reuse: Reuse) -> Guesses {
+        Guesses {
+            reuse,
+            ..Guesses::default()
         }
     }
+
+    /// [`closest`], with guesses. `first`: number of the first of these rays among
+    /// all of a frame, at a whole multiple of [`MAX_LANES`].
+    pub fn closest(
+        &mut self,
+        world: &World,
+        kernels: &Kernels,
+        rays: &Rays,
+        first: usize,
+        hits: &mut Hits,
+    ) -> GuessCounts {
+        if self.reuse == Reuse::None {
+            closest(world, kernels, rays, hits);
+            return GuessCounts::default();
+        }
+        let mut counts = GuessCounts::default();
+        let tiles = first / MAX_LANES..(first + rays.len()) / MAX_LANES;
+        if self.depth.len() < tiles.end {
+            self.depth.resize(tiles.end, f32::INFINITY);
+            self.pause.resize(tiles.end, 0);
+            if self.reuse == Reuse::Hit {
+                self.id.resize(first + rays.len(), HitId::NONE);
+            }
+        }
+        self.bounds.clear();
+        self.bounds.extend_from_slice(rays.t_max);
+        self.bounded.clear();
+        for (tile, number) in tiles.clone().enumerate() {
+            let bounded = self.bound(world, rays, tile * MAX_LANES, number);
+            counts.bounded += u64::from(bounded.count_ones());
+            self.bounded.push(bounded);
+        }
+        let bounded = Rays {
+            t_max: &self.bounds,
+            ..*rays
+        };
+        closest(world, kernels, &bounded, hits);
+
+        // Tiles that follow each other are traced again together.
+        let mut again = 0..0;
+        for (tile, number) in tiles.clone().enumerate() {
+            let rows = tile * MAX_LANES..(tile + 1) * MAX_LANES;
+            let bounded = self.bounded[tile];
+            if bounded == 0 {
+                continue;
+            }
+            let lost = bounded & !met(hits, rows.start);
+            if lost == 0 {
+                continue;
+            }
+            counts.lost += u64::from(lost.count_ones());
+            let t_max = &rays.t_max[rows.clone()];
+            counts.retraced += t_max.iter().filter(|t| **t > 0.0).count() as u64;
+            self.pause[number] = PAUSE;
+            self.free(rays, hits, rows.clone());
+            if again.end != rows.start {
+                self.retrace(world, kernels, rays, again, hits);
+                again = rows.start..rows.start;
+            }
+            again.end = rows.end;
+        }
+        self.retrace(world, kernels, rays, again, hits);
+        for (tile, number) in tiles.enumerate() {
+            self.remember(rays, hits, tile * MAX_LANES, number);
+        }
+        counts
+    }
+
+    /// Bounds the rays of a tile; which.
+    #[inline(always)]
+    fn bound(&mut self, world: &World, rays: &Rays, row: usize, number: usize) -> u64 {
+        if self.pause[number] > 0 {
+            self.pause[number] -= 1;
+            return 0;
+        }
+        let mut guess = [self.depth[number]; MAX_LANES];
+        if self.reuse == Reuse::Hit {
+            for (i, guess) in guess.iter_mut().enumerate() {
+                let id = self.id[number * MAX_LANES + i];
+                *guess = again(world, rays, row + i, id);
+            }
+        } else if guess[0] == f32::INFINITY {
+            return 0;
+        }
+        let bounds = &mut self.bounds[row..row + MAX_LANES];
+        let mut bounded = 0;
+        for i in 0..MAX_LANES {
+            let on = guess[i] < bounds[i];
+            bounds[i] = if on { guess[i] } else { bounds[i] };
+            bounded |= u64::from(on) << i;
+        }
+        bounded
+    }
+
+    /// The limits of a tile that is traced again: what has been met is nearest.
+    #[cold]
+    fn free(&mut self, rays: &Rays, hits: &Hits, rows: Range<usize>) {
+        for i in rows {
+            let t_max = rays.t_max[i];
+            self.bounds[i] = if hits.id[i] == HitId::NONE {
+                t_max
+            } else {
+                t_max.min(round_up(hits.t[i] * BEYOND))
+            };
+        }
+    }
+
+    fn retrace(
+        &self,
+        world: &World,
+        kernels: &Kernels,
+        rays: &Rays,
+        rows: Range<usize>,
+        hits: &mut Hits,
+    ) {
+        if rows.is_empty() {
+            return;
+        }
+        let rays = Rays {
+            t_max: &self.bounds[rows.clone()],
+            ..rays.rows(rows.clone())
+        };
+        let mut hits = Hits {
+            t: &mut hits.t[rows.clone()],
+            id: &mut hits.id[rows],
+        };
+        closest(world, kernels, &rays, &mut hits);
+    }
+
+    #[inline(always)]
+    fn remember(&mut self, rays: &Rays, hits: &Hits, row: usize, number: usize) {
+        let rows = row..row + MAX_LANES;
+        if self.reuse == Reuse::Hit {
+            let to = number * MAX_LANES..(number + 1) * MAX_LANES;
+            self.id[to].copy_from_slice(&hits.id[rows]);
+            return;
+        }
+        let (t, t_max) = (&hits.t[rows.clone()], &rays.t_max[rows]);
+        let mut alive = 0_u64;
+        for i in 0..MAX_LANES {
+            alive |= u64::from(t_max[i] > 0.0) << i;
+        }
+        if alive & !met(hits, row) != 0 {
+            self.depth[number] = f32::INFINITY;
+            return;
+        }
+        // As many at a time as registers hold.
+        const RUN: usize = 8;
+        let mut deepest = [0.0_f64; RUN];
+        for (t, t_max) in t.chunks_exact(RUN).zip(t_max.chunks_exact(RUN)) {
+            for i in 0..RUN {
+                let on = (t_max[i] > 0.0) & (t[i] > deepest[i]);
+                deepest[i] = if on { t[i] } else { deepest[i] };
+            }
+        }
+        let deepest = deepest.into_iter().fold(0.0, f64::max);
+        self.depth[number] = round_up(deepest * MARGIN);
+    }
 }
+
+/// The rays of a tile that have met anything.
+#[inline(always)]
+fn met(hits: &Hits, row: usize) -> u64 {
+    let id = &hits.id[row..row + MAX_LANES];
+    // One half of an id tells.
+    let bit = |i: usize| u64::from(id[i].instance != HitId::NONE.instance) << i;
+    (0..MAX_LANES).fold(0, |met, i| met | bit(i))
+}
+
+/// The bound of a ray that may meet what it met before; nothing of the answer
+/// rests on it.
+#[inline(never)]
+fn again(world: &World, rays: &Rays, i: usize, id: HitId) -> f32 {
+    if id == HitId::NONE || rays.t_max[i] <= 0.0 {
+        return f32::INFINITY;
+    }
+    let dir = [rays.dir[0][i], rays.dir[1][i], rays.dir[2][i]].map(f64::from);
+    let t_min = f64::from(rays.t_min[i]);
+    let t = resolve_one(world, (rays.start(i), dir), t_min, id);
+    t.map_or(f32::INFINITY, |t| round_up(t * BEYOND))
+}
+
+// A tile's rays are the bits of a word.
+const _: () = assert!(MAX_LANES == 64);

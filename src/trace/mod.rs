@@ -15,7 +15,7 @@ mod tile;
 pub use batch::{
     Ahead, Hits, MAX_LANES, Rays, any, any_counted, closest, closest_counted, closest_listed,
 };
-pub use guess::{GuessCounts, Last, Reuse, closest_after};
+pub use guess::{GuessCounts, Guesses, Reuse};
 pub use items::{ItemBuffer, Raster, Rect};
 pub use leaf::{Features, Has, Scratch, Tester, resolve_one};
 pub use packet::Packet;

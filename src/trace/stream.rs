@@ -151,9 +151,9 @@ impl Sight {
         }
         let minus = |p: [Register; 3], q: [Register; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
         let normal = plane_normal(minus(raw(2), raw(1)), minus(raw(0), raw(2)));
-        let (there, depth) = plane_depth(corners, normal, [shear_x, shear_y]);
         let along = splat(&self.shear[2]);
-        let begun = Lanes::gt(depth / along, splat(&self.t_min));
+        let (there, t) = plane_depth(corners, normal, ([shear_x, shear_y], along));
+        let begun = Lanes::gt(t, splat(&self.t_min));
         // The hit is then moved into its triangle's box, and may come before the
         // limit: that is for the test for good.
         let (one, other) = (min(min(az, bz), cz) / along, max(max(az, bz), cz) / along);

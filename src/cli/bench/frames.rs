@@ -76,7 +76,7 @@ pub fn run(args: &BenchArgs, frames: u32) -> Result<(), CliError> {
         })?;
         let measured = measured.ok_or(CliError::Interrupted)?;
         report.results.extend(measured.results);
-        report.renewals = measured.renewals;
+        report.renewals.extend(measured.renewals);
     }
     stats.stages.push(watch.stage("bench"));
     stats.finish();
@@ -88,30 +88,44 @@ pub fn run(args: &BenchArgs, frames: u32) -> Result<(), CliError> {
 }
 
 fn table(report: &FrameReport) -> String {
-    let mut text = format!("{:<10} {:>12} {:>12}\n", "top tree", "ms", "SAH");
+    let mut text = format!(
+        "{:<8} {:<14} {:>8} {:>10} {:>10} {:>10} {:>10} {:>10}\n",
+        "mode", "top tree", "refitted", "SAH", "trees, ms", "rays, ms", "both, ms", "mismatches"
+    );
     for row in &report.renewals {
-        let milliseconds = row.seconds * 1e3;
+        let bound = match row.worst {
+            None => "all built".into(),
+            Some(0.0) => "built".into(),
+            Some(f64::MAX) => "fitted".into(),
+            Some(worst) => format!("fitted to {worst}"),
+        };
         text += &format!(
-            "{:<10} {milliseconds:>12.4} {:>12.2}\n",
-            row.top_tree, row.sah
+            "{:<8} {bound:<14} {:>8} {:>10.2} {:>10.3} {:>10.3} {:>10.3} {:>10}\n",
+            row.precision,
+            row.refitted,
+            row.sah,
+            row.renewal_ms,
+            row.trace_ms,
+            row.renewal_ms + row.trace_ms,
+            row.mismatches,
         );
     }
     text += &format!(
-        "\n{:<8} {:<10} {:<6} {:>9} {:>8} {:>9} {:>9} {:>10}\n",
-        "mode", "top tree", "reuse", "Mrays/s", "speedup", "bounded", "lost", "mismatches"
+        "\n{:<8} {:<6} {:>9} {:>8} {:>9} {:>9} {:>9} {:>10}\n",
+        "mode", "reuse", "Mrays/s", "speedup", "bounded", "lost", "retraced", "mismatches"
     );
     for row in &report.results {
         let share =
             |count: u64| 100.0 * count as f64 / (row.rays * row.frames as u64).max(1) as f64;
         text += &format!(
-            "{:<8} {:<10} {:<6} {:>9.2} {:>7.2}x {:>8.1}% {:>8.2}% {:>10}\n",
+            "{:<8} {:<6} {:>9.2} {:>7.2}x {:>8.1}% {:>8.2}% {:>8.2}% {:>10}\n",
             row.precision,
-            row.top_tree,
             row.reuse.name(),
             row.mrays_per_s,
             row.speedup,
             share(row.guesses.bounded),
             share(row.guesses.lost),
+            share(row.guesses.retraced),
             row.mismatches,
         );
     }

@@ -29,6 +29,8 @@ pub(super) struct Edges {
     normal: [[[f32; WIDE]; 3]; 4],
     /// Not along one direction.
     depth_times_det: [f32; WIDE],
+    /// This is compared with limit · det: see [`TIES`].
+    early: [f32; WIDE],
     /// By how much an edge function may be wrong, at most, over all rays.
     margin: [f32; WIDE],
     /// The corners' least depth.
@@ -60,7 +62,7 @@ const MARGIN: f32 = 96.0 * 0.5 * f32::EPSILON;
 const PARALLEL_MARGIN: f32 = 384.0 * 0.5 * f32::EPSILON;
 
 /// A depth T / det that equals the limit, though each is rounded: T may be a
-/// rounding more than limit · det.
+/// rounding more than limit · det. Rays that ask for any hit need not care.
 const TIES: f32 = 1.0 - 4.0 * f32::EPSILON;
 
 /// A hit that is so near to its triangle's box, relative to the way to the box's
@@ -149,6 +151,7 @@ impl Edges {
         let mut edges = Edges {
             normal: [[[0.0; WIDE]; 3]; 4],
             depth_times_det: [0.0; WIDE],
+            early: [0.0; WIDE],
             margin: [0.0; WIDE],
             nearest: [0.0; WIDE],
             farthest: [0.0; WIDE],
@@ -162,6 +165,8 @@ impl Edges {
         }
         if !P::PARALLEL {
             scale.store(&mut edges.depth_times_det);
+            let ties = if aim == Aim::Any { 1.0 } else { TIES };
+            (scale * Register::splat(ties)).store(&mut edges.early);
         }
         farthest.store(&mut edges.farthest);
         nearest.store(&mut edges.nearest);
@@ -261,10 +266,11 @@ impl Edges {
         group: &Group<L>,
     ) -> (L, L::Mask) {
         let at = |column: &[f32; WIDE]| L::from_f32(column[slot]);
-        let z = (depth / det).max(at(&self.nearest)).min(at(&self.farthest));
+        let z = (depth / det).max(at(&self.nearest));
         let (x, y) = (group.u * z, group.v * z);
         let [[a0, a1], [b0, b1]] = &self.around;
-        let clear = x.ge(at(a0)) & x.le(at(a1)) & y.ge(at(b0)) & y.le(at(b1));
+        let shallow = z.le(at(&self.farthest));
+        let clear = x.ge(at(a0)) & x.le(at(a1)) & y.ge(at(b0)) & y.le(at(b1)) & shallow;
         (z, clear)
     }
 
@@ -277,13 +283,13 @@ impl Edges {
         (u, v): (f32, f32),
     ) -> (Register, u32) {
         let z = max(depth / det, Register::load(&self.nearest));
-        let z = min(z, Register::load(&self.farthest));
         let (x, y) = (Register::splat(u) * z, Register::splat(v) * z);
         let [[a0, a1], [b0, b1]] = self
             .around
             .each_ref()
             .map(|a| a.each_ref().map(|x| Register::load(x)));
-        let clear = x.ge(a0) & x.le(a1) & y.ge(b0) & y.le(b1);
+        let shallow = z.le(Register::load(&self.farthest));
+        let clear = x.ge(a0) & x.le(a1) & y.ge(b0) & y.le(b1) & shallow;
         (z, clear.bits())
     }
 
@@ -294,7 +300,7 @@ impl Edges {
     /// nearest hit, this passes a little more than what lies before the limit:
     /// whoever compares depths decides, ties included.
     #[inline(always)]
-    pub fn rays<P: Projection, L: Lanes, const ANY: bool>(
+    pub fn rays<P: Projection, L: Lanes>(
         &self,
         slot: usize,
         group: &Group<L>,
@@ -312,18 +318,18 @@ impl Edges {
             let inside = least.ge(L::zero()) & z.gt(starts.depth) & z.le(group.limit);
             return (inside, z, L::zero());
         }
-        let depth = self.depth_times_det[slot];
+        let depth = L::from_f32(self.depth_times_det[slot]);
         let det = value(3);
-        let early = L::from_f32(if ANY { depth } else { depth * TIES });
+        let early = L::from_f32(self.early[slot]);
         let before = nearest.le(group.limit);
         let inside = least.ge(L::zero()) & early.le(group.limit * det) & before;
-        (inside, L::from_f32(depth), det)
+        (inside, depth, det)
     }
 
     /// One ray against all triangles: those met before `limit`, and what
     /// [`Edges::rays`] gives. `start`: a depth.
     #[inline(always)]
-    pub fn triangles<P: Projection, const ANY: bool>(
+    pub fn triangles<P: Projection>(
         &self,
         (u, v): (f32, f32),
         start: f32,
@@ -346,11 +352,7 @@ impl Edges {
         let depth = Register::load(&self.depth_times_det);
         let det = value(3);
         let before = nearest.le(limit);
-        let early = if ANY {
-            depth
-        } else {
-            depth * Register::splat(TIES)
-        };
+        let early = Register::load(&self.early);
         let inside = least.ge(Register::zero()) & early.le(limit * det) & before;
         (inside.bits() & self.live, depth, det)
     }

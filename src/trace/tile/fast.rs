@@ -63,11 +63,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                         let limit = at(group.limit);
                         let line = (at(group.u), at(group.v));
                         let start = if P::PARALLEL { at(starts.depth) } else { 0.0 };
-                        let (mut hits, depth, det) = if Q::ANY {
-                            edges.triangles::<P, true>(line, start, limit)
-                        } else {
-                            edges.triangles::<P, false>(line, start, limit)
-                        };
+                        let (mut hits, depth, det) = edges.triangles::<P>(line, start, limit);
                         if hits == 0 {
                             continue;
                         }
@@ -106,11 +102,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                     while slots != 0 {
                         let slot = slots.trailing_zeros() as usize;
                         slots &= slots - 1;
-                        let (hit, depth, det) = if Q::ANY {
-                            edges.rays::<P, L, true>(slot, group, starts)
-                        } else {
-                            edges.rays::<P, L, false>(slot, group, starts)
-                        };
+                        let (hit, depth, det) = edges.rays::<P, L>(slot, group, starts);
                         let bits = hit.bits();
                         if bits == 0 {
                             continue;

@@ -15,13 +15,8 @@ use crate::math::unit;
 use crate::plan::Kernels;
 use crate::scene::{Light, Material, Rgb};
 use crate::trace::{
-<<<<<<< HEAD
-    CacheCounts, GuessCounts, HitId, Hits, ItemBuffer, Last, Outcome, RayKind, Rays, Reuse,
-    ShadowCache, TILE, TracedRay, any, closest, closest_after, closest_listed,
-=======
-    GuessCounts, Guesses, HitId, Hits, ItemBuffer, Outcome, RayKind, Rays, Reuse, TILE, TracedRay,
-    any, closest, closest_listed,
->>>>>>> lead2
+    CacheCounts, GuessCounts, Guesses, HitId, Hits, ItemBuffer, Outcome, RayKind, Rays, Reuse,
+    ShadowCache, TILE, TracedRay, any, closest, closest_listed,
 };
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;

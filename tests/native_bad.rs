@@ -498,13 +498,13 @@ fn motion() {
         (
             "[{ at = 0.5, transform = [{ rotate_y = 180.0 }] }]",
             &[
-                "instance 0 has a motion that is singular at time 0.25",
+                "instance number 0 has a motion that is singular at time 0.25",
                 "more keys",
             ],
         ),
         (
             "[{ at = 0.5, STILL }, { at = 1.0, transform = [{ scale = [1, -1, 1] }] }]",
-            &["instance 0 has a motion that is singular at time 0.75"],
+            &["instance number 0 has a motion that is singular at time 0.75"],
         ),
     ];
     for (motion, expected) in cases {

@@ -122,7 +122,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                 let group = &self.bundle.groups[s];
                 let clear = !P::PARALLEL && (self.doubts[s] | group.oblique) & bits == 0;
                 if clear && !self.entry.placed {
-                    found.clear::<C, Q>(group.limit / group.along, &mut queries[s]);
+                    found.clear::<Q>(group.limit / group.along, &mut queries[s]);
                     continue;
                 }
                 let packet = || rays.packet(start + s * L::COUNT, world);

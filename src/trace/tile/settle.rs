@@ -24,7 +24,7 @@ impl<L: Lanes> Found<'_, L> {
     /// Offers hits that are known to lie in their boxes' intervals, t being that
     /// of all kernels: see [`settle`].
     #[inline(always)]
-    pub fn clear<C: Certainty, Q: Query<L>>(&self, t: L, query: &mut Q) {
+    pub fn clear<Q: Query<L>>(&self, t: L, query: &mut Q) {
         let mut primitives = L::ids(u32::MAX);
         let places = self.places.to_array();
         for (place, primitive) in places.as_ref().iter().zip(primitives.as_mut()) {

@@ -19,6 +19,7 @@ use super::heap::Heap;
 use super::index::{Index, Primitives};
 use super::kdtree::{self, KdQuality};
 use super::sah::{Quality, build, linear};
+use super::sequence::Cost;
 use super::wide::{WideMesh, WideTree};
 use crate::geom::triangle::{Corners, canonical};
 use crate::math::{Aabb, Aabb32, Affine};
@@ -87,9 +88,9 @@ pub struct World<'a> {
     pub place_of: Vec<u32>,
     /// Where item buffers are to be made.
     pub item_boxes: Option<ItemBoxes>,
-    /// Expected cost of the top structure when it was built, before it was
-    /// fitted to entries that moved. Of groups that nest, 0.
-    pub(super) top_built: f64,
+    /// Of the top structure when it was built, before it was fitted to entries
+    /// that moved. Of groups that nest, 0.
+    pub(super) top_built: Cost,
 }
 
 impl<'a> World<'a> {
@@ -176,7 +177,7 @@ impl<'a> World<'a> {
             scene,
             appearances,
             bounds,
-            top_built: forest.top_figures().sah,
+            top_built: Cost::new(forest.top_figures().sah, &bounds),
             forest,
             entries,
             unbounded,
@@ -211,7 +212,7 @@ impl<'a> World<'a> {
             unbounded: Vec::new(),
             place_of: Vec::new(),
             item_boxes: None,
-            top_built: 0.0,
+            top_built: Cost::default(),
         }
     }
 

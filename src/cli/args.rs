@@ -41,12 +41,17 @@ pub struct RenderArgs {
     /// Render N pictures at times from 0 to 1 of the scene's motion: name_0000.png and so on
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=100_000))]
     pub frames: Option<u32>,
-    /// What camera rays take over from the frame before: depth, hit or none; no bit depends on it
-    #[arg(long, value_name = "WHAT", default_value = "depth", requires = "frames", value_parser = parse_reuse)]
-    pub reuse: Reuse,
+    /// What camera rays take over from the frame before: depth, hit, none or auto, which is depth
+    /// where meshes are placed; no bit depends on it
+    #[arg(long, value_name = "WHAT", default_value = "auto", requires = "frames", value_parser = parse_reuse)]
+    pub reuse: ReuseChoice,
     #[command(flatten)]
     pub common: CommonArgs,
 }
+
+/// `None`: what the scene's needs say.
+#[derive(Clone, Copy)]
+pub struct ReuseChoice(pub Option<Reuse>);
 
 #[derive(Args)]
 pub struct VerifyArgs {
@@ -364,8 +369,9 @@ fn parse_kd_clip(text: &str) -> Result<KdClip, String> {
     one_of(text, &KdClip::ALL.map(|clip| (clip.name(), clip)), &[])
 }
 
-fn parse_reuse(text: &str) -> Result<Reuse, String> {
-    one_of(text, &Reuse::ALL.map(|reuse| (reuse.name(), reuse)), &[])
+fn parse_reuse(text: &str) -> Result<ReuseChoice, String> {
+    let [a, b, c] = Reuse::ALL.map(|reuse| (reuse.name(), ReuseChoice(Some(reuse))));
+    one_of(text, &[("auto", ReuseChoice(None)), a, b, c], &[])
 }
 
 fn parse_aovs(text: &str) -> Result<AovSet, String> {

@@ -15,6 +15,7 @@ use crate::io::{AovSet, LoadError, picture_files};
 use crate::measure::{FrameStats, Stats, Watch};
 use crate::render::{FrameMemory, RenderConfig, View, render_after};
 use crate::scene::Appearances;
+use crate::trace::Reuse;
 use std::path::{Path, PathBuf};
 
 pub fn run(
@@ -46,7 +47,9 @@ pub fn run(
     } = prepared;
 
     let mut results = Results::default();
-    let mut memory = FrameMemory::new(args.reuse);
+    let reuse = args.reuse.0;
+    let reuse = reuse.unwrap_or_else(|| Reuse::that_pays(plan.kernels.needs));
+    let mut memory = FrameMemory::new(reuse);
     let mut kept: Option<Kept> = None;
     for (number, path) in paths.iter().enumerate() {
         let first = stats.stages.len();

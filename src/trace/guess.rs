@@ -6,9 +6,9 @@
 //! ray with its bound for a limit. What it finds before a ray's bound is the
 //! nearest hit: kernels decide (ray, primitive) pairs whatever the limit, and a
 //! limit only leaves out what lies beyond it. A ray that finds nothing had a
-//! bound that was wrong; its tile is traced again without bounds, the same way
-//! as if nothing had been known. So the bits are those of a cold query whatever
-//! is guessed. Checked by tests/frames.rs.
+//! bound that was wrong; its tile is traced again, that ray without a bound. So
+//! the bits are those of a cold query whatever is guessed. Checked by
+//! tests/frames.rs.
 //!
 //! The bound comes from the same primitive, met where it is now, or from the
 //! depths of the ray's tile a frame ago: docs/COHERENCE.md compares the two.
@@ -18,7 +18,7 @@ use super::leaf::resolve_one;
 use super::query::HitId;
 use crate::accel::World;
 use crate::math::round_up;
-use crate::plan::Kernels;
+use crate::plan::{Kernels, Needs};
 use serde::Serialize;
 use std::ops::Range;
 
@@ -27,17 +27,26 @@ use std::ops::Range;
 #[serde(rename_all = "lowercase")]
 pub enum Reuse {
     /// Nothing.
+    #[default]
     None,
     /// The primitive: met anew, its t is the bound.
     Hit,
     /// The largest t of its tile, where all rays met something: a little more is the
     /// bound.
-    #[default]
     Depth,
 }
 
 impl Reuse {
     pub const ALL: [Reuse; 3] = [Reuse::None, Reuse::Hit, Reuse::Depth];
+
+    /// Meshes that are placed cost enough for bounds to pay (docs/COHERENCE.md).
+    pub fn that_pays(needs: Needs) -> Reuse {
+        if needs.meshes && needs.transforms {
+            Reuse::Depth
+        } else {
+            Reuse::None
+        }
+    }
 
     /// As it is written on the command line.
     pub fn name(self) -> &'static str {
@@ -68,12 +77,10 @@ impl GuessCounts {
     }
 }
 
-/// By how much a bound lies beyond a t of this very frame: several roundings of t
-/// and of the depths that tiles compare (f32), and of no matter otherwise.
-const BEYOND: f64 = 1.0 + 1.0 / (1 << 18) as f64;
-
-/// The same of a t that is a frame old: a tile that is traced twice has lost more
-/// than close bounds save.
+/// By how much a bound lies beyond the t that it comes from. In f32 a tile compares
+/// depths, which are t's only up to their rounding: of triangles seen edge-on that
+/// is many times the rounding of t, and no bound may come near it. Besides, a tile
+/// that is traced twice has lost more than close bounds save.
 const MARGIN: f64 = 1.0 + 1.0 / 16.0;
 
 /// Frames that a tile goes without bounds once one was wrong: where things pass
@@ -159,7 +166,15 @@ impl Guesses {
             let t_max = &rays.t_max[rows.clone()];
             counts.retraced += t_max.iter().filter(|t| **t > 0.0).count() as u64;
             self.pause[number] = PAUSE;
-            self.free(rays, hits, rows.clone());
+            // The others find again what they found, before the same bounds.
+            for i in rows.clone() {
+                let is_lost = hits.id[i] == HitId::NONE;
+                self.bounds[i] = if is_lost {
+                    rays.t_max[i]
+                } else {
+                    self.bounds[i]
+                };
+            }
             if again.end != rows.start {
                 self.retrace(world, kernels, rays, again, hits);
                 again = rows.start..rows.start;
@@ -197,19 +212,6 @@ impl Guesses {
             bounded |= u64::from(on) << i;
         }
         bounded
-    }
-
-    /// The limits of a tile that is traced again: what has been met is nearest.
-    #[cold]
-    fn free(&mut self, rays: &Rays, hits: &Hits, rows: Range<usize>) {
-        for i in rows {
-            let t_max = rays.t_max[i];
-            self.bounds[i] = if hits.id[i] == HitId::NONE {
-                t_max
-            } else {
-                t_max.min(round_up(hits.t[i] * BEYOND))
-            };
-        }
     }
 
     fn retrace(
@@ -284,7 +286,7 @@ fn again(world: &World, rays: &Rays, i: usize, id: HitId) -> f32 {
     let dir = [rays.dir[0][i], rays.dir[1][i], rays.dir[2][i]].map(f64::from);
     let t_min = f64::from(rays.t_min[i]);
     let t = resolve_one(world, (rays.start(i), dir), t_min, id);
-    t.map_or(f32::INFINITY, |t| round_up(t * BEYOND))
+    t.map_or(f32::INFINITY, |t| round_up(t * MARGIN))
 }
 
 // A tile's rays are the bits of a word.

@@ -28,14 +28,14 @@ fn sah_build(c: &mut Criterion) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1);
     let pool = pool.build().unwrap();
 
-    let mut wide = build_mesh(&mesh, &quality);
+    let mut wide = build_mesh(&mesh, quality);
     let mut sources: Vec<u32> = wide.blocks.iter().flat_map(|b| b.source).collect();
     sources.sort();
     assert!((0..count).all(|i| sources[i] == i as u32));
     assert!((8.0..14.0).contains(&wide.tree.sah), "{}", wide.tree.sah);
     let built = wide.tree.sah;
     assert_eq!(refit(&mut wide, &mesh), built);
-    let (tree, order) = build_boxes(&boxes, &quality);
+    let (tree, order) = build_boxes(&boxes, quality);
     assert_eq!(order.len(), count);
     assert!((20.0..60.0).contains(&tree.sah), "{}", tree.sah);
     let (tree, order) = build(&boxes, &Quality::default());
@@ -45,10 +45,10 @@ fn sah_build(c: &mut Criterion) {
     let mut group = c.benchmark_group("build: how fast is a SAH tree built?");
     group.throughput(Throughput::Elements(count as u64));
     group.bench_function("wide, blocks of triangles", |b| {
-        pool.install(|| b.iter(|| build_mesh(black_box(&mesh), &quality)));
+        pool.install(|| b.iter(|| build_mesh(black_box(&mesh), quality)));
     });
     group.bench_function("wide, boxes", |b| {
-        pool.install(|| b.iter(|| build_boxes(black_box(&boxes), &quality)));
+        pool.install(|| b.iter(|| build_boxes(black_box(&boxes), quality)));
     });
     group.bench_function("four-wide, boxes", |b| {
         b.iter(|| build(black_box(&boxes), &Quality::default()));

@@ -1,13 +1,23 @@
 //! Wide trees: every primitive stands in a leaf once, every box contains what
-//! is below it, and the tree's bits depend on the primitives alone.
+//! is below it, and the tree's bits depend on the primitives alone. Of trees of
+//! high quality too, which cost no more than others.
 
+mod common;
+
+use common::{ALL_AOVS, EVERYTHING, hash};
+use glam::DVec3;
 use lanecast::accel::{
-    Block, BuildQuality, Child, MAX_DEPTH, WIDE, WideMesh, WideNode, WideTree, build_boxes,
-    build_mesh, refit, refit_boxes,
+    Block, BuildQuality, Child, MAX_DEPTH, Structure, WIDE, WideMesh, WideNode, WideTree, World,
+    build_boxes, build_mesh, refit, refit_boxes,
 };
 use lanecast::geom::triangle::canonical;
 use lanecast::math::Aabb32;
-use lanecast::scene::{Mesh, MeshData, Meshes};
+use lanecast::measure::generate::{Generated, building, needles};
+use lanecast::plan::{Arithmetic, Kernels};
+use lanecast::render::{Progress, RenderConfig, View, render};
+use lanecast::scene::{
+    Appearances, Camera, Edge, Falloff, Light, Mesh, MeshData, Meshes, SceneBuilder,
+};
 use proptest::prelude::*;
 
 type Triangle = [[f32; 3]; 3];
@@ -30,7 +40,25 @@ fn row(meshes: &Meshes) -> Mesh<'_> {
 }
 
 fn build(meshes: &Meshes) -> WideMesh {
-    build_mesh(&row(meshes), &BuildQuality::default())
+    build_mesh(&row(meshes), BuildQuality::default())
+}
+
+/// Of high quality, checked, and compared with that of medium quality.
+fn build_high(meshes: &Meshes) -> WideMesh {
+    let high = build_mesh(&row(meshes), BuildQuality::High);
+    check(&high, &row(meshes));
+    let medium = build(meshes).tree.sah;
+    assert!(high.tree.sah <= medium, "{} {medium}", high.tree.sah);
+    high
+}
+
+fn generated(mesh: Generated, triangles: u64) -> MeshData {
+    let set = mesh.mesh(triangles);
+    MeshData {
+        positions: set.positions.iter().map(|p| p.map(f64::from)).collect(),
+        triangles: set.triangles,
+        ..MeshData::default()
+    }
 }
 
 /// Numbers in 0..1, the same ones every time.
@@ -193,7 +221,98 @@ fn every_triangle_stands_in_one_block() {
         let meshes = soup(&cloud(count));
         let tree = build(&meshes);
         check(&tree, &row(&meshes));
+        build_high(&meshes);
     }
+}
+
+#[test]
+fn subtrees_move_where_that_pays() {
+    let mut meshes = Meshes::default();
+    meshes.push(&generated(Generated::Building, 50_000));
+    let [medium, high] = [build(&meshes), build_high(&meshes)];
+    let [a, b] = [&medium, &high].map(|tree| tree.tree.sah);
+    assert!(b < 0.99 * a, "{a} {b}");
+    // Blocks are as full as before.
+    assert_eq!(medium.blocks.len().abs_diff(high.blocks.len()) / 50, 0);
+}
+
+/// What is met, and every bit of it, does not depend on where subtrees stand.
+#[test]
+fn qualities_show_the_same_picture() {
+    let mut scene = SceneBuilder::default();
+    for (i, mesh) in Generated::ALL.into_iter().enumerate() {
+        let mesh = scene.mesh("", &generated(mesh, 8000));
+        for k in 0..8 {
+            let map = glam::DAffine3::from_scale_rotation_translation(
+                DVec3::splat(0.3),
+                glam::DQuat::from_rotation_x(f64::from(k)),
+                DVec3::new(
+                    i as f64 - 1.0,
+                    f64::from(k % 3) * 0.6 - 0.6,
+                    f64::from(k) * -0.2,
+                ),
+            );
+            let transform = scene.transform(map.into());
+            scene.instance("", Edge::shape(mesh).transform(transform));
+        }
+    }
+    let eye = DVec3::new(0.2, 0.5, 4.0);
+    let camera = Camera::perspective(eye, DVec3::ZERO, DVec3::Y, 40.0);
+    scene.camera("", camera);
+    scene.light(Light::Point {
+        position: DVec3::new(3.0, 4.0, 5.0),
+        intensity: [60.0; 3],
+        falloff: Falloff::InverseSquare,
+    });
+    let scene = scene.finish().unwrap();
+    let appearances = Appearances::of(&scene).unwrap();
+    let of = |quality, structure| {
+        let world = World::build_to(quality, &scene, &appearances, structure);
+        let view = View {
+            world: &world,
+            kernels: Kernels {
+                arithmetic: Arithmetic::F64,
+                lanes: 1,
+                needs: EVERYTHING,
+            },
+            camera,
+            lights: &scene.lights,
+        };
+        let config = RenderConfig {
+            width: 160,
+            height: 120,
+            aovs: ALL_AOVS,
+            ..RenderConfig::default()
+        };
+        let rendered = render(&view, &config, false, &Progress::default()).unwrap();
+        assert!(rendered.counts.primary_hits > 3000);
+        let meshes = world.forest.mesh_figures();
+        let cost: f64 = meshes.iter().map(|mesh| mesh.sah).sum();
+        (hash(&rendered), cost)
+    };
+    let medium = of(BuildQuality::Medium, Structure::Bvh);
+    for structure in [Structure::Bvh, Structure::Nested, Structure::ItemBuffer] {
+        let high = of(BuildQuality::High, structure);
+        assert_eq!(high.0, medium.0, "{structure:?}");
+        // And it was another tree.
+        assert!(high.1 < medium.1, "{structure:?}: {} {}", high.1, medium.1);
+    }
+}
+
+#[test]
+fn generated_meshes_are_as_large_as_was_asked_for() {
+    for mesh in Generated::ALL {
+        for asked in [20_000, 300_000] {
+            let set = mesh.mesh(asked);
+            let made = set.triangles.len() as f64;
+            assert!((made / asked as f64 - 1.0).abs() < 0.05, "{mesh:?}: {made}");
+            let inside = |p: &[f32; 3]| p.iter().all(|x| x.abs() < 1.2);
+            assert!(set.positions.iter().all(inside), "{mesh:?}");
+        }
+    }
+    // Never none, however few are asked for.
+    assert!(!building(0).triangles.is_empty());
+    assert_eq!(needles(5).triangles.len(), 5);
 }
 
 #[test]
@@ -203,21 +322,30 @@ fn no_triangles_make_one_node_without_children() {
     assert_eq!(tree.tree.nodes.len(), 1);
     assert_eq!(tree.tree.nodes[0].count, 0);
     assert!(tree.blocks.is_empty());
-    let (tree, order) = build_boxes(&[], &BuildQuality::default());
+    assert!(build_high(&meshes).blocks.is_empty());
+    let (tree, order) = build_boxes(&[], BuildQuality::default());
     assert_eq!((tree.nodes.len(), order.len()), (1, 0));
 }
 
 #[test]
 fn bits_do_not_depend_on_threads() {
     let meshes = soup(&cloud(70_000));
-    let of = |threads: usize| {
+    let of = |threads: usize, quality| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        pool.build().unwrap().install(|| mesh_bits(&build(&meshes)))
+        let build = || mesh_bits(&build_mesh(&row(&meshes), quality));
+        pool.build().unwrap().install(build)
     };
-    let one = of(1);
-    for threads in [2, 3, 5] {
-        assert!(of(threads) == one, "{threads} threads");
-    }
+    let [medium, high] = BuildQuality::ALL.map(|quality| {
+        let one = of(1, quality);
+        for threads in [2, 3, 5] {
+            assert!(
+                of(threads, quality) == one,
+                "{threads} threads, {quality:?}"
+            );
+        }
+        one
+    });
+    assert!(medium != high);
 }
 
 /// What no split tells apart, or f32 hardly holds.
@@ -271,6 +399,7 @@ fn degenerate_triangles_make_valid_trees() {
             let tree = build(&meshes);
             eprintln!("{what}, {count}");
             check(&tree, &row(&meshes));
+            build_high(&meshes);
             // Blocks and nodes are filled all the same, but where the least of
             // many sizes is worth a leaf of its own.
             if ["nested", "powers"].contains(&what) {
@@ -313,8 +442,11 @@ fn boxes_stand_in_short_leaves_once() {
             .iter()
             .map(|(_, t)| t.iter().map(box_of).collect()),
     );
-    for boxes in &mut cases {
-        let (tree, order) = build_boxes(boxes, &BuildQuality::default());
+    for (boxes, quality) in cases
+        .iter()
+        .flat_map(|boxes| BuildQuality::ALL.map(|quality| (boxes, quality)))
+    {
+        let (tree, order) = build_boxes(boxes, quality);
         let entries: Vec<Aabb32> = order.iter().map(|i| boxes[*i as usize]).collect();
         let leaves = check_tree(&tree, &entries);
         assert!(leaves.iter().all(|l| l.len() <= 4));
@@ -335,15 +467,12 @@ fn boxes_without_bounds_or_content_stand_in_the_tree() {
         min: [i as f32; 3],
         max: [i as f32 + 0.5; 3],
     }));
-    let (tree, order) = build_boxes(&boxes, &BuildQuality::default());
-    let entries: Vec<Aabb32> = order.iter().map(|i| boxes[*i as usize]).collect();
-    assert_eq!(
-        check_tree(&tree, &entries)
-            .iter()
-            .map(|l| l.len())
-            .sum::<usize>(),
-        60
-    );
+    for quality in BuildQuality::ALL {
+        let (tree, order) = build_boxes(&boxes, quality);
+        let entries: Vec<Aabb32> = order.iter().map(|i| boxes[*i as usize]).collect();
+        let leaves = check_tree(&tree, &entries);
+        assert_eq!(leaves.iter().map(|l| l.len()).sum::<usize>(), 60);
+    }
 }
 
 #[test]
@@ -413,7 +542,7 @@ fn refit_boxes_follows_the_entries() {
         }
     };
     let boxes: Vec<Aabb32> = (0..1000).map(|_| random()).collect();
-    let (mut tree, order) = build_boxes(&boxes, &BuildQuality::default());
+    let (mut tree, order) = build_boxes(&boxes, BuildQuality::default());
     let built = tree.sah;
     let mut entries: Vec<Aabb32> = order.iter().map(|i| boxes[*i as usize]).collect();
     assert_eq!(refit_boxes(&mut tree, &entries), built);
@@ -437,6 +566,7 @@ proptest! {
         check(&tree, &row(&meshes));
         let whole = around(triangles.iter().flatten().map(|p| Aabb32 { min: *p, max: *p }));
         prop_assert_eq!(tree.tree.bounds, whole);
+        prop_assert_eq!(build_high(&meshes).tree.bounds, whole);
     }
 
     /// A power of two changes no decision.

@@ -231,7 +231,7 @@ impl Builder<'_> {
             spread = f64::max(spread, condition.max(1.0) * spread_below);
             levels = f64::max(levels, 1.0 + levels_below);
         }
-        let (tree, order) = build_boxes(&boxes, &BuildQuality::default());
+        let (tree, order) = build_boxes(&boxes, BuildQuality::default());
         Group {
             tree,
             links: order.iter().map(|i| bounded[*i as usize]).collect(),

@@ -11,7 +11,7 @@
 //! Answers do not depend on any of it: boxes contain what they stand for, and ties
 //! go by id. Checked by tests/frames.rs.
 
-use super::build::refit_boxes;
+use super::build::{BuildQuality, refit_boxes};
 use super::forest::Forests;
 use super::world::{Entry, Structure, World, entries, top_tree};
 use crate::math::Aabb32;
@@ -30,6 +30,7 @@ pub struct Kept {
     forest: Forests,
     /// Appearances in the order of the top tree's entries.
     order: Vec<u64>,
+    quality: BuildQuality,
     /// Of the top tree when it was built.
     built: Cost,
 }
@@ -83,6 +84,7 @@ impl World<'_> {
     pub fn keep(self) -> Kept {
         Kept {
             order: self.entries.iter().map(|entry| entry.appearance).collect(),
+            quality: self.quality,
             built: self.top_built,
             forest: self.forest,
         }
@@ -103,10 +105,11 @@ impl<'a> World<'a> {
         let Kept {
             forest,
             order,
+            quality,
             built,
         } = kept;
         let (Forests::Wide(mut forest), Structure::Bvh) = (forest, structure) else {
-            let world = World::build(scene, appearances, structure);
+            let world = World::build_to(quality, scene, appearances, structure);
             return (world, Renewal::Built);
         };
         let [bounded, unbounded] = entries(scene, appearances, |mesh| {
@@ -127,16 +130,18 @@ impl<'a> World<'a> {
                 [entries, unbounded],
             );
             world.top_built = built;
+            world.quality = quality;
             return (world, Renewal::Refitted);
         }
         let entries;
-        (forest.top, entries) = top_tree(&bounded);
-        let world = World::of(
+        (forest.top, entries) = top_tree(&bounded, quality);
+        let mut world = World::of(
             scene,
             appearances,
             Forests::Wide(forest),
             [entries, unbounded],
         );
+        world.quality = quality;
         (world, Renewal::Rebuilt)
     }
 }

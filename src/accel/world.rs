@@ -88,13 +88,26 @@ pub struct World<'a> {
     pub place_of: Vec<u32>,
     /// Where item buffers are to be made.
     pub item_boxes: Option<ItemBoxes>,
+    /// Of its wide trees, where it has some.
+    pub(super) quality: BuildQuality,
     /// Of the top structure when it was built, before it was fitted to entries
     /// that moved. Of groups that nest, 0.
     pub(super) top_built: Cost,
 }
 
 impl<'a> World<'a> {
+    /// With trees of [`BuildQuality::Medium`].
     pub fn build(
+        scene: &'a Scene,
+        appearances: &'a Appearances,
+        structure: Structure,
+    ) -> World<'a> {
+        World::build_to(BuildQuality::default(), scene, appearances, structure)
+    }
+
+    /// `quality`: of wide trees; other structures have parameters of their own.
+    pub fn build_to(
+        quality: BuildQuality,
         scene: &'a Scene,
         appearances: &'a Appearances,
         structure: Structure,
@@ -106,13 +119,13 @@ impl<'a> World<'a> {
         let mut item_boxes = None;
         let (forest, [entries, unbounded]) = match structure {
             Structure::Bvh if !appearances.are_laid_out() => {
-                return World::nested(scene, appearances);
+                return World::nested(quality, scene, appearances);
             }
             Structure::Nested if appearances.depth() <= MAX_DEPTH => {
-                return World::nested(scene, appearances);
+                return World::nested(quality, scene, appearances);
             }
             Structure::Bvh | Structure::Nested => {
-                let (forest, entries) = plant_wide(scene, appearances);
+                let (forest, entries) = plant_wide(quality, scene, appearances);
                 (Forests::Wide(forest), entries)
             }
             Structure::Kd(quality) => {
@@ -136,7 +149,7 @@ impl<'a> World<'a> {
                 (Forests::HeapSpheres(forest), entries)
             }
             Structure::ItemBuffer => {
-                let (forest, entries) = plant_wide(scene, appearances);
+                let (forest, entries) = plant_wide(quality, scene, appearances);
                 let meshes = forest.meshes.par_iter();
                 let rows = meshes.map(|mesh| Some(BoxRows::of_blocks(&mesh.as_ref()?.blocks)));
                 let boxes = ItemBoxes {
@@ -153,6 +166,7 @@ impl<'a> World<'a> {
         };
         let mut world = World::of(scene, appearances, forest, [entries, unbounded]);
         world.item_boxes = item_boxes;
+        world.quality = quality;
         world
     }
 
@@ -183,12 +197,14 @@ impl<'a> World<'a> {
             unbounded,
             place_of,
             item_boxes: None,
+            quality: BuildQuality::default(),
         }
     }
 
-    /// Nothing in it is by appearance.
-    fn nested(scene: &'a Scene, appearances: &'a Appearances) -> World<'a> {
-        let meshes = wide_meshes(scene, appearances);
+    /// Nothing in it is by appearance. Groups are small: their trees are of
+    /// medium quality.
+    fn nested(quality: BuildQuality, scene: &'a Scene, appearances: &'a Appearances) -> World<'a> {
+        let meshes = wide_meshes(quality, scene, appearances);
         let own = own_bounds(scene, |mesh| meshes[mesh].as_ref().map(|m| m.tree.bounds));
         let groups = Groups::of(scene, appearances, own);
         // What a flat world would take, where there might be one.
@@ -212,6 +228,7 @@ impl<'a> World<'a> {
             unbounded: Vec::new(),
             place_of: Vec::new(),
             item_boxes: None,
+            quality,
             top_built: Cost::default(),
         }
     }
@@ -305,25 +322,33 @@ fn plant<A: Index>(
     (Forest { top, meshes }, [entries, unbounded])
 }
 
-fn wide_meshes(scene: &Scene, appearances: &Appearances) -> Vec<Option<WideMesh>> {
+fn wide_meshes(
+    quality: BuildQuality,
+    scene: &Scene,
+    appearances: &Appearances,
+) -> Vec<Option<WideMesh>> {
     each_mesh(scene, appearances, |id| {
-        build_mesh(&scene.meshes.row(id), &BuildQuality::default())
+        build_mesh(&scene.meshes.row(id), quality)
     })
 }
 
-fn plant_wide(scene: &Scene, appearances: &Appearances) -> (WideForest, [Vec<Entry>; 2]) {
-    let meshes = wide_meshes(scene, appearances);
+fn plant_wide(
+    quality: BuildQuality,
+    scene: &Scene,
+    appearances: &Appearances,
+) -> (WideForest, [Vec<Entry>; 2]) {
+    let meshes = wide_meshes(quality, scene, appearances);
     let [bounded, unbounded] = entries(scene, appearances, |mesh| {
         meshes[mesh].as_ref().map(|m| m.tree.bounds)
     });
-    let (top, entries) = top_tree(&bounded);
+    let (top, entries) = top_tree(&bounded, quality);
     (WideForest { top, meshes }, [entries, unbounded])
 }
 
 /// A tree over entries, and these in its order.
-pub(super) fn top_tree(bounded: &[Entry]) -> (WideTree, Vec<Entry>) {
+pub(super) fn top_tree(bounded: &[Entry], quality: BuildQuality) -> (WideTree, Vec<Entry>) {
     let boxes: Vec<Aabb32> = bounded.iter().map(|e| e.bounds).collect();
-    let (top, order) = build_boxes(&boxes, &BuildQuality::default());
+    let (top, order) = build_boxes(&boxes, quality);
     let mut entries: Vec<Entry> = order.iter().map(|i| bounded[*i as usize]).collect();
     for leaf in top.leaves() {
         entries[leaf].sort_by_key(by_kind);

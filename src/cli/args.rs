@@ -6,8 +6,9 @@
 
 use super::error::CliError;
 use super::output::Sink;
-use crate::accel::{KdClip, KdQuality, KdStop};
+use crate::accel::{BuildQuality, KdClip, KdQuality, KdStop};
 use crate::io::{AovSet, LoadOptions};
+use crate::measure::generate::Generated;
 use crate::measure::kinds::{Kind, Order};
 use crate::plan::{AccelChoice, Choices, LaneCount, Precision};
 use crate::render::{Grid, RenderConfig};
@@ -34,6 +35,8 @@ pub struct RenderArgs {
     /// Whether shadow rays try the last occluder first: on or off; the picture is the same
     #[arg(long, value_name = "USE", default_value = "on", value_parser = parse_caching)]
     pub shadow_cache: Caching,
+    #[command(flatten)]
+    pub build: BuildArgs,
     #[command(flatten)]
     pub depth: DepthArgs,
     #[arg(long, value_name = "I/N", hide = true, value_parser = no_tiles)]
@@ -64,6 +67,8 @@ pub struct VerifyArgs {
     #[arg(long, value_name = "K", value_parser = value_parser!(u64).range(1..))]
     pub sample: Option<u64>,
     #[command(flatten)]
+    pub build: BuildArgs,
+    #[command(flatten)]
     pub depth: DepthArgs,
     #[command(flatten)]
     pub common: CommonArgs,
@@ -89,6 +94,9 @@ pub struct BenchArgs {
     /// Measure generated meshes of MIN to MAX triangles, two sizes a decade, in place of SCENE
     #[arg(long, value_name = "MIN:MAX", conflicts_with_all = ["scene", "mesh", "rays", "export", "camera"], value_parser = parse_growth)]
     pub growth: Option<GrowthRange>,
+    /// What --growth generates: sphere, needles or building
+    #[arg(long, value_name = "MESH", default_value = "sphere", requires = "growth", value_parser = parse_generated)]
+    pub generate: Generated,
     /// Ray kinds, separated by commas: primary, ortho, shadow, lightshadow, directional, areashadow, mirror, diffuse, diffuse_any [default: all]
     #[arg(long, value_name = "KINDS", conflicts_with_all = ["mesh", "rays"], value_parser = parse_kinds)]
     pub kinds: Option<BenchKinds>,
@@ -105,11 +113,14 @@ pub struct BenchArgs {
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u32).range(1..=10_000))]
     pub reps: u32,
     /// Measure N frames of the scene's motion instead: what camera rays gain by the frame before, and a fitted tree against a built one
-    #[arg(long, value_name = "N", requires = "scene", conflicts_with_all = ["mesh", "rays", "export", "growth", "kinds", "accels", "peers", "plot"], value_parser = value_parser!(u32).range(2..=10_000))]
+    #[arg(long, value_name = "N", requires = "scene", conflicts_with_all = ["mesh", "rays", "export", "growth", "kinds", "accels", "build", "peers", "plot"], value_parser = value_parser!(u32).range(2..=10_000))]
     pub frames: Option<u32>,
     /// Times that each structure is built, in turns
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u32).range(1..=1000))]
     pub builds: u32,
+    /// How the bvh's and the item buffer's trees are built: medium, high, or both beside each other
+    #[arg(long, value_name = "QUALITY", default_value = "medium", value_parser = parse_bench_builds)]
+    pub build: BenchBuilds,
     /// Whether any-hit rays try the last occluder first: on, off, or both beside each other
     #[arg(long, value_name = "USE", default_value = "on", value_parser = parse_cachings)]
     pub shadow_cache: BenchCachings,
@@ -125,7 +136,17 @@ pub struct PlanArgs {
     /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl; without it, the built-in scene
     pub scene: Option<PathBuf>,
     #[command(flatten)]
+    pub build: BuildArgs,
+    #[command(flatten)]
     pub common: CommonArgs,
+}
+
+/// Of the commands that build one structure.
+#[derive(Args)]
+pub struct BuildArgs {
+    /// How the bvh's and the item buffer's trees are built: medium, or high (slower to build, at best faster to trace)
+    #[arg(long = "build", value_name = "QUALITY", default_value = "medium", value_parser = parse_build)]
+    pub quality: BuildQuality,
 }
 
 /// Of the commands that follow rays beyond their first hit.
@@ -219,6 +240,7 @@ impl RenderArgs {
         Ok(RenderConfig {
             spp: self.spp.unwrap_or(spp),
             seed: self.seed,
+            build: self.build.quality,
             max_depth: self.depth.max_depth,
             shadow_cache: self.shadow_cache,
             aovs: self.aov.unwrap_or_default(),
@@ -283,6 +305,10 @@ pub struct BenchKinds(pub Vec<Kind>);
 /// Structures that `bench` measures beside each other.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BenchAccels(pub Vec<AccelChoice>);
+
+/// Qualities of wide trees that `bench` measures beside each other.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BenchBuilds(pub Vec<BuildQuality>);
 
 /// With and without a shadow cache.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -425,6 +451,24 @@ fn parse_cachings(text: &str) -> Result<BenchCachings, String> {
     let both: &[Caching] = &Caching::ALL;
     let known = [("on", &both[..1]), ("off", &both[1..]), ("both", both)];
     Ok(BenchCachings(one_of(text, &known, &[])?.to_vec()))
+}
+
+fn parse_build(text: &str) -> Result<BuildQuality, String> {
+    one_of(
+        text,
+        &BuildQuality::ALL.map(|build| (build.name(), build)),
+        &[],
+    )
+}
+
+fn parse_bench_builds(text: &str) -> Result<BenchBuilds, String> {
+    let both: &[BuildQuality] = &BuildQuality::ALL;
+    let known = [("medium", &both[..1]), ("high", &both[1..]), ("both", both)];
+    Ok(BenchBuilds(one_of(text, &known, &[])?.to_vec()))
+}
+
+fn parse_generated(text: &str) -> Result<Generated, String> {
+    one_of(text, &Generated::ALL.map(|mesh| (mesh.name(), mesh)), &[])
 }
 
 fn parse_peers(text: &str) -> Result<PeerChoice, String> {

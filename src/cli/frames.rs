@@ -42,6 +42,7 @@ pub fn run(
         mut scene,
         camera,
         plan,
+        build,
         pool,
         ..
     } = prepared;
@@ -65,7 +66,7 @@ pub fn run(
         let (world, renewal) = pool.install(|| match kept.take() {
             Some(kept) => World::next(kept, &scene, &appearances, structure, WORST_REFIT),
             None => (
-                World::build(&scene, &appearances, structure),
+                World::build_to(build, &scene, &appearances, structure),
                 Renewal::Built,
             ),
         });

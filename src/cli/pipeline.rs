@@ -3,7 +3,7 @@
 
 use super::error::CliError;
 use super::scene;
-use crate::accel::{Density, KdQuality, Structure, World};
+use crate::accel::{BuildQuality, Density, KdQuality, Structure, World};
 use crate::io::{LoadError, LoadOptions};
 use crate::measure::{PlanSummary, SceneCounts, Stats, Watch};
 use crate::plan::{Accel, Plan, PlanError, plan};
@@ -18,6 +18,7 @@ pub struct Prepared {
     pub appearances: Appearances,
     pub camera: Camera,
     pub plan: Plan,
+    pub build: BuildQuality,
     pub kd: KdQuality,
     pub pool: ThreadPool,
 }
@@ -83,6 +84,7 @@ pub fn complete(
         appearances,
         camera,
         plan,
+        build: config.build,
         kd: config.kd,
         pool,
     })
@@ -92,7 +94,7 @@ impl Prepared {
     /// The trees, built on the pool.
     pub fn world(&self, watch: &mut Watch, stats: &mut Stats) -> World<'_> {
         let structure = structure(&self.plan, &self.kd);
-        let build = || World::build(&self.scene, &self.appearances, structure);
+        let build = || World::build_to(self.build, &self.scene, &self.appearances, structure);
         let world = self.pool.install(build);
         for (name, bytes) in world.bytes() {
             stats.memory.insert(name.into(), bytes as u64);

@@ -37,7 +37,8 @@ struct Choice {
 }
 
 pub fn run(args: &PlanArgs) -> Result<(), CliError> {
-    let config = args.common.config(RENDER_SIZE)?;
+    let mut config = args.common.config(RENDER_SIZE)?;
+    config.build = args.build.quality;
     let inputs: Vec<_> = args.scene.as_deref().into_iter().collect();
     check_destinations(&inputs, &[], args.common.sinks())?;
     let (mut watch, mut stats) = (Watch::start(), Stats::default());

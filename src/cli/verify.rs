@@ -55,6 +55,7 @@ struct Time {
 pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
     let mut config = args.common.config(VERIFY_SIZE)?;
     config.max_depth = args.depth.max_depth;
+    config.build = args.build.quality;
     let pixels = u64::from(config.width) * u64::from(config.height);
     if pixels > MAX_PIXELS {
         return Err(CliError::Usage(format!(

@@ -59,6 +59,157 @@ fn waved(p: [f64; 3]) -> [f32; 3] {
     p.map(|x| (x * radius) as f32)
 }
 
+/// A mesh of about so many triangles, by name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Generated {
+    #[default]
+    Sphere,
+    Needles,
+    Building,
+}
+
+impl Generated {
+    pub const ALL: [Generated; 3] = [Generated::Sphere, Generated::Needles, Generated::Building];
+
+    /// As the command line calls it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Generated::Sphere => "sphere",
+            Generated::Needles => "needles",
+            Generated::Building => "building",
+        }
+    }
+
+    /// For people.
+    pub fn title(self) -> &'static str {
+        match self {
+            Generated::Sphere => "displaced sphere",
+            Generated::Needles => "needles in all directions",
+            Generated::Building => "building with blinds",
+        }
+    }
+
+    pub fn mesh(self, triangles: u64) -> TriangleSet {
+        match self {
+            Generated::Sphere => {
+                let (across, down) = sphere_size(triangles);
+                displaced_sphere(across, down)
+            }
+            Generated::Needles => needles(triangles),
+            Generated::Building => building(triangles),
+        }
+    }
+}
+
+/// Triangles a half long and 1/500 wide, in all directions, about points of a
+/// cube of side 1.6: what boxes fit worst.
+pub fn needles(triangles: u64) -> TriangleSet {
+    let mut next = numbers();
+    let mut set = TriangleSet::default();
+    for i in 0..triangles as u32 {
+        let middle: [f64; 3] = std::array::from_fn(|_| 1.6 * next() - 0.8);
+        let (sin, cos) = libm::sincos(TAU * next());
+        let y = 2.0 * next() - 1.0;
+        let r = libm::sqrt(1.0 - y * y);
+        let along = [r * cos, y, r * sin].map(|x| 0.25 * x);
+        let side: [f64; 3] = std::array::from_fn(|_| 0.002 * (next() - 0.5));
+        let tip = |sign: f64| std::array::from_fn(|k| (middle[k] + sign * along[k]) as f32);
+        let other = std::array::from_fn(|k| (middle[k] + along[k] + side[k]) as f32);
+        set.positions.extend([tip(-1.0), tip(1.0), other]);
+        set.triangles.push([3 * i, 3 * i + 1, 3 * i + 2]);
+    }
+    set
+}
+
+const STOREYS: u32 = 4;
+const BAYS: [u32; 2] = [5, 3];
+
+/// A building open to the front, turned by 30 degrees: slabs and walls of few
+/// large triangles, tables on thin legs, a fine ball on each, and blinds of
+/// long thin slats. Balls and slats share what triangles are left.
+pub fn building(triangles: u64) -> TriangleSet {
+    let rooms = u64::from(STOREYS * BAYS[0] * BAYS[1]);
+    let each = (triangles / rooms).saturating_sub(84);
+    let slats = (each / 2 / 12).max(1) as u32;
+    let (across, down) = sphere_size(each / 2);
+    let ball = displaced_sphere(across, down);
+    let mut set = TriangleSet::default();
+    for storey in 0..STOREYS {
+        let y = f64::from(storey);
+        let [width, depth] = BAYS.map(f64::from);
+        add_box(&mut set, [0.0, y - 0.04, 0.0], [width, y + 0.04, depth]);
+        for x in 0..BAYS[0] {
+            for z in 0..BAYS[1] {
+                let (x, z) = (f64::from(x), f64::from(z));
+                // A wall to the left; one behind, with a door in it.
+                add_box(&mut set, [x, y, z], [x + 0.03, y + 1.0, z + 1.0]);
+                add_box(&mut set, [x, y, z], [x + 0.5, y + 1.0, z + 0.03]);
+                for leg in 0..4 {
+                    let (i, j) = (f64::from(leg % 2), f64::from(leg / 2));
+                    let (a, b) = (x + 0.25 + 0.48 * i, z + 0.35 + 0.28 * j);
+                    add_box(&mut set, [a, y, b], [a + 0.02, y + 0.3, b + 0.02]);
+                }
+                add_box(
+                    &mut set,
+                    [x + 0.22, y + 0.3, z + 0.32],
+                    [x + 0.78, y + 0.33, z + 0.68],
+                );
+                for slat in 0..slats {
+                    let h = y + 0.5 + 0.45 * f64::from(slat) / f64::from(slats);
+                    let thick = 0.1 / f64::from(slats);
+                    add_box(
+                        &mut set,
+                        [x + 0.05, h, z + 0.96],
+                        [x + 0.97, h + thick, z + 0.98],
+                    );
+                }
+                let base = set.positions.len() as u32;
+                let place = [x + 0.5, y + 0.46, z + 0.5];
+                let vertex = |p: &[f32; 3]| -> [f32; 3] {
+                    std::array::from_fn(|k| (place[k] + 0.12 * f64::from(p[k])) as f32)
+                };
+                set.positions.extend(ball.positions.iter().map(vertex));
+                let moved = ball.triangles.iter().map(|t| t.map(|v| v + base));
+                set.triangles.extend(moved);
+            }
+        }
+    }
+    let (sin, cos) = libm::sincos(PI / 6.0);
+    for p in &mut set.positions {
+        let [x, y, z] = p.map(f64::from);
+        let (x, y, z) = (x - 2.5, y - 2.0, z - 1.5);
+        *p = [cos * x + sin * z, y, cos * z - sin * x].map(|c| (0.3 * c) as f32);
+    }
+    set
+}
+
+/// Twelve triangles.
+fn add_box(set: &mut TriangleSet, min: [f64; 3], max: [f64; 3]) {
+    let base = set.positions.len() as u32;
+    let corner =
+        |i: usize| std::array::from_fn(|k| if i >> k & 1 == 0 { min[k] } else { max[k] } as f32);
+    set.positions.extend((0..8).map(corner));
+    for k in 0..3 {
+        let (u, v) = (1 << ((k + 1) % 3), 1 << ((k + 2) % 3));
+        for side in [0, 1 << k] {
+            let quad = [side, side + u, side + u + v, side + v].map(|i: u32| base + i);
+            let [a, b, c, d] = quad;
+            set.triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+}
+
+/// Numbers in 0..1, the same ones every time.
+fn numbers() -> impl FnMut() -> f64 {
+    let mut state = 1_u64;
+    move || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

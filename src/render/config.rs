@@ -5,7 +5,7 @@
 //! line; programs that fill this themselves stay within the documented ranges.
 
 use super::AovSet;
-use crate::accel::KdQuality;
+use crate::accel::{BuildQuality, KdQuality};
 use crate::plan::Choices;
 use crate::trace::Caching;
 
@@ -18,6 +18,9 @@ pub struct RenderConfig {
     /// Samples per pixel, at least 1; exactly 1 with [`Grid::Corners`].
     pub spp: u32,
     pub choices: Choices,
+    /// Of wide trees, where they are built. No bit of an exact picture depends
+    /// on it.
+    pub build: BuildQuality,
     /// How a k-d tree is built, where one is.
     pub kd: KdQuality,
     /// Whether shadow rays try the last occluder of their light first. No bit of
@@ -42,6 +45,7 @@ impl Default for RenderConfig {
             grid: Grid::default(),
             spp: 1,
             choices: Choices::default(),
+            build: BuildQuality::default(),
             kd: KdQuality::default(),
             shadow_cache: Caching::default(),
             threads: None,

@@ -297,6 +297,52 @@ fn structures_side_by_side() {
     assert_eq!(page.matches("<rect").count(), 4 + 2 + 2);
 }
 
+/// Trees of both qualities in one run: other trees, the same hits.
+#[test]
+fn qualities_side_by_side() {
+    let folder = folder();
+    let bench = |more: &[&str]| {
+        let all = [
+            "bench",
+            "--growth",
+            "2e4:2e4",
+            "--generate",
+            "building",
+            "--size",
+            "40x40",
+            "--reps",
+            "1",
+            "--lanes",
+            "1",
+            "--kinds",
+            "primary",
+            "--precision",
+            "exact",
+            "--json",
+            "-",
+        ];
+        lanecast(folder.path(), &[&all[..], more].concat())
+    };
+    let report = report(&bench(&["--build", "both", "--accels", "bvh,kd"]));
+    let size = &report["sizes"][0];
+    let triangles = size["triangles"].as_u64().unwrap();
+    assert!(triangles.abs_diff(20_000) < 1000, "{triangles}");
+    let list = |key: &str| size[key].as_array().unwrap();
+    let names: Vec<_> = list("structures").iter().map(|row| &row["name"]).collect();
+    assert_eq!(names, ["bvh", "bvh-high", "kd"]);
+    let cost = |row: usize| list("structures")[row]["sah"][1].as_f64().unwrap();
+    assert!(cost(1) < cost(0));
+    let accels: Vec<_> = list("results").iter().map(|row| &row["accel"]).collect();
+    assert_eq!(accels, ["bvh", "bvh-high", "kd"]);
+    let hits: Vec<_> = list("results").iter().map(|row| &row["hits"]).collect();
+    assert!(hits[0] == hits[1] && hits[0] == hits[2]);
+    fails(
+        &["bench", "--growth", "2e4:2e4", "--build", "low"],
+        2,
+        "known are medium, high, both",
+    );
+}
+
 /// The stopping rules make different trees with the same hits, and what the
 /// tracing took is reported.
 #[test]

@@ -66,6 +66,10 @@ impl Bound {
         Bound(Lanes::load(row))
     }
 
+    pub(super) fn around(bounds: &Aabb32) -> Bound {
+        Bound::of(&row(bounds, 0))
+    }
+
     /// The point twice the row's middle.
     #[inline(always)]
     pub(super) fn middle(row: &Row) -> Bound {

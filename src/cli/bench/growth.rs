@@ -10,7 +10,6 @@ use crate::cli::interrupt;
 use crate::cli::output::{Results, check_destinations};
 use crate::cli::pipeline::{complete, isa};
 use crate::measure::bench::comparisons;
-use crate::measure::generate::{displaced_sphere, sphere_size};
 use crate::measure::growth::{self, Growth, fits, sizes};
 use crate::measure::kinds::Kind;
 use crate::measure::plot::{Heading, growth_page};
@@ -59,7 +58,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
         let heading = Heading {
             title: "lanecast bench: growth".into(),
             facts: vec![
-                ("mesh", "displaced sphere".into()),
+                ("mesh", args.generate.title().into()),
                 ("camera rays", format!("{}×{}", config.width, config.height)),
                 ("threads", threads.to_string()),
                 ("instructions", isa().into()),
@@ -82,8 +81,7 @@ fn measure(
 ) -> Result<growth::Size, CliError> {
     let restarted = restart_peak_resident();
     let name = Path::new("the generated mesh");
-    let (across, down) = sphere_size(triangles);
-    let scene = scene_of(seen(), displaced_sphere(across, down), name)?;
+    let scene = scene_of(seen(), args.generate.mesh(triangles), name)?;
     let prepared = complete(scene, name, config, watch, stats)?;
     let mut work = Work::plan(args, &prepared)?;
     let range = args.growth.unwrap_or_default();

@@ -1,6 +1,6 @@
 //! What is measured of one scene: structures, modes, ray sets, a peer.
 
-use crate::accel::{Forests, World};
+use crate::accel::{BuildQuality, Forests, World};
 use crate::cli::args::BenchArgs;
 use crate::cli::error::CliError;
 use crate::cli::pipeline::{Prepared, isa, structure};
@@ -41,10 +41,22 @@ pub struct Work<'a> {
 /// One of our structures, and the modes that trace through it.
 struct Structure<'a> {
     accel: Accel,
+    build: BuildQuality,
     plan: Plan,
     modes: Vec<(Precision, Kernels)>,
     world: Option<World<'a>>,
     seconds: Vec<f64>,
+}
+
+impl Structure<'_> {
+    /// Such as `bvh`, of medium quality, or `bvh-high`.
+    fn name(&self) -> String {
+        let accel = self.accel.name();
+        match self.build {
+            BuildQuality::Medium => accel.into(),
+            build => format!("{accel}-{}", build.name()),
+        }
+    }
 }
 
 impl<'a> Work<'a> {
@@ -90,15 +102,21 @@ impl<'a> Work<'a> {
                 continue;
             };
             // Two names may mean one structure.
-            if structures.iter().all(|other| other.accel != plan.accel) {
-                structures.push(Structure {
-                    accel: plan.accel,
-                    plan,
-                    modes,
-                    world: None,
-                    seconds: Vec::new(),
-                });
+            if structures.iter().any(|other| other.accel == plan.accel) {
+                continue;
             }
+            let builds = match plan.accel {
+                Accel::Bvh | Accel::ItemBuffer => &args.build.0[..],
+                _ => &[BuildQuality::Medium],
+            };
+            structures.extend(builds.iter().map(|build| Structure {
+                accel: plan.accel,
+                build: *build,
+                plan: plan.clone(),
+                modes: modes.clone(),
+                world: None,
+                seconds: Vec::new(),
+            }));
         }
         if let (true, Some((_, error))) = (structures.is_empty(), refused.first()) {
             return Err(CliError::Usage(error.to_string()));
@@ -178,7 +196,7 @@ impl<'a> Work<'a> {
             // Two at once would count twice in the peak of memory.
             own.world = None;
             let kind = structure(&own.plan, kd);
-            let build = || World::build(scene, appearances, kind);
+            let build = || World::build_to(own.build, scene, appearances, kind);
             let (world, seconds) = pool.install(|| self.clock.time(build));
             own.world = Some(world);
             own.seconds.push(seconds);
@@ -209,8 +227,13 @@ impl<'a> Work<'a> {
         let triangles = self.prepared.scene.meshes.triangles.len() as u64;
         let own = self.structures.iter().filter_map(|own| {
             let world = own.world.as_ref()?;
-            let name = own.accel.name();
-            Some(StructureRow::of_world(world, name, triangles, &own.seconds))
+            let name = own.name();
+            Some(StructureRow::of_world(
+                world,
+                &name,
+                triangles,
+                &own.seconds,
+            ))
         });
         let peers = self.peer.iter().flat_map(|(peer, _)| peer.structures());
         own.chain(peers).collect()
@@ -344,7 +367,7 @@ fn contender<'w>(
         _ => "packet",
     };
     Contender {
-        accel: own.accel.name().into(),
+        accel: own.name(),
         kernel: kernel.into(),
         lanes: kernels.lanes,
         precision: precision.name(),

@@ -233,7 +233,8 @@ fn subtrees_move_where_that_pays() {
     let [a, b] = [&medium, &high].map(|tree| tree.tree.sah);
     assert!(b < 0.99 * a, "{a} {b}");
     // Blocks are as full as before.
-    assert_eq!(medium.blocks.len().abs_diff(high.blocks.len()) / 50, 0);
+    let [a, b] = [&medium, &high].map(|tree| tree.blocks.len());
+    assert!(b as f64 <= 1.01 * a as f64, "{a} {b}");
 }
 
 /// What is met, and every bit of it, does not depend on where subtrees stand.

@@ -220,6 +220,10 @@ impl Tree {
     fn apply(&mut self, one: &Move) -> f32 {
         let Move { node, to, .. } = *one;
         let parent = self.node(node).parent;
+        // Moves before this one may have left it at the top.
+        if parent == NONE {
+            return 0.0;
+        }
         let beside = self.sibling(node);
         let mut above = to;
         while above != NONE && above != node {
@@ -419,6 +423,23 @@ mod tests {
         assert!(tree.cost() < 0.97 * first, "{first} {}", tree.cost());
         let (nodes, order) = improve(&nodes, &order);
         check(&nodes, &order, &boxes);
+    }
+
+    /// Few boxes on a coarse grid: much coincides, and the root itself moves.
+    #[test]
+    fn small_trees_stay_whole() {
+        let mut next = numbers();
+        for case in 0..3000 {
+            let boxes = (0..2 + case % 40).map(|_| {
+                let min: [f32; 3] = std::array::from_fn(|_| (next() * 4.0).floor());
+                let max = min.map(|x| x + (next() * 3.0).floor());
+                Aabb32 { min, max }
+            });
+            let boxes: Vec<Aabb32> = boxes.collect();
+            let (nodes, order) = grown(&boxes, 1 + case % 3);
+            let (nodes, order) = improve(&nodes, &order);
+            check(&nodes, &order, &boxes);
+        }
     }
 
     /// A tree as deep as is allowed stays so.

@@ -429,14 +429,14 @@ mod tests {
     #[test]
     fn small_trees_stay_whole() {
         let mut next = numbers();
-        for case in 0..3000 {
-            let boxes = (0..2 + case % 40).map(|_| {
-                let min: [f32; 3] = std::array::from_fn(|_| (next() * 4.0).floor());
-                let max = min.map(|x| x + (next() * 3.0).floor());
-                Aabb32 { min, max }
+        for case in 0..6000 {
+            let boxes = (0..2 + case % 120).map(|_| {
+                let corners: [[f32; 3]; 3] =
+                    std::array::from_fn(|_| std::array::from_fn(|_| (next() * 16.0).floor()));
+                crate::accel::world::corner_bounds(&corners)
             });
             let boxes: Vec<Aabb32> = boxes.collect();
-            let (nodes, order) = grown(&boxes, 1 + case % 3);
+            let (nodes, order) = grown(&boxes, 1 + case % 4);
             let (nodes, order) = improve(&nodes, &order);
             check(&nodes, &order, &boxes);
         }

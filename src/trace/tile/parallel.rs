@@ -88,6 +88,7 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
         let size = (0..3).fold(0.0_f32, |m, k| m.max(bounds.max[k] - bounds.min[k]));
         let mut lines = [[f32::INFINITY, f32::NEG_INFINITY]; 2];
         let mut spread = [0.0_f32; 3];
+        let mut first = f32::INFINITY;
         let inverse = slopes.map(|s| {
             1.0 / if s.abs() < LEAST_SLOPE {
                 LEAST_SLOPE
@@ -115,6 +116,7 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
             let starts = &mut self.starts[s];
             starts.org = Vec3::new(L::narrow(org.x), L::narrow(org.y), L::narrow(org.z));
             starts.depth = L::narrow(depth);
+            first = first.min(starts.depth.least().to_f64() as f32);
             // Of a t that leads into the tree, its depth is a difference: rounded
             // relative to the start and to the tree. Per ray, as it decides.
             let extent = starts.depth.abs() + L::from_f32(size);
@@ -150,7 +152,9 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
         let low = [low[0] - pad[0], low[1] - pad[1], low[2] - pad[2]];
         let high = [high[0] + pad[0], high[1] + pad[1], high[2] + pad[2]];
         let degenerate = slopes.map(|s| [s, s]);
-        self.frustum = Frustum::new(axes, sign, (low, high), 0.0, degenerate, bounds);
+        // What ends before the first ray begins is passed over.
+        let floor = (first - 2.0 * pad[2]).max(0.0);
+        self.frustum = Frustum::new(axes, sign, (low, high), floor, degenerate, bounds);
         self.org = about;
         self.steepest = 1.0;
         self.shear = Shear {

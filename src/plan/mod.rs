@@ -178,7 +178,7 @@ pub fn plan(
     }
     let name = match accel {
         Accel::Bvh if nested => "bvh (SAH, a tree for each node)",
-        Accel::Bvh => "bvh (SAH, 4-wide, two levels)",
+        Accel::Bvh => "bvh (SAH, a node as wide as a register, two levels)",
         Accel::Kd => "k-d tree (SAH, two levels)",
         Accel::Grid => "uniform grid (two levels in dense cells, tagging)",
         Accel::Heap => "best-first heap over boxes (SAH, 4-wide)",

@@ -34,6 +34,14 @@ sphere = { center = [0.5, 0.5, 2.0], radius = 0.5 }
 shape = "ball"
 "#;
 
+/// A pyramid that turns before the others.
+const MOVING: &str = r#"
+[[instance]]
+shape = "pyramid"
+transform = [{ scale = 0.4 }, { translate = [0.0, 0.5, 2.0] }]
+motion = [{ at = 1.0, transform = [{ scale = 0.4 }, { rotate_y = 50.0 }, { translate = [2.0, 0.5, 2.5] }] }]
+"#;
+
 fn write_scene(folder: &Path, more: &str) {
     fs::write(folder.join("pyramid.obj"), PYRAMID).unwrap();
     fs::write(folder.join("s.toml"), format!("{VIEW}{more}")).unwrap();
@@ -47,6 +55,31 @@ fn report(output: &Output) -> Value {
 
 fn rows(report: &Value) -> &[Value] {
     report["results"].as_array().unwrap()
+}
+
+/// Every bound on fitted trees and every reuse, in both precisions; no answer shows
+/// any of it.
+#[test]
+fn frames_show_nothing_of_what_they_reuse() {
+    let folder = folder();
+    write_scene(folder.path(), MOVING);
+    let bench = ["bench", "s.toml", "--frames", "4", "--size", "75x50"];
+    let report = report(&lanecast(
+        folder.path(),
+        &[&bench[..], &["--reps", "1", "--json", "-"]].concat(),
+    ));
+    let [rows, renewals] = ["results", "renewals"].map(|key| report[key].as_array().unwrap());
+    assert_eq!((rows.len(), renewals.len()), (6, 16));
+    for row in rows.iter().chain(renewals) {
+        assert_eq!(row["mismatches"], 0, "{row}");
+    }
+    for row in rows {
+        assert_eq!((&row["frames"], &row["rays"]), (&3.into(), &3750.into()));
+        let bounded = row["guesses"]["bounded"].as_u64().unwrap();
+        assert_eq!(bounded > 0, row["reuse"] != "none", "{row}");
+    }
+    let refitted = |i: usize| renewals[i]["refitted"].as_u64().unwrap();
+    assert_eq!([refitted(0), refitted(6), refitted(7)], [0, 3, 0]);
 }
 
 #[test]

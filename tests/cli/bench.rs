@@ -63,7 +63,7 @@ fn rows(report: &Value) -> &[Value] {
 fn frames_show_nothing_of_what_they_reuse() {
     let folder = folder();
     write_scene(folder.path(), MOVING);
-    let bench = ["bench", "s.toml", "--frames", "4", "--size", "75x50"];
+    let bench = ["bench", "s.toml", "--frames", "4", "--size", "300x200"];
     let report = report(&lanecast(
         folder.path(),
         &[&bench[..], &["--reps", "1", "--json", "-"]].concat(),
@@ -74,7 +74,7 @@ fn frames_show_nothing_of_what_they_reuse() {
         assert_eq!(row["mismatches"], 0, "{row}");
     }
     for row in rows {
-        assert_eq!((&row["frames"], &row["rays"]), (&3.into(), &3750.into()));
+        assert_eq!((&row["frames"], &row["rays"]), (&3.into(), &60000.into()));
         let bounded = row["guesses"]["bounded"].as_u64().unwrap();
         assert_eq!(bounded > 0, row["reuse"] != "none", "{row}");
     }

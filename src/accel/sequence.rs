@@ -21,9 +21,9 @@ use crate::scene::{Appearances, Scene};
 /// what it did when it was built. Fitting takes half as long as building, and both
 /// are little beside a frame's rays, so the bound is close. Of 1.05, 1.1, 1.25, 1.5,
 /// 2 and none, with camera rays alone: 1.05 is best of the bounds where placements
-/// are meshes, by 1 to 3 % before 1.1 and by up to 28 % before 2; with 5,000 balls
+/// are meshes, by 2 to 5 % before 1.1 and by up to 28 % before 2; with 5,000 balls
 /// that change places it is 7 % behind 1.25, which is best. Building for every frame
-/// is 4 % better with 600 meshes and 19 % worse with 20,000 (docs/COHERENCE.md). A
+/// is 4 % better with 600 meshes and 12 to 24 % worse with 20,000 (docs/COHERENCE.md). A
 /// frame's other rays share the tree, which speaks for the least.
 pub const WORST_REFIT: f64 = 1.05;
 

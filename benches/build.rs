@@ -1,18 +1,20 @@
-//! How fast is a tree built, and how fast brought up to date?
+//! How fast is a structure built, and how fast brought up to date?
 //!
-//! A displaced sphere of 101,760 triangles, and its triangles' boxes as
-//! entries, one thread. Asserted: every triangle once, the expected cost, and
-//! that a refit without motion keeps it.
+//! First SAH trees over a displaced sphere of 101,760 triangles, and over its
+//! triangles' boxes as entries, one thread. Asserted: every triangle once, the
+//! expected cost, and that a refit without motion keeps it. Then all structures
+//! over one of 25,280 triangles. Asserted: each holds every triangle.
 
 mod common;
 
-use common::{displaced_sphere, quick};
+use common::{displaced_sphere, mesh_scene, quick};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use lanecast::accel::{
-    BuildQuality, Quality, build, build_boxes, build_mesh, corner_bounds, refit,
+    BuildQuality, Density, KdQuality, Quality, Structure, World, build, build_boxes, build_mesh,
+    corner_bounds, refit,
 };
 use lanecast::math::Aabb32;
-use lanecast::scene::Meshes;
+use lanecast::scene::{Appearances, Meshes};
 use std::hint::black_box;
 
 fn sah_build(c: &mut Criterion) {
@@ -34,6 +36,8 @@ fn sah_build(c: &mut Criterion) {
     assert!((0..count).all(|i| sources[i] == i as u32));
     assert!((8.0..14.0).contains(&wide.tree.sah), "{}", wide.tree.sah);
     let built = wide.tree.sah;
+    let high = build_mesh(&mesh, BuildQuality::High);
+    assert!(high.tree.sah <= built, "{}", high.tree.sah);
     assert_eq!(refit(&mut wide, &mesh), built);
     let (tree, order) = build_boxes(&boxes, quality);
     assert_eq!(order.len(), count);
@@ -47,6 +51,9 @@ fn sah_build(c: &mut Criterion) {
     group.bench_function("wide, blocks of triangles", |b| {
         pool.install(|| b.iter(|| build_mesh(black_box(&mesh), quality)));
     });
+    group.bench_function("wide, blocks of triangles, high", |b| {
+        pool.install(|| b.iter(|| build_mesh(black_box(&mesh), BuildQuality::High)));
+    });
     group.bench_function("wide, boxes", |b| {
         pool.install(|| b.iter(|| build_boxes(black_box(&boxes), quality)));
     });
@@ -59,5 +66,32 @@ fn sah_build(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group! { name = benches; config = quick(); targets = sah_build }
+fn structures(c: &mut Criterion) {
+    let scene = mesh_scene(&displaced_sphere(160, 80));
+    let appearances = Appearances::of(&scene).unwrap();
+    let count = 2 * 160 * 79;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1);
+    let pool = pool.build().unwrap();
+    let mut group = c.benchmark_group("build: how do the structures compare?");
+    group.throughput(Throughput::Elements(count as u64));
+    for (name, structure) in [
+        ("bvh", Structure::Bvh),
+        ("narrow", Structure::Narrow),
+        ("kd", Structure::Kd(KdQuality::default())),
+        ("grid", Structure::Grid(Density::default())),
+        ("heap", Structure::Heap),
+        ("heap-spheres", Structure::HeapSpheres),
+        ("item-buffer", Structure::ItemBuffer),
+    ] {
+        let world = World::build(&scene, &appearances, structure);
+        let held = world.forest.mesh_figures()[0].references;
+        assert!(held >= count, "{name}: {held} triangles");
+        group.bench_function(name, |b| {
+            pool.install(|| b.iter(|| World::build(black_box(&scene), &appearances, structure)));
+        });
+    }
+    group.finish();
+}
+
+criterion_group! { name = benches; config = quick(); targets = sah_build, structures }
 criterion_main!(benches);

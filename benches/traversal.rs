@@ -1,29 +1,54 @@
-//! How many rays per second do the packets trace?
+//! How many rays per second are traced?
 //!
-//! Primary and point-light shadow rays of a 256×256 picture over a displaced
-//! sphere of triangles and over a flake of true spheres, f32 and f64, at the
-//! machine's width, one thread. Asserted: how many rays hit.
+//! 256×256 pixels, one thread, the machine's width. First every kind of ray over
+//! a displaced sphere of triangles and over a flake of true spheres, in f32 and
+//! f64: tiles of one origin (primary, and without a shadow cache in their way
+//! lightshadow), tiles of one direction (ortho, directional), streams (shadow,
+//! diffuse). Then the structures beside each other, and the shadow cache.
+//! Asserted: how many rays hit.
 
 mod common;
 
-use common::{Traced, displaced_sphere, mesh_scene, quick, run, sphere_flake, traced};
+use common::{
+    Traced, city, displaced_sphere, mesh_scene, quick, run, run_in, sphere_flake, traced,
+};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
+use lanecast::accel::{Density, KdQuality, Structure, World};
 use lanecast::measure::kinds::Kind;
 use lanecast::measure::queries::Answers;
-use lanecast::scene::{Appearances, Scene};
+use lanecast::scene::{Appearances, MeshData, Scene};
+use lanecast::trace::Caching;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 const SIDE: u32 = 256;
-const KINDS: [Kind; 2] = [Kind::Primary, Kind::Shadow];
+const KINDS: [Kind; 6] = [
+    Kind::Primary,
+    Kind::Ortho,
+    Kind::Shadow,
+    Kind::LightShadow,
+    Kind::Directional,
+    Kind::Diffuse,
+];
+/// In f32 a ray or two may fall on the other side of an edge.
+const SLACK: usize = 4;
 
-/// `hits`: of the primary rays, and of the shadow rays.
+fn one_thread() -> ThreadPool {
+    let pool = ThreadPoolBuilder::new().num_threads(1).build();
+    pool.expect("one thread can be started")
+}
+
+fn mesh() -> MeshData {
+    displaced_sphere(320, 160)
+}
+
+/// `hits`: of each kind of rays.
 fn scene_group(
     group: &mut BenchmarkGroup<WallTime>,
     pool: &ThreadPool,
     name: &str,
     scene: &Scene,
-    hits: [usize; 2],
+    hits: [usize; KINDS.len()],
 ) {
     let appearances = Appearances::of(scene).expect("few appearances");
     let work: Traced = traced(scene, &appearances, &KINDS, SIDE);
@@ -33,8 +58,7 @@ fn scene_group(
         for (precision, kernels) in &work.modes {
             pool.install(|| run(&work, kernels, number, &mut answers));
             let found = answers.hits();
-            // In f32 a ray or two may fall on the other side of an edge.
-            let slack = if *precision == "exact" { 0 } else { 4 };
+            let slack = if *precision == "exact" { 0 } else { SLACK };
             assert!(
                 found.abs_diff(hits[number]) <= slack,
                 "{name}, {}, {precision}: {found} hits",
@@ -48,22 +72,99 @@ fn scene_group(
     }
 }
 
-fn traversal(c: &mut Criterion) {
-    let pool = ThreadPoolBuilder::new().num_threads(1).build();
-    let pool = pool.expect("one thread can be started");
+fn kinds(c: &mut Criterion) {
+    let pool = one_thread();
     let mut group = c.benchmark_group("traversal: how many rays per second?");
-    let mesh = mesh_scene(&displaced_sphere(320, 160));
-    scene_group(&mut group, &pool, "mesh of 101,760", &mesh, [23_098, 812]);
-    let flake = sphere_flake(5);
+    let hits = [23_098, 0, 812, 0, 0, 0];
     scene_group(
         &mut group,
         &pool,
-        "flake of 1,555 spheres",
-        &flake,
-        [46_993, 4_864],
+        "mesh of 101,760",
+        &mesh_scene(&mesh()),
+        hits,
     );
+    let hits = [46_993, 0, 4_864, 0, 0, 0];
+    let flake = sphere_flake(5);
+    scene_group(&mut group, &pool, "flake of 1,555 spheres", &flake, hits);
     group.finish();
 }
 
-criterion_group! { name = benches; config = quick(); targets = traversal }
+fn structures(c: &mut Criterion) {
+    let pool = one_thread();
+    let scene = mesh_scene(&mesh());
+    let appearances = Appearances::of(&scene).expect("few appearances");
+    let work: Traced = traced(&scene, &appearances, &[Kind::Primary, Kind::Diffuse], SIDE);
+    let (_, fast) = &work.modes[0];
+    let mut expected = [0; 2];
+    let mut group = c.benchmark_group("traversal: how do the structures compare?");
+    for (name, structure) in [
+        ("bvh", Structure::Bvh),
+        ("nested", Structure::Nested),
+        ("narrow", Structure::Narrow),
+        ("kd", Structure::Kd(KdQuality::default())),
+        ("grid", Structure::Grid(Density::default())),
+        ("heap", Structure::Heap),
+        ("heap-spheres", Structure::HeapSpheres),
+        // Its lists are made each time.
+        ("item-buffer", Structure::ItemBuffer),
+    ] {
+        let world = World::build(&scene, &appearances, structure);
+        let way = (&world, fast, Caching::On);
+        let mut answers = Answers::default();
+        for (rays, expected) in work.rays.iter().zip(&mut expected) {
+            let (kind, set) = rays;
+            if structure == Structure::ItemBuffer && *kind != Kind::Primary {
+                continue;
+            }
+            pool.install(|| run_in(way, rays, &mut answers));
+            let found = answers.hits();
+            if structure == Structure::Bvh {
+                *expected = found;
+            }
+            assert!(found.abs_diff(*expected) <= SLACK, "{name}: {found} hits");
+            group.throughput(Throughput::Elements(set.len() as u64));
+            group.bench_function(format!("{}/{name}", kind.name()), |b| {
+                b.iter(|| pool.install(|| run_in(way, rays, &mut answers)));
+            });
+        }
+    }
+    group.finish();
+}
+
+fn shadow_cache(c: &mut Criterion) {
+    let pool = one_thread();
+    let scene = city(8);
+    let appearances = Appearances::of(&scene).expect("few appearances");
+    let work: Traced = traced(
+        &scene,
+        &appearances,
+        &[Kind::Shadow, Kind::AreaShadow],
+        SIDE,
+    );
+    let mut group = c.benchmark_group("traversal: does a shadow cache pay?");
+    for (rays, expected) in work.rays.iter().zip([0, 0]) {
+        let (kind, set) = rays;
+        group.throughput(Throughput::Elements(set.len() as u64));
+        for (precision, kernels) in &work.modes {
+            for caching in Caching::ALL {
+                let way = (&work.world, kernels, caching);
+                let mut answers = Answers::default();
+                pool.install(|| run_in(way, rays, &mut answers));
+                let found = answers.hits();
+                assert!(found.abs_diff(expected) <= SLACK, "{precision}: {found}");
+                let id = format!("{}/{precision}/{}", kind.name(), caching.name());
+                group.bench_function(id, |b| {
+                    b.iter(|| pool.install(|| run_in(way, rays, &mut answers)));
+                });
+            }
+        }
+    }
+    group.finish();
+}
+
+criterion_group! {
+    name = benches;
+    config = quick();
+    targets = kinds, structures, shadow_cache
+}
 criterion_main!(benches);

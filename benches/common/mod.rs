@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 use lanecast::accel::{Structure, World};
-use lanecast::geom::Sphere;
+use lanecast::geom::{Cuboid, Sphere};
 use lanecast::math::lanes::*;
 use lanecast::measure::kinds::{Kind, Order};
 use lanecast::measure::queries::{Answers, Ask, trace};
@@ -30,9 +30,9 @@ pub type Native64 = f64x4;
 /// Few and short samples: a group takes well under a minute.
 pub fn quick() -> criterion::Criterion {
     criterion::Criterion::default()
-        .sample_size(15)
-        .warm_up_time(std::time::Duration::from_millis(500))
-        .measurement_time(std::time::Duration::from_secs(2))
+        .sample_size(10)
+        .warm_up_time(std::time::Duration::from_millis(300))
+        .measurement_time(std::time::Duration::from_millis(1200))
 }
 
 /// A sphere of `2·across·(down − 1)` triangles, its radius waved by three sines.
@@ -100,6 +100,25 @@ pub fn sphere_flake(levels: u32) -> Scene {
     scene.finish().expect("the formula gives valid spheres")
 }
 
+/// `side²` boxes on a square, their heights by a formula: occluders of many rays.
+pub fn city(side: u32) -> Scene {
+    let mut scene = SceneBuilder::default();
+    let corners = [[-1.2, -1.2], [-1.2, 1.2], [1.2, 1.2], [1.2, -1.2]];
+    let corners = corners.map(|[x, z]| DVec3::new(x, 0.0, z));
+    let ground = scene.polygon("", &corners, &[]);
+    scene.instance("", Edge::shape(ground));
+    let step = 2.0 / f64::from(side);
+    for i in 0..side * side {
+        let corner = [i % side, i / side].map(|k| f64::from(k) * step - 1.0);
+        let height = 0.2 + 0.6 * f64::from(i * 7 % 11) / 11.0;
+        let min = DVec3::new(corner[0], 0.0, corner[1]);
+        let max = min + DVec3::new(0.6 * step, height, 0.6 * step);
+        let block = scene.cuboid("", Cuboid { min, max });
+        scene.instance("", Edge::shape(block));
+    }
+    scene.finish().expect("the formula gives valid boxes")
+}
+
 /// What a traversal bench needs of a scene.
 pub struct Traced<'a> {
     pub world: World<'a>,
@@ -148,14 +167,17 @@ pub fn traced<'a>(
 
 /// Traces one of the sets.
 pub fn run(traced: &Traced, kernels: &Kernels, number: usize, answers: &mut Answers) {
-    let (kind, rays) = &traced.rays[number];
+    let way = (&traced.world, kernels, Caching::On);
+    run_in(way, &traced.rays[number], answers);
+}
+
+/// The same in any structure over the scene, with or without a shadow cache.
+pub fn run_in(
+    (world, kernels, caching): (&World, &Kernels, Caching),
+    (kind, rays): &(Kind, lanecast::io::RaySet),
+    answers: &mut Answers,
+) {
     let ask: Ask = kind.ask();
-    trace(
-        &traced.world,
-        kernels,
-        rays,
-        (ask, Caching::On),
-        answers,
-        &Progress::default(),
-    );
+    let progress = &Progress::default();
+    trace(world, kernels, rays, (ask, caching), answers, progress);
 }

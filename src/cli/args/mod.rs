@@ -1,20 +1,31 @@
 //! The arguments of all commands, checked as they are read.
 //!
-//! A value that the design knows and this version lacks is told apart from one
-//! that nobody knows. A command takes the options that it uses and refuses the
-//! others, which would promise what they do not do. What the options mean is in `render/config.rs`.
+//! A command takes the options that it uses and refuses the others, which would
+//! promise what they do not do. What the options mean is in `render/config.rs`,
+//! what their values may be in `values.rs`.
+
+mod values;
+
+pub use values::Size;
 
 use super::error::CliError;
 use super::output::Sink;
 use crate::accel::{BuildQuality, KdClip, KdQuality, KdStop};
 use crate::io::{AovSet, LoadOptions};
 use crate::measure::generate::Generated;
-use crate::measure::kinds::{Kind, Order};
+use crate::measure::kinds::Order;
 use crate::plan::{AccelChoice, Choices, LaneCount, Precision};
 use crate::render::{Grid, RenderConfig};
-use crate::trace::{Caching, Reuse};
+use crate::trace::Caching;
 use clap::{Args, value_parser};
 use std::path::PathBuf;
+use values::{
+    BenchAccels, BenchBuilds, BenchCachings, BenchKinds, GrowthRange, PeerChoice, ReuseChoice,
+    no_tiles, parse_accel, parse_accels, parse_aovs, parse_bench_builds, parse_build,
+    parse_caching, parse_cachings, parse_generated, parse_grid, parse_growth, parse_kd_clip,
+    parse_kd_stop, parse_kinds, parse_lanes, parse_order, parse_peers, parse_precision,
+    parse_reuse, parse_size,
+};
 
 #[derive(Args)]
 pub struct RenderArgs {
@@ -51,10 +62,6 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub common: CommonArgs,
 }
-
-/// `None`: what the scene's needs say.
-#[derive(Clone, Copy)]
-pub struct ReuseChoice(pub Option<Reuse>);
 
 #[derive(Args)]
 pub struct VerifyArgs {
@@ -204,12 +211,6 @@ pub struct CommonArgs {
     pub camera: Option<String>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Size {
-    pub width: u32,
-    pub height: u32,
-}
-
 pub const RENDER_SIZE: Size = Size {
     width: 1280,
     height: 720,
@@ -295,284 +296,5 @@ impl CommonArgs {
     /// Where results other than pictures go.
     pub fn sinks(&self) -> impl Iterator<Item = &Sink> {
         self.stats.iter().chain(&self.json)
-    }
-}
-
-/// Which rays `bench` traces, each kind once.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct BenchKinds(pub Vec<Kind>);
-
-/// Structures that `bench` measures beside each other.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct BenchAccels(pub Vec<AccelChoice>);
-
-/// Qualities of wide trees that `bench` measures beside each other.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct BenchBuilds(pub Vec<BuildQuality>);
-
-/// With and without a shadow cache.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct BenchCachings(pub Vec<Caching>);
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PeerChoice {
-    Embree,
-}
-
-/// Triangles of the smallest and the largest generated mesh.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct GrowthRange {
-    pub min: u64,
-    pub max: u64,
-}
-
-/// 10⁸ triangles take about ten gigabytes.
-const MAX_GROWTH: u64 = 100_000_000;
-const MAX_SIDE: u32 = 65_535;
-const MAX_PIXELS: u64 = 1 << 28;
-
-fn parse_size(text: &str) -> Result<Size, String> {
-    let number = |side: &str| {
-        // Not parse alone: it takes a plus sign.
-        let digits = !side.is_empty() && side.bytes().all(|b| b.is_ascii_digit());
-        digits.then(|| side.parse::<u32>().unwrap_or(u32::MAX))
-    };
-    let (width, height) = text
-        .split_once(['x', 'X'])
-        .and_then(|(w, h)| Some((number(w)?, number(h)?)))
-        .ok_or("write it as WIDTHxHEIGHT, such as 1280x720")?;
-    let side = 1..=MAX_SIDE;
-    if !side.contains(&width) || !side.contains(&height) {
-        return Err(format!("each side must be 1 to {MAX_SIDE} pixels"));
-    }
-    let pixels = u64::from(width) * u64::from(height);
-    if pixels > MAX_PIXELS {
-        return Err(format!(
-            "{pixels} pixels are too many; at most {MAX_PIXELS} are supported"
-        ));
-    }
-    Ok(Size { width, height })
-}
-
-fn parse_grid(text: &str) -> Result<Grid, String> {
-    one_of(
-        text,
-        &[("centers", Grid::Centers), ("corners", Grid::Corners)],
-        &[],
-    )
-}
-
-fn parse_precision(text: &str) -> Result<Precision, String> {
-    one_of(
-        text,
-        &[("fast", Precision::Fast), ("exact", Precision::Exact)],
-        &["guarded"],
-    )
-}
-
-fn parse_lanes(text: &str) -> Result<LaneCount, String> {
-    let known = [
-        LaneCount::Auto,
-        LaneCount::One,
-        LaneCount::Four,
-        LaneCount::Eight,
-        LaneCount::Sixteen,
-    ];
-    one_of(text, &known.map(|l| (l.name(), l)), &[])
-}
-
-fn parse_accel(text: &str) -> Result<AccelChoice, String> {
-    use AccelChoice::{Auto, Bvh, Grid, Heap, HeapSpheres, ItemBuffer, Kd, Linear};
-    let known = [Auto, Bvh, Kd, Grid, Heap, HeapSpheres, Linear, ItemBuffer];
-    one_of(text, &known.map(|a| (a.name(), a)), &[])
-}
-
-fn parse_kd_stop(text: &str) -> Result<KdStop, String> {
-    one_of(text, &KdStop::ALL.map(|stop| (stop.name(), stop)), &[])
-}
-
-fn parse_kd_clip(text: &str) -> Result<KdClip, String> {
-    one_of(text, &KdClip::ALL.map(|clip| (clip.name(), clip)), &[])
-}
-
-fn parse_reuse(text: &str) -> Result<ReuseChoice, String> {
-    let [a, b, c] = Reuse::ALL.map(|reuse| (reuse.name(), ReuseChoice(Some(reuse))));
-    one_of(text, &[("auto", ReuseChoice(None)), a, b, c], &[])
-}
-
-fn parse_aovs(text: &str) -> Result<AovSet, String> {
-    let mut aovs = AovSet::default();
-    for name in text.split(',') {
-        if !aovs.add(name.trim()) {
-            return Err(format!(
-                "there is no output '{name}'; known are {}",
-                AovSet::NAMES.join(", ")
-            ));
-        }
-    }
-    Ok(aovs)
-}
-
-fn parse_kinds(text: &str) -> Result<BenchKinds, String> {
-    let mut kinds = Vec::new();
-    for name in text.split(',') {
-        let Some(kind) = Kind::named(name.trim()) else {
-            let known = Kind::ALL.map(Kind::name).join(", ");
-            return Err(format!("there is no ray kind '{name}'; known are {known}"));
-        };
-        kinds.push(kind);
-    }
-    kinds.sort();
-    kinds.dedup();
-    Ok(BenchKinds(kinds))
-}
-
-fn parse_order(text: &str) -> Result<Order, String> {
-    one_of(text, &Order::ALL.map(|order| (order.name(), order)), &[])
-}
-
-fn parse_accels(text: &str) -> Result<BenchAccels, String> {
-    let accels: Result<Vec<AccelChoice>, String> = text
-        .split(',')
-        .map(|name| parse_accel(name.trim()).map_err(|why| format!("'{name}': {why}")))
-        .collect();
-    Ok(BenchAccels(accels?))
-}
-
-fn parse_caching(text: &str) -> Result<Caching, String> {
-    one_of(
-        text,
-        &Caching::ALL.map(|caching| (caching.name(), caching)),
-        &[],
-    )
-}
-
-fn parse_cachings(text: &str) -> Result<BenchCachings, String> {
-    let both: &[Caching] = &Caching::ALL;
-    let known = [("on", &both[..1]), ("off", &both[1..]), ("both", both)];
-    Ok(BenchCachings(one_of(text, &known, &[])?.to_vec()))
-}
-
-fn parse_build(text: &str) -> Result<BuildQuality, String> {
-    one_of(
-        text,
-        &BuildQuality::ALL.map(|build| (build.name(), build)),
-        &[],
-    )
-}
-
-fn parse_bench_builds(text: &str) -> Result<BenchBuilds, String> {
-    let both: &[BuildQuality] = &BuildQuality::ALL;
-    let known = [("medium", &both[..1]), ("high", &both[1..]), ("both", both)];
-    Ok(BenchBuilds(one_of(text, &known, &[])?.to_vec()))
-}
-
-fn parse_generated(text: &str) -> Result<Generated, String> {
-    one_of(text, &Generated::ALL.map(|mesh| (mesh.name(), mesh)), &[])
-}
-
-fn parse_peers(text: &str) -> Result<PeerChoice, String> {
-    one_of(text, &[("embree", PeerChoice::Embree)], &[])
-}
-
-fn parse_growth(text: &str) -> Result<GrowthRange, String> {
-    let number = |text: &str| {
-        // 1e6 is easier to read than all its zeros.
-        let value: f64 = text.trim().parse().ok()?;
-        let whole = value.fract() == 0.0 && (8.0..=MAX_GROWTH as f64).contains(&value);
-        whole.then_some(value as u64)
-    };
-    text.split_once(':')
-        .and_then(|(min, max)| Some((number(min)?, number(max)?)))
-        .filter(|(min, max)| min <= max)
-        .map(|(min, max)| GrowthRange { min, max })
-        .ok_or(format!(
-            "write it as MIN:MAX, such as 1e3:1e7; each from 8 to {MAX_GROWTH}, the smaller first"
-        ))
-}
-
-fn no_tiles(_: &str) -> Result<String, String> {
-    Err("it does not exist yet; leave it out to render the whole picture".into())
-}
-
-fn one_of<T: Copy>(text: &str, known: &[(&str, T)], not_yet: &[&str]) -> Result<T, String> {
-    if let Some((_, value)) = known.iter().find(|(name, _)| *name == text) {
-        return Ok(*value);
-    }
-    let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
-    let names = names.join(", ");
-    Err(if not_yet.contains(&text) {
-        format!("it does not exist yet; there are {names}")
-    } else {
-        format!("known are {names}")
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sizes() {
-        let size = |width, height| Ok(Size { width, height });
-        assert_eq!(parse_size("1x1"), size(1, 1));
-        assert_eq!(parse_size("1280X720"), size(1280, 720));
-        assert_eq!(parse_size("65535x4096"), size(65535, 4096));
-        for bad in [
-            "", "x", "1", "1x", "x1", "1x1x1", "-1x1", "+1x1", "1 x1", "axb", "1.5x1",
-        ] {
-            assert!(
-                parse_size(bad).unwrap_err().contains("WIDTHxHEIGHT"),
-                "{bad}"
-            );
-        }
-        for bad in ["0x1", "1x0", "65536x1", "1x99999999999999999999"] {
-            assert!(parse_size(bad).unwrap_err().contains("1 to 65535"), "{bad}");
-        }
-        // 2²⁸ pixels and one row more.
-        assert_eq!(parse_size("16384x16384"), size(16384, 16384));
-        assert!(parse_size("16384x16385").unwrap_err().contains("too many"));
-    }
-
-    #[test]
-    fn every_aov_name_is_one() {
-        let mut last = AovSet::default();
-        for name in AovSet::NAMES {
-            let alone = parse_aovs(name).unwrap();
-            assert!(alone.any());
-            assert_ne!(alone, last);
-            last = alone;
-        }
-        let all = parse_aovs(&AovSet::NAMES.join(", ")).unwrap();
-        assert!(all.depth && all.position && all.normal);
-        assert!(all.albedo && all.instance_id && all.primitive_id);
-        assert!(parse_aovs("").is_err());
-        assert!(parse_aovs("depth,").is_err());
-        assert!(
-            parse_aovs("deepth")
-                .unwrap_err()
-                .contains("known are depth,")
-        );
-    }
-
-    #[test]
-    fn growth_ranges() {
-        let range = |min, max| Ok(GrowthRange { min, max });
-        assert_eq!(parse_growth("1e3:1e7"), range(1000, 10_000_000));
-        assert_eq!(parse_growth("1000: 1000"), range(1000, 1000));
-        for bad in [
-            "", "1e3", "1e3:", "1e4:1e3", "0:10", "10.5:20", "10:1e9", "a:b",
-        ] {
-            assert!(parse_growth(bad).unwrap_err().contains("MIN:MAX"), "{bad}");
-        }
-    }
-
-    #[test]
-    fn kinds() {
-        let all = "diffuse,primary,shadow,lightshadow, diffuse_any,shadow,mirror,ortho,\
-                   areashadow,directional";
-        assert_eq!(parse_kinds(all), Ok(BenchKinds(Kind::ALL.into())));
-        assert_eq!(parse_kinds("primary").unwrap().0, [Kind::Primary]);
-        assert!(parse_kinds("").is_err());
     }
 }

@@ -1,0 +1,216 @@
+//! Lanes in registers: the only file that names the crate `wide`.
+
+use super::{Lanes, Mask, f64x16};
+use std::ops::{BitAnd, BitOr, Not};
+
+pub use wide::{f32x4, f32x8, f32x16, f64x4, f64x8};
+
+/// One register of f32, at least eight: what the children of a wide node are
+/// met in, whatever the packets' own width.
+#[cfg(target_feature = "avx512f")]
+pub type Register = f32x16;
+#[cfg(not(target_feature = "avx512f"))]
+pub type Register = f32x8;
+
+/// Sets of 32 members, one in each lane of a [`Register`] (whose numbers mean
+/// nothing): adds the members of `bits` to the sets of the lanes in `mask`.
+#[inline(always)]
+pub fn add_members(mask: <Register as Lanes>::Mask, sets: Register, bits: u32) -> Register {
+    sets | (mask.0 & Register::splat(f32::from_bits(bits)))
+}
+
+/// The mask of a `wide` type: all bits of a lane set, or none.
+#[derive(Clone, Copy, Debug)]
+#[repr(transparent)]
+pub struct WideMask<W>(W);
+
+/// Reductions by registers of half the width: left to itself the compiler takes
+/// registers to pieces for them.
+macro_rules! by_halves {
+    ($half:ident, $count:literal) => {
+        #[inline(always)]
+        fn least(self) -> Self::Scalar {
+            let lanes = Lanes::to_array(self);
+            let (low, high) = lanes.split_at($count);
+            Lanes::least(Lanes::min(<$half as Lanes>::load(low), Lanes::load(high)))
+        }
+        #[inline(always)]
+        fn greatest(self) -> Self::Scalar {
+            let lanes = Lanes::to_array(self);
+            let (low, high) = lanes.split_at($count);
+            Lanes::greatest(Lanes::max(<$half as Lanes>::load(low), Lanes::load(high)))
+        }
+    };
+}
+
+macro_rules! wide_lanes {
+    ($w:ident, $s:ident, $bits:ident, $count:literal, $double:ident, $mul_add:expr
+        $(, $half:ident, $half_count:literal)?) => {
+        impl BitAnd for WideMask<$w> {
+            type Output = Self;
+            #[inline(always)]
+            fn bitand(self, o: Self) -> Self {
+                WideMask(self.0 & o.0)
+            }
+        }
+        impl BitOr for WideMask<$w> {
+            type Output = Self;
+            #[inline(always)]
+            fn bitor(self, o: Self) -> Self {
+                WideMask(self.0 | o.0)
+            }
+        }
+        impl Not for WideMask<$w> {
+            type Output = Self;
+            #[inline(always)]
+            fn not(self) -> Self {
+                WideMask(!self.0)
+            }
+        }
+        impl Mask for WideMask<$w> {
+            #[inline(always)]
+            fn splat(on: bool) -> Self {
+                WideMask($w::splat($s::from_bits(if on { $bits::MAX } else { 0 })))
+            }
+            #[inline(always)]
+            fn from_bits(bits: u32) -> Self {
+                let lanes: [$s; $count] = std::array::from_fn(|i| {
+                    $s::from_bits(if bits >> i & 1 != 0 { $bits::MAX } else { 0 })
+                });
+                WideMask($w::from(lanes))
+            }
+            #[inline(always)]
+            fn bits(self) -> u32 {
+                self.0.to_bitmask() as u32
+            }
+            #[inline(always)]
+            fn any(self) -> bool {
+                self.0.any()
+            }
+        }
+        impl Lanes for $w {
+            type Scalar = $s;
+            type Mask = WideMask<$w>;
+            type Double = $double;
+            type Single = $s;
+            type Array = [$s; $count];
+            type Ids = [u32; $count];
+            const COUNT: usize = $count;
+
+            #[inline(always)]
+            fn splat(x: $s) -> Self {
+                <$w>::splat(x)
+            }
+            #[inline(always)]
+            fn load(from: &[$s]) -> Self {
+                let lanes: [$s; $count] = from[..$count].try_into().unwrap();
+                <$w>::from(lanes)
+            }
+            #[inline(always)]
+            fn store(self, to: &mut [$s]) {
+                to[..$count].copy_from_slice(&self.to_array());
+            }
+            #[inline(always)]
+            fn to_array(self) -> [$s; $count] {
+                <$w>::to_array(self)
+            }
+            #[inline(always)]
+            fn ids(value: u32) -> [u32; $count] {
+                [value; $count]
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                <$w>::abs(self)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                <$w>::sqrt(self)
+            }
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                self.fast_min(other)
+            }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                self.fast_max(other)
+            }
+            #[inline(always)]
+            fn mul_add(self, a: Self, b: Self) -> Self {
+                $mul_add(self, a, b)
+            }
+            #[inline(always)]
+            fn lt(self, other: Self) -> WideMask<$w> {
+                WideMask(self.simd_lt(other))
+            }
+            #[inline(always)]
+            fn le(self, other: Self) -> WideMask<$w> {
+                WideMask(self.simd_le(other))
+            }
+            #[inline(always)]
+            fn gt(self, other: Self) -> WideMask<$w> {
+                WideMask(self.simd_gt(other))
+            }
+            #[inline(always)]
+            fn ge(self, other: Self) -> WideMask<$w> {
+                WideMask(self.simd_ge(other))
+            }
+            #[inline(always)]
+            fn eq(self, other: Self) -> WideMask<$w> {
+                WideMask(self.simd_eq(other))
+            }
+            #[inline(always)]
+            fn select(mask: WideMask<$w>, yes: Self, no: Self) -> Self {
+                mask.0.select(yes, no)
+            }
+            #[inline(always)]
+            fn narrow(wide: $double) -> Self {
+                let lanes = Lanes::to_array(wide);
+                <$w>::from(std::array::from_fn::<$s, $count, _>(|i| lanes[i] as $s))
+            }
+            #[inline(always)]
+            fn widen(self) -> $double {
+                let lanes = Lanes::to_array(self);
+                <$double as Lanes>::load(&std::array::from_fn::<f64, $count, _>(|i| {
+                    lanes[i] as f64
+                }))
+            }
+            $(by_halves!($half, $half_count);)?
+        }
+    };
+}
+
+// Without hardware FMA `wide` rounds twice of itself, like `mul_add_f32`.
+wide_lanes!(f32x4, f32, u32, 4, f64x4, |x: f32x4, a, b| x.mul_add(a, b));
+wide_lanes!(
+    f32x8,
+    f32,
+    u32,
+    8,
+    f64x8,
+    |x: f32x8, a, b| x.mul_add(a, b),
+    f32x4,
+    4
+);
+wide_lanes!(
+    f32x16,
+    f32,
+    u32,
+    16,
+    f64x16,
+    |x: f32x16, a, b| x.mul_add(a, b),
+    f32x8,
+    8
+);
+wide_lanes!(f64x4, f64, u64, 4, f64x4, |x: f64x4, a: f64x4, b: f64x4| x
+    * a
+    + b);
+wide_lanes!(
+    f64x8,
+    f64,
+    u64,
+    8,
+    f64x8,
+    |x: f64x8, a: f64x8, b: f64x8| x * a + b,
+    f64x4,
+    4
+);

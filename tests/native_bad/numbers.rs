@@ -1,0 +1,197 @@
+//! Numbers that are no scene, and no motion.
+
+use super::*;
+
+#[test]
+fn numbers_that_are_no_scene() {
+    let view = |keys: &str| toml(&format!("[camera]\n{keys}"));
+    let placed = |steps: &str| format!("{}transform = [{steps}]\n", toml(""));
+    all(&[
+        (
+            shape("sphere = { center = [nan, 0, 0], radius = 1 }"),
+            &["scene.toml:2:30: NaN is not a finite number"],
+        ),
+        (
+            shape("sphere = { center = [0, 0, 0], radius = inf }"),
+            &["scene.toml:2:49: inf is not a finite number"],
+        ),
+        (
+            shape("sphere = { center = [0, 0, -inf], radius = 1 }"),
+            &["-inf is not a finite number"],
+        ),
+        (
+            shape("sphere = { center = [0, 0, 1e999], radius = 1 }"),
+            &["scene.toml:2:36: inf is not a finite number"],
+        ),
+        (
+            shape("sphere = { center = [0, 0, 0], radius = 0 }"),
+            &["sphere 'x' has radius = 0; it must be greater than 0"],
+        ),
+        (
+            shape("sphere = { center = [0, 0, 0], radius = -1 }"),
+            &["sphere 'x' has radius = -1"],
+        ),
+        (
+            shape("ellipsoid = { center = [0, 0, 0], radii = [1, 0, 1] }"),
+            &["ellipsoid 'x' has radii = 0"],
+        ),
+        (
+            shape("half_space = { normal = [0, 0, 0], offset = 0 }"),
+            &["half-space 'x' is degenerate: its normal is (0, 0, 0)"],
+        ),
+        (
+            shape("box = { min = [0, 0, 0], max = [1, 0, 1] }"),
+            &["box 'x' is degenerate"],
+        ),
+        (
+            shape("cylinder = { base = [0, 1, 0], top = [0, 1, 0], radius = 1 }"),
+            &["cylinder 'x' is degenerate: its base and top"],
+        ),
+        (
+            shape("cone = { base = [0,0,0], top = [0,1,0], base_radius = 0, top_radius = 0 }"),
+            &["cone 'x' has base_radius + top_radius = 0"],
+        ),
+        (
+            shape("cone = { base = [0,0,0], top = [0,1,0], base_radius = -1, top_radius = 1 }"),
+            &["cone 'x' has base_radius = -1"],
+        ),
+        (
+            shape("polygon = { points = [[0, 0, 0], [1, 0, 0]] }"),
+            &["polygon 'x' is empty", "fewer than 3 points"],
+        ),
+        (
+            shape("polygon = { points = [] }"),
+            &["polygon 'x' is empty"],
+        ),
+        (
+            shape("polygon = { points = [[0, 0, 0], [1, 1, 1], [2, 2, 2]] }"),
+            &["polygon 'x' is degenerate: its points lie on a line"],
+        ),
+        (
+            shape("polygon = { points = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 1]] }"),
+            &["polygon 'x' is degenerate: its points are not in one plane"],
+        ),
+        (
+            shape("polyhedron = { planes = [{ normal = [0, 1, 0], offset = 1 }] }"),
+            &["scene.toml:2:33: shape 'x': the planes do not enclose a bounded volume"],
+        ),
+        (
+            shape(
+                "polyhedron = { planes = [{ normal = [0, 1, 0], offset = -1 }, { normal = [0, -1, 0], offset = -1 }] }",
+            ),
+            &["shape 'x': the planes enclose nothing"],
+        ),
+        (
+            shape("polyhedron = { planes = [{ normal = [0, 0, 0], offset = -1 }] }"),
+            &["shape 'x': plane 0 (from 0) has no finite normal"],
+        ),
+        (
+            shape("polyhedron = { points = [[0,0,0], [1,0,0], [0,1,0], [1,1,0], [2,3,0]] }"),
+            &["scene.toml:2:33: shape 'x': the points lie in one plane"],
+        ),
+        (
+            shape("polyhedron = { points = [[0,0,0], [1,0,0], [0,1,0]] }"),
+            &["a polyhedron needs at least 4 points; there are 3"],
+        ),
+        (
+            view("eye = [0,0,1]\nlook_at = [0,0,1]\nfov_y = 35"),
+            &["scene.toml:3:7: eye and look_at are the same point"],
+        ),
+        (
+            view("eye = [0,0,1]\nlook_at = [0,0,0]\nfov_y = 0"),
+            &["scene.toml:5:9: fov_y = 0; it must be between 0 and 180 degrees"],
+        ),
+        (
+            view("eye = [0,0,1]\nlook_at = [0,0,0]\nfov_y = 180"),
+            &["scene.toml:5:9: fov_y = 180"],
+        ),
+        (
+            view("eye = [0,0,1]\nlook_at = [0,0,0]"),
+            &["scene.toml:2:1: the camera is empty; give one of fov_y, orthographic"],
+        ),
+        (
+            view("eye = [0,0,1]\nlook_at = [0,0,0]\nfov_y = 35\northographic = 2"),
+            &["the camera has fov_y and orthographic at once"],
+        ),
+        (
+            view("eye = [0,0,1]\nlook_at = [0,0,0]\northographic = -2"),
+            &["scene.toml:5:16: orthographic = -2; it must be greater than 0"],
+        ),
+        (
+            view("eye = [0,0,1]\nlook_at = [0,0,0]\nup = [0,0,0]\nfov_y = 35"),
+            &["scene.toml:5:6: up is (0, 0, 0)"],
+        ),
+        (
+            toml("[[light]]\ndirectional = { direction = [0, 0, 0], irradiance = [1, 1, 1] }"),
+            &["scene.toml:3:29: direction is (0, 0, 0)"],
+        ),
+        (
+            toml("[[light]]\npoint = { position = [0, 0, 0], intensity = [-1, 1, 1] }"),
+            &["light 0 has intensity = -1"],
+        ),
+        (
+            toml("[material.a]\nroughness = 1.5"),
+            &["material 'a' has roughness = 1.5; it must be between 0 and 1"],
+        ),
+        (toml("[material.a]\nior = 0"), &["material 'a' has ior = 0"]),
+        (
+            toml("background = [0, -1, 0]"),
+            &["the background has colour = -1"],
+        ),
+        (placed("{ scale = 0 }"), &["has a singular transform"]),
+        (
+            placed("{ scale = [1, 1, 0] }"),
+            &["has a singular transform"],
+        ),
+        (
+            placed("{ matrix = [[1, 0, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0]] }"),
+            &["has a singular transform"],
+        ),
+        (
+            placed("{ scale = 1e300 }, { scale = 1e300 }"),
+            &["has transform = NaN or infinity"],
+        ),
+    ]);
+}
+
+#[test]
+fn motion() {
+    let still = "transform = []";
+    let cases: &[(&str, &[&str])] = &[
+        ("[{ at = 1.0 }]", &["7:11: the key 'transform' is missing"]),
+        ("[]", &["7:10: motion has no keys; give one"]),
+        ("{ at = 1.0 }", &["7:10: expected a list, found"]),
+        ("[{ at = 0, STILL }]", &["7:18: at = 0; it must be above 0"]),
+        ("[{ at = 1.5, STILL }]", &["7:18: at = 1.5;", "at most 1"]),
+        (
+            "[{ at = 0.5, STILL }, { at = 0.5, STILL }]",
+            &["7:48: at = 0.5 after 0.5; give the keys in the order"],
+        ),
+        (
+            "[{ at = 1.0, transform = [{ scale = 0.0 }] }]",
+            &["7:11: the transform of this key is singular"],
+        ),
+        (
+            "[{ at = 1.0, transform = [{ turn = 3 }] }]",
+            &["unknown key 'turn'"],
+        ),
+        ("[{ at = 1.0, STILL, hold = 1 }]", &["unknown key 'hold'"]),
+        // Between the keys, and so with a time.
+        (
+            "[{ at = 0.5, transform = [{ rotate_y = 180.0 }] }]",
+            &[
+                "instance number 0 has a motion that is singular at time 0.25",
+                "more keys",
+            ],
+        ),
+        (
+            "[{ at = 0.5, STILL }, { at = 1.0, transform = [{ scale = [1, -1, 1] }] }]",
+            &["instance number 0 has a motion that is singular at time 0.75"],
+        ),
+    ];
+    for (motion, expected) in cases {
+        let motion = motion.replace("STILL", still);
+        let text = format!("{}motion = {motion}\n", toml(""));
+        check("scene.toml", text.as_bytes(), expected);
+    }
+}

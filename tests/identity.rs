@@ -16,14 +16,16 @@ use lanecast::measure::queries::{Answers, Ask, trace};
 use lanecast::measure::rays::{Source, direction_of, light_of, ray_sets};
 use lanecast::plan::{Arithmetic, Kernels, widths};
 use lanecast::render::{Grid, Progress};
-use lanecast::trace::{Caching, HitId};
+use lanecast::trace::{Caching, HitId, ItemBuffer};
 
-/// From the camera, to the light and from it (as streams and as tiles), and one
-/// diffuse bounce.
-const KINDS: [Kind; 4] = [
+/// From one origin and in one direction (as tiles), to a light (as streams) and
+/// from it and along its direction (as tiles), and one diffuse bounce.
+const KINDS: [Kind; 6] = [
     Kind::Primary,
+    Kind::Ortho,
     Kind::Shadow,
     Kind::LightShadow,
+    Kind::Directional,
     Kind::Diffuse,
 ];
 
@@ -120,13 +122,21 @@ fn primitives(loaded: &Loaded) -> usize {
     rows.map(|row| of(row.shape)).sum()
 }
 
-/// What a scene's rays say: of each kind their number, and those of `fast` that
-/// differ through tiles and through all else.
-type Row = Vec<(Kind, usize, Differing, Differing)>;
+/// What a scene's rays of one kind say: their number, and those of `fast` that
+/// differ.
+struct Row {
+    kind: Kind,
+    rays: usize,
+    tiles: Differing,
+    /// Of camera rays alone; the others take the trees.
+    items: Option<Differing>,
+    /// And streams.
+    packets: Differing,
+}
 
 /// Compares everything; `tests`: those that a linear scan may take for each kind
 /// of rays, at each width.
-fn compare(name: &str, loaded: &Loaded, side: u32, tests: usize) -> Row {
+fn compare(name: &str, loaded: &Loaded, side: u32, tests: usize) -> Vec<Row> {
     let progress = Progress::default();
     let judge = loaded.world(Structure::Bvh);
     let exact = Kernels {
@@ -151,26 +161,32 @@ fn compare(name: &str, loaded: &Loaded, side: u32, tests: usize) -> Row {
         trace(world, kernels, rays, ask, &mut answers, &progress).unwrap();
         answers
     };
-    let mut rows: Row = Vec::new();
-    // Of each kind: the exact answers; those of packets in `fast`.
+    let mut rows = Vec::new();
+    // Of each kind: the exact answers; those of tiles and of packets in `fast`.
     let mut expected: Vec<Answers> = Vec::new();
-    let mut packets: Vec<Option<Answers>> = Vec::new();
+    let [mut tiles, mut packets] = [const { [const { None }; KINDS.len()] }; 2];
     for (kind, rays) in KINDS.iter().zip(&sets) {
         expected.push(answers(&judge, &exact, rays, kind.ask()));
-        packets.push(None);
-        rows.push((
-            *kind,
-            rays.len(),
-            Differing::default(),
-            Differing::default(),
-        ));
+        rows.push(Row {
+            kind: *kind,
+            rays: rays.len(),
+            tiles: Differing::default(),
+            items: None,
+            packets: Differing::default(),
+        });
     }
     let primitives = primitives(loaded);
-    let mut structures = structures();
+    let mut structures = structures().to_vec();
+    structures.push(Structure::ItemBuffer);
     // The linear scan, which takes only some of the rays, is compared with others.
     structures.rotate_left(1);
     for structure in structures {
         let world = loaded.world(structure);
+        if structure == Structure::ItemBuffer {
+            let ray = |i: usize| Some((sets[0].org[i].map(f64::from), sets[0].dir[i]));
+            let lists = ItemBuffer::of_rays(&world, sets[0].len(), ray);
+            assert!(lists.is_some_and(|lists| !lists.is_empty()), "{name}");
+        }
         for (number, (kind, rays)) in KINDS.iter().zip(&sets).enumerate() {
             let step = match structure {
                 Structure::Linear => (rays.len() * primitives).div_ceil(tests).max(1),
@@ -188,7 +204,8 @@ fn compare(name: &str, loaded: &Loaded, side: u32, tests: usize) -> Row {
                 let got = answers(&world, &kernels, &some, kind.ask());
                 assert!(same(&thin(&expected[number]), &got), "{}", what(&kernels));
             }
-            let mut tiles: Option<Answers> = None;
+            // Of this structure, where its arithmetic is like no other's.
+            let mut own: Option<Answers> = None;
             for lanes in widths(Arithmetic::F32) {
                 let kernels = Kernels {
                     arithmetic: Arithmetic::F32,
@@ -197,31 +214,45 @@ fn compare(name: &str, loaded: &Loaded, side: u32, tests: usize) -> Row {
                 };
                 let got = answers(&world, &kernels, &some, kind.ask());
                 let row = &mut rows[number];
-                if structure == Structure::Bvh {
-                    // Tiles decide by other arithmetic, at every width alike.
-                    row.2 = Differing::of(&expected[number], &got);
-                    let first = tiles.get_or_insert_with(|| got.clone());
-                    assert!(same(first, &got), "{}", what(&kernels));
-                } else if let Some(packets) = &packets[number] {
-                    assert!(same(&thin(packets), &got), "{}", what(&kernels));
-                } else {
+                let differing = || {
                     assert_eq!(step, 1, "a linear scan is not the first");
-                    row.3 = Differing::of(&expected[number], &got);
-                    packets[number] = Some(got);
-                }
+                    Differing::of(&expected[number], &got)
+                };
+                let like: &mut Option<Answers> = match structure {
+                    Structure::ItemBuffer if *kind == Kind::Primary => {
+                        row.items = Some(differing());
+                        &mut own
+                    }
+                    // Tiles decide by other arithmetic, at every width alike.
+                    Structure::Bvh | Structure::ItemBuffer => {
+                        row.tiles = differing();
+                        &mut tiles[number]
+                    }
+                    _ => {
+                        if packets[number].is_none() {
+                            row.packets = differing();
+                        }
+                        &mut packets[number]
+                    }
+                };
+                let like = like.get_or_insert_with(|| got.clone());
+                assert!(same(&thin(like), &got), "{}", what(&kernels));
             }
         }
     }
     rows
 }
 
-fn print(name: &str, rows: &Row) {
-    for (kind, rays, tiles, packets) in rows {
-        let (tiles, packets) = (tiles.cell(*rays), packets.cell(*rays));
-        println!(
-            "| {name} | {} | {rays} | 0 | {tiles} | {packets} |",
-            kind.name()
-        );
+const HEADER: &str = "| scene | rays | number | exact | fast: tiles | fast: item buffer | fast: streams and packets |
+|---|---|---|---|---|---|---|";
+
+fn print(name: &str, rows: &[Row]) {
+    for row in rows {
+        let [tiles, packets] = [row.tiles, row.packets].map(|d| d.cell(row.rays));
+        let items = row.items.map_or("–".into(), |d| d.cell(row.rays));
+        let kind = row.kind.name();
+        let rays = row.rays;
+        println!("| {name} | {kind} | {rays} | 0 | {tiles} | {items} | {packets} |");
     }
 }
 
@@ -244,9 +275,11 @@ fn all_structures_and_kernels_agree() {
         let loaded = load(&assets.join(file), 1.0);
         let rows = compare(stem(file), &loaded, 65, 20_000_000);
         print(stem(file), &rows);
-        for (kind, rays, tiles, packets) in rows {
-            let few = |d: &Differing| (d.found + d.id) * 500 <= rays;
-            assert!(few(&tiles) && few(&packets), "{file}, {kind:?}");
+        for row in rows {
+            let few = |d: &Differing| (d.found + d.id) * 500 <= row.rays;
+            let all = [Some(row.tiles), row.items, Some(row.packets)];
+            assert!(all.iter().flatten().all(few), "{file}, {:?}", row.kind);
+            assert_eq!(row.items.is_some(), row.kind == Kind::Primary);
         }
     }
 }
@@ -256,8 +289,7 @@ fn all_structures_and_kernels_agree() {
 #[ignore = "prints the table of docs/IDENTITY.md, in some minutes"]
 fn the_table() {
     let Some(assets) = assets() else { return };
-    println!("| scene | rays | number | exact | fast: tiles | fast: streams and packets |");
-    println!("|---|---|---|---|---|---|");
+    println!("{HEADER}");
     for file in SCENES {
         let loaded = load(&assets.join(file), 1.0);
         let rows = compare(stem(file), &loaded, 513, 50_000_000);

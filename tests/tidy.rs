@@ -389,6 +389,39 @@ fn forbidden_imports_are_found() {
     }
 }
 
+/// Files that name the crate `wide`; a module of accel has the same name.
+fn naming_wide(sources: &[(String, String)]) -> Vec<&str> {
+    let names = |code: &str| {
+        code.match_indices("wide::").any(|(at, _)| {
+            let before = &code[..at];
+            let ours = ["super::", "accel::"].iter().any(|m| before.ends_with(m));
+            !ours && !before.ends_with(is_word)
+        })
+    };
+    let others = sources
+        .iter()
+        .filter(|(file, _)| file != "src/accel/mod.rs");
+    let found = others.filter(|(_, code)| names(code));
+    found.map(|(file, _)| file.as_str()).collect()
+}
+
+#[test]
+fn one_file_names_the_registers() {
+    let found = sources(&["src", "tests", "benches"]);
+    assert_eq!(naming_wide(&found), ["src/math/lanes/registers.rs"]);
+    for (text, named) in [
+        ("use wide::f32x8;", true),
+        ("let x = wide::f32x8::ZERO;", true),
+        ("use ::wide::f32x8;", true),
+        ("use super::wide::WideMesh;", false),
+        ("use world::world_wide::X;", false),
+        ("// wide::f32x8", false),
+    ] {
+        let sources = [("src/geom/a.rs".into(), code(text))];
+        assert_eq!(!naming_wide(&sources).is_empty(), named, "{text}");
+    }
+}
+
 #[test]
 fn unsafe_is_counted() {
     let mut found: Vec<(String, usize)> = Vec::new();

@@ -110,9 +110,9 @@ pub fn city(side: u32) -> Scene {
     let step = 2.0 / f64::from(side);
     for i in 0..side * side {
         let corner = [i % side, i / side].map(|k| f64::from(k) * step - 1.0);
-        let height = 0.2 + 0.6 * f64::from(i * 7 % 11) / 11.0;
+        let height = 0.3 + 0.9 * f64::from(i * 7 % 11) / 11.0;
         let min = DVec3::new(corner[0], 0.0, corner[1]);
-        let max = min + DVec3::new(0.6 * step, height, 0.6 * step);
+        let max = min + DVec3::new(0.5 * step, height, 0.5 * step);
         let block = scene.cuboid("", Cuboid { min, max });
         scene.instance("", Edge::shape(block));
     }
@@ -132,6 +132,18 @@ pub fn traced<'a>(
     kinds: &[Kind],
     side: u32,
 ) -> Traced<'a> {
+    // Beside and above the camera.
+    traced_by(DVec3::new(4.0, 6.0, 5.0), scene, appearances, kinds, side)
+}
+
+/// With a light at this place.
+pub fn traced_by<'a>(
+    light: DVec3,
+    scene: &'a Scene,
+    appearances: &'a Appearances,
+    kinds: &[Kind],
+    side: u32,
+) -> Traced<'a> {
     let world = World::build(scene, appearances, Structure::Bvh);
     let kernels = |precision| {
         let choices = Choices {
@@ -143,7 +155,6 @@ pub fn traced<'a>(
     };
     let eye = DVec3::new(1.4, 1.8, 3.6);
     let camera = Camera::perspective(eye, DVec3::ZERO, DVec3::Y, 40.0);
-    let light = DVec3::new(4.0, 6.0, 5.0);
     let source = Source {
         world: &world,
         kernels: kernels(Precision::Exact),

@@ -1,11 +1,14 @@
 //! What the user may ask for, by the names of the command line.
 
+use super::Accel;
+
 /// Asked for, or left to the plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Choices {
     pub precision: Precision,
     pub lanes: LaneCount,
-    pub accel: AccelChoice,
+    /// `None`: the plan chooses.
+    pub accel: Option<Accel>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -56,35 +59,6 @@ impl LaneCount {
             LaneCount::Four => Some(4),
             LaneCount::Eight => Some(8),
             LaneCount::Sixteen => Some(16),
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum AccelChoice {
-    /// The plan chooses.
-    #[default]
-    Auto,
-    Bvh,
-    Kd,
-    Grid,
-    Heap,
-    HeapSpheres,
-    Linear,
-    ItemBuffer,
-}
-
-impl AccelChoice {
-    pub fn name(self) -> &'static str {
-        match self {
-            AccelChoice::Auto => "auto",
-            AccelChoice::Bvh => "bvh",
-            AccelChoice::Kd => "kd",
-            AccelChoice::Grid => "grid",
-            AccelChoice::Heap => "heap",
-            AccelChoice::HeapSpheres => "heap-spheres",
-            AccelChoice::Linear => "linear",
-            AccelChoice::ItemBuffer => "item-buffer",
         }
     }
 }

@@ -7,7 +7,7 @@
 
 mod choices;
 
-pub use choices::{AccelChoice, Choices, LaneCount, Precision};
+pub use choices::{Choices, LaneCount, Precision};
 
 use crate::scene::{Appearances, Scene, SceneError, Shape};
 use thiserror::Error;
@@ -56,6 +56,16 @@ pub enum Accel {
 }
 
 impl Accel {
+    pub const ALL: [Accel; 7] = [
+        Accel::Bvh,
+        Accel::Kd,
+        Accel::Grid,
+        Accel::Heap,
+        Accel::HeapSpheres,
+        Accel::Linear,
+        Accel::ItemBuffer,
+    ];
+
     /// As the command line and the reports call it.
     pub fn name(self) -> &'static str {
         match self {
@@ -155,18 +165,14 @@ pub fn plan(
     };
     reasons.push(("rays per packet", lanes.to_string(), why));
 
-    let (accel, why) = match choices.accel {
-        AccelChoice::Auto => (Accel::Bvh, "the fastest structure for every scene measured"),
-        AccelChoice::Bvh => (Accel::Bvh, "asked for"),
-        AccelChoice::Kd => (Accel::Kd, "asked for"),
-        AccelChoice::Grid => (Accel::Grid, "asked for"),
-        AccelChoice::Heap => (Accel::Heap, "asked for"),
-        AccelChoice::HeapSpheres => (Accel::HeapSpheres, "asked for"),
-        AccelChoice::Linear => (Accel::Linear, "asked for: every primitive is tested"),
-        AccelChoice::ItemBuffer => (
-            Accel::ItemBuffer,
-            "asked for; rays that do not leave a pinhole camera take the bvh",
-        ),
+    let accel = choices.accel.unwrap_or(Accel::Bvh);
+    let why = match choices.accel {
+        None => "the fastest structure for every scene measured",
+        Some(Accel::Linear) => "asked for: every primitive is tested",
+        Some(Accel::ItemBuffer) => {
+            "asked for; rays that do not leave a pinhole camera take the bvh"
+        }
+        Some(_) => "asked for",
     };
     let nested = accel == Accel::Bvh && !appearances.are_laid_out();
     if !nested {

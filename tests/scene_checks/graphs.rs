@@ -1,7 +1,7 @@
 //! Graphs made to exhaust the check, and what they unfold into.
 
 use super::*;
-use lanecast::plan::{Accel, AccelChoice, Choices, plan};
+use lanecast::plan::{Accel, Choices, plan};
 use lanecast::reference::Reference;
 use lanecast::scene::{Appearance, Camera};
 use proptest::prelude::*;
@@ -45,7 +45,7 @@ fn deep_sharing_costs_nothing() {
     let bvh = quickly(|| plan(&scene, &all, &Choices::default())).expect("its trees nest");
     assert_eq!(bvh.accel, Accel::Bvh);
     let grid = Choices {
-        accel: AccelChoice::Grid,
+        accel: Some(Accel::Grid),
         ..Choices::default()
     };
     let error = plan(&scene, &all, &grid).unwrap_err().to_string();

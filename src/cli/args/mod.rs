@@ -14,14 +14,14 @@ use crate::accel::{BuildQuality, KdClip, KdQuality, KdStop};
 use crate::io::{AovSet, LoadOptions};
 use crate::measure::generate::Generated;
 use crate::measure::kinds::Order;
-use crate::plan::{AccelChoice, Choices, LaneCount, Precision};
+use crate::plan::{Choices, LaneCount, Precision};
 use crate::render::{Grid, RenderConfig};
 use crate::trace::Caching;
 use clap::{Args, value_parser};
 use std::path::PathBuf;
 use values::{
-    BenchAccels, BenchBuilds, BenchCachings, BenchKinds, GrowthRange, PeerChoice, ReuseChoice,
-    no_tiles, parse_accel, parse_accels, parse_aovs, parse_bench_builds, parse_build,
+    AccelChoice, BenchAccels, BenchBuilds, BenchCachings, BenchKinds, GrowthRange, PeerChoice,
+    ReuseChoice, no_tiles, parse_accel, parse_accels, parse_aovs, parse_bench_builds, parse_build,
     parse_caching, parse_cachings, parse_generated, parse_grid, parse_growth, parse_kd_clip,
     parse_kd_stop, parse_kinds, parse_lanes, parse_order, parse_peers, parse_precision,
     parse_reuse, parse_size,
@@ -267,7 +267,7 @@ impl CommonArgs {
             choices: Choices {
                 precision: self.precision.unwrap_or_default(),
                 lanes: self.lanes.unwrap_or_default(),
-                accel: self.accel,
+                accel: self.accel.0,
             },
             kd: self.kd_quality(),
             threads: self.threads,

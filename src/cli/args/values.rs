@@ -7,7 +7,7 @@ use crate::accel::{BuildQuality, KdClip, KdStop};
 use crate::io::AovSet;
 use crate::measure::generate::Generated;
 use crate::measure::kinds::{Kind, Order};
-use crate::plan::{AccelChoice, LaneCount, Precision};
+use crate::plan::{Accel, LaneCount, Precision};
 use crate::render::Grid;
 use crate::trace::{Caching, Reuse};
 
@@ -16,6 +16,10 @@ pub struct Size {
     pub width: u32,
     pub height: u32,
 }
+
+/// `None`: what the plan says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AccelChoice(pub Option<Accel>);
 
 /// `None`: what the scene's needs say.
 #[derive(Clone, Copy)]
@@ -105,9 +109,9 @@ pub fn parse_lanes(text: &str) -> Result<LaneCount, String> {
 }
 
 pub fn parse_accel(text: &str) -> Result<AccelChoice, String> {
-    use AccelChoice::{Auto, Bvh, Grid, Heap, HeapSpheres, ItemBuffer, Kd, Linear};
-    let known = [Auto, Bvh, Kd, Grid, Heap, HeapSpheres, Linear, ItemBuffer];
-    one_of(text, &known.map(|a| (a.name(), a)), &[])
+    let mut known = vec![("auto", AccelChoice(None))];
+    known.extend(Accel::ALL.map(|accel| (accel.name(), AccelChoice(Some(accel)))));
+    one_of(text, &known, &[])
 }
 
 pub fn parse_kd_stop(text: &str) -> Result<KdStop, String> {

@@ -85,7 +85,7 @@ impl<'a> Work<'a> {
                     let choices = Choices {
                         precision: *precision,
                         lanes: *lanes,
-                        accel,
+                        accel: accel.0,
                     };
                     match plan(&prepared.scene, &prepared.appearances, &choices) {
                         Ok(plan) => {

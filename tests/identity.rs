@@ -243,7 +243,8 @@ fn compare(name: &str, loaded: &Loaded, side: u32, tests: usize) -> Vec<Row> {
     rows
 }
 
-const HEADER: &str = "| scene | rays | number | exact | fast: tiles | fast: item buffer | fast: streams and packets |
+const HEADER: &str =
+    "| scene | rays | number | exact | fast: wide trees | fast: item buffer | fast: all others |
 |---|---|---|---|---|---|---|";
 
 fn print(name: &str, rows: &[Row]) {

@@ -56,7 +56,7 @@ impl Peer {
 
     fn trace(&self, rays: &RaySet, ask: Ask, answers: &mut Answers) {
         let ray = |i: usize| {
-            let [org, dir] = [rays.org[i], rays.dir[i]].map(Vec3A::from_array);
+            let [org, dir] = [rays.org(i), rays.dir(i)].map(Vec3A::from_array);
             Ray::new(org, dir, rays.t_min[i], rays.t_max[i])
         };
         let meet = |ray: &Ray, at: usize| self.triangles[at].intersect(ray);

@@ -105,11 +105,7 @@ fn same(a: &Answers, b: &Answers) -> bool {
 
 /// Every so-many-th ray.
 fn thinned(rays: &RaySet, step: usize) -> RaySet {
-    let mut some = RaySet::with_capacity(rays.len() / step + 1);
-    for i in (0..rays.len()).step_by(step) {
-        some.push(rays.org[i], rays.t_min[i], rays.dir[i], rays.t_max[i]);
-    }
-    some
+    rays.select((0..rays.len()).step_by(step))
 }
 
 fn primitives(loaded: &Loaded) -> usize {

@@ -17,10 +17,10 @@ use std::path::Path;
 /// Rays as columns; a hit counts where `t_min < t < t_max`, in lengths of `dir`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RaySet {
-    pub org: Vec<[f32; 3]>,
+    pub org: [Vec<f32>; 3],
     pub t_min: Vec<f32>,
     /// Not unit.
-    pub dir: Vec<[f32; 3]>,
+    pub dir: [Vec<f32>; 3],
     /// May be infinite.
     pub t_max: Vec<f32>,
 }
@@ -38,11 +38,20 @@ const TRIANGLE_BYTES: u64 = 12;
 
 impl RaySet {
     pub fn len(&self) -> usize {
-        self.org.len()
+        self.t_max.len()
     }
 
     pub fn is_empty(&self) -> bool {
-        self.org.is_empty()
+        self.t_max.is_empty()
+    }
+
+    /// Where ray `i` starts.
+    pub fn org(&self, i: usize) -> [f32; 3] {
+        [self.org[0][i], self.org[1][i], self.org[2][i]]
+    }
+
+    pub fn dir(&self, i: usize) -> [f32; 3] {
+        [self.dir[0][i], self.dir[1][i], self.dir[2][i]]
     }
 
     pub fn load(path: &Path) -> Result<RaySet, LoadError> {
@@ -67,24 +76,37 @@ impl RaySet {
     }
 
     pub fn with_capacity(count: usize) -> RaySet {
+        let column = || Vec::with_capacity(count);
         RaySet {
-            org: Vec::with_capacity(count),
-            t_min: Vec::with_capacity(count),
-            dir: Vec::with_capacity(count),
-            t_max: Vec::with_capacity(count),
+            org: [column(), column(), column()],
+            t_min: column(),
+            dir: [column(), column(), column()],
+            t_max: column(),
         }
     }
 
     pub fn push(&mut self, org: [f32; 3], t_min: f32, dir: [f32; 3], t_max: f32) {
-        self.org.push(org);
+        for k in 0..3 {
+            self.org[k].push(org[k]);
+            self.dir[k].push(dir[k]);
+        }
         self.t_min.push(t_min);
-        self.dir.push(dir);
         self.t_max.push(t_max);
+    }
+
+    /// Some of the rays, in the given order.
+    pub fn select(&self, rows: impl Iterator<Item = usize>) -> RaySet {
+        let mut some = RaySet::with_capacity(rows.size_hint().0);
+        for i in rows {
+            some.push(self.org(i), self.t_min[i], self.dir(i), self.t_max[i]);
+        }
+        some
     }
 
     pub fn save_into(&self, path: &Path, outputs: &mut Outputs) -> Result<(), SaveError> {
         let n = self.len();
-        if [self.t_min.len(), self.dir.len(), self.t_max.len()] != [n; 3] {
+        let columns = self.org.iter().chain(&self.dir).chain([&self.t_min]);
+        if columns.map(Vec::len).any(|len| len != n) {
             return Err(encode_error(
                 path,
                 "the columns of the rays differ in length",
@@ -94,9 +116,9 @@ impl RaySet {
         bytes.extend(b"RAY1");
         bytes.extend(count(n, "rays", path)?);
         for i in 0..n {
-            let row = self.org[i].iter().chain([&self.t_min[i]]);
-            let row = row.chain(&self.dir[i]).chain([&self.t_max[i]]);
-            bytes.extend(row.flat_map(|x| x.to_le_bytes()));
+            let ([ox, oy, oz], [dx, dy, dz]) = (self.org(i), self.dir(i));
+            let row = [ox, oy, oz, self.t_min[i], dx, dy, dz, self.t_max[i]];
+            bytes.extend(row.iter().flat_map(|x| x.to_le_bytes()));
         }
         outputs.add(path, bytes)
     }

@@ -5,13 +5,13 @@
 //! alike.
 
 use super::clock::{Clock, best_and_median};
-use super::queries::Columns;
+use super::queries::{columns, padded};
 use crate::accel::{Kept, Renewal, Structure, WORST_REFIT, World};
 use crate::io::RaySet;
 use crate::plan::Kernels;
 use crate::render::Progress;
 use crate::scene::{Appearances, Scene, SceneError};
-use crate::trace::{GuessCounts, Guesses, HitId, Hits, Rays, Reuse};
+use crate::trace::{Depths, GuessCounts, Guesses, HitId, Hits, Rays, Reuse};
 use serde::Serialize;
 
 /// One way to trace the frames' camera rays, through the trees that `render`
@@ -127,9 +127,8 @@ pub fn measure(
     question: &Question,
     progress: &Progress,
 ) -> Result<Option<FrameReport>, SceneError> {
-    let mut columns = Columns::default();
-    columns.fill(question.rays, 0, question.rays.len());
-    let rays = columns.borrowed();
+    let tiles = padded(question.rays, 0..question.rays.len());
+    let rays = columns(&tiles, 0..tiles.len());
     let mut kept: [Option<Kept>; BOUNDS.len()] = Default::default();
     let mut usual: Option<Kept> = None;
     let mut memories = Reuse::ALL.map(Guesses::new);
@@ -261,7 +260,7 @@ fn ask(
     for first in (0..rays.len()).step_by(CHUNK) {
         let rows = first..rays.len().min(first + CHUNK);
         let hits = &mut Hits {
-            t: &mut answers.t[rows.clone()],
+            t: Depths::Double(&mut answers.t[rows.clone()]),
             id: &mut answers.id[rows.clone()],
         };
         let rays = rays.rows(rows);

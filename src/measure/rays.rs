@@ -71,12 +71,12 @@ pub fn ray_sets(source: &Source, kinds: &[Kind], progress: &Progress) -> Option<
             let surface = Surface::at(
                 source.world,
                 Arithmetic::F32,
-                primary.org[i].map(f64::from),
-                primary.dir[i],
+                primary.org(i).map(f64::from),
+                primary.dir(i),
                 f64::from(answers.t[i]),
                 *id,
             );
-            let dir = DVec3::from_array(primary.dir[i].map(f64::from));
+            let dir = DVec3::from_array(primary.dir(i).map(f64::from));
             each(&surface, dir, u64::from(numbers[i]), &mut set);
         }
         set
@@ -336,17 +336,19 @@ mod tests {
         let (sets, _) = sets_of(&ball(), [37, 21], Order::Tile);
         let primary = &sets[0];
         assert_eq!(primary.len(), 37 * 21);
-        let mut seen: Vec<[u32; 3]> = primary.dir.iter().map(|d| d.map(f32::to_bits)).collect();
+        let mut seen: Vec<[u32; 3]> = (0..primary.len())
+            .map(|i| primary.dir(i).map(f32::to_bits))
+            .collect();
         seen.sort();
         seen.dedup();
         assert_eq!(seen.len(), 37 * 21);
         // The second ray is to the right of the first, the third below it.
-        let [a, b, c] = [0, 1, 2].map(|i| primary.dir[i]);
+        let [a, b, c] = [0, 1, 2].map(|i| primary.dir(i));
         assert!(b[0] > a[0] && b[1] == a[1]);
         assert!(c[0] == a[0] && c[1] < a[1]);
         // Row 16 begins after two blocks of 16×16 and one of 5×16.
-        let below = primary.dir[37 * 16];
-        assert!(below[0] == a[0] && below[1] < primary.dir[37 * 16 - 1][1]);
+        let below = primary.dir(37 * 16);
+        assert!(below[0] == a[0] && below[1] < primary.dir(37 * 16 - 1)[1]);
     }
 
     #[test]
@@ -363,35 +365,35 @@ mod tests {
         let at = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
         let (mut cosines, mut spread) = (0.0, 0.0);
         for i in 0..hits {
-            let org = at(shadow.org[i]);
+            let org = at(shadow.org(i));
             // Just outside the sphere, and aimed at the light.
             let height = (org - center).length() - 1.0;
             assert!(height > 0.0 && height < 1e-3, "{height}");
-            assert!((org + at(shadow.dir[i]) - LIGHT).length() < 1e-5);
-            assert_eq!(at(from_light.org[i]), LIGHT);
-            assert!((LIGHT + at(from_light.dir[i]) - org).length() < 1e-5);
-            let normal = (at(diffuse.org[i]) - center).normalize();
-            let cosine = at(diffuse.dir[i]).dot(normal);
+            assert!((org + at(shadow.dir(i)) - LIGHT).length() < 1e-5);
+            assert_eq!(at(from_light.org(i)), LIGHT);
+            assert!((LIGHT + at(from_light.dir(i)) - org).length() < 1e-5);
+            let normal = (at(diffuse.org(i)) - center).normalize();
+            let cosine = at(diffuse.dir(i)).dot(normal);
             assert!(cosine > -1e-6, "{cosine}");
             cosines += cosine;
-            assert_eq!(parallel.dir[i], parallel.dir[0]);
-            assert_eq!(parallel.org[i], diffuse.org[i]);
+            assert_eq!(parallel.dir(i), parallel.dir(0));
+            assert_eq!(parallel.org(i), diffuse.org(i));
             // A point of the square: off its middle by a diagonal at most, and
             // at right angles to the line from there to the ball.
-            let off = at(area.org[i]) + at(area.dir[i]) - LIGHT;
+            let off = at(area.org(i)) + at(area.dir(i)) - LIGHT;
             let distance = (center - LIGHT).length();
             assert!(off.length() <= 2.0_f64.sqrt() * LIGHT_SIZE * distance + 1e-5);
             assert!(off.dot(center - LIGHT).abs() < 1e-4);
             spread += off.length_squared() / (LIGHT_SIZE * distance).powi(2);
             // The eye sees along the mirrored ray: both make the same angle.
-            let seen = (at(mirror.org[i]) - DVec3::new(0.0, 1.0, 6.0)).normalize();
-            let left = at(mirror.dir[i]).normalize();
+            let seen = (at(mirror.org(i)) - DVec3::new(0.0, 1.0, 6.0)).normalize();
+            let left = at(mirror.dir(i)).normalize();
             assert!((left.dot(normal) + seen.dot(normal)).abs() < 1e-3);
             assert!((left - seen).cross(normal).length() < 1e-3);
         }
         // The mean of u² + v² over the square.
         assert!((spread / hits as f64 - 2.0 / 3.0).abs() < 0.1, "{spread}");
-        assert!((at(parallel.dir[0]) - (LIGHT - center).normalize()).length() < 1e-6);
+        assert!((at(parallel.dir(0)) - (LIGHT - center).normalize()).length() < 1e-6);
         // ∫ cos²/π over the hemisphere is 2/3; its deviation is 0.236/√n.
         let mean = cosines / hits as f64;
         assert!(
@@ -409,11 +411,11 @@ mod tests {
         let (primary, ortho) = (&sets[0], &sets[1]);
         assert_eq!(primary.len(), ortho.len());
         for i in 0..ortho.len() {
-            assert_eq!(ortho.dir[i], [0.0, 0.0, -1.0]);
+            assert_eq!(ortho.dir(i), [0.0, 0.0, -1.0]);
             // At the ball's depth both are at the same place.
-            let at = |k: usize| f64::from(primary.org[i][k]) + 6.0 * f64::from(primary.dir[i][k]);
-            assert!((f64::from(ortho.org[i][0]) - at(0)).abs() < 1e-5);
-            assert!((f64::from(ortho.org[i][1]) - at(1)).abs() < 1e-5);
+            let at = |k: usize| f64::from(primary.org(i)[k]) + 6.0 * f64::from(primary.dir(i)[k]);
+            assert!((f64::from(ortho.org(i)[0]) - at(0)).abs() < 1e-5);
+            assert!((f64::from(ortho.org(i)[1]) - at(1)).abs() < 1e-5);
         }
     }
 
@@ -424,8 +426,8 @@ mod tests {
             sets.iter()
                 .map(|set| {
                     let bits = |v: &[f32; 3]| v.map(f32::to_bits);
-                    let rays = set.org.iter().zip(&set.dir);
-                    rays.map(|(o, d)| (bits(o), bits(d))).collect::<Vec<_>>()
+                    let rays = (0..set.len()).map(|i| (set.org(i), set.dir(i)));
+                    rays.map(|(o, d)| (bits(&o), bits(&d))).collect::<Vec<_>>()
                 })
                 .collect::<Vec<_>>()
         };

@@ -15,8 +15,8 @@ use crate::math::unit;
 use crate::plan::Kernels;
 use crate::scene::{Light, Material, Rgb};
 use crate::trace::{
-    CacheCounts, GuessCounts, Guesses, HitId, Hits, ItemBuffer, Outcome, RayKind, Rays, Reuse,
-    ShadowCache, TILE, TracedRay, any, closest, closest_listed,
+    CacheCounts, Depths, GuessCounts, Guesses, HitId, Hits, ItemBuffer, Outcome, RayKind, Rays,
+    Reuse, ShadowCache, TILE, TracedRay, any, closest, closest_listed,
 };
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
@@ -200,7 +200,10 @@ impl Integrator<'_> {
         let batch = wave.batch(first);
         t.resize(batch.len(), 0.0);
         id.resize(batch.len(), HitId::NONE);
-        let hits = &mut Hits { t, id };
+        let hits = &mut Hits {
+            t: Depths::Double(t),
+            id,
+        };
         // A list finds what is nearest without a bound.
         match (self.items, &mut ledger.memory) {
             (Some((items, tile)), _) if depth == 0 => {

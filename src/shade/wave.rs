@@ -5,7 +5,7 @@
 //! beyond the first hold two pieces at most, whatever the scene does.
 
 use crate::scene::Rgb;
-use crate::trace::{Ahead, MAX_LANES, RayKind, Rays};
+use crate::trace::{MAX_LANES, Origins, RayKind, Rays};
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
 use glam::DVec3;
@@ -101,12 +101,10 @@ impl<'b> Wave<'b> {
         self.t_min.resize(padded, 0.0);
         self.t_max.resize(padded, -1.0);
         Rays {
-            origin: None,
-            org: self.org.each_ref().map(|column| &column[first..]),
+            org: Origins::Double(self.org.each_ref().map(|column| &column[first..])),
             dir: self.dir.each_ref().map(|column| &column[first..]),
             t_min: &self.t_min[first..],
             t_max: &self.t_max[first..],
-            ahead: Ahead::default(),
         }
     }
 

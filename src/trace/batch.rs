@@ -7,7 +7,7 @@ use super::query::{AnyHit, Closest, HitId};
 use super::shadow_cache::ShadowCache;
 use super::stream::{Stream, StreamScratch, each};
 use super::tile::{Bundles, TILE, Tile, TileScratch, with_scratch};
-use crate::accel::{Count, Counter, Forest, Forests, Groups, Index, STREAM, World, prefetch};
+use crate::accel::{Count, Counter, Forest, Forests, Groups, Index, STREAM, World};
 use crate::geom::{Certainty, DoubtAll, Fast};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar, f32x4, f32x8, f32x16, f64x4, f64x8, f64x16};
@@ -21,43 +21,73 @@ pub const MAX_LANES: usize = TILE;
 /// with rays whose `t_max` is negative: they meet nothing.
 #[derive(Clone, Copy)]
 pub struct Rays<'a> {
-    /// Where all rays start, if that is known; then nothing is asked of `org`,
-    /// which may be empty.
-    pub origin: Option<[f64; 3]>,
-    pub org: [&'a [f64]; 3],
+    pub org: Origins<'a>,
     pub dir: [&'a [f32]; 3],
     pub t_min: &'a [f32],
     pub t_max: &'a [f32],
-    pub ahead: Ahead<'a>,
 }
 
-/// Memory that will be read when the rays are done, say where the next ones come
-/// from: asked for meanwhile, a part with every tile.
-#[derive(Clone, Copy, Default)]
-pub struct Ahead<'a> {
-    pub columns: [&'a [f32]; 4],
-}
-
-impl Ahead<'_> {
-    #[inline(always)]
-    fn expect(&self, tile: usize, tiles: usize) {
-        const LINE: usize = 16;
-        for column in &self.columns {
-            let share = column.len().div_ceil(tiles).next_multiple_of(LINE);
-            let end = column.len().min((tile + 1) * share);
-            for line in (tile * share..end).step_by(LINE) {
-                prefetch(&column[line]);
-            }
-        }
-    }
+/// Where rays start.
+#[derive(Clone, Copy)]
+pub enum Origins<'a> {
+    Single([&'a [f32]; 3]),
+    Double([&'a [f64]; 3]),
 }
 
 /// Answers of closest-hit queries, a row per ray.
 pub struct Hits<'a> {
-    /// At the precision of the query, widened; meaningless without a hit.
-    pub t: &'a mut [f64],
+    pub t: Depths<'a>,
     /// [`HitId::NONE`] without a hit.
     pub id: &'a mut [HitId],
+}
+
+/// t of hits, computed at the precision of the query and rounded or widened to
+/// that of the column; meaningless without a hit.
+pub enum Depths<'a> {
+    Single(&'a mut [f32]),
+    Double(&'a mut [f64]),
+}
+
+impl Depths<'_> {
+    pub(super) fn rows(&mut self, range: std::ops::Range<usize>) -> Depths<'_> {
+        match self {
+            Depths::Single(t) => Depths::Single(&mut t[range]),
+            Depths::Double(t) => Depths::Double(&mut t[range]),
+        }
+    }
+}
+
+impl Origins<'_> {
+    /// Of one ray.
+    #[inline(always)]
+    pub fn at(&self, i: usize) -> [f64; 3] {
+        match self {
+            Origins::Single(org) => org.map(|x| f64::from(x[i])),
+            Origins::Double(org) => org.map(|x| x[i]),
+        }
+    }
+
+    /// Of as many rays as there are lanes, from row `first` on.
+    #[inline(always)]
+    pub(super) fn lanes<D: Lanes<Scalar = f64>>(&self, first: usize) -> Vec3<D> {
+        match self {
+            Origins::Single([x, y, z]) => {
+                let load = |column: &[f32]| load_f32::<D>(&column[first..]);
+                Vec3::new(load(x), load(y), load(z))
+            }
+            Origins::Double([x, y, z]) => {
+                let load = |column: &[f64]| D::load(&column[first..]);
+                Vec3::new(load(x), load(y), load(z))
+            }
+        }
+    }
+
+    pub fn rows(&self, range: std::ops::Range<usize>) -> Self {
+        match self {
+            Origins::Single(org) => Origins::Single(org.map(|x| &x[range.clone()])),
+            Origins::Double(org) => Origins::Double(org.map(|x| &x[range.clone()])),
+        }
+    }
 }
 
 impl Rays<'_> {
@@ -72,22 +102,10 @@ impl Rays<'_> {
     /// Some of them, at whole multiples of [`MAX_LANES`].
     pub fn rows(&self, range: std::ops::Range<usize>) -> Self {
         Rays {
-            origin: self.origin,
-            // Empty where nothing is asked of it.
-            org: self.org.map(|x| x.get(range.clone()).unwrap_or(x)),
+            org: self.org.rows(range.clone()),
             dir: self.dir.map(|x| &x[range.clone()]),
             t_min: &self.t_min[range.clone()],
             t_max: &self.t_max[range],
-            ahead: Ahead::default(),
-        }
-    }
-
-    /// The origin of one ray.
-    #[inline(always)]
-    pub(super) fn start(&self, i: usize) -> [f64; 3] {
-        match self.origin {
-            Some(origin) => origin,
-            None => [self.org[0][i], self.org[1][i], self.org[2][i]],
         }
     }
 
@@ -104,13 +122,9 @@ impl Rays<'_> {
 
     #[inline(always)]
     pub(super) fn packet<L: Lanes>(&self, first: usize, world: &World) -> Packet<L> {
-        let org = |k: usize| match &self.origin {
-            Some(origin) => L::Double::splat(origin[k]),
-            None => L::Double::load(&self.org[k][first..]),
-        };
         let wide = |column: &[f32]| load_f32::<L::Double>(&column[first..]);
         Packet::new(
-            Vec3::new(org(0), org(1), org(2)),
+            self.org.lanes(first),
             Vec3::new(wide(self.dir[0]), wide(self.dir[1]), wide(self.dir[2])),
             load_f32(&self.t_min[first..]),
             &world.bounds,
@@ -254,7 +268,11 @@ struct ClosestBatch<'a, 'h> {
 impl ClosestBatch<'_, '_> {
     #[inline(always)]
     fn put<L: Lanes, C: Certainty>(&mut self, first: usize, query: &Closest<L, C>) {
-        query.store(&mut self.hits.t[first..], &mut self.hits.id[first..]);
+        match &mut self.hits.t {
+            Depths::Single(t) => query.store_single(&mut t[first..]),
+            Depths::Double(t) => query.store_double(&mut t[first..]),
+        }
+        query.store_ids(&mut self.hits.id[first..]);
     }
 }
 
@@ -300,9 +318,7 @@ impl Batch for ClosestBatch<'_, '_> {
     ) {
         let mut bundles = Bundles::default();
         let mut queries: [_; S] = std::array::from_fn(|_| Closest::<L, C>::new(L::zero()));
-        let tiles = self.rays.len() / TILE;
         for first in (0..self.rays.len()).step_by(TILE) {
-            self.rays.ahead.expect(first / TILE, tiles);
             if let Some(tile) = Tile::<L, S>::of(self.world, self.rays, first, &mut bundles) {
                 for (s, query) in queries.iter_mut().enumerate() {
                     query.restart(load_f32(&self.rays.t_max[first + s * L::COUNT..]));
@@ -466,9 +482,7 @@ impl Batch for AnyBatch<'_> {
     ) {
         let (world, rays) = (self.world, self.rays);
         let mut bundles = Bundles::default();
-        let tiles = rays.len() / TILE;
         for first in (0..rays.len()).step_by(TILE) {
-            rays.ahead.expect(first / TILE, tiles);
             if let Some(tile) = Tile::<L, S>::of(world, rays, first, &mut bundles) {
                 let mut queries: [_; S] = std::array::from_fn(|s| {
                     AnyHit::<L>::new(load_f32(&rays.t_max[first + s * L::COUNT..]))

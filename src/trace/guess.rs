@@ -13,7 +13,7 @@
 //! The bound comes from the same primitive, met where it is now, or from the
 //! depths of the ray's tile a frame ago: docs/COHERENCE.md compares the two.
 
-use super::batch::{Hits, MAX_LANES, Rays, closest};
+use super::batch::{Depths, Hits, MAX_LANES, Rays, closest};
 use super::leaf::resolve_one;
 use super::query::HitId;
 use crate::accel::World;
@@ -230,7 +230,7 @@ impl Guesses {
             ..rays.rows(rows.clone())
         };
         let mut hits = Hits {
-            t: &mut hits.t[rows.clone()],
+            t: hits.t.rows(rows.clone()),
             id: &mut hits.id[rows],
         };
         closest(world, kernels, &rays, &mut hits);
@@ -244,7 +244,7 @@ impl Guesses {
             self.id[to].copy_from_slice(&hits.id[rows]);
             return;
         }
-        let (t, t_max) = (&hits.t[rows.clone()], &rays.t_max[rows]);
+        let t_max = &rays.t_max[rows.clone()];
         let mut alive = 0_u64;
         for i in 0..MAX_LANES {
             alive |= u64::from(t_max[i] > 0.0) << i;
@@ -253,18 +253,28 @@ impl Guesses {
             self.depth[number] = f32::INFINITY;
             return;
         }
-        // As many at a time as registers hold.
-        const RUN: usize = 8;
-        let mut deepest = [0.0_f64; RUN];
-        for (t, t_max) in t.chunks_exact(RUN).zip(t_max.chunks_exact(RUN)) {
-            for i in 0..RUN {
-                let on = (t_max[i] > 0.0) & (t[i] > deepest[i]);
-                deepest[i] = if on { t[i] } else { deepest[i] };
-            }
-        }
-        let deepest = deepest.into_iter().fold(0.0, f64::max);
+        let deepest = match &hits.t {
+            Depths::Single(t) => deepest(&t[rows], t_max),
+            Depths::Double(t) => deepest(&t[rows], t_max),
+        };
         self.depth[number] = round_up(deepest * MARGIN);
     }
+}
+
+/// The largest t of the rays that are alive.
+#[inline(always)]
+fn deepest<X: Copy + Into<f64>>(t: &[X], t_max: &[f32]) -> f64 {
+    // As many at a time as registers hold.
+    const RUN: usize = 8;
+    let mut deepest = [0.0_f64; RUN];
+    for (t, t_max) in t.chunks_exact(RUN).zip(t_max.chunks_exact(RUN)) {
+        for i in 0..RUN {
+            let t = t[i].into();
+            let on = (t_max[i] > 0.0) & (t > deepest[i]);
+            deepest[i] = if on { t } else { deepest[i] };
+        }
+    }
+    deepest.into_iter().fold(0.0, f64::max)
 }
 
 /// The rays of a tile that have met anything.
@@ -285,7 +295,7 @@ fn again(world: &World, rays: &Rays, i: usize, id: HitId) -> f32 {
     }
     let dir = [rays.dir[0][i], rays.dir[1][i], rays.dir[2][i]].map(f64::from);
     let t_min = f64::from(rays.t_min[i]);
-    let t = resolve_one(world, (rays.start(i), dir), t_min, id);
+    let t = resolve_one(world, (rays.org.at(i), dir), t_min, id);
     t.map_or(f32::INFINITY, |t| round_up(t * MARGIN))
 }
 

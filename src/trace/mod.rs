@@ -13,7 +13,8 @@ mod stream;
 mod tile;
 
 pub use batch::{
-    Ahead, Hits, MAX_LANES, Rays, any, any_counted, closest, closest_counted, closest_listed,
+    Depths, Hits, MAX_LANES, Origins, Rays, any, any_counted, closest, closest_counted,
+    closest_listed,
 };
 pub use guess::{GuessCounts, Guesses, Reuse};
 pub use items::{ItemBuffer, Raster, Rect};

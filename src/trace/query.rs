@@ -4,7 +4,7 @@
 //! Equal t's go to the lower id, so the order of visits never shows.
 
 use crate::geom::Certainty;
-use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::math::lanes::{Lanes, Mask, Scalar, max};
 use crate::math::round_up;
 use std::marker::PhantomData;
 
@@ -107,14 +107,35 @@ impl<L: Lanes, C: Certainty> Closest<L, C> {
         }
     }
 
-    /// t and id of every lane, into the first places of two columns.
+    /// t of every lane into the first places of a column.
     #[inline(always)]
-    pub fn store(&self, t: &mut [f64], id: &mut [HitId]) {
+    pub fn store_double(&self, t: &mut [f64]) {
         if C::GUARDED {
             self.exact.store(t);
         } else {
             self.limit.widen().store(t);
         }
+    }
+
+    /// The same, rounded.
+    #[inline(always)]
+    pub fn store_single(&self, t: &mut [f32]) {
+        let t = &mut t[..L::COUNT];
+        if C::GUARDED {
+            for (lane, t) in t.iter_mut().enumerate() {
+                *t = self.exact.lane(lane) as f32;
+            }
+        } else {
+            let lanes = self.limit.to_array();
+            for (t, from) in t.iter_mut().zip(lanes.as_ref()) {
+                *t = from.to_f64() as f32;
+            }
+        }
+    }
+
+    /// Every lane's id into the first places of a column.
+    #[inline(always)]
+    pub fn store_ids(&self, id: &mut [HitId]) {
         for (lane, to) in id[..L::COUNT].iter_mut().enumerate() {
             *to = self.id(lane);
         }
@@ -211,16 +232,18 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
             }
         }
         self.limit = L::select(nearer, t, self.limit);
+        let [low, high] = &mut self.instance;
+        let (low, high, primitive) = (low.as_mut(), high.as_mut(), self.primitive.as_mut());
+        let ([id_low, id_high], primitives) = (words(instance), primitives.as_ref());
         for lane in 0..L::COUNT {
-            if taken >> lane & 1 != 0 {
-                self.take(
-                    lane,
-                    HitId {
-                        instance,
-                        primitive: primitives.as_ref()[lane],
-                    },
-                );
-            }
+            let on = taken >> lane & 1 != 0;
+            low[lane] = if on { id_low } else { low[lane] };
+            high[lane] = if on { id_high } else { high[lane] };
+            primitive[lane] = if on {
+                primitives[lane]
+            } else {
+                primitive[lane]
+            };
         }
     }
 
@@ -238,7 +261,8 @@ impl<L: Lanes> AnyHit<L> {
     #[inline(always)]
     pub fn new(t_max: L) -> AnyHit<L> {
         AnyHit {
-            limit: t_max,
+            // −∞ would say that something has blocked it.
+            limit: max(t_max, L::from_f32(f32::MIN)),
             occluder: HitId::NONE,
         }
     }

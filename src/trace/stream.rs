@@ -203,7 +203,7 @@ impl Stream<'_> {
 
     #[inline(always)]
     pub fn org(&self, i: usize) -> [f64; 3] {
-        self.rays.start(self.first + i)
+        self.rays.org.at(self.first + i)
     }
 
     #[inline(always)]

@@ -8,7 +8,8 @@ use lanecast::plan::{Arithmetic, Choices, Kernels, Needs, native_width, plan};
 use lanecast::render::{AovSet, Progress, RenderConfig, Rendered, View, render};
 use lanecast::scene::*;
 use lanecast::trace::{
-    Ahead, HitId, Hits, ItemBuffer, MAX_LANES, Rays, ShadowCache, any, closest, closest_listed,
+    Depths, HitId, Hits, ItemBuffer, MAX_LANES, Origins, Rays, ShadowCache, any, closest,
+    closest_listed,
 };
 use std::path::{Path, PathBuf};
 
@@ -418,7 +419,7 @@ impl RayColumns {
         self.padded(vec![f32::INFINITY; self.len], |rays| {
             let (mut t, mut id) = (vec![0.0; rays.len()], vec![HitId::NONE; rays.len()]);
             let mut hits = Hits {
-                t: &mut t,
+                t: Depths::Double(&mut t),
                 id: &mut id,
             };
             trace(rays, &mut hits);
@@ -451,12 +452,10 @@ impl RayColumns {
         }
         t_max.resize(padded, -1.0);
         trace(&Rays {
-            origin: None,
-            org: [&org[0], &org[1], &org[2]],
+            org: Origins::Double([&org[0], &org[1], &org[2]]),
             dir: [&dir[0], &dir[1], &dir[2]],
             t_min: &vec![0.0; padded],
             t_max: &t_max,
-            ahead: Ahead::default(),
         })
     }
 }

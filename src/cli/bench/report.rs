@@ -69,7 +69,7 @@ fn results(rows: &[Row]) -> String {
     let kernel = rows.iter().map(|row| row.kernel.len()).max().unwrap_or(0);
     let width = kernel.max("kernel".len());
     let mut text = format!(
-        "\n{:<12} {:<8} {:<width$} {:<9} {:>5} {:>9} {:>9}  {:>8} {:>8} {:>8} {:>7} {:>8}\n",
+        "\n{:<12} {:<8} {:<width$} {:<9} {:>5} {:>9} {:>9}  {:>8} {:>8} {:>7} {:>8}\n",
         "kind",
         "accel",
         "kernel",
@@ -79,7 +79,6 @@ fn results(rows: &[Row]) -> String {
         "hits",
         "Mrays/s",
         "best",
-        "convert",
         "cached",
         "differ",
     );
@@ -94,10 +93,6 @@ fn results(rows: &[Row]) -> String {
             hits,
             ..
         } = row;
-        let convert = match row.conversion_share {
-            Some(share) => format!("{:.1}%", share * 100.0),
-            None => "-".into(),
-        };
         let cached = match (row.shadow_cache, row.cache_hits_per_ray) {
             (Some("off"), _) => "off".into(),
             (_, Some(share)) => format!("{:.1}%", share * 100.0),
@@ -105,7 +100,7 @@ fn results(rows: &[Row]) -> String {
         };
         text += &format!(
             "{kind:<12} {accel:<8} {kernel:<width$} {precision:<9} {lanes:>5} {rays:>9} \
-             {hits:>9}  {:>8.3} {:>8.3} {convert:>8} {cached:>7} {:>8}\n",
+             {hits:>9}  {:>8.3} {:>8.3} {cached:>7} {:>8}\n",
             row.mrays_per_s, row.mrays_per_s_best, row.differences.differ,
         );
     }

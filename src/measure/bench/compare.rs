@@ -1,7 +1,6 @@
 //! Answers compared with those of f64 at one lane.
 
 use super::{BenchError, Contender};
-use crate::io::RaySet;
 use crate::measure::queries::{Answers, Ask, Job};
 use crate::render::Progress;
 use crate::trace::HitId;
@@ -52,11 +51,7 @@ impl Expected {
     ) -> Result<Expected, BenchError> {
         let step = job.rays.len().div_ceil(checked.max(1)).max(1);
         let rows: Vec<usize> = (0..job.rays.len()).step_by(step).collect();
-        let mut some = RaySet::with_capacity(rows.len());
-        let rays = &job.rays;
-        for i in &rows {
-            some.push(rays.org[*i], rays.t_min[*i], rays.dir[*i], rays.t_max[*i]);
-        }
+        let some = job.rays.select(rows.iter().copied());
         let job = Job {
             kind: job.kind.clone(),
             ask: job.ask,

@@ -22,9 +22,9 @@ pub use compare::Differences;
 pub use contender::{Contender, Tracer};
 pub use row::{Comparison, Row, comparisons};
 
-use super::clock::{Clock, best_and_median};
+use super::clock::Clock;
 use super::peer::Embree;
-use super::queries::{Answers, Ask, Job, convert};
+use super::queries::{Answers, Ask, Job};
 use crate::render::Progress;
 use crate::trace::{Caching, HitId};
 use compare::Expected;
@@ -127,16 +127,9 @@ pub fn bench<'a>(
     }
 
     let mut times = vec![Vec::new(); rows.len()];
-    let mut conversions = vec![Vec::new(); jobs.len()];
     for _ in 0..setting.reps {
-        let mut converted = None;
         for (row, (number, contender)) in runs.iter().enumerate() {
             let job = &jobs[*number];
-            if converted != Some(*number) {
-                converted = Some(*number);
-                let seconds = pool.install(|| clock.time(|| convert(&job.rays)).1);
-                conversions[*number].push(seconds);
-            }
             let run = || clock.time(|| contender.trace(job, &mut answers, progress));
             let (done, seconds) = pool.install(run);
             done?;
@@ -151,13 +144,8 @@ pub fn bench<'a>(
             }
         }
     }
-    for ((row, times), (number, contender)) in rows.iter_mut().zip(&times).zip(&runs) {
+    for (row, times) in rows.iter_mut().zip(&times) {
         row.time(times);
-        if matches!(contender.tracer, Tracer::Own { .. }) {
-            let (_, conversion) = best_and_median(&conversions[*number]);
-            let (_, median) = best_and_median(times);
-            row.conversion_share = (median > 0.0).then(|| conversion / median);
-        }
     }
     Ok(rows)
 }

@@ -28,8 +28,6 @@ pub struct Row {
     /// The median over the repetitions; 0 where nothing could be measured.
     pub mrays_per_s: f64,
     pub mrays_per_s_best: f64,
-    /// Of the median time: rays into columns. Not known of peers.
-    pub conversion_share: Option<f64>,
     /// Steps through the structure (a node's boxes, a plane, a cell), for the ray
     /// or for a packet or tile that it went with, divided by the rays; null where
     /// the kernels do not count.
@@ -72,7 +70,6 @@ impl Row {
             hits,
             mrays_per_s: 0.0,
             mrays_per_s_best: 0.0,
-            conversion_share: None,
             nodes_per_ray: None,
             blocks_per_ray: None,
             tests_per_ray: None,
@@ -203,7 +200,6 @@ mod tests {
             hits: 0,
             mrays_per_s,
             mrays_per_s_best: mrays_per_s,
-            conversion_share: None,
             nodes_per_ray: None,
             blocks_per_ray: None,
             tests_per_ray: None,

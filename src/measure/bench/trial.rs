@@ -61,13 +61,8 @@ pub fn best<'a>(
 fn some_runs(rays: &RaySet) -> RaySet {
     let runs = rays.len().div_ceil(RUN);
     let step = runs.div_ceil(RUNS).max(1);
-    let mut some = RaySet::with_capacity(rays.len().min(RUN * RUNS));
-    for run in (0..runs).step_by(step) {
-        for i in run * RUN..((run + 1) * RUN).min(rays.len()) {
-            some.push(rays.org[i], rays.t_min[i], rays.dir[i], rays.t_max[i]);
-        }
-    }
-    some
+    let rows = |run: usize| run * RUN..((run + 1) * RUN).min(rays.len());
+    rays.select((0..runs).step_by(step).flat_map(rows))
 }
 
 #[cfg(test)]
@@ -87,8 +82,8 @@ mod tests {
         assert_eq!(some_runs(&set(5000)), set(5000));
         let some = some_runs(&set(1 << 20));
         assert!(some.len() <= RUN * RUNS && some.len() > RUN * RUNS / 2);
-        assert_eq!(some.org[RUN - 1][0], (RUN - 1) as f32);
-        assert_eq!(some.org[RUN][0] as usize % RUN, 0);
-        assert!(some.org.last().unwrap()[0] > 0.9 * (1 << 20) as f32);
+        assert_eq!(some.org(RUN - 1)[0], (RUN - 1) as f32);
+        assert_eq!(some.org(RUN)[0] as usize % RUN, 0);
+        assert!(*some.org[0].last().unwrap() > 0.9 * (1 << 20) as f32);
     }
 }

@@ -111,19 +111,17 @@ impl Columns {
 
     fn rays(&self) -> Rays<'_> {
         Rays {
-            origin: None,
-            org: self.org.each_ref().map(Vec::as_slice),
+            org: Origins::Double(self.org.each_ref().map(Vec::as_slice)),
             dir: self.dir.each_ref().map(Vec::as_slice),
             t_min: &self.t_min,
             t_max: &self.t_max,
-            ahead: Ahead::default(),
         }
     }
 }
 
 /// Where ray `i` meets one primitive, asked about it alone.
 fn alone(world: &World, rays: &Rays, i: usize, doubted: bool, id: HitId) -> Option<f64> {
-    let (org, dir) = (rays.org.map(|c| c[i]), rays.dir.map(|c| f64::from(c[i])));
+    let (org, dir) = (rays.org.at(i), rays.dir.map(|c| f64::from(c[i])));
     if doubted {
         return resolve_one(world, (org, dir), f64::from(rays.t_min[i]), id);
     }
@@ -160,7 +158,7 @@ fn compare<L: Lanes>(world: &World, columns: &Columns, seen: &mut [usize; 2]) {
         world,
         rays: &rays,
         hits: &mut Hits {
-            t: &mut t,
+            t: Depths::Double(&mut t),
             id: &mut id,
         },
     }

@@ -290,7 +290,11 @@ impl<L: Lanes> Group<L> {
         self.v = v;
         for (i, x) in [u, v].into_iter().enumerate() {
             let (least, most) = (x.least().to_f64() as f32, x.greatest().to_f64() as f32);
-            all[i] = [all[i][0].min(least), all[i][1].max(most)];
+            let [low, high] = all[i];
+            all[i] = [
+                if least < low { least } else { low },
+                if most > high { most } else { high },
+            ];
             let middle = 0.5 * (least + most);
             let half = 0.5 * (most - least);
             let half = half + (middle.abs() + half) * (8.0 * f32::EPSILON) + 1e-12;

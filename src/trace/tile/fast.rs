@@ -3,8 +3,7 @@
 use super::block::{Aim, Edges};
 use super::bundle::{Bundle, Projection};
 use super::mesh::InMesh;
-use super::{NOTHING, nowhere};
-use crate::accel::{WideMesh, WideNode};
+use crate::accel::WideNode;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::trace::query::{HitId, Query};
 
@@ -45,6 +44,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
             for s in 0..S {
                 let Bundle { groups, starts, .. } = &mut *self.bundle;
                 let (group, starts) = (&mut groups[s], &starts[s]);
+                let nearest = &mut self.nearest[s];
                 if rays[s] == 0 || group.deepest < 0.0 {
                     continue;
                 }
@@ -69,33 +69,34 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                         }
                         met = true;
                         let mut limit = limit;
-                        let mut best = self.places[s].lane(lane).bits() as u32;
-                        let place = |slot: usize| (number * crate::accel::WIDE + slot) as u32;
+                        let mut best = hits.trailing_zeros() as usize;
+                        let mut found = Q::ANY;
                         if Q::ANY {
                             limit = -1.0;
-                            best = place(hits.trailing_zeros() as usize);
                             hits = 0;
                         }
+                        let mut source = nearest.source(lane);
                         let (depth, clear) = if P::PARALLEL || Q::ANY {
                             (depth, 0)
                         } else {
                             edges.depths_of_ray(depth, det, line)
                         };
-                        self.doubts[s] |= u32::from(hits & !clear != 0) << lane;
+                        nearest.doubts |= u32::from(hits & !clear != 0) << lane;
                         let depth = depth.to_array();
                         while hits != 0 {
                             let slot = hits.trailing_zeros() as usize;
                             hits &= hits - 1;
                             let z = depth[slot];
-                            if nearer(z, limit, block.source[slot], best, self.mesh) {
-                                limit = z;
-                                best = place(slot);
+                            if nearer(z, limit, block.source[slot], source) {
+                                (limit, best, found) = (z, slot, true);
+                                source = Some(block.source[slot]);
                             }
                         }
-                        let here = L::Mask::from_bits(1 << lane);
-                        group.limit = L::select(here, L::from_f32(limit), group.limit);
-                        let best = L::splat(L::Scalar::carrying(best));
-                        self.places[s] = L::select(here, best, self.places[s]);
+                        if found {
+                            let here = L::Mask::from_bits(1 << lane);
+                            group.limit = L::select(here, L::from_f32(limit), group.limit);
+                            nearest.take(here, number, best, block.source[best]);
+                        }
                     }
                 } else {
                     // Triangle by triangle, the rays in lanes.
@@ -108,12 +109,10 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                             continue;
                         }
                         met = true;
-                        let place = (number * crate::accel::WIDE + slot) as u32;
-                        let place = L::splat(L::Scalar::carrying(place));
                         if Q::ANY {
                             let done = -L::from_f32(1.0);
                             group.limit = L::select(hit, done, group.limit);
-                            self.places[s] = L::select(hit, place, self.places[s]);
+                            nearest.take(hit, number, slot, block.source[slot]);
                             continue;
                         }
                         let (z, clear) = if P::PARALLEL {
@@ -122,18 +121,17 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                             edges.depths(slot, depth, det, group)
                         };
                         let less = hit & z.lt(group.limit);
-                        self.doubts[s] |= (hit & !clear).bits();
+                        nearest.doubts |= (hit & !clear).bits();
                         let mut tied = (hit & z.eq(group.limit)).bits();
                         group.limit = L::select(less, z, group.limit);
-                        let before = self.places[s];
-                        self.places[s] = L::select(less, place, before);
+                        tied &= nearest.met;
+                        nearest.take(less, number, slot, block.source[slot]);
                         while tied != 0 {
                             let lane = tied.trailing_zeros() as usize;
                             tied &= tied - 1;
-                            let best = before.lane(lane).bits() as u32;
-                            if best != NOTHING && block.source[slot] < source(self.mesh, best) {
-                                let here = L::Mask::from_bits(1 << lane);
-                                self.places[s] = L::select(here, place, self.places[s]);
+                            let source = block.source[slot];
+                            if nearest.source(lane).is_some_and(|best| source < best) {
+                                nearest.take(L::Mask::from_bits(1 << lane), number, slot, source);
                             }
                         }
                     }
@@ -151,36 +149,21 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
     /// Any-hit: tells the query which rays have been blocked, and by what.
     #[inline(always)]
     fn report<Q: Query<L>>(&mut self, s: usize, queries: &mut [Q; S]) {
-        let mut bits = 0;
-        let mut last = NOTHING;
-        for (lane, place) in self.places[s].to_array().as_ref().iter().enumerate() {
-            let place = place.bits() as u32;
-            if place != NOTHING {
-                bits |= 1 << lane;
-                last = place;
-            }
-        }
-        self.places[s] = nowhere();
-        if last != NOTHING {
+        let nearest = &mut self.nearest[s];
+        if let Some(last) = nearest.met.checked_ilog2() {
             let id = HitId {
                 instance: self.entry.appearance,
-                primitive: source(self.mesh, last),
+                primitive: nearest.sources.lane(last as usize).bits() as u32,
             };
-            queries[s].block(L::Mask::from_bits(bits), id);
+            queries[s].block(L::Mask::from_bits(nearest.met), id);
+            nearest.met = 0;
         }
     }
-}
-
-/// A place's triangle in source order.
-#[inline(always)]
-fn source(mesh: &WideMesh, place: u32) -> u32 {
-    let wide = crate::accel::WIDE as u32;
-    mesh.blocks[(place / wide) as usize].source[(place % wide) as usize]
 }
 
 /// Whether a triangle at depth z replaces the best so far: ties go to the lower
 /// id, and a tie with the ray's own end is no hit.
 #[inline(always)]
-fn nearer(z: f32, limit: f32, id: u32, best: u32, mesh: &WideMesh) -> bool {
-    z < limit || (z == limit && best != NOTHING && id < source(mesh, best))
+fn nearer(z: f32, limit: f32, id: u32, best: Option<u32>) -> bool {
+    z < limit || (z == limit && best.is_some_and(|best| id < best))
 }

@@ -1,9 +1,8 @@
 //! A mesh's triangles before a tile's rays, in the mesh's own space.
 
-use super::NOTHING;
 use super::bundle::{Bundle, Parallel, Pinhole, Projection, RelativeBox, is_exact};
 use super::settle::{Found, settle};
-use crate::accel::{Entry, WideMesh, WideStack, World, prefetch};
+use crate::accel::{Entry, WIDE, WideMesh, WideStack, World, prefetch};
 use crate::geom::Certainty;
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
@@ -19,15 +18,66 @@ pub(super) struct InMesh<'a, L: Lanes, const S: usize> {
     pub(super) id: MeshId,
     pub(super) mesh: &'a WideMesh,
     pub(super) bundle: &'a mut Bundle<L, S>,
-    /// By group: place of the nearest triangle so far, as block · WIDE + slot,
-    /// carried in lanes.
-    pub(super) places: [L; S],
-    /// By group: rays some hit of which was not clearly within its triangle's
-    /// box.
-    pub(super) doubts: [u32; S],
+    /// By group.
+    pub(super) nearest: [Nearest<L>; S],
 }
 
-impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
+/// The nearest triangles so far of a group's rays.
+#[derive(Clone, Copy)]
+pub(super) struct Nearest<L> {
+    /// Rays that have met one.
+    pub met: u32,
+    /// Which, as block · WIDE + slot, carried in lanes.
+    pub places: L,
+    /// The same in source order.
+    pub sources: L,
+    /// Rays some hit of which was not clearly within its triangle's box.
+    pub doubts: u32,
+}
+
+impl<L: Lanes> Nearest<L> {
+    /// A triangle of block `number` for some rays.
+    #[inline(always)]
+    pub fn take(&mut self, rays: L::Mask, number: usize, slot: usize, source: u32) {
+        let carry = |x: u32| L::splat(L::Scalar::carrying(x));
+        self.met |= rays.bits();
+        let place = carry((number * WIDE + slot) as u32);
+        self.places = L::select(rays, place, self.places);
+        self.sources = L::select(rays, carry(source), self.sources);
+    }
+
+    /// One ray's triangle in source order.
+    #[inline(always)]
+    pub fn source(&self, lane: usize) -> Option<u32> {
+        let source = self.sources.lane(lane).bits() as u32;
+        (self.met >> lane & 1 != 0).then_some(source)
+    }
+}
+
+impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
+    /// Rays that have met nothing yet.
+    #[inline(always)]
+    pub fn new(
+        entry: &'a Entry,
+        id: MeshId,
+        mesh: &'a WideMesh,
+        bundle: &'a mut Bundle<L, S>,
+    ) -> Self {
+        let none = Nearest {
+            met: 0,
+            places: L::zero(),
+            sources: L::zero(),
+            doubts: 0,
+        };
+        InMesh {
+            entry,
+            id,
+            mesh,
+            bundle,
+            nearest: [none; S],
+        }
+    }
+
     #[inline(always)]
     pub fn trace_any<C: Certainty, Q: Query<L>>(
         self,
@@ -106,21 +156,17 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
         queries: &mut [Q; S],
     ) {
         for s in 0..S {
-            let places = self.places[s];
-            let mut bits = 0;
-            for (lane, place) in places.to_array().as_ref().iter().enumerate() {
-                bits |= u32::from(place.bits() as u32 != NOTHING) << lane;
-            }
+            let nearest = &self.nearest[s];
+            let bits = nearest.met;
             if bits != 0 {
                 let found = Found {
                     entry: self.entry,
                     id: self.id,
                     mesh: self.mesh,
-                    places,
-                    bits,
+                    nearest,
                 };
                 let group = &self.bundle.groups[s];
-                let clear = !P::PARALLEL && (self.doubts[s] | group.oblique) & bits == 0;
+                let clear = !P::PARALLEL && (nearest.doubts | group.oblique) & bits == 0;
                 if clear && !self.entry.placed {
                     found.clear::<Q>(group.limit / group.along, &mut queries[s]);
                     continue;

@@ -21,7 +21,7 @@ mod mesh;
 mod parallel;
 mod settle;
 
-use super::batch::Rays;
+use super::batch::{Origins, Rays};
 use super::leaf::{Features, Tester};
 use super::packet::Packet;
 use super::query::{HitId, Query};
@@ -103,7 +103,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         let (t_min, t_max) = (&rays.t_min[first..end], &rays.t_max[first..end]);
         let is_alive = |i: usize| t_max[i] > 0.0;
         let leader = (0..TILE).find(|i| is_alive(*i))?;
-        let org = rays.start(first + leader);
+        let org = rays.org.at(first + leader);
         let dir = rays.dir.map(|column| column[first + leader]);
         let mut from_start = true;
         for i in 0..TILE {
@@ -112,28 +112,12 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         if !from_start {
             return None;
         }
-        let mut one_origin = true;
-        if rays.origin.is_none() {
-            let x = &rays.org[0][first..end];
-            let y = &rays.org[1][first..end];
-            let z = &rays.org[2][first..end];
-            for i in 0..TILE {
-                let here = (x[i] == org[0]) & (y[i] == org[1]) & (z[i] == org[2]);
-                one_origin &= here | !is_alive(i);
-            }
-        }
-        if !one_origin {
-            let x = &rays.dir[0][first..end];
-            let y = &rays.dir[1][first..end];
-            let z = &rays.dir[2][first..end];
-            let mut one_direction = true;
-            for i in 0..TILE {
-                let same = (x[i] == dir[0]) & (y[i] == dir[1]) & (z[i] == dir[2]);
-                one_direction &= same | !is_alive(i);
-            }
-            if !one_direction {
-                return None;
-            }
+        let one_origin = match &rays.org {
+            Origins::Single(x) => all_like(x, first, leader, t_max),
+            Origins::Double(x) => all_like(x, first, leader, t_max),
+        };
+        if !one_origin && !all_like(&rays.dir, first, leader, t_max) {
+            return None;
         }
         let at = |s: usize| first + s * L::COUNT;
         let dirs = |s: usize| {
@@ -150,7 +134,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         let taken = if one_origin {
             bundle.take_in(org, dirs, &alive, &alive, bounds)
         } else {
-            let orgs = |s: usize| Self::starts(rays, at(s));
+            let orgs = |s: usize| rays.org.lanes(at(s));
             bundle.take_in_parallel(orgs, dir, &alive, &alive, bounds)
         };
         taken.then_some(Tile {
@@ -168,13 +152,6 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
     #[inline(always)]
     fn alive(rays: &Rays, first: usize) -> L::Mask {
         super::batch::load_f32::<L>(&rays.t_max[first..]).gt(L::zero())
-    }
-
-    /// Where the rays of a group start that do not start at one point.
-    #[inline(always)]
-    fn starts(rays: &Rays, first: usize) -> Vec3<L::Double> {
-        let org = |k: usize| L::Double::load(&rays.org[k][first..]);
-        Vec3::new(org(0), org(1), org(2))
     }
 
     /// The rays of each group that may meet a box.
@@ -219,13 +196,17 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             self.bundle.limit_t::<C, Q>(s, query.limit());
         }
         let Some(forest) = world.wide() else { return };
-        let top = &forest.top;
-        let frustum = self.bundle.frustum;
         let TileScratch {
             top: stack,
             mesh: mesh_stack,
             streams,
         } = scratch;
+        if let [only] = &world.entries[..] {
+            self.entry::<C, F, Q>(only, queries, mesh_stack, streams);
+            return;
+        }
+        let top = &forest.top;
+        let frustum = self.bundle.frustum;
         top.walk_frustum(
             &frustum,
             self.bundle.deepest(),
@@ -299,15 +280,11 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         let Some(mesh) = self.world.wide_mesh(id) else {
             return;
         };
-        let inside = InMesh {
-            entry,
-            id,
-            mesh,
-            bundle: self.bundle,
-            places: [nowhere(); S],
-            doubts: [0; S],
-        };
+        let inside = InMesh::new(entry, id, mesh, self.bundle);
         through(inside, queries);
+        if self.world.entries.len() == 1 {
+            return;
+        }
         for (s, query) in queries.iter().enumerate() {
             self.bundle.limit_t::<C, Q>(s, query.limit());
         }
@@ -340,10 +317,8 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         let (bundle, bounds) = (&mut *self.spare, &mesh.tree.bounds);
         let taken = if self.bundle.parallel {
             let at = |s: usize| self.first + s * L::COUNT;
-            let orgs = |s: usize| {
-                let org = Self::starts(self.rays, at(s));
-                map.points(org) - Vec3::splat(center.to_array())
-            };
+            let orgs =
+                |s: usize| map.points(self.rays.org.lanes(at(s))) - Vec3::splat(center.to_array());
             let all = std::array::from_fn(|s| Self::alive(self.rays, at(s)));
             bundle.take_in_parallel(orgs, map.vector(self.dir), &all, &active, bounds)
         } else {
@@ -360,14 +335,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         for (s, query) in queries.iter().enumerate() {
             bundle.limit_t::<C, Q>(s, L::select(active[s], query.limit(), asleep));
         }
-        let inside = InMesh {
-            entry,
-            id,
-            mesh,
-            bundle,
-            places: [nowhere(); S],
-            doubts: [0; S],
-        };
+        let inside = InMesh::new(entry, id, mesh, bundle);
         through(inside, queries);
         for (s, query) in queries.iter().enumerate() {
             self.bundle.limit_t::<C, Q>(s, query.limit());
@@ -410,6 +378,25 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
     }
 }
 
+/// Whether all rays of a tile that are alive have the same point or vector as one
+/// of them.
+#[inline(always)]
+fn all_like<X: Copy + PartialEq>(
+    columns: &[&[X]; 3],
+    first: usize,
+    leader: usize,
+    t_max: &[f32],
+) -> bool {
+    let [x, y, z] = columns.map(|column| &column[first..first + TILE]);
+    let like = [x[leader], y[leader], z[leader]];
+    let mut all = true;
+    for i in 0..TILE {
+        let same = (x[i] == like[0]) & (y[i] == like[1]) & (z[i] == like[2]);
+        all &= same | !(t_max[i] > 0.0);
+    }
+    all
+}
+
 /// The next number.
 fn next_up<X: Scalar>(x: X) -> X {
     if size_of::<X>() == 8 {
@@ -417,10 +404,4 @@ fn next_up<X: Scalar>(x: X) -> X {
     } else {
         X::from_f32((x.to_f64() as f32).next_up())
     }
-}
-
-/// [`NOTHING`] in every lane.
-#[inline(always)]
-fn nowhere<L: Lanes>() -> L {
-    L::splat(L::Scalar::carrying(NOTHING))
 }

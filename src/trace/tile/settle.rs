@@ -1,6 +1,7 @@
 //! From the triangles that a tile has found to hits: t by the steps that all
 //! kernels share.
 
+use super::mesh::Nearest;
 use crate::accel::{Entry, WIDE, WideMesh, World};
 use crate::geom::{Certainty, Ray, triangle};
 use crate::math::Vec3;
@@ -15,43 +16,43 @@ pub(super) struct Found<'a, L: Lanes> {
     pub entry: &'a Entry,
     pub id: MeshId,
     pub mesh: &'a WideMesh,
-    /// Of each lane in `bits`: block · WIDE + slot.
-    pub places: L,
-    pub bits: u32,
+    pub nearest: &'a Nearest<L>,
 }
 
 impl<L: Lanes> Found<'_, L> {
+    /// In source order.
+    #[inline(always)]
+    fn primitives(&self) -> L::Ids {
+        let mut primitives = L::ids(0);
+        let sources = self.nearest.sources.to_array();
+        for (to, source) in primitives.as_mut().iter_mut().zip(sources.as_ref()) {
+            *to = source.bits() as u32;
+        }
+        primitives
+    }
+
     /// Offers hits that are known to lie in their boxes' intervals, t being that
     /// of all kernels: see [`settle`].
     #[inline(always)]
     pub fn clear<Q: Query<L>>(&self, t: L, query: &mut Q) {
-        let mut primitives = L::ids(u32::MAX);
-        let places = self.places.to_array();
-        for (place, primitive) in places.as_ref().iter().zip(primitives.as_mut()) {
-            let place = place.bits() as u32 as usize;
-            if let Some(block) = self.mesh.blocks.get(place / WIDE) {
-                *primitive = block.source[place % WIDE];
-            }
-        }
-        let hit = L::Mask::from_bits(self.bits);
+        let primitives = self.primitives();
+        let hit = L::Mask::from_bits(self.nearest.met);
         let hit = hit & t.gt(L::zero()) & t.le(query.limit());
         query.accept_each(hit, t, self.entry.appearance, &primitives);
     }
 }
 
-/// The triangles' corners and their numbers in source order.
+/// The triangles' corners.
 #[inline(always)]
-fn gather<L: Lanes>(found: &Found<L>) -> ([Vec3<L>; 3], L::Ids) {
+fn gather<L: Lanes>(found: &Found<L>) -> [Vec3<L>; 3] {
     let mut columns = [L::zero().to_array(); 9];
-    let mut primitives = L::ids(u32::MAX);
-    for (lane, place) in found.places.to_array().as_ref().iter().enumerate() {
-        if found.bits >> lane & 1 == 0 {
+    for (lane, place) in found.nearest.places.to_array().as_ref().iter().enumerate() {
+        if found.nearest.met >> lane & 1 == 0 {
             continue;
         }
         let place = place.bits() as u32 as usize;
         let (block, slot) = (place / WIDE, place % WIDE);
         let block = &found.mesh.blocks[block];
-        primitives.as_mut()[lane] = block.source[slot];
         for corner in 0..3 {
             for axis in 0..3 {
                 let x = block.corner[corner][axis][slot];
@@ -66,7 +67,7 @@ fn gather<L: Lanes>(found: &Found<L>) -> ([Vec3<L>; 3], L::Ids) {
             L::load(columns[3 * i + 2].as_ref()),
         )
     };
-    ([corner(0), corner(1), corner(2)], primitives)
+    [corner(0), corner(1), corner(2)]
 }
 
 /// Boxes around them.
@@ -98,11 +99,11 @@ pub(super) fn settle<L: Lanes, C: Certainty, Q: Query<L>>(
     world: &World,
     query: &mut Q,
 ) {
-    let (corners, primitives) = gather(found);
+    let (corners, primitives) = (gather(found), found.primitives());
     let [min, max] = around(&corners);
     let ray = Ray::new(org, dir, L::zero());
     let t = triangle::depth_each(&corners, &ray);
-    let hit = L::Mask::from_bits(found.bits);
+    let hit = L::Mask::from_bits(found.nearest.met);
     let rounding = L::splat(L::Scalar::UNIT_ROUNDOFF) * L::from_f32(16.0);
     let inside = |k: usize| {
         let (org, dir) = (org.axis(k), dir.axis(k));

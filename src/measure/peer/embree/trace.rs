@@ -286,8 +286,8 @@ fn copy_blocked<const N: usize>(packet: &RayN<N>, blocked: &mut [bool]) {
 
 /// Some rows of a set.
 struct Chunk<'a> {
-    org: &'a [[f32; 3]],
-    dir: &'a [[f32; 3]],
+    org: [&'a [f32]; 3],
+    dir: [&'a [f32]; 3],
     t_min: &'a [f32],
     t_max: &'a [f32],
 }
@@ -295,8 +295,8 @@ struct Chunk<'a> {
 impl<'a> Chunk<'a> {
     fn of(rays: &'a RaySet, rows: Range<usize>) -> Chunk<'a> {
         Chunk {
-            org: &rays.org[rows.clone()],
-            dir: &rays.dir[rows.clone()],
+            org: rays.org.each_ref().map(|x| &x[rows.clone()]),
+            dir: rays.dir.each_ref().map(|x| &x[rows.clone()]),
             t_min: &rays.t_min[rows.clone()],
             t_max: &rays.t_max[rows],
         }
@@ -306,27 +306,23 @@ impl<'a> Chunk<'a> {
     /// numbers, and computes none.
     #[inline(always)]
     fn fill<const N: usize>(&self, first: usize, packet: &mut RayN<N>) -> [i32; N] {
-        let whole = |column: &'a [[f32; 3]]| column[first..].first_chunk::<N>();
-        let flat = |column: &'a [f32]| column[first..].first_chunk::<N>();
-        if let (Some(org), Some(dir)) = (whole(self.org), whole(self.dir))
-            && let (Some(t_min), Some(t_max)) = (flat(self.t_min), flat(self.t_max))
+        let run = |column: &'a [f32]| column[first..].first_chunk::<N>().copied();
+        let some = |[x, y, z]: [&'a [f32]; 3]| Some([run(x)?, run(y)?, run(z)?]);
+        if let (Some(org), Some(dir)) = (some(self.org), some(self.dir))
+            && let (Some(t_min), Some(t_max)) = (run(self.t_min), run(self.t_max))
         {
-            for lane in 0..N {
-                for k in 0..3 {
-                    packet.org[k][lane] = org[lane][k];
-                    packet.dir[k][lane] = dir[lane][k];
-                }
-            }
-            packet.t_near = *t_min;
-            packet.t_far = *t_max;
+            packet.org = org;
+            packet.dir = dir;
+            packet.t_near = t_min;
+            packet.t_far = t_max;
             return [-1; N];
         }
         let mut valid = [0; N];
         *packet = RayN::EMPTY;
         for (lane, row) in (first..self.t_max.len()).take(N).enumerate() {
             for k in 0..3 {
-                packet.org[k][lane] = self.org[row][k];
-                packet.dir[k][lane] = self.dir[row][k];
+                packet.org[k][lane] = self.org[k][row];
+                packet.dir[k][lane] = self.dir[k][row];
             }
             packet.t_near[lane] = self.t_min[row];
             packet.t_far[lane] = self.t_max[row];

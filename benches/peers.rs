@@ -62,10 +62,9 @@ impl Peer {
         let meet = |ray: &Ray, at: usize| self.triangles[at].intersect(ray);
         match ask {
             Ask::Closest => {
-                let rows = answers.t.iter_mut().zip(&mut answers.id).enumerate();
-                for (i, (t, id)) in rows {
+                for (i, t) in answers.t.iter_mut().enumerate() {
                     let mut hit = RayHit::none();
-                    *id = if self.tree.ray_traverse(ray(i), &mut hit, meet) {
+                    let id = if self.tree.ray_traverse(ray(i), &mut hit, meet) {
                         *t = hit.t;
                         HitId {
                             instance: 0,
@@ -74,6 +73,7 @@ impl Peer {
                     } else {
                         HitId::NONE
                     };
+                    answers.id.set(i, id);
                 }
             }
             Ask::Any => {
@@ -86,7 +86,7 @@ impl Peer {
 }
 
 fn differing(a: &Answers, b: &Answers) -> usize {
-    let ids = a.id.iter().zip(&b.id).filter(|(a, b)| a != b).count();
+    let ids = a.id.iter().zip(b.id.iter()).filter(|(a, b)| a != b).count();
     let blocked = a.blocked.iter().zip(&b.blocked);
     ids + blocked.filter(|(a, b)| a != b).count()
 }

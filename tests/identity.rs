@@ -68,7 +68,7 @@ impl Differing {
         let blocked = expected.blocked.iter().zip(&got.blocked);
         all.found += blocked.filter(|(a, b)| a != b).count();
         for i in 0..expected.id.len() {
-            let (a, b) = (expected.id[i], got.id[i]);
+            let (a, b) = (expected.id.get(i), got.id.get(i));
             if (a == HitId::NONE) != (b == HitId::NONE) {
                 all.found += 1;
             } else if a != b {
@@ -97,7 +97,7 @@ fn ulps(a: f32, b: f32) -> u64 {
 fn same(a: &Answers, b: &Answers) -> bool {
     let bits = |answers: &Answers| -> Vec<Option<u32>> {
         let hits = answers.id.iter().zip(&answers.t);
-        hits.map(|(id, t)| (*id != HitId::NONE).then(|| t.to_bits()))
+        hits.map(|(id, t)| (id != HitId::NONE).then(|| t.to_bits()))
             .collect()
     };
     a.id == b.id && a.blocked == b.blocked && bits(a) == bits(b)
@@ -191,7 +191,7 @@ fn compare(name: &str, loaded: &Loaded, side: u32, tests: usize) -> Vec<Row> {
             let some = thinned(rays, step);
             let thin = |answers: &Answers| Answers {
                 t: answers.t.iter().step_by(step).copied().collect(),
-                id: answers.id.iter().step_by(step).copied().collect(),
+                id: answers.id.iter().step_by(step).collect(),
                 blocked: answers.blocked.iter().step_by(step).copied().collect(),
             };
             let what = |kernels: &Kernels| format!("{name}, {kind:?}: {structure:?}, {kernels:?}");

@@ -11,7 +11,7 @@ use crate::io::RaySet;
 use crate::plan::Kernels;
 use crate::render::Progress;
 use crate::scene::{Appearances, Scene, SceneError};
-use crate::trace::{Depths, GuessCounts, Guesses, HitId, Hits, Rays, Reuse};
+use crate::trace::{Depths, GuessCounts, Guesses, HitId, HitIds, Hits, Rays, Reuse};
 use serde::Serialize;
 
 /// One way to trace the frames' camera rays, through the trees that `render`
@@ -88,22 +88,22 @@ const BOUNDS: [Option<f64>; 8] = [
 #[derive(Clone, Default)]
 struct Answers {
     t: Vec<f64>,
-    id: Vec<HitId>,
+    id: HitIds,
 }
 
 impl Answers {
     fn of(rays: usize) -> Answers {
         Answers {
             t: vec![0.0; rays],
-            id: vec![HitId::NONE; rays],
+            id: HitIds::none(rays),
         }
     }
 
     /// Rows that differ in any bit that means something.
     fn mismatches(&self, other: &Answers) -> u64 {
-        let row = |answers: &Answers, i: usize| (answers.t[i].to_bits(), answers.id[i]);
+        let row = |answers: &Answers, i: usize| (answers.t[i].to_bits(), answers.id.get(i));
         let differs = |i: &usize| {
-            let missed = self.id[*i] == HitId::NONE && other.id[*i] == HitId::NONE;
+            let missed = self.id.get(*i) == HitId::NONE && other.id.get(*i) == HitId::NONE;
             !missed && row(self, *i) != row(other, *i)
         };
         (0..self.id.len()).filter(differs).count() as u64
@@ -259,10 +259,11 @@ fn ask(
     let mut counts = GuessCounts::default();
     for first in (0..rays.len()).step_by(CHUNK) {
         let rows = first..rays.len().min(first + CHUNK);
-        let hits = &mut Hits {
-            t: Depths::Double(&mut answers.t[rows.clone()]),
-            id: &mut answers.id[rows.clone()],
+        let mut hits = Hits {
+            t: Depths::Double(&mut answers.t),
+            id: answers.id.columns(),
         };
+        let hits = &mut hits.rows(rows.clone());
         let rays = rays.rows(rows);
         counts.add(&memory.closest(world, &question.kernels, &rays, first, hits));
     }

@@ -10,8 +10,8 @@ use crate::io::RaySet;
 use crate::plan::Kernels;
 use crate::render::Progress;
 use crate::trace::{
-    CacheCounts, Caching, Depths, HitId, Hits, ItemBuffer, Origins, Rays, ShadowCache, TILE, any,
-    any_counted, closest, closest_counted, closest_listed,
+    CacheCounts, Caching, Depths, HitIds, Hits, Ids, ItemBuffer, Origins, Rays, ShadowCache, TILE,
+    any, any_counted, closest, closest_counted, closest_listed,
 };
 use rayon::prelude::*;
 use std::ops::Range;
@@ -37,15 +37,14 @@ pub struct Job {
 pub struct Answers {
     /// Meaningless without a hit.
     pub t: Vec<f32>,
-    pub id: Vec<HitId>,
+    pub id: HitIds,
     pub blocked: Vec<bool>,
 }
 
 impl Answers {
     /// Rays that hit, or are blocked.
     pub fn hits(&self) -> usize {
-        let hits = self.id.iter().filter(|id| **id != HitId::NONE).count();
-        hits + self.blocked.iter().filter(|blocked| **blocked).count()
+        self.id.hits() + self.blocked.iter().filter(|blocked| **blocked).count()
     }
 
     pub(super) fn prepare(&mut self, ask: Ask, rays: usize) {
@@ -54,8 +53,25 @@ impl Answers {
             Ask::Any => (0, rays),
         };
         self.t.resize(closest, 0.0);
-        self.id.resize(closest, HitId::NONE);
+        self.id.resize(closest);
         self.blocked.resize(any, false);
+    }
+
+    /// Rows of closest hits, `size` at a time.
+    pub(super) fn hit_chunks(
+        &mut self,
+        size: usize,
+    ) -> impl IndexedParallelIterator<Item = Hits<'_>> {
+        let instances = self.id.instance.par_chunks_mut(size);
+        let ids = instances.zip(self.id.primitive.par_chunks_mut(size));
+        let rows = self.t.par_chunks_mut(size).zip(ids);
+        rows.map(|(t, (instance, primitive))| Hits {
+            t: Depths::Single(t),
+            id: Ids {
+                instance,
+                primitive,
+            },
+        })
     }
 }
 
@@ -92,11 +108,18 @@ pub fn trace(
     answers: &mut Answers,
     progress: &Progress,
 ) -> Option<CacheCounts> {
-    answers.prepare(ask, rays.len());
     let (tries, hits) = (AtomicU64::new(0), AtomicU64::new(0));
     let whole = rays.len() / TILE * TILE;
-    let rest = padded(rays, whole..rays.len());
-    let rest = (!rest.is_empty()).then(|| columns(&rest, 0..TILE));
+    let last = padded(rays, whole..rays.len());
+    // Of a chunk's rows those that the set has, and of those the last tile.
+    let parts = |number: usize, count: usize| {
+        let first = number * CHUNK;
+        let full = count.min(whole - first);
+        let most = (full > 0).then(|| (first, 0..full, columns(rays, first..first + full)));
+        let rest = (full < count).then(|| (whole, full..count, columns(&last, 0..TILE)));
+        most.into_iter().chain(rest)
+    };
+    answers.prepare(ask, whole + last.len());
     match ask {
         Ask::Closest => {
             // One origin in f32 is one in f64.
@@ -105,56 +128,35 @@ pub fn trace(
                 meets.then(|| (rays.org(i).map(f64::from), rays.dir(i)))
             };
             let items = ItemBuffer::of_rays(world, rays.len(), ray);
-            let run = |first: usize, rays: &Rays, t: &mut [f32], id: &mut [HitId]| {
-                let hits = &mut Hits {
-                    t: Depths::Single(t),
-                    id,
-                };
-                match &items {
-                    _ if progress.is_cancelled() => (),
-                    None => closest(world, kernels, rays, hits),
-                    Some(items) => {
-                        closest_listed(world, kernels, rays, (items, first / TILE), hits)
+            let chunks = answers.hit_chunks(CHUNK).enumerate();
+            chunks.for_each(|(number, mut hits)| {
+                for (first, rows, rays) in parts(number, hits.len()) {
+                    let hits = &mut hits.rows(rows);
+                    match &items {
+                        _ if progress.is_cancelled() => (),
+                        None => closest(world, kernels, &rays, hits),
+                        Some(items) => {
+                            closest_listed(world, kernels, &rays, (items, first / TILE), hits);
+                        }
                     }
                 }
-            };
-            let (t, last_t) = answers.t.split_at_mut(whole);
-            let (id, last_id) = answers.id.split_at_mut(whole);
-            let chunks = t.par_chunks_mut(CHUNK).zip(id.par_chunks_mut(CHUNK));
-            chunks.enumerate().for_each(|(number, (t, id))| {
-                let first = number * CHUNK;
-                run(first, &columns(rays, first..first + t.len()), t, id);
             });
-            if let Some(rays) = rest {
-                let (mut t, mut id) = ([0.0; TILE], [HitId::NONE; TILE]);
-                run(whole, &rays, &mut t, &mut id);
-                last_t.copy_from_slice(&t[..last_t.len()]);
-                last_id.copy_from_slice(&id[..last_id.len()]);
-            }
         }
         Ask::Any => {
-            let run = |rays: &Rays, blocked: &mut [bool]| {
-                if progress.is_cancelled() {
-                    return;
-                }
+            let chunks = answers.blocked.par_chunks_mut(CHUNK).enumerate();
+            chunks.for_each(|(number, blocked)| {
                 let cache = &mut ShadowCache::new(caching);
-                any(world, kernels, rays, cache, blocked);
+                for (_, rows, rays) in parts(number, blocked.len()) {
+                    if !progress.is_cancelled() {
+                        any(world, kernels, &rays, cache, &mut blocked[rows]);
+                    }
+                }
                 tries.fetch_add(cache.counts.tries, Relaxed);
                 hits.fetch_add(cache.counts.hits, Relaxed);
-            };
-            let (blocked, last) = answers.blocked.split_at_mut(whole);
-            let chunks = blocked.par_chunks_mut(CHUNK).enumerate();
-            chunks.for_each(|(number, blocked)| {
-                let first = number * CHUNK;
-                run(&columns(rays, first..first + blocked.len()), blocked);
             });
-            if let Some(rays) = rest {
-                let mut blocked = [false; TILE];
-                run(&rays, &mut blocked);
-                last.copy_from_slice(&blocked[..last.len()]);
-            }
         }
     }
+    answers.prepare(ask, rays.len());
     (!progress.is_cancelled()).then_some(CacheCounts {
         tries: tries.into_inner(),
         hits: hits.into_inner(),
@@ -179,9 +181,10 @@ pub fn count(
         let rays = columns(&tiles, first..first + count);
         match ask {
             Ask::Closest => {
+                let (mut t, mut id) = (vec![0.0; count], HitIds::none(count));
                 let mut hits = Hits {
-                    t: Depths::Single(&mut vec![0.0; count]),
-                    id: &mut vec![HitId::NONE; count],
+                    t: Depths::Single(&mut t),
+                    id: id.columns(),
                 };
                 closest_counted(world, kernels, &rays, &mut hits, &counter);
             }

@@ -64,7 +64,7 @@ pub fn ray_sets(source: &Source, kinds: &[Kind], progress: &Progress) -> Option<
     let hits = |each: &dyn Fn(&Surface, DVec3, u64, &mut RaySet)| {
         let mut set = RaySet::default();
         for (i, id) in answers.id.iter().enumerate() {
-            if *id == HitId::NONE {
+            if id == HitId::NONE {
                 continue;
             }
             // The offset of f32: that is how the rays are stored.
@@ -74,7 +74,7 @@ pub fn ray_sets(source: &Source, kinds: &[Kind], progress: &Progress) -> Option<
                 primary.org(i).map(f64::from),
                 primary.dir(i),
                 f64::from(answers.t[i]),
-                *id,
+                id,
             );
             let dir = DVec3::from_array(primary.dir(i).map(f64::from));
             each(&surface, dir, u64::from(numbers[i]), &mut set);

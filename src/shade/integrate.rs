@@ -15,8 +15,8 @@ use crate::math::unit;
 use crate::plan::Kernels;
 use crate::scene::{Light, Material, Rgb};
 use crate::trace::{
-    CacheCounts, Depths, GuessCounts, Guesses, HitId, Hits, ItemBuffer, Outcome, RayKind, Rays,
-    Reuse, ShadowCache, TILE, TracedRay, any, closest, closest_listed,
+    CacheCounts, Depths, GuessCounts, Guesses, HitId, Hits, Ids, ItemBuffer, Outcome, RayKind,
+    Rays, Reuse, ShadowCache, TILE, TracedRay, any, closest, closest_listed,
 };
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
@@ -106,7 +106,8 @@ pub type PrimaryHit<'a> = &'a mut dyn FnMut(u32, &Surface, f64, HitId);
 pub struct Columns<'b> {
     waves: Waves<'b>,
     t: ArenaVec<'b, f64>,
-    id: ArenaVec<'b, HitId>,
+    instance: ArenaVec<'b, u64>,
+    primitive: ArenaVec<'b, u32>,
     lit: ArenaVec<'b, Lit>,
     shadows: Shadows<'b>,
     blocked: ArenaVec<'b, bool>,
@@ -117,7 +118,8 @@ impl<'b> Columns<'b> {
         Columns {
             waves: Waves::new(arena),
             t: ArenaVec::with_capacity_in(PIECE, arena),
-            id: ArenaVec::with_capacity_in(PIECE, arena),
+            instance: ArenaVec::with_capacity_in(PIECE, arena),
+            primitive: ArenaVec::with_capacity_in(PIECE, arena),
             lit: ArenaVec::with_capacity_in(PIECE, arena),
             shadows: Shadows {
                 rays: Wave::with_capacity(PIECE, arena),
@@ -189,7 +191,8 @@ impl Integrator<'_> {
         let Columns {
             waves,
             t,
-            id,
+            instance,
+            primitive,
             lit,
             shadows,
             blocked,
@@ -199,10 +202,14 @@ impl Integrator<'_> {
         let (first, count) = (rays.start, rays.len());
         let batch = wave.batch(first);
         t.resize(batch.len(), 0.0);
-        id.resize(batch.len(), HitId::NONE);
+        instance.resize(batch.len(), HitId::NONE.instance);
+        primitive.resize(batch.len(), HitId::NONE.primitive);
         let hits = &mut Hits {
             t: Depths::Double(t),
-            id,
+            id: Ids {
+                instance,
+                primitive,
+            },
         };
         // A list finds what is nearest without a bound.
         match (self.items, &mut ledger.memory) {
@@ -215,10 +222,15 @@ impl Integrator<'_> {
             }
             _ => closest(self.world, &self.kernels, &batch, hits),
         }
-        note_counts(&wave.kind[rays.clone()], &id[..count], depth, ledger);
+        note_counts(&wave.kind[rays.clone()], &instance[..count], depth, ledger);
 
         lit.clear();
-        for (i, (t, id)) in rays.zip(t.iter().copied().zip(id.iter().copied())) {
+        for (row, i) in rays.enumerate() {
+            let t = t[row];
+            let id = HitId {
+                instance: instance[row],
+                primitive: primitive[row],
+            };
             if id == HitId::NONE {
                 note(wave, i, depth, Outcome::Miss, ledger);
                 add(film, wave, i, self.background);
@@ -375,11 +387,11 @@ impl Shadows<'_> {
     }
 }
 
-fn note_counts(kinds: &[RayKind], id: &[HitId], depth: u32, ledger: &mut Ledger) {
+fn note_counts(kinds: &[RayKind], instance: &[u64], depth: u32, ledger: &mut Ledger) {
     let rays = kinds.len() as u64;
     if depth == 0 {
         ledger.counts.primary += rays;
-        let hits = id.iter().filter(|id| **id != HitId::NONE);
+        let hits = instance.iter().filter(|x| **x != HitId::NONE.instance);
         ledger.counts.primary_hits += hits.count() as u64;
         return;
     }

@@ -1,145 +1,18 @@
 //! Many rays: columns in, columns out, packet by packet.
 
+use super::hits::{Depths, Hits};
 use super::items::ItemBuffer;
 use super::leaf::{Everything, Features, Has, Scratch, Tester};
 use super::packet::Packet;
 use super::query::{AnyHit, Closest, HitId};
+use super::rays::{Rays, load_f32};
 use super::shadow_cache::ShadowCache;
 use super::stream::{Stream, StreamScratch, each};
 use super::tile::{Bundles, TILE, Tile, TileScratch, with_scratch};
 use crate::accel::{Count, Counter, Forest, Forests, Groups, Index, STREAM, World};
 use crate::geom::{Certainty, DoubtAll, Fast};
-use crate::math::Vec3;
-use crate::math::lanes::{Lanes, Mask, Scalar, f32x4, f32x8, f32x16, f64x4, f64x8, f64x16};
+use crate::math::lanes::{Lanes, Mask, f32x4, f32x8, f32x16, f64x4, f64x8, f64x16};
 use crate::plan::{Arithmetic, Kernels, Needs, native_width};
-
-/// Columns of rays are padded to a multiple of this, the largest group of rays
-/// that is traced together.
-pub const MAX_LANES: usize = TILE;
-
-/// Rays in world space. Every column is padded to a multiple of [`MAX_LANES`]
-/// with rays whose `t_max` is negative: they meet nothing.
-#[derive(Clone, Copy)]
-pub struct Rays<'a> {
-    pub org: Origins<'a>,
-    pub dir: [&'a [f32]; 3],
-    pub t_min: &'a [f32],
-    pub t_max: &'a [f32],
-}
-
-/// Where rays start.
-#[derive(Clone, Copy)]
-pub enum Origins<'a> {
-    Single([&'a [f32]; 3]),
-    Double([&'a [f64]; 3]),
-}
-
-/// Answers of closest-hit queries, a row per ray.
-pub struct Hits<'a> {
-    pub t: Depths<'a>,
-    /// [`HitId::NONE`] without a hit.
-    pub id: &'a mut [HitId],
-}
-
-/// t of hits, computed at the precision of the query and rounded or widened to
-/// that of the column; meaningless without a hit.
-pub enum Depths<'a> {
-    Single(&'a mut [f32]),
-    Double(&'a mut [f64]),
-}
-
-impl Depths<'_> {
-    pub(super) fn rows(&mut self, range: std::ops::Range<usize>) -> Depths<'_> {
-        match self {
-            Depths::Single(t) => Depths::Single(&mut t[range]),
-            Depths::Double(t) => Depths::Double(&mut t[range]),
-        }
-    }
-}
-
-impl Origins<'_> {
-    /// Of one ray.
-    #[inline(always)]
-    pub fn at(&self, i: usize) -> [f64; 3] {
-        match self {
-            Origins::Single(org) => org.map(|x| f64::from(x[i])),
-            Origins::Double(org) => org.map(|x| x[i]),
-        }
-    }
-
-    /// Of as many rays as there are lanes, from row `first` on.
-    #[inline(always)]
-    pub(super) fn lanes<D: Lanes<Scalar = f64>>(&self, first: usize) -> Vec3<D> {
-        match self {
-            Origins::Single([x, y, z]) => {
-                let load = |column: &[f32]| load_f32::<D>(&column[first..]);
-                Vec3::new(load(x), load(y), load(z))
-            }
-            Origins::Double([x, y, z]) => {
-                let load = |column: &[f64]| D::load(&column[first..]);
-                Vec3::new(load(x), load(y), load(z))
-            }
-        }
-    }
-
-    pub fn rows(&self, range: std::ops::Range<usize>) -> Self {
-        match self {
-            Origins::Single(org) => Origins::Single(org.map(|x| &x[range.clone()])),
-            Origins::Double(org) => Origins::Double(org.map(|x| &x[range.clone()])),
-        }
-    }
-}
-
-impl Rays<'_> {
-    pub fn len(&self) -> usize {
-        self.t_max.len()
-    }
-
-    pub fn is_empty(&self) -> bool {
-        self.t_max.is_empty()
-    }
-
-    /// Some of them, at whole multiples of [`MAX_LANES`].
-    pub fn rows(&self, range: std::ops::Range<usize>) -> Self {
-        Rays {
-            org: self.org.rows(range.clone()),
-            dir: self.dir.map(|x| &x[range.clone()]),
-            t_min: &self.t_min[range.clone()],
-            t_max: &self.t_max[range],
-        }
-    }
-
-    /// Of the rays of a stream, those that can meet anything.
-    #[inline(always)]
-    fn alive(&self, first: usize) -> u64 {
-        let mut alive = 0;
-        for i in 0..STREAM {
-            let (t_min, t_max) = (self.t_min[first + i], self.t_max[first + i]);
-            alive |= u64::from(t_min < t_max && t_max >= 0.0) << i;
-        }
-        alive
-    }
-
-    #[inline(always)]
-    pub(super) fn packet<L: Lanes>(&self, first: usize, world: &World) -> Packet<L> {
-        let wide = |column: &[f32]| load_f32::<L::Double>(&column[first..]);
-        Packet::new(
-            self.org.lanes(first),
-            Vec3::new(wide(self.dir[0]), wide(self.dir[1]), wide(self.dir[2])),
-            load_f32(&self.t_min[first..]),
-            &world.bounds,
-        )
-    }
-}
-
-#[inline(always)]
-pub(super) fn load_f32<L: Lanes>(from: &[f32]) -> L {
-    let mut lanes = L::zero().to_array();
-    for (to, from) in lanes.as_mut().iter_mut().zip(&from[..L::COUNT]) {
-        *to = L::Scalar::from_f32(*from);
-    }
-    L::load(lanes.as_ref())
-}
 
 /// The nearest hit of every ray.
 pub fn closest(world: &World, kernels: &Kernels, rays: &Rays, hits: &mut Hits) {
@@ -272,7 +145,7 @@ impl ClosestBatch<'_, '_> {
             Depths::Single(t) => query.store_single(&mut t[first..]),
             Depths::Double(t) => query.store_double(&mut t[first..]),
         }
-        query.store_ids(&mut self.hits.id[first..]);
+        query.store_ids(&mut self.hits.id, first);
     }
 }
 

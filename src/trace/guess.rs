@@ -13,9 +13,11 @@
 //! The bound comes from the same primitive, met where it is now, or from the
 //! depths of the ray's tile a frame ago: docs/COHERENCE.md compares the two.
 
-use super::batch::{Depths, Hits, MAX_LANES, Rays, closest};
+use super::batch::closest;
+use super::hits::{Depths, HitIds, Hits};
 use super::leaf::resolve_one;
 use super::query::HitId;
+use super::rays::{MAX_LANES, Rays};
 use crate::accel::World;
 use crate::math::round_up;
 use crate::plan::{Kernels, Needs};
@@ -98,7 +100,7 @@ pub struct Guesses {
     depth: Vec<f32>,
     pause: Vec<u8>,
     /// By ray.
-    id: Vec<HitId>,
+    id: HitIds,
     /// Scratch: limits by ray, and by tile the rays that have a bound.
     bounds: Vec<f32>,
     bounded: Vec<u64>,
@@ -133,7 +135,7 @@ impl Guesses {
             self.depth.resize(tiles.end, f32::INFINITY);
             self.pause.resize(tiles.end, 0);
             if self.reuse == Reuse::Hit {
-                self.id.resize(first + rays.len(), HitId::NONE);
+                self.id.resize(first + rays.len());
             }
         }
         self.bounds.clear();
@@ -168,7 +170,7 @@ impl Guesses {
             self.pause[number] = PAUSE;
             // The others find again what they found, before the same bounds.
             for i in rows.clone() {
-                let is_lost = hits.id[i] == HitId::NONE;
+                let is_lost = hits.id.get(i) == HitId::NONE;
                 self.bounds[i] = if is_lost {
                     rays.t_max[i]
                 } else {
@@ -198,7 +200,7 @@ impl Guesses {
         let mut guess = [self.depth[number]; MAX_LANES];
         if self.reuse == Reuse::Hit {
             for (i, guess) in guess.iter_mut().enumerate() {
-                let id = self.id[number * MAX_LANES + i];
+                let id = self.id.get(number * MAX_LANES + i);
                 *guess = again(world, rays, row + i, id);
             }
         } else if guess[0] == f32::INFINITY {
@@ -229,11 +231,7 @@ impl Guesses {
             t_max: &self.bounds[rows.clone()],
             ..rays.rows(rows.clone())
         };
-        let mut hits = Hits {
-            t: hits.t.rows(rows.clone()),
-            id: &mut hits.id[rows],
-        };
-        closest(world, kernels, &rays, &mut hits);
+        closest(world, kernels, &rays, &mut hits.rows(rows));
     }
 
     #[inline(always)]
@@ -241,7 +239,8 @@ impl Guesses {
         let rows = row..row + MAX_LANES;
         if self.reuse == Reuse::Hit {
             let to = number * MAX_LANES..(number + 1) * MAX_LANES;
-            self.id[to].copy_from_slice(&hits.id[rows]);
+            self.id.instance[to.clone()].copy_from_slice(&hits.id.instance[rows.clone()]);
+            self.id.primitive[to].copy_from_slice(&hits.id.primitive[rows]);
             return;
         }
         let t_max = &rays.t_max[rows.clone()];
@@ -280,9 +279,9 @@ fn deepest<X: Copy + Into<f64>>(t: &[X], t_max: &[f32]) -> f64 {
 /// The rays of a tile that have met anything.
 #[inline(always)]
 fn met(hits: &Hits, row: usize) -> u64 {
-    let id = &hits.id[row..row + MAX_LANES];
     // One half of an id tells.
-    let bit = |i: usize| u64::from(id[i].instance != HitId::NONE.instance) << i;
+    let instance = &hits.id.instance[row..row + MAX_LANES];
+    let bit = |i: usize| u64::from(instance[i] != HitId::NONE.instance) << i;
     (0..MAX_LANES).fold(0, |met, i| met | bit(i))
 }
 

@@ -3,6 +3,7 @@
 //! A query keeps each lane's limit, the t beyond which nothing matters to it.
 //! Equal t's go to the lower id, so the order of visits never shows.
 
+use super::hits::Ids;
 use crate::geom::Certainty;
 use crate::math::lanes::{Lanes, Mask, Scalar, max};
 use crate::math::round_up;
@@ -133,12 +134,16 @@ impl<L: Lanes, C: Certainty> Closest<L, C> {
         }
     }
 
-    /// Every lane's id into the first places of a column.
+    /// Every lane's id into columns, from row `first` on.
     #[inline(always)]
-    pub fn store_ids(&self, id: &mut [HitId]) {
-        for (lane, to) in id[..L::COUNT].iter_mut().enumerate() {
-            *to = self.id(lane);
+    pub fn store_ids(&self, ids: &mut Ids, first: usize) {
+        let rows = first..first + L::COUNT;
+        let [low, high] = &self.instance;
+        let words = low.as_ref().iter().zip(high.as_ref());
+        for (to, (low, high)) in ids.instance[rows.clone()].iter_mut().zip(words) {
+            *to = u64::from(*high) << 32 | u64::from(*low);
         }
+        ids.primitive[rows].copy_from_slice(self.primitive.as_ref());
     }
 
     #[inline(always)]

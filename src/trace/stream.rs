@@ -4,11 +4,11 @@
 //! What incoherent rays want. The lanes only sort out: whatever passes goes to
 //! the same one-lane test as a packet's lane, so the answers are the same bits.
 
-use super::batch::Rays;
 use super::leaf::{Everything, Features, Tester};
 use super::nested::Level;
 use super::packet::Packet;
 use super::query::{HitId, Query};
+use super::rays::Rays;
 use crate::accel::{Block, Entry, STREAM, Slabs, StreamRays, StreamStack, World, prefetch};
 use crate::geom::triangle::{Seen, plane_depth, plane_normal};
 use crate::geom::{Certainty, Ray};

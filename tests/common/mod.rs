@@ -8,7 +8,7 @@ use lanecast::plan::{Arithmetic, Choices, Kernels, Needs, native_width, plan};
 use lanecast::render::{AovSet, Progress, RenderConfig, Rendered, View, render};
 use lanecast::scene::*;
 use lanecast::trace::{
-    Depths, HitId, Hits, ItemBuffer, MAX_LANES, Origins, Rays, ShadowCache, any, closest,
+    Depths, HitId, HitIds, Hits, ItemBuffer, MAX_LANES, Origins, Rays, ShadowCache, any, closest,
     closest_listed,
 };
 use std::path::{Path, PathBuf};
@@ -417,13 +417,13 @@ impl RayColumns {
 
     fn answers(&self, trace: impl FnOnce(&Rays, &mut Hits)) -> Vec<(f64, HitId)> {
         self.padded(vec![f32::INFINITY; self.len], |rays| {
-            let (mut t, mut id) = (vec![0.0; rays.len()], vec![HitId::NONE; rays.len()]);
+            let (mut t, mut id) = (vec![0.0; rays.len()], HitIds::none(rays.len()));
             let mut hits = Hits {
                 t: Depths::Double(&mut t),
-                id: &mut id,
+                id: id.columns(),
             };
             trace(rays, &mut hits);
-            t.into_iter().zip(id).take(self.len).collect()
+            t.into_iter().zip(id.iter()).take(self.len).collect()
         })
     }
 

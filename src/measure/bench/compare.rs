@@ -77,7 +77,7 @@ impl Expected {
                     there == found
                 }
                 Ask::Closest => {
-                    let (there, id) = (self.answers.id[own], found.id[*row]);
+                    let (there, id) = (self.answers.id.get(own), found.id.get(*row));
                     let (t, other) = (self.answers.t[own], found.t[*row]);
                     if there == id {
                         let bits = t.to_bits() == other.to_bits();
@@ -109,10 +109,12 @@ impl Expected {
 
 /// From a peer's ids to the scene's.
 pub(super) fn translate(answers: &mut Answers, ids: &[HitId]) {
-    for id in &mut answers.id {
-        *id = match ids.get(id.primitive as usize) {
-            Some(own) if *id != HitId::NONE => *own,
+    for i in 0..answers.id.len() {
+        let id = answers.id.get(i);
+        let own = match ids.get(id.primitive as usize) {
+            Some(own) if id != HitId::NONE => *own,
             _ => HitId::NONE,
         };
+        answers.id.set(i, own);
     }
 }

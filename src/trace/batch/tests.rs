@@ -9,7 +9,7 @@
 use super::*;
 use crate::geom::{Cuboid, Sphere};
 use crate::scene::{Appearances, Edge, MeshData, Scene, SceneBuilder, Shape};
-use crate::trace::{Caching, resolve_one};
+use crate::trace::{Caching, HitIds, Origins, resolve_one};
 use glam::{DAffine3, DVec3};
 
 #[derive(Clone, Copy)]
@@ -152,14 +152,14 @@ fn compare<L: Lanes>(world: &World, columns: &Columns, seen: &mut [usize; 2]) {
         unreachable!("packets go through narrow trees");
     };
     let rays = columns.rays();
-    let (mut t, mut id) = (vec![0.0; RAYS], vec![HitId::NONE; RAYS]);
+    let (mut t, mut id) = (vec![0.0; RAYS], HitIds::none(RAYS));
     ClosestBatch {
         items: None,
         world,
         rays: &rays,
         hits: &mut Hits {
             t: Depths::Double(&mut t),
-            id: &mut id,
+            id: id.columns(),
         },
     }
     .packets::<L, DoubtEverySecond, Everything, _, _>(forest, &());
@@ -182,7 +182,7 @@ fn compare<L: Lanes>(world: &World, columns: &Columns, seen: &mut [usize; 2]) {
             .filter_map(|id| Some((alone(world, &rays, i, doubted(*id), *id)?, *id)))
             .filter(|(t, _)| *t < f64::from(rays.t_max[i]))
             .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let got = (id[i] != HitId::NONE).then_some((t[i], id[i]));
+        let got = (id.get(i) != HitId::NONE).then_some((t[i], id.get(i)));
         assert_eq!(got, nearest, "ray {i} at {} lanes", L::COUNT);
         assert_eq!(blocked[i], nearest.is_some(), "ray {i}: any hit");
         if let Some((_, id)) = nearest {

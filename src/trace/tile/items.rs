@@ -8,10 +8,10 @@ use crate::accel::{BoxRows, Entry, ItemBoxes, World, prefetch};
 use crate::geom::Certainty;
 use crate::math::lanes::Lanes;
 use crate::scene::Shape;
-use crate::trace::batch::Rays;
 use crate::trace::items::{Item, ItemBuffer};
 use crate::trace::leaf::{Everything, Tester};
 use crate::trace::query::Query;
+use crate::trace::rays::Rays;
 
 impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
     /// The tile's list in the buffer, if it has one.

@@ -7,10 +7,10 @@ use crate::geom::Certainty;
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::scene::MeshId;
-use crate::trace::batch::Rays;
 use crate::trace::leaf::{Everything, Tester};
 use crate::trace::packet::Packet;
 use crate::trace::query::Query;
+use crate::trace::rays::Rays;
 
 /// What a mesh's walk carries along.
 pub(super) struct InMesh<'a, L: Lanes, const S: usize> {

@@ -21,10 +21,10 @@ mod mesh;
 mod parallel;
 mod settle;
 
-use super::batch::{Origins, Rays};
 use super::leaf::{Features, Tester};
 use super::packet::Packet;
 use super::query::{HitId, Query};
+use super::rays::{Origins, Rays, load_f32};
 use super::stream::{Stream, StreamScratch};
 use crate::accel::{Entry, STREAM, WideStack, World};
 use crate::geom::Certainty;
@@ -121,7 +121,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         }
         let at = |s: usize| first + s * L::COUNT;
         let dirs = |s: usize| {
-            let dir = |k: usize| super::batch::load_f32::<L>(&rays.dir[k][at(s)..]);
+            let dir = |k: usize| load_f32::<L>(&rays.dir[k][at(s)..]);
             Vec3::new(dir(0), dir(1), dir(2))
         };
         let alive: [L::Mask; S] = std::array::from_fn(|s| Self::alive(rays, at(s)));
@@ -151,7 +151,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
     /// The rays of a group that are no padding.
     #[inline(always)]
     fn alive(rays: &Rays, first: usize) -> L::Mask {
-        super::batch::load_f32::<L>(&rays.t_max[first..]).gt(L::zero())
+        load_f32::<L>(&rays.t_max[first..]).gt(L::zero())
     }
 
     /// The rays of each group that may meet a box.

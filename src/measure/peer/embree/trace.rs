@@ -9,7 +9,7 @@ use super::{Call, Mode, Tree};
 use crate::io::RaySet;
 use crate::measure::queries::{Answers, Ask};
 use crate::render::Progress;
-use crate::trace::HitId;
+use crate::trace::{Depths, Hits, Ids};
 use rayon::prelude::*;
 use std::arch::asm;
 use std::ops::Range;
@@ -31,12 +31,13 @@ impl Tree {
         let rows = |number: usize, count: usize| number * CHUNK..number * CHUNK + count;
         match ask {
             Ask::Closest => {
-                let t = answers.t.par_chunks_mut(CHUNK);
-                let chunks = t.zip(answers.id.par_chunks_mut(CHUNK)).enumerate();
-                chunks.for_each(|(number, (t, id))| {
+                let chunks = answers.hit_chunks(CHUNK).enumerate();
+                chunks.for_each(|(number, hits)| {
                     if !progress.is_cancelled() {
-                        let chunk = Chunk::of(rays, rows(number, t.len()));
-                        flushing_denormals(|| self.closest(mode, &chunk, t, id));
+                        let chunk = Chunk::of(rays, rows(number, hits.len()));
+                        if let Some(to) = Found::of(hits) {
+                            flushing_denormals(|| self.closest(mode, &chunk, to));
+                        }
                     }
                 });
             }
@@ -53,11 +54,10 @@ impl Tree {
         (!progress.is_cancelled()).then_some(())
     }
 
-    fn closest(&self, mode: Mode, rays: &Chunk, t: &mut [f32], id: &mut [HitId]) {
+    fn closest(&self, mode: Mode, rays: &Chunk, to: Found) {
         let mut context = Context::new(if mode.coherent { ffi::COHERENT } else { 0 });
-        let to = (t, id);
         match mode.call {
-            Call::Single => self.singles(&mut context, rays, to.0, to.1),
+            Call::Single => self.singles(&mut context, rays, to),
             Call::Packet(4) => self.packets::<4>(ffi::rtcIntersect4, &mut context, rays, to),
             Call::Packet(8) => self.packets::<8>(ffi::rtcIntersect8, &mut context, rays, to),
             Call::Packet(_) => self.packets::<16>(ffi::rtcIntersect16, &mut context, rays, to),
@@ -79,14 +79,13 @@ impl Tree {
         }
     }
 
-    fn singles(&self, context: &mut Context, rays: &Chunk, t: &mut [f32], id: &mut [HitId]) {
-        for (i, (t, id)) in t.iter_mut().zip(id).enumerate() {
+    fn singles(&self, context: &mut Context, rays: &Chunk, mut to: Found) {
+        for i in 0..to.t.len() {
             let mut own = Aligned16(RayHitN::<1>::EMPTY);
             rays.fill(i, &mut own.0.ray);
             // SAFETY: scene and context live; the ray has RTCRayHit's layout.
             unsafe { ffi::rtcIntersect1(self.scene, context, (&raw mut own).cast()) };
-            *t = own.0.ray.t_far[0];
-            *id = hit_id(&own.0, 0);
+            to.put(i, &own.0);
         }
     }
 
@@ -105,12 +104,11 @@ impl Tree {
         call: PacketCall,
         context: &mut Context,
         rays: &Chunk,
-        (t, id): (&mut [f32], &mut [HitId]),
+        mut to: Found,
     ) {
-        let rows = t.chunks_mut(N).zip(id.chunks_mut(N));
-        for (number, (t, id)) in rows.enumerate() {
+        for first in (0..to.t.len()).step_by(N) {
             let mut own = Aligned64(RayHitN::<N>::EMPTY);
-            let valid = Aligned64(rays.fill(number * N, &mut own.0.ray));
+            let valid = Aligned64(rays.fill(first, &mut own.0.ray));
             // SAFETY: scene and context live; `valid` has N numbers and the rays
             // the layout of RTCRayHitN, where N is that of the call.
             unsafe {
@@ -121,7 +119,7 @@ impl Tree {
                     (&raw mut own).cast(),
                 );
             }
-            copy_hits(&own.0, t, id);
+            to.put(first, &own.0);
         }
     }
 
@@ -148,30 +146,23 @@ impl Tree {
         }
     }
 
-    fn stream(
-        &self,
-        context: &mut Context,
-        rays: &Chunk,
-        count: usize,
-        (t, id): (&mut [f32], &mut [HitId]),
-    ) {
+    fn stream(&self, context: &mut Context, rays: &Chunk, count: usize, mut to: Found) {
         let mut own = vec![Aligned16(RayHitN::<1>::EMPTY); count];
         let stride = size_of::<Aligned16<RayHitN<1>>>();
-        let rows = t.chunks_mut(count).zip(id.chunks_mut(count));
-        for (number, (t, id)) in rows.enumerate() {
-            for (k, one) in own[..t.len()].iter_mut().enumerate() {
-                rays.fill(number * count + k, &mut one.0.ray);
+        for begin in (0..to.t.len()).step_by(count) {
+            let used = count.min(to.t.len() - begin);
+            for (k, one) in own[..used].iter_mut().enumerate() {
+                rays.fill(begin + k, &mut one.0.ray);
                 one.0.hit.geometry = [ffi::INVALID];
                 one.0.hit.primitive = [ffi::INVALID];
                 one.0.hit.instance = [ffi::INVALID];
             }
-            let (first, many) = (own.as_mut_ptr().cast(), t.len() as u32);
+            let (first, many) = (own.as_mut_ptr().cast(), used as u32);
             // SAFETY: scene and context live; so many rays of RTCRayHit's layout
             // follow each other at this stride.
             unsafe { ffi::rtcIntersect1M(self.scene, context, first, many, stride) };
-            for ((one, t), id) in own.iter().zip(t).zip(id) {
-                *t = one.0.ray.t_far[0];
-                *id = hit_id(&one.0, 0);
+            for (k, one) in own[..used].iter().enumerate() {
+                to.put(begin + k, &one.0);
             }
         }
     }
@@ -198,21 +189,14 @@ impl Tree {
         }
     }
 
-    fn packet_stream(
-        &self,
-        context: &mut Context,
-        rays: &Chunk,
-        count: usize,
-        (t, id): (&mut [f32], &mut [HitId]),
-    ) {
+    fn packet_stream(&self, context: &mut Context, rays: &Chunk, count: usize, mut to: Found) {
         let mut own = vec![Aligned64(RayHitN::<16>::EMPTY); count];
         let stride = size_of::<Aligned64<RayHitN<16>>>();
         let span = 16 * count;
-        let rows = t.chunks_mut(span).zip(id.chunks_mut(span));
-        for (number, (t, id)) in rows.enumerate() {
-            let used = t.len().div_ceil(16);
+        for begin in (0..to.t.len()).step_by(span) {
+            let used = span.min(to.t.len() - begin).div_ceil(16);
             for (k, packet) in own[..used].iter_mut().enumerate() {
-                rays.fill(number * span + 16 * k, &mut packet.0.ray);
+                rays.fill(begin + 16 * k, &mut packet.0.ray);
                 packet.0.hit.geometry = [ffi::INVALID; 16];
                 packet.0.hit.primitive = [ffi::INVALID; 16];
                 packet.0.hit.instance = [ffi::INVALID; 16];
@@ -222,8 +206,8 @@ impl Tree {
             // layout follow each other at this stride. Lanes without a ray are
             // off: their t_far is below their t_near.
             unsafe { ffi::rtcIntersectNM(self.scene, context, first, 16, many, stride) };
-            for ((packet, t), id) in own.iter().zip(t.chunks_mut(16)).zip(id.chunks_mut(16)) {
-                copy_hits(&packet.0, t, id);
+            for (k, packet) in own[..used].iter().enumerate() {
+                to.put(begin + 16 * k, &packet.0);
             }
         }
     }
@@ -253,20 +237,33 @@ impl Tree {
     }
 }
 
-#[inline(always)]
-fn hit_id<const N: usize>(packet: &RayHitN<N>, lane: usize) -> HitId {
-    // Without a hit both are as they were set, all ones; so is `HitId::NONE`.
-    HitId {
-        instance: i64::from(packet.hit.geometry[lane].cast_signed()).cast_unsigned(),
-        primitive: packet.hit.primitive[lane],
-    }
+/// Where hits go.
+struct Found<'a> {
+    t: &'a mut [f32],
+    id: Ids<'a>,
 }
 
-#[inline(always)]
-fn copy_hits<const N: usize>(packet: &RayHitN<N>, t: &mut [f32], id: &mut [HitId]) {
-    t.copy_from_slice(&packet.ray.t_far[..t.len()]);
-    for (lane, id) in id.iter_mut().enumerate() {
-        *id = hit_id(packet, lane);
+impl<'a> Found<'a> {
+    /// Columns in f32.
+    fn of(hits: Hits<'a>) -> Option<Found<'a>> {
+        match hits.t {
+            Depths::Single(t) => Some(Found { t, id: hits.id }),
+            Depths::Double(_) => None,
+        }
+    }
+
+    /// A packet's lanes, as many as there are rows from `first` on.
+    #[inline(always)]
+    fn put<const N: usize>(&mut self, first: usize, packet: &RayHitN<N>) {
+        let rows = first..self.t.len().min(first + N);
+        let count = rows.len();
+        self.t[rows.clone()].copy_from_slice(&packet.ray.t_far[..count]);
+        // Without a hit both are as they were set, all ones; so is `HitId::NONE`.
+        let geometry = &packet.hit.geometry[..count];
+        for (to, geometry) in self.id.instance[rows.clone()].iter_mut().zip(geometry) {
+            *to = i64::from(geometry.cast_signed()).cast_unsigned();
+        }
+        self.id.primitive[rows].copy_from_slice(&packet.hit.primitive[..count]);
     }
 }
 

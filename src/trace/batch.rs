@@ -147,6 +147,37 @@ impl ClosestBatch<'_, '_> {
         }
         query.store_ids(&mut self.hits.id, first);
     }
+
+    #[inline(always)]
+    fn put_stream<L: Lanes, C: Certainty>(
+        &mut self,
+        first: usize,
+        queries: &[Closest<L, C>; STREAM],
+    ) {
+        let rows = first..first + STREAM;
+        match &mut self.hits.t {
+            Depths::Single(t) => {
+                for (t, query) in t[rows.clone()].iter_mut().zip(queries) {
+                    *t = query.t(0) as f32;
+                }
+            }
+            Depths::Double(t) => {
+                for (t, query) in t[rows.clone()].iter_mut().zip(queries) {
+                    *t = query.t(0);
+                }
+            }
+        }
+        let id = &mut self.hits.id;
+        let columns = id.instance[rows.clone()]
+            .iter_mut()
+            .zip(&mut id.primitive[rows]);
+        for ((instance, primitive), query) in columns.zip(queries) {
+            HitId {
+                instance: *instance,
+                primitive: *primitive,
+            } = query.id(0);
+        }
+    }
 }
 
 impl Batch for ClosestBatch<'_, '_> {
@@ -179,9 +210,7 @@ impl Batch for ClosestBatch<'_, '_> {
             };
             let alive = self.rays.alive(first);
             stream.trace_nested::<L::Single, C, _>(groups, alive, &mut queries, scratch);
-            for (i, query) in queries.iter().enumerate() {
-                self.put(first + i, query);
-            }
+            self.put_stream(first, &queries);
         }
     }
 
@@ -226,9 +255,7 @@ impl Batch for ClosestBatch<'_, '_> {
                     &mut queries,
                     &mut scratch.streams,
                 );
-                for (i, query) in queries.iter().enumerate() {
-                    self.put(first + i, query);
-                }
+                self.put_stream(first, &queries);
             }
         }
     }

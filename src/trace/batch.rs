@@ -121,7 +121,11 @@ trait Batch {
     /// Through wide trees; `S` packets are a tile.
     fn tiles<L: Lanes, C: Certainty, F: Features, const S: usize>(self, scratch: &mut TileScratch);
     /// Through nested trees: streams for all rays, at one lane.
-    fn nested<L: Lanes, C: Certainty>(self, groups: &Groups, scratch: &mut StreamScratch);
+    fn nested<L: Lanes, C: Certainty, const S: usize>(
+        self,
+        groups: &Groups,
+        scratch: &mut StreamScratch,
+    );
     /// Packet by packet, through any other kind of structure.
     fn packets<L: Lanes, C: Certainty, F: Features, A: Index, N: Count>(
         self,
@@ -197,7 +201,11 @@ impl Batch for ClosestBatch<'_, '_> {
     }
 
     #[inline(never)]
-    fn nested<L: Lanes, C: Certainty>(mut self, groups: &Groups, scratch: &mut StreamScratch) {
+    fn nested<L: Lanes, C: Certainty, const S: usize>(
+        mut self,
+        groups: &Groups,
+        scratch: &mut StreamScratch,
+    ) {
         for first in (0..self.rays.len()).step_by(STREAM) {
             let mut queries: [_; STREAM] = std::array::from_fn(|i| {
                 let t_max = self.rays.t_max[first + i];
@@ -209,7 +217,7 @@ impl Batch for ClosestBatch<'_, '_> {
                 first,
             };
             let alive = self.rays.alive(first);
-            stream.trace_nested::<L::Single, C, _>(groups, alive, &mut queries, scratch);
+            stream.trace_nested::<L, S, C, _>(groups, alive, &mut queries, scratch);
             self.put_stream(first, &queries);
         }
     }
@@ -250,7 +258,7 @@ impl Batch for ClosestBatch<'_, '_> {
                     rays: self.rays,
                     first,
                 };
-                stream.trace::<_, C, F, _>(
+                stream.trace::<L, S, C, F, _>(
                     self.rays.alive(first),
                     &mut queries,
                     &mut scratch.streams,
@@ -366,12 +374,16 @@ impl Batch for AnyBatch<'_> {
     }
 
     #[inline(never)]
-    fn nested<L: Lanes, C: Certainty>(mut self, groups: &Groups, scratch: &mut StreamScratch) {
+    fn nested<L: Lanes, C: Certainty, const S: usize>(
+        mut self,
+        groups: &Groups,
+        scratch: &mut StreamScratch,
+    ) {
         let (world, rays) = (self.world, self.rays);
         for first in (0..rays.len()).step_by(STREAM) {
             let stream = Stream { world, rays, first };
             self.stream::<L, C>(first, |open, queries| {
-                stream.trace_nested::<L::Single, C, _>(groups, open, queries, scratch);
+                stream.trace_nested::<L, S, C, _>(groups, open, queries, scratch);
             });
         }
     }
@@ -398,7 +410,7 @@ impl Batch for AnyBatch<'_> {
             for first in (first..first + TILE).step_by(STREAM) {
                 let stream = Stream { world, rays, first };
                 self.stream::<L, C>(first, |open, queries| {
-                    stream.trace::<_, C, F, _>(open, queries, &mut scratch.streams);
+                    stream.trace::<L, S, C, F, _>(open, queries, &mut scratch.streams);
                 });
             }
         }
@@ -469,7 +481,7 @@ fn by_structure<L: Lanes, C: Certainty, N: Count, const S: usize>(
     match choice.forest {
         Forests::Wide(_) => by_needs::<L, C, S>(choice.kernels.needs, batch),
         Forests::Nested(forest) => with_scratch(|scratch| {
-            batch.nested::<L, C>(&forest.groups, &mut scratch.streams);
+            batch.nested::<L, C, S>(&forest.groups, &mut scratch.streams);
         }),
         Forests::Narrow(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
         Forests::Kd(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),

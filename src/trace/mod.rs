@@ -11,6 +11,7 @@ mod query;
 mod rays;
 mod record;
 mod shadow_cache;
+mod solids;
 mod stream;
 mod tile;
 

@@ -9,8 +9,8 @@
 //! Levels take their room from a pool that grows once; recursion is as deep as
 //! the graph, which [`crate::scene::MAX_DEPTH`] bounds.
 
-use super::leaf::{Everything, Tester};
 use super::query::Query;
+use super::solids::Lanewise;
 use super::stream::{Bunch, Met, Stream, StreamScratch, each, limit};
 use crate::accel::{Entry, Group, Groups, Link, Reach, STREAM, StreamStack};
 use crate::geom::Certainty;
@@ -40,7 +40,7 @@ struct Nested<'a, 'b> {
 
 impl Stream<'_> {
     /// Everything in a nested world. `active`: the rays that are still asking.
-    pub fn trace_nested<L: Lanes, C: Certainty, Q: Query<L>>(
+    pub fn trace_nested<L: Lanes, const S: usize, C: Certainty, Q: Query<L::Single>>(
         &self,
         groups: &Groups,
         active: u64,
@@ -56,10 +56,11 @@ impl Stream<'_> {
             place: Place::WORLD,
             first: 0,
         };
-        nested.unbounded::<L, C, Q>(&world, active, queries);
+        let solids = &mut self.lanewise::<L, S>();
+        nested.unbounded::<L, S, C, Q>(&world, active, queries, solids);
         let mut set = 0;
         each(active, |i| set |= u64::from(limit(&queries[i]) >= 0.0) << i);
-        nested.group::<L, C, Q>(&world, set, queries, scratch);
+        nested.group::<L, S, C, Q>(&world, set, queries, (solids, scratch));
     }
 }
 
@@ -73,11 +74,12 @@ impl Nested<'_, '_> {
 
     /// What has no bounds, below a node.
     #[inline(never)]
-    fn unbounded<L: Lanes, C: Certainty, Q: Query<L>>(
+    fn unbounded<L: Lanes, const S: usize, C: Certainty, Q: Query<L::Single>>(
         &self,
         at: &Spot,
         set: u64,
         queries: &mut [Q; STREAM],
+        solids: &mut Lanewise<L, S>,
     ) {
         for link in &at.group.open {
             let (place, first) = self.through(at, link);
@@ -89,13 +91,14 @@ impl Nested<'_, '_> {
                             place,
                             first,
                         };
-                        self.unbounded::<L, C, Q>(&spot, set, queries);
+                        self.unbounded::<L, S, C, Q>(&spot, set, queries, solids);
                     }
                 }
                 Target::Shape(shape) => {
                     let own = self.groups.own[shape.index()];
                     let entry = Entry::of(self.stream.world.scene, shape, own, first, &place);
-                    self.solid::<L, C, Q>(&entry, &place, set, queries);
+                    let map = Some(&place.object_from_world);
+                    solids.meet::<C, Q>(&entry, map, set, queries);
                 }
             }
         }
@@ -103,12 +106,12 @@ impl Nested<'_, '_> {
 
     /// What is bounded below a node, through its tree.
     #[inline(never)]
-    fn group<L: Lanes, C: Certainty, Q: Query<L>>(
+    fn group<L: Lanes, const S: usize, C: Certainty, Q: Query<L::Single>>(
         &self,
         at: &Spot,
         set: u64,
         queries: &mut [Q; STREAM],
-        scratch: &mut StreamScratch,
+        (solids, scratch): (&mut Lanewise<L, S>, &mut StreamScratch),
     ) {
         let links = &at.group.links;
         let mut level = scratch.levels.pop().unwrap_or_default();
@@ -124,7 +127,7 @@ impl Nested<'_, '_> {
                 |boxes, first, count, mut set| {
                     let mut done = 0;
                     for link in &links[first..first + count] {
-                        self.link::<L, C, Q>(at, link, set, queries, scratch);
+                        self.link::<L, S, C, Q>(at, link, set, queries, (solids, scratch));
                         each(set, |i| {
                             boxes.limit[i] = limit(&queries[i]);
                             done |= u64::from(boxes.limit[i] < 0.0) << i;
@@ -143,7 +146,7 @@ impl Nested<'_, '_> {
                 if set == 0 {
                     break;
                 }
-                self.link::<L, C, Q>(at, link, set, queries, scratch);
+                self.link::<L, S, C, Q>(at, link, set, queries, (solids, scratch));
                 each(set, |i| set &= !(u64::from(limit(&queries[i]) < 0.0) << i));
             }
         }
@@ -151,13 +154,13 @@ impl Nested<'_, '_> {
     }
 
     #[inline(never)]
-    fn link<L: Lanes, C: Certainty, Q: Query<L>>(
+    fn link<L: Lanes, const S: usize, C: Certainty, Q: Query<L::Single>>(
         &self,
         at: &Spot,
         link: &Link,
         set: u64,
         queries: &mut [Q; STREAM],
-        scratch: &mut StreamScratch,
+        (solids, scratch): (&mut Lanewise<L, S>, &mut StreamScratch),
     ) {
         let (place, first) = self.through(at, link);
         match link.edge.target {
@@ -168,41 +171,22 @@ impl Nested<'_, '_> {
                         place,
                         first,
                     };
-                    self.group::<L, C, Q>(&spot, set, queries, scratch);
+                    self.group::<L, S, C, Q>(&spot, set, queries, (solids, scratch));
                 }
             }
             Target::Shape(shape) => {
                 let own = self.groups.own[shape.index()];
                 let entry = Entry::of(self.stream.world.scene, shape, own, first, &place);
+                let map = Some(&place.object_from_world);
                 let Shape::Mesh(id) = entry.shape else {
-                    return self.solid::<L, C, Q>(&entry, &place, set, queries);
+                    return solids.meet::<C, Q>(&entry, map, set, queries);
                 };
-                let met = Met {
-                    entry: &entry,
-                    map: Some(&place.object_from_world),
-                };
+                let met = Met { entry: &entry, map };
                 let StreamScratch { object, mesh, .. } = scratch;
                 self.stream
-                    .placed_mesh::<L, C, Q>(met, id, set, queries, object, mesh);
+                    .placed_mesh::<L::Single, C, Q>(met, id, set, queries, object, mesh);
             }
         }
-    }
-
-    #[inline(always)]
-    fn solid<L: Lanes, C: Certainty, Q: Query<L>>(
-        &self,
-        entry: &Entry,
-        place: &Place,
-        set: u64,
-        queries: &mut [Q; STREAM],
-    ) {
-        each(set, |i| {
-            let packet = self.stream.packet::<L>(i);
-            let tester = Tester::<L, C, Everything>::new(self.stream.world, &packet);
-            let tester = tester.with_map(Some(&place.object_from_world));
-            let active = packet.ray.t_min.lt(queries[i].limit());
-            tester.solid(entry, active, &mut queries[i]);
-        });
     }
 }
 

@@ -45,6 +45,15 @@ pub trait Query<L: Lanes> {
     fn accept_each(&mut self, hit: L::Mask, t: L, instance: u64, primitives: &L::Ids);
     /// Any-hit: these rays are blocked, wherever.
     fn block(&mut self, lanes: L::Mask, id: HitId);
+    /// The same question of as many rays as `W` has lanes.
+    type Together<W: Lanes>: Query<W> + Found;
+    fn together<W: Lanes>(limit: W) -> Self::Together<W>;
+}
+
+/// What a query has found.
+pub trait Found {
+    /// A lane's t and id, if it has a hit: what [`Query::settle`] takes.
+    fn found(&self, lane: usize) -> Option<(f64, HitId)>;
 }
 
 /// The nearest hit of each lane.
@@ -253,6 +262,21 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
     }
 
     fn block(&mut self, _lanes: L::Mask, _id: HitId) {}
+
+    type Together<W: Lanes> = Closest<W, C>;
+
+    #[inline(always)]
+    fn together<W: Lanes>(limit: W) -> Closest<W, C> {
+        Closest::new(limit)
+    }
+}
+
+impl<L: Lanes, C: Certainty> Found for Closest<L, C> {
+    #[inline(always)]
+    fn found(&self, lane: usize) -> Option<(f64, HitId)> {
+        let id = self.id(lane);
+        (id != HitId::NONE).then(|| (self.t(lane), id))
+    }
 }
 
 /// Whether anything lies in each lane's range.
@@ -323,5 +347,21 @@ impl<L: Lanes> Query<L> for AnyHit<L> {
         let done = -L::splat(L::Scalar::INFINITY);
         self.limit = L::select(lanes, done, self.limit);
         self.occluder = id;
+    }
+
+    type Together<W: Lanes> = AnyHit<W>;
+
+    #[inline(always)]
+    fn together<W: Lanes>(limit: W) -> AnyHit<W> {
+        AnyHit::new(limit)
+    }
+}
+
+impl<L: Lanes> Found for AnyHit<L> {
+    /// The t of no hit matters.
+    #[inline(always)]
+    fn found(&self, lane: usize) -> Option<(f64, HitId)> {
+        let blocked = self.blocked().bits() >> lane & 1 != 0;
+        blocked.then_some((f64::NEG_INFINITY, self.occluder))
     }
 }

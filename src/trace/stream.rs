@@ -9,6 +9,7 @@ use super::nested::Level;
 use super::packet::Packet;
 use super::query::{HitId, Query};
 use super::rays::Rays;
+use super::solids::{Lanewise, Packets};
 use crate::accel::{Block, Entry, STREAM, Slabs, StreamRays, StreamStack, World, prefetch};
 use crate::geom::triangle::{Seen, plane_depth, plane_normal};
 use crate::geom::{Certainty, Ray};
@@ -196,8 +197,18 @@ pub(super) struct Stream<'a> {
 }
 
 impl Stream<'_> {
+    /// The rays as packets.
+    pub fn lanewise<L: Lanes, const S: usize>(&self) -> Lanewise<'_, L, S> {
+        Lanewise {
+            world: self.world,
+            rays: self.rays,
+            first: self.first,
+            packets: Packets::none(),
+        }
+    }
+
     #[inline(always)]
-    pub fn packet<L: Lanes>(&self, i: usize) -> Packet<L> {
+    fn packet<L: Lanes>(&self, i: usize) -> Packet<L> {
         self.rays.packet(self.first + i, self.world)
     }
 
@@ -223,18 +234,18 @@ impl Stream<'_> {
 
     /// Everything in the world. `active`: the rays that are still asking.
     #[inline(always)]
-    pub fn trace<L: Lanes, C: Certainty, F: Features, Q: Query<L>>(
+    pub fn trace<L: Lanes, const S: usize, C: Certainty, F: Features, Q: Query<L::Single>>(
         &self,
         active: u64,
         queries: &mut [Q; STREAM],
         scratch: &mut StreamScratch,
     ) {
         let world = self.world;
-        if F::SOLIDS && !world.unbounded.is_empty() {
-            each(active, |i| {
-                let packet = self.packet::<L>(i);
-                Tester::<L, C, F>::new(world, &packet).unbounded(&mut queries[i]);
-            });
+        let mut solids = self.lanewise::<L, S>();
+        if F::SOLIDS {
+            for entry in &world.unbounded {
+                solids.meet::<C, Q>(entry, None, active, queries);
+            }
         }
         let Some(forest) = world.wide() else { return };
         let StreamScratch {
@@ -266,23 +277,20 @@ impl Stream<'_> {
                         Shape::Mesh(id) => {
                             if F::MESHES {
                                 if F::TRANSFORMS && entry.placed {
-                                    self.placed_mesh::<L, C, Q>(
+                                    self.placed_mesh::<L::Single, C, Q>(
                                         met, id, set, queries, object, stack,
                                     );
                                 } else {
                                     bunch.boxes.limit = boxes.limit;
-                                    self.in_mesh::<L, C, Q>(met, id, set, queries, bunch, stack);
+                                    self.in_mesh::<L::Single, C, Q>(
+                                        met, id, set, queries, bunch, stack,
+                                    );
                                 }
                             }
                         }
                         _ => {
                             if F::SOLIDS {
-                                each(set, |i| {
-                                    let packet = self.packet::<L>(i);
-                                    let tester = Tester::<L, C, F>::new(world, &packet);
-                                    let active = packet.ray.t_min.lt(queries[i].limit());
-                                    tester.solid(entry, active, &mut queries[i]);
-                                });
+                                solids.meet::<C, Q>(entry, None, set, queries);
                             }
                         }
                     }

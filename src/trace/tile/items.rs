@@ -46,9 +46,9 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
     ) {
         let world = self.world;
         if !world.unbounded.is_empty() {
-            for (s, query) in queries.iter_mut().enumerate() {
-                let packet = self.packet(s);
-                Tester::<L, C, Everything>::new(world, &packet).unbounded(query);
+            let packets = self.packets.get(self.rays, self.first, world);
+            for (packet, query) in packets.iter().zip(queries.iter_mut()) {
+                Tester::<L, C, Everything>::new(world, packet).unbounded(query);
             }
         }
         for (s, query) in queries.iter().enumerate() {

@@ -22,14 +22,14 @@ mod parallel;
 mod settle;
 
 use super::leaf::{Features, Tester};
-use super::packet::Packet;
 use super::query::{HitId, Query};
 use super::rays::{Origins, Rays, load_f32};
+use super::solids::{Packets, next_up};
 use super::stream::{Stream, StreamScratch};
 use crate::accel::{Entry, STREAM, WideStack, World};
 use crate::geom::Certainty;
 use crate::math::Vec3;
-use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::math::lanes::{Lanes, Mask};
 use crate::scene::{MeshId, Shape};
 use bundle::{Bundle, Parallel, Pinhole, RelativeBox};
 use glam::DVec3;
@@ -53,6 +53,8 @@ pub(super) struct Tile<'a, L: Lanes, const S: usize> {
     bundle: &'a mut Bundle<L, S>,
     /// For spaces of other meshes.
     spare: &'a mut Bundle<L, S>,
+    /// For single primitives.
+    packets: Packets<L, S>,
 }
 
 /// Scratch of one thread, reused from tile to tile.
@@ -145,6 +147,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             dir,
             bundle,
             spare,
+            packets: Packets::none(),
         })
     }
 
@@ -173,11 +176,6 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         active
     }
 
-    #[inline(always)]
-    fn packet(&self, s: usize) -> Packet<L> {
-        self.rays.packet(self.first + s * L::COUNT, self.world)
-    }
-
     /// Everything in the world.
     #[inline(always)]
     pub fn trace<C: Certainty, F: Features, Q: Query<L>>(
@@ -187,9 +185,9 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
     ) {
         let world = self.world;
         if F::SOLIDS && !world.unbounded.is_empty() {
-            for (s, query) in queries.iter_mut().enumerate() {
-                let packet = self.packet(s);
-                Tester::<L, C, F>::new(world, &packet).unbounded(query);
+            let packets = self.packets.get(self.rays, self.first, world);
+            for (packet, query) in packets.iter().zip(queries.iter_mut()) {
+                Tester::<L, C, F>::new(world, packet).unbounded(query);
             }
         }
         for (s, query) in queries.iter().enumerate() {
@@ -261,8 +259,8 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         let active = self.reach_box(entry.bounds.min, entry.bounds.max);
         for (s, query) in queries.iter_mut().enumerate() {
             if active[s].any() {
-                let packet = self.packet(s);
-                Tester::<L, C, F>::new(self.world, &packet).solid(entry, active[s], query);
+                let packet = &self.packets.get(self.rays, self.first, self.world)[s];
+                Tester::<L, C, F>::new(self.world, packet).solid(entry, active[s], query);
                 self.bundle.limit_t::<C, Q>(s, query.limit());
             }
         }
@@ -395,13 +393,4 @@ fn all_like<X: Copy + PartialEq>(
         all &= same | !(t_max[i] > 0.0);
     }
     all
-}
-
-/// The next number.
-fn next_up<X: Scalar>(x: X) -> X {
-    if size_of::<X>() == 8 {
-        X::from_f64(x.to_f64().next_up())
-    } else {
-        X::from_f32((x.to_f64() as f32).next_up())
-    }
 }

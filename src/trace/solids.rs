@@ -1,0 +1,88 @@
+//! Single primitives before rays that come one by one: as many rays at a time as
+//! there are lanes, all the same.
+
+use super::leaf::{Everything, Tester};
+use super::packet::Packet;
+use super::query::{Found, Query};
+use super::rays::Rays;
+use super::stream::each;
+use crate::accel::{Entry, STREAM, World};
+use crate::geom::Certainty;
+use crate::math::Affine;
+use crate::math::lanes::{Lanes, Mask, Scalar};
+
+/// Rays that follow each other, as packets: made when the first primitive comes,
+/// for not every group of rays meets one.
+pub(super) struct Packets<L: Lanes, const S: usize>(Option<[Packet<L>; S]>);
+
+impl<L: Lanes, const S: usize> Packets<L, S> {
+    pub fn none() -> Self {
+        Packets(None)
+    }
+
+    /// Of the rays from row `first` on, the same at every call.
+    #[inline(always)]
+    pub fn get(&mut self, rays: &Rays, first: usize, world: &World) -> &[Packet<L>; S] {
+        self.0.get_or_insert_with(|| {
+            std::array::from_fn(|s| rays.packet(first + s * L::COUNT, world))
+        })
+    }
+}
+
+/// The rays of a stream: with one query each, and as packets.
+pub(super) struct Lanewise<'a, L: Lanes, const S: usize> {
+    pub world: &'a World<'a>,
+    pub rays: &'a Rays<'a>,
+    pub first: usize,
+    pub packets: Packets<L, S>,
+}
+
+impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
+    /// One primitive before some rays. `map`: its `object_from_world`, where that
+    /// is at hand.
+    #[inline(never)]
+    pub fn meet<C: Certainty, Q: Query<L::Single>>(
+        &mut self,
+        entry: &Entry,
+        map: Option<&Affine>,
+        set: u64,
+        queries: &mut [Q; STREAM],
+    ) {
+        const { assert!(S * L::COUNT == STREAM) };
+        let packets = self.packets.get(self.rays, self.first, self.world);
+        for (s, packet) in packets.iter().enumerate() {
+            let first = s * L::COUNT;
+            let some = set >> first & (u64::MAX >> (64 - L::COUNT));
+            if some == 0 {
+                continue;
+            }
+            let mut limits = (-L::from_f32(1.0)).to_array();
+            each(some, |lane| {
+                let limit = queries[first + lane].limit().lane(0);
+                // Just beyond: ties are for the ray's own query to settle.
+                let limit = if Q::ANY { limit } else { next_up(limit) };
+                limits.as_mut()[lane] = limit;
+            });
+            let limit = L::load(limits.as_ref());
+            let active = L::Mask::from_bits(some as u32) & packet.ray.t_min.lt(limit);
+            let mut query = Q::together::<L>(limit);
+            Tester::<L, C, Everything>::new(self.world, packet)
+                .with_map(map)
+                .solid(entry, active, &mut query);
+            each(some, |lane| {
+                if let Some((t, id)) = query.found(lane) {
+                    queries[first + lane].settle(0, t, id);
+                }
+            });
+        }
+    }
+}
+
+/// The next number.
+pub(super) fn next_up<X: Scalar>(x: X) -> X {
+    if size_of::<X>() == 8 {
+        X::from_f64(x.to_f64().next_up())
+    } else {
+        X::from_f32((x.to_f64() as f32).next_up())
+    }
+}

@@ -29,6 +29,9 @@ impl<L: Lanes, const S: usize> Packets<L, S> {
     }
 }
 
+/// So many rays of a packet go one by one.
+const FEW: u32 = 2;
+
 /// The rays of a stream: with one query each, and as packets.
 pub(super) struct Lanewise<'a, L: Lanes, const S: usize> {
     pub world: &'a World<'a>,
@@ -53,7 +56,16 @@ impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
         for (s, packet) in packets.iter().enumerate() {
             let first = s * L::COUNT;
             let some = set >> first & (u64::MAX >> (64 - L::COUNT));
-            if some == 0 {
+            if some.count_ones() <= FEW {
+                each(some, |lane| {
+                    let row = self.first + first + lane;
+                    let packet = self.rays.packet::<L::Single>(row, self.world);
+                    let query = &mut queries[first + lane];
+                    let active = packet.ray.t_min.lt(query.limit());
+                    Tester::<L::Single, C, Everything>::new(self.world, &packet)
+                        .with_map(map)
+                        .solid(entry, active, query);
+                });
                 continue;
             }
             let mut limits = (-L::from_f32(1.0)).to_array();

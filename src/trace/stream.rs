@@ -11,7 +11,7 @@ use super::query::{HitId, Query};
 use super::rays::Rays;
 use super::solids::{Lanewise, Packets};
 use crate::accel::{Block, Entry, STREAM, Slabs, StreamRays, StreamStack, World, prefetch};
-use crate::geom::triangle::{Seen, plane_depth, plane_normal};
+use crate::geom::triangle::{Seen, plane_normal, plane_ratio};
 use crate::geom::{Certainty, Ray};
 use crate::math::lanes::{Lanes, Mask, Register, Scalar, max, min};
 use crate::math::{Aabb32, Affine, Vec3, round_up};
@@ -27,13 +27,13 @@ pub(super) struct Bunch {
 }
 
 /// What triangles are met with.
-#[derive(Default)]
 struct Sight {
     org: [Column; 3],
     /// The shear of each ray, and its axis.
     shear: [Column; 3],
-    axis: Column,
-    t_min: Column,
+    axis: [u8; STREAM],
+    /// t_min as a depth along the axis, in the ray's sense; rounded down.
+    begin: Column,
     /// By how much a corner, seen along the ray, may be out of place.
     misplaced: Column,
 }
@@ -41,6 +41,19 @@ struct Sight {
 #[derive(Clone, Copy)]
 #[repr(align(64))]
 struct Column([f32; STREAM]);
+
+impl Default for Sight {
+    fn default() -> Sight {
+        let none = Column::default();
+        Sight {
+            org: [none; 3],
+            shear: [none; 3],
+            axis: [0; STREAM],
+            begin: none,
+            misplaced: none,
+        }
+    }
+}
 
 impl Default for Column {
     fn default() -> Column {
@@ -88,12 +101,7 @@ impl Bunch {
             // half of this.
             let misplaced = reach * Register::splat(16.0 * 0.5 * f32::EPSILON);
             let shear = &ray.shear;
-            let select = <Register as Lanes>::select;
-            let axis = select(
-                shear.lanes[2],
-                Register::splat(2.0),
-                select(shear.lanes[1], Register::splat(1.0), Register::splat(0.0)),
-            );
+            let begin = t_min * shear.along.abs();
             let store = |column: &mut Column, x: Register| x.store(&mut column.0[first..]);
             let sight = &mut self.sight;
             for k in 0..3 {
@@ -102,21 +110,29 @@ impl Bunch {
             store(&mut sight.shear[0], shear.x);
             store(&mut sight.shear[1], shear.y);
             store(&mut sight.shear[2], shear.along);
-            store(&mut sight.axis, axis);
-            store(&mut sight.t_min, t_min);
+            let lanes = shear.lanes.map(Mask::bits);
+            for lane in 0..<Register as Lanes>::COUNT {
+                let is = |k: usize| (lanes[k] >> lane & 1) as u8;
+                sight.axis[first + lane] = is(1) | is(2) << 1;
+            }
+            store(
+                &mut sight.begin,
+                begin - begin.abs() * Register::splat(SLACK),
+            );
             store(&mut sight.misplaced, misplaced);
         }
     }
 }
 
 impl Sight {
-    /// Triangles of the block that a ray meets before its limit; where `exact`,
-    /// those that it may meet as far as f32 can tell.
+    /// Triangles of the block that a ray may meet before its limit, as far as f32
+    /// can tell; and of these, unless `exact`, those that every test in f32 says it
+    /// meets.
     #[inline(always)]
-    fn may_meet(&self, i: usize, block: &Block, exact: bool, limit: f32) -> u32 {
+    fn may_meet(&self, i: usize, block: &Block, exact: bool, limit: f32) -> [u32; 2] {
         // The steps of `Shear::apply`, along the one axis that this ray has.
         let splat = |column: &Column| Register::splat(column.0[i]);
-        let k = self.axis.0[i] as usize % 3;
+        let k = usize::from(self.axis[i]) % 3;
         let (a, b) = ((k + 1) % 3, (k + 2) % 3);
         let org = (
             splat(&self.org[a]),
@@ -144,25 +160,42 @@ impl Sight {
             z: [az, bz, cz],
         };
         if exact {
-            return seen.may_meet(splat(&self.misplaced)).bits();
+            return [seen.may_meet(splat(&self.misplaced)).bits(), 0];
         }
         let (inside, _) = seen.inside();
-        if inside.none() {
-            return 0;
-        }
         let minus = |p: [Register; 3], q: [Register; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
+        // What `plane_depth` divides, t in its plane and the corners' least, is
+        // compared as products here: depths in the ray's sense.
         let normal = plane_normal(minus(raw(2), raw(1)), minus(raw(0), raw(2)));
-        let along = splat(&self.shear[2]);
-        let (there, t) = plane_depth(corners, normal, ([shear_x, shear_y], along));
-        let begun = Lanes::gt(t, splat(&self.t_min));
+        let [above, det] = plane_ratio(corners, normal, [shear_x, shear_y]);
+        let along = self.shear[2].0[i];
+        let sense = Register::splat(1.0_f32.copysign(along));
+        let above = above * sense;
+        let above = <Register as Lanes>::select(det.lt(Register::zero()), -above, above);
+        let begin = splat(&self.begin);
+        let (az, bz, cz) = (az * sense, bz * sense, cz * sense);
+        let (least, most) = (min(min(az, bz), cz), max(max(az, bz), cz));
+        // Without area, as the places that fill a block up.
+        let none = Lanes::eq(above, Register::zero()) | Lanes::eq(det, Register::zero());
+        let begun = Lanes::gt(above, begin * det.abs()) | Lanes::gt(least, begin);
         // The hit is then moved into its triangle's box, and may come before the
-        // limit: that is for the test for good.
-        let (one, other) = (min(min(az, bz), cz) / along, max(max(az, bz), cz) / along);
-        let pad = splat(&self.misplaced) * Register::splat(4.0) / along.abs();
-        let before = Lanes::le(min(one, other) - pad, Register::splat(limit));
-        (inside & there & begun & before).bits()
+        // limit: that is for the test for good, unless the whole triangle lies
+        // between the ray's ends.
+        let end = limit * along.abs();
+        let pad = splat(&self.misplaced) * Register::splat(4.0);
+        let before = Lanes::le(least - pad, Register::splat(end * (1.0 + SLACK)));
+        let inside = inside & !none;
+        let within = Lanes::gt(
+            least - pad,
+            begin + begin.abs() * Register::splat(2.0 * SLACK),
+        ) & Lanes::lt(most + pad, Register::splat(end * (1.0 - SLACK)));
+        [(inside & begun & before).bits(), (inside & within).bits()]
     }
 }
+
+/// More than what a depth is wrong by, relative to itself, that takes four
+/// roundings.
+const SLACK: f32 = 4.0 * f32::EPSILON;
 
 /// Scratch of one thread, reused from stream to stream.
 #[derive(Default)]
@@ -370,24 +403,41 @@ impl Stream<'_> {
         let Bunch { boxes, sight } = bunch;
         let leaf = |boxes: &mut StreamRays, first: usize, count: usize, set: u64| {
             let mut done = 0;
-            each(set, |i| {
-                for block in &mesh.blocks[first..first + count] {
-                    let bits = if C::DOUBTS_ALL {
-                        u32::MAX
+            for block in &mesh.blocks[first..first + count] {
+                // Sorting out all rays first keeps hits, which nobody can
+                // predict, out of a loop that the processor looks ahead in.
+                let (mut bits, mut some) = ([0; STREAM], 0);
+                let (mut sure, mut sures) = ([0; STREAM], 0);
+                each(set & !done, |i| {
+                    let sighted = if C::DOUBTS_ALL {
+                        [u32::MAX, 0]
                     } else {
                         sight.may_meet(i, block, L::is_double(), boxes.limit[i])
                     };
-                    if bits != 0 {
-                        let query = &mut queries[i];
-                        self.offer::<L, C, Q>(i, met, id, block, bits, query);
-                        boxes.limit[i] = limit(query);
-                        if Q::ANY && boxes.limit[i] < 0.0 {
-                            done |= 1 << i;
-                            break;
-                        }
+                    bits[i] = sighted[0];
+                    some |= u64::from(bits[i] != 0) << i;
+                    if Q::ANY && !C::GUARDED {
+                        sure[i] = sighted[1];
+                        sures |= u64::from(sure[i] != 0) << i;
                     }
-                }
-            });
+                });
+                each(sures, |i| {
+                    let slot = sure[i].trailing_zeros() as usize;
+                    let id = HitId {
+                        instance: met.entry.appearance,
+                        primitive: block.source[slot],
+                    };
+                    queries[i].block(L::Mask::splat(true), id);
+                    boxes.limit[i] = -1.0;
+                });
+                done |= sures;
+                each(some & !sures, |i| {
+                    let query = &mut queries[i];
+                    self.offer::<L, C, Q>(i, met, id, block, bits[i], query);
+                    boxes.limit[i] = limit(query);
+                    done |= u64::from(Q::ANY && boxes.limit[i] < 0.0) << i;
+                });
+            }
             done
         };
         let expect = |block: usize| prefetch(&mesh.blocks[block]);

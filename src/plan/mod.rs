@@ -167,7 +167,7 @@ pub fn plan(
 
     let accel = choices.accel.unwrap_or(Accel::Bvh);
     let why = match choices.accel {
-        None => "the fastest structure for every scene measured",
+        None => "the fastest structure for most scenes measured",
         Some(Accel::Linear) => "asked for: every primitive is tested",
         Some(Accel::ItemBuffer) => {
             "asked for; rays that do not leave a pinhole camera take the bvh"

@@ -95,6 +95,15 @@ impl Frustum {
     }
 }
 
+impl Frustum {
+    /// The bundle's extent along a (0) or b (1) at a depth.
+    #[inline(always)]
+    pub fn width(&self, i: usize, depth: f32) -> f32 {
+        let [least, most] = self.slopes[i];
+        self.high[i] - self.low[i] + (most - least) * depth
+    }
+}
+
 /// Room for one walk.
 pub struct WideStack {
     pub(super) child: [Child; STACK],

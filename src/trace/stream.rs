@@ -373,8 +373,8 @@ impl Stream<'_> {
         self.in_mesh::<L, C, Q>(met, id, set, queries, bunch, stack);
     }
 
-    /// A mesh in a space of its own, for rays that met everything else otherwise.
-    pub fn placed_alone<L: Lanes, C: Certainty, Q: Query<L>>(
+    /// A mesh, for rays that meet everything else otherwise.
+    pub fn mesh_alone<L: Lanes, C: Certainty, Q: Query<L>>(
         &self,
         entry: &Entry,
         id: MeshId,
@@ -383,7 +383,17 @@ impl Stream<'_> {
         scratch: &mut StreamScratch,
     ) {
         let StreamScratch { object, mesh, .. } = scratch;
-        self.placed_mesh::<L, C, Q>(Met::new(entry), id, set, queries, object, mesh);
+        let (met, stack) = (Met::new(entry), mesh);
+        if entry.placed {
+            return self.placed_mesh::<L, C, Q>(met, id, set, queries, object, stack);
+        }
+        let Some(mesh) = self.world.wide_mesh(id) else {
+            return;
+        };
+        let ray = |i: usize| (self.org(i), self.dir(i), self.t_min(i));
+        object.take_in(set, ray, &mesh.tree.bounds);
+        each(set, |i| object.boxes.limit[i] = limit(&queries[i]));
+        self.in_mesh::<L, C, Q>(met, id, set, queries, object, stack);
     }
 
     /// A mesh through its own tree. `bunch`: the rays in its space.

@@ -1,7 +1,7 @@
 //! A tile's rays in one space, as lines over the depth along their main axis.
 
 use super::parallel::{Shear, Starts};
-use crate::accel::Frustum;
+use crate::accel::{Frustum, WideMesh};
 use crate::geom::Certainty;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Vec3};
@@ -234,6 +234,19 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
             limit * (group.along * L::from_f32(slack))
         };
         group.set_deepest();
+    }
+
+    /// How many of a mesh's blocks the rays' rectangle covers, were they as many
+    /// at each place of the mesh's box, seen along the main axis.
+    pub fn blocks_across(&self, mesh: &WideMesh) -> f32 {
+        let Frustum { axes, sign, .. } = self.frustum;
+        let bounds = &mesh.tree.bounds;
+        let extent = |i: usize| bounds.max[axes[i]] - bounds.min[axes[i]];
+        let k = axes[2];
+        let middle = (0.5 * bounds.min[k] + 0.5 * bounds.max[k]) * sign;
+        let depth = (middle - self.org[2]).max(0.5 * extent(2));
+        let share = |i: usize| (self.frustum.width(i, depth) / extent(i)).min(1.0);
+        share(0) * share(1) * mesh.blocks.len() as f32
     }
 
     /// The largest depth that still matters to any ray; negative if none does.

@@ -84,7 +84,8 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             let streams = &mut scratch.streams;
             self.placed_mesh::<C, Q>(entry, id, queries, streams, through);
         } else {
-            self.mesh_in_world::<C, Q>(entry, id, queries, through);
+            let streams = &mut scratch.streams;
+            self.mesh_in_world::<C, Q>(entry, id, queries, streams, through);
         }
     }
 }

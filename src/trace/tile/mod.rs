@@ -22,7 +22,7 @@ mod parallel;
 mod settle;
 
 use super::leaf::{Features, Tester};
-use super::query::{HitId, Query};
+use super::query::{Found, Query};
 use super::rays::{Origins, Rays, load_f32};
 use super::solids::{Packets, next_up};
 use super::stream::{Stream, StreamScratch};
@@ -38,6 +38,10 @@ use std::cell::Cell;
 
 /// Rays per tile.
 pub const TILE: usize = 64;
+
+/// A tile that covers more blocks of a mesh than this, if its rays lie evenly, is
+/// met as a stream: a block is then for few of its rays.
+const WIDE_TILE: f32 = 96.0;
 
 /// No triangle.
 const NOTHING: u32 = u32::MAX;
@@ -239,7 +243,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
                 if F::TRANSFORMS && entry.placed {
                     self.placed_mesh::<C, Q>(entry, id, queries, streams, through);
                 } else {
-                    self.mesh_in_world::<C, Q>(entry, id, queries, through);
+                    self.mesh_in_world::<C, Q>(entry, id, queries, streams, through);
                 }
             }
             _ => {
@@ -273,13 +277,19 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         entry: &Entry,
         id: MeshId,
         queries: &mut [Q; S],
+        streams: &mut StreamScratch,
         through: impl FnOnce(InMesh<L, S>, &mut [Q; S]),
     ) {
         let Some(mesh) = self.world.wide_mesh(id) else {
             return;
         };
-        let inside = InMesh::new(entry, id, mesh, self.bundle);
-        through(inside, queries);
+        if self.bundle.blocks_across(mesh) > WIDE_TILE {
+            let active = self.reach_box(entry.bounds.min, entry.bounds.max);
+            self.as_stream::<C, Q>(entry, id, &active, queries, streams);
+        } else {
+            let inside = InMesh::new(entry, id, mesh, self.bundle);
+            through(inside, queries);
+        }
         if self.world.entries.len() == 1 {
             return;
         }
@@ -325,7 +335,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             let org = DVec3::from_array(map.point(self.org)) - center;
             bundle.take_in(org.to_array(), dirs, &all, &active, bounds)
         };
-        if !taken {
+        if !taken || bundle.blocks_across(mesh) > WIDE_TILE {
             self.as_stream::<C, Q>(entry, id, &active, queries, streams);
             return;
         }
@@ -340,8 +350,9 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         }
     }
 
-    /// A mesh in whose space the rays do not advance together.
-    #[cold]
+    /// A mesh in whose space the rays do not advance together, or are too far from
+    /// each other to be met as one volume.
+    #[inline(never)]
     fn as_stream<C: Certainty, Q: Query<L>>(
         &self,
         entry: &Entry,
@@ -350,26 +361,26 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         queries: &mut [Q; S],
         streams: &mut StreamScratch,
     ) {
-        use super::query::Closest;
         for begin in (0..TILE).step_by(STREAM) {
             let mut set = 0;
             let mut nearest: [_; STREAM] = std::array::from_fn(|i| {
                 let (s, lane) = ((begin + i) / L::COUNT, (begin + i) % L::COUNT);
                 set |= u64::from(active[s].bits() >> lane & 1) << i;
+                let limit = queries[s].limit().lane(lane);
                 // Just beyond the ray's own: ties are for that query to settle.
-                let limit = next_up(queries[s].limit().lane(lane));
-                Closest::<L::Single, C>::new(<L::Single as Lanes>::splat(limit))
+                let limit = if Q::ANY { limit } else { next_up(limit) };
+                Q::together(<L::Single as Lanes>::splat(limit))
             });
             let stream = Stream {
                 world: self.world,
                 rays: self.rays,
                 first: self.first + begin,
             };
-            stream.placed_alone::<L::Single, C, _>(entry, id, set, &mut nearest, streams);
-            for (i, found) in nearest.iter().enumerate() {
-                if found.id(0) != HitId::NONE {
+            stream.mesh_alone::<L::Single, C, _>(entry, id, set, &mut nearest, streams);
+            for (i, query) in nearest.iter().enumerate() {
+                if let Some((t, id)) = query.found(0) {
                     let (s, lane) = ((begin + i) / L::COUNT, (begin + i) % L::COUNT);
-                    queries[s].settle(lane, found.t(0), found.id(0));
+                    queries[s].settle(lane, t, id);
                 }
             }
         }

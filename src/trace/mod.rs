@@ -1,6 +1,7 @@
 //! Ray queries over a built world.
 
 mod batch;
+mod bunch;
 mod guess;
 mod hits;
 mod items;

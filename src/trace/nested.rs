@@ -9,9 +9,10 @@
 //! Levels take their room from a pool that grows once; recursion is as deep as
 //! the graph, which [`crate::scene::MAX_DEPTH`] bounds.
 
+use super::bunch::Bunch;
 use super::query::Query;
 use super::solids::Lanewise;
-use super::stream::{Bunch, Met, Stream, StreamScratch, each, limit};
+use super::stream::{Met, Stream, StreamScratch, each, limit};
 use crate::accel::{Entry, Group, Groups, Link, Reach, STREAM, StreamStack};
 use crate::geom::Certainty;
 use crate::math::lanes::Lanes;

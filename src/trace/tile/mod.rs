@@ -4,13 +4,14 @@
 //! Pinhole and orthographic rays, shadow rays traced from a point light or
 //! toward a directional one. A tile is a fixed number of consecutive rays,
 //! whatever the lanes; a tile that does not fit (rays that share neither, or go
-//! against each other) is left to other kernels.
+//! against each other) is left to other kernels, and so is a mesh of which its
+//! rays see too much at a time.
 //!
 //! In f32 triangles are decided by edge functions that the tile's rays share,
-//! three times as cheap as the watertight test; t is then computed by the
-//! watertight test's own steps, once per ray, so that kernels which agree on the
-//! triangle agree on t. In f64 the edge functions only sort out, with a margin, and the
-//! watertight test decides.
+//! three times as cheap as the watertight test; t is then computed by the steps
+//! that all kernels share, so that kernels which agree on the triangle agree on t.
+//! In f64 the edge functions only sort out, with a margin, and the watertight test
+//! decides.
 
 mod block;
 mod bundle;

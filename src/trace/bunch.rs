@@ -1,0 +1,187 @@
+//! A stream's rays in one space, and which triangles of a block each may meet.
+
+use super::stream::each;
+use crate::accel::{Block, STREAM, Slabs, StreamRays};
+use crate::geom::Ray;
+use crate::geom::triangle::{Seen, plane_normal, plane_ratio};
+use crate::math::lanes::{Lanes, Mask, Register, max, min};
+use crate::math::{Aabb32, Vec3};
+
+/// Rays in one space, in f32 whatever their own precision, in columns: what only
+/// sorts out.
+#[derive(Default)]
+pub(super) struct Bunch {
+    pub boxes: StreamRays,
+    pub sight: Sight,
+}
+
+/// What triangles are met with.
+pub(super) struct Sight {
+    org: [Column; 3],
+    /// The shear of each ray, and its axis.
+    shear: [Column; 3],
+    axis: [u8; STREAM],
+    /// t_min as a depth along the axis, in the ray's sense; rounded down.
+    begin: Column,
+    /// By how much a corner, seen along the ray, may be out of place.
+    misplaced: Column,
+}
+
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+struct Column([f32; STREAM]);
+
+impl Default for Sight {
+    fn default() -> Sight {
+        let none = Column::default();
+        Sight {
+            org: [none; 3],
+            shear: [none; 3],
+            axis: [0; STREAM],
+            begin: none,
+            misplaced: none,
+        }
+    }
+}
+
+impl Default for Column {
+    fn default() -> Column {
+        Column([0.0; STREAM])
+    }
+}
+
+impl Bunch {
+    /// Takes in all rays. `ray`: origin, direction and t_min of a row.
+    #[inline(always)]
+    pub fn take_in(
+        &mut self,
+        set: u64,
+        ray: impl Fn(usize) -> ([f64; 3], [f64; 3], f32),
+        bounds: &Aabb32,
+    ) {
+        let mut columns = [Column::default(); 7];
+        each(set, |i| {
+            let (org, dir, t_min) = ray(i);
+            for k in 0..3 {
+                columns[k].0[i] = org[k] as f32;
+                columns[3 + k].0[i] = dir[k] as f32;
+            }
+            columns[6].0[i] = t_min;
+        });
+        for first in (0..STREAM).step_by(<Register as Lanes>::COUNT) {
+            if (set >> first) & ((1 << <Register as Lanes>::COUNT) - 1) == 0 {
+                continue;
+            }
+            let load = |column: usize| Register::load(&columns[column].0[first..]);
+            let org = Vec3::new(load(0), load(1), load(2));
+            let dir = Vec3::new(load(3), load(4), load(5));
+            let t_min = load(6);
+            let ray = Ray::new(org, dir, t_min);
+            self.boxes.put(first, &Slabs::new(org, dir, bounds), t_min);
+            let reach = |k: usize| {
+                let o = org.axis(k);
+                let low = Register::splat(bounds.min[k]) - o;
+                let high = Register::splat(bounds.max[k]) - o;
+                max(max(low.abs(), high.abs()), o.abs())
+            };
+            let reach = max(max(reach(0), reach(1)), reach(2));
+            // Origin and difference are rounded once each, the slopes three
+            // times, their products with the depth and the sums once: less than
+            // half of this.
+            let misplaced = reach * Register::splat(16.0 * 0.5 * f32::EPSILON);
+            let shear = &ray.shear;
+            let begin = t_min * shear.along.abs();
+            let store = |column: &mut Column, x: Register| x.store(&mut column.0[first..]);
+            let sight = &mut self.sight;
+            for k in 0..3 {
+                store(&mut sight.org[k], org.axis(k));
+            }
+            store(&mut sight.shear[0], shear.x);
+            store(&mut sight.shear[1], shear.y);
+            store(&mut sight.shear[2], shear.along);
+            let lanes = shear.lanes.map(Mask::bits);
+            for lane in 0..<Register as Lanes>::COUNT {
+                let is = |k: usize| (lanes[k] >> lane & 1) as u8;
+                sight.axis[first + lane] = is(1) | is(2) << 1;
+            }
+            store(
+                &mut sight.begin,
+                begin - begin.abs() * Register::splat(SLACK),
+            );
+            store(&mut sight.misplaced, misplaced);
+        }
+    }
+}
+
+impl Sight {
+    /// Triangles of the block that a ray may meet before its limit, as far as f32
+    /// can tell; and of these, unless `exact`, those that every test in f32 says it
+    /// meets.
+    #[inline(always)]
+    pub fn may_meet(&self, i: usize, block: &Block, exact: bool, limit: f32) -> [u32; 2] {
+        // The steps of `Shear::apply`, along the one axis that this ray has.
+        let splat = |column: &Column| Register::splat(column.0[i]);
+        let k = usize::from(self.axis[i]) % 3;
+        let (a, b) = ((k + 1) % 3, (k + 2) % 3);
+        let org = (
+            splat(&self.org[a]),
+            splat(&self.org[b]),
+            splat(&self.org[k]),
+        );
+        let (shear_x, shear_y) = (splat(&self.shear[0]), splat(&self.shear[1]));
+        let raw = |v: usize| {
+            let at = |axis: usize| Register::load(&block.corner[v][axis]);
+            [at(a), at(b), at(k)]
+        };
+        let corner = |v: usize| {
+            let [x, y, z] = raw(v);
+            [x - org.0, y - org.1, z - org.2]
+        };
+        let corners = [corner(0), corner(1), corner(2)];
+        let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = corners;
+        let (x, y) = (
+            |x: Register, z: Register| shear_x.mul_add(z, x),
+            |y: Register, z: Register| shear_y.mul_add(z, y),
+        );
+        let seen = Seen {
+            x: [x(ax, az), x(bx, bz), x(cx, cz)],
+            y: [y(ay, az), y(by, bz), y(cy, cz)],
+            z: [az, bz, cz],
+        };
+        if exact {
+            return [seen.may_meet(splat(&self.misplaced)).bits(), 0];
+        }
+        let (inside, _) = seen.inside();
+        let minus = |p: [Register; 3], q: [Register; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
+        // What `plane_depth` divides, t in its plane and the corners' least, is
+        // compared as products here: depths in the ray's sense.
+        let normal = plane_normal(minus(raw(2), raw(1)), minus(raw(0), raw(2)));
+        let [above, det] = plane_ratio(corners, normal, [shear_x, shear_y]);
+        let along = self.shear[2].0[i];
+        let sense = Register::splat(1.0_f32.copysign(along));
+        let above = above * sense;
+        let above = <Register as Lanes>::select(det.lt(Register::zero()), -above, above);
+        let begin = splat(&self.begin);
+        let (az, bz, cz) = (az * sense, bz * sense, cz * sense);
+        let (least, most) = (min(min(az, bz), cz), max(max(az, bz), cz));
+        // Without area, as the places that fill a block up.
+        let none = Lanes::eq(above, Register::zero()) | Lanes::eq(det, Register::zero());
+        let begun = Lanes::gt(above, begin * det.abs()) | Lanes::gt(least, begin);
+        // The hit is then moved into its triangle's box, and may come before the
+        // limit: that is for the test for good, unless the whole triangle lies
+        // between the ray's ends.
+        let end = limit * along.abs();
+        let pad = splat(&self.misplaced) * Register::splat(4.0);
+        let before = Lanes::le(least - pad, Register::splat(end * (1.0 + SLACK)));
+        let inside = inside & !none;
+        let within = Lanes::gt(
+            least - pad,
+            begin + begin.abs() * Register::splat(2.0 * SLACK),
+        ) & Lanes::lt(most + pad, Register::splat(end * (1.0 - SLACK)));
+        [(inside & begun & before).bits(), (inside & within).bits()]
+    }
+}
+
+/// More than what a depth is wrong by, relative to itself, that takes four
+/// roundings.
+const SLACK: f32 = 4.0 * f32::EPSILON;

@@ -20,6 +20,10 @@ impl<L: Lanes, const S: usize> Packets<L, S> {
         Packets(None)
     }
 
+    pub fn clear(&mut self) {
+        self.0 = None;
+    }
+
     /// Of the rays from row `first` on, the same at every call.
     #[inline(always)]
     pub fn get(&mut self, rays: &Rays, first: usize, world: &World) -> &[Packet<L>; S] {

@@ -238,6 +238,7 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
 
     /// How many of a mesh's blocks the rays' rectangle covers, were they as many
     /// at each place of the mesh's box, seen along the main axis.
+    #[inline(always)]
     pub fn blocks_across(&self, mesh: &WideMesh) -> f32 {
         let Frustum { axes, sign, .. } = self.frustum;
         let bounds = &mesh.tree.bounds;

@@ -59,7 +59,7 @@ pub(super) struct Tile<'a, L: Lanes, const S: usize> {
     /// For spaces of other meshes.
     spare: &'a mut Bundle<L, S>,
     /// For single primitives.
-    packets: Packets<L, S>,
+    packets: &'a mut Packets<L, S>,
 }
 
 /// Scratch of one thread, reused from tile to tile.
@@ -85,6 +85,7 @@ pub(super) fn with_scratch(run: impl FnOnce(&mut TileScratch)) {
 pub(super) struct Bundles<L: Lanes, const S: usize> {
     world: Bundle<L, S>,
     object: Bundle<L, S>,
+    packets: Packets<L, S>,
 }
 
 impl<L: Lanes, const S: usize> Default for Bundles<L, S> {
@@ -92,6 +93,7 @@ impl<L: Lanes, const S: usize> Default for Bundles<L, S> {
         Bundles {
             world: Bundle::empty(),
             object: Bundle::empty(),
+            packets: Packets::none(),
         }
     }
 }
@@ -136,7 +138,9 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         let Bundles {
             world: bundle,
             object: spare,
+            packets,
         } = bundles;
+        packets.clear();
         let dir = dir.map(f64::from);
         let taken = if one_origin {
             bundle.take_in(org, dirs, &alive, &alive, bounds)
@@ -152,7 +156,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             dir,
             bundle,
             spare,
-            packets: Packets::none(),
+            packets,
         })
     }
 

@@ -394,11 +394,12 @@ impl Batch for AnyBatch<'_> {
     ) {
         let (world, rays) = (self.world, self.rays);
         let mut bundles = Bundles::default();
+        let mut queries: [_; S] = std::array::from_fn(|_| AnyHit::<L>::new(L::zero()));
         for first in (0..rays.len()).step_by(TILE) {
             if let Some(tile) = Tile::<L, S>::of(world, rays, first, &mut bundles) {
-                let mut queries: [_; S] = std::array::from_fn(|s| {
-                    AnyHit::<L>::new(load_f32(&rays.t_max[first + s * L::COUNT..]))
-                });
+                for (s, query) in queries.iter_mut().enumerate() {
+                    *query = AnyHit::new(load_f32(&rays.t_max[first + s * L::COUNT..]));
+                }
                 // No try: a tile is through with all of its rays in hardly more
                 // time than a try takes (docs/BENCHMARKS.md).
                 tile.trace::<C, F, _>(&mut queries, scratch);

@@ -133,7 +133,10 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             let dir = |k: usize| load_f32::<L>(&rays.dir[k][at(s)..]);
             Vec3::new(dir(0), dir(1), dir(2))
         };
-        let alive: [L::Mask; S] = std::array::from_fn(|s| Self::alive(rays, at(s)));
+        let mut alive = [L::Mask::splat(false); S];
+        for (s, alive) in alive.iter_mut().enumerate() {
+            *alive = Self::alive(rays, at(s));
+        }
         let bounds = &world.wide()?.top.bounds;
         let Bundles {
             world: bundle,

@@ -11,25 +11,25 @@ use crate::geom::Certainty;
 use crate::math::Affine;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 
-/// Rays that follow each other, as packets: made when the first primitive comes,
-/// for not every group of rays meets one.
-pub(super) struct Packets<L: Lanes, const S: usize>(Option<[Packet<L>; S]>);
+/// Rays that follow each other, as packets: each made when the first primitive
+/// comes before it, for not every group of rays meets one.
+pub(super) struct Packets<L: Lanes, const S: usize>([Option<Packet<L>>; S]);
 
 impl<L: Lanes, const S: usize> Packets<L, S> {
     pub fn none() -> Self {
-        Packets(None)
+        Packets([const { None }; S])
     }
 
     pub fn clear(&mut self) {
-        self.0 = None;
+        for packet in &mut self.0 {
+            *packet = None;
+        }
     }
 
-    /// Of the rays from row `first` on, the same at every call.
+    /// Number `s`, of the rays from row `first` on, the same at every call.
     #[inline(always)]
-    pub fn get(&mut self, rays: &Rays, first: usize, world: &World) -> &[Packet<L>; S] {
-        self.0.get_or_insert_with(|| {
-            std::array::from_fn(|s| rays.packet(first + s * L::COUNT, world))
-        })
+    pub fn get(&mut self, s: usize, rays: &Rays, first: usize, world: &World) -> &Packet<L> {
+        self.0[s].get_or_insert_with(|| rays.packet(first + s * L::COUNT, world))
     }
 }
 
@@ -56,8 +56,7 @@ impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
         queries: &mut [Q; STREAM],
     ) {
         const { assert!(S * L::COUNT == STREAM) };
-        let packets = self.packets.get(self.rays, self.first, self.world);
-        for (s, packet) in packets.iter().enumerate() {
+        for s in 0..S {
             let first = s * L::COUNT;
             let some = set >> first & (u64::MAX >> (64 - L::COUNT));
             if some.count_ones() <= FEW {
@@ -80,6 +79,7 @@ impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
                 limits.as_mut()[lane] = limit;
             });
             let limit = L::load(limits.as_ref());
+            let packet = self.packets.get(s, self.rays, self.first, self.world);
             let active = L::Mask::from_bits(some as u32) & packet.ray.t_min.lt(limit);
             let mut query = Q::together::<L>(limit);
             Tester::<L, C, Everything>::new(self.world, packet)

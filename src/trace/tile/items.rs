@@ -46,8 +46,8 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
     ) {
         let world = self.world;
         if !world.unbounded.is_empty() {
-            let packets = self.packets.get(self.rays, self.first, world);
-            for (packet, query) in packets.iter().zip(queries.iter_mut()) {
+            for (s, query) in queries.iter_mut().enumerate() {
+                let packet = self.packets.get(s, self.rays, self.first, world);
                 Tester::<L, C, Everything>::new(world, packet).unbounded(query);
             }
         }

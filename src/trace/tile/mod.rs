@@ -197,8 +197,8 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
     ) {
         let world = self.world;
         if F::SOLIDS && !world.unbounded.is_empty() {
-            let packets = self.packets.get(self.rays, self.first, world);
-            for (packet, query) in packets.iter().zip(queries.iter_mut()) {
+            for (s, query) in queries.iter_mut().enumerate() {
+                let packet = self.packets.get(s, self.rays, self.first, world);
                 Tester::<L, C, F>::new(world, packet).unbounded(query);
             }
         }
@@ -271,7 +271,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         let active = self.reach_box(entry.bounds.min, entry.bounds.max);
         for (s, query) in queries.iter_mut().enumerate() {
             if active[s].any() {
-                let packet = &self.packets.get(self.rays, self.first, self.world)[s];
+                let packet = self.packets.get(s, self.rays, self.first, self.world);
                 Tester::<L, C, F>::new(self.world, packet).solid(entry, active[s], query);
                 self.bundle.limit_t::<C, Q>(s, query.limit());
             }

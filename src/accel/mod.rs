@@ -18,6 +18,7 @@ mod groups;
 mod heap;
 mod index;
 mod kdtree;
+mod plant;
 mod prefetch;
 mod sah;
 mod sequence;

@@ -13,7 +13,8 @@
 
 use super::build::{BuildQuality, refit_boxes};
 use super::forest::Forests;
-use super::world::{Entry, Structure, World, entries, top_tree};
+use super::plant::top_tree;
+use super::world::{Entry, Structure, World, entries};
 use crate::math::Aabb32;
 use crate::scene::{Appearances, Scene};
 

@@ -10,18 +10,18 @@
 //! numbers.
 
 use super::boxes::{BoxRows, ItemBoxes};
-use super::build::{BuildQuality, build_boxes, build_mesh};
+use super::build::BuildQuality;
 use super::bvh::Tree;
-use super::forest::{Forest, Forests, MeshTree, NestedForest, WideForest};
+use super::forest::{Forests, NestedForest, WideForest};
 use super::grid::{Density, Grid};
 use super::groups::Groups;
 use super::heap::Heap;
-use super::index::{Index, Primitives};
 use super::kdtree::{self, KdQuality};
+use super::plant::{Build, plant, plant_wide, wide_meshes};
 use super::sah::{Quality, build, linear};
 use super::sequence::Cost;
-use super::wide::{WideMesh, WideTree};
-use crate::geom::triangle::{Corners, canonical};
+use super::wide::WideMesh;
+use crate::geom::triangle::Corners;
 use crate::math::{Aabb, Aabb32, Affine};
 use crate::scene::{
     Appearances, MAX_DEPTH, MeshId, Place, Scene, Shape, ShapeId, Tables, shape_bounds,
@@ -298,69 +298,6 @@ impl<'a> World<'a> {
     }
 }
 
-/// A structure over primitives, and where its entries come from.
-type Build<'b, A> = dyn Fn(&Primitives) -> (A, Vec<u32>) + Sync + 'b;
-
-/// Structures of one kind for all that appears; the bounded entries in the top
-/// one's order, and the unbounded ones.
-fn plant<A: Index>(
-    scene: &Scene,
-    appearances: &Appearances,
-    build: &Build<A>,
-) -> (Forest<A>, [Vec<Entry>; 2]) {
-    let meshes = each_mesh(scene, appearances, |id| mesh_tree(scene, id, build));
-    let [bounded, unbounded] = entries(scene, appearances, |mesh| {
-        meshes[mesh].as_ref().map(|m| m.tree.bounds())
-    });
-    let boxes: Vec<Aabb32> = bounded.iter().map(|e| e.bounds).collect();
-    let (mut top, mut order) = build(&Primitives {
-        boxes: &boxes,
-        corners: None,
-    });
-    top.group(&mut order, &|i| by_kind(&bounded[i as usize]));
-    let entries = order.iter().map(|i| bounded[*i as usize]).collect();
-    (Forest { top, meshes }, [entries, unbounded])
-}
-
-fn wide_meshes(
-    quality: BuildQuality,
-    scene: &Scene,
-    appearances: &Appearances,
-) -> Vec<Option<WideMesh>> {
-    each_mesh(scene, appearances, |id| {
-        build_mesh(&scene.meshes.row(id), quality)
-    })
-}
-
-fn plant_wide(
-    quality: BuildQuality,
-    scene: &Scene,
-    appearances: &Appearances,
-) -> (WideForest, [Vec<Entry>; 2]) {
-    let meshes = wide_meshes(quality, scene, appearances);
-    let [bounded, unbounded] = entries(scene, appearances, |mesh| {
-        meshes[mesh].as_ref().map(|m| m.tree.bounds)
-    });
-    let (top, entries) = top_tree(&bounded, quality);
-    (WideForest { top, meshes }, [entries, unbounded])
-}
-
-/// A tree over entries, and these in its order.
-pub(super) fn top_tree(bounded: &[Entry], quality: BuildQuality) -> (WideTree, Vec<Entry>) {
-    let boxes: Vec<Aabb32> = bounded.iter().map(|e| e.bounds).collect();
-    let (top, order) = build_boxes(&boxes, quality);
-    let mut entries: Vec<Entry> = order.iter().map(|i| bounded[*i as usize]).collect();
-    for leaf in top.leaves() {
-        entries[leaf].sort_by_key(by_kind);
-    }
-    (top, entries)
-}
-
-/// Kinds in runs: within a leaf the order is free.
-fn by_kind(entry: &Entry) -> (u8, u64) {
-    (entry.shape.kind(), entry.appearance)
-}
-
 /// Bounded and unbounded, in the order of the appearances. `bounds`: of a mesh
 /// that has been built.
 pub(super) fn entries(
@@ -418,41 +355,6 @@ impl Entry {
 
     fn is_unbounded(&self) -> bool {
         matches!(self.shape, Shape::HalfSpace(_))
-    }
-}
-
-/// Builds something for each mesh that appears.
-fn each_mesh<T: Send>(
-    scene: &Scene,
-    appearances: &Appearances,
-    build: impl Fn(MeshId) -> T + Sync,
-) -> Vec<Option<T>> {
-    let mut seen = vec![false; scene.meshes.len()];
-    for (shape, count) in scene.shapes.rows.iter().zip(appearances.of_shapes(scene)) {
-        if let Shape::Mesh(id) = shape {
-            seen[id.index()] |= count > 0;
-        }
-    }
-    seen.par_iter()
-        .enumerate()
-        .map(|(i, seen)| seen.then(|| build(MeshId(i as u32))))
-        .collect()
-}
-
-fn mesh_tree<A: Index>(scene: &Scene, id: MeshId, build: &Build<A>) -> MeshTree<A> {
-    let mesh = scene.meshes.row(id);
-    let corners: Vec<Corners> = (0..mesh.triangles.len())
-        .map(|i| canonical(mesh.corners(i)))
-        .collect();
-    let boxes: Vec<Aabb32> = corners.iter().map(corner_bounds).collect();
-    let (tree, source) = build(&Primitives {
-        boxes: &boxes,
-        corners: Some(&corners),
-    });
-    MeshTree {
-        tree,
-        corners: source.iter().map(|i| corners[*i as usize]).collect(),
-        source,
     }
 }
 

@@ -1,0 +1,76 @@
+//! Scene files, complete with a view and lights, and where they lie.
+
+use lanecast::accel::{Structure, World};
+use lanecast::plan::{Arithmetic, Choices, Kernels, native_width, plan};
+use lanecast::render::{Progress, RenderConfig, Rendered, View, render};
+use lanecast::scene::{Appearances, Camera, Light, Scene};
+use std::path::{Path, PathBuf};
+
+/// The folder of test assets, or `None` after saying that it is absent.
+pub fn assets() -> Option<PathBuf> {
+    let folder = std::env::var_os("LANECAST_ASSETS").map_or_else(
+        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/assets")),
+        PathBuf::from,
+    );
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    println!("skipped: no assets at {}", folder.display());
+    None
+}
+
+/// A scene file, complete with a view and lights.
+pub struct Loaded {
+    pub scene: Scene,
+    pub appearances: Appearances,
+    pub camera: Camera,
+}
+
+/// `aspect`: the picture's width over its height.
+pub fn load(path: &Path, aspect: f64) -> Loaded {
+    let loaded = lanecast::io::load(path, &Default::default());
+    let scene = loaded.unwrap_or_else(|e| panic!("{e}")).scene;
+    let appearances = Appearances::of(&scene).expect("few appearances");
+    let row = (!scene.cameras.rows.is_empty()).then_some(0);
+    let (scene, camera) = scene.completed(row, &appearances, aspect);
+    Loaded {
+        scene,
+        appearances,
+        camera,
+    }
+}
+
+impl Loaded {
+    /// What the plan would take for it, at the machine's own width.
+    pub fn kernels(&self, arithmetic: Arithmetic) -> Kernels {
+        let planned = plan(&self.scene, &self.appearances, &Choices::default());
+        Kernels {
+            arithmetic,
+            lanes: native_width(arithmetic),
+            needs: planned
+                .expect("the default choices can be built")
+                .kernels
+                .needs,
+        }
+    }
+
+    pub fn world(&self, structure: Structure) -> World<'_> {
+        World::build(&self.scene, &self.appearances, structure)
+    }
+
+    pub fn render(
+        &self,
+        world: &World,
+        kernels: Kernels,
+        lights: &[Light],
+        config: &RenderConfig,
+    ) -> Rendered {
+        let view = View {
+            world,
+            kernels,
+            camera: self.camera,
+            lights,
+        };
+        render(&view, config, false, &Progress::default()).expect("nobody interrupts")
+    }
+}

@@ -1,0 +1,99 @@
+//! A picture by every way to compute it, and all of its bits.
+
+use lanecast::accel::{Density, KdQuality, Structure, World};
+use lanecast::plan::{Arithmetic, Kernels, Needs};
+use lanecast::render::{AovSet, Progress, RenderConfig, Rendered, View, render};
+use lanecast::scene::{Appearances, Camera, Light, Scene};
+
+pub const ALL_AOVS: AovSet = AovSet {
+    depth: true,
+    position: true,
+    normal: true,
+    albedo: true,
+    instance_id: true,
+    primitive_id: true,
+};
+
+/// How a picture is computed; nothing of it may show.
+#[derive(Clone, Copy, Debug)]
+pub struct Way {
+    pub arithmetic: Arithmetic,
+    pub lanes: usize,
+    pub structure: Structure,
+}
+
+/// All that find primitives.
+pub fn structures() -> [Structure; 8] {
+    [
+        Structure::Linear,
+        Structure::Bvh,
+        Structure::Nested,
+        Structure::Narrow,
+        Structure::Kd(KdQuality::default()),
+        Structure::Grid(Density::default()),
+        Structure::Heap,
+        Structure::HeapSpheres,
+    ]
+}
+
+/// Needs that are right for every scene.
+pub const EVERYTHING: Needs = Needs {
+    meshes: true,
+    solids: true,
+    transforms: true,
+};
+
+pub fn picture(
+    scene: &Scene,
+    camera: Camera,
+    lights: &[Light],
+    needs: Needs,
+    way: Way,
+    config: &RenderConfig,
+) -> Rendered {
+    let appearances = Appearances::of(scene).expect("checked");
+    let world = World::build(scene, &appearances, way.structure);
+    let view = View {
+        world: &world,
+        kernels: Kernels {
+            arithmetic: way.arithmetic,
+            lanes: way.lanes,
+            needs,
+        },
+        camera,
+        lights,
+    };
+    render(&view, config, false, &Progress::default()).expect("nobody interrupts")
+}
+
+/// FNV-1a over every bit of every channel, and the counts.
+pub fn hash(rendered: &Rendered) -> u64 {
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    let mut eat = |bits: u64| {
+        for byte in bits.to_le_bytes() {
+            hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+    };
+    let picture = &rendered.picture;
+    let triples = [&picture.position, &picture.normal, &picture.albedo];
+    let triples = triples.into_iter().flatten().chain([&picture.color]);
+    for value in triples.flatten().flatten() {
+        eat(u64::from(value.to_bits()));
+    }
+    for depth in picture.depth.iter().flatten() {
+        eat(u64::from(depth.to_bits()));
+    }
+    for id in picture.instance_id.iter().flatten() {
+        eat(*id);
+    }
+    for id in picture.primitive_id.iter().flatten() {
+        eat(u64::from(*id));
+    }
+    let counts = &rendered.counts;
+    eat(counts.primary_hits);
+    eat(counts.shadow);
+    eat(counts.shadow_occluded);
+    eat(counts.reflection);
+    eat(counts.refraction);
+    hash
+}

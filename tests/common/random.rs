@@ -1,0 +1,194 @@
+//! Random numbers, meshes, shapes and scenes: a seed's are always the same.
+
+use glam::{DAffine3, DQuat, DVec3};
+use lanecast::geom::*;
+use lanecast::scene::*;
+
+/// Vigna's SplitMix64.
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let x = (self.0 ^ self.0 >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        x ^ x >> 31
+    }
+
+    pub fn below(&mut self, n: u64) -> u64 {
+        self.bits() % n
+    }
+
+    /// In [−1, 1).
+    pub fn unit(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    pub fn vector(&mut self) -> DVec3 {
+        DVec3::new(self.unit(), self.unit(), self.unit())
+    }
+
+    pub fn size(&mut self) -> f64 {
+        0.1 + 0.5 * self.unit().abs()
+    }
+}
+
+/// A closed tetrahedron or a soup of triangles, some of them without area.
+pub fn random_mesh(random: &mut Random) -> MeshData {
+    let vertices = 4 + random.below(20) as usize;
+    let positions: Vec<[f64; 3]> = (0..vertices).map(|_| random.vector().to_array()).collect();
+    let triangles = (0..4 + random.below(60))
+        .map(|_| [(); 3].map(|()| random.below(vertices as u64) as u32))
+        .collect();
+    MeshData {
+        positions,
+        triangles,
+        ..MeshData::default()
+    }
+}
+
+/// One shape of a random kind, about the origin.
+pub fn random_shape(scene: &mut SceneBuilder, random: &mut Random) -> ShapeId {
+    let center = random.vector() * 0.3;
+    match random.below(9) {
+        0 => scene.sphere(
+            "",
+            Sphere {
+                center,
+                radius: random.size(),
+            },
+        ),
+        1 => {
+            let radii = DVec3::new(random.size(), random.size(), random.size());
+            scene.ellipsoid("", Ellipsoid { center, radii })
+        }
+        2 => scene.cylinder(
+            "",
+            Cylinder {
+                base: center,
+                top: center + random.vector() + DVec3::Y * 0.01,
+                radius: random.size(),
+                open: random.below(2) == 0,
+            },
+        ),
+        3 => scene.cone(
+            "",
+            Cone {
+                base: center,
+                top: center + random.vector() + DVec3::Y * 0.01,
+                base_radius: random.size(),
+                top_radius: if random.below(2) == 0 {
+                    0.0
+                } else {
+                    random.size()
+                },
+                open: random.below(2) == 0,
+            },
+        ),
+        4 => {
+            let size = DVec3::new(random.size(), random.size(), random.size());
+            scene.cuboid(
+                "",
+                Cuboid {
+                    min: center - size,
+                    max: center + size,
+                },
+            )
+        }
+        5 => {
+            let corners = [
+                DVec3::new(1.0, 1.0, 1.0),
+                DVec3::new(-1.0, -1.0, 1.0),
+                DVec3::new(-1.0, 1.0, -1.0),
+                DVec3::new(1.0, -1.0, -1.0),
+            ];
+            let planes: Vec<HalfSpace> = corners
+                .iter()
+                .map(|c| HalfSpace {
+                    normal: -*c,
+                    offset: 1.0,
+                })
+                .collect();
+            scene.polyhedron("", &planes, &corners)
+        }
+        6 => {
+            let (u, v) = (random.vector(), random.vector());
+            let corner = |x: f64, y: f64| center + u * x + v * y;
+            let points = [
+                corner(-0.7, -0.7),
+                corner(0.7, -0.7),
+                corner(0.7, 0.7),
+                corner(0.0, 0.1),
+                corner(-0.7, 0.7),
+            ];
+            scene.polygon("", &points, &[])
+        }
+        _ => {
+            let data = random_mesh(random);
+            scene.mesh("", &data)
+        }
+    }
+}
+
+/// Some shapes, half of them placed by random transforms, some shared, over a
+/// floor now and then, under two lights; mirrors among them.
+pub fn random_scene(seed: u64) -> Scene {
+    let random = &mut Random(seed);
+    let mut scene = SceneBuilder::default();
+    let mirror = scene.material("", Material::metallic_roughness([0.9; 3], 1.0, 0.0));
+    let glass = scene.material(
+        "",
+        Material {
+            transmission: 0.8,
+            ..Material::metallic_roughness([0.9, 1.0, 0.9], 0.0, 0.0)
+        },
+    );
+    if random.below(2) == 0 {
+        let floor = scene.half_space(
+            "",
+            HalfSpace {
+                normal: DVec3::Y,
+                offset: -1.5,
+            },
+        );
+        scene.instance("", Edge::shape(floor));
+    }
+    let shapes = 1 + random.below(24);
+    for i in 0..shapes {
+        let shape = random_shape(&mut scene, random);
+        for _ in 0..1 + random.below(3) {
+            let mut edge = Edge::shape(shape);
+            if random.below(3) != 0 {
+                let turn = DQuat::from_axis_angle(
+                    random.vector().normalize_or(DVec3::X),
+                    random.unit() * 3.0,
+                );
+                let scale = DVec3::new(random.size(), random.size(), random.size()) * 1.5;
+                let map =
+                    DAffine3::from_scale_rotation_translation(scale, turn, random.vector() * 2.0);
+                edge = edge.transform(scene.transform(map.into()));
+            }
+            edge = match i % 5 {
+                0 => edge.material(mirror),
+                1 => edge.material(glass),
+                _ => edge,
+            };
+            scene.instance("", edge);
+        }
+    }
+    scene.camera(
+        "",
+        Camera::perspective(DVec3::new(0.5, 0.7, 5.0), DVec3::ZERO, DVec3::Y, 50.0),
+    );
+    scene.light(Light::Point {
+        position: DVec3::new(3.0, 4.0, 5.0),
+        intensity: [60.0; 3],
+        falloff: Falloff::InverseSquare,
+    });
+    scene.light(Light::Directional {
+        direction: DVec3::new(1.0, -1.0, -0.5),
+        irradiance: [1.0; 3],
+    });
+    scene.background([0.1, 0.2, 0.3]);
+    scene.finish().expect("a random scene is a good scene")
+}

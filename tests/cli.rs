@@ -1,6 +1,6 @@
 //! The built command, from outside: exit codes, messages, files.
 
-#[path = "cli/bench.rs"]
+#[path = "cli/bench/mod.rs"]
 mod bench;
 
 use std::fs;

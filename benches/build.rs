@@ -7,11 +7,11 @@
 
 mod common;
 
-use common::{displaced_sphere, mesh_scene, quick};
+use common::{displaced_sphere, mesh_scene, one_thread, quick};
 use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
 use lanecast::accel::{
-    BuildQuality, Density, KdQuality, Quality, Structure, WIDE, World, build, build_boxes,
-    build_mesh, corner_bounds, refit,
+    BuildQuality, Quality, Structure, WIDE, World, build, build_boxes, build_mesh, corner_bounds,
+    refit,
 };
 use lanecast::math::Aabb32;
 use lanecast::scene::{Appearances, Meshes};
@@ -27,8 +27,7 @@ fn sah_build(c: &mut Criterion) {
         .map(|i| corner_bounds(&mesh.corners(i)))
         .collect();
     let quality = BuildQuality::default();
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1);
-    let pool = pool.build().unwrap();
+    let pool = one_thread();
 
     let mut wide = build_mesh(&mesh, quality);
     let mut sources: Vec<u32> = wide.blocks.iter().flat_map(|b| b.source).collect();
@@ -71,20 +70,15 @@ fn structures(c: &mut Criterion) {
     let scene = mesh_scene(&displaced_sphere(160, 80));
     let appearances = Appearances::of(&scene).unwrap();
     let count = 2 * 160 * 79;
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1);
-    let pool = pool.build().unwrap();
+    let pool = one_thread();
     let mut group = c.benchmark_group("build: how do the structures compare?");
     group.throughput(Throughput::Elements(count as u64));
     group.sampling_mode(SamplingMode::Flat);
-    for (name, structure) in [
-        ("bvh", Structure::Bvh),
-        ("narrow", Structure::Narrow),
-        ("kd", Structure::Kd(KdQuality::default())),
-        ("grid", Structure::Grid(Density::default())),
-        ("heap", Structure::Heap),
-        ("heap-spheres", Structure::HeapSpheres),
-        ("item-buffer", Structure::ItemBuffer),
-    ] {
+    for (name, structure) in common::structures() {
+        if structure == Structure::Nested {
+            // One mesh: the same trees as bvh.
+            continue;
+        }
         let world = World::build(&scene, &appearances, structure);
         // A wide leaf holds blocks.
         let each = match structure {

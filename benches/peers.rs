@@ -8,7 +8,7 @@
 
 mod common;
 
-use common::{Traced, displaced_sphere, mesh_scene, quick, run, traced};
+use common::{Traced, displaced_sphere, mesh_scene, one_thread, quick, run, traced};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::Vec3A;
 use lanecast::io::RaySet;
@@ -21,7 +21,6 @@ use obvhs::cwbvh::{CwBvh, builder::build_cwbvh_from_tris};
 use obvhs::ray::{Ray, RayHit};
 use obvhs::rt_triangle::RtTriangle;
 use obvhs::triangle::Triangle;
-use rayon::ThreadPoolBuilder;
 use std::time::Duration;
 
 const SIDE: u32 = 256;
@@ -92,8 +91,7 @@ fn differing(a: &Answers, b: &Answers) -> usize {
 }
 
 fn peers(c: &mut Criterion) {
-    let pool = ThreadPoolBuilder::new().num_threads(1).build();
-    let pool = pool.expect("one thread can be started");
+    let pool = one_thread();
     let mesh = displaced_sphere(320, 160);
     let scene = mesh_scene(&mesh);
     let appearances = Appearances::of(&scene).expect("few appearances");

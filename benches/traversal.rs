@@ -10,17 +10,18 @@
 mod common;
 
 use common::{
-    Traced, city, displaced_sphere, mesh_scene, quick, run, run_in, sphere_flake, traced, traced_by,
+    Traced, city, displaced_sphere, mesh_scene, one_thread, quick, run, run_in, sphere_flake,
+    traced, traced_by,
 };
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
-use lanecast::accel::{Density, KdQuality, Structure, World};
+use lanecast::accel::{Structure, World};
 use lanecast::measure::kinds::Kind;
 use lanecast::measure::queries::Answers;
 use lanecast::scene::{Appearances, MeshData, Scene};
 use lanecast::trace::Caching;
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::ThreadPool;
 
 const SIDE: u32 = 256;
 const KINDS: [Kind; 6] = [
@@ -33,11 +34,6 @@ const KINDS: [Kind; 6] = [
 ];
 /// In f32 a ray or two may fall on the other side of an edge.
 const SLACK: usize = 4;
-
-fn one_thread() -> ThreadPool {
-    let pool = ThreadPoolBuilder::new().num_threads(1).build();
-    pool.expect("one thread can be started")
-}
 
 fn mesh() -> MeshData {
     displaced_sphere(320, 160)
@@ -98,22 +94,13 @@ fn structures(c: &mut Criterion) {
     let (_, fast) = &work.modes[0];
     let mut expected = [0; 2];
     let mut group = c.benchmark_group("traversal: how do the structures compare?");
-    for (name, structure) in [
-        ("bvh", Structure::Bvh),
-        ("nested", Structure::Nested),
-        ("narrow", Structure::Narrow),
-        ("kd", Structure::Kd(KdQuality::default())),
-        ("grid", Structure::Grid(Density::default())),
-        ("heap", Structure::Heap),
-        ("heap-spheres", Structure::HeapSpheres),
-        // Its lists are made each time.
-        ("item-buffer", Structure::ItemBuffer),
-    ] {
+    for (name, structure) in common::structures() {
         let world = World::build(&scene, &appearances, structure);
         let way = (&world, fast, Caching::On);
         let mut answers = Answers::default();
         for (rays, expected) in work.rays.iter().zip(&mut expected) {
             let (kind, set) = rays;
+            // Its lists are made each time, and only for camera rays.
             if structure == Structure::ItemBuffer && *kind != Kind::Primary {
                 continue;
             }

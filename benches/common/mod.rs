@@ -2,7 +2,7 @@
 #![allow(dead_code)]
 
 use glam::DVec3;
-use lanecast::accel::{Structure, World};
+use lanecast::accel::{Density, KdQuality, Structure, World};
 use lanecast::geom::{Cuboid, Sphere};
 use lanecast::math::lanes::*;
 use lanecast::measure::kinds::{Kind, Order};
@@ -12,6 +12,7 @@ use lanecast::plan::{Choices, Kernels, Precision, plan};
 use lanecast::render::{Grid, Progress};
 use lanecast::scene::{Appearances, Camera, Edge, MeshData, Scene, SceneBuilder};
 use lanecast::trace::Caching;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// One register of each.
 #[cfg(target_feature = "avx512f")]
@@ -33,6 +34,25 @@ pub fn quick() -> criterion::Criterion {
         .sample_size(10)
         .warm_up_time(std::time::Duration::from_millis(300))
         .measurement_time(std::time::Duration::from_millis(1200))
+}
+
+pub fn one_thread() -> ThreadPool {
+    let pool = ThreadPoolBuilder::new().num_threads(1).build();
+    pool.expect("one thread can be started")
+}
+
+/// All but the linear scan, the default first.
+pub fn structures() -> [(&'static str, Structure); 8] {
+    [
+        ("bvh", Structure::Bvh),
+        ("nested", Structure::Nested),
+        ("narrow", Structure::Narrow),
+        ("kd", Structure::Kd(KdQuality::default())),
+        ("grid", Structure::Grid(Density::default())),
+        ("heap", Structure::Heap),
+        ("heap-spheres", Structure::HeapSpheres),
+        ("item-buffer", Structure::ItemBuffer),
+    ]
 }
 
 /// A sphere of `2·across·(down − 1)` triangles, its radius waved by three sines.

@@ -1,11 +1,10 @@
 //! Ray sets of a scene: the work that `bench` times and exports.
 //!
-//! As the peers' own generator makes them (kinds, counts, order), so that the
-//! figures compare. Everything is f32, as in the `.rays` format; later rays
-//! start from hits of the rounded ones. Secondary rays follow the order of the
-//! primary hits, one a hit, on the camera's side of the surface, whether or not
-//! it faces the light. Rays whose numbers f32 cannot hold, or without a
-//! direction, are left out.
+//! Everything is f32, as in the `.rays` format, so that every tracer gets the same
+//! rays; later rays start from hits of the rounded ones. Secondary rays follow the
+//! order of the primary hits, one a hit, on the camera's side of the surface,
+//! whether or not it faces the light. Rays whose numbers f32 cannot hold, or without
+//! a direction, are left out.
 //!
 //! Deterministic: random directions are a hash of the hit's number, elementary
 //! functions come from the crate `libm`.

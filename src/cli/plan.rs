@@ -99,9 +99,11 @@ fn for_people(report: &Report) -> String {
         let _ = writeln!(text, "  {count:>10} × {kind}");
     }
     let _ = writeln!(text, "\nchoices");
+    let lengths = report.choices.iter().map(|choice| choice.choice.len());
+    let width = lengths.max().unwrap_or(0);
     for choice in &report.choices {
         let Choice { what, choice, why } = choice;
-        let _ = writeln!(text, "  {what:<16} {choice:<30} {why}");
+        let _ = writeln!(text, "  {what:<16} {choice:<width$}  {why}");
     }
     for (title, bytes) in [("tables", &report.tables), ("trees", &report.trees)] {
         let total: usize = bytes.values().sum();

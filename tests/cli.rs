@@ -123,6 +123,15 @@ fn wrong_arguments() {
         ),
         (vec!["render", "--size", "65535x65535"], "at most 268435456"),
         (vec!["render", "--size", "big"], "WIDTHxHEIGHT"),
+        // Values, not options that do not exist.
+        (
+            vec!["render", "--size", "-5x3"],
+            "invalid value '-5x3' for '--size <WxH>'",
+        ),
+        (
+            small(&["--threads", "-1"]),
+            "invalid value '-1' for '--threads <N>'",
+        ),
         (small(&["--spp", "0"]), "1..=65536"),
         (small(&["--spp", "65537"]), "1..=65536"),
         (small(&["--threads", "0"]), "1..=1024"),
@@ -233,8 +242,37 @@ fn missing_inputs() {
     ] {
         fails(arguments, 3, arguments[1]);
     }
+    fails(&["render", "."], 3, "it is a folder");
+    fails(
+        &["render", "none"],
+        3,
+        "no ending that tells a scene format",
+    );
     let sets = ["bench", "--mesh", "a.msh", "--rays", "a.primary.rays"];
     fails(&sets, 3, "a.msh: cannot be read");
+}
+
+#[test]
+fn broken_meshes_say_what_and_where() {
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+               property float z\nelement face 1\nproperty list uchar int vertex_indices\n\
+               end_header\n0 0 0\n";
+    for (name, text, says) in [
+        // The line once.
+        ("a.ply", ply, "error: a.ply:11:1: Unexpected end of file"),
+        (
+            "a.obj",
+            "v 0 0 0\nv 1 0 0\nf 1 2\n",
+            "places a shape; not imported: 1 × face of fewer than 3 corners\n",
+        ),
+    ] {
+        let folder = folder();
+        fs::write(folder.path().join(name), text).unwrap();
+        let output = lanecast(folder.path(), &["render", name]);
+        assert_eq!(output.status.code(), Some(3));
+        assert!(stderr(&output).contains(says), "{}", stderr(&output));
+        assert_eq!(names(folder.path()), [name]);
+    }
 }
 
 #[test]
@@ -258,6 +296,13 @@ fn outputs_that_cannot_be_written() {
     let output = lanecast(folder.path(), &small(&["-o", "x.png", "--stats", "s"]));
     assert_eq!(output.status.code(), Some(4));
     assert_eq!(names(folder.path()), ["x.png"]);
+    // Nobody may create a file there; what is said is about the file that was asked for.
+    if cfg!(target_os = "linux") {
+        let output = lanecast(folder.path(), &small(&["-o", "/proc/x.png"]));
+        assert_eq!(output.status.code(), Some(4));
+        assert!(stderr(&output).contains("/proc/x.png: cannot be written: "));
+        assert!(!stderr(&output).contains(".tmp"), "{}", stderr(&output));
+    }
     if Path::new("/dev/full").exists() {
         fails(
             &small(&["-o", "x.png", "--stats", "/dev/full"]),

@@ -125,10 +125,11 @@ fn strange_files_load_or_say_why_not() {
         refused += 1;
         let nothing = matches!(
             error,
-            LoadError::Scene {
-                source: SceneError::NothingToSee,
-                ..
-            }
+            LoadError::Empty { .. }
+                | LoadError::Scene {
+                    source: SceneError::NothingToSee,
+                    ..
+                }
         );
         empty += usize::from(nothing);
         let Some(verdict) = verdicts.get(name) else {

@@ -51,15 +51,12 @@ pub fn run(
     let reuse = args.reuse.0;
     let reuse = reuse.unwrap_or_else(|| Reuse::that_pays(plan.kernels.needs));
     let mut memory = FrameMemory::new(reuse);
+    let name = args.scene.clone().unwrap_or("the built-in scene".into());
     let mut kept: Option<Kept> = None;
     for (number, path) in paths.iter().enumerate() {
         let first = stats.stages.len();
         let time = time(number as u32, frames);
-        let of_scene = |source| LoadError::Scene {
-            path: args.scene.clone().unwrap_or("the built-in scene".into()),
-            place: None,
-            source,
-        };
+        let of_scene = |source| LoadError::of_scene(&name, source);
         scene = scene.at(time).map_err(of_scene)?;
         let appearances = Appearances::of(&scene).map_err(of_scene)?;
         stats.stages.push(watch.stage("place"));

@@ -27,7 +27,7 @@ mod verify;
 pub use cpu::check_before_main;
 
 use args::{BenchArgs, PlanArgs, RenderArgs, VerifyArgs};
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use error::CliError;
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -90,7 +90,7 @@ pub fn main() -> ExitCode {
 /// Apart from `main`, so that none of it runs before the check.
 #[inline(never)]
 fn run() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let cli = match parse() {
         Ok(cli) => cli,
         Err(e) => {
             // Help and version arrive here too. A closed pipe is no concern.
@@ -117,6 +117,18 @@ fn run() -> ExitCode {
             ExitCode::from(error.exit_code())
         }
     }
+}
+
+/// A number below zero is its option's value, which refuses it: not an option of
+/// that name.
+fn parse() -> Result<Cli, clap::Error> {
+    let command = Cli::command().mut_subcommands(|command| {
+        command.mut_args(|arg| {
+            let numeric = arg.get_long().is_some() && arg.get_action().takes_values();
+            arg.allow_negative_numbers(numeric)
+        })
+    });
+    Cli::from_arg_matches(&command.try_get_matches()?)
 }
 
 fn not_yet(command: &str) -> CliError {

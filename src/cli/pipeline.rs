@@ -48,11 +48,7 @@ pub fn complete(
     stats: &mut Stats,
 ) -> Result<Prepared, CliError> {
     let row = scene::pick_camera(&scene.cameras, config.camera.as_deref())?;
-    let of_scene = |source| LoadError::Scene {
-        path: path.into(),
-        place: None,
-        source,
-    };
+    let of_scene = |source| LoadError::of_scene(path, source);
     let appearances = Appearances::of(&scene).map_err(of_scene)?;
     let (scene, camera) = scene.completed(row, &appearances, aspect(config));
     let plan = plan(&scene, &appearances, &config.choices)

@@ -31,7 +31,7 @@ pub fn pick_camera(cameras: &Cameras, asked: Option<&str>) -> Result<Option<usiz
         "the scene has none; leave it out for a framed view".into()
     } else {
         let labels: Vec<String> = (0..count as u32).map(|i| cameras.names.label(i)).collect();
-        format!("there are {}", labels.join(", "))
+        format!("the scene has {}", labels.join(", "))
     };
     Err(CliError::Usage(format!("no camera '{asked}': {known}")))
 }

@@ -67,11 +67,7 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
     let (mut watch, mut stats) = (Watch::start(), Stats::default());
     let options = args.common.load_options();
     let prepared = prepare(Some(&args.scene), &options, &config, &mut watch, &mut stats)?;
-    let too_many = |source| LoadError::Scene {
-        path: args.scene.clone(),
-        place: None,
-        source,
-    };
+    let too_many = |source| LoadError::of_scene(&args.scene, source);
     // The reference will not take more: say so before any work.
     prepared.appearances.check_enumerable().map_err(too_many)?;
     let world = prepared.world(&mut watch, &mut stats);

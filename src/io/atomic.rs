@@ -10,7 +10,7 @@
 //! of its threads may be writing.
 
 use super::SaveError;
-use std::fs::{self, Metadata, Permissions};
+use std::fs::{self, File, Metadata, OpenOptions, Permissions};
 use std::io::{Error, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -184,16 +184,10 @@ impl Temporary {
     ) -> Result<Temporary, Error> {
         let mut builder = tempfile::Builder::new();
         builder.prefix(".lanecast-").suffix(".tmp");
-        // What the file would have had without the detour; the umask still counts.
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         let (mut file, path) = {
             // In the list from its first moment on.
             let mut unfinished = unfinished();
-            let (file, path) = builder
-                .tempfile_in(folder_of(target))
-                .map_err(without_path)?
-                .into_parts();
+            let (file, path) = builder.make_in(folder_of(target), create_new)?.into_parts();
             unfinished.push(path.to_path_buf());
             (file, path)
         };
@@ -225,18 +219,19 @@ impl Drop for Temporary {
     }
 }
 
-/// The system's own error: the temporary name means nothing to the user.
-fn without_path(error: Error) -> Error {
-    let inner = error
-        .get_ref()
-        .and_then(|e| e.source())
-        .and_then(|e| e.downcast_ref::<Error>())
-        .and_then(Error::raw_os_error);
-    inner.map_or(error, Error::from_raw_os_error)
+/// With the permissions that the file would have had without the detour (the umask
+/// counts). Its errors are the system's own: the temporary name in those of
+/// `tempfile` means nothing to the user.
+fn create_new(path: &Path) -> Result<File, Error> {
+    let mut options = OpenOptions::new();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o666);
+    options.open(path)
 }
 
 fn write_device(target: &Path, bytes: &[u8]) -> Result<(), Error> {
-    let mut file = fs::OpenOptions::new().write(true).open(target)?;
+    let mut file = OpenOptions::new().write(true).open(target)?;
     file.write_all(bytes)?;
     file.flush()
 }

@@ -1,7 +1,8 @@
 //! What can go wrong with files: the file, the place in it, and the remedy.
 
 use crate::scene::SceneError;
-use std::path::PathBuf;
+use std::io::{Error, ErrorKind};
+use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 #[derive(Debug, Error)]
@@ -12,8 +13,9 @@ pub enum LoadError {
         source: std::io::Error,
     },
     #[error(
-        "{}: unknown scene format '{extension}'; known are .toml .json .gltf .glb .nff .obj .ply .stl",
-        path.display()
+        "{}: {}; known are .toml .json .gltf .glb .nff .obj .ply .stl",
+        path.display(),
+        unknown("scene", extension)
     )]
     UnknownFormat { path: PathBuf, extension: String },
     /// `line` and `column` count from 1.
@@ -51,6 +53,37 @@ pub enum LoadError {
         place: Option<(u32, u32)>,
         source: SceneError,
     },
+    /// [`SceneError::NothingToSee`], where something was not imported.
+    #[error("{}: {}; {left_out}", path.display(), SceneError::NothingToSee)]
+    Empty { path: PathBuf, left_out: String },
+}
+
+impl LoadError {
+    /// Of a scene whose file does not tell the place.
+    pub(crate) fn of_scene(path: &Path, source: SceneError) -> LoadError {
+        LoadError::Scene {
+            path: path.into(),
+            place: None,
+            source,
+        }
+    }
+
+    /// Of a file that no importer knows by its name's ending, or of a folder.
+    pub(super) fn of_format(path: &Path, extension: &str) -> LoadError {
+        if path.is_dir() {
+            return LoadError::Read {
+                path: path.into(),
+                source: Error::new(
+                    ErrorKind::IsADirectory,
+                    "it is a folder; name a scene file in it",
+                ),
+            };
+        }
+        LoadError::UnknownFormat {
+            path: path.into(),
+            extension: extension.into(),
+        }
+    }
 }
 
 #[derive(Debug, Error)]
@@ -61,8 +94,9 @@ pub enum SaveError {
         source: std::io::Error,
     },
     #[error(
-        "{}: unknown picture format '{extension}'; known are .png and .exr",
-        path.display()
+        "{}: {}; known are .png and .exr",
+        path.display(),
+        unknown("picture", extension)
     )]
     UnknownFormat { path: PathBuf, extension: String },
     #[error("{}: {message}", path.display())]
@@ -73,6 +107,13 @@ fn colons(place: &Option<(u32, u32)>) -> String {
     place
         .map(|(line, column)| format!(":{line}:{column}"))
         .unwrap_or_default()
+}
+
+fn unknown(of: &str, extension: &str) -> String {
+    match extension {
+        "" => format!("its name has no ending that tells a {of} format"),
+        _ => format!("unknown {of} format '{extension}'"),
+    }
 }
 
 fn hint(remedy: &Option<String>) -> String {

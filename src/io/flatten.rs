@@ -27,31 +27,22 @@ pub fn import_mesh(
         "gltf" | "glb" => {
             let mut scene = SceneBuilder::default();
             gltf::import(path, options, &mut scene, dropped)?;
-            let scene = scene.finish().map_err(|source| LoadError::Scene {
-                path: path.into(),
-                place: None,
-                source,
-            })?;
+            let scene = scene
+                .finish()
+                .map_err(|source| LoadError::of_scene(path, source))?;
             bake(path, &scene)
         }
         "obj" => obj::read(path, options, dropped).map(|o| o.mesh),
         "ply" => ply::read(path, dropped),
         "stl" => stl::read(path),
-        other => Err(LoadError::UnknownFormat {
-            path: path.into(),
-            extension: other.into(),
-        }),
+        other => Err(LoadError::of_format(path, other)),
     }
 }
 
 /// Every appearance's triangles, one after the other. Normals are kept where
 /// every mesh has them.
 fn bake(path: &Path, scene: &Scene) -> Result<MeshData, LoadError> {
-    let of_scene = |source| LoadError::Scene {
-        path: path.into(),
-        place: None,
-        source,
-    };
+    let of_scene = |source| LoadError::of_scene(path, source);
     let all = Appearances::of(scene).map_err(of_scene)?;
     let (mut vertices, mut triangles) = (0_u64, 0_u64);
     let mut smooth = true;

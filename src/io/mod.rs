@@ -37,7 +37,7 @@ pub use picture::{AovSet, Picture, PictureFile, picture_files};
 pub use rays::{RaySet, TriangleSet};
 pub use srgb::SrgbEncoder;
 
-use crate::scene::{Scene, SceneBuilder};
+use crate::scene::{Scene, SceneBuilder, SceneError};
 use std::path::Path;
 
 /// A scene and what was left out of it.
@@ -60,15 +60,19 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
     let mut scene = SceneBuilder::default();
     let mut dropped = Dropped::default();
     let places = import(path, options, &mut scene, &mut dropped)?;
-    let scene = scene.finish().map_err(|source| LoadError::Scene {
-        path: path.into(),
-        place: source.entity().and_then(|what| places.as_ref()?.of(what)),
-        source,
+    let warning = dropped.summary();
+    let scene = scene.finish().map_err(|source| match (&source, &warning) {
+        (SceneError::NothingToSee, Some(left_out)) => LoadError::Empty {
+            path: path.into(),
+            left_out: left_out.clone(),
+        },
+        _ => LoadError::Scene {
+            path: path.into(),
+            place: source.entity().and_then(|what| places.as_ref()?.of(what)),
+            source,
+        },
     })?;
-    Ok(Loaded {
-        scene,
-        warning: dropped.summary(),
-    })
+    Ok(Loaded { scene, warning })
 }
 
 /// Native scenes also say where their entities stand.
@@ -87,10 +91,7 @@ fn import(
         "obj" => obj::import(path, options, scene, dropped),
         "ply" => ply::import(path, options, scene, dropped),
         "stl" => stl::import(path, options, scene, dropped),
-        other => Err(LoadError::UnknownFormat {
-            path: path.into(),
-            extension: other.into(),
-        }),
+        other => Err(LoadError::of_format(path, other)),
     }?;
     Ok(None)
 }

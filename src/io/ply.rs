@@ -126,7 +126,10 @@ impl PropertyAccess for Skipped {
 }
 
 fn wrong(e: ParseError) -> Wrong {
-    (e.line(), one_line(&e.to_string()))
+    let (line, message) = (e.line(), one_line(&e.to_string()));
+    // The line is said once.
+    let said = line.and_then(|line| message.strip_prefix(&format!("Line {line}: ")));
+    (line, said.unwrap_or(&message).into())
 }
 
 fn parse(bytes: &[u8], dropped: &mut Dropped) -> Result<MeshData, Wrong> {

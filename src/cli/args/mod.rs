@@ -99,7 +99,7 @@ pub struct BenchArgs {
     #[arg(long, value_name = "FILE", requires = "mesh", conflicts_with = "scene")]
     pub rays: Vec<PathBuf>,
     /// Measure generated meshes of MIN to MAX triangles, two sizes a decade, in place of SCENE
-    #[arg(long, value_name = "MIN:MAX", conflicts_with_all = ["scene", "mesh", "rays", "export", "camera"], value_parser = parse_growth)]
+    #[arg(long, value_name = "MIN:MAX", allow_hyphen_values = true, conflicts_with_all = ["scene", "mesh", "rays", "export", "camera"], value_parser = parse_growth)]
     pub growth: Option<GrowthRange>,
     /// What --growth generates: sphere, needles or building
     #[arg(long, value_name = "MESH", default_value = "sphere", requires = "growth", value_parser = parse_generated)]
@@ -168,7 +168,7 @@ pub struct DepthArgs {
 #[derive(Args)]
 pub struct CommonArgs {
     /// Pixels, as WIDTHxHEIGHT [default: 1280x720; verify: 320x180]
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = parse_size)]
     pub size: Option<Size>,
     /// centers: through the pixels; corners: one ray through each corner of (W-1)x(H-1) pixels
     #[arg(long, value_name = "GRID", default_value = "centers", value_parser = parse_grid)]

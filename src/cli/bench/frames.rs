@@ -69,11 +69,7 @@ pub fn run(args: &BenchArgs, frames: u32) -> Result<(), CliError> {
         };
         let scene = prepared.scene.clone();
         let measured = pool.install(|| measure(scene, &question, &progress));
-        let measured = measured.map_err(|source| LoadError::Scene {
-            path: path.into(),
-            place: None,
-            source,
-        })?;
+        let measured = measured.map_err(|source| LoadError::of_scene(path, source))?;
         let measured = measured.ok_or(CliError::Interrupted)?;
         report.results.extend(measured.results);
         report.renewals.extend(measured.renewals);

@@ -229,9 +229,7 @@ fn scene_of(mut scene: SceneBuilder, set: TriangleSet, path: &Path) -> Result<Sc
     };
     let mesh = scene.mesh("", &data);
     scene.instance("", Edge::shape(mesh));
-    scene.finish().map_err(|source| LoadError::Scene {
-        path: path.into(),
-        place: None,
-        source,
-    })
+    scene
+        .finish()
+        .map_err(|source| LoadError::of_scene(path, source))
 }

@@ -30,7 +30,7 @@ fn sah_build(c: &mut Criterion) {
     let pool = one_thread();
 
     let mut wide = build_mesh(&mesh, quality);
-    let mut sources: Vec<u32> = wide.blocks.iter().flat_map(|b| b.source).collect();
+    let mut sources: Vec<u32> = wide.blocks.iter().flat_map(|b| *b.sources()).collect();
     sources.sort();
     assert!((0..count).all(|i| sources[i] == i as u32));
     assert!((8.0..14.0).contains(&wide.tree.sah), "{}", wide.tree.sah);

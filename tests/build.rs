@@ -2,6 +2,8 @@
 //! is below it, and the tree's bits depend on the primitives alone. Of trees of
 //! high quality too, which cost no more than others.
 
+#[path = "build/blocks.rs"]
+mod blocks;
 #[path = "build/check.rs"]
 mod check;
 mod common;
@@ -17,7 +19,7 @@ use lanecast::accel::{BuildQuality, WIDE, build_boxes, build_mesh};
 use lanecast::math::Aabb32;
 use lanecast::scene::Meshes;
 use proptest::prelude::*;
-use soups::{Triangle, cloud, degenerate, numbers, row, soup};
+use soups::{Triangle, cloud, degenerate, numbers, row, sheet, soup};
 
 #[test]
 fn every_triangle_stands_in_one_block() {
@@ -152,18 +154,8 @@ fn boxes_without_bounds_or_content_stand_in_the_tree() {
 
 #[test]
 fn a_tree_beats_chance() {
-    // A sheet in 128 × 128 cells, shuffled: blocks are patches of it.
-    let mut next = numbers(1);
-    let mut triangles: Vec<Triangle> = (0..1 << 15)
-        .map(|i| {
-            let (x, y) = ((i / 2 % 128) as f32, (i / 256) as f32);
-            let far = [x + (i % 2) as f32, y + 1.0 - (i % 2) as f32, 0.0];
-            [[x, y, 0.0], far, [x + 1.0, y + 1.0, 0.0]]
-        })
-        .collect();
-    for i in (1..triangles.len()).rev() {
-        triangles.swap(i, (next() * i as f32) as usize);
-    }
+    // Blocks are patches of the sheet.
+    let triangles = sheet();
     let meshes = soup(&triangles);
     let tree = build(&meshes);
     check(&tree, &row(&meshes));
@@ -202,7 +194,7 @@ proptest! {
         let scale = 2.0_f32.powi(shift);
         let scaled: Vec<Triangle> = triangles.iter().map(|t| t.map(|p| p.map(|x| x * scale))).collect();
         let sources = |triangles: &[Triangle]| -> Vec<_> {
-            build(&soup(triangles)).blocks.iter().map(|b| b.source).collect()
+            build(&soup(triangles)).blocks.iter().map(|b| *b.sources()).collect()
         };
         prop_assert_eq!(sources(&triangles), sources(&scaled));
     }

@@ -1,7 +1,8 @@
 //! Boxes in columns, as many to a row as a register has lanes: what an item
 //! buffer projects, frame by frame, instead of walking a tree.
 
-use super::wide::{Block, WIDE};
+use super::block::Blocks;
+use super::wide::WIDE;
 use super::world::Entry;
 use crate::math::Aabb32;
 
@@ -52,8 +53,8 @@ impl BoxRows {
         BoxRows::of(entries.iter().map(|entry| entry.bounds))
     }
 
-    pub fn of_blocks(blocks: &[Block]) -> BoxRows {
-        BoxRows::of(blocks.iter().map(block_bounds))
+    pub fn of_blocks(blocks: &Blocks) -> BoxRows {
+        BoxRows::of(blocks.iter().map(|block| block.bounds()))
     }
 
     /// (min, max).
@@ -74,22 +75,4 @@ impl ItemBoxes {
         let meshes = self.meshes.iter().flatten().map(BoxRows::bytes);
         self.entries.bytes() + meshes.sum::<usize>()
     }
-}
-
-/// Exact; unused slots lie within.
-fn block_bounds(block: &Block) -> Aabb32 {
-    let mut bounds = Aabb32::EMPTY;
-    for corner in &block.corner {
-        for k in 0..3 {
-            for x in corner[k] {
-                if x < bounds.min[k] {
-                    bounds.min[k] = x;
-                }
-                if x > bounds.max[k] {
-                    bounds.max[k] = x;
-                }
-            }
-        }
-    }
-    bounds
 }

@@ -7,7 +7,7 @@ use super::groups::Groups;
 use super::heap::{Boxes, Heap, Spheres};
 use super::index::{Figures, Index};
 use super::kdtree::KdTree;
-use super::wide::{Block, WideMesh, WideTree};
+use super::wide::{WideMesh, WideTree};
 use crate::geom::triangle::Corners;
 use crate::math::Aabb32;
 
@@ -147,7 +147,7 @@ impl Forests {
 
 fn wide_bytes(top: usize, meshes: &[Option<WideMesh>]) -> [usize; 3] {
     let meshes = || meshes.iter().flatten();
-    let leaves = |mesh: &WideMesh| mesh.blocks.len() * size_of::<Block>();
+    let leaves = |mesh: &WideMesh| mesh.blocks.bytes();
     [
         top,
         meshes().map(|mesh| mesh.tree.bytes()).sum(),

@@ -7,6 +7,7 @@
 //! inside it, rounding included. So pruning by boxes never changes an answer,
 //! and a linear scan gives the same one.
 
+mod block;
 mod boxes;
 mod build;
 mod bvh;
@@ -30,6 +31,7 @@ mod wide;
 mod wide_stream;
 mod world;
 
+pub use block::{Apart, Block, Blocks, Shared, UNUSED, VERTICES};
 pub use boxes::{BoxRow, BoxRows, ItemBoxes};
 pub use build::{BuildQuality, MAX_DEPTH, build_boxes, build_mesh, refit, refit_boxes};
 pub use bvh::{Child, Node, Stack, Tree, WIDTH};
@@ -45,6 +47,6 @@ pub use prefetch::prefetch;
 pub use sah::{Quality, build, linear};
 pub use sequence::{Kept, Renewal, WORST_REFIT};
 pub use slabs::Slabs;
-pub use wide::{Block, WIDE, WideMesh, WideNode, WideTree};
+pub use wide::{WIDE, WideMesh, WideNode, WideTree};
 pub use wide_stream::{STREAM, StreamRays, StreamStack};
 pub use world::{Entry, Structure, World, corner_bounds};

@@ -6,8 +6,8 @@
 //! et al. 2012). Trees hold f32 boxes that contain what they stand for; the
 //! triangles are the mesh's own numbers.
 
+use super::block::Blocks;
 use super::bvh::Child;
-use crate::geom::triangle::Corners;
 use crate::math::Aabb32;
 
 /// Children of a node and triangles of a block: f32 lanes of one register, at
@@ -48,26 +48,6 @@ impl WideNode {
     }
 }
 
-/// Triangles of one leaf, in columns, in canonical corner order (see
-/// [`crate::geom::triangle::canonical`]). Unused slots are at the end: their
-/// corners all are the first triangle's first one, so no ray meets them and no
-/// box grows by them.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-pub struct Block {
-    /// `[corner][axis][slot]`, about the mesh's centre.
-    pub corner: [[[f32; WIDE]; 3]; 3],
-    /// Triangle in source order; `u32::MAX` in unused slots.
-    pub source: [u32; WIDE],
-}
-
-impl Block {
-    #[inline(always)]
-    pub fn corners(&self, slot: usize) -> Corners {
-        std::array::from_fn(|v| std::array::from_fn(|k| self.corner[v][k][slot]))
-    }
-}
-
 /// A tree of [`WideNode`]s, the root first.
 #[derive(Clone, Debug)]
 pub struct WideTree {
@@ -95,11 +75,11 @@ impl WideTree {
 #[derive(Clone, Debug)]
 pub struct WideMesh {
     pub tree: WideTree,
-    pub blocks: Vec<Block>,
+    pub blocks: Blocks,
 }
 
 impl WideMesh {
     pub fn bytes(&self) -> usize {
-        self.tree.bytes() + self.blocks.len() * size_of::<Block>()
+        self.tree.bytes() + self.blocks.bytes()
     }
 }

@@ -119,7 +119,7 @@ pub fn plane_depth<L: Lanes>(
     n: [L; 3],
     (shear, along): ([L; 2], L),
 ) -> (L::Mask, L) {
-    let [depth_times_det, det] = plane_ratio([a, b, c], n, shear);
+    let [depth_times_det, det] = plane_ratio(a, n, shear);
     let edge_on = det.eq(L::zero()) | depth_times_det.eq(L::zero());
     let depth = depth_times_det / det;
     let (low, high) = (a[2].min(b[2]).min(c[2]), a[2].max(b[2]).max(c[2]));
@@ -130,7 +130,7 @@ pub fn plane_depth<L: Lanes>(
 
 /// (a·n) and (d·n) of [`plane_depth`].
 #[inline(always)]
-pub fn plane_ratio<L: Lanes>([a, _, _]: [[L; 3]; 3], n: [L; 3], shear: [L; 2]) -> [L; 2] {
+pub fn plane_ratio<L: Lanes>(a: [L; 3], n: [L; 3], shear: [L; 2]) -> [L; 2] {
     let depth_times_det = a[0].mul_add(n[0], a[1].mul_add(n[1], a[2] * n[2]));
     let det = n[0].mul_add(-shear[0], n[1].mul_add(-shear[1], n[2]));
     [depth_times_det, det]

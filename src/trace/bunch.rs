@@ -1,7 +1,7 @@
 //! A stream's rays in one space, and which triangles of a block each may meet.
 
 use super::stream::each;
-use crate::accel::{Block, STREAM, Slabs, StreamRays};
+use crate::accel::{Block, STREAM, Slabs, StreamRays, WIDE};
 use crate::geom::Ray;
 use crate::geom::triangle::{Seen, plane_normal, plane_ratio};
 use crate::math::lanes::{Lanes, Mask, Register, max, min};
@@ -113,12 +113,40 @@ impl Bunch {
     }
 }
 
+/// A block that several rays are to meet.
+pub(super) struct Faces<'a> {
+    block: Block<'a>,
+    /// Normals of the triangles' planes by axis, as `plane_depth` takes them.
+    normal: [[f32; WIDE]; 3],
+}
+
+impl Faces<'_> {
+    /// `exact`: normals are of no use.
+    #[inline(always)]
+    pub fn new(block: Block, exact: bool) -> Faces {
+        let mut normal = [[0.0; WIDE]; 3];
+        if !exact {
+            let [a, b, c] = block.columns([0, 1, 2]);
+            let n = plane_normal(minus(c, b), minus(a, c));
+            for k in 0..3 {
+                n[k].store(&mut normal[k]);
+            }
+        }
+        Faces { block, normal }
+    }
+}
+
+#[inline(always)]
+fn minus(p: [Register; 3], q: [Register; 3]) -> [Register; 3] {
+    [p[0] - q[0], p[1] - q[1], p[2] - q[2]]
+}
+
 impl Sight {
     /// Triangles of the block that a ray may meet before its limit, as far as f32
     /// can tell; and of these, unless `exact`, those that every test in f32 says it
     /// meets.
     #[inline(always)]
-    pub fn may_meet(&self, i: usize, block: &Block, exact: bool, limit: f32) -> [u32; 2] {
+    pub fn may_meet(&self, i: usize, faces: &Faces, exact: bool, limit: f32) -> [u32; 2] {
         // The steps of `Shear::apply`, along the one axis that this ray has.
         let splat = |column: &Column| Register::splat(column.0[i]);
         let k = usize::from(self.axis[i]) % 3;
@@ -129,34 +157,43 @@ impl Sight {
             splat(&self.org[k]),
         );
         let (shear_x, shear_y) = (splat(&self.shear[0]), splat(&self.shear[1]));
-        let raw = |v: usize| {
-            let at = |axis: usize| Register::load(&block.corner[v][axis]);
-            [at(a), at(b), at(k)]
+        // Sheared; then x and y as they were.
+        let see = |[x, y, z]: [Register; 3]| {
+            let (x, y, z) = (x - org.0, y - org.1, z - org.2);
+            [shear_x.mul_add(z, x), shear_y.mul_add(z, y), z, x, y]
         };
-        let corner = |v: usize| {
-            let [x, y, z] = raw(v);
-            [x - org.0, y - org.1, z - org.2]
+        let [
+            [ax, ay, az, raw_x, raw_y],
+            [bx, by, bz, ..],
+            [cx, cy, cz, ..],
+        ] = match &faces.block {
+            Block::Shared(block) => {
+                let vertices = [a, b, k].map(|axis| block.vertices(axis));
+                let mut seen = [vertices[0]; 5];
+                for i in 0..vertices[0].len() {
+                    let all = see([vertices[0][i], vertices[1][i], vertices[2][i]]);
+                    for (to, x) in seen.iter_mut().zip(all) {
+                        to[i] = x;
+                    }
+                }
+                // What is not used is not made.
+                block.entries().map(|corner| seen.map(|x| corner.of(x)))
+            }
+            Block::Apart(_) => faces.block.columns([a, b, k]).map(see),
         };
-        let corners = [corner(0), corner(1), corner(2)];
-        let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = corners;
-        let (x, y) = (
-            |x: Register, z: Register| shear_x.mul_add(z, x),
-            |y: Register, z: Register| shear_y.mul_add(z, y),
-        );
         let seen = Seen {
-            x: [x(ax, az), x(bx, bz), x(cx, cz)],
-            y: [y(ay, az), y(by, bz), y(cy, cz)],
+            x: [ax, bx, cx],
+            y: [ay, by, cy],
             z: [az, bz, cz],
         };
         if exact {
             return [seen.may_meet(splat(&self.misplaced)).bits(), 0];
         }
         let (inside, _) = seen.inside();
-        let minus = |p: [Register; 3], q: [Register; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
         // What `plane_depth` divides, t in its plane and the corners' least, is
         // compared as products here: depths in the ray's sense.
-        let normal = plane_normal(minus(raw(2), raw(1)), minus(raw(0), raw(2)));
-        let [above, det] = plane_ratio(corners, normal, [shear_x, shear_y]);
+        let normal = [a, b, k].map(|axis| Register::load(&faces.normal[axis]));
+        let [above, det] = plane_ratio([raw_x, raw_y, az], normal, [shear_x, shear_y]);
         let along = self.shear[2].0[i];
         let sense = Register::splat(1.0_f32.copysign(along));
         let above = above * sense;

@@ -4,14 +4,14 @@
 //! What incoherent rays want. The lanes only sort out: whatever passes goes to
 //! the same one-lane test as a packet's lane, so the answers are the same bits.
 
-use super::bunch::Bunch;
+use super::bunch::{Bunch, Faces};
 use super::leaf::{Everything, Features, Tester};
 use super::nested::Level;
 use super::packet::Packet;
 use super::query::{HitId, Query};
 use super::rays::Rays;
 use super::solids::{Lanewise, Packets};
-use crate::accel::{Block, Entry, STREAM, StreamRays, StreamStack, World, prefetch};
+use crate::accel::{Block, Entry, STREAM, StreamRays, StreamStack, UNUSED, World};
 use crate::geom::Certainty;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Affine, round_up};
@@ -234,16 +234,18 @@ impl Stream<'_> {
         let Bunch { boxes, sight } = bunch;
         let leaf = |boxes: &mut StreamRays, first: usize, count: usize, set: u64| {
             let mut done = 0;
-            for block in &mesh.blocks[first..first + count] {
+            for number in first..first + count {
+                let block = mesh.blocks.get(number);
                 // Sorting out all rays first keeps hits, which nobody can
                 // predict, out of a loop that the processor looks ahead in.
+                let faces = Faces::new(block, L::is_double());
                 let (mut bits, mut some) = ([0; STREAM], 0);
                 let (mut sure, mut sures) = ([0; STREAM], 0);
                 each(set & !done, |i| {
                     let sighted = if C::DOUBTS_ALL {
                         [u32::MAX, 0]
                     } else {
-                        sight.may_meet(i, block, L::is_double(), boxes.limit[i])
+                        sight.may_meet(i, &faces, L::is_double(), boxes.limit[i])
                     };
                     bits[i] = sighted[0];
                     some |= u64::from(bits[i] != 0) << i;
@@ -256,7 +258,7 @@ impl Stream<'_> {
                     let slot = sure[i].trailing_zeros() as usize;
                     let id = HitId {
                         instance: met.entry.appearance,
-                        primitive: block.source[slot],
+                        primitive: block.source(slot),
                     };
                     queries[i].block(L::Mask::splat(true), id);
                     boxes.limit[i] = -1.0;
@@ -271,7 +273,7 @@ impl Stream<'_> {
             }
             done
         };
-        let expect = |block: usize| prefetch(&mesh.blocks[block]);
+        let expect = |block: usize| mesh.blocks.prefetch(block);
         if Q::ANY {
             mesh.tree
                 .walk_stream::<false>(boxes, set, stack, expect, leaf);
@@ -288,7 +290,7 @@ impl Stream<'_> {
         i: usize,
         Met { entry, map }: Met,
         id: MeshId,
-        block: &Block,
+        block: Block,
         mut bits: u32,
         query: &mut Q,
     ) {
@@ -300,7 +302,7 @@ impl Stream<'_> {
         while bits != 0 {
             let slot = bits.trailing_zeros() as usize;
             bits &= bits - 1;
-            let Some(primitive) = block.source.get(slot).filter(|s| **s != u32::MAX) else {
+            let Some(primitive) = block.sources().get(slot).filter(|s| **s != UNUSED) else {
                 break;
             };
             let id = HitId {

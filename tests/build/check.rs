@@ -2,7 +2,7 @@
 
 use super::soups::{Triangle, row};
 use lanecast::accel::{
-    Block, BuildQuality, Child, MAX_DEPTH, WIDE, WideMesh, WideNode, WideTree, build_mesh,
+    Block, BuildQuality, Child, MAX_DEPTH, UNUSED, WIDE, WideMesh, WideNode, WideTree, build_mesh,
 };
 use lanecast::geom::triangle::canonical;
 use lanecast::math::Aabb32;
@@ -94,7 +94,7 @@ pub fn check_tree(tree: &WideTree, boxes: &[Aabb32]) -> Vec<std::ops::Range<usiz
     leaves
 }
 
-pub fn block_bounds(block: &Block) -> Aabb32 {
+fn block_bounds(block: Block) -> Aabb32 {
     let corners = (0..WIDE).flat_map(|slot| block.corners(slot));
     around(corners.map(|c| Aabb32 { min: c, max: c }))
 }
@@ -108,18 +108,25 @@ pub fn check(tree: &WideMesh, mesh: &Mesh) {
     }
     assert!(used.iter().all(|u| *u));
     let mut seen = vec![false; mesh.triangles.len()];
-    for block in &tree.blocks {
-        let count = block.source.iter().take_while(|s| **s != u32::MAX).count();
+    for block in tree.blocks.iter() {
+        assert_eq!(block.bounds(), block_bounds(block));
+        let columns = block.columns([2, 0, 1]).map(|v| v.map(|x| x.to_array()));
+        let count = block.sources().iter().take_while(|s| **s != UNUSED);
+        let count = count.count();
         assert!(count > 0);
         for slot in 0..WIDE {
-            let source = block.source[slot];
+            for (column, corner) in columns.iter().zip(block.corners(slot)) {
+                let lane = [1, 2, 0].map(|axis: usize| column[axis][slot].to_bits());
+                assert_eq!(lane, corner.map(f32::to_bits));
+            }
+            let source = block.source(slot);
             if slot < count {
                 assert!(!std::mem::replace(&mut seen[source as usize], true));
                 let corners = canonical(mesh.corners(source as usize));
                 let bits = |c: &Triangle| c.map(|p| p.map(f32::to_bits));
                 assert_eq!(bits(&block.corners(slot)), bits(&corners));
             } else {
-                assert_eq!(source, u32::MAX);
+                assert_eq!(source, UNUSED);
                 assert_eq!(block.corners(slot), [block.corners(0)[0]; 3]);
             }
         }
@@ -144,8 +151,14 @@ pub fn bits(tree: &WideTree) -> Vec<u32> {
 
 pub fn mesh_bits(tree: &WideMesh) -> Vec<u32> {
     let mut all = bits(&tree.tree);
-    for block in &tree.blocks {
-        all.extend(block.corner.iter().flatten().flatten().map(|x| x.to_bits()));
+    for block in &tree.blocks.shared {
+        all.extend(block.vertex.as_flattened().iter().map(|x| x.to_bits()));
+        all.extend(block.at.as_flattened().iter().map(|i| u32::from(*i)));
+        all.extend(block.source);
+    }
+    for block in &tree.blocks.apart {
+        let corners = block.corner.as_flattened().as_flattened();
+        all.extend(corners.iter().map(|x| x.to_bits()));
         all.extend(block.source);
     }
     all

@@ -41,6 +41,22 @@ pub fn cloud(count: usize) -> Vec<Triangle> {
         .collect()
 }
 
+/// A sheet in 128 × 128 cells, shuffled.
+pub fn sheet() -> Vec<Triangle> {
+    let mut next = numbers(1);
+    let mut triangles: Vec<Triangle> = (0..1 << 15)
+        .map(|i| {
+            let (x, y) = ((i / 2 % 128) as f32, (i / 256) as f32);
+            let far = [x + (i % 2) as f32, y + 1.0 - (i % 2) as f32, 0.0];
+            [[x, y, 0.0], far, [x + 1.0, y + 1.0, 0.0]]
+        })
+        .collect();
+    for i in (1..triangles.len()).rev() {
+        triangles.swap(i, (next() * i as f32) as usize);
+    }
+    triangles
+}
+
 /// What no split tells apart, or f32 hardly holds.
 pub fn degenerate(count: usize) -> Vec<(&'static str, Vec<Triangle>)> {
     let mut next = numbers(3);

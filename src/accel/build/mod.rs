@@ -24,6 +24,7 @@ mod sweep;
 
 pub use refit::{refit, refit_boxes};
 
+use super::block::UNUSED;
 use super::bvh::Child;
 use super::wide::{WIDE, WideMesh, WideTree};
 use super::world::corner_bounds;
@@ -136,8 +137,14 @@ impl Scale {
 /// The tree over a mesh's triangles.
 pub fn build_mesh(mesh: &Mesh, quality: BuildQuality) -> WideMesh {
     let bounds = |i: usize| corner_bounds(&mesh.corners(i));
-    let (tree, leaves, order) = wide(mesh.triangles.len(), bounds, &TRIANGLES, quality);
-    let blocks = blocks::fill(mesh, &order, &leaves);
+    let (mut tree, ranges, order) = wide(mesh.triangles.len(), bounds, &TRIANGLES, quality);
+    let triangles = |block: usize| {
+        let mut source = [UNUSED; WIDE];
+        let range = ranges[block].clone();
+        source[..range.len()].copy_from_slice(&order[range]);
+        source
+    };
+    let blocks = blocks::lay_out(mesh, ranges.len(), triangles, &mut tree);
     WideMesh { tree, blocks }
 }
 

@@ -15,14 +15,17 @@ use rayon::prelude::*;
 /// Brings the tree to the mesh's vertices; its triangles must be those that the
 /// tree was built over.
 pub fn refit(tree: &mut WideMesh, mesh: &Mesh) -> f64 {
-    let boxes: Vec<Aabb32> = tree
-        .blocks
-        .par_iter_mut()
+    if !blocks::renew(mesh, &mut tree.blocks) {
+        let old = &tree.blocks;
+        let triangles = |block: usize| *old.get(block).sources();
+        tree.blocks = blocks::lay_out(mesh, old.len(), triangles, &mut tree.tree);
+    }
+    let blocks = 0..tree.blocks.len();
+    let bounds = |block: usize| tree.blocks.get(block).bounds();
+    let boxes: Vec<Aabb32> = blocks
+        .into_par_iter()
         .with_min_len(64)
-        .map(|block| {
-            *block = blocks::block(mesh, block.source);
-            blocks::bounds(block)
-        })
+        .map(bounds)
         .collect();
     from_leaves(&mut tree.tree, &boxes);
     tree.tree.sah = expected_cost(&tree.tree, &TRIANGLES);

@@ -24,7 +24,9 @@ mod pair;
 mod registers;
 
 pub use pair::{PairMask, f64x16};
-pub use registers::{Register, WideMask, add_members, f32x4, f32x8, f32x16, f64x4, f64x8};
+pub use registers::{
+    Entries, Register, Table, WideMask, add_members, f32x4, f32x8, f32x16, f64x4, f64x8, table,
+};
 
 use std::fmt::Debug;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};

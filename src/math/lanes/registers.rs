@@ -1,4 +1,5 @@
-//! Lanes in registers: the only file that names the crate `wide`.
+//! Lanes in registers: the only file that names the crates `wide` and
+//! `safe_arch`.
 
 use super::{Lanes, Mask, f64x16};
 use std::ops::{BitAnd, BitOr, Not};
@@ -17,6 +18,65 @@ pub type Register = f32x8;
 #[inline(always)]
 pub fn add_members(mask: <Register as Lanes>::Mask, sets: Register, bits: u32) -> Register {
     sets | (mask.0 & Register::splat(f32::from_bits(bits)))
+}
+
+/// Sixteen numbers, as few registers as hold them.
+pub type Table = [Register; 16 / <Register as Lanes>::COUNT];
+
+#[inline(always)]
+pub fn table(from: &[f32; 16]) -> Table {
+    std::array::from_fn(|i| Register::load(&from[<Register as Lanes>::COUNT * i..]))
+}
+
+/// An entry of a [`Table`] for each lane of a [`Register`].
+#[derive(Clone, Copy, Debug)]
+#[cfg(target_feature = "avx512f")]
+pub struct Entries(safe_arch::m512i);
+
+#[cfg(target_feature = "avx512f")]
+impl Entries {
+    #[inline(always)]
+    pub fn load(at: &[u8; 16]) -> Entries {
+        Entries(at.map(i32::from).into())
+    }
+
+    #[inline(always)]
+    pub fn of(self, [table]: Table) -> Register {
+        bytemuck::cast(safe_arch::permute_i32_m512i(self.0, bytemuck::cast(table)))
+    }
+}
+
+/// An entry of a [`Table`] for each lane of a [`Register`].
+#[derive(Clone, Copy, Debug)]
+#[cfg(not(target_feature = "avx512f"))]
+pub struct Entries([u32; 8]);
+
+#[cfg(not(target_feature = "avx512f"))]
+impl Entries {
+    #[inline(always)]
+    pub fn load(at: &[u8; 8]) -> Entries {
+        Entries(at.map(u32::from))
+    }
+
+    #[inline(always)]
+    #[cfg(target_feature = "avx2")]
+    pub fn of(self, [low, high]: Table) -> Register {
+        use safe_arch::{blend_varying_m256, m256, m256i, shuffle_av_f32_all_m256};
+        let at = m256i::from(self.0);
+        // The bit that tells the halves apart is the blend's sign bit.
+        let is_high: m256 = bytemuck::cast(self.0.map(|i| i << 28));
+        let low = shuffle_av_f32_all_m256(bytemuck::cast(low), at);
+        let high = shuffle_av_f32_all_m256(bytemuck::cast(high), at);
+        bytemuck::cast(blend_varying_m256(low, high, is_high))
+    }
+
+    #[inline(always)]
+    #[cfg(not(target_feature = "avx2"))]
+    pub fn of(self, table: Table) -> Register {
+        let table = table.map(|half| half.to_array());
+        let entry = |i: u32| table.as_flattened()[i as usize % 16];
+        Register::from(self.0.map(entry))
+    }
 }
 
 /// The mask of a `wide` type: all bits of a lane set, or none.

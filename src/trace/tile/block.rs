@@ -81,21 +81,18 @@ pub(super) enum Aim {
 impl Edges {
     #[inline(always)]
     pub fn new<P: Projection, L: Lanes, const S: usize>(
-        block: &Block,
+        block: Block,
         bundle: &Bundle<L, S>,
         aim: Aim,
     ) -> Edges {
-        let [ka, kb, k] = bundle.frustum.axes;
         let [x, y, z] = bundle.org;
         let org = [Register::splat(x), Register::splat(y), Register::splat(z)];
         let sign = Register::splat(bundle.frustum.sign);
         let [slope_a, slope_b] = bundle.shear.slopes;
         let (slope_a, slope_b) = (Register::splat(-slope_a), Register::splat(-slope_b));
-        let place = |v: usize| {
-            let at = |axis: usize| Register::load(&block.corner[v][axis]);
-            [at(ka), at(kb), at(k) * sign]
-        };
-        let raw = [place(0), place(1), place(2)];
+        let [a, b, c] = block.columns(bundle.frustum.axes);
+        let turned = |[x, y, z]: [Register; 3]| [x, y, z * sign];
+        let raw = [turned(a), turned(b), turned(c)];
         let corner = |v: usize| {
             let [x, y, z] = raw[v];
             let (x, y, z) = (x - org[0], y - org[1], z - org[2]);

@@ -42,7 +42,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
         queries: &mut [Q; S],
     ) {
         for number in first..first + count {
-            let block = &self.mesh.blocks[number];
+            let block = self.mesh.blocks.get(number);
             let edges = Edges::new::<P, L, S>(block, self.bundle, Aim::Exact);
             if edges.live == 0 {
                 continue;
@@ -70,12 +70,12 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                 while slots != 0 {
                     let slot = slots.trailing_zeros() as usize;
                     slots &= slots - 1;
-                    if block.source[slot] == NOTHING {
+                    if block.source(slot) == NOTHING {
                         break;
                     }
                     let id = HitId {
                         instance: self.entry.appearance,
-                        primitive: block.source[slot],
+                        primitive: block.source(slot),
                     };
                     let query = &mut queries[s];
                     let (window, _) = testers[s].window(self.entry, active, query.limit());

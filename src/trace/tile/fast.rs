@@ -32,7 +32,8 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
         queries: &mut [Q; S],
     ) {
         for number in first..first + count {
-            let block = &self.mesh.blocks[number];
+            let block = self.mesh.blocks.get(number);
+            let sources = block.sources();
             let edges = Edges::new::<P, L, S>(
                 block,
                 self.bundle,
@@ -87,15 +88,15 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                             let slot = hits.trailing_zeros() as usize;
                             hits &= hits - 1;
                             let z = depth[slot];
-                            if nearer(z, limit, block.source[slot], source) {
+                            if nearer(z, limit, sources[slot], source) {
                                 (limit, best, found) = (z, slot, true);
-                                source = Some(block.source[slot]);
+                                source = Some(sources[slot]);
                             }
                         }
                         if found {
                             let here = L::Mask::from_bits(1 << lane);
                             group.limit = L::select(here, L::from_f32(limit), group.limit);
-                            nearest.take(here, number, best, block.source[best]);
+                            nearest.take(here, number, best, sources[best]);
                         }
                     }
                 } else {
@@ -112,7 +113,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                         if Q::ANY {
                             let done = -L::from_f32(1.0);
                             group.limit = L::select(hit, done, group.limit);
-                            nearest.take(hit, number, slot, block.source[slot]);
+                            nearest.take(hit, number, slot, sources[slot]);
                             continue;
                         }
                         let (z, clear) = if P::PARALLEL {
@@ -125,11 +126,11 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                         let mut tied = (hit & z.eq(group.limit)).bits();
                         group.limit = L::select(less, z, group.limit);
                         tied &= nearest.met;
-                        nearest.take(less, number, slot, block.source[slot]);
+                        nearest.take(less, number, slot, sources[slot]);
                         while tied != 0 {
                             let lane = tied.trailing_zeros() as usize;
                             tied &= tied - 1;
-                            let source = block.source[slot];
+                            let source = sources[slot];
                             if nearest.source(lane).is_some_and(|best| source < best) {
                                 nearest.take(L::Mask::from_bits(1 << lane), number, slot, source);
                             }

@@ -4,7 +4,7 @@
 use super::bundle::{Pinhole, is_exact};
 use super::mesh::InMesh;
 use super::{TILE, Tile, TileScratch};
-use crate::accel::{BoxRows, Entry, ItemBoxes, World, prefetch};
+use crate::accel::{BoxRows, Entry, ItemBoxes, World};
 use crate::geom::Certainty;
 use crate::math::lanes::Lanes;
 use crate::scene::Shape;
@@ -123,7 +123,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
         let mesh = self.mesh;
         for (number, item) in items.iter().enumerate() {
             if let Some(item) = items.get(number + 2) {
-                prefetch(&mesh.blocks[item.block as usize]);
+                mesh.blocks.prefetch(item.block as usize);
             }
             let block = item.block as usize;
             let (rays, any) = self.rays_in::<Pinhole>(boxes.get(block));

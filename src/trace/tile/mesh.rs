@@ -2,7 +2,7 @@
 
 use super::bundle::{Bundle, Parallel, Pinhole, Projection, RelativeBox, is_exact};
 use super::settle::{Found, settle};
-use crate::accel::{Entry, WIDE, WideMesh, WideStack, World, prefetch};
+use crate::accel::{Entry, WIDE, WideMesh, WideStack, World};
 use crate::geom::Certainty;
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
@@ -121,7 +121,7 @@ impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
                 &frustum,
                 deepest,
                 stack,
-                |block| prefetch(&mesh.blocks[block]),
+                |block| mesh.blocks.prefetch(block),
                 |node, place, (first, count), _| {
                     self.exact_leaf::<P, C, Q>(
                         node, place, first, count, &testers, &objects, queries,
@@ -135,7 +135,7 @@ impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
             &frustum,
             deepest,
             stack,
-            |block| prefetch(&mesh.blocks[block]),
+            |block| mesh.blocks.prefetch(block),
             |node, place, (first, count), _| {
                 self.fast_leaf::<P, Q>(node, place, first, count, queries);
                 self.bundle.deepest()

@@ -42,32 +42,28 @@ impl<L: Lanes> Found<'_, L> {
     }
 }
 
-/// The triangles' corners.
+/// The triangles' corners; one at a time, for all rays that have met it.
 #[inline(always)]
 fn gather<L: Lanes>(found: &Found<L>) -> [Vec3<L>; 3] {
-    let mut columns = [L::zero().to_array(); 9];
-    for (lane, place) in found.nearest.places.to_array().as_ref().iter().enumerate() {
-        if found.nearest.met >> lane & 1 == 0 {
-            continue;
-        }
+    let mut corners = [Vec3::splat([L::Scalar::from_f32(0.0); 3]); 3];
+    let all = found.nearest.places;
+    let places = all.to_array();
+    let mut left = found.nearest.met;
+    while left != 0 {
+        let lane = left.trailing_zeros() as usize;
+        let place = places.as_ref()[lane];
+        // Places are bits, some of them those of NaN.
+        let here = all.eq(L::splat(place)) | L::Mask::from_bits(1 << lane);
+        left &= !here.bits();
         let place = place.bits() as u32 as usize;
-        let (block, slot) = (place / WIDE, place % WIDE);
-        let block = &found.mesh.blocks[block];
-        for corner in 0..3 {
-            for axis in 0..3 {
-                let x = block.corner[corner][axis][slot];
-                columns[3 * corner + axis].as_mut()[lane] = L::Scalar::from_f32(x);
-            }
+        let block = found.mesh.blocks.get(place / WIDE);
+        for (to, from) in corners.iter_mut().zip(block.corners(place % WIDE)) {
+            to.x = L::select(here, L::from_f32(from[0]), to.x);
+            to.y = L::select(here, L::from_f32(from[1]), to.y);
+            to.z = L::select(here, L::from_f32(from[2]), to.z);
         }
     }
-    let corner = |i: usize| {
-        Vec3::new(
-            L::load(columns[3 * i].as_ref()),
-            L::load(columns[3 * i + 1].as_ref()),
-            L::load(columns[3 * i + 2].as_ref()),
-        )
-    };
-    [corner(0), corner(1), corner(2)]
+    corners
 }
 
 /// Boxes around them.

@@ -14,6 +14,8 @@
 //! corners' depths: it takes no weights, and rays of one origin share most of
 //! it.
 
+pub mod exact;
+
 use super::ray::{Meet, Ray};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};

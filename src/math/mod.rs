@@ -1,12 +1,16 @@
-//! Numbers, lanes, vectors, maps and boxes. Imports nothing of ours.
+//! Numbers, lanes, vectors, maps, boxes, and exact integers. Imports nothing of ours.
 
 mod aabb;
 mod affine;
+pub mod bounds;
+pub mod int;
 pub mod lanes;
+mod ratio;
 mod unit;
 mod vec3;
 
 pub use aabb::{Aabb, Aabb32, round_down, round_up};
 pub use affine::Affine;
+pub use ratio::Ratio;
 pub use unit::{length, unit};
 pub use vec3::Vec3;

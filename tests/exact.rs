@@ -1,0 +1,240 @@
+//! Exact predicates against integers of any length: every answer about a ray
+//! and a triangle, on rays aimed at edges, corners and planes, on triangles
+//! without area, and on numbers from the ends of the formats.
+
+#[path = "exact/cases.rs"]
+mod cases;
+#[path = "exact/truth.rs"]
+mod truth;
+
+use cases::{PLANE, SORTS, case};
+use lanecast::geom::triangle::exact::{Crossing, edge_functions, meet_exact};
+use lanecast::math::int::on_grid;
+use truth::{Dyadic, Truth};
+
+/// An object ray and a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Case {
+    org: [f64; 3],
+    dir: [f64; 3],
+    corners: [[f32; 3]; 3],
+}
+
+impl Case {
+    fn meet(&self) -> Option<Crossing> {
+        meet_exact(self.org, self.dir, &self.corners)
+    }
+}
+
+/// Vigna's SplitMix64.
+pub struct Random(u64);
+
+impl Random {
+    fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let x = (self.0 ^ self.0 >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        x ^ x >> 31
+    }
+
+    fn below(&mut self, n: u64) -> u64 {
+        self.bits() % n
+    }
+
+    /// In [−1, 1).
+    fn unit(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+}
+
+/// Of the least size of integer that holds all of the case: an index into 1, 2,
+/// 4 and 33 limbs.
+fn size_of(case: &Case) -> usize {
+    let numbers = std::array::from_fn(|i| match i / 3 {
+        0 => case.org[i],
+        corner => f64::from(case.corners[corner - 1][i % 3]),
+    });
+    let fits = |points: bool, dir: bool| points && dir;
+    if fits(
+        on_grid::<1, 12>(&numbers).is_some(),
+        on_grid::<1, 3>(&case.dir).is_some(),
+    ) {
+        0
+    } else if fits(
+        on_grid::<2, 12>(&numbers).is_some(),
+        on_grid::<2, 3>(&case.dir).is_some(),
+    ) {
+        1
+    } else if fits(
+        on_grid::<4, 12>(&numbers).is_some(),
+        on_grid::<4, 3>(&case.dir).is_some(),
+    ) {
+        2
+    } else {
+        3
+    }
+}
+
+/// What a run has seen.
+#[derive(Default, Debug)]
+struct Seen {
+    hits: [usize; SORTS],
+    /// Cases with an edge function that is exactly zero, and hits among them.
+    zeros: usize,
+    hit_zeros: usize,
+    /// By size of integer.
+    sizes: [usize; 4],
+    /// Pairs of hits, by their order.
+    orders: [usize; 3],
+    /// Errors in millionths of their bounds, at worst: edge functions, t.
+    tightness: [u64; 2],
+    /// Edge functions that f64 leaves open, of all that are not zero.
+    open: usize,
+    edges: usize,
+}
+
+/// Everything that can be asked about a case.
+fn check(case: &Case, seen: &mut Seen, sort: usize) -> Option<(Crossing, Truth)> {
+    let truth = Truth::of(case);
+    let zero = truth.edges.iter().any(|e| e.integer == 0.into());
+    seen.zeros += usize::from(zero);
+    seen.sizes[size_of(case)] += 1;
+    let edges = edge_functions(case.org, case.dir, &case.corners);
+    for (edge, exact) in edges.iter().zip(&truth.edges) {
+        let order = exact.integer.cmp(&0.into());
+        let certain = edge.sign().is_none_or(|s| s == order);
+        assert!(certain, "{case:?}: {edge:?} has the sign {order:?}");
+        seen.edges += usize::from(order.is_ne());
+        seen.open += usize::from(order.is_ne() && edge.sign().is_none());
+        if edge.value.is_finite() && edge.error.is_finite() {
+            let error = exact.minus(&edge.value.into()).abs();
+            let bound = Dyadic::from(edge.error);
+            assert!(error.order(&bound).is_le(), "{case:?}: {edge:?}");
+            seen.tightness[0] = seen.tightness[0].max(error.millionths_of(&bound));
+        }
+    }
+    let met = case.meet();
+    assert_eq!(met.is_some(), truth.hit, "{case:?}");
+    let crossing = met?;
+    seen.hits[sort] += 1;
+    seen.hit_zeros += usize::from(zero);
+
+    let t = crossing.rounded();
+    assert!(truth.rounds_to(t), "{case:?}: {t:e}");
+    if crossing.t.value.is_finite() && crossing.t.error.is_finite() {
+        let (error, bound) = truth.distance(crossing.t.value, crossing.t.error);
+        assert!(error.order(&bound).is_le(), "{case:?}: {:?}", crossing.t);
+        seen.tightness[1] = seen.tightness[1].max(error.millionths_of(&bound));
+    }
+    for x in [
+        t,
+        t.next_up(),
+        t.next_down(),
+        0.0,
+        -0.0,
+        1.0,
+        f64::MAX,
+        5e-324,
+    ] {
+        if x.is_finite() {
+            let order = truth.order_with(&x.into());
+            assert_eq!(crossing.order_with(x), order, "{case:?} at {x:e}");
+        }
+    }
+    Some((crossing, truth))
+}
+
+/// Orders of two hits, both ways.
+fn check_order(a: &(Crossing, Truth), b: &(Crossing, Truth), seen: &mut Seen, case: &Case) {
+    let order = a.1.order(&b.1);
+    assert_eq!(a.0.order(&b.0), order, "{case:?}");
+    assert_eq!(b.0.order(&a.0), order.reverse(), "{case:?}");
+    let (s, t) = (a.0.rounded(), b.0.rounded());
+    let rounded = s.partial_cmp(&t).expect("t is a number");
+    assert!(
+        rounded == order || rounded.is_eq(),
+        "{case:?}: {s:e}, {t:e}"
+    );
+    seen.orders[(order as i8 + 1) as usize] += 1;
+}
+
+/// The same ray in other spaces, and other triangles on the same edge: cases
+/// whose t are equal, or nearly so.
+fn relatives(random: &mut Random, case: &Case) -> [Case; 4] {
+    let [a, b, c] = case.corners;
+    let neighbour = Case {
+        corners: [b, a, c.map(|_| (random.unit() * 2.0) as f32)],
+        ..*case
+    };
+    let k = random.below(3) as usize;
+    let turned = Case {
+        corners: [
+            case.corners[k],
+            case.corners[(k + 2) % 3],
+            case.corners[(k + 1) % 3],
+        ],
+        ..*case
+    };
+    let scale = 2.0_f64.powi(random.below(41) as i32 - 20);
+    let scaled = Case {
+        org: case.org.map(|x| x * scale),
+        dir: case.dir.map(|x| x * scale),
+        corners: case.corners.map(|c| c.map(|x| x * scale as f32)),
+    };
+    let mut nudged = *case;
+    nudged.org[k] = nudged.org[k].next_up();
+    [neighbour, turned, scaled, nudged]
+}
+
+fn campaign(count: usize, seed: u64) -> Seen {
+    let random = &mut Random(seed);
+    let mut seen = Seen::default();
+    let mut before: Option<(Crossing, Truth)> = None;
+    let finite = |c: &Case| {
+        let ray = c.org.iter().chain(&c.dir).all(|x| x.is_finite());
+        ray && c.corners.as_flattened().iter().all(|x| x.is_finite())
+    };
+    for i in 0..count {
+        let sort = i % SORTS;
+        let case = case(random, sort);
+        if !finite(&case) {
+            assert!(case.meet().is_none(), "{case:?}");
+            continue;
+        }
+        let Some(hit) = check(&case, &mut seen, sort) else {
+            continue;
+        };
+        let relatives = relatives(random, &case);
+        for relative in relatives.iter().filter(|c| finite(c)) {
+            if let Some(other) = check(relative, &mut seen, sort) {
+                check_order(&hit, &other, &mut seen, &case);
+            }
+        }
+        if let Some(before) = &before {
+            check_order(&hit, before, &mut seen, &case);
+        }
+        before = Some(hit);
+    }
+    seen
+}
+
+#[test]
+fn answers_are_those_of_exact_arithmetic() {
+    let seen = campaign(100_000, 1);
+    println!("{seen:?}");
+    // In a triangle's plane nothing is met.
+    let met = |sort: usize| seen.hits[sort] > 1000;
+    assert!(
+        (0..SORTS).all(|sort| met(sort) == (sort != PLANE)),
+        "{seen:?}"
+    );
+    assert!(seen.zeros > 20_000 && seen.hit_zeros > 10_000, "{seen:?}");
+    assert!(seen.sizes.iter().all(|n| *n > 1000), "{seen:?}");
+    assert!(seen.orders.iter().all(|n| *n > 5_000), "{seen:?}");
+}
+
+#[test]
+#[ignore = "ten million cases, in some minutes; prints what they were"]
+fn answers_are_those_of_exact_arithmetic_ten_million_times() {
+    println!("{:?}", campaign(10_000_000, 2));
+}

@@ -1,0 +1,166 @@
+//! The truth, in integers of any length: Möller and Trumbore's determinants.
+
+use super::Case;
+use num_bigint::{BigInt, BigUint, Sign};
+use std::cmp::Ordering;
+
+/// `integer` · 2^`power`.
+#[derive(Clone, Debug)]
+pub struct Dyadic {
+    pub integer: BigInt,
+    pub power: i64,
+}
+
+/// Of the line of a ray and a triangle: what is met, in exact arithmetic.
+pub struct Truth {
+    /// The edge functions.
+    pub edges: [Dyadic; 3],
+    pub hit: bool,
+    /// T and D, both times the sign of D.
+    top: Dyadic,
+    bottom: Dyadic,
+}
+
+/// A finite |x| as m · 2^p.
+fn decode(x: f64) -> (u64, i64) {
+    let (exponent, fraction) = ((x.to_bits() >> 52 & 0x7ff) as i64, x.to_bits() << 12 >> 12);
+    match exponent {
+        0 => (fraction, -1074),
+        _ => (fraction + (1 << 52), exponent - 1075),
+    }
+}
+
+impl From<f64> for Dyadic {
+    fn from(x: f64) -> Dyadic {
+        assert!(x.is_finite());
+        let (m, power) = decode(x);
+        let integer = if x < 0.0 { -BigInt::from(m) } else { m.into() };
+        Dyadic { integer, power }
+    }
+}
+
+impl Dyadic {
+    pub fn order(&self, other: &Dyadic) -> Ordering {
+        self.minus(other).integer.cmp(&BigInt::ZERO)
+    }
+
+    pub fn minus(&self, other: &Dyadic) -> Dyadic {
+        let power = self.power.min(other.power);
+        let at = |d: &Dyadic| &d.integer << (d.power - power);
+        let integer = at(self) - at(other);
+        Dyadic { integer, power }
+    }
+
+    pub fn times(&self, other: &Dyadic) -> Dyadic {
+        Dyadic {
+            integer: &self.integer * &other.integer,
+            power: self.power + other.power,
+        }
+    }
+
+    pub fn abs(&self) -> Dyadic {
+        Dyadic {
+            integer: BigUint::clone(self.integer.magnitude()).into(),
+            power: self.power,
+        }
+    }
+
+    /// |self| / other in parts per million, rounded down.
+    pub fn millionths_of(&self, other: &Dyadic) -> u64 {
+        let power = self.power.min(other.power);
+        let at = |d: &Dyadic| d.integer.magnitude() << (d.power - power);
+        let parts = at(self) * 1_000_000_u32 / at(other);
+        parts.iter_u64_digits().next().unwrap_or(0)
+    }
+}
+
+/// Integers with one power of two.
+fn whole(numbers: &[f64]) -> (Vec<BigInt>, i64) {
+    let numbers: Vec<Dyadic> = numbers.iter().map(|x| Dyadic::from(*x)).collect();
+    let used = numbers.iter().filter(|d| d.integer.sign() != Sign::NoSign);
+    let power = used.map(|d| d.power).min().unwrap_or(0);
+    let whole = numbers.iter().map(|d| match d.integer.sign() {
+        Sign::NoSign => BigInt::ZERO,
+        _ => &d.integer << (d.power - power),
+    });
+    (whole.collect(), power)
+}
+
+fn determinant(x: &[BigInt], y: &[BigInt], z: &[BigInt]) -> BigInt {
+    let minor = |i: usize, j: usize| &y[i] * &z[j] - &y[j] * &z[i];
+    &x[0] * minor(1, 2) + &x[1] * minor(2, 0) + &x[2] * minor(0, 1)
+}
+
+impl Truth {
+    pub fn of(case: &Case) -> Truth {
+        let mut points = case.org.to_vec();
+        points.extend(case.corners.as_flattened().iter().map(|x| f64::from(*x)));
+        let (points, power) = whole(&points);
+        let (d, dir_power) = whole(&case.dir);
+        let from_org =
+            |i: usize| -> Vec<BigInt> { (0..3).map(|k| &points[3 * i + k] - &points[k]).collect() };
+        let [a, b, c] = [1, 2, 3].map(from_org);
+        let edges = [
+            determinant(&d, &b, &c),
+            determinant(&d, &c, &a),
+            determinant(&d, &a, &b),
+        ];
+        let det: BigInt = edges.iter().sum();
+        let volume = determinant(&a, &b, &c);
+        let sign = det.sign();
+        let inside = |e: &BigInt| e.sign() == sign || e.sign() == Sign::NoSign;
+        let hit = sign != Sign::NoSign && edges.iter().all(inside);
+        let (top, bottom) = match sign {
+            Sign::Minus => (-volume, -det),
+            _ => (volume, det),
+        };
+        let dyadic = |integer, power| Dyadic { integer, power };
+        Truth {
+            edges: edges.map(|e| dyadic(e, 2 * power + dir_power)),
+            hit,
+            top: dyadic(top, 3 * power),
+            bottom: dyadic(bottom, 2 * power + dir_power),
+        }
+    }
+
+    /// By t; both are hits.
+    pub fn order(&self, other: &Truth) -> Ordering {
+        let left = self.top.times(&other.bottom);
+        left.order(&other.top.times(&self.bottom))
+    }
+
+    pub fn order_with(&self, x: &Dyadic) -> Ordering {
+        self.top.order(&x.times(&self.bottom))
+    }
+
+    /// |t − x| · D, and x · D.
+    pub fn distance(&self, x: f64, error: f64) -> (Dyadic, Dyadic) {
+        let [x, error] = [x, error].map(|x| Dyadic::from(x).times(&self.bottom));
+        (self.top.minus(&x).abs(), error)
+    }
+
+    /// Whether x is the f64 nearest to t, the even one of two.
+    pub fn rounds_to(&self, x: f64) -> bool {
+        let positive = self.top.integer.sign() != Sign::Minus;
+        let magnitude = Truth {
+            edges: self.edges.clone(),
+            hit: self.hit,
+            top: self.top.abs(),
+            bottom: self.bottom.clone(),
+        };
+        let even = x.to_bits() % 2 == 0;
+        let below_next = |x: f64, even: bool| {
+            let (m, p) = decode(x);
+            let halfway = Dyadic {
+                integer: BigInt::from(2 * m + 1),
+                power: p - 1,
+            };
+            let order = magnitude.order_with(&halfway);
+            order.is_lt() || order.is_eq() && even
+        };
+        let x = if positive { x } else { -x };
+        x >= 0.0
+            && (x == f64::INFINITY || below_next(x, even))
+            && (x == 0.0 || !below_next(x.next_down(), !even))
+    }
+}

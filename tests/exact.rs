@@ -8,23 +8,9 @@ mod cases;
 mod truth;
 
 use cases::{PLANE, SORTS, case};
-use lanecast::geom::triangle::exact::{Crossing, edge_functions, meet_exact};
-use lanecast::math::int::on_grid;
+use lanecast::geom::triangle::exact::{Pair, edge_functions, meet_exact};
+use lanecast::math::int::Grid;
 use truth::{Dyadic, Truth};
-
-/// An object ray and a triangle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Case {
-    org: [f64; 3],
-    dir: [f64; 3],
-    corners: [[f32; 3]; 3],
-}
-
-impl Case {
-    fn meet(&self) -> Option<Crossing> {
-        meet_exact(self.org, self.dir, &self.corners)
-    }
-}
 
 /// Vigna's SplitMix64.
 pub struct Random(u64);
@@ -47,32 +33,18 @@ impl Random {
     }
 }
 
-/// Of the least size of integer that holds all of the case: an index into 1, 2,
-/// 4 and 33 limbs.
-fn size_of(case: &Case) -> usize {
-    let numbers = std::array::from_fn(|i| match i / 3 {
-        0 => case.org[i],
-        corner => f64::from(case.corners[corner - 1][i % 3]),
-    });
-    let fits = |points: bool, dir: bool| points && dir;
-    if fits(
-        on_grid::<1, 12>(&numbers).is_some(),
-        on_grid::<1, 3>(&case.dir).is_some(),
-    ) {
-        0
-    } else if fits(
-        on_grid::<2, 12>(&numbers).is_some(),
-        on_grid::<2, 3>(&case.dir).is_some(),
-    ) {
-        1
-    } else if fits(
-        on_grid::<4, 12>(&numbers).is_some(),
-        on_grid::<4, 3>(&case.dir).is_some(),
-    ) {
-        2
-    } else {
-        3
-    }
+fn fits<const N: usize>(case: &Pair) -> bool {
+    let corners = case.corners.map(|c| c.map(f64::from));
+    let grid = Grid::<N>::over(&corners).and(Grid::over(&[case.org]));
+    let placed = grid.place(&corners).is_some() && grid.place(&[case.org]).is_some();
+    placed && Grid::<N>::over(&[case.dir]).place(&[case.dir]).is_some()
+}
+
+/// The least size of integer that holds all of the case: an index into 1, 2, 4
+/// and 33 limbs.
+fn size_of(case: &Pair) -> usize {
+    let fits = [fits::<1>, fits::<2>, fits::<4>, fits::<33>].map(|fits| fits(case));
+    fits.iter().position(|f| *f).expect("33 limbs hold all")
 }
 
 /// What a run has seen.
@@ -94,12 +66,12 @@ struct Seen {
 }
 
 /// Everything that can be asked about a case.
-fn check(case: &Case, seen: &mut Seen, sort: usize) -> Option<(Crossing, Truth)> {
+fn check(case: &Pair, seen: &mut Seen, sort: usize) -> Option<Truth> {
     let truth = Truth::of(case);
     let zero = truth.edges.iter().any(|e| e.integer == 0.into());
     seen.zeros += usize::from(zero);
     seen.sizes[size_of(case)] += 1;
-    let edges = edge_functions(case.org, case.dir, &case.corners);
+    let edges = edge_functions(case);
     for (edge, exact) in edges.iter().zip(&truth.edges) {
         let order = exact.integer.cmp(&0.into());
         let certain = edge.sign().is_none_or(|s| s == order);
@@ -113,7 +85,7 @@ fn check(case: &Case, seen: &mut Seen, sort: usize) -> Option<(Crossing, Truth)>
             seen.tightness[0] = seen.tightness[0].max(error.millionths_of(&bound));
         }
     }
-    let met = case.meet();
+    let met = meet_exact(case);
     assert_eq!(met.is_some(), truth.hit, "{case:?}");
     let crossing = met?;
     seen.hits[sort] += 1;
@@ -141,33 +113,33 @@ fn check(case: &Case, seen: &mut Seen, sort: usize) -> Option<(Crossing, Truth)>
             assert_eq!(crossing.order_with(x), order, "{case:?} at {x:e}");
         }
     }
-    Some((crossing, truth))
+    Some(truth)
 }
 
 /// Orders of two hits, both ways.
-fn check_order(a: &(Crossing, Truth), b: &(Crossing, Truth), seen: &mut Seen, case: &Case) {
-    let order = a.1.order(&b.1);
-    assert_eq!(a.0.order(&b.0), order, "{case:?}");
-    assert_eq!(b.0.order(&a.0), order.reverse(), "{case:?}");
-    let (s, t) = (a.0.rounded(), b.0.rounded());
+fn check_order(a: (&Pair, &Truth), b: (&Pair, &Truth), seen: &mut Seen) {
+    let order = a.1.order(b.1);
+    let met = |case| meet_exact(case).expect("was met before");
+    let (s, t) = (met(a.0), met(b.0));
+    assert_eq!(s.order(&t), order, "{:?}, {:?}", a.0, b.0);
+    assert_eq!(t.order(&s), order.reverse(), "{:?}, {:?}", a.0, b.0);
+    let (s, t) = (s.rounded(), t.rounded());
     let rounded = s.partial_cmp(&t).expect("t is a number");
-    assert!(
-        rounded == order || rounded.is_eq(),
-        "{case:?}: {s:e}, {t:e}"
-    );
+    let fine = rounded == order || rounded.is_eq();
+    assert!(fine, "{:?}, {:?}: {s:e}, {t:e}", a.0, b.0);
     seen.orders[(order as i8 + 1) as usize] += 1;
 }
 
 /// The same ray in other spaces, and other triangles on the same edge: cases
 /// whose t are equal, or nearly so.
-fn relatives(random: &mut Random, case: &Case) -> [Case; 4] {
+fn relatives(random: &mut Random, case: &Pair) -> [Pair; 4] {
     let [a, b, c] = case.corners;
-    let neighbour = Case {
+    let neighbour = Pair {
         corners: [b, a, c.map(|_| (random.unit() * 2.0) as f32)],
         ..*case
     };
     let k = random.below(3) as usize;
-    let turned = Case {
+    let turned = Pair {
         corners: [
             case.corners[k],
             case.corners[(k + 2) % 3],
@@ -176,7 +148,7 @@ fn relatives(random: &mut Random, case: &Case) -> [Case; 4] {
         ..*case
     };
     let scale = 2.0_f64.powi(random.below(41) as i32 - 20);
-    let scaled = Case {
+    let scaled = Pair {
         org: case.org.map(|x| x * scale),
         dir: case.dir.map(|x| x * scale),
         corners: case.corners.map(|c| c.map(|x| x * scale as f32)),
@@ -189,8 +161,8 @@ fn relatives(random: &mut Random, case: &Case) -> [Case; 4] {
 fn campaign(count: usize, seed: u64) -> Seen {
     let random = &mut Random(seed);
     let mut seen = Seen::default();
-    let mut before: Option<(Crossing, Truth)> = None;
-    let finite = |c: &Case| {
+    let mut before: Option<(Pair, Truth)> = None;
+    let finite = |c: &Pair| {
         let ray = c.org.iter().chain(&c.dir).all(|x| x.is_finite());
         ray && c.corners.as_flattened().iter().all(|x| x.is_finite())
     };
@@ -198,22 +170,22 @@ fn campaign(count: usize, seed: u64) -> Seen {
         let sort = i % SORTS;
         let case = case(random, sort);
         if !finite(&case) {
-            assert!(case.meet().is_none(), "{case:?}");
+            assert!(meet_exact(&case).is_none(), "{case:?}");
             continue;
         }
-        let Some(hit) = check(&case, &mut seen, sort) else {
+        let Some(truth) = check(&case, &mut seen, sort) else {
             continue;
         };
         let relatives = relatives(random, &case);
         for relative in relatives.iter().filter(|c| finite(c)) {
             if let Some(other) = check(relative, &mut seen, sort) {
-                check_order(&hit, &other, &mut seen, &case);
+                check_order((&case, &truth), (relative, &other), &mut seen);
             }
         }
-        if let Some(before) = &before {
-            check_order(&hit, before, &mut seen, &case);
+        if let Some((before, other)) = &before {
+            check_order((&case, &truth), (before, other), &mut seen);
         }
-        before = Some(hit);
+        before = Some((case, truth));
     }
     seen
 }

@@ -1,7 +1,7 @@
 //! Integers of a fixed size, on the stack: what exact predicates count in.
 //!
 //! A finite f64 is an integer times a power of two. So a predicate that adds,
-//! subtracts and multiplies can be brought to one power of two ([`on_grid`]) and
+//! subtracts and multiplies can be brought to one power of two ([`Grid`]) and
 //! counted out in integers, whose length follows from the inputs' spread and the
 //! predicate's degree alone: nothing rounds, overflows or vanishes, and the bits
 //! are the same on every machine, with and without FMA. docs/NUMERICS.md has the
@@ -9,7 +9,7 @@
 //!
 //! Sizes are type parameters; the caller names that of each product, and a
 //! wrong one does not compile. That sums do not overflow is for the caller to
-//! show: [`on_grid`] leaves [`SPARE`] bits.
+//! show: a [`Grid`] leaves [`SPARE`] bits.
 
 use std::cmp::Ordering;
 
@@ -24,6 +24,7 @@ pub const SPARE: i32 = 3;
 impl<const N: usize> Int<N> {
     pub const ZERO: Int<N> = Int([0; N]);
 
+    #[inline(always)]
     pub fn of(x: i64) -> Int<N> {
         let mut limbs = [if x < 0 { u64::MAX } else { 0 }; N];
         limbs[0] = x as u64;
@@ -32,6 +33,7 @@ impl<const N: usize> Int<N> {
 
     /// x / 2^power, of a finite x; `None` where that is no integer. It has to
     /// fit.
+    #[inline(always)]
     fn scaled(x: f64, power: i32) -> Option<Int<N>> {
         let (magnitude, own) = decoded(x);
         let mut limbs = [0; N];
@@ -60,6 +62,7 @@ impl<const N: usize> Int<N> {
         (self.0[N - 1] as i64) < 0
     }
 
+    #[inline(always)]
     pub fn is_zero(&self) -> bool {
         self.0.iter().all(|limb| *limb == 0)
     }
@@ -174,6 +177,7 @@ impl<const N: usize> PartialOrd for Int<N> {
 }
 
 /// A finite |x| as m · 2^power, m < 2^53.
+#[inline(always)]
 pub fn decoded(x: f64) -> (u64, i32) {
     let bits = x.to_bits();
     let exponent = (bits >> 52 & 0x7ff) as i32;
@@ -183,41 +187,66 @@ pub fn decoded(x: f64) -> (u64, i32) {
     (fraction | hidden, exponent.max(1) - 1075)
 }
 
-/// Numbers as integers times one power of two, each below 2^(64N − [`SPARE`]);
-/// `None` where they are spread too far for that, or one is not finite. N = 33
-/// holds any numbers.
-#[inline(always)]
-pub fn on_grid<const N: usize, const K: usize>(numbers: &[f64; K]) -> Option<([Int<N>; K], i32)> {
-    let largest = numbers.iter().fold(0, |m, x| (x.to_bits() << 1).max(m));
-    let exponent = (largest >> 53) as i32;
-    if exponent == 0x7ff {
-        return None;
-    }
-    // Every |x| is below 2^(exponent − 1022).
-    let power = exponent - 1022 - (64 * N as i32 - SPARE);
-    let mut integers = [Int::ZERO; K];
-    if N == 1 {
-        // By multiplication, which the compiler does for several at once. Scale
-        // and its inverse are normal numbers, or the size is refused.
-        if !(-1022..=1022).contains(&power) {
-            return None;
-        }
-        let (scale, inverse) = (power_of_two(-power), power_of_two(power));
-        let mut whole = true;
-        for (integer, x) in integers.iter_mut().zip(numbers) {
-            let scaled = (x * scale) as i64;
-            whole &= scaled as f64 * inverse == *x;
-            *integer = Int::of(scaled);
-        }
-        return whole.then_some((integers, power));
-    }
-    for (integer, x) in integers.iter_mut().zip(numbers) {
-        *integer = Int::scaled(*x, power)?;
-    }
-    Some((integers, power))
+/// Multiples of a power of two, which are counted in [`Int`]s.
+#[derive(Clone, Copy, Debug)]
+pub struct Grid<const N: usize> {
+    /// Numbers have lower exponents than 2^(exponent − 1022); biased as in f64.
+    exponent: i32,
 }
 
-/// 2^power, −1022 ≤ power ≤ 1023.
-fn power_of_two(power: i32) -> f64 {
-    f64::from_bits(((power + 1023) as u64) << 52)
+impl<const N: usize> Grid<N> {
+    /// The finest whose integers hold these points, below 2^(64N − [`SPARE`]).
+    #[inline(always)]
+    pub fn over<const K: usize>(points: &[[f64; 3]; K]) -> Grid<N> {
+        let doubled = points.as_flattened().iter().map(|x| x.to_bits() << 1);
+        let largest = doubled.fold(0, |m, x| if x > m { x } else { m });
+        let exponent = ((largest >> 53) as i32).max(1);
+        Grid { exponent }
+    }
+
+    /// For the points of both.
+    #[inline(always)]
+    pub fn and(self, other: Grid<N>) -> Grid<N> {
+        let exponent = self.exponent.max(other.exponent);
+        Grid { exponent }
+    }
+
+    /// Of the two that the integers count.
+    #[inline(always)]
+    pub fn power(self) -> i32 {
+        self.exponent - 1022 - (64 * N as i32 - SPARE)
+    }
+
+    /// The points in integers; `None` where one falls between the grid's, or is
+    /// not finite. N = 33 has all finite numbers on any grid.
+    #[inline(always)]
+    pub fn place<const K: usize>(self, points: &[[f64; 3]; K]) -> Option<[[Int<N>; 3]; K]> {
+        if self.exponent == 0x7ff {
+            return None;
+        }
+        let mut integers = [[Int::ZERO; 3]; K];
+        let all = integers.as_flattened_mut().iter_mut();
+        let all = all.zip(points.as_flattened());
+        if N > 1 {
+            for (integer, x) in all {
+                *integer = Int::scaled(*x, self.power())?;
+            }
+            return Some(integers);
+        }
+        // Without branches, so that the compiler takes several at once.
+        let mut lost = 0;
+        for (integer, x) in all {
+            let (magnitude, power) = decoded(*x);
+            let high = magnitude << (64 - SPARE - 53);
+            let down = (self.exponent - 1075 - power).min(63);
+            let whole = high >> down;
+            lost |= whole << down ^ high;
+            integer.0[0] = if *x < 0.0 {
+                whole.wrapping_neg()
+            } else {
+                whole
+            };
+        }
+        (lost == 0).then_some(integers)
+    }
 }

@@ -1,6 +1,6 @@
 //! Rays and triangles, most of them aimed at what is hard to decide.
 
-use super::{Case, Random};
+use super::{Pair, Random};
 
 /// Sorts of cases, see [`case`].
 pub const SORTS: usize = 9;
@@ -87,14 +87,14 @@ fn triangle(random: &mut Random, bits: u32) -> [[f32; 3]; 3] {
 
 /// A ray whose line goes through a point, as far as f64 can: exactly, where
 /// the point and the direction have few bits.
-fn aimed(random: &mut Random, point: [f64; 3], corners: [[f32; 3]; 3]) -> Case {
+fn aimed(random: &mut Random, point: [f64; 3], corners: [[f32; 3]; 3]) -> Pair {
     let bits = 1 + random.below(23) as u32;
     let mut dir: [f64; 3] = std::array::from_fn(|_| short(random, bits));
     if random.below(4) == 0 {
         dir[random.below(3) as usize] = 0.0;
     }
     let t = power(random, 6) * if random.below(8) == 0 { -1.0 } else { 1.0 };
-    Case {
+    Pair {
         org: std::array::from_fn(|k| point[k] - t * dir[k]),
         dir,
         corners,
@@ -114,7 +114,7 @@ fn border(random: &mut Random, corners: &[[f32; 3]; 3]) -> [f64; 3] {
 }
 
 /// One case of a sort, below [`SORTS`].
-pub fn case(random: &mut Random, sort: usize) -> Case {
+pub fn case(random: &mut Random, sort: usize) -> Pair {
     let bits = 2 + random.below(22) as u32;
     let corners = triangle(random, bits);
     match sort {
@@ -125,7 +125,7 @@ pub fn case(random: &mut Random, sort: usize) -> Case {
             let (u, v) = (random.unit().abs(), random.unit().abs());
             let at = |k: usize| a[k] + u * (b[k] - a[k]) + v * (c[k] - a[k]);
             let dir = std::array::from_fn(|k| at(k) - org[k]);
-            Case { org, dir, corners }
+            Pair { org, dir, corners }
         }
         // At corners and edges, at once and by f64 origins off a little.
         1 => {
@@ -159,7 +159,7 @@ pub fn case(random: &mut Random, sort: usize) -> Case {
                 std::array::from_fn(|k| from[k] + u * (b[k] - a[k]) + v * (c[k] - a[k]))
             };
             let (org, dir) = (at(a), at([0.0; 3]));
-            Case { org, dir, corners }
+            Pair { org, dir, corners }
         }
         // From a border, and along an edge.
         5 => {
@@ -171,7 +171,7 @@ pub fn case(random: &mut Random, sort: usize) -> Case {
             } else {
                 [0.5, 0.25, -1.0]
             };
-            Case { org, dir, corners }
+            Pair { org, dir, corners }
         }
         // Small and far away, or huge: the ray and the mesh at scales of 2^k.
         6 => {
@@ -198,7 +198,7 @@ pub fn case(random: &mut Random, sort: usize) -> Case {
         }
         // No regard to anything.
         _ => {
-            let mut case = Case {
+            let mut case = Pair {
                 org: [0.0; 3],
                 dir: [0.0; 3],
                 corners,

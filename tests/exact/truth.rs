@@ -1,6 +1,6 @@
 //! The truth, in integers of any length: Möller and Trumbore's determinants.
 
-use super::Case;
+use super::Pair;
 use num_bigint::{BigInt, BigUint, Sign};
 use std::cmp::Ordering;
 
@@ -92,7 +92,7 @@ fn determinant(x: &[BigInt], y: &[BigInt], z: &[BigInt]) -> BigInt {
 }
 
 impl Truth {
-    pub fn of(case: &Case) -> Truth {
+    pub fn of(case: &Pair) -> Truth {
         let mut points = case.org.to_vec();
         points.extend(case.corners.as_flattened().iter().map(|x| f64::from(*x)));
         let (points, power) = whole(&points);

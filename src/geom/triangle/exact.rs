@@ -16,7 +16,7 @@
 use super::Corners;
 use crate::math::Ratio;
 use crate::math::bounds::{Bounded, UNIT};
-use crate::math::int::{Int, on_grid};
+use crate::math::int::{Grid, Int};
 use std::cmp::Ordering;
 
 /// The first size of integer that holds the pair's numbers: of a coordinate, a
@@ -34,18 +34,26 @@ macro_rules! at_size {
 
 /// An object ray and a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Pair {
-    org: [f64; 3],
-    dir: [f64; 3],
-    corners: Corners,
+pub struct Pair {
+    pub org: [f64; 3],
+    pub dir: [f64; 3],
+    pub corners: Corners,
+}
+
+/// What is known of the edge functions' signs.
+#[derive(Clone, Copy, Debug)]
+struct Signs {
+    positive: bool,
+    negative: bool,
+    /// Which of them are exactly zero.
+    zero: [bool; 3],
 }
 
 /// Where the line of a ray meets a triangle, before or behind its origin.
 #[derive(Clone, Copy, Debug)]
-pub struct Crossing {
-    pair: Pair,
-    /// Whether D is negative.
-    backward: bool,
+pub struct Crossing<'a> {
+    pair: &'a Pair,
+    signs: Signs,
     /// t, as far as f64 knows it.
     pub t: Bounded,
 }
@@ -53,31 +61,28 @@ pub struct Crossing {
 /// Where the ray's line meets the triangle in exact arithmetic. Rays with a
 /// coordinate that is not finite meet nothing.
 #[inline]
-pub fn meet_exact(org: [f64; 3], dir: [f64; 3], corners: &Corners) -> Option<Crossing> {
-    let edges = edge_functions(org, dir, corners);
-    let mut positive = edges.iter().any(|e| e.value > e.error);
-    let mut negative = edges.iter().any(|e| e.value < -e.error);
-    if positive & negative {
+pub fn meet_exact(pair: &Pair) -> Option<Crossing<'_>> {
+    let edges = edge_functions(pair);
+    let mut signs = Signs {
+        positive: edges.iter().any(|e| e.value > e.error),
+        negative: edges.iter().any(|e| e.value < -e.error),
+        zero: [false; 3],
+    };
+    if signs.positive & signs.negative {
         return None;
     }
-    let pair = Pair {
-        org,
-        dir,
-        corners: *corners,
-    };
     let doubtful = edges.map(|e| e.sign().is_none());
     if doubtful != [false; 3] {
-        [negative, positive] = pair.settle(doubtful, [negative, positive])?;
+        signs = pair.settle(doubtful, signs)?;
     }
-    (positive != negative).then(|| Crossing::new(pair, negative))
+    (signs.positive != signs.negative).then(|| Crossing {
+        pair,
+        signs,
+        t: t_in_double(pair),
+    })
 }
 
-impl Crossing {
-    fn new(pair: Pair, backward: bool) -> Crossing {
-        let t = pair.t(backward);
-        Crossing { pair, backward, t }
-    }
-
+impl Crossing<'_> {
     /// By t, exactly.
     #[inline]
     pub fn order(&self, other: &Crossing) -> Ordering {
@@ -101,7 +106,26 @@ impl Crossing {
     #[cold]
     #[inline(never)]
     fn order_exact(&self, other: &Crossing) -> Ordering {
+        if self.is_where(other) {
+            return Ordering::Equal;
+        }
         at_size!(self.order_at(other)).expect(FINITE)
+    }
+
+    /// Whether one ray meets both triangles between the same corners: on a
+    /// shared edge or corner, or on the same triangle. Then t is the same, and
+    /// nothing has to be computed.
+    fn is_where(&self, other: &Crossing) -> bool {
+        let (ours, theirs) = (self.pair, other.pair);
+        if ours.org != theirs.org || ours.dir != theirs.dir {
+            return false;
+        }
+        // The point is a mean of the corners whose weights are not zero.
+        let (zero, others) = (self.signs.zero, other.signs.zero);
+        let is_theirs =
+            |i: usize| (0..3).any(|j| !others[j] && ours.corners[i] == theirs.corners[j]);
+        let count = |zero: [bool; 3]| zero.iter().filter(|z| **z).count();
+        count(zero) == count(others) && (0..3).all(|i| zero[i] || is_theirs(i))
     }
 
     #[cold]
@@ -117,6 +141,7 @@ impl Crossing {
         at_size!(self.order_with_at(x)).expect(FINITE)
     }
 
+    #[inline(never)]
     fn order_at<const N: usize, const P: usize, const Q: usize, const R: usize>(
         &self,
         other: &Crossing,
@@ -125,6 +150,7 @@ impl Crossing {
         Some(ours.order::<R>(&theirs))
     }
 
+    #[inline(never)]
     fn order_with_at<const N: usize, const P: usize, const Q: usize, const R: usize>(
         &self,
         x: f64,
@@ -132,6 +158,7 @@ impl Crossing {
         Some(self.ratio::<N, P, Q>()?.order::<R>(&Ratio::of(x)))
     }
 
+    #[inline(never)]
     fn rounded_at<const N: usize, const P: usize, const Q: usize, const R: usize>(
         &self,
     ) -> Option<f64> {
@@ -139,14 +166,15 @@ impl Crossing {
     }
 
     /// T / D by the edges at the first corner, D positive.
+    #[inline(always)]
     fn ratio<const N: usize, const P: usize, const Q: usize>(&self) -> Option<Ratio<Q>> {
         let Whole { to, dir, power } = self.pair.whole::<N>()?;
         let [a, b, c] = to;
         let normal: [Int<P>; 3] = cross(&difference(&b, &a), &difference(&c, &a));
         let (top, bottom) = (dot(&a, &normal), dot(&dir, &normal));
         Some(Ratio {
-            top: Int::negated_if(&top, self.backward),
-            bottom: Int::negated_if(&bottom, self.backward),
+            top: Int::negated_if(&top, self.signs.negative),
+            bottom: Int::negated_if(&bottom, self.signs.negative),
             power,
         })
     }
@@ -163,28 +191,29 @@ struct Whole<const N: usize> {
 }
 
 impl Pair {
-    /// Which signs the edge functions have, [negative, positive], given those of
-    /// the edges without doubt; at the latest until both are found.
+    /// The signs of the doubtful edge functions, until there are both; given
+    /// those without doubt.
     #[cold]
     #[inline(never)]
-    fn settle(&self, doubtful: [bool; 3], signs: [bool; 2]) -> Option<[bool; 2]> {
+    fn settle(&self, doubtful: [bool; 3], signs: Signs) -> Option<Signs> {
         at_size!(self.settle_at(doubtful, signs))
     }
 
+    #[inline(never)]
     fn settle_at<const N: usize, const P: usize, const Q: usize, const R: usize>(
         &self,
         doubtful: [bool; 3],
-        mut signs: [bool; 2],
-    ) -> Option<[bool; 2]> {
+        mut signs: Signs,
+    ) -> Option<Signs> {
         let Whole { to, dir, .. } = self.whole::<N>()?;
         for i in (0..3).filter(|i| doubtful[*i]) {
             let normal: [Int<P>; 3] = cross(&to[(i + 1) % 3], &to[(i + 2) % 3]);
             match Int::<Q>::sign(&dot(&dir, &normal)) {
-                Ordering::Less => signs[0] = true,
-                Ordering::Equal => {}
-                Ordering::Greater => signs[1] = true,
+                Ordering::Less => signs.negative = true,
+                Ordering::Equal => signs.zero[i] = true,
+                Ordering::Greater => signs.positive = true,
             }
-            if signs == [true; 2] {
+            if signs.positive & signs.negative {
                 break;
             }
         }
@@ -193,49 +222,55 @@ impl Pair {
 
     #[inline(always)]
     fn whole<const N: usize>(&self) -> Option<Whole<N>> {
-        let numbers = std::array::from_fn(|i| match i / 3 {
-            0 => self.org[i],
-            corner => f64::from(self.corners[corner - 1][i % 3]),
-        });
-        let (points, power) = on_grid::<N, 12>(&numbers)?;
-        let (dir, dir_power) = on_grid::<N, 3>(&self.dir)?;
-        let corner = |i: usize| std::array::from_fn(|k| points[3 + 3 * i + k].minus(&points[k]));
+        let (corners, org, dir) = (self.corners_in_double(), [self.org], [self.dir]);
+        let grid = Grid::over(&corners).and(Grid::over(&org));
+        let dir_grid = Grid::over(&dir);
+        let ([a, b, c], [org]) = (grid.place(&corners)?, grid.place(&org)?);
+        let [dir] = dir_grid.place(&dir)?;
         Some(Whole {
-            to: [corner(0), corner(1), corner(2)],
+            to: [
+                difference(&a, &org),
+                difference(&b, &org),
+                difference(&c, &org),
+            ],
             dir,
-            power: power - dir_power,
+            power: grid.power() - dir_grid.power(),
         })
     }
 
-    /// t in f64.
-    ///
-    /// Roundings: one of a corner's difference from the origin, one of each
-    /// edge, two of a product's difference, one of the last product, two of the
-    /// sum: eight for T, seven for D. Edges are differences of f32 numbers, so
-    /// only the last products can underflow.
     #[inline(always)]
-    fn t(&self, backward: bool) -> Bounded {
-        let [a, b, c] = self.corners.map(|c| c.map(f64::from));
-        let minus = |x: [f64; 3], y: [f64; 3]| std::array::from_fn(|k| x[k] - y[k]);
-        let from_org = minus(a, self.org);
-        let (normal, normal_size) = cross_in_double(minus(b, a), minus(c, a));
-        let top = dot_in_double((normal, normal_size), from_org, 10.0);
-        let bottom = dot_in_double((normal, normal_size), self.dir, 8.0);
-        let depth = if backward { -top.value } else { top.value };
-        let speed = bottom.value.abs();
-        // Not above D.
-        let least = speed - bottom.error;
-        let value = depth / speed;
-        // |T/D − T̂/D̂| ≤ (|T − T̂| + |T̂/D̂| |D − D̂|) / |D|.
-        let error = (top.error + value.abs() * bottom.error) / least;
-        Bounded {
-            value,
-            error: if least > 0.0 {
-                error * (1.0 + 16.0 * UNIT) + value.abs() * (2.0 * UNIT) + f64::MIN_POSITIVE
-            } else {
-                f64::INFINITY
-            },
-        }
+    fn corners_in_double(&self) -> [[f64; 3]; 3] {
+        let [a, b, c] = self.corners;
+        let double = |c: [f32; 3]| [f64::from(c[0]), f64::from(c[1]), f64::from(c[2])];
+        [double(a), double(b), double(c)]
+    }
+}
+
+/// t in f64.
+///
+/// Roundings: one of a corner's difference from the origin, one of each edge,
+/// two of a product's difference, one of the last product, two of the sum: eight
+/// for T, seven for D. Edges are differences of f32 numbers, so only the last
+/// products can underflow.
+#[inline(always)]
+fn t_in_double(pair: &Pair) -> Bounded {
+    let [a, b, c] = pair.corners_in_double();
+    let normal = cross_in_double(minus(b, a), minus(c, a));
+    let top = dot_in_double(normal, minus(a, pair.org), 10.0);
+    let bottom = dot_in_double(normal, pair.dir, 8.0);
+    // Not above |D|. The two divisions do not wait for each other.
+    let least = bottom.value.abs() - bottom.error;
+    let (value, inverse) = (top.value / bottom.value, 1.0 / least);
+    // |T/D − T̂/D̂| ≤ (|T − T̂| + |T̂/D̂| |D − D̂|) / |D|.
+    let error = (top.error + value.abs() * bottom.error) * inverse;
+    Bounded {
+        value,
+        // Beyond, the inverse is subnormal, and no longer good to a rounding.
+        error: if least > 0.0 && least < 1e300 {
+            error * (1.0 + 16.0 * UNIT) + value.abs() * (2.0 * UNIT) + f64::MIN_POSITIVE
+        } else {
+            f64::INFINITY
+        },
     }
 }
 
@@ -245,9 +280,11 @@ impl Pair {
 /// of a product's difference, one of the last product, two of the sum. Counted
 /// as eight, which covers the bound's own.
 #[inline(always)]
-pub fn edge_functions(org: [f64; 3], dir: [f64; 3], corners: &Corners) -> [Bounded; 3] {
-    let [a, b, c] = corners.map(|c| std::array::from_fn(|k| f64::from(c[k]) - org[k]));
-    let (to_a, to_b) = (cross_in_double(dir, a), cross_in_double(dir, b));
+pub fn edge_functions(pair: &Pair) -> [Bounded; 3] {
+    let [a, b, c] = pair.corners_in_double();
+    let (a, b, c) = (minus(a, pair.org), minus(b, pair.org), minus(c, pair.org));
+    let to_a = cross_in_double(pair.dir, a);
+    let to_b = cross_in_double(pair.dir, b);
     let second = dot_in_double(to_a, c, 8.0);
     [
         dot_in_double(to_b, c, 8.0),
@@ -259,22 +296,25 @@ pub fn edge_functions(org: [f64; 3], dir: [f64; 3], corners: &Corners) -> [Bound
     ]
 }
 
+#[inline(always)]
+fn minus(x: [f64; 3], y: [f64; 3]) -> [f64; 3] {
+    [x[0] - y[0], x[1] - y[1], x[2] - y[2]]
+}
+
 /// x × y, and the same of magnitudes with sums for differences.
 #[inline(always)]
 fn cross_in_double(x: [f64; 3], y: [f64; 3]) -> ([f64; 3], [f64; 3]) {
-    let products = |k: usize| {
-        let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-        (x[i] * y[j], x[j] * y[i])
-    };
-    let all: [(f64, f64); 3] = std::array::from_fn(products);
-    (all.map(|(p, q)| p - q), all.map(|(p, q)| p.abs() + q.abs()))
+    let p = [x[1] * y[2], x[2] * y[0], x[0] * y[1]];
+    let q = [x[2] * y[1], x[0] * y[2], x[1] * y[0]];
+    let size = |k: usize| p[k].abs() + q[k].abs();
+    (minus(p, q), [size(0), size(1), size(2)])
 }
 
 /// A product of three vectors, with `roundings` in each of its terms. What
 /// underflow takes, 2^−1075 a product, is far below the least normal number.
 #[inline(always)]
 fn dot_in_double((x, size): ([f64; 3], [f64; 3]), y: [f64; 3], roundings: f64) -> Bounded {
-    let z = y.map(f64::abs);
+    let z = [y[0].abs(), y[1].abs(), y[2].abs()];
     let terms = size[0] * z[0] + size[1] * z[1] + size[2] * z[2];
     Bounded {
         value: x[0] * y[0] + x[1] * y[1] + x[2] * y[2],
@@ -282,20 +322,19 @@ fn dot_in_double((x, size): ([f64; 3], [f64; 3]), y: [f64; 3], roundings: f64) -
     }
 }
 
+#[inline(always)]
 fn difference<const N: usize>(x: &[Int<N>; 3], y: &[Int<N>; 3]) -> [Int<N>; 3] {
-    std::array::from_fn(|k| x[k].minus(&y[k]))
+    [x[0].minus(&y[0]), x[1].minus(&y[1]), x[2].minus(&y[2])]
 }
 
 #[inline(always)]
 fn cross<const N: usize, const P: usize>(x: &[Int<N>; 3], y: &[Int<N>; 3]) -> [Int<P>; 3] {
-    std::array::from_fn(|k| {
-        let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-        x[i].times(&y[j]).minus(&x[j].times(&y[i]))
-    })
+    let minor = |i: usize, j: usize| x[i].times::<N, P>(&y[j]).minus(&x[j].times(&y[i]));
+    [minor(1, 2), minor(2, 0), minor(0, 1)]
 }
 
 #[inline(always)]
 fn dot<const N: usize, const P: usize, const Q: usize>(x: &[Int<N>; 3], y: &[Int<P>; 3]) -> Int<Q> {
-    let [i, j, k] = std::array::from_fn(|k| x[k].times::<P, Q>(&y[k]));
-    i.plus(&j).plus(&k)
+    let product = |k: usize| x[k].times::<P, Q>(&y[k]);
+    product(0).plus(&product(1)).plus(&product(2))
 }

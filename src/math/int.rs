@@ -250,3 +250,90 @@ impl<const N: usize> Grid<N> {
         (lost == 0).then_some(integers)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use num_bigint::{BigInt, BigUint};
+    use proptest::prelude::*;
+
+    fn big<const N: usize>(x: &Int<N>) -> BigInt {
+        let digits = x.0.iter().flat_map(|l| [*l as u32, (l >> 32) as u32]);
+        let unsigned = BigInt::from(BigUint::new(digits.collect()));
+        let wrap = BigInt::from(u8::from(x.is_negative())) << (64 * N);
+        unsigned - wrap
+    }
+
+    /// Any limbs, many of them at the ends of their range.
+    fn integer<const N: usize>() -> impl Strategy<Value = Int<N>> {
+        let limb = prop_oneof![
+            Just(0),
+            Just(u64::MAX),
+            Just(1),
+            Just(1 << 63),
+            any::<u64>()
+        ];
+        proptest::collection::vec(limb, N).prop_map(|limbs| Int(std::array::from_fn(|i| limbs[i])))
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig {
+            failure_persistence: None,
+            ..ProptestConfig::with_cases(20_000)
+        })]
+
+        #[test]
+        fn integers_compute(a in integer::<1>(), b in integer::<2>(), c in integer::<3>(), d in integer::<3>()) {
+            prop_assert_eq!(big(&a.times::<2, 3>(&b)), big(&a) * big(&b));
+            prop_assert_eq!(big(&b.times::<1, 3>(&a)), big(&a) * big(&b));
+            prop_assert_eq!(big(&a.times::<1, 2>(&a)), big(&a) * big(&a));
+            prop_assert_eq!(big(&c.times::<3, 6>(&d)), big(&c) * big(&d));
+            prop_assert_eq!(c.cmp(&d), big(&c).cmp(&big(&d)));
+            prop_assert_eq!(c.sign(), big(&c).cmp(&BigInt::ZERO));
+            // Sums wrap around at the ends.
+            let wide = |x: &Int<3>| x.times::<1, 4>(&Int::of(1));
+            prop_assert_eq!(big(&wide(&c).plus(&wide(&d))), big(&c) + big(&d));
+            prop_assert_eq!(big(&wide(&c).minus(&wide(&d))), big(&c) - big(&d));
+            let (limbs, length) = wide(&c).normalised();
+            prop_assert_eq!(length as u64, big(&c).bits());
+            // Read as a signed number, less than none.
+            let top = BigInt::from(big(&c).magnitude() << (256 - length));
+            let wrap = BigInt::from(u8::from(length > 0)) << 256;
+            prop_assert_eq!(big(&Int(limbs)), top - wrap);
+        }
+
+        #[test]
+        fn grids_count_their_numbers(x in any::<[f64; 3]>(), same in any::<bool>(), k in -60..9) {
+            // Three of any size, or near each other.
+            let x = if same { [x[0], x[0] * 2.0_f64.powi(k), -x[0]] } else { x };
+            let finite = x.iter().all(|x| x.is_finite());
+            prop_assert_eq!(counted::<33>(x), finite);
+            let fits = [counted::<1>(x), counted::<2>(x), counted::<4>(x)];
+            prop_assert!(fits.is_sorted());
+            if same && finite && x[0].abs() > 1e-280 && x[1].abs() > 1e-280 {
+                // 53 bits of the smallest, 61 of the grid.
+                prop_assert!(fits[0] || k < -8);
+                prop_assert!(fits[1]);
+            }
+        }
+    }
+
+    /// Whether the finest grid takes these numbers, each at its value.
+    fn counted<const N: usize>(x: [f64; 3]) -> bool {
+        let grid = Grid::<N>::over(&[x]);
+        let Some([integers]) = grid.place(&[x]) else {
+            return false;
+        };
+        for (x, integer) in x.iter().zip(&integers) {
+            let (magnitude, power) = decoded(*x);
+            let exact = BigInt::from(magnitude) * if *x < 0.0 { -1 } else { 1 };
+            assert!(big(integer).bits() <= 64 * N as u64 - SPARE as u64);
+            let least = power.min(grid.power());
+            assert_eq!(
+                big(integer) << (grid.power() - least),
+                exact << (power - least)
+            );
+        }
+        true
+    }
+}

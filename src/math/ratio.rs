@@ -106,3 +106,64 @@ fn nearest(m: u128, power: i32) -> f64 {
     // The hidden bit, or a carry out of the fraction, raises the exponent.
     f64::from_bits(((exponent as u64) << 52) + kept as u64 + u64::from(up))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn ratio(top: i64, bottom: i64, power: i32) -> Ratio<2> {
+        let (top, bottom) = (Int::of(top), Int::of(bottom));
+        Ratio { top, bottom, power }
+    }
+
+    #[test]
+    fn ties_go_to_even_and_the_ends_are_kept() {
+        let odd = (1_i64 << 53) + 1;
+        for (top, bottom, power, rounded) in [
+            (odd, 1, 0, odd as f64),
+            (odd + 2, 1, 0, (odd + 3) as f64),
+            (-odd, 1, 0, -(odd as f64)),
+            (3 * odd, 3, -60, odd as f64 * 2.0_f64.powi(-60)),
+            (odd, 1, -1074 - 53, f64::from_bits(1)),
+            (1, 1, -1075, 0.0),
+            (3, 1, -1075, f64::from_bits(2)),
+            (1, 1, -1074, f64::from_bits(1)),
+            ((1 << 53) - 1, 1, 971, f64::MAX),
+            (2 * ((1 << 53) - 1) + 1, 1, 970, f64::INFINITY),
+            (1, 1, -4000, 0.0),
+            (-1, 1, 4000, f64::NEG_INFINITY),
+            (0, 7, 5, 0.0),
+            (1, 3, 0, 1.0 / 3.0),
+        ] {
+            let got = ratio(top, bottom, power).rounded::<4>();
+            assert_eq!(got, rounded, "{top} / {bottom} · 2^{power}");
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig {
+            failure_persistence: None,
+            ..ProptestConfig::with_cases(20_000)
+        })]
+
+        /// Division in hardware is correctly rounded, too.
+        #[test]
+        fn quotients_round_as_division_does(
+            a in any::<i64>(), b in 1..i64::MAX, cut in 11_u32..62, power in -300..300,
+        ) {
+            let (a, b) = (a >> 11, (b >> cut).max(1));
+            let scale = 2.0_f64.powi(power);
+            prop_assert_eq!(ratio(a, b, power).rounded::<4>(), a as f64 / b as f64 * scale);
+        }
+
+        #[test]
+        fn numbers_keep_their_order(x in any::<f64>(), y in any::<f64>(), near in any::<bool>()) {
+            let y = if near { x.next_up() } else { y };
+            prop_assume!(x.is_finite() && y.is_finite());
+            let (r, s) = (Ratio::<1>::of(x), Ratio::<1>::of(y));
+            prop_assert_eq!(Some(r.order::<2>(&s)), x.partial_cmp(&y));
+            prop_assert_eq!(r.rounded::<2>(), x);
+        }
+    }
+}

@@ -21,8 +21,8 @@ use std::cmp::Ordering;
 
 /// The first size of integer that holds the pair's numbers: of a coordinate, a
 /// product of two and of three, and of the product of two such. One limb is for
-/// rays and meshes of f32 numbers, two for f64 origins; four for those with
-/// noise (a cosine of 90° is 6e-17); 33 hold any finite numbers.
+/// numbers of f32, two for origins of f64, four for those with noise (a cosine
+/// of 90° is 6e-17); 33 hold any finite numbers.
 macro_rules! at_size {
     ($this:ident.$function:ident($($argument:expr),*)) => {
         $this.$function::<1, 2, 3, 6>($($argument),*)
@@ -106,7 +106,7 @@ impl Crossing<'_> {
     #[cold]
     #[inline(never)]
     fn order_exact(&self, other: &Crossing) -> Ordering {
-        if self.is_where(other) {
+        if self.shares_point(other) {
             return Ordering::Equal;
         }
         at_size!(self.order_at(other)).expect(FINITE)
@@ -115,7 +115,7 @@ impl Crossing<'_> {
     /// Whether one ray meets both triangles between the same corners: on a
     /// shared edge or corner, or on the same triangle. Then t is the same, and
     /// nothing has to be computed.
-    fn is_where(&self, other: &Crossing) -> bool {
+    fn shares_point(&self, other: &Crossing) -> bool {
         let (ours, theirs) = (self.pair, other.pair);
         if ours.org != theirs.org || ours.dir != theirs.dir {
             return false;
@@ -250,13 +250,13 @@ impl Pair {
 ///
 /// Roundings: one of a corner's difference from the origin, one of each edge,
 /// two of a product's difference, one of the last product, two of the sum: eight
-/// for T, seven for D. Edges are differences of f32 numbers, so only the last
-/// products can underflow.
+/// for T, seven for D; one more of each covers the bound's own. Edges are
+/// differences of f32 numbers, so only the last products can underflow.
 #[inline(always)]
 fn t_in_double(pair: &Pair) -> Bounded {
     let [a, b, c] = pair.corners_in_double();
     let normal = cross_in_double(minus(b, a), minus(c, a));
-    let top = dot_in_double(normal, minus(a, pair.org), 10.0);
+    let top = dot_in_double(normal, minus(a, pair.org), 9.0);
     let bottom = dot_in_double(normal, pair.dir, 8.0);
     // Not above |D|. The two divisions do not wait for each other.
     let least = bottom.value.abs() - bottom.error;

@@ -98,6 +98,9 @@ fn check(case: &Pair, seen: &mut Seen, sort: usize) -> Option<Truth> {
         assert!(error.order(&bound).is_le(), "{case:?}: {:?}", crossing.t);
         seen.tightness[1] = seen.tightness[1].max(error.millionths_of(&bound));
     }
+    assert!(crossing.order_with(f64::INFINITY).is_lt(), "{case:?}");
+    assert!(crossing.order_with(f64::NAN).is_lt(), "{case:?}");
+    assert!(crossing.order_with(f64::NEG_INFINITY).is_gt(), "{case:?}");
     for x in [
         t,
         t.next_up(),
@@ -131,8 +134,8 @@ fn check_order(a: (&Pair, &Truth), b: (&Pair, &Truth), seen: &mut Seen) {
 }
 
 /// The same ray in other spaces, and other triangles on the same edge: cases
-/// whose t are equal, or nearly so.
-fn relatives(random: &mut Random, case: &Pair) -> [Pair; 4] {
+/// whose t are equal, or nearly so; and a triangle met at a corner elsewhere.
+fn relatives(random: &mut Random, case: &Pair) -> [Pair; 5] {
     let [a, b, c] = case.corners;
     let neighbour = Pair {
         corners: [b, a, c.map(|_| (random.unit() * 2.0) as f32)],
@@ -155,7 +158,16 @@ fn relatives(random: &mut Random, case: &Pair) -> [Pair; 4] {
     };
     let mut nudged = *case;
     nudged.org[k] = nudged.org[k].next_up();
-    [neighbour, turned, scaled, nudged]
+    let mut corner = || std::array::from_fn(|_| random.unit() as f32);
+    let elsewhere = Pair {
+        corners: [
+            std::array::from_fn(|k| (case.org[k] + 4.0 * case.dir[k]) as f32),
+            corner(),
+            corner(),
+        ],
+        ..*case
+    };
+    [neighbour, turned, scaled, nudged, elsewhere]
 }
 
 fn campaign(count: usize, seed: u64) -> Seen {

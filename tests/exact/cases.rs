@@ -161,16 +161,17 @@ pub fn case(random: &mut Random, sort: usize) -> Pair {
             let (org, dir) = (at(a), at([0.0; 3]));
             Pair { org, dir, corners }
         }
-        // From a border, and along an edge.
+        // From a border along an edge, or just off it, to another border.
         5 => {
-            let org = border(random, &corners);
-            let [a, b, _] = corners.map(|p| p.map(f64::from));
-            let along: [f64; 3] = std::array::from_fn(|k| b[k] - a[k]);
-            let dir = if random.below(2) == 0 {
-                along
-            } else {
-                [0.5, 0.25, -1.0]
-            };
+            let mut org = border(random, &corners);
+            let mut to = border(random, &corners);
+            let k = random.below(3) as usize;
+            match random.below(4) {
+                0 => to[k] += 0.5,
+                1 => {}
+                _ => org[k] += power(random, 20) * 1e-6,
+            }
+            let dir = std::array::from_fn(|k| to[k] - org[k]);
             Pair { org, dir, corners }
         }
         // Small and far away, or huge: the ray and the mesh at scales of 2^k.

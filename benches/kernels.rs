@@ -3,15 +3,20 @@
 //! Each kernel on sixteen rays, as the machine's f32 and f64 packets and ray by
 //! ray. The rays fan out over the primitive, so that some hit and some miss.
 //! Asserted: which rays hit, the same at every width.
+//!
+//! And what does a decision cost that is left to exact arithmetic? Of one ray
+//! and a triangle, by the size of integer that it takes. Asserted: the answers.
 
 mod common;
 
 use common::{Native32, Native64, quick};
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::DVec3;
+use lanecast::geom::triangle::exact::{Pair, edge_functions, meet_exact};
 use lanecast::geom::*;
 use lanecast::math::Vec3;
 use lanecast::math::lanes::{Lanes, Mask, Scalar};
+use std::cmp::Ordering::{Equal, Less};
 use std::hint::black_box;
 
 /// Ray i goes from (0, 0, 4) to (x, y, 0), x and y in a 4×4 grid over ±1.35.
@@ -144,5 +149,68 @@ fn kernels(c: &mut Criterion) {
     }
 }
 
-criterion_group! { name = benches; config = quick(); targets = kernels }
+/// Rays down at a triangle, along its first edge where y is 0; x says how many
+/// limbs they take.
+fn pair(x: f64, y: f64) -> Pair {
+    Pair {
+        org: [x, y, 4.0],
+        dir: [f64::from(0.1_f32), 0.0, -1.0],
+        corners: [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.1, 1.5, 0.3]],
+    }
+}
+
+fn exact(c: &mut Criterion) {
+    let mut group = c.benchmark_group("exact: what does a doubtful decision cost?");
+    for (name, pair, doubts, met) in [
+        ("certain miss", pair(0.0, -1.0), 0, None),
+        ("certain hit", pair(0.0, 0.5), 0, Some(Less)),
+        ("edge, 1 limb", pair(0.0, 0.0), 1, Some(Less)),
+        (
+            "corner, 1 limb",
+            pair(-1.0 - f64::from(0.4_f32), 0.0),
+            2,
+            Some(Less),
+        ),
+        ("edge, 2 limbs", pair(1e-20, 0.0), 1, Some(Less)),
+        ("edge, 4 limbs", pair(1e-40, 0.0), 1, Some(Less)),
+        ("edge, 33 limbs", pair(1e-200, 0.0), 1, Some(Less)),
+    ] {
+        let edges = edge_functions(&pair);
+        let open = edges.iter().filter(|e| e.sign().is_none()).count();
+        let ask = |pair: &Pair, t_max: f64| meet_exact(pair).map(|c| c.order_with(t_max));
+        assert_eq!((open, ask(&pair, 100.0)), (doubts, met), "{name}");
+        group.bench_function(name, |b| b.iter(|| ask(black_box(&pair), black_box(100.0))));
+    }
+    for (size, x) in [("1 limb", 0.0), ("2 limbs", 1e-20), ("4 limbs", 1e-40)] {
+        let edge = pair(x, 0.0);
+        let [p, q, _] = edge.corners;
+        let neighbour = Pair {
+            corners: [q, p, [0.3, -1.0, 0.2]],
+            ..edge
+        };
+        // In one plane, without a common corner.
+        let ours = pair(x, 0.5);
+        let other = Pair {
+            corners: [[-3.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.2, 3.0, 0.6]],
+            ..ours
+        };
+        for (name, a, b) in [("neighbours", edge, neighbour), ("equal t", ours, other)] {
+            let met = |pair| meet_exact(pair).expect("it is met");
+            let (a, b) = (met(&a), met(&b));
+            assert_eq!(a.order(&b), Equal, "{name}, {size}");
+            group.bench_function(format!("order of {name}, {size}"), |bench| {
+                bench.iter(|| black_box(&a).order(black_box(&b)));
+            });
+        }
+        let crossing = meet_exact(&ours).expect("it is met");
+        let t = crossing.rounded();
+        assert!((t - 3.9).abs() < 1e-6, "{t}");
+        group.bench_function(format!("rounded t, {size}"), |b| {
+            b.iter(|| black_box(&crossing).rounded());
+        });
+    }
+    group.finish();
+}
+
+criterion_group! { name = benches; config = quick(); targets = kernels, exact }
 criterion_main!(benches);

@@ -148,7 +148,7 @@ impl Truth {
             top: self.top.abs(),
             bottom: self.bottom.clone(),
         };
-        let even = x.to_bits() % 2 == 0;
+        let even = x.to_bits() & 1 == 0;
         let below_next = |x: f64, even: bool| {
             let (m, p) = decode(x);
             let halfway = Dyadic {

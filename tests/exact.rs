@@ -2,36 +2,18 @@
 //! and a triangle, on rays aimed at edges, corners and planes, on triangles
 //! without area, and on numbers from the ends of the formats.
 
+mod common;
+
 #[path = "exact/cases.rs"]
 mod cases;
 #[path = "exact/truth.rs"]
 mod truth;
 
 use cases::{PLANE, SORTS, case};
+use common::Random;
 use lanecast::geom::triangle::exact::{Pair, edge_functions, meet_exact};
 use lanecast::math::int::Grid;
 use truth::{Dyadic, Truth};
-
-/// Vigna's SplitMix64.
-pub struct Random(u64);
-
-impl Random {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let x = (self.0 ^ self.0 >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        x ^ x >> 31
-    }
-
-    fn below(&mut self, n: u64) -> u64 {
-        self.bits() % n
-    }
-
-    /// In [−1, 1).
-    fn unit(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-}
 
 fn fits<const N: usize>(case: &Pair) -> bool {
     let corners = case.corners.map(|c| c.map(f64::from));

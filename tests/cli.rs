@@ -144,8 +144,10 @@ fn wrong_arguments() {
         ),
         (small(&["--grid", "sides"]), "known are centers, corners"),
         (small(&["--lanes", "2"]), "known are auto, 1, 4, 8, 16"),
-        (small(&["--precision", "good"]), "known are fast, exact"),
-        (small(&["--precision", "guarded"]), "does not exist yet"),
+        (
+            small(&["--precision", "good"]),
+            "known are fast, guarded, exact",
+        ),
         (
             small(&["--accel", "octree"]),
             "known are auto, bvh, kd, grid, heap, heap-spheres, linear, item-buffer",

@@ -300,18 +300,31 @@ fn all_same(sort: Sort, seed: u64) -> usize {
     let one = kernels(Arithmetic::F64, 1);
     let (nearest, blocked) = (closest(&scan, one), any(&scan, one));
     for i in 0..rays.len() {
-        let within = nearest[i].is_some_and(|(t, _)| f64::from_bits(t) < f64::from(t_max));
-        assert_eq!(blocked[i], within, "{sort:?} {seed}, ray {i}");
+        // What is compared with the ray's end is t itself, not what is reported.
+        let (t, end) = (nearest[i].map(|(t, _)| f64::from_bits(t)), f64::from(t_max));
+        if t.is_none_or(|t| (t - end).abs() > 1e-14 * end) {
+            let within = t.is_some_and(|t| t < end);
+            assert_eq!(blocked[i], within, "{sort:?} {seed}, ray {i}");
+        }
+    }
+    // Guarded reports another t, and nothing else.
+    let guarded = closest(&scan, kernels(Arithmetic::F32Guarded, 1));
+    for i in 0..rays.len() {
+        let [ours, theirs] = [guarded[i], nearest[i]].map(|hit| hit.map(|(_, id)| id));
+        assert_eq!(ours, theirs, "{sort:?} {seed}, ray {i}, guarded");
     }
     for structure in structures() {
         let world = World::build(&scene, &appearances, structure);
         let exact = widths(Arithmetic::F64);
-        let exact = exact.iter().map(|lanes| kernels(Arithmetic::F64, *lanes));
-        let settled = Arithmetic::F32DoubtingAll;
-        let settled = kernels(settled, native_width(settled));
-        for kernels in exact.chain([settled]) {
+        let exact = exact.iter().map(|lanes| (Arithmetic::F64, *lanes));
+        let native = |arithmetic| (arithmetic, native_width(arithmetic));
+        let others = [Arithmetic::F32Guarded, Arithmetic::F32DoubtingAll].map(native);
+        for (arithmetic, lanes) in exact.chain(others) {
+            let kernels = kernels(arithmetic, lanes);
             let what = || format!("{sort:?}, seed {seed}: {structure:?}, {kernels:?}");
             let (found, seen) = (closest(&world, kernels), any(&world, kernels));
+            let is_exact = arithmetic == Arithmetic::F64;
+            let nearest = if is_exact { &nearest } else { &guarded };
             for i in 0..rays.len() {
                 assert_eq!(found[i], nearest[i], "ray {i} of {}", what());
                 assert_eq!(seen[i], blocked[i], "ray {i} of {}, any", what());

@@ -108,6 +108,14 @@ fn wide_tiles_meet_what_packets_meet() {
             let found = rays.any(&tiles, &kernels, &ends, &mut off());
             assert_eq!(found, blocked, "{lanes}");
         }
+        let guarded = kernels(Arithmetic::F32Guarded, 1);
+        let guarded = met(rays.closest(&packets, &guarded));
+        for lanes in widths(Arithmetic::F32Guarded) {
+            let kernels = kernels(Arithmetic::F32Guarded, lanes);
+            assert_eq!(met(rays.closest(&tiles, &kernels)), guarded, "{lanes}");
+            let found = rays.any(&tiles, &kernels, &ends, &mut off());
+            assert_eq!(found, blocked, "{lanes}");
+        }
         let one = kernels(Arithmetic::F32, 1);
         let alone = met(rays.closest(&tiles, &one));
         let alone_blocked = rays.any(&tiles, &one, &ends, &mut off());

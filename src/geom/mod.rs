@@ -21,5 +21,5 @@ pub use cylinder::Cylinder;
 pub use ellipsoid::Ellipsoid;
 pub use half_space::HalfSpace;
 pub use polygon::{Polygon, polygon_plane};
-pub use ray::{Certainty, DoubtAll, Fast, Meet, Ray, Shear, Span};
+pub use ray::{Certainty, DoubtAll, Fast, Guarded, Meet, Ray, Shear, Span};
 pub use sphere::Sphere;

@@ -4,19 +4,17 @@
 //! lanes' type, with what every triangle and polygon test needs of it worked
 //! out once. Kernels are generic over [`Certainty`]: `Fast` takes an answer as
 //! it is; a guarded kernel also says which lanes it could not settle, and the
-//! caller has those decided by the f64 resolver, one (ray, primitive) pair at a
-//! time.
+//! caller has those decided exactly, one (ray, primitive) pair at a time.
 
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask};
 
 /// How sure a kernel has to be of its answer.
 pub trait Certainty: Copy + Send + Sync + 'static {
-    /// Kernels report doubt and queries keep f64 limits. Where false, all of it
-    /// is compiled away.
+    /// Kernels report doubt, and queries keep between which t a hit lies. Where
+    /// false, all of it is compiled away.
     const GUARDED: bool;
-    /// Every decision is in doubt: what the seam's test uses until kernels carry
-    /// error bounds.
+    /// Every decision is in doubt: what others are compared with.
     const DOUBTS_ALL: bool;
 
     /// Lanes of a packet, a bit each, whose decision about a primitive is in
@@ -36,7 +34,7 @@ impl Certainty for Fast {
     const DOUBTS_ALL: bool = false;
 }
 
-/// Sends every decision to the scalar f64 resolver.
+/// Has every decision made exactly.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DoubtAll;
 
@@ -45,12 +43,23 @@ impl Certainty for DoubtAll {
     const DOUBTS_ALL: bool = true;
 }
 
+/// What the kernels' error bounds cannot settle is decided exactly.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Guarded;
+
+impl Certainty for Guarded {
+    const GUARDED: bool = true;
+    const DOUBTS_ALL: bool = false;
+}
+
 /// Where each lane's ray first meets a primitive beyond `t_min`.
 #[derive(Clone, Copy, Debug)]
 pub struct Meet<L: Lanes> {
     pub hit: L::Mask,
-    /// Meaningless where neither `hit` nor `unsure`.
+    /// The canonical evaluation; meaningless where not `hit`.
     pub t: L,
+    /// Where a hit truly lies, at least and at most; under [`Fast`] both are t.
+    pub within: [L; 2],
     /// Lanes that the kernel could not settle; none under [`Fast`].
     pub unsure: L::Mask,
 }
@@ -61,7 +70,17 @@ impl<L: Lanes> Meet<L> {
         Meet {
             hit,
             t,
+            within: [t, t],
             unsure: L::Mask::splat(false),
+        }
+    }
+
+    /// Nothing is known.
+    #[inline(always)]
+    pub fn unsure(lanes: L::Mask) -> Meet<L> {
+        Meet {
+            unsure: lanes,
+            ..Meet::certain(L::Mask::splat(false), L::zero())
         }
     }
 }

@@ -71,6 +71,51 @@ pub fn meet_each<L: Lanes>(corners: &[Vec3<L>; 3], ray: &Ray<L>, active: L::Mask
     Meet::certain(hit, t)
 }
 
+/// The same, no further than rounding allows: every lane's answer is that of
+/// exact arithmetic on the object ray and the corners, or in doubt.
+/// docs/NUMERICS.md derives the bounds.
+pub fn meet_guarded<L: Lanes>(corners: &Corners, ray: &Ray<L>, active: L::Mask) -> Meet<L> {
+    let corners = splat(corners);
+    let (mut hit, mut unsure) = (L::Mask::splat(false), L::Mask::splat(false));
+    let (mut t, mut within) = (L::zero(), [L::zero(); 2]);
+    for (k, lanes) in ray.shear.groups() {
+        let seen = Seen::by(&corners, ray, k);
+        let bounds = seen.bounds(&corners, ray);
+        let [u, v, w] = seen.weights();
+        let (least, most) = (u.min(v).min(w), u.max(v).max(w));
+        let lanes = lanes & active;
+        // Written so that what is not a number is in doubt.
+        let outside = least.lt(-bounds.weight) & most.gt(bounds.weight);
+        let inside = least.gt(bounds.weight) | most.lt(-bounds.weight);
+        let near = lanes & !outside;
+        if near.none() {
+            continue;
+        }
+        let [from, to] = seen.depths([u, v, w], &bounds, ray.shear.along);
+        let before = to.le(ray.t_min);
+        let sure = inside & from.gt(ray.t_min) & to.lt(L::splat(L::Scalar::INFINITY));
+        let (_, at) = if L::is_double() {
+            seen.depth([u, v, w], ray.shear.along)
+        } else {
+            depth_of_plane(&corners, ray, k)
+        };
+        let here = near & sure;
+        t = L::select(here, at, t);
+        within = [
+            L::select(here, from, within[0]),
+            L::select(here, to, within[1]),
+        ];
+        hit = hit | here;
+        unsure = unsure | near & !sure & !before;
+    }
+    Meet {
+        hit,
+        t,
+        within,
+        unsure,
+    }
+}
+
 /// Where each lane's ray meets its triangle's plane, by the very steps of
 /// [`meet`], whether or not it passes inside. Meaningless where edge-on.
 #[inline(always)]
@@ -138,6 +183,14 @@ pub fn plane_ratio<L: Lanes>(a: [L; 3], n: [L; 3], shear: [L; 2]) -> [L; 2] {
     [depth_times_det, det]
 }
 
+/// Errors of what a ray sees, at most.
+struct Bounds<L> {
+    /// Of an edge function.
+    weight: L,
+    /// Of a corner's depth.
+    depth: L,
+}
+
 /// A triangle as a ray sees it: relative to its origin, sheared along it.
 #[derive(Clone, Copy)]
 pub struct Seen<L> {
@@ -187,22 +240,91 @@ impl<L: Lanes> Seen<L> {
         (t.abs().lt(L::splat(L::Scalar::INFINITY)), t)
     }
 
-    /// Lanes whose triangle the ray may meet in exact arithmetic, or at any
-    /// better precision, where x and y are out of place by at most `misplaced`.
+    /// By how much rounding may have moved what is seen.
     ///
-    /// With m the largest coordinate and e the misplacement, an edge function (a
-    /// difference of two products) is wrong by at most 4em + 2e², and rounding
-    /// adds less than em.
+    /// With u the unit roundoff, R the largest coordinate relative to the ray's
+    /// origin and O that of the origin: the origin is rounded once, a difference
+    /// once, the shear of a rounded direction three times, its product and the
+    /// sum once each; x is off by 8uR + 2uO at most, and z by uR + uO. A little
+    /// more pays for the roundings of the bounds.
     #[inline(always)]
-    pub fn may_meet(&self, misplaced: L) -> L::Mask {
-        let [u, v, w] = self.weights();
-        let e = misplaced;
+    fn bounds(&self, corners: &[Vec3<L>; 3], ray: &Ray<L>) -> Bounds<L> {
+        let u = L::splat(L::Scalar::UNIT_ROUNDOFF);
+        let largest = |p: Vec3<L>| p.x.abs().max(p.y.abs()).max(p.z.abs());
+        let reach = |v: usize| largest(corners[v] - ray.org);
+        let reach = reach(0).max(reach(1)).max(reach(2));
+        let origin = largest(ray.org);
+        let moved = u * (reach * L::from_f32(8.25) + origin * L::from_f32(2.25));
+        let tiny = L::splat(L::Scalar::MIN_POSITIVE);
+        // Shorter directions lose bits when they are rounded.
+        let long = ray.shear.along.abs().gt(tiny / u);
+        let infinity = L::splat(L::Scalar::INFINITY);
+        Bounds {
+            weight: L::select(long, self.margin(moved), infinity),
+            depth: u * (reach + origin) * L::from_f32(1.25) + tiny,
+        }
+    }
+
+    /// The least and the greatest t of the point inside the triangle, if its edge
+    /// functions all are beyond their bound.
+    ///
+    /// t is the corners' mean by weights: moving each weight by β moves it by 3β
+    /// times the corners' extent over the sum of the weights, at most.
+    #[inline(always)]
+    fn depths(&self, [u, v, w]: [L; 3], bounds: &Bounds<L>, along: L) -> [L; 2] {
+        let [a, b, c] = self.z;
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        let det = u + v + w;
+        let mean = (u * a + v * b + w * c) / det;
+        let three = bounds.weight * L::from_f32(3.25);
+        let share = three / (det.abs() - three);
+        let small = share.ge(L::zero()) & share.le(L::from_f32(1.0));
+        // A sum of weights that is within its error says nothing about the mean.
+        let share = L::select(small, share, L::splat(L::Scalar::INFINITY));
+        // The mean's own five roundings; |z| is no more than what `depth` bounds.
+        let slack = (high - low) * share + bounds.depth * L::from_f32(8.0);
+        let least = (mean - slack).max(low - bounds.depth);
+        let most = (mean + slack).min(high + bounds.depth);
+        // Depth over `along`, which is rounded once: four roundings at most.
+        let (from, to) = (least / along, most / along);
+        let relative = L::splat(L::Scalar::UNIT_ROUNDOFF) * L::from_f32(4.0);
+        let tiny = L::splat(L::Scalar::MIN_POSITIVE);
+        let (from, to) = (from.min(to), from.max(to));
+        [
+            from - from.abs() * relative - tiny,
+            to + to.abs() * relative + tiny,
+        ]
+    }
+
+    /// How far an edge function may be from exact, where x and y are out of place
+    /// by at most `moved`.
+    ///
+    /// With m the largest coordinate and e the misplacement, it is a difference
+    /// of two products: off by 4em + 2e², and by 4um² for its own roundings. m²
+    /// leaves the format before the products do; what is too small for it is
+    /// less than the last term.
+    #[inline(always)]
+    fn margin(&self, moved: L) -> L {
         let largest = |x: L, y: L| x.abs().max(y.abs());
         let corner = |v: usize| largest(self.x[v], self.y[v]);
         let m = corner(0).max(corner(1)).max(corner(2));
-        let margin = e * (m * L::from_f32(5.0) + e * L::from_f32(2.0));
+        let four = L::from_f32(4.1);
+        let rounding = m * m * (four * L::splat(L::Scalar::UNIT_ROUNDOFF));
+        let carried = moved * (m * four + moved * L::from_f32(2.1));
+        carried + rounding + L::splat(L::Scalar::MIN_POSITIVE)
+    }
+
+    /// Lanes whose triangle the ray's line may meet in exact arithmetic, and those
+    /// where it certainly does, where x and y are out of place by at most `moved`.
+    #[inline(always)]
+    pub fn may_meet(&self, moved: L) -> [L::Mask; 2] {
+        let [u, v, w] = self.weights();
+        let margin = self.margin(moved);
         let least = u.min(v).min(w);
         let most = u.max(v).max(w);
-        least.ge(-margin) | most.le(margin)
+        // What is not a number is in doubt.
+        let outside = least.lt(-margin) & most.gt(margin);
+        let inside = least.gt(margin) | most.lt(-margin);
+        [!outside, inside]
     }
 }

@@ -15,7 +15,9 @@ pub struct Choices {
 pub enum Precision {
     /// f32 lanes.
     Fast,
-    /// f64 lanes.
+    /// f32 lanes; decisions that rounding may change are made exactly.
+    Guarded,
+    /// f64 lanes, the same way.
     #[default]
     Exact,
 }
@@ -24,6 +26,7 @@ impl Precision {
     pub fn name(self) -> &'static str {
         match self {
             Precision::Fast => "fast",
+            Precision::Guarded => "guarded",
             Precision::Exact => "exact",
         }
     }

@@ -27,10 +27,13 @@ pub struct Needs {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Arithmetic {
     F32,
+    /// f32 where its error bounds let it decide, else exact arithmetic.
+    F32Guarded,
+    /// f64 with the same bounds.
     #[default]
     F64,
-    /// f32, with every decision made again by the scalar f64 resolver: the test
-    /// of that seam, not for users.
+    /// f32, with every decision made by exact arithmetic: what the others are
+    /// compared with, not for users.
     F32DoubtingAll,
 }
 
@@ -142,11 +145,16 @@ pub fn plan(
     let needs = needs(scene, appearances, &mut reasons);
     let arithmetic = match choices.precision {
         Precision::Fast => Arithmetic::F32,
+        Precision::Guarded => Arithmetic::F32Guarded,
         Precision::Exact => Arithmetic::F64,
     };
     let (numbers, why) = match choices.precision {
         Precision::Fast => ("f32", "asked for: fastest, a few rays in a million wrong"),
-        Precision::Exact => ("f64", "exact: one canonical f64 test per primitive"),
+        Precision::Guarded => (
+            "f32",
+            "guarded: triangles as exact arithmetic has them, others as f64",
+        ),
+        Precision::Exact => ("f64", "exact: triangles as exact arithmetic has them"),
     };
     reasons.push(("arithmetic", numbers.into(), why.into()));
 

@@ -69,10 +69,13 @@ impl Surface {
         let ns = match smooth {
             None => facing,
             // An interpolated normal may come out on the other side, or as none.
+            // Of a triangle wound against its normals, as scans have some, it is
+            // right if it faces the viewer: turned away it would make a dark dot.
             Some(n) => {
                 let n = to_world(placed, n);
                 match n.dot(facing) {
                     c if c > 0.0 => n,
+                    c if c < 0.0 && front && n.dot(world_dir) < 0.0 => n,
                     c if c < 0.0 => -n,
                     _ => facing,
                 }

@@ -10,7 +10,7 @@ use super::shadow_cache::ShadowCache;
 use super::stream::{Stream, StreamScratch, each};
 use super::tile::{Bundles, TILE, Tile, TileScratch, with_scratch};
 use crate::accel::{Count, Counter, Forest, Forests, Groups, Index, STREAM, World};
-use crate::geom::{Certainty, DoubtAll, Fast};
+use crate::geom::{Certainty, DoubtAll, Fast, Guarded};
 use crate::math::lanes::{Lanes, Mask, f32x4, f32x8, f32x16, f64x4, f64x8, f64x16};
 use crate::plan::{Arithmetic, Kernels, Needs, native_width};
 
@@ -438,7 +438,10 @@ fn dispatch<N: Count>(world: &World, kernels: &Kernels, count: &N, batch: impl B
         Arithmetic::F32DoubtingAll if cfg!(feature = "all-lanes") => {
             by_width_f32::<DoubtAll, N>(&choice, batch)
         }
-        Arithmetic::F64 | Arithmetic::F32DoubtingAll => by_width_f64::<Fast, N>(&choice, batch),
+        Arithmetic::F32Guarded | Arithmetic::F32DoubtingAll => {
+            by_width_f32::<Guarded, N>(&choice, batch)
+        }
+        Arithmetic::F64 => by_width_f64::<Guarded, N>(&choice, batch),
     }
 }
 

@@ -1,7 +1,7 @@
 //! A stream's rays in one space, and which triangles of a block each may meet.
 
 use super::stream::each;
-use crate::accel::{Block, STREAM, Slabs, StreamRays, WIDE};
+use crate::accel::{Block, STREAM, Slabs, StreamRays, UNUSED, WIDE};
 use crate::geom::Ray;
 use crate::geom::triangle::{Seen, plane_normal, plane_ratio};
 use crate::math::lanes::{Lanes, Mask, Register, max, min};
@@ -85,11 +85,13 @@ impl Bunch {
                 max(max(low.abs(), high.abs()), o.abs())
             };
             let reach = max(max(reach(0), reach(1)), reach(2));
-            // Origin and difference are rounded once each, the slopes three
-            // times, their products with the depth and the sums once: less than
-            // half of this.
-            let misplaced = reach * Register::splat(16.0 * 0.5 * f32::EPSILON);
+            // As `Seen::bounds` counts, and of a direction that is too short.
+            let misplaced = reach * Register::splat(10.75 * 0.5 * f32::EPSILON);
             let shear = &ray.shear;
+            let short = Register::splat(f32::MIN_POSITIVE / (0.5 * f32::EPSILON));
+            let long = Lanes::gt(shear.along.abs(), short);
+            let infinite = Register::splat(f32::INFINITY);
+            let misplaced = <Register as Lanes>::select(long, misplaced, infinite);
             let begin = t_min * shear.along.abs();
             let store = |column: &mut Column, x: Register| x.store(&mut column.0[first..]);
             let sight = &mut self.sight;
@@ -118,21 +120,42 @@ pub(super) struct Faces<'a> {
     block: Block<'a>,
     /// Normals of the triangles' planes by axis, as `plane_depth` takes them.
     normal: [[f32; WIDE]; 3],
+    /// Sums of the magnitudes that these are differences of.
+    size: [f32; WIDE],
+    /// Slots that hold a triangle.
+    used: u32,
 }
 
 impl Faces<'_> {
-    /// `exact`: normals are of no use.
+    /// `exact`: as [`Sight::may_meet`] takes it; others need neither sizes nor
+    /// which slots are used.
     #[inline(always)]
     pub fn new(block: Block, exact: bool) -> Faces {
-        let mut normal = [[0.0; WIDE]; 3];
-        if !exact {
-            let [a, b, c] = block.columns([0, 1, 2]);
-            let n = plane_normal(minus(c, b), minus(a, c));
-            for k in 0..3 {
-                n[k].store(&mut normal[k]);
+        let (mut normal, mut size) = ([[0.0; WIDE]; 3], [0.0; WIDE]);
+        let [a, b, c] = block.columns([0, 1, 2]);
+        let (p, q) = (minus(c, b), minus(a, c));
+        let n = plane_normal(p, q);
+        for k in 0..3 {
+            n[k].store(&mut normal[k]);
+        }
+        let mut used = WIDE;
+        if exact {
+            let terms = |k: usize| {
+                let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+                (p[i] * q[j]).abs() + (p[j] * q[i]).abs()
+            };
+            (terms(0) + terms(1) + terms(2)).store(&mut size);
+            while used > 0 && block.source(used - 1) == UNUSED {
+                used -= 1;
             }
         }
-        Faces { block, normal }
+        let used = ((1_u64 << used) - 1) as u32;
+        Faces {
+            block,
+            normal,
+            size,
+            used,
+        }
     }
 }
 
@@ -143,8 +166,8 @@ fn minus(p: [Register; 3], q: [Register; 3]) -> [Register; 3] {
 
 impl Sight {
     /// Triangles of the block that a ray may meet before its limit, as far as f32
-    /// can tell; and of these, unless `exact`, those that every test in f32 says it
-    /// meets.
+    /// can tell; and of these those that it certainly meets. `exact`: if exact
+    /// arithmetic is to judge that, not f32 at one lane.
     #[inline(always)]
     pub fn may_meet(&self, i: usize, faces: &Faces, exact: bool, limit: f32) -> [u32; 2] {
         // The steps of `Shear::apply`, along the one axis that this ray has.
@@ -186,35 +209,50 @@ impl Sight {
             y: [ay, by, cy],
             z: [az, bz, cz],
         };
-        if exact {
-            return [seen.may_meet(splat(&self.misplaced)).bits(), 0];
-        }
-        let (inside, _) = seen.inside();
+        let along = self.shear[2].0[i];
+        let sense = Register::splat(1.0_f32.copysign(along));
+        let begin = splat(&self.begin);
+        let depths = [az * sense, bz * sense, cz * sense];
+        let least = min(min(depths[0], depths[1]), depths[2]);
+        let most = max(max(depths[0], depths[1]), depths[2]);
+        let end = limit * along.abs();
+        let pad = splat(&self.misplaced) * Register::splat(4.0);
+        let before = Lanes::le(least - pad, Register::splat(end * (1.0 + SLACK)));
+        let after = begin + begin.abs() * Register::splat(2.0 * SLACK);
+        let within = Lanes::gt(least - pad, after)
+            & Lanes::lt(most + pad, Register::splat(end * (1.0 - SLACK)));
         // What `plane_depth` divides, t in its plane and the corners' least, is
         // compared as products here: depths in the ray's sense.
         let normal = [a, b, k].map(|axis| Register::load(&faces.normal[axis]));
         let [above, det] = plane_ratio([raw_x, raw_y, az], normal, [shear_x, shear_y]);
-        let along = self.shear[2].0[i];
-        let sense = Register::splat(1.0_f32.copysign(along));
         let above = above * sense;
         let above = <Register as Lanes>::select(det.lt(Register::zero()), -above, above);
-        let begin = splat(&self.begin);
-        let (az, bz, cz) = (az * sense, bz * sense, cz * sense);
-        let (least, most) = (min(min(az, bz), cz), max(max(az, bz), cz));
+        let det = det.abs();
+        if exact {
+            // Each term of T, at most reach · size in sum, is rounded nine times,
+            // and those of det ten.
+            let moved = splat(&self.misplaced);
+            let size = Register::load(&faces.size);
+            let (top_error, det_error) = (moved * size, size * Register::splat(DET_ERROR));
+            let [possible, inside] = seen.may_meet(moved);
+            let first = begin * det - begin.abs() * det_error;
+            let last = Register::splat(end * (1.0 + SLACK)) * (det + det_error);
+            // What is not a number is in doubt.
+            let beside = Lanes::lt(above + top_error, first) | Lanes::gt(above - top_error, last);
+            let beside = beside & Lanes::gt(det, det_error);
+            let late = Lanes::gt(least - pad, Register::splat(end * (1.0 + SLACK)));
+            let out = beside | late | Lanes::lt(most + pad, begin);
+            let possible = (possible & !out).bits() & faces.used;
+            return [possible, (inside & within).bits() & faces.used];
+        }
+        let (inside, _) = seen.inside();
         // Without area, as the places that fill a block up.
         let none = Lanes::eq(above, Register::zero()) | Lanes::eq(det, Register::zero());
-        let begun = Lanes::gt(above, begin * det.abs()) | Lanes::gt(least, begin);
+        let begun = Lanes::gt(above, begin * det) | Lanes::gt(least, begin);
         // The hit is then moved into its triangle's box, and may come before the
         // limit: that is for the test for good, unless the whole triangle lies
         // between the ray's ends.
-        let end = limit * along.abs();
-        let pad = splat(&self.misplaced) * Register::splat(4.0);
-        let before = Lanes::le(least - pad, Register::splat(end * (1.0 + SLACK)));
         let inside = inside & !none;
-        let within = Lanes::gt(
-            least - pad,
-            begin + begin.abs() * Register::splat(2.0 * SLACK),
-        ) & Lanes::lt(most + pad, Register::splat(end * (1.0 - SLACK)));
         [(inside & begun & before).bits(), (inside & within).bits()]
     }
 }
@@ -222,3 +260,6 @@ impl Sight {
 /// More than what a depth is wrong by, relative to itself, that takes four
 /// roundings.
 const SLACK: f32 = 4.0 * f32::EPSILON;
+
+/// Of det, in the magnitudes of its terms.
+const DET_ERROR: f32 = 10.75 * 0.5 * f32::EPSILON;

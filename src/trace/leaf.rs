@@ -3,7 +3,8 @@
 //! The same functions serve the trees, the linear scan, the shadow cache and
 //! the resolver, at every width, so all of them mean the same by a hit: the
 //! kernel's answer, its t brought into the interval that the slabs give for the
-//! primitive's own box and for its appearance's (see [`crate::accel`]).
+//! primitive's own box and for its appearance's (see [`crate::accel`]). Guarded,
+//! a triangle's hit is that of exact arithmetic instead (see [`super::decide`]).
 
 use super::packet::Packet;
 use super::query::{HitId, Query};
@@ -214,13 +215,17 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
         query: &mut Q,
     ) -> bool {
         let meet = if C::DOUBTS_ALL {
-            doubt(active)
-        } else {
-            let meet = triangle::meet(corners, &object.ray, active);
+            Meet::unsure(active)
+        } else if C::GUARDED {
+            let meet = triangle::meet_guarded(corners, &object.ray, active);
             doubted::<L, C>(meet, active, id)
+        } else {
+            triangle::meet(corners, &object.ray, active)
         };
         let some = (meet.hit | meet.unsure).any();
-        if some {
+        if some && C::GUARDED {
+            self.offer_guarded(&meet, id, query);
+        } else if some {
             self.offer(object, window, &corner_bounds(corners), meet, id, query);
         }
         some
@@ -284,8 +289,8 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
     /// The kernel of a single primitive.
     #[inline(always)]
     fn meet(&self, object: &Packet<L>, entry: &Entry, active: L::Mask) -> Meet<L> {
-        if C::DOUBTS_ALL {
-            return doubt(active);
+        if C::DOUBTS_ALL || C::GUARDED && !L::is_double() {
+            return Meet::unsure(active);
         }
         let (ray, scene) = (&object.ray, self.world.scene);
         let t_min = ray.t_min;
@@ -312,8 +317,18 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
         }
     }
 
-    /// Brings t into the boxes' intervals and hands the hits to the query; has
-    /// the unsure lanes settled.
+    /// Hands hits to a guarded query, and has decided what is in doubt. What the
+    /// boxes say of t is true of it anyway.
+    #[inline(always)]
+    fn offer_guarded<Q: Query<L>>(&self, meet: &Meet<L>, id: HitId, query: &mut Q) {
+        let doubt = query.accept_sure(meet, id);
+        let doubt = doubt | meet.unsure & query.limit().gt(self.packet.ray.t_min);
+        if doubt.any() {
+            Tester::<L, C, Everything>::new(self.world, self.packet).decide(doubt, id, query);
+        }
+    }
+
+    /// Brings t into the boxes' intervals and hands the hits to the query.
     #[inline(always)]
     fn offer<Q: Query<L>>(
         &self,
@@ -331,26 +346,15 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
             let exit = exit.min(window.exit);
             let hit = meet.hit & enter.le(exit);
             let t = meet.t.max(enter).min(exit);
-            query.accept(hit & t.gt(t_min) & t.le(query.limit()), t, id);
+            let hit = hit & t.gt(t_min) & t.le(query.limit());
+            if C::GUARDED {
+                self.offer_guarded(&Meet::certain(hit, t), id, query);
+            } else {
+                query.accept(hit, t, id);
+            }
         }
         if C::GUARDED && meet.unsure.any() {
-            self.resolve(meet.unsure, id, query);
-        }
-    }
-
-    /// Decides uncertain (ray, primitive) pairs one by one: the f64 kernel at
-    /// one lane, on the world ray itself.
-    #[cold]
-    #[inline(never)]
-    fn resolve<Q: Query<L>>(&self, unsure: L::Mask, id: HitId, query: &mut Q) {
-        let mut bits = unsure.bits();
-        while bits != 0 {
-            let lane = bits.trailing_zeros() as usize;
-            bits &= bits - 1;
-            let t_min = self.packet.ray.t_min.lane(lane).to_f64();
-            if let Some(t) = resolve_one(self.world, self.packet.lane(lane), t_min, id) {
-                query.settle(lane, t, id);
-            }
+            self.offer_guarded(&Meet::unsure(meet.unsure), id, query);
         }
     }
 }
@@ -393,15 +397,6 @@ pub fn resolve_one(
     (nearest.id(0) != HitId::NONE).then(|| nearest.t(0))
 }
 
-#[inline(always)]
-fn doubt<L: Lanes>(active: L::Mask) -> Meet<L> {
-    Meet {
-        hit: L::Mask::splat(false),
-        t: L::zero(),
-        unsure: active,
-    }
-}
-
 /// Takes back the answers that the certainty doubts by itself.
 #[inline(always)]
 fn doubted<L: Lanes, C: Certainty>(meet: Meet<L>, active: L::Mask, id: HitId) -> Meet<L> {
@@ -411,8 +406,8 @@ fn doubted<L: Lanes, C: Certainty>(meet: Meet<L>, active: L::Mask, id: HitId) ->
     let doubted = L::Mask::from_bits(C::doubts(id.instance, id.primitive)) & active;
     Meet {
         hit: meet.hit & !doubted,
-        t: meet.t,
         unsure: meet.unsure | doubted,
+        ..meet
     }
 }
 

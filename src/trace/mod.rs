@@ -2,6 +2,7 @@
 
 mod batch;
 mod bunch;
+mod decide;
 mod guess;
 mod hits;
 mod items;
@@ -17,6 +18,7 @@ mod stream;
 mod tile;
 
 pub use batch::{any, any_counted, closest, closest_counted, closest_listed};
+pub use decide::decided;
 pub use guess::{GuessCounts, Guesses, Reuse};
 pub use hits::{Depths, HitIds, Hits, Ids};
 pub use items::{ItemBuffer, Raster, Rect};

@@ -3,13 +3,13 @@
 
 use super::leaf::{Everything, Tester};
 use super::packet::Packet;
-use super::query::{Found, Query};
+use super::query::{Found, Query, next_up};
 use super::rays::Rays;
 use super::stream::each;
 use crate::accel::{Entry, STREAM, World};
 use crate::geom::Certainty;
 use crate::math::Affine;
-use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::math::lanes::{Lanes, Mask};
 
 /// Rays that follow each other, as packets: each made when the first primitive
 /// comes before it, for not every group of rays meets one.
@@ -86,19 +86,18 @@ impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
                 .with_map(map)
                 .solid(entry, active, &mut query);
             each(some, |lane| {
-                if let Some((t, id)) = query.found(lane) {
-                    queries[first + lane].settle(0, t, id);
+                let Some((at, id)) = query.found(lane) else {
+                    return;
+                };
+                let own = &mut queries[first + lane];
+                if !own.settle(0, at, id) {
+                    let row = self.first + first + lane;
+                    let packet = self.rays.packet::<L::Single>(row, self.world);
+                    let all = <L::Single as Lanes>::Mask::splat(true);
+                    Tester::<L::Single, C, Everything>::new(self.world, &packet)
+                        .decide(all, id, own);
                 }
             });
         }
-    }
-}
-
-/// The next number.
-pub(super) fn next_up<X: Scalar>(x: X) -> X {
-    if size_of::<X>() == 8 {
-        X::from_f64(x.to_f64().next_up())
-    } else {
-        X::from_f32((x.to_f64() as f32).next_up())
     }
 }

@@ -231,6 +231,8 @@ impl Stream<'_> {
         let Some(mesh) = self.world.wide_mesh(id) else {
             return;
         };
+        // Sorting out is all that it may do.
+        let exact = L::is_double() || C::GUARDED;
         let Bunch { boxes, sight } = bunch;
         let leaf = |boxes: &mut StreamRays, first: usize, count: usize, set: u64| {
             let mut done = 0;
@@ -238,18 +240,18 @@ impl Stream<'_> {
                 let block = mesh.blocks.get(number);
                 // Sorting out all rays first keeps hits, which nobody can
                 // predict, out of a loop that the processor looks ahead in.
-                let faces = Faces::new(block, L::is_double());
+                let faces = Faces::new(block, exact);
                 let (mut bits, mut some) = ([0; STREAM], 0);
                 let (mut sure, mut sures) = ([0; STREAM], 0);
                 each(set & !done, |i| {
                     let sighted = if C::DOUBTS_ALL {
                         [u32::MAX, 0]
                     } else {
-                        sight.may_meet(i, &faces, L::is_double(), boxes.limit[i])
+                        sight.may_meet(i, &faces, exact, boxes.limit[i])
                     };
                     bits[i] = sighted[0];
                     some |= u64::from(bits[i] != 0) << i;
-                    if Q::ANY && !C::GUARDED {
+                    if Q::ANY {
                         sure[i] = sighted[1];
                         sures |= u64::from(sure[i] != 0) << i;
                     }

@@ -92,8 +92,12 @@ pub fn parse_grid(text: &str) -> Result<Grid, String> {
 pub fn parse_precision(text: &str) -> Result<Precision, String> {
     one_of(
         text,
-        &[("fast", Precision::Fast), ("exact", Precision::Exact)],
-        &["guarded"],
+        &[
+            ("fast", Precision::Fast),
+            ("guarded", Precision::Guarded),
+            ("exact", Precision::Exact),
+        ],
+        &[],
     )
 }
 

@@ -52,7 +52,7 @@ struct Signs {
 /// Where the line of a ray meets a triangle, before or behind its origin.
 #[derive(Clone, Copy, Debug)]
 pub struct Crossing<'a> {
-    pair: &'a Pair,
+    pub pair: &'a Pair,
     signs: Signs,
     /// t, as far as f64 knows it.
     pub t: Bounded,

@@ -67,6 +67,10 @@ pub(super) struct Bundle<L: Lanes, const S: usize> {
     pub starts: [Starts<L>; S],
     /// 1 or the greatest |slope|.
     pub steepest: f32,
+    /// Of one origin: the greatest |u| and |v|, and the origin's largest
+    /// coordinate.
+    pub widest: [f32; 2],
+    pub origin: f32,
     /// The largest distance, along an axis, from the origin or from the rays'
     /// to the far side of the tree.
     pub reach: f32,
@@ -114,6 +118,8 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
             org: [0.0; 3],
             groups: [group; S],
             steepest: 1.0,
+            widest: [0.0; 2],
+            origin: 0.0,
             reach: 0.0,
         }
     }
@@ -185,6 +191,8 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
                 .max((high - org[i]).abs())
                 .max(org[i].abs())
         });
+        self.widest = slopes.map(|[low, high]| low.abs().max(high.abs()));
+        self.origin = org.iter().fold(0.0, |m, x| x.abs().max(m));
         self.steepest = slopes.iter().flatten().fold(1.0_f32, |m, x| m.max(x.abs()));
         self.frustum = Frustum::new(axes, sign, (org, org), 0.0, slopes, bounds);
         true

@@ -149,7 +149,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
 
     /// Any-hit: tells the query which rays have been blocked, and by what.
     #[inline(always)]
-    fn report<Q: Query<L>>(&mut self, s: usize, queries: &mut [Q; S]) {
+    pub(super) fn report<Q: Query<L>>(&mut self, s: usize, queries: &mut [Q; S]) {
         let nearest = &mut self.nearest[s];
         if let Some(last) = nearest.met.checked_ilog2() {
             let id = HitId {

@@ -6,7 +6,7 @@ use super::mesh::InMesh;
 use super::{TILE, Tile, TileScratch};
 use crate::accel::{BoxRows, Entry, ItemBoxes, World};
 use crate::geom::Certainty;
-use crate::math::lanes::Lanes;
+use crate::math::lanes::{Lanes, Mask};
 use crate::scene::Shape;
 use crate::trace::items::{Item, ItemBuffer};
 use crate::trace::leaf::{Everything, Tester};
@@ -79,6 +79,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         let (world, rays, first) = (self.world, self.rays, self.first);
         let through = |inside: InMesh<L, S>, queries: &mut [Q; S]| {
             inside.trace_items::<C, Q>(world, rays, first, run, boxes, queries);
+            [L::Mask::splat(false); S]
         };
         if entry.placed {
             let streams = &mut scratch.streams;

@@ -33,6 +33,18 @@ pub(super) struct Nearest<L> {
     pub sources: L,
     /// Rays some hit of which was not clearly within its triangle's box.
     pub doubts: u32,
+    /// Guarded: rays of which anything was in doubt. They have met nothing.
+    pub aside: u32,
+    /// Guarded: no more than where the nearest hit lies (or what it has to
+    /// precede), and its depth as it is reported. The limit is no less.
+    pub least: L,
+    pub depth: L,
+}
+
+/// Whether f32 decides, within its bounds.
+#[inline(always)]
+fn bounds_decide<P: Projection, L: Lanes, C: Certainty>() -> bool {
+    C::GUARDED && !C::DOUBTS_ALL && !L::is_double() && !P::PARALLEL
 }
 
 impl<L: Lanes> Nearest<L> {
@@ -68,6 +80,9 @@ impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
             places: L::zero(),
             sources: L::zero(),
             doubts: 0,
+            aside: 0,
+            least: L::zero(),
+            depth: L::zero(),
         };
         InMesh {
             entry,
@@ -78,6 +93,7 @@ impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
         }
     }
 
+    /// Returns the rays that are not through.
     #[inline(always)]
     pub fn trace_any<C: Certainty, Q: Query<L>>(
         self,
@@ -86,11 +102,11 @@ impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
         start: usize,
         queries: &mut [Q; S],
         stack: &mut WideStack,
-    ) {
+    ) -> [L::Mask; S] {
         if self.bundle.parallel {
-            self.trace::<Parallel, C, Q>(world, rays, start, queries, stack);
+            self.trace::<Parallel, C, Q>(world, rays, start, queries, stack)
         } else {
-            self.trace::<Pinhole, C, Q>(world, rays, start, queries, stack);
+            self.trace::<Pinhole, C, Q>(world, rays, start, queries, stack)
         }
     }
 
@@ -104,12 +120,27 @@ impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
         start: usize,
         queries: &mut [Q; S],
         stack: &mut WideStack,
-    ) {
+    ) -> [L::Mask; S] {
+        let none = [L::Mask::splat(false); S];
         let exact = is_exact::<L, C>();
         let frustum = self.bundle.frustum;
         let deepest = self.bundle.deepest();
         let mesh = self.mesh;
         let tree = &mesh.tree;
+        if bounds_decide::<P, L, C>() {
+            self.start_guarded(queries);
+            tree.walk_frustum(
+                &frustum,
+                deepest,
+                stack,
+                |block| mesh.blocks.prefetch(block),
+                |node, place, range, _| {
+                    self.guarded_leaf::<Q>(node, place, range, queries);
+                    self.bundle.deepest()
+                },
+            );
+            return self.settle_guarded(queries);
+        }
         if exact {
             let packet = |s: usize| rays.packet(start + s * L::COUNT, world);
             let packets: [Packet<L>; S] = std::array::from_fn(packet);
@@ -129,7 +160,7 @@ impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
                     self.bundle.deepest()
                 },
             );
-            return;
+            return none;
         }
         tree.walk_frustum(
             &frustum,
@@ -144,6 +175,7 @@ impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
         if !Q::ANY {
             self.settle_all::<P, C, Q>(world, rays, start, queries);
         }
+        none
     }
 
     /// From the nearest triangles' places to hits.

@@ -17,15 +17,17 @@ mod block;
 mod bundle;
 mod exact;
 mod fast;
+mod guarded;
 mod items;
 mod mesh;
 mod parallel;
 mod settle;
 
-use super::leaf::{Features, Tester};
+use super::leaf::{Everything, Features, Tester};
+use super::query::next_up;
 use super::query::{Found, Query};
 use super::rays::{Origins, Rays, load_f32};
-use super::solids::{Packets, next_up};
+use super::solids::Packets;
 use super::stream::{Stream, StreamScratch};
 use crate::accel::{Entry, STREAM, WideStack, World};
 use crate::geom::Certainty;
@@ -246,7 +248,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
                 }
                 let (world, rays, first) = (self.world, self.rays, self.first);
                 let through = |inside: InMesh<L, S>, queries: &mut [Q; S]| {
-                    inside.trace_any::<C, Q>(world, rays, first, queries, stack);
+                    inside.trace_any::<C, Q>(world, rays, first, queries, stack)
                 };
                 if F::TRANSFORMS && entry.placed {
                     self.placed_mesh::<C, Q>(entry, id, queries, streams, through);
@@ -286,7 +288,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         id: MeshId,
         queries: &mut [Q; S],
         streams: &mut StreamScratch,
-        through: impl FnOnce(InMesh<L, S>, &mut [Q; S]),
+        through: impl FnOnce(InMesh<L, S>, &mut [Q; S]) -> [L::Mask; S],
     ) {
         let Some(mesh) = self.world.wide_mesh(id) else {
             return;
@@ -296,7 +298,8 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             self.as_stream::<C, Q>(entry, id, &active, queries, streams);
         } else {
             let inside = InMesh::new(entry, id, mesh, self.bundle);
-            through(inside, queries);
+            let aside = through(inside, queries);
+            self.aside::<C, Q>(entry, id, &aside, queries, streams);
         }
         if self.world.entries.len() == 1 {
             return;
@@ -314,7 +317,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         id: MeshId,
         queries: &mut [Q; S],
         streams: &mut StreamScratch,
-        through: impl FnOnce(InMesh<L, S>, &mut [Q; S]),
+        through: impl FnOnce(InMesh<L, S>, &mut [Q; S]) -> [L::Mask; S],
     ) {
         let Some(mesh) = self.world.wide_mesh(id) else {
             return;
@@ -352,9 +355,25 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             bundle.limit_t::<C, Q>(s, L::select(active[s], query.limit(), asleep));
         }
         let inside = InMesh::new(entry, id, mesh, bundle);
-        through(inside, queries);
+        let aside = through(inside, queries);
+        self.aside::<C, Q>(entry, id, &aside, queries, streams);
         for (s, query) in queries.iter().enumerate() {
             self.bundle.limit_t::<C, Q>(s, query.limit());
+        }
+    }
+
+    /// A mesh for the rays that its walk has set aside.
+    #[inline(always)]
+    fn aside<C: Certainty, Q: Query<L>>(
+        &self,
+        entry: &Entry,
+        id: MeshId,
+        aside: &[L::Mask; S],
+        queries: &mut [Q; S],
+        streams: &mut StreamScratch,
+    ) {
+        if C::GUARDED && aside.iter().any(|lanes| lanes.any()) {
+            self.as_stream::<C, Q>(entry, id, aside, queries, streams);
         }
     }
 
@@ -386,9 +405,18 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             };
             stream.mesh_alone::<L::Single, C, _>(entry, id, set, &mut nearest, streams);
             for (i, query) in nearest.iter().enumerate() {
-                if let Some((t, id)) = query.found(0) {
-                    let (s, lane) = ((begin + i) / L::COUNT, (begin + i) % L::COUNT);
-                    queries[s].settle(lane, t, id);
+                let Some((at, id)) = query.found(0) else {
+                    continue;
+                };
+                let (s, lane) = ((begin + i) / L::COUNT, (begin + i) % L::COUNT);
+                if !queries[s].settle(lane, at, id) {
+                    let packet = self.rays.packet(self.first + s * L::COUNT, self.world);
+                    let here = L::Mask::from_bits(1 << lane);
+                    Tester::<L, C, Everything>::new(self.world, &packet).decide(
+                        here,
+                        id,
+                        &mut queries[s],
+                    );
                 }
             }
         }

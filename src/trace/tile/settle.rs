@@ -3,7 +3,7 @@
 
 use super::mesh::Nearest;
 use crate::accel::{Entry, WIDE, WideMesh, World};
-use crate::geom::{Certainty, Ray, triangle};
+use crate::geom::{Certainty, Meet, Ray, triangle};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::scene::MeshId;
@@ -39,6 +39,20 @@ impl<L: Lanes> Found<'_, L> {
         let hit = L::Mask::from_bits(self.nearest.met);
         let hit = hit & t.gt(L::zero()) & t.le(query.limit());
         query.accept_each(hit, t, self.entry.appearance, &primitives);
+    }
+}
+
+impl<L: Lanes> Found<'_, L> {
+    /// t of every hit, by the steps that all kernels share.
+    #[inline(never)]
+    pub fn depths(&self, org: Vec3<L>, dir: Vec3<L>) -> L {
+        triangle::depth_each(&gather(self), &Ray::new(org, dir, L::zero()))
+    }
+
+    /// Offers hits that are known to precede what their rays have met before.
+    #[inline(always)]
+    pub fn accept_sure<Q: Query<L>>(&self, meet: &Meet<L>, query: &mut Q) {
+        query.accept_each_sure(meet, self.entry.appearance, &self.primitives());
     }
 }
 

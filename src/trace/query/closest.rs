@@ -1,0 +1,294 @@
+//! The nearest hit of every lane.
+
+use super::{Depth, Found, HitId, Query, Rival, next_down, next_up};
+use crate::geom::{Certainty, Meet};
+use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::trace::hits::Ids;
+use std::marker::PhantomData;
+
+/// Low and high.
+#[inline(always)]
+fn words(id: u64) -> [u32; 2] {
+    [id as u32, (id >> 32) as u32]
+}
+
+/// The nearest hit of each lane.
+pub struct Closest<L: Lanes, C> {
+    /// Guarded: no less than where the nearest hit lies.
+    limit: L,
+    /// Guarded: no more than that, and its t as it is reported.
+    least: L,
+    t: L,
+    /// Low and high word, so that all columns of ids are alike.
+    instance: [L::Ids; 2],
+    primitive: L::Ids,
+    certainty: PhantomData<C>,
+}
+
+impl<L: Lanes, C: Certainty> Closest<L, C> {
+    #[inline(always)]
+    pub fn new(t_max: L) -> Closest<L, C> {
+        Closest {
+            limit: t_max,
+            least: t_max,
+            t: t_max,
+            instance: [L::ids(u32::MAX); 2],
+            primitive: L::ids(u32::MAX),
+            certainty: PhantomData,
+        }
+    }
+
+    /// [`Closest::new`] in place.
+    #[inline(always)]
+    pub fn restart(&mut self, t_max: L) {
+        self.limit = t_max;
+        if C::GUARDED {
+            (self.least, self.t) = (t_max, t_max);
+        }
+        let [low, high] = &mut self.instance;
+        for ids in [low, high, &mut self.primitive] {
+            *ids = L::ids(u32::MAX);
+        }
+    }
+
+    #[inline(always)]
+    pub fn id(&self, lane: usize) -> HitId {
+        // By reference: mapping the pair would copy it for each lane.
+        let [low, high] = &self.instance;
+        let (low, high) = (low.as_ref()[lane], high.as_ref()[lane]);
+        HitId {
+            instance: u64::from(high) << 32 | u64::from(low),
+            primitive: self.primitive.as_ref()[lane],
+        }
+    }
+
+    #[inline(always)]
+    fn all_t(&self) -> L {
+        if C::GUARDED { self.t } else { self.limit }
+    }
+
+    /// Of the hit, at the lanes' precision.
+    #[inline(always)]
+    pub fn t(&self, lane: usize) -> f64 {
+        self.all_t().lane(lane).to_f64()
+    }
+
+    /// t of every lane into the first places of a column.
+    #[inline(always)]
+    pub fn store_double(&self, t: &mut [f64]) {
+        self.all_t().widen().store(t);
+    }
+
+    /// The same, rounded.
+    #[inline(always)]
+    pub fn store_single(&self, t: &mut [f32]) {
+        let lanes = self.all_t().to_array();
+        for (t, from) in t.iter_mut().zip(lanes.as_ref()) {
+            *t = from.to_f64() as f32;
+        }
+    }
+
+    /// Every lane's id into columns, from row `first` on.
+    #[inline(always)]
+    pub fn store_ids(&self, ids: &mut Ids, first: usize) {
+        let rows = first..first + L::COUNT;
+        let [low, high] = &self.instance;
+        let words = low.as_ref().iter().zip(high.as_ref());
+        for (to, (low, high)) in ids.instance[rows.clone()].iter_mut().zip(words) {
+            *to = u64::from(*high) << 32 | u64::from(*low);
+        }
+        ids.primitive[rows].copy_from_slice(self.primitive.as_ref());
+    }
+
+    #[inline(always)]
+    fn set_id(&mut self, lane: usize, id: HitId) {
+        for (word, value) in self.instance.iter_mut().zip(words(id.instance)) {
+            word.as_mut()[lane] = value;
+        }
+        self.primitive.as_mut()[lane] = id.primitive;
+    }
+}
+
+impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
+    const ANY: bool = false;
+
+    #[inline(always)]
+    fn limit(&self) -> L {
+        self.limit
+    }
+
+    #[inline(always)]
+    fn least(&self) -> L {
+        self.least
+    }
+
+    #[inline(always)]
+    fn accept(&mut self, hit: L::Mask, t: L, id: HitId) {
+        let nearer = hit & t.lt(self.limit);
+        let tied = hit & t.eq(self.limit);
+        let mut taken = nearer.bits();
+        if tied.any() {
+            let mut bits = tied.bits();
+            while bits != 0 {
+                let lane = bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                // A tie with t_max itself, before any hit, is not a hit.
+                let best = self.id(lane);
+                if best != HitId::NONE && id < best {
+                    taken |= 1 << lane;
+                }
+            }
+        }
+        self.limit = L::select(nearer, t, self.limit);
+        let [low, high] = &mut self.instance;
+        let (low, high, primitive) = (low.as_mut(), high.as_mut(), self.primitive.as_mut());
+        let [id_low, id_high] = words(id.instance);
+        for lane in 0..L::COUNT {
+            let on = taken >> lane & 1 != 0;
+            low[lane] = if on { id_low } else { low[lane] };
+            high[lane] = if on { id_high } else { high[lane] };
+            primitive[lane] = if on { id.primitive } else { primitive[lane] };
+        }
+    }
+
+    #[inline(always)]
+    fn accept_sure(&mut self, meet: &Meet<L>, id: HitId) -> L::Mask {
+        let [from, to] = meet.within;
+        let sure = meet.hit & to.lt(self.least);
+        let doubt = meet.hit & !sure & !from.gt(self.limit);
+        self.limit = L::select(sure, to, self.limit);
+        self.least = L::select(sure, from, self.least);
+        self.t = L::select(sure, meet.t, self.t);
+        let mut bits = sure.bits();
+        while bits != 0 {
+            self.set_id(bits.trailing_zeros() as usize, id);
+            bits &= bits - 1;
+        }
+        doubt
+    }
+
+    fn rival(&self, lane: usize) -> Option<Rival> {
+        Some(match self.id(lane) {
+            HitId::NONE => Rival::End(self.t(lane)),
+            best => Rival::Hit(best),
+        })
+    }
+
+    fn take(&mut self, lane: usize, Depth { t, within }: Depth, id: HitId) {
+        let scalar = |x: f64| L::Scalar::from_f64(x);
+        if C::GUARDED {
+            let [from, to] = within;
+            // Rounded outward, should the lanes be narrower.
+            let (mut least, mut limit) = (scalar(from), scalar(to));
+            if least.to_f64() > from {
+                least = next_down(least);
+            }
+            if limit.to_f64() < to {
+                limit = next_up(limit);
+            }
+            self.least = self.least.with_lane(lane, least);
+            // What precedes another hit lies no further than that may: limits
+            // only sink.
+            let own = self.limit.lane(lane);
+            let limit = if limit < own { limit } else { own };
+            self.limit = self.limit.with_lane(lane, limit);
+            self.t = self.t.with_lane(lane, scalar(t));
+        } else {
+            self.limit = self.limit.with_lane(lane, scalar(t));
+        }
+        self.set_id(lane, id);
+    }
+
+    fn settle(&mut self, lane: usize, at: Depth, id: HitId) -> bool {
+        if C::GUARDED {
+            let [from, to] = at.within;
+            if to < self.least.lane(lane).to_f64() {
+                self.take(lane, at, id);
+                return true;
+            }
+            return from > self.limit.lane(lane).to_f64();
+        }
+        let (limit, best) = (self.t(lane), self.id(lane));
+        if at.t < limit || (at.t == limit && best != HitId::NONE && id < best) {
+            self.take(lane, at, id);
+        }
+        true
+    }
+
+    #[inline(always)]
+    fn accept_each(&mut self, hit: L::Mask, t: L, instance: u64, primitives: &L::Ids) {
+        let nearer = hit & t.lt(self.limit);
+        let mut taken = nearer.bits();
+        let mut tied = (hit & t.eq(self.limit)).bits();
+        while tied != 0 {
+            let lane = tied.trailing_zeros() as usize;
+            tied &= tied - 1;
+            let (best, primitive) = (self.id(lane), primitives.as_ref()[lane]);
+            let id = HitId {
+                instance,
+                primitive,
+            };
+            if best != HitId::NONE && id < best {
+                taken |= 1 << lane;
+            }
+        }
+        self.limit = L::select(nearer, t, self.limit);
+        let [low, high] = &mut self.instance;
+        let (low, high, primitive) = (low.as_mut(), high.as_mut(), self.primitive.as_mut());
+        let ([id_low, id_high], primitives) = (words(instance), primitives.as_ref());
+        for lane in 0..L::COUNT {
+            let on = taken >> lane & 1 != 0;
+            low[lane] = if on { id_low } else { low[lane] };
+            high[lane] = if on { id_high } else { high[lane] };
+            primitive[lane] = if on {
+                primitives[lane]
+            } else {
+                primitive[lane]
+            };
+        }
+    }
+
+    #[inline(always)]
+    fn accept_each_sure(&mut self, meet: &Meet<L>, instance: u64, primitives: &L::Ids) {
+        let [from, to] = meet.within;
+        self.limit = L::select(meet.hit, to, self.limit);
+        self.least = L::select(meet.hit, from, self.least);
+        self.t = L::select(meet.hit, meet.t, self.t);
+        let taken = meet.hit.bits();
+        let [low, high] = &mut self.instance;
+        let (low, high, primitive) = (low.as_mut(), high.as_mut(), self.primitive.as_mut());
+        let ([id_low, id_high], primitives) = (words(instance), primitives.as_ref());
+        for lane in 0..L::COUNT {
+            let on = taken >> lane & 1 != 0;
+            low[lane] = if on { id_low } else { low[lane] };
+            high[lane] = if on { id_high } else { high[lane] };
+            primitive[lane] = if on {
+                primitives[lane]
+            } else {
+                primitive[lane]
+            };
+        }
+    }
+
+    fn block(&mut self, _lanes: L::Mask, _id: HitId) {}
+
+    type Together<W: Lanes> = Closest<W, C>;
+
+    #[inline(always)]
+    fn together<W: Lanes>(limit: W) -> Closest<W, C> {
+        Closest::new(limit)
+    }
+}
+
+impl<L: Lanes, C: Certainty> Found for Closest<L, C> {
+    #[inline(always)]
+    fn found(&self, lane: usize) -> Option<(Depth, HitId)> {
+        let id = self.id(lane);
+        let within = [self.least, self.limit].map(|x| x.lane(lane).to_f64());
+        let at = Depth {
+            t: self.t(lane),
+            within,
+        };
+        (id != HitId::NONE).then_some((at, id))
+    }
+}

@@ -1,0 +1,427 @@
+//! Leaves in f32 with error bounds: edge functions decide where they can, and
+//! rays for which they cannot are set aside, for another kernel to trace.
+//!
+//! Unlike in [`super::block`], edges come from the corners themselves: relative
+//! to a far origin they would be rounded before the difference, and the bounds
+//! would grow with the distance (docs/NUMERICS.md). That neighbours then do not
+//! have exactly opposite edge functions does no harm: the bounds are wider.
+
+use super::NOTHING;
+use super::bundle::{Bundle, Group, Pinhole};
+use super::mesh::{InMesh, Nearest};
+use super::settle::Found;
+use crate::accel::{Block, WIDE, WideNode};
+use crate::geom::Meet;
+use crate::geom::triangle::plane_normal;
+use crate::math::Vec3;
+use crate::math::lanes::{Lanes, Mask, Register, Scalar, max, min};
+use crate::trace::query::Query;
+
+/// The limit of rays that are through: before any triangle.
+const DONE: f32 = f32::MIN;
+
+/// u.
+const UNIT: f32 = 0.5 * f32::EPSILON;
+
+/// A block's triangles as every ray of one origin needs them, and by how much
+/// rounding may have moved what comes of it.
+#[repr(C, align(64))]
+struct Edges {
+    /// Normals of the edges a, b, c (each opposite to its corner), grown by
+    /// `margin` along the main axis, and of the plane; `[which][axis][slot]`,
+    /// turned so that T ≥ 0.
+    normal: [[[f32; WIDE]; 3]; 4],
+    /// Of edge functions, twice.
+    margin: [f32; WIDE],
+    /// T: the depth times det; and no more than that.
+    top: [f32; WIDE],
+    early: [f32; WIDE],
+    det_error: [f32; WIDE],
+    /// A depth z is off by z · (`fixed` + z · `growing`), where det is more than
+    /// four times its error.
+    fixed: [f32; WIDE],
+    growing: [f32; WIDE],
+    /// The corners' least depth; and that and the greatest, rounded outward.
+    lowest: [f32; WIDE],
+    nearest: [f32; WIDE],
+    farthest: [f32; WIDE],
+    /// Triangles that may be in front of the origin.
+    live: u32,
+}
+
+/// Lanes whose ray may meet the triangle before its limit.
+struct Met<L: Lanes> {
+    possible: L::Mask,
+    /// The least edge function, and det.
+    least: L,
+    det: L,
+}
+
+/// Lanes that certainly meet it; where, as all kernels have it; and between which
+/// depths the hit truly lies, if it is one.
+struct Settled<L: Lanes> {
+    sure: L::Mask,
+    depth: L,
+    from: L,
+    to: L,
+}
+
+impl Edges {
+    #[inline(always)]
+    fn new<L: Lanes, const S: usize>(block: Block, bundle: &Bundle<L, S>) -> Edges {
+        let splat = Register::splat;
+        let sign = splat(bundle.frustum.sign);
+        let turned = |[x, y, z]: [Register; 3]| [x, y, z * sign];
+        let [a, b, c] = block.columns(bundle.frustum.axes);
+        let raw = [turned(a), turned(b), turned(c)];
+        let org = [
+            splat(bundle.org[0]),
+            splat(bundle.org[1]),
+            splat(bundle.org[2]),
+        ];
+        let minus = |p: [Register; 3], q: [Register; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
+        let [a, b, c] = [minus(raw[0], org), minus(raw[1], org), minus(raw[2], org)];
+        let (cb, ac, ba) = (
+            minus(raw[2], raw[1]),
+            minus(raw[0], raw[2]),
+            minus(raw[1], raw[0]),
+        );
+        let plane = plane_normal(cb, ac);
+        let (edge_a, size_a) = cross(b, cb);
+        let (edge_b, size_b) = cross(c, ac);
+        let (edge_c, size_c) = cross(a, ba);
+        let (_, size) = cross(cb, ac);
+
+        // Magnitudes of a product with any ray's (u, v, 1).
+        let [u, v] = bundle.widest;
+        let (u, v) = (splat(u), splat(v));
+        let product = |p: [Register; 3]| u.mul_add(p[0], v.mul_add(p[1], p[2]));
+        let sum = |p: [Register; 3]| p[0].abs() + p[1].abs() + p[2].abs();
+        let origin = splat(bundle.origin);
+        let wide = splat(bundle.steepest);
+        let largest = max(max(product(size_a), product(size_b)), product(size_c));
+        let longest = max(max(sum(cb), sum(ac)), sum(ba));
+        let tiny = splat(f32::MIN_POSITIVE);
+        // Roundings of an edge function's terms: of a corner relative to the
+        // origin, of an edge, of a product, of a difference; three of the slopes,
+        // three of the sum. And those of the origin.
+        let margin = largest * splat(10.5 * UNIT) + longest * (origin * wide * splat(2.25 * UNIT));
+        let margin = margin + tiny;
+        let det_error = product(size) * splat(10.5 * UNIT) + tiny;
+        let reach = [a[0].abs(), a[1].abs(), a[2].abs()];
+        let top_size = reach[0].mul_add(size[0], reach[1].mul_add(size[1], reach[2] * size[2]));
+        let top_error = top_size * splat(8.5 * UNIT) + sum(size) * (origin * splat(1.25 * UNIT));
+        let top_error = top_error + tiny;
+
+        let (zero, one) = (Register::zero(), splat(1.0));
+        let top = a[0].mul_add(plane[0], a[1].mul_add(plane[1], a[2] * plane[2]));
+        let turn = <Register as Lanes>::select(top.lt(zero), -one, one);
+        let top = top.abs();
+        // Which way the triangle faces is in doubt, or numbers leave the format:
+        // then every decision is.
+        let sane = Lanes::gt(top, top_error) & Lanes::lt(largest + top_size, splat(1e37));
+        let infinite = splat(f32::INFINITY);
+        let margin = <Register as Lanes>::select(sane, margin, infinite);
+        let top_error = <Register as Lanes>::select(sane, top_error, infinite);
+        let mut edges = Edges {
+            normal: [[[0.0; WIDE]; 3]; 4],
+            margin: [0.0; WIDE],
+            top: [0.0; WIDE],
+            early: [0.0; WIDE],
+            det_error: [0.0; WIDE],
+            fixed: [0.0; WIDE],
+            growing: [0.0; WIDE],
+            lowest: [0.0; WIDE],
+            nearest: [0.0; WIDE],
+            farthest: [0.0; WIDE],
+            live: 0,
+        };
+        let normals = [edge_a, edge_b, edge_c, plane];
+        for which in 0..4 {
+            for axis in 0..3 {
+                let mut n = normals[which][axis] * turn;
+                if which < 3 && axis == 2 {
+                    n += margin;
+                }
+                n.store(&mut edges.normal[which][axis]);
+            }
+        }
+        (margin + margin).store(&mut edges.margin);
+        top.store(&mut edges.top);
+        (top - top_error).store(&mut edges.early);
+        det_error.store(&mut edges.det_error);
+        // |T/D − T̂/D̂| ≤ (|T − T̂| + z |D − D̂|) / |D|, and 1/|D| is at most 4/3 of
+        // 1/D̂ = z/T̂. A little more than 4/3 for the roundings.
+        let per_top = splat(1.35) / top;
+        (per_top * top_error + splat(8.0 * UNIT)).store(&mut edges.fixed);
+        (per_top * det_error).store(&mut edges.growing);
+        // One rounding of the difference, one of the origin.
+        let off = splat(bundle.reach * (2.25 * UNIT) + f32::MIN_POSITIVE);
+        let lowest = min(min(a[2], b[2]), c[2]);
+        let nearest = lowest - off;
+        let farthest = max(max(a[2], b[2]), c[2]) + off;
+        lowest.store(&mut edges.lowest);
+        nearest.store(&mut edges.nearest);
+        farthest.store(&mut edges.farthest);
+        let deepest = splat(bundle.deepest());
+        let front = farthest.ge(zero) & nearest.le(deepest);
+        let mut used = WIDE;
+        while used > 0 && block.source(used - 1) == NOTHING {
+            used -= 1;
+        }
+        let used = ((1_u64 << used) - 1) as u32;
+        edges.live = front.bits() & used;
+        edges
+    }
+
+    /// Triangles that some ray of the group may meet: the greatest value of each
+    /// edge function over the group's rectangle, and the depth.
+    #[inline(always)]
+    fn may_meet<L: Lanes>(&self, group: &Group<L>) -> u32 {
+        let [[u, du], [v, dv]] = group.rect;
+        let (u, du) = (Register::splat(u), Register::splat(du));
+        let (v, dv) = (Register::splat(v), Register::splat(dv));
+        let greatest = |which: usize| {
+            let n = self.normal[which].each_ref().map(|n| Register::load(n));
+            let spread = n[0].abs().mul_add(du, n[1].abs().mul_add(dv, n[2]));
+            n[0].mul_add(u, n[1].mul_add(v, spread))
+        };
+        let least = min(min(greatest(0), greatest(1)), greatest(2));
+        let before = Register::load(&self.nearest).le(Register::splat(group.deepest));
+        // An infinite margin may have made it no number.
+        let beside = least.lt(Register::zero());
+        (!beside & before).bits() & self.live
+    }
+
+    /// Rays and triangles, one of each in every lane. `at`: a column's.
+    #[inline(always)]
+    fn meet<L: Lanes>(&self, at: impl Fn(&[f32; WIDE]) -> L, u: L, v: L, limit: L) -> Met<L> {
+        let value = |which: usize| {
+            let [x, y, z] = &self.normal[which];
+            at(x).mul_add(u, at(y).mul_add(v, at(z)))
+        };
+        let least = value(0).min(value(1)).min(value(2));
+        let det = value(3);
+        let late = at(&self.early).gt(limit * (det + at(&self.det_error)));
+        let out = least.lt(L::zero()) | late | at(&self.nearest).gt(limit);
+        Met {
+            possible: !out,
+            least,
+            det,
+        }
+    }
+
+    /// What comes of those that are possible.
+    #[inline(always)]
+    fn settle<L: Lanes>(&self, at: impl Fn(&[f32; WIDE]) -> L, met: &Met<L>) -> Settled<L> {
+        let (near, far) = (at(&self.nearest), at(&self.farthest));
+        let depth = at(&self.top) / met.det;
+        let known = met.det.gt(at(&self.det_error) * L::from_f32(4.0));
+        let error = depth * depth.mul_add(at(&self.growing), at(&self.fixed));
+        Settled {
+            sure: met.possible & known & met.least.gt(at(&self.margin)),
+            depth: depth.max(at(&self.lowest)),
+            from: L::select(known, (depth - error).max(near), near),
+            to: L::select(known, (depth + error).min(far), far),
+        }
+    }
+}
+
+impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
+    #[inline(always)]
+    pub fn guarded_leaf<Q: Query<L>>(
+        &mut self,
+        node: &WideNode,
+        place: usize,
+        (first, count): (usize, usize),
+        queries: &mut [Q; S],
+    ) {
+        let (rays, any) = self.rays_in::<Pinhole>(node.child_box(place));
+        if any {
+            self.guarded_blocks::<Q>(&rays, first, count, queries);
+        }
+    }
+
+    #[inline(always)]
+    pub fn guarded_blocks<Q: Query<L>>(
+        &mut self,
+        rays: &[u32; S],
+        first: usize,
+        count: usize,
+        queries: &mut [Q; S],
+    ) {
+        for number in first..first + count {
+            let block = self.mesh.blocks.get(number);
+            let edges = Edges::new(block, self.bundle);
+            if edges.live == 0 {
+                continue;
+            }
+            let sources = block.sources();
+            for s in 0..S {
+                let group = &mut self.bundle.groups[s];
+                let nearest = &mut self.nearest[s];
+                if rays[s] == 0 || group.deepest < 0.0 {
+                    continue;
+                }
+                let mut slots = edges.may_meet(group);
+                if slots == 0 {
+                    continue;
+                }
+                let mut met = false;
+                if rays[s].count_ones() < slots.count_ones() {
+                    // Ray by ray, the triangles in lanes.
+                    let mut bits = rays[s];
+                    while bits != 0 {
+                        let lane = bits.trailing_zeros() as usize;
+                        bits &= bits - 1;
+                        let splat = |x: L| Register::splat(x.lane(lane).to_f64() as f32);
+                        let at = |column: &[f32; WIDE]| Register::load(column);
+                        let limit = splat(group.limit);
+                        let all = edges.meet(at, splat(group.u), splat(group.v), limit);
+                        let mut hits = all.possible.bits() & edges.live;
+                        if hits == 0 {
+                            continue;
+                        }
+                        met = true;
+                        let settled = edges.settle(at, &all);
+                        let sure = settled.sure.bits();
+                        let columns = [settled.depth, settled.from, settled.to];
+                        let [depth, from, to] = columns.map(|x| x.to_array());
+                        let here = L::Mask::from_bits(1 << lane);
+                        while hits != 0 {
+                            let slot = hits.trailing_zeros() as usize;
+                            hits &= hits - 1;
+                            let hit = Settled {
+                                sure: L::Mask::splat(sure >> slot & 1 != 0),
+                                depth: L::from_f32(depth[slot]),
+                                from: L::from_f32(from[slot]),
+                                to: L::from_f32(to[slot]),
+                            };
+                            let place = (number, slot, sources[slot]);
+                            nearest.take_sure::<Q>(here, &hit, place, &mut group.limit);
+                        }
+                    }
+                } else {
+                    // Triangle by triangle, the rays in lanes.
+                    while slots != 0 {
+                        let slot = slots.trailing_zeros() as usize;
+                        slots &= slots - 1;
+                        let at = |column: &[f32; WIDE]| L::from_f32(column[slot]);
+                        let all = edges.meet(at, group.u, group.v, group.limit);
+                        if all.possible.none() {
+                            continue;
+                        }
+                        met = true;
+                        let hit = edges.settle(at, &all);
+                        let place = (number, slot, sources[slot]);
+                        nearest.take_sure::<Q>(all.possible, &hit, place, &mut group.limit);
+                    }
+                }
+                if met {
+                    group.set_deepest();
+                    if Q::ANY {
+                        self.report(s, queries);
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
+    /// What the rays' queries say before the walk.
+    #[inline(always)]
+    pub fn start_guarded<Q: Query<L>>(&mut self, queries: &[Q; S]) {
+        let slack = L::from_f32(1.0 - 8.0 * f32::EPSILON);
+        for s in 0..S {
+            let group = &mut self.bundle.groups[s];
+            self.nearest[s].least = queries[s].least() * (group.along * slack);
+            let asleep = group.limit.lt(L::zero());
+            group.limit = L::select(asleep, L::from_f32(DONE), group.limit);
+        }
+    }
+
+    /// Hands the hits to the queries. Returns the rays that are still to be
+    /// traced.
+    #[inline(always)]
+    pub fn settle_guarded<Q: Query<L>>(&mut self, queries: &mut [Q; S]) -> [L::Mask; S] {
+        let mut aside = [L::Mask::splat(false); S];
+        for s in 0..S {
+            let nearest = &self.nearest[s];
+            aside[s] = L::Mask::from_bits(nearest.aside);
+            if Q::ANY || nearest.met == 0 {
+                continue;
+            }
+            let group = &self.bundle.groups[s];
+            let found = Found {
+                entry: self.entry,
+                id: self.id,
+                mesh: self.mesh,
+                nearest,
+            };
+            let t = if group.oblique & nearest.met == 0 {
+                nearest.depth / group.along
+            } else {
+                found.depths(Vec3::splat(self.bundle.object_org), group.dir)
+            };
+            let hit = L::Mask::from_bits(nearest.met);
+            let known = t.abs().lt(L::splat(L::Scalar::INFINITY));
+            aside[s] = aside[s] | hit & !known;
+            // The division, and that of the direction: two roundings.
+            let slack = L::from_f32(4.0 * f32::EPSILON);
+            let (from, to) = (nearest.least / group.along, group.limit / group.along);
+            let within = [from - from * slack, to + to * slack];
+            let meet = Meet {
+                hit: hit & known,
+                t,
+                within,
+                unsure: L::Mask::splat(false),
+            };
+            found.accept_sure(&meet, &mut queries[s]);
+        }
+        aside
+    }
+}
+
+impl<L: Lanes> Nearest<L> {
+    /// A triangle that some rays may have met: those that certainly have, nearer
+    /// than anything so far, take it; those of which anything is in doubt are set
+    /// aside. `place`: block, slot and source.
+    #[inline(always)]
+    fn take_sure<Q: Query<L>>(
+        &mut self,
+        possible: L::Mask,
+        hit: &Settled<L>,
+        (number, slot, source): (usize, usize, u32),
+        limit: &mut L,
+    ) {
+        let possible = possible & !hit.from.gt(*limit);
+        let nearer = possible & hit.sure & hit.to.lt(self.least) & hit.from.gt(L::zero());
+        let aside = possible & !nearer;
+        let done = L::from_f32(DONE);
+        if Q::ANY {
+            *limit = L::select(nearer, done, *limit);
+        } else {
+            *limit = L::select(nearer, hit.to, *limit);
+            self.least = L::select(nearer, hit.from, self.least);
+            self.depth = L::select(nearer, hit.depth, self.depth);
+        }
+        self.take(nearer, number, slot, source);
+        if aside.any() {
+            *limit = L::select(aside, done, *limit);
+            self.aside |= aside.bits();
+            self.met &= !aside.bits();
+        }
+    }
+}
+
+/// p × q, and the same of magnitudes with sums for differences.
+#[inline(always)]
+fn cross(p: [Register; 3], q: [Register; 3]) -> ([Register; 3], [Register; 3]) {
+    let terms = |i: usize, j: usize| {
+        let (x, y) = (p[i] * q[j], p[j] * q[i]);
+        (x - y, x.abs() + y.abs())
+    };
+    let (x, y, z) = (terms(1, 2), terms(2, 0), terms(0, 1));
+    ([x.0, y.0, z.0], [x.1, y.1, z.1])
+}

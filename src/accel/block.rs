@@ -113,6 +113,17 @@ impl Block<'_> {
         }
     }
 
+    /// Slots that hold a triangle.
+    #[inline(always)]
+    pub fn used(&self) -> u32 {
+        let sources = self.sources();
+        let mut used = WIDE;
+        while used > 0 && sources[used - 1] == UNUSED {
+            used -= 1;
+        }
+        ((1_u64 << used) - 1) as u32
+    }
+
     /// The box around the triangles, exact.
     pub fn bounds(&self) -> Aabb32 {
         let around = |k: usize, all: &[f32], bounds: &mut Aabb32| {

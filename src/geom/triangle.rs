@@ -99,14 +99,15 @@ pub fn meet_guarded<L: Lanes>(corners: &Corners, ray: &Ray<L>, active: L::Mask) 
         } else {
             depth_of_plane(&corners, ray, k)
         };
-        let here = near & sure;
+        // The plane of a needle may have no normal that f32 can tell.
+        let here = near & sure & at.abs().lt(L::splat(L::Scalar::INFINITY));
         t = L::select(here, at, t);
         within = [
             L::select(here, from, within[0]),
             L::select(here, to, within[1]),
         ];
         hit = hit | here;
-        unsure = unsure | near & !sure & !before;
+        unsure = unsure | near & !here & !before;
     }
     Meet {
         hit,
@@ -148,11 +149,19 @@ fn depth_of_plane<L: Lanes>(corners: &[Vec3<L>; 3], ray: &Ray<L>, k: usize) -> (
 /// triangle.
 #[inline(always)]
 pub fn plane_normal<L: Lanes>(cb: [L; 3], ac: [L; 3]) -> [L; 3] {
-    [
-        cb[1] * ac[2] - cb[2] * ac[1],
-        cb[2] * ac[0] - cb[0] * ac[2],
-        cb[0] * ac[1] - cb[1] * ac[0],
-    ]
+    cross_with_size(cb, ac).0
+}
+
+/// p × q, and the same of magnitudes with sums for differences: what its error is
+/// measured by.
+#[inline(always)]
+pub fn cross_with_size<L: Lanes>(p: [L; 3], q: [L; 3]) -> ([L; 3], [L; 3]) {
+    let terms = |i: usize, j: usize| {
+        let (x, y) = (p[i] * q[j], p[j] * q[i]);
+        (x - y, x.abs() + y.abs())
+    };
+    let (x, y, z) = (terms(1, 2), terms(2, 0), terms(0, 1));
+    ([x.0, y.0, z.0], [x.1, y.1, z.1])
 }
 
 /// Whether a triangle is not seen edge-on, and t in its plane: a depth along the

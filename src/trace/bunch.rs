@@ -1,9 +1,9 @@
 //! A stream's rays in one space, and which triangles of a block each may meet.
 
 use super::stream::each;
-use crate::accel::{Block, STREAM, Slabs, StreamRays, UNUSED, WIDE};
+use crate::accel::{Block, STREAM, Slabs, StreamRays, WIDE};
 use crate::geom::Ray;
-use crate::geom::triangle::{Seen, plane_normal, plane_ratio};
+use crate::geom::triangle::{Seen, cross_with_size, plane_ratio};
 use crate::math::lanes::{Lanes, Mask, Register, max, min};
 use crate::math::{Aabb32, Vec3};
 
@@ -133,23 +133,15 @@ impl Faces<'_> {
     pub fn new(block: Block, exact: bool) -> Faces {
         let (mut normal, mut size) = ([[0.0; WIDE]; 3], [0.0; WIDE]);
         let [a, b, c] = block.columns([0, 1, 2]);
-        let (p, q) = (minus(c, b), minus(a, c));
-        let n = plane_normal(p, q);
+        let (n, terms) = cross_with_size(minus(c, b), minus(a, c));
         for k in 0..3 {
             n[k].store(&mut normal[k]);
         }
-        let mut used = WIDE;
+        let mut used = u32::MAX;
         if exact {
-            let terms = |k: usize| {
-                let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-                (p[i] * q[j]).abs() + (p[j] * q[i]).abs()
-            };
-            (terms(0) + terms(1) + terms(2)).store(&mut size);
-            while used > 0 && block.source(used - 1) == UNUSED {
-                used -= 1;
-            }
+            (terms[0] + terms[1] + terms[2]).store(&mut size);
+            used = block.used();
         }
-        let used = ((1_u64 << used) - 1) as u32;
         Faces {
             block,
             normal,

@@ -100,6 +100,20 @@ impl<L: Lanes, C: Certainty> Closest<L, C> {
         ids.primitive[rows].copy_from_slice(self.primitive.as_ref());
     }
 
+    /// Of some lanes, all at once and without a branch.
+    #[inline(always)]
+    fn set_ids(&mut self, lanes: u32, instance: u64, of: impl Fn(usize) -> u32) {
+        let [low, high] = &mut self.instance;
+        let (low, high, primitive) = (low.as_mut(), high.as_mut(), self.primitive.as_mut());
+        let [id_low, id_high] = words(instance);
+        for lane in 0..L::COUNT {
+            let on = lanes >> lane & 1 != 0;
+            low[lane] = if on { id_low } else { low[lane] };
+            high[lane] = if on { id_high } else { high[lane] };
+            primitive[lane] = if on { of(lane) } else { primitive[lane] };
+        }
+    }
+
     #[inline(always)]
     fn set_id(&mut self, lane: usize, id: HitId) {
         for (word, value) in self.instance.iter_mut().zip(words(id.instance)) {
@@ -140,15 +154,7 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
             }
         }
         self.limit = L::select(nearer, t, self.limit);
-        let [low, high] = &mut self.instance;
-        let (low, high, primitive) = (low.as_mut(), high.as_mut(), self.primitive.as_mut());
-        let [id_low, id_high] = words(id.instance);
-        for lane in 0..L::COUNT {
-            let on = taken >> lane & 1 != 0;
-            low[lane] = if on { id_low } else { low[lane] };
-            high[lane] = if on { id_high } else { high[lane] };
-            primitive[lane] = if on { id.primitive } else { primitive[lane] };
-        }
+        self.set_ids(taken, id.instance, |_| id.primitive);
     }
 
     #[inline(always)]
@@ -233,19 +239,7 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
             }
         }
         self.limit = L::select(nearer, t, self.limit);
-        let [low, high] = &mut self.instance;
-        let (low, high, primitive) = (low.as_mut(), high.as_mut(), self.primitive.as_mut());
-        let ([id_low, id_high], primitives) = (words(instance), primitives.as_ref());
-        for lane in 0..L::COUNT {
-            let on = taken >> lane & 1 != 0;
-            low[lane] = if on { id_low } else { low[lane] };
-            high[lane] = if on { id_high } else { high[lane] };
-            primitive[lane] = if on {
-                primitives[lane]
-            } else {
-                primitive[lane]
-            };
-        }
+        self.set_ids(taken, instance, |lane| primitives.as_ref()[lane]);
     }
 
     #[inline(always)]
@@ -254,20 +248,7 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
         self.limit = L::select(meet.hit, to, self.limit);
         self.least = L::select(meet.hit, from, self.least);
         self.t = L::select(meet.hit, meet.t, self.t);
-        let taken = meet.hit.bits();
-        let [low, high] = &mut self.instance;
-        let (low, high, primitive) = (low.as_mut(), high.as_mut(), self.primitive.as_mut());
-        let ([id_low, id_high], primitives) = (words(instance), primitives.as_ref());
-        for lane in 0..L::COUNT {
-            let on = taken >> lane & 1 != 0;
-            low[lane] = if on { id_low } else { low[lane] };
-            high[lane] = if on { id_high } else { high[lane] };
-            primitive[lane] = if on {
-                primitives[lane]
-            } else {
-                primitive[lane]
-            };
-        }
+        self.set_ids(meet.hit.bits(), instance, |lane| primitives.as_ref()[lane]);
     }
 
     fn block(&mut self, _lanes: L::Mask, _id: HitId) {}

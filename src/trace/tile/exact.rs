@@ -1,7 +1,6 @@
 //! Leaves where answers are exact: edge functions sort out, and the watertight
 //! test decides.
 
-use super::NOTHING;
 use super::block::{Aim, Edges};
 use super::bundle::Projection;
 use super::mesh::InMesh;
@@ -52,6 +51,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                     continue;
                 }
                 let mut slots = edges.may_meet(&self.bundle.groups[s], true, self.bundle.reach);
+                slots &= block.used();
                 let mut met = false;
                 let active = L::Mask::from_bits(rays[s]);
                 // The watertight test takes as long as a few rays here.
@@ -70,9 +70,6 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                 while slots != 0 {
                     let slot = slots.trailing_zeros() as usize;
                     slots &= slots - 1;
-                    if block.source(slot) == NOTHING {
-                        break;
-                    }
                     let id = HitId {
                         instance: self.entry.appearance,
                         primitive: block.source(slot),

@@ -6,13 +6,13 @@
 //! would grow with the distance (docs/NUMERICS.md). That neighbours then do not
 //! have exactly opposite edge functions does no harm: the bounds are wider.
 
-use super::NOTHING;
-use super::bundle::{Bundle, Group, Pinhole};
+use super::bundle::{Bundle, Group};
+use super::leaf::{Before, Decides, Place};
 use super::mesh::{InMesh, Nearest};
 use super::settle::Found;
-use crate::accel::{Block, WIDE, WideNode};
+use crate::accel::{Block, WIDE};
 use crate::geom::Meet;
-use crate::geom::triangle::plane_normal;
+use crate::geom::triangle::cross_with_size;
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Register, Scalar, max, min};
 use crate::trace::query::Query;
@@ -21,12 +21,12 @@ use crate::trace::query::Query;
 const DONE: f32 = f32::MIN;
 
 /// u.
-const UNIT: f32 = 0.5 * f32::EPSILON;
+const UNIT: f32 = <f32 as Scalar>::UNIT_ROUNDOFF;
 
 /// A block's triangles as every ray of one origin needs them, and by how much
 /// rounding may have moved what comes of it.
 #[repr(C, align(64))]
-struct Edges {
+pub(super) struct Edges {
     /// Normals of the edges a, b, c (each opposite to its corner), grown by
     /// `margin` along the main axis, and of the plane; `[which][axis][slot]`,
     /// turned so that T ≥ 0.
@@ -68,7 +68,7 @@ struct Settled<L: Lanes> {
 
 impl Edges {
     #[inline(always)]
-    fn new<L: Lanes, const S: usize>(block: Block, bundle: &Bundle<L, S>) -> Edges {
+    fn of<L: Lanes, const S: usize>(block: Block, bundle: &Bundle<L, S>) -> Edges {
         let splat = Register::splat;
         let sign = splat(bundle.frustum.sign);
         let turned = |[x, y, z]: [Register; 3]| [x, y, z * sign];
@@ -86,11 +86,10 @@ impl Edges {
             minus(raw[0], raw[2]),
             minus(raw[1], raw[0]),
         );
-        let plane = plane_normal(cb, ac);
-        let (edge_a, size_a) = cross(b, cb);
-        let (edge_b, size_b) = cross(c, ac);
-        let (edge_c, size_c) = cross(a, ba);
-        let (_, size) = cross(cb, ac);
+        let (plane, size) = cross_with_size(cb, ac);
+        let (edge_a, size_a) = cross_with_size(b, cb);
+        let (edge_b, size_b) = cross_with_size(c, ac);
+        let (edge_c, size_c) = cross_with_size(a, ba);
 
         // Magnitudes of a product with any ray's (u, v, 1).
         let [u, v] = bundle.widest;
@@ -165,32 +164,8 @@ impl Edges {
         farthest.store(&mut edges.farthest);
         let deepest = splat(bundle.deepest());
         let front = farthest.ge(zero) & nearest.le(deepest);
-        let mut used = WIDE;
-        while used > 0 && block.source(used - 1) == NOTHING {
-            used -= 1;
-        }
-        let used = ((1_u64 << used) - 1) as u32;
-        edges.live = front.bits() & used;
+        edges.live = front.bits() & block.used();
         edges
-    }
-
-    /// Triangles that some ray of the group may meet: the greatest value of each
-    /// edge function over the group's rectangle, and the depth.
-    #[inline(always)]
-    fn may_meet<L: Lanes>(&self, group: &Group<L>) -> u32 {
-        let [[u, du], [v, dv]] = group.rect;
-        let (u, du) = (Register::splat(u), Register::splat(du));
-        let (v, dv) = (Register::splat(v), Register::splat(dv));
-        let greatest = |which: usize| {
-            let n = self.normal[which].each_ref().map(|n| Register::load(n));
-            let spread = n[0].abs().mul_add(du, n[1].abs().mul_add(dv, n[2]));
-            n[0].mul_add(u, n[1].mul_add(v, spread))
-        };
-        let least = min(min(greatest(0), greatest(1)), greatest(2));
-        let before = Register::load(&self.nearest).le(Register::splat(group.deepest));
-        // An infinite margin may have made it no number.
-        let beside = least.lt(Register::zero());
-        (!beside & before).bits() & self.live
     }
 
     /// Rays and triangles, one of each in every lane. `at`: a column's.
@@ -227,104 +202,77 @@ impl Edges {
     }
 }
 
-impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
+impl<L: Lanes> Decides<L> for Edges {
     #[inline(always)]
-    pub fn guarded_leaf<Q: Query<L>>(
-        &mut self,
-        node: &WideNode,
-        place: usize,
-        (first, count): (usize, usize),
-        queries: &mut [Q; S],
-    ) {
-        let (rays, any) = self.rays_in::<Pinhole>(node.child_box(place));
-        if any {
-            self.guarded_blocks::<Q>(&rays, first, count, queries);
-        }
+    fn new<const S: usize>(block: Block, bundle: &Bundle<L, S>, _any: bool) -> Edges {
+        Edges::of(block, bundle)
     }
 
     #[inline(always)]
-    pub fn guarded_blocks<Q: Query<L>>(
-        &mut self,
-        rays: &[u32; S],
-        first: usize,
-        count: usize,
-        queries: &mut [Q; S],
-    ) {
-        for number in first..first + count {
-            let block = self.mesh.blocks.get(number);
-            let edges = Edges::new(block, self.bundle);
-            if edges.live == 0 {
-                continue;
-            }
-            let sources = block.sources();
-            for s in 0..S {
-                let group = &mut self.bundle.groups[s];
-                let nearest = &mut self.nearest[s];
-                if rays[s] == 0 || group.deepest < 0.0 {
-                    continue;
-                }
-                let mut slots = edges.may_meet(group);
-                if slots == 0 {
-                    continue;
-                }
-                let mut met = false;
-                if rays[s].count_ones() < slots.count_ones() {
-                    // Ray by ray, the triangles in lanes.
-                    let mut bits = rays[s];
-                    while bits != 0 {
-                        let lane = bits.trailing_zeros() as usize;
-                        bits &= bits - 1;
-                        let splat = |x: L| Register::splat(x.lane(lane).to_f64() as f32);
-                        let at = |column: &[f32; WIDE]| Register::load(column);
-                        let limit = splat(group.limit);
-                        let all = edges.meet(at, splat(group.u), splat(group.v), limit);
-                        let mut hits = all.possible.bits() & edges.live;
-                        if hits == 0 {
-                            continue;
-                        }
-                        met = true;
-                        let settled = edges.settle(at, &all);
-                        let sure = settled.sure.bits();
-                        let columns = [settled.depth, settled.from, settled.to];
-                        let [depth, from, to] = columns.map(|x| x.to_array());
-                        let here = L::Mask::from_bits(1 << lane);
-                        while hits != 0 {
-                            let slot = hits.trailing_zeros() as usize;
-                            hits &= hits - 1;
-                            let hit = Settled {
-                                sure: L::Mask::splat(sure >> slot & 1 != 0),
-                                depth: L::from_f32(depth[slot]),
-                                from: L::from_f32(from[slot]),
-                                to: L::from_f32(to[slot]),
-                            };
-                            let place = (number, slot, sources[slot]);
-                            nearest.take_sure::<Q>(here, &hit, place, &mut group.limit);
-                        }
-                    }
-                } else {
-                    // Triangle by triangle, the rays in lanes.
-                    while slots != 0 {
-                        let slot = slots.trailing_zeros() as usize;
-                        slots &= slots - 1;
-                        let at = |column: &[f32; WIDE]| L::from_f32(column[slot]);
-                        let all = edges.meet(at, group.u, group.v, group.limit);
-                        if all.possible.none() {
-                            continue;
-                        }
-                        met = true;
-                        let hit = edges.settle(at, &all);
-                        let place = (number, slot, sources[slot]);
-                        nearest.take_sure::<Q>(all.possible, &hit, place, &mut group.limit);
-                    }
-                }
-                if met {
-                    group.set_deepest();
-                    if Q::ANY {
-                        self.report(s, queries);
-                    }
-                }
-            }
+    fn live(&self) -> u32 {
+        self.live
+    }
+
+    /// By the greatest value of each edge function over the group's rectangle, and
+    /// the depth.
+    #[inline(always)]
+    fn may_meet(&self, group: &Group<L>) -> u32 {
+        let [[u, du], [v, dv]] = group.rect;
+        let (u, du) = (Register::splat(u), Register::splat(du));
+        let (v, dv) = (Register::splat(v), Register::splat(dv));
+        let greatest = |which: usize| {
+            let n = self.normal[which].each_ref().map(|n| Register::load(n));
+            let spread = n[0].abs().mul_add(du, n[1].abs().mul_add(dv, n[2]));
+            n[0].mul_add(u, n[1].mul_add(v, spread))
+        };
+        let least = min(min(greatest(0), greatest(1)), greatest(2));
+        let before = Register::load(&self.nearest).le(Register::splat(group.deepest));
+        // An infinite margin may have made it no number.
+        let beside = least.lt(Register::zero());
+        (!beside & before).bits() & self.live
+    }
+
+    #[inline(always)]
+    fn ray<Q: Query<L>>(&self, lane: usize, place: &Place, before: &mut Before<L>) -> bool {
+        let Before { group, nearest, .. } = before;
+        let splat = |x: L| Register::splat(x.lane(lane).to_f64() as f32);
+        let at = |column: &[f32; WIDE]| Register::load(column);
+        let limit = splat(group.limit);
+        let all = self.meet(at, splat(group.u), splat(group.v), limit);
+        let mut hits = all.possible.bits() & self.live;
+        if hits == 0 {
+            return false;
         }
+        let settled = self.settle(at, &all);
+        let sure = settled.sure.bits();
+        let columns = [settled.depth, settled.from, settled.to];
+        let [depth, from, to] = columns.map(|x| x.to_array());
+        let here = L::Mask::from_bits(1 << lane);
+        while hits != 0 {
+            let slot = hits.trailing_zeros() as usize;
+            hits &= hits - 1;
+            let hit = Settled {
+                sure: L::Mask::splat(sure >> slot & 1 != 0),
+                depth: L::from_f32(depth[slot]),
+                from: L::from_f32(from[slot]),
+                to: L::from_f32(to[slot]),
+            };
+            nearest.take_sure::<Q>(here, &hit, place, slot, &mut group.limit);
+        }
+        true
+    }
+
+    #[inline(always)]
+    fn triangle<Q: Query<L>>(&self, slot: usize, place: &Place, before: &mut Before<L>) -> bool {
+        let Before { group, nearest, .. } = before;
+        let at = |column: &[f32; WIDE]| L::from_f32(column[slot]);
+        let all = self.meet(at, group.u, group.v, group.limit);
+        if all.possible.none() {
+            return false;
+        }
+        let hit = self.settle(at, &all);
+        nearest.take_sure::<Q>(all.possible, &hit, place, slot, &mut group.limit);
+        true
     }
 }
 
@@ -386,13 +334,14 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
 impl<L: Lanes> Nearest<L> {
     /// A triangle that some rays may have met: those that certainly have, nearer
     /// than anything so far, take it; those of which anything is in doubt are set
-    /// aside. `place`: block, slot and source.
+    /// aside.
     #[inline(always)]
     fn take_sure<Q: Query<L>>(
         &mut self,
         possible: L::Mask,
         hit: &Settled<L>,
-        (number, slot, source): (usize, usize, u32),
+        place: &Place,
+        slot: usize,
         limit: &mut L,
     ) {
         let possible = possible & !hit.from.gt(*limit);
@@ -406,22 +355,11 @@ impl<L: Lanes> Nearest<L> {
             self.least = L::select(nearer, hit.from, self.least);
             self.depth = L::select(nearer, hit.depth, self.depth);
         }
-        self.take(nearer, number, slot, source);
+        self.take(nearer, place.number, slot, place.sources[slot]);
         if aside.any() {
             *limit = L::select(aside, done, *limit);
             self.aside |= aside.bits();
             self.met &= !aside.bits();
         }
     }
-}
-
-/// p × q, and the same of magnitudes with sums for differences.
-#[inline(always)]
-fn cross(p: [Register; 3], q: [Register; 3]) -> ([Register; 3], [Register; 3]) {
-    let terms = |i: usize, j: usize| {
-        let (x, y) = (p[i] * q[j], p[j] * q[i]);
-        (x - y, x.abs() + y.abs())
-    };
-    let (x, y, z) = (terms(1, 2), terms(2, 0), terms(0, 1));
-    ([x.0, y.0, z.0], [x.1, y.1, z.1])
 }

@@ -2,6 +2,7 @@
 //! trees. Solids and blocks of triangles meet the very tests of the walk.
 
 use super::bundle::{Pinhole, is_exact};
+use super::fast::Fast;
 use super::mesh::InMesh;
 use super::{TILE, Tile, TileScratch};
 use crate::accel::{BoxRows, Entry, ItemBoxes, World};
@@ -129,7 +130,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
             let block = item.block as usize;
             let (rays, any) = self.rays_in::<Pinhole>(boxes.get(block));
             if any {
-                self.fast_blocks::<Pinhole, Q>(&rays, block, 1, queries);
+                self.blocks::<Fast<Pinhole>, Q>(&rays, block, 1, queries);
             }
         }
         self.settle_all::<Pinhole, C, Q>(world, rays, start, queries);

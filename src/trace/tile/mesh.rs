@@ -1,6 +1,8 @@
 //! A mesh's triangles before a tile's rays, in the mesh's own space.
 
 use super::bundle::{Bundle, Parallel, Pinhole, Projection, RelativeBox, is_exact};
+use super::fast::Fast;
+use super::guarded;
 use super::settle::{Found, settle};
 use crate::accel::{Entry, WIDE, WideMesh, WideStack, World};
 use crate::geom::Certainty;
@@ -135,7 +137,7 @@ impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
                 stack,
                 |block| mesh.blocks.prefetch(block),
                 |node, place, range, _| {
-                    self.guarded_leaf::<Q>(node, place, range, queries);
+                    self.leaf::<Pinhole, guarded::Edges, Q>(node, place, range, queries);
                     self.bundle.deepest()
                 },
             );
@@ -167,8 +169,8 @@ impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
             deepest,
             stack,
             |block| mesh.blocks.prefetch(block),
-            |node, place, (first, count), _| {
-                self.fast_leaf::<P, Q>(node, place, first, count, queries);
+            |node, place, range, _| {
+                self.leaf::<P, Fast<P>, Q>(node, place, range, queries);
                 self.bundle.deepest()
             },
         );

@@ -19,13 +19,13 @@ mod exact;
 mod fast;
 mod guarded;
 mod items;
+mod leaf;
 mod mesh;
 mod parallel;
 mod settle;
 
 use super::leaf::{Everything, Features, Tester};
-use super::query::next_up;
-use super::query::{Found, Query};
+use super::query::{Found, Query, next_up};
 use super::rays::{Origins, Rays, load_f32};
 use super::solids::Packets;
 use super::stream::{Stream, StreamScratch};
@@ -45,9 +45,6 @@ pub const TILE: usize = 64;
 /// A tile that covers more blocks of a mesh than this, if its rays lie evenly, is
 /// met as a stream: a block is then for few of its rays.
 const WIDE_TILE: f32 = 96.0;
-
-/// No triangle.
-const NOTHING: u32 = u32::MAX;
 
 pub(super) struct Tile<'a, L: Lanes, const S: usize> {
     world: &'a World<'a>,

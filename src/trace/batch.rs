@@ -184,6 +184,30 @@ impl ClosestBatch<'_, '_> {
     }
 }
 
+impl ClosestBatch<'_, '_> {
+    /// The rays that tiles have left in doubt, as a stream.
+    #[inline(never)]
+    fn trace_again<L: Lanes, C: Certainty, F: Features, const S: usize>(
+        &mut self,
+        scratch: &mut TileScratch,
+    ) {
+        let (doubtful, streams) = (&mut scratch.doubtful, &mut scratch.streams);
+        if doubtful.rows().is_empty() {
+            return;
+        }
+        let (world, rays, first) = (self.world, &doubtful.rays(), 0);
+        let mut queries: [_; STREAM] = std::array::from_fn(|i| {
+            Closest::<L::Single, C>::new(<L::Single as Lanes>::from_f32(rays.t_max[i]))
+        });
+        let stream = Stream { world, rays, first };
+        stream.trace::<L, S, C, F, _>(rays.alive(0), &mut queries, streams);
+        for (row, query) in doubtful.rows().iter().zip(&queries) {
+            self.put(*row as usize, query);
+        }
+        doubtful.clear();
+    }
+}
+
 impl Batch for ClosestBatch<'_, '_> {
     fn packets<L: Lanes, C: Certainty, F: Features, A: Index, N: Count>(
         mut self,
@@ -237,15 +261,22 @@ impl Batch for ClosestBatch<'_, '_> {
                     let list = tile.list(items, number + first / TILE)?;
                     Some((list, self.world.item_boxes.as_ref()?))
                 });
-                match list {
+                let doubtful = match list {
                     Some((list, boxes)) => {
                         tile.trace_items::<C, _>(list, boxes, &mut queries, scratch);
+                        0
                     }
                     None => tile.trace::<C, F, _>(&mut queries, scratch),
-                }
+                };
                 for (s, query) in queries.iter().enumerate() {
                     self.put(first + s * L::COUNT, query);
                 }
+                each(doubtful, |i| {
+                    scratch.doubtful.push(self.rays, first + i);
+                    if scratch.doubtful.is_full() {
+                        self.trace_again::<L, C, F, S>(scratch);
+                    }
+                });
                 continue;
             }
             for first in (first..first + TILE).step_by(STREAM) {
@@ -265,6 +296,9 @@ impl Batch for ClosestBatch<'_, '_> {
                 );
                 self.put_stream(first, &queries);
             }
+        }
+        if C::GUARDED {
+            self.trace_again::<L, C, F, S>(scratch);
         }
     }
 }
@@ -347,6 +381,30 @@ impl AnyBatch<'_> {
     }
 }
 
+impl AnyBatch<'_> {
+    /// The rays that tiles have left in doubt, as a stream.
+    #[inline(never)]
+    fn trace_again<L: Lanes, C: Certainty, F: Features, const S: usize>(
+        &mut self,
+        scratch: &mut TileScratch,
+    ) {
+        let (doubtful, streams) = (&mut scratch.doubtful, &mut scratch.streams);
+        if doubtful.rows().is_empty() {
+            return;
+        }
+        let (world, rays, first) = (self.world, &doubtful.rays(), 0);
+        let mut queries: [_; STREAM] = std::array::from_fn(|i| {
+            AnyHit::<L::Single>::new(<L::Single as Lanes>::from_f32(rays.t_max[i]))
+        });
+        let stream = Stream { world, rays, first };
+        stream.trace::<L, S, C, F, _>(rays.alive(0), &mut queries, streams);
+        for (row, query) in doubtful.rows().iter().zip(&queries) {
+            self.put(*row as usize, query);
+        }
+        doubtful.clear();
+    }
+}
+
 impl Batch for AnyBatch<'_> {
     fn packets<L: Lanes, C: Certainty, F: Features, A: Index, N: Count>(
         mut self,
@@ -402,10 +460,19 @@ impl Batch for AnyBatch<'_> {
                 }
                 // No try: a tile is through with all of its rays in hardly more
                 // time than a try takes (docs/BENCHMARKS.md).
-                tile.trace::<C, F, _>(&mut queries, scratch);
+                let doubtful = tile.trace::<C, F, _>(&mut queries, scratch);
                 for (s, query) in queries.iter().enumerate() {
                     self.put(first + s * L::COUNT, query);
                 }
+                each(doubtful, |i| {
+                    if self.blocked[first + i] {
+                        return;
+                    }
+                    scratch.doubtful.push(rays, first + i);
+                    if scratch.doubtful.is_full() {
+                        self.trace_again::<L, C, F, S>(scratch);
+                    }
+                });
                 continue;
             }
             for first in (first..first + TILE).step_by(STREAM) {
@@ -414,6 +481,9 @@ impl Batch for AnyBatch<'_> {
                     stream.trace::<L, S, C, F, _>(open, queries, &mut scratch.streams);
                 });
             }
+        }
+        if C::GUARDED {
+            self.trace_again::<L, C, F, S>(scratch);
         }
     }
 }

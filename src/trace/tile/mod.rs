@@ -15,6 +15,7 @@
 
 mod block;
 mod bundle;
+mod doubtful;
 mod exact;
 mod fast;
 mod guarded;
@@ -35,6 +36,7 @@ use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask};
 use crate::scene::{MeshId, Shape};
 use bundle::{Bundle, Parallel, Pinhole, RelativeBox};
+use doubtful::Doubtful;
 use glam::DVec3;
 use mesh::InMesh;
 use std::cell::Cell;
@@ -59,6 +61,8 @@ pub(super) struct Tile<'a, L: Lanes, const S: usize> {
     spare: &'a mut Bundle<L, S>,
     /// For single primitives.
     packets: &'a mut Packets<L, S>,
+    /// Rays that some mesh's walk has left in doubt.
+    doubtful: u64,
 }
 
 /// Scratch of one thread, reused from tile to tile.
@@ -67,6 +71,8 @@ pub(super) struct TileScratch {
     top: WideStack,
     mesh: WideStack,
     pub streams: StreamScratch,
+    /// Empty between batches.
+    pub doubtful: Doubtful,
 }
 
 thread_local! {
@@ -159,6 +165,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             bundle,
             spare,
             packets,
+            doubtful: 0,
         })
     }
 
@@ -187,13 +194,14 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         active
     }
 
-    /// Everything in the world.
+    /// Everything in the world. Returns the rays whose answer is in doubt, for
+    /// another kernel to trace.
     #[inline(always)]
     pub fn trace<C: Certainty, F: Features, Q: Query<L>>(
         mut self,
         queries: &mut [Q; S],
         scratch: &mut TileScratch,
-    ) {
+    ) -> u64 {
         let world = self.world;
         if F::SOLIDS && !world.unbounded.is_empty() {
             for (s, query) in queries.iter_mut().enumerate() {
@@ -204,15 +212,18 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         for (s, query) in queries.iter().enumerate() {
             self.bundle.limit_t::<C, Q>(s, query.limit());
         }
-        let Some(forest) = world.wide() else { return };
+        let Some(forest) = world.wide() else {
+            return 0;
+        };
         let TileScratch {
             top: stack,
             mesh: mesh_stack,
             streams,
+            ..
         } = scratch;
         if let [only] = &world.entries[..] {
             self.entry::<C, F, Q>(only, queries, mesh_stack, streams);
-            return;
+            return self.doubtful::<C>();
         }
         let top = &forest.top;
         let frustum = self.bundle.frustum;
@@ -228,6 +239,12 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
                 self.bundle.deepest()
             },
         );
+        self.doubtful::<C>()
+    }
+
+    #[inline(always)]
+    fn doubtful<C: Certainty>(&self) -> u64 {
+        if C::GUARDED { self.doubtful } else { 0 }
     }
 
     #[inline(always)]
@@ -296,7 +313,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         } else {
             let inside = InMesh::new(entry, id, mesh, self.bundle);
             let aside = through(inside, queries);
-            self.aside::<C, Q>(entry, id, &aside, queries, streams);
+            self.set_aside::<C>(&aside);
         }
         if self.world.entries.len() == 1 {
             return;
@@ -353,24 +370,18 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         }
         let inside = InMesh::new(entry, id, mesh, bundle);
         let aside = through(inside, queries);
-        self.aside::<C, Q>(entry, id, &aside, queries, streams);
+        self.set_aside::<C>(&aside);
         for (s, query) in queries.iter().enumerate() {
             self.bundle.limit_t::<C, Q>(s, query.limit());
         }
     }
 
-    /// A mesh for the rays that its walk has set aside.
     #[inline(always)]
-    fn aside<C: Certainty, Q: Query<L>>(
-        &self,
-        entry: &Entry,
-        id: MeshId,
-        aside: &[L::Mask; S],
-        queries: &mut [Q; S],
-        streams: &mut StreamScratch,
-    ) {
-        if C::GUARDED && aside.iter().any(|lanes| lanes.any()) {
-            self.as_stream::<C, Q>(entry, id, aside, queries, streams);
+    fn set_aside<C: Certainty>(&mut self, rays: &[L::Mask; S]) {
+        if C::GUARDED {
+            for (s, rays) in rays.iter().enumerate() {
+                self.doubtful |= u64::from(rays.bits()) << (s * L::COUNT);
+            }
         }
     }
 

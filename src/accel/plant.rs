@@ -8,7 +8,7 @@ use super::build::{BuildQuality, build_boxes, build_mesh};
 use super::forest::{Forest, MeshTree, WideForest};
 use super::index::{Index, Primitives};
 use super::wide::{WideMesh, WideTree};
-use super::world::{Entry, corner_bounds, entries};
+use super::world::{Entries, Entry, corner_bounds, entries};
 use crate::geom::triangle::{Corners, canonical};
 use crate::math::Aabb32;
 use crate::scene::{Appearances, MeshId, Scene, Shape};
@@ -23,19 +23,20 @@ pub(super) fn plant<A: Index>(
     scene: &Scene,
     appearances: &Appearances,
     build: &Build<A>,
-) -> (Forest<A>, [Vec<Entry>; 2]) {
+) -> (Forest<A>, Entries) {
     let meshes = each_mesh(scene, appearances, |id| mesh_tree(scene, id, build));
-    let [bounded, unbounded] = entries(scene, appearances, |mesh| {
+    let all = entries(scene, appearances, |mesh| {
         meshes[mesh].as_ref().map(|m| m.tree.bounds())
     });
+    let bounded = &all.bounded;
     let boxes: Vec<Aabb32> = bounded.iter().map(|e| e.bounds).collect();
     let (mut top, mut order) = build(&Primitives {
         boxes: &boxes,
         corners: None,
     });
     top.group(&mut order, &|i| by_kind(&bounded[i as usize]));
-    let entries = order.iter().map(|i| bounded[*i as usize]).collect();
-    (Forest { top, meshes }, [entries, unbounded])
+    let bounded = order.iter().map(|i| bounded[*i as usize]).collect();
+    (Forest { top, meshes }, Entries { bounded, ..all })
 }
 
 pub(super) fn wide_meshes(
@@ -52,13 +53,13 @@ pub(super) fn plant_wide(
     quality: BuildQuality,
     scene: &Scene,
     appearances: &Appearances,
-) -> (WideForest, [Vec<Entry>; 2]) {
+) -> (WideForest, Entries) {
     let meshes = wide_meshes(quality, scene, appearances);
-    let [bounded, unbounded] = entries(scene, appearances, |mesh| {
+    let all = entries(scene, appearances, |mesh| {
         meshes[mesh].as_ref().map(|m| m.tree.bounds)
     });
-    let (top, entries) = top_tree(&bounded, quality);
-    (WideForest { top, meshes }, [entries, unbounded])
+    let (top, bounded) = top_tree(&all.bounded, quality);
+    (WideForest { top, meshes }, Entries { bounded, ..all })
 }
 
 /// A tree over entries, and these in its order.

@@ -14,7 +14,7 @@
 use super::build::{BuildQuality, refit_boxes};
 use super::forest::Forests;
 use super::plant::top_tree;
-use super::world::{Entry, Structure, World, entries};
+use super::world::{Entries, Entry, Structure, World, entries};
 use crate::math::Aabb32;
 use crate::scene::{Appearances, Scene};
 
@@ -116,9 +116,10 @@ impl<'a> World<'a> {
             let world = World::build_to(quality, scene, appearances, structure);
             return (world, Renewal::Built);
         };
-        let [bounded, unbounded] = entries(scene, appearances, |mesh| {
+        let all = entries(scene, appearances, |mesh| {
             forest.meshes[mesh].as_ref().map(|m| m.tree.bounds)
         });
+        let bounded = &all.bounded;
         let mut rows = vec![0; appearances.count() as usize];
         for (row, entry) in bounded.iter().enumerate() {
             rows[entry.appearance as usize] = row;
@@ -127,24 +128,17 @@ impl<'a> World<'a> {
         let boxes: Vec<Aabb32> = entries.iter().map(|entry| entry.bounds).collect();
         let sah = refit_boxes(&mut forest.top, &boxes);
         if Cost::new(sah, &forest.top.bounds).is_within(worst, &built) {
-            let mut world = World::of(
-                scene,
-                appearances,
-                Forests::Wide(forest),
-                [entries, unbounded],
-            );
+            let bounded = entries;
+            let entries = Entries { bounded, ..all };
+            let mut world = World::of(scene, appearances, Forests::Wide(forest), entries);
             world.top_built = built;
             world.quality = quality;
             return (world, Renewal::Refitted);
         }
-        let entries;
-        (forest.top, entries) = top_tree(&bounded, quality);
-        let mut world = World::of(
-            scene,
-            appearances,
-            Forests::Wide(forest),
-            [entries, unbounded],
-        );
+        let bounded;
+        (forest.top, bounded) = top_tree(&all.bounded, quality);
+        let entries = Entries { bounded, ..all };
+        let mut world = World::of(scene, appearances, Forests::Wide(forest), entries);
         world.quality = quality;
         (world, Renewal::Rebuilt)
     }

@@ -24,7 +24,7 @@ use super::wide::WideMesh;
 use crate::geom::triangle::Corners;
 use crate::math::{Aabb, Aabb32, Affine};
 use crate::scene::{
-    Appearances, MAX_DEPTH, MeshId, Place, Scene, Shape, ShapeId, Tables, shape_bounds,
+    Appearances, MAX_DEPTH, MeshId, Place, Scene, Shape, ShapeId, Tables, far_center, shape_bounds,
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -62,7 +62,7 @@ pub struct Entry {
     pub appearance: u64,
     /// Needs a transform: its object space is not world space.
     pub placed: bool,
-    /// World space; a hit's t lies inside.
+    /// World space, about [`World::center`]; a hit's t lies inside.
     pub bounds: Aabb32,
     /// Object space; the same as `bounds` where not placed. Of a mesh, its
     /// structure's.
@@ -77,9 +77,13 @@ pub struct World<'a> {
     pub scene: &'a Scene,
     pub appearances: &'a Appearances,
     pub forest: Forests,
-    /// Around what is bounded. It depends on the scene alone: all structures
-    /// take the constants of their rays from it.
+    /// Around what is bounded, about `center`. It depends on the scene alone: all
+    /// structures take the constants of their rays from it.
     pub bounds: Aabb32,
+    /// World space: what boxes count from, so that those of a scene far from the
+    /// origin are no coarser. Rays and shapes stay where they are. Zero where the
+    /// scene is not far off, and of nested groups.
+    pub center: DVec3,
     /// In the order of the top structure's leaves; kinds lie in runs.
     pub entries: Vec<Entry>,
     pub unbounded: Vec<Entry>,
@@ -117,7 +121,7 @@ impl<'a> World<'a> {
             (Forests::Narrow(forest), entries)
         };
         let mut item_boxes = None;
-        let (forest, [entries, unbounded]) = match structure {
+        let (forest, entries) = match structure {
             Structure::Bvh if !appearances.are_laid_out() => {
                 return World::nested(quality, scene, appearances);
             }
@@ -153,7 +157,7 @@ impl<'a> World<'a> {
                 let meshes = forest.meshes.par_iter();
                 let rows = meshes.map(|mesh| Some(BoxRows::of_blocks(&mesh.as_ref()?.blocks)));
                 let boxes = ItemBoxes {
-                    entries: BoxRows::of_entries(&entries[0]),
+                    entries: BoxRows::of_entries(&entries.bounded),
                     meshes: rows.collect(),
                 };
                 item_boxes = Some(boxes);
@@ -164,7 +168,7 @@ impl<'a> World<'a> {
                 (linear(p.boxes), order.collect())
             }),
         };
-        let mut world = World::of(scene, appearances, forest, [entries, unbounded]);
+        let mut world = World::of(scene, appearances, forest, entries);
         world.item_boxes = item_boxes;
         world.quality = quality;
         world
@@ -175,7 +179,11 @@ impl<'a> World<'a> {
         scene: &'a Scene,
         appearances: &'a Appearances,
         forest: Forests,
-        [entries, unbounded]: [Vec<Entry>; 2],
+        Entries {
+            bounded: entries,
+            unbounded,
+            center,
+        }: Entries,
     ) -> World<'a> {
         let mut place_of = vec![0; entries.len() + unbounded.len()];
         for (place, entry) in entries.iter().chain(&unbounded).enumerate() {
@@ -191,6 +199,7 @@ impl<'a> World<'a> {
             scene,
             appearances,
             bounds,
+            center,
             top_built: Cost::new(forest.top_figures().sah, &bounds),
             forest,
             entries,
@@ -212,7 +221,7 @@ impl<'a> World<'a> {
             let rows = (0_u64..).zip(&appearances.rows);
             let entries = rows.map(|(id, row)| {
                 let own = groups.own[row.shape.index()];
-                Entry::of(scene, row.shape, own, id, &row.place())
+                Entry::of(scene, row.shape, own, id, &row.place(), DVec3::ZERO)
             });
             let bounded = entries.filter(|entry| !entry.is_unbounded());
             bounded.fold(Aabb32::EMPTY, |all, entry| all.union(&entry.bounds))
@@ -224,6 +233,7 @@ impl<'a> World<'a> {
             appearances,
             forest: Forests::Nested(NestedForest { groups, meshes }),
             bounds,
+            center: DVec3::ZERO,
             entries: Vec::new(),
             unbounded: Vec::new(),
             place_of: Vec::new(),
@@ -254,7 +264,7 @@ impl<'a> World<'a> {
             unreachable!("a flat world has an entry for each of its appearances");
         };
         let own = groups.own[row.shape.index()];
-        Entry::of(self.scene, row.shape, own, id, &row.place())
+        Entry::of(self.scene, row.shape, own, id, &row.place(), DVec3::ZERO)
     }
 
     /// Where this is what was built.
@@ -298,25 +308,60 @@ impl<'a> World<'a> {
     }
 }
 
-/// Bounded and unbounded, in the order of the appearances. `bounds`: of a mesh
-/// that has been built.
+/// What a flat world has beside its structures.
+pub(super) struct Entries {
+    /// In the order of the appearances.
+    pub bounded: Vec<Entry>,
+    pub unbounded: Vec<Entry>,
+    /// See [`World::center`].
+    pub center: DVec3,
+}
+
+/// A scene whose middle is so many of its sizes away from the origin is far off.
+/// What is met in world space (a mesh that is not placed, and so no further than
+/// eight of its own sizes) never is.
+const FAR: f64 = 64.0;
+
+/// `bounds`: of a mesh that has been built.
 pub(super) fn entries(
     scene: &Scene,
     appearances: &Appearances,
     bounds: impl Fn(usize) -> Option<Aabb32>,
-) -> [Vec<Entry>; 2] {
+) -> Entries {
     let own = own_bounds(scene, bounds);
+    let near = entries_about(scene, appearances, &own, DVec3::ZERO);
+    let around = near
+        .bounded
+        .iter()
+        .fold(Aabb::EMPTY, |all, entry| all.union(&entry.bounds.widened()));
+    let center = far_center(&around, FAR);
+    if center == DVec3::ZERO {
+        return near;
+    }
+    entries_about(scene, appearances, &own, center)
+}
+
+fn entries_about(
+    scene: &Scene,
+    appearances: &Appearances,
+    own: &[Aabb32],
+    center: DVec3,
+) -> Entries {
     let [mut bounded, mut unbounded] = [Vec::new(), Vec::new()];
     for (id, row) in (0_u64..).zip(appearances.iter(scene)) {
         let own = own[row.shape.index()];
-        let entry = Entry::of(scene, row.shape, own, id, &row.place());
+        let entry = Entry::of(scene, row.shape, own, id, &row.place(), center);
         if entry.is_unbounded() {
             unbounded.push(entry);
         } else {
             bounded.push(entry);
         }
     }
-    [bounded, unbounded]
+    Entries {
+        bounded,
+        unbounded,
+        center,
+    }
 }
 
 /// By shape. `bounds`: of a mesh that has been built.
@@ -330,12 +375,21 @@ fn own_bounds(scene: &Tables, bounds: impl Fn(usize) -> Option<Aabb32>) -> Vec<A
 }
 
 impl Entry {
-    /// Of the appearance `id`: `shape`, whose own box is `own`, at `place`.
-    pub fn of(scene: &Tables, shape: ShapeId, own: Aabb32, id: u64, place: &Place) -> Entry {
-        let placed = place.is_placed(scene, shape);
+    /// Of the appearance `id`: `shape`, whose own box is `own`, at `place`, in a
+    /// world about `center`.
+    pub fn of(
+        scene: &Tables,
+        shape: ShapeId,
+        own: Aabb32,
+        id: u64,
+        place: &Place,
+        center: DVec3,
+    ) -> Entry {
+        let placed = place.is_placed(scene, shape) || center != DVec3::ZERO;
         let shape = scene.shapes.row(shape);
         let bounds = if placed && own != Aabb32::EVERYTHING {
-            world_bounds(&own.widened(), place, center_of(scene, shape)).outward()
+            let world = world_bounds(&own.widened(), place, center_of(scene, shape));
+            Aabb::new(world.min - center, world.max - center).outward()
         } else {
             own
         };
@@ -413,5 +467,6 @@ pub(super) fn world_bounds(own: &Aabb, place: &Place, center: DVec3) -> Aabb {
         .corners()
         .map(|p| DVec3::from_array(outward.point(p.to_array())));
     let world = Aabb::of_points(corners);
-    world.grown(DVec3::splat(world.max_abs() * 4.0 * f64::EPSILON))
+    // The rest is for what is counted from another place.
+    world.grown(DVec3::splat(world.max_abs() * 5.0 * f64::EPSILON))
 }

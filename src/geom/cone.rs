@@ -57,6 +57,11 @@ impl Cone {
     /// Outward, any length. On a closed solid's cap or side, whichever is
     /// nearer to `p`.
     pub fn normal_at(&self, p: DVec3) -> DVec3 {
+        self.nearest(p).1
+    }
+
+    /// How far `p` lies above that cap or side, to first order; and the normal.
+    pub fn nearest(&self, p: DVec3) -> (f64, DVec3) {
         let (half, n) = self.axis();
         let p = p - (self.base * 0.5 + self.top * 0.5);
         let z = p.dot(n);
@@ -70,16 +75,13 @@ impl Cone {
             // The apex has no normal; the axis is as good as any.
             n * (if k > 0.0 { -1.0 } else { 1.0 })
         };
-        if self.open {
-            return side;
-        }
-        // Distance from the side, measured across it, against the caps'.
-        let off_side = (length - r).abs() / (1.0 + k * k).sqrt();
-        let off_cap = half - z.abs();
-        if off_cap.abs() < off_side {
-            n * z.signum()
+        // Measured across the side.
+        let off_side = (length - r) / (1.0 + k * k).sqrt();
+        let off_cap = z.abs() - half;
+        if !self.open && off_cap.abs() < off_side.abs() {
+            (off_cap, n * z.signum())
         } else {
-            side
+            (off_side, side)
         }
     }
 }

@@ -20,18 +20,22 @@ impl Cuboid {
 
     /// Outward, unit: of the face whose plane is nearest.
     pub fn normal_at(&self, p: DVec3) -> DVec3 {
-        let below = (p - self.min).abs();
-        let above = (self.max - p).abs();
-        let nearest = below.min(above).min_element();
+        self.nearest(p).1
+    }
+
+    /// How far `p` lies above that face's plane; and the normal.
+    pub fn nearest(&self, p: DVec3) -> (f64, DVec3) {
+        let (low, high) = (self.min - p, p - self.max);
+        let nearest = low.abs().min(high.abs()).min_element();
         for k in 0..3 {
-            if below[k] == nearest {
-                return -DVec3::AXES[k];
+            if low[k].abs() == nearest {
+                return (low[k], -DVec3::AXES[k]);
             }
-            if above[k] == nearest {
-                return DVec3::AXES[k];
+            if high[k].abs() == nearest {
+                return (high[k], DVec3::AXES[k]);
             }
         }
-        DVec3::Y
+        (0.0, DVec3::Y)
     }
 }
 

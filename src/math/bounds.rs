@@ -9,6 +9,17 @@ use std::cmp::Ordering;
 /// Half a unit in the last place of 1.
 pub const UNIT: f64 = f64::EPSILON / 2.0;
 
+/// How far from a surface a ray that leaves it starts, in roundings of the largest
+/// coordinate that made the point: a transform of the ray, the point itself, and
+/// the new ray's own transform and test take about a dozen each.
+pub const LEAVING: f64 = 64.0;
+
+/// Where shadow rays to a light at a point end, in units of the way to it: their
+/// direction is rounded to f32, so that their end lies off the light by as much as
+/// u of the way on each axis, and what is as near to the light as that is not
+/// between.
+pub const LIGHT_END: f32 = 1.0 - 4.0 * f32::EPSILON;
+
 /// The exact number lies within `value ± error`. NaN and infinity in either
 /// mean that nothing is known.
 #[derive(Clone, Copy, Debug, PartialEq)]

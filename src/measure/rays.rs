@@ -211,7 +211,7 @@ fn square_light(source: &Source) -> (DVec3, DVec3) {
 /// Of what has bounds; the origin where nothing has.
 fn middle(world: &World) -> DVec3 {
     let bounds = world.bounds.widened();
-    let center = bounds.center();
+    let center = bounds.center() + world.center;
     if bounds.is_empty() || !center.is_finite() {
         DVec3::ZERO
     } else {
@@ -252,7 +252,8 @@ pub fn light_of(world: &World, camera: &Camera) -> DVec3 {
     });
     first.unwrap_or_else(|| {
         let bounds = world.bounds.widened();
-        let distance = (bounds.center() - camera.eye).length();
+        let middle = bounds.center() + world.center;
+        let distance = (middle - camera.eye).length();
         let known = !bounds.is_empty() && distance.is_finite() && distance > 0.0;
         let distance = if known { distance } else { 1.0 };
         camera.eye + (camera.up * 0.6 - camera.right * 0.4) * distance

@@ -68,7 +68,7 @@ pub struct Mesh<'a> {
 impl Meshes {
     pub fn push(&mut self, data: &MeshData) -> MeshId {
         let bounds = Aabb::of_points(data.positions.iter().map(|p| DVec3::from_array(*p)));
-        let center = placement_center(&bounds);
+        let center = far_center(&bounds, 8.0);
         let first_vertex = self.positions.len() as u32;
         let mut rounded = 0;
         self.positions.extend(data.positions.iter().map(|p| {
@@ -151,9 +151,9 @@ impl Mesh<'_> {
     }
 }
 
-/// Zero on each axis where the box is not further from the origin than eight
-/// times its size.
-fn placement_center(bounds: &Aabb) -> DVec3 {
+/// What the numbers of a box's content should count from: zero on each axis where
+/// it is not further from the origin than `times` its size, else about its middle.
+pub(crate) fn far_center(bounds: &Aabb, times: f64) -> DVec3 {
     let size = bounds.extent().max_element();
     if !(size.is_finite() && size > 0.0) {
         return DVec3::ZERO;
@@ -163,7 +163,7 @@ fn placement_center(bounds: &Aabb) -> DVec3 {
     // is exact. Nearer ones (another axis) have finer steps and stay about 0.
     let step = f64::from_bits(size.to_bits() & 0x7ff0_0000_0000_0000);
     let along = |middle: f64| {
-        if middle.abs() <= 8.0 * size {
+        if middle.abs() <= times * size {
             return 0.0;
         }
         let steps = (middle / step).round();

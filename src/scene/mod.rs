@@ -37,6 +37,7 @@ pub use defaults::{default_camera, default_lights};
 pub use ids::*;
 pub use lights::{Falloff, Light};
 pub use materials::{Material, Materials, Model, Rgb};
+pub(crate) use meshes::far_center;
 pub use meshes::{Mesh, MeshData, Meshes};
 pub use motion::{Key, Motions};
 pub use names::Names;

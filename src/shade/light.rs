@@ -1,5 +1,6 @@
 //! Lights as seen from a point.
 
+use crate::math::bounds::LIGHT_END;
 use crate::math::{length, unit};
 use crate::scene::{Falloff, Light, Rgb};
 use glam::DVec3;
@@ -9,7 +10,8 @@ use glam::DVec3;
 pub struct Arrival {
     /// Unit, from the point to the light.
     pub towards: DVec3,
-    /// The shadow ray: its direction, and where it ends.
+    /// The shadow ray: its direction, and where it ends: before the light, by what
+    /// rounding may move it ([`LIGHT_END`]).
     pub dir: DVec3,
     pub t_max: f32,
     /// On a surface that faces the light, W/m².
@@ -37,7 +39,7 @@ impl Arrival {
                 Some(Arrival {
                     towards: dir / distance,
                     dir,
-                    t_max: 1.0,
+                    t_max: LIGHT_END,
                     irradiance: intensity.map(|i| (f64::from(i) * fade) as f32),
                 })
             }

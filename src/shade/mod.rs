@@ -1,5 +1,6 @@
 //! From hits to radiance: surfaces, materials, lights, and the integrator.
 
+mod height;
 mod integrate;
 mod light;
 mod material;

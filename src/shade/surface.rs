@@ -3,11 +3,16 @@
 //!
 //! Given the ray, t and the primitive it gives the point, the normals and how
 //! far a ray that leaves must start from the point. No epsilon: that distance is
-//! a multiple of the rounding of the numbers that made the hit.
+//! what the point is measured to lie off the surface, and a multiple of the
+//! rounding of the numbers that made it. Where hits are decided exactly, t is
+//! refined in f64 first (see [`super::height`]): the point is then as good as f64,
+//! and leaving rays start as close, also of lanes in f32.
 
+use super::height::refined;
 use crate::accel::World;
 use crate::geom::half_space;
-use crate::math::{Affine, unit};
+use crate::math::bounds::LEAVING;
+use crate::math::{Affine, length, unit};
 use crate::plan::Arithmetic;
 use crate::scene::{MaterialId, Mesh, Shape};
 use crate::trace::HitId;
@@ -28,11 +33,6 @@ pub struct Surface {
     pub material: Option<MaterialId>,
 }
 
-/// Roundings between a hit's t and the true surface, in units of the largest
-/// coordinate involved: a transform, a kernel and the spawned ray's own test
-/// take about a dozen each.
-const OFFSET_ROUNDINGS: f64 = 64.0;
-
 impl Surface {
     pub fn at(
         world: &World,
@@ -46,11 +46,9 @@ impl Surface {
         let entry = world.entry_of(id.instance);
         let world_org = DVec3::from_array(org);
         let world_dir = DVec3::from_array(dir.map(f64::from));
-        let point = world_org + world_dir * t;
-
         let placed = entry.placed.then_some(&appearance.object_from_world);
-        let (object_org, at) = match placed {
-            None => (world_org, point),
+        let (object_org, object_dir) = match placed {
+            None => (world_org, world_dir),
             Some(map) => {
                 let center = match entry.shape {
                     Shape::Mesh(mesh) => world.scene.meshes.center[mesh.index()],
@@ -58,9 +56,22 @@ impl Surface {
                 };
                 let org = DVec3::from_array(map.point(org)) - center;
                 let dir = DVec3::from_array(map.vector(world_dir.to_array()));
-                (org, org + dir * t)
+                (org, dir)
             }
         };
+        let mut t = t;
+        let (mut left, mut roundoff) = (0.0, f64::from(f32::EPSILON) * 0.5);
+        if arithmetic != Arithmetic::F32 {
+            let ray = (object_org, object_dir);
+            let (refined, height) = refined(world, (entry.shape, id.primitive), ray, t);
+            t = refined;
+            // What the point is off by in object space, in world space.
+            let rise = to_world_rise(placed, height.normal);
+            left = height.above.abs() / rise;
+            roundoff = f64::EPSILON * 0.5;
+        }
+        let point = world_org + world_dir * t;
+        let at = object_org + object_dir * t;
         let (ng, smooth, own_material) = normals(world, entry.shape, at, id.primitive);
 
         let ng = to_world(placed, ng);
@@ -89,16 +100,12 @@ impl Surface {
             .max(point.abs())
             .max_element()
             .max(entry.stretch * object_size);
-        let roundoff = match arithmetic {
-            Arithmetic::F64 => f64::EPSILON * 0.5,
-            _ => f64::from(f32::EPSILON) * 0.5,
-        };
         Surface {
             point,
             ng,
             ns,
             front,
-            offset: OFFSET_ROUNDINGS * roundoff * size,
+            offset: LEAVING * roundoff * size + if left.is_finite() { left } else { 0.0 },
             material: appearance.material.or(own_material),
         }
     }
@@ -123,6 +130,14 @@ fn to_world(object_from_world: Option<&Affine>, n: DVec3) -> DVec3 {
         None => n,
         Some(map) => DVec3::from_array(map.transposed_vector(n.to_array())),
     })
+}
+
+/// By how much the height above a surface grows along the world's normal.
+fn to_world_rise(object_from_world: Option<&Affine>, normal: DVec3) -> f64 {
+    match object_from_world {
+        None => 1.0,
+        Some(map) => length(DVec3::from_array(map.transposed_vector(normal.to_array()))),
+    }
 }
 
 /// Object space: the outward normal, a smooth one where the shape has them, and

@@ -263,8 +263,7 @@ impl Batch for ClosestBatch<'_, '_> {
                 });
                 let doubtful = match list {
                     Some((list, boxes)) => {
-                        tile.trace_items::<C, _>(list, boxes, &mut queries, scratch);
-                        0
+                        tile.trace_items::<C, _>(list, boxes, &mut queries, scratch)
                     }
                     None => tile.trace::<C, F, _>(&mut queries, scratch),
                 };

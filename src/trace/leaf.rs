@@ -391,7 +391,13 @@ pub fn resolve_one(
     use super::query::Closest;
     use crate::geom::Fast;
     use crate::math::Vec3;
-    let packet = Packet::<f64>::new(Vec3::splat(org), Vec3::splat(dir), t_min, &world.bounds);
+    let packet = Packet::<f64>::about(
+        world.center,
+        Vec3::splat(org),
+        Vec3::splat(dir),
+        t_min,
+        &world.bounds,
+    );
     let mut nearest = Closest::<f64, Fast>::new(f64::INFINITY);
     Tester::<f64, Fast, Everything>::new(world, &packet).single(id, &mut nearest);
     (nearest.id(0) != HitId::NONE).then(|| nearest.t(0))

@@ -17,6 +17,7 @@ use crate::accel::{Entry, Group, Groups, Link, Reach, STREAM, StreamStack};
 use crate::geom::Certainty;
 use crate::math::lanes::Lanes;
 use crate::scene::{Place, Shape, Target};
+use glam::DVec3;
 
 /// Room for one node that is being walked.
 #[derive(Default)]
@@ -97,7 +98,14 @@ impl Nested<'_, '_> {
                 }
                 Target::Shape(shape) => {
                     let own = self.groups.own[shape.index()];
-                    let entry = Entry::of(self.stream.world.scene, shape, own, first, &place);
+                    let entry = Entry::of(
+                        self.stream.world.scene,
+                        shape,
+                        own,
+                        first,
+                        &place,
+                        DVec3::ZERO,
+                    );
                     let map = Some(&place.object_from_world);
                     solids.meet::<C, Q>(&entry, map, set, queries);
                 }
@@ -177,7 +185,14 @@ impl Nested<'_, '_> {
             }
             Target::Shape(shape) => {
                 let own = self.groups.own[shape.index()];
-                let entry = Entry::of(self.stream.world.scene, shape, own, first, &place);
+                let entry = Entry::of(
+                    self.stream.world.scene,
+                    shape,
+                    own,
+                    first,
+                    &place,
+                    DVec3::ZERO,
+                );
                 let map = Some(&place.object_from_world);
                 let Shape::Mesh(id) = entry.shape else {
                     return solids.meet::<C, Q>(&entry, map, set, queries);

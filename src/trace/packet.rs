@@ -19,12 +19,25 @@ impl<L: Lanes> Packet<L> {
     /// `bounds`: of the tree that will be walked.
     #[inline(always)]
     pub fn new(org: Vec3<L::Double>, dir: Vec3<L::Double>, t_min: L, bounds: &Aabb32) -> Packet<L> {
+        Packet::about(DVec3::ZERO, org, dir, t_min, bounds)
+    }
+
+    /// `bounds`: of the tree that will be walked, about `center`.
+    #[inline(always)]
+    pub fn about(
+        center: DVec3,
+        org: Vec3<L::Double>,
+        dir: Vec3<L::Double>,
+        t_min: L,
+        bounds: &Aabb32,
+    ) -> Packet<L> {
         let narrow = |v: Vec3<L::Double>| Vec3::new(L::narrow(v.x), L::narrow(v.y), L::narrow(v.z));
         let ray = Ray::new(narrow(org), narrow(dir), t_min);
+        let from_center = narrow(org - Vec3::splat(center.to_array()));
         Packet {
             org,
             dir,
-            slabs: Slabs::new(ray.org, ray.dir, bounds),
+            slabs: Slabs::new(from_center, ray.dir, bounds),
             ray,
         }
     }

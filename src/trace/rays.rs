@@ -93,7 +93,8 @@ impl Rays<'_> {
     #[inline(always)]
     pub(super) fn packet<L: Lanes>(&self, first: usize, world: &World) -> Packet<L> {
         let wide = |column: &[f32]| load_f32::<L::Double>(&column[first..]);
-        Packet::new(
+        Packet::about(
+            world.center,
             self.org.lanes(first),
             Vec3::new(wide(self.dir[0]), wide(self.dir[1]), wide(self.dir[2])),
             load_f32(&self.t_min[first..]),

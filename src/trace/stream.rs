@@ -109,7 +109,10 @@ impl Stream<'_> {
             mesh: stack,
             ..
         } = scratch;
-        let ray = |i: usize| (self.org(i), self.dir(i), self.t_min(i));
+        let ray = |i: usize| {
+            let org = DVec3::from_array(self.org(i)) - world.center;
+            (org.to_array(), self.dir(i), self.t_min(i))
+        };
         bunch.take_in(active, ray, &forest.top.bounds);
         let mut open = 0;
         each(active, |i| {

@@ -71,7 +71,7 @@ impl ItemBuffer {
         let cells = Cells::of(&tiles)?;
         let mut lists = vec![Vec::new()];
         let mut work = Vec::new();
-        let in_world = Projection::of_world(raster, &world.bounds);
+        let in_world = Projection::of_world(raster, world.center, &world.bounds);
         let top = Work {
             entry: 0,
             rows: &boxes.entries,

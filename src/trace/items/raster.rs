@@ -164,9 +164,10 @@ pub struct Projected {
 }
 
 impl Projection {
-    /// Boxes in world space; `bounds` are around all of them.
-    pub fn of_world(raster: &Raster, bounds: &Aabb32) -> Projection {
-        let org = raster.org.map(|x| x as f32);
+    /// Boxes in world space, about `center`; `bounds` are around all of them.
+    pub fn of_world(raster: &Raster, center: DVec3, bounds: &Aabb32) -> Projection {
+        let org = DVec3::from_array(raster.org) - center;
+        let org = org.to_array().map(|x| x as f32);
         Projection {
             org,
             pad: pad(org, bounds),

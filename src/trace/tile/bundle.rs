@@ -85,6 +85,10 @@ pub(super) fn is_exact<L: Lanes, C: Certainty>() -> bool {
 /// Steeper rays, against the main axis, are left to other kernels.
 const STEEPEST: f32 = 8.0;
 
+/// Directions that are shorter along the main axis are left to other kernels, too:
+/// f32 would round them, and depths, to fewer bits.
+pub(super) const SHORTEST: f64 = 1e-30;
+
 /// Less than this counts as this, of either sign.
 pub(super) const LEAST_SLOPE: f32 = 1e-12;
 
@@ -106,6 +110,8 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
         };
         let starts = Starts {
             org: group.dir,
+            u: zero,
+            v: zero,
             depth: zero,
             slack: zero,
         };
@@ -156,7 +162,8 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
             let along = dir.axis(k) * L::from_f32(sign);
             let (a, b) = (dir.axis(axes[0]), dir.axis(axes[1]));
             let steep = a.abs().max(b.abs()).le(along * L::from_f32(STEEPEST));
-            wild |= (*all & !steep).any();
+            let fits = steep & along.ge(L::from_f64(SHORTEST));
+            wild |= (*all & !fits).any();
             let dir = Vec3::select(*alive, dir, stand_in);
             let along = dir.axis(k) * L::from_f32(sign);
             let (a, b) = (dir.axis(axes[0]), dir.axis(axes[1]));

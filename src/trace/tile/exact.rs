@@ -1,5 +1,5 @@
-//! Leaves where answers are exact: edge functions sort out, and the watertight
-//! test decides.
+//! Leaves in f64: edge functions in f32 sort out, and the guarded test of one ray
+//! and one triangle decides.
 
 use super::block::{Aim, Edges};
 use super::bundle::Projection;

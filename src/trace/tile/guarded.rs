@@ -1,21 +1,22 @@
 //! Leaves in f32 with error bounds: edge functions decide where they can, and
 //! rays for which they cannot are set aside, for another kernel to trace.
-//!
-//! Unlike in [`super::block`], edges come from the corners themselves: relative
-//! to a far origin they would be rounded before the difference, and the bounds
-//! would grow with the distance (docs/NUMERICS.md). That neighbours then do not
-//! have exactly opposite edge functions does no harm: the bounds are wider.
 
-use super::bundle::{Bundle, Group};
+mod parallel;
+mod pinhole;
+
+use super::bundle::{Bundle, Group, Projection};
 use super::leaf::{Before, Decides, Place};
 use super::mesh::{InMesh, Nearest};
+use super::parallel::Starts;
 use super::settle::Found;
 use crate::accel::{Block, WIDE};
 use crate::geom::Meet;
-use crate::geom::triangle::cross_with_size;
 use crate::math::Vec3;
-use crate::math::lanes::{Lanes, Mask, Register, Scalar, max, min};
+use crate::math::lanes::{Lanes, Mask, Register, Scalar};
 use crate::trace::query::Query;
+
+pub(super) use parallel::Edges as ParallelEdges;
+pub(super) use pinhole::Edges as PinholeEdges;
 
 /// The limit of rays that are through: before any triangle.
 const DONE: f32 = f32::MIN;
@@ -23,227 +24,86 @@ const DONE: f32 = f32::MIN;
 /// u.
 const UNIT: f32 = <f32 as Scalar>::UNIT_ROUNDOFF;
 
-/// A block's triangles as every ray of one origin needs them, and by how much
-/// rounding may have moved what comes of it.
-#[repr(C, align(64))]
-pub(super) struct Edges {
-    /// Normals of the edges a, b, c (each opposite to its corner), grown by
-    /// `margin` along the main axis, and of the plane; `[which][axis][slot]`,
-    /// turned so that T ≥ 0.
-    normal: [[[f32; WIDE]; 3]; 4],
-    /// Of edge functions, twice.
-    margin: [f32; WIDE],
-    /// T: the depth times det; and no more than that.
-    top: [f32; WIDE],
-    early: [f32; WIDE],
-    det_error: [f32; WIDE],
-    /// A depth z is off by z · (`fixed` + z · `growing`), where det is more than
-    /// four times its error.
-    fixed: [f32; WIDE],
-    growing: [f32; WIDE],
-    /// The corners' least depth; and that and the greatest, rounded outward.
-    lowest: [f32; WIDE],
-    nearest: [f32; WIDE],
-    farthest: [f32; WIDE],
-    /// Triangles that may be in front of the origin.
-    live: u32,
+/// A block's triangles as every ray of a tile needs them, and by how much rounding
+/// may have moved what comes of it.
+pub(super) trait Edges: Sized {
+    /// What is known of some rays and triangles.
+    type Met<L: Lanes>;
+
+    fn of<L: Lanes, const S: usize>(block: Block, bundle: &Bundle<L, S>) -> Self;
+    /// Triangles that may be in front of the rays.
+    fn live(&self) -> u32;
+    /// Triangles that some ray of the group may meet, by the greatest value of each
+    /// edge function over the group's rectangle, and the depth.
+    fn may_meet<L: Lanes>(&self, group: &Group<L>) -> u32;
+    fn line<L: Lanes>(group: &Group<L>, starts: &Starts<L>) -> Line<L>;
+    /// Rays and triangles, one of each in every lane. `at`: a column's.
+    fn meet<L: Lanes>(&self, at: impl Fn(&[f32; WIDE]) -> L, line: &Line<L>) -> Self::Met<L>;
+    /// Lanes whose ray may meet the triangle before its limit.
+    fn possible<L: Lanes>(met: &Self::Met<L>) -> L::Mask;
+    /// What comes of those.
+    fn settle<L: Lanes>(&self, at: impl Fn(&[f32; WIDE]) -> L, met: &Self::Met<L>) -> Settled<L>;
 }
 
-/// Lanes whose ray may meet the triangle before its limit.
-struct Met<L: Lanes> {
-    possible: L::Mask,
-    /// The least edge function, and det.
-    least: L,
-    det: L,
+/// A ray as a tile has it: which line it is (see [`Group`]), between which depths
+/// it starts, and where it ends at most.
+pub(super) struct Line<L: Lanes> {
+    u: L,
+    v: L,
+    start: [L; 2],
+    limit: L,
 }
 
-/// Lanes that certainly meet it; where, as all kernels have it; and between which
+/// Lanes that certainly meet it beyond the ray's start; where, as all kernels have it; and between which
 /// depths the hit truly lies, if it is one.
-struct Settled<L: Lanes> {
+pub(super) struct Settled<L: Lanes> {
     sure: L::Mask,
     depth: L,
     from: L,
     to: L,
 }
 
-impl Edges {
+/// [`Decides`] of any [`Edges`].
+pub(super) struct Guarded<E>(E);
+
+impl<L: Lanes, E: Edges> Decides<L> for Guarded<E> {
     #[inline(always)]
-    fn of<L: Lanes, const S: usize>(block: Block, bundle: &Bundle<L, S>) -> Edges {
-        let splat = Register::splat;
-        let sign = splat(bundle.frustum.sign);
-        let turned = |[x, y, z]: [Register; 3]| [x, y, z * sign];
-        let [a, b, c] = block.columns(bundle.frustum.axes);
-        let raw = [turned(a), turned(b), turned(c)];
-        let org = [
-            splat(bundle.org[0]),
-            splat(bundle.org[1]),
-            splat(bundle.org[2]),
-        ];
-        let minus = |p: [Register; 3], q: [Register; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
-        let [a, b, c] = [minus(raw[0], org), minus(raw[1], org), minus(raw[2], org)];
-        let (cb, ac, ba) = (
-            minus(raw[2], raw[1]),
-            minus(raw[0], raw[2]),
-            minus(raw[1], raw[0]),
-        );
-        let (plane, size) = cross_with_size(cb, ac);
-        let (edge_a, size_a) = cross_with_size(b, cb);
-        let (edge_b, size_b) = cross_with_size(c, ac);
-        let (edge_c, size_c) = cross_with_size(a, ba);
-
-        // Magnitudes of a product with any ray's (u, v, 1).
-        let [u, v] = bundle.widest;
-        let (u, v) = (splat(u), splat(v));
-        let product = |p: [Register; 3]| u.mul_add(p[0], v.mul_add(p[1], p[2]));
-        let sum = |p: [Register; 3]| p[0].abs() + p[1].abs() + p[2].abs();
-        let origin = splat(bundle.origin);
-        let wide = splat(bundle.steepest);
-        let largest = max(max(product(size_a), product(size_b)), product(size_c));
-        let longest = max(max(sum(cb), sum(ac)), sum(ba));
-        let tiny = splat(f32::MIN_POSITIVE);
-        // Roundings of an edge function's terms: of a corner relative to the
-        // origin, of an edge, of a product, of a difference; three of the slopes,
-        // three of the sum. And those of the origin.
-        let margin = largest * splat(10.5 * UNIT) + longest * (origin * wide * splat(2.25 * UNIT));
-        let margin = margin + tiny;
-        let det_error = product(size) * splat(10.5 * UNIT) + tiny;
-        let reach = [a[0].abs(), a[1].abs(), a[2].abs()];
-        let top_size = reach[0].mul_add(size[0], reach[1].mul_add(size[1], reach[2] * size[2]));
-        let top_error = top_size * splat(8.5 * UNIT) + sum(size) * (origin * splat(1.25 * UNIT));
-        let top_error = top_error + tiny;
-
-        let (zero, one) = (Register::zero(), splat(1.0));
-        let top = a[0].mul_add(plane[0], a[1].mul_add(plane[1], a[2] * plane[2]));
-        let turn = <Register as Lanes>::select(top.lt(zero), -one, one);
-        let top = top.abs();
-        // Which way the triangle faces is in doubt, or numbers leave the format:
-        // then every decision is.
-        let sane = Lanes::gt(top, top_error) & Lanes::lt(largest + top_size, splat(1e37));
-        let infinite = splat(f32::INFINITY);
-        let margin = <Register as Lanes>::select(sane, margin, infinite);
-        let top_error = <Register as Lanes>::select(sane, top_error, infinite);
-        let mut edges = Edges {
-            normal: [[[0.0; WIDE]; 3]; 4],
-            margin: [0.0; WIDE],
-            top: [0.0; WIDE],
-            early: [0.0; WIDE],
-            det_error: [0.0; WIDE],
-            fixed: [0.0; WIDE],
-            growing: [0.0; WIDE],
-            lowest: [0.0; WIDE],
-            nearest: [0.0; WIDE],
-            farthest: [0.0; WIDE],
-            live: 0,
-        };
-        let normals = [edge_a, edge_b, edge_c, plane];
-        for which in 0..4 {
-            for axis in 0..3 {
-                let mut n = normals[which][axis] * turn;
-                if which < 3 && axis == 2 {
-                    n += margin;
-                }
-                n.store(&mut edges.normal[which][axis]);
-            }
-        }
-        (margin + margin).store(&mut edges.margin);
-        top.store(&mut edges.top);
-        (top - top_error).store(&mut edges.early);
-        det_error.store(&mut edges.det_error);
-        // |T/D − T̂/D̂| ≤ (|T − T̂| + z |D − D̂|) / |D|, and 1/|D| is at most 4/3 of
-        // 1/D̂ = z/T̂. A little more than 4/3 for the roundings.
-        let per_top = splat(1.35) / top;
-        (per_top * top_error + splat(8.0 * UNIT)).store(&mut edges.fixed);
-        (per_top * det_error).store(&mut edges.growing);
-        // One rounding of the difference, one of the origin.
-        let off = splat(bundle.reach * (2.25 * UNIT) + f32::MIN_POSITIVE);
-        let lowest = min(min(a[2], b[2]), c[2]);
-        let nearest = lowest - off;
-        let farthest = max(max(a[2], b[2]), c[2]) + off;
-        lowest.store(&mut edges.lowest);
-        nearest.store(&mut edges.nearest);
-        farthest.store(&mut edges.farthest);
-        let deepest = splat(bundle.deepest());
-        let front = farthest.ge(zero) & nearest.le(deepest);
-        edges.live = front.bits() & block.used();
-        edges
-    }
-
-    /// Rays and triangles, one of each in every lane. `at`: a column's.
-    #[inline(always)]
-    fn meet<L: Lanes>(&self, at: impl Fn(&[f32; WIDE]) -> L, u: L, v: L, limit: L) -> Met<L> {
-        let value = |which: usize| {
-            let [x, y, z] = &self.normal[which];
-            at(x).mul_add(u, at(y).mul_add(v, at(z)))
-        };
-        let least = value(0).min(value(1)).min(value(2));
-        let det = value(3);
-        let late = at(&self.early).gt(limit * (det + at(&self.det_error)));
-        let out = least.lt(L::zero()) | late | at(&self.nearest).gt(limit);
-        Met {
-            possible: !out,
-            least,
-            det,
-        }
-    }
-
-    /// What comes of those that are possible.
-    #[inline(always)]
-    fn settle<L: Lanes>(&self, at: impl Fn(&[f32; WIDE]) -> L, met: &Met<L>) -> Settled<L> {
-        let (near, far) = (at(&self.nearest), at(&self.farthest));
-        let depth = at(&self.top) / met.det;
-        let known = met.det.gt(at(&self.det_error) * L::from_f32(4.0));
-        let error = depth * depth.mul_add(at(&self.growing), at(&self.fixed));
-        Settled {
-            sure: met.possible & known & met.least.gt(at(&self.margin)),
-            depth: depth.max(at(&self.lowest)),
-            from: L::select(known, (depth - error).max(near), near),
-            to: L::select(known, (depth + error).min(far), far),
-        }
-    }
-}
-
-impl<L: Lanes> Decides<L> for Edges {
-    #[inline(always)]
-    fn new<const S: usize>(block: Block, bundle: &Bundle<L, S>, _any: bool) -> Edges {
-        Edges::of(block, bundle)
+    fn new<const S: usize>(block: Block, bundle: &Bundle<L, S>, _any: bool) -> Guarded<E> {
+        Guarded(E::of(block, bundle))
     }
 
     #[inline(always)]
     fn live(&self) -> u32 {
-        self.live
+        self.0.live()
     }
 
-    /// By the greatest value of each edge function over the group's rectangle, and
-    /// the depth.
     #[inline(always)]
     fn may_meet(&self, group: &Group<L>) -> u32 {
-        let [[u, du], [v, dv]] = group.rect;
-        let (u, du) = (Register::splat(u), Register::splat(du));
-        let (v, dv) = (Register::splat(v), Register::splat(dv));
-        let greatest = |which: usize| {
-            let n = self.normal[which].each_ref().map(|n| Register::load(n));
-            let spread = n[0].abs().mul_add(du, n[1].abs().mul_add(dv, n[2]));
-            n[0].mul_add(u, n[1].mul_add(v, spread))
-        };
-        let least = min(min(greatest(0), greatest(1)), greatest(2));
-        let before = Register::load(&self.nearest).le(Register::splat(group.deepest));
-        // An infinite margin may have made it no number.
-        let beside = least.lt(Register::zero());
-        (!beside & before).bits() & self.live
+        self.0.may_meet(group)
     }
 
     #[inline(always)]
     fn ray<Q: Query<L>>(&self, lane: usize, place: &Place, before: &mut Before<L>) -> bool {
-        let Before { group, nearest, .. } = before;
+        let Before {
+            group,
+            starts,
+            nearest,
+        } = before;
         let splat = |x: L| Register::splat(x.lane(lane).to_f64() as f32);
         let at = |column: &[f32; WIDE]| Register::load(column);
-        let limit = splat(group.limit);
-        let all = self.meet(at, splat(group.u), splat(group.v), limit);
-        let mut hits = all.possible.bits() & self.live;
+        let line = E::line(group, starts);
+        let line = Line {
+            u: splat(line.u),
+            v: splat(line.v),
+            start: line.start.map(splat),
+            limit: splat(line.limit),
+        };
+        let all = self.0.meet(at, &line);
+        let mut hits = E::possible(&all).bits() & self.0.live();
         if hits == 0 {
             return false;
         }
-        let settled = self.settle(at, &all);
+        let settled = self.0.settle(at, &all);
         let sure = settled.sure.bits();
         let columns = [settled.depth, settled.from, settled.to];
         let [depth, from, to] = columns.map(|x| x.to_array());
@@ -264,14 +124,19 @@ impl<L: Lanes> Decides<L> for Edges {
 
     #[inline(always)]
     fn triangle<Q: Query<L>>(&self, slot: usize, place: &Place, before: &mut Before<L>) -> bool {
-        let Before { group, nearest, .. } = before;
+        let Before {
+            group,
+            starts,
+            nearest,
+        } = before;
         let at = |column: &[f32; WIDE]| L::from_f32(column[slot]);
-        let all = self.meet(at, group.u, group.v, group.limit);
-        if all.possible.none() {
+        let all = self.0.meet(at, &E::line(group, starts));
+        let possible = E::possible(&all);
+        if possible.none() {
             return false;
         }
-        let hit = self.settle(at, &all);
-        nearest.take_sure::<Q>(all.possible, &hit, place, slot, &mut group.limit);
+        let hit = self.0.settle(at, &all);
+        nearest.take_sure::<Q>(possible, &hit, place, slot, &mut group.limit);
         true
     }
 }
@@ -279,11 +144,15 @@ impl<L: Lanes> Decides<L> for Edges {
 impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
     /// What the rays' queries say before the walk.
     #[inline(always)]
-    pub fn start_guarded<Q: Query<L>>(&mut self, queries: &[Q; S]) {
-        let slack = L::from_f32(1.0 - 8.0 * f32::EPSILON);
+    pub fn start_guarded<P: Projection, Q: Query<L>>(&mut self, queries: &[Q; S]) {
         for s in 0..S {
-            let group = &mut self.bundle.groups[s];
-            self.nearest[s].least = queries[s].least() * (group.along * slack);
+            let (group, starts) = (&mut self.bundle.groups[s], &self.bundle.starts[s]);
+            let least = queries[s].least();
+            self.nearest[s].least = if P::PARALLEL {
+                starts.depth + least * group.along - starts.slack
+            } else {
+                least * (group.along * L::from_f32(1.0 - 8.0 * f32::EPSILON))
+            };
             let asleep = group.limit.lt(L::zero());
             group.limit = L::select(asleep, L::from_f32(DONE), group.limit);
         }
@@ -292,7 +161,10 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
     /// Hands the hits to the queries. Returns the rays that are still to be
     /// traced.
     #[inline(always)]
-    pub fn settle_guarded<Q: Query<L>>(&mut self, queries: &mut [Q; S]) -> [L::Mask; S] {
+    pub fn settle_guarded<P: Projection, Q: Query<L>>(
+        &mut self,
+        queries: &mut [Q; S],
+    ) -> [L::Mask; S] {
         let mut aside = [L::Mask::splat(false); S];
         for s in 0..S {
             let nearest = &self.nearest[s];
@@ -300,14 +172,16 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
             if Q::ANY || nearest.met == 0 {
                 continue;
             }
-            let group = &self.bundle.groups[s];
+            let (group, starts) = (&self.bundle.groups[s], &self.bundle.starts[s]);
             let found = Found {
                 entry: self.entry,
                 id: self.id,
                 mesh: self.mesh,
                 nearest,
             };
-            let t = if group.oblique & nearest.met == 0 {
+            let t = if P::PARALLEL {
+                found.depths(starts.org, group.dir)
+            } else if group.oblique & nearest.met == 0 {
                 nearest.depth / group.along
             } else {
                 found.depths(Vec3::splat(self.bundle.object_org), group.dir)
@@ -315,10 +189,17 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
             let hit = L::Mask::from_bits(nearest.met);
             let known = t.abs().lt(L::splat(L::Scalar::INFINITY));
             aside[s] = aside[s] | hit & !known;
-            // The division, and that of the direction: two roundings.
+            let (from, to) = if P::PARALLEL {
+                let start = starts.depth;
+                let (from, to) = (nearest.least - start, group.limit - start);
+                (from - starts.slack, to + starts.slack)
+            } else {
+                (nearest.least, group.limit)
+            };
+            // The division, that of the direction, a difference: three roundings.
             let slack = L::from_f32(4.0 * f32::EPSILON);
-            let (from, to) = (nearest.least / group.along, group.limit / group.along);
-            let within = [from - from * slack, to + to * slack];
+            let (from, to) = (from / group.along, to / group.along);
+            let within = [from - from.abs() * slack, to + to * slack];
             let meet = Meet {
                 hit: hit & known,
                 t,
@@ -345,7 +226,7 @@ impl<L: Lanes> Nearest<L> {
         limit: &mut L,
     ) {
         let possible = possible & !hit.from.gt(*limit);
-        let nearer = possible & hit.sure & hit.to.lt(self.least) & hit.from.gt(L::zero());
+        let nearer = possible & hit.sure & hit.to.lt(self.least);
         let aside = possible & !nearer;
         let done = L::from_f32(DONE);
         if Q::ANY {

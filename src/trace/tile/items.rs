@@ -3,7 +3,8 @@
 
 use super::bundle::{Pinhole, is_exact};
 use super::fast::Fast;
-use super::mesh::InMesh;
+use super::guarded::{Guarded, PinholeEdges};
+use super::mesh::{InMesh, bounds_decide};
 use super::{TILE, Tile, TileScratch};
 use crate::accel::{BoxRows, Entry, ItemBoxes, World};
 use crate::geom::Certainty;
@@ -36,7 +37,8 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         items.list(tile, self.org, [&dirs[0], &dirs[1], &dirs[2]])
     }
 
-    /// Everything in the list. One instance for all sets of features.
+    /// Everything in the list. One instance for all sets of features. Returns the
+    /// rays whose answer is in doubt.
     #[inline(never)]
     pub fn trace_items<C: Certainty, Q: Query<L>>(
         mut self,
@@ -44,7 +46,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         boxes: &ItemBoxes,
         queries: &mut [Q; S],
         scratch: &mut TileScratch,
-    ) {
+    ) -> u64 {
         let world = self.world;
         if !world.unbounded.is_empty() {
             for (s, query) in queries.iter_mut().enumerate() {
@@ -59,6 +61,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             let entry = &world.entries[run[0].entry as usize];
             self.listed::<C, Q>(entry, run, boxes, queries, scratch);
         }
+        self.doubtful::<C>()
     }
 
     #[inline(always)]
@@ -79,8 +82,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         };
         let (world, rays, first) = (self.world, self.rays, self.first);
         let through = |inside: InMesh<L, S>, queries: &mut [Q; S]| {
-            inside.trace_items::<C, Q>(world, rays, first, run, boxes, queries);
-            [L::Mask::splat(false); S]
+            inside.trace_items::<C, Q>(world, rays, first, run, boxes, queries)
         };
         if entry.placed {
             let streams = &mut scratch.streams;
@@ -103,9 +105,10 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
         items: &[Item],
         boxes: &BoxRows,
         queries: &mut [Q; S],
-    ) {
+    ) -> [L::Mask; S] {
+        let none = [L::Mask::splat(false); S];
         let exact = is_exact::<L, C>();
-        if exact {
+        if exact && !bounds_decide::<L, C>() {
             let packets: [_; S] = std::array::from_fn(|s| rays.packet(start + s * L::COUNT, world));
             let testers: [_; S] =
                 std::array::from_fn(|s| Tester::<L, C, Everything>::new(world, &packets[s]));
@@ -120,19 +123,29 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                     );
                 }
             }
-            return;
+            return none;
         }
         let mesh = self.mesh;
+        let guarded = bounds_decide::<L, C>();
+        if guarded {
+            self.start_guarded::<Pinhole, Q>(queries);
+        }
         for (number, item) in items.iter().enumerate() {
             if let Some(item) = items.get(number + 2) {
                 mesh.blocks.prefetch(item.block as usize);
             }
             let block = item.block as usize;
             let (rays, any) = self.rays_in::<Pinhole>(boxes.get(block));
-            if any {
+            if any && guarded {
+                self.blocks::<Guarded<PinholeEdges>, Q>(&rays, block, 1, queries);
+            } else if any {
                 self.blocks::<Fast<Pinhole>, Q>(&rays, block, 1, queries);
             }
         }
+        if guarded {
+            return self.settle_guarded::<Pinhole, Q>(queries);
+        }
         self.settle_all::<Pinhole, C, Q>(world, rays, start, queries);
+        none
     }
 }

@@ -2,7 +2,7 @@
 
 use super::bundle::{Bundle, Parallel, Pinhole, Projection, RelativeBox, is_exact};
 use super::fast::Fast;
-use super::guarded;
+use super::guarded::{Guarded, ParallelEdges, PinholeEdges};
 use super::settle::{Found, settle};
 use crate::accel::{Entry, WIDE, WideMesh, WideStack, World};
 use crate::geom::Certainty;
@@ -45,8 +45,8 @@ pub(super) struct Nearest<L> {
 
 /// Whether f32 decides, within its bounds.
 #[inline(always)]
-fn bounds_decide<P: Projection, L: Lanes, C: Certainty>() -> bool {
-    C::GUARDED && !C::DOUBTS_ALL && !L::is_double() && !P::PARALLEL
+pub(super) fn bounds_decide<L: Lanes, C: Certainty>() -> bool {
+    C::GUARDED && !C::DOUBTS_ALL && !L::is_double()
 }
 
 impl<L: Lanes> Nearest<L> {
@@ -124,26 +124,29 @@ impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
         stack: &mut WideStack,
     ) -> [L::Mask; S] {
         let none = [L::Mask::splat(false); S];
-        let exact = is_exact::<L, C>();
         let frustum = self.bundle.frustum;
         let deepest = self.bundle.deepest();
         let mesh = self.mesh;
         let tree = &mesh.tree;
-        if bounds_decide::<P, L, C>() {
-            self.start_guarded(queries);
+        if bounds_decide::<L, C>() {
+            self.start_guarded::<P, Q>(queries);
             tree.walk_frustum(
                 &frustum,
                 deepest,
                 stack,
                 |block| mesh.blocks.prefetch(block),
                 |node, place, range, _| {
-                    self.leaf::<Pinhole, guarded::Edges, Q>(node, place, range, queries);
+                    if P::PARALLEL {
+                        self.leaf::<P, Guarded<ParallelEdges>, Q>(node, place, range, queries);
+                    } else {
+                        self.leaf::<P, Guarded<PinholeEdges>, Q>(node, place, range, queries);
+                    }
                     self.bundle.deepest()
                 },
             );
-            return self.settle_guarded(queries);
+            return self.settle_guarded::<P, Q>(queries);
         }
-        if exact {
+        if is_exact::<L, C>() {
             let packet = |s: usize| rays.packet(start + s * L::COUNT, world);
             let packets: [Packet<L>; S] = std::array::from_fn(packet);
             let testers: [_; S] =

@@ -10,8 +10,9 @@
 //! In f32 triangles are decided by edge functions that the tile's rays share,
 //! three times as cheap as the watertight test; t is then computed by the steps
 //! that all kernels share, so that kernels which agree on the triangle agree on t.
-//! In f64 the edge functions only sort out, with a margin, and the watertight test
-//! decides.
+//! Guarded, they have error bounds, and rays for which these do not suffice are
+//! left in doubt, for the caller to trace otherwise. In f64 the edge functions
+//! only sort out, with a margin, and the test of one ray decides.
 
 mod block;
 mod bundle;
@@ -151,9 +152,11 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         packets.clear();
         let dir = dir.map(f64::from);
         let taken = if one_origin {
-            bundle.take_in(org, dirs, &alive, &alive, bounds)
+            let org = DVec3::from_array(org) - world.center;
+            bundle.take_in(org.to_array(), dirs, &alive, &alive, bounds)
         } else {
-            let orgs = |s: usize| rays.org.lanes(at(s));
+            let center = Vec3::splat(world.center.to_array());
+            let orgs = |s: usize| rays.org.lanes(at(s)) - center;
             bundle.take_in_parallel(orgs, dir, &alive, &alive, bounds)
         };
         taken.then_some(Tile {

@@ -8,7 +8,7 @@
 //! What these numbers are relative to is the tree's alone: which rays make a tile
 //! with it changes no bit of what a ray meets. tests/parallel.rs holds that.
 
-use super::bundle::{Bundle, LEAST_SLOPE, RelativeBox, main_axis};
+use super::bundle::{Bundle, LEAST_SLOPE, RelativeBox, SHORTEST, main_axis};
 use crate::accel::Frustum;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Vec3};
@@ -22,6 +22,9 @@ pub(super) struct Shear {
     inverse: [f32; 2],
     /// What boxes grow by along (a, b, k).
     pad: [f32; 3],
+    /// The middle of the tile's lines, and how far they are from it, at most.
+    pub middle: [f32; 2],
+    pub spread: f32,
 }
 
 /// Where a group's rays start.
@@ -29,6 +32,9 @@ pub(super) struct Shear {
 pub(super) struct Starts<L: Lanes> {
     /// Rounded to the lanes' type; of rays that are not alive, the middle ray's.
     pub org: Vec3<L>,
+    /// Which lines they are on, from the middle of the tile's.
+    pub u: L,
+    pub v: L,
     /// Depths: negative before the tree.
     pub depth: L,
     /// What a depth may be wrong by that a t was turned into, generously.
@@ -62,7 +68,7 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
         let Some(middle) = self.middle_of(alive) else {
             return false;
         };
-        if !slopes.iter().all(|s| s.abs() <= 1.0) {
+        if !slopes.iter().all(|s| s.abs() <= 1.0) || along < SHORTEST {
             return false;
         }
         let here = org(middle / L::COUNT);
@@ -147,6 +153,11 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
         let sheared = [reach[0] + reach[2], reach[1] + reach[2], reach[2]];
         let pad = sheared.map(|r| r * (32.0 * f32::EPSILON));
         let [u, v] = lines;
+        let middle = lines.map(|[low, high]| 0.5 * low + 0.5 * high);
+        for (starts, group) in self.starts.iter_mut().zip(&self.groups) {
+            starts.u = group.u - L::from_f32(middle[0]);
+            starts.v = group.v - L::from_f32(middle[1]);
+        }
         let low = [about[0] + u[0], about[1] + v[0], base];
         let high = [about[0] + u[1], about[1] + v[1], base];
         let low = [low[0] - pad[0], low[1] - pad[1], low[2] - pad[2]];
@@ -162,6 +173,8 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
             inverse,
             // With that of the frustum.
             pad: sheared.map(|r| r * (64.0 * f32::EPSILON)),
+            middle,
+            spread: (u[1] - u[0]).max(v[1] - v[0]) * (0.5 + 4.0 * f32::EPSILON),
         };
         self.parallel = true;
         true

@@ -1,0 +1,133 @@
+//! What a ray's line crosses, as polynomials of the tables' own numbers.
+
+use super::Line;
+use crate::geom::Cone;
+use crate::geom::triangle::Corners;
+use crate::math::number::{cross, dot};
+use crate::math::{Dyadic, Number};
+
+/// A surface that a line crosses where a polynomial is zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Surface {
+    /// n·x = offset.
+    Plane {
+        normal: [f64; 3],
+        offset: f64,
+    },
+    /// n·(x − p) = 0.
+    PlaneThrough {
+        normal: [f64; 3],
+        point: [f64; 3],
+    },
+    /// Of a cone, through its base or its top.
+    Cap {
+        cone: Cone,
+        at_top: bool,
+    },
+    /// A triangle's plane.
+    Facet(Corners),
+    Sphere {
+        center: [f64; 3],
+        radius: f64,
+    },
+    Ellipsoid {
+        center: [f64; 3],
+        radii: [f64; 3],
+    },
+    /// Of a cone, both ways without end, and mirrored beyond its apex.
+    Side(Cone),
+}
+
+impl Surface {
+    /// [a, b, c] of f(t) = a t² + 2b t + c along the line, t counted from `shift`.
+    /// Below zero inside; of planes, where the normal comes from.
+    ///
+    /// Of degree 6 in the inputs at most, and homogeneous but in t.
+    #[inline(always)]
+    pub fn along<N: Number>(&self, line: &Line, shift: f64) -> [N; 3] {
+        let dir = of::<N>(&line.dir);
+        let from = |point: &[f64; 3]| -> [N; 3] {
+            std::array::from_fn(|k| N::displaced(line.org[k], shift, line.dir[k], point[k]))
+        };
+        // n·(o − p) + (n·d) t, doubled.
+        let plane = |normal: &[N; 3], at: N| [N::of(0.0), dot(normal, &dir), at.doubled()];
+        match self {
+            Surface::Plane { normal, offset } => {
+                let normal = of::<N>(normal);
+                let at = dot(&normal, &from(&[0.0; 3])).minus(&N::of(*offset));
+                plane(&normal, at)
+            }
+            Surface::PlaneThrough { normal, point } => {
+                let normal = of::<N>(normal);
+                let at = dot(&normal, &from(point));
+                plane(&normal, at)
+            }
+            Surface::Cap { cone, at_top } => {
+                let axis = axis::<N>(cone);
+                let point = if *at_top { cone.top } else { cone.base };
+                let at = dot(&axis, &from(&point.to_array()));
+                plane(&axis, at)
+            }
+            Surface::Facet(corners) => {
+                let [a, b, c] = corners.map(|c| c.map(f64::from));
+                let edge = |to: &[f64; 3]| -> [N; 3] {
+                    std::array::from_fn(|k| N::displaced(to[k], 0.0, 0.0, a[k]))
+                };
+                let normal = cross(&edge(&b), &edge(&c));
+                let at = dot(&normal, &from(&a));
+                plane(&normal, at)
+            }
+            Surface::Sphere { center, radius } => {
+                let near = from(center);
+                let c = dot(&near, &near).minus(&N::of(*radius).squared());
+                [dot(&dir, &dir), dot(&near, &dir), c]
+            }
+            Surface::Ellipsoid { center, radii } => {
+                let near = from(center);
+                let [x, y, z] = of::<N>(radii).map(|r| r.squared());
+                let weights = [y.times(&z), z.times(&x), x.times(&y)];
+                let weighted =
+                    |v: &[N; 3]| -> [N; 3] { std::array::from_fn(|k| v[k].times(&weights[k])) };
+                let (far, steep) = (weighted(&near), weighted(&dir));
+                let c = dot(&near, &far).minus(&x.times(&weights[0]));
+                [dot(&dir, &steep), dot(&near, &steep), c]
+            }
+            Surface::Side(cone) => {
+                let axis = axis::<N>(cone);
+                let near = from(&cone.base.to_array());
+                let (base, top) = (N::of(cone.base_radius), N::of(cone.top_radius));
+                let growth = top.minus(&base);
+                let length = dot(&axis, &axis);
+                let radius = base.times(&length).plus(&growth.times(&dot(&near, &axis)));
+                let widening = growth.times(&dot(&dir, &axis));
+                // L|w|² − h² = |w × a|², Lagrange's identity: it does not cancel
+                // along the axis.
+                let (across, drift) = (cross(&near, &axis), cross(&dir, &axis));
+                let form = |p: &[N; 3], q: &[N; 3], r: &N, s: &N| {
+                    length.times(&dot(p, q)).minus(&r.times(s))
+                };
+                [
+                    form(&drift, &drift, &widening, &widening),
+                    form(&across, &drift, &radius, &widening),
+                    form(&across, &across, &radius, &radius),
+                ]
+            }
+        }
+    }
+
+    /// The same from the line's origin, exactly where the capacity allows.
+    #[inline(never)]
+    pub fn along_exactly<const CAPACITY: usize>(&self, line: &Line) -> [Dyadic<CAPACITY>; 3] {
+        self.along(line, 0.0)
+    }
+}
+
+#[inline(always)]
+fn of<N: Number>(v: &[f64; 3]) -> [N; 3] {
+    [N::of(v[0]), N::of(v[1]), N::of(v[2])]
+}
+
+#[inline(always)]
+fn axis<N: Number>(cone: &Cone) -> [N; 3] {
+    std::array::from_fn(|k| N::displaced(cone.top[k], 0.0, 0.0, cone.base[k]))
+}

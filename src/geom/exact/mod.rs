@@ -57,8 +57,8 @@ pub struct Line {
 /// A row of any table but that of meshes.
 #[derive(Clone, Copy, Debug)]
 pub enum Solid<'a> {
-    /// One, or those of a polyhedron.
-    HalfSpaces(&'a [HalfSpace]),
+    HalfSpace(HalfSpace),
+    Polyhedron(&'a [HalfSpace]),
     Cuboid(Cuboid),
     Sphere(Sphere),
     Ellipsoid(Ellipsoid),
@@ -76,7 +76,8 @@ pub fn first_beyond(solid: &Solid, line: &Line, t_min: f64) -> Option<Root> {
         return None;
     }
     match solid {
-        Solid::HalfSpaces(planes) => solid::half_spaces(line, planes.iter().copied(), t_min),
+        Solid::HalfSpace(plane) => solid::half_spaces(line, [*plane].into_iter(), t_min),
+        Solid::Polyhedron(planes) => solid::half_spaces(line, planes.iter().copied(), t_min),
         Solid::Cuboid(cuboid) => solid::cuboid(line, cuboid, t_min),
         Solid::Sphere(sphere) => solid::sphere(line, sphere, t_min),
         Solid::Ellipsoid(ellipsoid) => solid::ellipsoid(line, ellipsoid, t_min),
@@ -88,11 +89,11 @@ pub fn first_beyond(solid: &Solid, line: &Line, t_min: f64) -> Option<Root> {
 
 impl Solid<'_> {
     fn is_finite(&self) -> bool {
+        let is_finite = |p: &HalfSpace| p.normal.is_finite() && p.offset.is_finite();
         let all = |points: &[DVec3]| points.iter().all(|p| p.is_finite());
         match self {
-            Solid::HalfSpaces(planes) => planes
-                .iter()
-                .all(|p| p.normal.is_finite() && p.offset.is_finite()),
+            Solid::HalfSpace(plane) => is_finite(plane),
+            Solid::Polyhedron(planes) => planes.iter().all(is_finite),
             Solid::Cuboid(row) => all(&[row.min, row.max]),
             Solid::Sphere(row) => row.center.is_finite() && row.radius.is_finite(),
             Solid::Ellipsoid(row) => all(&[row.center, row.radii]),

@@ -131,7 +131,7 @@ impl Bounded {
         let value = if self.value > 0.0 {
             self.value.sqrt()
         } else {
-            self.value * 0.0
+            self.value.abs() * 0.0
         };
         let (steep, near) = (self.error / value, self.error.sqrt());
         // Not below where this is NaN.
@@ -160,4 +160,94 @@ fn product(x: f64, y: f64) -> (f64, f64) {
     let ((x, x_low), (y, y_low)) = (halves(x), halves(y));
     let rest = ((x * y - product) + x * y_low + x_low * y) + x_low * y_low;
     (product, rest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Dyadic;
+    use proptest::prelude::*;
+
+    type Exact = Dyadic<220>;
+
+    /// Whether the exact number lies within the bounds.
+    fn holds(bounded: &Bounded, exact: &Exact) -> bool {
+        if !bounded.value.is_finite() || !bounded.error.is_finite() {
+            return true;
+        }
+        let (value, error) = (Exact::of(bounded.value), Exact::of(bounded.error));
+        let off = exact.minus(&value);
+        let beyond = off.minus(&error).sign();
+        let below = off.plus(&error).sign();
+        beyond.expect("it fits").is_le() && below.expect("it fits").is_ge()
+    }
+
+    fn formulas<N: Number>(o: f64, s: f64, d: f64, c: f64) -> [N; 6] {
+        let [p, q, r] = [N::of(o), N::of(s), N::of(d)];
+        let near = N::displaced(o, s, d, c);
+        [
+            p.plus(&q),
+            p.minus(&q).plus(&r),
+            p.times(&q),
+            p.times(&q).minus(&r.squared()),
+            near.clone(),
+            near.times(&p.plus(&r)).doubled(),
+        ]
+    }
+
+    /// Of like size, of any size, and so that they cancel.
+    fn numbers() -> impl Strategy<Value = [f64; 4]> {
+        let any = any::<[f64; 4]>().prop_filter("finite", |x| x.iter().all(|x| x.is_finite()));
+        let like = [-2.0..2.0, -2.0..2.0, -2.0..2.0, -2.0..2.0];
+        let cancel = [1e8..1e9, -2.0..2.0, 1e-3..1.0, 0.0..1.0].prop_map(|[o, s, d, c]| {
+            let c = o + s * d * (1.0 + c * 1e-13);
+            [o, s, d, c]
+        });
+        prop_oneof![any, like, cancel]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig {
+            failure_persistence: None,
+            ..ProptestConfig::with_cases(50_000)
+        })]
+
+        #[test]
+        fn running_bounds_hold([o, s, d, c] in numbers()) {
+            let bounded = formulas::<Bounded>(o, s, d, c);
+            let exact = formulas::<Exact>(o, s, d, c);
+            for (i, (bounded, exact)) in bounded.iter().zip(&exact).enumerate() {
+                prop_assert!(holds(bounded, exact), "formula {}: {:?}", i, bounded);
+            }
+            // v · (1 ± e) encloses: so that y times it encloses x.
+            for i in 0..6 {
+                let (x, y) = (&exact[i], &exact[(i + 1) % 6]);
+                let quotient = bounded[i].over(&bounded[(i + 1) % 6]);
+                if quotient.value.is_finite() && quotient.error.is_finite() {
+                    let sign = y.sign().expect("it fits").is_lt();
+                    let (x, y) = (x.negated_if(sign), y.negated_if(sign));
+                    let (v, e) = (Exact::of(quotient.value), Exact::of(quotient.error));
+                    prop_assert!(v.plus(&e).times(&y).minus(&x).sign().is_some_and(|s| s.is_ge()));
+                    prop_assert!(v.minus(&e).times(&y).minus(&x).sign().is_some_and(|s| s.is_le()));
+                }
+                let x = &exact[i];
+                let root = bounded[i].sqrt();
+                prop_assert!(!(root.error < 0.0), "{:?}", root);
+                if x.sign().expect("it fits").is_ge() && root.error.is_finite() {
+                    let (v, e) = (Exact::of(root.value), Exact::of(root.error));
+                    let (above, below) = (v.plus(&e), v.minus(&e));
+                    prop_assert!(above.squared().minus(x).sign().is_some_and(|s| s.is_ge()));
+                    let below_zero = below.sign().expect("it fits").is_lt();
+                    prop_assert!(below_zero || below.squared().minus(x).sign().is_some_and(|s| s.is_le()));
+                }
+            }
+        }
+    }
+
+    /// A far ray's point near a centre, to the last bit but a few.
+    #[test]
+    fn far_points_are_known_well() {
+        let near = <Bounded as Number>::displaced(1e9, -1.0 / 3.0, 3e9, 0.1);
+        assert!(near.error < 1e-15 * near.value.abs().max(1e-6), "{near:?}");
+    }
 }

@@ -3,7 +3,7 @@
 mod aabb;
 mod affine;
 pub mod bounds;
-mod dyadic;
+pub mod dyadic;
 pub mod int;
 pub mod lanes;
 pub mod number;
@@ -13,7 +13,6 @@ mod vec3;
 
 pub use aabb::{Aabb, Aabb32, round_down, round_up};
 pub use affine::Affine;
-pub use dyadic::Dyadic;
 pub use number::Number;
 pub use ratio::Ratio;
 pub use unit::{length, unit};

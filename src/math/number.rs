@@ -1,13 +1,16 @@
 //! What formulas of exact predicates are written in, once: f64 with a bound on
 //! its error ([`Bounded`](super::bounds::Bounded)), and exact numbers
-//! ([`Dyadic`](super::Dyadic)).
+//! ([`Dyadic`](super::dyadic::Dyadic)).
 
 use std::cmp::Ordering;
 
 /// A number that is added, subtracted and multiplied, and whose sign may be known.
-pub trait Number: Clone {
+pub trait Number: Copy {
+    /// Where numbers are kept.
+    type Space: Copy;
+
     /// A finite number, exactly.
-    fn of(x: f64) -> Self;
+    fn of(space: Self::Space, x: f64) -> Self;
     fn plus(&self, other: &Self) -> Self;
     fn minus(&self, other: &Self) -> Self;
     fn times(&self, other: &Self) -> Self;
@@ -16,7 +19,7 @@ pub trait Number: Clone {
     fn sign(&self) -> Option<Ordering>;
 
     /// o + s·d − c: a coordinate of a ray's point, from another point.
-    fn displaced(o: f64, s: f64, d: f64, c: f64) -> Self;
+    fn displaced(space: Self::Space, o: f64, s: f64, d: f64, c: f64) -> Self;
 
     #[inline(always)]
     fn squared(&self) -> Self {

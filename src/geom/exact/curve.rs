@@ -2,11 +2,12 @@
 //! errors, the signs that follow from them, from exact numbers where f64 leaves
 //! them open, and the roots.
 
+use super::Line;
 use super::root::{Branch, Root};
 use super::surface::Surface;
-use super::{Line, settled};
 use crate::math::Number;
 use crate::math::bounds::Bounded;
+use crate::math::dyadic::exactly;
 use std::cmp::Ordering;
 
 pub(super) struct Curve {
@@ -36,7 +37,7 @@ impl Curve {
             line: *line,
             surface,
             shift,
-            f: surface.along(line, shift),
+            f: surface.along((), line, shift),
         }
     }
 
@@ -61,7 +62,20 @@ impl Curve {
 
     #[inline(always)]
     fn coefficient(&self, k: usize) -> Ordering {
-        settled!(self.f[k].sign(), coefficient(&self.line, &self.surface, k))
+        let known = self.f[k].sign();
+        known.unwrap_or_else(|| self.exact_coefficient(k))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn exact_coefficient(&self, k: usize) -> Ordering {
+        exactly(&|space| self.surface.exactly_along(space, &self.line)[k].sign())
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn exact_discriminant(&self) -> Ordering {
+        exactly(&|space| discriminant(&self.surface.exactly_along(space, &self.line)).sign())
     }
 
     /// Of one that bends (a ≠ 0, of this sign): the lower and the upper one.
@@ -69,7 +83,7 @@ impl Curve {
     pub fn roots(&self, bend: Ordering) -> Option<[Root; 2]> {
         let [a, b, c] = &self.f;
         let square = discriminant(&self.f);
-        let real = settled!(square.sign(), discriminant_sign(&self.line, &self.surface));
+        let real = square.sign().unwrap_or_else(|| self.exact_discriminant());
         if real.is_lt() {
             return None;
         }
@@ -99,7 +113,7 @@ impl Curve {
 
     #[inline(always)]
     fn root(&self, branch: Branch, t: &Bounded) -> Root {
-        let t = Bounded::of(self.shift).plus(t);
+        let t = Bounded::exact(self.shift).plus(t);
         Root::new(&self.line, self.surface, branch, t)
     }
 
@@ -120,20 +134,6 @@ impl Curve {
             _ => at.sign_of(&self.surface),
         }
     }
-}
-
-#[inline(never)]
-fn coefficient<const CAPACITY: usize>(
-    line: &Line,
-    surface: &Surface,
-    k: usize,
-) -> Option<Ordering> {
-    surface.along_exactly::<CAPACITY>(line)[k].sign()
-}
-
-#[inline(never)]
-fn discriminant_sign<const CAPACITY: usize>(line: &Line, surface: &Surface) -> Option<Ordering> {
-    discriminant(&surface.along_exactly::<CAPACITY>(line)).sign()
 }
 
 /// b² − a c.

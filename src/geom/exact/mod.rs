@@ -5,8 +5,8 @@
 //! along the ray is zero, whose coefficients are polynomials of the inputs: a
 //! crossing is such a root, and not a number. Signs and orders come from f64
 //! with a running bound on its error, as nearly always, and else from exact
-//! numbers on the stack ([`Dyadic`](crate::math::Dyadic)), first of a small
-//! capacity and then of one that holds whatever finite inputs give. Triangles,
+//! numbers on the stack ([`Dyadic`](crate::math::dyadic::Dyadic)); no finite input
+//! is refused. Triangles,
 //! which are most, have predicates of their own ([`crate::geom::triangle::exact`]).
 //! tests/exact_solids.rs compares with integers of any length.
 
@@ -25,27 +25,6 @@ use glam::DVec3;
 use root::Branch;
 use std::cmp::Ordering;
 use surface::Surface;
-
-/// Limbs of numbers for inputs of like size.
-const SMALL: usize = 64;
-
-/// Enough for any finite inputs. Numbers are homogeneous polynomials of them, of
-/// degree 30 at most: multiples of 2^(−1074·30), and below 2^(1024·30 + 80).
-const LARGE: usize = 1024;
-
-const HELD: &str = "so many limbs hold what finite inputs give";
-
-/// A sign that f64 may know; else by a function of exact numbers.
-macro_rules! settled {
-    ($known:expr, $function:ident($($argument:expr),*)) => {
-        $known.unwrap_or_else(|| {
-            $function::<{ $crate::geom::exact::SMALL }>($($argument),*)
-                .or_else(|| $function::<{ $crate::geom::exact::LARGE }>($($argument),*))
-                .expect($crate::geom::exact::HELD)
-        })
-    };
-}
-use settled;
 
 /// An object ray, both ways without end.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,13 +5,14 @@
 //! on its positive side are counted (Shimrat's rule), by exact signs; a corner
 //! on the axis counts as below it. The origin on an edge is inside.
 
+use super::Line;
 use super::curve::Curve;
 use super::root::Root;
 use super::surface::Surface;
-use super::{Line, settled};
 use crate::geom::Polygon;
+use crate::math::Number;
 use crate::math::bounds::Bounded;
-use crate::math::{Dyadic, Number};
+use crate::math::dyadic::{Dyadic, exactly};
 use std::cmp::Ordering;
 
 pub(super) fn polygon(line: &Line, polygon: &Polygon, t_min: f64) -> Option<Root> {
@@ -67,10 +68,7 @@ impl View<'_> {
                 (from, to) => {
                     // Of the place where the edge's line crosses the x-axis,
                     // times that of the way it goes.
-                    let side = settled!(
-                        side(&a.seen, &b.seen).sign(),
-                        side_sign(self, &a.point, &b.point)
-                    );
+                    let side = self.turn(&a, &b);
                     if side.is_eq() {
                         return true;
                     }
@@ -85,54 +83,57 @@ impl View<'_> {
 
     #[inline(always)]
     fn corner(&self, point: [f64; 3]) -> Corner {
-        let seen: [Bounded; 2] = self.seen(&point);
-        let height = settled!(seen[1].sign(), coordinate_sign(self, &point, 1));
+        let seen: [Bounded; 2] = self.seen((), &point);
+        let height = seen[1].sign();
         Corner {
             point,
             seen,
-            height,
+            height: height.unwrap_or_else(|| self.exact_place(&point, 1)),
         }
     }
 
     /// The sign of x.
     fn place(&self, corner: &Corner) -> Ordering {
-        settled!(
-            corner.seen[0].sign(),
-            coordinate_sign(self, &corner.point, 0)
-        )
+        let place = corner.seen[0].sign();
+        place.unwrap_or_else(|| self.exact_place(&corner.point, 0))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn exact_place(&self, point: &[f64; 3], k: usize) -> Ordering {
+        exactly(&|space| self.seen::<Dyadic>(space, point)[k].sign())
+    }
+
+    /// The sign of an edge function.
+    #[inline(always)]
+    fn turn(&self, a: &Corner, b: &Corner) -> Ordering {
+        let turn = turn(&a.seen, &b.seen).sign();
+        turn.unwrap_or_else(|| self.exact_turn(&a.point, &b.point))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn exact_turn(&self, a: &[f64; 3], b: &[f64; 3]) -> Ordering {
+        exactly(&|space| turn::<Dyadic>(&self.seen(space, a), &self.seen(space, b)).sign())
     }
 
     /// x and y along the line, times the direction's longest component.
     #[inline(always)]
-    fn seen<N: Number>(&self, point: &[f64; 3]) -> [N; 2] {
+    fn seen<N: Number>(&self, space: N::Space, point: &[f64; 3]) -> [N; 2] {
         let Line { org, dir } = self.line;
-        let from = |k: usize| N::displaced(point[k], 0.0, 0.0, org[k]);
+        let from = |k: usize| N::displaced(space, point[k], 0.0, 0.0, org[k]);
         let k = self.axis;
-        let (depth, along) = (from(k), N::of(dir[k]));
+        let (depth, along) = (from(k), N::of(space, dir[k]));
         let coordinate = |i: usize| {
             let across = from(i).times(&along);
-            across.minus(&depth.times(&N::of(dir[i])))
+            across.minus(&depth.times(&N::of(space, dir[i])))
         };
         [coordinate((k + 1) % 3), coordinate((k + 2) % 3)]
     }
 }
 
-#[inline(never)]
-fn coordinate_sign<const CAPACITY: usize>(
-    view: &View,
-    point: &[f64; 3],
-    k: usize,
-) -> Option<Ordering> {
-    view.seen::<Dyadic<CAPACITY>>(point)[k].sign()
-}
-
-#[inline(never)]
-fn side_sign<const CAPACITY: usize>(view: &View, a: &[f64; 3], b: &[f64; 3]) -> Option<Ordering> {
-    side(&view.seen::<Dyadic<CAPACITY>>(a), &view.seen(b)).sign()
-}
-
 /// The edge function of two corners; times the direction's longest component.
 #[inline(always)]
-fn side<N: Number>(a: &[N; 2], b: &[N; 2]) -> N {
+fn turn<N: Number>(a: &[N; 2], b: &[N; 2]) -> N {
     a[0].times(&b[1]).minus(&a[1].times(&b[0]))
 }

@@ -10,11 +10,12 @@
 //! roots, common and double ones, and equal polynomials are no cases of their
 //! own. docs/NUMERICS.md has the proof.
 
+use super::Line;
 use super::surface::Surface;
-use super::{LARGE, Line, SMALL};
+use crate::math::Number;
 use crate::math::bounds::Bounded;
+use crate::math::dyadic::{Dyadic, Space, exactly};
 use crate::math::int::decoded;
-use crate::math::{Dyadic, Number};
 use std::cmp::Ordering;
 
 /// Which root of a polynomial.
@@ -56,15 +57,13 @@ impl Root {
     /// t against a number, exactly. Infinity is above all, and so is NaN.
     #[inline]
     pub fn order_with(&self, x: f64) -> Ordering {
-        let certain = self.t.order(&Bounded::of(x));
+        let certain = self.t.order(&Bounded::exact(x));
         certain.unwrap_or_else(|| self.order_with_exact(x))
     }
 
     /// The f64 nearest to t, ties to even; so equal t have equal bits.
     pub fn rounded(&self) -> f64 {
-        let small = Form::<SMALL>::of(self).rounded(&self.t);
-        let large = || Form::<LARGE>::of(self).rounded(&self.t);
-        small.or_else(large).expect(super::HELD)
+        exactly(&|space| Form::of(space, self).rounded(&self.t))
     }
 
     #[cold]
@@ -73,9 +72,7 @@ impl Root {
         if self.line == other.line && self.surface == other.surface && self.branch == other.branch {
             return Ordering::Equal;
         }
-        let small = Form::<SMALL>::of(self).order(&Form::of(other));
-        let large = || Form::<LARGE>::of(self).order(&Form::of(other));
-        small.or_else(large).expect(super::HELD)
+        exactly(&|space| Form::of(space, self).order(&Form::of(space, other)))
     }
 
     #[cold]
@@ -88,25 +85,26 @@ impl Root {
                 Ordering::Less
             };
         }
-        let small = Form::<SMALL>::of(self).order_of_number(x);
-        let large = || Form::<LARGE>::of(self).order_of_number(x);
-        small.or_else(large).expect(super::HELD).reverse()
+        let order = exactly(&|space| Form::of(space, self).order_of_number(x));
+        order.reverse()
     }
 
     /// The sign that a polynomial has at this crossing of a plane.
     #[cold]
     #[inline(never)]
     pub(super) fn sign_of(&self, surface: &Surface) -> Ordering {
-        let small = Form::<SMALL>::of(self).sign_of(&surface.along_exactly(&self.line));
-        let large = || Form::<LARGE>::of(self).sign_of(&surface.along_exactly(&self.line));
-        small.or_else(large).expect(super::HELD)
+        exactly(&|space| {
+            let f = surface.exactly_along(space, &self.line);
+            Form::of(space, self).sign_of(&f)
+        })
     }
 }
 
 /// A root in exact numbers: of a t² + 2b t + c with a > 0, or with a = 0 and
 /// b > 0.
-struct Form<const CAPACITY: usize> {
-    f: [Dyadic<CAPACITY>; 3],
+struct Form<'a> {
+    space: &'a Space<'a>,
+    f: [Dyadic<'a>; 3],
     branch: Branch,
 }
 
@@ -119,28 +117,29 @@ fn signed(sign: Ordering, factor: Ordering) -> Ordering {
     }
 }
 
-/// All answers are `None` where numbers do not fit.
-impl<const CAPACITY: usize> Form<CAPACITY> {
+/// All answers are `None` where numbers find no room.
+impl<'a> Form<'a> {
     #[inline(never)]
-    fn of(root: &Root) -> Self {
-        let f = root.surface.along_exactly(&root.line);
+    fn of(space: &'a Space<'a>, root: &Root) -> Self {
+        let f = root.surface.exactly_along(space, &root.line);
         let first = f[0].sign().filter(|s| s.is_ne());
         let negate = first.or(f[1].sign()) == Some(Ordering::Less);
         Form {
+            space,
             f: f.map(|x| x.negated_if(negate)),
             branch: root.branch,
         }
     }
 
     /// −c / 2b, of a linear one; b is positive.
-    fn fraction(&self) -> (Dyadic<CAPACITY>, Dyadic<CAPACITY>) {
+    fn fraction(&self) -> (Dyadic<'a>, Dyadic<'a>) {
         let [_, b, c] = &self.f;
         (c.negated(), b.doubled())
     }
 
     /// p/q against the root; q > 0.
     #[inline(never)]
-    fn order_of(&self, p: &Dyadic<CAPACITY>, q: &Dyadic<CAPACITY>) -> Option<Ordering> {
+    fn order_of(&self, p: &Dyadic<'a>, q: &Dyadic<'a>) -> Option<Ordering> {
         let [a, b, c] = &self.f;
         if a.sign()?.is_eq() {
             return b.doubled().times(p).plus(&c.times(q)).sign();
@@ -157,19 +156,30 @@ impl<const CAPACITY: usize> Form<CAPACITY> {
     }
 
     fn order_of_number(&self, x: f64) -> Option<Ordering> {
-        self.order_of(&Dyadic::of(x), &Dyadic::of(1.0))
+        let (m, power) = decoded(x);
+        self.order_of_scaled(m, power, x < 0.0)
+    }
+
+    /// ± m · 2^power against the root.
+    fn order_of_scaled(&self, m: u64, power: i32, negative: bool) -> Option<Ordering> {
+        let Form { space, .. } = *self;
+        space.briefly(|| {
+            let x = Dyadic::scaled(space, m, power, negative);
+            self.order_of(&x, &Dyadic::of(space, 1.0))
+        })
     }
 
     /// The sign of m t + n at the root.
     #[inline(never)]
-    fn sign_at(&self, m: &Dyadic<CAPACITY>, n: &Dyadic<CAPACITY>) -> Option<Ordering> {
+    fn sign_at(&self, m: &Dyadic<'a>, n: &Dyadic<'a>) -> Option<Ordering> {
         let rise = m.sign()?;
         if rise.is_eq() {
             return n.sign();
         }
         // Where it is zero, beside the root.
         let down = rise.is_lt();
-        let zero = self.order_of(&n.negated_if(!down), &m.negated_if(down))?;
+        let zero = || self.order_of(&n.negated_if(!down), &m.negated_if(down));
+        let zero = self.space.briefly(zero)?;
         Some(signed(zero.reverse(), rise))
     }
 
@@ -201,7 +211,7 @@ impl<const CAPACITY: usize> Form<CAPACITY> {
 
     /// The sign of another polynomial at this linear one's root.
     #[inline(never)]
-    fn sign_of(&self, [a, b, c]: &[Dyadic<CAPACITY>; 3]) -> Option<Ordering> {
+    fn sign_of(&self, [a, b, c]: &[Dyadic<'a>; 3]) -> Option<Ordering> {
         let (p, q) = self.fraction();
         let slope = a.times(&p).plus(&b.doubled().times(&q));
         slope.times(&p).plus(&c.times(&q.squared())).sign()
@@ -215,9 +225,9 @@ impl<const CAPACITY: usize> Form<CAPACITY> {
             return Some(0.0);
         }
         let negative = sign.is_lt();
-        let of = |size: &Dyadic<CAPACITY>| {
-            let order = self.order_of(&size.negated_if(negative), &Dyadic::of(1.0))?;
-            // Of |t| against it.
+        // |t| against m · 2^power.
+        let against = |(m, power): (u64, i32)| {
+            let order = self.order_of_scaled(m, power, negative)?;
             Some(if negative { order } else { order.reverse() })
         };
         // |t| is at least the one number and less than the other, in the end neighbours.
@@ -233,14 +243,14 @@ impl<const CAPACITY: usize> Form<CAPACITY> {
         let (mut low, mut high) = (least.to_bits(), most.to_bits() + 1);
         while high - low > 1 {
             let middle = low + (high - low) / 2;
-            if of(&Dyadic::of(f64::from_bits(middle)))?.is_lt() {
+            if against(decoded(f64::from_bits(middle)))?.is_lt() {
                 high = middle;
             } else {
                 low = middle;
             }
         }
         let (m, power) = decoded(f64::from_bits(low));
-        let up = match of(&Dyadic::scaled(2 * m + 1, power - 1, false))? {
+        let up = match against((2 * m + 1, power - 1))? {
             Ordering::Less => 0,
             Ordering::Equal => low & 1,
             Ordering::Greater => 1,

@@ -3,8 +3,9 @@
 use super::Line;
 use crate::geom::Cone;
 use crate::geom::triangle::Corners;
+use crate::math::Number;
+use crate::math::dyadic::{Dyadic, Space};
 use crate::math::number::{cross, dot};
-use crate::math::{Dyadic, Number};
 
 /// A surface that a line crosses where a polynomial is zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,47 +45,50 @@ impl Surface {
     ///
     /// Of degree 6 in the inputs at most, and homogeneous but in t.
     #[inline(always)]
-    pub fn along<N: Number>(&self, line: &Line, shift: f64) -> [N; 3] {
-        let dir = of::<N>(&line.dir);
+    pub fn along<N: Number>(&self, space: N::Space, line: &Line, shift: f64) -> [N; 3] {
+        let number = |x: f64| N::of(space, x);
+        let of = |v: &[f64; 3]| v.map(number);
+        let minus = |x: &[f64; 3], y: &[f64; 3]| -> [N; 3] {
+            std::array::from_fn(|k| N::displaced(space, x[k], 0.0, 0.0, y[k]))
+        };
+        let axis = |cone: &Cone| minus(&cone.top.to_array(), &cone.base.to_array());
+        let dir = of(&line.dir);
         let from = |point: &[f64; 3]| -> [N; 3] {
-            std::array::from_fn(|k| N::displaced(line.org[k], shift, line.dir[k], point[k]))
+            std::array::from_fn(|k| N::displaced(space, line.org[k], shift, line.dir[k], point[k]))
         };
         // n·(o − p) + (n·d) t, doubled.
-        let plane = |normal: &[N; 3], at: N| [N::of(0.0), dot(normal, &dir), at.doubled()];
+        let plane = |normal: &[N; 3], at: N| [number(0.0), dot(normal, &dir), at.doubled()];
         match self {
             Surface::Plane { normal, offset } => {
-                let normal = of::<N>(normal);
-                let at = dot(&normal, &from(&[0.0; 3])).minus(&N::of(*offset));
+                let normal = of(normal);
+                let at = dot(&normal, &from(&[0.0; 3])).minus(&number(*offset));
                 plane(&normal, at)
             }
             Surface::PlaneThrough { normal, point } => {
-                let normal = of::<N>(normal);
+                let normal = of(normal);
                 let at = dot(&normal, &from(point));
                 plane(&normal, at)
             }
             Surface::Cap { cone, at_top } => {
-                let axis = axis::<N>(cone);
+                let axis = axis(cone);
                 let point = if *at_top { cone.top } else { cone.base };
                 let at = dot(&axis, &from(&point.to_array()));
                 plane(&axis, at)
             }
             Surface::Facet(corners) => {
                 let [a, b, c] = corners.map(|c| c.map(f64::from));
-                let edge = |to: &[f64; 3]| -> [N; 3] {
-                    std::array::from_fn(|k| N::displaced(to[k], 0.0, 0.0, a[k]))
-                };
-                let normal = cross(&edge(&b), &edge(&c));
+                let normal = cross(&minus(&b, &a), &minus(&c, &a));
                 let at = dot(&normal, &from(&a));
                 plane(&normal, at)
             }
             Surface::Sphere { center, radius } => {
                 let near = from(center);
-                let c = dot(&near, &near).minus(&N::of(*radius).squared());
+                let c = dot(&near, &near).minus(&number(*radius).squared());
                 [dot(&dir, &dir), dot(&near, &dir), c]
             }
             Surface::Ellipsoid { center, radii } => {
                 let near = from(center);
-                let [x, y, z] = of::<N>(radii).map(|r| r.squared());
+                let [x, y, z] = of(radii).map(|r| r.squared());
                 let weights = [y.times(&z), z.times(&x), x.times(&y)];
                 let weighted =
                     |v: &[N; 3]| -> [N; 3] { std::array::from_fn(|k| v[k].times(&weights[k])) };
@@ -93,9 +97,9 @@ impl Surface {
                 [dot(&dir, &steep), dot(&near, &steep), c]
             }
             Surface::Side(cone) => {
-                let axis = axis::<N>(cone);
+                let axis = axis(cone);
                 let near = from(&cone.base.to_array());
-                let (base, top) = (N::of(cone.base_radius), N::of(cone.top_radius));
+                let (base, top) = (number(cone.base_radius), number(cone.top_radius));
                 let growth = top.minus(&base);
                 let length = dot(&axis, &axis);
                 let radius = base.times(&length).plus(&growth.times(&dot(&near, &axis)));
@@ -115,19 +119,9 @@ impl Surface {
         }
     }
 
-    /// The same from the line's origin, exactly where the capacity allows.
+    /// The same from the line's origin, exactly.
     #[inline(never)]
-    pub fn along_exactly<const CAPACITY: usize>(&self, line: &Line) -> [Dyadic<CAPACITY>; 3] {
-        self.along(line, 0.0)
+    pub fn exactly_along<'a>(&self, space: &'a Space<'a>, line: &Line) -> [Dyadic<'a>; 3] {
+        self.along(space, line, 0.0)
     }
-}
-
-#[inline(always)]
-fn of<N: Number>(v: &[f64; 3]) -> [N; 3] {
-    [N::of(v[0]), N::of(v[1]), N::of(v[2])]
-}
-
-#[inline(always)]
-fn axis<N: Number>(cone: &Cone) -> [N; 3] {
-    std::array::from_fn(|k| N::displaced(cone.top[k], 0.0, 0.0, cone.base[k]))
 }

@@ -15,7 +15,7 @@ use common::Random;
 use glam::DVec3;
 use lanecast::geom::exact::{Crossing, Line, Root, first_beyond};
 use lanecast::geom::triangle::exact::{Pair, meet_exact};
-use lanecast::geom::{HalfSpace, Sphere};
+use lanecast::geom::{Cone, Ellipsoid, HalfSpace, Sphere};
 use truth::{Number, Truth, facet};
 
 /// What a run has seen.
@@ -223,4 +223,66 @@ fn solids_are_met_as_in_exact_arithmetic_ten_million_times() {
         n.parse().expect("LANECAST_CASES is a number of cases")
     });
     println!("{:?}", campaign(count, 2));
+}
+
+/// Numbers from both ends of the format in every coordinate, so that all sums and
+/// products are as long as they can be.
+#[test]
+fn numbers_from_both_ends_of_the_format_find_room() {
+    let random = &mut Random(3);
+    let mut met = 0;
+    let mut before: Option<(Case, Vec<(Root, truth::Root)>)> = None;
+    for i in 0..600 {
+        // Mantissas without zeros at their ends.
+        let mut end = |large: bool| {
+            let m = 1.0 + random.unit().abs() + f64::EPSILON;
+            if large {
+                m * 2.0_f64.powi(1021)
+            } else {
+                m * 1e-300 * 1e-20
+            }
+        };
+        let vector = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
+        let small = vector(end(false), end(false), end(false));
+        let large = vector(end(true), end(true), end(true));
+        let shape = match i % 3 {
+            0 => Shape::Ellipsoid(Ellipsoid {
+                center: small,
+                radii: vector(end(true), end(false), end(true)),
+            }),
+            1 => Shape::Cone(Cone {
+                base: small,
+                top: large,
+                base_radius: end(false),
+                top_radius: end(true),
+                open: i % 2 == 0,
+            }),
+            _ => Shape::Cone(Cone {
+                base: small,
+                top: vector(end(true), end(false), end(false)),
+                base_radius: end(true),
+                top_radius: end(false),
+                open: i % 2 == 0,
+            }),
+        };
+        // From the far end towards the near one, or across.
+        let across = vector(end(true), end(false), end(false));
+        let line = Line {
+            org: (if i % 5 == 0 { across } else { large }).to_array(),
+            dir: if i % 2 == 0 { -large } else { -across }.to_array(),
+        };
+        let case = Case { line, shape };
+        let (_, all) = check(&case);
+        met += usize::from(!all.is_empty());
+        if let Some((_, theirs)) = &before {
+            for ((a, exact), (b, other)) in all.iter().zip(theirs) {
+                assert_eq!(a.order(b), exact.order(other), "{case:?}");
+            }
+        }
+        if !all.is_empty() {
+            before = Some((case, all));
+        }
+    }
+    println!("{met} of 600 are met");
+    assert!(met > 200, "{met}");
 }

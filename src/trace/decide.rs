@@ -122,7 +122,9 @@ impl<'a> Case<'a> {
 /// solid, from the root.
 fn depth<L: Lanes>(world: &World, ray: &WorldRay, id: HitId, crossing: &Crossing) -> Depth {
     let Bounded { value, error } = crossing.t();
-    let within = if error <= value.abs() * 1e-6 {
+    // An infinite value is no more known than its error.
+    let known_to = |part: f64| error <= value.abs() * part && value.is_finite();
+    let within = if known_to(1e-6) {
         [(value - error).next_down(), (value + error).next_up()]
     } else {
         let t = crossing.rounded();
@@ -151,7 +153,7 @@ fn depth<L: Lanes>(world: &World, ray: &WorldRay, id: HitId, crossing: &Crossing
     };
     let by_kernel = by_kernel.filter(|t| t.is_finite());
     // A few units in the last place are as good as any kernel's.
-    let near = matches!(crossing, Crossing::Root(_)) && error <= value.abs() * 2.0_f64.powi(-49);
+    let near = matches!(crossing, Crossing::Root(_)) && known_to(2.0_f64.powi(-49));
     let exact = || if near { value } else { crossing.rounded() };
     Depth {
         t: by_kernel.unwrap_or_else(exact),

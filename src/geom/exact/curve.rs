@@ -69,6 +69,13 @@ impl Curve {
     #[cold]
     #[inline(never)]
     fn exact_coefficient(&self, k: usize) -> Ordering {
+        // Of a ray along a face of a box.
+        if let Surface::Plane { normal, .. } = &self.surface
+            && k == 1
+            && (0..3).all(|i| normal[i] == 0.0 || self.line.dir[i] == 0.0)
+        {
+            return Ordering::Equal;
+        }
         exactly(&|space| self.surface.exactly_along(space, &self.line)[k].sign())
     }
 

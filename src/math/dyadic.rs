@@ -366,7 +366,7 @@ mod tests {
             prop_assert_eq!(big(&a.minus(&b)), exact(x) - exact(y));
             // Of many limbs, and equal numbers.
             let (p, q) = (a.times(&b).plus(&c), c.minus(&a.times(&b)));
-            let product: BigInt = exact(x) * exact(y) >> 6400;
+            let product: BigInt = (exact(x) * exact(y)) >> 6400;
             let has_place = x.abs() * y.abs() > 1e-200 || x == 0.0 || y == 0.0;
             if has_place {
                 prop_assert_eq!(big(&p), &product + exact(z));

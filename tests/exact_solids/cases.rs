@@ -307,7 +307,7 @@ fn tangent(random: &mut Random, kind: usize) -> (Shape, Line) {
             let axis = random.below(3) as usize;
             let turn = |v: DVec3| DVec3::from_array(std::array::from_fn(|k| v[(k + axis) % 3]));
             let height = 1.0 + int(random, 6).abs();
-            let (apex, cylinder) = (random.below(2) == 0, kind % 2 == 0);
+            let (apex, cylinder) = (random.below(2) == 0, kind.is_multiple_of(2));
             let scale = 2.0;
             let along = turn(DVec3::new(0.0, 0.0, height));
             // A line of the side, from the apex or along the axis; and the

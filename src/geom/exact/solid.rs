@@ -8,16 +8,10 @@ use super::surface::Surface;
 use crate::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Sphere};
 use std::cmp::Ordering;
 
-/// The first end of a span beyond t_min. Solids are closed: a span may be one
-/// point.
+/// The first of a span's ends, which are in order, beyond t_min.
 #[inline(always)]
-fn first_end(enter: Option<Root>, exit: Option<Root>, t_min: f64) -> Option<Root> {
-    if let (Some(enter), Some(exit)) = (&enter, &exit)
-        && enter.order(exit).is_gt()
-    {
-        return None;
-    }
-    let mut ends = [enter, exit].into_iter().flatten();
+fn first_end(ends: impl IntoIterator<Item = Root>, t_min: f64) -> Option<Root> {
+    let mut ends = ends.into_iter();
     ends.find(|end| end.order_with(t_min).is_gt())
 }
 
@@ -49,7 +43,12 @@ pub(super) fn half_spaces(
             }
         }
     }
-    first_end(enter, exit, t_min)
+    // Closed: it may be one point.
+    let empty = |(enter, exit): (&Root, &Root)| enter.order(exit).is_gt();
+    if enter.as_ref().zip(exit.as_ref()).is_some_and(empty) {
+        return None;
+    }
+    first_end(enter.into_iter().chain(exit), t_min)
 }
 
 pub(super) fn cuboid(line: &Line, cuboid: &Cuboid, t_min: f64) -> Option<Root> {
@@ -81,8 +80,7 @@ pub(super) fn ellipsoid(line: &Line, ellipsoid: &Ellipsoid, t_min: f64) -> Optio
 #[inline(always)]
 fn round(line: &Line, surface: Surface, center: [f64; 3], t_min: f64) -> Option<Root> {
     let curve = Curve::new(line, surface, nearest_to(line, center));
-    let [enter, exit] = curve.roots(Ordering::Greater)?;
-    first_end(Some(enter), Some(exit), t_min)
+    first_end(curve.roots(Ordering::Greater)?, t_min)
 }
 
 /// A line before a cone: its side and its caps.
@@ -151,8 +149,8 @@ pub(super) fn cone(line: &Line, cone: &Cone, t_min: f64) -> Option<Root> {
         Ok(caps) => caps,
         // Across the axis: a chord of a disc.
         Err(between) => {
-            let [enter, exit] = roots.filter(|_| between && bend.is_gt())?;
-            return first_end(Some(enter), Some(exit), t_min);
+            let roots = roots.filter(|_| between && bend.is_gt())?;
+            return first_end(roots, t_min);
         }
     };
     let within = |cap: &Root| side.sign_at(cap, *bend, roots.as_ref()).is_le();
@@ -168,7 +166,7 @@ pub(super) fn cone(line: &Line, cone: &Cone, t_min: f64) -> Option<Root> {
             (Some(lower), Some(upper))
         }
     };
-    first_end(enter, exit, t_min)
+    first_end(enter.into_iter().chain(exit), t_min)
 }
 
 /// Of an open cone: its side between the caps' planes. A line that runs within

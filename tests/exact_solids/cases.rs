@@ -29,6 +29,8 @@ pub const KINDS: usize = 10;
 
 /// Sorts of rays, see [`case`].
 pub const SORTS: usize = 9;
+/// Those whose numbers have a few bits.
+pub const LATTICES: [usize; 3] = [1, 2, 3];
 
 impl Shape {
     pub fn solid(&self) -> Solid<'_> {

@@ -5,9 +5,12 @@
 //! Asserted: which rays hit, the same at every width.
 //!
 //! And what does a decision cost that is left to exact arithmetic? Of one ray
-//! and a triangle, by the size of integer that it takes. Asserted: the answers.
+//! and a triangle, by the size of integer that it takes; of one ray and any other
+//! primitive, with and without a doubt. Asserted: the answers.
 
 mod common;
+#[path = "kernels/solids.rs"]
+mod solids;
 
 use common::{Native32, Native64, quick};
 use criterion::{Criterion, criterion_group, criterion_main};
@@ -212,5 +215,5 @@ fn exact(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group! { name = benches; config = quick(); targets = kernels, exact }
+criterion_group! { name = benches; config = quick(); targets = kernels, exact, solids::exact }
 criterion_main!(benches);

@@ -8,6 +8,7 @@ pub mod cone;
 pub mod cuboid;
 mod cylinder;
 pub mod ellipsoid;
+pub mod exact;
 pub mod half_space;
 pub mod hull;
 pub mod polygon;

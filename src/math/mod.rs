@@ -3,14 +3,17 @@
 mod aabb;
 mod affine;
 pub mod bounds;
+pub mod dyadic;
 pub mod int;
 pub mod lanes;
+pub mod number;
 mod ratio;
 mod unit;
 mod vec3;
 
 pub use aabb::{Aabb, Aabb32, round_down, round_up};
 pub use affine::Affine;
+pub use number::Number;
 pub use ratio::Ratio;
 pub use unit::{length, unit};
 pub use vec3::Vec3;

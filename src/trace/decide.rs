@@ -1,20 +1,21 @@
 //! Decisions that error bounds leave open: one ray and one primitive at a time,
 //! on the numbers that define them.
 //!
-//! Triangles are met, and their t's compared, exactly. Other primitives still
-//! are as f64 has them.
+//! Primitives are met, and their t's compared, as exact arithmetic would
+//! ([`crate::geom::exact`], [`crate::geom::triangle::exact`]).
 
-use super::leaf::{Everything, Tester, resolve_one};
+use super::leaf::{Everything, Tester};
+use super::packet::Packet;
 use super::query::{Depth, HitId, Query, Rival};
 use crate::accel::{Entry, World};
-use crate::geom::triangle::exact::{self, Pair, meet_exact};
-use crate::geom::{Certainty, Ray, triangle};
+use crate::geom::exact::{Crossing, Line, Solid, first_beyond};
+use crate::geom::triangle::exact::{Pair, meet_exact};
+use crate::geom::{Certainty, Guarded, Ray, triangle};
 use crate::math::Vec3;
 use crate::math::bounds::Bounded;
 use crate::math::lanes::{Lanes, Mask, Scalar};
-use crate::scene::{MeshId, Shape};
+use crate::scene::Shape;
 use glam::DVec3;
-use std::cmp::Ordering;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// Pairs that were decided here, by any thread.
@@ -27,16 +28,9 @@ pub fn decided() -> u64 {
 }
 
 /// A ray's numbers, and a primitive's, that decide about the two.
-enum Case {
+enum Case<'a> {
     Triangle(Pair),
-    /// Where they meet.
-    Solid(Option<f64>),
-}
-
-/// Where a ray meets a primitive.
-enum Crossing<'a> {
-    Triangle(exact::Crossing<'a>),
-    Solid(f64),
+    Solid(Line, Solid<'a>),
 }
 
 /// A world ray.
@@ -81,29 +75,40 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
             },
         };
         if first {
-            let at = crossing.depth::<L::Single>();
+            let at = depth::<L::Single>(self.world, &ray, id, &crossing);
             query.take(lane, at, id);
         }
     }
 }
 
-impl Case {
-    fn of(world: &World, ray: &WorldRay, id: HitId) -> Case {
+impl<'a> Case<'a> {
+    fn of(world: &World<'a>, ray: &WorldRay, id: HitId) -> Case<'a> {
         let entry = world.entry_of(id.instance);
-        let Shape::Mesh(mesh) = entry.shape else {
-            let t = resolve_one(world, (ray.org, ray.dir), ray.t_min, id);
-            return Case::Solid(t);
+        let scene = world.scene;
+        let solid = match entry.shape {
+            Shape::Mesh(mesh) => {
+                let (org, dir) = in_object(world, ray, &entry, scene.meshes.center[mesh.index()]);
+                let corners = scene.meshes.row(mesh).corners(id.primitive as usize);
+                let corners = triangle::canonical(corners);
+                return Case::Triangle(Pair { org, dir, corners });
+            }
+            Shape::HalfSpace(id) => Solid::HalfSpace(scene.half_spaces.row(id)),
+            Shape::Polyhedron(id) => Solid::Polyhedron(scene.polyhedra.planes(id)),
+            Shape::Cuboid(id) => Solid::Cuboid(scene.cuboids.row(id)),
+            Shape::Sphere(id) => Solid::Sphere(scene.spheres.row(id)),
+            Shape::Ellipsoid(id) => Solid::Ellipsoid(scene.ellipsoids.row(id)),
+            Shape::Cylinder(id) => Solid::Cone(scene.cylinders.row(id).as_cone()),
+            Shape::Cone(id) => Solid::Cone(scene.cones.row(id)),
+            Shape::Polygon(id) => Solid::Polygon(scene.polygons.row(id)),
         };
-        let (org, dir) = in_mesh(world, ray, &entry, mesh);
-        let corners = world.scene.meshes.row(mesh);
-        let corners = triangle::canonical(corners.corners(id.primitive as usize));
-        Case::Triangle(Pair { org, dir, corners })
+        let (org, dir) = in_object(world, ray, &entry, DVec3::ZERO);
+        Case::Solid(Line { org, dir }, solid)
     }
 
     /// Beyond the ray's t_min.
     fn crossing(&self, t_min: f64) -> Option<Crossing<'_>> {
         match self {
-            Case::Solid(t) => t.map(Crossing::Solid),
+            Case::Solid(line, solid) => first_beyond(solid, line, t_min).map(Crossing::Root),
             Case::Triangle(pair) => {
                 let crossing = meet_exact(pair)?;
                 let beyond = crossing.order_with(t_min).is_gt();
@@ -113,56 +118,56 @@ impl Case {
     }
 }
 
-impl Crossing<'_> {
-    fn order(&self, other: &Crossing) -> Ordering {
-        match (self, other) {
-            (Crossing::Triangle(a), Crossing::Triangle(b)) => a.order(b),
-            (a, Crossing::Solid(t)) => a.order_with(*t),
-            (Crossing::Solid(t), b) => b.order_with(*t).reverse(),
+/// A hit's t: what the kernel of one lane reports where it knows; else, of a
+/// solid, from the root.
+fn depth<L: Lanes>(world: &World, ray: &WorldRay, id: HitId, crossing: &Crossing) -> Depth {
+    let Bounded { value, error } = crossing.t();
+    // An infinite value is no more known than its error.
+    let known_to = |part: f64| error <= value.abs() * part && value.is_finite();
+    let within = if known_to(1e-6) {
+        [(value - error).next_down(), (value + error).next_up()]
+    } else {
+        let t = crossing.rounded();
+        [t.next_down(), t.next_up()]
+    };
+    let lanes = |v: [f64; 3]| Vec3::<L>::splat(v.map(L::Scalar::from_f64));
+    let by_kernel = match crossing {
+        Crossing::Triangle(crossing) => {
+            let Pair { org, dir, corners } = crossing.pair;
+            let ray = Ray::new(lanes(*org), lanes(*dir), L::zero());
+            let t = triangle::depth_each(&triangle::splat(corners), &ray);
+            Some(t.lane(0).to_f64())
         }
-    }
-
-    fn order_with(&self, x: f64) -> Ordering {
-        match self {
-            Crossing::Triangle(crossing) => crossing.order_with(x),
-            Crossing::Solid(t) => t.total_cmp(&x),
+        Crossing::Root(_) => {
+            let splat = |v: [f64; 3]| Vec3::<L::Double>::splat(v);
+            let packet = Packet::<L>::new(
+                splat(ray.org),
+                splat(ray.dir),
+                L::from_f64(ray.t_min),
+                &world.bounds,
+            );
+            let entry = world.entry_of(id.instance);
+            let meet = Tester::<L, Guarded, Everything>::new(world, &packet).kernel(&entry);
+            meet.hit.any().then(|| meet.t.lane(0).to_f64())
         }
-    }
-
-    /// Its t as kernels of one lane report it.
-    fn depth<L: Lanes>(&self) -> Depth {
-        let crossing = match self {
-            Crossing::Solid(t) => return Depth::of(*t),
-            Crossing::Triangle(crossing) => crossing,
-        };
-        let Bounded { value, error } = crossing.t;
-        let within = if error <= value.abs() * 1e-6 {
-            [(value - error).next_down(), (value + error).next_up()]
-        } else {
-            let t = crossing.rounded();
-            [t.next_down(), t.next_up()]
-        };
-        let lanes = |v: [f64; 3]| {
-            let [x, y, z] = v.map(|x| L::splat(L::Scalar::from_f64(x)));
-            Vec3::new(x, y, z)
-        };
-        let Pair { org, dir, corners } = crossing.pair;
-        let ray = Ray::new(lanes(*org), lanes(*dir), L::zero());
-        let t = triangle::depth_each(&triangle::splat(corners), &ray);
-        let t = t.lane(0).to_f64();
-        let t = if t.is_finite() { t } else { crossing.rounded() };
-        Depth { t, within }
+    };
+    let by_kernel = by_kernel.filter(|t| t.is_finite());
+    // A few units in the last place are as good as any kernel's.
+    let near = matches!(crossing, Crossing::Root(_)) && known_to(2.0_f64.powi(-49));
+    let exact = || if near { value } else { crossing.rounded() };
+    Depth {
+        t: by_kernel.unwrap_or_else(exact),
+        within,
     }
 }
 
-/// The ray that a mesh's vertices are met by: the same steps as
-/// [`Packet::in_object`](super::packet::Packet::in_object), lane for lane.
-fn in_mesh(world: &World, ray: &WorldRay, entry: &Entry, mesh: MeshId) -> ([f64; 3], [f64; 3]) {
+/// The ray that a primitive is met by: the same steps as
+/// [`Packet::in_object`], lane for lane.
+fn in_object(world: &World, ray: &WorldRay, entry: &Entry, center: DVec3) -> ([f64; 3], [f64; 3]) {
     if !entry.placed {
         return (ray.org, ray.dir);
     }
     let map = world.object_from_world(entry.appearance);
-    let center = world.scene.meshes.center[mesh.index()];
     let org = DVec3::from_array(map.point(ray.org)) - center;
     (org.to_array(), map.vector(ray.dir))
 }

@@ -4,7 +4,7 @@
 //! the resolver, at every width, so all of them mean the same by a hit: the
 //! kernel's answer, its t brought into the interval that the slabs give for the
 //! primitive's own box and for its appearance's (see [`crate::accel`]). Guarded,
-//! a triangle's hit is that of exact arithmetic instead (see [`super::decide`]).
+//! a hit is that of exact arithmetic instead (see [`super::decide`]).
 
 use super::packet::Packet;
 use super::query::{HitId, Query};
@@ -289,7 +289,7 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
     /// The kernel of a single primitive.
     #[inline(always)]
     fn meet(&self, object: &Packet<L>, entry: &Entry, active: L::Mask) -> Meet<L> {
-        if C::DOUBTS_ALL || C::GUARDED && !L::is_double() {
+        if C::DOUBTS_ALL || C::GUARDED {
             return Meet::unsure(active);
         }
         let (ray, scene) = (&object.ray, self.world.scene);
@@ -360,6 +360,16 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
 }
 
 impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
+    /// What the kernel of a single primitive says of every lane.
+    pub(super) fn kernel(&self, entry: &Entry) -> Meet<L> {
+        let all = L::Mask::splat(true);
+        if entry.placed {
+            self.meet(&self.object_packet(entry, DVec3::ZERO), entry, all)
+        } else {
+            self.meet(self.packet, entry, all)
+        }
+    }
+
     #[inline(never)]
     fn solid_of_any<Q: Query<L>>(&self, entry: &Entry, active: L::Mask, query: &mut Q) {
         let id = HitId {

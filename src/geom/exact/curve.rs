@@ -1,0 +1,150 @@
+//! A surface along a line: the polynomial's coefficients in f64 with their
+//! errors, the signs that follow from them, from exact numbers where f64 leaves
+//! them open, and the roots.
+
+use super::Line;
+use super::root::{Branch, Root};
+use super::surface::Surface;
+use crate::math::Number;
+use crate::math::bounds::Bounded;
+use crate::math::dyadic::exactly;
+use std::cmp::Ordering;
+
+pub(super) struct Curve {
+    line: Line,
+    surface: Surface,
+    /// Where t is counted from: near the surface, far rays too are known well.
+    shift: f64,
+    /// a t² + 2b t + c.
+    f: [Bounded; 3],
+}
+
+/// t of the line's point nearest to another, about.
+pub(super) fn nearest_to(line: &Line, point: [f64; 3]) -> f64 {
+    let (mut along, mut squared) = (0.0, 0.0);
+    for k in 0..3 {
+        along += (point[k] - line.org[k]) * line.dir[k];
+        squared += line.dir[k] * line.dir[k];
+    }
+    let t = along / squared;
+    if t.is_finite() { t } else { 0.0 }
+}
+
+impl Curve {
+    #[inline(always)]
+    pub fn new(line: &Line, surface: Surface, shift: f64) -> Curve {
+        Curve {
+            line: *line,
+            surface,
+            shift,
+            f: surface.along((), line, shift),
+        }
+    }
+
+    /// Of a. It does not depend on where t is counted from; nor does that of b
+    /// where a is zero, nor that of c where both are.
+    #[inline(always)]
+    pub fn bend(&self) -> Ordering {
+        self.coefficient(0)
+    }
+
+    /// Of b, where a is zero.
+    #[inline(always)]
+    pub fn rise(&self) -> Ordering {
+        self.coefficient(1)
+    }
+
+    /// Of c, where a and b are zero.
+    #[inline(always)]
+    pub fn level(&self) -> Ordering {
+        self.coefficient(2)
+    }
+
+    #[inline(always)]
+    fn coefficient(&self, k: usize) -> Ordering {
+        let known = self.f[k].sign();
+        known.unwrap_or_else(|| self.exact_coefficient(k))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn exact_coefficient(&self, k: usize) -> Ordering {
+        // Of a ray along a face of a box.
+        if let Surface::Plane { normal, .. } = &self.surface
+            && k == 1
+            && (0..3).all(|i| normal[i] == 0.0 || self.line.dir[i] == 0.0)
+        {
+            return Ordering::Equal;
+        }
+        exactly(&|space| self.surface.exactly_along(space, &self.line)[k].sign())
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn exact_discriminant(&self) -> Ordering {
+        exactly(&|space| discriminant(&self.surface.exactly_along(space, &self.line)).sign())
+    }
+
+    /// Of one that bends (a ≠ 0, of this sign): the lower and the upper one.
+    #[inline(always)]
+    pub fn roots(&self, bend: Ordering) -> Option<[Root; 2]> {
+        let [a, b, c] = &self.f;
+        let square = discriminant(&self.f);
+        let real = square.sign().unwrap_or_else(|| self.exact_discriminant());
+        if real.is_lt() {
+            return None;
+        }
+        let root = square.sqrt();
+        // The one that does not cancel; the other from their product, or as the
+        // formula has it, whichever is known better.
+        let (less, more) = (b.plus(&root).negated(), root.minus(b));
+        let down = b.value < 0.0;
+        let (q, other) = if down { (more, less) } else { (less, more) };
+        let t = q.over(a);
+        let (by_product, direct) = (c.over(&q), other.over(a));
+        let better = by_product.error < direct.error;
+        let u = if better { by_product } else { direct };
+        let (lower, upper) = if down == bend.is_gt() { (u, t) } else { (t, u) };
+        Some([
+            self.root(Branch::Lower, &lower),
+            self.root(Branch::Upper, &upper),
+        ])
+    }
+
+    /// Of one that does not bend, but rises or falls.
+    #[inline(always)]
+    pub fn root_of_linear(&self) -> Root {
+        let [_, b, c] = &self.f;
+        self.root(Branch::Upper, &c.negated().over(&b.doubled()))
+    }
+
+    #[inline(always)]
+    fn root(&self, branch: Branch, t: &Bounded) -> Root {
+        let t = Bounded::exact(self.shift).plus(t);
+        Root::new(&self.line, self.surface, branch, t)
+    }
+
+    /// The sign at a crossing of a plane; given that of a, and the roots.
+    #[inline(always)]
+    pub fn sign_at(&self, at: &Root, bend: Ordering, roots: Option<&[Root; 2]>) -> Ordering {
+        let Some([lower, upper]) = roots.filter(|_| bend.is_ne()) else {
+            return if bend.is_ne() {
+                bend
+            } else {
+                at.sign_of(&self.surface)
+            };
+        };
+        let (from, to) = (at.t.order(&lower.t), at.t.order(&upper.t));
+        match (from, to) {
+            (Some(Ordering::Less), _) | (_, Some(Ordering::Greater)) => bend,
+            (Some(Ordering::Greater), Some(Ordering::Less)) => bend.reverse(),
+            _ => at.sign_of(&self.surface),
+        }
+    }
+}
+
+/// b² − a c.
+#[inline(always)]
+fn discriminant<N: Number>([a, b, c]: &[N; 3]) -> N {
+    b.squared().minus(&a.times(c))
+}

@@ -1,0 +1,148 @@
+//! A ray against any primitive, decided as exact arithmetic would.
+//!
+//! Its numbers are f64 (a mesh's corners f32), and exact by definition
+//! (docs/NUMERICS.md). A boundary lies where a polynomial of degree one or two
+//! along the ray is zero, whose coefficients are polynomials of the inputs: a
+//! crossing is such a root, and not a number. Signs and orders come from f64
+//! with a running bound on its error, as nearly always, and else from exact
+//! numbers on the stack ([`Dyadic`](crate::math::dyadic::Dyadic)); no finite input
+//! is refused. Triangles,
+//! which are most, have predicates of their own ([`crate::geom::triangle::exact`]).
+//! tests/exact_solids.rs compares with integers of any length.
+
+mod curve;
+mod polygon;
+mod root;
+mod solid;
+mod surface;
+
+pub use root::Root;
+
+use super::triangle::exact as triangle;
+use super::{Cone, Cuboid, Ellipsoid, HalfSpace, Polygon, Sphere};
+use crate::math::bounds::Bounded;
+use glam::DVec3;
+use root::Branch;
+use std::cmp::Ordering;
+use surface::Surface;
+
+/// An object ray, both ways without end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    pub org: [f64; 3],
+    pub dir: [f64; 3],
+}
+
+/// A row of any table but that of meshes.
+#[derive(Clone, Copy, Debug)]
+pub enum Solid<'a> {
+    HalfSpace(HalfSpace),
+    Polyhedron(&'a [HalfSpace]),
+    Cuboid(Cuboid),
+    Sphere(Sphere),
+    Ellipsoid(Ellipsoid),
+    /// Also a cylinder.
+    Cone(Cone),
+    Polygon(Polygon<'a>),
+}
+
+/// Where a ray first meets the boundary of a primitive beyond `t_min`, in exact
+/// arithmetic. Nothing is met where a number is not finite.
+pub fn first_beyond(solid: &Solid, line: &Line, t_min: f64) -> Option<Root> {
+    let has_direction = line.dir.iter().any(|x| *x != 0.0);
+    let finite = line.org.iter().chain(&line.dir).all(|x| x.is_finite());
+    if !has_direction || !finite || !solid.is_finite() {
+        return None;
+    }
+    match solid {
+        Solid::HalfSpace(plane) => solid::half_spaces(line, [*plane].into_iter(), t_min),
+        Solid::Polyhedron(planes) => solid::half_spaces(line, planes.iter().copied(), t_min),
+        Solid::Cuboid(cuboid) => solid::cuboid(line, cuboid, t_min),
+        Solid::Sphere(sphere) => solid::sphere(line, sphere, t_min),
+        Solid::Ellipsoid(ellipsoid) => solid::ellipsoid(line, ellipsoid, t_min),
+        Solid::Cone(cone) if cone.open => solid::cone_side(line, cone, t_min),
+        Solid::Cone(cone) => solid::cone(line, cone, t_min),
+        Solid::Polygon(polygon) => polygon::polygon(line, polygon, t_min),
+    }
+}
+
+impl Solid<'_> {
+    fn is_finite(&self) -> bool {
+        let is_finite = |p: &HalfSpace| p.normal.is_finite() && p.offset.is_finite();
+        let all = |points: &[DVec3]| points.iter().all(|p| p.is_finite());
+        match self {
+            Solid::HalfSpace(plane) => is_finite(plane),
+            Solid::Polyhedron(planes) => planes.iter().all(is_finite),
+            Solid::Cuboid(row) => all(&[row.min, row.max]),
+            Solid::Sphere(row) => row.center.is_finite() && row.radius.is_finite(),
+            Solid::Ellipsoid(row) => all(&[row.center, row.radii]),
+            Solid::Cone(row) => {
+                let radii = [row.base_radius, row.top_radius];
+                all(&[row.base, row.top]) && radii.iter().all(|r| r.is_finite())
+            }
+            Solid::Polygon(row) => {
+                row.normal.is_finite() && all(row.points) && !row.points.is_empty()
+            }
+        }
+    }
+}
+
+/// Where a ray meets a primitive of any kind.
+#[derive(Clone, Copy, Debug)]
+pub enum Crossing<'a> {
+    Triangle(triangle::Crossing<'a>),
+    Root(Root),
+}
+
+impl Crossing<'_> {
+    /// t, as far as f64 knows it.
+    #[inline]
+    pub fn t(&self) -> Bounded {
+        match self {
+            Crossing::Triangle(crossing) => crossing.t,
+            Crossing::Root(root) => root.t,
+        }
+    }
+
+    /// By t, exactly.
+    #[inline]
+    pub fn order(&self, other: &Crossing) -> Ordering {
+        match (self, other) {
+            (Crossing::Triangle(a), Crossing::Triangle(b)) => a.order(b),
+            (Crossing::Root(a), Crossing::Root(b)) => a.order(b),
+            (a, b) => {
+                let certain = a.t().order(&b.t());
+                certain.unwrap_or_else(|| a.root().order(&b.root()))
+            }
+        }
+    }
+
+    /// t against a number, exactly. Infinity is above all, and so is NaN.
+    #[inline]
+    pub fn order_with(&self, x: f64) -> Ordering {
+        match self {
+            Crossing::Triangle(crossing) => crossing.order_with(x),
+            Crossing::Root(root) => root.order_with(x),
+        }
+    }
+
+    /// The f64 nearest to t, ties to even; so equal t have equal bits.
+    pub fn rounded(&self) -> f64 {
+        match self {
+            Crossing::Triangle(crossing) => crossing.rounded(),
+            Crossing::Root(root) => root.rounded(),
+        }
+    }
+
+    /// A triangle's as that of its plane.
+    fn root(&self) -> Root {
+        match self {
+            Crossing::Root(root) => *root,
+            Crossing::Triangle(crossing) => {
+                let triangle::Pair { org, dir, corners } = *crossing.pair;
+                let line = Line { org, dir };
+                Root::new(&line, Surface::Facet(corners), Branch::Upper, crossing.t)
+            }
+        }
+    }
+}

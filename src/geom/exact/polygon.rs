@@ -1,0 +1,139 @@
+//! A polygon: its plane, and whether the line passes inside its outline or
+//! through it.
+//!
+//! Corners are seen along the line, from its origin. Edges that cross the x-axis
+//! on its positive side are counted (Shimrat's rule), by exact signs; a corner
+//! on the axis counts as below it. The origin on an edge is inside.
+
+use super::Line;
+use super::curve::Curve;
+use super::root::Root;
+use super::surface::Surface;
+use crate::geom::Polygon;
+use crate::math::Number;
+use crate::math::bounds::Bounded;
+use crate::math::dyadic::{Dyadic, exactly};
+use std::cmp::Ordering;
+
+pub(super) fn polygon(line: &Line, polygon: &Polygon, t_min: f64) -> Option<Root> {
+    let plane = Surface::PlaneThrough {
+        normal: polygon.normal.to_array(),
+        point: polygon.points[0].to_array(),
+    };
+    let curve = Curve::new(line, plane, 0.0);
+    if curve.rise().is_eq() {
+        return None;
+    }
+    let root = curve.root_of_linear();
+    let met = root.order_with(t_min).is_gt() && View::of(line).contains(polygon);
+    met.then_some(root)
+}
+
+/// A line's direction, and the axis along which it is longest.
+struct View<'a> {
+    line: &'a Line,
+    axis: usize,
+}
+
+/// A corner as it is seen.
+struct Corner {
+    point: [f64; 3],
+    seen: [Bounded; 2],
+    /// Of y.
+    height: Ordering,
+}
+
+impl View<'_> {
+    fn of(line: &Line) -> View<'_> {
+        let size = line.dir.map(f64::abs);
+        let axis = (0..3).max_by(|i, j| size[*i].total_cmp(&size[*j]));
+        View {
+            line,
+            axis: axis.unwrap_or(0),
+        }
+    }
+
+    fn contains(&self, polygon: &Polygon) -> bool {
+        let corners = polygon.points.iter().map(|p| self.corner(p.to_array()));
+        let mut a = self.corner(polygon.points[polygon.points.len() - 1].to_array());
+        let mut odd = false;
+        for b in corners {
+            match (a.height, b.height) {
+                (Ordering::Equal, Ordering::Equal) => {
+                    if self.place(&a) != self.place(&b) || self.place(&a).is_eq() {
+                        return true;
+                    }
+                }
+                (from, to) if from == to => {}
+                (from, to) => {
+                    // Of the place where the edge's line crosses the x-axis,
+                    // times that of the way it goes.
+                    let side = self.turn(&a, &b);
+                    if side.is_eq() {
+                        return true;
+                    }
+                    let crosses = from.is_gt() != to.is_gt();
+                    odd ^= crosses && side.is_gt() == to.is_gt();
+                }
+            }
+            a = b;
+        }
+        odd
+    }
+
+    #[inline(always)]
+    fn corner(&self, point: [f64; 3]) -> Corner {
+        let seen: [Bounded; 2] = self.seen((), &point);
+        let height = seen[1].sign();
+        Corner {
+            point,
+            seen,
+            height: height.unwrap_or_else(|| self.exact_place(&point, 1)),
+        }
+    }
+
+    /// The sign of x.
+    fn place(&self, corner: &Corner) -> Ordering {
+        let place = corner.seen[0].sign();
+        place.unwrap_or_else(|| self.exact_place(&corner.point, 0))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn exact_place(&self, point: &[f64; 3], k: usize) -> Ordering {
+        exactly(&|space| self.seen::<Dyadic>(space, point)[k].sign())
+    }
+
+    /// The sign of an edge function.
+    #[inline(always)]
+    fn turn(&self, a: &Corner, b: &Corner) -> Ordering {
+        let turn = turn(&a.seen, &b.seen).sign();
+        turn.unwrap_or_else(|| self.exact_turn(&a.point, &b.point))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn exact_turn(&self, a: &[f64; 3], b: &[f64; 3]) -> Ordering {
+        exactly(&|space| turn::<Dyadic>(&self.seen(space, a), &self.seen(space, b)).sign())
+    }
+
+    /// x and y along the line, times the direction's longest component.
+    #[inline(always)]
+    fn seen<N: Number>(&self, space: N::Space, point: &[f64; 3]) -> [N; 2] {
+        let Line { org, dir } = self.line;
+        let from = |k: usize| N::displaced(space, point[k], 0.0, 0.0, org[k]);
+        let k = self.axis;
+        let (depth, along) = (from(k), N::of(space, dir[k]));
+        let coordinate = |i: usize| {
+            let across = from(i).times(&along);
+            across.minus(&depth.times(&N::of(space, dir[i])))
+        };
+        [coordinate((k + 1) % 3), coordinate((k + 2) % 3)]
+    }
+}
+
+/// The edge function of two corners; times the direction's longest component.
+#[inline(always)]
+fn turn<N: Number>(a: &[N; 2], b: &[N; 2]) -> N {
+    a[0].times(&b[1]).minus(&a[1].times(&b[0]))
+}

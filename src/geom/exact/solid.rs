@@ -1,0 +1,185 @@
+//! The first boundary of each kind of primitive beyond t_min: as crossings of
+//! surfaces, ordered exactly.
+
+use super::Line;
+use super::curve::{Curve, nearest_to};
+use super::root::Root;
+use super::surface::Surface;
+use crate::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Sphere};
+use std::cmp::Ordering;
+
+/// The first of a span's ends, which are in order, beyond t_min.
+#[inline(always)]
+fn first_end(ends: impl IntoIterator<Item = Root>, t_min: f64) -> Option<Root> {
+    let mut ends = ends.into_iter();
+    ends.find(|end| end.order_with(t_min).is_gt())
+}
+
+/// Of the intersection of half-spaces, however many.
+pub(super) fn half_spaces(
+    line: &Line,
+    planes: impl Iterator<Item = HalfSpace>,
+    t_min: f64,
+) -> Option<Root> {
+    let (mut enter, mut exit): (Option<Root>, Option<Root>) = (None, None);
+    for plane in planes {
+        let normal = plane.normal.to_array();
+        let offset = plane.offset;
+        let curve = Curve::new(line, Surface::Plane { normal, offset }, 0.0);
+        match curve.rise() {
+            Ordering::Equal if curve.level().is_gt() => return None,
+            Ordering::Equal => {}
+            Ordering::Less => {
+                let at = curve.root_of_linear();
+                if enter.is_none_or(|best| best.order(&at).is_lt()) {
+                    enter = Some(at);
+                }
+            }
+            Ordering::Greater => {
+                let at = curve.root_of_linear();
+                if exit.is_none_or(|best| best.order(&at).is_gt()) {
+                    exit = Some(at);
+                }
+            }
+        }
+    }
+    // Closed: it may be one point.
+    let empty = |(enter, exit): (&Root, &Root)| enter.order(exit).is_gt();
+    if enter.as_ref().zip(exit.as_ref()).is_some_and(empty) {
+        return None;
+    }
+    first_end(enter.into_iter().chain(exit), t_min)
+}
+
+pub(super) fn cuboid(line: &Line, cuboid: &Cuboid, t_min: f64) -> Option<Root> {
+    let planes = (0..6).map(|i| {
+        let axis = glam::DVec3::AXES[i / 2];
+        let (normal, offset) = if i % 2 == 0 {
+            (axis, cuboid.max[i / 2])
+        } else {
+            (-axis, -cuboid.min[i / 2])
+        };
+        HalfSpace { normal, offset }
+    });
+    half_spaces(line, planes, t_min)
+}
+
+pub(super) fn sphere(line: &Line, sphere: &Sphere, t_min: f64) -> Option<Root> {
+    let center = sphere.center.to_array();
+    let radius = sphere.radius;
+    round(line, Surface::Sphere { center, radius }, center, t_min)
+}
+
+pub(super) fn ellipsoid(line: &Line, ellipsoid: &Ellipsoid, t_min: f64) -> Option<Root> {
+    let center = ellipsoid.center.to_array();
+    let radii = ellipsoid.radii.to_array();
+    round(line, Surface::Ellipsoid { center, radii }, center, t_min)
+}
+
+/// What a line that has a direction leaves both ways.
+#[inline(always)]
+fn round(line: &Line, surface: Surface, center: [f64; 3], t_min: f64) -> Option<Root> {
+    let curve = Curve::new(line, surface, nearest_to(line, center));
+    first_end(curve.roots(Ordering::Greater)?, t_min)
+}
+
+/// A line before a cone: its side and its caps.
+struct Frustum {
+    side: Curve,
+    /// Of the side's a.
+    bend: Ordering,
+    /// Of the side, where it bends.
+    roots: Option<[Root; 2]>,
+    /// The caps' planes where the line comes from and where it goes; or whether
+    /// it stays between them.
+    caps: Result<[Root; 2], bool>,
+}
+
+impl Frustum {
+    #[inline(always)]
+    fn new(line: &Line, cone: &Cone) -> Frustum {
+        let middle = cone.base * 0.5 + cone.top * 0.5;
+        let shift = nearest_to(line, middle.to_array());
+        let side = Curve::new(line, Surface::Side(*cone), shift);
+        let bend = side.bend();
+        let roots = bend.is_ne().then(|| side.roots(bend)).flatten();
+        let cap = |at_top: bool| {
+            let cap = Surface::Cap {
+                cone: *cone,
+                at_top,
+            };
+            Curve::new(line, cap, shift)
+        };
+        let (base, top) = (cap(false), cap(true));
+        let caps = match base.rise() {
+            Ordering::Less => Ok([top.root_of_linear(), base.root_of_linear()]),
+            Ordering::Equal => Err(base.level().is_ge() && top.level().is_le()),
+            Ordering::Greater => Ok([base.root_of_linear(), top.root_of_linear()]),
+        };
+        Frustum {
+            side,
+            bend,
+            roots,
+            caps,
+        }
+    }
+
+    /// Where a line goes from without the side to within (the sign is negative)
+    /// or back, of which there is one such place.
+    fn passage(&self, way: Ordering) -> Option<Root> {
+        match self.roots {
+            Some([lower, upper]) => Some(if self.bend == way { upper } else { lower }),
+            // Where it bends without a root, it does not change its sign.
+            None => {
+                (self.bend.is_eq() && self.side.rise() == way).then(|| self.side.root_of_linear())
+            }
+        }
+    }
+}
+
+/// Of a closed cone. Between its caps' planes it is convex, so what a line has
+/// in it is one span: whether the line is within where it crosses these planes
+/// says which of the side's roots are its ends.
+pub(super) fn cone(line: &Line, cone: &Cone, t_min: f64) -> Option<Root> {
+    let frustum = Frustum::new(line, cone);
+    let Frustum {
+        side, bend, roots, ..
+    } = &frustum;
+    let [first, last] = match frustum.caps {
+        Ok(caps) => caps,
+        // Across the axis: a chord of a disc.
+        Err(between) => {
+            let roots = roots.filter(|_| between && bend.is_gt())?;
+            return first_end(roots, t_min);
+        }
+    };
+    let within = |cap: &Root| side.sign_at(cap, *bend, roots.as_ref()).is_le();
+    let (enter, exit) = match (within(&first), within(&last)) {
+        (true, true) => (Some(first), Some(last)),
+        (true, false) => (Some(first), frustum.passage(Ordering::Greater)),
+        (false, true) => (frustum.passage(Ordering::Less), Some(last)),
+        (false, false) => {
+            let [lower, upper] = roots.filter(|_| bend.is_gt())?;
+            if first.order(&lower).is_gt() || lower.order(&last).is_gt() {
+                return None;
+            }
+            (Some(lower), Some(upper))
+        }
+    };
+    first_end(enter.into_iter().chain(exit), t_min)
+}
+
+/// Of an open cone: its side between the caps' planes. A line that runs within
+/// the side does not cross it.
+pub(super) fn cone_side(line: &Line, cone: &Cone, t_min: f64) -> Option<Root> {
+    let frustum = Frustum::new(line, cone);
+    let linear = frustum.bend.is_eq() && frustum.side.rise().is_ne();
+    let only = linear.then(|| frustum.side.root_of_linear());
+    let roots = frustum.roots.into_iter().flatten().chain(only);
+    let on_side = |root: &Root| match &frustum.caps {
+        Ok([first, last]) => first.order(root).is_le() && root.order(last).is_le(),
+        Err(between) => *between,
+    };
+    let beyond = |root: &Root| root.order_with(t_min).is_gt();
+    roots.into_iter().find(|root| beyond(root) && on_side(root))
+}

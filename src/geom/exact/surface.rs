@@ -1,0 +1,127 @@
+//! What a ray's line crosses, as polynomials of the tables' own numbers.
+
+use super::Line;
+use crate::geom::Cone;
+use crate::geom::triangle::Corners;
+use crate::math::Number;
+use crate::math::dyadic::{Dyadic, Space};
+use crate::math::number::{cross, dot};
+
+/// A surface that a line crosses where a polynomial is zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Surface {
+    /// n·x = offset.
+    Plane {
+        normal: [f64; 3],
+        offset: f64,
+    },
+    /// n·(x − p) = 0.
+    PlaneThrough {
+        normal: [f64; 3],
+        point: [f64; 3],
+    },
+    /// Of a cone, through its base or its top.
+    Cap {
+        cone: Cone,
+        at_top: bool,
+    },
+    /// A triangle's plane.
+    Facet(Corners),
+    Sphere {
+        center: [f64; 3],
+        radius: f64,
+    },
+    Ellipsoid {
+        center: [f64; 3],
+        radii: [f64; 3],
+    },
+    /// Of a cone, both ways without end, and mirrored beyond its apex.
+    Side(Cone),
+}
+
+impl Surface {
+    /// [a, b, c] of f(t) = a t² + 2b t + c along the line, t counted from `shift`.
+    /// Below zero inside; of planes, where the normal comes from.
+    ///
+    /// Of degree 6 in the inputs at most, and homogeneous but in t.
+    #[inline(always)]
+    pub fn along<N: Number>(&self, space: N::Space, line: &Line, shift: f64) -> [N; 3] {
+        let number = |x: f64| N::of(space, x);
+        let of = |v: &[f64; 3]| v.map(number);
+        let minus = |x: &[f64; 3], y: &[f64; 3]| -> [N; 3] {
+            std::array::from_fn(|k| N::displaced(space, x[k], 0.0, 0.0, y[k]))
+        };
+        let axis = |cone: &Cone| minus(&cone.top.to_array(), &cone.base.to_array());
+        let dir = of(&line.dir);
+        let from = |point: &[f64; 3]| -> [N; 3] {
+            std::array::from_fn(|k| N::displaced(space, line.org[k], shift, line.dir[k], point[k]))
+        };
+        // n·(o − p) + (n·d) t, doubled.
+        let plane = |normal: &[N; 3], at: N| [number(0.0), dot(normal, &dir), at.doubled()];
+        match self {
+            Surface::Plane { normal, offset } => {
+                let normal = of(normal);
+                let at = dot(&normal, &from(&[0.0; 3])).minus(&number(*offset));
+                plane(&normal, at)
+            }
+            Surface::PlaneThrough { normal, point } => {
+                let normal = of(normal);
+                let at = dot(&normal, &from(point));
+                plane(&normal, at)
+            }
+            Surface::Cap { cone, at_top } => {
+                let axis = axis(cone);
+                let point = if *at_top { cone.top } else { cone.base };
+                let at = dot(&axis, &from(&point.to_array()));
+                plane(&axis, at)
+            }
+            Surface::Facet(corners) => {
+                let [a, b, c] = corners.map(|c| c.map(f64::from));
+                let normal = cross(&minus(&b, &a), &minus(&c, &a));
+                let at = dot(&normal, &from(&a));
+                plane(&normal, at)
+            }
+            Surface::Sphere { center, radius } => {
+                let near = from(center);
+                let c = dot(&near, &near).minus(&number(*radius).squared());
+                [dot(&dir, &dir), dot(&near, &dir), c]
+            }
+            Surface::Ellipsoid { center, radii } => {
+                let near = from(center);
+                let [x, y, z] = of(radii).map(|r| r.squared());
+                let weights = [y.times(&z), z.times(&x), x.times(&y)];
+                let weighted =
+                    |v: &[N; 3]| -> [N; 3] { std::array::from_fn(|k| v[k].times(&weights[k])) };
+                let (far, steep) = (weighted(&near), weighted(&dir));
+                let c = dot(&near, &far).minus(&x.times(&weights[0]));
+                [dot(&dir, &steep), dot(&near, &steep), c]
+            }
+            Surface::Side(cone) => {
+                let axis = axis(cone);
+                let near = from(&cone.base.to_array());
+                let (base, top) = (number(cone.base_radius), number(cone.top_radius));
+                let growth = top.minus(&base);
+                let length = dot(&axis, &axis);
+                let radius = base.times(&length).plus(&growth.times(&dot(&near, &axis)));
+                let widening = growth.times(&dot(&dir, &axis));
+                // L|w|² − h² = |w × a|², Lagrange's identity: it does not cancel
+                // along the axis.
+                let (across, drift) = (cross(&near, &axis), cross(&dir, &axis));
+                let form = |p: &[N; 3], q: &[N; 3], r: &N, s: &N| {
+                    length.times(&dot(p, q)).minus(&r.times(s))
+                };
+                [
+                    form(&drift, &drift, &widening, &widening),
+                    form(&across, &drift, &radius, &widening),
+                    form(&across, &across, &radius, &radius),
+                ]
+            }
+        }
+    }
+
+    /// The same from the line's origin, exactly.
+    #[inline(never)]
+    pub fn exactly_along<'a>(&self, space: &'a Space<'a>, line: &Line) -> [Dyadic<'a>; 3] {
+        self.along(space, line, 0.0)
+    }
+}

@@ -1,0 +1,411 @@
+//! Exact numbers of any size, without a heap: integers times powers of 2^64.
+//!
+//! A finite f64 is one; sums, differences and products of such are. The integers
+//! of [`super::int`] are faster, but have one size for each degree of a product,
+//! and all numbers of a formula on one grid. Here a number has as many limbs as
+//! it needs, without zeros at either end, and its own power: formulas of degree
+//! 30 are written as they are. The limbs lie in a [`Space`] on the stack, which is
+//! filled from one end, and a number is a handle to some of them. What finds no
+//! room is lost, and so is all that is computed from it: the question is asked
+//! again in a larger space ([`exactly`]).
+
+use super::int::decoded;
+use super::number::Number;
+use std::cell::Cell;
+use std::cmp::Ordering;
+
+/// Limbs for most questions about numbers of like size.
+const SMALL: usize = 1 << 11;
+const MEDIUM: usize = 1 << 13;
+
+/// Limbs for any question about finite numbers that is asked: docs/NUMERICS.md
+/// counts them.
+const LARGE: usize = 1 << 15;
+
+/// An answer by exact numbers, in the first space that holds them. `None`: they
+/// have found no room.
+pub fn exactly<T>(ask: &dyn Fn(&Space) -> Option<T>) -> T {
+    in_space::<SMALL, T>(ask)
+        .or_else(|| in_space::<MEDIUM, T>(ask))
+        .or_else(|| in_space::<LARGE, T>(ask))
+        .expect("the largest space holds what finite inputs give")
+}
+
+#[inline(never)]
+fn in_space<const LIMBS: usize, T>(ask: &dyn Fn(&Space) -> Option<T>) -> Option<T> {
+    let mut limbs = [0; LIMBS];
+    ask(&Space::over(&mut limbs))
+}
+
+/// Where the limbs of numbers lie.
+pub struct Space<'a> {
+    limbs: &'a [Cell<u64>],
+    used: Cell<usize>,
+}
+
+impl<'a> Space<'a> {
+    pub fn over(limbs: &'a mut [u64]) -> Space<'a> {
+        Space {
+            limbs: Cell::from_mut(limbs).as_slice_of_cells(),
+            used: Cell::new(0),
+        }
+    }
+
+    /// Calls a function whose numbers are not needed beyond it.
+    pub fn briefly<T>(&self, f: impl FnOnce() -> T) -> T {
+        let used = self.used.get();
+        let result = f();
+        self.used.set(used);
+        result
+    }
+
+    /// The place of so many limbs, with any contents.
+    #[inline(always)]
+    fn take(&self, len: usize) -> Option<usize> {
+        let first = self.used.get();
+        if first + len > self.limbs.len() {
+            return None;
+        }
+        self.used.set(first + len);
+        Some(first)
+    }
+}
+
+/// ± Σ limbs[first + i] · 2^(64 (power + i)), i < len.
+#[derive(Clone, Copy)]
+pub struct Dyadic<'a> {
+    space: &'a Space<'a>,
+    first: usize,
+    /// Neither the first limb nor the last is 0. Of zero, none.
+    len: usize,
+    power: i32,
+    negative: bool,
+    /// It has found no room.
+    lost: bool,
+}
+
+impl<'a> Dyadic<'a> {
+    #[inline(always)]
+    fn zero(space: &'a Space<'a>) -> Self {
+        Dyadic {
+            space,
+            first: 0,
+            len: 0,
+            power: 0,
+            negative: false,
+            lost: false,
+        }
+    }
+
+    fn lost(space: &'a Space<'a>) -> Self {
+        Dyadic {
+            lost: true,
+            ..Dyadic::zero(space)
+        }
+    }
+
+    #[inline(always)]
+    pub fn space(&self) -> &'a Space<'a> {
+        self.space
+    }
+
+    #[inline(always)]
+    fn limbs(&self) -> &'a [Cell<u64>] {
+        &self.space.limbs[self.first..self.first + self.len]
+    }
+
+    /// m · 2^power.
+    #[inline(never)]
+    pub fn scaled(space: &'a Space<'a>, m: u64, power: i32, negative: bool) -> Self {
+        let wide = u128::from(m) << power.rem_euclid(64);
+        let Some(first) = space.take(2) else {
+            return Dyadic::lost(space);
+        };
+        space.limbs[first].set(wide as u64);
+        space.limbs[first + 1].set((wide >> 64) as u64);
+        Dyadic {
+            first,
+            len: 2,
+            power: power.div_euclid(64),
+            negative,
+            ..Dyadic::zero(space)
+        }
+        .stripped()
+    }
+
+    /// Without zeros at the ends.
+    #[inline(always)]
+    fn stripped(mut self) -> Self {
+        let limbs = self.limbs();
+        while self.len > 0 && limbs[self.len - 1].get() == 0 {
+            self.len -= 1;
+        }
+        if self.len == 0 {
+            return Dyadic::zero(self.space);
+        }
+        let zeros = limbs.iter().take_while(|limb| limb.get() == 0).count();
+        self.first += zeros;
+        self.len -= zeros;
+        self.power += zeros as i32;
+        self
+    }
+
+    /// The limb of weight 2^(64 at).
+    #[inline(always)]
+    fn limb(limbs: &[Cell<u64>], power: i32, at: i32) -> u64 {
+        limbs.get((at - power) as usize).map_or(0, Cell::get)
+    }
+
+    #[inline(never)]
+    fn sum(&self, other: &Self, negate: bool) -> Self {
+        let space = self.space;
+        if self.lost || other.lost {
+            return Dyadic::lost(space);
+        }
+        let negative = other.negative != negate;
+        if other.len == 0 {
+            return *self;
+        }
+        if self.len == 0 {
+            return Dyadic { negative, ..*other };
+        }
+        let low = self.power.min(other.power);
+        let high = (self.power + self.len as i32).max(other.power + other.len as i32);
+        let len = (high - low) as usize;
+        let Some(first) = space.take(len + 1) else {
+            return Dyadic::lost(space);
+        };
+        let to = &space.limbs[first..first + len + 1];
+        let (x, y) = (self.limbs(), other.limbs());
+        let pair = |i: usize| {
+            let at = low + i as i32;
+            let x = Dyadic::limb(x, self.power, at);
+            (x, Dyadic::limb(y, other.power, at))
+        };
+        let mut sum = Dyadic {
+            first,
+            len,
+            power: low,
+            negative: self.negative,
+            ..Dyadic::zero(space)
+        };
+        if self.negative == negative {
+            let mut carry = false;
+            for i in 0..len {
+                let (x, y) = pair(i);
+                let (x, over) = x.overflowing_add(y);
+                let (x, again) = x.overflowing_add(u64::from(carry));
+                to[i].set(x);
+                carry = over | again;
+            }
+            to[len].set(u64::from(carry));
+            sum.len = len + 1;
+        } else {
+            let mut borrow = false;
+            for i in 0..len {
+                let (x, y) = pair(i);
+                let (x, under) = x.overflowing_sub(y);
+                let (x, again) = x.overflowing_sub(u64::from(borrow));
+                to[i].set(x);
+                borrow = under | again;
+            }
+            if borrow {
+                // The other was larger: two's complement, and its sign.
+                sum.negative = negative;
+                let mut carry = true;
+                for limb in &to[..len] {
+                    let (x, over) = (!limb.get()).overflowing_add(u64::from(carry));
+                    limb.set(x);
+                    carry = over;
+                }
+            }
+        }
+        sum.stripped()
+    }
+
+    #[inline(never)]
+    fn product(&self, other: &Self) -> Self {
+        let space = self.space;
+        if self.lost || other.lost {
+            return Dyadic::lost(space);
+        }
+        if self.len == 0 || other.len == 0 {
+            return Dyadic::zero(space);
+        }
+        let len = self.len + other.len;
+        let Some(first) = space.take(len) else {
+            return Dyadic::lost(space);
+        };
+        let to = &space.limbs[first..first + len];
+        for limb in to {
+            limb.set(0);
+        }
+        for (i, x) in self.limbs().iter().enumerate() {
+            let (x, mut carry) = (u128::from(x.get()), 0);
+            let row = &to[i..];
+            for (to, y) in row.iter().zip(other.limbs()) {
+                let sum = x * u128::from(y.get()) + u128::from(to.get()) + u128::from(carry);
+                to.set(sum as u64);
+                carry = (sum >> 64) as u64;
+            }
+            row[other.len].set(carry);
+        }
+        Dyadic {
+            first,
+            len,
+            power: self.power + other.power,
+            negative: self.negative != other.negative,
+            ..Dyadic::zero(space)
+        }
+        .stripped()
+    }
+
+    #[inline(always)]
+    pub fn negated(&self) -> Self {
+        self.negated_if(true)
+    }
+
+    #[inline(always)]
+    pub fn negated_if(&self, negate: bool) -> Self {
+        Dyadic {
+            negative: self.negative != (negate && self.len > 0),
+            ..*self
+        }
+    }
+}
+
+impl<'a> Number for Dyadic<'a> {
+    type Space = &'a Space<'a>;
+
+    fn of(space: &'a Space<'a>, x: f64) -> Self {
+        let (m, power) = decoded(x);
+        Dyadic::scaled(space, m, power, x < 0.0)
+    }
+
+    fn plus(&self, other: &Self) -> Self {
+        self.sum(other, false)
+    }
+
+    fn minus(&self, other: &Self) -> Self {
+        self.sum(other, true)
+    }
+
+    fn times(&self, other: &Self) -> Self {
+        self.product(other)
+    }
+
+    /// `None` where it is lost.
+    fn sign(&self) -> Option<Ordering> {
+        if self.lost {
+            return None;
+        }
+        Some(match (self.len, self.negative) {
+            (0, _) => Ordering::Equal,
+            (_, true) => Ordering::Less,
+            (_, false) => Ordering::Greater,
+        })
+    }
+
+    fn displaced(space: &'a Space<'a>, o: f64, s: f64, d: f64, c: f64) -> Self {
+        let of = |x| Dyadic::of(space, x);
+        let from = of(o).minus(&of(c));
+        if s == 0.0 {
+            return from;
+        }
+        from.plus(&of(s).times(&of(d)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use num_bigint::{BigInt, BigUint};
+    use proptest::prelude::*;
+
+    /// Times 2^6400, which is more than what any of these has below 1.
+    fn big(x: &Dyadic) -> BigInt {
+        assert!(!x.lost && x.power > -100);
+        assert!(x.len > 0 || !x.negative);
+        let limbs = x.limbs();
+        let ends = [limbs.first(), limbs.last()];
+        assert!(ends.iter().flatten().all(|limb| limb.get() != 0));
+        let digits = limbs
+            .iter()
+            .flat_map(|l| [l.get() as u32, (l.get() >> 32) as u32]);
+        let size = BigInt::from(BigUint::new(digits.collect()) << (64 * (x.power + 100)));
+        if x.negative { -size } else { size }
+    }
+
+    fn exact(x: f64) -> BigInt {
+        let (m, power) = decoded(x);
+        let size = BigInt::from(m) << (6400 + power);
+        if x < 0.0 { -size } else { size }
+    }
+
+    /// Of any size, or about 1, or with few bits.
+    fn number() -> impl Strategy<Value = f64> {
+        let any = any::<f64>().prop_filter("finite", |x| x.is_finite());
+        let round = (-9_i32..10, -70..70).prop_map(|(m, k)| f64::from(m) * 2.0_f64.powi(k));
+        prop_oneof![any, -2.0..2.0, round]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig {
+            failure_persistence: None,
+            ..ProptestConfig::with_cases(20_000)
+        })]
+
+        #[test]
+        fn dyadic_numbers_compute(x in number(), y in number(), z in number(), room in 4_usize..60) {
+            let mut limbs = [7; 2000];
+            let space = Space::over(&mut limbs);
+            let of = |x| Dyadic::of(&space, x);
+            let (a, b, c) = (of(x), of(y), of(z));
+            prop_assert_eq!(big(&a), exact(x));
+            prop_assert_eq!(big(&a.plus(&b)), exact(x) + exact(y));
+            prop_assert_eq!(big(&a.minus(&b)), exact(x) - exact(y));
+            // Of many limbs, and equal numbers.
+            let (p, q) = (a.times(&b).plus(&c), c.minus(&a.times(&b)));
+            let product: BigInt = (exact(x) * exact(y)) >> 6400;
+            let has_place = x.abs() * y.abs() > 1e-200 || x == 0.0 || y == 0.0;
+            if has_place {
+                prop_assert_eq!(big(&p), &product + exact(z));
+                prop_assert_eq!(big(&p.plus(&q)), exact(z) * 2);
+                prop_assert_eq!(big(&p.minus(&q)), &product * 2);
+                prop_assert_eq!(p.sign(), Some((product + exact(z)).cmp(&BigInt::ZERO)));
+            }
+            prop_assert_eq!(big(&p.minus(&p)), BigInt::ZERO);
+            prop_assert_eq!(big(&a.negated()), -exact(x));
+            let from = Dyadic::displaced(&space, x, 0.25, y, z).times(&of(4.0));
+            prop_assert_eq!(big(&from), exact(x) * 4 + exact(y) - exact(z) * 4);
+            // What is done briefly leaves its room, and other numbers alone.
+            let used = space.used.get();
+            let again = space.briefly(|| p.times(&q).plus(&p).sign());
+            prop_assert_eq!(again, p.times(&q).plus(&p).sign());
+            prop_assert!(space.used.get() >= used);
+            prop_assert_eq!(big(&a), exact(x));
+            // What finds no room says so.
+            let mut limbs = [7; 60];
+            let small = Space::over(&mut limbs[..room]);
+            let of = |x| Dyadic::of(&small, x);
+            let sum = of(x).plus(&of(y)).times(&of(z)).plus(&of(x));
+            let full = a.plus(&b).times(&c).plus(&a);
+            prop_assert!(sum.lost || sum.sign() == full.sign() && sum.len == full.len);
+        }
+    }
+
+    #[test]
+    fn what_is_lost_stays_lost() {
+        let mut limbs = [0; 40];
+        let space = Space::over(&mut limbs);
+        let of = |x| Dyadic::of(&space, x);
+        let one = of(1.0);
+        let sum = of(1e300).plus(&of(1e-300));
+        assert_eq!(sum.sign(), Some(Ordering::Greater));
+        let wide = sum.times(&sum);
+        assert_eq!(wide.sign(), None);
+        assert_eq!(wide.times(&Dyadic::zero(&space)).sign(), None);
+        assert_eq!(one.minus(&wide).sign(), None);
+        assert_eq!(one.sign(), Some(Ordering::Greater));
+    }
+}

@@ -1,0 +1,426 @@
+//! The truth, in integers of any length: a solid is a set of polynomials in t
+//! that are not above zero, written down as docs/NUMERICS.md defines it; its
+//! roots are kept as (u ± √w) / q, and compared by squaring.
+
+use super::cases::{Case, Shape};
+use lanecast::geom::exact::Line;
+use num_bigint::{BigInt, Sign};
+use std::cmp::Ordering;
+use std::ops::{Add, Mul, Neg, Sub};
+
+/// `integer` · 2^`power`.
+#[derive(Clone, Debug)]
+pub struct Number {
+    integer: BigInt,
+    power: i64,
+}
+
+impl Number {
+    pub fn of(x: f64) -> Number {
+        assert!(x.is_finite());
+        let (exponent, fraction) = ((x.to_bits() >> 52 & 0x7ff) as i64, x.to_bits() << 12 >> 12);
+        let (m, power) = match exponent {
+            0 => (fraction, -1074),
+            _ => (fraction + (1 << 52), exponent - 1075),
+        };
+        let integer = if x < 0.0 { -BigInt::from(m) } else { m.into() };
+        Number { integer, power }
+    }
+
+    pub fn int(x: i32) -> Number {
+        Number::of(f64::from(x))
+    }
+
+    pub fn sign(&self) -> i32 {
+        match self.integer.sign() {
+            Sign::Minus => -1,
+            Sign::NoSign => 0,
+            Sign::Plus => 1,
+        }
+    }
+
+    fn sum(&self, other: &Number, by: i32) -> Number {
+        let power = self.power.min(other.power);
+        let at = |n: &Number| &n.integer << (n.power - power);
+        Number {
+            integer: at(self) + at(other) * by,
+            power,
+        }
+    }
+}
+
+impl Add for &Number {
+    type Output = Number;
+    fn add(self, other: &Number) -> Number {
+        self.sum(other, 1)
+    }
+}
+
+impl Sub for &Number {
+    type Output = Number;
+    fn sub(self, other: &Number) -> Number {
+        self.sum(other, -1)
+    }
+}
+
+impl Mul for &Number {
+    type Output = Number;
+    fn mul(self, other: &Number) -> Number {
+        Number {
+            integer: &self.integer * &other.integer,
+            power: self.power + other.power,
+        }
+    }
+}
+
+impl Neg for &Number {
+    type Output = Number;
+    fn neg(self) -> Number {
+        &Number::int(0) - self
+    }
+}
+
+/// a + b t + c t².
+#[derive(Clone, Debug)]
+pub struct Polynomial([Number; 3]);
+
+impl Polynomial {
+    fn constant(x: Number) -> Polynomial {
+        Polynomial([x, Number::int(0), Number::int(0)])
+    }
+
+    fn plus(&self, other: &Polynomial) -> Polynomial {
+        Polynomial(std::array::from_fn(|k| &self.0[k] + &other.0[k]))
+    }
+
+    fn minus(&self, other: &Polynomial) -> Polynomial {
+        Polynomial(std::array::from_fn(|k| &self.0[k] - &other.0[k]))
+    }
+
+    fn times(&self, other: &Polynomial) -> Polynomial {
+        let ([a, b, c], [x, y, z]) = (&self.0, &other.0);
+        for lost in [b * z, c * y, c * z] {
+            assert_eq!(lost.sign(), 0, "of degree two at most");
+        }
+        Polynomial([
+            a * x,
+            &(a * y) + &(b * x),
+            &(&(a * z) + &(b * y)) + &(c * x),
+        ])
+    }
+
+    /// In rising order; of none where it does not depend on t.
+    fn roots(&self) -> Vec<Root> {
+        let [a, b, c] = &self.0;
+        let root = |u: Number, sigma: i32, w: Number, q: &Number| {
+            let down = q.sign() < 0;
+            Root {
+                u: if down { -&u } else { u },
+                sigma: if down { -sigma } else { sigma },
+                w,
+                q: if down { -q } else { q.clone() },
+            }
+        };
+        if c.sign() == 0 {
+            if b.sign() == 0 {
+                return Vec::new();
+            }
+            return vec![root(-a, 0, Number::int(0), b)];
+        }
+        let w = &(b * b) - &(&(a * c) * &Number::int(4));
+        let q = c + c;
+        if w.sign() < 0 {
+            return Vec::new();
+        }
+        let both = [-1, 1].map(|sigma| root(-b, sigma * q.sign(), w.clone(), &q));
+        both.into()
+    }
+}
+
+fn sum(terms: [Polynomial; 3]) -> Polynomial {
+    let [x, y, z] = terms;
+    x.plus(&y).plus(&z)
+}
+
+/// (u + σ √w) / q, q > 0.
+#[derive(Clone, Debug)]
+pub struct Root {
+    u: Number,
+    sigma: i32,
+    w: Number,
+    q: Number,
+}
+
+/// Of u + v √w.
+fn sign_of_two(u: &Number, v: &Number, w: &Number) -> i32 {
+    let (s, t) = (u.sign(), v.sign() * w.sign());
+    if s == t || t == 0 {
+        return s;
+    }
+    if s == 0 {
+        return t;
+    }
+    s * (&(u * u) - &(&(v * v) * w)).sign()
+}
+
+/// Of p + s √x + r √y.
+fn sign_of_three(p: &Number, (s, x): (i32, &Number), (r, y): (i32, &Number)) -> i32 {
+    let (s, r) = (s * x.sign(), r * y.sign());
+    let roots = match (s, r) {
+        (0, _) => r,
+        (_, 0) => s,
+        _ if s == r => s,
+        _ => s * (x - y).sign(),
+    };
+    if roots == 0 || p.sign() == roots {
+        return p.sign();
+    }
+    if p.sign() == 0 {
+        return roots;
+    }
+    // p² against x + y + 2 s r √(x y), of those that are there.
+    let there = |s: i32, x: &Number| if s == 0 { Number::int(0) } else { x.clone() };
+    let (x, y) = (there(s, x), there(r, y));
+    let rest = &(&(p * p) - &x) - &y;
+    p.sign() * sign_of_two(&rest, &Number::int(-2 * s * r), &(&x * &y))
+}
+
+impl Root {
+    pub fn order(&self, other: &Root) -> Ordering {
+        let p = &(&self.u * &other.q) - &(&other.u * &self.q);
+        let scaled = |w: &Number, q: &Number| w * &(q * q);
+        let (x, y) = (scaled(&self.w, &other.q), scaled(&other.w, &self.q));
+        sign_of_three(&p, (self.sigma, &x), (-other.sigma, &y)).cmp(&0)
+    }
+
+    pub fn order_with(&self, x: &Number) -> Ordering {
+        let u = &self.u - &(x * &self.q);
+        sign_of_two(&u, &Number::int(self.sigma), &self.w).cmp(&0)
+    }
+
+    fn sign_of(&self, f: &Polynomial) -> i32 {
+        let ([a, b, c], Root { u, sigma, w, q }) = (&f.0, self);
+        let plain = &(&(c * &(&(u * u) + &(w * &Number::int(sigma * sigma)))) + &(b * &(u * q)))
+            + &(a * &(q * q));
+        let with_root = &(&(&(c * u) * &Number::int(2)) + &(b * q)) * &Number::int(*sigma);
+        sign_of_two(&plain, &with_root, w)
+    }
+
+    /// Whether x is the f64 nearest to it, the even one of two.
+    pub fn rounds_to(&self, x: f64) -> bool {
+        let half = |x: f64| {
+            // Halfway to the next number; beyond the last as if there were one.
+            let m = Number::of(x);
+            let step = if x == f64::MAX {
+                Number {
+                    integer: 1.into(),
+                    power: 970,
+                }
+            } else {
+                let gap = &Number::of(x.next_up()) - &m;
+                Number {
+                    power: gap.power - 1,
+                    ..gap
+                }
+            };
+            &m + &step
+        };
+        let even = x.to_bits() & 1 == 0;
+        let below = |order: Ordering, tie: bool| order.is_lt() || order.is_eq() && tie;
+        let above = |order: Ordering, tie: bool| order.is_gt() || order.is_eq() && tie;
+        if x == f64::INFINITY {
+            return above(self.order_with(&half(f64::MAX)), true);
+        }
+        if x == f64::NEG_INFINITY {
+            return below(self.order_with(&-&half(f64::MAX)), true);
+        }
+        let upper = half(x.abs());
+        let upper = if x < 0.0 { -&upper } else { upper };
+        let outer = self.order_with(&upper);
+        let outer = if x < 0.0 {
+            above(outer, even)
+        } else {
+            below(outer, even)
+        };
+        let inner = if x == 0.0 {
+            // Halfway to the least number below.
+            above(self.order_with(&-&half(0.0)), true)
+        } else {
+            let lower = half(x.abs().next_down());
+            let lower = if x < 0.0 { -&lower } else { lower };
+            let order = self.order_with(&lower);
+            if x < 0.0 {
+                below(order, even)
+            } else {
+                above(order, even)
+            }
+        };
+        outer && inner
+    }
+}
+
+/// What a ray meets of a primitive.
+pub struct Truth {
+    /// Ends of the span; or of an open side or a polygon, where it is met.
+    ends: Vec<Root>,
+    /// Some root has an exact twin: a tangent, or a common edge.
+    pub twins: bool,
+}
+
+fn place(line: &Line) -> [Polynomial; 3] {
+    std::array::from_fn(|k| {
+        Polynomial([
+            Number::of(line.org[k]),
+            Number::of(line.dir[k]),
+            Number::int(0),
+        ])
+    })
+}
+
+fn constant(v: glam::DVec3) -> [Polynomial; 3] {
+    v.to_array().map(|x| Polynomial::constant(Number::of(x)))
+}
+
+fn minus(p: &[Polynomial; 3], q: &[Polynomial; 3]) -> [Polynomial; 3] {
+    std::array::from_fn(|k| p[k].minus(&q[k]))
+}
+
+fn dot(p: &[Polynomial; 3], q: &[Polynomial; 3]) -> Polynomial {
+    sum([0, 1, 2].map(|k| p[k].times(&q[k])))
+}
+
+/// The functions of t that are not above zero within; of a cone its side first,
+/// then its caps.
+fn within(line: &Line, shape: &Shape) -> Vec<Polynomial> {
+    let x = place(line);
+    let one = |v: f64| Polynomial::constant(Number::of(v));
+    let square = |f: &Polynomial| f.times(f);
+    match shape {
+        Shape::HalfSpace(plane) => {
+            vec![dot(&constant(plane.normal), &x).minus(&one(plane.offset))]
+        }
+        Shape::Polyhedron(planes) => planes
+            .iter()
+            .map(|plane| dot(&constant(plane.normal), &x).minus(&one(plane.offset)))
+            .collect(),
+        Shape::Cuboid(cuboid) => (0..3)
+            .flat_map(|k| {
+                let (min, max) = (one(cuboid.min[k]), one(cuboid.max[k]));
+                [min.minus(&x[k]), x[k].minus(&max)]
+            })
+            .collect(),
+        Shape::Sphere(sphere) => {
+            let w = minus(&x, &constant(sphere.center));
+            vec![dot(&w, &w).minus(&square(&one(sphere.radius)))]
+        }
+        Shape::Ellipsoid(ellipsoid) => {
+            let w = minus(&x, &constant(ellipsoid.center));
+            let r = ellipsoid.radii.to_array().map(|r| square(&one(r)));
+            let term = |k: usize| {
+                let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+                square(&w[k]).times(&r[i]).times(&r[j])
+            };
+            let all = r[0].times(&r[1]).times(&r[2]);
+            vec![sum([0, 1, 2].map(term)).minus(&all)]
+        }
+        Shape::Cone(cone) => {
+            let base = constant(cone.base);
+            let (a, w) = (minus(&constant(cone.top), &base), minus(&x, &base));
+            let (length, h) = (dot(&a, &a), dot(&w, &a));
+            let (r0, r1) = (one(cone.base_radius), one(cone.top_radius));
+            let radius = r0.times(&length).plus(&r1.minus(&r0).times(&h));
+            let side = square(&length)
+                .times(&dot(&w, &w))
+                .minus(&length.times(&square(&h)))
+                .minus(&square(&radius));
+            vec![side, one(0.0).minus(&h), h.minus(&length)]
+        }
+        Shape::Polygon { .. } => unreachable!("it has no inside"),
+    }
+}
+
+impl Truth {
+    pub fn of(case: &Case) -> Truth {
+        let Case { line, shape } = case;
+        if let Shape::Polygon { points, normal } = shape {
+            let to = minus(&place(line), &constant(points[0]));
+            let plane = dot(&constant(*normal), &to);
+            let mut ends = plane.roots();
+            let (inside, on_edge) = encloses(line, points);
+            ends.retain(|_| inside);
+            return Truth {
+                ends,
+                twins: on_edge,
+            };
+        }
+        let functions = within(line, shape);
+        let open = matches!(shape, Shape::Cone(cone) if cone.open);
+        let candidates: Vec<Root> = if open {
+            functions[0].roots()
+        } else {
+            functions.iter().flat_map(Polynomial::roots).collect()
+        };
+        let member = |root: &Root| {
+            let mut others = functions.iter().skip(usize::from(open));
+            others.all(|f| root.sign_of(f) <= 0)
+        };
+        let members: Vec<Root> = candidates.into_iter().filter(member).collect();
+        let twins = members
+            .iter()
+            .enumerate()
+            .any(|(i, a)| members[..i].iter().any(|b| a.order(b).is_eq()));
+        let ends = if open {
+            members
+        } else {
+            let first = members.iter().min_by(|a, b| a.order(b));
+            let last = members.iter().max_by(|a, b| a.order(b));
+            first.into_iter().chain(last).cloned().collect()
+        };
+        Truth { ends, twins }
+    }
+
+    /// Beyond t_min.
+    pub fn first(&self, t_min: f64) -> Option<&Root> {
+        let beyond = |root: &&Root| match t_min {
+            f64::NEG_INFINITY => true,
+            t_min => root.order_with(&Number::of(t_min)).is_gt(),
+        };
+        let ends = self.ends.iter().filter(beyond);
+        ends.min_by(|a, b| a.order(b))
+    }
+}
+
+/// Where a triangle's plane is met.
+pub fn facet(line: &Line, corners: &[[f32; 3]; 3]) -> Root {
+    let [a, b, c] = corners.map(|c| constant(glam::DVec3::from_array(c.map(f64::from))));
+    let (p, q) = (minus(&b, &a), minus(&c, &a));
+    let minor = |i: usize, j: usize| p[i].times(&q[j]).minus(&p[j].times(&q[i]));
+    let normal = [minor(1, 2), minor(2, 0), minor(0, 1)];
+    let plane = dot(&normal, &minus(&place(line), &a));
+    plane.roots().remove(0)
+}
+
+/// Whether a line passes inside a polygon or through its border; and the
+/// latter. Seen along the first axis that the line moves along; edges are counted
+/// that cross a half-line to the left, corners on it counted as above.
+fn encloses(line: &Line, points: &[glam::DVec3]) -> (bool, bool) {
+    let k = (0..3).find(|k| line.dir[*k] != 0.0).unwrap_or(0);
+    let of = Number::of;
+    let seen = |p: &glam::DVec3| {
+        let from = |i: usize| &of(p[i]) - &of(line.org[i]);
+        let across = |i: usize| &(&from(i) * &of(line.dir[k])) - &(&from(k) * &of(line.dir[i]));
+        [across((k + 1) % 3), across((k + 2) % 3)]
+    };
+    let corners: Vec<[Number; 2]> = points.iter().map(seen).collect();
+    let (mut odd, mut on_edge) = (false, false);
+    for (i, [bx, by]) in corners.iter().enumerate() {
+        let [ax, ay] = &corners[(i + corners.len() - 1) % corners.len()];
+        let turn = (&(ax * by) - &(ay * bx)).sign();
+        let facing = (&(ax * bx) + &(ay * by)).sign();
+        on_edge |= turn == 0 && facing <= 0;
+        let (from, to) = (ay.sign() >= 0, by.sign() >= 0);
+        // To the left where the turn is against the way up.
+        odd ^= from != to && (turn < 0) == to;
+    }
+    (odd || on_edge, on_edge)
+}

@@ -30,7 +30,7 @@ pub struct Cone {
 
 impl Cone {
     /// Half the height and the unit axis, without overflow.
-    fn axis(&self) -> (f64, DVec3) {
+    pub(super) fn axis(&self) -> (f64, DVec3) {
         let half = self.top * 0.5 - self.base * 0.5;
         let size = half.abs().max_element();
         let scaled = half / size;

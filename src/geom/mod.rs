@@ -9,6 +9,7 @@ pub mod cuboid;
 mod cylinder;
 pub mod ellipsoid;
 pub mod exact;
+pub mod guarded;
 pub mod half_space;
 pub mod hull;
 pub mod polygon;

@@ -9,12 +9,13 @@
 use super::packet::Packet;
 use super::query::{HitId, Query};
 use crate::accel::{Count, Entry, Forest, Index, MeshTree, World, corner_bounds};
+use crate::geom::guarded::{self, ObjectRay};
 use crate::geom::{
     Certainty, Meet, cone, cuboid, ellipsoid, half_space, polygon, sphere, triangle,
 };
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Affine};
-use crate::scene::{MeshId, Shape};
+use crate::scene::{MeshId, Shape, Tables};
 use glam::DVec3;
 use std::marker::PhantomData;
 
@@ -223,9 +224,7 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
             triangle::meet(corners, &object.ray, active)
         };
         let some = (meet.hit | meet.unsure).any();
-        if some && C::GUARDED {
-            self.offer_guarded(&meet, id, query);
-        } else if some {
+        if some {
             self.offer(object, window, &corner_bounds(corners), meet, id, query);
         }
         some
@@ -289,8 +288,11 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
     /// The kernel of a single primitive.
     #[inline(always)]
     fn meet(&self, object: &Packet<L>, entry: &Entry, active: L::Mask) -> Meet<L> {
-        if C::DOUBTS_ALL || C::GUARDED {
+        if C::DOUBTS_ALL {
             return Meet::unsure(active);
+        }
+        if C::GUARDED {
+            return meet_guarded(self.world.scene, entry, &object.line(), active);
         }
         let (ray, scene) = (&object.ray, self.world.scene);
         let t_min = ray.t_min;
@@ -328,7 +330,8 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
         }
     }
 
-    /// Brings t into the boxes' intervals and hands the hits to the query.
+    /// Brings t into the boxes' intervals and hands the hits to the query; guarded,
+    /// as they are.
     #[inline(always)]
     fn offer<Q: Query<L>>(
         &self,
@@ -339,7 +342,11 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
         id: HitId,
         query: &mut Q,
     ) {
-        if meet.hit.any() {
+        if C::GUARDED {
+            if (meet.hit | meet.unsure).any() {
+                self.offer_guarded(&meet, id, query);
+            }
+        } else if meet.hit.any() {
             let t_min = object.ray.t_min;
             let (enter, exit) = object.slabs.interval(own.min, own.max);
             let enter = enter.max(window.enter);
@@ -347,14 +354,7 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
             let hit = meet.hit & enter.le(exit);
             let t = meet.t.max(enter).min(exit);
             let hit = hit & t.gt(t_min) & t.le(query.limit());
-            if C::GUARDED {
-                self.offer_guarded(&Meet::certain(hit, t), id, query);
-            } else {
-                query.accept(hit, t, id);
-            }
-        }
-        if C::GUARDED && meet.unsure.any() {
-            self.offer_guarded(&Meet::unsure(meet.unsure), id, query);
+            query.accept(hit, t, id);
         }
     }
 }
@@ -424,6 +424,40 @@ fn doubted<L: Lanes, C: Certainty>(meet: Meet<L>, active: L::Mask, id: HitId) ->
         hit: meet.hit & !doubted,
         unsure: meet.unsure | doubted,
         ..meet
+    }
+}
+
+/// [`Tester::meet`] with error bounds.
+#[inline(always)]
+fn meet_guarded<L: Lanes>(
+    scene: &Tables,
+    entry: &Entry,
+    object: &ObjectRay<L>,
+    active: L::Mask,
+) -> Meet<L> {
+    match entry.shape {
+        Shape::HalfSpace(id) => {
+            guarded::half_space::meet(&scene.half_spaces.row(id), object, active)
+        }
+        Shape::Sphere(id) => guarded::sphere::meet_sphere(&scene.spheres.row(id), object, active),
+        Shape::Ellipsoid(id) => {
+            guarded::sphere::meet_ellipsoid(&scene.ellipsoids.row(id), object, active)
+        }
+        Shape::Cylinder(id) => {
+            guarded::cone::meet(&scene.cylinders.row(id).as_cone(), object, active)
+        }
+        Shape::Cone(id) => guarded::cone::meet(&scene.cones.row(id), object, active),
+        Shape::Cuboid(id) => guarded::cuboid::meet(&scene.cuboids.row(id), object, active),
+        Shape::Polyhedron(id) => {
+            let (planes, corner) = (scene.polyhedra.planes(id), scene.polyhedra.points(id)[0]);
+            guarded::half_space::meet_polyhedron(planes, corner, object, active)
+        }
+        Shape::Polygon(id) => {
+            let side = |k: usize| entry.own.max[k] - entry.own.min[k];
+            let extent = side(0).max(side(1)).max(side(2));
+            guarded::polygon::meet(&scene.polygons.row(id), extent, object, active)
+        }
+        Shape::Mesh(_) => Meet::certain(L::Mask::splat(false), L::zero()),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::accel::Slabs;
 use crate::geom::Ray;
+use crate::geom::guarded::ObjectRay;
 use crate::math::lanes::Lanes;
 use crate::math::{Aabb32, Affine, Vec3};
 use glam::DVec3;
@@ -63,6 +64,22 @@ impl<L: Lanes> Packet<L> {
             dir: self.dir,
             ray: self.ray,
             slabs: Slabs::new(self.ray.org, self.ray.dir, bounds),
+        }
+    }
+
+    /// What a guarded kernel sees of the rays.
+    #[inline(always)]
+    pub fn line(&self) -> ObjectRay<'_, L> {
+        let mut inverse = L::zero();
+        for (k, lanes) in self.ray.shear.groups() {
+            let (along, _, _) = self.slabs.axis(k);
+            inverse = L::select(lanes, along, inverse);
+        }
+        ObjectRay {
+            org: self.org,
+            dir: self.dir,
+            ray: &self.ray,
+            inverse,
         }
     }
 

@@ -165,10 +165,8 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
         self.limit = L::select(sure, to, self.limit);
         self.least = L::select(sure, from, self.least);
         self.t = L::select(sure, meet.t, self.t);
-        let mut bits = sure.bits();
-        while bits != 0 {
-            self.set_id(bits.trailing_zeros() as usize, id);
-            bits &= bits - 1;
+        if sure.any() {
+            self.set_ids(sure.bits(), id.instance, |_| id.primitive);
         }
         doubt
     }

@@ -1,0 +1,332 @@
+//! Truncated cones and cylinders, closed and open.
+//!
+//! As in [`crate::geom::cone`], the side is where F(t) = A t² + 2B t + C is 0, of
+//! the ray moved next to the axis. Every coefficient has a bound, α, β and γ, so
+//! the exact F lies within ε(t) = αt² + 2β|t| + γ of the computed one: where the
+//! computed F is steep enough beside a root, the exact one changes its sign next
+//! to it. Between the planes of the caps F < 0 is inside, for the mirrored cone
+//! lies beyond them.
+
+use super::{
+    Between, LEVEL, LEVEL_MOVES, LEVEL_SLACK, Near, ObjectRay, Part, finite, narrow, range,
+    roundings, tiny,
+};
+use crate::geom::{Cone, Meet};
+use crate::math::Vec3;
+use crate::math::bounds::UNIT;
+use crate::math::lanes::{Lanes, Mask, Scalar};
+
+/// A cone, and a ray that has been moved next to it.
+struct Frame<L: Lanes> {
+    near: Near<L>,
+    half: L,
+    /// Along the axis from the middle, and how fast that grows.
+    height: L,
+    rise: L,
+    inverse_rise: L,
+    a: L,
+    b: L,
+    c: L,
+    /// The cone's radius there, and how fast that grows.
+    radius: L,
+    widening: L,
+    /// The largest coordinates of what is across the axis, and of the direction.
+    across: L,
+    along: L,
+    /// Of the cone: the mean radius and |k|, the growth of radii along the axis.
+    mean: L,
+    slope: L,
+    ordinary: L::Mask,
+}
+
+/// How far the coefficients of F may be off, and heights.
+struct Errors<L> {
+    a: L,
+    b: L,
+    c: L,
+    height: L,
+    rise: L,
+}
+
+/// The roots of F, lower first.
+struct Roots<L: Lanes> {
+    /// B² − AC, at least 0 for these.
+    squared: L,
+    /// Its square root, and 1 over that.
+    steep: L,
+    flat: L,
+    /// −B ∓ `steep`, the larger in magnitude.
+    q: L,
+    t: [L; 2],
+}
+
+/// Rounded up.
+const ROOT_3: f32 = 1.733;
+
+/// By how much the axis and what follows from it may be off, relatively: in f64
+/// a dozen roundings; they do not show in f32, where it is rounded once.
+#[inline(always)]
+fn derived<L: Lanes>() -> f32 {
+    if L::is_double() { 12.0 } else { 1.01 }
+}
+
+/// ν, in roundings.
+#[inline(always)]
+fn turned<L: Lanes>() -> f32 {
+    2.0 * derived::<L>() + 7.25
+}
+
+#[inline(always)]
+fn frame<L: Lanes>(cone: &Cone, object: &ObjectRay<L>) -> Frame<L> {
+    let (half, n) = cone.axis();
+    let middle = cone.base * 0.5 + cone.top * 0.5;
+    let k = (cone.top_radius - cone.base_radius) / (2.0 * half);
+    let n: Vec3<L> = Vec3::splat(n.to_array().map(L::Scalar::from_f64));
+    let (dir, squared) = (object.ray.dir, object.ray.dir_squared);
+    let rise = dir.dot(n);
+    let drift = dir - n * rise;
+    let drift_squared = drift.length_squared();
+
+    // To the point nearest the axis, or, if that may be far, nearest the middle.
+    let steep = (drift_squared * L::from_f32(16.0)).gt(squared);
+    let start = object.org - Vec3::splat(middle.to_array());
+    let coarse = narrow::<L>(start);
+    let toward = Vec3::select(steep, drift, dir);
+    let over = L::select(steep, drift_squared, squared);
+    let shift = -(coarse.dot(toward) / over);
+    let mut near = Near::at(start, object.dir, coarse.max_abs(), shift);
+    // The middle itself is rounded.
+    let far = middle.abs().max_element();
+    near.error = near.error + L::from_f64(far * (1.5 * UNIT));
+
+    let height = near.org.dot(n);
+    let across = near.org - n * height;
+    let mean = L::from_f64((cone.base_radius + cone.top_radius) * 0.5);
+    let slope = L::from_f64(k);
+    let (radius, widening) = (mean + slope * height, slope * rise);
+    let (along, (small, large)) = (object.ray.shear.along.abs(), range::<L>());
+    // F's coefficients are products of such.
+    let scale = along * along * (mean * mean);
+    Frame {
+        near,
+        half: L::from_f64(half),
+        height,
+        rise,
+        inverse_rise: L::from_f32(1.0) / rise,
+        a: drift_squared - widening * widening,
+        b: across.dot(drift) - radius * widening,
+        c: across.length_squared() - radius * radius,
+        radius,
+        widening,
+        across: across.max_abs(),
+        along,
+        mean,
+        slope: slope.abs(),
+        ordinary: object.ordinary() & scale.gt(small) & scale.lt(large),
+    }
+}
+
+impl<L: Lanes> Frame<L> {
+    #[inline(always)]
+    fn errors(&self) -> Errors<L> {
+        let root3 = L::from_f32(ROOT_3);
+        let (nu, fine) = (roundings::<L>(turned::<L>()), roundings::<L>(4.5));
+        let per_size = roundings::<L>(turned::<L>() * ROOT_3);
+        let slope = self.slope;
+        // Of the point across the axis, and of the radius.
+        let moved = self.near.size * per_size + self.near.error * L::from_f32(3.75) + tiny();
+        let grown = self.mean * nu + slope * moved;
+        let (across, along) = (self.across * root3, self.along * root3);
+        let radius = self.radius.abs();
+        let c = moved * (across + across + moved)
+            + grown * (radius + radius + grown)
+            + (across * across + radius * radius) * fine
+            + tiny();
+        let b = along
+            * ((across + slope * radius) * (nu + fine)
+                + (moved + slope * grown) * L::from_f32(1.01))
+            + tiny();
+        let wide = L::from_f32(1.01) + slope * slope * L::from_f32(1.01);
+        let a = along * along * wide * (nu + nu + fine) + tiny();
+        // Norms: a direction's is at most root 3 of its largest component.
+        Errors {
+            a,
+            b,
+            c,
+            height: moved + self.half * nu,
+            rise: along * nu + tiny(),
+        }
+    }
+
+    #[inline(always)]
+    fn roots(&self) -> Roots<L> {
+        let zero = L::zero();
+        let squared = self.b * self.b - self.a * self.c;
+        let steep = squared.max(zero).sqrt();
+        let q = -(self.b + L::select(self.b.lt(zero), -steep, steep));
+        let (t0, t1) = (self.c / q, q / self.a);
+        Roots {
+            squared,
+            steep,
+            flat: L::from_f32(1.0) / steep,
+            q,
+            t: [t0.min(t1), t0.max(t1)],
+        }
+    }
+
+    /// Lanes whose line certainly does not meet the side's surface.
+    #[inline(always)]
+    fn passes(&self, roots: &Roots<L>, error: &Errors<L>) -> L::Mask {
+        let (a, b, c) = (self.a.abs(), self.b.abs(), self.c.abs());
+        let two = L::from_f32(2.0);
+        let off = error.b * (two * b + error.b)
+            + a * error.c
+            + c * error.a
+            + error.a * error.c
+            + (b * b + a * c) * roundings(4.0)
+            + tiny();
+        self.a.gt(error.a) & roots.squared.lt(-off)
+    }
+
+    /// A root and its bound; infinite where none is certain.
+    #[inline(always)]
+    fn root(&self, t: L, roots: &Roots<L>, error: &Errors<L>) -> Between<L> {
+        let (two, size) = (L::from_f32(2.0), t.abs());
+        let q = roots.q.abs();
+        let off = (error.a * size + two * error.b) * size + error.c + size * q * roundings(6.5);
+        let steep = roots.steep;
+        let needed = (self.a.abs() * L::from_f32(8.0) + error.a * L::from_f32(50.0)) * off
+            + q * q * roundings(50.0)
+            + tiny();
+        let squared = steep * steep;
+        let sure = needed.le(squared) & squared.lt(L::splat(L::Scalar::INFINITY));
+        let wide = two * off * roots.flat + size * roundings(4.0) + tiny();
+        let infinity = L::splat(L::Scalar::INFINITY);
+        Between {
+            least: L::select(sure, t - wide, -infinity),
+            value: t,
+            most: L::select(sure, t + wide, infinity),
+        }
+    }
+
+    #[inline(always)]
+    fn part(&self, active: L::Mask) -> Option<Part<L>> {
+        let infinity = L::splat(L::Scalar::INFINITY);
+        let (roots, error) = (self.roots(), self.errors());
+        let passes = self.ordinary & self.passes(&roots, &error);
+        if (active & !passes).none() {
+            return None;
+        }
+        // Between the caps.
+        let level = !self.rise.abs().gt(error.rise * L::from_f32(LEVEL));
+        let over = self.inverse_rise.abs() * L::from_f32(LEVEL_SLACK);
+        let (low, high) = (-self.half - self.height, self.half - self.height);
+        let caps = [low, high].map(|room| room * self.inverse_rise);
+        let cap = |t: L, not: L| {
+            let wide = (error.height + t.abs() * error.rise) * over + t.abs() * roundings(4.0);
+            let wide = wide + tiny();
+            let fine = level | finite(t, wide);
+            let at = Between::select(level, Between::exactly(not), Between::new(t, wide));
+            (at, fine)
+        };
+        let (cap_enter, first) = cap(caps[0].min(caps[1]), -infinity);
+        let (cap_exit, last) = cap(caps[0].max(caps[1]), infinity);
+        let mut sound = self.ordinary & first & last & finite(self.c, error.c);
+
+        // Inside the side: between the roots of a convex F, beyond the one of a
+        // concave F on which the cone widens.
+        let [t0, t1] = roots.t.map(|t| self.root(t, &roots, &error));
+        let known = |at: &Between<L>| at.most.lt(infinity);
+        let concave = self.a.lt(-error.a);
+        let widens = self.widening.gt(self.slope * error.rise);
+        let narrows = self.widening.lt(-(self.slope * error.rise));
+        let ahead = concave & widens & known(&t1);
+        let behind = concave & narrows & known(&t0);
+        let between = self.a.gt(error.a) & known(&t0) & known(&t1);
+        let mut cut = between | ahead | behind;
+        let (always, never) = (Between::exactly(-infinity), Between::exactly(infinity));
+        let side_enter = Between::select(between, t0, Between::select(ahead, t1, always));
+        let side_exit = Between::select(between, t1, Between::select(behind, t0, never));
+        let mut none = passes;
+        if (active & !passes & !cut).any() {
+            // Perhaps F keeps its sign between the caps.
+            let reach = cap_enter.least.abs().max(cap_exit.most.abs());
+            let slope = L::from_f32(2.0) * (self.b.abs() + error.b);
+            let off = (self.a.abs() + error.a) * reach + slope;
+            let off = (off * reach + error.c) * L::from_f32(1.01);
+            let open = !cut & !level;
+            none = none | open & sound & self.c.gt(off);
+            cut = cut | open & self.c.lt(-off);
+        }
+        let enter = side_enter.max(cap_enter);
+        let exit = side_exit.min(cap_exit);
+        if (active & level & !none).any() {
+            let reach = enter.least.abs().max(exit.most.abs());
+            let moved = error.height + reach * error.rise * L::from_f32(LEVEL_MOVES);
+            let off = self.height.abs() - self.half;
+            let (within, beside) = (off.lt(-moved), off.gt(moved));
+            sound = sound & (!level | within | beside);
+            none = none | sound & cut & level & beside;
+        }
+        Some(Part {
+            enter,
+            exit,
+            sound: sound & cut & !none,
+            none,
+        })
+    }
+
+    #[inline(always)]
+    fn closed(&self, t_min: L, active: L::Mask) -> Meet<L> {
+        match self.part(active) {
+            Some(part) => part.first_beyond(&self.near, t_min, active),
+            None => Meet::certain(L::Mask::splat(false), L::zero()),
+        }
+    }
+
+    /// The side alone: its first root beyond `t_min` and between the caps.
+    #[inline(always)]
+    fn open(&self, t_min: L, active: L::Mask) -> Meet<L> {
+        let (roots, error) = (self.roots(), self.errors());
+        let passes = self.ordinary & self.passes(&roots, &error);
+        let possible = active & !passes;
+        if possible.none() {
+            return Meet::certain(L::Mask::splat(false), L::zero());
+        }
+        let [low, high] = self.near.begin(t_min);
+        let look = |t: L| {
+            let at = self.root(t, &roots, &error);
+            let wide = at.most - t;
+            let z = self.height + self.rise * t;
+            let off = error.height
+                + t.abs() * error.rise
+                + self.rise.abs() * wide * L::from_f32(1.01)
+                + (self.height.abs() + z.abs()) * roundings(2.5);
+            let (z, half) = (z.abs(), self.half);
+            let yes = (z + off).lt(half) & at.least.gt(high);
+            let no = (z - off).gt(half) | at.most.le(low);
+            (at, yes, no)
+        };
+        let [first, second] = roots.t.map(look);
+        // Both roots are there, each for certain what it is.
+        let two = self.ordinary & self.a.abs().gt(error.a);
+        let apart = first.0.most.lt(second.0.least);
+        let at_first = two & apart & first.1;
+        let at_second = two & apart & first.2 & second.1;
+        let none = two & apart & first.2 & second.2;
+        let t = Between::select(at_first, first.0, second.0);
+        let possible = possible & !none;
+        self.near
+            .hit(possible & (at_first | at_second), t, possible)
+    }
+}
+
+#[inline(always)]
+pub fn meet<L: Lanes>(row: &Cone, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
+    let frame = frame(row, object);
+    if row.open {
+        frame.open(object.ray.t_min, active)
+    } else {
+        frame.closed(object.ray.t_min, active)
+    }
+}

@@ -1,0 +1,66 @@
+//! Axis-parallel boxes: three slabs about the centre.
+
+use super::{Between, Near, ObjectRay, Part, finite, roundings, tiny};
+use crate::geom::{Cuboid, Meet};
+use crate::math::Vec3;
+use crate::math::lanes::{Lanes, Mask, Scalar};
+use glam::DVec3;
+
+/// The ray next to the box, and its part inside.
+#[inline(always)]
+fn part<L: Lanes>(cuboid: &Cuboid, object: &ObjectRay<L>) -> (Near<L>, Part<L>) {
+    let infinity = L::splat(L::Scalar::INFINITY);
+    let off = L::Mask::splat(false);
+    let center = cuboid.min * 0.5 + cuboid.max * 0.5;
+    let (below, above) = (cuboid.min - center, cuboid.max - center);
+    let half: DVec3 = below.abs().max(above);
+    let near = Near::to_center(object.org - Vec3::splat(center.to_array()), object);
+
+    let mut enter = Between::exactly(-infinity);
+    let mut exit = Between::exactly(infinity);
+    let (mut sound, mut outside) = (object.ordinary(), off);
+    // Within this |t| a ray that is level on an axis moves less than `slack`.
+    let mut far = infinity;
+    for k in 0..3 {
+        let (org, dir) = (near.org.axis(k), object.ray.dir.axis(k));
+        let (low, high) = (L::from_f64(below[k]), L::from_f64(above[k]));
+        let slack = (L::from_f64(half[k]) + org.abs()) * roundings(5.25)
+            + near.error * L::from_f32(1.25)
+            + tiny();
+        let inverse = L::from_f32(1.0) / dir;
+        let (t0, t1) = ((low - org) * inverse, (high - org) * inverse);
+        let error = slack * inverse.abs() + tiny();
+        let (first, last) = (t0.min(t1), t0.max(t1));
+        // Rounded, what is level may be so by underflow.
+        let level = dir.abs().le(tiny());
+        sound = sound & (level | finite(first, error) & finite(last, error));
+        let [first, last] = [first, last].map(|t| Between::new(t, error));
+        let (none, all) = (Between::exactly(-infinity), Between::exactly(infinity));
+        enter = enter.max(Between::select(level, none, first));
+        exit = exit.min(Between::select(level, all, last));
+        if level.any() {
+            let room = slack + slack;
+            let inside = (org - low).gt(room) & (high - org).gt(room);
+            let beside = (low - org).gt(room) | (org - high).gt(room);
+            sound = sound & (!level | inside | beside);
+            outside = outside | level & beside;
+            far = far.min(L::select(level, slack / tiny(), infinity));
+        }
+    }
+    // Only level axes make a difference.
+    let reached = enter.least.abs().max(exit.most.abs()).le(far);
+    let sound = sound & reached;
+    let part = Part {
+        enter,
+        exit,
+        sound: sound & !outside,
+        none: sound & outside,
+    };
+    (near, part)
+}
+
+#[inline(always)]
+pub fn meet<L: Lanes>(row: &Cuboid, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
+    let (near, part) = part(row, object);
+    part.first_beyond(&near, object.ray.t_min, active)
+}

@@ -1,0 +1,246 @@
+//! Kernels with error bounds, one kind of primitive a file: every lane's answer
+//! is that of exact arithmetic on the object ray and the primitive's numbers, or
+//! in doubt. docs/NUMERICS.md ("Kernels in lanes") derives the bounds.
+//!
+//! A primitive is met by the ray's part next to it: the ray is moved along
+//! itself, in f64, to a point near the primitive's centre ([`Near`]), and what is
+//! left of coordinates and t has the primitive's size and is rounded at that
+//! size. So a far primitive is seen as sharply as a near one, in f32 too.
+
+pub mod cone;
+pub mod cuboid;
+pub mod half_space;
+pub mod polygon;
+pub mod sphere;
+
+use super::ray::{Meet, Ray};
+use crate::math::Vec3;
+use crate::math::bounds::UNIT;
+use crate::math::lanes::{Lanes, Scalar};
+
+/// Object rays in full, and rounded to the lanes' type.
+#[derive(Clone, Copy, Debug)]
+pub struct ObjectRay<'a, L: Lanes> {
+    pub org: Vec3<L::Double>,
+    pub dir: Vec3<L::Double>,
+    /// The same rays, rounded.
+    pub ray: &'a Ray<L>,
+    /// Over the direction along its longest axis.
+    pub inverse: L,
+}
+
+impl<'a, L: Lanes> ObjectRay<'a, L> {
+    pub fn new(org: Vec3<L::Double>, dir: Vec3<L::Double>, ray: &'a Ray<L>) -> Self {
+        let inverse = L::from_f32(1.0) / ray.shear.along;
+        ObjectRay {
+            org,
+            dir,
+            ray,
+            inverse,
+        }
+    }
+
+    /// Lanes whose direction is neither so short that its components lose bits
+    /// when rounded, nor so long that squares leave the format.
+    #[inline(always)]
+    fn ordinary(&self) -> L::Mask {
+        let (small, large) = range::<L>();
+        self.ray.dir_squared.gt(small) & self.ray.dir_squared.lt(large)
+    }
+}
+
+#[inline(always)]
+fn narrow<L: Lanes>(v: Vec3<L::Double>) -> Vec3<L> {
+    Vec3::new(L::narrow(v.x), L::narrow(v.y), L::narrow(v.z))
+}
+
+/// x, in units of the lanes' roundoff.
+#[inline(always)]
+fn roundings<L: Lanes>(x: f32) -> L {
+    L::splat(L::Scalar::UNIT_ROUNDOFF) * L::from_f32(x)
+}
+
+/// What covers products that underflow.
+#[inline(always)]
+fn tiny<L: Lanes>() -> L {
+    L::splat(L::Scalar::MIN_POSITIVE)
+}
+
+/// Squares outside are not trusted.
+#[inline(always)]
+fn range<L: Lanes>() -> (L, L) {
+    let small = tiny::<L>() / L::splat(L::Scalar::UNIT_ROUNDOFF);
+    (small, L::from_f32(1.0) / small)
+}
+
+/// A plane is met at a speed that is certain, and so large, in units of its error,
+/// or the ray is as good as level with it.
+const LEVEL: f32 = 16.0;
+/// By how much 1 over the exact speed may then exceed that over the computed one.
+const LEVEL_SLACK: f32 = 1.07;
+/// No faster, in units of that error, is a level ray.
+const LEVEL_MOVES: f32 = 17.5;
+
+/// Rays moved along themselves to the neighbourhood of a primitive.
+#[derive(Clone, Copy, Debug)]
+struct Near<L: Lanes> {
+    /// By so much t; any number will do.
+    shift: L,
+    /// Where they then are, relative to the primitive's centre.
+    org: Vec3<L>,
+    /// The largest coordinate of that.
+    size: L,
+    /// A coordinate is off by one rounding of itself and this.
+    error: L,
+}
+
+impl<L: Lanes> Near<L> {
+    /// `start`: relative to the centre. Both it and `dir` may carry three
+    /// roundings of f64. `far`: no less than it or than what it is moved by, but
+    /// for roundings and what is left.
+    #[inline(always)]
+    fn at(start: Vec3<L::Double>, dir: Vec3<L::Double>, far: L, shift: L) -> Near<L> {
+        let org = narrow::<L>(start.along(dir, shift.widen()));
+        let size = org.max_abs();
+        Near {
+            shift,
+            org,
+            size,
+            error: (far + size) * L::from_f64(7.0 * UNIT),
+        }
+    }
+
+    /// Moved to the plane through a centre across the ray's longest axis: no
+    /// farther from it than the root of 3 times the nearest point.
+    #[inline(always)]
+    fn to_center(start: Vec3<L::Double>, object: &ObjectRay<L>) -> Near<L> {
+        let mut along = L::zero();
+        for (k, lanes) in object.ray.shear.groups() {
+            along = L::select(lanes, L::narrow(start.axis(k)), along);
+        }
+        let shift = -(along * object.inverse);
+        Near::at(start, object.dir, along.abs(), shift)
+    }
+
+    /// Where the ray begins.
+    #[inline(always)]
+    fn unmoved(org: Vec3<L>) -> Near<L> {
+        Near {
+            shift: L::zero(),
+            org,
+            size: L::zero(),
+            error: L::zero(),
+        }
+    }
+
+    /// A ray's t_min from here: certainly no more, and no less.
+    #[inline(always)]
+    fn begin(&self, t_min: L) -> [L; 2] {
+        let at = t_min - self.shift;
+        let slack = at.abs() * roundings(1.25);
+        [at - slack, at + slack]
+    }
+
+    /// A hit of the lanes `hit`, where its t is a number.
+    #[inline(always)]
+    fn hit(&self, hit: L::Mask, t: Between<L>, near: L::Mask) -> Meet<L> {
+        let (from, to) = (self.shift + t.least, self.shift + t.most);
+        let from = from - from.abs() * roundings(2.0) - tiny();
+        let to = to + to.abs() * roundings(2.0) + tiny();
+        let hit = hit & to.lt(L::splat(L::Scalar::INFINITY));
+        Meet {
+            hit,
+            t: self.shift + t.value,
+            within: [from, to],
+            unsure: near & !hit,
+        }
+    }
+}
+
+/// A number, and between which others the exact one lies.
+#[derive(Clone, Copy, Debug)]
+struct Between<L> {
+    least: L,
+    value: L,
+    most: L,
+}
+
+impl<L: Lanes> Between<L> {
+    #[inline(always)]
+    fn new(value: L, error: L) -> Between<L> {
+        Between {
+            least: value - error,
+            value,
+            most: value + error,
+        }
+    }
+
+    #[inline(always)]
+    fn exactly(value: L) -> Between<L> {
+        Between {
+            least: value,
+            value,
+            most: value,
+        }
+    }
+
+    #[inline(always)]
+    fn max(self, o: Between<L>) -> Between<L> {
+        Between {
+            least: self.least.max(o.least),
+            value: self.value.max(o.value),
+            most: self.most.max(o.most),
+        }
+    }
+
+    #[inline(always)]
+    fn min(self, o: Between<L>) -> Between<L> {
+        Between {
+            least: self.least.min(o.least),
+            value: self.value.min(o.value),
+            most: self.most.min(o.most),
+        }
+    }
+
+    #[inline(always)]
+    fn select(mask: L::Mask, yes: Between<L>, no: Between<L>) -> Between<L> {
+        Between {
+            least: L::select(mask, yes.least, no.least),
+            value: L::select(mask, yes.value, no.value),
+            most: L::select(mask, yes.most, no.most),
+        }
+    }
+}
+
+/// Lanes whose number and bound are both finite. What is not has to be asked for
+/// before [`Between::max`] and [`Between::min`], which lose NaN.
+#[inline(always)]
+fn finite<L: Lanes>(value: L, error: L) -> L::Mask {
+    (value.abs() + error).lt(L::splat(L::Scalar::INFINITY))
+}
+
+/// The part of a ray inside a convex solid, as far as it is certain.
+struct Part<L: Lanes> {
+    enter: Between<L>,
+    exit: Between<L>,
+    /// Lanes whose ends can be trusted: the solid is met exactly if enter ≤ exit.
+    sound: L::Mask,
+    /// Lanes that certainly do not meet it.
+    none: L::Mask,
+}
+
+impl<L: Lanes> Part<L> {
+    /// The first boundary beyond `t_min`.
+    #[inline(always)]
+    fn first_beyond(&self, near: &Near<L>, t_min: L, active: L::Mask) -> Meet<L> {
+        let [low, high] = near.begin(t_min);
+        let (enter, exit) = (self.enter, self.exit);
+        let none = self.none | self.sound & (enter.least.gt(exit.most) | exit.most.le(low));
+        let some = self.sound & enter.most.le(exit.least);
+        let at_enter = some & enter.least.gt(high);
+        let at_exit = some & enter.most.le(low) & exit.least.gt(high);
+        let t = Between::select(at_enter, enter, exit);
+        let possible = active & !none;
+        near.hit(possible & (at_enter | at_exit), t, possible)
+    }
+}

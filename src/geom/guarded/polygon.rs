@@ -1,0 +1,195 @@
+//! Polygons, seen along the ray as triangles are.
+//!
+//! How often the outline crosses a half-line is a property of how it winds about
+//! the ray: moving corners by no more than their error changes it only if an
+//! edge passes over the ray. So it is certain where every edge function is
+//! beyond its bound, and no corner's side of the half-line need be. What is in
+//! doubt is seen once more from next to the polygon, where f32 is sharper.
+
+use super::{Between, LEVEL, LEVEL_SLACK, Near, ObjectRay, finite, roundings, tiny};
+use crate::geom::{Meet, Polygon};
+use crate::math::Vec3;
+use crate::math::lanes::{Lanes, Mask, Scalar};
+use glam::DVec3;
+
+/// One bound for all edges.
+const COARSE: u8 = 0;
+/// A bound for each edge, by its length.
+const FINE: u8 = 1;
+/// Edges that pass the ray beyond their ends are certain too.
+const CAREFUL: u8 = 2;
+/// Edges of polygons with no more corners are nearly as long as the polygon.
+const FEW: usize = 8;
+
+/// Lanes whose half-line the outline crosses an odd number of times, and lanes
+/// for which that is certain.
+struct Winding<L: Lanes> {
+    odd: L::Mask,
+    sure: L::Mask,
+}
+
+/// A polygon's corners before some rays.
+struct Outline<'a, L: Lanes> {
+    points: &'a [DVec3],
+    /// What corners are relative to, and where the rays are from there.
+    center: DVec3,
+    org: Vec3<L>,
+    object: &'a ObjectRay<'a, L>,
+    /// The longest side of its box.
+    extent: L,
+    /// No corner is farther from the ray, along an axis.
+    reach: L,
+    /// By how much a corner may be seen out of place.
+    moved: L,
+}
+
+fn splat<L: Lanes>(v: DVec3) -> Vec3<L> {
+    Vec3::splat(v.to_array().map(L::Scalar::from_f64))
+}
+
+impl<L: Lanes> Outline<'_, L> {
+    /// Of rays whose longest axis is `k`. `CARE`: [`COARSE`], [`FINE`] or
+    /// [`CAREFUL`].
+    #[inline(always)]
+    fn winding<const CARE: u8>(&self, k: usize) -> Winding<L> {
+        let (zero, points) = (L::zero(), self.points);
+        let seen = |p: DVec3| {
+            let corner = splat::<L>(p - self.center) - self.org;
+            let (x, y, _) = self.object.ray.shear.apply(k, corner);
+            (x, y)
+        };
+        let along = self.moved * L::from_f32(1.75);
+        let least = self.moved * self.moved * L::from_f32(15.0) + tiny();
+        // Sheared, a side is at most twice as long.
+        let most = self.extent * L::from_f32(4.01) * along + least;
+        let mut odd = L::Mask::splat(false);
+        let mut sure = L::Mask::splat(true);
+        let (mut ax, mut ay) = seen(points[points.len() - 1]);
+        for point in points {
+            let (bx, by) = seen(*point);
+            let (a_above, b_above) = (ay.gt(zero), by.gt(zero));
+            let straddles = (a_above & !b_above) | (b_above & !a_above);
+            let side = ax * by - ay * bx;
+            let right = (b_above & side.gt(zero)) | (a_above & side.lt(zero));
+            let flips = straddles & right;
+            odd = (odd & !flips) | (flips & !odd);
+
+            let mut clear = if CARE == COARSE {
+                side.abs().gt(most)
+            } else {
+                let length = (bx - ax).abs() + (by - ay).abs();
+                side.abs().gt(length * along + least)
+            };
+            if CARE == CAREFUL {
+                let e = self.moved;
+                clear = clear
+                    | ax.gt(e) & bx.gt(e) & side.abs().gt(tiny())
+                    | ax.lt(-e) & bx.lt(-e)
+                    | ay.gt(e) & by.gt(e)
+                    | ay.lt(-e) & by.lt(-e);
+            }
+            sure = sure & clear;
+            (ax, ay) = (bx, by);
+        }
+        // Nothing has left the format.
+        let room = self.reach + self.reach;
+        Winding {
+            odd,
+            sure: sure & finite(room * room, zero),
+        }
+    }
+}
+
+/// What a first look leaves in doubt: from next to the first corner.
+#[inline(never)]
+fn careful<L: Lanes>(
+    points: &[DVec3],
+    extent: L,
+    object: &ObjectRay<L>,
+    lanes: L::Mask,
+) -> Winding<L> {
+    let off = L::Mask::splat(false);
+    let center = points[0];
+    let near = Near::to_center(object.org - Vec3::splat(center.to_array()), object);
+    let reach = near.size + extent;
+    let outline = Outline {
+        points,
+        center,
+        org: near.org,
+        object,
+        extent,
+        reach,
+        moved: reach * roundings(10.5) + near.error * L::from_f32(2.25) + tiny(),
+    };
+    let (mut odd, mut sure) = (off, off);
+    for (k, axis) in object.ray.shear.groups() {
+        let axis = axis & lanes;
+        let seen = outline.winding::<CAREFUL>(k);
+        odd = odd | seen.odd & axis;
+        sure = sure | seen.sure & axis;
+    }
+    Winding { odd, sure }
+}
+
+/// `extent`: no less than the longest side of the polygon's box.
+pub fn meet<L: Lanes>(
+    polygon: &Polygon,
+    extent: f32,
+    object: &ObjectRay<L>,
+    active: L::Mask,
+) -> Meet<L> {
+    let (ray, points) = (object.ray, polygon.points);
+    let off = L::Mask::splat(false);
+    let extent = L::from_f32(extent);
+    let first = splat::<L>(points[0]) - ray.org;
+    let (far, origin) = (first.max_abs(), ray.org.max_abs());
+    let reach = far + extent;
+    let outline = Outline {
+        points,
+        center: DVec3::ZERO,
+        org: ray.org,
+        object,
+        extent,
+        reach,
+        moved: reach * roundings(10.5) + origin * roundings(4.25) + tiny(),
+    };
+    let ordinary = object.ordinary();
+    let (mut odd, mut sure) = (off, off);
+    for (k, lanes) in ray.shear.groups() {
+        let lanes = lanes & active;
+        let seen = if points.len() <= FEW {
+            outline.winding::<COARSE>(k)
+        } else {
+            outline.winding::<FINE>(k)
+        };
+        odd = odd | seen.odd & lanes;
+        sure = sure | seen.sure & lanes;
+    }
+    let open = active & !sure;
+    if open.any() {
+        let again = careful(points, extent, object, open);
+        odd = odd & !open | again.odd & open;
+        sure = sure | again.sure & open;
+    }
+    sure = sure & ordinary;
+    let possible = active & (odd | !sure);
+    if possible.none() {
+        return Meet::certain(off, L::zero());
+    }
+
+    // t of the plane.
+    let normal = splat::<L>(polygon.normal);
+    let length = L::from_f64(polygon.normal.abs().element_sum());
+    let (room, speed) = (normal.dot(first), normal.dot(ray.dir));
+    let room_error = length * far * roundings(6.5) + length * origin * roundings(2.25) + tiny();
+    let speed_error = length * ray.shear.along.abs() * roundings(5.5) + tiny();
+    let inverse = L::from_f32(1.0) / speed;
+    let t = room * inverse;
+    let error = (room_error + t.abs() * speed_error) * inverse.abs();
+    let error = error * L::from_f32(LEVEL_SLACK) + t.abs() * roundings(4.0) + tiny();
+    let sound = ordinary & speed.abs().gt(speed_error * L::from_f32(LEVEL)) & finite(t, error);
+    let t = Between::new(t, error);
+    let possible = possible & !(sound & t.most.le(ray.t_min));
+    let hit = possible & sure & sound & t.least.gt(ray.t_min);
+    Near::unmoved(ray.org).hit(hit, t, possible)
+}

@@ -1,0 +1,119 @@
+//! Spheres and ellipsoids: half a chord, from the point of the line nearest the
+//! centre (as Haines, Günther, Akenine-Möller, Ray Tracing Gems 2019; but the ray
+//! itself begins there, so neither root cancels).
+
+use super::{Between, Meet, Near, ObjectRay, Part, narrow, range, roundings, tiny};
+use crate::geom::{Ellipsoid, Sphere};
+use crate::math::Vec3;
+use crate::math::lanes::{Lanes, Mask, Scalar};
+use glam::DVec3;
+
+/// Where a line is inside a sphere about the origin.
+struct Chord<L: Lanes> {
+    near: Near<L>,
+    /// 1 / dir².
+    inverse: L,
+    /// t of its middle, from where `near` begins, and half its length in t.
+    middle: L,
+    half: L,
+    /// r² − (distance of the line)².
+    room: L,
+    /// What `room` is made of: |near|², and what it is too much by.
+    away: L,
+    back: L,
+    radius: L,
+    /// Lanes whose dir² is well inside the format.
+    ordinary: L::Mask,
+}
+
+impl<L: Lanes> Chord<L> {
+    #[inline(always)]
+    fn new(near: Near<L>, along: Vec3<L>, [squared, inverse]: [L; 2], radius: L) -> Chord<L> {
+        let b = -near.org.dot(along);
+        let middle = b * inverse;
+        let (away, back) = (near.org.length_squared(), b * middle);
+        let room = (radius * radius - away) + back;
+        let (small, large) = range::<L>();
+        Chord {
+            near,
+            inverse,
+            middle,
+            half: (room.max(L::zero()) * inverse).sqrt(),
+            room,
+            away,
+            back,
+            radius,
+            ordinary: squared.gt(small) & squared.lt(large),
+        }
+    }
+
+    #[inline(always)]
+    fn of_sphere(sphere: &Sphere, object: &ObjectRay<L>) -> Chord<L> {
+        let start = object.org - Vec3::splat(sphere.center.to_array());
+        let near = Near::to_center(start, object);
+        let (dir, squared) = (object.ray.dir, object.ray.dir_squared);
+        let radius = L::from_f64(sphere.radius);
+        Chord::new(near, dir, [squared, L::from_f32(1.0) / squared], radius)
+    }
+
+    /// The unit sphere, with rays divided by the radii.
+    #[inline(always)]
+    fn of_ellipsoid(ellipsoid: &Ellipsoid, object: &ObjectRay<L>) -> Chord<L> {
+        let by: Vec3<L::Double> = Vec3::splat((DVec3::ONE / ellipsoid.radii).to_array());
+        let over = |v: Vec3<L::Double>| Vec3::new(v.x * by.x, v.y * by.y, v.z * by.z);
+        let start = over(object.org - Vec3::splat(ellipsoid.center.to_array()));
+        let dir = over(object.dir);
+        let (coarse, along) = (narrow::<L>(start), narrow::<L>(dir));
+        let (one, squared) = (L::from_f32(1.0), along.length_squared());
+        let inverse = one / squared;
+        let shift = -(coarse.dot(along) * inverse);
+        let near = Near::at(start, dir, coarse.max_abs(), shift);
+        Chord::new(near, along, [squared, inverse], one)
+    }
+
+    /// A bound on the error of `room`, with room for that of `middle` times
+    /// `half`.
+    #[inline(always)]
+    fn error(&self) -> L {
+        let Near { size, error, .. } = self.near;
+        let relative = self.away * roundings(17.0)
+            + self.back * roundings(48.0)
+            + self.radius * self.radius * roundings(6.0);
+        let moved = size * L::from_f32(13.0) + error * L::from_f32(7.0) + self.radius + self.radius;
+        relative + error * moved + tiny()
+    }
+
+    #[inline(always)]
+    fn meet(&self, t_min: L, active: L::Mask) -> Meet<L> {
+        let error = self.error();
+        let none = self.ordinary & self.room.lt(-error);
+        if (active & !none).none() {
+            return Meet::certain(L::Mask::splat(false), L::zero());
+        }
+        let (small, large) = range::<L>();
+        let squared = self.room * self.inverse;
+        let ordinary = self.ordinary & squared.gt(small) & squared.lt(large);
+        let slack = error * self.inverse / self.half + self.half * roundings(15.0) + tiny();
+        let part = Part {
+            enter: Between::new(self.middle - self.half, slack),
+            exit: Between::new(self.middle + self.half, slack),
+            sound: ordinary & self.room.gt(error) & slack.lt(L::splat(L::Scalar::INFINITY)),
+            none,
+        };
+        part.first_beyond(&self.near, t_min, active)
+    }
+}
+
+#[inline(always)]
+pub fn meet_sphere<L: Lanes>(row: &Sphere, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
+    Chord::of_sphere(row, object).meet(object.ray.t_min, active)
+}
+
+#[inline(always)]
+pub fn meet_ellipsoid<L: Lanes>(
+    row: &Ellipsoid,
+    object: &ObjectRay<L>,
+    active: L::Mask,
+) -> Meet<L> {
+    Chord::of_ellipsoid(row, object).meet(object.ray.t_min, active)
+}

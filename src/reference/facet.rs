@@ -8,10 +8,7 @@ use std::cmp::Ordering;
 
 /// Möller and Trumbore's determinants (1997). Edges and corners belong to it;
 /// seen exactly edge-on it is not met.
-pub fn triangle<N: Number>(
-    ray: &Ray,
-    corners: [[f64; 3]; 3],
-) -> Result<Option<Root<N>>, N::Doubt> {
+pub fn triangle<N: Number>(ray: &Ray, corners: [[f64; 3]; 3]) -> Result<Option<Root<N>>, N::Doubt> {
     let (org, d) = (vector(ray.org), vector(ray.dir));
     let [a, b, c] = corners.map(|p| minus(&vector(p), &org));
     let edge = |x: &Vector<N>, y: &Vector<N>| dot(&d, &cross(x, y));

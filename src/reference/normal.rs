@@ -9,9 +9,8 @@ use crate::scene::Shape;
 /// winding. Zero where the surface has none (a cone's apex).
 pub fn normal(of: &Primitive, ray: &Ray, t: f64, face: usize) -> [f64; 3] {
     let scene = of.scene;
-    let from = |p: [f64; 3]| -> [f64; 3] {
-        std::array::from_fn(|k| (ray.org[k] - p[k]) + t * ray.dir[k])
-    };
+    let from =
+        |p: [f64; 3]| -> [f64; 3] { std::array::from_fn(|k| (ray.org[k] - p[k]) + t * ray.dir[k]) };
     match of.shape {
         Shape::HalfSpace(id) => scene.half_spaces.row(id).normal.to_array(),
         Shape::Polyhedron(id) => scene.polyhedra.planes(id)[face].normal.to_array(),

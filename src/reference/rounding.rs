@@ -121,9 +121,15 @@ mod tests {
         assert_eq!(sum(-f64::MAX, -f64::MAX), f64::NEG_INFINITY);
         assert_eq!(sum(f64::MAX, 0.0), f64::MAX);
         assert_eq!(sum(0.0, 0.0), 0.0);
-        assert_eq!(fraction(f64::from_bits(1), 4.0).order_with(0.0), Ok(Ordering::Greater));
+        assert_eq!(
+            fraction(f64::from_bits(1), 4.0).order_with(0.0),
+            Ok(Ordering::Greater)
+        );
         assert_eq!(nearest(&fraction(f64::from_bits(1), 4.0)), 0.0);
-        assert_eq!(nearest(&fraction(f64::from_bits(3), 2.0)), f64::from_bits(2));
+        assert_eq!(
+            nearest(&fraction(f64::from_bits(3), 2.0)),
+            f64::from_bits(2)
+        );
         assert_eq!(nearest(&fraction(1e-300, 1e300)), 0.0);
         assert_eq!(nearest(&fraction(-1e300, 1e-300)), f64::NEG_INFINITY);
     }

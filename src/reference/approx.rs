@@ -200,3 +200,63 @@ pub fn add(a: Approx3, b: Approx3) -> Approx3 {
 pub fn scaled(a: Approx3, s: Approx) -> Approx3 {
     a.map(|x| x * s)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::dyadic::Dyadic;
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Numbers of all sizes, with many bits or few.
+    fn number() -> impl Strategy<Value = f64> {
+        (-1.0..1.0_f64, -40..40_i32, any::<bool>()).prop_map(|(x, power, short)| {
+            let x = if short { f64::from(x as f32) } else { x };
+            x * 2.0_f64.powi(power)
+        })
+    }
+
+    /// Of exact numbers.
+    fn at_most(a: &Dyadic, b: &Dyadic) -> bool {
+        let Ok(sign) = a.minus(b).sign();
+        sign.is_le()
+    }
+
+    fn between(lo: f64, exact: &Dyadic, hi: f64) -> bool {
+        at_most(&Dyadic::of(lo), exact) && at_most(exact, &Dyadic::of(hi))
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig {
+            failure_persistence: None,
+            ..ProptestConfig::with_cases(20_000)
+        })]
+
+        /// The error bounds hold, and the bounds of the enclosure too; a sign that
+        /// is known is the exact one.
+        #[test]
+        fn errors_are_bounds(a in number(), b in number(), c in number(), d in number()) {
+            let [x, y, z, w] = [a, b, c, d].map(Approx::exact);
+            let approx = (x * y - z * w) * (x + z) - w;
+            let [x, y, z, w] = [a, b, c, d].map(Dyadic::of);
+            let exact = x.times(&y).minus(&z.times(&w)).times(&x.plus(&z)).minus(&w);
+            prop_assert!(between(approx.lo(), &exact, approx.hi()), "{approx:?}");
+            let (value, error) = (Dyadic::of(approx.value), Dyadic::of(approx.error));
+            prop_assert!(at_most(&value.minus(&error), &exact));
+            prop_assert!(at_most(&exact, &value.plus(&error)));
+            let Ok(sign) = exact.sign();
+            prop_assert!(approx.sign().is_err() || approx.sign() == Ok(sign));
+            // A quotient, multiplied out again; a root, squared.
+            let q = approx / Approx::exact(b);
+            if q.error.is_finite() {
+                let (lo, hi) = (Dyadic::of(q.lo()).times(&y), Dyadic::of(q.hi()).times(&y));
+                let (lo, hi) = if b > 0.0 { (lo, hi) } else { (hi, lo) };
+                prop_assert!(at_most(&lo, &exact) && at_most(&exact, &hi));
+            }
+            let root = approx.sqrt();
+            if sign.is_gt() {
+                prop_assert!(at_most(&Dyadic::of(root.lo().max(0.0)).squared(), &exact));
+                prop_assert!(at_most(&exact, &Dyadic::of(root.hi()).squared()));
+            }
+        }
+    }
+}

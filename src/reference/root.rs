@@ -37,16 +37,6 @@ impl<N: Number> Poly<N> {
         self.clone() * self.clone()
     }
 
-    /// Zero for every t.
-    pub fn vanishes(&self) -> Result<bool, N::Doubt> {
-        for c in self.0.iter().rev() {
-            if c.sign()?.is_ne() {
-                return Ok(false);
-            }
-        }
-        Ok(true)
-    }
-
     /// Each once, the lower first. None of a constant, zero or not.
     pub fn roots(&self) -> Result<Vec<Root<N>>, N::Doubt> {
         let [c0, c1, c2] = &self.0;
@@ -187,5 +177,121 @@ impl<N: Number> Mul for Poly<N> {
             a0.times(b1).plus(&a1.times(b0)),
             a0.times(b2).plus(&a1.times(b1)).plus(&a2.times(b0)),
         ])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::approx::Approx;
+    use super::super::dyadic::Dyadic;
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Short, so that products meet.
+    fn number() -> impl Strategy<Value = f64> {
+        (-40..40_i32).prop_map(|n| f64::from(n) / 8.0)
+    }
+
+    fn numbers() -> impl Strategy<Value = [f64; 3]> {
+        prop::array::uniform3(number())
+    }
+
+    fn poly<N: Number>(c: [f64; 3]) -> Poly<N> {
+        Poly(c.map(N::of))
+    }
+
+    fn roots(c: [f64; 3]) -> Vec<Root<Dyadic>> {
+        let Ok(roots) = poly(c).roots();
+        roots
+    }
+
+    fn value(t: &Root<Dyadic>) -> f64 {
+        super::super::rounding::nearest(t)
+    }
+
+    #[test]
+    fn equal_roots_of_different_polynomials_are_equal() {
+        // √2 by t² = 2, by 3t² = 6; 1 + √2 by t² − 2t − 1; 2 by t² = 4 and by t = 2.
+        let at = |c, i: usize| roots(c)[i].clone();
+        let order = |a: &Root<Dyadic>, b: &Root<Dyadic>| {
+            let (Ok(one), Ok(other)) = (a.order(b), b.order(a));
+            assert_eq!(one, other.reverse());
+            one
+        };
+        let sqrt2 = at([-2.0, 0.0, 1.0], 1);
+        assert!(order(&sqrt2, &at([6.0, 0.0, -3.0], 1)).is_eq());
+        assert!(order(&sqrt2, &at([6.0, 0.0, -3.0], 0)).is_gt());
+        assert!(order(&at([-4.0, 0.0, 1.0], 1), &at([-2.0, 1.0, 0.0], 0)).is_eq());
+        let more = at([-1.0, -2.0, 1.0], 1);
+        assert!(order(&more, &sqrt2).is_gt());
+        // The f64 on both sides of √2.
+        let near = std::f64::consts::SQRT_2;
+        let (Ok(below), Ok(above)) = (sqrt2.order_with(near), sqrt2.order_with(near.next_down()));
+        assert!(below.is_lt() && above.is_gt());
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig {
+            failure_persistence: None,
+            ..ProptestConfig::with_cases(5_000)
+        })]
+
+        /// A polynomial is zero at its roots and changes its sign there.
+        #[test]
+        fn roots_are_where_polynomials_vanish(c in numbers(), by in number()) {
+            let found = roots(c);
+            let q = c[1] * c[1] - 4.0 * c[2] * c[0];
+            let count = match (c[2] == 0.0, q) {
+                (true, _) => usize::from(c[1] != 0.0),
+                (_, q) => usize::from(q >= 0.0) + usize::from(q > 0.0),
+            };
+            prop_assert_eq!(found.len(), count);
+            for t in &found {
+                let Ok(sign) = t.sign_of(&poly(c));
+                prop_assert!(sign.is_eq());
+                let Ok(sign) = t.sign_of(&poly(c.map(|x| x * by)));
+                prop_assert!(sign.is_eq());
+            }
+            if let [low, high] = &found[..] {
+                let Ok(order) = low.order(high);
+                prop_assert!(order.is_lt());
+                let Ok(slope) = low.sign_of(&poly([c[1], 2.0 * c[2], 0.0]));
+                prop_assert_eq!(slope.is_gt(), c[2] < 0.0);
+            }
+        }
+
+        /// Orders and signs are those of the rounded numbers wherever these differ
+        /// by more than roundings; and f64 that is sure says the same.
+        #[test]
+        fn orders_are_those_of_numbers(a in numbers(), b in numbers(), x in number()) {
+            for s in roots(a) {
+                let Ok(with) = s.order_with(x);
+                prop_assert_eq!(Some(with), value(&s).partial_cmp(&x));
+                let Ok(sign) = s.sign_of(&poly(b));
+                let at = b[0] + value(&s) * (b[1] + value(&s) * b[2]);
+                prop_assert!(at.abs() < 1e-9 || sign == at.total_cmp(&0.0));
+                for t in roots(b) {
+                    let Ok(order) = s.order(&t);
+                    let apart = value(&s) - value(&t);
+                    prop_assert!(apart.abs() < 1e-12 || order == apart.total_cmp(&0.0));
+                    prop_assert!(apart == 0.0 || order.is_ne());
+                }
+            }
+            let (Ok(s), Ok(t)) = (poly::<Approx>(a).roots(), poly::<Approx>(b).roots()) else {
+                return Ok(());
+            };
+            for (s, exact_s) in s.iter().zip(roots(a)) {
+                let Ok(sign) = exact_s.sign_of(&poly(b));
+                prop_assert!(s.sign_of(&poly(b)).is_ok_and(|known| known == sign)
+                    || s.sign_of(&poly(b)).is_err());
+                let (lo, hi) = (s.value().lo(), s.value().hi());
+                let (Ok(low), Ok(high)) = (exact_s.order_with(lo), exact_s.order_with(hi));
+                prop_assert!(low.is_ge() && high.is_le());
+                for (t, exact_t) in t.iter().zip(roots(b)) {
+                    let Ok(order) = exact_s.order(&exact_t);
+                    prop_assert!(s.order(t).is_err() || s.order(t) == Ok(order));
+                }
+            }
+        }
     }
 }

@@ -24,45 +24,44 @@ fn guess(t: &Root<Dyadic>) -> f64 {
 
 /// `guess` says where to look first; the answer does not depend on it.
 fn nearest_from(t: &Root<Dyadic>, guess: f64) -> f64 {
-    // Finite f64 in their order are integers in theirs.
-    let above = |place: i64| !order(t, number(place)).is_lt();
-    let end = place(f64::MAX);
+    // f64 in their order are integers in theirs, the infinities among them: as
+    // the powers of two that they stand for where numbers are rounded.
+    let end = place(f64::INFINITY);
+    let not_above = |place: i64| {
+        let within = -end < place && place < end;
+        if within {
+            let Ok(order) = t.order_with(number(place));
+            order.is_ge()
+        } else {
+            place < 0
+        }
+    };
     // A bracket about the guess, twice as wide each time: below ≤ t < beyond.
     let guess = if guess.is_finite() { place(guess) } else { 0 };
-    let (mut below, mut beyond, mut step) = (guess, guess, 1);
-    if above(guess) {
-        while beyond <= end && above(beyond) {
+    let (mut below, mut beyond, mut step) = (guess, guess, 1_i64);
+    if not_above(guess) {
+        while not_above(beyond) {
             below = beyond;
-            beyond = beyond.saturating_add(step).min(end + 1);
-            step *= 2;
+            beyond = beyond.saturating_add(step).min(end);
+            step = step.saturating_mul(2);
         }
     } else {
-        while below >= -end && !above(below) {
+        while !not_above(below) {
             beyond = below;
-            below = below.saturating_sub(step).max(-end - 1);
-            step *= 2;
+            below = below.saturating_sub(step).max(-end);
+            step = step.saturating_mul(2);
         }
-    }
-    if below < -end {
-        return f64::NEG_INFINITY;
     }
     while beyond - below > 1 {
         let middle = below + (beyond - below) / 2;
-        if above(middle) {
+        if not_above(middle) {
             below = middle;
         } else {
             beyond = middle;
         }
     }
-    if beyond > end {
-        return if order(t, f64::MAX).is_eq() {
-            f64::MAX
-        } else {
-            f64::INFINITY
-        };
-    }
+    let halfway = exact(below).plus(&exact(beyond)).half();
     let (low, high) = (number(below), number(beyond));
-    let halfway = Dyadic::of(low).plus(&Dyadic::of(high)).half();
     let Ok(side) = t.order_with_number(&halfway);
     match side {
         Ordering::Less => low,
@@ -70,11 +69,6 @@ fn nearest_from(t: &Root<Dyadic>, guess: f64) -> f64 {
         Ordering::Equal if low.to_bits().is_multiple_of(2) => low,
         Ordering::Equal => high,
     }
-}
-
-fn order(t: &Root<Dyadic>, x: f64) -> Ordering {
-    let Ok(order) = t.order_with(x);
-    order
 }
 
 /// The place of a number among all f64; zero is at 0.
@@ -85,6 +79,16 @@ fn place(x: f64) -> i64 {
 
 fn number(place: i64) -> f64 {
     f64::from_bits(place.unsigned_abs()).copysign(place as f64)
+}
+
+/// The same exactly; of the infinities, ±2^1024.
+fn exact(place: i64) -> Dyadic {
+    let x = number(place);
+    if x.is_finite() {
+        return Dyadic::of(x);
+    }
+    let half = Dyadic::of(2.0_f64.powi(1023).copysign(x));
+    half.plus(&half)
 }
 
 #[cfg(test)]
@@ -117,6 +121,7 @@ mod tests {
         assert_eq!(sum(1.0 + 2.0 * unit, unit), 1.0 + 4.0 * unit);
         assert_eq!(sum(-1.0, -unit), -1.0);
         assert_eq!(sum(f64::MAX, 1.0), f64::MAX);
+        assert_eq!(sum(f64::MAX, 2.0_f64.powi(970)), f64::INFINITY);
         assert_eq!(sum(f64::MAX, f64::MAX), f64::INFINITY);
         assert_eq!(sum(-f64::MAX, -f64::MAX), f64::NEG_INFINITY);
         assert_eq!(sum(f64::MAX, 0.0), f64::MAX);

@@ -28,11 +28,8 @@ pub fn ends<N: Number>(faces: &[Poly<N>]) -> Result<Vec<Meeting<N>>, N::Doubt> {
 }
 
 /// Where the first polynomial vanishes and no other is above zero. A line that
-/// lies in the surface meets it where it begins and ends.
+/// lies in that surface does not cross it.
 pub fn first_face<N: Number>(faces: &[Poly<N>]) -> Result<Vec<Meeting<N>>, N::Doubt> {
-    if faces[0].vanishes()? {
-        return ends(faces);
-    }
     let mut found = Vec::new();
     meet_face(faces, 0, &mut found)?;
     Ok(found)

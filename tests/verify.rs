@@ -9,6 +9,11 @@ use lanecast::render::Progress;
 use lanecast::scene::*;
 use lanecast::trace::{Outcome, RayKind, TracedRay};
 
+#[path = "verify/aimed.rs"]
+mod aimed;
+#[path = "verify/command.rs"]
+mod command;
+
 const SIZE: [u32; 2] = [48, 32];
 
 /// To the end: nobody wishes to stop.

@@ -25,8 +25,10 @@ use report::{Adversarial, Mode, Report, Time};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Mismatches that are printed with all their numbers.
+/// Mismatches that are printed with all their numbers: of each comparison of one
+/// mode, or of several.
 const LISTED: usize = 10;
+const LISTED_OF_EACH: usize = 2;
 
 const MAX_PIXELS: u64 = 1 << 22;
 
@@ -65,6 +67,10 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
         reference: &reference,
         config: &config,
         aimed: &aimed,
+        list: match args.common.precision {
+            Some(_) => LISTED,
+            None => LISTED_OF_EACH,
+        },
         sample: args.sample.unwrap_or(1).min(u64::from(u32::MAX)) as u32,
         progress: &progress,
     };
@@ -102,7 +108,7 @@ fn prepared(
     let scene = scene.moved(args.scale, args.offset).map_err(|e| {
         let [x, y, z] = args.offset.to_array();
         CliError::Usage(format!(
-            "--scale {} --offset {x},{y},{z} take the scene out of range: {e}",
+            "--scale {:?} --offset {x:?},{y:?},{z:?} take the scene out of range: {e}",
             args.scale
         ))
     })?;
@@ -118,6 +124,7 @@ struct Check<'a> {
     config: &'a RenderConfig,
     aimed: &'a [Aimed],
     sample: u32,
+    list: usize,
     progress: &'a Arc<Progress>,
 }
 
@@ -128,7 +135,7 @@ impl Check<'_> {
         let kernels = self.kernels(precision)?;
         let options = VerifyOptions {
             sample: self.sample,
-            list: LISTED,
+            list: self.list,
             float: match kernels.arithmetic {
                 Arithmetic::F64 => Float::Double,
                 _ => Float::Single,

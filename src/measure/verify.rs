@@ -18,6 +18,7 @@ use crate::scene::Camera;
 use crate::trace::{Outcome, RayKind, TracedRay};
 use rayon::prelude::*;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use thiserror::Error;
 
 #[derive(Clone, Copy, Debug)]
@@ -138,6 +139,9 @@ pub struct Comparison {
     pub counts: Counts,
     /// Of each hit of the right primitive, in no order.
     pub t_ulps: Vec<f32>,
+    /// Wrong nearest hits by the kinds of what was said and what is there, such as
+    /// "nothing for sphere".
+    pub wrong_kinds: BTreeMap<String, u64>,
     /// The first of them, wrong ones before undecided ones.
     pub mismatches: Vec<Mismatch>,
 }
@@ -217,6 +221,7 @@ fn own_way<'a>(
     let answer = reference.nearest(own.org, dir, f64::INFINITY);
     let crossings = |i, p| reference.crossings(own.org, dir, i, p);
     judge_nearest(primary, &answer, crossings, options, out);
+    note_kinds(reference, primary, &answer, out);
 
     let (
         Outcome::Hit {
@@ -268,6 +273,7 @@ fn compare(reference: &Reference, ray: &TracedRay, options: &VerifyOptions, out:
             let answer = reference.nearest(org, dir, t_max);
             let crossings = |i, p| reference.crossings(org, dir, i, p);
             judge_nearest(ray, &answer, crossings, options, out);
+            note_kinds(reference, ray, &answer, out);
         }
     }
 }
@@ -331,6 +337,21 @@ fn judge_nearest(
     raise(&mut out.counts.max_normal_error_deg, error);
 }
 
+/// After the ray was judged: what kinds it confused, if it did.
+fn note_kinds(reference: &Reference, ray: &TracedRay, answer: &Option<Hit>, out: &mut Comparison) {
+    if !out.mismatches.last().is_some_and(|m| m.ray == *ray) {
+        return;
+    }
+    let kind = |instance: u64| reference.kind(instance).unwrap_or("nothing");
+    let said = match ray.outcome {
+        Outcome::Hit { instance, .. } => kind(instance),
+        _ => "nothing",
+    };
+    let there = answer.map_or("nothing", |hit| kind(hit.instance));
+    let kinds = format!("{said} for {there}");
+    *out.wrong_kinds.entry(kinds).or_default() += 1;
+}
+
 fn raise(max: &mut f64, value: f64) {
     *max = f64::max(*max, value);
 }
@@ -375,6 +396,9 @@ impl Comparison {
         a.not_traced += b.not_traced;
         self.mismatches.extend(other.mismatches);
         self.t_ulps.extend(other.t_ulps);
+        for (kinds, count) in other.wrong_kinds {
+            *self.wrong_kinds.entry(kinds).or_default() += count;
+        }
     }
 
     /// Zero where nothing was hit.

@@ -157,6 +157,12 @@ impl<'a> Reference<'a> {
         self.scene
     }
 
+    /// What kind of shape an instance is; none for ids that do not exist.
+    pub fn kind(&self, instance: u64) -> Option<&'static str> {
+        let row = self.rows.get(usize::try_from(instance).ok()?)?;
+        Some(self.scene.shapes.row(row.shape).kind_name())
+    }
+
     /// Of a hit.
     fn appearance(&self, hit: &Hit) -> &Appearance {
         &self.rows[hit.instance as usize]
@@ -227,7 +233,10 @@ impl<'a> Reference<'a> {
         instance: u64,
         primitive: u32,
     ) -> Vec<Crossing> {
-        let Some(a) = self.rows.get(instance as usize) else {
+        let Some(a) = usize::try_from(instance)
+            .ok()
+            .and_then(|i| self.rows.get(i))
+        else {
             return Vec::new();
         };
         let primitives = match self.scene.shapes.row(a.shape) {

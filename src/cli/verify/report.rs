@@ -6,6 +6,7 @@ use crate::measure::verify::{Comparison, Counts, UlpErrors};
 use crate::plan::Precision;
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 /// In `exact`, a relative error of a camera path's t beyond this is no rounding:
@@ -211,7 +212,7 @@ impl Mode {
 impl Serialize for Mode {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let share = |escalated: u64, rays: u64| escalated as f64 / rays.max(1) as f64;
-        let mut s = serializer.serialize_struct("Mode", 11)?;
+        let mut s = serializer.serialize_struct("Mode", 12)?;
         s.serialize_field("precision", self.precision.name())?;
         s.serialize_field("lanes", &self.lanes)?;
         s.serialize_field("rays", &self.rays)?;
@@ -220,6 +221,7 @@ impl Serialize for Mode {
         s.serialize_field("replay", &self.replayed.counts)?;
         s.serialize_field("independent", &self.own.counts)?;
         s.serialize_field("t_ulps", &self.replayed.ulp_errors())?;
+        s.serialize_field("wrong_kinds", &self.replayed.wrong_kinds)?;
         s.serialize_field("escalated", &self.escalated)?;
         s.serialize_field("escalated_per_ray", &share(self.escalated, self.rays))?;
         s.serialize_field("ns_per_ray", &self.times[0].ns_per_ray)?;
@@ -231,16 +233,18 @@ impl Serialize for Mode {
 impl Serialize for Adversarial {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         #[derive(Serialize)]
-        struct Fields {
+        struct Fields<'a> {
             #[serde(flatten)]
             counts: Counts,
             t_ulps: UlpErrors,
+            wrong_kinds: &'a BTreeMap<String, u64>,
             escalated: u64,
             ns_per_ray: f64,
         }
         let fields = Fields {
             counts: self.compared.counts,
             t_ulps: self.compared.ulp_errors(),
+            wrong_kinds: &self.compared.wrong_kinds,
             escalated: self.escalated,
             ns_per_ray: self.ns_per_ray,
         };

@@ -32,6 +32,9 @@ const LISTED_OF_EACH: usize = 2;
 
 const MAX_PIXELS: u64 = 1 << 22;
 
+/// Aimed rays whose answers are kept at once.
+const AT_A_TIME: usize = 1 << 18;
+
 pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
     let mut config = args.common.config(VERIFY_SIZE)?;
     config.max_depth = args.depth.max_depth;
@@ -258,22 +261,30 @@ impl Check<'_> {
         one: Kernels,
         options: &VerifyOptions,
     ) -> Result<(Adversarial, u64), CliError> {
-        let traced = |kernels: Kernels| {
-            let go = || trace_aimed(self.world, &kernels, self.aimed, self.progress);
-            self.drawn(go).ok_or(CliError::Interrupted)
-        };
-        let (before, start) = (decided(), Instant::now());
-        let packets = traced(kernels)?;
-        let ns_per_ray = per_ray(start, packets.len() as u64);
-        let escalated = decided() - before;
-        let differing = bit_mismatches(&packets, &traced(one)?);
         // All of them, whatever part of the picture is looked at.
         let options = VerifyOptions {
             sample: 1,
             ..*options
         };
+        let mut compared = Comparison::default();
+        let (mut escalated, mut differing, mut seconds) = (0, 0, 0.0);
+        for (part, aimed) in self.aimed.chunks(AT_A_TIME).enumerate() {
+            let first = (part * AT_A_TIME) as u32;
+            let traced = |kernels: Kernels| {
+                let go = || trace_aimed(self.world, &kernels, aimed, first, self.progress);
+                self.drawn(go).ok_or(CliError::Interrupted)
+            };
+            let (before, start) = (decided(), Instant::now());
+            let packets = traced(kernels)?;
+            seconds += start.elapsed().as_secs_f64();
+            escalated += decided() - before;
+            differing += bit_mismatches(&packets, &traced(one)?);
+            compared.append(self.replay(&packets, &options)?);
+            compared.shorten(options.list);
+        }
+        let ns_per_ray = seconds * 1e9 / compared.counts.rays.max(1) as f64;
         let adversarial = Adversarial {
-            compared: self.replay(&packets, &options)?,
+            compared,
             escalated,
             ns_per_ray,
         };

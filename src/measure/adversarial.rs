@@ -364,12 +364,13 @@ impl Random {
 const CHUNK: usize = 2048;
 
 /// What the fast path says to them: first to all for the nearest hit, then for any.
-/// Pixels are the rays' numbers; normals are not asked for. Runs on the current
-/// pool; `None` where it was cancelled.
+/// Pixels are the rays' numbers, from `first` on; normals are not asked for. Runs on
+/// the current pool; `None` where it was cancelled.
 pub fn trace_aimed(
     world: &World,
     kernels: &Kernels,
     rays: &[Aimed],
+    first: u32,
     progress: &Progress,
 ) -> Option<Vec<TracedRay>> {
     let answers: Vec<[Vec<Outcome>; 2]> = rays
@@ -391,7 +392,7 @@ pub fn trace_aimed(
         for (number, (ray, outcome)) in rays.iter().zip(outcomes).enumerate() {
             rows.push(TracedRay {
                 kind,
-                pixel: number as u32,
+                pixel: first + number as u32,
                 sample: 0,
                 depth: 0,
                 org: ray.org,

@@ -378,13 +378,13 @@ impl Comparison {
     }
 
     /// The first `list`, wrong ones before undecided ones.
-    fn shorten(&mut self, list: usize) {
+    pub fn shorten(&mut self, list: usize) {
         self.mismatches
             .sort_by_key(|m| m.kind == MismatchKind::Undecided);
         self.mismatches.truncate(list);
     }
 
-    fn append(&mut self, other: Comparison) {
+    pub fn append(&mut self, other: Comparison) {
         let (a, b) = (&mut self.counts, other.counts);
         a.rays += b.rays;
         a.wrong_hit += b.wrong_hit;

@@ -135,7 +135,7 @@ fn of_every_kind_aimed_rays_are_hard_for_f32() {
                     transforms: true,
                 },
             };
-            trace_aimed(&world, &kernels, &rays, &Progress::default()).unwrap()
+            trace_aimed(&world, &kernels, &rays, 0, &Progress::default()).unwrap()
         };
         let fast = rows(Arithmetic::F32);
         assert_eq!(fast.len(), 2 * rays.len());

@@ -75,7 +75,7 @@ pub struct VerifyArgs {
     #[arg(long, value_name = "K", value_parser = value_parser!(u64).range(1..))]
     pub sample: Option<u64>,
     /// N rays more, aimed at edges, corners, silhouettes and tangents
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=100_000_000))]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=10_000_000))]
     pub adversarial: Option<u32>,
     /// Of the aimed rays
     #[arg(long, value_name = "N", default_value_t = 0, requires = "adversarial")]

@@ -203,8 +203,8 @@ pub fn scaled(a: Approx3, s: Approx) -> Approx3 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::dyadic::Dyadic;
     use super::*;
+    use crate::reference::dyadic::Dyadic;
     use proptest::prelude::*;
 
     /// Numbers of all sizes, with many bits or few.

@@ -182,9 +182,9 @@ impl<N: Number> Mul for Poly<N> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::approx::Approx;
-    use super::super::dyadic::Dyadic;
     use super::*;
+    use crate::reference::approx::Approx;
+    use crate::reference::dyadic::Dyadic;
     use proptest::prelude::*;
 
     /// Short, so that products meet.
@@ -206,7 +206,7 @@ mod tests {
     }
 
     fn value(t: &Root<Dyadic>) -> f64 {
-        super::super::rounding::nearest(t)
+        crate::reference::rounding::nearest(t)
     }
 
     #[test]

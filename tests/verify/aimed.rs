@@ -148,7 +148,7 @@ fn of_every_kind_aimed_rays_are_hard_for_f32() {
         let hits = fast
             .iter()
             .filter(|r| matches!(r.outcome, Outcome::Hit { .. } | Outcome::Blocked));
-        assert!(hits.count() > COUNT / 2, "{kind}");
+        assert!(hits.count() > COUNT / 4, "{kind}");
         if kind == "mesh" {
             for arithmetic in [Arithmetic::F32Guarded, Arithmetic::F64] {
                 let c = replay(&reference, &rows(arithmetic), &ALL);

@@ -274,8 +274,10 @@ fn wrong_ids() {
         assert!(far > *t);
         *t = far;
     }
-    let counts = replay(&reference, &rows, &ALL).counts;
-    assert_eq!((counts.wrong_id, counts.wrong()), (1, 1));
+    let found = replay(&reference, &rows, &ALL);
+    assert_eq!((found.counts.wrong_id, found.counts.wrong()), (1, 1));
+    let kinds: Vec<_> = found.wrong_kinds.into_iter().collect();
+    assert_eq!(kinds, [("sphere for sphere".into(), 1)]);
 }
 
 #[test]
@@ -370,12 +372,20 @@ fn tangents_edges_and_ties_are_settled() {
         };
         // Past the ball as a tangent: a hit in one point.
         let tangent = [1.0, 1.5, 9.0];
+        let mut other = row(tangent, hit(13.0, 2, 1));
+        if let Outcome::Hit { normal, .. } = &mut other.outcome {
+            // Not asked for.
+            *normal = [f64::NAN; 3];
+        }
         let trio = [
             row(tangent, hit(9.0, 0, 0)),
-            row(tangent, hit(13.0, 2, 1)),
+            other,
             row(tangent, Outcome::Miss),
         ];
-        let c = replay(reference, &trio, &ALL).counts;
+        let c = replay(reference, &trio, &ALL);
+        let kinds: Vec<&str> = c.wrong_kinds.keys().map(|kinds| &kinds[..]).collect();
+        assert_eq!(kinds, ["mesh for sphere", "nothing for sphere"]);
+        let c = c.counts;
         assert_eq!((c.wrong_id, c.wrong_hit, c.undecided), (1, 1, 0));
         // Between triangles: the lower one, no crack.
         let diagonal = [4.0, 2.0, 9.0];

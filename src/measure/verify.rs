@@ -220,8 +220,8 @@ fn own_way<'a>(
     let dir = own.dir.map(f64::from);
     let answer = reference.nearest(own.org, dir, f64::INFINITY);
     let crossings = |i, p| reference.crossings(own.org, dir, i, p);
-    judge_nearest(primary, &answer, crossings, options, out);
-    note_kinds(reference, primary, &answer, out);
+    let kind = |i| reference.kind(i);
+    judge_nearest(primary, &answer, crossings, kind, options, out);
 
     let (
         Outcome::Hit {
@@ -272,8 +272,8 @@ fn compare(reference: &Reference, ray: &TracedRay, options: &VerifyOptions, out:
         Outcome::Miss | Outcome::Hit { .. } => {
             let answer = reference.nearest(org, dir, t_max);
             let crossings = |i, p| reference.crossings(org, dir, i, p);
-            judge_nearest(ray, &answer, crossings, options, out);
-            note_kinds(reference, ray, &answer, out);
+            let kind = |i| reference.kind(i);
+            judge_nearest(ray, &answer, crossings, kind, options, out);
         }
     }
 }
@@ -295,11 +295,21 @@ fn judge_nearest(
     ray: &TracedRay,
     answer: &Option<Hit>,
     crossings: impl Fn(u64, u32) -> Vec<Crossing>,
+    kind: impl Fn(u64) -> Option<&'static str>,
     options: &VerifyOptions,
     out: &mut Comparison,
 ) {
     out.counts.rays += 1;
-    let mut wrong = |kind| out.note(kind, ray, Said::Nearest(*answer));
+    let mut wrong = |mismatch| {
+        let kind = |instance: Option<u64>| instance.and_then(&kind).unwrap_or("nothing");
+        let said = match ray.outcome {
+            Outcome::Hit { instance, .. } => Some(instance),
+            _ => None,
+        };
+        let kinds = format!("{} for {}", kind(said), kind(answer.map(|h| h.instance)));
+        *out.wrong_kinds.entry(kinds).or_default() += 1;
+        out.note(mismatch, ray, Said::Nearest(*answer));
+    };
     let (hit, t, normal) = match (answer, ray.outcome) {
         (None, Outcome::Miss) => return,
         (None, _) | (_, Outcome::Miss) => return wrong(MismatchKind::WrongHit),
@@ -335,21 +345,6 @@ fn judge_nearest(
             .fold(error, f64::min);
     }
     raise(&mut out.counts.max_normal_error_deg, error);
-}
-
-/// After the ray was judged: what kinds it confused, if it did.
-fn note_kinds(reference: &Reference, ray: &TracedRay, answer: &Option<Hit>, out: &mut Comparison) {
-    if !out.mismatches.last().is_some_and(|m| m.ray == *ray) {
-        return;
-    }
-    let kind = |instance: u64| reference.kind(instance).unwrap_or("nothing");
-    let said = match ray.outcome {
-        Outcome::Hit { instance, .. } => kind(instance),
-        _ => "nothing",
-    };
-    let there = answer.map_or("nothing", |hit| kind(hit.instance));
-    let kinds = format!("{said} for {there}");
-    *out.wrong_kinds.entry(kinds).or_default() += 1;
 }
 
 fn raise(max: &mut f64, value: f64) {

@@ -462,21 +462,6 @@ fn sampling_listing_and_threads() {
 }
 
 #[test]
-fn the_names_of_the_counts() {
-    let json = serde_json::to_value(Counts::default()).unwrap();
-    for key in [
-        "wrong_hit",
-        "wrong_id",
-        "wrong_shadow",
-        "undecided",
-        "max_rel_t_error",
-        "max_normal_error_deg",
-    ] {
-        assert!(json[key].is_number(), "{key}");
-    }
-}
-
-#[test]
 fn a_comparison_counts_its_tiles_and_stops_when_asked_to() {
     use std::sync::atomic::Ordering::Relaxed;
     with(|reference, rows| {

@@ -1,5 +1,6 @@
 //! The command: what its results say, and when it fails.
 
+use lanecast::measure::verify::Counts;
 use serde_json::Value;
 use std::process::{Command, Output};
 
@@ -16,6 +17,21 @@ fn verify(arguments: &[&str]) -> Output {
 
 fn json(output: &Output) -> Value {
     serde_json::from_slice(&output.stdout).expect("standard output is JSON alone")
+}
+
+#[test]
+fn the_names_of_the_counts() {
+    let json = serde_json::to_value(Counts::default()).unwrap();
+    for key in [
+        "wrong_hit",
+        "wrong_id",
+        "wrong_shadow",
+        "undecided",
+        "max_rel_t_error",
+        "max_normal_error_deg",
+    ] {
+        assert!(json[key].is_number(), "{key}");
+    }
 }
 
 #[test]

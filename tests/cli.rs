@@ -93,7 +93,18 @@ fn version_and_help() {
         assert!(stdout(&help).contains(option), "{option}");
     }
     for (command, options) in [
-        ("verify", ["--allow-wrong", "--sample"].as_slice()),
+        (
+            "verify",
+            [
+                "--allow-wrong",
+                "--sample",
+                "--adversarial",
+                "--seed",
+                "--scale",
+                "--offset",
+            ]
+            .as_slice(),
+        ),
         (
             "bench",
             &["--export", "--mesh", "--rays", "--kinds", "--reps"],
@@ -183,6 +194,15 @@ fn wrong_arguments() {
         ),
         (vec!["verify"], "<SCENE>"),
         (vec!["verify", "x.toml", "--sample", "0"], "--sample"),
+        (vec!["verify", "x.toml", "--seed", "1"], "--adversarial"),
+        (
+            vec!["verify", "x.toml", "--scale", "-1"],
+            "a finite number above 0",
+        ),
+        (
+            vec!["verify", "x.toml", "--offset", "-1,2"],
+            "three finite numbers",
+        ),
         (vec!["bench"], "required"),
         (vec!["bench", "--mesh", "a.msh"], "required"),
         (
@@ -201,7 +221,7 @@ fn wrong_arguments() {
 #[test]
 fn options_that_a_command_does_not_use() {
     for (command, options) in [
-        ("verify", &["--spp", "--aov", "--seed", "--tile"][..]),
+        ("verify", &["--spp", "--aov", "--tile"][..]),
         (
             "bench",
             &["--spp", "--aov", "--seed", "--tile", "--max-depth"],

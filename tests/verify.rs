@@ -9,6 +9,11 @@ use lanecast::render::Progress;
 use lanecast::scene::*;
 use lanecast::trace::{Outcome, RayKind, TracedRay};
 
+#[path = "verify/aimed.rs"]
+mod aimed;
+#[path = "verify/command.rs"]
+mod command;
+
 const SIZE: [u32; 2] = [48, 32];
 
 /// To the end: nobody wishes to stop.
@@ -92,7 +97,7 @@ fn rows(reference: &Reference) -> Vec<TracedRay> {
         let at = [pixel % SIZE[0], pixel / SIZE[0]];
         let ray = camera_ray(&scene.cameras.rows[0], SIZE, Grid::Centers, at);
         let dir = ray.dir.map(f64::from);
-        let hit = reference.nearest(ray.org, dir, f64::INFINITY).outcome;
+        let hit = reference.nearest(ray.org, dir, f64::INFINITY);
         let row = TracedRay {
             kind: RayKind::Primary,
             pixel,
@@ -151,6 +156,7 @@ fn with<T>(test: impl FnOnce(&Reference, Vec<TracedRay>) -> T) -> T {
 const ALL: VerifyOptions = VerifyOptions {
     sample: 1,
     list: 20,
+    float: Float::Double,
 };
 
 #[test]
@@ -160,6 +166,15 @@ fn a_flawless_tracer_has_no_fault() {
         assert_eq!(replay.counts.wrong(), 0, "{:?}", replay.mismatches);
         assert_eq!(replay.counts.rays, rows.len() as u64);
         assert_eq!(replay.counts.max_rel_t_error, 0.0);
+        let none = UlpErrors {
+            median: 0.0,
+            max: 0.0,
+        };
+        assert_eq!(replay.ulp_errors(), none);
+        let hits = rows
+            .iter()
+            .filter(|r| matches!(r.outcome, Outcome::Hit { .. }));
+        assert_eq!(replay.t_ulps.len(), hits.count());
         assert!(replay.counts.max_normal_error_deg < 1e-6);
         let own = independent(reference, &view(reference.scene()), &rows, &ALL);
         assert_eq!(own.counts.wrong() + own.counts.undecided, 0);
@@ -254,13 +269,15 @@ fn wrong_ids() {
     let mut rows = rows(&reference);
     let row = rows.iter_mut().find(|r| hit_of(0)(r)).expect("the ball");
     let all = reference.crossings(row.org, row.dir.map(f64::from), 0, 0);
-    let far = all.iter().map(|c| c.t.value).fold(0.0, f64::max);
+    let far = all.iter().map(|c| c.t).fold(0.0, f64::max);
     if let Outcome::Hit { t, .. } = &mut row.outcome {
         assert!(far > *t);
         *t = far;
     }
-    let counts = replay(&reference, &rows, &ALL).counts;
-    assert_eq!((counts.wrong_id, counts.wrong()), (1, 1));
+    let found = replay(&reference, &rows, &ALL);
+    assert_eq!((found.counts.wrong_id, found.counts.wrong()), (1, 1));
+    let kinds: Vec<_> = found.wrong_kinds.into_iter().collect();
+    assert_eq!(kinds, [("sphere for sphere".into(), 1)]);
 }
 
 #[test]
@@ -297,9 +314,46 @@ fn wrong_shadows() {
 }
 
 #[test]
-fn what_the_reference_cannot_settle_is_undecided() {
+fn errors_of_t_are_counted_in_the_mode_s_own_units() {
+    with(|reference, rows| {
+        let off = |float: Float, by: fn(f64) -> f64| {
+            let mut rows = rows.clone();
+            for row in &mut rows {
+                if let Outcome::Hit { t, .. } = &mut row.outcome {
+                    *t = by(*t);
+                }
+            }
+            let options = VerifyOptions { float, ..ALL };
+            replay(reference, &rows, &options).ulp_errors()
+        };
+        let three = |x: f64| x.next_up().next_up().next_up();
+        let ulps = off(Float::Double, three);
+        assert_eq!((ulps.median, ulps.max), (3.0, 3.0));
+        // An f32 lies within half a unit of every number.
+        let ulps = off(Float::Single, |t| f64::from(t as f32));
+        assert!(
+            ulps.max <= 0.5 && ulps.max > 0.4 && ulps.median > 0.1,
+            "{ulps:?}"
+        );
+        let ulps = off(Float::Single, |t| f64::from((t as f32).next_up()));
+        assert!(ulps.max <= 1.5 && ulps.median > 0.8, "{ulps:?}");
+        // One that is far off does not move the median.
+        let mut rows = rows.clone();
+        let row = rows.iter_mut().find(|r| hit_of(0)(r)).unwrap();
+        if let Outcome::Hit { t, .. } = &mut row.outcome {
+            *t *= 1.0 + 2.0_f64.powi(-30);
+        }
+        let ulps = replay(reference, &rows, &ALL).ulp_errors();
+        assert!(
+            ulps.median == 0.0 && ulps.max >= 2.0_f64.powi(21),
+            "{ulps:?}"
+        );
+    });
+}
+
+#[test]
+fn tangents_edges_and_ties_are_settled() {
     with(|reference, _| {
-        // Past the ball as a tangent.
         let row = |org: [f64; 3], outcome| TracedRay {
             kind: RayKind::Reflection,
             pixel: 0,
@@ -316,15 +370,24 @@ fn what_the_reference_cannot_settle_is_undecided() {
             primitive,
             normal: [0.0, 0.0, 1.0],
         };
+        // Past the ball as a tangent: a hit in one point.
         let tangent = [1.0, 1.5, 9.0];
-        let pair = [row(tangent, hit(13.0, 2, 1)), row(tangent, hit(9.0, 0, 0))];
-        let c = replay(reference, &pair, &ALL);
-        assert_eq!(c.counts.wrong(), 0, "{:?}", c.mismatches);
-        assert_eq!(c.counts.undecided, 1, "{c:#?}");
-        // But the sky is not among the answers.
-        let c = replay(reference, &[row(tangent, Outcome::Miss)], &ALL);
-        assert_eq!(c.counts.wrong_hit, 1);
-        // Between triangles everything is settled: the lower one, no crack.
+        let mut other = row(tangent, hit(13.0, 2, 1));
+        if let Outcome::Hit { normal, .. } = &mut other.outcome {
+            // Not asked for.
+            *normal = [f64::NAN; 3];
+        }
+        let trio = [
+            row(tangent, hit(9.0, 0, 0)),
+            other,
+            row(tangent, Outcome::Miss),
+        ];
+        let c = replay(reference, &trio, &ALL);
+        let kinds: Vec<&str> = c.wrong_kinds.keys().map(|kinds| &kinds[..]).collect();
+        assert_eq!(kinds, ["mesh for sphere", "nothing for sphere"]);
+        let c = c.counts;
+        assert_eq!((c.wrong_id, c.wrong_hit, c.undecided), (1, 1, 0));
+        // Between triangles: the lower one, no crack.
         let diagonal = [4.0, 2.0, 9.0];
         let trio = [
             row(diagonal, hit(13.0, 2, 0)),
@@ -333,6 +396,16 @@ fn what_the_reference_cannot_settle_is_undecided() {
         ];
         let c = replay(reference, &trio, &ALL).counts;
         assert_eq!((c.wrong_id, c.wrong_hit, c.undecided), (1, 1, 0));
+        // At an edge of the box the normal of either face will do.
+        let mut edge = row([-4.0, 1.0, 0.0], hit(1.0, 1, 0));
+        edge.dir = [2.0, -1.0, 0.0];
+        for normal in [[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] {
+            if let Outcome::Hit { normal: n, .. } = &mut edge.outcome {
+                *n = normal;
+            }
+            let c = replay(reference, &[edge], &ALL).counts;
+            assert_eq!((c.wrong(), c.max_normal_error_deg), (0, 0.0));
+        }
     });
 }
 
@@ -349,13 +422,21 @@ fn sampling_listing_and_threads() {
                 other => other,
             };
         }
-        let options = VerifyOptions { sample: 7, list: 3 };
+        let options = VerifyOptions {
+            sample: 7,
+            list: 3,
+            ..ALL
+        };
         let sampled = replay(reference, &rows, &options);
         let kept = rows.iter().filter(|r| r.pixel % 7 == 0).count();
         assert_eq!(sampled.counts.rays, kept as u64);
         assert_eq!(sampled.mismatches.len(), 3);
         assert!(sampled.mismatches.iter().all(|m| m.ray.pixel % 7 == 0));
-        let none = VerifyOptions { sample: 0, list: 0 };
+        let none = VerifyOptions {
+            sample: 0,
+            list: 0,
+            ..ALL
+        };
         assert_eq!(
             replay(reference, &rows, &none).counts.rays,
             rows.len() as u64
@@ -378,21 +459,6 @@ fn sampling_listing_and_threads() {
         assert_eq!(many.mismatches.len(), 20);
         assert!(many.mismatches.is_sorted_by_key(|m| m.ray.pixel));
     });
-}
-
-#[test]
-fn the_names_of_the_counts() {
-    let json = serde_json::to_value(Counts::default()).unwrap();
-    for key in [
-        "wrong_hit",
-        "wrong_id",
-        "wrong_shadow",
-        "undecided",
-        "max_rel_t_error",
-        "max_normal_error_deg",
-    ] {
-        assert!(json[key].is_number(), "{key}");
-    }
 }
 
 #[test]

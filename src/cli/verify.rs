@@ -1,56 +1,39 @@
-//! `lanecast verify`: lanes against scalar code against the reference.
+//! `lanecast verify`: lanes against scalar code against the reference, in every
+//! precision.
+
+mod report;
 
 use super::args::{VERIFY_SIZE, VerifyArgs};
 use super::error::CliError;
 use super::interrupt;
 use super::output::{Results, check_destinations};
-use super::pipeline::{Prepared, prepare};
+use super::pipeline::{Prepared, complete};
 use super::progress::Drawing;
+use super::scene;
 use crate::accel::World;
 use crate::io::LoadError;
-use crate::measure::verify::{Comparison, Counts, VerifyOptions, View, independent, replay};
-use crate::measure::{PlanSummary, Stats, Watch};
-use crate::plan::Precision;
+use crate::measure::adversarial::{Aimed, adversarial_rays, trace_aimed};
+use crate::measure::verify::{
+    Comparison, Float, Interrupted, VerifyOptions, View, independent, replay,
+};
+use crate::measure::{Stats, Watch};
+use crate::plan::{Arithmetic, Choices, Kernels, LaneCount, Precision, plan};
 use crate::reference::{self, Reference};
 use crate::render::{Grid, Progress, RenderConfig, Rendered, render};
 use crate::trace::{Outcome, TracedRay, decided};
-use serde::Serialize;
-use std::fmt::Write;
+use report::{Adversarial, Mode, Report, Time};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Mismatches that are printed with all their numbers.
+/// Mismatches that are printed with all their numbers: of each comparison of one
+/// mode, or of several.
 const LISTED: usize = 10;
+const LISTED_OF_EACH: usize = 2;
 
 const MAX_PIXELS: u64 = 1 << 22;
 
-/// In `exact`, a relative error of t beyond this is no rounding: grazing hits
-/// of the test scenes stay below 10^-10.
-const MAX_T_ERROR: f64 = 1e-6;
-
-/// What `--json` writes.
-#[derive(Debug, Serialize)]
-struct Report {
-    pixels: u64,
-    rays: u64,
-    plan: PlanSummary,
-    /// Rays whose answer at the plan's width differs in any bit from that at
-    /// one lane.
-    lanes_vs_scalar_bit_mismatches: u64,
-    replay: Counts,
-    independent: Counts,
-    /// (Ray, primitive) pairs that bounds left to exact arithmetic, of one picture.
-    escalated: u64,
-    times: Vec<Time>,
-}
-
-#[derive(Debug, Serialize)]
-struct Time {
-    mode: &'static str,
-    lanes: usize,
-    /// Shading included, over all threads.
-    ns_per_ray: f64,
-}
+/// Aimed rays whose answers are kept at once.
+const AT_A_TIME: usize = 1 << 18;
 
 pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
     let mut config = args.common.config(VERIFY_SIZE)?;
@@ -65,115 +48,254 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
     check_destinations(&[&args.scene], &[], args.common.sinks())?;
     let progress = interrupt::watch();
     let (mut watch, mut stats) = (Watch::start(), Stats::default());
-    let options = args.common.load_options();
-    let prepared = prepare(Some(&args.scene), &options, &config, &mut watch, &mut stats)?;
+    let prepared = prepared(args, &config, &mut watch, &mut stats)?;
     let too_many = |source| LoadError::of_scene(&args.scene, source);
     // The reference will not take more: say so before any work.
     prepared.appearances.check_enumerable().map_err(too_many)?;
     let world = prepared.world(&mut watch, &mut stats);
-
-    let mut times = Vec::new();
-    let precision = config.choices.precision.name();
-    let mut trace = |lanes: usize| {
-        let (traced, ns) = traced(&prepared, &world, &config, lanes, &progress)?;
-        times.push(Time {
-            mode: precision,
-            lanes,
-            ns_per_ray: ns,
-        });
-        Ok::<Rendered, CliError>(traced)
-    };
-    let before = decided();
-    let fast = trace(prepared.plan.kernels.lanes)?;
-    // Two pictures: one is recorded, one timed.
-    let escalated = (decided() - before) / 2;
-    let scalar = trace(1)?;
-    let mismatches = bit_mismatches(&fast.record, &scalar.record);
-    stats.stages.push(watch.stage("render"));
-
     let reference = Reference::new(&prepared.scene, &prepared.appearances).map_err(too_many)?;
-    let options = VerifyOptions {
-        sample: args.sample.unwrap_or(1).min(u64::from(u32::MAX)) as u32,
-        list: LISTED,
-    };
-    let start = Instant::now();
-    let replayed = drawn(&prepared, &progress, || {
-        replay(&reference, &fast.record, &options, &progress)
-    })?;
-    times.push(Time {
-        mode: "reference",
-        lanes: 1,
-        ns_per_ray: per_ray(start, replayed.counts.rays),
-    });
-    let view = View {
-        camera: &prepared.camera,
-        size: [config.width, config.height],
-        grid: match config.grid {
-            Grid::Centers => reference::Grid::Centers,
-            Grid::Corners => reference::Grid::Corners,
+    let rows = prepared.appearances.laid_out(&prepared.scene);
+    let aimed = adversarial_rays(
+        &prepared.scene,
+        &rows.map_err(too_many)?,
+        &prepared.camera,
+        args.adversarial.unwrap_or(0) as usize,
+        args.seed,
+    );
+    stats.stages.push(watch.stage("reference"));
+
+    let check = Check {
+        prepared: &prepared,
+        world: &world,
+        reference: &reference,
+        config: &config,
+        aimed: &aimed,
+        list: match args.common.precision {
+            Some(_) => LISTED,
+            None => LISTED_OF_EACH,
         },
+        sample: args.sample.unwrap_or(1).min(u64::from(u32::MAX)) as u32,
+        progress: &progress,
     };
-    let own = drawn(&prepared, &progress, || {
-        independent(&reference, &view, &fast.record, &options, &progress)
-    })?;
+    let all = [Precision::Fast, Precision::Guarded, Precision::Exact];
+    let mut done = Vec::new();
+    for precision in all {
+        if args.common.precision.is_none_or(|only| only == precision) {
+            let (mode, counts) = check.mode(precision)?;
+            if precision == config.choices.precision {
+                stats.rays = counts;
+            }
+            done.push(mode);
+        }
+    }
     interrupt::check(&progress)?;
     stats.stages.push(watch.stage("verify"));
-    stats.rays = fast.counts;
     stats.finish();
 
-    let report = Report {
-        pixels: u64::from(config.width) * u64::from(config.height),
-        rays: fast.record.len() as u64,
-        plan: stats.plan.clone(),
-        lanes_vs_scalar_bit_mismatches: mismatches,
-        replay: replayed.counts,
-        independent: own.counts,
-        escalated,
-        times,
-    };
+    let report = Report::of(pixels, stats.plan.clone(), done);
     let mut results = Results::default();
     results.add(&args.common.stats, &stats)?;
     results.add(&args.common.json, &report)?;
-    results.commit(&for_people(&report, &replayed, &own))?;
-    judge(&report, args.allow_wrong, config.choices.precision)
+    results.commit(&report.for_people())?;
+    report.judge(args.allow_wrong)
 }
 
-/// Renders with every ray recorded, in the order of the pixels.
-fn traced(
-    prepared: &Prepared,
-    world: &World,
+/// The scene where the arguments want it, and how the asked mode traces it.
+fn prepared(
+    args: &VerifyArgs,
     config: &RenderConfig,
-    lanes: usize,
-    progress: &Arc<Progress>,
-) -> Result<(Rendered, f64), CliError> {
-    let mut kernels = prepared.plan.kernels;
-    kernels.lanes = lanes;
-    let view = crate::render::View {
-        world,
-        kernels,
-        camera: prepared.camera,
-        lights: &prepared.scene.lights,
-    };
-    let go = |recording| {
-        let render = || render(&view, config, recording, progress);
-        drawn(prepared, progress, render)
-    };
-    let recorded = go(true)?;
-    // Timed by itself: a record costs more than its ray.
-    let start = Instant::now();
-    let rendered = go(false)?;
-    let ns = per_ray(start, rendered.counts.total());
-    Ok((recorded, ns))
+    watch: &mut Watch,
+    stats: &mut Stats,
+) -> Result<Prepared, CliError> {
+    let scene = scene::load(&args.scene, &args.common.load_options())?;
+    let scene = scene.moved(args.scale, args.offset).map_err(|e| {
+        let [x, y, z] = args.offset.to_array();
+        CliError::Usage(format!(
+            "--scale {:?} --offset {x:?},{y:?},{z:?} take the scene out of range: {e}",
+            args.scale
+        ))
+    })?;
+    stats.stages.push(watch.stage("load"));
+    complete(scene, &args.scene, config, watch, stats)
 }
 
-/// A stage on the pool, with its progress on the terminal.
-fn drawn<T: Send>(
-    prepared: &Prepared,
-    progress: &Arc<Progress>,
-    stage: impl FnOnce() -> T + Send,
-) -> T {
-    let _drawing = Drawing::start(progress);
-    prepared.pool.install(stage)
+/// What is the same for every mode.
+struct Check<'a> {
+    prepared: &'a Prepared,
+    world: &'a World<'a>,
+    reference: &'a Reference<'a>,
+    config: &'a RenderConfig,
+    aimed: &'a [Aimed],
+    sample: u32,
+    list: usize,
+    progress: &'a Arc<Progress>,
+}
+
+impl Check<'_> {
+    /// One precision: its picture, at its width and at one lane, and its aimed
+    /// rays, against the reference.
+    fn mode(&self, precision: Precision) -> Result<(Mode, crate::shade::RayCounts), CliError> {
+        let kernels = self.kernels(precision)?;
+        let options = VerifyOptions {
+            sample: self.sample,
+            list: self.list,
+            float: match kernels.arithmetic {
+                Arithmetic::F64 => Float::Double,
+                _ => Float::Single,
+            },
+        };
+        let before = decided();
+        let (fast, fast_ns) = self.traced(kernels)?;
+        // Two pictures: one is recorded, one timed.
+        let escalated = (decided() - before) / 2;
+        let one = Kernels {
+            lanes: 1,
+            ..kernels
+        };
+        let (scalar, scalar_ns) = self.traced(one)?;
+        let mut mismatches = bit_mismatches(&fast.record, &scalar.record);
+        drop(scalar);
+
+        let start = Instant::now();
+        let replayed = self.replay(&fast.record, &options)?;
+        let reference_ns = per_ray(start, replayed.counts.rays);
+        let own = self.independent(&fast.record, &options)?;
+        let adversarial = match self.aimed {
+            [] => None,
+            _ => {
+                let (adversarial, differing) = self.adversarial(kernels, one, &options)?;
+                mismatches += differing;
+                Some(adversarial)
+            }
+        };
+        let time = |mode, lanes, ns_per_ray| Time {
+            mode,
+            lanes,
+            ns_per_ray,
+        };
+        let name = precision.name();
+        let mode = Mode {
+            precision,
+            rays: fast.record.len() as u64,
+            lanes: kernels.lanes,
+            lanes_vs_scalar_bit_mismatches: mismatches,
+            replayed,
+            own,
+            adversarial,
+            escalated,
+            times: [
+                time(name, kernels.lanes, fast_ns),
+                time(name, 1, scalar_ns),
+                time("reference", 1, reference_ns),
+            ],
+        };
+        Ok((mode, fast.counts))
+    }
+
+    /// Of another precision than the asked one at a width that this build has.
+    fn kernels(&self, precision: Precision) -> Result<Kernels, CliError> {
+        let prepared = self.prepared;
+        let of = |lanes| {
+            let choices = Choices {
+                precision,
+                lanes,
+                ..self.config.choices
+            };
+            plan(&prepared.scene, &prepared.appearances, &choices)
+        };
+        let asked = of(self.config.choices.lanes);
+        let plan = match asked {
+            Err(_) if precision != self.config.choices.precision => of(LaneCount::Auto),
+            asked => asked,
+        };
+        let plan = plan.map_err(|e| CliError::Usage(e.to_string()))?;
+        Ok(plan.kernels)
+    }
+
+    /// The picture with every ray recorded, in the order of the pixels, and what
+    /// a ray takes.
+    fn traced(&self, kernels: Kernels) -> Result<(Rendered, f64), CliError> {
+        let view = crate::render::View {
+            world: self.world,
+            kernels,
+            camera: self.prepared.camera,
+            lights: &self.prepared.scene.lights,
+        };
+        let go = |recording| self.drawn(|| render(&view, self.config, recording, self.progress));
+        let recorded = go(true)?;
+        // Timed by itself: a record costs more than its ray.
+        let start = Instant::now();
+        let rendered = go(false)?;
+        let ns = per_ray(start, rendered.counts.total());
+        Ok((recorded, ns))
+    }
+
+    fn replay(
+        &self,
+        rays: &[TracedRay],
+        options: &VerifyOptions,
+    ) -> Result<Comparison, Interrupted> {
+        self.drawn(|| replay(self.reference, rays, options, self.progress))
+    }
+
+    fn independent(
+        &self,
+        rays: &[TracedRay],
+        options: &VerifyOptions,
+    ) -> Result<Comparison, Interrupted> {
+        let view = View {
+            camera: &self.prepared.camera,
+            size: [self.config.width, self.config.height],
+            grid: match self.config.grid {
+                Grid::Centers => reference::Grid::Centers,
+                Grid::Corners => reference::Grid::Corners,
+            },
+        };
+        self.drawn(|| independent(self.reference, &view, rays, options, self.progress))
+    }
+
+    /// The aimed rays, and how many differ between packets and one lane.
+    fn adversarial(
+        &self,
+        kernels: Kernels,
+        one: Kernels,
+        options: &VerifyOptions,
+    ) -> Result<(Adversarial, u64), CliError> {
+        // All of them, whatever part of the picture is looked at.
+        let options = VerifyOptions {
+            sample: 1,
+            ..*options
+        };
+        let mut compared = Comparison::default();
+        let (mut escalated, mut differing, mut seconds) = (0, 0, 0.0);
+        for (part, aimed) in self.aimed.chunks(AT_A_TIME).enumerate() {
+            let first = (part * AT_A_TIME) as u32;
+            let traced = |kernels: Kernels| {
+                let go = || trace_aimed(self.world, &kernels, aimed, first, self.progress);
+                self.drawn(go).ok_or(CliError::Interrupted)
+            };
+            let (before, start) = (decided(), Instant::now());
+            let packets = traced(kernels)?;
+            seconds += start.elapsed().as_secs_f64();
+            escalated += decided() - before;
+            differing += bit_mismatches(&packets, &traced(one)?);
+            compared.append(self.replay(&packets, &options)?);
+            compared.shorten(options.list);
+        }
+        let ns_per_ray = seconds * 1e9 / compared.counts.rays.max(1) as f64;
+        let adversarial = Adversarial {
+            compared,
+            escalated,
+            ns_per_ray,
+        };
+        Ok((adversarial, differing))
+    }
+
+    /// A stage on the pool, with its progress on the terminal.
+    fn drawn<T: Send>(&self, stage: impl FnOnce() -> T + Send) -> T {
+        let _drawing = Drawing::start(self.progress);
+        self.prepared.pool.install(stage)
+    }
 }
 
 fn per_ray(start: Instant, rays: u64) -> f64 {
@@ -209,100 +331,4 @@ fn bit_mismatches(a: &[TracedRay], b: &[TracedRay]) -> u64 {
     };
     let differing = a.iter().zip(b).filter(|(a, b)| bits(a) != bits(b)).count();
     (differing + a.len().abs_diff(b.len())) as u64
-}
-
-fn for_people(report: &Report, replayed: &Comparison, own: &Comparison) -> String {
-    let mut text = String::new();
-    // Writing to a string cannot fail.
-    let _ = writeln!(
-        text,
-        "{} pixels, {} rays; {} precision, {} lanes against 1: {} differ in a bit\n",
-        report.pixels,
-        report.rays,
-        report.plan.precision,
-        report.plan.lanes,
-        report.lanes_vs_scalar_bit_mismatches
-    );
-    if report.plan.precision != Precision::Fast.name() {
-        let share = report.escalated as f64 / report.rays.max(1) as f64;
-        let _ = writeln!(
-            text,
-            "{} pairs of a ray and a primitive decided exactly, {share:.4} per ray\n",
-            report.escalated,
-        );
-    }
-    let _ = writeln!(
-        text,
-        "{:<12} {:>9} {:>9} {:>9} {:>12} {:>9} {:>12} {:>14}",
-        "reference",
-        "rays",
-        "wrong hit",
-        "wrong id",
-        "wrong shadow",
-        "undecided",
-        "max rel t",
-        "max normal deg"
-    );
-    for (name, c) in [
-        ("replay", &report.replay),
-        ("independent", &report.independent),
-    ] {
-        let _ = writeln!(
-            text,
-            "{name:<12} {:>9} {:>9} {:>9} {:>12} {:>9} {:>12.1e} {:>14.1e}",
-            c.rays,
-            c.wrong_hit,
-            c.wrong_id,
-            c.wrong_shadow,
-            c.undecided,
-            c.max_rel_t_error,
-            c.max_normal_error_deg
-        );
-    }
-    let _ = writeln!(text);
-    for time in &report.times {
-        let _ = writeln!(
-            text,
-            "{:>9.1} ns a ray: {} at {} {}",
-            time.ns_per_ray,
-            time.mode,
-            time.lanes,
-            if time.lanes == 1 { "lane" } else { "lanes" }
-        );
-    }
-    for (name, comparison) in [("replay", replayed), ("independent", own)] {
-        for mismatch in &comparison.mismatches {
-            let _ = write!(text, "\n{name}: {mismatch}\n");
-        }
-    }
-    text
-}
-
-/// `fast` may be wrong as long as nobody sets a limit; no mode may differ
-/// between widths.
-fn judge(report: &Report, allowed: Option<u64>, precision: Precision) -> Result<(), CliError> {
-    if report.lanes_vs_scalar_bit_mismatches > 0 {
-        return Err(CliError::Short(format!(
-            "{} rays differ between packets and one lane",
-            report.lanes_vs_scalar_bit_mismatches
-        )));
-    }
-    let allowed = match (allowed, precision) {
-        (Some(allowed), _) => allowed,
-        (None, Precision::Fast) => return Ok(()),
-        (None, Precision::Guarded | Precision::Exact) => 0,
-    };
-    let wrong = report.replay.wrong();
-    let error = report.replay.max_rel_t_error;
-    if precision == Precision::Exact && (error.is_nan() || error > MAX_T_ERROR) {
-        return Err(CliError::Short(format!(
-            "a t is off by {error:.1e} of itself; {MAX_T_ERROR:.0e} is allowed"
-        )));
-    }
-    if wrong > allowed {
-        return Err(CliError::Short(format!(
-            "{wrong} replayed rays are wrong; {allowed} are allowed"
-        )));
-    }
-    Ok(())
 }

@@ -1,5 +1,6 @@
 //! What a run did and cost, and how wrong it was.
 
+pub mod adversarial;
 pub mod bench;
 pub mod clock;
 pub mod frames;

@@ -5,18 +5,20 @@
 //! the camera on and counts where the two ways part: acne and light leaks show
 //! only here, and so do rays that differ in their last bit.
 //!
-//! Equal to the reference's answer is right. Different, but among what exact
-//! arithmetic may say for all that the reference knows, is `undecided`.
-//! Everything else is wrong. Mismatches are listed in the rays' order, whatever
-//! the number of threads.
+//! The reference is exact: what differs from it is wrong. Only in `independent`,
+//! where the two ways part by roundings anyway, a light that lies in the surface's
+//! plane is `undecided`. Mismatches are listed in the rays' order, whatever the
+//! number of threads.
 
-use crate::reference::{Answer, Grid, Hit, Reference, Shadow, camera_ray, shadow};
+mod show;
+
+use crate::reference::{Crossing, Grid, Hit, Reference, Shadow, camera_ray, shadow};
 use crate::render::Progress;
 use crate::scene::Camera;
 use crate::trace::{Outcome, RayKind, TracedRay};
 use rayon::prelude::*;
 use serde::Serialize;
-use std::fmt;
+use std::collections::BTreeMap;
 use thiserror::Error;
 
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +28,30 @@ pub struct VerifyOptions {
     pub sample: u32,
     /// How many mismatches are kept with all their numbers.
     pub list: usize,
+    /// The type that t was computed in: its errors are counted in units of it.
+    pub float: Float,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Float {
+    Single,
+    Double,
+}
+
+impl Float {
+    /// A unit in the last place of a number.
+    fn ulp(self, x: f64) -> f64 {
+        match self {
+            Float::Double => {
+                let x = x.abs().min(f64::MAX.next_down());
+                x.next_up() - x
+            }
+            Float::Single => {
+                let x = (x as f32).abs().min(f32::MAX.next_down());
+                f64::from(x.next_up()) - f64::from(x)
+            }
+        }
+    }
 }
 
 impl Default for VerifyOptions {
@@ -33,6 +59,7 @@ impl Default for VerifyOptions {
         VerifyOptions {
             sample: 1,
             list: 20,
+            float: Float::Double,
         }
     }
 }
@@ -57,7 +84,8 @@ pub struct Counts {
     pub wrong_id: u64,
     /// Blocked or clear.
     pub wrong_shadow: u64,
-    /// Differences within the reference's own rounding error.
+    /// Independent only: lights in the plane of the surface, where the two ways
+    /// differ by the last bits of its normal.
     pub undecided: u64,
     /// Over hits of the same primitive; never NaN.
     pub max_rel_t_error: f64,
@@ -69,7 +97,7 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// Rays whose answer is certainly not the reference's.
+    /// Rays whose answer is not the reference's.
     pub fn wrong(&self) -> u64 {
         self.wrong_hit + self.wrong_id + self.wrong_shadow
     }
@@ -95,13 +123,25 @@ pub struct Mismatch {
 /// What the reference said.
 #[derive(Clone, Debug)]
 pub enum Said {
-    Nearest(Answer),
+    Nearest(Option<Hit>),
     Shadow(Shadow),
+}
+
+/// Errors of t in units in the last place, of hits of the right primitive.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct UlpErrors {
+    pub median: f64,
+    pub max: f64,
 }
 
 #[derive(Clone, Debug, Default)]
 pub struct Comparison {
     pub counts: Counts,
+    /// Of each hit of the right primitive, in no order.
+    pub t_ulps: Vec<f32>,
+    /// Wrong nearest hits by the kinds of what was said and what is there, such as
+    /// "nothing for sphere".
+    pub wrong_kinds: BTreeMap<String, u64>,
     /// The first of them, wrong ones before undecided ones.
     pub mismatches: Vec<Mismatch>,
 }
@@ -121,7 +161,7 @@ pub fn replay(
     let step = options.sample.max(1);
     in_parallel(rays.len(), options.list, progress, |row, out| {
         if rays[row].pixel.is_multiple_of(step) {
-            compare(reference, &rays[row], out);
+            compare(reference, &rays[row], options, out);
         }
     })
 }
@@ -162,7 +202,7 @@ pub fn independent(
     in_parallel(pixels.len(), options.list, progress, |pixel, out| {
         let mut rows = pixels[pixel].iter().map(|i| &rays[*i as usize]);
         if let Some(primary) = rows.next().filter(|r| r.kind == RayKind::Primary) {
-            own_way(reference, view, primary, rows, out);
+            own_way(reference, view, options, primary, rows, out);
         }
     })
 }
@@ -170,6 +210,7 @@ pub fn independent(
 fn own_way<'a>(
     reference: &Reference,
     view: &View,
+    options: &VerifyOptions,
     primary: &TracedRay,
     shadows: impl Iterator<Item = &'a TracedRay>,
     out: &mut Comparison,
@@ -178,8 +219,9 @@ fn own_way<'a>(
     let own = camera_ray(view.camera, view.size, view.grid, at);
     let dir = own.dir.map(f64::from);
     let answer = reference.nearest(own.org, dir, f64::INFINITY);
-    let crossings = |i, p| crossings(reference, own.org, dir, i, p);
-    judge_nearest(primary, &answer, crossings, out);
+    let crossings = |i, p| reference.crossings(own.org, dir, i, p);
+    let kind = |i| reference.kind(i);
+    judge_nearest(primary, &answer, crossings, kind, options, out);
 
     let (
         Outcome::Hit {
@@ -188,7 +230,7 @@ fn own_way<'a>(
             ..
         },
         Some(hit),
-    ) = (primary.outcome, &answer.outcome)
+    ) = (primary.outcome, &answer)
     else {
         return;
     };
@@ -211,37 +253,29 @@ fn own_way<'a>(
     for (light, said) in lights.iter().zip(said) {
         if said.is_none() {
             let own = shadow(reference, own.org, dir, hit, light);
-            out.counts.not_traced += u64::from(!own.blocked && !own.doubt);
+            out.counts.not_traced += u64::from(!own.blocked && !own.grazing);
         }
     }
 }
 
-fn compare(reference: &Reference, ray: &TracedRay, out: &mut Comparison) {
+fn compare(reference: &Reference, ray: &TracedRay, options: &VerifyOptions, out: &mut Comparison) {
     let (org, dir) = (ray.org, ray.dir.map(f64::from));
     let t_max = f64::from(ray.t_max);
     match ray.outcome {
         Outcome::Clear | Outcome::Blocked => {
-            let (blocked, doubt) = reference.blocked(org, dir, t_max);
-            judge_shadow(ray, Shadow { blocked, doubt }, out);
+            let own = Shadow {
+                blocked: reference.blocked(org, dir, t_max),
+                grazing: false,
+            };
+            judge_shadow(ray, own, out);
         }
         Outcome::Miss | Outcome::Hit { .. } => {
             let answer = reference.nearest(org, dir, t_max);
-            let crossings = |i, p| crossings(reference, org, dir, i, p);
-            judge_nearest(ray, &answer, crossings, out);
+            let crossings = |i, p| reference.crossings(org, dir, i, p);
+            let kind = |i| reference.kind(i);
+            judge_nearest(ray, &answer, crossings, kind, options, out);
         }
     }
-}
-
-/// The t's of all crossings of one primitive.
-fn crossings(
-    reference: &Reference,
-    org: [f64; 3],
-    dir: [f64; 3],
-    instance: u64,
-    primitive: u32,
-) -> Vec<f64> {
-    let all = reference.crossings(org, dir, instance, primitive);
-    all.iter().map(|c| c.t.value).collect()
 }
 
 fn judge_shadow(ray: &TracedRay, own: Shadow, out: &mut Comparison) {
@@ -249,7 +283,7 @@ fn judge_shadow(ray: &TracedRay, own: Shadow, out: &mut Comparison) {
     if own.blocked == (ray.outcome == Outcome::Blocked) {
         return;
     }
-    let kind = if own.doubt {
+    let kind = if own.grazing {
         MismatchKind::Undecided
     } else {
         MismatchKind::WrongShadow
@@ -259,73 +293,57 @@ fn judge_shadow(ray: &TracedRay, own: Shadow, out: &mut Comparison) {
 
 fn judge_nearest(
     ray: &TracedRay,
-    answer: &Answer,
-    crossings: impl Fn(u64, u32) -> Vec<f64>,
+    answer: &Option<Hit>,
+    crossings: impl Fn(u64, u32) -> Vec<Crossing>,
+    kind: impl Fn(u64) -> Option<&'static str>,
+    options: &VerifyOptions,
     out: &mut Comparison,
 ) {
     out.counts.rays += 1;
-    let Outcome::Hit {
-        t,
-        instance,
-        primitive,
-        normal,
-    } = ray.outcome
-    else {
-        if answer.outcome.is_some() {
-            let allowed = answer.perhaps.contains(&None);
-            let kind = if allowed {
-                MismatchKind::Undecided
-            } else {
-                MismatchKind::WrongHit
-            };
-            out.note(kind, ray, Said::Nearest(answer.clone()));
-        }
-        return;
+    let mut wrong = |mismatch| {
+        let kind = |instance: Option<u64>| instance.and_then(&kind).unwrap_or("nothing");
+        let said = match ray.outcome {
+            Outcome::Hit { instance, .. } => Some(instance),
+            _ => None,
+        };
+        let kinds = format!("{} for {}", kind(said), kind(answer.map(|h| h.instance)));
+        *out.wrong_kinds.entry(kinds).or_default() += 1;
+        out.note(mismatch, ray, Said::Nearest(*answer));
     };
-    let same = |hit: &&Hit| (hit.instance, hit.primitive) == (instance, primitive);
-    // At a box's edge, or where a ray starts on a sphere, one primitive may
-    // have several answers: the nearest one counts.
-    let near = |hit: &&Hit| (hit.t - t).abs();
-    let like = answer
-        .perhaps
-        .iter()
-        .flatten()
-        .filter(same)
-        .min_by(|a, b| near(a).total_cmp(&near(b)));
-    let wrong = if answer.outcome.is_none() {
-        MismatchKind::WrongHit
-    } else {
-        MismatchKind::WrongId
+    let (hit, t, normal) = match (answer, ray.outcome) {
+        (None, Outcome::Miss) => return,
+        (None, _) | (_, Outcome::Miss) => return wrong(MismatchKind::WrongHit),
+        (
+            Some(hit),
+            Outcome::Hit {
+                t,
+                instance,
+                primitive,
+                normal,
+            },
+        ) if (hit.instance, hit.primitive) == (instance, primitive) => (hit, t, normal),
+        _ => return wrong(MismatchKind::WrongId),
     };
-    let Some(like) = like else {
-        out.note(wrong, ray, Said::Nearest(answer.clone()));
-        return;
-    };
-    let rel_t_error = (t - like.t).abs() / like.t.abs();
+    let all = || crossings(hit.instance, hit.primitive);
+    let off = (t - hit.t).abs();
+    let rel_t_error = off / hit.t.abs();
     // Far off: it may be another crossing, the far side instead of the near.
-    let other = rel_t_error > 1e-5
-        && crossings(instance, primitive)
-            .iter()
-            .any(|other| (other - t).abs() < near(&like));
-    if !t.is_finite() || other {
-        out.note(wrong, ray, Said::Nearest(answer.clone()));
+    if !t.is_finite() || rel_t_error > 1e-5 && all().iter().any(|c| (c.t - t).abs() < off) {
+        return wrong(MismatchKind::WrongId);
+    }
+    raise(&mut out.counts.max_rel_t_error, rel_t_error);
+    out.t_ulps.push((off / options.float.ulp(hit.t)) as f32);
+    if normal.iter().any(|x| x.is_nan()) {
         return;
     }
-    if !answer.outcome.as_ref().is_some_and(|hit| same(&hit)) {
-        out.note(MismatchKind::Undecided, ray, Said::Nearest(answer.clone()));
-        return;
+    let mut error = degrees_between(hit.normal, normal);
+    if error > out.counts.max_normal_error_deg {
+        // At an edge any of the faces that meet there will do.
+        let faces = all().into_iter().filter(|c| c.t == hit.t);
+        error = faces
+            .map(|c| degrees_between(c.normal, normal))
+            .fold(error, f64::min);
     }
-    if like.t_error.is_finite() {
-        raise(&mut out.counts.max_rel_t_error, rel_t_error);
-    }
-    let error = answer
-        .perhaps
-        .iter()
-        .flatten()
-        .filter(same)
-        .filter(|hit| near(hit) <= near(&like) + hit.t_error + like.t_error)
-        .map(|hit| degrees_between(hit.normal, normal))
-        .fold(f64::INFINITY, f64::min);
     raise(&mut out.counts.max_normal_error_deg, error);
 }
 
@@ -355,13 +373,13 @@ impl Comparison {
     }
 
     /// The first `list`, wrong ones before undecided ones.
-    fn shorten(&mut self, list: usize) {
+    pub fn shorten(&mut self, list: usize) {
         self.mismatches
             .sort_by_key(|m| m.kind == MismatchKind::Undecided);
         self.mismatches.truncate(list);
     }
 
-    fn append(&mut self, other: Comparison) {
+    pub fn append(&mut self, other: Comparison) {
         let (a, b) = (&mut self.counts, other.counts);
         a.rays += b.rays;
         a.wrong_hit += b.wrong_hit;
@@ -372,6 +390,20 @@ impl Comparison {
         raise(&mut a.max_normal_error_deg, b.max_normal_error_deg);
         a.not_traced += b.not_traced;
         self.mismatches.extend(other.mismatches);
+        self.t_ulps.extend(other.t_ulps);
+        for (kinds, count) in other.wrong_kinds {
+            *self.wrong_kinds.entry(kinds).or_default() += count;
+        }
+    }
+
+    /// Zero where nothing was hit.
+    pub fn ulp_errors(&self) -> UlpErrors {
+        let mut all = self.t_ulps.clone();
+        all.sort_by(f32::total_cmp);
+        UlpErrors {
+            median: all.get(all.len() / 2).copied().unwrap_or(0.0).into(),
+            max: all.last().copied().unwrap_or(0.0).into(),
+        }
     }
 }
 
@@ -409,43 +441,4 @@ fn in_parallel(
     }
     all.shorten(list);
     Ok(all)
-}
-
-impl fmt::Display for Mismatch {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let (ray, kind) = (&self.ray, self.kind);
-        writeln!(
-            f,
-            "{kind:?}: pixel {} sample {} depth {} {:?}",
-            ray.pixel, ray.sample, ray.depth, ray.kind
-        )?;
-        writeln!(
-            f,
-            "  ray        org {:?} dir {:?} t_max {:?}",
-            ray.org, ray.dir, ray.t_max
-        )?;
-        writeln!(f, "  fast       {:?}", ray.outcome)?;
-        match &self.reference {
-            Said::Shadow(own) => write!(
-                f,
-                "  reference  {}{}",
-                if own.blocked { "Blocked" } else { "Clear" },
-                if own.doubt { ", in doubt" } else { "" }
-            ),
-            Said::Nearest(answer) => {
-                let show = |hit: &Option<Hit>| match hit {
-                    None => "Miss".into(),
-                    Some(h) => format!(
-                        "Hit t {:?} ± {:.1e} instance {} primitive {} normal {:?}",
-                        h.t, h.t_error, h.instance, h.primitive, h.normal
-                    ),
-                };
-                write!(f, "  reference  {}", show(&answer.outcome))?;
-                for other in answer.perhaps.iter().filter(|p| **p != answer.outcome) {
-                    write!(f, "\n  or perhaps {}", show(other))?;
-                }
-                Ok(())
-            }
-        }
-    }
 }

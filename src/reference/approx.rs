@@ -5,9 +5,12 @@
 //! carries along how far that may lie from exact arithmetic on the same input:
 //! half a unit in the last place of its own, plus what its operands bring.
 //!
-//! A decision is *certain* when no number within the error would turn it.
-//! NaN and overflow make every decision uncertain, never wrong.
+//! A sign is known when no number within the error has another. NaN and overflow
+//! leave every sign in doubt, never wrong.
 
+use super::number::Number;
+use super::root::Root;
+use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// The exact number lies within `value ± error`.
@@ -16,6 +19,10 @@ pub struct Approx {
     pub value: f64,
     pub error: f64,
 }
+
+/// The error leaves a sign open.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Doubt;
 
 /// Half a unit in the last place of 1.
 const UNIT: f64 = f64::EPSILON / 2.0;
@@ -27,27 +34,10 @@ impl Approx {
         Approx { value, error: 0.0 }
     }
 
-    /// Any number of `[-reach, reach]`.
-    pub fn anywhere(reach: f64) -> Approx {
-        Approx {
-            value: 0.0,
-            error: reach,
-        }
-    }
-
-    /// Any number of `[lo, hi]`.
-    pub fn between(lo: f64, hi: f64) -> Approx {
-        let value = lo * 0.5 + hi * 0.5;
-        Approx::wrap(value, f64::max(hi - value, value - lo))
-    }
-
     /// A result of one rounded operation; `inherited` is what the operands'
     /// errors make of it. The factor covers the rounding of this bound itself.
     fn rounded(value: f64, inherited: f64) -> Approx {
-        Approx::wrap(value, inherited + value.abs() * UNIT)
-    }
-
-    fn wrap(value: f64, error: f64) -> Approx {
+        let error = inherited + value.abs() * UNIT;
         Approx {
             value,
             error: error * (1.0 + 16.0 * UNIT),
@@ -72,41 +62,13 @@ impl Approx {
         }
     }
 
-    /// A number not above the exact magnitude.
-    pub fn abs_lo(self) -> f64 {
-        f64::max(self.lo(), -self.hi())
-    }
-
-    /// A number not below the exact magnitude.
-    pub fn abs_hi(self) -> f64 {
-        f64::max(self.hi(), -self.lo())
-    }
-
-    /// NaN is not certain of anything.
-    pub fn certainly_above(self, limit: f64) -> bool {
-        self.lo() > limit
-    }
-
-    pub fn certainly_below(self, limit: f64) -> bool {
-        self.hi() < limit
-    }
-
-    /// In magnitude.
-    pub fn certainly_beyond(self, reach: f64) -> bool {
-        self.abs_lo() > reach
-    }
-
     /// Whether the sign is certain.
-    pub fn is_signed(self) -> bool {
+    fn is_signed(self) -> bool {
         self.value.abs() > self.error
     }
 
-    pub fn is_exactly_zero(self) -> bool {
+    fn is_exactly_zero(self) -> bool {
         self.value == 0.0 && self.error == 0.0
-    }
-
-    pub fn squared(self) -> Approx {
-        self * self
     }
 
     /// Of a number that is not negative, whatever its error says.
@@ -119,46 +81,48 @@ impl Approx {
         };
         Approx::rounded(root, inherited)
     }
+}
 
-    pub fn max(self, other: Approx) -> Approx {
-        let lo = f64::max(self.lo(), other.lo());
-        let hi = f64::max(self.hi(), other.hi());
-        let value = f64::max(self.value, other.value);
-        Approx::wrap(value, f64::max(hi - value, value - lo))
+impl Number for Approx {
+    type Doubt = Doubt;
+
+    fn of(x: f64) -> Approx {
+        Approx::exact(x)
     }
 
-    pub fn min(self, other: Approx) -> Approx {
-        -(-self).max(-other)
+    fn plus(&self, other: &Approx) -> Approx {
+        *self + *other
     }
 
-    /// Of two enclosures of the same number, the narrower one.
-    pub fn or_sharper(self, other: Approx) -> Approx {
-        if other.error < self.error || self.error.is_nan() {
-            other
+    fn minus(&self, other: &Approx) -> Approx {
+        *self - *other
+    }
+
+    fn times(&self, other: &Approx) -> Approx {
+        *self * *other
+    }
+
+    fn sign(&self) -> Result<Ordering, Doubt> {
+        if self.is_exactly_zero() {
+            Ok(Ordering::Equal)
+        } else if !self.is_signed() {
+            Err(Doubt)
+        } else if self.value > 0.0 {
+            Ok(Ordering::Greater)
         } else {
-            self
+            Ok(Ordering::Less)
         }
     }
+}
 
-    pub fn less(self, other: Approx) -> Verdict {
-        let yes = self.hi() < other.lo();
-        let no = self.lo() >= other.hi();
-        Verdict {
-            holds: self.value < other.value,
-            certain: yes || no,
-        }
-    }
-
-    pub fn at_least(self, other: Approx) -> Verdict {
-        let less = self.less(other);
-        Verdict {
-            holds: !less.holds,
-            ..less
-        }
-    }
-
-    pub fn at_least_zero(self) -> Verdict {
-        self.at_least(Approx::exact(0.0))
+impl Root<Approx> {
+    pub fn value(&self) -> Approx {
+        let root = if self.sign > 0.0 {
+            self.q.sqrt()
+        } else {
+            -self.q.sqrt()
+        };
+        (self.p + root) / self.r
     }
 }
 
@@ -222,47 +186,6 @@ impl Div for Approx {
     }
 }
 
-/// What f64 says about a condition, and whether its error could turn that.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Verdict {
-    pub holds: bool,
-    pub certain: bool,
-}
-
-impl Verdict {
-    pub const YES: Verdict = Verdict {
-        holds: true,
-        certain: true,
-    };
-    pub const NO: Verdict = Verdict {
-        holds: false,
-        certain: true,
-    };
-    /// Possible, but not the answer.
-    pub const PERHAPS: Verdict = Verdict {
-        holds: false,
-        certain: false,
-    };
-
-    pub fn is_no(self) -> bool {
-        self == Verdict::NO
-    }
-
-    pub fn is_yes(self) -> bool {
-        self == Verdict::YES
-    }
-
-    pub fn and(self, other: Verdict) -> Verdict {
-        if self.is_no() || other.is_no() {
-            return Verdict::NO;
-        }
-        Verdict {
-            holds: self.holds && other.holds,
-            certain: self.certain && other.certain,
-        }
-    }
-}
-
 /// Three numbers with their errors.
 pub type Approx3 = [Approx; 3];
 
@@ -274,26 +197,66 @@ pub fn add(a: Approx3, b: Approx3) -> Approx3 {
     std::array::from_fn(|k| a[k] + b[k])
 }
 
-pub fn sub(a: Approx3, b: Approx3) -> Approx3 {
-    std::array::from_fn(|k| a[k] - b[k])
-}
-
 pub fn scaled(a: Approx3, s: Approx) -> Approx3 {
     a.map(|x| x * s)
 }
 
-pub fn dot(a: Approx3, b: Approx3) -> Approx {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reference::dyadic::Dyadic;
+    use proptest::prelude::*;
 
-pub fn cross(a: Approx3, b: Approx3) -> Approx3 {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
+    /// Numbers of all sizes, with many bits or few.
+    fn number() -> impl Strategy<Value = f64> {
+        (-1.0..1.0_f64, -40..40_i32, any::<bool>()).prop_map(|(x, power, short)| {
+            let x = if short { f64::from(x as f32) } else { x };
+            x * 2.0_f64.powi(power)
+        })
+    }
 
-pub fn values(a: Approx3) -> [f64; 3] {
-    a.map(|x| x.value)
+    /// Of exact numbers.
+    fn at_most(a: &Dyadic, b: &Dyadic) -> bool {
+        let Ok(sign) = a.minus(b).sign();
+        sign.is_le()
+    }
+
+    fn between(lo: f64, exact: &Dyadic, hi: f64) -> bool {
+        at_most(&Dyadic::of(lo), exact) && at_most(exact, &Dyadic::of(hi))
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig {
+            failure_persistence: None,
+            ..ProptestConfig::with_cases(20_000)
+        })]
+
+        /// The error bounds hold, and the bounds of the enclosure too; a sign that
+        /// is known is the exact one.
+        #[test]
+        fn errors_are_bounds(a in number(), b in number(), c in number(), d in number()) {
+            let [x, y, z, w] = [a, b, c, d].map(Approx::exact);
+            let approx = (x * y - z * w) * (x + z) - w;
+            let [x, y, z, w] = [a, b, c, d].map(Dyadic::of);
+            let exact = x.times(&y).minus(&z.times(&w)).times(&x.plus(&z)).minus(&w);
+            prop_assert!(between(approx.lo(), &exact, approx.hi()), "{approx:?}");
+            let (value, error) = (Dyadic::of(approx.value), Dyadic::of(approx.error));
+            prop_assert!(at_most(&value.minus(&error), &exact));
+            prop_assert!(at_most(&exact, &value.plus(&error)));
+            let Ok(sign) = exact.sign();
+            prop_assert!(approx.sign().is_err() || approx.sign() == Ok(sign));
+            // A quotient, multiplied out again; a root, squared.
+            let q = approx / Approx::exact(b);
+            if q.error.is_finite() {
+                let (lo, hi) = (Dyadic::of(q.lo()).times(&y), Dyadic::of(q.hi()).times(&y));
+                let (lo, hi) = if b > 0.0 { (lo, hi) } else { (hi, lo) };
+                prop_assert!(at_most(&lo, &exact) && at_most(&exact, &hi));
+            }
+            let root = approx.sqrt();
+            if sign.is_gt() {
+                prop_assert!(at_most(&Dyadic::of(root.lo().max(0.0)).squared(), &exact));
+                prop_assert!(at_most(&exact, &Dyadic::of(root.hi()).squared()));
+            }
+        }
+    }
 }

@@ -52,10 +52,11 @@ impl Bounds {
         self.grown(1e-9 * size + ROUNDINGS * UNIT * self.max_abs())
     }
 
-    /// Where a ray is inside, as t ≥ 0; `None` where it never is. The box is
-    /// first grown by `slack`, which must cover this computation's rounding.
-    pub fn enter(&self, org: [f64; 3], dir: [f64; 3], slack: f64) -> Option<f64> {
-        let (mut near, mut far) = (0.0, f64::INFINITY);
+    /// Where a ray is inside first, as t ≥ `start`; `None` where it never is. The
+    /// box is first grown by `slack`, which must cover this computation's
+    /// rounding.
+    pub fn enter(&self, org: [f64; 3], dir: [f64; 3], slack: f64, start: f64) -> Option<f64> {
+        let (mut near, mut far) = (start, f64::INFINITY);
         for k in 0..3 {
             let (min, max) = (self.min[k] - slack, self.max[k] + slack);
             if dir[k] == 0.0 {

@@ -1,102 +1,87 @@
-//! Triangles and planar polygons.
-//!
-//! Triangle: Möller and Trumbore 1997, with the signs taken before the division,
-//! and in exact arithmetic where f64 leaves a doubt.
-//! Polygon: the plane through the first corner with Newell's normal; inside is
-//! even-odd among the corners, seen along the normal's largest component.
+//! Triangles and planar polygons, as the ray sees them: the corners relative to
+//! its origin, projected along its direction.
 
-use super::approx::*;
-use super::exact;
-use super::flat::around;
-use super::ray::{Crossing, Ray};
-use super::roots::linear;
+use super::number::{Number, Vector, cross, dot, minus, vector};
+use super::ray::Ray;
+use super::root::Root;
+use std::cmp::Ordering;
 
-pub fn triangle(ray: &Ray, corners: [[f64; 3]; 3], primitive: u32, out: &mut Vec<Crossing>) {
-    let [a, b, c] = corners.map(exact3);
-    let (org, dir) = (exact3(ray.org), exact3(ray.dir));
-    let (ab, ac, s) = (sub(b, a), sub(c, a), sub(org, a));
-
-    let p = cross(dir, ac);
-    let det = dot(ab, p);
-    let u = dot(s, p);
-    if outside(det, u) || det.is_exactly_zero() {
-        return;
+/// Möller and Trumbore's determinants (1997). Edges and corners belong to it;
+/// seen exactly edge-on it is not met.
+pub fn triangle<N: Number>(ray: &Ray, corners: [[f64; 3]; 3]) -> Result<Option<Root<N>>, N::Doubt> {
+    let (org, d) = (vector(ray.org), vector(ray.dir));
+    let [a, b, c] = corners.map(|p| minus(&vector(p), &org));
+    let edge = |x: &Vector<N>, y: &Vector<N>| dot(&d, &cross(x, y));
+    let signs = [edge(&b, &c), edge(&c, &a), edge(&a, &b)].map(|e| e.sign());
+    // Two that oppose each other are a miss, whatever the third.
+    let has = |wanted: Ordering| signs.iter().any(|s| matches!(s, Ok(s) if *s == wanted));
+    if has(Ordering::Less) && has(Ordering::Greater) {
+        return Ok(None);
     }
-    let q = cross(s, ab);
-    let v = dot(dir, q);
-    let w = det - u - v;
-    if outside(det, v) || outside(det, w) || outside(u, v) || outside(u, w) || outside(v, w) {
-        return;
+    let mut side = Ordering::Equal;
+    for sign in signs {
+        side = side.then(sign?);
     }
-    let normal = values(cross(ab, ac));
-    let crossing = |t, exists| Crossing {
-        t,
-        exists,
-        primitive,
-        normal,
+    if side.is_eq() {
+        return Ok(None);
+    }
+    // The plane through A, from the corners themselves; d·n has the edges' sign.
+    let [p, q, r] = corners.map(vector);
+    let n = cross(&minus(&q, &p), &minus(&r, &p));
+    Ok(Some(Root::fraction(dot(&a, &n), dot(&d, &n), side)))
+}
+
+/// The plane through the first corner with this normal, where the ray goes
+/// through the outline or meets it (even-odd: Shimrat, Communications of the ACM
+/// 1962).
+pub fn polygon<N: Number>(
+    ray: &Ray,
+    normal: [f64; 3],
+    points: &[[f64; 3]],
+) -> Result<Option<Root<N>>, N::Doubt> {
+    let (org, d, n) = (vector(ray.org), vector(ray.dir), vector::<N>(normal));
+    let speed = dot(&n, &d);
+    let toward = speed.sign()?;
+    if toward.is_eq() || !inside(&org, &d, ray, points)? {
+        return Ok(None);
+    }
+    let first = minus(&vector(points[0]), &org);
+    Ok(Some(Root::fraction(dot(&n, &first), speed, toward)))
+}
+
+/// Whether the line goes through the outline, or meets it.
+fn inside<N: Number>(
+    org: &Vector<N>,
+    d: &Vector<N>,
+    ray: &Ray,
+    points: &[[f64; 3]],
+) -> Result<bool, N::Doubt> {
+    // Along d onto the plane of two axes, and times d's third coordinate.
+    let size = ray.dir.map(f64::abs);
+    let k = (0..3).fold(0, |k, i| if size[i] > size[k] { i } else { k });
+    let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+    let seen = |p: &[f64; 3]| {
+        let a = minus(&vector::<N>(*p), org);
+        let along = |i: usize| a[i].times(&d[k]).minus(&a[k].times(&d[i]));
+        [along(i), along(j)]
     };
-    let side = |x: Approx| if det.value > 0.0 { x } else { -x }.at_least_zero();
-    let exists = side(u).and(side(v)).and(side(w));
-    if det.is_signed() && exists.certain {
-        if exists.holds {
-            out.push(crossing(dot(ac, q) / det, exists));
+    let mut odd = false;
+    let mut a = seen(&points[points.len() - 1]);
+    for point in points {
+        let b = seen(point);
+        let (below, above) = (a[1].sign()?, b[1].sign()?);
+        // An edge that lies all above or all below the x-axis says nothing.
+        if below.is_eq() || below != above {
+            let turn = a[0].times(&b[1]).minus(&a[1].times(&b[0])).sign()?;
+            let between = || a[0].times(&b[0]).plus(&a[1].times(&b[1])).sign();
+            if turn.is_eq() && between()?.is_le() {
+                return Ok(true);
+            }
+            if below.is_gt() != above.is_gt() && turn.is_gt() == above.is_gt() {
+                odd = !odd;
+            }
         }
-        return;
+        a = b;
     }
-    // Near an edge, or seen edge-on: exactly, then.
-    let finite = |v: &[f64; 3]| v.iter().all(|x| x.is_finite());
-    if !(finite(&ray.org) && finite(&ray.dir)) {
-        out.push(crossing(Approx::anywhere(f64::INFINITY), Verdict::PERHAPS));
-    } else if let Some(t) = exact::triangle(ray.org, ray.dir, corners) {
-        out.push(crossing(t.approx(), Verdict::YES));
-    }
-}
-
-/// Whether two numbers that must agree in sign certainly do not.
-fn outside(x: Approx, y: Approx) -> bool {
-    x.is_signed() && y.is_signed() && (x.value > 0.0) != (y.value > 0.0)
-}
-
-pub fn polygon(ray: &Ray, points: &[[f64; 3]], out: &mut Vec<Crossing>) {
-    let first = exact3(points[0]);
-    // Newell, about the first corner: each fan triangle's cross product.
-    let about: Vec<Approx3> = points.iter().map(|p| sub(exact3(*p), first)).collect();
-    let normal = about
-        .windows(2)
-        .fold(exact3([0.0; 3]), |sum, p| add(sum, cross(p[0], p[1])));
-
-    let ray = around(ray, points);
-    let height = dot(normal, sub(ray.org, first));
-    let Some(root) = linear(dot(normal, ray.dir), height, ray.reach) else {
-        return;
-    };
-    let n = values(normal);
-    let axis = (0..3).fold(0, |k, i| if n[i].abs() > n[k].abs() { i } else { k });
-    let hit = sub(ray.at(root.t), first);
-    let seen = |v: Approx3| [v[(axis + 1) % 3], v[(axis + 2) % 3]];
-    let corners: Vec<[Approx; 2]> = about.iter().map(|p| seen(*p)).collect();
-    let exists = root.exists.and(inside(seen(hit), &corners));
-    if !exists.is_no() {
-        out.push(ray.crossing(root.t, exists, n));
-    }
-}
-
-/// Even-odd. Certain unless the point is on an edge within its error: nothing
-/// else could change the count.
-fn inside(p: [Approx; 2], corners: &[[Approx; 2]]) -> Verdict {
-    let mut verdict = Verdict::NO;
-    for (i, b) in corners.iter().enumerate() {
-        let a = corners[(i + corners.len() - 1) % corners.len()];
-        let (a, b) = ([a[0] - p[0], a[1] - p[1]], [b[0] - p[0], b[1] - p[1]]);
-        let turn = a[0] * b[1] - a[1] * b[0];
-        if (a[1].value > 0.0) != (b[1].value > 0.0) && (turn.value > 0.0) == (b[1].value > 0.0) {
-            verdict.holds = !verdict.holds;
-        }
-        let beside =
-            |k: usize| (a[k].lo() > 0.0 && b[k].lo() > 0.0) || (a[k].hi() < 0.0 && b[k].hi() < 0.0);
-        if !(turn.is_signed() || beside(0) || beside(1)) {
-            verdict.certain = false;
-        }
-    }
-    verdict
+    Ok(odd)
 }

@@ -1,41 +1,46 @@
-//! The judge: a scalar f64 ray tracer so plain that one believes it by reading.
+//! The judge: a ray tracer so plain that one believes it by reading, and exact.
 //!
 //! Textbook formulas, one (ray, primitive) pair at a time. It shares with the
-//! fast path the tables and the definition of the object ray (DESIGN.md,
-//! section 4), and no kernel, predicate or tree. Every decision carries a bound
-//! on its own rounding error ([`approx`]). Triangles that f64 cannot settle are
-//! decided and ordered in exact arithmetic; where rounding could turn any other
-//! answer, [`Answer::perhaps`] lists all that exact arithmetic might say.
+//! fast path the tables and the definition of the object ray (docs/NUMERICS.md),
+//! and no kernel, predicate, integer or tree. Formulas are written once and
+//! worked out in f64 with a bound on the error ([`approx`]); where that leaves a
+//! sign open, in integers of any length ([`dyadic`]). So every decision, whether
+//! a ray hits and what first, is that of exact arithmetic, and every t the f64
+//! nearest to the exact one.
 //!
 //! Primitives are seen from both sides; a ray that starts inside a solid meets
-//! its far side. Hits count where 0 < t < t_max. Where two are equally near, as
-//! far as f64 can tell, the lower (instance, primitive) is the answer.
+//! its far side. Hits count where 0 < t < t_max. Where two are equally near, the
+//! lower (instance, primitive) is the answer.
 //!
 //! [`Reference::new`] prunes by a median-split tree of its own;
 //! [`Reference::brute_force`] looks at everything. tests/reference.rs compares.
 //! Both lay all appearances out, and refuse scenes that have too many for it.
-//! Beyond about 10^±75 squares of squares leave f64: all is doubt there.
 
 pub mod approx;
 mod bounds;
 mod camera;
-mod exact;
+pub mod dyadic;
 mod facet;
-mod flat;
+mod meet;
+mod normal;
+pub mod number;
 mod path;
 mod ray;
-mod roots;
-mod round;
+pub mod root;
+mod rounding;
+mod solids;
 mod tree;
 
 pub use camera::{Grid, WorldRay, camera_ray};
 pub use path::{Shadow, shadow};
-pub use ray::{Crossing, Ray};
+pub use ray::Ray;
 
 use crate::scene::{Appearance, Appearances, MeshId, Scene, SceneError, Shape};
-use approx::{Approx, Verdict};
+use dyadic::Dyadic;
+use meet::{Primitive, Within};
+use solids::Meeting;
 use std::borrow::Cow;
-use tree::Tree;
+use tree::{Part, Tree};
 
 /// Placements worse conditioned than this stay out of the tree: their world
 /// boxes would not be worth much.
@@ -46,21 +51,20 @@ pub struct Reference<'a> {
     scene: &'a Scene,
     /// Appearances by id.
     rows: Cow<'a, [Appearance]>,
-    /// Over `rows`; `None` for brute force.
-    instances: Option<Tree>,
-    /// Rows that are not in the tree.
+    /// Over `rows`: polygons, and the rest.
+    trees: [Tree; 2],
+    /// Rows that are in no tree.
     always: Vec<u32>,
-    /// The worst condition of a placement in the tree.
+    /// The worst condition of a placement in the trees.
     condition: f64,
-    /// Over the triangles of each mesh, about its centre.
+    /// Over the triangles of each mesh, about its centre; none for brute force.
     triangles: Vec<Tree>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
+    /// The f64 nearest to the exact one.
     pub t: f64,
-    /// Bound on the error of `t`.
-    pub t_error: f64,
     /// Id of one of [`Appearances`].
     pub instance: u64,
     /// Triangle of a mesh; 0 otherwise.
@@ -70,16 +74,19 @@ pub struct Hit {
     pub normal: [f64; 3],
 }
 
-/// What a ray meets first.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Answer {
-    /// By plain f64; `None` is a miss.
-    pub outcome: Option<Hit>,
-    /// All that exact arithmetic may say, by id, a miss first; one alone if
-    /// certain.
-    pub perhaps: Vec<Option<Hit>>,
-    /// More than one.
-    pub doubt: bool,
+/// One place where a line meets a primitive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    pub t: f64,
+    /// World space, unit, outward.
+    pub normal: [f64; 3],
+}
+
+/// A primitive that may be the first, and where it is met.
+struct Candidate {
+    instance: u32,
+    primitive: u32,
+    within: Within,
 }
 
 impl<'a> Reference<'a> {
@@ -90,10 +97,11 @@ impl<'a> Reference<'a> {
     ) -> Result<Reference<'a>, SceneError> {
         let all = Reference::brute_force(scene, appearances)?;
         let mut always = Vec::new();
-        let mut boxes = Vec::new();
+        let (mut polygons, mut others) = (Vec::new(), Vec::new());
         let mut worst = 1.0;
         for (i, a) in all.rows.iter().enumerate() {
-            let object = bounds::of_shape(scene, scene.shapes.row(a.shape));
+            let shape = scene.shapes.row(a.shape);
+            let object = bounds::of_shape(scene, shape);
             let condition = bounds::condition(a);
             let placed = object
                 .filter(|_| condition <= MAX_CONDITION)
@@ -101,6 +109,10 @@ impl<'a> Reference<'a> {
                 .filter(|b| b.min.iter().chain(&b.max).all(|x| x.is_finite()));
             match placed {
                 Some(b) => {
+                    let boxes = match shape {
+                        Shape::Polygon(_) => &mut polygons,
+                        _ => &mut others,
+                    };
                     boxes.push((i as u32, b));
                     worst = f64::max(worst, condition);
                 }
@@ -117,7 +129,7 @@ impl<'a> Reference<'a> {
             })
             .collect();
         Ok(Reference {
-            instances: Some(Tree::new(&boxes)),
+            trees: [polygons, others].map(|boxes| Tree::new(&boxes)),
             always,
             condition: worst,
             triangles,
@@ -133,7 +145,7 @@ impl<'a> Reference<'a> {
         let rows = appearances.laid_out(scene)?;
         Ok(Reference {
             scene,
-            instances: None,
+            trees: Default::default(),
             always: (0..rows.len() as u32).collect(),
             rows,
             condition: 1.0,
@@ -145,80 +157,75 @@ impl<'a> Reference<'a> {
         self.scene
     }
 
+    /// What kind of shape an instance is; none for ids that do not exist.
+    pub fn kind(&self, instance: u64) -> Option<&'static str> {
+        let row = self.rows.get(usize::try_from(instance).ok()?)?;
+        Some(self.scene.shapes.row(row.shape).kind_name())
+    }
+
     /// Of a hit.
     fn appearance(&self, hit: &Hit) -> &Appearance {
         &self.rows[hit.instance as usize]
     }
 
     /// The first hit with 0 < t < t_max of a world ray.
-    pub fn nearest(&self, org: [f64; 3], dir: [f64; 3], t_max: f64) -> Answer {
-        let mut found: Vec<(u32, Crossing)> = Vec::new();
+    pub fn nearest(&self, org: [f64; 3], dir: [f64; 3], t_max: f64) -> Option<Hit> {
+        let world = Ray { org, dir };
+        let mut found: Vec<Candidate> = Vec::new();
         // Nothing beyond this can be the nearest.
         let mut limit = t_max;
-        self.visit(&Ray { org, dir }, t_max, |instance, crossing| {
-            if crossing.exists.is_yes() {
-                limit = f64::min(limit, crossing.t.hi());
-            }
-            if !crossing.t.certainly_above(limit) {
-                found.push((instance, crossing));
-            }
+        self.visit(&world, t_max, |candidate| {
+            limit = f64::min(limit, candidate.within.hi);
+            found.push(candidate);
             limit
         });
-        found.retain(|(_, c)| !c.t.certainly_above(limit));
-        self.order_triangles(&Ray { org, dir }, t_max, &mut found);
-
-        let hits = || found.iter().map(|(i, c)| (c.exists, self.hit(*i, c)));
-        let holding = || hits().filter(|(e, _)| e.holds).map(|(_, hit)| hit);
-        // Equally near within rounding is taken for equally near: faces that
-        // coincide do.
-        let reach = holding()
-            .min_by(|a, b| a.t.total_cmp(&b.t))
-            .map(|hit| hit.t + hit.t_error);
-        let outcome = holding()
-            .filter(|hit| reach.is_some_and(|reach| hit.t - hit.t_error <= reach))
-            .min_by(|a, b| {
-                let ids = |h: &Hit| (h.instance, h.primitive);
-                ids(a).cmp(&ids(b)).then(a.t.total_cmp(&b.t))
+        found.retain(|c| c.within.lo <= limit);
+        let exact = |c: &Candidate| {
+            let (ray, primitive) = self.pair(&world, c.instance, c.primitive);
+            primitive.first_exactly(&ray, t_max)
+        };
+        // In the order of their ids, so that the first of equal ones stays.
+        found.sort_by_key(|c| (c.instance, c.primitive));
+        let mut first: Option<(Meeting<Dyadic>, &Candidate)> = None;
+        for candidate in &found {
+            let Some(met) = exact(candidate) else {
+                continue;
+            };
+            let nearer = first.as_ref().is_none_or(|(least, _)| {
+                let Ok(order) = met.t.order(&least.t);
+                order.is_lt()
             });
-        let mut perhaps: Vec<Option<Hit>> = hits().map(|(_, hit)| Some(hit)).collect();
-        // Whatever order a tree found them in.
-        perhaps.sort_by(|a, b| {
-            let key = |h: &Option<Hit>| h.map(|h| (h.instance, h.primitive));
-            let t = |h: &Option<Hit>| h.map_or(0.0, |h| h.t);
-            key(a).cmp(&key(b)).then(t(a).total_cmp(&t(b)))
-        });
-        if !found.iter().any(|(_, c)| c.exists.is_yes()) {
-            perhaps.push(None);
+            if nearer {
+                first = Some((met, candidate));
+            }
         }
-        Answer {
-            outcome,
-            doubt: perhaps.len() > 1,
-            perhaps,
-        }
+        let (met, candidate) = first?;
+        let (instance, primitive) = (candidate.instance, candidate.primitive);
+        let (ray, of) = self.pair(&world, instance, primitive);
+        let t = rounding::nearest(&met.t);
+        let normal = normal::normal(&of, &ray, t, met.face);
+        Some(Hit {
+            t,
+            instance: u64::from(instance),
+            primitive,
+            normal: world_normal(&self.rows[instance as usize], normal),
+        })
     }
 
-    /// Whether anything is met with 0 < t < t_max, and whether that is in doubt.
-    pub fn blocked(&self, org: [f64; 3], dir: [f64; 3], t_max: f64) -> (bool, bool) {
-        let mut verdict = Verdict::NO;
-        self.visit(&Ray { org, dir }, t_max, |_, crossing| {
-            if crossing.exists.is_yes() {
-                verdict = Verdict::YES;
-            } else if !verdict.is_yes() {
-                verdict.holds |= crossing.exists.holds;
-                verdict.certain = false;
-            }
-            // One certain hit settles it.
-            if verdict.is_yes() {
-                f64::NEG_INFINITY
-            } else {
-                t_max
-            }
+    /// Whether anything is met with 0 < t < t_max.
+    pub fn blocked(&self, org: [f64; 3], dir: [f64; 3], t_max: f64) -> bool {
+        let mut blocked = false;
+        self.visit(&Ray { org, dir }, t_max, |_| {
+            blocked = true;
+            // One settles it.
+            f64::NEG_INFINITY
         });
-        (verdict.holds, !verdict.certain)
+        blocked
     }
 
-    /// All crossings of one primitive with a world ray, in no order, certain or
-    /// not, before and behind its origin. None for ids that do not exist.
+    /// Where the whole line of a world ray meets one primitive, before its origin
+    /// and behind it, by t. At an edge of a solid once for each face. None for ids
+    /// that do not exist.
     pub fn crossings(
         &self,
         org: [f64; 3],
@@ -226,155 +233,106 @@ impl<'a> Reference<'a> {
         instance: u64,
         primitive: u32,
     ) -> Vec<Crossing> {
-        let mut out = Vec::new();
-        let Some(a) = self.rows.get(instance as usize) else {
-            return out;
+        let Some(a) = usize::try_from(instance)
+            .ok()
+            .and_then(|i| self.rows.get(i))
+        else {
+            return Vec::new();
         };
-        let ray = Ray { org, dir }.through(&a.object_from_world);
-        match self.scene.shapes.row(a.shape) {
-            Shape::Mesh(id) => {
-                let mesh = self.scene.meshes.row(id);
-                if (primitive as usize) < mesh.triangles.len() {
-                    let corners = mesh.corners(primitive as usize).map(|p| p.map(f64::from));
-                    let ray = ray.about(mesh.center.to_array());
-                    facet::triangle(&ray, corners, primitive, &mut out);
-                }
-            }
-            _ if primitive > 0 => {}
-            shape => self.cross(&ray, shape, &mut out),
+        let primitives = match self.scene.shapes.row(a.shape) {
+            Shape::Mesh(id) => self.scene.meshes.row(id).triangles.len(),
+            _ => 1,
+        };
+        if primitive as usize >= primitives {
+            return Vec::new();
         }
-        out
+        let (ray, of) = self.pair(&Ray { org, dir }, instance as u32, primitive);
+        let meetings = of.meetings_exactly(&ray);
+        let mut crossings: Vec<Crossing> = meetings
+            .iter()
+            .map(|m| {
+                let t = rounding::nearest(&m.t);
+                let normal = world_normal(a, normal::normal(&of, &ray, t, m.face));
+                Crossing { t, normal }
+            })
+            .collect();
+        crossings.sort_by(|a, b| a.t.total_cmp(&b.t));
+        crossings
     }
 
-    /// Where more than one answer is left, the nearest triangle is found by exact
-    /// arithmetic, and the others go.
-    fn order_triangles(&self, ray: &Ray, t_max: f64, found: &mut Vec<(u32, Crossing)>) {
-        if found.iter().all(|(_, c)| c.exists.is_yes()) && found.len() < 2 {
-            return;
+    /// The ray in a primitive's own space, and the primitive.
+    fn pair(&self, ray: &Ray, instance: u32, triangle: u32) -> (Ray, Primitive<'a>) {
+        let a = &self.rows[instance as usize];
+        let (scene, shape) = (self.scene, self.scene.shapes.row(a.shape));
+        let mut ray = ray.through(&a.object_from_world);
+        if let Shape::Mesh(id) = shape {
+            ray = ray.about(scene.meshes.row(id).center.to_array());
         }
-        let mut best: Option<(exact::Fraction, u32, Crossing)> = None;
-        found.retain(|(instance, c)| {
-            let a = &self.rows[*instance as usize];
-            let Shape::Mesh(id) = self.scene.shapes.row(a.shape) else {
-                return true;
-            };
-            let mesh = self.scene.meshes.row(id);
-            let corners = mesh.corners(c.primitive as usize).map(|p| p.map(f64::from));
-            let ray = ray.through(&a.object_from_world);
-            let ray = ray.about(mesh.center.to_array());
-            if !ray.org.iter().chain(&ray.dir).all(|x| x.is_finite()) {
-                return true;
-            }
-            let Some(t) = exact::triangle(ray.org, ray.dir, corners) else {
-                return false;
-            };
-            if t.compare_number(0.0).is_gt() && t.compare_number(t_max).is_lt() {
-                let id = (*instance, c.primitive);
-                let nearer = best.as_ref().is_none_or(|(least, i, b)| {
-                    t.compare(least).then(id.cmp(&(*i, b.primitive))).is_lt()
-                });
-                if nearer {
-                    let exists = Verdict::YES;
-                    best = Some((t, *instance, Crossing { exists, ..*c }));
-                }
-            }
-            false
-        });
-        if let Some((_, instance, crossing)) = best {
-            found.retain(|(_, c)| !c.t.certainly_above(crossing.t.hi()));
-            found.push((instance, crossing));
-        }
+        let primitive = Primitive {
+            scene,
+            shape,
+            triangle,
+        };
+        (ray, primitive)
     }
 
-    fn hit(&self, instance: u32, crossing: &Crossing) -> Hit {
-        let m = &self.rows[instance as usize].object_from_world;
-        let n = crossing.normal;
-        // By the inverse transpose of world_from_object.
-        let normal = ray::unit(m.linear.map(|column| ray::dot(column, n)));
-        Hit {
-            t: crossing.t.value,
-            t_error: crossing.t.error,
-            instance: u64::from(instance),
-            primitive: crossing.primitive,
-            normal,
-        }
-    }
-
-    /// Calls `found` for every crossing that may lie in 0 < t < t_max; it
-    /// answers with the t beyond which nothing matters any more.
-    fn visit(&self, ray: &Ray, t_max: f64, mut found: impl FnMut(u32, Crossing) -> f64) {
-        let (zero, end) = (Approx::exact(0.0), Approx::exact(t_max));
+    /// Calls `found` for every primitive that is met in 0 < t < t_max, with the
+    /// first place; it answers with the t beyond which nothing matters any more.
+    fn visit(&self, world: &Ray, t_max: f64, mut found: impl FnMut(Candidate) -> f64) {
         let mut limit = t_max;
-        let mut crossings = Vec::new();
-        let mut instance = |i: u32, mut limit: f64| {
-            let a = &self.rows[i as usize];
-            let ray = ray.through(&a.object_from_world);
-            let mut settle = |crossings: &mut Vec<Crossing>, mut limit: f64| {
-                for mut c in crossings.drain(..) {
-                    c.exists = c.exists.and(zero.less(c.t)).and(c.t.less(end));
-                    if !c.exists.is_no() {
-                        limit = found(i, c);
-                    }
+        let mut instance = |instance: u32, mut limit: f64| {
+            let (ray, mut of) = self.pair(world, instance, 0);
+            let shape = of.shape;
+            let mut one = |primitive: u32, limit: f64| {
+                of.triangle = primitive;
+                match of.first_within(&ray, t_max) {
+                    Some(within) if within.lo <= limit => found(Candidate {
+                        instance,
+                        primitive,
+                        within,
+                    }),
+                    _ => limit,
                 }
-                limit
             };
-            let Shape::Mesh(id) = self.scene.shapes.row(a.shape) else {
-                self.cross(&ray, self.scene.shapes.row(a.shape), &mut crossings);
-                return settle(&mut crossings, limit);
-            };
-            let mesh = self.scene.meshes.row(id);
-            let ray = ray.about(mesh.center.to_array());
-            let mut triangle = |k: u32, limit: f64| {
-                let corners = mesh.corners(k as usize).map(|p| p.map(f64::from));
-                facet::triangle(&ray, corners, k, &mut crossings);
-                settle(&mut crossings, limit)
+            let Shape::Mesh(id) = shape else {
+                return one(0, limit);
             };
             if let Some(tree) = self.triangles.get(id.index()) {
                 let slack = bounds::slack(ray.org, 1.0);
-                tree.visit(&ray, slack, limit, |k| {
-                    limit = triangle(k, limit);
+                tree.visit(&ray, slack, Part::Until(limit), |k| {
+                    limit = one(k, limit);
                     limit
                 });
             } else {
-                for k in 0..mesh.triangles.len() as u32 {
-                    limit = triangle(k, limit);
+                for k in 0..self.scene.meshes.row(id).triangles.len() as u32 {
+                    limit = one(k, limit);
                 }
             }
             limit
         };
         for i in &self.always {
+            if limit == f64::NEG_INFINITY {
+                return;
+            }
             limit = instance(*i, limit);
         }
-        if let Some(tree) = &self.instances {
-            let slack = bounds::slack(ray.org, self.condition);
-            tree.visit(ray, slack, limit, |i| {
-                limit = instance(i, limit);
-                limit
-            });
-        }
+        let slack = bounds::slack(world.org, self.condition);
+        let [polygons, others] = &self.trees;
+        // A polygon's corners lie off its plane by a little, and what is met is
+        // the plane: a grazing ray passes the outline's box elsewhere.
+        polygons.visit(world, slack, Part::Line, |i| {
+            limit = instance(i, limit);
+            limit
+        });
+        others.visit(world, slack, Part::Until(limit), |i| {
+            limit = instance(i, limit);
+            limit
+        });
     }
+}
 
-    /// Everything but meshes.
-    fn cross(&self, ray: &Ray, shape: Shape, out: &mut Vec<Crossing>) {
-        let scene = self.scene;
-        let arrays = |points: &[glam::DVec3]| -> Vec<[f64; 3]> {
-            points.iter().map(|p| p.to_array()).collect()
-        };
-        match shape {
-            Shape::HalfSpace(id) => flat::half_space(ray, &scene.half_spaces.row(id), out),
-            Shape::Sphere(id) => round::sphere(ray, &scene.spheres.row(id), out),
-            Shape::Ellipsoid(id) => round::ellipsoid(ray, &scene.ellipsoids.row(id), out),
-            Shape::Cylinder(id) => round::cylinder(ray, &scene.cylinders.row(id), out),
-            Shape::Cone(id) => round::cone(ray, &scene.cones.row(id), out),
-            Shape::Cuboid(id) => flat::cuboid(ray, &scene.cuboids.row(id), out),
-            Shape::Polyhedron(id) => {
-                let points = arrays(scene.polyhedra.points(id));
-                flat::polyhedron(ray, scene.polyhedra.planes(id), &points, out);
-            }
-            Shape::Polygon(id) => {
-                facet::polygon(ray, &arrays(scene.polygons.points(id)), out);
-            }
-            Shape::Mesh(_) => {}
-        }
-    }
+/// By the inverse transpose of world_from_object.
+fn world_normal(a: &Appearance, n: [f64; 3]) -> [f64; 3] {
+    let m = &a.object_from_world;
+    ray::unit(m.linear.map(|column| ray::dot(column, n)))
 }

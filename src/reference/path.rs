@@ -14,7 +14,9 @@ use crate::scene::Light;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shadow {
     pub blocked: bool,
-    pub doubt: bool,
+    /// The light lies in the surface's plane but for rounding: which side it is
+    /// on depends on a bit of the normal.
+    pub grazing: bool,
 }
 
 /// Of the light with this number, from the hit of the ray `org`, `dir`. A light
@@ -28,7 +30,7 @@ pub fn shadow(
 ) -> Shadow {
     let t = Approx {
         value: hit.t,
-        error: hit.t_error,
+        error: hit.t.abs() * f64::EPSILON,
     };
     let point = add(exact3(org), scaled(exact3(dir), t));
     let facing = if dot(hit.normal, dir) > 0.0 {
@@ -54,13 +56,9 @@ pub fn shadow(
         Light::Directional { direction, .. } => (direction.to_array().map(|x| -x), f64::INFINITY),
     };
     let above = dot(normal, to_light);
-    let grazing = 1e-12 * to_light.iter().map(|x| x.abs()).sum::<f64>();
-    if above.abs() <= grazing || above <= 0.0 {
-        return Shadow {
-            blocked: above <= 0.0,
-            doubt: above.abs() <= grazing,
-        };
+    let rounding = 1e-12 * to_light.iter().map(|x| x.abs()).sum::<f64>();
+    Shadow {
+        blocked: above <= 0.0 || reference.blocked(start, to_light, t_max),
+        grazing: above.abs() <= rounding,
     }
-    let (blocked, doubt) = reference.blocked(start, to_light, t_max);
-    Shadow { blocked, doubt }
 }

@@ -22,6 +22,15 @@ enum Kind {
     Inner(usize, usize),
 }
 
+/// What of a ray counts.
+#[derive(Clone, Copy)]
+pub enum Part {
+    /// From its origin to a t that may become less.
+    Until(f64),
+    /// All of it, before its origin too.
+    Line,
+}
+
 const LEAF: usize = 4;
 
 impl Tree {
@@ -67,10 +76,17 @@ impl Tree {
         here
     }
 
-    /// Calls `item` for all whose boxes the ray may meet before `limit`; it
-    /// answers with the limit from then on.
-    pub fn visit(&self, ray: &Ray, slack: f64, mut limit: f64, mut item: impl FnMut(u32) -> f64) {
-        let enter = |node: usize| self.nodes[node].bounds.enter(ray.org, ray.dir, slack);
+    /// Calls `item` for all whose boxes this part of the ray may meet; it answers
+    /// with the limit from then on.
+    pub fn visit(&self, ray: &Ray, slack: f64, part: Part, mut item: impl FnMut(u32) -> f64) {
+        let (start, mut limit) = match part {
+            Part::Until(limit) => (0.0, limit),
+            Part::Line => (f64::NEG_INFINITY, f64::INFINITY),
+        };
+        let enter = |node: usize| {
+            let bounds = &self.nodes[node].bounds;
+            bounds.enter(ray.org, ray.dir, slack, start)
+        };
         let mut open: Vec<(usize, f64)> = Vec::new();
         if !self.nodes.is_empty() {
             open.extend(enter(0).map(|t| (0, t)));
@@ -82,7 +98,11 @@ impl Tree {
             match &self.nodes[node].kind {
                 Kind::Leaf(items) => {
                     for i in &self.items[items.clone()] {
-                        limit = item(*i);
+                        let until = item(*i);
+                        // A line goes on, unless nothing matters any more.
+                        if matches!(part, Part::Until(_)) || until == f64::NEG_INFINITY {
+                            limit = until;
+                        }
                     }
                 }
                 Kind::Inner(low, high) => {

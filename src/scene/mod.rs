@@ -18,6 +18,7 @@ mod lights;
 mod materials;
 mod meshes;
 mod motion;
+mod moved;
 mod names;
 mod nodes;
 mod paths;

@@ -88,8 +88,7 @@ fn published_mesh_hits() {
                 continue;
             }
             rays += 1;
-            assert!(!answer.doubt, "{file} {i} {answer:?}");
-            let Some(hit) = answer.outcome else {
+            let Some(hit) = answer else {
                 assert_eq!(row["hits"], 0, "{file} {i}");
                 continue;
             };
@@ -111,10 +110,7 @@ fn published_mesh_hits() {
             let t = row["t"].as_f64().unwrap();
             let error = (hit.t - t).abs();
             worst = f64::max(worst, error / t);
-            assert!(
-                error <= 1e-12 * t || error <= 2.0 * hit.t_error,
-                "{file} {i}: {t} {hit:?}"
-            );
+            assert!(error <= 1e-12 * t, "{file} {i}: {t} {hit:?}");
             let length = DVec3::from_array(dir).length();
             let cos = -DVec3::from_array(hit.normal).dot(DVec3::from_array(dir)) / length;
             assert!(

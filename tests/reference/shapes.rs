@@ -49,35 +49,34 @@ fn sphere_hits_and_normals() {
 }
 
 #[test]
-fn tangents_and_starts_on_the_surface_are_in_doubt() {
-    let answer = expect_doubt(sphere, [-5.0, 2.0, 0.0], [1.0, 0.0, 0.0]);
-    assert!(answer.perhaps.contains(&None), "it may be a miss");
-    assert!(
-        answer
-            .perhaps
-            .iter()
-            .flatten()
-            .all(|h| (h.t - 6.0).abs() < 1e-6)
+fn a_sphere_is_touched_exactly() {
+    // A tangent in one point is a hit, one step beside it none.
+    expect_at(sphere, [-5.0, 2.0, 0.0], [1.0, 0.0, 0.0], 6.0);
+    let within = 2.0_f64.next_down();
+    let half_chord = 2.0_f64.powi(-25);
+    expect_at(
+        sphere,
+        [-5.0, within, 0.0],
+        [1.0, 0.0, 0.0],
+        6.0 - half_chord,
     );
-    // From the surface inward: either nothing is left here, or t = 0 counts.
-    let answer = expect_doubt(sphere, [-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]);
-    let ts: Vec<f64> = answer.perhaps.iter().flatten().map(|h| h.t).collect();
-    assert!(
-        ts.iter().any(|t| t.abs() < 1e-14) && ts.contains(&4.0),
-        "{ts:?}"
-    );
-}
-
-#[test]
-fn the_doubt_about_a_sphere_is_no_wider_than_f64() {
-    let (scene, all) = scene_of(|b| place(b, sphere));
-    let reference = Reference::brute_force(&scene, &all).unwrap();
-    // Rays past the rim at a billion radii: the band is about 1e-16 of that.
-    for off in [1e-5_f64, 3e-7] {
-        let near = |y: f64| reference.nearest([-1e9, y, 0.0], [1.0, 0.0, 0.0], INF);
-        assert!(near(2.0 - off).outcome.is_some() && !near(2.0 - off).perhaps.contains(&None));
-        assert!(near(2.0 + off).outcome.is_none() && !near(2.0 + off).doubt);
-    }
+    expect_miss(sphere, [-5.0, 2.0_f64.next_up(), 0.0], [1.0, 0.0, 0.0]);
+    // From the surface inward and outward: t = 0 does not count.
+    expect_at(sphere, [-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], 4.0);
+    expect_miss(sphere, [-1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]);
+    expect_miss(sphere, [1.0, 2.0, 0.0], [1.0, 0.0, 0.0]);
+    // 3-4-5: (6, 8) lies on a ball of radius 10, and the tangent there is (4, −3).
+    let large = |b: &mut SceneBuilder| {
+        let (center, radius) = (v(0.0, 0.0, 0.0), 10.0);
+        b.sphere("", Sphere { center, radius })
+    };
+    expect_at(large, [6.0 - 8.0, 8.0 + 6.0, 0.0], [4.0, -3.0, 0.0], 2.0);
+    let beside = 14.0_f64.next_up();
+    expect_miss(large, [6.0 - 8.0, beside, 0.0], [4.0, -3.0, 0.0]);
+    // From a billion radii away the rim is as sharp.
+    let far = |y: f64| ask(sphere, [-1e9, y, 0.0], [1.0, 0.0, 0.0]);
+    assert!(far(2.0).is_some_and(|hit| hit.t == 1e9 + 1.0));
+    assert!(far(2.0_f64.next_down()).is_some() && far(2.0_f64.next_up()).is_none());
 }
 
 pub fn ellipsoid(b: &mut SceneBuilder) -> ShapeId {
@@ -109,8 +108,8 @@ fn ellipsoid_hits_and_normals() {
     // At x = 0.6 the z half-axis is 4·0.8; the gradient is (x/1, y/4, z/16).
     let n = v(0.6, 0.0, 3.2 / 16.0).normalize().to_array();
     expect(ellipsoid, [0.6, 1.0, 10.0], [0.0, 0.0, -1.0], 10.0 - 3.2, n);
-    expect_doubt(ellipsoid, [1.0, 1.0, 10.0], [0.0, 0.0, -1.0]);
-    expect_miss(ellipsoid, [1.0001, 1.0, 10.0], [0.0, 0.0, -1.0]);
+    expect_at(ellipsoid, [1.0, 1.0, 10.0], [0.0, 0.0, -1.0], 10.0);
+    expect_miss(ellipsoid, [1.0_f64.next_up(), 1.0, 10.0], [0.0, 0.0, -1.0]);
 }
 
 pub fn tube(open: bool) -> impl Fn(&mut SceneBuilder) -> ShapeId + Copy {
@@ -176,14 +175,41 @@ fn cylinder_hits_and_normals() {
         [0.0, 1.0, 0.0],
     );
     // Down a generator, and at the rim.
-    expect_doubt(tube(false), [1.0, 5.0, 0.0], [0.0, -1.0, 0.0]);
-    let rim = expect_doubt(tube(false), [-3.0, 5.0, 0.0], [1.0, -1.0, 0.0]);
-    assert!(
-        rim.perhaps
-            .iter()
-            .flatten()
-            .any(|h| (h.t - 2.0).abs() < 1e-14)
-    );
+    let down = [0.0, -1.0, 0.0];
+    expect_at(tube(false), [1.0, 5.0, 0.0], down, 2.0);
+    expect_at(tube(false), [1.0, 1.0, 0.0], down, 1.0);
+    expect_miss(tube(false), [1.0_f64.next_up(), 5.0, 0.0], down);
+    // A surface is not crossed by what lies in it.
+    expect_miss(tube(true), [1.0, 5.0, 0.0], down);
+    for open in [false, true] {
+        expect_at(tube(open), [-3.0, 5.0, 0.0], [1.0, -1.0, 0.0], 2.0);
+        let above = 5.0_f64.next_up();
+        let t = if open { None } else { Some(above - 3.0) };
+        let hit = ask(tube(open), [-3.0, above, 0.0], [1.0, -1.0, 0.0]);
+        assert!(hit.map(|h| h.t) == t || open && hit.is_some_and(|h| h.t > 3.9));
+    }
+    // Past the side as a tangent, and in the plane of a cap.
+    expect_at(tube(true), [1.0, 1.0, 4.0], [0.0, 0.5, -1.0], 4.0);
+    expect_miss(tube(true), [1.0, 1.0, 4.0], [0.0, 1.0, -1.0]);
+    expect_at(tube(false), [-3.0, 3.0, 0.0], [1.0, 0.0, 0.0], 2.0);
+    expect_miss(tube(false), [-3.0, 3.0_f64.next_up(), 0.0], [1.0, 0.0, 0.0]);
+    // A slanted axis, whose length is no f64.
+    let slanted = |b: &mut SceneBuilder| {
+        let (base, top) = (v(0.0, 0.0, 0.0), v(1.0, 1.0, 1.0));
+        let (radius, open) = (1.0, false);
+        b.cylinder(
+            "",
+            Cylinder {
+                base,
+                top,
+                radius,
+                open,
+            },
+        )
+    };
+    // Along the axis, from without and from within.
+    expect_at(slanted, [-1.0, -1.0, -1.0], [1.0, 1.0, 1.0], 1.0);
+    expect_at(slanted, [0.25, 0.25, 0.25], [1.0, 1.0, 1.0], 0.75);
     expect_miss(tube(false), [5.0, 3.5, 0.0], [-1.0, 0.0, 0.0]);
 }
 
@@ -225,9 +251,14 @@ fn cone_hits_and_normals() {
     );
     // The other nappe is no part of it.
     expect_miss(spike, [5.0, 6.0, 0.0], [-1.0, 0.0, 0.0]);
-    expect_doubt(spike, [5.0, 4.0, 0.0], [-1.0, 0.0, 0.0]);
+    // Through the apex, level and otherwise.
+    expect_at(spike, [5.0, 4.0, 0.0], [-1.0, 0.0, 0.0], 5.0);
+    expect_at(spike, [5.0, 9.0, 0.0], [-1.0, -1.0, 0.0], 5.0);
+    expect_miss(spike, [5.0, 4.0_f64.next_up(), 0.0], [-1.0, 0.0, 0.0]);
     // Along a generator, on the surface.
-    expect_doubt(spike, [3.0, -2.0, 0.0], [-1.0, 2.0, 0.0]);
+    expect_at(spike, [3.0, -2.0, 0.0], [-1.0, 2.0, 0.0], 1.0);
+    expect_at(spike, [1.5, 1.0, 0.0], [-1.0, 2.0, 0.0], 1.5);
+    expect_miss(spike, [3.0_f64.next_up(), -2.0, 0.0], [-1.0, 2.0, 0.0]);
 }
 
 pub fn block(b: &mut SceneBuilder) -> ShapeId {
@@ -266,16 +297,21 @@ fn box_hits_and_normals() {
     expect_miss(block, [-5.0, 2.5, 0.0], [1.0, 0.0, 0.0]);
     // Within a face's plane, beside the face: a certain miss all the same.
     expect_miss(block, [-5.0, 2.0, 9.0], [1.0, 0.0, 0.0]);
-    expect_doubt(block, [-5.0, 2.0, 0.0], [1.0, 0.0, 0.0]);
-    // In at an edge: a hit for certain, on one face or the other.
-    let edge = expect_doubt(block, [-3.0, 4.0, 0.0], [1.0, -1.0, 0.125]);
-    assert!(
-        edge.perhaps
-            .iter()
-            .all(|h| h.is_some_and(|h| (h.t - 2.0).abs() < 1e-14))
-    );
+    // Its border belongs to it: along a face, an edge, through a corner.
+    expect_at(block, [-5.0, 2.0, 0.0], [1.0, 0.0, 0.0], 4.0);
+    expect_at(block, [-5.0, 2.0, 3.0], [1.0, 0.0, 0.0], 4.0);
+    expect_at(block, [-2.0, -3.0, -4.0], [1.0, 1.0, 1.0], 1.0);
+    expect_at(block, [-2.0, 1.0, 3.0], [1.0, 1.0, 0.0], 1.0);
+    expect_miss(block, [-2.0, 1.0_f64.next_up(), 3.0], [1.0, 1.0, 0.0]);
+    // In at an edge: one hit, on both faces.
+    let (org, dir) = ([-3.0, 4.0, 0.0], [1.0, -1.0, 0.125]);
+    expect_at(block, org, dir, 2.0);
+    let (scene, all) = scene_of(|b| place(b, block));
+    let crossings = Reference::new(&scene, &all)
+        .unwrap()
+        .crossings(org, dir, 0, 0);
     for normal in [[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] {
-        assert!(edge.perhaps.iter().flatten().any(|h| h.normal == normal));
+        assert!(crossings.iter().any(|c| c.t == 2.0 && c.normal == normal));
     }
 }
 
@@ -297,7 +333,13 @@ fn half_space_hits_and_normals() {
     );
     expect_miss(ground, [0.0, 10.0, 0.0], [1.0, 0.0, 0.0]);
     expect_miss(ground, [0.0, 10.0, 0.0], [0.0, 1.0, 0.0]);
-    expect_doubt(ground, [0.0, 2.0, 0.0], [0.0, 1.0, 0.0]);
+    expect_miss(ground, [0.0, 2.0, 0.0], [0.0, 1.0, 0.0]);
+    expect_at(
+        ground,
+        [0.0, 2.0_f64.next_down(), 0.0],
+        [0.0, 1.0, 0.0],
+        2.0 - 2.0_f64.next_down(),
+    );
 }
 
 /// |x| + |y| + |z| ≤ 1.
@@ -326,7 +368,11 @@ fn polyhedron_hits_and_normals() {
     );
     expect_miss(octahedron, [2.0, 0.75, 0.5], [-1.0, 0.0, 0.0]);
     // Through two vertices.
-    expect_doubt(octahedron, [2.0, 0.0, 0.0], [-1.0, 0.0, 0.0]);
+    expect_at(octahedron, [2.0, 0.0, 0.0], [-1.0, 0.0, 0.0], 1.0);
+    // Past a vertex, along an edge.
+    expect_at(octahedron, [1.0, -3.0, 0.0], [0.0, 1.0, 0.0], 3.0);
+    expect_miss(octahedron, [1.0_f64.next_up(), -3.0, 0.0], [0.0, 1.0, 0.0]);
+    expect_at(octahedron, [2.0, -1.0, 0.0], [-1.0, 1.0, 0.0], 1.0);
 }
 
 /// A U: outline with a bay between x = 1 and 2 above y = 1; normal +z.
@@ -362,8 +408,13 @@ fn polygon_hits_and_normals() {
     // Level with corners, but not on an edge: certain.
     expect_miss(letter, [1.5, 3.0, 5.0], down);
     expect_miss(letter, [-0.5, 1.0, 5.0], down);
-    expect_doubt(letter, [1.5, 1.0, 5.0], down);
-    expect_doubt(letter, [2.0, 3.0, 5.0], down);
+    // Edges and corners belong to it.
+    for (x, y) in [(1.5, 1.0), (2.5, 3.0), (2.0, 3.0), (0.0, 0.0), (3.0, 1.5)] {
+        expect_at(letter, [x, y, 5.0], down, 4.0);
+        expect_at(letter, [x + 2.0, y - 1.0, 5.0], [-0.5, 0.25, -1.0], 4.0);
+    }
+    expect_miss(letter, [1.5, 1.0_f64.next_up(), 5.0], down);
+    expect_miss(letter, [2.0_f64.next_down(), 3.0, 5.0], down);
     // In its plane, across it and past it.
     expect_miss(letter, [-1.0, 0.5, 1.0], [1.0, 0.0, 0.0]);
 }

@@ -18,13 +18,14 @@ use crate::plan::{Choices, LaneCount, Precision};
 use crate::render::{Grid, RenderConfig};
 use crate::trace::Caching;
 use clap::{Args, value_parser};
+use glam::DVec3;
 use std::path::PathBuf;
 use values::{
     AccelChoice, BenchAccels, BenchBuilds, BenchCachings, BenchKinds, GrowthRange, PeerChoice,
     ReuseChoice, no_tiles, parse_accel, parse_accels, parse_aovs, parse_bench_builds, parse_build,
     parse_caching, parse_cachings, parse_generated, parse_grid, parse_growth, parse_kd_clip,
-    parse_kd_stop, parse_kinds, parse_lanes, parse_order, parse_peers, parse_precision,
-    parse_reuse, parse_size,
+    parse_kd_stop, parse_kinds, parse_lanes, parse_offset, parse_order, parse_peers,
+    parse_precision, parse_reuse, parse_scale, parse_size,
 };
 
 #[derive(Args)]
@@ -67,12 +68,24 @@ pub struct RenderArgs {
 pub struct VerifyArgs {
     /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl
     pub scene: PathBuf,
-    /// Fail only where more answers than this are wrong [default: 0; with --precision fast, any]
+    /// Fail only where a mode has more wrong answers than this [default: 0; fast may have any]
     #[arg(long, value_name = "N")]
     pub allow_wrong: Option<u64>,
     /// Ask the reference about every K-th pixel only; best without a common factor with the width
     #[arg(long, value_name = "K", value_parser = value_parser!(u64).range(1..))]
     pub sample: Option<u64>,
+    /// N rays more, aimed at edges, corners, silhouettes and tangents
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=10_000_000))]
+    pub adversarial: Option<u32>,
+    /// Of the aimed rays
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "adversarial")]
+    pub seed: u64,
+    /// Scale everything, lights and cameras too, about the world's origin
+    #[arg(long, value_name = "S", default_value_t = 1.0, allow_hyphen_values = true, value_parser = parse_scale)]
+    pub scale: f64,
+    /// Then move it
+    #[arg(long, value_name = "X,Y,Z", default_value = "0,0,0", allow_hyphen_values = true, value_parser = parse_offset)]
+    pub offset: DVec3,
     #[command(flatten)]
     pub build: BuildArgs,
     #[command(flatten)]
@@ -179,7 +192,7 @@ pub struct CommonArgs {
     /// Files that the scene names may lie outside its folder
     #[arg(long)]
     pub allow_outside: bool,
-    /// fast: f32 lanes; exact: f64 lanes [default: exact; bench: both]
+    /// fast: f32 lanes; guarded: f32 lanes, doubts decided exactly; exact: f64 lanes, the same way [default: exact; bench: all; verify: all]
     #[arg(long, value_name = "MODE", value_parser = parse_precision)]
     pub precision: Option<Precision>,
     /// Rays per packet: auto, 1, 4, 8 or 16 [default: auto; bench: auto and 1]

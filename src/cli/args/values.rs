@@ -10,6 +10,7 @@ use crate::measure::kinds::{Kind, Order};
 use crate::plan::{Accel, LaneCount, Precision};
 use crate::render::Grid;
 use crate::trace::{Caching, Reuse};
+use glam::DVec3;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
@@ -79,6 +80,26 @@ pub fn parse_size(text: &str) -> Result<Size, String> {
         ));
     }
     Ok(Size { width, height })
+}
+
+pub fn parse_scale(text: &str) -> Result<f64, String> {
+    text.trim()
+        .parse()
+        .ok()
+        .filter(|s: &f64| s.is_finite() && *s > 0.0)
+        .ok_or("write a finite number above 0, such as 1e-6".into())
+}
+
+pub fn parse_offset(text: &str) -> Result<DVec3, String> {
+    let numbers: Vec<f64> = text
+        .split(',')
+        .filter_map(|x| x.trim().parse().ok().filter(|x: &f64| x.is_finite()))
+        .collect();
+    let three = text.split(',').count() == 3;
+    match numbers[..] {
+        [x, y, z] if three => Ok(DVec3::new(x, y, z)),
+        _ => Err("write three finite numbers as X,Y,Z, such as 1e6,0,-2.5".into()),
+    }
 }
 
 pub fn parse_grid(text: &str) -> Result<Grid, String> {
@@ -284,6 +305,21 @@ mod tests {
                 .unwrap_err()
                 .contains("known are depth,")
         );
+    }
+
+    #[test]
+    fn scales_and_offsets() {
+        assert_eq!(parse_scale("1e-6"), Ok(1e-6));
+        for bad in ["", "0", "-1", "inf", "nan", "1,2", "1e999"] {
+            assert!(parse_scale(bad).unwrap_err().contains("above 0"), "{bad}");
+        }
+        let offset = DVec3::new(1e6, 0.0, -2.5);
+        assert_eq!(parse_offset("1e6, 0,-2.5"), Ok(offset));
+        for bad in [
+            "", "1", "1,2", "1,2,3,4", "1,2,x", "1,2,3,", "1,nan,2", "1,2,inf",
+        ] {
+            assert!(parse_offset(bad).unwrap_err().contains("X,Y,Z"), "{bad}");
+        }
     }
 
     #[test]

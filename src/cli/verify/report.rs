@@ -1,0 +1,253 @@
+//! What `verify` found: for programs, for people, and for the exit code.
+
+use crate::cli::error::CliError;
+use crate::measure::PlanSummary;
+use crate::measure::verify::{Comparison, Counts, UlpErrors};
+use crate::plan::Precision;
+use serde::ser::SerializeStruct;
+use serde::{Serialize, Serializer};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// In `exact`, a relative error of a camera path's t beyond this is no rounding:
+/// grazing hits of the test scenes stay below 10^-10.
+const MAX_T_ERROR: f64 = 1e-6;
+
+/// What one precision did.
+pub struct Mode {
+    pub precision: Precision,
+    pub lanes: usize,
+    /// Of one picture.
+    pub rays: u64,
+    /// Rays whose answer at this width differs in any bit from that at one lane.
+    pub lanes_vs_scalar_bit_mismatches: u64,
+    pub replayed: Comparison,
+    pub own: Comparison,
+    pub adversarial: Option<Adversarial>,
+    /// (Ray, primitive) pairs that bounds left to exact arithmetic, of one picture.
+    pub escalated: u64,
+    /// At this width, at one lane, and of the reference.
+    pub times: [Time; 3],
+}
+
+/// Aimed rays, each asked for the nearest hit and for any.
+pub struct Adversarial {
+    pub compared: Comparison,
+    pub escalated: u64,
+    pub ns_per_ray: f64,
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Time {
+    pub mode: &'static str,
+    pub lanes: usize,
+    /// Of pictures shading included; over all threads.
+    pub ns_per_ray: f64,
+}
+
+/// What `--json` writes: the asked mode, then all that were traced.
+#[derive(Serialize)]
+pub struct Report {
+    pixels: u64,
+    rays: u64,
+    plan: PlanSummary,
+    lanes_vs_scalar_bit_mismatches: u64,
+    replay: Counts,
+    independent: Counts,
+    escalated: u64,
+    times: Vec<Time>,
+    /// From fast to exact.
+    modes: Vec<Mode>,
+}
+
+impl Report {
+    /// `modes` has the plan's among them.
+    pub fn of(pixels: u64, plan: PlanSummary, modes: Vec<Mode>) -> Report {
+        let asked = modes.iter().find(|m| m.precision.name() == plan.precision);
+        let asked = asked.unwrap_or(&modes[0]);
+        Report {
+            pixels,
+            rays: asked.rays,
+            lanes_vs_scalar_bit_mismatches: asked.lanes_vs_scalar_bit_mismatches,
+            replay: asked.replayed.counts,
+            independent: asked.own.counts,
+            escalated: asked.escalated,
+            times: modes.iter().flat_map(|mode| mode.times).collect(),
+            plan,
+            modes,
+        }
+    }
+
+    /// One table: what each mode gets wrong, and what it costs.
+    pub fn for_people(&self) -> String {
+        let mut text = String::new();
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "{} pixels, {} threads\n",
+            self.pixels, self.plan.threads
+        );
+        let _ = writeln!(
+            text,
+            "{:<8} {:<12} {:>9} {:>9} {:>8} {:>12} {:>9} {:>9} {:>10} {:>10} {:>8}",
+            "mode",
+            "reference",
+            "rays",
+            "wrong hit",
+            "wrong id",
+            "wrong shadow",
+            "t ulps",
+            "max ulps",
+            "normal deg",
+            "exactly",
+            "ns a ray"
+        );
+        for mode in &self.modes {
+            let (rays, ns) = (mode.rays, mode.times[0].ns_per_ray);
+            let cost =
+                |escalated: u64, rays: u64, ns: f64| (escalated as f64 / rays.max(1) as f64, ns);
+            let replay = cost(mode.escalated, rays, ns);
+            let name = mode.precision.name();
+            row(&mut text, [name, "replay"], &mode.replayed, Some(replay));
+            row(&mut text, ["", "independent"], &mode.own, None);
+            if let Some(aimed) = &mode.adversarial {
+                let rays = aimed.compared.counts.rays;
+                let cost = cost(aimed.escalated, rays, aimed.ns_per_ray);
+                row(&mut text, ["", "adversarial"], &aimed.compared, Some(cost));
+            }
+        }
+        let _ = writeln!(
+            text,
+            "\nt ulps: median error of t in units in the last place of the mode's numbers\n\
+             exactly: pairs of a ray and a primitive decided by exact arithmetic, per ray\n"
+        );
+        for mode in &self.modes {
+            let (name, lanes) = (mode.precision.name(), mode.lanes);
+            let _ = writeln!(
+                text,
+                "{name}, {lanes} lanes against 1: {} rays differ in a bit",
+                mode.lanes_vs_scalar_bit_mismatches
+            );
+        }
+        for mode in &self.modes {
+            let aimed = mode.adversarial.as_ref().map(|a| &a.compared);
+            let rows = [("replay", Some(&mode.replayed)), ("adversarial", aimed)];
+            for (what, comparison) in rows.into_iter().chain([("independent", Some(&mode.own))]) {
+                for mismatch in comparison.iter().flat_map(|c| &c.mismatches) {
+                    let _ = write!(text, "\n{}, {what}: {mismatch}\n", mode.precision.name());
+                }
+            }
+        }
+        text
+    }
+
+    /// `fast` may be wrong as long as nobody sets a limit; no mode may differ
+    /// between widths.
+    pub fn judge(&self, allowed: Option<u64>) -> Result<(), CliError> {
+        for mode in &self.modes {
+            mode.judge(allowed).map_err(|why| {
+                let name = mode.precision.name();
+                CliError::Short(format!("{name}: {why}"))
+            })?;
+        }
+        Ok(())
+    }
+}
+
+fn row(text: &mut String, names: [&str; 2], of: &Comparison, cost: Option<(f64, f64)>) {
+    let (c, ulps) = (&of.counts, of.ulp_errors());
+    let [mode, what] = names;
+    let _ = write!(
+        text,
+        "{mode:<8} {what:<12} {:>9} {:>9} {:>8} {:>12} {:>9.2} {:>9.2e} {:>10.1e}",
+        c.rays,
+        c.wrong_hit,
+        c.wrong_id,
+        c.wrong_shadow,
+        ulps.median,
+        ulps.max,
+        c.max_normal_error_deg
+    );
+    let _ = match cost {
+        Some((exactly, ns)) => writeln!(text, " {exactly:>10.4} {ns:>8.1}"),
+        None => writeln!(text),
+    };
+}
+
+impl Mode {
+    fn judge(&self, allowed: Option<u64>) -> Result<(), String> {
+        let differing = self.lanes_vs_scalar_bit_mismatches;
+        if differing > 0 {
+            return Err(format!(
+                "{differing} rays differ between packets and one lane"
+            ));
+        }
+        let allowed = match (allowed, self.precision) {
+            (Some(allowed), _) => allowed,
+            (None, Precision::Fast) => return Ok(()),
+            (None, Precision::Guarded | Precision::Exact) => 0,
+        };
+        let wrong = self.replayed.counts.wrong();
+        let aimed = self.adversarial.as_ref();
+        let wrong_aimed = aimed.map_or(0, |a| a.compared.counts.wrong());
+        let error = self.replayed.counts.max_rel_t_error;
+        if self.precision == Precision::Exact && (error.is_nan() || error > MAX_T_ERROR) {
+            return Err(format!(
+                "a t is off by {error:.1e} of itself; {MAX_T_ERROR:.0e} is allowed"
+            ));
+        }
+        if wrong + wrong_aimed > allowed {
+            let aimed = match wrong_aimed {
+                0 => String::new(),
+                n => format!(" and {n} adversarial ones"),
+            };
+            return Err(format!(
+                "{wrong} replayed rays{aimed} are wrong; {allowed} are allowed"
+            ));
+        }
+        Ok(())
+    }
+}
+
+impl Serialize for Mode {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let share = |escalated: u64, rays: u64| escalated as f64 / rays.max(1) as f64;
+        let mut s = serializer.serialize_struct("Mode", 12)?;
+        s.serialize_field("precision", self.precision.name())?;
+        s.serialize_field("lanes", &self.lanes)?;
+        s.serialize_field("rays", &self.rays)?;
+        let differing = self.lanes_vs_scalar_bit_mismatches;
+        s.serialize_field("lanes_vs_scalar_bit_mismatches", &differing)?;
+        s.serialize_field("replay", &self.replayed.counts)?;
+        s.serialize_field("independent", &self.own.counts)?;
+        s.serialize_field("t_ulps", &self.replayed.ulp_errors())?;
+        s.serialize_field("wrong_kinds", &self.replayed.wrong_kinds)?;
+        s.serialize_field("escalated", &self.escalated)?;
+        s.serialize_field("escalated_per_ray", &share(self.escalated, self.rays))?;
+        s.serialize_field("ns_per_ray", &self.times[0].ns_per_ray)?;
+        s.serialize_field("adversarial", &self.adversarial)?;
+        s.end()
+    }
+}
+
+impl Serialize for Adversarial {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct Fields<'a> {
+            #[serde(flatten)]
+            counts: Counts,
+            t_ulps: UlpErrors,
+            wrong_kinds: &'a BTreeMap<String, u64>,
+            escalated: u64,
+            ns_per_ray: f64,
+        }
+        let fields = Fields {
+            counts: self.compared.counts,
+            t_ulps: self.compared.ulp_errors(),
+            wrong_kinds: &self.compared.wrong_kinds,
+            escalated: self.escalated,
+            ns_per_ray: self.ns_per_ray,
+        };
+        fields.serialize(serializer)
+    }
+}

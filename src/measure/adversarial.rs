@@ -1,0 +1,458 @@
+//! Rays aimed where answers turn: at edges, corners, silhouettes and tangents.
+//!
+//! A target is a point of a primitive and two directions in which its surface
+//! goes on, in object space, mapped into the world. Rays go to targets from the
+//! camera, from around the scene and from other targets, back along rounded
+//! directions so that f64 holds the target exactly or nearly, along the surface,
+//! along the axes, and away from where they start on it. A part of the targets is
+//! rounded to f32, a part moved by a few units in the last place.
+//!
+//! Deterministic: the same scene, count and seed give the same rays.
+
+use crate::accel::World;
+use crate::geom::Cone;
+use crate::plan::Kernels;
+use crate::render::{Progress, mix, unit};
+use crate::scene::{Appearance, Camera, Projection, Scene, Shape};
+use crate::trace::{
+    Caching, Depths, HitId, HitIds, Hits, Origins, Outcome, RayKind, Rays, ShadowCache, TILE,
+    TracedRay, any, closest,
+};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// A world ray; hits count where 0 < t < t_max.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aimed {
+    pub org: [f64; 3],
+    pub dir: [f32; 3],
+    pub t_max: f32,
+}
+
+/// A point of a surface, and directions in which it goes on. In no special unit.
+#[derive(Clone, Copy)]
+struct Target {
+    point: DVec3,
+    along: [DVec3; 2],
+}
+
+struct Random(u64);
+
+/// Targets that say how large the scene is, and where.
+const PROBES: usize = 256;
+
+/// None where nothing appears.
+pub fn adversarial_rays(
+    scene: &Scene,
+    rows: &[Appearance],
+    camera: &Camera,
+    count: usize,
+    seed: u64,
+) -> Vec<Aimed> {
+    if rows.is_empty() {
+        return Vec::new();
+    }
+    let random = &mut Random(mix(seed));
+    let target = |random: &mut Random| target(scene, random.one_of(rows), random);
+    let probes: Vec<DVec3> = (0..PROBES).map(|_| target(random).point).collect();
+    let about = About::of(&probes);
+    let mut rays = Vec::with_capacity(count);
+    for i in 0..count {
+        // The camera's first: rays of one origin are traced by kernels of their own.
+        let from_camera = i < count / 4;
+        let ray = (0..8).find_map(|_| {
+            let to = target(random).point;
+            let to = random.moved(to);
+            let other = target(random);
+            let (org, dir, t_max) = if from_camera {
+                from_eye(camera, to, about.size)
+            } else {
+                about.ray(to, &other, random)
+            };
+            let dir = dir.to_array().map(|x| x as f32);
+            let finite = org.is_finite() && dir.iter().all(|x| x.is_finite());
+            (finite && dir != [0.0; 3]).then_some(Aimed {
+                org: org.to_array(),
+                dir,
+                t_max,
+            })
+        });
+        rays.extend(ray);
+    }
+    rays
+}
+
+fn from_eye(camera: &Camera, to: DVec3, size: f64) -> (DVec3, DVec3, f32) {
+    match camera.projection {
+        Projection::Perspective { .. } => (camera.eye, to - camera.eye, f32::INFINITY),
+        Projection::Orthographic { .. } => {
+            let dir = rounded(camera.forward);
+            (to - dir * (4.0 * size), dir, f32::INFINITY)
+        }
+    }
+}
+
+/// Where a scene is, roughly.
+struct About {
+    center: DVec3,
+    size: f64,
+}
+
+impl About {
+    fn of(points: &[DVec3]) -> About {
+        let finite = || points.iter().filter(|p| p.is_finite());
+        let min = finite().fold(DVec3::INFINITY, |a, b| a.min(*b));
+        let max = finite().fold(DVec3::NEG_INFINITY, |a, b| a.max(*b));
+        let (center, size) = ((min + max) * 0.5, (max - min).max_element() * 0.5);
+        let sound = center.is_finite() && size > 0.0;
+        About {
+            center: if sound { center } else { DVec3::ZERO },
+            size: if sound { size } else { 1.0 },
+        }
+    }
+
+    /// Origin, direction, t_max.
+    fn ray(&self, to: DVec3, other: &Target, random: &mut Random) -> (DVec3, DVec3, f32) {
+        match random.below(8) {
+            // From around the scene.
+            0 | 1 => {
+                let far = self.size * (1.0 + 3.0 * random.unit());
+                let org = self.center + random.direction() * far;
+                let org = if random.below(2) == 0 {
+                    rounded(org)
+                } else {
+                    org
+                };
+                (org, to - org, random.end(1.0))
+            }
+            // From another place of the surface, and past both.
+            2 => {
+                let org = random.moved(other.point);
+                (org, to - org, random.end(1.0))
+            }
+            3 => {
+                let dir = rounded(other.point - to);
+                (to - dir, dir, random.end(2.0))
+            }
+            // From where it lies on a surface.
+            4 => {
+                let dir = self.direction(other, random);
+                (to, dir, random.end(1.0))
+            }
+            // Back along a direction that f32 holds, so that little or nothing is
+            // rounded.
+            _ => {
+                let dir = rounded(self.direction(other, random));
+                let times = [0.25, 0.5, 1.0, 2.0, 4.0, 1.0 / 3.0][random.below(6)];
+                (to - dir * times, dir, random.end(times))
+            }
+        }
+    }
+
+    /// Any, along an axis, or along a surface; about as long as the scene.
+    fn direction(&self, surface: &Target, random: &mut Random) -> DVec3 {
+        let dir = match random.below(4) {
+            0 => random.direction(),
+            1 => random.axis(),
+            _ => {
+                let [a, b] = surface.along.map(|v| v.normalize_or_zero());
+                match random.below(3) {
+                    0 => a,
+                    1 => b,
+                    _ => a * random.signed() + b * random.signed(),
+                }
+            }
+        };
+        dir * self.size
+    }
+}
+
+/// In the world.
+fn target(scene: &Scene, row: &Appearance, random: &mut Random) -> Target {
+    let Target { point, along } = in_object(scene, scene.shapes.row(row.shape), random);
+    let map = &row.world_from_object;
+    Target {
+        point: map.point(point.to_array()).into(),
+        along: along.map(|v| map.vector(v.to_array()).into()),
+    }
+}
+
+fn in_object(scene: &Scene, shape: Shape, random: &mut Random) -> Target {
+    match shape {
+        Shape::Mesh(id) => {
+            let mesh = scene.meshes.row(id);
+            let triangle = random.below(mesh.triangles.len().max(1));
+            if mesh.triangles.is_empty() {
+                return random.anywhere();
+            }
+            let corners = mesh
+                .corners(triangle)
+                .map(|p| DVec3::from_array(p.map(f64::from)));
+            let [a, b, c] = corners.map(|p| p + mesh.center);
+            let (s, t) = (random.part(), random.part());
+            Target {
+                point: a
+                    .lerp(b, s)
+                    .lerp(c, if random.below(3) == 0 { t } else { 0.0 }),
+                along: [b - a, c - a],
+            }
+        }
+        Shape::Polygon(id) => outline(scene.polygons.points(id), random),
+        Shape::Polyhedron(id) => {
+            let points = scene.polyhedra.points(id);
+            let [a, b, c] = std::array::from_fn(|_| *random.one_of(points));
+            Target {
+                point: a.lerp(b, random.part()),
+                along: [b - a, c - a],
+            }
+        }
+        Shape::Cuboid(id) => {
+            let row = scene.cuboids.row(id);
+            let part = DVec3::new(random.part(), random.part(), random.part());
+            Target {
+                point: row.min + (row.max - row.min) * part,
+                along: [random.axis(), random.axis()],
+            }
+        }
+        Shape::Sphere(id) => {
+            let row = scene.spheres.row(id);
+            ball(row.center, DVec3::splat(row.radius), random)
+        }
+        Shape::Ellipsoid(id) => {
+            let row = scene.ellipsoids.row(id);
+            ball(row.center, row.radii, random)
+        }
+        Shape::Cone(id) => side(&scene.cones.row(id), random),
+        Shape::Cylinder(id) => side(&scene.cylinders.row(id).as_cone(), random),
+        Shape::HalfSpace(id) => {
+            let row = scene.half_spaces.row(id);
+            let (n, size) = (row.normal, row.normal.length());
+            let (u, v) = (n / size).any_orthonormal_pair();
+            let foot = n / size * (row.offset / size);
+            let reach = foot.length() + 1.0;
+            Target {
+                point: foot + (u * random.signed() + v * random.signed()) * reach,
+                along: [u, v],
+            }
+        }
+    }
+}
+
+fn outline(points: &[DVec3], random: &mut Random) -> Target {
+    let i = random.below(points.len());
+    let [a, b, c] = [0, 1, 2].map(|k| points[(i + k) % points.len()]);
+    Target {
+        point: a.lerp(b, random.part()),
+        along: [b - a, c - b],
+    }
+}
+
+fn ball(center: DVec3, radii: DVec3, random: &mut Random) -> Target {
+    let out = random.direction();
+    let (u, v) = out.any_orthonormal_pair();
+    Target {
+        point: center + radii * out,
+        along: [radii * u, radii * v],
+    }
+}
+
+/// The side, the rims at its ends, the apex; along the generator and around.
+fn side(cone: &Cone, random: &mut Random) -> Target {
+    let axis = cone.top - cone.base;
+    let (u, v) = axis.normalize_or_zero().any_orthonormal_pair();
+    let [x, y] = match random.below(3) {
+        0 => [1.0, 0.0],
+        1 => [0.0, -1.0],
+        _ => [random.signed(), random.signed()],
+    };
+    let out = (u * x + v * y).normalize_or_zero();
+    let (h, widening) = (random.part(), cone.top_radius - cone.base_radius);
+    Target {
+        point: cone.base + axis * h + out * (cone.base_radius + widening * h),
+        along: [axis + out * widening, axis.cross(out)],
+    }
+}
+
+/// To the nearest f32.
+fn rounded(v: DVec3) -> DVec3 {
+    v.as_vec3().as_dvec3()
+}
+
+impl Random {
+    fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(1);
+        mix(self.0)
+    }
+
+    /// `n` > 0.
+    fn below(&mut self, n: usize) -> usize {
+        (self.bits() >> 16) as usize % n
+    }
+
+    fn one_of<'a, T>(&mut self, all: &'a [T]) -> &'a T {
+        &all[self.below(all.len())]
+    }
+
+    /// In [0, 1).
+    fn unit(&mut self) -> f64 {
+        unit(self.bits())
+    }
+
+    /// In [−1, 1).
+    fn signed(&mut self) -> f64 {
+        2.0 * self.unit() - 1.0
+    }
+
+    /// From 0 to 1; the ends and the middle often.
+    fn part(&mut self) -> f64 {
+        match self.below(8) {
+            0..3 => 0.0,
+            3..5 => 1.0,
+            5 => 0.5,
+            _ => self.unit(),
+        }
+    }
+
+    fn axis(&mut self) -> DVec3 {
+        let axis = DVec3::AXES[self.below(3)];
+        if self.below(2) == 0 { axis } else { -axis }
+    }
+
+    /// Unit; often an axis.
+    fn direction(&mut self) -> DVec3 {
+        if self.below(4) == 0 {
+            return self.axis();
+        }
+        let v = DVec3::new(self.signed(), self.signed(), self.signed());
+        v.try_normalize().unwrap_or(DVec3::X)
+    }
+
+    fn anywhere(&mut self) -> Target {
+        Target {
+            point: self.direction(),
+            along: [self.direction(), self.direction()],
+        }
+    }
+
+    /// As it is, rounded to f32, or off by units in the last place of either type.
+    fn moved(&mut self, p: DVec3) -> DVec3 {
+        let ulps = |random: &mut Random| random.below(5) as i64 - 2;
+        match self.below(8) {
+            0..3 => p,
+            3 | 4 => rounded(p),
+            5 => {
+                let step = DVec3::from_array(std::array::from_fn(|_| ulps(self) as f64));
+                rounded(p) + step * rounded(p).abs() * f64::from(f32::EPSILON)
+            }
+            _ => DVec3::from_array(p.to_array().map(|x| {
+                let bits = x.to_bits().wrapping_add_signed(ulps(self));
+                f64::from_bits(bits)
+            })),
+        }
+    }
+
+    /// None, or at the target, which then does not count.
+    fn end(&mut self, at: f64) -> f32 {
+        match self.below(3) {
+            0 => at as f32,
+            _ => f32::INFINITY,
+        }
+    }
+}
+
+/// Rays that are traced at a time: whole tiles.
+const CHUNK: usize = 2048;
+
+/// What the fast path says to them: first to all for the nearest hit, then for any.
+/// Pixels are the rays' numbers, from `first` on; normals are not asked for. Runs on
+/// the current pool; `None` where it was cancelled.
+pub fn trace_aimed(
+    world: &World,
+    kernels: &Kernels,
+    rays: &[Aimed],
+    first: u32,
+    progress: &Progress,
+) -> Option<Vec<TracedRay>> {
+    let answers: Vec<[Vec<Outcome>; 2]> = rays
+        .par_chunks(CHUNK)
+        .map(|chunk| {
+            if progress.is_cancelled() {
+                return Default::default();
+            }
+            trace_chunk(world, kernels, chunk)
+        })
+        .collect();
+    if progress.is_cancelled() {
+        return None;
+    }
+    let kinds = [RayKind::Primary, RayKind::Shadow { light: 0 }];
+    let mut rows = Vec::with_capacity(2 * rays.len());
+    for (query, kind) in kinds.into_iter().enumerate() {
+        let outcomes = answers.iter().flat_map(|both| &both[query]);
+        for (number, (ray, outcome)) in rays.iter().zip(outcomes).enumerate() {
+            rows.push(TracedRay {
+                kind,
+                pixel: first + number as u32,
+                sample: 0,
+                depth: 0,
+                org: ray.org,
+                dir: ray.dir,
+                t_max: ray.t_max,
+                outcome: *outcome,
+            });
+        }
+    }
+    Some(rows)
+}
+
+fn trace_chunk(world: &World, kernels: &Kernels, rays: &[Aimed]) -> [Vec<Outcome>; 2] {
+    // The rest of the last tile meets nothing.
+    let idle = Aimed {
+        org: [0.0; 3],
+        dir: [1.0; 3],
+        t_max: -1.0,
+    };
+    let missing = rays.len().next_multiple_of(TILE) - rays.len();
+    let rows: Vec<&Aimed> = rays
+        .iter()
+        .chain(std::iter::repeat_n(&idle, missing))
+        .collect();
+    let org: [Vec<f64>; 3] = std::array::from_fn(|k| rows.iter().map(|r| r.org[k]).collect());
+    let dir: [Vec<f32>; 3] = std::array::from_fn(|k| rows.iter().map(|r| r.dir[k]).collect());
+    let t_max: Vec<f32> = rows.iter().map(|r| r.t_max).collect();
+    let columns = Rays {
+        org: Origins::Double(org.each_ref().map(|x| &x[..])),
+        dir: dir.each_ref().map(|x| &x[..]),
+        t_min: &vec![0.0; rows.len()],
+        t_max: &t_max,
+    };
+    let (mut t, mut ids) = (vec![0.0; rows.len()], HitIds::none(rows.len()));
+    let mut hits = Hits {
+        t: Depths::Double(&mut t),
+        id: ids.columns(),
+    };
+    closest(world, kernels, &columns, &mut hits);
+    let mut blocked = vec![false; rows.len()];
+    let cache = &mut ShadowCache::new(Caching::On);
+    any(world, kernels, &columns, cache, &mut blocked);
+    let hit = |i: usize| match ids.get(i) {
+        HitId::NONE => Outcome::Miss,
+        HitId {
+            instance,
+            primitive,
+        } => Outcome::Hit {
+            t: t[i],
+            instance,
+            primitive,
+            normal: [f64::NAN; 3],
+        },
+    };
+    let any_hit = |blocked: &bool| match blocked {
+        true => Outcome::Blocked,
+        false => Outcome::Clear,
+    };
+    [
+        (0..rays.len()).map(hit).collect(),
+        blocked[..rays.len()].iter().map(any_hit).collect(),
+    ]
+}

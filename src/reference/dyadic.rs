@@ -1,0 +1,98 @@
+//! Exact numbers: integers of any length times powers of two. All f64 are such,
+//! and so are their sums, differences and products.
+
+use super::number::Number;
+use num_bigint::{BigInt, Sign};
+use std::cmp::Ordering;
+use std::convert::Infallible;
+
+/// `integer` · 2^`power`.
+#[derive(Clone, Debug)]
+pub struct Dyadic {
+    integer: BigInt,
+    power: i64,
+}
+
+impl Dyadic {
+    /// The integer with a power no higher than its own.
+    fn at_power(&self, power: i64) -> BigInt {
+        &self.integer << (self.power - power)
+    }
+
+    /// About x · 2^n, |x| between 2^63 and 2^64, or zero.
+    pub fn leading(&self) -> (f64, i64) {
+        let drop = self.integer.bits() as i64 - 64;
+        let top = if drop > 0 {
+            &self.integer >> drop
+        } else {
+            &self.integer << -drop
+        };
+        let x = top.iter_u64_digits().next().unwrap_or(0) as f64;
+        let negative = self.integer.sign() == Sign::Minus;
+        (if negative { -x } else { x }, self.power + drop)
+    }
+
+    /// Halved.
+    pub fn half(&self) -> Dyadic {
+        Dyadic {
+            integer: self.integer.clone(),
+            power: self.power - 1,
+        }
+    }
+}
+
+impl Number for Dyadic {
+    /// Never.
+    type Doubt = Infallible;
+
+    fn of(x: f64) -> Dyadic {
+        debug_assert!(x.is_finite());
+        let bits = x.to_bits();
+        let exponent = (bits >> 52 & 0x7ff) as i64;
+        let fraction = bits & ((1 << 52) - 1);
+        // Subnormals have no hidden bit, and the exponent of the least normal.
+        let magnitude = if exponent == 0 {
+            fraction
+        } else {
+            fraction | 1 << 52
+        };
+        // Short numbers stay short.
+        let zeros = magnitude.trailing_zeros() % 64;
+        let integer = BigInt::from(magnitude >> zeros);
+        Dyadic {
+            integer: if x < 0.0 { -integer } else { integer },
+            power: exponent.max(1) - 1075 + i64::from(zeros),
+        }
+    }
+
+    fn plus(&self, other: &Dyadic) -> Dyadic {
+        let power = self.power.min(other.power);
+        Dyadic {
+            integer: self.at_power(power) + other.at_power(power),
+            power,
+        }
+    }
+
+    fn minus(&self, other: &Dyadic) -> Dyadic {
+        let power = self.power.min(other.power);
+        Dyadic {
+            integer: self.at_power(power) - other.at_power(power),
+            power,
+        }
+    }
+
+    fn times(&self, other: &Dyadic) -> Dyadic {
+        Dyadic {
+            integer: &self.integer * &other.integer,
+            power: self.power + other.power,
+        }
+    }
+
+    fn sign(&self) -> Result<Ordering, Infallible> {
+        Ok(match self.integer.sign() {
+            Sign::Minus => Ordering::Less,
+            Sign::NoSign => Ordering::Equal,
+            Sign::Plus => Ordering::Greater,
+        })
+    }
+}

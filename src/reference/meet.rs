@@ -1,0 +1,128 @@
+//! One ray and one primitive: where they meet, and first beyond the origin.
+
+use super::approx::{Approx, Doubt};
+use super::dyadic::Dyadic;
+use super::number::Number;
+use super::ray::Ray;
+use super::root::{Poly, Root};
+use super::solids::{self, Meeting, ends, first_face};
+use super::{facet, rounding};
+use crate::geom::{Cone, HalfSpace};
+use crate::scene::{Scene, Shape};
+
+/// A primitive of a scene.
+#[derive(Clone, Copy)]
+pub struct Primitive<'a> {
+    pub scene: &'a Scene,
+    pub shape: Shape,
+    /// Of a mesh; 0 otherwise.
+    pub triangle: u32,
+}
+
+/// Numbers between which a t lies.
+#[derive(Clone, Copy, Debug)]
+pub struct Within {
+    pub lo: f64,
+    pub hi: f64,
+}
+
+impl Primitive<'_> {
+    /// All of them on the whole line, in no order. The ray is the primitive's
+    /// own (a mesh's about its centre), and finite.
+    pub fn meetings<N: Number>(&self, ray: &Ray) -> Result<Vec<Meeting<N>>, N::Doubt> {
+        let scene = self.scene;
+        let one = |t: Option<Root<N>>| t.into_iter().map(|t| Meeting { t, face: 0 }).collect();
+        let planes = |planes: &[HalfSpace]| ends(&solids::half_spaces::<N>(ray, planes));
+        let cone = |cone: &Cone| {
+            let faces: Vec<Poly<N>> = solids::cone(ray, cone);
+            if cone.open {
+                first_face(&faces)
+            } else {
+                ends(&faces)
+            }
+        };
+        match self.shape {
+            Shape::HalfSpace(id) => planes(&[scene.half_spaces.row(id)]),
+            Shape::Polyhedron(id) => planes(scene.polyhedra.planes(id)),
+            Shape::Cuboid(id) => ends(&solids::cuboid(ray, &scene.cuboids.row(id))),
+            Shape::Sphere(id) => ends(&solids::sphere(ray, &scene.spheres.row(id))),
+            Shape::Ellipsoid(id) => ends(&solids::ellipsoid(ray, &scene.ellipsoids.row(id))),
+            Shape::Cone(id) => cone(&scene.cones.row(id)),
+            Shape::Cylinder(id) => {
+                let cylinder = scene.cylinders.row(id);
+                cone(&Cone {
+                    base: cylinder.base,
+                    top: cylinder.top,
+                    base_radius: cylinder.radius,
+                    top_radius: cylinder.radius,
+                    open: cylinder.open,
+                })
+            }
+            Shape::Polygon(id) => {
+                let polygon = scene.polygons.row(id);
+                let points: Vec<[f64; 3]> = polygon.points.iter().map(|p| p.to_array()).collect();
+                facet::polygon(ray, polygon.normal.to_array(), &points).map(one)
+            }
+            Shape::Mesh(id) => {
+                let corners = scene.meshes.row(id).corners(self.triangle as usize);
+                facet::triangle(ray, corners.map(|p| p.map(f64::from))).map(one)
+            }
+        }
+    }
+
+    /// The first with 0 < t < t_max; of faces that meet there, the lowest.
+    fn first<N: Number>(&self, ray: &Ray, t_max: f64) -> Result<Option<Meeting<N>>, N::Doubt> {
+        let mut first: Option<Meeting<N>> = None;
+        for meeting in self.meetings(ray)? {
+            let t = &meeting.t;
+            if t.order_with(0.0)?.is_le() || t_max.is_finite() && t.order_with(t_max)?.is_ge() {
+                continue;
+            }
+            let nearer = match &first {
+                None => true,
+                Some(first) => t.order(&first.t)?.is_lt(),
+            };
+            if nearer {
+                first = Some(meeting);
+            }
+        }
+        Ok(first)
+    }
+
+    /// Where the first with 0 < t < t_max lies. By f64 if its errors leave no
+    /// doubt, else by exact arithmetic.
+    pub fn first_within(&self, ray: &Ray, t_max: f64) -> Option<Within> {
+        if !ray.is_finite() || !(t_max > 0.0) {
+            return None;
+        }
+        let t = match self.first::<Approx>(ray, t_max) {
+            Ok(None) => return None,
+            Ok(Some(meeting)) => meeting.t.value(),
+            Err(Doubt) => Approx::exact(f64::NAN),
+        };
+        if t.lo().is_finite() && t.hi().is_finite() {
+            let (lo, hi) = (t.lo(), t.hi());
+            return Some(Within { lo, hi });
+        }
+        let t = rounding::nearest(&self.first_exactly(ray, t_max)?.t);
+        let (lo, hi) = (t.next_down(), t.next_up());
+        Some(Within { lo, hi })
+    }
+
+    /// The same meeting itself.
+    pub fn first_exactly(&self, ray: &Ray, t_max: f64) -> Option<Meeting<Dyadic>> {
+        if !ray.is_finite() || !(t_max > 0.0) {
+            return None;
+        }
+        let Ok(first) = self.first(ray, t_max);
+        first
+    }
+
+    pub fn meetings_exactly(&self, ray: &Ray) -> Vec<Meeting<Dyadic>> {
+        if !ray.is_finite() {
+            return Vec::new();
+        }
+        let Ok(meetings) = self.meetings(ray);
+        meetings
+    }
+}

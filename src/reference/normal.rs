@@ -1,0 +1,76 @@
+//! Normals where primitives are met: gradients of their definitions, in f64.
+
+use super::meet::Primitive;
+use super::ray::{Ray, dot};
+use crate::geom::Cone;
+use crate::scene::Shape;
+
+/// Object space, outward, any length; of triangles and polygons by their
+/// winding. Zero where the surface has none (a cone's apex).
+pub fn normal(of: &Primitive, ray: &Ray, t: f64, face: usize) -> [f64; 3] {
+    let scene = of.scene;
+    let from =
+        |p: [f64; 3]| -> [f64; 3] { std::array::from_fn(|k| (ray.org[k] - p[k]) + t * ray.dir[k]) };
+    match of.shape {
+        Shape::HalfSpace(id) => scene.half_spaces.row(id).normal.to_array(),
+        Shape::Polyhedron(id) => scene.polyhedra.planes(id)[face].normal.to_array(),
+        Shape::Cuboid(_) => std::array::from_fn(|k| {
+            if face % 3 != k {
+                0.0
+            } else if face < 3 {
+                -1.0
+            } else {
+                1.0
+            }
+        }),
+        Shape::Sphere(id) => from(scene.spheres.row(id).center.to_array()),
+        Shape::Ellipsoid(id) => {
+            let row = scene.ellipsoids.row(id);
+            let (w, r) = (from(row.center.to_array()), row.radii.to_array());
+            std::array::from_fn(|k| w[k] / r[k] / r[k])
+        }
+        Shape::Cone(id) => of_cone(&scene.cones.row(id), from, face),
+        Shape::Cylinder(id) => {
+            let row = scene.cylinders.row(id);
+            let cone = Cone {
+                base: row.base,
+                top: row.top,
+                base_radius: row.radius,
+                top_radius: row.radius,
+                open: row.open,
+            };
+            of_cone(&cone, from, face)
+        }
+        Shape::Polygon(id) => scene.polygons.row(id).normal.to_array(),
+        Shape::Mesh(id) => {
+            let corners = scene.meshes.row(id).corners(of.triangle as usize);
+            let [a, b, c] = corners.map(|p| p.map(f64::from));
+            let (u, v) = (less(b, a), less(c, a));
+            [
+                u[1] * v[2] - u[2] * v[1],
+                u[2] * v[0] - u[0] * v[2],
+                u[0] * v[1] - u[1] * v[0],
+            ]
+        }
+    }
+}
+
+fn of_cone(cone: &Cone, from: impl Fn([f64; 3]) -> [f64; 3], face: usize) -> [f64; 3] {
+    let base = cone.base.to_array();
+    let axis = less(cone.top.to_array(), base);
+    if face > 0 {
+        return axis.map(|x| if face == 1 { -x } else { x });
+    }
+    // Of |w − s·a|² − (r₀ + (r₁ − r₀)·s)², s = h / L; at the axis' own scale.
+    let size = axis.iter().fold(0.0, |m, x| f64::max(m, x.abs()));
+    let (a, w) = (axis.map(|x| x / size), from(base).map(|x| x / size));
+    let s = dot(w, a) / dot(a, a);
+    let widening = (cone.top_radius - cone.base_radius) / size;
+    let radius = cone.base_radius / size + widening * s;
+    let slope = s + radius * widening / dot(a, a);
+    std::array::from_fn(|k| w[k] - slope * a[k])
+}
+
+fn less(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|k| a[k] - b[k])
+}

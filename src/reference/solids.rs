@@ -1,0 +1,129 @@
+//! Convex solids, and cylinders and cones without caps: where polynomials in t
+//! are all ≤ 0.
+//!
+//! Along a ray x = o + t·d each kind is a few polynomials of degree one or two,
+//! its definition in docs/NUMERICS.md put down as it stands there. The solid
+//! begins and ends where one of them vanishes and no other is above zero.
+
+use super::number::{Number, vector};
+use super::ray::Ray;
+use super::root::{Poly, Root};
+use crate::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Sphere};
+
+/// Where a line meets a primitive.
+#[derive(Clone, Debug)]
+pub struct Meeting<N> {
+    pub t: Root<N>,
+    /// Which of its surfaces: the number of the polynomial.
+    pub face: usize,
+}
+
+/// All ends of the part of a line where no polynomial is above zero.
+pub fn ends<N: Number>(faces: &[Poly<N>]) -> Result<Vec<Meeting<N>>, N::Doubt> {
+    let mut found = Vec::new();
+    for face in 0..faces.len() {
+        meet_face(faces, face, &mut found)?;
+    }
+    Ok(found)
+}
+
+/// Where the first polynomial vanishes and no other is above zero. A line that
+/// lies in that surface does not cross it.
+pub fn first_face<N: Number>(faces: &[Poly<N>]) -> Result<Vec<Meeting<N>>, N::Doubt> {
+    let mut found = Vec::new();
+    meet_face(faces, 0, &mut found)?;
+    Ok(found)
+}
+
+fn meet_face<N: Number>(
+    faces: &[Poly<N>],
+    face: usize,
+    found: &mut Vec<Meeting<N>>,
+) -> Result<(), N::Doubt> {
+    'roots: for t in faces[face].roots()? {
+        for (other, f) in faces.iter().enumerate() {
+            if other != face && t.sign_of(f)?.is_gt() {
+                continue 'roots;
+            }
+        }
+        found.push(Meeting { t, face });
+    }
+    Ok(())
+}
+
+/// The ray's point less another, as polynomials in t.
+fn from_point<N: Number>(ray: &Ray, p: [f64; 3]) -> [Poly<N>; 3] {
+    let (org, dir) = (vector::<N>(ray.org), vector::<N>(ray.dir));
+    let p = vector::<N>(p);
+    std::array::from_fn(|k| Poly::linear(org[k].minus(&p[k]), dir[k].clone()))
+}
+
+fn dot<N: Number>(a: &[Poly<N>; 3], b: &[Poly<N>; 3]) -> Poly<N> {
+    let [x, y, z] = std::array::from_fn(|k| a[k].clone() * b[k].clone());
+    x + y + z
+}
+
+fn constants<N: Number>(v: [f64; 3]) -> [Poly<N>; 3] {
+    v.map(Poly::constant)
+}
+
+/// n·x ≤ w, each.
+pub fn half_spaces<N: Number>(ray: &Ray, planes: &[HalfSpace]) -> Vec<Poly<N>> {
+    let x = from_point::<N>(ray, [0.0; 3]);
+    let face = |plane: &HalfSpace| {
+        dot(&constants(plane.normal.to_array()), &x) - Poly::constant(plane.offset)
+    };
+    planes.iter().map(face).collect()
+}
+
+/// min ≤ x ≤ max: first the three lower faces.
+pub fn cuboid<N: Number>(ray: &Ray, shape: &Cuboid) -> Vec<Poly<N>> {
+    let x = from_point::<N>(ray, [0.0; 3]);
+    let (min, max) = (shape.min.to_array(), shape.max.to_array());
+    let lower = (0..3).map(|k| Poly::constant(min[k]) - x[k].clone());
+    let upper = (0..3).map(|k| x[k].clone() - Poly::constant(max[k]));
+    lower.chain(upper).collect()
+}
+
+/// |x − c|² ≤ r².
+pub fn sphere<N: Number>(ray: &Ray, shape: &Sphere) -> Vec<Poly<N>> {
+    let w = from_point::<N>(ray, shape.center.to_array());
+    vec![dot(&w, &w) - Poly::constant(shape.radius).squared()]
+}
+
+/// Σ ((x_k − c_k) / r_k)² ≤ 1, times (r₀ r₁ r₂)².
+pub fn ellipsoid<N: Number>(ray: &Ray, shape: &Ellipsoid) -> Vec<Poly<N>> {
+    let [x, y, z] = from_point::<N>(ray, shape.center.to_array());
+    let [a, b, c] = constants::<N>(shape.radii.to_array());
+    let (bc, ac, ab) = (
+        b.clone() * c.clone(),
+        a.clone() * c.clone(),
+        a.clone() * b.clone(),
+    );
+    let abc = a * b * c;
+    let terms = bc.squared() * x.squared() + ac.squared() * y.squared();
+    vec![terms + ab.squared() * z.squared() - abc.squared()]
+}
+
+/// The side, the base, the top. With a = Q − P, w = x − P, L = a·a, h = w·a:
+/// L² |w|² − L h² ≤ (r₀ L + (r₁ − r₀) h)² and 0 ≤ h ≤ L.
+pub fn cone<N: Number>(ray: &Ray, shape: &Cone) -> Vec<Poly<N>> {
+    let (base, top) = (
+        constants(shape.base.to_array()),
+        constants::<N>(shape.top.to_array()),
+    );
+    let a: [Poly<N>; 3] = std::array::from_fn(|k| top[k].clone() - base[k].clone());
+    let w = from_point(ray, shape.base.to_array());
+    let (l, h) = (dot(&a, &a), dot(&w, &a));
+    let (r0, r1) = (
+        Poly::constant(shape.base_radius),
+        Poly::constant(shape.top_radius),
+    );
+    let radius = r0.clone() * l.clone() + (r1 - r0) * h.clone();
+    let distance = l.squared() * dot(&w, &w) - l.clone() * h.squared();
+    vec![
+        distance - radius.squared(),
+        Poly::constant(0.0) - h.clone(),
+        h - l,
+    ]
+}

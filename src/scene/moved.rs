@@ -1,0 +1,69 @@
+//! The whole scene somewhere else, in another size.
+
+use super::check::{SceneError, check};
+use super::{Camera, Edge, Edges, Falloff, Light, Names, NodeId, Projection, Scene, Tables};
+use crate::math::Affine;
+use glam::DVec3;
+
+impl Scene {
+    /// Scaled about the world's origin, then moved: appearances by one more node
+    /// above the roots, cameras and lights by their numbers, all in f64. The ids
+    /// of appearances stay, and so does the picture but for roundings. Refused
+    /// where numbers leave f64.
+    pub fn moved(self, scale: f64, offset: DVec3) -> Result<Scene, SceneError> {
+        let place = Affine {
+            linear: [[scale, 0.0, 0.0], [0.0, scale, 0.0], [0.0, 0.0, scale]],
+            translation: offset.to_array(),
+        };
+        if place.is_identity() {
+            return Ok(self);
+        }
+        let mut tables = self.tables;
+        lift(&mut tables, place);
+        let moved = |p: DVec3| p * scale + offset;
+        for light in &mut tables.lights {
+            if let Light::Point {
+                position,
+                intensity,
+                falloff,
+            } = light
+            {
+                *position = moved(*position);
+                if *falloff == Falloff::InverseSquare {
+                    *intensity = intensity.map(|i| (f64::from(i) * scale * scale) as _);
+                }
+            }
+        }
+        for Camera {
+            eye, projection, ..
+        } in &mut tables.cameras.rows
+        {
+            *eye = moved(*eye);
+            if let Projection::Orthographic { half_height } = projection {
+                *half_height *= scale;
+            }
+        }
+        check(&tables)?;
+        Ok(Scene { tables })
+    }
+}
+
+/// Puts the roots below one node, and that under a transform.
+fn lift(tables: &mut Tables, place: Affine) {
+    if tables.instances.is_empty() {
+        return;
+    }
+    let roots = std::mem::take(&mut tables.instances);
+    let first = tables.edges.len() as u32;
+    for row in 0..roots.len() {
+        tables.edges.push(roots.row(row));
+    }
+    let last = tables.edges.len() as u32;
+    tables.nodes.children.push(first..last);
+    let node = NodeId(tables.nodes.len() as u32 - 1);
+    let transform = tables.transforms.push(place);
+    let mut instances = Edges::default();
+    instances.push(Edge::node(node).transform(transform));
+    tables.instances = instances;
+    tables.instance_names = Names::default();
+}

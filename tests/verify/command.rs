@@ -1,0 +1,123 @@
+//! The command: what its results say, and when it fails.
+
+use lanecast::measure::verify::Counts;
+use serde_json::Value;
+use std::process::{Command, Output};
+
+const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/primitives.toml");
+
+fn verify(arguments: &[&str]) -> Output {
+    let common = ["verify", SCENE, "--size", "32x18", "--threads", "1"];
+    Command::new(env!("CARGO_BIN_EXE_lanecast"))
+        .args(common)
+        .args(arguments)
+        .output()
+        .expect("it runs")
+}
+
+fn json(output: &Output) -> Value {
+    serde_json::from_slice(&output.stdout).expect("standard output is JSON alone")
+}
+
+#[test]
+fn the_names_of_the_counts() {
+    let json = serde_json::to_value(Counts::default()).unwrap();
+    for key in [
+        "wrong_hit",
+        "wrong_id",
+        "wrong_shadow",
+        "undecided",
+        "max_rel_t_error",
+        "max_normal_error_deg",
+    ] {
+        assert!(json[key].is_number(), "{key}");
+    }
+}
+
+#[test]
+fn every_precision_is_in_one_table_and_in_the_results() {
+    let output = verify(&["--json", "-", "--adversarial", "200"]);
+    let report = json(&output);
+    let modes = report["modes"].as_array().unwrap();
+    let names: Vec<_> = modes
+        .iter()
+        .map(|m| m["precision"].as_str().unwrap())
+        .collect();
+    assert_eq!(names, ["fast", "guarded", "exact"]);
+    // At the top stands the default, with the names of old.
+    assert_eq!(report["plan"]["precision"], "exact");
+    for name in [
+        "rays",
+        "replay",
+        "independent",
+        "lanes_vs_scalar_bit_mismatches",
+    ] {
+        assert_eq!(report[name], modes[2][name], "{name}");
+    }
+    assert_eq!(report["pixels"], 32 * 18);
+    assert!(report["times"].as_array().unwrap().len() >= 3 && report["escalated"].is_u64());
+    for mode in modes {
+        for counts in ["replay", "independent", "adversarial"] {
+            for name in ["rays", "wrong_hit", "wrong_id", "wrong_shadow", "undecided"] {
+                assert!(mode[counts][name].is_u64(), "{counts} {name}");
+            }
+        }
+        assert_eq!(mode["adversarial"]["rays"], 400);
+        assert_eq!(mode["replay"]["wrong_hit"], 0);
+        assert!(mode["t_ulps"]["median"].as_f64().unwrap() < 2.0);
+        assert!(mode["t_ulps"]["max"].is_number() && mode["wrong_kinds"].is_object());
+        assert!(mode["escalated_per_ray"].is_number() && mode["ns_per_ray"].is_number());
+    }
+}
+
+#[test]
+fn one_precision_alone_and_the_same_rays_again() {
+    let run = || {
+        let seed = [
+            "--adversarial",
+            "500",
+            "--seed",
+            "3",
+            "--allow-wrong",
+            "9999",
+        ];
+        let output = verify(&[&seed[..], &["--precision", "fast", "--json", "-"]].concat());
+        assert!(output.status.success(), "{output:?}");
+        let report = json(&output);
+        assert_eq!(report["modes"].as_array().unwrap().len(), 1);
+        assert_eq!(report["plan"]["precision"], "fast");
+        report["modes"][0]["adversarial"]["wrong_id"].clone()
+    };
+    assert_eq!(run(), run());
+    // Fast may be wrong, unless somebody sets a limit.
+    let aimed = ["--precision", "fast", "--adversarial", "5000"];
+    assert!(verify(&aimed).status.success());
+    let limited = verify(&[&aimed[..], &["--allow-wrong", "3"]].concat());
+    assert_eq!(limited.status.code(), Some(1));
+    let says = String::from_utf8(limited.stderr).unwrap();
+    assert!(
+        says.contains("error: fast: ") && says.contains("3 are allowed"),
+        "{says}"
+    );
+}
+
+#[test]
+fn scenes_are_verified_where_they_are_moved_to() {
+    let moved = [
+        "--precision",
+        "exact",
+        "--json",
+        "-",
+        "--offset",
+        "-1e4,0,1e4",
+    ];
+    let output = verify(&[&moved[..], &["--scale", "1e3"]].concat());
+    assert!(output.status.success(), "{output:?}");
+    let far = verify(&["--scale", "1e200", "--offset", "1,2,3"]);
+    assert_eq!(far.status.code(), Some(2));
+    let says = String::from_utf8(far.stderr).unwrap();
+    assert!(
+        says.contains("--scale 1e200 --offset 1.0,2.0,3.0") && says.lines().count() == 1,
+        "{says}"
+    );
+}

@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod clock;
+pub mod extremes;
 pub mod frames;
 pub mod generate;
 pub mod growth;

@@ -7,8 +7,8 @@ use super::output::{Results, check_destinations};
 use super::pipeline::isa;
 use super::progress::Drawing;
 use crate::measure::extremes::{
-    ExtremesOptions, Figures, PRECISIONS, Report, SWEEPS, SweepReport, ULPS_ALLOWED, run as sweep,
-    shown,
+    ExtremesOptions, Figures, PRECISIONS, Point, Report, SWEEPS, Start, SweepReport, ULPS_ALLOWED,
+    run as sweep, shown,
 };
 use crate::measure::plot::{Heading, extremes_page};
 use crate::plan::{Arithmetic, Precision, widths};
@@ -105,10 +105,7 @@ fn for_people(report: &Report) -> String {
     }
     text.push('\n');
     for sweep in &report.sweeps {
-        let end = |point: Option<&_>| {
-            let point: Option<&crate::measure::extremes::Point> = point;
-            point.map_or(String::new(), |point| shown(point.value))
-        };
+        let end = |point: Option<&Point>| point.map_or(String::new(), |point| shown(point.value));
         let range = format!(
             "{} … {}",
             end(sweep.points.first()),
@@ -161,20 +158,48 @@ fn for_people(report: &Report) -> String {
         "Left undecided by the reference, first:",
         undecided.collect(),
     );
-    let gaps = report
-        .rows()
-        .filter(|(sweep, _, f)| !sweep.promised && is_sure(f) && f.wrong() > 0)
-        .map(|(sweep, value, f)| faults(sweep, value, f));
+    let gaps = report.sweeps.iter().flat_map(gaps);
     list(
-        "Known gaps: wrong where no answer is promised to be right yet:",
+        "Known gaps, where guarded and exact promise nothing yet:",
         gaps.collect(),
     );
     text
 }
 
+/// What is wrong in a sweep that promises nothing.
+fn gaps(sweep: &SweepReport) -> Vec<String> {
+    let Some(why) = sweep.known_gap else {
+        return Vec::new();
+    };
+    let of_precision = |(row, start): (usize, &Start)| {
+        let built = sweep.points.iter().filter(|point| point.refused.is_none());
+        let wrong = built.map(|point| (point.value, &point.modes[row]));
+        let mut wrong = wrong.filter(|(_, f)| is_sure(f) && f.wrong() + f.not_finite > 0);
+        let share = |f: &Figures| 100.0 * f.wrong() as f64 / f.rays.max(1) as f64;
+        let (from, first) = wrong.next()?;
+        let (count, most, infinite) = wrong.fold(
+            (1, share(first), first.not_finite),
+            |(count, most, infinite), (_, f)| {
+                (count + 1, f64::max(most, share(f)), infinite + f.not_finite)
+            },
+        );
+        Some(format!(
+            "{} {}, {}: at {} first, {count} of {} values, at most {most:.1} % wrong, {infinite} \
+             not finite: {why}",
+            sweep.name,
+            sweep.subject,
+            start.precision,
+            shown(from),
+            sweep.points.len(),
+        ))
+    };
+    let lines = sweep.starts.iter().enumerate().filter_map(of_precision);
+    lines.collect()
+}
+
 /// One precision's wrong answers at one value.
 fn faults(sweep: &SweepReport, value: f64, f: &Figures) -> String {
-    format!(
+    let mut text = format!(
         "{} {} at {}, {}: {} hits, {} ids, {} shadows wrong, {} not finite, of {}",
         sweep.name,
         sweep.subject,
@@ -185,7 +210,11 @@ fn faults(sweep: &SweepReport, value: f64, f: &Figures) -> String {
         f.wrong_shadow,
         f.not_finite,
         f.rays
-    )
+    );
+    if let Some(first) = &f.first_wrong {
+        let _ = write!(text, "; first {first}");
+    }
+    text
 }
 
 /// `fast` may err.
@@ -196,15 +225,15 @@ fn is_sure(figures: &Figures) -> bool {
 /// What is promised must hold, and no number may be NaN or infinite.
 fn judge(report: &Report) -> Result<(), CliError> {
     let broken = |sweep: &SweepReport, f: &Figures| {
-        is_sure(f) && (f.not_finite > 0 || sweep.promised && f.wrong() > 0)
+        is_sure(f) && (f.not_finite > 0 || sweep.known_gap.is_none() && f.wrong() > 0)
     };
     let mut broken = report.rows().filter(|(sweep, _, f)| broken(sweep, f));
     let Some((sweep, value, figures)) = broken.next() else {
         return Ok(());
     };
+    let faults = faults(sweep, value, figures);
     let more = broken.count();
     Err(CliError::Short(format!(
-        "{}; and the same of {more} other values",
-        faults(sweep, value, figures)
+        "{faults}; {more} other values fall short, too"
     )))
 }

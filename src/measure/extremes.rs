@@ -68,8 +68,9 @@ pub struct SweepReport {
     /// What the values are.
     pub axis: &'static str,
     pub subject: &'static str,
-    /// Whether `guarded` and `exact` promise to be right here.
-    pub promised: bool,
+    /// Why `guarded` and `exact` do not promise to be right here; `null` where
+    /// they do.
+    pub known_gap: Option<&'static str>,
     pub starts: Vec<Start>,
     pub points: Vec<Point>,
 }
@@ -131,7 +132,7 @@ pub fn run(
             title: sweep.title,
             axis: sweep.axis,
             subject: subject.name(),
-            promised: subject.is_promised(),
+            known_gap: sweep.known_gap(subject),
             starts: starts(&points, &options.precisions),
             points,
         });
@@ -236,5 +237,63 @@ impl Report {
             let points = sweep.points.iter();
             points.flat_map(move |point| point.modes.iter().map(move |m| (sweep, point.value, m)))
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn figures(precision: Precision, wrong_id: u64, max_t_ulps: f64) -> Figures {
+        Figures {
+            precision: precision.name(),
+            rays: 10,
+            hits: 5,
+            wrong_hit: 0,
+            wrong_id,
+            wrong_shadow: 0,
+            undecided: 0,
+            not_finite: 0,
+            max_t_ulps,
+            median_t_ulps: 0.0,
+            escalated: 0,
+            first_wrong: None,
+            ns_per_ray: 1.0,
+        }
+    }
+
+    #[test]
+    fn the_first_fault_on_the_axis_is_the_start() {
+        let [fast, exact] = [Precision::Fast, Precision::Exact];
+        let point = |value, wrong_id, ulps| Point {
+            value,
+            refused: None,
+            modes: vec![
+                figures(fast, wrong_id, ulps),
+                figures(exact, 0, ULPS_ALLOWED),
+            ],
+        };
+        let refused = Point {
+            value: 0.01,
+            refused: Some("no".into()),
+            modes: Vec::new(),
+        };
+        let points = [
+            point(1.0, 0, 1.0),
+            point(0.1, 0, 65.0),
+            refused,
+            point(1e-3, 2, 65.0),
+        ];
+        let starts = starts(&points, &[fast, exact]);
+        assert_eq!(starts[0].to_string(), "t 0.1, wrong 1e-3");
+        assert_eq!((starts[0].decision, starts[0].t), (Some(1e-3), Some(0.1)));
+        assert_eq!(starts[1].to_string(), "-");
+        assert_eq!(starts[1].value, None);
+    }
+
+    #[test]
+    fn values_read_well() {
+        let read = [1.0, 0.01, 1e-9, 40.0, 1e5, 1e300].map(shown);
+        assert_eq!(read, ["1", "0.01", "1e-9", "40", "1e5", "1e300"]);
     }
 }

@@ -233,7 +233,7 @@ fn compare(reference: &Reference, ray: &TracedRay, out: &mut Comparison) {
 }
 
 /// The t's of all crossings of one primitive.
-pub(super) fn crossings(
+fn crossings(
     reference: &Reference,
     org: [f64; 3],
     dir: [f64; 3],
@@ -244,7 +244,7 @@ pub(super) fn crossings(
     all.iter().map(|c| c.t.value).collect()
 }
 
-pub(super) fn judge_shadow(ray: &TracedRay, own: Shadow, out: &mut Comparison) {
+fn judge_shadow(ray: &TracedRay, own: Shadow, out: &mut Comparison) {
     out.counts.rays += 1;
     if own.blocked == (ray.outcome == Outcome::Blocked) {
         return;
@@ -257,7 +257,7 @@ pub(super) fn judge_shadow(ray: &TracedRay, own: Shadow, out: &mut Comparison) {
     out.note(kind, ray, Said::Shadow(own));
 }
 
-pub(super) fn judge_nearest(
+fn judge_nearest(
     ray: &TracedRay,
     answer: &Answer,
     crossings: impl Fn(u64, u32) -> Vec<f64>,

@@ -2,13 +2,12 @@
 
 use super::rays::SweepRay;
 use crate::accel::World;
-use crate::measure::verify::{Comparison, crossings, judge_nearest, judge_shadow};
 use crate::plan::{Kernels, Precision};
-use crate::reference::{Answer, Hit, Reference, Shadow};
+use crate::reference::{Answer, Hit, Reference};
 use crate::shade::Surface;
 use crate::trace::{
-    Caching, Depths, HitId, HitIds, Hits, MAX_LANES, Origins, Outcome, RayKind, Rays, ShadowCache,
-    TracedRay, any, closest, decided,
+    Caching, Depths, HitId, HitIds, Hits, MAX_LANES, Origins, Rays, ShadowCache, any, closest,
+    decided,
 };
 use rayon::prelude::*;
 use serde::Serialize;
@@ -38,6 +37,8 @@ pub struct Figures {
     pub median_t_ulps: f64,
     /// (Ray, primitive) pairs that bounds left to exact arithmetic.
     pub escalated: u64,
+    /// The first wrong decision, with all its numbers.
+    pub first_wrong: Option<String>,
     /// Of the best of a few runs, on one thread.
     pub ns_per_ray: f64,
 }
@@ -69,7 +70,8 @@ pub struct Truth {
     t_min: Vec<f32>,
     t_max: Vec<f32>,
     nearest: Vec<Answer>,
-    shadow: Vec<Shadow>,
+    /// Blocked, and whether that is in doubt.
+    blocked: Vec<(bool, bool)>,
 }
 
 /// Asks the reference, on the current rayon pool.
@@ -88,13 +90,10 @@ pub fn ask(reference: &Reference, rays: &[SweepRay]) -> Truth {
     let dir = |k: usize| column(&|ray| ray.dir[k], 1.0);
     let answers = rays.par_iter().map(|ray| {
         let (dir, t_max) = (ray.dir.map(f64::from), f64::from(ray.t_max));
-        let (blocked, doubt) = reference.blocked(ray.org, dir, t_max);
-        (
-            reference.nearest(ray.org, dir, t_max),
-            Shadow { blocked, doubt },
-        )
+        let blocked = reference.blocked(ray.org, dir, t_max);
+        (reference.nearest(ray.org, dir, t_max), blocked)
     });
-    let (nearest, shadow) = answers.unzip();
+    let (nearest, blocked) = answers.unzip();
     Truth {
         rays: rays.to_vec(),
         org: [org(0), org(1), org(2)],
@@ -102,7 +101,7 @@ pub fn ask(reference: &Reference, rays: &[SweepRay]) -> Truth {
         t_min: vec![0.0; rows],
         t_max: column(&|ray| ray.t_max, -1.0),
         nearest,
-        shadow,
+        blocked,
     }
 }
 
@@ -159,53 +158,44 @@ pub fn figures(
 ) -> Figures {
     let answers = trace(world, kernels, truth);
     let queries = 2 * truth.rays.len() as u64;
-    let mut all = Comparison::default();
+    let (mut wrong_hit, mut wrong_id, mut wrong_shadow, mut undecided) = (0, 0, 0, 0);
     let (mut hits, mut not_finite) = (0, 0);
     let mut ulps = Vec::new();
+    let mut first_wrong = None;
     for (i, ray) in truth.rays.iter().enumerate() {
         let id = answers.id.get(i);
-        let mut row = TracedRay {
-            kind: RayKind::Primary,
-            pixel: i as u32,
-            sample: 0,
-            depth: 0,
-            org: ray.org,
-            dir: ray.dir,
-            t_max: ray.t_max,
-            outcome: Outcome::Miss,
-        };
-        if id != HitId::NONE {
-            let t = answers.t[i];
+        let hit = (id != HitId::NONE).then_some((answers.t[i], id));
+        if let Some((t, id)) = hit {
             let surface = Surface::at(world, kernels.arithmetic, ray.org, ray.dir, t, id);
             hits += 1;
             not_finite += u64::from(!is_finite(t, &surface));
-            row.outcome = Outcome::Hit {
-                t,
-                instance: id.instance,
-                primitive: id.primitive,
-                normal: surface.ng.to_array(),
-            };
         }
-        let dir = ray.dir.map(f64::from);
-        let crossings = |i, p| crossings(reference, ray.org, dir, i, p);
-        let mut one = Comparison::default();
-        judge_nearest(&row, &truth.nearest[i], crossings, &mut one);
-        let right = one.counts.wrong() + one.counts.undecided == 0;
-        if let (true, Outcome::Hit { t, .. }) = (right, row.outcome) {
-            ulps.extend(t_ulps(precision, t, id, &truth.nearest[i]));
-        }
-        row.outcome = match answers.blocked[i] {
-            true => Outcome::Blocked,
-            false => Outcome::Clear,
+        let said = &truth.nearest[i];
+        let crossings = |id: HitId| {
+            let dir = ray.dir.map(f64::from);
+            let all = reference.crossings(ray.org, dir, id.instance, id.primitive);
+            all.iter().map(|c| c.t.value).collect()
         };
-        judge_shadow(&row, truth.shadow[i], &mut one);
-        for (sum, own) in [
-            (&mut all.counts.wrong_hit, one.counts.wrong_hit),
-            (&mut all.counts.wrong_id, one.counts.wrong_id),
-            (&mut all.counts.wrong_shadow, one.counts.wrong_shadow),
-            (&mut all.counts.undecided, one.counts.undecided),
-        ] {
-            *sum += own;
+        let nearest = compare(hit, said, crossings);
+        match nearest {
+            Verdict::Right(like) => {
+                let of = |(t, _): (f64, _)| t_ulps(precision, t, &like?);
+                ulps.extend(hit.and_then(of));
+            }
+            Verdict::Undecided => undecided += 1,
+            Verdict::WrongHit => wrong_hit += 1,
+            Verdict::WrongId => wrong_id += 1,
+        }
+        let (blocked, doubt) = truth.blocked[i];
+        let differs = blocked != answers.blocked[i];
+        undecided += u64::from(differs && doubt);
+        wrong_shadow += u64::from(differs && !doubt);
+        let wrong = matches!(nearest, Verdict::WrongHit | Verdict::WrongId) || differs && !doubt;
+        if wrong && first_wrong.is_none() {
+            first_wrong = Some(format!(
+                "{ray:?}: {hit:?}, blocked {}; by the reference {:?}, blocked {blocked}",
+                answers.blocked[i], said.outcome
+            ));
         }
     }
     ulps.sort_by(f64::total_cmp);
@@ -213,14 +203,15 @@ pub fn figures(
         precision: precision.name(),
         rays: queries,
         hits,
-        wrong_hit: all.counts.wrong_hit,
-        wrong_id: all.counts.wrong_id,
-        wrong_shadow: all.counts.wrong_shadow,
-        undecided: all.counts.undecided,
+        wrong_hit,
+        wrong_id,
+        wrong_shadow,
+        undecided,
         not_finite,
         max_t_ulps: ulps.last().copied().unwrap_or(0.0),
         median_t_ulps: ulps.get(ulps.len() / 2).copied().unwrap_or(0.0),
         escalated: answers.escalated,
+        first_wrong,
         ns_per_ray: answers.seconds * 1e9 / queries.max(1) as f64,
     }
 }
@@ -236,13 +227,56 @@ fn is_finite(t: f64, surface: &Surface) -> bool {
     t.is_finite() && point.is_finite() && ng.is_finite() && ns.is_finite() && offset.is_finite()
 }
 
-/// Between t and the nearest one that the reference has for this primitive.
-fn t_ulps(precision: Precision, t: f64, id: HitId, answer: &Answer) -> Option<f64> {
+enum Verdict {
+    /// With the reference's hit, if it is one.
+    Right(Option<Hit>),
+    /// Among what exact arithmetic may say for all that the reference knows.
+    Undecided,
+    WrongHit,
+    WrongId,
+}
+
+/// A nearest hit, or none, beside the reference's. `crossings`: the t's of all
+/// crossings of one primitive.
+fn compare(
+    hit: Option<(f64, HitId)>,
+    said: &Answer,
+    crossings: impl Fn(HitId) -> Vec<f64>,
+) -> Verdict {
+    let Some((t, id)) = hit else {
+        return match said.outcome {
+            None => Verdict::Right(None),
+            Some(_) if said.perhaps.contains(&None) => Verdict::Undecided,
+            Some(_) => Verdict::WrongHit,
+        };
+    };
     let same = |hit: &&Hit| (hit.instance, hit.primitive) == (id.instance, id.primitive);
-    let of_id = answer.perhaps.iter().flatten().filter(same);
     let off = |hit: &Hit| (t - hit.t).abs();
-    let like = of_id.min_by(|a, b| off(a).total_cmp(&off(b)))?;
-    let beyond = f64::max(off(like) - like.t_error, 0.0);
+    let like = said.perhaps.iter().flatten().filter(same);
+    let Some(like) = like.min_by(|a, b| off(a).total_cmp(&off(b))) else {
+        return match said.outcome {
+            None => Verdict::WrongHit,
+            Some(_) => Verdict::WrongId,
+        };
+    };
+    // Far off: it may be another crossing, the far side instead of the near.
+    let far = off(like) > 1e-5 * like.t.abs();
+    if far
+        && crossings(id)
+            .iter()
+            .any(|other| (other - t).abs() < off(like))
+    {
+        return Verdict::WrongId;
+    }
+    match &said.outcome {
+        Some(hit) if same(&hit) => Verdict::Right(Some(*like)),
+        _ => Verdict::Undecided,
+    }
+}
+
+/// How far t is off, beyond the reference's own error.
+fn t_ulps(precision: Precision, t: f64, like: &Hit) -> Option<f64> {
+    let beyond = f64::max((t - like.t).abs() - like.t_error, 0.0);
     let ulps = beyond / ulp(precision, like.t);
     (!ulps.is_nan()).then_some(ulps)
 }

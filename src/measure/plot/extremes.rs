@@ -4,7 +4,7 @@
 use super::curves::{Chart, Line, draw};
 use super::page::{self, Heading, Section};
 use super::svg::escaped;
-use crate::measure::extremes::{Figures, Report, SweepReport, ULPS_ALLOWED, shown};
+use crate::measure::extremes::{Figures, Report, Start, SweepReport, ULPS_ALLOWED, shown};
 use std::fmt::Write;
 
 /// Logarithms have no zero: nothing wrong is drawn as so much of one answer, and t
@@ -44,7 +44,7 @@ pub fn extremes_page(heading: &Heading, report: &Report) -> String {
 }
 
 fn chart(sweep: &SweepReport, y_label: &'static str, of: &dyn Fn(&Figures) -> f64) -> String {
-    let line = |(row, start): (usize, &crate::measure::extremes::Start)| {
+    let line = |(row, start): (usize, &Start)| {
         let built = sweep.points.iter().filter(|point| point.refused.is_none());
         let mut points: Vec<[f64; 2]> = built.map(|p| [p.value, of(&p.modes[row])]).collect();
         // Labels stand at the last point, to the right.

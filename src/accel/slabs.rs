@@ -119,3 +119,32 @@ impl<L: Lanes> Slabs<L> {
         (self.inv.axis(k), self.low.axis(k), self.high.axis(k))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// At the edges of f32 a slab may be open, and never closed to what it holds.
+    #[test]
+    fn boxes_in_a_rays_way_are_met_at_any_scale() {
+        for size in [1e-44_f32, 1e-38, 1e-20, 1.0, 1e20, 1e37] {
+            for length in [1e-44_f32, 1e-38, 1e-30, 1.0, 1e38] {
+                let box_of = |from: f32, to: f32| Aabb32 {
+                    min: [size * from, -size, -size],
+                    max: [size * to, size, size],
+                };
+                let bounds = box_of(-4.0, 4.0);
+                let (org, dir) = (Vec3::splat([0.0_f32; 3]), Vec3::splat([length, 0.0, 0.0]));
+                let slabs = Slabs::new(org, dir, &bounds);
+                let ahead = box_of(2.0, 4.0);
+                let (enter, exit) = slabs.interval(ahead.min, ahead.max);
+                assert!(
+                    enter <= exit && exit >= 0.0,
+                    "{size} {length}: {enter} {exit}"
+                );
+                let (enter, exit) = slabs.interval(Aabb32::EMPTY.min, Aabb32::EMPTY.max);
+                assert!(!(enter <= exit), "{size} {length}: empty");
+            }
+        }
+    }
+}

@@ -9,7 +9,7 @@ use crate::accel::World;
 use crate::geom::half_space;
 use crate::math::{Affine, unit};
 use crate::plan::Arithmetic;
-use crate::scene::{MaterialId, Mesh, Shape};
+use crate::scene::{MaterialId, Mesh, Shape, shape_bounds};
 use crate::trace::HitId;
 use glam::DVec3;
 
@@ -83,7 +83,14 @@ impl Surface {
         };
 
         // The magnitudes whose rounding the hit carries, in world units.
-        let object_size = entry.size.max(object_org.abs().max_element());
+        // Boxes are f32: of a shape beyond its range the box says nothing.
+        let own_size = if entry.size.is_finite() {
+            entry.size
+        } else {
+            let bounds = shape_bounds(world.scene, appearance.shape);
+            bounds.map_or(0.0, |own| own.max_abs())
+        };
+        let object_size = own_size.max(object_org.abs().max_element());
         let size = world_org
             .abs()
             .max(point.abs())
@@ -98,7 +105,7 @@ impl Surface {
             ng,
             ns,
             front,
-            offset: OFFSET_ROUNDINGS * roundoff * size,
+            offset: OFFSET_ROUNDINGS * roundoff * size.min(f64::MAX),
             material: appearance.material.or(own_material),
         }
     }

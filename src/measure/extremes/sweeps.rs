@@ -52,12 +52,12 @@ const GAPS: &[(Option<&str>, Subject, &str)] = &[
     (
         Some("overflow"),
         Subject::Triangles,
-        "from 1e20 on tiles of rays lose triangles: products leave f32",
+        "tiles lose triangles where products leave f32: exact from 1e20, guarded from 1e38",
     ),
     (
         Some("underflow"),
         Subject::Triangles,
-        "tiles of rays do not count the roundings of denormal numbers",
+        "products of f32 below the least normal number: bounds of t, and tiles",
     ),
 ];
 

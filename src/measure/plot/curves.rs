@@ -5,6 +5,8 @@ use super::svg::{Anchor, Svg, text_width};
 pub struct Chart {
     pub x_label: &'static str,
     pub y_label: &'static str,
+    /// What the y-axis shows at least, so that charts compare.
+    pub y_covers: Option<[f64; 2]>,
     pub lines: Vec<Line>,
 }
 
@@ -37,9 +39,12 @@ pub fn draw(chart: &Chart) -> String {
     let right = lines.iter().map(|(line, _)| text_width(&line.label));
     let right = right.fold(60.0, f64::max) + 18.0;
     let points = || lines.iter().flat_map(|(_, points)| points);
+    let covers = chart.y_covers.map(|ends| ends.map(f64::log10));
     let range = |k: usize| {
-        let least = points().map(|p| p[k]).fold(f64::INFINITY, f64::min);
-        let most = points().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max);
+        let covered = covers.iter().flatten().copied().filter(|_| k == 1);
+        let all = || points().map(|p| p[k]).chain(covered.clone());
+        let least = all().fold(f64::INFINITY, f64::min);
+        let most = all().fold(f64::NEG_INFINITY, f64::max);
         if least > most {
             return (0.0, 1.0);
         }
@@ -188,6 +193,7 @@ mod tests {
         let drawn = draw(&Chart {
             x_label: "x",
             y_label: "y",
+            y_covers: None,
             lines: vec![line],
         });
         assert!(

@@ -24,12 +24,10 @@ pub fn extremes_page(heading: &Heading, report: &Report) -> String {
     for sweep in &report.sweeps {
         let share = |f: &Figures| (f.wrong() as f64).max(NOTHING) / f.rays.max(1) as f64;
         let error = |f: &Figures| f.max_t_ulps.max(NOTHING);
-        let figure = chart(sweep, "share of wrong answers", &share)
-            + &chart(
-                sweep,
-                "largest error of t, in units in the last place",
-                &error,
-            );
+        let least = NOTHING / (2.0 * report.rays.max(1) as f64);
+        let shares = chart(sweep, ("share of wrong answers", [least, 1.0]), &share);
+        let label = "largest error of t, in units in the last place";
+        let errors = chart(sweep, (label, [NOTHING, 1e4]), &error);
         sections.push(Section {
             heading: format!("{}: {}", sweep.name, sweep.subject),
             note: format!(
@@ -37,13 +35,18 @@ pub fn extremes_page(heading: &Heading, report: &Report) -> String {
                  less than {NOTHING} of a unit as {NOTHING}.",
                 sweep.title
             ),
-            figure,
+            figure: shares + &errors,
         });
     }
     page::write(heading, &[], &sections)
 }
 
-fn chart(sweep: &SweepReport, y_label: &'static str, of: &dyn Fn(&Figures) -> f64) -> String {
+/// `covers`: what the y-axis shows at least.
+fn chart(
+    sweep: &SweepReport,
+    (y_label, covers): (&'static str, [f64; 2]),
+    of: &dyn Fn(&Figures) -> f64,
+) -> String {
     let line = |(row, start): (usize, &Start)| {
         let built = sweep.points.iter().filter(|point| point.refused.is_none());
         let mut points: Vec<[f64; 2]> = built.map(|p| [p.value, of(&p.modes[row])]).collect();
@@ -60,6 +63,7 @@ fn chart(sweep: &SweepReport, y_label: &'static str, of: &dyn Fn(&Figures) -> f6
     draw(&Chart {
         x_label: sweep.axis,
         y_label,
+        y_covers: Some(covers),
         lines: sweep.starts.iter().enumerate().map(line).collect(),
     })
 }

@@ -146,6 +146,7 @@ pub fn growth_page(heading: &Heading, growth: &Growth) -> String {
                 figure: curves::draw(&Chart {
                     x_label: "triangles",
                     y_label: unit,
+                    y_covers: None,
                     lines,
                 }),
             });

@@ -134,7 +134,8 @@ mod tests {
                     max: [size * to, size, size],
                 };
                 let bounds = box_of(-4.0, 4.0);
-                let (org, dir) = (Vec3::splat([0.0_f32; 3]), Vec3::splat([length, 0.0, 0.0]));
+                let org = Vec3::<f32>::splat([0.0; 3]);
+                let dir = Vec3::<f32>::splat([length, 0.0, 0.0]);
                 let slabs = Slabs::new(org, dir, &bounds);
                 let ahead = box_of(2.0, 4.0);
                 let (enter, exit) = slabs.interval(ahead.min, ahead.max);

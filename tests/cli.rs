@@ -109,6 +109,10 @@ fn version_and_help() {
             "bench",
             &["--export", "--mesh", "--rays", "--kinds", "--reps"],
         ),
+        (
+            "extremes",
+            &["--rays", "--only", "--seed", "--json", "--plot"],
+        ),
     ] {
         let help = lanecast(folder.path(), &[command, "--help"]);
         assert!(options.iter().all(|o| stdout(&help).contains(o)));
@@ -213,6 +217,12 @@ fn wrong_arguments() {
             vec!["bench", "x.toml", "--kinds", "gamma"],
             "no ray kind 'gamma'",
         ),
+        (
+            vec!["extremes", "--only", "small,huge"],
+            "no sweep 'huge'; known are small, large",
+        ),
+        (vec!["extremes", "--rays", "0"], "--rays"),
+        (vec!["extremes", "x.toml"], "unexpected argument"),
     ] {
         fails(&arguments, 2, says);
     }
@@ -244,9 +254,7 @@ fn options_that_a_command_does_not_use() {
 
 #[test]
 fn commands_that_do_not_exist_yet() {
-    for command in [
-        "tradeoff", "extremes", "roots", "probe", "measure", "export",
-    ] {
+    for command in ["tradeoff", "roots", "probe", "measure", "export"] {
         let says = format!("the command '{command}' does not exist yet");
         fails(&[command], 2, &says);
         fails(&[command, "x.toml", "--pov", "--help"], 2, &says);

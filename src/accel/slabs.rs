@@ -6,6 +6,10 @@
 //! δ = 32·u·(the largest distance from the origin, or from the ray's, that this
 //! tree has on the axis), folded into the ray's constants, at no cost per box.
 //!
+//! Where the arithmetic leaves its numbers' range, a ray's slab of that axis is
+//! open and culls nothing: a direction so short that nothing is as small beside
+//! it, or planes at t's too large. Below the least normal number δ is that.
+//!
 //! Monotone: t0 = fl(lo·inv + c₀) grows with lo however it is rounded, fused or
 //! not; min and max are exact. So a box inside another has its interval inside
 //! the other's.
@@ -32,7 +36,8 @@ impl<L: Lanes> Slabs<L> {
         // tree by less than 2^-59 of the largest reach of any axis: the pad has
         // room for it.
         let tiny = dir.max_abs() * L::from_f64(8.673_617_379_884_035e-19);
-        let tiny = tiny.max(L::splat(L::Scalar::MIN_POSITIVE));
+        let least = L::splat(L::Scalar::MIN_POSITIVE);
+        let short = tiny.lt(least);
         let pad = L::splat(L::Scalar::UNIT_ROUNDOFF) * L::from_f32(32.0);
         let reach = |org: L, lo: f32, hi: f32| {
             let (lo, hi) = (L::from_f32(lo), L::from_f32(hi));
@@ -45,12 +50,22 @@ impl<L: Lanes> Slabs<L> {
         ];
         let bend =
             reaches[0].max(reaches[1]).max(reaches[2]) * L::from_f64(1.734_723_475_976_807e-18);
+        let largest = L::splat(L::Scalar::MAX);
         let axis = |org: L, dir: L, reach: L| {
             let signed = L::select(dir.lt(L::zero()), -tiny, tiny);
             let dir = L::select(dir.abs().lt(tiny), signed, dir);
             let inv = L::from_f32(1.0) / dir;
-            let delta = reach * pad + bend;
-            (inv, -((org + delta) * inv), -((org - delta) * inv))
+            let delta = reach * pad + bend + least;
+            let (low, high) = (-((org + delta) * inv), -((org - delta) * inv));
+            // Not less than any product above; a plane is within twice the reach.
+            let farthest = (reach * inv).abs() * L::from_f32(4.0);
+            let open = short | farthest.gt(largest);
+            // An empty box, from ∞ to −∞, is empty even so.
+            (
+                L::select(open, least, inv),
+                L::select(open, -largest, low),
+                L::select(open, largest, high),
+            )
         };
         let (x, y, z) = (
             axis(org.x, dir.x, reaches[0]),
@@ -102,5 +117,35 @@ impl<L: Lanes> Slabs<L> {
     #[inline(always)]
     pub fn axis(&self, k: usize) -> (L, L, L) {
         (self.inv.axis(k), self.low.axis(k), self.high.axis(k))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// At the edges of f32 a slab may be open, and never closed to what it holds.
+    #[test]
+    fn boxes_in_a_rays_way_are_met_at_any_scale() {
+        for size in [1e-44_f32, 1e-38, 1e-20, 1.0, 1e20, 1e37] {
+            for length in [1e-44_f32, 1e-38, 1e-30, 1.0, 1e38] {
+                let box_of = |from: f32, to: f32| Aabb32 {
+                    min: [size * from, -size, -size],
+                    max: [size * to, size, size],
+                };
+                let bounds = box_of(-4.0, 4.0);
+                let org = Vec3::<f32>::splat([0.0; 3]);
+                let dir = Vec3::<f32>::splat([length, 0.0, 0.0]);
+                let slabs = Slabs::new(org, dir, &bounds);
+                let ahead = box_of(2.0, 4.0);
+                let (enter, exit) = slabs.interval(ahead.min, ahead.max);
+                assert!(
+                    enter <= exit && exit >= 0.0,
+                    "{size} {length}: {enter} {exit}"
+                );
+                let (enter, exit) = slabs.interval(Aabb32::EMPTY.min, Aabb32::EMPTY.max);
+                assert!(!(enter <= exit), "{size} {length}: empty");
+            }
+        }
     }
 }

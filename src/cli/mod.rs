@@ -13,6 +13,7 @@ mod bench;
 mod cpu;
 mod error;
 mod export;
+mod extremes;
 mod frames;
 mod interrupt;
 mod output;
@@ -26,7 +27,7 @@ mod verify;
 #[cfg(unix)]
 pub use cpu::check_before_main;
 
-use args::{BenchArgs, PlanArgs, RenderArgs, VerifyArgs};
+use args::{BenchArgs, ExtremesArgs, PlanArgs, RenderArgs, VerifyArgs};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use error::CliError;
 use std::ffi::OsString;
@@ -57,10 +58,10 @@ enum Command {
     Bench(BenchArgs),
     /// Print what a scene requires and what is left out
     Plan(PlanArgs),
+    /// Sweep scenes to the extremes, and see where each precision begins to err
+    Extremes(ExtremesArgs),
     /// (not yet) Time against error over all modes
     Tradeoff(NotYet),
-    /// (not yet) Sweeps of numerical stability
-    Extremes(NotYet),
     /// (not yet) Isolate the real roots of a polynomial
     Roots(NotYet),
     /// (not yet) Every span of one ray
@@ -103,8 +104,8 @@ fn run() -> ExitCode {
         Command::Verify(args) => verify::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Plan(args) => plan::run(args),
+        Command::Extremes(args) => extremes::run(args),
         Command::Tradeoff(_) => Err(not_yet("tradeoff")),
-        Command::Extremes(_) => Err(not_yet("extremes")),
         Command::Roots(_) => Err(not_yet("roots")),
         Command::Probe(_) => Err(not_yet("probe")),
         Command::Measure(_) => Err(not_yet("measure")),

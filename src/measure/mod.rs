@@ -3,6 +3,7 @@
 pub mod adversarial;
 pub mod bench;
 pub mod clock;
+pub mod extremes;
 pub mod frames;
 pub mod generate;
 pub mod growth;

@@ -14,7 +14,7 @@ use crate::geom::half_space;
 use crate::math::bounds::LEAVING;
 use crate::math::{Affine, length, unit};
 use crate::plan::Arithmetic;
-use crate::scene::{MaterialId, Mesh, Shape};
+use crate::scene::{MaterialId, Mesh, Shape, shape_bounds};
 use crate::trace::HitId;
 use glam::DVec3;
 
@@ -68,6 +68,7 @@ impl Surface {
             // What the point is off by in object space, in world space.
             let rise = to_world_rise(placed, height.normal);
             left = height.above.abs() / rise;
+            left = if left.is_finite() { left } else { 0.0 };
             roundoff = f64::EPSILON * 0.5;
         }
         let point = world_org + world_dir * t;
@@ -94,7 +95,14 @@ impl Surface {
         };
 
         // The magnitudes whose rounding the hit carries, in world units.
-        let object_size = entry.size.max(object_org.abs().max_element());
+        // Boxes are f32: of a shape beyond its range the box says nothing.
+        let own_size = if entry.size.is_finite() {
+            entry.size
+        } else {
+            let bounds = shape_bounds(world.scene, appearance.shape);
+            bounds.map_or(0.0, |own| own.max_abs())
+        };
+        let object_size = own_size.max(object_org.abs().max_element());
         let size = world_org
             .abs()
             .max(point.abs())
@@ -105,7 +113,7 @@ impl Surface {
             ng,
             ns,
             front,
-            offset: LEAVING * roundoff * size + if left.is_finite() { left } else { 0.0 },
+            offset: LEAVING * roundoff * size.min(f64::MAX) + left,
             material: appearance.material.or(own_material),
         }
     }

@@ -87,6 +87,7 @@ impl Bunch {
             let reach = max(max(reach(0), reach(1)), reach(2));
             // As `Seen::bounds` counts, and of a direction that is too short.
             let misplaced = reach * Register::splat(10.75 * 0.5 * f32::EPSILON);
+            let misplaced = misplaced + Register::splat(f32::MIN_POSITIVE);
             let shear = &ray.shear;
             let short = Register::splat(f32::MIN_POSITIVE / (0.5 * f32::EPSILON));
             let long = Lanes::gt(shear.along.abs(), short);
@@ -225,13 +226,17 @@ impl Sight {
             // and those of det ten.
             let moved = splat(&self.misplaced);
             let size = Register::load(&faces.size);
-            let (top_error, det_error) = (moved * size, size * Register::splat(DET_ERROR));
+            let least = Register::splat(f32::MIN_POSITIVE);
+            let top_error = moved * size + least;
+            let det_error = size * Register::splat(DET_ERROR) + least;
             let [possible, inside] = seen.may_meet(moved);
             let first = begin * det - begin.abs() * det_error;
             let last = Register::splat(end * (1.0 + SLACK)) * (det + det_error);
             // What is not a number is in doubt.
             let beside = Lanes::lt(above + top_error, first) | Lanes::gt(above - top_error, last);
-            let beside = beside & Lanes::gt(det, det_error);
+            // Where terms of T leave the format, its sign may be anyone's.
+            let sane = Lanes::lt(top_error, Register::splat(1e30));
+            let beside = beside & sane & Lanes::gt(det, det_error);
             let late = Lanes::gt(least - pad, Register::splat(end * (1.0 + SLACK)));
             let out = beside | late | Lanes::lt(most + pad, begin);
             let possible = (possible & !out).bits() & faces.used;

@@ -22,10 +22,10 @@ use glam::DVec3;
 use std::path::PathBuf;
 use values::{
     AccelChoice, BenchAccels, BenchBuilds, BenchCachings, BenchKinds, GrowthRange, PeerChoice,
-    ReuseChoice, no_tiles, parse_accel, parse_accels, parse_aovs, parse_bench_builds, parse_build,
-    parse_caching, parse_cachings, parse_generated, parse_grid, parse_growth, parse_kd_clip,
-    parse_kd_stop, parse_kinds, parse_lanes, parse_offset, parse_order, parse_peers,
-    parse_precision, parse_reuse, parse_scale, parse_size,
+    ReuseChoice, Sweeps, no_tiles, parse_accel, parse_accels, parse_aovs, parse_bench_builds,
+    parse_build, parse_caching, parse_cachings, parse_generated, parse_grid, parse_growth,
+    parse_kd_clip, parse_kd_stop, parse_kinds, parse_lanes, parse_offset, parse_order, parse_peers,
+    parse_precision, parse_reuse, parse_scale, parse_size, parse_sweeps,
 };
 
 #[derive(Args)]
@@ -159,6 +159,34 @@ pub struct PlanArgs {
     pub build: BuildArgs,
     #[command(flatten)]
     pub common: CommonArgs,
+}
+
+#[derive(Args)]
+pub struct ExtremesArgs {
+    /// Rays at each value of a sweep; closest hit and any hit are asked of each
+    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = value_parser!(u32).range(1..=1 << 20))]
+    pub rays: u32,
+    /// Sweeps, separated by commas [default: all]
+    #[arg(long, value_name = "NAMES", value_parser = parse_sweeps)]
+    pub only: Option<Sweeps>,
+    /// Of the scenes and rays
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Draw the results, as an HTML page
+    #[arg(long, value_name = "FILE")]
+    pub plot: Option<PathBuf>,
+    /// fast, guarded or exact alone [default: all three]
+    #[arg(long, value_name = "MODE", value_parser = parse_precision)]
+    pub precision: Option<Precision>,
+    /// Rays per packet: auto, 1, 4, 8 or 16
+    #[arg(long, value_name = "N", default_value = "auto", value_parser = parse_lanes)]
+    pub lanes: LaneCount,
+    /// Threads that ask the reference [default: as many as the machine runs at once]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1024))]
+    pub threads: Option<u32>,
+    /// Machine-readable results; - is standard output
+    #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
+    pub json: Option<Sink>,
 }
 
 /// Of the commands that build one structure.

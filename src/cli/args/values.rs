@@ -5,6 +5,7 @@
 
 use crate::accel::{BuildQuality, KdClip, KdStop};
 use crate::io::AovSet;
+use crate::measure::extremes::{SWEEPS, Sweep};
 use crate::measure::generate::Generated;
 use crate::measure::kinds::{Kind, Order};
 use crate::plan::{Accel, LaneCount, Precision};
@@ -41,6 +42,10 @@ pub struct BenchBuilds(pub Vec<BuildQuality>);
 /// With and without a shadow cache.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BenchCachings(pub Vec<Caching>);
+
+/// Sweeps of `extremes`, in the table's order.
+#[derive(Clone)]
+pub struct Sweeps(pub Vec<&'static Sweep>);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PeerChoice {
@@ -177,6 +182,18 @@ pub fn parse_kinds(text: &str) -> Result<BenchKinds, String> {
     kinds.sort();
     kinds.dedup();
     Ok(BenchKinds(kinds))
+}
+
+pub fn parse_sweeps(text: &str) -> Result<Sweeps, String> {
+    let asked: Vec<&str> = text.split(',').map(str::trim).collect();
+    let known = |name: &&str| SWEEPS.iter().any(|sweep| sweep.name == *name);
+    if let Some(name) = asked.iter().find(|name| !known(name)) {
+        let names: Vec<&str> = SWEEPS.iter().map(|sweep| sweep.name).collect();
+        let names = names.join(", ");
+        return Err(format!("there is no sweep '{name}'; known are {names}"));
+    }
+    let sweeps = SWEEPS.iter().filter(|sweep| asked.contains(&sweep.name));
+    Ok(Sweeps(sweeps.collect()))
 }
 
 pub fn parse_order(text: &str) -> Result<Order, String> {
@@ -331,6 +348,19 @@ mod tests {
             "", "1e3", "1e3:", "1e4:1e3", "0:10", "10.5:20", "10:1e9", "a:b",
         ] {
             assert!(parse_growth(bad).unwrap_err().contains("MIN:MAX"), "{bad}");
+        }
+    }
+
+    #[test]
+    fn sweeps() {
+        let names = |text| -> Vec<&str> {
+            let Sweeps(sweeps) = parse_sweeps(text).ok().unwrap();
+            sweeps.iter().map(|sweep| sweep.name).collect()
+        };
+        assert_eq!(names("chain, small,chain"), ["small", "chain"]);
+        for bad in ["", "small,", "smal"] {
+            let said = parse_sweeps(bad).err().unwrap();
+            assert!(said.contains("known are small, large"), "{said}");
         }
     }
 

@@ -51,6 +51,8 @@ pub trait Scalar: Copy + PartialOrd + Debug + Send + Sync + 'static {
     const INFINITY: Self;
     /// The least normal number.
     const MIN_POSITIVE: Self;
+    /// The largest finite number.
+    const MAX: Self;
     fn from_f32(x: f32) -> Self;
     /// Rounded to nearest.
     fn from_f64(x: f64) -> Self;

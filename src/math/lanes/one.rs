@@ -6,6 +6,7 @@ impl Scalar for f32 {
     const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;
     const INFINITY: f32 = f32::INFINITY;
     const MIN_POSITIVE: f32 = f32::MIN_POSITIVE;
+    const MAX: f32 = f32::MAX;
     #[inline(always)]
     fn from_f32(x: f32) -> f32 {
         x
@@ -36,6 +37,7 @@ impl Scalar for f64 {
     const UNIT_ROUNDOFF: f64 = f64::EPSILON * 0.5;
     const INFINITY: f64 = f64::INFINITY;
     const MIN_POSITIVE: f64 = f64::MIN_POSITIVE;
+    const MAX: f64 = f64::MAX;
     #[inline(always)]
     fn from_f32(x: f32) -> f64 {
         f64::from(x)

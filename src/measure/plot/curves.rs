@@ -5,6 +5,8 @@ use super::svg::{Anchor, Svg, text_width};
 pub struct Chart {
     pub x_label: &'static str,
     pub y_label: &'static str,
+    /// What the y-axis shows at least, so that charts compare.
+    pub y_covers: Option<[f64; 2]>,
     pub lines: Vec<Line>,
 }
 
@@ -37,9 +39,12 @@ pub fn draw(chart: &Chart) -> String {
     let right = lines.iter().map(|(line, _)| text_width(&line.label));
     let right = right.fold(60.0, f64::max) + 18.0;
     let points = || lines.iter().flat_map(|(_, points)| points);
+    let covers = chart.y_covers.map(|ends| ends.map(f64::log10));
     let range = |k: usize| {
-        let least = points().map(|p| p[k]).fold(f64::INFINITY, f64::min);
-        let most = points().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max);
+        let covered = covers.iter().flatten().copied().filter(|_| k == 1);
+        let all = || points().map(|p| p[k]).chain(covered.clone());
+        let least = all().fold(f64::INFINITY, f64::min);
+        let most = all().fold(f64::NEG_INFINITY, f64::max);
         if least > most {
             return (0.0, 1.0);
         }
@@ -82,7 +87,12 @@ pub fn draw(chart: &Chart) -> String {
         svg.polyline(&placed, &format!("curve s{colour}{dashed}"));
         for (place, [x, y]) in placed.iter().zip(points) {
             let (x, y) = (10.0_f64.powf(*x), 10.0_f64.powf(*y));
-            let hint = format!("{}: {x:.0} {}, {y:.4e}", line.label, chart.x_label);
+            let x = if (1.0..1e12).contains(&x) {
+                format!("{x:.0}")
+            } else {
+                format!("{x:.1e}")
+            };
+            let hint = format!("{}: {x} {}, {y:.4e}", line.label, chart.x_label);
             svg.dot(*place, &format!("d{colour}"), &hint);
         }
     }
@@ -115,15 +125,21 @@ fn logarithms(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     finite.map(|p| p.map(f64::log10)).collect()
 }
 
-/// Powers of ten, with twos and fives where there are few; their logarithms.
+/// No more marks than this on an axis of many decades.
+const TICKS: f64 = 12.0;
+
+/// Powers of ten, some of them where there are many, with twos and fives where
+/// there are few; their logarithms.
 fn ticks((from, to): (f64, f64)) -> Vec<(f64, String)> {
+    let stride = ((to - from) / TICKS).ceil().max(1.0) as i32;
     let steps: &[f64] = if to - from > 2.5 {
         &[1.0]
     } else {
         &[1.0, 2.0, 5.0]
     };
     let mut ticks = Vec::new();
-    for power in from.floor() as i32..=to.ceil() as i32 {
+    let powers = from.floor() as i32..=to.ceil() as i32;
+    for power in powers.filter(|power| power % stride == 0) {
         for step in steps {
             let value = step.log10() + f64::from(power);
             if value >= from && value <= to {
@@ -160,6 +176,10 @@ mod tests {
         assert_eq!(texts(2.9, 7.1), ["1k", "10k", "100k", "1M", "10M"]);
         assert_eq!(texts(-0.1, 1.05), ["1", "2", "5", "10"]);
         assert_eq!(texts(-2.0, -1.0), ["0.01", "0.02", "0.05", "0.1"]);
+        let many = texts(-45.0, 0.0);
+        assert_eq!(many.first().map(String::as_str), Some("1e-44"));
+        assert_eq!(many.last().map(String::as_str), Some("1"));
+        assert_eq!(many.len(), 12);
     }
 
     #[test]
@@ -173,6 +193,7 @@ mod tests {
         let drawn = draw(&Chart {
             x_label: "x",
             y_label: "y",
+            y_covers: None,
             lines: vec![line],
         });
         assert!(

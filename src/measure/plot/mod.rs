@@ -1,4 +1,4 @@
-//! Results of `bench` as one HTML page: bars and curves, drawn as inline SVG.
+//! Results of `bench` and `extremes` as one HTML page: bars and curves, drawn as inline SVG.
 //!
 //! The page needs nothing from outside and no script; colours follow the
 //! reader's light or dark setting. Every number that a shape stands for is also
@@ -6,9 +6,11 @@
 
 mod bars;
 mod curves;
+mod extremes;
 mod page;
 mod svg;
 
+pub use extremes::extremes_page;
 pub use page::Heading;
 
 use super::bench::{Comparison, Row};
@@ -144,6 +146,7 @@ pub fn growth_page(heading: &Heading, growth: &Growth) -> String {
                 figure: curves::draw(&Chart {
                     x_label: "triangles",
                     y_label: unit,
+                    y_covers: None,
                     lines,
                 }),
             });

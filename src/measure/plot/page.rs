@@ -14,7 +14,7 @@ pub struct Heading {
 pub struct Section {
     pub heading: String,
     pub note: String,
-    /// SVG.
+    /// SVG, or a table.
     pub figure: String,
 }
 
@@ -48,6 +48,8 @@ svg .t-fast { fill: var(--fast); } svg .t-guarded { fill: var(--guarded); }
 svg .t-exact { fill: var(--exact); } svg .t-peer { fill: var(--peer); }
 svg .mark { stroke: var(--ink); stroke-dasharray: 4 3; }
 svg .dashed { stroke-dasharray: 6 4; }
+table { border-collapse: collapse; font-size: 13px; font-variant-numeric: tabular-nums; }
+th, td { text-align: left; padding: 2px 14px 2px 0; border-bottom: 1px solid var(--grid); }
 svg .curve { fill: none; stroke-width: 2; stroke-linejoin: round; }
 ";
 

@@ -196,7 +196,9 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
             let own = self.limit.lane(lane);
             let limit = if limit < own { limit } else { own };
             self.limit = self.limit.with_lane(lane, limit);
-            self.t = self.t.with_lane(lane, scalar(t));
+            // A t beyond the lanes' numbers is reported as the largest of them.
+            let most = L::Scalar::MAX.to_f64();
+            self.t = self.t.with_lane(lane, scalar(t.clamp(-most, most)));
         } else {
             self.limit = self.limit.with_lane(lane, scalar(t));
         }

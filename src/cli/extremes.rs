@@ -1,0 +1,239 @@
+//! `lanecast extremes`: sweeps that show where each precision begins to err.
+
+use super::args::ExtremesArgs;
+use super::error::CliError;
+use super::interrupt;
+use super::output::{Results, check_destinations};
+use super::pipeline::isa;
+use super::progress::Drawing;
+use crate::measure::extremes::{
+    ExtremesOptions, Figures, PRECISIONS, Point, Report, SWEEPS, Start, SweepReport, ULPS_ALLOWED,
+    run as sweep, shown,
+};
+use crate::measure::plot::{Heading, extremes_page};
+use crate::plan::{Arithmetic, Precision, widths};
+use rayon::ThreadPoolBuilder;
+use std::fmt::Write;
+
+pub fn run(args: &ExtremesArgs) -> Result<(), CliError> {
+    let files: Vec<_> = args.plot.iter().cloned().collect();
+    check_destinations(&[], &files, args.json.iter())?;
+    let options = ExtremesOptions {
+        rays: args.rays as usize,
+        seed: args.seed,
+        precisions: args.precision.map_or(PRECISIONS.to_vec(), |one| vec![one]),
+        lanes: args.lanes,
+    };
+    check_lanes(&options)?;
+    let sweeps = match &args.only {
+        Some(asked) => asked.0.clone(),
+        None => SWEEPS.iter().collect(),
+    };
+    let threads = args.threads.unwrap_or(0) as usize;
+    let pool = ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|e| CliError::Usage(format!("{threads} threads cannot be started: {e}")))?;
+    let progress = interrupt::watch();
+    let report = {
+        let _drawing = Drawing::start(&progress);
+        pool.install(|| sweep(&sweeps, &options, &progress))?
+    };
+    interrupt::check(&progress)?;
+
+    let mut results = Results::default();
+    results.add(&args.json, &report)?;
+    if let Some(path) = &args.plot {
+        let heading = Heading {
+            title: "lanecast extremes".into(),
+            facts: vec![
+                ("rays at each value", report.rays.to_string()),
+                ("seed", report.seed.to_string()),
+                ("instructions", isa().into()),
+            ],
+        };
+        let page = extremes_page(&heading, &report);
+        results.outputs.add(path, page.into_bytes())?;
+    }
+    results.commit(&for_people(&report))?;
+    judge(&report)
+}
+
+/// Before any work: the width is in this build, for every precision.
+fn check_lanes(options: &ExtremesOptions) -> Result<(), CliError> {
+    let Some(lanes) = options.lanes.count() else {
+        return Ok(());
+    };
+    for precision in &options.precisions {
+        let built = widths(match precision {
+            Precision::Fast => Arithmetic::F32,
+            Precision::Guarded => Arithmetic::F32Guarded,
+            Precision::Exact => Arithmetic::F64,
+        });
+        if !built.contains(&lanes) {
+            return Err(CliError::Usage(format!(
+                "{} has no packets of {lanes} rays in this build; leave --lanes out, ask for one \
+                 --precision, or build with --features all-lanes",
+                precision.name()
+            )));
+        }
+    }
+    Ok(())
+}
+
+fn for_people(report: &Report) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = writeln!(
+        text,
+        "{} rays at each value, closest hit and any hit; seed {}\n\n\
+         Where each precision begins to err: a decision is wrong (hit, id, shadow), a number is not \
+         finite,\nor t is off by more than {ULPS_ALLOWED} units in the last place. - is nowhere.\n",
+        report.rays, report.seed
+    );
+    let name = |sweep: &SweepReport| format!("{} {}", sweep.name, sweep.subject);
+    let names = report.sweeps.iter().map(|sweep| name(sweep).len());
+    let axes = report.sweeps.iter().map(|sweep| sweep.axis.len());
+    let (name_width, axis_width) = (names.max().unwrap_or(0), axes.max().unwrap_or(0));
+    let _ = write!(
+        text,
+        "{:<name_width$}  {:<axis_width$}  {:<14}",
+        "sweep", "axis", "from … to"
+    );
+    for start in report.sweeps.first().map_or(&[][..], |sweep| &sweep.starts) {
+        let _ = write!(text, "  {:<24}", start.precision);
+    }
+    text.push('\n');
+    for sweep in &report.sweeps {
+        let end = |point: Option<&Point>| point.map_or(String::new(), |point| shown(point.value));
+        let range = format!(
+            "{} … {}",
+            end(sweep.points.first()),
+            end(sweep.points.last())
+        );
+        let _ = write!(
+            text,
+            "{:<name_width$}  {:<axis_width$}  {range:<14}",
+            name(sweep),
+            sweep.axis
+        );
+        for start in &sweep.starts {
+            let _ = write!(text, "  {:<24}", start.to_string());
+        }
+        text.truncate(text.trim_end().len());
+        text.push('\n');
+    }
+    let mut list = |title: &str, lines: Vec<String>| {
+        if !lines.is_empty() {
+            let _ = writeln!(text, "\n{title}");
+        }
+        for line in lines {
+            let _ = writeln!(text, "  {line}");
+        }
+    };
+    let refused = report.sweeps.iter().flat_map(|sweep| {
+        let first = sweep
+            .points
+            .iter()
+            .find_map(|p| Some((p.value, p.refused.as_ref()?)));
+        first.map(|(value, why)| format!("{} at {}: {why}", name(sweep), shown(value)))
+    });
+    list(
+        "No such scene, from the first value on that is named:",
+        refused.collect(),
+    );
+    let undecided = report.sweeps.iter().flat_map(|sweep| {
+        let point = sweep
+            .points
+            .iter()
+            .find(|p| p.modes.iter().any(|m| m.undecided > 0))?;
+        let most = point.modes.iter().map(|m| m.undecided).max().unwrap_or(0);
+        Some(format!(
+            "{} at {}: {most} answers",
+            name(sweep),
+            shown(point.value)
+        ))
+    });
+    list(
+        "Left undecided by the reference, first:",
+        undecided.collect(),
+    );
+    let gaps = report.sweeps.iter().flat_map(gaps);
+    list(
+        "Known gaps, where guarded and exact promise nothing yet:",
+        gaps.collect(),
+    );
+    text
+}
+
+/// What is wrong in a sweep that promises nothing.
+fn gaps(sweep: &SweepReport) -> Vec<String> {
+    let Some(why) = sweep.known_gap else {
+        return Vec::new();
+    };
+    let of_precision = |(row, start): (usize, &Start)| {
+        let built = sweep.points.iter().filter(|point| point.refused.is_none());
+        let wrong = built.map(|point| (point.value, &point.modes[row]));
+        let mut wrong = wrong.filter(|(_, f)| is_sure(f) && f.wrong() + f.not_finite > 0);
+        let share = |f: &Figures| 100.0 * f.wrong() as f64 / f.rays.max(1) as f64;
+        let (from, first) = wrong.next()?;
+        let (count, most, infinite) = wrong.fold(
+            (1, share(first), first.not_finite),
+            |(count, most, infinite), (_, f)| {
+                (count + 1, f64::max(most, share(f)), infinite + f.not_finite)
+            },
+        );
+        Some(format!(
+            "{} {}, {}: at {} first, {count} of {} values, at most {most:.1} % wrong, {infinite} \
+             not finite: {why}",
+            sweep.name,
+            sweep.subject,
+            start.precision,
+            shown(from),
+            sweep.points.len(),
+        ))
+    };
+    let lines = sweep.starts.iter().enumerate().filter_map(of_precision);
+    lines.collect()
+}
+
+/// One precision's wrong answers at one value.
+fn faults(sweep: &SweepReport, value: f64, f: &Figures) -> String {
+    let mut text = format!(
+        "{} {} at {}, {}: {} hits, {} ids, {} shadows wrong, {} not finite, of {}",
+        sweep.name,
+        sweep.subject,
+        shown(value),
+        f.precision,
+        f.wrong_hit,
+        f.wrong_id,
+        f.wrong_shadow,
+        f.not_finite,
+        f.rays
+    );
+    if let Some(first) = &f.first_wrong {
+        let _ = write!(text, "; first {first}");
+    }
+    text
+}
+
+/// `fast` may err.
+fn is_sure(figures: &Figures) -> bool {
+    figures.precision != Precision::Fast.name()
+}
+
+/// What is promised must hold, and no number may be NaN or infinite.
+fn judge(report: &Report) -> Result<(), CliError> {
+    let broken = |sweep: &SweepReport, f: &Figures| {
+        is_sure(f) && (f.not_finite > 0 || sweep.known_gap.is_none() && f.wrong() > 0)
+    };
+    let mut broken = report.rows().filter(|(sweep, _, f)| broken(sweep, f));
+    let Some((sweep, value, figures)) = broken.next() else {
+        return Ok(());
+    };
+    let faults = faults(sweep, value, figures);
+    let more = broken.count();
+    Err(CliError::Short(format!(
+        "{faults}; {more} other values fall short, too"
+    )))
+}

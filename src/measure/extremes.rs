@@ -1,0 +1,299 @@
+//! Where each precision begins to err: sweeps from the easy to the extreme.
+//!
+//! A sweep is an axis of values and a function from a value to a scene and its
+//! rays ([`SWEEPS`]). At each value every precision traces the same rays, closest
+//! hit and any hit, through the plan's kernels and structure, and the reference is
+//! asked about them once. A precision *begins to err* at the first value of the
+//! axis at which a decision is wrong, or a t is further from the reference's than
+//! [`ULPS_ALLOWED`] units in the last place of the precision's own numbers, as far
+//! as the reference's bound on its own t lets that be said.
+//!
+//! A scene that the check refuses at a value is an outcome, too: never a panic.
+//! Everything but the times is a function of the seed and the number of rays.
+
+mod judge;
+mod objects;
+mod rays;
+mod sweeps;
+
+pub use judge::Figures;
+pub use rays::SweepRay;
+pub use sweeps::{SWEEPS, Subject, Sweep};
+
+use super::verify::Interrupted;
+use crate::accel::{Structure, World};
+use crate::plan::{Choices, LaneCount, Plan, Precision, plan};
+use crate::reference::Reference;
+use crate::render::{Progress, mix};
+use crate::scene::{Appearances, Scene, SceneBuilder};
+use rays::Random;
+use serde::Serialize;
+use std::fmt;
+
+/// Units in the last place, f32's of `fast` and `guarded`, f64's of `exact`, that
+/// t may be off and still count as right.
+pub const ULPS_ALLOWED: f64 = 64.0;
+
+pub const PRECISIONS: [Precision; 3] = [Precision::Fast, Precision::Guarded, Precision::Exact];
+
+#[derive(Clone, Debug)]
+pub struct ExtremesOptions {
+    /// At each value; closest hit and any hit are asked of each.
+    pub rays: usize,
+    pub seed: u64,
+    pub precisions: Vec<Precision>,
+    pub lanes: LaneCount,
+}
+
+/// A scene at one value of an axis, and the rays that are traced in it.
+#[derive(Clone, Debug, Default)]
+pub struct Case {
+    pub scene: SceneBuilder,
+    pub rays: Vec<SweepRay>,
+}
+
+/// All that was found, with the names of `extremes --json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    pub seed: u64,
+    pub rays: usize,
+    pub ulps_allowed: f64,
+    pub sweeps: Vec<SweepReport>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct SweepReport {
+    pub name: &'static str,
+    pub title: &'static str,
+    /// What the values are.
+    pub axis: &'static str,
+    pub subject: &'static str,
+    /// Why `guarded` and `exact` do not promise to be right here; `null` where
+    /// they do.
+    pub known_gap: Option<&'static str>,
+    pub starts: Vec<Start>,
+    pub points: Vec<Point>,
+}
+
+/// At one value.
+#[derive(Clone, Debug, Serialize)]
+pub struct Point {
+    pub value: f64,
+    /// Why there is no such scene.
+    pub refused: Option<String>,
+    /// One of each precision; none where refused.
+    pub modes: Vec<Figures>,
+}
+
+/// Where a precision begins to err.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Start {
+    pub precision: &'static str,
+    /// `null`: nowhere on the axis.
+    pub value: Option<f64>,
+    /// What is wrong there first: `not finite`, `hit`, `id`, `shadow` or `t`.
+    pub what: Option<&'static str>,
+    /// The first value with a wrong decision.
+    pub decision: Option<f64>,
+    /// The first value with a t that is off by more than is allowed.
+    pub t: Option<f64>,
+}
+
+/// Runs on the current rayon pool; rays are traced by one thread.
+pub fn run(
+    sweeps: &[&Sweep],
+    options: &ExtremesOptions,
+    progress: &Progress,
+) -> Result<Report, Interrupted> {
+    let of_subjects = || {
+        let each = sweeps.iter().map(|sweep| (*sweep, sweep.subjects));
+        each.flat_map(|(sweep, subjects)| subjects.iter().map(move |subject| (sweep, *subject)))
+    };
+    let points: usize = of_subjects().map(|(sweep, _)| (sweep.values)().len()).sum();
+    progress.start(points as u32);
+    let mut report = Report {
+        seed: options.seed,
+        rays: options.rays,
+        ulps_allowed: ULPS_ALLOWED,
+        sweeps: Vec::new(),
+    };
+    for (sweep, subject) in of_subjects() {
+        let mut points = Vec::new();
+        for value in (sweep.values)() {
+            if progress.is_cancelled() {
+                return Err(Interrupted);
+            }
+            let point = at(sweep, subject, value, options);
+            progress.add_tile(point.modes.iter().map(|mode| mode.rays).sum());
+            points.push(point);
+        }
+        report.sweeps.push(SweepReport {
+            name: sweep.name,
+            title: sweep.title,
+            axis: sweep.axis,
+            subject: subject.name(),
+            known_gap: sweep.known_gap(subject),
+            starts: starts(&points, &options.precisions),
+            points,
+        });
+    }
+    Ok(report)
+}
+
+/// One value of one sweep.
+fn at(sweep: &Sweep, subject: Subject, value: f64, options: &ExtremesOptions) -> Point {
+    let mut random = Random(mix(options.seed ^ value.to_bits()));
+    let case = (sweep.case)(subject, value, options.rays, &mut random);
+    let (refused, modes) = match figures(case, options) {
+        Ok(modes) => (None, modes),
+        Err(why) => (Some(why), Vec::new()),
+    };
+    Point {
+        value,
+        refused,
+        modes,
+    }
+}
+
+fn figures(case: Case, options: &ExtremesOptions) -> Result<Vec<Figures>, String> {
+    let scene: Scene = case.scene.finish().map_err(first_line)?;
+    let appearances = Appearances::of(&scene).map_err(first_line)?;
+    let plans = options.precisions.iter().map(|precision| {
+        let choices = Choices {
+            precision: *precision,
+            lanes: options.lanes,
+            accel: None,
+        };
+        let plan = plan(&scene, &appearances, &choices).map_err(first_line)?;
+        Ok((*precision, plan))
+    });
+    let plans: Vec<(Precision, Plan)> = plans.collect::<Result<_, String>>()?;
+    let reference = Reference::new(&scene, &appearances).map_err(first_line)?;
+    // The plan's choice is the same for every precision.
+    let world = World::build(&scene, &appearances, Structure::Bvh);
+    let truth = judge::ask(&reference, &case.rays);
+    let modes = plans.iter().map(|(precision, plan)| {
+        judge::figures(&world, (*precision, &plan.kernels), &reference, &truth)
+    });
+    Ok(modes.collect())
+}
+
+fn first_line(error: impl std::fmt::Display) -> String {
+    let text = error.to_string();
+    text.lines().next().unwrap_or_default().into()
+}
+
+fn starts(points: &[Point], precisions: &[Precision]) -> Vec<Start> {
+    let start = |(row, precision): (usize, &Precision)| {
+        let rows = || {
+            let built = points.iter().filter(|point| point.refused.is_none());
+            built.map(|point| (point.value, &point.modes[row]))
+        };
+        let first = |errs: &dyn Fn(&Figures) -> bool| {
+            let mut erring = rows().filter(|(_, figures)| errs(figures));
+            erring.next().map(|(value, _)| value)
+        };
+        let mut erring = rows().filter_map(|(value, figures)| Some((value, figures.fault()?)));
+        let (value, what) = erring.next().unzip();
+        Start {
+            precision: precision.name(),
+            value,
+            what,
+            decision: first(&|figures| figures.wrong() > 0),
+            t: first(&|figures| figures.max_t_ulps > ULPS_ALLOWED),
+        }
+    };
+    precisions.iter().enumerate().map(start).collect()
+}
+
+/// A value of an axis, as short as it can be said.
+pub fn shown(value: f64) -> String {
+    if value == 0.0 || (0.01..10_000.0).contains(&value.abs()) {
+        format!("{value}")
+    } else {
+        format!("{value:e}")
+    }
+}
+
+impl fmt::Display for Start {
+    /// What is wrong first and where, such as `id 1e-3`; where that is a t, the
+    /// first wrong decision, too.
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let (Some(value), Some(what)) = (self.value, self.what) else {
+            return f.write_str("-");
+        };
+        write!(f, "{what} {}", shown(value))?;
+        match self.decision {
+            Some(decision) if what == "t" => write!(f, ", wrong {}", shown(decision)),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Report {
+    /// (sweep, value, figures) of every precision at every value.
+    pub fn rows(&self) -> impl Iterator<Item = (&SweepReport, f64, &Figures)> {
+        self.sweeps.iter().flat_map(|sweep| {
+            let points = sweep.points.iter();
+            points.flat_map(move |point| point.modes.iter().map(move |m| (sweep, point.value, m)))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn figures(precision: Precision, wrong_id: u64, max_t_ulps: f64) -> Figures {
+        Figures {
+            precision: precision.name(),
+            rays: 10,
+            hits: 5,
+            wrong_hit: 0,
+            wrong_id,
+            wrong_shadow: 0,
+            undecided: 0,
+            not_finite: 0,
+            max_t_ulps,
+            median_t_ulps: 0.0,
+            escalated: 0,
+            first_wrong: None,
+            ns_per_ray: 1.0,
+        }
+    }
+
+    #[test]
+    fn the_first_fault_on_the_axis_is_the_start() {
+        let [fast, exact] = [Precision::Fast, Precision::Exact];
+        let point = |value, wrong_id, ulps| Point {
+            value,
+            refused: None,
+            modes: vec![
+                figures(fast, wrong_id, ulps),
+                figures(exact, 0, ULPS_ALLOWED),
+            ],
+        };
+        let refused = Point {
+            value: 0.01,
+            refused: Some("no".into()),
+            modes: Vec::new(),
+        };
+        let points = [
+            point(1.0, 0, 1.0),
+            point(0.1, 0, 65.0),
+            refused,
+            point(1e-3, 2, 65.0),
+        ];
+        let starts = starts(&points, &[fast, exact]);
+        assert_eq!(starts[0].to_string(), "t 0.1, wrong 1e-3");
+        assert_eq!((starts[0].decision, starts[0].t), (Some(1e-3), Some(0.1)));
+        assert_eq!(starts[1].to_string(), "-");
+        assert_eq!(starts[1].value, None);
+    }
+
+    #[test]
+    fn values_read_well() {
+        let read = [1.0, 0.01, 1e-9, 40.0, 1e5, 1e300].map(shown);
+        assert_eq!(read, ["1", "0.01", "1e-9", "40", "1e5", "1e300"]);
+    }
+}

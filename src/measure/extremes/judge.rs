@@ -1,0 +1,309 @@
+//! One precision's answers to the rays of a case, beside the reference's.
+
+use super::rays::SweepRay;
+use crate::accel::World;
+use crate::plan::{Kernels, Precision};
+use crate::reference::{Answer, Hit, Reference};
+use crate::shade::Surface;
+use crate::trace::{
+    Caching, Depths, HitId, HitIds, Hits, MAX_LANES, Origins, Rays, ShadowCache, any, closest,
+    decided,
+};
+use rayon::prelude::*;
+use serde::Serialize;
+use std::time::Instant;
+
+/// Of one precision at one value.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Figures {
+    pub precision: &'static str,
+    /// Queries that were judged: a closest-hit and an any-hit one of each ray.
+    pub rays: u64,
+    /// Closest-hit queries that hit.
+    pub hits: u64,
+    /// One hits, the other misses.
+    pub wrong_hit: u64,
+    /// Another appearance or primitive, or another crossing of the same one.
+    pub wrong_id: u64,
+    /// Blocked or clear.
+    pub wrong_shadow: u64,
+    /// Differences that the reference's own rounding may account for.
+    pub undecided: u64,
+    /// Hits with NaN or infinity in t, point, normal or where rays may leave.
+    pub not_finite: u64,
+    /// How far t is off beyond the reference's bound on its own, in units in the
+    /// last place of the precision's numbers; over right hits, never NaN.
+    pub max_t_ulps: f64,
+    pub median_t_ulps: f64,
+    /// (Ray, primitive) pairs that bounds left to exact arithmetic.
+    pub escalated: u64,
+    /// The first wrong decision, with all its numbers.
+    pub first_wrong: Option<String>,
+    /// Of the best of a few runs, on one thread.
+    pub ns_per_ray: f64,
+}
+
+impl Figures {
+    /// Decisions that are certainly not the reference's.
+    pub fn wrong(&self) -> u64 {
+        self.wrong_hit + self.wrong_id + self.wrong_shadow
+    }
+
+    /// The gravest of what is wrong.
+    pub fn fault(&self) -> Option<&'static str> {
+        let faults = [
+            (self.not_finite > 0, "not finite"),
+            (self.wrong_hit > 0, "hit"),
+            (self.wrong_id > 0, "id"),
+            (self.wrong_shadow > 0, "shadow"),
+            (self.max_t_ulps > super::ULPS_ALLOWED, "t"),
+        ];
+        faults.into_iter().find(|(is, _)| *is).map(|(_, what)| what)
+    }
+}
+
+/// Rays in columns, and what the reference says about each.
+pub struct Truth {
+    rays: Vec<SweepRay>,
+    org: [Vec<f64>; 3],
+    dir: [Vec<f32>; 3],
+    t_min: Vec<f32>,
+    t_max: Vec<f32>,
+    nearest: Vec<Answer>,
+    /// Blocked, and whether that is in doubt.
+    blocked: Vec<(bool, bool)>,
+}
+
+/// Asks the reference, on the current rayon pool.
+pub fn ask(reference: &Reference, rays: &[SweepRay]) -> Truth {
+    let rows = rays.len().next_multiple_of(MAX_LANES);
+    let column = |of: &dyn Fn(&SweepRay) -> f32, padding: f32| {
+        let mut column: Vec<f32> = rays.iter().map(of).collect();
+        column.resize(rows, padding);
+        column
+    };
+    let org = |k: usize| {
+        let mut column: Vec<f64> = rays.iter().map(|ray| ray.org[k]).collect();
+        column.resize(rows, 0.0);
+        column
+    };
+    let dir = |k: usize| column(&|ray| ray.dir[k], 1.0);
+    let answers = rays.par_iter().map(|ray| {
+        let (dir, t_max) = (ray.dir.map(f64::from), f64::from(ray.t_max));
+        let blocked = reference.blocked(ray.org, dir, t_max);
+        (reference.nearest(ray.org, dir, t_max), blocked)
+    });
+    let (nearest, blocked) = answers.unzip();
+    Truth {
+        rays: rays.to_vec(),
+        org: [org(0), org(1), org(2)],
+        dir: [dir(0), dir(1), dir(2)],
+        t_min: vec![0.0; rows],
+        t_max: column(&|ray| ray.t_max, -1.0),
+        nearest,
+        blocked,
+    }
+}
+
+/// What one precision answered.
+struct Answers {
+    t: Vec<f64>,
+    id: HitIds,
+    blocked: Vec<bool>,
+    escalated: u64,
+    seconds: f64,
+}
+
+/// Runs that are timed: batches are short, the first one is cold.
+const RUNS: usize = 3;
+
+fn trace(world: &World, kernels: &Kernels, truth: &Truth) -> Answers {
+    let [x, y, z] = &truth.org;
+    let rays = Rays {
+        org: Origins::Double([x, y, z]),
+        dir: truth.dir.each_ref().map(|x| &x[..]),
+        t_min: &truth.t_min,
+        t_max: &truth.t_max,
+    };
+    let rows = rays.len();
+    let mut answers = Answers {
+        t: vec![0.0; rows],
+        id: HitIds::none(rows),
+        blocked: vec![false; rows],
+        escalated: 0,
+        seconds: f64::INFINITY,
+    };
+    for run in 0..RUNS {
+        let (before, start) = (decided(), Instant::now());
+        let mut hits = Hits {
+            t: Depths::Double(&mut answers.t),
+            id: answers.id.columns(),
+        };
+        closest(world, kernels, &rays, &mut hits);
+        let cache = &mut ShadowCache::new(Caching::On);
+        any(world, kernels, &rays, cache, &mut answers.blocked);
+        answers.seconds = answers.seconds.min(start.elapsed().as_secs_f64());
+        if run == 0 {
+            answers.escalated = decided() - before;
+        }
+    }
+    answers
+}
+
+pub fn figures(
+    world: &World,
+    (precision, kernels): (Precision, &Kernels),
+    reference: &Reference,
+    truth: &Truth,
+) -> Figures {
+    let answers = trace(world, kernels, truth);
+    let queries = 2 * truth.rays.len() as u64;
+    let (mut wrong_hit, mut wrong_id, mut wrong_shadow, mut undecided) = (0, 0, 0, 0);
+    let (mut hits, mut not_finite) = (0, 0);
+    let mut ulps = Vec::new();
+    let mut first_wrong = None;
+    for (i, ray) in truth.rays.iter().enumerate() {
+        let id = answers.id.get(i);
+        let hit = (id != HitId::NONE).then_some((answers.t[i], id));
+        if let Some((t, id)) = hit {
+            let surface = Surface::at(world, kernels.arithmetic, ray.org, ray.dir, t, id);
+            hits += 1;
+            not_finite += u64::from(!is_finite(t, &surface));
+        }
+        let said = &truth.nearest[i];
+        let crossings = |id: HitId| {
+            let dir = ray.dir.map(f64::from);
+            let all = reference.crossings(ray.org, dir, id.instance, id.primitive);
+            all.iter().map(|c| c.t.value).collect()
+        };
+        let nearest = compare(hit, said, crossings);
+        match nearest {
+            Verdict::Right(like) => {
+                let of = |(t, _): (f64, _)| t_ulps(precision, t, &like?);
+                ulps.extend(hit.and_then(of));
+            }
+            Verdict::Undecided => undecided += 1,
+            Verdict::WrongHit => wrong_hit += 1,
+            Verdict::WrongId => wrong_id += 1,
+        }
+        let (blocked, doubt) = truth.blocked[i];
+        let differs = blocked != answers.blocked[i];
+        undecided += u64::from(differs && doubt);
+        wrong_shadow += u64::from(differs && !doubt);
+        let wrong = matches!(nearest, Verdict::WrongHit | Verdict::WrongId) || differs && !doubt;
+        if wrong && first_wrong.is_none() {
+            first_wrong = Some(format!(
+                "{ray:?}: {hit:?}, blocked {}; by the reference {:?}, blocked {blocked}",
+                answers.blocked[i], said.outcome
+            ));
+        }
+    }
+    ulps.sort_by(f64::total_cmp);
+    Figures {
+        precision: precision.name(),
+        rays: queries,
+        hits,
+        wrong_hit,
+        wrong_id,
+        wrong_shadow,
+        undecided,
+        not_finite,
+        max_t_ulps: ulps.last().copied().unwrap_or(0.0),
+        median_t_ulps: ulps.get(ulps.len() / 2).copied().unwrap_or(0.0),
+        escalated: answers.escalated,
+        first_wrong,
+        ns_per_ray: answers.seconds * 1e9 / queries.max(1) as f64,
+    }
+}
+
+fn is_finite(t: f64, surface: &Surface) -> bool {
+    let Surface {
+        point,
+        ng,
+        ns,
+        offset,
+        ..
+    } = surface;
+    t.is_finite() && point.is_finite() && ng.is_finite() && ns.is_finite() && offset.is_finite()
+}
+
+enum Verdict {
+    /// With the reference's hit, if it is one.
+    Right(Option<Hit>),
+    /// Among what exact arithmetic may say for all that the reference knows.
+    Undecided,
+    WrongHit,
+    WrongId,
+}
+
+/// A nearest hit, or none, beside the reference's. `crossings`: the t's of all
+/// crossings of one primitive.
+fn compare(
+    hit: Option<(f64, HitId)>,
+    said: &Answer,
+    crossings: impl Fn(HitId) -> Vec<f64>,
+) -> Verdict {
+    let Some((t, id)) = hit else {
+        return match said.outcome {
+            None => Verdict::Right(None),
+            Some(_) if said.perhaps.contains(&None) => Verdict::Undecided,
+            Some(_) => Verdict::WrongHit,
+        };
+    };
+    let same = |hit: &&Hit| (hit.instance, hit.primitive) == (id.instance, id.primitive);
+    let off = |hit: &Hit| (t - hit.t).abs();
+    let like = said.perhaps.iter().flatten().filter(same);
+    let Some(like) = like.min_by(|a, b| off(a).total_cmp(&off(b))) else {
+        return match said.outcome {
+            None => Verdict::WrongHit,
+            Some(_) => Verdict::WrongId,
+        };
+    };
+    // Far off: it may be another crossing, the far side instead of the near.
+    let far = off(like) > 1e-5 * like.t.abs();
+    if far
+        && crossings(id)
+            .iter()
+            .any(|other| (other - t).abs() < off(like))
+    {
+        return Verdict::WrongId;
+    }
+    match &said.outcome {
+        Some(hit) if same(&hit) => Verdict::Right(Some(*like)),
+        _ => Verdict::Undecided,
+    }
+}
+
+/// How far t is off, beyond the reference's own error.
+fn t_ulps(precision: Precision, t: f64, like: &Hit) -> Option<f64> {
+    let beyond = f64::max((t - like.t).abs() - like.t_error, 0.0);
+    let ulps = beyond / ulp(precision, like.t);
+    (!ulps.is_nan()).then_some(ulps)
+}
+
+/// The step between a precision's numbers at `t`.
+fn ulp(precision: Precision, t: f64) -> f64 {
+    match precision {
+        Precision::Exact => t.abs().next_up() - t.abs(),
+        Precision::Fast | Precision::Guarded => {
+            let t = (t.abs() as f32).min(f32::MAX.next_down());
+            f64::from(t.next_up()) - f64::from(t)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_in_the_last_place() {
+        let single = |t| ulp(Precision::Guarded, t);
+        assert_eq!(single(1.0), f64::from(f32::EPSILON));
+        assert_eq!(single(-1.5), f64::from(f32::EPSILON));
+        assert_eq!(single(0.0), f64::from(f32::from_bits(1)));
+        assert_eq!(single(1e300), single(3e38));
+        assert_eq!(ulp(Precision::Exact, 1.0), f64::EPSILON);
+        assert_eq!(ulp(Precision::Exact, 0.0), f64::from_bits(1));
+    }
+}

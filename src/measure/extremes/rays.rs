@@ -1,0 +1,108 @@
+//! Seeded numbers, and the rays of the sweeps.
+
+use crate::math::unit;
+use crate::render::mix;
+use crate::trace::TILE;
+use glam::DVec3;
+
+/// A world ray as it is traced; hits count where 0 < t < t_max.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SweepRay {
+    pub org: [f64; 3],
+    pub dir: [f32; 3],
+    pub t_max: f32,
+}
+
+/// Vigna's SplitMix64.
+pub struct Random(pub u64);
+
+impl Random {
+    /// In [0, 1).
+    pub fn unit(&mut self) -> f64 {
+        let bits = mix(self.0);
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        (bits >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    pub fn between(&mut self, from: f64, to: f64) -> f64 {
+        from + (to - from) * self.unit()
+    }
+
+    pub fn below(&mut self, n: usize) -> usize {
+        ((self.unit() * n as f64) as usize).min(n - 1)
+    }
+
+    /// Uniform on the unit sphere (Archimedes: uniform in height).
+    pub fn direction(&mut self) -> DVec3 {
+        let z = self.between(-1.0, 1.0);
+        let (sin, cos) = libm::sincos(std::f64::consts::TAU * self.unit());
+        let r = (1.0 - z * z).sqrt();
+        DVec3::new(r * cos, r * sin, z)
+    }
+
+    /// Uniform in the unit ball.
+    pub fn in_ball(&mut self) -> DVec3 {
+        loop {
+            let p = DVec3::from_array([(); 3].map(|()| self.between(-1.0, 1.0)));
+            if p.length_squared() <= 1.0 {
+                return p;
+            }
+        }
+    }
+}
+
+/// Some rays end near what they are aimed at, `distance` in t away; the others
+/// nowhere.
+pub fn end(distance: f64, random: &mut Random) -> f32 {
+    if random.below(4) > 0 {
+        return f32::INFINITY;
+    }
+    (distance * random.between(0.5, 1.5)) as f32
+}
+
+/// The ray of this direction that meets `target` at t = `distance`: the origin has
+/// f64's precision, so rays are aimed as well as f64 can say.
+pub fn through(target: DVec3, dir: [f32; 3], distance: f64, random: &mut Random) -> SweepRay {
+    let org = target - DVec3::from_array(dir.map(f64::from)) * distance;
+    SweepRay {
+        org: org.to_array(),
+        dir,
+        t_max: end(distance, random),
+    }
+}
+
+pub fn rounded(dir: DVec3) -> [f32; 3] {
+    dir.to_array().map(|x| x as f32)
+}
+
+/// Rays at random targets from about `distance` away. The first half comes from
+/// one eye a tile, as a camera's do, with directions rounded to f32; the others
+/// each start where f64 says that they must.
+pub fn at_targets(
+    count: usize,
+    distance: f64,
+    random: &mut Random,
+    mut target: impl FnMut(&mut Random) -> DVec3,
+) -> Vec<SweepRay> {
+    let mut rays = Vec::with_capacity(count);
+    let mut eye = DVec3::ZERO;
+    for i in 0..count {
+        let at = target(random);
+        if i >= count / 2 {
+            let away = distance * random.between(0.5, 1.5);
+            let dir = rounded(random.direction());
+            rays.push(through(at, dir, away, random));
+            continue;
+        }
+        if i.is_multiple_of(TILE) {
+            eye = at + random.direction() * distance;
+        }
+        let dir = unit(at - eye);
+        rays.push(SweepRay {
+            org: eye.to_array(),
+            dir: rounded(dir),
+            t_max: end((at - eye).dot(dir), random),
+        });
+    }
+    rays
+}

@@ -1,0 +1,219 @@
+//! `lanecast extremes`: what the sweeps promise, and what the command says.
+
+use lanecast::measure::extremes::{ExtremesOptions, PRECISIONS, Report, SWEEPS, Sweep, run};
+use lanecast::plan::{LaneCount, Precision};
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+fn swept(names: &[&str], rays: usize) -> Report {
+    let sweeps = SWEEPS.iter();
+    let sweeps: Vec<&Sweep> = sweeps
+        .filter(|sweep| names.is_empty() || names.contains(&sweep.name))
+        .collect();
+    let options = ExtremesOptions {
+        rays,
+        seed: 1,
+        precisions: PRECISIONS.to_vec(),
+        lanes: LaneCount::Auto,
+    };
+    run(&sweeps, &options, &Default::default()).expect("nobody interrupts")
+}
+
+fn lanecast(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lanecast"));
+    command.current_dir(folder).args(arguments);
+    command.stdin(Stdio::null()).output().unwrap()
+}
+
+fn json(folder: &Path, arguments: &[&str]) -> Value {
+    let arguments = [&["extremes", "--json", "-"], arguments].concat();
+    let output = lanecast(folder, &arguments);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(!said.contains("panicked"), "{said}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn rows(report: &Value) -> impl Iterator<Item = (&Value, &Value)> {
+    let array = |value: &'_ Value| value.as_array().unwrap().len();
+    (0..array(&report["sweeps"])).flat_map(move |s| {
+        let sweep = &report["sweeps"][s];
+        (0..array(&sweep["points"])).flat_map(move |p| {
+            let modes = &sweep["points"][p]["modes"];
+            (0..array(modes)).map(move |m| (sweep, &modes[m]))
+        })
+    })
+}
+
+/// Edges, slivers, grazing and far rays, denormal directions: what is promised
+/// holds at every value of every sweep. Nothing is NaN or infinite there.
+#[test]
+fn guarded_and_exact_are_right_wherever_they_promise_to_be() {
+    let report = swept(&[], 256);
+    let mut judged = 0;
+    for (sweep, value, figures) in report.rows() {
+        if figures.precision == "fast" || sweep.known_gap.is_some() {
+            continue;
+        }
+        let place = format!(
+            "{} {} {value:e} {}",
+            sweep.name, sweep.subject, figures.precision
+        );
+        assert_eq!(figures.wrong(), 0, "{place}: {:?}", figures.first_wrong);
+        assert_eq!(figures.not_finite, 0, "{place}");
+        judged += figures.rays;
+    }
+    assert!(judged > 100_000, "{judged}");
+}
+
+/// Where f32 cannot know better: the sweeps go as far as they say.
+#[test]
+fn fast_errs_at_the_extremes_and_not_at_their_beginning() {
+    let report = swept(
+        &["edges", "slivers", "grazing", "offset", "small-spheres"],
+        256,
+    );
+    for sweep in &report.sweeps {
+        let first = &sweep.points[0].modes[0];
+        assert_eq!(first.precision, Precision::Fast.name());
+        assert!(first.hits > 50, "{}: {}", sweep.name, first.hits);
+        assert_eq!(first.wrong(), 0, "{}: {:?}", sweep.name, first.first_wrong);
+        // About the mesh's own centre f32 has all it needs.
+        let errs = (sweep.name, sweep.subject) != ("offset", "triangles");
+        assert_eq!(
+            sweep.starts[0].value.is_some(),
+            errs,
+            "{} {}",
+            sweep.name,
+            sweep.subject
+        );
+    }
+}
+
+#[test]
+fn a_scene_that_is_refused_is_an_outcome() {
+    let report = swept(&["overflow"], 8);
+    let points = &report.sweeps[0].points;
+    let refused = points.iter().find(|point| point.value == 1e39).unwrap();
+    assert!(refused.modes.is_empty());
+    let why = refused.refused.as_deref().unwrap();
+    assert!(
+        why.contains("not a finite number") && why.lines().count() == 1,
+        "{why}"
+    );
+    assert!(points[0].refused.is_none() && points[0].modes.len() == 3);
+}
+
+#[test]
+fn the_command_writes_every_sweep_and_a_page_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = [
+        "extremes", "--rays", "16", "--json", "x.json", "--plot", "x.html",
+    ];
+    let output = lanecast(folder.path(), &arguments);
+    let said = String::from_utf8_lossy(&output.stderr);
+    let printed = String::from_utf8_lossy(&output.stdout);
+    let text = std::fs::read_to_string(folder.path().join("x.json")).unwrap();
+    let report: Value = serde_json::from_str(&text).unwrap();
+    let page = std::fs::read_to_string(folder.path().join("x.html")).unwrap();
+
+    let mut count = 0;
+    for sweep in SWEEPS {
+        let values = (sweep.values)();
+        for subject in sweep.subjects {
+            let row = &report["sweeps"][count];
+            count += 1;
+            assert_eq!(row["name"], sweep.name);
+            assert_eq!(row["subject"], subject.name());
+            let points = row["points"].as_array().unwrap();
+            let written: Vec<f64> = points
+                .iter()
+                .map(|p| p["value"].as_f64().unwrap())
+                .collect();
+            assert_eq!(written, values);
+            for point in points {
+                let modes = point["modes"].as_array().unwrap().len();
+                assert_eq!(modes, if point["refused"].is_null() { 3 } else { 0 });
+            }
+            let starts = row["starts"].as_array().unwrap();
+            assert_eq!(starts.len(), 3);
+            let line = format!("{} {} ", sweep.name, subject.name());
+            assert!(printed.lines().any(|l| l.starts_with(&line)), "{printed}");
+            let heading = format!("<h2>{}: {}</h2>", sweep.name, subject.name());
+            assert!(page.contains(&heading), "{heading}");
+        }
+    }
+    assert_eq!(report["sweeps"].as_array().unwrap().len(), count);
+    assert_eq!(page.matches("<svg").count(), 2 * count);
+    assert!(page.ends_with("</html>\n") && !page.contains("NaN"));
+    assert!(!page.contains("<script") && !page.contains("src="));
+
+    let mut broken = false;
+    for (sweep, figures) in rows(&report) {
+        // What is not a number would be null.
+        for (name, value) in figures.as_object().unwrap() {
+            let named = name == "precision" || name == "first_wrong";
+            assert!(named || value.is_number(), "{name} {value}");
+        }
+        assert_eq!(figures["rays"], 32);
+        let count = |name: &str| figures[name].as_u64().unwrap();
+        let wrong = count("wrong_hit") + count("wrong_id") + count("wrong_shadow");
+        let promised = sweep["known_gap"].is_null() && wrong > 0;
+        broken |= figures["precision"] != "fast" && (promised || count("not_finite") > 0);
+    }
+    assert_eq!(output.status.code(), Some(i32::from(broken)), "{said}");
+    assert_eq!(said.starts_with("error: "), broken, "{said}");
+}
+
+#[test]
+fn what_is_promised_ends_well() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["extremes", "--rays", "64", "--only", "edges,slivers"];
+    let output = lanecast(folder.path(), &arguments);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(said.is_empty(), "{said}");
+}
+
+/// All but the times.
+#[test]
+fn a_seed_gives_the_same_figures_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let figures = |more: &[&str]| {
+        let only = ["--rays", "128", "--only", "chain,edges,tangent"];
+        let report = json(folder.path(), &[&only, more].concat());
+        let of = |(sweep, figures): (&Value, &Value)| {
+            let mut figures = figures.clone();
+            figures.as_object_mut().unwrap().remove("ns_per_ray");
+            (sweep["name"].clone(), figures)
+        };
+        rows(&report).map(of).collect::<Vec<_>>()
+    };
+    let first = figures(&["--threads", "1"]);
+    assert_eq!(first, figures(&["--threads", "2"]));
+    assert_ne!(first, figures(&["--seed", "7"]));
+}
+
+#[test]
+fn one_precision_and_one_sweep_are_enough() {
+    let folder = tempfile::tempdir().unwrap();
+    let narrow = [
+        "--rays",
+        "8",
+        "--only",
+        "chain",
+        "--precision",
+        "guarded",
+        "--lanes",
+        "1",
+    ];
+    let report = json(folder.path(), &narrow);
+    let sweeps = report["sweeps"].as_array().unwrap();
+    assert_eq!(sweeps.len(), 2);
+    assert_eq!(report["rays"], 8);
+    assert!(
+        rows(&report).all(|(sweep, figures)| {
+            sweep["name"] == "chain" && figures["precision"] == "guarded"
+        })
+    );
+}

@@ -142,22 +142,6 @@ fn for_people(report: &Report) -> String {
         "No such scene, from the first value on that is named:",
         refused.collect(),
     );
-    let undecided = report.sweeps.iter().flat_map(|sweep| {
-        let point = sweep
-            .points
-            .iter()
-            .find(|p| p.modes.iter().any(|m| m.undecided > 0))?;
-        let most = point.modes.iter().map(|m| m.undecided).max().unwrap_or(0);
-        Some(format!(
-            "{} at {}: {most} answers",
-            name(sweep),
-            shown(point.value)
-        ))
-    });
-    list(
-        "Left undecided by the reference, first:",
-        undecided.collect(),
-    );
     let gaps = report.sweeps.iter().flat_map(gaps);
     list(
         "Known gaps, where guarded and exact promise nothing yet:",

@@ -5,8 +5,7 @@
 //! hit and any hit, through the plan's kernels and structure, and the reference is
 //! asked about them once. A precision *begins to err* at the first value of the
 //! axis at which a decision is wrong, or a t is further from the reference's than
-//! [`ULPS_ALLOWED`] units in the last place of the precision's own numbers, as far
-//! as the reference's bound on its own t lets that be said.
+//! [`ULPS_ALLOWED`] units in the last place of the precision's own numbers.
 //!
 //! A scene that the check refuses at a value is an outcome, too: never a panic.
 //! Everything but the times is a function of the seed and the number of rays.
@@ -252,7 +251,6 @@ mod tests {
             wrong_hit: 0,
             wrong_id,
             wrong_shadow: 0,
-            undecided: 0,
             not_finite: 0,
             max_t_ulps,
             median_t_ulps: 0.0,

@@ -40,7 +40,7 @@ pub enum Float {
 
 impl Float {
     /// A unit in the last place of a number.
-    fn ulp(self, x: f64) -> f64 {
+    pub fn ulp(self, x: f64) -> f64 {
         match self {
             Float::Double => {
                 let x = x.abs().min(f64::MAX.next_down());

@@ -3,7 +3,8 @@
 use super::rays::SweepRay;
 use crate::accel::World;
 use crate::plan::{Kernels, Precision};
-use crate::reference::{Answer, Hit, Reference};
+use crate::measure::verify::Float;
+use crate::reference::{Hit, Reference};
 use crate::shade::Surface;
 use crate::trace::{
     Caching, Depths, HitId, HitIds, Hits, MAX_LANES, Origins, Rays, ShadowCache, any, closest,
@@ -27,12 +28,10 @@ pub struct Figures {
     pub wrong_id: u64,
     /// Blocked or clear.
     pub wrong_shadow: u64,
-    /// Differences that the reference's own rounding may account for.
-    pub undecided: u64,
     /// Hits with NaN or infinity in t, point, normal or where rays may leave.
     pub not_finite: u64,
-    /// How far t is off beyond the reference's bound on its own, in units in the
-    /// last place of the precision's numbers; over right hits, never NaN.
+    /// How far t is off, in units in the last place of the precision's numbers;
+    /// over right hits, never NaN.
     pub max_t_ulps: f64,
     pub median_t_ulps: f64,
     /// (Ray, primitive) pairs that bounds left to exact arithmetic.
@@ -69,9 +68,8 @@ pub struct Truth {
     dir: [Vec<f32>; 3],
     t_min: Vec<f32>,
     t_max: Vec<f32>,
-    nearest: Vec<Answer>,
-    /// Blocked, and whether that is in doubt.
-    blocked: Vec<(bool, bool)>,
+    nearest: Vec<Option<Hit>>,
+    blocked: Vec<bool>,
 }
 
 /// Asks the reference, on the current rayon pool.
@@ -158,7 +156,7 @@ pub fn figures(
 ) -> Figures {
     let answers = trace(world, kernels, truth);
     let queries = 2 * truth.rays.len() as u64;
-    let (mut wrong_hit, mut wrong_id, mut wrong_shadow, mut undecided) = (0, 0, 0, 0);
+    let (mut wrong_hit, mut wrong_id, mut wrong_shadow) = (0, 0, 0);
     let (mut hits, mut not_finite) = (0, 0);
     let mut ulps = Vec::new();
     let mut first_wrong = None;
@@ -174,7 +172,7 @@ pub fn figures(
         let crossings = |id: HitId| {
             let dir = ray.dir.map(f64::from);
             let all = reference.crossings(ray.org, dir, id.instance, id.primitive);
-            all.iter().map(|c| c.t.value).collect()
+            all.iter().map(|c| c.t).collect()
         };
         let nearest = compare(hit, said, crossings);
         match nearest {
@@ -182,19 +180,17 @@ pub fn figures(
                 let of = |(t, _): (f64, _)| t_ulps(precision, t, &like?);
                 ulps.extend(hit.and_then(of));
             }
-            Verdict::Undecided => undecided += 1,
             Verdict::WrongHit => wrong_hit += 1,
             Verdict::WrongId => wrong_id += 1,
         }
-        let (blocked, doubt) = truth.blocked[i];
+        let blocked = truth.blocked[i];
         let differs = blocked != answers.blocked[i];
-        undecided += u64::from(differs && doubt);
-        wrong_shadow += u64::from(differs && !doubt);
-        let wrong = matches!(nearest, Verdict::WrongHit | Verdict::WrongId) || differs && !doubt;
+        wrong_shadow += u64::from(differs);
+        let wrong = matches!(nearest, Verdict::WrongHit | Verdict::WrongId) || differs;
         if wrong && first_wrong.is_none() {
             first_wrong = Some(format!(
                 "{ray:?}: {hit:?}, blocked {}; by the reference {:?}, blocked {blocked}",
-                answers.blocked[i], said.outcome
+                answers.blocked[i], said
             ));
         }
     }
@@ -206,7 +202,6 @@ pub fn figures(
         wrong_hit,
         wrong_id,
         wrong_shadow,
-        undecided,
         not_finite,
         max_t_ulps: ulps.last().copied().unwrap_or(0.0),
         median_t_ulps: ulps.get(ulps.len() / 2).copied().unwrap_or(0.0),
@@ -230,8 +225,6 @@ fn is_finite(t: f64, surface: &Surface) -> bool {
 enum Verdict {
     /// With the reference's hit, if it is one.
     Right(Option<Hit>),
-    /// Among what exact arithmetic may say for all that the reference knows.
-    Undecided,
     WrongHit,
     WrongId,
 }
@@ -240,70 +233,31 @@ enum Verdict {
 /// crossings of one primitive.
 fn compare(
     hit: Option<(f64, HitId)>,
-    said: &Answer,
+    said: &Option<Hit>,
     crossings: impl Fn(HitId) -> Vec<f64>,
 ) -> Verdict {
-    let Some((t, id)) = hit else {
-        return match said.outcome {
-            None => Verdict::Right(None),
-            Some(_) if said.perhaps.contains(&None) => Verdict::Undecided,
-            Some(_) => Verdict::WrongHit,
-        };
+    let ((t, id), like) = match (hit, said) {
+        (None, None) => return Verdict::Right(None),
+        (Some(hit), Some(like)) => (hit, like),
+        _ => return Verdict::WrongHit,
     };
-    let same = |hit: &&Hit| (hit.instance, hit.primitive) == (id.instance, id.primitive);
-    let off = |hit: &Hit| (t - hit.t).abs();
-    let like = said.perhaps.iter().flatten().filter(same);
-    let Some(like) = like.min_by(|a, b| off(a).total_cmp(&off(b))) else {
-        return match said.outcome {
-            None => Verdict::WrongHit,
-            Some(_) => Verdict::WrongId,
-        };
-    };
-    // Far off: it may be another crossing, the far side instead of the near.
-    let far = off(like) > 1e-5 * like.t.abs();
-    if far
-        && crossings(id)
-            .iter()
-            .any(|other| (other - t).abs() < off(like))
-    {
+    if (like.instance, like.primitive) != (id.instance, id.primitive) {
         return Verdict::WrongId;
     }
-    match &said.outcome {
-        Some(hit) if same(&hit) => Verdict::Right(Some(*like)),
-        _ => Verdict::Undecided,
+    let off = (t - like.t).abs();
+    // Far off: it may be another crossing, the far side instead of the near.
+    let is_other = |other: &f64| (other - t).abs() < off;
+    if off > 1e-5 * like.t.abs() && crossings(id).iter().any(is_other) {
+        return Verdict::WrongId;
     }
+    Verdict::Right(Some(*like))
 }
 
-/// How far t is off, beyond the reference's own error.
 fn t_ulps(precision: Precision, t: f64, like: &Hit) -> Option<f64> {
-    let beyond = f64::max((t - like.t).abs() - like.t_error, 0.0);
-    let ulps = beyond / ulp(precision, like.t);
+    let float = match precision {
+        Precision::Exact => Float::Double,
+        Precision::Fast | Precision::Guarded => Float::Single,
+    };
+    let ulps = (t - like.t).abs() / float.ulp(like.t);
     (!ulps.is_nan()).then_some(ulps)
-}
-
-/// The step between a precision's numbers at `t`.
-fn ulp(precision: Precision, t: f64) -> f64 {
-    match precision {
-        Precision::Exact => t.abs().next_up() - t.abs(),
-        Precision::Fast | Precision::Guarded => {
-            let t = (t.abs() as f32).min(f32::MAX.next_down());
-            f64::from(t.next_up()) - f64::from(t)
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn units_in_the_last_place() {
-        let single = |t| ulp(Precision::Guarded, t);
-        assert_eq!(single(1.0), f64::from(f32::EPSILON));
-        assert_eq!(single(-1.5), f64::from(f32::EPSILON));
-        assert_eq!(single(0.0), f64::from(f32::from_bits(1)));
-        assert_eq!(single(1e300), single(3e38));
-        assert_eq!(ulp(Precision::Exact, 1.0), f64::EPSILON);
-        assert_eq!(ulp(Precision::Exact, 0.0), f64::from_bits(1));
-    }
 }

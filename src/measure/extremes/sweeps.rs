@@ -45,11 +45,6 @@ pub struct Sweep {
 /// why: everywhere else they promise to be right.
 const GAPS: &[(Option<&str>, Subject, &str)] = &[
     (
-        None,
-        Subject::Solids,
-        "solids are decided by f64 as it comes, without bounds",
-    ),
-    (
         Some("overflow"),
         Subject::Triangles,
         "tiles lose triangles where products leave f32: exact from 1e20, guarded from 1e38",

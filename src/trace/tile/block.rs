@@ -176,6 +176,8 @@ impl Edges {
             let margin = edge * Register::splat(unit) + Register::splat(f32::MIN_POSITIVE);
             // Which way a triangle faces is in doubt: nothing culls it.
             let doubt = scale.le(if P::PARALLEL { margin } else { margin * edge });
+            // Products are a million times as large: they have left f32.
+            let doubt = doubt | !margin.lt(Register::splat(1e31));
             let infinite = Register::splat(f32::INFINITY);
             <Register as Lanes>::select(doubt, infinite, margin).store(&mut edges.margin);
             let slack = Register::splat(32.0 * f32::EPSILON * bundle.reach);
@@ -234,8 +236,9 @@ impl Edges {
         } else {
             (least, Register::splat(group.deepest))
         };
-        let meets = least.ge(Register::zero()) & nearest.le(limit);
-        meets.bits() & self.live
+        // Where products leave f32, nothing is known.
+        let beside = least.lt(Register::zero()) | nearest.gt(limit);
+        (!beside).bits() & self.live
     }
 
     /// One ray, widened by the margin, against all triangles: those that it may
@@ -248,8 +251,8 @@ impl Edges {
             n[0].mul_add(u, n[1].mul_add(v, n[2]))
         };
         let least = min(min(value(0), value(1)), value(2));
-        let meets = (least + Register::load(&self.margin)).ge(Register::zero());
-        meets.bits() & self.live
+        let beside = (least + Register::load(&self.margin)).lt(Register::zero());
+        (!beside).bits() & self.live
     }
 
     /// Depths where rays meet one triangle, and the rays that meet it clearly

@@ -86,8 +86,11 @@ impl super::Edges for Edges {
         let far = max(max(away(a), away(b)), away(c)) + splat(shear.spread);
         let place = reach * splat(14.0 * UNIT) + far * splat(16.0 * UNIT);
         let margin = wide * place + longest * (far * splat(12.5 * UNIT));
-        let margin = margin + splat(f32::MIN_POSITIVE);
-        let det_error = longest * (wide * splat(19.0 * UNIT)) + splat(f32::MIN_POSITIVE);
+        // What products lose to underflow is multiplied once more.
+        let tiny = splat(f32::MIN_POSITIVE);
+        let margin = (wide + far).mul_add(tiny, margin + tiny);
+        let det_error = longest * (wide * splat(19.0 * UNIT));
+        let det_error = wide.mul_add(tiny, det_error + tiny);
 
         let (zero, one) = (Register::zero(), splat(1.0));
         let turn = <Register as Lanes>::select(det.lt(zero), -one, one);

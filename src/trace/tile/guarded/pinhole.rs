@@ -92,7 +92,8 @@ impl super::Edges for Edges {
         let reach = [a[0].abs(), a[1].abs(), a[2].abs()];
         let top_size = reach[0].mul_add(size[0], reach[1].mul_add(size[1], reach[2] * size[2]));
         let top_error = top_size * splat(8.5 * UNIT) + sum(size) * (origin * splat(1.25 * UNIT));
-        let top_error = top_error + tiny;
+        // What products lose to underflow is multiplied once more.
+        let top_error = (reach[0] + reach[1] + reach[2]).mul_add(tiny, top_error + tiny);
 
         let (zero, one) = (Register::zero(), splat(1.0));
         let top = a[0].mul_add(plane[0], a[1].mul_add(plane[1], a[2] * plane[2]));

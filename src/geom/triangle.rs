@@ -291,7 +291,11 @@ impl<L: Lanes> Seen<L> {
         // A sum of weights that is within its error says nothing about the mean.
         let share = L::select(small, share, L::splat(L::Scalar::INFINITY));
         // The mean's own five roundings; |z| is no more than what `depth` bounds.
-        let slack = (high - low) * share + bounds.depth * L::from_f32(8.0);
+        // And what its products lose to underflow; or all, where they overflow.
+        let tiny = L::splat(L::Scalar::MIN_POSITIVE);
+        let slack = (high - low) * share + bounds.depth * L::from_f32(8.0) + tiny / det.abs();
+        let infinity = L::splat(L::Scalar::INFINITY);
+        let slack = L::select(mean.abs().lt(infinity), slack, infinity);
         let least = (mean - slack).max(low - bounds.depth);
         let most = (mean + slack).min(high + bounds.depth);
         // Depth over `along`, which is rounded once: four roundings at most.

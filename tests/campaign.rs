@@ -39,7 +39,8 @@ fn scenes() -> Vec<PathBuf> {
             path.extension()
                 .is_some_and(|e| kinds.iter().any(|k| e == *k))
         })
-        .filter(|path| path.file_name().is_some_and(|name| name != "index.json"))
+        // JSON among the assets is about scenes, and none.
+        .filter(|path| path.starts_with(root()) || path.extension().is_some_and(|e| e != "json"))
         .collect();
     found.sort();
     found

@@ -13,8 +13,9 @@ mod truth;
 
 use cases::{Case, KINDS, Kind, NAMES, subject};
 use common::Random;
+use glam::DVec3;
 use lanecast::geom::guarded::{ObjectRay, cone, cuboid, half_space, polygon, sphere};
-use lanecast::geom::{Meet, Polygon, Ray};
+use lanecast::geom::{Cone, Meet, Polygon, Ray};
 use lanecast::math::Vec3;
 use lanecast::math::lanes::{Lanes, Mask, Register, Scalar, f64x8};
 use truth::Truth;
@@ -197,6 +198,29 @@ fn certain_answers_are_those_of_exact_arithmetic() {
 #[ignore = "a million hard rays of each kind, in minutes; prints how tight the bounds are"]
 fn certain_answers_are_those_of_exact_arithmetic_ten_million_times() {
     report(&campaign(1_000_000, 2));
+}
+
+/// A ray by a cone's apex: the bounds of a root once left out how fast the error of
+/// the side's polynomial may grow beside it.
+#[test]
+fn a_ray_that_passes_the_apex_of_a_cone() {
+    let case = Case {
+        kind: Kind::Cone(Cone {
+            base: DVec3::new(59.11357004898588, 818.5844518114908, -472.4367860121525),
+            top: DVec3::new(58.871485600005656, 818.7200804867608, -472.41554035293615),
+            base_radius: 0.4782310957634629,
+            top_radius: 0.0,
+            open: false,
+        }),
+        org: [59.0567450815872, 818.7464886886545, -472.69632241690425],
+        dir: [
+            -1.8471949128799817e-7,
+            -2.633122784316368e-8,
+            2.799636465362356e-7,
+        ],
+        t_min: 0.0,
+    };
+    check_all(&[case], &mut Default::default());
 }
 
 /// Shares of unsure lanes, of ordinary rays at primitives that seem small.

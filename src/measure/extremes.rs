@@ -10,6 +10,7 @@
 //! A scene that the check refuses at a value is an outcome, too: never a panic.
 //! Everything but the times is a function of the seed and the number of rays.
 
+mod cases;
 mod judge;
 mod objects;
 mod rays;

@@ -197,6 +197,7 @@ impl<L: Lanes> Frame<L> {
         let steep = roots.steep;
         let needed = (self.a.abs() * L::from_f32(8.0) + error.a * L::from_f32(50.0)) * off
             + q * q * roundings(50.0)
+            + error.b * error.b * L::from_f32(20.5)
             + tiny();
         let squared = steep * steep;
         let sure = needed.le(squared) & squared.lt(L::splat(L::Scalar::INFINITY));

@@ -2,8 +2,8 @@
 
 use super::rays::SweepRay;
 use crate::accel::World;
-use crate::plan::{Kernels, Precision};
 use crate::measure::verify::Float;
+use crate::plan::{Kernels, Precision};
 use crate::reference::{Hit, Reference};
 use crate::shade::Surface;
 use crate::trace::{

@@ -34,13 +34,15 @@ fn json(folder: &Path, arguments: &[&str]) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-fn rows(report: &Value) -> impl Iterator<Item = (&Value, &Value)> {
+/// (sweep, point, figures).
+fn rows(report: &Value) -> impl Iterator<Item = (&Value, &Value, &Value)> {
     let array = |value: &'_ Value| value.as_array().unwrap().len();
     (0..array(&report["sweeps"])).flat_map(move |s| {
         let sweep = &report["sweeps"][s];
         (0..array(&sweep["points"])).flat_map(move |p| {
-            let modes = &sweep["points"][p]["modes"];
-            (0..array(modes)).map(move |m| (sweep, &modes[m]))
+            let point = &sweep["points"][p];
+            let modes = &point["modes"];
+            (0..array(modes)).map(move |m| (sweep, point, &modes[m]))
         })
     })
 }
@@ -51,13 +53,13 @@ fn rows(report: &Value) -> impl Iterator<Item = (&Value, &Value)> {
 fn guarded_and_exact_are_right_wherever_they_promise_to_be() {
     let report = swept(&[], 256);
     let mut judged = 0;
-    for (sweep, value, figures) in report.rows() {
-        if figures.precision == "fast" || sweep.known_gap.is_some() {
+    for (sweep, point, figures) in report.rows() {
+        if figures.precision == "fast" || point.known_gap.is_some() {
             continue;
         }
         let place = format!(
-            "{} {} {value:e} {}",
-            sweep.name, sweep.subject, figures.precision
+            "{} {} {:e} {}",
+            sweep.name, sweep.subject, point.value, figures.precision
         );
         assert_eq!(figures.wrong(), 0, "{place}: {:?}", figures.first_wrong);
         assert_eq!(figures.not_finite, 0, "{place}");
@@ -149,7 +151,7 @@ fn the_command_writes_every_sweep_and_a_page_of_its_own() {
     assert!(!page.contains("<script") && !page.contains("src="));
 
     let mut broken = false;
-    for (sweep, figures) in rows(&report) {
+    for (_, point, figures) in rows(&report) {
         // What is not a number would be null.
         for (name, value) in figures.as_object().unwrap() {
             let named = name == "precision" || name == "first_wrong";
@@ -158,7 +160,7 @@ fn the_command_writes_every_sweep_and_a_page_of_its_own() {
         assert_eq!(figures["rays"], 32);
         let count = |name: &str| figures[name].as_u64().unwrap();
         let wrong = count("wrong_hit") + count("wrong_id") + count("wrong_shadow");
-        let promised = sweep["known_gap"].is_null() && wrong > 0;
+        let promised = point["known_gap"].is_null() && wrong > 0;
         broken |= figures["precision"] != "fast" && (promised || count("not_finite") > 0);
     }
     assert_eq!(output.status.code(), Some(i32::from(broken)), "{said}");
@@ -182,7 +184,7 @@ fn a_seed_gives_the_same_figures_again() {
     let figures = |more: &[&str]| {
         let only = ["--rays", "128", "--only", "chain,edges,tangent"];
         let report = json(folder.path(), &[&only, more].concat());
-        let of = |(sweep, figures): (&Value, &Value)| {
+        let of = |(sweep, _, figures): (&Value, &Value, &Value)| {
             let mut figures = figures.clone();
             figures.as_object_mut().unwrap().remove("ns_per_ray");
             (sweep["name"].clone(), figures)
@@ -211,9 +213,7 @@ fn one_precision_and_one_sweep_are_enough() {
     let sweeps = report["sweeps"].as_array().unwrap();
     assert_eq!(sweeps.len(), 2);
     assert_eq!(report["rays"], 8);
-    assert!(
-        rows(&report).all(|(sweep, figures)| {
-            sweep["name"] == "chain" && figures["precision"] == "guarded"
-        })
-    );
+    assert!(rows(&report).all(|(sweep, _, figures)| {
+        sweep["name"] == "chain" && figures["precision"] == "guarded"
+    }));
 }

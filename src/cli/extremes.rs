@@ -150,31 +150,31 @@ fn for_people(report: &Report) -> String {
     text
 }
 
-/// What is wrong in a sweep that promises nothing.
+/// What is wrong where nothing is promised.
 fn gaps(sweep: &SweepReport) -> Vec<String> {
-    let Some(why) = sweep.known_gap else {
-        return Vec::new();
-    };
     let of_precision = |(row, start): (usize, &Start)| {
-        let built = sweep.points.iter().filter(|point| point.refused.is_none());
-        let wrong = built.map(|point| (point.value, &point.modes[row]));
-        let mut wrong = wrong.filter(|(_, f)| is_sure(f) && f.wrong() + f.not_finite > 0);
-        let share = |f: &Figures| 100.0 * f.wrong() as f64 / f.rays.max(1) as f64;
-        let (from, first) = wrong.next()?;
-        let (count, most, infinite) = wrong.fold(
-            (1, share(first), first.not_finite),
-            |(count, most, infinite), (_, f)| {
-                (count + 1, f64::max(most, share(f)), infinite + f.not_finite)
-            },
-        );
+        let promised = |point: &&Point| point.known_gap.is_none() || point.refused.is_some();
+        let unsure = sweep.points.iter().filter(|point| !promised(point));
+        let mut wrong = unsure.filter(|point| {
+            let f = &point.modes[row];
+            is_sure(f) && f.wrong() + f.not_finite > 0
+        });
+        let first = wrong.next()?;
+        let share = |point: &Point| {
+            let f = &point.modes[row];
+            100.0 * f.wrong() as f64 / f.rays.max(1) as f64
+        };
+        let (count, most) = wrong.fold((1, share(first)), |(count, most), point| {
+            (count + 1, f64::max(most, share(point)))
+        });
         Some(format!(
-            "{} {}, {}: at {} first, {count} of {} values, at most {most:.1} % wrong, {infinite} \
-             not finite: {why}",
+            "{} {}, {}: at {} first, {count} of {} values, at most {most:.1} % wrong: {}",
             sweep.name,
             sweep.subject,
             start.precision,
-            shown(from),
+            shown(first.value),
             sweep.points.len(),
+            first.known_gap.unwrap_or_default(),
         ))
     };
     let lines = sweep.starts.iter().enumerate().filter_map(of_precision);
@@ -208,14 +208,14 @@ fn is_sure(figures: &Figures) -> bool {
 
 /// What is promised must hold, and no number may be NaN or infinite.
 fn judge(report: &Report) -> Result<(), CliError> {
-    let broken = |sweep: &SweepReport, f: &Figures| {
-        is_sure(f) && (f.not_finite > 0 || sweep.known_gap.is_none() && f.wrong() > 0)
+    let broken = |point: &Point, f: &Figures| {
+        is_sure(f) && (f.not_finite > 0 || point.known_gap.is_none() && f.wrong() > 0)
     };
-    let mut broken = report.rows().filter(|(sweep, _, f)| broken(sweep, f));
-    let Some((sweep, value, figures)) = broken.next() else {
+    let mut broken = report.rows().filter(|(_, point, f)| broken(point, f));
+    let Some((sweep, point, figures)) = broken.next() else {
         return Ok(());
     };
-    let faults = faults(sweep, value, figures);
+    let faults = faults(sweep, point.value, figures);
     let more = broken.count();
     Err(CliError::Short(format!(
         "{faults}; {more} other values fall short, too"

@@ -68,9 +68,6 @@ pub struct SweepReport {
     /// What the values are.
     pub axis: &'static str,
     pub subject: &'static str,
-    /// Why `guarded` and `exact` do not promise to be right here; `null` where
-    /// they do.
-    pub known_gap: Option<&'static str>,
     pub starts: Vec<Start>,
     pub points: Vec<Point>,
 }
@@ -79,6 +76,9 @@ pub struct SweepReport {
 #[derive(Clone, Debug, Serialize)]
 pub struct Point {
     pub value: f64,
+    /// Why `guarded` and `exact` do not promise to be right here; `null` where
+    /// they do.
+    pub known_gap: Option<&'static str>,
     /// Why there is no such scene.
     pub refused: Option<String>,
     /// One of each precision; none where refused.
@@ -132,7 +132,6 @@ pub fn run(
             title: sweep.title,
             axis: sweep.axis,
             subject: subject.name(),
-            known_gap: sweep.known_gap(subject),
             starts: starts(&points, &options.precisions),
             points,
         });
@@ -150,6 +149,7 @@ fn at(sweep: &Sweep, subject: Subject, value: f64, options: &ExtremesOptions) ->
     };
     Point {
         value,
+        known_gap: sweep.known_gap(value),
         refused,
         modes,
     }
@@ -231,11 +231,11 @@ impl fmt::Display for Start {
 }
 
 impl Report {
-    /// (sweep, value, figures) of every precision at every value.
-    pub fn rows(&self) -> impl Iterator<Item = (&SweepReport, f64, &Figures)> {
+    /// Every precision at every value.
+    pub fn rows(&self) -> impl Iterator<Item = (&SweepReport, &Point, &Figures)> {
         self.sweeps.iter().flat_map(|sweep| {
             let points = sweep.points.iter();
-            points.flat_map(move |point| point.modes.iter().map(move |m| (sweep, point.value, m)))
+            points.flat_map(move |point| point.modes.iter().map(move |m| (sweep, point, m)))
         })
     }
 }
@@ -266,6 +266,7 @@ mod tests {
         let [fast, exact] = [Precision::Fast, Precision::Exact];
         let point = |value, wrong_id, ulps| Point {
             value,
+            known_gap: None,
             refused: None,
             modes: vec![
                 figures(fast, wrong_id, ulps),
@@ -274,6 +275,7 @@ mod tests {
         };
         let refused = Point {
             value: 0.01,
+            known_gap: None,
             refused: Some("no".into()),
             modes: Vec::new(),
         };

@@ -6,12 +6,13 @@
 //! what the point is measured to lie off the surface, and a multiple of the
 //! rounding of the numbers that made it. Where hits are decided exactly, t is
 //! refined in f64 first (see [`super::height`]): the point is then as good as f64,
-//! and leaving rays start as close, also of lanes in f32.
+//! also of lanes in f32.
 
 use super::height::refined;
 use crate::accel::World;
 use crate::geom::half_space;
 use crate::math::bounds::LEAVING;
+use crate::math::lanes::Scalar;
 use crate::math::{Affine, length, unit};
 use crate::plan::Arithmetic;
 use crate::scene::{MaterialId, Mesh, Shape, shape_bounds};
@@ -32,6 +33,10 @@ pub struct Surface {
     pub offset: f64,
     pub material: Option<MaterialId>,
 }
+
+/// Unit roundoffs.
+const SINGLE: f64 = <f32 as Scalar>::UNIT_ROUNDOFF as f64;
+const DOUBLE: f64 = <f64 as Scalar>::UNIT_ROUNDOFF;
 
 impl Surface {
     pub fn at(
@@ -60,7 +65,7 @@ impl Surface {
             }
         };
         let mut t = t;
-        let (mut left, mut roundoff) = (0.0, f64::from(f32::EPSILON) * 0.5);
+        let (mut left, mut roundoff) = (0.0, SINGLE);
         if arithmetic != Arithmetic::F32 {
             let ray = (object_org, object_dir);
             let (refined, height) = refined(world, (entry.shape, id.primitive), ray, t);
@@ -69,7 +74,12 @@ impl Surface {
             let rise = to_world_rise(placed, height.normal);
             left = height.above.abs() / rise;
             left = if left.is_finite() { left } else { 0.0 };
-            roundoff = f64::EPSILON * 0.5;
+            // A triangle is met from where the ray starts, by lanes of any type: they
+            // had better be certain that it lies behind. Solids are met in f64 first.
+            let flat = matches!(entry.shape, Shape::Mesh(_) | Shape::Polygon(_));
+            if arithmetic == Arithmetic::F64 || !flat {
+                roundoff = DOUBLE;
+            }
         }
         let point = world_org + world_dir * t;
         let at = object_org + object_dir * t;
@@ -102,18 +112,16 @@ impl Surface {
             let bounds = shape_bounds(world.scene, appearance.shape);
             bounds.map_or(0.0, |own| own.max_abs())
         };
+        // In object space as the kernel rounds them; world rays are f64.
         let object_size = own_size.max(object_org.abs().max_element());
-        let size = world_org
-            .abs()
-            .max(point.abs())
-            .max_element()
-            .max(entry.stretch * object_size);
+        let world_size = world_org.abs().max(point.abs()).max_element();
+        let rounded = roundoff * entry.stretch * object_size + DOUBLE * world_size;
         Surface {
             point,
             ng,
             ns,
             front,
-            offset: LEAVING * roundoff * size.min(f64::MAX) + left,
+            offset: LEAVING * rounded.min(f64::MAX / LEAVING) + left,
             material: appearance.material.or(own_material),
         }
     }

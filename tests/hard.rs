@@ -8,7 +8,7 @@ mod common;
 use common::{EVERYTHING, Random, hard_rays, hard_scene, random_mesh};
 use glam::{DAffine3, DVec3};
 use lanecast::accel::{Density, KdQuality, Structure, World};
-use lanecast::math::Affine;
+use lanecast::math::{Aabb, Affine};
 use lanecast::plan::{Arithmetic, Kernels};
 use lanecast::reference::{Hit, Reference};
 use lanecast::scene::{Appearances, Edge, MeshId, SceneBuilder};
@@ -173,7 +173,8 @@ fn badly_conditioned_boxes_hold_every_corner() {
         let row = appearances.rows[0];
         let mesh = scene.meshes.row(MeshId(0));
         let world = World::build(&scene, &appearances, Structure::Bvh);
-        let bounds = world.entries[0].bounds.widened();
+        let about = world.entries[0].bounds.widened();
+        let bounds = Aabb::new(about.min + world.center, about.max + world.center);
         for i in 0..mesh.triangles.len() {
             for corner in mesh.corners(i) {
                 let corner = DVec3::from_array(corner.map(f64::from)) + mesh.center;
@@ -197,7 +198,8 @@ fn badly_conditioned_boxes_hold_every_corner() {
                 }
                 corners += 1;
                 farthest = f64::max(farthest, (x - start).length() / size);
-                let inside = x.cmpge(bounds.min).all() && x.cmple(bounds.max).all();
+                let x = x - world.center;
+                let inside = x.cmpge(about.min).all() && x.cmple(about.max).all();
                 outside += u32::from(!inside);
             }
         }

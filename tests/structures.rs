@@ -14,7 +14,7 @@ use common::{Loaded, assets, load};
 use lanecast::accel::{
     Counter, Counts, Density, Figures, Forest, Forests, Index, Structure, World,
 };
-use lanecast::geom::Fast;
+use lanecast::geom::Guarded;
 use lanecast::math::Vec3;
 use lanecast::plan::Arithmetic;
 use lanecast::render::{Grid, Progress, RenderConfig, View, render};
@@ -63,7 +63,7 @@ fn replay<A: Index>(world: &World, forest: &Forest<A>, rays: &[TracedRay]) -> (C
     for ray in rays {
         let dir = ray.dir.map(f64::from);
         let packet = Packet::<f64>::new(Vec3::splat(ray.org), Vec3::splat(dir), 0.0, &world.bounds);
-        let tester = Tester::<f64, Fast, Has<true, true, true>>::new(world, &packet);
+        let tester = Tester::<f64, Guarded, Has<true, true, true>>::new(world, &packet);
         let t_max = f64::from(ray.t_max);
         if let RayKind::Shadow { .. } = ray.kind {
             let mut query = AnyHit::<f64>::new(t_max);
@@ -71,7 +71,7 @@ fn replay<A: Index>(world: &World, forest: &Forest<A>, rays: &[TracedRay]) -> (C
             assert_eq!(query.blocked(), ray.outcome == Outcome::Blocked, "{ray:?}");
             continue;
         }
-        let mut query = Closest::<f64, Fast>::new(t_max);
+        let mut query = Closest::<f64, Guarded>::new(t_max);
         tester.trace(forest, &mut query, &mut scratch, &counter);
         let id = query.id(0);
         match ray.outcome {

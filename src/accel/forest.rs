@@ -10,6 +10,7 @@ use super::kdtree::KdTree;
 use super::wide::{WideMesh, WideTree};
 use crate::geom::triangle::Corners;
 use crate::math::Aabb32;
+use glam::DVec3;
 
 /// A mesh's structure and its triangles in the order of the leaves.
 #[derive(Clone, Debug)]
@@ -83,7 +84,7 @@ impl Forests {
     pub fn bounds(&self) -> Aabb32 {
         each!(self,
             wide => wide.top.bounds,
-            nested => nested.groups.bounds(),
+            nested => nested.groups.bounds(DVec3::ZERO),
             forest => forest.top.bounds()
         )
     }

@@ -13,10 +13,11 @@
 
 use super::build::{BuildQuality, build_boxes};
 use super::wide::WideTree;
-use super::world::{center_of, world_bounds};
+use super::world::{FAR, center_of, world_bounds};
 use crate::math::{Aabb, Aabb32, Affine};
 use crate::scene::{
     Appearances, Edge, NodeId, Place, Scene, Shape, ShapeId, Tables, Target, children_first,
+    far_center,
 };
 use glam::DVec3;
 
@@ -103,15 +104,23 @@ impl Groups {
         self.nodes[node.index()].as_ref()
     }
 
-    /// World space; holds the boxes of all appearances as [`super::Entry`] has
-    /// them.
-    pub fn bounds(&self) -> Aabb32 {
+    /// World space, about `center`; holds the boxes of all appearances as
+    /// [`super::Entry`] has them.
+    pub fn bounds(&self, center: DVec3) -> Aabb32 {
         let bounds = &self.roots.bounds;
         if bounds.is_empty() {
             return Aabb32::EMPTY;
         }
-        let more = bounds.max_abs() * f64::from(f32::EPSILON);
-        bounds.grown(DVec3::splat(more)).outward()
+        let about = Aabb::new(bounds.min - center, bounds.max - center);
+        // Those are rounded to f32 once, and to f64 where they stand.
+        let more =
+            about.max_abs() * f64::from(f32::EPSILON) + bounds.max_abs() * (64.0 * f64::EPSILON);
+        about.grown(DVec3::splat(more)).outward()
+    }
+
+    /// World space: what the boxes of a world of these count from.
+    pub fn center(&self) -> DVec3 {
+        far_center(&self.roots.bounds, FAR)
     }
 
     pub fn bytes(&self) -> usize {

@@ -82,7 +82,7 @@ pub struct World<'a> {
     pub bounds: Aabb32,
     /// World space: what boxes count from, so that those of a scene far from the
     /// origin are no coarser. Rays and shapes stay where they are. Zero where the
-    /// scene is not far off, and of nested groups.
+    /// scene is not far off.
     pub center: DVec3,
     /// In the order of the top structure's leaves; kinds lie in runs.
     pub entries: Vec<Entry>,
@@ -193,7 +193,7 @@ impl<'a> World<'a> {
             forest.bounds()
         } else {
             let own = own_bounds(scene, |mesh| forest.mesh_bounds(mesh));
-            Groups::of(scene, appearances, own).bounds()
+            Groups::of(scene, appearances, own).bounds(center)
         };
         World {
             scene,
@@ -217,23 +217,21 @@ impl<'a> World<'a> {
         let own = own_bounds(scene, |mesh| meshes[mesh].as_ref().map(|m| m.tree.bounds));
         let groups = Groups::of(scene, appearances, own);
         // What a flat world would take, where there might be one.
-        let bounds = if appearances.are_laid_out() {
-            let rows = (0_u64..).zip(&appearances.rows);
-            let entries = rows.map(|(id, row)| {
-                let own = groups.own[row.shape.index()];
-                Entry::of(scene, row.shape, own, id, &row.place(), DVec3::ZERO)
-            });
-            let bounded = entries.filter(|entry| !entry.is_unbounded());
-            bounded.fold(Aabb32::EMPTY, |all, entry| all.union(&entry.bounds))
+        let (bounds, center) = if appearances.are_laid_out() {
+            let all = entries_of(scene, appearances, &groups.own);
+            let around = |all: Aabb32, entry: &Entry| all.union(&entry.bounds);
+            let bounds = all.bounded.iter().fold(Aabb32::EMPTY, around);
+            (bounds, all.center)
         } else {
-            groups.bounds()
+            let center = groups.center();
+            (groups.bounds(center), center)
         };
         World {
             scene,
             appearances,
             forest: Forests::Nested(NestedForest { groups, meshes }),
             bounds,
-            center: DVec3::ZERO,
+            center,
             entries: Vec::new(),
             unbounded: Vec::new(),
             place_of: Vec::new(),
@@ -264,7 +262,7 @@ impl<'a> World<'a> {
             unreachable!("a flat world has an entry for each of its appearances");
         };
         let own = groups.own[row.shape.index()];
-        Entry::of(self.scene, row.shape, own, id, &row.place(), DVec3::ZERO)
+        Entry::of(self.scene, row.shape, own, id, &row.place(), self.center)
     }
 
     /// Where this is what was built.
@@ -320,7 +318,7 @@ pub(super) struct Entries {
 /// A scene whose middle is so many of its sizes away from the origin is far off.
 /// What is met in world space (a mesh that is not placed, and so no further than
 /// eight of its own sizes) never is.
-const FAR: f64 = 64.0;
+pub(super) const FAR: f64 = 64.0;
 
 /// `bounds`: of a mesh that has been built.
 pub(super) fn entries(
@@ -328,8 +326,11 @@ pub(super) fn entries(
     appearances: &Appearances,
     bounds: impl Fn(usize) -> Option<Aabb32>,
 ) -> Entries {
-    let own = own_bounds(scene, bounds);
-    let near = entries_about(scene, appearances, &own, DVec3::ZERO);
+    entries_of(scene, appearances, &own_bounds(scene, bounds))
+}
+
+fn entries_of(scene: &Scene, appearances: &Appearances, own: &[Aabb32]) -> Entries {
+    let near = entries_about(scene, appearances, own, DVec3::ZERO);
     let around = near
         .bounded
         .iter()
@@ -338,7 +339,7 @@ pub(super) fn entries(
     if center == DVec3::ZERO {
         return near;
     }
-    entries_about(scene, appearances, &own, center)
+    entries_about(scene, appearances, own, center)
 }
 
 fn entries_about(

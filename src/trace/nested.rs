@@ -17,7 +17,6 @@ use crate::accel::{Entry, Group, Groups, Link, Reach, STREAM, StreamStack};
 use crate::geom::Certainty;
 use crate::math::lanes::Lanes;
 use crate::scene::{Place, Shape, Target};
-use glam::DVec3;
 
 /// Room for one node that is being walked.
 #[derive(Default)]
@@ -104,7 +103,7 @@ impl Nested<'_, '_> {
                         own,
                         first,
                         &place,
-                        DVec3::ZERO,
+                        self.stream.world.center,
                     );
                     let map = Some(&place.object_from_world);
                     solids.meet::<C, Q>(&entry, map, set, queries);
@@ -191,7 +190,7 @@ impl Nested<'_, '_> {
                     own,
                     first,
                     &place,
-                    DVec3::ZERO,
+                    self.stream.world.center,
                 );
                 let map = Some(&place.object_from_world);
                 let Shape::Mesh(id) = entry.shape else {
@@ -219,7 +218,7 @@ impl Level {
             world: if bounds.is_empty() {
                 0.0
             } else {
-                bounds.max_abs()
+                bounds.max_abs() + stream.world.center.abs().max_element()
             },
         };
         each(set, |i| {

@@ -7,6 +7,8 @@
 use super::*;
 use crate::geom::{Cuboid, Sphere};
 use crate::scene::{Appearances, Edge, MeshData, Scene, SceneBuilder};
+use crate::trace::hits::Depths;
+use crate::trace::query::HitId;
 use crate::trace::{Caching, HitIds, Origins};
 use glam::{DAffine3, DVec3};
 

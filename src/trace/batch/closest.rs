@@ -1,0 +1,181 @@
+//! Nearest hits of many rays.
+
+use super::Batch;
+use crate::accel::{Count, Forest, Groups, Index, STREAM, World};
+use crate::geom::Certainty;
+use crate::math::lanes::Lanes;
+use crate::trace::hits::{Depths, Hits};
+use crate::trace::items::ItemBuffer;
+use crate::trace::leaf::{Features, Scratch, Tester};
+use crate::trace::query::{Closest, HitId};
+use crate::trace::rays::{Rays, load_f32};
+use crate::trace::stream::{Stream, StreamScratch, each};
+use crate::trace::tile::{Bundles, TILE, Tile, TileScratch};
+
+pub struct ClosestBatch<'a, 'h> {
+    pub world: &'a World<'a>,
+    pub rays: &'a Rays<'a>,
+    pub hits: &'a mut Hits<'h>,
+    /// Lists for the rays, and the number of the first tile.
+    pub items: Option<(&'a ItemBuffer, usize)>,
+}
+
+impl ClosestBatch<'_, '_> {
+    #[inline(always)]
+    fn put<L: Lanes, C: Certainty>(&mut self, first: usize, query: &Closest<L, C>) {
+        match &mut self.hits.t {
+            Depths::Single(t) => query.store_single(&mut t[first..]),
+            Depths::Double(t) => query.store_double(&mut t[first..]),
+        }
+        query.store_ids(&mut self.hits.id, first);
+    }
+
+    #[inline(always)]
+    fn put_stream<L: Lanes, C: Certainty>(
+        &mut self,
+        first: usize,
+        queries: &[Closest<L, C>; STREAM],
+    ) {
+        let rows = first..first + STREAM;
+        match &mut self.hits.t {
+            Depths::Single(t) => {
+                for (t, query) in t[rows.clone()].iter_mut().zip(queries) {
+                    *t = query.t(0) as f32;
+                }
+            }
+            Depths::Double(t) => {
+                for (t, query) in t[rows.clone()].iter_mut().zip(queries) {
+                    *t = query.t(0);
+                }
+            }
+        }
+        let id = &mut self.hits.id;
+        let columns = id.instance[rows.clone()]
+            .iter_mut()
+            .zip(&mut id.primitive[rows]);
+        for ((instance, primitive), query) in columns.zip(queries) {
+            HitId {
+                instance: *instance,
+                primitive: *primitive,
+            } = query.id(0);
+        }
+    }
+}
+
+impl ClosestBatch<'_, '_> {
+    /// The rays that tiles have left in doubt, as a stream.
+    #[inline(never)]
+    fn trace_again<L: Lanes, C: Certainty, F: Features, const S: usize>(
+        &mut self,
+        scratch: &mut TileScratch,
+    ) {
+        let (doubtful, streams) = (&mut scratch.doubtful, &mut scratch.streams);
+        if doubtful.rows().is_empty() {
+            return;
+        }
+        let (world, rays, first) = (self.world, &doubtful.rays(), 0);
+        let mut queries: [_; STREAM] = std::array::from_fn(|i| {
+            Closest::<L::Single, C>::new(<L::Single as Lanes>::from_f32(rays.t_max[i]))
+        });
+        let stream = Stream { world, rays, first };
+        stream.trace::<L, S, C, F, _>(rays.alive(0), &mut queries, streams);
+        for (row, query) in doubtful.rows().iter().zip(&queries) {
+            self.put(*row as usize, query);
+        }
+        doubtful.clear();
+    }
+}
+
+impl Batch for ClosestBatch<'_, '_> {
+    fn packets<L: Lanes, C: Certainty, F: Features, A: Index, N: Count>(
+        mut self,
+        forest: &Forest<A>,
+        count: &N,
+    ) {
+        let mut scratch = Scratch::<L, A>::default();
+        for first in (0..self.rays.len()).step_by(L::COUNT) {
+            let packet = self.rays.packet::<L>(first, self.world);
+            let mut query = Closest::<L, C>::new(load_f32(&self.rays.t_max[first..]));
+            let tester = Tester::<L, C, F>::new(self.world, &packet);
+            tester.trace(forest, &mut query, &mut scratch, count);
+            self.put(first, &query);
+        }
+    }
+
+    #[inline(never)]
+    fn nested<L: Lanes, C: Certainty, const S: usize>(
+        mut self,
+        groups: &Groups,
+        scratch: &mut StreamScratch,
+    ) {
+        for first in (0..self.rays.len()).step_by(STREAM) {
+            let mut queries: [_; STREAM] = std::array::from_fn(|i| {
+                let t_max = self.rays.t_max[first + i];
+                Closest::<L::Single, C>::new(<L::Single as Lanes>::from_f32(t_max))
+            });
+            let stream = Stream {
+                world: self.world,
+                rays: self.rays,
+                first,
+            };
+            let alive = self.rays.alive(first);
+            stream.trace_nested::<L, S, C, _>(groups, alive, &mut queries, scratch);
+            self.put_stream(first, &queries);
+        }
+    }
+
+    fn tiles<L: Lanes, C: Certainty, F: Features, const S: usize>(
+        mut self,
+        scratch: &mut TileScratch,
+    ) {
+        let mut bundles = Bundles::default();
+        let mut queries: [_; S] = std::array::from_fn(|_| Closest::<L, C>::new(L::zero()));
+        for first in (0..self.rays.len()).step_by(TILE) {
+            if let Some(tile) = Tile::<L, S>::of(self.world, self.rays, first, &mut bundles) {
+                for (s, query) in queries.iter_mut().enumerate() {
+                    query.restart(load_f32(&self.rays.t_max[first + s * L::COUNT..]));
+                }
+                let list = self.items.and_then(|(items, number)| {
+                    let list = tile.list(items, number + first / TILE)?;
+                    Some((list, self.world.item_boxes.as_ref()?))
+                });
+                let doubtful = match list {
+                    Some((list, boxes)) => {
+                        tile.trace_items::<C, _>(list, boxes, &mut queries, scratch)
+                    }
+                    None => tile.trace::<C, F, _>(&mut queries, scratch),
+                };
+                for (s, query) in queries.iter().enumerate() {
+                    self.put(first + s * L::COUNT, query);
+                }
+                each(doubtful, |i| {
+                    scratch.doubtful.push(self.rays, first + i);
+                    if scratch.doubtful.is_full() {
+                        self.trace_again::<L, C, F, S>(scratch);
+                    }
+                });
+                continue;
+            }
+            for first in (first..first + TILE).step_by(STREAM) {
+                let mut queries: [_; STREAM] = std::array::from_fn(|i| {
+                    let t_max = self.rays.t_max[first + i];
+                    Closest::<L::Single, C>::new(<L::Single as Lanes>::from_f32(t_max))
+                });
+                let stream = Stream {
+                    world: self.world,
+                    rays: self.rays,
+                    first,
+                };
+                stream.trace::<L, S, C, F, _>(
+                    self.rays.alive(first),
+                    &mut queries,
+                    &mut scratch.streams,
+                );
+                self.put_stream(first, &queries);
+            }
+        }
+        if C::GUARDED {
+            self.trace_again::<L, C, F, S>(scratch);
+        }
+    }
+}

@@ -69,7 +69,7 @@ impl<'a> Work<'a> {
         };
         let precisions = match args.common.precision {
             Some(asked) => vec![asked],
-            None => vec![Precision::Fast, Precision::Exact],
+            None => vec![Precision::Fast, Precision::Guarded, Precision::Exact],
         };
         let widths = match args.common.lanes {
             Some(asked) => vec![asked],

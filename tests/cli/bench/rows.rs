@@ -11,7 +11,7 @@ fn every_kind_in_every_mode() {
     write_scene(folder.path(), BALL);
     let bench = ["bench", "s.toml", "--size", "75x50", "--reps", "2"];
     let report = reported(folder.path(), &bench[1..]);
-    assert_eq!(rows(&report).len(), 36);
+    assert_eq!(rows(&report).len(), 54);
     let primary_hits = &rows(&report)[0]["hits"];
     assert!(primary_hits.as_u64().unwrap() > 300, "{primary_hits}");
     let kinds = [
@@ -25,7 +25,7 @@ fn every_kind_in_every_mode() {
         "diffuse",
         "diffuse_any",
     ];
-    for (kind, rows) in kinds.iter().zip(rows(&report).chunks(4)) {
+    for (kind, rows) in kinds.iter().zip(rows(&report).chunks(6)) {
         for row in rows {
             assert_eq!(row["kind"], *kind);
             assert_eq!(row["accel"], "bvh");
@@ -48,12 +48,15 @@ fn every_kind_in_every_mode() {
             "primary" | "ortho" => assert_eq!(rows[0]["rays"], 75 * 50),
             _ => assert_eq!(&rows[0]["rays"], primary_hits),
         }
-        assert_eq!(rows[2]["precision"], "exact");
-        assert_eq!(rows[2]["hits"], rows[3]["hits"]);
-        assert_eq!(rows[3]["differ"], 0);
+        // Those that decide exactly agree, at every width.
+        for (row, precision) in (2..).zip(["guarded", "guarded", "exact", "exact"]) {
+            assert_eq!(rows[row]["precision"], precision);
+            assert_eq!(rows[row]["hits"], rows[5]["hits"]);
+            assert_eq!(rows[row]["differ"], 0);
+        }
     }
     // The same rays, asked for any hit.
-    assert_eq!(rows(&report)[30]["hits"], rows(&report)[34]["hits"]);
+    assert_eq!(rows(&report)[46]["hits"], rows(&report)[52]["hits"]);
     assert!(report["build_seconds"].is_f64() && report["tree_bytes"].is_u64());
     let structure = &report["structures"][0];
     assert_eq!(structure["name"], "bvh");
@@ -98,7 +101,7 @@ fn what_is_asked_for_narrows() {
     assert_eq!(other["clock"], "wall");
     assert_eq!(
         rows(&bench(&["--lanes", "auto", "--kinds", "shadow"])).len(),
-        2
+        3
     );
     assert_eq!(
         rows(&bench(&["--precision", "exact", "--kinds", "shadow"])).len(),
@@ -166,7 +169,7 @@ fn a_width_that_one_precision_lacks_is_said() {
             }
         };
         let left_out = said.matches("is left out: packets of").count();
-        assert_eq!(measured + left_out, 2, "{lanes} lanes: {said}");
+        assert_eq!(measured + left_out, 3, "{lanes} lanes: {said}");
         if cfg!(feature = "all-lanes") {
             assert_eq!(left_out, 0);
         }

@@ -213,7 +213,7 @@ fn a_peer_beside_ours() {
         assert!(row["differ"].as_u64().unwrap() <= 4, "{row}");
     }
     let ratios = report["comparisons"].as_array().unwrap();
-    assert_eq!(ratios.len(), 18);
+    assert_eq!(ratios.len(), 27);
     let built = report["structures"].as_array().unwrap();
     assert!(built.len() >= 3, "ours, and two qualities at least");
     assert!(built[1]["build_peak_bytes"].as_u64().unwrap() > 0);

@@ -65,7 +65,7 @@ fn exported_and_read_back() {
         "1",
     ];
     let output = lanecast(folder.path(), &sets);
-    assert_eq!(stdout(&output).matches("\nrays ").count(), 4);
+    assert_eq!(stdout(&output).matches("\nrays ").count(), 6);
 }
 
 #[test]

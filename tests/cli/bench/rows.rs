@@ -68,7 +68,7 @@ fn every_kind_in_every_mode() {
     // Without --json a table, and nothing else is written.
     let output = lanecast(folder.path(), &bench);
     assert!(output.status.success(), "{}", stderr(&output));
-    assert_eq!(stdout(&output).matches("\ndiffuse_any ").count(), 4);
+    assert_eq!(stdout(&output).matches("\ndiffuse_any ").count(), 6);
     assert_eq!(names(folder.path()), ["pyramid.obj", "s.toml"]);
 }
 
@@ -148,8 +148,8 @@ fn a_camera_that_sees_nothing() {
     let report = report(&output);
     assert_eq!(rows(&report)[0]["hits"], 0);
     // No hits to leave from.
-    assert_eq!(rows(&report)[8]["kind"], "shadow");
-    assert_eq!(rows(&report)[8]["mrays_per_s"], 0.0);
+    assert_eq!(rows(&report)[12]["kind"], "shadow");
+    assert_eq!(rows(&report)[12]["mrays_per_s"], 0.0);
 }
 
 #[test]

@@ -35,11 +35,11 @@ fn structures_side_by_side() {
     assert_eq!(names(&report["structures"], "name"), ["bvh", "linear"]);
     assert_eq!(report["structures"][0]["builds"], 3);
     let accels = names(&report["results"], "accel");
-    assert_eq!(accels, ["bvh", "bvh", "linear", "linear"]);
-    assert_eq!(rows(&report)[1]["hits"], rows(&report)[3]["hits"]);
+    assert_eq!(accels, ["bvh", "bvh", "bvh", "linear", "linear", "linear"]);
+    assert_eq!(rows(&report)[2]["hits"], rows(&report)[5]["hits"]);
     // A linear scan tests rays against the ball and two pyramids, in whose boxes
     // they come.
-    let tests = rows(&report)[2]["tests_per_ray"].as_f64().unwrap();
+    let tests = rows(&report)[3]["tests_per_ray"].as_f64().unwrap();
     assert!(tests > 0.1 && tests <= 13.0, "{tests}");
 
     // The page has a bar for each row, and nothing from elsewhere.
@@ -53,7 +53,7 @@ fn structures_side_by_side() {
         assert!(page.contains(label), "{label}");
     }
     assert!(!page.contains("<script") && !page.contains("src=") && !page.contains("url("));
-    assert_eq!(page.matches("<rect").count(), 4 + 2 + 2);
+    assert_eq!(page.matches("<rect").count(), 6 + 2 + 2);
 }
 
 /// Trees of both qualities in one run: other trees, the same hits.

@@ -32,9 +32,11 @@ fn far_worlds_are_as_fine_as_near_ones_and_lose_nothing() {
 
         let scan = World::build(&far, &appearances, Structure::Linear);
         assert!((scan.center - offset).length() < 0.1 * distance, "{seed}");
-        // What f64 has no room for at that distance, and one rounding to f32.
-        let room = near_size * 1.001 + distance * 1e-14;
-        assert!(size(&scan).cmple(room).all(), "{seed}: {}", size(&scan));
+        // One rounding to f32, and what badly conditioned places lose in f64 at that
+        // distance; f32 would lose a thousand times as much.
+        let room = near_size * 1.001 + distance * 1e-10;
+        let found = size(&scan);
+        assert!(found.cmple(room).all(), "{seed}: {found}, {near_size}");
 
         let rays = hard_rays(&far, &appearances, seed, RAYS);
         for arithmetic in [Arithmetic::F64, Arithmetic::F32Guarded] {

@@ -4,7 +4,7 @@ use super::stream::each;
 use crate::accel::{Block, STREAM, Slabs, StreamRays, WIDE};
 use crate::geom::Ray;
 use crate::geom::triangle::{Seen, cross_with_size, plane_ratio};
-use crate::math::lanes::{Lanes, Mask, Register, max, min};
+use crate::math::lanes::{Entries, Lanes, Mask, Register, max, min};
 use crate::math::{Aabb32, Vec3};
 
 /// Rays in one space, in f32 whatever their own precision, in columns: what only
@@ -184,7 +184,7 @@ impl Sight {
             [cx, cy, cz, ..],
         ] = match &faces.block {
             Block::Shared(block) => {
-                let vertices = [a, b, k].map(|axis| block.vertices(axis));
+                let vertices = [block.vertices(a), block.vertices(b), block.vertices(k)];
                 let mut seen = [vertices[0]; 5];
                 for i in 0..vertices[0].len() {
                     let all = see([vertices[0][i], vertices[1][i], vertices[2][i]]);
@@ -192,10 +192,17 @@ impl Sight {
                         to[i] = x;
                     }
                 }
-                // What is not used is not made.
-                block.entries().map(|corner| seen.map(|x| corner.of(x)))
+                // What is not used is not made. Spelled out, for arrays' own `map` is
+                // not always part of what surrounds it.
+                let [x, y, z, raw_x, raw_y] = seen;
+                let seen = |at: Entries| [at.of(x), at.of(y), at.of(z), at.of(raw_x), at.of(raw_y)];
+                let [a, b, c] = block.entries();
+                [seen(a), seen(b), seen(c)]
             }
-            Block::Apart(_) => faces.block.columns([a, b, k]).map(see),
+            Block::Apart(_) => {
+                let [a, b, c] = faces.block.columns([a, b, k]);
+                [see(a), see(b), see(c)]
+            }
         };
         let seen = Seen {
             x: [ax, bx, cx],
@@ -216,7 +223,8 @@ impl Sight {
             & Lanes::lt(most + pad, Register::splat(end * (1.0 - SLACK)));
         // What `plane_depth` divides, t in its plane and the corners' least, is
         // compared as products here: depths in the ray's sense.
-        let normal = [a, b, k].map(|axis| Register::load(&faces.normal[axis]));
+        let normal = |axis: usize| Register::load(&faces.normal[axis]);
+        let normal = [normal(a), normal(b), normal(k)];
         let [above, det] = plane_ratio([raw_x, raw_y, az], normal, [shear_x, shear_y]);
         let above = above * sense;
         let above = <Register as Lanes>::select(det.lt(Register::zero()), -above, above);

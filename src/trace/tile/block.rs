@@ -284,10 +284,9 @@ impl Edges {
     ) -> (Register, u32) {
         let z = max(depth / det, Register::load(&self.nearest));
         let (x, y) = (Register::splat(u) * z, Register::splat(v) * z);
-        let [[a0, a1], [b0, b1]] = self
-            .around
-            .each_ref()
-            .map(|a| a.each_ref().map(|x| Register::load(x)));
+        let [[a0, a1], [b0, b1]] = &self.around;
+        let (a0, a1) = (Register::load(a0), Register::load(a1));
+        let (b0, b1) = (Register::load(b0), Register::load(b1));
         let shallow = z.le(Register::load(&self.farthest));
         let clear = x.ge(a0) & x.le(a1) & y.ge(b0) & y.le(b1) & shallow;
         (z, clear.bits())

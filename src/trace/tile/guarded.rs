@@ -58,6 +58,8 @@ pub(super) struct Line<L: Lanes> {
 /// depths the hit truly lies, if it is one.
 pub(super) struct Settled<L: Lanes> {
     sure: L::Mask,
+    /// They certainly do not: it would be before the ray's start.
+    behind: L::Mask,
     depth: L,
     from: L,
     to: L,
@@ -95,7 +97,7 @@ impl<L: Lanes, E: Edges> Decides<L> for Guarded<E> {
         let line = Line {
             u: splat(line.u),
             v: splat(line.v),
-            start: line.start.map(splat),
+            start: [splat(line.start[0]), splat(line.start[1])],
             limit: splat(line.limit),
         };
         let all = self.0.meet(at, &line);
@@ -105,6 +107,7 @@ impl<L: Lanes, E: Edges> Decides<L> for Guarded<E> {
         }
         let settled = self.0.settle(at, &all);
         let sure = settled.sure.bits();
+        hits &= !settled.behind.bits();
         let columns = [settled.depth, settled.from, settled.to];
         let [depth, from, to] = columns.map(|x| x.to_array());
         let here = L::Mask::from_bits(1 << lane);
@@ -113,6 +116,7 @@ impl<L: Lanes, E: Edges> Decides<L> for Guarded<E> {
             hits &= hits - 1;
             let hit = Settled {
                 sure: L::Mask::splat(sure >> slot & 1 != 0),
+                behind: L::Mask::splat(false),
                 depth: L::from_f32(depth[slot]),
                 from: L::from_f32(from[slot]),
                 to: L::from_f32(to[slot]),
@@ -225,7 +229,7 @@ impl<L: Lanes> Nearest<L> {
         slot: usize,
         limit: &mut L,
     ) {
-        let possible = possible & !hit.from.gt(*limit);
+        let possible = possible & !hit.behind & !hit.from.gt(*limit);
         let nearer = possible & hit.sure & hit.to.lt(self.least);
         let aside = possible & !nearer;
         let done = L::from_f32(DONE);

@@ -39,8 +39,8 @@ pub struct Met<L: Lanes> {
     possible: L::Mask,
     /// Edge functions, not less than exact.
     weights: [L; 3],
-    /// No later does the ray start.
-    start: L,
+    /// Between which depths the ray starts.
+    start: [L; 2],
 }
 
 impl super::Edges for Edges {
@@ -54,16 +54,18 @@ impl super::Edges for Edges {
         let turned = |[x, y, z]: [Register; 3]| [x, y, z * sign];
         let [a, b, c] = block.columns(bundle.frustum.axes);
         let raw = [turned(a), turned(b), turned(c)];
-        let [slope_a, slope_b] = shear.slopes.map(|s| splat(-s));
+        let [slope_a, slope_b] = shear.slopes;
+        let (slope_a, slope_b) = (splat(-slope_a), splat(-slope_b));
         let sheared = |[x, y, z]: [Register; 3]| [slope_a.mul_add(z, x), slope_b.mul_add(z, y), z];
         let minus = |p: [Register; 3], q: [Register; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
-        let org = bundle.org.map(splat);
-        let middle = shear.middle.map(splat);
+        let [x, y, z] = bundle.org;
+        let org = [splat(x), splat(y), splat(z)];
+        let middle = [splat(shear.middle[0]), splat(shear.middle[1])];
         let corner = |p: [Register; 3]| {
             let [x, y, z] = sheared(minus(p, org));
             [x - middle[0], y - middle[1], z]
         };
-        let [a, b, c] = raw.map(corner);
+        let (a, b, c) = (corner(raw[0]), corner(raw[1]), corner(raw[2]));
         let (cb, ac, ba) = (
             minus(raw[2], raw[1]),
             minus(raw[0], raw[2]),
@@ -71,7 +73,7 @@ impl super::Edges for Edges {
         );
         let sum = |p: [Register; 3]| p[0].abs() + p[1].abs() + p[2].abs();
         let longest = max(max(sum(cb), sum(ac)), sum(ba));
-        let [cb, ac, ba] = [cb, ac, ba].map(sheared);
+        let (cb, ac, ba) = (sheared(cb), sheared(ac), sheared(ba));
         let flat = |p: [Register; 3]| p[0].abs() + p[1].abs();
         let wide = max(max(flat(cb), flat(ac)), flat(ba));
         let edge = |p: [Register; 3], q: [Register; 3]| [-q[1], q[0], q[1] * p[0] - q[0] * p[1]];
@@ -144,7 +146,8 @@ impl super::Edges for Edges {
         let (u, du) = (Register::splat(u - middle_u), Register::splat(du));
         let (v, dv) = (Register::splat(v - middle_v), Register::splat(dv));
         let greatest = |which: usize| {
-            let n = self.normal[which].each_ref().map(|n| Register::load(n));
+            let [x, y, z] = &self.normal[which];
+            let n = [Register::load(x), Register::load(y), Register::load(z)];
             let spread = n[0].abs().mul_add(du, n[1].abs().mul_add(dv, n[2]));
             n[0].mul_add(u, n[1].mul_add(v, spread))
         };
@@ -178,7 +181,7 @@ impl super::Edges for Edges {
         Met {
             possible: !(least.lt(L::zero()) | late | behind),
             weights,
-            start: line.start[1],
+            start: line.start,
         }
     }
 
@@ -204,12 +207,16 @@ impl super::Edges for Edges {
         // And the mean's own roundings.
         let slack = (far - near) * share + L::from_f32(self.off) * L::from_f32(8.0);
         let from = L::select(known, (mean - slack).max(near), near);
+        let to = L::select(known, (mean + slack).min(far), far);
+        let [earliest, latest] = met.start;
         let sure = met.possible & known & least.gt(at(&self.margin));
         Settled {
-            sure: sure & from.gt(met.start),
+            sure: sure & from.gt(latest),
+            // As what a ray has just left.
+            behind: to.lt(earliest),
             depth: mean,
             from,
-            to: L::select(known, (mean + slack).min(far), far),
+            to,
         }
     }
 }

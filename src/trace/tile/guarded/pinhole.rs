@@ -162,7 +162,8 @@ impl super::Edges for Edges {
         let (u, du) = (Register::splat(u), Register::splat(du));
         let (v, dv) = (Register::splat(v), Register::splat(dv));
         let greatest = |which: usize| {
-            let n = self.normal[which].each_ref().map(|n| Register::load(n));
+            let [x, y, z] = &self.normal[which];
+            let n = [Register::load(x), Register::load(y), Register::load(z)];
             let spread = n[0].abs().mul_add(du, n[1].abs().mul_add(dv, n[2]));
             n[0].mul_add(u, n[1].mul_add(v, spread))
         };
@@ -217,6 +218,7 @@ impl super::Edges for Edges {
         let sure = met.possible & known & met.least.gt(at(&self.margin));
         Settled {
             sure: sure & from.gt(L::zero()),
+            behind: L::Mask::splat(false),
             depth: depth.max(at(&self.lowest)),
             from,
             to: L::select(known, (depth + error).min(far), far),

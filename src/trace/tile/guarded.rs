@@ -36,7 +36,7 @@ pub(super) trait Edges: Sized {
     /// Triangles that some ray of the group may meet, by the greatest value of each
     /// edge function over the group's rectangle, and the depth.
     fn may_meet<L: Lanes>(&self, group: &Group<L>) -> u32;
-    fn line<L: Lanes>(group: &Group<L>, starts: &Starts<L>) -> Line<L>;
+    fn line<L: Lanes>(&self, group: &Group<L>, starts: &Starts<L>) -> Line<L>;
     /// Rays and triangles, one of each in every lane. `at`: a column's.
     fn meet<L: Lanes>(&self, at: impl Fn(&[f32; WIDE]) -> L, line: &Line<L>) -> Self::Met<L>;
     /// Lanes whose ray may meet the triangle before its limit.
@@ -47,6 +47,7 @@ pub(super) trait Edges: Sized {
 
 /// A ray as a tile has it: which line it is (see [`Group`]), between which depths
 /// it starts, and where it ends at most.
+#[derive(Clone, Copy)]
 pub(super) struct Line<L: Lanes> {
     u: L,
     v: L,
@@ -54,8 +55,8 @@ pub(super) struct Line<L: Lanes> {
     limit: L,
 }
 
-/// Lanes that certainly meet it beyond the ray's start; where, as all kernels have it; and between which
-/// depths the hit truly lies, if it is one.
+/// Lanes that certainly meet it beyond the ray's start; where, as all kernels have
+/// it; and between which depths the hit truly lies, if it is one.
 pub(super) struct Settled<L: Lanes> {
     sure: L::Mask,
     /// They certainly do not: it would be before the ray's start.
@@ -93,7 +94,7 @@ impl<L: Lanes, E: Edges> Decides<L> for Guarded<E> {
         } = before;
         let splat = |x: L| Register::splat(x.lane(lane).to_f64() as f32);
         let at = |column: &[f32; WIDE]| Register::load(column);
-        let line = E::line(group, starts);
+        let line = self.0.line(group, starts);
         let line = Line {
             u: splat(line.u),
             v: splat(line.v),
@@ -134,7 +135,7 @@ impl<L: Lanes, E: Edges> Decides<L> for Guarded<E> {
             nearest,
         } = before;
         let at = |column: &[f32; WIDE]| L::from_f32(column[slot]);
-        let all = self.0.meet(at, &E::line(group, starts));
+        let all = self.0.meet(at, &self.0.line(group, starts));
         let possible = E::possible(&all);
         if possible.none() {
             return false;

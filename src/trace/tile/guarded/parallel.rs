@@ -20,12 +20,14 @@ pub struct Edges {
     normal: [[[f32; WIDE]; 3]; 3],
     /// Of edge functions, twice.
     margin: [f32; WIDE],
-    /// The corners' depths.
-    depth: [[f32; WIDE]; 3],
-    /// The least and greatest of them, rounded outward.
+    /// The depth over the plane of lines: along its axes, and where they start.
+    plane: [[f32; WIDE]; 3],
+    /// How far such a depth is off; infinite where it is not known.
+    slack: [f32; WIDE],
+    /// The corners' least and greatest depth, rounded outward.
     nearest: [f32; WIDE],
     farthest: [f32; WIDE],
-    /// How far a depth is off.
+    /// How far a corner's depth is off.
     off: f32,
     /// Triangles that may be in front of the rays.
     live: u32,
@@ -34,13 +36,12 @@ pub struct Edges {
 }
 
 /// Some rays and triangles.
-pub struct Met<L: Lanes> {
+pub(in crate::trace::tile) struct Met<L: Lanes> {
     /// Lanes whose ray may meet the triangle before its limit.
     possible: L::Mask,
-    /// Edge functions, not less than exact.
-    weights: [L; 3],
-    /// Between which depths the ray starts.
-    start: [L; 2],
+    /// The least edge function, not less than exact.
+    least: L,
+    line: Line<L>,
 }
 
 impl super::Edges for Edges {
@@ -79,6 +80,10 @@ impl super::Edges for Edges {
         let edge = |p: [Register; 3], q: [Register; 3]| [-q[1], q[0], q[1] * p[0] - q[0] * p[1]];
         let normals = [edge(b, cb), edge(c, ac), edge(a, ba)];
         let det = cb[0] * ac[1] - cb[1] * ac[0];
+        let inverse = splat(-1.0) / det;
+        let slope_x = (cb[1] * ac[2] - cb[2] * ac[1]) * inverse;
+        let slope_y = (cb[2] * ac[0] - cb[0] * ac[2]) * inverse;
+        let base = a[2] - slope_x * a[0] - slope_y * a[1];
 
         // Sheared edges are off by 6.1u · longest, corners and lines together by
         // 13.3u · reach; and an edge function, of terms of at most wide · far, is
@@ -93,6 +98,15 @@ impl super::Edges for Edges {
         let margin = (wide + far).mul_add(tiny, margin + tiny);
         let det_error = longest * (wide * splat(19.0 * UNIT));
         let det_error = wide.mul_add(tiny, det_error + tiny);
+        // The plane's slopes are off by four roundings of edges, over det, and
+        // three of their own. A depth moves by that over the distance from a
+        // corner, and by the slopes over what corners and lines are off.
+        let steep = slope_x.abs() + slope_y.abs();
+        let slope_error = longest * longest * splat(76.0 * UNIT) + tiny * splat(4.0);
+        let slope_error = slope_error + steep * (det_error + det_error);
+        let slope_error = slope_error * inverse.abs() + steep * splat(3.0 * UNIT);
+        let slack = steep * (reach * splat(14.0 * UNIT) + far * splat(12.0 * UNIT));
+        let slack = slack + slope_error * far + reach * splat(8.0 * UNIT) + tiny;
 
         let (zero, one) = (Register::zero(), splat(1.0));
         let turn = <Register as Lanes>::select(det.lt(zero), -one, one);
@@ -101,11 +115,14 @@ impl super::Edges for Edges {
         let largest = (wide + longest) * (reach + far);
         let sane = Lanes::gt(det.abs(), det_error) & Lanes::lt(largest, splat(1e37));
         let margin = <Register as Lanes>::select(sane, margin, splat(f32::INFINITY));
+        let clear = Lanes::gt(det.abs(), det_error + det_error);
+        let slack = <Register as Lanes>::select(clear, slack, splat(f32::INFINITY));
         let off = bundle.reach * (1.25 * UNIT) + f32::MIN_POSITIVE;
         let mut edges = Edges {
             normal: [[[0.0; WIDE]; 3]; 3],
             margin: [0.0; WIDE],
-            depth: [[0.0; WIDE]; 3],
+            plane: [[0.0; WIDE]; 3],
+            slack: [0.0; WIDE],
             nearest: [0.0; WIDE],
             farthest: [0.0; WIDE],
             off,
@@ -122,9 +139,10 @@ impl super::Edges for Edges {
             }
         }
         (margin + margin).store(&mut edges.margin);
-        for (depth, corner) in edges.depth.iter_mut().zip([a, b, c]) {
-            corner[2].store(depth);
-        }
+        slope_x.store(&mut edges.plane[0]);
+        slope_y.store(&mut edges.plane[1]);
+        base.store(&mut edges.plane[2]);
+        slack.store(&mut edges.slack);
         let nearest = min(min(a[2], b[2]), c[2]) - splat(off);
         let farthest = max(max(a[2], b[2]), c[2]) + splat(off);
         nearest.store(&mut edges.nearest);
@@ -158,12 +176,14 @@ impl super::Edges for Edges {
         (!beside & before).bits() & self.live
     }
 
+    /// The depth where a ray starts is rounded once; in f64 besides.
     #[inline(always)]
-    fn line<L: Lanes>(group: &Group<L>, starts: &Starts<L>) -> Line<L> {
+    fn line<L: Lanes>(&self, group: &Group<L>, starts: &Starts<L>) -> Line<L> {
+        let slack = starts.depth.abs() * L::from_f32(1.25 * UNIT) + L::from_f32(self.off * UNIT);
         Line {
             u: starts.u,
             v: starts.v,
-            start: [starts.depth - starts.slack, starts.depth + starts.slack],
+            start: [starts.depth - slack, starts.depth + slack],
             limit: group.limit,
         }
     }
@@ -174,14 +194,13 @@ impl super::Edges for Edges {
             let [x, y, z] = &self.normal[which];
             at(x).mul_add(line.u, at(y).mul_add(line.v, at(z)))
         };
-        let weights = [value(0), value(1), value(2)];
-        let least = weights[0].min(weights[1]).min(weights[2]);
+        let least = value(0).min(value(1)).min(value(2));
         let late = at(&self.nearest).gt(line.limit);
         let behind = at(&self.farthest).lt(line.start[0]);
         Met {
             possible: !(least.lt(L::zero()) | late | behind),
-            weights,
-            start: line.start,
+            least,
+            line: *line,
         }
     }
 
@@ -190,31 +209,23 @@ impl super::Edges for Edges {
         met.possible
     }
 
-    /// The depth is the mean of the corners' by weights. Each weight is off by
-    /// `margin` at most: that moves it by three times as much of the corners'
-    /// extent, over the sum of the weights.
     #[inline(always)]
     fn settle<L: Lanes>(&self, at: impl Fn(&[f32; WIDE]) -> L, met: &Met<L>) -> Settled<L> {
+        let Line { u, v, start, .. } = met.line;
+        let [x, y, z] = &self.plane;
+        let depth = at(x).mul_add(u, at(y).mul_add(v, at(z)));
+        let slack = at(&self.slack);
         let (near, far) = (at(&self.nearest), at(&self.farthest));
-        let [a, b, c] = met.weights;
-        let least = a.min(b).min(c);
-        let sum = a + b + c;
-        let top = a * at(&self.depth[0]) + b * at(&self.depth[1]) + c * at(&self.depth[2]);
-        let mean = top / sum;
-        let three = at(&self.margin) * L::from_f32(3.25);
-        let share = three / (sum - three);
-        let known = share.ge(L::zero()) & share.le(L::from_f32(1.0));
-        // And the mean's own roundings.
-        let slack = (far - near) * share + L::from_f32(self.off) * L::from_f32(8.0);
-        let from = L::select(known, (mean - slack).max(near), near);
-        let to = L::select(known, (mean + slack).min(far), far);
-        let [earliest, latest] = met.start;
-        let sure = met.possible & known & least.gt(at(&self.margin));
+        let known = slack.lt(L::from_f32(f32::INFINITY)) & depth.abs().lt(L::from_f32(1e37));
+        let from = L::select(known, (depth - slack).max(near), near);
+        let to = L::select(known, (depth + slack).min(far), far);
+        let sure = met.possible & known & met.least.gt(at(&self.margin));
+        let [earliest, latest] = start;
         Settled {
             sure: sure & from.gt(latest),
             // As what a ray has just left.
             behind: to.lt(earliest),
-            depth: mean,
+            depth,
             from,
             to,
         }

@@ -176,7 +176,7 @@ impl super::Edges for Edges {
 
     /// Depths count from the origin.
     #[inline(always)]
-    fn line<L: Lanes>(group: &Group<L>, _starts: &Starts<L>) -> Line<L> {
+    fn line<L: Lanes>(&self, group: &Group<L>, _starts: &Starts<L>) -> Line<L> {
         Line {
             u: group.u,
             v: group.v,

@@ -47,6 +47,7 @@
 
 pub mod accel;
 pub mod cli;
+pub mod csg;
 pub mod geom;
 pub mod io;
 pub mod math;

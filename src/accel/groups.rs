@@ -16,8 +16,7 @@ use super::wide::WideTree;
 use super::world::{FAR, center_of, world_bounds};
 use crate::math::{Aabb, Aabb32, Affine};
 use crate::scene::{
-    Appearances, Edge, NodeId, Place, Scene, Shape, ShapeId, Tables, Target, children_first,
-    far_center,
+    Appearances, Edge, NodeId, Place, Scene, ShapeId, Tables, Target, children_first, far_center,
 };
 use glam::DVec3;
 
@@ -216,9 +215,7 @@ impl Builder<'_> {
         let (mut spread, mut levels) = (1.0, 1.0);
         for link in all {
             let is_open = match link.edge.target {
-                Target::Shape(shape) => {
-                    matches!(self.scene.shapes.row(shape), Shape::HalfSpace(_))
-                }
+                Target::Shape(shape) => self.own[shape.index()] == Aabb32::EVERYTHING,
                 Target::Node(node) => self.node(node).is_some_and(|g| !g.open.is_empty()),
             };
             if is_open {

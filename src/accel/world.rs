@@ -24,7 +24,8 @@ use super::wide::WideMesh;
 use crate::geom::triangle::Corners;
 use crate::math::{Aabb, Aabb32, Affine};
 use crate::scene::{
-    Appearances, MAX_DEPTH, MeshId, Place, Scene, Shape, ShapeId, Tables, far_center, shape_bounds,
+    Appearances, CombinationId, CsgSolid, MAX_DEPTH, MeshId, Place, Scene, Shape, ShapeId, Tables,
+    far_center, shape_bounds,
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -87,6 +88,8 @@ pub struct World<'a> {
     /// In the order of the top structure's leaves; kinds lie in runs.
     pub entries: Vec<Entry>,
     pub unbounded: Vec<Entry>,
+    /// By [`CombinationId`], of those that appear.
+    pub(super) combined: Vec<Option<CsgSolid>>,
     /// By appearance: its place in `entries`, or past their end in `unbounded`.
     /// Like these, empty where groups nest.
     pub place_of: Vec<u32>,
@@ -204,6 +207,7 @@ impl<'a> World<'a> {
             forest,
             entries,
             unbounded,
+            combined: combined(scene, appearances),
             place_of,
             item_boxes: None,
             quality: BuildQuality::default(),
@@ -234,6 +238,7 @@ impl<'a> World<'a> {
             center,
             entries: Vec::new(),
             unbounded: Vec::new(),
+            combined: combined(scene, appearances),
             place_of: Vec::new(),
             item_boxes: None,
             quality,
@@ -282,6 +287,14 @@ impl<'a> World<'a> {
             _ => return None,
         };
         meshes[id.index()].as_ref()
+    }
+
+    /// A combination that appears, unfolded.
+    #[inline(always)]
+    pub fn combined(&self, id: CombinationId) -> &CsgSolid {
+        self.combined[id.index()]
+            .as_ref()
+            .expect("what is met appears")
     }
 
     /// Of the appearance of this id.
@@ -365,6 +378,18 @@ fn entries_about(
     }
 }
 
+/// Unfolded: those that are operands only, need not be.
+fn combined(scene: &Scene, appearances: &Appearances) -> Vec<Option<CsgSolid>> {
+    let appears = appearances.of_shapes(scene);
+    let mut solids = vec![None; scene.combinations.len()];
+    for (shape, times) in scene.shapes.rows.iter().zip(appears) {
+        if let (Shape::Combination(id), 1..) = (shape, times) {
+            solids[id.index()] = Some(CsgSolid::of(scene, *id));
+        }
+    }
+    solids
+}
+
 /// By shape. `bounds`: of a mesh that has been built.
 fn own_bounds(scene: &Tables, bounds: impl Fn(usize) -> Option<Aabb32>) -> Vec<Aabb32> {
     let shapes = scene.shapes.rows.iter().enumerate();
@@ -409,7 +434,8 @@ impl Entry {
     }
 
     fn is_unbounded(&self) -> bool {
-        matches!(self.shape, Shape::HalfSpace(_))
+        let combination = matches!(self.shape, Shape::Combination(_));
+        matches!(self.shape, Shape::HalfSpace(_)) || combination && self.own == Aabb32::EVERYTHING
     }
 }
 

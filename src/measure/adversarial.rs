@@ -11,6 +11,7 @@
 
 use crate::accel::World;
 use crate::geom::Cone;
+use crate::math::Affine;
 use crate::plan::Kernels;
 use crate::render::{Progress, mix, unit};
 use crate::scene::{Appearance, Camera, Projection, Scene, Shape};
@@ -224,6 +225,7 @@ fn in_object(scene: &Scene, shape: Shape, random: &mut Random) -> Target {
         }
         Shape::Cone(id) => side(&scene.cones.row(id), random),
         Shape::Cylinder(id) => side(&scene.cylinders.row(id).as_cone(), random),
+        Shape::Combination(_) => in_operand(scene, shape, random),
         Shape::HalfSpace(id) => {
             let row = scene.half_spaces.row(id);
             let (n, size) = (row.normal, row.normal.length());
@@ -235,6 +237,21 @@ fn in_object(scene: &Scene, shape: Shape, random: &mut Random) -> Target {
                 along: [u, v],
             }
         }
+    }
+}
+
+/// Of any operand of a combination, however deep.
+fn in_operand(scene: &Scene, mut shape: Shape, random: &mut Random) -> Target {
+    let mut map = Affine::IDENTITY;
+    while let Shape::Combination(id) = shape {
+        let operand = random.one_of(scene.combinations.operands(id));
+        map = map.then_after(&scene.transforms.local[operand.transform.index()]);
+        shape = scene.shapes.row(operand.shape);
+    }
+    let Target { point, along } = in_object(scene, shape, random);
+    Target {
+        point: map.point(point.to_array()).into(),
+        along: along.map(|v| map.vector(v.to_array()).into()),
     }
 }
 

@@ -86,7 +86,7 @@ pub fn slack(org: [f64; 3], condition: f64) -> f64 {
 pub fn of_shape(scene: &Scene, shape: Shape) -> Option<Bounds> {
     let ball = |c: [f64; 3], r: f64| Bounds { min: c, max: c }.grown(r);
     let bounds = match shape {
-        Shape::HalfSpace(_) => return None,
+        Shape::HalfSpace(_) | Shape::Combination(_) => return None,
         Shape::Sphere(id) => {
             let s = scene.spheres.row(id);
             ball(s.center.to_array(), s.radius)

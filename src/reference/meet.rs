@@ -63,6 +63,7 @@ impl Primitive<'_> {
                 let points: Vec<[f64; 3]> = polygon.points.iter().map(|p| p.to_array()).collect();
                 facet::polygon(ray, polygon.normal.to_array(), &points).map(one)
             }
+            Shape::Combination(_) => Ok(Vec::new()),
             Shape::Mesh(id) => {
                 let corners = scene.meshes.row(id).corners(self.triangle as usize);
                 facet::triangle(ray, corners.map(|p| p.map(f64::from))).map(one)

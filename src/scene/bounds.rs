@@ -30,6 +30,7 @@ pub fn shape_bounds(tables: &Tables, shape: ShapeId) -> Option<Aabb> {
             Some(bounds.grown(DVec3::splat(off)))
         }
         Shape::Mesh(id) => Some(outward(tables.meshes.row(id).bounds())),
+        Shape::Combination(id) => tables.combinations.bounds.get(id.index()).copied()?,
     }
 }
 

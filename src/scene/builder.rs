@@ -2,6 +2,7 @@
 
 use super::check::{SceneError, check};
 use super::*;
+use crate::csg::Operator;
 use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere};
 use crate::math::Affine;
 use glam::DVec3;
@@ -120,6 +121,38 @@ impl SceneBuilder {
         self.tables.shapes.push(name, Shape::Mesh(id))
     }
 
+    /// A solid made of solids by an operator.
+    pub fn combination(&mut self, name: &str, operator: Operator, operands: &[Operand]) -> ShapeId {
+        let (shape, id) = self.declare_combination(name, operator);
+        self.set_operands(id, operands);
+        shape
+    }
+
+    /// A combination whose operands follow later: files name shapes in any order.
+    pub fn declare_combination(
+        &mut self,
+        name: &str,
+        operator: Operator,
+    ) -> (ShapeId, CombinationId) {
+        let id = self.tables.combinations.push(operator);
+        let shape = self.tables.shapes.push(name, Shape::Combination(id));
+        (shape, id)
+    }
+
+    pub fn set_operands(&mut self, id: CombinationId, operands: &[Operand]) {
+        self.tables.combinations.set_operands(id, operands);
+    }
+
+    /// Of all of a combination's surfaces, whatever its operands say.
+    pub fn set_combination_material(&mut self, id: CombinationId, material: MaterialId) {
+        self.tables.combinations.material[id.index()] = Some(material);
+    }
+
+    /// How far apart boundaries of different operands may lie and be one.
+    pub fn set_tolerance(&mut self, id: CombinationId, tolerance: f64) {
+        self.tables.combinations.tolerance[id.index()] = tolerance;
+    }
+
     pub fn node(&mut self, name: &str, children: &[Edge]) -> NodeId {
         let id = self.declare_node(name);
         self.set_children(id, children);
@@ -150,8 +183,8 @@ impl SceneBuilder {
     }
 
     /// Checks every table once.
-    pub fn finish(self) -> Result<Scene, SceneError> {
-        check(&self.tables)?;
+    pub fn finish(mut self) -> Result<Scene, SceneError> {
+        check(&mut self.tables)?;
         Ok(Scene {
             tables: self.tables,
         })

@@ -3,6 +3,7 @@
 //! Every error names the entity and says what to do. Range checks come first,
 //! so the later ones may index freely.
 
+mod combinations;
 mod graph;
 mod looks;
 mod shapes;
@@ -11,6 +12,7 @@ pub(super) use graph::at_time;
 pub(crate) use graph::children_first;
 
 use super::Tables;
+use super::csg_solid::combination_bounds;
 use glam::DVec3;
 use std::fmt;
 use thiserror::Error;
@@ -122,6 +124,23 @@ pub enum SceneError {
         count: usize,
         limit: usize,
     },
+    #[error("{what} has {operand} as an operand: {why}")]
+    NotSolid {
+        what: Entity,
+        operand: Box<Entity>,
+        why: &'static str,
+    },
+    #[error("shapes form a cycle: {}; a solid cannot be made of itself", path.join(" → "))]
+    CycleOfShapes { what: Entity, path: Vec<String> },
+    #[error(
+        "{what} unfolds into {count} operands; at most {limit} are supported: share less, or place \
+         parts as instances of their own"
+    )]
+    TooManyOperands {
+        what: Entity,
+        count: u64,
+        limit: u64,
+    },
     #[error("the scene is empty: no instance places a shape")]
     NothingToSee,
     #[error(
@@ -156,6 +175,9 @@ impl SceneError {
             | SceneError::Degenerate { what, .. }
             | SceneError::Empty { what, .. }
             | SceneError::VertexOutOfRange { what, .. }
+            | SceneError::NotSolid { what, .. }
+            | SceneError::CycleOfShapes { what, .. }
+            | SceneError::TooManyOperands { what, .. }
             | SceneError::NormalCount { what, .. }
             | SceneError::TooManyTriangles { what, .. } => Some(what),
             SceneError::NothingToSee
@@ -166,18 +188,25 @@ impl SceneError {
     }
 }
 
-pub(super) fn check(scene: &Tables) -> Result<(), SceneError> {
+/// What can be derived only of checked tables is added to them.
+pub(super) fn check(scene: &mut Tables) -> Result<(), SceneError> {
     graph::ranges(scene)?;
     graph::cycles(scene)?;
     graph::transforms(scene)?;
+    let order = combinations::combinations(scene)?;
+    check_rows(scene)?;
+    scene.combinations.bounds = combination_bounds(scene, &order);
+    graph::appearances(scene)
+}
+
+fn check_rows(scene: &Tables) -> Result<(), SceneError> {
     shapes::solids(scene)?;
     shapes::polygons(scene)?;
     shapes::polyhedra(scene)?;
     shapes::meshes(scene)?;
     looks::materials(scene)?;
     looks::lights(scene)?;
-    looks::cameras(scene)?;
-    graph::appearances(scene)
+    looks::cameras(scene)
 }
 
 fn shape_entity(scene: &Tables, shape: u32) -> Entity {

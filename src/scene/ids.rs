@@ -31,6 +31,8 @@ typed_ids! {
     CuboidId,
     PolyhedronId,
     PolygonId,
+    /// A row of [`Combinations`](super::Combinations).
+    CombinationId,
     MeshId,
     MaterialId,
     LightId,

@@ -11,6 +11,8 @@ mod builder;
 mod builtin;
 mod cameras;
 mod check;
+mod combinations;
+mod csg_solid;
 mod defaults;
 mod extents;
 mod ids;
@@ -21,12 +23,14 @@ mod motion;
 mod moved;
 mod names;
 mod nodes;
+mod normals;
 mod paths;
 mod polygons;
 mod shapes;
 mod solids;
 mod transforms;
 
+pub use crate::csg::Operator;
 pub use appearances::{Appearance, Appearances, MAX_APPEARANCES, MAX_DEPTH, MAX_LAID_OUT, Place};
 pub use bounds::shape_bounds;
 pub use builder::SceneBuilder;
@@ -34,6 +38,8 @@ pub use builtin::builtin;
 pub use cameras::{Camera, Cameras, Projection};
 pub(crate) use check::children_first;
 pub use check::{Entity, EntityKind, SceneError};
+pub use combinations::{Combinations, Operand};
+pub use csg_solid::{CsgOperand, CsgSolid, Frame, MAX_OPERANDS};
 pub use defaults::{default_camera, default_lights};
 pub use ids::*;
 pub use lights::{Falloff, Light};
@@ -43,6 +49,7 @@ pub use meshes::{Mesh, MeshData, Meshes};
 pub use motion::{Key, Motions};
 pub use names::Names;
 pub use nodes::{Edge, Edges, Nodes, Target};
+pub use normals::outward_normal;
 pub use polygons::{Polygons, Polyhedra};
 pub use shapes::{Shape, Shapes};
 pub use solids::{Cones, Cuboids, Cylinders, Ellipsoids, HalfSpaces, Spheres};
@@ -72,6 +79,7 @@ pub struct Tables {
     pub polyhedra: Polyhedra,
     pub polygons: Polygons,
     pub meshes: Meshes,
+    pub combinations: Combinations,
 
     pub materials: Materials,
     pub lights: Vec<Light>,
@@ -100,6 +108,7 @@ impl Tables {
             ("polyhedra", self.polyhedra.bytes()),
             ("polygons", self.polygons.bytes()),
             ("meshes", self.meshes.bytes()),
+            ("combinations", self.combinations.bytes()),
             ("materials", self.materials.bytes()),
             ("lights", self.lights.len() * size_of::<Light>()),
             ("cameras", self.cameras.rows.len() * size_of::<Camera>()),

@@ -43,7 +43,7 @@ impl Scene {
                 *half_height *= scale;
             }
         }
-        check(&tables)?;
+        check(&mut tables)?;
         Ok(Scene { tables })
     }
 }

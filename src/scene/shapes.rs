@@ -14,6 +14,8 @@ pub enum Shape {
     Polyhedron(PolyhedronId),
     Polygon(PolygonId),
     Mesh(MeshId),
+    /// Made of others.
+    Combination(CombinationId),
 }
 
 impl Shape {
@@ -29,6 +31,7 @@ impl Shape {
             Shape::Polyhedron(_) => "polyhedron",
             Shape::Polygon(_) => "polygon",
             Shape::Mesh(_) => "mesh",
+            Shape::Combination(_) => "combination",
         }
     }
 
@@ -44,6 +47,7 @@ impl Shape {
             Shape::Polyhedron(_) => 6,
             Shape::Polygon(_) => 7,
             Shape::Mesh(_) => 8,
+            Shape::Combination(_) => 9,
         }
     }
 }

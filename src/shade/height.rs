@@ -88,6 +88,7 @@ fn height(world: &World, shape: Shape, primitive: u32, p: DVec3) -> Height {
             let polygon = scene.polygons.row(id);
             over_point(polygon.points[0], polygon.normal, p)
         }
+        Shape::Combination(_) => unreachable!("an operand's surface is met"),
         Shape::Mesh(id) => {
             let corners = scene.meshes.row(id).corners(primitive as usize);
             let [a, b, c] = corners.map(|p| DVec3::from_array(p.map(f64::from)));

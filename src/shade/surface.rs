@@ -10,13 +10,12 @@
 
 use super::height::refined;
 use crate::accel::World;
-use crate::geom::half_space;
 use crate::math::bounds::LEAVING;
 use crate::math::lanes::Scalar;
 use crate::math::{Affine, length, unit};
 use crate::plan::Arithmetic;
-use crate::scene::{MaterialId, Mesh, Shape, shape_bounds};
-use crate::trace::HitId;
+use crate::scene::{CsgOperand, CsgSolid, MaterialId, Mesh, Shape, outward_normal, shape_bounds};
+use crate::trace::{HitId, TURNED};
 use glam::DVec3;
 
 /// A hit in world space.
@@ -64,11 +63,31 @@ impl Surface {
                 (org, dir)
             }
         };
+        // Of a combination the surface is an operand's, in that one's space.
+        let part = match entry.shape {
+            Shape::Combination(row) => Some(Part::of(world.combined(row), id.primitive)),
+            _ => None,
+        };
+        let shape = part.map_or(entry.shape, |part| part.operand.shape);
+        let whole = placed;
+        let through = part.and_then(|part| part.map);
+        let composed = match (whole, through) {
+            (Some(whole), Some(part)) => Some(part.then_after(whole)),
+            (whole, part) => part.or(whole).copied(),
+        };
+        let placed = composed.as_ref();
+        let (object_org, object_dir) = match through {
+            None => (object_org, object_dir),
+            Some(map) => (
+                DVec3::from_array(map.point(object_org.to_array())),
+                DVec3::from_array(map.vector(object_dir.to_array())),
+            ),
+        };
         let mut t = t;
         let (mut left, mut roundoff) = (0.0, SINGLE);
         if arithmetic != Arithmetic::F32 {
             let ray = (object_org, object_dir);
-            let (refined, height) = refined(world, (entry.shape, id.primitive), ray, t);
+            let (refined, height) = refined(world, (shape, id.primitive), ray, t);
             t = refined;
             // What the point is off by in object space, in world space.
             let rise = to_world_rise(placed, height.normal);
@@ -83,7 +102,13 @@ impl Surface {
         }
         let point = world_org + world_dir * t;
         let at = object_org + object_dir * t;
-        let (ng, smooth, own_material) = normals(world, entry.shape, at, id.primitive);
+        let (ng, smooth, own_material) = normals(world, shape, at, id.primitive);
+        let ng = if part.is_some_and(|part| part.turned) {
+            -ng
+        } else {
+            ng
+        };
+        let own_material = own_material.or(part.and_then(|part| part.operand.material));
 
         let ng = to_world(placed, ng);
         let front = world_dir.dot(ng) <= 0.0;
@@ -115,7 +140,8 @@ impl Surface {
         // In object space as the kernel rounds them; world rays are f64.
         let object_size = own_size.max(object_org.abs().max_element());
         let world_size = world_org.abs().max(point.abs()).max_element();
-        let rounded = roundoff * entry.stretch * object_size + DOUBLE * world_size;
+        let stretch = entry.stretch * part.map_or(1.0, |part| part.stretch);
+        let rounded = roundoff * stretch * object_size + DOUBLE * world_size;
         Surface {
             point,
             ng,
@@ -137,6 +163,31 @@ impl Surface {
     #[inline]
     pub fn facing(&self) -> DVec3 {
         if self.front { self.ng } else { -self.ng }
+    }
+}
+
+/// Which operand of a combination a surface belongs to.
+#[derive(Clone, Copy)]
+struct Part<'a> {
+    operand: &'a CsgOperand,
+    /// Where the operand's space is not the combination's.
+    map: Option<&'a Affine>,
+    /// By how much roundings there count more.
+    stretch: f64,
+    turned: bool,
+}
+
+impl Part<'_> {
+    fn of(solid: &CsgSolid, primitive: u32) -> Part<'_> {
+        let operand = &solid.operands[(primitive & !TURNED) as usize];
+        let frame = &solid.frames[operand.frame as usize];
+        let norms = [&frame.operand_from_solid, &frame.solid_from_operand].map(Affine::norm);
+        Part {
+            operand,
+            map: (operand.frame != 0).then_some(&frame.operand_from_solid),
+            stretch: norms[0] * norms[1],
+            turned: primitive & TURNED != 0,
+        }
     }
 }
 
@@ -165,15 +216,7 @@ fn normals(
     primitive: u32,
 ) -> (DVec3, Option<DVec3>, Option<MaterialId>) {
     let scene = world.scene;
-    let plain = |n: DVec3| (n, None, None);
     match shape {
-        Shape::HalfSpace(id) => plain(scene.half_spaces.row(id).normal),
-        Shape::Sphere(id) => plain(scene.spheres.row(id).normal_at(at)),
-        Shape::Ellipsoid(id) => plain(scene.ellipsoids.row(id).normal_at(at)),
-        Shape::Cylinder(id) => plain(scene.cylinders.row(id).as_cone().normal_at(at)),
-        Shape::Cone(id) => plain(scene.cones.row(id).normal_at(at)),
-        Shape::Cuboid(id) => plain(scene.cuboids.row(id).normal_at(at)),
-        Shape::Polyhedron(id) => plain(half_space::normal_at(scene.polyhedra.planes(id), at)),
         Shape::Polygon(id) => {
             let polygon = scene.polygons.row(id);
             let smooth = scene
@@ -183,6 +226,7 @@ fn normals(
             (polygon.normal, smooth, None)
         }
         Shape::Mesh(id) => mesh_normals(&scene.meshes.row(id), at, primitive),
+        solid => (outward_normal(scene, solid, at), None, None),
     }
 }
 

@@ -4,17 +4,18 @@
 //! Primitives are met, and their t's compared, as exact arithmetic would
 //! ([`crate::geom::exact`], [`crate::geom::triangle::exact`]).
 
+use super::combined;
 use super::leaf::{Everything, Tester};
 use super::packet::Packet;
 use super::query::{Depth, HitId, Query, Rival};
 use crate::accel::{Entry, World};
-use crate::geom::exact::{Crossing, Line, Solid, first_beyond};
+use crate::geom::exact::{Crossing, Line, Root, Solid, first_beyond};
 use crate::geom::triangle::exact::{Pair, meet_exact};
 use crate::geom::{Certainty, Guarded, Ray, triangle};
 use crate::math::Vec3;
 use crate::math::bounds::Bounded;
 use crate::math::lanes::{Lanes, Mask, Scalar};
-use crate::scene::Shape;
+use crate::scene::{CsgSolid, Shape, Tables};
 use glam::DVec3;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
@@ -31,6 +32,22 @@ pub fn decided() -> u64 {
 enum Case<'a> {
     Triangle(Pair),
     Solid(Line, Solid<'a>),
+    Combination(Line, &'a CsgSolid, &'a Tables),
+}
+
+/// A row of any table but those of meshes and combinations.
+pub(super) fn solid_of(scene: &Tables, shape: Shape) -> Option<Solid<'_>> {
+    Some(match shape {
+        Shape::HalfSpace(id) => Solid::HalfSpace(scene.half_spaces.row(id)),
+        Shape::Polyhedron(id) => Solid::Polyhedron(scene.polyhedra.planes(id)),
+        Shape::Cuboid(id) => Solid::Cuboid(scene.cuboids.row(id)),
+        Shape::Sphere(id) => Solid::Sphere(scene.spheres.row(id)),
+        Shape::Ellipsoid(id) => Solid::Ellipsoid(scene.ellipsoids.row(id)),
+        Shape::Cylinder(id) => Solid::Cone(scene.cylinders.row(id).as_cone()),
+        Shape::Cone(id) => Solid::Cone(scene.cones.row(id)),
+        Shape::Polygon(id) => Solid::Polygon(scene.polygons.row(id)),
+        Shape::Mesh(_) | Shape::Combination(_) => return None,
+    })
 }
 
 /// A world ray.
@@ -64,13 +81,17 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
             return;
         };
         let case = Case::of(self.world, &ray, id);
-        let Some(crossing) = case.crossing(t_min) else {
+        let Some((crossing, surface)) = case.crossing(t_min) else {
             return;
+        };
+        let id = HitId {
+            primitive: surface.unwrap_or(id.primitive),
+            ..id
         };
         let first = match rival {
             Rival::End(end) => crossing.order_with(end).is_lt(),
             Rival::Hit(best) => match Case::of(self.world, &ray, best).crossing(t_min) {
-                Some(other) => crossing.order(&other).then(id.cmp(&best)).is_lt(),
+                Some((other, _)) => crossing.order(&other).then(id.cmp(&best)).is_lt(),
                 None => true,
             },
         };
@@ -82,45 +103,58 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
 }
 
 impl<'a> Case<'a> {
-    fn of(world: &World<'a>, ray: &WorldRay, id: HitId) -> Case<'a> {
+    fn of(world: &'a World<'a>, ray: &WorldRay, id: HitId) -> Case<'a> {
         let entry = world.entry_of(id.instance);
         let scene = world.scene;
-        let solid = match entry.shape {
+        match entry.shape {
             Shape::Mesh(mesh) => {
                 let (org, dir) = in_object(world, ray, &entry, scene.meshes.center[mesh.index()]);
                 let corners = scene.meshes.row(mesh).corners(id.primitive as usize);
                 let corners = triangle::canonical(corners);
-                return Case::Triangle(Pair { org, dir, corners });
+                Case::Triangle(Pair { org, dir, corners })
             }
-            Shape::HalfSpace(id) => Solid::HalfSpace(scene.half_spaces.row(id)),
-            Shape::Polyhedron(id) => Solid::Polyhedron(scene.polyhedra.planes(id)),
-            Shape::Cuboid(id) => Solid::Cuboid(scene.cuboids.row(id)),
-            Shape::Sphere(id) => Solid::Sphere(scene.spheres.row(id)),
-            Shape::Ellipsoid(id) => Solid::Ellipsoid(scene.ellipsoids.row(id)),
-            Shape::Cylinder(id) => Solid::Cone(scene.cylinders.row(id).as_cone()),
-            Shape::Cone(id) => Solid::Cone(scene.cones.row(id)),
-            Shape::Polygon(id) => Solid::Polygon(scene.polygons.row(id)),
-        };
-        let (org, dir) = in_object(world, ray, &entry, DVec3::ZERO);
-        Case::Solid(Line { org, dir }, solid)
+            shape => {
+                let (org, dir) = in_object(world, ray, &entry, DVec3::ZERO);
+                let line = Line { org, dir };
+                match (shape, solid_of(scene, shape)) {
+                    (_, Some(solid)) => Case::Solid(line, solid),
+                    (Shape::Combination(id), None) => {
+                        Case::Combination(line, world.combined(id), scene)
+                    }
+                    _ => unreachable!("a mesh is met by its triangles"),
+                }
+            }
+        }
     }
 
-    /// Beyond the ray's t_min.
-    fn crossing(&self, t_min: f64) -> Option<Crossing<'_>> {
-        match self {
+    /// Beyond the ray's t_min; of a combination also which of its surfaces.
+    fn crossing(&self, t_min: f64) -> Option<(Crossing<'_>, Option<u32>)> {
+        if let Case::Combination(line, solid, tables) = self {
+            let combined::Crossing {
+                root, primitive, ..
+            } = combined::first(solid, tables, line, t_min)?;
+            return Some((Crossing::Root(root), Some(primitive)));
+        }
+        let crossing = match self {
+            Case::Combination(..) => None,
             Case::Solid(line, solid) => first_beyond(solid, line, t_min).map(Crossing::Root),
             Case::Triangle(pair) => {
                 let crossing = meet_exact(pair)?;
                 let beyond = crossing.order_with(t_min).is_gt();
                 beyond.then_some(Crossing::Triangle(crossing))
             }
-        }
+        };
+        Some((crossing?, None))
     }
 }
 
 /// A hit's t: what the kernel of one lane reports where it knows; else, of a
 /// solid, from the root.
 fn depth<L: Lanes>(world: &World, ray: &WorldRay, id: HitId, crossing: &Crossing) -> Depth {
+    let is_combination = matches!(world.entry_of(id.instance).shape, Shape::Combination(_));
+    if let (true, Crossing::Root(root)) = (is_combination, crossing) {
+        return depth_of(root);
+    }
     let Bounded { value, error } = crossing.t();
     // An infinite value is no more known than its error.
     let known_to = |part: f64| error <= value.abs() * part && value.is_finite();
@@ -159,6 +193,19 @@ fn depth<L: Lanes>(world: &World, ray: &WorldRay, id: HitId, crossing: &Crossing
         t: by_kernel.unwrap_or_else(exact),
         within,
     }
+}
+
+/// t of a root, the same whoever asks; and between which numbers it lies.
+pub(super) fn depth_of(root: &Root) -> Depth {
+    let Bounded { value, error } = root.t;
+    let known = error <= value.abs() * 2.0_f64.powi(-49) && value.is_finite();
+    let t = if known { value } else { root.rounded() };
+    let within = if known {
+        [(value - error).next_down(), (value + error).next_up()]
+    } else {
+        [t.next_down(), t.next_up()]
+    };
+    Depth { t, within }
 }
 
 /// The ray that a primitive is met by: the same steps as

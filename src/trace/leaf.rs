@@ -6,9 +6,12 @@
 //! primitive's own box and for its appearance's (see [`crate::accel`]). Guarded,
 //! a hit is that of exact arithmetic instead (see [`super::decide`]).
 
+use super::combined;
+use super::decide::depth_of;
 use super::packet::Packet;
-use super::query::{HitId, Query};
+use super::query::{Depth, HitId, Query};
 use crate::accel::{Count, Entry, Forest, Index, MeshTree, World, corner_bounds};
+use crate::geom::exact::Line;
 use crate::geom::guarded::{self, ObjectRay};
 use crate::geom::{
     Certainty, Meet, cone, cuboid, ellipsoid, half_space, polygon, sphere, triangle,
@@ -311,7 +314,9 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
                 half_space::span(scene.polyhedra.planes(id), ray).first_beyond(t_min)
             }
             Shape::Polygon(id) => polygon::meet(&scene.polygons.row(id), ray, active),
-            Shape::Mesh(_) => Meet::certain(L::Mask::splat(false), L::zero()),
+            Shape::Mesh(_) | Shape::Combination(_) => {
+                Meet::certain(L::Mask::splat(false), L::zero())
+            }
         };
         Meet {
             hit: met.hit & active,
@@ -370,8 +375,48 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
         }
     }
 
+    /// A solid made of others: one ray at a time.
+    #[inline(never)]
+    fn combination<Q: Query<L>>(&self, entry: &Entry, active: L::Mask, query: &mut Q) {
+        let Shape::Combination(id) = entry.shape else {
+            return;
+        };
+        let (window, active) = if entry.placed {
+            self.window(entry, active, query.limit())
+        } else {
+            (Window::all(), active)
+        };
+        if active.none() {
+            return;
+        }
+        let placed = entry.placed.then(|| self.object_packet(entry, DVec3::ZERO));
+        let object = placed.as_ref().unwrap_or(self.packet);
+        let solid = self.world.combined(id);
+        let mut bits = active.bits();
+        while bits != 0 {
+            let lane = bits.trailing_zeros() as usize;
+            bits &= bits - 1;
+            let (org, dir) = object.lane(lane);
+            let t_min = object.ray.t_min.lane(lane).to_f64();
+            let line = Line { org, dir };
+            let Some(crossing) = combined::first(solid, self.world.scene, &line, t_min) else {
+                continue;
+            };
+            let here = L::Mask::from_bits(1 << lane);
+            let id = HitId {
+                instance: entry.appearance,
+                primitive: crossing.primitive,
+            };
+            let meet = doubted::<L, C>(met_at(&crossing, here), here, id);
+            self.offer(object, &window, &entry.own, meet, id, query);
+        }
+    }
+
     #[inline(never)]
     fn solid_of_any<Q: Query<L>>(&self, entry: &Entry, active: L::Mask, query: &mut Q) {
+        if matches!(entry.shape, Shape::Combination(_)) {
+            return self.combination(entry, active, query);
+        }
         let id = HitId {
             instance: entry.appearance,
             primitive: 0,
@@ -388,6 +433,25 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
             let meet = doubted::<L, C>(self.meet(self.packet, entry, active), active, id);
             self.offer(self.packet, &Window::all(), &entry.own, meet, id, query);
         }
+    }
+}
+
+/// A crossing that is known, in one lane.
+fn met_at<L: Lanes>(crossing: &combined::Crossing, here: L::Mask) -> Meet<L> {
+    let Depth {
+        t,
+        within: [from, to],
+    } = depth_of(&crossing.root);
+    // Of lanes in f32 the ends are rounded outward.
+    let step = L::Scalar::UNIT_ROUNDOFF.to_f64() * 2.0;
+    let tiny = f64::from(f32::MIN_POSITIVE);
+    let outward = |x: f64| x.abs() * step + tiny;
+    Meet {
+        within: [
+            L::from_f64(from - outward(from)),
+            L::from_f64(to + outward(to)),
+        ],
+        ..Meet::certain(here, L::from_f64(t))
     }
 }
 
@@ -457,7 +521,7 @@ fn meet_guarded<L: Lanes>(
             let extent = side(0).max(side(1)).max(side(2));
             guarded::polygon::meet(&scene.polygons.row(id), extent, object, active)
         }
-        Shape::Mesh(_) => Meet::certain(L::Mask::splat(false), L::zero()),
+        Shape::Mesh(_) | Shape::Combination(_) => Meet::certain(L::Mask::splat(false), L::zero()),
     }
 }
 

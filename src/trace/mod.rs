@@ -2,6 +2,7 @@
 
 mod batch;
 mod bunch;
+mod combined;
 mod decide;
 mod guess;
 mod hits;
@@ -18,6 +19,7 @@ mod stream;
 mod tile;
 
 pub use batch::{any, any_counted, closest, closest_counted, closest_listed};
+pub use combined::{Crossing, TURNED, boundaries, in_frame};
 pub use decide::decided;
 pub use guess::{GuessCounts, Guesses, Reuse};
 pub use hits::{Depths, HitIds, Hits, Ids};

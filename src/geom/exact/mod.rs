@@ -17,6 +17,7 @@ mod solid;
 mod surface;
 
 pub use root::Root;
+pub use solid::Ends;
 
 use super::triangle::exact as triangle;
 use super::{Cone, Cuboid, Ellipsoid, HalfSpace, Polygon, Sphere};
@@ -55,14 +56,37 @@ pub fn first_beyond(solid: &Solid, line: &Line, t_min: f64) -> Option<Root> {
         return None;
     }
     match solid {
-        Solid::HalfSpace(plane) => solid::half_spaces(line, [*plane].into_iter(), t_min),
-        Solid::Polyhedron(planes) => solid::half_spaces(line, planes.iter().copied(), t_min),
-        Solid::Cuboid(cuboid) => solid::cuboid(line, cuboid, t_min),
-        Solid::Sphere(sphere) => solid::sphere(line, sphere, t_min),
-        Solid::Ellipsoid(ellipsoid) => solid::ellipsoid(line, ellipsoid, t_min),
         Solid::Cone(cone) if cone.open => solid::cone_side(line, cone, t_min),
-        Solid::Cone(cone) => solid::cone(line, cone, t_min),
         Solid::Polygon(polygon) => polygon::polygon(line, polygon, t_min),
+        closed => {
+            let ends = ends(closed, line)?;
+            let beyond = |end: &Root| end.order_with(t_min).is_gt();
+            ends.into_iter().flatten().find(beyond)
+        }
+    }
+}
+
+/// What a line has in a solid, in exact arithmetic; of a surface, nothing, and
+/// nothing where a number is not finite.
+pub fn span(solid: &Solid, line: &Line) -> Option<Ends> {
+    let is_line = line.dir.iter().any(|x| *x != 0.0);
+    let is_finite = line.org.iter().chain(&line.dir).all(|x| x.is_finite());
+    if !is_line || !is_finite || !solid.is_finite() {
+        return None;
+    }
+    ends(solid, line)
+}
+
+#[inline(always)]
+fn ends(solid: &Solid, line: &Line) -> Option<Ends> {
+    match solid {
+        Solid::HalfSpace(plane) => solid::half_spaces(line, [*plane].into_iter()),
+        Solid::Polyhedron(planes) => solid::half_spaces(line, planes.iter().copied()),
+        Solid::Cuboid(cuboid) => solid::cuboid(line, cuboid),
+        Solid::Sphere(sphere) => solid::sphere(line, sphere),
+        Solid::Ellipsoid(ellipsoid) => solid::ellipsoid(line, ellipsoid),
+        Solid::Cone(cone) if !cone.open => solid::cone(line, cone),
+        Solid::Cone(_) | Solid::Polygon(_) => None,
     }
 }
 

@@ -1,5 +1,5 @@
-//! The first boundary of each kind of primitive beyond t_min: as crossings of
-//! surfaces, ordered exactly.
+//! What a line has in each kind of primitive: its ends are crossings of surfaces,
+//! ordered exactly.
 
 use super::Line;
 use super::curve::{Curve, nearest_to};
@@ -8,19 +8,12 @@ use super::surface::Surface;
 use crate::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Sphere};
 use std::cmp::Ordering;
 
-/// The first of a span's ends, which are in order, beyond t_min.
-#[inline(always)]
-fn first_end(ends: impl IntoIterator<Item = Root>, t_min: f64) -> Option<Root> {
-    let mut ends = ends.into_iter();
-    ends.find(|end| end.order_with(t_min).is_gt())
-}
+/// Where a line comes into a solid and where it leaves it, in order; `None`
+/// where it always was inside, or stays.
+pub type Ends = [Option<Root>; 2];
 
 /// Of the intersection of half-spaces, however many.
-pub(super) fn half_spaces(
-    line: &Line,
-    planes: impl Iterator<Item = HalfSpace>,
-    t_min: f64,
-) -> Option<Root> {
+pub(super) fn half_spaces(line: &Line, planes: impl Iterator<Item = HalfSpace>) -> Option<Ends> {
     let (mut enter, mut exit): (Option<Root>, Option<Root>) = (None, None);
     for plane in planes {
         let normal = plane.normal.to_array();
@@ -48,10 +41,10 @@ pub(super) fn half_spaces(
     if enter.as_ref().zip(exit.as_ref()).is_some_and(empty) {
         return None;
     }
-    first_end(enter.into_iter().chain(exit), t_min)
+    Some([enter, exit])
 }
 
-pub(super) fn cuboid(line: &Line, cuboid: &Cuboid, t_min: f64) -> Option<Root> {
+pub(super) fn cuboid(line: &Line, cuboid: &Cuboid) -> Option<Ends> {
     let planes = (0..6).map(|i| {
         let axis = glam::DVec3::AXES[i / 2];
         let (normal, offset) = if i % 2 == 0 {
@@ -61,26 +54,26 @@ pub(super) fn cuboid(line: &Line, cuboid: &Cuboid, t_min: f64) -> Option<Root> {
         };
         HalfSpace { normal, offset }
     });
-    half_spaces(line, planes, t_min)
+    half_spaces(line, planes)
 }
 
-pub(super) fn sphere(line: &Line, sphere: &Sphere, t_min: f64) -> Option<Root> {
+pub(super) fn sphere(line: &Line, sphere: &Sphere) -> Option<Ends> {
     let center = sphere.center.to_array();
     let radius = sphere.radius;
-    round(line, Surface::Sphere { center, radius }, center, t_min)
+    round(line, Surface::Sphere { center, radius }, center)
 }
 
-pub(super) fn ellipsoid(line: &Line, ellipsoid: &Ellipsoid, t_min: f64) -> Option<Root> {
+pub(super) fn ellipsoid(line: &Line, ellipsoid: &Ellipsoid) -> Option<Ends> {
     let center = ellipsoid.center.to_array();
     let radii = ellipsoid.radii.to_array();
-    round(line, Surface::Ellipsoid { center, radii }, center, t_min)
+    round(line, Surface::Ellipsoid { center, radii }, center)
 }
 
 /// What a line that has a direction leaves both ways.
 #[inline(always)]
-fn round(line: &Line, surface: Surface, center: [f64; 3], t_min: f64) -> Option<Root> {
+fn round(line: &Line, surface: Surface, center: [f64; 3]) -> Option<Ends> {
     let curve = Curve::new(line, surface, nearest_to(line, center));
-    first_end(curve.roots(Ordering::Greater)?, t_min)
+    Some(curve.roots(Ordering::Greater)?.map(Some))
 }
 
 /// A line before a cone: its side and its caps.
@@ -140,7 +133,7 @@ impl Frustum {
 /// Of a closed cone. Between its caps' planes it is convex, so what a line has
 /// in it is one span: whether the line is within where it crosses these planes
 /// says which of the side's roots are its ends.
-pub(super) fn cone(line: &Line, cone: &Cone, t_min: f64) -> Option<Root> {
+pub(super) fn cone(line: &Line, cone: &Cone) -> Option<Ends> {
     let frustum = Frustum::new(line, cone);
     let Frustum {
         side, bend, roots, ..
@@ -150,7 +143,7 @@ pub(super) fn cone(line: &Line, cone: &Cone, t_min: f64) -> Option<Root> {
         // Across the axis: a chord of a disc.
         Err(between) => {
             let roots = roots.filter(|_| between && bend.is_gt())?;
-            return first_end(roots, t_min);
+            return Some(roots.map(Some));
         }
     };
     let within = |cap: &Root| side.sign_at(cap, *bend, roots.as_ref()).is_le();
@@ -166,7 +159,7 @@ pub(super) fn cone(line: &Line, cone: &Cone, t_min: f64) -> Option<Root> {
             (Some(lower), Some(upper))
         }
     };
-    first_end(enter.into_iter().chain(exit), t_min)
+    Some([enter, exit])
 }
 
 /// Of an open cone: its side between the caps' planes. A line that runs within

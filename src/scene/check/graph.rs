@@ -1,6 +1,7 @@
 //! What refers to what: ids in range, nodes without cycles, transforms that keep
 //! space, alone and along every path.
 
+use super::combinations::entity_of_operand;
 use super::{Entity, EntityKind, SceneError, shape_entity};
 use crate::scene::ids::{ShapeId, TransformId};
 use crate::scene::motion::{Key, singular_time};
@@ -22,8 +23,25 @@ pub(super) fn ranges(scene: &Tables) -> Result<(), SceneError> {
             Shape::Polyhedron(id) => ("polyhedron", id.0, scene.polyhedra.len()),
             Shape::Polygon(id) => ("polygon", id.0, scene.polygons.len()),
             Shape::Mesh(id) => ("mesh", id.0, scene.meshes.len()),
+            Shape::Combination(id) => ("combination", id.0, scene.combinations.len()),
         };
         dangling(|| shape_entity(scene, i as u32), kind, id, count)?;
+    }
+    for (i, operand) in scene.combinations.operands.iter().enumerate() {
+        let what = || entity_of_operand(scene, i);
+        let transform = operand.transform.0;
+        dangling(what, "shape", operand.shape.0, scene.shapes.len())?;
+        dangling(what, "transform", transform, scene.transforms.len())?;
+        if let Some(m) = operand.material {
+            dangling(what, "material", m.0, scene.materials.len())?;
+        }
+    }
+    for (row, material) in scene.combinations.material.iter().enumerate() {
+        if let Some(m) = material {
+            let label = format!("combination {row}");
+            let what = || Entity::new(EntityKind::Shape, row as u32, label);
+            dangling(what, "material", m.0, scene.materials.len())?;
+        }
     }
     for (mesh, parts) in scene.meshes.parts_of.iter().enumerate() {
         for (_, material) in &scene.meshes.parts[parts.start as usize..parts.end as usize] {
@@ -111,7 +129,7 @@ pub(super) fn cycles(scene: &Tables) -> Result<(), SceneError> {
 }
 
 /// Labels of a path that may have a million nodes: a message stays short.
-fn shown(path: &[u32], label: impl Fn(&u32) -> String) -> Vec<String> {
+pub(super) fn shown(path: &[u32], label: impl Fn(&u32) -> String) -> Vec<String> {
     const ENDS: usize = 5;
     if path.len() <= 2 * ENDS + 1 {
         return path.iter().map(label).collect();
@@ -194,7 +212,22 @@ pub(super) fn transforms(scene: &Tables) -> Result<(), SceneError> {
         Ok(())
     };
     of_edges(&scene.instances, &|i| instance(scene, i))?;
-    of_edges(&scene.edges, &|i| child(scene, &parents, i))
+    of_edges(&scene.edges, &|i| child(scene, &parents, i))?;
+    for (i, operand) in scene.combinations.operands.iter().enumerate() {
+        let row = operand.transform.index();
+        let what = || entity_of_operand(scene, i);
+        if !scene.transforms.local[row].is_finite() {
+            return Err(SceneError::NotFinite {
+                what: what(),
+                field: "transform",
+                value: "NaN or infinity in its matrix".into(),
+            });
+        }
+        if scene.transforms.inverse[row].is_none() {
+            return Err(SceneError::SingularTransform { what: what() });
+        }
+    }
+    Ok(())
 }
 
 fn motion(keys: &[Key], what: &dyn Fn() -> Entity) -> Result<(), SceneError> {

@@ -78,7 +78,7 @@ pub(super) fn solids(scene: &Tables) -> Result<(), SceneError> {
                     });
                 }
             }
-            Shape::Polyhedron(_) | Shape::Polygon(_) | Shape::Mesh(_) => {}
+            Shape::Polyhedron(_) | Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => {}
         }
     }
     Ok(())

@@ -1,0 +1,205 @@
+//! Boolean programs, as gates that count.
+//!
+//! De Morgan's laws leave two kinds of gates: any-of and odd-number-of, with
+//! negations on the wires. An operand that flips changes one count, and what
+//! follows from it further up stops where a gate does not change; so a step costs
+//! the height of the program and not its size. Operators of one kind in each
+//! other are one gate: a chain of differences, however long, is flat.
+
+/// What is done with solids.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Operator {
+    Union,
+    Intersection,
+    /// The first without all others.
+    Difference,
+    /// In an odd number of them.
+    Xor,
+    /// All that the one operand is not.
+    Complement,
+}
+
+/// Whether any input is true, or an odd number of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Gate {
+    Any,
+    Odd,
+}
+
+/// Where an output goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Wire {
+    /// [`OUT`]: the program's answer.
+    gate: u32,
+    negated: bool,
+}
+
+const OUT: u32 = u32::MAX;
+
+/// Operands are numbered in the order in which they were added.
+#[derive(Clone, Debug, Default)]
+pub struct Program {
+    /// A gate stands before those that feed it; the first gives the answer.
+    gates: Vec<Gate>,
+    gate_wires: Vec<Wire>,
+    operand_wires: Vec<Wire>,
+    /// By gate: true inputs while a ray is outside all operands.
+    idle: Vec<u32>,
+}
+
+impl Program {
+    pub fn operands(&self) -> usize {
+        self.operand_wires.len()
+    }
+
+    pub fn gates(&self) -> usize {
+        self.gates.len()
+    }
+
+    pub fn bytes(&self) -> usize {
+        self.gates.len() * (size_of::<Gate>() + size_of::<Wire>() + size_of::<u32>())
+            + self.operand_wires.len() * size_of::<Wire>()
+    }
+
+    /// Outside all operands.
+    pub fn start(&self, state: &mut State) {
+        state.counts.clear();
+        state.counts.extend_from_slice(&self.idle);
+    }
+
+    fn value(&self, gate: u32, count: u32) -> bool {
+        match self.gates[gate as usize] {
+            Gate::Any => count > 0,
+            Gate::Odd => count & 1 != 0,
+        }
+    }
+
+    /// The answer.
+    pub fn is_inside(&self, state: &State) -> bool {
+        self.value(0, state.counts[0]) != self.gate_wires[0].negated
+    }
+
+    /// A ray enters an operand, or leaves it.
+    pub fn flip(&self, state: &mut State, operand: u32, inside: bool) {
+        let (mut wire, mut now) = (self.operand_wires[operand as usize], inside);
+        while wire.gate != OUT {
+            let count = &mut state.counts[wire.gate as usize];
+            let before = self.value(wire.gate, *count);
+            *count = if now != wire.negated {
+                *count + 1
+            } else {
+                *count - 1
+            };
+            now = self.value(wire.gate, *count);
+            if now == before {
+                return;
+            }
+            wire = self.gate_wires[wire.gate as usize];
+        }
+    }
+}
+
+/// What is true along a ray: by gate, how many of its inputs.
+#[derive(Clone, Debug, Default)]
+pub struct State {
+    counts: Vec<u32>,
+}
+
+/// Builds a [`Program`] from the answer down.
+#[derive(Debug, Default)]
+pub struct Builder {
+    program: Program,
+}
+
+/// Where the operands of an operator go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place(Wire);
+
+impl Builder {
+    /// Where the whole solid goes.
+    pub fn answer(&self) -> Place {
+        Place(Wire {
+            gate: OUT,
+            negated: false,
+        })
+    }
+
+    /// A solid made by an operator, where it goes. Returns where its first operand
+    /// goes, and where all others do.
+    pub fn operator(&mut self, operator: Operator, place: Place) -> [Place; 2] {
+        let gate = match operator {
+            Operator::Xor => Gate::Odd,
+            _ => Gate::Any,
+        };
+        // A ∩ B = ¬(¬A ∪ ¬B), A − B = ¬(¬A ∪ B).
+        let (out, first, others) = match operator {
+            Operator::Union | Operator::Xor => (false, false, false),
+            Operator::Intersection => (true, true, true),
+            Operator::Difference => (true, true, false),
+            Operator::Complement => return [self.negated(place); 2],
+        };
+        let wire = Wire {
+            negated: place.0.negated != out,
+            ..place.0
+        };
+        let into = match self.program.gates.get(wire.gate as usize) {
+            Some(above) if *above == gate && !wire.negated => wire.gate,
+            _ => self.gate(gate, wire),
+        };
+        [first, others].map(|negated| {
+            Place(Wire {
+                gate: into,
+                negated,
+            })
+        })
+    }
+
+    fn negated(&self, place: Place) -> Place {
+        Place(Wire {
+            negated: !place.0.negated,
+            ..place.0
+        })
+    }
+
+    fn gate(&mut self, gate: Gate, wire: Wire) -> u32 {
+        self.program.gates.push(gate);
+        self.program.gate_wires.push(wire);
+        self.program.idle.push(0);
+        self.program.gates.len() as u32 - 1
+    }
+
+    /// An operand, by number.
+    pub fn operand(&mut self, place: Place) -> u32 {
+        let mut wire = place.0;
+        if wire.gate == OUT {
+            wire = Wire {
+                gate: self.gate(Gate::Any, wire),
+                negated: false,
+            };
+        }
+        self.program.operand_wires.push(wire);
+        self.program.operand_wires.len() as u32 - 1
+    }
+
+    /// A program with an operand at least.
+    pub fn finish(mut self) -> Program {
+        let Program {
+            gates,
+            gate_wires,
+            operand_wires,
+            idle,
+        } = &mut self.program;
+        for wire in operand_wires {
+            idle[wire.gate as usize] += u32::from(wire.negated);
+        }
+        for gate in (1..gates.len()).rev() {
+            let value = match gates[gate] {
+                Gate::Any => idle[gate] > 0,
+                Gate::Odd => idle[gate] & 1 != 0,
+            };
+            let wire = gate_wires[gate];
+            idle[wire.gate as usize] += u32::from(value != wire.negated);
+        }
+        self.program
+    }
+}

@@ -1,0 +1,90 @@
+//! Stepping through an operand's boundaries in the order of t.
+
+use super::program::{Program, State};
+use std::ops::ControlFlow;
+
+/// An end of what a ray has in an operand.
+#[derive(Clone, Copy, Debug)]
+pub struct Boundary<T> {
+    pub at: T,
+    pub operand: u32,
+    /// The ray comes in there.
+    pub enters: bool,
+}
+
+/// A boundary of the solid itself.
+#[derive(Clone, Copy, Debug)]
+pub struct Change<'b, T> {
+    /// That of an operand: of several at one t the first that counts, by number.
+    pub boundary: &'b Boundary<T>,
+    /// The ray comes into the solid there.
+    pub enters: bool,
+}
+
+impl<T> Change<'_, T> {
+    /// Whether the solid's outward normal is the opposite of the operand's.
+    pub fn is_turned(&self) -> bool {
+        self.enters != self.boundary.enters
+    }
+}
+
+/// One ray's way through a program. Reused from ray to ray.
+#[derive(Debug, Default)]
+pub struct Walk {
+    state: State,
+}
+
+impl Walk {
+    /// Calls `visit` at the solid's boundaries, in order, until it has seen enough.
+    /// `inside`: operands that the ray has always been in. `boundaries` stand in the
+    /// order of t, those that are `one` event by number of operand. Returns whether
+    /// the ray is in the solid in the end, unless `visit` broke off.
+    pub fn run<'b, T, B>(
+        &mut self,
+        program: &Program,
+        inside: impl IntoIterator<Item = u32>,
+        boundaries: &'b [Boundary<T>],
+        one: impl Fn(&T, &T) -> bool,
+        mut visit: impl FnMut(Change<'b, T>) -> ControlFlow<B>,
+    ) -> ControlFlow<B, bool> {
+        let state = &mut self.state;
+        program.start(state);
+        for operand in inside {
+            program.flip(state, operand, true);
+        }
+        let mut is_inside = program.is_inside(state);
+        for event in boundaries.chunk_by(|a, b| one(&a.at, &b.at)) {
+            let mut first = None;
+            let mut now = is_inside;
+            for boundary in event {
+                program.flip(state, boundary.operand, boundary.enters);
+                now = program.is_inside(state);
+                if now != is_inside && first.is_none() {
+                    first = Some(boundary);
+                }
+            }
+            if now == is_inside {
+                continue;
+            }
+            is_inside = now;
+            if let Some(boundary) = first {
+                let enters = now;
+                visit(Change { boundary, enters })?;
+            }
+        }
+        ControlFlow::Continue(is_inside)
+    }
+
+    /// Whether a ray is in the solid before it meets any boundary.
+    pub fn starts_inside(
+        &mut self,
+        program: &Program,
+        inside: impl IntoIterator<Item = u32>,
+    ) -> bool {
+        program.start(&mut self.state);
+        for operand in inside {
+            program.flip(&mut self.state, operand, true);
+        }
+        program.is_inside(&self.state)
+    }
+}

@@ -1,0 +1,98 @@
+//! Solids made of solids: nothing contains itself, and operands have an inside.
+
+use super::graph::shown;
+use super::{Entity, EntityKind, SceneError, require, shape_entity};
+use crate::csg::Operator;
+use crate::scene::csg_solid::{MAX_OPERANDS, operands_first, unfolded_counts};
+use crate::scene::ids::{CombinationId, ShapeId};
+use crate::scene::{Shape, Tables};
+
+/// The shape that each combination is.
+fn shapes_of(scene: &Tables) -> Vec<u32> {
+    let mut of = vec![0; scene.combinations.len()];
+    for (i, shape) in scene.shapes.rows.iter().enumerate() {
+        if let Shape::Combination(id) = shape {
+            of[id.index()] = i as u32;
+        }
+    }
+    of
+}
+
+/// Returns the combinations, each after its operands.
+pub(super) fn combinations(scene: &Tables) -> Result<Vec<u32>, SceneError> {
+    let table = &scene.combinations;
+    let of = shapes_of(scene);
+    let entity = |row: u32| shape_entity(scene, of[row as usize]);
+    for row in 0..table.len() as u32 {
+        let (what, id) = (|| entity(row), CombinationId(row));
+        let (operator, operands) = (table.operator[id.index()], table.operands(id));
+        if operands.is_empty() {
+            let part = "operands";
+            return Err(SceneError::Empty { what: what(), part });
+        }
+        if operator == Operator::Complement && operands.len() != 1 {
+            return Err(SceneError::OutOfRange {
+                what: what(),
+                field: "number of operands",
+                value: operands.len().to_string(),
+                must: "1: a complement is that of one solid",
+            });
+        }
+        let tolerance = table.tolerance[id.index()];
+        let is_length = tolerance >= 0.0 && tolerance.is_finite();
+        require(is_length, what, "tolerance", tolerance, "0 or greater")?;
+        for operand in operands {
+            if let Some(why) = no_inside(scene, operand.shape) {
+                let operand = shape_entity(scene, operand.shape.0);
+                return Err(SceneError::NotSolid {
+                    what: what(),
+                    operand: Box::new(operand),
+                    why,
+                });
+            }
+        }
+    }
+    let order = operands_first(scene).map_err(|path| {
+        let label = |row: &u32| entity(*row).label.into();
+        SceneError::CycleOfShapes {
+            what: entity(path[0]),
+            path: shown(&path, label),
+        }
+    })?;
+    let counts = unfolded_counts(scene, &order);
+    if let Some(row) = counts.iter().position(|n| *n > MAX_OPERANDS) {
+        return Err(SceneError::TooManyOperands {
+            what: entity(row as u32),
+            count: counts[row],
+            limit: MAX_OPERANDS,
+        });
+    }
+    Ok(order)
+}
+
+fn no_inside(scene: &Tables, shape: ShapeId) -> Option<&'static str> {
+    let open = "it is open, and has no inside; leave out 'open'";
+    match scene.shapes.row(shape) {
+        Shape::Polygon(_) => Some("it is a surface and has no inside; use a solid"),
+        Shape::Cylinder(id) if scene.cylinders.row(id).open => Some(open),
+        Shape::Cone(id) if scene.cones.row(id).open => Some(open),
+        Shape::Mesh(_) => Some("meshes cannot be operands yet; use a polyhedron or a primitive"),
+        _ => None,
+    }
+}
+
+/// What the check of edges is for operands.
+pub(super) fn entity_of_operand(scene: &Tables, operand: usize) -> Entity {
+    let has = |row: &usize| {
+        let range = &scene.combinations.operands_of[*row];
+        (range.start as usize..range.end as usize).contains(&operand)
+    };
+    let row = (0..scene.combinations.len()).find(has);
+    match row.map(|row| shapes_of(scene)[row]) {
+        Some(shape) => {
+            let label = format!("an operand of {}", shape_entity(scene, shape));
+            Entity::new(EntityKind::Shape, shape, label)
+        }
+        None => Entity::new(EntityKind::Shape, u32::MAX, format!("operand {operand}")),
+    }
+}

@@ -1,0 +1,325 @@
+//! What a combination unfolds into: one program over shapes that are none.
+//!
+//! Derived from the tables; never in them. Nothing recurses: operators may lie in
+//! each other a hundred thousand deep.
+
+use super::ids::{CombinationId, MaterialId, ShapeId};
+use super::shapes::Shape;
+use super::{Operand, Tables, shape_bounds};
+use crate::csg::{Builder, Operator, Place, Program};
+use crate::math::{Aabb, Affine};
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// Operands of one combination, at most, once unfolded.
+pub const MAX_OPERANDS: u64 = 1 << 20;
+
+/// A space that operands are in. Those that are placed alike share one: there,
+/// what coincides does so exactly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// The operand's ray is this times the solid's, by definition.
+    pub operand_from_solid: Affine,
+    pub solid_from_operand: Affine,
+}
+
+/// A shape that is no combination, as part of one.
+#[derive(Clone, Copy, Debug)]
+pub struct CsgOperand {
+    pub shape: Shape,
+    pub id: ShapeId,
+    /// Row of [`CsgSolid::frames`]; 0 is the solid's own space.
+    pub frame: u32,
+    pub material: Option<MaterialId>,
+    /// In the solid's space; `None` where it has no bounds.
+    pub bounds: Option<Aabb>,
+}
+
+#[derive(Clone, Debug)]
+pub struct CsgSolid {
+    pub program: Program,
+    /// In the order of the file, depth first: the numbers of surfaces.
+    pub operands: Vec<CsgOperand>,
+    pub frames: Vec<Frame>,
+    pub tolerance: f64,
+}
+
+impl CsgSolid {
+    /// Of checked tables.
+    pub fn of(tables: &Tables, id: CombinationId) -> CsgSolid {
+        let mut unfold = Unfold::new(tables);
+        unfold.run(id);
+        CsgSolid {
+            program: unfold.builder.finish(),
+            operands: unfold.operands,
+            frames: unfold.frames,
+            tolerance: tables.combinations.tolerance[id.index()],
+        }
+    }
+
+    pub fn bytes(&self) -> usize {
+        self.program.bytes()
+            + self.operands.len() * size_of::<CsgOperand>()
+            + self.frames.len() * size_of::<Frame>()
+    }
+}
+
+/// How operands, once unfolded, every combination has; saturating. `order`: its
+/// operands first.
+pub(super) fn unfolded_counts(tables: &Tables, order: &[u32]) -> Vec<u64> {
+    let table = &tables.combinations;
+    let mut counts = vec![0_u64; table.len()];
+    for row in order {
+        let operands = table.operands(CombinationId(*row)).iter();
+        let of = |operand: &Operand| match tables.shapes.row(operand.shape) {
+            Shape::Combination(id) => counts[id.index()],
+            _ => 1,
+        };
+        counts[*row as usize] = operands.map(of).fold(0, u64::saturating_add);
+    }
+    counts
+}
+
+/// A shape that waits to be unfolded.
+struct Waiting {
+    shape: ShapeId,
+    place: Place,
+    frame: u32,
+    material: Option<MaterialId>,
+    /// A combination above has said what its surfaces are made of.
+    settled: bool,
+}
+
+struct Unfold<'t> {
+    tables: &'t Tables,
+    builder: Builder,
+    operands: Vec<CsgOperand>,
+    frames: Vec<Frame>,
+    /// Frames by their entries, rounded.
+    known: HashMap<[i64; 12], u32>,
+    waiting: Vec<Waiting>,
+}
+
+impl<'t> Unfold<'t> {
+    fn new(tables: &'t Tables) -> Unfold<'t> {
+        let own = Frame {
+            operand_from_solid: Affine::IDENTITY,
+            solid_from_operand: Affine::IDENTITY,
+        };
+        Unfold {
+            tables,
+            builder: Builder::default(),
+            operands: Vec::new(),
+            frames: vec![own],
+            known: HashMap::from([(rounded(&Affine::IDENTITY), 0)]),
+            waiting: Vec::new(),
+        }
+    }
+
+    fn run(&mut self, id: CombinationId) {
+        let answer = self.builder.answer();
+        self.operator(id, answer, 0, None, false);
+        while let Some(next) = self.waiting.pop() {
+            let Waiting {
+                shape,
+                place,
+                frame,
+                material,
+                settled,
+            } = next;
+            match self.tables.shapes.row(shape) {
+                Shape::Combination(id) => self.operator(id, place, frame, material, settled),
+                leaf => {
+                    self.builder.operand(place);
+                    let bounds = self.bounds(shape, frame);
+                    self.operands.push(CsgOperand {
+                        shape: leaf,
+                        id: shape,
+                        frame,
+                        material,
+                        bounds,
+                    });
+                }
+            }
+        }
+    }
+
+    fn operator(
+        &mut self,
+        id: CombinationId,
+        place: Place,
+        frame: u32,
+        material: Option<MaterialId>,
+        settled: bool,
+    ) {
+        let table = &self.tables.combinations;
+        let operator = table.operator[id.index()];
+        let own = table.material[id.index()];
+        let (material, settled) = match own {
+            Some(_) if !settled => (own, true),
+            _ => (material, settled),
+        };
+        let [first, others] = self.builder.operator(operator, place);
+        let operands = table.operands(id);
+        for (i, operand) in operands.iter().enumerate().rev() {
+            let frame = self.frame(frame, operand);
+            let nearest = if settled { None } else { operand.material };
+            self.waiting.push(Waiting {
+                shape: operand.shape,
+                place: if i == 0 { first } else { others },
+                frame,
+                material: nearest.or(material),
+                settled,
+            });
+        }
+    }
+
+    fn frame(&mut self, above: u32, operand: &Operand) -> u32 {
+        let transforms = &self.tables.transforms;
+        let row = operand.transform.index();
+        let local = &transforms.local[row];
+        let Some(inverse) = transforms.inverse[row].filter(|_| !local.is_identity()) else {
+            return above;
+        };
+        let above = self.frames[above as usize];
+        let frame = Frame {
+            operand_from_solid: inverse.then_after(&above.operand_from_solid),
+            solid_from_operand: above.solid_from_operand.then_after(local),
+        };
+        let next = self.frames.len() as u32;
+        let row = *self
+            .known
+            .entry(rounded(&frame.solid_from_operand))
+            .or_insert(next);
+        if row == next {
+            self.frames.push(frame);
+        }
+        row
+    }
+
+    fn bounds(&self, shape: ShapeId, frame: u32) -> Option<Aabb> {
+        let own = shape_bounds(self.tables, shape)?;
+        if frame == 0 {
+            return Some(own);
+        }
+        Some(placed(
+            &own,
+            &self.frames[frame as usize].solid_from_operand,
+        ))
+    }
+}
+
+/// A map's entries to one part in 2^44 of its linear part's largest, and of its
+/// translation: a turn and a turn back are no turn.
+fn rounded(map: &Affine) -> [i64; 12] {
+    let size = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let linear: Vec<f64> = map.linear.iter().flatten().copied().collect();
+    let parts = |x: f64, size: f64| {
+        let unit = libm::exp2(libm::floor(libm::log2(size * std::f64::consts::SQRT_2)) - 44.0);
+        if unit > 0.0 {
+            (x / unit).round() as i64
+        } else {
+            0
+        }
+    };
+    let (all, shift) = (size(&linear), size(&map.translation));
+    std::array::from_fn(|i| match linear.get(i) {
+        Some(x) => parts(*x, all),
+        None => parts(map.translation[i - 9], shift),
+    })
+}
+
+/// The box around a box under a map, with room for its roundings.
+pub(super) fn placed(own: &Aabb, map: &Affine) -> Aabb {
+    if own.is_empty() {
+        return Aabb::EMPTY;
+    }
+    let place = |p: DVec3| DVec3::from_array(map.point(p.to_array()));
+    let bounds = Aabb::of_points(own.corners().map(place));
+    let size = map.norm() * own.max_abs() + bounds.max_abs();
+    bounds.grown(DVec3::splat(size * (16.0 * f64::EPSILON)))
+}
+
+/// Combinations, each after its operands; or a cycle, first row repeated.
+pub(crate) fn operands_first(tables: &Tables) -> Result<Vec<u32>, Vec<u32>> {
+    let table = &tables.combinations;
+    let mut state = vec![0_u8; table.len()];
+    let mut order = Vec::with_capacity(table.len());
+    let mut stack: Vec<(u32, usize)> = Vec::new();
+    for start in 0..table.len() as u32 {
+        if state[start as usize] != 0 {
+            continue;
+        }
+        state[start as usize] = 1;
+        stack.push((start, 0));
+        while let Some((row, next)) = stack.last_mut() {
+            let Some(operand) = table.operands(CombinationId(*row)).get(*next) else {
+                state[*row as usize] = 2;
+                order.push(*row);
+                stack.pop();
+                continue;
+            };
+            *next += 1;
+            let Shape::Combination(below) = tables.shapes.row(operand.shape) else {
+                continue;
+            };
+            match state[below.index()] {
+                0 => {
+                    state[below.index()] = 1;
+                    stack.push((below.0, 0));
+                }
+                1 => {
+                    let from = stack.iter().position(|(r, _)| *r == below.0).unwrap_or(0);
+                    let path = stack[from..].iter().map(|(r, _)| *r);
+                    return Err(path.chain([below.0]).collect());
+                }
+                _ => {}
+            }
+        }
+    }
+    Ok(order)
+}
+
+/// Boxes of all combinations; `None` of those without bounds. `order`: operands
+/// first.
+pub(super) fn combination_bounds(tables: &Tables, order: &[u32]) -> Vec<Option<Aabb>> {
+    let table = &tables.combinations;
+    let mut bounds: Vec<Option<Aabb>> = vec![None; table.len()];
+    for row in order {
+        let id = CombinationId(*row);
+        let of = |operand: &Operand| {
+            let own = match tables.shapes.row(operand.shape) {
+                Shape::Combination(below) => bounds[below.index()],
+                _ => shape_bounds(tables, operand.shape),
+            };
+            let local = &tables.transforms.local[operand.transform.index()];
+            match own {
+                Some(own) if !local.is_identity() => Some(placed(&own, local)),
+                own => own,
+            }
+        };
+        let mut all = table.operands(id).iter().map(of);
+        bounds[*row as usize] = match table.operator[id.index()] {
+            Operator::Union | Operator::Xor => {
+                all.try_fold(Aabb::EMPTY, |b, one| Some(b.union(&one?)))
+            }
+            Operator::Difference => all.next().flatten(),
+            Operator::Intersection => all.flatten().reduce(|a, b| overlap(&a, &b)),
+            Operator::Complement => None,
+        };
+    }
+    bounds
+}
+
+fn overlap(a: &Aabb, b: &Aabb) -> Aabb {
+    let both = Aabb {
+        min: a.min.max(b.min),
+        max: a.max.min(b.max),
+    };
+    if both.min.cmple(both.max).all() {
+        both
+    } else {
+        // Nothing is there; but a box it must be.
+        Aabb::of_points([a.center()])
+    }
+}

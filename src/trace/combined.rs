@@ -1,0 +1,250 @@
+//! A ray against a solid that is made of others: where it comes into it and where
+//! it leaves it.
+//!
+//! Every operand's span is found, and the order of their ends, as exact
+//! arithmetic would ([`crate::geom::exact`]); f64 with error bounds nearly always
+//! knows. Boundaries of operands in one frame are one event where they are equal;
+//! of operands in different frames, or where the solid has a tolerance, where they
+//! are so near to each other, from each to the next (docs/NUMERICS.md).
+
+use super::decide::solid_of;
+use crate::csg::{Boundary, Walk};
+use crate::geom::exact::{Line, Root, span};
+use crate::math::{Aabb, length};
+use crate::scene::{CsgOperand, CsgSolid, Frame, Tables, outward_normal};
+use glam::DVec3;
+use std::cell::Cell;
+use std::ops::ControlFlow;
+
+/// Of a hit's `primitive`: the solid's outside is the operand's inside.
+pub const TURNED: u32 = 1 << 31;
+
+/// A boundary of the solid.
+#[derive(Clone, Copy, Debug)]
+pub struct Crossing {
+    pub root: Root,
+    /// The operand's number, and [`TURNED`].
+    pub primitive: u32,
+    /// The ray comes into the solid.
+    pub enters: bool,
+}
+
+/// An operand's boundary, and how far off it may be in t: by its own frame's
+/// roundings beside those of others, and by the solid's tolerance.
+#[derive(Clone, Copy, Debug)]
+struct Mark {
+    root: Root,
+    frame: u32,
+    placement: f64,
+    tolerance: f64,
+    /// Which event it belongs to.
+    event: u32,
+}
+
+/// Reused from ray to ray.
+#[derive(Default)]
+struct Scratch {
+    boundaries: Vec<Boundary<Mark>>,
+    inside: Vec<u32>,
+    walk: Walk,
+}
+
+thread_local! {
+    static SCRATCH: Cell<Option<Box<Scratch>>> = const { Cell::new(None) };
+}
+
+/// The first boundary beyond t_min. `line`: in the solid's space.
+pub fn first(solid: &CsgSolid, tables: &Tables, line: &Line, t_min: f64) -> Option<Crossing> {
+    let mut found = None;
+    boundaries(solid, tables, line, |crossing| {
+        if crossing.root.order_with(t_min).is_gt() {
+            found = Some(crossing);
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
+    });
+    found
+}
+
+/// Calls `visit` at the solid's boundaries along the whole line, in order, until
+/// it has seen enough. Returns whether the line has always been inside before the
+/// first.
+pub fn boundaries(
+    solid: &CsgSolid,
+    tables: &Tables,
+    line: &Line,
+    mut visit: impl FnMut(Crossing) -> ControlFlow<()>,
+) -> bool {
+    let mut scratch = SCRATCH.take().unwrap_or_default();
+    let Scratch {
+        boundaries,
+        inside,
+        walk,
+    } = &mut *scratch;
+    boundaries.clear();
+    inside.clear();
+    collect(solid, tables, line, boundaries, inside);
+    boundaries.sort_by(|a, b| a.at.root.order(&b.at.root));
+    gather(boundaries);
+    let always = inside.iter().copied();
+    let start = walk.starts_inside(&solid.program, always.clone());
+    let same = |a: &Mark, b: &Mark| a.event == b.event;
+    let _ = walk.run(&solid.program, always, boundaries, same, |change| {
+        let turned = if change.is_turned() { TURNED } else { 0 };
+        visit(Crossing {
+            root: change.boundary.at.root,
+            primitive: change.boundary.operand | turned,
+            enters: change.enters,
+        })
+    });
+    SCRATCH.set(Some(scratch));
+    start
+}
+
+/// The ends of all spans, and the operands that the line is in from the start.
+fn collect(
+    solid: &CsgSolid,
+    tables: &Tables,
+    line: &Line,
+    boundaries: &mut Vec<Boundary<Mark>>,
+    inside: &mut Vec<u32>,
+) {
+    for (number, operand) in (0..).zip(&solid.operands) {
+        if operand.bounds.is_some_and(|b| passes_by(&b, line)) {
+            continue;
+        }
+        let Some(primitive) = solid_of(tables, operand.shape) else {
+            continue;
+        };
+        let frame = &solid.frames[operand.frame as usize];
+        let own = in_frame(frame, operand.frame, line);
+        let Some([enter, exit]) = span(&primitive, &own) else {
+            continue;
+        };
+        // One point is no part of a closed interior.
+        if let (Some(enter), Some(exit)) = (&enter, &exit)
+            && enter.order(exit).is_eq()
+        {
+            continue;
+        }
+        let mark = |root: Root| mark(solid, tables, operand, line, root);
+        match enter {
+            Some(root) => boundaries.push(Boundary {
+                at: mark(root),
+                operand: number,
+                enters: true,
+            }),
+            None => inside.push(number),
+        }
+        boundaries.extend(exit.map(|root| Boundary {
+            at: mark(root),
+            operand: number,
+            enters: false,
+        }));
+    }
+}
+
+/// The operand's ray, by definition.
+pub fn in_frame(frame: &Frame, number: u32, line: &Line) -> Line {
+    if number == 0 {
+        return *line;
+    }
+    Line {
+        org: frame.operand_from_solid.point(line.org),
+        dir: frame.operand_from_solid.vector(line.dir),
+    }
+}
+
+/// Certain, but not complete: the box is met with room for all roundings.
+fn passes_by(bounds: &Aabb, line: &Line) -> bool {
+    let (org, dir) = (DVec3::from_array(line.org), DVec3::from_array(line.dir));
+    let size = bounds.max_abs().max(org.abs().max_element());
+    let slack = DVec3::splat(size * (32.0 * f64::EPSILON));
+    let bounds = bounds.grown(slack);
+    let (mut enter, mut exit) = (f64::NEG_INFINITY, f64::INFINITY);
+    for k in 0..3 {
+        if dir[k] == 0.0 {
+            if org[k] < bounds.min[k] || org[k] > bounds.max[k] {
+                return true;
+            }
+            continue;
+        }
+        let (a, b) = (
+            (bounds.min[k] - org[k]) / dir[k],
+            (bounds.max[k] - org[k]) / dir[k],
+        );
+        // NaN, of infinities, is passed over.
+        enter = enter.max(a.min(b));
+        exit = exit.min(a.max(b));
+    }
+    let room = (enter.abs() + exit.abs()) * (8.0 * f64::EPSILON);
+    enter > exit + room
+}
+
+/// Roundings that a frame's numbers carry: of its matrix' product, of the ray
+/// through it, of the surface's own.
+const PLACEMENT: f64 = 16.0 * f64::EPSILON;
+
+/// A surface that the ray nearly runs along, is met anywhere; but not so far away.
+const STEEPEST: f64 = 1.0 / (1_u64 << 26) as f64;
+
+fn mark(solid: &CsgSolid, tables: &Tables, operand: &CsgOperand, line: &Line, root: Root) -> Mark {
+    let mut mark = Mark {
+        root,
+        frame: operand.frame,
+        placement: 0.0,
+        tolerance: 0.0,
+        event: 0,
+    };
+    if solid.frames.len() == 1 && solid.tolerance == 0.0 {
+        return mark;
+    }
+    let Frame {
+        operand_from_solid,
+        solid_from_operand,
+    } = &solid.frames[operand.frame as usize];
+    let own = in_frame(&solid.frames[operand.frame as usize], operand.frame, line);
+    let at = |line: &Line| DVec3::from_array(line.org) + DVec3::from_array(line.dir) * root.t.value;
+    let normal = outward_normal(tables, operand.shape, at(&own));
+    let normal = DVec3::from_array(operand_from_solid.transposed_vector(normal.to_array()));
+    let dir = DVec3::from_array(line.dir);
+    let rate = (normal.dot(dir) / length(normal)).abs();
+    let rate = rate.max(length(dir) * STEEPEST);
+    // Coordinates of the solid's space that were rounded on their way there.
+    let reach = DVec3::from_array(line.org).abs().max(at(line).abs());
+    let moved = DVec3::from_array(operand_from_solid.translation).abs();
+    let carried = operand_from_solid.norm() * reach.max_element() + moved.max_element();
+    mark.placement = PLACEMENT * solid_from_operand.norm() * carried / rate;
+    mark.tolerance = solid.tolerance / rate;
+    mark
+}
+
+/// Numbers the events, and puts what belongs to one in the order of operands.
+fn gather(boundaries: &mut [Boundary<Mark>]) {
+    let one = |a: &Mark, b: &Mark| {
+        let tolerance = a.tolerance.max(b.tolerance);
+        let slack = if a.frame == b.frame {
+            tolerance
+        } else {
+            tolerance.max(a.placement + b.placement)
+        };
+        if slack > 0.0 {
+            return b.root.t.value - a.root.t.value <= slack + (a.root.t.error + b.root.t.error);
+        }
+        a.root.order(&b.root).is_eq()
+    };
+    let mut start = 0;
+    for i in 1..=boundaries.len() {
+        let goes_on = boundaries
+            .get(i)
+            .is_some_and(|next| one(&boundaries[i - 1].at, &next.at));
+        if goes_on {
+            continue;
+        }
+        for boundary in &mut boundaries[start..i] {
+            boundary.at.event = start as u32;
+        }
+        boundaries[start..i].sort_by_key(|boundary| boundary.operand);
+        start = i;
+    }
+}

@@ -12,6 +12,7 @@
 use super::boxes::{BoxRows, ItemBoxes};
 use super::build::BuildQuality;
 use super::bvh::Tree;
+use super::combined::Combined;
 use super::forest::{Forests, NestedForest, WideForest};
 use super::grid::{Density, Grid};
 use super::groups::Groups;
@@ -24,7 +25,7 @@ use super::wide::WideMesh;
 use crate::geom::triangle::Corners;
 use crate::math::{Aabb, Aabb32, Affine};
 use crate::scene::{
-    Appearances, CombinationId, CsgSolid, MAX_DEPTH, MeshId, Place, Scene, Shape, ShapeId, Tables,
+    Appearances, CombinationId, MAX_DEPTH, MeshId, Place, Scene, Shape, ShapeId, Tables,
     far_center, shape_bounds,
 };
 use glam::DVec3;
@@ -89,7 +90,7 @@ pub struct World<'a> {
     pub entries: Vec<Entry>,
     pub unbounded: Vec<Entry>,
     /// By [`CombinationId`], of those that appear.
-    pub(super) combined: Vec<Option<CsgSolid>>,
+    pub(super) combined: Vec<Option<Combined>>,
     /// By appearance: its place in `entries`, or past their end in `unbounded`.
     /// Like these, empty where groups nest.
     pub place_of: Vec<u32>,
@@ -291,7 +292,7 @@ impl<'a> World<'a> {
 
     /// A combination that appears, unfolded.
     #[inline(always)]
-    pub fn combined(&self, id: CombinationId) -> &CsgSolid {
+    pub fn combined(&self, id: CombinationId) -> &Combined {
         self.combined[id.index()]
             .as_ref()
             .expect("what is met appears")
@@ -379,12 +380,12 @@ fn entries_about(
 }
 
 /// Unfolded: those that are operands only, need not be.
-fn combined(scene: &Scene, appearances: &Appearances) -> Vec<Option<CsgSolid>> {
+fn combined(scene: &Scene, appearances: &Appearances) -> Vec<Option<Combined>> {
     let appears = appearances.of_shapes(scene);
     let mut solids = vec![None; scene.combinations.len()];
-    for (shape, times) in scene.shapes.rows.iter().zip(appears) {
+    for (row, (shape, times)) in (0..).zip(scene.shapes.rows.iter().zip(appears)) {
         if let (Shape::Combination(id), 1..) = (shape, times) {
-            solids[id.index()] = Some(CsgSolid::of(scene, *id));
+            solids[id.index()] = Some(Combined::of(scene, ShapeId(row), *id));
         }
     }
     solids

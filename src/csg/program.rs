@@ -28,23 +28,23 @@ pub enum Gate {
 
 /// Where an output goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Wire {
+pub(super) struct Wire {
     /// [`OUT`]: the program's answer.
-    gate: u32,
-    negated: bool,
+    pub gate: u32,
+    pub negated: bool,
 }
 
-const OUT: u32 = u32::MAX;
+pub(super) const OUT: u32 = u32::MAX;
 
 /// Operands are numbered in the order in which they were added.
 #[derive(Clone, Debug, Default)]
 pub struct Program {
     /// A gate stands before those that feed it; the first gives the answer.
-    gates: Vec<Gate>,
-    gate_wires: Vec<Wire>,
-    operand_wires: Vec<Wire>,
+    pub(super) gates: Vec<Gate>,
+    pub(super) gate_wires: Vec<Wire>,
+    pub(super) operand_wires: Vec<Wire>,
     /// By gate: true inputs while a ray is outside all operands.
-    idle: Vec<u32>,
+    pub(super) idle: Vec<u32>,
 }
 
 impl Program {
@@ -67,7 +67,7 @@ impl Program {
         state.counts.extend_from_slice(&self.idle);
     }
 
-    fn value(&self, gate: u32, count: u32) -> bool {
+    pub(super) fn value(&self, gate: u32, count: u32) -> bool {
         match self.gates[gate as usize] {
             Gate::Any => count > 0,
             Gate::Odd => count & 1 != 0,

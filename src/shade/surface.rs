@@ -65,7 +65,7 @@ impl Surface {
         };
         // Of a combination the surface is an operand's, in that one's space.
         let part = match entry.shape {
-            Shape::Combination(row) => Some(Part::of(world.combined(row), id.primitive)),
+            Shape::Combination(row) => Some(Part::of(&world.combined(row).solid, id.primitive)),
             _ => None,
         };
         let shape = part.map_or(entry.shape, |part| part.operand.shape);

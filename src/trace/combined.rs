@@ -7,10 +7,13 @@
 //! of operands in different frames, or where the solid has a tolerance, where they
 //! are so near to each other, from each to the next (docs/NUMERICS.md).
 
+pub mod lanes;
+
 use super::decide::solid_of;
+use crate::accel::Combined;
 use crate::csg::{Boundary, Walk};
 use crate::geom::exact::{Line, Root, span};
-use crate::math::{Aabb, length};
+use crate::math::{Aabb, Vec3, length};
 use crate::scene::{CsgOperand, CsgSolid, Frame, Tables, outward_normal};
 use glam::DVec3;
 use std::cell::Cell;
@@ -47,6 +50,7 @@ struct Scratch {
     boundaries: Vec<Boundary<Mark>>,
     inside: Vec<u32>,
     walk: Walk,
+    operands: Vec<u32>,
 }
 
 thread_local! {
@@ -54,9 +58,9 @@ thread_local! {
 }
 
 /// The first boundary beyond t_min. `line`: in the solid's space.
-pub fn first(solid: &CsgSolid, tables: &Tables, line: &Line, t_min: f64) -> Option<Crossing> {
+pub fn first(combined: &Combined, tables: &Tables, line: &Line, t_min: f64) -> Option<Crossing> {
     let mut found = None;
-    boundaries(solid, tables, line, |crossing| {
+    boundaries(combined, tables, (line, t_min), |crossing| {
         if crossing.root.order_with(t_min).is_gt() {
             found = Some(crossing);
             return ControlFlow::Break(());
@@ -66,13 +70,13 @@ pub fn first(solid: &CsgSolid, tables: &Tables, line: &Line, t_min: f64) -> Opti
     found
 }
 
-/// Calls `visit` at the solid's boundaries along the whole line, in order, until
-/// it has seen enough. Returns whether the line has always been inside before the
-/// first.
+/// Calls `visit` at the solid's boundaries in order, until it has seen enough: of
+/// a line in the solid's space those beyond t_min, and perhaps others. Returns
+/// whether the line has always been inside before the first.
 pub fn boundaries(
-    solid: &CsgSolid,
+    combined: &Combined,
     tables: &Tables,
-    line: &Line,
+    (line, t_min): (&Line, f64),
     mut visit: impl FnMut(Crossing) -> ControlFlow<()>,
 ) -> bool {
     let mut scratch = SCRATCH.take().unwrap_or_default();
@@ -80,10 +84,16 @@ pub fn boundaries(
         boundaries,
         inside,
         walk,
+        operands,
     } = &mut *scratch;
+    let ray = [line.org, line.dir].map(Vec3::<f64>::splat);
+    combined.operands_along((ray[0], ray[1]), t_min, f64::INFINITY, operands);
+    let solid = &combined.solid;
     boundaries.clear();
     inside.clear();
-    collect(solid, tables, line, boundaries, inside);
+    for number in operands.iter() {
+        collect(solid, tables, line, *number, boundaries, inside);
+    }
     boundaries.sort_by(|a, b| a.at.root.order(&b.at.root));
     gather(boundaries);
     let always = inside.iter().copied();
@@ -101,47 +111,47 @@ pub fn boundaries(
     start
 }
 
-/// The ends of all spans, and the operands that the line is in from the start.
+/// The ends of an operand's span, or that the line is in it from the start.
 fn collect(
     solid: &CsgSolid,
     tables: &Tables,
     line: &Line,
+    number: u32,
     boundaries: &mut Vec<Boundary<Mark>>,
     inside: &mut Vec<u32>,
 ) {
-    for (number, operand) in (0..).zip(&solid.operands) {
-        if operand.bounds.is_some_and(|b| passes_by(&b, line)) {
-            continue;
-        }
-        let Some(primitive) = solid_of(tables, operand.shape) else {
-            continue;
-        };
-        let frame = &solid.frames[operand.frame as usize];
-        let own = in_frame(frame, operand.frame, line);
-        let Some([enter, exit]) = span(&primitive, &own) else {
-            continue;
-        };
-        // One point is no part of a closed interior.
-        if let (Some(enter), Some(exit)) = (&enter, &exit)
-            && enter.order(exit).is_eq()
-        {
-            continue;
-        }
-        let mark = |root: Root| mark(solid, tables, operand, line, root);
-        match enter {
-            Some(root) => boundaries.push(Boundary {
-                at: mark(root),
-                operand: number,
-                enters: true,
-            }),
-            None => inside.push(number),
-        }
-        boundaries.extend(exit.map(|root| Boundary {
+    let operand = &solid.operands[number as usize];
+    if operand.bounds.is_some_and(|b| passes_by(&b, line)) {
+        return;
+    }
+    let Some(primitive) = solid_of(tables, operand.shape) else {
+        return;
+    };
+    let frame = &solid.frames[operand.frame as usize];
+    let own = in_frame(frame, operand.frame, line);
+    let Some([enter, exit]) = span(&primitive, &own) else {
+        return;
+    };
+    // One point is no part of a closed interior.
+    if let (Some(enter), Some(exit)) = (&enter, &exit)
+        && enter.order(exit).is_eq()
+    {
+        return;
+    }
+    let mark = |root: Root| mark(solid, tables, operand, line, root);
+    match enter {
+        Some(root) => boundaries.push(Boundary {
             at: mark(root),
             operand: number,
-            enters: false,
-        }));
+            enters: true,
+        }),
+        None => inside.push(number),
     }
+    boundaries.extend(exit.map(|root| Boundary {
+        at: mark(root),
+        operand: number,
+        enters: false,
+    }));
 }
 
 /// The operand's ray, by definition.

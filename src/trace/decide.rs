@@ -5,17 +5,18 @@
 //! ([`crate::geom::exact`], [`crate::geom::triangle::exact`]).
 
 use super::combined;
+use super::combined::lanes::{Frames, ends};
 use super::leaf::{Everything, Tester};
 use super::packet::Packet;
 use super::query::{Depth, HitId, Query, Rival};
-use crate::accel::{Entry, World};
+use crate::accel::{Combined, Entry, World};
 use crate::geom::exact::{Crossing, Line, Root, Solid, first_beyond};
 use crate::geom::triangle::exact::{Pair, meet_exact};
 use crate::geom::{Certainty, Guarded, Ray, triangle};
 use crate::math::Vec3;
 use crate::math::bounds::Bounded;
 use crate::math::lanes::{Lanes, Mask, Scalar};
-use crate::scene::{CsgSolid, Shape, Tables};
+use crate::scene::{Shape, Tables};
 use glam::DVec3;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
@@ -32,7 +33,7 @@ pub fn decided() -> u64 {
 enum Case<'a> {
     Triangle(Pair),
     Solid(Line, Solid<'a>),
-    Combination(Line, &'a CsgSolid, &'a Tables),
+    Combination(Line, &'a Combined, &'a Tables),
 }
 
 /// A row of any table but those of meshes and combinations.
@@ -153,7 +154,10 @@ impl<'a> Case<'a> {
 fn depth<L: Lanes>(world: &World, ray: &WorldRay, id: HitId, crossing: &Crossing) -> Depth {
     let is_combination = matches!(world.entry_of(id.instance).shape, Shape::Combination(_));
     if let (true, Crossing::Root(root)) = (is_combination, crossing) {
-        return depth_of(root);
+        let within = depth_of(root).within;
+        let t = kernel_of_operand::<L>(world, ray, id, root);
+        let t = t.unwrap_or_else(|| depth_of(root).t);
+        return Depth { t, within };
     }
     let Bounded { value, error } = crossing.t();
     // An infinite value is no more known than its error.
@@ -193,6 +197,33 @@ fn depth<L: Lanes>(world: &World, ray: &WorldRay, id: HitId, crossing: &Crossing
         t: by_kernel.unwrap_or_else(exact),
         within,
     }
+}
+
+/// What the lanes' kernel says of t, of a boundary of an operand of a combination.
+fn kernel_of_operand<L: Lanes>(
+    world: &World,
+    ray: &WorldRay,
+    id: HitId,
+    root: &Root,
+) -> Option<f64> {
+    let entry = world.entry_of(id.instance);
+    let Shape::Combination(row) = entry.shape else {
+        return None;
+    };
+    let solid = &world.combined(row).solid;
+    let operand = &solid.operands[(id.primitive & !combined::TURNED) as usize];
+    let (org, dir) = in_object(world, ray, &entry, DVec3::ZERO);
+    let frame = &solid.frames[operand.frame as usize];
+    let line = combined::in_frame(frame, operand.frame, &Line { org, dir });
+    let splat = |v: [f64; 3]| Vec3::<L::Double>::splat(v);
+    let rays = Frames::<L>::new(splat(line.org), splat(line.dir), L::from_f64(ray.t_min));
+    let ends = ends::<L, Guarded>(world.scene, operand.shape, &rays);
+    let holds = |end: &[L; 3]| {
+        let [from, _, to] = end.map(|x| x.lane(0).to_f64());
+        from <= root.t.value && root.t.value <= to && to.is_finite()
+    };
+    let end = [ends.enter, ends.exit].into_iter().find(holds)?;
+    ends.some.any().then(|| end[1].lane(0).to_f64())
 }
 
 /// t of a root, the same whoever asks; and between which numbers it lies.

@@ -6,10 +6,10 @@
 //! primitive's own box and for its appearance's (see [`crate::accel`]). Guarded,
 //! a hit is that of exact arithmetic instead (see [`super::decide`]).
 
-use super::combined;
+use super::combined::{self, lanes};
 use super::decide::depth_of;
 use super::packet::Packet;
-use super::query::{Depth, HitId, Query};
+use super::query::{HitId, Query};
 use crate::accel::{Count, Entry, Forest, Index, MeshTree, World, corner_bounds};
 use crate::geom::exact::Line;
 use crate::geom::guarded::{self, ObjectRay};
@@ -18,7 +18,7 @@ use crate::geom::{
 };
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Affine};
-use crate::scene::{MeshId, Shape, Tables};
+use crate::scene::{CombinationId, MeshId, Shape, Tables};
 use glam::DVec3;
 use std::marker::PhantomData;
 
@@ -375,12 +375,16 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
         }
     }
 
-    /// A solid made of others: one ray at a time.
+    /// A solid made of others: in lanes, and one ray at a time where that does not
+    /// say.
     #[inline(never)]
-    fn combination<Q: Query<L>>(&self, entry: &Entry, active: L::Mask, query: &mut Q) {
-        let Shape::Combination(id) = entry.shape else {
-            return;
-        };
+    fn combination<Q: Query<L>>(
+        &self,
+        entry: &Entry,
+        id: CombinationId,
+        active: L::Mask,
+        query: &mut Q,
+    ) {
         let (window, active) = if entry.placed {
             self.window(entry, active, query.limit())
         } else {
@@ -391,31 +395,69 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
         }
         let placed = entry.placed.then(|| self.object_packet(entry, DVec3::ZERO));
         let object = placed.as_ref().unwrap_or(self.packet);
-        let solid = self.world.combined(id);
-        let mut bits = active.bits();
+        let (solid, tables) = (self.world.combined(id), self.world.scene);
+        let id = |primitive| HitId {
+            instance: entry.appearance,
+            primitive,
+        };
+        let met = if C::DOUBTS_ALL {
+            None
+        } else {
+            lanes::first::<L, C>(solid, tables, object, active.bits(), query.limit())
+        };
+        let Some(met) = met else {
+            if C::GUARDED {
+                return self.decide(active, id(0), query);
+            }
+            let mut bits = active.bits();
+            while bits != 0 {
+                let lane = bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                let (org, dir) = object.lane(lane);
+                let t_min = object.ray.t_min.lane(lane).to_f64();
+                let first = combined::first(solid, tables, &Line { org, dir }, t_min);
+                if let Some(crossing) = first {
+                    let t = L::from_f64(depth_of(&crossing.root).t);
+                    let meet = Meet::certain(L::Mask::from_bits(1 << lane), t);
+                    self.offer(
+                        object,
+                        &window,
+                        &entry.own,
+                        meet,
+                        id(crossing.primitive),
+                        query,
+                    );
+                }
+            }
+            return;
+        };
+        // Surface by surface.
+        let mut bits = met.hit;
         while bits != 0 {
-            let lane = bits.trailing_zeros() as usize;
-            bits &= bits - 1;
-            let (org, dir) = object.lane(lane);
-            let t_min = object.ray.t_min.lane(lane).to_f64();
-            let line = Line { org, dir };
-            let Some(crossing) = combined::first(solid, self.world.scene, &line, t_min) else {
-                continue;
+            let surface = met.primitive[bits.trailing_zeros() as usize];
+            let here = (0..L::COUNT).filter(|lane| met.primitive[*lane] == surface);
+            let here = here.fold(0, |all, lane| all | 1 << lane) & bits;
+            bits &= !here;
+            let meet = Meet {
+                hit: L::Mask::from_bits(here),
+                t: met.t,
+                within: met.within,
+                unsure: L::Mask::splat(false),
             };
-            let here = L::Mask::from_bits(1 << lane);
-            let id = HitId {
-                instance: entry.appearance,
-                primitive: crossing.primitive,
-            };
-            let meet = doubted::<L, C>(met_at(&crossing, here), here, id);
-            self.offer(object, &window, &entry.own, meet, id, query);
+            let meet = doubted::<L, C>(meet, L::Mask::from_bits(here), id(surface));
+            self.offer(object, &window, &entry.own, meet, id(surface), query);
+        }
+        if C::GUARDED && met.unsure != 0 {
+            let unsure = L::Mask::from_bits(met.unsure);
+            let unsure = unsure & query.limit().gt(self.packet.ray.t_min);
+            self.decide(unsure, id(0), query);
         }
     }
 
     #[inline(never)]
     fn solid_of_any<Q: Query<L>>(&self, entry: &Entry, active: L::Mask, query: &mut Q) {
-        if matches!(entry.shape, Shape::Combination(_)) {
-            return self.combination(entry, active, query);
+        if let Shape::Combination(id) = entry.shape {
+            return self.combination(entry, id, active, query);
         }
         let id = HitId {
             instance: entry.appearance,
@@ -433,25 +475,6 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
             let meet = doubted::<L, C>(self.meet(self.packet, entry, active), active, id);
             self.offer(self.packet, &Window::all(), &entry.own, meet, id, query);
         }
-    }
-}
-
-/// A crossing that is known, in one lane.
-fn met_at<L: Lanes>(crossing: &combined::Crossing, here: L::Mask) -> Meet<L> {
-    let Depth {
-        t,
-        within: [from, to],
-    } = depth_of(&crossing.root);
-    // Of lanes in f32 the ends are rounded outward.
-    let step = L::Scalar::UNIT_ROUNDOFF.to_f64() * 2.0;
-    let tiny = f64::from(f32::MIN_POSITIVE);
-    let outward = |x: f64| x.abs() * step + tiny;
-    Meet {
-        within: [
-            L::from_f64(from - outward(from)),
-            L::from_f64(to + outward(to)),
-        ],
-        ..Meet::certain(here, L::from_f64(t))
     }
 }
 

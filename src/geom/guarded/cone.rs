@@ -8,7 +8,7 @@
 //! lies beyond them.
 
 use super::{
-    Between, LEVEL, LEVEL_MOVES, LEVEL_SLACK, Near, ObjectRay, Part, finite, narrow, range,
+    Between, Ends, LEVEL, LEVEL_MOVES, LEVEL_SLACK, Near, ObjectRay, Part, finite, narrow, range,
     roundings, tiny,
 };
 use crate::geom::{Cone, Meet};
@@ -319,6 +319,21 @@ impl<L: Lanes> Frame<L> {
         let possible = possible & !none;
         self.near
             .hit(possible & (at_first | at_second), t, possible)
+    }
+}
+
+/// Of a closed one.
+#[inline(always)]
+pub fn ends<L: Lanes>(row: &Cone, object: &ObjectRay<L>) -> Ends<L> {
+    let frame = frame(row, object);
+    match frame.part(L::Mask::splat(true)) {
+        Some(part) => part.ends(&frame.near),
+        None => Ends {
+            enter: [L::zero(); 3],
+            exit: [L::zero(); 3],
+            some: L::Mask::splat(false),
+            none: L::Mask::splat(true),
+        },
     }
 }
 

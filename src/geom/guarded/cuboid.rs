@@ -1,6 +1,6 @@
 //! Axis-parallel boxes: three slabs about the centre.
 
-use super::{Between, Near, ObjectRay, Part, finite, roundings, tiny};
+use super::{Between, Ends, Near, ObjectRay, Part, finite, roundings, tiny};
 use crate::geom::{Cuboid, Meet};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
@@ -57,6 +57,12 @@ fn part<L: Lanes>(cuboid: &Cuboid, object: &ObjectRay<L>) -> (Near<L>, Part<L>) 
         none: sound & outside,
     };
     (near, part)
+}
+
+#[inline(always)]
+pub fn ends<L: Lanes>(row: &Cuboid, object: &ObjectRay<L>) -> Ends<L> {
+    let (near, part) = part(row, object);
+    part.ends(&near)
 }
 
 #[inline(always)]

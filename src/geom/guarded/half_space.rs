@@ -1,7 +1,7 @@
 //! Half-spaces, and convex polyhedra about one of their corners.
 
 use super::{
-    Between, LEVEL, LEVEL_MOVES, LEVEL_SLACK, Near, ObjectRay, Part, finite, roundings, tiny,
+    Between, Ends, LEVEL, LEVEL_MOVES, LEVEL_SLACK, Near, ObjectRay, Part, finite, roundings, tiny,
 };
 use crate::geom::{HalfSpace, Meet};
 use crate::math::Vec3;
@@ -132,6 +132,37 @@ pub fn meet_polyhedron<L: Lanes>(
     let solid = Polyhedron::new(corner, object);
     let part = solid.part(planes, object.ordinary());
     part.first_beyond(&solid.near, object.ray.t_min, active)
+}
+
+#[inline(always)]
+pub fn polyhedron_ends<L: Lanes>(
+    planes: &[HalfSpace],
+    corner: DVec3,
+    object: &ObjectRay<L>,
+) -> Ends<L> {
+    let solid = Polyhedron::new(corner, object);
+    solid.part(planes, object.ordinary()).ends(&solid.near)
+}
+
+/// Of one half-space; one of the ends is infinite.
+#[inline(always)]
+pub fn ends<L: Lanes>(row: &HalfSpace, object: &ObjectRay<L>) -> Ends<L> {
+    let Plane { ahead, parallel } = plane(row, object);
+    let (t, error) = ahead.depth();
+    let met = !ahead.level() & finite(t, error);
+    let beside = parallel & ahead.room.lt(-ahead.room_error);
+    let within = parallel & ahead.room.gt(ahead.room_error);
+    let inward = ahead.speed.lt(L::zero());
+    let infinity = Between::exactly(L::splat(L::Scalar::INFINITY));
+    let always = Between::exactly(-infinity.value);
+    let at = Between::new(t, error);
+    let part = Part {
+        enter: Between::select(met & inward, at, always),
+        exit: Between::select(met & !inward, at, infinity),
+        sound: met | within,
+        none: beside,
+    };
+    part.ends(&Near::unmoved(object.ray.org))
 }
 
 /// A half-space's plane before a ray that has not been moved: worked out in f64.

@@ -13,7 +13,7 @@ pub mod half_space;
 pub mod polygon;
 pub mod sphere;
 
-use super::ray::{Meet, Ray};
+use super::ray::{Meet, Ray, Span};
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Scalar};
@@ -219,6 +219,30 @@ fn finite<L: Lanes>(value: L, error: L) -> L::Mask {
     (value.abs() + error).lt(L::splat(L::Scalar::INFINITY))
 }
 
+/// Where rays come into a convex solid and leave it, in t: at least, as computed,
+/// at most. Infinite where they always were inside, or stay.
+#[derive(Clone, Copy, Debug)]
+pub struct Ends<L: Lanes> {
+    pub enter: [L; 3],
+    pub exit: [L; 3],
+    /// Lanes that certainly have both; and that certainly have none.
+    pub some: L::Mask,
+    pub none: L::Mask,
+}
+
+impl<L: Lanes> Ends<L> {
+    /// Taken as they are.
+    #[inline(always)]
+    pub fn certain(span: &Span<L>) -> Ends<L> {
+        Ends {
+            enter: [span.enter; 3],
+            exit: [span.exit; 3],
+            some: span.some,
+            none: !span.some,
+        }
+    }
+}
+
 /// The part of a ray inside a convex solid, as far as it is certain.
 struct Part<L: Lanes> {
     enter: Between<L>,
@@ -230,6 +254,26 @@ struct Part<L: Lanes> {
 }
 
 impl<L: Lanes> Part<L> {
+    #[inline(always)]
+    fn ends(&self, near: &Near<L>) -> Ends<L> {
+        let none = self.none | self.sound & self.enter.least.gt(self.exit.most);
+        let some = self.sound & !none & self.enter.most.lt(self.exit.least);
+        let at = |end: &Between<L>| {
+            let (from, to) = (near.shift + end.least, near.shift + end.most);
+            [
+                from - from.abs() * roundings(2.0) - tiny(),
+                near.shift + end.value,
+                to + to.abs() * roundings(2.0) + tiny(),
+            ]
+        };
+        Ends {
+            enter: at(&self.enter),
+            exit: at(&self.exit),
+            some,
+            none,
+        }
+    }
+
     /// The first boundary beyond `t_min`.
     #[inline(always)]
     fn first_beyond(&self, near: &Near<L>, t_min: L, active: L::Mask) -> Meet<L> {

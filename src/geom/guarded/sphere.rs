@@ -2,7 +2,7 @@
 //! centre (as Haines, Günther, Akenine-Möller, Ray Tracing Gems 2019; but the ray
 //! itself begins there, so neither root cancels).
 
-use super::{Between, Meet, Near, ObjectRay, Part, narrow, range, roundings, tiny};
+use super::{Between, Ends, Meet, Near, ObjectRay, Part, narrow, range, roundings, tiny};
 use crate::geom::{Ellipsoid, Sphere};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
@@ -90,23 +90,45 @@ impl<L: Lanes> Chord<L> {
         if (active & !none).none() {
             return Meet::certain(L::Mask::splat(false), L::zero());
         }
+        self.part(error, none)
+            .first_beyond(&self.near, t_min, active)
+    }
+
+    #[inline(always)]
+    fn ends(&self) -> Ends<L> {
+        let error = self.error();
+        let none = self.ordinary & self.room.lt(-error);
+        self.part(error, none).ends(&self.near)
+    }
+
+    #[inline(always)]
+    fn part(&self, error: L, none: L::Mask) -> Part<L> {
         let (small, large) = range::<L>();
         let squared = self.room * self.inverse;
         let ordinary = self.ordinary & squared.gt(small) & squared.lt(large);
         let slack = error * self.inverse / self.half + self.half * roundings(15.0) + tiny();
-        let part = Part {
+        Part {
             enter: Between::new(self.middle - self.half, slack),
             exit: Between::new(self.middle + self.half, slack),
             sound: ordinary & self.room.gt(error) & slack.lt(L::splat(L::Scalar::INFINITY)),
             none,
-        };
-        part.first_beyond(&self.near, t_min, active)
+        }
     }
 }
 
 #[inline(always)]
 pub fn meet_sphere<L: Lanes>(row: &Sphere, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
     Chord::of_sphere(row, object).meet(object.ray.t_min, active)
+}
+
+#[inline(always)]
+pub fn sphere_ends<L: Lanes>(row: &Sphere, object: &ObjectRay<L>) -> Ends<L> {
+    Chord::of_sphere(row, object).ends()
+}
+
+#[inline(always)]
+pub fn ellipsoid_ends<L: Lanes>(row: &Ellipsoid, object: &ObjectRay<L>) -> Ends<L> {
+    Chord::of_ellipsoid(row, object).ends()
 }
 
 #[inline(always)]

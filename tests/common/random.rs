@@ -130,6 +130,81 @@ pub fn random_shape(scene: &mut SceneBuilder, random: &mut Random) -> ShapeId {
     }
 }
 
+/// A closed solid; every second on a coarse grid, so that faces of several coincide.
+pub fn random_solid(scene: &mut SceneBuilder, random: &mut Random) -> ShapeId {
+    if random.below(2) == 0 {
+        let grid = |random: &mut Random| (random.unit() * 4.0).round() / 4.0;
+        let min = DVec3::new(grid(random), grid(random), grid(random));
+        let side = |random: &mut Random| 0.25 * (1 + random.below(4)) as f64;
+        let max = min + DVec3::new(side(random), side(random), side(random));
+        return match random.below(3) {
+            0 => scene.cuboid("", Cuboid { min, max }),
+            1 => scene.sphere(
+                "",
+                Sphere {
+                    center: min,
+                    radius: side(random),
+                },
+            ),
+            _ => scene.cylinder(
+                "",
+                Cylinder {
+                    base: min,
+                    top: DVec3::new(min.x, max.y, min.z),
+                    radius: side(random),
+                    open: false,
+                },
+            ),
+        };
+    }
+    loop {
+        let shape = random_shape(scene, random);
+        let tables = scene.tables();
+        let is_solid = match tables.shapes.row(shape) {
+            Shape::Cylinder(id) => !tables.cylinders.row(id).open,
+            Shape::Cone(id) => !tables.cones.row(id).open,
+            Shape::Polygon(_) | Shape::Mesh(_) => false,
+            _ => true,
+        };
+        if is_solid {
+            return shape;
+        }
+    }
+}
+
+/// Solids combined by random operators, up to three deep.
+pub fn random_combination(scene: &mut SceneBuilder, random: &mut Random, deep: u32) -> ShapeId {
+    let operators = [
+        Operator::Union,
+        Operator::Intersection,
+        Operator::Difference,
+        Operator::Xor,
+    ];
+    let mut operator = operators[random.below(4) as usize];
+    let mut count = 2 + random.below(4);
+    if deep > 0 && random.below(8) == 0 {
+        (operator, count) = (Operator::Complement, 1);
+    }
+    let operands: Vec<Operand> = (0..count)
+        .map(|_| {
+            let shape = if deep < 3 && random.below(3) == 0 {
+                random_combination(scene, random, deep + 1)
+            } else {
+                random_solid(scene, random)
+            };
+            let operand = Operand::shape(shape);
+            if random.below(3) != 0 {
+                return operand;
+            }
+            let angle = [0.5, 1.0, random.unit() * 3.0][random.below(3) as usize];
+            let turn = DQuat::from_axis_angle(DVec3::Y, angle * std::f64::consts::PI);
+            let map = DAffine3::from_rotation_translation(turn, random.vector() * 0.25);
+            operand.transform(scene.transform(map.into()))
+        })
+        .collect();
+    scene.combination("", operator, &operands)
+}
+
 /// Some shapes, half of them placed by random transforms, some shared, over a
 /// floor now and then, under two lights; mirrors among them.
 pub fn random_scene(seed: u64) -> Scene {
@@ -174,6 +249,15 @@ pub fn random_scene(seed: u64) -> Scene {
                 _ => edge,
             };
             scene.instance("", edge);
+        }
+    }
+    for _ in 0..random.below(4) {
+        let shape = random_combination(&mut scene, random, 0);
+        let map = DAffine3::from_translation(random.vector() * 1.5);
+        let edge = Edge::shape(shape).transform(scene.transform(map.into()));
+        scene.instance("", edge);
+        if random.below(2) == 0 {
+            scene.instance("", Edge::shape(shape).material(glass));
         }
     }
     scene.camera(

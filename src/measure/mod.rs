@@ -15,6 +15,7 @@ pub mod rays;
 mod stats;
 pub mod structures;
 pub mod verify;
+pub mod volumes;
 
 pub use stats::{
     FrameStats, PictureSize, PlanSummary, SceneCounts, Stage, Stats, Watch, peak_resident_bytes,

@@ -37,7 +37,7 @@ enum Case<'a> {
 }
 
 /// A row of any table but those of meshes and combinations.
-pub(super) fn solid_of(scene: &Tables, shape: Shape) -> Option<Solid<'_>> {
+pub fn solid_of(scene: &Tables, shape: Shape) -> Option<Solid<'_>> {
     Some(match shape {
         Shape::HalfSpace(id) => Solid::HalfSpace(scene.half_spaces.row(id)),
         Shape::Polyhedron(id) => Solid::Polyhedron(scene.polyhedra.planes(id)),

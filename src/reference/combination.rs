@@ -9,9 +9,9 @@ use super::bounds::{self, Bounds};
 use super::meet::Primitive;
 use super::normal;
 use super::number::Number;
-use super::ray::{Ray, dot, length};
+use super::ray::{Ray, dot};
 use super::root::Root;
-use super::slack::{Measured, Reach, Slack};
+use super::slack::{self, Measured, Reach, Slack};
 use super::solids::Meeting;
 use crate::math::Affine;
 use crate::scene::{CombinationId, CsgSolid, Operator, Scene, Shape, ShapeId};
@@ -44,6 +44,7 @@ struct Operand {
 pub struct Frame {
     pub operand_from_solid: Affine,
     pub solid_from_operand: Affine,
+    pub reach: f64,
 }
 
 /// Of the operators in postfix.
@@ -73,6 +74,7 @@ impl Combination {
         let frame = |frame: &crate::scene::Frame| Frame {
             operand_from_solid: frame.operand_from_solid,
             solid_from_operand: frame.solid_from_operand,
+            reach: frame.reach,
         };
         let frames: Vec<Frame> = solid.frames.iter().map(frame).collect();
         let operand = |operand: &crate::scene::CsgOperand| Operand {
@@ -299,11 +301,19 @@ impl Combination {
         let normal = normal::normal(&primitive(scene, row.shape), &own, t, end.face);
         let normal = frame.operand_from_solid.linear.map(|c| dot(c, normal));
         let reach = Reach {
-            speed: dot(normal, ray.dir).abs() / length(normal),
-            length: length(ray.dir),
+            speed: slack::speed(normal, ray.dir),
             coordinate: bounds::max_abs(ray.org.iter().chain(&ray.at(t))),
         };
-        Slack::of(frame, row.frame, self.tolerance, &reach)
+        Slack {
+            operand: end.operand,
+            frame: row.frame,
+            placement: if self.frames.len() > 1 {
+                slack::placement(frame, &reach)
+            } else {
+                0.0
+            },
+            tolerance: self.tolerance / reach.speed,
+        }
     }
 
     /// Object space, outward of the solid.

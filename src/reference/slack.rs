@@ -2,9 +2,11 @@
 //! docs/NUMERICS.md, in f64.
 
 use super::approx::{Approx, Doubt};
+use super::bounds::max_abs;
 use super::combination::Frame;
 use super::dyadic::Dyadic;
 use super::number::Number;
+use super::ray::{dot, length};
 use super::root::Root;
 use super::rounding;
 use crate::math::Affine;
@@ -20,37 +22,39 @@ const LEAST_SINE: f64 = 1.0 / (1_u64 << 26) as f64;
 pub struct Reach {
     /// How fast the surface is left in t.
     pub speed: f64,
-    /// Of the ray's direction.
-    pub length: f64,
-    /// The largest of the ray's origin and of the end itself.
+    /// The largest coordinate of the ray's origin and of the end itself.
     pub coordinate: f64,
 }
 
 /// In t.
 #[derive(Clone, Copy, Debug)]
 pub struct Slack {
-    frame: usize,
-    placement: f64,
-    tolerance: f64,
+    pub operand: usize,
+    pub frame: usize,
+    pub placement: f64,
+    pub tolerance: f64,
+}
+
+/// Of a surface, by its normal, along a ray.
+pub fn speed(normal: [f64; 3], dir: [f64; 3]) -> f64 {
+    let speed = dot(normal, dir).abs() / length(normal);
+    f64::max(speed, length(dir) * LEAST_SINE)
+}
+
+/// What roundings of the frame move an end by.
+pub fn placement(frame: &Frame, reach: &Reach) -> f64 {
+    let (to, from) = (&frame.operand_from_solid, &frame.solid_from_operand);
+    let shift = max_abs(to.translation.iter());
+    let carried = row_norm(to) * reach.coordinate + shift;
+    PLACEMENT * (row_norm(from) * carried + frame.reach) / reach.speed
 }
 
 impl Slack {
-    pub fn of(frame: &Frame, number: usize, tolerance: f64, reach: &Reach) -> Slack {
-        let speed = f64::max(reach.speed, reach.length * LEAST_SINE);
-        let (to, from) = (&frame.operand_from_solid, &frame.solid_from_operand);
-        let shift = to.translation.iter().fold(0.0, |m, x| f64::max(m, x.abs()));
-        let carried = row_norm(to) * reach.coordinate + shift;
-        Slack {
-            frame: number,
-            placement: PLACEMENT * row_norm(from) * carried / speed,
-            tolerance: tolerance / speed,
-        }
-    }
-
-    /// Of two ends.
+    /// Of two ends. In one frame what differs does so exactly; but what is no
+    /// thicker than its own ends are known, may not be met at all.
     pub fn with(&self, other: &Slack) -> f64 {
         let tolerance = f64::max(self.tolerance, other.tolerance);
-        if self.frame == other.frame {
+        if self.frame == other.frame && self.operand != other.operand {
             tolerance
         } else {
             f64::max(tolerance, self.placement + other.placement)

@@ -88,8 +88,14 @@ pub fn boundaries(
         operands,
     } = &mut *scratch;
     let ray = [line.org, line.dir].map(Vec3::<f64>::splat);
-    combined.operands_along((ray[0], ray[1]), t_min, f64::INFINITY, operands);
     let solid = &combined.solid;
+    // What lies before t_min may be one event with what lies behind it.
+    let from = if solid.is_exact() {
+        t_min
+    } else {
+        f64::NEG_INFINITY
+    };
+    combined.operands_along((ray[0], ray[1]), from, f64::INFINITY, operands);
     boundaries.clear();
     inside.clear();
     for number in operands.iter() {
@@ -209,14 +215,16 @@ fn mark(solid: &CsgSolid, tables: &Tables, operand: &CsgOperand, line: &Line, ro
         place: 0,
         event: 0,
     };
-    if solid.frames.len() == 1 && solid.tolerance == 0.0 {
+    if solid.is_exact() {
         return mark;
     }
+    let frame = &solid.frames[operand.frame as usize];
     let Frame {
         operand_from_solid,
         solid_from_operand,
-    } = &solid.frames[operand.frame as usize];
-    let own = in_frame(&solid.frames[operand.frame as usize], operand.frame, line);
+        ..
+    } = frame;
+    let own = in_frame(frame, operand.frame, line);
     let at = |line: &Line| DVec3::from_array(line.org) + DVec3::from_array(line.dir) * root.t.value;
     let normal = outward_normal(tables, operand.shape, at(&own));
     let normal = DVec3::from_array(operand_from_solid.transposed_vector(normal.to_array()));
@@ -227,7 +235,10 @@ fn mark(solid: &CsgSolid, tables: &Tables, operand: &CsgOperand, line: &Line, ro
     let reach = DVec3::from_array(line.org).abs().max(at(line).abs());
     let moved = DVec3::from_array(operand_from_solid.translation).abs();
     let carried = operand_from_solid.norm() * reach.max_element() + moved.max_element();
-    mark.placement = PLACEMENT * solid_from_operand.norm() * carried / rate;
+    if solid.frames.len() > 1 {
+        let rounded = solid_from_operand.norm() * carried + frame.reach;
+        mark.placement = PLACEMENT * rounded / rate;
+    }
     mark.tolerance = solid.tolerance / rate;
     mark
 }
@@ -255,9 +266,11 @@ fn gather(boundaries: &mut [Boundary<Mark>]) {
 
 /// Of different t.
 fn are_one(a: &Boundary<Mark>, b: &Boundary<Mark>) -> bool {
+    let other = a.operand != b.operand;
     let (a, b) = (&a.at, &b.at);
     let tolerance = a.tolerance.max(b.tolerance);
-    let slack = if a.frame == b.frame {
+    // An operand that is no thicker than its ends are known, may not be met at all.
+    let slack = if a.frame == b.frame && other {
         tolerance
     } else {
         tolerance.max(a.placement + b.placement)

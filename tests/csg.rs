@@ -7,6 +7,10 @@ mod common;
 mod asked;
 #[path = "csg/coincidence.rs"]
 mod coincidence;
+#[path = "csg/frames.rs"]
+mod frames;
+#[path = "csg/gaps.rs"]
+mod gaps;
 #[path = "csg/intervals.rs"]
 mod intervals;
 #[path = "csg/laws.rs"]

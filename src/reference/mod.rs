@@ -9,8 +9,9 @@
 //! nearest to the exact one.
 //!
 //! Primitives are seen from both sides; a ray that starts inside a solid meets
-//! its far side. Hits count where 0 < t < t_max. Where two are equally near, the
-//! lower (instance, primitive) is the answer.
+//! its far side. Combinations are worked out along the whole line
+//! (`combination`). Hits count where 0 < t < t_max. Where two are equally near,
+//! the lower (instance, primitive) is the answer.
 //!
 //! [`Reference::new`] prunes by a median-split tree of its own;
 //! [`Reference::brute_force`] looks at everything. tests/reference.rs compares.

@@ -4,15 +4,14 @@
 use super::asked::{Asked, RIGHT, agree, kernels, line, spans};
 use super::common::{Random, RayColumns};
 use super::programs::Leaf;
-use super::truth::{Tree, changes, is_nearest, part_in_box};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, Sphere};
-use lanecast::scene::{Edge, Operand, Operator, SceneBuilder, ShapeId};
+use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};
 use lanecast::trace::HitId;
 
 use Operator::{Difference, Intersection, Union, Xor};
 
-fn v(x: f64, y: f64, z: f64) -> DVec3 {
+pub fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
 }
 
@@ -80,7 +79,7 @@ fn combined(operator: Operator, leaves: &[Leaf], turn: Turn, center: DVec3) -> A
     })
 }
 
-fn solids() -> [Leaf; 6] {
+pub fn solids() -> [Leaf; 6] {
     let (center, open) = (DVec3::ZERO, false);
     let (base, top) = (v(0.0, -1.0, 0.0), v(0.0, 1.0, 0.0));
     [
@@ -135,7 +134,7 @@ fn center(offset: f64) -> DVec3 {
 }
 
 /// Some rays, to be asked of the judge too.
-fn some(rays: &RayColumns, every: usize) -> RayColumns {
+pub fn some(rays: &RayColumns, every: usize) -> RayColumns {
     let mut some = RayColumns::default();
     for i in (0..rays.len()).step_by(every) {
         let (org, dir) = rays.ray(i);
@@ -196,7 +195,7 @@ fn a_solid_with_itself_is_itself() {
 }
 
 /// A block of side 2 and a hole through it along y, whose ends lie in its faces.
-fn block_with(hole: usize) -> [Leaf; 2] {
+pub fn block_with(hole: usize) -> [Leaf; 2] {
     let block = Leaf::Box(Cuboid {
         min: v(-1.0, -1.0, -1.0),
         max: v(1.0, 1.0, 1.0),
@@ -361,245 +360,5 @@ fn boxes_that_touch_have_nothing_in_common_and_no_wall_between() {
         }
         agree(&both, &some(&rays, 50));
         agree(&union, &some(&rays, 50));
-    }
-}
-
-/// x, some units in the last place on.
-fn steps(x: f64, ulps: i32) -> f64 {
-    let next = |x: f64, _| if ulps > 0 { x.next_up() } else { x.next_down() };
-    (0..ulps.abs()).fold(x, next)
-}
-
-/// Gaps and overlaps of a few units in the last place are what they are, in one
-/// space: as rational arithmetic says.
-#[test]
-fn gaps_and_overlaps_of_units_in_the_last_place_are_exact() {
-    let random = &mut Random(31);
-    for position in [2.0_f64.powi(-20), 1.0, 1e3, 1e6] {
-        for ulps in -8..=8 {
-            let (wall, other) = (position, steps(position, ulps));
-            let side = position * 0.75;
-            let boxes = [
-                Cuboid {
-                    min: v(position * 0.5, -side, -side),
-                    max: v(wall, side, side),
-                },
-                Cuboid {
-                    min: v(other, -side, -side * 0.5),
-                    max: v(position * 1.75, side, side),
-                },
-            ];
-            let mut rays = RayColumns::default();
-            let y = |random: &mut Random| position * random.unit() * 0.7;
-            for i in 0..24 {
-                let (org, dir) = match i % 4 {
-                    0 => (v(0.0, y(random), y(random)), DVec3::X),
-                    1 => (v(position * 2.0, y(random), y(random)), -DVec3::X),
-                    // Within the gap, along it.
-                    2 => {
-                        let x = steps(wall, ulps.signum() * (i % 3));
-                        (v(x, -2.0 * position, y(random)), DVec3::Y)
-                    }
-                    _ => {
-                        let org = random.vector() * position * 2.0;
-                        let to = v(wall, y(random), y(random));
-                        (org, (to - org) / position)
-                    }
-                };
-                rays.push(org, dir.to_array().map(|x| x as f32));
-            }
-            for (operator, swapped) in [Union, Intersection, Difference, Xor]
-                .into_iter()
-                .flat_map(|operator| [(operator, false), (operator, true)])
-            {
-                let mut boxes = boxes;
-                if swapped {
-                    boxes.reverse();
-                }
-                let tree = Tree::of(operator, [Tree::Operand(0), Tree::Operand(1)]);
-                let asked = Asked::new(|scene| {
-                    let shapes = boxes.map(|row| scene.cuboid("", row));
-                    let solid = tree.shape(scene, &shapes);
-                    scene.instance("", Edge::shape(solid));
-                });
-                agree(&asked, &rays);
-                let world = asked.world();
-                for i in 0..rays.len() {
-                    let (org, dir) = rays.ray(i);
-                    let line = line(org, dir);
-                    let parts = boxes.map(|row| part_in_box(line.org, line.dir, &row));
-                    let (start, truth) = changes(&tree, &parts);
-                    let (inside, found) = spans(&world, asked.combination(), &line);
-                    let context =
-                        format!("{position} {ulps} {operator:?} {swapped} {line:?}: {found:?}");
-                    assert_eq!((inside, found.len()), (start, truth.len()), "{context}");
-                    for (found, truth) in found.iter().zip(&truth) {
-                        assert!(is_nearest(found.root.rounded(), &truth.t), "{context}");
-                        assert_eq!(found.enters, truth.enters, "{context}");
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// A solid with a tolerance ends where one of its operands ends, never before it:
-/// the drill's side passes near the block's face there, but not in the block.
-#[test]
-fn a_tolerance_adds_nothing_in_front_of_a_solid() {
-    let asked = Asked::new(|scene| {
-        let block = scene.cuboid(
-            "",
-            Cuboid {
-                min: v(1.0, -1.0, -1.0),
-                max: v(2.0, 1.0, 1.0),
-            },
-        );
-        let before = scene.cuboid(
-            "",
-            Cuboid {
-                min: v(-1.0, -2.0, -2.0),
-                max: v(0.875, 2.0, 2.0),
-            },
-        );
-        let (shape, id) = scene.declare_combination("", Difference);
-        scene.set_operands(id, &[block, before].map(Operand::shape));
-        scene.set_tolerance(id, 0.25);
-        scene.instance("", Edge::shape(shape));
-    });
-    let mut rays = RayColumns::default();
-    rays.push(v(-2.0, 0.0, 0.0), [1.0, 0.0, 0.0]);
-    rays.push(v(-2.0, 0.0, 0.0), [1.0, 0.125, 0.0]);
-    rays.push(v(4.0, 0.0, 0.0), [-1.0, 0.0, 0.0]);
-    let truth = agree(&asked, &rays);
-    let t: Vec<Option<f64>> = truth.iter().map(|hit| hit.map(|hit| hit.t)).collect();
-    assert_eq!(t, [Some(3.0), Some(3.0), Some(2.0)]);
-}
-
-/// The drill ends short of the face, or beyond it, by less than the tolerance: no
-/// skin; by more: there is one.
-#[test]
-fn gaps_within_the_tolerance_are_closed() {
-    for (gap, tolerance, skin) in [
-        (1e-3, 0.0, true),
-        (1e-3, 2e-3, false),
-        (-1e-3, 2e-3, false),
-        (1e-2, 2e-3, true),
-    ] {
-        let asked = Asked::new(|scene| {
-            let [block, _] = block_with(0);
-            let block = block.add(scene, 1.0);
-            let drill = scene.cylinder(
-                "",
-                Cylinder {
-                    base: v(0.0, -1.0 + gap, 0.0),
-                    top: v(0.0, 1.0 - gap, 0.0),
-                    radius: 0.5,
-                    open: false,
-                },
-            );
-            let (shape, id) = scene.declare_combination("", Difference);
-            scene.set_operands(id, &[block, drill].map(Operand::shape));
-            scene.set_tolerance(id, tolerance);
-            scene.instance("", Edge::shape(shape));
-        });
-        let mut rays = RayColumns::default();
-        let random = &mut Random(9);
-        for _ in 0..200 {
-            let org = v(random.unit() * 0.3, 4.0, random.unit() * 0.3);
-            rays.push(org, [0.02, -1.0, -0.01]);
-        }
-        let hits = agree(&asked, &rays).iter().flatten().count();
-        assert_eq!(hits, if skin { 200 } else { 0 }, "{gap} {tolerance}");
-    }
-}
-
-/// Spaces are one only where all of their maps' numbers are, powers of two too.
-#[test]
-fn operands_that_are_moved_or_scaled_by_powers_of_two_are_told_apart() {
-    let ball =
-        |scene: &mut SceneBuilder, center, radius| scene.sphere("", Sphere { center, radius });
-    let places = [
-        (1.0, 0.0),
-        (1.0, 4.0),
-        (1.0, 8.0),
-        (1.0, 16.0),
-        (0.5, 24.0),
-        (2.0, 24.0),
-    ];
-    let placed = Asked::one(|scene| {
-        let unit = ball(scene, DVec3::ZERO, 1.0);
-        let operands = places.map(|(scale, x)| {
-            let map = DAffine3::from_scale_rotation_translation(
-                DVec3::splat(scale),
-                DQuat::IDENTITY,
-                v(x, 0.0, 0.0),
-            );
-            Operand::shape(unit).transform(scene.transform(map.into()))
-        });
-        scene.combination("", Xor, &operands)
-    });
-    let direct = Asked::one(|scene| {
-        let balls = places.map(|(radius, x)| Operand::shape(ball(scene, v(x, 0.0, 0.0), radius)));
-        scene.combination("", Xor, &balls)
-    });
-    let along = line([-5.0, 0.25, 0.0], [1.0, 0.0, 0.0]);
-    let ends = |asked: &Asked| -> Vec<(f64, u32)> {
-        let (_, ends) = spans(&asked.world(), asked.combination(), &along);
-        ends.iter()
-            .map(|c| (c.root.rounded(), c.primitive))
-            .collect()
-    };
-    let (found, expected) = (ends(&placed), ends(&direct));
-    assert_eq!(expected.len(), 12);
-    for (found, expected) in found.iter().zip(&expected) {
-        assert_eq!(found.1, expected.1);
-        assert!(
-            (found.0 - expected.0).abs() < 1e-12,
-            "{found:?} {expected:?}"
-        );
-    }
-    assert_eq!(found.len(), 12);
-}
-
-/// At its silhouette a ray may meet the one of two solids that are the same, and
-/// not the other: what it has there is shorter than either is known.
-#[test]
-fn nothing_is_left_at_the_silhouette_of_a_solid_without_its_turned_self() {
-    let random = &mut Random(77);
-    for (kind, leaf) in solids().into_iter().take(4).enumerate() {
-        let asked = Asked::one(|scene| {
-            let shape = leaf.add(scene, 1.0);
-            // All but the box look the same when they are turned about y; it by 180°.
-            let degrees = if kind == 1 { 180.0 } else { 30.0 };
-            let turn = DQuat::from_rotation_y(f64::to_radians(degrees));
-            let map = scene.transform(DAffine3::from_quat(turn).into());
-            let operands = [Operand::shape(shape), Operand::shape(shape).transform(map)];
-            scene.combination("", Difference, &operands)
-        });
-        // A tangent at a point of the equator, off by a little.
-        let mut rays = RayColumns::default();
-        for i in 0..4_000 {
-            let radius = [1.0, 0.0, 0.75, 0.625][kind];
-            let n = DQuat::from_rotation_y(3.0 * random.unit()) * DVec3::X;
-            let off = random.unit() * 10.0_f64.powi(-(i % 12) - 5);
-            let (point, dir) = match kind {
-                1 => (
-                    v(1.0, 0.5 * random.unit(), 0.75),
-                    v(-1.0, random.unit(), -2.0),
-                ),
-                _ => (n * radius, DVec3::Y.cross(n)),
-            };
-            let dir = DVec3::from_array(dir.to_array().map(|x| f64::from(x as f32)));
-            let org = point * (1.0 + off) - dir * 2.0;
-            rays.push(org, dir.to_array().map(|x| x as f32));
-        }
-        let world = asked.world();
-        for arithmetic in RIGHT {
-            let answers = rays.closest(&world, &kernels(arithmetic));
-            let left = answers.iter().filter(|a| a.1 != HitId::NONE).count();
-            assert_eq!(left, 0, "{leaf:?} {arithmetic:?}");
-        }
-        agree(&asked, &some(&rays, 20));
     }
 }

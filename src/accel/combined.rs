@@ -24,7 +24,8 @@ pub struct Combined {
     always: Vec<u32>,
     /// Over the others, if they are many.
     tree: Option<(Tree, Vec<u32>)>,
-    /// The largest coordinate of its box; infinite of one without.
+    /// The largest coordinate of its box, infinite of one without, or of a shift on
+    /// the way to an operand.
     size: f64,
     /// The most that a coordinate's rounding by the frames counts, over the least
     /// extent of the operand: see [`crate::trace`].
@@ -59,8 +60,9 @@ impl Combined {
             always.extend(bounded);
             always.sort_unstable();
         }
+        let frames = solid.frames.iter().map(|frame| frame.reach);
         Combined {
-            size: own.map_or(f64::INFINITY, |b| b.max_abs()),
+            size: frames.fold(own.map_or(f64::INFINITY, |b| b.max_abs()), f64::max),
             roughness: roughness(tables, &solid),
             solid,
             always,

@@ -15,7 +15,8 @@ pub struct Boundary<T> {
 /// A boundary of the solid itself.
 #[derive(Clone, Copy, Debug)]
 pub struct Change<'b, T> {
-    /// That of an operand: of several at one t the first that counts, by number.
+    /// That of an operand: of several at one t the first that counts, by number; of
+    /// several t in one event the first behind which the solid is as behind them all.
     pub boundary: &'b Boundary<T>,
     /// The ray comes into the solid there.
     pub enters: bool,
@@ -37,14 +38,15 @@ pub struct Walk {
 impl Walk {
     /// Calls `visit` at the solid's boundaries, in order, until it has seen enough.
     /// `inside`: operands that the ray has always been in. `boundaries` stand in the
-    /// order of t, those that are `one` event by number of operand. Returns whether
-    /// the ray is in the solid in the end, unless `visit` broke off.
+    /// order of t, those at the `same` t by number of operand; neighbours may be
+    /// `one` event although their t differ. Returns whether the ray is in the solid
+    /// in the end, unless `visit` broke off.
     pub fn run<'b, T, B>(
         &mut self,
         program: &Program,
         inside: impl IntoIterator<Item = u32>,
         boundaries: &'b [Boundary<T>],
-        one: impl Fn(&T, &T) -> bool,
+        (same, one): (impl Fn(&T, &T) -> bool, impl Fn(&T, &T) -> bool),
         mut visit: impl FnMut(Change<'b, T>) -> ControlFlow<B>,
     ) -> ControlFlow<B, bool> {
         let state = &mut self.state;
@@ -54,21 +56,25 @@ impl Walk {
         }
         let mut is_inside = program.is_inside(state);
         for event in boundaries.chunk_by(|a, b| one(&a.at, &b.at)) {
-            let mut first = None;
-            let mut now = is_inside;
-            for boundary in event {
-                program.flip(state, boundary.operand, boundary.enters);
-                now = program.is_inside(state);
-                if now != is_inside && first.is_none() {
-                    first = Some(boundary);
+            let before = is_inside;
+            let mut found = None;
+            for together in event.chunk_by(|a, b| same(&a.at, &b.at)) {
+                let start = is_inside;
+                let mut first = None;
+                for boundary in together {
+                    program.flip(state, boundary.operand, boundary.enters);
+                    is_inside = program.is_inside(state);
+                    if is_inside != start {
+                        first = first.or(Some(boundary));
+                    }
+                }
+                // There it truly becomes what it is behind the event.
+                if is_inside != start && is_inside != before {
+                    found = found.or(first);
                 }
             }
-            if now == is_inside {
-                continue;
-            }
-            is_inside = now;
-            if let Some(boundary) = first {
-                let enters = now;
+            let enters = is_inside;
+            if let Some(boundary) = found.filter(|_| enters != before) {
                 visit(Change { boundary, enters })?;
             }
         }

@@ -2,7 +2,7 @@
 
 use super::ray::length;
 use crate::math::Affine;
-use crate::scene::{Appearance, Mesh, Scene, Shape};
+use crate::scene::{Mesh, Scene, Shape};
 
 /// Half a unit in the last place of 1.
 const UNIT: f64 = f64::EPSILON / 2.0;
@@ -42,8 +42,7 @@ impl Bounds {
     }
 
     fn max_abs(&self) -> f64 {
-        let all = self.min.iter().chain(&self.max);
-        all.fold(0.0, |m, x| f64::max(m, x.abs()))
+        max_abs(self.min.iter().chain(&self.max))
     }
 
     /// By a part of its own size: more than any rounding above could matter.
@@ -75,14 +74,18 @@ impl Bounds {
     }
 }
 
+pub fn max_abs<'x>(all: impl Iterator<Item = &'x f64>) -> f64 {
+    all.fold(0.0, |m, x| f64::max(m, x.abs()))
+}
+
 /// What [`Bounds::enter`] needs for a ray from `org`, where coordinates are
 /// known to within `condition` roundings. The boxes' own part is in them.
 pub fn slack(org: [f64; 3], condition: f64) -> f64 {
-    let size = org.iter().fold(0.0, |m, x| f64::max(m, x.abs()));
+    let size = max_abs(org.iter());
     ROUNDINGS * UNIT * condition * size
 }
 
-/// In object space; `None` for what has no bounds.
+/// In object space; `None` for what has no bounds, and for combinations.
 pub fn of_shape(scene: &Scene, shape: Shape) -> Option<Bounds> {
     let ball = |c: [f64; 3], r: f64| Bounds { min: c, max: c }.grown(r);
     let bounds = match shape {
@@ -128,37 +131,36 @@ pub fn of_triangle(mesh: &Mesh, triangle: usize) -> Bounds {
     Bounds::of(corners).widened()
 }
 
-/// The condition of a placement: how many times a rounding counts on its other
-/// side.
-pub fn condition(a: &Appearance) -> f64 {
-    norm(&a.object_from_world) * norm(&a.world_from_object)
+/// The condition of a map and its inverse: how many times a rounding counts on
+/// the other side.
+pub fn condition(to: &Affine, from: &Affine) -> f64 {
+    norm(to) * norm(from)
 }
 
-/// The world box of a placed object box, corner by corner. `world_from_object`
-/// is the other matrix's inverse only nearly, so the box grows by how far the
-/// corners do not come back.
-pub fn placed(object: &Bounds, a: &Appearance) -> Bounds {
+/// The box of a box under a map. `from` is the map's inverse only nearly, so the
+/// box grows by how far the corners do not come back.
+pub fn placed(own: &Bounds, to: &Affine, from: &Affine) -> Bounds {
     let corners: [[f64; 3]; 8] = std::array::from_fn(|i| {
         std::array::from_fn(|k| {
             if i >> k & 1 == 0 {
-                object.min[k]
+                own.min[k]
             } else {
-                object.max[k]
+                own.max[k]
             }
         })
     });
-    let world = corners.map(|p| apply(&a.world_from_object, p));
+    let there = corners.map(|p| apply(to, p));
     let astray = corners
         .iter()
-        .zip(&world)
+        .zip(&there)
         .map(|(p, q)| {
-            let back = apply(&a.object_from_world, *q);
+            let back = apply(from, *q);
             length(std::array::from_fn(|k| back[k] - p[k]))
         })
         .fold(0.0, f64::max);
-    let bounds = Bounds::of(world);
-    let roundings = ROUNDINGS * UNIT * condition(a) * bounds.max_abs();
-    bounds.grown(4.0 * norm(&a.world_from_object) * astray + roundings)
+    let bounds = Bounds::of(there);
+    let roundings = ROUNDINGS * UNIT * condition(to, from) * bounds.max_abs();
+    bounds.grown(4.0 * norm(to) * astray + roundings)
 }
 
 fn apply(m: &Affine, p: [f64; 3]) -> [f64; 3] {

@@ -9,8 +9,9 @@
 //! nearest to the exact one.
 //!
 //! Primitives are seen from both sides; a ray that starts inside a solid meets
-//! its far side. Hits count where 0 < t < t_max. Where two are equally near, the
-//! lower (instance, primitive) is the answer.
+//! its far side. Combinations are worked out along the whole line
+//! (`combination`). Hits count where 0 < t < t_max. Where two are equally near,
+//! the lower (instance, primitive) is the answer.
 //!
 //! [`Reference::new`] prunes by a median-split tree of its own;
 //! [`Reference::brute_force`] looks at everything. tests/reference.rs compares.
@@ -19,6 +20,7 @@
 pub mod approx;
 mod bounds;
 mod camera;
+mod combination;
 pub mod dyadic;
 mod facet;
 mod meet;
@@ -28,14 +30,17 @@ mod path;
 mod ray;
 pub mod root;
 mod rounding;
+mod slack;
 mod solids;
 mod tree;
 
 pub use camera::{Grid, WorldRay, camera_ray};
+pub use combination::TURNED;
 pub use path::{Shadow, shadow};
 pub use ray::Ray;
 
 use crate::scene::{Appearance, Appearances, MeshId, Scene, SceneError, Shape};
+use combination::Combination;
 use dyadic::Dyadic;
 use meet::{Primitive, Within};
 use solids::Meeting;
@@ -57,6 +62,8 @@ pub struct Reference<'a> {
     always: Vec<u32>,
     /// The worst condition of a placement in the trees.
     condition: f64,
+    /// Of those that appear, by row of the scene's table.
+    combinations: Vec<Option<Combination>>,
     /// Over the triangles of each mesh, about its centre; none for brute force.
     triangles: Vec<Tree>,
 }
@@ -67,9 +74,10 @@ pub struct Hit {
     pub t: f64,
     /// Id of one of [`Appearances`].
     pub instance: u64,
-    /// Triangle of a mesh; 0 otherwise.
+    /// Triangle of a mesh; operand of a combination, by number, and [`TURNED`]; 0
+    /// otherwise.
     pub primitive: u32,
-    /// Geometric, world space, unit, outward; of triangles and polygons by
+    /// Geometric, world space, unit, outward (of a combination: of the whole); of triangles and polygons by
     /// their winding. Zero where the surface has none (a cone's apex).
     pub normal: [f64; 3],
 }
@@ -101,11 +109,18 @@ impl<'a> Reference<'a> {
         let mut worst = 1.0;
         for (i, a) in all.rows.iter().enumerate() {
             let shape = scene.shapes.row(a.shape);
-            let object = bounds::of_shape(scene, shape);
-            let condition = bounds::condition(a);
+            let (to, from) = (&a.world_from_object, &a.object_from_world);
+            let mut condition = bounds::condition(to, from);
+            let object = match all.combination(shape) {
+                Some(combination) => {
+                    condition *= combination.condition;
+                    combination.bounds
+                }
+                None => bounds::of_shape(scene, shape),
+            };
             let placed = object
                 .filter(|_| condition <= MAX_CONDITION)
-                .map(|b| bounds::placed(&b, a))
+                .map(|b| bounds::placed(&b, to, from))
                 .filter(|b| b.min.iter().chain(&b.max).all(|x| x.is_finite()));
             match placed {
                 Some(b) => {
@@ -143,8 +158,16 @@ impl<'a> Reference<'a> {
         appearances: &'a Appearances,
     ) -> Result<Reference<'a>, SceneError> {
         let rows = appearances.laid_out(scene)?;
+        let mut combinations = vec![None; scene.combinations.len()];
+        for row in rows.iter() {
+            if let Shape::Combination(id) = scene.shapes.row(row.shape) {
+                let of = || Combination::new(scene, id);
+                combinations[id.index()].get_or_insert_with(of);
+            }
+        }
         Ok(Reference {
             scene,
+            combinations,
             trees: Default::default(),
             always: (0..rows.len() as u32).collect(),
             rows,
@@ -163,9 +186,19 @@ impl<'a> Reference<'a> {
         Some(self.scene.shapes.row(row.shape).kind_name())
     }
 
-    /// Of a hit.
-    fn appearance(&self, hit: &Hit) -> &Appearance {
-        &self.rows[hit.instance as usize]
+    fn combination(&self, shape: Shape) -> Option<&Combination> {
+        match shape {
+            Shape::Combination(id) => self.combinations[id.index()].as_ref(),
+            _ => None,
+        }
+    }
+
+    /// How many times a rounding counts on the other side of a hit's placement.
+    fn condition_of(&self, hit: &Hit) -> f64 {
+        let a = &self.rows[hit.instance as usize];
+        let own = bounds::condition(&a.world_from_object, &a.object_from_world);
+        let combination = self.combination(self.scene.shapes.row(a.shape));
+        own * combination.map_or(1.0, |c| c.condition)
     }
 
     /// The first hit with 0 < t < t_max of a world ray.
@@ -203,13 +236,28 @@ impl<'a> Reference<'a> {
         let (instance, primitive) = (candidate.instance, candidate.primitive);
         let (ray, of) = self.pair(&world, instance, primitive);
         let t = rounding::nearest(&met.t);
-        let normal = normal::normal(&of, &ray, t, met.face);
         Some(Hit {
             t,
             instance: u64::from(instance),
-            primitive,
-            normal: world_normal(&self.rows[instance as usize], normal),
+            primitive: of.combination.map_or(primitive, |_| met.surface),
+            normal: self.normal(instance, &of, &ray, t, &met),
         })
+    }
+
+    /// World space, unit.
+    fn normal(
+        &self,
+        instance: u32,
+        of: &Primitive,
+        ray: &Ray,
+        t: f64,
+        met: &Meeting<Dyadic>,
+    ) -> [f64; 3] {
+        let normal = match of.combination {
+            Some(all) => all.normal(self.scene, ray, t, (met.face, met.surface)),
+            None => normal::normal(of, ray, t, met.face),
+        };
+        world_normal(&self.rows[instance as usize], normal)
     }
 
     /// Whether anything is met with 0 < t < t_max.
@@ -224,8 +272,9 @@ impl<'a> Reference<'a> {
     }
 
     /// Where the whole line of a world ray meets one primitive, before its origin
-    /// and behind it, by t. At an edge of a solid once for each face. None for ids
-    /// that do not exist.
+    /// and behind it, by t. At an edge of a solid once for each face. Of a
+    /// combination all boundaries, whatever the primitive. None for ids that do not
+    /// exist.
     pub fn crossings(
         &self,
         org: [f64; 3],
@@ -241,18 +290,20 @@ impl<'a> Reference<'a> {
         };
         let primitives = match self.scene.shapes.row(a.shape) {
             Shape::Mesh(id) => self.scene.meshes.row(id).triangles.len(),
+            Shape::Combination(_) => usize::MAX,
             _ => 1,
         };
         if primitive as usize >= primitives {
             return Vec::new();
         }
-        let (ray, of) = self.pair(&Ray { org, dir }, instance as u32, primitive);
+        let instance = instance as u32;
+        let (ray, of) = self.pair(&Ray { org, dir }, instance, primitive);
         let meetings = of.meetings_exactly(&ray);
         let mut crossings: Vec<Crossing> = meetings
             .iter()
             .map(|m| {
                 let t = rounding::nearest(&m.t);
-                let normal = world_normal(a, normal::normal(&of, &ray, t, m.face));
+                let normal = self.normal(instance, &of, &ray, t, m);
                 Crossing { t, normal }
             })
             .collect();
@@ -261,7 +312,7 @@ impl<'a> Reference<'a> {
     }
 
     /// The ray in a primitive's own space, and the primitive.
-    fn pair(&self, ray: &Ray, instance: u32, triangle: u32) -> (Ray, Primitive<'a>) {
+    fn pair(&self, ray: &Ray, instance: u32, triangle: u32) -> (Ray, Primitive<'_>) {
         let a = &self.rows[instance as usize];
         let (scene, shape) = (self.scene, self.scene.shapes.row(a.shape));
         let mut ray = ray.through(&a.object_from_world);
@@ -272,6 +323,7 @@ impl<'a> Reference<'a> {
             scene,
             shape,
             triangle,
+            combination: self.combination(shape),
         };
         (ray, primitive)
     }

@@ -6,7 +6,7 @@ use crate::geom::Cone;
 use crate::scene::Shape;
 
 /// Object space, outward, any length; of triangles and polygons by their
-/// winding. Zero where the surface has none (a cone's apex).
+/// winding. Zero where the surface has none (a cone's apex), and of combinations.
 pub fn normal(of: &Primitive, ray: &Ray, t: f64, face: usize) -> [f64; 3] {
     let scene = of.scene;
     let from =

@@ -5,7 +5,6 @@
 //! that of o + t·d, and that of the object ray as seen from the world.
 
 use super::approx::{Approx, add, exact3, scaled};
-use super::bounds::condition;
 use super::ray::dot;
 use super::{Hit, Reference};
 use crate::scene::Light;
@@ -44,7 +43,7 @@ pub fn shadow(
     let size = (0..3).fold(0.0, |m, k| {
         f64::max(m, f64::max(org[k].abs(), point[k].value.abs()))
     });
-    let placement = condition(reference.appearance(hit));
+    let placement = reference.condition_of(hit);
     let off = 8.0 * along_normal + 32.0 * f64::EPSILON * placement * size;
     let start: [f64; 3] = std::array::from_fn(|k| point[k].value + normal[k] * off);
 

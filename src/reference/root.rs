@@ -37,6 +37,20 @@ impl<N: Number> Poly<N> {
         self.clone() * self.clone()
     }
 
+    /// Far before t = 0 or far behind it.
+    pub fn sign_far_off(&self, before: bool) -> Result<Ordering, N::Doubt> {
+        let [c0, c1, c2] = &self.0;
+        let bend = c2.sign()?;
+        if bend.is_ne() {
+            return Ok(bend);
+        }
+        let slope = c1.sign()?;
+        if slope.is_ne() {
+            return Ok(if before { slope.reverse() } else { slope });
+        }
+        c0.sign()
+    }
+
     /// Each once, the lower first. None of a constant, zero or not.
     pub fn roots(&self) -> Result<Vec<Root<N>>, N::Doubt> {
         let [c0, c1, c2] = &self.0;

@@ -16,6 +16,8 @@ pub struct Meeting<N> {
     pub t: Root<N>,
     /// Which of its surfaces: the number of the polynomial.
     pub face: usize,
+    /// Of a combination the operand's number, and whether it is turned.
+    pub surface: u32,
 }
 
 /// All ends of the part of a line where no polynomial is above zero.
@@ -46,7 +48,8 @@ fn meet_face<N: Number>(
                 continue 'roots;
             }
         }
-        found.push(Meeting { t, face });
+        let surface = 0;
+        found.push(Meeting { t, face, surface });
     }
     Ok(())
 }

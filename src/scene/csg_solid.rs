@@ -21,6 +21,9 @@ pub struct Frame {
     /// The operand's ray is this times the solid's, by definition.
     pub operand_from_solid: Affine,
     pub solid_from_operand: Affine,
+    /// The largest shift on the way from the one to the other, in the solid's
+    /// units: maps are known to roundings of it, though they may cancel.
+    pub reach: f64,
 }
 
 /// A shape that is no combination, as part of one.
@@ -55,6 +58,11 @@ impl CsgSolid {
             frames: unfold.frames,
             tolerance: tables.combinations.tolerance[id.index()],
         }
+    }
+
+    /// Boundaries are one where they are equal, and nowhere else.
+    pub fn is_exact(&self) -> bool {
+        self.frames.len() == 1 && self.tolerance == 0.0
     }
 
     pub fn bytes(&self) -> usize {
@@ -96,7 +104,7 @@ struct Unfold<'t> {
     operands: Vec<CsgOperand>,
     frames: Vec<Frame>,
     /// Frames by their entries, rounded.
-    known: HashMap<[i64; 12], u32>,
+    known: HashMap<Key, u32>,
     waiting: Vec<Waiting>,
 }
 
@@ -105,13 +113,14 @@ impl<'t> Unfold<'t> {
         let own = Frame {
             operand_from_solid: Affine::IDENTITY,
             solid_from_operand: Affine::IDENTITY,
+            reach: 0.0,
         };
         Unfold {
             tables,
             builder: Builder::default(),
             operands: Vec::new(),
             frames: vec![own],
-            known: HashMap::from([(rounded(&Affine::IDENTITY), 0)]),
+            known: HashMap::from([(rounded(&Affine::IDENTITY, 0.0), 0)]),
             waiting: Vec::new(),
         }
     }
@@ -182,14 +191,21 @@ impl<'t> Unfold<'t> {
             return above;
         };
         let above = self.frames[above as usize];
+        let solid_from_operand = above.solid_from_operand.then_after(local);
+        let largest = |shift: &[f64; 3]| shift.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let shift = above.solid_from_operand.norm() * largest(&local.translation);
         let frame = Frame {
             operand_from_solid: inverse.then_after(&above.operand_from_solid),
-            solid_from_operand: above.solid_from_operand.then_after(local),
+            solid_from_operand,
+            reach: above
+                .reach
+                .max(shift)
+                .max(largest(&solid_from_operand.translation)),
         };
         let next = self.frames.len() as u32;
         let row = *self
             .known
-            .entry(rounded(&frame.solid_from_operand))
+            .entry(rounded(&frame.solid_from_operand, frame.reach))
             .or_insert(next);
         if row == next {
             self.frames.push(frame);
@@ -202,31 +218,47 @@ impl<'t> Unfold<'t> {
         if frame == 0 {
             return Some(own);
         }
-        Some(placed(
-            &own,
-            &self.frames[frame as usize].solid_from_operand,
-        ))
+        let Frame {
+            operand_from_solid,
+            solid_from_operand,
+            reach,
+        } = &self.frames[frame as usize];
+        // The maps are each other's inverse but for their roundings.
+        let condition = operand_from_solid.norm() * solid_from_operand.norm();
+        let bounds = placed(&own, solid_from_operand);
+        let size = bounds.max_abs() + reach;
+        Some(bounds.grown(DVec3::splat(size * condition * (16.0 * f64::EPSILON))))
     }
 }
 
-/// A map's entries to one part in 2^44 of its linear part's largest, and of its
-/// translation: a turn and a turn back are no turn.
-fn rounded(map: &Affine) -> [i64; 12] {
+/// What of maps counts where they are compared: entries in units, and the units'
+/// powers of two, of the linear part and of the shift.
+type Key = ([i64; 12], [i32; 2]);
+
+/// A map's entries to one part in 2^44 of its linear part's largest, and of the
+/// largest shift on the way: a turn and a turn back are no turn.
+fn rounded(map: &Affine, reach: f64) -> Key {
     let size = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-    let linear: Vec<f64> = map.linear.iter().flatten().copied().collect();
-    let parts = |x: f64, size: f64| {
-        let unit = libm::exp2(libm::floor(libm::log2(size * std::f64::consts::SQRT_2)) - 44.0);
-        if unit > 0.0 {
-            (x / unit).round() as i64
+    let power = |size: f64| {
+        let power = libm::log2(size * std::f64::consts::SQRT_2);
+        if size > 0.0 {
+            power.floor() as i32 - 44
         } else {
             0
         }
     };
-    let (all, shift) = (size(&linear), size(&map.translation));
-    std::array::from_fn(|i| match linear.get(i) {
-        Some(x) => parts(*x, all),
-        None => parts(map.translation[i - 9], shift),
-    })
+    let parts = |x: f64, power: i32| libm::scalbn(x, -power).round() as i64;
+    let linear = map.linear.as_flattened();
+    let mut powers = [size(linear), size(&map.translation).max(reach)].map(power);
+    let shift = map.translation.map(|x| parts(x, powers[1]));
+    if shift == [0; 3] {
+        powers[1] = 0;
+    }
+    let entry = |i: usize| match linear.get(i) {
+        Some(x) => parts(*x, powers[0]),
+        None => shift[i - 9],
+    };
+    (std::array::from_fn(entry), powers)
 }
 
 /// The box around a box under a map, with room for its roundings.

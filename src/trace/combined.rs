@@ -40,7 +40,8 @@ struct Mark {
     frame: u32,
     placement: f64,
     tolerance: f64,
-    /// Which event it belongs to.
+    /// The first of those at the same t, and of those of the same event.
+    place: u32,
     event: u32,
 }
 
@@ -87,8 +88,14 @@ pub fn boundaries(
         operands,
     } = &mut *scratch;
     let ray = [line.org, line.dir].map(Vec3::<f64>::splat);
-    combined.operands_along((ray[0], ray[1]), t_min, f64::INFINITY, operands);
     let solid = &combined.solid;
+    // What lies before t_min may be one event with what lies behind it.
+    let from = if solid.is_exact() {
+        t_min
+    } else {
+        f64::NEG_INFINITY
+    };
+    combined.operands_along((ray[0], ray[1]), from, f64::INFINITY, operands);
     boundaries.clear();
     inside.clear();
     for number in operands.iter() {
@@ -98,8 +105,9 @@ pub fn boundaries(
     gather(boundaries);
     let always = inside.iter().copied();
     let start = walk.starts_inside(&solid.program, always.clone());
-    let same = |a: &Mark, b: &Mark| a.event == b.event;
-    let _ = walk.run(&solid.program, always, boundaries, same, |change| {
+    let same = |a: &Mark, b: &Mark| a.place == b.place;
+    let one = |a: &Mark, b: &Mark| a.event == b.event;
+    let _ = walk.run(&solid.program, always, boundaries, (same, one), |change| {
         let turned = if change.is_turned() { TURNED } else { 0 };
         visit(Crossing {
             root: change.boundary.at.root,
@@ -204,16 +212,19 @@ fn mark(solid: &CsgSolid, tables: &Tables, operand: &CsgOperand, line: &Line, ro
         frame: operand.frame,
         placement: 0.0,
         tolerance: 0.0,
+        place: 0,
         event: 0,
     };
-    if solid.frames.len() == 1 && solid.tolerance == 0.0 {
+    if solid.is_exact() {
         return mark;
     }
+    let frame = &solid.frames[operand.frame as usize];
     let Frame {
         operand_from_solid,
         solid_from_operand,
-    } = &solid.frames[operand.frame as usize];
-    let own = in_frame(&solid.frames[operand.frame as usize], operand.frame, line);
+        ..
+    } = frame;
+    let own = in_frame(frame, operand.frame, line);
     let at = |line: &Line| DVec3::from_array(line.org) + DVec3::from_array(line.dir) * root.t.value;
     let normal = outward_normal(tables, operand.shape, at(&own));
     let normal = DVec3::from_array(operand_from_solid.transposed_vector(normal.to_array()));
@@ -224,37 +235,46 @@ fn mark(solid: &CsgSolid, tables: &Tables, operand: &CsgOperand, line: &Line, ro
     let reach = DVec3::from_array(line.org).abs().max(at(line).abs());
     let moved = DVec3::from_array(operand_from_solid.translation).abs();
     let carried = operand_from_solid.norm() * reach.max_element() + moved.max_element();
-    mark.placement = PLACEMENT * solid_from_operand.norm() * carried / rate;
+    if solid.frames.len() > 1 {
+        let rounded = solid_from_operand.norm() * carried + frame.reach;
+        mark.placement = PLACEMENT * rounded / rate;
+    }
     mark.tolerance = solid.tolerance / rate;
     mark
 }
 
-/// Numbers the events, and puts what belongs to one in the order of operands.
+/// Numbers places and events. Boundaries stand in the order of t; those of two
+/// neighbouring places are one event if any two of them are so near.
 fn gather(boundaries: &mut [Boundary<Mark>]) {
-    let one = |a: &Mark, b: &Mark| {
-        let tolerance = a.tolerance.max(b.tolerance);
-        let slack = if a.frame == b.frame {
-            tolerance
-        } else {
-            tolerance.max(a.placement + b.placement)
-        };
-        if slack > 0.0 {
-            return b.root.t.value - a.root.t.value <= slack + (a.root.t.error + b.root.t.error);
+    let (mut before, mut start, mut event) = (0..0, 0, 0);
+    while start < boundaries.len() {
+        let (first, rest) = (&boundaries[start].at.root, &boundaries[start + 1..]);
+        let same = |b: &&Boundary<Mark>| first.order(&b.at.root).is_eq();
+        let end = start + 1 + rest.iter().take_while(same).count();
+        let (near, here) = (&boundaries[before], &boundaries[start..end]);
+        if !near.iter().any(|a| here.iter().any(|b| are_one(a, b))) {
+            event = start as u32;
         }
-        a.root.order(&b.root).is_eq()
-    };
-    let mut start = 0;
-    for i in 1..=boundaries.len() {
-        let goes_on = boundaries
-            .get(i)
-            .is_some_and(|next| one(&boundaries[i - 1].at, &next.at));
-        if goes_on {
-            continue;
+        for boundary in &mut boundaries[start..end] {
+            boundary.at.place = start as u32;
+            boundary.at.event = event;
         }
-        for boundary in &mut boundaries[start..i] {
-            boundary.at.event = start as u32;
-        }
-        boundaries[start..i].sort_by_key(|boundary| boundary.operand);
-        start = i;
+        before = start..end;
+        start = end;
     }
+}
+
+/// Of different t.
+fn are_one(a: &Boundary<Mark>, b: &Boundary<Mark>) -> bool {
+    let other = a.operand != b.operand;
+    let (a, b) = (&a.at, &b.at);
+    let tolerance = a.tolerance.max(b.tolerance);
+    // An operand that is no thicker than its ends are known, may not be met at all.
+    let slack = if a.frame == b.frame && other {
+        tolerance
+    } else {
+        tolerance.max(a.placement + b.placement)
+    };
+    let gap = b.root.t.value - a.root.t.value;
+    slack > 0.0 && gap <= slack + (a.root.t.error + b.root.t.error)
 }

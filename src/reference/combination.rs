@@ -1,0 +1,430 @@
+//! Solids made of solids, along a whole line.
+//!
+//! All ends of all operands are found and ordered, equal ones are grouped, and
+//! between groups the solid is in or out as its operators say, asked one by one.
+//! What an operand is, in which space and under which number, is
+//! [`CsgSolid`]'s to define; operators are read from the scene's tables.
+
+use super::bounds::{self, Bounds};
+use super::meet::Primitive;
+use super::normal;
+use super::number::Number;
+use super::ray::{Ray, dot};
+use super::root::Root;
+use super::slack::{self, Measured, Reach, Slack};
+use super::solids::Meeting;
+use crate::math::Affine;
+use crate::scene::{CombinationId, CsgSolid, Operator, Scene, Shape, ShapeId};
+
+/// Of a hit's number: the solid's outward normal is the opposite of the operand's.
+pub const TURNED: u32 = 1 << 31;
+
+/// A combination that appears somewhere.
+#[derive(Clone, Debug)]
+pub struct Combination {
+    operands: Vec<Operand>,
+    frames: Vec<Frame>,
+    steps: Vec<Step>,
+    tolerance: f64,
+    /// In its own space; `None` where it has no bounds.
+    pub bounds: Option<Bounds>,
+    /// The worst of its frames.
+    pub condition: f64,
+}
+
+#[derive(Clone, Debug)]
+struct Operand {
+    shape: Shape,
+    frame: usize,
+    /// In its frame.
+    bounds: Option<Bounds>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Frame {
+    pub operand_from_solid: Affine,
+    pub solid_from_operand: Affine,
+    pub reach: f64,
+}
+
+/// Of the operators in postfix.
+#[derive(Clone, Copy, Debug)]
+enum Step {
+    /// The next operand, in the order of their numbers.
+    Operand,
+    /// An operator, of so many of what came before.
+    Operator(Operator, usize),
+}
+
+/// Where a line comes into an operand, or leaves it.
+#[derive(Clone, Debug)]
+pub struct End<N> {
+    pub t: Root<N>,
+    pub operand: usize,
+    enters: bool,
+    face: usize,
+}
+
+/// An operand's part of a line. No end: it goes on for ever.
+type Span<N> = [Option<Meeting<N>>; 2];
+
+impl Combination {
+    pub fn new(scene: &Scene, id: CombinationId) -> Combination {
+        let solid = CsgSolid::of(scene, id);
+        let frame = |frame: &crate::scene::Frame| Frame {
+            operand_from_solid: frame.operand_from_solid,
+            solid_from_operand: frame.solid_from_operand,
+            reach: frame.reach,
+        };
+        let frames: Vec<Frame> = solid.frames.iter().map(frame).collect();
+        let operand = |operand: &crate::scene::CsgOperand| Operand {
+            shape: operand.shape,
+            frame: operand.frame as usize,
+            bounds: bounds::of_shape(scene, operand.shape),
+        };
+        let condition =
+            |frame: &Frame| bounds::condition(&frame.operand_from_solid, &frame.solid_from_operand);
+        let mut combination = Combination {
+            operands: solid.operands.iter().map(operand).collect(),
+            condition: frames.iter().map(condition).fold(1.0, f64::max),
+            frames,
+            steps: postfix(scene, id),
+            tolerance: solid.tolerance,
+            bounds: None,
+        };
+        combination.bounds = combination.around();
+        combination
+    }
+
+    /// Around all of a union and what is like it, the first of a difference, one
+    /// of those that an intersection is in; a complement has no bounds.
+    fn around(&self) -> Option<Bounds> {
+        let mut operands = self.operands.iter().map(|operand| {
+            let frame = &self.frames[operand.frame];
+            let (to, from) = (&frame.solid_from_operand, &frame.operand_from_solid);
+            let own = operand.bounds.as_ref()?;
+            Some(bounds::placed(own, to, from))
+        });
+        self.fold(
+            || operands.next().flatten(),
+            |operator, of| match operator {
+                Operator::Union | Operator::Xor => of.iter().try_fold(Bounds::EMPTY, |all, one| {
+                    one.as_ref().map(|one| all.union(one))
+                }),
+                Operator::Intersection => of.iter().copied().flatten().next(),
+                Operator::Difference => of[0],
+                Operator::Complement => None,
+            },
+        )
+    }
+
+    /// The operators, from what each operand says, in the order of their numbers.
+    fn fold<T>(&self, mut operand: impl FnMut() -> T, operator: impl Fn(Operator, &[T]) -> T) -> T {
+        let mut stack: Vec<T> = Vec::new();
+        for step in &self.steps {
+            match step {
+                Step::Operand => stack.push(operand()),
+                Step::Operator(op, count) => {
+                    let first = stack.len() - count;
+                    let result = operator(*op, &stack[first..]);
+                    stack.truncate(first);
+                    stack.push(result);
+                }
+            }
+        }
+        stack.pop().expect("a combination has operands")
+    }
+
+    /// Whether a point is in the solid, by which operands it is in.
+    fn is_inside(&self, inside: &[bool]) -> bool {
+        let mut operands = inside.iter().copied();
+        self.fold(
+            || operands.next().expect("one for each operand"),
+            |operator, of| match operator {
+                Operator::Union => of.contains(&true),
+                Operator::Intersection => !of.contains(&false),
+                Operator::Difference => of[0] && !of[1..].contains(&true),
+                Operator::Xor => of.iter().filter(|x| **x).count() % 2 == 1,
+                Operator::Complement => !of[0],
+            },
+        )
+    }
+
+    /// The operand's ray, by definition.
+    fn in_frame(&self, ray: &Ray, frame: usize) -> Ray {
+        if frame == 0 {
+            *ray
+        } else {
+            ray.through(&self.frames[frame].operand_from_solid)
+        }
+    }
+
+    /// All boundaries along the line, in order. The ray is the solid's own.
+    pub fn boundaries<N: Measured>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+    ) -> Result<Vec<Meeting<N>>, N::Doubt> {
+        let mut inside = vec![false; self.operands.len()];
+        let ends = self.ends::<N>(scene, ray, &mut inside)?;
+        let mut boundaries = Vec::new();
+        let mut state = self.is_inside(&inside);
+        for event in self.events(scene, ray, &ends)? {
+            let before = state;
+            let mut found = None;
+            for group in event {
+                let start = state;
+                let mut first = None;
+                for end in group {
+                    inside[end.operand] = end.enters;
+                    state = self.is_inside(&inside);
+                    if state != start {
+                        first = first.or(Some(end));
+                    }
+                }
+                // Where it becomes what it is behind the event.
+                if state != start && state != before {
+                    found = found.or(first);
+                }
+            }
+            if let Some(end) = found.filter(|_| state != before) {
+                let turned = if state == end.enters { 0 } else { TURNED };
+                boundaries.push(Meeting {
+                    t: end.t.clone(),
+                    face: end.face,
+                    surface: end.operand as u32 | turned,
+                });
+            }
+        }
+        Ok(boundaries)
+    }
+
+    /// In order of t, equal ones by number of operand. And which operands the line
+    /// is in from the start.
+    fn ends<N: Number>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        inside: &mut [bool],
+    ) -> Result<Vec<End<N>>, N::Doubt> {
+        let rays: Vec<Ray> = (0..self.frames.len())
+            .map(|frame| self.in_frame(ray, frame))
+            .collect();
+        let mut ends: Vec<End<N>> = Vec::new();
+        for (operand, row) in self.operands.iter().enumerate() {
+            let ray = &rays[row.frame];
+            let slack = bounds::slack(ray.org, 1.0);
+            let missed = |b: &Bounds| {
+                b.enter(ray.org, ray.dir, slack, f64::NEG_INFINITY)
+                    .is_none()
+            };
+            if !ray.is_finite() || row.bounds.as_ref().is_some_and(missed) {
+                continue;
+            }
+            let Some([enter, exit]) = span(&primitive(scene, row.shape), ray)? else {
+                continue;
+            };
+            inside[operand] = enter.is_none();
+            for (enters, end) in [(true, enter), (false, exit)] {
+                let Some(Meeting { t, face, .. }) = end else {
+                    continue;
+                };
+                let end = End {
+                    t,
+                    operand,
+                    enters,
+                    face,
+                };
+                insert(&mut ends, end)?;
+            }
+        }
+        Ok(ends)
+    }
+
+    /// Ends at one t are a group, and groups within slack of each other one event.
+    fn events<'e, N: Measured>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        ends: &'e [End<N>],
+    ) -> Result<Vec<Vec<&'e [End<N>]>>, N::Doubt> {
+        let mut events: Vec<Vec<&[End<N>]>> = Vec::new();
+        let mut rest = ends;
+        while let Some(first) = rest.first() {
+            let mut count = 1;
+            while count < rest.len() && rest[count].t.order(&first.t)?.is_eq() {
+                count += 1;
+            }
+            let (group, others) = rest.split_at(count);
+            rest = others;
+            match events.last_mut() {
+                Some(event) if self.are_one(scene, ray, event[event.len() - 1], group)? => {
+                    event.push(group);
+                }
+                _ => events.push(vec![group]),
+            }
+        }
+        Ok(events)
+    }
+
+    /// Whether any end of the one group is within slack of any of the other.
+    fn are_one<N: Measured>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        before: &[End<N>],
+        behind: &[End<N>],
+    ) -> Result<bool, N::Doubt> {
+        if self.frames.len() == 1 && self.tolerance == 0.0 {
+            return Ok(false);
+        }
+        let slacks = |group: &[End<N>]| -> Vec<Slack> {
+            let of = |end: &End<N>| self.slack(scene, ray, end);
+            group.iter().map(of).collect()
+        };
+        for a in slacks(before) {
+            for b in slacks(behind) {
+                let slack = a.with(&b);
+                if slack > 0.0 && N::is_within(&before[0].t, &behind[0].t, slack)? {
+                    return Ok(true);
+                }
+            }
+        }
+        Ok(false)
+    }
+
+    fn slack<N: Measured>(&self, scene: &Scene, ray: &Ray, end: &End<N>) -> Slack {
+        let row = &self.operands[end.operand];
+        let frame = &self.frames[row.frame];
+        let t = N::about(&end.t);
+        let own = self.in_frame(ray, row.frame);
+        let normal = normal::normal(&primitive(scene, row.shape), &own, t, end.face);
+        let normal = frame.operand_from_solid.linear.map(|c| dot(c, normal));
+        let reach = Reach {
+            speed: slack::speed(normal, ray.dir),
+            coordinate: bounds::max_abs(ray.org.iter().chain(&ray.at(t))),
+        };
+        Slack {
+            operand: end.operand,
+            frame: row.frame,
+            placement: if self.frames.len() > 1 {
+                slack::placement(frame, &reach)
+            } else {
+                0.0
+            },
+            tolerance: self.tolerance / reach.speed,
+        }
+    }
+
+    /// Object space, outward of the solid.
+    pub fn normal(&self, scene: &Scene, ray: &Ray, t: f64, met: (usize, u32)) -> [f64; 3] {
+        let (face, surface) = met;
+        let row = &self.operands[(surface & !TURNED) as usize];
+        let own = self.in_frame(ray, row.frame);
+        let normal = normal::normal(&primitive(scene, row.shape), &own, t, face);
+        let map = &self.frames[row.frame].operand_from_solid;
+        let normal = map.linear.map(|c| dot(c, normal));
+        if surface & TURNED == 0 {
+            normal
+        } else {
+            normal.map(|x| -x)
+        }
+    }
+}
+
+/// A shape that is no mesh and no combination.
+fn primitive(scene: &Scene, shape: Shape) -> Primitive<'_> {
+    Primitive {
+        scene,
+        shape,
+        triangle: 0,
+        combination: None,
+    }
+}
+
+/// Behind all that are not greater.
+fn insert<N: Number>(ends: &mut Vec<End<N>>, end: End<N>) -> Result<(), N::Doubt> {
+    let (mut low, mut high) = (0, ends.len());
+    while low < high {
+        let middle = (low + high) / 2;
+        if ends[middle].t.order(&end.t)?.is_gt() {
+            high = middle;
+        } else {
+            low = middle + 1;
+        }
+    }
+    ends.insert(low, end);
+    Ok(())
+}
+
+/// Of a closed convex solid; a single point is none.
+fn span<N: Number>(of: &Primitive, ray: &Ray) -> Result<Option<Span<N>>, N::Doubt> {
+    if ray.dir == [0.0; 3] {
+        return Ok(None);
+    }
+    let faces = of.faces::<N>(ray);
+    let always = |backward: bool| -> Result<bool, N::Doubt> {
+        for f in &faces {
+            if f.sign_far_off(backward)?.is_gt() {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    };
+    let (since_ever, for_ever) = (always(true)?, always(false)?);
+    let (mut least, mut greatest): (Option<Meeting<N>>, Option<Meeting<N>>) = (None, None);
+    for met in super::solids::ends(&faces)? {
+        let before = match &least {
+            Some(least) => met.t.order(&least.t)?.is_lt(),
+            None => true,
+        };
+        let behind = match &greatest {
+            Some(greatest) => met.t.order(&greatest.t)?.is_gt(),
+            None => true,
+        };
+        if before {
+            least = Some(met.clone());
+        }
+        if behind {
+            greatest = Some(met);
+        }
+    }
+    let (Some(least), Some(greatest)) = (least, greatest) else {
+        return Ok(since_ever.then_some([None, None]));
+    };
+    if !since_ever && !for_ever && least.t.order(&greatest.t)?.is_eq() {
+        return Ok(None);
+    }
+    let enter = (!since_ever).then_some(least);
+    let exit = (!for_ever).then_some(greatest);
+    Ok(Some([enter, exit]))
+}
+
+/// What is still to be written down.
+enum Left {
+    Shape(ShapeId),
+    Operator(Operator, usize),
+}
+
+/// Without recursion: operators may lie in each other as deep as they like.
+fn postfix(scene: &Scene, id: CombinationId) -> Vec<Step> {
+    let table = &scene.combinations;
+    let mut steps = Vec::new();
+    let mut left: Vec<Left> = Vec::new();
+    let open = |left: &mut Vec<Left>, id: CombinationId| {
+        let operands = table.operands(id);
+        left.push(Left::Operator(table.operator[id.index()], operands.len()));
+        left.extend(operands.iter().rev().map(|o| Left::Shape(o.shape)));
+    };
+    open(&mut left, id);
+    while let Some(next) = left.pop() {
+        match next {
+            Left::Operator(operator, count) => steps.push(Step::Operator(operator, count)),
+            Left::Shape(shape) => match scene.shapes.row(shape) {
+                Shape::Combination(id) => open(&mut left, id),
+                _ => steps.push(Step::Operand),
+            },
+        }
+    }
+    steps
+}

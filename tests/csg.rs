@@ -1,0 +1,21 @@
+//! Combinations of solids: spans and hits against set algebra on rationals and
+//! against the judge; what coincides; laws that hold for all programs.
+
+mod common;
+
+#[path = "csg/asked.rs"]
+mod asked;
+#[path = "csg/coincidence.rs"]
+mod coincidence;
+#[path = "csg/frames.rs"]
+mod frames;
+#[path = "csg/gaps.rs"]
+mod gaps;
+#[path = "csg/intervals.rs"]
+mod intervals;
+#[path = "csg/laws.rs"]
+mod laws;
+#[path = "csg/programs.rs"]
+mod programs;
+#[path = "csg/truth.rs"]
+mod truth;

@@ -1,0 +1,143 @@
+//! A scene, and everybody's answer about it.
+
+use super::common::{EVERYTHING, RayColumns};
+use glam::DVec3;
+use lanecast::accel::{Structure, World};
+use lanecast::geom::exact::Line;
+use lanecast::plan::{Arithmetic, Kernels, native_width};
+use lanecast::reference::{Hit, Reference};
+use lanecast::scene::{Appearances, CombinationId, Edge, Scene, SceneBuilder, Shape, ShapeId};
+use lanecast::shade::Surface;
+use lanecast::trace::{Caching, Crossing, HitId, ShadowCache, boundaries};
+use std::ops::ControlFlow;
+
+/// Precisions that promise the right hit.
+pub const RIGHT: [Arithmetic; 2] = [Arithmetic::F32Guarded, Arithmetic::F64];
+pub const ALL: [Arithmetic; 3] = [Arithmetic::F32, Arithmetic::F32Guarded, Arithmetic::F64];
+
+pub fn kernels(arithmetic: Arithmetic) -> Kernels {
+    Kernels {
+        arithmetic,
+        lanes: native_width(arithmetic),
+        needs: EVERYTHING,
+    }
+}
+
+/// A checked scene.
+pub struct Asked {
+    pub scene: Scene,
+    pub appearances: Appearances,
+}
+
+impl Asked {
+    pub fn new(fill: impl FnOnce(&mut SceneBuilder)) -> Asked {
+        let mut builder = SceneBuilder::default();
+        fill(&mut builder);
+        let scene = builder.finish().expect("the test's own scene is sound");
+        let appearances = Appearances::of(&scene).expect("and small");
+        Asked { scene, appearances }
+    }
+
+    /// One shape, where it is.
+    pub fn one(make: impl FnOnce(&mut SceneBuilder) -> ShapeId) -> Asked {
+        Asked::new(|scene| {
+            let shape = make(scene);
+            scene.instance("", Edge::shape(shape));
+        })
+    }
+
+    pub fn world(&self) -> World<'_> {
+        World::build(&self.scene, &self.appearances, Structure::Bvh)
+    }
+
+    pub fn judge(&self) -> Reference<'_> {
+        Reference::new(&self.scene, &self.appearances).expect("few appearances")
+    }
+
+    /// The combination that is the first root.
+    pub fn combination(&self) -> CombinationId {
+        let appearance = self.appearances.get(&self.scene, 0);
+        match self.scene.shapes.row(appearance.shape) {
+            Shape::Combination(id) => id,
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+/// Whether the line is inside from the start, and all boundaries.
+pub fn spans(world: &World, id: CombinationId, line: &Line) -> (bool, Vec<Crossing>) {
+    let mut all = Vec::new();
+    let from = (line, f64::NEG_INFINITY);
+    let start = boundaries(world.combined(id), world.scene, from, |crossing| {
+        all.push(crossing);
+        ControlFlow::Continue(())
+    });
+    let outside = |inside: bool, c: &Crossing| {
+        assert_ne!(inside, c.enters, "boundaries alternate: {all:?}");
+        c.enters
+    };
+    all.iter().fold(start, outside);
+    (start, all)
+}
+
+pub fn line(org: [f64; 3], dir: [f32; 3]) -> Line {
+    let dir = dir.map(f64::from);
+    Line { org, dir }
+}
+
+/// What the judge says of each ray.
+pub fn judged(judge: &Reference, rays: &RayColumns) -> Vec<Option<Hit>> {
+    let nearest = |i: usize| {
+        let (org, dir) = rays.ray(i);
+        judge.nearest(org, dir.map(f64::from), f64::INFINITY)
+    };
+    (0..rays.len()).map(nearest).collect()
+}
+
+/// Nearest hits, surfaces and normals, and whether anything is met before several
+/// ends, in both precisions that promise to be right, are the judge's.
+pub fn agree(asked: &Asked, rays: &RayColumns) -> Vec<Option<Hit>> {
+    let (world, judge) = (asked.world(), asked.judge());
+    let truth = judged(&judge, rays);
+    for arithmetic in RIGHT {
+        let kernels = kernels(arithmetic);
+        let answers = rays.closest(&world, &kernels);
+        for (i, (said, (t, id))) in truth.iter().zip(&answers).enumerate() {
+            let ray = rays.ray(i);
+            let own = said.map_or(HitId::NONE, |hit| HitId {
+                instance: hit.instance,
+                primitive: hit.primitive,
+            });
+            let context = || format!("{arithmetic:?} {ray:?}: {id:?} at {t}, not {said:?}");
+            assert_eq!(*id, own, "{}", context());
+            let Some(hit) = said else { continue };
+            let size = ray.0.iter().fold(hit.t.abs(), |m, x| m.max(x.abs()));
+            let near = if arithmetic == Arithmetic::F64 {
+                1e-6
+            } else {
+                1e-2
+            };
+            assert!((t - hit.t).abs() <= near * size, "{}", context());
+            let surface = Surface::at(&world, arithmetic, ray.0, ray.1, *t, *id);
+            let like = surface.ng.dot(DVec3::from_array(hit.normal));
+            assert!(like > 0.9, "{}: {:?}", context(), surface.ng);
+        }
+        for part in [f64::INFINITY, 1.5, 0.75] {
+            let end = |hit: &Option<Hit>| hit.map_or(f32::INFINITY, |hit| (hit.t * part) as f32);
+            let ends: Vec<f32> = truth.iter().map(end).collect();
+            let cache = &mut ShadowCache::new(Caching::On);
+            let blocked = rays.any(&world, &kernels, &ends, cache);
+            for (i, blocked) in blocked.into_iter().enumerate() {
+                let hidden = truth[i].is_some_and(|hit| hit.t < f64::from(ends[i]));
+                assert_eq!(
+                    blocked,
+                    hidden,
+                    "{arithmetic:?} {:?} to {}",
+                    rays.ray(i),
+                    ends[i]
+                );
+            }
+        }
+    }
+    truth
+}

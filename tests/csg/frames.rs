@@ -1,0 +1,101 @@
+//! Spaces that operands are in.
+
+use super::asked::{Asked, RIGHT, agree, kernels, line, spans};
+use super::coincidence::{solids, some, v};
+use super::common::{Random, RayColumns};
+use glam::{DAffine3, DQuat, DVec3};
+use lanecast::geom::Sphere;
+use lanecast::scene::{Operand, Operator, SceneBuilder};
+use lanecast::trace::HitId;
+
+use Operator::{Difference, Xor};
+
+/// Spaces are one only where all of their maps' numbers are, powers of two too.
+#[test]
+fn operands_that_are_moved_or_scaled_by_powers_of_two_are_told_apart() {
+    let ball =
+        |scene: &mut SceneBuilder, center, radius| scene.sphere("", Sphere { center, radius });
+    let places = [
+        (1.0, 0.0),
+        (1.0, 4.0),
+        (1.0, 8.0),
+        (1.0, 16.0),
+        (0.5, 24.0),
+        (2.0, 24.0),
+    ];
+    let placed = Asked::one(|scene| {
+        let unit = ball(scene, DVec3::ZERO, 1.0);
+        let operands = places.map(|(scale, x)| {
+            let map = DAffine3::from_scale_rotation_translation(
+                DVec3::splat(scale),
+                DQuat::IDENTITY,
+                v(x, 0.0, 0.0),
+            );
+            Operand::shape(unit).transform(scene.transform(map.into()))
+        });
+        scene.combination("", Xor, &operands)
+    });
+    let direct = Asked::one(|scene| {
+        let balls = places.map(|(radius, x)| Operand::shape(ball(scene, v(x, 0.0, 0.0), radius)));
+        scene.combination("", Xor, &balls)
+    });
+    let along = line([-5.0, 0.25, 0.0], [1.0, 0.0, 0.0]);
+    let ends = |asked: &Asked| -> Vec<(f64, u32)> {
+        let (_, ends) = spans(&asked.world(), asked.combination(), &along);
+        ends.iter()
+            .map(|c| (c.root.rounded(), c.primitive))
+            .collect()
+    };
+    let (found, expected) = (ends(&placed), ends(&direct));
+    assert_eq!(expected.len(), 12);
+    for (found, expected) in found.iter().zip(&expected) {
+        assert_eq!(found.1, expected.1);
+        assert!(
+            (found.0 - expected.0).abs() < 1e-12,
+            "{found:?} {expected:?}"
+        );
+    }
+    assert_eq!(found.len(), 12);
+}
+
+/// At its silhouette a ray may meet the one of two solids that are the same, and
+/// not the other: what it has there is shorter than either is known.
+#[test]
+fn nothing_is_left_at_the_silhouette_of_a_solid_without_its_turned_self() {
+    let random = &mut Random(77);
+    for (kind, leaf) in solids().into_iter().take(4).enumerate() {
+        let asked = Asked::one(|scene| {
+            let shape = leaf.add(scene, 1.0);
+            // All but the box look the same when they are turned about y; it by 180°.
+            let degrees = if kind == 1 { 180.0 } else { 30.0 };
+            let turn = DQuat::from_rotation_y(f64::to_radians(degrees));
+            let map = scene.transform(DAffine3::from_quat(turn).into());
+            let operands = [Operand::shape(shape), Operand::shape(shape).transform(map)];
+            scene.combination("", Difference, &operands)
+        });
+        // A tangent at a point of the equator, off by a little.
+        let mut rays = RayColumns::default();
+        for i in 0..4_000 {
+            let radius = [1.0, 0.0, 0.75, 0.625][kind];
+            let n = DQuat::from_rotation_y(3.0 * random.unit()) * DVec3::X;
+            let off = random.unit() * 10.0_f64.powi(-(i % 12) - 5);
+            let (point, dir) = match kind {
+                1 => (
+                    v(1.0, 0.5 * random.unit(), 0.75),
+                    v(-1.0, random.unit(), -2.0),
+                ),
+                _ => (n * radius, DVec3::Y.cross(n)),
+            };
+            let dir = DVec3::from_array(dir.to_array().map(|x| f64::from(x as f32)));
+            let org = point * (1.0 + off) - dir * 2.0;
+            rays.push(org, dir.to_array().map(|x| x as f32));
+        }
+        let world = asked.world();
+        for arithmetic in RIGHT {
+            let answers = rays.closest(&world, &kernels(arithmetic));
+            let left = answers.iter().filter(|a| a.1 != HitId::NONE).count();
+            assert_eq!(left, 0, "{leaf:?} {arithmetic:?}");
+        }
+        agree(&asked, &some(&rays, 20));
+    }
+}

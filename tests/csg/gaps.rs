@@ -1,0 +1,162 @@
+//! Gaps and overlaps: of units in the last place, exactly; within a tolerance,
+//! closed.
+
+use super::asked::{Asked, agree, line, spans};
+use super::coincidence::{block_with, v};
+use super::common::{Random, RayColumns};
+use super::truth::{Tree, changes, is_nearest, part_in_box};
+use glam::DVec3;
+use lanecast::geom::{Cuboid, Cylinder};
+use lanecast::scene::{Edge, Operand, Operator};
+
+use Operator::{Difference, Intersection, Union, Xor};
+
+/// x, some units in the last place on.
+fn steps(x: f64, ulps: i32) -> f64 {
+    let next = |x: f64, _| if ulps > 0 { x.next_up() } else { x.next_down() };
+    (0..ulps.abs()).fold(x, next)
+}
+
+/// Gaps and overlaps of a few units in the last place are what they are, in one
+/// space: as rational arithmetic says.
+#[test]
+fn gaps_and_overlaps_of_units_in_the_last_place_are_exact() {
+    let random = &mut Random(31);
+    for position in [2.0_f64.powi(-20), 1.0, 1e3, 1e6] {
+        for ulps in -8..=8 {
+            let (wall, other) = (position, steps(position, ulps));
+            let side = position * 0.75;
+            let boxes = [
+                Cuboid {
+                    min: v(position * 0.5, -side, -side),
+                    max: v(wall, side, side),
+                },
+                Cuboid {
+                    min: v(other, -side, -side * 0.5),
+                    max: v(position * 1.75, side, side),
+                },
+            ];
+            let mut rays = RayColumns::default();
+            let y = |random: &mut Random| position * random.unit() * 0.7;
+            for i in 0..24 {
+                let (org, dir) = match i % 4 {
+                    0 => (v(0.0, y(random), y(random)), DVec3::X),
+                    1 => (v(position * 2.0, y(random), y(random)), -DVec3::X),
+                    // Within the gap, along it.
+                    2 => {
+                        let x = steps(wall, ulps.signum() * (i % 3));
+                        (v(x, -2.0 * position, y(random)), DVec3::Y)
+                    }
+                    _ => {
+                        let org = random.vector() * position * 2.0;
+                        let to = v(wall, y(random), y(random));
+                        (org, (to - org) / position)
+                    }
+                };
+                rays.push(org, dir.to_array().map(|x| x as f32));
+            }
+            for (operator, swapped) in [Union, Intersection, Difference, Xor]
+                .into_iter()
+                .flat_map(|operator| [(operator, false), (operator, true)])
+            {
+                let mut boxes = boxes;
+                if swapped {
+                    boxes.reverse();
+                }
+                let tree = Tree::of(operator, [Tree::Operand(0), Tree::Operand(1)]);
+                let asked = Asked::new(|scene| {
+                    let shapes = boxes.map(|row| scene.cuboid("", row));
+                    let solid = tree.shape(scene, &shapes);
+                    scene.instance("", Edge::shape(solid));
+                });
+                agree(&asked, &rays);
+                let world = asked.world();
+                for i in 0..rays.len() {
+                    let (org, dir) = rays.ray(i);
+                    let line = line(org, dir);
+                    let parts = boxes.map(|row| part_in_box(line.org, line.dir, &row));
+                    let (start, truth) = changes(&tree, &parts);
+                    let (inside, found) = spans(&world, asked.combination(), &line);
+                    let context =
+                        format!("{position} {ulps} {operator:?} {swapped} {line:?}: {found:?}");
+                    assert_eq!((inside, found.len()), (start, truth.len()), "{context}");
+                    for (found, truth) in found.iter().zip(&truth) {
+                        assert!(is_nearest(found.root.rounded(), &truth.t), "{context}");
+                        assert_eq!(found.enters, truth.enters, "{context}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A solid with a tolerance ends where one of its operands ends, never before it:
+/// the drill's side passes near the block's face there, but not in the block.
+#[test]
+fn a_tolerance_adds_nothing_in_front_of_a_solid() {
+    let asked = Asked::new(|scene| {
+        let block = scene.cuboid(
+            "",
+            Cuboid {
+                min: v(1.0, -1.0, -1.0),
+                max: v(2.0, 1.0, 1.0),
+            },
+        );
+        let before = scene.cuboid(
+            "",
+            Cuboid {
+                min: v(-1.0, -2.0, -2.0),
+                max: v(0.875, 2.0, 2.0),
+            },
+        );
+        let (shape, id) = scene.declare_combination("", Difference);
+        scene.set_operands(id, &[block, before].map(Operand::shape));
+        scene.set_tolerance(id, 0.25);
+        scene.instance("", Edge::shape(shape));
+    });
+    let mut rays = RayColumns::default();
+    rays.push(v(-2.0, 0.0, 0.0), [1.0, 0.0, 0.0]);
+    rays.push(v(-2.0, 0.0, 0.0), [1.0, 0.125, 0.0]);
+    rays.push(v(4.0, 0.0, 0.0), [-1.0, 0.0, 0.0]);
+    let truth = agree(&asked, &rays);
+    let t: Vec<Option<f64>> = truth.iter().map(|hit| hit.map(|hit| hit.t)).collect();
+    assert_eq!(t, [Some(3.0), Some(3.0), Some(2.0)]);
+}
+
+/// The drill ends short of the face, or beyond it, by less than the tolerance: no
+/// skin; by more: there is one.
+#[test]
+fn gaps_within_the_tolerance_are_closed() {
+    for (gap, tolerance, skin) in [
+        (1e-3, 0.0, true),
+        (1e-3, 2e-3, false),
+        (-1e-3, 2e-3, false),
+        (1e-2, 2e-3, true),
+    ] {
+        let asked = Asked::new(|scene| {
+            let [block, _] = block_with(0);
+            let block = block.add(scene, 1.0);
+            let drill = scene.cylinder(
+                "",
+                Cylinder {
+                    base: v(0.0, -1.0 + gap, 0.0),
+                    top: v(0.0, 1.0 - gap, 0.0),
+                    radius: 0.5,
+                    open: false,
+                },
+            );
+            let (shape, id) = scene.declare_combination("", Difference);
+            scene.set_operands(id, &[block, drill].map(Operand::shape));
+            scene.set_tolerance(id, tolerance);
+            scene.instance("", Edge::shape(shape));
+        });
+        let mut rays = RayColumns::default();
+        let random = &mut Random(9);
+        for _ in 0..200 {
+            let org = v(random.unit() * 0.3, 4.0, random.unit() * 0.3);
+            rays.push(org, [0.02, -1.0, -0.01]);
+        }
+        let hits = agree(&asked, &rays).iter().flatten().count();
+        assert_eq!(hits, if skin { 200 } else { 0 }, "{gap} {tolerance}");
+    }
+}

@@ -41,6 +41,11 @@ fn the_documents_examples_load_as_they_stand() {
     let loaded = load_text("scene.toml", fenced(&document, "toml")).unwrap();
     assert_eq!(Appearances::of(&loaded.scene).unwrap().count(), 5);
     assert_eq!(loaded.scene.lights.len(), 2);
+    let solids = &document[document.find("## Solids made of solids").unwrap()..];
+    let part = fenced(solids, "toml");
+    let part = format!("format = 1\n[material.brass]\n{part}[[instance]]\nshape = 'part'\n");
+    let loaded = load_text("scene.toml", &part).unwrap();
+    assert_eq!(loaded.scene.combinations.len(), 1);
     let loaded = load_text("scene.json", fenced(&document, "json")).unwrap();
     assert_eq!(Appearances::of(&loaded.scene).unwrap().count(), 1);
 }

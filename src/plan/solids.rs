@@ -10,7 +10,7 @@ use crate::scene::{
     shape_bounds,
 };
 use glam::DVec3;
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 /// Lines about a combination that appears, at most one of each kind.
 pub fn remarks(tables: &Tables, shape: ShapeId, solid: &CsgSolid) -> Vec<String> {
@@ -95,7 +95,7 @@ fn idle(tables: &Tables, shape: ShapeId, solid: &CsgSolid) -> Option<String> {
 /// where their bounds meet.
 fn coplanar(tables: &Tables, solid: &CsgSolid) -> Option<String> {
     // By frame, axis and the plane's number.
-    let mut planes: HashMap<(u32, usize, u64), Vec<u32>> = HashMap::new();
+    let mut planes: BTreeMap<(u32, usize, u64), Vec<u32>> = BTreeMap::new();
     for (number, operand) in (0..).zip(&solid.operands) {
         for (axis, at) in faces(tables, operand.shape) {
             // Zero has two signs.
@@ -130,7 +130,6 @@ fn coplanar(tables: &Tables, solid: &CsgSolid) -> Option<String> {
             }
             count += 1;
             let pair = (a.min(b), a.max(b), *axis, f64::from_bits(*at));
-            // The first by number, whatever the order of a hash map.
             if found.is_none_or(|best| (pair.0, pair.1, pair.2) < (best.0, best.1, best.2)) {
                 found = Some(pair);
             }
@@ -139,14 +138,14 @@ fn coplanar(tables: &Tables, solid: &CsgSolid) -> Option<String> {
     let (a, b, axis, at) = found?;
     let [a, b] = [a, b].map(|n| label(tables, solid.operands[n as usize].id));
     let axis = ["x", "y", "z"][axis];
-    let more = match count {
-        1 => String::new(),
-        _ => format!(", and {} pairs more", count - 1),
-    };
-    Some(format!(
-        "{a} and {b} have faces in one plane, {axis} = {at} in their own space{more}; they count \
-         as one boundary"
-    ))
+    let plane = format!("{axis} = {at} in their own space");
+    Some(match count {
+        1 => format!("{a} and {b} have faces in one plane, {plane}; they count as one boundary"),
+        _ => format!(
+            "{count} pairs of operands have faces in one plane, such as {a} and {b} ({plane}); \
+             each counts as one boundary"
+        ),
+    })
 }
 
 /// Planes across an axis that bound a primitive: the axis and the coordinate.

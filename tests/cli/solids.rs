@@ -219,15 +219,15 @@ fn plan_says_what_is_odd_about_combinations() {
         ),
         (
             "part.difference = ['block', 'bore']\nbore.cylinder = { base = [0, 0, 0], top = [0, 2, 0], radius = 0.5 }",
-            "'part': 'block' and 'bore' have faces in one plane, y = 0 in their own space, and 1 pairs more",
+            "'part': 2 pairs of operands have faces in one plane, such as 'block' and 'bore' (y = 0 in",
         ),
         (
             "part.union = ['block', 'table']\ntable.half_space = { normal = [0, -2, 0], offset = 0 }",
-            "'block' and 'table' have faces in one plane, y = 0 in",
+            "'block' and 'table' have faces in one plane, y = 0 in their",
         ),
         (
             "part.union = ['block', 'cap']\ncap.cone = { base = [0, 2, 0], top = [0, 3, 0], base_radius = 1, top_radius = 0 }",
-            "'block' and 'cap' have faces in one plane, y = 2 in",
+            "'block' and 'cap' have faces in one plane, y = 2 in their",
         ),
     ] {
         let report = plan(&format!(

@@ -27,7 +27,7 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub enum PovError {
     #[error(
-        "the xor '{name}' becomes {parts} parts, since POV-Ray has no xor; at most {limit} are \
+        "the xor {name} becomes {parts} parts, since POV-Ray has no xor; at most {limit} are \
          written: use fewer operands, or xors of unions"
     )]
     TooManyParts {

@@ -2,6 +2,8 @@
 
 #[path = "cli/bench/mod.rs"]
 mod bench;
+#[path = "cli/solids.rs"]
+mod solids;
 
 use std::fs;
 use std::path::Path;
@@ -207,6 +209,16 @@ fn wrong_arguments() {
             vec!["verify", "x.toml", "--offset", "-1,2"],
             "three finite numbers",
         ),
+        (vec!["probe", "x.toml", "--org", "0,0,0"], "--dir <X,Y,Z>"),
+        (
+            vec!["probe", "x.toml", "--org", "0,0", "--dir", "-1,0,0"],
+            "three finite numbers",
+        ),
+        (
+            vec!["probe", "x.toml", "--org", "0,0,0", "--dir", "0,-0,0"],
+            "points nowhere",
+        ),
+        (vec!["export", "x.toml"], "--pov <FILE>"),
         (vec!["bench"], "required"),
         (vec!["bench", "--mesh", "a.msh"], "required"),
         (
@@ -254,7 +266,7 @@ fn options_that_a_command_does_not_use() {
 
 #[test]
 fn commands_that_do_not_exist_yet() {
-    for command in ["tradeoff", "roots", "probe", "measure", "export"] {
+    for command in ["tradeoff", "roots", "measure"] {
         let says = format!("the command '{command}' does not exist yet");
         fails(&[command], 2, &says);
         fails(&[command, "x.toml", "--pov", "--help"], 2, &says);
@@ -267,6 +279,8 @@ fn missing_inputs() {
         ["render", "none.toml"].as_slice(),
         &["verify", "none.toml"],
         &["plan", "none.toml"],
+        &["probe", "none.toml", "--org", "0,0,0", "--dir", "0,0,1"],
+        &["export", "none.toml", "--pov", "x.pov"],
         &["bench", "none.toml"],
         &["render", "none.tiff"],
     ] {

@@ -2,7 +2,10 @@
 
 use glam::DVec3;
 use lanecast::io::{LoadError, LoadOptions, Loaded, json_schema, load};
-use lanecast::scene::{Appearances, Falloff, Light, Material, Model, Projection, Scene};
+use lanecast::scene::{
+    Appearances, CombinationId, Falloff, Light, Material, Model, Operator, Projection, Scene,
+};
+use lanecast::trace::spans;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -38,6 +41,11 @@ fn the_documents_examples_load_as_they_stand() {
     let loaded = load_text("scene.toml", fenced(&document, "toml")).unwrap();
     assert_eq!(Appearances::of(&loaded.scene).unwrap().count(), 5);
     assert_eq!(loaded.scene.lights.len(), 2);
+    let solids = &document[document.find("## Solids made of solids").unwrap()..];
+    let part = fenced(solids, "toml");
+    let part = format!("format = 1\n[material.brass]\n{part}[[instance]]\nshape = 'part'\n");
+    let loaded = load_text("scene.toml", &part).unwrap();
+    assert_eq!(loaded.scene.combinations.len(), 1);
     let loaded = load_text("scene.json", fenced(&document, "json")).unwrap();
     assert_eq!(Appearances::of(&loaded.scene).unwrap().count(), 1);
 }
@@ -259,6 +267,90 @@ fn a_mesh_file_is_read_from_the_scenes_folder() {
     let scene = load(&path, &LoadOptions::default()).unwrap().scene;
     assert_eq!((scene.meshes.len(), scene.meshes.triangles.len()), (2, 8));
     assert_eq!(scene.meshes.open, [false, true]);
+}
+
+#[test]
+fn combinations_arrive_with_operands_that_are_defined_later() {
+    let scene = scene(
+        r#"
+        [material.red]
+        [material.blue]
+        [shape]
+        all.union = ["part", { shape = "ball", material = "blue", transform = [{ scale = 2 }, { translate = [1, 0, 0] }] }]
+        all.material = "red"
+        all.tolerance = 0.5
+        part.difference = ["ball", "rest"]
+        rest.complement = "ball"
+        both.intersection = ["ball", "part", "ball"]
+        odd.xor = [{ shape = "both" }]
+        ball.sphere = { center = [0, 0, 0], radius = 1 }
+        [[instance]]
+        shape = "all"
+        "#,
+    );
+    let table = &scene.combinations;
+    assert_eq!(
+        table.operator,
+        [
+            Operator::Union,
+            Operator::Difference,
+            Operator::Complement,
+            Operator::Intersection,
+            Operator::Xor
+        ]
+    );
+    let ids = |row: u32| -> Vec<u32> {
+        let operands = table.operands(CombinationId(row)).iter();
+        operands.map(|operand| operand.shape.0).collect()
+    };
+    let (all, part, rest, both, ball) = (ids(0), ids(1), ids(2), ids(3), 5);
+    assert_eq!(
+        (all, part, rest),
+        (vec![1, ball], vec![ball, 2], vec![ball])
+    );
+    assert_eq!((both, ids(4)), (vec![ball, 1, ball], vec![3]));
+    assert_eq!(table.tolerance, [0.5, 0.0, 0.0, 0.0, 0.0]);
+    let materials: Vec<_> = table.material.iter().map(|m| m.map(|m| m.0)).collect();
+    assert_eq!(materials, [Some(0), None, None, None, None]);
+    let placed = table.operands(CombinationId(0))[1];
+    assert_eq!(placed.material.map(|m| m.0), Some(1));
+    let map = scene.transforms.local[placed.transform.index()];
+    assert_eq!(map.point([1.0, 1.0, 1.0]), [3.0, 2.0, 2.0]);
+}
+
+/// A ball far from the others at every second level; every other takes nothing away.
+#[test]
+fn a_chain_of_100_000_operators_loads_and_is_traced() {
+    const DEPTH: usize = 100_000;
+    let mut text = String::from("[shape]\n");
+    for i in 0..DEPTH {
+        let operator = if i % 2 == 0 { "union" } else { "difference" };
+        let below = match i + 1 {
+            DEPTH => "ball".into(),
+            next => format!("c{next}"),
+        };
+        writeln!(
+            text,
+            "c{i}.{operator} = ['{below}', {{ shape = 'ball', transform = [{{ translate = [{}, 0, 0] }}] }}]",
+            3 * (i + 1)
+        )
+        .unwrap();
+    }
+    text += "ball.sphere = { center = [0, 0, 0], radius = 1 }\n[[instance]]\nshape = 'c0'\n";
+    let start = Instant::now();
+    let scene = scene(&text);
+    assert_eq!(scene.combinations.len(), DEPTH);
+    let appearances = Appearances::of(&scene).unwrap();
+    for (row, hit) in [(0, true), (1, false), (49_998, true), (DEPTH - 1, false)] {
+        let org = DVec3::new(3.0 * (row + 1) as f64, 0.0, 5.0);
+        let found = spans(&scene, &appearances, org, DVec3::NEG_Z).unwrap().rows;
+        let ends: Vec<_> = found.iter().map(|s| (s.t_enter(), s.t_exit())).collect();
+        let expected: &[(f64, f64)] = if hit { &[(4.0, 6.0)] } else { &[] };
+        assert_eq!(ends, expected, "level {row}");
+    }
+    println!("{:.1} s", start.elapsed().as_secs_f64());
+    // Far from what anything quadratic would take.
+    assert!(start.elapsed().as_secs() < 60);
 }
 
 /// Ordinary files may be this deep: time and stack must not mind.

@@ -304,17 +304,7 @@ fn names_and_choices() {
 
 #[test]
 fn reserved_words_are_named_not_unknown() {
-    for kind in [
-        "torus",
-        "quadric",
-        "implicit",
-        "union",
-        "intersection",
-        "difference",
-        "xor",
-        "complement",
-        "clip",
-    ] {
+    for kind in ["torus", "quadric", "implicit", "clip"] {
         let text = format!("format = 1\n[shape.x]\n{kind} = ['a', {{ b = 1 }}]\n");
         let expected = format!("the shape kind '{kind}' at 3:");
         check(
@@ -323,6 +313,127 @@ fn reserved_words_are_named_not_unknown() {
             &[&expected, "is not supported"],
         );
     }
+}
+
+#[test]
+fn combinations() {
+    let solid = |text: &str| {
+        format!(
+            "format = 1\nshape.x.{text}\n[shape.ball]\n\
+             sphere = {{ center = [0, 0, 0], radius = 1 }}\n[shape.sheet]\n\
+             polygon.points = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]\n[shape.pipe]\n\
+             cylinder = {{ base = [0, 0, 0], top = [0, 1, 0], radius = 1 }}\nopen = true\n\
+             [material.gold]\n[[instance]]\nshape = 'x'\n"
+        )
+    };
+    all(&[
+        (
+            solid("union = ['ball', 'bal']"),
+            &["scene.toml:2:26: there is no shape 'bal'; did you mean 'ball'?"],
+        ),
+        (
+            solid("union = ['ball', { shape = 'pype' }]"),
+            &["scene.toml:2:36: there is no shape 'pype'; did you mean 'pipe'?"],
+        ),
+        (
+            solid("union = [{ shape = 'ball', material = 'gould' }]"),
+            &["scene.toml:2:47: there is no material 'gould'; did you mean 'gold'?"],
+        ),
+        (
+            solid("union = ['ball']\nshape.x.material = 'gould'"),
+            &["scene.toml:3:20: there is no material 'gould'; did you mean 'gold'?"],
+        ),
+        (
+            solid("union = [{ shape = 'ball', transfrom = [] }]"),
+            &["scene.toml:2:36: unknown key 'transfrom'; did you mean 'transform'?"],
+        ),
+        (
+            solid("union = [{ material = 'gold' }]"),
+            &["scene.toml:2:18: the key 'shape' is missing"],
+        ),
+        (
+            solid("union = 'ball'"),
+            &["scene.toml:2:17: expected a list, found text"],
+        ),
+        (
+            solid("union = [3]"),
+            &["scene.toml:2:18:", "one operand, the name of a shape"],
+        ),
+        (
+            solid("union = [['ball', 'ball']]"),
+            &["scene.toml:2:18: expected one operand, found a list of 2; make them one solid"],
+        ),
+        (
+            solid("complement = ['ball', 'ball']"),
+            &["scene.toml:2:22: expected one operand, found a list of 2; make them one solid"],
+        ),
+        (
+            solid("xor = []"),
+            &["scene.toml:2:7: combination 'x' is empty: it has no operands"],
+        ),
+        (
+            solid("union = ['ball']\nshape.x.xor = ['ball']"),
+            &["scene.toml:2:7: shape 'x' has union and xor at once"],
+        ),
+        (
+            solid("union = ['ball']\nshape.x.open = true"),
+            &["scene.toml:3:16: a union cannot be open"],
+        ),
+        (
+            solid("union = ['ball']\nshape.x.tolerance = -1e-3"),
+            &[
+                "scene.toml:2:7: combination 'x' has tolerance = -0.001",
+                "0 or greater",
+            ],
+        ),
+        (
+            solid("sphere = { center = [0, 0, 0], radius = 1 }\nshape.x.tolerance = 1"),
+            &["scene.toml:3:21: a sphere cannot have a tolerance; only a union"],
+        ),
+        (
+            solid("sphere = { center = [0, 0, 0], radius = 1 }\nshape.x.material = 'gold'"),
+            &["scene.toml:3:20: a sphere cannot have a material of its own; only a union"],
+        ),
+        (
+            solid("difference = ['ball', 'sheet']"),
+            &[
+                "scene.toml:2:7: combination 'x' has polygon 'sheet' as an operand",
+                "use a solid",
+            ],
+        ),
+        (
+            solid("difference = ['ball', 'pipe']"),
+            &[
+                "scene.toml:2:7: combination 'x' has cylinder 'pipe' as an operand",
+                "leave out 'open'",
+            ],
+        ),
+        (
+            solid("difference = ['ball', 'x']"),
+            &["shapes form a cycle: combination 'x' → combination 'x'"],
+        ),
+        (
+            solid("xor = ['y']\nshape.y.union = ['z']\nshape.z.complement = 'x'"),
+            &["→ combination 'y' → combination 'z'", "made of itself"],
+        ),
+        (
+            solid("union = [{ shape = 'ball', transform = [{ scale = 0 }] }]"),
+            &["scene.toml:2:7: an operand of combination 'x'", "singular"],
+        ),
+    ]);
+    let folder = tempfile::tempdir().unwrap();
+    let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    std::fs::write(folder.path().join("tetra.obj"), obj).unwrap();
+    let path = folder.path().join("scene.toml");
+    let text = "format = 1\n[shape.tetra]\nmesh = 'tetra.obj'\n[shape.x]\nunion = ['tetra']\n\
+                [[instance]]\nshape = 'x'\n";
+    std::fs::write(&path, text).unwrap();
+    let said = refusal(&path, text);
+    assert!(
+        said.contains("scene.toml:4:8: combination 'x' has mesh 'tetra' as an operand"),
+        "{said}"
+    );
+    assert!(said.contains("meshes cannot be operands yet"), "{said}");
 }
 
 /// What only the scene's check finds still has its line.

@@ -19,6 +19,7 @@ mod interrupt;
 mod output;
 mod pipeline;
 mod plan;
+mod probe;
 mod progress;
 mod render;
 mod scene;
@@ -27,7 +28,7 @@ mod verify;
 #[cfg(unix)]
 pub use cpu::check_before_main;
 
-use args::{BenchArgs, ExtremesArgs, PlanArgs, RenderArgs, VerifyArgs};
+use args::{BenchArgs, ExportArgs, ExtremesArgs, PlanArgs, ProbeArgs, RenderArgs, VerifyArgs};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use error::CliError;
 use std::ffi::OsString;
@@ -60,16 +61,16 @@ enum Command {
     Plan(PlanArgs),
     /// Sweep scenes to the extremes, and see where each precision begins to err
     Extremes(ExtremesArgs),
+    /// List every span of one ray through the solids of a scene
+    Probe(ProbeArgs),
+    /// Write a scene for other programs
+    Export(ExportArgs),
     /// (not yet) Time against error over all modes
     Tradeoff(NotYet),
     /// (not yet) Isolate the real roots of a polynomial
     Roots(NotYet),
-    /// (not yet) Every span of one ray
-    Probe(NotYet),
     /// (not yet) Volume, area, centroid of the solids
     Measure(NotYet),
-    /// (not yet) The scene for other programs
-    Export(NotYet),
 }
 
 /// Takes any arguments, so that the answer is about the command.
@@ -105,11 +106,11 @@ fn run() -> ExitCode {
         Command::Bench(args) => bench::run(args),
         Command::Plan(args) => plan::run(args),
         Command::Extremes(args) => extremes::run(args),
+        Command::Probe(args) => probe::run(args),
+        Command::Export(args) => export::run(args),
         Command::Tradeoff(_) => Err(not_yet("tradeoff")),
         Command::Roots(_) => Err(not_yet("roots")),
-        Command::Probe(_) => Err(not_yet("probe")),
         Command::Measure(_) => Err(not_yet("measure")),
-        Command::Export(_) => Err(not_yet("export")),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -6,7 +6,8 @@ use super::output::{Results, check_destinations};
 use super::pipeline::{Prepared, prepare};
 use crate::accel::World;
 use crate::measure::{Stats, Watch};
-use crate::scene::Tables;
+use crate::plan::remarks;
+use crate::scene::{Shape, ShapeId, Tables};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -20,6 +21,10 @@ struct Report {
     triangles: usize,
     lights: usize,
     materials: usize,
+    /// Those that appear.
+    combinations: Vec<Combination>,
+    /// What is odd about them.
+    remarks: Vec<String>,
     choices: Vec<Choice>,
     /// Bytes.
     tables: BTreeMap<&'static str, usize>,
@@ -27,6 +32,17 @@ struct Report {
     trees: BTreeMap<&'static str, usize>,
     /// Expected cost of a random ray through the top structure, in primitive tests.
     top_tree_sah: f64,
+}
+
+/// A solid made of solids, unfolded.
+#[derive(Debug, Serialize)]
+struct Combination {
+    name: String,
+    operands: usize,
+    gates: usize,
+    /// Spaces that operands are in.
+    frames: usize,
+    bytes: usize,
 }
 
 #[derive(Debug, Serialize)]
@@ -62,9 +78,21 @@ fn report(prepared: &Prepared, world: &World) -> Report {
     let scene: &Tables = &prepared.scene;
     let mut shapes = BTreeMap::new();
     let counts = prepared.appearances.of_shapes(scene);
-    for (shape, count) in scene.shapes.rows.iter().zip(counts) {
+    let (mut combinations, mut notes) = (Vec::new(), Vec::new());
+    for ((row, shape), count) in (0..).zip(&scene.shapes.rows).zip(counts) {
         if count > 0 {
             *shapes.entry(shape.kind_name()).or_default() += count;
+        }
+        if let (Shape::Combination(id), 1..) = (shape, count) {
+            let solid = world.combined(*id);
+            notes.extend(remarks(scene, ShapeId(row), solid));
+            combinations.push(Combination {
+                name: scene.shapes.names.label(row),
+                operands: solid.operands.len(),
+                gates: solid.program.gates(),
+                frames: solid.frames.len(),
+                bytes: solid.bytes(),
+            });
         }
     }
     let reasons = prepared.plan.reasons.iter();
@@ -74,6 +102,8 @@ fn report(prepared: &Prepared, world: &World) -> Report {
         triangles: scene.meshes.triangles.len(),
         lights: scene.lights.len(),
         materials: scene.materials.len(),
+        combinations,
+        remarks: notes,
         choices: reasons
             .map(|(what, choice, why)| Choice {
                 what,
@@ -84,6 +114,15 @@ fn report(prepared: &Prepared, world: &World) -> Report {
         tables: scene.bytes().into_iter().collect(),
         trees: world.bytes().into_iter().collect(),
         top_tree_sah: world.forest.top_figures().sah,
+    }
+}
+
+/// Of long lists.
+const SHOWN: usize = 8;
+
+fn more(text: &mut String, count: usize) {
+    if count > SHOWN {
+        let _ = writeln!(text, "  and {} more", count - SHOWN);
     }
 }
 
@@ -98,6 +137,21 @@ fn for_people(report: &Report) -> String {
     for (kind, count) in &report.shapes {
         let _ = writeln!(text, "  {count:>10} × {kind}");
     }
+    if !report.combinations.is_empty() {
+        let _ = writeln!(text, "\ncombinations");
+    }
+    for row in report.combinations.iter().take(SHOWN) {
+        let _ = writeln!(
+            text,
+            "  {:<16} {} operands, {} gates, {} frames, {} bytes",
+            row.name, row.operands, row.gates, row.frames, row.bytes
+        );
+    }
+    more(&mut text, report.combinations.len());
+    for line in report.remarks.iter().take(SHOWN) {
+        let _ = writeln!(text, "  note: {line}");
+    }
+    more(&mut text, report.remarks.len());
     let _ = writeln!(text, "\nchoices");
     let lengths = report.choices.iter().map(|choice| choice.choice.len());
     let width = lengths.max().unwrap_or(0);

@@ -22,6 +22,7 @@ mod picture;
 mod place;
 mod ply;
 mod png;
+mod pov;
 mod rays;
 mod srgb;
 mod stl;
@@ -34,6 +35,7 @@ pub use flatten::import_mesh;
 pub use folder::Folder;
 pub use native::json_schema;
 pub use picture::{AovSet, Picture, PictureFile, picture_files};
+pub use pov::{PovError, text as pov_text};
 pub use rays::{RaySet, TriangleSet};
 pub use srgb::SrgbEncoder;
 

@@ -6,8 +6,10 @@
 //! `lanecast plan` prints. It builds nothing and allocates next to nothing.
 
 mod choices;
+mod solids;
 
 pub use choices::{Choices, LaneCount, Precision};
+pub use solids::remarks;
 
 use crate::scene::{Appearances, Scene, SceneError, Shape};
 use thiserror::Error;

@@ -312,6 +312,19 @@ pub(crate) fn operands_first(tables: &Tables) -> Result<Vec<u32>, Vec<u32>> {
     Ok(order)
 }
 
+/// The box around an operand, in the space of the combination that it is one of.
+pub(crate) fn operand_bounds(tables: &Tables, operand: &Operand) -> Option<Aabb> {
+    through(tables, operand, shape_bounds(tables, operand.shape))
+}
+
+fn through(tables: &Tables, operand: &Operand, own: Option<Aabb>) -> Option<Aabb> {
+    let local = &tables.transforms.local[operand.transform.index()];
+    match own {
+        Some(own) if !local.is_identity() => Some(placed(&own, local)),
+        own => own,
+    }
+}
+
 /// Boxes of all combinations; `None` of those without bounds. `order`: operands
 /// first.
 pub(super) fn combination_bounds(tables: &Tables, order: &[u32]) -> Vec<Option<Aabb>> {
@@ -324,11 +337,7 @@ pub(super) fn combination_bounds(tables: &Tables, order: &[u32]) -> Vec<Option<A
                 Shape::Combination(below) => bounds[below.index()],
                 _ => shape_bounds(tables, operand.shape),
             };
-            let local = &tables.transforms.local[operand.transform.index()];
-            match own {
-                Some(own) if !local.is_identity() => Some(placed(&own, local)),
-                own => own,
-            }
+            through(tables, operand, own)
         };
         let mut all = table.operands(id).iter().map(of);
         bounds[*row as usize] = match table.operator[id.index()] {

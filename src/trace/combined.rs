@@ -174,7 +174,7 @@ pub fn in_frame(frame: &Frame, number: u32, line: &Line) -> Line {
 }
 
 /// Certain, but not complete: the box is met with room for all roundings.
-fn passes_by(bounds: &Aabb, line: &Line) -> bool {
+pub(super) fn passes_by(bounds: &Aabb, line: &Line) -> bool {
     let (org, dir) = (DVec3::from_array(line.org), DVec3::from_array(line.dir));
     let size = bounds.max_abs().max(org.abs().max_element());
     let slack = DVec3::splat(size * (32.0 * f64::EPSILON));

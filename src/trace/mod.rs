@@ -15,6 +15,7 @@ mod rays;
 mod record;
 mod shadow_cache;
 mod solids;
+mod spans;
 mod stream;
 mod tile;
 
@@ -30,4 +31,5 @@ pub use query::{AnyHit, Closest, HitId, Query};
 pub use rays::{MAX_LANES, Origins, Rays};
 pub use record::{Outcome, RayKind, TracedRay};
 pub use shadow_cache::{CacheCounts, Caching, ShadowCache};
+pub use spans::{End, Span, Spans, spans};
 pub use tile::TILE;

@@ -189,6 +189,39 @@ pub struct ExtremesArgs {
     pub json: Option<Sink>,
 }
 
+#[derive(Args)]
+pub struct ProbeArgs {
+    /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl
+    pub scene: PathBuf,
+    /// Where the ray starts
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = parse_offset)]
+    pub org: DVec3,
+    /// Where it points, of any length but 0; t counts such lengths
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = parse_offset)]
+    pub dir: DVec3,
+    /// Files that the scene names may lie outside its folder
+    #[arg(long)]
+    pub allow_outside: bool,
+    /// Machine-readable results; - is standard output
+    #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
+    pub json: Option<Sink>,
+}
+
+#[derive(Args)]
+pub struct ExportArgs {
+    /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl
+    pub scene: PathBuf,
+    /// As a scene description for POV-Ray 3.7
+    #[arg(long, value_name = "FILE")]
+    pub pov: PathBuf,
+    /// A camera's name, or its number from 0 [default: the first]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub camera: Option<String>,
+    /// Files that the scene names may lie outside its folder
+    #[arg(long)]
+    pub allow_outside: bool,
+}
+
 /// Of the commands that build one structure.
 #[derive(Args)]
 pub struct BuildArgs {
@@ -250,6 +283,22 @@ pub struct CommonArgs {
     /// A camera's name, or its number from 0 [default: the first]
     #[arg(long, value_name = "NAME|INDEX")]
     pub camera: Option<String>,
+}
+
+impl ProbeArgs {
+    pub fn load_options(&self) -> LoadOptions {
+        LoadOptions {
+            allow_outside: self.allow_outside,
+        }
+    }
+}
+
+impl ExportArgs {
+    pub fn load_options(&self) -> LoadOptions {
+        LoadOptions {
+            allow_outside: self.allow_outside,
+        }
+    }
 }
 
 pub const RENDER_SIZE: Size = Size {

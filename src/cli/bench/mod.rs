@@ -5,6 +5,7 @@
 //! generated meshes of rising size (`growth.rs`); `--frames` measures what one
 //! frame of a moving scene gains by another (`frames.rs`).
 
+mod export;
 mod frames;
 mod growth;
 mod report;
@@ -12,9 +13,9 @@ mod work;
 
 use super::args::{BenchArgs, RENDER_SIZE};
 use super::error::CliError;
+use super::interrupt;
 use super::output::{Results, check_destinations, complain};
 use super::pipeline::{complete, isa, prepare};
-use super::{export, interrupt};
 use crate::io::{LoadError, RaySet, TriangleSet};
 use crate::measure::bench::comparisons;
 use crate::measure::kinds::Kind;

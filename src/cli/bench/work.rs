@@ -1,10 +1,11 @@
 //! What is measured of one scene: structures, modes, ray sets, a peer.
 
+use super::export;
 use crate::accel::{BuildQuality, Forests, World};
 use crate::cli::args::BenchArgs;
 use crate::cli::error::CliError;
+use crate::cli::interrupt;
 use crate::cli::pipeline::{Prepared, isa, structure};
-use crate::cli::{export, interrupt};
 use crate::measure::Stats;
 use crate::measure::bench::{self, BenchError, Contender, Peer, Row, Setting, Tracer};
 use crate::measure::clock::Clock;

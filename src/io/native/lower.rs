@@ -7,7 +7,7 @@
 use super::places::At;
 use super::schema::{self, Named, Triple};
 use super::tree::{Source, nearest, quoted};
-use super::{lower_shape, rotate};
+use super::{lower_combination, lower_shape, rotate};
 use crate::io::{Dropped, LoadError, LoadOptions};
 use crate::math::Affine;
 use crate::scene::{
@@ -73,8 +73,17 @@ pub(super) fn lower(
         materials.insert(name.value, id);
     }
     let mut shapes: HashMap<String, ShapeId> = HashMap::with_capacity(file.shape.0.len());
+    let mut combinations = Vec::new();
     for (name, row) in file.shape.0 {
-        let id = lower_shape::shape(source, &name, row, options, scene, dropped)?;
+        let id = lower_shape::shape(
+            source,
+            &name,
+            row,
+            options,
+            scene,
+            dropped,
+            &mut combinations,
+        )?;
         at.shapes.push(name.at);
         debug_assert_eq!(id.index() + 1, at.shapes.len());
         shapes.insert(name.value, id);
@@ -87,6 +96,7 @@ pub(super) fn lower(
         shapes,
         nodes,
     };
+    lower_combination::join(&names, &combinations, scene)?;
     let mut edges = Vec::new();
     for (name, node) in &file.node.0 {
         edges.clear();
@@ -113,29 +123,39 @@ fn declare(nodes: &Named<schema::Node>, scene: &mut SceneBuilder) -> HashMap<Str
 }
 
 /// What a name may stand for.
-struct Names<'s> {
-    source: &'s Source<'s>,
-    materials: HashMap<String, MaterialId>,
-    shapes: HashMap<String, ShapeId>,
+pub(super) struct Names<'s> {
+    pub source: &'s Source<'s>,
+    pub materials: HashMap<String, MaterialId>,
+    pub shapes: HashMap<String, ShapeId>,
     nodes: HashMap<String, NodeId>,
 }
 
-fn find<I: Copy>(
+pub(super) fn find<I: Copy>(
     source: &Source,
     kind: &str,
     table: &HashMap<String, I>,
     name: &At<String>,
 ) -> Result<I> {
-    table.get(&name.value).copied().ok_or_else(|| {
-        let shown = quoted(&name.value);
+    find_at(source, kind, table, &name.value, name.at)
+}
+
+pub(super) fn find_at<I: Copy>(
+    source: &Source,
+    kind: &str,
+    table: &HashMap<String, I>,
+    name: &str,
+    at: usize,
+) -> Result<I> {
+    table.get(name).copied().ok_or_else(|| {
+        let shown = quoted(name);
         // Sorted, because the order of a hash map is another one each run.
         let mut known: Vec<&str> = table.keys().map(|k| &**k).collect();
         known.sort_unstable();
-        let message = match nearest(&name.value, known.into_iter()) {
+        let message = match nearest(name, known.into_iter()) {
             Some(like) => format!("there is no {kind} {shown}; did you mean {}?", quoted(like)),
             None => format!("there is no {kind} {shown}; define it as [{kind}.NAME]"),
         };
-        source.error(name.at, message)
+        source.error(at, message)
     })
 }
 
@@ -207,7 +227,7 @@ fn keys(source: &Source, motion: &At<Vec<At<schema::Key>>>) -> Result<Vec<Key>> 
 }
 
 /// The product of the steps, the first applied first.
-fn transform(source: &Source, steps: &[At<schema::Step>]) -> Result<Affine> {
+pub(super) fn transform(source: &Source, steps: &[At<schema::Step>]) -> Result<Affine> {
     steps.iter().try_fold(Affine::IDENTITY, |before, row| {
         Ok(step(source, row)?.then_after(&before))
     })

@@ -1,6 +1,7 @@
 //! One shape of the file to one row of its table.
 
 use super::lower::{exactly_one, unsupported};
+use super::lower_combination::{Declared, declare, refuse_extras};
 use super::places::At;
 use super::schema;
 use super::tree::{Source, quoted};
@@ -16,6 +17,7 @@ pub(super) fn shape(
     options: &LoadOptions,
     scene: &mut SceneBuilder,
     dropped: &mut Dropped,
+    combinations: &mut Vec<Declared>,
 ) -> Result<ShapeId, LoadError> {
     later(source, &row)?;
     let what = format!("shape {}", quoted(&name.value));
@@ -29,6 +31,11 @@ pub(super) fn shape(
         ("polyhedron", row.polyhedron.is_some()),
         ("polygon", row.polygon.is_some()),
         ("mesh", row.mesh.is_some()),
+        ("union", row.union.is_some()),
+        ("intersection", row.intersection.is_some()),
+        ("difference", row.difference.is_some()),
+        ("xor", row.xor.is_some()),
+        ("complement", row.complement.is_some()),
     ];
     let kind = exactly_one(source, name.at, &what, &given)?;
     if let Some(open) = &row.open
@@ -39,6 +46,16 @@ pub(super) fn shape(
     }
     let open = row.open.is_some_and(|o| o.value);
     let name = &*name.value;
+    if matches!(
+        kind,
+        "union" | "intersection" | "difference" | "xor" | "complement"
+    ) {
+        let declared = declare(name, row, scene);
+        let shape = declared.shape;
+        combinations.push(declared);
+        return Ok(shape);
+    }
+    refuse_extras(source, kind, &row)?;
     let v = DVec3::from_array;
 
     if let Some(s) = row.sphere {
@@ -95,11 +112,6 @@ fn later(source: &Source, row: &schema::Shape) -> Result<(), LoadError> {
         ("torus", &row.torus),
         ("quadric", &row.quadric),
         ("implicit", &row.implicit),
-        ("union", &row.union),
-        ("intersection", &row.intersection),
-        ("difference", &row.difference),
-        ("xor", &row.xor),
-        ("complement", &row.complement),
         ("clip", &row.clip),
     ];
     match kinds

@@ -8,6 +8,7 @@
 //! tests/native_bad.rs holds what is refused.
 
 mod lower;
+mod lower_combination;
 mod lower_shape;
 mod places;
 mod read_json;

@@ -9,6 +9,7 @@
 
 use super::places::At;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, de};
 use std::borrow::Cow;
@@ -138,9 +139,25 @@ pub struct Shape {
     pub polygon: Option<Polygon>,
     /// A mesh file (.obj, .ply, .stl, .gltf, .glb), relative to this file.
     pub mesh: Option<At<String>>,
+    /// Solids made of solids: of all points that are in any operand.
+    pub union: Option<Vec<At<Operand>>>,
+    /// Of all points that are in every operand.
+    pub intersection: Option<Vec<At<Operand>>>,
+    /// Of the first operand without all others.
+    pub difference: Option<Vec<At<Operand>>>,
+    /// Of all points that are in an odd number of operands.
+    pub xor: Option<Vec<At<Operand>>>,
+    /// Of all points that are not in the one operand.
+    pub complement: Option<At<Operand>>,
     /// A surface without inside: a cylinder or cone without caps, a mesh that
     /// does not enclose anything. False if absent.
     pub open: Option<At<bool>>,
+    /// Of a solid made of solids: the name of a material for all its surfaces,
+    /// whatever the operands say.
+    pub material: Option<At<String>>,
+    /// Of a solid made of solids: boundaries of different operands that are no
+    /// farther from each other than this are one, 0 or greater; 0 if absent.
+    pub tolerance: Option<At<f64>>,
 
     #[schemars(skip)]
     pub torus: Option<At<Later>>,
@@ -148,16 +165,6 @@ pub struct Shape {
     pub quadric: Option<At<Later>>,
     #[schemars(skip)]
     pub implicit: Option<At<Later>>,
-    #[schemars(skip)]
-    pub union: Option<At<Later>>,
-    #[schemars(skip)]
-    pub intersection: Option<At<Later>>,
-    #[schemars(skip)]
-    pub difference: Option<At<Later>>,
-    #[schemars(skip)]
-    pub xor: Option<At<Later>>,
-    #[schemars(skip)]
-    pub complement: Option<At<Later>>,
     #[schemars(skip)]
     pub clip: Option<At<Later>>,
 }
@@ -233,6 +240,60 @@ pub struct Polyhedron {
 pub struct Polygon {
     /// The corners in turn, in one plane.
     pub points: Vec<Triple>,
+}
+
+/// What a solid is made of: the name of a shape, or a shape with more.
+#[derive(Debug, JsonSchema)]
+#[schemars(untagged)]
+pub enum Operand {
+    Name(String),
+    Placed(PlacedOperand),
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlacedOperand {
+    /// The name of a shape that has an inside.
+    pub shape: At<String>,
+    /// Applied first to last; nothing if absent.
+    pub transform: Option<Vec<At<Step>>>,
+    /// The name of a material for the surfaces that come from this operand and
+    /// have none nearer.
+    pub material: Option<At<String>>,
+}
+
+impl<'de> Deserialize<'de> for Operand {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Operand, D::Error> {
+        struct NameOrTable;
+        impl<'de> Visitor<'de> for NameOrTable {
+            type Value = Operand;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("one operand, the name of a shape or { shape = \"NAME\", … }")
+            }
+
+            fn visit_str<E: de::Error>(self, name: &str) -> Result<Operand, E> {
+                Ok(Operand::Name(name.into()))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Operand, A::Error> {
+                let mut count = 0;
+                while seq.next_element::<IgnoredAny>()?.is_some() {
+                    count += 1;
+                }
+                let message = format!(
+                    "expected one operand, found a list of {count}; make them one solid, \
+                     such as a union, and name that"
+                );
+                Err(de::Error::custom(message))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Operand, A::Error> {
+                PlacedOperand::deserialize(MapAccessDeserializer::new(map)).map(Operand::Placed)
+            }
+        }
+        deserializer.deserialize_any(NameOrTable)
+    }
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]

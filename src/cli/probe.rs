@@ -1,0 +1,178 @@
+//! `lanecast probe`: all that one ray has in the solids of a scene.
+
+use super::args::ProbeArgs;
+use super::error::CliError;
+use super::output::{Results, check_destinations};
+use super::scene;
+use crate::io::LoadError;
+use crate::scene::{Appearances, MaterialId, Scene, ShapeId};
+use crate::trace::{End, Span, Spans, spans};
+use glam::DVec3;
+use serde::Serialize;
+use std::fmt::Write;
+
+/// What `--json` writes.
+#[derive(Debug, Serialize)]
+struct Report {
+    org: [f64; 3],
+    dir: [f64; 3],
+    spans: Vec<Row>,
+    /// Appearances of polygons, meshes, open cylinders and cones.
+    surfaces_left_out: u64,
+}
+
+#[derive(Debug, Serialize)]
+struct Row {
+    solid: String,
+    /// As pictures of instance ids number them.
+    instance: u64,
+    side: Side,
+    /// In lengths of `dir`; none: without end.
+    t_enter: Option<f64>,
+    t_exit: Option<f64>,
+    enter: Option<Place>,
+    exit: Option<Place>,
+}
+
+/// Where a span lies, seen from the ray's origin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+enum Side {
+    Behind,
+    Around,
+    Ahead,
+}
+
+#[derive(Debug, Serialize)]
+struct Place {
+    shape: String,
+    instance: u64,
+    material: Option<String>,
+    point: [f64; 3],
+    /// Unit, out of the solid.
+    normal: [f64; 3],
+}
+
+pub fn run(args: &ProbeArgs) -> Result<(), CliError> {
+    check_destinations(&[&args.scene], &[], args.json.iter())?;
+    if args.dir == DVec3::ZERO {
+        let message = "--dir 0,0,0 points nowhere; give it a length";
+        return Err(CliError::Usage(message.into()));
+    }
+    let scene = scene::load(&args.scene, &args.load_options())?;
+    let of_scene = |source| LoadError::of_scene(&args.scene, source);
+    let appearances = Appearances::of(&scene).map_err(of_scene)?;
+    let found = spans(&scene, &appearances, args.org, args.dir).map_err(of_scene)?;
+    let report = report(&scene, &found, args.org, args.dir);
+    let mut results = Results::default();
+    results.add(&args.json, &report)?;
+    results.commit(&for_people(&report))
+}
+
+fn report(scene: &Scene, found: &Spans, org: DVec3, dir: DVec3) -> Report {
+    Report {
+        org: org.to_array(),
+        dir: dir.to_array(),
+        spans: found.rows.iter().map(|span| row(scene, span)).collect(),
+        surfaces_left_out: found.left_out,
+    }
+}
+
+fn row(scene: &Scene, span: &Span) -> Row {
+    let place = |end: End| Place {
+        shape: shape_name(scene, end.shape),
+        instance: span.appearance,
+        material: end.material.map(|id| material_name(scene, id)),
+        point: end.point.to_array(),
+        normal: end.normal.to_array(),
+    };
+    Row {
+        solid: shape_name(scene, span.shape),
+        instance: span.appearance,
+        side: match (span.t_enter(), span.t_exit()) {
+            (_, exit) if exit < 0.0 => Side::Behind,
+            (enter, _) if enter > 0.0 => Side::Ahead,
+            _ => Side::Around,
+        },
+        t_enter: span.enter.map(|end| end.t),
+        t_exit: span.exit.map(|end| end.t),
+        enter: span.enter.map(place),
+        exit: span.exit.map(place),
+    }
+}
+
+/// Its name, or its kind.
+fn shape_name(scene: &Scene, id: ShapeId) -> String {
+    match scene.shapes.names.get(id.0) {
+        Some(name) => name.into(),
+        None => scene.shapes.row(id).kind_name().into(),
+    }
+}
+
+fn material_name(scene: &Scene, id: MaterialId) -> String {
+    match scene.materials.names.get(id.0) {
+        Some(name) => name.into(),
+        None => scene.materials.names.label(id.0),
+    }
+}
+
+fn for_people(report: &Report) -> String {
+    let mut text = String::new();
+    let length = DVec3::from_array(report.dir).length();
+    // Writing to a string cannot fail.
+    let _ = writeln!(
+        text,
+        "from {} along {}; t in units of {length}",
+        vector(report.org),
+        vector(report.dir),
+    );
+    let mut inside = 0.0;
+    for row in &report.spans {
+        let side = match row.side {
+            Side::Behind => "behind",
+            Side::Around => "around",
+            Side::Ahead => "ahead",
+        };
+        let t_enter = row.t_enter.unwrap_or(f64::NEG_INFINITY);
+        let t_exit = row.t_exit.unwrap_or(f64::INFINITY);
+        // What lies ahead of the origin counts.
+        inside += (t_exit - t_enter.max(0.0)).max(0.0) * length;
+        let thickness = (t_exit - t_enter) * length;
+        let _ = writeln!(
+            text,
+            "\n{side:<7} t {t_enter} to {t_exit}, length {thickness}: {} (instance {})",
+            row.solid, row.instance
+        );
+        for (what, end) in [("enters", &row.enter), ("leaves", &row.exit)] {
+            let Some(end) = end else {
+                let _ = writeln!(text, "  {what}   never");
+                continue;
+            };
+            let _ = writeln!(
+                text,
+                "  {what}   {:<16} {:<16} at {}  normal {}",
+                end.shape,
+                end.material.as_deref().unwrap_or("(no material)"),
+                vector(end.point),
+                vector(end.normal),
+            );
+        }
+    }
+    let _ = writeln!(
+        text,
+        "\n{} spans; {inside} of length inside solids ahead of the origin",
+        report.spans.len()
+    );
+    if report.surfaces_left_out > 0 {
+        let _ = writeln!(
+            text,
+            "{} appearances of surfaces left out: polygons, meshes, open cylinders and cones",
+            report.surfaces_left_out
+        );
+    }
+    text
+}
+
+fn vector([x, y, z]: [f64; 3]) -> String {
+    format!("({x}, {y}, {z})")
+}

@@ -1,0 +1,167 @@
+//! Camera, lights and materials.
+
+use super::{comment, number, vector};
+use crate::scene::{
+    Camera, Falloff, Light, Material, Model, Projection, Rgb, Scene, coarse_corners,
+};
+use glam::DVec3;
+use std::f64::consts::PI;
+use std::fmt::Write;
+
+pub(super) fn write(text: &mut String, scene: &Scene, seen_from: &Camera) {
+    let _ = writeln!(text, "background {{ rgb {} }}\n", color(scene.background));
+    camera(text, seen_from);
+    let corners = coarse_corners(scene);
+    for row in &scene.lights {
+        light(text, row, seen_from.eye, &corners);
+    }
+    text.push('\n');
+    for (i, material) in scene.materials.rows.iter().enumerate() {
+        let comment = comment(scene.materials.names.get(i as u32));
+        let _ = writeln!(
+            text,
+            "#declare Texture_{i} = {}{comment}\n\
+             #declare Material_{i} = material {{ texture {{ Texture_{i} }} interior {{ ior {} }} }}",
+            texture(material),
+            material.ior
+        );
+    }
+    // What has no material.
+    let _ = writeln!(text, "#default {{ {} }}\n", texture(&Material::default()));
+}
+
+/// A pixel's ray is direction + u right + v up, u and v from −½ to ½.
+fn camera(text: &mut String, camera: &Camera) {
+    let (kind, half_height) = match camera.projection {
+        Projection::Perspective { half_height } => ("perspective", half_height),
+        Projection::Orthographic { half_height } => ("orthographic", half_height),
+    };
+    let _ = writeln!(
+        text,
+        "camera {{ {kind}\n  location {}\n  direction {}\n  up {}\n  \
+         right {} * image_width / image_height\n}}",
+        vector(camera.eye),
+        vector(camera.forward),
+        vector(camera.up * (2.0 * half_height)),
+        vector(camera.right * (2.0 * half_height)),
+    );
+}
+
+/// A surface of pigment p turns light L into p L cos θ: what is p E / π here.
+fn light(text: &mut String, light: &Light, eye: DVec3, corners: &[DVec3]) {
+    match *light {
+        Light::Point {
+            position,
+            intensity,
+            falloff: Falloff::None,
+        } => {
+            let light = scaled(intensity, 1.0 / PI);
+            let _ = writeln!(text, "light_source {{ {} rgb {light} }}", vector(position));
+        }
+        Light::Point {
+            position,
+            intensity,
+            falloff: Falloff::InverseSquare,
+        } => {
+            let away = (position - eye).length();
+            let fade = if away > 0.0 { away * 1e-4 } else { 1e-4 };
+            let light = scaled(intensity, 1.0 / (2.0 * PI * fade * fade));
+            let _ = writeln!(
+                text,
+                "light_source {{ {} rgb {light} fade_distance {} fade_power 2 }}",
+                vector(position),
+                number(fade)
+            );
+        }
+        Light::Directional {
+            direction,
+            irradiance,
+        } => {
+            // Outside of all that is bounded.
+            let toward = direction / direction.abs().max_element();
+            let reach = corners.iter().map(|p| (*p - eye).length());
+            let reach = reach.fold(eye.length().max(1.0), f64::max);
+            let position = eye - toward.normalize() * (reach * 100.0);
+            let _ = writeln!(
+                text,
+                "light_source {{ {} rgb {} parallel point_at {} }}",
+                vector(position),
+                scaled(irradiance, 1.0 / PI),
+                vector(eye)
+            );
+        }
+    }
+}
+
+/// POV-Ray's emission is multiplied by the pigment, so that must not be black.
+const DARKEST: f32 = 1e-6;
+
+fn texture(material: &Material) -> String {
+    let (pigment, finish) = match material.model {
+        Model::MetallicRoughness {
+            metallic,
+            roughness,
+        } => {
+            let base = material.base_color;
+            let diffuse = (1.0 - metallic) * (1.0 - material.transmission);
+            // GGX's α as the exponent of a highlight.
+            let alpha = (roughness * roughness).clamp(0.001, 1.0);
+            let shine = metallic + (1.0 - metallic) * 0.04;
+            let metal = if metallic > 0.5 { " metallic" } else { "" };
+            let mirror = if roughness < 0.1 {
+                format!(" reflection {{ {}{metal} }}", number(f64::from(shine)))
+            } else {
+                let strength = f64::from(shine * (1.0 - roughness));
+                format!(
+                    " specular {} roughness {}{metal}",
+                    number(strength),
+                    number(f64::from(alpha))
+                )
+            };
+            (base, format!("diffuse {diffuse}{mirror}"))
+        }
+        Model::Phong {
+            diffuse,
+            specular,
+            exponent,
+            mirror,
+        } => {
+            let most = |c: Rgb| c[0].max(c[1]).max(c[2]);
+            let finish = format!(
+                "diffuse 1 phong {} phong_size {exponent} reflection {{ rgb {} }}",
+                most(specular),
+                color(mirror)
+            );
+            (diffuse, finish)
+        }
+    };
+    let pigment = pigment.map(|c| c.max(DARKEST));
+    let emission = if material.emission == [0.0; 3] {
+        "0".into()
+    } else {
+        let of = |k: usize| material.emission[k] / pigment[k];
+        format!("rgb {}", color([of(0), of(1), of(2)]))
+    };
+    let clear = match material.transmission {
+        0.0 => String::new(),
+        t => format!(" filter {t}"),
+    };
+    format!(
+        "texture {{ pigment {{ rgb {}{clear} }} finish {{ ambient 0 emission {emission} {finish} }} }}",
+        color(pigment)
+    )
+}
+
+fn color(c: Rgb) -> String {
+    scaled(c, 1.0)
+}
+
+fn scaled(c: Rgb, factor: f64) -> String {
+    vector(c.map(|x| {
+        // The shortest decimal of the f32, where it stays as it is.
+        match factor {
+            1.0 => format!("{x}").parse().unwrap_or(0.0),
+            _ => f64::from(x) * factor,
+        }
+    }))
+}

@@ -1,0 +1,291 @@
+//! Declarations of shapes and combinations.
+
+use super::{Dress, PovError, Writer, below, comment, name, number, placed, vector};
+use crate::geom::HalfSpace;
+use crate::scene::{
+    CombinationId, MeshId, Operator, PolygonId, Shape, ShapeId, Tables, operands_first,
+    shape_bounds,
+};
+use std::fmt::Write;
+
+/// Parts that one xor may become.
+const MOST_PARTS: u64 = 1 << 20;
+
+/// The shape that each combination is.
+pub(super) fn of_combinations(scene: &Tables) -> Vec<u32> {
+    let mut of = vec![0; scene.combinations.len()];
+    for (i, shape) in (0..).zip(&scene.shapes.rows) {
+        if let Shape::Combination(id) = shape {
+            of[id.index()] = i;
+        }
+    }
+    of
+}
+
+impl Writer<'_> {
+    pub(super) fn shapes(&mut self) -> Result<(), PovError> {
+        for id in (0..self.scene.shapes.len() as u32).map(ShapeId) {
+            let [own, bare] = self.wanted.shapes[id.index()];
+            let shape = self.scene.shapes.row(id);
+            let kinds: &[Dress] = match shape {
+                Shape::Combination(_) => continue,
+                Shape::Mesh(_) => &[Dress::Own, Dress::Bare],
+                _ => &[Dress::Own],
+            };
+            for dress in kinds {
+                let is_wanted = match (kinds.len(), dress) {
+                    (1, _) => own || bare,
+                    (_, Dress::Own) => own,
+                    (_, Dress::Bare) => bare,
+                };
+                if is_wanted {
+                    self.declare(id, *dress);
+                    self.primitive(id, shape, *dress);
+                }
+            }
+        }
+        let shape_of = of_combinations(self.scene);
+        for row in operands_first(self.scene).unwrap_or_default() {
+            let shape = ShapeId(shape_of[row as usize]);
+            for dress in [Dress::Own, Dress::Bare] {
+                if self.wanted.shapes[shape.index()][dress as usize] {
+                    self.combination(shape, CombinationId(row), dress)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn declare(&mut self, id: ShapeId, dress: Dress) {
+        let name = name("Shape", id.0, dress);
+        let _ = write!(self.text, "#declare {name} = ");
+    }
+
+    fn primitive(&mut self, id: ShapeId, shape: Shape, dress: Dress) {
+        let scene = self.scene;
+        let text = match shape {
+            Shape::HalfSpace(row) => plane(&scene.half_spaces.row(row)),
+            Shape::Sphere(row) => {
+                let row = scene.spheres.row(row);
+                format!(
+                    "sphere {{ {}, {} }}",
+                    vector(row.center),
+                    number(row.radius)
+                )
+            }
+            Shape::Ellipsoid(row) => {
+                let row = scene.ellipsoids.row(row);
+                let (radii, center) = (vector(row.radii), vector(row.center));
+                format!("sphere {{ 0, 1 scale {radii} translate {center} }}")
+            }
+            Shape::Cylinder(row) => {
+                let row = scene.cylinders.row(row);
+                let (base, top) = (vector(row.base), vector(row.top));
+                let open = if row.open { " open" } else { "" };
+                format!("cylinder {{ {base}, {top}, {}{open} }}", number(row.radius))
+            }
+            Shape::Cone(row) => {
+                let row = scene.cones.row(row);
+                let open = if row.open { " open" } else { "" };
+                format!(
+                    "cone {{ {}, {}, {}, {}{open} }}",
+                    vector(row.base),
+                    number(row.base_radius),
+                    vector(row.top),
+                    number(row.top_radius)
+                )
+            }
+            Shape::Cuboid(row) => {
+                let row = scene.cuboids.row(row);
+                format!("box {{ {}, {} }}", vector(row.min), vector(row.max))
+            }
+            Shape::Polyhedron(row) => {
+                let mut text = String::from("intersection {\n");
+                for face in scene.polyhedra.planes(row) {
+                    let _ = writeln!(text, "  {}", plane(face));
+                }
+                if let Some(bounds) = shape_bounds(scene, id) {
+                    let room = bounds.diagonal() * 1e-6;
+                    let [low, high] = [bounds.min - room, bounds.max + room].map(vector);
+                    let _ = writeln!(text, "  bounded_by {{ box {{ {low}, {high} }} }}");
+                }
+                text + "}"
+            }
+            Shape::Polygon(row) => self.polygon(row),
+            Shape::Mesh(row) => self.mesh(row, dress),
+            Shape::Combination(_) => String::new(),
+        };
+        let comment = comment(scene.shapes.names.get(id.0));
+        let _ = writeln!(self.text, "{text}{comment}");
+    }
+
+    fn polygon(&self, id: PolygonId) -> String {
+        let points = self.scene.polygons.points(id);
+        let corners = points.iter().chain(points.first()).map(|p| vector(*p));
+        let corners: Vec<String> = corners.collect();
+        format!("polygon {{ {}, {} }}", corners.len(), corners.join(", "))
+    }
+
+    fn mesh(&self, id: MeshId, dress: Dress) -> String {
+        let mesh = self.scene.meshes.row(id);
+        let list = |what: &str, rows: &mut dyn ExactSizeIterator<Item = String>| {
+            let mut text = format!("  {what} {{ {}", rows.len());
+            for row in rows {
+                text.push_str(",\n    ");
+                text.push_str(&row);
+            }
+            text + "\n  }\n"
+        };
+        let center = mesh.center.to_array();
+        let mut positions = mesh
+            .positions
+            .iter()
+            .map(|p| vector([0, 1, 2].map(|k| f64::from(p[k]) + center[k])));
+        let mut text = String::from("mesh2 {\n");
+        text += &list("vertex_vectors", &mut positions);
+        if let Some(normals) = mesh.normals {
+            let mut normals = normals.iter().map(|n| vector(n.map(f64::from)));
+            text += &list("normal_vectors", &mut normals);
+        }
+        let triangles = 0..mesh.triangles.len() as u32;
+        let mut materials: Vec<u32> = match dress {
+            Dress::Own => triangles
+                .clone()
+                .filter_map(|t| Some(mesh.material(t)?.0))
+                .collect(),
+            Dress::Bare => Vec::new(),
+        };
+        materials.sort_unstable();
+        materials.dedup();
+        if !materials.is_empty() {
+            let mut rows = materials
+                .iter()
+                .map(|row| format!("texture {{ Texture_{row} }}"));
+            text += &list("texture_list", &mut rows);
+        }
+        let mut faces = triangles.map(|t| {
+            let [a, b, c] = mesh.triangles[t as usize];
+            let own = mesh.material(t).filter(|_| dress == Dress::Own);
+            match own.and_then(|id| materials.binary_search(&id.0).ok()) {
+                Some(texture) => format!("<{a}, {b}, {c}>, {texture}"),
+                None => format!("<{a}, {b}, {c}>"),
+            }
+        });
+        text += &list("face_indices", &mut faces);
+        text + "}"
+    }
+
+    fn combination(
+        &mut self,
+        shape: ShapeId,
+        id: CombinationId,
+        dress: Dress,
+    ) -> Result<(), PovError> {
+        let scene = self.scene;
+        let own = scene.combinations.material[id.index()].filter(|_| dress == Dress::Own);
+        let inner = below(own, dress);
+        let operands: Vec<String> = scene
+            .combinations
+            .operands(id)
+            .iter()
+            .map(|operand| {
+                let material = operand.material.filter(|_| inner == Dress::Own);
+                let map = &scene.transforms.local[operand.transform.index()];
+                self.operand(operand.shape, inner, map, material)
+            })
+            .collect();
+        let operator = scene.combinations.operator[id.index()];
+        let whole = match operator {
+            Operator::Xor if operands.len() > 1 => self.xor(shape, dress, operands)?,
+            Operator::Complement => format!("object {{ {} inverse }}", operands.concat()),
+            _ if operands.len() == 1 => operands.concat(),
+            _ => {
+                let word = match operator {
+                    Operator::Intersection => "intersection",
+                    Operator::Difference => "difference",
+                    _ if self.is_clear => "merge",
+                    _ => "union",
+                };
+                format!("{word} {{\n  {}\n}}", operands.join("\n  "))
+            }
+        };
+        let whole = match own {
+            Some(material) => {
+                format!(
+                    "object {{ {whole} material {{ Material_{} }} }}",
+                    material.0
+                )
+            }
+            None => whole,
+        };
+        self.declare(shape, dress);
+        let comment = comment(scene.shapes.names.get(shape.0));
+        let _ = writeln!(self.text, "{whole}{comment}");
+        Ok(())
+    }
+
+    fn operand(
+        &self,
+        shape: ShapeId,
+        dress: Dress,
+        map: &crate::math::Affine,
+        material: Option<crate::scene::MaterialId>,
+    ) -> String {
+        placed(&self.shape_name(shape, dress), map, material)
+    }
+
+    /// A ⊕ B = (A − B) ∪ (B − A), of halves: n operands become n² parts.
+    fn xor(
+        &mut self,
+        shape: ShapeId,
+        dress: Dress,
+        operands: Vec<String>,
+    ) -> Result<String, PovError> {
+        let parts = (operands.len().next_power_of_two() as u64).saturating_pow(2);
+        if parts > MOST_PARTS {
+            return Err(PovError::TooManyParts {
+                name: self.scene.shapes.names.label(shape.0),
+                parts,
+                limit: MOST_PARTS,
+            });
+        }
+        let word = if self.is_clear { "merge" } else { "union" };
+        let whole = name("Shape", shape.0, dress);
+        let (mut level, mut count) = (operands, 0);
+        while level.len() > 2 {
+            let mut next = Vec::with_capacity(level.len() / 2 + 1);
+            for pair in level.chunks(2) {
+                let [a, b] = pair else {
+                    next.extend(pair.iter().cloned());
+                    continue;
+                };
+                let part = format!("{whole}_xor_{count}");
+                count += 1;
+                let _ = writeln!(self.text, "#declare {part} = {}", one_xor(word, a, b));
+                next.push(format!("object {{ {part} }}"));
+            }
+            level = next;
+        }
+        Ok(match &level[..] {
+            [a, b] => one_xor(word, a, b),
+            rest => rest.concat(),
+        })
+    }
+}
+
+fn one_xor(word: &str, a: &str, b: &str) -> String {
+    format!("{word} {{\n  difference {{ {a} {b} }}\n  difference {{ {b} {a} }}\n}}")
+}
+
+fn plane(row: &HalfSpace) -> String {
+    let length = crate::math::length(row.normal);
+    let (normal, offset) = if length > 0.0 && length.is_finite() {
+        (row.normal / length, row.offset / length)
+    } else {
+        let size = row.normal.abs().max_element();
+        let small = row.normal / size;
+        let length = crate::math::length(small);
+        (small / length, row.offset / size / length)
+    };
+    format!("plane {{ {}, {} }}", vector(normal), number(offset))
+}

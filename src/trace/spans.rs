@@ -1,0 +1,196 @@
+//! All that a line has in the solids of a scene, front to back: for mass,
+//! thickness and path length.
+//!
+//! Exact, one line at a time and every appearance in turn; no structure is built.
+//! Each solid stands for itself: where two of them overlap, both are listed. Shapes
+//! without inside (polygons, open cylinders and cones), and meshes, are counted
+//! and left out.
+
+use super::combined::{TURNED, boundaries, in_frame, passes_by};
+use super::decide::solid_of;
+use crate::geom::exact::{Line, Root, span};
+use crate::math::unit;
+use crate::scene::{
+    Appearance, Appearances, CsgSolid, MaterialId, SceneError, Shape, ShapeId, Tables,
+    outward_normal, shape_bounds,
+};
+use glam::DVec3;
+use std::collections::HashMap;
+use std::ops::ControlFlow;
+
+/// Where a line comes into a solid or leaves it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct End {
+    /// In lengths of the line's direction: the f64 nearest to the exact one.
+    pub t: f64,
+    /// Whose surface it is: of a combination, an operand's.
+    pub shape: ShapeId,
+    pub material: Option<MaterialId>,
+    /// World space.
+    pub point: DVec3,
+    /// World space, unit, out of the solid.
+    pub normal: DVec3,
+}
+
+/// From where a line comes into a solid to where it next leaves it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Span {
+    /// Id of one of [`Appearances`].
+    pub appearance: u64,
+    /// The solid as it was placed.
+    pub shape: ShapeId,
+    /// `None`: it always was inside.
+    pub enter: Option<End>,
+    /// `None`: it stays.
+    pub exit: Option<End>,
+}
+
+impl Span {
+    pub fn t_enter(&self) -> f64 {
+        self.enter.map_or(f64::NEG_INFINITY, |end| end.t)
+    }
+
+    pub fn t_exit(&self) -> f64 {
+        self.exit.map_or(f64::INFINITY, |end| end.t)
+    }
+}
+
+#[derive(Clone, Debug, Default)]
+pub struct Spans {
+    /// By t_enter, then t_exit, then appearance. A touching line has a span of one
+    /// point in a primitive, and none in a combination.
+    pub rows: Vec<Span>,
+    /// Appearances of shapes that have no inside, wherever they are.
+    pub left_out: u64,
+}
+
+/// World space; `dir` of any length but 0. Refused where there are too many
+/// appearances to look at each.
+pub fn spans(
+    scene: &Tables,
+    appearances: &Appearances,
+    org: DVec3,
+    dir: DVec3,
+) -> Result<Spans, SceneError> {
+    appearances.check_enumerable()?;
+    let mut spans = Spans::default();
+    let mut unfolded = HashMap::new();
+    for (id, appearance) in (0..).zip(appearances.iter(scene)) {
+        let ray = Ray {
+            scene,
+            appearance,
+            id,
+            org,
+            dir,
+            line: Line {
+                org: appearance.object_from_world.point(org.to_array()),
+                dir: appearance.object_from_world.vector(dir.to_array()),
+            },
+        };
+        match scene.shapes.row(appearance.shape) {
+            Shape::Mesh(_) | Shape::Polygon(_) => spans.left_out += 1,
+            Shape::Cylinder(row) if scene.cylinders.row(row).open => spans.left_out += 1,
+            Shape::Cone(row) if scene.cones.row(row).open => spans.left_out += 1,
+            shape => {
+                let bounds = shape_bounds(scene, appearance.shape);
+                if bounds.is_some_and(|bounds| passes_by(&bounds, &ray.line)) {
+                    continue;
+                }
+                match shape {
+                    Shape::Combination(row) => {
+                        let solid = unfolded
+                            .entry(row)
+                            .or_insert_with(|| CsgSolid::of(scene, row));
+                        ray.of_combination(solid, &mut spans.rows);
+                    }
+                    _ => spans.rows.extend(ray.of_primitive(shape)),
+                }
+            }
+        }
+    }
+    let by_t = |a: &Span, b: &Span| {
+        let exit = || a.t_exit().total_cmp(&b.t_exit());
+        a.t_enter().total_cmp(&b.t_enter()).then_with(exit)
+    };
+    // Stable: equal ones stay in the order of their appearances.
+    spans.rows.sort_by(by_t);
+    Ok(spans)
+}
+
+/// The line before one appearance.
+struct Ray<'s> {
+    scene: &'s Tables,
+    appearance: Appearance,
+    id: u64,
+    org: DVec3,
+    dir: DVec3,
+    /// Object space.
+    line: Line,
+}
+
+impl Ray<'_> {
+    fn of_primitive(&self, shape: Shape) -> Option<Span> {
+        let [enter, exit] = span(&solid_of(self.scene, shape)?, &self.line)?;
+        let end = |root: Root| {
+            let t = root.rounded();
+            let normal = outward_normal(self.scene, shape, at(&self.line, t));
+            self.end(t, self.appearance.shape, None, normal)
+        };
+        Some(self.span(enter.map(end), exit.map(end)))
+    }
+
+    fn of_combination(&self, solid: &CsgSolid, spans: &mut Vec<Span>) {
+        let first = spans.len();
+        let mut open = None;
+        let always = boundaries(solid, self.scene, &self.line, |crossing| {
+            let operand = &solid.operands[(crossing.primitive & !TURNED) as usize];
+            let frame = &solid.frames[operand.frame as usize];
+            let t = crossing.root.rounded();
+            let own = in_frame(frame, operand.frame, &self.line);
+            let normal = outward_normal(self.scene, operand.shape, at(&own, t)).to_array();
+            let normal = frame.operand_from_solid.transposed_vector(normal);
+            let side = if crossing.primitive & TURNED != 0 {
+                -1.0
+            } else {
+                1.0
+            };
+            let normal = DVec3::from_array(normal) * side;
+            let end = self.end(t, operand.id, operand.material, normal);
+            if crossing.enters {
+                open = Some(end);
+            } else {
+                spans.push(self.span(open.take(), Some(end)));
+            }
+            ControlFlow::Continue(())
+        });
+        // It stays in what it does not come out of again.
+        if open.is_some() || (always && spans.len() == first) {
+            spans.push(self.span(open, None));
+        }
+    }
+
+    fn span(&self, enter: Option<End>, exit: Option<End>) -> Span {
+        Span {
+            appearance: self.id,
+            shape: self.appearance.shape,
+            enter,
+            exit,
+        }
+    }
+
+    /// `normal`: object space, any length.
+    fn end(&self, t: f64, shape: ShapeId, material: Option<MaterialId>, normal: DVec3) -> End {
+        let map = &self.appearance.object_from_world;
+        End {
+            t,
+            shape,
+            material: self.appearance.material.or(material),
+            point: self.org + self.dir * t,
+            normal: unit(DVec3::from_array(map.transposed_vector(normal.to_array()))),
+        }
+    }
+}
+
+fn at(line: &Line, t: f64) -> DVec3 {
+    DVec3::from_array(line.org) + DVec3::from_array(line.dir) * t
+}

@@ -1,0 +1,243 @@
+//! Commands about solids: `probe`, `export`, and what `plan` says of combinations.
+
+use super::{folder, lanecast, names, stderr, stdout};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+/// A block with a bore through it and a blind slot, seen along z; a sheet and an open pipe.
+const PART: &str = "format = 1
+[material.steel]
+[material.bright]
+[shape]
+part.difference = [{ shape = 'block', material = 'steel' }, { shape = 'bore', material = 'bright' }]
+block.box = { min = [-1, -1, -3], max = [1, 1, 3] }
+bore.cylinder = { base = [-2, 0, 0], top = [2, 0, 0], radius = 0.5 }
+ball.sphere = { center = [0, 0, 0], radius = 1 }
+under.half_space = { normal = [0, 0, 1], offset = -20 }
+sheet.polygon.points = [[-1, -1, 0], [1, -1, 0], [0, 1, 0]]
+pipe = { cylinder = { base = [0, 0, 0], top = [0, 1, 0], radius = 0.5 }, open = true }
+[[instance]]
+shape = 'part'
+[[instance]]
+shape = 'ball'
+transform = [{ scale = 0.5 }, { translate = [0, 0, 12] }]
+[[instance]]
+shape = 'under'
+[[instance]]
+shape = 'sheet'
+[[instance]]
+shape = 'pipe'
+";
+
+fn write(folder: &Path, text: &str) {
+    fs::write(folder.join("a.toml"), text).unwrap();
+}
+
+fn probe(folder: &Path, text: &str, org: &str, dir: &str) -> Value {
+    write(folder, text);
+    let arguments = ["probe", "a.toml", "--org", org, "--dir", dir, "--json", "-"];
+    let output = lanecast(folder, &arguments);
+    assert!(output.status.success(), "{}", stderr(&output));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn probe_lists_every_span_in_front_and_behind() {
+    let folder = folder();
+    let found = probe(folder.path(), PART, "0,0,10", "0,0,-2");
+    assert_eq!(found["surfaces_left_out"], 2);
+    let spans = found["spans"].as_array().unwrap();
+    let ends: Vec<_> = spans
+        .iter()
+        .map(|s| {
+            let t = |key: &str| s[key].as_f64();
+            let text = |key: &str| s[key].as_str().unwrap();
+            (text("side"), text("solid"), t("t_enter"), t("t_exit"))
+        })
+        .collect();
+    assert_eq!(
+        ends,
+        [
+            ("behind", "ball", Some(-1.25), Some(-0.75)),
+            ("ahead", "part", Some(3.5), Some(4.75)),
+            ("ahead", "part", Some(5.25), Some(6.5)),
+            ("ahead", "under", Some(15.0), None),
+        ]
+    );
+    let end = |span: usize, end: &str| {
+        let end = &spans[span][end];
+        let list = |key: &str| -> Vec<f64> {
+            let rows = end[key].as_array().unwrap().iter();
+            rows.map(|x| x.as_f64().unwrap()).collect()
+        };
+        (
+            end["shape"].as_str().unwrap().to_string(),
+            end["material"].as_str().map(str::to_string),
+            list("point"),
+            list("normal"),
+        )
+    };
+    let said = |shape: &str, material: &str| (shape.to_string(), Some(material.to_string()));
+    let (shape, material, point, normal) = end(1, "enter");
+    assert_eq!((shape, material), said("block", "steel"));
+    assert_eq!((point, normal), (vec![0.0, 0.0, 3.0], vec![0.0, 0.0, 1.0]));
+    // The bore's wall: the solid's outside is the bore's inside.
+    let (shape, material, point, normal) = end(1, "exit");
+    assert_eq!((shape, material), said("bore", "bright"));
+    assert_eq!((point, normal), (vec![0.0, 0.0, 0.5], vec![0.0, 0.0, -1.0]));
+    let (_, material, point, normal) = end(0, "exit");
+    assert_eq!((material, point), (None, vec![0.0, 0.0, 11.5]));
+    assert_eq!(normal, [0.0, 0.0, -1.0]);
+    assert_eq!(spans[3]["exit"], Value::Null);
+    assert_eq!(spans[3]["enter"]["instance"], 2);
+}
+
+#[test]
+fn probe_from_within_and_along_nothing() {
+    let folder = folder();
+    let found = probe(folder.path(), PART, "0,0,2", "0,0,1");
+    let spans = found["spans"].as_array().unwrap();
+    assert_eq!(spans[0]["solid"], "under");
+    assert_eq!(spans[0]["t_enter"], Value::Null);
+    assert_eq!(spans[0]["t_exit"], -22.0);
+    assert_eq!(
+        (&spans[2]["side"], &spans[2]["solid"]),
+        (&"around".into(), &"part".into())
+    );
+    let outside = PART.replace("[shape]", "[shape]\nnothing.intersection = ['ball', 'far']\nfar.sphere = { center = [9, 0, 0], radius = 1 }\neverything.complement = 'nothing'")
+        .replace("shape = 'under'", "shape = 'everything'");
+    let found = probe(folder.path(), &outside, "100,0,0", "0,1,0");
+    let spans = found["spans"].as_array().unwrap();
+    assert_eq!(spans.len(), 1);
+    assert_eq!(
+        (&spans[0]["t_enter"], &spans[0]["t_exit"]),
+        (&Value::Null, &Value::Null)
+    );
+    assert_eq!(spans[0]["side"], "around");
+}
+
+#[test]
+fn probe_prints_a_table_for_people() {
+    let folder = folder();
+    write(folder.path(), PART);
+    let arguments = ["probe", "a.toml", "--org", "0,0,10", "--dir", "0,0,-1"];
+    let output = lanecast(folder.path(), &arguments);
+    assert!(output.status.success(), "{}", stderr(&output));
+    for line in [
+        "behind  t -2.5 to -1.5, length 1: ball (instance 1)",
+        "ahead   t 7 to 9.5, length 2.5: part (instance 0)",
+        "4 spans;",
+        "2 appearances of surfaces left out",
+    ] {
+        assert!(stdout(&output).contains(line), "{}", stdout(&output));
+    }
+    // A file instead, whole.
+    let mut arguments = arguments.to_vec();
+    arguments.extend(["--json", "spans.json"]);
+    let output = lanecast(folder.path(), &arguments);
+    assert!(output.status.success() && stdout(&output).contains("4 spans;"));
+    assert_eq!(names(folder.path()), ["a.toml", "spans.json"]);
+}
+
+#[test]
+fn export_writes_the_whole_file_or_none() {
+    let folder = folder();
+    write(folder.path(), PART);
+    let output = lanecast(folder.path(), &["export", "a.toml", "--pov", "a.pov"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let text = fs::read_to_string(folder.path().join("a.pov")).unwrap();
+    assert_eq!(stdout(&output), format!("a.pov: {} bytes\n", text.len()));
+    assert!(text.contains("#version 3.7;") && text.contains("difference {"));
+    for (pov, code) in [("none/a.pov", 4), ("a.toml", 2)] {
+        let output = lanecast(folder.path(), &["export", "a.toml", "--pov", pov]);
+        assert_eq!(output.status.code(), Some(code), "{}", stderr(&output));
+    }
+    assert_eq!(
+        fs::read_to_string(folder.path().join("a.toml")).unwrap(),
+        PART
+    );
+    // 2000 operands would be four million parts.
+    let many = "'ball',".repeat(2000);
+    write(
+        folder.path(),
+        &PART
+            .replace("[shape]", &format!("[shape]\nodd.xor = [{many}]"))
+            .replace("shape = 'under'", "shape = 'odd'"),
+    );
+    let output = lanecast(folder.path(), &["export", "a.toml", "--pov", "b.pov"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        stderr(&output).contains("the xor 'odd' becomes 4194304 parts"),
+        "{}",
+        stderr(&output)
+    );
+    assert_eq!(names(folder.path()), ["a.pov", "a.toml"]);
+}
+
+fn plan(text: &str) -> Value {
+    let folder = folder();
+    write(folder.path(), text);
+    let output = lanecast(folder.path(), &["plan", "a.toml", "--json", "-"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn plan_shows_combinations() {
+    let report = plan(PART);
+    let rows = report["combinations"].as_array().unwrap();
+    assert_eq!(rows.len(), 1);
+    let row = &rows[0];
+    assert_eq!(
+        (&row["name"], &row["operands"]),
+        (&"'part'".into(), &2.into())
+    );
+    assert_eq!((&row["gates"], &row["frames"]), (&1.into(), &1.into()));
+    assert!(row["bytes"].as_u64().unwrap() > 0);
+    assert_eq!(report["remarks"].as_array().unwrap().len(), 0);
+}
+
+#[test]
+fn plan_says_what_is_odd_about_combinations() {
+    for (part, says) in [
+        (
+            "part.difference = ['block', 'far', 'farther']",
+            "'part': 2 operands never matter: they lie apart from the solid, such as 'far'",
+        ),
+        (
+            "part.difference = ['block', 'far']",
+            "'part': the operand 'far' never matters: it lies apart from the solid",
+        ),
+        (
+            "part.intersection = ['block', 'far']",
+            "'part' is empty: the bounds of its operands do not overlap",
+        ),
+        (
+            "part.union = ['block', 'none']\nnone.intersection = ['block', { shape = 'block', transform = [{ translate = [7, 0, 0] }] }]",
+            "'none', a part of 'part', is empty",
+        ),
+        (
+            "part.difference = ['block', 'bore']\nbore.cylinder = { base = [0, 0, 0], top = [0, 2, 0], radius = 0.5 }",
+            "'part': 2 pairs of operands have faces in one plane, such as 'block' and 'bore' (y = 0 in",
+        ),
+        (
+            "part.union = ['block', 'table']\ntable.half_space = { normal = [0, -2, 0], offset = 0 }",
+            "'block' and 'table' have faces in one plane, y = 0 in their",
+        ),
+        (
+            "part.union = ['block', 'cap']\ncap.cone = { base = [0, 2, 0], top = [0, 3, 0], base_radius = 1, top_radius = 0 }",
+            "'block' and 'cap' have faces in one plane, y = 2 in their",
+        ),
+    ] {
+        let report = plan(&format!(
+            "format = 1\n[shape]\n{part}\nblock.box = {{ min = [-1, 0, -1], max = [1, 2, 1] }}\n\
+             far.sphere = {{ center = [9, 0, 0], radius = 1 }}\n\
+             farther.sphere = {{ center = [19, 0, 0], radius = 1 }}\n[[instance]]\nshape = 'part'\n"
+        ));
+        let remarks = report["remarks"].as_array().unwrap();
+        assert_eq!(remarks.len(), 1, "{part}: {remarks:?}");
+        let said = remarks[0].as_str().unwrap();
+        assert!(said.contains(says), "{part}: {said}");
+    }
+}

@@ -84,14 +84,15 @@ fn report(prepared: &Prepared, world: &World) -> Report {
             *shapes.entry(shape.kind_name()).or_default() += count;
         }
         if let (Shape::Combination(id), 1..) = (shape, count) {
-            let solid = world.combined(*id);
+            let combined = world.combined(*id);
+            let solid = &combined.solid;
             notes.extend(remarks(scene, ShapeId(row), solid));
             combinations.push(Combination {
                 name: scene.shapes.names.label(row),
                 operands: solid.operands.len(),
                 gates: solid.program.gates(),
                 frames: solid.frames.len(),
-                bytes: solid.bytes(),
+                bytes: combined.bytes(),
             });
         }
     }

@@ -10,7 +10,7 @@
 
 use crate::accel::Combined;
 use crate::geom::exact::{Line, span};
-use crate::math::{Aabb, Affine, length};
+use crate::math::{Aabb, Affine};
 use crate::render::{Progress, mix, unit};
 use crate::scene::{Scene, Shape, ShapeId, shape_bounds};
 use crate::trace::{boundaries, solid_of};

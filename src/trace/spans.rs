@@ -8,11 +8,12 @@
 
 use super::combined::{TURNED, boundaries, in_frame, passes_by};
 use super::decide::solid_of;
+use crate::accel::Combined;
 use crate::geom::exact::{Line, Root, span};
 use crate::math::unit;
 use crate::scene::{
-    Appearance, Appearances, CsgSolid, MaterialId, SceneError, Shape, ShapeId, Tables,
-    outward_normal, shape_bounds,
+    Appearance, Appearances, MaterialId, SceneError, Shape, ShapeId, Tables, outward_normal,
+    shape_bounds,
 };
 use glam::DVec3;
 use std::collections::HashMap;
@@ -100,7 +101,7 @@ pub fn spans(
                     Shape::Combination(row) => {
                         let solid = unfolded
                             .entry(row)
-                            .or_insert_with(|| CsgSolid::of(scene, row));
+                            .or_insert_with(|| Combined::of(scene, appearance.shape, row));
                         ray.of_combination(solid, &mut spans.rows);
                     }
                     _ => spans.rows.extend(ray.of_primitive(shape)),
@@ -139,30 +140,36 @@ impl Ray<'_> {
         Some(self.span(enter.map(end), exit.map(end)))
     }
 
-    fn of_combination(&self, solid: &CsgSolid, spans: &mut Vec<Span>) {
+    fn of_combination(&self, combined: &Combined, spans: &mut Vec<Span>) {
+        let solid = &combined.solid;
         let first = spans.len();
         let mut open = None;
-        let always = boundaries(solid, self.scene, &self.line, |crossing| {
-            let operand = &solid.operands[(crossing.primitive & !TURNED) as usize];
-            let frame = &solid.frames[operand.frame as usize];
-            let t = crossing.root.rounded();
-            let own = in_frame(frame, operand.frame, &self.line);
-            let normal = outward_normal(self.scene, operand.shape, at(&own, t)).to_array();
-            let normal = frame.operand_from_solid.transposed_vector(normal);
-            let side = if crossing.primitive & TURNED != 0 {
-                -1.0
-            } else {
-                1.0
-            };
-            let normal = DVec3::from_array(normal) * side;
-            let end = self.end(t, operand.id, operand.material, normal);
-            if crossing.enters {
-                open = Some(end);
-            } else {
-                spans.push(self.span(open.take(), Some(end)));
-            }
-            ControlFlow::Continue(())
-        });
+        let always = boundaries(
+            combined,
+            self.scene,
+            (&self.line, f64::NEG_INFINITY),
+            |crossing| {
+                let operand = &solid.operands[(crossing.primitive & !TURNED) as usize];
+                let frame = &solid.frames[operand.frame as usize];
+                let t = crossing.root.rounded();
+                let own = in_frame(frame, operand.frame, &self.line);
+                let normal = outward_normal(self.scene, operand.shape, at(&own, t)).to_array();
+                let normal = frame.operand_from_solid.transposed_vector(normal);
+                let side = if crossing.primitive & TURNED != 0 {
+                    -1.0
+                } else {
+                    1.0
+                };
+                let normal = DVec3::from_array(normal) * side;
+                let end = self.end(t, operand.id, operand.material, normal);
+                if crossing.enters {
+                    open = Some(end);
+                } else {
+                    spans.push(self.span(open.take(), Some(end)));
+                }
+                ControlFlow::Continue(())
+            },
+        );
         // It stays in what it does not come out of again.
         if open.is_some() || (always && spans.len() == first) {
             spans.push(self.span(open, None));

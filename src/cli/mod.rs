@@ -16,6 +16,7 @@ mod export;
 mod extremes;
 mod frames;
 mod interrupt;
+mod measure;
 mod output;
 mod pipeline;
 mod plan;
@@ -28,7 +29,9 @@ mod verify;
 #[cfg(unix)]
 pub use cpu::check_before_main;
 
-use args::{BenchArgs, ExportArgs, ExtremesArgs, PlanArgs, ProbeArgs, RenderArgs, VerifyArgs};
+use args::{
+    BenchArgs, ExportArgs, ExtremesArgs, MeasureArgs, PlanArgs, ProbeArgs, RenderArgs, VerifyArgs,
+};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use error::CliError;
 use std::ffi::OsString;
@@ -63,14 +66,14 @@ enum Command {
     Extremes(ExtremesArgs),
     /// List every span of one ray through the solids of a scene
     Probe(ProbeArgs),
+    /// Volume, area and centroid of the solids of a scene
+    Measure(MeasureArgs),
     /// Write a scene for other programs
     Export(ExportArgs),
     /// (not yet) Time against error over all modes
     Tradeoff(NotYet),
     /// (not yet) Isolate the real roots of a polynomial
     Roots(NotYet),
-    /// (not yet) Volume, area, centroid of the solids
-    Measure(NotYet),
 }
 
 /// Takes any arguments, so that the answer is about the command.
@@ -107,10 +110,10 @@ fn run() -> ExitCode {
         Command::Plan(args) => plan::run(args),
         Command::Extremes(args) => extremes::run(args),
         Command::Probe(args) => probe::run(args),
+        Command::Measure(args) => measure::run(args),
         Command::Export(args) => export::run(args),
         Command::Tradeoff(_) => Err(not_yet("tradeoff")),
         Command::Roots(_) => Err(not_yet("roots")),
-        Command::Measure(_) => Err(not_yet("measure")),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -23,9 +23,9 @@ use std::path::PathBuf;
 use values::{
     AccelChoice, BenchAccels, BenchBuilds, BenchCachings, BenchKinds, GrowthRange, PeerChoice,
     ReuseChoice, Sweeps, no_tiles, parse_accel, parse_accels, parse_aovs, parse_bench_builds,
-    parse_build, parse_caching, parse_cachings, parse_generated, parse_grid, parse_growth,
-    parse_kd_clip, parse_kd_stop, parse_kinds, parse_lanes, parse_offset, parse_order, parse_peers,
-    parse_precision, parse_reuse, parse_scale, parse_size, parse_sweeps,
+    parse_build, parse_caching, parse_cachings, parse_error, parse_generated, parse_grid,
+    parse_growth, parse_kd_clip, parse_kd_stop, parse_kinds, parse_lanes, parse_offset,
+    parse_order, parse_peers, parse_precision, parse_reuse, parse_scale, parse_size, parse_sweeps,
 };
 
 #[derive(Args)]
@@ -205,6 +205,37 @@ pub struct ProbeArgs {
     /// Machine-readable results; - is standard output
     #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
     pub json: Option<Sink>,
+}
+
+#[derive(Args)]
+pub struct MeasureArgs {
+    /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl
+    pub scene: PathBuf,
+    /// One line for each shape that appears, in its own space, and not for each root
+    #[arg(long)]
+    pub per_shape: bool,
+    /// Relative half width of the 95 % interval of volume and area to reach
+    #[arg(long, value_name = "R", default_value_t = 5e-4, value_parser = parse_error)]
+    pub error: f64,
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// [default: one per core]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1024))]
+    pub threads: Option<u32>,
+    /// Files that the scene names may lie outside its folder
+    #[arg(long)]
+    pub allow_outside: bool,
+    /// Machine-readable results; - is standard output
+    #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
+    pub json: Option<Sink>,
+}
+
+impl MeasureArgs {
+    pub fn load_options(&self) -> LoadOptions {
+        LoadOptions {
+            allow_outside: self.allow_outside,
+        }
+    }
 }
 
 #[derive(Args)]

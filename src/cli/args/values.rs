@@ -107,6 +107,14 @@ pub fn parse_offset(text: &str) -> Result<DVec3, String> {
     }
 }
 
+/// A share that can be reached.
+pub fn parse_error(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(x) if (1e-6..=0.5).contains(&x) => Ok(x),
+        _ => Err("write a number from 1e-6 to 0.5, such as 5e-4".into()),
+    }
+}
+
 pub fn parse_grid(text: &str) -> Result<Grid, String> {
     one_of(
         text,

@@ -266,7 +266,7 @@ fn options_that_a_command_does_not_use() {
 
 #[test]
 fn commands_that_do_not_exist_yet() {
-    for command in ["tradeoff", "roots", "measure"] {
+    for command in ["tradeoff", "roots"] {
         let says = format!("the command '{command}' does not exist yet");
         fails(&[command], 2, &says);
         fails(&[command, "x.toml", "--pov", "--help"], 2, &says);

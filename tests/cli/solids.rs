@@ -1,4 +1,4 @@
-//! Commands about solids: `probe`, `export`, and what `plan` says of combinations.
+//! Commands about solids: `probe`, `measure`, `export`, and what `plan` says of combinations.
 
 use super::{folder, lanecast, names, stderr, stdout};
 use serde_json::Value;
@@ -240,4 +240,67 @@ fn plan_says_what_is_odd_about_combinations() {
         let said = remarks[0].as_str().unwrap();
         assert!(said.contains(says), "{part}: {said}");
     }
+}
+
+fn measure(folder: &Path, more: &[&str]) -> Value {
+    write(folder, PART);
+    let arguments = [&["measure", "a.toml", "--json", "-"], more].concat();
+    let output = lanecast(folder, &arguments);
+    assert!(output.status.success(), "{}", stderr(&output));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// Within three of its half widths, and these no wider than asked for.
+fn is_measured(row: &Value, key: &str, value: f64, relative: f64) {
+    let found = row[key].as_f64().unwrap();
+    let error = row[format!("{key}_error")].as_f64().unwrap();
+    assert!((found - value).abs() <= 3.0 * error, "{row}: {key} {value}");
+    assert!(error <= relative * value, "{row}");
+}
+
+#[test]
+fn measure_gives_volumes_areas_and_centroids_of_the_roots() {
+    use std::f64::consts::PI;
+    let folder = folder();
+    let found = measure(folder.path(), &[]);
+    assert_eq!(found["surfaces_left_out"], 2);
+    assert_eq!(found["unbounded_left_out"], 1);
+    let [part, ball] = found["solids"].as_array().unwrap().as_slice() else {
+        panic!("{found}");
+    };
+    assert_eq!(
+        (&part["name"], &ball["name"]),
+        (&"part".into(), &"ball".into())
+    );
+    // A bore of radius 1/2 through 2 of the block.
+    is_measured(part, "volume", 24.0 - PI * 0.5, 1e-3);
+    is_measured(part, "area", 56.0 - PI * 0.5 + 2.0 * PI, 1e-3);
+    is_measured(ball, "volume", PI / 6.0, 1e-3);
+    is_measured(ball, "area", PI, 1e-3);
+    let centroid = |row: &Value, k: usize| row["centroid"][k].as_f64().unwrap();
+    assert!((centroid(ball, 2) - 12.0).abs() < 1e-2, "{ball}");
+    assert!((0..3).all(|k| centroid(part, k).abs() < 1e-2), "{part}");
+
+    let found = measure(
+        folder.path(),
+        &["--per-shape", "--error", "2e-3", "--seed", "3"],
+    );
+    let [part, ball] = found["solids"].as_array().unwrap().as_slice() else {
+        panic!("{found}");
+    };
+    is_measured(part, "volume", 24.0 - PI * 0.5, 2e-3);
+    is_measured(ball, "area", 4.0 * PI, 2e-3);
+}
+
+#[test]
+fn measure_refuses_errors_that_cannot_be_reached() {
+    let folder = folder();
+    write(folder.path(), PART);
+    let output = lanecast(folder.path(), &["measure", "a.toml", "--error", "0"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        stderr(&output).contains("1e-6 to 0.5"),
+        "{}",
+        stderr(&output)
+    );
 }

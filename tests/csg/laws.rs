@@ -262,7 +262,13 @@ fn scale_changes_no_bit_of_any_mantissa() {
         let (one, rays, _) = at(0);
         for power in [-100, -63, -31, -1, 1, 10, 52, 77, 100] {
             let (scaled, moved, scale) = at(power);
-            for arithmetic in ALL {
+            // Squares of coordinates leave f32 otherwise.
+            let modes = if power.abs() <= 31 {
+                &ALL[..]
+            } else {
+                &RIGHT[..]
+            };
+            for arithmetic in modes.iter().copied() {
                 let expected = bits(&one, &rays, arithmetic);
                 let found = bits(&scaled, &moved, arithmetic);
                 for (i, (found, expected)) in found.iter().zip(&expected).enumerate() {

@@ -1,13 +1,15 @@
 //! Gaps and overlaps: of units in the last place, exactly; within a tolerance,
 //! closed.
 
-use super::asked::{Asked, agree, line, spans};
+use super::asked::{Asked, agree, kernels, line, spans};
 use super::coincidence::{block_with, v};
 use super::common::{Random, RayColumns};
 use super::truth::{Tree, changes, is_nearest, part_in_box};
 use glam::DVec3;
 use lanecast::geom::{Cuboid, Cylinder};
+use lanecast::plan::Arithmetic;
 use lanecast::scene::{Edge, Operand, Operator};
+use lanecast::trace::HitId;
 
 use Operator::{Difference, Intersection, Union, Xor};
 
@@ -157,6 +159,10 @@ fn gaps_within_the_tolerance_are_closed() {
             rays.push(org, [0.02, -1.0, -0.01]);
         }
         let hits = agree(&asked, &rays).iter().flatten().count();
-        assert_eq!(hits, if skin { 200 } else { 0 }, "{gap} {tolerance}");
+        let expected = if skin { 200 } else { 0 };
+        assert_eq!(hits, expected, "{gap} {tolerance}");
+        let fast = rays.closest(&asked.world(), &kernels(Arithmetic::F32));
+        let hits = fast.iter().filter(|a| a.1 != HitId::NONE).count();
+        assert_eq!(hits, expected, "{gap} {tolerance}");
     }
 }

@@ -288,7 +288,7 @@ fn check(tree: &Tree, asked: &Asked, parts: &[Option<Part>], in_fast: bool, cont
         if let (Some(hit), Some((change, t))) = (hit, &expected[i]) {
             assert!(is_nearest(hit.t, t), "{context}");
             let outward = if change.enters { -1.0 } else { 1.0 };
-            assert!((hit.normal[0] - outward).abs() < 1e-9, "{context}");
+            assert!(hit.normal[0] * outward > 0.5, "{context}");
         }
     }
     let modes = if in_fast { &ALL[..] } else { &RIGHT[..] };
@@ -305,8 +305,9 @@ fn check(tree: &Tree, asked: &Asked, parts: &[Option<Part>], in_fast: bool, cont
                     1e-6
                 };
                 assert!(off < rational(near) && off > rational(-near), "{context}");
-                let forward = i < ORIGINS.len();
-                assert!(!forward || id.primitive == id_of(change), "{context}");
+                // Of several surfaces at one place fast takes any.
+                let told = i < ORIGINS.len() && *arithmetic != Arithmetic::F32;
+                assert!(!told || id.primitive == id_of(change), "{context}");
             }
         }
     }

@@ -340,7 +340,7 @@ fn two_intervals_of_any_kinds_are_as_set_algebra_says() {
                     "{name}, kinds {kinds:?}, {operator:?}, swapped {swapped}, complement {complement}"
                 );
                 // In f32 kinds agree with their like at best.
-                let in_fast = kinds == [1, 1];
+                let in_fast = kinds == [1, 1] && second[0] < second[1];
                 check(&tree, &asked, &parts, in_fast, &context);
             }
         }

@@ -157,14 +157,15 @@ fn is_normal(
 ) -> bool {
     let like = |hit: &Hit| n.dot(DVec3::from_array(hit.normal)) > 0.9;
     let Some(hit) = hit else { return false };
-    let size = org.iter().fold(hit.t.abs(), |m, x| m.max(x.abs())) * 1e-7;
-    // Past the edge, or to it from the other side.
+    let size = org.iter().fold(hit.t.abs(), |m, x| m.max(x.abs()));
+    // Past the edge, or to it from the other side; what is there may be thin.
     let beside = |i: usize| {
+        let size = size * [1e-7, 1e-9, 1e-11][i / 16];
         let off: [f64; 3] = std::array::from_fn(|k| if i >> k & 1 == 0 { size } else { -size });
-        let back = if i < 8 { 0.0 } else { 0.999 / hit.t };
+        let back = if i & 8 == 0 { 0.0 } else { 0.999 / hit.t };
         let org = std::array::from_fn(|k| org[k] + off[k]);
         let dir = std::array::from_fn(|k| f64::from(dir[k]) - off[k] * back);
         judge.nearest(org, dir, f64::INFINITY)
     };
-    like(&hit) || (0..16).filter_map(beside).any(|hit| like(&hit))
+    like(&hit) || (0..48).filter_map(beside).any(|hit| like(&hit))
 }

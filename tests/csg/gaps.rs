@@ -6,7 +6,7 @@ use super::coincidence::{block_with, v};
 use super::common::{Random, RayColumns};
 use super::truth::{Tree, changes, is_nearest, part_in_box};
 use glam::DVec3;
-use lanecast::geom::{Cuboid, Cylinder};
+use lanecast::geom::{Cuboid, Cylinder, HalfSpace};
 use lanecast::plan::Arithmetic;
 use lanecast::scene::{Edge, Operand, Operator};
 use lanecast::trace::HitId;
@@ -92,8 +92,8 @@ fn gaps_and_overlaps_of_units_in_the_last_place_are_exact() {
     }
 }
 
-/// A solid with a tolerance ends where one of its operands ends, never before it:
-/// the drill's side passes near the block's face there, but not in the block.
+/// A solid with a tolerance begins where it does without, or not at all: what is
+/// taken away ends in front of the block.
 #[test]
 fn a_tolerance_adds_nothing_in_front_of_a_solid() {
     let asked = Asked::new(|scene| {
@@ -104,13 +104,8 @@ fn a_tolerance_adds_nothing_in_front_of_a_solid() {
                 max: v(2.0, 1.0, 1.0),
             },
         );
-        let before = scene.cuboid(
-            "",
-            Cuboid {
-                min: v(-1.0, -2.0, -2.0),
-                max: v(0.875, 2.0, 2.0),
-            },
-        );
+        let (normal, offset) = (DVec3::X, 0.875);
+        let before = scene.half_space("", HalfSpace { normal, offset });
         let (shape, id) = scene.declare_combination("", Difference);
         scene.set_operands(id, &[block, before].map(Operand::shape));
         scene.set_tolerance(id, 0.25);

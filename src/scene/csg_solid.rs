@@ -24,6 +24,8 @@ pub struct Frame {
     /// The largest shift on the way from the one to the other, in the solid's
     /// units: maps are known to roundings of it, though they may cancel.
     pub reach: f64,
+    /// How many times a rounding in the one space counts in the other.
+    pub condition: f64,
 }
 
 /// A shape that is no combination, as part of one.
@@ -114,6 +116,7 @@ impl<'t> Unfold<'t> {
             operand_from_solid: Affine::IDENTITY,
             solid_from_operand: Affine::IDENTITY,
             reach: 0.0,
+            condition: 1.0,
         };
         Unfold {
             tables,
@@ -194,9 +197,11 @@ impl<'t> Unfold<'t> {
         let solid_from_operand = above.solid_from_operand.then_after(local);
         let largest = |shift: &[f64; 3]| shift.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         let shift = above.solid_from_operand.norm() * largest(&local.translation);
+        let operand_from_solid = inverse.then_after(&above.operand_from_solid);
         let frame = Frame {
-            operand_from_solid: inverse.then_after(&above.operand_from_solid),
+            operand_from_solid,
             solid_from_operand,
+            condition: operand_from_solid.norm() * solid_from_operand.norm(),
             reach: above
                 .reach
                 .max(shift)
@@ -218,16 +223,11 @@ impl<'t> Unfold<'t> {
         if frame == 0 {
             return Some(own);
         }
-        let Frame {
-            operand_from_solid,
-            solid_from_operand,
-            reach,
-        } = &self.frames[frame as usize];
+        let frame = &self.frames[frame as usize];
+        let bounds = placed(&own, &frame.solid_from_operand);
         // The maps are each other's inverse but for their roundings.
-        let condition = operand_from_solid.norm() * solid_from_operand.norm();
-        let bounds = placed(&own, solid_from_operand);
-        let size = bounds.max_abs() + reach;
-        Some(bounds.grown(DVec3::splat(size * condition * (16.0 * f64::EPSILON))))
+        let size = (bounds.max_abs() + frame.reach) * frame.condition;
+        Some(bounds.grown(DVec3::splat(size * (16.0 * f64::EPSILON))))
     }
 }
 

@@ -129,13 +129,14 @@ fn collect(
     inside: &mut Vec<u32>,
 ) {
     let operand = &solid.operands[number as usize];
-    if operand.bounds.is_some_and(|b| passes_by(&b, line)) {
+    let frame = &solid.frames[operand.frame as usize];
+    let missed = |b: Aabb| passes_by(&b, line, frame.condition);
+    if operand.bounds.is_some_and(missed) {
         return;
     }
     let Some(primitive) = solid_of(tables, operand.shape) else {
         return;
     };
-    let frame = &solid.frames[operand.frame as usize];
     let own = in_frame(frame, operand.frame, line);
     let Some([enter, exit]) = span(&primitive, &own) else {
         return;
@@ -173,11 +174,12 @@ pub fn in_frame(frame: &Frame, number: u32, line: &Line) -> Line {
     }
 }
 
-/// Certain, but not complete: the box is met with room for all roundings.
-pub(super) fn passes_by(bounds: &Aabb, line: &Line) -> bool {
+/// Certain, but not complete: the box is met with room for all roundings, each of
+/// which counts `condition` times.
+pub(super) fn passes_by(bounds: &Aabb, line: &Line, condition: f64) -> bool {
     let (org, dir) = (DVec3::from_array(line.org), DVec3::from_array(line.dir));
     let size = bounds.max_abs().max(org.abs().max_element());
-    let slack = DVec3::splat(size * (32.0 * f64::EPSILON));
+    let slack = DVec3::splat(size * condition * (32.0 * f64::EPSILON));
     let bounds = bounds.grown(slack);
     let (mut enter, mut exit) = (f64::NEG_INFINITY, f64::INFINITY);
     for k in 0..3 {

@@ -94,7 +94,7 @@ pub fn spans(
             Shape::Cone(row) if scene.cones.row(row).open => spans.left_out += 1,
             shape => {
                 let bounds = shape_bounds(scene, appearance.shape);
-                if bounds.is_some_and(|bounds| passes_by(&bounds, &ray.line)) {
+                if bounds.is_some_and(|bounds| passes_by(&bounds, &ray.line, 1.0)) {
                     continue;
                 }
                 match shape {

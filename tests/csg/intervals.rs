@@ -287,10 +287,8 @@ fn check(tree: &Tree, asked: &Asked, parts: &[Option<Part>], in_fast: bool, cont
         assert_eq!(hit.is_some(), expected[i].is_some(), "{context}");
         if let (Some(hit), Some((change, t))) = (hit, &expected[i]) {
             assert!(is_nearest(hit.t, t), "{context}");
-            // The normal is against the ray where it comes in.
-            let backward = i >= ORIGINS.len();
-            let against = if change.enters != backward { -1.0 } else { 1.0 };
-            assert!((hit.normal[0] - against).abs() < 1e-9, "{context}");
+            let outward = if change.enters { -1.0 } else { 1.0 };
+            assert!(hit.normal[0] * outward > 0.5, "{context}");
         }
     }
     let modes = if in_fast { &ALL[..] } else { &RIGHT[..] };
@@ -307,8 +305,9 @@ fn check(tree: &Tree, asked: &Asked, parts: &[Option<Part>], in_fast: bool, cont
                     1e-6
                 };
                 assert!(off < rational(near) && off > rational(-near), "{context}");
-                let forward = i < ORIGINS.len();
-                assert!(!forward || id.primitive == id_of(change), "{context}");
+                // Of several surfaces at one place fast takes any.
+                let told = i < ORIGINS.len() && *arithmetic != Arithmetic::F32;
+                assert!(!told || id.primitive == id_of(change), "{context}");
             }
         }
     }
@@ -341,7 +340,7 @@ fn two_intervals_of_any_kinds_are_as_set_algebra_says() {
                     "{name}, kinds {kinds:?}, {operator:?}, swapped {swapped}, complement {complement}"
                 );
                 // In f32 kinds agree with their like at best.
-                let in_fast = kinds == [1, 1];
+                let in_fast = kinds == [1, 1] && second[0] < second[1];
                 check(&tree, &asked, &parts, in_fast, &context);
             }
         }

@@ -235,7 +235,7 @@ fn random_leaf(random: &mut Random) -> Leaf {
     }
 }
 
-/// Turns by 30°, now and then by anything, and a shift.
+/// Turns by 30°, now and then by anything, and a shift; flat and long ones, too.
 fn placement(random: &mut Random) -> DAffine3 {
     let axis = DVec3::AXES[random.below(3) as usize];
     let degrees = match random.below(4) {
@@ -244,7 +244,13 @@ fn placement(random: &mut Random) -> DAffine3 {
     };
     let on_grid = random.below(2) == 0;
     let turn = DQuat::from_axis_angle(axis, f64::to_radians(degrees));
-    DAffine3::from_rotation_translation(turn, point(random, on_grid) * 0.5)
+    let shift = point(random, on_grid) * 0.5;
+    let scale = match random.below(4) {
+        0 => DVec3::new(1.0, 1.0, 10.0_f64.powi(random.below(7) as i32 - 6)),
+        1 => DVec3::splat(if random.below(2) == 0 { 2.0 } else { 0.5 }),
+        _ => DVec3::ONE,
+    };
+    DAffine3::from_scale_rotation_translation(scale, turn, shift)
 }
 
 /// From anywhere to anywhere, along axes, from grid point to grid point.

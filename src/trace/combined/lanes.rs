@@ -65,7 +65,7 @@ pub(in crate::trace) fn first<L: Lanes, C: Certainty>(
     limit: L,
 ) -> Option<Met<L>> {
     // Boundaries that are one within a distance are left to the other function.
-    if combined.solid.tolerance > 0.0 && C::GUARDED {
+    if combined.solid.tolerance > 0.0 {
         return None;
     }
     let mut scratch = SCRATCH.take().unwrap_or_default();

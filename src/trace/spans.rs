@@ -188,12 +188,14 @@ impl Ray<'_> {
     /// `normal`: object space, any length.
     fn end(&self, t: f64, shape: ShapeId, material: Option<MaterialId>, normal: DVec3) -> End {
         let map = &self.appearance.object_from_world;
+        let normal = unit(DVec3::from_array(map.transposed_vector(normal.to_array())));
         End {
             t,
             shape,
             material: self.appearance.material.or(material),
             point: self.org + self.dir * t,
-            normal: unit(DVec3::from_array(map.transposed_vector(normal.to_array()))),
+            // No zero below zero: these are read by people.
+            normal: normal + DVec3::ZERO,
         }
     }
 }

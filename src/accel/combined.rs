@@ -17,6 +17,9 @@ use glam::DVec3;
 /// With no more operands than this a tree does not pay.
 const FEW: usize = 12;
 
+/// Frames of a greater condition have no tree.
+const WILD: f64 = 8.0;
+
 #[derive(Clone, Debug)]
 pub struct Combined {
     pub solid: CsgSolid,
@@ -52,7 +55,13 @@ impl Combined {
             }
         }
         let mut tree = None;
-        if bounded.len() > FEW {
+        // A tree's boxes have room for the roundings of rays, but not if these count
+        // many times in the operands' spaces.
+        let wild = solid
+            .frames
+            .iter()
+            .any(|frame| frame.operand_from_solid.norm() * frame.solid_from_operand.norm() > WILD);
+        if bounded.len() > FEW && !wild {
             let (built, order) = build(&boxes, &Quality::default());
             let order = order.iter().map(|i| bounded[*i as usize]).collect();
             tree = Some((built, order));

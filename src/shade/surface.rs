@@ -84,7 +84,7 @@ impl Surface {
             ),
         };
         let mut t = t;
-        let (mut left, mut roundoff) = (0.0, SINGLE);
+        let (mut left, mut roundoff, mut blurred) = (0.0, SINGLE, 0.0);
         if arithmetic != Arithmetic::F32 {
             let ray = (object_org, object_dir);
             let (refined, height) = refined(world, (shape, id.primitive), ray, t);
@@ -98,6 +98,11 @@ impl Surface {
             let flat = matches!(entry.shape, Shape::Mesh(_) | Shape::Polygon(_));
             if arithmetic == Arithmetic::F64 || !flat {
                 roundoff = DOUBLE;
+            }
+            // So are operands of combinations, at their size, but one by one.
+            if let (Arithmetic::F32Guarded, Some(part)) = (arithmetic, part) {
+                let bounds = shape_bounds(world.scene, part.operand.id);
+                blurred = bounds.map_or(0.0, |own| SINGLE * own.extent().max_element());
             }
         }
         let point = world_org + world_dir * t;
@@ -141,7 +146,7 @@ impl Surface {
         let object_size = own_size.max(object_org.abs().max_element());
         let world_size = world_org.abs().max(point.abs()).max_element();
         let stretch = entry.stretch * part.map_or(1.0, |part| part.stretch);
-        let rounded = roundoff * stretch * object_size + DOUBLE * world_size;
+        let rounded = stretch * (roundoff * object_size + blurred) + DOUBLE * world_size;
         Surface {
             point,
             ng,

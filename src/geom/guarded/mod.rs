@@ -243,6 +243,32 @@ impl<L: Lanes> Ends<L> {
     }
 }
 
+impl<L: Lanes> Ends<L> {
+    /// With bounds that are so many times as wide; what may then be empty, is in
+    /// doubt.
+    #[inline(always)]
+    pub fn widened(&self, times: L) -> Ends<L> {
+        let infinity = L::splat(L::Scalar::INFINITY);
+        let end = |[least, value, most]: [L; 3]| {
+            let (below, above) = ((value - least) * times, (most - value) * times);
+            // Of an infinite end both are no number.
+            let met = value.abs().lt(infinity);
+            [
+                L::select(met, value - below, least),
+                value,
+                L::select(met, value + above, most),
+            ]
+        };
+        let (enter, exit) = (end(self.enter), end(self.exit));
+        Ends {
+            enter,
+            exit,
+            some: self.some & enter[2].lt(exit[0]),
+            none: self.none,
+        }
+    }
+}
+
 /// The part of a ray inside a convex solid, as far as it is certain.
 struct Part<L: Lanes> {
     enter: Between<L>,

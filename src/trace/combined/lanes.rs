@@ -102,7 +102,8 @@ fn run<L: Lanes, C: Certainty>(
     let mut tracks = [nothing; MOST];
     let tracks = &mut tracks[..operands.len()];
     let mut open = active;
-    let mut unsure = unsettled::<L, C>(combined, ray) & open;
+    let mut unsure = 0;
+    let wider = wider::<L, C>(combined, ray);
     let mut moved: Option<(u32, Frames<L>)> = None;
     let own = Frames {
         org: object.org,
@@ -121,7 +122,13 @@ fn run<L: Lanes, C: Certainty>(
                 &moved.insert((row, Frames::new(org, dir, ray.t_min))).1
             }
         };
-        let ends = ends::<L, C>(tables, operand.shape, frame);
+        let mut ends = ends::<L, C>(tables, operand.shape, frame);
+        if let Some(wider) = wider {
+            if matches!(operand.shape, Shape::Polyhedron(_) | Shape::HalfSpace(_)) {
+                unsure = open;
+            }
+            ends = ends.widened(wider);
+        }
         unsure |= track.start(&ends, ray.t_min);
     }
     unsure &= open;
@@ -262,21 +269,21 @@ impl<L: Lanes> Frames<L> {
     }
 }
 
-/// Lanes for which boundaries of operands in different frames, that are one by
-/// definition, might look like two that are apart: where roundings of the frames
-/// are not small beside those of the lanes.
+/// By how much the bounds of boundaries grow, so that those of operands in
+/// different frames which are one by definition overlap. A boundary's bound is at
+/// least 2.5 roundings of the operand's least extent over the rate at which the ray
+/// leaves its surface (but for planes: beside a corner, or near the start, they may be known better);
+/// its placement is 32 roundings of f64, of coordinates that count `roughness` times
+/// in that extent. Twice that, for the roundings of these numbers.
 #[inline(always)]
-fn unsettled<L: Lanes, C: Certainty>(combined: &Combined, ray: &Ray<L>) -> u32 {
+fn wider<L: Lanes, C: Certainty>(combined: &Combined, ray: &Ray<L>) -> Option<L> {
     if !C::GUARDED || combined.roughness == 0.0 {
-        return 0;
+        return None;
     }
-    if L::is_double() {
-        return u32::MAX;
-    }
-    let size = combined.size();
-    let reach = ray.org.max_abs() + L::from_f64(size);
-    let rough = reach * L::from_f64(combined.roughness * 1024.0 * UNIT);
-    (!rough.lt(L::splat(L::Scalar::UNIT_ROUNDOFF))).bits()
+    let reach = ray.org.max_abs() + L::from_f64(combined.size());
+    let unit = L::Scalar::UNIT_ROUNDOFF.to_f64();
+    let share = combined.roughness * (2.0 * 32.0 / 2.5 * UNIT / unit);
+    Some(L::from_f32(1.0) + reach * L::from_f64(share))
 }
 
 #[inline(always)]

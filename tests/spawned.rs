@@ -128,7 +128,12 @@ fn wide(dir: [f32; 3]) -> DVec3 {
 }
 
 /// What rays from outside and inside hit.
-fn hits(world: &World, subject: &Subject, arithmetic: Arithmetic, random: &mut Random) -> Vec<Left> {
+fn hits(
+    world: &World,
+    subject: &Subject,
+    arithmetic: Arithmetic,
+    random: &mut Random,
+) -> Vec<Left> {
     let mut rays = RayColumns::default();
     let map = |p: DVec3| DVec3::from_array(subject.world_from_object.point(p.to_array()));
     for _ in 0..PRIMARY {
@@ -172,7 +177,11 @@ fn bound(
             shape,
             lanecast::scene::Shape::Mesh(_) | lanecast::scene::Shape::Polygon(_)
         );
-    let u = if single { f32::EPSILON.into() } else { f64::EPSILON } * 0.5;
+    let u = if single {
+        f32::EPSILON.into()
+    } else {
+        f64::EPSILON
+    } * 0.5;
     let own = shape_bounds(scene, appearance.shape).map_or(0.0, |b| b.max_abs());
     let object = DVec3::from_array(subject.object_from_world.point(org));
     let object = own.max(object.abs().max_element());
@@ -208,7 +217,11 @@ fn leave_all(
         }
     }
     counts.spawned = rays.len();
-    for (i, (t, id)) in rays.closest(world, &kernels(arithmetic)).into_iter().enumerate() {
+    for (i, (t, id)) in rays
+        .closest(world, &kernels(arithmetic))
+        .into_iter()
+        .enumerate()
+    {
         let (left, side) = from[i];
         let (org, dir) = rays.ray(i);
         if id == HitId::NONE {

@@ -67,16 +67,29 @@ pub fn same_pictures(before: &Rendered, after: &Rendered, scale: f64) -> Differe
         pairs.filter(|(a, b)| bits(a) != bits(b)).count()
     };
     let each = |a: &Option<Vec<[f32; 3]>>, b: &Option<Vec<[f32; 3]>>| {
-        triples(a.as_ref().expect("asked for"), b.as_ref().expect("asked for"))
+        triples(
+            a.as_ref().expect("asked for"),
+            b.as_ref().expect("asked for"),
+        )
     };
     let depth = {
         let pairs = a.depth.iter().flatten().zip(b.depth.iter().flatten());
-        pairs.filter(|(a, b)| grown(**a).to_bits() != b.to_bits()).count()
+        pairs
+            .filter(|(a, b)| grown(**a).to_bits() != b.to_bits())
+            .count()
     };
     let position = a.position.as_ref().expect("asked for");
     let position: Vec<[f32; 3]> = position.iter().map(|p| p.map(grown)).collect();
-    let instance = a.instance_id.iter().flatten().zip(b.instance_id.iter().flatten());
-    let primitive = a.primitive_id.iter().flatten().zip(b.primitive_id.iter().flatten());
+    let instance = a
+        .instance_id
+        .iter()
+        .flatten()
+        .zip(b.instance_id.iter().flatten());
+    let primitive = a
+        .primitive_id
+        .iter()
+        .flatten()
+        .zip(b.primitive_id.iter().flatten());
     let mut counts = [before.counts, after.counts];
     for counts in &mut counts {
         // What is tried first depends on what was built.
@@ -89,7 +102,10 @@ pub fn same_pictures(before: &Rendered, after: &Rendered, scale: f64) -> Differe
         ("instance", instance.filter(|(a, b)| a != b).count()),
         ("primitive", primitive.filter(|(a, b)| a != b).count()),
         ("depth", depth),
-        ("position", triples(&position, b.position.as_ref().expect("asked for"))),
+        (
+            "position",
+            triples(&position, b.position.as_ref().expect("asked for")),
+        ),
         ("counts", usize::from(counts[0] != counts[1])),
     ]
 }

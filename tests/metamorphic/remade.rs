@@ -191,11 +191,7 @@ impl Change {
             Shape::Polyhedron(id) => {
                 let planes = scene.polyhedra.planes(id).iter().map(|h| self.plane(h));
                 let points = scene.polyhedra.points(id).iter().map(|p| self.point(*p));
-                to.polyhedron(
-                    "",
-                    &planes.collect::<Vec<_>>(),
-                    &points.collect::<Vec<_>>(),
-                )
+                to.polyhedron("", &planes.collect::<Vec<_>>(), &points.collect::<Vec<_>>())
             }
             Shape::Polygon(id) => {
                 let points = scene.polygons.points(id).iter().map(|p| self.point(*p));

@@ -283,7 +283,7 @@ fn meet_plates(
             let dir = leaving(surface.ng, side, random);
             let steep = |dir: &[f32; 3]| {
                 let cosine = wide(*dir).dot(normal) / wide(*dir).length();
-                cosine > f64::max(1e-3, 4.0 * distance / size)
+                cosine > (4.0 * distance / size).clamp(1e-3, 0.5)
             };
             if let Some(dir) = dir.filter(steep) {
                 rays.push(surface.leave(wide(dir)), dir);

@@ -5,6 +5,7 @@ use lanecast::plan::Arithmetic;
 use lanecast::reference::Reference;
 use lanecast::render::Rendered;
 use lanecast::trace::{HitId, Outcome, RayKind, TracedRay};
+use std::ops::AddAssign;
 
 /// What differs, by name, and how often.
 pub type Differences = Vec<(&'static str, usize)>;
@@ -16,43 +17,62 @@ pub struct Tally {
     pub rays: usize,
     pub ties: usize,
     pub left_out: usize,
-    /// Those that found something.
-    found: Vec<(Arithmetic, String, Differences)>,
+    /// Those that found something: whether it is wrong, and what.
+    found: Vec<(bool, String, Differences)>,
+    /// How far apart t's are.
+    pub spread: Spread,
 }
 
 impl Tally {
-    pub fn add(&mut self, arithmetic: Arithmetic, what: &str, mut differences: Differences) {
+    /// `held`: nothing may differ. Else it is only said.
+    pub fn add(&mut self, held: bool, what: String, mut differences: Differences) {
         self.comparisons += 1;
         differences.retain(|(_, count)| *count > 0);
         if !differences.is_empty() {
-            self.found.push((arithmetic, what.into(), differences));
+            self.found.push((held, what, differences));
         }
     }
 
-    /// Nothing may differ.
     pub fn settle(&self) {
-        self.settle_in(|_| true);
-    }
-
-    /// Nothing may differ in some modes; in others it is said.
-    pub fn settle_in(&self, held: fn(Arithmetic) -> bool) {
-        for (arithmetic, what, differences) in &self.found {
-            println!("{arithmetic:?}, {what}: {differences:?}");
+        for (held, what, differences) in &self.found {
+            let said = if *held { "wrong" } else { "counted" };
+            println!("{said}: {what}: {differences:?}");
         }
-        let wrong = self.found.iter().filter(|(mode, ..)| held(*mode)).count();
+        let wrong = self.found.iter().filter(|(held, ..)| *held).count();
         assert_eq!(wrong, 0, "of {} comparisons", self.comparisons);
         assert!(self.comparisons > 0 && self.left_out * 4 < self.comparisons);
     }
 }
 
+/// t's of the same hit, two ways, in units in the last place of the mode's own
+/// numbers.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Spread {
+    pub hits: usize,
+    pub beyond_two: usize,
+    pub most: f64,
+    /// Times the cosine between ray and normal: a grazed surface's t is worse.
+    pub most_by_cosine: f64,
+}
+
+impl AddAssign for Spread {
+    fn add_assign(&mut self, other: Spread) {
+        self.hits += other.hits;
+        self.beyond_two += other.beyond_two;
+        self.most = self.most.max(other.most);
+        self.most_by_cosine = self.most_by_cosine.max(other.most_by_cosine);
+    }
+}
+
 pub fn show(name: &str, tally: Tally) -> Tally {
     println!(
-        "{name}: {} comparisons, {} left out, {} rays, {} exact ties; {} found something",
+        "{name}: {} comparisons, {} left out, {} rays, {} exact ties; {} found something; {:?}",
         tally.comparisons,
         tally.left_out,
         tally.rays,
         tally.ties,
-        tally.found.len()
+        tally.found.len(),
+        tally.spread
     );
     tally
 }
@@ -110,13 +130,13 @@ pub fn same_pictures(before: &Rendered, after: &Rendered, scale: f64) -> Differe
     ]
 }
 
-/// Hits, ids and shadows of every ray, pixel by pixel, and t of camera rays: the
-/// rays of these are the same but for the turn, those of others nearly.
+/// Hits, ids and shadows of every ray, pixel by pixel, and how far apart the t's
+/// of camera rays are: these are the same rays but for the turn, others nearly.
 pub fn same_records(
     before: &[TracedRay],
     after: &[TracedRay],
     arithmetic: Arithmetic,
-) -> Differences {
+) -> (Differences, Spread) {
     let pixels = |rays: &'_ [TracedRay]| -> Vec<usize> {
         let starts = 1..rays.len();
         let starts = starts.filter(|i| rays[*i].pixel != rays[i - 1].pixel);
@@ -124,7 +144,8 @@ pub fn same_records(
     };
     let (starts, others) = (pixels(before), pixels(after));
     assert_eq!(starts.len(), others.len(), "every pixel has a camera ray");
-    let [mut rays, mut kinds, mut hits, mut ids, mut shadows, mut far] = [0; 6];
+    let [mut rays, mut kinds, mut hits, mut ids, mut shadows] = [0; 5];
+    let mut spread = Spread::default();
     for i in 1..starts.len() {
         let pixel = &before[starts[i - 1]..starts[i]];
         let other = &after[others[i - 1]..others[i]];
@@ -140,9 +161,15 @@ pub fn same_records(
                 (Outcome::Miss, Outcome::Miss) => {}
                 (Outcome::Hit { .. }, Outcome::Hit { .. }) => {
                     ids += usize::from(id_of(a) != id_of(b));
-                    let ulps = ulps(t_of(a), t_of(b), arithmetic);
-                    let cosine = cosine(a);
-                    far += usize::from(a.kind == RayKind::Primary && ulps > 2.0);
+                    if a.kind == RayKind::Primary && id_of(a) == id_of(b) {
+                        let ulps = ulps(t_of(a), t_of(b), arithmetic);
+                        spread += Spread {
+                            hits: 1,
+                            beyond_two: usize::from(ulps > 2.0),
+                            most: ulps,
+                            most_by_cosine: ulps * cosine(a),
+                        };
+                    }
                 }
                 (Outcome::Clear | Outcome::Blocked, Outcome::Clear | Outcome::Blocked) => {
                     shadows += usize::from(a.outcome != b.outcome);
@@ -151,14 +178,14 @@ pub fn same_records(
             }
         }
     }
-    vec![
+    let differences = vec![
         ("pixels with more or fewer rays", rays),
         ("kind", kinds),
         ("hit", hits),
         ("id", ids),
         ("shadow", shadows),
-        ("t beyond 2 ulps", far),
-    ]
+    ];
+    (differences, spread)
 }
 
 fn id_of(ray: &TracedRay) -> (u64, u32) {

@@ -235,7 +235,10 @@ fn what_nobody_sees_does_not_show_anywhere() {
 /// surfaces.
 fn questions(plain: &Loaded, config: &RenderConfig, hard: usize) -> RayColumns {
     let record = rendered(plain, Arithmetic::F64, config).record;
-    let bounded = (plain.scene.half_spaces.len() == 0)
+    let bounded = plain
+        .scene
+        .half_spaces
+        .is_empty()
         .then(|| hard_rays(&plain.scene, &plain.appearances, 3, hard));
     let mut rays = bounded.unwrap_or_default();
     for ray in &record {

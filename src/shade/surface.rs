@@ -65,7 +65,7 @@ impl Surface {
             }
         };
         let mut t = t;
-        let (mut left, mut roundoff, mut blurred) = (0.0, SINGLE, 0.0);
+        let (mut left, mut roundoff) = (0.0, SINGLE);
         if arithmetic != Arithmetic::F32 {
             let ray = (object_org, object_dir);
             let (refined, height) = refined(world, (entry.shape, id.primitive), ray, t);
@@ -74,15 +74,11 @@ impl Surface {
             let rise = to_world_rise(placed, height.normal);
             left = height.above.abs() / rise;
             left = if left.is_finite() { left } else { 0.0 };
-            // Lanes in f32 had better be certain that what a ray has left lies
-            // behind. Solids they meet after a step in f64, at the solid's size.
+            // A triangle is met from where the ray starts, by lanes of any type: they
+            // had better be certain that it lies behind. Solids are met in f64 first.
             let flat = matches!(entry.shape, Shape::Mesh(_) | Shape::Polygon(_));
-            if arithmetic == Arithmetic::F64 {
+            if arithmetic == Arithmetic::F64 || !flat {
                 roundoff = DOUBLE;
-            } else if !flat {
-                roundoff = DOUBLE;
-                let bounds = shape_bounds(world.scene, appearance.shape);
-                blurred = bounds.map_or(0.0, |own| SINGLE * own.extent().max_element());
             }
         }
         let point = world_org + world_dir * t;
@@ -119,7 +115,7 @@ impl Surface {
         // In object space as the kernel rounds them; world rays are f64.
         let object_size = own_size.max(object_org.abs().max_element());
         let world_size = world_org.abs().max(point.abs()).max_element();
-        let rounded = entry.stretch * (roundoff * object_size + blurred) + DOUBLE * world_size;
+        let rounded = roundoff * entry.stretch * object_size + DOUBLE * world_size;
         Surface {
             point,
             ng,

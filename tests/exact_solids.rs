@@ -34,6 +34,8 @@ struct Seen {
     /// 10^6, of those that are met.
     known: [usize; 2],
     met: usize,
+    /// The error of what f64 knows of t, over its bound, at worst: by kind.
+    tightness: [f64; KINDS],
 }
 
 fn first(case: &Case, t_min: f64) -> Option<Root> {
@@ -64,6 +66,31 @@ fn check_at(case: &Case, truth: &Truth, t_min: f64) -> Option<(Root, truth::Root
         }
     }
     Some((met, exact.clone()))
+}
+
+/// The error of f64's t over its bound, if that is more than `least`.
+fn tightness(root: &Root, exact: &truth::Root, least: f64) -> f64 {
+    let (value, error) = (root.t.value, root.t.error);
+    if !(value.is_finite() && error.is_finite()) {
+        return least;
+    }
+    let (value, error) = (Number::of(value), Number::of(error));
+    let within = |share: f64| {
+        let error = &error * &Number::of(share);
+        exact.order_with(&(&value + &error)).is_le() && exact.order_with(&(&value - &error)).is_ge()
+    };
+    if within(least) {
+        return least;
+    }
+    let (mut less, mut more) = (least, 1.0);
+    while more - less > 1e-3 {
+        let middle = (less + more) * 0.5;
+        match within(middle) {
+            true => more = middle,
+            false => less = middle,
+        }
+    }
+    more
 }
 
 /// The first crossing, and those that follow it.
@@ -188,7 +215,8 @@ fn campaign(count: usize, seed: u64) -> Seen {
         seen.kinds[kind] += 1;
         seen.sorts[sort] += 1;
         seen.twins[kind] += usize::from(truth.twins);
-        for (root, _) in &all {
+        for (root, exact) in &all {
+            seen.tightness[kind] = tightness(root, exact, seen.tightness[kind]);
             let part = root.t.error / root.t.value.abs();
             seen.known[0] += usize::from(part <= 10.0 * f64::EPSILON);
             seen.known[1] += usize::from(part <= 1e-6);

@@ -3,6 +3,7 @@
 
 use super::common::Random;
 use glam::DVec3;
+use lanecast::geom::triangle::Corners;
 use lanecast::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Sphere, polygon_plane};
 
 #[derive(Clone, Debug)]
@@ -17,9 +18,10 @@ pub enum Kind {
     Polyhedron(Vec<HalfSpace>, DVec3),
     /// Corners, and the normal.
     Polygon(Vec<DVec3>, DVec3),
+    Triangle(Corners),
 }
 
-pub const NAMES: [&str; 10] = [
+pub const NAMES: [&str; 11] = [
     "sphere",
     "ellipsoid",
     "cylinder",
@@ -30,6 +32,7 @@ pub const NAMES: [&str; 10] = [
     "polyhedron",
     "polygon",
     "half-space",
+    "triangle",
 ];
 pub const KINDS: usize = NAMES.len();
 
@@ -192,12 +195,26 @@ pub fn subject(random: &mut Random, kind: usize, plain: bool) -> Subject {
             let normal = polygon_plane(&outline).unwrap_or(u.cross(v).normalize());
             Kind::Polygon(outline, normal)
         }
-        _ => {
+        9 => {
             let normal = direction(random) * stretch(random, much);
             Kind::HalfSpace(HalfSpace {
                 normal,
                 offset: normal.dot(center),
             })
+        }
+        _ => {
+            let long = random.vector() * (size * stretch(random, 1));
+            let wide = random.vector() * (size * stretch(random, much));
+            // A needle may be thinner than f32 can tell.
+            let wide = match random.below(4) {
+                0 if !plain => long * below_one(random) + wide * 1e-4,
+                _ => wide,
+            };
+            let corners = [center, center + long, center + wide];
+            let corners = corners.map(|p| p.to_array().map(|x| x as f32));
+            points.extend(corners.map(|p| DVec3::from_array(p.map(f64::from))));
+            extent = long.abs().max_element().max(wide.abs().max_element());
+            Kind::Triangle(corners)
         }
     };
     Subject {
@@ -246,6 +263,14 @@ impl Subject {
                 let i = random.below(points.len() as u64) as usize;
                 let (a, b) = (points[i], points[(i + 1) % points.len()]);
                 a + (b - a) * below_one(random)
+            }
+            Kind::Triangle(corners) => {
+                let [a, b, c] = corners.map(|p| DVec3::from_array(p.map(f64::from)));
+                let edge = a + (b - a) * below_one(random);
+                match random.below(2) {
+                    0 => edge,
+                    _ => edge + (c - edge) * below_one(random),
+                }
             }
             Kind::HalfSpace(plane) => {
                 let p = self.center + random.vector() * self.size;

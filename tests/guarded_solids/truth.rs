@@ -20,7 +20,7 @@ pub struct Truth {
     side: Option<Quadratic>,
     /// The side is all there is.
     open: bool,
-    /// A half-space's or a polygon's t, if the line meets it.
+    /// A half-space's, a polygon's or a triangle's t, if the line meets it.
     plane: Option<Option<Quotient>>,
 }
 
@@ -177,6 +177,16 @@ impl Truth {
                 let at = plane(&normal, &dot(&normal, &first)).zero();
                 let points: Vec<Vector> = points.iter().map(|p| vector(p.to_array())).collect();
                 let met = encloses(&points, &org, &dir);
+                truth.plane = Some(at.filter(|_| met));
+            }
+            Kind::Triangle(corners) => {
+                let corners = corners.map(|p| vector(p.map(f64::from)));
+                let [a, b, c] = &corners;
+                let (u, v) = (minus(b, a), minus(c, a));
+                let normal =
+                    [(1, 2), (2, 0), (0, 1)].map(|(i, j)| &(&u[i] * &v[j]) - &(&u[j] * &v[i]));
+                let at = plane(&normal, &dot(&normal, a)).zero();
+                let met = encloses(&corners, &org, &dir);
                 truth.plane = Some(at.filter(|_| met));
             }
         }

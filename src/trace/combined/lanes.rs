@@ -139,6 +139,7 @@ fn run<L: Lanes, C: Certainty>(
         program.inside(inside, values)
     };
     let start = ask(tracks);
+    let blur = blur::<L, C>(combined, ray);
     let mut met = Met {
         hit: 0,
         unsure,
@@ -156,9 +157,10 @@ fn run<L: Lanes, C: Certainty>(
         if open == 0 {
             break;
         }
+        let event = least + blur;
         let (mut once, mut twice) = (0, 0);
         for track in tracks.iter() {
-            let here = track.next[0].le(least).bits();
+            let here = track.next[0].le(event).bits();
             twice |= once & here;
             once |= here;
         }
@@ -170,7 +172,7 @@ fn run<L: Lanes, C: Certainty>(
         let mut at = [infinity; 3];
         let (mut numbers, mut entering, mut taken) = ([0; 16], 0, 0);
         for (track, number) in tracks.iter_mut().zip(operands.iter()) {
-            let here = track.next[0].le(least).bits() & open;
+            let here = track.next[0].le(event).bits() & open;
             if here == 0 {
                 continue;
             }
@@ -284,6 +286,18 @@ fn wider<L: Lanes, C: Certainty>(combined: &Combined, ray: &Ray<L>) -> Option<L>
     let unit = L::Scalar::UNIT_ROUNDOFF.to_f64();
     let share = combined.roughness * (2.0 * 32.0 / 2.5 * UNIT / unit);
     Some(L::from_f32(1.0) + reach * L::from_f64(share))
+}
+
+/// Without bounds: how far apart boundaries are one, so that faces which were made
+/// to coincide leave no skin; some roundings of what their t's are made of.
+#[inline(always)]
+fn blur<L: Lanes, C: Certainty>(combined: &Combined, ray: &Ray<L>) -> L {
+    if C::GUARDED || !combined.size().is_finite() {
+        return L::zero();
+    }
+    let reach = ray.org.max_abs() + L::from_f64(combined.size());
+    let rounding = L::splat(L::Scalar::UNIT_ROUNDOFF) * L::from_f32(32.0);
+    reach * rounding / ray.shear.along.abs()
 }
 
 #[inline(always)]

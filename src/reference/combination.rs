@@ -65,6 +65,9 @@ pub struct End<N> {
     face: usize,
 }
 
+/// Ends that are one, in groups of equal t.
+type Event<'e, N> = Vec<&'e [End<N>]>;
+
 /// An operand's part of a line. No end: it goes on for ever.
 type Span<N> = [Option<Meeting<N>>; 2];
 
@@ -247,8 +250,8 @@ impl Combination {
         scene: &Scene,
         ray: &Ray,
         ends: &'e [End<N>],
-    ) -> Result<Vec<Vec<&'e [End<N>]>>, N::Doubt> {
-        let mut events: Vec<Vec<&[End<N>]>> = Vec::new();
+    ) -> Result<Vec<Event<'e, N>>, N::Doubt> {
+        let mut events: Vec<Event<N>> = Vec::new();
         let mut rest = ends;
         while let Some(first) = rest.first() {
             let mut count = 1;

@@ -119,10 +119,11 @@ pub fn agree(asked: &Asked, rays: &RayColumns) -> Vec<Option<Hit>> {
             };
             assert!((t - hit.t).abs() <= near * size, "{}", context());
             let surface = Surface::at(&world, arithmetic, ray.0, ray.1, *t, *id);
-            // A ray within a face has its normal, too.
-            let within = ray.1.contains(&0.0);
+            // A ray within a face has its normal, too. And t in f32 does not tell the
+            // side of a very flat solid from its face.
+            let unknown = ray.1.contains(&0.0) || arithmetic != Arithmetic::F64;
             assert!(
-                within || is_normal(&judge, ray, *said, surface.ng),
+                unknown || is_normal(&judge, ray, *said, surface.ng),
                 "{}: {:?}",
                 context(),
                 surface.ng

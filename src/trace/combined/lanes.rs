@@ -139,7 +139,7 @@ fn run<L: Lanes, C: Certainty>(
         program.inside(inside, values)
     };
     let start = ask(tracks);
-    let blur = blur::<L, C>(combined, ray);
+    let [blur, share] = blur::<L, C>(ray);
     let mut met = Met {
         hit: 0,
         unsure,
@@ -157,7 +157,7 @@ fn run<L: Lanes, C: Certainty>(
         if open == 0 {
             break;
         }
-        let event = least + blur;
+        let event = least + (blur + least.abs() * share);
         let (mut once, mut twice) = (0, 0);
         for track in tracks.iter() {
             let here = track.next[0].le(event).bits();
@@ -289,15 +289,18 @@ fn wider<L: Lanes, C: Certainty>(combined: &Combined, ray: &Ray<L>) -> Option<L>
 }
 
 /// Without bounds: how far apart boundaries are one, so that faces which were made
-/// to coincide leave no skin; some roundings of what their t's are made of.
+/// to coincide leave no skin: so much, and such a part of t; some roundings of the
+/// coordinates there. What else the solid is made of does not matter.
 #[inline(always)]
-fn blur<L: Lanes, C: Certainty>(combined: &Combined, ray: &Ray<L>) -> L {
-    if C::GUARDED || !combined.size().is_finite() {
-        return L::zero();
+fn blur<L: Lanes, C: Certainty>(ray: &Ray<L>) -> [L; 2] {
+    if C::GUARDED {
+        return [L::zero(); 2];
     }
-    let reach = ray.org.max_abs() + L::from_f64(combined.size());
     let rounding = L::splat(L::Scalar::UNIT_ROUNDOFF) * L::from_f32(32.0);
-    reach * rounding / ray.shear.along.abs()
+    [
+        ray.org.max_abs() * rounding / ray.shear.along.abs(),
+        rounding,
+    ]
 }
 
 #[inline(always)]

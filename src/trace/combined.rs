@@ -14,7 +14,7 @@ use crate::accel::Combined;
 use crate::csg::{Boundary, Walk};
 use crate::geom::exact::{Line, Root, span};
 use crate::math::{Aabb, Vec3, length};
-use crate::scene::{CsgOperand, CsgSolid, Frame, Tables, outward_normal};
+use crate::scene::{CsgOperand, CsgSolid, Frame, Tables};
 use glam::DVec3;
 use std::cell::Cell;
 use std::ops::ControlFlow;
@@ -147,7 +147,7 @@ fn collect(
     {
         return;
     }
-    let mark = |root: Root| mark(solid, tables, operand, line, root);
+    let mark = |root: Root| mark(solid, operand, line, root);
     match enter {
         Some(root) => boundaries.push(Boundary {
             at: mark(root),
@@ -208,7 +208,7 @@ const PLACEMENT: f64 = 16.0 * f64::EPSILON;
 /// A surface that the ray nearly runs along, is met anywhere; but not so far away.
 const STEEPEST: f64 = 1.0 / (1_u64 << 26) as f64;
 
-fn mark(solid: &CsgSolid, tables: &Tables, operand: &CsgOperand, line: &Line, root: Root) -> Mark {
+fn mark(solid: &CsgSolid, operand: &CsgOperand, line: &Line, root: Root) -> Mark {
     let mut mark = Mark {
         root,
         frame: operand.frame,
@@ -228,7 +228,7 @@ fn mark(solid: &CsgSolid, tables: &Tables, operand: &CsgOperand, line: &Line, ro
     } = frame;
     let own = in_frame(frame, operand.frame, line);
     let at = |line: &Line| DVec3::from_array(line.org) + DVec3::from_array(line.dir) * root.t.value;
-    let normal = outward_normal(tables, operand.shape, at(&own));
+    let normal = root.normal_at(at(&own));
     let normal = DVec3::from_array(operand_from_solid.transposed_vector(normal.to_array()));
     let dir = DVec3::from_array(line.dir);
     let rate = (normal.dot(dir) / length(normal)).abs();

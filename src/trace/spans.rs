@@ -12,8 +12,7 @@ use crate::accel::Combined;
 use crate::geom::exact::{Line, Root, span};
 use crate::math::unit;
 use crate::scene::{
-    Appearance, Appearances, MaterialId, SceneError, Shape, ShapeId, Tables, outward_normal,
-    shape_bounds,
+    Appearance, Appearances, MaterialId, SceneError, Shape, ShapeId, Tables, shape_bounds,
 };
 use glam::DVec3;
 use std::collections::HashMap;
@@ -134,7 +133,7 @@ impl Ray<'_> {
         let [enter, exit] = span(&solid_of(self.scene, shape)?, &self.line)?;
         let end = |root: Root| {
             let t = root.rounded();
-            let normal = outward_normal(self.scene, shape, at(&self.line, t));
+            let normal = root.normal_at(at(&self.line, t));
             self.end(t, self.appearance.shape, None, normal)
         };
         Some(self.span(enter.map(end), exit.map(end)))
@@ -153,7 +152,7 @@ impl Ray<'_> {
                 let frame = &solid.frames[operand.frame as usize];
                 let t = crossing.root.rounded();
                 let own = in_frame(frame, operand.frame, &self.line);
-                let normal = outward_normal(self.scene, operand.shape, at(&own, t)).to_array();
+                let normal = crossing.root.normal_at(at(&own, t)).to_array();
                 let normal = frame.operand_from_solid.transposed_vector(normal);
                 let side = if crossing.primitive & TURNED != 0 {
                     -1.0

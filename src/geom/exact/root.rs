@@ -16,6 +16,7 @@ use crate::math::Number;
 use crate::math::bounds::Bounded;
 use crate::math::dyadic::{Dyadic, Space, exactly};
 use crate::math::int::decoded;
+use glam::DVec3;
 use std::cmp::Ordering;
 
 /// Which root of a polynomial.
@@ -45,6 +46,12 @@ impl Root {
             branch,
             t,
         }
+    }
+
+    /// Of the surface that is crossed, at or near the crossing `p`: outward, any
+    /// length. At an edge of a solid it is that of the face that decides.
+    pub fn normal_at(&self, p: DVec3) -> DVec3 {
+        self.surface.normal_at(p)
     }
 
     /// By t, exactly.

@@ -6,6 +6,7 @@ use crate::geom::triangle::Corners;
 use crate::math::Number;
 use crate::math::dyadic::{Dyadic, Space};
 use crate::math::number::{cross, dot};
+use glam::DVec3;
 
 /// A surface that a line crosses where a polynomial is zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,6 +41,33 @@ pub(super) enum Surface {
 }
 
 impl Surface {
+    /// Outward, any length, in f64, of the surface's nearest place to `p`.
+    pub fn normal_at(&self, p: DVec3) -> DVec3 {
+        match self {
+            Surface::Plane { normal, .. } | Surface::PlaneThrough { normal, .. } => {
+                DVec3::from_array(*normal)
+            }
+            Surface::Cap { cone, at_top } => {
+                let axis = cone.top - cone.base;
+                if *at_top { axis } else { -axis }
+            }
+            Surface::Facet(corners) => {
+                let [a, b, c] = corners.map(|c| DVec3::from_array(c.map(f64::from)));
+                (b - a).cross(c - a)
+            }
+            Surface::Sphere { center, .. } => p - DVec3::from_array(*center),
+            Surface::Ellipsoid { center, radii } => {
+                let radii = DVec3::from_array(*radii);
+                (p - DVec3::from_array(*center)) / radii / radii
+            }
+            Surface::Side(cone) => Cone {
+                open: true,
+                ..*cone
+            }
+            .normal_at(p),
+        }
+    }
+
     /// [a, b, c] of f(t) = a t² + 2b t + c along the line, t counted from `shift`.
     /// Below zero inside; of planes, where the normal comes from.
     ///

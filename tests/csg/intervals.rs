@@ -228,7 +228,7 @@ const OPERATORS: [Operator; 4] = [
 ];
 
 /// The first beyond t = 0 of a ray from `from` along the axis, or against it.
-fn first<'c>(all: &'c [Change], from: f64, backward: bool) -> Option<(&'c Change, Rational)> {
+fn first(all: &[Change], from: f64, backward: bool) -> Option<(&Change, Rational)> {
     let from = rational(from);
     let t = |c: &Change| if backward { &from - &c.t } else { &c.t - &from };
     let zero = rational(0.0);

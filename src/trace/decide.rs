@@ -5,7 +5,7 @@
 //! ([`crate::geom::exact`], [`crate::geom::triangle::exact`]).
 
 use super::combined;
-use super::combined::lanes::{Frames, ends};
+use super::combined::lanes::{Frames, ends, is_sharp};
 use super::leaf::{Everything, Tester};
 use super::packet::Packet;
 use super::query::{Depth, HitId, Query, Rival};
@@ -223,7 +223,8 @@ fn kernel_of_operand<L: Lanes>(
         from <= root.t.value && root.t.value <= to && to.is_finite()
     };
     let end = [ends.enter, ends.exit].into_iter().find(holds)?;
-    ends.some.any().then(|| end[1].lane(0).to_f64())
+    let known = ends.some.any() && is_sharp(&end).any();
+    known.then(|| end[1].lane(0).to_f64())
 }
 
 /// t of a root, the same whoever asks; and between which numbers it lies.

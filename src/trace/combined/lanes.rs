@@ -190,7 +190,13 @@ fn run<L: Lanes, C: Certainty>(
             track.flip(here, infinity);
         }
         let now = ask(tracks);
-        let changed = (now ^ start) & open;
+        let mut changed = (now ^ start) & open;
+        if C::GUARDED {
+            let vague = changed & !is_sharp(&at).bits();
+            met.unsure |= vague;
+            open &= !vague;
+            changed &= !vague;
+        }
         if changed != 0 {
             let lanes = L::Mask::from_bits(changed);
             met.t = L::select(lanes, at[1], met.t);
@@ -217,6 +223,13 @@ fn run<L: Lanes, C: Certainty>(
         open &= !least.gt(limit).bits();
     }
     Some(met)
+}
+
+/// Whether t is known to eight bits at least: what is near the start, in units of
+/// the operand, is better known by exact arithmetic.
+#[inline(always)]
+pub(in crate::trace) fn is_sharp<L: Lanes>([from, t, to]: &[L; 3]) -> L::Mask {
+    ((*to - *from) * L::from_f32(256.0)).le(t.abs())
 }
 
 impl<L: Lanes> Track<L> {

@@ -271,7 +271,7 @@ fn permuting(scenes: &[(String, Loaded)], config: &RenderConfig, hard: usize) ->
                 lanecast::scene::Shape::Mesh(mesh) => {
                     order.triangles[mesh.index()][id.primitive as usize]
                 }
-                _ => 0,
+                _ => id.primitive,
             };
             HitId {
                 instance,

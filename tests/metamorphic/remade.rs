@@ -207,6 +207,21 @@ impl Change {
                 let data = self.mesh(&scene.meshes.row(id));
                 to.mesh("", &order.mesh(data))
             }
+            Shape::Combination(id) => {
+                let table = &scene.combinations;
+                let (shape, new) = to.declare_combination("", table.operator[id.index()]);
+                let operand = |operand: &Operand| {
+                    let local = &scene.transforms.local[operand.transform.index()];
+                    operand.transform(to.transform(self.place(local)))
+                };
+                let operands: Vec<_> = table.operands(id).iter().map(operand).collect();
+                to.set_operands(new, &operands);
+                to.set_tolerance(new, table.tolerance[id.index()] * scale);
+                if let Some(material) = table.material[id.index()] {
+                    to.set_combination_material(new, material);
+                }
+                shape
+            }
         };
     }
 }

@@ -314,12 +314,8 @@ pub(crate) fn operands_first(tables: &Tables) -> Result<Vec<u32>, Vec<u32>> {
 
 /// The box around an operand, in the space of the combination that it is one of.
 pub(crate) fn operand_bounds(tables: &Tables, operand: &Operand) -> Option<Aabb> {
-    through(tables, operand, shape_bounds(tables, operand.shape))
-}
-
-fn through(tables: &Tables, operand: &Operand, own: Option<Aabb>) -> Option<Aabb> {
     let local = &tables.transforms.local[operand.transform.index()];
-    match own {
+    match shape_bounds(tables, operand.shape) {
         Some(own) if !local.is_identity() => Some(placed(&own, local)),
         own => own,
     }
@@ -329,27 +325,80 @@ fn through(tables: &Tables, operand: &Operand, own: Option<Aabb>) -> Option<Aabb
 /// first.
 pub(super) fn combination_bounds(tables: &Tables, order: &[u32]) -> Vec<Option<Aabb>> {
     let table = &tables.combinations;
-    let mut bounds: Vec<Option<Aabb>> = vec![None; table.len()];
+    let mut extents = vec![Extent::default(); table.len()];
     for row in order {
         let id = CombinationId(*row);
-        let of = |operand: &Operand| {
-            let own = match tables.shapes.row(operand.shape) {
-                Shape::Combination(below) => bounds[below.index()],
-                _ => shape_bounds(tables, operand.shape),
-            };
-            through(tables, operand, own)
-        };
-        let mut all = table.operands(id).iter().map(of);
-        bounds[*row as usize] = match table.operator[id.index()] {
-            Operator::Union | Operator::Xor => {
-                all.try_fold(Aabb::EMPTY, |b, one| Some(b.union(&one?)))
+        let of = |operand: &Operand| match tables.shapes.row(operand.shape) {
+            Shape::Combination(below) => extents[below.index()].through(tables, operand),
+            _ => Extent {
+                bounds: shape_bounds(tables, operand.shape),
+                ..Extent::default()
             }
-            Operator::Difference => all.next().flatten(),
-            Operator::Intersection => all.flatten().reduce(|a, b| overlap(&a, &b)),
+            .through(tables, operand),
+        };
+        let all: Vec<Extent> = table.operands(id).iter().map(of).collect();
+        let mut boxes = all.iter().map(|extent| extent.bounds);
+        let bounds = match table.operator[id.index()] {
+            Operator::Union | Operator::Xor => {
+                boxes.try_fold(Aabb::EMPTY, |b, one| Some(b.union(&one?)))
+            }
+            Operator::Difference => boxes.next().flatten(),
+            Operator::Intersection => boxes.flatten().reduce(|a, b| overlap(&a, &b)),
             Operator::Complement => None,
         };
+        let greatest = |of: fn(&Extent) -> f64| all.iter().map(of).fold(0.0, f64::max);
+        extents[*row as usize] = Extent {
+            bounds,
+            condition: greatest(|extent| extent.condition),
+            reach: greatest(|extent| extent.reach),
+        };
     }
-    bounds
+    extents.iter().map(|extent| extent.bounds).collect()
+}
+
+/// Where a combination lies, and how the maps below it blur that: as of frames.
+#[derive(Clone, Copy, Debug)]
+struct Extent {
+    bounds: Option<Aabb>,
+    condition: f64,
+    reach: f64,
+}
+
+impl Default for Extent {
+    fn default() -> Extent {
+        Extent {
+            bounds: None,
+            condition: 1.0,
+            reach: 0.0,
+        }
+    }
+}
+
+impl Extent {
+    /// With room for the roundings of rays that are met below.
+    fn through(self, tables: &Tables, operand: &Operand) -> Extent {
+        let row = operand.transform.index();
+        let (local, inverse) = (
+            &tables.transforms.local[row],
+            &tables.transforms.inverse[row],
+        );
+        let Some(inverse) = inverse.filter(|_| !local.is_identity()) else {
+            return self;
+        };
+        let shift = DVec3::from_array(local.translation).abs().max_element();
+        let condition = self.condition * local.norm() * inverse.norm();
+        let reach = shift + local.norm() * self.reach;
+        let bounds = self.bounds.map(|own| {
+            let bounds = placed(&own, local);
+            let size = bounds.max_abs() + reach;
+            bounds.grown(DVec3::splat(size * condition * (16.0 * f64::EPSILON)))
+        });
+        Extent {
+            bounds,
+            condition,
+            reach,
+        }
+    }
 }
 
 fn overlap(a: &Aabb, b: &Aabb) -> Aabb {

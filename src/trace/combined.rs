@@ -8,6 +8,7 @@
 //! are so near to each other, from each to the next (docs/NUMERICS.md).
 
 pub mod lanes;
+mod leaf;
 
 use super::decide::solid_of;
 use crate::accel::Combined;

@@ -6,19 +6,16 @@
 //! primitive's own box and for its appearance's (see [`crate::accel`]). Guarded,
 //! a hit is that of exact arithmetic instead (see [`super::decide`]).
 
-use super::combined::{self, lanes};
-use super::decide::depth_of;
 use super::packet::Packet;
 use super::query::{HitId, Query};
 use crate::accel::{Count, Entry, Forest, Index, MeshTree, World, corner_bounds};
-use crate::geom::exact::Line;
 use crate::geom::guarded::{self, ObjectRay};
 use crate::geom::{
     Certainty, Meet, cone, cuboid, ellipsoid, half_space, polygon, sphere, triangle,
 };
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Affine};
-use crate::scene::{CombinationId, MeshId, Shape, Tables};
+use crate::scene::{MeshId, Shape, Tables};
 use glam::DVec3;
 use std::marker::PhantomData;
 
@@ -68,7 +65,7 @@ pub(super) struct Window<L: Lanes> {
 
 impl<L: Lanes> Window<L> {
     #[inline(always)]
-    fn all() -> Window<L> {
+    pub fn all() -> Window<L> {
         let infinity = L::splat(L::Scalar::INFINITY);
         Window {
             enter: -infinity,
@@ -273,7 +270,7 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
     }
 
     #[inline(always)]
-    fn object_packet(&self, entry: &Entry, center: DVec3) -> Packet<L> {
+    pub(super) fn object_packet(&self, entry: &Entry, center: DVec3) -> Packet<L> {
         let look_up = || self.world.object_from_world(entry.appearance);
         let map = self.map.copied().unwrap_or_else(look_up);
         self.packet.in_object(&map, center, &entry.own)
@@ -338,7 +335,7 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
     /// Brings t into the boxes' intervals and hands the hits to the query; guarded,
     /// as they are.
     #[inline(always)]
-    fn offer<Q: Query<L>>(
+    pub(super) fn offer<Q: Query<L>>(
         &self,
         object: &Packet<L>,
         window: &Window<L>,
@@ -372,85 +369,6 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
             self.meet(&self.object_packet(entry, DVec3::ZERO), entry, all)
         } else {
             self.meet(self.packet, entry, all)
-        }
-    }
-
-    /// A solid made of others: in lanes, and one ray at a time where that does not
-    /// say.
-    #[inline(never)]
-    fn combination<Q: Query<L>>(
-        &self,
-        entry: &Entry,
-        id: CombinationId,
-        active: L::Mask,
-        query: &mut Q,
-    ) {
-        let (window, active) = if entry.placed {
-            self.window(entry, active, query.limit())
-        } else {
-            (Window::all(), active)
-        };
-        if active.none() {
-            return;
-        }
-        let placed = entry.placed.then(|| self.object_packet(entry, DVec3::ZERO));
-        let object = placed.as_ref().unwrap_or(self.packet);
-        let (solid, tables) = (self.world.combined(id), self.world.scene);
-        let id = |primitive| HitId {
-            instance: entry.appearance,
-            primitive,
-        };
-        let met = if C::DOUBTS_ALL {
-            None
-        } else {
-            lanes::first::<L, C>(solid, tables, object, active.bits(), query.limit())
-        };
-        let Some(met) = met else {
-            if C::GUARDED {
-                return self.decide(active, id(0), query);
-            }
-            let mut bits = active.bits();
-            while bits != 0 {
-                let lane = bits.trailing_zeros() as usize;
-                bits &= bits - 1;
-                let (org, dir) = object.lane(lane);
-                let t_min = object.ray.t_min.lane(lane).to_f64();
-                let first = combined::first(solid, tables, &Line { org, dir }, t_min);
-                if let Some(crossing) = first {
-                    let t = L::from_f64(depth_of(&crossing.root).t);
-                    let meet = Meet::certain(L::Mask::from_bits(1 << lane), t);
-                    self.offer(
-                        object,
-                        &window,
-                        &entry.own,
-                        meet,
-                        id(crossing.primitive),
-                        query,
-                    );
-                }
-            }
-            return;
-        };
-        // Surface by surface.
-        let mut bits = met.hit;
-        while bits != 0 {
-            let surface = met.primitive[bits.trailing_zeros() as usize];
-            let here = (0..L::COUNT).filter(|lane| met.primitive[*lane] == surface);
-            let here = here.fold(0, |all, lane| all | 1 << lane) & bits;
-            bits &= !here;
-            let meet = Meet {
-                hit: L::Mask::from_bits(here),
-                t: met.t,
-                within: met.within,
-                unsure: L::Mask::splat(false),
-            };
-            let meet = doubted::<L, C>(meet, L::Mask::from_bits(here), id(surface));
-            self.offer(object, &window, &entry.own, meet, id(surface), query);
-        }
-        if C::GUARDED && met.unsure != 0 {
-            let unsure = L::Mask::from_bits(met.unsure);
-            let unsure = unsure & query.limit().gt(self.packet.ray.t_min);
-            self.decide(unsure, id(0), query);
         }
     }
 
@@ -502,7 +420,11 @@ pub fn resolve_one(
 
 /// Takes back the answers that the certainty doubts by itself.
 #[inline(always)]
-fn doubted<L: Lanes, C: Certainty>(meet: Meet<L>, active: L::Mask, id: HitId) -> Meet<L> {
+pub(super) fn doubted<L: Lanes, C: Certainty>(
+    meet: Meet<L>,
+    active: L::Mask,
+    id: HitId,
+) -> Meet<L> {
     if !C::GUARDED {
         return meet;
     }

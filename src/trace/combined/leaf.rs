@@ -1,0 +1,93 @@
+//! A combination before a packet: from its boundaries to hits in a query.
+
+use super::{first, lanes};
+use crate::accel::Entry;
+use crate::geom::exact::Line;
+use crate::geom::{Certainty, Meet};
+use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::scene::CombinationId;
+use crate::trace::decide::depth_of;
+use crate::trace::leaf::{Everything, Tester, Window, doubted};
+use crate::trace::query::{HitId, Query};
+use glam::DVec3;
+
+impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
+    /// A solid made of others: in lanes, and one ray at a time where that does not
+    /// say.
+    #[inline(never)]
+    pub(in crate::trace) fn combination<Q: Query<L>>(
+        &self,
+        entry: &Entry,
+        id: CombinationId,
+        active: L::Mask,
+        query: &mut Q,
+    ) {
+        let (window, active) = if entry.placed {
+            self.window(entry, active, query.limit())
+        } else {
+            (Window::all(), active)
+        };
+        if active.none() {
+            return;
+        }
+        let placed = entry.placed.then(|| self.object_packet(entry, DVec3::ZERO));
+        let object = placed.as_ref().unwrap_or(self.packet);
+        let (solid, tables) = (self.world.combined(id), self.world.scene);
+        let id = |primitive| HitId {
+            instance: entry.appearance,
+            primitive,
+        };
+        let met = if C::DOUBTS_ALL {
+            None
+        } else {
+            lanes::first::<L, C>(solid, tables, object, active.bits(), query.limit())
+        };
+        let Some(met) = met else {
+            if C::GUARDED {
+                return self.decide(active, id(0), query);
+            }
+            let mut bits = active.bits();
+            while bits != 0 {
+                let lane = bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                let (org, dir) = object.lane(lane);
+                let t_min = object.ray.t_min.lane(lane).to_f64();
+                let first = first(solid, tables, &Line { org, dir }, t_min);
+                if let Some(crossing) = first {
+                    let t = L::from_f64(depth_of(&crossing.root).t);
+                    let meet = Meet::certain(L::Mask::from_bits(1 << lane), t);
+                    self.offer(
+                        object,
+                        &window,
+                        &entry.own,
+                        meet,
+                        id(crossing.primitive),
+                        query,
+                    );
+                }
+            }
+            return;
+        };
+        // Surface by surface.
+        let mut bits = met.hit;
+        while bits != 0 {
+            let surface = met.primitive[bits.trailing_zeros() as usize];
+            let here = (0..L::COUNT).filter(|lane| met.primitive[*lane] == surface);
+            let here = here.fold(0, |all, lane| all | 1 << lane) & bits;
+            bits &= !here;
+            let meet = Meet {
+                hit: L::Mask::from_bits(here),
+                t: met.t,
+                within: met.within,
+                unsure: L::Mask::splat(false),
+            };
+            let meet = doubted::<L, C>(meet, L::Mask::from_bits(here), id(surface));
+            self.offer(object, &window, &entry.own, meet, id(surface), query);
+        }
+        if C::GUARDED && met.unsure != 0 {
+            let unsure = L::Mask::from_bits(met.unsure);
+            let unsure = unsure & query.limit().gt(self.packet.ray.t_min);
+            self.decide(unsure, id(0), query);
+        }
+    }
+}

@@ -12,7 +12,12 @@ pub struct Restricted {
     gates: Vec<Partial>,
     /// Of the program, those that are needed.
     needed: Vec<u32>,
+    /// By gate of the program: its row here; [`NONE`] but for the needed ones, and
+    /// of all between calls.
+    rows: Vec<u32>,
 }
+
+const NONE: u32 = u32::MAX;
 
 /// Where a value goes: a row of [`Restricted::gates`].
 #[derive(Clone, Copy, Debug)]
@@ -37,12 +42,14 @@ fn all(on: bool) -> u32 {
 impl Restricted {
     /// Of `operands`, by number.
     pub fn set(&mut self, program: &Program, operands: &[u32]) {
-        let needed = &mut self.needed;
+        let (needed, rows) = (&mut self.needed, &mut self.rows);
         needed.clear();
+        rows.resize(program.gates().max(rows.len()), NONE);
         for operand in operands {
             let mut gate = program.operand_wires[*operand as usize].gate;
             // A chain of gates is followed once.
-            while gate != OUT && !needed.contains(&gate) {
+            while gate != OUT && rows[gate as usize] == NONE {
+                rows[gate as usize] = 0;
                 needed.push(gate);
                 gate = program.gate_wires[gate as usize].gate;
             }
@@ -52,7 +59,10 @@ impl Restricted {
         }
         // A gate's number is greater than that of the one it feeds.
         needed.sort_unstable_by(|a, b| b.cmp(a));
-        let row = |gate: u32| needed.iter().position(|g| *g == gate).unwrap_or(0) as u32;
+        for (row, gate) in (0..).zip(needed.iter()) {
+            rows[*gate as usize] = row;
+        }
+        let row = |gate: u32| rows[gate as usize];
         let input = |wire: Wire| Input {
             gate: if wire.gate == OUT { 0 } else { row(wire.gate) },
             flip: all(wire.negated),
@@ -77,6 +87,9 @@ impl Restricted {
                 let out = self.gates[place].out.gate as usize;
                 self.gates[out].rest -= u32::from(idle != wire.negated);
             }
+        }
+        for gate in needed.iter() {
+            rows[*gate as usize] = NONE;
         }
         for partial in &mut self.gates {
             partial.rest = all(match partial.gate {

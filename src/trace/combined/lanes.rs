@@ -54,6 +54,9 @@ struct Track<L: Lanes> {
 /// met by itself.
 const MOST: usize = 64;
 
+/// So many gates, at most.
+const TALL: usize = 256;
+
 /// The rays of `active` lanes up to `limit`. `None` where lanes are of no use for
 /// this solid.
 #[inline]
@@ -64,8 +67,10 @@ pub(in crate::trace) fn first<L: Lanes, C: Certainty>(
     active: u32,
     limit: L,
 ) -> Option<Met<L>> {
-    // Boundaries that are one within a distance are left to the other function.
-    if combined.solid.tolerance > 0.0 {
+    // Boundaries that are one within a distance are left to the other function; so
+    // are tall programs, of which a ray changes few gates: here all are worked out.
+    let is_tall = combined.solid.program.gates() > TALL;
+    if is_tall || combined.solid.tolerance > 0.0 {
         return None;
     }
     let mut scratch = SCRATCH.take().unwrap_or_default();

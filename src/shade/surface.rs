@@ -100,7 +100,7 @@ impl Surface {
                 roundoff = DOUBLE;
             }
             // So are operands of combinations, at their size, but one by one.
-            if let (Arithmetic::F32Guarded, Some(part)) = (arithmetic, part) {
+            if let (true, Some(part)) = (arithmetic != Arithmetic::F64, part) {
                 let bounds = shape_bounds(world.scene, part.operand.id);
                 blurred = bounds.map_or(0.0, |own| SINGLE * own.extent().max_element());
             }

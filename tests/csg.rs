@@ -11,6 +11,8 @@ mod coincidence;
 mod frames;
 #[path = "csg/gaps.rs"]
 mod gaps;
+#[path = "csg/gates.rs"]
+mod gates;
 #[path = "csg/intervals.rs"]
 mod intervals;
 #[path = "csg/laws.rs"]

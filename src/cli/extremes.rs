@@ -4,7 +4,7 @@ use super::args::ExtremesArgs;
 use super::error::CliError;
 use super::interrupt;
 use super::output::{Results, check_destinations};
-use super::pipeline::isa;
+use super::pipeline::{isa, thread_pool};
 use super::progress::Drawing;
 use crate::measure::extremes::{
     ExtremesOptions, Figures, PRECISIONS, Point, Report, SWEEPS, Start, SweepReport, ULPS_ALLOWED,
@@ -12,7 +12,6 @@ use crate::measure::extremes::{
 };
 use crate::measure::plot::{Heading, extremes_page};
 use crate::plan::{Arithmetic, Precision, widths};
-use rayon::ThreadPoolBuilder;
 use std::fmt::Write;
 
 pub fn run(args: &ExtremesArgs) -> Result<(), CliError> {
@@ -29,11 +28,7 @@ pub fn run(args: &ExtremesArgs) -> Result<(), CliError> {
         Some(asked) => asked.0.clone(),
         None => SWEEPS.iter().collect(),
     };
-    let threads = args.threads.unwrap_or(0) as usize;
-    let pool = ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|e| CliError::Usage(format!("{threads} threads cannot be started: {e}")))?;
+    let pool = thread_pool(args.threads)?;
     let progress = interrupt::watch();
     let report = {
         let _drawing = Drawing::start(&progress);

@@ -4,14 +4,14 @@ use super::args::MeasureArgs;
 use super::error::CliError;
 use super::interrupt;
 use super::output::{Results, check_destinations};
+use super::pipeline::thread_pool;
 use super::progress::Drawing;
-use super::scene;
+use super::scene::{self, shape_name};
 use crate::io::LoadError;
 use crate::math::Affine;
 use crate::measure::volumes::{Goal, NoVolume, Placed, Volume, together};
 use crate::render::Progress;
 use crate::scene::{Appearance, Appearances, Scene, ShapeId, Target};
-use rayon::ThreadPoolBuilder;
 use serde::Serialize;
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -45,11 +45,7 @@ pub fn run(args: &MeasureArgs) -> Result<(), CliError> {
     let scene = scene::load(&args.scene, &args.load_options())?;
     let of_scene = |source| LoadError::of_scene(&args.scene, source);
     let appearances = Appearances::of(&scene).map_err(of_scene)?;
-    let threads = args.threads.unwrap_or(0) as usize;
-    let pool = ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|e| CliError::Usage(format!("{threads} threads cannot be started: {e}")))?;
+    let pool = thread_pool(args.threads)?;
     let progress = interrupt::watch();
     let mut measurer = Measurer {
         scene: &scene,
@@ -146,7 +142,7 @@ impl Measurer<'_> {
             volume_error: own.volume_error * cube,
             area: own.area * square,
             area_error: own.area_error * square,
-            centroid: outward.point(own.centroid),
+            centroid: own.centroid.map(|p| outward.point(p)),
             lines: own.lines,
         })
     }
@@ -162,7 +158,9 @@ impl Measurer<'_> {
         let mut bits = outward.linear.as_flattened().iter().map(|x| x.to_bits());
         let key = (id, std::array::from_fn(|_| bits.next().unwrap_or(0)));
         let place = |volume: &Volume, from: [f64; 3], to: [f64; 3]| Volume {
-            centroid: std::array::from_fn(|k| volume.centroid[k] - from[k] + to[k]),
+            centroid: volume
+                .centroid
+                .map(|p| std::array::from_fn(|k| p[k] - from[k] + to[k])),
             ..*volume
         };
         if let Some(known) = self.known.get(&key) {
@@ -202,13 +200,6 @@ fn similarity(map: &Affine) -> Option<f64> {
     all.then(|| square.sqrt())
 }
 
-fn shape_name(scene: &Scene, id: ShapeId) -> String {
-    match scene.shapes.names.get(id.0) {
-        Some(name) => name.into(),
-        None => scene.shapes.row(id).kind_name().into(),
-    }
-}
-
 /// Of what it places.
 fn root_name(scene: &Scene, row: usize) -> String {
     match scene.instances.row(row).target {
@@ -236,10 +227,12 @@ fn for_people(report: &Report) -> String {
         volume: v,
     } in &report.solids
     {
-        let [x, y, z] = v.centroid;
+        let centroid = v
+            .centroid
+            .map_or("none".into(), |[x, y, z]| format!("{x:.5}, {y:.5}, {z:.5}"));
         let _ = writeln!(
             text,
-            "{name:<width$} {parts:>6} {:>14.7} {:>9.1e} {:>14.7} {:>9.1e}   {x:.5}, {y:.5}, {z:.5}",
+            "{name:<width$} {parts:>6} {:>14.7} {:>9.1e} {:>14.7} {:>9.1e}   {centroid}",
             v.volume, v.volume_error, v.area, v.area_error
         );
     }

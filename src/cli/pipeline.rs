@@ -39,6 +39,16 @@ pub fn prepare(
     complete(scene, path, config, watch, stats)
 }
 
+/// A pool of a command's own; by default of as many threads as the machine runs at
+/// once.
+pub fn thread_pool(threads: Option<u32>) -> Result<ThreadPool, CliError> {
+    let threads = threads.unwrap_or(0) as usize;
+    ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|e| CliError::Usage(format!("{threads} threads cannot be started: {e}")))
+}
+
 /// The same for a scene that is already here; errors are about the file `path`.
 pub fn complete(
     scene: Scene,
@@ -54,11 +64,7 @@ pub fn complete(
     let plan = plan(&scene, &appearances, &config.choices)
         .map_err(|e: PlanError| CliError::Usage(e.to_string()))?;
     stats.stages.push(watch.stage("plan"));
-    let threads = config.threads.unwrap_or(0) as usize;
-    let pool = ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|e| CliError::Usage(format!("{threads} threads cannot be started: {e}")))?;
+    let pool = thread_pool(config.threads)?;
     stats.plan = PlanSummary {
         precision: config.choices.precision.name(),
         lanes: plan.kernels.lanes as u32,

@@ -3,9 +3,9 @@
 use super::args::ProbeArgs;
 use super::error::CliError;
 use super::output::{Results, check_destinations};
-use super::scene;
+use super::scene::{self, shape_name};
 use crate::io::LoadError;
-use crate::scene::{Appearances, MaterialId, Scene, ShapeId};
+use crate::scene::{Appearances, MaterialId, Scene};
 use crate::trace::{End, Span, Spans, spans};
 use glam::DVec3;
 use serde::Serialize;
@@ -98,14 +98,6 @@ fn row(scene: &Scene, span: &Span) -> Row {
         t_exit: span.exit.map(|end| end.t),
         enter: span.enter.map(place),
         exit: span.exit.map(place),
-    }
-}
-
-/// Its name, or its kind.
-fn shape_name(scene: &Scene, id: ShapeId) -> String {
-    match scene.shapes.names.get(id.0) {
-        Some(name) => name.into(),
-        None => scene.shapes.row(id).kind_name().into(),
     }
 }
 

@@ -3,7 +3,7 @@
 use super::error::CliError;
 use super::output;
 use crate::io::{self, LoadOptions};
-use crate::scene::{Cameras, Scene};
+use crate::scene::{Cameras, Scene, ShapeId};
 use std::path::Path;
 
 /// Loads a scene; what could not be imported is said on standard error.
@@ -34,6 +34,14 @@ pub fn pick_camera(cameras: &Cameras, asked: Option<&str>) -> Result<Option<usiz
         format!("the scene has {}", labels.join(", "))
     };
     Err(CliError::Usage(format!("no camera '{asked}': {known}")))
+}
+
+/// Its name, or its kind.
+pub fn shape_name(scene: &Scene, id: ShapeId) -> String {
+    match scene.shapes.names.get(id.0) {
+        Some(name) => name.into(),
+        None => scene.shapes.row(id).kind_name().into(),
+    }
 }
 
 #[cfg(test)]

@@ -33,8 +33,8 @@ pub struct Volume {
     pub volume_error: f64,
     pub area: f64,
     pub area_error: f64,
-    /// World space; meaningless without volume.
-    pub centroid: [f64; 3],
+    /// World space; none without volume.
+    pub centroid: Option<[f64; 3]>,
     pub lines: u64,
 }
 
@@ -245,7 +245,7 @@ fn estimate(sums: &[Sums], lines: u64, center: DVec3) -> Volume {
         volume_error,
         area,
         area_error,
-        centroid: (center + moment / whole).to_array(),
+        centroid: (whole > 0.0).then(|| (center + moment / whole).to_array()),
         lines: lines * sums.len() as u64,
     }
 }
@@ -260,13 +260,13 @@ pub fn together(all: &[Volume]) -> Volume {
         sum.lines += one.lines;
         volume += one.volume_error * one.volume_error;
         area += one.area_error * one.area_error;
-        if one.volume > 0.0 {
-            moment += DVec3::from_array(one.centroid) * one.volume;
+        if let Some(centroid) = one.centroid {
+            moment += DVec3::from_array(centroid) * one.volume;
         }
     }
     sum.volume_error = volume.sqrt();
     sum.area_error = area.sqrt();
-    sum.centroid = (moment / sum.volume).to_array();
+    sum.centroid = (sum.volume > 0.0).then(|| (moment / sum.volume).to_array());
     sum
 }
 
@@ -316,7 +316,7 @@ mod tests {
         let center = DVec3::new(5.0, -2.0, 1.0);
         let found = measured(|scene| scene.sphere("", ball(center, 2.0)));
         holds(&found, 32.0 * PI / 3.0, 16.0 * PI);
-        assert!((DVec3::from_array(found.centroid) - center).length() < 1e-2);
+        assert!((DVec3::from_array(found.centroid.unwrap()) - center).length() < 1e-2);
 
         let found = measured(|scene| scene.cylinder("", rod(DVec3::Z)));
         holds(&found, 6.0 * PI, 14.0 * PI);

@@ -293,6 +293,26 @@ fn measure_gives_volumes_areas_and_centroids_of_the_roots() {
 }
 
 #[test]
+fn nothing_has_no_centroid() {
+    let folder = folder();
+    let text = "format = 1
+[shape]
+none.intersection = ['here', 'there']
+here.sphere = { center = [0, 0, 0], radius = 1 }
+there.sphere = { center = [9, 0, 0], radius = 1 }
+[[instance]]
+shape = 'none'
+";
+    write(folder.path(), text);
+    let output = lanecast(folder.path(), &["measure", "a.toml", "--json", "-"]);
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["solids"][0]["volume"], 0.0);
+    assert_eq!(found["solids"][0]["centroid"], Value::Null);
+    let output = lanecast(folder.path(), &["measure", "a.toml"]);
+    assert!(!stdout(&output).contains("NaN"), "{}", stdout(&output));
+}
+
+#[test]
 fn measure_refuses_errors_that_cannot_be_reached() {
     let folder = folder();
     write(folder.path(), PART);

@@ -10,5 +10,5 @@ mod rays;
 pub use files::{Loaded, assets, load};
 pub use hard::{hard_rays, hard_scene};
 pub use picture::{ALL_AOVS, EVERYTHING, Way, hash, picture, structures};
-pub use random::{Random, random_mesh, random_scene, random_shape};
+pub use random::{Random, dented, random_mesh, random_scene, random_shape};
 pub use rays::RayColumns;

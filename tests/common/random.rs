@@ -47,6 +47,17 @@ pub fn random_mesh(random: &mut Random) -> MeshData {
     }
 }
 
+/// A square's corners, and one more that is dented in.
+pub fn dented(corner: impl Fn(f64, f64) -> DVec3) -> [DVec3; 5] {
+    [
+        corner(-0.7, -0.7),
+        corner(0.7, -0.7),
+        corner(0.7, 0.7),
+        corner(0.0, 0.1),
+        corner(-0.7, 0.7),
+    ]
+}
+
 /// One shape of a random kind, about the origin.
 pub fn random_shape(scene: &mut SceneBuilder, random: &mut Random) -> ShapeId {
     let center = random.vector() * 0.3;
@@ -114,14 +125,7 @@ pub fn random_shape(scene: &mut SceneBuilder, random: &mut Random) -> ShapeId {
         6 => {
             let (u, v) = (random.vector(), random.vector());
             let corner = |x: f64, y: f64| center + u * x + v * y;
-            let points = [
-                corner(-0.7, -0.7),
-                corner(0.7, -0.7),
-                corner(0.7, 0.7),
-                corner(0.0, 0.1),
-                corner(-0.7, 0.7),
-            ];
-            scene.polygon("", &points, &[])
+            scene.polygon("", &dented(corner), &[])
         }
         _ => {
             let data = random_mesh(random);

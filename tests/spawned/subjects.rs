@@ -1,6 +1,6 @@
 //! One primitive of each kind, of a size and at a place of its own.
 
-use super::common::Random;
+use super::common::{Random, dented};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::geom::*;
 use lanecast::math::Affine;
@@ -173,14 +173,7 @@ fn shape(
         Kind::Polygon => {
             let (u, v) = axis.normalize().any_orthonormal_pair();
             let corner = |x: f64, y: f64| center + (u * x + v * y) * scale;
-            let points = [
-                corner(-0.7, -0.7),
-                corner(0.7, -0.7),
-                corner(0.7, 0.7),
-                corner(0.0, 0.1),
-                corner(-0.7, 0.7),
-            ];
-            to.polygon("", &points, &[])
+            to.polygon("", &dented(corner), &[])
         }
         Kind::Ball => {
             let data = ball(center, sizes.x);

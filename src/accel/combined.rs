@@ -7,8 +7,10 @@
 
 use super::Index;
 use super::bvh::{Stack, Tree};
+use super::coplanar::Coplanar;
 use super::sah::{Quality, build};
 use super::slabs::Slabs;
+use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask};
 use crate::math::{Aabb, Vec3};
 use crate::scene::{CombinationId, CsgSolid, ShapeId, Tables, shape_bounds};
@@ -23,6 +25,7 @@ const WILD: f64 = 8.0;
 #[derive(Clone, Debug)]
 pub struct Combined {
     pub solid: CsgSolid,
+    pub coplanar: Coplanar,
     /// Operands that every ray has to ask.
     always: Vec<u32>,
     /// Over the others, if they are many.
@@ -73,19 +76,54 @@ impl Combined {
         Combined {
             size: frames.fold(own.map_or(f64::INFINITY, |b| b.max_abs()), f64::max),
             roughness: roughness(tables, &solid),
+            coplanar: Coplanar::of(tables, &solid),
             solid,
             always,
             tree,
         }
     }
 
-    pub fn size(&self) -> f64 {
-        self.size
+    /// By how much lanes widen the bounds of boundaries, so that those of operands in
+    /// different frames which are one by definition overlap; 0 with a single frame. A
+    /// boundary's bound is at least 2.5 roundings of the operand's least extent over
+    /// the rate at which the ray leaves its surface (but for planes: beside a corner,
+    /// or near the start, they may be known better); its placement is 32 roundings of
+    /// f64, of coordinates that count `roughness` times in that extent. Twice that,
+    /// for the roundings of these numbers.
+    ///
+    /// `reach`: the largest coordinate of where the ray begins, in the solid's space;
+    /// `unit`: the lanes' unit roundoff.
+    pub fn widening(&self, reach: f64, unit: f64) -> f64 {
+        let [share, more] = self.widening_per_reach(unit);
+        reach * share + more
+    }
+
+    /// By how much a plane's boundary is widened instead, over the rate at which the
+    /// ray leaves it in the operand's space: per unit of reach, and besides. Twice
+    /// the 32 roundings of its placement, as of [`Combined::widening`].
+    pub fn placement_per_reach(&self, frame: u32) -> [f64; 2] {
+        let frame = &self.solid.frames[frame as usize];
+        let (there, back) = (&frame.operand_from_solid, &frame.solid_from_operand);
+        let moved = DVec3::from_array(there.translation).abs().max_element();
+        let unit = 2.0 * 32.0 * UNIT * there.norm();
+        let share = unit * back.norm() * there.norm();
+        let rest = unit * (back.norm() * moved + frame.reach);
+        [share, share * self.size + rest]
+    }
+
+    /// What [`Combined::widening`] is per unit of reach, and besides.
+    pub fn widening_per_reach(&self, unit: f64) -> [f64; 2] {
+        if self.roughness == 0.0 {
+            return [0.0; 2];
+        }
+        let share = self.roughness * (2.0 * 32.0 / 2.5 * UNIT / unit);
+        [share, share * self.size]
     }
 
     pub fn bytes(&self) -> usize {
         let tree = self.tree.iter();
         self.solid.bytes()
+            + self.coplanar.bytes()
             + self.always.len() * 4
             + tree
                 .map(|(t, order)| t.bytes() + order.len() * 4)

@@ -15,6 +15,11 @@ pub const UNIT: f64 = f64::EPSILON / 2.0;
 /// the new ray's own transform and test take about a dozen each.
 pub const LEAVING: f64 = 64.0;
 
+/// So many times as far it starts from a curved operand of a combination: kernels
+/// know roots of quadratics to some 150 roundings of its extent, and shall know that
+/// the surface which the ray leaves lies behind it.
+pub const LEAVING_CURVED: f64 = 4.0;
+
 /// Where shadow rays to a light at a point end, in units of the way to it: their
 /// direction is rounded to f32, so that their end lies off the light by as much as
 /// u of the way on each axis, and what is as near to the light as that is not

@@ -15,5 +15,5 @@ pub use aabb::{Aabb, Aabb32, round_down, round_up};
 pub use affine::Affine;
 pub use number::Number;
 pub use ratio::Ratio;
-pub use unit::{length, unit};
+pub use unit::{length, unit, units};
 pub use vec3::Vec3;

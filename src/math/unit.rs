@@ -3,6 +3,8 @@
 //! encoding, which stalls 256- and 512-bit code around it (measured: a cone
 //! kernel six times slower).
 
+use super::lanes::{Lanes, Mask};
+use super::vec3::Vec3;
 use glam::DVec3;
 
 #[inline]
@@ -24,6 +26,25 @@ pub fn unit(v: DVec3) -> DVec3 {
     } else {
         DVec3::ZERO
     }
+}
+
+/// [`unit`] of each lane: the same bits.
+#[inline(always)]
+pub fn units<D: Lanes<Scalar = f64>>(v: Vec3<D>) -> Vec3<D> {
+    let squared = v.length_squared();
+    let ordinary = squared.ge(D::splat(1e-200)) & squared.lt(D::splat(1e200));
+    let length = squared.sqrt();
+    let mut units = Vec3::new(v.x / length, v.y / length, v.z / length);
+    let mut others = (!ordinary).bits();
+    while others != 0 {
+        let i = others.trailing_zeros() as usize;
+        others &= others - 1;
+        let one = unit(DVec3::new(v.x.lane(i), v.y.lane(i), v.z.lane(i)));
+        units.x = units.x.with_lane(i, one.x);
+        units.y = units.y.with_lane(i, one.y);
+        units.z = units.z.with_lane(i, one.z);
+    }
+    units
 }
 
 #[cfg(test)]

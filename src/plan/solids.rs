@@ -6,8 +6,8 @@
 
 use crate::math::Aabb;
 use crate::scene::{
-    CombinationId, CsgOperand, CsgSolid, Operator, Shape, ShapeId, Tables, operand_bounds,
-    shape_bounds,
+    CombinationId, CsgOperand, CsgSolid, FlatFace, Operator, Shape, ShapeId, Tables, flat_faces,
+    operand_bounds, shape_bounds,
 };
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -149,51 +149,13 @@ fn coplanar(tables: &Tables, solid: &CsgSolid) -> Option<String> {
 }
 
 /// Planes across an axis that bound a primitive: the axis and the coordinate.
-fn faces(tables: &Tables, shape: Shape) -> Vec<(usize, f64)> {
-    let of_plane = |normal: DVec3, offset: f64| {
-        let axis = (0..3).find(|k| normal[*k] != 0.0)?;
-        let others = (0..3).filter(|k| normal[*k] != 0.0).count() > 1;
-        (!others).then(|| (axis, offset / normal[axis]))
+fn faces(tables: &Tables, shape: Shape) -> impl Iterator<Item = (usize, f64)> {
+    let across = |face| match face {
+        FlatFace::Across { axis, at } => Some((axis, at)),
+        _ => None,
     };
-    let of_caps = |base: DVec3, top: DVec3| {
-        let along = (0..3).filter(|k| base[*k] != top[*k]);
-        let along: Vec<usize> = along.collect();
-        match along[..] {
-            [axis] => vec![(axis, base[axis]), (axis, top[axis])],
-            _ => Vec::new(),
-        }
-    };
-    match shape {
-        Shape::Cuboid(id) => {
-            let row = tables.cuboids.row(id);
-            let axes = (0..3).flat_map(|k| [(k, row.min[k]), (k, row.max[k])]);
-            axes.collect()
-        }
-        Shape::HalfSpace(id) => {
-            let row = tables.half_spaces.row(id);
-            of_plane(row.normal, row.offset).into_iter().collect()
-        }
-        Shape::Polyhedron(id) => {
-            let planes = tables.polyhedra.planes(id).iter();
-            planes
-                .filter_map(|p| of_plane(p.normal, p.offset))
-                .collect()
-        }
-        Shape::Cylinder(id) => {
-            let row = tables.cylinders.row(id);
-            of_caps(row.base, row.top)
-        }
-        Shape::Cone(id) => {
-            let row = tables.cones.row(id);
-            let mut caps = of_caps(row.base, row.top);
-            // An apex is no face.
-            if row.top_radius == 0.0 {
-                caps.truncate(1);
-            } else if row.base_radius == 0.0 && !caps.is_empty() {
-                caps.remove(0);
-            }
-            caps
-        }
-        _ => Vec::new(),
-    }
+    flat_faces(tables, shape)
+        .into_iter()
+        .flatten()
+        .filter_map(across)
 }

@@ -253,6 +253,7 @@ impl Tile<'_> {
             items: self.items,
             background: self.view.world.scene.background,
             max_depth: config.max_depth,
+            unnamed: Default::default(),
             cancel: &self.progress.cancel,
         };
         let keep = sample == 0 && config.aovs != AovSet::default();

@@ -6,14 +6,15 @@
 //! however the rays branch. The order of additions to a pixel is that of its own
 //! rays, so no tile split or packet width shows.
 
-use super::light::Arrival;
+use super::light::{Arrival, end_of};
+use super::lit::{Column3, Doubles, LitHits, STEP, Singles, keep, pad};
 use super::material::{leaves_rays, onward, reflected};
 use super::surface::Surface;
 use super::wave::{PIECE, Wave, Waves};
 use crate::accel::World;
-use crate::math::unit;
+use crate::math::lanes::{Lanes, Mask};
 use crate::plan::Kernels;
-use crate::scene::{Light, Material, Rgb};
+use crate::scene::{Light, Material, MaterialId, Rgb};
 use crate::trace::{
     CacheCounts, Depths, GuessCounts, Guesses, HitId, Hits, Ids, ItemBuffer, Outcome, RayKind,
     Rays, Reuse, ShadowCache, TILE, TracedRay, any, closest, closest_listed,
@@ -108,7 +109,7 @@ pub struct Columns<'b> {
     t: ArenaVec<'b, f64>,
     instance: ArenaVec<'b, u64>,
     primitive: ArenaVec<'b, u32>,
-    lit: ArenaVec<'b, Lit>,
+    lit: LitHits<'b>,
     shadows: Shadows<'b>,
     blocked: ArenaVec<'b, bool>,
 }
@@ -120,10 +121,11 @@ impl<'b> Columns<'b> {
             t: ArenaVec::with_capacity_in(PIECE, arena),
             instance: ArenaVec::with_capacity_in(PIECE, arena),
             primitive: ArenaVec::with_capacity_in(PIECE, arena),
-            lit: ArenaVec::with_capacity_in(PIECE, arena),
+            lit: LitHits::with_capacity(PIECE, arena),
             shadows: Shadows {
                 rays: Wave::with_capacity(PIECE, arena),
-                of: ArenaVec::with_capacity_in(PIECE, arena),
+                of: ArenaVec::with_capacity_in(PIECE + STEP, arena),
+                towards: Column3::with_capacity(PIECE, arena),
             },
             blocked: ArenaVec::with_capacity_in(PIECE, arena),
         }
@@ -143,6 +145,8 @@ pub struct Integrator<'w> {
     pub items: Option<(&'w ItemBuffer, usize)>,
     pub background: Rgb,
     pub max_depth: u32,
+    /// Of surfaces that have none.
+    pub unnamed: Material,
     /// Read before every piece: once set, the rest is left out.
     pub cancel: &'w AtomicBool,
 }
@@ -254,16 +258,14 @@ impl Integrator<'_> {
             if depth == 0 {
                 primary(wave.pixel[i], &surface, t, id);
             }
-            let material = self.material(&surface);
-            add(film, wave, i, material.emission);
+            let emission = self.material(surface.material).emission;
+            if emission != [0.0; 3] {
+                add(film, wave, i, emission);
+            }
             let dir = DVec3::from_array(wave.dir(i).map(f64::from));
-            lit.push(Lit {
-                row: i as u32,
-                surface,
-                incoming: unit(dir),
-                material,
-            });
+            lit.push(i as u32, &surface, dir);
         }
+        lit.close();
         for (number, light) in self.lights.iter().enumerate() {
             shadows.towards(light, number as u32, wave, lit);
             let cache = &mut caches[number];
@@ -271,17 +273,21 @@ impl Integrator<'_> {
         }
         if depth < self.max_depth {
             let (wave, onwards) = waves.pair(depth);
-            for lit in lit.iter().filter(|lit| leaves_rays(&lit.material)) {
-                spawn(wave, lit, onwards);
+            for i in 0..lit.len() {
+                let material = self.material(lit.material[i]);
+                if leaves_rays(material) {
+                    spawn(wave, (lit, i), material, onwards);
+                }
             }
         }
         waves.at(depth).truncate(first);
     }
 
-    fn material(&self, surface: &Surface) -> Material {
-        match surface.material {
-            Some(id) => self.world.scene.materials.rows[id.index()],
-            None => Material::default(),
+    #[inline(always)]
+    fn material(&self, id: Option<MaterialId>) -> &Material {
+        match id {
+            Some(id) => &self.world.scene.materials.rows[id.index()],
+            None => &self.unnamed,
         }
     }
 
@@ -290,7 +296,7 @@ impl Integrator<'_> {
     fn light(
         &self,
         wave: &Wave,
-        lit: &[Lit],
+        lit: &LitHits,
         shadows: &mut Shadows,
         blocked: &mut ArenaVec<bool>,
         depth: u32,
@@ -298,26 +304,53 @@ impl Integrator<'_> {
         film: &mut [Rgb],
         ledger: &mut Ledger,
     ) {
-        let Shadows { rays, of } = shadows;
+        let Shadows { rays, of, towards } = shadows;
         let batch = rays.batch(0);
         blocked.resize(batch.len(), false);
         any(self.world, &self.kernels, &batch, cache, blocked);
-        for (s, (row, towards)) in of.iter().enumerate() {
-            ledger.counts.shadow += 1;
-            let outcome = if blocked[s] {
-                ledger.counts.shadow_occluded += 1;
-                Outcome::Blocked
-            } else {
-                Outcome::Clear
-            };
-            note(rays, s, depth, outcome, ledger);
-            if blocked[s] {
+        for first in (0..rays.len()).step_by(STEP) {
+            let count = STEP.min(rays.len() - first);
+            let mut clear = 0_u32;
+            for (s, blocked) in (first..first + count).zip(&blocked[first..]) {
+                ledger.counts.shadow += 1;
+                let outcome = if *blocked {
+                    ledger.counts.shadow_occluded += 1;
+                    Outcome::Blocked
+                } else {
+                    clear |= 1 << (s - first);
+                    Outcome::Clear
+                };
+                note(rays, s, depth, outcome, ledger);
+            }
+            if clear == 0 {
                 continue;
             }
-            let lit = &lit[*row as usize];
-            let (ns, out) = (lit.surface.ns, -lit.incoming);
-            let radiance = reflected(&lit.material, ns, out, *towards, rays.weight[s]);
-            add(film, wave, lit.row as usize, radiance);
+            let hits: [u32; STEP] = std::array::from_fn(|i| of[first + i]);
+            let last = rays.len() - 1;
+            let weight = |k: usize| {
+                let of = |i| rays.weight[last.min(first + i)][k];
+                Singles::load(&std::array::from_fn::<_, STEP, _>(of))
+            };
+            let (light, towards) = (std::array::from_fn(weight), towards.step(first));
+            let (ns, out) = (lit.ns.gather(&hits), -lit.incoming.gather(&hits));
+            // Material by material; added in the rays' order.
+            let (mut rest, mut sums) = (clear, [[0.0; 3]; STEP]);
+            while rest != 0 {
+                let id = lit.material[hits[rest.trailing_zeros() as usize] as usize];
+                let radiance = reflected(self.material(id), ns, out, towards, light);
+                let radiance = radiance.map(|channel: Singles| channel.to_array());
+                for (i, hit) in hits.iter().enumerate() {
+                    if rest >> i & 1 != 0 && lit.material[*hit as usize] == id {
+                        sums[i] = radiance.map(|channel| channel[i]);
+                        rest &= !(1 << i);
+                    }
+                }
+            }
+            while clear != 0 {
+                let i = clear.trailing_zeros() as usize;
+                clear &= clear - 1;
+                add(film, wave, lit.row[hits[i] as usize] as usize, sums[i]);
+            }
         }
     }
 }
@@ -339,51 +372,50 @@ fn note(wave: &Wave, i: usize, depth: u32, outcome: Outcome, ledger: &mut Ledger
     });
 }
 
-/// A hit, ready to be lit.
-#[derive(Clone, Copy, Debug)]
-struct Lit {
-    /// Of the wave.
-    row: u32,
-    surface: Surface,
-    /// The ray's direction, unit.
-    incoming: DVec3,
-    material: Material,
-}
-
 struct Shadows<'b> {
     /// Their weight is the light's irradiance.
     rays: Wave<'b>,
-    /// Row of the lit hits, and the direction to the light.
-    of: ArenaVec<'b, (u32, DVec3)>,
+    /// Row of the lit hits, and the direction to the light: whole steps.
+    of: ArenaVec<'b, u32>,
+    towards: Column3<'b>,
 }
 
 impl Shadows<'_> {
     /// Shadow rays of all hits that the light could reach.
-    fn towards(&mut self, light: &Light, number: u32, wave: &Wave, lit: &[Lit]) {
+    fn towards(&mut self, light: &Light, number: u32, wave: &Wave, lit: &LitHits) {
         self.rays.truncate(0);
         self.of.clear();
-        for (row, lit) in lit.iter().enumerate() {
-            let surface = &lit.surface;
-            let Some(arrival) = Arrival::at(light, surface.point) else {
-                continue;
-            };
+        self.towards.clear();
+        let (zero, one) = (Doubles::zero(), Doubles::splat(1.0));
+        let (kind, end) = (RayKind::Shadow { light: number }, end_of(light));
+        for first in (0..lit.len()).step_by(STEP) {
+            let rows = (1 << STEP.min(lit.len() - first)) - 1;
+            let (point, ng) = (lit.point.step(first), lit.ng.step(first));
+            let arrival = Arrival::at(light, point);
             // On the lit side of both the true and the shading surface.
             let towards = arrival.towards;
-            if towards.dot(surface.ns) <= 0.0 || towards.dot(surface.facing()) <= 0.0 {
+            let facing = ng * Doubles::load(&lit.side[first..]);
+            let behind = towards.dot(lit.ns.step(first)).le(zero) | towards.dot(facing).le(zero);
+            let rows = (arrival.some & !behind).bits() & rows;
+            if rows == 0 {
                 continue;
             }
-            let org = surface.leave(towards);
+            let side: Doubles = Lanes::select(towards.dot(ng).ge(zero), one, -one);
+            let org = point + ng * (side * Doubles::load(&lit.offset[first..]));
             // Towards the light from where the ray really starts.
-            let Some(arrival) = Arrival::at(light, org) else {
-                continue;
-            };
-            let dir = arrival.dir.to_array().map(|x| x as f32);
-            let kind = RayKind::Shadow { light: number };
-            let pixel = wave.pixel[lit.row as usize];
-            let (t_max, irradiance) = (arrival.t_max, arrival.irradiance);
-            self.rays.push(org, dir, t_max, pixel, irradiance, kind);
-            self.of.push((row as u32, arrival.towards));
+            let arrival = Arrival::at(light, org);
+            let rows = arrival.some.bits() & rows;
+            let numbers: [u32; STEP] = std::array::from_fn(|i| (first + i) as u32);
+            let pixel = |i: usize| wave.pixel[lit.row[first + i] as usize];
+            let (dir, pixels) = (arrival.dir, std::array::from_fn(pixel));
+            let irradiance = &arrival.irradiance;
+            self.rays
+                .push_some(rows, org, dir, end, &pixels, irradiance, kind);
+            keep(&mut self.of, &numbers, rows);
+            self.towards.push_some(arrival.towards, rows);
         }
+        pad(&mut self.of);
+        self.towards.pad();
     }
 }
 
@@ -413,9 +445,9 @@ fn add(film: &mut [Rgb], wave: &Wave, i: usize, radiance: Rgb) {
 /// 1983, adaptive depth control): glass in glass would double them at each hit.
 const LEAST_WEIGHT: f32 = 1.0 / 4096.0;
 
-fn spawn(wave: &Wave, lit: &Lit, next: &mut Wave) {
-    let (i, surface) = (lit.row as usize, &lit.surface);
-    let out = onward(&lit.material, surface.ns, lit.incoming, surface.front);
+fn spawn(wave: &Wave, (lit, hit): (&LitHits, usize), material: &Material, next: &mut Wave) {
+    let (i, surface) = (lit.row[hit] as usize, &lit.surface(hit));
+    let out = onward(material, surface.ns, lit.incoming.get(hit), surface.front);
     let facing = surface.facing();
     let mut push = |dir: DVec3, weight: Rgb, kind| {
         // A bent shading normal may send a ray to the wrong side: bring it back

@@ -1,59 +1,71 @@
-//! Lights as seen from a point.
+//! Lights as seen from points, in lanes.
 
+use super::lit::{Doubles, Singles};
 use crate::math::bounds::LIGHT_END;
-use crate::math::{length, unit};
-use crate::scene::{Falloff, Light, Rgb};
-use glam::DVec3;
+use crate::math::lanes::{Lanes, Mask};
+use crate::math::{Vec3, unit};
+use crate::scene::{Falloff, Light};
 
-/// Where a light lies from a point, and what arrives.
+type On = <Doubles as Lanes>::Mask;
+
+/// Where a light lies from points, and what arrives there.
 #[derive(Clone, Copy, Debug)]
 pub struct Arrival {
+    /// Lanes where something does.
+    pub some: On,
     /// Unit, from the point to the light.
-    pub towards: DVec3,
-    /// The shadow ray: its direction, and where it ends: before the light, by what
-    /// rounding may move it ([`LIGHT_END`]).
-    pub dir: DVec3,
-    pub t_max: f32,
+    pub towards: Vec3<Doubles>,
+    /// The shadow ray's direction; it ends at [`end_of`].
+    pub dir: Vec3<Doubles>,
     /// On a surface that faces the light, W/m².
-    pub irradiance: Rgb,
+    pub irradiance: [Singles; 3],
+}
+
+/// t of a light on rays with [`Arrival::dir`], before it by what rounding may move
+/// it ([`LIGHT_END`]).
+pub fn end_of(light: &Light) -> f32 {
+    match light {
+        Light::Point { .. } => LIGHT_END,
+        Light::Directional { .. } => f32::INFINITY,
+    }
 }
 
 impl Arrival {
-    /// `None` where nothing arrives.
-    pub fn at(light: &Light, point: DVec3) -> Option<Arrival> {
+    #[inline(always)]
+    pub fn at(light: &Light, point: Vec3<Doubles>) -> Arrival {
         match light {
             Light::Point {
                 position,
                 intensity,
                 falloff,
             } => {
-                let dir = *position - point;
-                let distance = length(dir);
-                if distance == 0.0 {
-                    return None;
-                }
+                let dir = Vec3::splat(position.to_array()) - point;
+                let distance = dir.length_squared().sqrt();
+                let one = Doubles::splat(1.0);
                 let fade = match falloff {
-                    Falloff::InverseSquare => 1.0 / (distance * distance),
-                    Falloff::None => 1.0,
+                    Falloff::InverseSquare => one / (distance * distance),
+                    Falloff::None => one,
                 };
-                Some(Arrival {
-                    towards: dir / distance,
+                let towards = Vec3::new(dir.x / distance, dir.y / distance, dir.z / distance);
+                let faded = |i: f32| Singles::narrow(Doubles::splat(f64::from(i)) * fade);
+                Arrival {
+                    some: !Lanes::eq(distance, Doubles::zero()),
+                    towards,
                     dir,
-                    t_max: LIGHT_END,
-                    irradiance: intensity.map(|i| (f64::from(i) * fade) as f32),
-                })
+                    irradiance: intensity.map(faded),
+                }
             }
             Light::Directional {
                 direction,
                 irradiance,
             } => {
-                let towards = -unit(*direction);
-                Some(Arrival {
+                let towards = Vec3::splat((-unit(*direction)).to_array());
+                Arrival {
+                    some: On::splat(true),
                     towards,
                     dir: towards,
-                    t_max: f32::INFINITY,
-                    irradiance: *irradiance,
-                })
+                    irradiance: irradiance.map(Singles::splat),
+                }
             }
         }
     }

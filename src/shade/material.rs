@@ -2,90 +2,102 @@
 //! the mirrored and the refracted ray.
 //!
 //! Metallic-roughness as in the glTF 2.0 specification, appendix B: Lambert
-//! below a GGX lobe (Walter et al. 2007) with Schlick's Fresnel. f32, scalar;
-//! powers by the crate libm, so that bits are the same everywhere.
+//! below a GGX lobe (Walter et al. 2007) with Schlick's Fresnel. f32, light in
+//! lanes; powers by the crate libm, so that bits are the same everywhere.
 
-use crate::math::unit;
+use crate::math::lanes::Lanes;
+use crate::math::{Vec3, units};
 use crate::scene::{Material, Model, Rgb};
 use glam::DVec3;
 
 const PI: f32 = std::f32::consts::PI;
 
-#[inline]
-fn map2(a: Rgb, b: Rgb, f: impl Fn(f32, f32) -> f32) -> Rgb {
-    [f(a[0], b[0]), f(a[1], b[1]), f(a[2], b[2])]
-}
-
 /// Radiance towards `out` from light arriving from `towards` with irradiance
-/// `light` on a surface that faces it. Unit vectors, `normal` on `out`'s side.
-pub fn reflected(
+/// `light` on surfaces of one material that face it. Unit vectors, `normal` on
+/// `out`'s side.
+#[inline(always)]
+pub fn reflected<L: Lanes<Scalar = f32>>(
     material: &Material,
-    normal: DVec3,
-    out: DVec3,
-    towards: DVec3,
-    light: Rgb,
-) -> Rgb {
-    let n_l = normal.dot(towards) as f32;
-    if n_l <= 0.0 {
-        return [0.0; 3];
-    }
-    match material.model {
+    normal: Vec3<L::Double>,
+    out: Vec3<L::Double>,
+    towards: Vec3<L::Double>,
+    light: [L; 3],
+) -> [L; 3] {
+    let (zero, one) = (L::zero(), L::splat(1.0));
+    let cos = normal.dot(towards);
+    let n_l = L::narrow(cos);
+    let faces = n_l.gt(zero);
+    let all: [L; 3] = match material.model {
         Model::Phong {
             diffuse,
             specular,
             exponent,
             ..
         } => {
-            let mirrored = normal * (2.0 * normal.dot(towards)) - towards;
-            let aligned = mirrored.dot(out) as f32;
-            let lobe = if aligned > 0.0 {
-                libm::powf(aligned, exponent)
-            } else {
-                0.0
-            };
-            let weight = map2(diffuse, specular, |d, s| (d * n_l + s * lobe) / PI);
-            map2(weight, light, |w, l| w * l)
+            let mut lobe = zero;
+            if specular.iter().any(|s| *s > 0.0) {
+                let two = <L::Double as Lanes>::splat(2.0);
+                let mirrored = normal * (two * cos) - towards;
+                let mut powers = L::narrow(mirrored.dot(out)).to_array();
+                for x in powers.as_mut() {
+                    *x = if *x > 0.0 {
+                        libm::powf(*x, exponent)
+                    } else {
+                        0.0
+                    };
+                }
+                lobe = L::load(powers.as_ref());
+            }
+            std::array::from_fn(|k| {
+                let (d, s) = (L::splat(diffuse[k]), L::splat(specular[k]));
+                (d * n_l + s * lobe) / L::splat(PI) * light[k]
+            })
         }
         Model::MetallicRoughness {
             metallic,
             roughness,
         } => {
-            let n_v = (normal.dot(out) as f32).max(1e-4);
-            let half = unit(out + towards);
+            let n_v = L::narrow(normal.dot(out)).max(L::splat(1e-4));
+            let half = units(out + towards);
             // As a sine: 1 − cos² would cancel where smooth lobes peak.
-            let sin2 = normal.cross(half).length_squared().min(1.0) as f32;
-            let v_h = (out.dot(half) as f32).clamp(0.0, 1.0);
+            let sin2 = normal.cross(half).length_squared();
+            let sin2 = L::narrow(sin2.min(<L::Double as Lanes>::splat(1.0)));
+            let v_h = L::narrow(out.dot(half)).max(zero).min(one);
             let alpha = roughness * roughness;
             let lobe = ggx(alpha, sin2, n_l, n_v);
             let fresnel = schlick(v_h);
             let matte = (1.0 - metallic) * (1.0 - material.transmission);
             let f0 = base_reflectance(material, metallic);
             std::array::from_fn(|k| {
-                let f = f0[k] + (1.0 - f0[k]) * fresnel;
-                let below = material.base_color[k] * matte / PI * (1.0 - f);
+                let f = L::splat(f0[k]) + L::splat(1.0 - f0[k]) * fresnel;
+                let below = L::splat(material.base_color[k] * matte / PI) * (one - f);
                 (below + f * lobe) * n_l * light[k]
             })
         }
-    }
+    };
+    all.map(|radiance| L::select(faces, radiance, zero))
 }
 
 /// Distribution times visibility (Smith, height-correlated); 0 for a perfect
 /// mirror, which lights without extent never meet. `sin2`: of the angle between
 /// normal and half vector.
-fn ggx(alpha: f32, sin2: f32, n_l: f32, n_v: f32) -> f32 {
+#[inline(always)]
+fn ggx<L: Lanes<Scalar = f32>>(alpha: f32, sin2: L, n_l: L, n_v: L) -> L {
     let a2 = alpha * alpha;
     if a2 == 0.0 {
-        return 0.0;
+        return L::zero();
     }
-    let spread = sin2 + a2 * (1.0 - sin2);
-    let distribution = a2 / (PI * spread * spread);
-    let view = n_l * (n_v * n_v * (1.0 - a2) + a2).sqrt();
-    let light = n_v * (n_l * n_l * (1.0 - a2) + a2).sqrt();
-    distribution * 0.5 / (view + light)
+    let (one, flat, a2) = (L::splat(1.0), L::splat(1.0 - a2), L::splat(a2));
+    let spread = sin2 + a2 * (one - sin2);
+    let distribution = a2 / (L::splat(PI) * spread * spread);
+    let view = n_l * (n_v * n_v * flat + a2).sqrt();
+    let light = n_v * (n_l * n_l * flat + a2).sqrt();
+    distribution * L::splat(0.5) / (view + light)
 }
 
-fn schlick(cos: f32) -> f32 {
-    let c = 1.0 - cos;
+#[inline(always)]
+fn schlick<L: Lanes<Scalar = f32>>(cos: L) -> L {
+    let c = L::splat(1.0) - cos;
     let c2 = c * c;
     c2 * c2 * c
 }
@@ -199,6 +211,12 @@ fn refracted(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Of one direction.
+    fn reflected(material: &Material, n: DVec3, out: DVec3, towards: DVec3, light: Rgb) -> Rgb {
+        let [n, out, towards] = [n, out, towards].map(|v| Vec3::splat(v.to_array()));
+        super::reflected::<f32>(material, n, out, towards, light)
+    }
 
     #[test]
     fn fresnel_at_normal_incidence_is_the_textbook_value() {

@@ -3,12 +3,12 @@
 mod height;
 mod integrate;
 mod light;
+mod lit;
 mod material;
 mod surface;
 mod wave;
 
 pub use integrate::{Columns, Integrator, Ledger, Memory, RayCounts};
-pub use light::Arrival;
 pub use material::{Onward, leaves_rays, onward, reflected};
 pub use surface::Surface;
 pub use wave::Wave;

@@ -9,12 +9,12 @@
 //! also of lanes in f32.
 
 use super::height::refined;
-use crate::accel::World;
-use crate::math::bounds::LEAVING;
+use crate::accel::{Combined, World};
+use crate::math::bounds::{LEAVING, LEAVING_CURVED};
 use crate::math::lanes::Scalar;
 use crate::math::{Affine, length, unit};
 use crate::plan::Arithmetic;
-use crate::scene::{CsgOperand, CsgSolid, MaterialId, Mesh, Shape, outward_normal, shape_bounds};
+use crate::scene::{CsgOperand, MaterialId, Mesh, Shape, outward_normal, shape_bounds};
 use crate::trace::{HitId, TURNED};
 use glam::DVec3;
 
@@ -65,7 +65,10 @@ impl Surface {
         };
         // Of a combination the surface is an operand's, in that one's space.
         let part = match entry.shape {
-            Shape::Combination(row) => Some(Part::of(&world.combined(row).solid, id.primitive)),
+            Shape::Combination(row) => {
+                let at = object_org + object_dir * t;
+                Some(Part::of(world.combined(row), at, id.primitive))
+            }
             _ => None,
         };
         let shape = part.map_or(entry.shape, |part| part.operand.shape);
@@ -99,10 +102,20 @@ impl Surface {
             if arithmetic == Arithmetic::F64 || !flat {
                 roundoff = DOUBLE;
             }
-            // So are operands of combinations, at their size, but one by one.
-            if let (true, Some(part)) = (arithmetic != Arithmetic::F64, part) {
+            // So are operands of combinations, at their size, but one by one; and no
+            // better than they are placed.
+            if let Some(part) = part {
                 let bounds = shape_bounds(world.scene, part.operand.id);
-                blurred = bounds.map_or(0.0, |own| SINGLE * own.extent().max_element());
+                let roundoff = match arithmetic {
+                    Arithmetic::F64 => (DOUBLE * part.wider).min(SINGLE),
+                    _ => SINGLE,
+                };
+                let times = match shape {
+                    Shape::Cuboid(_) | Shape::Polyhedron(_) | Shape::HalfSpace(_) => 1.0,
+                    _ => LEAVING_CURVED,
+                };
+                let size = bounds.map_or(0.0, |own| own.extent().max_element());
+                blurred = times * roundoff * size;
             }
         }
         let point = world_org + world_dir * t;
@@ -179,11 +192,15 @@ struct Part<'a> {
     map: Option<&'a Affine>,
     /// By how much roundings there count more.
     stretch: f64,
+    /// By how much lanes of f64 widen their bounds, for the placement of operands.
+    wider: f64,
     turned: bool,
 }
 
 impl Part<'_> {
-    fn of(solid: &CsgSolid, primitive: u32) -> Part<'_> {
+    /// `at`: the hit, in the combination's space.
+    fn of(combined: &Combined, at: DVec3, primitive: u32) -> Part<'_> {
+        let solid = &combined.solid;
         let operand = &solid.operands[(primitive & !TURNED) as usize];
         let frame = &solid.frames[operand.frame as usize];
         let norms = [&frame.operand_from_solid, &frame.solid_from_operand].map(Affine::norm);
@@ -191,6 +208,7 @@ impl Part<'_> {
             operand,
             map: (operand.frame != 0).then_some(&frame.operand_from_solid),
             stretch: norms[0] * norms[1],
+            wider: 1.0 + combined.widening(at.abs().max_element(), DOUBLE),
             turned: primitive & TURNED != 0,
         }
     }

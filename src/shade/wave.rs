@@ -4,6 +4,9 @@
 //! A ray spawns at most two, and a depth is filled only when it is empty: waves
 //! beyond the first hold two pieces at most, whatever the scene does.
 
+use super::lit::{Doubles, STEP, Singles, keep};
+use crate::math::Vec3;
+use crate::math::lanes::Lanes;
 use crate::scene::Rgb;
 use crate::trace::{MAX_LANES, Origins, RayKind, Rays};
 use bumpalo::Bump;
@@ -64,6 +67,33 @@ impl<'b> Wave<'b> {
         self.pixel.push(pixel);
         self.weight.push(weight);
         self.kind.push(kind);
+    }
+
+    /// A step of rays to one light, of those whose bits are set.
+    #[inline(always)]
+    pub fn push_some(
+        &mut self,
+        rows: u32,
+        org: Vec3<Doubles>,
+        dir: Vec3<Doubles>,
+        t_max: f32,
+        pixels: &[u32; STEP],
+        weights: &[Singles; 3],
+        kind: RayKind,
+    ) {
+        let axes = [(org.x, dir.x), (org.y, dir.y), (org.z, dir.z)];
+        for (k, (org, dir)) in axes.into_iter().enumerate() {
+            keep(&mut self.org[k], &org.to_array(), rows);
+            keep(&mut self.dir[k], &Singles::narrow(dir).to_array(), rows);
+        }
+        let weights = weights.map(|w| w.to_array());
+        let weights: [Rgb; STEP] = std::array::from_fn(|i| weights.map(|w| w[i]));
+        keep(&mut self.pixel, pixels, rows);
+        keep(&mut self.weight, &weights, rows);
+        let rays = self.pixel.len();
+        self.t_min.resize(rays, 0.0);
+        self.t_max.resize(rays, t_max);
+        self.kind.resize(rays, kind);
     }
 
     pub fn len(&self) -> usize {

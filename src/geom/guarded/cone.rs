@@ -8,8 +8,8 @@
 //! lies beyond them.
 
 use super::{
-    Between, Ends, LEVEL, LEVEL_MOVES, LEVEL_SLACK, Near, ObjectRay, Part, finite, narrow, range,
-    roundings, tiny,
+    Between, Ends, LEVEL, LEVEL_MOVES, LEVEL_SLACK, Near, ObjectRay, OnFace, Part, finite, narrow,
+    no_face, range, roundings, tiny,
 };
 use crate::geom::{Cone, Meet};
 use crate::math::Vec3;
@@ -259,8 +259,16 @@ impl<L: Lanes> Frame<L> {
             none = none | open & sound & self.c.gt(off);
             cut = cut | open & self.c.lt(-off);
         }
-        let enter = side_enter.max(cap_enter);
-        let exit = side_exit.min(cap_exit);
+        let upward = self.rise.gt(L::zero());
+        let (base, top) = (L::zero(), L::from_f32(1.0));
+        let side = |at| OnFace {
+            at,
+            face: no_face(),
+        };
+        let enter = side(side_enter).max(cap_enter, L::select(upward, base, top));
+        let exit = side(side_exit).min(cap_exit, L::select(upward, top, base));
+        let faces = [enter.face, exit.face];
+        let (enter, exit) = (enter.at, exit.at);
         if (active & level & !none).any() {
             let reach = enter.least.abs().max(exit.most.abs());
             let moved = error.height + reach * error.rise * L::from_f32(LEVEL_MOVES);
@@ -274,6 +282,7 @@ impl<L: Lanes> Frame<L> {
             exit,
             sound: sound & cut & !none,
             none,
+            faces,
         })
     }
 
@@ -333,6 +342,7 @@ pub fn ends<L: Lanes>(row: &Cone, object: &ObjectRay<L>) -> Ends<L> {
             exit: [L::zero(); 3],
             some: L::Mask::splat(false),
             none: L::Mask::splat(true),
+            faces: [no_face(); 2],
         },
     }
 }

@@ -1,6 +1,6 @@
 //! Axis-parallel boxes: three slabs about the centre.
 
-use super::{Between, Ends, Near, ObjectRay, Part, finite, roundings, tiny};
+use super::{Between, Ends, Near, ObjectRay, OnFace, Part, finite, no_face, roundings, tiny};
 use crate::geom::{Cuboid, Meet};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
@@ -16,8 +16,10 @@ fn part<L: Lanes>(cuboid: &Cuboid, object: &ObjectRay<L>) -> (Near<L>, Part<L>) 
     let half: DVec3 = below.abs().max(above);
     let near = Near::to_center(object.org - Vec3::splat(center.to_array()), object);
 
-    let mut enter = Between::exactly(-infinity);
-    let mut exit = Between::exactly(infinity);
+    let [mut enter, mut exit] = [-infinity, infinity].map(|at| OnFace {
+        at: Between::exactly(at),
+        face: no_face(),
+    });
     let (mut sound, mut outside) = (object.ordinary(), off);
     // Within this |t| a ray that is level on an axis moves less than `slack`.
     let mut far = infinity;
@@ -36,8 +38,12 @@ fn part<L: Lanes>(cuboid: &Cuboid, object: &ObjectRay<L>) -> (Near<L>, Part<L>) 
         sound = sound & (level | finite(first, error) & finite(last, error));
         let [first, last] = [first, last].map(|t| Between::new(t, error));
         let (none, all) = (Between::exactly(-infinity), Between::exactly(infinity));
-        enter = enter.max(Between::select(level, none, first));
-        exit = exit.min(Between::select(level, all, last));
+        let faces = [0, 1].map(|side| L::from_f32((2 * k + side) as f32));
+        let upward = inverse.gt(L::zero());
+        let first_face = L::select(upward, faces[0], faces[1]);
+        let last_face = L::select(upward, faces[1], faces[0]);
+        enter = enter.max(Between::select(level, none, first), first_face);
+        exit = exit.min(Between::select(level, all, last), last_face);
         if level.any() {
             let room = slack + slack;
             let inside = (org - low).gt(room) & (high - org).gt(room);
@@ -48,13 +54,14 @@ fn part<L: Lanes>(cuboid: &Cuboid, object: &ObjectRay<L>) -> (Near<L>, Part<L>) 
         }
     }
     // Only level axes make a difference.
-    let reached = enter.least.abs().max(exit.most.abs()).le(far);
+    let reached = enter.at.least.abs().max(exit.at.most.abs()).le(far);
     let sound = sound & reached;
     let part = Part {
-        enter,
-        exit,
+        enter: enter.at,
+        exit: exit.at,
         sound: sound & !outside,
         none: sound & outside,
+        faces: [enter.face, exit.face],
     };
     (near, part)
 }

@@ -1,7 +1,8 @@
 //! Half-spaces, and convex polyhedra about one of their corners.
 
 use super::{
-    Between, Ends, LEVEL, LEVEL_MOVES, LEVEL_SLACK, Near, ObjectRay, Part, finite, roundings, tiny,
+    Between, Ends, LEVEL, LEVEL_MOVES, LEVEL_SLACK, Near, ObjectRay, OnFace, Part, finite, no_face,
+    roundings, tiny,
 };
 use crate::geom::{HalfSpace, Meet};
 use crate::math::Vec3;
@@ -81,10 +82,13 @@ impl<'a, L: Lanes> Polyhedron<'a, L> {
     #[inline(always)]
     fn part(&self, planes: &[HalfSpace], ordinary: L::Mask) -> Part<L> {
         let infinity = L::splat(L::Scalar::INFINITY);
-        let (mut enter, mut exit) = (Between::exactly(-infinity), Between::exactly(infinity));
+        let [mut enter, mut exit] = [-infinity, infinity].map(|at| OnFace {
+            at: Between::exactly(at),
+            face: no_face(),
+        });
         let mut sound = ordinary;
         let mut some_level = L::Mask::splat(false);
-        for plane in planes {
+        for (face, plane) in planes.iter().enumerate() {
             let at = self.ahead(plane);
             let (t, error) = at.depth();
             // Left to the second look.
@@ -96,12 +100,18 @@ impl<'a, L: Lanes> Polyhedron<'a, L> {
             let (always, never) = (Between::exactly(-infinity), Between::exactly(infinity));
             let first = Between::select(inward & !level, t, always);
             let last = Between::select(inward | level, never, t);
-            enter = enter.max(first);
-            exit = exit.min(last);
+            // Numbers that are not whole are no faces: beyond 2^24 of them.
+            let face = L::from_f32(if face < 1 << 24 {
+                face as f32
+            } else {
+                f32::NAN
+            });
+            enter = enter.max(first, face);
+            exit = exit.min(last, face);
         }
         let mut none = L::Mask::splat(false);
         if some_level.any() {
-            let reach = enter.least.abs().max(exit.most.abs());
+            let reach = enter.at.least.abs().max(exit.at.most.abs());
             for plane in planes {
                 let at = self.ahead(plane);
                 let level = at.level();
@@ -113,10 +123,11 @@ impl<'a, L: Lanes> Polyhedron<'a, L> {
             }
         }
         Part {
-            enter,
-            exit,
+            enter: enter.at,
+            exit: exit.at,
             sound: sound & !none,
             none: sound & none,
+            faces: [enter.face, exit.face],
         }
     }
 }
@@ -161,6 +172,7 @@ pub fn ends<L: Lanes>(row: &HalfSpace, object: &ObjectRay<L>) -> Ends<L> {
         exit: Between::select(met & !inward, at, infinity),
         sound: met | within,
         none: beside,
+        faces: [L::zero(); 2],
     };
     part.ends(&Near::unmoved(object.ray.org))
 }

@@ -228,6 +228,10 @@ pub struct Ends<L: Lanes> {
     /// Lanes that certainly have both; and that certainly have none.
     pub some: L::Mask,
     pub none: L::Mask,
+    /// Which of its flat faces each of the two lies on: a box' are numbered by axis,
+    /// lower ones first, a cylinder's and a cone's caps base first, a polyhedron's as
+    /// its planes. No number where it is a curved one, or that is not certain.
+    pub faces: [L; 2],
 }
 
 impl<L: Lanes> Ends<L> {
@@ -239,11 +243,34 @@ impl<L: Lanes> Ends<L> {
             exit: [span.exit; 3],
             some: span.some,
             none: !span.some,
+            faces: [no_face(); 2],
         }
     }
 }
 
 impl<L: Lanes> Ends<L> {
+    /// With bounds that are wider by so much on both sides.
+    #[inline(always)]
+    pub fn moved(&self, by: L) -> Ends<L> {
+        let infinity = L::splat(L::Scalar::INFINITY);
+        let end = |[least, value, most]: [L; 3]| {
+            let met = value.abs().lt(infinity);
+            [
+                L::select(met, least - by, least),
+                value,
+                L::select(met, most + by, most),
+            ]
+        };
+        let (enter, exit) = (end(self.enter), end(self.exit));
+        Ends {
+            enter,
+            exit,
+            // Not of a number that is none.
+            some: self.some & enter[2].lt(exit[0]),
+            ..*self
+        }
+    }
+
     /// With bounds that are so many times as wide; what may then be empty, is in
     /// doubt.
     #[inline(always)]
@@ -264,7 +291,7 @@ impl<L: Lanes> Ends<L> {
             enter,
             exit,
             some: self.some & enter[2].lt(exit[0]),
-            none: self.none,
+            ..*self
         }
     }
 }
@@ -277,6 +304,47 @@ struct Part<L: Lanes> {
     sound: L::Mask,
     /// Lanes that certainly do not meet it.
     none: L::Mask,
+    /// As of [`Ends`].
+    faces: [L; 2],
+}
+
+#[inline(always)]
+fn no_face<L: Lanes>() -> L {
+    L::from_f32(f32::NAN)
+}
+
+/// A boundary so far, and the face that it lies on.
+#[derive(Clone, Copy, Debug)]
+struct OnFace<L: Lanes> {
+    at: Between<L>,
+    face: L,
+}
+
+impl<L: Lanes> OnFace<L> {
+    /// The later one; whose face, where that is certain.
+    #[inline(always)]
+    fn max(self, at: Between<L>, face: L) -> OnFace<L> {
+        let (this, other) = (self.at.least.gt(at.most), at.least.gt(self.at.most));
+        OnFace {
+            at: self.at.max(at),
+            face: self.chosen(this, other, face),
+        }
+    }
+
+    /// The earlier one.
+    #[inline(always)]
+    fn min(self, at: Between<L>, face: L) -> OnFace<L> {
+        let (this, other) = (self.at.most.lt(at.least), at.most.lt(self.at.least));
+        OnFace {
+            at: self.at.min(at),
+            face: self.chosen(this, other, face),
+        }
+    }
+
+    #[inline(always)]
+    fn chosen(&self, this: L::Mask, other: L::Mask, face: L) -> L {
+        L::select(this, self.face, L::select(other, face, no_face()))
+    }
 }
 
 impl<L: Lanes> Part<L> {
@@ -297,6 +365,7 @@ impl<L: Lanes> Part<L> {
             exit: at(&self.exit),
             some,
             none,
+            faces: self.faces,
         }
     }
 

@@ -83,6 +83,7 @@ fn trace(question: Question) -> Traced {
         items: None,
         background: [0.3, 0.5, 0.7],
         max_depth: question.max_depth,
+        unnamed: Default::default(),
         cancel: &cancel,
     };
     let arena = Bump::new();

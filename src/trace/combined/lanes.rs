@@ -6,21 +6,23 @@
 //! that does not say what comes first are in doubt. Without bounds the two numbers
 //! are one.
 
-use crate::accel::Combined;
+use crate::accel::{Combined, PlaneOf};
 use crate::csg::Restricted;
 use crate::geom::guarded::{self, Ends, ObjectRay};
-use crate::geom::{Certainty, Ray, cone, cuboid, ellipsoid, half_space, sphere};
-use crate::math::Vec3;
-use crate::math::bounds::UNIT;
+use crate::geom::{Certainty, HalfSpace, Ray, cone, cuboid, ellipsoid, half_space, sphere};
 use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::math::{Vec3, unit};
 use crate::scene::{Shape, Tables};
 use crate::trace::packet::Packet;
+use glam::DVec3;
 use std::cell::Cell;
 
 /// What some rays meet of a combination first.
 pub(in crate::trace) struct Met<L: Lanes> {
     pub hit: u32,
     pub unsure: u32,
+    /// Rays that lanes are of no use for.
+    pub left: u32,
     pub t: L,
     pub within: [L; 2],
     /// By lane: of hits, what [`super::Crossing`] says.
@@ -54,11 +56,13 @@ struct Track<L: Lanes> {
 /// met by itself.
 const MOST: usize = 64;
 
+/// So many are the rule.
+const FEW: usize = 8;
+
 /// So many gates, at most.
 const TALL: usize = 256;
 
-/// The rays of `active` lanes up to `limit`. `None` where lanes are of no use for
-/// this solid.
+/// The rays of `active` lanes up to `limit`.
 #[inline]
 pub(in crate::trace) fn first<L: Lanes, C: Certainty>(
     combined: &Combined,
@@ -66,73 +70,125 @@ pub(in crate::trace) fn first<L: Lanes, C: Certainty>(
     object: &Packet<L>,
     active: u32,
     limit: L,
-) -> Option<Met<L>> {
+) -> Met<L> {
     // Boundaries that are one within a distance are left to the other function; so
     // are tall programs, of which a ray changes few gates: here all are worked out.
     let is_tall = combined.solid.program.gates() > TALL;
     if is_tall || combined.solid.tolerance > 0.0 {
-        return None;
+        return Met::left(active);
     }
     let mut scratch = SCRATCH.take().unwrap_or_default();
-    let met = run::<L, C>(combined, tables, object, active, limit, &mut scratch);
+    let met = parts::<L, C>((combined, tables), object, active, limit, &mut scratch);
     SCRATCH.set(Some(scratch));
     met
 }
 
-#[inline(always)]
-fn run<L: Lanes, C: Certainty>(
-    combined: &Combined,
-    tables: &Tables,
+/// Rays that together have too many operands before them are taken by halves.
+#[inline(never)]
+fn parts<L: Lanes, C: Certainty>(
+    solid: (&Combined, &Tables),
     object: &Packet<L>,
     active: u32,
     limit: L,
     scratch: &mut LaneScratch,
-) -> Option<Met<L>> {
+) -> Met<L> {
+    let ray = &object.ray;
+    let asleep = -L::splat(L::Scalar::INFINITY);
+    let until = L::select(L::Mask::from_bits(active), limit, asleep);
+    let operands = &mut scratch.operands;
+    solid
+        .0
+        .operands_along((ray.org, ray.dir), ray.t_min, until, operands);
+    match operands.len() {
+        0..=FEW => run::<L, C, FEW>(solid, object, active, limit, scratch),
+        0..=MOST => run::<L, C, MOST>(solid, object, active, limit, scratch),
+        _ if active.count_ones() < 2 => Met::left(active),
+        _ => {
+            let (mut low, mut rest) = (0_u32, active);
+            while low.count_ones() < rest.count_ones() {
+                low |= rest & rest.wrapping_neg();
+                rest &= rest - 1;
+            }
+            let [mut met, more] =
+                [low, rest].map(|part| parts::<L, C>(solid, object, part, limit, scratch));
+            met.join(&more);
+            met
+        }
+    }
+}
+
+impl<L: Lanes> Met<L> {
+    pub(super) fn left(rays: u32) -> Met<L> {
+        Met {
+            hit: 0,
+            unsure: 0,
+            left: rays,
+            t: L::splat(L::Scalar::INFINITY),
+            within: [L::splat(L::Scalar::INFINITY); 2],
+            primitive: [0; 16],
+        }
+    }
+
+    /// Of other rays.
+    fn join(&mut self, more: &Met<L>) {
+        let lanes = L::Mask::from_bits(more.hit);
+        self.t = L::select(lanes, more.t, self.t);
+        for (own, other) in self.within.iter_mut().zip(more.within) {
+            *own = L::select(lanes, other, *own);
+        }
+        for (lane, (own, other)) in self.primitive.iter_mut().zip(more.primitive).enumerate() {
+            if more.hit >> lane & 1 != 0 {
+                *own = other;
+            }
+        }
+        self.hit |= more.hit;
+        self.unsure |= more.unsure;
+        self.left |= more.left;
+    }
+}
+
+/// Of `N` operands at most.
+#[inline(never)]
+fn run<L: Lanes, C: Certainty, const N: usize>(
+    (combined, tables): (&Combined, &Tables),
+    object: &Packet<L>,
+    active: u32,
+    limit: L,
+    scratch: &mut LaneScratch,
+) -> Met<L> {
     let LaneScratch {
         operands,
         program,
         values,
     } = scratch;
     let (ray, infinity) = (&object.ray, L::splat(L::Scalar::INFINITY));
-    let asleep = L::select(L::Mask::from_bits(active), limit, -infinity);
-    combined.operands_along((ray.org, ray.dir), ray.t_min, asleep, operands);
-    if operands.len() > MOST {
-        return None;
-    }
     let nothing = Track {
         next: [infinity; 3],
         exit: [infinity; 3],
         inside: 0,
     };
-    let mut tracks = [nothing; MOST];
+    let mut tracks = [nothing; N];
     let tracks = &mut tracks[..operands.len()];
     let mut open = active;
     let mut unsure = 0;
     let wider = wider::<L, C>(combined, ray);
-    let mut moved: Option<(u32, Frames<L>)> = None;
-    let own = Frames {
-        org: object.org,
-        dir: object.dir,
-        ray: *ray,
-    };
+    let mut spaces = Spaces::new(object);
     for (track, number) in tracks.iter_mut().zip(operands.iter()) {
         let operand = &combined.solid.operands[*number as usize];
-        let frame = match (operand.frame, &mut moved) {
-            (0, _) => &own,
-            (row, Some((last, frame))) if *last == row => frame,
-            (row, moved) => {
-                let map = &combined.solid.frames[row as usize].operand_from_solid;
-                let org = map.points(object.org);
-                let dir = map.vectors(object.dir);
-                &moved.insert((row, Frames::new(org, dir, ray.t_min))).1
-            }
-        };
+        let frame = spaces.of(combined, object, operand.frame);
         let mut ends = ends::<L, C>(tables, operand.shape, frame);
         if let Some(wider) = wider {
-            if matches!(operand.shape, Shape::Polyhedron(_) | Shape::HalfSpace(_)) {
-                unsure = open;
-            }
+            let planes = match operand.shape {
+                Shape::Polyhedron(id) => tables.polyhedra.planes(id),
+                Shape::HalfSpace(id) => &[tables.half_spaces.row(id)],
+                _ => &[],
+            };
             ends = ends.widened(wider);
+            if !planes.is_empty() {
+                let slack = combined.placement_per_reach(operand.frame).map(L::from_f64);
+                let slack = ray.org.max_abs() * slack[0] + slack[1];
+                ends = ends.moved(slack / least_rate(planes, &frame.ray));
+            }
         }
         unsure |= track.start(&ends, ray.t_min);
     }
@@ -146,11 +202,8 @@ fn run<L: Lanes, C: Certainty>(
     let start = ask(tracks);
     let [blur, share] = blur::<L, C>(ray);
     let mut met = Met {
-        hit: 0,
         unsure,
-        t: infinity,
-        within: [infinity; 2],
-        primitive: [0; 16],
+        ..Met::left(0)
     };
     while open != 0 {
         let mut least = infinity;
@@ -169,35 +222,53 @@ fn run<L: Lanes, C: Certainty>(
             twice |= once & here;
             once |= here;
         }
-        if C::GUARDED {
-            met.unsure |= twice & open;
-            open &= !twice;
+        // Rays at boundaries of several operands that are one: in one plane. Of those
+        // that are nearly in one, it is not known which comes first.
+        let mut together = twice & open;
+        let mut nearly = 0;
+        if C::GUARDED && together != 0 {
+            let asked = std::mem::take(&mut together);
+            if !combined.coplanar.is_empty() {
+                let all = (&operands[..], &*tracks);
+                [together, nearly] =
+                    in_one_plane::<L, C>((combined, tables), object, all, event, asked);
+            }
+            let apart = asked & !together;
+            met.unsure |= apart;
+            open &= !apart;
         }
         // Which operand's, and how it is met there, before they are flipped.
         let mut at = [infinity; 3];
         let (mut numbers, mut entering, mut taken) = ([0; 16], 0, 0);
-        for (track, number) in tracks.iter_mut().zip(operands.iter()) {
+        for i in 0..tracks.len() {
+            let track = &mut tracks[i];
             let here = track.next[0].le(event).bits() & open;
             if here == 0 {
                 continue;
             }
-            let first = L::Mask::from_bits(here & !taken);
-            for (at, next) in at.iter_mut().zip(&track.next) {
-                *at = L::select(first, *next, *at);
+            let (next, outside) = (track.next, !track.inside);
+            track.flip(here, infinity);
+            let mut first = here & !taken;
+            // Whose flip is the first to count, of those that are one.
+            if together & first != 0 {
+                first &= !together | (ask(tracks) ^ start);
             }
-            let mut bits = here & !taken;
+            let lanes = L::Mask::from_bits(first);
+            for (at, next) in at.iter_mut().zip(&next) {
+                *at = L::select(lanes, *next, *at);
+            }
+            let mut bits = first;
             while bits != 0 {
-                numbers[bits.trailing_zeros() as usize] = *number;
+                numbers[bits.trailing_zeros() as usize] = operands[i];
                 bits &= bits - 1;
             }
-            entering |= here & !taken & !track.inside;
-            taken |= here;
-            track.flip(here, infinity);
+            entering |= first & outside;
+            taken |= first;
         }
         let now = ask(tracks);
         let mut changed = (now ^ start) & open;
         if C::GUARDED {
-            let vague = changed & !is_sharp(&at).bits();
+            let vague = changed & (nearly | !is_sharp(&at).bits());
             met.unsure |= vague;
             open &= !vague;
             changed &= !vague;
@@ -227,7 +298,58 @@ fn run<L: Lanes, C: Certainty>(
         // What begins beyond the limit is nothing to anybody.
         open &= !least.gt(limit).bits();
     }
-    Some(met)
+    met
+}
+
+/// Of the rays asked for, those whose boundaries at an event are one by definition,
+/// because they lie in one plane; and which of these know that only nearly, for
+/// operands of several frames.
+#[cold]
+#[inline(never)]
+fn in_one_plane<L: Lanes, C: Certainty>(
+    (combined, tables): (&Combined, &Tables),
+    object: &Packet<L>,
+    (operands, tracks): (&[u32], &[Track<L>]),
+    event: L,
+    asked: u32,
+) -> [u32; 2] {
+    let mut spaces = Spaces::new(object);
+    let (mut planes, mut one, mut nearly) = ([None::<PlaneOf>; 16], asked, 0);
+    for (track, number) in tracks.iter().zip(operands) {
+        let mut here = track.next[0].le(event).bits() & one;
+        if here == 0 {
+            continue;
+        }
+        let operand = &combined.solid.operands[*number as usize];
+        let frame = spaces.of(combined, object, operand.frame);
+        let [enter, exit] = ends::<L, C>(tables, operand.shape, frame).faces;
+        while here != 0 {
+            let lane = here.trailing_zeros() as usize;
+            here &= here - 1;
+            let inside = track.inside >> lane & 1 != 0;
+            let face = if inside { exit } else { enter }.lane(lane).to_f64();
+            let plane = combined.coplanar.plane(*number, face);
+            match (plane, planes[lane]) {
+                (Some(_), None) => planes[lane] = plane,
+                (Some(this), Some(other)) if this.exact == other.exact => {}
+                (Some(this), Some(other)) if this.near == other.near && this.near != 0 => {
+                    nearly |= 1 << lane;
+                }
+                _ => one &= !(1 << lane),
+            }
+        }
+    }
+    let mut bits = nearly & one;
+    while bits != 0 {
+        let lane = bits.trailing_zeros() as usize;
+        bits &= bits - 1;
+        let dir = DVec3::from_array(object.lane(lane).1);
+        let near = planes[lane].map_or(0, |plane| plane.near);
+        if !combined.coplanar.is_crossed(near, dir) {
+            one &= !(1 << lane);
+        }
+    }
+    [one, nearly & one]
 }
 
 /// Whether t is known to eight bits at least: what is near the start, in units of
@@ -247,6 +369,7 @@ impl<L: Lanes> Track<L> {
             exit,
             some,
             none,
+            ..
         } = ends;
         let some = *some;
         let gone = some & exit[2].le(t_min);
@@ -274,6 +397,42 @@ impl<L: Lanes> Track<L> {
     }
 }
 
+/// A packet in the spaces of operands; the last one is kept.
+struct Spaces<L: Lanes> {
+    own: Frames<L>,
+    moved: Option<(u32, Frames<L>)>,
+}
+
+impl<L: Lanes> Spaces<L> {
+    #[inline(always)]
+    fn new(object: &Packet<L>) -> Spaces<L> {
+        Spaces {
+            own: Frames {
+                org: object.org,
+                dir: object.dir,
+                ray: object.ray,
+            },
+            moved: None,
+        }
+    }
+
+    #[inline(always)]
+    fn of(&mut self, combined: &Combined, object: &Packet<L>, frame: u32) -> &Frames<L> {
+        if frame == 0 {
+            return &self.own;
+        }
+        if self.moved.as_ref().is_none_or(|(row, _)| *row != frame) {
+            self.moved = None;
+        }
+        let (_, frame) = self.moved.get_or_insert_with(|| {
+            let map = &combined.solid.frames[frame as usize].operand_from_solid;
+            let (org, dir) = (map.points(object.org), map.vectors(object.dir));
+            (frame, Frames::new(org, dir, object.ray.t_min))
+        });
+        frame
+    }
+}
+
 /// Rays in an operand's space.
 pub(in crate::trace) struct Frames<L: Lanes> {
     org: Vec3<L::Double>,
@@ -289,21 +448,27 @@ impl<L: Lanes> Frames<L> {
     }
 }
 
-/// By how much the bounds of boundaries grow, so that those of operands in
-/// different frames which are one by definition overlap. A boundary's bound is at
-/// least 2.5 roundings of the operand's least extent over the rate at which the ray
-/// leaves its surface (but for planes: beside a corner, or near the start, they may be known better);
-/// its placement is 32 roundings of f64, of coordinates that count `roughness` times
-/// in that extent. Twice that, for the roundings of these numbers.
+/// By how much the bounds of boundaries grow: [`Combined::widening`].
 #[inline(always)]
 fn wider<L: Lanes, C: Certainty>(combined: &Combined, ray: &Ray<L>) -> Option<L> {
     if !C::GUARDED || combined.roughness == 0.0 {
         return None;
     }
-    let reach = ray.org.max_abs() + L::from_f64(combined.size());
     let unit = L::Scalar::UNIT_ROUNDOFF.to_f64();
-    let share = combined.roughness * (2.0 * 32.0 / 2.5 * UNIT / unit);
-    Some(L::from_f32(1.0) + reach * L::from_f64(share))
+    let [share, more] = combined.widening_per_reach(unit).map(L::from_f64);
+    Some(L::from_f32(1.0) + (ray.org.max_abs() * share + more))
+}
+
+/// The least rate at which rays leave any of the planes, in their own space.
+#[inline(always)]
+fn least_rate<L: Lanes>(planes: &[HalfSpace], ray: &Ray<L>) -> L {
+    let mut least = L::splat(L::Scalar::INFINITY);
+    for plane in planes {
+        let normal = unit(plane.normal).to_array();
+        let normal: Vec3<L> = Vec3::splat(normal.map(L::Scalar::from_f64));
+        least = least.min(normal.dot(ray.dir).abs());
+    }
+    least
 }
 
 /// Without bounds: how far apart boundaries are one, so that faces which were made

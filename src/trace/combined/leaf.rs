@@ -1,6 +1,7 @@
 //! A combination before a packet: from its boundaries to hits in a query.
 
-use super::{first, lanes};
+use super::first;
+use super::lanes::{self, Met};
 use crate::accel::Entry;
 use crate::geom::exact::Line;
 use crate::geom::{Certainty, Meet};
@@ -38,42 +39,33 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
             primitive,
         };
         let met = if C::DOUBTS_ALL {
-            None
+            Met::left(active.bits())
         } else {
             lanes::first::<L, C>(solid, tables, object, active.bits(), query.limit())
         };
-        let Some(met) = met else {
-            if C::GUARDED {
-                return self.decide(active, id(0), query);
+        let mut bits = if C::GUARDED { 0 } else { met.left };
+        while bits != 0 {
+            let lane = bits.trailing_zeros() as usize;
+            bits &= bits - 1;
+            let (org, dir) = object.lane(lane);
+            let t_min = object.ray.t_min.lane(lane).to_f64();
+            let first = first(solid, tables, &Line { org, dir }, t_min);
+            if let Some(crossing) = first {
+                let t = L::from_f64(depth_of(&crossing.root).t);
+                let meet = Meet::certain(L::Mask::from_bits(1 << lane), t);
+                let id = id(crossing.primitive);
+                self.offer(object, &window, &entry.own, meet, id, query);
             }
-            let mut bits = active.bits();
-            while bits != 0 {
-                let lane = bits.trailing_zeros() as usize;
-                bits &= bits - 1;
-                let (org, dir) = object.lane(lane);
-                let t_min = object.ray.t_min.lane(lane).to_f64();
-                let first = first(solid, tables, &Line { org, dir }, t_min);
-                if let Some(crossing) = first {
-                    let t = L::from_f64(depth_of(&crossing.root).t);
-                    let meet = Meet::certain(L::Mask::from_bits(1 << lane), t);
-                    self.offer(
-                        object,
-                        &window,
-                        &entry.own,
-                        meet,
-                        id(crossing.primitive),
-                        query,
-                    );
-                }
-            }
-            return;
-        };
+        }
         // Surface by surface.
         let mut bits = met.hit;
         while bits != 0 {
             let surface = met.primitive[bits.trailing_zeros() as usize];
-            let here = (0..L::COUNT).filter(|lane| met.primitive[*lane] == surface);
-            let here = here.fold(0, |all, lane| all | 1 << lane) & bits;
+            let mut here = 0;
+            for (lane, other) in met.primitive.iter().enumerate() {
+                here |= u32::from(*other == surface) << lane;
+            }
+            here &= bits;
             bits &= !here;
             let meet = Meet {
                 hit: L::Mask::from_bits(here),
@@ -84,8 +76,9 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
             let meet = doubted::<L, C>(meet, L::Mask::from_bits(here), id(surface));
             self.offer(object, &window, &entry.own, meet, id(surface), query);
         }
-        if C::GUARDED && met.unsure != 0 {
-            let unsure = L::Mask::from_bits(met.unsure);
+        let unsure = met.unsure | met.left;
+        if C::GUARDED && unsure != 0 {
+            let unsure = L::Mask::from_bits(unsure);
             let unsure = unsure & query.limit().gt(self.packet.ray.t_min);
             self.decide(unsure, id(0), query);
         }

@@ -225,6 +225,46 @@ impl Index for Tree {
     }
 }
 
+impl Tree {
+    /// Calls `leaf` with the range of every leaf that some ray may meet between its
+    /// `t_min` and `limit`, in no order.
+    #[inline(always)]
+    pub fn leaves_along<L: Lanes>(
+        &self,
+        slabs: &Slabs<L>,
+        (t_min, limit): (L, L),
+        mut leaf: impl FnMut(usize, usize),
+    ) {
+        let Some(root) = self.nodes.first() else {
+            return leaf(0, self.len);
+        };
+        let mut stack = [0; STACK];
+        let (mut node, mut top) = (root, 0);
+        loop {
+            for i in 0..node.count as usize {
+                let at = |b: &[[f32; WIDTH]; 3]| [b[0][i], b[1][i], b[2][i]];
+                let (enter, exit) = slabs.interval(at(&node.min), at(&node.max));
+                if enter.max(t_min).le(exit.min(limit)).none() {
+                    continue;
+                }
+                let child = node.child[i];
+                if child.is_leaf() {
+                    let (first, count) = child.range();
+                    leaf(first, count);
+                } else {
+                    stack[top] = child.0;
+                    top += 1;
+                }
+            }
+            if top == 0 {
+                return;
+            }
+            top -= 1;
+            node = &self.nodes[stack[top] as usize];
+        }
+    }
+}
+
 /// Room for one walk, reused from packet to packet.
 pub struct Stack<L: Lanes> {
     child: [Child; STACK],

@@ -6,13 +6,13 @@
 //! alone.
 
 use super::Index;
-use super::bvh::{Stack, Tree};
+use super::bvh::Tree;
 use super::coplanar::Coplanar;
 use super::sah::{Quality, build};
 use super::slabs::Slabs;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask};
-use crate::math::{Aabb, Vec3};
+use crate::math::{Aabb, Aabb32, Vec3};
 use crate::scene::{CombinationId, CsgSolid, ShapeId, Tables, shape_bounds};
 use glam::DVec3;
 
@@ -28,8 +28,9 @@ pub struct Combined {
     pub coplanar: Coplanar,
     /// Operands that every ray has to ask.
     always: Vec<u32>,
-    /// Over the others, if they are many.
-    tree: Option<(Tree, Vec<u32>)>,
+    /// Over the others, if they are many: those that its entries are, with their
+    /// boxes.
+    tree: Option<(Tree, Vec<(u32, Aabb32)>)>,
     /// The largest coordinate of its box, infinite of one without, or of a shift on
     /// the way to an operand.
     size: f64,
@@ -66,8 +67,8 @@ impl Combined {
             .any(|frame| frame.operand_from_solid.norm() * frame.solid_from_operand.norm() > WILD);
         if bounded.len() > FEW && !wild {
             let (built, order) = build(&boxes, &Quality::default());
-            let order = order.iter().map(|i| bounded[*i as usize]).collect();
-            tree = Some((built, order));
+            let entry = |i: &u32| (bounded[*i as usize], boxes[*i as usize]);
+            tree = Some((built, order.iter().map(entry).collect()));
         } else {
             always.extend(bounded);
             always.sort_unstable();
@@ -126,7 +127,7 @@ impl Combined {
             + self.coplanar.bytes()
             + self.always.len() * 4
             + tree
-                .map(|(t, order)| t.bytes() + order.len() * 4)
+                .map(|(t, entries)| t.bytes() + size_of_val(&entries[..]))
                 .sum::<usize>()
     }
 
@@ -142,25 +143,19 @@ impl Combined {
     ) {
         found.clear();
         found.extend_from_slice(&self.always);
-        let Some((tree, order)) = &self.tree else {
+        let Some((tree, entries)) = &self.tree else {
             return;
         };
         let slabs = Slabs::new(org, dir, &tree.bounds());
-        tree.walk(
-            &slabs,
-            t_min,
-            limit,
-            &mut Stack::default(),
-            &(),
-            |first, count, active, _| {
-                if active.any() {
-                    found.extend_from_slice(&order[first..first + count]);
+        tree.leaves_along(&slabs, (t_min, limit), |first, count| {
+            for (number, own) in &entries[first..first + count] {
+                let (enter, exit) = slabs.interval(own.min, own.max);
+                if count == 1 || enter.max(t_min).le(exit.min(limit)).any() {
+                    found.push(*number);
                 }
-                limit
-            },
-        );
+            }
+        });
         found.sort_unstable();
-        found.dedup();
     }
 }
 

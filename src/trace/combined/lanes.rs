@@ -421,15 +421,12 @@ impl<L: Lanes> Spaces<L> {
         if frame == 0 {
             return &self.own;
         }
-        if self.moved.as_ref().is_none_or(|(row, _)| *row != frame) {
-            self.moved = None;
-        }
-        let (_, frame) = self.moved.get_or_insert_with(|| {
+        if !matches!(self.moved, Some((row, _)) if row == frame) {
             let map = &combined.solid.frames[frame as usize].operand_from_solid;
             let (org, dir) = (map.points(object.org), map.vectors(object.dir));
-            (frame, Frames::new(org, dir, object.ray.t_min))
-        });
-        frame
+            self.moved = Some((frame, Frames::new(org, dir, object.ray.t_min)));
+        }
+        self.moved.as_ref().map_or(&self.own, |(_, frame)| frame)
     }
 }
 

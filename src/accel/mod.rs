@@ -13,6 +13,7 @@ mod build;
 mod bvh;
 mod combined;
 mod count;
+mod facets;
 mod forest;
 mod frustum;
 mod grid;
@@ -38,6 +39,7 @@ pub use build::{BuildQuality, MAX_DEPTH, build_boxes, build_mesh, refit, refit_b
 pub use bvh::{Child, Node, Stack, Tree, WIDTH};
 pub use combined::Combined;
 pub use count::{Count, Counter, Counts};
+pub use facets::{FacetTrees, Facets};
 pub use forest::{Forest, Forests, MeshTree, NestedForest, WideForest};
 pub use frustum::{Frustum, WideStack};
 pub use grid::{Density, Grid};

@@ -241,6 +241,19 @@ impl<L: Lanes> Ends<L> {
             none: !span.some,
         }
     }
+
+    /// Of a solid that certainly has no part of some lanes, and of which no more is
+    /// known.
+    #[inline(always)]
+    pub fn none_or_unknown(none: L::Mask) -> Ends<L> {
+        let infinity = L::splat(L::Scalar::INFINITY);
+        Ends {
+            enter: [infinity; 3],
+            exit: [infinity; 3],
+            some: none & !none,
+            none,
+        }
+    }
 }
 
 impl<L: Lanes> Ends<L> {

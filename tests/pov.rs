@@ -196,10 +196,7 @@ fn meshes_are_written() {
     std::fs::write(&path, scene).unwrap();
     let loaded = load(&path, 1.0);
     let text = pov_text(&loaded.scene, &loaded.camera).unwrap();
-    has(
-        &text,
-        &["<1, 2, 3>\n  }\n  inside_vector <0.36, 0.48, 0.8>\n}"],
-    );
+    has(&text, &["  }\n  inside_vector <0.36, 0.48, 0.8>\n}"]);
 }
 
 fn scene_file(name: &str) -> PathBuf {

@@ -136,6 +136,12 @@ impl Combined {
         &self.facets[row.expect("it is an operand")].1
     }
 
+    /// Of the trees of meshes that are operands, each counted once.
+    pub(super) fn facet_bytes<'c>(all: impl Iterator<Item = &'c Combined>) -> usize {
+        let trees: FacetTrees = all.flat_map(|one| one.facets.iter().cloned()).collect();
+        trees.values().map(|facets| facets.bytes()).sum()
+    }
+
     /// Without the trees of meshes, which combinations share.
     pub fn bytes(&self) -> usize {
         let tree = self.tree.iter();

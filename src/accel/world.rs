@@ -315,6 +315,8 @@ impl<'a> World<'a> {
         let boxes = self.item_boxes.as_ref();
         bytes.push(("item boxes", boxes.map_or(0, ItemBoxes::bytes)));
         bytes.push(("appearances", self.appearances.bytes()));
+        let facets = Combined::facet_bytes(self.combined.iter().flatten());
+        bytes.push(("meshes in combinations", facets));
         bytes.retain(|(_, bytes)| *bytes > 0);
         bytes
     }

@@ -316,7 +316,7 @@ impl Combination {
                 .filter(|end| end.against == (2 * against > count));
             let end = most.min_by_key(|end| end.face).unwrap_or(first);
             ends.push(End {
-                enters: ends.len() % 2 == 0,
+                enters: ends.len().is_multiple_of(2),
                 ..end.clone()
             });
         }

@@ -217,7 +217,7 @@ fn check_aimed(mesh: &MeshData, rays: usize, seed: u64, step: usize) {
     for i in 0..rays.len() {
         let (org, dir) = rays.ray(i);
         let (start, found) = spans(&world, asked.combination(), &line(org, dir));
-        assert!(!start && found.len() % 2 == 0, "{org:?} {dir:?}");
+        assert!(!start && found.len().is_multiple_of(2), "{org:?} {dir:?}");
         let t: Vec<f64> = found.iter().map(|c| c.root.rounded()).collect();
         exactly += usize::from([1.0, 2.0, 4.0].iter().any(|x| t.contains(x)));
         if i % step == 0 {

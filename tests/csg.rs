@@ -17,7 +17,11 @@ mod gates;
 mod intervals;
 #[path = "csg/laws.rs"]
 mod laws;
+#[path = "csg/meshes.rs"]
+mod meshes;
 #[path = "csg/programs.rs"]
 mod programs;
+#[path = "csg/shells.rs"]
+mod shells;
 #[path = "csg/truth.rs"]
 mod truth;

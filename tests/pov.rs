@@ -186,6 +186,17 @@ fn meshes_are_written() {
             "  face_indices { 2,\n    <0, 1, 2>,\n    <0, 2, 3>\n  }\n}",
         ],
     );
+
+    // As an operand it needs an inside.
+    let obj = format!("{obj}f 1 4 3\nf 2 3 4\n");
+    std::fs::write(folder.path().join("a.obj"), obj).unwrap();
+    let scene =
+        format!("{VIEW}[shape]\na.mesh = 'a.obj'\nb.union = ['a']\n[[instance]]\nshape = 'b'");
+    let path = folder.path().join("a.toml");
+    std::fs::write(&path, scene).unwrap();
+    let loaded = load(&path, 1.0);
+    let text = pov_text(&loaded.scene, &loaded.camera).unwrap();
+    has(&text, &["  }\n  inside_vector <0.36, 0.48, 0.8>\n}"]);
 }
 
 fn scene_file(name: &str) -> PathBuf {
@@ -226,6 +237,17 @@ fn here(loaded: &Loaded) -> Vec<[bool; 3]> {
     color.map(|c| c.map(|x| x > 0.5)).collect()
 }
 
+/// What scenes refer to.
+fn copy_meshes(folder: &Path) {
+    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/meshes");
+    let to = folder.join("meshes");
+    std::fs::create_dir(&to).unwrap();
+    for file in std::fs::read_dir(from).unwrap() {
+        let file = file.unwrap();
+        std::fs::copy(file.path(), to.join(file.file_name())).unwrap();
+    }
+}
+
 /// The same by POV-Ray; `None` where it is not installed.
 fn there(folder: &Path) -> Option<Vec<[bool; 3]>> {
     let output = Command::new("povray")
@@ -256,9 +278,11 @@ fn povray_sees_what_is_seen_here() {
         "csg_steinmetz.toml",
         "csg_grid.toml",
         "csg_deep.toml",
+        "csg_mesh.toml",
     ] {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.json");
+        copy_meshes(folder.path());
         std::fs::write(&path, flat(name).to_string()).unwrap();
         let loaded = load(&path, 4.0 / 3.0);
         let text = pov_text(&loaded.scene, &loaded.camera).unwrap();

@@ -8,13 +8,17 @@
 use super::Index;
 use super::bvh::Tree;
 use super::coplanar::Coplanar;
+use super::facets::{FacetTrees, Facets};
 use super::sah::{Quality, build};
 use super::slabs::Slabs;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask};
 use crate::math::{Aabb, Aabb32, Vec3};
-use crate::scene::{CombinationId, CsgSolid, ShapeId, Tables, shape_bounds};
+use crate::scene::{
+    Appearances, CombinationId, CsgOperand, CsgSolid, MeshId, Shape, ShapeId, Tables, shape_bounds,
+};
 use glam::DVec3;
+use std::sync::Arc;
 
 /// With no more operands than this a tree does not pay.
 const FEW: usize = 12;
@@ -31,6 +35,8 @@ pub struct Combined {
     /// Over the others, if they are many: those that its entries are, with their
     /// boxes.
     tree: Option<(Tree, Vec<(u32, Aabb32)>)>,
+    /// Of the operands that are meshes, by id.
+    facets: Vec<(MeshId, Arc<Facets>)>,
     /// The largest coordinate of its box, infinite of one without, or of a shift on
     /// the way to an operand.
     size: f64,
@@ -41,8 +47,47 @@ pub struct Combined {
 
 impl Combined {
     /// `shape`: the combination's own.
-    pub fn of(tables: &Tables, shape: ShapeId, id: CombinationId) -> Combined {
-        let solid = CsgSolid::of(tables, id);
+    pub fn of(
+        tables: &Tables,
+        shape: ShapeId,
+        id: CombinationId,
+        trees: &mut FacetTrees,
+    ) -> Combined {
+        Combined::of_solid(tables, shape, CsgSolid::of(tables, id), trees)
+    }
+
+    /// By row, those that appear: what is an operand only, need not be unfolded.
+    pub(super) fn all(scene: &Tables, appearances: &Appearances) -> Vec<Option<Combined>> {
+        let appears = appearances.of_shapes(scene);
+        let mut solids = vec![None; scene.combinations.len()];
+        let mut trees = FacetTrees::default();
+        for (row, (shape, times)) in (0..).zip(scene.shapes.rows.iter().zip(appears)) {
+            if let (Shape::Combination(id), 1..) = (shape, times) {
+                let solid = Combined::of(scene, ShapeId(row), *id, &mut trees);
+                solids[id.index()] = Some(solid);
+            }
+        }
+        solids
+    }
+
+    /// As if it were all of a union: a shape that has an inside, and is no
+    /// combination.
+    pub fn of_one(tables: &Tables, shape: ShapeId) -> Combined {
+        let solid = CsgSolid::of_one(tables, shape);
+        Combined::of_solid(tables, shape, solid, &mut FacetTrees::default())
+    }
+
+    fn of_solid(
+        tables: &Tables,
+        shape: ShapeId,
+        solid: CsgSolid,
+        trees: &mut FacetTrees,
+    ) -> Combined {
+        let mut meshes: Vec<MeshId> = solid.operands.iter().filter_map(mesh_of).collect();
+        meshes.sort_unstable();
+        meshes.dedup();
+        let facets = meshes.into_iter();
+        let facets = facets.map(|id| (id, Facets::shared(trees, tables, id)));
         let own = shape_bounds(tables, shape).map(|b| b.grown(DVec3::splat(room(&b))));
         let (mut always, mut boxes, mut bounded) = (Vec::new(), Vec::new(), Vec::new());
         for (number, operand) in (0_u32..).zip(&solid.operands) {
@@ -78,6 +123,7 @@ impl Combined {
             size: frames.fold(own.map_or(f64::INFINITY, |b| b.max_abs()), f64::max),
             roughness: roughness(tables, &solid),
             coplanar: Coplanar::of(tables, &solid),
+            facets: facets.collect(),
             solid,
             always,
             tree,
@@ -121,6 +167,20 @@ impl Combined {
         [share, share * self.size]
     }
 
+    /// Of a mesh that is an operand.
+    #[inline]
+    pub fn facets(&self, id: MeshId) -> &Facets {
+        let row = self.facets.binary_search_by_key(&id, |row| row.0);
+        &self.facets[row.expect("it is an operand")].1
+    }
+
+    /// Of the trees of meshes that are operands, each counted once.
+    pub(super) fn facet_bytes<'c>(all: impl Iterator<Item = &'c Combined>) -> usize {
+        let trees: FacetTrees = all.flat_map(|one| one.facets.iter().cloned()).collect();
+        trees.values().map(|facets| facets.bytes()).sum()
+    }
+
+    /// Without the trees of meshes, which combinations share.
     pub fn bytes(&self) -> usize {
         let tree = self.tree.iter();
         self.solid.bytes()
@@ -159,6 +219,13 @@ impl Combined {
     }
 }
 
+fn mesh_of(operand: &CsgOperand) -> Option<MeshId> {
+    match operand.shape {
+        Shape::Mesh(id) => Some(id),
+        _ => None,
+    }
+}
+
 /// For the rounding of f64 coordinates.
 fn room(bounds: &Aabb) -> f64 {
     bounds.max_abs() * (64.0 * f64::EPSILON)
@@ -168,7 +235,7 @@ fn roughness(tables: &Tables, solid: &CsgSolid) -> f64 {
     if solid.frames.len() == 1 {
         return 0.0;
     }
-    let of = |operand: &crate::scene::CsgOperand| {
+    let of = |operand: &CsgOperand| {
         let frame = &solid.frames[operand.frame as usize];
         let thin = shape_bounds(tables, operand.id).map_or(1.0, |b| b.extent().min_element());
         let scale = frame.operand_from_solid.norm();

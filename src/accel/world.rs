@@ -208,7 +208,7 @@ impl<'a> World<'a> {
             forest,
             entries,
             unbounded,
-            combined: combined(scene, appearances),
+            combined: Combined::all(scene, appearances),
             place_of,
             item_boxes: None,
             quality: BuildQuality::default(),
@@ -239,7 +239,7 @@ impl<'a> World<'a> {
             center,
             entries: Vec::new(),
             unbounded: Vec::new(),
-            combined: combined(scene, appearances),
+            combined: Combined::all(scene, appearances),
             place_of: Vec::new(),
             item_boxes: None,
             quality,
@@ -315,6 +315,8 @@ impl<'a> World<'a> {
         let boxes = self.item_boxes.as_ref();
         bytes.push(("item boxes", boxes.map_or(0, ItemBoxes::bytes)));
         bytes.push(("appearances", self.appearances.bytes()));
+        let facets = Combined::facet_bytes(self.combined.iter().flatten());
+        bytes.push(("meshes in combinations", facets));
         bytes.retain(|(_, bytes)| *bytes > 0);
         bytes
     }
@@ -377,18 +379,6 @@ fn entries_about(
         unbounded,
         center,
     }
-}
-
-/// Unfolded: those that are operands only, need not be.
-fn combined(scene: &Scene, appearances: &Appearances) -> Vec<Option<Combined>> {
-    let appears = appearances.of_shapes(scene);
-    let mut solids = vec![None; scene.combinations.len()];
-    for (row, (shape, times)) in (0..).zip(scene.shapes.rows.iter().zip(appears)) {
-        if let (Shape::Combination(id), 1..) = (shape, times) {
-            solids[id.index()] = Some(Combined::of(scene, ShapeId(row), *id));
-        }
-    }
-    solids
 }
 
 /// By shape. `bounds`: of a mesh that has been built.

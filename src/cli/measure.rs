@@ -242,7 +242,7 @@ fn for_people(report: &Report) -> String {
     );
     for (count, what) in [
         (report.surfaces_left_out, "surfaces, which have no inside"),
-        (report.meshes_left_out, "meshes"),
+        (report.meshes_left_out, "meshes that are not closed"),
         (report.unbounded_left_out, "solids without bounds"),
     ] {
         if count > 0 {

@@ -17,7 +17,7 @@ struct Report {
     org: [f64; 3],
     dir: [f64; 3],
     spans: Vec<Row>,
-    /// Appearances of polygons, meshes, open cylinders and cones.
+    /// Appearances of polygons, open cylinders and cones, meshes that are not closed.
     surfaces_left_out: u64,
 }
 
@@ -158,7 +158,8 @@ fn for_people(report: &Report) -> String {
     if report.surfaces_left_out > 0 {
         let _ = writeln!(
             text,
-            "{} appearances of surfaces left out: polygons, meshes, open cylinders and cones",
+            "{} appearances of surfaces left out: polygons, open cylinders and cones, meshes that \
+             are not closed",
             report.surfaces_left_out
         );
     }

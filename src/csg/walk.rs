@@ -22,13 +22,6 @@ pub struct Change<'b, T> {
     pub enters: bool,
 }
 
-impl<T> Change<'_, T> {
-    /// Whether the solid's outward normal is the opposite of the operand's.
-    pub fn is_turned(&self) -> bool {
-        self.enters != self.boundary.enters
-    }
-}
-
 /// One ray's way through a program. Reused from ray to ray.
 #[derive(Debug, Default)]
 pub struct Walk {

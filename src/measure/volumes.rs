@@ -8,11 +8,11 @@
 //! direction, the chords sum up to the volume and the crossings to half the area.
 //! The error comes from independent repetitions with the sequence shifted.
 
-use crate::accel::Combined;
+use crate::accel::{Combined, FacetTrees};
 use crate::geom::exact::{Line, span};
 use crate::math::{Aabb, Affine};
 use crate::render::{Progress, mix, unit};
-use crate::scene::{Scene, Shape, ShapeId, shape_bounds};
+use crate::scene::{Scene, Shape, ShapeId, check_closed, shape_bounds};
 use crate::trace::{boundaries, solid_of};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -62,7 +62,7 @@ impl Default for Goal {
 pub struct Placed<'a> {
     scene: &'a Scene,
     shape: Shape,
-    /// Of a combination.
+    /// Of a combination, and of a mesh.
     combined: Option<Combined>,
     object_from_world: Affine,
     /// World space.
@@ -74,7 +74,7 @@ pub struct Placed<'a> {
 pub enum NoVolume {
     /// A surface.
     Surface,
-    /// A mesh.
+    /// A mesh that is not closed.
     Mesh,
     Unbounded,
 }
@@ -91,8 +91,15 @@ impl<'a> Placed<'a> {
             Shape::Polygon(_) => return Err(NoVolume::Surface),
             Shape::Cylinder(row) if scene.cylinders.row(row).open => return Err(NoVolume::Surface),
             Shape::Cone(row) if scene.cones.row(row).open => return Err(NoVolume::Surface),
-            Shape::Mesh(_) => return Err(NoVolume::Mesh),
-            Shape::Combination(row) => Some(Combined::of(scene, id, row)),
+            Shape::Mesh(row) => {
+                if scene.meshes.open[row.index()] || check_closed(scene, row).is_err() {
+                    return Err(NoVolume::Mesh);
+                }
+                Some(Combined::of_one(scene, id))
+            }
+            Shape::Combination(row) => {
+                Some(Combined::of(scene, id, row, &mut FacetTrees::default()))
+            }
             _ => None,
         };
         let own = shape_bounds(scene, id).ok_or(NoVolume::Unbounded)?;

@@ -24,7 +24,11 @@ pub fn remarks(tables: &Tables, shape: ShapeId, solid: &CsgSolid) -> Vec<String>
         };
         return vec![format!("{what}: the bounds of its operands do not overlap")];
     }
-    let lines = [idle(tables, shape, solid), coplanar(tables, solid)];
+    let lines = [
+        idle(tables, shape, solid),
+        coplanar(tables, solid),
+        faceted(tables, solid),
+    ];
     let lines = lines.into_iter().flatten();
     lines.map(|line| format!("{name}: {line}")).collect()
 }
@@ -70,6 +74,23 @@ fn is_empty(tables: &Tables, id: CombinationId) -> bool {
         max = max.min(bounds.max);
     }
     min.cmpgt(max).any()
+}
+
+/// Meshes among the operands: what they cost.
+fn faceted(tables: &Tables, solid: &CsgSolid) -> Option<String> {
+    let of = |operand: &CsgOperand| match operand.shape {
+        Shape::Mesh(id) => Some(tables.meshes.triangles_of[id.index()].len()),
+        _ => None,
+    };
+    let triangles: Vec<usize> = solid.operands.iter().filter_map(of).collect();
+    let count: usize = triangles.iter().sum();
+    Some(match triangles.len() {
+        0 => return None,
+        1 => format!("an operand is a mesh of {count} triangles; rays in its box go one by one"),
+        n => {
+            format!("{n} operands are meshes, {count} triangles; rays in their boxes go one by one")
+        }
+    })
 }
 
 fn overlap(a: &Aabb, b: &Aabb) -> bool {

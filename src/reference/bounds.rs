@@ -126,6 +126,11 @@ pub fn of_shape(scene: &Scene, shape: Shape) -> Option<Bounds> {
 }
 
 /// About the mesh's centre.
+pub fn about_center(mesh: &Mesh) -> Bounds {
+    Bounds::of(mesh.positions.iter().map(|p| p.map(f64::from))).widened()
+}
+
+/// About the mesh's centre.
 pub fn of_triangle(mesh: &Mesh, triangle: usize) -> Bounds {
     let corners = mesh.corners(triangle).map(|p| p.map(f64::from));
     Bounds::of(corners).widened()

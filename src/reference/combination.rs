@@ -6,6 +6,7 @@
 //! [`CsgSolid`]'s to define; operators are read from the scene's tables.
 
 use super::bounds::{self, Bounds};
+use super::facet;
 use super::meet::Primitive;
 use super::normal;
 use super::number::Number;
@@ -13,8 +14,11 @@ use super::ray::{Ray, dot};
 use super::root::Root;
 use super::slack::{self, Measured, Reach, Slack};
 use super::solids::Meeting;
+use super::tree::{Part, Tree};
 use crate::math::Affine;
-use crate::scene::{CombinationId, CsgSolid, Operator, Scene, Shape, ShapeId};
+use crate::scene::{CombinationId, CsgSolid, Mesh, MeshId, Operator, Scene, Shape, ShapeId};
+use std::cmp::Ordering;
+use std::sync::Arc;
 
 /// Of a hit's number: the solid's outward normal is the opposite of the operand's.
 pub const TURNED: u32 = 1 << 31;
@@ -30,6 +34,8 @@ pub struct Combination {
     pub bounds: Option<Bounds>,
     /// The worst of its frames.
     pub condition: f64,
+    /// Over the triangles of each mesh, about its centre; none for brute force.
+    pub triangles: Arc<[Tree]>,
 }
 
 #[derive(Clone, Debug)]
@@ -38,6 +44,8 @@ struct Operand {
     frame: usize,
     /// In its frame.
     bounds: Option<Bounds>,
+    /// The number of its first surface; of a mesh each triangle is one.
+    first: u32,
 }
 
 #[derive(Clone, Debug)]
@@ -63,6 +71,8 @@ pub struct End<N> {
     pub operand: usize,
     enters: bool,
     face: usize,
+    /// The line comes against the surface's normal.
+    against: bool,
 }
 
 /// Ends that are one, in groups of equal t.
@@ -80,15 +90,20 @@ impl Combination {
             reach: frame.reach,
         };
         let frames: Vec<Frame> = solid.frames.iter().map(frame).collect();
-        let operand = |operand: &crate::scene::CsgOperand| Operand {
+        let operand = |(number, operand): (u32, &crate::scene::CsgOperand)| Operand {
             shape: operand.shape,
             frame: operand.frame as usize,
-            bounds: bounds::of_shape(scene, operand.shape),
+            bounds: match operand.shape {
+                Shape::Mesh(id) => Some(bounds::about_center(&scene.meshes.row(id))),
+                shape => bounds::of_shape(scene, shape),
+            },
+            first: solid.surface(number, 0),
         };
         let condition =
             |frame: &Frame| bounds::condition(&frame.operand_from_solid, &frame.solid_from_operand);
         let mut combination = Combination {
-            operands: solid.operands.iter().map(operand).collect(),
+            operands: (0..).zip(&solid.operands).map(operand).collect(),
+            triangles: Arc::default(),
             condition: frames.iter().map(condition).fold(1.0, f64::max),
             frames,
             steps: postfix(scene, id),
@@ -191,11 +206,16 @@ impl Combination {
                 }
             }
             if let Some(end) = found.filter(|_| state != before) {
-                let turned = if state == end.enters { 0 } else { TURNED };
+                let row = &self.operands[end.operand];
+                let triangle = match row.shape {
+                    Shape::Mesh(_) => end.face as u32,
+                    _ => 0,
+                };
+                let turned = if state == end.against { 0 } else { TURNED };
                 boundaries.push(Meeting {
                     t: end.t.clone(),
                     face: end.face,
-                    surface: end.operand as u32 | turned,
+                    surface: (row.first + triangle) | turned,
                 });
             }
         }
@@ -224,6 +244,12 @@ impl Combination {
             if !ray.is_finite() || row.bounds.as_ref().is_some_and(missed) {
                 continue;
             }
+            if let Shape::Mesh(id) = row.shape {
+                for end in self.ends_of_mesh(scene, ray, operand, id)? {
+                    insert(&mut ends, end)?;
+                }
+                continue;
+            }
             let Some([enter, exit]) = span(&primitive(scene, row.shape), ray)? else {
                 continue;
             };
@@ -237,11 +263,77 @@ impl Combination {
                     operand,
                     enters,
                     face,
+                    against: enters,
                 };
                 insert(&mut ends, end)?;
             }
         }
         Ok(ends)
+    }
+
+    /// Of a closed mesh, by all of its triangles. The ray is about its centre.
+    fn ends_of_mesh<N: Number>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        operand: usize,
+        id: MeshId,
+    ) -> Result<Vec<End<N>>, N::Doubt> {
+        let mesh = scene.meshes.row(id);
+        let mut all: Vec<End<N>> = Vec::new();
+        if ray.dir == [0.0; 3] {
+            return Ok(all);
+        }
+        for triangle in self.triangles_along(&mesh, id, ray) {
+            let corners = mesh.corners(triangle as usize).map(|p| p.map(f64::from));
+            if let Some((t, side)) = facet::crossed(ray, corners)? {
+                let end = End {
+                    t,
+                    operand,
+                    enters: false,
+                    face: triangle as usize,
+                    against: side == Ordering::Less,
+                };
+                insert(&mut all, end)?;
+            }
+        }
+        // Of those at one t, one if they are odd in number.
+        let mut ends: Vec<End<N>> = Vec::new();
+        let mut rest = &all[..];
+        while let Some(first) = rest.first() {
+            let mut count = 1;
+            while count < rest.len() && rest[count].t.order(&first.t)?.is_eq() {
+                count += 1;
+            }
+            let (group, others) = rest.split_at(count);
+            rest = others;
+            if count % 2 == 0 {
+                continue;
+            }
+            let against = group.iter().filter(|end| end.against).count();
+            let most = group
+                .iter()
+                .filter(|end| end.against == (2 * against > count));
+            let end = most.min_by_key(|end| end.face).unwrap_or(first);
+            ends.push(End {
+                enters: ends.len().is_multiple_of(2),
+                ..end.clone()
+            });
+        }
+        Ok(ends)
+    }
+
+    /// All, or those that a tree does not rule out.
+    fn triangles_along(&self, mesh: &Mesh, id: MeshId, ray: &Ray) -> Vec<u32> {
+        let Some(tree) = self.triangles.get(id.index()) else {
+            return (0..mesh.triangles.len() as u32).collect();
+        };
+        let mut found = Vec::new();
+        tree.visit(ray, bounds::slack(ray.org, 1.0), Part::Line, |triangle| {
+            found.push(triangle);
+            f64::INFINITY
+        });
+        found
     }
 
     /// Ends at one t are a group, and groups within slack of each other one event.
@@ -301,7 +393,7 @@ impl Combination {
         let frame = &self.frames[row.frame];
         let t = N::about(&end.t);
         let own = self.in_frame(ray, row.frame);
-        let normal = normal::normal(&primitive(scene, row.shape), &own, t, end.face);
+        let normal = normal::normal(&face_of(scene, row.shape, end.face), &own, t, end.face);
         let normal = frame.operand_from_solid.linear.map(|c| dot(c, normal));
         let reach = Reach {
             speed: slack::speed(normal, ray.dir),
@@ -322,9 +414,10 @@ impl Combination {
     /// Object space, outward of the solid.
     pub fn normal(&self, scene: &Scene, ray: &Ray, t: f64, met: (usize, u32)) -> [f64; 3] {
         let (face, surface) = met;
-        let row = &self.operands[(surface & !TURNED) as usize];
+        let after = |row: &Operand| row.first <= surface & !TURNED;
+        let row = &self.operands[self.operands.partition_point(after) - 1];
         let own = self.in_frame(ray, row.frame);
-        let normal = normal::normal(&primitive(scene, row.shape), &own, t, face);
+        let normal = normal::normal(&face_of(scene, row.shape, face), &own, t, face);
         let map = &self.frames[row.frame].operand_from_solid;
         let normal = map.linear.map(|c| dot(c, normal));
         if surface & TURNED == 0 {
@@ -337,10 +430,15 @@ impl Combination {
 
 /// A shape that is no mesh and no combination.
 fn primitive(scene: &Scene, shape: Shape) -> Primitive<'_> {
+    face_of(scene, shape, 0)
+}
+
+/// The same, or a triangle of a mesh.
+fn face_of(scene: &Scene, shape: Shape, face: usize) -> Primitive<'_> {
     Primitive {
         scene,
         shape,
-        triangle: 0,
+        triangle: face as u32,
         combination: None,
     }
 }

@@ -31,6 +31,45 @@ pub fn triangle<N: Number>(ray: &Ray, corners: [[f64; 3]; 3]) -> Result<Option<R
     Ok(Some(Root::fraction(dot(&a, &n), dot(&d, &n), side)))
 }
 
+/// The same of a triangle of a closed surface: where the ray goes through an edge
+/// or a corner, as one does whose origin is moved by ε along the one axis and ε²
+/// along the other that follow the axis along which it is longest (Edelsbrunner and
+/// Mücke, Simulation of Simplicity, 1990). And the sign of d·n.
+pub fn crossed<N: Number>(
+    ray: &Ray,
+    corners: [[f64; 3]; 3],
+) -> Result<Option<(Root<N>, Ordering)>, N::Doubt> {
+    let d = vector::<N>(ray.dir);
+    let Some(t) = triangle(ray, corners)? else {
+        return Ok(None);
+    };
+    let size = ray.dir.map(f64::abs);
+    let k = (0..3).fold(0, |k, i| if size[i] > size[k] { i } else { k });
+    let shifts = [1, 2].map(|next| {
+        let mut axis = [0.0; 3];
+        axis[(k + next) % 3] = 1.0;
+        vector::<N>(axis)
+    });
+    let org = vector::<N>(ray.org);
+    let mut side = None;
+    for i in 0..3 {
+        let [p, q] = [1, 2].map(|next| vector::<N>(corners[(i + next) % 3]));
+        let (a, b) = (minus(&p, &org), minus(&q, &org));
+        let mut sign = dot(&d, &cross(&a, &b)).sign()?;
+        // (a − δ) × (b − δ) is a × b and δ × (a − b).
+        for shift in &shifts {
+            if sign.is_eq() {
+                sign = dot(&d, &cross(shift, &minus(&p, &q))).sign()?;
+            }
+        }
+        if sign.is_eq() || side.is_some_and(|side| side != sign) {
+            return Ok(None);
+        }
+        side = Some(sign);
+    }
+    Ok(side.map(|side| (t, side)))
+}
+
 /// The plane through the first corner with this normal, where the ray goes
 /// through the outline or meets it (even-odd: Shimrat, Communications of the ACM
 /// 1962).

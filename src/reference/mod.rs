@@ -45,6 +45,7 @@ use dyadic::Dyadic;
 use meet::{Primitive, Within};
 use solids::Meeting;
 use std::borrow::Cow;
+use std::sync::Arc;
 use tree::{Part, Tree};
 
 /// Placements worse conditioned than this stay out of the tree: their world
@@ -65,7 +66,7 @@ pub struct Reference<'a> {
     /// Of those that appear, by row of the scene's table.
     combinations: Vec<Option<Combination>>,
     /// Over the triangles of each mesh, about its centre; none for brute force.
-    triangles: Vec<Tree>,
+    triangles: Arc<[Tree]>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,7 +75,7 @@ pub struct Hit {
     pub t: f64,
     /// Id of one of [`Appearances`].
     pub instance: u64,
-    /// Triangle of a mesh; operand of a combination, by number, and [`TURNED`]; 0
+    /// Triangle of a mesh; surface of a combination, by number, and [`TURNED`]; 0
     /// otherwise.
     pub primitive: u32,
     /// Geometric, world space, unit, outward (of a combination: of the whole); of triangles and polygons by
@@ -103,7 +104,7 @@ impl<'a> Reference<'a> {
         scene: &'a Scene,
         appearances: &'a Appearances,
     ) -> Result<Reference<'a>, SceneError> {
-        let all = Reference::brute_force(scene, appearances)?;
+        let mut all = Reference::brute_force(scene, appearances)?;
         let mut always = Vec::new();
         let (mut polygons, mut others) = (Vec::new(), Vec::new());
         let mut worst = 1.0;
@@ -134,7 +135,7 @@ impl<'a> Reference<'a> {
                 None => always.push(i as u32),
             }
         }
-        let triangles = (0..scene.meshes.len() as u32)
+        let triangles: Arc<[Tree]> = (0..scene.meshes.len() as u32)
             .map(|id| {
                 let mesh = scene.meshes.row(MeshId(id));
                 let boxes: Vec<_> = (0..mesh.triangles.len())
@@ -143,6 +144,9 @@ impl<'a> Reference<'a> {
                 Tree::new(&boxes)
             })
             .collect();
+        for combination in all.combinations.iter_mut().flatten() {
+            combination.triangles = triangles.clone();
+        }
         Ok(Reference {
             trees: [polygons, others].map(|boxes| Tree::new(&boxes)),
             always,
@@ -172,7 +176,7 @@ impl<'a> Reference<'a> {
             always: (0..rows.len() as u32).collect(),
             rows,
             condition: 1.0,
-            triangles: Vec::new(),
+            triangles: Arc::default(),
         })
     }
 

@@ -16,7 +16,7 @@ pub struct Meeting<N> {
     pub t: Root<N>,
     /// Which of its surfaces: the number of the polynomial.
     pub face: usize,
-    /// Of a combination the operand's number, and whether it is turned.
+    /// Of a combination the surface's number, and whether it is turned.
     pub surface: u32,
 }
 

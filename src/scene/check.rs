@@ -11,8 +11,8 @@ mod shapes;
 pub(super) use graph::at_time;
 pub(crate) use graph::children_first;
 
-use super::Tables;
-use super::csg_solid::combination_bounds;
+use super::csg_bounds::combination_bounds;
+use super::{Leaks, Tables};
 use glam::DVec3;
 use std::fmt;
 use thiserror::Error;
@@ -130,6 +130,15 @@ pub enum SceneError {
         operand: Box<Entity>,
         why: &'static str,
     },
+    #[error(
+        "{what} has {operand} as an operand: it is not closed and has no inside: {leaks}; fill its \
+         holes and turn its triangles alike, as most modelling programs can, or leave it out"
+    )]
+    NotClosed {
+        what: Entity,
+        operand: Box<Entity>,
+        leaks: Box<Leaks>,
+    },
     #[error("shapes form a cycle: {}; a solid cannot be made of itself", path.join(" → "))]
     CycleOfShapes { what: Entity, path: Vec<String> },
     #[error(
@@ -137,6 +146,15 @@ pub enum SceneError {
          parts as instances of their own"
     )]
     TooManyOperands {
+        what: Entity,
+        count: u64,
+        limit: u64,
+    },
+    #[error(
+        "{what} unfolds into operands of {count} surfaces, triangles among them; at most {limit} \
+         are supported: share less, or use meshes of fewer triangles"
+    )]
+    TooManySurfaces {
         what: Entity,
         count: u64,
         limit: u64,
@@ -176,8 +194,10 @@ impl SceneError {
             | SceneError::Empty { what, .. }
             | SceneError::VertexOutOfRange { what, .. }
             | SceneError::NotSolid { what, .. }
+            | SceneError::NotClosed { what, .. }
             | SceneError::CycleOfShapes { what, .. }
             | SceneError::TooManyOperands { what, .. }
+            | SceneError::TooManySurfaces { what, .. }
             | SceneError::NormalCount { what, .. }
             | SceneError::TooManyTriangles { what, .. } => Some(what),
             SceneError::NothingToSee
@@ -195,6 +215,7 @@ pub(super) fn check(scene: &mut Tables) -> Result<(), SceneError> {
     graph::transforms(scene)?;
     let order = combinations::combinations(scene)?;
     check_rows(scene)?;
+    combinations::meshes(scene)?;
     scene.combinations.bounds = combination_bounds(scene, &order);
     graph::appearances(scene)
 }

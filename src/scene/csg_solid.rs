@@ -3,16 +3,20 @@
 //! Derived from the tables; never in them. Nothing recurses: operators may lie in
 //! each other a hundred thousand deep.
 
+use super::csg_bounds::{center, placed};
 use super::ids::{CombinationId, MaterialId, ShapeId};
 use super::shapes::Shape;
 use super::{Operand, Tables, shape_bounds};
-use crate::csg::{Builder, Operator, Place, Program};
+use crate::csg::{Builder, Place, Program};
 use crate::math::{Aabb, Affine};
 use glam::DVec3;
 use std::collections::HashMap;
 
 /// Operands of one combination, at most, once unfolded.
 pub const MAX_OPERANDS: u64 = 1 << 20;
+
+/// Surfaces of all these, at most: of a mesh, its triangles.
+pub const MAX_SURFACES: u64 = 1 << 31;
 
 /// A space that operands are in. Those that are placed alike share one: there,
 /// what coincides does so exactly.
@@ -43,8 +47,10 @@ pub struct CsgOperand {
 #[derive(Clone, Debug)]
 pub struct CsgSolid {
     pub program: Program,
-    /// In the order of the file, depth first: the numbers of surfaces.
+    /// In the order of the file, depth first.
     pub operands: Vec<CsgOperand>,
+    /// By operand: the number of its first surface; empty where each has one.
+    firsts: Vec<u32>,
     pub frames: Vec<Frame>,
     pub tolerance: f64,
 }
@@ -53,13 +59,22 @@ impl CsgSolid {
     /// Of checked tables.
     pub fn of(tables: &Tables, id: CombinationId) -> CsgSolid {
         let mut unfold = Unfold::new(tables);
-        unfold.run(id);
-        CsgSolid {
-            program: unfold.builder.finish(),
-            operands: unfold.operands,
-            frames: unfold.frames,
-            tolerance: tables.combinations.tolerance[id.index()],
-        }
+        let answer = unfold.builder.answer();
+        unfold.operator(id, answer, 0, None, false);
+        unfold.finish(tables.combinations.tolerance[id.index()])
+    }
+
+    /// A solid of one operand: a shape that has an inside, and is no combination.
+    pub fn of_one(tables: &Tables, shape: ShapeId) -> CsgSolid {
+        let mut unfold = Unfold::new(tables);
+        unfold.waiting.push(Waiting {
+            shape,
+            place: unfold.builder.answer(),
+            frame: 0,
+            material: None,
+            settled: false,
+        });
+        unfold.finish(0.0)
     }
 
     /// Boundaries are one where they are equal, and nowhere else.
@@ -67,23 +82,61 @@ impl CsgSolid {
         self.frames.len() == 1 && self.tolerance == 0.0
     }
 
+    /// Some of the operands are meshes.
+    #[inline]
+    pub fn has_meshes(&self) -> bool {
+        !self.firsts.is_empty()
+    }
+
+    /// The number that hits carry: of an operand, and of a mesh a triangle.
+    #[inline]
+    pub fn surface(&self, operand: u32, triangle: u32) -> u32 {
+        match self.firsts.get(operand as usize) {
+            Some(first) => first + triangle,
+            None => operand,
+        }
+    }
+
+    /// The operand of a surface, and of a mesh the triangle.
+    #[inline]
+    pub fn operand_of(&self, surface: u32) -> (u32, u32) {
+        if self.firsts.is_empty() {
+            return (surface, 0);
+        }
+        let operand = self.firsts.partition_point(|first| *first <= surface) - 1;
+        (operand as u32, surface - self.firsts[operand])
+    }
+
     pub fn bytes(&self) -> usize {
         self.program.bytes()
+            + self.firsts.len() * size_of::<u32>()
             + self.operands.len() * size_of::<CsgOperand>()
             + self.frames.len() * size_of::<Frame>()
     }
 }
 
-/// How operands, once unfolded, every combination has; saturating. `order`: its
-/// operands first.
-pub(super) fn unfolded_counts(tables: &Tables, order: &[u32]) -> Vec<u64> {
+/// How many surfaces an operand has.
+pub(super) fn surfaces(tables: &Tables, shape: Shape) -> u32 {
+    match shape {
+        Shape::Mesh(id) => tables.meshes.triangles_of[id.index()].len() as u32,
+        _ => 1,
+    }
+}
+
+/// How many operands, once unfolded, every combination has, each counted as `one`
+/// says; saturating. `order`: its operands first.
+pub(super) fn unfolded_counts(
+    tables: &Tables,
+    order: &[u32],
+    one: impl Fn(Shape) -> u64,
+) -> Vec<u64> {
     let table = &tables.combinations;
     let mut counts = vec![0_u64; table.len()];
     for row in order {
         let operands = table.operands(CombinationId(*row)).iter();
         let of = |operand: &Operand| match tables.shapes.row(operand.shape) {
             Shape::Combination(id) => counts[id.index()],
-            _ => 1,
+            shape => one(shape),
         };
         counts[*row as usize] = operands.map(of).fold(0, u64::saturating_add);
     }
@@ -128,9 +181,7 @@ impl<'t> Unfold<'t> {
         }
     }
 
-    fn run(&mut self, id: CombinationId) {
-        let answer = self.builder.answer();
-        self.operator(id, answer, 0, None, false);
+    fn finish(mut self, tolerance: f64) -> CsgSolid {
         while let Some(next) = self.waiting.pop() {
             let Waiting {
                 shape,
@@ -143,7 +194,9 @@ impl<'t> Unfold<'t> {
                 Shape::Combination(id) => self.operator(id, place, frame, material, settled),
                 leaf => {
                     self.builder.operand(place);
-                    let bounds = self.bounds(shape, frame);
+                    let center = center(self.tables, leaf);
+                    let frame = self.about(frame, center);
+                    let bounds = self.bounds(shape, frame, center);
                     self.operands.push(CsgOperand {
                         shape: leaf,
                         id: shape,
@@ -153,6 +206,13 @@ impl<'t> Unfold<'t> {
                     });
                 }
             }
+        }
+        CsgSolid {
+            program: self.builder.finish(),
+            firsts: firsts(self.tables, &self.operands),
+            operands: self.operands,
+            frames: self.frames,
+            tolerance,
         }
     }
 
@@ -190,9 +250,25 @@ impl<'t> Unfold<'t> {
         let transforms = &self.tables.transforms;
         let row = operand.transform.index();
         let local = &transforms.local[row];
-        let Some(inverse) = transforms.inverse[row].filter(|_| !local.is_identity()) else {
-            return above;
+        match &transforms.inverse[row] {
+            Some(inverse) if !local.is_identity() => self.below(above, local, inverse),
+            _ => above,
+        }
+    }
+
+    /// That of a mesh counts from the mesh's centre.
+    fn about(&mut self, frame: u32, center: DVec3) -> u32 {
+        if center == DVec3::ZERO {
+            return frame;
+        }
+        let by = |shift: DVec3| Affine {
+            translation: shift.to_array(),
+            ..Affine::IDENTITY
         };
+        self.below(frame, &by(center), &by(-center))
+    }
+
+    fn below(&mut self, above: u32, local: &Affine, inverse: &Affine) -> u32 {
         let above = self.frames[above as usize];
         let solid_from_operand = above.solid_from_operand.then_after(local);
         let largest = |shift: &[f64; 3]| shift.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
@@ -218,17 +294,33 @@ impl<'t> Unfold<'t> {
         row
     }
 
-    fn bounds(&self, shape: ShapeId, frame: u32) -> Option<Aabb> {
+    fn bounds(&self, shape: ShapeId, frame: u32, center: DVec3) -> Option<Aabb> {
         let own = shape_bounds(self.tables, shape)?;
         if frame == 0 {
             return Some(own);
         }
+        let own = Aabb::new(own.min - center, own.max - center);
         let frame = &self.frames[frame as usize];
         let bounds = placed(&own, &frame.solid_from_operand);
         // The maps are each other's inverse but for their roundings.
         let size = (bounds.max_abs() + frame.reach) * frame.condition;
         Some(bounds.grown(DVec3::splat(size * (16.0 * f64::EPSILON))))
     }
+}
+
+/// Of the surfaces of operands, checked to be few enough.
+fn firsts(tables: &Tables, operands: &[CsgOperand]) -> Vec<u32> {
+    let is_mesh = |operand: &CsgOperand| matches!(operand.shape, Shape::Mesh(_));
+    if !operands.iter().any(is_mesh) {
+        return Vec::new();
+    }
+    let mut next = 0;
+    let first = |operand: &CsgOperand| {
+        let first = next;
+        next += surfaces(tables, operand.shape);
+        first
+    };
+    operands.iter().map(first).collect()
 }
 
 /// What of maps counts where they are compared: entries in units, and the units'
@@ -259,17 +351,6 @@ fn rounded(map: &Affine, reach: f64) -> Key {
         None => shift[i - 9],
     };
     (std::array::from_fn(entry), powers)
-}
-
-/// The box around a box under a map, with room for its roundings.
-pub(super) fn placed(own: &Aabb, map: &Affine) -> Aabb {
-    if own.is_empty() {
-        return Aabb::EMPTY;
-    }
-    let place = |p: DVec3| DVec3::from_array(map.point(p.to_array()));
-    let bounds = Aabb::of_points(own.corners().map(place));
-    let size = map.norm() * own.max_abs() + bounds.max_abs();
-    bounds.grown(DVec3::splat(size * (16.0 * f64::EPSILON)))
 }
 
 /// Combinations, each after its operands; or a cycle, first row repeated.
@@ -310,106 +391,4 @@ pub(crate) fn operands_first(tables: &Tables) -> Result<Vec<u32>, Vec<u32>> {
         }
     }
     Ok(order)
-}
-
-/// The box around an operand, in the space of the combination that it is one of.
-pub(crate) fn operand_bounds(tables: &Tables, operand: &Operand) -> Option<Aabb> {
-    let local = &tables.transforms.local[operand.transform.index()];
-    match shape_bounds(tables, operand.shape) {
-        Some(own) if !local.is_identity() => Some(placed(&own, local)),
-        own => own,
-    }
-}
-
-/// Boxes of all combinations; `None` of those without bounds. `order`: operands
-/// first.
-pub(super) fn combination_bounds(tables: &Tables, order: &[u32]) -> Vec<Option<Aabb>> {
-    let table = &tables.combinations;
-    let mut extents = vec![Extent::default(); table.len()];
-    for row in order {
-        let id = CombinationId(*row);
-        let of = |operand: &Operand| match tables.shapes.row(operand.shape) {
-            Shape::Combination(below) => extents[below.index()].through(tables, operand),
-            _ => Extent {
-                bounds: shape_bounds(tables, operand.shape),
-                ..Extent::default()
-            }
-            .through(tables, operand),
-        };
-        let all: Vec<Extent> = table.operands(id).iter().map(of).collect();
-        let mut boxes = all.iter().map(|extent| extent.bounds);
-        let bounds = match table.operator[id.index()] {
-            Operator::Union | Operator::Xor => {
-                boxes.try_fold(Aabb::EMPTY, |b, one| Some(b.union(&one?)))
-            }
-            Operator::Difference => boxes.next().flatten(),
-            Operator::Intersection => boxes.flatten().reduce(|a, b| overlap(&a, &b)),
-            Operator::Complement => None,
-        };
-        let greatest = |of: fn(&Extent) -> f64| all.iter().map(of).fold(0.0, f64::max);
-        extents[*row as usize] = Extent {
-            bounds,
-            condition: greatest(|extent| extent.condition),
-            reach: greatest(|extent| extent.reach),
-        };
-    }
-    extents.iter().map(|extent| extent.bounds).collect()
-}
-
-/// Where a combination lies, and how the maps below it blur that: as of frames.
-#[derive(Clone, Copy, Debug)]
-struct Extent {
-    bounds: Option<Aabb>,
-    condition: f64,
-    reach: f64,
-}
-
-impl Default for Extent {
-    fn default() -> Extent {
-        Extent {
-            bounds: None,
-            condition: 1.0,
-            reach: 0.0,
-        }
-    }
-}
-
-impl Extent {
-    /// With room for the roundings of rays that are met below.
-    fn through(self, tables: &Tables, operand: &Operand) -> Extent {
-        let row = operand.transform.index();
-        let (local, inverse) = (
-            &tables.transforms.local[row],
-            &tables.transforms.inverse[row],
-        );
-        let Some(inverse) = inverse.filter(|_| !local.is_identity()) else {
-            return self;
-        };
-        let shift = DVec3::from_array(local.translation).abs().max_element();
-        let condition = self.condition * local.norm() * inverse.norm();
-        let reach = shift + local.norm() * self.reach;
-        let bounds = self.bounds.map(|own| {
-            let bounds = placed(&own, local);
-            let size = bounds.max_abs() + reach;
-            bounds.grown(DVec3::splat(size * condition * (16.0 * f64::EPSILON)))
-        });
-        Extent {
-            bounds,
-            condition,
-            reach,
-        }
-    }
-}
-
-fn overlap(a: &Aabb, b: &Aabb) -> Aabb {
-    let both = Aabb {
-        min: a.min.max(b.min),
-        max: a.max.min(b.max),
-    };
-    if both.min.cmple(both.max).all() {
-        both
-    } else {
-        // Nothing is there; but a box it must be.
-        Aabb::of_points([a.center()])
-    }
 }

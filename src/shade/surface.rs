@@ -72,6 +72,7 @@ impl Surface {
             _ => None,
         };
         let shape = part.map_or(entry.shape, |part| part.operand.shape);
+        let primitive = part.map_or(id.primitive, |part| part.triangle);
         let whole = placed;
         let through = part.and_then(|part| part.map);
         let composed = match (whole, through) {
@@ -90,7 +91,7 @@ impl Surface {
         let (mut left, mut roundoff, mut blurred) = (0.0, SINGLE, 0.0);
         if arithmetic != Arithmetic::F32 {
             let ray = (object_org, object_dir);
-            let (refined, height) = refined(world, (shape, id.primitive), ray, t);
+            let (refined, height) = refined(world, (shape, primitive), ray, t);
             t = refined;
             // What the point is off by in object space, in world space.
             let rise = to_world_rise(placed, height.normal);
@@ -102,9 +103,10 @@ impl Surface {
             if arithmetic == Arithmetic::F64 || !flat {
                 roundoff = DOUBLE;
             }
-            // So are operands of combinations, at their size, but one by one; and no
-            // better than they are placed.
-            if let Some(part) = part {
+            // So are operands of combinations, at their size, but one by one, and but
+            // for meshes; and no better than they are placed.
+            let is_mesh = matches!(shape, Shape::Mesh(_));
+            if let (false, Some(part)) = (is_mesh, part) {
                 let bounds = shape_bounds(world.scene, part.operand.id);
                 let roundoff = match arithmetic {
                     Arithmetic::F64 => (DOUBLE * part.wider).min(SINGLE),
@@ -120,13 +122,11 @@ impl Surface {
         }
         let point = world_org + world_dir * t;
         let at = object_org + object_dir * t;
-        let (ng, smooth, own_material) = normals(world, shape, at, id.primitive);
-        let ng = if part.is_some_and(|part| part.turned) {
-            -ng
-        } else {
-            ng
-        };
-        let own_material = own_material.or(part.and_then(|part| part.operand.material));
+        let (mut ng, mut smooth, own_material) = normals(world, shape, at, primitive);
+        if part.is_some_and(|part| part.turned) {
+            (ng, smooth) = (-ng, smooth.map(|n| -n));
+        }
+        let own_material = part.and_then(|part| part.operand.material).or(own_material);
 
         let ng = to_world(placed, ng);
         let front = world_dir.dot(ng) <= 0.0;
@@ -188,6 +188,8 @@ impl Surface {
 #[derive(Clone, Copy)]
 struct Part<'a> {
     operand: &'a CsgOperand,
+    /// Of a mesh.
+    triangle: u32,
     /// Where the operand's space is not the combination's.
     map: Option<&'a Affine>,
     /// By how much roundings there count more.
@@ -201,11 +203,13 @@ impl Part<'_> {
     /// `at`: the hit, in the combination's space.
     fn of(combined: &Combined, at: DVec3, primitive: u32) -> Part<'_> {
         let solid = &combined.solid;
-        let operand = &solid.operands[(primitive & !TURNED) as usize];
+        let (number, triangle) = solid.operand_of(primitive & !TURNED);
+        let operand = &solid.operands[number as usize];
         let frame = &solid.frames[operand.frame as usize];
         let norms = [&frame.operand_from_solid, &frame.solid_from_operand].map(Affine::norm);
         Part {
             operand,
+            triangle,
             map: (operand.frame != 0).then_some(&frame.operand_from_solid),
             stretch: norms[0] * norms[1],
             wider: 1.0 + combined.widening(at.abs().max_element(), DOUBLE),

@@ -9,14 +9,16 @@
 
 pub mod lanes;
 mod leaf;
+mod mesh;
 
 use super::decide::solid_of;
 use crate::accel::Combined;
 use crate::csg::{Boundary, Walk};
 use crate::geom::exact::{Line, Root, span};
 use crate::math::{Aabb, Vec3, length};
-use crate::scene::{CsgOperand, CsgSolid, Frame, Tables};
+use crate::scene::{CsgOperand, CsgSolid, Frame, Shape, Tables};
 use glam::DVec3;
+use mesh::FacetScratch;
 use std::cell::Cell;
 use std::ops::ControlFlow;
 
@@ -27,7 +29,7 @@ pub const TURNED: u32 = 1 << 31;
 #[derive(Clone, Copy, Debug)]
 pub struct Crossing {
     pub root: Root,
-    /// The operand's number, and [`TURNED`].
+    /// The surface's number ([`CsgSolid::surface`]), and [`TURNED`].
     pub primitive: u32,
     /// The ray comes into the solid.
     pub enters: bool,
@@ -38,6 +40,11 @@ pub struct Crossing {
 #[derive(Clone, Copy, Debug)]
 struct Mark {
     root: Root,
+    /// The number of the surface.
+    surface: u32,
+    /// The line comes against the surface's normal: where an operand is left, as a
+    /// rule, it does not.
+    against: bool,
     frame: u32,
     placement: f64,
     tolerance: f64,
@@ -53,6 +60,7 @@ struct Scratch {
     inside: Vec<u32>,
     walk: Walk,
     operands: Vec<u32>,
+    facets: FacetScratch,
 }
 
 thread_local! {
@@ -87,6 +95,7 @@ pub fn boundaries(
         inside,
         walk,
         operands,
+        facets,
     } = &mut *scratch;
     let ray = [line.org, line.dir].map(Vec3::<f64>::splat);
     let solid = &combined.solid;
@@ -100,7 +109,11 @@ pub fn boundaries(
     boundaries.clear();
     inside.clear();
     for number in operands.iter() {
-        collect(solid, tables, line, *number, boundaries, inside);
+        let found = (&mut *boundaries, &mut *inside);
+        match solid.operands[*number as usize].shape {
+            Shape::Mesh(_) => collect_mesh(combined, tables, (line, from), *number, facets, found),
+            _ => collect(solid, tables, line, *number, found),
+        }
     }
     boundaries.sort_by(|a, b| a.at.root.order(&b.at.root));
     gather(boundaries);
@@ -109,10 +122,15 @@ pub fn boundaries(
     let same = |a: &Mark, b: &Mark| a.place == b.place;
     let one = |a: &Mark, b: &Mark| a.event == b.event;
     let _ = walk.run(&solid.program, always, boundaries, (same, one), |change| {
-        let turned = if change.is_turned() { TURNED } else { 0 };
+        let at = &change.boundary.at;
+        let turned = if change.enters == at.against {
+            0
+        } else {
+            TURNED
+        };
         visit(Crossing {
-            root: change.boundary.at.root,
-            primitive: change.boundary.operand | turned,
+            root: at.root,
+            primitive: at.surface | turned,
             enters: change.enters,
         })
     });
@@ -126,8 +144,7 @@ fn collect(
     tables: &Tables,
     line: &Line,
     number: u32,
-    boundaries: &mut Vec<Boundary<Mark>>,
-    inside: &mut Vec<u32>,
+    (boundaries, inside): (&mut Vec<Boundary<Mark>>, &mut Vec<u32>),
 ) {
     let operand = &solid.operands[number as usize];
     let frame = &solid.frames[operand.frame as usize];
@@ -135,6 +152,7 @@ fn collect(
     if operand.bounds.is_some_and(missed) {
         return;
     }
+    let surface = solid.surface(number, 0);
     let Some(primitive) = solid_of(tables, operand.shape) else {
         return;
     };
@@ -148,20 +166,67 @@ fn collect(
     {
         return;
     }
-    let mark = |root: Root| mark(solid, operand, line, root);
+    let mark = |root: Root, against: bool| Mark {
+        surface,
+        against,
+        ..mark(solid, operand, line, root)
+    };
     match enter {
         Some(root) => boundaries.push(Boundary {
-            at: mark(root),
+            at: mark(root, true),
             operand: number,
             enters: true,
         }),
         None => inside.push(number),
     }
     boundaries.extend(exit.map(|root| Boundary {
-        at: mark(root),
+        at: mark(root, false),
         operand: number,
         enters: false,
     }));
+}
+
+/// The same of a mesh, beyond t_min.
+fn collect_mesh(
+    combined: &Combined,
+    tables: &Tables,
+    (line, t_min): (&Line, f64),
+    number: u32,
+    scratch: &mut FacetScratch,
+    (boundaries, inside): (&mut Vec<Boundary<Mark>>, &mut Vec<u32>),
+) {
+    let solid = &combined.solid;
+    let operand = &solid.operands[number as usize];
+    let frame = &solid.frames[operand.frame as usize];
+    let missed = |b: Aabb| passes_by(&b, line, frame.condition);
+    let Shape::Mesh(id) = operand.shape else {
+        return;
+    };
+    if operand.bounds.is_some_and(missed) {
+        return;
+    }
+    let own = in_frame(frame, operand.frame, line);
+    let mesh = (&tables.meshes.row(id), combined.facets(id));
+    let first = boundaries.len();
+    let is_inside = mesh::crossings(mesh, &own, t_min, scratch, |facet| {
+        boundaries.push(Boundary {
+            at: Mark {
+                surface: solid.surface(number, facet.triangle),
+                against: facet.against,
+                ..mark(solid, operand, line, facet.root)
+            },
+            operand: number,
+            enters: false,
+        });
+    });
+    if is_inside {
+        inside.push(number);
+    }
+    let mut enters = !is_inside;
+    for boundary in &mut boundaries[first..] {
+        boundary.enters = enters;
+        enters = !enters;
+    }
 }
 
 /// The operand's ray, by definition.
@@ -212,6 +277,8 @@ const STEEPEST: f64 = 1.0 / (1_u64 << 26) as f64;
 fn mark(solid: &CsgSolid, operand: &CsgOperand, line: &Line, root: Root) -> Mark {
     let mut mark = Mark {
         root,
+        surface: 0,
+        against: false,
         frame: operand.frame,
         placement: 0.0,
         tolerance: 0.0,

@@ -211,7 +211,11 @@ fn kernel_of_operand<L: Lanes>(
         return None;
     };
     let solid = &world.combined(row).solid;
-    let operand = &solid.operands[(id.primitive & !combined::TURNED) as usize];
+    let (number, _) = solid.operand_of(id.primitive & !combined::TURNED);
+    let operand = &solid.operands[number as usize];
+    if matches!(operand.shape, Shape::Mesh(_)) {
+        return None;
+    }
     let (org, dir) = in_object(world, ray, &entry, DVec3::ZERO);
     let frame = &solid.frames[operand.frame as usize];
     let line = combined::in_frame(frame, operand.frame, &Line { org, dir });

@@ -40,7 +40,8 @@ pub enum Outcome {
         t: f64,
         /// Id of one of [`Appearances`](crate::scene::Appearances).
         instance: u64,
-        /// Triangle of a mesh, in source order; 0 for other shapes.
+        /// Triangle of a mesh, in source order; surface of a combination, by number, and
+        /// [`TURNED`](super::TURNED); 0 for other shapes.
         primitive: u32,
         /// Geometric normal, world space, unit, on the outer side.
         normal: [f64; 3],

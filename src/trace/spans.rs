@@ -3,16 +3,17 @@
 //!
 //! Exact, one line at a time and every appearance in turn; no structure is built.
 //! Each solid stands for itself: where two of them overlap, both are listed. Shapes
-//! without inside (polygons, open cylinders and cones), and meshes, are counted
-//! and left out.
+//! without inside (polygons, open cylinders and cones, meshes that are not closed)
+//! are counted and left out.
 
 use super::combined::{TURNED, boundaries, in_frame, passes_by};
 use super::decide::solid_of;
-use crate::accel::Combined;
+use crate::accel::{Combined, FacetTrees};
 use crate::geom::exact::{Line, Root, span};
 use crate::math::unit;
 use crate::scene::{
-    Appearance, Appearances, MaterialId, SceneError, Shape, ShapeId, Tables, shape_bounds,
+    Appearance, Appearances, MaterialId, SceneError, Shape, ShapeId, Tables, check_closed,
+    shape_bounds,
 };
 use glam::DVec3;
 use std::collections::HashMap;
@@ -74,7 +75,8 @@ pub fn spans(
 ) -> Result<Spans, SceneError> {
     appearances.check_enumerable()?;
     let mut spans = Spans::default();
-    let mut unfolded = HashMap::new();
+    let mut unfolded: HashMap<ShapeId, Option<Combined>> = HashMap::new();
+    let mut trees = FacetTrees::default();
     for (id, appearance) in (0..).zip(appearances.iter(scene)) {
         let ray = Ray {
             scene,
@@ -88,7 +90,17 @@ pub fn spans(
             },
         };
         match scene.shapes.row(appearance.shape) {
-            Shape::Mesh(_) | Shape::Polygon(_) => spans.left_out += 1,
+            Shape::Polygon(_) => spans.left_out += 1,
+            Shape::Mesh(row) => {
+                let one = || Combined::of_one(scene, appearance.shape);
+                let is_solid =
+                    || !scene.meshes.open[row.index()] && check_closed(scene, row).is_ok();
+                let solid = unfolded.entry(appearance.shape);
+                match solid.or_insert_with(|| is_solid().then(one)) {
+                    Some(solid) => ray.of_combination(solid, &mut spans.rows),
+                    None => spans.left_out += 1,
+                }
+            }
             Shape::Cylinder(row) if scene.cylinders.row(row).open => spans.left_out += 1,
             Shape::Cone(row) if scene.cones.row(row).open => spans.left_out += 1,
             shape => {
@@ -98,10 +110,11 @@ pub fn spans(
                 }
                 match shape {
                     Shape::Combination(row) => {
-                        let solid = unfolded
-                            .entry(row)
-                            .or_insert_with(|| Combined::of(scene, appearance.shape, row));
-                        ray.of_combination(solid, &mut spans.rows);
+                        let mut of = || Combined::of(scene, appearance.shape, row, &mut trees);
+                        let solid = unfolded.entry(appearance.shape);
+                        if let Some(solid) = solid.or_insert_with(|| Some(of())) {
+                            ray.of_combination(solid, &mut spans.rows);
+                        }
                     }
                     _ => spans.rows.extend(ray.of_primitive(shape)),
                 }
@@ -148,7 +161,8 @@ impl Ray<'_> {
             self.scene,
             (&self.line, f64::NEG_INFINITY),
             |crossing| {
-                let operand = &solid.operands[(crossing.primitive & !TURNED) as usize];
+                let (number, triangle) = solid.operand_of(crossing.primitive & !TURNED);
+                let operand = &solid.operands[number as usize];
                 let frame = &solid.frames[operand.frame as usize];
                 let t = crossing.root.rounded();
                 let own = in_frame(frame, operand.frame, &self.line);
@@ -160,7 +174,12 @@ impl Ray<'_> {
                     1.0
                 };
                 let normal = DVec3::from_array(normal) * side;
-                let end = self.end(t, operand.id, operand.material, normal);
+                let material = || match operand.shape {
+                    Shape::Mesh(id) => self.scene.meshes.row(id).material(triangle),
+                    _ => None,
+                };
+                let material = operand.material.or_else(material);
+                let end = self.end(t, operand.id, material, normal);
                 if crossing.enters {
                     open = Some(end);
                 } else {

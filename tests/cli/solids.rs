@@ -324,3 +324,67 @@ fn measure_refuses_errors_that_cannot_be_reached() {
         stderr(&output)
     );
 }
+
+/// A tetrahedron, and three of its faces.
+#[test]
+fn closed_meshes_are_solids_and_others_are_not() {
+    let folder = folder();
+    let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+    let faces = "f 1 3 2\nf 1 2 4\nf 1 4 3\n";
+    let tetra = format!("{corners}{faces}f 2 3 4\n");
+    fs::write(folder.path().join("tetra.obj"), tetra).unwrap();
+    fs::write(folder.path().join("open.obj"), format!("{corners}{faces}")).unwrap();
+    let text = "format = 1
+[material.red]
+[shape]
+tetra.mesh = 'tetra.obj'
+open.mesh = 'open.obj'
+part.difference = [{ shape = 'tetra', material = 'red' }, 'half']
+half.half_space = { normal = [0, 0, 1], offset = 0.5 }
+[[instance]]
+shape = 'tetra'
+[[instance]]
+shape = 'open'
+[[instance]]
+shape = 'part'
+transform = [{ translate = [5, 0, 0] }]
+";
+    let found = probe(folder.path(), text, "0.25,0.25,-1", "0,0,1");
+    assert_eq!(found["surfaces_left_out"], 1);
+    let [span] = found["spans"].as_array().unwrap().as_slice() else {
+        panic!("{found}");
+    };
+    assert_eq!(
+        (span["t_enter"].as_f64(), span["t_exit"].as_f64()),
+        (Some(1.0), Some(1.5))
+    );
+    assert_eq!(span["exit"]["shape"], "tetra");
+    let normal = &span["exit"]["normal"];
+    assert!(
+        (normal[2].as_f64().unwrap() - 1.0 / 3.0_f64.sqrt()).abs() < 1e-12,
+        "{span}"
+    );
+    let found = probe(folder.path(), text, "5.125,0.125,9", "0,0,-1");
+    let [span] = found["spans"].as_array().unwrap().as_slice() else {
+        panic!("{found}");
+    };
+    assert_eq!(
+        (span["t_enter"].as_f64(), span["t_exit"].as_f64()),
+        (Some(8.25), Some(8.5))
+    );
+    assert_eq!(span["enter"]["material"], "red");
+    assert_eq!(span["exit"]["shape"], "half");
+    assert_eq!(span["exit"]["normal"][2], -1.0);
+
+    let output = lanecast(folder.path(), &["measure", "a.toml", "--json", "-"]);
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["meshes_left_out"], 1);
+    let [tetra, part] = found["solids"].as_array().unwrap().as_slice() else {
+        panic!("{found}");
+    };
+    let root3 = 3.0_f64.sqrt();
+    is_measured(tetra, "volume", 1.0 / 6.0, 1e-3);
+    is_measured(tetra, "area", 1.5 + root3 / 2.0, 1e-3);
+    is_measured(part, "volume", 1.0 / 48.0, 1e-3);
+    is_measured(part, "area", (1.5 + root3 / 2.0) / 4.0, 1e-3);
+}

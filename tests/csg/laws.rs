@@ -14,7 +14,7 @@ use lanecast::trace::HitId;
 use Operator::{Complement, Difference, Intersection, Union, Xor};
 
 /// Two solids that are one.
-fn laws([x, y, z]: &[Tree; 3]) -> Vec<(&'static str, Tree, Tree)> {
+pub fn laws([x, y, z]: &[Tree; 3]) -> Vec<(&'static str, Tree, Tree)> {
     let two = |op, a: &Tree, b: &Tree| Tree::of(op, [a.clone(), b.clone()]);
     let not = |a: &Tree| Tree::of(Complement, [a.clone()]);
     let mut laws = Vec::new();
@@ -50,7 +50,7 @@ fn laws([x, y, z]: &[Tree; 3]) -> Vec<(&'static str, Tree, Tree)> {
 
 /// Spans of two solids along the same lines, bit for bit; and whether nearest hits
 /// are at one place.
-fn are_one(program: &Program, [a, b]: [&Tree; 2], rays: &RayColumns, context: &str) {
+pub fn are_one(program: &Program, [a, b]: [&Tree; 2], rays: &RayColumns, context: &str) {
     let asked = [a, b].map(|tree| {
         Asked::one(|scene| {
             let shapes = program.shapes(scene, 1.0);

@@ -1,6 +1,7 @@
 //! Random programs over solids of all kinds, many of which coincide, and rays.
 
 use super::common::{Random, RayColumns};
+use super::shells::{cube, torus};
 use super::truth::Tree;
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere};
@@ -16,6 +17,10 @@ pub enum Leaf {
     HalfSpace(HalfSpace),
     /// Its centre, and how far off its corners are.
     Octahedron(DVec3, f64),
+    /// A box by its triangles.
+    Shell(Cuboid),
+    /// Triangles around a centre, and how far out: a torus on a grid.
+    Ring(DVec3, f64),
 }
 
 impl Leaf {
@@ -70,6 +75,21 @@ impl Leaf {
                 },
             ),
             Leaf::Octahedron(center, size) => octahedron(scene, center * scale, size * scale),
+            Leaf::Shell(row) => scene.mesh(
+                "",
+                &cube(
+                    &Cuboid {
+                        min: row.min * scale,
+                        max: row.max * scale,
+                    },
+                    2,
+                ),
+            ),
+            Leaf::Ring(center, size) => {
+                let radii = [size * scale, size * scale * 0.5];
+                let step = scale / 64.0;
+                scene.mesh("", &torus(center * scale, radii, [8, 6], step))
+            }
         }
     }
 
@@ -103,6 +123,11 @@ impl Leaf {
                 ..row
             }),
             Leaf::Octahedron(center, size) => Leaf::Octahedron(center + by, size),
+            Leaf::Shell(row) => Leaf::Shell(Cuboid {
+                min: row.min + by,
+                max: row.max + by,
+            }),
+            Leaf::Ring(center, size) => Leaf::Ring(center + by, size),
         }
     }
 }

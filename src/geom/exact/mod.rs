@@ -19,7 +19,7 @@ mod surface;
 pub use root::Root;
 pub use solid::Ends;
 
-use super::triangle::exact as triangle;
+use super::triangle::{Corners, exact as triangle};
 use super::{Cone, Cuboid, Ellipsoid, HalfSpace, Polygon, Sphere};
 use crate::math::bounds::Bounded;
 use glam::DVec3;
@@ -51,8 +51,7 @@ pub enum Solid<'a> {
 /// arithmetic. Nothing is met where a number is not finite.
 pub fn first_beyond(solid: &Solid, line: &Line, t_min: f64) -> Option<Root> {
     let has_direction = line.dir.iter().any(|x| *x != 0.0);
-    let finite = line.org.iter().chain(&line.dir).all(|x| x.is_finite());
-    if !has_direction || !finite || !solid.is_finite() {
+    if !has_direction || !line.is_finite() || !solid.is_finite() {
         return None;
     }
     match solid {
@@ -70,8 +69,7 @@ pub fn first_beyond(solid: &Solid, line: &Line, t_min: f64) -> Option<Root> {
 /// nothing where a number is not finite.
 pub fn span(solid: &Solid, line: &Line) -> Option<Ends> {
     let is_line = line.dir.iter().any(|x| *x != 0.0);
-    let is_finite = line.org.iter().chain(&line.dir).all(|x| x.is_finite());
-    if !is_line || !is_finite || !solid.is_finite() {
+    if !is_line || !line.is_finite() || !solid.is_finite() {
         return None;
     }
     ends(solid, line)
@@ -87,6 +85,26 @@ fn ends(solid: &Solid, line: &Line) -> Option<Ends> {
         Solid::Ellipsoid(ellipsoid) => solid::ellipsoid(line, ellipsoid),
         Solid::Cone(cone) if !cone.open => solid::cone(line, cone),
         Solid::Cone(_) | Solid::Polygon(_) => None,
+    }
+}
+
+/// Where a line goes through a triangle of a closed surface, and whether it comes
+/// against the triangle's normal. A line through an edge or a corner does so as one
+/// next to it would that meets none, always the same; so it crosses the surface an
+/// even number of times. Of a line of finite numbers.
+#[inline]
+pub fn through(line: &Line, corners: &Corners) -> Option<(Root, bool)> {
+    let Line { org, dir } = *line;
+    let corners = *corners;
+    let pair = triangle::Pair { org, dir, corners };
+    let met = triangle::meet_exact(&pair).filter(|met| met.is_generic())?;
+    let root = Root::new(line, Surface::Facet(corners), Branch::Upper, met.t);
+    Some((root, met.is_against()))
+}
+
+impl Line {
+    pub fn is_finite(&self) -> bool {
+        self.org.iter().chain(&self.dir).all(|x| x.is_finite())
     }
 }
 

@@ -246,6 +246,20 @@ impl<L: Lanes> Ends<L> {
             faces: [no_face(); 2],
         }
     }
+
+    /// Of a solid that certainly has no part of some lanes, and of which no more is
+    /// known.
+    #[inline(always)]
+    pub fn none_or_unknown(none: L::Mask) -> Ends<L> {
+        let infinity = L::splat(L::Scalar::INFINITY);
+        Ends {
+            enter: [infinity; 3],
+            exit: [infinity; 3],
+            some: none & !none,
+            none,
+            faces: [no_face(); 2],
+        }
+    }
 }
 
 impl<L: Lanes> Ends<L> {

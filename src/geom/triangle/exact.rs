@@ -14,9 +14,10 @@
 //! refused. tests/exact.rs compares with integers of any length.
 
 use super::Corners;
-use crate::math::Ratio;
 use crate::math::bounds::{Bounded, UNIT};
+use crate::math::dyadic::{Dyadic, exactly};
 use crate::math::int::{Grid, Int};
+use crate::math::{Number, Ratio};
 use std::cmp::Ordering;
 
 /// The first size of integer that holds the pair's numbers: of a coordinate, a
@@ -83,6 +84,25 @@ pub fn meet_exact(pair: &Pair) -> Option<Crossing<'_>> {
 }
 
 impl Crossing<'_> {
+    /// Whether a line of the same direction that is next to this one, and meets no
+    /// edge, meets the triangle, too: always the same such line, so that it crosses
+    /// a closed surface an even number of times (docs/NUMERICS.md).
+    #[inline]
+    pub fn is_generic(&self) -> bool {
+        let side = if self.signs.negative {
+            Ordering::Less
+        } else {
+            Ordering::Greater
+        };
+        (0..3).all(|i| !self.signs.zero[i] || self.pair.drift(i) == side)
+    }
+
+    /// Whether the line comes against the triangle's normal, as its winding has it.
+    #[inline]
+    pub fn is_against(&self) -> bool {
+        self.signs.negative
+    }
+
     /// By t, exactly.
     #[inline]
     pub fn order(&self, other: &Crossing) -> Ordering {
@@ -191,6 +211,35 @@ struct Whole<const N: usize> {
 }
 
 impl Pair {
+    /// The sign that an edge function which is zero takes where the line's origin is
+    /// moved by ε and ε² along the two axes behind the one that it is longest in.
+    /// Zero of an edge along the line.
+    ///
+    /// With p, q the edge's ends from the origin and δ the shift, [d, p − δ, q − δ] =
+    /// [d, p, q] + [d, δ, p − q].
+    #[cold]
+    #[inline(never)]
+    fn drift(&self, edge: usize) -> Ordering {
+        let corners = self.corners_in_double();
+        let [p, q] = [1, 2].map(|next| corners[(edge + next) % 3]);
+        let size = self.dir.map(f64::abs);
+        let k = (0..3).fold(0, |k, i| if size[i] > size[k] { i } else { k });
+        let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+        exactly(&|space| {
+            let of = |x: f64| Dyadic::of(space, x);
+            let along = |m: usize| of(p[m]).minus(&of(q[m]));
+            let minor = |m: usize, n: usize| {
+                let (x, y) = (of(self.dir[m]), of(self.dir[n]));
+                x.times(&along(n)).minus(&y.times(&along(m))).sign()
+            };
+            let first = minor(k, j)?;
+            if first.is_ne() {
+                return Some(first);
+            }
+            minor(i, k)
+        })
+    }
+
     /// The signs of the doubtful edge functions, until there are both; given
     /// those without doubt.
     #[cold]

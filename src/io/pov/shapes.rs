@@ -112,7 +112,7 @@ impl Writer<'_> {
                 text + "}"
             }
             Shape::Polygon(row) => self.polygon(row),
-            Shape::Mesh(row) => self.mesh(row, dress),
+            Shape::Mesh(row) => self.mesh(id, row, dress),
             Shape::Combination(_) => String::new(),
         };
         let comment = comment(scene.shapes.names.get(id.0));
@@ -126,7 +126,7 @@ impl Writer<'_> {
         format!("polygon {{ {}, {} }}", corners.len(), corners.join(", "))
     }
 
-    fn mesh(&self, id: MeshId, dress: Dress) -> String {
+    fn mesh(&self, shape: ShapeId, id: MeshId, dress: Dress) -> String {
         let mesh = self.scene.meshes.row(id);
         let list = |what: &str, rows: &mut dyn ExactSizeIterator<Item = String>| {
             let mut text = format!("  {what} {{ {}", rows.len());
@@ -172,6 +172,12 @@ impl Writer<'_> {
             }
         });
         text += &list("face_indices", &mut faces);
+        let operands = &self.scene.combinations.operands;
+        if operands.iter().any(|operand| operand.shape == shape) {
+            // Inside is where a ray that way leaves more often than it comes in; along
+            // no edge, as a rule.
+            text += "  inside_vector <0.36, 0.48, 0.8>\n";
+        }
         text + "}"
     }
 

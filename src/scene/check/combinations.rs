@@ -3,9 +3,11 @@
 use super::graph::shown;
 use super::{Entity, EntityKind, SceneError, require, shape_entity};
 use crate::csg::Operator;
-use crate::scene::csg_solid::{MAX_OPERANDS, operands_first, unfolded_counts};
+use crate::scene::csg_solid::{
+    MAX_OPERANDS, MAX_SURFACES, operands_first, surfaces, unfolded_counts,
+};
 use crate::scene::ids::{CombinationId, ShapeId};
-use crate::scene::{Shape, Tables};
+use crate::scene::{Shape, Tables, check_closed};
 
 /// The shape that each combination is.
 fn shapes_of(scene: &Tables) -> Vec<u32> {
@@ -59,7 +61,7 @@ pub(super) fn combinations(scene: &Tables) -> Result<Vec<u32>, SceneError> {
             path: shown(&path, label),
         }
     })?;
-    let counts = unfolded_counts(scene, &order);
+    let counts = unfolded_counts(scene, &order, |_| 1);
     if let Some(row) = counts.iter().position(|n| *n > MAX_OPERANDS) {
         return Err(SceneError::TooManyOperands {
             what: entity(row as u32),
@@ -67,7 +69,41 @@ pub(super) fn combinations(scene: &Tables) -> Result<Vec<u32>, SceneError> {
             limit: MAX_OPERANDS,
         });
     }
+    let counts = unfolded_counts(scene, &order, |shape| surfaces(scene, shape).into());
+    if let Some(row) = counts.iter().position(|n| *n > MAX_SURFACES) {
+        return Err(SceneError::TooManySurfaces {
+            what: entity(row as u32),
+            count: counts[row],
+            limit: MAX_SURFACES,
+        });
+    }
     Ok(order)
+}
+
+/// Those that are operands are closed. Of meshes whose rows are checked.
+pub(super) fn meshes(scene: &Tables) -> Result<(), SceneError> {
+    let table = &scene.combinations;
+    let mut of = None;
+    let mut seen = vec![false; scene.meshes.len()];
+    for row in 0..table.len() as u32 {
+        for operand in table.operands(CombinationId(row)) {
+            let Shape::Mesh(id) = scene.shapes.row(operand.shape) else {
+                continue;
+            };
+            if std::mem::replace(&mut seen[id.index()], true) {
+                continue;
+            }
+            if let Err(leaks) = check_closed(scene, id) {
+                let of = of.get_or_insert_with(|| shapes_of(scene));
+                return Err(SceneError::NotClosed {
+                    what: shape_entity(scene, of[row as usize]),
+                    operand: Box::new(shape_entity(scene, operand.shape.0)),
+                    leaks: Box::new(leaks),
+                });
+            }
+        }
+    }
+    Ok(())
 }
 
 fn no_inside(scene: &Tables, shape: ShapeId) -> Option<&'static str> {
@@ -76,7 +112,7 @@ fn no_inside(scene: &Tables, shape: ShapeId) -> Option<&'static str> {
         Shape::Polygon(_) => Some("it is a surface and has no inside; use a solid"),
         Shape::Cylinder(id) if scene.cylinders.row(id).open => Some(open),
         Shape::Cone(id) if scene.cones.row(id).open => Some(open),
-        Shape::Mesh(_) => Some("meshes cannot be operands yet; use a polyhedron or a primitive"),
+        Shape::Mesh(id) if scene.meshes.open[id.index()] => Some(open),
         _ => None,
     }
 }

@@ -6,12 +6,12 @@
 //! that does not say what comes first are in doubt. Without bounds the two numbers
 //! are one.
 
-use crate::accel::{Combined, PlaneOf};
+use crate::accel::{Combined, PlaneOf, Slabs};
 use crate::csg::Restricted;
 use crate::geom::guarded::{self, Ends, ObjectRay};
 use crate::geom::{Certainty, HalfSpace, Ray, cone, cuboid, ellipsoid, half_space, sphere};
 use crate::math::lanes::{Lanes, Mask, Scalar};
-use crate::math::{Vec3, unit};
+use crate::math::{Aabb32, Vec3, unit};
 use crate::scene::{Shape, Tables};
 use crate::trace::packet::Packet;
 use glam::DVec3;
@@ -73,8 +73,11 @@ pub(in crate::trace) fn first<L: Lanes, C: Certainty>(
 ) -> Met<L> {
     // Boundaries that are one within a distance are left to the other function; so
     // are tall programs, of which a ray changes few gates: here all are worked out.
-    let is_tall = combined.solid.program.gates() > TALL;
-    if is_tall || combined.solid.tolerance > 0.0 {
+    let solid = &combined.solid;
+    let is_tall = solid.program.gates() > TALL;
+    // So is all of a solid with meshes where an answer may depend on who gives it.
+    let has_meshes = solid.has_meshes() && !C::GUARDED;
+    if is_tall || has_meshes || solid.tolerance > 0.0 {
         return Met::left(active);
     }
     let mut scratch = SCRATCH.take().unwrap_or_default();
@@ -167,6 +170,13 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
         exit: [infinity; 3],
         inside: 0,
     };
+    // What lies before t_min may be one event with what lies behind it.
+    let part = if combined.solid.is_exact() {
+        let awake = L::Mask::from_bits(active);
+        [ray.t_min, L::select(awake, limit, -infinity)]
+    } else {
+        [-infinity, infinity]
+    };
     let mut tracks = [nothing; N];
     let tracks = &mut tracks[..operands.len()];
     let mut open = active;
@@ -175,6 +185,11 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
     let mut spaces = Spaces::new(object);
     for (track, number) in tracks.iter_mut().zip(operands.iter()) {
         let operand = &combined.solid.operands[*number as usize];
+        if let (Shape::Mesh(_), Some(bounds)) = (operand.shape, &operand.bounds) {
+            let missed = passes(&bounds.outward(), ray, part);
+            unsure |= track.start(&Ends::none_or_unknown(missed), ray.t_min);
+            continue;
+        }
         let frame = spaces.of(combined, object, operand.frame);
         let mut ends = ends::<L, C>(tables, operand.shape, frame);
         if let Some(wider) = wider {
@@ -259,7 +274,8 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
             }
             let mut bits = first;
             while bits != 0 {
-                numbers[bits.trailing_zeros() as usize] = operands[i];
+                let surface = combined.solid.surface(operands[i], 0);
+                numbers[bits.trailing_zeros() as usize] = surface;
                 bits &= bits - 1;
             }
             entering |= first & outside;
@@ -350,6 +366,14 @@ fn in_one_plane<L: Lanes, C: Certainty>(
         }
     }
     [one, nearly & one]
+}
+
+/// The lanes that are certainly not in a box between two t.
+#[inline(always)]
+fn passes<L: Lanes>(bounds: &Aabb32, ray: &Ray<L>, [from, to]: [L; 2]) -> L::Mask {
+    let slabs = Slabs::new(ray.org, ray.dir, bounds);
+    let (enter, exit) = slabs.interval(bounds.min, bounds.max);
+    !enter.max(from).le(exit.min(to))
 }
 
 /// Whether t is known to eight bits at least: what is near the start, in units of
@@ -499,7 +523,7 @@ pub(in crate::trace) fn ends<L: Lanes, C: Certainty>(
             Shape::Cylinder(id) => cone::span(&tables.cylinders.row(id).as_cone(), ray),
             Shape::Cone(id) => cone::span(&tables.cones.row(id), ray),
             Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => {
-                unreachable!("the check lets no surface be an operand")
+                unreachable!("no surface is an operand, and meshes are not met in lanes")
             }
         });
     }
@@ -518,7 +542,7 @@ pub(in crate::trace) fn ends<L: Lanes, C: Certainty>(
         Shape::Cylinder(id) => guarded::cone::ends(&tables.cylinders.row(id).as_cone(), &object),
         Shape::Cone(id) => guarded::cone::ends(&tables.cones.row(id), &object),
         Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => {
-            unreachable!("the check lets no surface be an operand")
+            unreachable!("no surface is an operand, and meshes are not met in lanes")
         }
     }
 }

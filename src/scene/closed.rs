@@ -1,0 +1,128 @@
+//! Whether a mesh is closed, so that it has an inside.
+//!
+//! A triangle is bounded by three directed edges. A mesh is closed if every
+//! directed edge, by the positions of its ends, has as many opposites: then any
+//! line that avoids edges crosses the mesh an even number of times. Several shells
+//! are well, and so are edges of four triangles that pair up. Triangles without
+//! area count as well as any: no line meets one, but their edges may be what two
+//! longer ones need to match. Indices do not matter, for files repeat vertices.
+
+use super::Tables;
+use super::ids::MeshId;
+use glam::DVec3;
+use std::fmt;
+
+/// Why a mesh is not closed: undirected edges, each in one of the counts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Leaks {
+    /// Of one triangle only.
+    pub open: usize,
+    /// Of two triangles that run along it in the same direction: one of them is
+    /// turned over.
+    pub turned: usize,
+    /// Of three triangles or more that do not pair up.
+    pub unpaired: usize,
+    /// The ends of the first of them, in the order of triangles. Object space.
+    pub first: [DVec3; 2],
+    /// To which it belongs.
+    pub triangle: usize,
+}
+
+impl fmt::Display for Leaks {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let kinds = [
+            (self.open, "open", "of one triangle only"),
+            (
+                self.turned,
+                "duplicated",
+                "which two triangles run along in the same direction",
+            ),
+            (
+                self.unpaired,
+                "non-manifold",
+                "of three triangles or more that do not pair up",
+            ),
+        ];
+        let present: Vec<_> = kinds.iter().filter(|kind| kind.0 > 0).collect();
+        for (i, (count, name, what)) in present.iter().enumerate() {
+            let between = match i {
+                0 => "",
+                i if i + 1 == present.len() => " and ",
+                _ => ", ",
+            };
+            let edges = if *count == 1 { "edge" } else { "edges" };
+            write!(f, "{between}{count} {name} {edges} ({what})")?;
+        }
+        let [from, to] = self.first.map(|p| format!("({}, {}, {})", p.x, p.y, p.z));
+        let triangle = self.triangle;
+        write!(f, ", the first from {from} to {to} of triangle {triangle}")
+    }
+}
+
+/// A directed edge, by its ends' numbers, the lower one first.
+type Edge = (u32, u32, bool, u32);
+
+/// Of a mesh whose indices are checked.
+pub fn check_closed(tables: &Tables, id: MeshId) -> Result<(), Leaks> {
+    let mesh = tables.meshes.row(id);
+    let number = numbers(mesh.positions);
+    let mut edges: Vec<Edge> = Vec::with_capacity(mesh.triangles.len() * 3);
+    for (triangle, corners) in (0_u32..).zip(mesh.triangles) {
+        let [a, b, c] = corners.map(|v| number[v as usize]);
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            // One without length is its own opposite.
+            if from != to {
+                edges.push((from.min(to), from.max(to), from < to, triangle));
+            }
+        }
+    }
+    edges.sort_unstable();
+    let [mut open, mut turned, mut unpaired] = [0; 3];
+    let mut first: Option<Edge> = None;
+    for edge in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        let forward = edge.iter().filter(|e| e.2).count();
+        if forward * 2 == edge.len() {
+            continue;
+        }
+        match edge.len() {
+            1 => open += 1,
+            2 => turned += 1,
+            _ => unpaired += 1,
+        }
+        let least = edge.iter().min_by_key(|e| e.3).copied();
+        first = [first, least].into_iter().flatten().min_by_key(|e| e.3);
+    }
+    let Some((low, high, is_forward, triangle)) = first else {
+        return Ok(());
+    };
+    let place = |wanted: u32| {
+        let corners = mesh.triangles[triangle as usize];
+        let vertex = corners.into_iter().find(|v| number[*v as usize] == wanted);
+        let position = mesh.positions[vertex.unwrap_or(corners[0]) as usize];
+        // No zero below zero: these are read by people.
+        DVec3::from_array(position.map(f64::from)) + mesh.center + DVec3::ZERO
+    };
+    let [from, to] = if is_forward { [low, high] } else { [high, low] };
+    Err(Leaks {
+        open,
+        turned,
+        unpaired,
+        first: [place(from), place(to)],
+        triangle: triangle as usize,
+    })
+}
+
+/// Equal for vertices at one place.
+fn numbers(positions: &[[f32; 3]]) -> Vec<u32> {
+    // Zero has two signs.
+    let key = |v: u32| positions[v as usize].map(|x| (x + 0.0).to_bits());
+    let mut order: Vec<u32> = (0..positions.len() as u32).collect();
+    order.sort_unstable_by_key(|v| key(*v));
+    let mut number = vec![0; positions.len()];
+    for (i, alike) in (0..).zip(order.chunk_by(|a, b| key(*a) == key(*b))) {
+        for vertex in alike {
+            number[*vertex as usize] = i;
+        }
+    }
+    number
+}

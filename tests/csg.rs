@@ -19,5 +19,7 @@ mod intervals;
 mod laws;
 #[path = "csg/programs.rs"]
 mod programs;
+#[path = "csg/quadrics.rs"]
+mod quadrics;
 #[path = "csg/truth.rs"]
 mod truth;

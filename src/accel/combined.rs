@@ -11,7 +11,7 @@ use super::sah::{Quality, build};
 use super::slabs::Slabs;
 use crate::math::lanes::{Lanes, Mask};
 use crate::math::{Aabb, Vec3};
-use crate::scene::{CombinationId, CsgSolid, ShapeId, Tables, shape_bounds};
+use crate::scene::{CombinationId, CsgSolid, Shape, ShapeId, Tables, shape_bounds};
 use glam::DVec3;
 
 /// With no more operands than this a tree does not pay.
@@ -83,6 +83,19 @@ impl Combined {
         self.size
     }
 
+    /// How far off, in an operand's space, its surface may be beside those of other
+    /// frames: twice what the definition of placement says, for rays from `start`.
+    pub fn astray<L: Lanes>(&self, frame: u32, start: L) -> L {
+        let frame = &self.solid.frames[frame as usize];
+        let (to, from) = (&frame.operand_from_solid, &frame.solid_from_operand);
+        let (to_norm, from_norm) = (to.norm(), from.norm());
+        let moved = DVec3::from_array(to.translation).abs().max_element();
+        let fixed = from_norm * (to_norm * self.size + moved) + frame.reach;
+        // Normals of the two spaces differ in length by no more than these norms.
+        let roundings = to_norm * (2.0 * 16.0 * f64::EPSILON * 3.0);
+        start * L::from_f64(roundings * from_norm * to_norm) + L::from_f64(roundings * fixed)
+    }
+
     pub fn bytes(&self) -> usize {
         let tree = self.tree.iter();
         self.solid.bytes()
@@ -135,11 +148,16 @@ fn roughness(tables: &Tables, solid: &CsgSolid) -> f64 {
     if solid.frames.len() == 1 {
         return 0.0;
     }
+    // Of quadrics it is known apart.
+    let others = solid
+        .operands
+        .iter()
+        .filter(|operand| !matches!(operand.shape, Shape::Quadric(_)));
     let of = |operand: &crate::scene::CsgOperand| {
         let frame = &solid.frames[operand.frame as usize];
         let thin = shape_bounds(tables, operand.id).map_or(1.0, |b| b.extent().min_element());
         let scale = frame.operand_from_solid.norm();
         frame.solid_from_operand.norm() * scale * scale / thin
     };
-    solid.operands.iter().map(of).fold(0.0, f64::max)
+    others.map(of).fold(f64::MIN_POSITIVE, f64::max)
 }

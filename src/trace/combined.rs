@@ -13,7 +13,7 @@ mod leaf;
 use super::decide::solid_of;
 use crate::accel::Combined;
 use crate::csg::{Boundary, Walk};
-use crate::geom::exact::{Line, Root, span};
+use crate::geom::exact::{Inside, Line, Root, span};
 use crate::math::{Aabb, Vec3, length};
 use crate::scene::{CsgOperand, CsgSolid, Frame, Tables};
 use glam::DVec3;
@@ -139,29 +139,23 @@ fn collect(
         return;
     };
     let own = in_frame(frame, operand.frame, line);
-    let Some([enter, exit]) = span(&primitive, &own) else {
-        return;
-    };
+    let Inside { at_first, ends } = span(&primitive, &own);
     // One point is no part of a closed interior.
-    if let (Some(enter), Some(exit)) = (&enter, &exit)
-        && enter.order(exit).is_eq()
+    if let [Some(first), Some(last)] = &ends
+        && first.order(last).is_eq()
     {
         return;
     }
-    let mark = |root: Root| mark(solid, operand, line, root);
-    match enter {
-        Some(root) => boundaries.push(Boundary {
-            at: mark(root),
-            operand: number,
-            enters: true,
-        }),
-        None => inside.push(number),
+    if at_first {
+        inside.push(number);
     }
-    boundaries.extend(exit.map(|root| Boundary {
-        at: mark(root),
-        operand: number,
-        enters: false,
-    }));
+    for (root, enters) in ends.into_iter().flatten().zip([!at_first, at_first]) {
+        boundaries.push(Boundary {
+            at: mark(solid, operand, line, root),
+            operand: number,
+            enters,
+        });
+    }
 }
 
 /// The operand's ray, by definition.

@@ -3,7 +3,7 @@
 use super::Random;
 use glam::DVec3;
 use lanecast::geom::exact::{Line, Solid};
-use lanecast::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Polygon, Sphere};
+use lanecast::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Polygon, Quadric, Sphere};
 
 /// A row that owns its numbers.
 #[derive(Clone, Debug)]
@@ -14,6 +14,7 @@ pub enum Shape {
     Sphere(Sphere),
     Ellipsoid(Ellipsoid),
     Cone(Cone),
+    Quadric(Quadric),
     Polygon { points: Vec<DVec3>, normal: DVec3 },
 }
 
@@ -24,8 +25,8 @@ pub struct Case {
 }
 
 /// Kinds of shapes: half-space, polyhedron, box, sphere, ellipsoid, closed cone,
-/// closed cylinder, open cone, open cylinder, polygon.
-pub const KINDS: usize = 10;
+/// closed cylinder, open cone, open cylinder, polygon, quadric.
+pub const KINDS: usize = 11;
 
 /// Sorts of rays, see [`case`].
 pub const SORTS: usize = 9;
@@ -41,6 +42,7 @@ impl Shape {
             Shape::Sphere(row) => Solid::Sphere(*row),
             Shape::Ellipsoid(row) => Solid::Ellipsoid(*row),
             Shape::Cone(row) => Solid::Cone(*row),
+            Shape::Quadric(row) => Solid::Quadric(*row),
             Shape::Polygon { points, normal } => Solid::Polygon(Polygon {
                 points,
                 normal: *normal,
@@ -48,7 +50,8 @@ impl Shape {
         }
     }
 
-    /// Every length (not normals) through a function; radii stay positive.
+    /// Every length (not normals), and every coefficient of a quadric, through a
+    /// function; radii stay positive.
     pub fn map(&self, f: &mut impl FnMut(f64) -> f64) -> Shape {
         let mut of = |v: DVec3| DVec3::new(f(v.x), f(v.y), f(v.z));
         let positive = |x: f64| if x == 0.0 { 5e-324 } else { x.abs() };
@@ -83,6 +86,9 @@ impl Shape {
                 top_radius: f(row.top_radius).abs(),
                 ..row
             }),
+            Shape::Quadric(row) => Shape::Quadric(Quadric {
+                coefficients: row.coefficients.map(&mut *f),
+            }),
             Shape::Polygon { points, normal } => Shape::Polygon {
                 points: points.into_iter().map(of).collect(),
                 normal,
@@ -114,7 +120,17 @@ impl Case {
                 org: self.line.org.map(|x| x * by),
                 dir: self.line.dir.map(|x| x * by),
             },
-            shape: self.shape.map(&mut |x| x * by),
+            shape: match &self.shape {
+                // Those of squares over as much: then none is too large.
+                Shape::Quadric(row) => {
+                    let mut coefficients = row.coefficients.map(|x| x / by);
+                    for (k, x) in row.coefficients.iter().enumerate().skip(6) {
+                        coefficients[k] = if k == 9 { x * by } else { *x };
+                    }
+                    Shape::Quadric(Quadric { coefficients })
+                }
+                shape => shape.map(&mut |x| x * by),
+            },
         }
     }
 }
@@ -205,6 +221,15 @@ pub fn shape(random: &mut Random, kind: usize, bits: u32) -> Shape {
                 open,
             })
         }
+        10 => {
+            let mut coefficients = [0.0; 10];
+            for x in &mut coefficients {
+                if random.below(3) > 0 {
+                    *x = short(random, bits);
+                }
+            }
+            Shape::Quadric(Quadric { coefficients })
+        }
         _ => {
             let (u, v) = (short_vector(random, bits), short_vector(random, bits));
             let corners = 3 + random.below(7);
@@ -227,7 +252,7 @@ pub fn shape(random: &mut Random, kind: usize, bits: u32) -> Shape {
 fn special(random: &mut Random, shape: &Shape) -> DVec3 {
     let pick = |random: &mut Random| random.below(3) as usize;
     match shape {
-        Shape::HalfSpace(_) | Shape::Polyhedron(_) => short_vector(random, 4),
+        Shape::HalfSpace(_) | Shape::Polyhedron(_) | Shape::Quadric(_) => short_vector(random, 4),
         Shape::Cuboid(row) => {
             let middle = row.min * 0.5 + row.max * 0.5;
             let mut at = || match pick(random) {
@@ -340,6 +365,31 @@ fn tangent(random: &mut Random, kind: usize) -> (Shape, Line) {
             let at = start + side * (random.below(6) as f64 * 0.5 - 0.25);
             let dir = side * int(random, 2) + across * int(random, 3);
             (Shape::Cone(row), at, dir)
+        }
+        10 => {
+            // (x − c)·M(x − c) + n·(x − c), of which a line across n has but a square.
+            let mut m = [0.0; 6];
+            for x in &mut m {
+                *x = int(random, 3);
+            }
+            let [a, b, c, d, e, f] = m;
+            let dir = touch.cross(any);
+            let normal = if random.below(4) == 0 {
+                DVec3::ZERO
+            } else {
+                dir.cross(any)
+            };
+            let row = |v: DVec3| {
+                DVec3::new(
+                    2.0 * a * v.x + d * v.y + e * v.z,
+                    d * v.x + 2.0 * b * v.y + f * v.z,
+                    e * v.x + f * v.y + 2.0 * c * v.z,
+                )
+            };
+            let [x, y, z] = (normal - row(center)).to_array();
+            let constant = 0.5 * center.dot(row(center)) - normal.dot(center);
+            let coefficients = [a, b, c, d, e, f, x, y, z, constant];
+            (Shape::Quadric(Quadric { coefficients }), center, dir)
         }
         _ => {
             let row = Sphere {

@@ -9,7 +9,7 @@
 use crate::accel::Combined;
 use crate::csg::Restricted;
 use crate::geom::guarded::{self, Ends, ObjectRay};
-use crate::geom::{Certainty, Ray, cone, cuboid, ellipsoid, half_space, sphere};
+use crate::geom::{Certainty, Ray, cone, cuboid, ellipsoid, half_space, quadric, sphere};
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask, Scalar};
@@ -127,12 +127,25 @@ fn run<L: Lanes, C: Certainty>(
                 &moved.insert((row, Frames::new(org, dir, ray.t_min))).1
             }
         };
-        let mut ends = ends::<L, C>(tables, operand.shape, frame);
-        if let Some(wider) = wider {
-            if matches!(operand.shape, Shape::Polyhedron(_) | Shape::HalfSpace(_)) {
-                unsure = open;
+        let mut ends = match (operand.shape, wider) {
+            (Shape::Quadric(id), Some(_)) => {
+                let astray = combined.astray(operand.frame, object.org.max_abs());
+                let frame = ObjectRay::new(frame.org, frame.dir, &frame.ray);
+                guarded::quadric::ends(&tables.quadrics.row(id), &frame, astray)
             }
-            ends = ends.widened(wider);
+            (shape, _) => ends::<L, C>(tables, shape, frame),
+        };
+        if let Some(wider) = wider {
+            match operand.shape {
+                // Where that is known already.
+                Shape::Quadric(_) => {}
+                shape => {
+                    if matches!(shape, Shape::Polyhedron(_) | Shape::HalfSpace(_)) {
+                        unsure = open;
+                    }
+                    ends = ends.widened(wider);
+                }
+            }
         }
         unsure |= track.start(&ends, ray.t_min);
     }
@@ -247,6 +260,7 @@ impl<L: Lanes> Track<L> {
             exit,
             some,
             none,
+            turned,
         } = ends;
         let some = *some;
         let gone = some & exit[2].le(t_min);
@@ -259,7 +273,7 @@ impl<L: Lanes> Track<L> {
             self.next[k] = L::select(inside, exit[k], next);
             self.exit[k] = L::select(ahead, exit[k], infinity);
         }
-        self.inside = inside.bits();
+        self.inside = inside.bits() ^ turned.bits();
         (!certain).bits()
     }
 
@@ -328,6 +342,13 @@ pub(in crate::trace) fn ends<L: Lanes, C: Certainty>(
     Frames { org, dir, ray }: &Frames<L>,
 ) -> Ends<L> {
     if !C::GUARDED {
+        if let Shape::Quadric(id) = shape {
+            let (between, turned) = quadric::span(&tables.quadrics.row(id), ray);
+            return Ends {
+                turned,
+                ..Ends::certain(&between)
+            };
+        }
         return Ends::certain(&match shape {
             Shape::HalfSpace(id) => half_space::span(&[tables.half_spaces.row(id)], ray),
             Shape::Polyhedron(id) => half_space::span(tables.polyhedra.planes(id), ray),
@@ -336,7 +357,7 @@ pub(in crate::trace) fn ends<L: Lanes, C: Certainty>(
             Shape::Ellipsoid(id) => ellipsoid::span(&tables.ellipsoids.row(id), ray),
             Shape::Cylinder(id) => cone::span(&tables.cylinders.row(id).as_cone(), ray),
             Shape::Cone(id) => cone::span(&tables.cones.row(id), ray),
-            Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => {
+            Shape::Quadric(_) | Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => {
                 unreachable!("the check lets no surface be an operand")
             }
         });
@@ -355,6 +376,10 @@ pub(in crate::trace) fn ends<L: Lanes, C: Certainty>(
         }
         Shape::Cylinder(id) => guarded::cone::ends(&tables.cylinders.row(id).as_cone(), &object),
         Shape::Cone(id) => guarded::cone::ends(&tables.cones.row(id), &object),
+        Shape::Quadric(id) => {
+            let exactly = <L::Double as Lanes>::zero();
+            guarded::quadric::ends(&tables.quadrics.row(id), &object, exactly)
+        }
         Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => {
             unreachable!("the check lets no surface be an operand")
         }

@@ -5,8 +5,12 @@
 
 mod common;
 
+#[path = "exact_solids/bounds.rs"]
+mod bounds;
 #[path = "exact_solids/cases.rs"]
 mod cases;
+#[path = "exact_solids/touching.rs"]
+mod touching;
 #[path = "exact_solids/truth.rs"]
 mod truth;
 

@@ -10,6 +10,8 @@ use lanecast::scene::*;
 mod mesh_hits;
 #[path = "reference/properties.rs"]
 mod properties;
+#[path = "reference/quadrics.rs"]
+mod quadrics;
 #[path = "reference/shapes.rs"]
 mod shapes;
 

@@ -84,15 +84,15 @@ impl Combined {
     }
 
     /// How far off, in an operand's space, its surface may be beside those of other
-    /// frames: twice what the definition of placement says, for rays from `start`.
+    /// frames, for rays from `start`: half of what the definition of placement says, for
+    /// the bound of a root grows by four times that.
     pub fn astray<L: Lanes>(&self, frame: u32, start: L) -> L {
         let frame = &self.solid.frames[frame as usize];
         let (to, from) = (&frame.operand_from_solid, &frame.solid_from_operand);
         let (to_norm, from_norm) = (to.norm(), from.norm());
         let moved = DVec3::from_array(to.translation).abs().max_element();
         let fixed = from_norm * (to_norm * self.size + moved) + frame.reach;
-        // Normals of the two spaces differ in length by no more than these norms.
-        let roundings = to_norm * (2.0 * 16.0 * f64::EPSILON * 3.0);
+        let roundings = to.stretch() * (0.51 * 16.0 * f64::EPSILON);
         start * L::from_f64(roundings * from_norm * to_norm) + L::from_f64(roundings * fixed)
     }
 

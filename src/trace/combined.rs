@@ -14,6 +14,7 @@ use super::decide::solid_of;
 use crate::accel::Combined;
 use crate::csg::{Boundary, Walk};
 use crate::geom::exact::{Inside, Line, Root, span};
+use crate::math::bounds::Bounded;
 use crate::math::{Aabb, Vec3, length};
 use crate::scene::{CsgOperand, CsgSolid, Frame, Tables};
 use glam::DVec3;
@@ -38,6 +39,8 @@ pub struct Crossing {
 #[derive(Clone, Copy, Debug)]
 struct Mark {
     root: Root,
+    /// The root's t: where f64 hardly knows it, rounded.
+    t: Bounded,
     frame: u32,
     placement: f64,
     tolerance: f64,
@@ -200,12 +203,16 @@ pub(super) fn passes_by(bounds: &Aabb, line: &Line, condition: f64) -> bool {
 /// through it, of the surface's own.
 const PLACEMENT: f64 = 16.0 * f64::EPSILON;
 
+/// t that is known no better than to this part is worth being worked out exactly.
+const KNOWN: f64 = 1.0 / (1_u64 << 49) as f64;
+
 /// A surface that the ray nearly runs along, is met anywhere; but not so far away.
 const STEEPEST: f64 = 1.0 / (1_u64 << 26) as f64;
 
 fn mark(solid: &CsgSolid, operand: &CsgOperand, line: &Line, root: Root) -> Mark {
     let mut mark = Mark {
         root,
+        t: root.t,
         frame: operand.frame,
         placement: 0.0,
         tolerance: 0.0,
@@ -215,6 +222,9 @@ fn mark(solid: &CsgSolid, operand: &CsgOperand, line: &Line, root: Root) -> Mark
     if solid.is_exact() {
         return mark;
     }
+    if !(root.t.error <= root.t.value.abs() * KNOWN) {
+        mark.t = Bounded::exact(root.rounded());
+    }
     let frame = &solid.frames[operand.frame as usize];
     let Frame {
         operand_from_solid,
@@ -222,7 +232,7 @@ fn mark(solid: &CsgSolid, operand: &CsgOperand, line: &Line, root: Root) -> Mark
         ..
     } = frame;
     let own = in_frame(frame, operand.frame, line);
-    let at = |line: &Line| DVec3::from_array(line.org) + DVec3::from_array(line.dir) * root.t.value;
+    let at = |line: &Line| DVec3::from_array(line.org) + DVec3::from_array(line.dir) * mark.t.value;
     let normal = root.normal_at(at(&own));
     let normal = DVec3::from_array(operand_from_solid.transposed_vector(normal.to_array()));
     let dir = DVec3::from_array(line.dir);
@@ -272,6 +282,6 @@ fn are_one(a: &Boundary<Mark>, b: &Boundary<Mark>) -> bool {
     } else {
         tolerance.max(a.placement + b.placement)
     };
-    let gap = b.root.t.value - a.root.t.value;
-    slack > 0.0 && gap <= slack + (a.root.t.error + b.root.t.error)
+    let gap = b.t.value - a.t.value;
+    slack > 0.0 && gap <= slack + (a.t.error + b.t.error)
 }

@@ -4,7 +4,7 @@ use super::asked::{Asked, agree, line, spans};
 use super::common::Random;
 use super::programs::{Leaf, random_quadric, random_rays};
 use glam::DVec3;
-use lanecast::geom::{Cuboid, Quadric, Sphere};
+use lanecast::geom::{Cuboid, Quadric, Sphere, exact};
 use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};
 use lanecast::trace::TURNED;
 use proptest::prelude::*;
@@ -49,6 +49,14 @@ proptest! {
         let worlds = [0, 1].map(|i: usize| asked[i].world());
         for i in 0..rays.len() {
             let (org, dir) = rays.ray(i);
+            // A line within the surface is in both, as both are closed.
+            let of = |row| exact::span(&exact::Solid::Quadric(row), &line(org, dir));
+            let [one, other] = [of(row), of(opposite(row))];
+            if one.at_first && other.at_first {
+                let ends = one.ends.iter().chain(&other.ends).flatten().count();
+                prop_assert_eq!(ends, 0);
+                continue;
+            }
             let [one, other] = [0, 1].map(|i: usize| {
                 spans(&worlds[i], asked[i].combination(), &line(org, dir))
             });

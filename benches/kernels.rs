@@ -90,6 +90,11 @@ fn kernels(c: &mut Criterion) {
         center,
         radii: DVec3::new(1.6, 0.8, 0.5),
     };
+    // The same ellipsoid.
+    let [a, b, c2] = (ellipsoid.radii * ellipsoid.radii).recip().to_array();
+    let quadric = Quadric {
+        coefficients: [a, b, c2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0],
+    };
     let cuboid = Cuboid {
         min: DVec3::new(-1.0, -0.6, -0.5),
         max: DVec3::new(1.0, 0.6, 0.5),
@@ -142,6 +147,7 @@ fn kernels(c: &mut Criterion) {
         "triangle", 0b0000_0110_0110_0000, |ray, all| triangle::meet(black_box(&corners), ray, all);
         "sphere", 0b0000_0110_0110_0000, |ray, _all| sphere::span(black_box(&sphere), ray).first_beyond(ray.t_min);
         "ellipsoid", 0b0000_0110_0110_0000, |ray, _all| ellipsoid::span(black_box(&ellipsoid), ray).first_beyond(ray.t_min);
+        "quadric", 0b0000_0110_0110_0000, |ray, _all| quadric::span(black_box(&quadric), ray).0.first_beyond(ray.t_min);
         "box", 0b0000_0110_0110_0000, |ray, _all| cuboid::span(black_box(&cuboid), ray).first_beyond(ray.t_min);
         "cylinder", 0b0000_0110_0110_0000, |ray, _all| cone::span(&black_box(&cylinder).as_cone(), ray).first_beyond(ray.t_min);
         "cone", 0b0000_0110_0110_1111, |ray, _all| cone::span(black_box(&cone), ray).first_beyond(ray.t_min);

@@ -1,7 +1,7 @@
 //! Lanecast: a CPU ray tracer that knows how wrong it is.
 //!
-//! Triangles, spheres, ellipsoids, cylinders, cones, boxes, polyhedra and
-//! polygons are traced in coherent packets of SIMD lanes, with the same bits at
+//! Triangles, spheres, ellipsoids, cylinders, cones, boxes, polyhedra, quadrics
+//! and polygons are traced in coherent packets of SIMD lanes, with the same bits at
 //! every lane width, structure, thread count and tile split. A scalar
 //! [`reference`] tracer, written apart, says what is right.
 //!

@@ -21,6 +21,8 @@ mod laws;
 mod meshes;
 #[path = "csg/programs.rs"]
 mod programs;
+#[path = "csg/quadrics.rs"]
+mod quadrics;
 #[path = "csg/shells.rs"]
 mod shells;
 #[path = "csg/truth.rs"]

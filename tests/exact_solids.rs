@@ -5,8 +5,12 @@
 
 mod common;
 
+#[path = "exact_solids/bounds.rs"]
+mod bounds;
 #[path = "exact_solids/cases.rs"]
 mod cases;
+#[path = "exact_solids/touching.rs"]
+mod touching;
 #[path = "exact_solids/truth.rs"]
 mod truth;
 
@@ -15,7 +19,7 @@ use common::Random;
 use glam::DVec3;
 use lanecast::geom::exact::{Crossing, Line, Root, first_beyond};
 use lanecast::geom::triangle::exact::{Pair, meet_exact};
-use lanecast::geom::{Cone, Ellipsoid, HalfSpace, Sphere};
+use lanecast::geom::{Cone, Ellipsoid, HalfSpace, Quadric, Sphere};
 use truth::{Number, Truth, facet};
 
 /// What a run has seen.
@@ -308,7 +312,12 @@ fn numbers_from_both_ends_of_the_format_find_room() {
         let vector = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
         let small = vector(end(false), end(false), end(false));
         let large = vector(end(true), end(true), end(true));
-        let shape = match i % 3 {
+        let shape = match i % 4 {
+            3 => Shape::Quadric(Quadric {
+                coefficients: std::array::from_fn(
+                    |k| if k % 2 == 0 { 1.0 } else { -1.0 } * end(k % 3 == 0),
+                ),
+            }),
             0 => Shape::Ellipsoid(Ellipsoid {
                 center: small,
                 radii: vector(end(true), end(false), end(true)),

@@ -13,7 +13,7 @@ mod truth;
 use cases::{Case, KINDS, Kind, NAMES, subject};
 use common::Random;
 use glam::DVec3;
-use lanecast::geom::guarded::{ObjectRay, cone, cuboid, half_space, polygon, sphere};
+use lanecast::geom::guarded::{ObjectRay, cone, cuboid, half_space, polygon, quadric, sphere};
 use lanecast::geom::{Cone, Meet, Polygon, Ray, triangle};
 use lanecast::math::Vec3;
 use lanecast::math::lanes::{Lanes, Mask, Register, Scalar, f64x8};
@@ -36,6 +36,7 @@ fn meet<L: Lanes>(kind: &Kind, object: &ObjectRay<L>) -> Meet<L> {
             let extent = points.iter().map(from).fold(0.0, f32::max) * 2.0;
             polygon::meet(&Polygon { points, normal }, extent, object, all)
         }
+        Kind::Quadric(row) => quadric::meet(row, object, all),
         Kind::Triangle(corners) => {
             // Its t is that of the plane, whatever the interval.
             let meet = triangle::meet_guarded(corners, object.ray, all);

@@ -235,6 +235,17 @@ fn outline(random: &mut Random) -> (Vec<DVec3>, DVec3) {
     (points, normal)
 }
 
+/// Some of its coefficients are nothing.
+fn some_quadric(random: &mut Random) -> Quadric {
+    let mut coefficients = [0.0; 10];
+    for x in &mut coefficients {
+        if random.below(3) > 0 {
+            *x = random.number();
+        }
+    }
+    Quadric { coefficients }
+}
+
 kernels! {
     triangle_kernel:
         |random: &mut Random| [(); 3].map(|()| random.vector().to_array().map(|x| x as f32)),
@@ -273,6 +284,12 @@ kernels! {
             let polygon = Polygon { points, normal: *normal };
             polygon::meet(&polygon, ray, Mask::splat(true))
         };
+    quadric_kernel:
+        some_quadric,
+        |row, ray| quadric::span(row, ray).0.first_beyond(ray.t_min);
+    guarded_quadric_kernel:
+        some_quadric,
+        |row, ray| guarded::quadric::meet(row, &in_full(ray), Mask::splat(true));
     guarded_sphere_kernel:
         |random: &mut Random| Sphere { center: random.sane(), radius: random.positive() },
         |row, ray| guarded::sphere::meet_sphere(row, &in_full(ray), Mask::splat(true));

@@ -137,6 +137,7 @@ fn every_kind_and_key_arrives_in_its_table() {
         f = { cone = { base = [0, 0, 0], top = [0, 1, 0], base_radius = 2, top_radius = 0 }, open = true }
         g.polyhedron.points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0.1, 0.1, 0.1]]
         h.polygon.points = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+        i.quadric.coefficients = [1, 2, 3, 4, 5, 6, 7, 8, 9, -10]
         [[instance]]
         shape = "a"
         material = "full"
@@ -172,7 +173,9 @@ fn every_kind_and_key_arrives_in_its_table() {
         roughness: 0.5,
     };
     assert_eq!((full.base_color, full.model), ([0.1, 0.2, 0.3], model));
-    assert_eq!(scene.shapes.len(), 8);
+    assert_eq!(scene.shapes.len(), 9);
+    let coefficients = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, -10.0];
+    assert_eq!(scene.quadrics.coefficients, [coefficients]);
     assert_eq!(scene.spheres.center, [DVec3::new(1.0, 2.0, 3.0)]);
     assert_eq!(scene.ellipsoids.radii, [DVec3::new(4.0, 5.0, 6.0)]);
     assert_eq!(

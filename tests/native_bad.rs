@@ -304,7 +304,7 @@ fn names_and_choices() {
 
 #[test]
 fn reserved_words_are_named_not_unknown() {
-    for kind in ["torus", "quadric", "implicit", "clip"] {
+    for kind in ["torus", "implicit", "clip"] {
         let text = format!("format = 1\n[shape.x]\n{kind} = ['a', {{ b = 1 }}]\n");
         let expected = format!("the shape kind '{kind}' at 3:");
         check(

@@ -53,10 +53,11 @@ fn every_kind_is_written() {
         f.cone = { base = [0, 0, 0], top = [0, 1, 0], base_radius = 2, top_radius = 1e-9 }
         g.polyhedron.points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
         h.polygon.points = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+        i.quadric.coefficients = [1, 2, 3, 4, 5, 6, 7, 8, 9, -1]
         unseen.sphere = { center = [1, 2, 3], radius = 4 }
         [node.all]
         children = [{ shape = 'a' }, { shape = 'b' }, { shape = 'c' }, { shape = 'd' },
-          { shape = 'e' }, { shape = 'f' }, { shape = 'g' }, { shape = 'h' }]
+          { shape = 'e' }, { shape = 'f' }, { shape = 'g' }, { shape = 'h' }, { shape = 'i' }]
         [[instance]]
         node = 'all'
         transform = [{ rotate_z = 90 }, { translate = [7, 8, 9] }]
@@ -78,8 +79,9 @@ fn every_kind_is_written() {
             "#declare Shape_5 = cone { <0, 0, 0>, 2, <0, 1, 0>, 1e-9 } // f\n",
             "#declare Shape_6 = intersection {\n  plane {",
             "#declare Shape_7 = polygon { 4, <0, 0, 0>, <1, 0, 0>, <0, 1, 0>, <0, 0, 0> } // h\n",
+            "#declare Shape_8 = quadric { <1, 2, 3>, <4, 5, 6>, <7, 8, 9>, -1 } // i\n",
             "#declare Node_0 = union { // all\nobject { Shape_0 }\n",
-            "object { Shape_7 }\n}\n",
+            "object { Shape_8 }\n}\n",
             "object { Node_0 matrix <0, 1, 0, -1, 0, 0, 0, 0, 1, 7, 8, 9> }\n",
         ],
     );

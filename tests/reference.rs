@@ -2,7 +2,7 @@
 //! without its tree, and against published ray hits.
 
 use glam::{DAffine3, DVec3};
-use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere};
+use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere};
 use lanecast::reference::{Grid, Hit, Reference, camera_ray, shadow};
 use lanecast::scene::*;
 
@@ -10,6 +10,8 @@ use lanecast::scene::*;
 mod mesh_hits;
 #[path = "reference/properties.rs"]
 mod properties;
+#[path = "reference/quadrics.rs"]
+mod quadrics;
 #[path = "reference/shapes.rs"]
 mod shapes;
 

@@ -184,7 +184,14 @@ fn bound(
     } * 0.5;
     let own = shape_bounds(scene, appearance.shape).map_or(0.0, |b| b.max_abs());
     let object = DVec3::from_array(subject.object_from_world.point(org));
-    let object = own.max(object.abs().max_element());
+    let mut object = own.max(object.abs().max_element());
+    // The magnitudes that a quadric is made of there, by its slope, are as coordinates.
+    if let lanecast::scene::Shape::Quadric(id) = shape {
+        let point = subject.object_from_world.point(surface.point.to_array());
+        let row = scene.quadrics.row(id);
+        let (_, slope, size) = row.value_at(DVec3::from_array(point));
+        object = object.max(size / slope.length());
+    }
     let at = DVec3::from_array(org).abs().max(surface.point.abs());
     let stretch = subject.world_from_object.norm();
     64.0 * (u * stretch * object + 0.5 * f64::EPSILON * at.max_element())

@@ -3,7 +3,7 @@
 use criterion::Criterion;
 use glam::DVec3;
 use lanecast::geom::exact::{Line, Root, Solid, first_beyond};
-use lanecast::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Polygon, Sphere};
+use lanecast::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Polygon, Quadric, Sphere};
 use std::hint::black_box;
 
 /// A name, the primitive, a ray that certainly meets it, and one that touches it
@@ -74,6 +74,14 @@ pub fn exact(c: &mut Criterion) {
                 [beside[0], 2.0 * beside[1], beside[2]],
                 [across[0], 2.0 * across[1], across[2]],
             )),
+        ),
+        (
+            "quadric",
+            Solid::Quadric(Quadric {
+                coefficients: [1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -49.0],
+            }),
+            hit,
+            Some(line(beside, across)),
         ),
         (
             "cylinder",

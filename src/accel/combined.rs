@@ -180,6 +180,19 @@ impl Combined {
         trees.values().map(|facets| facets.bytes()).sum()
     }
 
+    /// How far off, in an operand's space, its surface may be beside those of other
+    /// frames, for rays from `start`: half of what the definition of placement says, for
+    /// the bound of a root grows by four times that.
+    pub fn astray<L: Lanes>(&self, frame: u32, start: L) -> L {
+        let frame = &self.solid.frames[frame as usize];
+        let (to, from) = (&frame.operand_from_solid, &frame.solid_from_operand);
+        let (to_norm, from_norm) = (to.norm(), from.norm());
+        let moved = DVec3::from_array(to.translation).abs().max_element();
+        let fixed = from_norm * (to_norm * self.size + moved) + frame.reach;
+        let roundings = to.stretch() * (0.51 * 16.0 * f64::EPSILON);
+        start * L::from_f64(roundings * from_norm * to_norm) + L::from_f64(roundings * fixed)
+    }
+
     /// Without the trees of meshes, which combinations share.
     pub fn bytes(&self) -> usize {
         let tree = self.tree.iter();
@@ -235,11 +248,16 @@ fn roughness(tables: &Tables, solid: &CsgSolid) -> f64 {
     if solid.frames.len() == 1 {
         return 0.0;
     }
+    // Of quadrics it is known apart.
+    let others = solid
+        .operands
+        .iter()
+        .filter(|operand| !matches!(operand.shape, Shape::Quadric(_)));
     let of = |operand: &CsgOperand| {
         let frame = &solid.frames[operand.frame as usize];
         let thin = shape_bounds(tables, operand.id).map_or(1.0, |b| b.extent().min_element());
         let scale = frame.operand_from_solid.norm();
         frame.solid_from_operand.norm() * scale * scale / thin
     };
-    solid.operands.iter().map(of).fold(0.0, f64::max)
+    others.map(of).fold(f64::MIN_POSITIVE, f64::max)
 }

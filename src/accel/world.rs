@@ -425,8 +425,8 @@ impl Entry {
     }
 
     fn is_unbounded(&self) -> bool {
-        let combination = matches!(self.shape, Shape::Combination(_));
-        matches!(self.shape, Shape::HalfSpace(_)) || combination && self.own == Aabb32::EVERYTHING
+        let may_be = matches!(self.shape, Shape::Combination(_) | Shape::Quadric(_));
+        matches!(self.shape, Shape::HalfSpace(_)) || may_be && self.own == Aabb32::EVERYTHING
     }
 }
 

@@ -124,8 +124,10 @@ impl<'a> Placed<'a> {
         };
         let Some(combined) = &self.combined else {
             let solid = solid_of(self.scene, self.shape);
-            if let Some([Some(enter), Some(exit)]) = solid.and_then(|solid| span(&solid, &line)) {
-                part(enter.t.value, exit.t.value);
+            for ends in solid.iter().flat_map(|solid| span(solid, &line).spans()) {
+                if let [Some(enter), Some(exit)] = ends {
+                    part(enter.t.value, exit.t.value);
+                }
             }
             return;
         };

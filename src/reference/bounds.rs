@@ -89,7 +89,8 @@ pub fn slack(org: [f64; 3], condition: f64) -> f64 {
 pub fn of_shape(scene: &Scene, shape: Shape) -> Option<Bounds> {
     let ball = |c: [f64; 3], r: f64| Bounds { min: c, max: c }.grown(r);
     let bounds = match shape {
-        Shape::HalfSpace(_) | Shape::Combination(_) => return None,
+        // An ellipsoid among quadrics has bounds, and is met without them.
+        Shape::HalfSpace(_) | Shape::Quadric(_) | Shape::Combination(_) => return None,
         Shape::Sphere(id) => {
             let s = scene.spheres.row(id);
             ball(s.center.to_array(), s.radius)

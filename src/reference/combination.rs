@@ -13,7 +13,7 @@ use super::number::Number;
 use super::ray::{Ray, dot};
 use super::root::Root;
 use super::slack::{self, Measured, Reach, Slack};
-use super::solids::Meeting;
+use super::solids::{Meeting, changes};
 use super::tree::{Part, Tree};
 use crate::math::Affine;
 use crate::scene::{CombinationId, CsgSolid, Mesh, MeshId, Operator, Scene, Shape, ShapeId};
@@ -78,8 +78,9 @@ pub struct End<N> {
 /// Ends that are one, in groups of equal t.
 type Event<'e, N> = Vec<&'e [End<N>]>;
 
-/// An operand's part of a line. No end: it goes on for ever.
-type Span<N> = [Option<Meeting<N>>; 2];
+/// An operand's part of a line: whether the line is in it from the start, and where
+/// that changes, in order.
+type Inside<N> = (bool, Vec<Meeting<N>>);
 
 impl Combination {
     pub fn new(scene: &Scene, id: CombinationId) -> Combination {
@@ -250,14 +251,11 @@ impl Combination {
                 }
                 continue;
             }
-            let Some([enter, exit]) = span(&primitive(scene, row.shape), ray)? else {
-                continue;
-            };
-            inside[operand] = enter.is_none();
-            for (enters, end) in [(true, enter), (false, exit)] {
-                let Some(Meeting { t, face, .. }) = end else {
-                    continue;
-                };
+            let (from_start, changes) = span(&primitive(scene, row.shape), ray)?;
+            inside[operand] = from_start;
+            let mut enters = from_start;
+            for Meeting { t, face, .. } in changes {
+                enters = !enters;
                 let end = End {
                     t,
                     operand,
@@ -458,12 +456,20 @@ fn insert<N: Number>(ends: &mut Vec<End<N>>, end: End<N>) -> Result<(), N::Doubt
     Ok(())
 }
 
-/// Of a closed convex solid; a single point is none.
-fn span<N: Number>(of: &Primitive, ray: &Ray) -> Result<Option<Span<N>>, N::Doubt> {
+/// Of a closed solid; a single point is none.
+fn span<N: Number>(of: &Primitive, ray: &Ray) -> Result<Inside<N>, N::Doubt> {
     if ray.dir == [0.0; 3] {
-        return Ok(None);
+        return Ok((false, Vec::new()));
     }
     let faces = of.faces::<N>(ray);
+    if let (Shape::Quadric(_), [face]) = (of.shape, &faces[..]) {
+        let mut changes = changes(face)?;
+        let from_start = face.sign_far_off(true)?.is_le();
+        if from_start == face.sign_far_off(false)?.is_le() && changes.len() == 1 {
+            changes.clear();
+        }
+        return Ok((from_start, changes));
+    }
     let always = |backward: bool| -> Result<bool, N::Doubt> {
         for f in &faces {
             if f.sign_far_off(backward)?.is_gt() {
@@ -491,14 +497,14 @@ fn span<N: Number>(of: &Primitive, ray: &Ray) -> Result<Option<Span<N>>, N::Doub
         }
     }
     let (Some(least), Some(greatest)) = (least, greatest) else {
-        return Ok(since_ever.then_some([None, None]));
+        return Ok((since_ever, Vec::new()));
     };
     if !since_ever && !for_ever && least.t.order(&greatest.t)?.is_eq() {
-        return Ok(None);
+        return Ok((false, Vec::new()));
     }
     let enter = (!since_ever).then_some(least);
     let exit = (!for_ever).then_some(greatest);
-    Ok(Some([enter, exit]))
+    Ok((since_ever, enter.into_iter().chain(exit).collect()))
 }
 
 /// What is still to be written down.

@@ -7,7 +7,7 @@ use super::number::Number;
 use super::ray::Ray;
 use super::root::{Poly, Root};
 use super::slack::Measured;
-use super::solids::{self, Meeting, ends, first_face};
+use super::solids::{self, Meeting, changes, ends, first_face};
 use super::{facet, rounding};
 use crate::geom::Cone;
 use crate::scene::{Scene, Shape};
@@ -40,6 +40,7 @@ impl Primitive<'_> {
             Shape::Cuboid(id) => solids::cuboid(ray, &scene.cuboids.row(id)),
             Shape::Sphere(id) => solids::sphere(ray, &scene.spheres.row(id)),
             Shape::Ellipsoid(id) => solids::ellipsoid(ray, &scene.ellipsoids.row(id)),
+            Shape::Quadric(id) => solids::quadric(ray, &scene.quadrics.row(id)),
             Shape::Cone(id) => solids::cone(ray, &scene.cones.row(id)),
             Shape::Cylinder(id) => {
                 let cylinder = scene.cylinders.row(id);
@@ -81,6 +82,8 @@ impl Primitive<'_> {
             },
             Shape::Cone(id) if scene.cones.row(id).open => first_face(&self.faces(ray)),
             Shape::Cylinder(id) if scene.cylinders.row(id).open => first_face(&self.faces(ray)),
+            // The only one that need not be convex.
+            Shape::Quadric(_) => changes(&self.faces(ray)[0]),
             _ => ends(&self.faces(ray)),
         }
     }

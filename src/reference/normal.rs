@@ -29,6 +29,15 @@ pub fn normal(of: &Primitive, ray: &Ray, t: f64, face: usize) -> [f64; 3] {
             let (w, r) = (from(row.center.to_array()), row.radii.to_array());
             std::array::from_fn(|k| w[k] / r[k] / r[k])
         }
+        Shape::Quadric(id) => {
+            let [a, b, c, d, e, f, g, h, i, _] = scene.quadrics.row(id).coefficients;
+            let [x, y, z] = from([0.0; 3]);
+            [
+                2.0 * a * x + d * y + e * z + g,
+                2.0 * b * y + d * x + f * z + h,
+                2.0 * c * z + e * x + f * y + i,
+            ]
+        }
         Shape::Cone(id) => of_cone(&scene.cones.row(id), from, face),
         Shape::Cylinder(id) => {
             let row = scene.cylinders.row(id);

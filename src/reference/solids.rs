@@ -8,7 +8,7 @@
 use super::number::{Number, vector};
 use super::ray::Ray;
 use super::root::{Poly, Root};
-use crate::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Sphere};
+use crate::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Quadric, Sphere};
 
 /// Where a line meets a primitive.
 #[derive(Clone, Debug)]
@@ -106,6 +106,40 @@ pub fn ellipsoid<N: Number>(ray: &Ray, shape: &Ellipsoid) -> Vec<Poly<N>> {
     let abc = a * b * c;
     let terms = bc.squared() * x.squared() + ac.squared() * y.squared();
     vec![terms + ab.squared() * z.squared() - abc.squared()]
+}
+
+/// A x² + B y² + C z² + D xy + E xz + F yz + G x + H y + I z + J.
+pub fn quadric<N: Number>(ray: &Ray, shape: &Quadric) -> Vec<Poly<N>> {
+    let [x, y, z] = from_point::<N>(ray, [0.0; 3]);
+    let one = || Poly::constant(1.0);
+    let monomials = [
+        x.squared(),
+        y.squared(),
+        z.squared(),
+        x.clone() * y.clone(),
+        x.clone() * z.clone(),
+        y.clone() * z.clone(),
+        x,
+        y,
+        z,
+        one(),
+    ];
+    let terms = monomials.into_iter().zip(shape.coefficients);
+    let sum = terms.map(|(term, factor)| term * Poly::constant(factor));
+    vec![sum.fold(Poly::constant(0.0), |all, term| all + term)]
+}
+
+/// Where a polynomial begins or ceases to be above zero; or is zero and above zero
+/// on both sides: then that one point is what the line has in the solid.
+pub fn changes<N: Number>(f: &Poly<N>) -> Result<Vec<Meeting<N>>, N::Doubt> {
+    let roots = f.roots()?;
+    let touches = roots.len() == 1 && f.sign_far_off(true)? == f.sign_far_off(false)?;
+    if touches && f.sign_far_off(true)?.is_lt() {
+        return Ok(Vec::new());
+    }
+    let (face, surface) = (0, 0);
+    let met = |t| Meeting { t, face, surface };
+    Ok(roots.into_iter().map(met).collect())
 }
 
 /// The side, the base, the top. With a = Q − P, w = x − P, L = a·a, h = w·a:

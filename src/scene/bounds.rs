@@ -13,7 +13,8 @@ pub fn shape_bounds(tables: &Tables, shape: ShapeId) -> Option<Aabb> {
         Shape::HalfSpace(_) => None,
         Shape::Sphere(id) => Some(outward(tables.spheres.row(id).bounds())),
         Shape::Ellipsoid(id) => Some(outward(tables.ellipsoids.row(id).bounds())),
-        // Those two round outward themselves.
+        // These round outward themselves.
+        Shape::Quadric(id) => tables.quadrics.row(id).bounds(),
         Shape::Cylinder(id) => Some(tables.cylinders.row(id).bounds()),
         Shape::Cone(id) => Some(tables.cones.row(id).bounds()),
         Shape::Cuboid(id) => Some(tables.cuboids.row(id).bounds()),

@@ -3,7 +3,7 @@
 use super::check::{SceneError, check};
 use super::*;
 use crate::csg::Operator;
-use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere};
+use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere};
 use crate::math::Affine;
 use glam::DVec3;
 
@@ -102,6 +102,11 @@ impl SceneBuilder {
     pub fn cuboid(&mut self, name: &str, row: Cuboid) -> ShapeId {
         let id = self.tables.cuboids.push(row);
         self.tables.shapes.push(name, Shape::Cuboid(id))
+    }
+
+    pub fn quadric(&mut self, name: &str, row: Quadric) -> ShapeId {
+        let id = self.tables.quadrics.push(row);
+        self.tables.shapes.push(name, Shape::Quadric(id))
     }
 
     /// A convex polyhedron from its planes and the corners they make.

@@ -31,6 +31,7 @@ typed_ids! {
     CuboidId,
     PolyhedronId,
     PolygonId,
+    QuadricId,
     /// A row of [`Combinations`](super::Combinations).
     CombinationId,
     MeshId,

@@ -60,7 +60,7 @@ pub use nodes::{Edge, Edges, Nodes, Target};
 pub use normals::outward_normal;
 pub use polygons::{Polygons, Polyhedra};
 pub use shapes::{Shape, Shapes};
-pub use solids::{Cones, Cuboids, Cylinders, Ellipsoids, HalfSpaces, Spheres};
+pub use solids::{Cones, Cuboids, Cylinders, Ellipsoids, HalfSpaces, Quadrics, Spheres};
 pub use transforms::Transforms;
 
 use std::ops::Deref;
@@ -86,6 +86,7 @@ pub struct Tables {
     pub cuboids: Cuboids,
     pub polyhedra: Polyhedra,
     pub polygons: Polygons,
+    pub quadrics: Quadrics,
     pub meshes: Meshes,
     pub combinations: Combinations,
 
@@ -115,6 +116,7 @@ impl Tables {
             ("cuboids", self.cuboids.bytes()),
             ("polyhedra", self.polyhedra.bytes()),
             ("polygons", self.polygons.bytes()),
+            ("quadrics", self.quadrics.bytes()),
             ("meshes", self.meshes.bytes()),
             ("combinations", self.combinations.bytes()),
             ("materials", self.materials.bytes()),

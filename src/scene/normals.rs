@@ -13,6 +13,11 @@ pub fn outward_normal(tables: &Tables, shape: Shape, p: DVec3) -> DVec3 {
         Shape::Ellipsoid(id) => tables.ellipsoids.row(id).normal_at(p),
         Shape::Cylinder(id) => tables.cylinders.row(id).as_cone().normal_at(p),
         Shape::Cone(id) => tables.cones.row(id).normal_at(p),
+        Shape::Quadric(id) => match tables.quadrics.row(id).normal_at(p) {
+            // An apex has no normal; any is as good.
+            DVec3::ZERO => DVec3::Y,
+            normal => normal,
+        },
         Shape::Cuboid(id) => tables.cuboids.row(id).normal_at(p),
         Shape::Polyhedron(id) => half_space::normal_at(tables.polyhedra.planes(id), p),
         Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => DVec3::Y,

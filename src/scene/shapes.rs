@@ -13,6 +13,7 @@ pub enum Shape {
     Cuboid(CuboidId),
     Polyhedron(PolyhedronId),
     Polygon(PolygonId),
+    Quadric(QuadricId),
     Mesh(MeshId),
     /// Made of others.
     Combination(CombinationId),
@@ -30,6 +31,7 @@ impl Shape {
             Shape::Cuboid(_) => "box",
             Shape::Polyhedron(_) => "polyhedron",
             Shape::Polygon(_) => "polygon",
+            Shape::Quadric(_) => "quadric",
             Shape::Mesh(_) => "mesh",
             Shape::Combination(_) => "combination",
         }
@@ -48,6 +50,7 @@ impl Shape {
             Shape::Polygon(_) => 7,
             Shape::Mesh(_) => 8,
             Shape::Combination(_) => 9,
+            Shape::Quadric(_) => 10,
         }
     }
 }

@@ -1,7 +1,7 @@
-//! Quadric and box tables: one column per field, one row per primitive.
+//! Tables of primitives that are a few numbers each: one column per field, one row per primitive.
 
-use super::ids::{ConeId, CuboidId, CylinderId, EllipsoidId, HalfSpaceId, SphereId};
-use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere};
+use super::ids::{ConeId, CuboidId, CylinderId, EllipsoidId, HalfSpaceId, QuadricId, SphereId};
+use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere};
 use glam::DVec3;
 
 macro_rules! table {
@@ -55,4 +55,5 @@ table!(Cones of Cone by ConeId {
     top_radius: f64,
     open: bool,
 });
+table!(Quadrics of Quadric by QuadricId { coefficients: [f64; 10] });
 table!(Cuboids of Cuboid by CuboidId { min: DVec3, max: DVec3 });

@@ -84,6 +84,14 @@ fn height(world: &World, shape: Shape, primitive: u32, p: DVec3) -> Height {
             let (above, normal) = scene.cuboids.row(id).nearest(p);
             Height { above, normal }
         }
+        Shape::Quadric(id) => {
+            let (value, gradient, _) = scene.quadrics.row(id).value_at(p);
+            let steep = length(gradient);
+            Height {
+                above: value / steep,
+                normal: gradient / steep,
+            }
+        }
         Shape::Polygon(id) => {
             let polygon = scene.polygons.row(id);
             over_point(polygon.points[0], polygon.normal, p)

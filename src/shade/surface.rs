@@ -104,9 +104,9 @@ impl Surface {
                 roundoff = DOUBLE;
             }
             // So are operands of combinations, at their size, but one by one, and but
-            // for meshes; and no better than they are placed.
-            let is_mesh = matches!(shape, Shape::Mesh(_));
-            if let (false, Some(part)) = (is_mesh, part) {
+            // for meshes and quadrics; and no better than they are placed.
+            let other = matches!(shape, Shape::Mesh(_) | Shape::Quadric(_));
+            if let (false, Some(part)) = (other, part) {
                 let bounds = shape_bounds(world.scene, part.operand.id);
                 let roundoff = match arithmetic {
                     Arithmetic::F64 => (DOUBLE * part.wider).min(SINGLE),
@@ -157,6 +157,7 @@ impl Surface {
         };
         // In object space as the kernel rounds them; world rays are f64.
         let object_size = own_size.max(object_org.abs().max_element());
+        let object_size = object_size.max(blur_of(world, shape, at));
         let world_size = world_org.abs().max(point.abs()).max_element();
         let stretch = entry.stretch * part.map_or(1.0, |part| part.stretch);
         let rounded = stretch * (roundoff * object_size + blurred) + DOUBLE * world_size;
@@ -216,6 +217,17 @@ impl Part<'_> {
             turned: primitive & TURNED != 0,
         }
     }
+}
+
+/// Of a quadric, what its terms are at a point, over the slope there: as large are
+/// the coordinates whose roundings it is met by. Elsewhere these are the point's own.
+fn blur_of(world: &World, shape: Shape, at: DVec3) -> f64 {
+    let Shape::Quadric(id) = shape else {
+        return 0.0;
+    };
+    let (_, gradient, size) = world.scene.quadrics.row(id).value_at(at);
+    let size = size / length(gradient);
+    if size.is_finite() { size } else { 0.0 }
 }
 
 /// Normals go to world space by the inverse transpose.

@@ -14,7 +14,8 @@ mod mesh;
 use super::decide::solid_of;
 use crate::accel::Combined;
 use crate::csg::{Boundary, Walk};
-use crate::geom::exact::{Line, Root, span};
+use crate::geom::exact::{Inside, Line, Root, span};
+use crate::math::bounds::Bounded;
 use crate::math::{Aabb, Vec3, length};
 use crate::scene::{CsgOperand, CsgSolid, Frame, Shape, Tables};
 use glam::DVec3;
@@ -45,6 +46,8 @@ struct Mark {
     /// The line comes against the surface's normal: where an operand is left, as a
     /// rule, it does not.
     against: bool,
+    /// The root's t: where f64 hardly knows it, rounded.
+    t: Bounded,
     frame: u32,
     placement: f64,
     tolerance: f64,
@@ -157,33 +160,27 @@ fn collect(
         return;
     };
     let own = in_frame(frame, operand.frame, line);
-    let Some([enter, exit]) = span(&primitive, &own) else {
-        return;
-    };
+    let Inside { at_first, ends } = span(&primitive, &own);
     // One point is no part of a closed interior.
-    if let (Some(enter), Some(exit)) = (&enter, &exit)
-        && enter.order(exit).is_eq()
+    if let [Some(first), Some(last)] = &ends
+        && first.order(last).is_eq()
     {
         return;
     }
-    let mark = |root: Root, against: bool| Mark {
-        surface,
-        against,
-        ..mark(solid, operand, line, root)
-    };
-    match enter {
-        Some(root) => boundaries.push(Boundary {
-            at: mark(root, true),
-            operand: number,
-            enters: true,
-        }),
-        None => inside.push(number),
+    if at_first {
+        inside.push(number);
     }
-    boundaries.extend(exit.map(|root| Boundary {
-        at: mark(root, false),
-        operand: number,
-        enters: false,
-    }));
+    for (root, enters) in ends.into_iter().flatten().zip([!at_first, at_first]) {
+        boundaries.push(Boundary {
+            at: Mark {
+                surface,
+                against: enters,
+                ..mark(solid, operand, line, root)
+            },
+            operand: number,
+            enters,
+        });
+    }
 }
 
 /// The same of a mesh, beyond t_min.
@@ -271,12 +268,16 @@ pub(super) fn passes_by(bounds: &Aabb, line: &Line, condition: f64) -> bool {
 /// through it, of the surface's own.
 const PLACEMENT: f64 = 16.0 * f64::EPSILON;
 
+/// t that is known no better than to this part is worth being worked out exactly.
+const KNOWN: f64 = 1.0 / (1_u64 << 49) as f64;
+
 /// A surface that the ray nearly runs along, is met anywhere; but not so far away.
 const STEEPEST: f64 = 1.0 / (1_u64 << 26) as f64;
 
 fn mark(solid: &CsgSolid, operand: &CsgOperand, line: &Line, root: Root) -> Mark {
     let mut mark = Mark {
         root,
+        t: root.t,
         surface: 0,
         against: false,
         frame: operand.frame,
@@ -288,6 +289,9 @@ fn mark(solid: &CsgSolid, operand: &CsgOperand, line: &Line, root: Root) -> Mark
     if solid.is_exact() {
         return mark;
     }
+    if !(root.t.error <= root.t.value.abs() * KNOWN) {
+        mark.t = Bounded::exact(root.rounded());
+    }
     let frame = &solid.frames[operand.frame as usize];
     let Frame {
         operand_from_solid,
@@ -295,7 +299,7 @@ fn mark(solid: &CsgSolid, operand: &CsgOperand, line: &Line, root: Root) -> Mark
         ..
     } = frame;
     let own = in_frame(frame, operand.frame, line);
-    let at = |line: &Line| DVec3::from_array(line.org) + DVec3::from_array(line.dir) * root.t.value;
+    let at = |line: &Line| DVec3::from_array(line.org) + DVec3::from_array(line.dir) * mark.t.value;
     let normal = root.normal_at(at(&own));
     let normal = DVec3::from_array(operand_from_solid.transposed_vector(normal.to_array()));
     let dir = DVec3::from_array(line.dir);
@@ -345,6 +349,6 @@ fn are_one(a: &Boundary<Mark>, b: &Boundary<Mark>) -> bool {
     } else {
         tolerance.max(a.placement + b.placement)
     };
-    let gap = b.root.t.value - a.root.t.value;
-    slack > 0.0 && gap <= slack + (a.root.t.error + b.root.t.error)
+    let gap = b.t.value - a.t.value;
+    slack > 0.0 && gap <= slack + (a.t.error + b.t.error)
 }

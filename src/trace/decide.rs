@@ -47,6 +47,7 @@ pub fn solid_of(scene: &Tables, shape: Shape) -> Option<Solid<'_>> {
         Shape::Cylinder(id) => Solid::Cone(scene.cylinders.row(id).as_cone()),
         Shape::Cone(id) => Solid::Cone(scene.cones.row(id)),
         Shape::Polygon(id) => Solid::Polygon(scene.polygons.row(id)),
+        Shape::Quadric(id) => Solid::Quadric(scene.quadrics.row(id)),
         Shape::Mesh(_) | Shape::Combination(_) => return None,
     })
 }

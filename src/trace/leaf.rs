@@ -11,7 +11,7 @@ use super::query::{HitId, Query};
 use crate::accel::{Count, Entry, Forest, Index, MeshTree, World, corner_bounds};
 use crate::geom::guarded::{self, ObjectRay};
 use crate::geom::{
-    Certainty, Meet, cone, cuboid, ellipsoid, half_space, polygon, sphere, triangle,
+    Certainty, Meet, cone, cuboid, ellipsoid, half_space, polygon, quadric, sphere, triangle,
 };
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Affine};
@@ -310,6 +310,9 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
             Shape::Polyhedron(id) => {
                 half_space::span(scene.polyhedra.planes(id), ray).first_beyond(t_min)
             }
+            Shape::Quadric(id) => quadric::span(&scene.quadrics.row(id), ray)
+                .0
+                .first_beyond(t_min),
             Shape::Polygon(id) => polygon::meet(&scene.polygons.row(id), ray, active),
             Shape::Mesh(_) | Shape::Combination(_) => {
                 Meet::certain(L::Mask::splat(false), L::zero())
@@ -466,6 +469,7 @@ fn meet_guarded<L: Lanes>(
             let extent = side(0).max(side(1)).max(side(2));
             guarded::polygon::meet(&scene.polygons.row(id), extent, object, active)
         }
+        Shape::Quadric(id) => guarded::quadric::meet(&scene.quadrics.row(id), object, active),
         Shape::Mesh(_) | Shape::Combination(_) => Meet::certain(L::Mask::splat(false), L::zero()),
     }
 }

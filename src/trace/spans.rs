@@ -116,7 +116,7 @@ pub fn spans(
                             ray.of_combination(solid, &mut spans.rows);
                         }
                     }
-                    _ => spans.rows.extend(ray.of_primitive(shape)),
+                    _ => ray.of_primitive(shape, &mut spans.rows),
                 }
             }
         }
@@ -142,14 +142,21 @@ struct Ray<'s> {
 }
 
 impl Ray<'_> {
-    fn of_primitive(&self, shape: Shape) -> Option<Span> {
-        let [enter, exit] = span(&solid_of(self.scene, shape)?, &self.line)?;
+    fn of_primitive(&self, shape: Shape, spans: &mut Vec<Span>) {
+        let Some(solid) = solid_of(self.scene, shape) else {
+            return;
+        };
         let end = |root: Root| {
             let t = root.rounded();
             let normal = root.normal_at(at(&self.line, t));
             self.end(t, self.appearance.shape, None, normal)
         };
-        Some(self.span(enter.map(end), exit.map(end)))
+        let parts = span(&solid, &self.line);
+        spans.extend(
+            parts
+                .spans()
+                .map(|[enter, exit]| self.span(enter.map(end), exit.map(end))),
+        );
     }
 
     fn of_combination(&self, combined: &Combined, spans: &mut Vec<Span>) {

@@ -58,10 +58,24 @@ pub fn dented(corner: impl Fn(f64, f64) -> DVec3) -> [DVec3; 5] {
     ]
 }
 
+/// A turned ellipsoid about the origin.
+fn quadric(scene: &mut SceneBuilder, random: &mut Random) -> ShapeId {
+    let mut coefficients = [0.0; 10];
+    for (k, x) in coefficients.iter_mut().enumerate() {
+        *x = match k {
+            0..3 => 2.0 + 4.0 * random.size(),
+            9 => -random.size(),
+            _ => 0.9 * random.unit(),
+        };
+    }
+    scene.quadric("", Quadric { coefficients })
+}
+
 /// One shape of a random kind, about the origin.
 pub fn random_shape(scene: &mut SceneBuilder, random: &mut Random) -> ShapeId {
     let center = random.vector() * 0.3;
-    match random.below(9) {
+    match random.below(10) {
+        9 => quadric(scene, random),
         0 => scene.sphere(
             "",
             Sphere {

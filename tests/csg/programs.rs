@@ -4,7 +4,7 @@ use super::common::{Random, RayColumns};
 use super::shells::{cube, torus};
 use super::truth::Tree;
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere};
+use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere};
 use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};
 
 #[derive(Clone, Copy, Debug)]
@@ -15,6 +15,7 @@ pub enum Leaf {
     Cone(Cone),
     Ellipsoid(Ellipsoid),
     HalfSpace(HalfSpace),
+    Quadric(Quadric),
     /// Its centre, and how far off its corners are.
     Octahedron(DVec3, f64),
     /// A box by its triangles.
@@ -74,6 +75,13 @@ impl Leaf {
                     ..row
                 },
             ),
+            Leaf::Quadric(Quadric { mut coefficients }) => {
+                for linear in &mut coefficients[6..9] {
+                    *linear *= scale;
+                }
+                coefficients[9] *= scale * scale;
+                scene.quadric("", Quadric { coefficients })
+            }
             Leaf::Octahedron(center, size) => octahedron(scene, center * scale, size * scale),
             Leaf::Shell(row) => scene.mesh(
                 "",
@@ -122,6 +130,17 @@ impl Leaf {
                 offset: row.offset + row.normal.dot(by),
                 ..row
             }),
+            Leaf::Quadric(Quadric { mut coefficients }) => {
+                // q(x − s) = q(x) − s·∇q(x) + what is of degree two in s.
+                let row = Quadric { coefficients };
+                let linear = DVec3::from_array([6, 7, 8].map(|k| coefficients[k]));
+                let bend = row.normal_at(by) - linear;
+                coefficients[9] += 0.5 * by.dot(bend) - linear.dot(by);
+                for k in 0..3 {
+                    coefficients[6 + k] -= bend[k];
+                }
+                Leaf::Quadric(Quadric { coefficients })
+            }
             Leaf::Octahedron(center, size) => Leaf::Octahedron(center + by, size),
             Leaf::Shell(row) => Leaf::Shell(Cuboid {
                 min: row.min + by,
@@ -219,6 +238,39 @@ fn length(random: &mut Random, on_grid: bool) -> f64 {
     }
 }
 
+/// On a grid: balls, unending cylinders, cones, paraboloids, hyperboloids, pairs of
+/// planes, some of them inside out; or any.
+pub fn random_quadric(random: &mut Random) -> Quadric {
+    let mut coefficients = [0.0; 10];
+    if random.below(3) == 0 {
+        for x in &mut coefficients {
+            *x = random.unit();
+        }
+        return Quadric { coefficients };
+    }
+    for x in &mut coefficients[..3] {
+        *x = [1.0, 1.0, 0.0, -1.0][random.below(4) as usize];
+    }
+    if random.below(3) == 0 {
+        coefficients[3 + random.below(3) as usize] = [1.0, -2.0][random.below(2) as usize];
+    }
+    let k = random.below(3) as usize;
+    if coefficients[..6].iter().all(|x| *x == 0.0) || coefficients[k] == 0.0 {
+        coefficients[6 + k] = [1.0, -1.0][random.below(2) as usize];
+    }
+    let radius = length(random, true);
+    coefficients[9] = match random.below(4) {
+        0 => 0.0,
+        1 => radius * radius,
+        _ => -radius * radius,
+    };
+    let by = point(random, true) * 0.5;
+    match Leaf::Quadric(Quadric { coefficients }).moved(by) {
+        Leaf::Quadric(row) => row,
+        _ => Quadric { coefficients },
+    }
+}
+
 fn random_leaf(random: &mut Random) -> Leaf {
     let on_grid = random.below(3) != 0;
     let center = point(random, on_grid);
@@ -229,7 +281,8 @@ fn random_leaf(random: &mut Random) -> Leaf {
     let radius = length(random, on_grid);
     let (base, top, open) = (center, center + axis, false);
     let sides = [(); 3].map(|()| length(random, on_grid));
-    match random.below(8) {
+    match random.below(10) {
+        8 | 9 => Leaf::Quadric(random_quadric(random)),
         0 | 1 => Leaf::Ball(Sphere { center, radius }),
         2 | 3 => Leaf::Box(Cuboid {
             min: center,

@@ -1,9 +1,10 @@
 //! Rays and solids, most of them aimed at what is hard to decide.
 
 use super::Random;
+use super::touching::tangent;
 use glam::DVec3;
 use lanecast::geom::exact::{Line, Solid};
-use lanecast::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Polygon, Sphere};
+use lanecast::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Polygon, Quadric, Sphere};
 
 /// A row that owns its numbers.
 #[derive(Clone, Debug)]
@@ -14,6 +15,7 @@ pub enum Shape {
     Sphere(Sphere),
     Ellipsoid(Ellipsoid),
     Cone(Cone),
+    Quadric(Quadric),
     Polygon { points: Vec<DVec3>, normal: DVec3 },
 }
 
@@ -24,8 +26,8 @@ pub struct Case {
 }
 
 /// Kinds of shapes: half-space, polyhedron, box, sphere, ellipsoid, closed cone,
-/// closed cylinder, open cone, open cylinder, polygon.
-pub const KINDS: usize = 10;
+/// closed cylinder, open cone, open cylinder, polygon, quadric.
+pub const KINDS: usize = 11;
 
 /// Sorts of rays, see [`case`].
 pub const SORTS: usize = 9;
@@ -41,6 +43,7 @@ impl Shape {
             Shape::Sphere(row) => Solid::Sphere(*row),
             Shape::Ellipsoid(row) => Solid::Ellipsoid(*row),
             Shape::Cone(row) => Solid::Cone(*row),
+            Shape::Quadric(row) => Solid::Quadric(*row),
             Shape::Polygon { points, normal } => Solid::Polygon(Polygon {
                 points,
                 normal: *normal,
@@ -48,7 +51,8 @@ impl Shape {
         }
     }
 
-    /// Every length (not normals) through a function; radii stay positive.
+    /// Every length (not normals), and every coefficient of a quadric, through a
+    /// function; radii stay positive.
     pub fn map(&self, f: &mut impl FnMut(f64) -> f64) -> Shape {
         let mut of = |v: DVec3| DVec3::new(f(v.x), f(v.y), f(v.z));
         let positive = |x: f64| if x == 0.0 { 5e-324 } else { x.abs() };
@@ -83,6 +87,9 @@ impl Shape {
                 top_radius: f(row.top_radius).abs(),
                 ..row
             }),
+            Shape::Quadric(row) => Shape::Quadric(Quadric {
+                coefficients: row.coefficients.map(&mut *f),
+            }),
             Shape::Polygon { points, normal } => Shape::Polygon {
                 points: points.into_iter().map(of).collect(),
                 normal,
@@ -114,7 +121,17 @@ impl Case {
                 org: self.line.org.map(|x| x * by),
                 dir: self.line.dir.map(|x| x * by),
             },
-            shape: self.shape.map(&mut |x| x * by),
+            shape: match &self.shape {
+                // Those of squares over as much: then none is too large.
+                Shape::Quadric(row) => {
+                    let mut coefficients = row.coefficients.map(|x| x / by);
+                    for (k, x) in row.coefficients.iter().enumerate().skip(6) {
+                        coefficients[k] = if k == 9 { x * by } else { *x };
+                    }
+                    Shape::Quadric(Quadric { coefficients })
+                }
+                shape => shape.map(&mut |x| x * by),
+            },
         }
     }
 }
@@ -205,6 +222,15 @@ pub fn shape(random: &mut Random, kind: usize, bits: u32) -> Shape {
                 open,
             })
         }
+        10 => {
+            let mut coefficients = [0.0; 10];
+            for x in &mut coefficients {
+                if random.below(3) > 0 {
+                    *x = short(random, bits);
+                }
+            }
+            Shape::Quadric(Quadric { coefficients })
+        }
         _ => {
             let (u, v) = (short_vector(random, bits), short_vector(random, bits));
             let corners = 3 + random.below(7);
@@ -227,7 +253,7 @@ pub fn shape(random: &mut Random, kind: usize, bits: u32) -> Shape {
 fn special(random: &mut Random, shape: &Shape) -> DVec3 {
     let pick = |random: &mut Random| random.below(3) as usize;
     match shape {
-        Shape::HalfSpace(_) | Shape::Polyhedron(_) => short_vector(random, 4),
+        Shape::HalfSpace(_) | Shape::Polyhedron(_) | Shape::Quadric(_) => short_vector(random, 4),
         Shape::Cuboid(row) => {
             let middle = row.min * 0.5 + row.max * 0.5;
             let mut at = || match pick(random) {
@@ -280,81 +306,6 @@ fn through(random: &mut Random, point: DVec3, bits: u32) -> Line {
         org: (point - dir * t).to_array(),
         dir: dir.to_array(),
     }
-}
-
-/// A shape and a line that touches it and no more, in integers: from Pythagorean
-/// numbers.
-fn tangent(random: &mut Random, kind: usize) -> (Shape, Line) {
-    let int = |random: &mut Random, most: u64| random.below(2 * most + 1) as f64 - most as f64;
-    let center = DVec3::new(int(random, 9), int(random, 9), int(random, 9));
-    let (touch, length) = [
-        (DVec3::new(2.0, 3.0, 6.0), 7.0),
-        (DVec3::new(1.0, 2.0, 2.0), 3.0),
-        (DVec3::new(4.0, 4.0, 7.0), 9.0),
-        (DVec3::new(0.0, 3.0, 4.0), 5.0),
-        (DVec3::new(0.0, 0.0, 1.0), 1.0),
-    ][random.below(5) as usize];
-    let any = DVec3::new(int(random, 5), int(random, 5), int(random, 5));
-    let (shape, point, dir) = match kind {
-        4 => {
-            let by = DVec3::new(1.0, 1.0 + int(random, 3).abs(), 2.0);
-            let row = Ellipsoid {
-                center,
-                radii: by * length,
-            };
-            let dir = touch.cross(any) * by;
-            (Shape::Ellipsoid(row), center + touch * by, dir)
-        }
-        5..=8 => {
-            let axis = random.below(3) as usize;
-            let turn = |v: DVec3| DVec3::from_array(std::array::from_fn(|k| v[(k + axis) % 3]));
-            let height = 1.0 + int(random, 6).abs();
-            let (apex, cylinder) = (random.below(2) == 0, kind.is_multiple_of(2));
-            let scale = 2.0;
-            let along = turn(DVec3::new(0.0, 0.0, height));
-            // A line of the side, from the apex or along the axis; and the
-            // tangent across it.
-            let rim = turn(DVec3::new(3.0, 4.0, 0.0));
-            let across = turn(DVec3::new(-4.0, 3.0, 0.0));
-            let start = center + if cylinder { rim } else { DVec3::ZERO };
-            let side = if cylinder { along } else { along + rim };
-            let row = Cone {
-                base: center,
-                top: center + along * scale,
-                base_radius: if cylinder { 5.0 } else { 0.0 },
-                top_radius: if cylinder { 5.0 } else { 5.0 * scale },
-                open: kind >= 7,
-            };
-            let row = if apex {
-                Cone {
-                    base: row.top,
-                    top: row.base,
-                    base_radius: row.top_radius,
-                    top_radius: row.base_radius,
-                    ..row
-                }
-            } else {
-                row
-            };
-            // From the rim of one end to that of the other, and past it.
-            let at = start + side * (random.below(6) as f64 * 0.5 - 0.25);
-            let dir = side * int(random, 2) + across * int(random, 3);
-            (Shape::Cone(row), at, dir)
-        }
-        _ => {
-            let row = Sphere {
-                center,
-                radius: length,
-            };
-            (Shape::Sphere(row), center + touch, touch.cross(any))
-        }
-    };
-    let t = power(random, 3);
-    let line = Line {
-        org: (point - dir * t).to_array(),
-        dir: dir.to_array(),
-    };
-    (shape, line)
 }
 
 /// The numbers where formats begin and end, and others of any size.

@@ -335,6 +335,24 @@ fn within(line: &Line, shape: &Shape) -> Vec<Polynomial> {
                 .minus(&square(&radius));
             vec![side, one(0.0).minus(&h), h.minus(&length)]
         }
+        Shape::Quadric(quadric) => {
+            let [a, b, c, d, e, f, g, h, i, j] = quadric.coefficients.map(one);
+            let [x, y, z] = &x;
+            let terms = [
+                [
+                    square(x).times(&a),
+                    square(y).times(&b),
+                    square(z).times(&c),
+                ],
+                [
+                    x.times(y).times(&d),
+                    x.times(z).times(&e),
+                    y.times(z).times(&f),
+                ],
+                [x.times(&g), y.times(&h), z.times(&i)],
+            ];
+            vec![sum(terms.map(sum)).plus(&j)]
+        }
         Shape::Polygon { .. } => unreachable!("it has no inside"),
     }
 }
@@ -355,7 +373,15 @@ impl Truth {
         }
         let functions = within(line, shape);
         let open = matches!(shape, Shape::Cone(cone) if cone.open);
-        let candidates: Vec<Root> = if open {
+        // Where a quadric only touches zero from below, nothing begins or ends.
+        let touches = |f: &Polynomial| {
+            let roots = f.roots();
+            let is_double = roots.len() == 2 && roots[0].order(&roots[1]).is_eq();
+            matches!(shape, Shape::Quadric(_)) && is_double && f.0[2].sign() < 0
+        };
+        let candidates: Vec<Root> = if touches(&functions[0]) {
+            Vec::new()
+        } else if open {
             functions[0].roots()
         } else {
             functions.iter().flat_map(Polynomial::roots).collect()

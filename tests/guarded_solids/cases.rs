@@ -4,7 +4,7 @@
 use super::common::Random;
 use glam::DVec3;
 use lanecast::geom::triangle::Corners;
-use lanecast::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Sphere, polygon_plane};
+use lanecast::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Quadric, Sphere, polygon_plane};
 
 #[derive(Clone, Debug)]
 pub enum Kind {
@@ -19,9 +19,10 @@ pub enum Kind {
     /// Corners, and the normal.
     Polygon(Vec<DVec3>, DVec3),
     Triangle(Corners),
+    Quadric(Quadric),
 }
 
-pub const NAMES: [&str; 11] = [
+pub const NAMES: [&str; 12] = [
     "sphere",
     "ellipsoid",
     "cylinder",
@@ -33,6 +34,7 @@ pub const NAMES: [&str; 11] = [
     "polygon",
     "half-space",
     "triangle",
+    "quadric",
 ];
 pub const KINDS: usize = NAMES.len();
 
@@ -202,6 +204,11 @@ pub fn subject(random: &mut Random, kind: usize, plain: bool) -> Subject {
                 offset: normal.dot(center),
             })
         }
+        11 => {
+            let (row, reach) = quadric(random, center, size, much);
+            extent = reach;
+            Kind::Quadric(row)
+        }
         _ => {
             let long = random.vector() * (size * stretch(random, 1));
             let wide = random.vector() * (size * stretch(random, much));
@@ -223,6 +230,48 @@ pub fn subject(random: &mut Random, kind: usize, plain: bool) -> Subject {
         size: extent,
         points,
     }
+}
+
+/// Of any sort, with its own axes or those of the coordinates, multiplied out and
+/// rounded; and how large it is about there.
+fn quadric(random: &mut Random, center: DVec3, size: f64, much: i32) -> (Quadric, f64) {
+    let turned = direction(random);
+    let axes = match random.below(2) {
+        0 => DVec3::AXES,
+        _ => {
+            let [u, v] = across(turned);
+            [turned, u, v]
+        }
+    };
+    let mut extent = 0.0;
+    let weights = [(); 3].map(|()| {
+        let radius = size * stretch(random, much);
+        extent = f64::max(extent, radius);
+        [1.0, 1.0, -1.0, 0.0][random.below(4) as usize] / (radius * radius)
+    });
+    // Where nothing bends, it rises.
+    let mut rise = DVec3::ZERO;
+    for (axis, weight) in axes.iter().zip(weights) {
+        if weight == 0.0 || random.below(8) == 0 {
+            rise += *axis * (random.unit() / size);
+        }
+    }
+    rise += if weights == [0.0; 3] {
+        axes[0] / size
+    } else {
+        DVec3::ZERO
+    };
+    let entry =
+        |i: usize, j: usize| -> f64 { (0..3).map(|k| axes[k][i] * axes[k][j] * weights[k]).sum() };
+    let about = |i: usize| -> f64 { (0..3).map(|j| entry(i, j) * center[j]).sum() };
+    let level = [1.0, 1.0, -1.0, 0.0][random.below(4) as usize];
+    let constant = (0..3).map(|i| about(i) * center[i]).sum::<f64>() - rise.dot(center) - level;
+    let [xy, xz, yz] = [(0, 1), (0, 2), (1, 2)].map(|(i, j)| 2.0 * entry(i, j));
+    let [x, y, z] = [0, 1, 2].map(|i| rise[i] - 2.0 * about(i));
+    let sign = if random.below(3) == 0 { -1.0 } else { 1.0 };
+    let (a, b, c) = (entry(0, 0), entry(1, 1), entry(2, 2));
+    let coefficients = [a, b, c, xy, xz, yz, x, y, z, constant].map(|x| x * sign);
+    (Quadric { coefficients }, extent)
 }
 
 impl Subject {
@@ -272,6 +321,20 @@ impl Subject {
                     _ => edge + (c - edge) * below_one(random),
                 }
             }
+            Kind::Quadric(row) => {
+                let from = self.center + random.vector() * self.size;
+                let (c, slope, _) = row.value_at(from);
+                let bend = (row.normal_at(n) - row.normal_at(DVec3::ZERO)).dot(n) * 0.5;
+                let b = slope.dot(n);
+                let root = (b * b - 4.0 * bend * c).sqrt();
+                let q = -0.5 * (b + root.copysign(b));
+                let t = if random.below(2) == 0 {
+                    c / q
+                } else {
+                    q / bend
+                };
+                if t.is_finite() { from + n * t } else { from }
+            }
             Kind::HalfSpace(plane) => {
                 let p = self.center + random.vector() * self.size;
                 let n = plane.normal;
@@ -307,6 +370,15 @@ impl Subject {
         };
         let mut dir = match random.below(8) {
             0 => DVec3::AXES[random.below(3) as usize],
+            1 if matches!(self.kind, Kind::Quadric(_)) => {
+                // Tangent to it, there.
+                let Kind::Quadric(row) = &self.kind else {
+                    unreachable!()
+                };
+                let dir = row.normal_at(target).cross(direction(random));
+                org = target - dir.normalize_or_zero() * far;
+                dir
+            }
             1 => {
                 // Tangent to a sphere about the centre, through the target.
                 let radial = target - self.center;

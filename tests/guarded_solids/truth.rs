@@ -20,6 +20,8 @@ pub struct Truth {
     side: Option<Quadratic>,
     /// The side is all there is.
     open: bool,
+    /// The side need not be convex: where it only touches zero from below, nothing is.
+    bends_both_ways: bool,
     /// A half-space's, a polygon's or a triangle's t, if the line meets it.
     plane: Option<Option<Quotient>>,
 }
@@ -103,6 +105,7 @@ impl Truth {
             planes: Vec::new(),
             side: None,
             open: false,
+            bends_both_ways: false,
             plane: None,
         };
         let plane = |normal: &Vector, offset: &Exact| {
@@ -130,6 +133,21 @@ impl Truth {
                     b: dot(&from, &dir),
                     c: &dot(&from, &from) - &(&all * &all),
                 });
+            }
+            Kind::Quadric(row) => {
+                // Twice q is x·(Hx) + 2 l·x + 2j.
+                let [a, b, c, d, e, f, g, h, i, j] = row.coefficients.map(Exact::from);
+                let [aa, bb, cc, jj] = [&a, &b, &c, &j].map(|x| x + x);
+                let rows = [[aa, d.clone(), e.clone()], [d, bb, f.clone()], [e, f, cc]];
+                let times = |v: &Vector| [0, 1, 2].map(|k| dot(&rows[k], v));
+                let linear = [g, h, i];
+                let level = dot(&linear, &org);
+                truth.side = Some(Quadratic {
+                    a: dot(&dir, &times(&dir)),
+                    b: &dot(&org, &times(&dir)) + &dot(&linear, &dir),
+                    c: &(&dot(&org, &times(&org)) + &(&level + &level)) + &jj,
+                });
+                truth.bends_both_ways = true;
             }
             Kind::Cone(cone) => {
                 let base = vector(cone.base.to_array());
@@ -232,7 +250,12 @@ impl Truth {
         if let Some(plane) = &self.plane {
             return plane.clone().map(Place::At).filter(beyond);
         }
-        let roots = self.side.as_ref().map_or(0, Quadratic::count);
+        let touches = |side: &Quadratic| {
+            let concave = side.a.sign().is_lt();
+            self.bends_both_ways && concave && side.discriminant().is_eq()
+        };
+        let side = self.side.as_ref().filter(|side| !touches(side));
+        let roots = side.map_or(0, Quadratic::count);
         let roots = (0..roots).map(Place::Root);
         if self.open {
             return roots.filter(|root| self.has(root)).find(beyond);

@@ -161,6 +161,22 @@ impl Change {
                 let center = self.point(row.center);
                 to.ellipsoid("", Ellipsoid { center, radii })
             }
+            Shape::Quadric(id) => {
+                let row = scene.quadrics.row(id).coefficients;
+                let Turn { from, sign } = self.turn;
+                // Of x_i x_j, i ≤ j.
+                let place = |i: usize, j: usize| if i == j { i } else { 2 + i + j };
+                let mut coefficients = [0.0; 10];
+                for i in 0..3 {
+                    for j in i..3 {
+                        let (a, b) = (from[i].min(from[j]), from[i].max(from[j]));
+                        coefficients[place(i, j)] = row[place(a, b)] * (sign[i] * sign[j]);
+                    }
+                    coefficients[6 + i] = row[6 + from[i]] * sign[i] * scale;
+                }
+                coefficients[9] = row[9] * scale * scale;
+                to.quadric("", Quadric { coefficients })
+            }
             Shape::Cylinder(id) => {
                 let row = scene.cylinders.row(id);
                 let row = Cylinder {

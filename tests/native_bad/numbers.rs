@@ -32,6 +32,14 @@ fn numbers_that_are_no_scene() {
             &["sphere 'x' has radius = -1"],
         ),
         (
+            shape("quadric = { coefficients = [0, 0, 0, 0, 0, 0, 0, 0, 0, 1] }"),
+            &["quadric 'x'", "no surface"],
+        ),
+        (
+            shape("quadric = { coefficients = [1, 0, 0, 0, 0, 0, 0, 0, 1] }"),
+            &["10"],
+        ),
+        (
             shape("ellipsoid = { center = [0, 0, 0], radii = [1, 0, 1] }"),
             &["ellipsoid 'x' has radii = 0"],
         ),

@@ -4,7 +4,7 @@ use super::*;
 use glam::{DMat3, DQuat};
 use proptest::prelude::*;
 
-const SOLIDS: usize = 7;
+const SOLIDS: usize = 8;
 
 /// Whether a point belongs to the solid, by its definition; `edge` is how much
 /// nearer than the surface still counts.
@@ -13,10 +13,11 @@ fn contains(kind: usize, p: DVec3, edge: f64) -> bool {
     match kind {
         0 => (p - v(1.0, 0.0, 0.0)).length() <= 2.0 * k,
         1 => ((p - v(0.0, 1.0, 0.0)) / v(1.0, 2.0, 4.0)).length() <= k,
-        2 => p.x.hypot(p.z) <= k && (p.y - 1.5).abs() <= 1.5 * k,
-        3 => p.y >= -edge && p.x.hypot(p.z) <= (4.0 - p.y) / 2.0 + edge,
-        4 => (p.abs() / v(1.0, 2.0, 3.0)).max_element() <= k,
-        5 => p.abs().element_sum() <= k,
+        2 => p.x * p.x + p.y * p.y <= 1.0 + p.z * p.z + edge * (1.0 + p.length_squared()),
+        3 => p.x.hypot(p.z) <= k && (p.y - 1.5).abs() <= 1.5 * k,
+        4 => p.y >= -edge && p.x.hypot(p.z) <= (4.0 - p.y) / 2.0 + edge,
+        5 => (p.abs() / v(1.0, 2.0, 3.0)).max_element() <= k,
+        6 => p.abs().element_sum() <= k,
         _ => p.y <= 2.0 + edge,
     }
 }

@@ -1,5 +1,6 @@
 //! One shape of each kind, and hits of it that were worked out by hand.
 
+use super::quadrics::hyperboloid;
 use super::*;
 
 pub fn sphere(b: &mut SceneBuilder) -> ShapeId {
@@ -448,9 +449,10 @@ pub fn square(b: &mut SceneBuilder) -> ShapeId {
 pub type Maker = fn(&mut SceneBuilder) -> ShapeId;
 
 /// Every kind once, near the origin; all but the last three are solids.
-pub const KINDS: [Maker; 10] = [
+pub const KINDS: [Maker; 11] = [
     sphere,
     ellipsoid,
+    hyperboloid,
     |b| tube(false)(b),
     spike,
     block,

@@ -43,6 +43,9 @@ fn numbers_out_of_range() {
         })
     };
     let cuboid = |min, max| -> Add { Box::new(move |b| b.cuboid("s", Cuboid { min, max })) };
+    let quadric =
+        |coefficients| -> Add { Box::new(move |b| b.quadric("s", Quadric { coefficients })) };
+    let with = |k: usize, x: f64| std::array::from_fn(|i| if i == k { x } else { 0.0 });
     let (o, x) = (DVec3::ZERO, DVec3::X);
 
     let not_finite: Vec<(Add, &str)> = vec![
@@ -59,6 +62,8 @@ fn numbers_out_of_range() {
         (cone(o, at(NAN), 1.0, 1.0), "top"),
         (cone(o, x, NAN, 1.0), "base_radius"),
         (cone(o, x, 1.0, NAN), "top_radius"),
+        (quadric(with(3, NAN)), "coefficients"),
+        (quadric(with(9, f64::INFINITY)), "coefficients"),
         (cuboid(at(NAN), x), "min"),
         (cuboid(o, at(NAN)), "max"),
     ];
@@ -94,6 +99,7 @@ fn numbers_out_of_range() {
     }
     let degenerate: Vec<(Add, &str)> = vec![
         (half(o, 1.0), "normal is (0, 0, 0)"),
+        (quadric(with(9, -1.0)), "no surface"),
         (tube(x, x, 1.0), "same point"),
         (cone(x, x, 1.0, 1.0), "same point"),
         (cuboid(o, DVec3::new(1.0, 0.0, 1.0)), "below max"),

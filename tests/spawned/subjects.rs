@@ -10,6 +10,10 @@ use lanecast::scene::*;
 pub enum Kind {
     Sphere,
     Ellipsoid,
+    /// An ellipsoid, multiplied out.
+    Quadric,
+    /// Any quadric.
+    Saddle,
     Cylinder,
     OpenCylinder,
     Cone,
@@ -24,9 +28,11 @@ pub enum Kind {
     Soup,
 }
 
-pub const KINDS: [Kind; 12] = [
+pub const KINDS: [Kind; 14] = [
     Kind::Sphere,
     Kind::Ellipsoid,
+    Kind::Quadric,
+    Kind::Saddle,
     Kind::Cylinder,
     Kind::OpenCylinder,
     Kind::Cone,
@@ -42,14 +48,19 @@ pub const KINDS: [Kind; 12] = [
 impl Kind {
     /// What is met on leaving outward is met wrongly, whatever it is.
     pub fn is_convex(self) -> bool {
-        self != Kind::Soup
+        !matches!(self, Kind::Saddle | Kind::Soup)
     }
 
     /// A ray that leaves inward meets the other side.
     pub fn is_closed(self) -> bool {
         !matches!(
             self,
-            Kind::OpenCylinder | Kind::OpenCone | Kind::HalfSpace | Kind::Polygon | Kind::Soup
+            Kind::OpenCylinder
+                | Kind::OpenCone
+                | Kind::HalfSpace
+                | Kind::Polygon
+                | Kind::Saddle
+                | Kind::Soup
         )
     }
 
@@ -123,6 +134,35 @@ fn shape(
         Kind::Ellipsoid => {
             let radii = sizes;
             to.ellipsoid("", Ellipsoid { center, radii })
+        }
+        Kind::Quadric | Kind::Saddle => {
+            // Σ sₖ (uₖ·(x − c) / rₖ)² ≤ 1, of its own or with one sign turned.
+            let (v, w) = axis.normalize().any_orthonormal_pair();
+            let axes = [axis.normalize(), v, w];
+            let mut weights = (sizes * sizes).recip().to_array();
+            if kind == Kind::Saddle {
+                weights[random.below(3) as usize] *= -1.0;
+            }
+            let entry = |i: usize, j: usize| -> f64 {
+                (0..3).map(|k| axes[k][i] * axes[k][j] * weights[k]).sum()
+            };
+            let about = |i: usize| -> f64 { (0..3).map(|j| entry(i, j) * center[j]).sum() };
+            let constant = (0..3).map(|i| about(i) * center[i]).sum::<f64>() - 1.0;
+            let [xy, xz, yz] = [(0, 1), (0, 2), (1, 2)].map(|(i, j)| 2.0 * entry(i, j));
+            let [x, y, z] = [0, 1, 2].map(|i| -2.0 * about(i));
+            let coefficients = [
+                entry(0, 0),
+                entry(1, 1),
+                entry(2, 2),
+                xy,
+                xz,
+                yz,
+                x,
+                y,
+                z,
+                constant,
+            ];
+            to.quadric("", Quadric { coefficients })
         }
         Kind::Cylinder | Kind::OpenCylinder => {
             let radius = sizes.x;

@@ -3,7 +3,7 @@
 
 use super::*;
 use lanecast::accel::{Structure, World};
-use lanecast::geom::{Cone, Cylinder, Ellipsoid, HalfSpace};
+use lanecast::geom::{Cone, Cylinder, Ellipsoid, HalfSpace, Quadric};
 use lanecast::measure::adversarial::*;
 use lanecast::plan::{Arithmetic, Kernels, Needs};
 
@@ -12,7 +12,7 @@ const COUNT: usize = 4000;
 type Maker = fn(&mut SceneBuilder) -> ShapeId;
 
 /// One of each kind, away from the origin.
-const KINDS: [(&str, Maker); 8] = [
+const KINDS: [(&str, Maker); 10] = [
     ("sphere", |b| {
         let (center, radius) = (DVec3::new(0.3, 0.1, -0.7), 1.1);
         b.sphere("", Sphere { center, radius })
@@ -45,6 +45,14 @@ const KINDS: [(&str, Maker); 8] = [
     ("box", |b| {
         let (min, max) = (DVec3::new(-0.3, 0.1, -0.7), DVec3::new(0.4, 1.3, 0.1));
         b.cuboid("", Cuboid { min, max })
+    }),
+    ("hyperboloid", |b| {
+        let coefficients = [1.0, 0.7, -0.6, 0.2, 0.1, -0.3, 0.4, -0.2, 0.1, -0.5];
+        b.quadric("", Quadric { coefficients })
+    }),
+    ("saddle", |b| {
+        let coefficients = [0.7, 0.0, -0.6, 0.0, 0.25, 0.0, 0.0, 1.0, 0.0, -0.5];
+        b.quadric("", Quadric { coefficients })
     }),
     ("polygon", |b| {
         let corner = |x: f64, y: f64| DVec3::new(x, y, 0.25 * x);

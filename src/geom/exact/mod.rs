@@ -17,10 +17,10 @@ mod solid;
 mod surface;
 
 pub use root::Root;
-pub use solid::Ends;
+pub use solid::{Ends, Inside};
 
 use super::triangle::{Corners, exact as triangle};
-use super::{Cone, Cuboid, Ellipsoid, HalfSpace, Polygon, Sphere};
+use super::{Cone, Cuboid, Ellipsoid, HalfSpace, Polygon, Quadric, Sphere};
 use crate::math::bounds::Bounded;
 use glam::DVec3;
 use root::Branch;
@@ -44,6 +44,7 @@ pub enum Solid<'a> {
     Ellipsoid(Ellipsoid),
     /// Also a cylinder.
     Cone(Cone),
+    Quadric(Quadric),
     Polygon(Polygon<'a>),
 }
 
@@ -58,26 +59,26 @@ pub fn first_beyond(solid: &Solid, line: &Line, t_min: f64) -> Option<Root> {
         Solid::Cone(cone) if cone.open => solid::cone_side(line, cone, t_min),
         Solid::Polygon(polygon) => polygon::polygon(line, polygon, t_min),
         closed => {
-            let ends = ends(closed, line)?;
             let beyond = |end: &Root| end.order_with(t_min).is_gt();
-            ends.into_iter().flatten().find(beyond)
+            inside(closed, line).ends.into_iter().flatten().find(beyond)
         }
     }
 }
 
 /// What a line has in a solid, in exact arithmetic; of a surface, nothing, and
 /// nothing where a number is not finite.
-pub fn span(solid: &Solid, line: &Line) -> Option<Ends> {
+pub fn span(solid: &Solid, line: &Line) -> Inside {
     let is_line = line.dir.iter().any(|x| *x != 0.0);
     if !is_line || !line.is_finite() || !solid.is_finite() {
-        return None;
+        return Inside::NOWHERE;
     }
-    ends(solid, line)
+    inside(solid, line)
 }
 
 #[inline(always)]
-fn ends(solid: &Solid, line: &Line) -> Option<Ends> {
-    match solid {
+fn inside(solid: &Solid, line: &Line) -> Inside {
+    Inside::of_convex(match solid {
+        Solid::Quadric(row) => return solid::quadric(line, row),
         Solid::HalfSpace(plane) => solid::half_spaces(line, [*plane].into_iter()),
         Solid::Polyhedron(planes) => solid::half_spaces(line, planes.iter().copied()),
         Solid::Cuboid(cuboid) => solid::cuboid(line, cuboid),
@@ -85,7 +86,7 @@ fn ends(solid: &Solid, line: &Line) -> Option<Ends> {
         Solid::Ellipsoid(ellipsoid) => solid::ellipsoid(line, ellipsoid),
         Solid::Cone(cone) if !cone.open => solid::cone(line, cone),
         Solid::Cone(_) | Solid::Polygon(_) => None,
-    }
+    })
 }
 
 /// Where a line goes through a triangle of a closed surface, and whether it comes
@@ -122,6 +123,7 @@ impl Solid<'_> {
                 let radii = [row.base_radius, row.top_radius];
                 all(&[row.base, row.top]) && radii.iter().all(|r| r.is_finite())
             }
+            Solid::Quadric(row) => row.coefficients.iter().all(|x| x.is_finite()),
             Solid::Polygon(row) => {
                 row.normal.is_finite() && all(row.points) && !row.points.is_empty()
             }

@@ -5,12 +5,55 @@ use super::Line;
 use super::curve::{Curve, nearest_to};
 use super::root::Root;
 use super::surface::Surface;
-use crate::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Sphere};
+use crate::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Quadric, Sphere};
 use std::cmp::Ordering;
 
 /// Where a line comes into a solid and where it leaves it, in order; `None`
 /// where it always was inside, or stays.
 pub type Ends = [Option<Root>; 2];
+
+/// The part of a line that is inside a solid.
+#[derive(Clone, Copy, Debug)]
+pub struct Inside {
+    /// Far before the first of `ends`.
+    pub at_first: bool,
+    /// Where that changes, in order.
+    pub ends: Ends,
+}
+
+impl Inside {
+    pub const NOWHERE: Inside = Inside {
+        at_first: false,
+        ends: [None; 2],
+    };
+
+    /// Of a convex solid.
+    #[inline(always)]
+    pub(super) fn of_convex(ends: Option<Ends>) -> Inside {
+        match ends {
+            None => Inside::NOWHERE,
+            Some([None, exit]) => Inside {
+                at_first: true,
+                ends: [exit, None],
+            },
+            Some(ends) => Inside {
+                at_first: false,
+                ends,
+            },
+        }
+    }
+
+    /// Where the line comes in, and where it leaves; twice of what is not convex.
+    pub fn spans(&self) -> impl Iterator<Item = Ends> + use<> {
+        let [first, last] = self.ends;
+        let both = match (self.at_first, first) {
+            (true, _) => [Some([None, first]), last.map(|_| [last, None])],
+            (false, None) => [None, None],
+            (false, _) => [Some([first, last]), None],
+        };
+        both.into_iter().flatten()
+    }
+}
 
 /// Of the intersection of half-spaces, however many.
 pub(super) fn half_spaces(line: &Line, planes: impl Iterator<Item = HalfSpace>) -> Option<Ends> {
@@ -74,6 +117,27 @@ pub(super) fn ellipsoid(line: &Line, ellipsoid: &Ellipsoid) -> Option<Ends> {
 fn round(line: &Line, surface: Surface, center: [f64; 3]) -> Option<Ends> {
     let curve = Curve::new(line, surface, nearest_to(line, center));
     Some(curve.roots(Ordering::Greater)?.map(Some))
+}
+
+/// A polynomial of degree two alone: not above zero between its roots, or outside of
+/// them.
+pub(super) fn quadric(line: &Line, quadric: &Quadric) -> Inside {
+    let surface = Surface::Quadric(quadric.coefficients);
+    let curve = Curve::new(line, surface, nearest_to(line, [0.0; 3]));
+    let inside = |at_first: bool, ends: Ends| Inside { at_first, ends };
+    let bend = curve.bend();
+    if bend.is_eq() {
+        return match curve.rise() {
+            Ordering::Equal => inside(curve.level().is_le(), [None; 2]),
+            rise => inside(rise.is_gt(), [Some(curve.root_of_linear()), None]),
+        };
+    }
+    match curve.roots(bend) {
+        None => inside(bend.is_lt(), [None; 2]),
+        // Nothing begins or ends where it only touches zero from below.
+        Some([a, b]) if bend.is_lt() && a.order(&b).is_eq() => inside(true, [None; 2]),
+        Some(roots) => inside(bend.is_lt(), roots.map(Some)),
+    }
 }
 
 /// A line before a cone: its side and its caps.

@@ -1,8 +1,8 @@
 //! What a ray's line crosses, as polynomials of the tables' own numbers.
 
 use super::Line;
-use crate::geom::Cone;
 use crate::geom::triangle::Corners;
+use crate::geom::{Cone, Quadric};
 use crate::math::Number;
 use crate::math::dyadic::{Dyadic, Space};
 use crate::math::number::{cross, dot};
@@ -36,6 +36,8 @@ pub(super) enum Surface {
         center: [f64; 3],
         radii: [f64; 3],
     },
+    /// Where q is zero, of ten coefficients as `Quadric` has them.
+    Quadric([f64; 10]),
     /// Of a cone, both ways without end, and mirrored beyond its apex.
     Side(Cone),
 }
@@ -60,6 +62,10 @@ impl Surface {
                 let radii = DVec3::from_array(*radii);
                 (p - DVec3::from_array(*center)) / radii / radii
             }
+            Surface::Quadric(coefficients) => Quadric {
+                coefficients: *coefficients,
+            }
+            .normal_at(p),
             Surface::Side(cone) => Cone {
                 open: true,
                 ..*cone
@@ -71,7 +77,8 @@ impl Surface {
     /// [a, b, c] of f(t) = a t² + 2b t + c along the line, t counted from `shift`.
     /// Below zero inside; of planes, where the normal comes from.
     ///
-    /// Of degree 6 in the inputs at most, and homogeneous but in t.
+    /// Of degree 6 in the inputs at most, and homogeneous but in t, and for
+    /// quadrics of degree 3, whose terms are of different degrees.
     #[inline(always)]
     pub fn along<N: Number>(&self, space: N::Space, line: &Line, shift: f64) -> [N; 3] {
         let number = |x: f64| N::of(space, x);
@@ -123,6 +130,22 @@ impl Surface {
                 let (far, steep) = (weighted(&near), weighted(&dir));
                 let c = dot(&near, &far).minus(&x.times(&weights[0]));
                 [dot(&dir, &steep), dot(&near, &steep), c]
+            }
+            Surface::Quadric(coefficients) => {
+                let [a, b, c, d, e, f, g, h, i, j] = coefficients.map(number);
+                let linear = [g, h, i];
+                // Twice q is x·(Hx) + 2 l·x + 2j.
+                let rows = [
+                    [a.doubled(), d, e],
+                    [d, b.doubled(), f],
+                    [e, f, c.doubled()],
+                ];
+                let near = from(&[0.0; 3]);
+                let along = rows.map(|row| dot(&row, &dir));
+                let slope = dot(&along, &near).plus(&dot(&linear, &dir));
+                let squares = dot(&rows.map(|row| dot(&row, &near)), &near);
+                let rest = dot(&linear, &near).plus(&j).doubled();
+                [dot(&along, &dir), slope, squares.plus(&rest)]
             }
             Surface::Side(cone) => {
                 let axis = axis(cone);

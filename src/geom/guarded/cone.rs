@@ -1,12 +1,11 @@
 //! Truncated cones and cylinders, closed and open.
 //!
 //! As in [`crate::geom::cone`], the side is where F(t) = A t² + 2B t + C is 0, of
-//! the ray moved next to the axis. Every coefficient has a bound, α, β and γ, so
-//! the exact F lies within ε(t) = αt² + 2β|t| + γ of the computed one: where the
-//! computed F is steep enough beside a root, the exact one changes its sign next
-//! to it. Between the planes of the caps F < 0 is inside, for the mirrored cone
-//! lies beyond them.
+//! the ray moved next to the axis. Every coefficient has a bound, which says how well
+//! its roots are known ([`Quadratic`]). Between the planes of the caps F < 0 is
+//! inside, for the mirrored cone lies beyond them.
 
+use super::quadratic::Quadratic;
 use super::{
     Between, Ends, LEVEL, LEVEL_MOVES, LEVEL_SLACK, Near, ObjectRay, OnFace, Part, finite, narrow,
     no_face, range, roundings, tiny,
@@ -39,25 +38,11 @@ struct Frame<L: Lanes> {
     ordinary: L::Mask,
 }
 
-/// How far the coefficients of F may be off, and heights.
-struct Errors<L> {
-    a: L,
-    b: L,
-    c: L,
+/// F, and how far heights along the ray may be off.
+struct Side<L: Lanes> {
+    roots: Quadratic<L>,
     height: L,
     rise: L,
-}
-
-/// The roots of F, lower first.
-struct Roots<L: Lanes> {
-    /// B² − AC, at least 0 for these.
-    squared: L,
-    /// Its square root, and 1 over that.
-    steep: L,
-    flat: L,
-    /// −B ∓ `steep`, the larger in magnitude.
-    q: L,
-    t: [L; 2],
 }
 
 /// Rounded up.
@@ -128,7 +113,7 @@ fn frame<L: Lanes>(cone: &Cone, object: &ObjectRay<L>) -> Frame<L> {
 
 impl<L: Lanes> Frame<L> {
     #[inline(always)]
-    fn errors(&self) -> Errors<L> {
+    fn side(&self) -> Side<L> {
         let root3 = L::from_f32(ROOT_3);
         let (nu, fine) = (roundings::<L>(turned::<L>()), roundings::<L>(4.5));
         let per_size = roundings::<L>(turned::<L>() * ROOT_3);
@@ -149,72 +134,29 @@ impl<L: Lanes> Frame<L> {
         let wide = L::from_f32(1.01) + slope * slope * L::from_f32(1.01);
         let a = along * along * wide * (nu + nu + fine) + tiny();
         // Norms: a direction's is at most root 3 of its largest component.
-        Errors {
-            a,
-            b,
-            c,
+        Side {
+            roots: Quadratic::new([self.a, self.b, self.c], [a, b, c]),
             height: moved + self.half * nu,
             rise: along * nu + tiny(),
         }
     }
 
-    #[inline(always)]
-    fn roots(&self) -> Roots<L> {
-        let zero = L::zero();
-        let squared = self.b * self.b - self.a * self.c;
-        let steep = squared.max(zero).sqrt();
-        let q = -(self.b + L::select(self.b.lt(zero), -steep, steep));
-        let (t0, t1) = (self.c / q, q / self.a);
-        Roots {
-            squared,
-            steep,
-            flat: L::from_f32(1.0) / steep,
-            q,
-            t: [t0.min(t1), t0.max(t1)],
-        }
-    }
-
     /// Lanes whose line certainly does not meet the side's surface.
     #[inline(always)]
-    fn passes(&self, roots: &Roots<L>, error: &Errors<L>) -> L::Mask {
-        let (a, b, c) = (self.a.abs(), self.b.abs(), self.c.abs());
-        let two = L::from_f32(2.0);
-        let off = error.b * (two * b + error.b)
-            + a * error.c
-            + c * error.a
-            + error.a * error.c
-            + (b * b + a * c) * roundings(4.0)
-            + tiny();
-        self.a.gt(error.a) & roots.squared.lt(-off)
-    }
-
-    /// A root and its bound; infinite where none is certain.
-    #[inline(always)]
-    fn root(&self, t: L, roots: &Roots<L>, error: &Errors<L>) -> Between<L> {
-        let (two, size) = (L::from_f32(2.0), t.abs());
-        let q = roots.q.abs();
-        let off = (error.a * size + two * error.b) * size + error.c + size * q * roundings(6.5);
-        let steep = roots.steep;
-        let needed = (self.a.abs() * L::from_f32(8.0) + error.a * L::from_f32(50.0)) * off
-            + q * q * roundings(50.0)
-            + error.b * error.b * L::from_f32(20.5)
-            + tiny();
-        let squared = steep * steep;
-        let sure = needed.le(squared) & squared.lt(L::splat(L::Scalar::INFINITY));
-        let wide = two * off * roots.flat + size * roundings(4.0) + tiny();
-        let infinity = L::splat(L::Scalar::INFINITY);
-        Between {
-            least: L::select(sure, t - wide, -infinity),
-            value: t,
-            most: L::select(sure, t + wide, infinity),
-        }
+    fn passes(&self, side: &Side<L>) -> L::Mask {
+        self.a.gt(side.roots.off[0]) & side.roots.is_rootless()
     }
 
     #[inline(always)]
     fn part(&self, active: L::Mask) -> Option<Part<L>> {
         let infinity = L::splat(L::Scalar::INFINITY);
-        let (roots, error) = (self.roots(), self.errors());
-        let passes = self.ordinary & self.passes(&roots, &error);
+        let error = self.side();
+        let Quadratic {
+            off: [of_a, of_b, of_c],
+            t: roots,
+            ..
+        } = error.roots;
+        let passes = self.ordinary & self.passes(&error);
         if (active & !passes).none() {
             return None;
         }
@@ -232,18 +174,18 @@ impl<L: Lanes> Frame<L> {
         };
         let (cap_enter, first) = cap(caps[0].min(caps[1]), -infinity);
         let (cap_exit, last) = cap(caps[0].max(caps[1]), infinity);
-        let mut sound = self.ordinary & first & last & finite(self.c, error.c);
+        let mut sound = self.ordinary & first & last & finite(self.c, of_c);
 
         // Inside the side: between the roots of a convex F, beyond the one of a
         // concave F on which the cone widens.
-        let [t0, t1] = roots.t.map(|t| self.root(t, &roots, &error));
+        let [t0, t1] = roots.map(|t| error.roots.root(t));
         let known = |at: &Between<L>| at.most.lt(infinity);
-        let concave = self.a.lt(-error.a);
+        let concave = self.a.lt(-of_a);
         let widens = self.widening.gt(self.slope * error.rise);
         let narrows = self.widening.lt(-(self.slope * error.rise));
         let ahead = concave & widens & known(&t1);
         let behind = concave & narrows & known(&t0);
-        let between = self.a.gt(error.a) & known(&t0) & known(&t1);
+        let between = self.a.gt(of_a) & known(&t0) & known(&t1);
         let mut cut = between | ahead | behind;
         let (always, never) = (Between::exactly(-infinity), Between::exactly(infinity));
         let side_enter = Between::select(between, t0, Between::select(ahead, t1, always));
@@ -252,9 +194,9 @@ impl<L: Lanes> Frame<L> {
         if (active & !passes & !cut).any() {
             // Perhaps F keeps its sign between the caps.
             let reach = cap_enter.least.abs().max(cap_exit.most.abs());
-            let slope = L::from_f32(2.0) * (self.b.abs() + error.b);
-            let off = (self.a.abs() + error.a) * reach + slope;
-            let off = (off * reach + error.c) * L::from_f32(1.01);
+            let slope = L::from_f32(2.0) * (self.b.abs() + of_b);
+            let off = (self.a.abs() + of_a) * reach + slope;
+            let off = (off * reach + of_c) * L::from_f32(1.01);
             let open = !cut & !level;
             none = none | open & sound & self.c.gt(off);
             cut = cut | open & self.c.lt(-off);
@@ -297,15 +239,15 @@ impl<L: Lanes> Frame<L> {
     /// The side alone: its first root beyond `t_min` and between the caps.
     #[inline(always)]
     fn open(&self, t_min: L, active: L::Mask) -> Meet<L> {
-        let (roots, error) = (self.roots(), self.errors());
-        let passes = self.ordinary & self.passes(&roots, &error);
+        let error = self.side();
+        let passes = self.ordinary & self.passes(&error);
         let possible = active & !passes;
         if possible.none() {
             return Meet::certain(L::Mask::splat(false), L::zero());
         }
         let [low, high] = self.near.begin(t_min);
         let look = |t: L| {
-            let at = self.root(t, &roots, &error);
+            let at = error.roots.root(t);
             let wide = at.most - t;
             let z = self.height + self.rise * t;
             let off = error.height
@@ -317,9 +259,9 @@ impl<L: Lanes> Frame<L> {
             let no = (z - off).gt(half) | at.most.le(low);
             (at, yes, no)
         };
-        let [first, second] = roots.t.map(look);
+        let [first, second] = error.roots.t.map(look);
         // Both roots are there, each for certain what it is.
-        let two = self.ordinary & self.a.abs().gt(error.a);
+        let two = self.ordinary & self.a.abs().gt(error.roots.off[0]);
         let apart = first.0.most.lt(second.0.least);
         let at_first = two & apart & first.1;
         let at_second = two & apart & first.2 & second.1;
@@ -342,6 +284,7 @@ pub fn ends<L: Lanes>(row: &Cone, object: &ObjectRay<L>) -> Ends<L> {
             exit: [L::zero(); 3],
             some: L::Mask::splat(false),
             none: L::Mask::splat(true),
+            turned: L::Mask::splat(false),
             faces: [no_face(); 2],
         },
     }

@@ -11,12 +11,14 @@ pub mod cone;
 pub mod cuboid;
 pub mod half_space;
 pub mod polygon;
+mod quadratic;
+pub mod quadric;
 pub mod sphere;
 
 use super::ray::{Meet, Ray, Span};
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
-use crate::math::lanes::{Lanes, Scalar};
+use crate::math::lanes::{Lanes, Mask, Scalar};
 
 /// Object rays in full, and rounded to the lanes' type.
 #[derive(Clone, Copy, Debug)]
@@ -220,7 +222,8 @@ fn finite<L: Lanes>(value: L, error: L) -> L::Mask {
 }
 
 /// Where rays come into a convex solid and leave it, in t: at least, as computed,
-/// at most. Infinite where they always were inside, or stay.
+/// at most. Infinite where they always were inside, or stay. Of a solid that is not
+/// convex it may be what is between that is outside.
 #[derive(Clone, Copy, Debug)]
 pub struct Ends<L: Lanes> {
     pub enter: [L; 3],
@@ -232,6 +235,9 @@ pub struct Ends<L: Lanes> {
     /// lower ones first, a cylinder's and a cone's caps base first, a polyhedron's as
     /// its planes. No number where it is a curved one, or that is not certain.
     pub faces: [L; 2],
+    /// Lanes that are inside before the first and behind the second, or, where there
+    /// are none, all along.
+    pub turned: L::Mask,
 }
 
 impl<L: Lanes> Ends<L> {
@@ -243,6 +249,7 @@ impl<L: Lanes> Ends<L> {
             exit: [span.exit; 3],
             some: span.some,
             none: !span.some,
+            turned: L::Mask::splat(false),
             faces: [no_face(); 2],
         }
     }
@@ -257,6 +264,7 @@ impl<L: Lanes> Ends<L> {
             exit: [infinity; 3],
             some: none & !none,
             none,
+            turned: L::Mask::splat(false),
             faces: [no_face(); 2],
         }
     }
@@ -366,12 +374,15 @@ impl<L: Lanes> Part<L> {
     fn ends(&self, near: &Near<L>) -> Ends<L> {
         let none = self.none | self.sound & self.enter.least.gt(self.exit.most);
         let some = self.sound & !none & self.enter.most.lt(self.exit.least);
+        let infinity = L::splat(L::Scalar::INFINITY);
         let at = |end: &Between<L>| {
             let (from, to) = (near.shift + end.least, near.shift + end.most);
+            // What is infinite stays so, and does not become NaN.
+            let met = |x: L, wider: L| L::select(x.abs().lt(infinity), wider, x);
             [
-                from - from.abs() * roundings(2.0) - tiny(),
+                met(from, from - from.abs() * roundings(2.0) - tiny()),
                 near.shift + end.value,
-                to + to.abs() * roundings(2.0) + tiny(),
+                met(to, to + to.abs() * roundings(2.0) + tiny()),
             ]
         };
         Ends {
@@ -379,6 +390,7 @@ impl<L: Lanes> Part<L> {
             exit: at(&self.exit),
             some,
             none,
+            turned: L::Mask::splat(false),
             faces: self.faces,
         }
     }

@@ -5,7 +5,7 @@ use super::lower_combination::{Declared, declare, refuse_extras};
 use super::places::At;
 use super::schema;
 use super::tree::{Source, quoted};
-use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere, hull};
+use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere, hull};
 use crate::io::{Dropped, Folder, LoadError, LoadOptions};
 use crate::scene::{SceneBuilder, ShapeId};
 use glam::DVec3;
@@ -30,6 +30,7 @@ pub(super) fn shape(
         ("cone", row.cone.is_some()),
         ("polyhedron", row.polyhedron.is_some()),
         ("polygon", row.polygon.is_some()),
+        ("quadric", row.quadric.is_some()),
         ("mesh", row.mesh.is_some()),
         ("union", row.union.is_some()),
         ("intersection", row.intersection.is_some()),
@@ -99,6 +100,10 @@ pub(super) fn shape(
         let points: Vec<DVec3> = s.points.into_iter().map(v).collect();
         return Ok(scene.polygon(name, &points, &[]));
     }
+    if let Some(s) = row.quadric {
+        let coefficients = s.coefficients;
+        return Ok(scene.quadric(name, Quadric { coefficients }));
+    }
     let file = row.mesh.unwrap_or(At {
         at: 0,
         value: String::new(),
@@ -110,7 +115,6 @@ pub(super) fn shape(
 fn later(source: &Source, row: &schema::Shape) -> Result<(), LoadError> {
     let kinds = [
         ("torus", &row.torus),
-        ("quadric", &row.quadric),
         ("implicit", &row.implicit),
         ("clip", &row.clip),
     ];

@@ -137,6 +137,7 @@ pub struct Shape {
     pub cone: Option<Cone>,
     pub polyhedron: Option<At<Polyhedron>>,
     pub polygon: Option<Polygon>,
+    pub quadric: Option<Quadric>,
     /// A mesh file (.obj, .ply, .stl, .gltf, .glb), relative to this file.
     pub mesh: Option<At<String>>,
     /// Solids made of solids: of all points that are in any operand.
@@ -161,8 +162,6 @@ pub struct Shape {
 
     #[schemars(skip)]
     pub torus: Option<At<Later>>,
-    #[schemars(skip)]
-    pub quadric: Option<At<Later>>,
     #[schemars(skip)]
     pub implicit: Option<At<Later>>,
     #[schemars(skip)]
@@ -240,6 +239,15 @@ pub struct Polyhedron {
 pub struct Polygon {
     /// The corners in turn, in one plane.
     pub points: Vec<Triple>,
+}
+
+/// The solid of all points with Ax² + By² + Cz² + Dxy + Exz + Fyz + Gx + Hy + Iz + J
+/// ≤ 0.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Quadric {
+    /// A to J: of x², y², z², xy, xz, yz, x, y, z and 1.
+    pub coefficients: [f64; 10],
 }
 
 /// What a solid is made of: the name of a shape, or a shape with more.

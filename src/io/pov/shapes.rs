@@ -111,6 +111,11 @@ impl Writer<'_> {
                 }
                 text + "}"
             }
+            Shape::Quadric(row) => {
+                let [a, b, c, d, e, f, g, h, i, j] = scene.quadrics.row(row).coefficients;
+                let [squares, mixed, linear] = [[a, b, c], [d, e, f], [g, h, i]].map(vector);
+                format!("quadric {{ {squares}, {mixed}, {linear}, {} }}", number(j))
+            }
             Shape::Polygon(row) => self.polygon(row),
             Shape::Mesh(row) => self.mesh(id, row, dress),
             Shape::Combination(_) => String::new(),

@@ -22,6 +22,7 @@ pub(super) fn ranges(scene: &Tables) -> Result<(), SceneError> {
             Shape::Cuboid(id) => ("box", id.0, scene.cuboids.len()),
             Shape::Polyhedron(id) => ("polyhedron", id.0, scene.polyhedra.len()),
             Shape::Polygon(id) => ("polygon", id.0, scene.polygons.len()),
+            Shape::Quadric(id) => ("quadric", id.0, scene.quadrics.len()),
             Shape::Mesh(id) => ("mesh", id.0, scene.meshes.len()),
             Shape::Combination(id) => ("combination", id.0, scene.combinations.len()),
         };

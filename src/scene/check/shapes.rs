@@ -78,6 +78,17 @@ pub(super) fn solids(scene: &Tables) -> Result<(), SceneError> {
                     });
                 }
             }
+            Shape::Quadric(id) => {
+                let row = scene.quadrics.row(id);
+                finite(what, "coefficients", &row.coefficients)?;
+                if row.coefficients[..9].iter().all(|x| *x == 0.0) {
+                    return Err(SceneError::Degenerate {
+                        what: what(),
+                        why: "all its coefficients but the last are 0, and it has no surface"
+                            .into(),
+                    });
+                }
+            }
             Shape::Polyhedron(_) | Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => {}
         }
     }

@@ -9,7 +9,9 @@
 use crate::accel::{Combined, PlaneOf, Slabs};
 use crate::csg::Restricted;
 use crate::geom::guarded::{self, Ends, ObjectRay};
-use crate::geom::{Certainty, HalfSpace, Ray, cone, cuboid, ellipsoid, half_space, sphere};
+use crate::geom::{
+    Certainty, HalfSpace, Ray, cone, cuboid, ellipsoid, half_space, quadric, sphere,
+};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Vec3, unit};
 use crate::scene::{Shape, Tables};
@@ -191,20 +193,29 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
             continue;
         }
         let frame = spaces.of(combined, object, operand.frame);
-        let mut ends = ends::<L, C>(tables, operand.shape, frame);
-        if let Some(wider) = wider {
-            let planes = match operand.shape {
-                Shape::Polyhedron(id) => tables.polyhedra.planes(id),
-                Shape::HalfSpace(id) => &[tables.half_spaces.row(id)],
-                _ => &[],
-            };
-            ends = ends.widened(wider);
-            if !planes.is_empty() {
-                let slack = combined.placement_per_reach(operand.frame).map(L::from_f64);
-                let slack = ray.org.max_abs() * slack[0] + slack[1];
-                ends = ends.moved(slack / least_rate(planes, &frame.ray));
+        let ends = match (operand.shape, wider) {
+            (Shape::Quadric(id), Some(_)) => {
+                let astray = combined.astray(operand.frame, object.org.max_abs());
+                let frame = ObjectRay::new(frame.org, frame.dir, &frame.ray);
+                guarded::quadric::ends(&tables.quadrics.row(id), &frame, astray)
             }
-        }
+            (shape, None) => ends::<L, C>(tables, shape, frame),
+            (shape, Some(wider)) => {
+                let ends = ends::<L, C>(tables, shape, frame).widened(wider);
+                let planes = match shape {
+                    Shape::Polyhedron(id) => tables.polyhedra.planes(id),
+                    Shape::HalfSpace(id) => &[tables.half_spaces.row(id)],
+                    _ => &[],
+                };
+                if planes.is_empty() {
+                    ends
+                } else {
+                    let slack = combined.placement_per_reach(operand.frame).map(L::from_f64);
+                    let slack = ray.org.max_abs() * slack[0] + slack[1];
+                    ends.moved(slack / least_rate(planes, &frame.ray))
+                }
+            }
+        };
         unsure |= track.start(&ends, ray.t_min);
     }
     unsure &= open;
@@ -393,6 +404,7 @@ impl<L: Lanes> Track<L> {
             exit,
             some,
             none,
+            turned,
             ..
         } = ends;
         let some = *some;
@@ -406,7 +418,7 @@ impl<L: Lanes> Track<L> {
             self.next[k] = L::select(inside, exit[k], next);
             self.exit[k] = L::select(ahead, exit[k], infinity);
         }
-        self.inside = inside.bits();
+        self.inside = inside.bits() ^ turned.bits();
         (!certain).bits()
     }
 
@@ -514,6 +526,13 @@ pub(in crate::trace) fn ends<L: Lanes, C: Certainty>(
     Frames { org, dir, ray }: &Frames<L>,
 ) -> Ends<L> {
     if !C::GUARDED {
+        if let Shape::Quadric(id) = shape {
+            let (between, turned) = quadric::span(&tables.quadrics.row(id), ray);
+            return Ends {
+                turned,
+                ..Ends::certain(&between)
+            };
+        }
         return Ends::certain(&match shape {
             Shape::HalfSpace(id) => half_space::span(&[tables.half_spaces.row(id)], ray),
             Shape::Polyhedron(id) => half_space::span(tables.polyhedra.planes(id), ray),
@@ -522,7 +541,7 @@ pub(in crate::trace) fn ends<L: Lanes, C: Certainty>(
             Shape::Ellipsoid(id) => ellipsoid::span(&tables.ellipsoids.row(id), ray),
             Shape::Cylinder(id) => cone::span(&tables.cylinders.row(id).as_cone(), ray),
             Shape::Cone(id) => cone::span(&tables.cones.row(id), ray),
-            Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => {
+            Shape::Quadric(_) | Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => {
                 unreachable!("no surface is an operand, and meshes are not met in lanes")
             }
         });
@@ -541,6 +560,10 @@ pub(in crate::trace) fn ends<L: Lanes, C: Certainty>(
         }
         Shape::Cylinder(id) => guarded::cone::ends(&tables.cylinders.row(id).as_cone(), &object),
         Shape::Cone(id) => guarded::cone::ends(&tables.cones.row(id), &object),
+        Shape::Quadric(id) => {
+            let exactly = <L::Double as Lanes>::zero();
+            guarded::quadric::ends(&tables.quadrics.row(id), &object, exactly)
+        }
         Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => {
             unreachable!("no surface is an operand, and meshes are not met in lanes")
         }

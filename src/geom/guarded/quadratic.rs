@@ -1,0 +1,81 @@
+//! Roots of F(t) = a t² + 2b t + c, of coefficients known to so much each.
+//!
+//! The exact F lies within ε(t) = αt² + 2β|t| + γ of the computed one. Where the
+//! computed F is steep enough beside a root, the exact one changes its sign next to
+//! it. docs/NUMERICS.md ("Cone, cylinder") has the proof.
+
+use super::{Between, roundings, tiny};
+use crate::math::lanes::{Lanes, Scalar};
+
+pub(super) struct Quadratic<L: Lanes> {
+    pub f: [L; 3],
+    /// α, β and γ.
+    pub off: [L; 3],
+    /// b² − ac, at least 0 for what follows.
+    squared: L,
+    /// Its square root, and 1 over that.
+    steep: L,
+    flat: L,
+    /// −b ∓ `steep`, the larger in magnitude.
+    q: L,
+    /// The roots, lower first.
+    pub t: [L; 2],
+}
+
+impl<L: Lanes> Quadratic<L> {
+    #[inline(always)]
+    pub fn new(f: [L; 3], off: [L; 3]) -> Quadratic<L> {
+        let ([a, b, c], zero) = (f, L::zero());
+        let squared = b * b - a * c;
+        let steep = squared.max(zero).sqrt();
+        let q = -(b + L::select(b.lt(zero), -steep, steep));
+        let (t0, t1) = (c / q, q / a);
+        Quadratic {
+            f,
+            off,
+            squared,
+            steep,
+            flat: L::from_f32(1.0) / steep,
+            q,
+            t: [t0.min(t1), t0.max(t1)],
+        }
+    }
+
+    /// Lanes in which F certainly has no root; and so has a sign, that of a.
+    #[inline(always)]
+    pub fn is_rootless(&self) -> L::Mask {
+        let [a, b, c] = self.f.map(L::abs);
+        let [of_a, of_b, of_c] = self.off;
+        let two = L::from_f32(2.0);
+        let off = of_b * (two * b + of_b)
+            + a * of_c
+            + c * of_a
+            + of_a * of_c
+            + (b * b + a * c) * roundings(4.0)
+            + tiny();
+        self.squared.lt(-off)
+    }
+
+    /// A root and its bound; infinite where none is certain.
+    #[inline(always)]
+    pub fn root(&self, t: L) -> Between<L> {
+        let (two, size) = (L::from_f32(2.0), t.abs());
+        let [of_a, of_b, of_c] = self.off;
+        let q = self.q.abs();
+        let off = (of_a * size + two * of_b) * size + of_c + size * q * roundings(6.5);
+        let steep = self.steep;
+        let needed = (self.f[0].abs() * L::from_f32(8.0) + of_a * L::from_f32(50.0)) * off
+            + q * q * roundings(50.0)
+            + of_b * of_b * L::from_f32(20.5)
+            + tiny();
+        let squared = steep * steep;
+        let sure = needed.le(squared) & squared.lt(L::splat(L::Scalar::INFINITY));
+        let wide = two * off * self.flat + size * roundings(4.0) + tiny();
+        let infinity = L::splat(L::Scalar::INFINITY);
+        Between {
+            least: L::select(sure, t - wide, -infinity),
+            value: t,
+            most: L::select(sure, t + wide, infinity),
+        }
+    }
+}

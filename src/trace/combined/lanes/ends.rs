@@ -1,0 +1,189 @@
+//! Where packets come into operands and leave them, each in its own space.
+
+use crate::accel::{Combined, Slabs};
+use crate::geom::guarded::{self, Ends, ObjectRay};
+use crate::geom::{
+    Certainty, HalfSpace, Ray, cone, cuboid, ellipsoid, half_space, quadric, sphere,
+};
+use crate::math::lanes::{Lanes, Scalar};
+use crate::math::{Aabb32, Vec3, unit};
+use crate::scene::{CsgOperand, Shape, Tables};
+use crate::trace::packet::Packet;
+
+/// The lanes that are certainly not in a box between two t.
+#[inline(always)]
+pub(super) fn passes<L: Lanes>(bounds: &Aabb32, ray: &Ray<L>, [from, to]: [L; 2]) -> L::Mask {
+    let slabs = Slabs::new(ray.org, ray.dir, bounds);
+    let (enter, exit) = slabs.interval(bounds.min, bounds.max);
+    !enter.max(from).le(exit.min(to))
+}
+
+/// A packet in the spaces of operands; the last one is kept.
+pub(super) struct Spaces<L: Lanes> {
+    own: Frames<L>,
+    moved: Option<(u32, Frames<L>)>,
+}
+
+impl<L: Lanes> Spaces<L> {
+    #[inline(always)]
+    pub fn new(object: &Packet<L>) -> Spaces<L> {
+        Spaces {
+            own: Frames {
+                org: object.org,
+                dir: object.dir,
+                ray: object.ray,
+            },
+            moved: None,
+        }
+    }
+
+    #[inline(always)]
+    pub fn of(&mut self, combined: &Combined, object: &Packet<L>, frame: u32) -> &Frames<L> {
+        if frame == 0 {
+            return &self.own;
+        }
+        if !matches!(self.moved, Some((row, _)) if row == frame) {
+            let map = &combined.solid.frames[frame as usize].operand_from_solid;
+            let (org, dir) = (map.points(object.org), map.vectors(object.dir));
+            self.moved = Some((frame, Frames::new(org, dir, object.ray.t_min)));
+        }
+        self.moved.as_ref().map_or(&self.own, |(_, frame)| frame)
+    }
+
+    /// Of an operand, wide enough for what is one between frames: see [`wider`].
+    #[inline(always)]
+    pub fn ends<C: Certainty>(
+        &mut self,
+        (combined, tables): (&Combined, &Tables),
+        object: &Packet<L>,
+        operand: &CsgOperand,
+        wider: Option<L>,
+    ) -> Ends<L> {
+        let frame = self.of(combined, object, operand.frame);
+        let planes = match (operand.shape, wider) {
+            (shape, None) => return ends::<L, C>(tables, shape, frame),
+            (Shape::Quadric(id), _) => {
+                let astray = combined.astray(operand.frame, object.org.max_abs());
+                let frame = ObjectRay::new(frame.org, frame.dir, &frame.ray);
+                return guarded::quadric::ends(&tables.quadrics.row(id), &frame, astray);
+            }
+            (Shape::Polyhedron(id), _) => tables.polyhedra.planes(id),
+            (Shape::HalfSpace(id), _) => &[tables.half_spaces.row(id)],
+            _ => &[],
+        };
+        let mut ends = ends::<L, C>(tables, operand.shape, frame);
+        if let Some(wider) = wider {
+            ends = ends.widened(wider);
+        }
+        if !planes.is_empty() {
+            let slack = combined.placement_per_reach(operand.frame).map(L::from_f64);
+            let slack = object.ray.org.max_abs() * slack[0] + slack[1];
+            ends = ends.moved(slack / least_rate(planes, &frame.ray));
+        }
+        ends
+    }
+}
+
+/// Rays in an operand's space.
+pub(in crate::trace) struct Frames<L: Lanes> {
+    org: Vec3<L::Double>,
+    dir: Vec3<L::Double>,
+    ray: Ray<L>,
+}
+
+impl<L: Lanes> Frames<L> {
+    pub fn new(org: Vec3<L::Double>, dir: Vec3<L::Double>, t_min: L) -> Frames<L> {
+        let narrow = |v: Vec3<L::Double>| Vec3::new(L::narrow(v.x), L::narrow(v.y), L::narrow(v.z));
+        let ray = Ray::new(narrow(org), narrow(dir), t_min);
+        Frames { org, dir, ray }
+    }
+}
+
+/// By how much the bounds of boundaries grow: [`Combined::widening`].
+#[inline(always)]
+pub(super) fn wider<L: Lanes, C: Certainty>(combined: &Combined, ray: &Ray<L>) -> Option<L> {
+    if !C::GUARDED || combined.roughness == 0.0 {
+        return None;
+    }
+    let unit = L::Scalar::UNIT_ROUNDOFF.to_f64();
+    let [share, more] = combined.widening_per_reach(unit).map(L::from_f64);
+    Some(L::from_f32(1.0) + (ray.org.max_abs() * share + more))
+}
+
+/// The least rate at which rays leave any of the planes, in their own space.
+#[inline(always)]
+fn least_rate<L: Lanes>(planes: &[HalfSpace], ray: &Ray<L>) -> L {
+    let mut least = L::splat(L::Scalar::INFINITY);
+    for plane in planes {
+        let normal = unit(plane.normal).to_array();
+        let normal: Vec3<L> = Vec3::splat(normal.map(L::Scalar::from_f64));
+        least = least.min(normal.dot(ray.dir).abs());
+    }
+    least
+}
+
+/// Without bounds: how far apart boundaries are one, so that faces which were made
+/// to coincide leave no skin: so much, and such a part of t; some roundings of the
+/// coordinates there. What else the solid is made of does not matter.
+#[inline(always)]
+pub(super) fn blur<L: Lanes, C: Certainty>(ray: &Ray<L>) -> [L; 2] {
+    if C::GUARDED {
+        return [L::zero(); 2];
+    }
+    let rounding = L::splat(L::Scalar::UNIT_ROUNDOFF) * L::from_f32(32.0);
+    [
+        ray.org.max_abs() * rounding / ray.shear.along.abs(),
+        rounding,
+    ]
+}
+
+#[inline(always)]
+pub(in crate::trace) fn ends<L: Lanes, C: Certainty>(
+    tables: &Tables,
+    shape: Shape,
+    Frames { org, dir, ray }: &Frames<L>,
+) -> Ends<L> {
+    if !C::GUARDED {
+        if let Shape::Quadric(id) = shape {
+            let (between, turned) = quadric::span(&tables.quadrics.row(id), ray);
+            return Ends {
+                turned,
+                ..Ends::certain(&between)
+            };
+        }
+        return Ends::certain(&match shape {
+            Shape::HalfSpace(id) => half_space::span(&[tables.half_spaces.row(id)], ray),
+            Shape::Polyhedron(id) => half_space::span(tables.polyhedra.planes(id), ray),
+            Shape::Cuboid(id) => cuboid::span(&tables.cuboids.row(id), ray),
+            Shape::Sphere(id) => sphere::span(&tables.spheres.row(id), ray),
+            Shape::Ellipsoid(id) => ellipsoid::span(&tables.ellipsoids.row(id), ray),
+            Shape::Cylinder(id) => cone::span(&tables.cylinders.row(id).as_cone(), ray),
+            Shape::Cone(id) => cone::span(&tables.cones.row(id), ray),
+            Shape::Quadric(_) | Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => {
+                unreachable!("no surface is an operand, and meshes are not met in lanes")
+            }
+        });
+    }
+    let object = ObjectRay::new(*org, *dir, ray);
+    match shape {
+        Shape::HalfSpace(id) => guarded::half_space::ends(&tables.half_spaces.row(id), &object),
+        Shape::Polyhedron(id) => {
+            let (planes, corner) = (tables.polyhedra.planes(id), tables.polyhedra.points(id)[0]);
+            guarded::half_space::polyhedron_ends(planes, corner, &object)
+        }
+        Shape::Cuboid(id) => guarded::cuboid::ends(&tables.cuboids.row(id), &object),
+        Shape::Sphere(id) => guarded::sphere::sphere_ends(&tables.spheres.row(id), &object),
+        Shape::Ellipsoid(id) => {
+            guarded::sphere::ellipsoid_ends(&tables.ellipsoids.row(id), &object)
+        }
+        Shape::Cylinder(id) => guarded::cone::ends(&tables.cylinders.row(id).as_cone(), &object),
+        Shape::Cone(id) => guarded::cone::ends(&tables.cones.row(id), &object),
+        Shape::Quadric(id) => {
+            let exactly = <L::Double as Lanes>::zero();
+            guarded::quadric::ends(&tables.quadrics.row(id), &object, exactly)
+        }
+        Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => {
+            unreachable!("no surface is an operand, and meshes are not met in lanes")
+        }
+    }
+}

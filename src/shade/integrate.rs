@@ -9,6 +9,7 @@
 use super::light::{Arrival, end_of};
 use super::lit::{Column3, Doubles, LitHits, STEP, Singles, keep, pad};
 use super::material::{leaves_rays, onward, reflected};
+use super::site::Site;
 use super::surface::Surface;
 use super::wave::{PIECE, Wave, Waves};
 use crate::accel::World;
@@ -229,6 +230,7 @@ impl Integrator<'_> {
         note_counts(&wave.kind[rays.clone()], &instance[..count], depth, ledger);
 
         lit.clear();
+        let mut site: Option<Site> = None;
         for (row, i) in rays.enumerate() {
             let t = t[row];
             let id = HitId {
@@ -240,14 +242,13 @@ impl Integrator<'_> {
                 add(film, wave, i, self.background);
                 continue;
             }
-            let surface = Surface::at(
-                self.world,
-                self.kernels.arithmetic,
-                wave.org(i),
-                wave.dir(i),
-                t,
-                id,
-            );
+            if !site.as_ref().is_some_and(|site| site.has(id)) {
+                site = Some(Site::of(self.world, self.kernels.arithmetic, id));
+            }
+            let Some(site) = &site else {
+                continue;
+            };
+            let surface = site.surface((wave.org(i), wave.dir(i)), t, id.primitive);
             let outcome = Outcome::Hit {
                 t,
                 instance: id.instance,

@@ -5,6 +5,7 @@ mod integrate;
 mod light;
 mod lit;
 mod material;
+mod site;
 mod surface;
 mod wave;
 

@@ -1,0 +1,208 @@
+//! What all hits of a primitive have in common, found once: neighbouring rays as a
+//! rule meet the same.
+
+use super::height::refined;
+use super::surface::{Surface, blur_of, normals, shading_normal, to_world, to_world_rise};
+use crate::accel::{Combined, World};
+use crate::math::Affine;
+use crate::math::bounds::{LEAVING, LEAVING_CURVED};
+use crate::math::lanes::Scalar;
+use crate::plan::Arithmetic;
+use crate::scene::{CombinationId, MaterialId, Shape, shape_bounds};
+use crate::trace::{HitId, TURNED};
+use glam::DVec3;
+
+/// Unit roundoffs.
+const SINGLE: f64 = <f32 as Scalar>::UNIT_ROUNDOFF as f64;
+const DOUBLE: f64 = <f64 as Scalar>::UNIT_ROUNDOFF;
+
+/// A primitive where it appears: all of a mesh, or an operand of a combination.
+pub struct Site<'w> {
+    world: &'w World<'w>,
+    arithmetic: Arithmetic,
+    instance: u64,
+    /// Of a combination, the surface is an operand's, in that one's space.
+    part: Option<Part<'w>>,
+    shape: Shape,
+    /// What is met first in lanes of f32 where the ray starts.
+    is_flat: bool,
+    /// The appearance's space, where that is not the world; and of a mesh, its centre.
+    whole: Option<Affine>,
+    center: DVec3,
+    /// The primitive's space, where that is not the world.
+    placed: Option<Affine>,
+    /// Of the appearance, in its own space.
+    size: f64,
+    /// How much roundings count more in the world.
+    stretch: f64,
+    material: Option<MaterialId>,
+}
+
+/// An operand of a combination.
+#[derive(Clone, Copy)]
+struct Part<'w> {
+    combined: &'w Combined,
+    number: u32,
+    /// Where its space is not the combination's.
+    map: Option<&'w Affine>,
+    /// Its largest extent, or 0.
+    extent: f64,
+    material: Option<MaterialId>,
+}
+
+impl<'w> Site<'w> {
+    pub fn of(world: &'w World<'w>, arithmetic: Arithmetic, id: HitId) -> Site<'w> {
+        let appearance = world.appearances.get(world.scene, id.instance);
+        let entry = world.entry_of(id.instance);
+        let whole = entry.placed.then_some(appearance.object_from_world);
+        let center = match entry.shape {
+            Shape::Mesh(mesh) if entry.placed => world.scene.meshes.center[mesh.index()],
+            _ => DVec3::ZERO,
+        };
+        // Boxes are f32: of a shape beyond its range the box says nothing.
+        let size = if entry.size.is_finite() {
+            entry.size
+        } else {
+            let bounds = shape_bounds(world.scene, appearance.shape);
+            bounds.map_or(0.0, |own| own.max_abs())
+        };
+        let mut site = Site {
+            world,
+            arithmetic,
+            instance: id.instance,
+            part: None,
+            shape: entry.shape,
+            is_flat: matches!(entry.shape, Shape::Mesh(_) | Shape::Polygon(_)),
+            whole,
+            center,
+            placed: whole,
+            size,
+            stretch: entry.stretch,
+            material: appearance.material,
+        };
+        if let Shape::Combination(row) = entry.shape {
+            site.enter(row, id.primitive);
+        }
+        site
+    }
+
+    fn enter(&mut self, row: CombinationId, primitive: u32) {
+        let combined = self.world.combined(row);
+        let solid = &combined.solid;
+        let (number, _) = solid.operand_of(primitive & !TURNED);
+        let operand = &solid.operands[number as usize];
+        let frame = &solid.frames[operand.frame as usize];
+        let map = (operand.frame != 0).then_some(&frame.operand_from_solid);
+        let norms = [&frame.operand_from_solid, &frame.solid_from_operand].map(Affine::norm);
+        let bounds = shape_bounds(self.world.scene, operand.id);
+        self.shape = operand.shape;
+        self.stretch *= norms[0] * norms[1];
+        self.placed = match (&self.whole, map) {
+            (Some(whole), Some(part)) => Some(part.then_after(whole)),
+            (whole, part) => part.or(whole.as_ref()).copied(),
+        };
+        self.part = Some(Part {
+            combined,
+            number,
+            map,
+            extent: bounds.map_or(0.0, |own| own.extent().max_element()),
+            material: operand.material,
+        });
+    }
+
+    /// Whether a hit is one of these.
+    #[inline(always)]
+    pub fn has(&self, id: HitId) -> bool {
+        let operand = |part: &Part| part.combined.solid.operand_of(id.primitive & !TURNED).0;
+        let same = |part: &Part| operand(part) == part.number;
+        self.instance == id.instance && self.part.as_ref().is_none_or(same)
+    }
+
+    /// Of a world ray's hit.
+    #[inline]
+    pub fn surface(&self, (org, dir): ([f64; 3], [f32; 3]), t: f64, primitive: u32) -> Surface {
+        let world_org = DVec3::from_array(org);
+        let world_dir = DVec3::from_array(dir.map(f64::from));
+        let (mut object_org, mut object_dir) = (world_org, world_dir);
+        if let Some(map) = &self.whole {
+            object_org = DVec3::from_array(map.point(org)) - self.center;
+            object_dir = DVec3::from_array(map.vector(world_dir.to_array()));
+        }
+        let (mut primitive, mut turned, mut wider) = (primitive, false, 1.0);
+        if let Some(part) = &self.part {
+            turned = primitive & TURNED != 0;
+            (_, primitive) = part.combined.solid.operand_of(primitive & !TURNED);
+            let at = object_org + object_dir * t;
+            wider += part.combined.widening(at.abs().max_element(), DOUBLE);
+            if let Some(map) = part.map {
+                object_org = DVec3::from_array(map.point(object_org.to_array()));
+                object_dir = DVec3::from_array(map.vector(object_dir.to_array()));
+            }
+        }
+        let placed = self.placed.as_ref();
+        let mut t = t;
+        let (mut left, mut roundoff, mut blurred) = (0.0, SINGLE, 0.0);
+        if self.arithmetic != Arithmetic::F32 {
+            let ray = (object_org, object_dir);
+            let (refined, height) = refined(self.world, (self.shape, primitive), ray, t);
+            t = refined;
+            // What the point is off by in object space, in world space.
+            let rise = to_world_rise(placed, height.normal);
+            left = height.above.abs() / rise;
+            left = if left.is_finite() { left } else { 0.0 };
+            // A triangle is met from where the ray starts, by lanes of any type: they
+            // had better be certain that it lies behind. Solids are met in f64 first.
+            if self.arithmetic == Arithmetic::F64 || !self.is_flat {
+                roundoff = DOUBLE;
+            }
+            blurred = self.blurred(wider);
+        }
+        let point = world_org + world_dir * t;
+        let at = object_org + object_dir * t;
+        let (mut ng, mut smooth, own_material) = normals(self.world, self.shape, at, primitive);
+        if turned {
+            (ng, smooth) = (-ng, smooth.map(|n| -n));
+        }
+        let ng = to_world(placed, ng);
+        let front = world_dir.dot(ng) <= 0.0;
+        let facing = if front { ng } else { -ng };
+        let ns = match smooth {
+            None => facing,
+            Some(n) => shading_normal(to_world(placed, n), facing, front, world_dir),
+        };
+        // The magnitudes whose rounding the hit carries, in world units: in object
+        // space as the kernel rounds them; world rays are f64.
+        let object_size = self.size.max(object_org.abs().max_element());
+        let object_size = object_size.max(blur_of(self.world, self.shape, at));
+        let world_size = world_org.abs().max(point.abs()).max_element();
+        let rounded = self.stretch * (roundoff * object_size + blurred) + DOUBLE * world_size;
+        let own_material = self.part.and_then(|part| part.material).or(own_material);
+        Surface {
+            point,
+            ng,
+            ns,
+            front,
+            offset: LEAVING * rounded.min(f64::MAX / LEAVING) + left,
+            material: self.material.or(own_material),
+        }
+    }
+
+    /// Operands of combinations are met in lanes at their size, one by one, but for
+    /// meshes and quadrics; and no better than they are placed.
+    #[inline(always)]
+    fn blurred(&self, wider: f64) -> f64 {
+        let Some(part) = &self.part else {
+            return 0.0;
+        };
+        let roundoff = match self.arithmetic {
+            Arithmetic::F64 => (DOUBLE * wider).min(SINGLE),
+            _ => SINGLE,
+        };
+        let times = match self.shape {
+            Shape::Mesh(_) | Shape::Quadric(_) => 0.0,
+            Shape::Cuboid(_) | Shape::Polyhedron(_) | Shape::HalfSpace(_) => 1.0,
+            _ => LEAVING_CURVED,
+        };
+        times * roundoff * part.extent
+    }
+}

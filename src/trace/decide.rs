@@ -155,10 +155,12 @@ impl<'a> Case<'a> {
 fn depth<L: Lanes>(world: &World, ray: &WorldRay, id: HitId, crossing: &Crossing) -> Depth {
     let is_combination = matches!(world.entry_of(id.instance).shape, Shape::Combination(_));
     if let (true, Crossing::Root(root)) = (is_combination, crossing) {
-        let within = depth_of(root).within;
+        let depth = depth_of(root);
         let t = kernel_of_operand::<L>(world, ray, id, root);
-        let t = t.unwrap_or_else(|| depth_of(root).t);
-        return Depth { t, within };
+        return Depth {
+            t: t.unwrap_or(depth.t),
+            ..depth
+        };
     }
     let Bounded { value, error } = crossing.t();
     // An infinite value is no more known than its error.

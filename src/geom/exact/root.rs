@@ -12,6 +12,7 @@
 
 use super::Line;
 use super::surface::Surface;
+use crate::geom::triangle::exact::{Pair, meet_exact};
 use crate::math::Number;
 use crate::math::bounds::Bounded;
 use crate::math::dyadic::{Dyadic, Space, exactly};
@@ -70,6 +71,14 @@ impl Root {
 
     /// The f64 nearest to t, ties to even; so equal t have equal bits.
     pub fn rounded(&self) -> f64 {
+        // Integers of a size for triangles are faster.
+        if let Surface::Facet(corners) = self.surface {
+            let Line { org, dir } = self.line;
+            let pair = Pair { org, dir, corners };
+            if let Some(crossing) = meet_exact(&pair) {
+                return crossing.rounded();
+            }
+        }
         exactly(&|space| Form::of(space, self).rounded(&self.t))
     }
 

@@ -35,7 +35,7 @@ pub fn exact(c: &mut Criterion) {
         })
     };
     let hit = line([0.3, 0.4, 40.1], [0.011, 0.021, -1.3]);
-    let rows: [Row; 7] = [
+    let rows: [Row; 8] = [
         (
             "half-space",
             Solid::HalfSpace(HalfSpace {

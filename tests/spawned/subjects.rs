@@ -88,7 +88,9 @@ pub fn subject(kind: Kind, scale: f64, random: &mut Random) -> Subject {
     let mut builder = SceneBuilder::default();
     let way = random.below(3);
     let (own, placed) = if way == 2 { (1.0, scale) } else { (scale, 1.0) };
-    let center = random.vector() * (2.0 * own);
+    // Far from the origin the numbers of a quadric are large for what it is.
+    let far = if kind == Kind::Quadric { 40.0 } else { 2.0 };
+    let center = random.vector() * (far * own);
     let shape = shape(&mut builder, kind, center, own, random);
     let mut edge = Edge::shape(shape);
     let mut world_from_object = Affine::IDENTITY;

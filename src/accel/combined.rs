@@ -7,9 +7,9 @@
 
 use super::Index;
 use super::bvh::Tree;
-use super::coplanar::Coplanar;
 use super::facets::{FacetTrees, Facets};
 use super::sah::{Quality, build};
+use super::shared_faces::SharedFaces;
 use super::slabs::Slabs;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask};
@@ -29,7 +29,7 @@ const WILD: f64 = 8.0;
 #[derive(Clone, Debug)]
 pub struct Combined {
     pub solid: CsgSolid,
-    pub coplanar: Coplanar,
+    pub shared_faces: SharedFaces,
     /// Operands that every ray has to ask.
     always: Vec<u32>,
     /// Over the others, if they are many: those that its entries are, with their
@@ -122,7 +122,7 @@ impl Combined {
         Combined {
             size: frames.fold(own.map_or(f64::INFINITY, |b| b.max_abs()), f64::max),
             roughness: roughness(tables, &solid),
-            coplanar: Coplanar::of(tables, &solid),
+            shared_faces: SharedFaces::of(tables, &solid),
             facets: facets.collect(),
             solid,
             always,
@@ -197,7 +197,7 @@ impl Combined {
     pub fn bytes(&self) -> usize {
         let tree = self.tree.iter();
         self.solid.bytes()
-            + self.coplanar.bytes()
+            + self.shared_faces.bytes()
             + self.always.len() * 4
             + tree
                 .map(|(t, entries)| t.bytes() + size_of_val(&entries[..]))

@@ -6,7 +6,7 @@
 
 use crate::math::Aabb;
 use crate::scene::{
-    CombinationId, CsgOperand, CsgSolid, FlatFace, Operator, Shape, ShapeId, Tables, flat_faces,
+    CombinationId, CsgOperand, CsgSolid, Face, Operator, Shape, ShapeId, Tables, faces_of,
     operand_bounds, shape_bounds,
 };
 use glam::DVec3;
@@ -172,10 +172,10 @@ fn coplanar(tables: &Tables, solid: &CsgSolid) -> Option<String> {
 /// Planes across an axis that bound a primitive: the axis and the coordinate.
 fn faces(tables: &Tables, shape: Shape) -> impl Iterator<Item = (usize, f64)> {
     let across = |face| match face {
-        FlatFace::Across { axis, at } => Some((axis, at)),
+        Face::Across { axis, at } => Some((axis, at)),
         _ => None,
     };
-    flat_faces(tables, shape)
+    faces_of(tables, shape)
         .into_iter()
         .flatten()
         .filter_map(across)

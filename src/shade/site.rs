@@ -47,6 +47,8 @@ struct Part<'w> {
     map: Option<&'w Affine>,
     /// Its largest extent, or 0.
     extent: f64,
+    /// Of planes: how far off they may be placed, in the combination's space.
+    slack: f64,
     material: Option<MaterialId>,
 }
 
@@ -101,8 +103,13 @@ impl<'w> Site<'w> {
             (Some(whole), Some(part)) => Some(part.then_after(whole)),
             (whole, part) => part.or(whole.as_ref()).copied(),
         };
+        let is_flat = matches!(self.shape, Shape::Polyhedron(_) | Shape::HalfSpace(_));
+        // A hit's coordinates are no larger than the combination's.
+        let slack = 2.0 * combined.placement_per_reach(operand.frame)[1];
+        let many = is_flat && solid.frames.len() > 1 && slack.is_finite();
         self.part = Some(Part {
             combined,
+            slack: if many { slack } else { 0.0 },
             number,
             map,
             extent: bounds.map_or(0.0, |own| own.extent().max_element()),
@@ -201,8 +208,10 @@ impl<'w> Site<'w> {
         let times = match self.shape {
             Shape::Mesh(_) | Shape::Quadric(_) => 0.0,
             Shape::Cuboid(_) | Shape::Polyhedron(_) | Shape::HalfSpace(_) => 1.0,
+            // In f64 axes are rounded, too.
+            _ if self.arithmetic == Arithmetic::F64 => 4.0 * LEAVING_CURVED,
             _ => LEAVING_CURVED,
         };
-        times * roundoff * part.extent
+        times * roundoff * part.extent + part.slack * (4.0 / LEAVING)
     }
 }

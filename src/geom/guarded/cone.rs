@@ -203,9 +203,11 @@ impl<L: Lanes> Frame<L> {
         }
         let upward = self.rise.gt(L::zero());
         let (base, top) = (L::zero(), L::from_f32(1.0));
+        // Of a cylinder it may be another's, too.
+        let is_cylinder = self.slope.eq(L::zero());
         let side = |at| OnFace {
             at,
-            face: no_face(),
+            face: L::select(is_cylinder, L::from_f32(2.0), no_face()),
         };
         let enter = side(side_enter).max(cap_enter, L::select(upward, base, top));
         let exit = side(side_exit).min(cap_exit, L::select(upward, top, base));

@@ -231,9 +231,10 @@ pub struct Ends<L: Lanes> {
     /// Lanes that certainly have both; and that certainly have none.
     pub some: L::Mask,
     pub none: L::Mask,
-    /// Which of its flat faces each of the two lies on: a box' are numbered by axis,
-    /// lower ones first, a cylinder's and a cone's caps base first, a polyhedron's as
-    /// its planes. No number where it is a curved one, or that is not certain.
+    /// Which face each of the two lies on: a box' are numbered by axis, lower ones
+    /// first, a cylinder's and a cone's caps base first, and then the side, a
+    /// polyhedron's as its planes. No number where that is not certain, and of
+    /// quadrics and the sides of cones.
     pub faces: [L; 2],
     /// Lanes that are inside before the first and behind the second, or, where there
     /// are none, all along.

@@ -2,7 +2,7 @@
 //! centre (as Haines, Günther, Akenine-Möller, Ray Tracing Gems 2019; but the ray
 //! itself begins there, so neither root cancels).
 
-use super::{Between, Ends, Meet, Near, ObjectRay, Part, narrow, no_face, range, roundings, tiny};
+use super::{Between, Ends, Meet, Near, ObjectRay, Part, narrow, range, roundings, tiny};
 use crate::geom::{Ellipsoid, Sphere};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
@@ -112,7 +112,7 @@ impl<L: Lanes> Chord<L> {
             exit: Between::new(self.middle + self.half, slack),
             sound: ordinary & self.room.gt(error) & slack.lt(L::splat(L::Scalar::INFINITY)),
             none,
-            faces: [no_face(); 2],
+            faces: [L::zero(); 2],
         }
     }
 }

@@ -8,7 +8,7 @@
 
 mod ends;
 
-use crate::accel::{Combined, PlaneOf};
+use crate::accel::{Combined, SharedFace};
 use crate::csg::Restricted;
 use crate::geom::Certainty;
 use crate::geom::guarded::Ends;
@@ -226,16 +226,16 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
             twice |= once & here;
             once |= here;
         }
-        // Rays at boundaries of several operands that are one: in one plane. Of those
-        // that are nearly in one, it is not known which comes first.
+        // Rays at boundaries of several operands that are one: in one surface. Of those
+        // that are in planes which are nearly one, it is not known which comes first.
         let mut together = twice & open;
         let mut nearly = 0;
         if C::GUARDED && together != 0 {
             let asked = std::mem::take(&mut together);
-            if !combined.coplanar.is_empty() {
+            if !combined.shared_faces.is_empty() {
                 let all = (&operands[..], &*tracks);
                 [together, nearly] =
-                    in_one_plane::<L, C>((combined, tables), object, all, event, asked);
+                    on_one_face::<L, C>((combined, tables), object, all, event, asked);
             }
             let apart = asked & !together;
             met.unsure |= apart;
@@ -307,11 +307,11 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
 }
 
 /// Of the rays asked for, those whose boundaries at an event are one by definition,
-/// because they lie in one plane; and which of these know that only nearly, for
-/// operands of several frames.
+/// because they lie in one surface; and which of these know that only of planes that
+/// nearly are one, of several frames.
 #[cold]
 #[inline(never)]
-fn in_one_plane<L: Lanes, C: Certainty>(
+fn on_one_face<L: Lanes, C: Certainty>(
     (combined, tables): (&Combined, &Tables),
     object: &Packet<L>,
     (operands, tracks): (&[u32], &[Track<L>]),
@@ -319,7 +319,7 @@ fn in_one_plane<L: Lanes, C: Certainty>(
     asked: u32,
 ) -> [u32; 2] {
     let mut spaces = Spaces::new(object);
-    let (mut planes, mut one, mut nearly) = ([None::<PlaneOf>; 16], asked, 0);
+    let (mut faces, mut one, mut nearly) = ([None::<SharedFace>; 16], asked, 0);
     for (track, number) in tracks.iter().zip(operands) {
         let mut here = track.next[0].le(event).bits() & one;
         if here == 0 {
@@ -333,9 +333,9 @@ fn in_one_plane<L: Lanes, C: Certainty>(
             here &= here - 1;
             let inside = track.inside >> lane & 1 != 0;
             let face = if inside { exit } else { enter }.lane(lane).to_f64();
-            let plane = combined.coplanar.plane(*number, face);
-            match (plane, planes[lane]) {
-                (Some(_), None) => planes[lane] = plane,
+            let shared = combined.shared_faces.of_face(*number, face);
+            match (shared, faces[lane]) {
+                (Some(_), None) => faces[lane] = shared,
                 (Some(this), Some(other)) if this.exact == other.exact => {}
                 (Some(this), Some(other)) if this.near == other.near && this.near != 0 => {
                     nearly |= 1 << lane;
@@ -349,8 +349,8 @@ fn in_one_plane<L: Lanes, C: Certainty>(
         let lane = bits.trailing_zeros() as usize;
         bits &= bits - 1;
         let dir = DVec3::from_array(object.lane(lane).1);
-        let near = planes[lane].map_or(0, |plane| plane.near);
-        if !combined.coplanar.is_crossed(near, dir) {
+        let near = faces[lane].map_or(0, |face| face.near);
+        if !combined.shared_faces.is_crossed(near, dir) {
             one &= !(1 << lane);
         }
     }

@@ -1,38 +1,38 @@
-//! Faces of a combination's operands that lie in one plane: known by numbers, so
+//! Faces of a combination's operands that lie in one surface: known by numbers, so
 //! that lanes need not ask which of them a ray meets first.
 //!
-//! In one frame a ray meets such faces at one t. Between frames it does so at t's
-//! that are one event by definition (docs/NUMERICS.md), if planes differ by no more
+//! In one frame a ray meets such faces at one t. Between frames it meets planes at t's
+//! that are one event by definition (docs/NUMERICS.md), if these differ by no more
 //! than some roundings of the coordinates there.
 
 use crate::math::length;
-use crate::scene::{CsgSolid, FaceKey, FlatFace, Frame, Tables, flat_faces};
+use crate::scene::{CsgSolid, Face, FaceKey, Frame, Tables, faces_of};
 use glam::DVec3;
 use std::collections::{HashMap, HashSet};
 
-/// The plane of a face, by number. Numbers begin at 1.
+/// The surface that a face lies in, by number. Numbers begin at 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct PlaneOf {
+pub struct SharedFace {
     /// The same in one frame: the same t along every ray.
     pub exact: u32,
-    /// The same: one event along every ray that is not as good as level with it. Of
-    /// two numbers `exact` in one frame, one at most has it; 0: nobody else.
+    /// Of planes, the same: one event along every ray that is not as good as level with
+    /// it. Of two numbers `exact` in one frame, one at most has it; 0: nobody else.
     pub near: u32,
 }
 
-/// Planes that several operands have faces in.
+/// Surfaces that several operands have faces in.
 #[derive(Clone, Debug, Default)]
-pub struct Coplanar {
+pub struct SharedFaces {
     /// By operand, and one more: where its faces begin. Empty where there are no
-    /// such planes.
+    /// such surfaces.
     first: Vec<u32>,
-    /// By face: its plane, or 0 twice.
-    planes: Vec<PlaneOf>,
+    /// By face: its surface, or 0 twice.
+    faces: Vec<SharedFace>,
     /// By `near` − 1: the plane's normal, unit, in the solid's space.
     normals: Vec<DVec3>,
 }
 
-/// What is known of a plane of one frame.
+/// What is known of a surface of one frame.
 struct Known {
     frame: u32,
     operand: u32,
@@ -40,17 +40,17 @@ struct Known {
     near: u32,
 }
 
-impl Coplanar {
-    pub(super) fn of(tables: &Tables, solid: &CsgSolid) -> Coplanar {
+impl SharedFaces {
+    pub(super) fn of(tables: &Tables, solid: &CsgSolid) -> SharedFaces {
         let mut keys: HashMap<(u32, FaceKey), u32> = HashMap::new();
         let mut known: Vec<Known> = Vec::new();
         let mut groups = Groups::new(&solid.frames);
-        let mut shared = Coplanar::default();
+        let mut shared = SharedFaces::default();
         shared.first.push(0);
         for (operand, row) in (0..).zip(&solid.operands) {
-            for face in flat_faces(tables, row.shape) {
+            for face in faces_of(tables, row.shape) {
                 let Some(face) = face else {
-                    shared.planes.push(PlaneOf::default());
+                    shared.faces.push(SharedFace::default());
                     continue;
                 };
                 let next = known.len() as u32;
@@ -66,26 +66,26 @@ impl Coplanar {
                 }
                 let plane = &mut known[exact as usize];
                 plane.shared |= plane.operand != operand;
-                shared.planes.push(PlaneOf {
+                shared.faces.push(SharedFace {
                     exact: exact + 1,
                     near: 0,
                 });
             }
-            shared.first.push(shared.planes.len() as u32);
+            shared.first.push(shared.faces.len() as u32);
         }
         let mut some = false;
-        for plane in &mut shared.planes {
+        for plane in &mut shared.faces {
             let Some(known) = plane.exact.checked_sub(1).map(|row| &known[row as usize]) else {
                 continue;
             };
             plane.near = known.near;
             if !known.shared && known.near == 0 {
-                *plane = PlaneOf::default();
+                *plane = SharedFace::default();
             }
             some |= plane.exact != 0;
         }
         if !some {
-            return Coplanar::default();
+            return SharedFaces::default();
         }
         shared.normals = groups.groups.iter().map(|group| group.normal).collect();
         shared
@@ -95,12 +95,12 @@ impl Coplanar {
         self.first.is_empty()
     }
 
-    /// The plane that a face of an operand lies in, if others do too. `face`: as
+    /// The surface that a face of an operand lies in, if others do too. `face`: as
     /// [`crate::geom::guarded::Ends`] has them, or no number.
-    pub fn plane(&self, operand: u32, face: f64) -> Option<PlaneOf> {
+    pub fn of_face(&self, operand: u32, face: f64) -> Option<SharedFace> {
         let operand = operand as usize;
         let (first, end) = (self.first[operand], self.first[operand + 1]);
-        let faces = &self.planes[first as usize..end as usize];
+        let faces = &self.faces[first as usize..end as usize];
         let face = (face >= 0.0).then_some(face as usize)?;
         faces.get(face).copied().filter(|plane| plane.exact != 0)
     }
@@ -114,7 +114,7 @@ impl Coplanar {
 
     pub(super) fn bytes(&self) -> usize {
         self.first.len() * 4
-            + self.planes.len() * size_of::<PlaneOf>()
+            + self.faces.len() * size_of::<SharedFace>()
             + self.normals.len() * size_of::<DVec3>()
     }
 }
@@ -157,7 +157,7 @@ impl Groups {
         }
     }
 
-    fn add(&mut self, face: &FlatFace, frames: &[Frame], number: u32, known: &mut [Known]) {
+    fn add(&mut self, face: &Face, frames: &[Frame], number: u32, known: &mut [Known]) {
         let row = known[number as usize].frame;
         let frame = &frames[row as usize];
         let Some((normal, offset)) = placed(face, frame).filter(|_| frames.len() > 1) else {
@@ -191,12 +191,12 @@ impl Groups {
 }
 
 /// Unit normal, to one side, and offset, in the solid's space: as good as some
-/// roundings. Of caps that is not so.
-fn placed(face: &FlatFace, frame: &Frame) -> Option<(DVec3, f64)> {
+/// roundings. Of caps that is not so, and curved faces have none.
+fn placed(face: &Face, frame: &Frame) -> Option<(DVec3, f64)> {
     let (n, w) = match *face {
-        FlatFace::Across { axis, at } => (DVec3::AXES[axis], at),
-        FlatFace::Plane { normal, offset } => (normal, offset),
-        FlatFace::Cap { .. } => return None,
+        Face::Across { axis, at } => (DVec3::AXES[axis], at),
+        Face::Plane { normal, offset } => (normal, offset),
+        _ => return None,
     };
     let map = &frame.operand_from_solid;
     let normal = DVec3::from_array(map.transposed_vector(n.to_array()));

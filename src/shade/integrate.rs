@@ -411,7 +411,7 @@ impl Shadows<'_> {
             let (dir, pixels) = (arrival.dir, std::array::from_fn(pixel));
             let irradiance = &arrival.irradiance;
             self.rays
-                .push_some(rows, org, dir, end, &pixels, irradiance, kind);
+                .push_some(rows, (org, dir), end, &pixels, irradiance, kind);
             keep(&mut self.of, &numbers, rows);
             self.towards.push_some(arrival.towards, rows);
         }

@@ -74,8 +74,7 @@ impl<'b> Wave<'b> {
     pub fn push_some(
         &mut self,
         rows: u32,
-        org: Vec3<Doubles>,
-        dir: Vec3<Doubles>,
+        (org, dir): (Vec3<Doubles>, Vec3<Doubles>),
         t_max: f32,
         pixels: &[u32; STEP],
         weights: &[Singles; 3],

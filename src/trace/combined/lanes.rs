@@ -105,22 +105,24 @@ fn parts<L: Lanes, C: Certainty>(
     solid
         .0
         .operands_along((ray.org, ray.dir), ray.t_min, until, operands);
-    match operands.len() {
-        0..=FEW => run::<L, C, FEW>(solid, object, active, limit, scratch),
-        0..=MOST => run::<L, C, MOST>(solid, object, active, limit, scratch),
-        _ if active.count_ones() < 2 => Met::left(active),
-        _ => {
-            let (mut low, mut rest) = (0_u32, active);
-            while low.count_ones() < rest.count_ones() {
-                low |= rest & rest.wrapping_neg();
-                rest &= rest - 1;
-            }
-            let [mut met, more] =
-                [low, rest].map(|part| parts::<L, C>(solid, object, part, limit, scratch));
-            met.join(&more);
-            met
-        }
+    if operands.len() <= FEW {
+        return run::<L, C, FEW>(solid, object, active, limit, scratch);
     }
+    if operands.len() <= MOST {
+        return run::<L, C, MOST>(solid, object, active, limit, scratch);
+    }
+    if active.count_ones() < 2 {
+        return Met::left(active);
+    }
+    let (mut low, mut rest) = (0_u32, active);
+    while low.count_ones() < rest.count_ones() {
+        low |= rest & rest.wrapping_neg();
+        rest &= rest - 1;
+    }
+    let [mut met, more] =
+        [low, rest].map(|part| parts::<L, C>(solid, object, part, limit, scratch));
+    met.join(&more);
+    met
 }
 
 impl<L: Lanes> Met<L> {

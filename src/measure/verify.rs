@@ -328,7 +328,8 @@ fn judge_nearest(
     let off = (t - hit.t).abs();
     let rel_t_error = off / hit.t.abs();
     // Far off: it may be another crossing, the far side instead of the near.
-    if !t.is_finite() || rel_t_error > 1e-5 && all().iter().any(|c| (c.t - t).abs() < off) {
+    let other = |c: &Crossing| c.primitive == hit.primitive && (c.t - t).abs() < off;
+    if !t.is_finite() || rel_t_error > 1e-5 && all().iter().any(other) {
         return wrong(MismatchKind::WrongId);
     }
     raise(&mut out.counts.max_rel_t_error, rel_t_error);

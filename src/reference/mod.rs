@@ -87,6 +87,8 @@ pub struct Hit {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
     pub t: f64,
+    /// As hits have it.
+    pub primitive: u32,
     /// World space, unit, outward.
     pub normal: [f64; 3],
 }
@@ -308,7 +310,15 @@ impl<'a> Reference<'a> {
             .map(|m| {
                 let t = rounding::nearest(&m.t);
                 let normal = self.normal(instance, &of, &ray, t, m);
-                Crossing { t, normal }
+                let primitive = match of.combination {
+                    Some(_) => m.surface,
+                    None => primitive,
+                };
+                Crossing {
+                    t,
+                    primitive,
+                    normal,
+                }
             })
             .collect();
         crossings.sort_by(|a, b| a.t.total_cmp(&b.t));

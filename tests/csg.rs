@@ -23,6 +23,8 @@ mod meshes;
 mod programs;
 #[path = "csg/quadrics.rs"]
 mod quadrics;
+#[path = "csg/shared.rs"]
+mod shared;
 #[path = "csg/shells.rs"]
 mod shells;
 #[path = "csg/truth.rs"]

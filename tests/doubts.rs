@@ -6,7 +6,7 @@ mod common;
 use common::{EVERYTHING, Random, RayColumns};
 use glam::{DAffine3, DVec3};
 use lanecast::accel::{Structure, World};
-use lanecast::geom::{Cuboid, HalfSpace, Quadric};
+use lanecast::geom::{Cuboid, Cylinder, HalfSpace, Quadric};
 use lanecast::plan::{Arithmetic, Kernels, native_width};
 use lanecast::scene::{Appearances, Edge, Operand, Operator, SceneBuilder, ShapeId};
 use lanecast::trace::decided;
@@ -56,8 +56,54 @@ fn asked(arithmetic: Arithmetic, make: &dyn Fn(&mut SceneBuilder) -> ShapeId) ->
     (decided() - before, hits)
 }
 
+fn upright(b: &mut SceneBuilder, y: [f64; 2], radius: f64) -> ShapeId {
+    let [base, top] = y.map(|y| DVec3::Y * y);
+    b.cylinder(
+        "",
+        Cylinder {
+            base,
+            top,
+            radius,
+            open: false,
+        },
+    )
+}
+
+fn slab(b: &mut SceneBuilder) -> Operand {
+    let (min, max) = (DVec3::new(-1.0, -0.3, -1.0), DVec3::new(1.0, 0.3, 1.0));
+    Operand::shape(b.cuboid("", Cuboid { min, max }))
+}
+
+/// Holes that end in a slab's faces: in its own space, and each in one of its own.
+fn plate(b: &mut SceneBuilder) -> ShapeId {
+    let drill = upright(b, [-0.3, 0.3], 0.2);
+    let mut operands = vec![slab(b), Operand::shape(drill)];
+    for (x, z) in [(-0.6, 0.1), (0.6, -0.3), (0.1, 0.7)] {
+        let moved = b.transform(DAffine3::from_translation(DVec3::new(x, 0.0, z)).into());
+        operands.push(Operand::shape(drill).transform(moved));
+    }
+    b.combination("", Operator::Difference, &operands)
+}
+
+/// A bore in two pieces, of one radius about one axis, which overlap.
+fn bore(b: &mut SceneBuilder) -> ShapeId {
+    let pieces = [[-0.4, 0.1], [-0.1, 0.3]].map(|y| Operand::shape(upright(b, y, 0.5)));
+    let operands = [slab(b), pieces[0], pieces[1]];
+    b.combination("", Operator::Difference, &operands)
+}
+
+/// What two slabs side by side are, and nothing of a third without itself.
+fn slabs(b: &mut SceneBuilder) -> ShapeId {
+    let (min, max) = (DVec3::new(-1.0, 0.3, -1.0), DVec3::new(1.0, 0.5, 1.0));
+    let above = Operand::shape(b.cuboid("", Cuboid { min, max }));
+    let slabs = [slab(b), slab(b)];
+    let nothing = b.combination("", Operator::Difference, &slabs);
+    let operands = [slab(b), above, Operand::shape(nothing)];
+    b.combination("", Operator::Union, &operands)
+}
+
 #[test]
-fn ordinary_rays_at_quadrics_and_half_spaces_are_hardly_ever_in_doubt() {
+fn ordinary_rays_are_hardly_ever_in_doubt() {
     let quadrics = [
         (
             "saddle",
@@ -107,5 +153,13 @@ fn ordinary_rays_at_quadrics_and_half_spaces_are_hardly_ever_in_doubt() {
             doubts <= most,
             "{arithmetic:?}, half-space in a box: {doubts}"
         );
+        type Make = fn(&mut SceneBuilder) -> ShapeId;
+        let shared: [(&str, Make); 3] = [("plate", plate), ("bore", bore), ("slabs", slabs)];
+        for (name, make) in shared {
+            let (doubts, hits) = asked(arithmetic, &make);
+            println!("{arithmetic:?}, {name}: {doubts} doubts, {hits} hits");
+            assert!(hits > RAYS / 8, "{name}: {hits}");
+            assert!(doubts <= most, "{arithmetic:?}, {name}: {doubts}");
+        }
     }
 }

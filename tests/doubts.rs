@@ -159,6 +159,9 @@ fn ordinary_rays_are_hardly_ever_in_doubt() {
             let (doubts, hits) = asked(arithmetic, &make);
             println!("{arithmetic:?}, {name}: {doubts} doubts, {hits} hits");
             assert!(hits > RAYS / 8, "{name}: {hits}");
+            // Beside rims it is not certain which face a ray meets; of all rays that come
+            // through a shared face it is a small part.
+            let most = RAYS as u64 / 100;
             assert!(doubts <= most, "{arithmetic:?}, {name}: {doubts}");
         }
     }

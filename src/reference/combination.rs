@@ -5,8 +5,9 @@
 //! What an operand is, in which space and under which number, is
 //! [`CsgSolid`]'s to define; operators are read from the scene's tables.
 
+mod mesh;
+
 use super::bounds::{self, Bounds};
-use super::facet;
 use super::meet::Primitive;
 use super::normal;
 use super::number::Number;
@@ -14,10 +15,9 @@ use super::ray::{Ray, dot};
 use super::root::Root;
 use super::slack::{self, Measured, Reach, Slack};
 use super::solids::{Meeting, changes};
-use super::tree::{Part, Tree};
+use super::tree::Tree;
 use crate::math::Affine;
-use crate::scene::{CombinationId, CsgSolid, Mesh, MeshId, Operator, Scene, Shape, ShapeId};
-use std::cmp::Ordering;
+use crate::scene::{CombinationId, CsgSolid, Operator, Scene, Shape, ShapeId};
 use std::sync::Arc;
 
 /// Of a hit's number: the solid's outward normal is the opposite of the operand's.
@@ -269,71 +269,6 @@ impl Combination {
         Ok(ends)
     }
 
-    /// Of a closed mesh, by all of its triangles. The ray is about its centre.
-    fn ends_of_mesh<N: Number>(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        operand: usize,
-        id: MeshId,
-    ) -> Result<Vec<End<N>>, N::Doubt> {
-        let mesh = scene.meshes.row(id);
-        let mut all: Vec<End<N>> = Vec::new();
-        if ray.dir == [0.0; 3] {
-            return Ok(all);
-        }
-        for triangle in self.triangles_along(&mesh, id, ray) {
-            let corners = mesh.corners(triangle as usize).map(|p| p.map(f64::from));
-            if let Some((t, side)) = facet::crossed(ray, corners)? {
-                let end = End {
-                    t,
-                    operand,
-                    enters: false,
-                    face: triangle as usize,
-                    against: side == Ordering::Less,
-                };
-                insert(&mut all, end)?;
-            }
-        }
-        // Of those at one t, one if they are odd in number.
-        let mut ends: Vec<End<N>> = Vec::new();
-        let mut rest = &all[..];
-        while let Some(first) = rest.first() {
-            let mut count = 1;
-            while count < rest.len() && rest[count].t.order(&first.t)?.is_eq() {
-                count += 1;
-            }
-            let (group, others) = rest.split_at(count);
-            rest = others;
-            if count % 2 == 0 {
-                continue;
-            }
-            let against = group.iter().filter(|end| end.against).count();
-            let most = group
-                .iter()
-                .filter(|end| end.against == (2 * against > count));
-            let end = most.min_by_key(|end| end.face).unwrap_or(first);
-            ends.push(End {
-                enters: ends.len().is_multiple_of(2),
-                ..end.clone()
-            });
-        }
-        Ok(ends)
-    }
-
-    /// All, or those that a tree does not rule out.
-    fn triangles_along(&self, mesh: &Mesh, id: MeshId, ray: &Ray) -> Vec<u32> {
-        let Some(tree) = self.triangles.get(id.index()) else {
-            return (0..mesh.triangles.len() as u32).collect();
-        };
-        let mut found = Vec::new();
-        tree.visit(ray, bounds::slack(ray.org, 1.0), Part::Line, |triangle| {
-            found.push(triangle);
-            f64::INFINITY
-        });
-        found
-    }
-
     /// Ends at one t are a group, and groups within slack of each other one event.
     fn events<'e, N: Measured>(
         &self,
@@ -342,14 +277,7 @@ impl Combination {
         ends: &'e [End<N>],
     ) -> Result<Vec<Event<'e, N>>, N::Doubt> {
         let mut events: Vec<Event<N>> = Vec::new();
-        let mut rest = ends;
-        while let Some(first) = rest.first() {
-            let mut count = 1;
-            while count < rest.len() && rest[count].t.order(&first.t)?.is_eq() {
-                count += 1;
-            }
-            let (group, others) = rest.split_at(count);
-            rest = others;
+        for group in at_one_t(ends)? {
             match events.last_mut() {
                 Some(event) if self.are_one(scene, ray, event[event.len() - 1], group)? => {
                     event.push(group);
@@ -439,6 +367,22 @@ fn face_of(scene: &Scene, shape: Shape, face: usize) -> Primitive<'_> {
         triangle: face as u32,
         combination: None,
     }
+}
+
+/// Ends in their order, those that are equal together.
+fn at_one_t<N: Number>(ends: &[End<N>]) -> Result<Vec<&[End<N>]>, N::Doubt> {
+    let mut groups = Vec::new();
+    let mut rest = ends;
+    while let Some(first) = rest.first() {
+        let mut count = 1;
+        while count < rest.len() && rest[count].t.order(&first.t)?.is_eq() {
+            count += 1;
+        }
+        let (group, others) = rest.split_at(count);
+        groups.push(group);
+        rest = others;
+    }
+    Ok(groups)
 }
 
 /// Behind all that are not greater.

@@ -275,38 +275,30 @@ impl<L: Lanes> Ends<L> {
     /// With bounds that are wider by so much on both sides.
     #[inline(always)]
     pub fn moved(&self, by: L) -> Ends<L> {
-        let infinity = L::splat(L::Scalar::INFINITY);
-        let end = |[least, value, most]: [L; 3]| {
-            let met = value.abs().lt(infinity);
-            [
-                L::select(met, least - by, least),
-                value,
-                L::select(met, most + by, most),
-            ]
-        };
-        let (enter, exit) = (end(self.enter), end(self.exit));
-        Ends {
-            enter,
-            exit,
-            // Not of a number that is none.
-            some: self.some & enter[2].lt(exit[0]),
-            ..*self
-        }
+        self.bounded(|[least, _, most]| [least - by, most + by])
     }
 
-    /// With bounds that are so many times as wide; what may then be empty, is in
-    /// doubt.
+    /// With bounds that are so many times as wide.
     #[inline(always)]
     pub fn widened(&self, times: L) -> Ends<L> {
-        let infinity = L::splat(L::Scalar::INFINITY);
-        let end = |[least, value, most]: [L; 3]| {
+        self.bounded(|[least, value, most]| {
             let (below, above) = ((value - least) * times, (most - value) * times);
-            // Of an infinite end both are no number.
-            let met = value.abs().lt(infinity);
+            [value - below, value + above]
+        })
+    }
+
+    /// With wider bounds; what may then be empty, is in doubt.
+    #[inline(always)]
+    fn bounded(&self, wider: impl Fn([L; 3]) -> [L; 2]) -> Ends<L> {
+        let infinity = L::splat(L::Scalar::INFINITY);
+        let end = |end: [L; 3]| {
+            let [least, most] = wider(end);
+            // Of an infinite end both may be no number.
+            let met = end[1].abs().lt(infinity);
             [
-                L::select(met, value - below, least),
-                value,
-                L::select(met, value + above, most),
+                L::select(met, least, end[0]),
+                end[1],
+                L::select(met, most, end[2]),
             ]
         };
         let (enter, exit) = (end(self.enter), end(self.exit));

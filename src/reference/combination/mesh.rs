@@ -1,0 +1,70 @@
+//! The ends of an operand that is a closed mesh.
+
+use super::{Combination, End, at_one_t, insert};
+use crate::reference::bounds;
+use crate::reference::facet;
+use crate::reference::number::Number;
+use crate::reference::ray::Ray;
+use crate::reference::tree::Part;
+use crate::scene::{Mesh, MeshId, Scene};
+use std::cmp::Ordering;
+
+impl Combination {
+    /// Of a closed mesh, by all of its triangles. The ray is about its centre.
+    pub(super) fn ends_of_mesh<N: Number>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        operand: usize,
+        id: MeshId,
+    ) -> Result<Vec<End<N>>, N::Doubt> {
+        let mesh = scene.meshes.row(id);
+        let mut all: Vec<End<N>> = Vec::new();
+        if ray.dir == [0.0; 3] {
+            return Ok(all);
+        }
+        for triangle in self.triangles_along(&mesh, id, ray) {
+            let corners = mesh.corners(triangle as usize).map(|p| p.map(f64::from));
+            if let Some((t, side)) = facet::crossed(ray, corners)? {
+                let end = End {
+                    t,
+                    operand,
+                    enters: false,
+                    face: triangle as usize,
+                    against: side == Ordering::Less,
+                };
+                insert(&mut all, end)?;
+            }
+        }
+        // Of those at one t, one if they are odd in number.
+        let mut ends: Vec<End<N>> = Vec::new();
+        for group in at_one_t(&all)? {
+            if group.len().is_multiple_of(2) {
+                continue;
+            }
+            let against = group.iter().filter(|end| end.against).count();
+            let most = group
+                .iter()
+                .filter(|end| end.against == (2 * against > group.len()));
+            let end = most.min_by_key(|end| end.face).unwrap_or(&group[0]);
+            ends.push(End {
+                enters: ends.len().is_multiple_of(2),
+                ..end.clone()
+            });
+        }
+        Ok(ends)
+    }
+
+    /// All, or those that a tree does not rule out.
+    fn triangles_along(&self, mesh: &Mesh, id: MeshId, ray: &Ray) -> Vec<u32> {
+        let Some(tree) = self.triangles.get(id.index()) else {
+            return (0..mesh.triangles.len() as u32).collect();
+        };
+        let mut found = Vec::new();
+        tree.visit(ray, bounds::slack(ray.org, 1.0), Part::Line, |triangle| {
+            found.push(triangle);
+            f64::INFINITY
+        });
+        found
+    }
+}

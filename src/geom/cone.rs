@@ -57,32 +57,41 @@ impl Cone {
     /// Outward, any length. On a closed solid's cap or side, whichever is
     /// nearer to `p`.
     pub fn normal_at(&self, p: DVec3) -> DVec3 {
-        self.nearest(p).1
+        self.nearest(Vec3::<f64>::from(p)).1.into()
     }
 
     /// How far `p` lies above that cap or side, to first order; and the normal.
-    pub fn nearest(&self, p: DVec3) -> (f64, DVec3) {
-        let (half, n) = self.axis();
-        let p = p - (self.base * 0.5 + self.top * 0.5);
+    #[inline(always)]
+    pub fn nearest<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> (D, Vec3<D>) {
+        let (half, axis) = self.axis();
+        let k = (self.top_radius - self.base_radius) / (2.0 * half);
+        let n = Vec3::<D>::splat(axis.to_array());
+        let middle = self.base * 0.5 + self.top * 0.5;
+        let p = p - Vec3::splat(middle.to_array());
         let z = p.dot(n);
         let radial = p - n * z;
-        let k = (self.top_radius - self.base_radius) / (2.0 * half);
-        let r = (self.base_radius + self.top_radius) * 0.5 + k * z;
-        let length = crate::math::length(radial);
-        let side = if length > 0.0 {
-            radial / length - n * k
-        } else {
-            // The apex has no normal; the axis is as good as any.
-            n * (if k > 0.0 { -1.0 } else { 1.0 })
-        };
+        let r = D::splat((self.base_radius + self.top_radius) * 0.5) + D::splat(k) * z;
+        let length = radial.length();
+        // The apex has no normal; the axis is as good as any.
+        let apex = axis * (if k > 0.0 { -1.0 } else { 1.0 });
+        let side = Vec3::select(
+            length.gt(D::zero()),
+            radial / length - n * D::splat(k),
+            Vec3::splat(apex.to_array()),
+        );
         // Measured across the side.
-        let off_side = (length - r) / (1.0 + k * k).sqrt();
-        let off_cap = z.abs() - half;
-        if !self.open && off_cap.abs() < off_side.abs() {
-            (off_cap, n * z.signum())
-        } else {
-            (off_side, side)
+        let off_side = (length - r) / D::splat((1.0 + k * k).sqrt());
+        if self.open {
+            return (off_side, side);
         }
+        let off_cap = z.abs() - D::splat(half);
+        let one = D::splat(1.0);
+        let cap = n * D::select(z.lt(D::zero()), -one, one);
+        let on_cap = off_cap.abs().lt(off_side.abs());
+        (
+            D::select(on_cap, off_cap, off_side),
+            Vec3::select(on_cap, cap, side),
+        )
     }
 }
 

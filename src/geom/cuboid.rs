@@ -1,8 +1,8 @@
 //! Axis-parallel boxes: three slabs (Kay and Kajiya 1986).
 
 use super::ray::{Ray, Span};
-use crate::math::Aabb;
 use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::math::{Aabb, Vec3};
 use glam::DVec3;
 
 /// An axis-parallel box (`box` is a word of the language).
@@ -18,24 +18,25 @@ impl Cuboid {
         Aabb::new(self.min, self.max)
     }
 
-    /// Outward, unit: of the face whose plane is nearest.
-    pub fn normal_at(&self, p: DVec3) -> DVec3 {
-        self.nearest(p).1
-    }
-
-    /// How far `p` lies above that face's plane; and the normal.
-    pub fn nearest(&self, p: DVec3) -> (f64, DVec3) {
-        let (low, high) = (self.min - p, p - self.max);
-        let nearest = low.abs().min(high.abs()).min_element();
-        for k in 0..3 {
-            if low[k].abs() == nearest {
-                return (low[k], -DVec3::AXES[k]);
-            }
-            if high[k].abs() == nearest {
-                return (high[k], DVec3::AXES[k]);
+    /// How far `p` lies above the face whose plane is nearest; and the normal there,
+    /// outward, unit.
+    #[inline(always)]
+    pub fn nearest<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> (D, Vec3<D>) {
+        let low = Vec3::splat(self.min.to_array()) - p;
+        let high = p - Vec3::splat(self.max.to_array());
+        let least = |k: usize| low.axis(k).abs().min(high.axis(k).abs());
+        let nearest = least(0).min(least(1)).min(least(2));
+        let (mut above, mut normal) = (D::zero(), Vec3::splat(DVec3::Y.to_array()));
+        // Of several the first.
+        for k in (0..3).rev() {
+            let axis = DVec3::AXES[k];
+            for (off, out) in [(high.axis(k), axis), (low.axis(k), -axis)] {
+                let is = off.abs().eq(nearest);
+                above = D::select(is, off, above);
+                normal = Vec3::select(is, Vec3::splat(out.to_array()), normal);
             }
         }
-        (0.0, DVec3::Y)
+        (above, normal)
     }
 }
 

@@ -20,11 +20,13 @@ impl Ellipsoid {
     }
 
     /// Outward, any length: the gradient of Σ(x/r)².
-    pub fn normal_at(&self, p: DVec3) -> DVec3 {
+    #[inline(always)]
+    pub fn normals_at<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> Vec3<D> {
         // Divided by the least radius first, so that squares stay in range.
         let least = self.radii.min_element();
         let shape = self.radii / least;
-        (p - self.center) / (shape * shape)
+        let out = p - Vec3::splat(self.center.to_array());
+        out.by((shape * shape).to_array())
     }
 }
 

@@ -2,8 +2,8 @@
 //! 1978; Haines, Graphics Gems II 1991).
 
 use super::ray::{Ray, Span};
-use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::math::{Vec3, length};
 use glam::DVec3;
 
 /// The solid n·x ≤ offset; unbounded.
@@ -39,11 +39,29 @@ pub fn span<L: Lanes>(planes: &[HalfSpace], ray: &Ray<L>) -> Span<L> {
     }
 }
 
-/// Outward normal, any length, of the plane nearest to `p`.
-pub fn normal_at(planes: &[HalfSpace], p: DVec3) -> DVec3 {
-    let distance = |h: &HalfSpace| (h.normal.dot(p) - h.offset).abs() / h.normal.length();
-    planes
-        .iter()
-        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
-        .map_or(DVec3::Y, |h| h.normal)
+impl HalfSpace {
+    /// How far `p` lies above the plane; and the normal, outward, unit.
+    #[inline(always)]
+    pub fn nearest<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> (D, Vec3<D>) {
+        let size = length(self.normal);
+        let normal = Vec3::<D>::splat(self.normal.to_array());
+        let above = (normal.dot(p) - D::splat(self.offset)) / D::splat(size);
+        (above, normal.by([size; 3]))
+    }
+}
+
+/// Of the plane nearest to `p`: how far that lies above it; its normal, outward, unit;
+/// and the normal as it is given, of any length.
+#[inline(always)]
+pub fn nearest<D: Lanes<Scalar = f64>>(planes: &[HalfSpace], p: Vec3<D>) -> (D, Vec3<D>, Vec3<D>) {
+    let up = Vec3::splat(DVec3::Y.to_array());
+    let mut best = (D::splat(f64::INFINITY), up, up);
+    for plane in planes {
+        let (above, normal) = plane.nearest(p);
+        let nearer = above.abs().lt(best.0.abs());
+        best.0 = D::select(nearer, above, best.0);
+        best.1 = Vec3::select(nearer, normal, best.1);
+        best.2 = Vec3::select(nearer, Vec3::splat(plane.normal.to_array()), best.2);
+    }
+    best
 }

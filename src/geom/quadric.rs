@@ -41,24 +41,39 @@ impl Quadric {
 
     /// Of q: outward, zero at a centre or an apex.
     pub fn normal_at(&self, p: DVec3) -> DVec3 {
+        self.normals_at(Vec3::<f64>::from(p)).into()
+    }
+
+    /// [`normal_at`](Self::normal_at) in lanes.
+    #[inline(always)]
+    pub fn normals_at<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> Vec3<D> {
         let form = self.doubled();
-        product(&form, p) + DVec3::from_array(form.linear)
+        product(&form, p) + Vec3::splat(form.linear)
     }
 
     /// q itself, its gradient, and the sum of the magnitudes that q is made of.
     pub fn value_at(&self, p: DVec3) -> (f64, DVec3, f64) {
+        let (value, gradient, sum) = self.values_at(Vec3::<f64>::from(p));
+        (value, gradient.into(), sum)
+    }
+
+    /// [`value_at`](Self::value_at) in lanes.
+    #[inline(always)]
+    pub fn values_at<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> (D, Vec3<D>, D) {
         let form = self.doubled();
-        let linear = DVec3::from_array(form.linear);
+        let linear = Vec3::splat(form.linear);
         let gradient = product(&form, p) + linear;
-        let value = 0.5 * (p.dot(gradient) + linear.dot(p) + form.constant);
+        let constant = D::splat(form.constant);
+        let half = D::splat(0.5);
+        let value = half * (p.dot(gradient) + linear.dot(p) + constant);
         let abs = Form {
             squares: form.squares.map(f64::abs),
             mixed: form.mixed.map(f64::abs),
             ..form
         };
         let (size, linear) = (p.abs(), linear.abs());
-        let sum = size.dot(product(&abs, size)) + 2.0 * linear.dot(size) + form.constant.abs();
-        (value, gradient, 0.5 * sum)
+        let sum = size.dot(product(&abs, size)) + D::splat(2.0) * linear.dot(size) + constant.abs();
+        (value, gradient, half * sum)
     }
 
     /// Of an ellipsoid: by its centre −H⁻¹l and the diagonal of H⁻¹, with all errors
@@ -126,9 +141,9 @@ impl Quadric {
     }
 }
 
-fn product(form: &Form<f64>, v: DVec3) -> DVec3 {
-    let ([a, b, c], [d, e, f]) = (form.squares, form.mixed);
-    DVec3::new(
+fn product<D: Lanes<Scalar = f64>>(form: &Form<f64>, v: Vec3<D>) -> Vec3<D> {
+    let ([a, b, c], [d, e, f]) = (form.squares.map(D::splat), form.mixed.map(D::splat));
+    Vec3::new(
         a * v.x + d * v.y + e * v.z,
         d * v.x + b * v.y + f * v.z,
         e * v.x + f * v.y + c * v.z,

@@ -21,8 +21,9 @@ impl Sphere {
     }
 
     /// Outward, any length.
-    pub fn normal_at(&self, p: DVec3) -> DVec3 {
-        p - self.center
+    #[inline(always)]
+    pub fn normals_at<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> Vec3<D> {
+        p - Vec3::splat(self.center.to_array())
     }
 }
 

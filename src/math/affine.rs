@@ -97,6 +97,16 @@ impl Affine {
         })
     }
 
+    /// [`transposed_vector`](Self::transposed_vector) for many normals at once.
+    #[inline(always)]
+    pub fn transposed_vectors<D: Lanes<Scalar = f64>>(&self, n: Vec3<D>) -> Vec3<D> {
+        let column = |c: usize| {
+            let [x, y, z] = self.linear[c].map(D::splat);
+            x * n.x + y * n.y + z * n.z
+        };
+        Vec3::new(column(0), column(1), column(2))
+    }
+
     /// The largest row sum of magnitudes of the linear part (∞-norm).
     pub fn norm(&self) -> f64 {
         (0..3)

@@ -1,7 +1,8 @@
 //! Three columns of lanes.
 
 use super::lanes::Lanes;
-use std::ops::{Add, Mul, Neg, Sub};
+use glam::DVec3;
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 #[derive(Clone, Copy, Debug)]
 pub struct Vec3<L> {
@@ -21,6 +22,19 @@ impl<L: Lanes> Vec3<L> {
     #[inline(always)]
     pub fn splat(v: [L::Scalar; 3]) -> Vec3<L> {
         Vec3::new(L::splat(v[0]), L::splat(v[1]), L::splat(v[2]))
+    }
+
+    /// One vector a lane.
+    #[inline(always)]
+    pub fn of_lanes(of: impl Fn(usize) -> [L::Scalar; 3]) -> Vec3<L> {
+        let mut axes = [L::zero().to_array(); 3];
+        for i in 0..L::COUNT {
+            for (axis, x) in axes.iter_mut().zip(of(i)) {
+                axis.as_mut()[i] = x;
+            }
+        }
+        let [x, y, z] = axes.map(|axis| L::load(axis.as_ref()));
+        Vec3::new(x, y, z)
     }
 
     #[inline(always)]
@@ -59,6 +73,27 @@ impl<L: Lanes> Vec3<L> {
         self.dot(self)
     }
 
+    #[inline(always)]
+    pub fn length(self) -> L {
+        self.length_squared().sqrt()
+    }
+
+    /// Component by component.
+    #[inline(always)]
+    pub fn abs(self) -> Vec3<L> {
+        Vec3::new(self.x.abs(), self.y.abs(), self.z.abs())
+    }
+
+    /// Divided component by component.
+    #[inline(always)]
+    pub fn by(self, [x, y, z]: [L::Scalar; 3]) -> Vec3<L> {
+        Vec3::new(
+            self.x / L::splat(x),
+            self.y / L::splat(y),
+            self.z / L::splat(z),
+        )
+    }
+
     /// The largest component in magnitude.
     #[inline(always)]
     pub fn max_abs(self) -> L {
@@ -95,6 +130,28 @@ impl<L: Lanes> Mul<L> for Vec3<L> {
     #[inline(always)]
     fn mul(self, s: L) -> Vec3<L> {
         Vec3::new(self.x * s, self.y * s, self.z * s)
+    }
+}
+
+impl<L: Lanes> Div<L> for Vec3<L> {
+    type Output = Vec3<L>;
+    #[inline(always)]
+    fn div(self, s: L) -> Vec3<L> {
+        Vec3::new(self.x / s, self.y / s, self.z / s)
+    }
+}
+
+impl From<DVec3> for Vec3<f64> {
+    #[inline(always)]
+    fn from(v: DVec3) -> Vec3<f64> {
+        Vec3::new(v.x, v.y, v.z)
+    }
+}
+
+impl From<Vec3<f64>> for DVec3 {
+    #[inline(always)]
+    fn from(v: Vec3<f64>) -> DVec3 {
+        DVec3::new(v.x, v.y, v.z)
     }
 }
 

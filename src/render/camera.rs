@@ -2,6 +2,8 @@
 //! kernel and replay starts from these very numbers.
 
 use super::config::Grid;
+use crate::math::Vec3;
+use crate::math::lanes::Lanes;
 use crate::scene::{Camera, Projection};
 use glam::DVec3;
 
@@ -33,15 +35,27 @@ impl RayGenerator {
     /// Origin and direction (not unit: its part along the view axis is 1, so t
     /// is depth) through a pixel, at an offset in [0, 1]² from its left and top
     /// edges.
-    #[inline]
     pub fn ray(&self, x: u32, y: u32, offset: [f64; 2]) -> (DVec3, [f32; 3]) {
+        let (org, dir) = self.rays([x, y].map(f64::from), offset);
+        let dir = DVec3::from(dir).to_array();
+        (org.into(), dir.map(|x| x as f32))
+    }
+
+    /// [`ray`](Self::ray) in lanes; directions are yet to be rounded to f32.
+    #[inline(always)]
+    pub fn rays<D: Lanes<Scalar = f64>>(
+        &self,
+        [x, y]: [D; 2],
+        offset: [D; 2],
+    ) -> (Vec3<D>, Vec3<D>) {
         let [dx, dy] = match self.grid {
             Grid::Centers => offset,
-            Grid::Corners => [0.0, 0.0],
+            Grid::Corners => [D::zero(), D::zero()],
         };
-        let right = 2.0 * (f64::from(x) + dx) / self.width - 1.0;
-        let up = 1.0 - 2.0 * (f64::from(y) + dy) / self.height;
-        let aspect = self.width / self.height;
+        let (one, two) = (D::splat(1.0), D::splat(2.0));
+        let right = two * (x + dx) / D::splat(self.width) - one;
+        let up = one - two * (y + dy) / D::splat(self.height);
+        let aspect = D::splat(self.width / self.height);
         let Camera {
             eye,
             right: right_axis,
@@ -49,18 +63,18 @@ impl RayGenerator {
             forward,
             projection,
         } = self.camera;
+        let splat = |v: DVec3| Vec3::<D>::splat(v.to_array());
         let across = |half_height: f64| {
-            right_axis * (right * aspect * half_height) + up_axis * (up * half_height)
+            let half_height = D::splat(half_height);
+            splat(right_axis) * (right * aspect * half_height) + splat(up_axis) * (up * half_height)
         };
         match projection {
             Projection::Perspective { half_height } => {
-                let dir = forward + across(half_height);
-                (eye, dir.to_array().map(|x| x as f32))
+                (splat(eye), splat(forward) + across(half_height))
             }
-            Projection::Orthographic { half_height } => (
-                eye + across(half_height),
-                forward.to_array().map(|x| x as f32),
-            ),
+            Projection::Orthographic { half_height } => {
+                (splat(eye) + across(half_height), splat(forward))
+            }
         }
     }
 

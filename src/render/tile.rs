@@ -14,9 +14,12 @@ use super::progress::Progress;
 use super::sampler::sample_position;
 use super::{AovSet, Picture};
 use crate::accel::World;
+use crate::math::lanes::Lanes;
 use crate::plan::Kernels;
 use crate::scene::{Camera, Light, Rgb};
-use crate::shade::{Columns, Integrator, Ledger, Memory, RayCounts, Surface};
+use crate::shade::{
+    Columns, Doubles, Integrator, Ledger, Memory, RayCounts, STEP, Singles, Surface,
+};
 use crate::trace::{HitId, ItemBuffer, RayKind, ShadowCache, TracedRay};
 use bumpalo::Bump;
 use rayon::prelude::*;
@@ -240,11 +243,27 @@ impl Tile<'_> {
         let generator =
             RayGenerator::new(self.view.camera, config.width, config.height, config.grid);
         let wave = columns.camera_rays();
-        for row in order {
-            let (x, y) = self.place(*row);
-            let offset = sample_position(config.seed, 0, (x, y), sample, config.spp);
-            let (org, dir) = generator.ray(x, y, offset);
-            wave.push(org, dir, f32::INFINITY, *row, [1.0; 3], RayKind::Primary);
+        for rows in order.chunks(STEP) {
+            let pixels: [u32; STEP] = std::array::from_fn(|i| rows[i.min(rows.len() - 1)]);
+            let (mut at, mut offset) = ([[0.0; STEP]; 2], [[0.0; STEP]; 2]);
+            for (i, row) in pixels.iter().enumerate() {
+                let (x, y) = self.place(*row);
+                let [dx, dy] = sample_position(config.seed, 0, (x, y), sample, config.spp);
+                (at[0][i], at[1][i]) = (f64::from(x), f64::from(y));
+                (offset[0][i], offset[1][i]) = (dx, dy);
+            }
+            let [at, offset] = [at, offset].map(|axes| axes.map(|axis| Doubles::load(&axis)));
+            let rays = generator.rays(at, offset);
+            let some = (1 << rows.len()) - 1;
+            let kind = RayKind::Primary;
+            wave.push_some(
+                some,
+                rays,
+                f32::INFINITY,
+                &pixels,
+                &[Singles::splat(1.0); 3],
+                kind,
+            );
         }
         let integrator = Integrator {
             world: self.view.world,
@@ -257,12 +276,11 @@ impl Tile<'_> {
             cancel: &self.progress.cancel,
         };
         let keep = sample == 0 && config.aovs != AovSet::default();
-        let mut first_hit = |row: u32, surface: &Surface, _t: f64, id: HitId| {
-            if keep {
-                aovs[row as usize] = self.aov(&generator, surface, id);
-            }
+        let mut first_hit = |row: u32, surface: &Surface, id: HitId| {
+            aovs[row as usize] = self.aov(&generator, surface, id);
         };
-        integrator.run(columns, color, caches, ledger, &mut first_hit);
+        let first_hit = keep.then_some(&mut first_hit as _);
+        integrator.run(columns, color, caches, ledger, first_hit);
     }
 
     fn aov(&self, generator: &RayGenerator, surface: &Surface, id: HitId) -> AovSample {

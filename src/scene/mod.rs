@@ -57,7 +57,7 @@ pub use meshes::{Mesh, MeshData, Meshes};
 pub use motion::{Key, Motions};
 pub use names::Names;
 pub use nodes::{Edge, Edges, Nodes, Target};
-pub use normals::outward_normal;
+pub use normals::outward_normals;
 pub use polygons::{Polygons, Polyhedra};
 pub use shapes::{Shape, Shapes};
 pub use solids::{Cones, Cuboids, Cylinders, Ellipsoids, HalfSpaces, Quadrics, Spheres};

@@ -2,24 +2,34 @@
 
 use super::{Shape, Tables};
 use crate::geom::half_space;
+use crate::math::Vec3;
+use crate::math::lanes::Lanes;
 use glam::DVec3;
 
 /// Outward, any length, object space, of the part of a primitive's surface that is
-/// nearest to `p`. Of what is no primitive solid: +y.
-pub fn outward_normal(tables: &Tables, shape: Shape, p: DVec3) -> DVec3 {
+/// nearest to each `p`. Of what is no primitive solid: +y.
+#[inline(always)]
+pub fn outward_normals<D: Lanes<Scalar = f64>>(
+    tables: &Tables,
+    shape: Shape,
+    p: Vec3<D>,
+) -> Vec3<D> {
+    let up = Vec3::splat(DVec3::Y.to_array());
     match shape {
-        Shape::HalfSpace(id) => tables.half_spaces.row(id).normal,
-        Shape::Sphere(id) => tables.spheres.row(id).normal_at(p),
-        Shape::Ellipsoid(id) => tables.ellipsoids.row(id).normal_at(p),
-        Shape::Cylinder(id) => tables.cylinders.row(id).as_cone().normal_at(p),
-        Shape::Cone(id) => tables.cones.row(id).normal_at(p),
-        Shape::Quadric(id) => match tables.quadrics.row(id).normal_at(p) {
+        Shape::HalfSpace(id) => Vec3::splat(tables.half_spaces.row(id).normal.to_array()),
+        Shape::Sphere(id) => tables.spheres.row(id).normals_at(p),
+        Shape::Ellipsoid(id) => tables.ellipsoids.row(id).normals_at(p),
+        Shape::Cylinder(id) => tables.cylinders.row(id).as_cone().nearest(p).1,
+        Shape::Cone(id) => tables.cones.row(id).nearest(p).1,
+        Shape::Quadric(id) => {
+            let normals = tables.quadrics.row(id).normals_at(p);
             // An apex has no normal; any is as good.
-            DVec3::ZERO => DVec3::Y,
-            normal => normal,
-        },
-        Shape::Cuboid(id) => tables.cuboids.row(id).normal_at(p),
-        Shape::Polyhedron(id) => half_space::normal_at(tables.polyhedra.planes(id), p),
-        Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => DVec3::Y,
+            let zero = D::zero();
+            let none = normals.max_abs().eq(zero);
+            Vec3::select(none, up, normals)
+        }
+        Shape::Cuboid(id) => tables.cuboids.row(id).nearest(p).1,
+        Shape::Polyhedron(id) => half_space::nearest(tables.polyhedra.planes(id), p).2,
+        Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => up,
     }
 }

@@ -24,6 +24,7 @@ use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
 use glam::DVec3;
 use serde::Serialize;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// Rays traced, by kind.
@@ -100,8 +101,9 @@ impl Memory {
     }
 }
 
-/// One hit of a primary ray, for AOVs: the film row, the surface, t and the id.
-pub type PrimaryHit<'a> = &'a mut dyn FnMut(u32, &Surface, f64, HitId);
+/// Told of each hit of a camera ray, where somebody asks: the film row, the surface
+/// and the id.
+pub type PrimaryHit<'a> = Option<&'a mut dyn FnMut(u32, &Surface, HitId)>;
 
 /// The columns of an integration, in the thread's arena: made once a tile and
 /// used again by every piece and sample.
@@ -162,7 +164,7 @@ impl Integrator<'_> {
         film: &mut [Rgb],
         caches: &mut [ShadowCache],
         ledger: &mut Ledger,
-        primary: PrimaryHit,
+        mut primary: PrimaryHit,
     ) {
         let mut depth = 0;
         loop {
@@ -177,7 +179,7 @@ impl Integrator<'_> {
                 depth -= 1;
                 continue;
             }
-            self.piece(depth, columns, film, caches, ledger, primary);
+            self.piece(depth, columns, film, caches, ledger, &mut primary);
             depth += u32::from(depth < self.max_depth);
         }
     }
@@ -191,7 +193,7 @@ impl Integrator<'_> {
         film: &mut [Rgb],
         caches: &mut [ShadowCache],
         ledger: &mut Ledger,
-        primary: PrimaryHit,
+        primary: &mut PrimaryHit,
     ) {
         let Columns {
             waves,
@@ -229,44 +231,36 @@ impl Integrator<'_> {
         }
         note_counts(&wave.kind[rays.clone()], &instance[..count], depth, ledger);
 
-        lit.clear();
-        let mut site: Option<Site> = None;
+        self.light_up(wave, rays.clone(), (t, instance, primitive), lit);
+        let mut hit = 0;
         for (row, i) in rays.enumerate() {
-            let t = t[row];
-            let id = HitId {
-                instance: instance[row],
-                primitive: primitive[row],
-            };
-            if id == HitId::NONE {
+            if instance[row] == HitId::NONE.instance {
                 note(wave, i, depth, Outcome::Miss, ledger);
                 add(film, wave, i, self.background);
                 continue;
             }
-            if !site.as_ref().is_some_and(|site| site.has(id)) {
-                site = Some(Site::of(self.world, self.kernels.arithmetic, id));
-            }
-            let Some(site) = &site else {
-                continue;
+            let outcome = |lit: &LitHits| Outcome::Hit {
+                t: t[row],
+                instance: instance[row],
+                primitive: primitive[row],
+                normal: lit.ng.get(hit).to_array(),
             };
-            let surface = site.surface((wave.org(i), wave.dir(i)), t, id.primitive);
-            let outcome = Outcome::Hit {
-                t,
-                instance: id.instance,
-                primitive: id.primitive,
-                normal: surface.ng.to_array(),
-            };
-            note(wave, i, depth, outcome, ledger);
-            if depth == 0 {
-                primary(wave.pixel[i], &surface, t, id);
+            if ledger.record.is_some() {
+                note(wave, i, depth, outcome(lit), ledger);
             }
-            let emission = self.material(surface.material).emission;
+            if let (0, Some(primary)) = (depth, &mut *primary) {
+                let id = HitId {
+                    instance: instance[row],
+                    primitive: primitive[row],
+                };
+                primary(wave.pixel[i], &lit.surface(hit), id);
+            }
+            let emission = self.material(lit.material[hit]).emission;
             if emission != [0.0; 3] {
                 add(film, wave, i, emission);
             }
-            let dir = DVec3::from_array(wave.dir(i).map(f64::from));
-            lit.push(i as u32, &surface, dir);
+            hit += 1;
         }
-        lit.close();
         for (number, light) in self.lights.iter().enumerate() {
             shadows.towards(light, number as u32, wave, lit);
             let cache = &mut caches[number];
@@ -282,6 +276,50 @@ impl Integrator<'_> {
             }
         }
         waves.at(depth).truncate(first);
+    }
+
+    /// The surfaces of a piece's hits, of each site some at a time.
+    fn light_up(
+        &self,
+        wave: &Wave,
+        rays: Range<usize>,
+        (t, instance, primitive): (&[f64], &[u64], &[u32]),
+        lit: &mut LitHits,
+    ) {
+        let met = |row: &usize| instance[*row] != HitId::NONE.instance;
+        lit.start((0..rays.len()).filter(met).count());
+        let mut open: [Option<Batch>; OPEN] = [const { None }; OPEN];
+        let mut oldest = 0;
+        for (hit, row) in (0..rays.len()).filter(met).enumerate() {
+            let id = HitId {
+                instance: instance[row],
+                primitive: primitive[row],
+            };
+            let has = |batch: &Option<Batch>| batch.as_ref().is_some_and(|b| b.site.has(id));
+            let at = open.iter().position(has).unwrap_or_else(|| {
+                let site = Site::of(self.world, self.kernels.arithmetic, id);
+                if let Some(batch) = open[oldest].replace(Batch::of(site)) {
+                    batch.close(wave, rays.start, (t, primitive), lit);
+                }
+                oldest = (oldest + 1) % OPEN;
+                (oldest + OPEN - 1) % OPEN
+            });
+            let Some(batch) = &mut open[at] else {
+                continue;
+            };
+            lit.row[hit] = (rays.start + row) as u32;
+            lit.material[hit] = batch.site.material(id.primitive);
+            batch.hits[batch.len] = hit as u32;
+            batch.len += 1;
+            if batch.len == STEP {
+                batch.close(wave, rays.start, (t, primitive), lit);
+                batch.len = 0;
+            }
+        }
+        for batch in open.iter().flatten() {
+            batch.close(wave, rays.start, (t, primitive), lit);
+        }
+        lit.close();
     }
 
     #[inline(always)]
@@ -353,6 +391,49 @@ impl Integrator<'_> {
                 add(film, wave, lit.row[hits[i] as usize] as usize, sums[i]);
             }
         }
+    }
+}
+
+/// Sites of which hits are waited for at a time.
+const OPEN: usize = 4;
+
+/// Hits of a site that wait until they are a step.
+struct Batch<'w> {
+    site: Site<'w>,
+    hits: [u32; STEP],
+    len: usize,
+}
+
+impl<'w> Batch<'w> {
+    fn of(site: Site<'w>) -> Batch<'w> {
+        Batch {
+            site,
+            hits: [0; STEP],
+            len: 0,
+        }
+    }
+
+    /// `t` and primitives are of the rays from `first` on.
+    fn close(
+        &self,
+        wave: &Wave,
+        first: usize,
+        (t, primitive): (&[f64], &[u32]),
+        lit: &mut LitHits,
+    ) {
+        let Some(last) = self.len.checked_sub(1) else {
+            return;
+        };
+        let hits: [u32; STEP] = std::array::from_fn(|i| self.hits[i.min(last)]);
+        let rays = hits.map(|hit| lit.row[hit as usize]);
+        let (org, dir) = wave.step(&rays);
+        let of = |i: usize| rays[i] as usize - first;
+        let t: [f64; STEP] = std::array::from_fn(|i| t[of(i)]);
+        let primitives: [u32; STEP] = std::array::from_fn(|i| primitive[of(i)]);
+        let surfaces = self
+            .site
+            .surfaces((org, dir), Doubles::load(&t), &primitives);
+        lit.set(&hits, &surfaces, dir);
     }
 }
 

@@ -10,6 +10,7 @@ mod surface;
 mod wave;
 
 pub use integrate::{Columns, Integrator, Ledger, Memory, RayCounts};
+pub use lit::{Doubles, STEP, Singles};
 pub use material::{Onward, leaves_rays, onward, reflected};
 pub use surface::Surface;
 pub use wave::Wave;

@@ -2,11 +2,11 @@
 //! rule meet the same.
 
 use super::height::refined;
-use super::surface::{Surface, blur_of, normals, shading_normal, to_world, to_world_rise};
+use super::surface::{Surfaces, blur_of, normals, shading_normal, to_world, to_world_rise};
 use crate::accel::{Combined, World};
-use crate::math::Affine;
 use crate::math::bounds::{LEAVING, LEAVING_CURVED};
-use crate::math::lanes::Scalar;
+use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::math::{Affine, Vec3};
 use crate::plan::Arithmetic;
 use crate::scene::{CombinationId, MaterialId, Shape, shape_bounds};
 use crate::trace::{HitId, TURNED};
@@ -47,6 +47,8 @@ struct Part<'w> {
     map: Option<&'w Affine>,
     /// Its largest extent, or 0.
     extent: f64,
+    /// As of [`Combined::widening`] in f64: per unit of reach, and besides.
+    widening: [f64; 2],
     /// Of planes: how far off they may be placed, in the combination's space.
     slack: f64,
     material: Option<MaterialId>,
@@ -110,6 +112,7 @@ impl<'w> Site<'w> {
         self.part = Some(Part {
             combined,
             slack: if many { slack } else { 0.0 },
+            widening: combined.widening_per_reach(DOUBLE),
             number,
             map,
             extent: bounds.map_or(0.0, |own| own.extent().max_element()),
@@ -125,38 +128,64 @@ impl<'w> Site<'w> {
         self.instance == id.instance && self.part.as_ref().is_none_or(same)
     }
 
-    /// Of a world ray's hit.
-    #[inline]
-    pub fn surface(&self, (org, dir): ([f64; 3], [f32; 3]), t: f64, primitive: u32) -> Surface {
-        let world_org = DVec3::from_array(org);
-        let world_dir = DVec3::from_array(dir.map(f64::from));
+    /// The material of one of its primitives.
+    #[inline(always)]
+    pub fn material(&self, primitive: u32) -> Option<MaterialId> {
+        let part = self.part.as_ref();
+        let own = || match self.shape {
+            Shape::Mesh(id) => {
+                let triangle = part.map_or(primitive, |part| part.surface(primitive));
+                self.world.scene.meshes.row(id).material(triangle)
+            }
+            _ => None,
+        };
+        let of_part = || part.and_then(|part| part.material);
+        self.material.or_else(of_part).or_else(own)
+    }
+
+    /// Of world rays' hits, one a lane: origins, directions, t and primitives.
+    #[inline(always)]
+    pub fn surfaces<D: Lanes<Scalar = f64>>(
+        &self,
+        (world_org, world_dir): (Vec3<D>, Vec3<D>),
+        mut t: D,
+        primitives: &[u32],
+    ) -> Surfaces<D> {
         let (mut object_org, mut object_dir) = (world_org, world_dir);
         if let Some(map) = &self.whole {
-            object_org = DVec3::from_array(map.point(org)) - self.center;
-            object_dir = DVec3::from_array(map.vector(world_dir.to_array()));
+            object_org = map.points(world_org) - Vec3::splat(self.center.to_array());
+            object_dir = map.vectors(world_dir);
         }
-        let (mut primitive, mut turned, mut wider) = (primitive, false, 1.0);
+        let (mut turned, mut wider) = (D::Mask::splat(false), D::splat(1.0));
+        let mut own = D::ids(0);
+        own.as_mut().copy_from_slice(&primitives[..D::COUNT]);
         if let Some(part) = &self.part {
-            turned = primitive & TURNED != 0;
-            (_, primitive) = part.combined.solid.operand_of(primitive & !TURNED);
+            let mut bits = 0;
+            for (i, primitive) in own.as_mut().iter_mut().enumerate() {
+                bits |= u32::from(*primitive & TURNED != 0) << i;
+                *primitive = part.surface(*primitive);
+            }
+            turned = D::Mask::from_bits(bits);
             let at = object_org + object_dir * t;
-            wider += part.combined.widening(at.abs().max_element(), DOUBLE);
+            let [share, more] = part.widening;
+            wider = wider + (at.max_abs() * D::splat(share) + D::splat(more));
             if let Some(map) = part.map {
-                object_org = DVec3::from_array(map.point(object_org.to_array()));
-                object_dir = DVec3::from_array(map.vector(object_dir.to_array()));
+                object_org = map.points(object_org);
+                object_dir = map.vectors(object_dir);
             }
         }
+        let own = own.as_ref();
         let placed = self.placed.as_ref();
-        let mut t = t;
-        let (mut left, mut roundoff, mut blurred) = (0.0, SINGLE, 0.0);
+        let infinity = D::splat(f64::INFINITY);
+        let (mut left, mut roundoff, mut blurred) = (D::zero(), SINGLE, D::zero());
         if self.arithmetic != Arithmetic::F32 {
-            let ray = (object_org, object_dir);
-            let (refined, height) = refined(self.world, (self.shape, primitive), ray, t);
+            let rays = (object_org, object_dir);
+            let (refined, height) = refined(self.world, self.shape, own, rays, t);
             t = refined;
             // What the point is off by in object space, in world space.
             let rise = to_world_rise(placed, height.normal);
             left = height.above.abs() / rise;
-            left = if left.is_finite() { left } else { 0.0 };
+            left = D::select(left.lt(infinity), left, D::zero());
             // A triangle is met from where the ray starts, by lanes of any type: they
             // had better be certain that it lies behind. Solids are met in f64 first.
             if self.arithmetic == Arithmetic::F64 || !self.is_flat {
@@ -166,44 +195,45 @@ impl<'w> Site<'w> {
         }
         let point = world_org + world_dir * t;
         let at = object_org + object_dir * t;
-        let (mut ng, mut smooth, own_material) = normals(self.world, self.shape, at, primitive);
-        if turned {
-            (ng, smooth) = (-ng, smooth.map(|n| -n));
+        let (mut ng, mut smooth) = normals(self.world, self.shape, at, own);
+        if turned.any() {
+            let outward = |n: Vec3<D>| Vec3::select(turned, -n, n);
+            (ng, smooth) = (outward(ng), smooth.map(outward));
         }
         let ng = to_world(placed, ng);
-        let front = world_dir.dot(ng) <= 0.0;
-        let facing = if front { ng } else { -ng };
+        let front = world_dir.dot(ng).le(D::zero());
+        let facing = Vec3::select(front, ng, -ng);
         let ns = match smooth {
             None => facing,
             Some(n) => shading_normal(to_world(placed, n), facing, front, world_dir),
         };
         // The magnitudes whose rounding the hit carries, in world units: in object
         // space as the kernel rounds them; world rays are f64.
-        let object_size = self.size.max(object_org.abs().max_element());
+        let object_size = D::splat(self.size).max(object_org.max_abs());
         let object_size = object_size.max(blur_of(self.world, self.shape, at));
-        let world_size = world_org.abs().max(point.abs()).max_element();
-        let rounded = self.stretch * (roundoff * object_size + blurred) + DOUBLE * world_size;
-        let own_material = self.part.and_then(|part| part.material).or(own_material);
-        Surface {
+        let world_size = world_org.max_abs().max(point.max_abs());
+        let rounded = D::splat(self.stretch) * (D::splat(roundoff) * object_size + blurred)
+            + D::splat(DOUBLE) * world_size;
+        let most = D::splat(f64::MAX / LEAVING);
+        Surfaces {
             point,
             ng,
             ns,
             front,
-            offset: LEAVING * rounded.min(f64::MAX / LEAVING) + left,
-            material: self.material.or(own_material),
+            offset: D::splat(LEAVING) * rounded.min(most) + left,
         }
     }
 
     /// Operands of combinations are met in lanes at their size, one by one, but for
     /// meshes and quadrics; and no better than they are placed.
     #[inline(always)]
-    fn blurred(&self, wider: f64) -> f64 {
+    fn blurred<D: Lanes<Scalar = f64>>(&self, wider: D) -> D {
         let Some(part) = &self.part else {
-            return 0.0;
+            return D::zero();
         };
         let roundoff = match self.arithmetic {
-            Arithmetic::F64 => (DOUBLE * wider).min(SINGLE),
-            _ => SINGLE,
+            Arithmetic::F64 => (D::splat(DOUBLE) * wider).min(D::splat(SINGLE)),
+            _ => D::splat(SINGLE),
         };
         let times = match self.shape {
             Shape::Mesh(_) | Shape::Quadric(_) => 0.0,
@@ -212,6 +242,14 @@ impl<'w> Site<'w> {
             _ if self.arithmetic == Arithmetic::F64 => 4.0 * LEAVING_CURVED,
             _ => LEAVING_CURVED,
         };
-        times * roundoff * part.extent + part.slack * (4.0 / LEAVING)
+        D::splat(times) * roundoff * D::splat(part.extent) + D::splat(part.slack * (4.0 / LEAVING))
+    }
+}
+
+impl Part<'_> {
+    /// Which surface of the operand a hit's primitive is.
+    #[inline(always)]
+    fn surface(&self, primitive: u32) -> u32 {
+        self.combined.solid.operand_of(primitive & !TURNED).1
     }
 }

@@ -1,5 +1,6 @@
-//! The canonical evaluation of a hit: one scalar f64 function for every kernel,
-//! width and structure, so that they all shade the same numbers.
+//! The canonical evaluation of a hit: one function in f64 for every kernel, width and
+//! structure, so that they all shade the same numbers. It takes hits of one site in
+//! lanes ([`Site::surfaces`]), and its bits are the same at any width.
 //!
 //! Given the ray, t and the primitive it gives the point, the normals and how
 //! far a ray that leaves must start from the point. No epsilon: that distance is
@@ -10,9 +11,10 @@
 
 use super::site::Site;
 use crate::accel::World;
-use crate::math::{Affine, length, unit};
+use crate::math::lanes::{Lanes, Mask};
+use crate::math::{Affine, Vec3, units};
 use crate::plan::Arithmetic;
-use crate::scene::{MaterialId, Mesh, Shape, outward_normal};
+use crate::scene::{MaterialId, Mesh, Shape, outward_normals};
 use crate::trace::HitId;
 use glam::DVec3;
 
@@ -31,6 +33,16 @@ pub struct Surface {
     pub material: Option<MaterialId>,
 }
 
+/// Hits in world space: a [`Surface`] in each lane, but for their materials.
+#[derive(Clone, Copy, Debug)]
+pub struct Surfaces<D: Lanes> {
+    pub point: Vec3<D>,
+    pub ng: Vec3<D>,
+    pub ns: Vec3<D>,
+    pub front: D::Mask,
+    pub offset: D,
+}
+
 impl Surface {
     /// Of one hit; where several are of one primitive, see [`Site`].
     pub fn at(
@@ -41,7 +53,17 @@ impl Surface {
         t: f64,
         id: HitId,
     ) -> Surface {
-        Site::of(world, arithmetic, id).surface((org, dir), t, id.primitive)
+        let site = Site::of(world, arithmetic, id);
+        let [org, dir] = [org, dir.map(f64::from)].map(|v| Vec3::<f64>::from(DVec3::from(v)));
+        let one = site.surfaces((org, dir), t, &[id.primitive]);
+        Surface {
+            point: one.point.into(),
+            ng: one.ng.into(),
+            ns: one.ns.into(),
+            front: one.front.any(),
+            offset: one.offset,
+            material: site.material(id.primitive),
+        }
     }
 
     /// Where a ray leaving towards `dir` starts.
@@ -60,51 +82,66 @@ impl Surface {
 
 /// Of a quadric, what its terms are at a point, over the slope there: as large are
 /// the coordinates whose roundings it is met by. Elsewhere these are the point's own.
-pub(super) fn blur_of(world: &World, shape: Shape, at: DVec3) -> f64 {
+#[inline(always)]
+pub(super) fn blur_of<D: Lanes<Scalar = f64>>(world: &World, shape: Shape, at: Vec3<D>) -> D {
     let Shape::Quadric(id) = shape else {
-        return 0.0;
+        return D::zero();
     };
-    let (_, gradient, size) = world.scene.quadrics.row(id).value_at(at);
-    let size = size / length(gradient);
-    if size.is_finite() { size } else { 0.0 }
+    let (_, gradient, size) = world.scene.quadrics.row(id).values_at(at);
+    let size = size / gradient.length();
+    D::select(size.lt(D::splat(f64::INFINITY)), size, D::zero())
 }
 
 /// An interpolated normal may come out on the other side, or as none. Of a triangle
 /// wound against its normals, as scans have some, it is right if it faces the viewer:
 /// turned away it would make a dark dot.
-pub(super) fn shading_normal(n: DVec3, facing: DVec3, front: bool, dir: DVec3) -> DVec3 {
-    match n.dot(facing) {
-        c if c > 0.0 => n,
-        c if c < 0.0 && front && n.dot(dir) < 0.0 => n,
-        c if c < 0.0 => -n,
-        _ => facing,
-    }
+#[inline(always)]
+pub(super) fn shading_normal<D: Lanes<Scalar = f64>>(
+    n: Vec3<D>,
+    facing: Vec3<D>,
+    front: D::Mask,
+    dir: Vec3<D>,
+) -> Vec3<D> {
+    let (cos, zero) = (n.dot(facing), D::zero());
+    let (with, against) = (cos.gt(zero), cos.lt(zero));
+    let right = with | against & front & n.dot(dir).lt(zero);
+    let other = Vec3::select(against, -n, facing);
+    Vec3::select(right, n, other)
 }
 
 /// Normals go to world space by the inverse transpose.
-pub(super) fn to_world(object_from_world: Option<&Affine>, n: DVec3) -> DVec3 {
-    unit(match object_from_world {
+#[inline(always)]
+pub(super) fn to_world<D: Lanes<Scalar = f64>>(
+    object_from_world: Option<&Affine>,
+    n: Vec3<D>,
+) -> Vec3<D> {
+    units(match object_from_world {
         None => n,
-        Some(map) => DVec3::from_array(map.transposed_vector(n.to_array())),
+        Some(map) => map.transposed_vectors(n),
     })
 }
 
 /// By how much the height above a surface grows along the world's normal.
-pub(super) fn to_world_rise(object_from_world: Option<&Affine>, normal: DVec3) -> f64 {
+#[inline(always)]
+pub(super) fn to_world_rise<D: Lanes<Scalar = f64>>(
+    object_from_world: Option<&Affine>,
+    normal: Vec3<D>,
+) -> D {
     match object_from_world {
-        None => 1.0,
-        Some(map) => length(DVec3::from_array(map.transposed_vector(normal.to_array()))),
+        None => D::splat(1.0),
+        Some(map) => map.transposed_vectors(normal).length(),
     }
 }
 
-/// Object space: the outward normal, a smooth one where the shape has them, and
-/// a mesh's own material.
-pub(super) fn normals(
+/// Object space: the outward normals, and smooth ones where the shape has them, of a
+/// primitive in each lane.
+#[inline(always)]
+pub(super) fn normals<D: Lanes<Scalar = f64>>(
     world: &World,
     shape: Shape,
-    at: DVec3,
-    primitive: u32,
-) -> (DVec3, Option<DVec3>, Option<MaterialId>) {
+    at: Vec3<D>,
+    primitives: &[u32],
+) -> (Vec3<D>, Option<Vec3<D>>) {
     let scene = world.scene;
     match shape {
         Shape::Polygon(id) => {
@@ -113,50 +150,72 @@ pub(super) fn normals(
                 .polygons
                 .normals(id)
                 .map(|normals| fan_normal(polygon.points, normals, polygon.normal, at));
-            (polygon.normal, smooth, None)
+            (Vec3::splat(polygon.normal.to_array()), smooth)
         }
-        Shape::Mesh(id) => mesh_normals(&scene.meshes.row(id), at, primitive),
-        solid => (outward_normal(scene, solid, at), None, None),
+        Shape::Mesh(id) => mesh_normals(&scene.meshes.row(id), at, primitives),
+        solid => (outward_normals(scene, solid, at), None),
     }
 }
 
-fn mesh_normals(
+/// The corners of a triangle in each lane.
+#[inline(always)]
+pub(super) fn facets<D: Lanes<Scalar = f64>>(mesh: &Mesh, triangles: &[u32]) -> [Vec3<D>; 3] {
+    let corners = |k: usize| {
+        Vec3::of_lanes(|i| {
+            let vertex = mesh.triangles[triangles[i] as usize][k];
+            mesh.positions[vertex as usize].map(f64::from)
+        })
+    };
+    [corners(0), corners(1), corners(2)]
+}
+
+#[inline(always)]
+fn mesh_normals<D: Lanes<Scalar = f64>>(
     mesh: &Mesh,
-    at: DVec3,
-    triangle: u32,
-) -> (DVec3, Option<DVec3>, Option<MaterialId>) {
-    let [a, b, c] = mesh
-        .corners(triangle as usize)
-        .map(|p| DVec3::from_array(p.map(f64::from)));
+    at: Vec3<D>,
+    triangles: &[u32],
+) -> (Vec3<D>, Option<Vec3<D>>) {
+    let [a, b, c] = facets(mesh, triangles);
     let ng = (b - a).cross(c - a);
     let smooth = mesh.normals.map(|normals| {
-        let corner = |i: usize| {
-            let vertex = mesh.triangles[triangle as usize][i] as usize;
-            DVec3::from_array(normals[vertex].map(f64::from))
+        let corner = |k: usize| {
+            Vec3::of_lanes(|i| {
+                let vertex = mesh.triangles[triangles[i] as usize][k];
+                normals[vertex as usize].map(f64::from)
+            })
         };
         let [u, v, w] = weights([a, b, c], ng, at);
         corner(0) * u + corner(1) * v + corner(2) * w
     });
-    (ng, smooth, mesh.material(triangle))
+    (ng, smooth)
 }
 
 /// Barycentric coordinates of the point of the plane, not clamped; unnormalised
 /// sums are fine for normals.
-fn weights([a, b, c]: [DVec3; 3], n: DVec3, at: DVec3) -> [f64; 3] {
-    let area = |p: DVec3, q: DVec3| (p - at).cross(q - at).dot(n);
+#[inline(always)]
+fn weights<D: Lanes>([a, b, c]: [Vec3<D>; 3], n: Vec3<D>, at: Vec3<D>) -> [D; 3] {
+    let area = |p: Vec3<D>, q: Vec3<D>| (p - at).cross(q - at).dot(n);
     [area(b, c), area(c, a), area(a, b)]
 }
 
 /// Normals of a polygon: of the triangle of its fan that the point lies in.
-fn fan_normal(points: &[DVec3], normals: &[DVec3], plane: DVec3, at: DVec3) -> DVec3 {
-    let least = |w: &[f64; 3]| w[0].min(w[1]).min(w[2]);
-    let mut best = (f64::NEG_INFINITY, plane);
+#[inline(always)]
+fn fan_normal<D: Lanes<Scalar = f64>>(
+    points: &[DVec3],
+    normals: &[DVec3],
+    plane: DVec3,
+    at: Vec3<D>,
+) -> Vec3<D> {
+    let splat = |v: DVec3| Vec3::<D>::splat(v.to_array());
+    let mut best = (D::splat(f64::NEG_INFINITY), splat(plane));
     for i in 1..points.len() - 1 {
-        let w = weights([points[0], points[i], points[i + 1]], plane, at);
-        let sum = normals[0] * w[0] + normals[i] * w[1] + normals[i + 1] * w[2];
-        if least(&w) > best.0 {
-            best = (least(&w), sum);
-        }
+        let corners = [points[0], points[i], points[i + 1]].map(splat);
+        let [u, v, w] = weights(corners, splat(plane), at);
+        let sum = splat(normals[0]) * u + splat(normals[i]) * v + splat(normals[i + 1]) * w;
+        let least = u.min(v).min(w);
+        let inner = least.gt(best.0);
+        best.0 = D::select(inner, least, best.0);
+        best.1 = Vec3::select(inner, sum, best.1);
     }
     best.1
 }

@@ -4,7 +4,7 @@
 //! A ray spawns at most two, and a depth is filled only when it is empty: waves
 //! beyond the first hold two pieces at most, whatever the scene does.
 
-use super::lit::{Doubles, STEP, Singles, keep};
+use super::lit::{Doubles, STEP, Singles, adjoin, keep};
 use crate::math::Vec3;
 use crate::math::lanes::Lanes;
 use crate::scene::Rgb;
@@ -69,7 +69,7 @@ impl<'b> Wave<'b> {
         self.kind.push(kind);
     }
 
-    /// A step of rays to one light, of those whose bits are set.
+    /// A step of rays of one kind, of those whose bits are set.
     #[inline(always)]
     pub fn push_some(
         &mut self,
@@ -147,6 +147,22 @@ impl<'b> Wave<'b> {
         self.pixel.truncate(rays);
         self.weight.truncate(rays);
         self.kind.truncate(rays);
+    }
+
+    /// Origins and directions of rising rows, the last of which may come again.
+    #[inline(always)]
+    pub fn step(&self, rows: &[u32; STEP]) -> (Vec3<Doubles>, Vec3<Doubles>) {
+        let dir = |column: &ArenaVec<f32>| match adjoin(rows) {
+            true => Singles::load(&column[rows[0] as usize..]),
+            false => Singles::load(&rows.map(|row| column[row as usize])),
+        };
+        let org = |column: &ArenaVec<f64>| match adjoin(rows) {
+            true => Doubles::load(&column[rows[0] as usize..]),
+            false => Doubles::load(&rows.map(|row| column[row as usize])),
+        };
+        let [x, y, z] = self.org.each_ref().map(org);
+        let [dx, dy, dz] = self.dir.each_ref().map(|column| dir(column).widen());
+        (Vec3::new(x, y, z), Vec3::new(dx, dy, dz))
     }
 
     pub fn org(&self, i: usize) -> [f64; 3] {

@@ -111,7 +111,7 @@ fn trace(question: Question) -> Traced {
             &mut film,
             &mut caches,
             &mut ledger,
-            &mut |_, _, _, _| cancel.store(question.stop, Relaxed),
+            Some(&mut |_, _, _| cancel.store(question.stop, Relaxed)),
         );
     }
     Traced {

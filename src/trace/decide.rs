@@ -98,7 +98,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
             },
         };
         if first {
-            let at = depth::<L::Single>(self.world, &ray, id, &crossing);
+            let at = || depth::<L::Single>(self.world, &ray, id, &crossing);
             query.take(lane, at, id);
         }
     }
@@ -155,7 +155,7 @@ impl<'a> Case<'a> {
 fn depth<L: Lanes>(world: &World, ray: &WorldRay, id: HitId, crossing: &Crossing) -> Depth {
     let is_combination = matches!(world.entry_of(id.instance).shape, Shape::Combination(_));
     if let (true, Crossing::Root(root)) = (is_combination, crossing) {
-        let depth = depth_of(root);
+        let depth = depth_of::<L>(root);
         let t = kernel_of_operand::<L>(world, ray, id, root);
         return Depth {
             t: t.unwrap_or(depth.t),
@@ -193,8 +193,7 @@ fn depth<L: Lanes>(world: &World, ray: &WorldRay, id: HitId, crossing: &Crossing
         }
     };
     let by_kernel = by_kernel.filter(|t| t.is_finite());
-    // A few units in the last place are as good as any kernel's.
-    let near = matches!(crossing, Crossing::Root(_)) && known_to(2.0_f64.powi(-49));
+    let near = matches!(crossing, Crossing::Root(_)) && known_to(as_kernels::<L>());
     let exact = || if near { value } else { crossing.rounded() };
     Depth {
         t: by_kernel.unwrap_or_else(exact),
@@ -234,10 +233,17 @@ fn kernel_of_operand<L: Lanes>(
     known.then(|| end[1].lane(0).to_f64())
 }
 
+/// A t that is known to this part of it is as good as any kernel's: to a quarter of
+/// f32's unit roundoff, or a few units in the last place of f64. It is cheaper than the
+/// number nearest to the root, and as much the same whoever asks.
+fn as_kernels<L: Lanes>() -> f64 {
+    2.0_f64.powi(if L::is_double() { -49 } else { -26 })
+}
+
 /// t of a root, the same whoever asks; and between which numbers it lies.
-pub(super) fn depth_of(root: &Root) -> Depth {
+pub(super) fn depth_of<L: Lanes>(root: &Root) -> Depth {
     let Bounded { value, error } = root.t;
-    let known = error <= value.abs() * 2.0_f64.powi(-49) && value.is_finite();
+    let known = error <= value.abs() * as_kernels::<L>() && value.is_finite();
     let t = if known { value } else { root.rounded() };
     let within = if known {
         [(value - error).next_down(), (value + error).next_up()]

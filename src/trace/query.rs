@@ -48,8 +48,8 @@ pub trait Query<L: Lanes> {
     fn accept_sure(&mut self, meet: &Meet<L>, id: HitId) -> L::Mask;
     /// What a hit of a lane would have to precede; `None` where the lane is done.
     fn rival(&self, lane: usize) -> Option<Rival>;
-    /// A hit that is before all others.
-    fn take(&mut self, lane: usize, at: Depth, id: HitId);
+    /// A hit that is before all others; its depth is asked for only where it counts.
+    fn take(&mut self, lane: usize, at: impl FnOnce() -> Depth, id: HitId);
     /// One lane's hit; whether its order with what is there is certain.
     fn settle(&mut self, lane: usize, at: Depth, id: HitId) -> bool;
     /// Hits of one appearance, each lane's with a primitive of its own.

@@ -51,7 +51,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
             let t_min = object.ray.t_min.lane(lane).to_f64();
             let first = first(solid, tables, &Line { org, dir }, t_min);
             if let Some(crossing) = first {
-                let t = L::from_f64(depth_of(&crossing.root).t);
+                let t = L::from_f64(depth_of::<L>(&crossing.root).t);
                 let meet = Meet::certain(L::Mask::from_bits(1 << lane), t);
                 let id = id(crossing.primitive);
                 self.offer(object, &window, &entry.own, meet, id, query);

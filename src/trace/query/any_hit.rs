@@ -65,7 +65,7 @@ impl<L: Lanes> Query<L> for AnyHit<L> {
         (end != f64::NEG_INFINITY).then_some(Rival::End(end))
     }
 
-    fn take(&mut self, lane: usize, _at: Depth, id: HitId) {
+    fn take(&mut self, lane: usize, _at: impl FnOnce() -> Depth, id: HitId) {
         self.block(L::Mask::from_bits(1 << lane), id);
     }
 

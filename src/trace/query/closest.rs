@@ -178,7 +178,8 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
         })
     }
 
-    fn take(&mut self, lane: usize, Depth { t, within }: Depth, id: HitId) {
+    fn take(&mut self, lane: usize, at: impl FnOnce() -> Depth, id: HitId) {
+        let Depth { t, within } = at();
         let scalar = |x: f64| L::Scalar::from_f64(x);
         if C::GUARDED {
             let [from, to] = within;
@@ -209,14 +210,14 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
         if C::GUARDED {
             let [from, to] = at.within;
             if to < self.least.lane(lane).to_f64() {
-                self.take(lane, at, id);
+                self.take(lane, || at, id);
                 return true;
             }
             return from > self.limit.lane(lane).to_f64();
         }
         let (limit, best) = (self.t(lane), self.id(lane));
         if at.t < limit || (at.t == limit && best != HitId::NONE && id < best) {
-            self.take(lane, at, id);
+            self.take(lane, || at, id);
         }
         true
     }

@@ -46,11 +46,14 @@ struct Mark {
     /// The line comes against the surface's normal: where an operand is left, as a
     /// rule, it does not.
     against: bool,
-    /// The root's t: where f64 hardly knows it, rounded.
+    /// The root's t: where f64 hardly knows it, rounded, unless `is_rough`.
     t: Bounded,
     frame: u32,
     placement: f64,
     tolerance: f64,
+    /// `placement` and `tolerance` are no more than the most that they may be: as a rule
+    /// no other boundary is so near.
+    is_rough: bool,
     /// The first of those at the same t, and of those of the same event.
     place: u32,
     event: u32,
@@ -119,7 +122,7 @@ pub fn boundaries(
         }
     }
     boundaries.sort_by(|a, b| a.at.root.order(&b.at.root));
-    gather(boundaries);
+    gather(solid, line, boundaries);
     let always = inside.iter().copied();
     let start = walk.starts_inside(&solid.program, always.clone());
     let same = |a: &Mark, b: &Mark| a.place == b.place;
@@ -283,50 +286,88 @@ fn mark(solid: &CsgSolid, operand: &CsgOperand, line: &Line, root: Root) -> Mark
         frame: operand.frame,
         placement: 0.0,
         tolerance: 0.0,
+        is_rough: false,
         place: 0,
         event: 0,
     };
     if solid.is_exact() {
         return mark;
     }
+    let Bounded { value, error } = mark.t;
+    if error <= value.abs() * KNOWN || !(value.is_finite() && error.is_finite()) {
+        sharpen(solid, operand, line, &mut mark);
+        return mark;
+    }
+    mark.is_rough = true;
+    let [org, dir] = [line.org, line.dir].map(DVec3::from_array);
+    let far = dir.abs().max_element() * (value.abs() + error);
+    let rate = length(dir) * STEEPEST;
+    // Twice, for the roundings of this.
+    let size = 2.0 * (org.abs().max_element() + far);
+    mark.placement = placement(solid, operand, size) / rate;
+    mark.tolerance = 2.0 * solid.tolerance / rate;
+    mark
+}
+
+/// What is known of a boundary beside others, in full.
+fn sharpen(solid: &CsgSolid, operand: &CsgOperand, line: &Line, mark: &mut Mark) {
+    let root = mark.root;
+    mark.is_rough = false;
     if !(root.t.error <= root.t.value.abs() * KNOWN) {
         mark.t = Bounded::exact(root.rounded());
     }
     let frame = &solid.frames[operand.frame as usize];
-    let Frame {
-        operand_from_solid,
-        solid_from_operand,
-        ..
-    } = frame;
     let own = in_frame(frame, operand.frame, line);
     let at = |line: &Line| DVec3::from_array(line.org) + DVec3::from_array(line.dir) * mark.t.value;
     let normal = root.normal_at(at(&own));
-    let normal = DVec3::from_array(operand_from_solid.transposed_vector(normal.to_array()));
+    let normal = frame
+        .operand_from_solid
+        .transposed_vector(normal.to_array());
+    let normal = DVec3::from_array(normal);
     let dir = DVec3::from_array(line.dir);
     let rate = (normal.dot(dir) / length(normal)).abs();
     let rate = rate.max(length(dir) * STEEPEST);
-    // Coordinates of the solid's space that were rounded on their way there.
     let reach = DVec3::from_array(line.org).abs().max(at(line).abs());
-    let moved = DVec3::from_array(operand_from_solid.translation).abs();
-    let carried = operand_from_solid.norm() * reach.max_element() + moved.max_element();
-    if solid.frames.len() > 1 {
-        let rounded = solid_from_operand.norm() * carried + frame.reach;
-        mark.placement = PLACEMENT * rounded / rate;
-    }
+    mark.placement = placement(solid, operand, reach.max_element()) / rate;
     mark.tolerance = solid.tolerance / rate;
-    mark
+}
+
+/// How far off an operand may be beside those of other frames, where coordinates of
+/// the solid's space are no larger than `reach`: these were rounded on their way there.
+fn placement(solid: &CsgSolid, operand: &CsgOperand, reach: f64) -> f64 {
+    if solid.frames.len() == 1 {
+        return 0.0;
+    }
+    let frame = &solid.frames[operand.frame as usize];
+    let (there, back) = (&frame.operand_from_solid, &frame.solid_from_operand);
+    let moved = DVec3::from_array(there.translation).abs().max_element();
+    let carried = there.norm() * reach + moved;
+    PLACEMENT * (back.norm() * carried + frame.reach)
 }
 
 /// Numbers places and events. Boundaries stand in the order of t; those of two
 /// neighbouring places are one event if any two of them are so near.
-fn gather(boundaries: &mut [Boundary<Mark>]) {
+fn gather(solid: &CsgSolid, line: &Line, boundaries: &mut [Boundary<Mark>]) {
     let (mut before, mut start, mut event) = (0..0, 0, 0);
     while start < boundaries.len() {
         let (first, rest) = (&boundaries[start].at.root, &boundaries[start + 1..]);
         let same = |b: &&Boundary<Mark>| first.order(&b.at.root).is_eq();
         let end = start + 1 + rest.iter().take_while(same).count();
-        let (near, here) = (&boundaries[before], &boundaries[start..end]);
-        if !near.iter().any(|a| here.iter().any(|b| are_one(a, b))) {
+        let pairs = |(a, b): (&[Boundary<Mark>], &[Boundary<Mark>]), is: Asked| {
+            a.iter().any(|a| b.iter().any(|b| is(a, b)))
+        };
+        let both = (&boundaries[before.clone()], &boundaries[start..end]);
+        let mut near = pairs(both, may_be_one);
+        if near {
+            for boundary in &mut boundaries[before.start..end] {
+                if boundary.at.is_rough {
+                    let operand = &solid.operands[boundary.operand as usize];
+                    sharpen(solid, operand, line, &mut boundary.at);
+                }
+            }
+            near = pairs((&boundaries[before], &boundaries[start..end]), are_one);
+        }
+        if !near {
             event = start as u32;
         }
         for boundary in &mut boundaries[start..end] {
@@ -336,6 +377,20 @@ fn gather(boundaries: &mut [Boundary<Mark>]) {
         before = start..end;
         start = end;
     }
+}
+
+type Asked = fn(&Boundary<Mark>, &Boundary<Mark>) -> bool;
+
+/// Of different t: false where they are not one, whatever is found out yet.
+fn may_be_one(a: &Boundary<Mark>, b: &Boundary<Mark>) -> bool {
+    if !(a.at.is_rough || b.at.is_rough) {
+        return are_one(a, b);
+    }
+    let (a, b) = (&a.at, &b.at);
+    let slack = a.tolerance.max(b.tolerance).max(a.placement + b.placement);
+    let gap = b.t.value - a.t.value;
+    // Not of what is no number.
+    !(gap - 2.0 * (a.t.error + b.t.error) > 2.0 * slack)
 }
 
 /// Of different t.

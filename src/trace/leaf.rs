@@ -6,16 +6,15 @@
 //! primitive's own box and for its appearance's (see [`crate::accel`]). Guarded,
 //! a hit is that of exact arithmetic instead (see [`super::decide`]).
 
+mod single;
+
 use super::packet::Packet;
 use super::query::{HitId, Query};
 use crate::accel::{Count, Entry, Forest, Index, MeshTree, World, corner_bounds};
-use crate::geom::guarded::{self, ObjectRay};
-use crate::geom::{
-    Certainty, Meet, cone, cuboid, ellipsoid, half_space, polygon, quadric, sphere, triangle,
-};
+use crate::geom::{Certainty, Meet, triangle};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Affine};
-use crate::scene::{MeshId, Shape, Tables};
+use crate::scene::{MeshId, Shape};
 use glam::DVec3;
 use std::marker::PhantomData;
 
@@ -285,45 +284,6 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
         }
     }
 
-    /// The kernel of a single primitive.
-    #[inline(always)]
-    fn meet(&self, object: &Packet<L>, entry: &Entry, active: L::Mask) -> Meet<L> {
-        if C::DOUBTS_ALL {
-            return Meet::unsure(active);
-        }
-        if C::GUARDED {
-            return meet_guarded(self.world.scene, entry, &object.line(), active);
-        }
-        let (ray, scene) = (&object.ray, self.world.scene);
-        let t_min = ray.t_min;
-        let met = match entry.shape {
-            Shape::HalfSpace(id) => {
-                half_space::span(&[scene.half_spaces.row(id)], ray).first_beyond(t_min)
-            }
-            Shape::Sphere(id) => sphere::span(&scene.spheres.row(id), ray).first_beyond(t_min),
-            Shape::Ellipsoid(id) => {
-                ellipsoid::span(&scene.ellipsoids.row(id), ray).first_beyond(t_min)
-            }
-            Shape::Cylinder(id) => frustum(&scene.cylinders.row(id).as_cone(), object),
-            Shape::Cone(id) => frustum(&scene.cones.row(id), object),
-            Shape::Cuboid(id) => cuboid::span(&scene.cuboids.row(id), ray).first_beyond(t_min),
-            Shape::Polyhedron(id) => {
-                half_space::span(scene.polyhedra.planes(id), ray).first_beyond(t_min)
-            }
-            Shape::Quadric(id) => quadric::span(&scene.quadrics.row(id), ray)
-                .0
-                .first_beyond(t_min),
-            Shape::Polygon(id) => polygon::meet(&scene.polygons.row(id), ray, active),
-            Shape::Mesh(_) | Shape::Combination(_) => {
-                Meet::certain(L::Mask::splat(false), L::zero())
-            }
-        };
-        Meet {
-            hit: met.hit & active,
-            ..met
-        }
-    }
-
     /// Hands hits to a guarded query, and has decided what is in doubt. What the
     /// boxes say of t is true of it anyway.
     #[inline(always)]
@@ -365,16 +325,6 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
 }
 
 impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
-    /// What the kernel of a single primitive says of every lane.
-    pub(super) fn kernel(&self, entry: &Entry) -> Meet<L> {
-        let all = L::Mask::splat(true);
-        if entry.placed {
-            self.meet(&self.object_packet(entry, DVec3::ZERO), entry, all)
-        } else {
-            self.meet(self.packet, entry, all)
-        }
-    }
-
     #[inline(never)]
     fn solid_of_any<Q: Query<L>>(&self, entry: &Entry, active: L::Mask, query: &mut Q) {
         if let Shape::Combination(id) = entry.shape {
@@ -390,10 +340,12 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
                 return;
             }
             let object = self.object_packet(entry, DVec3::ZERO);
-            let meet = doubted::<L, C>(self.meet(&object, entry, active), active, id);
+            let meet = self.settled(&object, entry, active, query.limit());
+            let meet = doubted::<L, C>(meet, active, id);
             self.offer(&object, &window, &entry.own, meet, id, query);
         } else {
-            let meet = doubted::<L, C>(self.meet(self.packet, entry, active), active, id);
+            let meet = self.settled(self.packet, entry, active, query.limit());
+            let meet = doubted::<L, C>(meet, active, id);
             self.offer(self.packet, &Window::all(), &entry.own, meet, id, query);
         }
     }
@@ -436,49 +388,5 @@ pub(super) fn doubted<L: Lanes, C: Certainty>(
         hit: meet.hit & !doubted,
         unsure: meet.unsure | doubted,
         ..meet
-    }
-}
-
-/// [`Tester::meet`] with error bounds.
-#[inline(always)]
-fn meet_guarded<L: Lanes>(
-    scene: &Tables,
-    entry: &Entry,
-    object: &ObjectRay<L>,
-    active: L::Mask,
-) -> Meet<L> {
-    match entry.shape {
-        Shape::HalfSpace(id) => {
-            guarded::half_space::meet(&scene.half_spaces.row(id), object, active)
-        }
-        Shape::Sphere(id) => guarded::sphere::meet_sphere(&scene.spheres.row(id), object, active),
-        Shape::Ellipsoid(id) => {
-            guarded::sphere::meet_ellipsoid(&scene.ellipsoids.row(id), object, active)
-        }
-        Shape::Cylinder(id) => {
-            guarded::cone::meet(&scene.cylinders.row(id).as_cone(), object, active)
-        }
-        Shape::Cone(id) => guarded::cone::meet(&scene.cones.row(id), object, active),
-        Shape::Cuboid(id) => guarded::cuboid::meet(&scene.cuboids.row(id), object, active),
-        Shape::Polyhedron(id) => {
-            let (planes, corner) = (scene.polyhedra.planes(id), scene.polyhedra.points(id)[0]);
-            guarded::half_space::meet_polyhedron(planes, corner, object, active)
-        }
-        Shape::Polygon(id) => {
-            let side = |k: usize| entry.own.max[k] - entry.own.min[k];
-            let extent = side(0).max(side(1)).max(side(2));
-            guarded::polygon::meet(&scene.polygons.row(id), extent, object, active)
-        }
-        Shape::Quadric(id) => guarded::quadric::meet(&scene.quadrics.row(id), object, active),
-        Shape::Mesh(_) | Shape::Combination(_) => Meet::certain(L::Mask::splat(false), L::zero()),
-    }
-}
-
-#[inline(always)]
-fn frustum<L: Lanes>(row: &crate::geom::Cone, object: &Packet<L>) -> Meet<L> {
-    if row.open {
-        cone::meet_side(row, &object.ray)
-    } else {
-        cone::span(row, &object.ray).first_beyond(object.ray.t_min)
     }
 }

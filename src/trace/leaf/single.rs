@@ -1,0 +1,140 @@
+//! The kernels of single primitives, and a closer look at what they leave open.
+
+use super::{Everything, Features, Tester};
+use crate::accel::Entry;
+use crate::geom::guarded::{self, ObjectRay};
+use crate::geom::{
+    Certainty, Meet, Ray, cone, cuboid, ellipsoid, half_space, polygon, quadric, sphere,
+};
+use crate::math::lanes::{Lanes, Mask};
+use crate::scene::{Shape, Tables};
+use crate::trace::packet::Packet;
+use glam::DVec3;
+
+impl<L: Lanes, C: Certainty, F: Features> Tester<'_, L, C, F> {
+    /// The kernel of a single primitive.
+    #[inline(always)]
+    fn meet(&self, object: &Packet<L>, entry: &Entry, active: L::Mask) -> Meet<L> {
+        if C::DOUBTS_ALL {
+            return Meet::unsure(active);
+        }
+        if C::GUARDED {
+            return meet_guarded(self.world.scene, entry, &object.line(), active);
+        }
+        let (ray, scene) = (&object.ray, self.world.scene);
+        let t_min = ray.t_min;
+        let met = match entry.shape {
+            Shape::HalfSpace(id) => {
+                half_space::span(&[scene.half_spaces.row(id)], ray).first_beyond(t_min)
+            }
+            Shape::Sphere(id) => sphere::span(&scene.spheres.row(id), ray).first_beyond(t_min),
+            Shape::Ellipsoid(id) => {
+                ellipsoid::span(&scene.ellipsoids.row(id), ray).first_beyond(t_min)
+            }
+            Shape::Cylinder(id) => frustum(&scene.cylinders.row(id).as_cone(), object),
+            Shape::Cone(id) => frustum(&scene.cones.row(id), object),
+            Shape::Cuboid(id) => cuboid::span(&scene.cuboids.row(id), ray).first_beyond(t_min),
+            Shape::Polyhedron(id) => {
+                half_space::span(scene.polyhedra.planes(id), ray).first_beyond(t_min)
+            }
+            Shape::Quadric(id) => quadric::span(&scene.quadrics.row(id), ray)
+                .0
+                .first_beyond(t_min),
+            Shape::Polygon(id) => polygon::meet(&scene.polygons.row(id), ray, active),
+            Shape::Mesh(_) | Shape::Combination(_) => {
+                Meet::certain(L::Mask::splat(false), L::zero())
+            }
+        };
+        Meet {
+            hit: met.hit & active,
+            ..met
+        }
+    }
+}
+
+impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
+    /// What the kernel of a single primitive says of every lane.
+    pub(in crate::trace) fn kernel(&self, entry: &Entry) -> Meet<L> {
+        let all = L::Mask::splat(true);
+        if entry.placed {
+            self.meet(&self.object_packet(entry, DVec3::ZERO), entry, all)
+        } else {
+            self.meet(self.packet, entry, all)
+        }
+    }
+
+    /// What the kernel of a single primitive says. Lanes of f32 hardly know whether a
+    /// ray meets what it has just left; those of f64 do, and rule out the most.
+    #[inline(always)]
+    pub(super) fn settled(
+        &self,
+        object: &Packet<L>,
+        entry: &Entry,
+        active: L::Mask,
+        limit: L,
+    ) -> Meet<L> {
+        let meet = self.meet(object, entry, active);
+        if !C::GUARDED || C::DOUBTS_ALL || L::is_double() || meet.unsure.none() {
+            return meet;
+        }
+        let may = self.may_meet(object, entry, meet.unsure.bits(), limit.widen());
+        Meet {
+            unsure: meet.unsure & L::Mask::from_bits(may),
+            ..meet
+        }
+    }
+
+    /// Which of some lanes may meet a primitive before a limit, in f64.
+    #[inline(never)]
+    fn may_meet(&self, object: &Packet<L>, entry: &Entry, asked: u32, limit: L::Double) -> u32 {
+        let ray = Ray::<L::Double>::new(object.org, object.dir, object.ray.t_min.widen());
+        let line = ObjectRay::new(object.org, object.dir, &ray);
+        let asked = <L::Double as Lanes>::Mask::from_bits(asked);
+        let meet = meet_guarded(self.world.scene, entry, &line, asked);
+        (meet.hit & meet.within[0].le(limit) | meet.unsure).bits()
+    }
+}
+
+/// [`Tester::meet`] with error bounds.
+#[inline(always)]
+fn meet_guarded<L: Lanes>(
+    scene: &Tables,
+    entry: &Entry,
+    object: &ObjectRay<L>,
+    active: L::Mask,
+) -> Meet<L> {
+    match entry.shape {
+        Shape::HalfSpace(id) => {
+            guarded::half_space::meet(&scene.half_spaces.row(id), object, active)
+        }
+        Shape::Sphere(id) => guarded::sphere::meet_sphere(&scene.spheres.row(id), object, active),
+        Shape::Ellipsoid(id) => {
+            guarded::sphere::meet_ellipsoid(&scene.ellipsoids.row(id), object, active)
+        }
+        Shape::Cylinder(id) => {
+            guarded::cone::meet(&scene.cylinders.row(id).as_cone(), object, active)
+        }
+        Shape::Cone(id) => guarded::cone::meet(&scene.cones.row(id), object, active),
+        Shape::Cuboid(id) => guarded::cuboid::meet(&scene.cuboids.row(id), object, active),
+        Shape::Polyhedron(id) => {
+            let (planes, corner) = (scene.polyhedra.planes(id), scene.polyhedra.points(id)[0]);
+            guarded::half_space::meet_polyhedron(planes, corner, object, active)
+        }
+        Shape::Polygon(id) => {
+            let side = |k: usize| entry.own.max[k] - entry.own.min[k];
+            let extent = side(0).max(side(1)).max(side(2));
+            guarded::polygon::meet(&scene.polygons.row(id), extent, object, active)
+        }
+        Shape::Quadric(id) => guarded::quadric::meet(&scene.quadrics.row(id), object, active),
+        Shape::Mesh(_) | Shape::Combination(_) => Meet::certain(L::Mask::splat(false), L::zero()),
+    }
+}
+
+#[inline(always)]
+fn frustum<L: Lanes>(row: &crate::geom::Cone, object: &Packet<L>) -> Meet<L> {
+    if row.open {
+        cone::meet_side(row, &object.ray)
+    } else {
+        cone::span(row, &object.ray).first_beyond(object.ray.t_min)
+    }
+}

@@ -253,3 +253,6 @@ impl Part<'_> {
         self.combined.solid.operand_of(primitive & !TURNED).1
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -2,13 +2,15 @@
 
 use super::first;
 use super::lanes::{self, Met};
-use crate::accel::Entry;
+use crate::accel::{Combined, Entry};
 use crate::geom::exact::Line;
 use crate::geom::{Certainty, Meet};
+use crate::math::Aabb32;
 use crate::math::lanes::{Lanes, Mask, Scalar};
-use crate::scene::CombinationId;
+use crate::scene::{CombinationId, Tables};
 use crate::trace::decide::depth_of;
 use crate::trace::leaf::{Everything, Tester, Window, doubted};
+use crate::trace::packet::Packet;
 use crate::trace::query::{HitId, Query};
 use glam::DVec3;
 
@@ -76,11 +78,31 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
             let meet = doubted::<L, C>(meet, L::Mask::from_bits(here), id(surface));
             self.offer(object, &window, &entry.own, meet, id(surface), query);
         }
-        let unsure = met.unsure | met.left;
-        if C::GUARDED && unsure != 0 {
-            let unsure = L::Mask::from_bits(unsure);
-            let unsure = unsure & query.limit().gt(self.packet.ray.t_min);
-            self.decide(unsure, id(0), query);
+        let limit = query.limit();
+        let unsure = L::Mask::from_bits(met.unsure | met.left) & limit.gt(self.packet.ray.t_min);
+        if !C::GUARDED || unsure.none() {
+            return;
         }
+        let mut bits = unsure.bits();
+        if !(C::DOUBTS_ALL || L::is_double()) {
+            bits = may_meet::<L, C>((solid, tables), object, &entry.own, bits, limit.widen());
+        }
+        self.decide(L::Mask::from_bits(bits), id(0), query);
     }
+}
+
+/// Which of some lanes may meet a solid before a limit, in f64: lanes of f32 hardly know
+/// whether a ray meets what it has just left.
+#[inline(never)]
+fn may_meet<L: Lanes, C: Certainty>(
+    (solid, tables): (&Combined, &Tables),
+    object: &Packet<L>,
+    own: &Aabb32,
+    asked: u32,
+    limit: L::Double,
+) -> u32 {
+    let t_min = object.ray.t_min.widen();
+    let packet = Packet::<L::Double>::new(object.org, object.dir, t_min, own);
+    let met = lanes::first::<L::Double, C>(solid, tables, &packet, asked, limit);
+    met.unsure | met.left | met.hit & met.within[0].le(limit).bits()
 }

@@ -1,0 +1,226 @@
+//! Surfaces in lanes: each lane's are those of one lane.
+
+use super::*;
+use crate::accel::Structure;
+use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere};
+use crate::math::lanes::f64x8;
+use crate::scene::{Appearances, Edge, MeshData, Operand, Operator, Scene, SceneBuilder, ShapeId};
+use proptest::prelude::*;
+
+const LANES: usize = <f64x8 as Lanes>::COUNT;
+
+/// A tetrahedron, with normals that do not agree with its faces.
+fn tetrahedron() -> MeshData {
+    MeshData {
+        positions: vec![
+            [0.0, 0.0, 0.0],
+            [1.0, 0.25, 0.0],
+            [0.25, 1.0, 0.125],
+            [0.0, 0.25, 1.5],
+        ],
+        normals: vec![
+            [-1.0, -1.0, -1.0],
+            [2.0, 0.0, -0.5],
+            [0.0, 1.0, 0.5],
+            [0.0, -0.25, 1.0],
+        ],
+        triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+        ..MeshData::default()
+    }
+}
+
+fn shapes(scene: &mut SceneBuilder) -> Vec<ShapeId> {
+    let center = DVec3::new(0.1, -0.2, 0.3);
+    let plane = |normal: DVec3, offset: f64| HalfSpace { normal, offset };
+    let corner = [
+        plane(DVec3::new(-1.0, 0.0, 0.0), 0.5),
+        plane(DVec3::new(0.0, -2.0, 0.0), 0.5),
+        plane(DVec3::new(0.0, 0.0, -1.0), 0.25),
+        plane(DVec3::new(1.0, 1.0, 1.0), 1.0),
+    ];
+    let points = [
+        DVec3::new(-0.5, -0.25, -0.25),
+        DVec3::new(1.5, -0.25, -0.25),
+        DVec3::new(-0.5, 1.75, -0.25),
+        DVec3::new(-0.5, -0.25, 1.75),
+    ];
+    let around = [
+        DVec3::new(0.0, 0.0, 0.5),
+        DVec3::new(1.0, 0.0, 0.5),
+        DVec3::new(1.0, 1.0, 0.5),
+        DVec3::new(0.0, 1.5, 0.5),
+    ];
+    let slopes = around.map(|p| DVec3::new(p.x - 0.5, p.y, 1.0));
+    let [base, top] = [DVec3::new(0.0, -0.5, 0.0), DVec3::new(0.25, 1.0, 0.0)];
+    let cone = |open| Cone {
+        base,
+        top,
+        base_radius: 0.5,
+        top_radius: 0.0,
+        open,
+    };
+    let cylinder = Cylinder {
+        base,
+        top,
+        radius: 0.5,
+        open: false,
+    };
+    vec![
+        scene.half_space("", plane(DVec3::new(0.0, 3.0, 1.0), 0.25)),
+        scene.sphere(
+            "",
+            Sphere {
+                center,
+                radius: 0.75,
+            },
+        ),
+        scene.ellipsoid(
+            "",
+            Ellipsoid {
+                center,
+                radii: DVec3::new(0.5, 1.0, 0.75),
+            },
+        ),
+        scene.cylinder("", cylinder),
+        scene.cone("", cone(false)),
+        scene.cone("", cone(true)),
+        scene.cuboid(
+            "",
+            Cuboid {
+                min: -DVec3::ONE,
+                max: center,
+            },
+        ),
+        scene.quadric(
+            "",
+            Quadric {
+                coefficients: [1.0, -2.0, 0.5, 0.25, 0.0, 1.0, 0.0, 0.5, 0.0, -0.75],
+            },
+        ),
+        scene.polyhedron("", &corner, &points),
+        scene.polygon("", &around, &[]),
+        scene.polygon("", &around, &slopes),
+        scene.mesh("", &tetrahedron()),
+    ]
+}
+
+/// All kinds as they are, placed, and as operands.
+fn everything() -> Scene {
+    let mut scene = SceneBuilder::default();
+    let shapes = shapes(&mut scene);
+    let turned = Affine {
+        linear: [[0.5, 1.0, 0.0], [-1.0, 0.5, 0.25], [0.0, 0.0, 2.0]],
+        translation: [0.5, -0.25, 3.0],
+    };
+    let turned = scene.transform(turned);
+    let solids = shapes.iter().copied().enumerate();
+    let solids = solids.filter(|(i, _)| ![5, 9, 10].contains(i));
+    let operands: Vec<Operand> = solids
+        .flat_map(|(_, shape)| {
+            let operand = Operand::shape(shape);
+            [operand, operand.transform(turned)]
+        })
+        .collect();
+    let all = scene.combination("", Operator::Xor, &operands);
+    for shape in shapes.into_iter().chain([all]) {
+        scene.instance("", Edge::shape(shape));
+        scene.instance("", Edge::shape(shape).transform(turned));
+    }
+    scene.finish().unwrap()
+}
+
+/// How many numbers hits of an appearance may have.
+fn primitives(world: &World, shape: Shape) -> u32 {
+    match shape {
+        Shape::Mesh(id) => world.scene.meshes.row(id).triangles.len() as u32,
+        Shape::Combination(id) => {
+            let solid = &world.combined(id).solid;
+            let last = solid.operands.len() as u32 - 1;
+            solid.surface(last, 0) + 4
+        }
+        _ => 1,
+    }
+}
+
+fn bits(v: Vec3<f64>) -> [u64; 3] {
+    // Of no number any.
+    [v.x, v.y, v.z].map(|x| if x.is_nan() { 0 } else { x.to_bits() })
+}
+
+type Rays = [([f64; 3], [f64; 3], f64, u32); LANES];
+
+fn compare(world: &World, arithmetic: Arithmetic, rays: &Rays) {
+    for instance in 0..world.appearances.count() {
+        let shape = world.entry_of(instance).shape;
+        let count = primitives(world, shape);
+        let number = |i: usize| {
+            let turned = match shape {
+                Shape::Combination(_) => rays[i].3 & TURNED,
+                _ => 0,
+            };
+            rays[i].3 % count | turned
+        };
+        let first = HitId {
+            instance,
+            primitive: number(0),
+        };
+        let site = Site::of(world, arithmetic, first);
+        // Hits that are no others' are of the first primitive.
+        let primitives: [u32; LANES] = std::array::from_fn(|i| {
+            let id = HitId {
+                instance,
+                primitive: number(i),
+            };
+            if site.has(id) {
+                id.primitive
+            } else {
+                first.primitive
+            }
+        });
+        let org = Vec3::of_lanes(|i| rays[i].0);
+        let dir = Vec3::of_lanes(|i| rays[i].1.map(|x| f64::from(x as f32)));
+        let t = f64x8::load(&rays.map(|ray| ray.2));
+        let all = site.surfaces::<f64x8>((org, dir), t, &primitives);
+        for i in 0..LANES {
+            let lane = |v: Vec3<f64x8>| Vec3::new(v.x.lane(i), v.y.lane(i), v.z.lane(i));
+            let ray = (lane(org), lane(dir));
+            let one = site.surfaces::<f64>(ray, t.lane(i), &primitives[i..]);
+            let place = format!("{shape:?}, {arithmetic:?}, lane {i}");
+            assert_eq!(bits(lane(all.point)), bits(one.point), "{place}");
+            assert_eq!(bits(lane(all.ng)), bits(one.ng), "{place}");
+            assert_eq!(bits(lane(all.ns)), bits(one.ns), "{place}");
+            assert_eq!(
+                all.front.bits() >> i & 1,
+                u32::from(one.front.any()),
+                "{place}"
+            );
+            assert_eq!(
+                all.offset.lane(i).to_bits(),
+                one.offset.to_bits(),
+                "{place}"
+            );
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Also of points that lie on no surface: what t is, does not matter here.
+    #[test]
+    fn surfaces_of_a_lane_are_those_of_one(
+        rays in proptest::array::uniform8((
+            proptest::array::uniform3(-4.0..4.0_f64),
+            proptest::array::uniform3(-1.0..1.0_f64),
+            prop_oneof![0.0..8.0_f64, Just(0.0), Just(f64::INFINITY), 0.0..1e-9_f64],
+            any::<u32>(),
+        )),
+    ) {
+        let scene = everything();
+        let appearances = Appearances::of(&scene).unwrap();
+        let world = World::build(&scene, &appearances, Structure::Linear);
+        for arithmetic in [Arithmetic::F32, Arithmetic::F32Guarded, Arithmetic::F64] {
+            compare(&world, arithmetic, &rays);
+        }
+    }
+}

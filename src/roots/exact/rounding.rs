@@ -1,0 +1,106 @@
+//! From an interval with one root to the f64 nearest to that.
+
+use super::{Point, sign_at};
+use num_bigint::BigInt;
+use std::cmp::Ordering;
+
+/// The f64 nearest to the only root, at which p changes its sign, between two
+/// points ≥ 0 that are none; beyond the range of f64, the largest. Signs at f64
+/// numbers are asked, first near the guess, then halfway between two neighbours.
+pub fn nearest(p: &[BigInt], low: &Point, high: &Point, guess: f64) -> f64 {
+    let sign_low = sign_at(p, low);
+    // The root against a point.
+    let against = |at: &Point| {
+        if at <= low {
+            return Ordering::Greater;
+        }
+        if at >= high {
+            return Ordering::Less;
+        }
+        match sign_at(p, at) {
+            Ordering::Equal => Ordering::Equal,
+            sign if sign == sign_low => Ordering::Greater,
+            _ => Ordering::Less,
+        }
+    };
+    // Bits of positive numbers are in their order.
+    let number = |bits: u64| f64::from_bits(bits);
+    let at = |bits: u64| against(&Point::of(number(bits), 0));
+    let last = f64::MAX.to_bits();
+    let guess = if guess.is_finite() { guess.max(0.0) } else { 0.0 };
+    let start = guess.to_bits();
+    // Neighbours below and above, or the root itself.
+    let (mut below, mut above, mut step) = (0, last, 1_u64);
+    match at(start) {
+        Ordering::Equal => return guess,
+        Ordering::Greater => {
+            below = start;
+            loop {
+                let next = below.saturating_add(step).min(last);
+                match at(next) {
+                    Ordering::Equal => return number(next),
+                    Ordering::Less => {
+                        above = next;
+                        break;
+                    }
+                    Ordering::Greater if next == last => return f64::MAX,
+                    Ordering::Greater => below = next,
+                }
+                step = step.saturating_mul(4);
+            }
+        }
+        Ordering::Less => {
+            above = start;
+            while above > 0 {
+                let next = above.saturating_sub(step);
+                match at(next) {
+                    Ordering::Equal => return number(next),
+                    Ordering::Greater => {
+                        below = next;
+                        break;
+                    }
+                    Ordering::Less => above = next,
+                }
+                step = step.saturating_mul(4);
+            }
+        }
+    }
+    while above - below > 1 {
+        let middle = below + (above - below) / 2;
+        match at(middle) {
+            Ordering::Equal => return number(middle),
+            Ordering::Greater => below = middle,
+            Ordering::Less => above = middle,
+        }
+    }
+    let [a, b] = [below, above].map(|bits| Point::of(number(bits), 0));
+    match against(&a.middle(&b)) {
+        Ordering::Less => number(below),
+        Ordering::Greater => number(above),
+        // Ties to even.
+        Ordering::Equal if below & 1 == 0 => number(below),
+        Ordering::Equal => number(above),
+    }
+}
+
+/// An exact point as the nearest f64, ties to even; beyond the range, the largest.
+pub fn rounded(at: &Point) -> f64 {
+    // The root of t − at, between 0 and more than it is.
+    let line = if at.e >= 0 {
+        vec![-(at.m.clone() << at.e as u64), BigInt::from(1)]
+    } else {
+        vec![-at.m.clone(), BigInt::from(1) << at.e.unsigned_abs()]
+    };
+    let zero = Point::of(0.0, 0);
+    let above = Point {
+        m: at.m.clone() * 2,
+        e: at.e,
+    };
+    let power = at.m.bits() as i64 + at.e;
+    let guess = match power {
+        ..-1080 => 0.0,
+        -1080..=1023 => super::super::polynomial::times_power(1.0, power as i32),
+        _ => f64::MAX,
+    };
+    nearest(&line, &zero, &above, guess)
+}

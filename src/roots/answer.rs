@@ -79,6 +79,15 @@ impl Root {
         }
     }
 
+    /// 0, which is one exactly.
+    pub(super) fn zero(multiplicity: u32) -> Root {
+        Root {
+            t: 0.0,
+            error: 0.0,
+            multiplicity,
+        }
+    }
+
     pub(super) fn mirrored(self) -> Root {
         Root { t: -self.t, ..self }
     }

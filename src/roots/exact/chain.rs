@@ -1,6 +1,6 @@
 //! Sturm's chain in integers.
 
-use super::{Integers, Point, derivative, order, primitive, sign_at, stripped};
+use super::{Integers, Isolated, Point, derivative, order, primitive, sign_at, stripped};
 use num_bigint::BigInt;
 use std::cmp::Ordering;
 
@@ -47,6 +47,43 @@ impl Chain {
         }
         count
     }
+}
+
+/// Steps of halving that two points are brought apart by.
+const STEPS: usize = 200_000;
+
+/// [`isolate`](super::isolate) by counts at the ends and in the middle of intervals.
+pub fn isolate_by_chain(p: &[BigInt], low: &Point, high: &Point) -> Option<Vec<Isolated>> {
+    let mut found = Vec::new();
+    if p.len() < 2 || low >= high {
+        return Some(found);
+    }
+    let chain = Chain::of(p)?;
+    let is_root = |at: &Point| sign_at(p, at) == Ordering::Equal;
+    // Two ends, the roots below or at each, and whether the upper one is a root.
+    let end = |at: &Point| (at.clone(), chain.changes(at), is_root(at));
+    let mut stack = vec![(end(low), end(high))];
+    let mut steps = 0;
+    while let Some((a, b)) = stack.pop() {
+        let inside = a.1 - b.1 - u32::from(b.2);
+        if inside == 0 {
+        } else if inside == 1 && !a.2 && !b.2 {
+            found.push(Isolated::Between(a.0, b.0));
+        } else {
+            steps += 1;
+            if steps > STEPS {
+                return None;
+            }
+            let middle = end(&a.0.middle(&b.0));
+            if middle.2 {
+                found.push(Isolated::At(middle.0.clone()));
+            }
+            stack.push((middle.clone(), b));
+            stack.push((a, middle));
+        }
+    }
+    found.sort_by(|x, y| x.low().cmp(y.low()));
+    Some(found)
 }
 
 /// −a mod b, times a positive number.

@@ -13,6 +13,14 @@ pub enum Isolated {
     Between(Point, Point),
 }
 
+impl Isolated {
+    pub(super) fn low(&self) -> &Point {
+        match self {
+            Isolated::At(at) | Isolated::Between(at, _) => at,
+        }
+    }
+}
+
 /// Bit operations, about, that a polynomial is given: a few seconds.
 const BUDGET: u64 = 1 << 36;
 

@@ -1,16 +1,16 @@
-//! `auto`: the exact number and multiplicity of the roots of the given numbers,
-//! fast where f64 can show it, by integers where it cannot.
+//! Certified roots: what `auto`, `sturm` and `bernstein` share.
 //!
 //! 1. Factors t come off, and the two half-lines are looked at as one.
-//! 2. Subdivision in f64 ([`super::bernstein`]) gives intervals with one simple
-//!    root each, and doubtful ones.
-//! 3. The first are refined ([`super::refine`]); what that leaves open, and what is
-//!    doubtful, goes to integers ([`super::exact`]).
+//! 2. Isolation in f64 (subdivision, or Sturm's chain) gives intervals with one
+//!    simple root each, and doubtful ones.
+//! 3. The first are refined ([`super::refine`]). What that leaves open, and what is
+//!    doubtful, goes to integers ([`super::exact`]), or is reported as a cluster.
 //! 4. Roots that round to an end of the interval asked for are compared with it
 //!    exactly.
 
+use super::Want;
 use super::answer::{Answer, Cluster, Parity, Proof, Root};
-use super::bernstein::{self, Found, Piece};
+use super::bernstein::{Found, Piece};
 use super::exact::{self, Isolated, Point};
 use super::interval::Interval;
 use super::polynomial::{Polynomial, times_power};
@@ -19,25 +19,37 @@ use num_bigint::BigInt;
 use std::cell::OnceCell;
 use std::cmp::Ordering;
 
-/// How many roots are wanted.
+/// How roots are found.
+#[derive(Clone, Copy)]
+pub struct Method {
+    /// Of a polynomial with c₀ ≠ 0 between two numbers ≥ 0: ascending pieces.
+    pub isolate: fn(&Polynomial, f64, f64) -> Vec<Piece>,
+    pub doubts: Doubts,
+}
+
+/// What happens to pieces that f64 cannot decide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Want {
-    All,
-    /// The least one.
-    Nearest,
+pub enum Doubts {
+    /// Integers, by Descartes' rule.
+    Descartes,
+    /// Integers, by Sturm's chain.
+    Chain,
+    Report,
 }
 
 /// The roots of a polynomial in an interval.
-pub fn roots(p: &Polynomial, interval: &Interval, want: Want) -> Answer {
+pub fn roots(p: &Polynomial, interval: &Interval, want: Want, method: Method) -> Answer {
     let mut answer = Answer::empty(Proof::Complete);
     if !interval.is_sound() {
         return answer;
     }
     let (rest, zeros) = p.without_zero();
-    let is_done = |answer: &Answer| want == Want::Nearest && !answer.roots.is_empty();
+    let is_done = |answer: &Answer| {
+        want == Want::Nearest && !(answer.roots.is_empty() && answer.clusters.is_empty())
+    };
     if interval.from() < 0.0 {
         let mirrored = rest.mirrored();
-        let side = Side::of(&mirrored);
+        let side = Side::of(&mirrored, method);
         // The least is the farthest from 0.
         side.roots(&interval.mirrored(), want, Order::Descending, &mut answer);
         for root in &mut answer.roots {
@@ -49,15 +61,11 @@ pub fn roots(p: &Polynomial, interval: &Interval, want: Want) -> Answer {
     }
     let has_zero = zeros > 0 && interval.holds(|end| 0.0_f64.total_cmp(&(end + 0.0)));
     if has_zero && !is_done(&answer) {
-        answer.roots.push(Root {
-            t: 0.0,
-            error: 0.0,
-            multiplicity: zeros,
-        });
+        answer.roots.push(Root::zero(zeros));
     }
     if interval.to() > 0.0 && !is_done(&answer) {
         let mut above = Answer::empty(Proof::Complete);
-        Side::of(&rest).roots(interval, want, Order::Ascending, &mut above);
+        Side::of(&rest, method).roots(interval, want, Order::Ascending, &mut above);
         answer.roots.extend(above.roots);
         answer.clusters.extend(above.clusters);
     }
@@ -78,14 +86,16 @@ enum Order {
 /// once they are needed.
 struct Side<'p> {
     p: &'p Polynomial,
+    method: Method,
     integers: OnceCell<Vec<BigInt>>,
     factors: OnceCell<Option<exact::Factors>>,
 }
 
 impl<'p> Side<'p> {
-    fn of(p: &'p Polynomial) -> Side<'p> {
+    fn of(p: &'p Polynomial, method: Method) -> Side<'p> {
         Side {
             p,
+            method,
             integers: OnceCell::new(),
             factors: OnceCell::new(),
         }
@@ -105,7 +115,7 @@ impl<'p> Side<'p> {
         if self.p.degree() == 1 {
             return self.line(interval, answer);
         }
-        let mut pieces = bernstein::isolate(self.p, from, to);
+        let mut pieces = (self.method.isolate)(self.p, from, to);
         if order == Order::Descending {
             pieces.reverse();
         }
@@ -116,7 +126,11 @@ impl<'p> Side<'p> {
             at += 1;
             match piece.found {
                 Found::One(sign_low) => {
-                    let t = self.simple(&piece, sign_low, &mut scratch);
+                    let Some(t) = self.simple(&piece, sign_low, &mut scratch) else {
+                        let (low, high) = ends(&piece);
+                        answer.clusters.push(self.cluster(&low, &high));
+                        continue;
+                    };
                     let side = |end: f64| self.simple_against(&piece, t, end);
                     if interval.holds(side) {
                         answer.roots.push(Root::nearest(t, 1));
@@ -143,7 +157,8 @@ impl<'p> Side<'p> {
                     self.doubtful(low, high, interval, answer);
                 }
             }
-            if want == Want::Nearest && !answer.roots.is_empty() {
+            let is_empty = answer.roots.is_empty() && answer.clusters.is_empty();
+            if want == Want::Nearest && !is_empty {
                 return;
             }
         }
@@ -170,8 +185,8 @@ impl<'p> Side<'p> {
         }
     }
 
-    /// The root of a piece that has one.
-    fn simple(&self, piece: &Piece, sign_low: f64, scratch: &mut Vec<f64>) -> f64 {
+    /// The root of a piece that has one. `None`: f64 alone does not round it.
+    fn simple(&self, piece: &Piece, sign_low: f64, scratch: &mut Vec<f64>) -> Option<f64> {
         self.p.scaled_into(piece.k, scratch);
         let x = approach(scratch, piece.low, piece.high, sign_low);
         if let Some(found) = certified(self.p, x, piece.k, scratch) {
@@ -179,11 +194,15 @@ impl<'p> Side<'p> {
             let (s, reach) = (found.s * down, found.reach * down);
             // The root within reach is the piece's own only inside of it.
             if s - 2.0 * reach > piece.low && s + 2.0 * reach < piece.high {
-                return found.t();
+                return Some(found.t());
             }
         }
+        if self.method.doubts == Doubts::Report {
+            return None;
+        }
         let (low, high) = ends(piece);
-        exact::nearest(self.integers(), &low, &high, times_power(x, piece.k))
+        let guess = times_power(x, piece.k);
+        Some(exact::nearest(self.integers(), &low, &high, guess))
     }
 
     /// That root against an f64, where t is the nearest one to it.
@@ -195,21 +214,36 @@ impl<'p> Side<'p> {
         against(self.integers(), &low, &high, &Point::of(end, 0))
     }
 
+    fn cluster(&self, low: &Point, high: &Point) -> Cluster {
+        let sign = |at| exact::sign_at(self.integers(), at);
+        Cluster {
+            low: exact::rounded(low).next_down(),
+            high: exact::rounded(high).next_up(),
+            parity: match (sign(low), sign(high)) {
+                (Ordering::Equal, _) | (_, Ordering::Equal) => Parity::Unknown,
+                (a, b) if a == b => Parity::Even,
+                _ => Parity::Odd,
+            },
+        }
+    }
+
     fn doubtful(&self, low: Point, high: Point, interval: &Interval, answer: &mut Answer) {
-        let isolated = self.factors().and_then(|factors| {
-            let isolated = exact::isolate(&factors.square_free, &low, &high)?;
-            Some((factors, isolated))
-        });
+        let isolated = match self.method.doubts {
+            Doubts::Report => None,
+            _ => self.factors().and_then(|factors| {
+                let p = &factors.square_free;
+                let isolated = match self.method.doubts {
+                    Doubts::Chain => exact::isolate_by_chain(p, &low, &high),
+                    _ => exact::isolate(p, &low, &high),
+                };
+                Some((factors, isolated?))
+            }),
+        };
         let Some((factors, isolated)) = isolated else {
-            let sign = |at: &Point| exact::sign_at(self.integers(), at);
-            answer.clusters.push(Cluster {
-                low: exact::rounded(&low).next_down(),
-                high: exact::rounded(&high).next_up(),
-                parity: match sign(&low) == sign(&high) {
-                    true => Parity::Even,
-                    false => Parity::Odd,
-                },
-            });
+            let cluster = self.cluster(&low, &high);
+            if cluster.high >= interval.from() && cluster.low <= interval.to() {
+                answer.clusters.push(cluster);
+            }
             return;
         };
         for root in isolated {

@@ -58,7 +58,11 @@ fn quadratic(a: f64, b: f64, c: f64) -> Vec<f64> {
         return vec![-c / b];
     }
     if d < 0.0 {
-        return if touches { vec![-b / (2.0 * a)] } else { Vec::new() };
+        return if touches {
+            vec![-b / (2.0 * a)]
+        } else {
+            Vec::new()
+        };
     }
     let q = -0.5 * (b + d.sqrt().copysign(b));
     if q == 0.0 {

@@ -36,7 +36,11 @@ pub fn candidates(line: &Line) -> (Vec<Candidate>, Proof) {
                 a[j] += m * a[j + 1];
             }
         }
-        let size = line.c.iter().rev().fold(0.0, |y, c| y * (m.abs() + r) + c.abs());
+        let size = line
+            .c
+            .iter()
+            .rev()
+            .fold(0.0, |y, c| y * (m.abs() + r) + c.abs());
         let error = 4.0 * n as f64 * f64::UNIT_ROUNDOFF * size * 1.001 + 1e-300;
         let (mut power, mut rest, mut bend) = (1.0, 0.0, 0.0);
         for (j, a) in a.iter().enumerate().skip(1) {

@@ -32,7 +32,7 @@ pub struct Method {
 pub enum Doubts {
     /// Integers, by Descartes' rule.
     Descartes,
-    /// Integers, by Sturm's chain.
+    /// Integers, by Sturm's chain; by Descartes' rule where that grows too long.
     Chain,
     Report,
 }
@@ -145,9 +145,8 @@ impl<'p> Side<'p> {
                             Order::Ascending => (a == high).then_some(&a),
                             Order::Descending => (b == low).then_some(&b),
                         };
-                        let is_root = |at: &Point| {
-                            exact::sign_at(self.integers(), at) == Ordering::Equal
-                        };
+                        let is_root =
+                            |at: &Point| exact::sign_at(self.integers(), at) == Ordering::Equal;
                         if !meeting.is_some_and(is_root) {
                             break;
                         }
@@ -233,7 +232,8 @@ impl<'p> Side<'p> {
             _ => self.factors().and_then(|factors| {
                 let p = &factors.square_free;
                 let isolated = match self.method.doubts {
-                    Doubts::Chain => exact::isolate_by_chain(p, &low, &high),
+                    Doubts::Chain => exact::isolate_by_chain(p, &low, &high)
+                        .or_else(|| exact::isolate(p, &low, &high)),
                     _ => exact::isolate(p, &low, &high),
                 };
                 Some((factors, isolated?))

@@ -13,7 +13,7 @@ pub struct Chain {
 }
 
 /// Bits of the largest chain that is formed, in all.
-const BUDGET: u64 = 1 << 24;
+const BUDGET: u64 = 1 << 20;
 
 impl Chain {
     /// Of a square-free polynomial. `None`: its numbers would be too long.
@@ -49,10 +49,11 @@ impl Chain {
     }
 }
 
-/// Steps of halving that two points are brought apart by.
-const STEPS: usize = 200_000;
+/// Operations on 64 bits that counting is given: a tenth of a second, about.
+const STEPS: u64 = 1 << 26;
 
 /// [`isolate`](super::isolate) by counts at the ends and in the middle of intervals.
+/// `None`: numbers are too long for that.
 pub fn isolate_by_chain(p: &[BigInt], low: &Point, high: &Point) -> Option<Vec<Isolated>> {
     let mut found = Vec::new();
     if p.len() < 2 || low >= high {
@@ -63,18 +64,23 @@ pub fn isolate_by_chain(p: &[BigInt], low: &Point, high: &Point) -> Option<Vec<I
     // Two ends, the roots below or at each, and whether the upper one is a root.
     let end = |at: &Point| (at.clone(), chain.changes(at), is_root(at));
     let mut stack = vec![(end(low), end(high))];
-    let mut steps = 0;
+    let bits = |row: &Integers| row.iter().map(BigInt::bits).sum::<u64>();
+    let size: u64 = chain.rows.iter().map(bits).sum();
+    let mut spent = 0;
     while let Some((a, b)) = stack.pop() {
         let inside = a.1 - b.1 - u32::from(b.2);
         if inside == 0 {
         } else if inside == 1 && !a.2 && !b.2 {
             found.push(Isolated::Between(a.0, b.0));
         } else {
-            steps += 1;
-            if steps > STEPS {
+            let at = a.0.middle(&b.0);
+            // Numbers of the chain's length, and of the point's power.
+            let power = at.e.unsigned_abs() + at.m.bits();
+            spent += (size + power * (p.len() * p.len()) as u64) / 64 * (at.m.bits() / 64 + 1);
+            if spent > STEPS {
                 return None;
             }
-            let middle = end(&a.0.middle(&b.0));
+            let middle = end(&at);
             if middle.2 {
                 found.push(Isolated::At(middle.0.clone()));
             }

@@ -21,8 +21,8 @@ impl Isolated {
     }
 }
 
-/// Bit operations, about, that a polynomial is given: a few seconds.
-const BUDGET: u64 = 1 << 36;
+/// Operations on 64 bits that an interval is given: two seconds, about.
+const BUDGET: u64 = 1 << 32;
 
 /// All roots of a square-free polynomial strictly between two points, ascending.
 /// `None`: coefficients of this size and roots so close would take too long.
@@ -72,7 +72,7 @@ pub fn isolate(p: &[BigInt], low: &Point, high: &Point) -> Option<Vec<Isolated>>
             _ => {}
         }
         let bits: u64 = part.b.iter().map(BigInt::bits).max().unwrap_or(0);
-        spent += (n * n) as u64 * (bits + 64);
+        spent += (n * n / 2) as u64 * (bits / 64 + 4);
         if spent > BUDGET {
             return None;
         }
@@ -112,7 +112,11 @@ fn on_unit(p: &[BigInt], low: &Point, high: &Point) -> Integers {
         // q ← q · (a + width s) + c.
         q.push(BigInt::ZERO);
         for j in (0..q.len()).rev() {
-            let carried = if j > 0 { &q[j - 1] * &width } else { BigInt::ZERO };
+            let carried = if j > 0 {
+                &q[j - 1] * &width
+            } else {
+                BigInt::ZERO
+            };
             q[j] = &q[j] * &a + carried;
         }
         let power = if e >= 0 {
@@ -185,7 +189,11 @@ fn halved(part: Part) -> (Part, Part) {
 
 /// Without common factors of two.
 fn reduced(mut b: Integers) -> Integers {
-    let zeros = b.iter().filter_map(BigInt::trailing_zeros).min().unwrap_or(0);
+    let zeros = b
+        .iter()
+        .filter_map(BigInt::trailing_zeros)
+        .min()
+        .unwrap_or(0);
     if zeros > 0 {
         b.iter_mut().for_each(|c| *c >>= zeros);
     }

@@ -97,7 +97,10 @@ fn divisor(a: &[BigInt], b: &[BigInt]) -> Option<Integers> {
         let image: Vec<u64> = image.iter().map(|x| times(*x, factor, m)).collect();
         if sum.is_empty() || image.len() < sum.len() {
             // The primes so far were unlucky.
-            sum = image.iter().map(|x| symmetric(BigInt::from(*x), m)).collect();
+            sum = image
+                .iter()
+                .map(|x| symmetric(BigInt::from(*x), m))
+                .collect();
             modulus = BigInt::from(m);
             steady = 0;
             continue;
@@ -145,7 +148,11 @@ fn symmetric(x: BigInt, m: u64) -> BigInt {
 
 fn residue(x: &BigInt, m: u64) -> u64 {
     let rest = x % m;
-    let rest = if rest.sign() == Sign::Minus { rest + m } else { rest };
+    let rest = if rest.sign() == Sign::Minus {
+        rest + m
+    } else {
+        rest
+    };
     u64::try_from(rest).unwrap_or(0)
 }
 
@@ -203,7 +210,8 @@ struct Primes(u64);
 
 /// 2^62 less the first of them, which are enough for nearly all questions.
 const KNOWN: [u64; 24] = [
-    57, 87, 117, 143, 153, 167, 171, 195, 203, 273, 287, 317, 443, 483, 495, 575, 581, 603, 633, 663, 765, 773, 777, 791,
+    57, 87, 117, 143, 153, 167, 171, 195, 203, 273, 287, 317, 443, 483, 495, 575, 581, 603, 633,
+    663, 765, 773, 777, 791,
 ];
 
 impl Primes {
@@ -298,7 +306,9 @@ mod tests {
         // The list leaves none out.
         let mut found = KNOWN.iter().map(|known| (1 << 62) - known);
         let last = *KNOWN.last().unwrap();
-        let all = (1..=last).map(|below| (1 << 62) - below).filter(|x| is_prime(*x));
+        let all = (1..=last)
+            .map(|below| (1 << 62) - below)
+            .filter(|x| is_prime(*x));
         assert!(all.eq(&mut found));
         assert!(primes.windows(2).all(|w| w[1] < w[0]));
         assert!(!is_prime(3_215_031_751) && !is_prime(41 * 43) && is_prime(1_000_000_007));

@@ -183,5 +183,7 @@ pub fn quotient(p: &[BigInt], q: &[BigInt]) -> Option<Integers> {
         }
         result[i] = factor;
     }
-    rest.iter().all(|c| c.sign() == Sign::NoSign).then_some(result)
+    rest.iter()
+        .all(|c| c.sign() == Sign::NoSign)
+        .then_some(result)
 }

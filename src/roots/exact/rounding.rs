@@ -27,7 +27,11 @@ pub fn nearest(p: &[BigInt], low: &Point, high: &Point, guess: f64) -> f64 {
     let number = |bits: u64| f64::from_bits(bits);
     let at = |bits: u64| against(&Point::of(number(bits), 0));
     let last = f64::MAX.to_bits();
-    let guess = if guess.is_finite() { guess.max(0.0) } else { 0.0 };
+    let guess = if guess.is_finite() {
+        guess.max(0.0)
+    } else {
+        0.0
+    };
     let start = guess.to_bits();
     // Neighbours below and above, or the root itself.
     let (mut below, mut above, mut step) = (0, last, 1_u64);

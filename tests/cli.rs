@@ -2,6 +2,8 @@
 
 #[path = "cli/bench/mod.rs"]
 mod bench;
+#[path = "cli/roots.rs"]
+mod roots;
 #[path = "cli/solids.rs"]
 mod solids;
 

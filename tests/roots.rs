@@ -56,10 +56,11 @@ fn the_lectures_cubic() {
         let answer = by(solver, &p, &Interval::LINE);
         let found: Vec<f64> = answer.roots.iter().map(|root| root.t).collect();
         let exact = [
-            -2.879_385_241_571_816_8,
-            -0.652_703_644_666_139_3,
-            0.532_088_886_237_956_1,
+            "-2.87938524157181676811",
+            "-0.65270364466613930229",
+            "0.53208888623795607040",
         ];
+        let exact = exact.map(|digits| digits.parse::<f64>().unwrap());
         assert_eq!(found, exact, "{name}");
         assert!(answer.roots.iter().all(|root| root.multiplicity == 1));
         assert!(answer.roots.iter().all(|root| root.error < 4.5e-16));
@@ -190,7 +191,7 @@ fn check(p: &Polynomial, answer: &Answer, solver: Solver) {
 proptest! {
     #![proptest_config(ProptestConfig {
         failure_persistence: None,
-        ..ProptestConfig::with_cases(300)
+        ..ProptestConfig::with_cases(200)
     })]
 
     /// Multiple roots, clusters, far and near ones: the right number, each to the bit.

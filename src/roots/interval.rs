@@ -63,7 +63,7 @@ impl Interval {
     /// Whether a number is inside, which is against an end as it says there.
     /// `order`: the number against a given f64.
     pub(super) fn holds(&self, order: impl Fn(f64) -> std::cmp::Ordering) -> bool {
-        use std::cmp::Ordering::{Equal, Greater, Less};
+        use std::cmp::Ordering::{Greater, Less};
         let above = match self.low {
             Bound::Included(x) => order(x) != Less,
             Bound::Excluded(x) => order(x) == Greater,

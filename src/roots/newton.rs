@@ -9,10 +9,10 @@
 //! cycle or wander where the polynomial has complex roots; from a given start it
 //! goes to some root, not the nearest; deflation spoils the roots that come later;
 //! roots that are not simple are approached linearly, and end as clusters. What is
-//! not found is not reported, so the answer is never known to be complete, unless
-//! there are as many roots as the degree.
+//! not found is not reported, so the answer is never known to be complete.
 
 use super::answer::Proof;
+use super::eval::{derivative, horner};
 use super::settle::{Candidate, Line};
 
 /// Steps from one start.
@@ -35,29 +35,15 @@ pub fn candidates(line: &Line, starts: &[f64]) -> (Vec<Candidate>, Proof) {
         deflate(&mut c, s);
         last = s;
     }
-    let proof = match found.len() == line.degree() {
-        true => Proof::Complete,
-        false => Proof::Open,
-    };
-    (found, proof)
+    (found, Proof::Open)
 }
 
 fn converged(c: &[f64], start: f64) -> Option<f64> {
     let mut x = start;
-    let mut best = (f64::INFINITY, x);
     for _ in 0..STEPS {
-        let (mut y, mut d, mut size) = (0.0, 0.0, 0.0_f64);
-        for c in c.iter().rev() {
-            d = x * d + y;
-            y = x * y + c;
-            size = x.abs() * size + c.abs();
-        }
-        if y.abs() < best.0 {
-            best = (y.abs(), x);
-        }
-        let noise = 2.0 * c.len() as f64 * f64::EPSILON * size;
-        let step = y / d;
-        if y.abs() <= noise || step.abs() <= f64::EPSILON * x.abs() {
+        let y = horner(c, x);
+        let step = y.value / derivative(c, x);
+        if !y.certain() || step.abs() <= f64::EPSILON * x.abs() {
             return Some(x);
         }
         x -= step;

@@ -166,11 +166,10 @@ impl<'p> Side<'p> {
     /// c₀ + c₁ t: division rounds correctly.
     fn line(&self, interval: &Interval, answer: &mut Answer) {
         let c = self.p.coefficients();
-        let quotient = -c[0] / c[1];
-        if !(quotient >= 0.0) {
+        if (c[0] > 0.0) == (c[1] > 0.0) {
             return;
         }
-        let t = quotient.min(f64::MAX);
+        let t = (-c[0] / c[1]).min(f64::MAX);
         // A root that rounds to an end is on the side of it that the sign says.
         let against = |end: f64| match t.total_cmp(&end) {
             Ordering::Equal => {

@@ -120,9 +120,15 @@ fn changes(rows: &[Row], x: f64) -> Option<u32> {
 
 /// As [`super::bernstein::isolate`].
 pub fn isolate(p: &Polynomial, from: f64, to: f64) -> Vec<Piece> {
+    if p.degree() == 0 {
+        return Vec::new();
+    }
     let k = p.root_bound();
-    let from = times_power(from, -k).min(1.0);
-    let to = times_power(to.min(f64::MAX), -k).min(1.0);
+    let scaled = |t: f64| match t.is_finite() {
+        true => times_power(t, -k).min(1.0),
+        false => 1.0,
+    };
+    let (from, to) = (scaled(from), scaled(to));
     // The ends asked for may be roots: take a little more.
     let from = if from > 0.0 { from * 0.99 } else { 0.0 };
     let to = (to * 1.01).min(1.0);

@@ -63,7 +63,10 @@ fn monic(p: Row) -> Row {
 }
 
 fn chain(p: &Row) -> Vec<Row> {
-    let mut rows = vec![p.clone(), derivative(p)];
+    let mut rows = vec![p.clone()];
+    if p.len() > 1 {
+        rows.push(derivative(p));
+    }
     while rows[rows.len() - 1].len() > 1 {
         let rest = division(&rows[rows.len() - 2], &rows[rows.len() - 1]).1;
         if rest.is_empty() {

@@ -12,7 +12,7 @@ mod descartes;
 mod divisor;
 mod rounding;
 
-pub use chain::{Chain, isolate_by_chain};
+pub use chain::isolate_by_chain;
 pub use descartes::{Isolated, isolate};
 pub use divisor::{Factors, factors};
 pub use rounding::{nearest, rounded};

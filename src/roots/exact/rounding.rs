@@ -34,7 +34,8 @@ pub fn nearest(p: &[BigInt], low: &Point, high: &Point, guess: f64) -> f64 {
     };
     let start = guess.to_bits();
     // Neighbours below and above, or the root itself.
-    let (mut below, mut above, mut step) = (0, last, 1_u64);
+    let (mut below, mut above) = (0, last);
+    let mut step = 1_u64;
     match at(start) {
         Ordering::Equal => return guess,
         Ordering::Greater => {

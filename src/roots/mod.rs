@@ -22,6 +22,7 @@ mod eval;
 mod exact;
 mod halving;
 mod interval;
+pub mod lanes;
 mod newton;
 mod polynomial;
 mod refine;

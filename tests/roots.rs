@@ -6,6 +6,8 @@ mod common;
 
 #[path = "roots/fractions.rs"]
 mod fractions;
+#[path = "roots/lanes.rs"]
+mod lanes;
 
 use common::assets;
 use fractions::Fractions;

@@ -68,11 +68,6 @@ impl Binomials {
         let weights = of.iter().map(weight).collect();
         Binomials { of, weights }
     }
-
-    /// C(n, i), exact up to 2^53.
-    pub fn of(&self) -> &[f64] {
-        &self.of
-    }
 }
 
 /// The positive roots of a polynomial with c₀ ≠ 0 between two numbers ≥ 0, and a

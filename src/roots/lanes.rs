@@ -30,7 +30,12 @@ const DEPTH: u32 = 40;
 /// What ends of intervals are off by, in t: two roundings a cut.
 const SLACK: f64 = 2.0 * DEPTH as f64 * f64::EPSILON;
 
+/// Steps of Newton's method, or of halving.
 const STEPS: u32 = 40;
+
+/// After a step that is so short, of x, the next one is about its square; that one
+/// is the refinement's.
+const SETTLED: f64 = 1.0 / (1 << 30) as f64;
 
 /// Polynomials of degree N − 1 on 0 ≤ t ≤ 1.
 #[derive(Clone, Copy, Debug)]
@@ -311,7 +316,7 @@ pub fn nearest<L: Lanes<Scalar = f64>, const N: usize>(
 
 /// Whether there is a root in (0, 1).
 #[inline(always)]
-pub fn any<L: Lanes<Scalar = f64>, const N: usize>(
+pub fn exists<L: Lanes<Scalar = f64>, const N: usize>(
     segment: &Segment<L, N>,
     active: L::Mask,
     waiting: &mut Waiting<L, N>,
@@ -326,7 +331,8 @@ pub fn any<L: Lanes<Scalar = f64>, const N: usize>(
         if part.lanes.any() {
             // Ends of opposite signs have a root between.
             let (first, last, error) = (part.b[0], part.b[N - 1], part.error);
-            let opposite = (first.gt(error) & last.lt(-error)) | (first.lt(-error) & last.gt(error));
+            let opposite =
+                (first.gt(error) & last.lt(-error)) | (first.lt(-error) & last.gt(error));
             some = some | (part.lanes & opposite);
             let changes = part.changes();
             let open = part.lanes & !some & !(changes.certain & !changes.some);
@@ -382,7 +388,9 @@ fn refined<L: Lanes<Scalar = f64>, const N: usize>(
     for d in d {
         size = size + d.abs();
     }
-    let is_clear = middle.abs().gt(size * L::from_f64(2.0 * N as f64 * f64::EPSILON));
+    let is_clear = middle
+        .abs()
+        .gt(size * L::from_f64(2.0 * N as f64 * f64::EPSILON));
     // Upper half: the polynomial backwards, in (1 − t) / t.
     let same = (middle.gt(zero) & sign_low.gt(zero)) | (middle.lt(zero) & sign_low.lt(zero));
     let straddles = low.lt(half) & high.gt(half);
@@ -416,7 +424,7 @@ fn refined<L: Lanes<Scalar = f64>, const N: usize>(
         let next = L::select(inside, newton, half * (from + to));
         let moved = (next - x).abs();
         x = L::select(going, next, x);
-        going = going & moved.gt(L::from_f64(16.0 * f64::EPSILON) * next.abs());
+        going = going & moved.gt(L::from_f64(SETTLED) * next.abs());
         if going.none() {
             break;
         }

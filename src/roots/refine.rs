@@ -17,7 +17,7 @@
 
 use super::eval::{derivative, local};
 use super::polynomial::{Polynomial, exponent, times_power};
-use crate::math::lanes::Lanes;
+use crate::math::lanes::{Lanes, Scalar};
 
 /// The only root within `reach` of the point it was sought from.
 #[derive(Clone, Copy, Debug)]
@@ -54,8 +54,6 @@ pub fn nearest<L: Lanes<Scalar = f64>>(c: &[L], x: L) -> Nearest<L> {
         reach,
     }
 }
-
-use crate::math::lanes::Scalar;
 
 /// A zero of p(2^k s) between two numbers s ≥ 0 with opposite signs of p, to a few
 /// units in the last place: Newton's method, and halving where that leaves the

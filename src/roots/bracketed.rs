@@ -34,7 +34,7 @@ pub fn candidates(line: &Line) -> (Vec<Candidate>, Proof) {
             let here = (*end, value(&c, *end));
             if before.1 * here.1 < 0.0 {
                 let sign = before.1.signum();
-                critical.push(approach(&c, before.0, here.0, sign));
+                critical.push(approach(&c, before.0, here.0, sign, f64::NAN));
             } else if here.1 == 0.0 && here.0 < line.to {
                 critical.push(here.0);
             }
@@ -71,7 +71,7 @@ fn roots(line: &Line, ends: &[f64]) -> Vec<Candidate> {
         if here.1 == 0.0 {
             found.push(Candidate::At(*end));
         } else if before.1 * here.1 < 0.0 {
-            let s = approach(&line.c, before.0, here.0, before.1);
+            let s = approach(&line.c, before.0, here.0, before.1, f64::NAN);
             found.push(Candidate::At(s));
         } else if before.1 == 0.0 {
             // A root beside the uncertain end is found from there.

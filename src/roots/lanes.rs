@@ -33,10 +33,6 @@ const SLACK: f64 = 2.0 * DEPTH as f64 * f64::EPSILON;
 /// Steps of Newton's method, or of halving.
 const STEPS: u32 = 40;
 
-/// After a step that is so short, of x, the next one is about its square; that one
-/// is the refinement's.
-const SETTLED: f64 = 1.0 / (1 << 30) as f64;
-
 /// Polynomials of degree N − 1 on 0 ≤ t ≤ 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Segment<L, const N: usize> {
@@ -424,7 +420,7 @@ fn refined<L: Lanes<Scalar = f64>, const N: usize>(
         let next = L::select(inside, newton, half * (from + to));
         let moved = (next - x).abs();
         x = L::select(going, next, x);
-        going = going & moved.gt(L::from_f64(SETTLED) * next.abs());
+        going = going & moved.gt(L::from_f64(refine::SETTLED) * next.abs());
         if going.none() {
             break;
         }

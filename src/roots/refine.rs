@@ -17,7 +17,7 @@
 
 use super::eval::{derivative, local};
 use super::polynomial::{Polynomial, exponent, times_power};
-use crate::math::lanes::{Lanes, Scalar};
+use crate::math::lanes::{Lanes, Mask, Scalar};
 
 /// The only root within `reach` of the point it was sought from.
 #[derive(Clone, Copy, Debug)]
@@ -30,9 +30,26 @@ pub struct Nearest<L: Lanes> {
     pub reach: L,
 }
 
-/// x may be any number but 0, best the end of a Newton iteration.
+/// x may be any number but 0, best the end of a Newton iteration. Where that was off
+/// by more than the bound can bear, its correction is the second start.
 #[inline(always)]
 pub fn nearest<L: Lanes<Scalar = f64>>(c: &[L], x: L) -> Nearest<L> {
+    let first = step(c, x);
+    if (!first.certain).none() {
+        return first;
+    }
+    let second = step(c, first.root);
+    let pick = |a, b| L::select(first.certain, a, b);
+    Nearest {
+        root: pick(first.root, second.root),
+        certain: first.certain | second.certain,
+        slope: pick(first.slope, second.slope),
+        reach: pick(first.reach, second.reach),
+    }
+}
+
+#[inline(always)]
+fn step<L: Lanes<Scalar = f64>>(c: &[L], x: L) -> Nearest<L> {
     let of = |x: f64| L::from_f64(x);
     let (n, u) = ((c.len() - 1) as f64, f64::UNIT_ROUNDOFF);
     let here = local(c, x);
@@ -55,10 +72,14 @@ pub fn nearest<L: Lanes<Scalar = f64>>(c: &[L], x: L) -> Nearest<L> {
     }
 }
 
-/// A zero of p(2^k s) between two numbers s ≥ 0 with opposite signs of p, to a few
-/// units in the last place: Newton's method, and halving where that leaves the
+/// After a step that is so short, of x, the next one is about its square; that one
+/// is the refinement's.
+pub const SETTLED: f64 = 1.0 / (1 << 30) as f64;
+
+/// A zero of p(2^k s) between two numbers s with opposite signs of p, up to about
+/// the square of [`SETTLED`]: Newton's method, and halving where that leaves the
 /// bracket or does not shorten it.
-pub fn approach(c: &[f64], mut low: f64, mut high: f64, sign_low: f64) -> f64 {
+pub fn approach(c: &[f64], mut low: f64, mut high: f64, sign_low: f64, guess: f64) -> f64 {
     let middle = |low: f64, high: f64| {
         if high > 4.0 * low && low > 0.0 {
             (low * high).sqrt()
@@ -66,7 +87,10 @@ pub fn approach(c: &[f64], mut low: f64, mut high: f64, sign_low: f64) -> f64 {
             low + 0.5 * (high - low)
         }
     };
-    let mut x = middle(low, high);
+    let mut x = match guess > low && guess < high {
+        true => guess,
+        false => middle(low, high),
+    };
     let mut last_step = high - low;
     for _ in 0..200 {
         let (mut y, mut d) = (0.0, 0.0);
@@ -94,7 +118,7 @@ pub fn approach(c: &[f64], mut low: f64, mut high: f64, sign_low: f64) -> f64 {
         };
         let moved = (next - x).abs();
         x = next;
-        if moved <= 4.0 * f64::EPSILON * x.abs() {
+        if moved <= SETTLED * x.abs() {
             break;
         }
     }
@@ -124,7 +148,7 @@ pub(super) fn certified(
         if !(0.2..2.0).contains(&x.abs()) {
             return None;
         }
-        if step.abs() <= 4.0 * f64::EPSILON * x.abs() {
+        if step.abs() <= SETTLED * x.abs() {
             break;
         }
     }

@@ -125,8 +125,8 @@ impl<'p> Side<'p> {
             let piece = pieces[at];
             at += 1;
             match piece.found {
-                Found::One(sign_low) => {
-                    let Some(t) = self.simple(&piece, sign_low, &mut scratch) else {
+                Found::One { sign_low, guess } => {
+                    let Some(t) = self.simple(&piece, sign_low, guess, &mut scratch) else {
                         let (low, high) = ends(&piece);
                         answer.clusters.push(self.cluster(&low, &high));
                         continue;
@@ -184,9 +184,15 @@ impl<'p> Side<'p> {
     }
 
     /// The root of a piece that has one. `None`: f64 alone does not round it.
-    fn simple(&self, piece: &Piece, sign_low: f64, scratch: &mut Vec<f64>) -> Option<f64> {
+    fn simple(
+        &self,
+        piece: &Piece,
+        sign_low: f64,
+        guess: f64,
+        scratch: &mut Vec<f64>,
+    ) -> Option<f64> {
         self.p.scaled_into(piece.k, scratch);
-        let x = approach(scratch, piece.low, piece.high, sign_low);
+        let x = approach(scratch, piece.low, piece.high, sign_low, guess);
         if let Some(found) = certified(self.p, x, piece.k, scratch) {
             let down = times_power(1.0, found.k - piece.k);
             let (s, reach) = (found.s * down, found.reach * down);

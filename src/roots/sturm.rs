@@ -160,7 +160,10 @@ pub fn isolate(p: &Polynomial, from: f64, to: f64) -> Vec<Piece> {
             1 => {
                 let sign = rows[0].certain_sign(a.0).unwrap_or(1.0);
                 pieces.push(Piece {
-                    found: Found::One(sign),
+                    found: Found::One {
+                        sign_low: sign,
+                        guess: f64::NAN,
+                    },
                     ..doubt(a.0, b.0)
                 });
                 continue;

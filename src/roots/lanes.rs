@@ -425,7 +425,7 @@ fn refined<L: Lanes<Scalar = f64>, const N: usize>(
             break;
         }
     }
-    let found = refine::nearest(&c, x);
+    let found = refine::nearest(&c, x, isolated);
     let q = found.root;
     let t = L::select(upper, one, q) / (one + q);
     // Ends but 0 and 1 are rounded.

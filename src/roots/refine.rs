@@ -30,22 +30,30 @@ pub struct Nearest<L: Lanes> {
     pub reach: L,
 }
 
+/// Corrections that are tried; the first is enough unless the root is badly
+/// conditioned.
+const CORRECTIONS: usize = 4;
+
 /// x may be any number but 0, best the end of a Newton iteration. Where that was off
-/// by more than the bound can bear, its correction is the second start.
+/// by more than the bound can bear, what its correction leads to is the next start;
+/// for lanes that are wanted.
 #[inline(always)]
-pub fn nearest<L: Lanes<Scalar = f64>>(c: &[L], x: L) -> Nearest<L> {
-    let first = step(c, x);
-    if (!first.certain).none() {
-        return first;
+pub fn nearest<L: Lanes<Scalar = f64>>(c: &[L], x: L, wanted: L::Mask) -> Nearest<L> {
+    let mut found = step(c, x);
+    for _ in 1..CORRECTIONS {
+        if (wanted & !found.certain).none() {
+            break;
+        }
+        let next = step(c, found.root);
+        let pick = |a, b| L::select(found.certain, a, b);
+        found = Nearest {
+            root: pick(found.root, next.root),
+            certain: found.certain | next.certain,
+            slope: pick(found.slope, next.slope),
+            reach: pick(found.reach, next.reach),
+        };
     }
-    let second = step(c, first.root);
-    let pick = |a, b| L::select(first.certain, a, b);
-    Nearest {
-        root: pick(first.root, second.root),
-        certain: first.certain | second.certain,
-        slope: pick(first.slope, second.slope),
-        reach: pick(first.reach, second.reach),
-    }
+    found
 }
 
 #[inline(always)]
@@ -152,7 +160,7 @@ pub(super) fn certified(
             break;
         }
     }
-    let found = nearest(c, x);
+    let found = nearest(c, x, true);
     // A subnormal t has fewer bits to round to.
     let is_normal = exponent(found.root)? + k >= -1022;
     (found.certain && is_normal).then_some(Certified {

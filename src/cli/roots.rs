@@ -4,7 +4,8 @@ use super::args::RootsArgs;
 use super::error::CliError;
 use super::output::{Results, check_destinations};
 use crate::io::{Listed, load_polynomials};
-use crate::measure::solvers::{Tally, Trial, trial};
+use crate::measure::plot::{Heading, solvers_page};
+use crate::measure::solvers::{DegreeRow, Total, Trial, totals, trial};
 use crate::roots::{Answer, Cluster, Interval, Polynomial, Root, Solver};
 use serde::Serialize;
 use std::fmt::Write;
@@ -18,6 +19,7 @@ enum Report {
     Many {
         polynomials: Vec<Row>,
         solvers: Vec<Total>,
+        degrees: Vec<DegreeRow>,
     },
 }
 
@@ -37,21 +39,10 @@ struct Row {
     solvers: Vec<Trial>,
 }
 
-/// One solver over all polynomials that it takes.
-#[derive(Debug, Serialize)]
-struct Total {
-    solver: &'static str,
-    polynomials: usize,
-    roots: usize,
-    clusters: usize,
-    nanoseconds: f64,
-    #[serde(flatten)]
-    tally: Option<Tally>,
-}
-
 pub fn run(args: &RootsArgs) -> Result<(), CliError> {
     let inputs: Vec<_> = args.file.as_deref().into_iter().collect();
-    check_destinations(&inputs, &[], args.json.iter())?;
+    let files: Vec<_> = args.plot.iter().cloned().collect();
+    check_destinations(&inputs, &files, args.json.iter())?;
     let report = match (&args.coeffs, &args.file) {
         (Some(coefficients), _) => {
             let polynomial = Polynomial::new(&coefficients.0);
@@ -66,6 +57,14 @@ pub fn run(args: &RootsArgs) -> Result<(), CliError> {
     };
     let mut results = Results::default();
     results.add(&args.json, &report)?;
+    if let (Some(path), Report::Many { degrees, .. }) = (&args.plot, &report) {
+        let heading = Heading {
+            title: "Roots of polynomials".into(),
+            facts: vec![("list", inputs[0].display().to_string())],
+        };
+        let page = solvers_page(&heading, degrees);
+        results.outputs.add(path, page.into_bytes())?;
+    }
     results.commit(&for_people(&report))
 }
 
@@ -75,32 +74,22 @@ fn many(listed: &[Listed], args: &RootsArgs) -> Result<Report, CliError> {
         let row = row(Some(&one.name), &one.polynomial, Some(one), args);
         polynomials.push(row?);
     }
-    let total = |solver: &Solver| {
-        let name = solver.name();
-        let trials = polynomials.iter().flat_map(|row| &row.solvers);
-        let mut total = Total {
-            solver: name,
-            polynomials: 0,
-            roots: 0,
-            clusters: 0,
-            nanoseconds: 0.0,
-            tally: None,
-        };
-        for trial in trials.filter(|trial| trial.solver == name) {
-            total.polynomials += 1;
-            total.roots += trial.roots;
-            total.clusters += trial.clusters;
-            total.nanoseconds += trial.nanoseconds;
-            if let Some(tally) = &trial.tally {
-                total.tally.get_or_insert_default().add(tally);
-            }
+    let mut degrees: Vec<usize> = polynomials.iter().map(|row| row.degree).collect();
+    degrees.sort_unstable();
+    degrees.dedup();
+    let trials = |row: &'_ Row| row.solvers.clone();
+    let of_degree = |degree: &usize| {
+        let rows = polynomials.iter().filter(|row| row.degree == *degree);
+        let trials: Vec<Trial> = rows.flat_map(trials).collect();
+        DegreeRow {
+            degree: *degree,
+            solvers: totals(trials.iter()),
         }
-        (total.polynomials > 0).then_some(total)
     };
-    let solvers = Solver::ALL.iter().filter_map(total).collect();
     Ok(Report::Many {
+        solvers: totals(polynomials.iter().flat_map(|row| &row.solvers)),
+        degrees: degrees.iter().map(of_degree).collect(),
         polynomials,
-        solvers,
     })
 }
 
@@ -157,11 +146,12 @@ fn for_people(report: &Report) -> String {
         Report::Many {
             polynomials,
             solvers,
+            ..
         } => {
             for row in polynomials {
                 heading(&mut text, row);
             }
-            totals(&mut text, solvers);
+            sums(&mut text, solvers);
         }
     }
     text
@@ -258,7 +248,7 @@ fn unsettled(cluster: &Cluster) -> String {
     format!("cluster {low} to {high}: not told apart, number {parity}")
 }
 
-fn totals(text: &mut String, totals: &[Total]) {
+fn sums(text: &mut String, totals: &[Total]) {
     let _ = writeln!(
         text,
         "\nsolver     polynomials roots clusters  right multiplicity in cluster lost false           ns"

@@ -59,6 +59,12 @@ impl Tally {
         tally
     }
 
+    /// Of the known roots, the share that is not found.
+    pub fn missed(&self) -> f64 {
+        let missed = (self.wrong_multiplicity + self.in_clusters + self.lost) as f64;
+        missed / (self.found as f64 + missed)
+    }
+
     pub fn add(&mut self, other: &Tally) {
         self.found += other.found;
         self.wrong_multiplicity += other.wrong_multiplicity;
@@ -66,6 +72,51 @@ impl Tally {
         self.lost += other.lost;
         self.false_roots += other.false_roots;
     }
+}
+
+/// One solver over several polynomials.
+#[derive(Clone, Debug, Serialize)]
+pub struct Total {
+    pub solver: &'static str,
+    pub polynomials: usize,
+    pub roots: usize,
+    pub clusters: usize,
+    /// In all.
+    pub nanoseconds: f64,
+    #[serde(flatten)]
+    pub tally: Option<Tally>,
+}
+
+/// All solvers over the polynomials of one degree.
+#[derive(Clone, Debug, Serialize)]
+pub struct DegreeRow {
+    pub degree: usize,
+    pub solvers: Vec<Total>,
+}
+
+/// Of each solver that has a trial among these.
+pub fn totals<'t>(trials: impl Iterator<Item = &'t Trial> + Clone) -> Vec<Total> {
+    let total = |solver: &Solver| {
+        let mut total = Total {
+            solver: solver.name(),
+            polynomials: 0,
+            roots: 0,
+            clusters: 0,
+            nanoseconds: 0.0,
+            tally: None,
+        };
+        for trial in trials.clone().filter(|t| t.solver == total.solver) {
+            total.polynomials += 1;
+            total.roots += trial.roots;
+            total.clusters += trial.clusters;
+            total.nanoseconds += trial.nanoseconds;
+            if let Some(tally) = &trial.tally {
+                total.tally.get_or_insert_default().add(tally);
+            }
+        }
+        (total.polynomials > 0).then_some(total)
+    };
+    Solver::ALL.iter().filter_map(total).collect()
 }
 
 /// How long a solver is timed.

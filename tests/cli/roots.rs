@@ -83,6 +83,12 @@ fn roots_of_a_file() {
     assert_eq!(rows[1]["roots"][1]["t"], std::f64::consts::SQRT_2);
     assert_eq!(report["solvers"][0]["solver"], "auto");
     assert_eq!(report["solvers"][0]["found"], 1);
+    assert_eq!(report["degrees"][0]["degree"], 2);
+    assert_eq!(report["degrees"][0]["solvers"][0]["polynomials"], 2);
+    let plot = ["roots", "--file", "list.json", "--plot", "p.html"];
+    assert!(lanecast(folder.path(), &plot).status.success());
+    let page = fs::read_to_string(folder.path().join("p.html")).unwrap();
+    assert!(page.contains("Speed and accuracy") && page.contains("bracketed"));
     let output = lanecast(folder.path(), &["roots", "--file", "list.json"]);
     let said = stdout(&output);
     assert!(

@@ -254,6 +254,9 @@ pub struct RootsArgs {
     /// auto, halving, newton, sturm, closed, bracketed or bernstein [default: the roots of auto, and all others beside it]
     #[arg(long, value_name = "SOLVER", value_parser = parse_solver)]
     pub solver: Option<Solver>,
+    /// Time and missed roots by degree, of --file, as an HTML page
+    #[arg(long, value_name = "FILE", requires = "file")]
+    pub plot: Option<PathBuf>,
     /// Machine-readable results; - is standard output
     #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
     pub json: Option<Sink>,

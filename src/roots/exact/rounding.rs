@@ -34,7 +34,7 @@ pub fn nearest(p: &[BigInt], low: &Point, high: &Point, guess: f64) -> f64 {
     };
     let start = guess.to_bits();
     // Neighbours below and above, or the root itself.
-    let (mut below, mut above) = (0, last);
+    let (mut below, mut above) = (0, start);
     let mut step = 1_u64;
     match at(start) {
         Ordering::Equal => return guess,
@@ -55,7 +55,6 @@ pub fn nearest(p: &[BigInt], low: &Point, high: &Point, guess: f64) -> f64 {
             }
         }
         Ordering::Less => {
-            above = start;
             while above > 0 {
                 let next = above.saturating_sub(step);
                 match at(next) {

@@ -32,6 +32,7 @@ pub fn nearest(p: &[BigInt], low: &Point, high: &Point, guess: f64) -> f64 {
     } else {
         0.0
     };
+    let guess = improved(p, low, high, guess);
     let start = guess.to_bits();
     // Neighbours below and above, or the root itself.
     let (mut below, mut above) = (0, start);
@@ -85,6 +86,52 @@ pub fn nearest(p: &[BigInt], low: &Point, high: &Point, guess: f64) -> f64 {
         Ordering::Equal if below & 1 == 0 => number(below),
         Ordering::Equal => number(above),
     }
+}
+
+/// A guess after a few exact steps of Newton's method, as long as these stay between
+/// two points.
+fn improved(p: &[BigInt], low: &Point, high: &Point, guess: f64) -> f64 {
+    let mut x = guess;
+    for _ in 0..STEPS {
+        let at = Point::of(x, 0);
+        if at <= *low || at >= *high {
+            break;
+        }
+        let next = x - quotient(p, &at);
+        if !(next > 0.0 && next.is_finite()) || next == x {
+            break;
+        }
+        x = next;
+    }
+    x
+}
+
+const STEPS: usize = 6;
+
+/// p / p' at a point, nearly; NaN where p' is 0.
+fn quotient(p: &[BigInt], at: &Point) -> f64 {
+    // Over powers of 2^down, as in `sign_at`; one power fewer in the derivative.
+    let (m, down) = match at.e {
+        0.. => (&at.m << at.e as u64, 0),
+        e => (at.m.clone(), e.unsigned_abs()),
+    };
+    let (mut y, mut slope) = (BigInt::ZERO, BigInt::ZERO);
+    for (i, c) in p.iter().rev().enumerate() {
+        slope = slope * &m + &y;
+        y = y * &m + (c << (down * i as u64));
+    }
+    let ((a, i), (b, j)) = (leading(&y), leading(&slope));
+    let power = i - j - down as i64;
+    let power = power.clamp(-4000, 4000) as i32;
+    crate::roots::polynomial::times_power(a / b, power)
+}
+
+/// The leading bits of an integer as f64, and the power of two that goes with them.
+fn leading(x: &BigInt) -> (f64, i64) {
+    let down = x.bits().saturating_sub(63);
+    let bits: BigInt = x >> down;
+    let bits = i64::try_from(bits).unwrap_or(i64::MAX);
+    (bits as f64, down as i64)
 }
 
 /// An exact point as the nearest f64, ties to even; beyond the range, the largest.

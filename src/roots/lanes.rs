@@ -51,7 +51,8 @@ pub struct Nearest<L: Lanes> {
     pub error: L,
     /// Lanes with a certain least root, which is simple.
     pub hit: L::Mask,
-    /// Lanes that are not settled. The others have no root.
+    /// Lanes that are not settled, also where numbers are not finite or beyond 1e300.
+    /// The others have no root.
     pub doubt: L::Mask,
 }
 
@@ -118,6 +119,16 @@ const fn pascal<const N: usize>() -> [[f64; N]; N] {
 }
 
 impl<L: Lanes<Scalar = f64>, const N: usize> Segment<L, N> {
+    /// Lanes whose numbers are finite and stay so.
+    #[inline(always)]
+    fn sound(&self) -> L::Mask {
+        let mut size = self.error;
+        for d in &self.scaled {
+            size = size + d.abs();
+        }
+        size.lt(L::from_f64(1e300)) & self.error.ge(L::zero())
+    }
+
     #[inline(always)]
     fn whole(&self, lanes: L::Mask) -> Part<L, N> {
         let inverse = const { inverse_binomials::<N>() };
@@ -248,7 +259,8 @@ pub fn nearest<L: Lanes<Scalar = f64>, const N: usize>(
     waiting: &mut Waiting<L, N>,
 ) -> Nearest<L> {
     let none = L::Mask::splat(false);
-    let (mut isolated, mut doubt) = (none, none);
+    let sound = segment.sound();
+    let (mut isolated, mut doubt) = (none, active & !sound);
     let zero = L::zero();
     let mut found = Bracket {
         low: zero,
@@ -258,7 +270,7 @@ pub fn nearest<L: Lanes<Scalar = f64>, const N: usize>(
     };
     let parts = &mut waiting.parts;
     parts.clear();
-    let mut part = segment.whole(active);
+    let mut part = segment.whole(active & sound);
     loop {
         // Lanes that have their root need no more.
         part.lanes = part.lanes & !(isolated | doubt);
@@ -318,10 +330,11 @@ pub fn exists<L: Lanes<Scalar = f64>, const N: usize>(
     waiting: &mut Waiting<L, N>,
 ) -> Existence<L> {
     let none = L::Mask::splat(false);
-    let (mut some, mut doubt) = (none, none);
+    let sound = segment.sound();
+    let (mut some, mut doubt) = (none, active & !sound);
     let parts = &mut waiting.parts;
     parts.clear();
-    let mut part = segment.whole(active);
+    let mut part = segment.whole(active & sound);
     loop {
         part.lanes = part.lanes & !some;
         if part.lanes.any() {
@@ -390,8 +403,8 @@ fn refined<L: Lanes<Scalar = f64>, const N: usize>(
     // Upper half: the polynomial backwards, in (1 − t) / t.
     let same = (middle.gt(zero) & sign_low.gt(zero)) | (middle.lt(zero) & sign_low.lt(zero));
     let straddles = low.lt(half) & high.gt(half);
-    let upper = (straddles & same) | low.ge(half);
-    let settled = is_clear | !straddles;
+    // Where that is not clear the root is ½, nearly, and q or 1/q rounds to 1.
+    let upper = (straddles & same & is_clear) | low.ge(half);
     let c: [L; N] = std::array::from_fn(|j| L::select(upper, d[N - 1 - j], d[j]));
     let ratio = |t: L| {
         let rest = one - t;
@@ -444,7 +457,7 @@ fn refined<L: Lanes<Scalar = f64>, const N: usize>(
     Nearest {
         t,
         error,
-        hit: found.certain & settled & after & before & q.gt(zero) & q.le(one),
+        hit: found.certain & after & before & q.gt(zero) & q.le(one),
         doubt: L::Mask::splat(false),
     }
 }

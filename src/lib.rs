@@ -55,6 +55,7 @@ pub mod measure;
 pub mod plan;
 pub mod reference;
 pub mod render;
+pub mod roots;
 pub mod scene;
 pub mod shade;
 pub mod trace;

@@ -23,6 +23,7 @@ mod plan;
 mod probe;
 mod progress;
 mod render;
+mod roots;
 mod scene;
 mod verify;
 
@@ -30,7 +31,8 @@ mod verify;
 pub use cpu::check_before_main;
 
 use args::{
-    BenchArgs, ExportArgs, ExtremesArgs, MeasureArgs, PlanArgs, ProbeArgs, RenderArgs, VerifyArgs,
+    BenchArgs, ExportArgs, ExtremesArgs, MeasureArgs, PlanArgs, ProbeArgs, RenderArgs, RootsArgs,
+    VerifyArgs,
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use error::CliError;
@@ -70,10 +72,10 @@ enum Command {
     Measure(MeasureArgs),
     /// Write a scene for other programs
     Export(ExportArgs),
+    /// Find the real roots of a polynomial, with any solver
+    Roots(RootsArgs),
     /// (not yet) Time against error over all modes
     Tradeoff(NotYet),
-    /// (not yet) Isolate the real roots of a polynomial
-    Roots(NotYet),
 }
 
 /// Takes any arguments, so that the answer is about the command.
@@ -112,8 +114,8 @@ fn run() -> ExitCode {
         Command::Probe(args) => probe::run(args),
         Command::Measure(args) => measure::run(args),
         Command::Export(args) => export::run(args),
+        Command::Roots(args) => roots::run(args),
         Command::Tradeoff(_) => Err(not_yet("tradeoff")),
-        Command::Roots(_) => Err(not_yet("roots")),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

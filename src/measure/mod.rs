@@ -12,6 +12,7 @@ pub mod peer;
 pub mod plot;
 pub mod queries;
 pub mod rays;
+pub mod solvers;
 mod stats;
 pub mod structures;
 pub mod verify;

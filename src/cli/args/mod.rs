@@ -16,16 +16,18 @@ use crate::measure::generate::Generated;
 use crate::measure::kinds::Order;
 use crate::plan::{Choices, LaneCount, Precision};
 use crate::render::{Grid, RenderConfig};
+use crate::roots::{Interval, Solver};
 use crate::trace::Caching;
 use clap::{Args, value_parser};
 use glam::DVec3;
 use std::path::PathBuf;
 use values::{
-    AccelChoice, BenchAccels, BenchBuilds, BenchCachings, BenchKinds, GrowthRange, PeerChoice,
-    ReuseChoice, Sweeps, no_tiles, parse_accel, parse_accels, parse_aovs, parse_bench_builds,
-    parse_build, parse_caching, parse_cachings, parse_error, parse_generated, parse_grid,
-    parse_growth, parse_kd_clip, parse_kd_stop, parse_kinds, parse_lanes, parse_offset,
-    parse_order, parse_peers, parse_precision, parse_reuse, parse_scale, parse_size, parse_sweeps,
+    AccelChoice, BenchAccels, BenchBuilds, BenchCachings, BenchKinds, Coefficients, GrowthRange,
+    PeerChoice, ReuseChoice, Sweeps, no_tiles, parse_accel, parse_accels, parse_aovs,
+    parse_bench_builds, parse_build, parse_caching, parse_cachings, parse_coefficients,
+    parse_error, parse_generated, parse_grid, parse_growth, parse_interval, parse_kd_clip,
+    parse_kd_stop, parse_kinds, parse_lanes, parse_offset, parse_order, parse_peers,
+    parse_precision, parse_reuse, parse_scale, parse_size, parse_solver, parse_sweeps,
 };
 
 #[derive(Args)]
@@ -236,6 +238,28 @@ impl MeasureArgs {
             allow_outside: self.allow_outside,
         }
     }
+}
+
+#[derive(Args)]
+pub struct RootsArgs {
+    /// Coefficients of the polynomial, the constant one first
+    #[arg(long, value_name = "C0,C1,…", allow_hyphen_values = true, value_parser = parse_coefficients)]
+    pub coeffs: Option<Coefficients>,
+    /// A list of polynomials: {"polynomials": [{"name": …, "coeffs_f64": […]}]}
+    #[arg(long, value_name = "FILE", conflicts_with = "coeffs")]
+    pub file: Option<PathBuf>,
+    /// Only roots above LOW and up to HIGH, which belongs to it; each may be infinite
+    #[arg(long, value_name = "LOW,HIGH", default_value = "-inf,inf", allow_hyphen_values = true, value_parser = parse_interval)]
+    pub interval: Interval,
+    /// auto, halving, newton, sturm, closed, bracketed or bernstein [default: the roots of auto, and all others beside it]
+    #[arg(long, value_name = "SOLVER", value_parser = parse_solver)]
+    pub solver: Option<Solver>,
+    /// Time and missed roots by degree, of --file, as an HTML page
+    #[arg(long, value_name = "FILE", requires = "file")]
+    pub plot: Option<PathBuf>,
+    /// Machine-readable results; - is standard output
+    #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
+    pub json: Option<Sink>,
 }
 
 #[derive(Args)]

@@ -10,8 +10,10 @@ use crate::measure::generate::Generated;
 use crate::measure::kinds::{Kind, Order};
 use crate::plan::{Accel, LaneCount, Precision};
 use crate::render::Grid;
+use crate::roots::{Interval, Solver};
 use crate::trace::{Caching, Reuse};
 use glam::DVec3;
+use std::ops::Bound;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
@@ -268,6 +270,44 @@ pub fn parse_growth(text: &str) -> Result<GrowthRange, String> {
         ))
 }
 
+/// Coefficients of a polynomial.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coefficients(pub Vec<f64>);
+
+pub fn parse_coefficients(text: &str) -> Result<Coefficients, String> {
+    let number = |x: &str| x.trim().parse().ok().filter(|x: &f64| x.is_finite());
+    let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
+    numbers
+        .map(Coefficients)
+        .ok_or("write finite numbers, the constant one first, as C0,C1,C2, such as -1,0,3,1".into())
+}
+
+pub fn parse_interval(text: &str) -> Result<Interval, String> {
+    let number = |x: &str| x.trim().parse().ok().filter(|x: &f64| !x.is_nan());
+    let ends = text.split_once(',');
+    ends.and_then(|(low, high)| Some((number(low)?, number(high)?)))
+        .filter(|(low, high)| low < high)
+        .map(|(low, high)| Interval {
+            low: match low {
+                f64::NEG_INFINITY => Bound::Unbounded,
+                _ => Bound::Excluded(low),
+            },
+            high: match high {
+                f64::INFINITY => Bound::Unbounded,
+                _ => Bound::Included(high),
+            },
+        })
+        .ok_or("write it as LOW,HIGH with LOW < HIGH, such as 0,1 or -inf,2.5".into())
+}
+
+pub fn parse_solver(text: &str) -> Result<Solver, String> {
+    one_of(
+        text,
+        &Solver::ALL.map(|solver| (solver.name(), solver)),
+        &[],
+    )
+}
+
 pub fn no_tiles(_: &str) -> Result<String, String> {
     Err("it does not exist yet; leave it out to render the whole picture".into())
 }
@@ -345,6 +385,25 @@ mod tests {
         ] {
             assert!(parse_offset(bad).unwrap_err().contains("X,Y,Z"), "{bad}");
         }
+    }
+
+    #[test]
+    fn intervals_and_coefficients() {
+        assert_eq!(parse_interval("-inf,inf"), Ok(Interval::LINE));
+        assert_eq!(parse_interval("-1, 0"), Ok(Interval::half_open(-1.0, 0.0)));
+        for bad in ["", "1", "1,0", "0,0", "nan,1", "0,1,2", "a,b", "inf,inf"] {
+            let said = parse_interval(bad).unwrap_err();
+            assert!(said.contains("LOW,HIGH"), "{bad}: {said}");
+        }
+        let coefficients = Coefficients(vec![-1.0, 0.0, 3e-5]);
+        assert_eq!(parse_coefficients("-1, 0,3e-5"), Ok(coefficients));
+        for bad in ["", "1,,2", "1;2", "nan", "1,inf", "1e999"] {
+            let said = parse_coefficients(bad).unwrap_err();
+            assert!(said.contains("constant one first"), "{bad}: {said}");
+        }
+        assert_eq!(parse_solver("sturm"), Ok(Solver::Sturm));
+        let said = parse_solver("laguerre").unwrap_err();
+        assert!(said.contains("known are auto, halving"), "{said}");
     }
 
     #[test]

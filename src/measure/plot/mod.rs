@@ -1,4 +1,4 @@
-//! Results of `bench` and `extremes` as one HTML page: bars and curves, drawn as inline SVG.
+//! Results of `bench`, `extremes` and `roots` as one HTML page: bars and curves, drawn as inline SVG.
 //!
 //! The page needs nothing from outside and no script; colours follow the
 //! reader's light or dark setting. Every number that a shape stands for is also
@@ -8,10 +8,12 @@ mod bars;
 mod curves;
 mod extremes;
 mod page;
+mod solvers;
 mod svg;
 
 pub use extremes::extremes_page;
 pub use page::Heading;
+pub use solvers::solvers_page;
 
 use super::bench::{Comparison, Row};
 use super::growth::Growth;

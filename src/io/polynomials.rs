@@ -1,0 +1,111 @@
+//! Lists of polynomials: JSON, with coefficients as text or numbers, the constant one
+//! first, and the roots that are known.
+
+use super::error::LoadError;
+use super::folder::read;
+use super::text::one_line;
+use crate::roots::Polynomial;
+use serde::Deserialize;
+use std::path::Path;
+
+/// One polynomial of a file.
+#[derive(Clone, Debug)]
+pub struct Listed {
+    pub name: String,
+    pub polynomial: Polynomial,
+    /// Its real roots, where the file gives them.
+    pub known: Option<Vec<KnownRoot>>,
+}
+
+/// A root as the file has it.
+#[derive(Clone, Copy, Debug)]
+pub struct KnownRoot {
+    /// The nearest f64.
+    pub t: f64,
+    pub multiplicity: u32,
+    /// The error that a backward-stable solver in f64 makes, to first order.
+    pub forward_bound: f64,
+}
+
+#[derive(Deserialize)]
+struct File {
+    polynomials: Vec<Entry>,
+}
+
+#[derive(Deserialize)]
+struct Entry {
+    name: String,
+    coeffs_f64: Vec<Number>,
+    real_roots_f64: Option<Vec<Known>>,
+}
+
+#[derive(Deserialize)]
+struct Known {
+    x: Number,
+    mult: u32,
+    forward_bound: Option<Number>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Number {
+    Number(f64),
+    Text(String),
+}
+
+impl Number {
+    fn value(&self) -> Result<f64, String> {
+        match self {
+            Number::Number(x) => Ok(*x),
+            Number::Text(text) => text.trim().parse().map_err(|_| {
+                let text = one_line(text);
+                format!("'{text}' is no number; write one such as -2.5e-3")
+            }),
+        }
+    }
+}
+
+/// Reads the polynomials of a file; errors name the polynomial.
+pub fn load_polynomials(path: &Path) -> Result<Vec<Listed>, LoadError> {
+    let file: File = serde_json::from_slice(&read(path)?).map_err(|e| LoadError::Syntax {
+        path: path.into(),
+        line: e.line(),
+        column: e.column(),
+        message: format!(
+            "{}; expected is {{\"polynomials\": [{{\"name\": …, \"coeffs_f64\": […]}}]}}",
+            one_line(&e.to_string())
+        ),
+    })?;
+    let entries = file.polynomials.into_iter();
+    entries.map(|entry| listed(path, entry)).collect()
+}
+
+fn listed(path: &Path, entry: Entry) -> Result<Listed, LoadError> {
+    let name = one_line(&entry.name);
+    let invalid = |message: String| LoadError::Invalid {
+        path: path.into(),
+        place: format!("polynomial '{name}'"),
+        message,
+    };
+    let numbers = entry.coeffs_f64.iter().map(Number::value);
+    let numbers: Vec<f64> = numbers.collect::<Result<_, _>>().map_err(invalid)?;
+    let polynomial = Polynomial::new(&numbers).map_err(|e| invalid(e.to_string()))?;
+    let known = |root: &Known| {
+        let bound = root.forward_bound.as_ref().map(Number::value);
+        Ok(KnownRoot {
+            t: root.x.value()?,
+            multiplicity: root.mult,
+            forward_bound: bound.transpose()?.unwrap_or(0.0),
+        })
+    };
+    let known = entry
+        .real_roots_f64
+        .map(|roots| roots.iter().map(known).collect());
+    let known: Option<Result<_, String>> = known;
+    let known = known.transpose().map_err(invalid)?;
+    Ok(Listed {
+        name,
+        polynomial,
+        known,
+    })
+}

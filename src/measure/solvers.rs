@@ -1,0 +1,151 @@
+//! Root finders beside each other: what they find, and how long that takes.
+
+use crate::io::KnownRoot;
+use crate::roots::{Answer, Interval, Polynomial, Proof, Solver, SolverError, Want, solve};
+use serde::Serialize;
+use std::time::{Duration, Instant};
+
+/// One solver on one polynomial.
+#[derive(Clone, Debug, Serialize)]
+pub struct Trial {
+    pub solver: &'static str,
+    /// Distinct roots.
+    pub roots: usize,
+    pub clusters: usize,
+    /// Whether it is shown that nothing is missing.
+    pub complete: bool,
+    /// Of one call, the best of several.
+    pub nanoseconds: f64,
+    /// Against the roots that are known.
+    #[serde(flatten)]
+    pub tally: Option<Tally>,
+}
+
+/// What became of known roots.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Tally {
+    /// Given, with the right multiplicity, and no farther off than 10 · degree ·
+    /// `forward_bound`, or rounded correctly.
+    pub found: usize,
+    pub wrong_multiplicity: usize,
+    /// Inside a cluster.
+    pub in_clusters: usize,
+    pub lost: usize,
+    /// Given, but none.
+    pub false_roots: usize,
+}
+
+impl Tally {
+    pub fn of(answer: &Answer, known: &[KnownRoot], degree: usize) -> Tally {
+        let mut tally = Tally::default();
+        let mut left = answer.roots.clone();
+        for root in known {
+            let reach = 10.0 * degree as f64 * root.forward_bound;
+            let off = |t: f64| (t - root.t).abs();
+            let near = (0..left.len()).min_by(|a, b| off(left[*a].t).total_cmp(&off(left[*b].t)));
+            match near.filter(|i| off(left[*i].t) <= reach) {
+                Some(i) if left.remove(i).multiplicity == root.multiplicity => tally.found += 1,
+                Some(_) => tally.wrong_multiplicity += 1,
+                None => {
+                    let mut clusters = answer.clusters.iter();
+                    match clusters.any(|c| c.low <= root.t && root.t <= c.high) {
+                        true => tally.in_clusters += 1,
+                        false => tally.lost += 1,
+                    }
+                }
+            }
+        }
+        tally.false_roots = left.len();
+        tally
+    }
+
+    /// Of the known roots, the share that is not found.
+    pub fn missed(&self) -> f64 {
+        let missed = (self.wrong_multiplicity + self.in_clusters + self.lost) as f64;
+        missed / (self.found as f64 + missed)
+    }
+
+    pub fn add(&mut self, other: &Tally) {
+        self.found += other.found;
+        self.wrong_multiplicity += other.wrong_multiplicity;
+        self.in_clusters += other.in_clusters;
+        self.lost += other.lost;
+        self.false_roots += other.false_roots;
+    }
+}
+
+/// One solver over several polynomials.
+#[derive(Clone, Debug, Serialize)]
+pub struct Total {
+    pub solver: &'static str,
+    pub polynomials: usize,
+    pub roots: usize,
+    pub clusters: usize,
+    /// In all.
+    pub nanoseconds: f64,
+    #[serde(flatten)]
+    pub tally: Option<Tally>,
+}
+
+/// All solvers over the polynomials of one degree.
+#[derive(Clone, Debug, Serialize)]
+pub struct DegreeRow {
+    pub degree: usize,
+    pub solvers: Vec<Total>,
+}
+
+/// Of each solver that has a trial among these.
+pub fn totals<'t>(trials: impl Iterator<Item = &'t Trial> + Clone) -> Vec<Total> {
+    let total = |solver: &Solver| {
+        let mut total = Total {
+            solver: solver.name(),
+            polynomials: 0,
+            roots: 0,
+            clusters: 0,
+            nanoseconds: 0.0,
+            tally: None,
+        };
+        for trial in trials.clone().filter(|t| t.solver == total.solver) {
+            total.polynomials += 1;
+            total.roots += trial.roots;
+            total.clusters += trial.clusters;
+            total.nanoseconds += trial.nanoseconds;
+            if let Some(tally) = &trial.tally {
+                total.tally.get_or_insert_default().add(tally);
+            }
+        }
+        (total.polynomials > 0).then_some(total)
+    };
+    Solver::ALL.iter().filter_map(total).collect()
+}
+
+/// How long a solver is timed.
+const TIMED: Duration = Duration::from_micros(1500);
+
+/// The answer of one solver, and its best time of several runs.
+pub fn trial(
+    p: &Polynomial,
+    interval: &Interval,
+    solver: Solver,
+    known: Option<&[KnownRoot]>,
+) -> Result<(Answer, Trial), SolverError> {
+    let started = Instant::now();
+    let mut best = f64::INFINITY;
+    let answer = loop {
+        let before = Instant::now();
+        let answer = solve(p, interval, solver, Want::All, &[])?;
+        best = best.min(before.elapsed().as_secs_f64());
+        if started.elapsed() > TIMED {
+            break answer;
+        }
+    };
+    let trial = Trial {
+        solver: solver.name(),
+        roots: answer.roots.len(),
+        clusters: answer.clusters.len(),
+        complete: answer.proof == Proof::Complete,
+        nanoseconds: (best * 1e9).round(),
+        tally: known.map(|known| Tally::of(&answer, known, p.degree())),
+    };
+    Ok((answer, trial))
+}

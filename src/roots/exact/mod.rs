@@ -1,0 +1,189 @@
+//! Polynomials over the integers: what f64 leaves open is counted out here.
+//!
+//! The f64 coefficients of a polynomial are integers times one power of two, and
+//! numbers on the line are dyadic, too. So signs, greatest common divisors and
+//! Descartes' counts are exact. Square factors come off first (`divisor.rs`),
+//! the rest is isolated by subdivision (`descartes.rs`) or by Sturm's chain
+//! (`chain.rs`), and every root is rounded to the nearest f64 by signs at f64
+//! numbers and halfway between (`rounding.rs`).
+
+mod chain;
+mod descartes;
+mod divisor;
+mod rounding;
+
+pub use chain::isolate_by_chain;
+pub use descartes::{Isolated, isolate};
+pub use divisor::{Factors, factors};
+pub use rounding::{nearest, rounded};
+
+use super::polynomial::Polynomial;
+use crate::math::int::decoded;
+use num_bigint::{BigInt, Sign};
+use std::cmp::Ordering;
+
+/// Coefficients, the constant one first, the last not 0.
+pub type Integers = Vec<BigInt>;
+
+/// The coefficients times the power of two that makes them integers of no more
+/// bits than needed.
+pub fn integers(p: &Polynomial) -> Integers {
+    let parts = p.coefficients().iter().map(|c| (decoded(*c), *c < 0.0));
+    let odd = |m: u64, e: i32| (m >> m.trailing_zeros(), e + m.trailing_zeros() as i32);
+    let parts: Vec<(u64, i32, bool)> = parts
+        .map(|((m, e), negative)| match m {
+            0 => (0, i32::MAX, false),
+            _ => (odd(m, e).0, odd(m, e).1, negative),
+        })
+        .collect();
+    let least = parts.iter().map(|(_, e, _)| *e).min().unwrap_or(0);
+    let number = |(m, e, negative): &(u64, i32, bool)| match m {
+        0 => BigInt::ZERO,
+        m => {
+            let size = BigInt::from(*m) << (e - least) as u32;
+            if *negative { -size } else { size }
+        }
+    };
+    parts.iter().map(number).collect()
+}
+
+/// m · 2^e, exactly.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Point {
+    pub m: BigInt,
+    pub e: i64,
+}
+
+impl Point {
+    /// s · 2^k.
+    pub fn of(s: f64, k: i32) -> Point {
+        let (m, e) = decoded(s);
+        let m = BigInt::from(m);
+        Point {
+            m: if s < 0.0 { -m } else { m },
+            e: i64::from(e) + i64::from(k),
+        }
+    }
+
+    pub fn middle(&self, other: &Point) -> Point {
+        let [a, b, e] = aligned(self, other);
+        Point {
+            m: a + b,
+            e: i64::try_from(e).unwrap_or(0) - 1,
+        }
+        .reduced()
+    }
+
+    fn reduced(self) -> Point {
+        let zeros = self.m.trailing_zeros().unwrap_or(0);
+        Point {
+            m: self.m >> zeros,
+            e: self.e + zeros as i64,
+        }
+    }
+}
+
+/// Two points over one power of two, and that.
+fn aligned(a: &Point, b: &Point) -> [BigInt; 3] {
+    let e = a.e.min(b.e);
+    let over = |p: &Point| p.m.clone() << (p.e - e) as u64;
+    [over(a), over(b), BigInt::from(e)]
+}
+
+impl PartialOrd for Point {
+    fn partial_cmp(&self, other: &Point) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Point {
+    fn cmp(&self, other: &Point) -> Ordering {
+        let [a, b, _] = aligned(self, other);
+        a.cmp(&b)
+    }
+}
+
+/// Of p at a point.
+pub fn sign_at(p: &[BigInt], at: &Point) -> Ordering {
+    let mut y = BigInt::ZERO;
+    if at.e >= 0 {
+        let x = at.m.clone() << at.e as u64;
+        for c in p.iter().rev() {
+            y = y * &x + c;
+        }
+    } else {
+        // Times 2^(−e n).
+        let down = at.e.unsigned_abs();
+        for (i, c) in p.iter().rev().enumerate() {
+            y = y * &at.m + (c << (down * i as u64));
+        }
+    }
+    order(&y)
+}
+
+pub fn order(x: &BigInt) -> Ordering {
+    match x.sign() {
+        Sign::Minus => Ordering::Less,
+        Sign::NoSign => Ordering::Equal,
+        Sign::Plus => Ordering::Greater,
+    }
+}
+
+pub fn derivative(p: &[BigInt]) -> Integers {
+    p.iter().enumerate().skip(1).map(|(i, c)| c * i).collect()
+}
+
+/// Without zeros at the upper end; the zero polynomial is empty.
+pub fn stripped(mut p: Integers) -> Integers {
+    while p.last().is_some_and(|c| c.sign() == Sign::NoSign) {
+        p.pop();
+    }
+    p
+}
+
+/// Divided by the greatest common divisor of the coefficients.
+pub fn primitive(p: Integers) -> Integers {
+    let mut content = BigInt::ZERO;
+    for c in &p {
+        content = common(content, c.clone());
+        if content.bits() == 1 {
+            return p;
+        }
+    }
+    match content.sign() {
+        Sign::NoSign => p,
+        _ => p.into_iter().map(|c| c / &content).collect(),
+    }
+}
+
+/// The greatest common divisor, positive (Euclid).
+fn common(mut a: BigInt, mut b: BigInt) -> BigInt {
+    while b.sign() != Sign::NoSign {
+        (a, b) = (b.clone(), a % b);
+    }
+    if a.sign() == Sign::Minus { -a } else { a }
+}
+
+/// p / q, where that is a polynomial over the integers.
+pub fn quotient(p: &[BigInt], q: &[BigInt]) -> Option<Integers> {
+    let (n, m) = (p.len().checked_sub(1)?, q.len() - 1);
+    if n < m {
+        return None;
+    }
+    let mut rest = p.to_vec();
+    let mut result = vec![BigInt::ZERO; n - m + 1];
+    let leading = &q[m];
+    for i in (0..=n - m).rev() {
+        let factor = &rest[i + m] / leading;
+        if &factor * leading != rest[i + m] {
+            return None;
+        }
+        for j in 0..=m {
+            rest[i + j] -= &factor * &q[j];
+        }
+        result[i] = factor;
+    }
+    rest.iter()
+        .all(|c| c.sign() == Sign::NoSign)
+        .then_some(result)
+}

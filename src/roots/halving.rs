@@ -1,0 +1,93 @@
+//! Interval halving: Moore's exclusion (1966), with Taylor's expansion about the
+//! middle of an interval as the enclosure.
+//!
+//! With p(m + h) = Σ aⱼ hʲ, |h| ≤ r: no root where |a₀| > Σ_{j≥1} |aⱼ| rʲ; p is
+//! monotone where |a₁| r > Σ_{j≥2} j |aⱼ| rʲ, and then the signs at the ends tell,
+//! and plain bisection finds the root. Anything else is halved, until what is
+//! left of p over the interval drowns in the error of its coefficients. That is
+//! 4n u Σ |cᵢ| (|m| + r)ⁱ for all aⱼ rʲ together: each cᵢ goes through at most 2n
+//! sums and products to each of them.
+//!
+//! Certifies; slow, and slower the closer roots lie.
+
+use super::answer::Proof;
+use super::settle::{Candidate, Line};
+use crate::math::lanes::Scalar;
+
+/// Intervals that are looked at.
+const NODES: usize = 50_000;
+
+pub fn candidates(line: &Line) -> (Vec<Candidate>, Proof) {
+    let n = line.degree();
+    let mut found = Vec::new();
+    let mut stack = vec![(line.from, line.to)];
+    let mut a = vec![0.0; n + 1];
+    let mut nodes = 0;
+    while let Some((low, high)) = stack.pop() {
+        let (m, r) = (low + 0.5 * (high - low), 0.5 * (high - low) * 1.000_001);
+        nodes += 1;
+        if nodes > NODES {
+            found.push(Candidate::Within(low, high));
+            continue;
+        }
+        a.copy_from_slice(&line.c);
+        for i in 0..n {
+            for j in (i..n).rev() {
+                a[j] += m * a[j + 1];
+            }
+        }
+        let size = line
+            .c
+            .iter()
+            .rev()
+            .fold(0.0, |y, c| y * (m.abs() + r) + c.abs());
+        let error = 4.0 * n as f64 * f64::UNIT_ROUNDOFF * size * 1.001 + 1e-300;
+        let (mut power, mut rest, mut bend) = (1.0, 0.0, 0.0);
+        for (j, a) in a.iter().enumerate().skip(1) {
+            power *= r;
+            rest += a.abs() * power;
+            if j > 1 {
+                bend += j as f64 * a.abs() * power;
+            }
+        }
+        if a[0].abs() > rest + error {
+            continue;
+        }
+        if a[1].abs() * r > bend + n as f64 * error {
+            found.extend(bisected(line, low, high));
+            continue;
+        }
+        let narrow = r <= 4.0 * f64::EPSILON * m.abs() || r < 1e-290;
+        if rest <= 4.0 * error || narrow {
+            found.push(Candidate::Within(low, high));
+            continue;
+        }
+        stack.push((m, high));
+        stack.push((low, m));
+    }
+    (found, Proof::Complete)
+}
+
+/// The root of p between two numbers between which it is monotone.
+fn bisected(line: &Line, mut low: f64, mut high: f64) -> Option<Candidate> {
+    let (first, last) = (line.certain_sign(low), line.certain_sign(high));
+    if first == 0.0 || last == 0.0 {
+        // Beside an end, or on it.
+        let at = if first == 0.0 { low } else { high };
+        return Some(Candidate::Within(at, at));
+    }
+    if first == last {
+        return None;
+    }
+    loop {
+        let middle = low + 0.5 * (high - low);
+        if middle <= low || middle >= high {
+            return Some(Candidate::Within(low, high));
+        }
+        match line.certain_sign(middle) {
+            0.0 => return Some(Candidate::Within(middle, middle)),
+            sign if sign == first => low = middle,
+            _ => high = middle,
+        }
+    }
+}

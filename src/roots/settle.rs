@@ -1,0 +1,168 @@
+//! From what a plain solver takes for roots to what is one.
+//!
+//! Halving, Newton, closed forms and bracketed Newton give candidates. Each ends in
+//! the canonical refinement, which proves it, or else in a cluster: an interval
+//! around it at whose ends the sign of p is certain in f64.
+
+use super::answer::{Answer, Cluster, Parity, Proof, Root};
+use super::eval::horner;
+use super::exact::{self, Point};
+use super::interval::Interval;
+use super::polynomial::{Polynomial, times_power};
+use super::refine::certified;
+use std::cmp::Ordering;
+
+/// A polynomial with c₀ ≠ 0 as p(2^k s), all roots of which have |s| < 1, and the
+/// interval asked for within that.
+pub struct Line {
+    pub p: Polynomial,
+    pub k: i32,
+    pub c: Vec<f64>,
+    pub from: f64,
+    pub to: f64,
+}
+
+/// Where there may be a root.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Candidate {
+    /// If p is not certainly something else there.
+    At(f64),
+    /// There is one, or nobody knows.
+    Within(f64, f64),
+}
+
+impl Line {
+    pub fn of(p: Polynomial, interval: &Interval) -> Line {
+        let k = p.root_bound();
+        let mut c = Vec::new();
+        p.scaled_into(k, &mut c);
+        let end = |t: f64| match t.is_finite() {
+            // An end that vanishes at this scale lies between 0 and all roots.
+            true => times_power(t, -k).clamp(-1.0, 1.0),
+            false => t.signum(),
+        };
+        Line {
+            p,
+            k,
+            c,
+            from: end(interval.from()),
+            to: end(interval.to()),
+        }
+    }
+
+    pub fn degree(&self) -> usize {
+        self.p.degree()
+    }
+
+    /// The sign of p, where it is certain; else 0.
+    pub fn certain_sign(&self, s: f64) -> f64 {
+        let at = horner(&self.c, s);
+        if at.certain() { at.value.signum() } else { 0.0 }
+    }
+}
+
+/// The roots of p in the interval that the candidates lead to; of p without the
+/// root 0, which is known.
+pub fn settle(
+    p: &Polynomial,
+    interval: &Interval,
+    find: impl FnOnce(&Line) -> (Vec<Candidate>, Proof),
+) -> Answer {
+    let mut answer = Answer::empty(Proof::Complete);
+    if !interval.is_sound() {
+        return answer;
+    }
+    let (rest, zeros) = p.without_zero();
+    if zeros > 0 && interval.holds(|end| 0.0_f64.total_cmp(&(end + 0.0))) {
+        answer.roots.push(Root::zero(zeros));
+    }
+    if rest.degree() == 0 {
+        return answer;
+    }
+    let line = Line::of(rest, interval);
+    let (candidates, proof) = find(&line);
+    answer.proof = proof;
+    let mut scratch = Vec::new();
+    for candidate in candidates {
+        let s = match candidate {
+            Candidate::At(s) => s,
+            Candidate::Within(low, high) => low + 0.5 * (high - low),
+        };
+        if let Some(found) = certified(&line.p, s, line.k, &mut scratch) {
+            let t = found.t();
+            let known = answer.roots.iter().any(|root| root.t == t);
+            if !known && interval.holds(|end| against(&line.p, t, end)) {
+                answer.roots.push(Root::nearest(t, 1));
+            }
+            continue;
+        }
+        let (low, high) = match candidate {
+            Candidate::At(s) if line.certain_sign(s) != 0.0 => continue,
+            Candidate::At(s) => (s, s),
+            Candidate::Within(low, high) => (low, high),
+        };
+        answer.clusters.extend(cluster(&line, low, high, interval));
+    }
+    merge(&mut answer);
+    answer
+}
+
+/// A simple root, to which t is the nearest f64, against an end.
+fn against(p: &Polynomial, t: f64, end: f64) -> Ordering {
+    if t != end {
+        return t.total_cmp(&end);
+    }
+    let integers = exact::integers(p);
+    let at = Point::of(end, 0);
+    // p rises through it or falls.
+    let slope = exact::sign_at(&exact::derivative(&integers), &at);
+    match (exact::sign_at(&integers, &at), slope) {
+        (Ordering::Equal, _) => Ordering::Equal,
+        (sign, slope) if sign == slope => Ordering::Less,
+        _ => Ordering::Greater,
+    }
+}
+
+/// Wider until p is certain at both ends.
+fn cluster(line: &Line, mut low: f64, mut high: f64, interval: &Interval) -> Option<Cluster> {
+    let start = low.abs().max(high.abs()).max(1e-290) * f64::EPSILON;
+    let mut step = start;
+    while line.certain_sign(low) == 0.0 && low > -2.0 {
+        low -= step;
+        step *= 2.0;
+    }
+    step = start;
+    while line.certain_sign(high) == 0.0 && high < 2.0 {
+        high += step;
+        step *= 2.0;
+    }
+    let parity = match line.certain_sign(low) * line.certain_sign(high) {
+        0.0 => Parity::Unknown,
+        1.0 => Parity::Even,
+        _ => Parity::Odd,
+    };
+    let t = |s: f64| times_power(s, line.k).clamp(-f64::MAX, f64::MAX);
+    let (low, high) = (t(low).next_down(), t(high).next_up());
+    let meets = high >= interval.from() && low <= interval.to();
+    meets.then_some(Cluster { low, high, parity })
+}
+
+/// Clusters that overlap are one, and hold the roots within.
+fn merge(answer: &mut Answer) {
+    answer.sort();
+    let mut merged: Vec<Cluster> = Vec::new();
+    for cluster in answer.clusters.drain(..) {
+        match merged.last_mut() {
+            Some(last) if cluster.low <= last.high => {
+                if cluster.high > last.high {
+                    last.parity = Parity::Unknown;
+                    last.high = cluster.high;
+                }
+            }
+            _ => merged.push(cluster),
+        }
+    }
+    let inside = |root: &Root| merged.iter().any(|c| c.low <= root.t && root.t <= c.high);
+    answer.roots.retain(|root| !inside(root));
+    answer.clusters = merged;
+}

@@ -34,5 +34,5 @@ pub fn span<L: Lanes>(ellipsoid: &Ellipsoid, ray: &Ray<L>) -> Span<L> {
     let radii: Vec3<L> = Vec3::splat(ellipsoid.radii.to_array().map(L::Scalar::from_f64));
     let by_radii = |v: Vec3<L>| Vec3::new(v.x / radii.x, v.y / radii.y, v.z / radii.z);
     let (org, dir) = (by_radii(ray.org - center), by_radii(ray.dir));
-    centered_span(org, dir, dir.dot(dir), L::from_f32(1.0))
+    centered_span(org, dir, dir.unordered_dot(dir), L::from_f32(1.0))
 }

@@ -24,8 +24,8 @@ pub fn span<L: Lanes>(planes: &[HalfSpace], ray: &Ray<L>) -> Span<L> {
     let mut exit = infinity;
     for plane in planes {
         let normal = Vec3::splat(plane.normal.to_array().map(L::Scalar::from_f64));
-        let room = L::from_f64(plane.offset) - normal.dot(ray.org);
-        let speed = normal.dot(ray.dir);
+        let room = L::from_f64(plane.offset) - normal.unordered_dot(ray.org);
+        let speed = normal.unordered_dot(ray.dir);
         let t = room / speed;
         let (inward, outward) = (speed.lt(zero), speed.gt(zero));
         enter = enter.max(L::select(inward, t, -infinity));

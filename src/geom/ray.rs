@@ -140,7 +140,7 @@ impl<L: Lanes> Ray<L> {
             org,
             dir,
             t_min,
-            dir_squared: dir.dot(dir),
+            dir_squared: dir.unordered_dot(dir),
             shear: Shear::of(dir),
         }
     }

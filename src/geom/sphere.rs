@@ -41,13 +41,13 @@ pub(super) fn centered_span<L: Lanes>(
     dir_squared: L,
     radius: L,
 ) -> Span<L> {
-    let b = -org.dot(dir);
+    let b = -org.unordered_dot(dir);
     let nearest = org + dir * (b / dir_squared);
-    let squared = radius * radius - nearest.length_squared();
+    let squared = radius * radius - nearest.unordered_dot(nearest);
     let root = (squared * dir_squared).sqrt();
     // The larger root in magnitude first; the other from their product.
     let q = b + L::select(b.lt(L::zero()), -root, root);
-    let product = org.length_squared() - radius * radius;
+    let product = org.unordered_dot(org) - radius * radius;
     let (t0, t1) = (product / q, q / dir_squared);
     // Both roots are 0 where q is: on the surface and tangent to it.
     let at_origin = q.eq(L::zero());

@@ -6,8 +6,8 @@
 //! functions here, so they all see the same numbers. glam's types are only the
 //! storage.
 
-use super::lanes::Lanes;
-use super::vec3::Vec3;
+use super::lanes::{Lanes, max, min, odd_sum};
+use super::vec3::{Vec3, unordered_dot};
 use glam::{DAffine3, DMat3, DVec3};
 
 /// A 3×4 matrix in f64: nine linear entries by column, and a translation.
@@ -46,45 +46,33 @@ impl Affine {
         }
     }
 
-    /// A point: ((m₀x + m₁y) + m₂z) + t, each row, no FMA.
+    /// A point: (m₀x + m₁y + m₂z) + t, each row, no FMA; of the three products the
+    /// least and the greatest are added first. So no axis counts more than another.
     #[inline(always)]
     pub fn point(&self, p: [f64; 3]) -> [f64; 3] {
-        std::array::from_fn(|r| {
-            self.linear[0][r] * p[0]
-                + self.linear[1][r] * p[1]
-                + self.linear[2][r] * p[2]
-                + self.translation[r]
-        })
+        let v = self.vector(p);
+        std::array::from_fn(|r| v[r] + self.translation[r])
     }
 
-    /// A direction: (m₀x + m₁y) + m₂z, each row, no FMA.
+    /// A direction: m₀x + m₁y + m₂z in that order, each row, no FMA.
     #[inline(always)]
     pub fn vector(&self, v: [f64; 3]) -> [f64; 3] {
-        std::array::from_fn(|r| {
-            self.linear[0][r] * v[0] + self.linear[1][r] * v[1] + self.linear[2][r] * v[2]
-        })
+        let m = &self.linear;
+        std::array::from_fn(|r| odd_sum(m[0][r] * v[0], m[1][r] * v[1], m[2][r] * v[2]))
     }
 
     /// [`point`](Self::point) for many points at once: the same bits per lane.
     #[inline(always)]
     pub fn points<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> Vec3<D> {
-        let row = |r: usize| {
-            D::splat(self.linear[0][r]) * p.x
-                + D::splat(self.linear[1][r]) * p.y
-                + D::splat(self.linear[2][r]) * p.z
-                + D::splat(self.translation[r])
-        };
-        Vec3::new(row(0), row(1), row(2))
+        let [x, y, z] = self.translation.map(D::splat);
+        self.vectors(p) + Vec3::new(x, y, z)
     }
 
     /// [`vector`](Self::vector) for many directions at once.
     #[inline(always)]
     pub fn vectors<D: Lanes<Scalar = f64>>(&self, v: Vec3<D>) -> Vec3<D> {
-        let row = |r: usize| {
-            D::splat(self.linear[0][r]) * v.x
-                + D::splat(self.linear[1][r]) * v.y
-                + D::splat(self.linear[2][r]) * v.z
-        };
+        let at = |c: usize, r: usize| D::splat(self.linear[c][r]);
+        let row = |r: usize| odd_sum(at(0, r) * v.x, at(1, r) * v.y, at(2, r) * v.z);
         Vec3::new(row(0), row(1), row(2))
     }
 
@@ -120,10 +108,17 @@ impl Affine {
         if !self.is_finite() || size == 0.0 || !size.is_normal() {
             return None;
         }
-        let columns = self.linear.map(|c| DVec3::from_array(c) / size);
-        let unit = DMat3::from_cols(columns[0], columns[1], columns[2]);
-        let inverse = unit.try_inverse()?;
-        let linear = inverse.to_cols_array_2d().map(|c| c.map(|x| x / size));
+        let [x, y, z] = self.linear.map(|c| DVec3::from_array(c) / size);
+        let rows = [y.cross(z), z.cross(x), x.cross(y)];
+        // Along each column, which round differently, and of these the middle one: so
+        // no axis counts more than another.
+        let [a, b, c] = [(x, 0), (y, 1), (z, 2)].map(|(column, k)| unordered_dot(column, rows[k]));
+        let determinant = max(min(a, b), min(max(a, b), c));
+        if determinant == 0.0 || !determinant.is_finite() {
+            return None;
+        }
+        let rows = rows.map(|row| row / determinant);
+        let linear = [0, 1, 2].map(|c| rows.map(|row| row[c] / size));
         let result = Affine {
             linear,
             translation: [0.0; 3],

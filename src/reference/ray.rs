@@ -11,11 +11,13 @@ pub struct Ray {
 }
 
 impl Ray {
-    /// The object ray: the matrix times the ray, in the order that defines it
-    /// ((m₀x + m₁y) + m₂z) + t, without FMA.
+    /// The object ray: the matrix times the ray, in the order that defines it: the
+    /// least and the greatest of m₀x, m₁y and m₂z, then the third, then t; without FMA.
     pub fn through(&self, m: &Affine) -> Ray {
         let row = |v: [f64; 3], r: usize| {
-            m.linear[0][r] * v[0] + m.linear[1][r] * v[1] + m.linear[2][r] * v[2]
+            let mut products: [f64; 3] = std::array::from_fn(|c| m.linear[c][r] * v[c]);
+            products.sort_by(f64::total_cmp);
+            (products[0] + products[2]) + products[1]
         };
         Ray {
             org: std::array::from_fn(|r| row(self.org, r) + m.translation[r]),

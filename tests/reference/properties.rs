@@ -148,8 +148,9 @@ proptest! {
         let m = all.rows[0].object_from_world;
         let rows = |p: [f64; 3], w: f64| -> [f64; 3] {
             std::array::from_fn(|r| {
-                let [x, y, z] = m.linear.map(|column| column[r]);
-                let sum = x * p[0] + y * p[1] + z * p[2];
+                let mut products = [0, 1, 2].map(|c| m.linear[c][r] * p[c]);
+                products.sort_by(f64::total_cmp);
+                let sum = (products[0] + products[2]) + products[1];
                 if w == 0.0 { sum } else { sum + m.translation[r] }
             })
         };

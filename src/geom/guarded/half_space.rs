@@ -5,9 +5,9 @@ use super::{
     roundings, tiny,
 };
 use crate::geom::{HalfSpace, Meet};
-use crate::math::Vec3;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::math::{Vec3, unordered_dot};
 use glam::DVec3;
 
 /// A plane before a ray that has been moved next to a polyhedron: `room` is how
@@ -61,7 +61,7 @@ impl<'a, L: Lanes> Polyhedron<'a, L> {
     #[inline(always)]
     fn ahead(&self, plane: &HalfSpace) -> Ahead<L> {
         let n = plane.normal;
-        let offset = plane.offset - n.dot(self.corner);
+        let offset = plane.offset - unordered_dot(n, self.corner);
         let lost = (plane.offset.abs() + n.abs().dot(self.corner.abs())) * (5.0 * UNIT);
         let normal: Vec3<L> = Vec3::splat(n.to_array().map(L::Scalar::from_f64));
         let length = L::from_f64(n.abs().element_sum());
@@ -72,9 +72,9 @@ impl<'a, L: Lanes> Polyhedron<'a, L> {
         let moved =
             length * self.near.size * roundings(6.5) + length * self.near.error * L::from_f32(1.25);
         Ahead {
-            room: L::from_f64(offset) - normal.dot(self.near.org),
+            room: L::from_f64(offset) - normal.unordered_dot(self.near.org),
             room_error: moved + own,
-            speed: normal.dot(*self.dir),
+            speed: normal.unordered_dot(*self.dir),
             speed_error: length * self.along * roundings(5.5) + tiny(),
         }
     }
@@ -191,7 +191,10 @@ fn plane<L: Lanes>(row: &HalfSpace, object: &ObjectRay<L>) -> Plane<L> {
     let abs = |v: Vec3<L::Double>| Vec3::new(v.x.abs(), v.y.abs(), v.z.abs());
     let offset = <L::Double as Lanes>::splat(row.offset);
     let (org, dir) = (object.org, object.dir);
-    let (room, speed) = (L::narrow(offset - n.dot(org)), L::narrow(n.dot(dir)));
+    let (room, speed) = (
+        L::narrow(offset - n.unordered_dot(org)),
+        L::narrow(n.unordered_dot(dir)),
+    );
     let across = size.dot(abs(dir));
     let unit = L::from_f64(5.0 * UNIT);
     let room_size = L::narrow(offset.abs() + size.dot(abs(org)));

@@ -29,9 +29,9 @@ struct Chord<L: Lanes> {
 impl<L: Lanes> Chord<L> {
     #[inline(always)]
     fn new(near: Near<L>, along: Vec3<L>, [squared, inverse]: [L; 2], radius: L) -> Chord<L> {
-        let b = -near.org.dot(along);
+        let b = -near.org.unordered_dot(along);
         let middle = b * inverse;
-        let (away, back) = (near.org.length_squared(), b * middle);
+        let (away, back) = (near.org.unordered_dot(near.org), b * middle);
         let room = (radius * radius - away) + back;
         let (small, large) = range::<L>();
         Chord {
@@ -64,9 +64,9 @@ impl<L: Lanes> Chord<L> {
         let start = over(object.org - Vec3::splat(ellipsoid.center.to_array()));
         let dir = over(object.dir);
         let (coarse, along) = (narrow::<L>(start), narrow::<L>(dir));
-        let (one, squared) = (L::from_f32(1.0), along.length_squared());
+        let (one, squared) = (L::from_f32(1.0), along.unordered_dot(along));
         let inverse = one / squared;
-        let shift = -(coarse.dot(along) * inverse);
+        let shift = -(coarse.unordered_dot(along) * inverse);
         let near = Near::at(start, dir, coarse.max_abs(), shift);
         Chord::new(near, along, [squared, inverse], one)
     }

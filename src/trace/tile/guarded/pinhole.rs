@@ -7,7 +7,7 @@
 
 use super::{Line, Settled, UNIT};
 use crate::accel::{Block, WIDE};
-use crate::geom::triangle::cross_with_size;
+use crate::geom::triangle::{cross_with_size, plane_depth_times_det, plane_det};
 use crate::math::lanes::{Lanes, Mask, Register, max, min};
 use crate::trace::tile::bundle::{Bundle, Group};
 use crate::trace::tile::parallel::Starts;
@@ -68,7 +68,7 @@ impl super::Edges for Edges {
             minus(raw[0], raw[2]),
             minus(raw[1], raw[0]),
         );
-        let (plane, size) = cross_with_size(cb, ac);
+        let (plane, size) = cross_with_size(ac, ba);
         let (edge_a, size_a) = cross_with_size(b, cb);
         let (edge_b, size_b) = cross_with_size(c, ac);
         let (edge_c, size_c) = cross_with_size(a, ba);
@@ -96,7 +96,7 @@ impl super::Edges for Edges {
         let top_error = (reach[0] + reach[1] + reach[2]).mul_add(tiny, top_error + tiny);
 
         let (zero, one) = (Register::zero(), splat(1.0));
-        let top = a[0].mul_add(plane[0], a[1].mul_add(plane[1], a[2] * plane[2]));
+        let top = plane_depth_times_det(a, plane);
         let turn = <Register as Lanes>::select(top.lt(zero), -one, one);
         let top = top.abs();
         // Which way the triangle faces is in doubt, or numbers leave the format:
@@ -193,7 +193,8 @@ impl super::Edges for Edges {
             at(x).mul_add(u, at(y).mul_add(v, at(z)))
         };
         let least = value(0).min(value(1)).min(value(2));
-        let det = value(3);
+        let at_plane = |axis: usize| at(&self.normal[3][axis]);
+        let det = plane_det([at_plane(0), at_plane(1), at_plane(2)], [u, v]);
         let late = at(&self.early).gt(limit * (det + at(&self.det_error)));
         let out = least.lt(L::zero()) | late | at(&self.nearest).gt(limit);
         Met {

@@ -11,6 +11,8 @@ mod common;
 mod compare;
 #[path = "metamorphic/remade.rs"]
 mod remade;
+#[path = "metamorphic/sums.rs"]
+mod sums;
 
 use common::{ALL_AOVS, Loaded, Random, RayColumns, assets, hard_rays, load, random_scene};
 use compare::{Tally, is_tie, same_pictures, same_records, show};

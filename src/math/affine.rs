@@ -103,11 +103,14 @@ impl Affine {
     /// The inverse, or `None` where the linear part is singular or so close to
     /// it that its condition number (∞-norm) passes 10^15.
     pub fn inverse(&self) -> Option<Affine> {
-        // Scaled to unit size first, so that no determinant under- or overflows.
-        let size = self.norm();
-        if !self.is_finite() || size == 0.0 || !size.is_normal() {
+        // Scaled to unit size first, so that no determinant under- or overflows; by a
+        // power of two, which rounds nothing.
+        let entries = self.linear.iter().flatten();
+        let largest = entries.fold(0.0, |m, x| f64::max(m, x.abs()));
+        if !self.is_finite() || !largest.is_normal() {
             return None;
         }
+        let size = f64::from_bits(largest.to_bits() & f64::INFINITY.to_bits());
         let [x, y, z] = self.linear.map(|c| DVec3::from_array(c) / size);
         let rows = [y.cross(z), z.cross(x), x.cross(y)];
         // Along each column, which round differently, and of these the middle one: so
@@ -128,7 +131,7 @@ impl Affine {
             linear,
             translation,
         };
-        let condition = size * result.norm();
+        let condition = self.norm() * result.norm();
         (result.is_finite() && condition <= 1e15).then_some(result)
     }
 }

@@ -1,6 +1,5 @@
 //! Two pictures, two records of rays: what differs, in numbers.
 
-use glam::DVec3;
 use lanecast::plan::Arithmetic;
 use lanecast::reference::Reference;
 use lanecast::render::Rendered;

@@ -107,13 +107,13 @@ fn frame<L: Lanes>(cone: &Cone, ray: &Ray<L>) -> Frame<L> {
     let middle = cone.base * 0.5 + cone.top * 0.5;
     let k = (cone.top_radius - cone.base_radius) / (2.0 * half);
     let splat = |v: DVec3| Vec3::splat(v.to_array().map(L::Scalar::from_f64));
-    let n: Vec3<L> = splat(n);
     let k = L::from_f64(k);
-    let org = ray.org - splat(middle);
-    let shift = -(org.unordered_dot(ray.dir) / ray.dir_squared);
-    let near = org.along(ray.dir, shift);
-    let (height, rise) = (near.unordered_dot(n), ray.dir.unordered_dot(n));
-    let (across, drift) = (near - n * height, ray.dir - n * rise);
+    let (n, dir) = (ray.shear.turned(splat(n)), ray.turned);
+    let org = ray.shear.turned(ray.org - splat(middle));
+    let shift = -(org.dot(dir) / ray.dir_squared);
+    let near = org.along(dir, shift);
+    let (height, rise) = (near.dot(n), dir.dot(n));
+    let (across, drift) = (near - n * height, dir - n * rise);
     let radius = L::from_f64((cone.base_radius + cone.top_radius) * 0.5) + k * height;
     let widening = k * rise;
     Frame {
@@ -121,9 +121,9 @@ fn frame<L: Lanes>(cone: &Cone, ray: &Ray<L>) -> Frame<L> {
         height,
         rise,
         half: L::from_f64(half),
-        a: drift.unordered_dot(drift) - widening * widening,
-        b: across.unordered_dot(drift) - radius * widening,
-        c: across.unordered_dot(across) - radius * radius,
+        a: drift.length_squared() - widening * widening,
+        b: across.dot(drift) - radius * widening,
+        c: across.length_squared() - radius * radius,
         radius,
         widening,
     }

@@ -30,10 +30,11 @@ impl Sphere {
 pub fn span<L: Lanes>(sphere: &Sphere, ray: &Ray<L>) -> Span<L> {
     let center = Vec3::splat(sphere.center.to_array().map(L::Scalar::from_f64));
     let radius = L::from_f64(sphere.radius);
-    centered_span(ray.org - center, ray.dir, ray.dir_squared, radius)
+    let org = ray.shear.turned(ray.org - center);
+    centered_span(org, ray.turned, ray.dir_squared, radius)
 }
 
-/// A sphere about the origin.
+/// A sphere about the origin, of turned rays.
 #[inline(always)]
 pub(super) fn centered_span<L: Lanes>(
     org: Vec3<L>,
@@ -41,13 +42,13 @@ pub(super) fn centered_span<L: Lanes>(
     dir_squared: L,
     radius: L,
 ) -> Span<L> {
-    let b = -org.unordered_dot(dir);
+    let b = -org.dot(dir);
     let nearest = org + dir * (b / dir_squared);
-    let squared = radius * radius - nearest.unordered_dot(nearest);
+    let squared = radius * radius - nearest.length_squared();
     let root = (squared * dir_squared).sqrt();
     // The larger root in magnitude first; the other from their product.
     let q = b + L::select(b.lt(L::zero()), -root, root);
-    let product = org.unordered_dot(org) - radius * radius;
+    let product = org.length_squared() - radius * radius;
     let (t0, t1) = (product / q, q / dir_squared);
     // Both roots are 0 where q is: on the surface and tangent to it.
     let at_origin = q.eq(L::zero());

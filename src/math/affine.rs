@@ -6,7 +6,7 @@
 //! functions here, so they all see the same numbers. glam's types are only the
 //! storage.
 
-use super::lanes::{Lanes, max, min, odd_sum};
+use super::lanes::{Lanes, max, min};
 use super::vec3::{Vec3, unordered_dot};
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -46,19 +46,39 @@ impl Affine {
         }
     }
 
-    /// A point: (m₀x + m₁y + m₂z) + t, each row, no FMA; of the three products the
-    /// least and the greatest are added first. So no axis counts more than another.
+    /// The columns in the order in which [`point`](Self::point) and
+    /// [`vector`](Self::vector) add their products. Last comes the one whose largest
+    /// entry is the largest, or, where those of two are equal, the third: so no axis
+    /// counts more than another. The first two are alike.
+    #[inline(always)]
+    fn order(&self) -> [usize; 3] {
+        let [a, b, c] = self
+            .linear
+            .map(|c| max(max(c[0].abs(), c[1].abs()), c[2].abs()));
+        let x_last = b == c && a != b || a > b && a > c && b != c;
+        let y_last = c == a && a != b || b > a && b > c && c != a;
+        if x_last {
+            [1, 2, 0]
+        } else if y_last {
+            [2, 0, 1]
+        } else {
+            [0, 1, 2]
+        }
+    }
+
+    /// A point: ((mᵢpᵢ + mⱼpⱼ) + mₖpₖ) + t, each row, no FMA; i, j, k:
+    /// [`order`](Self::order).
     #[inline(always)]
     pub fn point(&self, p: [f64; 3]) -> [f64; 3] {
         let v = self.vector(p);
         std::array::from_fn(|r| v[r] + self.translation[r])
     }
 
-    /// A direction: m₀x + m₁y + m₂z in that order, each row, no FMA.
+    /// A direction: (mᵢvᵢ + mⱼvⱼ) + mₖvₖ, each row, no FMA, in the same order.
     #[inline(always)]
     pub fn vector(&self, v: [f64; 3]) -> [f64; 3] {
-        let m = &self.linear;
-        std::array::from_fn(|r| odd_sum(m[0][r] * v[0], m[1][r] * v[1], m[2][r] * v[2]))
+        let (m, [i, j, k]) = (&self.linear, self.order());
+        std::array::from_fn(|r| m[i][r] * v[i] + m[j][r] * v[j] + m[k][r] * v[k])
     }
 
     /// [`point`](Self::point) for many points at once: the same bits per lane.
@@ -71,8 +91,10 @@ impl Affine {
     /// [`vector`](Self::vector) for many directions at once.
     #[inline(always)]
     pub fn vectors<D: Lanes<Scalar = f64>>(&self, v: Vec3<D>) -> Vec3<D> {
-        let at = |c: usize, r: usize| D::splat(self.linear[c][r]);
-        let row = |r: usize| odd_sum(at(0, r) * v.x, at(1, r) * v.y, at(2, r) * v.z);
+        let [i, j, k] = self.order();
+        let v = [v.x, v.y, v.z];
+        let term = |c: usize, r: usize| D::splat(self.linear[c][r]) * v[c];
+        let row = |r: usize| term(i, r) + term(j, r) + term(k, r);
         Vec3::new(row(0), row(1), row(2))
     }
 

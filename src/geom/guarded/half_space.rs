@@ -4,6 +4,7 @@ use super::{
     Between, Ends, LEVEL, LEVEL_MOVES, LEVEL_SLACK, Near, ObjectRay, OnFace, Part, finite, no_face,
     roundings, tiny,
 };
+use crate::geom::ray::Shear;
 use crate::geom::{HalfSpace, Meet};
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask, Scalar};
@@ -40,7 +41,9 @@ impl<L: Lanes> Ahead<L> {
 struct Polyhedron<'a, L: Lanes> {
     corner: DVec3,
     near: Near<L>,
+    /// As `shear` turns it, and where the ray is.
     dir: &'a Vec3<L>,
+    shear: &'a Shear<L>,
     /// Its largest component.
     along: L,
 }
@@ -49,12 +52,18 @@ impl<'a, L: Lanes> Polyhedron<'a, L> {
     #[inline(always)]
     fn new(corner: DVec3, object: &ObjectRay<'a, L>) -> Self {
         let near = Near::to_center(object.org - Vec3::splat(corner.to_array()), object);
-        let dir = &object.ray.dir;
+        let shear = &object.ray.shear;
+        let near = Near {
+            org: shear.turned(near.org),
+            ..near
+        };
+        let dir = &object.ray.turned;
         Polyhedron {
             corner,
             near,
             dir,
-            along: object.ray.shear.along.abs(),
+            shear,
+            along: shear.along.abs(),
         }
     }
 
@@ -64,6 +73,7 @@ impl<'a, L: Lanes> Polyhedron<'a, L> {
         let offset = plane.offset - unordered_dot(n, self.corner);
         let lost = (plane.offset.abs() + n.abs().dot(self.corner.abs())) * (5.0 * UNIT);
         let normal: Vec3<L> = Vec3::splat(n.to_array().map(L::Scalar::from_f64));
+        let normal = self.shear.turned(normal);
         let length = L::from_f64(n.abs().element_sum());
         let own = L::from_f64(offset.abs()) * roundings(2.5)
             + L::from_f64(lost) * L::from_f32(1.25)
@@ -72,9 +82,9 @@ impl<'a, L: Lanes> Polyhedron<'a, L> {
         let moved =
             length * self.near.size * roundings(6.5) + length * self.near.error * L::from_f32(1.25);
         Ahead {
-            room: L::from_f64(offset) - normal.unordered_dot(self.near.org),
+            room: L::from_f64(offset) - normal.dot(self.near.org),
             room_error: moved + own,
-            speed: normal.unordered_dot(*self.dir),
+            speed: normal.dot(*self.dir),
             speed_error: length * self.along * roundings(5.5) + tiny(),
         }
     }

@@ -380,7 +380,7 @@ fn all_turns() -> Vec<Turn> {
 
 #[test]
 fn the_axes_do_not_show() {
-    let tally = turning(&few(), &three_turns(), &config(48, 32));
+    let tally = show("turning", turning(&few(), &three_turns(), &config(48, 32)));
     tally.settle();
     assert_eq!(tally.spread.beyond_two, 0, "{:?}", tally.spread);
 }

@@ -41,9 +41,9 @@ pub struct Edges {
 /// Lanes whose ray may meet the triangle before its limit.
 pub struct Met<L: Lanes> {
     possible: L::Mask,
-    /// The least edge function, and det.
+    /// The least edge function, and the ray.
     least: L,
-    det: L,
+    line: Line<L>,
 }
 
 impl super::Edges for Edges {
@@ -193,14 +193,13 @@ impl super::Edges for Edges {
             at(x).mul_add(u, at(y).mul_add(v, at(z)))
         };
         let least = value(0).min(value(1)).min(value(2));
-        let at_plane = |axis: usize| at(&self.normal[3][axis]);
-        let det = plane_det([at_plane(0), at_plane(1), at_plane(2)], [u, v]);
+        let det = value(3);
         let late = at(&self.early).gt(limit * (det + at(&self.det_error)));
         let out = least.lt(L::zero()) | late | at(&self.nearest).gt(limit);
         Met {
             possible: !out,
             least,
-            det,
+            line: *line,
         }
     }
 
@@ -212,8 +211,11 @@ impl super::Edges for Edges {
     #[inline(always)]
     fn settle<L: Lanes>(&self, at: impl Fn(&[f32; WIDE]) -> L, met: &Met<L>) -> Settled<L> {
         let (near, far) = (at(&self.nearest), at(&self.farthest));
-        let depth = at(&self.top) / met.det;
-        let known = met.det.gt(at(&self.det_error) * L::from_f32(4.0));
+        // What kernels report of t comes from det in this order.
+        let [x, y, z] = &self.normal[3];
+        let det = plane_det([at(x), at(y), at(z)], [met.line.u, met.line.v]);
+        let depth = at(&self.top) / det;
+        let known = det.gt(at(&self.det_error) * L::from_f32(4.0));
         let error = depth * depth.mul_add(at(&self.growing), at(&self.fixed));
         let from = L::select(known, (depth - error).max(near), near);
         let sure = met.possible & known & met.least.gt(at(&self.margin));

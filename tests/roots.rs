@@ -193,7 +193,7 @@ fn check(p: &Polynomial, answer: &Answer, solver: Solver) {
 proptest! {
     #![proptest_config(ProptestConfig {
         failure_persistence: None,
-        ..ProptestConfig::with_cases(200)
+        ..ProptestConfig::with_cases(120)
     })]
 
     /// Multiple roots, clusters, far and near ones: the right number, each to the bit.

@@ -324,15 +324,22 @@ fn no_size_of_coefficients_is_too_much() {
 /// A root that rounds to an interval's end lies on one side of it.
 #[test]
 fn ends_are_compared_exactly() {
-    // √2, which is a little below its f64.
-    let p = polynomial(&[-2.0, 0.0, 1.0]);
-    let t = std::f64::consts::SQRT_2;
-    for solver in [Solver::Auto, Solver::Sturm, Solver::Newton, Solver::Halving] {
-        let count = |low, high| by(solver, &p, &half_open(low, high)).roots.len();
-        let below = f64::from(t * t < 2.0);
-        assert_eq!(below, 0.0);
-        assert_eq!(count(0.0, t), 1, "{}", solver.name());
-        assert_eq!(count(t, 9.0), 0, "{}", solver.name());
-        assert_eq!(count(0.0, t.next_down()), 0, "{}", solver.name());
+    for (square, is_below) in [(2.0, true), (3.0, false)] {
+        // √2 is a little below its f64, √3 a little above.
+        let p = polynomial(&[-square, 0.0, 1.0]);
+        let t = f64::sqrt(square);
+        for solver in Solver::ALL {
+            let count = |low, high| by(solver, &p, &half_open(low, high)).roots.len();
+            let name = solver.name();
+            assert_eq!(count(0.0, t), usize::from(is_below), "√{square}, {name}");
+            assert_eq!(count(t, 9.0), usize::from(!is_below), "√{square}, {name}");
+            assert_eq!(count(0.0, t.next_down()), 0, "√{square}, {name}");
+            assert_eq!(count(t.next_up(), 9.0), 0, "√{square}, {name}");
+            assert_eq!(
+                count(-9.0, -t),
+                usize::from(is_below) ^ 1,
+                "√{square}, {name}"
+            );
+        }
     }
 }

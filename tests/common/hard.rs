@@ -2,6 +2,7 @@
 
 use super::{Random, RayColumns, random_mesh, random_shape};
 use glam::{DAffine3, DQuat, DVec3};
+use lanecast::math::Aabb;
 use lanecast::scene::*;
 
 /// Grazed stacks of slivers, coincident triangles, badly conditioned placements,
@@ -135,7 +136,9 @@ pub fn hard_rays(scene: &Scene, appearances: &Appearances, seed: u64, count: usi
                 (a + (b - a) * u + (c - a) * v, [b - a, c - a])
             }
             _ => {
-                let bounds = shape_bounds(scene, row.shape).expect("bounded");
+                // What goes on for ever is met anywhere near its origin.
+                let anywhere = || Aabb::new(DVec3::splat(-3.0), DVec3::splat(3.0));
+                let bounds = shape_bounds(scene, row.shape).unwrap_or_else(anywhere);
                 let half = bounds.extent() * 0.5;
                 (
                     bounds.center() + random.vector() * half,

@@ -158,7 +158,7 @@ fn compare(world: &World, arithmetic: Arithmetic, rays: &Rays) {
                 Shape::Combination(_) => rays[i].3 & TURNED,
                 _ => 0,
             };
-            rays[i].3 % count | turned
+            (rays[i].3 % count) | turned
         };
         let first = HitId {
             instance,

@@ -143,6 +143,33 @@ impl<L: Lanes<Scalar = f64>, const N: usize> Segment<L, N> {
             depth: 0,
         }
     }
+
+    /// Looks at intervals from left to right, and into the halves of those that are
+    /// still open in some lanes, which `look` says.
+    #[inline(always)]
+    fn walk(
+        &self,
+        lanes: L::Mask,
+        waiting: &mut Waiting<L, N>,
+        mut look: impl FnMut(&mut Part<L, N>) -> L::Mask,
+    ) {
+        let parts = &mut waiting.parts;
+        parts.clear();
+        let mut part = self.whole(lanes);
+        loop {
+            let open = look(&mut part);
+            if open.any() {
+                let (left, right) = part.cut(part.place(), open);
+                parts.push(right);
+                part = left;
+                continue;
+            }
+            match parts.pop() {
+                Some(next) => part = next,
+                None => return,
+            }
+        }
+    }
 }
 
 const fn inverse_binomials<const N: usize>() -> [f64; N] {
@@ -268,43 +295,31 @@ pub fn nearest<L: Lanes<Scalar = f64>, const N: usize>(
         start: zero,
         sign_low: zero,
     };
-    let parts = &mut waiting.parts;
-    parts.clear();
-    let mut part = segment.whole(active & sound);
-    loop {
+    segment.walk(active & sound, waiting, |part| {
         // Lanes that have their root need no more.
         part.lanes = part.lanes & !(isolated | doubt);
-        if part.lanes.any() {
-            let changes = part.changes();
-            let one = part.lanes & changes.certain & changes.some & !changes.several;
-            if one.any() {
-                let (first, _) = part.crossings();
-                let guess = part.low + (part.high - part.low) * first;
-                found = Bracket {
-                    low: L::select(one, part.low, found.low),
-                    high: L::select(one, part.high, found.high),
-                    start: L::select(one, guess, found.start),
-                    sign_low: L::select(one, part.b[0], found.sign_low),
-                };
-                isolated = isolated | one;
-            }
-            let open = part.lanes & !one & !(changes.certain & !changes.some);
-            if open.any() {
-                doubt = doubt | (open & part.hopeless());
-                let open = open & !doubt;
-                if open.any() {
-                    let (left, right) = part.cut(part.place(), open);
-                    parts.push(right);
-                    part = left;
-                    continue;
-                }
-            }
+        if !part.lanes.any() {
+            return none;
         }
-        match parts.pop() {
-            Some(next) => part = next,
-            None => break,
+        let changes = part.changes();
+        let one = part.lanes & changes.certain & changes.some & !changes.several;
+        if one.any() {
+            let (first, _) = part.crossings();
+            let guess = part.low + (part.high - part.low) * first;
+            found = Bracket {
+                low: L::select(one, part.low, found.low),
+                high: L::select(one, part.high, found.high),
+                start: L::select(one, guess, found.start),
+                sign_low: L::select(one, part.b[0], found.sign_low),
+            };
+            isolated = isolated | one;
         }
-    }
+        let open = part.lanes & !one & !(changes.certain & !changes.some);
+        if open.any() {
+            doubt = doubt | (open & part.hopeless());
+        }
+        open & !doubt
+    });
     if !isolated.any() {
         return Nearest {
             t: L::zero(),
@@ -332,36 +347,24 @@ pub fn exists<L: Lanes<Scalar = f64>, const N: usize>(
     let none = L::Mask::splat(false);
     let sound = segment.sound();
     let (mut some, mut doubt) = (none, active & !sound);
-    let parts = &mut waiting.parts;
-    parts.clear();
-    let mut part = segment.whole(active & sound);
-    loop {
+    segment.walk(active & sound, waiting, |part| {
         part.lanes = part.lanes & !some;
-        if part.lanes.any() {
-            // Ends of opposite signs have a root between.
-            let (first, last, error) = (part.b[0], part.b[N - 1], part.error);
-            let opposite =
-                (first.gt(error) & last.lt(-error)) | (first.lt(-error) & last.gt(error));
-            some = some | (part.lanes & opposite);
-            let changes = part.changes();
-            let open = part.lanes & !some & !(changes.certain & !changes.some);
-            if open.any() {
-                let hopeless = open & part.hopeless();
-                doubt = doubt | hopeless;
-                let open = open & !hopeless;
-                if open.any() {
-                    let (left, right) = part.cut(part.place(), open);
-                    parts.push(right);
-                    part = left;
-                    continue;
-                }
-            }
+        if !part.lanes.any() {
+            return none;
         }
-        match parts.pop() {
-            Some(next) => part = next,
-            None => break,
+        // Ends of opposite signs have a root between.
+        let (first, last, error) = (part.b[0], part.b[N - 1], part.error);
+        let opposite = (first.gt(error) & last.lt(-error)) | (first.lt(-error) & last.gt(error));
+        some = some | (part.lanes & opposite);
+        let changes = part.changes();
+        let open = part.lanes & !some & !(changes.certain & !changes.some);
+        if !open.any() {
+            return none;
         }
-    }
+        let hopeless = open & part.hopeless();
+        doubt = doubt | hopeless;
+        open & !hopeless
+    });
     Existence {
         some,
         doubt: doubt & !some,

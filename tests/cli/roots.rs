@@ -139,6 +139,10 @@ fn wrong_usage_of_roots() {
             &["roots", "--coeffs=1,2", "--file=a.json"],
             "cannot be used with",
         ),
+        (
+            &["roots", "--coeffs=1,2", "--plot=a.html"],
+            "cannot be used with",
+        ),
     ] {
         fails(arguments, 2, says);
     }

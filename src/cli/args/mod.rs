@@ -255,7 +255,12 @@ pub struct RootsArgs {
     #[arg(long, value_name = "SOLVER", value_parser = parse_solver)]
     pub solver: Option<Solver>,
     /// Time and missed roots by degree, of --file, as an HTML page
-    #[arg(long, value_name = "FILE", requires = "file")]
+    #[arg(
+        long,
+        value_name = "FILE",
+        requires = "file",
+        conflicts_with = "coeffs"
+    )]
     pub plot: Option<PathBuf>,
     /// Machine-readable results; - is standard output
     #[arg(long, value_name = "FILE", value_parser = Sink::parse)]

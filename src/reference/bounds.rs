@@ -90,7 +90,9 @@ pub fn of_shape(scene: &Scene, shape: Shape) -> Option<Bounds> {
     let ball = |c: [f64; 3], r: f64| Bounds { min: c, max: c }.grown(r);
     let bounds = match shape {
         // An ellipsoid among quadrics has bounds, and is met without them.
-        Shape::HalfSpace(_) | Shape::Quadric(_) | Shape::Combination(_) => return None,
+        Shape::HalfSpace(_) | Shape::Quadric(_) | Shape::Implicit(_) | Shape::Combination(_) => {
+            return None;
+        }
         Shape::Sphere(id) => {
             let s = scene.spheres.row(id);
             ball(s.center.to_array(), s.radius)

@@ -53,7 +53,9 @@ impl Primitive<'_> {
                 };
                 solids::cone(ray, &cone)
             }
-            Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => Vec::new(),
+            Shape::Implicit(_) | Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => {
+                Vec::new()
+            }
         }
     }
 

@@ -51,7 +51,7 @@ pub fn normal(of: &Primitive, ray: &Ray, t: f64, face: usize) -> [f64; 3] {
             of_cone(&cone, from, face)
         }
         Shape::Polygon(id) => scene.polygons.row(id).normal.to_array(),
-        Shape::Combination(_) => [0.0; 3],
+        Shape::Implicit(_) | Shape::Combination(_) => [0.0; 3],
         Shape::Mesh(id) => {
             let corners = scene.meshes.row(id).corners(of.triangle as usize);
             let [a, b, c] = corners.map(|p| p.map(f64::from));

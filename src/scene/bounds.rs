@@ -15,6 +15,7 @@ pub fn shape_bounds(tables: &Tables, shape: ShapeId) -> Option<Aabb> {
         Shape::Ellipsoid(id) => Some(outward(tables.ellipsoids.row(id).bounds())),
         // These round outward themselves.
         Shape::Quadric(id) => tables.quadrics.row(id).bounds(),
+        Shape::Implicit(id) => tables.implicits.bounds[id.index()],
         Shape::Cylinder(id) => Some(tables.cylinders.row(id).bounds()),
         Shape::Cone(id) => Some(tables.cones.row(id).bounds()),
         Shape::Cuboid(id) => Some(tables.cuboids.row(id).bounds()),

@@ -3,7 +3,7 @@
 use super::check::{SceneError, check};
 use super::*;
 use crate::csg::Operator;
-use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere};
+use crate::geom::{Clip, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere, Tape};
 use crate::math::Affine;
 use glam::DVec3;
 
@@ -107,6 +107,13 @@ impl SceneBuilder {
     pub fn quadric(&mut self, name: &str, row: Quadric) -> ShapeId {
         let id = self.tables.quadrics.push(row);
         self.tables.shapes.push(name, Shape::Quadric(id))
+    }
+
+    /// The solid where a polynomial is not above zero, or the surface where it is zero:
+    /// of a clipped one the part in the clip.
+    pub fn implicit(&mut self, name: &str, tape: Tape, open: bool, clip: Option<Clip>) -> ShapeId {
+        let id = self.tables.implicits.push(tape, open, clip);
+        self.tables.shapes.push(name, Shape::Implicit(id))
     }
 
     /// A convex polyhedron from its planes and the corners they make.

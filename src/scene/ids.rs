@@ -32,6 +32,8 @@ typed_ids! {
     PolyhedronId,
     PolygonId,
     QuadricId,
+    /// A row of [`Implicits`](super::Implicits).
+    ImplicitId,
     /// A row of [`Combinations`](super::Combinations).
     CombinationId,
     MeshId,

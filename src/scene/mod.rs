@@ -19,6 +19,7 @@ mod defaults;
 mod extents;
 mod faces;
 mod ids;
+mod implicits;
 mod lights;
 mod materials;
 mod meshes;
@@ -50,6 +51,7 @@ pub use defaults::{default_camera, default_lights};
 pub(crate) use extents::coarse_corners;
 pub use faces::{Face, FaceKey, faces_of};
 pub use ids::*;
+pub use implicits::Implicits;
 pub use lights::{Falloff, Light};
 pub use materials::{Material, Materials, Model, Rgb};
 pub(crate) use meshes::far_center;
@@ -87,6 +89,7 @@ pub struct Tables {
     pub polyhedra: Polyhedra,
     pub polygons: Polygons,
     pub quadrics: Quadrics,
+    pub implicits: Implicits,
     pub meshes: Meshes,
     pub combinations: Combinations,
 
@@ -117,6 +120,7 @@ impl Tables {
             ("polyhedra", self.polyhedra.bytes()),
             ("polygons", self.polygons.bytes()),
             ("quadrics", self.quadrics.bytes()),
+            ("implicits", self.implicits.bytes()),
             ("meshes", self.meshes.bytes()),
             ("combinations", self.combinations.bytes()),
             ("materials", self.materials.bytes()),

@@ -30,6 +30,6 @@ pub fn outward_normals<D: Lanes<Scalar = f64>>(
         }
         Shape::Cuboid(id) => tables.cuboids.row(id).nearest(p).1,
         Shape::Polyhedron(id) => half_space::nearest(tables.polyhedra.planes(id), p).2,
-        Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => up,
+        Shape::Implicit(_) | Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => up,
     }
 }

@@ -14,6 +14,7 @@ pub enum Shape {
     Polyhedron(PolyhedronId),
     Polygon(PolygonId),
     Quadric(QuadricId),
+    Implicit(ImplicitId),
     Mesh(MeshId),
     /// Made of others.
     Combination(CombinationId),
@@ -32,6 +33,7 @@ impl Shape {
             Shape::Polyhedron(_) => "polyhedron",
             Shape::Polygon(_) => "polygon",
             Shape::Quadric(_) => "quadric",
+            Shape::Implicit(_) => "implicit",
             Shape::Mesh(_) => "mesh",
             Shape::Combination(_) => "combination",
         }
@@ -51,6 +53,7 @@ impl Shape {
             Shape::Mesh(_) => 8,
             Shape::Combination(_) => 9,
             Shape::Quadric(_) => 10,
+            Shape::Implicit(_) => 11,
         }
     }
 }

@@ -147,10 +147,12 @@ impl<D: Lanes<Scalar = f64>> Below<D> {
                     normal: gradient / steep,
                 }
             }
-            Shape::Mesh(_) | Shape::Polygon(_) | Shape::Combination(_) => Height {
-                above: D::zero(),
-                normal: Vec3::splat(DVec3::Y.to_array()),
-            },
+            Shape::Implicit(_) | Shape::Mesh(_) | Shape::Polygon(_) | Shape::Combination(_) => {
+                Height {
+                    above: D::zero(),
+                    normal: Vec3::splat(DVec3::Y.to_array()),
+                }
+            }
         }
     }
 }

@@ -118,7 +118,7 @@ impl Writer<'_> {
             }
             Shape::Polygon(row) => self.polygon(row),
             Shape::Mesh(row) => self.mesh(id, row, dress),
-            Shape::Combination(_) => String::new(),
+            Shape::Implicit(_) | Shape::Combination(_) => String::new(),
         };
         let comment = comment(scene.shapes.names.get(id.0));
         let _ = writeln!(self.text, "{text}{comment}");

@@ -56,6 +56,7 @@ pub(super) fn in_object(scene: &Scene, shape: Shape, random: &mut Random) -> Tar
         Shape::Quadric(id) => quadric(&scene.quadrics.row(id), random),
         Shape::Cone(id) => side(&scene.cones.row(id), random),
         Shape::Cylinder(id) => side(&scene.cylinders.row(id).as_cone(), random),
+        Shape::Implicit(_) => random.anywhere(),
         Shape::Combination(_) => in_operand(scene, shape, random),
         Shape::HalfSpace(id) => {
             let row = scene.half_spaces.row(id);

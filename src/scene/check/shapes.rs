@@ -89,7 +89,11 @@ pub(super) fn solids(scene: &Tables) -> Result<(), SceneError> {
                     });
                 }
             }
-            Shape::Polyhedron(_) | Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => {}
+            Shape::Implicit(_)
+            | Shape::Polyhedron(_)
+            | Shape::Polygon(_)
+            | Shape::Mesh(_)
+            | Shape::Combination(_) => {}
         }
     }
     Ok(())

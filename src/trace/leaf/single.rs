@@ -41,6 +41,7 @@ impl<L: Lanes, C: Certainty, F: Features> Tester<'_, L, C, F> {
                 .0
                 .first_beyond(t_min),
             Shape::Polygon(id) => polygon::meet(&scene.polygons.row(id), ray, active),
+            Shape::Implicit(_) => Meet::unsure(active),
             Shape::Mesh(_) | Shape::Combination(_) => {
                 Meet::certain(L::Mask::splat(false), L::zero())
             }
@@ -126,6 +127,7 @@ fn meet_guarded<L: Lanes>(
             guarded::polygon::meet(&scene.polygons.row(id), extent, object, active)
         }
         Shape::Quadric(id) => guarded::quadric::meet(&scene.quadrics.row(id), object, active),
+        Shape::Implicit(_) => Meet::unsure(active),
         Shape::Mesh(_) | Shape::Combination(_) => Meet::certain(L::Mask::splat(false), L::zero()),
     }
 }

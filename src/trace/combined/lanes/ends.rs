@@ -159,7 +159,11 @@ pub(in crate::trace) fn ends<L: Lanes, C: Certainty>(
             Shape::Ellipsoid(id) => ellipsoid::span(&tables.ellipsoids.row(id), ray),
             Shape::Cylinder(id) => cone::span(&tables.cylinders.row(id).as_cone(), ray),
             Shape::Cone(id) => cone::span(&tables.cones.row(id), ray),
-            Shape::Quadric(_) | Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => {
+            Shape::Quadric(_)
+            | Shape::Implicit(_)
+            | Shape::Polygon(_)
+            | Shape::Mesh(_)
+            | Shape::Combination(_) => {
                 unreachable!("no surface is an operand, and meshes are not met in lanes")
             }
         });
@@ -182,7 +186,7 @@ pub(in crate::trace) fn ends<L: Lanes, C: Certainty>(
             let exactly = <L::Double as Lanes>::zero();
             guarded::quadric::ends(&tables.quadrics.row(id), &object, exactly)
         }
-        Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => {
+        Shape::Implicit(_) | Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => {
             unreachable!("no surface is an operand, and meshes are not met in lanes")
         }
     }

@@ -1,0 +1,363 @@
+//! Polynomials in x, y, z as steps of sums and products, factored as they were written.
+//!
+//! Every step is a sum, a difference or a product of two earlier ones, a coordinate, or a
+//! constant, which is an f64 and exact. The last step is the polynomial. What a tape
+//! *is*, is the exact value of these steps; whoever evaluates it in other arithmetic
+//! counts what that loses.
+
+use std::collections::HashMap;
+
+/// Operands are numbers of earlier steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Step {
+    /// x, y or z: 0, 1 or 2.
+    Coordinate(u8),
+    Constant(f64),
+    Sum(u32, u32),
+    /// The first less the second.
+    Difference(u32, u32),
+    Product(u32, u32),
+}
+
+/// Numbers that a tape can be evaluated in.
+pub trait Arithmetic {
+    type Value: Clone;
+
+    fn coordinate(&self, axis: usize) -> Self::Value;
+    fn constant(&self, value: f64) -> Self::Value;
+    fn sum(&self, a: &Self::Value, b: &Self::Value) -> Self::Value;
+    fn difference(&self, a: &Self::Value, b: &Self::Value) -> Self::Value;
+    fn product(&self, a: &Self::Value, b: &Self::Value) -> Self::Value;
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tape {
+    steps: Vec<Step>,
+    /// Of each step, no less than its own degree.
+    degrees: Vec<u32>,
+    /// Where each step's value is kept: one that nobody asks for any more makes place.
+    slots: Vec<u16>,
+    /// How many places are needed.
+    slot_count: usize,
+}
+
+impl Tape {
+    pub fn steps(&self) -> &[Step] {
+        &self.steps
+    }
+
+    /// No less than the polynomial's own; leading terms may cancel.
+    pub fn degree(&self) -> u32 {
+        self.degrees.last().copied().unwrap_or(0)
+    }
+
+    /// No less than each step's own.
+    pub fn degrees(&self) -> &[u32] {
+        &self.degrees
+    }
+
+    pub fn slots(&self) -> &[u16] {
+        &self.slots
+    }
+
+    pub fn slot_count(&self) -> usize {
+        self.slot_count
+    }
+
+    pub fn bytes(&self) -> usize {
+        self.steps.len() * (size_of::<Step>() + size_of::<u32>() + size_of::<u16>())
+    }
+
+    /// Its value in any arithmetic.
+    pub fn evaluate<A: Arithmetic>(&self, arithmetic: &A) -> A::Value {
+        let mut values: Vec<A::Value> = Vec::with_capacity(self.steps.len());
+        for step in &self.steps {
+            let of = |i: &u32| &values[*i as usize];
+            let value = match step {
+                Step::Coordinate(axis) => arithmetic.coordinate(usize::from(*axis)),
+                Step::Constant(value) => arithmetic.constant(*value),
+                Step::Sum(a, b) => arithmetic.sum(of(a), of(b)),
+                Step::Difference(a, b) => arithmetic.difference(of(a), of(b)),
+                Step::Product(a, b) => arithmetic.product(of(a), of(b)),
+            };
+            values.push(value);
+        }
+        values.pop().unwrap_or_else(|| arithmetic.constant(0.0))
+    }
+}
+
+/// Makes tapes: equal steps are one, and what is multiplied by 0 or 1 is no step.
+#[derive(Clone, Debug, Default)]
+pub struct Builder {
+    steps: Vec<Step>,
+    known: HashMap<(u8, u64, u64), u32>,
+}
+
+impl Builder {
+    pub fn coordinate(&mut self, axis: u8) -> u32 {
+        self.push(Step::Coordinate(axis))
+    }
+
+    /// Of a finite number.
+    pub fn constant(&mut self, value: f64) -> u32 {
+        // One zero.
+        self.push(Step::Constant(value + 0.0))
+    }
+
+    pub fn sum(&mut self, a: u32, b: u32) -> u32 {
+        match (self.value(a), self.value(b)) {
+            (Some(0.0), _) => b,
+            (_, Some(0.0)) => a,
+            _ => self.push(Step::Sum(a.min(b), a.max(b))),
+        }
+    }
+
+    pub fn difference(&mut self, a: u32, b: u32) -> u32 {
+        match self.value(b) {
+            Some(0.0) => a,
+            _ if a == b => self.constant(0.0),
+            _ => self.push(Step::Difference(a, b)),
+        }
+    }
+
+    pub fn product(&mut self, a: u32, b: u32) -> u32 {
+        match (self.value(a), self.value(b)) {
+            (Some(0.0), _) | (_, Some(1.0)) => a,
+            (_, Some(0.0)) | (Some(1.0), _) => b,
+            _ => self.push(Step::Product(a.min(b), a.max(b))),
+        }
+    }
+
+    /// By repeated squares.
+    pub fn power(&mut self, base: u32, exponent: u32) -> u32 {
+        let (mut square, mut rest) = (base, exponent);
+        let mut result = None;
+        while rest > 0 {
+            if rest & 1 == 1 {
+                result = Some(match result {
+                    None => square,
+                    Some(product) => self.product(product, square),
+                });
+            }
+            rest >>= 1;
+            if rest > 0 {
+                square = self.product(square, square);
+            }
+        }
+        result.unwrap_or_else(|| self.constant(1.0))
+    }
+
+    pub fn negated(&mut self, a: u32) -> u32 {
+        if let Some(value) = self.value(a) {
+            return self.constant(-value);
+        }
+        let zero = self.constant(0.0);
+        self.push(Step::Difference(zero, a))
+    }
+
+    /// Of a step that is a constant.
+    pub fn value(&self, step: u32) -> Option<f64> {
+        match self.steps[step as usize] {
+            Step::Constant(value) => Some(value),
+            _ => None,
+        }
+    }
+
+    /// The polynomial that a step is, without the steps that it does not need.
+    pub fn finish(self, last: u32) -> Tape {
+        let mut needed = vec![false; self.steps.len()];
+        needed[last as usize] = true;
+        for i in (0..=last as usize).rev() {
+            if needed[i] {
+                for operand in operands(&self.steps[i]).into_iter().flatten() {
+                    needed[operand as usize] = true;
+                }
+            }
+        }
+        let mut place = vec![0; self.steps.len()];
+        let mut steps = Vec::new();
+        for i in (0..=last as usize).filter(|i| needed[*i]) {
+            place[i] = steps.len() as u32;
+            let of = |operand: u32| place[operand as usize];
+            steps.push(match self.steps[i] {
+                Step::Sum(a, b) => Step::Sum(of(a), of(b)),
+                Step::Difference(a, b) => Step::Difference(of(a), of(b)),
+                Step::Product(a, b) => Step::Product(of(a), of(b)),
+                leaf => leaf,
+            });
+        }
+        let (slots, slot_count) = slots(&steps);
+        Tape {
+            degrees: degrees(&steps),
+            steps,
+            slots,
+            slot_count,
+        }
+    }
+
+    fn push(&mut self, step: Step) -> u32 {
+        let key = match step {
+            Step::Coordinate(axis) => (0, u64::from(axis), 0),
+            Step::Constant(value) => (1, value.to_bits(), 0),
+            Step::Sum(a, b) => (2, u64::from(a), u64::from(b)),
+            Step::Difference(a, b) => (3, u64::from(a), u64::from(b)),
+            Step::Product(a, b) => (4, u64::from(a), u64::from(b)),
+        };
+        let next = self.steps.len() as u32;
+        let number = *self.known.entry(key).or_insert(next);
+        if number == next {
+            self.steps.push(step);
+        }
+        number
+    }
+}
+
+fn operands(step: &Step) -> [Option<u32>; 2] {
+    match *step {
+        Step::Coordinate(_) | Step::Constant(_) => [None, None],
+        Step::Sum(a, b) | Step::Difference(a, b) | Step::Product(a, b) => [Some(a), Some(b)],
+    }
+}
+
+fn degrees(steps: &[Step]) -> Vec<u32> {
+    let mut degrees: Vec<u32> = Vec::with_capacity(steps.len());
+    for step in steps {
+        let of = |i: u32| degrees[i as usize];
+        degrees.push(match *step {
+            Step::Coordinate(_) => 1,
+            Step::Constant(_) => 0,
+            Step::Sum(a, b) | Step::Difference(a, b) => of(a).max(of(b)),
+            Step::Product(a, b) => of(a).saturating_add(of(b)),
+        });
+    }
+    degrees
+}
+
+/// A place for each step's value that nobody else needs until the step's last use.
+fn slots(steps: &[Step]) -> (Vec<u16>, usize) {
+    let mut last_use: Vec<usize> = (0..steps.len()).collect();
+    for (i, step) in steps.iter().enumerate() {
+        for operand in operands(step).into_iter().flatten() {
+            last_use[operand as usize] = i;
+        }
+    }
+    if let Some(last) = last_use.last_mut() {
+        *last = usize::MAX;
+    }
+    let (mut free, mut count) = (Vec::new(), 0_u16);
+    let mut slots: Vec<u16> = Vec::with_capacity(steps.len());
+    for (i, step) in steps.iter().enumerate() {
+        // An operand's place may be the result's: values are read before one is written.
+        let [a, b] = operands(step);
+        for operand in [a, b.filter(|b| a != Some(*b))].into_iter().flatten() {
+            if last_use[operand as usize] == i {
+                free.push(slots[operand as usize]);
+            }
+        }
+        slots.push(free.pop().unwrap_or_else(|| {
+            count = count.saturating_add(1);
+            count - 1
+        }));
+    }
+    (slots, usize::from(count))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Plain([f64; 3]);
+
+    impl Arithmetic for Plain {
+        type Value = f64;
+
+        fn coordinate(&self, axis: usize) -> f64 {
+            self.0[axis]
+        }
+
+        fn constant(&self, value: f64) -> f64 {
+            value
+        }
+
+        fn sum(&self, a: &f64, b: &f64) -> f64 {
+            a + b
+        }
+
+        fn difference(&self, a: &f64, b: &f64) -> f64 {
+            a - b
+        }
+
+        fn product(&self, a: &f64, b: &f64) -> f64 {
+            a * b
+        }
+    }
+
+    /// (x² + y² + z² − 1)³ − x² z³.
+    fn heart() -> Tape {
+        let mut b = Builder::default();
+        let [x, y, z] = [0, 1, 2].map(|axis| b.coordinate(axis));
+        let [xx, yy, zz] = [x, y, z].map(|v| b.power(v, 2));
+        let one = b.constant(1.0);
+        let sum = b.sum(xx, yy);
+        let sum = b.sum(sum, zz);
+        let ball = b.difference(sum, one);
+        let cube = b.power(ball, 3);
+        let zzz = b.power(z, 3);
+        let rest = b.product(xx, zzz);
+        let _unused = b.sum(rest, one);
+        let last = b.difference(cube, rest);
+        b.finish(last)
+    }
+
+    #[test]
+    fn steps_give_the_polynomial() {
+        let heart = heart();
+        assert_eq!(heart.degree(), 6);
+        let value = heart.evaluate(&Plain([0.5, -2.0, 1.5]));
+        let ball: f64 = 0.25 + 4.0 + 2.25 - 1.0;
+        assert_eq!(value, ball.powi(3) - 0.25 * 3.375);
+    }
+
+    #[test]
+    fn equal_steps_are_one_and_unused_ones_none() {
+        let heart = heart();
+        // x y z, three squares, 1, two sums, the ball, its square and cube, z³, the
+        // product, the difference.
+        assert_eq!(heart.steps().len(), 13);
+    }
+
+    #[test]
+    fn no_value_is_overwritten_before_its_last_use() {
+        let heart = heart();
+        assert!(heart.slot_count() < heart.steps().len());
+        let plain = Plain([0.5, -2.0, 1.5]);
+        let mut kept = vec![f64::NAN; heart.slot_count()];
+        for (step, slot) in heart.steps().iter().zip(heart.slots()) {
+            let of = |i: &u32| kept[usize::from(heart.slots()[*i as usize])];
+            kept[usize::from(*slot)] = match step {
+                Step::Coordinate(axis) => plain.coordinate(usize::from(*axis)),
+                Step::Constant(value) => *value,
+                Step::Sum(a, b) => of(a) + of(b),
+                Step::Difference(a, b) => of(a) - of(b),
+                Step::Product(a, b) => of(a) * of(b),
+            };
+        }
+        let last = usize::from(heart.slots()[heart.steps().len() - 1]);
+        assert_eq!(kept[last], heart.evaluate(&plain));
+    }
+
+    #[test]
+    fn powers_and_constants() {
+        let mut b = Builder::default();
+        let x = b.coordinate(0);
+        let none = b.power(x, 0);
+        assert_eq!(b.value(none), Some(1.0));
+        let zero = b.constant(-0.0);
+        assert_eq!(b.sum(x, zero), x);
+        assert_eq!(b.product(x, none), x);
+        let high = b.power(x, 13);
+        let tape = b.finish(high);
+        assert_eq!(tape.degree(), 13);
+        assert_eq!(tape.evaluate(&Plain([2.0, 0.0, 0.0])), 8192.0);
+    }
+}

@@ -1,8 +1,10 @@
 //! Polynomial surfaces: where a polynomial in x, y, z is zero.
 
-use super::tape::Tape;
+use super::tape::{Arithmetic, Step, Tape};
 use super::{Cuboid, Sphere};
-use crate::math::Aabb;
+use crate::math::lanes::Lanes;
+use crate::math::{Aabb, Vec3};
+use glam::DVec3;
 
 /// The solid f(x, y, z) ≤ 0; or, where it is open or clipped, the surface f = 0 alone,
 /// and of that what lies in the clip.
@@ -29,5 +31,67 @@ impl Clip {
             Clip::Sphere(sphere) => sphere.bounds(),
             Clip::Cuboid(cuboid) => Aabb::new(cuboid.min, cuboid.max),
         }
+    }
+}
+
+impl Implicit<'_> {
+    pub fn is_finite(&self) -> bool {
+        let clip = match self.clip {
+            None => true,
+            Some(Clip::Sphere(ball)) => ball.center.is_finite() && ball.radius.is_finite(),
+            Some(Clip::Cuboid(row)) => row.min.is_finite() && row.max.is_finite(),
+        };
+        let is_finite = |step: &Step| !matches!(step, Step::Constant(x) if !x.is_finite());
+        clip && self.tape.steps().iter().all(is_finite)
+    }
+}
+
+/// Of f, in f64.
+pub fn gradient_at(tape: &Tape, p: DVec3) -> DVec3 {
+    let (_, gradient, _) = values_at(tape, Vec3::<f64>::from(p));
+    gradient.into()
+}
+
+/// f, its gradient, and the sum of the magnitudes that f is made of, at points.
+#[inline(always)]
+pub fn values_at<D: Lanes<Scalar = f64>>(tape: &Tape, p: Vec3<D>) -> (D, Vec3<D>, D) {
+    tape.evaluate(&Dual(p))
+}
+
+/// Values with gradients and magnitudes.
+struct Dual<D>(Vec3<D>);
+
+impl<D: Lanes<Scalar = f64>> Arithmetic for Dual<D> {
+    type Value = (D, Vec3<D>, D);
+
+    #[inline(always)]
+    fn coordinate(&self, axis: usize) -> Self::Value {
+        let unit = std::array::from_fn(|k| if k == axis { 1.0 } else { 0.0 });
+        let x = self.0.axis(axis);
+        (x, Vec3::splat(unit), x.abs())
+    }
+
+    #[inline(always)]
+    fn constant(&self, value: f64) -> Self::Value {
+        (
+            D::splat(value),
+            Vec3::splat([0.0; 3]),
+            D::splat(value.abs()),
+        )
+    }
+
+    #[inline(always)]
+    fn sum(&self, a: &Self::Value, b: &Self::Value) -> Self::Value {
+        (a.0 + b.0, a.1 + b.1, a.2 + b.2)
+    }
+
+    #[inline(always)]
+    fn difference(&self, a: &Self::Value, b: &Self::Value) -> Self::Value {
+        (a.0 - b.0, a.1 - b.1, a.2 + b.2)
+    }
+
+    #[inline(always)]
+    fn product(&self, a: &Self::Value, b: &Self::Value) -> Self::Value {
+        (a.0 * b.0, a.1 * b.0 + b.1 * a.0, a.2 * b.2)
     }
 }

@@ -114,6 +114,13 @@ impl<'a> Dyadic<'a> {
         &self.space.limbs[self.first..self.first + self.len]
     }
 
+    /// ± Σ limbs[i] · 2^(64 (power + i)): whether it is negative, the limbs, the power.
+    /// `None`: it has found no room.
+    pub fn parts(&self) -> Option<(bool, Vec<u64>, i32)> {
+        let limbs = self.limbs().iter().map(Cell::get).collect();
+        (!self.lost).then_some((self.negative, limbs, self.power))
+    }
+
     /// m · 2^power.
     #[inline(never)]
     pub fn scaled(space: &'a Space<'a>, m: u64, power: i32, negative: bool) -> Self {

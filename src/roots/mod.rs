@@ -14,6 +14,7 @@
 //! docs/ROOTS.md says which solver when, and what they cost. tests/roots.rs holds
 //! them against certified roots and against Sturm's theorem in fractions.
 
+mod algebraic;
 mod answer;
 mod bernstein;
 mod bracketed;
@@ -30,6 +31,7 @@ mod settle;
 mod side;
 mod sturm;
 
+pub use algebraic::{RealRoots, real_roots};
 pub use answer::{Answer, Cluster, Parity, Proof, Root};
 pub use eval::{Approximate, Local, derivative, horner, local};
 pub use interval::Interval;

@@ -9,6 +9,7 @@
 //!    exactly.
 
 use super::Want;
+use super::algebraic::against;
 use super::answer::{Answer, Cluster, Parity, Proof, Root};
 use super::bernstein::{Found, Piece};
 use super::exact::{self, Isolated, Point};
@@ -284,19 +285,4 @@ fn ends(piece: &Piece) -> (Point, Point) {
         Point::of(piece.low, piece.k),
         Point::of(piece.high, piece.k),
     )
-}
-
-/// The only root between two points, where p changes its sign, against a third.
-fn against(p: &[BigInt], low: &Point, high: &Point, at: &Point) -> Ordering {
-    if at <= low {
-        return Ordering::Greater;
-    }
-    if at >= high {
-        return Ordering::Less;
-    }
-    match exact::sign_at(p, at) {
-        Ordering::Equal => Ordering::Equal,
-        sign if sign == exact::sign_at(p, low) => Ordering::Greater,
-        _ => Ordering::Less,
-    }
 }

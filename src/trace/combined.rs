@@ -14,7 +14,8 @@ mod mesh;
 use super::decide::solid_of;
 use crate::accel::Combined;
 use crate::csg::{Boundary, Walk};
-use crate::geom::exact::{Inside, Line, Root, span};
+use crate::geom::Tape;
+use crate::geom::exact::{Inside, Line, Root, meetings, span};
 use crate::math::bounds::Bounded;
 use crate::math::{Aabb, Vec3, length};
 use crate::scene::{CsgOperand, CsgSolid, Frame, Shape, Tables};
@@ -28,8 +29,8 @@ pub const TURNED: u32 = 1 << 31;
 
 /// A boundary of the solid.
 #[derive(Clone, Copy, Debug)]
-pub struct Crossing {
-    pub root: Root,
+pub struct Crossing<'a> {
+    pub root: Root<'a>,
     /// The surface's number ([`CsgSolid::surface`]), and [`TURNED`].
     pub primitive: u32,
     /// The ray comes into the solid.
@@ -39,8 +40,8 @@ pub struct Crossing {
 /// An operand's boundary, and how far off it may be in t: by its own frame's
 /// roundings beside those of others, and by the solid's tolerance.
 #[derive(Clone, Copy, Debug)]
-struct Mark {
-    root: Root,
+struct Mark<'a> {
+    root: Root<'a>,
     /// The number of the surface.
     surface: u32,
     /// The line comes against the surface's normal: where an operand is left, as a
@@ -62,7 +63,7 @@ struct Mark {
 /// Reused from ray to ray.
 #[derive(Default)]
 struct Scratch {
-    boundaries: Vec<Boundary<Mark>>,
+    boundaries: Vec<Boundary<Mark<'static>>>,
     inside: Vec<u32>,
     walk: Walk,
     operands: Vec<u32>,
@@ -74,7 +75,12 @@ thread_local! {
 }
 
 /// The first boundary beyond t_min. `line`: in the solid's space.
-pub fn first(combined: &Combined, tables: &Tables, line: &Line, t_min: f64) -> Option<Crossing> {
+pub fn first<'a>(
+    combined: &Combined,
+    tables: &'a Tables,
+    line: &Line,
+    t_min: f64,
+) -> Option<Crossing<'a>> {
     let mut found = None;
     boundaries(combined, tables, (line, t_min), |crossing| {
         if crossing.root.order_with(t_min).is_gt() {
@@ -89,19 +95,21 @@ pub fn first(combined: &Combined, tables: &Tables, line: &Line, t_min: f64) -> O
 /// Calls `visit` at the solid's boundaries in order, until it has seen enough: of
 /// a line in the solid's space those beyond t_min, and perhaps others. Returns
 /// whether the line has always been inside before the first.
-pub fn boundaries(
+pub fn boundaries<'a>(
     combined: &Combined,
-    tables: &Tables,
+    tables: &'a Tables,
     (line, t_min): (&Line, f64),
-    mut visit: impl FnMut(Crossing) -> ControlFlow<()>,
+    mut visit: impl FnMut(Crossing<'a>) -> ControlFlow<()>,
 ) -> bool {
     let mut scratch = SCRATCH.take().unwrap_or_default();
+    let mut marks: Vec<Boundary<Mark<'a>>> = std::mem::take(&mut scratch.boundaries);
+    let boundaries = &mut marks;
     let Scratch {
-        boundaries,
         inside,
         walk,
         operands,
         facets,
+        ..
     } = &mut *scratch;
     let ray = [line.org, line.dir].map(Vec3::<f64>::splat);
     let solid = &combined.solid;
@@ -118,6 +126,9 @@ pub fn boundaries(
         let found = (&mut *boundaries, &mut *inside);
         match solid.operands[*number as usize].shape {
             Shape::Mesh(_) => collect_mesh(combined, tables, (line, from), *number, facets, found),
+            Shape::Implicit(id) => {
+                collect_implicit(solid, tables.implicits.row(id).tape, line, *number, found);
+            }
             _ => collect(solid, tables, line, *number, found),
         }
     }
@@ -140,17 +151,26 @@ pub fn boundaries(
             enters: change.enters,
         })
     });
+    scratch.boundaries = emptied(marks);
     SCRATCH.set(Some(scratch));
     start
 }
 
+/// Without what was in it, its place is kept for lines that live longer.
+fn emptied<'a>(mut marks: Vec<Boundary<Mark<'a>>>) -> Vec<Boundary<Mark<'static>>> {
+    marks.clear();
+    // Collected in place: nothing is allocated.
+    let none = |_: Boundary<Mark<'a>>| -> Option<Boundary<Mark<'static>>> { None };
+    marks.into_iter().filter_map(none).collect()
+}
+
 /// The ends of an operand's span, or that the line is in it from the start.
-fn collect(
+fn collect<'a>(
     solid: &CsgSolid,
-    tables: &Tables,
+    tables: &'a Tables,
     line: &Line,
     number: u32,
-    (boundaries, inside): (&mut Vec<Boundary<Mark>>, &mut Vec<u32>),
+    (boundaries, inside): (&mut Vec<Boundary<Mark<'a>>>, &mut Vec<u32>),
 ) {
     let operand = &solid.operands[number as usize];
     let frame = &solid.frames[operand.frame as usize];
@@ -186,6 +206,43 @@ fn collect(
     }
 }
 
+/// The same of a polynomial's surface, where the polynomial changes its sign.
+fn collect_implicit<'a>(
+    solid: &CsgSolid,
+    tape: &'a Tape,
+    line: &Line,
+    number: u32,
+    (boundaries, inside): (&mut Vec<Boundary<Mark<'a>>>, &mut Vec<u32>),
+) {
+    let operand = &solid.operands[number as usize];
+    let frame = &solid.frames[operand.frame as usize];
+    let own = in_frame(frame, operand.frame, line);
+    let is_line = own.dir.iter().any(|x| *x != 0.0) && own.is_finite();
+    let missed = |b: Aabb| passes_by(&b, line, frame.condition);
+    if !is_line || operand.bounds.is_some_and(missed) {
+        return;
+    }
+    let surface = solid.surface(number, 0);
+    let first = meetings(tape, &own, |meeting| {
+        if meeting.before == meeting.after {
+            return;
+        }
+        let enters = meeting.after.is_lt();
+        boundaries.push(Boundary {
+            at: Mark {
+                surface,
+                against: enters,
+                ..mark(solid, operand, line, meeting.root)
+            },
+            operand: number,
+            enters,
+        });
+    });
+    if first.is_lt() {
+        inside.push(number);
+    }
+}
+
 /// The same of a mesh, beyond t_min.
 fn collect_mesh(
     combined: &Combined,
@@ -193,7 +250,7 @@ fn collect_mesh(
     (line, t_min): (&Line, f64),
     number: u32,
     scratch: &mut FacetScratch,
-    (boundaries, inside): (&mut Vec<Boundary<Mark>>, &mut Vec<u32>),
+    (boundaries, inside): (&mut Vec<Boundary<Mark<'_>>>, &mut Vec<u32>),
 ) {
     let solid = &combined.solid;
     let operand = &solid.operands[number as usize];
@@ -277,7 +334,7 @@ const KNOWN: f64 = 1.0 / (1_u64 << 49) as f64;
 /// A surface that the ray nearly runs along, is met anywhere; but not so far away.
 const STEEPEST: f64 = 1.0 / (1_u64 << 26) as f64;
 
-fn mark(solid: &CsgSolid, operand: &CsgOperand, line: &Line, root: Root) -> Mark {
+fn mark<'a>(solid: &CsgSolid, operand: &CsgOperand, line: &Line, root: Root<'a>) -> Mark<'a> {
     let mut mark = Mark {
         root,
         t: root.t,

@@ -48,7 +48,8 @@ pub fn solid_of(scene: &Tables, shape: Shape) -> Option<Solid<'_>> {
         Shape::Cone(id) => Solid::Cone(scene.cones.row(id)),
         Shape::Polygon(id) => Solid::Polygon(scene.polygons.row(id)),
         Shape::Quadric(id) => Solid::Quadric(scene.quadrics.row(id)),
-        Shape::Implicit(_) | Shape::Mesh(_) | Shape::Combination(_) => return None,
+        Shape::Implicit(id) => Solid::Implicit(scene.implicits.row(id)),
+        Shape::Mesh(_) | Shape::Combination(_) => return None,
     })
 }
 

@@ -101,6 +101,7 @@ pub fn spans(
                     None => spans.left_out += 1,
                 }
             }
+            Shape::Implicit(row) if scene.implicits.open[row.index()] => spans.left_out += 1,
             Shape::Cylinder(row) if scene.cylinders.row(row).open => spans.left_out += 1,
             Shape::Cone(row) if scene.cones.row(row).open => spans.left_out += 1,
             shape => {
@@ -113,6 +114,14 @@ pub fn spans(
                         let mut of = || Combined::of(scene, appearance.shape, row, &mut trees);
                         let solid = unfolded.entry(appearance.shape);
                         if let Some(solid) = solid.or_insert_with(|| Some(of())) {
+                            ray.of_combination(solid, &mut spans.rows);
+                        }
+                    }
+                    // It may come in and leave many times.
+                    Shape::Implicit(_) => {
+                        let one = || Some(Combined::of_one(scene, appearance.shape));
+                        let solid = unfolded.entry(appearance.shape);
+                        if let Some(solid) = solid.or_insert_with(one) {
                             ray.of_combination(solid, &mut spans.rows);
                         }
                     }

@@ -3,12 +3,16 @@
 //! them open, and the roots.
 
 use super::Line;
-use super::root::{Branch, Root};
-use super::surface::Surface;
+use super::root::Branch;
+use super::surface::Surface as AnySurface;
 use crate::math::Number;
 use crate::math::bounds::Bounded;
 use crate::math::dyadic::exactly;
 use std::cmp::Ordering;
+
+/// Of degree two at most.
+type Surface = AnySurface<'static>;
+type Root = super::root::Root<'static>;
 
 pub(super) struct Curve {
     line: Line,

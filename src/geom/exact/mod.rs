@@ -10,17 +10,20 @@
 //! which are most, have predicates of their own ([`crate::geom::triangle::exact`]).
 //! tests/exact_solids.rs compares with integers of any length.
 
+mod along;
 mod curve;
+mod implicit;
 mod polygon;
 mod root;
 mod solid;
 mod surface;
 
+pub use implicit::{Meeting, meetings};
 pub use root::Root;
 pub use solid::{Ends, Inside};
 
 use super::triangle::{Corners, exact as triangle};
-use super::{Cone, Cuboid, Ellipsoid, HalfSpace, Polygon, Quadric, Sphere};
+use super::{Cone, Cuboid, Ellipsoid, HalfSpace, Implicit, Polygon, Quadric, Sphere};
 use crate::math::bounds::Bounded;
 use glam::DVec3;
 use root::Branch;
@@ -46,11 +49,12 @@ pub enum Solid<'a> {
     Cone(Cone),
     Quadric(Quadric),
     Polygon(Polygon<'a>),
+    Implicit(Implicit<'a>),
 }
 
 /// Where a ray first meets the boundary of a primitive beyond `t_min`, in exact
 /// arithmetic. Nothing is met where a number is not finite.
-pub fn first_beyond(solid: &Solid, line: &Line, t_min: f64) -> Option<Root> {
+pub fn first_beyond<'a>(solid: &Solid<'a>, line: &Line, t_min: f64) -> Option<Root<'a>> {
     let has_direction = line.dir.iter().any(|x| *x != 0.0);
     if !has_direction || !line.is_finite() || !solid.is_finite() {
         return None;
@@ -58,6 +62,7 @@ pub fn first_beyond(solid: &Solid, line: &Line, t_min: f64) -> Option<Root> {
     match solid {
         Solid::Cone(cone) if cone.open => solid::cone_side(line, cone, t_min),
         Solid::Polygon(polygon) => polygon::polygon(line, polygon, t_min),
+        Solid::Implicit(row) => implicit::first_beyond(row, line, t_min),
         closed => {
             let beyond = |end: &Root| end.order_with(t_min).is_gt();
             inside(closed, line).ends.into_iter().flatten().find(beyond)
@@ -66,7 +71,7 @@ pub fn first_beyond(solid: &Solid, line: &Line, t_min: f64) -> Option<Root> {
 }
 
 /// What a line has in a solid, in exact arithmetic; of a surface, nothing, and
-/// nothing where a number is not finite.
+/// nothing where a number is not finite. Of an implicit, see [`meetings`].
 pub fn span(solid: &Solid, line: &Line) -> Inside {
     let is_line = line.dir.iter().any(|x| *x != 0.0);
     if !is_line || !line.is_finite() || !solid.is_finite() {
@@ -85,7 +90,7 @@ fn inside(solid: &Solid, line: &Line) -> Inside {
         Solid::Sphere(sphere) => solid::sphere(line, sphere),
         Solid::Ellipsoid(ellipsoid) => solid::ellipsoid(line, ellipsoid),
         Solid::Cone(cone) if !cone.open => solid::cone(line, cone),
-        Solid::Cone(_) | Solid::Polygon(_) => None,
+        Solid::Cone(_) | Solid::Polygon(_) | Solid::Implicit(_) => None,
     })
 }
 
@@ -94,7 +99,7 @@ fn inside(solid: &Solid, line: &Line) -> Inside {
 /// next to it would that meets none, always the same; so it crosses the surface an
 /// even number of times. Of a line of finite numbers.
 #[inline]
-pub fn through(line: &Line, corners: &Corners) -> Option<(Root, bool)> {
+pub fn through(line: &Line, corners: &Corners) -> Option<(Root<'static>, bool)> {
     let Line { org, dir } = *line;
     let corners = *corners;
     let pair = triangle::Pair { org, dir, corners };
@@ -124,6 +129,7 @@ impl Solid<'_> {
                 all(&[row.base, row.top]) && radii.iter().all(|r| r.is_finite())
             }
             Solid::Quadric(row) => row.coefficients.iter().all(|x| x.is_finite()),
+            Solid::Implicit(row) => row.is_finite(),
             Solid::Polygon(row) => {
                 row.normal.is_finite() && all(row.points) && !row.points.is_empty()
             }
@@ -135,10 +141,10 @@ impl Solid<'_> {
 #[derive(Clone, Copy, Debug)]
 pub enum Crossing<'a> {
     Triangle(triangle::Crossing<'a>),
-    Root(Root),
+    Root(Root<'a>),
 }
 
-impl Crossing<'_> {
+impl<'a> Crossing<'a> {
     /// t, as far as f64 knows it.
     #[inline]
     pub fn t(&self) -> Bounded {
@@ -179,7 +185,7 @@ impl Crossing<'_> {
     }
 
     /// A triangle's as that of its plane.
-    fn root(&self) -> Root {
+    fn root(&self) -> Root<'a> {
         match self {
             Crossing::Root(root) => *root,
             Crossing::Triangle(crossing) => {

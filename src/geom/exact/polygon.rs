@@ -15,7 +15,7 @@ use crate::math::bounds::Bounded;
 use crate::math::dyadic::{Dyadic, exactly};
 use std::cmp::Ordering;
 
-pub(super) fn polygon(line: &Line, polygon: &Polygon, t_min: f64) -> Option<Root> {
+pub(super) fn polygon(line: &Line, polygon: &Polygon, t_min: f64) -> Option<Root<'static>> {
     let plane = Surface::PlaneThrough {
         normal: polygon.normal.to_array(),
         point: polygon.points[0].to_array(),

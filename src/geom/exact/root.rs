@@ -26,21 +26,23 @@ pub(super) enum Branch {
     Lower,
     /// Also where there is but one.
     Upper,
+    /// So many distinct ones are before it: of a surface of any degree.
+    Nth(u8),
 }
 
 /// Where a line crosses a surface.
 #[derive(Clone, Copy, Debug)]
-pub struct Root {
+pub struct Root<'a> {
     line: Line,
-    surface: Surface,
+    surface: Surface<'a>,
     branch: Branch,
     /// t, as far as f64 knows it.
     pub t: Bounded,
 }
 
-impl Root {
+impl<'a> Root<'a> {
     #[inline(always)]
-    pub(super) fn new(line: &Line, surface: Surface, branch: Branch, t: Bounded) -> Root {
+    pub(super) fn new(line: &Line, surface: Surface<'a>, branch: Branch, t: Bounded) -> Root<'a> {
         Root {
             line: *line,
             surface,
@@ -71,6 +73,9 @@ impl Root {
 
     /// The f64 nearest to t, ties to even; so equal t have equal bits.
     pub fn rounded(&self) -> f64 {
+        if let Branch::Nth(_) = self.branch {
+            return self.t.value;
+        }
         // Integers of a size for triangles are faster.
         if let Surface::Facet(corners) = self.surface {
             let Line { org, dir } = self.line;
@@ -88,6 +93,10 @@ impl Root {
         if self.line == other.line && self.surface == other.surface && self.branch == other.branch {
             return Ordering::Equal;
         }
+        let any_degree = |root: &Root| matches!(root.branch, Branch::Nth(_));
+        if any_degree(self) || any_degree(other) {
+            return algebraic::order(self, other);
+        }
         exactly(&|space| Form::of(space, self).order(&Form::of(space, other)))
     }
 
@@ -101,6 +110,9 @@ impl Root {
                 Ordering::Less
             };
         }
+        if let Branch::Nth(_) = self.branch {
+            return algebraic::order_with(self, x);
+        }
         let order = exactly(&|space| Form::of(space, self).order_of_number(x));
         order.reverse()
     }
@@ -113,6 +125,44 @@ impl Root {
             let f = surface.exactly_along(space, &self.line);
             Form::of(space, self).sign_of(&f)
         })
+    }
+}
+
+/// Roots of which one at least is of a polynomial of any degree.
+mod algebraic {
+    use super::super::along::along;
+    use super::{Branch, Root};
+    use crate::roots::{RealRoots, real_roots};
+    use std::cmp::Ordering;
+
+    /// All roots of the polynomial that a root is one of, and which it is.
+    fn roots(of: &Root) -> Option<(RealRoots, usize)> {
+        let roots = real_roots(&along(&of.surface, &of.line))?;
+        let last = roots.len().checked_sub(1)?;
+        let i = match of.branch {
+            Branch::Lower => 0,
+            Branch::Upper => last,
+            Branch::Nth(i) => last.min(usize::from(i)),
+        };
+        Some((roots, i))
+    }
+
+    #[cold]
+    #[inline(never)]
+    pub fn order(a: &Root, b: &Root) -> Ordering {
+        match (roots(a), roots(b)) {
+            (Some((p, i)), Some((q, j))) => p.order(i, &q, j),
+            _ => a.t.value.total_cmp(&b.t.value),
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    pub fn order_with(root: &Root, x: f64) -> Ordering {
+        match roots(root) {
+            Some((p, i)) => p.order_with(i, x),
+            None => root.t.value.total_cmp(&x),
+        }
     }
 }
 
@@ -164,8 +214,8 @@ impl<'a> Form<'a> {
         let value = slope.times(p).plus(&b.times(p).plus(&c.times(q)).times(q));
         let (slope, value) = (slope.sign()?, value.sign()?);
         Some(match self.branch {
-            Branch::Upper if slope.is_lt() => Ordering::Less,
-            Branch::Upper => value,
+            Branch::Upper | Branch::Nth(_) if slope.is_lt() => Ordering::Less,
+            Branch::Upper | Branch::Nth(_) => value,
             Branch::Lower if slope.is_gt() => Ordering::Greater,
             Branch::Lower => value.reverse(),
         })
@@ -220,7 +270,7 @@ impl<'a> Form<'a> {
         let n = a.times(z).minus(&x.times(c));
         let value = self.sign_at(&m, &n)?;
         Some(match other.branch {
-            Branch::Upper => value,
+            Branch::Upper | Branch::Nth(_) => value,
             Branch::Lower => value.reverse(),
         })
     }

@@ -3,10 +3,13 @@
 
 use super::Line;
 use super::curve::{Curve, nearest_to};
-use super::root::Root;
-use super::surface::Surface;
+use super::surface::Surface as AnySurface;
 use crate::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Quadric, Sphere};
 use std::cmp::Ordering;
+
+/// Of planes and quadrics.
+type Surface = AnySurface<'static>;
+type Root = super::root::Root<'static>;
 
 /// Where a line comes into a solid and where it leaves it, in order; `None`
 /// where it always was inside, or stays.

@@ -1,8 +1,9 @@
 //! What a ray's line crosses, as polynomials of the tables' own numbers.
 
 use super::Line;
+use crate::geom::implicit;
 use crate::geom::triangle::Corners;
-use crate::geom::{Cone, Quadric};
+use crate::geom::{Cone, Quadric, Tape};
 use crate::math::Number;
 use crate::math::dyadic::{Dyadic, Space};
 use crate::math::number::{cross, dot};
@@ -10,7 +11,7 @@ use glam::DVec3;
 
 /// A surface that a line crosses where a polynomial is zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Surface {
+pub(super) enum Surface<'a> {
     /// n·x = offset.
     Plane {
         normal: [f64; 3],
@@ -38,11 +39,13 @@ pub(super) enum Surface {
     },
     /// Where q is zero, of ten coefficients as `Quadric` has them.
     Quadric([f64; 10]),
+    /// Where a polynomial of any degree is zero.
+    Implicit(&'a Tape),
     /// Of a cone, both ways without end, and mirrored beyond its apex.
     Side(Cone),
 }
 
-impl Surface {
+impl Surface<'_> {
     /// Outward, any length, in f64, of the surface's nearest place to `p`.
     pub fn normal_at(&self, p: DVec3) -> DVec3 {
         match self {
@@ -66,6 +69,7 @@ impl Surface {
                 coefficients: *coefficients,
             }
             .normal_at(p),
+            Surface::Implicit(tape) => implicit::gradient_at(tape, p),
             Surface::Side(cone) => Cone {
                 open: true,
                 ..*cone
@@ -147,6 +151,8 @@ impl Surface {
                 let rest = dot(&linear, &near).plus(&j).doubled();
                 [dot(&along, &dir), slope, squares.plus(&rest)]
             }
+            // See `along.rs`; its degree is any.
+            Surface::Implicit(_) => [(); 3].map(|_| number(0.0)),
             Surface::Side(cone) => {
                 let axis = axis(cone);
                 let near = from(&cone.base.to_array());
@@ -172,7 +178,7 @@ impl Surface {
 
     /// The same from the line's origin, exactly.
     #[inline(never)]
-    pub fn exactly_along<'a>(&self, space: &'a Space<'a>, line: &Line) -> [Dyadic<'a>; 3] {
+    pub fn exactly_along<'s>(&self, space: &'s Space<'s>, line: &Line) -> [Dyadic<'s>; 3] {
         self.along(space, line, 0.0)
     }
 }

@@ -76,7 +76,7 @@ fn is_surely_square_free(p: &[BigInt]) -> bool {
 }
 
 /// The primitive greatest common divisor, with a positive leading coefficient.
-fn divisor(a: &[BigInt], b: &[BigInt]) -> Option<Integers> {
+pub fn divisor(a: &[BigInt], b: &[BigInt]) -> Option<Integers> {
     let (Some(leading), Some(other)) = (a.last(), b.last()) else {
         return None;
     };

@@ -14,7 +14,7 @@ mod rounding;
 
 pub use chain::isolate_by_chain;
 pub use descartes::{Isolated, isolate};
-pub use divisor::{Factors, factors};
+pub use divisor::{Factors, divisor, factors};
 pub use rounding::{nearest, rounded};
 
 use super::polynomial::Polynomial;

@@ -12,7 +12,7 @@ use crate::scene::Mesh;
 /// Where a line comes into a mesh, or leaves it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Facet {
-    pub root: Root,
+    pub root: Root<'static>,
     pub triangle: u32,
     /// The line comes against the triangle's normal.
     pub against: bool,

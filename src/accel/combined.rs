@@ -248,11 +248,11 @@ fn roughness(tables: &Tables, solid: &CsgSolid) -> f64 {
     if solid.frames.len() == 1 {
         return 0.0;
     }
-    // Of quadrics it is known apart.
+    // Of quadrics it is known apart, and what is met singly is met exactly.
     let others = solid
         .operands
         .iter()
-        .filter(|operand| !matches!(operand.shape, Shape::Quadric(_)));
+        .filter(|operand| !matches!(operand.shape, Shape::Quadric(_) | Shape::Implicit(_)));
     let of = |operand: &CsgOperand| {
         let frame = &solid.frames[operand.frame as usize];
         let thin = shape_bounds(tables, operand.id).map_or(1.0, |b| b.extent().min_element());

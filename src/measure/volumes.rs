@@ -62,7 +62,7 @@ impl Default for Goal {
 pub struct Placed<'a> {
     scene: &'a Scene,
     shape: Shape,
-    /// Of a combination, and of a mesh.
+    /// Of a combination, and of what a line may come into many times.
     combined: Option<Combined>,
     object_from_world: Affine,
     /// World space.
@@ -97,6 +97,10 @@ impl<'a> Placed<'a> {
                 }
                 Some(Combined::of_one(scene, id))
             }
+            Shape::Implicit(row) if scene.implicits.open[row.index()] => {
+                return Err(NoVolume::Surface);
+            }
+            Shape::Implicit(_) => Some(Combined::of_one(scene, id)),
             Shape::Combination(row) => {
                 Some(Combined::of(scene, id, row, &mut FacetTrees::default()))
             }

@@ -1,7 +1,7 @@
 //! Normals of solids.
 
 use super::{Shape, Tables};
-use crate::geom::half_space;
+use crate::geom::{half_space, implicit};
 use crate::math::Vec3;
 use crate::math::lanes::Lanes;
 use glam::DVec3;
@@ -28,8 +28,13 @@ pub fn outward_normals<D: Lanes<Scalar = f64>>(
             let none = normals.max_abs().eq(zero);
             Vec3::select(none, up, normals)
         }
+        Shape::Implicit(id) => {
+            let (_, normals, _) = implicit::values_at(&tables.implicits.tape[id.index()], p);
+            // Nor has a singular point.
+            Vec3::select(normals.max_abs().eq(D::zero()), up, normals)
+        }
         Shape::Cuboid(id) => tables.cuboids.row(id).nearest(p).1,
         Shape::Polyhedron(id) => half_space::nearest(tables.polyhedra.planes(id), p).2,
-        Shape::Implicit(_) | Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => up,
+        Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => up,
     }
 }

@@ -7,7 +7,7 @@
 
 use super::surface::facets;
 use crate::accel::World;
-use crate::geom::half_space;
+use crate::geom::{half_space, implicit};
 use crate::math::lanes::{Lanes, Mask};
 use crate::math::{Vec3, units};
 use crate::scene::Shape;
@@ -139,6 +139,15 @@ impl<D: Lanes<Scalar = f64>> Below<D> {
                 let (above, normal) = scene.cuboids.row(id).nearest(p);
                 Height { above, normal }
             }
+            Shape::Implicit(id) => {
+                let (value, gradient, _) =
+                    implicit::values_at(&scene.implicits.tape[id.index()], p);
+                let steep = gradient.length();
+                Height {
+                    above: value / steep,
+                    normal: gradient / steep,
+                }
+            }
             Shape::Quadric(id) => {
                 let (value, gradient, _) = scene.quadrics.row(id).values_at(p);
                 let steep = gradient.length();
@@ -147,12 +156,10 @@ impl<D: Lanes<Scalar = f64>> Below<D> {
                     normal: gradient / steep,
                 }
             }
-            Shape::Implicit(_) | Shape::Mesh(_) | Shape::Polygon(_) | Shape::Combination(_) => {
-                Height {
-                    above: D::zero(),
-                    normal: Vec3::splat(DVec3::Y.to_array()),
-                }
-            }
+            Shape::Mesh(_) | Shape::Polygon(_) | Shape::Combination(_) => Height {
+                above: D::zero(),
+                normal: Vec3::splat(DVec3::Y.to_array()),
+            },
         }
     }
 }

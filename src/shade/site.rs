@@ -236,7 +236,7 @@ impl<'w> Site<'w> {
             _ => D::splat(SINGLE),
         };
         let times = match self.shape {
-            Shape::Mesh(_) | Shape::Quadric(_) => 0.0,
+            Shape::Mesh(_) | Shape::Quadric(_) | Shape::Implicit(_) => 0.0,
             Shape::Cuboid(_) | Shape::Polyhedron(_) | Shape::HalfSpace(_) => 1.0,
             // In f64 axes are rounded, too.
             _ if self.arithmetic == Arithmetic::F64 => 4.0 * LEAVING_CURVED,

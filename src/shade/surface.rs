@@ -11,6 +11,7 @@
 
 use super::site::Site;
 use crate::accel::World;
+use crate::geom::implicit;
 use crate::math::lanes::{Lanes, Mask};
 use crate::math::{Affine, Vec3, units};
 use crate::plan::Arithmetic;
@@ -80,14 +81,24 @@ impl Surface {
     }
 }
 
-/// Of a quadric, what its terms are at a point, over the slope there: as large are
+/// Of a polynomial, what its terms are at a point, over the slope there: as large are
 /// the coordinates whose roundings it is met by. Elsewhere these are the point's own.
 #[inline(always)]
 pub(super) fn blur_of<D: Lanes<Scalar = f64>>(world: &World, shape: Shape, at: Vec3<D>) -> D {
-    let Shape::Quadric(id) = shape else {
-        return D::zero();
+    let scene = world.scene;
+    let (gradient, size) = match shape {
+        Shape::Quadric(id) => {
+            let (_, gradient, size) = scene.quadrics.row(id).values_at(at);
+            (gradient, size)
+        }
+        Shape::Implicit(id) => {
+            let tape = &scene.implicits.tape[id.index()];
+            let (_, gradient, size) = implicit::values_at(tape, at);
+            // A term is rounded with every factor.
+            (gradient, size * D::splat(f64::from(tape.degree())))
+        }
+        _ => return D::zero(),
     };
-    let (_, gradient, size) = world.scene.quadrics.row(id).values_at(at);
     let size = size / gradient.length();
     D::select(size.lt(D::splat(f64::INFINITY)), size, D::zero())
 }

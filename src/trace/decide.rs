@@ -16,7 +16,7 @@ use crate::geom::{Certainty, Guarded, Ray, triangle};
 use crate::math::Vec3;
 use crate::math::bounds::Bounded;
 use crate::math::lanes::{Lanes, Mask, Scalar};
-use crate::scene::{Shape, Tables};
+use crate::scene::{Shape, Tables, is_met_singly};
 use glam::DVec3;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
@@ -216,7 +216,7 @@ fn kernel_of_operand<L: Lanes>(
     let solid = &world.combined(row).solid;
     let (number, _) = solid.operand_of(id.primitive & !combined::TURNED);
     let operand = &solid.operands[number as usize];
-    if matches!(operand.shape, Shape::Mesh(_)) {
+    if is_met_singly(operand.shape) {
         return None;
     }
     let (org, dir) = in_object(world, ray, &entry, DVec3::ZERO);

@@ -13,7 +13,7 @@ use crate::csg::Restricted;
 use crate::geom::Certainty;
 use crate::geom::guarded::Ends;
 use crate::math::lanes::{Lanes, Mask, Scalar};
-use crate::scene::{Shape, Tables};
+use crate::scene::{Tables, is_met_singly};
 use crate::trace::packet::Packet;
 pub(in crate::trace) use ends::{Frames, ends};
 use ends::{Spaces, blur, passes, wider};
@@ -78,9 +78,10 @@ pub(in crate::trace) fn first<L: Lanes, C: Certainty>(
     // are tall programs, of which a ray changes few gates: here all are worked out.
     let solid = &combined.solid;
     let is_tall = solid.program.gates() > TALL;
-    // So is all of a solid with meshes where an answer may depend on who gives it.
-    let has_meshes = solid.has_meshes() && !C::GUARDED;
-    if is_tall || has_meshes || solid.tolerance > 0.0 {
+    // So is all of a solid of which some is not met in lanes, where an answer may
+    // depend on who gives it.
+    let is_single = solid.is_single && !C::GUARDED;
+    if is_tall || is_single || solid.tolerance > 0.0 {
         return Met::left(active);
     }
     let mut scratch = SCRATCH.take().unwrap_or_default();
@@ -190,8 +191,11 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
     let mut spaces = Spaces::new(object);
     for (track, number) in tracks.iter_mut().zip(operands.iter()) {
         let operand = &combined.solid.operands[*number as usize];
-        if let (Shape::Mesh(_), Some(bounds)) = (operand.shape, &operand.bounds) {
-            let missed = passes(&bounds.outward(), ray, part);
+        if is_met_singly(operand.shape) {
+            let missed = match &operand.bounds {
+                Some(bounds) => passes(&bounds.outward(), ray, part),
+                None => L::Mask::splat(false),
+            };
             unsure |= track.start(&Ends::none_or_unknown(missed), ray.t_min);
             continue;
         }

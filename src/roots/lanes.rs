@@ -40,6 +40,9 @@ pub struct Segment<L, const N: usize> {
     pub scaled: [L; N],
     /// What each bⱼ may be off by.
     pub error: L,
+    /// What b₀ may be off by, no more than `error`: it is p(0), which may be known
+    /// much better than the others.
+    pub first: L,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -78,6 +81,8 @@ impl<L: Lanes, const N: usize> Default for Waiting<L, N> {
 struct Part<L: Lanes, const N: usize> {
     b: [L; N],
     error: L,
+    /// Of b[0].
+    first: L,
     low: L,
     high: L,
     lanes: L::Mask,
@@ -97,9 +102,11 @@ pub fn from_powers<L: Lanes<Scalar = f64>, const N: usize>(c: &[L; N], error: L)
         }
     }
     let rounding = (N as f64 + 4.0) * f64::UNIT_ROUNDOFF;
+    let error = error * L::from_f64(N as f64) + size * L::from_f64(rounding);
     Segment {
         scaled: d,
-        error: error * L::from_f64(N as f64) + size * L::from_f64(rounding),
+        error,
+        first: error,
     }
 }
 
@@ -137,6 +144,8 @@ impl<L: Lanes<Scalar = f64>, const N: usize> Segment<L, N> {
         Part {
             b,
             error: self.error + rounding + L::from_f64(super::eval::FLOOR),
+            // C(n, 0) is 1.
+            first: self.first,
             low: L::zero(),
             high: L::from_f64(1.0),
             lanes,
@@ -198,8 +207,8 @@ impl<L: Lanes<Scalar = f64>, const N: usize> Part<L, N> {
     #[inline(always)]
     fn changes(&self) -> Changes<L> {
         let (error, negative) = (self.error, -self.error);
-        let mut above = self.b[0].gt(error);
-        let mut below = self.b[0].lt(negative);
+        let mut above = self.b[0].gt(self.first);
+        let mut below = self.b[0].lt(-self.first);
         let mut certain = above | below;
         let (mut some, mut several) = (L::Mask::splat(false), L::Mask::splat(false));
         for b in &self.b[1..] {
@@ -254,6 +263,8 @@ impl<L: Lanes<Scalar = f64>, const N: usize> Part<L, N> {
         let error = self.error + L::from_f64(rounding) * largest(&self.b);
         let middle = self.low + (self.high - self.low) * at;
         (left.error, right.error) = (error, error);
+        // The left one keeps it.
+        right.first = error;
         (left.high, right.low) = (middle, middle);
         (left.lanes, right.lanes) = (lanes, lanes);
         (left.depth, right.depth) = (self.depth + 1, self.depth + 1);
@@ -353,8 +364,9 @@ pub fn exists<L: Lanes<Scalar = f64>, const N: usize>(
             return none;
         }
         // Ends of opposite signs have a root between.
-        let (first, last, error) = (part.b[0], part.b[N - 1], part.error);
-        let opposite = (first.gt(error) & last.lt(-error)) | (first.lt(-error) & last.gt(error));
+        let (first, last) = (part.b[0], part.b[N - 1]);
+        let (off, error) = (part.first, part.error);
+        let opposite = (first.gt(off) & last.lt(-error)) | (first.lt(-off) & last.gt(error));
         some = some | (part.lanes & opposite);
         let changes = part.changes();
         let open = part.lanes & !some & !(changes.certain & !changes.some);
@@ -369,6 +381,33 @@ pub fn exists<L: Lanes<Scalar = f64>, const N: usize>(
         some,
         doubt: doubt & !some,
     }
+}
+
+/// Lanes whose polynomial certainly has different signs at two places in [0, 1].
+#[inline(always)]
+pub fn changes_between<L: Lanes<Scalar = f64>, const N: usize>(
+    segment: &Segment<L, N>,
+    low: L,
+    high: L,
+) -> L::Mask {
+    let one = L::from_f64(1.0);
+    // Σ dⱼ tʲ (1 − t)^(n−j), by Horner's scheme in two variables; no term cancels in
+    // `size`. Three roundings a step, and those of 1 − t.
+    let at = |t: L| {
+        let rest = one - t;
+        let (mut value, mut size, mut power) =
+            (segment.scaled[N - 1], segment.scaled[N - 1].abs(), one);
+        for d in segment.scaled[..N - 1].iter().rev() {
+            power = power * rest;
+            value = value * t + *d * power;
+            size = size * t + d.abs() * power;
+        }
+        let rounding = (5.0 * N as f64 + 2.0) * f64::UNIT_ROUNDOFF;
+        let off = segment.error + size * L::from_f64(rounding) + L::from_f64(super::eval::FLOOR);
+        (value, off)
+    };
+    let ((a, off_a), (b, off_b)) = (at(low), at(high));
+    (a.gt(off_a) & b.lt(-off_b)) | (a.lt(-off_a) & b.gt(off_b))
 }
 
 /// Two ends with one root between them, a guess of it, and the sign of p at `low`.

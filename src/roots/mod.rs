@@ -19,6 +19,7 @@ mod answer;
 mod bernstein;
 mod bracketed;
 mod closed;
+pub mod collocation;
 mod eval;
 mod exact;
 mod halving;

@@ -19,6 +19,7 @@ fn ask<L: Lanes<Scalar = f64>, const N: usize>(rows: &[[f64; N]], error: f64) ->
         let segment: Segment<L, N> = Segment {
             scaled: std::array::from_fn(column),
             error: L::from_f64(error),
+            first: L::from_f64(error),
         };
         let all = L::Mask::splat(true);
         let found = nearest(&segment, all, &mut waiting);

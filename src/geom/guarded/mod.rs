@@ -10,6 +10,7 @@
 pub mod cone;
 pub mod cuboid;
 pub mod half_space;
+pub mod implicit;
 pub mod polygon;
 mod quadratic;
 pub mod quadric;
@@ -66,6 +67,33 @@ fn roundings<L: Lanes>(x: f32) -> L {
 #[inline(always)]
 fn tiny<L: Lanes>() -> L {
     L::splat(L::Scalar::MIN_POSITIVE)
+}
+
+/// Downward and upward, to the lanes' type.
+#[inline(always)]
+fn rounded<L: Lanes>([least, value, most]: [L::Double; 3]) -> [L; 3] {
+    let [from, t, to] = [least, value, most].map(L::narrow);
+    if L::is_double() {
+        return [from, t, to];
+    }
+    let infinity = L::splat(L::Scalar::INFINITY);
+    let pad = |x: L| x.abs() * roundings(1.01) + tiny();
+    let met = |x: L, wider: L| L::select(x.abs().lt(infinity), wider, x);
+    // What is finite in f64 is not infinite for being beyond these lanes.
+    let wide = <L::Double as Lanes>::splat(f64::INFINITY);
+    let most = L::splat(L::Scalar::MAX);
+    let kept =
+        |x: L::Double, y: L| L::select(mask::<L>(x.abs().lt(wide)), y.min(most).max(-most), y);
+    [
+        kept(least, met(from, from - pad(from))),
+        t,
+        met(to, to + pad(to)),
+    ]
+}
+
+#[inline(always)]
+fn mask<L: Lanes>(wide: <L::Double as Lanes>::Mask) -> L::Mask {
+    L::Mask::from_bits(wide.bits())
 }
 
 /// Squares outside are not trusted.

@@ -2,11 +2,12 @@
 
 use super::{Everything, Features, Tester};
 use crate::accel::Entry;
+use crate::geom::exact::{Line, Solid, first_beyond};
 use crate::geom::guarded::{self, ObjectRay};
 use crate::geom::{
-    Certainty, Meet, Ray, cone, cuboid, ellipsoid, half_space, polygon, quadric, sphere,
+    Certainty, Implicit, Meet, Ray, cone, cuboid, ellipsoid, half_space, polygon, quadric, sphere,
 };
-use crate::math::lanes::{Lanes, Mask};
+use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::scene::{Shape, Tables};
 use crate::trace::packet::Packet;
 use glam::DVec3;
@@ -41,7 +42,7 @@ impl<L: Lanes, C: Certainty, F: Features> Tester<'_, L, C, F> {
                 .0
                 .first_beyond(t_min),
             Shape::Polygon(id) => polygon::meet(&scene.polygons.row(id), ray, active),
-            Shape::Implicit(_) => Meet::unsure(active),
+            Shape::Implicit(id) => implicit_certainly(&scene.implicits.row(id), object, active),
             Shape::Mesh(_) | Shape::Combination(_) => {
                 Meet::certain(L::Mask::splat(false), L::zero())
             }
@@ -75,7 +76,8 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
         limit: L,
     ) -> Meet<L> {
         let meet = self.meet(object, entry, active);
-        if !C::GUARDED || C::DOUBTS_ALL || L::is_double() || meet.unsure.none() {
+        let is_double = L::is_double() || matches!(entry.shape, Shape::Implicit(_));
+        if !C::GUARDED || C::DOUBTS_ALL || is_double || meet.unsure.none() {
             return meet;
         }
         let may = self.may_meet(object, entry, meet.unsure.bits(), limit.widen());
@@ -127,9 +129,29 @@ fn meet_guarded<L: Lanes>(
             guarded::polygon::meet(&scene.polygons.row(id), extent, object, active)
         }
         Shape::Quadric(id) => guarded::quadric::meet(&scene.quadrics.row(id), object, active),
-        Shape::Implicit(_) => Meet::unsure(active),
+        Shape::Implicit(id) => guarded::implicit::meet(&scene.implicits.row(id), object, active),
         Shape::Mesh(_) | Shape::Combination(_) => Meet::certain(L::Mask::splat(false), L::zero()),
     }
+}
+
+/// A surface of any degree, for those who know no doubt: what f64 leaves open is decided
+/// exactly.
+#[inline(never)]
+fn implicit_certainly<L: Lanes>(row: &Implicit, object: &Packet<L>, active: L::Mask) -> Meet<L> {
+    let meet = guarded::implicit::meet(row, &object.line(), active);
+    let (mut hit, mut t) = (meet.hit, meet.t);
+    let mut bits = meet.unsure.bits();
+    while bits != 0 {
+        let lane = bits.trailing_zeros() as usize;
+        bits &= bits - 1;
+        let (org, dir) = object.lane(lane);
+        let t_min = object.ray.t_min.lane(lane).to_f64();
+        if let Some(root) = first_beyond(&Solid::Implicit(*row), &Line { org, dir }, t_min) {
+            hit = hit | L::Mask::from_bits(1 << lane);
+            t = t.with_lane(lane, L::Scalar::from_f64(root.t.value));
+        }
+    }
+    Meet::certain(hit, t)
 }
 
 #[inline(always)]

@@ -1,0 +1,313 @@
+//! Polynomial surfaces, in f64 and eight rays at a time whatever the lanes.
+//!
+//! The part of a ray that is in the surface's bounds or in its clip is 0 ≤ s ≤ 1. There
+//! the polynomial is interpolated from its values at Chebyshev's nodes
+//! ([`crate::roots::collocation`]), and its least root isolated and refined with a bound
+//! of what its coefficients are off by ([`crate::roots::lanes`]). docs/NUMERICS.md
+//! derives that bound. The degree that counts is one of a few, no less than the
+//! polynomial's own.
+//!
+//! All rays take the same steps, which depend on nothing but the ray and the surface,
+//! so that t has the same bits at any width.
+
+use super::{Ends, ObjectRay, cuboid, rounded, sphere};
+use crate::geom::tape::{Step, Tape};
+use crate::geom::{Clip, Cuboid, Implicit, Meet, Ray};
+use crate::math::Vec3;
+use crate::math::bounds::UNIT;
+use crate::math::lanes::{Lanes, Mask, f64x8};
+use crate::roots::collocation::{Collocation, collocation};
+use crate::roots::lanes::{Segment, Waiting, changes_between, nearest};
+use std::cell::Cell;
+
+type Eight = f64x8;
+
+/// What some rays meet first.
+struct Found<D> {
+    t: D,
+    from: D,
+    to: D,
+    hit: u32,
+    unsure: u32,
+}
+
+/// Object rays.
+struct Rays<D> {
+    org: Vec3<D>,
+    dir: Vec3<D>,
+    t_min: D,
+}
+
+thread_local! {
+    /// Values of steps, reused from ray to ray.
+    static VALUES: Cell<Vec<Eight>> = const { Cell::new(Vec::new()) };
+}
+
+/// Where rays first meet the surface beyond t_min.
+#[inline(never)]
+pub fn meet<L: Lanes>(row: &Implicit, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
+    let mut lanes = [0; 16];
+    let mut count = 0;
+    let mut bits = active.bits();
+    while bits != 0 {
+        lanes[count] = bits.trailing_zeros() as usize;
+        count += 1;
+        bits &= bits - 1;
+    }
+    let t_min = object.ray.t_min.widen();
+    let columns = [
+        object.org.x,
+        object.org.y,
+        object.org.z,
+        object.dir.x,
+        object.dir.y,
+        object.dir.z,
+        t_min,
+    ]
+    .map(|column| column.to_array());
+    let zero = <L::Double as Lanes>::zero();
+    let mut answer = [zero; 3].map(|x| x.to_array());
+    let (mut hit, mut unsure) = (0, 0);
+    let mut store = VALUES.take();
+    for some in lanes[..count].chunks(8) {
+        let load = |column: usize| {
+            let from = columns[column].as_ref();
+            let mut values = [from[some[0]]; 8];
+            for (value, lane) in values.iter_mut().zip(some) {
+                *value = from[*lane];
+            }
+            Eight::load(&values)
+        };
+        let rays = Rays {
+            org: Vec3::new(load(0), load(1), load(2)),
+            dir: Vec3::new(load(3), load(4), load(5)),
+            t_min: load(6),
+        };
+        let found = first_of_any_degree(row, &rays, (1 << some.len()) - 1, &mut store);
+        for (i, lane) in some.iter().enumerate() {
+            hit |= (found.hit >> i & 1) << lane;
+            unsure |= (found.unsure >> i & 1) << lane;
+            for (column, from) in answer.iter_mut().zip([found.from, found.t, found.to]) {
+                column.as_mut()[*lane] = from.lane(i);
+            }
+        }
+    }
+    VALUES.set(store);
+    let ends = answer.map(|column| <L::Double as Lanes>::load(column.as_ref()));
+    let [from, t, to] = rounded::<L>(ends);
+    // What is beyond the lanes' numbers is left to others.
+    let is_number = t.abs().lt(L::from_f64(f64::INFINITY));
+    let (hit, unsure) = (L::Mask::from_bits(hit), L::Mask::from_bits(unsure));
+    Meet {
+        hit: hit & is_number,
+        t,
+        within: [from, to],
+        unsure: unsure | hit & !is_number,
+    }
+}
+
+fn first_of_any_degree<D: Lanes<Scalar = f64, Double = D>>(
+    row: &Implicit,
+    rays: &Rays<D>,
+    asked: u32,
+    store: &mut Vec<D>,
+) -> Found<D> {
+    match row.tape.degree() {
+        0..=2 => first::<D, 3>(row, rays, asked, store),
+        3 => first::<D, 4>(row, rays, asked, store),
+        4 => first::<D, 5>(row, rays, asked, store),
+        5..=6 => first::<D, 7>(row, rays, asked, store),
+        7..=8 => first::<D, 9>(row, rays, asked, store),
+        9..=10 => first::<D, 11>(row, rays, asked, store),
+        11..=12 => first::<D, 13>(row, rays, asked, store),
+        13..=16 => first::<D, 17>(row, rays, asked, store),
+        17..=24 => first::<D, 25>(row, rays, asked, store),
+        _ => Found::nothing(asked),
+    }
+}
+
+impl<D: Lanes> Found<D> {
+    fn nothing(unsure: u32) -> Found<D> {
+        Found {
+            t: D::zero(),
+            from: D::zero(),
+            to: D::zero(),
+            hit: 0,
+            unsure,
+        }
+    }
+}
+
+/// Far origins leave too little of coordinates beyond this.
+const BLURRED: f64 = 1.0 / 1024.0;
+
+/// Of polynomials of degree N − 1.
+#[inline(never)]
+fn first<D: Lanes<Scalar = f64, Double = D>, const N: usize>(
+    row: &Implicit,
+    rays: &Rays<D>,
+    asked: u32,
+    store: &mut Vec<D>,
+) -> Found<D> {
+    let ray = Ray::<D>::new(rays.org, rays.dir, rays.t_min);
+    let object = ObjectRay::new(rays.org, rays.dir, &ray);
+    let ends: Ends<D> = match (row.clip, row.bounds) {
+        (Some(Clip::Sphere(ball)), _) => sphere::sphere_ends(&ball, &object),
+        (Some(Clip::Cuboid(row)), _) => cuboid::ends(&row, &object),
+        (None, Some(bounds)) => {
+            let (min, max) = (bounds.min, bounds.max);
+            cuboid::ends(&Cuboid { min, max }, &object)
+        }
+        (None, None) => return Found::nothing(asked),
+    };
+    let asked = D::Mask::from_bits(asked);
+    let reached = asked & !ends.none & !ends.exit[2].le(rays.t_min);
+    if reached.none() {
+        return Found::nothing(0);
+    }
+    let start = ends.enter[0].max(rays.t_min);
+    let end = ends.exit[2];
+    let width = (end - start) * D::from_f64(1.0 + 4.0 * UNIT);
+    let infinity = D::from_f64(f64::INFINITY);
+    let sound = ends.some & width.lt(infinity) & start.abs().lt(infinity);
+    let live = reached & sound & width.gt(D::zero());
+    let (segment, blurred) = along::<D, N>(row.tape, rays, (start, width), store);
+    // Nothing is allocated as long as no interval is cut.
+    let found = nearest(&segment, live & !blurred, &mut Waiting::default());
+    let s_from = (found.t - found.error).max(D::zero());
+    let s_to = (found.t + found.error).min(D::from_f64(1.0));
+    let is_there = changes_between(&segment, s_from, s_to);
+    let at = |s: D| start + s * width;
+    let slack = (start.abs() + width) * D::from_f64(3.01 * UNIT);
+    let (from, to) = ((at(s_from) - slack).max(start), at(s_to) + slack);
+    let mut hit = found.hit & is_there;
+    if row.clip.is_some() {
+        let begins = from.ge(ends.enter[2]) | start.ge(ends.enter[2]);
+        hit = hit & begins & to.le(ends.exit[0]);
+    }
+    let unsure = reached & (!sound | blurred | found.doubt | (found.hit & !hit));
+    Found {
+        t: at(found.t),
+        from,
+        to,
+        hit: (hit & live).bits(),
+        unsure: unsure.bits(),
+    }
+}
+
+/// A tape's polynomial on the parts of rays that begin at `start`; and the rays that it
+/// does not say enough of.
+#[inline(always)]
+fn along<D: Lanes<Scalar = f64>, const N: usize>(
+    tape: &Tape,
+    rays: &Rays<D>,
+    (start, width): (D, D),
+    store: &mut Vec<D>,
+) -> (Segment<D, N>, D::Mask) {
+    let table: &Collocation = collocation(N);
+    let point = rays.org.along(rays.dir, start);
+    let step = rays.dir * width;
+    let last = point + step;
+    let values = values::<D, N>(tape, (point, step), &table.nodes, store);
+    // What coordinates are off by, of nodes and of the first one.
+    let unit = D::from_f64(1.01 * UNIT);
+    let moved = (rays.dir * start).max_abs();
+    let near = point.max_abs();
+    let reach = near.max(last.max_abs()) * D::from_f64(1.0 + 8.0 * UNIT);
+    let begun = D::select(start.eq(D::zero()), D::zero(), moved + near);
+    let off = (moved + near + reach + step.max_abs() * D::from_f64(2.0)) * unit;
+    let relative = |off: D, reach: D| off / reach.max(D::from_f64(f64::MIN_POSITIVE));
+    let share = relative(off, reach);
+    let blurred = !share.lt(D::from_f64(BLURRED));
+    let degree = f64::from(tape.degree());
+    let lost = |share: D, reach: D| {
+        let size = magnitude(tape, reach * (share + D::from_f64(1.0)));
+        let rounded = D::from_f64(f64::from(tape.roundings()) * 1.01 * UNIT);
+        size * (rounded + share * D::from_f64(1.05 * degree)) + D::from_f64(FLOOR)
+    };
+    let of_values = lost(share, reach);
+    let first = lost(relative(begun * unit, near), near);
+    let mut largest = values[0].abs();
+    for value in &values[1..] {
+        largest = largest.max(value.abs());
+    }
+    let rounding = D::from_f64((N as f64 + 3.0) * UNIT);
+    let error = (of_values + largest * rounding) * D::from_f64(table.norm);
+    let mut scaled = [values[0]; N];
+    for (to, row) in scaled.iter_mut().zip(&table.rows).skip(1) {
+        let mut sum = values[0] * D::from_f64(row[0]);
+        for (value, factor) in values.iter().zip(row).skip(1) {
+            sum = sum + *value * D::from_f64(*factor);
+        }
+        *to = sum;
+    }
+    let segment = Segment {
+        scaled,
+        error,
+        first,
+    };
+    (segment, blurred)
+}
+
+/// What products may lose below the range, all steps together.
+const FLOOR: f64 = 1e-290;
+
+/// See [`Tape::magnitude`].
+#[inline(always)]
+fn magnitude<D: Lanes<Scalar = f64>>(tape: &Tape, reach: D) -> D {
+    let mut sum = D::zero();
+    for c in tape.magnitude().iter().rev() {
+        sum = sum * reach + D::from_f64(*c);
+    }
+    sum
+}
+
+/// A tape at nodes between a point and `step` farther.
+#[inline(always)]
+fn values<D: Lanes<Scalar = f64>, const N: usize>(
+    tape: &Tape,
+    (point, step): (Vec3<D>, Vec3<D>),
+    nodes: &[f64],
+    all: &mut Vec<D>,
+) -> [D; N] {
+    all.resize(all.len().max(tape.slot_count() * N), D::zero());
+    let place = |i: u32| usize::from(tape.slots()[i as usize]) * N;
+    for (i, what) in tape.steps().iter().enumerate() {
+        let to = place(i as u32);
+        match *what {
+            Step::Coordinate(axis) => {
+                let (from, by) = (point.axis(usize::from(axis)), step.axis(usize::from(axis)));
+                for (value, s) in all[to..to + N].iter_mut().zip(nodes) {
+                    *value = from + by * D::from_f64(*s);
+                }
+            }
+            Step::Constant(value) => all[to..to + N].fill(D::from_f64(value)),
+            Step::Sum(a, b) => combine::<D, N>(all, (place(a), place(b)), to, |a, b| a + b),
+            Step::Difference(a, b) => {
+                combine::<D, N>(all, (place(a), place(b)), to, |a, b| a - b);
+            }
+            Step::Product(a, b) => combine::<D, N>(all, (place(a), place(b)), to, |a, b| a * b),
+        }
+    }
+    let last = place(tape.steps().len() as u32 - 1);
+    let mut result = [D::zero(); N];
+    result.copy_from_slice(&all[last..last + N]);
+    result
+}
+
+/// One step at all nodes: the places of its operands, and of the result, which may be
+/// one of theirs.
+#[inline(always)]
+fn combine<D: Lanes, const N: usize>(
+    all: &mut [D],
+    (a, b): (usize, usize),
+    to: usize,
+    of: impl Fn(D, D) -> D,
+) {
+    let mut result = [D::zero(); N];
+    let (first, second) = (&all[a..a + N], &all[b..b + N]);
+    for ((value, x), y) in result.iter_mut().zip(first).zip(second) {
+        *value = of(*x, *y);
+    }
+    all[to..to + N].copy_from_slice(&result);
+}

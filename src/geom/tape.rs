@@ -7,6 +7,15 @@
 
 use std::collections::HashMap;
 
+/// Of a surface's polynomial.
+pub const MAX_DEGREE: u32 = 24;
+
+/// Of a surface's tape.
+pub const MAX_STEPS: usize = 4096;
+
+/// Values that a surface's tape keeps at once.
+pub const MAX_SLOTS: usize = 64;
+
 /// Operands are numbers of earlier steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Step {

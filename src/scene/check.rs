@@ -5,6 +5,7 @@
 
 mod combinations;
 mod graph;
+mod implicits;
 mod looks;
 mod shapes;
 

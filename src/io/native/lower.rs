@@ -84,8 +84,8 @@ pub(super) fn lower(
             dropped,
             &mut combinations,
         )?;
-        at.shapes.push(name.at);
-        debug_assert_eq!(id.index() + 1, at.shapes.len());
+        // A clipped solid is three of them.
+        at.shapes.resize(scene.tables().shapes.len(), name.at);
         shapes.insert(name.value, id);
     }
     let nodes = declare(&file.node, scene);
@@ -294,15 +294,6 @@ fn not_one(source: &Source, at: usize, what: &str, given: &[(&str, bool)]) -> Lo
         ),
     };
     source.error(at, message)
-}
-
-pub(super) fn unsupported(source: &Source, what: &str, at: usize) -> LoadError {
-    let (line, column) = source.place(at);
-    LoadError::Unsupported {
-        path: source.path.into(),
-        what: format!("{what} at {line}:{column}"),
-        remedy: Some("the format reserves it for a later version of this program".into()),
-    }
 }
 
 fn not_zero(source: &Source, what: &str, v: &At<Triple>) -> Result<DVec3> {

@@ -2,6 +2,7 @@
 //! every name is known.
 
 use super::lower::{Names, find, find_at, transform};
+use super::lower_shape::one;
 use super::places::At;
 use super::schema::{self, Operand as Row};
 use super::tree::Source;
@@ -56,13 +57,14 @@ pub(super) fn refuse_extras(
     const ONLY: &str = "only a union, intersection, difference, xor or complement can";
     if let Some(material) = &row.material {
         let message = format!(
-            "a {kind} cannot have a material of its own; {ONLY}. Give it where the shape is \
-             placed: to the instance, child or operand"
+            "{} cannot have a material of its own; {ONLY}. Give it where the shape is \
+             placed: to the instance, child or operand",
+            one(kind)
         );
         return Err(source.error(material.at, message));
     }
     if let Some(tolerance) = &row.tolerance {
-        let message = format!("a {kind} cannot have a tolerance; {ONLY}");
+        let message = format!("{} cannot have a tolerance; {ONLY}", one(kind));
         return Err(source.error(tolerance.at, message));
     }
     Ok(())

@@ -1,7 +1,8 @@
 //! One shape of the file to one row of its table.
 
-use super::lower::{exactly_one, unsupported};
+use super::lower::exactly_one;
 use super::lower_combination::{Declared, declare, refuse_extras};
+use super::lower_polynomial;
 use super::places::At;
 use super::schema;
 use super::tree::{Source, quoted};
@@ -19,7 +20,6 @@ pub(super) fn shape(
     dropped: &mut Dropped,
     combinations: &mut Vec<Declared>,
 ) -> Result<ShapeId, LoadError> {
-    later(source, &row)?;
     let what = format!("shape {}", quoted(&name.value));
     let given = [
         ("sphere", row.sphere.is_some()),
@@ -31,6 +31,11 @@ pub(super) fn shape(
         ("polyhedron", row.polyhedron.is_some()),
         ("polygon", row.polygon.is_some()),
         ("quadric", row.quadric.is_some()),
+        ("torus", row.torus.is_some()),
+        ("superquadric", row.superquadric.is_some()),
+        ("cubic", row.cubic.is_some()),
+        ("quartic", row.quartic.is_some()),
+        ("implicit", row.implicit.is_some()),
         ("mesh", row.mesh.is_some()),
         ("union", row.union.is_some()),
         ("intersection", row.intersection.is_some()),
@@ -39,12 +44,7 @@ pub(super) fn shape(
         ("complement", row.complement.is_some()),
     ];
     let kind = exactly_one(source, name.at, &what, &given)?;
-    if let Some(open) = &row.open
-        && !matches!(kind, "cylinder" | "cone" | "mesh")
-    {
-        let message = format!("a {kind} cannot be open; only a cylinder, cone or mesh can");
-        return Err(source.error(open.at, message));
-    }
+    lower_polynomial::refuse_extras(source, kind, &row)?;
     let open = row.open.is_some_and(|o| o.value);
     let name = &*name.value;
     if matches!(
@@ -57,6 +57,9 @@ pub(super) fn shape(
         return Ok(shape);
     }
     refuse_extras(source, kind, &row)?;
+    if lower_polynomial::KINDS.contains(&kind) {
+        return lower_polynomial::polynomial(source, name, &row, scene);
+    }
     let v = DVec3::from_array;
 
     if let Some(s) = row.sphere {
@@ -111,24 +114,13 @@ pub(super) fn shape(
     mesh(source, name, &file, open, options, scene, dropped)
 }
 
-/// Kinds that the format names and this version has not.
-fn later(source: &Source, row: &schema::Shape) -> Result<(), LoadError> {
-    let kinds = [
-        ("torus", &row.torus),
-        ("implicit", &row.implicit),
-        ("clip", &row.clip),
-    ];
-    match kinds
-        .iter()
-        .find_map(|(kind, word)| Some((kind, word.as_ref()?)))
-    {
-        Some((kind, word)) => Err(unsupported(
-            source,
-            &format!("the shape kind '{kind}'"),
-            word.at,
-        )),
-        None => Ok(()),
-    }
+/// For messages: with its article.
+pub(super) fn one(kind: &str) -> String {
+    let article = match kind {
+        "ellipsoid" | "implicit" | "intersection" => "an",
+        _ => "a",
+    };
+    format!("{article} {kind}")
 }
 
 fn half_space(row: &schema::HalfSpace) -> HalfSpace {

@@ -7,14 +7,19 @@
 //! which names the entity; [`Places`] tells where it stands. docs/SCENE_FORMAT.md is the format for users;
 //! tests/native_bad.rs holds what is refused.
 
+mod expression;
 mod lower;
 mod lower_combination;
+mod lower_polynomial;
 mod lower_shape;
 mod places;
+mod polynomial;
+mod precise;
 mod read_json;
 mod read_toml;
 mod rotate;
 mod schema;
+mod schema_polynomial;
 mod tree;
 
 use super::{Dropped, LoadError, LoadOptions, folder};

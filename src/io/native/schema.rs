@@ -4,10 +4,11 @@
 //! `docs/scene.schema.json` is generated from them, and the comments below are
 //! its descriptions. A choice (one shape kind of many) is a struct of options,
 //! so that every key keeps its place in the file; `lower` sees to it that
-//! exactly one is given. Keys of type [`Later`] are words that the format
-//! reserves.
+//! exactly one is given. Polynomial surfaces are in
+//! [`schema_polynomial`](super::schema_polynomial).
 
 use super::places::At;
+use super::schema_polynomial::{Clip, Coefficients, Parameter, Superquadric, Torus};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
@@ -138,6 +139,15 @@ pub struct Shape {
     pub polyhedron: Option<At<Polyhedron>>,
     pub polygon: Option<Polygon>,
     pub quadric: Option<Quadric>,
+    pub torus: Option<Torus>,
+    pub superquadric: Option<Superquadric>,
+    /// The solid where a polynomial of degree 3 is 0 or less.
+    pub cubic: Option<Coefficients>,
+    /// The solid where a polynomial of degree 4 is 0 or less.
+    pub quartic: Option<Coefficients>,
+    /// The solid where a polynomial in x, y and z is 0 or less, as an expression such
+    /// as "x^2 + y^2 - a*z", of degree 24 at most.
+    pub implicit: Option<At<String>>,
     /// A mesh file (.obj, .ply, .stl, .gltf, .glb), relative to this file.
     pub mesh: Option<At<String>>,
     /// Solids made of solids: of all points that are in any operand.
@@ -151,21 +161,20 @@ pub struct Shape {
     /// Of all points that are not in the one operand.
     pub complement: Option<At<Operand>>,
     /// A surface without inside: a cylinder or cone without caps, a mesh that
-    /// does not enclose anything. False if absent.
+    /// does not enclose anything, the surface alone of a torus, superquadric, cubic,
+    /// quartic or implicit. False if absent.
     pub open: Option<At<bool>>,
+    /// Of an implicit: constants by name.
+    pub parameters: Option<At<Named<At<Parameter>>>>,
+    /// Of a torus, superquadric, cubic, quartic or implicit: what of it there is; of
+    /// open ones without caps.
+    pub clip: Option<At<Clip>>,
     /// Of a solid made of solids: the name of a material for all its surfaces,
     /// whatever the operands say.
     pub material: Option<At<String>>,
     /// Of a solid made of solids: boundaries of different operands that are no
     /// farther from each other than this are one, 0 or greater; 0 if absent.
     pub tolerance: Option<At<f64>>,
-
-    #[schemars(skip)]
-    pub torus: Option<At<Later>>,
-    #[schemars(skip)]
-    pub implicit: Option<At<Later>>,
-    #[schemars(skip)]
-    pub clip: Option<At<Later>>,
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -416,16 +425,6 @@ impl JsonSchema for Scale {
             <[f64; 3]>::json_schema(generator),
         );
         schemars::json_schema!({ "anyOf": [one, three] })
-    }
-}
-
-/// A word that the format reserves for what this version does not do.
-#[derive(Clone, Copy, Debug)]
-pub struct Later;
-
-impl<'de> Deserialize<'de> for Later {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Later, D::Error> {
-        IgnoredAny::deserialize(deserializer).map(|_| Later)
     }
 }
 

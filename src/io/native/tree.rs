@@ -66,6 +66,35 @@ impl Source<'_> {
         crate::io::place::place(self.text.as_bytes(), at)
     }
 
+    /// Where a byte of a text value stands, which begins at `at`: past its quotes, and
+    /// past what is written there but not in the value. At the first escape it stops.
+    pub(super) fn within(&self, at: usize, value: &str, offset: usize) -> usize {
+        let written = self.text.get(at..).unwrap_or_default();
+        let quotes = ["\"\"\"", "'''", "\"", "'"];
+        let quote = quotes.into_iter().find(|quote| written.starts_with(*quote));
+        let mut rest = &written[quote.map_or(0, str::len)..];
+        let before = value.get(..offset).unwrap_or(value);
+        let is_long = quote.is_some_and(|quote| quote.len() == 3);
+        if is_long {
+            // A first line's end is no part of it.
+            let line = rest.strip_prefix('\r').unwrap_or(rest);
+            rest = line.strip_prefix('\n').unwrap_or(rest);
+        }
+        for c in before.chars() {
+            let continued = rest.strip_prefix('\\').map(str::trim_start);
+            rest = continued.filter(|_| is_long).unwrap_or(rest);
+            rest = match rest.strip_prefix("\r\n") {
+                Some(_) if c == '\n' => &rest[1..],
+                _ => rest,
+            };
+            match rest.strip_prefix(c) {
+                Some(after) => rest = after,
+                None => break,
+            }
+        }
+        at + written.len() - rest.len()
+    }
+
     pub(super) fn error(&self, at: usize, message: impl Into<String>) -> LoadError {
         let (line, column) = self.place(at);
         LoadError::Syntax {

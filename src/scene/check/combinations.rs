@@ -113,6 +113,7 @@ fn no_inside(scene: &Tables, shape: ShapeId) -> Option<&'static str> {
         Shape::Cylinder(id) if scene.cylinders.row(id).open => Some(open),
         Shape::Cone(id) if scene.cones.row(id).open => Some(open),
         Shape::Mesh(id) if scene.meshes.open[id.index()] => Some(open),
+        Shape::Implicit(id) if scene.implicits.open[id.index()] => Some(open),
         _ => None,
     }
 }

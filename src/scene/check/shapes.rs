@@ -1,5 +1,6 @@
 //! The shapes' own numbers, kind by kind.
 
+use super::implicits;
 use super::{Entity, SceneError, finite, finite3, require, shape_entity};
 use crate::scene::{Shape, Tables};
 use glam::DVec3;
@@ -89,11 +90,8 @@ pub(super) fn solids(scene: &Tables) -> Result<(), SceneError> {
                     });
                 }
             }
-            Shape::Implicit(_)
-            | Shape::Polyhedron(_)
-            | Shape::Polygon(_)
-            | Shape::Mesh(_)
-            | Shape::Combination(_) => {}
+            Shape::Implicit(id) => implicits::implicit(what, &scene.implicits.row(id))?,
+            Shape::Polyhedron(_) | Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => {}
         }
     }
     Ok(())

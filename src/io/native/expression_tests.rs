@@ -1,0 +1,405 @@
+//! Expressions, step by step and against plain sums.
+
+use super::*;
+use crate::geom::tape::{Arithmetic, Step};
+use proptest::prelude::*;
+
+struct Plain([f64; 3]);
+
+impl Arithmetic for Plain {
+    type Value = f64;
+
+    fn coordinate(&self, axis: usize) -> f64 {
+        self.0[axis]
+    }
+
+    fn constant(&self, value: f64) -> f64 {
+        value
+    }
+
+    fn sum(&self, a: &f64, b: &f64) -> f64 {
+        a + b
+    }
+
+    fn difference(&self, a: &f64, b: &f64) -> f64 {
+        a - b
+    }
+
+    fn product(&self, a: &f64, b: &f64) -> f64 {
+        a * b
+    }
+}
+
+fn tape(text: &str) -> Tape {
+    let parameters = [("a", 3), ("long_name2", 5)];
+    let parameters = parameters.map(|(name, value)| (name.into(), Precise::whole(value)));
+    polynomial(text, &parameters.into()).unwrap_or_else(|fault| panic!("{text}: {fault:?}"))
+}
+
+fn value(text: &str) -> f64 {
+    tape(text).evaluate(&Plain([2.0, 3.0, 5.0]))
+}
+
+fn constants(text: &str) -> Vec<f64> {
+    let of = |step: &Step| match step {
+        Step::Constant(value) => Some(*value),
+        _ => None,
+    };
+    tape(text).steps().iter().filter_map(of).collect()
+}
+
+#[test]
+fn operators_bind_as_in_books() {
+    for (text, expected) in [
+        ("x", 2.0),
+        (" x+y*z ", 17.0),
+        ("(x+y)*z", 25.0),
+        ("x-y-z", -6.0),
+        ("x - (y - z)", 4.0),
+        ("-x^2", -4.0),
+        ("(-x)^2", 4.0),
+        ("--x", 2.0),
+        ("+-+x", -2.0),
+        ("2*-x", -4.0),
+        ("x*-y^2*z", -90.0),
+        ("-x*y+z", -1.0),
+        ("x^2^3", 256.0),
+        ("2^-1^2*x", f64::NAN),
+        ("x^0", 1.0),
+        ("0^0", 1.0),
+        ("2^3^2", 512.0),
+        ("x^a", 8.0),
+        ("x^(a - 1)", 4.0),
+        ("x/2/4", 0.25),
+        ("x/2*4", 4.0),
+        ("12*x/a", 8.0),
+        ("x - -y", 5.0),
+        ("1e1*x + .5 + 5.", 25.5),
+        ("1E+1*x", 20.0),
+        ("long_name2*x", 10.0),
+        ("sqrt(16)*x", 8.0),
+        ("abs(-3)*abs(3)*x", 18.0),
+        ("((((x))))", 2.0),
+        ("sqrt(1 + (1 + 1)*4)*x", 6.0),
+        ("x*y\n\t- z", 1.0),
+    ] {
+        if expected.is_nan() {
+            assert!(polynomial(text, &Parameters::new()).is_err(), "{text}");
+        } else {
+            assert_eq!(value(text), expected, "{text}");
+        }
+    }
+}
+
+#[test]
+fn constants_are_one() {
+    for (text, expected) in [
+        ("x*(1/2 + sqrt(5)/2)^2", vec![2.618_033_988_749_895]),
+        ("18561*x/6550", vec![18561.0 / 6550.0]),
+        ("4*x^2*(1/2 + sqrt(5)/2)^2", vec![10.472_135_954_999_58]),
+        ("9*y^2*z^3/80", vec![0.1125]),
+        ("(2*x)^3*y/8", vec![]),
+        ("0.1*x*3", vec![0.3]),
+        ("2*pi*x", vec![std::f64::consts::TAU]),
+        ("x^2 - 1 + y^2 - 1/2", vec![1.5]),
+        ("x + 3 - a", vec![]),
+        // A common factor is taken out.
+        ("-16*x^2 - 16*y^2", vec![-16.0]),
+        ("16*x^2 - 16*y^2", vec![16.0]),
+        ("2*x + 3*x", vec![5.0]),
+        ("(sqrt(2)^2 - 2)*x + y", vec![]),
+        // 0 − f.
+        ("-x*y", vec![0.0]),
+        ("x - x", vec![0.0]),
+        ("2*x - (1 + 1)*x", vec![0.0]),
+        ("0*x + 7", vec![7.0]),
+        ("2*(x + 1)*3", vec![1.0, 6.0]),
+    ] {
+        assert_eq!(constants(text), expected, "{text}");
+    }
+}
+
+#[test]
+fn what_is_taken_away_is_a_difference() {
+    for (text, products, constants) in [
+        ("-x^2*z^3 + y", 4, 0),
+        ("-x^2 - y^2 + z", 2, 0),
+        ("z + -x", 0, 0),
+        ("-2*x + y", 1, 1),
+        ("-(x - y)*z", 1, 1),
+    ] {
+        let tape = tape(text);
+        let count = |such: fn(&&Step) -> bool| tape.steps().iter().filter(such).count();
+        let found = count(|step| matches!(step, Step::Product(..)));
+        assert_eq!(found, products, "{text}");
+        let found = count(|step| matches!(step, Step::Constant(_)));
+        assert_eq!(found, constants, "{text}");
+    }
+}
+
+#[test]
+fn tapes_stay_factored() {
+    assert_eq!(tape("(x+y)^24").steps().len(), 3 + 5);
+    assert_eq!(tape("(x+y)^24").degree(), 24);
+    // Squares are shared.
+    let heart = tape("-x^2*z^3 - 9*y^2*z^3/80 + (x^2 + 9*y^2/4 + z^2 - 1)^3");
+    assert_eq!((heart.steps().len(), heart.degree()), (20, 6));
+}
+
+#[test]
+fn faults_have_a_place_and_a_remedy() {
+    for (text, at, parts) in [
+        (
+            "",
+            0,
+            "expected a number, a name or a parenthesis, found the end",
+        ),
+        ("x +", 3, "found the end"),
+        ("x + * y", 4, "found '*'"),
+        ("x**2", 2, "found '*'; a power is written x^2"),
+        (
+            "x²",
+            1,
+            "expected an operator or the end, found '²'; a power is written x^2",
+        ),
+        ("2x", 1, "found 'x'; a product is written with *"),
+        ("2(x)", 1, "found '('; a product is written with *"),
+        ("x y", 2, "found 'y'; a product is written with *"),
+        (
+            "x = 1",
+            2,
+            "found '='; the surface is where the expression is 0",
+        ),
+        ("x, y", 1, "found ','"),
+        ("(x", 0, "this parenthesis is never closed"),
+        ("((x)", 0, "this parenthesis is never closed"),
+        ("sqrt(2", 0, "this parenthesis is never closed"),
+        ("x)", 1, "this parenthesis was never opened"),
+        ("()", 1, "found ')'"),
+        (
+            "b*x",
+            0,
+            "there is no parameter 'b'; define it as parameters = { b = … }",
+        ),
+        (
+            "long_name*x",
+            0,
+            "there is no parameter 'long_name'; did you mean 'long_name2'?",
+        ),
+        ("X", 0, "there is no parameter 'X'; did you mean 'x'?"),
+        (
+            "sqr(2)*x",
+            0,
+            "there is no function 'sqr'; did you mean 'sqrt'?",
+        ),
+        (
+            "f(2)*x",
+            0,
+            "there is no function 'f'; known are sqrt and abs",
+        ),
+        ("sqrt 2", 5, "expected '(' after sqrt, found '2'"),
+        (
+            "1 + sin(x)",
+            4,
+            "'sin' is not supported: only polynomials in x, y and z",
+        ),
+        ("max(x, y)", 0, "'max' is not supported: only polynomials"),
+        (
+            "y*abs(x)",
+            2,
+            "abs of x, y or z is not supported: only polynomials",
+        ),
+        (
+            "sqrt(x^2)",
+            0,
+            "sqrt of x, y or z is not supported: only polynomials",
+        ),
+        ("sqrt(-2)", 0, "square root of a negative number"),
+        ("1/x", 1, "this divides by x, y or z: only polynomials"),
+        ("x/(3 - a)", 1, "this divides by 0"),
+        ("x^y", 1, "an exponent must be a whole number, 0 or greater"),
+        ("x^-1", 1, "an exponent must be a whole number"),
+        ("x^2.5", 1, "an exponent must be a whole number"),
+        (
+            "x^25",
+            1,
+            "this power has degree 25; at most 24 is supported",
+        ),
+        ("x + (y^5)^5", 9, "this power has degree 25"),
+        ("x^20*y^5", 4, "this product has degree 25"),
+        ("x^99999999999", 1, "whole number"),
+        ("2^9999*x", 1, "this exponent is too large"),
+        ("10^999*x + y", 9, "too large for a number"),
+        ("1e-999*x + y", 9, "too small for a number"),
+        ("1e9999*x", 0, "too large for a number"),
+        (".", 0, "a point without digits"),
+        ("2e*x", 1, "found 'e'"),
+        ("x $ y", 2, "found '$'"),
+    ] {
+        let parameters = [("a", 3), ("long_name2", 5)];
+        let parameters = parameters.map(|(name, value)| (name.into(), Precise::whole(value)));
+        match polynomial(text, &parameters.into()) {
+            Ok(_) => panic!("{text} was read"),
+            Err(fault) => {
+                assert!(fault.message.contains(parts), "{text}: {fault:?}");
+                assert_eq!(fault.at, at, "{text}: {fault:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn nothing_grows_without_end() {
+    let refused = |text: &str, part: &str| {
+        let fault = polynomial(text, &Parameters::new()).unwrap_err();
+        assert!(fault.message.contains(part), "{fault:?}");
+    };
+    let deep = format!("{}x{}", "(".repeat(30_000), ")".repeat(30_000));
+    assert_eq!(value(&deep), 2.0);
+    refused(&"(".repeat(100_000), "100000 bytes long");
+    refused(&"(".repeat(60_000), "found the end");
+    refused(&"-".repeat(60_000), "found the end");
+    refused(&format!("x{}", "^1".repeat(30_000) + "^"), "found the end");
+    let power = format!("x{}", "^1".repeat(30_000));
+    assert_eq!(value(&power), 2.0);
+    let many: Vec<String> = (0..5000).map(|i| format!("x*{i}")).collect();
+    assert_eq!(tape(&many.join("+")).steps().len(), 3, "one factor");
+    let many: Vec<String> = (1..1600).map(|i| format!("(x+{i})*{i}")).collect();
+    refused(&many.join("+"), "steps; at most 4096");
+    let nested: Vec<String> = (2..100).map(|i| format!("{i}*x+y*(x+{i}*(")).collect();
+    let nested = format!("{}x{}", nested.concat(), "))".repeat(98));
+    refused(&nested, "degree 25");
+    // Each waits for the next.
+    let nested: Vec<String> = (2..100)
+        .map(|i| format!("({i}*x+y)+3*(x+{i}*(z+"))
+        .collect();
+    let nested = format!("{}x{}", nested.concat(), "))".repeat(98));
+    refused(&nested, "values at once; at most 64");
+    // Each operation with thousands of bits.
+    let roots: Vec<String> = (2..6000).map(|i| format!("sqrt({i})")).collect();
+    let sum = constants(&format!("x*({})", roots.join("+")));
+    let plain: f64 = (2..6000).map(|i| f64::from(i).sqrt()).sum();
+    assert!((sum[0] - plain).abs() < 1e-9 * plain);
+}
+
+#[test]
+fn names_of_parameters() {
+    for (name, part) in [
+        ("x", "has a meaning of its own"),
+        ("pi", "has a meaning of its own"),
+        ("sqrt", "is a function"),
+        ("max", "is a function"),
+        ("", "cannot stand in an expression"),
+        ("2a", "cannot stand"),
+        ("a b", "cannot stand"),
+        ("a-b", "cannot stand"),
+    ] {
+        assert!(check_name(name).unwrap_err().contains(part), "{name}");
+    }
+    for name in ["a", "_", "R2", "φ", "max_radius", "xx", "e"] {
+        assert_eq!(check_name(name), Ok(()));
+    }
+}
+
+/// An expression as a tree, and its text.
+#[derive(Clone, Debug)]
+enum Tree {
+    Coordinate(u8),
+    Number(i32, u32),
+    Negated(Box<Tree>),
+    Binary(char, Box<Tree>, Box<Tree>),
+    Power(Box<Tree>, u32),
+}
+
+impl Tree {
+    /// With the fewest parentheses that leave it what it is.
+    fn text(&self, around: u32) -> String {
+        let (own, text) = match self {
+            Tree::Coordinate(axis) => (5, ["x", "y", "z"][usize::from(*axis)].to_string()),
+            Tree::Number(n, scale) => (5, format!("{}e-{scale}", n.unsigned_abs())),
+            Tree::Negated(a) => (3, format!("-{}", a.text(3))),
+            Tree::Power(a, n) => (4, format!("{} ^{n}", a.text(5))),
+            Tree::Binary(operator, a, b) => {
+                let own = if "+-".contains(*operator) { 1 } else { 2 };
+                let (a, b) = (a.text(own), b.text(own + 1));
+                (own, format!("{a} {operator}{b}"))
+            }
+        };
+        match own < around {
+            true => format!("({text})"),
+            false => text,
+        }
+    }
+
+    /// Its value, and that of the same with all signs positive.
+    fn value(&self, point: [f64; 3]) -> [f64; 2] {
+        match self {
+            Tree::Coordinate(axis) => {
+                let value = point[usize::from(*axis)];
+                [value, value.abs()]
+            }
+            Tree::Number(n, scale) => [f64::from(n.unsigned_abs()) / 10_f64.powi(*scale as i32); 2],
+            Tree::Negated(a) => {
+                let [a, size] = a.value(point);
+                [-a, size]
+            }
+            Tree::Power(a, n) => a.value(point).map(|a| a.powi(*n as i32)),
+            Tree::Binary(operator, a, b) => {
+                let ([a, r], [b, s]) = (a.value(point), b.value(point));
+                match operator {
+                    '+' => [a + b, r + s],
+                    '-' => [a - b, r + s],
+                    '*' => [a * b, r * s],
+                    _ => [a / b, r / s],
+                }
+            }
+        }
+    }
+
+    fn degree(&self) -> u32 {
+        match self {
+            Tree::Coordinate(_) => 1,
+            Tree::Number(..) => 0,
+            Tree::Negated(a) => a.degree(),
+            Tree::Power(a, n) => a.degree() * n,
+            Tree::Binary('*', a, b) => a.degree() + b.degree(),
+            Tree::Binary(_, a, b) => a.degree().max(b.degree()),
+        }
+    }
+}
+
+fn trees() -> impl Strategy<Value = Tree> {
+    let leaf = prop_oneof![
+        3 => (0_u8..3).prop_map(Tree::Coordinate),
+        2 => (1_i32..1000, 0_u32..4).prop_map(|(n, scale)| Tree::Number(n, scale)),
+    ];
+    leaf.prop_recursive(7, 60, 2, |inner| {
+        let boxed = inner.clone().prop_map(Box::new);
+        let divisor =
+            (1_i32..1000, 0_u32..4).prop_map(|(n, scale)| Box::new(Tree::Number(n, scale)));
+        prop_oneof![
+            1 => boxed.clone().prop_map(Tree::Negated),
+            1 => (boxed.clone(), 0_u32..4).prop_map(|(a, n)| Tree::Power(a, n)),
+            1 => (boxed.clone(), divisor).prop_map(|(a, b)| Tree::Binary('/', a, b)),
+            5 => (prop_oneof![Just('+'), Just('-'), Just('*')], boxed.clone(), boxed)
+                .prop_map(|(operator, a, b)| Tree::Binary(operator, a, b)),
+        ]
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+    #[test]
+    fn expressions_are_what_they_say(tree in trees(), point in [-3.0_f64..3.0, -3.0..3.0, -3.0..3.0]) {
+        let text = tree.text(0);
+        match polynomial(&text, &Parameters::new()) {
+            Ok(tape) => {
+                let [value, size] = tree.value(point);
+                let found = tape.evaluate(&Plain(point));
+                prop_assert!((found - value).abs() <= 1e-13 * size, "{text}: {found} {value}");
+                prop_assert!(tape.degree() <= MAX_DEGREE);
+            }
+            Err(fault) => prop_assert!(tree.degree() > MAX_DEGREE, "{text}: {fault:?}"),
+        }
+    }
+}

@@ -1,0 +1,250 @@
+//! Sums, products and powers of polynomials whose constants are gathered on the way.
+//!
+//! A value is factor · step + constant with a step of a tape: what is multiplied by a
+//! constant stays one step with one factor, a sum keeps one constant, and a term that is
+//! taken away becomes a difference. All factors and constants are folded as they are in
+//! [`Precise`], and each is rounded once, when a sum or the end needs it as a step.
+
+use super::precise::{NoConstant, Precise};
+use crate::geom::tape::{Builder, MAX_DEGREE, Tape};
+use num_bigint::Sign;
+
+/// Of a constant.
+const MAX_EXPONENT: u32 = 4096;
+
+/// What cannot be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Trouble {
+    Constant(NoConstant),
+    /// Larger than polynomials may have.
+    Degree(u32),
+    NotConstant,
+    Exponent,
+}
+
+impl From<NoConstant> for Trouble {
+    fn from(why: NoConstant) -> Trouble {
+        Trouble::Constant(why)
+    }
+}
+
+type Result<T> = std::result::Result<T, Trouble>;
+
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    step: u32,
+    /// No less than its own.
+    degree: u32,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Value {
+    /// Not 0.
+    factor: Precise,
+    /// `None`: a constant.
+    part: Option<Part>,
+    constant: Precise,
+}
+
+impl Value {
+    pub(super) fn constant(constant: Precise) -> Value {
+        Value {
+            factor: Precise::whole(1),
+            part: None,
+            constant,
+        }
+    }
+
+    fn of(factor: Precise, part: Part) -> Value {
+        Value {
+            factor,
+            part: Some(part),
+            constant: Precise::whole(0),
+        }
+    }
+
+    /// If it is one.
+    pub(super) fn as_constant(&self) -> Result<&Precise> {
+        match self.part {
+            None => Ok(&self.constant),
+            Some(_) => Err(Trouble::NotConstant),
+        }
+    }
+
+    pub(super) fn negated(self) -> Value {
+        Value {
+            factor: self.factor.negated(),
+            constant: self.constant.negated(),
+            ..self
+        }
+    }
+}
+
+/// Makes the steps.
+#[derive(Debug, Default)]
+pub(super) struct Maker {
+    builder: Builder,
+}
+
+impl Maker {
+    pub(super) fn coordinate(&mut self, axis: u8) -> Value {
+        let step = self.builder.coordinate(axis);
+        Value::of(Precise::whole(1), Part { step, degree: 1 })
+    }
+
+    pub(super) fn sum(&mut self, a: Value, b: Value) -> Result<Value> {
+        let constant = a.constant.plus(&b.constant)?;
+        let (factor, part) = match (a.part, b.part) {
+            (Some(p), Some(q)) => match self.joined((a.factor, p), (b.factor, q))? {
+                Some((factor, part)) => (factor, Some(part)),
+                None => (Precise::whole(1), None),
+            },
+            (None, part) => (b.factor, part),
+            (part, None) => (a.factor, part),
+        };
+        Ok(Value {
+            factor,
+            part,
+            constant,
+        })
+    }
+
+    pub(super) fn product(&mut self, a: Value, b: Value) -> Result<Value> {
+        if a.part.is_none() {
+            return self.multiple(&a.constant, b);
+        }
+        if b.part.is_none() {
+            return self.multiple(&b.constant, a);
+        }
+        let (Some((c, p)), Some((d, q))) = (self.settled(a)?, self.settled(b)?) else {
+            return Ok(Value::constant(Precise::whole(0)));
+        };
+        let degree = small_enough(p.degree.saturating_add(q.degree))?;
+        let step = self.builder.product(p.step, q.step);
+        Ok(Value::of(c.times(&d)?, Part { step, degree }))
+    }
+
+    pub(super) fn quotient(&mut self, a: Value, b: &Value) -> Result<Value> {
+        let inverse = Precise::whole(1).over(b.as_constant()?)?;
+        self.multiple(&inverse, a)
+    }
+
+    pub(super) fn power(&mut self, base: Value, exponent: u32) -> Result<Value> {
+        if base.part.is_none() {
+            if exponent > MAX_EXPONENT {
+                return Err(Trouble::Exponent);
+            }
+            return Ok(Value::constant(base.constant.to_the(exponent)?));
+        }
+        if exponent == 1 {
+            return Ok(base);
+        }
+        let settled = self.settled(base)?.filter(|_| exponent > 0);
+        let Some((factor, part)) = settled else {
+            return Ok(Value::constant(Precise::whole(i64::from(exponent == 0))));
+        };
+        let degree = small_enough(part.degree.saturating_mul(exponent))?;
+        let step = self.builder.power(part.step, exponent);
+        Ok(Value::of(factor.to_the(exponent)?, Part { step, degree }))
+    }
+
+    pub(super) fn finish(mut self, value: Value) -> Result<Tape> {
+        let last = match value.part {
+            None => self.builder.constant(value.constant.rounded()?),
+            Some(_) => match self.settled(value)? {
+                None => self.builder.constant(0.0),
+                Some((factor, part)) if factor.is_one() => part.step,
+                Some((factor, part)) if factor.clone().negated().is_one() => {
+                    self.builder.negated(part.step)
+                }
+                Some((factor, part)) => {
+                    let factor = self.builder.constant(factor.rounded()?);
+                    self.builder.product(factor, part.step)
+                }
+            },
+        };
+        Ok(self.builder.finish(last))
+    }
+
+    fn multiple(&mut self, by: &Precise, value: Value) -> Result<Value> {
+        if value.part.is_none() {
+            return Ok(Value::constant(value.constant.times(by)?));
+        }
+        if by.is_zero() {
+            return Ok(Value::constant(Precise::whole(0)));
+        }
+        if by.is_one() {
+            return Ok(value);
+        }
+        // What is multiplied as a whole stays whole.
+        match self.settled(value)? {
+            Some((factor, part)) => Ok(Value::of(factor.times(by)?, part)),
+            None => Ok(Value::constant(Precise::whole(0))),
+        }
+    }
+
+    /// As a multiple of one step; `None`: it is 0.
+    fn settled(&mut self, value: Value) -> Result<Option<(Precise, Part)>> {
+        let one = Part {
+            step: self.builder.constant(1.0),
+            degree: 0,
+        };
+        match value.part {
+            None if value.constant.is_zero() => Ok(None),
+            None => Ok(Some((value.constant, one))),
+            Some(part) if value.constant.is_zero() => Ok(Some((value.factor, part))),
+            Some(part) => self.joined((value.factor, part), (value.constant, one)),
+        }
+    }
+
+    /// The sum of two multiples; `None`: it is 0.
+    fn joined(
+        &mut self,
+        (c, p): (Precise, Part),
+        (d, q): (Precise, Part),
+    ) -> Result<Option<(Precise, Part)>> {
+        if p.step == q.step {
+            let factor = c.plus(&d)?;
+            return Ok(Some((factor, p)).filter(|(factor, _)| !factor.is_zero()));
+        }
+        let signs = [c.sign(), d.sign()];
+        let [c, d] = [c.magnitude(), d.magnitude()];
+        let (common, p_step, q_step) = match c.equals(&d) {
+            true => (c, p.step, q.step),
+            false => (
+                Precise::whole(1),
+                self.scaled(&c, p.step)?,
+                self.scaled(&d, q.step)?,
+            ),
+        };
+        let step = match signs {
+            [Sign::Minus, Sign::Plus] => self.builder.difference(q_step, p_step),
+            [Sign::Plus, Sign::Minus] => self.builder.difference(p_step, q_step),
+            _ => self.builder.sum(p_step, q_step),
+        };
+        if self.builder.value(step) == Some(0.0) {
+            return Ok(None);
+        }
+        let common = match signs {
+            [Sign::Minus, Sign::Minus] => common.negated(),
+            _ => common,
+        };
+        let degree = p.degree.max(q.degree);
+        Ok(Some((common, Part { step, degree })))
+    }
+
+    fn scaled(&mut self, factor: &Precise, step: u32) -> Result<u32> {
+        if factor.is_one() {
+            return Ok(step);
+        }
+        let factor = self.builder.constant(factor.rounded()?);
+        Ok(self.builder.product(factor, step))
+    }
+}
+
+fn small_enough(degree: u32) -> Result<u32> {
+    match degree {
+        0..=MAX_DEGREE => Ok(degree),
+        _ => Err(Trouble::Degree(degree)),
+    }
+}

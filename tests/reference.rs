@@ -6,6 +6,8 @@ use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphe
 use lanecast::reference::{Grid, Hit, Reference, camera_ray, shadow};
 use lanecast::scene::*;
 
+#[path = "reference/implicits.rs"]
+mod implicits;
 #[path = "reference/mesh_hits.rs"]
 mod mesh_hits;
 #[path = "reference/properties.rs"]
@@ -14,6 +16,8 @@ mod properties;
 mod quadrics;
 #[path = "reference/shapes.rs"]
 mod shapes;
+#[path = "reference/surfaces.rs"]
+mod surfaces;
 
 use shapes::*;
 

@@ -30,4 +30,4 @@ pub use polygon::{Polygon, polygon_plane};
 pub use quadric::Quadric;
 pub use ray::{Certainty, DoubtAll, Fast, Guarded, Meet, Ray, Shear, Span};
 pub use sphere::Sphere;
-pub use tape::Tape;
+pub use tape::{Step, Tape};

@@ -8,8 +8,10 @@
 //! A sign is known when no number within the error has another. NaN and overflow
 //! leave every sign in doubt, never wrong.
 
+use super::dyadic::Dyadic;
 use super::number::Number;
 use super::root::Root;
+use super::surd::Surd;
 use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -113,16 +115,22 @@ impl Number for Approx {
             Ok(Ordering::Less)
         }
     }
+
+    /// Never: what needs it is better worked out all exactly.
+    fn exactly(&self) -> Result<Dyadic, Doubt> {
+        Err(Doubt)
+    }
 }
 
 impl Root<Approx> {
     pub fn value(&self) -> Approx {
-        let root = if self.sign > 0.0 {
-            self.q.sqrt()
-        } else {
-            -self.q.sqrt()
+        let Root::Surd(Surd { p, q, r, sign }) = self else {
+            // They are exact, and not found with such numbers.
+            let (value, error) = (f64::NAN, f64::INFINITY);
+            return Approx { value, error };
         };
-        (self.p + root) / self.r
+        let root = if *sign > 0.0 { q.sqrt() } else { -q.sqrt() };
+        (*p + root) / *r
     }
 }
 
@@ -204,7 +212,6 @@ pub fn scaled(a: Approx3, s: Approx) -> Approx3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::dyadic::Dyadic;
     use proptest::prelude::*;
 
     /// Numbers of all sizes, with many bits or few.

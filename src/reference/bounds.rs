@@ -1,6 +1,7 @@
 //! Boxes for the judge's own tree: from each shape's definition, widened.
 
 use super::ray::length;
+use crate::geom::Clip;
 use crate::math::Affine;
 use crate::scene::{Mesh, Scene, Shape};
 
@@ -90,9 +91,14 @@ pub fn of_shape(scene: &Scene, shape: Shape) -> Option<Bounds> {
     let ball = |c: [f64; 3], r: f64| Bounds { min: c, max: c }.grown(r);
     let bounds = match shape {
         // An ellipsoid among quadrics has bounds, and is met without them.
-        Shape::HalfSpace(_) | Shape::Quadric(_) | Shape::Implicit(_) | Shape::Combination(_) => {
+        Shape::HalfSpace(_) | Shape::Quadric(_) | Shape::Combination(_) => {
             return None;
         }
+        // What it is clipped to; where else it ends is not asked.
+        Shape::Implicit(id) => match scene.implicits.row(id).clip? {
+            Clip::Sphere(s) => ball(s.center.to_array(), s.radius),
+            Clip::Cuboid(b) => Bounds::of([b.min.to_array(), b.max.to_array()]),
+        },
         Shape::Sphere(id) => {
             let s = scene.spheres.row(id);
             ball(s.center.to_array(), s.radius)

@@ -8,6 +8,7 @@
 mod mesh;
 
 use super::bounds::{self, Bounds};
+use super::implicit;
 use super::meet::Primitive;
 use super::normal;
 use super::number::Number;
@@ -404,6 +405,9 @@ fn insert<N: Number>(ends: &mut Vec<End<N>>, end: End<N>) -> Result<(), N::Doubt
 fn span<N: Number>(of: &Primitive, ray: &Ray) -> Result<Inside<N>, N::Doubt> {
     if ray.dir == [0.0; 3] {
         return Ok((false, Vec::new()));
+    }
+    if let Shape::Implicit(id) = of.shape {
+        return implicit::span(ray, &of.scene.implicits.row(id));
     }
     let faces = of.faces::<N>(ray);
     if let (Shape::Quadric(_), [face]) = (of.shape, &faces[..]) {

@@ -14,8 +14,20 @@ pub struct Dyadic {
 }
 
 impl Dyadic {
+    /// 2^n.
+    pub fn power_of_two(n: i64) -> Dyadic {
+        Dyadic {
+            integer: BigInt::from(1),
+            power: n,
+        }
+    }
+
+    pub fn power(&self) -> i64 {
+        self.power
+    }
+
     /// The integer with a power no higher than its own.
-    fn at_power(&self, power: i64) -> BigInt {
+    pub fn at_power(&self, power: i64) -> BigInt {
         &self.integer << (self.power - power)
     }
 
@@ -94,5 +106,9 @@ impl Number for Dyadic {
             Sign::NoSign => Ordering::Equal,
             Sign::Plus => Ordering::Greater,
         })
+    }
+
+    fn exactly(&self) -> Result<Dyadic, Infallible> {
+        Ok(self.clone())
     }
 }

@@ -8,7 +8,7 @@ use super::ray::Ray;
 use super::root::{Poly, Root};
 use super::slack::Measured;
 use super::solids::{self, Meeting, changes, ends, first_face};
-use super::{facet, rounding};
+use super::{facet, implicit, rounding};
 use crate::geom::Cone;
 use crate::scene::{Scene, Shape};
 
@@ -24,10 +24,12 @@ pub struct Primitive<'a> {
 }
 
 /// Numbers between which a t lies.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Within {
     pub lo: f64,
     pub hi: f64,
+    /// The meeting itself, where it had to be found out.
+    pub exact: Option<Meeting<Dyadic>>,
 }
 
 impl Primitive<'_> {
@@ -78,6 +80,7 @@ impl Primitive<'_> {
                 let corners = scene.meshes.row(id).corners(self.triangle as usize);
                 facet::triangle(ray, corners.map(|p| p.map(f64::from))).map(one)
             }
+            Shape::Implicit(id) => implicit::meetings(ray, &scene.implicits.row(id)),
             Shape::Combination(_) => match self.combination {
                 Some(combination) => combination.boundaries(scene, ray),
                 None => Ok(Vec::new()),
@@ -121,12 +124,19 @@ impl Primitive<'_> {
             Err(Doubt) => Approx::exact(f64::NAN),
         };
         if t.lo().is_finite() && t.hi().is_finite() {
-            let (lo, hi) = (t.lo(), t.hi());
-            return Some(Within { lo, hi });
+            return Some(Within {
+                lo: t.lo(),
+                hi: t.hi(),
+                exact: None,
+            });
         }
-        let t = rounding::nearest(&self.first_exactly(ray, t_max)?.t);
-        let (lo, hi) = (t.next_down(), t.next_up());
-        Some(Within { lo, hi })
+        let exact = self.first_exactly(ray, t_max)?;
+        let t = rounding::nearest(&exact.t);
+        Some(Within {
+            lo: t.next_down(),
+            hi: t.next_up(),
+            exact: Some(exact),
+        })
     }
 
     /// The same meeting itself.

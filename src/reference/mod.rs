@@ -17,21 +17,25 @@
 //! [`Reference::brute_force`] looks at everything. tests/reference.rs compares.
 //! Both lay all appearances out, and refuse scenes that have too many for it.
 
+mod algebraic;
 pub mod approx;
 mod bounds;
 mod camera;
 mod combination;
 pub mod dyadic;
 mod facet;
+mod implicit;
 mod meet;
 mod normal;
 pub mod number;
 mod path;
+mod polynomial;
 mod ray;
 pub mod root;
 mod rounding;
 mod slack;
 mod solids;
+mod surd;
 mod tree;
 
 pub use camera::{Grid, WorldRay, camera_ray};
@@ -227,7 +231,8 @@ impl<'a> Reference<'a> {
         found.sort_by_key(|c| (c.instance, c.primitive));
         let mut first: Option<(Meeting<Dyadic>, &Candidate)> = None;
         for candidate in &found {
-            let Some(met) = exact(candidate) else {
+            let known = candidate.within.exact.clone();
+            let Some(met) = known.or_else(|| exact(candidate)) else {
                 continue;
             };
             let nearer = first.as_ref().is_none_or(|(least, _)| {

@@ -1,12 +1,14 @@
 //! Normals where primitives are met: gradients of their definitions, in f64.
 
+use super::implicit;
 use super::meet::Primitive;
 use super::ray::{Ray, dot};
 use crate::geom::Cone;
 use crate::scene::Shape;
 
 /// Object space, outward, any length; of triangles and polygons by their
-/// winding. Zero where the surface has none (a cone's apex), and of combinations.
+/// winding. Zero where the surface has none (a cone's apex, a node), and of
+/// combinations.
 pub fn normal(of: &Primitive, ray: &Ray, t: f64, face: usize) -> [f64; 3] {
     let scene = of.scene;
     let from =
@@ -51,7 +53,8 @@ pub fn normal(of: &Primitive, ray: &Ray, t: f64, face: usize) -> [f64; 3] {
             of_cone(&cone, from, face)
         }
         Shape::Polygon(id) => scene.polygons.row(id).normal.to_array(),
-        Shape::Implicit(_) | Shape::Combination(_) => [0.0; 3],
+        Shape::Implicit(id) => implicit::gradient(scene.implicits.row(id).tape, from([0.0; 3])),
+        Shape::Combination(_) => [0.0; 3],
         Shape::Mesh(id) => {
             let corners = scene.meshes.row(id).corners(of.triangle as usize);
             let [a, b, c] = corners.map(|p| p.map(f64::from));

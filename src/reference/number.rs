@@ -9,6 +9,7 @@
 //! [`Approx`]: super::approx::Approx
 //! [`Dyadic`]: super::dyadic::Dyadic
 
+use super::dyadic::Dyadic;
 use std::cmp::Ordering;
 
 pub trait Number: Clone {
@@ -23,6 +24,8 @@ pub trait Number: Clone {
 
     /// Against zero.
     fn sign(&self) -> Result<Ordering, Self::Doubt>;
+    /// For what only exact numbers can do.
+    fn exactly(&self) -> Result<Dyadic, Self::Doubt>;
 
     fn zero() -> Self {
         Self::of(0.0)

@@ -1,11 +1,11 @@
-//! Polynomials in t of degree two at most, and their real roots without a
-//! rounding.
+//! Polynomials in t of degree two at most, and real roots without a rounding.
 //!
-//! A root is (p ± √q) / r. Where it lies, before or behind a number, another root
-//! or a sign change of another polynomial, is the sign of a sum of square roots,
-//! which is found by squaring: no root is ever drawn to decide anything.
+//! Theirs are (p ± √q) / r (`surd`); those of polynomial surfaces, of any degree,
+//! are what their polynomials have between two numbers (`algebraic`).
 
+use super::algebraic::Algebraic;
 use super::number::Number;
+use super::surd::Surd;
 use std::cmp::Ordering;
 use std::ops::{Add, Mul, Sub};
 
@@ -13,14 +13,13 @@ use std::ops::{Add, Mul, Sub};
 #[derive(Clone, Debug)]
 pub struct Poly<N>(pub [N; 3]);
 
-/// (p + √q) / r, or (p − √q) / r; q ≥ 0, r > 0.
+/// A real root of a polynomial.
 #[derive(Clone, Debug)]
-pub struct Root<N> {
-    pub p: N,
-    pub q: N,
-    pub r: N,
-    /// 1 or −1.
-    pub sign: f64,
+pub enum Root<N> {
+    /// Of one of degree two at most.
+    Surd(Surd<N>),
+    /// Of one of any degree.
+    Algebraic(Algebraic),
 }
 
 impl<N: Number> Poly<N> {
@@ -65,43 +64,54 @@ impl<N: Number> Poly<N> {
         }
         let four = N::of(4.0);
         let q = c1.squared().minus(&four.times(c2).times(c0));
-        let root = |sign: f64| Root {
+        let surd = |sign: f64| Surd {
             p: negative(c1).with_sign_of(leading),
             q: q.clone(),
             r: c2.plus(c2).with_sign_of(leading),
             sign,
         };
-        Ok(match q.sign()? {
+        let roots = match q.sign()? {
             Ordering::Less => Vec::new(),
             // The same number in its simplest form.
-            Ordering::Equal => vec![Root {
+            Ordering::Equal => vec![Surd {
                 q: N::zero(),
-                ..root(1.0)
+                ..surd(1.0)
             }],
-            Ordering::Greater => vec![root(-1.0), root(1.0)],
-        })
+            Ordering::Greater => vec![surd(-1.0), surd(1.0)],
+        };
+        Ok(roots.into_iter().map(Root::Surd).collect())
     }
 }
 
 impl<N: Number> Root<N> {
     /// p / r, where `sign` is that of r.
     pub fn fraction(p: N, r: N, sign: Ordering) -> Root<N> {
-        Root {
+        Root::Surd(Surd {
             p: p.with_sign_of(sign),
             q: N::zero(),
             r: r.with_sign_of(sign),
             sign: 1.0,
-        }
+        })
     }
 
     /// The sign of a polynomial at this t.
     pub fn sign_of(&self, f: &Poly<N>) -> Result<Ordering, N::Doubt> {
-        let ([c0, c1, c2], Root { p, q, r, .. }) = (&f.0, self);
-        // r² f(t) = u + v √q.
-        let u = c2.times(&p.squared().plus(q));
-        let u = u.plus(&c1.times(p).times(r)).plus(&c0.times(&r.squared()));
-        let v = c2.plus(c2).times(p).plus(&c1.times(r));
-        sign_of_sum(&u, &v.times(&N::of(self.sign)), q)
+        if let Root::Surd(surd) = self {
+            return surd.sign_of(f);
+        }
+        // That far before its roots, turned at each that lies before this one.
+        let mut sign = f.sign_far_off(true)?;
+        let roots = f.roots()?;
+        let touches = roots.len() == 1 && sign == f.sign_far_off(false)?;
+        for root in &roots {
+            match self.order(root)? {
+                Ordering::Less => break,
+                Ordering::Equal => return Ok(Ordering::Equal),
+                Ordering::Greater if touches => {}
+                Ordering::Greater => sign = sign.reverse(),
+            }
+        }
+        Ok(sign)
     }
 
     /// Against a finite number.
@@ -110,61 +120,31 @@ impl<N: Number> Root<N> {
     }
 
     pub fn order_with_number(&self, x: &N) -> Result<Ordering, N::Doubt> {
-        // r (t − x) = p − x r ± √q.
-        let u = self.p.minus(&x.times(&self.r));
-        sign_of_sum(&u, &N::of(self.sign), &self.q)
+        match self {
+            Root::Surd(surd) => surd.order_with_number(x),
+            Root::Algebraic(root) => Ok(root.order_with(&x.exactly()?)),
+        }
     }
 
     /// Against another root.
     pub fn order(&self, other: &Root<N>) -> Result<Ordering, N::Doubt> {
-        let (a, b) = (self, other);
-        // r_a r_b (a − b) = u + v √q_a + w √q_b.
-        let u = a.p.times(&b.r).minus(&b.p.times(&a.r));
-        let v = b.r.times(&N::of(a.sign));
-        let w = a.r.times(&N::of(-b.sign));
-        let left = sign_of_sum(&u, &v, &a.q)?;
-        let right = if b.q.sign()?.is_eq() {
-            Ordering::Equal
-        } else {
-            w.sign()?
-        };
-        if right.is_eq() || left == right {
-            return Ok(left);
+        match (self, other) {
+            (Root::Surd(a), Root::Surd(b)) => a.order(b),
+            _ => Ok(self.algebraic()?.order(&other.algebraic()?)),
         }
-        if left.is_eq() {
-            return Ok(right);
-        }
-        // Of opposite signs: the larger square wins.
-        let squares = u.squared().plus(&v.squared().times(&a.q));
-        let squares = squares.minus(&w.squared().times(&b.q));
-        let mixed = u.plus(&u).times(&v);
-        Ok(match sign_of_sum(&squares, &mixed, &a.q)? {
-            Ordering::Greater => left,
-            Ordering::Equal => Ordering::Equal,
-            Ordering::Less => right,
-        })
     }
-}
 
-/// The sign of u + v √q, q ≥ 0.
-fn sign_of_sum<N: Number>(u: &N, v: &N, q: &N) -> Result<Ordering, N::Doubt> {
-    let left = u.sign()?;
-    if q.sign()?.is_eq() {
-        return Ok(left);
+    fn algebraic(&self) -> Result<Algebraic, N::Doubt> {
+        match self {
+            Root::Surd(surd) => {
+                let Surd { p, q, r, sign } = surd;
+                let [p, q, r] = [p.exactly()?, q.exactly()?, r.exactly()?];
+                let sign = *sign;
+                Ok(Algebraic::of_surd(&Surd { p, q, r, sign }))
+            }
+            Root::Algebraic(root) => Ok(root.clone()),
+        }
     }
-    let right = v.sign()?;
-    if right.is_eq() || left == right {
-        return Ok(left);
-    }
-    if left.is_eq() {
-        return Ok(right);
-    }
-    // Of opposite signs: the larger square wins.
-    Ok(match u.squared().minus(&v.squared().times(q)).sign()? {
-        Ordering::Greater => left,
-        Ordering::Equal => Ordering::Equal,
-        Ordering::Less => right,
-    })
 }
 
 impl<N: Number> Add for Poly<N> {

@@ -12,11 +12,18 @@ pub fn nearest(t: &Root<Dyadic>) -> f64 {
 
 /// What plain f64 makes of it; it may be anything.
 fn guess(t: &Root<Dyadic>) -> f64 {
+    let scaled = |x: f64, by: i64| libm::scalbn(x, by.clamp(-5000, 5000) as i32);
+    let t = match t {
+        Root::Surd(surd) => surd,
+        Root::Algebraic(root) => {
+            let (x, power) = root.lo.plus(&root.hi).half().leading();
+            return scaled(x, power);
+        }
+    };
     let ((p, p_power), (q, q_power)) = (t.p.leading(), t.q.leading());
     let (r, r_power) = t.r.leading();
     let half = q_power.div_euclid(2);
     let power = if q == 0.0 { p_power } else { p_power.max(half) };
-    let scaled = |x: f64, by: i64| libm::scalbn(x, by.clamp(-5000, 5000) as i32);
     let root = scaled(q, q_power - 2 * half).sqrt() * t.sign;
     let sum = scaled(p, p_power - power) + scaled(root, half - power);
     scaled(sum / r, power - r_power)
@@ -94,6 +101,7 @@ fn exact(place: i64) -> Dyadic {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reference::surd::Surd;
     use proptest::prelude::*;
 
     /// Numbers of all sizes, with many bits or few.
@@ -154,11 +162,13 @@ mod tests {
             prop_assume!(r != 0.0);
             prop_assert_eq!(nearest(&fraction(p, r)), p / r);
             prop_assert_eq!(nearest_from(&fraction(p, r), from), p / r);
-            let root = |sign: f64| Root {
-                p: Dyadic::zero(),
-                q: Dyadic::of(p.abs()),
-                r: Dyadic::of(1.0),
-                sign,
+            let root = |sign: f64| {
+                Root::Surd(Surd {
+                    p: Dyadic::zero(),
+                    q: Dyadic::of(p.abs()),
+                    r: Dyadic::of(1.0),
+                    sign,
+                })
             };
             prop_assert_eq!(nearest(&root(1.0)), p.abs().sqrt());
             prop_assert_eq!(nearest_from(&root(-1.0), from), -p.abs().sqrt());

@@ -9,7 +9,7 @@ use serde_json::Value;
 use std::path::PathBuf;
 
 /// The folder of test assets, or `None` with one line where it is absent.
-fn assets() -> Option<PathBuf> {
+pub fn assets() -> Option<PathBuf> {
     let folder = std::env::var_os("LANECAST_ASSETS").map_or_else(
         || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/assets"),
         PathBuf::from,

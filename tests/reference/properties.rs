@@ -4,7 +4,7 @@ use super::*;
 use glam::{DMat3, DQuat};
 use proptest::prelude::*;
 
-const SOLIDS: usize = 8;
+const SOLIDS: usize = 9;
 
 /// Whether a point belongs to the solid, by its definition; `edge` is how much
 /// nearer than the surface still counts.
@@ -18,7 +18,8 @@ fn contains(kind: usize, p: DVec3, edge: f64) -> bool {
         4 => p.y >= -edge && p.x.hypot(p.z) <= (4.0 - p.y) / 2.0 + edge,
         5 => (p.abs() / v(1.0, 2.0, 3.0)).max_element() <= k,
         6 => p.abs().element_sum() <= k,
-        _ => p.y <= 2.0 + edge,
+        7 => p.y <= 2.0 + edge,
+        _ => (p.x.hypot(p.y) - 1.5).hypot(p.z) <= 0.5 + edge,
     }
 }
 

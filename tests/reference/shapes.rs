@@ -1,5 +1,6 @@
 //! One shape of each kind, and hits of it that were worked out by hand.
 
+use super::implicits::{implicit, torus};
 use super::quadrics::hyperboloid;
 use super::*;
 
@@ -449,7 +450,7 @@ pub fn square(b: &mut SceneBuilder) -> ShapeId {
 pub type Maker = fn(&mut SceneBuilder) -> ShapeId;
 
 /// Every kind once, near the origin; all but the last three are solids.
-pub const KINDS: [Maker; 11] = [
+pub const KINDS: [Maker; 12] = [
     sphere,
     ellipsoid,
     hyperboloid,
@@ -458,6 +459,7 @@ pub const KINDS: [Maker; 11] = [
     block,
     octahedron,
     ground,
+    |b| implicit(torus)(b),
     |b| tube(true)(b),
     letter,
     square,

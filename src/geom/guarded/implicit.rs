@@ -84,11 +84,12 @@ pub fn meet<L: Lanes>(row: &Implicit, object: &ObjectRay<L>, active: L::Mask) ->
             t_min: load(6),
         };
         let found = first_of_any_degree(row, &rays, (1 << some.len()) - 1, &mut store);
+        let found_columns = [found.from, found.t, found.to].map(|column| column.to_array());
         for (i, lane) in some.iter().enumerate() {
             hit |= (found.hit >> i & 1) << lane;
             unsure |= (found.unsure >> i & 1) << lane;
-            for (column, from) in answer.iter_mut().zip([found.from, found.t, found.to]) {
-                column.as_mut()[*lane] = from.lane(i);
+            for (column, from) in answer.iter_mut().zip(&found_columns) {
+                column.as_mut()[*lane] = from[i];
             }
         }
     }

@@ -9,6 +9,8 @@ use std::time::Instant;
 mod files;
 #[path = "native_bad/numbers.rs"]
 mod numbers;
+#[path = "native_bad/polynomials.rs"]
+mod polynomials;
 
 /// Loads and gives the message; fails if the file is accepted or takes long.
 fn refusal(path: &Path, what: &str) -> String {
@@ -300,19 +302,6 @@ fn names_and_choices() {
             &["shape 'x' has both planes and points"],
         ),
     ]);
-}
-
-#[test]
-fn reserved_words_are_named_not_unknown() {
-    for kind in ["torus", "implicit", "clip"] {
-        let text = format!("format = 1\n[shape.x]\n{kind} = ['a', {{ b = 1 }}]\n");
-        let expected = format!("the shape kind '{kind}' at 3:");
-        check(
-            "scene.toml",
-            text.as_bytes(),
-            &[&expected, "is not supported"],
-        );
-    }
 }
 
 #[test]

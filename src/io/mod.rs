@@ -24,6 +24,7 @@ mod ply;
 mod png;
 mod polynomials;
 mod pov;
+mod precise;
 mod rays;
 mod srgb;
 mod stl;

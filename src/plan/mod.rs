@@ -9,7 +9,7 @@ mod choices;
 mod solids;
 
 pub use choices::{Choices, LaneCount, Precision};
-pub use solids::remarks;
+pub use solids::{remarks, unbounded};
 
 use crate::scene::{Appearances, Scene, SceneError, Shape};
 use thiserror::Error;

@@ -33,6 +33,22 @@ pub fn remarks(tables: &Tables, shape: ShapeId, solid: &CsgSolid) -> Vec<String>
     lines.map(|line| format!("{name}: {line}")).collect()
 }
 
+/// A line about a polynomial surface that is placed as it is and reaches anywhere.
+pub fn unbounded(tables: &Tables, shape: ShapeId) -> Option<String> {
+    let Shape::Implicit(id) = tables.shapes.row(shape) else {
+        return None;
+    };
+    match tables.implicits.row(id).bounds {
+        Some(_) => None,
+        None => {
+            let name = label(tables, shape);
+            Some(format!(
+                "{name} has no bounds, and every ray is tried on it: give it a clip"
+            ))
+        }
+    }
+}
+
 fn label(tables: &Tables, shape: ShapeId) -> String {
     let kind = tables.shapes.row(shape).kind_name();
     match tables.shapes.names.get(shape.0) {

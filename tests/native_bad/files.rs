@@ -50,7 +50,7 @@ fn json() {
         ),
         (
             "{\"format\": 1, \"shape\": {\"x\": {\"torus\": 1}}}",
-            &["the shape kind 'torus' at 1:40 is not supported"],
+            &["scene.json:1:40: expected a table, found a number"],
         ),
         (
             "{\"format\": 1, \"shape\": {\"\\ud800\": {}}}",

@@ -6,9 +6,9 @@
 //! own (Dijkstra's shunting yard), so no text nests too deeply.
 
 use super::polynomial::{Maker, Trouble, Value};
-use super::precise::Precise;
 use super::tree::{nearest, quoted};
 use crate::geom::tape::{MAX_DEGREE, MAX_SLOTS, MAX_STEPS, Tape};
+use crate::io::precise::Precise;
 use std::collections::BTreeMap;
 
 /// Bytes of one expression.

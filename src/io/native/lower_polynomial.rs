@@ -4,13 +4,13 @@ use super::expression::{self, Fault, Parameters, constant};
 use super::lower::exactly_one;
 use super::lower_shape::one;
 use super::places::At;
-use super::precise::Precise;
 use super::schema::Shape;
 use super::schema_polynomial::{self as schema, Coefficients, Parameter};
 use super::tree::Source;
 use crate::geom::tape::{Builder, MAX_DEGREE};
 use crate::geom::{Clip, Cuboid, Sphere, Tape};
 use crate::io::LoadError;
+use crate::io::precise::Precise;
 use crate::scene::{Operand, Operator, SceneBuilder, ShapeId};
 use glam::DVec3;
 

@@ -14,7 +14,6 @@ mod lower_polynomial;
 mod lower_shape;
 mod places;
 mod polynomial;
-mod precise;
 mod read_json;
 mod read_toml;
 mod rotate;

@@ -5,8 +5,8 @@
 //! taken away becomes a difference. All factors and constants are folded as they are in
 //! [`Precise`], and each is rounded once, when a sum or the end needs it as a step.
 
-use super::precise::{NoConstant, Precise};
 use crate::geom::tape::{Builder, MAX_DEGREE, Tape};
+use crate::io::precise::{NoConstant, Precise};
 use num_bigint::Sign;
 
 /// Of a constant.

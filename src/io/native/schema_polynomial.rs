@@ -16,7 +16,7 @@ pub struct Torus {
     pub minor: At<f64>,
 }
 
-/// The solid |x/a|^p + |y/b|^q + |z/c|^r ≤ 1.
+/// The solid (x/a)^p + (y/b)^q + (z/c)^r ≤ 1.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Superquadric {

@@ -9,11 +9,14 @@
 //! Coordinates stay as they are: the camera's vectors are written out, and with
 //! them the picture is the same although POV-Ray's own camera is left-handed.
 //!
+//! Polynomial surfaces are multiplied out, exactly, and each coefficient is rounded.
+//!
 //! What differs: materials are pigments and finishes (no microfacets, no Fresnel of
 //! dielectrics); a point light fades with 2 / (1 + (d/f)²) for a small f, which is
 //! the inverse square but for f²/d²; motion is at time 0; tolerances are dropped.
 
 mod looks;
+mod polynomial;
 mod shapes;
 
 use crate::math::Affine;
@@ -35,6 +38,11 @@ pub enum PovError {
         parts: u64,
         limit: u64,
     },
+    #[error(
+        "the polynomial of {name}, multiplied out for POV-Ray, has a coefficient that is too large \
+         or too small for a number; scale the shape by a transform"
+    )]
+    NoNumber { name: String },
 }
 
 /// Whether a declaration brings its own materials.

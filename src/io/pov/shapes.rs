@@ -1,5 +1,6 @@
 //! Declarations of shapes and combinations.
 
+use super::polynomial::polynomial;
 use super::{Dress, PovError, Writer, below, comment, name, number, placed, vector};
 use crate::geom::HalfSpace;
 use crate::scene::{
@@ -40,7 +41,7 @@ impl Writer<'_> {
                 };
                 if is_wanted {
                     self.declare(id, *dress);
-                    self.primitive(id, shape, *dress);
+                    self.primitive(id, shape, *dress)?;
                 }
             }
         }
@@ -61,7 +62,7 @@ impl Writer<'_> {
         let _ = write!(self.text, "#declare {name} = ");
     }
 
-    fn primitive(&mut self, id: ShapeId, shape: Shape, dress: Dress) {
+    fn primitive(&mut self, id: ShapeId, shape: Shape, dress: Dress) -> Result<(), PovError> {
         let scene = self.scene;
         let text = match shape {
             Shape::HalfSpace(row) => plane(&scene.half_spaces.row(row)),
@@ -118,10 +119,16 @@ impl Writer<'_> {
             }
             Shape::Polygon(row) => self.polygon(row),
             Shape::Mesh(row) => self.mesh(id, row, dress),
-            Shape::Implicit(_) | Shape::Combination(_) => String::new(),
+            Shape::Implicit(row) => {
+                let name = || scene.shapes.names.label(id.0);
+                polynomial(&scene.implicits.row(row))
+                    .ok_or_else(|| PovError::NoNumber { name: name() })?
+            }
+            Shape::Combination(_) => String::new(),
         };
         let comment = comment(scene.shapes.names.get(id.0));
         let _ = writeln!(self.text, "{text}{comment}");
+        Ok(())
     }
 
     fn polygon(&self, id: PolygonId) -> String {

@@ -48,27 +48,37 @@ impl Implicit<'_> {
 
 /// Of f, in f64.
 pub fn gradient_at(tape: &Tape, p: DVec3) -> DVec3 {
-    let (_, gradient, _) = values_at(tape, Vec3::<f64>::from(p));
+    let (_, gradient) = values_at(tape, Vec3::<f64>::from(p));
     gradient.into()
 }
 
-/// f, its gradient, and the sum of the magnitudes that f is made of, at points.
+/// A bound of the sum of all terms' magnitudes, where no coordinate is larger than
+/// `reach`.
 #[inline(always)]
-pub fn values_at<D: Lanes<Scalar = f64>>(tape: &Tape, p: Vec3<D>) -> (D, Vec3<D>, D) {
+pub fn size_at<D: Lanes<Scalar = f64>>(tape: &Tape, reach: D) -> D {
+    let mut sum = D::zero();
+    for c in tape.magnitude().iter().rev() {
+        sum = sum * reach + D::from_f64(*c);
+    }
+    sum
+}
+
+/// f and its gradient, at points.
+#[inline(always)]
+pub fn values_at<D: Lanes<Scalar = f64>>(tape: &Tape, p: Vec3<D>) -> (D, Vec3<D>) {
     tape.evaluate(&Dual(p))
 }
 
-/// Values with gradients and magnitudes.
+/// Values with gradients.
 struct Dual<D>(Vec3<D>);
 
 impl<D: Lanes<Scalar = f64>> Arithmetic for Dual<D> {
-    type Value = (D, Vec3<D>, D);
+    type Value = (D, Vec3<D>);
 
     #[inline(always)]
     fn coordinate(&self, axis: usize) -> Self::Value {
         let unit = std::array::from_fn(|k| if k == axis { 1.0 } else { 0.0 });
-        let x = self.0.axis(axis);
-        (x, Vec3::splat(unit), x.abs())
+        (self.0.axis(axis), Vec3::splat(unit))
     }
 
     #[inline(always)]
@@ -82,16 +92,16 @@ impl<D: Lanes<Scalar = f64>> Arithmetic for Dual<D> {
 
     #[inline(always)]
     fn sum(&self, a: &Self::Value, b: &Self::Value) -> Self::Value {
-        (a.0 + b.0, a.1 + b.1, a.2 + b.2)
+        (a.0 + b.0, a.1 + b.1)
     }
 
     #[inline(always)]
     fn difference(&self, a: &Self::Value, b: &Self::Value) -> Self::Value {
-        (a.0 - b.0, a.1 - b.1, a.2 + b.2)
+        (a.0 - b.0, a.1 - b.1)
     }
 
     #[inline(always)]
     fn product(&self, a: &Self::Value, b: &Self::Value) -> Self::Value {
-        (a.0 * b.0, a.1 * b.0 + b.1 * a.0, a.2 * b.2)
+        (a.0 * b.0, a.1 * b.0 + b.1 * a.0)
     }
 }

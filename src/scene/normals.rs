@@ -29,7 +29,7 @@ pub fn outward_normals<D: Lanes<Scalar = f64>>(
             Vec3::select(none, up, normals)
         }
         Shape::Implicit(id) => {
-            let (_, normals, _) = implicit::values_at(&tables.implicits.tape[id.index()], p);
+            let (_, normals) = implicit::values_at(&tables.implicits.tape[id.index()], p);
             // Nor has a singular point.
             Vec3::select(normals.max_abs().eq(D::zero()), up, normals)
         }

@@ -93,8 +93,9 @@ pub(super) fn blur_of<D: Lanes<Scalar = f64>>(world: &World, shape: Shape, at: V
         }
         Shape::Implicit(id) => {
             let tape = &scene.implicits.tape[id.index()];
-            let (_, gradient, size) = implicit::values_at(tape, at);
-            // A term is rounded with every factor.
+            let (_, gradient) = implicit::values_at(tape, at);
+            // Terms are as large as lanes take them, and rounded with every factor.
+            let size = implicit::size_at(tape, at.max_abs());
             (gradient, size * D::splat(f64::from(tape.degree())))
         }
         _ => return D::zero(),

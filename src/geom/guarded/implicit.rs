@@ -11,6 +11,7 @@
 //! so that t has the same bits at any width.
 
 use super::{Ends, ObjectRay, cuboid, rounded, sphere};
+use crate::geom::implicit::size_at;
 use crate::geom::tape::{Step, Tape};
 use crate::geom::{Clip, Cuboid, Implicit, Meet, Ray};
 use crate::math::Vec3;
@@ -222,7 +223,7 @@ fn along<D: Lanes<Scalar = f64>, const N: usize>(
     let blurred = !share.lt(D::from_f64(BLURRED));
     let degree = f64::from(tape.degree());
     let lost = |share: D, reach: D| {
-        let size = magnitude(tape, reach * (share + D::from_f64(1.0)));
+        let size = size_at(tape, reach * (share + D::from_f64(1.0)));
         let rounded = D::from_f64(f64::from(tape.roundings()) * 1.01 * UNIT);
         size * (rounded + share * D::from_f64(1.05 * degree)) + D::from_f64(FLOOR)
     };
@@ -252,16 +253,6 @@ fn along<D: Lanes<Scalar = f64>, const N: usize>(
 
 /// What products may lose below the range, all steps together.
 const FLOOR: f64 = 1e-290;
-
-/// See [`Tape::magnitude`].
-#[inline(always)]
-fn magnitude<D: Lanes<Scalar = f64>>(tape: &Tape, reach: D) -> D {
-    let mut sum = D::zero();
-    for c in tape.magnitude().iter().rev() {
-        sum = sum * reach + D::from_f64(*c);
-    }
-    sum
-}
 
 /// A tape at nodes between a point and `step` farther.
 #[inline(always)]

@@ -13,6 +13,7 @@ pub mod guarded;
 pub mod half_space;
 pub mod hull;
 pub mod implicit;
+pub mod implicit_bounds;
 pub mod polygon;
 pub mod quadric;
 mod ray;

@@ -28,6 +28,19 @@ pub enum Step {
     Product(u32, u32),
 }
 
+impl Step {
+    /// Of equal steps the same, and of no others.
+    pub fn key(&self) -> (u8, u64, u64) {
+        match *self {
+            Step::Coordinate(axis) => (0, u64::from(axis), 0),
+            Step::Constant(value) => (1, value.to_bits(), 0),
+            Step::Sum(a, b) => (2, u64::from(a), u64::from(b)),
+            Step::Difference(a, b) => (3, u64::from(a), u64::from(b)),
+            Step::Product(a, b) => (4, u64::from(a), u64::from(b)),
+        }
+    }
+}
+
 /// Numbers that a tape can be evaluated in.
 pub trait Arithmetic {
     type Value: Clone;
@@ -37,6 +50,11 @@ pub trait Arithmetic {
     fn sum(&self, a: &Self::Value, b: &Self::Value) -> Self::Value;
     fn difference(&self, a: &Self::Value, b: &Self::Value) -> Self::Value;
     fn product(&self, a: &Self::Value, b: &Self::Value) -> Self::Value;
+
+    /// A step by itself: some arithmetic knows more of that.
+    fn square(&self, a: &Self::Value) -> Self::Value {
+        self.product(a, a)
+    }
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -105,6 +123,7 @@ impl Tape {
                 Step::Constant(value) => arithmetic.constant(*value),
                 Step::Sum(a, b) => arithmetic.sum(of(a), of(b)),
                 Step::Difference(a, b) => arithmetic.difference(of(a), of(b)),
+                Step::Product(a, b) if a == b => arithmetic.square(of(a)),
                 Step::Product(a, b) => arithmetic.product(of(a), of(b)),
             };
             values.push(value);
@@ -229,15 +248,8 @@ impl Builder {
     }
 
     fn push(&mut self, step: Step) -> u32 {
-        let key = match step {
-            Step::Coordinate(axis) => (0, u64::from(axis), 0),
-            Step::Constant(value) => (1, value.to_bits(), 0),
-            Step::Sum(a, b) => (2, u64::from(a), u64::from(b)),
-            Step::Difference(a, b) => (3, u64::from(a), u64::from(b)),
-            Step::Product(a, b) => (4, u64::from(a), u64::from(b)),
-        };
         let next = self.steps.len() as u32;
-        let number = *self.known.entry(key).or_insert(next);
+        let number = *self.known.entry(step.key()).or_insert(next);
         if number == next {
             self.steps.push(step);
         }
@@ -405,7 +417,7 @@ mod tests {
         let heart = heart();
         // x y z, three squares, 1, two sums, the ball, its square and cube, z³, the
         // product, the difference.
-        assert_eq!(heart.steps().len(), 13);
+        assert_eq!(heart.steps().len(), 15);
     }
 
     #[test]

@@ -1,8 +1,11 @@
 //! The table of polynomial surfaces.
 
 use super::ids::ImplicitId;
+use crate::geom::implicit_bounds::bounds_of;
 use crate::geom::{Clip, Implicit, Tape};
 use crate::math::Aabb;
+use std::collections::HashMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
 
 /// One column a field, one row a surface.
 #[derive(Clone, Debug, Default)]
@@ -12,13 +15,22 @@ pub struct Implicits {
     pub clip: Vec<Option<Clip>>,
     /// Of the surface, clipped; `None` where none are known.
     pub bounds: Vec<Option<Aabb>>,
+    /// The latest row of each hash of tape and clip: many rows may share a tape.
+    latest: HashMap<u64, u32>,
 }
 
 impl Implicits {
-    /// Finds out its bounds, too.
+    /// Finds its bounds, too: up to a tenth of a second or two for a tape not seen yet.
     pub fn push(&mut self, tape: Tape, open: bool, clip: Option<Clip>) -> ImplicitId {
         let id = ImplicitId(self.tape.len() as u32);
-        let bounds = clip.map(|clip| clip.bounds());
+        let key = key(&tape, &clip);
+        let known = self.latest.get(&key).map(|row| *row as usize);
+        let same = known.filter(|row| self.tape[*row] == tape && self.clip[*row] == clip);
+        let bounds = match same {
+            Some(row) => self.bounds[row],
+            None => bounds_of(&tape, clip.as_ref()),
+        };
+        self.latest.insert(key, id.0);
         self.tape.push(tape);
         self.open.push(open);
         self.clip.push(clip);
@@ -52,6 +64,88 @@ impl Implicits {
     pub fn bytes(&self) -> usize {
         let rest = size_of::<Tape>() + size_of::<bool>() + size_of::<Option<Clip>>();
         let rest = rest + size_of::<Option<Aabb>>();
-        self.tape.iter().map(|tape| tape.bytes() + rest).sum()
+        let latest = self.latest.capacity() * size_of::<(u64, u32)>();
+        let tapes: usize = self.tape.iter().map(|tape| tape.bytes() + rest).sum();
+        tapes + latest
+    }
+}
+
+fn key(tape: &Tape, clip: &Option<Clip>) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    for step in tape.steps() {
+        let (kind, a, b) = step.key();
+        (kind, a, b).hash(&mut hasher);
+    }
+    let mut number = |x: f64| (x + 0.0).to_bits().hash(&mut hasher);
+    match clip {
+        None => (),
+        Some(Clip::Sphere(s)) => [s.center.x, s.center.y, s.center.z, s.radius]
+            .into_iter()
+            .for_each(&mut number),
+        Some(Clip::Cuboid(c)) => [c.min.to_array(), c.max.to_array()]
+            .into_iter()
+            .flatten()
+            .for_each(&mut number),
+    }
+    hasher.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::tape::Builder;
+    use crate::geom::{Cuboid, Sphere};
+    use glam::DVec3;
+
+    /// x² + y² + z² − c.
+    fn ball(c: f64) -> Tape {
+        let mut b = Builder::default();
+        let mut sum = b.constant(-c);
+        for axis in 0..3 {
+            let v = b.coordinate(axis);
+            let square = b.power(v, 2);
+            sum = b.sum(sum, square);
+        }
+        b.finish(sum)
+    }
+
+    #[test]
+    fn every_row_has_its_own_bounds() {
+        let cuboid = Clip::Cuboid(Cuboid {
+            min: DVec3::splat(0.0),
+            max: DVec3::splat(8.0),
+        });
+        let sphere = Clip::Sphere(Sphere {
+            center: DVec3::X,
+            radius: 0.5,
+        });
+        let mut table = Implicits::default();
+        for _ in 0..2 {
+            for c in [1.0, 4.0] {
+                for clip in [None, Some(cuboid), Some(sphere)] {
+                    table.push(ball(c), true, clip);
+                }
+            }
+        }
+        assert_eq!(table.len(), 12);
+        for (id, row) in table.rows() {
+            assert_eq!(row.bounds, bounds_of(row.tape, row.clip.as_ref()));
+            assert_eq!(row.bounds, table.bounds[(id.index() + 6) % 12]);
+        }
+        let unlike = |i: usize, j: usize| table.bounds[i] != table.bounds[j];
+        assert!((1..6).all(|i| unlike(0, i)) && unlike(1, 4) && unlike(1, 2));
+    }
+
+    #[test]
+    fn equal_rows_are_searched_once() {
+        let mut table = Implicits::default();
+        table.push(ball(1.0), false, None);
+        // Not its bounds: what a second search would not find.
+        let mark = Aabb::new(DVec3::ZERO, DVec3::splat(7.0));
+        table.bounds[0] = Some(mark);
+        table.push(ball(2.0), false, None);
+        table.push(ball(1.0), true, None);
+        assert_ne!(table.bounds[1], Some(mark));
+        assert_eq!(table.bounds[2], Some(mark));
     }
 }

@@ -1,0 +1,426 @@
+//! Intervals of real numbers, rounded outward, and tapes evaluated in them.
+//!
+//! Ends are f64 and may be infinite: the interval is what lies between them, infinity
+//! never belongs to it, so zero times a half-line is zero. Every operation is rounded to
+//! nearest and then goes one step outward, which is at least half a unit in the last
+//! place; a sum that is 0 is exact, and a product never crosses the zero that its
+//! factors' signs put it behind. Overflow gives infinite ends, never NaN: a lower end
+//! is never +∞ and an upper one never −∞ (Hickey, Ju, van Emden: Interval Arithmetic:
+//! from Principles to Implementation, JACM 2001).
+
+use crate::geom::tape::Arithmetic;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Interval {
+    pub low: f64,
+    /// ≥ `low`.
+    pub high: f64,
+}
+
+impl Interval {
+    pub const LINE: Interval = Interval {
+        low: f64::NEG_INFINITY,
+        high: f64::INFINITY,
+    };
+
+    pub const ZERO: Interval = Interval::new(0.0, 0.0);
+
+    pub const fn new(low: f64, high: f64) -> Interval {
+        Interval { low, high }
+    }
+
+    /// Of a finite number.
+    pub fn point(x: f64) -> Interval {
+        if x.is_finite() {
+            Interval::new(x, x)
+        } else {
+            Interval::LINE
+        }
+    }
+
+    pub fn width(&self) -> f64 {
+        self.high - self.low
+    }
+
+    pub fn is_finite(&self) -> bool {
+        self.low.is_finite() && self.high.is_finite()
+    }
+
+    pub fn excludes_zero(&self) -> bool {
+        self.low > 0.0 || self.high < 0.0
+    }
+
+    /// Of a finite interval, some number between its ends.
+    pub fn middle(&self) -> f64 {
+        // Halves of the smallest numbers round.
+        (0.5 * self.low + 0.5 * self.high).clamp(self.low, self.high)
+    }
+
+    pub fn max_abs(&self) -> f64 {
+        self.low.abs().max(self.high.abs())
+    }
+
+    pub fn plus(&self, other: &Interval) -> Interval {
+        if *other == Interval::ZERO {
+            return *self;
+        }
+        if *self == Interval::ZERO {
+            return *other;
+        }
+        Interval {
+            low: sum_below(self.low, other.low),
+            high: sum_above(self.high, other.high),
+        }
+    }
+
+    pub fn minus(&self, other: &Interval) -> Interval {
+        if *other == Interval::ZERO {
+            return *self;
+        }
+        Interval {
+            low: sum_below(self.low, -other.high),
+            high: sum_above(self.high, -other.low),
+        }
+    }
+
+    pub fn times(&self, other: &Interval) -> Interval {
+        if *self == Interval::ZERO || *other == Interval::ZERO {
+            return Interval::ZERO;
+        }
+        let corners = [
+            self.low * other.low,
+            self.low * other.high,
+            self.high * other.low,
+            self.high * other.high,
+        ];
+        // A corner of zero and infinity is NaN, which `min` and `max` pass over; the
+        // other corner at that zero is 0, or the zero's other end gives the infinity.
+        let least = corners.into_iter().fold(f64::NAN, f64::min);
+        let most = corners.into_iter().fold(f64::NAN, f64::max);
+        let (mut low, mut high) = (least.next_down(), most.next_up());
+        if least >= 0.0 && self.sign() == other.sign() && self.sign() != 0 {
+            low = low.max(0.0);
+        }
+        if most <= 0.0 && self.sign() == -other.sign() && self.sign() != 0 {
+            high = high.min(0.0);
+        }
+        Interval { low, high }
+    }
+
+    /// By one without zero.
+    pub fn over(&self, other: &Interval) -> Interval {
+        let inverse = Interval {
+            low: (1.0 / other.high).next_down(),
+            high: (1.0 / other.low).next_up(),
+        };
+        self.times(&inverse)
+    }
+
+    pub fn squared(&self) -> Interval {
+        if *self == Interval::ZERO {
+            return Interval::ZERO;
+        }
+        let most = self.max_abs();
+        let least = if self.low > 0.0 {
+            self.low
+        } else {
+            (-self.high).max(0.0)
+        };
+        Interval {
+            low: (least * least).next_down().max(0.0),
+            high: (most * most).next_up(),
+        }
+    }
+
+    /// By repeated squares.
+    pub fn power(&self, exponent: u32) -> Interval {
+        let (mut square, mut rest) = (*self, exponent);
+        let mut result = Interval::new(1.0, 1.0);
+        while rest > 0 {
+            if rest & 1 == 1 {
+                result = result.times(&square);
+            }
+            rest >>= 1;
+            if rest > 0 {
+                square = square.squared();
+            }
+        }
+        result
+    }
+
+    /// 1 / x for those x > 0 of an interval without negative ones.
+    pub fn inverse_of_positive(&self) -> Interval {
+        Interval {
+            low: (1.0 / self.high).next_down().max(0.0),
+            high: if self.low > 0.0 {
+                (1.0 / self.low).next_up()
+            } else {
+                f64::INFINITY
+            },
+        }
+    }
+
+    /// 1 where nothing is negative, −1 where nothing is positive.
+    fn sign(&self) -> i32 {
+        if self.low >= 0.0 {
+            1
+        } else if self.high <= 0.0 {
+            -1
+        } else {
+            0
+        }
+    }
+}
+
+fn sum_below(a: f64, b: f64) -> f64 {
+    let sum = a + b;
+    if sum == 0.0 { 0.0 } else { sum.next_down() }
+}
+
+fn sum_above(a: f64, b: f64) -> f64 {
+    let sum = a + b;
+    if sum == 0.0 { 0.0 } else { sum.next_up() }
+}
+
+/// The polynomial's values over a box.
+pub(super) struct Values<'a>(pub &'a [Interval; 3]);
+
+impl Arithmetic for Values<'_> {
+    type Value = Interval;
+
+    fn coordinate(&self, axis: usize) -> Interval {
+        self.0[axis]
+    }
+
+    fn constant(&self, value: f64) -> Interval {
+        Interval::point(value)
+    }
+
+    fn sum(&self, a: &Interval, b: &Interval) -> Interval {
+        a.plus(b)
+    }
+
+    fn difference(&self, a: &Interval, b: &Interval) -> Interval {
+        a.minus(b)
+    }
+
+    fn product(&self, a: &Interval, b: &Interval) -> Interval {
+        a.times(b)
+    }
+
+    fn square(&self, a: &Interval) -> Interval {
+        a.squared()
+    }
+}
+
+/// The polynomial's values over a box, and its gradients there.
+pub(super) struct Slopes<'a>(pub &'a [Interval; 3]);
+
+/// A step's values and gradients.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sloped {
+    pub value: Interval,
+    pub gradient: [Interval; 3],
+}
+
+impl Arithmetic for Slopes<'_> {
+    type Value = Sloped;
+
+    fn coordinate(&self, axis: usize) -> Sloped {
+        let mut gradient = [Interval::ZERO; 3];
+        gradient[axis] = Interval::new(1.0, 1.0);
+        Sloped {
+            value: self.0[axis],
+            gradient,
+        }
+    }
+
+    fn constant(&self, value: f64) -> Sloped {
+        Sloped {
+            value: Interval::point(value),
+            gradient: [Interval::ZERO; 3],
+        }
+    }
+
+    fn sum(&self, a: &Sloped, b: &Sloped) -> Sloped {
+        Sloped {
+            value: a.value.plus(&b.value),
+            gradient: std::array::from_fn(|k| a.gradient[k].plus(&b.gradient[k])),
+        }
+    }
+
+    fn difference(&self, a: &Sloped, b: &Sloped) -> Sloped {
+        Sloped {
+            value: a.value.minus(&b.value),
+            gradient: std::array::from_fn(|k| a.gradient[k].minus(&b.gradient[k])),
+        }
+    }
+
+    fn product(&self, a: &Sloped, b: &Sloped) -> Sloped {
+        let slope = |k: usize| {
+            let left = a.gradient[k].times(&b.value);
+            left.plus(&b.gradient[k].times(&a.value))
+        };
+        Sloped {
+            value: a.value.times(&b.value),
+            gradient: std::array::from_fn(slope),
+        }
+    }
+
+    fn square(&self, a: &Sloped) -> Sloped {
+        let twice = a.value.plus(&a.value);
+        Sloped {
+            value: a.value.squared(),
+            gradient: std::array::from_fn(|k| a.gradient[k].times(&twice)),
+        }
+    }
+}
+
+/// The polynomial as a form in some of its coordinates: sums of different degree in
+/// these are made homogeneous with p, so that at x = u / p the value is f(x) p^degree.
+pub(super) struct Forms<'a> {
+    /// u of graded coordinates, the others' own.
+    pub coordinates: &'a [Interval; 3],
+    pub graded: [bool; 3],
+    /// ≥ 0.
+    pub p: Interval,
+}
+
+/// A step's values, and its degree in the graded coordinates.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Graded {
+    pub value: Interval,
+    degree: u32,
+}
+
+impl Forms<'_> {
+    fn joined(&self, a: &Graded, b: &Graded, join: fn(&Interval, &Interval) -> Interval) -> Graded {
+        let degree = a.degree.max(b.degree);
+        let raised = |x: &Graded| match degree - x.degree {
+            0 => x.value,
+            by => x.value.times(&self.p.power(by)),
+        };
+        Graded {
+            value: join(&raised(a), &raised(b)),
+            degree,
+        }
+    }
+}
+
+impl Arithmetic for Forms<'_> {
+    type Value = Graded;
+
+    fn coordinate(&self, axis: usize) -> Graded {
+        Graded {
+            value: self.coordinates[axis],
+            degree: u32::from(self.graded[axis]),
+        }
+    }
+
+    fn constant(&self, value: f64) -> Graded {
+        Graded {
+            value: Interval::point(value),
+            degree: 0,
+        }
+    }
+
+    fn sum(&self, a: &Graded, b: &Graded) -> Graded {
+        self.joined(a, b, Interval::plus)
+    }
+
+    fn difference(&self, a: &Graded, b: &Graded) -> Graded {
+        self.joined(a, b, Interval::minus)
+    }
+
+    /// Where degrees overflow, nothing is known.
+    fn product(&self, a: &Graded, b: &Graded) -> Graded {
+        match a.degree.checked_add(b.degree) {
+            Some(degree) => Graded {
+                value: a.value.times(&b.value),
+                degree,
+            },
+            None => Graded {
+                value: Interval::LINE,
+                degree: u32::MAX,
+            },
+        }
+    }
+
+    fn square(&self, a: &Graded) -> Graded {
+        let product = self.product(a, a);
+        Graded {
+            value: match product.degree {
+                u32::MAX => Interval::LINE,
+                _ => a.value.squared(),
+            },
+            ..product
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Whether an interval holds x + error, |error| below half a unit of x.
+    fn holds(interval: &Interval, x: f64, error: f64) -> bool {
+        let low = if error < 0.0 {
+            interval.low < x
+        } else {
+            interval.low <= x
+        };
+        let high = if error > 0.0 {
+            interval.high > x
+        } else {
+            interval.high >= x
+        };
+        low && high
+    }
+
+    proptest! {
+        #[test]
+        fn operations_round_outward(a in -1e9..1e9, b in -1e-3..1e3, width in 0.0..1.0) {
+            let (sum, product) = (a + b, a * b);
+            // Knuth's sum, and the product's rest.
+            let part = sum - a;
+            let rest = (a - (sum - part)) + (b - part);
+            let [p, q] = [a, b].map(Interval::point);
+            prop_assert!(holds(&p.plus(&q), sum, rest));
+            prop_assert!(holds(&p.minus(&Interval::point(-b)), sum, rest));
+            prop_assert!(holds(&p.times(&q), product, a.mul_add(b, -product)));
+            prop_assert!(holds(&p.squared(), a * a, a.mul_add(a, -(a * a))));
+            let quotient = p.over(&q).times(&q);
+            prop_assert!(quotient.low <= a && a <= quotient.high);
+            // And over wider ones, at the ends.
+            let p = Interval::new(a, a + width);
+            for x in [p.low, p.middle(), p.high] {
+                prop_assert!(holds(&p.times(&q), x * b, x.mul_add(b, -(x * b))));
+                prop_assert!(holds(&p.squared(), x * x, x.mul_add(x, -(x * x))));
+            }
+        }
+    }
+
+    #[test]
+    fn half_lines_have_ends() {
+        let (zero, line) = (Interval::ZERO, Interval::LINE);
+        let positive = Interval::new(0.0, f64::INFINITY);
+        let below = Interval::new(f64::NEG_INFINITY, -2.0);
+        assert_eq!(zero.times(&line), zero);
+        assert_eq!(
+            positive.times(&below),
+            Interval::new(f64::NEG_INFINITY, 0.0)
+        );
+        assert_eq!(line.plus(&below), line);
+        assert_eq!(positive.minus(&positive), line);
+        assert_eq!(line.squared(), positive);
+        assert_eq!(below.squared().high, f64::INFINITY);
+        // Overflow and underflow stay on their side.
+        let vast = Interval::point(1e200).squared();
+        assert_eq!((vast.low, vast.high), (f64::MAX, f64::INFINITY));
+        let tiny = Interval::point(1e-200).times(&Interval::point(-1e-200));
+        assert!(tiny.low < 0.0 && tiny.high == 0.0);
+        let part = Interval::new(0.0, 0.25).inverse_of_positive();
+        assert!(part.low < 4.0 && part.low > 3.9 && part.high == f64::INFINITY);
+    }
+}

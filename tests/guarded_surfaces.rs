@@ -11,8 +11,8 @@ use lanecast::geom::implicit::{size_at, values_at};
 use lanecast::geom::implicit_bounds::bounds_of;
 use lanecast::geom::tape::Builder;
 use lanecast::geom::{Clip, Cuboid, Implicit, Meet, Ray, Sphere, Tape};
-use lanecast::math::lanes::{Lanes, Mask, Scalar, f32x8, f64x4, f64x8, f64x16};
 use lanecast::math::Vec3;
+use lanecast::math::lanes::{Lanes, Mask, Scalar, f32x8, f64x4, f64x8, f64x16};
 use serde_json::Value;
 
 /// Σ c xⁱ yʲ zᵏ.

@@ -83,11 +83,7 @@ impl<D: Lanes<Scalar = f64>> Arithmetic for Dual<D> {
 
     #[inline(always)]
     fn constant(&self, value: f64) -> Self::Value {
-        (
-            D::splat(value),
-            Vec3::splat([0.0; 3]),
-            D::splat(value.abs()),
-        )
+        (D::splat(value), Vec3::splat([0.0; 3]))
     }
 
     #[inline(always)]

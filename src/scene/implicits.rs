@@ -1,9 +1,11 @@
 //! The table of polynomial surfaces.
 
 use super::ids::ImplicitId;
+use crate::geom::exact::sign_at;
 use crate::geom::implicit_bounds::bounds_of;
 use crate::geom::{Clip, Implicit, Tape};
 use crate::math::Aabb;
+use glam::DVec3;
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
@@ -13,7 +15,7 @@ pub struct Implicits {
     pub tape: Vec<Tape>,
     pub open: Vec<bool>,
     pub clip: Vec<Option<Clip>>,
-    /// Of the surface, clipped; `None` where none are known.
+    /// Of the solid, or of the surface in its clip; `None` where none are known.
     pub bounds: Vec<Option<Aabb>>,
     /// The latest row of each hash of tape and clip: many rows may share a tape.
     latest: HashMap<u64, u32>,
@@ -25,11 +27,15 @@ impl Implicits {
         let id = ImplicitId(self.tape.len() as u32);
         let key = key(&tape, &clip);
         let known = self.latest.get(&key).map(|row| *row as usize);
-        let same = known.filter(|row| self.tape[*row] == tape && self.clip[*row] == clip);
+        let is_same =
+            |row: usize| self.tape[row] == tape && self.clip[row] == clip && self.open[row] == open;
+        let same = known.filter(|row| is_same(*row));
         let bounds = match same {
             Some(row) => self.bounds[row],
             None => bounds_of(&tape, clip.as_ref()),
         };
+        // What a solid has outside of its surface's box, has no end.
+        let bounds = bounds.filter(|b| open || is_outside_beyond(&tape, b));
         self.latest.insert(key, id.0);
         self.tape.push(tape);
         self.open.push(open);
@@ -68,6 +74,14 @@ impl Implicits {
         let tapes: usize = self.tape.iter().map(|tape| tape.bytes() + rest).sum();
         tapes + latest
     }
+}
+
+/// Whether f is above zero everywhere outside of a box that holds all its zeros.
+fn is_outside_beyond(tape: &Tape, bounds: &Aabb) -> bool {
+    let beyond = bounds.max + bounds.extent() + bounds.max.abs();
+    let beyond = beyond.max(DVec3::splat(f64::MIN_POSITIVE));
+    let is_known = beyond.is_finite() && beyond.cmpgt(bounds.max).all();
+    is_known && sign_at(tape, beyond.to_array()).is_gt()
 }
 
 fn key(tape: &Tape, clip: &Option<Clip>) -> u64 {

@@ -140,8 +140,7 @@ impl<D: Lanes<Scalar = f64>> Below<D> {
                 Height { above, normal }
             }
             Shape::Implicit(id) => {
-                let (value, gradient) =
- implicit::values_at(&scene.implicits.tape[id.index()], p);
+                let (value, gradient) = implicit::values_at(&scene.implicits.tape[id.index()], p);
                 let steep = gradient.length();
                 Height {
                     above: value / steep,

@@ -7,7 +7,7 @@ use super::{Line, solid};
 use crate::geom::{Clip, Implicit, Tape};
 use crate::math::bounds::Bounded;
 use crate::roots::real_roots;
-use num_bigint::Sign;
+use num_bigint::{BigInt, Sign};
 use std::cmp::Ordering;
 
 /// A root, and the signs of f just before it and behind it.
@@ -48,6 +48,19 @@ pub fn meetings<'a>(tape: &'a Tape, line: &Line, mut visit: impl FnMut(Meeting<'
         });
     }
     first
+}
+
+/// Of f at a point of finite coordinates.
+pub fn sign_at(tape: &Tape, p: [f64; 3]) -> Ordering {
+    let line = Line {
+        org: p,
+        dir: [0.0; 3],
+    };
+    match tape_along(tape, &line).first().map(BigInt::sign) {
+        Some(Sign::Plus) => Ordering::Greater,
+        Some(Sign::Minus) => Ordering::Less,
+        _ => Ordering::Equal,
+    }
 }
 
 /// A root that `t` is the nearest f64 to.

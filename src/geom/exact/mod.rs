@@ -18,7 +18,7 @@ mod root;
 mod solid;
 mod surface;
 
-pub use implicit::{Meeting, meetings};
+pub use implicit::{Meeting, meetings, sign_at};
 pub use root::Root;
 pub use solid::{Ends, Inside};
 

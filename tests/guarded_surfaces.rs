@@ -5,7 +5,8 @@ mod common;
 
 use common::{Random, assets};
 use glam::DVec3;
-use lanecast::geom::exact::{Line, Solid, first_beyond, meetings};
+use lanecast::geom::exact::{Line, Solid, first_beyond, meetings, meetings_between};
+use lanecast::geom::guarded::implicit::crossings;
 use lanecast::geom::guarded::{ObjectRay, implicit};
 use lanecast::geom::implicit::{size_at, values_at};
 use lanecast::geom::implicit_bounds::bounds_of;
@@ -253,6 +254,64 @@ fn every_width_has_the_same_bits() {
             }
         }
     }
+}
+
+/// Of all roots between two t, as f64 and as integers find them.
+#[test]
+fn crossings_are_those_of_integers() {
+    let mut random = Random(5);
+    // Factors of these are often squares, which f64 leaves open.
+    let random_tapes: Vec<Tape> = (0..200).map(|_| random_tape(&mut random)).collect();
+    known_crossings(&random_tapes, &mut random, 0.5);
+    if let Some(surfaces) = published() {
+        let tapes: Vec<Tape> = surfaces.iter().map(tape_of).collect();
+        known_crossings(&tapes, &mut random, 0.9);
+    }
+}
+
+/// At least `share` of the lines are settled in f64.
+fn known_crossings(tapes: &[Tape], random: &mut Random, share: f64) {
+    let (mut all, mut known, mut found) = (0, 0, Vec::new());
+    for tape in tapes {
+        let far = [0.5, 5.0, 1e4][random.below(3) as usize];
+        for line in lines(random, 20, 1.5, far) {
+            let between = [0.0, 2.0 * far];
+            all += 1;
+            let rays = (line.org, line.dir);
+            let Some(first) = crossings(tape, rays, between, &mut found) else {
+                continue;
+            };
+            known += 1;
+            let mut expected = Vec::new();
+            let mut sign = meetings(tape, &line, |meeting| {
+                expected.push((meeting.root, meeting.after));
+            });
+            let at = |x: f64| {
+                expected
+                    .iter()
+                    .filter(move |(t, _)| t.order_with(x).is_lt())
+            };
+            if let Some((_, after)) = at(between[0]).last() {
+                sign = *after;
+            }
+            assert_eq!(first, sign);
+            let within = expected[at(between[0]).count()..at(between[1]).count()].iter();
+            assert_eq!(found.len(), within.len(), "{line:?} {tape:?}");
+            for (one, (root, _)) in found.iter().zip(within) {
+                assert!(root.order_with(one.from).is_gt() && root.order_with(one.to).is_lt());
+            }
+            let mut again = Vec::new();
+            meetings_between(tape, &line, between, &mut found, |m| again.push(m.root));
+            for (i, a) in again.iter().enumerate() {
+                for (j, (b, _)) in expected[at(between[0]).count()..].iter().enumerate() {
+                    assert_eq!(a.order(b), i.cmp(&j));
+                }
+                assert_eq!(a.rounded(), expected[at(between[0]).count() + i].0.t.value);
+            }
+        }
+    }
+    println!("{known} of {all} lines");
+    assert!(f64::from(known) > share * f64::from(all));
 }
 
 /// A ray that has just left a surface does not meet it there, and lanes know that.

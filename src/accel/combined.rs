@@ -37,6 +37,8 @@ pub struct Combined {
     tree: Option<(Tree, Vec<(u32, Aabb32)>)>,
     /// Of the operands that are meshes, by id.
     facets: Vec<(MeshId, Arc<Facets>)>,
+    /// Of all of it, with room for roundings; `None` of what has none.
+    pub bounds: Option<Aabb>,
     /// The largest coordinate of its box, infinite of one without, or of a shift on
     /// the way to an operand.
     size: f64,
@@ -120,6 +122,7 @@ impl Combined {
         }
         let frames = solid.frames.iter().map(|frame| frame.reach);
         Combined {
+            bounds: own,
             size: frames.fold(own.map_or(f64::INFINITY, |b| b.max_abs()), f64::max),
             roughness: roughness(tables, &solid),
             shared_faces: SharedFaces::of(tables, &solid),

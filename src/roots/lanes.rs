@@ -348,6 +348,60 @@ pub fn nearest<L: Lanes<Scalar = f64>, const N: usize>(
     }
 }
 
+/// A simple root, the only one between `from` and `to`.
+#[derive(Clone, Copy, Debug)]
+pub struct Simple {
+    pub t: f64,
+    pub from: f64,
+    pub to: f64,
+}
+
+/// All roots of one polynomial in (0, 1), ascending, if all are certain and simple, and
+/// alone within `room` besides. `false`: that is not so, and `found` says nothing.
+pub fn all<const N: usize>(
+    segment: &Segment<f64, N>,
+    room: f64,
+    waiting: &mut Waiting<f64, N>,
+    found: &mut Vec<Simple>,
+) -> bool {
+    let lane = <f64 as Lanes>::Mask::splat(true);
+    let none = <f64 as Lanes>::Mask::splat(false);
+    if !segment.sound().any() {
+        return false;
+    }
+    let mut is_certain = true;
+    segment.walk(lane, waiting, |part| {
+        let changes = part.changes();
+        if (changes.certain & !changes.some).any() || !is_certain {
+            return none;
+        }
+        if !(changes.certain & !changes.several).any() {
+            is_certain = !part.hopeless().any();
+            return <f64 as Lanes>::Mask::splat(is_certain);
+        }
+        let (first, _) = part.crossings();
+        let bracket = Bracket {
+            low: part.low,
+            high: part.high,
+            start: part.low + (part.high - part.low) * first,
+            sign_low: part.b[0],
+        };
+        let root = refined(segment, lane, &bracket);
+        let (from, to) = (root.t - root.error, root.t + root.error);
+        let begins = from - SLACK - room > part.low;
+        let ends = to + SLACK + room < part.high;
+        is_certain = root.hit.any() && begins && ends;
+        is_certain = is_certain && changes_between(segment, from, to).any();
+        found.push(Simple {
+            t: root.t,
+            from,
+            to,
+        });
+        none
+    });
+    is_certain
+}
+
 /// Whether there is a root in (0, 1).
 #[inline(always)]
 pub fn exists<L: Lanes<Scalar = f64>, const N: usize>(

@@ -15,7 +15,8 @@ use super::decide::solid_of;
 use crate::accel::Combined;
 use crate::csg::{Boundary, Walk};
 use crate::geom::Tape;
-use crate::geom::exact::{Inside, Line, Root, meetings, span};
+use crate::geom::exact::{Inside, Line, Root, meetings_between, span};
+use crate::geom::guarded::implicit::Crossing as Crossed;
 use crate::math::bounds::Bounded;
 use crate::math::{Aabb, Vec3, length};
 use crate::scene::{CsgOperand, CsgSolid, Frame, Shape, Tables};
@@ -68,6 +69,7 @@ struct Scratch {
     walk: Walk,
     operands: Vec<u32>,
     facets: FacetScratch,
+    crossings: Vec<Crossed>,
 }
 
 thread_local! {
@@ -109,6 +111,7 @@ pub fn boundaries<'a>(
         walk,
         operands,
         facets,
+        crossings,
         ..
     } = &mut *scratch;
     let ray = [line.org, line.dir].map(Vec3::<f64>::splat);
@@ -127,7 +130,8 @@ pub fn boundaries<'a>(
         match solid.operands[*number as usize].shape {
             Shape::Mesh(_) => collect_mesh(combined, tables, (line, from), *number, facets, found),
             Shape::Implicit(id) => {
-                collect_implicit(solid, tables.implicits.row(id).tape, line, *number, found);
+                let tape = &tables.implicits.tape[id.index()];
+                collect_implicit(combined, tape, line, *number, crossings, found);
             }
             _ => collect(solid, tables, line, *number, found),
         }
@@ -208,22 +212,31 @@ fn collect<'a>(
 
 /// The same of a polynomial's surface, where the polynomial changes its sign.
 fn collect_implicit<'a>(
-    solid: &CsgSolid,
+    combined: &Combined,
     tape: &'a Tape,
     line: &Line,
     number: u32,
+    crossings: &mut Vec<Crossed>,
     (boundaries, inside): (&mut Vec<Boundary<Mark<'a>>>, &mut Vec<u32>),
 ) {
+    let solid = &combined.solid;
     let operand = &solid.operands[number as usize];
     let frame = &solid.frames[operand.frame as usize];
     let own = in_frame(frame, operand.frame, line);
     let is_line = own.dir.iter().any(|x| *x != 0.0) && own.is_finite();
-    let missed = |b: Aabb| passes_by(&b, line, frame.condition);
-    if !is_line || operand.bounds.is_some_and(missed) {
+    if !is_line {
         return;
     }
+    // What an operand without end does beyond all of the solid, does not matter.
+    let between = match operand.bounds.or(combined.bounds) {
+        Some(bounds) => part_in(&bounds, line, frame.condition),
+        None => Some([f64::NEG_INFINITY, f64::INFINITY]),
+    };
+    let Some(between) = between else {
+        return;
+    };
     let surface = solid.surface(number, 0);
-    let first = meetings(tape, &own, |meeting| {
+    let first = meetings_between(tape, &own, between, crossings, |meeting| {
         if meeting.before == meeting.after {
             return;
         }
@@ -300,6 +313,11 @@ pub fn in_frame(frame: &Frame, number: u32, line: &Line) -> Line {
 /// Certain, but not complete: the box is met with room for all roundings, each of
 /// which counts `condition` times.
 pub(super) fn passes_by(bounds: &Aabb, line: &Line, condition: f64) -> bool {
+    part_in(bounds, line, condition).is_none()
+}
+
+/// Of a line, no less than what is in a box.
+fn part_in(bounds: &Aabb, line: &Line, condition: f64) -> Option<[f64; 2]> {
     let (org, dir) = (DVec3::from_array(line.org), DVec3::from_array(line.dir));
     let size = bounds.max_abs().max(org.abs().max_element());
     let slack = DVec3::splat(size * condition * (32.0 * f64::EPSILON));
@@ -308,7 +326,7 @@ pub(super) fn passes_by(bounds: &Aabb, line: &Line, condition: f64) -> bool {
     for k in 0..3 {
         if dir[k] == 0.0 {
             if org[k] < bounds.min[k] || org[k] > bounds.max[k] {
-                return true;
+                return None;
             }
             continue;
         }
@@ -321,7 +339,8 @@ pub(super) fn passes_by(bounds: &Aabb, line: &Line, condition: f64) -> bool {
         exit = exit.min(a.max(b));
     }
     let room = (enter.abs() + exit.abs()) * (8.0 * f64::EPSILON);
-    enter > exit + room
+    let passes = enter > exit + room;
+    (!passes).then_some([enter - room, exit + room])
 }
 
 /// Roundings that a frame's numbers carry: of its matrix' product, of the ray

@@ -4,6 +4,7 @@ use super::along::tape_along;
 use super::root::{Branch, Root};
 use super::surface::Surface;
 use super::{Line, solid};
+use crate::geom::guarded::implicit::{Crossing, crossings};
 use crate::geom::{Clip, Implicit, Tape};
 use crate::math::bounds::Bounded;
 use crate::roots::real_roots;
@@ -43,6 +44,33 @@ pub fn meetings<'a>(tape: &'a Tape, line: &Line, mut visit: impl FnMut(Meeting<'
         let branch = Branch::Nth(i as u8);
         visit(Meeting {
             root: Root::new(line, Surface::Implicit(tape), branch, known(roots.t(i))),
+            before,
+            after: sign,
+        });
+    }
+    first
+}
+
+/// The same between two t, beyond which nothing matters, by f64 where that knows: then
+/// the sign is that at the first t, which f is not zero at.
+pub fn meetings_between<'a>(
+    tape: &'a Tape,
+    line: &Line,
+    between: [f64; 2],
+    found: &mut Vec<Crossing>,
+    mut visit: impl FnMut(Meeting<'a>),
+) -> Ordering {
+    let Some(first) = crossings(tape, (line.org, line.dir), between, found) else {
+        return meetings(tape, line, visit);
+    };
+    let mut sign = first;
+    for at in found {
+        let before = sign;
+        sign = sign.reverse();
+        let error = (at.t - at.from).max(at.to - at.t).next_up();
+        let t = Bounded { value: at.t, error };
+        visit(Meeting {
+            root: Root::new(line, Surface::Implicit(tape), Branch::Only, t),
             before,
             after: sign,
         });

@@ -18,7 +18,7 @@ mod root;
 mod solid;
 mod surface;
 
-pub use implicit::{Meeting, meetings, sign_at};
+pub use implicit::{Meeting, meetings, meetings_between, sign_at};
 pub use root::Root;
 pub use solid::{Ends, Inside};
 

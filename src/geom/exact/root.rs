@@ -28,6 +28,8 @@ pub(super) enum Branch {
     Upper,
     /// So many distinct ones are before it: of a surface of any degree.
     Nth(u8),
+    /// The only one near `t`, within its error and a little beyond: of such a surface.
+    Only,
 }
 
 /// Where a line crosses a surface.
@@ -49,6 +51,10 @@ impl<'a> Root<'a> {
             branch,
             t,
         }
+    }
+
+    fn is_of_any_degree(&self) -> bool {
+        matches!(self.surface, Surface::Implicit(_))
     }
 
     /// Of the surface that is crossed, at or near the crossing `p`: outward, any
@@ -73,8 +79,10 @@ impl<'a> Root<'a> {
 
     /// The f64 nearest to t, ties to even; so equal t have equal bits.
     pub fn rounded(&self) -> f64 {
-        if let Branch::Nth(_) = self.branch {
-            return self.t.value;
+        match self.branch {
+            Branch::Nth(_) => return self.t.value,
+            Branch::Only => return algebraic::rounded(self),
+            Branch::Lower | Branch::Upper => {}
         }
         // Integers of a size for triangles are faster.
         if let Surface::Facet(corners) = self.surface {
@@ -93,8 +101,7 @@ impl<'a> Root<'a> {
         if self.line == other.line && self.surface == other.surface && self.branch == other.branch {
             return Ordering::Equal;
         }
-        let any_degree = |root: &Root| matches!(root.branch, Branch::Nth(_));
-        if any_degree(self) || any_degree(other) {
+        if self.is_of_any_degree() || other.is_of_any_degree() {
             return algebraic::order(self, other);
         }
         exactly(&|space| Form::of(space, self).order(&Form::of(space, other)))
@@ -110,7 +117,7 @@ impl<'a> Root<'a> {
                 Ordering::Less
             };
         }
-        if let Branch::Nth(_) = self.branch {
+        if self.is_of_any_degree() {
             return algebraic::order_with(self, x);
         }
         let order = exactly(&|space| Form::of(space, self).order_of_number(x));
@@ -143,6 +150,14 @@ mod algebraic {
             Branch::Lower => 0,
             Branch::Upper => last,
             Branch::Nth(i) => last.min(usize::from(i)),
+            Branch::Only => {
+                let low = (of.t.value - of.t.error).next_down();
+                let high = (of.t.value + of.t.error).next_up();
+                let inside = |i: &usize| {
+                    roots.order_with(*i, low).is_ge() && roots.order_with(*i, high).is_le()
+                };
+                (0..roots.len()).find(inside)?
+            }
         };
         Some((roots, i))
     }
@@ -154,6 +169,12 @@ mod algebraic {
             (Some((p, i)), Some((q, j))) => p.order(i, &q, j),
             _ => a.t.value.total_cmp(&b.t.value),
         }
+    }
+
+    #[cold]
+    #[inline(never)]
+    pub fn rounded(root: &Root) -> f64 {
+        roots(root).map_or(root.t.value, |(p, i)| p.t(i))
     }
 
     #[cold]
@@ -214,8 +235,8 @@ impl<'a> Form<'a> {
         let value = slope.times(p).plus(&b.times(p).plus(&c.times(q)).times(q));
         let (slope, value) = (slope.sign()?, value.sign()?);
         Some(match self.branch {
-            Branch::Upper | Branch::Nth(_) if slope.is_lt() => Ordering::Less,
-            Branch::Upper | Branch::Nth(_) => value,
+            Branch::Upper | Branch::Nth(_) | Branch::Only if slope.is_lt() => Ordering::Less,
+            Branch::Upper | Branch::Nth(_) | Branch::Only => value,
             Branch::Lower if slope.is_gt() => Ordering::Greater,
             Branch::Lower => value.reverse(),
         })
@@ -270,7 +291,7 @@ impl<'a> Form<'a> {
         let n = a.times(z).minus(&x.times(c));
         let value = self.sign_at(&m, &n)?;
         Some(match other.branch {
-            Branch::Upper | Branch::Nth(_) => value,
+            Branch::Upper | Branch::Nth(_) | Branch::Only => value,
             Branch::Lower => value.reverse(),
         })
     }

@@ -18,8 +18,9 @@ use crate::math::Vec3;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask, f64x8};
 use crate::roots::collocation::{Collocation, collocation};
-use crate::roots::lanes::{Segment, Waiting, changes_between, nearest};
+use crate::roots::lanes::{self as roots, Segment, Simple, Waiting, changes_between, nearest};
 use std::cell::Cell;
+use std::cmp::Ordering;
 
 type Eight = f64x8;
 
@@ -42,6 +43,7 @@ struct Rays<D> {
 thread_local! {
     /// Values of steps, reused from ray to ray.
     static VALUES: Cell<Vec<Eight>> = const { Cell::new(Vec::new()) };
+    static SINGLE_VALUES: Cell<Vec<f64>> = const { Cell::new(Vec::new()) };
 }
 
 /// Where rays first meet the surface beyond t_min.
@@ -195,6 +197,70 @@ fn first<D: Lanes<Scalar = f64, Double = D>, const N: usize>(
         hit: (hit & live).bits(),
         unsure: unsure.bits(),
     }
+}
+
+/// A simple root along a line, the only one between `from` and `to` and a little beyond.
+pub type Crossing = Simple;
+
+/// All of a line's crossings between two t, ascending; and the sign of f at the first t.
+/// `None`: f64 does not know them all.
+pub fn crossings(
+    tape: &Tape,
+    line: ([f64; 3], [f64; 3]),
+    between: [f64; 2],
+    found: &mut Vec<Crossing>,
+) -> Option<Ordering> {
+    found.clear();
+    match tape.degree() {
+        0..=2 => all::<3>(tape, line, between, found),
+        3 => all::<4>(tape, line, between, found),
+        4 => all::<5>(tape, line, between, found),
+        5..=6 => all::<7>(tape, line, between, found),
+        7..=8 => all::<9>(tape, line, between, found),
+        9..=10 => all::<11>(tape, line, between, found),
+        11..=12 => all::<13>(tape, line, between, found),
+        13..=16 => all::<17>(tape, line, between, found),
+        17..=24 => all::<25>(tape, line, between, found),
+        _ => None,
+    }
+}
+
+#[inline(never)]
+fn all<const N: usize>(
+    tape: &Tape,
+    (org, dir): ([f64; 3], [f64; 3]),
+    [from, to]: [f64; 2],
+    found: &mut Vec<Crossing>,
+) -> Option<Ordering> {
+    let width = (to - from) * (1.0 + 4.0 * UNIT);
+    if !(width > 0.0 && width.is_finite() && from.is_finite()) {
+        return None;
+    }
+    let rays = Rays {
+        org: Vec3::<f64>::splat(org),
+        dir: Vec3::splat(dir),
+        t_min: from,
+    };
+    let mut store = SINGLE_VALUES.take();
+    let (segment, blurred) = along::<f64, N>(tape, &rays, (from, width), &mut store);
+    SINGLE_VALUES.set(store);
+    let begins = segment.scaled[0];
+    let is_known = begins.abs() > segment.first && !blurred.any();
+    // The map from s to t rounds; and there is room for an interval a little wider.
+    let slack = (from.abs() + width) * (3.01 * UNIT);
+    let room = 4.0 * slack / width;
+    if !is_known || !roots::all(&segment, room, &mut Waiting::default(), found) {
+        return None;
+    }
+    for root in found {
+        let at = |s: f64| from + s * width;
+        *root = Crossing {
+            t: at(root.t),
+            from: at(root.from) - slack,
+            to: at(root.to) + slack,
+        };
+    }
+    Some(begins.total_cmp(&0.0))
 }
 
 /// A tape's polynomial on the parts of rays that begin at `start`; and the rays that it

@@ -1,7 +1,8 @@
 //! Every error of the scene's check, provoked by name.
 
 use glam::{DAffine3, DVec3};
-use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere};
+use lanecast::geom::tape::Builder;
+use lanecast::geom::{Clip, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere};
 use lanecast::math::Affine;
 use lanecast::scene::*;
 

@@ -242,6 +242,28 @@ fn plan_says_what_is_odd_about_combinations() {
     }
 }
 
+#[test]
+fn plan_says_which_surfaces_have_no_bounds() {
+    for (more, says) in [
+        (
+            "",
+            Some("'part' has no bounds, and every ray is tried on it: give it a clip"),
+        ),
+        (
+            "open = true\nclip.sphere = { center = [0, 0, 0], radius = 2 }",
+            None,
+        ),
+        ("clip.box = { min = [0, 0, 0], max = [1, 1, 1] }", None),
+    ] {
+        let report = plan(&format!(
+            "format = 1\n[shape.part]\nimplicit = 'x*y - z'\n{more}\n[[instance]]\nshape = 'part'\n"
+        ));
+        let remarks = report["remarks"].as_array().unwrap();
+        let said = remarks.iter().map(|said| said.as_str().unwrap());
+        assert_eq!(said.collect::<Vec<_>>(), Vec::from_iter(says), "{more}");
+    }
+}
+
 fn measure(folder: &Path, more: &[&str]) -> Value {
     write(folder, PART);
     let arguments = [&["measure", "a.toml", "--json", "-"], more].concat();

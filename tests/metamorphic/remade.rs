@@ -3,6 +3,7 @@
 
 use super::common::Random;
 use glam::{DAffine3, DMat3, DVec3};
+use lanecast::geom::tape::{Builder, Step};
 use lanecast::geom::*;
 use lanecast::math::Affine;
 use lanecast::scene::*;
@@ -145,6 +146,31 @@ impl Change {
         }
     }
 
+    /// Of the points where they were. The scale is a power of two, and so its inverse is
+    /// exact.
+    fn tape(&self, tape: &Tape) -> Tape {
+        let mut builder = Builder::default();
+        let mut steps: Vec<u32> = Vec::new();
+        for step in tape.steps() {
+            let of = |i: u32| steps[i as usize];
+            let step = match *step {
+                Step::Coordinate(axis) => {
+                    let is_it = |from: &usize| *from == usize::from(axis);
+                    let k = self.turn.from.iter().position(is_it).unwrap();
+                    let new = builder.coordinate(k as u8);
+                    let factor = builder.constant(self.turn.sign[k] / self.scale);
+                    builder.product(factor, new)
+                }
+                Step::Constant(value) => builder.constant(value),
+                Step::Sum(a, b) => builder.sum(of(a), of(b)),
+                Step::Difference(a, b) => builder.difference(of(a), of(b)),
+                Step::Product(a, b) => builder.product(of(a), of(b)),
+            };
+            steps.push(step);
+        }
+        builder.finish(*steps.last().unwrap())
+    }
+
     /// Shape `row` of a scene, as the next one of `to`.
     fn shape(&self, scene: &Scene, row: Shape, to: &mut SceneBuilder, order: &mut Order) {
         let scale = self.scale;
@@ -218,6 +244,21 @@ impl Change {
                     &points.collect::<Vec<_>>(),
                     &normals.collect::<Vec<_>>(),
                 )
+            }
+            Shape::Implicit(id) => {
+                let row = scene.implicits.row(id);
+                let clip = row.clip.map(|clip| match clip {
+                    Clip::Sphere(s) => Clip::Sphere(Sphere {
+                        center: self.point(s.center),
+                        radius: s.radius * scale,
+                    }),
+                    Clip::Cuboid(s) => {
+                        let (p, q) = (self.point(s.min), self.point(s.max));
+                        let (min, max) = (p.min(q), p.max(q));
+                        Clip::Cuboid(Cuboid { min, max })
+                    }
+                });
+                to.implicit("", self.tape(row.tape), row.open, clip)
             }
             Shape::Mesh(id) => {
                 let data = self.mesh(&scene.meshes.row(id));

@@ -118,6 +118,109 @@ fn numbers_out_of_range() {
 }
 
 #[test]
+fn polynomial_surfaces() {
+    type Make = fn(&mut Builder) -> u32;
+    let refused = |make: Make, open: bool, clip: Option<Clip>| {
+        let mut builder = Builder::default();
+        let last = make(&mut builder);
+        refused(|b| {
+            b.implicit("s", builder.finish(last), open, clip);
+        })
+    };
+    let x: Make = |b| b.coordinate(0);
+    let [infinite, constant]: [Make; 2] = [
+        |b| {
+            let (x, value) = (b.coordinate(0), b.constant(f64::INFINITY));
+            b.product(x, value)
+        },
+        |b| b.constant(2.0),
+    ];
+    assert_is!(
+        refused(infinite, false, None),
+        NotFinite,
+        "implicit 's'",
+        "constants = inf"
+    );
+    let degree: Make = |b| {
+        let x = b.coordinate(0);
+        b.power(x, 25)
+    };
+    let steps: Make = |b| {
+        let x = b.coordinate(0);
+        (0..5000).fold(x, |sum, _| b.sum(sum, x))
+    };
+    let slots: Make = |b| {
+        let x = b.coordinate(0);
+        let all: Vec<u32> = (1..80)
+            .map(|i| {
+                let value = b.constant(f64::from(i));
+                b.sum(x, value)
+            })
+            .collect();
+        all.into_iter().rev().fold(x, |sum, step| b.sum(sum, step))
+    };
+    for (make, field) in [
+        (degree, "degree = 25; it must be 24 at most"),
+        (steps, "steps = 5001; it must be 4096 at most"),
+        (slots, "values at once = 80; it must be 64 at most"),
+    ] {
+        assert_is!(refused(make, false, None), OutOfRange, "'s'", field);
+    }
+    let bits: Make = |b| {
+        let (x, value) = (b.coordinate(0), b.constant(1e-300));
+        let power = b.power(value, 64);
+        b.sum(x, power)
+    };
+    let most_cancels: Make = |b| {
+        let [x, y] = [0, 1].map(|axis| b.coordinate(axis));
+        let [sum, product] = [b.sum(x, y), b.product(x, y)];
+        let sum = b.difference(sum, x);
+        let sum = b.difference(sum, y);
+        b.sum(sum, product)
+    };
+    let nothing_at_all: Make = |b| {
+        let [x, y] = [0, 1].map(|axis| b.coordinate(axis));
+        let sum = b.sum(x, y);
+        let rest = b.difference(sum, x);
+        b.difference(rest, y)
+    };
+    let ball = |radius| {
+        let center = DVec3::ZERO;
+        Some(Clip::Sphere(Sphere { center, radius }))
+    };
+    for (make, open, clip, why) in [
+        (bits, false, None, "too large or too small"),
+        (constant, false, None, "the same number everywhere"),
+        (nothing_at_all, true, None, "the same number everywhere"),
+        (x, false, ball(1.0), "clipped but not open"),
+    ] {
+        assert_is!(refused(make, open, clip), Degenerate, "'s'", why);
+    }
+    let cuboid = |min, max| Some(Clip::Cuboid(Cuboid { min, max }));
+    assert_is!(
+        refused(x, true, cuboid(DVec3::ONE, DVec3::ONE)),
+        Degenerate,
+        "clip's min must be below max"
+    );
+    assert_is!(
+        refused(x, true, ball(0.0)),
+        OutOfRange,
+        "the clip's radius = 0"
+    );
+    for clip in [ball(NAN), cuboid(DVec3::ZERO, DVec3::INFINITY)] {
+        assert_is!(refused(x, true, clip), NotFinite, "'s'", "the clip's");
+    }
+    let fine = check(|b| {
+        for (open, clip) in [(false, None), (true, None), (true, ball(1.0))] {
+            let mut builder = Builder::default();
+            let last = most_cancels(&mut builder);
+            b.implicit("s", builder.finish(last), open, clip);
+        }
+    });
+    assert!(fine.is_ok());
+}
+
+#[test]
 fn meshes() {
     let mesh = |data: MeshData| {
         refused(|b| {

@@ -31,6 +31,7 @@ pub struct Superquadric {
 #[serde(deny_unknown_fields)]
 pub struct Coefficients {
     /// 20 of a cubic, 35 of a quartic; the last is the constant.
+    #[schemars(length(min = 20, max = 35))]
     pub coefficients: At<Vec<f64>>,
 }
 

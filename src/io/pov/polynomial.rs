@@ -10,6 +10,9 @@ use std::fmt::Write;
 /// Of x^i y^j z^k by i, j and k; none is 0. `None` beyond what numbers can be.
 type Expansion = Option<BTreeMap<[u32; 3], Precise>>;
 
+/// Powers of x, y and z, and the coefficient.
+type Term = ([u32; 3], f64);
+
 /// Multiplies out, exactly.
 struct Expanding;
 
@@ -75,7 +78,7 @@ fn add(sum: &mut BTreeMap<[u32; 3], Precise>, powers: [u32; 3], term: &Precise) 
 
 /// Its degree and its terms, the highest powers of x first; each coefficient is the
 /// nearest f64.
-fn terms(tape: &Tape) -> Option<(u32, Vec<([u32; 3], f64)>)> {
+fn terms(tape: &Tape) -> Option<(u32, Vec<Term>)> {
     let expansion = tape.evaluate(&Expanding)?;
     let degree = expansion.keys().map(|powers| powers.iter().sum()).max();
     let terms = expansion.iter().rev().map(|(powers, coefficient)| {

@@ -139,7 +139,7 @@ impl Algebraic {
     }
 
     fn halve(&mut self) {
-        let middle = between(&self.of, &self.lo, &self.hi);
+        let middle = middle(&self.of, &self.lo, &self.hi);
         if self.of.sign_at(&middle) == self.of.sign_at(&self.lo) {
             self.lo = middle;
         } else {
@@ -149,7 +149,7 @@ impl Algebraic {
 }
 
 /// The roots, or `None` where some do not come apart in so many halvings.
-fn isolated(f: &Polynomial, deepest: usize) -> Option<Vec<Algebraic>> {
+fn isolated(f: &Polynomial, most: usize) -> Option<Vec<Algebraic>> {
     let of = Arc::new(f.clone());
     let bound = f.bound();
     let mut left = vec![(Dyadic::zero().minus(&bound), bound, 0)];
@@ -162,9 +162,9 @@ fn isolated(f: &Polynomial, deepest: usize) -> Option<Vec<Algebraic>> {
                 let of = of.clone();
                 found.push(Algebraic { of, lo, hi });
             }
-            _ if depth == deepest => return None,
+            _ if depth == most => return None,
             _ => {
-                let middle = between(f, &lo, &hi);
+                let middle = middle(f, &lo, &hi);
                 left.push((middle.clone(), hi, depth + 1));
                 left.push((lo, middle, depth + 1));
             }
@@ -174,7 +174,7 @@ fn isolated(f: &Polynomial, deepest: usize) -> Option<Vec<Algebraic>> {
 }
 
 /// The middle, or a number beside it that is no root.
-fn between(of: &Polynomial, lo: &Dyadic, hi: &Dyadic) -> Dyadic {
+fn middle(of: &Polynomial, lo: &Dyadic, hi: &Dyadic) -> Dyadic {
     let mut middle = lo.plus(hi).half();
     while of.sign_at(&middle).is_eq() {
         middle = middle.plus(lo).half();

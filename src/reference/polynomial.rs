@@ -74,14 +74,14 @@ impl Polynomial {
         for (k, c) in all.iter_mut().enumerate() {
             *c <<= power.unsigned_abs() * (self.degree() - k) as u64;
         }
-        shift(&mut all, &a);
+        translate(&mut all, &a);
         let (width, mut factor) = (b - a, BigInt::from(1));
         for c in &mut all {
             *c *= &factor;
             factor *= &width;
         }
         all.reverse();
-        shift(&mut all, &BigInt::from(1));
+        translate(&mut all, &BigInt::from(1));
         // The other way round, which counts the same.
         Polynomial::trimmed(all)
     }
@@ -191,7 +191,7 @@ impl Polynomial {
 }
 
 /// The coefficients of f(t + by), by Horner's rule again and again.
-fn shift(coefficients: &mut [BigInt], by: &BigInt) {
+fn translate(coefficients: &mut [BigInt], by: &BigInt) {
     for first in 0..coefficients.len() {
         for k in (first + 1..coefficients.len()).rev() {
             let next = by * &coefficients[k];

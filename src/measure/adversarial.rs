@@ -9,6 +9,7 @@
 //!
 //! Deterministic: the same scene, count and seed give the same rays.
 
+mod implicits;
 mod targets;
 
 use crate::accel::World;

@@ -14,12 +14,21 @@ pub struct Dyadic {
 }
 
 impl Dyadic {
+    /// x · 2^n.
+    pub fn new(integer: BigInt, power: i64) -> Dyadic {
+        Dyadic { integer, power }
+    }
+
     /// 2^n.
     pub fn power_of_two(n: i64) -> Dyadic {
         Dyadic {
             integer: BigInt::from(1),
             power: n,
         }
+    }
+
+    pub fn is_zero(&self) -> bool {
+        self.integer == BigInt::ZERO
     }
 
     pub fn power(&self) -> i64 {
@@ -44,6 +53,12 @@ impl Dyadic {
         (if negative { -x } else { x }, self.power + drop)
     }
 
+    /// An f64 close by.
+    pub fn rounded(&self) -> f64 {
+        let (x, power) = self.leading();
+        scaled(x, power)
+    }
+
     /// Halved.
     pub fn half(&self) -> Dyadic {
         Dyadic {
@@ -51,6 +66,11 @@ impl Dyadic {
             power: self.power - 1,
         }
     }
+}
+
+/// x · 2^n.
+pub fn scaled(x: f64, n: i64) -> f64 {
+    libm::scalbn(x, n.clamp(-5000, 5000) as i32)
 }
 
 impl Number for Dyadic {

@@ -6,7 +6,8 @@
 //! worked out in f64 with a bound on the error ([`approx`]); where that leaves a
 //! sign open, in integers of any length ([`dyadic`]). So every decision, whether
 //! a ray hits and what first, is that of exact arithmetic, and every t the f64
-//! nearest to the exact one.
+//! nearest to the exact one. Polynomial surfaces are met by integers alone
+//! (`algebraic`).
 //!
 //! Primitives are seen from both sides; a ray that starts inside a solid meets
 //! its far side. Combinations are worked out along the whole line
@@ -83,7 +84,7 @@ pub struct Hit {
     /// otherwise.
     pub primitive: u32,
     /// Geometric, world space, unit, outward (of a combination: of the whole); of triangles and polygons by
-    /// their winding. Zero where the surface has none (a cone's apex).
+    /// their winding. Zero where the surface has none (a cone's apex, a node).
     pub normal: [f64; 3],
 }
 

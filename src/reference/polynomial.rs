@@ -12,16 +12,9 @@ pub struct Polynomial(Vec<BigInt>);
 impl Polynomial {
     /// With these coefficients, times some power of two.
     pub fn of(coefficients: &[Dyadic]) -> Polynomial {
-        let is_zero = |c: &&Dyadic| {
-            let Ok(sign) = c.sign();
-            sign.is_eq()
-        };
-        let powers = coefficients
-            .iter()
-            .filter(|c| !is_zero(c))
-            .map(|c| c.power());
-        let power = powers.min().unwrap_or(0);
-        let integer = |c: &Dyadic| match is_zero(&c) {
+        let powers = coefficients.iter().filter(|c| !c.is_zero());
+        let power = powers.map(|c| c.power()).min().unwrap_or(0);
+        let integer = |c: &Dyadic| match c.is_zero() {
             true => BigInt::ZERO,
             false => c.at_power(power),
         };
@@ -55,7 +48,7 @@ impl Polynomial {
     }
 
     /// By Horner's rule, at m / 2^s times 2^(s n).
-    pub fn sign_at(&self, x: &Dyadic) -> Ordering {
+    pub fn value_at(&self, x: &Dyadic) -> Dyadic {
         let scale = x.power().min(0).unsigned_abs();
         let m = x.at_power(x.power().min(0));
         let (mut value, mut shift) = (BigInt::ZERO, 0);
@@ -63,7 +56,42 @@ impl Polynomial {
             value = value * &m + (c << shift);
             shift += scale;
         }
-        sign(&value)
+        Dyadic::new(value, -((scale * self.degree() as u64) as i64))
+    }
+
+    pub fn sign_at(&self, x: &Dyadic) -> Ordering {
+        let Ok(sign) = self.value_at(x).sign();
+        sign
+    }
+
+    /// (1 + t)^n f((a + b t) / (1 + t)), times a power of two: what is between a and b
+    /// becomes what is above zero.
+    pub fn between(&self, a: &Dyadic, b: &Dyadic) -> Polynomial {
+        // t = x / 2^s, then x = a + (b − a) y, then y = t / (1 + t).
+        let power = a.power().min(b.power()).min(0);
+        let (a, b) = (a.at_power(power), b.at_power(power));
+        let mut all = self.0.clone();
+        for (k, c) in all.iter_mut().enumerate() {
+            *c <<= power.unsigned_abs() * (self.degree() - k) as u64;
+        }
+        translate(&mut all, &a);
+        let (width, mut factor) = (b - a, BigInt::from(1));
+        for c in &mut all {
+            *c *= &factor;
+            factor *= &width;
+        }
+        all.reverse();
+        translate(&mut all, &BigInt::from(1));
+        // The other way round, which counts the same.
+        Polynomial::trimmed(all)
+    }
+
+    /// How often signs change from one coefficient to the next: as often as there are
+    /// roots above zero, or more by an even number (Descartes).
+    pub fn variations(&self) -> usize {
+        let signs = self.0.iter().map(sign).filter(|sign| sign.is_ne());
+        let signs: Vec<Ordering> = signs.collect();
+        signs.windows(2).filter(|pair| pair[0] != pair[1]).count()
     }
 
     /// Far before t = 0 or far behind it.
@@ -92,24 +120,36 @@ impl Polynomial {
         Dyadic::power_of_two(powers.max().unwrap_or(0) + 1)
     }
 
-    /// What divides both. Neither is zero.
+    /// What divides both, times a number. Neither is zero. By Euclid's algorithm, and
+    /// with numbers that keep coefficients integer and short: subresultants (Brown and
+    /// Traub 1971; Knuth, The Art of Computer Programming 2, 4.6.1, algorithm C).
     pub fn common(&self, other: &Polynomial) -> Polynomial {
-        let (high, low) = if self.degree() < other.degree() {
-            (other, self)
+        let (mut before, mut last) = if self.degree() < other.degree() {
+            (other.clone(), self.clone())
         } else {
-            (self, other)
+            (self.clone(), other.clone())
         };
-        let mut all = remainders(high.clone(), low.clone());
-        all.pop().expect("two at least")
+        let (mut g, mut h) = (BigInt::from(1), BigInt::from(1));
+        loop {
+            let rest = before.remainder(&last);
+            if rest.is_zero() {
+                return last;
+            }
+            let gap = (before.degree() - last.degree()) as u32;
+            let divisor = &g * h.pow(gap);
+            let next = Polynomial(rest.0.iter().map(|c| c / &divisor).collect());
+            before = std::mem::replace(&mut last, next);
+            g = before.leading().clone();
+            if gap > 0 {
+                h = g.pow(gap) / h.pow(gap - 1);
+            }
+        }
     }
 
     /// Divided by what divides all coefficients.
     pub fn primitive(&self) -> Polynomial {
-        let content = self
-            .0
-            .iter()
-            .fold(BigInt::ZERO, |all, c| common_divisor(all, c));
-        Polynomial(self.0.iter().map(|c| c / &content).collect())
+        let all = self.0.iter().fold(BigInt::ZERO, common_divisor);
+        Polynomial(self.0.iter().map(|c| c / &all).collect())
     }
 
     /// Of primitive ones, by one that divides it: the quotient is one of integers
@@ -131,18 +171,15 @@ impl Polynomial {
         Polynomial::trimmed(quotient)
     }
 
-    /// `by` to the power of so many steps as there are, times this, less a multiple of
-    /// `by`, of lower degree than it; with |leading| for leading, so that no sign turns.
+    /// This times the leading coefficient of `by`, once for each step of a division,
+    /// less a multiple of `by`: what is left is of lower degree.
     fn remainder(&self, by: &Polynomial) -> Polynomial {
-        let size = BigInt::from(by.leading().magnitude().clone());
-        let is_negative = by.leading().sign() == Sign::Minus;
         let mut rest = self.0.clone();
         while rest.len() >= by.0.len()
             && let Some(top) = rest.pop()
         {
-            let top = if is_negative { -top } else { top };
             for c in &mut rest {
-                *c *= &size;
+                *c *= by.leading();
             }
             let first = rest.len() - by.degree();
             for (c, b) in rest[first..].iter_mut().zip(&by.0) {
@@ -153,29 +190,13 @@ impl Polynomial {
     }
 }
 
-/// u, v, and what remains of each divided by the next, with the other sign, times a
-/// positive number; the last divides all. The numbers are those that keep
-/// coefficients integer and short: subresultants (Brown and Traub 1971; Knuth, The
-/// Art of Computer Programming 2, 4.6.1, algorithm C). v has no higher degree; neither
-/// is zero.
-pub fn remainders(u: Polynomial, v: Polynomial) -> Vec<Polynomial> {
-    let (mut g, mut h) = (BigInt::from(1), BigInt::from(1));
-    let (mut before, mut last) = (u, v);
-    let mut all = Vec::new();
-    loop {
-        let rest = before.remainder(&last);
-        let gap = (before.degree() - last.degree()) as u32;
-        let divisor = -&g * h.pow(gap);
-        g = last.leading().magnitude().clone().into();
-        if gap > 0 {
-            h = g.pow(gap) / h.pow(gap - 1);
+/// The coefficients of f(t + by), by Horner's rule again and again.
+fn translate(coefficients: &mut [BigInt], by: &BigInt) {
+    for first in 0..coefficients.len() {
+        for k in (first + 1..coefficients.len()).rev() {
+            let next = by * &coefficients[k];
+            coefficients[k - 1] += next;
         }
-        all.push(std::mem::replace(&mut before, last));
-        if rest.is_zero() {
-            all.push(before);
-            return all;
-        }
-        last = Polynomial(rest.0.iter().map(|c| c / &divisor).collect());
     }
 }
 
@@ -194,5 +215,99 @@ fn sign(x: &BigInt) -> Ordering {
         Sign::Minus => Ordering::Less,
         Sign::NoSign => Ordering::Equal,
         Sign::Plus => Ordering::Greater,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reference::algebraic::Algebraic;
+    use proptest::prelude::*;
+
+    fn polynomial(c: &[i64]) -> Polynomial {
+        Polynomial::trimmed(c.iter().map(|c| BigInt::from(*c)).collect())
+    }
+
+    fn product(a: &Polynomial, b: &Polynomial) -> Polynomial {
+        let mut all = vec![BigInt::ZERO; a.0.len() + b.0.len()];
+        for (i, x) in a.0.iter().enumerate() {
+            for (j, y) in b.0.iter().enumerate() {
+                all[i + j] += x * y;
+            }
+        }
+        Polynomial::trimmed(all)
+    }
+
+    /// With the remainders of f and f′, turned each time (Sturm 1829).
+    fn sturm(f: &Polynomial) -> Vec<Polynomial> {
+        let mut all = vec![f.clone(), f.derivative()];
+        loop {
+            let [.., u, v] = &all[..] else { return all };
+            let rest = u.remainder(v);
+            if rest.is_zero() {
+                return all;
+            }
+            let steps = u.degree() - v.degree() + 1;
+            let turned = sign(v.leading()).is_lt() && steps % 2 == 1;
+            let by = BigInt::from(if turned { 1 } else { -1 });
+            let next = Polynomial(rest.0.iter().map(|c| c * &by).collect());
+            all.push(next.primitive());
+        }
+    }
+
+    fn roots_between(sturm: &[Polynomial], a: &Dyadic, b: &Dyadic) -> usize {
+        let variations = |x: &Dyadic| {
+            let signs = sturm.iter().map(|f| f.sign_at(x)).filter(|s| s.is_ne());
+            let signs: Vec<Ordering> = signs.collect();
+            signs.windows(2).filter(|pair| pair[0] != pair[1]).count()
+        };
+        variations(a) - variations(b)
+    }
+
+    fn coefficients() -> impl Strategy<Value = Vec<i64>> {
+        prop::collection::vec(-9..10_i64, 1..6)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig {
+            failure_persistence: None,
+            ..ProptestConfig::with_cases(2000)
+        })]
+
+        /// As many intervals as Sturm counts roots, one in each, with simple roots and
+        /// without; and none outside the bound.
+        #[test]
+        fn intervals_hold_what_sturm_counts(a in coefficients(), b in coefficients()) {
+            let (a, b) = (polynomial(&a), polynomial(&b));
+            let f = product(&product(&a, &b), &b);
+            prop_assume!(f.degree() > 0);
+            let (all, end) = (sturm(&f), f.bound());
+            let start = Dyadic::zero().minus(&end);
+            let roots = Algebraic::roots(&f);
+            prop_assert_eq!(roots.len(), roots_between(&all, &start, &end));
+            let far = Dyadic::power_of_two(40);
+            let outside = roots_between(&all, &Dyadic::zero().minus(&far), &far);
+            prop_assert_eq!(roots.len(), outside);
+            for root in &roots {
+                prop_assert_eq!(roots_between(&all, &root.lo, &root.hi), 1);
+            }
+            for pair in roots.windows(2) {
+                prop_assert!(pair[0].order(&pair[1]).is_lt());
+            }
+        }
+
+        /// Quotients and common factors.
+        #[test]
+        fn products_come_apart(a in coefficients(), b in coefficients(), c in coefficients()) {
+            let [a, b, c] = [a, b, c].map(|c| polynomial(&c));
+            prop_assume!(!a.is_zero() && !b.is_zero() && !c.is_zero());
+            let (ac, bc) = (product(&a, &c), product(&b, &c));
+            let common = ac.common(&bc);
+            prop_assert_eq!(common.degree(), a.common(&b).degree() + c.degree());
+            prop_assert!(ac.remainder(&common).is_zero() && bc.remainder(&common).is_zero());
+            prop_assert!(common.remainder(&c).is_zero());
+            let (ac, c) = (ac.primitive(), c.primitive());
+            prop_assert_eq!(product(&ac.divided(&c), &c), ac);
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! The f64 nearest to a root, found among all f64 by comparing.
 
-use super::dyadic::Dyadic;
+use super::dyadic::{Dyadic, scaled};
 use super::number::Number;
 use super::root::Root;
 use std::cmp::Ordering;
@@ -12,13 +12,9 @@ pub fn nearest(t: &Root<Dyadic>) -> f64 {
 
 /// What plain f64 makes of it; it may be anything.
 fn guess(t: &Root<Dyadic>) -> f64 {
-    let scaled = |x: f64, by: i64| libm::scalbn(x, by.clamp(-5000, 5000) as i32);
     let t = match t {
         Root::Surd(surd) => surd,
-        Root::Algebraic(root) => {
-            let (x, power) = root.lo.plus(&root.hi).half().leading();
-            return scaled(x, power);
-        }
+        Root::Algebraic(root) => return root.guess(),
     };
     let ((p, p_power), (q, q_power)) = (t.p.leading(), t.q.leading());
     let (r, r_power) = t.r.leading();

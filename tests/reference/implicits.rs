@@ -120,11 +120,10 @@ fn a_torus_is_touched() {
     expect_miss(ring, [2.0_f64.next_up(), -5.0, 0.0], Y);
     assert_eq!(depths(ring, [2.0_f64.next_down(), -5.0, 0.0], Y).len(), 2);
     // From inside at its inner rim: nothing changes there but for the surface.
-    let ends = |y: f64| [5.0 - y, 5.0 + y];
     let y = 3.0_f64.sqrt();
-    assert_eq!(depths(ring, [1.0, -5.0, 0.0], Y), ends(y));
-    let all = [5.0 - y, 5.0, 5.0 + y];
-    assert_eq!(depths(surface(torus, None), [1.0, -5.0, 0.0], Y), all);
+    assert_eq!(depths(ring, [1.0, 0.0, 0.0], Y), [-y, y]);
+    let all = [-y, 0.0, y];
+    assert_eq!(depths(surface(torus, None), [1.0, 0.0, 0.0], Y), all);
     assert_eq!(depths(ring, [1.0_f64.next_down(), -5.0, 0.0], Y).len(), 4);
 }
 
@@ -201,6 +200,9 @@ fn clips_are_closed() {
         depths(surface(torus, sphere(1.0, 1.0)), [2.0, -5.0, 0.1], Y),
         NONE
     );
+    // And where it is not.
+    let touched = surface(torus, sphere(0.0, 1.0));
+    assert_eq!(depths(touched, [1.0, 0.0, 0.0], Y), [0.0]);
     let corner = cuboid(v(1.0, 0.0, -1.0), v(2.0, 1.0, 0.0));
     assert_eq!(ring(corner), [6.0, 7.0]);
     let corner = cuboid(v(1.0_f64.next_up(), 0.0, -1.0), v(2.0, 1.0, 0.0));
@@ -225,6 +227,11 @@ fn clips_are_closed() {
     assert!(met.contains(&0) && met.contains(&1));
     // And what the tree prunes by is the clip: the same answers without it.
     expect_at(surface(torus, sphere(0.0, 1.0)), org, X, 4.0);
+    // Near its rim, too.
+    let rim = [2.0, -5.0, 0.0];
+    expect_at(surface(torus, sphere(0.0, 2.0)), rim, Y, 5.0);
+    let block = cuboid(v(-2.0, 0.0, 0.0), v(2.0, 2.0, 2.0));
+    expect_at(surface(torus, block), rim, Y, 5.0);
     expect_miss(surface(torus, sphere(0.0, 0.5)), org, X);
 }
 
@@ -350,6 +357,14 @@ fn operands_by_hand() {
     let reference = Reference::new(&scene, &all).unwrap();
     let at = |y: f64| reference.crossings([-5.0, y, 0.0], X, 0, 0).len();
     assert_eq!((at(1.0), at(1.0_f64.next_down()), at(0.0)), (2, 4, 2));
+    // Two rings side by side are one body where they touch.
+    let rings = |b: &mut SceneBuilder| {
+        let ring = implicit(torus)(b);
+        let aside = b.transform(DAffine3::from_translation(v(4.0, 0.0, 0.0)).into());
+        let operands = [Operand::shape(ring), Operand::shape(ring).transform(aside)];
+        b.combination("", Operator::Union, &operands)
+    };
+    assert_eq!(depths(rings, org, X), [3.0, 4.0, 6.0, 8.0, 10.0, 11.0]);
     // Of one and the same, nothing is left.
     for kind in 0..3 {
         for other in [1, 4] {

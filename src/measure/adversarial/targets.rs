@@ -1,6 +1,7 @@
 //! Points of primitives at which answers turn, and directions in which the surface
 //! goes on there.
 
+use super::implicits::in_implicit;
 use super::{Random, Target};
 use crate::geom::{Cone, Quadric};
 use crate::math::Affine;
@@ -56,7 +57,7 @@ pub(super) fn in_object(scene: &Scene, shape: Shape, random: &mut Random) -> Tar
         Shape::Quadric(id) => quadric(&scene.quadrics.row(id), random),
         Shape::Cone(id) => side(&scene.cones.row(id), random),
         Shape::Cylinder(id) => side(&scene.cylinders.row(id).as_cone(), random),
-        Shape::Implicit(_) => random.anywhere(),
+        Shape::Implicit(id) => in_implicit(&scene.implicits.row(id), random),
         Shape::Combination(_) => in_operand(scene, shape, random),
         Shape::HalfSpace(id) => {
             let row = scene.half_spaces.row(id);

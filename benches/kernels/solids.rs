@@ -14,7 +14,7 @@ fn line(org: [f64; 3], dir: [f64; 3]) -> Line {
     Line { org, dir }
 }
 
-fn first(solid: &Solid, line: &Line) -> Root {
+fn first<'a>(solid: &Solid<'a>, line: &Line) -> Root<'a> {
     first_beyond(solid, line, 0.0).expect("it is met")
 }
 

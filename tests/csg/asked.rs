@@ -65,7 +65,7 @@ impl Asked {
 }
 
 /// Whether the line is inside from the start, and all boundaries.
-pub fn spans(world: &World, id: CombinationId, line: &Line) -> (bool, Vec<Crossing>) {
+pub fn spans<'a>(world: &World<'a>, id: CombinationId, line: &Line) -> (bool, Vec<Crossing<'a>>) {
     let mut all = Vec::new();
     let from = (line, f64::NEG_INFINITY);
     let start = boundaries(world.combined(id), world.scene, from, |crossing| {

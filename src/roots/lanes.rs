@@ -296,6 +296,27 @@ pub fn nearest<L: Lanes<Scalar = f64>, const N: usize>(
     active: L::Mask,
     waiting: &mut Waiting<L, N>,
 ) -> Nearest<L> {
+    least::<L, N, true>(segment, active, waiting)
+}
+
+/// The same, but for the last bits of t: it is where Newton's method ends, and `error`
+/// an estimate that [`changes_between`] may prove. For coefficients that have errors,
+/// which matter more.
+#[inline(always)]
+pub fn nearly_nearest<L: Lanes<Scalar = f64>, const N: usize>(
+    segment: &Segment<L, N>,
+    active: L::Mask,
+    waiting: &mut Waiting<L, N>,
+) -> Nearest<L> {
+    least::<L, N, false>(segment, active, waiting)
+}
+
+#[inline(always)]
+fn least<L: Lanes<Scalar = f64>, const N: usize, const ROUNDED: bool>(
+    segment: &Segment<L, N>,
+    active: L::Mask,
+    waiting: &mut Waiting<L, N>,
+) -> Nearest<L> {
     let none = L::Mask::splat(false);
     let sound = segment.sound();
     let (mut isolated, mut doubt) = (none, active & !sound);
@@ -339,7 +360,7 @@ pub fn nearest<L: Lanes<Scalar = f64>, const N: usize>(
             doubt,
         };
     }
-    let refined = refined(segment, isolated, &found);
+    let refined = refined::<L, N, ROUNDED>(segment, isolated, &found);
     Nearest {
         t: refined.t,
         error: refined.error,
@@ -386,7 +407,7 @@ pub fn all<const N: usize>(
             start: part.low + (part.high - part.low) * first,
             sign_low: part.b[0],
         };
-        let root = refined(segment, lane, &bracket);
+        let root = refined::<f64, N, false>(segment, lane, &bracket);
         let (from, to) = (root.t - root.error, root.t + root.error);
         let begins = from - SLACK - room > part.low;
         let ends = to + SLACK + room < part.high;
@@ -474,7 +495,7 @@ struct Bracket<L> {
 
 /// The root that has been isolated.
 #[inline(always)]
-fn refined<L: Lanes<Scalar = f64>, const N: usize>(
+fn refined<L: Lanes<Scalar = f64>, const N: usize, const ROUNDED: bool>(
     segment: &Segment<L, N>,
     isolated: L::Mask,
     bracket: &Bracket<L>,
@@ -534,6 +555,9 @@ fn refined<L: Lanes<Scalar = f64>, const N: usize>(
             break;
         }
     }
+    if !ROUNDED {
+        return unrounded(segment, &c, (x, upper), isolated);
+    }
     let found = refine::nearest(&c, x, isolated);
     let q = found.root;
     let t = L::select(upper, one, q) / (one + q);
@@ -554,6 +578,38 @@ fn refined<L: Lanes<Scalar = f64>, const N: usize>(
         t,
         error,
         hit: found.certain & after & before & q.gt(zero) & q.le(one),
+        doubt: L::Mask::splat(false),
+    }
+}
+
+/// From where Newton's method in q, or where `upper` in 1/q, has ended.
+#[inline(always)]
+fn unrounded<L: Lanes<Scalar = f64>, const N: usize>(
+    segment: &Segment<L, N>,
+    c: &[L; N],
+    (q, upper): (L, L::Mask),
+    isolated: L::Mask,
+) -> Nearest<L> {
+    let one = L::from_f64(1.0);
+    let (mut y, mut slope, mut size) = (c[N - 1], L::zero(), c[N - 1].abs());
+    for c in c[..N - 1].iter().rev() {
+        slope = q * slope + y;
+        y = q * y + *c;
+        size = q * size + c.abs();
+    }
+    let stretch = one + q;
+    // Each bⱼ is off by `error`, and Σ C(n, j) qʲ is a power.
+    let mut off = segment.error;
+    for _ in 1..N {
+        off = off * stretch;
+    }
+    off = off + size * L::from_f64(2.0 * N as f64 * f64::EPSILON);
+    let error = L::from_f64(1.5) * (y.abs() + off) / slope.abs();
+    let t = L::select(upper, one, q) / stretch;
+    Nearest {
+        t,
+        error: error / (stretch * stretch) + t * L::from_f64(4.0 * f64::EPSILON),
+        hit: isolated & error.lt(one),
         doubt: L::Mask::splat(false),
     }
 }

@@ -251,7 +251,8 @@ fn collect_implicit<'a>(
             enters,
         });
     });
-    if first.is_lt() {
+    // A line in the surface is in the solid.
+    if first.is_le() {
         inside.push(number);
     }
 }

@@ -18,7 +18,9 @@ use crate::math::Vec3;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask, f64x8};
 use crate::roots::collocation::{Collocation, collocation};
-use crate::roots::lanes::{self as roots, Segment, Simple, Waiting, changes_between, nearest};
+use crate::roots::lanes::{
+    self as roots, Segment, Simple, Waiting, changes_between, nearly_nearest,
+};
 use std::cell::Cell;
 use std::cmp::Ordering;
 
@@ -177,7 +179,7 @@ fn first<D: Lanes<Scalar = f64, Double = D>, const N: usize>(
     let live = reached & sound & width.gt(D::zero());
     let (segment, blurred) = along::<D, N>(row.tape, rays, (start, width), store);
     // Nothing is allocated as long as no interval is cut.
-    let found = nearest(&segment, live & !blurred, &mut Waiting::default());
+    let found = nearly_nearest(&segment, live & !blurred, &mut Waiting::default());
     let s_from = (found.t - found.error).max(D::zero());
     let s_to = (found.t + found.error).min(D::from_f64(1.0));
     let is_there = changes_between(&segment, s_from, s_to);

@@ -275,7 +275,7 @@ fn known_crossings(tapes: &[Tape], random: &mut Random, share: f64) {
     for tape in tapes {
         let far = [0.5, 5.0, 1e4][random.below(3) as usize];
         for line in lines(random, 20, 1.5, far) {
-            let between = [0.0, 2.0 * far];
+            let between = [far - 3.0, far + 3.0];
             all += 1;
             let rays = (line.org, line.dir);
             let Some(first) = crossings(tape, rays, between, &mut found) else {

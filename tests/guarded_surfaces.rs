@@ -92,7 +92,12 @@ fn random_tape(random: &mut Random) -> Tape {
     tape
 }
 
-fn meet<L: Lanes>(row: &Implicit, lines: &[Line], t_min: f64) -> Meet<L> {
+/// Object rays, and what `ask` says of them.
+fn asked<L: Lanes, T>(
+    lines: &[Line],
+    t_min: f64,
+    ask: impl FnOnce(&ObjectRay<L>, L::Mask) -> T,
+) -> T {
     let column = |of: &dyn Fn(&Line) -> f64| {
         let values: Vec<f64> = (0..L::COUNT).map(|i| of(&lines[i])).collect();
         <L::Double as Lanes>::load(&values)
@@ -108,7 +113,11 @@ fn meet<L: Lanes>(row: &Implicit, lines: &[Line], t_min: f64) -> Meet<L> {
     let narrow = |v: Vec3<L::Double>| Vec3::new(L::narrow(v.x), L::narrow(v.y), L::narrow(v.z));
     let ray = Ray::<L>::new(narrow(org), narrow(dir), L::from_f64(t_min));
     let object = ObjectRay::new(org, dir, &ray);
-    implicit::meet(row, &object, L::Mask::splat(true))
+    ask(&object, L::Mask::splat(true))
+}
+
+fn meet<L: Lanes>(row: &Implicit, lines: &[Line], t_min: f64) -> Meet<L> {
+    asked::<L, _>(lines, t_min, |object, all| implicit::meet(row, object, all))
 }
 
 /// Rays at a region of size `size`, from near and far, through lattice points too.
@@ -161,6 +170,20 @@ fn check<L: Lanes>(row: &Implicit, all: &[Line], t_min: f64, count: &mut Count) 
             let [from, to] = meet.within.map(|x| x.lane(i).to_f64());
             let t = exact.t.value;
             assert!(from <= t && t <= to, "{t} in {from} {to}: {line:?} {row:?}");
+        }
+        // The same before a limit.
+        let limit = lines[0].org.map(f64::abs).into_iter().fold(0.5, f64::max);
+        let (blocked, unsure) = asked::<L, _>(lines, t_min, |object, all| {
+            implicit::blocked(row, object, L::from_f64(limit), all)
+        });
+        for (i, line) in lines.iter().enumerate() {
+            let on = |mask: L::Mask| mask.bits() >> i & 1 == 1;
+            if !on(unsure) {
+                let exact = first_beyond(&Solid::Implicit(*row), line, t_min);
+                let limit = L::from_f64(limit).lane(0).to_f64();
+                let before = exact.is_some_and(|root| root.order_with(limit).is_lt());
+                assert_eq!(on(blocked), before, "{line:?} {row:?}");
+            }
         }
     }
 }

@@ -482,6 +482,8 @@ pub fn changes_between<L: Lanes<Scalar = f64>, const N: usize>(
         (value, off)
     };
     let ((a, off_a), (b, off_b)) = (at(low), at(high));
+    // There it is b₀.
+    let off_a = L::select(low.eq(L::zero()), segment.first, off_a);
     (a.gt(off_a) & b.lt(-off_b)) | (a.lt(-off_a) & b.gt(off_b))
 }
 

@@ -16,10 +16,10 @@ use crate::geom::tape::{Step, Tape};
 use crate::geom::{Clip, Cuboid, Implicit, Meet, Ray};
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
-use crate::math::lanes::{Lanes, Mask, f64x8};
+use crate::math::lanes::{Lanes, Mask, Scalar, f64x8};
 use crate::roots::collocation::{Collocation, collocation};
 use crate::roots::lanes::{
-    self as roots, Segment, Simple, Waiting, changes_between, nearly_nearest,
+    self as roots, Segment, Simple, Waiting, changes_between, exists, nearly_nearest,
 };
 use std::cell::Cell;
 use std::cmp::Ordering;
@@ -40,6 +40,7 @@ struct Rays<D> {
     org: Vec3<D>,
     dir: Vec3<D>,
     t_min: D,
+    limit: D,
 }
 
 thread_local! {
@@ -51,6 +52,46 @@ thread_local! {
 /// Where rays first meet the surface beyond t_min.
 #[inline(never)]
 pub fn meet<L: Lanes>(row: &Implicit, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
+    let none = L::splat(L::Scalar::INFINITY);
+    let (hit, unsure, ends) = ask::<L, false>(row, object, none, active);
+    let [from, t, to] = rounded::<L>(ends);
+    // What is beyond the lanes' numbers is left to others.
+    let is_number = t.abs().lt(none);
+    Meet {
+        hit: hit & is_number,
+        t,
+        within: [from, to],
+        unsure: unsure | hit & !is_number,
+    }
+}
+
+/// Rays that certainly meet the surface between t_min and a limit; and those of which it
+/// is not certain.
+#[inline(never)]
+pub fn blocked<L: Lanes>(
+    row: &Implicit,
+    object: &ObjectRay<L>,
+    limit: L,
+    active: L::Mask,
+) -> (L::Mask, L::Mask) {
+    let (hit, unsure, _) = ask::<L, true>(row, object, limit, active);
+    (hit, unsure)
+}
+
+type Answer<L> = (
+    <L as Lanes>::Mask,
+    <L as Lanes>::Mask,
+    [<L as Lanes>::Double; 3],
+);
+
+/// Rays by eights: which meet the surface, of which that is not known, and where.
+#[inline(always)]
+fn ask<L: Lanes, const ANY: bool>(
+    row: &Implicit,
+    object: &ObjectRay<L>,
+    limit: L,
+    active: L::Mask,
+) -> Answer<L> {
     let mut lanes = [0; 16];
     let mut count = 0;
     let mut bits = active.bits();
@@ -59,7 +100,6 @@ pub fn meet<L: Lanes>(row: &Implicit, object: &ObjectRay<L>, active: L::Mask) ->
         count += 1;
         bits &= bits - 1;
     }
-    let t_min = object.ray.t_min.widen();
     let columns = [
         object.org.x,
         object.org.y,
@@ -67,7 +107,8 @@ pub fn meet<L: Lanes>(row: &Implicit, object: &ObjectRay<L>, active: L::Mask) ->
         object.dir.x,
         object.dir.y,
         object.dir.z,
-        t_min,
+        object.ray.t_min.widen(),
+        limit.widen(),
     ]
     .map(|column| column.to_array());
     let zero = <L::Double as Lanes>::zero();
@@ -87,47 +128,40 @@ pub fn meet<L: Lanes>(row: &Implicit, object: &ObjectRay<L>, active: L::Mask) ->
             org: Vec3::new(load(0), load(1), load(2)),
             dir: Vec3::new(load(3), load(4), load(5)),
             t_min: load(6),
+            limit: load(7),
         };
-        let found = first_of_any_degree(row, &rays, (1 << some.len()) - 1, &mut store);
-        let found_columns = [found.from, found.t, found.to].map(|column| column.to_array());
+        let asked = (1 << some.len()) - 1;
+        let found = of_any_degree::<Eight, ANY>(row, &rays, asked, &mut store);
+        let ends = [found.from, found.t, found.to].map(|column| column.to_array());
         for (i, lane) in some.iter().enumerate() {
             hit |= (found.hit >> i & 1) << lane;
             unsure |= (found.unsure >> i & 1) << lane;
-            for (column, from) in answer.iter_mut().zip(&found_columns) {
+            for (column, from) in answer.iter_mut().zip(&ends) {
                 column.as_mut()[*lane] = from[i];
             }
         }
     }
     VALUES.set(store);
     let ends = answer.map(|column| <L::Double as Lanes>::load(column.as_ref()));
-    let [from, t, to] = rounded::<L>(ends);
-    // What is beyond the lanes' numbers is left to others.
-    let is_number = t.abs().lt(L::from_f64(f64::INFINITY));
-    let (hit, unsure) = (L::Mask::from_bits(hit), L::Mask::from_bits(unsure));
-    Meet {
-        hit: hit & is_number,
-        t,
-        within: [from, to],
-        unsure: unsure | hit & !is_number,
-    }
+    (L::Mask::from_bits(hit), L::Mask::from_bits(unsure), ends)
 }
 
-fn first_of_any_degree<D: Lanes<Scalar = f64, Double = D>>(
+fn of_any_degree<D: Lanes<Scalar = f64, Double = D>, const ANY: bool>(
     row: &Implicit,
     rays: &Rays<D>,
     asked: u32,
     store: &mut Vec<D>,
 ) -> Found<D> {
     match row.tape.degree() {
-        0..=2 => first::<D, 3>(row, rays, asked, store),
-        3 => first::<D, 4>(row, rays, asked, store),
-        4 => first::<D, 5>(row, rays, asked, store),
-        5..=6 => first::<D, 7>(row, rays, asked, store),
-        7..=8 => first::<D, 9>(row, rays, asked, store),
-        9..=10 => first::<D, 11>(row, rays, asked, store),
-        11..=12 => first::<D, 13>(row, rays, asked, store),
-        13..=16 => first::<D, 17>(row, rays, asked, store),
-        17..=24 => first::<D, 25>(row, rays, asked, store),
+        0..=2 => found::<D, 3, ANY>(row, rays, asked, store),
+        3 => found::<D, 4, ANY>(row, rays, asked, store),
+        4 => found::<D, 5, ANY>(row, rays, asked, store),
+        5..=6 => found::<D, 7, ANY>(row, rays, asked, store),
+        7..=8 => found::<D, 9, ANY>(row, rays, asked, store),
+        9..=10 => found::<D, 11, ANY>(row, rays, asked, store),
+        11..=12 => found::<D, 13, ANY>(row, rays, asked, store),
+        13..=16 => found::<D, 17, ANY>(row, rays, asked, store),
+        17..=24 => found::<D, 25, ANY>(row, rays, asked, store),
         _ => Found::nothing(asked),
     }
 }
@@ -147,57 +181,139 @@ impl<D: Lanes> Found<D> {
 /// Far origins leave too little of coordinates beyond this.
 const BLURRED: f64 = 1.0 / 1024.0;
 
+/// Rays in the surface's bounds or in its clip, and f there.
+struct Part<D: Lanes, const N: usize> {
+    ends: Ends<D>,
+    start: D,
+    width: D,
+    segment: Segment<D, N>,
+    /// Lanes that come there.
+    reached: D::Mask,
+    /// Of those, what is known well enough to be looked at.
+    live: D::Mask,
+}
+
+impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> Part<D, N> {
+    /// `None`: no ray comes there.
+    #[inline(always)]
+    fn of(
+        row: &Implicit,
+        rays: &Rays<D>,
+        asked: D::Mask,
+        store: &mut Vec<D>,
+    ) -> Option<Part<D, N>> {
+        let ray = Ray::<D>::new(rays.org, rays.dir, rays.t_min);
+        let object = ObjectRay::new(rays.org, rays.dir, &ray);
+        let ends: Ends<D> = match (row.clip, row.bounds) {
+            (Some(Clip::Sphere(ball)), _) => sphere::sphere_ends(&ball, &object),
+            (Some(Clip::Cuboid(row)), _) => cuboid::ends(&row, &object),
+            (None, Some(bounds)) => {
+                let (min, max) = (bounds.min, bounds.max);
+                cuboid::ends(&Cuboid { min, max }, &object)
+            }
+            (None, None) => Ends::none_or_unknown(D::Mask::splat(false)),
+        };
+        let start = ends.enter[0].max(rays.t_min);
+        let end = ends.exit[2].min(rays.limit);
+        let misses = ends.none | ends.some & !start.lt(end);
+        let reached = asked & !misses;
+        if reached.none() {
+            return None;
+        }
+        let width = (end - start) * D::from_f64(1.0 + 4.0 * UNIT);
+        let infinity = D::from_f64(f64::INFINITY);
+        let is_known = ends.some & width.lt(infinity) & start.abs().lt(infinity);
+        let (segment, blurred) = along::<D, N>(row.tape, rays, (start, width), store);
+        Some(Part {
+            ends,
+            start,
+            width,
+            segment,
+            reached,
+            live: reached & is_known & !blurred,
+        })
+    }
+
+    /// Lanes whose t, between two numbers, is certainly in the clip.
+    #[inline(always)]
+    fn in_clip(&self, row: &Implicit, [from, to]: [D; 2]) -> D::Mask {
+        if row.clip.is_none() {
+            return D::Mask::splat(true);
+        }
+        let begins = from.ge(self.ends.enter[2]) | self.start.ge(self.ends.enter[2]);
+        begins & to.le(self.ends.exit[0])
+    }
+
+    /// The least root of some lanes: t and between what it lies, lanes that have one in
+    /// the clip, and those of which that is not known.
+    #[inline(always)]
+    fn first(&self, row: &Implicit, lanes: D::Mask) -> ([D; 3], D::Mask, D::Mask) {
+        // Nothing is allocated as long as no interval is cut.
+        let found = nearly_nearest(&self.segment, lanes, &mut Waiting::default());
+        let s_from = (found.t - found.error).max(D::zero());
+        let s_to = (found.t + found.error).min(D::from_f64(1.0));
+        let is_there = changes_between(&self.segment, s_from, s_to);
+        let at = |s: D| self.start + s * self.width;
+        let slack = (self.start.abs() + self.width) * D::from_f64(3.01 * UNIT);
+        let from = (at(s_from) - slack).max(self.start);
+        let to = at(s_to) + slack;
+        let hit = found.hit & is_there & self.in_clip(row, [from, to]);
+        ([from, at(found.t), to], hit, found.doubt | found.hit & !hit)
+    }
+
+    /// Whether some lanes have a root, and of which that is not known.
+    #[inline(always)]
+    fn any(&self, row: &Implicit, lanes: D::Mask) -> (D::Mask, D::Mask) {
+        let exists = exists(&self.segment, lanes, &mut Waiting::default());
+        if row.clip.is_none() || exists.some.none() {
+            return (exists.some, exists.doubt);
+        }
+        // Different signs at two places in the clip are enough.
+        let place = |t: D| (t - self.start) / self.width;
+        let one = D::from_f64(1.0);
+        let from = place(self.ends.enter[2]) + D::from_f64(8.0 * UNIT);
+        let from = D::select(
+            self.start.ge(self.ends.enter[2]),
+            D::zero(),
+            from.max(D::zero()),
+        );
+        let to = (place(self.ends.exit[0]) - D::from_f64(8.0 * UNIT)).min(one);
+        let odd = exists.some & from.lt(to) & changes_between(&self.segment, from, to);
+        let rest = exists.some & !odd;
+        if rest.none() {
+            return (odd, exists.doubt);
+        }
+        let (_, hit, unsure) = self.first(row, rest);
+        (odd | rest & hit, exists.doubt | rest & unsure)
+    }
+}
+
 /// Of polynomials of degree N − 1.
 #[inline(never)]
-fn first<D: Lanes<Scalar = f64, Double = D>, const N: usize>(
+fn found<D: Lanes<Scalar = f64, Double = D>, const N: usize, const ANY: bool>(
     row: &Implicit,
     rays: &Rays<D>,
     asked: u32,
     store: &mut Vec<D>,
 ) -> Found<D> {
-    let ray = Ray::<D>::new(rays.org, rays.dir, rays.t_min);
-    let object = ObjectRay::new(rays.org, rays.dir, &ray);
-    let ends: Ends<D> = match (row.clip, row.bounds) {
-        (Some(Clip::Sphere(ball)), _) => sphere::sphere_ends(&ball, &object),
-        (Some(Clip::Cuboid(row)), _) => cuboid::ends(&row, &object),
-        (None, Some(bounds)) => {
-            let (min, max) = (bounds.min, bounds.max);
-            cuboid::ends(&Cuboid { min, max }, &object)
-        }
-        (None, None) => return Found::nothing(asked),
-    };
-    let asked = D::Mask::from_bits(asked);
-    let reached = asked & !ends.none & !ends.exit[2].le(rays.t_min);
-    if reached.none() {
+    let Some(part) = Part::<D, N>::of(row, rays, D::Mask::from_bits(asked), store) else {
         return Found::nothing(0);
+    };
+    let dark = part.reached & !part.live;
+    if ANY {
+        let (hit, unsure) = part.any(row, part.live);
+        return Found {
+            hit: (hit & part.live).bits(),
+            ..Found::nothing((unsure & part.live | dark).bits())
+        };
     }
-    let start = ends.enter[0].max(rays.t_min);
-    let end = ends.exit[2];
-    let width = (end - start) * D::from_f64(1.0 + 4.0 * UNIT);
-    let infinity = D::from_f64(f64::INFINITY);
-    let sound = ends.some & width.lt(infinity) & start.abs().lt(infinity);
-    let live = reached & sound & width.gt(D::zero());
-    let (segment, blurred) = along::<D, N>(row.tape, rays, (start, width), store);
-    // Nothing is allocated as long as no interval is cut.
-    let found = nearly_nearest(&segment, live & !blurred, &mut Waiting::default());
-    let s_from = (found.t - found.error).max(D::zero());
-    let s_to = (found.t + found.error).min(D::from_f64(1.0));
-    let is_there = changes_between(&segment, s_from, s_to);
-    let at = |s: D| start + s * width;
-    let slack = (start.abs() + width) * D::from_f64(3.01 * UNIT);
-    let (from, to) = ((at(s_from) - slack).max(start), at(s_to) + slack);
-    let mut hit = found.hit & is_there;
-    if row.clip.is_some() {
-        let begins = from.ge(ends.enter[2]) | start.ge(ends.enter[2]);
-        hit = hit & begins & to.le(ends.exit[0]);
-    }
-    let unsure = reached & (!sound | blurred | found.doubt | (found.hit & !hit));
+    let ([from, t, to], hit, unsure) = part.first(row, part.live);
     Found {
-        t: at(found.t),
+        t,
         from,
         to,
-        hit: (hit & live).bits(),
-        unsure: unsure.bits(),
+        hit: (hit & part.live).bits(),
+        unsure: (unsure & part.live | dark).bits(),
     }
 }
 
@@ -242,6 +358,7 @@ fn all<const N: usize>(
         org: Vec3::<f64>::splat(org),
         dir: Vec3::splat(dir),
         t_min: from,
+        limit: to,
     };
     let mut store = SINGLE_VALUES.take();
     let (segment, blurred) = along::<f64, N>(tape, &rays, (from, width), &mut store);

@@ -8,8 +8,9 @@ use crate::geom::{
     Certainty, Implicit, Meet, Ray, cone, cuboid, ellipsoid, half_space, polygon, quadric, sphere,
 };
 use crate::math::lanes::{Lanes, Mask, Scalar};
-use crate::scene::{Shape, Tables};
+use crate::scene::{ImplicitId, Shape, Tables};
 use crate::trace::packet::Packet;
+use crate::trace::query::{HitId, Query};
 use glam::DVec3;
 
 impl<L: Lanes, C: Certainty, F: Features> Tester<'_, L, C, F> {
@@ -95,6 +96,42 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
         let asked = <L::Double as Lanes>::Mask::from_bits(asked);
         let meet = meet_guarded(self.world.scene, entry, &line, asked);
         (meet.hit & meet.within[0].le(limit) | meet.unsure).bits()
+    }
+}
+
+impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
+    /// Whether a polynomial surface is in the way: where does not matter.
+    #[inline(never)]
+    pub(super) fn is_blocked<Q: Query<L>>(
+        &self,
+        object: &Packet<L>,
+        row: ImplicitId,
+        id: HitId,
+        active: L::Mask,
+        query: &mut Q,
+    ) {
+        let surface = &self.world.scene.implicits.row(row);
+        let none = L::Mask::splat(false);
+        let (mut blocked, mut unsure) = (none, active);
+        if !C::DOUBTS_ALL {
+            (blocked, unsure) =
+                guarded::implicit::blocked(surface, &object.line(), query.limit(), active);
+        }
+        if C::GUARDED {
+            let doubted = L::Mask::from_bits(C::doubts(id.instance, id.primitive)) & active;
+            (blocked, unsure) = (blocked & !doubted, unsure | doubted);
+        }
+        if blocked.any() {
+            query.block(blocked, id);
+        }
+        if unsure.none() {
+            return;
+        }
+        if C::GUARDED {
+            return self.decide(unsure, id, query);
+        }
+        let meet = implicit_certainly(surface, object, unsure);
+        query.accept(meet.hit & meet.t.gt(object.ray.t_min), meet.t, id);
     }
 }
 

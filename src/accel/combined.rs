@@ -251,7 +251,7 @@ fn roughness(tables: &Tables, solid: &CsgSolid) -> f64 {
     if solid.frames.len() == 1 {
         return 0.0;
     }
-    // Of quadrics it is known apart, and what is met singly is met exactly.
+    // Of quadrics and polynomials it is known apart.
     let others = solid
         .operands
         .iter()

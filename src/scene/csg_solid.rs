@@ -53,14 +53,6 @@ pub struct CsgSolid {
     firsts: Vec<u32>,
     pub frames: Vec<Frame>,
     pub tolerance: f64,
-    /// Some of the operands are met singly.
-    pub is_single: bool,
-}
-
-/// Whether a ray may come into a shape many times: such operands are not met in lanes.
-#[inline]
-pub fn is_met_singly(shape: Shape) -> bool {
-    matches!(shape, Shape::Mesh(_) | Shape::Implicit(_))
 }
 
 impl CsgSolid {
@@ -88,6 +80,12 @@ impl CsgSolid {
     /// Boundaries are one where they are equal, and nowhere else.
     pub fn is_exact(&self) -> bool {
         self.frames.len() == 1 && self.tolerance == 0.0
+    }
+
+    /// Some of the operands are meshes.
+    #[inline]
+    pub fn has_meshes(&self) -> bool {
+        !self.firsts.is_empty()
     }
 
     /// The number that hits carry: of an operand, and of a mesh a triangle.
@@ -212,7 +210,6 @@ impl<'t> Unfold<'t> {
         CsgSolid {
             program: self.builder.finish(),
             firsts: firsts(self.tables, &self.operands),
-            is_single: self.operands.iter().any(|row| is_met_singly(row.shape)),
             operands: self.operands,
             frames: self.frames,
             tolerance,

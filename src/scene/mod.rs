@@ -46,7 +46,7 @@ pub use closed::{Leaks, check_closed};
 pub use combinations::{Combinations, Operand};
 pub(crate) use csg_bounds::operand_bounds;
 pub(crate) use csg_solid::operands_first;
-pub use csg_solid::{CsgOperand, CsgSolid, Frame, MAX_OPERANDS, MAX_SURFACES, is_met_singly};
+pub use csg_solid::{CsgOperand, CsgSolid, Frame, MAX_OPERANDS, MAX_SURFACES};
 pub use defaults::{default_camera, default_lights};
 pub(crate) use extents::coarse_corners;
 pub use faces::{Face, FaceKey, faces_of};

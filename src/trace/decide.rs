@@ -5,7 +5,7 @@
 //! ([`crate::geom::exact`], [`crate::geom::triangle::exact`]).
 
 use super::combined;
-use super::combined::lanes::{Frames, ends, is_sharp};
+use super::combined::lanes::{Frames, Spaces, ends, is_sharp};
 use super::leaf::{Everything, Tester};
 use super::packet::Packet;
 use super::query::{Depth, HitId, Query, Rival};
@@ -16,7 +16,7 @@ use crate::geom::{Certainty, Guarded, Ray, triangle};
 use crate::math::Vec3;
 use crate::math::bounds::Bounded;
 use crate::math::lanes::{Lanes, Mask, Scalar};
-use crate::scene::{Shape, Tables, is_met_singly};
+use crate::scene::{Shape, Tables};
 use glam::DVec3;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
@@ -216,7 +216,7 @@ fn kernel_of_operand<L: Lanes>(
     let solid = &world.combined(row).solid;
     let (number, _) = solid.operand_of(id.primitive & !combined::TURNED);
     let operand = &solid.operands[number as usize];
-    if is_met_singly(operand.shape) {
+    if matches!(operand.shape, Shape::Mesh(_)) {
         return None;
     }
     let (org, dir) = in_object(world, ray, &entry, DVec3::ZERO);
@@ -224,11 +224,22 @@ fn kernel_of_operand<L: Lanes>(
     let line = combined::in_frame(frame, operand.frame, &Line { org, dir });
     let splat = |v: [f64; 3]| Vec3::<L::Double>::splat(v);
     let rays = Frames::<L>::new(splat(line.org), splat(line.dir), L::from_f64(ray.t_min));
-    let ends = ends::<L, Guarded>(world.scene, operand.shape, &rays);
     let holds = |end: &[L; 3]| {
         let [from, _, to] = end.map(|x| x.lane(0).to_f64());
         from <= root.t.value && root.t.value <= to && to.is_finite()
     };
+    if let Shape::Implicit(id) = operand.shape {
+        // All of the packet that lanes look at.
+        let packet = Packet::<L>::new(splat(org), splat(dir), L::from_f64(ray.t_min), &entry.own);
+        let (mut rows, all) = (Vec::new(), L::Mask::splat(true));
+        let solid = (world.combined(row), &**world.scene);
+        let mut spaces = Spaces::new(&packet);
+        let found = spaces.boundaries(solid, &packet, (operand, id), all, &mut rows);
+        let end = rows.into_iter().find(holds)?;
+        let known = !found.unsure.any() && is_sharp(&end).any();
+        return known.then(|| end[1].lane(0).to_f64());
+    }
+    let ends = ends::<L, Guarded>(world.scene, operand.shape, &rays);
     let end = [ends.enter, ends.exit].into_iter().find(holds)?;
     let known = ends.some.any() && is_sharp(&end).any();
     known.then(|| end[1].lane(0).to_f64())

@@ -223,7 +223,7 @@ impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> Part<D, N> {
         let width = (end - start) * D::from_f64(1.0 + 4.0 * UNIT);
         let infinity = D::from_f64(f64::INFINITY);
         let is_known = ends.some & width.lt(infinity) & start.abs().lt(infinity);
-        let (segment, blurred) = along::<D, N>(row.tape, rays, (start, width), store);
+        let (segment, blurred) = along::<D, N>(row.tape, rays, (start, width, D::zero()), store);
         Some(Part {
             ends,
             start,
@@ -317,6 +317,149 @@ fn found<D: Lanes<Scalar = f64, Double = D>, const N: usize, const ANY: bool>(
     }
 }
 
+/// What rays have of an operand: all boundaries between two t.
+pub struct Boundaries<L: Lanes> {
+    /// Lanes that are inside at the first t.
+    pub inside: L::Mask,
+    pub unsure: L::Mask,
+}
+
+/// Of rays in the operand's own space, between two t each. `ends` gets what each ray
+/// crosses first, second, and so on: at least, as computed, at most, and infinite where
+/// there is no more. `astray`: how far off the surface itself may be.
+#[inline(never)]
+pub fn boundaries<L: Lanes>(
+    tape: &Tape,
+    (org, dir): (Vec3<L::Double>, Vec3<L::Double>),
+    [from, to]: [L::Double; 2],
+    astray: L::Double,
+    active: L::Mask,
+    ends: &mut Vec<[L; 3]>,
+) -> Boundaries<L> {
+    let columns = [org.x, org.y, org.z, dir.x, dir.y, dir.z, from, to, astray];
+    let columns = columns.map(|column| column.to_array());
+    let mut lanes = [0; 16];
+    let mut count = 0;
+    let mut bits = active.bits();
+    while bits != 0 {
+        lanes[count] = bits.trailing_zeros() as usize;
+        count += 1;
+        bits &= bits - 1;
+    }
+    let mut all: Vec<[[f64; 16]; 3]> = Vec::new();
+    let (mut inside, mut unsure) = (0, 0);
+    let mut store = VALUES.take();
+    for some in lanes[..count].chunks(8) {
+        let load = |column: usize| {
+            let from = columns[column].as_ref();
+            let mut values = [from[some[0]]; 8];
+            for (value, lane) in values.iter_mut().zip(some) {
+                *value = from[*lane];
+            }
+            Eight::load(&values)
+        };
+        let rays = Rays {
+            org: Vec3::new(load(0), load(1), load(2)),
+            dir: Vec3::new(load(3), load(4), load(5)),
+            t_min: load(6),
+            limit: load(7),
+        };
+        let asked = (1 << some.len()) - 1;
+        let mut found = |pass: usize, hit: u32, at: [Eight; 3]| {
+            if all.len() <= pass {
+                all.push([[f64::INFINITY; 16]; 3]);
+            }
+            for (column, at) in all[pass].iter_mut().zip(at) {
+                let at = at.to_array();
+                for (i, lane) in some.iter().enumerate() {
+                    if hit >> i & 1 != 0 {
+                        column[*lane] = at[i];
+                    }
+                }
+            }
+        };
+        let (begins, open) = match tape.degree() {
+            0..=2 => passes::<Eight, 3>(tape, &rays, load(8), asked, &mut store, &mut found),
+            3 => passes::<Eight, 4>(tape, &rays, load(8), asked, &mut store, &mut found),
+            4 => passes::<Eight, 5>(tape, &rays, load(8), asked, &mut store, &mut found),
+            5..=6 => passes::<Eight, 7>(tape, &rays, load(8), asked, &mut store, &mut found),
+            7..=8 => passes::<Eight, 9>(tape, &rays, load(8), asked, &mut store, &mut found),
+            9..=10 => passes::<Eight, 11>(tape, &rays, load(8), asked, &mut store, &mut found),
+            11..=12 => passes::<Eight, 13>(tape, &rays, load(8), asked, &mut store, &mut found),
+            13..=16 => passes::<Eight, 17>(tape, &rays, load(8), asked, &mut store, &mut found),
+            17..=24 => passes::<Eight, 25>(tape, &rays, load(8), asked, &mut store, &mut found),
+            _ => (0, asked),
+        };
+        for (i, lane) in some.iter().enumerate() {
+            inside |= (begins >> i & 1) << lane;
+            unsure |= (open >> i & 1) << lane;
+        }
+    }
+    VALUES.set(store);
+    ends.extend(all.iter().map(|columns| {
+        let wide = columns.map(|column| <L::Double as Lanes>::load(&column[..L::COUNT]));
+        rounded::<L>(wide)
+    }));
+    Boundaries {
+        inside: L::Mask::from_bits(inside),
+        unsure: L::Mask::from_bits(unsure),
+    }
+}
+
+/// Root after root, each sought beyond the last: calls `found` with the pass, the lanes
+/// that have one more, and where. Returns the lanes inside at the start, and those that
+/// are not settled.
+#[inline(never)]
+fn passes<D: Lanes<Scalar = f64, Double = D>, const N: usize>(
+    tape: &Tape,
+    rays: &Rays<D>,
+    astray: D,
+    asked: u32,
+    store: &mut Vec<D>,
+    found: &mut impl FnMut(usize, u32, [D; 3]),
+) -> (u32, u32) {
+    let asked = D::Mask::from_bits(asked);
+    let none = D::Mask::splat(false);
+    let infinity = D::from_f64(f64::INFINITY);
+    let mut start = rays.t_min;
+    let (mut inside, mut unsure) = (none, none);
+    let mut live = asked & start.lt(rays.limit);
+    // Where f is below zero from `start` on.
+    let mut below = none;
+    for pass in 0..N {
+        let width = (rays.limit - start) * D::from_f64(1.0 + 4.0 * UNIT);
+        let (segment, blurred) = along::<D, N>(tape, rays, (start, width, astray), store);
+        let at = segment.scaled[0];
+        let (over, under) = (at.gt(segment.first), at.lt(-segment.first));
+        let is_known = width.lt(infinity) & start.abs().lt(infinity) & !blurred & (over | under);
+        if pass == 0 {
+            below = under;
+            inside = live & under;
+        }
+        // A root changes the sign.
+        let known = live & is_known & ((below & under) | (!below & over));
+        unsure = unsure | live & !known;
+        let next = nearly_nearest(&segment, known, &mut Waiting::default());
+        let s_from = (next.t - next.error).max(D::zero());
+        let s_to = (next.t + next.error).min(D::from_f64(1.0));
+        let is_there = changes_between(&segment, s_from, s_to);
+        let hit = known & next.hit & is_there;
+        unsure = unsure | known & (next.doubt | next.hit & !hit);
+        live = hit;
+        if live.none() {
+            break;
+        }
+        let place = |s: D| start + s * width;
+        let slack = (start.abs() + width) * D::from_f64(3.01 * UNIT);
+        let (least, most) = ((place(s_from) - slack).max(start), place(s_to) + slack);
+        found(pass, live.bits(), [least, place(next.t), most]);
+        start = D::select(live, most, start);
+        live = live & start.lt(rays.limit);
+        below = !below;
+    }
+    (inside.bits(), unsure.bits())
+}
+
 /// A simple root along a line, the only one between `from` and `to` and a little beyond.
 pub type Crossing = Simple;
 
@@ -361,7 +504,7 @@ fn all<const N: usize>(
         limit: to,
     };
     let mut store = SINGLE_VALUES.take();
-    let (segment, blurred) = along::<f64, N>(tape, &rays, (from, width), &mut store);
+    let (segment, blurred) = along::<f64, N>(tape, &rays, (from, width, 0.0), &mut store);
     SINGLE_VALUES.set(store);
     let begins = segment.scaled[0];
     let is_known = begins.abs() > segment.first && !blurred.any();
@@ -383,12 +526,12 @@ fn all<const N: usize>(
 }
 
 /// A tape's polynomial on the parts of rays that begin at `start`; and the rays that it
-/// does not say enough of.
+/// does not say enough of. `astray`: how far off the surface itself may be.
 #[inline(always)]
 fn along<D: Lanes<Scalar = f64>, const N: usize>(
     tape: &Tape,
     rays: &Rays<D>,
-    (start, width): (D, D),
+    (start, width, astray): (D, D, D),
     store: &mut Vec<D>,
 ) -> (Segment<D, N>, D::Mask) {
     let table: &Collocation = collocation(N);
@@ -402,7 +545,7 @@ fn along<D: Lanes<Scalar = f64>, const N: usize>(
     let near = point.max_abs();
     let reach = near.max(last.max_abs()) * D::from_f64(1.0 + 8.0 * UNIT);
     let begun = D::select(start.eq(D::zero()), D::zero(), moved + near);
-    let off = (moved + near + reach + step.max_abs() * D::from_f64(2.0)) * unit;
+    let off = (moved + near + reach + step.max_abs() * D::from_f64(2.0)) * unit + astray;
     let relative = |off: D, reach: D| off / reach.max(D::from_f64(f64::MIN_POSITIVE));
     let share = relative(off, reach);
     let blurred = !share.lt(D::from_f64(BLURRED));
@@ -413,7 +556,7 @@ fn along<D: Lanes<Scalar = f64>, const N: usize>(
         size * (rounded + share * D::from_f64(1.05 * degree)) + D::from_f64(FLOOR)
     };
     let of_values = lost(share, reach);
-    let first = lost(relative(begun * unit, near), near);
+    let first = lost(relative(begun * unit + astray, near), near);
     let mut largest = values[0].abs();
     for value in &values[1..] {
         largest = largest.max(value.abs());

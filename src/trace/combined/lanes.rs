@@ -13,10 +13,10 @@ use crate::csg::Restricted;
 use crate::geom::Certainty;
 use crate::geom::guarded::Ends;
 use crate::math::lanes::{Lanes, Mask, Scalar};
-use crate::scene::{Tables, is_met_singly};
+use crate::scene::{Shape, Tables};
 use crate::trace::packet::Packet;
-pub(in crate::trace) use ends::{Frames, ends};
-use ends::{Spaces, blur, passes, wider};
+pub(in crate::trace) use ends::{Frames, Spaces, ends};
+use ends::{blur, passes, wider};
 use glam::DVec3;
 use std::cell::Cell;
 
@@ -53,6 +53,9 @@ struct Track<L: Lanes> {
     exit: [L; 3],
     /// Rays inside, a bit each.
     inside: u32,
+    /// Of an operand that rays may come into many times, the rows of what follows
+    /// `exit`: from, to.
+    more: [usize; 2],
 }
 
 /// So many operands of a packet are met in lanes; of more than these each ray is
@@ -78,10 +81,9 @@ pub(in crate::trace) fn first<L: Lanes, C: Certainty>(
     // are tall programs, of which a ray changes few gates: here all are worked out.
     let solid = &combined.solid;
     let is_tall = solid.program.gates() > TALL;
-    // So is all of a solid of which some is not met in lanes, where an answer may
-    // depend on who gives it.
-    let is_single = solid.is_single && !C::GUARDED;
-    if is_tall || is_single || solid.tolerance > 0.0 {
+    // So is all of a solid with meshes where an answer may depend on who gives it.
+    let has_meshes = solid.has_meshes() && !C::GUARDED;
+    if is_tall || has_meshes || solid.tolerance > 0.0 {
         return Met::left(active);
     }
     let mut scratch = SCRATCH.take().unwrap_or_default();
@@ -175,6 +177,7 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
         next: [infinity; 3],
         exit: [infinity; 3],
         inside: 0,
+        more: [0; 2],
     };
     // What lies before t_min may be one event with what lies behind it.
     let part = if combined.solid.is_exact() {
@@ -183,6 +186,7 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
     } else {
         [-infinity, infinity]
     };
+    let mut more = Vec::new();
     let mut tracks = [nothing; N];
     let tracks = &mut tracks[..operands.len()];
     let mut open = active;
@@ -191,12 +195,21 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
     let mut spaces = Spaces::new(object);
     for (track, number) in tracks.iter_mut().zip(operands.iter()) {
         let operand = &combined.solid.operands[*number as usize];
-        if is_met_singly(operand.shape) {
-            let missed = match &operand.bounds {
-                Some(bounds) => passes(&bounds.outward(), ray, part),
-                None => L::Mask::splat(false),
-            };
+        if let (Shape::Mesh(_), Some(bounds)) = (operand.shape, &operand.bounds) {
+            let missed = passes(&bounds.outward(), ray, part);
             unsure |= track.start(&Ends::none_or_unknown(missed), ray.t_min);
+            continue;
+        }
+        if let Shape::Implicit(id) = operand.shape {
+            let at = more.len();
+            let lanes = L::Mask::from_bits(open);
+            let row = (operand, id);
+            let all = spaces.boundaries((combined, tables), object, row, lanes, &mut more);
+            track.inside = all.inside.bits();
+            track.next = more.get(at).copied().unwrap_or([infinity; 3]);
+            track.exit = more.get(at + 1).copied().unwrap_or([infinity; 3]);
+            track.more = [(at + 2).min(more.len()), more.len()];
+            unsure |= all.unsure.bits();
             continue;
         }
         let ends = spaces.ends::<C>((combined, tables), object, operand, wider);
@@ -215,6 +228,10 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
         unsure,
         ..Met::left(0)
     };
+    // Without bounds, they are nobody's to decide.
+    if !C::GUARDED {
+        (met.left, met.unsure) = (unsure, 0);
+    }
     while open != 0 {
         let mut least = infinity;
         for track in tracks.iter() {
@@ -258,6 +275,10 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
             }
             let (next, outside) = (track.next, !track.inside);
             track.flip(here, infinity);
+            let [from, to] = track.more;
+            if from < to {
+                track.follow(L::Mask::from_bits(here), &mut more[from..to]);
+            }
             let mut first = here & !taken;
             // Whose flip is the first to count, of those that are one.
             if together & first != 0 {
@@ -332,6 +353,11 @@ fn on_one_face<L: Lanes, C: Certainty>(
             continue;
         }
         let operand = &combined.solid.operands[*number as usize];
+        // Which others are in the same surface is not known of these.
+        if matches!(operand.shape, Shape::Implicit(_)) {
+            one &= !here;
+            continue;
+        }
         let frame = spaces.of(combined, object, operand.frame);
         let [enter, exit] = ends::<L, C>(tables, operand.shape, frame).faces;
         while here != 0 {
@@ -396,6 +422,22 @@ impl<L: Lanes> Track<L> {
         }
         self.inside = inside.bits() ^ turned.bits();
         (!certain).bits()
+    }
+
+    /// The next of the boundaries that follow take their places, in some lanes.
+    #[inline(always)]
+    fn follow(&mut self, lanes: L::Mask, rows: &mut [[L; 3]]) {
+        let mut before = &mut self.exit;
+        for row in rows {
+            for (to, from) in before.iter_mut().zip(&*row) {
+                *to = L::select(lanes, *from, *to);
+            }
+            before = row;
+        }
+        let infinity = L::splat(L::Scalar::INFINITY);
+        for to in before {
+            *to = L::select(lanes, infinity, *to);
+        }
     }
 
     #[inline(always)]

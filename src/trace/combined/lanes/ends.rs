@@ -1,13 +1,14 @@
 //! Where packets come into operands and leave them, each in its own space.
 
 use crate::accel::{Combined, Slabs};
+use crate::geom::guarded::implicit::Boundaries;
 use crate::geom::guarded::{self, Ends, ObjectRay};
 use crate::geom::{
-    Certainty, HalfSpace, Ray, cone, cuboid, ellipsoid, half_space, quadric, sphere,
+    Certainty, Cuboid, HalfSpace, Ray, cone, cuboid, ellipsoid, half_space, quadric, sphere,
 };
-use crate::math::lanes::{Lanes, Scalar};
+use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Vec3, unit};
-use crate::scene::{CsgOperand, Shape, Tables};
+use crate::scene::{CsgOperand, ImplicitId, Shape, Tables};
 use crate::trace::packet::Packet;
 
 /// The lanes that are certainly not in a box between two t.
@@ -19,7 +20,7 @@ pub(super) fn passes<L: Lanes>(bounds: &Aabb32, ray: &Ray<L>, [from, to]: [L; 2]
 }
 
 /// A packet in the spaces of operands; the last one is kept.
-pub(super) struct Spaces<L: Lanes> {
+pub(in crate::trace) struct Spaces<L: Lanes> {
     own: Frames<L>,
     moved: Option<(u32, Frames<L>)>,
 }
@@ -48,6 +49,53 @@ impl<L: Lanes> Spaces<L> {
             self.moved = Some((frame, Frames::new(org, dir, object.ray.t_min)));
         }
         self.moved.as_ref().map_or(&self.own, |(_, frame)| frame)
+    }
+
+    /// All boundaries of a polynomial's solid beyond the rays' start: what lanes are in
+    /// it there, and rows of what each lane crosses one after the other.
+    pub fn boundaries(
+        &mut self,
+        (combined, tables): (&Combined, &Tables),
+        object: &Packet<L>,
+        (operand, row): (&CsgOperand, ImplicitId),
+        active: L::Mask,
+        rows: &mut Vec<[L; 3]>,
+    ) -> Boundaries<L> {
+        // What an operand without end does beyond all of the solid, does not matter.
+        let Some(bounds) = operand.bounds.or(combined.bounds) else {
+            return Boundaries {
+                inside: L::Mask::splat(false),
+                unsure: active,
+            };
+        };
+        let own = &self.own;
+        let t_min = own.ray.t_min.widen();
+        let ray = Ray::<L::Double>::new(own.org, own.dir, t_min);
+        let (min, max) = (bounds.min, bounds.max);
+        let part = ObjectRay::new(own.org, own.dir, &ray);
+        let part = guarded::cuboid::ends(&Cuboid { min, max }, &part);
+        let (start, end) = (part.enter[0].max(t_min), part.exit[2]);
+        let bits = |mask: <L::Double as Lanes>::Mask| L::Mask::from_bits(mask.bits());
+        let apart = bits(part.none | part.some & !start.lt(end));
+        let known = active & bits(part.some) & !apart;
+        let zero = <L::Double as Lanes>::zero();
+        let astray = match combined.solid.frames.len() {
+            1 => zero,
+            // Twice: all of what the definition of placement says.
+            _ => {
+                combined.astray(operand.frame, object.org.max_abs())
+                    * <L::Double as Lanes>::from_f64(2.0)
+            }
+        };
+        let tape = &tables.implicits.tape[row.index()];
+        let frame = self.of(combined, object, operand.frame);
+        let rays = (frame.org, frame.dir);
+        let found =
+            guarded::implicit::boundaries::<L>(tape, rays, [start, end], astray, known, rows);
+        Boundaries {
+            inside: found.inside,
+            unsure: found.unsure | active & !apart & !known,
+        }
     }
 
     /// Of an operand, wide enough for what is one between frames: see [`wider`].

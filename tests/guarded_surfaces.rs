@@ -8,11 +8,12 @@ use glam::DVec3;
 use lanecast::geom::exact::{Line, Solid, first_beyond, meetings, meetings_between};
 use lanecast::geom::guarded::implicit::crossings;
 use lanecast::geom::guarded::{ObjectRay, implicit};
-use lanecast::geom::implicit::{size_at, values_at};
+use lanecast::geom::implicit::values_at;
 use lanecast::geom::implicit_bounds::bounds_of;
 use lanecast::geom::tape::Builder;
 use lanecast::geom::{Clip, Cuboid, Implicit, Meet, Ray, Sphere, Tape};
 use lanecast::math::Vec3;
+use lanecast::math::bounds::LEAVING;
 use lanecast::math::lanes::{Lanes, Mask, Scalar, f32x8, f64x4, f64x8, f64x16};
 use serde_json::Value;
 
@@ -360,17 +361,19 @@ fn rays_that_leave_are_not_in_doubt() {
             let [org, dir] = [line.org, line.dir].map(DVec3::from_array);
             let point = org + dir * root.t.value;
             let (_, gradient) = values_at(&tape, Vec3::<f64>::from(point));
-            let size = size_at(&tape, point.abs().max_element());
             let gradient = DVec3::from(gradient);
-            let room = 64.0 * f64::EPSILON * size * f64::from(tape.degree()) / gradient.length();
+            let room = LEAVING * implicit::blur_at(&tape, Vec3::<f64>::from(point));
+            let room = room / gradient.length();
             if !(room < 1e-6) {
                 continue;
             }
             let side = if gradient.dot(dir) > 0.0 { -1.0 } else { 1.0 };
             let up = gradient.normalize() * side;
+            let mut dir = up + random.vector() * 0.9;
+            dir -= up * (2.0 * dir.dot(up).min(0.0));
             let leaving = Line {
                 org: (point + up * room).to_array(),
-                dir: (up + random.vector() * 0.9).to_array(),
+                dir: dir.to_array(),
             };
             all += 1;
             let meet = meet::<f64>(&row, std::slice::from_ref(&leaving), 0.0);

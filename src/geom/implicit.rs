@@ -2,6 +2,7 @@
 
 use super::tape::{Arithmetic, Step, Tape};
 use super::{Cuboid, Sphere};
+use crate::math::bounds::UNIT;
 use crate::math::lanes::Lanes;
 use crate::math::{Aabb, Vec3};
 use glam::DVec3;
@@ -52,21 +53,60 @@ pub fn gradient_at(tape: &Tape, p: DVec3) -> DVec3 {
     gradient.into()
 }
 
-/// A bound of the sum of all terms' magnitudes, where no coordinate is larger than
-/// `reach`.
+/// What f in f64 may be off by, where no coordinate is larger than `reach` and each may
+/// be off by `off`: a running bound, as of Higham's book, of all that is lost on the way.
 #[inline(always)]
-pub fn size_at<D: Lanes<Scalar = f64>>(tape: &Tape, reach: D) -> D {
-    let mut sum = D::zero();
-    for c in tape.magnitude().iter().rev() {
-        sum = sum * reach + D::from_f64(*c);
+pub fn error_at<D: Lanes<Scalar = f64>>(tape: &Tape, reach: Vec3<D>, off: Vec3<D>) -> D {
+    let (_, error) = tape.evaluate_plain(&Errors { reach, off });
+    error + D::from_f64(FLOOR)
+}
+
+/// What products may lose below the range, all steps together.
+const FLOOR: f64 = 1e-290;
+
+/// Magnitudes, and what values of no more than these may be off by. A hundredth covers
+/// the roundings of this.
+struct Errors<D> {
+    reach: Vec3<D>,
+    off: Vec3<D>,
+}
+
+impl<D: Lanes<Scalar = f64>> Arithmetic for Errors<D> {
+    type Value = (D, D);
+
+    #[inline(always)]
+    fn coordinate(&self, axis: usize) -> (D, D) {
+        (self.reach.axis(axis), self.off.axis(axis))
     }
-    sum
+
+    #[inline(always)]
+    fn constant(&self, value: f64) -> (D, D) {
+        (D::splat(value.abs()), D::zero())
+    }
+
+    #[inline(always)]
+    fn sum(&self, a: &(D, D), b: &(D, D)) -> (D, D) {
+        let size = a.0 + b.0;
+        (size, (a.1 + b.1) + size * D::from_f64(1.01 * UNIT))
+    }
+
+    #[inline(always)]
+    fn difference(&self, a: &(D, D), b: &(D, D)) -> (D, D) {
+        self.sum(a, b)
+    }
+
+    #[inline(always)]
+    fn product(&self, a: &(D, D), b: &(D, D)) -> (D, D) {
+        let size = a.0 * b.0;
+        let carried = a.0 * b.1 + a.1 * (b.0 + b.1);
+        (size, carried + size * D::from_f64(1.01 * UNIT))
+    }
 }
 
 /// f and its gradient, at points.
 #[inline(always)]
 pub fn values_at<D: Lanes<Scalar = f64>>(tape: &Tape, p: Vec3<D>) -> (D, Vec3<D>) {
-    tape.evaluate(&Dual(p))
+    tape.evaluate_plain(&Dual(p))
 }
 
 /// Values with gradients.

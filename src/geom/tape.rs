@@ -66,10 +66,6 @@ pub struct Tape {
     slots: Vec<u16>,
     /// How many places are needed.
     slot_count: usize,
-    /// See [`Tape::magnitude`].
-    magnitude: Vec<f64>,
-    /// See [`Tape::roundings`].
-    roundings: u32,
 }
 
 impl Tape {
@@ -95,22 +91,41 @@ impl Tape {
         self.slot_count
     }
 
-    /// Coefficients, all ≥ 0, of a polynomial in R that bounds the sum of the magnitudes
-    /// of all terms wherever |x|, |y| and |z| are at most R.
-    pub fn magnitude(&self) -> &[f64] {
-        &self.magnitude
-    }
-
-    /// In arithmetic with unit roundoff u, a value is off by no more than so many times
-    /// u (1 + 10^-12) times that magnitude, the coordinates taken as they are; what
-    /// falls below the range apart.
-    pub fn roundings(&self) -> u32 {
-        self.roundings
-    }
-
     pub fn bytes(&self) -> usize {
-        self.magnitude.len() * size_of::<f64>()
-            + self.steps.len() * (size_of::<Step>() + size_of::<u32>() + size_of::<u16>())
+        self.steps.len() * (size_of::<Step>() + size_of::<u32>() + size_of::<u16>())
+    }
+
+    /// Its value in an arithmetic of plain numbers, which take no memory of their own.
+    #[inline(always)]
+    pub fn evaluate_plain<A: Arithmetic<Value: Copy>>(&self, arithmetic: &A) -> A::Value {
+        let zero = arithmetic.constant(0.0);
+        match self.slot_count {
+            0..=6 => self.evaluate_in(arithmetic, &mut [zero; 6]),
+            7..=12 => self.evaluate_in(arithmetic, &mut [zero; 12]),
+            13..=24 => self.evaluate_in(arithmetic, &mut [zero; 24]),
+            _ => self.evaluate_in(arithmetic, &mut vec![zero; self.slot_count]),
+        }
+    }
+
+    #[inline(always)]
+    fn evaluate_in<A: Arithmetic<Value: Copy>>(
+        &self,
+        arithmetic: &A,
+        kept: &mut [A::Value],
+    ) -> A::Value {
+        let mut last = kept[0];
+        for (step, slot) in self.steps.iter().zip(&self.slots) {
+            let of = |i: &u32| &kept[usize::from(self.slots[*i as usize])];
+            last = match step {
+                Step::Coordinate(axis) => arithmetic.coordinate(usize::from(*axis)),
+                Step::Constant(value) => arithmetic.constant(*value),
+                Step::Sum(a, b) => arithmetic.sum(of(a), of(b)),
+                Step::Difference(a, b) => arithmetic.difference(of(a), of(b)),
+                Step::Product(a, b) => arithmetic.product(of(a), of(b)),
+            };
+            kept[usize::from(*slot)] = last;
+        }
+        last
     }
 
     /// Its value in any arithmetic.
@@ -233,18 +248,12 @@ impl Builder {
             });
         }
         let (slots, slot_count) = slots(&steps);
-        let mut tape = Tape {
+        Tape {
             degrees: degrees(&steps),
-            roundings: roundings(&steps),
             steps,
             slots,
             slot_count,
-            magnitude: Vec::new(),
-        };
-        tape.magnitude = tape.evaluate(&Magnitude);
-        // For the roundings of this.
-        tape.magnitude.iter_mut().for_each(|c| *c *= 1.0 + 1e-9);
-        tape
+        }
     }
 
     fn push(&mut self, step: Step) -> u32 {
@@ -261,55 +270,6 @@ fn operands(step: &Step) -> [Option<u32>; 2] {
     match *step {
         Step::Coordinate(_) | Step::Constant(_) => [None, None],
         Step::Sum(a, b) | Step::Difference(a, b) | Step::Product(a, b) => [Some(a), Some(b)],
-    }
-}
-
-/// Each step adds its own to those of what it is made of: of a product, of both.
-fn roundings(steps: &[Step]) -> u32 {
-    let mut counts: Vec<u32> = Vec::with_capacity(steps.len());
-    for step in steps {
-        let of = |i: u32| counts[i as usize];
-        counts.push(match *step {
-            Step::Coordinate(_) | Step::Constant(_) => 0,
-            Step::Sum(a, b) | Step::Difference(a, b) => of(a).max(of(b)).saturating_add(1),
-            Step::Product(a, b) => of(a).saturating_add(of(b)).saturating_add(1),
-        });
-    }
-    counts.last().copied().unwrap_or(0)
-}
-
-/// Polynomials in R, of magnitudes.
-struct Magnitude;
-
-impl Arithmetic for Magnitude {
-    type Value = Vec<f64>;
-
-    fn coordinate(&self, _: usize) -> Vec<f64> {
-        vec![0.0, 1.0]
-    }
-
-    fn constant(&self, value: f64) -> Vec<f64> {
-        vec![value.abs()]
-    }
-
-    fn sum(&self, a: &Vec<f64>, b: &Vec<f64>) -> Vec<f64> {
-        let at = |v: &[f64], i: usize| v.get(i).copied().unwrap_or(0.0);
-        let len = a.len().max(b.len());
-        (0..len).map(|i| at(a, i) + at(b, i)).collect()
-    }
-
-    fn difference(&self, a: &Vec<f64>, b: &Vec<f64>) -> Vec<f64> {
-        self.sum(a, b)
-    }
-
-    fn product(&self, a: &Vec<f64>, b: &Vec<f64>) -> Vec<f64> {
-        let mut c = vec![0.0; a.len() + b.len() - 1];
-        for (i, x) in a.iter().enumerate() {
-            for (j, y) in b.iter().enumerate() {
-                c[i + j] += x * y;
-            }
-        }
-        c
     }
 }
 

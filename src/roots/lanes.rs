@@ -65,15 +65,53 @@ pub struct Existence<L: Lanes> {
     pub doubt: L::Mask,
 }
 
-/// Intervals that wait; one for each thread, so that nothing allocates.
+/// Intervals that wait, of any degree; one for each thread, so that nothing allocates.
 #[derive(Clone, Debug)]
-pub struct Waiting<L: Lanes, const N: usize> {
-    parts: Vec<Part<L, N>>,
+pub struct Waiting<L: Lanes> {
+    /// Of each interval its coefficients, and four numbers.
+    values: Vec<L>,
+    marks: Vec<(L::Mask, u32)>,
 }
 
-impl<L: Lanes, const N: usize> Default for Waiting<L, N> {
+impl<L: Lanes> Default for Waiting<L> {
     fn default() -> Self {
-        Waiting { parts: Vec::new() }
+        Waiting {
+            values: Vec::new(),
+            marks: Vec::new(),
+        }
+    }
+}
+
+impl<L: Lanes> Waiting<L> {
+    fn clear(&mut self) {
+        self.values.clear();
+        self.marks.clear();
+    }
+
+    #[inline(always)]
+    fn push<const N: usize>(&mut self, part: &Part<L, N>) {
+        self.values.extend_from_slice(&part.b);
+        let rest = [part.error, part.first, part.low, part.high];
+        self.values.extend_from_slice(&rest);
+        self.marks.push((part.lanes, part.depth));
+    }
+
+    #[inline(always)]
+    fn pop<const N: usize>(&mut self) -> Option<Part<L, N>> {
+        let (lanes, depth) = self.marks.pop()?;
+        let at = self.values.len() - (N + 4);
+        let values = &self.values[at..];
+        let part = Part {
+            b: std::array::from_fn(|j| values[j]),
+            error: values[N],
+            first: values[N + 1],
+            low: values[N + 2],
+            high: values[N + 3],
+            lanes,
+            depth,
+        };
+        self.values.truncate(at);
+        Some(part)
     }
 }
 
@@ -159,21 +197,20 @@ impl<L: Lanes<Scalar = f64>, const N: usize> Segment<L, N> {
     fn walk(
         &self,
         lanes: L::Mask,
-        waiting: &mut Waiting<L, N>,
+        waiting: &mut Waiting<L>,
         mut look: impl FnMut(&mut Part<L, N>) -> L::Mask,
     ) {
-        let parts = &mut waiting.parts;
-        parts.clear();
+        waiting.clear();
         let mut part = self.whole(lanes);
         loop {
             let open = look(&mut part);
             if open.any() {
                 let (left, right) = part.cut(part.place(), open);
-                parts.push(right);
+                waiting.push(&right);
                 part = left;
                 continue;
             }
-            match parts.pop() {
+            match waiting.pop() {
                 Some(next) => part = next,
                 None => return,
             }
@@ -294,7 +331,7 @@ impl<L: Lanes<Scalar = f64>, const N: usize> Part<L, N> {
 pub fn nearest<L: Lanes<Scalar = f64>, const N: usize>(
     segment: &Segment<L, N>,
     active: L::Mask,
-    waiting: &mut Waiting<L, N>,
+    waiting: &mut Waiting<L>,
 ) -> Nearest<L> {
     least::<L, N, true>(segment, active, waiting)
 }
@@ -306,7 +343,7 @@ pub fn nearest<L: Lanes<Scalar = f64>, const N: usize>(
 pub fn nearly_nearest<L: Lanes<Scalar = f64>, const N: usize>(
     segment: &Segment<L, N>,
     active: L::Mask,
-    waiting: &mut Waiting<L, N>,
+    waiting: &mut Waiting<L>,
 ) -> Nearest<L> {
     least::<L, N, false>(segment, active, waiting)
 }
@@ -315,7 +352,7 @@ pub fn nearly_nearest<L: Lanes<Scalar = f64>, const N: usize>(
 fn least<L: Lanes<Scalar = f64>, const N: usize, const ROUNDED: bool>(
     segment: &Segment<L, N>,
     active: L::Mask,
-    waiting: &mut Waiting<L, N>,
+    waiting: &mut Waiting<L>,
 ) -> Nearest<L> {
     let none = L::Mask::splat(false);
     let sound = segment.sound();
@@ -382,7 +419,7 @@ pub struct Simple {
 pub fn all<const N: usize>(
     segment: &Segment<f64, N>,
     room: f64,
-    waiting: &mut Waiting<f64, N>,
+    waiting: &mut Waiting<f64>,
     found: &mut Vec<Simple>,
 ) -> bool {
     let lane = <f64 as Lanes>::Mask::splat(true);
@@ -428,7 +465,7 @@ pub fn all<const N: usize>(
 pub fn exists<L: Lanes<Scalar = f64>, const N: usize>(
     segment: &Segment<L, N>,
     active: L::Mask,
-    waiting: &mut Waiting<L, N>,
+    waiting: &mut Waiting<L>,
 ) -> Existence<L> {
     let none = L::Mask::splat(false);
     let sound = segment.sound();

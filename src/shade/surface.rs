@@ -11,7 +11,9 @@
 
 use super::site::Site;
 use crate::accel::World;
+use crate::geom::guarded::implicit::blur_at;
 use crate::geom::implicit;
+use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask};
 use crate::math::{Affine, Vec3, units};
 use crate::plan::Arithmetic;
@@ -94,9 +96,8 @@ pub(super) fn blur_of<D: Lanes<Scalar = f64>>(world: &World, shape: Shape, at: V
         Shape::Implicit(id) => {
             let tape = &scene.implicits.tape[id.index()];
             let (_, gradient) = implicit::values_at(tape, at);
-            // Terms are as large as lanes take them, and rounded with every factor.
-            let size = implicit::size_at(tape, at.max_abs());
-            (gradient, size * D::splat(f64::from(tape.degree())))
+            // What f may be off by, in roundings: coordinates are rounded, too.
+            (gradient, blur_at(tape, at) / D::splat(UNIT))
         }
         _ => return D::zero(),
     };

@@ -11,7 +11,7 @@
 //! so that t has the same bits at any width.
 
 use super::{Ends, ObjectRay, cuboid, rounded, sphere};
-use crate::geom::implicit::size_at;
+use crate::geom::implicit::error_at;
 use crate::geom::tape::{Step, Tape};
 use crate::geom::{Clip, Cuboid, Implicit, Meet, Ray};
 use crate::math::Vec3;
@@ -43,10 +43,17 @@ struct Rays<D> {
     limit: D,
 }
 
+/// Reused from ray to ray.
+#[derive(Default)]
+struct Store<D: Lanes> {
+    /// Of steps, at all nodes.
+    values: Vec<D>,
+    waiting: Waiting<D>,
+}
+
 thread_local! {
-    /// Values of steps, reused from ray to ray.
-    static VALUES: Cell<Vec<Eight>> = const { Cell::new(Vec::new()) };
-    static SINGLE_VALUES: Cell<Vec<f64>> = const { Cell::new(Vec::new()) };
+    static EIGHT: Cell<Option<Box<Store<Eight>>>> = const { Cell::new(None) };
+    static ONE: Cell<Option<Box<Store<f64>>>> = const { Cell::new(None) };
 }
 
 /// Where rays first meet the surface beyond t_min.
@@ -114,7 +121,7 @@ fn ask<L: Lanes, const ANY: bool>(
     let zero = <L::Double as Lanes>::zero();
     let mut answer = [zero; 3].map(|x| x.to_array());
     let (mut hit, mut unsure) = (0, 0);
-    let mut store = VALUES.take();
+    let mut store = EIGHT.take().unwrap_or_default();
     for some in lanes[..count].chunks(8) {
         let load = |column: usize| {
             let from = columns[column].as_ref();
@@ -141,7 +148,7 @@ fn ask<L: Lanes, const ANY: bool>(
             }
         }
     }
-    VALUES.set(store);
+    EIGHT.set(Some(store));
     let ends = answer.map(|column| <L::Double as Lanes>::load(column.as_ref()));
     (L::Mask::from_bits(hit), L::Mask::from_bits(unsure), ends)
 }
@@ -150,7 +157,7 @@ fn of_any_degree<D: Lanes<Scalar = f64, Double = D>, const ANY: bool>(
     row: &Implicit,
     rays: &Rays<D>,
     asked: u32,
-    store: &mut Vec<D>,
+    store: &mut Store<D>,
 ) -> Found<D> {
     match row.tape.degree() {
         0..=2 => found::<D, 3, ANY>(row, rays, asked, store),
@@ -178,8 +185,8 @@ impl<D: Lanes> Found<D> {
     }
 }
 
-/// Far origins leave too little of coordinates beyond this.
-const BLURRED: f64 = 1.0 / 1024.0;
+/// t is known to this part of it, or better known by exact arithmetic.
+const SHARP: f64 = 1.0 / (1_u64 << 26) as f64;
 
 /// Rays in the surface's bounds or in its clip, and f there.
 struct Part<D: Lanes, const N: usize> {
@@ -200,7 +207,7 @@ impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> Part<D, N> {
         row: &Implicit,
         rays: &Rays<D>,
         asked: D::Mask,
-        store: &mut Vec<D>,
+        store: &mut Store<D>,
     ) -> Option<Part<D, N>> {
         let ray = Ray::<D>::new(rays.org, rays.dir, rays.t_min);
         let object = ObjectRay::new(rays.org, rays.dir, &ray);
@@ -223,14 +230,14 @@ impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> Part<D, N> {
         let width = (end - start) * D::from_f64(1.0 + 4.0 * UNIT);
         let infinity = D::from_f64(f64::INFINITY);
         let is_known = ends.some & width.lt(infinity) & start.abs().lt(infinity);
-        let (segment, blurred) = along::<D, N>(row.tape, rays, (start, width, D::zero()), store);
+        let segment = along::<D, N>(row.tape, rays, (start, width, D::zero()), store);
         Some(Part {
             ends,
             start,
             width,
             segment,
             reached,
-            live: reached & is_known & !blurred,
+            live: reached & is_known,
         })
     }
 
@@ -247,9 +254,13 @@ impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> Part<D, N> {
     /// The least root of some lanes: t and between what it lies, lanes that have one in
     /// the clip, and those of which that is not known.
     #[inline(always)]
-    fn first(&self, row: &Implicit, lanes: D::Mask) -> ([D; 3], D::Mask, D::Mask) {
-        // Nothing is allocated as long as no interval is cut.
-        let found = nearly_nearest(&self.segment, lanes, &mut Waiting::default());
+    fn first(
+        &self,
+        row: &Implicit,
+        lanes: D::Mask,
+        store: &mut Store<D>,
+    ) -> ([D; 3], D::Mask, D::Mask) {
+        let found = nearly_nearest(&self.segment, lanes, &mut store.waiting);
         let s_from = (found.t - found.error).max(D::zero());
         let s_to = (found.t + found.error).min(D::from_f64(1.0));
         let is_there = changes_between(&self.segment, s_from, s_to);
@@ -257,14 +268,15 @@ impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> Part<D, N> {
         let slack = (self.start.abs() + self.width) * D::from_f64(3.01 * UNIT);
         let from = (at(s_from) - slack).max(self.start);
         let to = at(s_to) + slack;
-        let hit = found.hit & is_there & self.in_clip(row, [from, to]);
+        let is_sharp = (to - from).le(to.abs() * D::from_f64(SHARP));
+        let hit = found.hit & is_there & is_sharp & self.in_clip(row, [from, to]);
         ([from, at(found.t), to], hit, found.doubt | found.hit & !hit)
     }
 
     /// Whether some lanes have a root, and of which that is not known.
     #[inline(always)]
-    fn any(&self, row: &Implicit, lanes: D::Mask) -> (D::Mask, D::Mask) {
-        let exists = exists(&self.segment, lanes, &mut Waiting::default());
+    fn any(&self, row: &Implicit, lanes: D::Mask, store: &mut Store<D>) -> (D::Mask, D::Mask) {
+        let exists = exists(&self.segment, lanes, &mut store.waiting);
         if row.clip.is_none() || exists.some.none() {
             return (exists.some, exists.doubt);
         }
@@ -283,7 +295,7 @@ impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> Part<D, N> {
         if rest.none() {
             return (odd, exists.doubt);
         }
-        let (_, hit, unsure) = self.first(row, rest);
+        let (_, hit, unsure) = self.first(row, rest, store);
         (odd | rest & hit, exists.doubt | rest & unsure)
     }
 }
@@ -294,20 +306,20 @@ fn found<D: Lanes<Scalar = f64, Double = D>, const N: usize, const ANY: bool>(
     row: &Implicit,
     rays: &Rays<D>,
     asked: u32,
-    store: &mut Vec<D>,
+    store: &mut Store<D>,
 ) -> Found<D> {
     let Some(part) = Part::<D, N>::of(row, rays, D::Mask::from_bits(asked), store) else {
         return Found::nothing(0);
     };
     let dark = part.reached & !part.live;
     if ANY {
-        let (hit, unsure) = part.any(row, part.live);
+        let (hit, unsure) = part.any(row, part.live, store);
         return Found {
             hit: (hit & part.live).bits(),
             ..Found::nothing((unsure & part.live | dark).bits())
         };
     }
-    let ([from, t, to], hit, unsure) = part.first(row, part.live);
+    let ([from, t, to], hit, unsure) = part.first(row, part.live, store);
     Found {
         t,
         from,
@@ -348,7 +360,7 @@ pub fn boundaries<L: Lanes>(
     }
     let mut all: Vec<[[f64; 16]; 3]> = Vec::new();
     let (mut inside, mut unsure) = (0, 0);
-    let mut store = VALUES.take();
+    let mut store = EIGHT.take().unwrap_or_default();
     for some in lanes[..count].chunks(8) {
         let load = |column: usize| {
             let from = columns[column].as_ref();
@@ -395,7 +407,7 @@ pub fn boundaries<L: Lanes>(
             unsure |= (open >> i & 1) << lane;
         }
     }
-    VALUES.set(store);
+    EIGHT.set(Some(store));
     ends.extend(all.iter().map(|columns| {
         let wide = columns.map(|column| <L::Double as Lanes>::load(&column[..L::COUNT]));
         rounded::<L>(wide)
@@ -415,7 +427,7 @@ fn passes<D: Lanes<Scalar = f64, Double = D>, const N: usize>(
     rays: &Rays<D>,
     astray: D,
     asked: u32,
-    store: &mut Vec<D>,
+    store: &mut Store<D>,
     found: &mut impl FnMut(usize, u32, [D; 3]),
 ) -> (u32, u32) {
     let asked = D::Mask::from_bits(asked);
@@ -428,10 +440,10 @@ fn passes<D: Lanes<Scalar = f64, Double = D>, const N: usize>(
     let mut below = none;
     for pass in 0..N {
         let width = (rays.limit - start) * D::from_f64(1.0 + 4.0 * UNIT);
-        let (segment, blurred) = along::<D, N>(tape, rays, (start, width, astray), store);
+        let segment = along::<D, N>(tape, rays, (start, width, astray), store);
         let at = segment.scaled[0];
         let (over, under) = (at.gt(segment.first), at.lt(-segment.first));
-        let is_known = width.lt(infinity) & start.abs().lt(infinity) & !blurred & (over | under);
+        let is_known = width.lt(infinity) & start.abs().lt(infinity) & (over | under);
         if pass == 0 {
             below = under;
             inside = live & under;
@@ -439,7 +451,7 @@ fn passes<D: Lanes<Scalar = f64, Double = D>, const N: usize>(
         // A root changes the sign.
         let known = live & is_known & ((below & under) | (!below & over));
         unsure = unsure | live & !known;
-        let next = nearly_nearest(&segment, known, &mut Waiting::default());
+        let next = nearly_nearest(&segment, known, &mut store.waiting);
         let s_from = (next.t - next.error).max(D::zero());
         let s_to = (next.t + next.error).min(D::from_f64(1.0));
         let is_there = changes_between(&segment, s_from, s_to);
@@ -503,15 +515,16 @@ fn all<const N: usize>(
         t_min: from,
         limit: to,
     };
-    let mut store = SINGLE_VALUES.take();
-    let (segment, blurred) = along::<f64, N>(tape, &rays, (from, width, 0.0), &mut store);
-    SINGLE_VALUES.set(store);
+    let mut store = ONE.take().unwrap_or_default();
+    let segment = along::<f64, N>(tape, &rays, (from, width, 0.0), &mut store);
     let begins = segment.scaled[0];
-    let is_known = begins.abs() > segment.first && !blurred.any();
+    let is_known = begins.abs() > segment.first;
     // The map from s to t rounds; and there is room for an interval a little wider.
     let slack = (from.abs() + width) * (3.01 * UNIT);
     let room = 4.0 * slack / width;
-    if !is_known || !roots::all(&segment, room, &mut Waiting::default(), found) {
+    let is_known = is_known && roots::all(&segment, room, &mut store.waiting, found);
+    ONE.set(Some(store));
+    if !is_known {
         return None;
     }
     for root in found {
@@ -525,38 +538,47 @@ fn all<const N: usize>(
     Some(begins.total_cmp(&0.0))
 }
 
-/// A tape's polynomial on the parts of rays that begin at `start`; and the rays that it
-/// does not say enough of. `astray`: how far off the surface itself may be.
+/// How far off a surface rays begin that lanes shall know to have left it, times its
+/// slope there, in units of [`crate::math::bounds::LEAVING`]: what f may be off by at
+/// points that are themselves rounded, grown by interpolation.
+#[inline(always)]
+pub fn blur_at<D: Lanes<Scalar = f64>>(tape: &Tape, p: Vec3<D>) -> D {
+    let size = p.abs();
+    let grown = collocation(nodes(tape.degree())).norm / 16.0;
+    error_at(tape, size, size * D::from_f64(UNIT)) * D::from_f64(grown.max(1.0))
+}
+
+/// How many a polynomial is interpolated from.
+fn nodes(degree: u32) -> usize {
+    const COUNTS: [usize; 9] = [3, 4, 5, 7, 9, 11, 13, 17, 25];
+    let enough = COUNTS.into_iter().find(|n| degree < *n as u32);
+    enough.unwrap_or(25)
+}
+
+/// A tape's polynomial on the parts of rays that begin at `start`. `astray`: how far off the surface itself may be.
 #[inline(always)]
 fn along<D: Lanes<Scalar = f64>, const N: usize>(
     tape: &Tape,
     rays: &Rays<D>,
     (start, width, astray): (D, D, D),
-    store: &mut Vec<D>,
-) -> (Segment<D, N>, D::Mask) {
+    store: &mut Store<D>,
+) -> Segment<D, N> {
     let table: &Collocation = collocation(N);
     let point = rays.org.along(rays.dir, start);
     let step = rays.dir * width;
     let last = point + step;
-    let values = values::<D, N>(tape, (point, step), &table.nodes, store);
+    let values = values::<D, N>(tape, (point, step), &table.nodes, &mut store.values);
     // What coordinates are off by, of nodes and of the first one.
     let unit = D::from_f64(1.01 * UNIT);
-    let moved = (rays.dir * start).max_abs();
-    let near = point.max_abs();
-    let reach = near.max(last.max_abs()) * D::from_f64(1.0 + 8.0 * UNIT);
-    let begun = D::select(start.eq(D::zero()), D::zero(), moved + near);
-    let off = (moved + near + reach + step.max_abs() * D::from_f64(2.0)) * unit + astray;
-    let relative = |off: D, reach: D| off / reach.max(D::from_f64(f64::MIN_POSITIVE));
-    let share = relative(off, reach);
-    let blurred = !share.lt(D::from_f64(BLURRED));
-    let degree = f64::from(tape.degree());
-    let lost = |share: D, reach: D| {
-        let size = size_at(tape, reach * (share + D::from_f64(1.0)));
-        let rounded = D::from_f64(f64::from(tape.roundings()) * 1.01 * UNIT);
-        size * (rounded + share * D::from_f64(1.05 * degree)) + D::from_f64(FLOOR)
-    };
-    let of_values = lost(share, reach);
-    let first = lost(relative(begun * unit + astray, near), near);
+    let begun = D::select(start.eq(D::zero()), D::zero(), unit);
+    let (moved, near) = ((rays.dir * start).abs(), point.abs());
+    let far = last.abs();
+    let reach = Vec3::new(near.x.max(far.x), near.y.max(far.y), near.z.max(far.z));
+    let reach = reach * D::from_f64(1.0 + 8.0 * UNIT);
+    let astray = Vec3::new(astray, astray, astray);
+    let off = (moved + near + reach + step.abs() * D::from_f64(2.0)) * unit + astray;
+    let of_values = error_at(tape, reach, off);
+    let first = error_at(tape, near, (moved + near) * begun + astray);
     let mut largest = values[0].abs();
     for value in &values[1..] {
         largest = largest.max(value.abs());
@@ -571,16 +593,12 @@ fn along<D: Lanes<Scalar = f64>, const N: usize>(
         }
         *to = sum;
     }
-    let segment = Segment {
+    Segment {
         scaled,
         error,
         first,
-    };
-    (segment, blurred)
+    }
 }
-
-/// What products may lose below the range, all steps together.
-const FLOOR: f64 = 1e-290;
 
 /// A tape at nodes between a point and `step` farther.
 #[inline(always)]

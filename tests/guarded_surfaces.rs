@@ -315,7 +315,7 @@ fn known_crossings(tapes: &[Tape], random: &mut Random, share: f64) {
                     .iter()
                     .filter(move |(t, _)| t.order_with(x).is_lt())
             };
-            if let Some((_, after)) = at(between[0]).last() {
+            if let Some((_, after)) = at(between[0]).next_back() {
                 sign = *after;
             }
             assert_eq!(first, sign);

@@ -1,8 +1,8 @@
 //! From values at nodes to scaled Bernstein coefficients.
 //!
 //! The nodes are Chebyshev's extreme points on [0, 1], both ends among them: the
-//! inverse of collocation there has a norm of 9e2 at degree 10, where equidistant nodes
-//! have 4e3. In q = s / (1 − s) Lagrange's polynomial of node i, times (1 + q)ⁿ, is
+//! inverse of collocation there has a norm of 46 at degree 6, 733 at 10 and 1.2e7 at 24,
+//! less than that of other nodes. In q = s / (1 − s) Lagrange's polynomial of node i, times (1 + q)ⁿ, is
 //! Π ((1 − s_m) q − s_m) / (s_i − s_m) over the other nodes m, whose coefficients are
 //! the scaled ones as [`super::lanes`] has them. They are formed in integers and
 //! rounded once, for nodes that are f64 numbers.

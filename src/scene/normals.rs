@@ -31,7 +31,8 @@ pub fn outward_normals<D: Lanes<Scalar = f64>>(
         Shape::Implicit(id) => {
             let (_, normals) = implicit::values_at(&tables.implicits.tape[id.index()], p);
             // Nor has a singular point.
-            Vec3::select(normals.max_abs().eq(D::zero()), up, normals)
+            let known = normals.max_abs().gt(D::zero());
+            Vec3::select(known, normals, up)
         }
         Shape::Cuboid(id) => tables.cuboids.row(id).nearest(p).1,
         Shape::Polyhedron(id) => half_space::nearest(tables.polyhedra.planes(id), p).2,

@@ -178,10 +178,13 @@ impl<'w> Site<'w> {
         let placed = self.placed.as_ref();
         let infinity = D::splat(f64::INFINITY);
         let (mut left, mut roundoff, mut blurred) = (D::zero(), SINGLE, D::zero());
+        let mut gradient = None;
         if self.arithmetic != Arithmetic::F32 {
             let rays = (object_org, object_dir);
             let (refined, height) = refined(self.world, self.shape, own, rays, t);
             t = refined;
+            // Worked out at this very point.
+            gradient = matches!(self.shape, Shape::Implicit(_)).then_some(height.normal);
             // What the point is off by in object space, in world space.
             let rise = to_world_rise(placed, height.normal);
             left = height.above.abs() / rise;
@@ -195,7 +198,15 @@ impl<'w> Site<'w> {
         }
         let point = world_org + world_dir * t;
         let at = object_org + object_dir * t;
-        let (mut ng, mut smooth) = normals(self.world, self.shape, at, own);
+        let (mut ng, mut smooth) = match gradient {
+            Some(normal) => {
+                // None at a singular point, and where numbers end.
+                let known = normal.length_squared().gt(D::splat(0.5));
+                let up = Vec3::splat(DVec3::Y.to_array());
+                (Vec3::select(known, normal, up), None)
+            }
+            None => normals(self.world, self.shape, at, own),
+        };
         if turned.any() {
             let outward = |n: Vec3<D>| Vec3::select(turned, -n, n);
             (ng, smooth) = (outward(ng), smooth.map(outward));

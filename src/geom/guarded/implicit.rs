@@ -185,9 +185,6 @@ impl<D: Lanes> Found<D> {
     }
 }
 
-/// t is known to this part of it, or better known by exact arithmetic.
-const SHARP: f64 = 1.0 / (1_u64 << 26) as f64;
-
 /// Rays in the surface's bounds or in its clip, and f there.
 struct Part<D: Lanes, const N: usize> {
     ends: Ends<D>,
@@ -268,8 +265,7 @@ impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> Part<D, N> {
         let slack = (self.start.abs() + self.width) * D::from_f64(3.01 * UNIT);
         let from = (at(s_from) - slack).max(self.start);
         let to = at(s_to) + slack;
-        let is_sharp = (to - from).le(to.abs() * D::from_f64(SHARP));
-        let hit = found.hit & is_there & is_sharp & self.in_clip(row, [from, to]);
+        let hit = found.hit & is_there & self.in_clip(row, [from, to]);
         ([from, at(found.t), to], hit, found.doubt | found.hit & !hit)
     }
 

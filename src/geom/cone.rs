@@ -11,7 +11,7 @@
 
 use super::ray::{Meet, Ray, Span};
 use crate::math::lanes::{Lanes, Scalar};
-use crate::math::{Aabb, Vec3};
+use crate::math::{Aabb, Vec3, unordered_dot};
 use glam::DVec3;
 
 /// A truncated circular cone from `base` to `top`; one radius may be 0 (an
@@ -35,8 +35,8 @@ impl Cone {
         let size = half.abs().max_element();
         let scaled = half / size;
         // Not `length()`: glam's libm has the legacy SSE square root, which between
-        // 512-bit instructions costs hundreds of nanoseconds. The bits are equal.
-        let length = scaled.length_squared().sqrt();
+        // 512-bit instructions costs hundreds of nanoseconds.
+        let length = unordered_dot(scaled, scaled).sqrt();
         (size * length, scaled / length)
     }
 
@@ -116,13 +116,13 @@ fn frame<L: Lanes>(cone: &Cone, ray: &Ray<L>) -> Frame<L> {
     let middle = cone.base * 0.5 + cone.top * 0.5;
     let k = (cone.top_radius - cone.base_radius) / (2.0 * half);
     let splat = |v: DVec3| Vec3::splat(v.to_array().map(L::Scalar::from_f64));
-    let n: Vec3<L> = splat(n);
     let k = L::from_f64(k);
-    let org = ray.org - splat(middle);
-    let shift = -(org.dot(ray.dir) / ray.dir_squared);
-    let near = org.along(ray.dir, shift);
-    let (height, rise) = (near.dot(n), ray.dir.dot(n));
-    let (across, drift) = (near - n * height, ray.dir - n * rise);
+    let (n, dir) = (ray.shear.turned(splat(n)), ray.turned);
+    let org = ray.shear.turned(ray.org - splat(middle));
+    let shift = -(org.dot(dir) / ray.dir_squared);
+    let near = org.along(dir, shift);
+    let (height, rise) = (near.dot(n), dir.dot(n));
+    let (across, drift) = (near - n * height, dir - n * rise);
     let radius = L::from_f64((cone.base_radius + cone.top_radius) * 0.5) + k * height;
     let widening = k * rise;
     Frame {
@@ -130,9 +130,9 @@ fn frame<L: Lanes>(cone: &Cone, ray: &Ray<L>) -> Frame<L> {
         height,
         rise,
         half: L::from_f64(half),
-        a: drift.dot(drift) - widening * widening,
+        a: drift.length_squared() - widening * widening,
         b: across.dot(drift) - radius * widening,
-        c: across.dot(across) - radius * radius,
+        c: across.length_squared() - radius * radius,
         radius,
         widening,
     }

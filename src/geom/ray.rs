@@ -111,7 +111,8 @@ pub struct Ray<L: Lanes> {
     pub org: Vec3<L>,
     pub dir: Vec3<L>,
     pub t_min: L,
-    /// dir · dir.
+    /// dir, as [`Shear::turned`] has it; and dir · dir.
+    pub turned: Vec3<L>,
     pub dir_squared: L,
     pub shear: Shear<L>,
 }
@@ -136,12 +137,15 @@ pub struct Shear<L: Lanes> {
 impl<L: Lanes> Ray<L> {
     #[inline(always)]
     pub fn new(org: Vec3<L>, dir: Vec3<L>, t_min: L) -> Ray<L> {
+        let shear = Shear::of(dir);
+        let turned = shear.turned(dir);
         Ray {
             org,
             dir,
             t_min,
-            dir_squared: dir.dot(dir),
-            shear: Shear::of(dir),
+            turned,
+            dir_squared: turned.length_squared(),
+            shear,
         }
     }
 }
@@ -171,6 +175,18 @@ impl<L: Lanes> Shear<L> {
         (0..3)
             .filter(|k| self.axes >> k & 1 != 0)
             .map(|k| (k, self.lanes[k]))
+    }
+
+    /// The ray's longest axis last, in place of z. Sums over axes then go the same way
+    /// however scene and ray are turned: the first two of three are alike.
+    #[inline(always)]
+    pub fn turned(&self, v: Vec3<L>) -> Vec3<L> {
+        let [on_x, on_y, _] = self.lanes;
+        Vec3::new(
+            L::select(on_x, v.z, v.x),
+            L::select(on_y, v.z, v.y),
+            L::select(on_x, v.x, L::select(on_y, v.y, v.z)),
+        )
     }
 
     /// A point relative to the ray's origin, seen along the ray: (x, y, depth

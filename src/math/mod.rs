@@ -16,4 +16,4 @@ pub use affine::Affine;
 pub use number::Number;
 pub use ratio::Ratio;
 pub use unit::{length, unit, units};
-pub use vec3::Vec3;
+pub use vec3::{Vec3, unordered_dot};

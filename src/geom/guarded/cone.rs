@@ -66,8 +66,10 @@ fn frame<L: Lanes>(cone: &Cone, object: &ObjectRay<L>) -> Frame<L> {
     let (half, n) = cone.axis();
     let middle = cone.base * 0.5 + cone.top * 0.5;
     let k = (cone.top_radius - cone.base_radius) / (2.0 * half);
+    let shear = &object.ray.shear;
     let n: Vec3<L> = Vec3::splat(n.to_array().map(L::Scalar::from_f64));
-    let (dir, squared) = (object.ray.dir, object.ray.dir_squared);
+    let n = shear.turned(n);
+    let (dir, squared) = (object.ray.turned, object.ray.dir_squared);
     let rise = dir.dot(n);
     let drift = dir - n * rise;
     let drift_squared = drift.length_squared();
@@ -75,7 +77,7 @@ fn frame<L: Lanes>(cone: &Cone, object: &ObjectRay<L>) -> Frame<L> {
     // To the point nearest the axis, or, if that may be far, nearest the middle.
     let steep = (drift_squared * L::from_f32(16.0)).gt(squared);
     let start = object.org - Vec3::splat(middle.to_array());
-    let coarse = narrow::<L>(start);
+    let coarse = shear.turned(narrow::<L>(start));
     let toward = Vec3::select(steep, drift, dir);
     let over = L::select(steep, drift_squared, squared);
     let shift = -(coarse.dot(toward) / over);
@@ -84,8 +86,9 @@ fn frame<L: Lanes>(cone: &Cone, object: &ObjectRay<L>) -> Frame<L> {
     let far = middle.abs().max_element();
     near.error = near.error + L::from_f64(far * (1.5 * UNIT));
 
-    let height = near.org.dot(n);
-    let across = near.org - n * height;
+    let org = shear.turned(near.org);
+    let height = org.dot(n);
+    let across = org - n * height;
     let mean = L::from_f64((cone.base_radius + cone.top_radius) * 0.5);
     let slope = L::from_f64(k);
     let (radius, widening) = (mean + slope * height, slope * rise);

@@ -174,12 +174,15 @@ impl Edges {
             let unit = if P::PARALLEL { PARALLEL_MARGIN } else { MARGIN };
             let unit = unit * bundle.reach * bundle.steepest * bundle.steepest;
             let margin = edge * Register::splat(unit) + Register::splat(f32::MIN_POSITIVE);
-            // Which way a triangle faces is in doubt: nothing culls it.
-            let doubt = scale.le(if P::PARALLEL { margin } else { margin * edge });
-            // Products are a million times as large: they have left f32.
-            let doubt = doubt | !margin.lt(Register::splat(1e31));
             let infinite = Register::splat(f32::INFINITY);
-            <Register as Lanes>::select(doubt, infinite, margin).store(&mut edges.margin);
+            // Which way a triangle faces is in doubt: nothing culls it. T is a product
+            // of three lengths, and the first to leave f32: infinite, or, where its
+            // terms have opposite signs, not a number.
+            let least = if P::PARALLEL { margin } else { margin * edge };
+            let faces = scale.gt(least) & scale.lt(infinite);
+            // Products are a million times as large: they have left f32.
+            let sane = faces & margin.lt(Register::splat(1e31));
+            <Register as Lanes>::select(sane, margin, infinite).store(&mut edges.margin);
             let slack = Register::splat(32.0 * f32::EPSILON * bundle.reach);
             let front = (farthest + slack).ge(zero) & (nearest - slack).le(deepest);
             edges.live = front.bits();
@@ -357,3 +360,6 @@ impl Edges {
         (inside.bits() & self.live, depth, det)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -239,13 +239,13 @@ pub fn plane_ratio<L: Lanes>(a: [L; 3], n: [L; 3], shear: [L; 2]) -> [L; 2] {
     ]
 }
 
-/// a·n. The axes across the ray come first and are alike; no FMA.
+/// a·n. The axes across the ray come first and are alike.
 #[inline(always)]
 pub fn plane_depth_times_det<L: Lanes>(a: [L; 3], n: [L; 3]) -> L {
-    (a[0] * n[0] + a[1] * n[1]) + a[2] * n[2]
+    a[2].mul_add(n[2], a[0] * n[0] + a[1] * n[1])
 }
 
-/// (u, v, 1)·n, in the same way.
+/// (u, v, 1)·n, in the same way; no FMA.
 #[inline(always)]
 pub fn plane_det<L: Lanes>(n: [L; 3], [u, v]: [L; 2]) -> L {
     (n[0] * u + n[1] * v) + n[2]

@@ -6,6 +6,7 @@
 //! functions here, so they all see the same numbers. glam's types are only the
 //! storage.
 
+use super::axis_order::AxisOrder;
 use super::lanes::{Lanes, max, min};
 use super::vec3::{Vec3, unordered_dot};
 use glam::{DAffine3, DMat3, DVec3};
@@ -13,16 +14,34 @@ use glam::{DAffine3, DMat3, DVec3};
 /// A 3×4 matrix in f64: nine linear entries by column, and a translation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Affine {
-    /// `linear[c][r]`: column `c`, row `r`.
-    pub linear: [[f64; 3]; 3],
+    linear: [[f64; 3]; 3],
     pub translation: [f64; 3],
+    /// In which columns' products are added: that of the column whose largest entry is
+    /// the largest comes last. Worked out once, for rays go through a map by the million.
+    order: AxisOrder,
 }
 
 impl Affine {
     pub const IDENTITY: Affine = Affine {
         linear: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         translation: [0.0; 3],
+        order: AxisOrder::NUMBERED,
     };
+
+    /// `linear[c][r]`: column `c`, row `r`.
+    pub fn new(linear: [[f64; 3]; 3], translation: [f64; 3]) -> Affine {
+        Affine {
+            linear,
+            translation,
+            order: order_of(&linear),
+        }
+    }
+
+    /// `linear()[c][r]`: column `c`, row `r`.
+    #[inline(always)]
+    pub fn linear(&self) -> &[[f64; 3]; 3] {
+        &self.linear
+    }
 
     pub fn is_identity(&self) -> bool {
         *self == Affine::IDENTITY
@@ -40,34 +59,12 @@ impl Affine {
     /// tests/scene_checks/graphs.rs compares with a product written out.
     #[inline(never)]
     pub fn then_after(&self, inner: &Affine) -> Affine {
-        Affine {
-            linear: inner.linear.map(|c| self.vector(c)),
-            translation: self.point(inner.translation),
-        }
+        let linear = inner.linear.map(|c| self.vector(c));
+        Affine::new(linear, self.point(inner.translation))
     }
 
-    /// The columns in the order in which [`point`](Self::point) and
-    /// [`vector`](Self::vector) add their products. Last comes the one whose largest
-    /// entry is the largest, or, where those of two are equal, the third: so no axis
-    /// counts more than another. The first two are alike.
-    #[inline(always)]
-    fn order(&self) -> [usize; 3] {
-        let [a, b, c] = self
-            .linear
-            .map(|c| max(max(c[0].abs(), c[1].abs()), c[2].abs()));
-        let x_last = b == c && a != b || a > b && a > c && b != c;
-        let y_last = c == a && a != b || b > a && b > c && c != a;
-        if x_last {
-            [1, 2, 0]
-        } else if y_last {
-            [2, 0, 1]
-        } else {
-            [0, 1, 2]
-        }
-    }
-
-    /// A point: ((mᵢpᵢ + mⱼpⱼ) + mₖpₖ) + t, each row, no FMA; i, j, k:
-    /// [`order`](Self::order).
+    /// A point: ((mᵢpᵢ + mⱼpⱼ) + mₖpₖ) + t, each row, no FMA; i, j, k: [`AxisOrder`]
+    /// of the columns' largest entries.
     #[inline(always)]
     pub fn point(&self, p: [f64; 3]) -> [f64; 3] {
         let v = self.vector(p);
@@ -77,8 +74,9 @@ impl Affine {
     /// A direction: (mᵢvᵢ + mⱼvⱼ) + mₖvₖ, each row, no FMA, in the same order.
     #[inline(always)]
     pub fn vector(&self, v: [f64; 3]) -> [f64; 3] {
-        let (m, [i, j, k]) = (&self.linear, self.order());
-        std::array::from_fn(|r| m[i][r] * v[i] + m[j][r] * v[j] + m[k][r] * v[k])
+        let [a, b, c] = self.order.of_axes(self.linear.each_ref());
+        let [x, y, z] = self.order.of_axes(v);
+        std::array::from_fn(|r| a[r] * x + b[r] * y + c[r] * z)
     }
 
     /// [`point`](Self::point) for many points at once: the same bits per lane.
@@ -91,10 +89,9 @@ impl Affine {
     /// [`vector`](Self::vector) for many directions at once.
     #[inline(always)]
     pub fn vectors<D: Lanes<Scalar = f64>>(&self, v: Vec3<D>) -> Vec3<D> {
-        let [i, j, k] = self.order();
-        let v = [v.x, v.y, v.z];
-        let term = |c: usize, r: usize| D::splat(self.linear[c][r]) * v[c];
-        let row = |r: usize| term(i, r) + term(j, r) + term(k, r);
+        let [a, b, c] = self.order.of_axes(self.linear.each_ref());
+        let [x, y, z] = self.order.of_axes([v.x, v.y, v.z]);
+        let row = |r: usize| D::splat(a[r]) * x + D::splat(b[r]) * y + D::splat(c[r]) * z;
         Vec3::new(row(0), row(1), row(2))
     }
 
@@ -154,26 +151,21 @@ impl Affine {
         }
         let rows = rows.map(|row| row / determinant);
         let linear = [0, 1, 2].map(|c| rows.map(|row| row[c] / size));
-        let result = Affine {
-            linear,
-            translation: [0.0; 3],
-        };
-        let translation = result.vector(self.translation).map(|x| -x);
-        let result = Affine {
-            linear,
-            translation,
-        };
+        let mut result = Affine::new(linear, [0.0; 3]);
+        result.translation = result.vector(self.translation).map(|x| -x);
         let condition = self.norm() * result.norm();
         (result.is_finite() && condition <= 1e15).then_some(result)
     }
 }
 
+/// By a column's largest entry.
+fn order_of(linear: &[[f64; 3]; 3]) -> AxisOrder {
+    AxisOrder::of(linear.map(|c| max(max(c[0].abs(), c[1].abs()), c[2].abs())))
+}
+
 impl From<DAffine3> for Affine {
     fn from(m: DAffine3) -> Affine {
-        Affine {
-            linear: m.matrix3.to_cols_array_2d(),
-            translation: m.translation.to_array(),
-        }
+        Affine::new(m.matrix3.to_cols_array_2d(), m.translation.to_array())
     }
 }
 

@@ -1,5 +1,6 @@
 //! Three columns of lanes.
 
+use super::axis_order::AxisOrder;
 use super::lanes::{Lanes, unordered_sum};
 use glam::DVec3;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -50,6 +51,12 @@ impl<L: Lanes> Vec3<L> {
     #[inline(always)]
     pub fn dot(self, o: Vec3<L>) -> L {
         self.x * o.x + self.y * o.y + self.z * o.z
+    }
+
+    #[inline(always)]
+    pub fn ordered(self, order: AxisOrder) -> Vec3<L> {
+        let [x, y, z] = order.of_axes([self.x, self.y, self.z]);
+        Vec3::new(x, y, z)
     }
 
     /// The same bits whichever way the axes are numbered or point, no FMA: what t is

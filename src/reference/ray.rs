@@ -15,14 +15,14 @@ impl Ray {
     /// FMA. The product with one column is added last, then t: that of the column whose
     /// largest entry is the largest, or of the third, if those of two are equal.
     pub fn through(&self, m: &Affine) -> Ray {
-        let size = |c: usize| m.linear[c].iter().fold(0.0, |s, x| f64::max(s, x.abs()));
+        let size = |c: usize| m.linear()[c].iter().fold(0.0, |s, x| f64::max(s, x.abs()));
         let stands_out = |c: usize| {
             let (own, one, other) = (size(c), size((c + 1) % 3), size((c + 2) % 3));
             (one == other && own != one) || (one != other && own > one && own > other)
         };
         let last = (0..3).find(|c| stands_out(*c)).unwrap_or(2);
         let row = |v: [f64; 3], r: usize| {
-            let product = |c: usize| m.linear[c % 3][r] * v[c % 3];
+            let product = |c: usize| m.linear()[c % 3][r] * v[c % 3];
             (product(last + 1) + product(last + 2)) + product(last)
         };
         Ray {

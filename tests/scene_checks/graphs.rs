@@ -139,9 +139,9 @@ fn times(a: [[f64; 4]; 3], b: [[f64; 4]; 3]) -> [[f64; 4]; 3] {
 fn rows(m: &Affine) -> [[f64; 4]; 3] {
     std::array::from_fn(|r| {
         [
-            m.linear[0][r],
-            m.linear[1][r],
-            m.linear[2][r],
+            m.linear()[0][r],
+            m.linear()[1][r],
+            m.linear()[2][r],
             m.translation[r],
         ]
     })

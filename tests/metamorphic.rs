@@ -11,6 +11,8 @@ mod common;
 mod compare;
 #[path = "metamorphic/remade.rs"]
 mod remade;
+#[path = "metamorphic/solids.rs"]
+mod solids;
 #[path = "metamorphic/sums.rs"]
 mod sums;
 

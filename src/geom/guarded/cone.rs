@@ -63,32 +63,30 @@ fn turned<L: Lanes>() -> f32 {
 
 #[inline(always)]
 fn frame<L: Lanes>(cone: &Cone, object: &ObjectRay<L>) -> Frame<L> {
-    let (half, n) = cone.axis();
+    let (half, n, order) = cone.axis();
     let middle = cone.base * 0.5 + cone.top * 0.5;
     let k = (cone.top_radius - cone.base_radius) / (2.0 * half);
-    let shear = &object.ray.shear;
-    let n: Vec3<L> = Vec3::splat(n.to_array().map(L::Scalar::from_f64));
-    let n = shear.turned(n);
-    let (dir, squared) = (object.ray.turned, object.ray.dir_squared);
+    let n = order.of_axes(n.to_array());
+    let n: Vec3<L> = Vec3::splat(n.map(L::Scalar::from_f64));
+    let (dir, squared) = (object.ray.dir.ordered(order), object.ray.dir_squared);
     let rise = dir.dot(n);
     let drift = dir - n * rise;
     let drift_squared = drift.length_squared();
 
     // To the point nearest the axis, or, if that may be far, nearest the middle.
     let steep = (drift_squared * L::from_f32(16.0)).gt(squared);
-    let start = object.org - Vec3::splat(middle.to_array());
-    let coarse = shear.turned(narrow::<L>(start));
+    let start = (object.org - Vec3::splat(middle.to_array())).ordered(order);
+    let coarse = narrow::<L>(start);
     let toward = Vec3::select(steep, drift, dir);
     let over = L::select(steep, drift_squared, squared);
     let shift = -(coarse.dot(toward) / over);
-    let mut near = Near::at(start, object.dir, coarse.max_abs(), shift);
+    let mut near = Near::at(start, object.dir.ordered(order), coarse.max_abs(), shift);
     // The middle itself is rounded.
     let far = middle.abs().max_element();
     near.error = near.error + L::from_f64(far * (1.5 * UNIT));
 
-    let org = shear.turned(near.org);
-    let height = org.dot(n);
-    let across = org - n * height;
+    let height = near.org.dot(n);
+    let across = near.org - n * height;
     let mean = L::from_f64((cone.base_radius + cone.top_radius) * 0.5);
     let slope = L::from_f64(k);
     let (radius, widening) = (mean + slope * height, slope * rise);

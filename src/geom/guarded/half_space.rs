@@ -42,7 +42,7 @@ struct Polyhedron<'a, L: Lanes> {
     corner: DVec3,
     near: Near<L>,
     /// As `shear` turns it, and where the ray is.
-    dir: &'a Vec3<L>,
+    dir: Vec3<L>,
     shear: &'a Shear<L>,
     /// Its largest component.
     along: L,
@@ -57,7 +57,7 @@ impl<'a, L: Lanes> Polyhedron<'a, L> {
             org: shear.turned(near.org),
             ..near
         };
-        let dir = &object.ray.turned;
+        let dir = shear.turned_dir(object.ray.dir);
         Polyhedron {
             corner,
             near,
@@ -84,7 +84,7 @@ impl<'a, L: Lanes> Polyhedron<'a, L> {
         Ahead {
             room: L::from_f64(offset) - normal.dot(self.near.org),
             room_error: moved + own,
-            speed: normal.dot(*self.dir),
+            speed: normal.dot(self.dir),
             speed_error: length * self.along * roundings(5.5) + tiny(),
         }
     }

@@ -3,7 +3,7 @@
 //! itself begins there, so neither root cancels).
 
 use super::{Between, Ends, Meet, Near, ObjectRay, Part, narrow, range, roundings, tiny};
-use crate::geom::ray::{Ray, Shear};
+use crate::geom::ray::Shear;
 use crate::geom::{Ellipsoid, Sphere};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
@@ -28,8 +28,8 @@ struct Chord<L: Lanes> {
 }
 
 impl<L: Lanes> Chord<L> {
+    /// `along`: as `shear` turns it; `near`: as it is.
     #[inline(always)]
-    /// `along`, as `shear` turns it; of `near`, as it is.
     fn new(
         near: Near<L>,
         shear: &Shear<L>,
@@ -60,15 +60,16 @@ impl<L: Lanes> Chord<L> {
     fn of_sphere(sphere: &Sphere, object: &ObjectRay<L>) -> Chord<L> {
         let start = object.org - Vec3::splat(sphere.center.to_array());
         let near = Near::to_center(start, object);
-        let Ray {
-            shear,
-            turned,
-            dir_squared: squared,
-            ..
-        } = object.ray;
+        let (shear, squared) = (&object.ray.shear, object.ray.dir_squared);
+        let dir = shear.turned_dir(object.ray.dir);
         let radius = L::from_f64(sphere.radius);
-        let inverse = L::from_f32(1.0) / *squared;
-        Chord::new(near, shear, *turned, [*squared, inverse], radius)
+        Chord::new(
+            near,
+            shear,
+            dir,
+            [squared, L::from_f32(1.0) / squared],
+            radius,
+        )
     }
 
     /// The unit sphere, with rays divided by the radii.

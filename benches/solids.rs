@@ -52,10 +52,8 @@ fn parts(side: u32) -> Scene {
     for i in 0..side * side {
         let at = place(i, side, 20.0);
         let scale = 20.0 / f64::from(side);
-        let local = Affine {
-            linear: std::array::from_fn(|k| (DVec3::AXES[k] * scale).to_array()),
-            translation: at.to_array(),
-        };
+        let linear = std::array::from_fn(|k| (DVec3::AXES[k] * scale).to_array());
+        let local = Affine::new(linear, at.to_array());
         let transform = scene.transform(local);
         scene.instance("", Edge::shape(part).transform(transform));
     }

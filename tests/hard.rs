@@ -228,9 +228,9 @@ fn residual(map: &Affine, corner: DVec3, x: DVec3, low: DVec3) -> DVec3 {
         };
         for k in 0..3 {
             for factor in [x[k], low[k]] {
-                let product = -map.linear[k][r] * factor;
+                let product = -map.linear()[k][r] * factor;
                 add(product);
-                add((-map.linear[k][r]).mul_add(factor, -product));
+                add((-map.linear()[k][r]).mul_add(factor, -product));
             }
         }
         add(-map.translation[r]);

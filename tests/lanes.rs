@@ -359,10 +359,8 @@ fn transforms_of_lanes_are_those_of_points() {
     let mut random = Random(3);
     for _ in 0..20_000 {
         let numbers = |random: &mut Random| random.vector().to_array();
-        let map = Affine {
-            linear: [(); 3].map(|()| numbers(&mut random)),
-            translation: numbers(&mut random),
-        };
+        let linear = [(); 3].map(|()| numbers(&mut random));
+        let map = Affine::new(linear, numbers(&mut random));
         let points: [[f64; 3]; 16] = std::array::from_fn(|_| numbers(&mut random));
         let column = |k: usize| f64x16::load(&points.map(|p| p[k]));
         let packed = Vec3::new(column(0), column(1), column(2));

@@ -11,6 +11,10 @@ mod common;
 mod compare;
 #[path = "metamorphic/remade.rs"]
 mod remade;
+#[path = "metamorphic/solids.rs"]
+mod solids;
+#[path = "metamorphic/sums.rs"]
+mod sums;
 
 use common::{ALL_AOVS, Loaded, Random, RayColumns, assets, hard_rays, load, random_scene};
 use compare::{Tally, is_tie, same_pictures, same_records, show};
@@ -378,16 +382,8 @@ fn all_turns() -> Vec<Turn> {
 
 #[test]
 fn the_axes_do_not_show() {
-    let tally = turning(&few(), &three_turns(), &config(48, 32));
+    let tally = show("turning", turning(&few(), &three_turns(), &config(48, 32)));
     tally.settle();
-    // Sums of three go another way.
-    assert!(tally.spread.most_by_cosine <= 8.0, "{:?}", tally.spread);
-}
-
-#[test]
-#[ignore = "t is one evaluation of some ten roundings, and their order is that of the axes"]
-fn the_axes_change_t_by_two_roundings_at_most() {
-    let tally = turning(&few(), &three_turns(), &config(48, 32));
     assert_eq!(tally.spread.beyond_two, 0, "{:?}", tally.spread);
 }
 
@@ -395,5 +391,7 @@ fn the_axes_change_t_by_two_roundings_at_most() {
 #[ignore = "a campaign of minutes"]
 fn the_axes_do_not_show_anywhere() {
     let tally = turning(&many(), &all_turns(), &config(96, 64));
-    show("turning", tally).settle();
+    let tally = show("turning", tally);
+    tally.settle();
+    assert_eq!(tally.spread.beyond_two, 0);
 }

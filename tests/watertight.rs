@@ -167,7 +167,7 @@ fn closed_meshes_have_no_cracks() {
         no_cracks(name, &loaded, &aimed, 1e-11);
         let placed = placed(&mesh);
         let row = placed.appearances.rows[0];
-        let turn = DMat3::from_cols_array_2d(&row.object_from_world.linear);
+        let turn = DMat3::from_cols_array_2d(row.object_from_world.linear());
         let aimed = aim(&mesh, turn, |p| {
             DVec3::from_array(row.world_from_object.point(p.to_array()))
         });

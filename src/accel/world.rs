@@ -467,14 +467,15 @@ pub(super) fn world_bounds(own: &Aabb, place: &Place, center: DVec3) -> Aabb {
     let largest = own.max_abs();
     let slack: [f64; 3] = std::array::from_fn(|r| {
         let linear: f64 = (0..3)
-            .map(|c| (around.linear[c][r] - identity.linear[c][r]).abs())
+            .map(|c| (around.linear()[c][r] - identity.linear()[c][r]).abs())
             .sum();
         // Magnitudes of what was summed up, for the rounding of each sum.
         let sums: f64 = (0..3)
             .map(|k| {
-                let inner: f64 = (0..3).map(|c| outward.linear[c][k].abs()).sum::<f64>() * largest
+                let inner: f64 = (0..3).map(|c| outward.linear()[c][k].abs()).sum::<f64>()
+                    * largest
                     + outward.translation[k].abs();
-                inward.linear[k][r].abs() * inner
+                inward.linear()[k][r].abs() * inner
             })
             .sum::<f64>()
             + inward.translation[r].abs();

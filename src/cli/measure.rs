@@ -155,7 +155,7 @@ impl Measurer<'_> {
         count: u64,
     ) -> Option<Volume> {
         // Where it stands makes no difference but to the centroid.
-        let mut bits = outward.linear.as_flattened().iter().map(|x| x.to_bits());
+        let mut bits = outward.linear().as_flattened().iter().map(|x| x.to_bits());
         let key = (id, std::array::from_fn(|_| bits.next().unwrap_or(0)));
         let place = |volume: &Volume, from: [f64; 3], to: [f64; 3]| Volume {
             centroid: volume
@@ -189,7 +189,7 @@ impl Measurer<'_> {
 /// By how much a map lengthens, if all vectors alike.
 fn similarity(map: &Affine) -> Option<f64> {
     let dot = |a: &[f64; 3], b: &[f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    let [x, y, z] = &map.linear;
+    let [x, y, z] = map.linear();
     let square = dot(x, x);
     let near = |value: f64, to: f64| (value - to).abs() <= 1e-12 * square;
     let all = near(dot(y, y), square)

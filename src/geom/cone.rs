@@ -11,7 +11,7 @@
 
 use super::ray::{Meet, Ray, Span};
 use crate::math::lanes::{Lanes, Scalar};
-use crate::math::{Aabb, Vec3};
+use crate::math::{Aabb, AxisOrder, Vec3};
 use glam::DVec3;
 
 /// A truncated circular cone from `base` to `top`; one radius may be 0 (an
@@ -29,21 +29,25 @@ pub struct Cone {
 }
 
 impl Cone {
-    /// Half the height and the unit axis, without overflow.
-    pub(super) fn axis(&self) -> (f64, DVec3) {
+    /// Half the height and the unit axis, without overflow; and the order that sums over
+    /// axes take for it.
+    #[inline(always)]
+    pub(super) fn axis(&self) -> (f64, DVec3, AxisOrder) {
         let half = self.top * 0.5 - self.base * 0.5;
         let size = half.abs().max_element();
         let scaled = half / size;
         // Not `length()`: glam's libm has the legacy SSE square root, which between
-        // 512-bit instructions costs hundreds of nanoseconds. The bits are equal.
-        let length = scaled.length_squared().sqrt();
-        (size * length, scaled / length)
+        // 512-bit instructions costs hundreds of nanoseconds.
+        let order = AxisOrder::of(scaled.abs().to_array());
+        let [x, y, z] = order.of_axes((scaled * scaled).to_array());
+        let length = (x + y + z).sqrt();
+        (size * length, scaled / length, order)
     }
 
     /// The box around the two end discs: along axis k a disc with unit normal n
     /// reaches r·√(1 − n_k²).
     pub fn bounds(&self) -> Aabb {
-        let (_, n) = self.axis();
+        let (_, n, _) = self.axis();
         // As the other two components' length: 1 − n_k² would cancel.
         let length = |a: f64, b: f64| (a * a + b * b).sqrt();
         let reach = DVec3::new(length(n.y, n.z), length(n.x, n.z), length(n.x, n.y));
@@ -63,7 +67,7 @@ impl Cone {
     /// How far `p` lies above that cap or side, to first order; and the normal.
     #[inline(always)]
     pub fn nearest<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> (D, Vec3<D>) {
-        let (half, axis) = self.axis();
+        let (half, axis, _) = self.axis();
         let k = (self.top_radius - self.base_radius) / (2.0 * half);
         let n = Vec3::<D>::splat(axis.to_array());
         let middle = self.base * 0.5 + self.top * 0.5;
@@ -112,17 +116,17 @@ struct Frame<L: Lanes> {
 
 #[inline(always)]
 fn frame<L: Lanes>(cone: &Cone, ray: &Ray<L>) -> Frame<L> {
-    let (half, n) = cone.axis();
+    let (half, n, order) = cone.axis();
     let middle = cone.base * 0.5 + cone.top * 0.5;
     let k = (cone.top_radius - cone.base_radius) / (2.0 * half);
-    let splat = |v: DVec3| Vec3::splat(v.to_array().map(L::Scalar::from_f64));
-    let n: Vec3<L> = splat(n);
+    let splat = |v: DVec3| Vec3::<L>::splat(v.to_array().map(L::Scalar::from_f64));
     let k = L::from_f64(k);
-    let org = ray.org - splat(middle);
-    let shift = -(org.dot(ray.dir) / ray.dir_squared);
-    let near = org.along(ray.dir, shift);
-    let (height, rise) = (near.dot(n), ray.dir.dot(n));
-    let (across, drift) = (near - n * height, ray.dir - n * rise);
+    let (n, dir) = (splat(n).ordered(order), ray.dir.ordered(order));
+    let org = (ray.org - splat(middle)).ordered(order);
+    let shift = -(org.dot(dir) / ray.dir_squared);
+    let near = org.along(dir, shift);
+    let (height, rise) = (near.dot(n), dir.dot(n));
+    let (across, drift) = (near - n * height, dir - n * rise);
     let radius = L::from_f64((cone.base_radius + cone.top_radius) * 0.5) + k * height;
     let widening = k * rise;
     Frame {
@@ -130,9 +134,9 @@ fn frame<L: Lanes>(cone: &Cone, ray: &Ray<L>) -> Frame<L> {
         height,
         rise,
         half: L::from_f64(half),
-        a: drift.dot(drift) - widening * widening,
+        a: drift.length_squared() - widening * widening,
         b: across.dot(drift) - radius * widening,
-        c: across.dot(across) - radius * radius,
+        c: across.length_squared() - radius * radius,
         radius,
         widening,
     }

@@ -35,6 +35,8 @@ pub fn span<L: Lanes>(ellipsoid: &Ellipsoid, ray: &Ray<L>) -> Span<L> {
     let center = Vec3::splat(ellipsoid.center.to_array().map(L::Scalar::from_f64));
     let radii: Vec3<L> = Vec3::splat(ellipsoid.radii.to_array().map(L::Scalar::from_f64));
     let by_radii = |v: Vec3<L>| Vec3::new(v.x / radii.x, v.y / radii.y, v.z / radii.z);
+    let turned = |v: Vec3<L>| ray.shear.turned(v);
     let (org, dir) = (by_radii(ray.org - center), by_radii(ray.dir));
-    centered_span(org, dir, dir.dot(dir), L::from_f32(1.0))
+    let (org, dir) = (turned(org), turned(dir));
+    centered_span(org, dir, dir.length_squared(), L::from_f32(1.0))
 }

@@ -19,13 +19,15 @@ pub struct HalfSpace {
 pub fn span<L: Lanes>(planes: &[HalfSpace], ray: &Ray<L>) -> Span<L> {
     let infinity = L::splat(L::Scalar::INFINITY);
     let zero = L::zero();
+    let (org, dir) = (ray.shear.turned(ray.org), ray.shear.turned_dir(ray.dir));
     let mut some = L::Mask::splat(true);
     let mut enter = -infinity;
     let mut exit = infinity;
     for plane in planes {
         let normal = Vec3::splat(plane.normal.to_array().map(L::Scalar::from_f64));
-        let room = L::from_f64(plane.offset) - normal.dot(ray.org);
-        let speed = normal.dot(ray.dir);
+        let normal = ray.shear.turned(normal);
+        let room = L::from_f64(plane.offset) - normal.dot(org);
+        let speed = normal.dot(dir);
         let t = room / speed;
         let (inward, outward) = (speed.lt(zero), speed.gt(zero));
         enter = enter.max(L::select(inward, t, -infinity));

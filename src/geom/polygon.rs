@@ -7,8 +7,8 @@
 //! of two neighbours. t comes from the plane.
 
 use super::ray::{Meet, Ray};
-use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::math::{Vec3, unordered_dot};
 use glam::DVec3;
 
 /// A polygon's corners and the unit normal of its plane (Newell).
@@ -30,7 +30,7 @@ pub fn meet<L: Lanes>(polygon: &Polygon, ray: &Ray<L>, active: L::Mask) -> Meet<
     }
     let normal: Vec3<L> = splat(polygon.normal);
     let first = splat(polygon.points[0]) - ray.org;
-    let t = normal.dot(first) / normal.dot(ray.dir);
+    let t = normal.unordered_dot(first) / normal.unordered_dot(ray.dir);
     let finite = t.abs().lt(L::splat(L::Scalar::INFINITY));
     Meet::certain(inside & finite & t.gt(ray.t_min), t)
 }
@@ -83,7 +83,7 @@ pub fn polygon_plane(points: &[DVec3]) -> Result<DVec3, String> {
     // or overflows.
     let at = |i: usize| (points[i % points.len()] - origin) / size;
     let normal: DVec3 = (0..points.len()).map(|i| at(i).cross(at(i + 1))).sum();
-    let length = normal.length();
+    let length = unordered_dot(normal, normal).sqrt();
     if length.is_nan() || length < 1e-12 {
         return Err("its points lie on a line".into());
     }

@@ -6,7 +6,7 @@
 
 use super::ray::{Ray, Span};
 use crate::math::bounds::Bounded;
-use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::math::lanes::{Lanes, Mask, Scalar, odd_sum};
 use crate::math::{Aabb, Number, Vec3};
 use glam::DVec3;
 
@@ -195,9 +195,9 @@ impl<L: Lanes> Lifted<L> {
     pub fn times(&self, v: Vec3<L>) -> Vec3<L> {
         let (a, d) = (self.squares, self.mixed);
         Vec3::new(
-            a.x * v.x + d.x * v.y + d.y * v.z,
-            d.x * v.x + a.y * v.y + d.z * v.z,
-            d.y * v.x + d.z * v.y + a.z * v.z,
+            odd_sum(a.x * v.x, d.x * v.y, d.y * v.z),
+            odd_sum(d.x * v.x, a.y * v.y, d.z * v.z),
+            odd_sum(d.y * v.x, d.z * v.y, a.z * v.z),
         )
     }
 
@@ -227,14 +227,14 @@ impl<L: Lanes> Lifted<L> {
 pub fn span<L: Lanes>(row: &Quadric, ray: &Ray<L>) -> (Span<L>, L::Mask) {
     let (zero, infinity) = (L::zero(), L::splat(L::Scalar::INFINITY));
     let form = Lifted::new(row);
-    let shift = -(ray.org.dot(ray.dir) / ray.dir_squared);
+    let shift = -(ray.org.unordered_dot(ray.dir) / ray.dir_squared);
     let near = ray.org.along(ray.dir, shift);
     let along = form.times(ray.dir);
     let gradient = form.times(near) + form.linear;
     // No zero below zero: its sign would be that of the root at infinity.
-    let a = along.dot(ray.dir) + zero;
-    let b = gradient.dot(ray.dir);
-    let c = near.dot(gradient) + form.linear.dot(near) + form.constant;
+    let a = along.unordered_dot(ray.dir) + zero;
+    let b = gradient.unordered_dot(ray.dir);
+    let c = near.unordered_dot(gradient) + form.linear.unordered_dot(near) + form.constant;
     let squared = b * b - a * c;
     let root = squared.max(zero).sqrt();
     let q = -(b + L::select(b.lt(zero), -root, root));

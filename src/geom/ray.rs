@@ -136,33 +136,45 @@ pub struct Shear<L: Lanes> {
 impl<L: Lanes> Ray<L> {
     #[inline(always)]
     pub fn new(org: Vec3<L>, dir: Vec3<L>, t_min: L) -> Ray<L> {
+        let (shear, turned) = Shear::of(dir);
         Ray {
             org,
             dir,
             t_min,
-            dir_squared: dir.dot(dir),
-            shear: Shear::of(dir),
+            dir_squared: turned.length_squared(),
+            shear,
         }
     }
 }
 
+#[inline(always)]
+fn turned<L: Lanes>([on_x, on_y, _]: &[L::Mask; 3], v: Vec3<L>) -> Vec3<L> {
+    Vec3::new(
+        L::select(*on_x, v.z, v.x),
+        L::select(*on_y, v.z, v.y),
+        L::select(*on_x, v.x, L::select(*on_y, v.y, v.z)),
+    )
+}
+
 impl<L: Lanes> Shear<L> {
+    /// And the direction, as [`turned`](Self::turned) has it.
     #[inline(always)]
-    fn of(d: Vec3<L>) -> Shear<L> {
+    fn of(d: Vec3<L>) -> (Shear<L>, Vec3<L>) {
         let (x, y, z) = (d.x.abs(), d.y.abs(), d.z.abs());
         let is_z = z.ge(x) & z.ge(y);
         let is_y = y.ge(x) & !is_z;
         let is_x = !(is_z | is_y);
-        let pick = |on_x: L, on_y: L, on_z: L| L::select(is_z, on_z, L::select(is_y, on_y, on_x));
-        let along = pick(d.x, d.y, d.z);
         let lanes = [is_x, is_y, is_z];
-        Shear {
+        let turned = turned(&lanes, d);
+        let (p, q, along) = (turned.x, turned.y, turned.z);
+        let shear = Shear {
             axes: u8::from(is_x.any()) | u8::from(is_y.any()) << 1 | u8::from(is_z.any()) << 2,
             lanes,
-            x: -(pick(d.y, d.z, d.x) / along),
-            y: -(pick(d.z, d.x, d.y) / along),
+            x: -(L::select(is_z, p, q) / along),
+            y: -(L::select(is_z, q, p) / along),
             along,
-        }
+        };
+        (shear, turned)
     }
 
     /// The axes to run a kernel for, as (k, lanes).
@@ -171,6 +183,21 @@ impl<L: Lanes> Shear<L> {
         (0..3)
             .filter(|k| self.axes >> k & 1 != 0)
             .map(|k| (k, self.lanes[k]))
+    }
+
+    /// The ray's longest axis last, in place of z. Sums over axes then go the same way
+    /// however scene and ray are turned: the first two of three are alike.
+    #[inline(always)]
+    pub fn turned(&self, v: Vec3<L>) -> Vec3<L> {
+        turned(&self.lanes, v)
+    }
+
+    /// The same of the direction that this is the shear of.
+    #[inline(always)]
+    pub fn turned_dir(&self, dir: Vec3<L>) -> Vec3<L> {
+        let [on_x, on_y, _] = self.lanes;
+        let (x, y) = (L::select(on_x, dir.z, dir.x), L::select(on_y, dir.z, dir.y));
+        Vec3::new(x, y, self.along)
     }
 
     /// A point relative to the ray's origin, seen along the ray: (x, y, depth

@@ -31,10 +31,11 @@ impl Sphere {
 pub fn span<L: Lanes>(sphere: &Sphere, ray: &Ray<L>) -> Span<L> {
     let center = Vec3::splat(sphere.center.to_array().map(L::Scalar::from_f64));
     let radius = L::from_f64(sphere.radius);
-    centered_span(ray.org - center, ray.dir, ray.dir_squared, radius)
+    let org = ray.shear.turned(ray.org - center);
+    centered_span(org, ray.shear.turned_dir(ray.dir), ray.dir_squared, radius)
 }
 
-/// A sphere about the origin.
+/// A sphere about the origin, of turned rays.
 #[inline(always)]
 pub(super) fn centered_span<L: Lanes>(
     org: Vec3<L>,

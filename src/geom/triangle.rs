@@ -18,7 +18,7 @@ pub mod exact;
 
 use super::ray::{Meet, Ray};
 use crate::math::Vec3;
-use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::math::lanes::{Lanes, Mask, Scalar, unordered_sum};
 
 /// Corners in f32, about the mesh's centre.
 pub type Corners = [[f32; 3]; 3];
@@ -26,9 +26,55 @@ pub type Corners = [[f32; 3]; 3];
 /// The corners in an order of their own, whatever the winding: two triangles on
 /// the same three points (scans have such) then give the same bits of t, and the
 /// lower id wins, as in exact arithmetic. The kernel asks for no winding.
-pub fn canonical(mut corners: Corners) -> Corners {
-    corners.sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
+///
+/// First comes the corner that t is counted from; to the other two every step is the
+/// same. Its opposite side is the longest (by the sum of magnitudes, so no axis counts
+/// more), or the other two are equally long. If all are, the corners' distances from
+/// the mesh's centre decide in the same way. So t does not change if axes are taken to
+/// axes, but of triangles of which these are equal, too.
+pub fn canonical(corners: Corners) -> Corners {
+    canonical_each::<f32>(corners)
+}
+
+/// The same of a triangle in each lane: `[corner][axis]`.
+#[inline(always)]
+pub fn canonical_each<L: Lanes>(mut corners: [[L; 3]; 3]) -> [[L; 3]; 3] {
+    let exchange = |corners: &mut [[L; 3]; 3], a: usize, b: usize, lanes: L::Mask| {
+        let (p, q) = (corners[a], corners[b]);
+        for k in 0..3 {
+            corners[a][k] = L::select(lanes, q[k], p[k]);
+            corners[b][k] = L::select(lanes, p[k], q[k]);
+        }
+    };
+    // Insertion: equal corners keep their order.
+    for (a, b) in [(0, 1), (1, 2), (0, 1)] {
+        let less = |k: usize| corners[b][k].lt(corners[a][k]);
+        let same = |k: usize| corners[b][k].eq(corners[a][k]);
+        let swap = less(0) | same(0) & (less(1) | same(1) & less(2));
+        exchange(&mut corners, a, b, swap);
+    }
+    let size = |p: [L; 3]| unordered_sum(p[0].abs(), p[1].abs(), p[2].abs());
+    let [a, b, c] = corners;
+    let side = |p: [L; 3], q: [L; 3]| size([p[0] - q[0], p[1] - q[1], p[2] - q[2]]);
+    let sides = odd_or_largest([side(b, c), side(c, a), side(a, b)]);
+    let corner = odd_or_largest([size(a), size(b), size(c)]);
+    let equal = !(sides[0] | sides[1] | sides[2]);
+    for which in 1..3 {
+        exchange(&mut corners, 0, which, sides[which] | equal & corner[which]);
+    }
     corners
+}
+
+/// Where two numbers are equal, the other one; where none are, the largest.
+#[inline(always)]
+fn odd_or_largest<L: Lanes>([a, b, c]: [L; 3]) -> [L::Mask; 3] {
+    let (ab, bc, ca) = (a.eq(b), b.eq(c), c.eq(a));
+    let differ = !(ab | bc | ca);
+    [
+        bc & !ab | differ & a.gt(b) & a.gt(c),
+        ca & !bc | differ & b.gt(c) & b.gt(a),
+        ab & !ca | differ & c.gt(a) & c.gt(b),
+    ]
 }
 
 #[inline(always)]
@@ -139,17 +185,17 @@ pub fn depth_each<L: Lanes>(corners: &[Vec3<L>; 3], ray: &Ray<L>) -> L {
 fn depth_of_plane<L: Lanes>(corners: &[Vec3<L>; 3], ray: &Ray<L>, k: usize) -> (L::Mask, L) {
     let along_k = |p: Vec3<L>| [p.axis((k + 1) % 3), p.axis((k + 2) % 3), p.axis(k)];
     let [a, b, c] = *corners;
-    let n = plane_normal(along_k(c - b), along_k(a - c));
+    let n = plane_normal(along_k(a - c), along_k(b - a));
     let seen = [a, b, c].map(|p| along_k(p - ray.org));
     plane_depth(seen, n, ([ray.shear.x, ray.shear.y], ray.shear.along))
 }
 
-/// (c − b) × (a − c), of corners where they are: relative to a far origin they
+/// (a − c) × (b − a), of corners where they are: relative to a far origin they
 /// would be rounded before the difference, which turns the plane of a small
-/// triangle.
+/// triangle. Exactly opposite if b and c change places.
 #[inline(always)]
-pub fn plane_normal<L: Lanes>(cb: [L; 3], ac: [L; 3]) -> [L; 3] {
-    cross_with_size(cb, ac).0
+pub fn plane_normal<L: Lanes>(ac: [L; 3], ba: [L; 3]) -> [L; 3] {
+    cross_with_size(ac, ba).0
 }
 
 /// p × q, and the same of magnitudes with sums for differences: what its error is
@@ -187,9 +233,22 @@ pub fn plane_depth<L: Lanes>(
 /// (a·n) and (d·n) of [`plane_depth`].
 #[inline(always)]
 pub fn plane_ratio<L: Lanes>(a: [L; 3], n: [L; 3], shear: [L; 2]) -> [L; 2] {
-    let depth_times_det = a[0].mul_add(n[0], a[1].mul_add(n[1], a[2] * n[2]));
-    let det = n[0].mul_add(-shear[0], n[1].mul_add(-shear[1], n[2]));
-    [depth_times_det, det]
+    [
+        plane_depth_times_det(a, n),
+        plane_det(n, [-shear[0], -shear[1]]),
+    ]
+}
+
+/// a·n. The axes across the ray come first and are alike.
+#[inline(always)]
+pub fn plane_depth_times_det<L: Lanes>(a: [L; 3], n: [L; 3]) -> L {
+    a[2].mul_add(n[2], a[0] * n[0] + a[1] * n[1])
+}
+
+/// (u, v, 1)·n, in the same way; no FMA.
+#[inline(always)]
+pub fn plane_det<L: Lanes>(n: [L; 3], [u, v]: [L; 2]) -> L {
+    (n[0] * u + n[1] * v) + n[2]
 }
 
 /// Errors of what a ray sees, at most.
@@ -244,8 +303,9 @@ impl<L: Lanes> Seen<L> {
     /// its axis.
     #[inline(always)]
     fn depth(&self, [u, v, w]: [L; 3], along: L) -> (L::Mask, L) {
-        let det = u + v + w;
-        let t = (u * self.z[0] + v * self.z[1] + w * self.z[2]) / (det * along);
+        // The second and the third corner are alike.
+        let det = u + (v + w);
+        let t = (u * self.z[0] + (v * self.z[1] + w * self.z[2])) / (det * along);
         (t.abs().lt(L::splat(L::Scalar::INFINITY)), t)
     }
 

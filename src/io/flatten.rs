@@ -96,6 +96,6 @@ fn bake(path: &Path, scene: &Scene) -> Result<MeshData, LoadError> {
 
 fn is_mirrored(m: &Affine) -> bool {
     let size = m.norm();
-    let columns = m.linear.map(|c| DVec3::from_array(c) / size);
+    let columns = m.linear().map(|c| DVec3::from_array(c) / size);
     DMat3::from_cols(columns[0], columns[1], columns[2]).determinant() < 0.0
 }

@@ -2,6 +2,7 @@
 
 mod aabb;
 mod affine;
+mod axis_order;
 pub mod bounds;
 pub mod dyadic;
 pub mod int;
@@ -13,7 +14,8 @@ mod vec3;
 
 pub use aabb::{Aabb, Aabb32, round_down, round_up};
 pub use affine::Affine;
+pub use axis_order::AxisOrder;
 pub use number::Number;
 pub use ratio::Ratio;
 pub use unit::{length, unit, units};
-pub use vec3::Vec3;
+pub use vec3::{Vec3, unordered_dot};

@@ -1,6 +1,7 @@
 //! Three columns of lanes.
 
-use super::lanes::Lanes;
+use super::axis_order::AxisOrder;
+use super::lanes::{Lanes, unordered_sum};
 use glam::DVec3;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -50,6 +51,19 @@ impl<L: Lanes> Vec3<L> {
     #[inline(always)]
     pub fn dot(self, o: Vec3<L>) -> L {
         self.x * o.x + self.y * o.y + self.z * o.z
+    }
+
+    #[inline(always)]
+    pub fn ordered(self, order: AxisOrder) -> Vec3<L> {
+        let [x, y, z] = order.of_axes([self.x, self.y, self.z]);
+        Vec3::new(x, y, z)
+    }
+
+    /// The same bits whichever way the axes are numbered or point, no FMA: what t is
+    /// made of.
+    #[inline(always)]
+    pub fn unordered_dot(self, o: Vec3<L>) -> L {
+        unordered_sum(self.x * o.x, self.y * o.y, self.z * o.z)
     }
 
     /// Differences of products, no FMA: swapping the operands negates exactly.
@@ -161,4 +175,10 @@ impl<L: Lanes> Neg for Vec3<L> {
     fn neg(self) -> Vec3<L> {
         Vec3::new(-self.x, -self.y, -self.z)
     }
+}
+
+/// [`Vec3::unordered_dot`] of two vectors.
+#[inline]
+pub fn unordered_dot(a: DVec3, b: DVec3) -> f64 {
+    unordered_sum(a.x * b.x, a.y * b.y, a.z * b.z)
 }

@@ -179,11 +179,14 @@ pub fn placed(own: &Bounds, to: &Affine, from: &Affine) -> Bounds {
 
 fn apply(m: &Affine, p: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|r| {
-        m.linear[0][r] * p[0] + m.linear[1][r] * p[1] + m.linear[2][r] * p[2] + m.translation[r]
+        m.linear()[0][r] * p[0]
+            + m.linear()[1][r] * p[1]
+            + m.linear()[2][r] * p[2]
+            + m.translation[r]
     })
 }
 
 /// The Frobenius norm.
 fn norm(m: &Affine) -> f64 {
-    length(m.linear.map(length))
+    length(m.linear().map(length))
 }

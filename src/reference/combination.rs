@@ -321,7 +321,7 @@ impl Combination {
         let t = N::about(&end.t);
         let own = self.in_frame(ray, row.frame);
         let normal = normal::normal(&face_of(scene, row.shape, end.face), &own, t, end.face);
-        let normal = frame.operand_from_solid.linear.map(|c| dot(c, normal));
+        let normal = frame.operand_from_solid.linear().map(|c| dot(c, normal));
         let reach = Reach {
             speed: slack::speed(normal, ray.dir),
             coordinate: bounds::max_abs(ray.org.iter().chain(&ray.at(t))),
@@ -346,7 +346,7 @@ impl Combination {
         let own = self.in_frame(ray, row.frame);
         let normal = normal::normal(&face_of(scene, row.shape, face), &own, t, face);
         let map = &self.frames[row.frame].operand_from_solid;
-        let normal = map.linear.map(|c| dot(c, normal));
+        let normal = map.linear().map(|c| dot(c, normal));
         if surface & TURNED == 0 {
             normal
         } else {

@@ -406,5 +406,5 @@ impl<'a> Reference<'a> {
 /// By the inverse transpose of world_from_object.
 fn world_normal(a: &Appearance, n: [f64; 3]) -> [f64; 3] {
     let m = &a.object_from_world;
-    ray::unit(m.linear.map(|column| ray::dot(column, n)))
+    ray::unit(m.linear().map(|column| ray::dot(column, n)))
 }

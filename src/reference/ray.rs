@@ -11,11 +11,19 @@ pub struct Ray {
 }
 
 impl Ray {
-    /// The object ray: the matrix times the ray, in the order that defines it
-    /// ((m₀x + m₁y) + m₂z) + t, without FMA.
+    /// The object ray: the matrix times the ray, in the order that defines it, without
+    /// FMA. The product with one column is added last, then t: that of the column whose
+    /// largest entry is the largest, or of the third, if those of two are equal.
     pub fn through(&self, m: &Affine) -> Ray {
+        let size = |c: usize| m.linear()[c].iter().fold(0.0, |s, x| f64::max(s, x.abs()));
+        let stands_out = |c: usize| {
+            let (own, one, other) = (size(c), size((c + 1) % 3), size((c + 2) % 3));
+            (one == other && own != one) || (one != other && own > one && own > other)
+        };
+        let last = (0..3).find(|c| stands_out(*c)).unwrap_or(2);
         let row = |v: [f64; 3], r: usize| {
-            m.linear[0][r] * v[0] + m.linear[1][r] * v[1] + m.linear[2][r] * v[2]
+            let product = |c: usize| m.linear()[c % 3][r] * v[c % 3];
+            (product(last + 1) + product(last + 2)) + product(last)
         };
         Ray {
             org: std::array::from_fn(|r| row(self.org, r) + m.translation[r]),

@@ -65,7 +65,7 @@ impl Slack {
 /// The largest sum of magnitudes in a row.
 fn row_norm(m: &Affine) -> f64 {
     (0..3)
-        .map(|r| m.linear[0][r].abs() + m.linear[1][r].abs() + m.linear[2][r].abs())
+        .map(|r| m.linear()[0][r].abs() + m.linear()[1][r].abs() + m.linear()[2][r].abs())
         .fold(0.0, f64::max)
 }
 

@@ -9,7 +9,7 @@ use super::shapes::Shape;
 use super::{Operand, Tables, shape_bounds};
 use crate::csg::{Builder, Place, Program};
 use crate::math::{Aabb, Affine};
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use std::collections::HashMap;
 
 /// Operands of one combination, at most, once unfolded.
@@ -261,10 +261,7 @@ impl<'t> Unfold<'t> {
         if center == DVec3::ZERO {
             return frame;
         }
-        let by = |shift: DVec3| Affine {
-            translation: shift.to_array(),
-            ..Affine::IDENTITY
-        };
+        let by = |shift: DVec3| Affine::from(DAffine3::from_translation(shift));
         self.below(frame, &by(center), &by(-center))
     }
 
@@ -340,7 +337,7 @@ fn rounded(map: &Affine, reach: f64) -> Key {
         }
     };
     let parts = |x: f64, power: i32| libm::scalbn(x, -power).round() as i64;
-    let linear = map.linear.as_flattened();
+    let linear = map.linear().as_flattened();
     let mut powers = [size(linear), size(&map.translation).max(reach)].map(power);
     let shift = map.translation.map(|x| parts(x, powers[1]));
     if shift == [0; 3] {

@@ -95,10 +95,10 @@ fn between(keys: &[Key], time: f64) -> Affine {
 fn interpolate(a: &Affine, b: &Affine, s: f64) -> Affine {
     let mix = |a: f64, b: f64| a * (1.0 - s) + b * s;
     let mix3 = |a: [f64; 3], b: [f64; 3]| std::array::from_fn(|i| mix(a[i], b[i]));
-    Affine {
-        linear: std::array::from_fn(|c| mix3(a.linear[c], b.linear[c])),
-        translation: mix3(a.translation, b.translation),
-    }
+    Affine::new(
+        std::array::from_fn(|c| mix3(a.linear()[c], b.linear()[c])),
+        mix3(a.translation, b.translation),
+    )
 }
 
 /// How short a stretch of a segment may get before it counts as a root.
@@ -109,7 +109,7 @@ const FINEST: f64 = 1.0 / (1 << 20) as f64;
 pub(super) fn singular_time(keys: &[Key]) -> Option<f64> {
     keys.windows(2).find_map(|pair| {
         let (a, b) = (&pair[0], &pair[1]);
-        if a.local.linear == b.local.linear {
+        if a.local.linear() == b.local.linear() {
             return None;
         }
         let s = root(determinant(&a.local, &b.local))?;
@@ -138,7 +138,7 @@ impl About {
 fn determinant(a: &Affine, b: &Affine) -> [About; 4] {
     // One scale for both keeps the products away from the ends of f64.
     let size = a.norm().max(b.norm());
-    let [a, b] = [a, b].map(|m| m.linear.map(|c| c.map(|x| x / size)));
+    let [a, b] = [a, b].map(|m| m.linear().map(|c| c.map(|x| x / size)));
     let det = |x: [f64; 3], y: [f64; 3], z: [f64; 3]| {
         let terms = [
             (x[0], y[1] * z[2], y[2] * z[1]),
@@ -235,9 +235,9 @@ mod tests {
         assert_eq!(between(&keys, 0.25), moved(2.0).into());
         let keys = [key(0.0, turn(0.0)), key(1.0, turn(90.0))];
         let half = between(&keys, 0.5);
-        assert!((half.linear[0][0] - 0.5).abs() < 1e-15);
-        assert!((half.linear[0][1] - 0.5).abs() < 1e-15);
-        assert_eq!(half.linear[2], [0.0, 0.0, 1.0]);
+        assert!((half.linear()[0][0] - 0.5).abs() < 1e-15);
+        assert!((half.linear()[0][1] - 0.5).abs() < 1e-15);
+        assert_eq!(half.linear()[2], [0.0, 0.0, 1.0]);
     }
 
     #[test]

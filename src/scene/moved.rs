@@ -11,10 +11,8 @@ impl Scene {
     /// of appearances stay, and so does the picture but for roundings. Refused
     /// where numbers leave f64.
     pub fn moved(self, scale: f64, offset: DVec3) -> Result<Scene, SceneError> {
-        let place = Affine {
-            linear: [[scale, 0.0, 0.0], [0.0, scale, 0.0], [0.0, 0.0, scale]],
-            translation: offset.to_array(),
-        };
+        let scaled = [[scale, 0.0, 0.0], [0.0, scale, 0.0], [0.0, 0.0, scale]];
+        let place = Affine::new(scaled, offset.to_array());
         if place.is_identity() {
             return Ok(self);
         }

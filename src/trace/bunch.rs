@@ -134,7 +134,7 @@ impl Faces<'_> {
     pub fn new(block: Block, exact: bool) -> Faces {
         let (mut normal, mut size) = ([[0.0; WIDE]; 3], [0.0; WIDE]);
         let [a, b, c] = block.columns([0, 1, 2]);
-        let (n, terms) = cross_with_size(minus(c, b), minus(a, c));
+        let (n, terms) = cross_with_size(minus(a, c), minus(b, a));
         for k in 0..3 {
             n[k].store(&mut normal[k]);
         }

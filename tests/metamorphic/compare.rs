@@ -1,6 +1,5 @@
 //! Two pictures, two records of rays: what differs, in numbers.
 
-use glam::DVec3;
 use lanecast::plan::Arithmetic;
 use lanecast::reference::Reference;
 use lanecast::render::Rendered;
@@ -49,18 +48,18 @@ impl Tally {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Spread {
     pub hits: usize,
+    /// Not the same bits.
+    pub differ: usize,
     pub beyond_two: usize,
     pub most: f64,
-    /// Times the cosine between ray and normal: a grazed surface's t is worse.
-    pub most_by_cosine: f64,
 }
 
 impl AddAssign for Spread {
     fn add_assign(&mut self, other: Spread) {
         self.hits += other.hits;
+        self.differ += other.differ;
         self.beyond_two += other.beyond_two;
         self.most = self.most.max(other.most);
-        self.most_by_cosine = self.most_by_cosine.max(other.most_by_cosine);
     }
 }
 
@@ -165,9 +164,9 @@ pub fn same_records(
                         let ulps = ulps(t_of(a), t_of(b), arithmetic);
                         spread += Spread {
                             hits: 1,
+                            differ: usize::from(ulps > 0.0),
                             beyond_two: usize::from(ulps > 2.0),
                             most: ulps,
-                            most_by_cosine: ulps * cosine(a),
                         };
                     }
                 }
@@ -204,15 +203,6 @@ fn t_of(ray: &TracedRay) -> f64 {
         Outcome::Hit { t, .. } => t,
         _ => f64::NAN,
     }
-}
-
-/// Of the angle between a ray and the normal of what it hits.
-fn cosine(ray: &TracedRay) -> f64 {
-    let Outcome::Hit { normal, .. } = ray.outcome else {
-        return 0.0;
-    };
-    let dir = DVec3::from_array(ray.dir.map(f64::from));
-    (DVec3::from_array(normal).dot(dir) / dir.length()).abs()
 }
 
 /// Of the mode's own numbers.

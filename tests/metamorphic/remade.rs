@@ -75,11 +75,11 @@ impl Change {
     /// T M T⁻¹, the linear part by swaps alone.
     fn place(&self, m: &Affine) -> Affine {
         let Turn { from, sign } = self.turn;
-        let entry = |c: usize, r: usize| m.linear[from[c]][from[r]] * (sign[c] * sign[r]);
-        Affine {
-            linear: std::array::from_fn(|c| std::array::from_fn(|r| entry(c, r))),
-            translation: self.point(DVec3::from_array(m.translation)).to_array(),
-        }
+        let entry = |c: usize, r: usize| m.linear()[from[c]][from[r]] * (sign[c] * sign[r]);
+        Affine::new(
+            std::array::from_fn(|c| std::array::from_fn(|r| entry(c, r))),
+            self.point(DVec3::from_array(m.translation)).to_array(),
+        )
     }
 
     fn plane(&self, plane: &HalfSpace) -> HalfSpace {

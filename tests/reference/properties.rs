@@ -147,10 +147,13 @@ proptest! {
         let (alone, all_alone) = scene_of(|b| place(b, KINDS[kind]));
         let (scene, all) = scene_of(|b| placed(b, kind, at));
         let m = all.rows[0].object_from_world;
+        // Numbers at random are never equally large.
+        let size = m.linear().map(|c| c.iter().fold(0.0, |s, x| f64::max(s, x.abs())));
+        let last = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap();
         let rows = |p: [f64; 3], w: f64| -> [f64; 3] {
             std::array::from_fn(|r| {
-                let [x, y, z] = m.linear.map(|column| column[r]);
-                let sum = x * p[0] + y * p[1] + z * p[2];
+                let product = |c: usize| m.linear()[c % 3][r] * p[c % 3];
+                let sum = (product(last + 1) + product(last + 2)) + product(last);
                 if w == 0.0 { sum } else { sum + m.translation[r] }
             })
         };

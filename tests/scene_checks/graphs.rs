@@ -115,11 +115,22 @@ fn a_chain_of_a_million_nodes() {
     assert_eq!(all.rows[0].object_from_world.translation, [-1e6, 0.0, 0.0]);
 }
 
-/// 3×4 matrices as rows, multiplied as the definition says.
+/// 3×4 matrices as rows, multiplied as the definition says: the product with the column
+/// that stands out is added last.
 fn times(a: [[f64; 4]; 3], b: [[f64; 4]; 3]) -> [[f64; 4]; 3] {
+    let size = [0, 1, 2].map(|c| a.iter().fold(0.0, |s, row| f64::max(s, row[c].abs())));
+    let others_equal = (0..3).find(|c| {
+        let others = size[(c + 1) % 3] == size[(c + 2) % 3];
+        others && size[*c] != size[(c + 1) % 3]
+    });
+    let is_largest = |c: &usize| (0..3).all(|o| o == *c || size[*c] > size[o]);
+    let two_equal = size[0] == size[1] || size[1] == size[2] || size[2] == size[0];
+    let largest = (0..3).find(is_largest).filter(|_| !two_equal);
+    let last = others_equal.or(largest).unwrap_or(2);
     std::array::from_fn(|r| {
         std::array::from_fn(|c| {
-            let sum = a[r][0] * b[0][c] + a[r][1] * b[1][c] + a[r][2] * b[2][c];
+            let product = |k: usize| a[r][k % 3] * b[k % 3][c];
+            let sum = (product(last + 1) + product(last + 2)) + product(last);
             if c == 3 { sum + a[r][3] } else { sum }
         })
     })
@@ -128,9 +139,9 @@ fn times(a: [[f64; 4]; 3], b: [[f64; 4]; 3]) -> [[f64; 4]; 3] {
 fn rows(m: &Affine) -> [[f64; 4]; 3] {
     std::array::from_fn(|r| {
         [
-            m.linear[0][r],
-            m.linear[1][r],
-            m.linear[2][r],
+            m.linear()[0][r],
+            m.linear()[1][r],
+            m.linear()[2][r],
             m.translation[r],
         ]
     })

@@ -5,6 +5,7 @@
 use crate::accel::block::{Apart, Blocks, Shared, UNUSED, VERTICES};
 use crate::accel::bvh::Child;
 use crate::accel::wide::{WIDE, WideTree};
+use crate::geom::triangle::canonical_each;
 use crate::math::lanes::{Lanes, Mask, Register};
 use crate::scene::Mesh;
 use rayon::prelude::*;
@@ -105,13 +106,7 @@ fn apart(mesh: &Mesh, source: [u32; WIDE]) -> Apart {
             }
         }
     }
-    let mut columns = corner.map(|v| v.map(|k| <Register as Lanes>::load(&k)));
-    // Insertion, as `canonical` does it: equal corners keep their order.
-    for (a, b) in [(0, 1), (1, 2), (0, 1)] {
-        let (low, high) = ordered(columns[a], columns[b]);
-        columns[a] = low;
-        columns[b] = high;
-    }
+    let columns = canonical_each(corner.map(|v| v.map(|k| <Register as Lanes>::load(&k))));
     let mut corner = columns.map(|v| v.map(Lanes::to_array));
     let first = corner[0];
     for v in &mut corner {
@@ -120,18 +115,6 @@ fn apart(mesh: &Mesh, source: [u32; WIDE]) -> Apart {
         }
     }
     Apart { corner, source }
-}
-
-/// The lesser corner first, by x, then y, then z.
-#[inline(always)]
-fn ordered(a: [Register; 3], b: [Register; 3]) -> ([Register; 3], [Register; 3]) {
-    let less = |k: usize| Lanes::lt(b[k], a[k]);
-    let same = |k: usize| Lanes::eq(b[k], a[k]);
-    let swap = less(0) | same(0) & (less(1) | same(1) & less(2));
-    let select = |yes: &[Register; 3], no: &[Register; 3]| {
-        std::array::from_fn(|k| <Register as Lanes>::select(swap, yes[k], no[k]))
-    };
-    (select(&b, &a), select(&a, &b))
 }
 
 /// The same block with each vertex once; `None` if they are too many.

@@ -43,7 +43,7 @@ impl Report {
 
 fn structures(rows: &[StructureRow]) -> String {
     let mut text = format!(
-        "{:<22} {:>9} {:>9} {:>9} {:>9} {:>9}\n",
+        "{:<28} {:>9} {:>9} {:>9} {:>9} {:>9}\n",
         "structure", "build s", "Mtris/s", "MB", "B/tri", "SAH"
     );
     for row in rows {
@@ -54,7 +54,7 @@ fn structures(rows: &[StructureRow]) -> String {
             None => "-".into(),
         };
         text += &format!(
-            "{:<22} {:>9.3} {:>9.2} {:>9.1} {:>9.1} {sah:>9}\n",
+            "{:<28} {:>9.3} {:>9.2} {:>9.1} {:>9.1} {sah:>9}\n",
             row.name,
             row.build_seconds,
             row.build_mtris_per_s,

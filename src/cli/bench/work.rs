@@ -10,7 +10,7 @@ use crate::measure::Stats;
 use crate::measure::bench::{self, BenchError, Contender, Peer, Row, Setting, Tracer};
 use crate::measure::clock::Clock;
 use crate::measure::kinds::{Kind, Order};
-use crate::measure::peer::Embree;
+use crate::measure::peer::{Embree, PeerTests};
 use crate::measure::queries::Job;
 use crate::measure::rays::{Source, direction_of, light_of, ray_sets};
 use crate::measure::structures::StructureRow;
@@ -130,7 +130,7 @@ impl<'a> Work<'a> {
         left_out.sort();
         left_out.dedup();
         let peer = match &args.peers {
-            Some(_) => Some(peer(prepared)?),
+            Some(_) => Some(peer(prepared, &precisions)?),
             None => None,
         };
         Ok(Work {
@@ -382,8 +382,9 @@ fn contender<'w>(
     }
 }
 
-/// Embree over the scene's triangles, not yet built.
-fn peer(prepared: &Prepared) -> Result<(Embree, Vec<HitId>), CliError> {
+/// Embree over the scene's triangles, not yet built, with the tests that are fair
+/// beside these precisions.
+fn peer(prepared: &Prepared, precisions: &[Precision]) -> Result<(Embree, Vec<HitId>), CliError> {
     let Prepared {
         scene, appearances, ..
     } = prepared;
@@ -405,7 +406,10 @@ fn peer(prepared: &Prepared) -> Result<(Embree, Vec<HitId>), CliError> {
             }));
         }
     }
-    let embree = Embree::new(&triangles, prepared.pool.current_num_threads());
+    let tests = PeerTests::ALL.into_iter();
+    let wanted = |tests: &PeerTests| precisions.iter().any(|p| PeerTests::beside(*p) == *tests);
+    let tests: Vec<PeerTests> = tests.filter(wanted).collect();
+    let embree = Embree::new(&triangles, &tests, prepared.pool.current_num_threads());
     let embree = embree.map_err(|error| CliError::Usage(error.to_string()))?;
     Ok((embree, ids))
 }

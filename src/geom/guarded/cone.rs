@@ -63,23 +63,24 @@ fn turned<L: Lanes>() -> f32 {
 
 #[inline(always)]
 fn frame<L: Lanes>(cone: &Cone, object: &ObjectRay<L>) -> Frame<L> {
-    let (half, n) = cone.axis();
+    let (half, n, order) = cone.axis();
     let middle = cone.base * 0.5 + cone.top * 0.5;
     let k = (cone.top_radius - cone.base_radius) / (2.0 * half);
-    let n: Vec3<L> = Vec3::splat(n.to_array().map(L::Scalar::from_f64));
-    let (dir, squared) = (object.ray.dir, object.ray.dir_squared);
+    let n = order.of_axes(n.to_array());
+    let n: Vec3<L> = Vec3::splat(n.map(L::Scalar::from_f64));
+    let (dir, squared) = (object.ray.dir.ordered(order), object.ray.dir_squared);
     let rise = dir.dot(n);
     let drift = dir - n * rise;
     let drift_squared = drift.length_squared();
 
     // To the point nearest the axis, or, if that may be far, nearest the middle.
     let steep = (drift_squared * L::from_f32(16.0)).gt(squared);
-    let start = object.org - Vec3::splat(middle.to_array());
+    let start = (object.org - Vec3::splat(middle.to_array())).ordered(order);
     let coarse = narrow::<L>(start);
     let toward = Vec3::select(steep, drift, dir);
     let over = L::select(steep, drift_squared, squared);
     let shift = -(coarse.dot(toward) / over);
-    let mut near = Near::at(start, object.dir, coarse.max_abs(), shift);
+    let mut near = Near::at(start, object.dir.ordered(order), coarse.max_abs(), shift);
     // The middle itself is rounded.
     let far = middle.abs().max_element();
     near.error = near.error + L::from_f64(far * (1.5 * UNIT));

@@ -4,10 +4,11 @@ use super::{
     Between, Ends, LEVEL, LEVEL_MOVES, LEVEL_SLACK, Near, ObjectRay, OnFace, Part, finite, no_face,
     roundings, tiny,
 };
+use crate::geom::ray::Shear;
 use crate::geom::{HalfSpace, Meet};
-use crate::math::Vec3;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::math::{Vec3, unordered_dot};
 use glam::DVec3;
 
 /// A plane before a ray that has been moved next to a polyhedron: `room` is how
@@ -40,7 +41,9 @@ impl<L: Lanes> Ahead<L> {
 struct Polyhedron<'a, L: Lanes> {
     corner: DVec3,
     near: Near<L>,
-    dir: &'a Vec3<L>,
+    /// As `shear` turns it, and where the ray is.
+    dir: Vec3<L>,
+    shear: &'a Shear<L>,
     /// Its largest component.
     along: L,
 }
@@ -49,21 +52,28 @@ impl<'a, L: Lanes> Polyhedron<'a, L> {
     #[inline(always)]
     fn new(corner: DVec3, object: &ObjectRay<'a, L>) -> Self {
         let near = Near::to_center(object.org - Vec3::splat(corner.to_array()), object);
-        let dir = &object.ray.dir;
+        let shear = &object.ray.shear;
+        let near = Near {
+            org: shear.turned(near.org),
+            ..near
+        };
+        let dir = shear.turned_dir(object.ray.dir);
         Polyhedron {
             corner,
             near,
             dir,
-            along: object.ray.shear.along.abs(),
+            shear,
+            along: shear.along.abs(),
         }
     }
 
     #[inline(always)]
     fn ahead(&self, plane: &HalfSpace) -> Ahead<L> {
         let n = plane.normal;
-        let offset = plane.offset - n.dot(self.corner);
+        let offset = plane.offset - unordered_dot(n, self.corner);
         let lost = (plane.offset.abs() + n.abs().dot(self.corner.abs())) * (5.0 * UNIT);
         let normal: Vec3<L> = Vec3::splat(n.to_array().map(L::Scalar::from_f64));
+        let normal = self.shear.turned(normal);
         let length = L::from_f64(n.abs().element_sum());
         let own = L::from_f64(offset.abs()) * roundings(2.5)
             + L::from_f64(lost) * L::from_f32(1.25)
@@ -74,7 +84,7 @@ impl<'a, L: Lanes> Polyhedron<'a, L> {
         Ahead {
             room: L::from_f64(offset) - normal.dot(self.near.org),
             room_error: moved + own,
-            speed: normal.dot(*self.dir),
+            speed: normal.dot(self.dir),
             speed_error: length * self.along * roundings(5.5) + tiny(),
         }
     }
@@ -191,7 +201,10 @@ fn plane<L: Lanes>(row: &HalfSpace, object: &ObjectRay<L>) -> Plane<L> {
     let abs = |v: Vec3<L::Double>| Vec3::new(v.x.abs(), v.y.abs(), v.z.abs());
     let offset = <L::Double as Lanes>::splat(row.offset);
     let (org, dir) = (object.org, object.dir);
-    let (room, speed) = (L::narrow(offset - n.dot(org)), L::narrow(n.dot(dir)));
+    let (room, speed) = (
+        L::narrow(offset - n.unordered_dot(org)),
+        L::narrow(n.unordered_dot(dir)),
+    );
     let across = size.dot(abs(dir));
     let unit = L::from_f64(5.0 * UNIT);
     let room_size = L::narrow(offset.abs() + size.dot(abs(org)));

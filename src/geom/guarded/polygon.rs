@@ -180,7 +180,7 @@ pub fn meet<L: Lanes>(
     // t of the plane.
     let normal = splat::<L>(polygon.normal);
     let length = L::from_f64(polygon.normal.abs().element_sum());
-    let (room, speed) = (normal.dot(first), normal.dot(ray.dir));
+    let (room, speed) = (normal.unordered_dot(first), normal.unordered_dot(ray.dir));
     let room_error = length * far * roundings(6.5) + length * origin * roundings(2.25) + tiny();
     let speed_error = length * ray.shear.along.abs() * roundings(5.5) + tiny();
     let inverse = L::from_f32(1.0) / speed;

@@ -32,8 +32,8 @@ impl<D: Lanes<Scalar = f64, Double = D>> Curve<D> {
     fn new(row: &Quadric, org: Vec3<D>, dir: Vec3<D>, astray: D) -> Curve<D> {
         let abs = |v: Vec3<D>| Vec3::new(v.x.abs(), v.y.abs(), v.z.abs());
         let sum = |v: Vec3<D>| v.x + v.y + v.z;
-        let dir_squared = dir.length_squared();
-        let shift = -(org.dot(dir) / dir_squared);
+        let dir_squared = dir.unordered_dot(dir);
+        let shift = -(org.unordered_dot(dir) / dir_squared);
         let p = org.along(dir, shift);
         let (step, size) = (abs(dir) * shift.abs(), abs(p));
         let off = (step + size) * roundings(1.01);
@@ -42,9 +42,9 @@ impl<D: Lanes<Scalar = f64, Double = D>> Curve<D> {
         let form = Lifted::<D>::new(row);
         let along = form.times(dir);
         let gradient = form.times(p) + form.linear;
-        let a = along.dot(dir);
-        let b = gradient.dot(dir);
-        let c = (p.dot(gradient) + form.linear.dot(p)) + form.constant;
+        let a = along.unordered_dot(dir);
+        let b = gradient.unordered_dot(dir);
+        let c = (p.unordered_dot(gradient) + form.linear.unordered_dot(p)) + form.constant;
 
         // The same of magnitudes.
         let (form, reach) = (form.abs(), size + off);

@@ -3,6 +3,7 @@
 //! itself begins there, so neither root cancels).
 
 use super::{Between, Ends, Meet, Near, ObjectRay, Part, narrow, range, roundings, tiny};
+use crate::geom::ray::Shear;
 use crate::geom::{Ellipsoid, Sphere};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
@@ -27,11 +28,19 @@ struct Chord<L: Lanes> {
 }
 
 impl<L: Lanes> Chord<L> {
+    /// `along`: as `shear` turns it; `near`: as it is.
     #[inline(always)]
-    fn new(near: Near<L>, along: Vec3<L>, [squared, inverse]: [L; 2], radius: L) -> Chord<L> {
-        let b = -near.org.dot(along);
+    fn new(
+        near: Near<L>,
+        shear: &Shear<L>,
+        along: Vec3<L>,
+        [squared, inverse]: [L; 2],
+        radius: L,
+    ) -> Chord<L> {
+        let org = shear.turned(near.org);
+        let b = -org.dot(along);
         let middle = b * inverse;
-        let (away, back) = (near.org.length_squared(), b * middle);
+        let (away, back) = (org.length_squared(), b * middle);
         let room = (radius * radius - away) + back;
         let (small, large) = range::<L>();
         Chord {
@@ -51,9 +60,16 @@ impl<L: Lanes> Chord<L> {
     fn of_sphere(sphere: &Sphere, object: &ObjectRay<L>) -> Chord<L> {
         let start = object.org - Vec3::splat(sphere.center.to_array());
         let near = Near::to_center(start, object);
-        let (dir, squared) = (object.ray.dir, object.ray.dir_squared);
+        let (shear, squared) = (&object.ray.shear, object.ray.dir_squared);
+        let dir = shear.turned_dir(object.ray.dir);
         let radius = L::from_f64(sphere.radius);
-        Chord::new(near, dir, [squared, L::from_f32(1.0) / squared], radius)
+        Chord::new(
+            near,
+            shear,
+            dir,
+            [squared, L::from_f32(1.0) / squared],
+            radius,
+        )
     }
 
     /// The unit sphere, with rays divided by the radii.
@@ -63,12 +79,14 @@ impl<L: Lanes> Chord<L> {
         let over = |v: Vec3<L::Double>| Vec3::new(v.x * by.x, v.y * by.y, v.z * by.z);
         let start = over(object.org - Vec3::splat(ellipsoid.center.to_array()));
         let dir = over(object.dir);
-        let (coarse, along) = (narrow::<L>(start), narrow::<L>(dir));
+        let shear = &object.ray.shear;
+        let turned = |v| shear.turned(narrow::<L>(v));
+        let (coarse, along) = (turned(start), turned(dir));
         let (one, squared) = (L::from_f32(1.0), along.length_squared());
         let inverse = one / squared;
         let shift = -(coarse.dot(along) * inverse);
         let near = Near::at(start, dir, coarse.max_abs(), shift);
-        Chord::new(near, along, [squared, inverse], one)
+        Chord::new(near, shear, along, [squared, inverse], one)
     }
 
     /// A bound on the error of `room`, with room for that of `middle` times

@@ -37,7 +37,7 @@ pub(super) fn import(
         local[node] = placement(file, node, &placements[node])?;
         let above = parents[node];
         hidden[node] = above != NO_PARENT && hidden[above as usize];
-        if !hidden[node] && local[node].linear == [[0.0; 3]; 3] {
+        if !hidden[node] && local[node].linear() == &[[0.0; 3]; 3] {
             hidden[node] = true;
             dropped.add("node scaled to nothing");
         }
@@ -210,10 +210,8 @@ fn placement(file: &File, node: usize, p: &Placement) -> Result<Affine, LoadErro
             let message = "its matrix is not affine: the last row must be 0 0 0 1";
             return Err(file.invalid(&label(file, node), message));
         }
-        return Ok(Affine {
-            linear: [[m[0], m[1], m[2]], [m[4], m[5], m[6]], [m[8], m[9], m[10]]],
-            translation: [m[12], m[13], m[14]],
-        });
+        let linear = [[m[0], m[1], m[2]], [m[4], m[5], m[6]], [m[8], m[9], m[10]]];
+        return Ok(Affine::new(linear, [m[12], m[13], m[14]]));
     }
     let [x, y, z, w] = p.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
     // Files round quaternions to f32: what they mean has length 1. Scaled first,
@@ -225,10 +223,8 @@ fn placement(file: &File, node: usize, p: &Placement) -> Result<Affine, LoadErro
     let rotation = DQuat::from_array([x, y, z, w].map(|c| c / size)).normalize();
     let columns = DMat3::from_quat(rotation).to_cols_array_2d();
     let scale = p.scale.unwrap_or([1.0; 3]);
-    Ok(Affine {
-        linear: [0, 1, 2].map(|c| columns[c].map(|x| x * scale[c])),
-        translation: p.translation.unwrap_or([0.0; 3]),
-    })
+    let linear = [0, 1, 2].map(|c| columns[c].map(|x| x * scale[c]));
+    Ok(Affine::new(linear, p.translation.unwrap_or([0.0; 3])))
 }
 
 /// A camera looks along -z of its node, +y up; the node's scale does not matter.

@@ -24,12 +24,12 @@ fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
 pub(super) fn about_axis(k: usize, degrees: f64) -> Affine {
     let (s, c) = sin_cos_degrees(degrees);
     let (a, b) = ((k + 1) % 3, (k + 2) % 3);
-    let mut m = Affine::IDENTITY;
-    m.linear[a][a] = c;
-    m.linear[a][b] = s;
-    m.linear[b][a] = -s;
-    m.linear[b][b] = c;
-    m
+    let mut m = *Affine::IDENTITY.linear();
+    m[a][a] = c;
+    m[a][b] = s;
+    m[b][a] = -s;
+    m[b][b] = c;
+    Affine::new(m, [0.0; 3])
 }
 
 /// Rodrigues' formula: R = c·I + s·[u]× + (1 − c)·u·uᵀ. `axis` is not 0.
@@ -42,32 +42,22 @@ pub(super) fn about(axis: DVec3, degrees: f64) -> Affine {
     let u = (axis / axis.abs().max_element()).normalize();
     let (s, c) = sin_cos_degrees(degrees);
     let column = |e: DVec3| (e * c + u.cross(e) * s + u * (u.dot(e) * (1.0 - c))).to_array();
-    Affine {
-        linear: [column(DVec3::X), column(DVec3::Y), column(DVec3::Z)],
-        translation: [0.0; 3],
-    }
+    let linear = [column(DVec3::X), column(DVec3::Y), column(DVec3::Z)];
+    Affine::new(linear, [0.0; 3])
 }
 
 pub(super) fn translation(by: [f64; 3]) -> Affine {
-    Affine {
-        translation: by,
-        ..Affine::IDENTITY
-    }
+    Affine::new(*Affine::IDENTITY.linear(), by)
 }
 
 pub(super) fn scaling([x, y, z]: [f64; 3]) -> Affine {
-    Affine {
-        linear: [[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]],
-        translation: [0.0; 3],
-    }
+    let linear = [[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]];
+    Affine::new(linear, [0.0; 3])
 }
 
 pub(super) fn from_rows(rows: [[f64; 4]; 3]) -> Affine {
     let column = |c: usize| [rows[0][c], rows[1][c], rows[2][c]];
-    Affine {
-        linear: [column(0), column(1), column(2)],
-        translation: column(3),
-    }
+    Affine::new([column(0), column(1), column(2)], column(3))
 }
 
 #[cfg(test)]

@@ -216,7 +216,7 @@ fn placed(name: &str, map: &Affine, material: Option<MaterialId>) -> String {
         let _ = write!(text, " material {{ Material_{} }}", id.0);
     }
     if !map.is_identity() {
-        let [x, y, z] = map.linear;
+        let [x, y, z] = *map.linear();
         let entries = [x, y, z, map.translation].map(|c| c.map(number).join(", "));
         let _ = write!(text, " matrix <{}>", entries.join(", "));
     }

@@ -44,6 +44,26 @@ pub fn max<L: Lanes>(a: L, b: L) -> L {
     Lanes::max(a, b)
 }
 
+/// x + y + z: the least two first, so that the bits are the same in whatever order
+/// they come. NaN stays, as min and max with their operands swapped lose neither
+/// number.
+#[inline(always)]
+pub fn unordered_sum<L: Lanes>(x: L, y: L, z: L) -> L {
+    let (less, more) = (min(x, y), max(y, x));
+    let (middle, most) = (min(more, z), max(z, more));
+    (less + middle) + most
+}
+
+/// x + y + z: the least and the greatest first, so that if all signs change the sum's
+/// sign does, too, and nothing else. Otherwise as [`unordered_sum`].
+#[inline(always)]
+pub fn odd_sum<L: Lanes>(x: L, y: L, z: L) -> L {
+    let (less, more) = (min(x, y), max(y, x));
+    let (least, z) = (min(less, z), max(z, less));
+    let (middle, most) = (min(more, z), max(z, more));
+    (least + most) + middle
+}
+
 /// One lane's type: f32 or f64.
 pub trait Scalar: Copy + PartialOrd + Debug + Send + Sync + 'static {
     /// Half the distance from 1 to the next number: 2^-24 or 2^-53.

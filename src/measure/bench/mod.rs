@@ -23,7 +23,7 @@ pub use contender::{Contender, Tracer};
 pub use row::{Comparison, Row, comparisons};
 
 use super::clock::Clock;
-use super::peer::Embree;
+use super::peer::{Embree, PeerTests};
 use super::queries::{Answers, Ask, Job};
 use crate::render::Progress;
 use crate::trace::{Caching, HitId};
@@ -98,7 +98,9 @@ pub fn bench<'a>(
             |own: &&Contender| job.ask == Ask::Any || !twice || own.caching() == Some(Caching::On);
         let mut contenders: Vec<Contender> = own.iter().filter(same).cloned().collect();
         if let Some(peer) = peer {
-            contenders.extend(trial::best(peer.tracer, pool, job, clock, progress)?);
+            for tests in PeerTests::ALL {
+                contenders.extend(trial::best(peer.tracer, tests, pool, job, clock, progress)?);
+            }
         }
         for contender in contenders {
             let cached = pool.install(|| contender.trace(job, &mut answers, progress))?;

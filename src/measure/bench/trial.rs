@@ -3,7 +3,7 @@
 use super::{BenchError, Contender, Tracer};
 use crate::io::RaySet;
 use crate::measure::clock::Clock;
-use crate::measure::peer::{Embree, Way};
+use crate::measure::peer::{Embree, PeerTests, Way};
 use crate::measure::queries::{Answers, Job};
 use crate::render::Progress;
 use rayon::ThreadPool;
@@ -17,9 +17,10 @@ const RUNS: usize = 48;
 /// Each way's time is its best of so many; the turns interleave.
 const TURNS: usize = 3;
 
-/// The ways that were fastest on a part of the rays, fastest first.
+/// The ways with such tests that were fastest on a part of the rays, fastest first.
 pub fn best<'a>(
     peer: &'a Embree,
+    tests: PeerTests,
     pool: &ThreadPool,
     job: &Job,
     clock: Clock,
@@ -34,13 +35,13 @@ pub fn best<'a>(
         accel: "embree3".into(),
         kernel: peer.name(way, job.ask),
         lanes: way.lanes(),
-        precision: "fast",
+        precision: tests.name(),
         exact: false,
         isa: peer.isa(way),
         tracer: Tracer::Peer(peer, way),
     };
     let mut tried: Vec<(f64, Contender)> = peer
-        .ways()
+        .ways(tests)
         .into_iter()
         .map(|way| (f64::INFINITY, contender(way)))
         .collect();

@@ -1,6 +1,6 @@
 //! A build without Embree: the same interface, of which nothing can be made.
 
-use super::PeerError;
+use super::{PeerError, PeerTests};
 use crate::io::{RaySet, TriangleSet};
 use crate::measure::clock::Clock;
 use crate::measure::queries::{Answers, Ask};
@@ -13,7 +13,7 @@ pub enum Embree {}
 pub enum Way {}
 
 impl Embree {
-    pub fn new(_: &TriangleSet, _threads: usize) -> Result<Embree, PeerError> {
+    pub fn new(_: &TriangleSet, _: &[PeerTests], _threads: usize) -> Result<Embree, PeerError> {
         Err(PeerError::NotBuilt)
     }
 
@@ -25,7 +25,7 @@ impl Embree {
         match *self {}
     }
 
-    pub fn ways(&self) -> Vec<Way> {
+    pub fn ways(&self, _: PeerTests) -> Vec<Way> {
         match *self {}
     }
 

@@ -13,7 +13,36 @@ mod embree;
 
 pub use embree::{Embree, Way};
 
+use crate::plan::Precision;
 use thiserror::Error;
+
+/// Which of its tests a peer makes: the usual ones, or those that let no ray slip
+/// through between two triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PeerTests {
+    Fast,
+    Robust,
+}
+
+impl PeerTests {
+    pub const ALL: [PeerTests; 2] = [PeerTests::Fast, PeerTests::Robust];
+
+    /// What is fair beside ours.
+    pub fn beside(precision: Precision) -> PeerTests {
+        match precision {
+            Precision::Fast => PeerTests::Fast,
+            Precision::Guarded | Precision::Exact => PeerTests::Robust,
+        }
+    }
+
+    /// In the place of a precision.
+    pub fn name(self) -> &'static str {
+        match self {
+            PeerTests::Fast => "fast",
+            PeerTests::Robust => "robust",
+        }
+    }
+}
 
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum PeerError {

@@ -64,7 +64,8 @@ pub fn bench_page(
         sections.push(Section {
             heading: "Beside the peer's best".into(),
             note: "How many times as fast ours is, fastest against fastest, by the medians. Rays \
-                   between hits and a point light may go either way: the peer's faster way counts."
+                   between hits and a point light may go either way: the peer's faster way counts. \
+                   Beside guarded and exact stand the peer's robust tests."
                 .into(),
             figure: bars::draw(&[ratio_group(rows, comparisons)], "×", Some(1.0)),
         });

@@ -108,10 +108,10 @@ fn shapes(scene: &mut SceneBuilder) -> Vec<ShapeId> {
 fn everything() -> Scene {
     let mut scene = SceneBuilder::default();
     let shapes = shapes(&mut scene);
-    let turned = Affine {
-        linear: [[0.5, 1.0, 0.0], [-1.0, 0.5, 0.25], [0.0, 0.0, 2.0]],
-        translation: [0.5, -0.25, 3.0],
-    };
+    let turned = Affine::new(
+        [[0.5, 1.0, 0.0], [-1.0, 0.5, 0.25], [0.0, 0.0, 2.0]],
+        [0.5, -0.25, 3.0],
+    );
     let turned = scene.transform(turned);
     let solids = shapes.iter().copied().enumerate();
     let solids = solids.filter(|(i, _)| ![5, 9, 10].contains(i));

@@ -186,7 +186,7 @@ impl Projection {
         let map = object_from_world;
         let org = DVec3::from_array(map.point(raster.org)) - center;
         let org = org.to_array().map(|x| x as f32);
-        let forward = DMat3::from_cols_array_2d(&map.linear);
+        let forward = DMat3::from_cols_array_2d(map.linear());
         let back = forward.inverse().transpose();
         let world = raster
             .covectors
@@ -298,6 +298,6 @@ fn pad(org: [f32; 3], bounds: &Aabb32) -> [f32; 3] {
 
 /// Of the magnitudes of the linear part.
 fn row_sums(map: &Affine) -> DVec3 {
-    let row = |r: usize| map.linear.iter().map(|column| column[r].abs()).sum();
+    let row = |r: usize| map.linear().iter().map(|column| column[r].abs()).sum();
     DVec3::new(row(0), row(1), row(2))
 }

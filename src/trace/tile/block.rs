@@ -6,7 +6,7 @@
 //! a ray's (u, v, 1) is the edge function. The products are differences without
 //! FMA, so an edge shared by two triangles has exactly opposite normals in
 //! them, and no ray of the tile slips between. det is the product with
-//! (c − b) × (a − c), the triangle's own normal; T, the corner a times that
+//! (a − c) × (b − a), the triangle's own normal; T, the corner a times that
 //! normal, is the same for all rays: the depth is T / det.
 //!
 //! Along one direction: with corners sheared, a ray is a point (u, v). Edge
@@ -17,7 +17,7 @@
 use super::bundle::{Bundle, Group, Projection};
 use super::parallel::Starts;
 use crate::accel::{Block, WIDE};
-use crate::geom::triangle::plane_normal;
+use crate::geom::triangle::{plane_depth_times_det, plane_det, plane_normal};
 use crate::math::lanes::{Lanes, Mask, Register, max, min};
 
 /// A block's triangles as numbers that every ray of the tile needs.
@@ -123,11 +123,11 @@ impl Edges {
         let plane = if P::PARALLEL {
             cross(cb, ca)
         } else {
-            plane_normal(minus(raw[2], raw[1]), minus(raw[0], raw[2]))
+            plane_normal(minus(raw[0], raw[2]), minus(raw[1], raw[0]))
         };
         let zero = Register::zero();
         let one = Register::from_f32(1.0);
-        let depth = a[0].mul_add(plane[0], a[1].mul_add(plane[1], a[2] * plane[2]));
+        let depth = plane_depth_times_det(a, plane);
         let scale = if P::PARALLEL { plane[2] } else { depth };
         let turn = <Register as Lanes>::select(scale.lt(zero), -one, one);
         let last = if P::PARALLEL {
@@ -174,12 +174,15 @@ impl Edges {
             let unit = if P::PARALLEL { PARALLEL_MARGIN } else { MARGIN };
             let unit = unit * bundle.reach * bundle.steepest * bundle.steepest;
             let margin = edge * Register::splat(unit) + Register::splat(f32::MIN_POSITIVE);
-            // Which way a triangle faces is in doubt: nothing culls it.
-            let doubt = scale.le(if P::PARALLEL { margin } else { margin * edge });
-            // Products are a million times as large: they have left f32.
-            let doubt = doubt | !margin.lt(Register::splat(1e31));
             let infinite = Register::splat(f32::INFINITY);
-            <Register as Lanes>::select(doubt, infinite, margin).store(&mut edges.margin);
+            // Which way a triangle faces is in doubt: nothing culls it. T is a product
+            // of three lengths, and the first to leave f32: infinite, or, where its
+            // terms have opposite signs, not a number.
+            let least = if P::PARALLEL { margin } else { margin * edge };
+            let faces = scale.gt(least) & scale.lt(infinite);
+            // Products are a million times as large: they have left f32.
+            let sane = faces & margin.lt(Register::splat(1e31));
+            <Register as Lanes>::select(sane, margin, infinite).store(&mut edges.margin);
             let slack = Register::splat(32.0 * f32::EPSILON * bundle.reach);
             let front = (farthest + slack).ge(zero) & (nearest - slack).le(deepest);
             edges.live = front.bits();
@@ -318,7 +321,8 @@ impl Edges {
             return (inside, z, L::zero());
         }
         let depth = L::from_f32(self.depth_times_det[slot]);
-        let det = value(3);
+        let at = |axis: usize| L::from_f32(self.normal[3][axis][slot]);
+        let det = plane_det([at(0), at(1), at(2)], [group.u, group.v]);
         let early = L::from_f32(self.early[slot]);
         let before = nearest.le(group.limit);
         let inside = least.ge(L::zero()) & early.le(group.limit * det) & before;
@@ -349,10 +353,13 @@ impl Edges {
             return (inside.bits() & self.live, z, Register::zero());
         }
         let depth = Register::load(&self.depth_times_det);
-        let det = value(3);
+        let det = plane_det(self.normal(3), [u, v]);
         let before = nearest.le(limit);
         let early = Register::load(&self.early);
         let inside = least.ge(Register::zero()) & early.le(limit * det) & before;
         (inside.bits() & self.live, depth, det)
     }
 }
+
+#[cfg(test)]
+mod tests;

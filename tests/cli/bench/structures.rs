@@ -196,8 +196,8 @@ fn a_peer_beside_ours() {
     }
     let report = report(&output);
     let peers: Vec<&Value> = rows(&report).iter().filter(|r| r["peer"] == true).collect();
-    // Three of its ways for each kind.
-    assert_eq!(peers.len(), 27);
+    // Three of its ways for each kind, with its usual tests and with robust ones.
+    assert_eq!(peers.len(), 54);
     for row in &peers {
         assert_eq!(row["accel"], "embree3");
         let name = row["kernel"].as_str().unwrap();
@@ -207,6 +207,12 @@ fn a_peer_beside_ours() {
             "embree3 "
         };
         assert!(name.starts_with(verb), "{name}");
+        let tests = if name.ends_with(" robust") {
+            "robust"
+        } else {
+            "fast"
+        };
+        assert_eq!(row["precision"], tests);
         assert!(row["mrays_per_s"].as_f64().unwrap() > 0.0);
         // Few rays of so small a picture go through an edge; a peer that read
         // rays or wrote answers wrongly would differ by hundreds.
@@ -214,8 +220,18 @@ fn a_peer_beside_ours() {
     }
     let ratios = report["comparisons"].as_array().unwrap();
     assert_eq!(ratios.len(), 27);
+    for ratio in ratios {
+        let row = |key: &str| &rows(&report)[ratio[key].as_u64().unwrap() as usize];
+        let fair = if ratio["precision"] == "fast" {
+            "fast"
+        } else {
+            "robust"
+        };
+        assert_eq!(row("own")["precision"], ratio["precision"]);
+        assert_eq!(row("peer")["precision"], fair);
+    }
     let built = report["structures"].as_array().unwrap();
-    assert!(built.len() >= 3, "ours, and two qualities at least");
+    assert!(built.len() >= 5, "ours, and two qualities of two at least");
     assert!(built[1]["build_peak_bytes"].as_u64().unwrap() > 0);
 
     // Other shapes than triangles are not its business.

@@ -21,10 +21,10 @@ fn matrix_and_trs_agree_and_are_f64() {
         world(&load(&d, &points()).unwrap().0)[0]
     });
     for (a, b) in placed[0]
-        .linear
+        .linear()
         .iter()
         .flatten()
-        .zip(placed[1].linear.iter().flatten())
+        .zip(placed[1].linear().iter().flatten())
     {
         assert!((a - b).abs() < 1e-15, "{placed:?}");
     }

@@ -16,6 +16,8 @@ pub const FLOAT3: c_uint = 0x9003;
 pub const UINT3: c_uint = 0x5003;
 pub const TRIANGLES: c_uint = 0;
 pub const COHERENT: c_uint = 1;
+/// Of scenes: edges are watertight, for somewhat slower queries.
+pub const ROBUST: c_uint = 1 << 2;
 /// Of geometries and instances: none.
 pub const INVALID: u32 = u32::MAX;
 
@@ -136,6 +138,7 @@ unsafe extern "C" {
     pub fn rtcReleaseGeometry(geometry: Handle);
 
     pub fn rtcNewScene(device: Handle) -> Handle;
+    pub fn rtcSetSceneFlags(scene: Handle, flags: c_uint);
     pub fn rtcSetSceneBuildQuality(scene: Handle, quality: c_uint);
     pub fn rtcAttachGeometry(scene: Handle, geometry: Handle) -> c_uint;
     pub fn rtcCommitScene(scene: Handle);

@@ -1,7 +1,7 @@
 //! Embree 3 as a peer: its trees, its modes, its answers, in the same run.
 //!
-//! A [`Tree`] is one build of the triangles: an instruction set and a build
-//! quality. Each is asked in every way that Embree offers ([`Mode`]: single
+//! A [`Tree`] is one build of the triangles: an instruction set, a build quality, and
+//! the usual tests or robust ones. Each is asked in every way that Embree offers ([`Mode`]: single
 //! rays, packets, streams, with and without the coherent flag); which is best
 //! for a set of rays is measured, not assumed.
 //!
@@ -16,7 +16,7 @@ mod trace;
 
 use crate::io::{RaySet, TriangleSet};
 use crate::measure::clock::Clock;
-use crate::measure::peer::PeerError;
+use crate::measure::peer::{PeerError, PeerTests};
 use crate::measure::queries::{Answers, Ask};
 use crate::measure::structures::StructureRow;
 use crate::render::Progress;
@@ -163,8 +163,11 @@ impl Tree {
     /// Builds on so many threads, the calling one included.
     fn build(
         buffers: &Arc<Buffers>,
-        isa: &'static str,
-        quality: Quality,
+        Setting {
+            isa,
+            quality,
+            tests,
+        }: Setting,
         threads: usize,
     ) -> Result<Tree, PeerError> {
         let config = format!("threads={threads},isa={isa}");
@@ -195,6 +198,9 @@ impl Tree {
             ffi::rtcSetGeometryBuildQuality(geometry, quality.code());
             ffi::rtcCommitGeometry(geometry);
             let scene = ffi::rtcNewScene(device);
+            if tests == PeerTests::Robust {
+                ffi::rtcSetSceneFlags(scene, ffi::ROBUST);
+            }
             ffi::rtcSetSceneBuildQuality(scene, quality.code());
             ffi::rtcAttachGeometry(scene, geometry);
             ffi::rtcReleaseGeometry(geometry);
@@ -259,10 +265,33 @@ pub struct Embree {
     trees: Vec<Build>,
 }
 
-/// An instruction set and a quality, and how long each build took.
-struct Build {
+/// What a tree is built for.
+#[derive(Clone, Copy)]
+struct Setting {
     isa: &'static str,
     quality: Quality,
+    tests: PeerTests,
+}
+
+impl Setting {
+    /// Such as `avx2 medium`, or `avx2 medium robust`.
+    fn name(&self) -> String {
+        let Setting {
+            isa,
+            quality,
+            tests,
+        } = self;
+        let robust = match tests {
+            PeerTests::Fast => "",
+            PeerTests::Robust => " robust",
+        };
+        format!("{isa} {}{robust}", quality.name())
+    }
+}
+
+/// A setting, and how long each of its builds took.
+struct Build {
+    setting: Setting,
     tree: Option<Tree>,
     seconds: Vec<f64>,
 }
@@ -275,24 +304,34 @@ pub struct Way {
 }
 
 impl Embree {
-    /// Nothing is built yet.
-    pub fn new(set: &TriangleSet, threads: usize) -> Result<Embree, PeerError> {
+    /// With each of `tests`. Nothing is built yet.
+    pub fn new(
+        set: &TriangleSet,
+        tests: &[PeerTests],
+        threads: usize,
+    ) -> Result<Embree, PeerError> {
         let isas = isas();
         if isas.is_empty() {
             return Err(PeerError::Processor);
         }
-        let of_isa = |isa| {
-            Quality::ALL.map(|quality| Build {
-                isa,
-                quality,
-                tree: None,
-                seconds: Vec::new(),
-            })
-        };
+        let mut trees = Vec::new();
+        for tests in tests {
+            for isa in &isas {
+                trees.extend(Quality::ALL.map(|quality| Build {
+                    setting: Setting {
+                        isa,
+                        quality,
+                        tests: *tests,
+                    },
+                    tree: None,
+                    seconds: Vec::new(),
+                }));
+            }
+        }
         Ok(Embree {
             buffers: Buffers::of(set),
             threads,
-            trees: isas.into_iter().flat_map(of_isa).collect(),
+            trees,
         })
     }
 
@@ -300,7 +339,7 @@ impl Embree {
     pub fn build(&mut self, clock: Clock) -> Result<(), PeerError> {
         for build in &mut self.trees {
             build.tree = None;
-            let run = || Tree::build(&self.buffers, build.isa, build.quality, self.threads);
+            let run = || Tree::build(&self.buffers, build.setting, self.threads);
             let (tree, seconds) = clock.time(run);
             build.tree = Some(tree?);
             build.seconds.push(seconds);
@@ -313,7 +352,7 @@ impl Embree {
         let row = |build: &Build| {
             let tree = build.tree.as_ref()?;
             let bytes = tree.bytes as usize;
-            let name = format!("embree3 {} {}", build.isa, build.quality.name());
+            let name = format!("embree3 {}", build.setting.name());
             let mut row = StructureRow::new(name, tree.triangles as u64, bytes, &build.seconds);
             row.build_peak_bytes = Some(tree.peak_bytes);
             row.version = Some(tree.version());
@@ -322,23 +361,26 @@ impl Embree {
         self.trees.iter().filter_map(row).collect()
     }
 
-    /// Every way of asking every tree that is built.
-    pub fn ways(&self) -> Vec<Way> {
-        let built = (0..self.trees.len()).filter(|i| self.trees[*i].tree.is_some());
-        built
+    /// Every way of asking every tree that is built with these tests.
+    pub fn ways(&self, tests: PeerTests) -> Vec<Way> {
+        let built = |i: &usize| {
+            let build = &self.trees[*i];
+            build.setting.tests == tests && build.tree.is_some()
+        };
+        (0..self.trees.len())
+            .filter(built)
             .flat_map(|tree| Mode::all().map(move |mode| Way { tree, mode }))
             .collect()
     }
 
     /// Such as `embree3 Intersect8 coherent avx2 medium`.
     pub fn name(&self, way: Way, ask: Ask) -> String {
-        let build = &self.trees[way.tree];
-        let (isa, quality) = (build.isa, build.quality.name());
-        format!("embree3 {} {isa} {quality}", way.mode.name(ask))
+        let setting = self.trees[way.tree].setting.name();
+        format!("embree3 {} {setting}", way.mode.name(ask))
     }
 
     pub fn isa(&self, way: Way) -> &'static str {
-        self.trees[way.tree].isa
+        self.trees[way.tree].setting.isa
     }
 
     /// Traces all rays on the current rayon pool; `None` where it was cancelled.

@@ -7,7 +7,7 @@
 
 use super::{Line, Settled, UNIT};
 use crate::accel::{Block, WIDE};
-use crate::geom::triangle::cross_with_size;
+use crate::geom::triangle::{cross_with_size, plane_depth_times_det, plane_det};
 use crate::math::lanes::{Lanes, Mask, Register, max, min};
 use crate::trace::tile::bundle::{Bundle, Group};
 use crate::trace::tile::parallel::Starts;
@@ -41,9 +41,9 @@ pub struct Edges {
 /// Lanes whose ray may meet the triangle before its limit.
 pub struct Met<L: Lanes> {
     possible: L::Mask,
-    /// The least edge function, and det.
+    /// The least edge function, and the ray.
     least: L,
-    det: L,
+    line: Line<L>,
 }
 
 impl super::Edges for Edges {
@@ -68,7 +68,7 @@ impl super::Edges for Edges {
             minus(raw[0], raw[2]),
             minus(raw[1], raw[0]),
         );
-        let (plane, size) = cross_with_size(cb, ac);
+        let (plane, size) = cross_with_size(ac, ba);
         let (edge_a, size_a) = cross_with_size(b, cb);
         let (edge_b, size_b) = cross_with_size(c, ac);
         let (edge_c, size_c) = cross_with_size(a, ba);
@@ -96,7 +96,7 @@ impl super::Edges for Edges {
         let top_error = (reach[0] + reach[1] + reach[2]).mul_add(tiny, top_error + tiny);
 
         let (zero, one) = (Register::zero(), splat(1.0));
-        let top = a[0].mul_add(plane[0], a[1].mul_add(plane[1], a[2] * plane[2]));
+        let top = plane_depth_times_det(a, plane);
         let turn = <Register as Lanes>::select(top.lt(zero), -one, one);
         let top = top.abs();
         // Which way the triangle faces is in doubt, or numbers leave the format:
@@ -199,7 +199,7 @@ impl super::Edges for Edges {
         Met {
             possible: !out,
             least,
-            det,
+            line: *line,
         }
     }
 
@@ -211,8 +211,11 @@ impl super::Edges for Edges {
     #[inline(always)]
     fn settle<L: Lanes>(&self, at: impl Fn(&[f32; WIDE]) -> L, met: &Met<L>) -> Settled<L> {
         let (near, far) = (at(&self.nearest), at(&self.farthest));
-        let depth = at(&self.top) / met.det;
-        let known = met.det.gt(at(&self.det_error) * L::from_f32(4.0));
+        // What kernels report of t comes from det in this order.
+        let [x, y, z] = &self.normal[3];
+        let det = plane_det([at(x), at(y), at(z)], [met.line.u, met.line.v]);
+        let depth = at(&self.top) / det;
+        let known = det.gt(at(&self.det_error) * L::from_f32(4.0));
         let error = depth * depth.mul_add(at(&self.growing), at(&self.fixed));
         let from = L::select(known, (depth - error).max(near), near);
         let sure = met.possible & known & met.least.gt(at(&self.margin));

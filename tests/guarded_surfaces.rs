@@ -5,7 +5,7 @@ mod common;
 
 use common::{Random, assets};
 use glam::DVec3;
-use lanecast::geom::exact::{Line, Solid, first_beyond, meetings, meetings_between};
+use lanecast::geom::exact::{Line, Root, Solid, first_beyond, meetings, meetings_between};
 use lanecast::geom::guarded::implicit::crossings;
 use lanecast::geom::guarded::{ObjectRay, implicit};
 use lanecast::geom::implicit::values_at;
@@ -143,6 +143,17 @@ fn lines(random: &mut Random, count: usize, size: f64, far: f64) -> Vec<Line> {
     (0..count).map(|_| line(random)).collect()
 }
 
+/// Where a ray first meets a surface, by integers alone; and as f64 and integers find it.
+fn exactly<'a>(row: &Implicit<'a>, line: &Line, t_min: f64) -> Option<Root<'a>> {
+    let bounds = None;
+    let unbounded = Solid::Implicit(Implicit { bounds, ..*row });
+    let root = first_beyond(&unbounded, line, t_min);
+    let same = first_beyond(&Solid::Implicit(*row), line, t_min);
+    let t = |root: &Option<Root>| root.as_ref().map(Root::rounded);
+    assert_eq!(t(&root), t(&same), "{line:?} {row:?}");
+    root
+}
+
 /// Answers of all kinds: settled, hits among them, in doubt.
 #[derive(Debug, Default, Clone, Copy)]
 struct Count {
@@ -162,7 +173,7 @@ fn check<L: Lanes>(row: &Implicit, all: &[Line], t_min: f64, count: &mut Count) 
                 count.doubts += 1;
                 continue;
             }
-            let exact = first_beyond(&Solid::Implicit(*row), line, t_min);
+            let exact = exactly(row, line, t_min);
             assert_eq!(on(meet.hit), exact.is_some(), "{line:?} {exact:?} {row:?}");
             let Some(exact) = exact else {
                 continue;
@@ -180,7 +191,7 @@ fn check<L: Lanes>(row: &Implicit, all: &[Line], t_min: f64, count: &mut Count) 
         for (i, line) in lines.iter().enumerate() {
             let on = |mask: L::Mask| mask.bits() >> i & 1 == 1;
             if !on(unsure) {
-                let exact = first_beyond(&Solid::Implicit(*row), line, t_min);
+                let exact = exactly(row, line, t_min);
                 let limit = L::from_f64(limit).lane(0).to_f64();
                 let before = exact.is_some_and(|root| root.order_with(limit).is_lt());
                 assert_eq!(on(blocked), before, "{line:?} {row:?}");
@@ -355,7 +366,7 @@ fn rays_that_leave_are_not_in_doubt() {
             bounds: None,
         };
         for line in lines(&mut random, 200, 1.5, 6.0) {
-            let Some(root) = first_beyond(&Solid::Implicit(row), &line, 0.0) else {
+            let Some(root) = exactly(&row, &line, 0.0) else {
                 continue;
             };
             let [org, dir] = [line.org, line.dir].map(DVec3::from_array);
@@ -378,7 +389,7 @@ fn rays_that_leave_are_not_in_doubt() {
             all += 1;
             let meet = meet::<f64>(&row, std::slice::from_ref(&leaving), 0.0);
             doubts += u32::from(meet.unsure.bits() != 0);
-            let exact = first_beyond(&Solid::Implicit(row), &leaving, 0.0);
+            let exact = exactly(&row, &leaving, 0.0);
             if meet.unsure.bits() == 0 {
                 assert_eq!(meet.hit.bits() != 0, exact.is_some());
             }

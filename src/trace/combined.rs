@@ -229,7 +229,7 @@ fn collect_implicit<'a>(
     }
     // What an operand without end does beyond all of the solid, does not matter.
     let between = match operand.bounds.or(combined.bounds) {
-        Some(bounds) => part_in(&bounds, line, frame.condition),
+        Some(bounds) => line.part_in(&bounds, frame.condition),
         None => Some([f64::NEG_INFINITY, f64::INFINITY]),
     };
     let Some(between) = between else {
@@ -314,34 +314,7 @@ pub fn in_frame(frame: &Frame, number: u32, line: &Line) -> Line {
 /// Certain, but not complete: the box is met with room for all roundings, each of
 /// which counts `condition` times.
 pub(super) fn passes_by(bounds: &Aabb, line: &Line, condition: f64) -> bool {
-    part_in(bounds, line, condition).is_none()
-}
-
-/// Of a line, no less than what is in a box.
-fn part_in(bounds: &Aabb, line: &Line, condition: f64) -> Option<[f64; 2]> {
-    let (org, dir) = (DVec3::from_array(line.org), DVec3::from_array(line.dir));
-    let size = bounds.max_abs().max(org.abs().max_element());
-    let slack = DVec3::splat(size * condition * (32.0 * f64::EPSILON));
-    let bounds = bounds.grown(slack);
-    let (mut enter, mut exit) = (f64::NEG_INFINITY, f64::INFINITY);
-    for k in 0..3 {
-        if dir[k] == 0.0 {
-            if org[k] < bounds.min[k] || org[k] > bounds.max[k] {
-                return None;
-            }
-            continue;
-        }
-        let (a, b) = (
-            (bounds.min[k] - org[k]) / dir[k],
-            (bounds.max[k] - org[k]) / dir[k],
-        );
-        // NaN, of infinities, is passed over.
-        enter = enter.max(a.min(b));
-        exit = exit.min(a.max(b));
-    }
-    let room = (enter.abs() + exit.abs()) * (8.0 * f64::EPSILON);
-    let passes = enter > exit + room;
-    (!passes).then_some([enter - room, exit + room])
+    line.part_in(bounds, condition).is_none()
 }
 
 /// Roundings that a frame's numbers carry: of its matrix' product, of the ray

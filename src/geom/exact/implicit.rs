@@ -109,8 +109,12 @@ pub(super) fn first_beyond<'a>(row: &Implicit<'a>, line: &Line, t_min: f64) -> O
         Some(Clip::Cuboid(cuboid)) => solid::cuboid(line, &cuboid),
     };
     let [enter, exit] = ends?;
+    let between = match row.bounds {
+        Some(bounds) => line.part_in(&bounds, 1.0)?,
+        None => [f64::NEG_INFINITY, f64::INFINITY],
+    };
     let mut first = None;
-    meetings(row.tape, line, |meeting| {
+    meetings_between(row.tape, line, between, &mut Vec::new(), |meeting| {
         let Meeting {
             root,
             before,

@@ -24,6 +24,7 @@ pub use solid::{Ends, Inside};
 
 use super::triangle::{Corners, exact as triangle};
 use super::{Cone, Cuboid, Ellipsoid, HalfSpace, Implicit, Polygon, Quadric, Sphere};
+use crate::math::Aabb;
 use crate::math::bounds::Bounded;
 use glam::DVec3;
 use root::Branch;
@@ -111,6 +112,34 @@ pub fn through(line: &Line, corners: &Corners) -> Option<(Root<'static>, bool)> 
 impl Line {
     pub fn is_finite(&self) -> bool {
         self.org.iter().chain(&self.dir).all(|x| x.is_finite())
+    }
+
+    /// No less than the part that is in a box, with room for all roundings, each of which
+    /// counts `condition` times; `None`: it certainly passes by.
+    pub fn part_in(&self, bounds: &Aabb, condition: f64) -> Option<[f64; 2]> {
+        let (org, dir) = (DVec3::from_array(self.org), DVec3::from_array(self.dir));
+        let size = bounds.max_abs().max(org.abs().max_element());
+        let slack = DVec3::splat(size * condition * (32.0 * f64::EPSILON));
+        let bounds = bounds.grown(slack);
+        let (mut enter, mut exit) = (f64::NEG_INFINITY, f64::INFINITY);
+        for k in 0..3 {
+            if dir[k] == 0.0 {
+                if org[k] < bounds.min[k] || org[k] > bounds.max[k] {
+                    return None;
+                }
+                continue;
+            }
+            let (a, b) = (
+                (bounds.min[k] - org[k]) / dir[k],
+                (bounds.max[k] - org[k]) / dir[k],
+            );
+            // NaN, of infinities, is passed over.
+            enter = enter.max(a.min(b));
+            exit = exit.min(a.max(b));
+        }
+        let room = (enter.abs() + exit.abs()) * (8.0 * f64::EPSILON);
+        let passes = enter > exit + room;
+        (!passes).then_some([enter - room, exit + room])
     }
 }
 

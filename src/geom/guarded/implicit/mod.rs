@@ -1,0 +1,330 @@
+//! Polynomial surfaces, in f64 and eight rays at a time whatever the lanes.
+//!
+//! The part of a ray that is in the surface's bounds or in its clip is 0 ≤ s ≤ 1. There
+//! the polynomial is interpolated from its values at Chebyshev's nodes
+//! ([`crate::roots::collocation`]), and its least root isolated and refined with a bound
+//! of what its coefficients are off by ([`crate::roots::lanes`]). docs/NUMERICS.md
+//! derives that bound. The degree that counts is one of a few, no less than the
+//! polynomial's own.
+//!
+//! All rays take the same steps, which depend on nothing but the ray and the surface,
+//! so that t has the same bits at any width.
+
+mod along;
+mod line;
+mod operand;
+mod twofold;
+
+pub use along::blur_at;
+pub use line::{Crossing, crossings};
+pub use operand::{Boundaries, boundaries};
+
+use super::{Ends, ObjectRay, cuboid, rounded, sphere};
+use crate::geom::{Clip, Cuboid, Implicit, Meet, Ray};
+use crate::math::Vec3;
+use crate::math::bounds::UNIT;
+use crate::math::lanes::{Lanes, Mask, Scalar, f64x8};
+use crate::roots::lanes::{Segment, Waiting, changes_between, exists, nearly_nearest};
+use along::along;
+use std::cell::Cell;
+
+type Eight = f64x8;
+
+/// What some rays meet first.
+struct Found<D> {
+    t: D,
+    from: D,
+    to: D,
+    hit: u32,
+    unsure: u32,
+}
+
+/// Object rays.
+struct Rays<D> {
+    org: Vec3<D>,
+    dir: Vec3<D>,
+    t_min: D,
+    limit: D,
+}
+
+/// Reused from ray to ray.
+#[derive(Default)]
+struct Store<D: Lanes> {
+    /// Of steps, at all nodes.
+    values: Vec<D>,
+    waiting: Waiting<D>,
+}
+
+thread_local! {
+    static EIGHT: Cell<Option<Box<Store<Eight>>>> = const { Cell::new(None) };
+    static ONE: Cell<Option<Box<Store<f64>>>> = const { Cell::new(None) };
+}
+
+/// Where rays first meet the surface beyond t_min.
+#[inline(never)]
+pub fn meet<L: Lanes>(row: &Implicit, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
+    let none = L::splat(L::Scalar::INFINITY);
+    let (hit, unsure, ends) = ask::<L, false>(row, object, none, active);
+    let [from, t, to] = rounded::<L>(ends);
+    // What is beyond the lanes' numbers is left to others.
+    let is_number = t.abs().lt(none);
+    Meet {
+        hit: hit & is_number,
+        t,
+        within: [from, to],
+        unsure: unsure | hit & !is_number,
+    }
+}
+
+/// Rays that certainly meet the surface between t_min and a limit; and those of which it
+/// is not certain.
+#[inline(never)]
+pub fn blocked<L: Lanes>(
+    row: &Implicit,
+    object: &ObjectRay<L>,
+    limit: L,
+    active: L::Mask,
+) -> (L::Mask, L::Mask) {
+    let (hit, unsure, _) = ask::<L, true>(row, object, limit, active);
+    (hit, unsure)
+}
+
+type Answer<L> = (
+    <L as Lanes>::Mask,
+    <L as Lanes>::Mask,
+    [<L as Lanes>::Double; 3],
+);
+
+/// Rays by eights: which meet the surface, of which that is not known, and where.
+#[inline(always)]
+fn ask<L: Lanes, const ANY: bool>(
+    row: &Implicit,
+    object: &ObjectRay<L>,
+    limit: L,
+    active: L::Mask,
+) -> Answer<L> {
+    let mut lanes = [0; 16];
+    let mut count = 0;
+    let mut bits = active.bits();
+    while bits != 0 {
+        lanes[count] = bits.trailing_zeros() as usize;
+        count += 1;
+        bits &= bits - 1;
+    }
+    let columns = [
+        object.org.x,
+        object.org.y,
+        object.org.z,
+        object.dir.x,
+        object.dir.y,
+        object.dir.z,
+        object.ray.t_min.widen(),
+        limit.widen(),
+    ]
+    .map(|column| column.to_array());
+    let zero = <L::Double as Lanes>::zero();
+    let mut answer = [zero; 3].map(|x| x.to_array());
+    let (mut hit, mut unsure) = (0, 0);
+    let mut store = EIGHT.take().unwrap_or_default();
+    for some in lanes[..count].chunks(8) {
+        let load = |column: usize| {
+            let from = columns[column].as_ref();
+            let mut values = [from[some[0]]; 8];
+            for (value, lane) in values.iter_mut().zip(some) {
+                *value = from[*lane];
+            }
+            Eight::load(&values)
+        };
+        let rays = Rays {
+            org: Vec3::new(load(0), load(1), load(2)),
+            dir: Vec3::new(load(3), load(4), load(5)),
+            t_min: load(6),
+            limit: load(7),
+        };
+        let asked = (1 << some.len()) - 1;
+        let found = of_any_degree::<Eight, ANY>(row, &rays, asked, &mut store);
+        let ends = [found.from, found.t, found.to].map(|column| column.to_array());
+        for (i, lane) in some.iter().enumerate() {
+            hit |= (found.hit >> i & 1) << lane;
+            unsure |= (found.unsure >> i & 1) << lane;
+            for (column, from) in answer.iter_mut().zip(&ends) {
+                column.as_mut()[*lane] = from[i];
+            }
+        }
+    }
+    EIGHT.set(Some(store));
+    let ends = answer.map(|column| <L::Double as Lanes>::load(column.as_ref()));
+    (L::Mask::from_bits(hit), L::Mask::from_bits(unsure), ends)
+}
+
+fn of_any_degree<D: Lanes<Scalar = f64, Double = D>, const ANY: bool>(
+    row: &Implicit,
+    rays: &Rays<D>,
+    asked: u32,
+    store: &mut Store<D>,
+) -> Found<D> {
+    match row.tape.degree() {
+        0..=2 => found::<D, 3, ANY>(row, rays, asked, store),
+        3 => found::<D, 4, ANY>(row, rays, asked, store),
+        4 => found::<D, 5, ANY>(row, rays, asked, store),
+        5..=6 => found::<D, 7, ANY>(row, rays, asked, store),
+        7..=8 => found::<D, 9, ANY>(row, rays, asked, store),
+        9..=10 => found::<D, 11, ANY>(row, rays, asked, store),
+        11..=12 => found::<D, 13, ANY>(row, rays, asked, store),
+        13..=16 => found::<D, 17, ANY>(row, rays, asked, store),
+        17..=24 => found::<D, 25, ANY>(row, rays, asked, store),
+        _ => Found::nothing(asked),
+    }
+}
+
+impl<D: Lanes> Found<D> {
+    fn nothing(unsure: u32) -> Found<D> {
+        Found {
+            t: D::zero(),
+            from: D::zero(),
+            to: D::zero(),
+            hit: 0,
+            unsure,
+        }
+    }
+}
+
+/// Rays in the surface's bounds or in its clip, and f there.
+struct Part<D: Lanes, const N: usize> {
+    ends: Ends<D>,
+    start: D,
+    width: D,
+    segment: Segment<D, N>,
+    /// Lanes that come there.
+    reached: D::Mask,
+    /// Of those, what is known well enough to be looked at.
+    live: D::Mask,
+}
+
+impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> Part<D, N> {
+    /// `None`: no ray comes there.
+    #[inline(always)]
+    fn of(
+        row: &Implicit,
+        rays: &Rays<D>,
+        asked: D::Mask,
+        store: &mut Store<D>,
+    ) -> Option<Part<D, N>> {
+        let ray = Ray::<D>::new(rays.org, rays.dir, rays.t_min);
+        let object = ObjectRay::new(rays.org, rays.dir, &ray);
+        let ends: Ends<D> = match (row.clip, row.bounds) {
+            (Some(Clip::Sphere(ball)), _) => sphere::sphere_ends(&ball, &object),
+            (Some(Clip::Cuboid(row)), _) => cuboid::ends(&row, &object),
+            (None, Some(bounds)) => {
+                let (min, max) = (bounds.min, bounds.max);
+                cuboid::ends(&Cuboid { min, max }, &object)
+            }
+            (None, None) => Ends::none_or_unknown(D::Mask::splat(false)),
+        };
+        let start = ends.enter[0].max(rays.t_min);
+        let end = ends.exit[2].min(rays.limit);
+        let misses = ends.none | ends.some & !start.lt(end);
+        let reached = asked & !misses;
+        if reached.none() {
+            return None;
+        }
+        let width = (end - start) * D::from_f64(1.0 + 4.0 * UNIT);
+        let infinity = D::from_f64(f64::INFINITY);
+        let is_known = ends.some & width.lt(infinity) & start.abs().lt(infinity);
+        let segment = along::<D, N>(row.tape, rays, (start, width, D::zero()), &mut store.values);
+        Some(Part {
+            ends,
+            start,
+            width,
+            segment,
+            reached,
+            live: reached & is_known,
+        })
+    }
+
+    /// Lanes whose t, between two numbers, is certainly in the clip.
+    #[inline(always)]
+    fn in_clip(&self, row: &Implicit, [from, to]: [D; 2]) -> D::Mask {
+        if row.clip.is_none() {
+            return D::Mask::splat(true);
+        }
+        let begins = from.ge(self.ends.enter[2]) | self.start.ge(self.ends.enter[2]);
+        begins & to.le(self.ends.exit[0])
+    }
+
+    /// The least root of some lanes: t and between what it lies, lanes that have one in
+    /// the clip, and those of which that is not known.
+    #[inline(always)]
+    fn first(
+        &self,
+        row: &Implicit,
+        lanes: D::Mask,
+        store: &mut Store<D>,
+    ) -> ([D; 3], D::Mask, D::Mask) {
+        let found = nearly_nearest(&self.segment, lanes, &mut store.waiting);
+        let s_from = (found.t - found.error).max(D::zero());
+        let s_to = (found.t + found.error).min(D::from_f64(1.0));
+        let is_there = changes_between(&self.segment, s_from, s_to);
+        let at = |s: D| self.start + s * self.width;
+        let slack = (self.start.abs() + self.width) * D::from_f64(3.01 * UNIT);
+        let from = (at(s_from) - slack).max(self.start);
+        let to = at(s_to) + slack;
+        let hit = found.hit & is_there & self.in_clip(row, [from, to]);
+        ([from, at(found.t), to], hit, found.doubt | found.hit & !hit)
+    }
+
+    /// Whether some lanes have a root, and of which that is not known.
+    #[inline(always)]
+    fn any(&self, row: &Implicit, lanes: D::Mask, store: &mut Store<D>) -> (D::Mask, D::Mask) {
+        let exists = exists(&self.segment, lanes, &mut store.waiting);
+        if row.clip.is_none() || exists.some.none() {
+            return (exists.some, exists.doubt);
+        }
+        // Different signs at two places in the clip are enough.
+        let place = |t: D| (t - self.start) / self.width;
+        let one = D::from_f64(1.0);
+        let from = place(self.ends.enter[2]) + D::from_f64(8.0 * UNIT);
+        let from = D::select(
+            self.start.ge(self.ends.enter[2]),
+            D::zero(),
+            from.max(D::zero()),
+        );
+        let to = (place(self.ends.exit[0]) - D::from_f64(8.0 * UNIT)).min(one);
+        let odd = exists.some & from.lt(to) & changes_between(&self.segment, from, to);
+        let rest = exists.some & !odd;
+        if rest.none() {
+            return (odd, exists.doubt);
+        }
+        let (_, hit, unsure) = self.first(row, rest, store);
+        (odd | rest & hit, exists.doubt | rest & unsure)
+    }
+}
+
+/// Of polynomials of degree N − 1.
+#[inline(never)]
+fn found<D: Lanes<Scalar = f64, Double = D>, const N: usize, const ANY: bool>(
+    row: &Implicit,
+    rays: &Rays<D>,
+    asked: u32,
+    store: &mut Store<D>,
+) -> Found<D> {
+    let Some(part) = Part::<D, N>::of(row, rays, D::Mask::from_bits(asked), store) else {
+        return Found::nothing(0);
+    };
+    let dark = part.reached & !part.live;
+    if ANY {
+        let (hit, unsure) = part.any(row, part.live, store);
+        return Found {
+            hit: (hit & part.live).bits(),
+            ..Found::nothing((unsure & part.live | dark).bits())
+        };
+    }
+    let ([from, t, to], hit, unsure) = part.first(row, part.live, store);
+    Found {
+        t,
+        from,
+        to,
+        hit: (hit & part.live).bits(),
+        unsure: (unsure & part.live | dark).bits(),
+    }
+}

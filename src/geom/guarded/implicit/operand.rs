@@ -1,0 +1,153 @@
+//! All that rays have of an operand, root after root.
+
+use super::along::along;
+use super::{EIGHT, Eight, Rays, Store};
+use crate::geom::Tape;
+use crate::geom::guarded::rounded;
+use crate::math::Vec3;
+use crate::math::bounds::UNIT;
+use crate::math::lanes::{Lanes, Mask};
+use crate::roots::lanes::{changes_between, nearly_nearest};
+
+/// What rays have of an operand: all boundaries between two t.
+pub struct Boundaries<L: Lanes> {
+    /// Lanes that are inside at the first t.
+    pub inside: L::Mask,
+    pub unsure: L::Mask,
+}
+
+/// Of rays in the operand's own space, between two t each. `ends` gets what each ray
+/// crosses first, second, and so on: at least, as computed, at most, and infinite where
+/// there is no more. `astray`: how far off the surface itself may be.
+#[inline(never)]
+pub fn boundaries<L: Lanes>(
+    tape: &Tape,
+    (org, dir): (Vec3<L::Double>, Vec3<L::Double>),
+    [from, to]: [L::Double; 2],
+    astray: L::Double,
+    active: L::Mask,
+    ends: &mut Vec<[L; 3]>,
+) -> Boundaries<L> {
+    let columns = [org.x, org.y, org.z, dir.x, dir.y, dir.z, from, to, astray];
+    let columns = columns.map(|column| column.to_array());
+    let mut lanes = [0; 16];
+    let mut count = 0;
+    let mut bits = active.bits();
+    while bits != 0 {
+        lanes[count] = bits.trailing_zeros() as usize;
+        count += 1;
+        bits &= bits - 1;
+    }
+    let mut all: Vec<[[f64; 16]; 3]> = Vec::new();
+    let (mut inside, mut unsure) = (0, 0);
+    let mut store = EIGHT.take().unwrap_or_default();
+    for some in lanes[..count].chunks(8) {
+        let load = |column: usize| {
+            let from = columns[column].as_ref();
+            let mut values = [from[some[0]]; 8];
+            for (value, lane) in values.iter_mut().zip(some) {
+                *value = from[*lane];
+            }
+            Eight::load(&values)
+        };
+        let rays = Rays {
+            org: Vec3::new(load(0), load(1), load(2)),
+            dir: Vec3::new(load(3), load(4), load(5)),
+            t_min: load(6),
+            limit: load(7),
+        };
+        let asked = (1 << some.len()) - 1;
+        let mut found = |pass: usize, hit: u32, at: [Eight; 3]| {
+            if all.len() <= pass {
+                all.push([[f64::INFINITY; 16]; 3]);
+            }
+            for (column, at) in all[pass].iter_mut().zip(at) {
+                let at = at.to_array();
+                for (i, lane) in some.iter().enumerate() {
+                    if hit >> i & 1 != 0 {
+                        column[*lane] = at[i];
+                    }
+                }
+            }
+        };
+        let (begins, open) = match tape.degree() {
+            0..=2 => passes::<Eight, 3>(tape, &rays, load(8), asked, &mut store, &mut found),
+            3 => passes::<Eight, 4>(tape, &rays, load(8), asked, &mut store, &mut found),
+            4 => passes::<Eight, 5>(tape, &rays, load(8), asked, &mut store, &mut found),
+            5..=6 => passes::<Eight, 7>(tape, &rays, load(8), asked, &mut store, &mut found),
+            7..=8 => passes::<Eight, 9>(tape, &rays, load(8), asked, &mut store, &mut found),
+            9..=10 => passes::<Eight, 11>(tape, &rays, load(8), asked, &mut store, &mut found),
+            11..=12 => passes::<Eight, 13>(tape, &rays, load(8), asked, &mut store, &mut found),
+            13..=16 => passes::<Eight, 17>(tape, &rays, load(8), asked, &mut store, &mut found),
+            17..=24 => passes::<Eight, 25>(tape, &rays, load(8), asked, &mut store, &mut found),
+            _ => (0, asked),
+        };
+        for (i, lane) in some.iter().enumerate() {
+            inside |= (begins >> i & 1) << lane;
+            unsure |= (open >> i & 1) << lane;
+        }
+    }
+    EIGHT.set(Some(store));
+    ends.extend(all.iter().map(|columns| {
+        let wide = columns.map(|column| <L::Double as Lanes>::load(&column[..L::COUNT]));
+        rounded::<L>(wide)
+    }));
+    Boundaries {
+        inside: L::Mask::from_bits(inside),
+        unsure: L::Mask::from_bits(unsure),
+    }
+}
+
+/// Root after root, each sought beyond the last: calls `found` with the pass, the lanes
+/// that have one more, and where. Returns the lanes inside at the start, and those that
+/// are not settled.
+#[inline(never)]
+fn passes<D: Lanes<Scalar = f64, Double = D>, const N: usize>(
+    tape: &Tape,
+    rays: &Rays<D>,
+    astray: D,
+    asked: u32,
+    store: &mut Store<D>,
+    found: &mut impl FnMut(usize, u32, [D; 3]),
+) -> (u32, u32) {
+    let asked = D::Mask::from_bits(asked);
+    let none = D::Mask::splat(false);
+    let infinity = D::from_f64(f64::INFINITY);
+    let mut start = rays.t_min;
+    let (mut inside, mut unsure) = (none, none);
+    let mut live = asked & start.lt(rays.limit);
+    // Where f is below zero from `start` on.
+    let mut below = none;
+    for pass in 0..N {
+        let width = (rays.limit - start) * D::from_f64(1.0 + 4.0 * UNIT);
+        let segment = along::<D, N>(tape, rays, (start, width, astray), &mut store.values);
+        let at = segment.scaled[0];
+        let (over, under) = (at.gt(segment.first), at.lt(-segment.first));
+        let is_known = width.lt(infinity) & start.abs().lt(infinity) & (over | under);
+        if pass == 0 {
+            below = under;
+            inside = live & under;
+        }
+        // A root changes the sign.
+        let known = live & is_known & ((below & under) | (!below & over));
+        unsure = unsure | live & !known;
+        let next = nearly_nearest(&segment, known, &mut store.waiting);
+        let s_from = (next.t - next.error).max(D::zero());
+        let s_to = (next.t + next.error).min(D::from_f64(1.0));
+        let is_there = changes_between(&segment, s_from, s_to);
+        let hit = known & next.hit & is_there;
+        unsure = unsure | known & (next.doubt | next.hit & !hit);
+        live = hit;
+        if live.none() {
+            break;
+        }
+        let place = |s: D| start + s * width;
+        let slack = (start.abs() + width) * D::from_f64(3.01 * UNIT);
+        let (least, most) = ((place(s_from) - slack).max(start), place(s_to) + slack);
+        found(pass, live.bits(), [least, place(next.t), most]);
+        start = D::select(live, most, start);
+        live = live & start.lt(rays.limit);
+        below = !below;
+    }
+    (inside.bits(), unsure.bits())
+}

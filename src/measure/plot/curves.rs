@@ -14,9 +14,18 @@ pub struct Line {
     pub label: String,
     /// A colour of the style sheet, modulo their number.
     pub hue: usize,
-    pub dashed: bool,
+    pub stroke: Stroke,
     /// Both coordinates above 0; others are left out.
     pub points: Vec<[f64; 2]>,
+}
+
+/// How a line's points are joined.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stroke {
+    Solid,
+    Dashed,
+    /// They stand alone.
+    Dots,
 }
 
 const WIDTH: f64 = 960.0;
@@ -83,8 +92,11 @@ pub fn draw(chart: &Chart) -> String {
     for (line, points) in &lines {
         let placed: Vec<[f64; 2]> = points.iter().map(|p| at(*p)).collect();
         let colour = line.hue % COLOURS;
-        let dashed = if line.dashed { " dashed" } else { "" };
-        svg.polyline(&placed, &format!("curve s{colour}{dashed}"));
+        match line.stroke {
+            Stroke::Solid => svg.polyline(&placed, &format!("curve s{colour}")),
+            Stroke::Dashed => svg.polyline(&placed, &format!("curve s{colour} dashed")),
+            Stroke::Dots => {}
+        }
         for (place, [x, y]) in placed.iter().zip(points) {
             let (x, y) = (10.0_f64.powf(*x), 10.0_f64.powf(*y));
             let x = if (1.0..1e12).contains(&x) {
@@ -187,7 +199,7 @@ mod tests {
         let line = Line {
             label: "none".into(),
             hue: 0,
-            dashed: false,
+            stroke: Stroke::Solid,
             points: vec![[1.0, 0.0], [f64::NAN, 2.0]],
         };
         let drawn = draw(&Chart {

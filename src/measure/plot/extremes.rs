@@ -1,7 +1,7 @@
 //! The page of the sweeps: where each precision begins to err, then two charts a
 //! sweep, the share of wrong answers and the error of t.
 
-use super::curves::{Chart, Line, draw};
+use super::curves::{Chart, Line, Stroke, draw};
 use super::page::{self, Heading, Section};
 use super::svg::escaped;
 use crate::measure::extremes::{Figures, Report, Start, SweepReport, ULPS_ALLOWED, shown};
@@ -56,7 +56,11 @@ fn chart(
             label: start.precision.into(),
             hue: row,
             // Where two lie on each other, both are seen.
-            dashed: row == 2,
+            stroke: if row == 2 {
+                Stroke::Dashed
+            } else {
+                Stroke::Solid
+            },
             points,
         }
     };

@@ -20,7 +20,7 @@ use super::growth::Growth;
 use super::kinds::Kind;
 use super::structures::StructureRow;
 use bars::{Bar, Group};
-use curves::{Chart, Line};
+use curves::{Chart, Line, Stroke};
 use page::Section;
 
 /// What a colour stands for.
@@ -114,7 +114,11 @@ pub fn growth_page(heading: &Heading, growth: &Growth) -> String {
             lines.push(Line {
                 label: format!("{} n^{:.2}", fit.name, fit.exponent),
                 hue,
-                dashed: fit.peer,
+                stroke: if fit.peer {
+                    Stroke::Dashed
+                } else {
+                    Stroke::Solid
+                },
                 points: fit.points.clone(),
             });
         }

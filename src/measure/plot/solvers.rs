@@ -1,6 +1,6 @@
 //! The page of the root finders: what they cost and what they miss, by degree.
 
-use super::curves::{Chart, Line, draw};
+use super::curves::{Chart, Line, Stroke, draw};
 use super::page::{self, Heading, Section};
 use crate::measure::solvers::{DegreeRow, Total};
 
@@ -28,7 +28,7 @@ pub fn solvers_page(heading: &Heading, rows: &[DegreeRow]) -> String {
             Line {
                 label: (*solver).into(),
                 hue,
-                dashed: false,
+                stroke: Stroke::Solid,
                 points: rows.iter().filter_map(of).collect(),
             }
         };
@@ -37,6 +37,7 @@ pub fn solvers_page(heading: &Heading, rows: &[DegreeRow]) -> String {
     let mut plane = lines(&|_, total| [time(total), missed(total)]);
     for line in &mut plane {
         line.points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        line.stroke = Stroke::Dots;
     }
     let chart = |x_label, y_label, lines| {
         draw(&Chart {

@@ -158,7 +158,7 @@ mod tests {
         let mark = Aabb::new(DVec3::ZERO, DVec3::splat(7.0));
         table.bounds[0] = Some(mark);
         table.push(ball(2.0), false, None);
-        table.push(ball(1.0), true, None);
+        table.push(ball(1.0), false, None);
         assert_ne!(table.bounds[1], Some(mark));
         assert_eq!(table.bounds[2], Some(mark));
     }

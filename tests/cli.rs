@@ -6,6 +6,8 @@ mod bench;
 mod roots;
 #[path = "cli/solids.rs"]
 mod solids;
+#[path = "cli/surfaces.rs"]
+mod surfaces;
 
 use std::fs;
 use std::path::Path;

@@ -13,6 +13,8 @@ mod frames;
 mod gaps;
 #[path = "csg/gates.rs"]
 mod gates;
+#[path = "csg/implicits.rs"]
+mod implicits;
 #[path = "csg/intervals.rs"]
 mod intervals;
 #[path = "csg/laws.rs"]

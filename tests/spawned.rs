@@ -17,6 +17,7 @@ use common::{EVERYTHING, Random, RayColumns};
 use glam::DVec3;
 use lanecast::accel::{Structure, World};
 use lanecast::geom::HalfSpace;
+use lanecast::geom::implicit::{gradient_at, size_at};
 use lanecast::plan::{Arithmetic, Kernels, native_width};
 use lanecast::reference::Reference;
 use lanecast::scene::{Appearances, Edge, Scene, shape_bounds};
@@ -192,6 +193,13 @@ fn bound(
         let (_, slope, size) = row.value_at(DVec3::from_array(point));
         object = object.max(size / slope.length());
     }
+    // And those of other polynomials, rounded with every factor.
+    if let lanecast::scene::Shape::Implicit(id) = shape {
+        let point = subject.object_from_world.point(surface.point.to_array());
+        let (point, tape) = (DVec3::from_array(point), scene.implicits.row(id).tape);
+        let size = size_at(tape, point.abs().max_element()) * f64::from(tape.degree());
+        object = object.max(size / gradient_at(tape, point).length());
+    }
     let at = DVec3::from_array(org).abs().max(surface.point.abs());
     let stretch = subject.world_from_object.norm();
     64.0 * (u * stretch * object + 0.5 * f64::EPSILON * at.max_element())
@@ -201,7 +209,7 @@ fn bound(
 fn leave_all(
     world: &World,
     judge: &Reference,
-    kind: Kind,
+    (kind, subject): (Kind, &Subject),
     arithmetic: Arithmetic,
     left: &[Left],
     random: &mut Random,
@@ -245,8 +253,14 @@ fn leave_all(
         if kind.is_flat() || height.abs() > 2.0 * left.plate() {
             continue;
         }
-        // What was left lies behind, the other side ahead.
         counts.judged += 1;
+        if let Some(f) = subject.sign_at(world, org) {
+            // It may bend up before the ray, and not behind: what was left is not met if
+            // the ray started on its side of it.
+            counts.own += usize::from(f != side.total_cmp(&0.0));
+            continue;
+        }
+        // What was left lies behind, the other side ahead.
         let crossings = judge.crossings(org, dir.map(f64::from), id.instance, id.primitive);
         let behind = crossings.iter().any(|c| c.t < 0.0);
         let ahead = crossings.iter().any(|c| c.t > 0.0);
@@ -322,7 +336,7 @@ fn spawn(kind: Kind, scale: f64, arithmetic: Arithmetic, rays: usize, seed: u64)
         let world = World::build(&scene, &appearances, Structure::Bvh);
         let judge = Reference::brute_force(&scene, &appearances).expect("one");
         let left = hits(&world, &subject, arithmetic, random);
-        counts += leave_all(&world, &judge, kind, arithmetic, &left, random);
+        counts += leave_all(&world, &judge, (kind, &subject), arithmetic, &left, random);
         counts += meet_plates(&subject, arithmetic, &left, random);
     }
     counts

@@ -30,11 +30,11 @@ shape = 'sheet'
 shape = 'pipe'
 ";
 
-fn write(folder: &Path, text: &str) {
+pub fn write(folder: &Path, text: &str) {
     fs::write(folder.join("a.toml"), text).unwrap();
 }
 
-fn probe(folder: &Path, text: &str, org: &str, dir: &str) -> Value {
+pub fn probe(folder: &Path, text: &str, org: &str, dir: &str) -> Value {
     write(folder, text);
     let arguments = ["probe", "a.toml", "--org", org, "--dir", dir, "--json", "-"];
     let output = lanecast(folder, &arguments);
@@ -273,7 +273,7 @@ fn measure(folder: &Path, more: &[&str]) -> Value {
 }
 
 /// Within three of its half widths, and these no wider than asked for.
-fn is_measured(row: &Value, key: &str, value: f64, relative: f64) {
+pub fn is_measured(row: &Value, key: &str, value: f64, relative: f64) {
     let found = row[key].as_f64().unwrap();
     let error = row[format!("{key}_error")].as_f64().unwrap();
     assert!((found - value).abs() <= 3.0 * error, "{row}: {key} {value}");

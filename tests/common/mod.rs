@@ -6,9 +6,11 @@ mod hard;
 mod picture;
 mod random;
 mod rays;
+mod surfaces;
 
 pub use files::{Loaded, assets, load};
 pub use hard::{hard_rays, hard_scene};
 pub use picture::{ALL_AOVS, EVERYTHING, Way, hash, picture, structures};
 pub use random::{Random, dented, random_mesh, random_scene, random_shape};
 pub use rays::RayColumns;
+pub use surfaces::{ball, barth_sextic, clebsch, throat, torus};

@@ -17,7 +17,7 @@ pub fn v(x: f64, y: f64, z: f64) -> DVec3 {
 
 /// How operands come to where they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Turn {
+pub enum Turn {
     /// In the solid's own space.
     None,
     /// By 30° about an axis through the origin, and back.
@@ -30,7 +30,7 @@ enum Turn {
     Round,
 }
 
-const TURNS: [Turn; 5] = [Turn::None, Turn::Back, Turn::Pivot, Turn::Far, Turn::Round];
+pub const TURNS: [Turn; 5] = [Turn::None, Turn::Back, Turn::Pivot, Turn::Far, Turn::Round];
 
 /// An operand about `center`, with an axis of its own.
 fn turned(
@@ -66,7 +66,7 @@ fn turned(
 }
 
 /// An operator over solids about `center`.
-fn combined(operator: Operator, leaves: &[Leaf], turn: Turn, center: DVec3) -> Asked {
+pub fn combined(operator: Operator, leaves: &[Leaf], turn: Turn, center: DVec3) -> Asked {
     Asked::one(|scene| {
         let operands: Vec<Operand> = (0..)
             .zip(leaves)
@@ -113,7 +113,7 @@ pub fn solids() -> [Leaf; 6] {
 }
 
 /// About `center`: from within and without to anywhere near, and along axes.
-fn rays_about(random: &mut Random, center: DVec3, count: usize) -> RayColumns {
+pub fn rays_about(random: &mut Random, center: DVec3, count: usize) -> RayColumns {
     let mut rays = RayColumns::default();
     for i in 0..count {
         let reach = [1.0, 3.0][i % 2];
@@ -127,9 +127,9 @@ fn rays_about(random: &mut Random, center: DVec3, count: usize) -> RayColumns {
     rays
 }
 
-const OFFSETS: [f64; 4] = [0.0, 1.0, 1e3, 1e6];
+pub const OFFSETS: [f64; 4] = [0.0, 1.0, 1e3, 1e6];
 
-fn center(offset: f64) -> DVec3 {
+pub fn center(offset: f64) -> DVec3 {
     v(offset, -0.5 * offset, 0.25 * offset)
 }
 

@@ -1,6 +1,6 @@
 //! Random programs over solids of all kinds, many of which coincide, and rays.
 
-use super::common::{Random, RayColumns};
+use super::common::{Random, RayColumns, ball, throat, torus as tube};
 use super::shells::{cube, torus};
 use super::truth::Tree;
 use glam::{DAffine3, DQuat, DVec3};
@@ -22,6 +22,12 @@ pub enum Leaf {
     Shell(Cuboid),
     /// Triangles around a centre, and how far out: a torus on a grid.
     Ring(DVec3, f64),
+    /// A ball as a polynomial.
+    Round(Sphere),
+    /// A torus about y: its centre and radii.
+    Tube(DVec3, [f64; 2]),
+    /// A quartic without end: its centre, and how wide it is there.
+    Throat(DVec3, f64),
 }
 
 impl Leaf {
@@ -98,6 +104,18 @@ impl Leaf {
                 let step = scale / 64.0;
                 scene.mesh("", &torus(center * scale, radii, [8, 6], step))
             }
+            Leaf::Round(row) => {
+                let tape = ball(row.center * scale, row.radius * scale);
+                scene.implicit("", tape, false, None)
+            }
+            Leaf::Tube(center, radii) => {
+                let tape = tube(center * scale, radii.map(|radius| radius * scale));
+                scene.implicit("", tape, false, None)
+            }
+            Leaf::Throat(center, size) => {
+                let tape = throat(center * scale, size * scale);
+                scene.implicit("", tape, false, None)
+            }
         }
     }
 
@@ -147,6 +165,12 @@ impl Leaf {
                 max: row.max + by,
             }),
             Leaf::Ring(center, size) => Leaf::Ring(center + by, size),
+            Leaf::Round(row) => Leaf::Round(Sphere {
+                center: row.center + by,
+                ..row
+            }),
+            Leaf::Tube(center, radii) => Leaf::Tube(center + by, radii),
+            Leaf::Throat(center, size) => Leaf::Throat(center + by, size),
         }
     }
 }
@@ -271,6 +295,18 @@ pub fn random_quadric(random: &mut Random) -> Quadric {
     }
 }
 
+/// Some of one size, so that they coincide. Lengths are no powers of two, for 1 is a
+/// length like others.
+fn random_polynomial(random: &mut Random, center: DVec3, radius: f64) -> Leaf {
+    let radius = radius * 0.75;
+    match random.below(4) {
+        0 => Leaf::Round(Sphere { center, radius }),
+        1 => Leaf::Throat(center, radius * 0.5),
+        2 => Leaf::Tube(center, [0.75, 0.1875]),
+        _ => Leaf::Tube(center, [radius, 0.375]),
+    }
+}
+
 fn random_leaf(random: &mut Random) -> Leaf {
     let on_grid = random.below(3) != 0;
     let center = point(random, on_grid);
@@ -281,7 +317,8 @@ fn random_leaf(random: &mut Random) -> Leaf {
     let radius = length(random, on_grid);
     let (base, top, open) = (center, center + axis, false);
     let sides = [(); 3].map(|()| length(random, on_grid));
-    match random.below(10) {
+    match random.below(11) {
+        10 => random_polynomial(random, center, radius),
         8 | 9 => Leaf::Quadric(random_quadric(random)),
         0 | 1 => Leaf::Ball(Sphere { center, radius }),
         2 | 3 => Leaf::Box(Cuboid {

@@ -1,10 +1,13 @@
 //! One primitive of each kind, of a size and at a place of its own.
 
-use super::common::{Random, dented};
+use super::common::{Random, barth_sextic, clebsch, dented, torus};
 use glam::{DAffine3, DQuat, DVec3};
+use lanecast::accel::World;
+use lanecast::geom::exact::sign_at;
 use lanecast::geom::*;
 use lanecast::math::Affine;
 use lanecast::scene::*;
+use std::cmp::Ordering;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -26,9 +29,14 @@ pub enum Kind {
     Ball,
     /// Triangles anywhere.
     Soup,
+    Torus,
+    /// Clebsch's, open and in a clip.
+    Cubic,
+    /// Barth's, with its double points; open and in a clip.
+    Sextic,
 }
 
-pub const KINDS: [Kind; 14] = [
+pub const KINDS: [Kind; 17] = [
     Kind::Sphere,
     Kind::Ellipsoid,
     Kind::Quadric,
@@ -43,12 +51,18 @@ pub const KINDS: [Kind; 14] = [
     Kind::Polygon,
     Kind::Ball,
     Kind::Soup,
+    Kind::Torus,
+    Kind::Cubic,
+    Kind::Sextic,
 ];
 
 impl Kind {
     /// What is met on leaving outward is met wrongly, whatever it is.
     pub fn is_convex(self) -> bool {
-        !matches!(self, Kind::Saddle | Kind::Soup)
+        !matches!(
+            self,
+            Kind::Saddle | Kind::Soup | Kind::Torus | Kind::Cubic | Kind::Sextic
+        )
     }
 
     /// A ray that leaves inward meets the other side.
@@ -61,6 +75,8 @@ impl Kind {
                 | Kind::Polygon
                 | Kind::Saddle
                 | Kind::Soup
+                | Kind::Cubic
+                | Kind::Sextic
         )
     }
 
@@ -81,6 +97,18 @@ pub struct Subject {
     pub size: f64,
     pub object_from_world: Affine,
     pub world_from_object: Affine,
+}
+
+impl Subject {
+    /// Of a polynomial surface's polynomial, at a point of the world; exact there.
+    pub fn sign_at(&self, world: &World, point: [f64; 3]) -> Option<Ordering> {
+        let appearance = world.appearances.get(world.scene, 0);
+        let Shape::Implicit(id) = world.scene.shapes.row(appearance.shape) else {
+            return None;
+        };
+        let tape = world.scene.implicits.row(id).tape;
+        Some(sign_at(tape, self.object_from_world.point(point)))
+    }
 }
 
 /// `scale` is that of the numbers of the shape or of the transform.
@@ -221,6 +249,27 @@ fn shape(
             let data = ball(center, sizes.x);
             assert!(is_convex(&data));
             to.mesh("", &data)
+        }
+        Kind::Torus => {
+            let radii = [0.7 * sizes.x, 0.3 * sizes.y];
+            to.implicit("", torus(center, radii), false, None)
+        }
+        Kind::Cubic | Kind::Sextic => {
+            let clip = match random.below(2) {
+                0 => Clip::Sphere(Sphere {
+                    center,
+                    radius: scale,
+                }),
+                _ => Clip::Cuboid(Cuboid {
+                    min: center - sizes,
+                    max: center + scale,
+                }),
+            };
+            let tape = match kind {
+                Kind::Cubic => clebsch(center, 0.5 * sizes.x),
+                _ => barth_sextic(center, 0.5 * sizes.x),
+            };
+            to.implicit("", tape, true, Some(clip))
         }
         Kind::Soup => {
             let point = |_| (center + random.vector() * scale).to_array();

@@ -1,0 +1,260 @@
+//! Polynomial surfaces as operands: beside primitives that they equal, beside
+//! themselves, cut through, and without end.
+
+use super::asked::{ALL, Asked, RIGHT, agree, kernels, line, spans};
+use super::coincidence::{OFFSETS, TURNS, center, combined, rays_about, some, v};
+use super::common::{Random, RayColumns};
+use super::laws::{are_one, laws};
+use super::programs::{Leaf, Program, random_rays};
+use super::truth::Tree;
+use glam::DVec3;
+use lanecast::geom::{Cuboid, Sphere};
+use lanecast::scene::{Operand, Operator};
+use lanecast::trace::{HitId, TURNED};
+use proptest::prelude::*;
+
+use Operator::{Difference, Intersection, Union, Xor};
+
+/// Of leaves in one space.
+fn of(operator: Operator, leaves: &[Leaf]) -> Asked {
+    Asked::one(|scene| {
+        let shapes = leaves.iter().map(|leaf| leaf.add(scene, 1.0));
+        let operands: Vec<Operand> = shapes
+            .collect::<Vec<_>>()
+            .into_iter()
+            .map(Operand::shape)
+            .collect();
+        scene.combination("", operator, &operands)
+    })
+}
+
+/// Bits of the ends, and which of them a line comes in by.
+fn ends(asked: &Asked, rays: &RayColumns) -> Vec<(bool, Vec<(u64, bool)>)> {
+    let world = asked.world();
+    let of = |i: usize| {
+        let (org, dir) = rays.ray(i);
+        let (start, all) = spans(&world, asked.combination(), &line(org, dir));
+        let ends = all.iter().map(|c| (c.root.rounded().to_bits(), c.enters));
+        (start, ends.collect())
+    };
+    (0..rays.len()).map(of).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig {
+        failure_persistence: None,
+        ..ProptestConfig::with_cases(60)
+    })]
+
+    /// Neither less the other is anything, in any arithmetic; what they have in common
+    /// is either.
+    #[test]
+    fn a_ball_by_its_polynomial_is_the_primitive(seed in any::<u64>()) {
+        let random = &mut Random(seed);
+        // Any numbers: both are the same polynomial, of squares that are not rounded.
+        let center = random.vector() * [0.0, 1.0, 1e3][random.below(3) as usize];
+        let row = Sphere { center, radius: random.size() };
+        let (primitive, polynomial) = (Leaf::Ball(row), Leaf::Round(row));
+        let rays = rays_about(random, center, 48);
+        let alone = ends(&of(Union, &[primitive]), &rays);
+        for pair in [[primitive, polynomial], [polynomial, primitive]] {
+            for operator in [Difference, Xor] {
+                let nothing = of(operator, &pair);
+                for arithmetic in ALL {
+                    let answers = rays.closest(&nothing.world(), &kernels(arithmetic));
+                    for (i, (t, id)) in answers.into_iter().enumerate() {
+                        prop_assert_eq!(id, HitId::NONE, "{:?} {} {:?}", arithmetic, t, rays.ray(i));
+                    }
+                }
+                prop_assert!(agree(&nothing, &some(&rays, 8)).iter().all(Option::is_none));
+            }
+            for operator in [Intersection, Union] {
+                let both = of(operator, &pair);
+                prop_assert_eq!(&ends(&both, &rays), &alone, "{:?}", row);
+                agree(&both, &some(&rays, 8));
+            }
+        }
+    }
+}
+
+/// In one space, and turned there and back.
+#[test]
+fn nothing_is_left_of_a_torus_without_itself() {
+    let tori = [
+        Leaf::Tube(DVec3::ZERO, [0.75, 0.25]),
+        Leaf::Tube(DVec3::ZERO, [0.3, 0.7]),
+    ];
+    for (turn, offset) in TURNS.into_iter().flat_map(|t| OFFSETS.map(|o| (t, o))) {
+        for (kind, leaf) in tori.into_iter().enumerate() {
+            let center = center(offset);
+            let rays = rays_about(&mut Random(kind as u64), center, 160);
+            let context = format!("{turn:?} {offset} {leaf:?}");
+            for operator in [Difference, Xor] {
+                let asked = combined(operator, &[leaf, leaf], turn, center);
+                let world = asked.world();
+                for arithmetic in ALL {
+                    let answers = rays.closest(&world, &kernels(arithmetic));
+                    let skin = answers.iter().position(|a| a.1 != HitId::NONE);
+                    let ray = skin.map(|i| (rays.ray(i), answers[i]));
+                    assert_eq!(ray, None, "{operator:?} {arithmetic:?} {context}");
+                }
+                assert!(agree(&asked, &some(&rays, 40)).iter().all(Option::is_none));
+            }
+            let alone = Asked::one(|scene| leaf.moved(center).add(scene, 1.0));
+            let both = combined(Intersection, &[leaf, leaf], turn, center);
+            for arithmetic in RIGHT {
+                let kernels = kernels(arithmetic);
+                let expected = rays.closest(&alone.world(), &kernels);
+                let found = rays.closest(&both.world(), &kernels);
+                for (i, (found, expected)) in found.iter().zip(&expected).enumerate() {
+                    let miss = expected.1 == HitId::NONE;
+                    let same = (found.1 == HitId::NONE) == miss;
+                    let near = miss || (found.0 - expected.0).abs() < 1e-3;
+                    assert!(
+                        same && near,
+                        "{arithmetic:?} {context} {:?}: {found:?} {expected:?}",
+                        rays.ray(i)
+                    );
+                }
+            }
+            agree(&both, &some(&rays, 20));
+        }
+    }
+}
+
+/// All laws, of a torus, the same one by its minor radius aside, and a ball.
+#[test]
+fn tori_that_overlap_obey_the_laws() {
+    let tube = Leaf::Tube(DVec3::ZERO, [0.75, 0.25]);
+    let ball = Leaf::Round(Sphere {
+        center: v(0.5, 0.0, 0.25),
+        radius: 0.5,
+    });
+    let leaves = [tube, tube.moved(v(0.25, 0.0, 0.0)), ball].map(|leaf| (leaf, None));
+    let program = Program {
+        leaves: leaves.to_vec(),
+    };
+    let solids = [0, 1, 2].map(Tree::Operand);
+    let [a, b, _] = &solids;
+    // What is in the one and not in the other, and what is in both.
+    let parts = [Difference, Intersection].map(|op| Tree::of(op, [a.clone(), b.clone()]));
+    let mut all = laws(&solids);
+    all.push(("parts", Tree::of(Union, parts.clone()), a.clone()));
+    all.push(("parts", Tree::of(Xor, parts), a.clone()));
+    for (i, (name, one, other)) in all.iter().enumerate() {
+        let rays = random_rays(&mut Random(i as u64), 40, 0.5);
+        are_one(&program, [one, other], &rays, name);
+    }
+    let mut rays = random_rays(&mut Random(40), 60, 0.5);
+    // Within the plane that the two are mirrored in.
+    for i in 0..8 {
+        let y = f64::from(i) / 32.0;
+        rays.push(v(0.125, y, 4.0), [0.0, 0.0, -1.0]);
+    }
+    for operator in [Union, Intersection, Difference, Xor] {
+        agree(&of(operator, &[tube, leaves[1].0, ball]), &rays);
+    }
+}
+
+/// The box' face is the plane of the ring.
+#[test]
+fn a_torus_cut_through_its_middle_plane() {
+    let tube = Leaf::Tube(DVec3::ZERO, [0.75, 0.25]);
+    let upper = Leaf::Box(Cuboid {
+        min: v(-2.0, 0.0, -2.0),
+        max: v(2.0, 1.0, 2.0),
+    });
+    let asked = of(Difference, &[tube, upper]);
+    let all = |org: DVec3, dir: [f32; 3]| {
+        let line = line(org.to_array(), dir);
+        let (start, all) = spans(&asked.world(), asked.combination(), &line);
+        assert!(!start);
+        let ends = all.iter().map(|c| (c.root.rounded(), c.primitive));
+        ends.collect::<Vec<_>>()
+    };
+    let (cut, down) = (1 | TURNED, [0.0, -1.0, 0.0]);
+    // Down on the cut: at the tube's axis, beside it, where the cut begins and where it
+    // ends; the rim is touched, and the hole is free.
+    assert_eq!(all(v(0.75, 2.0, 0.0), down), [(2.0, cut), (2.25, 0)]);
+    let side = 2.0 + 0.1875_f64.sqrt() / 2.0;
+    let beside = all(v(0.0, 2.0, -0.625), down);
+    assert_eq!(beside.len(), 2);
+    assert_eq!(beside[0], (2.0, cut));
+    assert!((beside[1].0 - side).abs() < 1e-15, "{beside:?} {side}");
+    for x in [0.5, 1.0, 0.25, 0.0, 1.25] {
+        assert!(all(v(x, 2.0, 0.0), down).is_empty(), "{x}");
+    }
+    // Up from below, and in the plane of the cut itself: a line within a face is in it.
+    let up = all(v(0.75, -2.0, 0.0), [0.0, 1.0, 0.0]);
+    assert_eq!(up, [(1.75, 0), (2.0, cut)]);
+    let within = all(v(-2.0, 0.0, 0.0), [1.0, 0.0, 0.0]);
+    let beyond = all(v(-2.0, f64::from_bits(1), 0.0), [1.0, 0.0, 0.0]);
+    let below = all(v(-2.0, -f64::from_bits(1), 0.0), [1.0, 0.0, 0.0]);
+    assert!(within.is_empty() && beyond.is_empty());
+    assert_eq!(below, [(1.0, 0), (1.5, 0), (2.5, 0), (3.0, 0)]);
+    let mut rays = rays_about(&mut Random(8), DVec3::ZERO, 300);
+    for i in 0..40 {
+        let (x, z) = (f64::from(i % 8) / 8.0, f64::from(i / 8) / 8.0);
+        rays.push(v(x, 2.0, z), down);
+        rays.push(v(-2.0, 0.0, z), [1.0, 0.0, (x * 0.5) as f32]);
+    }
+    agree(&asked, &rays);
+    agree(&of(Intersection, &[tube, upper]), &rays);
+}
+
+/// x⁴ + z⁴ ≤ y⁴ + r⁴ has no bounds; they are those of what it is cut by.
+#[test]
+fn a_quartic_without_end_in_a_ball() {
+    let throat = Leaf::Throat(DVec3::ZERO, 0.5);
+    let ball = Leaf::Ball(Sphere {
+        center: DVec3::ZERO,
+        radius: 1.0,
+    });
+    let both = of(Intersection, &[throat, ball]);
+    let less = of(Difference, &[ball, throat]);
+    let along_x = |asked: &Asked, y: f64| -> Vec<f64> {
+        let line = line([-2.0, y, 0.0], [1.0, 0.0, 0.0]);
+        let (start, all) = spans(&asked.world(), asked.combination(), &line);
+        assert!(!start);
+        all.iter().map(|c| c.root.rounded()).collect()
+    };
+    assert_eq!(along_x(&both, 0.0), [1.5, 2.5]);
+    assert_eq!(along_x(&less, 0.0), [1.0, 1.5, 2.5, 3.0]);
+    let wide = 0.125_f64.sqrt().sqrt();
+    for (found, expected) in along_x(&both, 0.5).iter().zip([2.0 - wide, 2.0 + wide]) {
+        assert!((found - expected).abs() < 1e-15, "{found} {expected}");
+    }
+    // Wider than the ball.
+    let rim = 0.1_f64.sqrt();
+    assert_eq!(along_x(&both, 0.9).len(), 2);
+    assert!(along_x(&less, 0.9).is_empty());
+    assert!(along_x(&both, 0.9)[0] > 2.0 - 2.0 * rim);
+    let random = &mut Random(9);
+    let mut rays = random_rays(random, 200, 0.5);
+    // From far away, along the axis, and from within.
+    for _ in 0..40 {
+        let to = random.vector() * 0.5;
+        let org = random.vector() * 1e4;
+        rays.push(org, (to - org).to_array().map(|x| x as f32));
+        rays.push(to + DVec3::Y * 3.0, [0.0, -1.0, 0.0]);
+        rays.push(to, random.vector().to_array().map(|x| x as f32));
+    }
+    let program = Program {
+        leaves: vec![(throat, None), (ball, None)],
+    };
+    let [a, b] = [0, 1].map(Tree::Operand);
+    let not = Tree::of(Operator::Complement, [a.clone()]);
+    let one = Tree::of(Difference, [b.clone(), a.clone()]);
+    let other = Tree::of(Intersection, [b.clone(), not]);
+    are_one(&program, [&one, &other], &rays, "less");
+    let parts = [one, Tree::of(Intersection, [a, b.clone()])];
+    are_one(&program, [&Tree::of(Union, parts), &b], &rays, "parts");
+    for asked in [
+        both,
+        less,
+        of(Union, &[throat, ball]),
+        of(Xor, &[ball, throat]),
+    ] {
+        agree(&asked, &rays);
+    }
+}

@@ -17,7 +17,10 @@ use common::{EVERYTHING, Random, RayColumns};
 use glam::DVec3;
 use lanecast::accel::{Structure, World};
 use lanecast::geom::HalfSpace;
-use lanecast::geom::implicit::{gradient_at, size_at};
+use lanecast::geom::guarded::implicit::blur_at;
+use lanecast::geom::implicit::gradient_at;
+use lanecast::math::Vec3;
+use lanecast::math::bounds::UNIT;
 use lanecast::plan::{Arithmetic, Kernels, native_width};
 use lanecast::reference::Reference;
 use lanecast::scene::{Appearances, Edge, Scene, shape_bounds};
@@ -193,11 +196,11 @@ fn bound(
         let (_, slope, size) = row.value_at(DVec3::from_array(point));
         object = object.max(size / slope.length());
     }
-    // And those of other polynomials, rounded with every factor.
+    // And what other polynomials may be off by there, in roundings.
     if let lanecast::scene::Shape::Implicit(id) = shape {
         let point = subject.object_from_world.point(surface.point.to_array());
         let (point, tape) = (DVec3::from_array(point), scene.implicits.row(id).tape);
-        let size = size_at(tape, point.abs().max_element()) * f64::from(tape.degree());
+        let size = blur_at(tape, Vec3::<f64>::from(point)) / UNIT;
         object = object.max(size / gradient_at(tape, point).length());
     }
     let at = DVec3::from_array(org).abs().max(surface.point.abs());

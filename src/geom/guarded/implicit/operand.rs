@@ -98,7 +98,7 @@ pub fn boundaries<L: Lanes>(
     }
 }
 
-/// Root after root, each sought beyond the last: calls `found` with the pass, the lanes
+/// Root after root, each sought beyond the last, for lanes of any type: calls `found` with the pass, the lanes
 /// that have one more, and where. Returns the lanes inside at the start, and those that
 /// are not settled.
 #[inline(never)]
@@ -108,7 +108,7 @@ fn passes<D: Lanes<Scalar = f64, Double = D>, const N: usize>(
     astray: D,
     asked: u32,
     store: &mut Store<D>,
-    found: &mut impl FnMut(usize, u32, [D; 3]),
+    found: &mut dyn FnMut(usize, u32, [D; 3]),
 ) -> (u32, u32) {
     let asked = D::Mask::from_bits(asked);
     let none = D::Mask::splat(false);

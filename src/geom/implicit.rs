@@ -57,18 +57,25 @@ pub fn gradient_at(tape: &Tape, p: DVec3) -> DVec3 {
 /// be off by `off`: a running bound, as of Higham's book, of all that is lost on the way.
 #[inline(always)]
 pub fn error_at<D: Lanes<Scalar = f64>>(tape: &Tape, reach: Vec3<D>, off: Vec3<D>) -> D {
-    let (_, error) = tape.evaluate_plain(&Errors { reach, off });
-    error + D::from_f64(FLOOR)
+    error_in(tape, reach, off, UNIT)
 }
 
-/// What products may lose below the range, all steps together.
-const FLOOR: f64 = 1e-290;
+/// The same in arithmetic that rounds to `unit`, of numbers with f64's range.
+#[inline(always)]
+pub fn error_in<D: Lanes<Scalar = f64>>(tape: &Tape, reach: Vec3<D>, off: Vec3<D>, unit: f64) -> D {
+    let least = D::splat(f64::MIN_POSITIVE);
+    // Nor is a coordinate better known than that.
+    let off = off + Vec3::new(least, least, least);
+    let unit = D::splat(1.01 * unit);
+    tape.evaluate_plain(&Errors { reach, off, unit }).1
+}
 
 /// Magnitudes, and what values of no more than these may be off by. A hundredth covers
 /// the roundings of this.
 struct Errors<D> {
     reach: Vec3<D>,
     off: Vec3<D>,
+    unit: D,
 }
 
 impl<D: Lanes<Scalar = f64>> Arithmetic for Errors<D> {
@@ -87,7 +94,7 @@ impl<D: Lanes<Scalar = f64>> Arithmetic for Errors<D> {
     #[inline(always)]
     fn sum(&self, a: &(D, D), b: &(D, D)) -> (D, D) {
         let size = a.0 + b.0;
-        (size, (a.1 + b.1) + size * D::from_f64(1.01 * UNIT))
+        (size, (a.1 + b.1) + size * self.unit)
     }
 
     #[inline(always)]
@@ -99,7 +106,9 @@ impl<D: Lanes<Scalar = f64>> Arithmetic for Errors<D> {
     fn product(&self, a: &(D, D), b: &(D, D)) -> (D, D) {
         let size = a.0 * b.0;
         let carried = a.0 * b.1 + a.1 * (b.0 + b.1);
-        (size, carried + size * D::from_f64(1.01 * UNIT))
+        // What falls below the range is lost whole, and may be multiplied again.
+        let lost = size * self.unit + D::splat(f64::MIN_POSITIVE);
+        (size, carried + lost)
     }
 }
 

@@ -98,7 +98,9 @@ impl<'a> Root<'a> {
     #[cold]
     #[inline(never)]
     fn order_exact(&self, other: &Root) -> Ordering {
-        if self.line == other.line && self.surface == other.surface && self.branch == other.branch {
+        let same_branch = self.branch == other.branch
+            && (self.branch != Branch::Only || self.t.value == other.t.value);
+        if self.line == other.line && self.surface == other.surface && same_branch {
             return Ordering::Equal;
         }
         if self.is_of_any_degree() || other.is_of_any_degree() {

@@ -53,7 +53,7 @@ fn all<const N: usize>(
     };
     // The map from s to t rounds; and there is room for an interval a little wider.
     let slack = (from.abs() + width) * (3.01 * UNIT);
-    let room = 4.0 * slack / width;
+    let room = 8.0 * slack / width;
     let mut store = ONE.take().unwrap_or_default();
     let mut settled = |segment: &Segment<f64, N>| {
         let begins = segment.scaled[0];

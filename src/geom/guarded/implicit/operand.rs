@@ -88,13 +88,20 @@ pub fn boundaries<L: Lanes>(
         }
     }
     EIGHT.set(Some(store));
+    let mut lost = L::Mask::splat(false);
+    let infinity = f64::INFINITY;
     ends.extend(all.iter().map(|columns| {
         let wide = columns.map(|column| <L::Double as Lanes>::load(&column[..L::COUNT]));
-        rounded::<L>(wide)
+        let ends = rounded::<L>(wide);
+        // What is beyond the lanes' numbers is left to others.
+        let met = wide[0].lt(<L::Double as Lanes>::splat(infinity));
+        let far = ends[1].abs().ge(L::from_f64(infinity)) | ends[2].ge(L::from_f64(infinity));
+        lost = lost | L::Mask::from_bits(met.bits()) & far;
+        ends
     }));
     Boundaries {
         inside: L::Mask::from_bits(inside),
-        unsure: L::Mask::from_bits(unsure),
+        unsure: L::Mask::from_bits(unsure) | lost,
     }
 }
 

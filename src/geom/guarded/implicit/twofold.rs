@@ -2,14 +2,18 @@
 //! leaves open is nearly always settled by these, and integers have less to do.
 //!
 //! Numbers are unevaluated sums of two f64 (Dekker 1971; Knuth). An operation is off by
-//! less than 2^-100 of the magnitudes that go into it, 2^-47 of what f64 is off by.
+//! less than 2^-100 of the magnitudes that go into it, and by less than the least normal
+//! number where it falls below the range.
 
-use crate::geom::implicit::error_at;
+use crate::geom::implicit::error_in;
 use crate::geom::tape::{Arithmetic, Tape};
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
 use crate::roots::collocation::{Collocation, collocation};
 use crate::roots::lanes::{Segment, Simple};
+
+/// What an operation is off by.
+const FINE: f64 = UNIT / (1_u64 << 47) as f64;
 
 #[derive(Clone, Copy, Debug)]
 struct Twofold {
@@ -105,10 +109,10 @@ pub(super) fn along<const N: usize>(
     }
     // What f64 would lose, and this a little of.
     let far = start.abs() + width;
-    let moved = |k: usize| (org[k].abs() + far * dir[k].abs()) * (4.0 * UNIT);
+    let moved = |k: usize| (org[k].abs() + far * dir[k].abs()) * (4.0 * FINE);
     let off = Vec3::new(moved(0), moved(1), moved(2));
     let [x, y, z] = reach.map(|x| x * (1.0 + 8.0 * UNIT));
-    let lost = error_at(tape, Vec3::new(x, y, z), off) * (1.0 / (1_u64 << 47) as f64);
+    let lost = error_in(tape, Vec3::new(x, y, z), off, FINE);
     let largest = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
     // Values are rounded, and multiplied by what is.
     let rounding = (N as f64 + 5.0) * UNIT;
@@ -132,10 +136,10 @@ fn value_at(tape: &Tape, (org, dir): ([f64; 3], [f64; 3]), t: f64) -> (f64, f64)
     let point = [place(0), place(1), place(2)];
     let value = tape.evaluate_plain(&At(point)).high;
     let reach = |k: usize| point[k].high.abs() * (1.0 + 8.0 * UNIT);
-    let moved = |k: usize| (org[k].abs() + (t * dir[k]).abs()) * (4.0 * UNIT);
+    let moved = |k: usize| (org[k].abs() + (t * dir[k]).abs()) * (4.0 * FINE);
     let reach = Vec3::new(reach(0), reach(1), reach(2));
     let off = Vec3::new(moved(0), moved(1), moved(2));
-    let lost = error_at(tape, reach, off) * (1.0 / (1_u64 << 47) as f64);
+    let lost = error_in(tape, reach, off, FINE);
     (value, lost + value.abs() * (2.0 * UNIT))
 }
 

@@ -17,7 +17,8 @@ struct Report {
     org: [f64; 3],
     dir: [f64; 3],
     spans: Vec<Row>,
-    /// Appearances of polygons, open cylinders and cones, meshes that are not closed.
+    /// Appearances of polygons, of open cylinders, cones and polynomial surfaces, and of
+    /// meshes that are not closed.
     surfaces_left_out: u64,
 }
 
@@ -158,8 +159,8 @@ fn for_people(report: &Report) -> String {
     if report.surfaces_left_out > 0 {
         let _ = writeln!(
             text,
-            "{} appearances of surfaces left out: polygons, open cylinders and cones, meshes that \
-             are not closed",
+            "{} appearances of surfaces left out: polygons, what is open, meshes that are not \
+             closed",
             report.surfaces_left_out
         );
     }

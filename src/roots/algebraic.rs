@@ -222,17 +222,7 @@ impl RealRoots {
 
 /// The only root between two points, where p changes its sign, against a third.
 pub(super) fn against(p: &[BigInt], low: &Point, high: &Point, at: &Point) -> Ordering {
-    if at <= low {
-        return Ordering::Greater;
-    }
-    if at >= high {
-        return Ordering::Less;
-    }
-    match sign_at(p, at) {
-        Ordering::Equal => Ordering::Equal,
-        sign if sign == sign_at(p, low) => Ordering::Greater,
-        _ => Ordering::Less,
-    }
+    exact::against(p, (low, high), sign_at(p, low), at)
 }
 
 #[cfg(test)]

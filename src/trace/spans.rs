@@ -3,8 +3,8 @@
 //!
 //! Exact, one line at a time and every appearance in turn; no structure is built.
 //! Each solid stands for itself: where two of them overlap, both are listed. Shapes
-//! without inside (polygons, open cylinders and cones, meshes that are not closed)
-//! are counted and left out.
+//! without inside (polygons; open cylinders, cones and polynomial surfaces; meshes that
+//! are not closed) are counted and left out.
 
 use super::combined::{TURNED, boundaries, in_frame, passes_by};
 use super::decide::solid_of;

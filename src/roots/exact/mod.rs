@@ -121,6 +121,27 @@ pub fn sign_at(p: &[BigInt], at: &Point) -> Ordering {
     order(&y)
 }
 
+/// The only root between two points, where p changes its sign, against a third;
+/// `sign_low`: that of p at the first.
+pub fn against(
+    p: &[BigInt],
+    (low, high): (&Point, &Point),
+    sign_low: Ordering,
+    at: &Point,
+) -> Ordering {
+    if at <= low {
+        return Ordering::Greater;
+    }
+    if at >= high {
+        return Ordering::Less;
+    }
+    match sign_at(p, at) {
+        Ordering::Equal => Ordering::Equal,
+        sign if sign == sign_low => Ordering::Greater,
+        _ => Ordering::Less,
+    }
+}
+
 pub fn order(x: &BigInt) -> Ordering {
     match x.sign() {
         Sign::Minus => Ordering::Less,

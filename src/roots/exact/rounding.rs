@@ -1,6 +1,6 @@
 //! From an interval with one root to the f64 nearest to that.
 
-use super::{Point, sign_at};
+use super::{Point, against, sign_at};
 use num_bigint::BigInt;
 use std::cmp::Ordering;
 
@@ -10,19 +10,7 @@ use std::cmp::Ordering;
 pub fn nearest(p: &[BigInt], low: &Point, high: &Point, guess: f64) -> f64 {
     let sign_low = sign_at(p, low);
     // The root against a point.
-    let against = |at: &Point| {
-        if at <= low {
-            return Ordering::Greater;
-        }
-        if at >= high {
-            return Ordering::Less;
-        }
-        match sign_at(p, at) {
-            Ordering::Equal => Ordering::Equal,
-            sign if sign == sign_low => Ordering::Greater,
-            _ => Ordering::Less,
-        }
-    };
+    let against = |at: &Point| against(p, (low, high), sign_low, at);
     // Bits of positive numbers are in their order.
     let number = |bits: u64| f64::from_bits(bits);
     let at = |bits: u64| against(&Point::of(number(bits), 0));

@@ -1,12 +1,13 @@
 //! A tape's polynomial along rays.
 
 use super::Rays;
+use super::eights::by_degree;
 use crate::geom::implicit::error_at;
 use crate::geom::tape::{Step, Tape};
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::Lanes;
-use crate::roots::collocation::{Collocation, collocation};
+use crate::roots::collocation::{Collocation, MOST, collocation};
 use crate::roots::lanes::Segment;
 
 /// How far off a surface rays begin that lanes shall know to have left it, times its
@@ -15,15 +16,9 @@ use crate::roots::lanes::Segment;
 #[inline(always)]
 pub fn blur_at<D: Lanes<Scalar = f64>>(tape: &Tape, p: Vec3<D>) -> D {
     let size = p.abs();
-    let grown = collocation(nodes(tape.degree())).norm / 16.0;
+    let nodes = by_degree!(tape.degree(), N => N, MOST);
+    let grown = collocation(nodes).norm / 16.0;
     error_at(tape, size, size * D::from_f64(UNIT)) * D::from_f64(grown.max(1.0))
-}
-
-/// How many a polynomial is interpolated from.
-fn nodes(degree: u32) -> usize {
-    const COUNTS: [usize; 9] = [3, 4, 5, 7, 9, 11, 13, 17, 25];
-    let enough = COUNTS.into_iter().find(|n| degree < *n as u32);
-    enough.unwrap_or(25)
 }
 
 /// A tape's polynomial on the parts of rays that begin at `start`. `astray`: how far off the surface itself may be.

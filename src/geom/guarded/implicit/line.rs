@@ -1,6 +1,7 @@
 //! All that one line has of a surface, where f64 knows that.
 
 use super::along::along;
+use super::eights::by_degree;
 use super::{ONE, Rays, twofold};
 use crate::geom::Tape;
 use crate::math::Vec3;
@@ -20,18 +21,11 @@ pub fn crossings(
     found: &mut Vec<Crossing>,
 ) -> Option<Ordering> {
     found.clear();
-    match tape.degree() {
-        0..=2 => all::<3>(tape, line, between, found),
-        3 => all::<4>(tape, line, between, found),
-        4 => all::<5>(tape, line, between, found),
-        5..=6 => all::<7>(tape, line, between, found),
-        7..=8 => all::<9>(tape, line, between, found),
-        9..=10 => all::<11>(tape, line, between, found),
-        11..=12 => all::<13>(tape, line, between, found),
-        13..=16 => all::<17>(tape, line, between, found),
-        17..=24 => all::<25>(tape, line, between, found),
-        _ => None,
-    }
+    by_degree!(
+        tape.degree(),
+        N => all::<N>(tape, line, between, found),
+        None
+    )
 }
 
 #[inline(never)]

@@ -11,6 +11,7 @@
 //! so that t has the same bits at any width.
 
 mod along;
+mod eights;
 mod line;
 mod operand;
 mod twofold;
@@ -26,6 +27,7 @@ use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask, Scalar, f64x8};
 use crate::roots::lanes::{Segment, Waiting, changes_between, exists, nearly_nearest};
 use along::along;
+use eights::{Chosen, by_degree, spread};
 use std::cell::Cell;
 
 type Eight = f64x8;
@@ -103,14 +105,6 @@ fn ask<L: Lanes, const ANY: bool>(
     limit: L,
     active: L::Mask,
 ) -> Answer<L> {
-    let mut lanes = [0; 16];
-    let mut count = 0;
-    let mut bits = active.bits();
-    while bits != 0 {
-        lanes[count] = bits.trailing_zeros() as usize;
-        count += 1;
-        bits &= bits - 1;
-    }
     let columns = [
         object.org.x,
         object.org.y,
@@ -126,55 +120,26 @@ fn ask<L: Lanes, const ANY: bool>(
     let mut answer = [zero; 3].map(|x| x.to_array());
     let (mut hit, mut unsure) = (0, 0);
     let mut store = EIGHT.take().unwrap_or_default();
-    for some in lanes[..count].chunks(8) {
-        let load = |column: usize| {
-            let from = columns[column].as_ref();
-            let mut values = [from[some[0]]; 8];
-            for (value, lane) in values.iter_mut().zip(some) {
-                *value = from[*lane];
-            }
-            Eight::load(&values)
-        };
-        let rays = Rays {
-            org: Vec3::new(load(0), load(1), load(2)),
-            dir: Vec3::new(load(3), load(4), load(5)),
-            t_min: load(6),
-            limit: load(7),
-        };
+    for some in Chosen::of(active).eights() {
+        let rays = eights::rays(&columns, some);
         let asked = (1 << some.len()) - 1;
-        let found = of_any_degree::<Eight, ANY>(row, &rays, asked, &mut store);
+        let found: Found<Eight> = by_degree!(
+            row.tape.degree(),
+            N => found::<Eight, N, ANY>(row, &rays, asked, &mut store),
+            Found::nothing(asked)
+        );
+        hit |= spread(found.hit, some);
+        unsure |= spread(found.unsure, some);
         let ends = [found.from, found.t, found.to].map(|column| column.to_array());
-        for (i, lane) in some.iter().enumerate() {
-            hit |= (found.hit >> i & 1) << lane;
-            unsure |= (found.unsure >> i & 1) << lane;
-            for (column, from) in answer.iter_mut().zip(&ends) {
-                column.as_mut()[*lane] = from[i];
+        for (column, from) in answer.iter_mut().zip(&ends) {
+            for (lane, x) in some.iter().zip(from) {
+                column.as_mut()[*lane] = *x;
             }
         }
     }
     EIGHT.set(Some(store));
     let ends = answer.map(|column| <L::Double as Lanes>::load(column.as_ref()));
     (L::Mask::from_bits(hit), L::Mask::from_bits(unsure), ends)
-}
-
-fn of_any_degree<D: Lanes<Scalar = f64, Double = D>, const ANY: bool>(
-    row: &Implicit,
-    rays: &Rays<D>,
-    asked: u32,
-    store: &mut Store<D>,
-) -> Found<D> {
-    match row.tape.degree() {
-        0..=2 => found::<D, 3, ANY>(row, rays, asked, store),
-        3 => found::<D, 4, ANY>(row, rays, asked, store),
-        4 => found::<D, 5, ANY>(row, rays, asked, store),
-        5..=6 => found::<D, 7, ANY>(row, rays, asked, store),
-        7..=8 => found::<D, 9, ANY>(row, rays, asked, store),
-        9..=10 => found::<D, 11, ANY>(row, rays, asked, store),
-        11..=12 => found::<D, 13, ANY>(row, rays, asked, store),
-        13..=16 => found::<D, 17, ANY>(row, rays, asked, store),
-        17..=24 => found::<D, 25, ANY>(row, rays, asked, store),
-        _ => Found::nothing(asked),
-    }
 }
 
 impl<D: Lanes> Found<D> {

@@ -1,6 +1,7 @@
 //! All that rays have of an operand, root after root.
 
 use super::along::along;
+use super::eights::{self, Chosen, by_degree, spread};
 use super::{EIGHT, Eight, Rays, Store};
 use crate::geom::Tape;
 use crate::geom::guarded::rounded;
@@ -28,34 +29,15 @@ pub fn boundaries<L: Lanes>(
     active: L::Mask,
     ends: &mut Vec<[L; 3]>,
 ) -> Boundaries<L> {
-    let columns = [org.x, org.y, org.z, dir.x, dir.y, dir.z, from, to, astray];
+    let columns = [org.x, org.y, org.z, dir.x, dir.y, dir.z, from, to];
     let columns = columns.map(|column| column.to_array());
-    let mut lanes = [0; 16];
-    let mut count = 0;
-    let mut bits = active.bits();
-    while bits != 0 {
-        lanes[count] = bits.trailing_zeros() as usize;
-        count += 1;
-        bits &= bits - 1;
-    }
+    let astray = astray.to_array();
     let mut all: Vec<[[f64; 16]; 3]> = Vec::new();
     let (mut inside, mut unsure) = (0, 0);
     let mut store = EIGHT.take().unwrap_or_default();
-    for some in lanes[..count].chunks(8) {
-        let load = |column: usize| {
-            let from = columns[column].as_ref();
-            let mut values = [from[some[0]]; 8];
-            for (value, lane) in values.iter_mut().zip(some) {
-                *value = from[*lane];
-            }
-            Eight::load(&values)
-        };
-        let rays = Rays {
-            org: Vec3::new(load(0), load(1), load(2)),
-            dir: Vec3::new(load(3), load(4), load(5)),
-            t_min: load(6),
-            limit: load(7),
-        };
+    for some in Chosen::of(active).eights() {
+        let rays = eights::rays(&columns, some);
+        let astray = eights::gathered(&astray, some);
         let asked = (1 << some.len()) - 1;
         let mut found = |pass: usize, hit: u32, at: [Eight; 3]| {
             if all.len() <= pass {
@@ -70,22 +52,13 @@ pub fn boundaries<L: Lanes>(
                 }
             }
         };
-        let (begins, open) = match tape.degree() {
-            0..=2 => passes::<Eight, 3>(tape, &rays, load(8), asked, &mut store, &mut found),
-            3 => passes::<Eight, 4>(tape, &rays, load(8), asked, &mut store, &mut found),
-            4 => passes::<Eight, 5>(tape, &rays, load(8), asked, &mut store, &mut found),
-            5..=6 => passes::<Eight, 7>(tape, &rays, load(8), asked, &mut store, &mut found),
-            7..=8 => passes::<Eight, 9>(tape, &rays, load(8), asked, &mut store, &mut found),
-            9..=10 => passes::<Eight, 11>(tape, &rays, load(8), asked, &mut store, &mut found),
-            11..=12 => passes::<Eight, 13>(tape, &rays, load(8), asked, &mut store, &mut found),
-            13..=16 => passes::<Eight, 17>(tape, &rays, load(8), asked, &mut store, &mut found),
-            17..=24 => passes::<Eight, 25>(tape, &rays, load(8), asked, &mut store, &mut found),
-            _ => (0, asked),
-        };
-        for (i, lane) in some.iter().enumerate() {
-            inside |= (begins >> i & 1) << lane;
-            unsure |= (open >> i & 1) << lane;
-        }
+        let (begins, open) = by_degree!(
+            tape.degree(),
+            N => passes::<Eight, N>(tape, &rays, astray, asked, &mut store, &mut found),
+            (0, asked)
+        );
+        inside |= spread(begins, some);
+        unsure |= spread(open, some);
     }
     EIGHT.set(Some(store));
     let mut lost = L::Mask::splat(false);
@@ -105,7 +78,7 @@ pub fn boundaries<L: Lanes>(
     }
 }
 
-/// Root after root, each sought beyond the last, for lanes of any type: calls `found` with the pass, the lanes
+/// Root after root, each sought beyond the last: calls `found` with the pass, the lanes
 /// that have one more, and where. Returns the lanes inside at the start, and those that
 /// are not settled.
 #[inline(never)]

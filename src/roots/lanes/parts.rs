@@ -1,0 +1,169 @@
+//! Intervals of many polynomials at once, which are cut.
+
+use crate::math::lanes::{Lanes, Mask, Scalar};
+
+/// Cuts, one inside another, before a lane is in doubt.
+const DEPTH: u32 = 40;
+
+/// What ends of intervals are off by, in t: two roundings a cut.
+pub(super) const SLACK: f64 = 2.0 * DEPTH as f64 * f64::EPSILON;
+
+/// Intervals that wait, of any degree; one for each thread, so that nothing allocates.
+#[derive(Clone, Debug)]
+pub struct Waiting<L: Lanes> {
+    /// Of each interval its coefficients, and four numbers.
+    values: Vec<L>,
+    marks: Vec<(L::Mask, u32)>,
+}
+
+impl<L: Lanes> Default for Waiting<L> {
+    fn default() -> Self {
+        Waiting {
+            values: Vec::new(),
+            marks: Vec::new(),
+        }
+    }
+}
+
+impl<L: Lanes> Waiting<L> {
+    pub(super) fn clear(&mut self) {
+        self.values.clear();
+        self.marks.clear();
+    }
+
+    #[inline(always)]
+    pub(super) fn push<const N: usize>(&mut self, part: &Part<L, N>) {
+        self.values.extend_from_slice(&part.b);
+        let rest = [part.error, part.first, part.low, part.high];
+        self.values.extend_from_slice(&rest);
+        self.marks.push((part.lanes, part.depth));
+    }
+
+    #[inline(always)]
+    pub(super) fn pop<const N: usize>(&mut self) -> Option<Part<L, N>> {
+        let (lanes, depth) = self.marks.pop()?;
+        let at = self.values.len() - (N + 4);
+        let values = &self.values[at..];
+        let part = Part {
+            b: std::array::from_fn(|j| values[j]),
+            error: values[N],
+            first: values[N + 1],
+            low: values[N + 2],
+            high: values[N + 3],
+            lanes,
+            depth,
+        };
+        self.values.truncate(at);
+        Some(part)
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Part<L: Lanes, const N: usize> {
+    pub b: [L; N],
+    pub error: L,
+    /// Of b[0].
+    pub first: L,
+    pub low: L,
+    pub high: L,
+    pub lanes: L::Mask,
+    pub depth: u32,
+}
+
+#[inline(always)]
+pub(super) fn largest<L: Lanes, const N: usize>(b: &[L; N]) -> L {
+    b[1..].iter().fold(b[0].abs(), |m, b| m.max(b.abs()))
+}
+
+/// Changes of sign of the coefficients: whether they are known, and how many.
+pub(super) struct Changes<L: Lanes> {
+    pub certain: L::Mask,
+    pub some: L::Mask,
+    pub several: L::Mask,
+}
+
+impl<L: Lanes<Scalar = f64>, const N: usize> Part<L, N> {
+    #[inline(always)]
+    pub(super) fn changes(&self) -> Changes<L> {
+        let (error, negative) = (self.error, -self.error);
+        let mut above = self.b[0].gt(self.first);
+        let mut below = self.b[0].lt(-self.first);
+        let mut certain = above | below;
+        let (mut some, mut several) = (L::Mask::splat(false), L::Mask::splat(false));
+        for b in &self.b[1..] {
+            let (next_above, next_below) = (b.gt(error), b.lt(negative));
+            let change = (above & next_below) | (below & next_above);
+            several = several | (some & change);
+            some = some | change;
+            certain = certain & (next_above | next_below);
+            (above, below) = (next_above, next_below);
+        }
+        Changes {
+            certain,
+            some,
+            several,
+        }
+    }
+
+    /// Where the control polygon crosses 0 first, and then, of the width of the
+    /// interval; the latter 1 if it does not.
+    #[inline(always)]
+    pub(super) fn crossings(&self) -> (L, L) {
+        let zero = L::zero();
+        let (mut first, mut second) = (L::from_f64(1.0), L::from_f64(1.0));
+        let (mut is_first, mut is_second) = (L::Mask::splat(true), L::Mask::splat(false));
+        let width = 1.0 / (N as f64 - 1.0);
+        let mut before = self.b[0];
+        for (j, b) in self.b.iter().enumerate().skip(1) {
+            let change = (before.lt(zero) & b.ge(zero)) | (before.ge(zero) & b.lt(zero));
+            let at = (before / (before - *b) + L::from_f64(j as f64 - 1.0)) * L::from_f64(width);
+            first = L::select(is_first & change, at, first);
+            second = L::select(is_second & change, at, second);
+            is_second = (is_second & !change) | (is_first & change);
+            is_first = is_first & !change;
+            before = *b;
+        }
+        (first, second)
+    }
+
+    /// Both sides of a place between 0 and 1 of the width. Each of n rows takes
+    /// three roundings of at most four times the largest coefficient.
+    #[inline(always)]
+    pub(super) fn cut(&self, at: L, lanes: L::Mask) -> (Part<L, N>, Part<L, N>) {
+        let (mut left, mut right) = (*self, *self);
+        for m in (1..N).rev() {
+            for j in 0..m {
+                let b = right.b[j];
+                right.b[j] = b + at * (right.b[j + 1] - b);
+            }
+            left.b[N - m] = right.b[0];
+        }
+        let rounding = 5.01 * (N as f64 - 1.0) * f64::UNIT_ROUNDOFF;
+        let error = self.error + L::from_f64(rounding) * largest(&self.b);
+        let middle = self.low + (self.high - self.low) * at;
+        (left.error, right.error) = (error, error);
+        // The left one keeps it.
+        right.first = error;
+        (left.high, right.low) = (middle, middle);
+        (left.lanes, right.lanes) = (lanes, lanes);
+        (left.depth, right.depth) = (self.depth + 1, self.depth + 1);
+        (left, right)
+    }
+
+    /// Where to cut, so that one root is likely to lie before.
+    #[inline(always)]
+    pub(super) fn place(&self) -> L {
+        let (first, second) = self.crossings();
+        let middle = L::from_f64(0.5) * (first + second);
+        middle.max(L::from_f64(0.0625)).min(L::from_f64(0.9375))
+    }
+
+    /// Lanes in which nothing more is to be had from cutting.
+    #[inline(always)]
+    pub(super) fn hopeless(&self) -> L::Mask {
+        if self.depth >= DEPTH {
+            return L::Mask::splat(true);
+        }
+        largest(&self.b).le(L::from_f64(4.0) * self.error)
+    }
+}

@@ -351,6 +351,45 @@ fn errors_of_t_are_counted_in_the_mode_s_own_units() {
     });
 }
 
+/// Two planes meet where a ray starts: their t are no f32, and the nearer one to zero
+/// lies behind.
+#[test]
+fn a_t_below_the_mode_s_numbers_is_zero() {
+    let mut b = SceneBuilder::default();
+    let (min, max) = (
+        DVec3::new(-1e-149, -1.0, -1.0),
+        DVec3::new(1e-148, 1.0, 1.0),
+    );
+    let shape = b.cuboid("", Cuboid { min, max });
+    b.instance("", Edge::shape(shape));
+    let scene = b.finish().unwrap();
+    let appearances = Appearances::of(&scene).unwrap();
+    let reference = Reference::new(&scene, &appearances).unwrap();
+    let (dir, t_max) = ([1.0, 0.0, 0.0], f32::INFINITY);
+    let row = |t| TracedRay {
+        kind: RayKind::Primary,
+        pixel: 0,
+        sample: 0,
+        depth: 0,
+        org: [0.0; 3],
+        dir,
+        t_max,
+        outcome: Outcome::Hit {
+            t,
+            instance: 0,
+            primitive: 0,
+            normal: [1.0, 0.0, 0.0],
+        },
+    };
+    let wrong = |float, t| {
+        let options = VerifyOptions { float, ..ALL };
+        replay(&reference, &[row(t)], &options).counts.wrong_id
+    };
+    assert_eq!(wrong(Float::Single, 0.0), 0);
+    assert_eq!(wrong(Float::Double, 1e-148), 0);
+    assert_eq!(wrong(Float::Double, 0.0), 1);
+}
+
 #[test]
 fn tangents_edges_and_ties_are_settled() {
     with(|reference, _| {

@@ -14,14 +14,15 @@ use crate::accel::World;
 use crate::io::LoadError;
 use crate::measure::adversarial::{Aimed, adversarial_rays, trace_aimed};
 use crate::measure::verify::{
-    Comparison, Float, Interrupted, VerifyOptions, View, independent, replay,
+    Comparison, Float, Interrupted, VerifyOptions, View, independent, nearest_hits, replay,
+    replay_aimed,
 };
 use crate::measure::{Stats, Watch};
 use crate::plan::{Arithmetic, Choices, Kernels, LaneCount, Precision, plan};
 use crate::reference::{self, Reference};
 use crate::render::{Grid, Progress, RenderConfig, Rendered, render};
 use crate::trace::{Outcome, TracedRay, decided};
-use report::{Adversarial, Mode, Report, Time};
+use report::{Mode, Report, Time};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -78,15 +79,17 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
         progress: &progress,
     };
     let all = [Precision::Fast, Precision::Guarded, Precision::Exact];
+    let asked = |mode: &Precision| args.common.precision.is_none_or(|only| only == *mode);
     let mut done = Vec::new();
-    for precision in all {
-        if args.common.precision.is_none_or(|only| only == precision) {
-            let (mode, counts) = check.mode(precision)?;
-            if precision == config.choices.precision {
-                stats.rays = counts;
-            }
-            done.push(mode);
+    for precision in all.into_iter().filter(asked) {
+        let (mode, counts) = check.mode(precision)?;
+        if precision == config.choices.precision {
+            stats.rays = counts;
         }
+        done.push(mode);
+    }
+    if !aimed.is_empty() {
+        check.adversarial(&mut done)?;
     }
     interrupt::check(&progress)?;
     stats.stages.push(watch.stage("verify"));
@@ -132,18 +135,11 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
-    /// One precision: its picture, at its width and at one lane, and its aimed
-    /// rays, against the reference.
+    /// One precision: its picture, at its width and at one lane, against the
+    /// reference.
     fn mode(&self, precision: Precision) -> Result<(Mode, crate::shade::RayCounts), CliError> {
         let kernels = self.kernels(precision)?;
-        let options = VerifyOptions {
-            sample: self.sample,
-            list: self.list,
-            float: match kernels.arithmetic {
-                Arithmetic::F64 => Float::Double,
-                _ => Float::Single,
-            },
-        };
+        let options = self.options(kernels, self.sample);
         let before = decided();
         let (fast, fast_ns) = self.traced(kernels)?;
         // Two pictures: one is recorded, one timed.
@@ -153,21 +149,13 @@ impl Check<'_> {
             ..kernels
         };
         let (scalar, scalar_ns) = self.traced(one)?;
-        let mut mismatches = bit_mismatches(&fast.record, &scalar.record);
+        let mismatches = bit_mismatches(&fast.record, &scalar.record);
         drop(scalar);
 
         let start = Instant::now();
         let replayed = self.replay(&fast.record, &options)?;
         let reference_ns = per_ray(start, replayed.counts.rays);
         let own = self.independent(&fast.record, &options)?;
-        let adversarial = match self.aimed {
-            [] => None,
-            _ => {
-                let (adversarial, differing) = self.adversarial(kernels, one, &options)?;
-                mismatches += differing;
-                Some(adversarial)
-            }
-        };
         let time = |mode, lanes, ns_per_ray| Time {
             mode,
             lanes,
@@ -181,7 +169,7 @@ impl Check<'_> {
             lanes_vs_scalar_bit_mismatches: mismatches,
             replayed,
             own,
-            adversarial,
+            adversarial: None,
             escalated,
             times: [
                 time(name, kernels.lanes, fast_ns),
@@ -190,6 +178,18 @@ impl Check<'_> {
             ],
         };
         Ok((mode, fast.counts))
+    }
+
+    /// To compare every how many pixels.
+    fn options(&self, kernels: Kernels, sample: u32) -> VerifyOptions {
+        VerifyOptions {
+            sample,
+            list: self.list,
+            float: match kernels.arithmetic {
+                Arithmetic::F64 => Float::Double,
+                _ => Float::Single,
+            },
+        }
     }
 
     /// Of another precision than the asked one at a width that this build has.
@@ -254,41 +254,41 @@ impl Check<'_> {
         self.drawn(|| independent(self.reference, &view, rays, options, self.progress))
     }
 
-    /// The aimed rays, and how many differ between packets and one lane.
-    fn adversarial(
-        &self,
-        kernels: Kernels,
-        one: Kernels,
-        options: &VerifyOptions,
-    ) -> Result<(Adversarial, u64), CliError> {
-        // All of them, whatever part of the picture is looked at.
-        let options = VerifyOptions {
-            sample: 1,
-            ..*options
-        };
-        let mut compared = Comparison::default();
-        let (mut escalated, mut differing, mut seconds) = (0, 0, 0.0);
+    /// The aimed rays, in each mode at its width and at one lane. The reference is
+    /// asked about each ray once.
+    fn adversarial(&self, modes: &mut [Mode]) -> Result<(), CliError> {
         for (part, aimed) in self.aimed.chunks(AT_A_TIME).enumerate() {
             let first = (part * AT_A_TIME) as u32;
-            let traced = |kernels: Kernels| {
-                let go = || trace_aimed(self.world, &kernels, aimed, first, self.progress);
-                self.drawn(go).ok_or(CliError::Interrupted)
-            };
-            let (before, start) = (decided(), Instant::now());
-            let packets = traced(kernels)?;
-            seconds += start.elapsed().as_secs_f64();
-            escalated += decided() - before;
-            differing += bit_mismatches(&packets, &traced(one)?);
-            compared.append(self.replay(&packets, &options)?);
-            compared.shorten(options.list);
+            let nearest = self.drawn(|| nearest_hits(self.reference, aimed, self.progress))?;
+            for mode in &mut *modes {
+                let kernels = self.kernels(mode.precision)?;
+                let traced = |kernels: Kernels| {
+                    let go = || trace_aimed(self.world, &kernels, aimed, first, self.progress);
+                    self.drawn(go).ok_or(CliError::Interrupted)
+                };
+                let (before, start) = (decided(), Instant::now());
+                let packets = traced(kernels)?;
+                let took = start.elapsed();
+                let escalated = decided() - before;
+                let one = Kernels {
+                    lanes: 1,
+                    ..kernels
+                };
+                mode.lanes_vs_scalar_bit_mismatches += bit_mismatches(&packets, &traced(one)?);
+                // All of them, whatever part of the picture is looked at.
+                let options = self.options(kernels, 1);
+                let replay = || {
+                    let (reference, progress) = (self.reference, self.progress);
+                    replay_aimed(reference, &nearest, &packets, &options, progress)
+                };
+                let all = mode.adversarial.get_or_insert_default();
+                all.compared.append(self.drawn(replay)?);
+                all.compared.shorten(options.list);
+                all.escalated += escalated;
+                all.took += took;
+            }
         }
-        let ns_per_ray = seconds * 1e9 / compared.counts.rays.max(1) as f64;
-        let adversarial = Adversarial {
-            compared,
-            escalated,
-            ns_per_ray,
-        };
-        Ok((adversarial, differing))
+        Ok(())
     }
 
     /// A stage on the pool, with its progress on the terminal.

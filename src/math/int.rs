@@ -21,6 +21,9 @@ pub struct Int<const N: usize>([u64; N]);
 /// difference of two, one for the sum of three triple products of such.
 pub const SPARE: i32 = 3;
 
+/// Limbs from which on a product looks for those that are zero.
+const LONG: usize = 8;
+
 impl<const N: usize> Int<N> {
     pub const ZERO: Int<N> = Int([0; N]);
 
@@ -113,6 +116,9 @@ impl<const N: usize> Int<N> {
     #[inline(always)]
     pub fn times<const M: usize, const P: usize>(&self, other: &Int<M>) -> Int<P> {
         const { assert!(P == N + M) };
+        if N.min(M) >= LONG {
+            return self.times_sparse(other);
+        }
         let (a, b) = (&self.0, &other.0);
         let mut limbs = [0; P];
         for i in 0..N - 1 {
@@ -142,6 +148,32 @@ impl<const N: usize> Int<N> {
         limbs[P - 2] = sum as u64;
         limbs[P - 1] = (sum >> 64) as u64;
         Int(limbs)
+    }
+
+    /// As [`Int::times`], of magnitudes that are mostly zero: so long are only numbers
+    /// next to others of a quite different size, and each has but 53 bits.
+    #[inline(never)]
+    fn times_sparse<const M: usize, const P: usize>(&self, other: &Int<M>) -> Int<P> {
+        let a = self.negated_if(self.is_negative()).0;
+        let b = other.negated_if(other.is_negative()).0;
+        let start = b.iter().position(|limb| *limb != 0).unwrap_or(M);
+        let end = b.iter().rposition(|limb| *limb != 0).map_or(M, |i| i + 1);
+        let mut limbs = [0; P];
+        for i in (0..N).filter(|i| a[*i] != 0) {
+            let mut carry = 0;
+            for j in start..end {
+                let sum = u128::from(a[i]) * u128::from(b[j])
+                    + u128::from(limbs[i + j])
+                    + u128::from(carry);
+                limbs[i + j] = sum as u64;
+                carry = (sum >> 64) as u64;
+            }
+            // No row before has come so far; without a row, there is no place.
+            if start < end {
+                limbs[i + end] = carry;
+            }
+        }
+        Int(limbs).negated_if(self.is_negative() != other.is_negative())
     }
 
     /// The magnitude shifted up until its top bit is set, as limbs, and its
@@ -288,6 +320,8 @@ mod tests {
             prop_assert_eq!(big(&b.times::<1, 3>(&a)), big(&a) * big(&b));
             prop_assert_eq!(big(&a.times::<1, 2>(&a)), big(&a) * big(&a));
             prop_assert_eq!(big(&c.times::<3, 6>(&d)), big(&c) * big(&d));
+            prop_assert_eq!(big(&c.times_sparse::<3, 6>(&d)), big(&c) * big(&d));
+            prop_assert_eq!(big(&a.times_sparse::<3, 4>(&d)), big(&a) * big(&d));
             prop_assert_eq!(c.cmp(&d), big(&c).cmp(&big(&d)));
             prop_assert_eq!(c.sign(), big(&c).cmp(&BigInt::ZERO));
             // Sums wrap around at the ends.

@@ -12,6 +12,7 @@
 
 mod show;
 
+use crate::measure::adversarial::Aimed;
 use crate::reference::{Crossing, Grid, Hit, Reference, Shadow, camera_ray, shadow};
 use crate::render::Progress;
 use crate::scene::Camera;
@@ -166,6 +167,50 @@ pub fn replay(
     })
 }
 
+/// What the reference says about the nearest hits of world rays: 0 < t < t_max.
+pub fn nearest_hits(
+    reference: &Reference,
+    rays: &[Aimed],
+    progress: &Progress,
+) -> Result<Vec<Option<Hit>>, Interrupted> {
+    progress.start(rays.len().div_ceil(RUN).try_into().unwrap_or(u32::MAX));
+    let one = |ray: &Aimed| {
+        if progress.is_cancelled() {
+            return Err(Interrupted);
+        }
+        let dir = ray.dir.map(f64::from);
+        Ok(reference.nearest(ray.org, dir, ray.t_max.into()))
+    };
+    let runs = rays.par_chunks(RUN).map(|run| {
+        let hits: Vec<_> = run.iter().map(one).collect::<Result<_, _>>()?;
+        progress.add_tile(run.len() as u64);
+        Ok(hits)
+    });
+    Ok(runs.collect::<Result<Vec<_>, _>>()?.concat())
+}
+
+/// As [`replay`] of rays that were asked for the nearest hit, then all of them again
+/// for any: `nearest` has the answer to each. So several modes ask but once.
+pub fn replay_aimed(
+    reference: &Reference,
+    nearest: &[Option<Hit>],
+    rays: &[TracedRay],
+    options: &VerifyOptions,
+    progress: &Progress,
+) -> Result<Comparison, Interrupted> {
+    in_parallel(rays.len(), options.list, progress, |row, out| {
+        let (ray, hit) = (&rays[row], nearest[row % nearest.len()]);
+        let said = match ray.outcome {
+            Outcome::Clear | Outcome::Blocked => Said::Shadow(Shadow {
+                blocked: hit.is_some(),
+                grazing: false,
+            }),
+            Outcome::Miss | Outcome::Hit { .. } => Said::Nearest(hit),
+        };
+        judge(reference, ray, said, options, out);
+    })
+}
+
 /// Lets the reference trace its own rays for the pixels of the camera rays
 /// among `rays`, and for the lights that shadow rays were traced to from their
 /// hits (depth 0). Only sample 0 is looked at: it must lie on the grid.
@@ -261,16 +306,27 @@ fn own_way<'a>(
 fn compare(reference: &Reference, ray: &TracedRay, options: &VerifyOptions, out: &mut Comparison) {
     let (org, dir) = (ray.org, ray.dir.map(f64::from));
     let t_max = f64::from(ray.t_max);
-    match ray.outcome {
-        Outcome::Clear | Outcome::Blocked => {
-            let own = Shadow {
-                blocked: reference.blocked(org, dir, t_max),
-                grazing: false,
-            };
-            judge_shadow(ray, own, out);
-        }
-        Outcome::Miss | Outcome::Hit { .. } => {
-            let answer = reference.nearest(org, dir, t_max);
+    let said = match ray.outcome {
+        Outcome::Clear | Outcome::Blocked => Said::Shadow(Shadow {
+            blocked: reference.blocked(org, dir, t_max),
+            grazing: false,
+        }),
+        Outcome::Miss | Outcome::Hit { .. } => Said::Nearest(reference.nearest(org, dir, t_max)),
+    };
+    judge(reference, ray, said, options, out);
+}
+
+fn judge(
+    reference: &Reference,
+    ray: &TracedRay,
+    said: Said,
+    options: &VerifyOptions,
+    out: &mut Comparison,
+) {
+    match said {
+        Said::Shadow(own) => judge_shadow(ray, own, out),
+        Said::Nearest(answer) => {
+            let (org, dir) = (ray.org, ray.dir.map(f64::from));
             let crossings = |i, p| reference.crossings(org, dir, i, p);
             let kind = |i| reference.kind(i);
             judge_nearest(ray, &answer, crossings, kind, options, out);
@@ -327,9 +383,11 @@ fn judge_nearest(
     let all = || crossings(hit.instance, hit.primitive);
     let off = (t - hit.t).abs();
     let rel_t_error = off / hit.t.abs();
-    // Far off: it may be another crossing, the far side instead of the near.
+    // Far off: it may be another crossing, the far side instead of the near. Not so
+    // where the mode's numbers have none that is nearer, as below all of them.
+    let far = rel_t_error > 1e-5 && off > options.float.ulp(hit.t);
     let other = |c: &Crossing| c.primitive == hit.primitive && (c.t - t).abs() < off;
-    if !t.is_finite() || rel_t_error > 1e-5 && all().iter().any(other) {
+    if !t.is_finite() || far && all().iter().any(other) {
         return wrong(MismatchKind::WrongId);
     }
     raise(&mut out.counts.max_rel_t_error, rel_t_error);
@@ -408,6 +466,9 @@ impl Comparison {
     }
 }
 
+/// Rays that a thread asks about at a time.
+const RUN: usize = 128;
+
 /// Rows judged in parallel, run by run, the results joined in order. A run is
 /// the progress's tile; a wish to stop is read before every row, since the
 /// reference may take long over one.
@@ -417,7 +478,6 @@ fn in_parallel(
     progress: &Progress,
     judge: impl Fn(usize, &mut Comparison) + Sync,
 ) -> Result<Comparison, Interrupted> {
-    const RUN: usize = 128;
     let runs = rows.div_ceil(RUN);
     progress.start(runs.try_into().unwrap_or(u32::MAX));
     let one = |run: usize| {

@@ -151,8 +151,16 @@ fn of_every_kind_aimed_rays_are_hard_for_f32() {
         for (row, ray) in fast.iter().zip(rays.iter().chain(&rays)) {
             assert_eq!((row.org, row.dir, row.t_max), (ray.org, ray.dir, ray.t_max));
         }
-        let counts = replay(&reference, &fast, &ALL).counts;
+        let compared = replay(&reference, &fast, &ALL);
+        let counts = compared.counts;
         assert!(counts.wrong() > COUNT as u64 / 100, "{kind}: {counts:?}");
+        // The reference may be asked about each ray once, for all modes.
+        let none = Progress::default();
+        let nearest = nearest_hits(&reference, &rays, &none).unwrap();
+        let once = replay_aimed(&reference, &nearest, &fast, &ALL, &none).unwrap();
+        assert_eq!(once.counts, counts, "{kind}");
+        assert_eq!(once.t_ulps, compared.t_ulps, "{kind}");
+        assert_eq!(once.wrong_kinds, compared.wrong_kinds, "{kind}");
         let hits = fast
             .iter()
             .filter(|r| matches!(r.outcome, Outcome::Hit { .. } | Outcome::Blocked));

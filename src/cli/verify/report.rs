@@ -8,6 +8,7 @@ use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
 use std::fmt::Write;
+use std::time::Duration;
 
 /// In `exact`, a relative error of a camera path's t beyond this is no rounding:
 /// grazing hits of the test scenes stay below 10^-10.
@@ -31,10 +32,18 @@ pub struct Mode {
 }
 
 /// Aimed rays, each asked for the nearest hit and for any.
+#[derive(Default)]
 pub struct Adversarial {
     pub compared: Comparison,
     pub escalated: u64,
-    pub ns_per_ray: f64,
+    /// The lanes, for all of them.
+    pub took: Duration,
+}
+
+impl Adversarial {
+    fn ns_per_ray(&self) -> f64 {
+        self.took.as_secs_f64() * 1e9 / self.compared.counts.rays.max(1) as f64
+    }
 }
 
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -112,7 +121,7 @@ impl Report {
             row(&mut text, ["", "independent"], &mode.own, None);
             if let Some(aimed) = &mode.adversarial {
                 let rays = aimed.compared.counts.rays;
-                let cost = cost(aimed.escalated, rays, aimed.ns_per_ray);
+                let cost = cost(aimed.escalated, rays, aimed.ns_per_ray());
                 row(&mut text, ["", "adversarial"], &aimed.compared, Some(cost));
             }
         }
@@ -246,7 +255,7 @@ impl Serialize for Adversarial {
             t_ulps: self.compared.ulp_errors(),
             wrong_kinds: &self.compared.wrong_kinds,
             escalated: self.escalated,
-            ns_per_ray: self.ns_per_ray,
+            ns_per_ray: self.ns_per_ray(),
         };
         fields.serialize(serializer)
     }

@@ -5,23 +5,54 @@
 //! construction, is monotone, and needs no power per pixel. The borders are
 //! computed in f64 by the crate `libm`, so bits are the same on all machines.
 //! Values outside 0…1 are clamped; NaN becomes 0.
+//!
+//! Borders lie at least 1/112 of themselves apart, so between two numbers of f32 that
+//! agree in eight bits of their fraction there is one at most: a table has the code at
+//! the lower one, and one comparison does the rest.
 
 pub struct SrgbEncoder {
-    /// `borders[k]` is the linear value half-way between codes k and k + 1.
-    borders: [f64; 255],
+    /// `borders[k]` is the linear value half-way between codes k and k + 1; none
+    /// comes after the last.
+    borders: [f64; 256],
+    /// Of each cell from [`LEAST`] to 1, the code at its beginning.
+    codes: [u8; CELLS],
 }
+
+/// No border is below.
+const LEAST: f32 = 1.0 / 8192.0;
+/// Of a cell's numbers the bits that differ.
+const CELL: u32 = 23 - 8;
+const CELLS: usize = ((1.0_f32.to_bits() - LEAST.to_bits()) >> CELL) as usize;
 
 impl SrgbEncoder {
     pub fn new() -> SrgbEncoder {
+        let border = |k: usize| match k {
+            255 => f64::INFINITY,
+            _ => linear_from_srgb((k as f64 + 0.5) / 255.0),
+        };
+        let borders: [f64; 256] = std::array::from_fn(border);
+        let code = |cell: usize| {
+            let start = f32::from_bits(LEAST.to_bits() + ((cell as u32) << CELL));
+            borders.partition_point(|border| f64::from(start) >= *border) as u8
+        };
         SrgbEncoder {
-            borders: std::array::from_fn(|k| linear_from_srgb((k as f64 + 0.5) / 255.0)),
+            codes: std::array::from_fn(code),
+            borders,
         }
     }
 
+    #[inline]
     pub fn encode(&self, linear: f32) -> u8 {
-        // Every comparison with NaN is false: it has no border below it.
-        let linear = f64::from(linear);
-        self.borders.partition_point(|border| linear >= *border) as u8
+        // Neither is NaN.
+        if linear >= 1.0 {
+            return 255;
+        }
+        if linear >= LEAST {
+            let code = self.codes[((linear.to_bits() - LEAST.to_bits()) >> CELL) as usize];
+            let next = self.borders[usize::from(code)];
+            return code + u8::from(f64::from(linear) >= next);
+        }
+        0
     }
 }
 
@@ -108,6 +139,25 @@ mod tests {
             // about 1e-5 of a code, at their joint.
             let border = direct(f64::from(f32::from_bits(above)));
             assert!((border - 0.5 - f64::from(code)).abs() < 1e-4, "{code}");
+        }
+    }
+
+    #[test]
+    fn codes_count_the_borders() {
+        let srgb = SrgbEncoder::new();
+        assert!(srgb.borders[0] > f64::from(LEAST) && srgb.borders[254] < 1.0);
+        let counted = |linear: f32| {
+            let below = |border: &f64| f64::from(linear) >= *border;
+            srgb.borders.partition_point(below) as u8
+        };
+        // Both ends of each cell, and both neighbours of each border.
+        let ends = (0..=CELLS as u32).map(|cell| LEAST.to_bits() + (cell << CELL));
+        let borders = srgb.borders[..255].iter().map(|b| (*b as f32).to_bits());
+        for bits in ends.chain(borders) {
+            for near in [bits - 1, bits, bits + 1] {
+                let linear = f32::from_bits(near);
+                assert_eq!(srgb.encode(linear), counted(linear), "{linear:e}");
+            }
         }
     }
 

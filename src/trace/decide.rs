@@ -234,12 +234,12 @@ fn kernel_of_operand<L: Lanes>(
         let (mut rows, all) = (Vec::new(), L::Mask::splat(true));
         let solid = (world.combined(row), &**world.scene);
         let mut spaces = Spaces::new(&packet);
-        let found = spaces.boundaries(solid, &packet, (operand, id), all, &mut rows);
+        let found = spaces.boundaries(solid, (operand, id), all, &mut rows);
         let end = rows.into_iter().find(holds)?;
         let known = !found.unsure.any() && is_sharp(&end).any();
         return known.then(|| end[1].lane(0).to_f64());
     }
-    let ends = ends::<L, Guarded>(world.scene, operand.shape, &rays);
+    let ends = ends::<L, Guarded>(world.scene, operand.shape, &rays.rays());
     let end = [ends.enter, ends.exit].into_iter().find(holds)?;
     let known = ends.some.any() && is_sharp(&end).any();
     known.then(|| end[1].lane(0).to_f64())

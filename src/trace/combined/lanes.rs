@@ -204,7 +204,7 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
             let at = more.len();
             let lanes = L::Mask::from_bits(open);
             let row = (operand, id);
-            let all = spaces.boundaries((combined, tables), object, row, lanes, &mut more);
+            let all = spaces.boundaries((combined, tables), row, lanes, &mut more);
             track.inside = all.inside.bits();
             track.next = more.get(at).copied().unwrap_or([infinity; 3]);
             track.exit = more.get(at + 1).copied().unwrap_or([infinity; 3]);
@@ -212,7 +212,7 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
             unsure |= all.unsure.bits();
             continue;
         }
-        let ends = spaces.ends::<C>((combined, tables), object, operand, wider);
+        let ends = spaces.ends::<C>((combined, tables), operand, wider);
         unsure |= track.start(&ends, ray.t_min);
     }
     unsure &= open;
@@ -358,8 +358,8 @@ fn on_one_face<L: Lanes, C: Certainty>(
             one &= !here;
             continue;
         }
-        let frame = spaces.of(combined, object, operand.frame);
-        let [enter, exit] = ends::<L, C>(tables, operand.shape, frame).faces;
+        let frame = spaces.of(combined, operand.frame);
+        let [enter, exit] = ends::<L, C>(tables, operand.shape, &frame).faces;
         while here != 0 {
             let lane = here.trailing_zeros() as usize;
             here &= here - 1;

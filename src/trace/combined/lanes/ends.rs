@@ -20,35 +20,29 @@ pub(super) fn passes<L: Lanes>(bounds: &Aabb32, ray: &Ray<L>, [from, to]: [L; 2]
 }
 
 /// A packet in the spaces of operands; the last one is kept.
-pub(in crate::trace) struct Spaces<L: Lanes> {
-    own: Frames<L>,
+pub(in crate::trace) struct Spaces<'a, L: Lanes> {
+    own: &'a Packet<L>,
     moved: Option<(u32, Frames<L>)>,
 }
 
-impl<L: Lanes> Spaces<L> {
+impl<'a, L: Lanes> Spaces<'a, L> {
     #[inline(always)]
-    pub fn new(object: &Packet<L>) -> Spaces<L> {
-        Spaces {
-            own: Frames {
-                org: object.org,
-                dir: object.dir,
-                ray: object.ray,
-            },
-            moved: None,
-        }
+    pub fn new(own: &'a Packet<L>) -> Spaces<'a, L> {
+        Spaces { own, moved: None }
     }
 
     #[inline(always)]
-    pub fn of(&mut self, combined: &Combined, object: &Packet<L>, frame: u32) -> &Frames<L> {
-        if frame == 0 {
-            return &self.own;
-        }
-        if !matches!(self.moved, Some((row, _)) if row == frame) {
+    pub fn of(&mut self, combined: &Combined, frame: u32) -> ObjectRay<'_, L> {
+        let own = self.own;
+        if frame != 0 && !matches!(self.moved, Some((row, _)) if row == frame) {
             let map = &combined.solid.frames[frame as usize].operand_from_solid;
-            let (org, dir) = (map.points(object.org), map.vectors(object.dir));
-            self.moved = Some((frame, Frames::new(org, dir, object.ray.t_min)));
+            let (org, dir) = (map.points(own.org), map.vectors(own.dir));
+            self.moved = Some((frame, Frames::new(org, dir, own.ray.t_min)));
         }
-        self.moved.as_ref().map_or(&self.own, |(_, frame)| frame)
+        match &self.moved {
+            Some((_, moved)) if frame != 0 => moved.rays(),
+            _ => ObjectRay::new(own.org, own.dir, &own.ray),
+        }
     }
 
     /// All boundaries of a polynomial's solid beyond the rays' start: what lanes are in
@@ -56,7 +50,6 @@ impl<L: Lanes> Spaces<L> {
     pub fn boundaries(
         &mut self,
         (combined, tables): (&Combined, &Tables),
-        object: &Packet<L>,
         (operand, row): (&CsgOperand, ImplicitId),
         active: L::Mask,
         rows: &mut Vec<[L; 3]>,
@@ -68,7 +61,7 @@ impl<L: Lanes> Spaces<L> {
                 unsure: active,
             };
         };
-        let own = &self.own;
+        let own = self.own;
         let t_min = own.ray.t_min.widen();
         let ray = Ray::<L::Double>::new(own.org, own.dir, t_min);
         let (min, max) = (bounds.min, bounds.max);
@@ -83,12 +76,12 @@ impl<L: Lanes> Spaces<L> {
             1 => zero,
             // Twice: all of what the definition of placement says.
             _ => {
-                combined.astray(operand.frame, object.org.max_abs())
+                combined.astray(operand.frame, own.org.max_abs())
                     * <L::Double as Lanes>::from_f64(2.0)
             }
         };
         let tape = &tables.implicits.tape[row.index()];
-        let frame = self.of(combined, object, operand.frame);
+        let frame = self.of(combined, operand.frame);
         let rays = (frame.org, frame.dir);
         let found =
             guarded::implicit::boundaries::<L>(tape, rays, [start, end], astray, known, rows);
@@ -103,30 +96,29 @@ impl<L: Lanes> Spaces<L> {
     pub fn ends<C: Certainty>(
         &mut self,
         (combined, tables): (&Combined, &Tables),
-        object: &Packet<L>,
         operand: &CsgOperand,
         wider: Option<L>,
     ) -> Ends<L> {
-        let frame = self.of(combined, object, operand.frame);
+        let own = self.own;
+        let frame = self.of(combined, operand.frame);
         let planes = match (operand.shape, wider) {
-            (shape, None) => return ends::<L, C>(tables, shape, frame),
+            (shape, None) => return ends::<L, C>(tables, shape, &frame),
             (Shape::Quadric(id), _) => {
-                let astray = combined.astray(operand.frame, object.org.max_abs());
-                let frame = ObjectRay::new(frame.org, frame.dir, &frame.ray);
+                let astray = combined.astray(operand.frame, own.org.max_abs());
                 return guarded::quadric::ends(&tables.quadrics.row(id), &frame, astray);
             }
             (Shape::Polyhedron(id), _) => tables.polyhedra.planes(id),
             (Shape::HalfSpace(id), _) => &[tables.half_spaces.row(id)],
             _ => &[],
         };
-        let mut ends = ends::<L, C>(tables, operand.shape, frame);
+        let mut ends = ends::<L, C>(tables, operand.shape, &frame);
         if let Some(wider) = wider {
             ends = ends.widened(wider);
         }
         if !planes.is_empty() {
             let slack = combined.placement_per_reach(operand.frame).map(L::from_f64);
-            let slack = object.ray.org.max_abs() * slack[0] + slack[1];
-            ends = ends.moved(slack / least_rate(planes, &frame.ray));
+            let slack = own.ray.org.max_abs() * slack[0] + slack[1];
+            ends = ends.moved(slack / least_rate(planes, frame.ray));
         }
         ends
     }
@@ -140,10 +132,17 @@ pub(in crate::trace) struct Frames<L: Lanes> {
 }
 
 impl<L: Lanes> Frames<L> {
+    // Written where it stays: half a kilobyte.
+    #[inline(always)]
     pub fn new(org: Vec3<L::Double>, dir: Vec3<L::Double>, t_min: L) -> Frames<L> {
         let narrow = |v: Vec3<L::Double>| Vec3::new(L::narrow(v.x), L::narrow(v.y), L::narrow(v.z));
         let ray = Ray::new(narrow(org), narrow(dir), t_min);
         Frames { org, dir, ray }
+    }
+
+    #[inline(always)]
+    pub fn rays(&self) -> ObjectRay<'_, L> {
+        ObjectRay::new(self.org, self.dir, &self.ray)
     }
 }
 
@@ -189,24 +188,24 @@ pub(super) fn blur<L: Lanes, C: Certainty>(ray: &Ray<L>) -> [L; 2] {
 pub(in crate::trace) fn ends<L: Lanes, C: Certainty>(
     tables: &Tables,
     shape: Shape,
-    Frames { org, dir, ray }: &Frames<L>,
+    object: &ObjectRay<L>,
 ) -> Ends<L> {
     if !C::GUARDED {
         if let Shape::Quadric(id) = shape {
-            let (between, turned) = quadric::span(&tables.quadrics.row(id), ray);
+            let (between, turned) = quadric::span(&tables.quadrics.row(id), object.ray);
             return Ends {
                 turned,
                 ..Ends::certain(&between)
             };
         }
         return Ends::certain(&match shape {
-            Shape::HalfSpace(id) => half_space::span(&[tables.half_spaces.row(id)], ray),
-            Shape::Polyhedron(id) => half_space::span(tables.polyhedra.planes(id), ray),
-            Shape::Cuboid(id) => cuboid::span(&tables.cuboids.row(id), ray),
-            Shape::Sphere(id) => sphere::span(&tables.spheres.row(id), ray),
-            Shape::Ellipsoid(id) => ellipsoid::span(&tables.ellipsoids.row(id), ray),
-            Shape::Cylinder(id) => cone::span(&tables.cylinders.row(id).as_cone(), ray),
-            Shape::Cone(id) => cone::span(&tables.cones.row(id), ray),
+            Shape::HalfSpace(id) => half_space::span(&[tables.half_spaces.row(id)], object.ray),
+            Shape::Polyhedron(id) => half_space::span(tables.polyhedra.planes(id), object.ray),
+            Shape::Cuboid(id) => cuboid::span(&tables.cuboids.row(id), object.ray),
+            Shape::Sphere(id) => sphere::span(&tables.spheres.row(id), object.ray),
+            Shape::Ellipsoid(id) => ellipsoid::span(&tables.ellipsoids.row(id), object.ray),
+            Shape::Cylinder(id) => cone::span(&tables.cylinders.row(id).as_cone(), object.ray),
+            Shape::Cone(id) => cone::span(&tables.cones.row(id), object.ray),
             Shape::Quadric(_)
             | Shape::Implicit(_)
             | Shape::Polygon(_)
@@ -216,23 +215,20 @@ pub(in crate::trace) fn ends<L: Lanes, C: Certainty>(
             }
         });
     }
-    let object = ObjectRay::new(*org, *dir, ray);
     match shape {
-        Shape::HalfSpace(id) => guarded::half_space::ends(&tables.half_spaces.row(id), &object),
+        Shape::HalfSpace(id) => guarded::half_space::ends(&tables.half_spaces.row(id), object),
         Shape::Polyhedron(id) => {
             let (planes, corner) = (tables.polyhedra.planes(id), tables.polyhedra.points(id)[0]);
-            guarded::half_space::polyhedron_ends(planes, corner, &object)
+            guarded::half_space::polyhedron_ends(planes, corner, object)
         }
-        Shape::Cuboid(id) => guarded::cuboid::ends(&tables.cuboids.row(id), &object),
-        Shape::Sphere(id) => guarded::sphere::sphere_ends(&tables.spheres.row(id), &object),
-        Shape::Ellipsoid(id) => {
-            guarded::sphere::ellipsoid_ends(&tables.ellipsoids.row(id), &object)
-        }
-        Shape::Cylinder(id) => guarded::cone::ends(&tables.cylinders.row(id).as_cone(), &object),
-        Shape::Cone(id) => guarded::cone::ends(&tables.cones.row(id), &object),
+        Shape::Cuboid(id) => guarded::cuboid::ends(&tables.cuboids.row(id), object),
+        Shape::Sphere(id) => guarded::sphere::sphere_ends(&tables.spheres.row(id), object),
+        Shape::Ellipsoid(id) => guarded::sphere::ellipsoid_ends(&tables.ellipsoids.row(id), object),
+        Shape::Cylinder(id) => guarded::cone::ends(&tables.cylinders.row(id).as_cone(), object),
+        Shape::Cone(id) => guarded::cone::ends(&tables.cones.row(id), object),
         Shape::Quadric(id) => {
             let exactly = <L::Double as Lanes>::zero();
-            guarded::quadric::ends(&tables.quadrics.row(id), &object, exactly)
+            guarded::quadric::ends(&tables.quadrics.row(id), object, exactly)
         }
         Shape::Implicit(_) | Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => {
             unreachable!("no surface is an operand, and meshes are not met in lanes")

@@ -101,6 +101,11 @@ fn few() -> Vec<(String, Loaded)> {
     )
 }
 
+/// Whose steps are rounded in another order once lengths or axes are others.
+fn surfaces() -> Vec<(String, Loaded)> {
+    scenes(&["surface_torus.toml"], 0, &[])
+}
+
 fn many() -> Vec<(String, Loaded)> {
     scenes(
         &[
@@ -227,6 +232,7 @@ fn strangers(scenes: &[(String, Loaded)], config: &RenderConfig) -> Tally {
 #[test]
 fn what_nobody_sees_does_not_show() {
     strangers(&few(), &config(48, 32)).settle();
+    strangers(&surfaces(), &config(48, 32)).settle();
 }
 
 #[test]
@@ -317,6 +323,7 @@ fn the_order_of_the_input_does_not_show() {
     let tally = permuting(&few(), &config(48, 32), 5_000);
     assert!(tally.ties > 0);
     tally.settle();
+    permuting(&surfaces(), &config(48, 32), 5_000).settle();
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Random numbers, meshes, shapes and scenes: a seed's are always the same.
 
+use super::surfaces::{clebsch, torus};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::geom::*;
 use lanecast::scene::*;
@@ -74,7 +75,33 @@ fn quadric(scene: &mut SceneBuilder, random: &mut Random) -> ShapeId {
 /// One shape of a random kind, about the origin.
 pub fn random_shape(scene: &mut SceneBuilder, random: &mut Random) -> ShapeId {
     let center = random.vector() * 0.3;
-    match random.below(10) {
+    // Of polynomial surfaces a few: their bounds take some 30 ms, and their rays more
+    // than others.
+    let kind = match random.below(200) {
+        n @ 0..2 => 10 + n,
+        n => n % 10,
+    };
+    match kind {
+        11 => scene.implicit(
+            "",
+            torus(center, [random.size(), random.size()]),
+            false,
+            None,
+        ),
+        10 => {
+            let size = random.size();
+            let clip = match random.below(2) {
+                0 => Clip::Sphere(Sphere {
+                    center,
+                    radius: 2.0 * size,
+                }),
+                _ => Clip::Cuboid(Cuboid {
+                    min: center - size,
+                    max: center + random.size(),
+                }),
+            };
+            scene.implicit("", clebsch(center, size), true, Some(clip))
+        }
         9 => quadric(scene, random),
         0 => scene.sphere(
             "",
@@ -181,6 +208,7 @@ pub fn random_solid(scene: &mut SceneBuilder, random: &mut Random) -> ShapeId {
         let is_solid = match tables.shapes.row(shape) {
             Shape::Cylinder(id) => !tables.cylinders.row(id).open,
             Shape::Cone(id) => !tables.cones.row(id).open,
+            Shape::Implicit(id) => !tables.implicits.open[id.index()],
             Shape::Polygon(_) | Shape::Mesh(_) => false,
             _ => true,
         };

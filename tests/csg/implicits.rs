@@ -7,7 +7,8 @@ use super::common::{Random, RayColumns};
 use super::laws::{are_one, laws};
 use super::programs::{Leaf, Program, random_rays};
 use super::truth::Tree;
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
+use lanecast::geom::tape::Builder;
 use lanecast::geom::{Cuboid, Sphere};
 use lanecast::scene::{Operand, Operator};
 use lanecast::trace::{HitId, TURNED};
@@ -118,6 +119,60 @@ fn nothing_is_left_of_a_torus_without_itself() {
                 }
             }
             agree(&both, &some(&rays, 20));
+        }
+    }
+}
+
+/// From a billion sizes away a ray is off by more in an operand's space than the bounds
+/// of its flat sides have room for: nobody meets what is no deeper than that.
+#[test]
+fn far_rays_are_met_in_the_operand_s_own_space() {
+    let turn = DAffine3::from_axis_angle(v(0.3, 0.5, 0.8).normalize(), 0.6);
+    let asked = Asked::one(|scene| {
+        // x²⁴ + y²⁴ + z²⁴ − 1.
+        let b = &mut Builder::default();
+        let powers = [0, 1, 2].map(|axis| {
+            let x = b.coordinate(axis);
+            b.power(x, 24)
+        });
+        let sum = b.sum(powers[0], powers[1]);
+        let sum = b.sum(sum, powers[2]);
+        let one = b.constant(1.0);
+        let last = b.difference(sum, one);
+        let dice = scene.implicit("", std::mem::take(b).finish(last), false, None);
+        let (center, radius) = (v(4.0, 0.0, 0.0), 0.5);
+        let ball = scene.sphere("", Sphere { center, radius });
+        let place = scene.transform(turn.into());
+        let dice = Operand::shape(dice).transform(place);
+        scene.combination("", Union, &[Operand::shape(ball), dice])
+    });
+    let random = &mut Random(1);
+    let (mut rays, mut few) = (RayColumns::default(), RayColumns::default());
+    for i in 0..1000 {
+        let height = 1.0 + 3e-5 * random.unit();
+        let to = v(0.5 * random.unit(), height, 0.5 * random.unit());
+        let dir = turn.transform_vector3(v(1.0, 0.0, random.unit())).as_vec3();
+        let org = turn.transform_point3(to) - dir.as_dvec3() * 1e9;
+        rays.push(org, dir.to_array());
+        if i % 20 == 0 {
+            few.push(org, dir.to_array());
+        }
+    }
+    let hits = agree(&asked, &few);
+    let met = hits.iter().flatten().count();
+    assert!(met > 10 && met < 40, "{met}");
+    let world = asked.world();
+    for arithmetic in RIGHT {
+        let answers = rays.closest(&world, &kernels(arithmetic));
+        for (i, (_, id)) in answers.iter().enumerate() {
+            let (org, dir) = rays.ray(i);
+            let (_, all) = spans(&world, asked.combination(), &line(org, dir));
+            let expected = all.iter().any(|c| c.root.rounded() > 0.0);
+            assert_eq!(
+                *id != HitId::NONE,
+                expected,
+                "{arithmetic:?} {org:?} {dir:?}"
+            );
         }
     }
 }

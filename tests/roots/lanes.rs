@@ -1,7 +1,9 @@
 //! Least roots in lanes: the same bits at every width, and the exact answer's.
 
 use lanecast::math::lanes::{Lanes, Mask, f64x4, f64x8};
-use lanecast::roots::lanes::{Segment, Waiting, exists, from_powers, least_root, nearest};
+use lanecast::roots::lanes::{
+    Segment, Waiting, changes_between, exists, from_powers, least_root, leaves_between, nearest,
+};
 use lanecast::roots::{Interval, Polynomial, nearest as nearest_of};
 use proptest::prelude::*;
 
@@ -166,6 +168,25 @@ fn few_lanes_are_in_doubt() {
     assert_eq!(least_root(&rows[2]), Some(0.25));
     assert_eq!(least_root(&[f64::NAN, 1.0]), None);
     assert_eq!(least_root(&[0.0, 0.0]), None);
+}
+
+/// Signs at two places tell of a root between them; and of the first one, if the first
+/// sign is that at 0.
+#[test]
+fn the_first_root_is_told_from_the_next() {
+    let c: [f64; 3] = product(&[0.25, 0.5], &[]).try_into().unwrap();
+    for sign in [1.0, -1.0] {
+        let segment: Segment<f64, 3> = from_powers(&c.map(|c| sign * c), 1e-15);
+        let of = |low, high| {
+            let change = changes_between(&segment, low, high);
+            (change.any(), leaves_between(&segment, low, high).any())
+        };
+        assert_eq!(of(0.125, 0.375), (true, true));
+        assert_eq!(of(0.0, 0.375), (true, true));
+        assert_eq!(of(0.375, 0.75), (true, false));
+        assert_eq!(of(0.125, 0.75), (false, false));
+        assert_eq!(of(0.25, 0.375), (false, false));
+    }
 }
 
 /// A lane that is no number leaves the others alone.

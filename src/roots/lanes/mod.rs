@@ -174,7 +174,7 @@ pub fn nearest<L: Lanes<Scalar = f64>, const N: usize>(
 }
 
 /// The same, but for the last bits of t: it is where Newton's method ends, and `error`
-/// an estimate that [`changes_between`] may prove. For coefficients that have errors,
+/// an estimate that [`leaves_between`] may prove. For coefficients that have errors,
 /// which matter more.
 #[inline(always)]
 pub fn nearly_nearest<L: Lanes<Scalar = f64>, const N: usize>(
@@ -339,6 +339,31 @@ pub fn changes_between<L: Lanes<Scalar = f64>, const N: usize>(
     low: L,
     high: L,
 ) -> L::Mask {
+    let [above, below] = turns_between(segment, low, high);
+    above | below
+}
+
+/// The same, and the sign at the first place is still that of p(0). With no root before
+/// some interval, one in it, and the first place in it, that root is between the two.
+#[inline(always)]
+pub fn leaves_between<L: Lanes<Scalar = f64>, const N: usize>(
+    segment: &Segment<L, N>,
+    low: L,
+    high: L,
+) -> L::Mask {
+    let [above, below] = turns_between(segment, low, high);
+    let (first, zero) = (segment.scaled[0], L::zero());
+    (above & first.gt(zero)) | (below & first.lt(zero))
+}
+
+/// Lanes whose polynomial is certainly positive at one place and negative at the other,
+/// and the reverse.
+#[inline(always)]
+fn turns_between<L: Lanes<Scalar = f64>, const N: usize>(
+    segment: &Segment<L, N>,
+    low: L,
+    high: L,
+) -> [L::Mask; 2] {
     let one = L::from_f64(1.0);
     // Σ dⱼ tʲ (1 − t)^(n−j), by Horner's scheme in two variables; no term cancels in
     // `size`. Three roundings a step, and those of 1 − t.
@@ -358,7 +383,7 @@ pub fn changes_between<L: Lanes<Scalar = f64>, const N: usize>(
     let ((a, off_a), (b, off_b)) = (at(low), at(high));
     // There it is b₀.
     let off_a = L::select(low.eq(L::zero()), segment.first, off_a);
-    (a.gt(off_a) & b.lt(-off_b)) | (a.lt(-off_a) & b.gt(off_b))
+    [a.gt(off_a) & b.lt(-off_b), a.lt(-off_a) & b.gt(off_b)]
 }
 
 /// The least root in (0, 1) of the very polynomial that a lane has, for lanes in

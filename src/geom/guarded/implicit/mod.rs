@@ -25,7 +25,9 @@ use crate::geom::{Clip, Cuboid, Implicit, Meet, Ray};
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask, Scalar, f64x8};
-use crate::roots::lanes::{Segment, Waiting, changes_between, exists, nearly_nearest};
+use crate::roots::lanes::{
+    Segment, Waiting, changes_between, exists, leaves_between, nearly_nearest,
+};
 use along::along;
 use eights::{Chosen, by_degree, spread};
 use std::cell::Cell;
@@ -229,7 +231,7 @@ impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> Part<D, N> {
         let found = nearly_nearest(&self.segment, lanes, &mut store.waiting);
         let s_from = (found.t - found.error).max(D::zero());
         let s_to = (found.t + found.error).min(D::from_f64(1.0));
-        let is_there = changes_between(&self.segment, s_from, s_to);
+        let is_there = leaves_between(&self.segment, s_from, s_to);
         let at = |s: D| self.start + s * self.width;
         let slack = (self.start.abs() + self.width) * D::from_f64(3.01 * UNIT);
         let from = (at(s_from) - slack).max(self.start);

@@ -8,7 +8,7 @@ use crate::geom::guarded::rounded;
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask};
-use crate::roots::lanes::{changes_between, nearly_nearest};
+use crate::roots::lanes::{leaves_between, nearly_nearest};
 
 /// What rays have of an operand: all boundaries between two t.
 pub struct Boundaries<L: Lanes> {
@@ -114,7 +114,7 @@ fn passes<D: Lanes<Scalar = f64, Double = D>, const N: usize>(
         let next = nearly_nearest(&segment, known, &mut store.waiting);
         let s_from = (next.t - next.error).max(D::zero());
         let s_to = (next.t + next.error).min(D::from_f64(1.0));
-        let is_there = changes_between(&segment, s_from, s_to);
+        let is_there = leaves_between(&segment, s_from, s_to);
         let hit = known & next.hit & is_there;
         unsure = unsure | known & (next.doubt | next.hit & !hit);
         live = hit;

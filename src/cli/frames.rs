@@ -25,13 +25,14 @@ pub fn run(
     frames: u32,
     mut stats: Stats,
 ) -> Result<(), CliError> {
+    let progress = interrupt::watch();
     let paths: Vec<PathBuf> = (0..frames).map(|i| numbered(output, i)).collect();
     let files = paths.iter().map(|path| files(path, config.aovs));
     let files: Vec<PathBuf> = files.collect::<Result<Vec<_>, _>>()?.concat();
     let inputs: Vec<&Path> = args.scene.as_deref().into_iter().collect();
     check_destinations(&inputs, &files, args.common.sinks())?;
+    interrupt::check(&progress)?;
 
-    let progress = interrupt::watch();
     let mut watch = Watch::start();
     let options = args.common.load_options();
     let scene = args.scene.as_deref();

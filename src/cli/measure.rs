@@ -144,6 +144,7 @@ impl Measurer<'_> {
             area_error: own.area_error * square,
             centroid: own.centroid.map(|p| outward.point(p)),
             lines: own.lines,
+            is_rough: own.is_rough,
         })
     }
 
@@ -211,6 +212,15 @@ fn root_name(scene: &Scene, row: usize) -> String {
     }
 }
 
+/// With so many decimals, or digits where these would not show it.
+fn readable(x: f64, digits: usize) -> String {
+    match x.abs() {
+        0.0 => format!("{x:.digits$}"),
+        1e-3..1e6 => format!("{x:.digits$}"),
+        _ => format!("{x:.digits$e}"),
+    }
+}
+
 fn for_people(report: &Report) -> String {
     let mut text = String::new();
     let width = report.solids.iter().map(|row| row.name.len()).max();
@@ -227,19 +237,29 @@ fn for_people(report: &Report) -> String {
         volume: v,
     } in &report.solids
     {
-        let centroid = v
-            .centroid
-            .map_or("none".into(), |[x, y, z]| format!("{x:.5}, {y:.5}, {z:.5}"));
+        let centroid = v.centroid.map_or("none".into(), |centre| {
+            centre.map(|x| readable(x, 5)).join(", ")
+        });
         let _ = writeln!(
             text,
-            "{name:<width$} {parts:>6} {:>14.7} {:>9.1e} {:>14.7} {:>9.1e}   {centroid}",
-            v.volume, v.volume_error, v.area, v.area_error
+            "{name:<width$} {parts:>6} {:>14} {:>9.1e} {:>14} {:>9.1e}   {centroid}{}",
+            readable(v.volume, 7),
+            v.volume_error,
+            readable(v.area, 7),
+            v.area_error,
+            if v.is_rough { "  (rough)" } else { "" }
         );
     }
     let _ = writeln!(
         text,
         "\n± holds the value in 95 of 100 cases; parts that overlap count twice"
     );
+    if report.solids.iter().any(|row| row.volume.is_rough) {
+        let _ = writeln!(
+            text,
+            "rough: less exact than asked for; it is too thin for the lines that were drawn"
+        );
+    }
     for (count, what) in [
         (report.surfaces_left_out, "surfaces, which have no inside"),
         (report.meshes_left_out, "meshes that are not closed"),

@@ -3,6 +3,7 @@
 use super::error::CliError;
 use crate::io::{Outputs, SaveError, check_writable};
 use serde::Serialize;
+use std::collections::HashSet;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
@@ -86,18 +87,19 @@ pub fn check_destinations<'a>(
             Sink::Stdout => stdout = true,
         }
     }
-    for (i, path) in all.iter().enumerate() {
+    let inputs: HashSet<PathBuf> = inputs.iter().filter_map(|i| identity(i)).collect();
+    let mut outputs = HashSet::new();
+    for path in &all {
         let Some(identity) = identity(path) else {
             continue;
         };
-        let same = |other: &Path| self::identity(other).as_ref() == Some(&identity);
-        if inputs.iter().any(|input| same(input)) {
+        if inputs.contains(&identity) {
             return Err(CliError::Usage(format!(
                 "{} is the input; give the output another name",
                 path.display()
             )));
         }
-        if all[..i].iter().any(|other| same(other)) {
+        if !outputs.insert(identity) {
             return Err(CliError::Usage(format!(
                 "{} is named for two outputs; give one of them another name",
                 path.display()

@@ -54,11 +54,27 @@ struct Place {
     normal: [f64; 3],
 }
 
+/// Squares of lengths between these are numbers.
+const SHORTEST: f64 = 1e-150;
+const LONGEST: f64 = 1e150;
+
 pub fn run(args: &ProbeArgs) -> Result<(), CliError> {
     check_destinations(&[&args.scene], &[], args.json.iter())?;
     if args.dir == DVec3::ZERO {
         let message = "--dir 0,0,0 points nowhere; give it a length";
         return Err(CliError::Usage(message.into()));
+    }
+    let longest = args.dir.abs().max_element();
+    if !(SHORTEST..=LONGEST).contains(&longest) {
+        return Err(CliError::Usage(format!(
+            "--dir has {longest:?} as its longest component, too far from 1 for t to be counted in; \
+             give it a length between {SHORTEST:?} and {LONGEST:?}"
+        )));
+    }
+    if args.org.abs().max_element() > LONGEST {
+        return Err(CliError::Usage(format!(
+            "--org lies farther out than {LONGEST:?}; start nearer to the scene"
+        )));
     }
     let scene = scene::load(&args.scene, &args.load_options())?;
     let of_scene = |source| LoadError::of_scene(&args.scene, source);
@@ -115,7 +131,7 @@ fn for_people(report: &Report) -> String {
     // Writing to a string cannot fail.
     let _ = writeln!(
         text,
-        "from {} along {}; t in units of {length}",
+        "from {} along {}; t in units of {length:?}",
         vector(report.org),
         vector(report.dir),
     );
@@ -133,7 +149,7 @@ fn for_people(report: &Report) -> String {
         let thickness = (t_exit - t_enter) * length;
         let _ = writeln!(
             text,
-            "\n{side:<7} t {t_enter} to {t_exit}, length {thickness}: {} (instance {})",
+            "\n{side:<7} t {t_enter:?} to {t_exit:?}, length {thickness:?}: {} (instance {})",
             row.solid, row.instance
         );
         for (what, end) in [("enters", &row.enter), ("leaves", &row.exit)] {
@@ -153,8 +169,13 @@ fn for_people(report: &Report) -> String {
     }
     let _ = writeln!(
         text,
-        "\n{} spans; {inside} of length inside solids ahead of the origin",
-        report.spans.len()
+        "\n{} {}; {inside:?} of length inside solids ahead of the origin",
+        report.spans.len(),
+        if report.spans.len() == 1 {
+            "span"
+        } else {
+            "spans"
+        },
     );
     if report.surfaces_left_out > 0 {
         let _ = writeln!(
@@ -168,5 +189,5 @@ fn for_people(report: &Report) -> String {
 }
 
 fn vector([x, y, z]: [f64; 3]) -> String {
-    format!("({x}, {y}, {z})")
+    format!("({x:?}, {y:?}, {z:?})")
 }

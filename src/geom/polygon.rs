@@ -8,7 +8,7 @@
 
 use super::ray::{Meet, Ray};
 use crate::math::lanes::{Lanes, Mask, Scalar};
-use crate::math::{Vec3, unordered_dot};
+use crate::math::{Aabb, Vec3, unordered_dot};
 use glam::DVec3;
 
 /// A polygon's corners and the unit normal of its plane (Newell).
@@ -59,9 +59,27 @@ fn odd_crossings<L: Lanes>(points: &[DVec3], ray: &Ray<L>, k: usize) -> L::Mask 
     odd
 }
 
-/// How far corners may lie off the plane, in units of the polygon's size. The
-/// hits lie in the plane, so boxes grow by as much.
+/// How far corners may lie off the plane, in units of the polygon's size.
 pub const FLATNESS: f64 = 1e-6;
+
+/// What the box of the corners grows by, in units of its longest side.
+const MARGIN: f64 = 1e-3;
+
+/// Where the plane's normal has at least this part of a ray's direction, as its
+/// longest component has it, the hit lies in the [`room`]: the line passes within
+/// [`FLATNESS`] of the plane inside the outline, so it meets it no farther from
+/// there than `FLATNESS` · √3 / this, less than half of what the box grows by.
+pub const STEEP: f64 = 4e-3;
+
+/// Where a polygon is met: the box of its corners, grown. Corners lie a little off
+/// the plane, so a ray that grazes it meets it anywhere; what is not in here is no
+/// hit, and boxes of any accelerator need hold no more.
+pub fn room(points: &[DVec3]) -> Aabb {
+    let bounds = Aabb::of_points(points.iter().copied());
+    let grown = bounds.grown(DVec3::splat(bounds.extent().max_element() * MARGIN));
+    let finite = |v: DVec3| v.clamp(DVec3::splat(-f64::MAX), DVec3::splat(f64::MAX));
+    Aabb::new(finite(grown.min), finite(grown.max))
+}
 
 /// The plane of a polygon by Newell's method: its unit normal; or why the
 /// points are not a planar polygon.

@@ -20,6 +20,11 @@ pub const LEAVING: f64 = 64.0;
 /// the surface which the ray leaves lies behind it.
 pub const LEAVING_CURVED: f64 = 4.0;
 
+/// No farther from a polynomial's surface for the sake of its values' roundings, in units
+/// of its own size and of the point's coordinates: where it has hardly a slope, as next to
+/// a node, or of the square of another, their bound over it is of any size.
+pub const LEAVING_SLOPELESS: f64 = 1.0 / 1024.0;
+
 /// Where shadow rays to a light at a point end, in units of the way to it: their
 /// direction is rounded to f32, so that their end lies off the light by as much as
 /// u of the way on each axis, and what is as near to the light as that is not

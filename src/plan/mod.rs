@@ -6,6 +6,8 @@
 //! `lanecast plan` prints. It builds nothing and allocates next to nothing.
 
 mod choices;
+mod coplanar;
+mod logic;
 mod solids;
 
 pub use choices::{Choices, LaneCount, Precision};

@@ -1,16 +1,17 @@
 //! What a user of combinations may want to know before tracing them: operands that
 //! change nothing, solids that are empty, faces that coincide.
 //!
-//! By bounds and by numbers that are equal; no ray is traced. What is said is so.
+//! By bounds, by logic and by numbers that are equal; no ray is traced. What is said is so.
 //! What is not said may be so as well: solids whose boxes overlap need not.
 
+use super::coplanar::coplanar;
+use super::logic::{Logic, logic};
 use crate::math::Aabb;
 use crate::scene::{
-    CombinationId, CsgOperand, CsgSolid, Face, Operator, Shape, ShapeId, Tables, faces_of,
-    operand_bounds, shape_bounds,
+    CombinationId, CsgOperand, CsgSolid, Operator, Shape, ShapeId, Tables, operand_bounds,
+    shape_bounds,
 };
 use glam::DVec3;
-use std::collections::BTreeMap;
 
 /// Lines about a combination that appears, at most one of each kind.
 pub fn remarks(tables: &Tables, shape: ShapeId, solid: &CsgSolid) -> Vec<String> {
@@ -24,8 +25,13 @@ pub fn remarks(tables: &Tables, shape: ShapeId, solid: &CsgSolid) -> Vec<String>
         };
         return vec![format!("{what}: the bounds of its operands do not overlap")];
     }
+    let logic = logic(tables, solid);
+    if logic.as_ref().is_some_and(|logic| logic.is_empty) {
+        let what = "its operands leave nothing of each other";
+        return vec![format!("{name} is empty: {what}")];
+    }
     let lines = [
-        idle(tables, shape, solid),
+        idle(tables, shape, solid).or_else(|| redundant(tables, solid, logic.as_ref()?)),
         coplanar(tables, solid),
         faceted(tables, solid),
     ];
@@ -49,7 +55,7 @@ pub fn unbounded(tables: &Tables, shape: ShapeId) -> Option<String> {
     }
 }
 
-fn label(tables: &Tables, shape: ShapeId) -> String {
+pub(super) fn label(tables: &Tables, shape: ShapeId) -> String {
     let kind = tables.shapes.row(shape).kind_name();
     match tables.shapes.names.get(shape.0) {
         Some(name) => format!("'{name}'"),
@@ -109,7 +115,7 @@ fn faceted(tables: &Tables, solid: &CsgSolid) -> Option<String> {
     })
 }
 
-fn overlap(a: &Aabb, b: &Aabb) -> bool {
+pub(super) fn overlap(a: &Aabb, b: &Aabb) -> bool {
     a.min.cmple(b.max).all() && b.min.cmple(a.max).all()
 }
 
@@ -128,71 +134,14 @@ fn idle(tables: &Tables, shape: ShapeId, solid: &CsgSolid) -> Option<String> {
     })
 }
 
-/// Faces of different operands in one frame, across an axis, in the same plane,
-/// where their bounds meet.
-fn coplanar(tables: &Tables, solid: &CsgSolid) -> Option<String> {
-    // By frame, axis and the plane's number.
-    let mut planes: BTreeMap<(u32, usize, u64), Vec<u32>> = BTreeMap::new();
-    for (number, operand) in (0..).zip(&solid.operands) {
-        for (axis, at) in faces(tables, operand.shape) {
-            // Zero has two signs.
-            let key = (operand.frame, axis, (at + 0.0).to_bits());
-            let of_plane = planes.entry(key).or_default();
-            if of_plane.last() != Some(&number) {
-                of_plane.push(number);
-            }
-        }
-    }
-    let size = |number: u32| {
-        let bounds = solid.operands[number as usize].bounds;
-        bounds.map_or(f64::INFINITY, |b| b.diagonal())
-    };
-    // With the largest of each plane: linear, and what people ask about.
-    let mut found: Option<(u32, u32, usize, f64)> = None;
-    let mut count = 0;
-    for ((_, axis, at), numbers) in &planes {
-        let largest = numbers
-            .iter()
-            .copied()
-            .reduce(|a, b| if size(b) > size(a) { b } else { a });
-        let largest = largest.filter(|_| numbers.len() > 1);
-        for (a, b) in largest
-            .iter()
-            .flat_map(|a| numbers.iter().map(move |b| (*a, *b)))
-        {
-            let bounds = [a, b].map(|n| solid.operands[n as usize].bounds);
-            let apart = matches!(bounds, [Some(a), Some(b)] if !overlap(&a, &b));
-            if a == b || apart {
-                continue;
-            }
-            count += 1;
-            let pair = (a.min(b), a.max(b), *axis, f64::from_bits(*at));
-            if found.is_none_or(|best| (pair.0, pair.1, pair.2) < (best.0, best.1, best.2)) {
-                found = Some(pair);
-            }
-        }
-    }
-    let (a, b, axis, at) = found?;
-    let [a, b] = [a, b].map(|n| label(tables, solid.operands[n as usize].id));
-    let axis = ["x", "y", "z"][axis];
-    let plane = format!("{axis} = {at} in their own space");
-    Some(match count {
-        1 => format!("{a} and {b} have faces in one plane, {plane}; they count as one boundary"),
-        _ => format!(
-            "{count} pairs of operands have faces in one plane, such as {a} and {b} ({plane}); \
-             each counts as one boundary"
+/// Operands without which the solid is the same, by what holds them or is the same.
+fn redundant(tables: &Tables, solid: &CsgSolid, logic: &Logic) -> Option<String> {
+    let first = label(tables, solid.operands[*logic.idle.first()?].id);
+    Some(match logic.idle.len() {
+        1 => format!("the operand {first} never matters: others are in it, around it or the same"),
+        count => format!(
+            "{count} operands never matter, each beside the others, such as {first}: \
+             others are in them, around them or the same"
         ),
     })
-}
-
-/// Planes across an axis that bound a primitive: the axis and the coordinate.
-fn faces(tables: &Tables, shape: Shape) -> impl Iterator<Item = (usize, f64)> {
-    let across = |face| match face {
-        Face::Across { axis, at } => Some((axis, at)),
-        _ => None,
-    };
-    faces_of(tables, shape)
-        .into_iter()
-        .flatten()
-        .filter_map(across)
 }

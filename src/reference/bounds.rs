@@ -86,6 +86,18 @@ pub fn slack(org: [f64; 3], condition: f64) -> f64 {
     ROUNDINGS * UNIT * condition * size
 }
 
+/// Where a polygon with these corners is met: their box, which grows on all sides by
+/// a thousandth of its longest.
+pub fn near_outline(points: &[[f64; 3]]) -> Bounds {
+    let b = Bounds::of(points.iter().copied());
+    let longest = (0..3).map(|k| b.max[k] - b.min[k]).fold(0.0, f64::max);
+    let margin = longest * 1e-3;
+    Bounds {
+        min: b.min.map(|x| (x - margin).max(-f64::MAX)),
+        max: b.max.map(|x| (x + margin).min(f64::MAX)),
+    }
+}
+
 /// In object space; `None` for what has no bounds, and for combinations.
 pub fn of_shape(scene: &Scene, shape: Shape) -> Option<Bounds> {
     let ball = |c: [f64; 3], r: f64| Bounds { min: c, max: c }.grown(r);
@@ -122,7 +134,15 @@ pub fn of_shape(scene: &Scene, shape: Shape) -> Option<Bounds> {
         Shape::Polyhedron(id) => {
             Bounds::of(scene.polyhedra.points(id).iter().map(|p| p.to_array()))
         }
-        Shape::Polygon(id) => Bounds::of(scene.polygons.points(id).iter().map(|p| p.to_array())),
+        Shape::Polygon(id) => {
+            let points: Vec<[f64; 3]> = scene
+                .polygons
+                .points(id)
+                .iter()
+                .map(|p| p.to_array())
+                .collect();
+            near_outline(&points)
+        }
         Shape::Mesh(id) => {
             let mesh = scene.meshes.row(id);
             let about = Bounds::of(mesh.positions.iter().map(|p| p.map(f64::from)));

@@ -1,9 +1,10 @@
 //! Triangles and planar polygons, as the ray sees them: the corners relative to
 //! its origin, projected along its direction.
 
+use super::bounds;
 use super::number::{Number, Vector, cross, dot, minus, vector};
 use super::ray::Ray;
-use super::root::Root;
+use super::root::{Poly, Root};
 use std::cmp::Ordering;
 
 /// Möller and Trumbore's determinants (1997). Edges and corners belong to it;
@@ -72,7 +73,8 @@ pub fn crossed<N: Number>(
 
 /// The plane through the first corner with this normal, where the ray goes
 /// through the outline or meets it (even-odd: Shimrat, Communications of the ACM
-/// 1962).
+/// 1962), and if that is in the box of the corners, which grows by a thousandth of
+/// its longest side.
 pub fn polygon<N: Number>(
     ray: &Ray,
     normal: [f64; 3],
@@ -85,7 +87,18 @@ pub fn polygon<N: Number>(
         return Ok(None);
     }
     let first = minus(&vector(points[0]), &org);
-    Ok(Some(Root::fraction(dot(&n, &first), speed, toward)))
+    let t = Root::fraction(dot(&n, &first), speed, toward);
+    let room = bounds::near_outline(points);
+    for k in 0..3 {
+        // At least `low` and at most `high`, as polynomials of t.
+        let [low, high] = [room.min, room.max].map(|b| org[k].minus(&N::of(b[k])));
+        let from_low = t.sign_of(&Poly::linear(low, d[k].clone()))?;
+        let from_high = t.sign_of(&Poly::linear(high, d[k].clone()))?;
+        if from_low.is_lt() || from_high.is_gt() {
+            return Ok(None);
+        }
+    }
+    Ok(Some(t))
 }
 
 /// Whether the line goes through the outline, or meets it.

@@ -62,11 +62,11 @@ pub struct Reference<'a> {
     scene: &'a Scene,
     /// Appearances by id.
     rows: Cow<'a, [Appearance]>,
-    /// Over `rows`: polygons, and the rest.
-    trees: [Tree; 2],
+    /// Over `rows`.
+    tree: Tree,
     /// Rows that are in no tree.
     always: Vec<u32>,
-    /// The worst condition of a placement in the trees.
+    /// The worst condition of a placement in the tree.
     condition: f64,
     /// Of those that appear, by row of the scene's table.
     combinations: Vec<Option<Combination>>,
@@ -113,7 +113,7 @@ impl<'a> Reference<'a> {
     ) -> Result<Reference<'a>, SceneError> {
         let mut all = Reference::brute_force(scene, appearances)?;
         let mut always = Vec::new();
-        let (mut polygons, mut others) = (Vec::new(), Vec::new());
+        let mut boxes = Vec::new();
         let mut worst = 1.0;
         for (i, a) in all.rows.iter().enumerate() {
             let shape = scene.shapes.row(a.shape);
@@ -132,10 +132,6 @@ impl<'a> Reference<'a> {
                 .filter(|b| b.min.iter().chain(&b.max).all(|x| x.is_finite()));
             match placed {
                 Some(b) => {
-                    let boxes = match shape {
-                        Shape::Polygon(_) => &mut polygons,
-                        _ => &mut others,
-                    };
                     boxes.push((i as u32, b));
                     worst = f64::max(worst, condition);
                 }
@@ -155,7 +151,7 @@ impl<'a> Reference<'a> {
             combination.triangles = triangles.clone();
         }
         Ok(Reference {
-            trees: [polygons, others].map(|boxes| Tree::new(&boxes)),
+            tree: Tree::new(&boxes),
             always,
             condition: worst,
             triangles,
@@ -179,7 +175,7 @@ impl<'a> Reference<'a> {
         Ok(Reference {
             scene,
             combinations,
-            trees: Default::default(),
+            tree: Tree::default(),
             always: (0..rows.len() as u32).collect(),
             rows,
             condition: 1.0,
@@ -389,14 +385,7 @@ impl<'a> Reference<'a> {
             limit = instance(*i, limit);
         }
         let slack = bounds::slack(world.org, self.condition);
-        let [polygons, others] = &self.trees;
-        // A polygon's corners lie off its plane by a little, and what is met is
-        // the plane: a grazing ray passes the outline's box elsewhere.
-        polygons.visit(world, slack, Part::Line, |i| {
-            limit = instance(i, limit);
-            limit
-        });
-        others.visit(world, slack, Part::Until(limit), |i| {
+        self.tree.visit(world, slack, Part::Until(limit), |i| {
             limit = instance(i, limit);
             limit
         });

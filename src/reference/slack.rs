@@ -51,13 +51,18 @@ pub fn placement(frame: &Frame, reach: &Reach) -> f64 {
 
 impl Slack {
     /// Of two ends. In one frame what differs does so exactly; but what is no
-    /// thicker than its own ends are known, may not be met at all.
+    /// thicker than its own ends are known, may not be met at all. A tolerance is
+    /// one between operands.
     pub fn with(&self, other: &Slack) -> f64 {
+        let placements = self.placement + other.placement;
+        if self.operand == other.operand {
+            return placements;
+        }
         let tolerance = f64::max(self.tolerance, other.tolerance);
-        if self.frame == other.frame && self.operand != other.operand {
+        if self.frame == other.frame {
             tolerance
         } else {
-            f64::max(tolerance, self.placement + other.placement)
+            f64::max(tolerance, placements)
         }
     }
 }

@@ -68,26 +68,25 @@ pub fn candidates(line: &Line) -> (Vec<Candidate>, Proof) {
     (found, Proof::Complete)
 }
 
-/// The root of p between two numbers between which it is monotone.
+/// The root of p between two numbers between which it is monotone, as narrowly as
+/// signs are certain.
 fn bisected(line: &Line, mut low: f64, mut high: f64) -> Option<Candidate> {
     let (first, last) = (line.certain_sign(low), line.certain_sign(high));
-    if first == 0.0 || last == 0.0 {
-        // Beside an end, or on it.
-        let at = if first == 0.0 { low } else { high };
-        return Some(Candidate::Within(at, at));
-    }
-    if first == last {
+    if first == last && first != 0.0 {
         return None;
     }
     loop {
         let middle = low + 0.5 * (high - low);
         if middle <= low || middle >= high {
-            return Some(Candidate::Within(low, high));
+            break;
         }
         match line.certain_sign(middle) {
-            0.0 => return Some(Candidate::Within(middle, middle)),
+            0.0 => break,
             sign if sign == first => low = middle,
-            _ => high = middle,
+            sign if sign == last => high = middle,
+            // p has turned, where it does not: nobody knows.
+            _ => break,
         }
     }
+    Some(Candidate::Within(low, high))
 }

@@ -131,7 +131,8 @@ pub fn isolate(p: &Polynomial, from: f64, to: f64) -> Vec<Piece> {
     let (from, to) = (scaled(from), scaled(to));
     // The ends asked for may be roots: take a little more.
     let from = if from > 0.0 { from * 0.99 } else { 0.0 };
-    let to = (to * 1.01).min(1.0);
+    // And no less than can be told from 0 at this scale.
+    let to = (to * 1.01).clamp(1e-290, 1.0);
     if !(from < to) {
         return Vec::new();
     }

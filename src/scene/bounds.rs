@@ -2,7 +2,7 @@
 
 use super::ids::ShapeId;
 use super::{Shape, Tables};
-use crate::geom::polygon::FLATNESS;
+use crate::geom::polygon::room;
 use crate::math::Aabb;
 use glam::DVec3;
 
@@ -26,11 +26,7 @@ pub fn shape_bounds(tables: &Tables, shape: ShapeId) -> Option<Aabb> {
             let size = bounds.max_abs() + bounds.diagonal();
             Some(bounds.grown(DVec3::splat(size * 2e-10)))
         }
-        Shape::Polygon(id) => {
-            let bounds = of(tables.polygons.points(id));
-            let off = bounds.extent().max_element() * (4.0 * FLATNESS);
-            Some(bounds.grown(DVec3::splat(off)))
-        }
+        Shape::Polygon(id) => Some(room(tables.polygons.points(id))),
         Shape::Mesh(id) => Some(outward(tables.meshes.row(id).bounds())),
         Shape::Combination(id) => tables.combinations.bounds.get(id.index()).copied()?,
     }

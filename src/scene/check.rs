@@ -71,12 +71,13 @@ pub enum SceneError {
     #[error("nodes form a cycle: {}; a node cannot contain itself", path.join(" → "))]
     Cycle { what: Entity, path: Vec<String> },
     #[error(
-        "{what} has a singular transform (a scale of 0, or a matrix that flattens space); \
-         give every axis a size"
+        "{what} has a singular transform (a scale of 0, or a matrix that flattens space, or \
+         squeezes one direction 10^15 times as much as another); give every axis a size"
     )]
     SingularTransform { what: Entity },
     #[error(
-        "{what} is placed by a transform that becomes singular or infinite together with those above it"
+        "{what} is placed by a transform that becomes singular (or nearly: 10^15 times as long one way as another) \
+         or infinite together with those above it"
     )]
     SingularPath { what: Entity },
     #[error(

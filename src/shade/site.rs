@@ -4,7 +4,7 @@
 use super::height::refined;
 use super::surface::{Surfaces, blur_of, normals, shading_normal, to_world, to_world_rise};
 use crate::accel::{Combined, World};
-use crate::math::bounds::{LEAVING, LEAVING_CURVED};
+use crate::math::bounds::{LEAVING, LEAVING_CURVED, LEAVING_SLOPELESS};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Affine, Vec3};
 use crate::plan::Arithmetic;
@@ -221,7 +221,9 @@ impl<'w> Site<'w> {
         // The magnitudes whose rounding the hit carries, in world units: in object
         // space as the kernel rounds them; world rays are f64.
         let object_size = D::splat(self.size).max(object_org.max_abs());
-        let object_size = object_size.max(blur_of(self.world, self.shape, at));
+        let local = D::splat(self.size).max(at.max_abs());
+        let most = local * D::splat(LEAVING_SLOPELESS / (LEAVING * roundoff));
+        let object_size = object_size.max(blur_of(self.world, self.shape, at, most));
         let world_size = world_org.max_abs().max(point.max_abs());
         let rounded = D::splat(self.stretch) * (D::splat(roundoff) * object_size + blurred)
             + D::splat(DOUBLE) * world_size;

@@ -84,9 +84,15 @@ impl Surface {
 }
 
 /// Of a polynomial, what its terms are at a point, over the slope there: as large are
-/// the coordinates whose roundings it is met by. Elsewhere these are the point's own.
+/// the coordinates whose roundings it is met by, but no larger than `most`. Elsewhere
+/// these are the point's own.
 #[inline(always)]
-pub(super) fn blur_of<D: Lanes<Scalar = f64>>(world: &World, shape: Shape, at: Vec3<D>) -> D {
+pub(super) fn blur_of<D: Lanes<Scalar = f64>>(
+    world: &World,
+    shape: Shape,
+    at: Vec3<D>,
+    most: D,
+) -> D {
     let scene = world.scene;
     let (gradient, size) = match shape {
         Shape::Quadric(id) => {
@@ -102,7 +108,7 @@ pub(super) fn blur_of<D: Lanes<Scalar = f64>>(world: &World, shape: Shape, at: V
         _ => return D::zero(),
     };
     let size = size / gradient.length();
-    D::select(size.lt(D::splat(f64::INFINITY)), size, D::zero())
+    D::select(size.lt(D::splat(f64::INFINITY)), size.min(most), D::zero())
 }
 
 /// An interpolated normal may come out on the other side, or as none. Of a triangle

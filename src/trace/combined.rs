@@ -407,7 +407,7 @@ fn gather(solid: &CsgSolid, line: &Line, boundaries: &mut [Boundary<Mark>]) {
             a.iter().any(|a| b.iter().any(|b| is(a, b)))
         };
         let both = (&boundaries[before.clone()], &boundaries[start..end]);
-        let mut near = pairs(both, may_be_one);
+        let mut near = may_meet(both.0, both.1) && pairs(both, may_be_one);
         if near {
             for boundary in &mut boundaries[before.start..end] {
                 if boundary.at.is_rough {
@@ -429,6 +429,27 @@ fn gather(solid: &CsgSolid, line: &Line, boundaries: &mut [Boundary<Mark>]) {
     }
 }
 
+/// False where no two of them are one, by the most that any of either side may be off.
+/// Where thousands of boundaries coincide, pairs are too many to be asked.
+fn may_meet(before: &[Boundary<Mark>], behind: &[Boundary<Mark>]) -> bool {
+    let most = |of: fn(&Mark) -> f64| {
+        let most = |side: &[Boundary<Mark>]| side.iter().map(|b| of(&b.at)).fold(0.0, f64::max);
+        (most(before), most(behind))
+    };
+    let (tolerances, placements) = (most(|m| m.tolerance), most(|m| m.placement));
+    let slack = tolerances
+        .0
+        .max(tolerances.1)
+        .max(placements.0 + placements.1);
+    let (Some(a), Some(b)) = (before.first(), behind.first()) else {
+        return false;
+    };
+    // Those of a side are at one t; so each of them tells where it is.
+    let gap = b.at.t.value - a.at.t.value;
+    let off = a.at.t.error + b.at.t.error;
+    slack > 0.0 && !(gap - 2.0 * off > 2.0 * slack)
+}
+
 type Asked = fn(&Boundary<Mark>, &Boundary<Mark>) -> bool;
 
 /// Of different t: false where they are not one, whatever is found out yet.
@@ -443,17 +464,27 @@ fn may_be_one(a: &Boundary<Mark>, b: &Boundary<Mark>) -> bool {
     !(gap - 2.0 * (a.t.error + b.t.error) > 2.0 * slack)
 }
 
-/// Of different t.
+/// Of different t, by the f64 nearest to them.
 fn are_one(a: &Boundary<Mark>, b: &Boundary<Mark>) -> bool {
-    let other = a.operand != b.operand;
+    let own = a.operand == b.operand;
     let (a, b) = (&a.at, &b.at);
-    let tolerance = a.tolerance.max(b.tolerance);
     // An operand that is no thicker than its ends are known, may not be met at all.
-    let slack = if a.frame == b.frame && other {
-        tolerance
-    } else {
-        tolerance.max(a.placement + b.placement)
+    let placement = match own || a.frame != b.frame {
+        true => a.placement + b.placement,
+        false => 0.0,
     };
+    let tolerance = match own {
+        true => 0.0,
+        false => a.tolerance.max(b.tolerance),
+    };
+    let slack = tolerance.max(placement);
+    if slack == 0.0 {
+        return false;
+    }
     let gap = b.t.value - a.t.value;
-    slack > 0.0 && gap <= slack + (a.t.error + b.t.error)
+    let off = 1.001 * (a.t.error + b.t.error) + f64::EPSILON * gap.abs();
+    if (gap - slack).abs() > off {
+        return gap <= slack;
+    }
+    b.root.rounded() - a.root.rounded() <= slack
 }

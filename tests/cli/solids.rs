@@ -125,8 +125,8 @@ fn probe_prints_a_table_for_people() {
     let output = lanecast(folder.path(), &arguments);
     assert!(output.status.success(), "{}", stderr(&output));
     for line in [
-        "behind  t -2.5 to -1.5, length 1: ball (instance 1)",
-        "ahead   t 7 to 9.5, length 2.5: part (instance 0)",
+        "behind  t -2.5 to -1.5, length 1.0: ball (instance 1)",
+        "ahead   t 7.0 to 9.5, length 2.5: part (instance 0)",
         "4 spans;",
         "2 appearances of surfaces left out",
     ] {
@@ -219,15 +219,43 @@ fn plan_says_what_is_odd_about_combinations() {
         ),
         (
             "part.difference = ['block', 'bore']\nbore.cylinder = { base = [0, 0, 0], top = [0, 2, 0], radius = 0.5 }",
-            "'part': 2 pairs of operands have faces in one plane, such as 'block' and 'bore' (y = 0 in",
+            "'part': 2 pairs of faces lie in one plane, such as one of 'block' and one of 'bore' (y = 0);",
         ),
         (
-            "part.union = ['block', 'table']\ntable.half_space = { normal = [0, -2, 0], offset = 0 }",
-            "'block' and 'table' have faces in one plane, y = 0 in their",
+            "part.union = ['block', 'table']\ntable.half_space = { normal = [0, 2, 0], offset = 0 }",
+            "'block' and 'table' have faces in one plane, y = 0; they",
         ),
         (
             "part.union = ['block', 'cap']\ncap.cone = { base = [0, 2, 0], top = [0, 3, 0], base_radius = 1, top_radius = 0 }",
-            "'block' and 'cap' have faces in one plane, y = 2 in their",
+            "'block' and 'cap' have faces in one plane, y = 2; they",
+        ),
+        (
+            "part.union = ['block', { shape = 'block', transform = [{ translate = [2, 0, 0] }] }]",
+            "5 pairs of faces lie in one plane, such as one of 'block' and one of 'block' (x = 1)",
+        ),
+        (
+            "part.union = ['block', { shape = 'block', transform = [{ rotate_z = 45 }, { translate = [5, 5, 0] }] }, { shape = 'block', transform = [{ rotate_z = 45 }] }]",
+            "one plane",
+        ),
+        (
+            "part.difference = ['block', 'block']",
+            "'part' is empty: its operands leave nothing",
+        ),
+        (
+            "part.difference = ['block', 'again']\nagain.box = { min = [-1, 0, -1], max = [1, 2, 1] }",
+            "'part' is empty: its operands leave nothing",
+        ),
+        (
+            "part.intersection = ['block', 'outside']\noutside.complement = ['block']",
+            "'part' is empty: its operands leave nothing",
+        ),
+        (
+            "part.union = ['block', 'bead']\nbead.sphere = { center = [0, 1, 0], radius = 0.25 }",
+            "'part': the operand 'bead' never matters: others",
+        ),
+        (
+            "part.intersection = ['bead', 'block']\nbead.sphere = { center = [0, 1, 0], radius = 0.25 }",
+            "'part': the operand 'block' never matters: others",
         ),
     ] {
         let report = plan(&format!(

@@ -5,8 +5,8 @@ use super::asked::{Asked, agree, kernels, line, spans};
 use super::coincidence::{block_with, v};
 use super::common::{Random, RayColumns};
 use super::truth::{Tree, changes, is_nearest, part_in_box};
-use glam::DVec3;
-use lanecast::geom::{Cuboid, Cylinder, HalfSpace};
+use glam::{DAffine3, DVec3};
+use lanecast::geom::{Cuboid, Cylinder, HalfSpace, Sphere};
 use lanecast::plan::Arithmetic;
 use lanecast::scene::{Edge, Operand, Operator};
 use lanecast::trace::HitId;
@@ -159,5 +159,35 @@ fn gaps_within_the_tolerance_are_closed() {
         let fast = rays.closest(&asked.world(), &kernels(Arithmetic::F32));
         let hits = fast.iter().filter(|a| a.1 != HitId::NONE).count();
         assert_eq!(hits, expected, "{gap} {tolerance}");
+    }
+}
+
+/// A tolerance is one between operands: a plate that is thinner is met all the same,
+/// and so is one of another frame.
+#[test]
+fn plates_thinner_than_the_tolerance_are_met() {
+    for turn in [DAffine3::IDENTITY, DAffine3::from_rotation_x(0.25)] {
+        let asked = Asked::new(|scene| {
+            let min = v(-1.0, -0.0625, -1.0);
+            let plate = scene.cuboid("", Cuboid { min, max: -min });
+            let far = Sphere {
+                center: v(0.0, 8.0, 0.0),
+                radius: 1.0,
+            };
+            let far = scene.sphere("", far);
+            let transform = scene.transform(turn.into());
+            let (shape, id) = scene.declare_combination("", Union);
+            let plate = Operand::shape(plate).transform(transform);
+            scene.set_operands(id, &[plate, Operand::shape(far)]);
+            scene.set_tolerance(id, 0.25);
+            scene.instance("", Edge::shape(shape));
+        });
+        let mut rays = RayColumns::default();
+        let random = &mut Random(3);
+        for _ in 0..50 {
+            let org = v(random.unit() * 0.3, 4.0, random.unit() * 0.3);
+            rays.push(org, [0.02, -1.0, -0.01]);
+        }
+        assert_eq!(agree(&asked, &rays).iter().flatten().count(), 50);
     }
 }

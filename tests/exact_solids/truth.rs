@@ -365,7 +365,13 @@ impl Truth {
             let plane = dot(&constant(*normal), &to);
             let mut ends = plane.roots();
             let (inside, on_edge) = encloses(line, points);
-            ends.retain(|_| inside);
+            let [low, high] = near(points);
+            let from = |root: &Root, bound: &[f64; 3], k: usize| {
+                root.sign_of(&place(line)[k].minus(&Polynomial::constant(Number::of(bound[k]))))
+            };
+            let is_near =
+                |root: &Root| (0..3).all(|k| from(root, &low, k) >= 0 && from(root, &high, k) <= 0);
+            ends.retain(|root| inside && is_near(root));
             return Truth {
                 ends,
                 twins: on_edge,
@@ -424,6 +430,22 @@ pub fn facet(line: &Line, corners: &[[f32; 3]; 3]) -> Root {
     let normal = [minor(1, 2), minor(2, 0), minor(0, 1)];
     let plane = dot(&normal, &minus(&place(line), &a));
     plane.roots().remove(0)
+}
+
+/// The corners' box, which grows by a thousandth of its longest side.
+fn near(points: &[glam::DVec3]) -> [[f64; 3]; 2] {
+    let low = points
+        .iter()
+        .copied()
+        .reduce(glam::DVec3::min)
+        .expect("corners");
+    let high = points
+        .iter()
+        .copied()
+        .reduce(glam::DVec3::max)
+        .expect("corners");
+    let margin = (high - low).max_element() * 1e-3;
+    [low - margin, high + margin].map(|p| p.to_array().map(|x| x.clamp(-f64::MAX, f64::MAX)))
 }
 
 /// Whether a line passes inside a polygon or through its border; and the

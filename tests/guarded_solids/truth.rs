@@ -193,9 +193,25 @@ impl Truth {
                 let normal = vector(normal.to_array());
                 let first = vector(points[0].to_array());
                 let at = plane(&normal, &dot(&normal, &first)).zero();
-                let points: Vec<Vector> = points.iter().map(|p| vector(p.to_array())).collect();
-                let met = encloses(&points, &org, &dir);
-                truth.plane = Some(at.filter(|_| met));
+                // Near the corners: in their box, grown by a thousandth of its longest side.
+                let least = |k: usize| points.iter().map(|p| p[k]).fold(f64::INFINITY, f64::min);
+                let most = |k: usize| points.iter().map(|p| p[k]).fold(-f64::INFINITY, f64::max);
+                let margin = (0..3).map(|k| most(k) - least(k)).fold(0.0, f64::max) * 1e-3;
+                let side = |t: &Quotient, k: usize, bound: f64| {
+                    let mut axis = [0.0; 3];
+                    axis[k] = 1.0;
+                    let bound = bound.clamp(-f64::MAX, f64::MAX);
+                    plane(&vector(axis), &bound.into()).sign(t)
+                };
+                let near = |t: &Quotient| {
+                    (0..3).all(|k| {
+                        side(t, k, least(k) - margin).is_ge()
+                            && side(t, k, most(k) + margin).is_le()
+                    })
+                };
+                let corners: Vec<Vector> = points.iter().map(|p| vector(p.to_array())).collect();
+                let met = encloses(&corners, &org, &dir);
+                truth.plane = Some(at.filter(|t| met && near(t)));
             }
             Kind::Triangle(corners) => {
                 let corners = corners.map(|p| vector(p.map(f64::from)));

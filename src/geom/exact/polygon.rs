@@ -10,6 +10,7 @@ use super::curve::Curve;
 use super::root::Root;
 use super::surface::Surface;
 use crate::geom::Polygon;
+use crate::geom::polygon::room;
 use crate::math::Number;
 use crate::math::bounds::Bounded;
 use crate::math::dyadic::{Dyadic, exactly};
@@ -26,7 +27,30 @@ pub(super) fn polygon(line: &Line, polygon: &Polygon, t_min: f64) -> Option<Root
     }
     let root = curve.root_of_linear();
     let met = root.order_with(t_min).is_gt() && View::of(line).contains(polygon);
-    met.then_some(root)
+    (met && is_in_room(&root, line, polygon)).then_some(root)
+}
+
+/// Whether the plane is met near the outline, and not far off at a grazing angle.
+fn is_in_room(root: &Root, line: &Line, polygon: &Polygon) -> bool {
+    let room = room(polygon.points);
+    let Bounded { value, error } = root.t;
+    (0..3).all(|k| {
+        let (org, way) = (line.org[k], line.dir[k] * value);
+        let at = org + way;
+        let off = line.dir[k].abs() * error + (org.abs() + way.abs()) * (4.0 * f64::EPSILON);
+        let off = off + f64::MIN_POSITIVE;
+        let (low, high) = (room.min[k], room.max[k]);
+        if at - off > low && at + off < high {
+            return true;
+        }
+        if at + off < low || at - off > high {
+            return false;
+        }
+        let mut normal = [0.0; 3];
+        normal[k] = 1.0;
+        let side = |offset| root.sign_of(&Surface::Plane { normal, offset });
+        side(low).is_ge() && side(high).is_le()
+    })
 }
 
 /// A line's direction, and the axis along which it is longest.

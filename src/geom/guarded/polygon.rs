@@ -7,6 +7,7 @@
 //! doubt is seen once more from next to the polygon, where f32 is sharper.
 
 use super::{Between, LEVEL, LEVEL_SLACK, Near, ObjectRay, finite, roundings, tiny};
+use crate::geom::polygon::STEEP;
 use crate::geom::{Meet, Polygon};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
@@ -187,7 +188,12 @@ pub fn meet<L: Lanes>(
     let t = room * inverse;
     let error = (room_error + t.abs() * speed_error) * inverse.abs();
     let error = error * L::from_f32(LEVEL_SLACK) + t.abs() * roundings(4.0) + tiny();
-    let sound = ordinary & speed.abs().gt(speed_error * L::from_f32(LEVEL)) & finite(t, error);
+    // Of grazing rays it is in doubt whether they meet the plane near the outline.
+    let steep = speed
+        .abs()
+        .gt(ray.shear.along.abs() * L::from_f64(1.25 * STEEP));
+    let level = speed.abs().gt(speed_error * L::from_f32(LEVEL));
+    let sound = ordinary & steep & level & finite(t, error);
     let t = Between::new(t, error);
     let possible = possible & !(sound & t.most.le(ray.t_min));
     let hit = possible & sure & sound & t.least.gt(ray.t_min);

@@ -1,7 +1,30 @@
 //! A mismatch with all its numbers, for people.
 
 use super::{Mismatch, Said};
+use crate::trace::Outcome;
 use std::fmt;
+
+/// What the mode under test said; of aimed rays no normal is asked for.
+struct Traced<'a>(&'a Outcome);
+
+impl fmt::Display for Traced<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Outcome::Hit {
+            t,
+            instance,
+            primitive,
+            normal,
+        } = self.0
+        else {
+            return write!(f, "{:?}", self.0);
+        };
+        write!(f, "Hit t {t:?} instance {instance} primitive {primitive}")?;
+        if normal.iter().all(|x| !x.is_nan()) {
+            write!(f, " normal {normal:?}")?;
+        }
+        Ok(())
+    }
+}
 
 impl fmt::Display for Mismatch {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -16,7 +39,7 @@ impl fmt::Display for Mismatch {
             "  ray        org {:?} dir {:?} t_max {:?}",
             ray.org, ray.dir, ray.t_max
         )?;
-        writeln!(f, "  fast       {:?}", ray.outcome)?;
+        writeln!(f, "  traced     {}", Traced(&ray.outcome))?;
         match &self.reference {
             Said::Shadow(own) => write!(
                 f,

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::accel::Structure;
+use crate::geom::tape::Builder;
 use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere};
 use crate::math::lanes::f64x8;
 use crate::scene::{Appearances, Edge, MeshData, Operand, Operator, Scene, SceneBuilder, ShapeId};
@@ -199,6 +200,50 @@ fn compare(world: &World, arithmetic: Arithmetic, rays: &Rays) {
                 one.offset.to_bits(),
                 "{place}"
             );
+        }
+    }
+}
+
+/// Powers of x² + y² + z² − 1: the higher, the less of a slope is left near the ball.
+#[test]
+fn without_a_slope_rays_start_no_farther_than_stated() {
+    for power in [1, 2, 3, 12] {
+        let b = &mut Builder::default();
+        let squares = [0, 1, 2].map(|axis| {
+            let x = b.coordinate(axis);
+            b.power(x, 2)
+        });
+        let sum = b.sum(squares[0], squares[1]);
+        let sum = b.sum(sum, squares[2]);
+        let one = b.constant(1.0);
+        let ball = b.difference(sum, one);
+        let last = b.power(ball, power);
+        let mut scene = SceneBuilder::default();
+        let shape = scene.implicit("", std::mem::take(b).finish(last), true, None);
+        scene.instance("", Edge::shape(shape));
+        let scene = scene.finish().unwrap();
+        let appearances = Appearances::of(&scene).unwrap();
+        let world = World::build(&scene, &appearances, Structure::Linear);
+        let (instance, primitive) = (0, 0);
+        for arithmetic in [Arithmetic::F32, Arithmetic::F32Guarded, Arithmetic::F64] {
+            let id = HitId {
+                instance,
+                primitive,
+            };
+            let site = Site::of(&world, arithmetic, id);
+            let mut largest = 0.0_f64;
+            for i in 0..200 {
+                let angle = f64::from(i) * 0.01;
+                let (y, z) = (0.7 * libm::sin(angle), 0.7 * libm::cos(angle));
+                let x = -libm::sqrt(1.0 - y * y - z * z);
+                let ray = (Vec3::new(-3.0, y, z), Vec3::new(1.0, 0.0, 0.0));
+                let one = site.surfaces::<f64>(ray, x + 3.0, &[primitive]);
+                assert!(one.offset > 0.0, "{power} {arithmetic:?} {angle}");
+                largest = largest.max(one.offset);
+            }
+            // Of a ball by its rounding alone; else the size, and what is added.
+            let most = if power == 1 { 1e-4 } else { 1.5 * 2.0 / 1024.0 };
+            assert!(largest < most, "{power} {arithmetic:?} {largest:e}");
         }
     }
 }

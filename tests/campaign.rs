@@ -40,6 +40,8 @@ fn scenes() -> Vec<PathBuf> {
             path.extension()
                 .is_some_and(|e| kinds.iter().any(|k| e == *k))
         })
+        // Ten thousand million appearances, which the reference does not lay out.
+        .filter(|path| !path.ends_with("scenes/many.toml"))
         // JSON among the assets is about scenes, and none.
         .filter(|path| path.starts_with(root()) || path.extension().is_some_and(|e| e != "json"))
         .collect();
@@ -76,12 +78,15 @@ fn run(scene: &Path, key: &str, offset: &str, scale: &str, rays: u64) -> Value {
     })
 }
 
-/// What all lines say together, by mode.
-fn sum_up(lines: &[Value]) {
+/// Prints what all lines say together, by mode. How many runs failed, or have a wrong
+/// answer where none may be.
+fn sum_up(lines: &[Value]) -> usize {
+    let mut failed = 0;
     let mut sums: BTreeMap<&str, BTreeMap<String, u64>> = BTreeMap::new();
     for line in lines {
         let Some(modes) = line["modes"].as_array() else {
             println!("{}: exit {}, {}", line["key"], line["exit"], line["error"]);
+            failed += 1;
             continue;
         };
         for mode in modes {
@@ -109,6 +114,7 @@ fn sum_up(lines: &[Value]) {
             let both = [wrong("replay"), wrong("adversarial")];
             if name != "fast" && both != [0, 0] {
                 println!("{} {name}: {both:?} wrong replayed and aimed", line["key"]);
+                failed += 1;
             }
         }
     }
@@ -119,6 +125,7 @@ fn sum_up(lines: &[Value]) {
             println!("  {count:>12} {}", &what[2..]);
         }
     }
+    failed
 }
 
 #[test]
@@ -170,5 +177,5 @@ fn verify_every_scene() {
             lines.push(line);
         }
     }
-    sum_up(&lines);
+    assert_eq!(sum_up(&lines), 0, "runs that failed, or with wrong answers");
 }

@@ -2,9 +2,11 @@
 //! rule meet the same.
 
 use super::height::refined;
-use super::surface::{Surfaces, blur_of, normals, shading_normal, to_world, to_world_rise};
+use super::surface::{
+    Surfaces, blur_of, normal_before, normals, shading_normal, to_world, to_world_rise,
+};
 use crate::accel::{Combined, World};
-use crate::math::bounds::{LEAVING, LEAVING_CURVED, LEAVING_SLOPELESS};
+use crate::math::bounds::{LEAVING, LEAVING_CURVED, LEAVING_SLOPELESS, SLOPELESS};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Affine, Vec3};
 use crate::plan::Arithmetic;
@@ -199,14 +201,23 @@ impl<'w> Site<'w> {
         let point = world_org + world_dir * t;
         let at = object_org + object_dir * t;
         let (mut ng, mut smooth) = match gradient {
-            Some(normal) => {
-                // None at a singular point, and where numbers end.
-                let known = normal.length_squared().gt(D::splat(0.5));
-                let up = Vec3::splat(DVec3::Y.to_array());
-                (Vec3::select(known, normal, up), None)
-            }
+            Some(normal) => (normal, None),
             None => normals(self.world, self.shape, at, own),
         };
+        // No rounding of a polynomial without a slope takes a ray farther away.
+        let local = D::splat(self.size).max(at.max_abs());
+        let farthest = local * D::splat(LEAVING_SLOPELESS);
+        let most = farthest * D::splat(1.0 / (LEAVING * roundoff));
+        let (blur, slopeless) = blur_of(self.world, self.shape, at, most);
+        if slopeless.any() {
+            left = D::select(slopeless, left.min(D::splat(self.stretch) * farthest), left);
+            if let Shape::Implicit(id) = self.shape {
+                let tape = &self.world.scene.implicits.tape[id.index()];
+                let back = local * D::splat(SLOPELESS);
+                let other = normal_before(tape, at, object_dir, back);
+                ng = Vec3::select(slopeless, other, ng);
+            }
+        }
         if turned.any() {
             let outward = |n: Vec3<D>| Vec3::select(turned, -n, n);
             (ng, smooth) = (outward(ng), smooth.map(outward));
@@ -221,9 +232,7 @@ impl<'w> Site<'w> {
         // The magnitudes whose rounding the hit carries, in world units: in object
         // space as the kernel rounds them; world rays are f64.
         let object_size = D::splat(self.size).max(object_org.max_abs());
-        let local = D::splat(self.size).max(at.max_abs());
-        let most = local * D::splat(LEAVING_SLOPELESS / (LEAVING * roundoff));
-        let object_size = object_size.max(blur_of(self.world, self.shape, at, most));
+        let object_size = object_size.max(blur);
         let world_size = world_org.max_abs().max(point.max_abs());
         let rounded = D::splat(self.stretch) * (D::splat(roundoff) * object_size + blurred)
             + D::splat(DOUBLE) * world_size;

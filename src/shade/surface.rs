@@ -13,6 +13,7 @@ use super::site::Site;
 use crate::accel::World;
 use crate::geom::guarded::implicit::blur_at;
 use crate::geom::implicit;
+use crate::geom::tape::Tape;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask};
 use crate::math::{Affine, Vec3, units};
@@ -84,15 +85,15 @@ impl Surface {
 }
 
 /// Of a polynomial, what its terms are at a point, over the slope there: as large are
-/// the coordinates whose roundings it is met by, but no larger than `most`. Elsewhere
-/// these are the point's own.
+/// the coordinates whose roundings it is met by, but no larger than `most`; and where
+/// they would be, so that the slope is next to none. Elsewhere these are the point's own.
 #[inline(always)]
 pub(super) fn blur_of<D: Lanes<Scalar = f64>>(
     world: &World,
     shape: Shape,
     at: Vec3<D>,
     most: D,
-) -> D {
+) -> (D, D::Mask) {
     let scene = world.scene;
     let (gradient, size) = match shape {
         Shape::Quadric(id) => {
@@ -105,10 +106,27 @@ pub(super) fn blur_of<D: Lanes<Scalar = f64>>(
             // What f may be off by, in roundings: coordinates are rounded, too.
             (gradient, blur_at(tape, at) / D::splat(UNIT))
         }
-        _ => return D::zero(),
+        _ => return (D::zero(), D::Mask::splat(false)),
     };
     let size = size / gradient.length();
-    D::select(size.lt(D::splat(f64::INFINITY)), size.min(most), D::zero())
+    let sloping = size.lt(most);
+    (D::select(sloping, size, most), !sloping)
+}
+
+/// Of a polynomial where it has hardly a slope, as that of a square has: from a little
+/// nearer to the ray's origin, by `back`; against the ray where there is none either.
+#[inline(always)]
+pub(super) fn normal_before<D: Lanes<Scalar = f64>>(
+    tape: &Tape,
+    at: Vec3<D>,
+    dir: Vec3<D>,
+    back: D,
+) -> Vec3<D> {
+    let ahead = units(dir);
+    let (_, gradient) = implicit::values_at(tape, at - ahead * back);
+    let normal = units(gradient);
+    let known = normal.length_squared().gt(D::splat(0.5));
+    Vec3::select(known, normal, -ahead)
 }
 
 /// An interpolated normal may come out on the other side, or as none. Of a triangle

@@ -234,7 +234,7 @@ fn plan_says_what_is_odd_about_combinations() {
             "5 pairs of faces lie in one plane, such as one of 'block' and one of 'block' (x = 1)",
         ),
         (
-            "part.union = ['block', { shape = 'block', transform = [{ rotate_z = 45 }, { translate = [5, 5, 0] }] }, { shape = 'block', transform = [{ rotate_z = 45 }] }]",
+            "part.union = ['block', { shape = 'block', transform = [{ rotate_z = 45 }, { translate = [1, 1, 0] }] }, { shape = 'block', transform = [{ rotate_z = 45 }] }]",
             "one plane",
         ),
         (
@@ -246,7 +246,7 @@ fn plan_says_what_is_odd_about_combinations() {
             "'part' is empty: its operands leave nothing",
         ),
         (
-            "part.intersection = ['block', 'outside']\noutside.complement = ['block']",
+            "part.intersection = ['block', 'outside']\noutside.complement = 'block'",
             "'part' is empty: its operands leave nothing",
         ),
         (

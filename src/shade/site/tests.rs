@@ -239,6 +239,8 @@ fn without_a_slope_rays_start_no_farther_than_stated() {
                 let ray = (Vec3::new(-3.0, y, z), Vec3::new(1.0, 0.0, 0.0));
                 let one = site.surfaces::<f64>(ray, x + 3.0, &[primitive]);
                 assert!(one.offset > 0.0, "{power} {arithmetic:?} {angle}");
+                let cos = one.ng.dot(Vec3::new(x, y, z)).abs();
+                assert!(cos > 1.0 - 1e-6, "{power} {arithmetic:?} {angle}: {cos}");
                 largest = largest.max(one.offset);
             }
             // Of a ball by its rounding alone; else the size, and what is added.

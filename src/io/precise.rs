@@ -212,6 +212,12 @@ impl Precise {
         u32::try_from(quotient).ok().filter(|_| is_whole)
     }
 
+    /// Whole and positive, but no exponent.
+    pub(super) fn is_large_exponent(&self) -> bool {
+        let quotient = &self.top / &self.bottom;
+        &quotient * &self.bottom == self.top && quotient > BigInt::from(u32::MAX)
+    }
+
     /// The nearest f64, ties to even.
     pub(super) fn rounded(&self) -> std::result::Result<f64, NoConstant> {
         if self.is_zero() {

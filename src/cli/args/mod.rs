@@ -14,7 +14,7 @@ use crate::accel::{BuildQuality, KdClip, KdQuality, KdStop};
 use crate::io::{AovSet, LoadOptions};
 use crate::measure::generate::Generated;
 use crate::measure::kinds::Order;
-use crate::plan::{Choices, LaneCount, Precision};
+use crate::plan::{Accel, Choices, LaneCount, Precision};
 use crate::render::{Grid, RenderConfig};
 use crate::roots::{Interval, Solver};
 use crate::trace::Caching;
@@ -407,6 +407,17 @@ impl CommonArgs {
         if self.grid == Grid::Corners && (size.width < 2 || size.height < 2) {
             return Err(CliError::Usage(
                 "--grid corners needs a --size of at least 2x2: a pixel has two corners a side"
+                    .into(),
+            ));
+        }
+        let of_kd = self.kd_stop.is_some()
+            || self.kd_depth.is_some()
+            || self.kd_leaf.is_some()
+            || self.kd_clip.is_some();
+        if of_kd && self.accel.0.is_some_and(|accel| accel != Accel::Kd) {
+            return Err(CliError::Usage(
+                "--kd-stop, --kd-depth, --kd-leaf and --kd-clip are of k-d trees; ask for one \
+                 with --accel kd"
                     .into(),
             ));
         }

@@ -433,9 +433,14 @@ fn binary(operator: Waiting, a: Value, b: Value, maker: &mut Maker) -> Result<Va
         Kind::Multiply => (maker.product(a, b), "product"),
         Kind::Divide => (maker.quotient(a, &b), "quotient"),
         _ => {
-            let exponent = b.as_constant().ok().and_then(Precise::as_exponent);
-            let Some(exponent) = exponent else {
-                let message = format!("an exponent must be a whole number, 0 or greater: {ONLY}");
+            let exponent = b.as_constant().ok();
+            let Some(exponent) = exponent.and_then(Precise::as_exponent) else {
+                let message = match exponent.is_some_and(Precise::is_large_exponent) {
+                    true => {
+                        format!("this exponent is too large; at most {MAX_DEGREE} is supported")
+                    }
+                    false => format!("an exponent must be a whole number, 0 or greater: {ONLY}"),
+                };
                 return Err(Fault::new(at, message));
             };
             (maker.power(a, exponent), "power")

@@ -218,6 +218,7 @@ fn faults_have_a_place_and_a_remedy() {
         ("1/x", 1, "this divides by x, y or z: only polynomials"),
         ("x/(3 - a)", 1, "this divides by 0"),
         ("x^y", 1, "an exponent must be a whole number, 0 or greater"),
+        ("x^10^21", 1, "this exponent is too large"),
         ("x^-1", 1, "an exponent must be a whole number"),
         ("x^2.5", 1, "an exponent must be a whole number"),
         (

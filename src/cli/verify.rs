@@ -14,14 +14,14 @@ use crate::accel::World;
 use crate::io::LoadError;
 use crate::measure::adversarial::{Aimed, adversarial_rays, trace_aimed};
 use crate::measure::verify::{
-    Comparison, Float, Interrupted, VerifyOptions, View, independent, nearest_hits, replay,
-    replay_aimed,
+    Comparison, Differences, Float, Interrupted, VerifyOptions, View, independent, nearest_hits,
+    replay, replay_aimed,
 };
 use crate::measure::{Stats, Watch};
 use crate::plan::{Arithmetic, Choices, Kernels, LaneCount, Precision, plan};
 use crate::reference::{self, Reference};
 use crate::render::{Grid, Progress, RenderConfig, Rendered, render};
-use crate::trace::{Outcome, TracedRay, decided};
+use crate::trace::{TracedRay, decided};
 use report::{Mode, Report, Time};
 use std::sync::Arc;
 use std::time::Instant;
@@ -149,7 +149,8 @@ impl Check<'_> {
             ..kernels
         };
         let (scalar, scalar_ns) = self.traced(one)?;
-        let mismatches = bit_mismatches(&fast.record, &scalar.record);
+        let mut widths = Differences::default();
+        widths.add(&fast.record, &scalar.record);
         drop(scalar);
 
         let start = Instant::now();
@@ -166,7 +167,7 @@ impl Check<'_> {
             precision,
             rays: fast.record.len() as u64,
             lanes: kernels.lanes,
-            lanes_vs_scalar_bit_mismatches: mismatches,
+            widths,
             replayed,
             own,
             adversarial: None,
@@ -274,7 +275,7 @@ impl Check<'_> {
                     lanes: 1,
                     ..kernels
                 };
-                mode.lanes_vs_scalar_bit_mismatches += bit_mismatches(&packets, &traced(one)?);
+                mode.widths.add(&packets, &traced(one)?);
                 // All of them, whatever part of the picture is looked at.
                 let options = self.options(kernels, 1);
                 let replay = || {
@@ -300,35 +301,4 @@ impl Check<'_> {
 
 fn per_ray(start: Instant, rays: u64) -> f64 {
     start.elapsed().as_secs_f64() * 1e9 / rays.max(1) as f64
-}
-
-/// Rays that differ in any bit, or that only one of the two traced.
-fn bit_mismatches(a: &[TracedRay], b: &[TracedRay]) -> u64 {
-    let bits = |ray: &TracedRay| {
-        let outcome = match ray.outcome {
-            Outcome::Hit {
-                t,
-                instance,
-                primitive,
-                normal,
-            } => (
-                3,
-                t.to_bits(),
-                instance,
-                primitive,
-                normal.map(f64::to_bits),
-            ),
-            Outcome::Miss => (0, 0, 0, 0, [0; 3]),
-            Outcome::Clear => (1, 0, 0, 0, [0; 3]),
-            Outcome::Blocked => (2, 0, 0, 0, [0; 3]),
-        };
-        (
-            ray.org.map(f64::to_bits),
-            ray.dir.map(f32::to_bits),
-            ray.t_max.to_bits(),
-            outcome,
-        )
-    };
-    let differing = a.iter().zip(b).filter(|(a, b)| bits(a) != bits(b)).count();
-    (differing + a.len().abs_diff(b.len())) as u64
 }

@@ -11,6 +11,9 @@
 //! number of threads.
 
 mod show;
+mod widths;
+
+pub use widths::Differences;
 
 use crate::measure::adversarial::Aimed;
 use crate::reference::{Crossing, Grid, Hit, Reference, Shadow, camera_ray, shadow};

@@ -207,16 +207,20 @@ impl<'w> Site<'w> {
         // No rounding of a polynomial without a slope takes a ray farther away.
         let local = D::splat(self.size).max(at.max_abs());
         let farthest = local * D::splat(LEAVING_SLOPELESS);
-        let most = farthest * D::splat(1.0 / (LEAVING * roundoff));
-        let (blur, slopeless) = blur_of(self.world, self.shape, at, most);
+        let beyond = |roundoff: f64| farthest * D::splat(1.0 / (LEAVING * roundoff));
+        let (mut blur, most) = (blur_of(self.world, self.shape, at), beyond(roundoff));
+        let slopeless = !blur.lt(most);
         if slopeless.any() {
             left = D::select(slopeless, left.min(D::splat(self.stretch) * farthest), left);
-            if let Shape::Implicit(id) = self.shape {
+            // The gradient is f64's at any point.
+            let lost = !blur.lt(beyond(DOUBLE));
+            if let (Shape::Implicit(id), true) = (self.shape, lost.any()) {
                 let tape = &self.world.scene.implicits.tape[id.index()];
                 let back = local * D::splat(SLOPELESS);
                 let other = normal_before(tape, at, object_dir, back);
-                ng = Vec3::select(slopeless, other, ng);
+                ng = Vec3::select(lost, other, ng);
             }
+            blur = D::select(slopeless, most, blur);
         }
         if turned.any() {
             let outward = |n: Vec3<D>| Vec3::select(turned, -n, n);

@@ -85,15 +85,10 @@ impl Surface {
 }
 
 /// Of a polynomial, what its terms are at a point, over the slope there: as large are
-/// the coordinates whose roundings it is met by, but no larger than `most`; and where
-/// they would be, so that the slope is next to none. Elsewhere these are the point's own.
+/// the coordinates whose roundings it is met by; no number where there is no slope.
+/// Elsewhere these are the point's own.
 #[inline(always)]
-pub(super) fn blur_of<D: Lanes<Scalar = f64>>(
-    world: &World,
-    shape: Shape,
-    at: Vec3<D>,
-    most: D,
-) -> (D, D::Mask) {
+pub(super) fn blur_of<D: Lanes<Scalar = f64>>(world: &World, shape: Shape, at: Vec3<D>) -> D {
     let scene = world.scene;
     let (gradient, size) = match shape {
         Shape::Quadric(id) => {
@@ -106,11 +101,9 @@ pub(super) fn blur_of<D: Lanes<Scalar = f64>>(
             // What f may be off by, in roundings: coordinates are rounded, too.
             (gradient, blur_at(tape, at) / D::splat(UNIT))
         }
-        _ => return (D::zero(), D::Mask::splat(false)),
+        _ => return D::zero(),
     };
-    let size = size / gradient.length();
-    let sloping = size.lt(most);
-    (D::select(sloping, size, most), !sloping)
+    size / gradient.length()
 }
 
 /// Of a polynomial where it has hardly a slope, as that of a square has: from a little

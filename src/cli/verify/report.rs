@@ -2,7 +2,7 @@
 
 use crate::cli::error::CliError;
 use crate::measure::PlanSummary;
-use crate::measure::verify::{Comparison, Counts, UlpErrors};
+use crate::measure::verify::{Comparison, Counts, Differences, UlpErrors};
 use crate::plan::Precision;
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
@@ -20,8 +20,8 @@ pub struct Mode {
     pub lanes: usize,
     /// Of one picture.
     pub rays: u64,
-    /// Rays whose answer at this width differs in any bit from that at one lane.
-    pub lanes_vs_scalar_bit_mismatches: u64,
+    /// From one lane.
+    pub widths: Differences,
     pub replayed: Comparison,
     pub own: Comparison,
     pub adversarial: Option<Adversarial>,
@@ -77,7 +77,7 @@ impl Report {
         Report {
             pixels,
             rays: asked.rays,
-            lanes_vs_scalar_bit_mismatches: asked.lanes_vs_scalar_bit_mismatches,
+            lanes_vs_scalar_bit_mismatches: asked.widths.count,
             replay: asked.replayed.counts,
             independent: asked.own.counts,
             escalated: asked.escalated,
@@ -135,8 +135,11 @@ impl Report {
             let _ = writeln!(
                 text,
                 "{name}, {lanes} lanes against 1: {} rays differ in a bit",
-                mode.lanes_vs_scalar_bit_mismatches
+                mode.widths.count
             );
+            if let Some(first) = &mode.widths.first {
+                let _ = writeln!(text, "  {first}");
+            }
         }
         for mode in &self.modes {
             let aimed = mode.adversarial.as_ref().map(|a| &a.compared);
@@ -185,7 +188,7 @@ fn row(text: &mut String, names: [&str; 2], of: &Comparison, cost: Option<(f64, 
 
 impl Mode {
     fn judge(&self, allowed: Option<u64>) -> Result<(), String> {
-        let differing = self.lanes_vs_scalar_bit_mismatches;
+        let differing = self.widths.count;
         if differing > 0 {
             return Err(format!(
                 "{differing} rays differ between packets and one lane"
@@ -225,7 +228,7 @@ impl Serialize for Mode {
         s.serialize_field("precision", self.precision.name())?;
         s.serialize_field("lanes", &self.lanes)?;
         s.serialize_field("rays", &self.rays)?;
-        let differing = self.lanes_vs_scalar_bit_mismatches;
+        let differing = self.widths.count;
         s.serialize_field("lanes_vs_scalar_bit_mismatches", &differing)?;
         s.serialize_field("replay", &self.replayed.counts)?;
         s.serialize_field("independent", &self.own.counts)?;

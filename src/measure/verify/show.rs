@@ -5,7 +5,7 @@ use crate::trace::Outcome;
 use std::fmt;
 
 /// What the mode under test said; of aimed rays no normal is asked for.
-struct Traced<'a>(&'a Outcome);
+pub(super) struct Traced<'a>(pub &'a Outcome);
 
 impl fmt::Display for Traced<'_> {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {

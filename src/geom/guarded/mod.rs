@@ -300,6 +300,14 @@ impl<L: Lanes> Ends<L> {
 }
 
 impl<L: Lanes> Ends<L> {
+    /// In other lanes there are none.
+    #[inline(always)]
+    pub fn keep(&mut self, lanes: L::Mask) {
+        self.some = self.some & lanes;
+        self.none = self.none | !lanes;
+        self.turned = self.turned & lanes;
+    }
+
     /// With bounds that are wider by so much on both sides.
     #[inline(always)]
     pub fn moved(&self, by: L) -> Ends<L> {

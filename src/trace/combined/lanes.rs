@@ -36,6 +36,8 @@ pub(in crate::trace) struct Met<L: Lanes> {
 #[derive(Default)]
 struct LaneScratch {
     operands: Vec<u32>,
+    /// In `fast` the same, with the lanes whose rays meet the operand's box.
+    lanes: Vec<u64>,
     program: Restricted,
     values: Vec<u32>,
 }
@@ -104,10 +106,15 @@ fn parts<L: Lanes, C: Certainty>(
     let ray = &object.ray;
     let asleep = -L::splat(L::Scalar::INFINITY);
     let until = L::select(L::Mask::from_bits(active), limit, asleep);
-    let operands = &mut scratch.operands;
-    solid
-        .0
-        .operands_along((ray.org, ray.dir), ray.t_min, until, operands);
+    let (operands, lanes) = (&mut scratch.operands, &mut scratch.lanes);
+    let rays = (ray.org, ray.dir);
+    if C::GUARDED {
+        solid.0.operands_along(rays, ray.t_min, until, operands);
+    } else {
+        solid.0.operands_of_lanes(rays, ray.t_min, until, lanes);
+        operands.clear();
+        operands.extend(lanes.iter().map(|entry| (entry >> 32) as u32));
+    }
     if operands.len() <= FEW {
         return run::<L, C, FEW>(solid, object, active, limit, scratch);
     }
@@ -169,6 +176,7 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
 ) -> Met<L> {
     let LaneScratch {
         operands,
+        lanes: own,
         program,
         values,
     } = scratch;
@@ -193,8 +201,9 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
     let mut unsure = 0;
     let wider = wider::<L, C>(combined, ray);
     let mut spaces = Spaces::new(object);
-    for (track, number) in tracks.iter_mut().zip(operands.iter()) {
+    for (i, (track, number)) in tracks.iter_mut().zip(operands.iter()).enumerate() {
         let operand = &combined.solid.operands[*number as usize];
+        let here = if C::GUARDED { u32::MAX } else { own[i] as u32 };
         if let (Shape::Mesh(_), Some(bounds)) = (operand.shape, &operand.bounds) {
             let missed = passes(&bounds.outward(), ray, part);
             unsure |= track.start(&Ends::none_or_unknown(missed), ray.t_min);
@@ -202,7 +211,7 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
         }
         if let Shape::Implicit(id) = operand.shape {
             let at = more.len();
-            let lanes = L::Mask::from_bits(open);
+            let lanes = L::Mask::from_bits(open & here);
             let row = (operand, id);
             let all = spaces.boundaries((combined, tables), row, lanes, &mut more);
             track.inside = all.inside.bits();
@@ -212,7 +221,10 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
             unsure |= all.unsure.bits();
             continue;
         }
-        let ends = spaces.ends::<C>((combined, tables), operand, wider);
+        let mut ends = spaces.ends::<C>((combined, tables), operand, wider);
+        if !C::GUARDED && here & active != active {
+            ends.keep(L::Mask::from_bits(here));
+        }
         unsure |= track.start(&ends, ray.t_min);
     }
     unsure &= open;

@@ -11,7 +11,9 @@ mod lanes;
 
 use common::assets;
 use fractions::Fractions;
-use lanecast::roots::{Answer, Interval, Polynomial, Proof, Solver, Want, nearest, roots, solve};
+use lanecast::roots::{
+    Answer, Cluster, Interval, Polynomial, Proof, Solver, Want, nearest, roots, solve,
+};
 use proptest::prelude::*;
 use serde_json::Value;
 use std::ops::Bound;
@@ -195,6 +197,32 @@ proptest! {
         failure_persistence: None,
         ..ProptestConfig::with_cases(120)
     })]
+
+    /// Roots next to each other, none of them a number: those that a solver which claims
+    /// to be complete does not list lie in its clusters.
+    #[test]
+    fn complete_answers_leave_no_root_out(
+        near in prop::collection::vec((-9_i32..10, 2_i32..10), 2..7),
+        (whole, part) in (1_i32..6, 1_i32..9),
+    ) {
+        let center = f64::from(whole) / f64::from(part);
+        let offset = |(steps, power): &(i32, i32)| f64::from(*steps) * 10.0_f64.powi(-power);
+        let roots: Vec<f64> = near.iter().map(|one| center + offset(one)).collect();
+        let p = polynomial(&product(&roots));
+        let exact = Fractions::of(p.coefficients());
+        for solver in [Solver::Halving, Solver::Bernstein] {
+            let answer = by(solver, &p, &Interval::LINE);
+            prop_assert_eq!(answer.proof, Proof::Complete);
+            let within = |cluster: &Cluster| {
+                let middle = cluster.low + 0.5 * (cluster.high - cluster.low);
+                let reach = f64::max(middle - cluster.low, cluster.high - middle);
+                exact.distinct_between(middle, reach)
+            };
+            let clustered: usize = answer.clusters.iter().map(within).sum();
+            let found = answer.roots.len() + clustered;
+            prop_assert_eq!(found, exact.distinct(), "{}: {:?}", solver.name(), answer);
+        }
+    }
 
     /// Multiple roots, clusters, far and near ones: the right number, each to the bit.
     #[test]

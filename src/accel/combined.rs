@@ -212,44 +212,13 @@ impl Combined {
     #[inline]
     pub fn operands_along<L: Lanes>(
         &self,
-        rays: (Vec3<L>, Vec3<L>),
+        (org, dir): (Vec3<L>, Vec3<L>),
         t_min: L,
         limit: L,
         found: &mut Vec<u32>,
     ) {
         found.clear();
         found.extend_from_slice(&self.always);
-        self.along::<L, false>(rays, (t_min, limit), |number, _| found.push(number));
-        found.sort_unstable();
-    }
-
-    /// The same with, below each number's 32 bits, the lanes whose rays these are: where
-    /// no bound says what a lane may be certain of, no other may change what it finds.
-    #[inline]
-    pub fn operands_of_lanes<L: Lanes>(
-        &self,
-        rays: (Vec3<L>, Vec3<L>),
-        t_min: L,
-        limit: L,
-        found: &mut Vec<u64>,
-    ) {
-        let entry = |number: u32, lanes: u32| u64::from(number) << 32 | u64::from(lanes);
-        found.clear();
-        found.extend(self.always.iter().map(|number| entry(*number, u32::MAX)));
-        self.along::<L, true>(rays, (t_min, limit), |number, lanes| {
-            found.push(entry(number, lanes));
-        });
-        found.sort_unstable();
-    }
-
-    /// Calls `each` with operands that have boxes, and, where they are wanted, lanes.
-    #[inline(always)]
-    fn along<L: Lanes, const LANES: bool>(
-        &self,
-        (org, dir): (Vec3<L>, Vec3<L>),
-        (t_min, limit): (L, L),
-        mut each: impl FnMut(u32, u32),
-    ) {
         let Some((tree, entries)) = &self.tree else {
             return;
         };
@@ -257,12 +226,41 @@ impl Combined {
         tree.leaves_along(&slabs, (t_min, limit), |first, count| {
             for (number, own) in &entries[first..first + count] {
                 let (enter, exit) = slabs.interval(own.min, own.max);
-                let met = enter.max(t_min).le(exit.min(limit));
-                if !LANES && count == 1 || met.any() {
-                    each(*number, met.bits());
+                if count == 1 || enter.max(t_min).le(exit.min(limit)).any() {
+                    found.push(*number);
                 }
             }
         });
+        found.sort_unstable();
+    }
+
+    /// The same with, below each number's 32 bits, the lanes whose rays these are: where
+    /// no bound says what a lane may be certain of, no other may change what it finds.
+    #[inline(never)]
+    pub fn operands_of_lanes<L: Lanes>(
+        &self,
+        (org, dir): (Vec3<L>, Vec3<L>),
+        t_min: L,
+        limit: L,
+        found: &mut Vec<u64>,
+    ) {
+        let entry = |number: u32, lanes: u32| u64::from(number) << 32 | u64::from(lanes);
+        found.clear();
+        found.extend(self.always.iter().map(|number| entry(*number, u32::MAX)));
+        let Some((tree, entries)) = &self.tree else {
+            return;
+        };
+        let slabs = Slabs::new(org, dir, &tree.bounds());
+        tree.leaves_along(&slabs, (t_min, limit), |first, count| {
+            for (number, own) in &entries[first..first + count] {
+                let (enter, exit) = slabs.interval(own.min, own.max);
+                let lanes = enter.max(t_min).le(exit.min(limit)).bits();
+                if lanes != 0 {
+                    found.push(entry(*number, lanes));
+                }
+            }
+        });
+        found.sort_unstable();
     }
 }
 

@@ -234,7 +234,8 @@ fn without_a_slope_rays_start_no_farther_than_stated() {
             let mut largest = 0.0_f64;
             for i in 0..200 {
                 let angle = f64::from(i) * 0.01;
-                let (y, z) = (0.7 * libm::sin(angle), 0.7 * libm::cos(angle));
+                let radius = 0.95 * (f64::from(i) * 0.618).fract();
+                let (y, z) = (radius * libm::sin(angle), radius * libm::cos(angle));
                 let x = -libm::sqrt(1.0 - y * y - z * z);
                 let ray = (Vec3::new(-3.0, y, z), Vec3::new(1.0, 0.0, 0.0));
                 let one = site.surfaces::<f64>(ray, x + 3.0, &[primitive]);

@@ -209,6 +209,16 @@ mod tests {
         let planes = cube_planes();
         assert_eq!(of_planes(&planes[..5]), Err(HullError::Unbounded));
         assert_eq!(of_planes(&[]), Err(HullError::Unbounded));
+        // A column so thin that its far end is hardly one.
+        let column = [
+            (DVec3::X, 5e-7),
+            (DVec3::Y, 1.0),
+            (-DVec3::Y, 0.0),
+            (-DVec3::Z, 0.0),
+            (-DVec3::X, 0.0),
+        ];
+        let column = column.map(|(normal, offset)| HalfSpace { normal, offset });
+        assert_eq!(of_planes(&column), Err(HullError::Unbounded));
         let mut empty = planes.clone();
         empty[0].offset = -2.0;
         assert_eq!(of_planes(&empty), Err(HullError::Empty));

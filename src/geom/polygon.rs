@@ -76,9 +76,16 @@ pub const STEEP: f64 = 4e-3;
 /// hit, and boxes of any accelerator need hold no more.
 pub fn room(points: &[DVec3]) -> Aabb {
     let bounds = Aabb::of_points(points.iter().copied());
-    let grown = bounds.grown(DVec3::splat(bounds.extent().max_element() * MARGIN));
-    let finite = |v: DVec3| v.clamp(DVec3::splat(-f64::MAX), DVec3::splat(f64::MAX));
-    Aabb::new(finite(grown.min), finite(grown.max))
+    let margin = DVec3::splat(bounds.extent().max_element() * MARGIN);
+    // Outward, so that roundings leave the whole margin.
+    let down = |x: f64| x.next_down().max(-f64::MAX);
+    let up = |x: f64| x.next_up().min(f64::MAX);
+    let grown = bounds.grown(margin);
+    let [min, max] = [grown.min.to_array(), grown.max.to_array()];
+    Aabb::new(
+        DVec3::from_array(min.map(down)),
+        DVec3::from_array(max.map(up)),
+    )
 }
 
 /// The plane of a polygon by Newell's method: its unit normal; or why the

@@ -25,9 +25,9 @@ pub const LEAVING_CURVED: f64 = 4.0;
 /// a node, or of the square of another, their bound over it is of any size.
 pub const LEAVING_SLOPELESS: f64 = 1.0 / 1024.0;
 
-/// How far before such a point its normal is worked out, in units of the same: there the
-/// gradient of a square is some 10^8 times what it is off by at its zero, and the
-/// direction of any surface less than a thousandth of a radian another.
+/// How far before a point without any slope its normal is worked out, in units of the
+/// shape's extent: there the gradient of a square is some 10^8 times what it is off by at
+/// its zero, and the direction of most surfaces less than a thousandth of a radian another.
 pub const SLOPELESS: f64 = 1.0 / 4096.0;
 
 /// Where shadow rays to a light at a point end, in units of the way to it: their

@@ -46,10 +46,10 @@ pub(super) fn coplanar(tables: &Tables, solid: &CsgSolid) -> Option<String> {
     let mut planes: Vec<Plane> = Vec::new();
     let bounds = |operand: u32| solid.operands[operand as usize].bounds;
     let coordinate = |b: Aabb| b.max_abs();
-    let mut size = solid.frames.iter().map(|f| f.reach).fold(0.0, f64::max);
+    let mut largest = solid.frames.iter().map(|f| f.reach).fold(0.0, f64::max);
     for (number, operand) in (0..).zip(&solid.operands) {
         let frame = &solid.frames[operand.frame as usize];
-        size = size.max(operand.bounds.map_or(0.0, coordinate));
+        largest = largest.max(operand.bounds.map_or(0.0, coordinate));
         for face in faces_of(tables, operand.shape).into_iter().flatten() {
             let Some((normal, offset)) = plane(&face, frame) else {
                 continue;
@@ -64,7 +64,10 @@ pub(super) fn coplanar(tables: &Tables, solid: &CsgSolid) -> Option<String> {
             });
         }
     }
-    let farthest = planes.iter().map(|p| p.offset.abs()).fold(size, f64::max);
+    let farthest = planes
+        .iter()
+        .map(|p| p.offset.abs())
+        .fold(largest, f64::max);
     let off = farthest * ROUNDINGS;
     // Nothing special about the numbers.
     let across = DVec3::new(0.527, 0.611, 0.439);
@@ -72,10 +75,17 @@ pub(super) fn coplanar(tables: &Tables, solid: &CsgSolid) -> Option<String> {
         plane.order = plane.offset + farthest * across.dot(plane.normal);
     }
     planes.sort_by(|a, b| a.order.total_cmp(&b.order));
+    let size = |p: &Plane| {
+        let reach = solid.frames[p.frame as usize].reach;
+        bounds(p.operand)
+            .map_or(0.0, coordinate)
+            .max(p.offset.abs())
+            .max(reach)
+    };
     let same = |a: &Plane, b: &Plane| match a.frame == b.frame {
         true => a.key == b.key,
         false => {
-            (a.offset - b.offset).abs() <= off
+            (a.offset - b.offset).abs() <= size(a).max(size(b)) * ROUNDINGS
                 && (a.normal - b.normal).abs().max_element() <= ROUNDINGS
         }
     };

@@ -122,9 +122,12 @@ fn holds(tables: &Tables, solid: &CsgSolid, outer: &CsgOperand, inner: &CsgOpera
     let Some(bounds) = inner.bounds else {
         return false;
     };
-    let map = &solid.frames[outer.frame as usize].operand_from_solid;
+    let frame = &solid.frames[outer.frame as usize];
+    let map = &frame.operand_from_solid;
     let corners = bounds.corners();
-    let inside = |p: DVec3| is_inside(tables, outer.shape, p);
+    let shift = DVec3::from_array(map.translation).abs().max_element();
+    let reach = map.norm() * (bounds.max_abs() + frame.reach) + shift;
+    let inside = |p: DVec3| is_inside(tables, outer.shape, p, reach * ROUNDINGS);
     corners
         .into_iter()
         .all(|p| inside(DVec3::from_array(map.point(p.to_array()))))
@@ -133,33 +136,36 @@ fn holds(tables: &Tables, solid: &CsgSolid, outer: &CsgOperand, inner: &CsgOpera
 /// Leaves room for the roundings of a few operations.
 const CERTAIN: f64 = 1.0 - 1e-12;
 
-/// Whether a point of its own space is certainly in a convex solid.
-fn is_inside(tables: &Tables, shape: Shape, p: DVec3) -> bool {
+/// Whether a point of its own space, known so well along each axis, is certainly in a
+/// convex solid.
+fn is_inside(tables: &Tables, shape: Shape, p: DVec3, known: f64) -> bool {
+    let known = known + p.abs().max_element() * ROUNDINGS;
     match shape {
         Shape::Sphere(id) => {
             let row = tables.spheres.row(id);
-            p.distance(row.center) <= row.radius * CERTAIN - p.abs().max_element() * ROUNDINGS
+            p.distance(row.center) <= row.radius * CERTAIN - 2.0 * known
         }
         Shape::Ellipsoid(id) => {
             let row = tables.ellipsoids.row(id);
-            let blur = p.abs() * ROUNDINGS;
+            let blur = DVec3::splat(known);
             (((p - row.center).abs() + blur) / row.radii).length() <= CERTAIN
         }
         Shape::Cuboid(id) => {
             let row = tables.cuboids.row(id);
-            let blur = p.abs() * ROUNDINGS;
+            let blur = DVec3::splat(known);
             row.min.cmple(p - blur).all() && (p + blur).cmple(row.max).all()
         }
         Shape::HalfSpace(id) => {
             let HalfSpace { normal, offset } = tables.half_spaces.row(id);
             let size = normal.abs().dot(p.abs()) + offset.abs();
-            normal.dot(p) <= offset - size * ROUNDINGS
+            let known = normal.abs().element_sum() * known;
+            normal.dot(p) <= offset - size * ROUNDINGS - known
         }
         Shape::Cylinder(id) => {
             let row = tables.cylinders.row(id);
             let (axis, from) = (row.top - row.base, p - row.base);
             let along = from.dot(axis) / axis.length_squared();
-            let blur = (p.abs().max_element() + row.base.abs().max_element()) * ROUNDINGS;
+            let blur = 4.0 * known + row.base.abs().max_element() * ROUNDINGS;
             let slack = blur / axis.length();
             (slack..=1.0 - slack).contains(&along)
                 && (from - axis * along).length() + blur <= row.radius * CERTAIN

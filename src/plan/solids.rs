@@ -138,10 +138,13 @@ fn idle(tables: &Tables, shape: ShapeId, solid: &CsgSolid) -> Option<String> {
 fn redundant(tables: &Tables, solid: &CsgSolid, logic: &Logic) -> Option<String> {
     let first = label(tables, solid.operands[*logic.idle.first()?].id);
     Some(match logic.idle.len() {
-        1 => format!("the operand {first} never matters: others are in it, around it or the same"),
+        1 => format!(
+            "the operand {first} never matters to the solid's form: others are in it, around it \
+             or the same"
+        ),
         count => format!(
-            "{count} operands never matter, each beside the others, such as {first}: \
-             others are in them, around them or the same"
+            "{count} operands never matter to the solid's form, each beside the others, such as \
+             {first}: others are in them, around them or the same"
         ),
     })
 }

@@ -87,14 +87,14 @@ pub fn slack(org: [f64; 3], condition: f64) -> f64 {
 }
 
 /// Where a polygon with these corners is met: their box, which grows on all sides by
-/// a thousandth of its longest.
+/// a thousandth of its longest, rounded outward.
 pub fn near_outline(points: &[[f64; 3]]) -> Bounds {
     let b = Bounds::of(points.iter().copied());
     let longest = (0..3).map(|k| b.max[k] - b.min[k]).fold(0.0, f64::max);
-    let margin = longest * 1e-3;
+    let grown = b.grown(longest * 1e-3);
     Bounds {
-        min: b.min.map(|x| (x - margin).max(-f64::MAX)),
-        max: b.max.map(|x| (x + margin).min(f64::MAX)),
+        min: grown.min.map(|x| x.max(-f64::MAX)),
+        max: grown.max.map(|x| x.min(f64::MAX)),
     }
 }
 

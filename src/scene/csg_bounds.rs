@@ -49,25 +49,30 @@ pub(super) fn combination_bounds(tables: &Tables, order: &[u32]) -> Vec<Option<A
             leaf => Extent::of(tables, operand.shape, leaf).through(tables, operand),
         };
         let all: Vec<Extent> = table.operands(id).iter().map(of).collect();
+        let greatest = |of: fn(&Extent) -> f64| all.iter().map(of).fold(0.0, f64::max);
+        let (condition, reach) = (greatest(|e| e.condition), greatest(|e| e.reach));
+        let blur = condition * reach * (64.0 * f64::EPSILON);
         let inside = || all.iter().map(|extent| &extent.inside);
         let outside = || all.iter().map(|extent| &extent.outside);
         let (inside, outside) = match table.operator[id.index()] {
-            Operator::Union => (Region::around(inside()), Region::common(outside())),
-            Operator::Intersection => (Region::common(inside()), Region::around(outside())),
+            Operator::Union => (Region::around(inside()), Region::common(outside(), blur)),
+            Operator::Intersection => (Region::common(inside(), blur), Region::around(outside())),
             Operator::Difference => {
-                let minuend = || inside().take(1).chain(outside().skip(1));
+                let minuend = inside().take(1).chain(outside().skip(1));
                 let rest = outside().take(1).chain(inside().skip(1));
-                (Region::common(minuend()), Region::around(rest))
+                (Region::common(minuend, blur), Region::around(rest))
             }
             Operator::Xor => Region::of_xor(&all),
-            Operator::Complement => (Region::common(outside()), Region::common(inside())),
+            Operator::Complement => {
+                let turned = Region::common(outside(), blur);
+                (turned, Region::common(inside(), blur))
+            }
         };
-        let greatest = |of: fn(&Extent) -> f64| all.iter().map(of).fold(0.0, f64::max);
         extents[*row as usize] = Extent {
             inside,
             outside,
-            condition: greatest(|extent| extent.condition),
-            reach: greatest(|extent| extent.reach),
+            condition,
+            reach,
         };
     }
     extents.iter().map(|extent| extent.inside.bounds).collect()
@@ -102,8 +107,9 @@ impl Region {
         }
     }
 
-    /// What several regions have in common.
-    fn common<'a>(all: impl Iterator<Item = &'a Region>) -> Region {
+    /// What several regions have in common. `blur`: by how much maps may have moved
+    /// planes.
+    fn common<'a>(all: impl Iterator<Item = &'a Region>, blur: f64) -> Region {
         let mut common = Region::default();
         for one in all {
             common.bounds = match (common.bounds, one.bounds) {
@@ -115,7 +121,7 @@ impl Region {
         }
         // No fewer planes than four have bounds.
         if common.bounds.is_none() && common.planes.len() >= 4 {
-            common.bounds = between(&common.planes);
+            common.bounds = between(&common.planes, blur);
         }
         common
     }
@@ -140,11 +146,16 @@ impl Region {
 
 /// The box of what lies in all half-spaces, with room for the roundings of maps that
 /// planes came through and of the corners; `None` if it has no bounds, or is no solid.
-fn between(planes: &[HalfSpace]) -> Option<Aabb> {
-    let hull = of_planes(planes).ok()?;
+fn between(planes: &[HalfSpace], blur: f64) -> Option<Aabb> {
+    // Moved outward, so that sharp corners move as far as they may.
+    let moved = planes.iter().map(|plane| HalfSpace {
+        offset: plane.offset + blur * plane.normal.length(),
+        ..*plane
+    });
+    let hull = of_planes(&moved.collect::<Vec<_>>()).ok()?;
     let bounds = Aabb::of_points(hull.points.iter().copied());
     let size = bounds.max_abs() + bounds.diagonal();
-    let grown = bounds.grown(DVec3::splat(size * 1e-6));
+    let grown = bounds.grown(DVec3::splat(size * 1e-6 + blur));
     grown.max_abs().is_finite().then_some(grown)
 }
 
@@ -335,6 +346,38 @@ mod tests {
             scene.combination("", Operator::Intersection, &walls[1..])
         });
         assert_eq!(found, None);
+    }
+
+    /// Shifts that cancel leave their roundings in planes, and not in the frame: x ≤ 2.0009
+    /// as it is.
+    #[test]
+    fn shifts_that_cancel_take_nothing_away() {
+        let found = bounds(|scene| {
+            let [away, back] = [1e13, -1e13].map(|x| {
+                let shift = DAffine3::from_translation(DVec3::X * x);
+                scene.transform(shift.into())
+            });
+            let half = |scene: &mut SceneBuilder, side: f64| {
+                let walls: Vec<Operand> = DVec3::AXES
+                    .iter()
+                    .map(|axis| {
+                        let (normal, offset) = (*axis * side, 2.0009);
+                        let wall = scene.half_space("", HalfSpace { normal, offset });
+                        Operand::shape(wall).transform(away)
+                    })
+                    .collect();
+                let all = scene.combination("", Operator::Intersection, &walls);
+                Operand::shape(all).transform(back)
+            };
+            let halves = [half(scene, 1.0), half(scene, -1.0)];
+            scene.combination("", Operator::Intersection, &halves)
+        });
+        let found = found.expect("it has bounds");
+        let corner = DVec3::splat(2.0009);
+        assert!(
+            found.min.cmple(-corner).all() && corner.cmple(found.max).all(),
+            "{found:?}"
+        );
     }
 
     #[test]

@@ -8,7 +8,7 @@ use super::surface::{
 use crate::accel::{Combined, World};
 use crate::math::bounds::{LEAVING, LEAVING_CURVED, LEAVING_SLOPELESS, SLOPELESS};
 use crate::math::lanes::{Lanes, Mask, Scalar};
-use crate::math::{Affine, Vec3};
+use crate::math::{Aabb, Affine, Vec3};
 use crate::plan::Arithmetic;
 use crate::scene::{CombinationId, MaterialId, Shape, shape_bounds};
 use crate::trace::{HitId, TURNED};
@@ -207,21 +207,27 @@ impl<'w> Site<'w> {
         // No rounding of a polynomial without a slope takes a ray farther away.
         let local = D::splat(self.size).max(at.max_abs());
         let farthest = local * D::splat(LEAVING_SLOPELESS);
-        let beyond = |roundoff: f64| farthest * D::splat(1.0 / (LEAVING * roundoff));
-        let (mut blur, most) = (blur_of(self.world, self.shape, at), beyond(roundoff));
+        let most = farthest * D::splat(1.0 / (LEAVING * roundoff));
+        let mut blur = blur_of(self.world, self.shape, at);
         let slopeless = !blur.lt(most);
         if slopeless.any() {
             left = D::select(slopeless, left.min(D::splat(self.stretch) * farthest), left);
-            // The gradient is f64's at any point.
-            let lost = !blur.lt(beyond(DOUBLE));
-            if let (Shape::Implicit(id), true) = (self.shape, lost.any()) {
-                let tape = &self.world.scene.implicits.tape[id.index()];
-                let back = local * D::splat(SLOPELESS);
+        }
+        if let Shape::Implicit(id) = self.shape {
+            // Its direction is roundings, or it has left the format.
+            let lost = !(blur * D::splat(DOUBLE)).lt(local);
+            let lost = lost | !ng.length_squared().gt(D::splat(0.5));
+            if lost.any() {
+                let implicits = &self.world.scene.implicits;
+                let tape = &implicits.tape[id.index()];
+                let extent = |own: &Aabb| D::splat(own.extent().max_element());
+                let extent = implicits.bounds[id.index()].as_ref().map_or(local, extent);
+                let back = extent * D::splat(SLOPELESS);
                 let other = normal_before(tape, at, object_dir, back);
                 ng = Vec3::select(lost, other, ng);
             }
-            blur = D::select(slopeless, most, blur);
         }
+        blur = D::select(slopeless, most, blur);
         if turned.any() {
             let outward = |n: Vec3<D>| Vec3::select(turned, -n, n);
             (ng, smooth) = (outward(ng), smooth.map(outward));

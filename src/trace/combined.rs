@@ -482,7 +482,9 @@ fn are_one(a: &Boundary<Mark>, b: &Boundary<Mark>) -> bool {
         return false;
     }
     let gap = b.t.value - a.t.value;
-    let off = 1.001 * (a.t.error + b.t.error) + f64::EPSILON * gap.abs();
+    // And by half a step each from the nearest f64.
+    let steps = f64::EPSILON * (a.t.value.abs() + b.t.value.abs());
+    let off = 1.001 * (a.t.error + b.t.error) + steps;
     if (gap - slack).abs() > off {
         return gap <= slack;
     }

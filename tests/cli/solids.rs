@@ -251,11 +251,11 @@ fn plan_says_what_is_odd_about_combinations() {
         ),
         (
             "part.union = ['block', 'bead']\nbead.sphere = { center = [0, 1, 0], radius = 0.25 }",
-            "'part': the operand 'bead' never matters: others",
+            "'part': the operand 'bead' never matters to the solid's form: others",
         ),
         (
             "part.intersection = ['bead', 'block']\nbead.sphere = { center = [0, 1, 0], radius = 0.25 }",
-            "'part': the operand 'block' never matters: others",
+            "'part': the operand 'block' never matters to the solid's form: others",
         ),
     ] {
         let report = plan(&format!(

@@ -445,7 +445,11 @@ fn near(points: &[glam::DVec3]) -> [[f64; 3]; 2] {
         .reduce(glam::DVec3::max)
         .expect("corners");
     let margin = (high - low).max_element() * 1e-3;
-    [low - margin, high + margin].map(|p| p.to_array().map(|x| x.clamp(-f64::MAX, f64::MAX)))
+    let (low, high) = ((low - margin).to_array(), (high + margin).to_array());
+    [
+        low.map(|x| x.next_down().max(-f64::MAX)),
+        high.map(|x| x.next_up().min(f64::MAX)),
+    ]
 }
 
 /// Whether a line passes inside a polygon or through its border; and the

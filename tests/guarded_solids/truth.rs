@@ -205,8 +205,9 @@ impl Truth {
                 };
                 let near = |t: &Quotient| {
                     (0..3).all(|k| {
-                        side(t, k, least(k) - margin).is_ge()
-                            && side(t, k, most(k) + margin).is_le()
+                        let low = (least(k) - margin).next_down();
+                        let high = (most(k) + margin).next_up();
+                        side(t, k, low).is_ge() && side(t, k, high).is_le()
                     })
                 };
                 let corners: Vec<Vector> = points.iter().map(|p| vector(p.to_array())).collect();

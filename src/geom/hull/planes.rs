@@ -70,6 +70,10 @@ pub fn of_planes(given: &[HalfSpace]) -> Result<Hull, HullError> {
     let corners: Vec<&Corner> = used.iter().map(|c| &solid.corners[*c]).collect();
     // What was computed is what was asked for, or nothing is.
     for corner in &corners {
+        // A column may be so thin that the cube's face has no corners left.
+        if corner.planes.iter().any(|plane| *plane >= given.len()) {
+            return Err(HullError::Unbounded);
+        }
         let limit = 16.0 * f64::EPSILON * MAX_SPREAD * (1.0 + corner.at.abs().max_element());
         if corner.error > limit {
             return Err(HullError::Sharp);

@@ -236,6 +236,8 @@ impl Combined {
 
     /// The same with, below each number's 32 bits, the lanes whose rays these are: where
     /// no bound says what a lane may be certain of, no other may change what it finds.
+    /// A walk of its own: one for both, with a closure for what is found, took pictures
+    /// in `guarded`, which has no use for the lanes, 3 to 6 % longer.
     #[inline(never)]
     pub fn operands_of_lanes<L: Lanes>(
         &self,

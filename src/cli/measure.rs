@@ -257,7 +257,7 @@ fn for_people(report: &Report) -> String {
     if report.solids.iter().any(|row| row.volume.is_rough) {
         let _ = writeln!(
             text,
-            "rough: less exact than asked for; it is too thin for the lines that were drawn"
+            "rough: less exact than asked for; too thin for the lines that were drawn, or empty"
         );
     }
     for (count, what) in [

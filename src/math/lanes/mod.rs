@@ -164,7 +164,7 @@ pub trait Lanes:
     }
 
     #[inline(always)]
-    fn lane(self, i: usize) -> Self::Scalar {
+    fn lane(&self, i: usize) -> Self::Scalar {
         self.to_array().as_ref()[i]
     }
 

@@ -174,6 +174,11 @@ macro_rules! wide_lanes {
             fn to_array(self) -> [$s; $count] {
                 <$w>::to_array(self)
             }
+            // Where it lies in memory it is read there.
+            #[inline(always)]
+            fn lane(&self, i: usize) -> $s {
+                <$w>::as_array(self)[i]
+            }
             #[inline(always)]
             fn ids(value: u32) -> [u32; $count] {
                 [value; $count]

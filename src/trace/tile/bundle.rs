@@ -1,5 +1,6 @@
 //! A tile's rays in one space, as lines over the depth along their main axis.
 
+use super::centre::{Centre, Lines};
 use super::parallel::{Shear, Starts};
 use crate::accel::{Frustum, WideMesh};
 use crate::geom::Certainty;
@@ -58,6 +59,7 @@ pub(super) struct Bundle<L: Lanes, const S: usize> {
     pub frustum: Frustum,
     /// Of all rays of one origin, at the lanes' precision.
     pub object_org: [L::Scalar; 3],
+    pub exact_org: [f64; 3],
     /// The same in f32 along (a, b, k), k times the sign; of one direction, the
     /// middle of the tree's near side.
     pub org: [f32; 3],
@@ -65,6 +67,9 @@ pub(super) struct Bundle<L: Lanes, const S: usize> {
     /// Of one direction.
     pub shear: Shear,
     pub starts: [Starts<L>; S],
+    /// Guarded: what lines and corners are counted from.
+    pub centre: Centre,
+    pub lines: [Lines<L>; S],
     /// 1 or the greatest |slope|.
     pub steepest: f32,
     /// Of one origin: the greatest |u| and |v|, and the origin's largest
@@ -86,8 +91,10 @@ pub(super) fn is_exact<L: Lanes, C: Certainty>() -> bool {
 const STEEPEST: f32 = 8.0;
 
 /// Directions that are shorter along the main axis are left to other kernels, too:
-/// f32 would round them, and depths, to fewer bits.
+/// f32 would round them, and depths, to fewer bits. So are longer ones: it would round
+/// their inverses.
 pub(super) const SHORTEST: f64 = 1e-30;
+const LONGEST: f64 = 1e30;
 
 /// Less than this counts as this, of either sign.
 pub(super) const LEAST_SLOPE: f32 = 1e-12;
@@ -110,8 +117,6 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
         };
         let starts = Starts {
             org: group.dir,
-            u: zero,
-            v: zero,
             depth: zero,
             slack: zero,
         };
@@ -119,8 +124,11 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
             parallel: false,
             shear: Shear::default(),
             starts: [starts; S],
+            centre: Centre::default(),
+            lines: [Lines::none(); S],
             frustum: Frustum::default(),
             object_org: [L::Scalar::from_f32(0.0); 3],
+            exact_org: [0.0; 3],
             org: [0.0; 3],
             groups: [group; S],
             steepest: 1.0,
@@ -162,7 +170,8 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
             let along = dir.axis(k) * L::from_f32(sign);
             let (a, b) = (dir.axis(axes[0]), dir.axis(axes[1]));
             let steep = a.abs().max(b.abs()).le(along * L::from_f32(STEEPEST));
-            let fits = steep & along.ge(L::from_f64(SHORTEST));
+            let long = along.ge(L::from_f64(SHORTEST)) & along.le(L::from_f64(LONGEST));
+            let fits = steep & long;
             wild |= (*all & !fits).any();
             let dir = Vec3::select(*alive, dir, stand_in);
             let along = dir.axis(k) * L::from_f32(sign);
@@ -179,6 +188,7 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
             return false;
         }
         self.parallel = false;
+        self.exact_org = org;
         self.object_org = [
             L::Scalar::from_f64(org[0]),
             L::Scalar::from_f64(org[1]),

@@ -2,6 +2,7 @@
 
 use super::block::{Aim, Edges};
 use super::bundle::{Bundle, Group, Projection};
+use super::centre::Lines;
 use super::leaf::{Before, Decides, Place};
 use crate::accel::Block;
 use crate::math::lanes::{Lanes, Mask, Scalar};
@@ -30,7 +31,7 @@ impl<L: Lanes, P: Projection> Decides<L> for Fast<P> {
     }
 
     #[inline(always)]
-    fn may_meet(&self, group: &Group<L>) -> u32 {
+    fn may_meet(&self, group: &Group<L>, _lines: &Lines<L>) -> u32 {
         self.edges.may_meet(group, false, 0.0)
     }
 
@@ -40,6 +41,7 @@ impl<L: Lanes, P: Projection> Decides<L> for Fast<P> {
             group,
             starts,
             nearest,
+            ..
         } = before;
         let at = |x: L| x.lane(lane).to_f64() as f32;
         let limit = at(group.limit);
@@ -87,6 +89,7 @@ impl<L: Lanes, P: Projection> Decides<L> for Fast<P> {
             group,
             starts,
             nearest,
+            ..
         } = before;
         let (hit, depth, det) = self.edges.rays::<P, L>(slot, group, starts);
         if hit.none() {

@@ -1,13 +1,15 @@
 //! Leaves in f32 with error bounds: edge functions decide where they can, and
 //! rays for which they cannot are set aside, for another kernel to trace.
 
+#[cfg(test)]
+mod cases;
 mod parallel;
 mod pinhole;
 
 use super::bundle::{Bundle, Group, Projection};
+use super::centre::Lines;
 use super::leaf::{Before, Decides, Place};
 use super::mesh::{InMesh, Nearest};
-use super::parallel::Starts;
 use super::settle::Found;
 use crate::accel::{Block, WIDE};
 use crate::geom::Meet;
@@ -30,37 +32,50 @@ pub(super) trait Edges: Sized {
     /// What is known of some rays and triangles.
     type Met<L: Lanes>;
 
-    fn of<L: Lanes, const S: usize>(block: Block, bundle: &Bundle<L, S>) -> Self;
+    /// `any`: for rays to which it does not matter what else is nearer.
+    fn of<L: Lanes, const S: usize>(block: Block, bundle: &Bundle<L, S>, any: bool) -> Self;
     /// Triangles that may be in front of the rays.
     fn live(&self) -> u32;
     /// Triangles that some ray of the group may meet, by the greatest value of each
     /// edge function over the group's rectangle, and the depth.
-    fn may_meet<L: Lanes>(&self, group: &Group<L>) -> u32;
-    fn line<L: Lanes>(&self, group: &Group<L>, starts: &Starts<L>) -> Line<L>;
+    fn may_meet<L: Lanes>(&self, group: &Group<L>, lines: &Lines<L>) -> u32;
+    /// What `pick` takes of a group's rays: all, or one for every lane.
+    fn line<L: Lanes, M: Lanes>(&self, before: &Before<L>, pick: impl Fn(&L) -> M) -> Line<M>;
     /// Rays and triangles, one of each in every lane. `at`: a column's.
-    fn meet<L: Lanes>(&self, at: impl Fn(&[f32; WIDE]) -> L, line: &Line<L>) -> Self::Met<L>;
+    fn meet<L: Lanes>(
+        &self,
+        at: impl Fn(&[f32; WIDE]) -> L,
+        line: &Line<L>,
+        any: bool,
+    ) -> Self::Met<L>;
     /// Lanes whose ray may meet the triangle before its limit.
     fn possible<L: Lanes>(met: &Self::Met<L>) -> L::Mask;
     /// What comes of those.
-    fn settle<L: Lanes>(&self, at: impl Fn(&[f32; WIDE]) -> L, met: &Self::Met<L>) -> Settled<L>;
+    fn settle<L: Lanes>(
+        &self,
+        at: impl Fn(&[f32; WIDE]) -> L,
+        met: &Self::Met<L>,
+        any: bool,
+    ) -> Settled<L>;
 }
 
-/// A ray as a tile has it: which line it is (see [`Group`]), between which depths
-/// it starts, and where it ends at most.
+/// A ray as a tile has it: which line it is, counted from the tile's middle (see
+/// [`Lines`]) and as all kernels have it (see [`Group`]), between which depths it
+/// starts, and between which it ends (or has met something nearer).
 #[derive(Clone, Copy)]
 pub(super) struct Line<L: Lanes> {
-    u: L,
-    v: L,
+    centred: [L; 2],
+    slopes: [L; 2],
     start: [L; 2],
+    least: L,
     limit: L,
 }
 
-/// Lanes that certainly meet it beyond the ray's start; where, as all kernels have
-/// it; and between which depths the hit truly lies, if it is one.
+/// Lanes that certainly meet it beyond the ray's start (any hit: and before its end);
+/// where, as all kernels have it; and between which depths the hit truly lies, if it is
+/// one.
 pub(super) struct Settled<L: Lanes> {
     sure: L::Mask,
-    /// They certainly do not: it would be before the ray's start.
-    behind: L::Mask,
     depth: L,
     from: L,
     to: L,
@@ -71,8 +86,8 @@ pub(super) struct Guarded<E>(E);
 
 impl<L: Lanes, E: Edges> Decides<L> for Guarded<E> {
     #[inline(always)]
-    fn new<const S: usize>(block: Block, bundle: &Bundle<L, S>, _any: bool) -> Guarded<E> {
-        Guarded(E::of(block, bundle))
+    fn new<const S: usize>(block: Block, bundle: &Bundle<L, S>, any: bool) -> Guarded<E> {
+        Guarded(E::of(block, bundle, any))
     }
 
     #[inline(always)]
@@ -81,68 +96,63 @@ impl<L: Lanes, E: Edges> Decides<L> for Guarded<E> {
     }
 
     #[inline(always)]
-    fn may_meet(&self, group: &Group<L>) -> u32 {
-        self.0.may_meet(group)
+    fn may_meet(&self, group: &Group<L>, lines: &Lines<L>) -> u32 {
+        self.0.may_meet(group, lines)
     }
 
     #[inline(always)]
     fn ray<Q: Query<L>>(&self, lane: usize, place: &Place, before: &mut Before<L>) -> bool {
-        let Before {
-            group,
-            starts,
-            nearest,
-        } = before;
-        let splat = |x: L| Register::splat(x.lane(lane).to_f64() as f32);
         let at = |column: &[f32; WIDE]| Register::load(column);
-        let line = self.0.line(group, starts);
-        let line = Line {
-            u: splat(line.u),
-            v: splat(line.v),
-            start: [splat(line.start[0]), splat(line.start[1])],
-            limit: splat(line.limit),
-        };
-        let all = self.0.meet(at, &line);
+        let one = |x: &L| Register::splat(x.lane(lane).to_f64() as f32);
+        let line = self.0.line(before, one);
+        let Before { group, nearest, .. } = before;
+        let all = self.0.meet(at, &line, Q::ANY);
         let mut hits = E::possible(&all).bits() & self.0.live();
         if hits == 0 {
             return false;
         }
-        let settled = self.0.settle(at, &all);
-        let sure = settled.sure.bits();
-        hits &= !settled.behind.bits();
+        let settled = self.0.settle(at, &all, Q::ANY);
+        let sure = settled.sure.bits() & hits;
+        let here = L::Mask::from_bits(1 << lane);
+        if Q::ANY {
+            // One that certainly blocks the ray is enough.
+            let slot = if sure == 0 { hits } else { sure }.trailing_zeros() as usize;
+            let hit = Settled {
+                sure: L::Mask::splat(sure != 0),
+                depth: L::zero(),
+                from: L::from_f32(settled.from.lane(slot)),
+                to: L::from_f32(settled.to.lane(slot)),
+            };
+            return nearest.take_sure::<Q>(here, &hit, place, slot, &mut group.limit);
+        }
         let columns = [settled.depth, settled.from, settled.to];
         let [depth, from, to] = columns.map(|x| x.to_array());
-        let here = L::Mask::from_bits(1 << lane);
+        let mut met = false;
         while hits != 0 {
             let slot = hits.trailing_zeros() as usize;
             hits &= hits - 1;
             let hit = Settled {
                 sure: L::Mask::splat(sure >> slot & 1 != 0),
-                behind: L::Mask::splat(false),
                 depth: L::from_f32(depth[slot]),
                 from: L::from_f32(from[slot]),
                 to: L::from_f32(to[slot]),
             };
-            nearest.take_sure::<Q>(here, &hit, place, slot, &mut group.limit);
+            met |= nearest.take_sure::<Q>(here, &hit, place, slot, &mut group.limit);
         }
-        true
+        met
     }
 
     #[inline(always)]
     fn triangle<Q: Query<L>>(&self, slot: usize, place: &Place, before: &mut Before<L>) -> bool {
-        let Before {
-            group,
-            starts,
-            nearest,
-        } = before;
         let at = |column: &[f32; WIDE]| L::from_f32(column[slot]);
-        let all = self.0.meet(at, &self.0.line(group, starts));
+        let all = self.0.meet(at, &self.0.line(before, |x| *x), Q::ANY);
         let possible = E::possible(&all);
         if possible.none() {
             return false;
         }
-        let hit = self.0.settle(at, &all);
-        nearest.take_sure::<Q>(possible, &hit, place, slot, &mut group.limit);
-        true
+        let hit = self.0.settle(at, &all, Q::ANY);
+        let Before { group, nearest, .. } = before;
+        nearest.take_sure::<Q>(possible, &hit, place, slot, &mut group.limit)
     }
 }
 
@@ -150,6 +160,12 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
     /// What the rays' queries say before the walk.
     #[inline(always)]
     pub fn start_guarded<P: Projection, Q: Query<L>>(&mut self, queries: &[Q; S]) {
+        if P::PARALLEL {
+            self.bundle.centre_groups();
+        } else {
+            let bounds = &self.mesh.tree.bounds;
+            self.bundle.centre_pinhole(self.entry.placed, bounds);
+        }
         for s in 0..S {
             let (group, starts) = (&mut self.bundle.groups[s], &self.bundle.starts[s]);
             let least = queries[s].least();
@@ -220,7 +236,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
 impl<L: Lanes> Nearest<L> {
     /// A triangle that some rays may have met: those that certainly have, nearer
     /// than anything so far, take it; those of which anything is in doubt are set
-    /// aside.
+    /// aside. Whether there were any.
     #[inline(always)]
     fn take_sure<Q: Query<L>>(
         &mut self,
@@ -229,8 +245,11 @@ impl<L: Lanes> Nearest<L> {
         place: &Place,
         slot: usize,
         limit: &mut L,
-    ) {
-        let possible = possible & !hit.behind & !hit.from.gt(*limit);
+    ) -> bool {
+        let possible = possible & !hit.from.gt(*limit);
+        if possible.none() {
+            return false;
+        }
         let nearer = possible & hit.sure & hit.to.lt(self.least);
         let aside = possible & !nearer;
         let done = L::from_f32(DONE);
@@ -247,5 +266,6 @@ impl<L: Lanes> Nearest<L> {
             self.aside |= aside.bits();
             self.met &= !aside.bits();
         }
+        true
     }
 }

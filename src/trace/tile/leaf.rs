@@ -1,6 +1,7 @@
 //! A leaf's blocks before a tile's groups of rays, whatever decides about them.
 
 use super::bundle::{Bundle, Group, Projection};
+use super::centre::Lines;
 use super::mesh::{InMesh, Nearest};
 use super::parallel::Starts;
 use crate::accel::{Block, WIDE, WideNode};
@@ -13,7 +14,7 @@ pub(super) trait Decides<L: Lanes>: Sized {
     /// Triangles that may be in front of the rays.
     fn live(&self) -> u32;
     /// Triangles that some ray of the group may meet.
-    fn may_meet(&self, group: &Group<L>) -> u32;
+    fn may_meet(&self, group: &Group<L>, lines: &Lines<L>) -> u32;
     /// One ray, the triangles in lanes. Whether anything has come of it.
     fn ray<Q: Query<L>>(&self, lane: usize, place: &Place, before: &mut Before<L>) -> bool;
     /// One triangle, the rays in lanes; the same.
@@ -29,6 +30,7 @@ pub(super) struct Place<'a> {
 /// A group of rays, and what they have met.
 pub(super) struct Before<'a, L: Lanes> {
     pub group: &'a mut Group<L>,
+    pub lines: &'a Lines<L>,
     pub starts: &'a Starts<L>,
     pub nearest: &'a mut Nearest<L>,
 }
@@ -67,18 +69,24 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                 sources: block.sources(),
             };
             for s in 0..S {
-                let Bundle { groups, starts, .. } = &mut *self.bundle;
-                let (group, starts) = (&mut groups[s], &starts[s]);
+                let Bundle {
+                    groups,
+                    lines,
+                    starts,
+                    ..
+                } = &mut *self.bundle;
+                let (group, lines, starts) = (&mut groups[s], &lines[s], &starts[s]);
                 let nearest = &mut self.nearest[s];
                 if rays[s] == 0 || group.deepest < 0.0 {
                     continue;
                 }
-                let mut slots = decider.may_meet(group);
+                let mut slots = decider.may_meet(group, lines);
                 if slots == 0 {
                     continue;
                 }
                 let mut before = Before {
                     group,
+                    lines,
                     starts,
                     nearest,
                 };

@@ -50,6 +50,19 @@ pub(super) fn bounds_decide<L: Lanes, C: Certainty>() -> bool {
 }
 
 impl<L: Lanes> Nearest<L> {
+    #[inline(always)]
+    pub fn none() -> Nearest<L> {
+        Nearest {
+            met: 0,
+            places: L::zero(),
+            sources: L::zero(),
+            doubts: 0,
+            aside: 0,
+            least: L::zero(),
+            depth: L::zero(),
+        }
+    }
+
     /// A triangle of block `number` for some rays.
     #[inline(always)]
     pub fn take(&mut self, rays: L::Mask, number: usize, slot: usize, source: u32) {
@@ -77,21 +90,12 @@ impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
         mesh: &'a WideMesh,
         bundle: &'a mut Bundle<L, S>,
     ) -> Self {
-        let none = Nearest {
-            met: 0,
-            places: L::zero(),
-            sources: L::zero(),
-            doubts: 0,
-            aside: 0,
-            least: L::zero(),
-            depth: L::zero(),
-        };
         InMesh {
             entry,
             id,
             mesh,
             bundle,
-            nearest: [none; S],
+            nearest: [Nearest::none(); S],
         }
     }
 

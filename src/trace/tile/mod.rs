@@ -16,6 +16,7 @@
 
 mod block;
 mod bundle;
+mod centre;
 mod doubtful;
 mod exact;
 mod fast;

@@ -22,9 +22,15 @@ pub(super) struct Shear {
     inverse: [f32; 2],
     /// What boxes grow by along (a, b, k).
     pad: [f32; 3],
-    /// The middle of the tile's lines, and how far they are from it, at most.
-    pub middle: [f32; 2],
-    pub spread: f32,
+}
+
+impl Shear {
+    /// How far a line may be off that is counted from the near side of the tree, along
+    /// a (0) or b (1).
+    #[inline(always)]
+    pub fn rounded(&self, i: usize) -> f32 {
+        self.pad[i] * 0.0625
+    }
 }
 
 /// Where a group's rays start.
@@ -32,9 +38,6 @@ pub(super) struct Shear {
 pub(super) struct Starts<L: Lanes> {
     /// Rounded to the lanes' type; of rays that are not alive, the middle ray's.
     pub org: Vec3<L>,
-    /// Which lines they are on, from the middle of the tile's.
-    pub u: L,
-    pub v: L,
     /// Depths: negative before the tree.
     pub depth: L,
     /// What a depth may be wrong by that a t was turned into, generously.
@@ -59,6 +62,7 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
         bounds: &Aabb32,
     ) -> bool {
         let narrow = |x: f64| L::Scalar::from_f64(x);
+        let exact_dir = dir;
         let dir = [narrow(dir[0]), narrow(dir[1]), narrow(dir[2])];
         let (axes, sign) = main_axis(dir);
         let [ka, kb, k] = axes;
@@ -94,6 +98,13 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
         let size = (0..3).fold(0.0_f32, |m, k| m.max(bounds.max[k] - bounds.min[k]));
         let mut lines = [[f32::INFINITY, f32::NEG_INFINITY]; 2];
         let mut spread = [0.0_f32; 3];
+        // As truth has them; halfway down the tree lines count from the middle ray's.
+        let steady = [
+            exact_dir[ka] / exact_dir[k].abs(),
+            exact_dir[kb] / exact_dir[k].abs(),
+        ];
+        let halfway = 0.5 * f64::from(bounds.min[k]) + 0.5 * f64::from(bounds.max[k]);
+        let halfway = halfway * f64::from(sign) - place[2];
         let mut first = f32::INFINITY;
         let inverse = slopes.map(|s| {
             1.0 / if s.abs() < LEAST_SLOPE {
@@ -108,6 +119,11 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
             let depth = org.axis(k) * splat(depth_sign) - splat(place[2]);
             [a, b, depth]
         };
+        let stand_in_place = {
+            let [a, b, depth] = relative(&Vec3::splat(stand_in)).map(|x| x.lane(0));
+            let down = halfway - depth;
+            [a + steady[0] * down, b + steady[1] * down]
+        };
         for (s, (all, alive)) in all.iter().zip(alive).enumerate() {
             let all = <L::Double as Lanes>::Mask::from_bits(all.bits());
             let alive = <L::Double as Lanes>::Mask::from_bits(alive.bits());
@@ -119,6 +135,11 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
             let [a, b, depth] = relative(&org);
             let u = L::narrow(a - splat(f64::from(slopes[0])) * depth);
             let v = L::narrow(b - splat(f64::from(slopes[1])) * depth);
+            let centred = &mut self.lines[s];
+            let down = splat(halfway) - depth;
+            let across = |x, i: usize| x + splat(steady[i]) * down - splat(stand_in_place[i]);
+            centred.u = L::narrow(across(a, 0));
+            centred.v = L::narrow(across(b, 1));
             let starts = &mut self.starts[s];
             starts.org = Vec3::new(L::narrow(org.x), L::narrow(org.y), L::narrow(org.z));
             starts.depth = L::narrow(depth);
@@ -153,11 +174,6 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
         let sheared = [reach[0] + reach[2], reach[1] + reach[2], reach[2]];
         let pad = sheared.map(|r| r * (32.0 * f32::EPSILON));
         let [u, v] = lines;
-        let middle = lines.map(|[low, high]| 0.5 * low + 0.5 * high);
-        for (starts, group) in self.starts.iter_mut().zip(&self.groups) {
-            starts.u = group.u - L::from_f32(middle[0]);
-            starts.v = group.v - L::from_f32(middle[1]);
-        }
         let low = [about[0] + u[0], about[1] + v[0], base];
         let high = [about[0] + u[1], about[1] + v[1], base];
         let low = [low[0] - pad[0], low[1] - pad[1], low[2] - pad[2]];
@@ -173,10 +189,13 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
             inverse,
             // With that of the frustum.
             pad: sheared.map(|r| r * (64.0 * f32::EPSILON)),
-            middle,
-            spread: (u[1] - u[0]).max(v[1] - v[0]) * (0.5 + 4.0 * f32::EPSILON),
         };
         self.parallel = true;
+        // Slopes are at most 1: what depths add to a line is no more than they are.
+        let origin = about.iter().zip(&reach).fold(0.0, |sum, (place, reach)| {
+            sum + 2.0 * f64::from(place.abs()) + 2.0 * f64::from(*reach)
+        });
+        self.centre_parallel(stand_in_place, steady, origin, bounds);
         true
     }
 

@@ -1,14 +1,14 @@
 //! Of rays of one direction.
 //!
 //! Everything is sheared by the slopes that the rays share, and counted from the
-//! middle of the tile's lines. Edges come from the corners themselves, as with rays
-//! of one origin.
+//! middle of the tile's lines.
 
 use super::{Line, Settled, UNIT};
 use crate::accel::{Block, WIDE};
 use crate::math::lanes::{Lanes, Mask, Register, max, min};
 use crate::trace::tile::bundle::{Bundle, Group};
-use crate::trace::tile::parallel::Starts;
+use crate::trace::tile::centre::Lines;
+use crate::trace::tile::leaf::Before;
 
 /// A block's triangles as every ray of one direction needs them, and by how much
 /// rounding may have moved what comes of it.
@@ -31,8 +31,6 @@ pub struct Edges {
     off: f32,
     /// Triangles that may be in front of the rays.
     live: u32,
-    /// The lines that `normal` counts from.
-    middle: [f32; 2],
 }
 
 /// Some rays and triangles.
@@ -41,6 +39,8 @@ pub(in crate::trace::tile) struct Met<L: Lanes> {
     possible: L::Mask,
     /// The least edge function, not less than exact.
     least: L,
+    /// In the triangle's plane.
+    depth: L,
     line: Line<L>,
 }
 
@@ -48,36 +48,29 @@ impl super::Edges for Edges {
     type Met<L: Lanes> = Met<L>;
 
     #[inline(always)]
-    fn of<L: Lanes, const S: usize>(block: Block, bundle: &Bundle<L, S>) -> Edges {
+    fn of<L: Lanes, const S: usize>(block: Block, bundle: &Bundle<L, S>, _any: bool) -> Edges {
         let splat = Register::splat;
-        let shear = &bundle.shear;
+        let centre = &bundle.centre;
         let sign = splat(bundle.frustum.sign);
         let turned = |[x, y, z]: [Register; 3]| [x, y, z * sign];
-        let [a, b, c] = block.columns(bundle.frustum.axes);
-        let raw = [turned(a), turned(b), turned(c)];
-        let [slope_a, slope_b] = shear.slopes;
-        let (slope_a, slope_b) = (splat(-slope_a), splat(-slope_b));
-        let sheared = |[x, y, z]: [Register; 3]| [slope_a.mul_add(z, x), slope_b.mul_add(z, y), z];
+        let raw = block.columns(bundle.frustum.axes).map(turned);
         let minus = |p: [Register; 3], q: [Register; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
-        let [x, y, z] = bundle.org;
-        let org = [splat(x), splat(y), splat(z)];
-        let middle = [splat(shear.middle[0]), splat(shear.middle[1])];
+        // Sheared along the lines, and counted from the middle one; depths count from
+        // the near side of the tree.
+        let point = centre.point.map(splat);
+        let [slope_a, slope_b] = centre.slopes.map(|s| splat(-s));
+        let base = splat(bundle.org[2]);
+        let sheared = |[x, y, z]: [Register; 3]| [slope_a.mul_add(z, x), slope_b.mul_add(z, y), z];
         let corner = |p: [Register; 3]| {
-            let [x, y, z] = sheared(minus(p, org));
-            [x - middle[0], y - middle[1], z]
+            let [x, y, _] = sheared(minus(p, point));
+            [x, y, p[2] - base]
         };
-        let (a, b, c) = (corner(raw[0]), corner(raw[1]), corner(raw[2]));
-        let (cb, ac, ba) = (
-            minus(raw[2], raw[1]),
-            minus(raw[0], raw[2]),
-            minus(raw[1], raw[0]),
-        );
-        let sum = |p: [Register; 3]| p[0].abs() + p[1].abs() + p[2].abs();
-        let longest = max(max(sum(cb), sum(ac)), sum(ba));
-        let (cb, ac, ba) = (sheared(cb), sheared(ac), sheared(ba));
-        let flat = |p: [Register; 3]| p[0].abs() + p[1].abs();
-        let wide = max(max(flat(cb), flat(ac)), flat(ba));
-        let edge = |p: [Register; 3], q: [Register; 3]| [-q[1], q[0], q[1] * p[0] - q[0] * p[1]];
+        let [a, b, c] = raw.map(corner);
+        let cb = sheared(minus(raw[2], raw[1]));
+        let ac = sheared(minus(raw[0], raw[2]));
+        let ba = sheared(minus(raw[1], raw[0]));
+        let edge =
+            |p: [Register; 3], q: [Register; 3]| [-q[1], q[0], q[1].mul_add(p[0], -(q[0] * p[1]))];
         let normals = [edge(b, cb), edge(c, ac), edge(a, ba)];
         let det = cb[0] * ac[1] - cb[1] * ac[0];
         let inverse = splat(-1.0) / det;
@@ -85,39 +78,44 @@ impl super::Edges for Edges {
         let slope_y = (cb[2] * ac[0] - cb[0] * ac[2]) * inverse;
         let base = a[2] - slope_x * a[0] - slope_y * a[1];
 
-        // Sheared edges are off by 6.1u · longest, corners and lines together by
-        // 13.3u · reach; and an edge function, of terms of at most wide · far, is
-        // rounded eleven times with those of the middle.
-        let reach = splat(bundle.reach);
-        let away = |p: [Register; 3]| max(p[0].abs(), p[1].abs());
-        let far = max(max(away(a), away(b)), away(c)) + splat(shear.spread);
-        let place = reach * splat(14.0 * UNIT) + far * splat(16.0 * UNIT);
-        let margin = wide * place + longest * (far * splat(12.5 * UNIT));
-        // What products lose to underflow is multiplied once more.
+        // As derived in docs/NUMERICS.md.
+        let range = |i: usize| {
+            let low = min(min(a[i], b[i]), c[i]);
+            (low, max(max(a[i], b[i]), c[i]))
+        };
+        let ((low_x, high_x), (low_y, high_y)) = (range(0), range(1));
+        let (lowest, highest) = range(2);
+        let bounds = &centre.bounds;
         let tiny = splat(f32::MIN_POSITIVE);
-        let margin = (wide + far).mul_add(tiny, margin + tiny);
-        let det_error = longest * (wide * splat(19.0 * UNIT));
-        let det_error = wide.mul_add(tiny, det_error + tiny);
-        // The plane's slopes are off by four roundings of edges, over det, and
-        // three of their own. A depth moves by that over the distance from a
-        // corner, and by the slopes over what corners and lines are off.
-        let steep = slope_x.abs() + slope_y.abs();
-        let slope_error = longest * longest * splat(76.0 * UNIT) + tiny * splat(4.0);
-        let slope_error = slope_error + steep * (det_error + det_error);
-        let slope_error = slope_error * inverse.abs() + steep * splat(3.0 * UNIT);
-        let slack = steep * (reach * splat(14.0 * UNIT) + far * splat(12.0 * UNIT));
-        let slack = slack + slope_error * far + reach * splat(8.0 * UNIT) + tiny;
+        let across = max(max(high_x, -low_x), max(high_y, -low_y)) + splat(bounds.across);
+        let extent = (high_x - low_x) + (high_y - low_y);
+        let extent = across.mul_add(splat(13.0 * UNIT), extent + splat(bounds.extent));
+        let deep = (highest - lowest) + splat(bounds.deep);
+        let lines_off = across.mul_add(splat(10.6 * UNIT), splat(bounds.edge));
+        let tilted = deep * splat(bounds.tilt);
+        // What products lose to underflow is multiplied once more.
+        let margin = extent.mul_add(lines_off, tilted.mul_add(across, tiny));
+        let det_error = extent * extent.mul_add(splat(6.4 * UNIT), tilted) + tiny;
+        // The plane's slopes are off by the errors of products of sides, over det, and
+        // three roundings. A depth moves by that over the distance from a corner, and
+        // by the slopes over what corners and lines are off.
+        let over = slope_x.abs() + slope_y.abs();
+        let sides = deep * extent.mul_add(splat(10.4 * UNIT), tilted + tilted);
+        let slope_error = over.mul_add(det_error, sides + tiny);
+        let slope_error = slope_error * (inverse.abs() * splat(2.1)) + over * splat(3.1 * UNIT);
+        let slack = across.mul_add(splat(14.0 * UNIT), splat(bounds.edge));
+        let slack = over.mul_add(slack, slope_error.mul_add(across, splat(bounds.tiny)));
 
         let (zero, one) = (Register::zero(), splat(1.0));
         let turn = <Register as Lanes>::select(det.lt(zero), -one, one);
         // Which way the triangle faces is in doubt, or numbers leave the format:
         // then every decision is.
-        let largest = (wide + longest) * (reach + far);
+        let largest = (extent + deep) * (across + splat(bundle.reach));
         let sane = Lanes::gt(det.abs(), det_error) & Lanes::lt(largest, splat(1e37));
         let margin = <Register as Lanes>::select(sane, margin, splat(f32::INFINITY));
         let clear = Lanes::gt(det.abs(), det_error + det_error);
         let slack = <Register as Lanes>::select(clear, slack, splat(f32::INFINITY));
-        let off = bundle.reach * (1.25 * UNIT) + f32::MIN_POSITIVE;
+        let off = bounds.depth;
         let mut edges = Edges {
             normal: [[[0.0; WIDE]; 3]; 3],
             margin: [0.0; WIDE],
@@ -127,7 +125,6 @@ impl super::Edges for Edges {
             farthest: [0.0; WIDE],
             off,
             live: 0,
-            middle: shear.middle,
         };
         for (which, normal) in normals.iter().enumerate() {
             for axis in 0..3 {
@@ -143,8 +140,7 @@ impl super::Edges for Edges {
         slope_y.store(&mut edges.plane[1]);
         base.store(&mut edges.plane[2]);
         slack.store(&mut edges.slack);
-        let nearest = min(min(a[2], b[2]), c[2]) - splat(off);
-        let farthest = max(max(a[2], b[2]), c[2]) + splat(off);
+        let (nearest, farthest) = (lowest - splat(off), highest + splat(off));
         nearest.store(&mut edges.nearest);
         farthest.store(&mut edges.farthest);
         let deepest = splat(bundle.deepest());
@@ -158,11 +154,10 @@ impl super::Edges for Edges {
     }
 
     #[inline(always)]
-    fn may_meet<L: Lanes>(&self, group: &Group<L>) -> u32 {
-        let [[u, du], [v, dv]] = group.rect;
-        let [middle_u, middle_v] = self.middle;
-        let (u, du) = (Register::splat(u - middle_u), Register::splat(du));
-        let (v, dv) = (Register::splat(v - middle_v), Register::splat(dv));
+    fn may_meet<L: Lanes>(&self, group: &Group<L>, lines: &Lines<L>) -> u32 {
+        let [[u, du], [v, dv]] = lines.rect;
+        let (u, du) = (Register::splat(u), Register::splat(du));
+        let (v, dv) = (Register::splat(v), Register::splat(dv));
         let greatest = |which: usize| {
             let [x, y, z] = &self.normal[which];
             let n = [Register::load(x), Register::load(y), Register::load(z)];
@@ -178,28 +173,35 @@ impl super::Edges for Edges {
 
     /// The depth where a ray starts is rounded once; in f64 besides.
     #[inline(always)]
-    fn line<L: Lanes>(&self, group: &Group<L>, starts: &Starts<L>) -> Line<L> {
-        let slack = starts.depth.abs() * L::from_f32(1.25 * UNIT) + L::from_f32(self.off * UNIT);
+    fn line<L: Lanes, M: Lanes>(&self, before: &Before<L>, pick: impl Fn(&L) -> M) -> Line<M> {
+        let (group, lines, starts) = (&*before.group, before.lines, before.starts);
+        let depth = pick(&starts.depth);
+        let slack = depth.abs() * M::from_f32(1.25 * UNIT) + M::from_f32(self.off * UNIT);
         Line {
-            u: starts.u,
-            v: starts.v,
-            start: [starts.depth - slack, starts.depth + slack],
-            limit: group.limit,
+            centred: [pick(&lines.u), pick(&lines.v)],
+            slopes: [M::zero(); 2],
+            start: [depth - slack, depth + slack],
+            least: pick(&before.nearest.least),
+            limit: pick(&group.limit),
         }
     }
 
     #[inline(always)]
-    fn meet<L: Lanes>(&self, at: impl Fn(&[f32; WIDE]) -> L, line: &Line<L>) -> Met<L> {
-        let value = |which: usize| {
-            let [x, y, z] = &self.normal[which];
-            at(x).mul_add(line.u, at(y).mul_add(line.v, at(z)))
-        };
-        let least = value(0).min(value(1)).min(value(2));
-        let late = at(&self.nearest).gt(line.limit);
-        let behind = at(&self.farthest).lt(line.start[0]);
+    fn meet<L: Lanes>(&self, at: impl Fn(&[f32; WIDE]) -> L, line: &Line<L>, _any: bool) -> Met<L> {
+        let [u, v] = line.centred;
+        let value = |[x, y, z]: &[[f32; WIDE]; 3]| at(x).mul_add(u, at(y).mul_add(v, at(z)));
+        let [a, b, c] = &self.normal;
+        let least = value(a).min(value(b)).min(value(c));
+        // Of what a ray has just left the depth is behind its start.
+        let depth = value(&self.plane);
+        let latest = (depth + at(&self.slack)).min(at(&self.farthest));
+        let room = (line.limit - at(&self.nearest)).min(latest - line.start[0]);
         Met {
-            possible: !(least.lt(L::zero()) | late | behind),
+            // One comparison for all. What is no number is left to the others, or in
+            // doubt.
+            possible: !least.min(room).lt(L::zero()),
             least,
+            depth,
             line: *line,
         }
     }
@@ -210,24 +212,26 @@ impl super::Edges for Edges {
     }
 
     #[inline(always)]
-    fn settle<L: Lanes>(&self, at: impl Fn(&[f32; WIDE]) -> L, met: &Met<L>) -> Settled<L> {
-        let Line { u, v, start, .. } = met.line;
-        let [x, y, z] = &self.plane;
-        let depth = at(x).mul_add(u, at(y).mul_add(v, at(z)));
-        let slack = at(&self.slack);
+    fn settle<L: Lanes>(
+        &self,
+        at: impl Fn(&[f32; WIDE]) -> L,
+        met: &Met<L>,
+        _any: bool,
+    ) -> Settled<L> {
+        let (depth, slack) = (met.depth, at(&self.slack));
         let (near, far) = (at(&self.nearest), at(&self.farthest));
         let known = slack.lt(L::from_f32(f32::INFINITY)) & depth.abs().lt(L::from_f32(1e37));
         let from = L::select(known, (depth - slack).max(near), near);
         let to = L::select(known, (depth + slack).min(far), far);
         let sure = met.possible & known & met.least.gt(at(&self.margin));
-        let [earliest, latest] = start;
         Settled {
-            sure: sure & from.gt(latest),
-            // As what a ray has just left.
-            behind: to.lt(earliest),
+            sure: sure & from.gt(met.line.start[1]),
             depth,
             from,
             to,
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

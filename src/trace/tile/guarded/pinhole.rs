@@ -1,30 +1,34 @@
 //! Of rays of one origin.
 //!
-//! Unlike in [`super::super::block`], edges come from the corners themselves:
-//! relative to a far origin they would be rounded before the difference, and the
-//! bounds would grow with the distance (docs/NUMERICS.md). That neighbours then do
-//! not have exactly opposite edge functions does no harm: the bounds are wider.
+//! Unlike in [`super::super::block`], edges come from the corners themselves, counted
+//! from the tile's middle: relative to a far origin they would be rounded before the
+//! difference, and the bounds would grow with the distance (docs/NUMERICS.md). That
+//! neighbours then do not have exactly opposite edge functions does no harm: the bounds
+//! are wider.
 
 use super::{Line, Settled, UNIT};
 use crate::accel::{Block, WIDE};
 use crate::geom::triangle::{cross_with_size, plane_depth_times_det, plane_det};
 use crate::math::lanes::{Lanes, Mask, Register, max, min};
 use crate::trace::tile::bundle::{Bundle, Group};
-use crate::trace::tile::parallel::Starts;
+use crate::trace::tile::centre::Lines;
+use crate::trace::tile::leaf::Before;
 
 /// A block's triangles as every ray of one origin needs them, and by how much
 /// rounding may have moved what comes of it.
 #[repr(C, align(64))]
 pub struct Edges {
-    /// Normals of the edges a, b, c (each opposite to its corner), grown by
-    /// `margin` along the main axis, and of the plane; `[which][axis][slot]`,
-    /// turned so that T ≥ 0.
+    /// Normals of the edges a, b, c (each opposite to its corner), as they are
+    /// counted from the tile's middle and grown by `margin` along the main axis, and
+    /// of the plane as all kernels have it; `[which][axis][slot]`, turned so that
+    /// T ≥ 0.
     normal: [[[f32; WIDE]; 3]; 4],
     /// Of edge functions, twice.
     margin: [f32; WIDE],
-    /// T: the depth times det; and no more than that.
+    /// T: the depth times det. For rays that ask for any hit, no more and no less.
     top: [f32; WIDE],
     early: [f32; WIDE],
+    late: [f32; WIDE],
     det_error: [f32; WIDE],
     /// A depth z is off by z · (`fixed` + z · `growing`), where det is more than
     /// four times its error.
@@ -43,6 +47,8 @@ pub struct Met<L: Lanes> {
     possible: L::Mask,
     /// The least edge function, and the ray.
     least: L,
+    /// For rays that ask for any hit.
+    det: L,
     line: Line<L>,
 }
 
@@ -50,58 +56,72 @@ impl super::Edges for Edges {
     type Met<L: Lanes> = Met<L>;
 
     #[inline(always)]
-    fn of<L: Lanes, const S: usize>(block: Block, bundle: &Bundle<L, S>) -> Edges {
+    fn of<L: Lanes, const S: usize>(block: Block, bundle: &Bundle<L, S>, any: bool) -> Edges {
         let splat = Register::splat;
+        let centre = &bundle.centre;
         let sign = splat(bundle.frustum.sign);
         let turned = |[x, y, z]: [Register; 3]| [x, y, z * sign];
-        let [a, b, c] = block.columns(bundle.frustum.axes);
-        let raw = [turned(a), turned(b), turned(c)];
-        let org = [
-            splat(bundle.org[0]),
-            splat(bundle.org[1]),
-            splat(bundle.org[2]),
-        ];
+        let raw = block.columns(bundle.frustum.axes).map(turned);
         let minus = |p: [Register; 3], q: [Register; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
-        let [a, b, c] = [minus(raw[0], org), minus(raw[1], org), minus(raw[2], org)];
-        let (cb, ac, ba) = (
-            minus(raw[2], raw[1]),
-            minus(raw[0], raw[2]),
-            minus(raw[1], raw[0]),
-        );
-        let (plane, size) = cross_with_size(ac, ba);
-        let (edge_a, size_a) = cross_with_size(b, cb);
-        let (edge_b, size_b) = cross_with_size(c, ac);
-        let (edge_c, size_c) = cross_with_size(a, ba);
+        let cb = minus(raw[2], raw[1]);
+        let ac = minus(raw[0], raw[2]);
+        let ba = minus(raw[1], raw[0]);
 
-        // Magnitudes of a product with any ray's (u, v, 1).
-        let [u, v] = bundle.widest;
-        let (u, v) = (splat(u), splat(v));
-        let product = |p: [Register; 3]| u.mul_add(p[0], v.mul_add(p[1], p[2]));
-        let sum = |p: [Register; 3]| p[0].abs() + p[1].abs() + p[2].abs();
-        let origin = splat(bundle.origin);
-        let wide = splat(bundle.steepest);
-        let largest = max(max(product(size_a), product(size_b)), product(size_c));
-        let longest = max(max(sum(cb), sum(ac)), sum(ba));
-        let tiny = splat(f32::MIN_POSITIVE);
-        // Roundings of an edge function's terms: of a corner relative to the
-        // origin, of an edge, of a product, of a difference; three of the slopes,
-        // three of the sum. And those of the origin.
-        let margin = largest * splat(10.5 * UNIT) + longest * (origin * wide * splat(2.25 * UNIT));
-        let margin = margin + tiny;
-        let det_error = product(size) * splat(10.5 * UNIT) + tiny;
-        let reach = [a[0].abs(), a[1].abs(), a[2].abs()];
-        let top_size = reach[0].mul_add(size[0], reach[1].mul_add(size[1], reach[2] * size[2]));
-        let top_error = top_size * splat(8.5 * UNIT) + sum(size) * (origin * splat(1.25 * UNIT));
-        // What products lose to underflow is multiplied once more.
-        let top_error = (reach[0] + reach[1] + reach[2]).mul_add(tiny, top_error + tiny);
+        // Sheared along the tile's middle, and counted from it; depths are those from
+        // the origin, as all kernels have them.
+        let point = centre.point.map(splat);
+        let [slope_a, slope_b] = centre.slopes.map(|s| splat(-s));
+        let org = bundle.org.map(splat);
+        let sheared = |[x, y, z]: [Register; 3]| [slope_a.mul_add(z, x), slope_b.mul_add(z, y), z];
+        let corner = |p: [Register; 3]| {
+            let [x, y, _] = sheared(minus(p, point));
+            [x, y, p[2] - org[2]]
+        };
+        let [a, b, c] = raw.map(corner);
+        let cross = |p: [Register; 3], q: [Register; 3]| {
+            let term = |i: usize, j: usize| p[i].mul_add(q[j], -(p[j] * q[i]));
+            [term(1, 2), term(2, 0), term(0, 1)]
+        };
+        let edge_a = cross(b, sheared(cb));
+        let edge_b = cross(c, sheared(ac));
+        let edge_c = cross(a, sheared(ba));
+
+        let range = |i: usize| {
+            let low = min(min(a[i], b[i]), c[i]);
+            (low, max(max(a[i], b[i]), c[i]))
+        };
+        let ((low_x, high_x), (low_y, high_y)) = (range(0), range(1));
+        let (lowest, highest) = range(2);
+        let bounds = &centre.bounds;
+        let across = max(max(high_x, -low_x), max(high_y, -low_y)) + splat(bounds.across);
+        let extent = (high_x - low_x) + (high_y - low_y);
+        let extent = across.mul_add(splat(13.0 * UNIT), extent + splat(bounds.extent));
+        let deep = (highest - lowest) + splat(bounds.deep);
+        let margin = extent * across.mul_add(splat(13.9 * UNIT), splat(bounds.edge));
+        let margin = deep.mul_add(
+            across.mul_add(splat(bounds.tilt), splat(bounds.turn)),
+            margin,
+        );
+        let margin = margin + splat(f32::MIN_POSITIVE);
+        // The plane as all kernels have it: its numbers are what t is reported by.
+        let (plane, size) = cross_with_size(ac, ba);
+        let seen = [raw[0][0] - org[0], raw[0][1] - org[1], a[2]];
+        let top = plane_depth_times_det(seen, plane);
+        let [u, v] = bundle.widest.map(splat);
+        let det_size = u.mul_add(size[0], v.mul_add(size[1], size[2]));
+        let det_error = det_size.mul_add(splat(10.5 * UNIT), splat(f32::MIN_POSITIVE));
+        let places = seen.map(|x| x.abs().mul_add(splat(8.5 * UNIT), splat(bounds.origin)));
+        let top_size = places[1].mul_add(size[1], places[2] * size[2]);
+        let top_size = places[0].mul_add(size[0], top_size);
+        let top_error = top_size + splat(bounds.tiny);
 
         let (zero, one) = (Register::zero(), splat(1.0));
-        let top = plane_depth_times_det(a, plane);
         let turn = <Register as Lanes>::select(top.lt(zero), -one, one);
         let top = top.abs();
-        // Which way the triangle faces is in doubt, or numbers leave the format:
-        // then every decision is.
-        let sane = Lanes::gt(top, top_error) & Lanes::lt(largest + top_size, splat(1e37));
+        // Which way the triangle faces is in doubt, or numbers leave the format (of a
+        // product the bound is at least 10^-18 of it): then every decision is.
+        let sized = Lanes::lt(margin, splat(1e17)) & Lanes::lt(det_size + top_size, splat(1e30));
+        let sane = Lanes::gt(top, top_error) & sized;
         let infinite = splat(f32::INFINITY);
         let margin = <Register as Lanes>::select(sane, margin, infinite);
         let top_error = <Register as Lanes>::select(sane, top_error, infinite);
@@ -110,6 +130,7 @@ impl super::Edges for Edges {
             margin: [0.0; WIDE],
             top: [0.0; WIDE],
             early: [0.0; WIDE],
+            late: [0.0; WIDE],
             det_error: [0.0; WIDE],
             fixed: [0.0; WIDE],
             growing: [0.0; WIDE],
@@ -132,16 +153,17 @@ impl super::Edges for Edges {
         top.store(&mut edges.top);
         (top - top_error).store(&mut edges.early);
         det_error.store(&mut edges.det_error);
-        // |T/D − T̂/D̂| ≤ (|T − T̂| + z |D − D̂|) / |D|, and 1/|D| is at most 4/3 of
-        // 1/D̂ = z/T̂. A little more than 4/3 for the roundings.
-        let per_top = splat(1.35) / top;
-        (per_top * top_error + splat(8.0 * UNIT)).store(&mut edges.fixed);
-        (per_top * det_error).store(&mut edges.growing);
+        if any {
+            (top + top_error).store(&mut edges.late);
+        } else {
+            // |T/D − T̂/D̂| ≤ (|T − T̂| + z |D − D̂|) / |D|, and 1/|D| is at most 4/3
+            // of 1/D̂ = z/T̂. A little more than 4/3 for the roundings.
+            let per_top = splat(1.35) / top;
+            (per_top * top_error + splat(8.0 * UNIT)).store(&mut edges.fixed);
+            (per_top * det_error).store(&mut edges.growing);
+        }
         // One rounding of the difference, one of the origin.
-        let off = splat(bundle.reach * (2.25 * UNIT) + f32::MIN_POSITIVE);
-        let lowest = min(min(a[2], b[2]), c[2]);
-        let nearest = lowest - off;
-        let farthest = max(max(a[2], b[2]), c[2]) + off;
+        let (nearest, farthest) = (lowest - splat(bounds.depth), highest + splat(bounds.depth));
         lowest.store(&mut edges.lowest);
         nearest.store(&mut edges.nearest);
         farthest.store(&mut edges.farthest);
@@ -157,8 +179,8 @@ impl super::Edges for Edges {
     }
 
     #[inline(always)]
-    fn may_meet<L: Lanes>(&self, group: &Group<L>) -> u32 {
-        let [[u, du], [v, dv]] = group.rect;
+    fn may_meet<L: Lanes>(&self, group: &Group<L>, lines: &Lines<L>) -> u32 {
+        let [[u, du], [v, dv]] = lines.rect;
         let (u, du) = (Register::splat(u), Register::splat(du));
         let (v, dv) = (Register::splat(v), Register::splat(dv));
         let greatest = |which: usize| {
@@ -176,29 +198,41 @@ impl super::Edges for Edges {
 
     /// Depths count from the origin.
     #[inline(always)]
-    fn line<L: Lanes>(&self, group: &Group<L>, _starts: &Starts<L>) -> Line<L> {
+    fn line<L: Lanes, M: Lanes>(&self, before: &Before<L>, pick: impl Fn(&L) -> M) -> Line<M> {
+        let (group, lines) = (&*before.group, before.lines);
         Line {
-            u: group.u,
-            v: group.v,
-            start: [L::zero(); 2],
-            limit: group.limit,
+            centred: [pick(&lines.u), pick(&lines.v)],
+            slopes: [pick(&group.u), pick(&group.v)],
+            start: [M::zero(); 2],
+            least: pick(&before.nearest.least),
+            limit: pick(&group.limit),
         }
     }
 
     #[inline(always)]
-    fn meet<L: Lanes>(&self, at: impl Fn(&[f32; WIDE]) -> L, line: &Line<L>) -> Met<L> {
-        let Line { u, v, limit, .. } = *line;
-        let value = |which: usize| {
-            let [x, y, z] = &self.normal[which];
-            at(x).mul_add(u, at(y).mul_add(v, at(z)))
+    fn meet<L: Lanes>(&self, at: impl Fn(&[f32; WIDE]) -> L, line: &Line<L>, any: bool) -> Met<L> {
+        let [u, v] = line.centred;
+        let value = |[x, y, z]: &[[f32; WIDE]; 3]| at(x).mul_add(u, at(y).mul_add(v, at(z)));
+        let [a, b, c, plane] = &self.normal;
+        let least = value(a).min(value(b)).min(value(c));
+        let mut det = L::zero();
+        let room = if any {
+            // Divisions are dearer than this. Limits have more room than these
+            // products and sums are rounded by.
+            let [x, y, z] = plane;
+            let [u, v] = line.slopes;
+            det = at(x).mul_add(u, at(y).mul_add(v, at(z)));
+            line.limit
+                .mul_add(det + at(&self.det_error), -at(&self.early))
+        } else {
+            line.limit - at(&self.nearest)
         };
-        let least = value(0).min(value(1)).min(value(2));
-        let det = value(3);
-        let late = at(&self.early).gt(limit * (det + at(&self.det_error)));
-        let out = least.lt(L::zero()) | late | at(&self.nearest).gt(limit);
         Met {
-            possible: !out,
+            // One comparison for all. What is no number is left to the others, or in
+            // doubt.
+            possible: !least.min(room).lt(L::zero()),
             least,
+            det,
             line: *line,
         }
     }
@@ -209,22 +243,38 @@ impl super::Edges for Edges {
     }
 
     #[inline(always)]
-    fn settle<L: Lanes>(&self, at: impl Fn(&[f32; WIDE]) -> L, met: &Met<L>) -> Settled<L> {
+    fn settle<L: Lanes>(
+        &self,
+        at: impl Fn(&[f32; WIDE]) -> L,
+        met: &Met<L>,
+        any: bool,
+    ) -> Settled<L> {
         let (near, far) = (at(&self.nearest), at(&self.farthest));
+        let sure = met.possible & met.least.gt(at(&self.margin));
+        if any {
+            let end = met.line.least;
+            let before = at(&self.late).lt(end * (met.det - at(&self.det_error)));
+            return Settled {
+                sure: sure & (before | far.lt(end)),
+                depth: near,
+                from: near,
+                to: near,
+            };
+        }
         // What kernels report of t comes from det in this order.
         let [x, y, z] = &self.normal[3];
-        let det = plane_det([at(x), at(y), at(z)], [met.line.u, met.line.v]);
+        let det = plane_det([at(x), at(y), at(z)], met.line.slopes);
         let depth = at(&self.top) / det;
         let known = det.gt(at(&self.det_error) * L::from_f32(4.0));
         let error = depth * depth.mul_add(at(&self.growing), at(&self.fixed));
-        let from = L::select(known, (depth - error).max(near), near);
-        let sure = met.possible & known & met.least.gt(at(&self.margin));
         Settled {
-            sure: sure & from.gt(L::zero()),
-            behind: L::Mask::splat(false),
+            sure,
             depth: depth.max(at(&self.lowest)),
-            from,
+            from: L::select(known, (depth - error).max(near), near),
             to: L::select(known, (depth + error).min(far), far),
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

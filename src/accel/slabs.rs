@@ -28,6 +28,18 @@ pub struct Slabs<L: Lanes> {
 }
 
 impl<L: Lanes> Slabs<L> {
+    /// Of rays that reach every box, wherever they are.
+    #[inline(always)]
+    pub fn open() -> Slabs<L> {
+        let splat = |x: L::Scalar| Vec3::splat([x; 3]);
+        let largest = L::Scalar::MAX;
+        Slabs {
+            inv: splat(L::Scalar::MIN_POSITIVE),
+            low: -splat(largest),
+            high: splat(largest),
+        }
+    }
+
     /// `bounds` must contain every box that will be asked about.
     #[inline(always)]
     pub fn new(org: Vec3<L>, dir: Vec3<L>, bounds: &Aabb32) -> Slabs<L> {

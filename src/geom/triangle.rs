@@ -325,8 +325,9 @@ impl<L: Lanes> Seen<L> {
         let origin = largest(ray.org);
         let moved = u * (reach * L::from_f32(8.25) + origin * L::from_f32(2.25));
         let tiny = L::splat(L::Scalar::MIN_POSITIVE);
-        // Shorter directions lose bits when they are rounded.
-        let long = ray.shear.along.abs().gt(tiny / u);
+        // Shorter directions lose bits when they are rounded, longer ones' inverses do.
+        let along = ray.shear.along.abs();
+        let long = along.gt(tiny / u) & along.lt(u / tiny);
         let infinity = L::splat(L::Scalar::INFINITY);
         Bounds {
             weight: L::select(long, self.margin(moved), infinity),
@@ -346,22 +347,22 @@ impl<L: Lanes> Seen<L> {
         let det = u + v + w;
         let mean = (u * a + v * b + w * c) / det;
         let three = bounds.weight * L::from_f32(3.25);
-        let share = three / (det.abs() - three);
-        let small = share.ge(L::zero()) & share.le(L::from_f32(1.0));
-        // A sum of weights that is within its error says nothing about the mean.
-        let share = L::select(small, share, L::splat(L::Scalar::INFINITY));
+        let rest = det.abs() - three;
         // The mean's own five roundings; |z| is no more than what `depth` bounds.
-        // And what its products lose to underflow; or all, where they overflow.
+        // And what its products lose to underflow; or all, where they overflow, and
+        // where the sum of the weights is within its error and says nothing about it.
         let tiny = L::splat(L::Scalar::MIN_POSITIVE);
-        let slack = (high - low) * share + bounds.depth * L::from_f32(8.0) + tiny / det.abs();
+        let slack = (high - low).mul_add(three, tiny) / rest + bounds.depth * L::from_f32(8.0);
         let infinity = L::splat(L::Scalar::INFINITY);
-        let slack = L::select(mean.abs().lt(infinity), slack, infinity);
+        let known = three.le(rest) & mean.abs().lt(infinity);
+        let slack = L::select(known, slack, infinity);
         let least = (mean - slack).max(low - bounds.depth);
         let most = (mean + slack).min(high + bounds.depth);
-        // Depth over `along`, which is rounded once: four roundings at most.
-        let (from, to) = (least / along, most / along);
-        let relative = L::splat(L::Scalar::UNIT_ROUNDOFF) * L::from_f32(4.0);
-        let tiny = L::splat(L::Scalar::MIN_POSITIVE);
+        // Depth over `along`, which is rounded once, as is its inverse: five roundings
+        // at most.
+        let inverse = L::from_f32(1.0) / along;
+        let (from, to) = (least * inverse, most * inverse);
+        let relative = L::splat(L::Scalar::UNIT_ROUNDOFF) * L::from_f32(5.0);
         let (from, to) = (from.min(to), from.max(to));
         [
             from - from.abs() * relative - tiny,
@@ -387,17 +388,19 @@ impl<L: Lanes> Seen<L> {
         carried + rounding + L::splat(L::Scalar::MIN_POSITIVE)
     }
 
-    /// Lanes whose triangle the ray's line may meet in exact arithmetic, and those
-    /// where it certainly does, where x and y are out of place by at most `moved`.
+    /// Two numbers, where x and y are out of place by at most `moved`: below zero, the
+    /// ray's line certainly does not meet the triangle in exact arithmetic; and above
+    /// zero, it certainly does. Where products leave the format, neither: the margin is
+    /// infinite, and what comes of it is infinite to the other side or no number.
     #[inline(always)]
-    pub fn may_meet(&self, moved: L) -> [L::Mask; 2] {
+    pub fn beside_and_inside(&self, moved: L) -> [L; 2] {
         let [u, v, w] = self.weights();
         let margin = self.margin(moved);
         let least = u.min(v).min(w);
         let most = u.max(v).max(w);
-        // What is not a number is in doubt.
-        let outside = least.lt(-margin) & most.gt(margin);
-        let inside = least.gt(margin) | most.lt(-margin);
-        [!outside, inside]
+        [
+            (least + margin).max(margin - most),
+            (least - margin).max(-margin - most),
+        ]
     }
 }

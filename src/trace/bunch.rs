@@ -217,10 +217,9 @@ impl Sight {
         let most = max(max(depths[0], depths[1]), depths[2]);
         let end = limit * along.abs();
         let pad = splat(&self.misplaced) * Register::splat(4.0);
-        let before = Lanes::le(least - pad, Register::splat(end * (1.0 + SLACK)));
+        let (least_padded, most_padded) = (least - pad, most + pad);
+        let (end_late, end_early) = (end * (1.0 + SLACK), end * (1.0 - SLACK));
         let after = begin + begin.abs() * Register::splat(2.0 * SLACK);
-        let within = Lanes::gt(least - pad, after)
-            & Lanes::lt(most + pad, Register::splat(end * (1.0 - SLACK)));
         // What `plane_depth` divides, t in its plane and the corners' least, is
         // compared as products here: depths in the ray's sense.
         let normal = |axis: usize| Register::load(&faces.normal[axis]);
@@ -234,22 +233,35 @@ impl Sight {
             // and those of det ten.
             let moved = splat(&self.misplaced);
             let size = Register::load(&faces.size);
-            let least = Register::splat(f32::MIN_POSITIVE);
-            let top_error = moved * size + least;
-            let det_error = size * Register::splat(DET_ERROR) + least;
-            let [possible, inside] = seen.may_meet(moved);
+            let tiny = Register::splat(f32::MIN_POSITIVE);
+            let top_error = moved * size + tiny;
+            let det_error = size * Register::splat(DET_ERROR) + tiny;
+            // Everything that rules a triangle out is a number below zero: one
+            // comparison for all. What is no number rules nothing out.
+            let [beside, inside] = seen.beside_and_inside(moved);
             let first = begin * det - begin.abs() * det_error;
-            let last = Register::splat(end * (1.0 + SLACK)) * (det + det_error);
-            // What is not a number is in doubt.
-            let beside = Lanes::lt(above + top_error, first) | Lanes::gt(above - top_error, last);
-            // Where terms of T leave the format, its sign may be anyone's.
-            let sane = Lanes::lt(top_error, Register::splat(1e30));
-            let beside = beside & sane & Lanes::gt(det, det_error);
-            let late = Lanes::gt(least - pad, Register::splat(end * (1.0 + SLACK)));
-            let out = beside | late | Lanes::lt(most + pad, begin);
-            let possible = (possible & !out).bits() & faces.used;
-            return [possible, (inside & within).bits() & faces.used];
+            let last = Register::splat(end_late) * (det + det_error);
+            let plane = min(above + top_error - first, last - (above - top_error));
+            // Where terms of T leave the format, its sign may be anyone's; and that of
+            // det, where it is less than its error.
+            let known = Lanes::gt(det, det_error) & Lanes::lt(top_error, Register::splat(1e30));
+            let plane = <Register as Lanes>::select(known, plane, Register::zero());
+            let ends = min(
+                Register::splat(end_late) - least_padded,
+                most_padded - begin,
+            );
+            let out = min(min(ends, plane), beside).lt(Register::zero());
+            // What may be no number comes last: then the least is none, either.
+            let within = min(
+                least_padded - after,
+                Register::splat(end_early) - most_padded,
+            );
+            let sure = Lanes::gt(min(within, inside), Register::zero());
+            return [(!out).bits() & faces.used, sure.bits() & faces.used];
         }
+        let before = Lanes::le(least_padded, Register::splat(end_late));
+        let within =
+            Lanes::gt(least_padded, after) & Lanes::lt(most_padded, Register::splat(end_early));
         let (inside, _) = seen.inside();
         // Without area, as the places that fill a block up.
         let none = Lanes::eq(above, Register::zero()) | Lanes::eq(det, Register::zero());

@@ -43,6 +43,18 @@ impl<L: Lanes> Packet<L> {
         }
     }
 
+    /// For what asks about no boxes: these rays reach every one.
+    #[inline(always)]
+    pub fn open(org: Vec3<L::Double>, dir: Vec3<L::Double>, t_min: L) -> Packet<L> {
+        let narrow = |v: Vec3<L::Double>| Vec3::new(L::narrow(v.x), L::narrow(v.y), L::narrow(v.z));
+        Packet {
+            org,
+            dir,
+            slabs: Slabs::open(),
+            ray: Ray::new(narrow(org), narrow(dir), t_min),
+        }
+    }
+
     /// The same rays in an appearance's object space, about `center`.
     #[inline(always)]
     pub fn in_object(

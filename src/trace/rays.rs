@@ -92,13 +92,24 @@ impl Rays<'_> {
 
     #[inline(always)]
     pub(super) fn packet<L: Lanes>(&self, first: usize, world: &World) -> Packet<L> {
+        let (org, dir, t_min) = self.numbers(first);
+        Packet::about(world.center, org, dir, t_min, &world.bounds)
+    }
+
+    /// The same for what asks about no boxes.
+    #[inline(always)]
+    pub(super) fn open_packet<L: Lanes>(&self, first: usize) -> Packet<L> {
+        let (org, dir, t_min) = self.numbers(first);
+        Packet::open(org, dir, t_min)
+    }
+
+    #[inline(always)]
+    fn numbers<L: Lanes>(&self, first: usize) -> (Vec3<L::Double>, Vec3<L::Double>, L) {
         let wide = |column: &[f32]| load_f32::<L::Double>(&column[first..]);
-        Packet::about(
-            world.center,
+        (
             self.org.lanes(first),
             Vec3::new(wide(self.dir[0]), wide(self.dir[1]), wide(self.dir[2])),
             load_f32(&self.t_min[first..]),
-            &world.bounds,
         )
     }
 }

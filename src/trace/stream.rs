@@ -5,9 +5,8 @@
 //! the same one-lane test as a packet's lane, so the answers are the same bits.
 
 use super::bunch::{Bunch, Faces};
-use super::leaf::{Everything, Features, Tester};
+use super::leaf::{Everything, Features, Tester, Window};
 use super::nested::Level;
-use super::packet::Packet;
 use super::query::{HitId, Query};
 use super::rays::Rays;
 use super::solids::{Lanewise, Packets};
@@ -59,11 +58,6 @@ impl Stream<'_> {
             first: self.first,
             packets: Packets::none(),
         }
-    }
-
-    #[inline(always)]
-    fn packet<L: Lanes>(&self, i: usize) -> Packet<L> {
-        self.rays.packet(self.first + i, self.world)
     }
 
     #[inline(always)]
@@ -299,11 +293,20 @@ impl Stream<'_> {
         mut bits: u32,
         query: &mut Q,
     ) {
-        let packet = self.packet::<L>(i);
+        // Guarded hits are as they are, whatever the boxes say.
+        let packet = if C::GUARDED {
+            self.rays.open_packet::<L>(self.first + i)
+        } else {
+            self.rays.packet::<L>(self.first + i, self.world)
+        };
         let tester = Tester::<L, C, Everything>::new(self.world, &packet).with_map(map);
         let object = tester.mesh_packet(entry, id);
         let active = L::Mask::splat(true);
-        let (window, active) = tester.window(entry, active, query.limit());
+        let (window, active) = if C::GUARDED {
+            (Window::all(), active)
+        } else {
+            tester.window(entry, active, query.limit())
+        };
         while bits != 0 {
             let slot = bits.trailing_zeros() as usize;
             bits &= bits - 1;

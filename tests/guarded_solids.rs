@@ -24,7 +24,7 @@ fn meet<L: Lanes>(kind: &Kind, object: &ObjectRay<L>) -> Meet<L> {
     match kind {
         Kind::Sphere(row) => sphere::meet_sphere(row, object, all),
         Kind::Ellipsoid(row) => sphere::meet_ellipsoid(row, object, all),
-        Kind::Cone(row) => cone::meet(row, object, all),
+        Kind::Cone(row) => cone::meet(&row.upright(), object, all),
         Kind::Cuboid(row) => cuboid::meet(row, object, all),
         Kind::HalfSpace(row) => half_space::meet(row, object, all),
         Kind::Polyhedron(planes, corner) => {

@@ -261,10 +261,10 @@ kernels! {
         |row, ray| ellipsoid::span(row, ray).first_beyond(ray.t_min);
     closed_cone_kernel:
         |random: &mut Random| some_cone(random, false),
-        |row, ray| cone::span(row, ray).first_beyond(ray.t_min);
+        |row, ray| cone::span(&row.upright(), ray).first_beyond(ray.t_min);
     open_cone_kernel:
         |random: &mut Random| some_cone(random, true),
-        |row, ray| cone::meet_side(row, ray);
+        |row, ray| cone::meet_side(&row.upright(), ray);
     cuboid_kernel:
         |random: &mut Random| {
             let min = random.sane().round();
@@ -301,10 +301,10 @@ kernels! {
         |row, ray| guarded::sphere::meet_ellipsoid(row, &in_full(ray), Mask::splat(true));
     guarded_closed_cone_kernel:
         |random: &mut Random| some_cone(random, false),
-        |row, ray| guarded::cone::meet(row, &in_full(ray), Mask::splat(true));
+        |row, ray| guarded::cone::meet(&row.upright(), &in_full(ray), Mask::splat(true));
     guarded_open_cone_kernel:
         |random: &mut Random| some_cone(random, true),
-        |row, ray| guarded::cone::meet(row, &in_full(ray), Mask::splat(true));
+        |row, ray| guarded::cone::meet(&row.upright(), &in_full(ray), Mask::splat(true));
     guarded_cuboid_kernel:
         |random: &mut Random| {
             let min = random.sane().round();

@@ -28,11 +28,30 @@ pub struct Cone {
     pub open: bool,
 }
 
+/// What follows from a cone's two ends: a square root and several divisions, so tables
+/// keep it.
+#[derive(Clone, Copy, Debug)]
+pub struct Axis {
+    /// Half the height.
+    pub half: f64,
+    pub unit: DVec3,
+    pub middle: DVec3,
+    /// Of the radius, along the axis.
+    pub growth: f64,
+    /// That sums over axes take.
+    pub order: AxisOrder,
+}
+
+/// A cone and its axis.
+#[derive(Clone, Copy, Debug)]
+pub struct Upright {
+    pub cone: Cone,
+    pub axis: Axis,
+}
+
 impl Cone {
-    /// Half the height and the unit axis, without overflow; and the order that sums over
-    /// axes take for it.
-    #[inline(always)]
-    pub(super) fn axis(&self) -> (f64, DVec3, AxisOrder) {
+    /// Without overflow.
+    pub fn axis(&self) -> Axis {
         let half = self.top * 0.5 - self.base * 0.5;
         let size = half.abs().max_element();
         let scaled = half / size;
@@ -41,13 +60,28 @@ impl Cone {
         let order = AxisOrder::of(scaled.abs().to_array());
         let [x, y, z] = order.of_axes((scaled * scaled).to_array());
         let length = (x + y + z).sqrt();
-        (size * length, scaled / length, order)
+        let half = size * length;
+        Axis {
+            half,
+            unit: scaled / length,
+            middle: self.base * 0.5 + self.top * 0.5,
+            growth: (self.top_radius - self.base_radius) / (2.0 * half),
+            order,
+        }
+    }
+
+    /// As kernels take it.
+    pub fn upright(&self) -> Upright {
+        Upright {
+            cone: *self,
+            axis: self.axis(),
+        }
     }
 
     /// The box around the two end discs: along axis k a disc with unit normal n
     /// reaches r·√(1 − n_k²).
     pub fn bounds(&self) -> Aabb {
-        let (_, n, _) = self.axis();
+        let n = self.axis().unit;
         // As the other two components' length: 1 − n_k² would cancel.
         let length = |a: f64, b: f64| (a * a + b * b).sqrt();
         let reach = DVec3::new(length(n.y, n.z), length(n.x, n.z), length(n.x, n.y));
@@ -61,23 +95,31 @@ impl Cone {
     /// Outward, any length. On a closed solid's cap or side, whichever is
     /// nearer to `p`.
     pub fn normal_at(&self, p: DVec3) -> DVec3 {
-        self.nearest(Vec3::<f64>::from(p)).1.into()
+        self.upright().nearest(Vec3::<f64>::from(p)).1.into()
     }
+}
 
-    /// How far `p` lies above that cap or side, to first order; and the normal.
+impl Upright {
+    /// How far `p` lies above the cap or side that is nearer, to first order; and the
+    /// normal.
     #[inline(always)]
     pub fn nearest<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> (D, Vec3<D>) {
-        let (half, axis, _) = self.axis();
-        let k = (self.top_radius - self.base_radius) / (2.0 * half);
-        let n = Vec3::<D>::splat(axis.to_array());
-        let middle = self.base * 0.5 + self.top * 0.5;
+        let Upright { cone, axis } = self;
+        let Axis {
+            half,
+            unit,
+            middle,
+            growth: k,
+            ..
+        } = *axis;
+        let n = Vec3::<D>::splat(unit.to_array());
         let p = p - Vec3::splat(middle.to_array());
         let z = p.dot(n);
         let radial = p - n * z;
-        let r = D::splat((self.base_radius + self.top_radius) * 0.5) + D::splat(k) * z;
+        let r = D::splat((cone.base_radius + cone.top_radius) * 0.5) + D::splat(k) * z;
         let length = radial.length();
         // The apex has no normal; the axis is as good as any.
-        let apex = axis * (if k > 0.0 { -1.0 } else { 1.0 });
+        let apex = unit * (if k > 0.0 { -1.0 } else { 1.0 });
         let side = Vec3::select(
             length.gt(D::zero()),
             radial / length - n * D::splat(k),
@@ -85,7 +127,7 @@ impl Cone {
         );
         // Measured across the side.
         let off_side = (length - r) / D::splat((1.0 + k * k).sqrt());
-        if self.open {
+        if cone.open {
             return (off_side, side);
         }
         let off_cap = z.abs() - D::splat(half);
@@ -115,10 +157,15 @@ struct Frame<L: Lanes> {
 }
 
 #[inline(always)]
-fn frame<L: Lanes>(cone: &Cone, ray: &Ray<L>) -> Frame<L> {
-    let (half, n, order) = cone.axis();
-    let middle = cone.base * 0.5 + cone.top * 0.5;
-    let k = (cone.top_radius - cone.base_radius) / (2.0 * half);
+fn frame<L: Lanes>(row: &Upright, ray: &Ray<L>) -> Frame<L> {
+    let Upright { cone, axis } = row;
+    let Axis {
+        half,
+        unit: n,
+        middle,
+        growth: k,
+        order,
+    } = *axis;
     let splat = |v: DVec3| Vec3::<L>::splat(v.to_array().map(L::Scalar::from_f64));
     let k = L::from_f64(k);
     let (n, dir) = (splat(n).ordered(order), ray.dir.ordered(order));
@@ -158,7 +205,7 @@ fn roots<L: Lanes>(f: &Frame<L>) -> (L::Mask, L, L) {
 
 /// Of a closed cone.
 #[inline(always)]
-pub fn span<L: Lanes>(cone: &Cone, ray: &Ray<L>) -> Span<L> {
+pub fn span<L: Lanes>(cone: &Upright, ray: &Ray<L>) -> Span<L> {
     let f = frame(cone, ray);
     let zero = L::zero();
     let infinity = L::splat(L::Scalar::INFINITY);
@@ -204,7 +251,7 @@ pub fn span<L: Lanes>(cone: &Cone, ray: &Ray<L>) -> Span<L> {
 
 /// Of an open cone: its side only.
 #[inline(always)]
-pub fn meet_side<L: Lanes>(cone: &Cone, ray: &Ray<L>) -> Meet<L> {
+pub fn meet_side<L: Lanes>(cone: &Upright, ray: &Ray<L>) -> Meet<L> {
     let f = frame(cone, ray);
     let (real, t0, t1) = roots(&f);
     let t_min = ray.t_min - f.shift;

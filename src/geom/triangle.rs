@@ -331,7 +331,11 @@ impl<L: Lanes> Seen<L> {
         let infinity = L::splat(L::Scalar::INFINITY);
         Bounds {
             weight: L::select(long, self.margin(moved), infinity),
-            depth: u * (reach + origin) * L::from_f32(1.25) + tiny,
+            depth: L::select(
+                long,
+                u * (reach + origin) * L::from_f32(1.25) + tiny,
+                infinity,
+            ),
         }
     }
 

@@ -19,8 +19,8 @@ pub fn outward_normals<D: Lanes<Scalar = f64>>(
         Shape::HalfSpace(id) => Vec3::splat(tables.half_spaces.row(id).normal.to_array()),
         Shape::Sphere(id) => tables.spheres.row(id).normals_at(p),
         Shape::Ellipsoid(id) => tables.ellipsoids.row(id).normals_at(p),
-        Shape::Cylinder(id) => tables.cylinders.row(id).as_cone().nearest(p).1,
-        Shape::Cone(id) => tables.cones.row(id).nearest(p).1,
+        Shape::Cylinder(id) => tables.cylinders.upright(id).nearest(p).1,
+        Shape::Cone(id) => tables.cones.upright(id).nearest(p).1,
         Shape::Quadric(id) => {
             let normals = tables.quadrics.row(id).normals_at(p);
             // An apex has no normal; any is as good.

@@ -1,20 +1,24 @@
 //! Tables of primitives that are a few numbers each: one column per field, one row per primitive.
 
 use super::ids::{ConeId, CuboidId, CylinderId, EllipsoidId, HalfSpaceId, QuadricId, SphereId};
+use crate::geom::cone::{Axis, Upright};
 use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere};
 use glam::DVec3;
 
 macro_rules! table {
-    ($(#[$doc:meta])* $table:ident of $row:ident by $id:ident { $($field:ident: $ty:ty),* $(,)? }) => {
+    ($(#[$doc:meta])* $table:ident of $row:ident by $id:ident { $($field:ident: $ty:ty),* $(,)? }
+        $(with $derived:ident: $of:ty = $make:expr)?) => {
         $(#[$doc])*
         #[derive(Clone, Debug, Default)]
         pub struct $table {
             $(pub $field: Vec<$ty>,)*
+            $($derived: Vec<$of>,)?
         }
 
         impl $table {
             pub fn push(&mut self, row: $row) -> $id {
                 let id = $id(self.len() as u32);
+                $(self.$derived.push($make(&row));)?
                 $(self.$field.push(row.$field);)*
                 id
             }
@@ -38,7 +42,7 @@ macro_rules! table {
             }
 
             pub fn bytes(&self) -> usize {
-                self.len() * (0 $(+ size_of::<$ty>())*)
+                self.len() * (0 $(+ size_of::<$ty>())* $(+ size_of::<$of>())?)
             }
         }
     };
@@ -47,13 +51,40 @@ macro_rules! table {
 table!(HalfSpaces of HalfSpace by HalfSpaceId { normal: DVec3, offset: f64 });
 table!(Spheres of Sphere by SphereId { center: DVec3, radius: f64 });
 table!(Ellipsoids of Ellipsoid by EllipsoidId { center: DVec3, radii: DVec3 });
-table!(Cylinders of Cylinder by CylinderId { base: DVec3, top: DVec3, radius: f64, open: bool });
+table!(Cylinders of Cylinder by CylinderId {
+    base: DVec3,
+    top: DVec3,
+    radius: f64,
+    open: bool,
+} with axes: Axis = |row: &Cylinder| row.as_cone().axis());
 table!(Cones of Cone by ConeId {
     base: DVec3,
     top: DVec3,
     base_radius: f64,
     top_radius: f64,
     open: bool,
-});
+} with axes: Axis = Cone::axis);
 table!(Quadrics of Quadric by QuadricId { coefficients: [f64; 10] });
 table!(Cuboids of Cuboid by CuboidId { min: DVec3, max: DVec3 });
+
+impl Cylinders {
+    /// As kernels take it.
+    #[inline(always)]
+    pub fn upright(&self, id: CylinderId) -> Upright {
+        Upright {
+            cone: self.row(id).as_cone(),
+            axis: self.axes[id.index()],
+        }
+    }
+}
+
+impl Cones {
+    /// As kernels take it.
+    #[inline(always)]
+    pub fn upright(&self, id: ConeId) -> Upright {
+        Upright {
+            cone: self.row(id),
+            axis: self.axes[id.index()],
+        }
+    }
+}

@@ -133,8 +133,8 @@ impl<D: Lanes<Scalar = f64>> Below<D> {
                 let over = (length - one) * (length + one);
                 unit((over / (D::splat(2.0) * gradient.length()), gradient))
             }
-            Shape::Cylinder(id) => unit(scene.cylinders.row(id).as_cone().nearest(p)),
-            Shape::Cone(id) => unit(scene.cones.row(id).nearest(p)),
+            Shape::Cylinder(id) => unit(scene.cylinders.upright(id).nearest(p)),
+            Shape::Cone(id) => unit(scene.cones.upright(id).nearest(p)),
             Shape::Cuboid(id) => {
                 let (above, normal) = scene.cuboids.row(id).nearest(p);
                 Height { above, normal }

@@ -251,12 +251,9 @@ impl Sight {
                 most_padded - begin,
             );
             let out = min(min(ends, plane), beside).lt(Register::zero());
-            // What may be no number comes last: then the least is none, either.
-            let within = min(
-                least_padded - after,
-                Register::splat(end_early) - most_padded,
-            );
-            let sure = Lanes::gt(min(within, inside), Register::zero());
+            let within =
+                Lanes::gt(least_padded, after) & Lanes::lt(most_padded, Register::splat(end_early));
+            let sure = Lanes::gt(inside, Register::zero()) & within;
             return [(!out).bits() & faces.used, sure.bits() & faces.used];
         }
         let before = Lanes::le(least_padded, Register::splat(end_late));

@@ -96,13 +96,13 @@ fn depths<L: Lanes>(solid: &Numbers, turn: &Turn, org: DVec3, dir: DVec3) -> Vec
         guarded::sphere::meet_sphere(&ball, &object, all),
         guarded::sphere::meet_ellipsoid(&egg, &object, all),
         guarded::cuboid::meet(&cuboid, &object, all),
-        guarded::cone::meet(&drum, &object, all),
+        guarded::cone::meet(&drum.upright(), &object, all),
         guarded::half_space::meet(&planes[0], &object, all),
         guarded::half_space::meet_polyhedron(&planes, center, &object, all),
         beyond(sphere::span(&ball, &ray)),
         beyond(ellipsoid::span(&egg, &ray)),
         beyond(cuboid::span(&cuboid, &ray)),
-        beyond(cone::span(&drum, &ray)),
+        beyond(cone::span(&drum.upright(), &ray)),
         beyond(half_space::span(&planes, &ray)),
     ];
     meets.into_iter().map(bits).collect()

@@ -10,7 +10,8 @@ use super::{
     Between, Ends, LEVEL, LEVEL_MOVES, LEVEL_SLACK, Near, ObjectRay, OnFace, Part, finite, narrow,
     no_face, range, roundings, tiny,
 };
-use crate::geom::{Cone, Meet};
+use crate::geom::Meet;
+use crate::geom::cone::{Axis, Upright};
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask, Scalar};
@@ -62,10 +63,15 @@ fn turned<L: Lanes>() -> f32 {
 }
 
 #[inline(always)]
-fn frame<L: Lanes>(cone: &Cone, object: &ObjectRay<L>) -> Frame<L> {
-    let (half, n, order) = cone.axis();
-    let middle = cone.base * 0.5 + cone.top * 0.5;
-    let k = (cone.top_radius - cone.base_radius) / (2.0 * half);
+fn frame<L: Lanes>(row: &Upright, object: &ObjectRay<L>) -> Frame<L> {
+    let Upright { cone, axis } = row;
+    let Axis {
+        half,
+        unit: n,
+        middle,
+        growth: k,
+        order,
+    } = *axis;
     let n = order.of_axes(n.to_array());
     let n: Vec3<L> = Vec3::splat(n.map(L::Scalar::from_f64));
     let (dir, squared) = (object.ray.dir.ordered(order), object.ray.dir_squared);
@@ -278,7 +284,7 @@ impl<L: Lanes> Frame<L> {
 
 /// Of a closed one.
 #[inline(always)]
-pub fn ends<L: Lanes>(row: &Cone, object: &ObjectRay<L>) -> Ends<L> {
+pub fn ends<L: Lanes>(row: &Upright, object: &ObjectRay<L>) -> Ends<L> {
     let frame = frame(row, object);
     match frame.part(L::Mask::splat(true)) {
         Some(part) => part.ends(&frame.near),
@@ -294,9 +300,9 @@ pub fn ends<L: Lanes>(row: &Cone, object: &ObjectRay<L>) -> Ends<L> {
 }
 
 #[inline(always)]
-pub fn meet<L: Lanes>(row: &Cone, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
+pub fn meet<L: Lanes>(row: &Upright, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
     let frame = frame(row, object);
-    if row.open {
+    if row.cone.open {
         frame.open(object.ray.t_min, active)
     } else {
         frame.closed(object.ray.t_min, active)

@@ -72,7 +72,7 @@ pub(super) struct Bundle<L: Lanes, const S: usize> {
     pub lines: [Lines<L>; S],
     /// 1 or the greatest |slope|.
     pub steepest: f32,
-    /// Of one origin: the greatest |u| and |v|, and the origin's largest
+    /// Of one origin: the greatest |u| and |v|, a little more; and the origin's largest
     /// coordinate.
     pub widest: [f32; 2],
     pub origin: f32,
@@ -208,7 +208,8 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
                 .max((high - org[i]).abs())
                 .max(org[i].abs())
         });
-        self.widest = slopes.map(|[low, high]| low.abs().max(high.abs()));
+        // Slopes may be denormal.
+        self.widest = slopes.map(|[low, high]| low.abs().max(high.abs()) + 1e-30);
         self.origin = org.iter().fold(0.0, |m, x| x.abs().max(m));
         self.steepest = slopes.iter().flatten().fold(1.0_f32, |m, x| m.max(x.abs()));
         self.frustum = Frustum::new(axes, sign, (org, org), 0.0, slopes, bounds);

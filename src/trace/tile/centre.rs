@@ -84,9 +84,10 @@ impl<L: Lanes> Lines<L> {
 }
 
 impl Centre {
-    /// Halfway down the tree along k.
+    /// Halfway down the tree along k, or nearly: lines and corners count from this
+    /// number as it is rounded here.
     #[inline(always)]
-    fn halfway(bounds: &Aabb32, k: usize, sign: f32) -> f32 {
+    pub fn halfway(bounds: &Aabb32, k: usize, sign: f32) -> f32 {
         (0.5 * bounds.min[k] + 0.5 * bounds.max[k]) * sign
     }
 

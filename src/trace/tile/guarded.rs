@@ -71,8 +71,8 @@ pub(super) struct Line<L: Lanes> {
     limit: L,
 }
 
-/// Lanes that certainly meet it beyond the ray's start (any hit: and before its end);
-/// where, as all kernels have it; and between which depths the hit truly lies, if it is
+/// Lanes that certainly meet it beyond the ray's start (of one origin, any hit: and before
+/// its end); where, as all kernels have it; and between which depths the hit truly lies, if it is
 /// one.
 pub(super) struct Settled<L: Lanes> {
     sure: L::Mask,
@@ -112,10 +112,16 @@ impl<L: Lanes, E: Edges> Decides<L> for Guarded<E> {
             return false;
         }
         let settled = self.0.settle(at, &all, Q::ANY);
-        let sure = settled.sure.bits() & hits;
         let here = L::Mask::from_bits(1 << lane);
+        let mut sure = settled.sure.bits() & hits;
         if Q::ANY {
-            // One that certainly blocks the ray is enough.
+            // One that certainly blocks the ray is enough; of the others it does not
+            // matter which is in doubt.
+            hits &= !settled.from.gt(line.limit).bits();
+            if hits == 0 {
+                return false;
+            }
+            sure &= hits & settled.to.lt(line.least).bits();
             let slot = if sure == 0 { hits } else { sure }.trailing_zeros() as usize;
             let hit = Settled {
                 sure: L::Mask::splat(sure != 0),

@@ -9,6 +9,7 @@
 //! with it changes no bit of what a ray meets. tests/parallel.rs holds that.
 
 use super::bundle::{Bundle, LEAST_SLOPE, RelativeBox, SHORTEST, main_axis};
+use super::centre::Centre;
 use crate::accel::Frustum;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Vec3};
@@ -103,8 +104,8 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
             exact_dir[ka] / exact_dir[k].abs(),
             exact_dir[kb] / exact_dir[k].abs(),
         ];
-        let halfway = 0.5 * f64::from(bounds.min[k]) + 0.5 * f64::from(bounds.max[k]);
-        let halfway = halfway * f64::from(sign) - place[2];
+        // The very number that corners count from.
+        let halfway = f64::from(Centre::halfway(bounds, k, sign)) - place[2];
         let mut first = f32::INFINITY;
         let inverse = slopes.map(|s| {
             1.0 / if s.abs() < LEAST_SLOPE {

@@ -1,8 +1,19 @@
 //! Tiles and triangles at random, of all sizes and from all distances.
 
-use crate::accel::{Apart, WIDE};
+use super::{Edges, Guarded};
+use crate::accel::{Apart, Block, WIDE};
+use crate::geom::Guarded as Certainly;
+use crate::geom::triangle::exact::{Pair, meet_exact};
 use crate::geom::triangle::{Corners, canonical};
 use crate::math::Aabb32;
+use crate::trace::query::{AnyHit, Closest, Query};
+use crate::trace::tile::bundle::Bundle;
+use crate::trace::tile::leaf::{Before, Decides, Place};
+use crate::trace::tile::mesh::Nearest;
+use std::cmp::Ordering;
+
+/// A tile of rays, one in each group.
+pub type Tile = Bundle<f32, RAYS>;
 
 /// Rays of a tile.
 pub const RAYS: usize = 64;
@@ -51,7 +62,8 @@ pub struct Case {
 impl Case {
     pub fn some(random: &mut Random) -> Case {
         let edge = random.size(-6.0, 0.0);
-        let place = random.vector();
+        let off_centre = random.size(-1.0, 1.0);
+        let place = random.vector().map(|x| x * off_centre);
         let flat = random.vector().map(|x| if x > 0.6 { 1e-3 } else { 1.0 });
         let around = |random: &mut Random, size: f64| -> [f64; 3] {
             let at = random.vector();
@@ -79,17 +91,24 @@ impl Case {
                 _ => around(random, spread),
             }
         });
-        // Of a mesh of some extent about its centre.
-        let most = |k: usize| {
-            let all = corners.iter().flatten();
-            all.fold(1.0_f32, |most, corner| most.max(corner[k].abs()))
+        // Of a mesh of some extent, as flat as its triangles or not.
+        let mut bounds = Aabb32 {
+            min: corners[0][0],
+            max: corners[0][0],
         };
-        let most = [most(0), most(1), most(2)];
+        for k in 0..3 {
+            let grown = (random.unit() > 0.0).then(|| random.size(-6.0, 1.0) as f32);
+            for corner in corners.iter().flatten() {
+                bounds.min[k] = bounds.min[k].min(corner[k]);
+                bounds.max[k] = bounds.max[k].max(corner[k]);
+            }
+            if random.unit() > 0.0 {
+                bounds.min[k] -= grown.unwrap_or(0.0);
+            }
+            bounds.max[k] += grown.unwrap_or(0.0);
+        }
         Case {
-            bounds: Aabb32 {
-                min: most.map(|x| -x),
-                max: most,
-            },
+            bounds,
             corners,
             targets,
             dir: random.vector(),
@@ -171,4 +190,93 @@ impl Tally {
         assert!(*sure > pairs / 1000 && *missed > pairs / 10, "{what}");
         assert!(*worst < 1.0, "{what}");
     }
+}
+
+/// One ray and a block, as a tile meets them: with triangles in lanes, or one after the
+/// other. Blocked or not and by what, or None where it is in doubt.
+fn met<E: Edges, Q: Query<f32>>(
+    tile: &mut Tile,
+    (block, ray): (&Apart, usize),
+    end: f32,
+    at_once: bool,
+) -> Option<Option<u32>> {
+    let decider = Guarded::<E>::new(Block::Apart(block), tile, Q::ANY);
+    let mut nearest = Nearest::none();
+    let (group, starts) = (&tile.groups[ray], &tile.starts[ray]);
+    nearest.least = if tile.parallel {
+        starts.depth + end * group.along - starts.slack
+    } else {
+        end * (group.along * (1.0 - 8.0 * f32::EPSILON))
+    };
+    let slots = Decides::<f32>::may_meet(&decider, group, &tile.lines[ray]);
+    let mut before = Before {
+        group: &mut tile.groups[ray],
+        lines: &tile.lines[ray],
+        starts: &tile.starts[ray],
+        nearest: &mut nearest,
+    };
+    let place = Place {
+        number: 0,
+        sources: &block.source,
+    };
+    if at_once {
+        decider.ray::<Q>(0, &place, &mut before);
+    } else {
+        for slot in (0..WIDE).filter(|slot| slots >> slot & 1 != 0) {
+            decider.triangle::<Q>(slot, &place, &mut before);
+        }
+    }
+    let found = nearest.source(0);
+    (nearest.aside == 0).then_some(found)
+}
+
+/// Asks a tile for every ray's nearest hit and for any, before an end that is some
+/// triangle's or next to it. `pair`: a ray and a triangle. How many answers there were.
+pub fn ask<E: Edges>(
+    random: &mut Random,
+    tile: &mut Tile,
+    block: &Apart,
+    pair: impl Fn(usize, usize) -> Pair,
+) -> [u64; 2] {
+    let mut answers = [0; 2];
+    for ray in 0..RAYS {
+        let pairs: [Pair; WIDE] = std::array::from_fn(|slot| pair(ray, slot));
+        let all = pairs.each_ref().map(|pair| {
+            let crossing = meet_exact(pair)?;
+            crossing.order_with(0.0).is_gt().then_some(crossing)
+        });
+        let some = all[random.below(WIDE)].as_ref().map(|t| t.rounded());
+        let near = random.size(-8.0, 0.0) * random.unit();
+        let end = some.map_or(f32::MAX.sqrt(), |t| (t * (1.0 + near)) as f32);
+        let before = |slot: &usize| {
+            let crossing = all[*slot].as_ref();
+            crossing.is_some_and(|t| t.order_with(f64::from(end)).is_lt())
+        };
+        let first = (0..WIDE).filter(before).min_by(|a, b| {
+            let [a_t, b_t] = [&all[*a], &all[*b]].map(|t| t.as_ref());
+            let order = a_t.zip(b_t).map_or(Ordering::Equal, |(a, b)| a.order(b));
+            order.then(a.cmp(b))
+        });
+        let first = first.map(|slot| slot as u32);
+        for at_once in [true, false] {
+            tile.limit_t::<Certainly, AnyHit<f32>>(ray, end);
+            let any = met::<E, AnyHit<f32>>(tile, (block, ray), end, at_once);
+            tile.limit_t::<Certainly, Closest<f32, Certainly>>(ray, end);
+            let closest = met::<E, Closest<f32, Certainly>>(tile, (block, ray), end, at_once);
+            let what = || {
+                let Pair { org, dir, .. } = pairs[0];
+                let corners = pairs.each_ref().map(|pair| pair.corners);
+                format!("at once: {at_once}, from {org:?} along {dir:?} to {end}: {corners:?}")
+            };
+            answers[0] += u64::from(any.is_some()) + u64::from(closest.is_some());
+            answers[1] += 2;
+            if let Some(blocked) = any {
+                assert_eq!(blocked.is_some(), first.is_some(), "any {}", what());
+            }
+            if let Some(found) = closest {
+                assert_eq!(found, first, "{}", what());
+            }
+        }
+    }
+    answers
 }

@@ -113,7 +113,7 @@ impl super::Edges for Edges {
         let largest = (extent + deep) * (across + splat(bundle.reach));
         let sane = Lanes::gt(det.abs(), det_error) & Lanes::lt(largest, splat(1e37));
         let margin = <Register as Lanes>::select(sane, margin, splat(f32::INFINITY));
-        let clear = Lanes::gt(det.abs(), det_error + det_error);
+        let clear = Lanes::gt(det.abs(), det_error + det_error) & sane;
         let slack = <Register as Lanes>::select(clear, slack, splat(f32::INFINITY));
         let off = bounds.depth;
         let mut edges = Edges {
@@ -144,7 +144,8 @@ impl super::Edges for Edges {
         nearest.store(&mut edges.nearest);
         farthest.store(&mut edges.farthest);
         let deepest = splat(bundle.deepest());
-        edges.live = nearest.le(deepest).bits() & block.used();
+        // What is no number is not left out, here and below.
+        edges.live = (!nearest.gt(deepest)).bits() & block.used();
         edges
     }
 
@@ -165,10 +166,8 @@ impl super::Edges for Edges {
             n[0].mul_add(u, n[1].mul_add(v, spread))
         };
         let least = min(min(greatest(0), greatest(1)), greatest(2));
-        let before = Register::load(&self.nearest).le(Register::splat(group.deepest));
-        // An infinite margin may have made it no number.
-        let beside = least.lt(Register::zero());
-        (!beside & before).bits() & self.live
+        let late = Register::load(&self.nearest).gt(Register::splat(group.deepest));
+        (!(least.lt(Register::zero()) | late)).bits() & self.live
     }
 
     /// The depth where a ray starts is rounded once; in f64 besides.

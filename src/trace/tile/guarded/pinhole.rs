@@ -168,8 +168,9 @@ impl super::Edges for Edges {
         nearest.store(&mut edges.nearest);
         farthest.store(&mut edges.farthest);
         let deepest = splat(bundle.deepest());
-        let front = farthest.ge(zero) & nearest.le(deepest);
-        edges.live = front.bits() & block.used();
+        // What is no number is not left out, here and below.
+        let beside = farthest.lt(zero) | nearest.gt(deepest);
+        edges.live = (!beside).bits() & block.used();
         edges
     }
 
@@ -190,10 +191,8 @@ impl super::Edges for Edges {
             n[0].mul_add(u, n[1].mul_add(v, spread))
         };
         let least = min(min(greatest(0), greatest(1)), greatest(2));
-        let before = Register::load(&self.nearest).le(Register::splat(group.deepest));
-        // An infinite margin may have made it no number.
-        let beside = least.lt(Register::zero());
-        (!beside & before).bits() & self.live
+        let late = Register::load(&self.nearest).gt(Register::splat(group.deepest));
+        (!(least.lt(Register::zero()) | late)).bits() & self.live
     }
 
     /// Depths count from the origin.

@@ -1,14 +1,13 @@
 //! Rays of one direction against exact arithmetic.
 
 use super::super::Edges as _;
-use super::super::cases::{Case, RAYS, Random, Tally, edges, least, tiles};
+use super::super::cases::{Case, RAYS, Random, Tally, Tile, ask, edges, least, tiles};
 use super::*;
 use crate::geom::triangle::exact::{Pair, meet_exact};
 use crate::math::Vec3;
 use crate::trace::tile::leaf::Before;
 use crate::trace::tile::mesh::Nearest;
 
-type Tile = Bundle<f32, RAYS>;
 /// And the rays' origins and direction.
 type Rays = (Box<Tile>, Vec<[f64; 3]>, [f64; 3]);
 
@@ -106,4 +105,26 @@ fn decisions_are_those_of_exact_arithmetic() {
         }
     }
     tally.report("one direction");
+}
+
+#[test]
+fn hits_are_those_of_exact_arithmetic() {
+    let (mut random, mut answers) = (Random(13), [0; 2]);
+    for number in 0..tiles() / 4 {
+        let case = Case::some(&mut random);
+        let block = case.block();
+        let Some((mut bundle, orgs, dir)) = tile(&case, number % 2 == 1) else {
+            continue;
+        };
+        let pair = |ray, slot| Pair {
+            org: orgs[ray],
+            dir,
+            corners: case.corners[slot],
+        };
+        let some = ask::<Edges>(&mut random, &mut bundle, &block, pair);
+        answers = [answers[0] + some[0], answers[1] + some[1]];
+    }
+    let [certain, all] = answers;
+    println!("parallel: {certain} of {all} answers are certain");
+    assert!(certain > all / 5, "{certain} of {all}");
 }

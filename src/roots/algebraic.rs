@@ -17,6 +17,8 @@ const HALVINGS: u32 = 100_000;
 /// Roots of one polynomial, ascending, each once.
 #[derive(Clone, Debug)]
 pub struct RealRoots {
+    /// Of all roots but 0: intervals of others may end there, and signs at both ends of
+    /// an interval say where its root is.
     square_free: Integers,
     rows: Vec<Row>,
 }
@@ -36,11 +38,8 @@ pub fn real_roots(c: &[BigInt]) -> Option<RealRoots> {
     let rest = &c[zeros..];
     let mut rows = Vec::new();
     if rest.len() < 2 {
-        let square_free = match zeros {
-            0 => vec![BigInt::from(1)],
-            _ => vec![BigInt::ZERO, BigInt::from(1)],
-        };
         rows.extend(at_zero(zeros));
+        let square_free = vec![BigInt::from(1)];
         return Some(RealRoots { square_free, rows });
     }
     let factors = exact::factors(rest)?;
@@ -56,10 +55,7 @@ pub fn real_roots(c: &[BigInt]) -> Option<RealRoots> {
     }));
     rows.extend(at_zero(zeros));
     rows.extend(positive(&factors)?);
-    let mut square_free = factors.square_free;
-    if zeros > 0 {
-        square_free.insert(0, BigInt::ZERO);
-    }
+    let square_free = factors.square_free;
     Some(RealRoots { square_free, rows })
 }
 
@@ -295,5 +291,28 @@ mod tests {
         assert_eq!(p.order(1, &q, 3), Ordering::Equal);
         assert_eq!(p.order(1, &q, 2), Ordering::Greater);
         assert_eq!(p.order(0, &q, 0), Ordering::Greater);
+    }
+
+    /// Intervals of roots begin at 0 where that is a root, too.
+    #[test]
+    fn a_root_at_zero_does_not_change_the_order_of_others() {
+        let unit = 1_i64 << 55;
+        for zeros in 0..3 {
+            for sign in [1, -1] {
+                let beyond = |by: i64| {
+                    let mut roots = vec![(0, 1); zeros];
+                    roots.push((sign * (unit + by), unit));
+                    real_roots(&product(&roots)).unwrap()
+                };
+                let (p, q) = (beyond(1), beyond(2));
+                // Of all roots, the only one that is not 0.
+                let i = usize::from(zeros > 0 && sign > 0);
+                assert_eq!((p.t(i), q.t(i)), (sign as f64, sign as f64));
+                let outward = 0.cmp(&-sign);
+                assert_eq!(p.order_with(i, sign as f64), outward, "{zeros} {sign}");
+                assert_eq!(q.order(i, &p, i), outward, "{zeros} {sign}");
+                assert_eq!(p.order(i, &p, i), Ordering::Equal);
+            }
+        }
     }
 }

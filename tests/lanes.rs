@@ -7,6 +7,9 @@
 
 #![cfg(feature = "all-lanes")]
 
+mod common;
+
+use common::Random;
 use glam::DVec3;
 use lanecast::accel::Slabs;
 use lanecast::geom::*;
@@ -16,26 +19,15 @@ use lanecast::math::{Aabb32, Affine, Vec3};
 /// Cases of each kernel and width.
 const CASES: usize = 1_000_000;
 
-/// Vigna's SplitMix64.
-struct Random(u64);
+/// Numbers of all kinds.
+trait Wild {
+    fn number(&mut self) -> f64;
+    fn numbers(&mut self) -> DVec3;
+    fn sane(&mut self) -> DVec3;
+    fn positive(&mut self) -> f64;
+}
 
-impl Random {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let x = (self.0 ^ self.0 >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        x ^ x >> 31
-    }
-
-    fn below(&mut self, n: u64) -> u64 {
-        self.bits() % n
-    }
-
-    /// In [−1, 1).
-    fn unit(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-
+impl Wild for Random {
     /// Mostly of ordinary size; one in eight from the corners of the format.
     fn number(&mut self) -> f64 {
         const CORNERS: [f64; 14] = [
@@ -63,13 +55,13 @@ impl Random {
         }
     }
 
-    fn vector(&mut self) -> DVec3 {
+    fn numbers(&mut self) -> DVec3 {
         DVec3::new(self.number(), self.number(), self.number())
     }
 
     /// Numbers that the scene's check would let through.
     fn sane(&mut self) -> DVec3 {
-        DVec3::new(self.unit(), self.unit(), self.unit()) * 2.0
+        self.vector() * 2.0
     }
 
     fn positive(&mut self) -> f64 {
@@ -85,7 +77,7 @@ impl Random {
 /// common.
 fn ray(random: &mut Random) -> ([f64; 3], [f64; 3], f64) {
     let (org, dir) = match random.below(3) {
-        0 => (random.vector(), random.vector()),
+        0 => (random.numbers(), random.numbers()),
         1 => {
             let org = random.sane() * 3.0;
             let aim = random.sane() * 0.5;
@@ -248,7 +240,7 @@ fn some_quadric(random: &mut Random) -> Quadric {
 
 kernels! {
     triangle_kernel:
-        |random: &mut Random| [(); 3].map(|()| random.vector().to_array().map(|x| x as f32)),
+        |random: &mut Random| [(); 3].map(|()| random.numbers().to_array().map(|x| x as f32)),
         |corners, ray| triangle::meet(corners, ray, Mask::splat(true));
     sphere_kernel:
         |random: &mut Random| Sphere { center: random.sane(), radius: random.positive() },
@@ -273,7 +265,7 @@ kernels! {
         },
         |row, ray| cuboid::span(row, ray).first_beyond(ray.t_min);
     half_space_kernel:
-        |random: &mut Random| HalfSpace { normal: random.vector(), offset: random.number() },
+        |random: &mut Random| HalfSpace { normal: random.numbers(), offset: random.number() },
         |row, ray| half_space::span(std::slice::from_ref(row), ray).first_beyond(ray.t_min);
     polyhedron_kernel:
         planes,
@@ -313,7 +305,7 @@ kernels! {
         },
         |row, ray| guarded::cuboid::meet(row, &in_full(ray), Mask::splat(true));
     guarded_half_space_kernel:
-        |random: &mut Random| HalfSpace { normal: random.vector(), offset: random.number() },
+        |random: &mut Random| HalfSpace { normal: random.numbers(), offset: random.number() },
         |row, ray| guarded::half_space::meet(row, &in_full(ray), Mask::splat(true));
     guarded_polyhedron_kernel:
         planes,
@@ -358,7 +350,7 @@ fn slab<L: Lanes>((center, size): &(DVec3, f64), ray: &Ray<L>) -> (Meet<L>, Meet
 fn transforms_of_lanes_are_those_of_points() {
     let mut random = Random(3);
     for _ in 0..20_000 {
-        let numbers = |random: &mut Random| random.vector().to_array();
+        let numbers = |random: &mut Random| random.numbers().to_array();
         let linear = [(); 3].map(|()| numbers(&mut random));
         let map = Affine::new(linear, numbers(&mut random));
         let points: [[f64; 3]; 16] = std::array::from_fn(|_| numbers(&mut random));

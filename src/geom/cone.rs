@@ -28,30 +28,27 @@ pub struct Cone {
     pub open: bool,
 }
 
-/// What follows from a cone's two ends: a square root and several divisions, so tables
-/// keep it.
+/// A cone as kernels take it: what follows from its two ends, which takes a square root
+/// and several divisions, so tables keep it.
 #[derive(Clone, Copy, Debug)]
-pub struct Axis {
+pub struct Upright {
     /// Half the height.
     pub half: f64,
+    /// Along the axis.
     pub unit: DVec3,
     pub middle: DVec3,
+    /// The radius there.
+    pub radius: f64,
     /// Of the radius, along the axis.
     pub growth: f64,
     /// That sums over axes take.
     pub order: AxisOrder,
-}
-
-/// A cone and its axis.
-#[derive(Clone, Copy, Debug)]
-pub struct Upright {
-    pub cone: Cone,
-    pub axis: Axis,
+    pub open: bool,
 }
 
 impl Cone {
     /// Without overflow.
-    pub fn axis(&self) -> Axis {
+    pub fn upright(&self) -> Upright {
         let half = self.top * 0.5 - self.base * 0.5;
         let size = half.abs().max_element();
         let scaled = half / size;
@@ -61,27 +58,21 @@ impl Cone {
         let [x, y, z] = order.of_axes((scaled * scaled).to_array());
         let length = (x + y + z).sqrt();
         let half = size * length;
-        Axis {
+        Upright {
             half,
             unit: scaled / length,
             middle: self.base * 0.5 + self.top * 0.5,
+            radius: (self.base_radius + self.top_radius) * 0.5,
             growth: (self.top_radius - self.base_radius) / (2.0 * half),
             order,
-        }
-    }
-
-    /// As kernels take it.
-    pub fn upright(&self) -> Upright {
-        Upright {
-            cone: *self,
-            axis: self.axis(),
+            open: self.open,
         }
     }
 
     /// The box around the two end discs: along axis k a disc with unit normal n
     /// reaches r·√(1 − n_k²).
     pub fn bounds(&self) -> Aabb {
-        let n = self.axis().unit;
+        let n = self.upright().unit;
         // As the other two components' length: 1 − n_k² would cancel.
         let length = |a: f64, b: f64| (a * a + b * b).sqrt();
         let reach = DVec3::new(length(n.y, n.z), length(n.x, n.z), length(n.x, n.y));
@@ -104,22 +95,15 @@ impl Upright {
     /// normal.
     #[inline(always)]
     pub fn nearest<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> (D, Vec3<D>) {
-        let Upright { cone, axis } = self;
-        let Axis {
-            half,
-            unit,
-            middle,
-            growth: k,
-            ..
-        } = *axis;
-        let n = Vec3::<D>::splat(unit.to_array());
-        let p = p - Vec3::splat(middle.to_array());
+        let k = self.growth;
+        let n = Vec3::<D>::splat(self.unit.to_array());
+        let p = p - Vec3::splat(self.middle.to_array());
         let z = p.dot(n);
         let radial = p - n * z;
-        let r = D::splat((cone.base_radius + cone.top_radius) * 0.5) + D::splat(k) * z;
+        let r = D::splat(self.radius) + D::splat(k) * z;
         let length = radial.length();
         // The apex has no normal; the axis is as good as any.
-        let apex = unit * (if k > 0.0 { -1.0 } else { 1.0 });
+        let apex = self.unit * (if k > 0.0 { -1.0 } else { 1.0 });
         let side = Vec3::select(
             length.gt(D::zero()),
             radial / length - n * D::splat(k),
@@ -127,10 +111,10 @@ impl Upright {
         );
         // Measured across the side.
         let off_side = (length - r) / D::splat((1.0 + k * k).sqrt());
-        if cone.open {
+        if self.open {
             return (off_side, side);
         }
-        let off_cap = z.abs() - D::splat(half);
+        let off_cap = z.abs() - D::splat(self.half);
         let one = D::splat(1.0);
         let cap = n * D::select(z.lt(D::zero()), -one, one);
         let on_cap = off_cap.abs().lt(off_side.abs());
@@ -157,30 +141,22 @@ struct Frame<L: Lanes> {
 }
 
 #[inline(always)]
-fn frame<L: Lanes>(row: &Upright, ray: &Ray<L>) -> Frame<L> {
-    let Upright { cone, axis } = row;
-    let Axis {
-        half,
-        unit: n,
-        middle,
-        growth: k,
-        order,
-    } = *axis;
+fn frame<L: Lanes>(cone: &Upright, ray: &Ray<L>) -> Frame<L> {
     let splat = |v: DVec3| Vec3::<L>::splat(v.to_array().map(L::Scalar::from_f64));
-    let k = L::from_f64(k);
-    let (n, dir) = (splat(n).ordered(order), ray.dir.ordered(order));
-    let org = (ray.org - splat(middle)).ordered(order);
+    let (k, order) = (L::from_f64(cone.growth), cone.order);
+    let (n, dir) = (splat(cone.unit).ordered(order), ray.dir.ordered(order));
+    let org = (ray.org - splat(cone.middle)).ordered(order);
     let shift = -(org.dot(dir) / ray.dir_squared);
     let near = org.along(dir, shift);
     let (height, rise) = (near.dot(n), dir.dot(n));
     let (across, drift) = (near - n * height, dir - n * rise);
-    let radius = L::from_f64((cone.base_radius + cone.top_radius) * 0.5) + k * height;
+    let radius = L::from_f64(cone.radius) + k * height;
     let widening = k * rise;
     Frame {
         shift,
         height,
         rise,
-        half: L::from_f64(half),
+        half: L::from_f64(cone.half),
         a: drift.length_squared() - widening * widening,
         b: across.dot(drift) - radius * widening,
         c: across.length_squared() - radius * radius,

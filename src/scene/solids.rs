@@ -1,7 +1,7 @@
 //! Tables of primitives that are a few numbers each: one column per field, one row per primitive.
 
 use super::ids::{ConeId, CuboidId, CylinderId, EllipsoidId, HalfSpaceId, QuadricId, SphereId};
-use crate::geom::cone::{Axis, Upright};
+use crate::geom::cone::Upright;
 use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere};
 use glam::DVec3;
 
@@ -56,35 +56,29 @@ table!(Cylinders of Cylinder by CylinderId {
     top: DVec3,
     radius: f64,
     open: bool,
-} with axes: Axis = |row: &Cylinder| row.as_cone().axis());
+} with uprights: Upright = |row: &Cylinder| row.as_cone().upright());
 table!(Cones of Cone by ConeId {
     base: DVec3,
     top: DVec3,
     base_radius: f64,
     top_radius: f64,
     open: bool,
-} with axes: Axis = Cone::axis);
+} with uprights: Upright = Cone::upright);
 table!(Quadrics of Quadric by QuadricId { coefficients: [f64; 10] });
 table!(Cuboids of Cuboid by CuboidId { min: DVec3, max: DVec3 });
 
 impl Cylinders {
     /// As kernels take it.
     #[inline(always)]
-    pub fn upright(&self, id: CylinderId) -> Upright {
-        Upright {
-            cone: self.row(id).as_cone(),
-            axis: self.axes[id.index()],
-        }
+    pub fn upright(&self, id: CylinderId) -> &Upright {
+        &self.uprights[id.index()]
     }
 }
 
 impl Cones {
     /// As kernels take it.
     #[inline(always)]
-    pub fn upright(&self, id: ConeId) -> Upright {
-        Upright {
-            cone: self.row(id),
-            axis: self.axes[id.index()],
-        }
+    pub fn upright(&self, id: ConeId) -> &Upright {
+        &self.uprights[id.index()]
     }
 }

@@ -11,6 +11,8 @@ mod leaf;
 mod nested;
 mod packet;
 mod query;
+#[cfg(test)]
+mod random;
 mod rays;
 mod record;
 mod shadow_cache;

@@ -11,7 +11,7 @@ use super::{
     no_face, range, roundings, tiny,
 };
 use crate::geom::Meet;
-use crate::geom::cone::{Axis, Upright};
+use crate::geom::cone::Upright;
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask, Scalar};
@@ -64,15 +64,8 @@ fn turned<L: Lanes>() -> f32 {
 
 #[inline(always)]
 fn frame<L: Lanes>(row: &Upright, object: &ObjectRay<L>) -> Frame<L> {
-    let Upright { cone, axis } = row;
-    let Axis {
-        half,
-        unit: n,
-        middle,
-        growth: k,
-        order,
-    } = *axis;
-    let n = order.of_axes(n.to_array());
+    let (middle, order) = (row.middle, row.order);
+    let n = order.of_axes(row.unit.to_array());
     let n: Vec3<L> = Vec3::splat(n.map(L::Scalar::from_f64));
     let (dir, squared) = (object.ray.dir.ordered(order), object.ray.dir_squared);
     let rise = dir.dot(n);
@@ -93,15 +86,15 @@ fn frame<L: Lanes>(row: &Upright, object: &ObjectRay<L>) -> Frame<L> {
 
     let height = near.org.dot(n);
     let across = near.org - n * height;
-    let mean = L::from_f64((cone.base_radius + cone.top_radius) * 0.5);
-    let slope = L::from_f64(k);
+    let mean = L::from_f64(row.radius);
+    let slope = L::from_f64(row.growth);
     let (radius, widening) = (mean + slope * height, slope * rise);
     let (along, (small, large)) = (object.ray.shear.along.abs(), range::<L>());
     // F's coefficients are products of such.
     let scale = along * along * (mean * mean);
     Frame {
         near,
-        half: L::from_f64(half),
+        half: L::from_f64(row.half),
         height,
         rise,
         inverse_rise: L::from_f32(1.0) / rise,
@@ -302,7 +295,7 @@ pub fn ends<L: Lanes>(row: &Upright, object: &ObjectRay<L>) -> Ends<L> {
 #[inline(always)]
 pub fn meet<L: Lanes>(row: &Upright, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
     let frame = frame(row, object);
-    if row.cone.open {
+    if row.open {
         frame.open(object.ray.t_min, active)
     } else {
         frame.closed(object.ray.t_min, active)

@@ -9,6 +9,7 @@ use crate::geom::{Cuboid, Sphere};
 use crate::scene::{Appearances, Edge, MeshData, Scene, SceneBuilder};
 use crate::trace::hits::Depths;
 use crate::trace::query::HitId;
+use crate::trace::random::Random;
 use crate::trace::{Caching, HitIds, Origins};
 use glam::{DAffine3, DVec3};
 
@@ -24,28 +25,12 @@ impl Certainty for DoubtEverySecond {
     }
 }
 
-/// Vigna's SplitMix64, in [−1, 1).
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let x = (self.0 ^ self.0 >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((x ^ x >> 31) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-
-    fn vector(&mut self) -> DVec3 {
-        DVec3::new(self.unit(), self.unit(), self.unit())
-    }
-}
-
 /// Each shape appears twice in the same place, and once turned and moved.
 fn crowd(random: &mut Random) -> Scene {
     let mut scene = SceneBuilder::default();
     for _ in 0..4 {
-        let (center, radius) = (random.vector(), 0.3 + 0.2 * random.unit());
-        let positions = (0..9).map(|_| random.vector().to_array()).collect();
+        let (center, radius) = (DVec3::from(random.vector()), 0.3 + 0.2 * random.unit());
+        let positions = (0..9).map(|_| random.vector()).collect();
         let triangles = (0..7).map(|i| [i, i + 1, i + 2]).collect();
         let shapes = [
             scene.sphere("", Sphere { center, radius }),
@@ -69,7 +54,7 @@ fn crowd(random: &mut Random) -> Scene {
             scene.instance("", Edge::shape(shape));
             scene.instance("", Edge::shape(shape));
             let turned = DAffine3::from_axis_angle(DVec3::Y, random.unit() * 3.0);
-            let moved = DAffine3::from_translation(random.vector() * 0.5) * turned;
+            let moved = DAffine3::from_translation(DVec3::from(random.vector()) * 0.5) * turned;
             let place = scene.transform(moved.into());
             scene.instance("", Edge::shape(shape).transform(place));
         }
@@ -95,8 +80,8 @@ impl Columns {
             t_max: Vec::new(),
         };
         for _ in 0..RAYS {
-            let org = random.vector() * 3.0;
-            let dir = random.vector() * 0.8 - org;
+            let org = DVec3::from(random.vector()) * 3.0;
+            let dir = DVec3::from(random.vector()) * 0.8 - org;
             for k in 0..3 {
                 columns.org[k].push(org[k]);
                 columns.dir[k].push(dir[k] as f32);

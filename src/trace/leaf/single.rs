@@ -33,8 +33,8 @@ impl<L: Lanes, C: Certainty, F: Features> Tester<'_, L, C, F> {
             Shape::Ellipsoid(id) => {
                 ellipsoid::span(&scene.ellipsoids.row(id), ray).first_beyond(t_min)
             }
-            Shape::Cylinder(id) => frustum(&scene.cylinders.upright(id), object),
-            Shape::Cone(id) => frustum(&scene.cones.upright(id), object),
+            Shape::Cylinder(id) => frustum(scene.cylinders.upright(id), object),
+            Shape::Cone(id) => frustum(scene.cones.upright(id), object),
             Shape::Cuboid(id) => cuboid::span(&scene.cuboids.row(id), ray).first_beyond(t_min),
             Shape::Polyhedron(id) => {
                 half_space::span(scene.polyhedra.planes(id), ray).first_beyond(t_min)
@@ -151,8 +151,8 @@ fn meet_guarded<L: Lanes>(
         Shape::Ellipsoid(id) => {
             guarded::sphere::meet_ellipsoid(&scene.ellipsoids.row(id), object, active)
         }
-        Shape::Cylinder(id) => guarded::cone::meet(&scene.cylinders.upright(id), object, active),
-        Shape::Cone(id) => guarded::cone::meet(&scene.cones.upright(id), object, active),
+        Shape::Cylinder(id) => guarded::cone::meet(scene.cylinders.upright(id), object, active),
+        Shape::Cone(id) => guarded::cone::meet(scene.cones.upright(id), object, active),
         Shape::Cuboid(id) => guarded::cuboid::meet(&scene.cuboids.row(id), object, active),
         Shape::Polyhedron(id) => {
             let (planes, corner) = (scene.polyhedra.planes(id), scene.polyhedra.points(id)[0]);
@@ -191,7 +191,7 @@ fn implicit_certainly<L: Lanes>(row: &Implicit, object: &Packet<L>, active: L::M
 
 #[inline(always)]
 fn frustum<L: Lanes>(row: &cone::Upright, object: &Packet<L>) -> Meet<L> {
-    if row.cone.open {
+    if row.open {
         cone::meet_side(row, &object.ray)
     } else {
         cone::span(row, &object.ray).first_beyond(object.ray.t_min)

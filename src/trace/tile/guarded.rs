@@ -3,18 +3,20 @@
 
 #[cfg(test)]
 mod cases;
+#[cfg(test)]
+mod judge;
 mod parallel;
 mod pinhole;
 
 use super::bundle::{Bundle, Group, Projection};
-use super::centre::Lines;
+use super::centre::{Bounds, Lines};
 use super::leaf::{Before, Decides, Place};
 use super::mesh::{InMesh, Nearest};
 use super::settle::Found;
 use crate::accel::{Block, WIDE};
 use crate::geom::Meet;
 use crate::math::Vec3;
-use crate::math::lanes::{Lanes, Mask, Register, Scalar};
+use crate::math::lanes::{Lanes, Mask, Register, Scalar, max, min};
 use crate::trace::query::Query;
 
 pub(super) use parallel::Edges as ParallelEdges;
@@ -79,6 +81,40 @@ pub(super) struct Settled<L: Lanes> {
     depth: L,
     from: L,
     to: L,
+}
+
+/// What the error of a block's triangles is relative to.
+struct Extents {
+    /// How far the corners, and the lines, are from the tile's middle at most.
+    across: Register,
+    /// Of the triangles, across and in depth.
+    extent: Register,
+    deep: Register,
+    lowest: Register,
+    highest: Register,
+}
+
+impl Extents {
+    /// Of corners that are sheared and counted from the middle; with what these are off.
+    #[inline(always)]
+    fn of([a, b, c]: [[Register; 3]; 3], bounds: &Bounds) -> Extents {
+        let splat = Register::splat;
+        let range = |i: usize| {
+            let low = min(min(a[i], b[i]), c[i]);
+            (low, max(max(a[i], b[i]), c[i]))
+        };
+        let ((low_x, high_x), (low_y, high_y)) = (range(0), range(1));
+        let (lowest, highest) = range(2);
+        let across = max(max(high_x, -low_x), max(high_y, -low_y)) + splat(bounds.across);
+        let extent = (high_x - low_x) + (high_y - low_y);
+        Extents {
+            across,
+            extent: across.mul_add(splat(13.0 * UNIT), extent + splat(bounds.extent)),
+            deep: (highest - lowest) + splat(bounds.deep),
+            lowest,
+            highest,
+        }
+    }
 }
 
 /// [`Decides`] of any [`Edges`].

@@ -204,8 +204,8 @@ pub(in crate::trace) fn ends<L: Lanes, C: Certainty>(
             Shape::Cuboid(id) => cuboid::span(&tables.cuboids.row(id), object.ray),
             Shape::Sphere(id) => sphere::span(&tables.spheres.row(id), object.ray),
             Shape::Ellipsoid(id) => ellipsoid::span(&tables.ellipsoids.row(id), object.ray),
-            Shape::Cylinder(id) => cone::span(&tables.cylinders.upright(id), object.ray),
-            Shape::Cone(id) => cone::span(&tables.cones.upright(id), object.ray),
+            Shape::Cylinder(id) => cone::span(tables.cylinders.upright(id), object.ray),
+            Shape::Cone(id) => cone::span(tables.cones.upright(id), object.ray),
             Shape::Quadric(_)
             | Shape::Implicit(_)
             | Shape::Polygon(_)
@@ -224,8 +224,8 @@ pub(in crate::trace) fn ends<L: Lanes, C: Certainty>(
         Shape::Cuboid(id) => guarded::cuboid::ends(&tables.cuboids.row(id), object),
         Shape::Sphere(id) => guarded::sphere::sphere_ends(&tables.spheres.row(id), object),
         Shape::Ellipsoid(id) => guarded::sphere::ellipsoid_ends(&tables.ellipsoids.row(id), object),
-        Shape::Cylinder(id) => guarded::cone::ends(&tables.cylinders.upright(id), object),
-        Shape::Cone(id) => guarded::cone::ends(&tables.cones.upright(id), object),
+        Shape::Cylinder(id) => guarded::cone::ends(tables.cylinders.upright(id), object),
+        Shape::Cone(id) => guarded::cone::ends(tables.cones.upright(id), object),
         Shape::Quadric(id) => {
             let exactly = <L::Double as Lanes>::zero();
             guarded::quadric::ends(&tables.quadrics.row(id), object, exactly)

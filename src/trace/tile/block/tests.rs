@@ -4,33 +4,18 @@ use super::*;
 use crate::accel::Apart;
 use crate::geom::triangle::exact::{Pair, meet_exact};
 use crate::math::{Aabb32, Vec3};
+use crate::trace::random::Random;
 use crate::trace::tile::bundle::Pinhole;
-
-/// Vigna's SplitMix64, in [−1, 1).
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f32 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let x = (self.0 ^ self.0 >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((x ^ x >> 31) >> 40) as f32 / (1 << 23) as f32 - 1.0
-    }
-
-    fn vector(&mut self) -> [f32; 3] {
-        [self.unit(), self.unit(), self.unit()]
-    }
-}
 
 /// A ray from the origin to a place in the first triangle of a block, which lies
 /// within `size` of a place twice as far along z. None where exact arithmetic, or the
 /// bundle, has none.
 fn some_pair(random: &mut Random, size: f32) -> Option<(Apart, Bundle<f64, 1>)> {
     let corners: [[f32; 3]; 3] = [(); 3].map(|()| {
-        let [x, y, z] = random.vector();
+        let [x, y, z] = random.vector().map(|x| x as f32);
         [x * size, y * size, (z + 2.0) * size]
     });
-    let weights = random.vector().map(|x| 0.01 + x.abs());
+    let weights = random.vector().map(|x| 0.01 + x.abs() as f32);
     let dir: [f32; 3] = std::array::from_fn(|k| {
         let at = |v: usize| weights[v] / (3.0 * size) * corners[v][k];
         at(0) + at(1) + at(2)

@@ -3,9 +3,9 @@
 //! Everything is sheared by the slopes that the rays share, and counted from the
 //! middle of the tile's lines.
 
-use super::{Line, Settled, UNIT};
+use super::{Extents, Line, Settled, UNIT};
 use crate::accel::{Block, WIDE};
-use crate::math::lanes::{Lanes, Mask, Register, max, min};
+use crate::math::lanes::{Lanes, Mask, Register, min};
 use crate::trace::tile::bundle::{Bundle, Group};
 use crate::trace::tile::centre::Lines;
 use crate::trace::tile::leaf::Before;
@@ -79,21 +79,18 @@ impl super::Edges for Edges {
         let base = a[2] - slope_x * a[0] - slope_y * a[1];
 
         // As derived in docs/NUMERICS.md.
-        let range = |i: usize| {
-            let low = min(min(a[i], b[i]), c[i]);
-            (low, max(max(a[i], b[i]), c[i]))
-        };
-        let ((low_x, high_x), (low_y, high_y)) = (range(0), range(1));
-        let (lowest, highest) = range(2);
         let bounds = &centre.bounds;
-        let tiny = splat(f32::MIN_POSITIVE);
-        let across = max(max(high_x, -low_x), max(high_y, -low_y)) + splat(bounds.across);
-        let extent = (high_x - low_x) + (high_y - low_y);
-        let extent = across.mul_add(splat(13.0 * UNIT), extent + splat(bounds.extent));
-        let deep = (highest - lowest) + splat(bounds.deep);
+        let Extents {
+            across,
+            extent,
+            deep,
+            lowest,
+            highest,
+        } = Extents::of([a, b, c], bounds);
         let lines_off = across.mul_add(splat(10.6 * UNIT), splat(bounds.edge));
         let tilted = deep * splat(bounds.tilt);
         // What products lose to underflow is multiplied once more.
+        let tiny = splat(f32::MIN_POSITIVE);
         let margin = extent.mul_add(lines_off, tilted.mul_add(across, tiny));
         let det_error = extent * extent.mul_add(splat(6.4 * UNIT), tilted) + tiny;
         // The plane's slopes are off by the errors of products of sides, over det, and

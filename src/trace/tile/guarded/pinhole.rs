@@ -6,10 +6,10 @@
 //! neighbours then do not have exactly opposite edge functions does no harm: the bounds
 //! are wider.
 
-use super::{Line, Settled, UNIT};
+use super::{Extents, Line, Settled, UNIT};
 use crate::accel::{Block, WIDE};
 use crate::geom::triangle::{cross_with_size, plane_depth_times_det, plane_det};
-use crate::math::lanes::{Lanes, Mask, Register, max, min};
+use crate::math::lanes::{Lanes, Mask, Register, min};
 use crate::trace::tile::bundle::{Bundle, Group};
 use crate::trace::tile::centre::Lines;
 use crate::trace::tile::leaf::Before;
@@ -86,17 +86,14 @@ impl super::Edges for Edges {
         let edge_b = cross(c, sheared(ac));
         let edge_c = cross(a, sheared(ba));
 
-        let range = |i: usize| {
-            let low = min(min(a[i], b[i]), c[i]);
-            (low, max(max(a[i], b[i]), c[i]))
-        };
-        let ((low_x, high_x), (low_y, high_y)) = (range(0), range(1));
-        let (lowest, highest) = range(2);
         let bounds = &centre.bounds;
-        let across = max(max(high_x, -low_x), max(high_y, -low_y)) + splat(bounds.across);
-        let extent = (high_x - low_x) + (high_y - low_y);
-        let extent = across.mul_add(splat(13.0 * UNIT), extent + splat(bounds.extent));
-        let deep = (highest - lowest) + splat(bounds.deep);
+        let Extents {
+            across,
+            extent,
+            deep,
+            lowest,
+            highest,
+        } = Extents::of([a, b, c], bounds);
         let margin = extent * across.mul_add(splat(13.9 * UNIT), splat(bounds.edge));
         let margin = deep.mul_add(
             across.mul_add(splat(bounds.tilt), splat(bounds.turn)),

@@ -383,28 +383,28 @@ impl<L: Lanes> Seen<L> {
     /// less than the last term.
     #[inline(always)]
     fn margin(&self, moved: L) -> L {
-        let largest = |x: L, y: L| x.abs().max(y.abs());
-        let corner = |v: usize| largest(self.x[v], self.y[v]);
-        let m = corner(0).max(corner(1)).max(corner(2));
+        let m = self.size();
         let four = L::from_f32(4.1);
         let rounding = m * m * (four * L::splat(L::Scalar::UNIT_ROUNDOFF));
         let carried = moved * (m * four + moved * L::from_f32(2.1));
         carried + rounding + L::splat(L::Scalar::MIN_POSITIVE)
     }
 
-    /// Two numbers, where x and y are out of place by at most `moved`: below zero, the
-    /// ray's line certainly does not meet the triangle in exact arithmetic; and above
-    /// zero, it certainly does. Where products leave the format, neither: the margin is
-    /// infinite, and what comes of it is infinite to the other side or no number.
+    /// By how much the edge functions have one sign; below zero, they have not. FMA or
+    /// not, they round by no more than [`Seen::margin`] says.
     #[inline(always)]
-    pub fn beside_and_inside(&self, moved: L) -> [L; 2] {
-        let [u, v, w] = self.weights();
-        let margin = self.margin(moved);
-        let least = u.min(v).min(w);
-        let most = u.max(v).max(w);
-        [
-            (least + margin).max(margin - most),
-            (least - margin).max(-margin - most),
-        ]
+    pub fn agreement(&self) -> L {
+        let ([ax, bx, cx], [ay, by, cy]) = (self.x, self.y);
+        let u = cx.mul_add(by, -(cy * bx));
+        let v = ax.mul_add(cy, -(ay * cx));
+        let w = bx.mul_add(ay, -(by * ax));
+        u.min(v).min(w).max(-u.max(v).max(w))
+    }
+
+    /// The largest coordinate across the ray.
+    #[inline(always)]
+    pub fn size(&self) -> L {
+        let corner = |v: usize| self.x[v].abs().max(self.y[v].abs());
+        corner(0).max(corner(1)).max(corner(2))
     }
 }

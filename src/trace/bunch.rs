@@ -23,8 +23,15 @@ pub(super) struct Sight {
     axis: [u8; STREAM],
     /// t_min as a depth along the axis, in the ray's sense; rounded down.
     begin: Column,
-    /// By how much a corner, seen along the ray, may be out of place.
+    /// By how much a corner, seen along the ray, may be out of place; infinite where
+    /// nothing is certain.
     misplaced: Column,
+    /// Of how far an edge function is off ([`Seen::size`] m): what is times m, and the
+    /// rest that is not times m².
+    carried: Column,
+    rest: Column,
+    /// How far T less D times `begin` is off, in the magnitudes of D's terms.
+    begun: Column,
 }
 
 #[derive(Clone, Copy)]
@@ -40,6 +47,9 @@ impl Default for Sight {
             axis: [0; STREAM],
             begin: none,
             misplaced: none,
+            carried: none,
+            rest: none,
+            begun: none,
         }
     }
 }
@@ -86,14 +96,21 @@ impl Bunch {
             };
             let reach = max(max(reach(0), reach(1)), reach(2));
             // As `Seen::bounds` counts, and of a direction that is too short.
-            let misplaced = reach * Register::splat(10.75 * 0.5 * f32::EPSILON);
+            let misplaced = reach * Register::splat(MISPLACED * 0.5 * f32::EPSILON);
             let misplaced = misplaced + Register::splat(f32::MIN_POSITIVE);
             let shear = &ray.shear;
             let short = Register::splat(f32::MIN_POSITIVE / (0.5 * f32::EPSILON));
-            let long = Lanes::gt(shear.along.abs(), short);
+            // And where products may leave the format.
+            let sane = Lanes::gt(shear.along.abs(), short)
+                & Lanes::lt(misplaced, Register::splat(FARTHEST));
             let infinite = Register::splat(f32::INFINITY);
-            let misplaced = <Register as Lanes>::select(long, misplaced, infinite);
+            let misplaced = <Register as Lanes>::select(sane, misplaced, infinite);
             let begin = t_min * shear.along.abs();
+            let begin = begin - begin.abs() * Register::splat(SLACK);
+            let carried = misplaced * Register::splat(4.1);
+            let rest = misplaced * misplaced * Register::splat(2.1);
+            let rest = rest + Register::splat(f32::MIN_POSITIVE);
+            let begun = plane_error(misplaced, begin.abs());
             let store = |column: &mut Column, x: Register| x.store(&mut column.0[first..]);
             let sight = &mut self.sight;
             for k in 0..3 {
@@ -102,16 +119,17 @@ impl Bunch {
             store(&mut sight.shear[0], shear.x);
             store(&mut sight.shear[1], shear.y);
             store(&mut sight.shear[2], shear.along);
-            let lanes = shear.lanes.map(Mask::bits);
+            let [x, y, z] = &shear.lanes;
+            let lanes = [x.bits(), y.bits(), z.bits()];
             for lane in 0..<Register as Lanes>::COUNT {
                 let is = |k: usize| (lanes[k] >> lane & 1) as u8;
                 sight.axis[first + lane] = is(1) | is(2) << 1;
             }
-            store(
-                &mut sight.begin,
-                begin - begin.abs() * Register::splat(SLACK),
-            );
+            store(&mut sight.begin, begin);
             store(&mut sight.misplaced, misplaced);
+            store(&mut sight.carried, carried);
+            store(&mut sight.rest, rest);
+            store(&mut sight.begun, begun);
         }
     }
 }
@@ -121,18 +139,21 @@ pub(super) struct Faces<'a> {
     block: Block<'a>,
     /// Normals of the triangles' planes by axis, as `plane_depth` takes them.
     normal: [[f32; WIDE]; 3],
-    /// Sums of the magnitudes that these are differences of.
+    /// Sums of the magnitudes that these are differences of, a little more; and by how
+    /// much D may be off, infinite where nothing is certain.
     size: [f32; WIDE],
+    det_error: [f32; WIDE],
     /// Slots that hold a triangle.
     used: u32,
 }
 
 impl Faces<'_> {
-    /// `exact`: as [`Sight::may_meet`] takes it; others need neither sizes nor
-    /// which slots are used.
+    /// `exact`: as [`Sight::may_meet`] takes it; [`Sight::meets`] needs neither sizes
+    /// nor which slots are used.
     #[inline(always)]
     pub fn new(block: Block, exact: bool) -> Faces {
-        let (mut normal, mut size) = ([[0.0; WIDE]; 3], [0.0; WIDE]);
+        let mut normal = [[0.0; WIDE]; 3];
+        let [mut size, mut det_error] = [[0.0; WIDE]; 2];
         let [a, b, c] = block.columns([0, 1, 2]);
         let (n, terms) = cross_with_size(minus(a, c), minus(b, a));
         for k in 0..3 {
@@ -140,13 +161,20 @@ impl Faces<'_> {
         }
         let mut used = u32::MAX;
         if exact {
-            (terms[0] + terms[1] + terms[2]).store(&mut size);
+            // What products lose to underflow is multiplied once more.
+            let sum = terms[0] + terms[1] + terms[2] + Register::splat(LEAST);
+            sum.store(&mut size);
+            let error = sum * Register::splat(DET_ERROR);
+            let sane = Lanes::lt(sum, Register::splat(LARGEST));
+            <Register as Lanes>::select(sane, error, Register::splat(f32::INFINITY))
+                .store(&mut det_error);
             used = block.used();
         }
         Faces {
             block,
             normal,
             size,
+            det_error,
             used,
         }
     }
@@ -157,12 +185,30 @@ fn minus(p: [Register; 3], q: [Register; 3]) -> [Register; 3] {
     [p[0] - q[0], p[1] - q[1], p[2] - q[2]]
 }
 
+/// A block's triangles as a ray sees them, and the first corners' places across it, not
+/// sheared.
+struct Sighted {
+    seen: Seen<Register>,
+    raw: [Register; 2],
+    /// The ray's axes.
+    axes: [usize; 3],
+}
+
+/// Where a block's triangles lie along a ray, as depths in its sense.
+struct Along {
+    /// Of the corners.
+    least: Register,
+    most: Register,
+    /// Of the planes: T and D, turned so that D ≥ 0. They are met at the depth T / D.
+    above: Register,
+    det: Register,
+}
+
 impl Sight {
-    /// Triangles of the block that a ray may meet before its limit, as far as f32
-    /// can tell; and of these those that it certainly meets. `exact`: if exact
-    /// arithmetic is to judge that, not f32 at one lane.
+    /// Spelled out, for arrays' own `map` is not always part of what surrounds it. What is
+    /// not used is not made.
     #[inline(always)]
-    pub fn may_meet(&self, i: usize, faces: &Faces, exact: bool, limit: f32) -> [u32; 2] {
+    fn see(&self, i: usize, block: &Block) -> Sighted {
         // The steps of `Shear::apply`, along the one axis that this ray has.
         let splat = |column: &Column| Register::splat(column.0[i]);
         let k = usize::from(self.axis[i]) % 3;
@@ -182,7 +228,7 @@ impl Sight {
             [ax, ay, az, raw_x, raw_y],
             [bx, by, bz, ..],
             [cx, cy, cz, ..],
-        ] = match &faces.block {
+        ] = match block {
             Block::Shared(block) => {
                 let vertices = [block.vertices(a), block.vertices(b), block.vertices(k)];
                 let mut seen = [vertices[0]; 5];
@@ -192,74 +238,128 @@ impl Sight {
                         to[i] = x;
                     }
                 }
-                // What is not used is not made. Spelled out, for arrays' own `map` is
-                // not always part of what surrounds it.
                 let [x, y, z, raw_x, raw_y] = seen;
                 let seen = |at: Entries| [at.of(x), at.of(y), at.of(z), at.of(raw_x), at.of(raw_y)];
                 let [a, b, c] = block.entries();
                 [seen(a), seen(b), seen(c)]
             }
             Block::Apart(_) => {
-                let [a, b, c] = faces.block.columns([a, b, k]);
+                let [a, b, c] = block.columns([a, b, k]);
                 [see(a), see(b), see(c)]
             }
         };
-        let seen = Seen {
-            x: [ax, bx, cx],
-            y: [ay, by, cy],
-            z: [az, bz, cz],
-        };
-        let along = self.shear[2].0[i];
-        let sense = Register::splat(1.0_f32.copysign(along));
-        let begin = splat(&self.begin);
+        Sighted {
+            seen: Seen {
+                x: [ax, bx, cx],
+                y: [ay, by, cy],
+                z: [az, bz, cz],
+            },
+            raw: [raw_x, raw_y],
+            axes: [a, b, k],
+        }
+    }
+
+    /// Above zero, the ray's line certainly meets the triangle in exact arithmetic; and
+    /// below zero, it certainly does not. Where numbers leave the format, neither.
+    #[inline(always)]
+    fn inside_and_beside(&self, i: usize, seen: &Seen<Register>) -> [Register; 2] {
+        let splat = |column: &Column| Register::splat(column.0[i]);
+        // As `Seen::margin`.
+        let (agreement, m) = (seen.agreement(), seen.size());
+        let margin = m.mul_add(splat(&self.carried), splat(&self.rest));
+        let margin = (m * m).mul_add(Register::splat(4.1 * 0.5 * f32::EPSILON), margin);
+        [agreement - margin, agreement + margin]
+    }
+
+    /// Triangles of the block that a ray may meet before its limit in exact arithmetic,
+    /// as far as f32 can tell; and of these those that it certainly meets.
+    #[inline(always)]
+    pub fn may_meet(&self, i: usize, faces: &Faces, limit: f32) -> [u32; 2] {
+        let misplaced = self.misplaced.0[i];
+        if misplaced == f32::INFINITY {
+            return [faces.used, 0];
+        }
+        let splat = Register::splat;
+        let sighted = self.see(i, &faces.block);
+        let Along {
+            least,
+            most,
+            above,
+            det,
+        } = self.along(i, faces, &sighted);
+        let begin = self.begin.0[i];
+        let end = limit * self.shear[2].0[i].abs();
+        let pad = misplaced * 4.0;
+        let (end_late, end_early) = (end * (1.0 + SLACK), end * (1.0 - SLACK));
+        let after = begin + begin.abs() * (2.0 * SLACK);
+
+        // Everything that rules a triangle out is a number below zero: one comparison
+        // for all. What is no number rules nothing out.
+        let [inside, beside] = self.inside_and_beside(i, &sighted.seen);
+        let ends = min(splat(end_late + pad) - least, most - splat(begin - pad));
+        // T less D times where the ray begins, D times where it ends less T.
+        let size = Register::load(&faces.size);
+        let ended = plane_error(splat(misplaced), splat(end_late));
+        let first = splat(-begin).mul_add(det, above);
+        let last = splat(end_late).mul_add(det, -above);
+        let plane = min(
+            size.mul_add(splat(self.begun.0[i]), first),
+            size.mul_add(ended, last),
+        );
+        // What products lose to underflow.
+        let plane = plane + splat(f32::MIN_POSITIVE);
+        // D's sign may be anyone's where it is less than its error.
+        let known = Lanes::gt(det, Register::load(&faces.det_error));
+        let plane = <Register as Lanes>::select(known, plane, Register::zero());
+        let out = min(min(ends, plane), beside).lt(Register::zero());
+        let within = Lanes::gt(least, splat(after + pad)) & Lanes::lt(most, splat(end_early - pad));
+        let sure = Lanes::gt(inside, Register::zero()) & within;
+        [(!out).bits() & faces.used, sure.bits() & faces.used]
+    }
+
+    #[inline(always)]
+    fn along(&self, i: usize, faces: &Faces, sighted: &Sighted) -> Along {
+        let Sighted { seen, raw, axes } = sighted;
+        let [az, bz, cz] = seen.z;
+        let sense = Register::splat(1.0_f32.copysign(self.shear[2].0[i]));
         let depths = [az * sense, bz * sense, cz * sense];
-        let least = min(min(depths[0], depths[1]), depths[2]);
-        let most = max(max(depths[0], depths[1]), depths[2]);
-        let end = limit * along.abs();
-        let pad = splat(&self.misplaced) * Register::splat(4.0);
+        let normal = |axis: usize| Register::load(&faces.normal[axis]);
+        let normal = [normal(axes[0]), normal(axes[1]), normal(axes[2])];
+        let shear = |axis: usize| Register::splat(self.shear[axis].0[i]);
+        let shear = [shear(0), shear(1)];
+        let [above, det] = plane_ratio([raw[0], raw[1], az], normal, shear);
+        let above = above * sense;
+        Along {
+            least: min(min(depths[0], depths[1]), depths[2]),
+            most: max(max(depths[0], depths[1]), depths[2]),
+            above: <Register as Lanes>::select(det.lt(Register::zero()), -above, above),
+            det: det.abs(),
+        }
+    }
+
+    /// Triangles of the block that a ray may meet before its limit as f32 has it at one
+    /// lane; and of these those that it certainly meets.
+    #[inline(always)]
+    pub fn meets(&self, i: usize, faces: &Faces, limit: f32) -> [u32; 2] {
+        let splat = Register::splat;
+        let sighted = self.see(i, &faces.block);
+        // What `plane_depth` divides, t in its plane and the corners' least, is
+        // compared as products here.
+        let Along {
+            least,
+            most,
+            above,
+            det,
+        } = self.along(i, faces, &sighted);
+        let begin = splat(self.begin.0[i]);
+        let end = limit * self.shear[2].0[i].abs();
+        let pad = splat(self.misplaced.0[i]) * splat(4.0);
         let (least_padded, most_padded) = (least - pad, most + pad);
         let (end_late, end_early) = (end * (1.0 + SLACK), end * (1.0 - SLACK));
-        let after = begin + begin.abs() * Register::splat(2.0 * SLACK);
-        // What `plane_depth` divides, t in its plane and the corners' least, is
-        // compared as products here: depths in the ray's sense.
-        let normal = |axis: usize| Register::load(&faces.normal[axis]);
-        let normal = [normal(a), normal(b), normal(k)];
-        let [above, det] = plane_ratio([raw_x, raw_y, az], normal, [shear_x, shear_y]);
-        let above = above * sense;
-        let above = <Register as Lanes>::select(det.lt(Register::zero()), -above, above);
-        let det = det.abs();
-        if exact {
-            // Each term of T, at most reach · size in sum, is rounded nine times,
-            // and those of det ten.
-            let moved = splat(&self.misplaced);
-            let size = Register::load(&faces.size);
-            let tiny = Register::splat(f32::MIN_POSITIVE);
-            let top_error = moved * size + tiny;
-            let det_error = size * Register::splat(DET_ERROR) + tiny;
-            // Everything that rules a triangle out is a number below zero: one
-            // comparison for all. What is no number rules nothing out.
-            let [beside, inside] = seen.beside_and_inside(moved);
-            let first = begin * det - begin.abs() * det_error;
-            let last = Register::splat(end_late) * (det + det_error);
-            let plane = min(above + top_error - first, last - (above - top_error));
-            // Where terms of T leave the format, its sign may be anyone's; and that of
-            // det, where it is less than its error.
-            let known = Lanes::gt(det, det_error) & Lanes::lt(top_error, Register::splat(1e30));
-            let plane = <Register as Lanes>::select(known, plane, Register::zero());
-            let ends = min(
-                Register::splat(end_late) - least_padded,
-                most_padded - begin,
-            );
-            let out = min(min(ends, plane), beside).lt(Register::zero());
-            let within =
-                Lanes::gt(least_padded, after) & Lanes::lt(most_padded, Register::splat(end_early));
-            let sure = Lanes::gt(inside, Register::zero()) & within;
-            return [(!out).bits() & faces.used, sure.bits() & faces.used];
-        }
-        let before = Lanes::le(least_padded, Register::splat(end_late));
-        let within =
-            Lanes::gt(least_padded, after) & Lanes::lt(most_padded, Register::splat(end_early));
-        let (inside, _) = seen.inside();
+        let after = begin + begin.abs() * splat(2.0 * SLACK);
+        let before = Lanes::le(least_padded, splat(end_late));
+        let within = Lanes::gt(least_padded, after) & Lanes::lt(most_padded, splat(end_early));
+        let (inside, _) = sighted.seen.inside();
         // Without area, as the places that fill a block up.
         let none = Lanes::eq(above, Register::zero()) | Lanes::eq(det, Register::zero());
         let begun = Lanes::gt(above, begin * det) | Lanes::gt(least, begin);
@@ -271,9 +371,35 @@ impl Sight {
     }
 }
 
+/// How far a plane's T less D times a depth is off, in the magnitudes of D's terms. Each
+/// term of T, at most reach · size in sum, is rounded ten times, and those of D thirteen
+/// times.
+#[inline(always)]
+fn plane_error(misplaced: Register, depth: Register) -> Register {
+    let roundings = |n: f32| Register::splat(n * 0.5 * f32::EPSILON);
+    depth.mul_add(
+        roundings(14.0),
+        misplaced * Register::splat(13.0 / MISPLACED),
+    )
+}
+
+/// Of the largest coordinate that a ray has to do with, in roundings.
+const MISPLACED: f32 = 10.75;
+
+/// Of what is misplaced by more, and of magnitudes that are larger, products may leave
+/// the format.
+const FARTHEST: f32 = 1e6;
+const LARGEST: f32 = 1e24;
+
+/// Roundings of this cover what any product of four numbers loses to underflow.
+const LEAST: f32 = 1e-31;
+
 /// More than what a depth is wrong by, relative to itself, that takes four
 /// roundings.
 const SLACK: f32 = 4.0 * f32::EPSILON;
 
-/// Of det, in the magnitudes of its terms.
+/// Of D, in the magnitudes of its terms: ten roundings.
 const DET_ERROR: f32 = 10.75 * 0.5 * f32::EPSILON;
+
+#[cfg(test)]
+mod tests;

@@ -2,6 +2,8 @@
 
 mod batch;
 mod bunch;
+#[cfg(test)]
+mod cases;
 mod combined;
 mod decide;
 mod guess;

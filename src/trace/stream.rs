@@ -243,8 +243,10 @@ impl Stream<'_> {
                 each(set & !done, |i| {
                     let sighted = if C::DOUBTS_ALL {
                         [u32::MAX, 0]
+                    } else if exact {
+                        sight.may_meet(i, &faces, boxes.limit[i])
                     } else {
-                        sight.may_meet(i, &faces, exact, boxes.limit[i])
+                        sight.meets(i, &faces, boxes.limit[i])
                     };
                     bits[i] = sighted[0];
                     some |= u64::from(bits[i] != 0) << i;

@@ -2,8 +2,6 @@
 //! rays for which they cannot are set aside, for another kernel to trace.
 
 #[cfg(test)]
-mod cases;
-#[cfg(test)]
 mod judge;
 mod parallel;
 mod pinhole;

@@ -1,11 +1,11 @@
 //! What tiles make of rays and triangles, against exact arithmetic.
 
-use super::cases::{Case, RAYS};
 use super::{Edges, Guarded, Settled};
 use crate::accel::{Apart, Block, WIDE};
 use crate::geom::Guarded as Certainly;
 use crate::geom::triangle::Corners;
 use crate::geom::triangle::exact::{Crossing, Pair, meet_exact};
+use crate::trace::cases::{Case, RAYS, count};
 use crate::trace::query::{AnyHit, Closest, Query};
 use crate::trace::random::Random;
 use crate::trace::tile::bundle::Bundle;
@@ -80,13 +80,6 @@ impl Traced {
     }
 }
 
-/// How many tiles are asked.
-fn tiles() -> usize {
-    let set = std::env::var("LANECAST_CASES").ok();
-    let pairs: usize = set.and_then(|n| n.parse().ok()).unwrap_or(1_000_000);
-    pairs.div_ceil(RAYS * WIDE)
-}
-
 /// Edge functions by f64 from the corners as they are, over what the direction is along
 /// its axis; and [a, b, c].
 fn edges([a, b, c]: &Corners, org: [f64; 3], dir: [f64; 3], along: f64) -> ([f64; 3], f64) {
@@ -156,7 +149,7 @@ pub fn decisions<E: Probe>(
     mut more: impl FnMut(&mut Random, &mut Traced, &Apart, (usize, usize), &Crossing),
 ) {
     let (mut random, mut tally) = (Random(seed), Tally::default());
-    for number in 0..tiles() {
+    for number in 0..count() {
         let case = Case::some(&mut random);
         let block = case.block();
         let Some(mut traced) = E::traced(&case, number % 2 == 1) else {
@@ -250,7 +243,7 @@ fn met<E: Edges, Q: Query<f32>>(
 /// triangle's or next to it.
 pub fn answers<E: Probe>(seed: u64) {
     let (mut random, mut certain, mut all) = (Random(seed), 0, 0);
-    for number in 0..tiles() / 4 {
+    for number in 0..count() / 4 {
         let case = Case::some(&mut random);
         let Some(mut traced) = E::traced(&case, number % 2 == 1) else {
             continue;

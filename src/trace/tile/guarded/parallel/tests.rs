@@ -1,9 +1,9 @@
 //! Rays of one direction against exact arithmetic.
 
-use super::super::cases::{Case, RAYS};
 use super::super::judge::{Probe, Tile, Traced, answers, decisions};
 use super::*;
 use crate::math::Vec3;
+use crate::trace::cases::{Case, RAYS};
 
 impl Probe for Edges {
     const WHAT: &str = "one direction";

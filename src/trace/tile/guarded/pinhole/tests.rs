@@ -1,10 +1,10 @@
 //! Rays of one origin against exact arithmetic.
 
 use super::super::Edges as _;
-use super::super::cases::{Case, RAYS};
 use super::super::judge::{Probe, Tile, Traced, answers, decisions};
 use super::*;
 use crate::math::Vec3;
+use crate::trace::cases::{Case, RAYS};
 
 impl Probe for Edges {
     const WHAT: &str = "one origin";

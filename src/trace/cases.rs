@@ -5,7 +5,7 @@ use crate::geom::triangle::{Corners, canonical};
 use crate::math::Aabb32;
 use crate::trace::random::Random;
 
-/// Rays of a tile.
+/// Rays of a case.
 pub const RAYS: usize = 64;
 
 /// A block's triangles, and where rays are to pass.
@@ -90,4 +90,11 @@ impl Case {
         }
         block
     }
+}
+
+/// How many cases are asked.
+pub fn count() -> usize {
+    let set = std::env::var("LANECAST_CASES").ok();
+    let pairs: usize = set.and_then(|n| n.parse().ok()).unwrap_or(1_000_000);
+    pairs.div_ceil(RAYS * WIDE)
 }

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{EVERYTHING, hard_rays, hard_scene, structures};
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::geom::Sphere;
 use lanecast::math::Aabb;
@@ -100,4 +100,49 @@ fn far_worlds_lose_nothing() {
         }
     }
     assert!(hits > RAYS, "{hits}");
+}
+
+/// What lies beyond f32 takes nothing else along.
+#[test]
+fn what_is_near_is_met_beside_what_f32_cannot_reach() {
+    let balls = |far: Option<f64>| {
+        let mut scene = SceneBuilder::default();
+        let ball = scene.sphere(
+            "",
+            Sphere {
+                center: DVec3::ZERO,
+                radius: 1.0,
+            },
+        );
+        let places = (0..9).map(|i| DVec3::new(1.5 * f64::from(i), 0.3, 0.0));
+        for place in places.chain(far.map(|z| DVec3::new(0.0, 0.0, -z))) {
+            let map = scene.transform(DAffine3::from_translation(place).into());
+            scene.instance("", Edge::shape(ball).transform(map));
+        }
+        scene.finish().unwrap()
+    };
+    let near = balls(None);
+    let rays = hard_rays(&near, &Appearances::of(&near).unwrap(), 1, RAYS);
+    let kernels = Kernels {
+        arithmetic: Arithmetic::F32Guarded,
+        lanes: native_width(Arithmetic::F32Guarded),
+        needs: EVERYTHING,
+    };
+    for distance in [1e38, 3.5e38, 1e39, 1e300] {
+        let scene = balls(Some(distance));
+        let appearances = Appearances::of(&scene).unwrap();
+        let nearest = |structure| {
+            let world = World::build(&scene, &appearances, structure);
+            rays.closest(&world, &kernels)
+        };
+        let expected = nearest(Structure::Linear);
+        let hits = expected.iter().filter(|(_, id)| *id != HitId::NONE);
+        assert!(hits.count() > RAYS / 8);
+        for structure in structures() {
+            let found = nearest(structure);
+            for (found, expected) in found.iter().zip(&expected) {
+                assert_eq!(found.1, expected.1, "{distance}: {structure:?}");
+            }
+        }
+    }
 }

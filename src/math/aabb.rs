@@ -88,11 +88,16 @@ impl Aabb {
         })
     }
 
-    /// The smallest f32 box that contains this one.
+    /// The smallest f32 box that contains this one, or what of it f32 can reach: an
+    /// infinite box would leave no structure anything to tell other boxes by.
     pub fn outward(&self) -> Aabb32 {
+        if self.is_empty() {
+            return Aabb32::EMPTY;
+        }
+        let finite = |x: f32| x.clamp(-f32::MAX, f32::MAX);
         Aabb32 {
-            min: self.min.to_array().map(round_down),
-            max: self.max.to_array().map(round_up),
+            min: self.min.to_array().map(|x| finite(round_down(x))),
+            max: self.max.to_array().map(|x| finite(round_up(x))),
         }
     }
 }
@@ -120,7 +125,7 @@ impl Aabb32 {
 
     /// Half the surface area, the measure that SAH costs are proportional to.
     pub fn half_area(&self) -> f32 {
-        let d: [f32; 3] = std::array::from_fn(|k| (self.max[k] - self.min[k]).max(0.0));
+        let d: [f32; 3] = std::array::from_fn(|k| (self.max[k] - self.min[k]).clamp(0.0, f32::MAX));
         d[0] * d[1] + d[1] * d[2] + d[2] * d[0]
     }
 

@@ -89,6 +89,24 @@ fn every_kind_is_written() {
 }
 
 #[test]
+fn what_is_no_number_is_not_written() {
+    // A sun is placed outside of everything.
+    let scene = "[shape.ball]
+        sphere = { center = [0, 0, 0], radius = 1 }
+        [[light]]
+        directional = { direction = [0, -1, 0], irradiance = [1, 1, 1] }
+        [[instance]]
+        shape = 'ball'
+        transform = [{ scale = 1e160 }]
+        ";
+    let loaded = loaded(scene);
+    let error = pov_text(&loaded.scene, &loaded.camera)
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("beyond f64: light_source"), "{error}");
+}
+
+#[test]
 fn operators_are_written() {
     let text = text(
         "[material.clay]

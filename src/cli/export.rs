@@ -9,8 +9,8 @@ use crate::scene::Appearances;
 
 pub fn run(args: &ExportArgs) -> Result<(), CliError> {
     let files = [args.pov.clone()];
-    check_destinations(&[&args.scene], &files, [].into_iter())?;
-    let scene = scene::load(&args.scene, &args.load_options())?;
+    let outputs = check_destinations(&[&args.scene], &files, [].into_iter())?;
+    let scene = scene::load(&args.scene, &args.load_options(outputs))?;
     let row = scene::pick_camera(&scene.cameras, args.camera.as_deref())?;
     let of_scene = |source| LoadError::of_scene(&args.scene, source);
     let appearances = Appearances::of(&scene).map_err(of_scene)?;

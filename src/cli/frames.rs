@@ -30,11 +30,11 @@ pub fn run(
     let files = paths.iter().map(|path| files(path, config.aovs));
     let files: Vec<PathBuf> = files.collect::<Result<Vec<_>, _>>()?.concat();
     let inputs: Vec<&Path> = args.scene.as_deref().into_iter().collect();
-    check_destinations(&inputs, &files, args.common.sinks())?;
+    let outputs = check_destinations(&inputs, &files, args.common.sinks())?;
     interrupt::check(&progress)?;
 
     let mut watch = Watch::start();
-    let options = args.common.load_options();
+    let options = args.common.load_options(outputs);
     let scene = args.scene.as_deref();
     let prepared = prepare(scene, &options, config, &mut watch, &mut stats)?;
     interrupt::check(&progress)?;

@@ -36,13 +36,13 @@ struct Row {
 }
 
 pub fn run(args: &MeasureArgs) -> Result<(), CliError> {
-    check_destinations(&[&args.scene], &[], args.json.iter())?;
+    let outputs = check_destinations(&[&args.scene], &[], args.json.iter())?;
     let goal = Goal {
         relative: args.error,
         seed: args.seed,
         ..Goal::default()
     };
-    let scene = scene::load(&args.scene, &args.load_options())?;
+    let scene = scene::load(&args.scene, &args.load_options(outputs))?;
     let of_scene = |source| LoadError::of_scene(&args.scene, source);
     let appearances = Appearances::of(&scene).map_err(of_scene)?;
     let pool = thread_pool(args.threads)?;
@@ -84,7 +84,8 @@ struct Measurer<'s> {
     scene: &'s Scene,
     goal: Goal,
     progress: &'s Progress,
-    known: HashMap<Known, Volume>,
+    /// And the number of its measurement.
+    known: HashMap<Known, (usize, Volume)>,
     /// Surfaces, meshes, unbounded solids.
     left_out: [u64; 3],
 }
@@ -95,11 +96,11 @@ impl Measurer<'_> {
         let mut rows = Vec::new();
         for (row, count) in (0..).zip(counts) {
             let id = ShapeId(row);
-            let volume = match count {
+            let found = match count {
                 0 => None,
                 _ => self.shape(id, &Affine::IDENTITY, &Affine::IDENTITY, count),
             };
-            rows.extend(volume.map(|volume| Row {
+            rows.extend(found.map(|(_, volume)| Row {
                 name: shape_name(self.scene, id),
                 parts: 1,
                 volume,
@@ -110,7 +111,7 @@ impl Measurer<'_> {
 
     fn roots(&mut self, appearances: &Appearances) -> Result<Vec<Row>, crate::scene::SceneError> {
         appearances.check_enumerable()?;
-        let mut parts: Vec<Vec<Volume>> = vec![Vec::new(); self.scene.instances.len()];
+        let mut parts: Vec<Vec<(usize, Volume)>> = vec![Vec::new(); self.scene.instances.len()];
         for appearance in appearances.iter(self.scene) {
             if self.progress.is_cancelled() {
                 break;
@@ -118,7 +119,7 @@ impl Measurer<'_> {
             let root = appearance.root as usize;
             parts[root].extend(self.appearance(&appearance));
         }
-        let of_root = |(row, parts): (usize, &Vec<Volume>)| {
+        let of_root = |(row, parts): (usize, &Vec<(usize, Volume)>)| {
             (!parts.is_empty()).then(|| Row {
                 name: root_name(self.scene, row),
                 parts: parts.len() as u64,
@@ -129,15 +130,15 @@ impl Measurer<'_> {
     }
 
     /// Where the map is a similarity, from the shape's own figures.
-    fn appearance(&mut self, appearance: &Appearance) -> Option<Volume> {
+    fn appearance(&mut self, appearance: &Appearance) -> Option<(usize, Volume)> {
         let (outward, inward) = (&appearance.world_from_object, &appearance.object_from_world);
         let Some(scale) = similarity(outward) else {
             return self.shape(appearance.shape, outward, inward, 1);
         };
         let identity = Affine::IDENTITY;
-        let own = self.shape(appearance.shape, &identity, &identity, 1)?;
+        let (number, own) = self.shape(appearance.shape, &identity, &identity, 1)?;
         let (square, cube) = (scale * scale, scale * scale * scale);
-        Some(Volume {
+        let placed = Volume {
             volume: own.volume * cube,
             volume_error: own.volume_error * cube,
             area: own.area * square,
@@ -145,7 +146,8 @@ impl Measurer<'_> {
             centroid: own.centroid.map(|p| outward.point(p)),
             lines: own.lines,
             is_rough: own.is_rough,
-        })
+        };
+        Some((number, placed))
     }
 
     fn shape(
@@ -154,7 +156,7 @@ impl Measurer<'_> {
         outward: &Affine,
         inward: &Affine,
         count: u64,
-    ) -> Option<Volume> {
+    ) -> Option<(usize, Volume)> {
         // Where it stands makes no difference but to the centroid.
         let mut bits = outward.linear().as_flattened().iter().map(|x| x.to_bits());
         let key = (id, std::array::from_fn(|_| bits.next().unwrap_or(0)));
@@ -164,15 +166,21 @@ impl Measurer<'_> {
                 .map(|p| std::array::from_fn(|k| p[k] - from[k] + to[k])),
             ..*volume
         };
-        if let Some(known) = self.known.get(&key) {
-            return Some(place(known, [0.0; 3], outward.translation));
+        if let Some((number, known)) = self.known.get(&key) {
+            return Some((*number, place(known, [0.0; 3], outward.translation)));
         }
         match Placed::of(self.scene, id, outward, inward) {
             Ok(placed) => {
-                let found = placed.measure(&self.goal, self.progress)?;
+                let number = self.known.len();
+                // Other lines, so that errors of different solids are their own.
+                let goal = Goal {
+                    seed: self.goal.seed.wrapping_add((number as u64) << 32),
+                    ..self.goal
+                };
+                let found = placed.measure(&goal, self.progress)?;
                 let at_origin = place(&found, outward.translation, [0.0; 3]);
-                self.known.insert(key, at_origin);
-                Some(found)
+                self.known.insert(key, (number, at_origin));
+                Some((number, found))
             }
             Err(why) => {
                 let sort = match why {

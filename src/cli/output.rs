@@ -67,12 +67,12 @@ impl Results {
 }
 
 /// Before any work: every output has a place of its own, can be written there,
-/// and does not overwrite the input.
+/// and does not overwrite the input. All files that are to be written.
 pub fn check_destinations<'a>(
     inputs: &[&Path],
     files: &[PathBuf],
     sinks: impl Iterator<Item = &'a Sink>,
-) -> Result<(), CliError> {
+) -> Result<Vec<PathBuf>, CliError> {
     let mut stdout = false;
     let mut all = files.to_vec();
     for sink in sinks {
@@ -109,7 +109,7 @@ pub fn check_destinations<'a>(
     for path in &all {
         check_writable(path)?;
     }
-    Ok(())
+    Ok(all)
 }
 
 /// The same for all names of a file, also before it exists; `None` for devices,
@@ -147,7 +147,7 @@ pub fn complain(line: &str) {
 mod tests {
     use super::*;
 
-    fn usage(result: Result<(), CliError>) -> String {
+    fn usage<T: std::fmt::Debug>(result: Result<T, CliError>) -> String {
         let error = result.unwrap_err();
         assert_eq!(error.exit_code(), 2);
         error.to_string()

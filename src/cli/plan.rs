@@ -56,11 +56,11 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
     let mut config = args.common.config(RENDER_SIZE)?;
     config.build = args.build.quality;
     let inputs: Vec<_> = args.scene.as_deref().into_iter().collect();
-    check_destinations(&inputs, &[], args.common.sinks())?;
+    let outputs = check_destinations(&inputs, &[], args.common.sinks())?;
     let (mut watch, mut stats) = (Watch::start(), Stats::default());
     let prepared = prepare(
         args.scene.as_deref(),
-        &args.common.load_options(),
+        &args.common.load_options(outputs),
         &config,
         &mut watch,
         &mut stats,

@@ -59,7 +59,7 @@ const SHORTEST: f64 = 1e-150;
 const LONGEST: f64 = 1e150;
 
 pub fn run(args: &ProbeArgs) -> Result<(), CliError> {
-    check_destinations(&[&args.scene], &[], args.json.iter())?;
+    let outputs = check_destinations(&[&args.scene], &[], args.json.iter())?;
     if args.dir == DVec3::ZERO {
         let message = "--dir 0,0,0 points nowhere; give it a length";
         return Err(CliError::Usage(message.into()));
@@ -76,7 +76,7 @@ pub fn run(args: &ProbeArgs) -> Result<(), CliError> {
             "--org lies farther out than {LONGEST:?}; start nearer to the scene"
         )));
     }
-    let scene = scene::load(&args.scene, &args.load_options())?;
+    let scene = scene::load(&args.scene, &args.load_options(outputs))?;
     let of_scene = |source| LoadError::of_scene(&args.scene, source);
     let appearances = Appearances::of(&scene).map_err(of_scene)?;
     let found = spans(&scene, &appearances, args.org, args.dir).map_err(of_scene)?;

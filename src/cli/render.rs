@@ -31,14 +31,14 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
         .map(|(path, _)| path)
         .collect();
     let inputs: Vec<&Path> = args.scene.as_deref().into_iter().collect();
-    check_destinations(&inputs, &files, args.common.sinks())?;
+    let outputs = check_destinations(&inputs, &files, args.common.sinks())?;
 
     let progress = interrupt::watch();
     let mut watch = Watch::start();
     let mut stats = stats;
     let prepared = prepare(
         args.scene.as_deref(),
-        &args.common.load_options(),
+        &args.common.load_options(outputs),
         &config,
         &mut watch,
         &mut stats,

@@ -23,6 +23,7 @@ use crate::reference::{self, Reference};
 use crate::render::{Grid, Progress, RenderConfig, Rendered, render};
 use crate::trace::{TracedRay, decided};
 use report::{Mode, Report, Time};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -46,10 +47,10 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
             "verify keeps every ray of its {pixels} pixels; ask for a --size of at most {MAX_PIXELS}"
         )));
     }
-    check_destinations(&[&args.scene], &[], args.common.sinks())?;
+    let outputs = check_destinations(&[&args.scene], &[], args.common.sinks())?;
     let progress = interrupt::watch();
     let (mut watch, mut stats) = (Watch::start(), Stats::default());
-    let prepared = prepared(args, &config, &mut watch, &mut stats)?;
+    let prepared = prepared(args, outputs, &config, &mut watch, &mut stats)?;
     let too_many = |source| LoadError::of_scene(&args.scene, source);
     // The reference will not take more: say so before any work.
     prepared.appearances.check_enumerable().map_err(too_many)?;
@@ -106,11 +107,12 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
 /// The scene where the arguments want it, and how the asked mode traces it.
 fn prepared(
     args: &VerifyArgs,
+    outputs: Vec<PathBuf>,
     config: &RenderConfig,
     watch: &mut Watch,
     stats: &mut Stats,
 ) -> Result<Prepared, CliError> {
-    let scene = scene::load(&args.scene, &args.common.load_options())?;
+    let scene = scene::load(&args.scene, &args.common.load_options(outputs))?;
     let scene = scene.moved(args.scale, args.offset).map_err(|e| {
         let [x, y, z] = args.offset.to_array();
         CliError::Usage(format!(

@@ -45,6 +45,12 @@ pub enum LoadError {
         path.display()
     )]
     Outside { path: PathBuf, named: String },
+    #[error(
+        "{}: it names the file '{named}', which an output would replace; \
+         give the output another name",
+        path.display()
+    )]
+    Output { path: PathBuf, named: String },
     /// Found by the scene's own check. `place`: line and column from 1, where
     /// the format can tell.
     #[error("{}{}: {source}", path.display(), colons(place))]

@@ -3,23 +3,23 @@
 //! A name is relative to the scene file. After symbolic links are followed it
 //! must still lie in the scene's folder, unless the user has allowed more.
 
-use super::LoadError;
+use super::{LoadError, LoadOptions};
 use std::path::{Path, PathBuf};
 
 #[derive(Clone, Debug)]
 pub struct Folder {
     scene: PathBuf,
     root: PathBuf,
-    allow_outside: bool,
+    options: LoadOptions,
 }
 
 impl Folder {
-    pub fn of(scene: &Path, allow_outside: bool) -> Folder {
+    pub fn of(scene: &Path, options: &LoadOptions) -> Folder {
         let parent = scene.parent().filter(|p| !p.as_os_str().is_empty());
         Folder {
             scene: scene.into(),
             root: parent.unwrap_or(Path::new(".")).into(),
-            allow_outside,
+            options: options.clone(),
         }
     }
 
@@ -42,7 +42,7 @@ impl Folder {
                     _ => Some(depth),
                 })
                 .is_none();
-        if leaves && !self.allow_outside {
+        if leaves && !self.options.allow_outside {
             return Err(outside());
         }
         let real = |p: &Path| {
@@ -52,8 +52,15 @@ impl Folder {
             })
         };
         let found = real(&path)?;
-        if !self.allow_outside && !found.starts_with(real(&self.root)?) {
+        if !self.options.allow_outside && !found.starts_with(real(&self.root)?) {
             return Err(outside());
+        }
+        let is_found = |output: &PathBuf| output.canonicalize().is_ok_and(|path| path == found);
+        if self.options.outputs.iter().any(is_found) {
+            return Err(LoadError::Output {
+                path: self.scene.clone(),
+                named: named.into(),
+            });
         }
         Ok(found)
     }

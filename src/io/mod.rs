@@ -43,7 +43,7 @@ pub use rays::{RaySet, TriangleSet};
 pub use srgb::SrgbEncoder;
 
 use crate::scene::{Scene, SceneBuilder, SceneError};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A scene and what was left out of it.
 #[derive(Debug)]
@@ -53,10 +53,12 @@ pub struct Loaded {
     pub warning: Option<String>,
 }
 
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct LoadOptions {
     /// Files that the scene names may lie outside its folder.
     pub allow_outside: bool,
+    /// Files that are to be written later: the scene must name none of them.
+    pub outputs: Vec<PathBuf>,
 }
 
 /// Reads, checks and completes a scene file: `.toml`, `.json`, `.gltf`, `.glb`,

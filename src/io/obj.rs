@@ -69,7 +69,7 @@ pub(super) fn read(
 ) -> Result<Obj, LoadError> {
     let bytes = super::folder::read(path)?;
     let lines = scan(path, &bytes, dropped)?;
-    let folder = Folder::of(path, options.allow_outside);
+    let folder = Folder::of(path, options);
     let materials = libraries(&folder, &lines.libraries, dropped)?;
     join(path, &lines, materials, dropped)
 }

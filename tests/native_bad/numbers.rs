@@ -138,6 +138,10 @@ fn numbers_that_are_no_scene() {
             &["light 0 has intensity = -1"],
         ),
         (
+            toml("[[light]]\ndirectional = { direction = [0, 1, 0], irradiance = [-1, 1, 1] }"),
+            &["light 0 has irradiance = -1"],
+        ),
+        (
             toml("[material.a]\nroughness = 1.5"),
             &["material 'a' has roughness = 1.5; it must be between 0 and 1"],
         ),

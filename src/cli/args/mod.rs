@@ -233,9 +233,10 @@ pub struct MeasureArgs {
 }
 
 impl MeasureArgs {
-    pub fn load_options(&self) -> LoadOptions {
+    pub fn load_options(&self, outputs: Vec<PathBuf>) -> LoadOptions {
         LoadOptions {
             allow_outside: self.allow_outside,
+            outputs,
         }
     }
 }
@@ -346,17 +347,19 @@ pub struct CommonArgs {
 }
 
 impl ProbeArgs {
-    pub fn load_options(&self) -> LoadOptions {
+    pub fn load_options(&self, outputs: Vec<PathBuf>) -> LoadOptions {
         LoadOptions {
             allow_outside: self.allow_outside,
+            outputs,
         }
     }
 }
 
 impl ExportArgs {
-    pub fn load_options(&self) -> LoadOptions {
+    pub fn load_options(&self, outputs: Vec<PathBuf>) -> LoadOptions {
         LoadOptions {
             allow_outside: self.allow_outside,
+            outputs,
         }
     }
 }
@@ -448,9 +451,10 @@ impl CommonArgs {
         }
     }
 
-    pub fn load_options(&self) -> LoadOptions {
+    pub fn load_options(&self, outputs: Vec<PathBuf>) -> LoadOptions {
         LoadOptions {
             allow_outside: self.allow_outside,
+            outputs,
         }
     }
 

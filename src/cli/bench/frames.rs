@@ -20,11 +20,11 @@ pub fn run(args: &BenchArgs, frames: u32) -> Result<(), CliError> {
     let mut config = args.common.config(RENDER_SIZE)?;
     check_config(&mut config)?;
     let path = args.scene.as_deref().unwrap_or(Path::new(""));
-    check_destinations(&[path], &[], args.common.sinks())?;
+    let outputs = check_destinations(&[path], &[], args.common.sinks())?;
     let progress = interrupt::watch();
     let mut watch = Watch::start();
     let mut stats = Stats::default();
-    let options = args.common.load_options();
+    let options = args.common.load_options(outputs);
     let prepared = prepare(Some(path), &options, &config, &mut watch, &mut stats)?;
     let planned = |precision| {
         let choices = Choices {

@@ -50,7 +50,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     let exports = exports(args, kinds);
     let mut files = exports.clone();
     files.extend(args.plot.clone());
-    check_destinations(&inputs, &files, args.common.sinks())?;
+    let outputs = check_destinations(&inputs, &files, args.common.sinks())?;
 
     let progress = interrupt::watch();
     let mut watch = Watch::start();
@@ -59,7 +59,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     config.choices.lanes = LaneCount::Auto;
     let (prepared, given) = match (&args.scene, &args.mesh) {
         (Some(scene), _) => {
-            let options = args.common.load_options();
+            let options = args.common.load_options(outputs);
             let prepared = prepare(Some(scene), &options, &config, &mut watch, &mut stats)?;
             (prepared, None)
         }

@@ -78,7 +78,7 @@ pub(super) fn import(
         placements,
         unread,
     } = container::parse(path, chunks.json)?;
-    let folder = Folder::of(path, options.allow_outside);
+    let folder = Folder::of(path, options);
     let buffers = Buffers::read(path, &root, chunks.bin, &folder)?;
     let size = bytes.len() as u64 + buffers.total();
     let file = File {

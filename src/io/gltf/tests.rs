@@ -157,7 +157,13 @@ fn files_are_read_from_the_folder_only() {
         let mut d = document(&points());
         set(&mut d, "/buffers/0/uri", json!(uri));
         std::fs::write(&path, d.to_string()).unwrap();
-        super::super::load(&path, &LoadOptions { allow_outside })
+        super::super::load(
+            &path,
+            &LoadOptions {
+                allow_outside,
+                ..Default::default()
+            },
+        )
     };
     assert!(try_uri("a%20b.bin", false).is_ok());
     assert!(matches!(

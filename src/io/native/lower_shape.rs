@@ -169,7 +169,7 @@ fn mesh(
     scene: &mut SceneBuilder,
     dropped: &mut Dropped,
 ) -> Result<ShapeId, LoadError> {
-    let folder = Folder::of(source.path, options.allow_outside);
+    let folder = Folder::of(source.path, options);
     let path = folder.resolve(&file.value).map_err(|e| match e {
         LoadError::Read { source: why, .. } => {
             let message = format!(

@@ -45,6 +45,11 @@ pub enum PovError {
          or too small for a number; scale the shape by a transform"
     )]
     NoNumber { name: String },
+    #[error(
+        "the scene, as POV-Ray is to have it, has a number beyond f64: {line}; move or scale \
+         what is so far away or so large"
+    )]
+    TooLarge { line: String },
 }
 
 /// Whether a declaration brings its own materials.
@@ -73,7 +78,21 @@ pub fn text(scene: &Scene, camera: &Camera) -> Result<String, PovError> {
     writer.shapes()?;
     writer.nodes();
     writer.instances();
-    Ok(writer.text)
+    // Sums and lengths of what is finite may not be.
+    match writer.text.lines().find(|line| has_no_number(line)) {
+        Some(line) => Err(PovError::TooLarge { line: line.into() }),
+        None => Ok(writer.text),
+    }
+}
+
+/// As [`number`] writes what is infinite or no number; names are quoted or comments.
+fn has_no_number(line: &str) -> bool {
+    let code = line.split("//").next().unwrap_or(line);
+    let is_part = |c: char| c.is_alphanumeric() || c == '_' || c == '.' || c == '-';
+    let words = code.split(|c: char| !is_part(c));
+    words
+        .map(|word| word.trim_start_matches('-'))
+        .any(|word| word == "inf" || word == "NaN")
 }
 
 struct Writer<'s> {

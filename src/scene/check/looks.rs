@@ -70,14 +70,14 @@ pub(super) fn materials(scene: &Tables) -> Result<(), SceneError> {
 pub(super) fn lights(scene: &Tables) -> Result<(), SceneError> {
     for (i, light) in scene.lights.iter().enumerate() {
         let what = || Entity::new(EntityKind::Light, i as u32, format!("light {i}"));
-        let power = match light {
+        let (name, power) = match light {
             Light::Point {
                 position,
                 intensity,
                 ..
             } => {
                 finite3(what, "position", *position)?;
-                intensity
+                ("intensity", intensity)
             }
             Light::Directional {
                 direction,
@@ -90,12 +90,12 @@ pub(super) fn lights(scene: &Tables) -> Result<(), SceneError> {
                         why: "its direction is (0, 0, 0)".into(),
                     });
                 }
-                irradiance
+                ("irradiance", irradiance)
             }
         };
         for v in power {
-            finite(what, "intensity", &[f64::from(*v)])?;
-            require(*v >= 0.0, what, "intensity", f64::from(*v), "0 or greater")?;
+            finite(what, name, &[f64::from(*v)])?;
+            require(*v >= 0.0, what, name, f64::from(*v), "0 or greater")?;
         }
     }
     Ok(())

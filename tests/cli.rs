@@ -565,12 +565,13 @@ fn wait_for_handler(process: u32) {
             threads.filter_map(|t| fs::read_to_string(t.ok()?.path().join("comm")).ok());
         names.find(|name| name.trim() == "ctrl-c")
     };
-    for _ in 0..100 {
+    for _ in 0..1000 {
         if listens().is_some() {
-            break;
+            return;
         }
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
+    panic!("process {process} does not listen");
 }
 
 /// Under an emulator of a processor without the instructions that this was

@@ -115,7 +115,8 @@ fn what_is_near_is_met_beside_what_f32_cannot_reach() {
             },
         );
         let places = (0..9).map(|i| DVec3::new(1.5 * f64::from(i), 0.3, 0.0));
-        for place in places.chain(far.map(|z| DVec3::new(0.0, 0.0, -z))) {
+        let far = far.map(|x| [DVec3::new(0.0, 0.0, -x), DVec3::new(x, 0.9 * x, 0.0)]);
+        for place in places.chain(far.into_iter().flatten()) {
             let map = scene.transform(DAffine3::from_translation(place).into());
             scene.instance("", Edge::shape(ball).transform(map));
         }

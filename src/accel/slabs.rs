@@ -14,7 +14,7 @@
 //! not; min and max are exact. So a box inside another has its interval inside
 //! the other's.
 
-use crate::math::lanes::{Lanes, Scalar};
+use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Vec3};
 
 /// The constants of one packet of rays for the boxes of one tree.
@@ -49,7 +49,9 @@ impl<L: Lanes> Slabs<L> {
         // room for it.
         let tiny = dir.max_abs() * L::from_f64(8.673_617_379_884_035e-19);
         let least = L::splat(L::Scalar::MIN_POSITIVE);
-        let short = tiny.lt(least);
+        // Longer ones are infinite here.
+        let finite = dir.max_abs().le(L::splat(L::Scalar::MAX));
+        let wild = tiny.lt(least) | !finite;
         let pad = L::splat(L::Scalar::UNIT_ROUNDOFF) * L::from_f32(32.0);
         let reach = |org: L, lo: f32, hi: f32| {
             let (lo, hi) = (L::from_f32(lo), L::from_f32(hi));
@@ -63,7 +65,9 @@ impl<L: Lanes> Slabs<L> {
         let bend =
             reaches[0].max(reaches[1]).max(reaches[2]) * L::from_f64(1.734_723_475_976_807e-18);
         let largest = L::splat(L::Scalar::MAX);
-        let axis = |org: L, dir: L, reach: L| {
+        // Boxes may have been cut off there.
+        let is_cut = |k: usize| bounds.max[k] >= f32::MAX || bounds.min[k] <= -f32::MAX;
+        let axis = |org: L, dir: L, reach: L, is_cut: bool| {
             let signed = L::select(dir.lt(L::zero()), -tiny, tiny);
             let dir = L::select(dir.abs().lt(tiny), signed, dir);
             let inv = L::from_f32(1.0) / dir;
@@ -71,7 +75,7 @@ impl<L: Lanes> Slabs<L> {
             let (low, high) = (-((org + delta) * inv), -((org - delta) * inv));
             // Not less than any product above; a plane is within twice the reach.
             let farthest = (reach * inv).abs() * L::from_f32(4.0);
-            let open = short | farthest.gt(largest);
+            let open = wild | L::Mask::splat(is_cut) | farthest.gt(largest);
             // Finite, so that a product with an infinite plane is no NaN.
             (
                 L::select(open, least, inv),
@@ -80,9 +84,9 @@ impl<L: Lanes> Slabs<L> {
             )
         };
         let (x, y, z) = (
-            axis(org.x, dir.x, reaches[0]),
-            axis(org.y, dir.y, reaches[1]),
-            axis(org.z, dir.z, reaches[2]),
+            axis(org.x, dir.x, reaches[0], is_cut(0)),
+            axis(org.y, dir.y, reaches[1], is_cut(1)),
+            axis(org.z, dir.z, reaches[2], is_cut(2)),
         );
         Slabs {
             inv: Vec3::new(x.0, y.0, z.0),

@@ -2,18 +2,25 @@
 //!
 //! The command that is asked to stop writes nothing and exits 130. Work asks only now
 //! and then whether it is to go on, and a single ray may keep it for minutes; so what has
-//! not stopped of itself after a while is ended as by a second signal. Ended at once, the
-//! process still takes its unfinished files with it.
+//! not stopped of itself after a while is ended, unless its results are being written.
+//! Ended at once, the process still takes its unfinished files with it.
 
 use super::error::CliError;
 use super::output::complain;
 use crate::io::discard_unfinished;
 use crate::render::Progress;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU8, Ordering};
 use std::time::Duration;
 
 /// For work to stop of itself.
 const PATIENCE: Duration = Duration::from_secs(3);
+
+/// Who says how the process ends: nobody yet, its work, or lost patience.
+static ENDS: AtomicU8 = AtomicU8::new(OPEN);
+const OPEN: u8 = 0;
+const BY_WORK: u8 = 1;
+const BY_PATIENCE: u8 = 2;
 
 /// A progress whose `cancel` is set by the first signal. Call it once.
 pub fn watch() -> Arc<Progress> {
@@ -22,22 +29,34 @@ pub fn watch() -> Arc<Progress> {
     // If there can be no handler, a signal ends the process as it always would.
     let _ = ctrlc::set_handler(move || {
         if watched.is_cancelled() {
-            end();
+            let _nothing_begins = discard_unfinished();
+            std::process::exit(130);
         }
         watched.cancel();
-        std::thread::spawn(|| {
-            std::thread::sleep(PATIENCE);
-            end();
-        });
+        // Without it the second signal is left.
+        let _ = std::thread::Builder::new().spawn(lose_patience);
     });
     progress
 }
 
-fn end() -> ! {
-    let _nothing_begins = discard_unfinished();
-    let error = CliError::Interrupted;
-    complain(&format!("error: {error}"));
-    std::process::exit(error.exit_code().into());
+fn lose_patience() {
+    std::thread::sleep(PATIENCE);
+    let taken = ENDS.compare_exchange(OPEN, BY_PATIENCE, Ordering::SeqCst, Ordering::SeqCst);
+    if taken.is_ok() {
+        let _nothing_begins = discard_unfinished();
+        let error = CliError::Interrupted;
+        complain(&format!("error: {error}"));
+        std::process::exit(error.exit_code().into());
+    }
+}
+
+/// From here on results appear, or an error is told: no lost patience comes between.
+/// Does not return where that came first.
+pub fn settle() {
+    let before = ENDS.compare_exchange(OPEN, BY_WORK, Ordering::SeqCst, Ordering::SeqCst);
+    while before == Err(BY_PATIENCE) {
+        std::thread::park();
+    }
 }
 
 /// Between two stages: stop here if asked to.

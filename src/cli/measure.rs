@@ -10,7 +10,7 @@ use super::scene::{self, shape_name};
 use crate::io::LoadError;
 use crate::math::Affine;
 use crate::measure::volumes::{Goal, NoVolume, Placed, Volume, together};
-use crate::render::Progress;
+use crate::render::{Progress, mix};
 use crate::scene::{Appearance, Appearances, Scene, ShapeId, Target};
 use serde::Serialize;
 use std::collections::HashMap;
@@ -173,10 +173,11 @@ impl Measurer<'_> {
             Ok(placed) => {
                 let number = self.known.len();
                 // Other lines, so that errors of different solids are their own.
-                let goal = Goal {
-                    seed: self.goal.seed.wrapping_add((number as u64) << 32),
-                    ..self.goal
+                let seed = match number {
+                    0 => self.goal.seed,
+                    _ => mix(self.goal.seed ^ mix(number as u64)),
                 };
+                let goal = Goal { seed, ..self.goal };
                 let found = placed.measure(&goal, self.progress)?;
                 let at_origin = place(&found, outward.translation, [0.0; 3]);
                 self.known.insert(key, (number, at_origin));

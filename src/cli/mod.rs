@@ -120,6 +120,7 @@ fn run() -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
+            interrupt::settle();
             output::complain(&format!("error: {error}"));
             ExitCode::from(error.exit_code())
         }

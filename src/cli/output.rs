@@ -1,6 +1,7 @@
 //! Where results go: files, and standard output.
 
 use super::error::CliError;
+use super::interrupt;
 use crate::io::{Outputs, SaveError, check_writable};
 use serde::Serialize;
 use std::collections::HashSet;
@@ -57,6 +58,7 @@ impl Results {
     /// Gives the files their names, then prints. `summary` is for people and
     /// keeps out of the way of a program that reads standard output.
     pub fn commit(self, summary: &str) -> Result<(), CliError> {
+        interrupt::settle();
         self.outputs.commit()?;
         if self.stdout.is_empty() {
             print(summary)

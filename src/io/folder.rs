@@ -10,7 +10,9 @@ use std::path::{Path, PathBuf};
 pub struct Folder {
     scene: PathBuf,
     root: PathBuf,
-    options: LoadOptions,
+    allow_outside: bool,
+    /// Those that exist, with links followed.
+    outputs: Vec<PathBuf>,
 }
 
 impl Folder {
@@ -19,7 +21,12 @@ impl Folder {
         Folder {
             scene: scene.into(),
             root: parent.unwrap_or(Path::new(".")).into(),
-            options: options.clone(),
+            allow_outside: options.allow_outside,
+            outputs: options
+                .outputs
+                .iter()
+                .filter_map(|output| output.canonicalize().ok())
+                .collect(),
         }
     }
 
@@ -42,7 +49,7 @@ impl Folder {
                     _ => Some(depth),
                 })
                 .is_none();
-        if leaves && !self.options.allow_outside {
+        if leaves && !self.allow_outside {
             return Err(outside());
         }
         let real = |p: &Path| {
@@ -52,11 +59,10 @@ impl Folder {
             })
         };
         let found = real(&path)?;
-        if !self.options.allow_outside && !found.starts_with(real(&self.root)?) {
+        if !self.allow_outside && !found.starts_with(real(&self.root)?) {
             return Err(outside());
         }
-        let is_found = |output: &PathBuf| output.canonicalize().is_ok_and(|path| path == found);
-        if self.options.outputs.iter().any(is_found) {
+        if self.outputs.contains(&found) {
             return Err(LoadError::Output {
                 path: self.scene.clone(),
                 named: named.into(),

@@ -1,7 +1,8 @@
 //! Axis-aligned bounding boxes: f64 for scenes, f32 rounded outward for trees.
 //!
-//! Invariant: converting to [`Aabb32`] never loses a point. An empty box has
-//! `min > max` on every axis and is the identity of [`Aabb::union`].
+//! Invariant: converting to [`Aabb32`] never loses a point that f32 can reach; what it
+//! cannot is cut off, and slabs are open there. An empty box has `min > max` on every axis
+//! and is the identity of [`Aabb::union`].
 
 use glam::DVec3;
 
@@ -91,7 +92,7 @@ impl Aabb {
     /// The smallest f32 box that contains this one, or what of it f32 can reach: an
     /// infinite box would leave no structure anything to tell other boxes by.
     pub fn outward(&self) -> Aabb32 {
-        if self.is_empty() {
+        if self.min.cmpgt(self.max).any() {
             return Aabb32::EMPTY;
         }
         let finite = |x: f32| x.clamp(-f32::MAX, f32::MAX);

@@ -95,13 +95,15 @@ impl Bunch {
                 max(max(low.abs(), high.abs()), o.abs())
             };
             let reach = max(max(reach(0), reach(1)), reach(2));
-            // As `Seen::bounds` counts, and of a direction that is too short.
+            // As `Seen::bounds` counts, and of a direction that is too short or too long.
             let misplaced = reach * Register::splat(MISPLACED * 0.5 * f32::EPSILON);
             let misplaced = misplaced + Register::splat(f32::MIN_POSITIVE);
             let shear = &ray.shear;
             let short = Register::splat(f32::MIN_POSITIVE / (0.5 * f32::EPSILON));
+            let long = Register::splat(0.5 * f32::EPSILON / f32::MIN_POSITIVE);
             // And where products may leave the format.
             let sane = Lanes::gt(shear.along.abs(), short)
+                & Lanes::lt(shear.along.abs(), long)
                 & Lanes::lt(misplaced, Register::splat(FARTHEST));
             let infinite = Register::splat(f32::INFINITY);
             let misplaced = <Register as Lanes>::select(sane, misplaced, infinite);
@@ -290,7 +292,9 @@ impl Sight {
         let begin = self.begin.0[i];
         let end = limit * self.shear[2].0[i].abs();
         let pad = misplaced * 4.0;
-        let (end_late, end_early) = (end * (1.0 + SLACK), end * (1.0 - SLACK));
+        // Rays may end before their origin.
+        let [more, less] = [end * (1.0 + SLACK), end * (1.0 - SLACK)];
+        let (end_late, end_early) = (more.max(less), more.min(less));
         let after = begin + begin.abs() * (2.0 * SLACK);
 
         // Everything that rules a triangle out is a number below zero: one comparison
@@ -299,7 +303,7 @@ impl Sight {
         let ends = min(splat(end_late + pad) - least, most - splat(begin - pad));
         // T less D times where the ray begins, D times where it ends less T.
         let size = Register::load(&faces.size);
-        let ended = plane_error(splat(misplaced), splat(end_late));
+        let ended = plane_error(splat(misplaced), splat(more.abs()));
         let first = splat(-begin).mul_add(det, above);
         let last = splat(end_late).mul_add(det, -above);
         let plane = min(
@@ -371,9 +375,8 @@ impl Sight {
     }
 }
 
-/// How far a plane's T less D times a depth is off, in the magnitudes of D's terms. Each
-/// term of T, at most reach · size in sum, is rounded ten times, and those of D thirteen
-/// times.
+/// How far a plane's T less D times a depth is off, in the magnitudes of D's terms: ten
+/// roundings of T's terms, at most reach · size in sum, twelve of D's, and a little more.
 #[inline(always)]
 fn plane_error(misplaced: Register, depth: Register) -> Register {
     let roundings = |n: f32| Register::splat(n * 0.5 * f32::EPSILON);

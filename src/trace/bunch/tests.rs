@@ -5,18 +5,20 @@ use crate::geom::triangle::exact::{Pair, meet_exact};
 use crate::trace::cases::{Case, RAYS, count};
 use crate::trace::random::Random;
 
-/// Rays through a case's targets: from afar, from next to them, or from behind; some end
-/// at a triangle, or next to one.
+/// Rays through a case's targets: from afar, from next to them, or from behind.
 fn rays(case: &Case, random: &mut Random) -> Vec<Pair> {
     let size = case.dir.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     let ray = |(i, target): (usize, &[f64; 3])| {
         let turn = random.vector().map(|x| x * [0.0, 0.3, 3.0][i % 3]);
-        let dir: [f64; 3] = std::array::from_fn(|k| f64::from((case.dir[k] + turn[k]) as f32));
+        // As of instances: longer than f32 can say, too.
+        let length = [1.0, 1.0, 1e-30, 1e30, 4e38][i % 5];
+        let dir: [f64; 3] = std::array::from_fn(|k| (case.dir[k] + turn[k]) * length);
         let back = match i / 4 % 4 {
             0 => 1e-5 * random.unit(),
             1 => 1e-3 * random.unit(),
             _ => case.distance / size,
         };
+        let back = back / length;
         Pair {
             org: std::array::from_fn(|k| target[k] - dir[k] * back),
             dir,
@@ -35,7 +37,7 @@ fn what_is_sorted_out_is_what_exact_arithmetic_says() {
         let block = case.block();
         let rays = rays(&case, &mut random);
         let mut bunch = Box::<Bunch>::default();
-        let t_min = |i: usize| if i.is_multiple_of(5) { 1e-4_f32 } else { 0.0 };
+        let t_min = |i: usize| [1e-4, 0.0, 0.0, -1e-2, -1e30, 0.0_f32][i % 6];
         bunch.take_in(
             u64::MAX,
             |i| (rays[i].org, rays[i].dir, t_min(i)),
@@ -48,7 +50,7 @@ fn what_is_sorted_out_is_what_exact_arithmetic_says() {
             let some = met[random.below(WIDE)].as_ref().map(|t| t.rounded());
             let near = 1.0 + random.size(-8.0, 0.0) * random.unit();
             let limit = match some {
-                Some(t) if t > 0.0 && random.unit() > 0.0 => (t * near) as f32,
+                Some(t) if random.unit() > 0.0 => (t * near) as f32,
                 _ => f32::INFINITY,
             };
             let [may, certain] = bunch.sight.may_meet(i, &faces, limit);

@@ -2,6 +2,8 @@
 
 #[path = "cli/bench/mod.rs"]
 mod bench;
+#[path = "cli/outputs.rs"]
+mod outputs;
 #[path = "cli/roots.rs"]
 mod roots;
 #[path = "cli/solids.rs"]
@@ -332,51 +334,6 @@ fn a_broken_ray_set() {
 }
 
 #[test]
-fn outputs_that_cannot_be_written() {
-    fails(&small(&["-o", "none/x.png"]), 4, "create it first");
-    fails(&small(&["--stats", "none/s.json"]), 4, "create it first");
-    fails(&small(&["--json", "none/s.json"]), 4, "create it first");
-    fails(&small(&["-o", "/"]), 2, "known are");
-    let folder = folder();
-    fs::create_dir(folder.path().join("x.png")).unwrap();
-    let output = lanecast(folder.path(), &small(&["-o", "x.png", "--stats", "s"]));
-    assert_eq!(output.status.code(), Some(4));
-    assert_eq!(names(folder.path()), ["x.png"]);
-    // Nobody may create a file there; what is said is about the file that was asked for.
-    if cfg!(target_os = "linux") {
-        let output = lanecast(folder.path(), &small(&["-o", "/proc/x.png"]));
-        assert_eq!(output.status.code(), Some(4));
-        assert!(stderr(&output).contains("/proc/x.png: cannot be written: "));
-        assert!(!stderr(&output).contains(".tmp"), "{}", stderr(&output));
-    }
-    if Path::new("/dev/full").exists() {
-        fails(
-            &small(&["-o", "x.png", "--stats", "/dev/full"]),
-            4,
-            "/dev/full",
-        );
-    }
-}
-
-#[cfg(unix)]
-#[test]
-fn a_folder_without_write_permission() {
-    use std::os::unix::fs::PermissionsExt;
-    let folder = folder();
-    let locked = folder.path().join("locked");
-    fs::create_dir(&locked).unwrap();
-    fs::set_permissions(&locked, fs::Permissions::from_mode(0o555)).unwrap();
-    if fs::write(locked.join("probe"), "").is_ok() {
-        println!("skipped: this user may write anywhere");
-        return;
-    }
-    let output = lanecast(folder.path(), &small(&["-o", "locked/x.png"]));
-    assert_eq!(output.status.code(), Some(4));
-    assert!(stderr(&output).contains("locked/x.png: cannot be written"));
-    assert!(names(&locked).is_empty());
-}
-
-#[test]
 fn default_output_and_summary() {
     let folder = folder();
     let output = lanecast(folder.path(), &SMALL);
@@ -423,155 +380,6 @@ fn statistics_and_results() {
     for key in ["rays_per_second", "memory", "plan", "scene"] {
         assert!(!stats[key].is_null(), "{key}");
     }
-}
-
-#[test]
-fn an_output_replaces_an_older_one() {
-    let folder = folder();
-    let path = folder.path().join("x.exr");
-    fs::write(&path, "old").unwrap();
-    let output = lanecast(folder.path(), &small(&["-o", "x.exr"]));
-    assert!(output.status.success(), "{}", stderr(&output));
-    assert!(
-        fs::read(&path)
-            .unwrap()
-            .starts_with(&[0x76, 0x2f, 0x31, 0x01])
-    );
-    assert_eq!(names(folder.path()), ["x.exr"]);
-}
-
-/// Nor the files that the scene names.
-#[test]
-fn what_a_scene_names_is_not_overwritten() {
-    let folder = folder();
-    let mesh = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
-        property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
-        0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
-    fs::write(folder.path().join("m.ply"), mesh).unwrap();
-    let scene = "format = 1\n[shape.a]\nmesh = \"m.ply\"\n[[instance]]\nshape = \"a\"\n";
-    fs::write(folder.path().join("s.toml"), scene).unwrap();
-    for arguments in [
-        ["plan", "s.toml", "--json", "./m.ply"],
-        ["render", "s.toml", "--stats", "m.ply"],
-        ["measure", "s.toml", "--json", "m.ply"],
-    ] {
-        let output = Command::new(env!("CARGO_BIN_EXE_lanecast"))
-            .current_dir(folder.path())
-            .args(arguments)
-            .output()
-            .unwrap();
-        let said = stderr(&output);
-        assert_eq!(output.status.code(), Some(3), "{said}");
-        assert!(
-            said.contains("'m.ply', which an output would replace"),
-            "{said}"
-        );
-        assert_eq!(names(folder.path()), ["m.ply", "s.toml"]);
-        assert_eq!(
-            fs::read_to_string(folder.path().join("m.ply")).unwrap(),
-            mesh
-        );
-    }
-}
-
-#[cfg(unix)]
-#[test]
-fn a_reader_that_leaves_is_no_error() {
-    use std::os::fd::OwnedFd;
-    for arguments in [small(&["--json", "-"]), vec!["--help"], vec!["--version"]] {
-        let folder = folder();
-        let (reader, writer) = std::io::pipe().unwrap();
-        drop(reader);
-        let output = Command::new(env!("CARGO_BIN_EXE_lanecast"))
-            .current_dir(folder.path())
-            .args(&arguments)
-            .stdout(OwnedFd::from(writer))
-            .output()
-            .unwrap();
-        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-        assert!(stderr(&output).is_empty(), "{}", stderr(&output));
-    }
-}
-
-/// A signal, once the work has begun: it ends, says so, and leaves nothing.
-#[cfg(unix)]
-fn interrupt(signal: &str, arguments: &[&str], folder: &Path) {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_lanecast"))
-        .current_dir(folder)
-        .args(arguments)
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    wait_for_handler(child.id());
-    let sent = Command::new("kill")
-        .args([signal, &child.id().to_string()])
-        .status()
-        .unwrap();
-    assert!(sent.success());
-    let start = std::time::Instant::now();
-    while child.try_wait().unwrap().is_none() {
-        if start.elapsed().as_secs() > 60 {
-            child.kill().unwrap();
-        }
-        std::thread::sleep(std::time::Duration::from_millis(20));
-    }
-    let output = child.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
-    assert!(stderr(&output).contains("interrupted; nothing was written"));
-}
-
-#[cfg(unix)]
-#[test]
-fn interrupted_leaves_nothing() {
-    for signal in ["-INT", "-TERM"] {
-        let folder = folder();
-        fs::write(folder.path().join("x.png"), "older").unwrap();
-        // Hours of work.
-        let arguments = ["render", "--size", "4096x4096", "--spp", "65536"];
-        let outputs = ["-o", "x.png", "--stats", "s.json"];
-        let arguments = [&arguments[..], &outputs].concat();
-        interrupt(signal, &arguments, folder.path());
-        assert_eq!(names(folder.path()), ["x.png"]);
-        assert_eq!(fs::read(folder.path().join("x.png")).unwrap(), b"older");
-    }
-}
-
-#[cfg(unix)]
-#[test]
-fn interrupted_within_a_ray() {
-    // 10^12 balls in one place, of which every ray has to meet all.
-    let mut scene = "format = 1\n[camera]\neye = [0, 0, 5]\nlook_at = [0, 0, 0]\nfov_y = 40\n\
-        [shape.ball]\nsphere = { center = [0, 0, 0], radius = 1 }\n\
-        [node.n0]\nchildren = [{ shape = \"ball\" }]\n"
-        .to_string();
-    for level in 1..=12 {
-        let child = format!("{{ node = \"n{}\" }},", level - 1);
-        scene += &format!("[node.n{level}]\nchildren = [{}]\n", child.repeat(10));
-    }
-    scene += "[[instance]]\nnode = \"n12\"\n";
-    let folder = folder();
-    fs::write(folder.path().join("deep.toml"), scene).unwrap();
-    let arguments = ["render", "deep.toml", "--size", "8x8", "-o", "x.png"];
-    interrupt("-TERM", &arguments, folder.path());
-    assert_eq!(names(folder.path()), ["deep.toml"]);
-}
-
-/// Until the process listens for signals: its thread for them tells, by its name.
-#[cfg(unix)]
-fn wait_for_handler(process: u32) {
-    let listens = || {
-        let threads = fs::read_dir(format!("/proc/{process}/task")).ok()?;
-        let mut names =
-            threads.filter_map(|t| fs::read_to_string(t.ok()?.path().join("comm")).ok());
-        names.find(|name| name.trim() == "ctrl-c")
-    };
-    for _ in 0..1000 {
-        if listens().is_some() {
-            return;
-        }
-        std::thread::sleep(std::time::Duration::from_millis(20));
-    }
-    panic!("process {process} does not listen");
 }
 
 /// Under an emulator of a processor without the instructions that this was

@@ -283,12 +283,7 @@ impl Sight {
         }
         let splat = Register::splat;
         let sighted = self.see(i, &faces.block);
-        let Along {
-            least,
-            most,
-            above,
-            det,
-        } = self.along(i, faces, &sighted);
+        let at = self.along(i, faces, &sighted);
         let begin = self.begin.0[i];
         let end = limit * self.shear[2].0[i].abs();
         let pad = misplaced * 4.0;
@@ -300,12 +295,15 @@ impl Sight {
         // Everything that rules a triangle out is a number below zero: one comparison
         // for all. What is no number rules nothing out.
         let [inside, beside] = self.inside_and_beside(i, &sighted.seen);
-        let ends = min(splat(end_late + pad) - least, most - splat(begin - pad));
+        let ends = min(
+            splat(end_late + pad) - at.least,
+            at.most - splat(begin - pad),
+        );
         // T less D times where the ray begins, D times where it ends less T.
         let size = Register::load(&faces.size);
         let ended = plane_error(splat(misplaced), splat(more.abs()));
-        let first = splat(-begin).mul_add(det, above);
-        let last = splat(end_late).mul_add(det, -above);
+        let first = splat(-begin).mul_add(at.det, at.above);
+        let last = splat(end_late).mul_add(at.det, -at.above);
         let plane = min(
             size.mul_add(splat(self.begun.0[i]), first),
             size.mul_add(ended, last),
@@ -313,10 +311,11 @@ impl Sight {
         // What products lose to underflow.
         let plane = plane + splat(f32::MIN_POSITIVE);
         // D's sign may be anyone's where it is less than its error.
-        let known = Lanes::gt(det, Register::load(&faces.det_error));
+        let known = Lanes::gt(at.det, Register::load(&faces.det_error));
         let plane = <Register as Lanes>::select(known, plane, Register::zero());
         let out = min(min(ends, plane), beside).lt(Register::zero());
-        let within = Lanes::gt(least, splat(after + pad)) & Lanes::lt(most, splat(end_early - pad));
+        let within =
+            Lanes::gt(at.least, splat(after + pad)) & Lanes::lt(at.most, splat(end_early - pad));
         let sure = Lanes::gt(inside, Register::zero()) & within;
         [(!out).bits() & faces.used, sure.bits() & faces.used]
     }
@@ -349,24 +348,19 @@ impl Sight {
         let sighted = self.see(i, &faces.block);
         // What `plane_depth` divides, t in its plane and the corners' least, is
         // compared as products here.
-        let Along {
-            least,
-            most,
-            above,
-            det,
-        } = self.along(i, faces, &sighted);
+        let at = self.along(i, faces, &sighted);
         let begin = splat(self.begin.0[i]);
         let end = limit * self.shear[2].0[i].abs();
         let pad = splat(self.misplaced.0[i]) * splat(4.0);
-        let (least_padded, most_padded) = (least - pad, most + pad);
+        let (least_padded, most_padded) = (at.least - pad, at.most + pad);
         let (end_late, end_early) = (end * (1.0 + SLACK), end * (1.0 - SLACK));
         let after = begin + begin.abs() * splat(2.0 * SLACK);
         let before = Lanes::le(least_padded, splat(end_late));
         let within = Lanes::gt(least_padded, after) & Lanes::lt(most_padded, splat(end_early));
         let (inside, _) = sighted.seen.inside();
         // Without area, as the places that fill a block up.
-        let none = Lanes::eq(above, Register::zero()) | Lanes::eq(det, Register::zero());
-        let begun = Lanes::gt(above, begin * det) | Lanes::gt(least, begin);
+        let none = Lanes::eq(at.above, Register::zero()) | Lanes::eq(at.det, Register::zero());
+        let begun = Lanes::gt(at.above, begin * at.det) | Lanes::gt(at.least, begin);
         // The hit is then moved into its triangle's box, and may come before the
         // limit: that is for the test for good, unless the whole triangle lies
         // between the ray's ends.

@@ -75,7 +75,7 @@ fn answers<L: Lanes>(cases: &[Case]) -> Vec<Answer> {
     let narrow = |v: Vec3<L::Double>| Vec3::new(L::narrow(v.x), L::narrow(v.y), L::narrow(v.z));
     let t_min = L::narrow(double(&|case| f64::from(case.t_min)));
     let ray = &Ray::new(narrow(org), narrow(dir), t_min);
-    let object = ObjectRay::new(org, dir, ray);
+    let object = ObjectRay::new(&org, &dir, ray);
     let met = meet(&cases[0].kind, &object);
     let lane = |i: usize| {
         let number = |x: L| x.lane(i).to_f64();

@@ -113,7 +113,7 @@ fn asked<L: Lanes, T>(
     let (org, dir) = (vector(|l, k| l.org[k]), vector(|l, k| l.dir[k]));
     let narrow = |v: Vec3<L::Double>| Vec3::new(L::narrow(v.x), L::narrow(v.y), L::narrow(v.z));
     let ray = Ray::<L>::new(narrow(org), narrow(dir), L::from_f64(t_min));
-    let object = ObjectRay::new(org, dir, &ray);
+    let object = ObjectRay::new(&org, &dir, &ray);
     ask(&object, L::Mask::splat(true))
 }
 

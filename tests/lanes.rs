@@ -281,43 +281,43 @@ kernels! {
         |row, ray| quadric::span(row, ray).0.first_beyond(ray.t_min);
     guarded_quadric_kernel:
         some_quadric,
-        |row, ray| guarded::quadric::meet(row, &in_full(ray), Mask::splat(true));
+        |row, ray| guarded::quadric::meet(row, &in_full(ray).rays(), Mask::splat(true));
     guarded_sphere_kernel:
         |random: &mut Random| Sphere { center: random.sane(), radius: random.positive() },
-        |row, ray| guarded::sphere::meet_sphere(row, &in_full(ray), Mask::splat(true));
+        |row, ray| guarded::sphere::meet_sphere(row, &in_full(ray).rays(), Mask::splat(true));
     guarded_ellipsoid_kernel:
         |random: &mut Random| Ellipsoid {
             center: random.sane(),
             radii: DVec3::new(random.positive(), random.positive(), random.positive()),
         },
-        |row, ray| guarded::sphere::meet_ellipsoid(row, &in_full(ray), Mask::splat(true));
+        |row, ray| guarded::sphere::meet_ellipsoid(row, &in_full(ray).rays(), Mask::splat(true));
     guarded_closed_cone_kernel:
         |random: &mut Random| some_cone(random, false),
-        |row, ray| guarded::cone::meet(&row.upright(), &in_full(ray), Mask::splat(true));
+        |row, ray| guarded::cone::meet(&row.upright(), &in_full(ray).rays(), Mask::splat(true));
     guarded_open_cone_kernel:
         |random: &mut Random| some_cone(random, true),
-        |row, ray| guarded::cone::meet(&row.upright(), &in_full(ray), Mask::splat(true));
+        |row, ray| guarded::cone::meet(&row.upright(), &in_full(ray).rays(), Mask::splat(true));
     guarded_cuboid_kernel:
         |random: &mut Random| {
             let min = random.sane().round();
             let size = DVec3::new(random.positive(), random.positive(), random.positive());
             Cuboid { min, max: min + size }
         },
-        |row, ray| guarded::cuboid::meet(row, &in_full(ray), Mask::splat(true));
+        |row, ray| guarded::cuboid::meet(row, &in_full(ray).rays(), Mask::splat(true));
     guarded_half_space_kernel:
         |random: &mut Random| HalfSpace { normal: random.numbers(), offset: random.number() },
-        |row, ray| guarded::half_space::meet(row, &in_full(ray), Mask::splat(true));
+        |row, ray| guarded::half_space::meet(row, &in_full(ray).rays(), Mask::splat(true));
     guarded_polyhedron_kernel:
         planes,
         |rows, ray| {
             let all = Mask::splat(true);
-            guarded::half_space::meet_polyhedron(rows, DVec3::ONE, &in_full(ray), all)
+            guarded::half_space::meet_polyhedron(rows, DVec3::ONE, &in_full(ray).rays(), all)
         };
     guarded_polygon_kernel:
         outline,
         |(points, normal), ray| {
             let polygon = Polygon { points, normal: *normal };
-            guarded::polygon::meet(&polygon, 12.0, &in_full(ray), Mask::splat(true))
+            guarded::polygon::meet(&polygon, 12.0, &in_full(ray).rays(), Mask::splat(true))
         };
     // The interval's two ends as two meetings: each must agree.
     slab_entry:
@@ -329,9 +329,25 @@ kernels! {
 }
 
 /// A ray whose numbers in full are the rounded ones.
-fn in_full<L: Lanes>(ray: &Ray<L>) -> guarded::ObjectRay<'_, L> {
+struct InFull<'a, L: Lanes> {
+    org: Vec3<L::Double>,
+    dir: Vec3<L::Double>,
+    ray: &'a Ray<L>,
+}
+
+fn in_full<L: Lanes>(ray: &Ray<L>) -> InFull<'_, L> {
     let widen = |v: Vec3<L>| Vec3::new(v.x.widen(), v.y.widen(), v.z.widen());
-    guarded::ObjectRay::new(widen(ray.org), widen(ray.dir), ray)
+    InFull {
+        org: widen(ray.org),
+        dir: widen(ray.dir),
+        ray,
+    }
+}
+
+impl<L: Lanes> InFull<'_, L> {
+    fn rays(&self) -> guarded::ObjectRay<'_, L> {
+        guarded::ObjectRay::new(&self.org, &self.dir, self.ray)
+    }
 }
 
 fn slab<L: Lanes>((center, size): &(DVec3, f64), ray: &Ray<L>) -> (Meet<L>, Meet<L>) {

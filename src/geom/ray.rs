@@ -129,8 +129,9 @@ pub struct Shear<L: Lanes> {
     /// −dir[k+1] / dir[k] and −dir[k+2] / dir[k], k the lane's own axis.
     pub x: L,
     pub y: L,
-    /// dir[k].
+    /// dir[k], and 1 over it.
     pub along: L,
+    pub inverse: L,
 }
 
 impl<L: Lanes> Ray<L> {
@@ -173,6 +174,7 @@ impl<L: Lanes> Shear<L> {
             x: -(L::select(is_z, p, q) / along),
             y: -(L::select(is_z, q, p) / along),
             along,
+            inverse: L::from_f32(1.0) / along,
         };
         (shear, turned)
     }

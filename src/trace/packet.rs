@@ -82,17 +82,7 @@ impl<L: Lanes> Packet<L> {
     /// What a guarded kernel sees of the rays.
     #[inline(always)]
     pub fn line(&self) -> ObjectRay<'_, L> {
-        let mut inverse = L::zero();
-        for (k, lanes) in self.ray.shear.groups() {
-            let (along, _, _) = self.slabs.axis(k);
-            inverse = L::select(lanes, along, inverse);
-        }
-        ObjectRay {
-            org: self.org,
-            dir: self.dir,
-            ray: &self.ray,
-            inverse,
-        }
+        ObjectRay::new(&self.org, &self.dir, &self.ray)
     }
 
     /// One lane's ray, at one lane.

@@ -61,7 +61,8 @@ fn depths<L: Lanes>(solid: &Numbers, turn: &Turn, org: DVec3, dir: DVec3) -> Vec
     let full = |v: DVec3| Vec3::<L::Double>::splat(v.to_array());
     let lanes = |v: DVec3| Vec3::<L>::splat(v.to_array().map(L::Scalar::from_f64));
     let ray = Ray::new(lanes(org), lanes(dir), L::zero());
-    let object = ObjectRay::new(full(org), full(dir), &ray);
+    let (org, dir) = (full(org), full(dir));
+    let object = ObjectRay::new(&org, &dir, &ray);
     let all = L::Mask::splat(true);
     let Numbers {
         center,

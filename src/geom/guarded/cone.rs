@@ -7,8 +7,8 @@
 
 use super::quadratic::Quadratic;
 use super::{
-    Between, Ends, LEVEL, LEVEL_MOVES, LEVEL_SLACK, Near, ObjectRay, OnFace, Part, finite, narrow,
-    no_face, range, roundings, tiny,
+    Between, Ends, LEVEL, LEVEL_MOVES, LEVEL_SLACK, Near, ObjectRay, OnFace, Part, finite, no_face,
+    range, roundings, tiny,
 };
 use crate::geom::Meet;
 use crate::geom::cone::Upright;
@@ -42,6 +42,8 @@ struct Frame<L: Lanes> {
 /// F, and how far heights along the ray may be off.
 struct Side<L: Lanes> {
     roots: Quadratic<L>,
+    /// Lanes whose line certainly does not meet the side's surface.
+    passes: L::Mask,
     height: L,
     rise: L,
 }
@@ -74,8 +76,8 @@ fn frame<L: Lanes>(row: &Upright, object: &ObjectRay<L>) -> Frame<L> {
 
     // To the point nearest the axis, or, if that may be far, nearest the middle.
     let steep = (drift_squared * L::from_f32(16.0)).gt(squared);
-    let start = (object.org - Vec3::splat(middle.to_array())).ordered(order);
-    let coarse = narrow::<L>(start);
+    let (start, coarse) = object.start(middle);
+    let (start, coarse) = (start.ordered(order), coarse.ordered(order));
     let toward = Vec3::select(steep, drift, dir);
     let over = L::select(steep, drift_squared, squared);
     let shift = -(coarse.dot(toward) / over);
@@ -114,49 +116,39 @@ fn frame<L: Lanes>(row: &Upright, object: &ObjectRay<L>) -> Frame<L> {
 impl<L: Lanes> Frame<L> {
     #[inline(always)]
     fn side(&self) -> Side<L> {
-        let root3 = L::from_f32(ROOT_3);
-        let (nu, fine) = (roundings::<L>(turned::<L>()), roundings::<L>(4.5));
-        let per_size = roundings::<L>(turned::<L>() * ROOT_3);
-        let slope = self.slope;
+        let (nu, fine) = (turned::<L>(), 4.6);
+        let per_size = roundings::<L>(nu * ROOT_3);
         // Of the point across the axis, and of the radius.
         let moved = self.near.size * per_size + self.near.error * L::from_f32(3.75) + tiny();
-        let grown = self.mean * nu + slope * moved;
-        let (across, along) = (self.across * root3, self.along * root3);
-        let radius = self.radius.abs();
-        let c = moved * (across + across + moved)
-            + grown * (radius + radius + grown)
-            + (across * across + radius * radius) * fine
-            + tiny();
-        let b = along
-            * ((across + slope * radius) * (nu + fine)
-                + (moved + slope * grown) * L::from_f32(1.01))
-            + tiny();
-        let wide = L::from_f32(1.01) + slope * slope * L::from_f32(1.01);
-        let a = along * along * wide * (nu + nu + fine) + tiny();
-        // Norms: a direction's is at most root 3 of its largest component.
+        let grown = self.mean * roundings(nu) + self.slope * moved;
+        // What F's coefficients are products of, and by how much that is off.
+        let off = moved + grown;
+        let extent = self.across * L::from_f32(ROOT_3) + self.radius.abs() + off;
+        let off = off * L::from_f32(2.01) + extent * roundings(nu + fine);
+        let speed = self.along * L::from_f32(ROOT_3);
+        let spread = speed + speed * self.slope;
+        let c = extent * off;
+        let least = c * (spread * spread) * L::from_f32(8.0) + tiny();
+        let roots = [
+            spread * spread * roundings(2.0 * nu + fine) + tiny(),
+            spread * off + tiny(),
+            c + tiny(),
+        ];
+        let roots = Quadratic::new([self.a, self.b, self.c], roots);
         Side {
-            roots: Quadratic::new([self.a, self.b, self.c], [a, b, c]),
-            height: moved + self.half * nu,
-            rise: along * nu + tiny(),
+            passes: self.ordinary & self.a.gt(roots.off[0]) & roots.squared.lt(-least),
+            roots,
+            height: moved + self.half * roundings(nu),
+            rise: speed * roundings(nu) + tiny(),
         }
-    }
-
-    /// Lanes whose line certainly does not meet the side's surface.
-    #[inline(always)]
-    fn passes(&self, side: &Side<L>) -> L::Mask {
-        self.a.gt(side.roots.off[0]) & side.roots.is_rootless()
     }
 
     #[inline(always)]
     fn part(&self, active: L::Mask) -> Option<Part<L>> {
         let infinity = L::splat(L::Scalar::INFINITY);
         let error = self.side();
-        let Quadratic {
-            off: [of_a, of_b, of_c],
-            t: roots,
-            ..
-        } = error.roots;
-        let passes = self.ordinary & self.passes(&error);
+        let [of_a, of_b, of_c] = error.roots.off;
+        let passes = error.passes;
         if (active & !passes).none() {
             return None;
         }
@@ -178,14 +170,13 @@ impl<L: Lanes> Frame<L> {
 
         // Inside the side: between the roots of a convex F, beyond the one of a
         // concave F on which the cone widens.
-        let [t0, t1] = roots.map(|t| error.roots.root(t));
-        let known = |at: &Between<L>| at.most.lt(infinity);
-        let concave = self.a.lt(-of_a);
+        let (roots, wide, sure) = error.roots.roots();
+        let [t0, t1] = roots.map(|t| Between::new(t, wide));
+        let concave = sure & self.a.lt(-of_a);
         let widens = self.widening.gt(self.slope * error.rise);
         let narrows = self.widening.lt(-(self.slope * error.rise));
-        let ahead = concave & widens & known(&t1);
-        let behind = concave & narrows & known(&t0);
-        let between = self.a.gt(of_a) & known(&t0) & known(&t1);
+        let (ahead, behind) = (concave & widens, concave & narrows);
+        let between = sure & self.a.gt(of_a);
         let mut cut = between | ahead | behind;
         let (always, never) = (Between::exactly(-infinity), Between::exactly(infinity));
         let side_enter = Between::select(between, t0, Between::select(ahead, t1, always));
@@ -242,32 +233,33 @@ impl<L: Lanes> Frame<L> {
     #[inline(always)]
     fn open(&self, t_min: L, active: L::Mask) -> Meet<L> {
         let error = self.side();
-        let passes = self.ordinary & self.passes(&error);
-        let possible = active & !passes;
+        let possible = active & !error.passes;
         if possible.none() {
             return Meet::certain(L::Mask::splat(false), L::zero());
         }
+        let (roots, wide, sure) = error.roots.roots();
+        // Both are there, each for certain what it is.
+        let apart = (roots[0] + wide).lt(roots[1] - wide);
+        let two = self.ordinary & sure & self.a.abs().gt(error.roots.off[0]) & apart;
         let [low, high] = self.near.begin(t_min);
+        let reach = roots[0].abs().max(roots[1].abs());
+        let rise = self.rise.abs();
+        let off = error.height
+            + (error.rise + rise * roundings(2.6)) * reach
+            + rise * wide * L::from_f32(1.01)
+            + self.height.abs() * roundings(5.1);
+        let (within, beyond) = (self.half - off, self.half + off);
         let look = |t: L| {
-            let at = error.roots.root(t);
-            let wide = at.most - t;
-            let z = self.height + self.rise * t;
-            let off = error.height
-                + t.abs() * error.rise
-                + self.rise.abs() * wide * L::from_f32(1.01)
-                + (self.height.abs() + z.abs()) * roundings(2.5);
-            let (z, half) = (z.abs(), self.half);
-            let yes = (z + off).lt(half) & at.least.gt(high);
-            let no = (z - off).gt(half) | at.most.le(low);
+            let at = Between::new(t, wide);
+            let z = (self.height + self.rise * t).abs();
+            let yes = z.lt(within) & at.least.gt(high);
+            let no = z.gt(beyond) | at.most.le(low);
             (at, yes, no)
         };
-        let [first, second] = error.roots.t.map(look);
-        // Both roots are there, each for certain what it is.
-        let two = self.ordinary & self.a.abs().gt(error.roots.off[0]);
-        let apart = first.0.most.lt(second.0.least);
-        let at_first = two & apart & first.1;
-        let at_second = two & apart & first.2 & second.1;
-        let none = two & apart & first.2 & second.2;
+        let [first, second] = roots.map(look);
+        let at_first = two & first.1;
+        let at_second = two & first.2 & second.1;
+        let none = two & first.2 & second.2;
         let t = Between::select(at_first, first.0, second.0);
         let possible = possible & !none;
         self.near

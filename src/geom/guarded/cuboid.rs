@@ -2,7 +2,6 @@
 
 use super::{Between, Ends, Near, ObjectRay, OnFace, Part, finite, no_face, roundings, tiny};
 use crate::geom::{Cuboid, Meet};
-use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use glam::DVec3;
 
@@ -14,7 +13,7 @@ fn part<L: Lanes>(cuboid: &Cuboid, object: &ObjectRay<L>) -> (Near<L>, Part<L>) 
     let center = cuboid.min * 0.5 + cuboid.max * 0.5;
     let (below, above) = (cuboid.min - center, cuboid.max - center);
     let half: DVec3 = below.abs().max(above);
-    let near = Near::to_center(object.org - Vec3::splat(center.to_array()), object);
+    let near = Near::to_center(object, center);
 
     let [mut enter, mut exit] = [-infinity, infinity].map(|at| OnFace {
         at: Between::exactly(at),

@@ -51,7 +51,7 @@ struct Polyhedron<'a, L: Lanes> {
 impl<'a, L: Lanes> Polyhedron<'a, L> {
     #[inline(always)]
     fn new(corner: DVec3, object: &ObjectRay<'a, L>) -> Self {
-        let near = Near::to_center(object.org - Vec3::splat(corner.to_array()), object);
+        let near = Near::to_center(object, corner);
         let shear = &object.ray.shear;
         let near = Near {
             org: shear.turned(near.org),
@@ -200,7 +200,7 @@ fn plane<L: Lanes>(row: &HalfSpace, object: &ObjectRay<L>) -> Plane<L> {
     let (n, size) = (splat(row.normal), splat(row.normal.abs()));
     let abs = |v: Vec3<L::Double>| Vec3::new(v.x.abs(), v.y.abs(), v.z.abs());
     let offset = <L::Double as Lanes>::splat(row.offset);
-    let (org, dir) = (object.org, object.dir);
+    let (org, dir) = (*object.org, *object.dir);
     let (room, speed) = (
         L::narrow(offset - n.unordered_dot(org)),
         L::narrow(n.unordered_dot(dir)),

@@ -111,7 +111,7 @@ fn careful<L: Lanes>(
 ) -> Winding<L> {
     let off = L::Mask::splat(false);
     let center = points[0];
-    let near = Near::to_center(object.org - Vec3::splat(center.to_array()), object);
+    let near = Near::to_center(object, center);
     let reach = near.size + extent;
     let outline = Outline {
         points,

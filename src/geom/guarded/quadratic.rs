@@ -4,40 +4,25 @@
 //! computed F is steep enough beside a root, the exact one changes its sign next to
 //! it. docs/NUMERICS.md ("Cone, cylinder") has the proof.
 
-use super::{Between, roundings, tiny};
+use super::{roundings, tiny};
 use crate::math::lanes::{Lanes, Scalar};
 
 pub(super) struct Quadratic<L: Lanes> {
     pub f: [L; 3],
     /// α, β and γ.
     pub off: [L; 3],
-    /// b² − ac, at least 0 for what follows.
-    squared: L,
-    /// Its square root, and 1 over that.
-    steep: L,
-    flat: L,
-    /// −b ∓ `steep`, the larger in magnitude.
-    q: L,
-    /// The roots, lower first.
-    pub t: [L; 2],
+    /// b² − ac.
+    pub squared: L,
 }
 
 impl<L: Lanes> Quadratic<L> {
     #[inline(always)]
     pub fn new(f: [L; 3], off: [L; 3]) -> Quadratic<L> {
-        let ([a, b, c], zero) = (f, L::zero());
-        let squared = b * b - a * c;
-        let steep = squared.max(zero).sqrt();
-        let q = -(b + L::select(b.lt(zero), -steep, steep));
-        let (t0, t1) = (c / q, q / a);
+        let [a, b, c] = f;
         Quadratic {
             f,
             off,
-            squared,
-            steep,
-            flat: L::from_f32(1.0) / steep,
-            q,
-            t: [t0.min(t1), t0.max(t1)],
+            squared: b * b - a * c,
         }
     }
 
@@ -56,26 +41,25 @@ impl<L: Lanes> Quadratic<L> {
         self.squared.lt(-off)
     }
 
-    /// A root and its bound; infinite where none is certain.
+    /// Both roots, lower first, and a bound for both; and the lanes in which it holds.
     #[inline(always)]
-    pub fn root(&self, t: L) -> Between<L> {
-        let (two, size) = (L::from_f32(2.0), t.abs());
-        let [of_a, of_b, of_c] = self.off;
-        let q = self.q.abs();
+    pub fn roots(&self) -> ([L; 2], L, L::Mask) {
+        let (zero, two) = (L::zero(), L::from_f32(2.0));
+        let ([a, b, c], [of_a, of_b, of_c]) = (self.f, self.off);
+        let squared = self.squared.max(zero);
+        let steep = squared.sqrt();
+        // −b ∓ the root, the larger in magnitude.
+        let q = -(b + L::select(b.lt(zero), -steep, steep));
+        let (t0, t1) = (c / q, q / a);
+        let (size, q) = (t0.abs().max(t1.abs()), q.abs());
         let off = (of_a * size + two * of_b) * size + of_c + size * q * roundings(6.5);
-        let steep = self.steep;
-        let needed = (self.f[0].abs() * L::from_f32(8.0) + of_a * L::from_f32(50.0)) * off
+        let needed = (a.abs() * L::from_f32(8.0) + of_a * L::from_f32(50.0)) * off
             + q * q * roundings(50.0)
             + of_b * of_b * L::from_f32(20.5)
             + tiny();
-        let squared = steep * steep;
-        let sure = needed.le(squared) & squared.lt(L::splat(L::Scalar::INFINITY));
-        let wide = two * off * self.flat + size * roundings(4.0) + tiny();
+        let wide = two * off / steep + size * roundings(4.0) + tiny();
         let infinity = L::splat(L::Scalar::INFINITY);
-        Between {
-            least: L::select(sure, t - wide, -infinity),
-            value: t,
-            most: L::select(sure, t + wide, infinity),
-        }
+        let sure = needed.lt(squared) & (size + wide).lt(infinity);
+        ([t0.min(t1), t0.max(t1)], wide, sure)
     }
 }

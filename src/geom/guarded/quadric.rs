@@ -85,13 +85,13 @@ impl<D: Lanes<Scalar = f64, Double = D>> Curve<D> {
     fn part(&self) -> (Part<D>, D::Mask) {
         let infinity = D::splat(f64::INFINITY);
         let ([a, b, c], [of_a, of_b, of_c]) = (self.roots.f, self.roots.off);
-        let [t0, t1] = self.roots.t.map(|t| self.roots.root(t));
+        let ([t0, t1], wide, sure) = self.roots.roots();
         let known = |at: &Between<D>| at.most.lt(infinity) & at.least.gt(-infinity);
         let bends = a.abs().gt(of_a) & !self.linear & !self.constant;
         let concave = bends & a.lt(D::zero());
         let rootless = bends & self.roots.is_rootless();
-        let between = bends & known(&t0) & known(&t1);
-        let (mut enter, mut exit) = (t0, t1);
+        let between = bends & sure;
+        let (mut enter, mut exit) = (Between::new(t0, wide), Between::new(t1, wide));
         let (mut sound, mut none) = (between, rootless);
         let flat = self.linear | self.constant;
         if flat.any() {
@@ -128,7 +128,7 @@ impl<D: Lanes<Scalar = f64, Double = D>> Curve<D> {
 #[inline(always)]
 pub fn meet<L: Lanes>(row: &Quadric, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
     let zero = <L::Double as Lanes>::zero();
-    let curve = Curve::<L::Double>::new(row, object.org, object.dir, zero);
+    let curve = Curve::<L::Double>::new(row, *object.org, *object.dir, zero);
     let (mut part, _) = curve.part();
     let t_min = object.ray.t_min.widen();
     // Where a ray stays on one side for good, it has no boundary any more.
@@ -153,7 +153,7 @@ pub fn meet<L: Lanes>(row: &Quadric, object: &ObjectRay<L>, active: L::Mask) -> 
 /// `astray`: how far off, in the operand's space, its surface may be; f64.
 #[inline(always)]
 pub fn ends<L: Lanes>(row: &Quadric, object: &ObjectRay<L>, astray: L::Double) -> Ends<L> {
-    let curve = Curve::<L::Double>::new(row, object.org, object.dir, astray);
+    let curve = Curve::<L::Double>::new(row, *object.org, *object.dir, astray);
     let (part, concave) = curve.part();
     let Ends {
         enter,

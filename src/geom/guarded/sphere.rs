@@ -14,9 +14,8 @@ struct Chord<L: Lanes> {
     near: Near<L>,
     /// 1 / dir².
     inverse: L,
-    /// t of its middle, from where `near` begins, and half its length in t.
+    /// t of its middle, from where `near` begins.
     middle: L,
-    half: L,
     /// r² − (distance of the line)².
     room: L,
     /// What `room` is made of: |near|², and what it is too much by.
@@ -47,7 +46,6 @@ impl<L: Lanes> Chord<L> {
             near,
             inverse,
             middle,
-            half: (room.max(L::zero()) * inverse).sqrt(),
             room,
             away,
             back,
@@ -58,8 +56,7 @@ impl<L: Lanes> Chord<L> {
 
     #[inline(always)]
     fn of_sphere(sphere: &Sphere, object: &ObjectRay<L>) -> Chord<L> {
-        let start = object.org - Vec3::splat(sphere.center.to_array());
-        let near = Near::to_center(start, object);
+        let near = Near::to_center(object, sphere.center);
         let (shear, squared) = (&object.ray.shear, object.ray.dir_squared);
         let dir = shear.turned_dir(object.ray.dir);
         let radius = L::from_f64(sphere.radius);
@@ -77,8 +74,8 @@ impl<L: Lanes> Chord<L> {
     fn of_ellipsoid(ellipsoid: &Ellipsoid, object: &ObjectRay<L>) -> Chord<L> {
         let by: Vec3<L::Double> = Vec3::splat((DVec3::ONE / ellipsoid.radii).to_array());
         let over = |v: Vec3<L::Double>| Vec3::new(v.x * by.x, v.y * by.y, v.z * by.z);
-        let start = over(object.org - Vec3::splat(ellipsoid.center.to_array()));
-        let dir = over(object.dir);
+        let start = over(*object.org - Vec3::splat(ellipsoid.center.to_array()));
+        let dir = over(*object.dir);
         let shear = &object.ray.shear;
         let turned = |v| shear.turned(narrow::<L>(v));
         let (coarse, along) = (turned(start), turned(dir));
@@ -122,12 +119,14 @@ impl<L: Lanes> Chord<L> {
     #[inline(always)]
     fn part(&self, error: L, none: L::Mask) -> Part<L> {
         let (small, large) = range::<L>();
-        let squared = self.room * self.inverse;
+        let squared = self.room.max(L::zero()) * self.inverse;
         let ordinary = self.ordinary & squared.gt(small) & squared.lt(large);
-        let slack = error * self.inverse / self.half + self.half * roundings(15.0) + tiny();
+        // In t.
+        let half = squared.sqrt();
+        let slack = error * self.inverse / half + half * roundings(15.0) + tiny();
         Part {
-            enter: Between::new(self.middle - self.half, slack),
-            exit: Between::new(self.middle + self.half, slack),
+            enter: Between::new(self.middle - half, slack),
+            exit: Between::new(self.middle + half, slack),
             sound: ordinary & self.room.gt(error) & slack.lt(L::splat(L::Scalar::INFINITY)),
             none,
             faces: [L::zero(); 2],

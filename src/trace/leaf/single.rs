@@ -92,7 +92,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
     #[inline(never)]
     fn may_meet(&self, object: &Packet<L>, entry: &Entry, asked: u32, limit: L::Double) -> u32 {
         let ray = Ray::<L::Double>::new(object.org, object.dir, object.ray.t_min.widen());
-        let line = ObjectRay::new(object.org, object.dir, &ray);
+        let line = ObjectRay::new(&object.org, &object.dir, &ray);
         let asked = <L::Double as Lanes>::Mask::from_bits(asked);
         let meet = meet_guarded(self.world.scene, entry, &line, asked);
         (meet.hit & meet.within[0].le(limit) | meet.unsure).bits()

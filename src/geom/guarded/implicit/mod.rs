@@ -178,7 +178,7 @@ impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> Part<D, N> {
         store: &mut Store<D>,
     ) -> Option<Part<D, N>> {
         let ray = Ray::<D>::new(rays.org, rays.dir, rays.t_min);
-        let object = ObjectRay::new(rays.org, rays.dir, &ray);
+        let object = ObjectRay::new(&rays.org, &rays.dir, &ray);
         let ends: Ends<D> = match (row.clip, row.bounds) {
             (Some(Clip::Sphere(ball)), _) => sphere::sphere_ends(&ball, &object),
             (Some(Clip::Cuboid(row)), _) => cuboid::ends(&row, &object),

@@ -41,7 +41,7 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         }
         match &self.moved {
             Some((_, moved)) if frame != 0 => moved.rays(),
-            _ => ObjectRay::new(own.org, own.dir, &own.ray),
+            _ => ObjectRay::new(&own.org, &own.dir, &own.ray),
         }
     }
 
@@ -65,7 +65,7 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         let t_min = own.ray.t_min.widen();
         let ray = Ray::<L::Double>::new(own.org, own.dir, t_min);
         let (min, max) = (bounds.min, bounds.max);
-        let part = ObjectRay::new(own.org, own.dir, &ray);
+        let part = ObjectRay::new(&own.org, &own.dir, &ray);
         let part = guarded::cuboid::ends(&Cuboid { min, max }, &part);
         let (start, end) = (part.enter[0].max(t_min), part.exit[2]);
         let bits = |mask: <L::Double as Lanes>::Mask| L::Mask::from_bits(mask.bits());
@@ -82,7 +82,7 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         };
         let tape = &tables.implicits.tape[row.index()];
         let frame = self.of(combined, operand.frame);
-        let rays = (frame.org, frame.dir);
+        let rays = (*frame.org, *frame.dir);
         let found =
             guarded::implicit::boundaries::<L>(tape, rays, [start, end], astray, known, rows);
         Boundaries {
@@ -142,7 +142,7 @@ impl<L: Lanes> Frames<L> {
 
     #[inline(always)]
     pub fn rays(&self) -> ObjectRay<'_, L> {
-        ObjectRay::new(self.org, self.dir, &self.ray)
+        ObjectRay::new(&self.org, &self.dir, &self.ray)
     }
 }
 

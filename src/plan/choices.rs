@@ -16,9 +16,9 @@ pub enum Precision {
     /// f32 lanes.
     Fast,
     /// f32 lanes; decisions that rounding may change are made exactly.
+    #[default]
     Guarded,
     /// f64 lanes, the same way.
-    #[default]
     Exact,
 }
 

@@ -314,7 +314,7 @@ pub struct CommonArgs {
     /// Files that the scene names may lie outside its folder
     #[arg(long)]
     pub allow_outside: bool,
-    /// fast: f32 lanes; guarded: f32 lanes, doubts decided exactly; exact: f64 lanes, the same way [default: exact; bench: all; verify: all]
+    /// fast: f32 lanes; guarded: f32 lanes, doubts decided exactly; exact: f64 lanes, the same way [default: guarded; bench: all; verify: all]
     #[arg(long, value_name = "MODE", value_parser = parse_precision)]
     pub precision: Option<Precision>,
     /// Rays per packet: auto, 1, 4, 8 or 16 [default: auto; bench: auto and 1]

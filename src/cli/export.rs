@@ -2,14 +2,13 @@
 
 use super::args::{ExportArgs, RENDER_SIZE};
 use super::error::CliError;
-use super::output::{check_destinations, print};
+use super::output::{Sink, check_destinations, print};
 use super::scene;
 use crate::io::{LoadError, Outputs, pov_text};
 use crate::scene::Appearances;
 
 pub fn run(args: &ExportArgs) -> Result<(), CliError> {
-    let files = [args.pov.clone()];
-    let outputs = check_destinations(&[&args.scene], &files, [].into_iter())?;
+    let outputs = check_destinations(&[&args.scene], &[], [&args.pov].into_iter())?;
     let scene = scene::load(&args.scene, &args.load_options(outputs))?;
     let row = scene::pick_camera(&scene.cameras, args.camera.as_deref())?;
     let of_scene = |source| LoadError::of_scene(&args.scene, source);
@@ -17,9 +16,12 @@ pub fn run(args: &ExportArgs) -> Result<(), CliError> {
     let aspect = f64::from(RENDER_SIZE.width) / f64::from(RENDER_SIZE.height);
     let (scene, camera) = scene.completed(row, &appearances, aspect);
     let text = pov_text(&scene, &camera).map_err(|e| CliError::Usage(e.to_string()))?;
+    let Sink::File(path) = &args.pov else {
+        return print(&text);
+    };
     let bytes = text.len();
     let mut outputs = Outputs::default();
-    outputs.add(&args.pov, text.into_bytes())?;
+    outputs.add(path, text.into_bytes())?;
     outputs.commit()?;
-    print(&format!("{}: {bytes} bytes\n", args.pov.display()))
+    print(&format!("{}: {bytes} bytes\n", path.display()))
 }

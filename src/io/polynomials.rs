@@ -35,37 +35,41 @@ struct File {
 #[derive(Deserialize)]
 struct Entry {
     name: String,
-    coeffs_f64: Vec<Number>,
+    coeffs_f64: Vec<Written>,
     real_roots_f64: Option<Vec<Known>>,
 }
 
 #[derive(Deserialize)]
 struct Known {
-    x: Number,
+    x: Written,
     mult: u32,
-    forward_bound: Option<Number>,
+    forward_bound: Option<Written>,
 }
 
 #[derive(Deserialize)]
 #[serde(untagged)]
-enum Number {
+enum Written {
     Number(f64),
     Text(String),
+    Other(serde_json::Value),
 }
 
-impl Number {
+impl Written {
     fn value(&self) -> Result<f64, String> {
         match self {
-            Number::Number(x) => Ok(*x),
-            Number::Text(text) => text.trim().parse().map_err(|_| {
-                let text = one_line(text);
-                format!("'{text}' is no number; write one such as -2.5e-3")
-            }),
+            Written::Number(x) => Ok(*x),
+            Written::Text(text) => text.trim().parse().map_err(|_| no_number(text)),
+            Written::Other(value) => Err(no_number(&value.to_string())),
         }
     }
 }
 
-/// Reads the polynomials of a file; errors name the polynomial.
+fn no_number(text: &str) -> String {
+    let text = one_line(text);
+    format!("'{text}' is no number; write one such as -2.5e-3")
+}
+
+/// Reads the polynomials of a file, one at least; errors name the polynomial.
 pub fn load_polynomials(path: &Path) -> Result<Vec<Listed>, LoadError> {
     let file: File = serde_json::from_slice(&read(path)?).map_err(|e| LoadError::Syntax {
         path: path.into(),
@@ -76,6 +80,13 @@ pub fn load_polynomials(path: &Path) -> Result<Vec<Listed>, LoadError> {
             one_line(&e.to_string())
         ),
     })?;
+    if file.polynomials.is_empty() {
+        return Err(LoadError::Invalid {
+            path: path.into(),
+            place: "polynomials".into(),
+            message: "the list is empty; give each a name and coeffs_f64".into(),
+        });
+    }
     let entries = file.polynomials.into_iter();
     entries.map(|entry| listed(path, entry)).collect()
 }
@@ -87,11 +98,11 @@ fn listed(path: &Path, entry: Entry) -> Result<Listed, LoadError> {
         place: format!("polynomial '{name}'"),
         message,
     };
-    let numbers = entry.coeffs_f64.iter().map(Number::value);
+    let numbers = entry.coeffs_f64.iter().map(Written::value);
     let numbers: Vec<f64> = numbers.collect::<Result<_, _>>().map_err(invalid)?;
     let polynomial = Polynomial::new(&numbers).map_err(|e| invalid(e.to_string()))?;
     let known = |root: &Known| {
-        let bound = root.forward_bound.as_ref().map(Number::value);
+        let bound = root.forward_bound.as_ref().map(Written::value);
         Ok(KnownRoot {
             t: root.x.value()?,
             multiplicity: root.mult,

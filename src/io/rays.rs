@@ -70,6 +70,10 @@ impl RaySet {
                     "it has a number that is not finite; only tmin and tmax may be infinite",
                 ));
             }
+            if t_min < 0.0 {
+                let remedy = "its tmin is below 0; move its origin there and count from 0";
+                return Err(file.invalid(format!("ray {i}"), remedy));
+            }
             rays.push(org, t_min, dir, t_max);
         }
         Ok(rays)

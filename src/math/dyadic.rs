@@ -4,37 +4,33 @@
 //! of [`super::int`] are faster, but have one size for each degree of a product,
 //! and all numbers of a formula on one grid. Here a number has as many limbs as
 //! it needs, without zeros at either end, and its own power: formulas of degree
-//! 30 are written as they are. The limbs lie in a [`Space`] on the stack, which is
-//! filled from one end, and a number is a handle to some of them. What finds no
-//! room is lost, and so is all that is computed from it: the question is asked
-//! again in a larger space ([`exactly`]).
+//! 30 are written as they are. The limbs lie in a [`Space`], of which every thread has
+//! one ([`exactly`]); it is filled from one end, and a number is a handle to some of
+//! them. What finds no room is lost, and so is all that is computed from it.
 
 use super::int::decoded;
 use super::number::Number;
 use std::cell::Cell;
 use std::cmp::Ordering;
 
-/// Limbs for most questions about numbers of like size.
-const SMALL: usize = 1 << 11;
-const MEDIUM: usize = 1 << 13;
-
 /// Limbs for any question about finite numbers that is asked: docs/NUMERICS.md
 /// counts them.
-const LARGE: usize = 1 << 15;
+const ENOUGH: usize = 1 << 15;
 
-/// An answer by exact numbers, in the first space that holds them. `None`: they
-/// have found no room.
-pub fn exactly<T>(ask: &dyn Fn(&Space) -> Option<T>) -> T {
-    in_space::<SMALL, T>(ask)
-        .or_else(|| in_space::<MEDIUM, T>(ask))
-        .or_else(|| in_space::<LARGE, T>(ask))
-        .expect("the largest space holds what finite inputs give")
+thread_local! {
+    /// Clearing so many limbs for every question would take longer than most answers,
+    /// which fill a few dozen.
+    static LIMBS: Cell<Option<Box<[u64]>>> = const { Cell::new(None) };
 }
 
-#[inline(never)]
-fn in_space<const LIMBS: usize, T>(ask: &dyn Fn(&Space) -> Option<T>) -> Option<T> {
-    let mut limbs = [0; LIMBS];
-    ask(&Space::over(&mut limbs))
+/// An answer by exact numbers. `None`: they have found no room.
+pub fn exactly<T>(ask: &dyn Fn(&Space) -> Option<T>) -> T {
+    // A question within another has a place of its own.
+    let limbs = LIMBS.take();
+    let mut limbs = limbs.unwrap_or_else(|| vec![0; ENOUGH].into_boxed_slice());
+    let answer = ask(&Space::over(&mut limbs));
+    LIMBS.set(Some(limbs));
+    answer.expect("the space holds what finite inputs give")
 }
 
 /// Where the limbs of numbers lie.

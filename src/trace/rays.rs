@@ -11,7 +11,7 @@ use crate::math::lanes::{Lanes, Scalar};
 pub const MAX_LANES: usize = TILE;
 
 /// Rays in world space. Every column is padded to a multiple of [`MAX_LANES`]
-/// with rays whose `t_max` is negative: they meet nothing.
+/// with rays whose `t_max` is negative: they meet nothing. No `t_min` is below 0.
 #[derive(Clone, Copy)]
 pub struct Rays<'a> {
     pub org: Origins<'a>,

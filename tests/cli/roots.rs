@@ -104,6 +104,11 @@ fn roots_of_a_file() {
             "polynomial 'a': 'x' is no number",
         ),
         (
+            "{\"polynomials\": [{\"name\": \"a\", \"coeffs_f64\": [1, null]}]}",
+            "polynomial 'a': 'null' is no number",
+        ),
+        ("{\"polynomials\": []}", "polynomials: the list is empty"),
+        (
             "{\"polynomials\": [{\"name\": \"a\", \"coeffs_f64\": [0, 0]}]}",
             "every number is a root",
         ),

@@ -149,6 +149,8 @@ fn export_writes_the_whole_file_or_none() {
     let text = fs::read_to_string(folder.path().join("a.pov")).unwrap();
     assert_eq!(stdout(&output), format!("a.pov: {} bytes\n", text.len()));
     assert!(text.contains("#version 3.7;") && text.contains("difference {"));
+    let output = lanecast(folder.path(), &["export", "a.toml", "--pov", "-"]);
+    assert_eq!(stdout(&output), text);
     for (pov, code) in [("none/a.pov", 4), ("a.toml", 2)] {
         let output = lanecast(folder.path(), &["export", "a.toml", "--pov", pov]);
         assert_eq!(output.status.code(), Some(code), "{}", stderr(&output));

@@ -45,14 +45,14 @@ fn every_precision_is_in_one_table_and_in_the_results() {
         .collect();
     assert_eq!(names, ["fast", "guarded", "exact"]);
     // At the top stands the default, with the names of old.
-    assert_eq!(report["plan"]["precision"], "exact");
+    assert_eq!(report["plan"]["precision"], "guarded");
     for name in [
         "rays",
         "replay",
         "independent",
         "lanes_vs_scalar_bit_mismatches",
     ] {
-        assert_eq!(report[name], modes[2][name], "{name}");
+        assert_eq!(report[name], modes[1][name], "{name}");
     }
     assert_eq!(report["pixels"], 32 * 18);
     assert!(report["times"].as_array().unwrap().len() >= 3 && report["escalated"].is_u64());

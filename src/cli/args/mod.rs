@@ -272,9 +272,9 @@ pub struct RootsArgs {
 pub struct ExportArgs {
     /// .toml, .json, .gltf, .glb, .nff, .obj, .ply or .stl
     pub scene: PathBuf,
-    /// As a scene description for POV-Ray 3.7
-    #[arg(long, value_name = "FILE")]
-    pub pov: PathBuf,
+    /// As a scene description for POV-Ray 3.7; - for standard output
+    #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
+    pub pov: Sink,
     /// A camera's name, or its number from 0 [default: the first]
     #[arg(long, value_name = "NAME|INDEX")]
     pub camera: Option<String>,

@@ -96,9 +96,12 @@ fn malformed_rays() {
     let mut nan = good.clone();
     nan[8 + 32 + 16..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
     bad(&nan, "ray 1: it has a number that is not finite");
-    nan = good;
+    nan = good.clone();
     nan[8 + 64 + 28..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
     bad(&nan, "ray 2: it has a number");
+    let mut behind = good;
+    behind[8 + 32 + 12..][..4].copy_from_slice(&(-1e-3_f32).to_le_bytes());
+    bad(&behind, "ray 1: its tmin is below 0");
 }
 
 #[test]

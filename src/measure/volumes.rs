@@ -160,7 +160,8 @@ impl<'a> Placed<'a> {
     /// `None` where `progress` was cancelled. Runs on the current rayon pool.
     pub fn measure(&self, goal: &Goal, progress: &Progress) -> Option<Volume> {
         let mut sums = vec![Sums::default(); REPETITIONS as usize];
-        let (mut from, mut to) = (0, 1 << 14);
+        // Enough for the repetitions to say how far apart they are.
+        let (mut from, mut to) = (0, 1 << 11);
         loop {
             let added: Vec<Sums> = (0..REPETITIONS)
                 .into_par_iter()

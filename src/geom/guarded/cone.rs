@@ -114,29 +114,42 @@ fn frame<L: Lanes>(row: &Upright, object: &ObjectRay<L>) -> Frame<L> {
 }
 
 impl<L: Lanes> Frame<L> {
+    /// `fine`: with bounds that take twice the work, and are half as wide.
     #[inline(always)]
-    fn side(&self) -> Side<L> {
-        let (nu, fine) = (turned::<L>(), 4.6);
-        let per_size = roundings::<L>(nu * ROOT_3);
+    fn side(&self, fine: bool) -> Side<L> {
+        let (nu, sums) = (turned::<L>(), 4.6);
         // Of the point across the axis, and of the radius.
-        let moved = self.near.size * per_size + self.near.error * L::from_f32(3.75) + tiny();
+        let moved =
+            self.near.size * roundings(nu * ROOT_3) + self.near.error * L::from_f32(3.75) + tiny();
         let grown = self.mean * roundings(nu) + self.slope * moved;
-        // What F's coefficients are products of, and by how much that is off.
-        let off = moved + grown;
-        let extent = self.across * L::from_f32(ROOT_3) + self.radius.abs() + off;
-        let off = off * L::from_f32(2.01) + extent * roundings(nu + fine);
+        // Norms: a direction's is at most root 3 of its largest component.
+        let (across, radius) = (self.across * L::from_f32(ROOT_3), self.radius.abs());
         let speed = self.along * L::from_f32(ROOT_3);
         let spread = speed + speed * self.slope;
-        let c = extent * off;
-        let least = c * (spread * spread) * L::from_f32(8.0) + tiny();
-        let roots = [
-            spread * spread * roundings(2.0 * nu + fine) + tiny(),
-            spread * off + tiny(),
-            c + tiny(),
-        ];
-        let roots = Quadratic::new([self.a, self.b, self.c], roots);
+        let a = spread * spread * roundings(2.0 * nu + sums) + tiny();
+        let new = |b, c| Quadratic::new([self.a, self.b, self.c], [a, b + tiny(), c + tiny()]);
+        let (roots, rootless) = if fine {
+            let c = moved * (across + across + moved)
+                + grown * (radius + radius + grown)
+                + (across * across + radius * radius) * roundings(sums);
+            let b = (across + self.slope * radius) * roundings(nu + sums)
+                + (moved + self.slope * grown) * L::from_f32(1.01);
+            let roots = new(speed * b, c);
+            let rootless = roots.is_rootless();
+            (roots, rootless)
+        } else {
+            // What F's coefficients are products of, and by how much that is off.
+            let off = moved + grown;
+            let extent = across + radius + off;
+            let off = off * L::from_f32(2.01) + extent * roundings(nu + sums);
+            let c = extent * off;
+            let roots = new(spread * off, c);
+            let least = c * (spread * spread) * L::from_f32(8.0) + tiny();
+            let rootless = roots.squared.lt(-least);
+            (roots, rootless)
+        };
         Side {
-            passes: self.ordinary & self.a.gt(roots.off[0]) & roots.squared.lt(-least),
+            passes: self.ordinary & self.a.gt(a) & rootless,
             roots,
             height: moved + self.half * roundings(nu),
             rise: speed * roundings(nu) + tiny(),
@@ -144,9 +157,9 @@ impl<L: Lanes> Frame<L> {
     }
 
     #[inline(always)]
-    fn part(&self, active: L::Mask) -> Option<Part<L>> {
+    fn part(&self, active: L::Mask, fine: bool) -> Option<Part<L>> {
         let infinity = L::splat(L::Scalar::INFINITY);
-        let error = self.side();
+        let error = self.side(fine);
         let [of_a, of_b, of_c] = error.roots.off;
         let passes = error.passes;
         if (active & !passes).none() {
@@ -170,13 +183,18 @@ impl<L: Lanes> Frame<L> {
 
         // Inside the side: between the roots of a convex F, beyond the one of a
         // concave F on which the cone widens.
-        let (roots, wide, sure) = error.roots.roots();
-        let [t0, t1] = roots.map(|t| Between::new(t, wide));
-        let concave = sure & self.a.lt(-of_a);
+        let roots = error.roots.roots();
+        let most = roots.t[0].abs().max(roots.t[1].abs());
+        let [t0, t1] = roots
+            .t
+            .map(|t| roots.bounded(t, if fine { t.abs() } else { most }));
+        let known = |at: &Between<L>| at.most.lt(infinity);
+        let concave = self.a.lt(-of_a);
         let widens = self.widening.gt(self.slope * error.rise);
         let narrows = self.widening.lt(-(self.slope * error.rise));
-        let (ahead, behind) = (concave & widens, concave & narrows);
-        let between = sure & self.a.gt(of_a);
+        let ahead = concave & widens & known(&t1);
+        let behind = concave & narrows & known(&t0);
+        let between = self.a.gt(of_a) & known(&t0) & known(&t1);
         let mut cut = between | ahead | behind;
         let (always, never) = (Between::exactly(-infinity), Between::exactly(infinity));
         let side_enter = Between::select(between, t0, Between::select(ahead, t1, always));
@@ -223,7 +241,7 @@ impl<L: Lanes> Frame<L> {
 
     #[inline(always)]
     fn closed(&self, t_min: L, active: L::Mask) -> Meet<L> {
-        match self.part(active) {
+        match self.part(active, false) {
             Some(part) => part.first_beyond(&self.near, t_min, active),
             None => Meet::certain(L::Mask::splat(false), L::zero()),
         }
@@ -232,17 +250,19 @@ impl<L: Lanes> Frame<L> {
     /// The side alone: its first root beyond `t_min` and between the caps.
     #[inline(always)]
     fn open(&self, t_min: L, active: L::Mask) -> Meet<L> {
-        let error = self.side();
+        let error = self.side(false);
         let possible = active & !error.passes;
         if possible.none() {
             return Meet::certain(L::Mask::splat(false), L::zero());
         }
-        let (roots, wide, sure) = error.roots.roots();
+        let roots = error.roots.roots();
+        let reach = roots.t[0].abs().max(roots.t[1].abs());
+        let (wide, sure) = roots.bound(reach);
+        let roots = roots.t;
         // Both are there, each for certain what it is.
         let apart = (roots[0] + wide).lt(roots[1] - wide);
         let two = self.ordinary & sure & self.a.abs().gt(error.roots.off[0]) & apart;
         let [low, high] = self.near.begin(t_min);
-        let reach = roots[0].abs().max(roots[1].abs());
         let rise = self.rise.abs();
         let off = error.height
             + (error.rise + rise * roundings(2.6)) * reach
@@ -271,7 +291,7 @@ impl<L: Lanes> Frame<L> {
 #[inline(always)]
 pub fn ends<L: Lanes>(row: &Upright, object: &ObjectRay<L>) -> Ends<L> {
     let frame = frame(row, object);
-    match frame.part(L::Mask::splat(true)) {
+    match frame.part(L::Mask::splat(true), true) {
         Some(part) => part.ends(&frame.near),
         None => Ends {
             enter: [L::zero(); 3],

@@ -4,7 +4,7 @@
 //! computed F is steep enough beside a root, the exact one changes its sign next to
 //! it. docs/NUMERICS.md ("Cone, cylinder") has the proof.
 
-use super::{roundings, tiny};
+use super::{Between, roundings, tiny};
 use crate::math::lanes::{Lanes, Scalar};
 
 pub(super) struct Quadratic<L: Lanes> {
@@ -41,25 +41,60 @@ impl<L: Lanes> Quadratic<L> {
         self.squared.lt(-off)
     }
 
-    /// Both roots, lower first, and a bound for both; and the lanes in which it holds.
     #[inline(always)]
-    pub fn roots(&self) -> ([L; 2], L, L::Mask) {
-        let (zero, two) = (L::zero(), L::from_f32(2.0));
-        let ([a, b, c], [of_a, of_b, of_c]) = (self.f, self.off);
+    pub fn roots(&self) -> Roots<'_, L> {
+        let ([a, b, c], zero) = (self.f, L::zero());
         let squared = self.squared.max(zero);
         let steep = squared.sqrt();
-        // −b ∓ the root, the larger in magnitude.
         let q = -(b + L::select(b.lt(zero), -steep, steep));
         let (t0, t1) = (c / q, q / a);
-        let (size, q) = (t0.abs().max(t1.abs()), q.abs());
+        Roots {
+            of: self,
+            squared,
+            flat: L::from_f32(1.0) / steep,
+            q,
+            t: [t0.min(t1), t0.max(t1)],
+        }
+    }
+}
+
+pub(super) struct Roots<'a, L: Lanes> {
+    of: &'a Quadratic<L>,
+    /// b² − ac, and 1 over its square root.
+    squared: L,
+    flat: L,
+    /// −b ∓ that root, the larger in magnitude.
+    q: L,
+    /// Lower first.
+    pub t: [L; 2],
+}
+
+impl<L: Lanes> Roots<'_, L> {
+    /// How far a root of this size at most may be off; and where that is certain.
+    #[inline(always)]
+    pub fn bound(&self, size: L) -> (L, L::Mask) {
+        let two = L::from_f32(2.0);
+        let [of_a, of_b, of_c] = self.of.off;
+        let q = self.q.abs();
         let off = (of_a * size + two * of_b) * size + of_c + size * q * roundings(6.5);
-        let needed = (a.abs() * L::from_f32(8.0) + of_a * L::from_f32(50.0)) * off
+        let needed = (self.of.f[0].abs() * L::from_f32(8.0) + of_a * L::from_f32(50.0)) * off
             + q * q * roundings(50.0)
             + of_b * of_b * L::from_f32(20.5)
             + tiny();
-        let wide = two * off / steep + size * roundings(4.0) + tiny();
         let infinity = L::splat(L::Scalar::INFINITY);
-        let sure = needed.lt(squared) & (size + wide).lt(infinity);
-        ([t0.min(t1), t0.max(t1)], wide, sure)
+        let sure = needed.le(self.squared) & self.squared.lt(infinity);
+        (two * off * self.flat + size * roundings(4.0) + tiny(), sure)
+    }
+
+    /// A root and its bound; infinite where none is certain.
+    #[inline(always)]
+    pub fn bounded(&self, t: L, size: L) -> Between<L> {
+        let (wide, sure) = self.bound(size);
+        let infinity = L::splat(L::Scalar::INFINITY);
+        Between {
+            least: L::select(sure, t - wide, -infinity),
+            value: t,
+            most: L::select(sure, t + wide, infinity),
+        }
     }
 }

@@ -85,13 +85,14 @@ impl<D: Lanes<Scalar = f64, Double = D>> Curve<D> {
     fn part(&self) -> (Part<D>, D::Mask) {
         let infinity = D::splat(f64::INFINITY);
         let ([a, b, c], [of_a, of_b, of_c]) = (self.roots.f, self.roots.off);
-        let ([t0, t1], wide, sure) = self.roots.roots();
+        let roots = self.roots.roots();
+        let [t0, t1] = roots.t.map(|t| roots.bounded(t, t.abs()));
         let known = |at: &Between<D>| at.most.lt(infinity) & at.least.gt(-infinity);
         let bends = a.abs().gt(of_a) & !self.linear & !self.constant;
         let concave = bends & a.lt(D::zero());
         let rootless = bends & self.roots.is_rootless();
-        let between = bends & sure;
-        let (mut enter, mut exit) = (Between::new(t0, wide), Between::new(t1, wide));
+        let between = bends & known(&t0) & known(&t1);
+        let (mut enter, mut exit) = (t0, t1);
         let (mut sound, mut none) = (between, rootless);
         let flat = self.linear | self.constant;
         if flat.any() {

@@ -186,11 +186,12 @@ fn unseen(plain: &Loaded, record: &[TracedRay], distance: f64, seed: u64) -> Opt
     let bounds = world.bounds.widened();
     let size = bounds.extent().max_element();
     let random = &mut Random(seed);
-    let balls = (0..200).map(|_| {
+    // Smaller ones fit between the rays of scenes that look everywhere.
+    let balls = (0..200).map(|i| {
         let away = random.vector().normalize_or(DVec3::X) * size * distance;
         Sphere {
             center: bounds.center() + away,
-            radius: size * distance.min(10.0) * 0.1,
+            radius: libm::ldexp(size * distance.min(10.0) * 0.1, -(i / 40)),
         }
     });
     let meets = |ball: &Sphere, ray: &TracedRay| {

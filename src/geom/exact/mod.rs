@@ -5,9 +5,8 @@
 //! along the ray is zero, whose coefficients are polynomials of the inputs: a
 //! crossing is such a root, and not a number. Signs and orders come from f64
 //! with a running bound on its error, as nearly always, and else from exact
-//! numbers on the stack ([`Dyadic`](crate::math::dyadic::Dyadic)); no finite input
-//! is refused. Triangles,
-//! which are most, have predicates of their own ([`crate::geom::triangle::exact`]).
+//! numbers in a place of the thread ([`Dyadic`](crate::math::dyadic::Dyadic)); no
+//! finite input is refused. Triangles, which are most, have predicates of their own ([`crate::geom::triangle::exact`]).
 //! tests/exact_solids.rs compares with integers of any length.
 
 mod along;

@@ -41,6 +41,7 @@ impl<L: Lanes> Quadratic<L> {
         self.squared.lt(-off)
     }
 
+    /// Numbers only where F has roots; [`Roots::bound`] says where that is certain.
     #[inline(always)]
     pub fn roots(&self) -> Roots<'_, L> {
         let ([a, b, c], zero) = (self.f, L::zero());

@@ -10,8 +10,9 @@
 //!
 //! Signs, and the order of two t, come from f64 where its error bound allows,
 //! as nearly always, and else from integers ([`crate::math::int`]) of the least
-//! size that holds the pair's numbers: no ray or triangle of finite numbers is
-//! refused. tests/exact.rs compares with integers of any length.
+//! size that holds the pair's numbers, or, where these are very far apart, from
+//! [`Dyadic`] numbers: no ray or triangle of finite numbers is refused.
+//! tests/exact.rs compares with integers of any length.
 
 use super::Corners;
 use crate::math::bounds::{Bounded, UNIT};
@@ -318,7 +319,7 @@ impl Pair {
                 // A part of it is zero: the one with the origin twice.
                 let side = number::dot(&to, q).minus(&number::dot(&to, &o));
                 let sign = side.minus(&number::dot(&from, q)).sign();
-                sign.expect("three edges take a seventh of the room")
+                sign.expect("three edges take a sixth of the room")
             };
             Some(Some(signs.with(doubtful, side)))
         })

@@ -8,7 +8,7 @@ use super::surface::{
 use crate::accel::{Combined, World};
 use crate::math::bounds::{LEAVING, LEAVING_CURVED, LEAVING_SLOPELESS, SLOPELESS};
 use crate::math::lanes::{Lanes, Mask, Scalar};
-use crate::math::{Aabb, Affine, Vec3};
+use crate::math::{Aabb, Affine, Vec3, units};
 use crate::plan::Arithmetic;
 use crate::scene::{CombinationId, MaterialId, Shape, shape_bounds};
 use crate::trace::{HitId, TURNED};
@@ -216,7 +216,7 @@ impl<'w> Site<'w> {
         if let Shape::Implicit(id) = self.shape {
             // Its direction is roundings, or it has left the format.
             let lost = !(blur * D::splat(DOUBLE)).lt(local);
-            let lost = lost | !ng.length_squared().gt(D::splat(0.5));
+            let lost = lost | !units(ng).length_squared().gt(D::splat(0.5));
             if lost.any() {
                 let implicits = &self.world.scene.implicits;
                 let tape = &implicits.tape[id.index()];

@@ -429,6 +429,7 @@ where
                 <L::Scalar as Scalar>::from_f64(*y),
             );
             let (wa, wb) = (L::splat(a), L::splat(b));
+            let (x, y) = (a.to_f64(), b.to_f64());
             same(wa + wb, a + b, "+");
             same(wa - wb, a - b, "-");
             same(wa * wb, a * b, "*");
@@ -448,6 +449,16 @@ where
             let rule = if x < y { a } else { b };
             if x.is_nan() || y.is_nan() {
                 same(Lanes::min(wa, wb), rule, "min of NaN");
+            }
+            // Exact, so the same with and without FMA.
+            let ordinary = |x: f64| (1e-9..1e9).contains(&x.abs());
+            if ordinary(x) && ordinary(y) {
+                let lost = match L::is_double() {
+                    true => x.mul_add(y, -(x * y)),
+                    false => x * y - (a * b).to_f64(),
+                };
+                let lost = <L::Scalar as Scalar>::from_f64(lost);
+                same(wa.product_error(wb, wa * wb), lost, "what a product lost");
             }
             let rounded = L::narrow(wa.widen());
             same(rounded, a, "widen and narrow");

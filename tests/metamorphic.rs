@@ -171,6 +171,8 @@ fn scaling(scenes: &[(String, Loaded)], powers: &[i32], config: &RenderConfig) -
 #[test]
 fn the_unit_of_length_does_not_show() {
     scaling(&few(), &[-40, 3, 40], &config(48, 32)).settle();
+    // So large that the slope of a polynomial is next to nothing.
+    scaling(&surfaces(), &[-12, 3, 12], &config(48, 32)).settle();
 }
 
 #[test]

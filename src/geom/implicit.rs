@@ -4,7 +4,7 @@ use super::tape::{Arithmetic, Step, Tape};
 use super::{Cuboid, Sphere};
 use crate::math::bounds::UNIT;
 use crate::math::lanes::Lanes;
-use crate::math::{Aabb, Vec3};
+use crate::math::{Aabb, Vec3, is_power_of_two};
 use glam::DVec3;
 
 /// The solid f(x, y, z) ≤ 0; or, where it is open or clipped, the surface f = 0 alone,
@@ -42,8 +42,8 @@ impl Implicit<'_> {
             Some(Clip::Sphere(ball)) => ball.center.is_finite() && ball.radius.is_finite(),
             Some(Clip::Cuboid(row)) => row.min.is_finite() && row.max.is_finite(),
         };
-        let is_finite = |step: &Step| !matches!(step, Step::Constant(x) if !x.is_finite());
-        clip && self.tape.steps().iter().all(is_finite)
+        let mut constants = self.tape.steps().iter().filter_map(Step::constant);
+        clip && constants.all(f64::is_finite)
     }
 }
 
@@ -108,6 +108,18 @@ impl<D: Lanes<Scalar = f64>> Arithmetic for Errors<D> {
         let carried = a.0 * b.1 + a.1 * (b.0 + b.1);
         // What falls below the range is lost whole, and may be multiplied again.
         let lost = size * self.unit + D::splat(f64::MIN_POSITIVE);
+        (size, carried + lost)
+    }
+
+    #[inline(always)]
+    fn scaled(&self, a: &(D, D), by: f64) -> (D, D) {
+        let factor = D::splat(by.abs());
+        let (size, carried) = (a.0 * factor, a.1 * factor);
+        let least = D::splat(f64::MIN_POSITIVE);
+        let lost = match is_power_of_two(by) {
+            true => least,
+            false => size * self.unit + least,
+        };
         (size, carried + lost)
     }
 }

@@ -1,7 +1,7 @@
 //! Polynomials in x, y, z as steps of sums and products, factored as they were written.
 //!
-//! Every step is a sum, a difference or a product of two earlier ones, a coordinate, or a
-//! constant, which is an f64 and exact. The last step is the polynomial. What a tape
+//! Every step is a sum, a difference or a product of two earlier ones, a coordinate, a
+//! constant, which is an f64 and exact, or an earlier one times a constant. The last step is the polynomial. What a tape
 //! *is*, is the exact value of these steps; whoever evaluates it in other arithmetic
 //! counts what that loses.
 
@@ -26,9 +26,19 @@ pub enum Step {
     /// The first less the second.
     Difference(u32, u32),
     Product(u32, u32),
+    /// Times a constant.
+    Scaled(u32, f64),
 }
 
 impl Step {
+    /// The one that is in it.
+    pub fn constant(&self) -> Option<f64> {
+        match *self {
+            Step::Constant(value) | Step::Scaled(_, value) => Some(value),
+            _ => None,
+        }
+    }
+
     /// Of equal steps the same, and of no others.
     pub fn key(&self) -> (u8, u64, u64) {
         match *self {
@@ -37,6 +47,7 @@ impl Step {
             Step::Sum(a, b) => (2, u64::from(a), u64::from(b)),
             Step::Difference(a, b) => (3, u64::from(a), u64::from(b)),
             Step::Product(a, b) => (4, u64::from(a), u64::from(b)),
+            Step::Scaled(a, by) => (5, u64::from(a), by.to_bits()),
         }
     }
 }
@@ -54,6 +65,11 @@ pub trait Arithmetic {
     /// A step by itself: some arithmetic knows more of that.
     fn square(&self, a: &Self::Value) -> Self::Value {
         self.product(a, a)
+    }
+
+    /// Times a constant: some arithmetic knows more of that, too.
+    fn scaled(&self, a: &Self::Value, by: f64) -> Self::Value {
+        self.product(a, &self.constant(by))
     }
 }
 
@@ -122,6 +138,7 @@ impl Tape {
                 Step::Sum(a, b) => arithmetic.sum(of(a), of(b)),
                 Step::Difference(a, b) => arithmetic.difference(of(a), of(b)),
                 Step::Product(a, b) => arithmetic.product(of(a), of(b)),
+                Step::Scaled(a, by) => arithmetic.scaled(of(a), *by),
             };
             kept[usize::from(*slot)] = last;
         }
@@ -140,6 +157,7 @@ impl Tape {
                 Step::Difference(a, b) => arithmetic.difference(of(a), of(b)),
                 Step::Product(a, b) if a == b => arithmetic.square(of(a)),
                 Step::Product(a, b) => arithmetic.product(of(a), of(b)),
+                Step::Scaled(a, by) => arithmetic.scaled(of(a), *by),
             };
             values.push(value);
         }
@@ -185,6 +203,8 @@ impl Builder {
         match (self.value(a), self.value(b)) {
             (Some(0.0), _) | (_, Some(1.0)) => a,
             (_, Some(0.0)) | (Some(1.0), _) => b,
+            (Some(by), _) => self.push(Step::Scaled(b, by)),
+            (_, Some(by)) => self.push(Step::Scaled(a, by)),
             _ => self.push(Step::Product(a.min(b), a.max(b))),
         }
     }
@@ -244,6 +264,7 @@ impl Builder {
                 Step::Sum(a, b) => Step::Sum(of(a), of(b)),
                 Step::Difference(a, b) => Step::Difference(of(a), of(b)),
                 Step::Product(a, b) => Step::Product(of(a), of(b)),
+                Step::Scaled(a, by) => Step::Scaled(of(a), by),
                 leaf => leaf,
             });
         }
@@ -270,6 +291,7 @@ fn operands(step: &Step) -> [Option<u32>; 2] {
     match *step {
         Step::Coordinate(_) | Step::Constant(_) => [None, None],
         Step::Sum(a, b) | Step::Difference(a, b) | Step::Product(a, b) => [Some(a), Some(b)],
+        Step::Scaled(a, _) => [Some(a), None],
     }
 }
 
@@ -282,6 +304,7 @@ fn degrees(steps: &[Step]) -> Vec<u32> {
             Step::Constant(_) => 0,
             Step::Sum(a, b) | Step::Difference(a, b) => of(a).max(of(b)),
             Step::Product(a, b) => of(a).saturating_add(of(b)),
+            Step::Scaled(a, _) => of(a),
         });
     }
     degrees
@@ -394,6 +417,7 @@ mod tests {
                 Step::Sum(a, b) => of(a) + of(b),
                 Step::Difference(a, b) => of(a) - of(b),
                 Step::Product(a, b) => of(a) * of(b),
+                Step::Scaled(a, by) => of(a) * by,
             };
         }
         let last = usize::from(heart.slots()[heart.steps().len() - 1]);

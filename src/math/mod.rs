@@ -15,7 +15,7 @@ mod vec3;
 pub use aabb::{Aabb, Aabb32, round_down, round_up};
 pub use affine::Affine;
 pub use axis_order::AxisOrder;
-pub use number::Number;
+pub use number::{Number, is_power_of_two};
 pub use ratio::Ratio;
 pub use unit::{length, unit, units};
 pub use vec3::{Vec3, unordered_dot};

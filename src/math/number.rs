@@ -43,3 +43,10 @@ pub fn cross<N: Number>(x: &[N; 3], y: &[N; 3]) -> [N; 3] {
     let minor = |i: usize, j: usize| x[i].times(&y[j]).minus(&x[j].times(&y[i]));
     [minor(1, 2), minor(2, 0), minor(0, 1)]
 }
+
+/// Or the negative of one: what is multiplied by it loses nothing within the range.
+#[inline(always)]
+pub fn is_power_of_two(x: f64) -> bool {
+    const FRACTION: u64 = (1 << 52) - 1;
+    x.is_normal() && x.to_bits() & FRACTION == 0
+}

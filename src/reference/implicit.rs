@@ -95,6 +95,7 @@ fn along<N: Number>(ray: &Ray, tape: &Tape) -> Result<Polynomial, N::Doubt> {
             Step::Sum(a, b) => termwise(of(a), of(b), Dyadic::plus),
             Step::Difference(a, b) => termwise(of(a), of(b), Dyadic::minus),
             Step::Product(a, b) => product(of(a), of(b)),
+            Step::Scaled(a, by) => product(of(a), &[Dyadic::of(*by)]),
         });
     }
     Ok(Polynomial::of(&values.pop().unwrap_or_default()))
@@ -140,6 +141,10 @@ pub fn gradient(tape: &Tape, p: [f64; 3]) -> [f64; 3] {
             Step::Product(a, b) => {
                 let ((a, u), (b, v)) = (of(a), of(b));
                 (a * b, std::array::from_fn(|k| a * v[k] + b * u[k]))
+            }
+            Step::Scaled(a, by) => {
+                let (a, u) = of(a);
+                (a * by, u.map(|u| u * by))
             }
         });
     }

@@ -87,13 +87,11 @@ pub fn local<L: Lanes<Scalar = f64>>(c: &[L], x: L) -> Local<L> {
     let zero = L::zero();
     let (mut high, mut low, mut errors) = (c[n], zero, zero);
     let (mut slope, mut size) = (zero, c[n].abs());
-    let (x1, x2) = split(x);
     let x_size = x.abs();
     for c in c[..n].iter().rev() {
         slope = x * slope + high;
         let product = x * high;
-        let (y1, y2) = split(high);
-        let pi = ((x1 * y1 - product) + x1 * y2 + x2 * y1) + x2 * y2;
+        let pi = x.product_error(high, product);
         let sum = product + *c;
         let sigma = sum_error(product, *c, sum);
         low = x * low + (pi + sigma);
@@ -109,14 +107,6 @@ pub fn local<L: Lanes<Scalar = f64>>(c: &[L], x: L) -> Local<L> {
         slope,
         size,
     }
-}
-
-/// Halves of 26 bits (Veltkamp); |x| below 2^996.
-#[inline(always)]
-fn split<L: Lanes<Scalar = f64>>(x: L) -> (L, L) {
-    let shifted = x * L::from_f64(134_217_729.0);
-    let high = shifted - (shifted - x);
-    (high, x - high)
 }
 
 /// a + b − fl(a + b) (Knuth).

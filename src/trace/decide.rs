@@ -195,7 +195,17 @@ fn depth<L: Lanes>(world: &World, ray: &WorldRay, id: HitId, crossing: &Crossing
     };
     let by_kernel = by_kernel.filter(|t| t.is_finite());
     let near = matches!(crossing, Crossing::Root(_)) && known_to(as_kernels::<L>());
-    let exact = || if near { value } else { crossing.rounded() };
+    let of_kernels = || match crossing {
+        Crossing::Root(root) if L::is_double() => root.as_kernels(),
+        _ => value,
+    };
+    let exact = || {
+        if near {
+            of_kernels()
+        } else {
+            crossing.rounded()
+        }
+    };
     Depth {
         t: by_kernel.unwrap_or_else(exact),
         within,
@@ -237,7 +247,11 @@ fn kernel_of_operand<L: Lanes>(
         let found = spaces.boundaries(solid, (operand, id), all, &mut rows);
         let end = rows.into_iter().find(holds)?;
         let known = !found.unsure.any() && is_sharp(&end).any();
-        return known.then(|| end[1].lane(0).to_f64());
+        let t = match L::is_double() {
+            true => root.as_kernels(),
+            false => end[1].lane(0).to_f64(),
+        };
+        return known.then_some(t);
     }
     let ends = ends::<L, Guarded>(world.scene, operand.shape, &rays.rays());
     let end = [ends.enter, ends.exit].into_iter().find(holds)?;
@@ -256,7 +270,11 @@ fn as_kernels<L: Lanes>() -> f64 {
 pub(super) fn depth_of<L: Lanes>(root: &Root) -> Depth {
     let Bounded { value, error } = root.t;
     let known = error <= value.abs() * as_kernels::<L>() && value.is_finite();
-    let t = if known { value } else { root.rounded() };
+    let t = match known {
+        true if L::is_double() => root.as_kernels(),
+        true => value,
+        false => root.rounded(),
+    };
     let within = if known {
         [(value - error).next_down(), (value + error).next_up()]
     } else {

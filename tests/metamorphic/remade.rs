@@ -165,6 +165,10 @@ impl Change {
                 Step::Sum(a, b) => builder.sum(of(a), of(b)),
                 Step::Difference(a, b) => builder.difference(of(a), of(b)),
                 Step::Product(a, b) => builder.product(of(a), of(b)),
+                Step::Scaled(a, by) => {
+                    let by = builder.constant(by);
+                    builder.product(of(a), by)
+                }
             };
             steps.push(step);
         }

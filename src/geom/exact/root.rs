@@ -12,11 +12,12 @@
 
 use super::Line;
 use super::surface::Surface;
+use crate::geom::guarded::implicit::nearest;
 use crate::geom::triangle::exact::{Pair, meet_exact};
-use crate::math::Number;
 use crate::math::bounds::Bounded;
 use crate::math::dyadic::{Dyadic, Space, exactly};
 use crate::math::int::decoded;
+use crate::math::{Number, Vec3};
 use glam::DVec3;
 use std::cmp::Ordering;
 
@@ -93,6 +94,20 @@ impl<'a> Root<'a> {
             }
         }
         exactly(&|space| Form::of(space, self).rounded(&self.t))
+    }
+
+    /// The f64 that kernels in f64 have of it: of a polynomial surface nearly always the
+    /// nearest one, else as it was found.
+    pub fn as_kernels(&self) -> f64 {
+        let Line { org, dir } = self.line;
+        let Bounded { value, error } = self.t;
+        match (self.surface, self.branch) {
+            (Surface::Implicit(tape), Branch::Only) => {
+                let ends = [value - error, value, value + error];
+                nearest::<f64>(tape, (Vec3::splat(org), Vec3::splat(dir)), ends, true)
+            }
+            _ => value,
+        }
     }
 
     #[cold]

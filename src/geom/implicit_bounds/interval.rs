@@ -3,12 +3,13 @@
 //! Ends are f64 and may be infinite: the interval is what lies between them, infinity
 //! never belongs to it, so zero times a half-line is zero. Every operation is rounded to
 //! nearest and then goes one step outward, which is at least half a unit in the last
-//! place; a sum that is 0 is exact, and a product never crosses the zero that its
-//! factors' signs put it behind. Overflow gives infinite ends, never NaN: a lower end
+//! place. A sum that is 0 is exact, and so is a product with a power of two; none crosses
+//! the zero that its factors' signs put it behind. Overflow gives infinite ends, never NaN: a lower end
 //! is never +∞ and an upper one never −∞ (Hickey, Ju, van Emden: Interval Arithmetic:
 //! from Principles to Implementation, JACM 2001).
 
 use crate::geom::tape::Arithmetic;
+use crate::math::is_power_of_two;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Interval {
@@ -87,6 +88,10 @@ impl Interval {
         if *self == Interval::ZERO || *other == Interval::ZERO {
             return Interval::ZERO;
         }
+        let exact = self.times_power(other).or_else(|| other.times_power(self));
+        if let Some(exact) = exact {
+            return exact;
+        }
         let corners = [
             self.low * other.low,
             self.low * other.high,
@@ -105,6 +110,19 @@ impl Interval {
             high = high.min(0.0);
         }
         Interval { low, high }
+    }
+
+    /// By a power of two: nothing is lost, where nothing leaves the range.
+    fn times_power(&self, power: &Interval) -> Option<Interval> {
+        let by = power.low;
+        if by != power.high || !is_power_of_two(by) {
+            return None;
+        }
+        let (a, b) = (self.low * by, self.high * by);
+        let is_exact = |from: f64, to: f64| from == 0.0 || from.is_infinite() || to.is_normal();
+        let (low, high) = if by > 0.0 { (a, b) } else { (b, a) };
+        let exact = is_exact(self.low, a) && is_exact(self.high, b);
+        exact.then_some(Interval { low, high })
     }
 
     /// By one without zero.

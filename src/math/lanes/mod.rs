@@ -10,7 +10,7 @@
 //! - **FMA.** [`Lanes::mul_add`] on f32 fuses where the target has FMA, and
 //!   rounds twice where it has not, at every width alike. On f64 it *always*
 //!   rounds twice: what `exact` decides must not depend on the machine. Nothing
-//!   else fuses (rustc never contracts).
+//!   else fuses (rustc never contracts) but [`Lanes::product_error`], which is exact.
 //! - **NaN.** `min(a, b)` is `if a < b { a } else { b }`, `max` the same with
 //!   `>`: a NaN on the left gives b, on the right gives NaN. Comparisons with
 //!   NaN are false.
@@ -139,6 +139,9 @@ pub trait Lanes:
     fn max(self, other: Self) -> Self;
     /// `self · a + b`; see the module's FMA rule.
     fn mul_add(self, a: Self, b: Self) -> Self;
+    /// What the rounded product of two numbers has lost, exactly, but where that or
+    /// a half of one of them leaves the range.
+    fn product_error(self, by: Self, product: Self) -> Self;
 
     fn lt(self, other: Self) -> Self::Mask;
     fn le(self, other: Self) -> Self::Mask;
@@ -200,6 +203,22 @@ pub trait Lanes:
 
 /// By halves, as registers like it.
 #[inline(always)]
+/// [`Lanes::product_error`] where nothing fuses: by halves of the bits (Veltkamp), whose
+/// products are exact (Dekker).
+#[cfg(not(target_feature = "fma"))]
+#[inline(always)]
+fn error_by_halves<L: Lanes>(x: L, y: L, product: L) -> L {
+    let bits = if L::is_double() { 27 } else { 12 };
+    let factor = L::from_f64(f64::from((1_u32 << bits) + 1));
+    let halves = |x: L| {
+        let shifted = x * factor;
+        let high = shifted - (shifted - x);
+        (high, x - high)
+    };
+    let ((x1, x2), (y1, y2)) = (halves(x), halves(y));
+    ((x1 * y1 - product) + x1 * y2 + x2 * y1) + x2 * y2
+}
+
 fn fold<L: Lanes>(x: L, pick: impl Fn(L::Scalar, L::Scalar) -> L::Scalar) -> L::Scalar {
     let mut lanes = x.to_array();
     let lanes = lanes.as_mut();

@@ -134,6 +134,16 @@ macro_rules! one_lane {
             fn mul_add(self, a: $t, b: $t) -> $t {
                 $mul_add(self, a, b)
             }
+            #[cfg(target_feature = "fma")]
+            #[inline(always)]
+            fn product_error(self, by: $t, product: $t) -> $t {
+                $t::mul_add(self, by, -product)
+            }
+            #[cfg(not(target_feature = "fma"))]
+            #[inline(always)]
+            fn product_error(self, by: $t, product: $t) -> $t {
+                super::error_by_halves(self, by, product)
+            }
             #[inline(always)]
             fn lt(self, other: $t) -> bool {
                 self < other

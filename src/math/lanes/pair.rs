@@ -114,6 +114,7 @@ impl Lanes for f64x16 {
         min(other) -> f64x16;
         max(other) -> f64x16;
         mul_add(a, b) -> f64x16;
+        product_error(by, product) -> f64x16;
         lt(other) -> PairMask;
         le(other) -> PairMask;
         gt(other) -> PairMask;

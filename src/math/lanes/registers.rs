@@ -203,6 +203,16 @@ macro_rules! wide_lanes {
             fn mul_add(self, a: Self, b: Self) -> Self {
                 $mul_add(self, a, b)
             }
+            #[cfg(target_feature = "fma")]
+            #[inline(always)]
+            fn product_error(self, by: Self, product: Self) -> Self {
+                <$w>::mul_add(self, by, -product)
+            }
+            #[cfg(not(target_feature = "fma"))]
+            #[inline(always)]
+            fn product_error(self, by: Self, product: Self) -> Self {
+                super::error_by_halves(self, by, product)
+            }
             #[inline(always)]
             fn lt(self, other: Self) -> WideMask<$w> {
                 WideMask(self.simd_lt(other))

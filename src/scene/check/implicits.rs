@@ -20,11 +20,7 @@ pub(super) fn implicit(what: impl Fn() -> Entity, row: &Implicit) -> Result<(), 
         value: value.to_string(),
         must,
     };
-    let constants = tape.steps().iter().filter_map(|step| match step {
-        Step::Constant(value) => Some(*value),
-        _ => None,
-    });
-    let constants: Vec<f64> = constants.collect();
+    let constants: Vec<f64> = tape.steps().iter().filter_map(Step::constant).collect();
     finite(&what, "constants", &constants)?;
     if tape.degree() > MAX_DEGREE {
         return Err(limit("degree", tape.degree() as usize, "24 at most"));
@@ -70,17 +66,25 @@ pub(super) fn implicit(what: impl Fn() -> Entity, row: &Implicit) -> Result<(), 
 /// Of the largest exact coefficient: no fewer than from its highest bit to its lowest, or
 /// from either to the point.
 fn bits(tape: &Tape) -> u64 {
+    let of_constant = |value: f64| {
+        if value == 0.0 {
+            return [1, 0];
+        }
+        let (magnitude, power) = decoded(value);
+        let low = power + magnitude.trailing_zeros() as i32;
+        let high = power + 64 - magnitude.leading_zeros() as i32;
+        [high.max(0) as u64, (-low).max(0) as u64]
+    };
     // Of each step, coefficients are below 2^high and multiples of 2^−low.
     let mut all: Vec<[u64; 2]> = Vec::with_capacity(tape.steps().len());
     for step in tape.steps() {
         let of = |i: u32| all[i as usize];
         all.push(match *step {
-            Step::Coordinate(_) | Step::Constant(0.0) => [1, 0],
-            Step::Constant(value) => {
-                let (magnitude, power) = decoded(value);
-                let low = power + magnitude.trailing_zeros() as i32;
-                let high = power + 64 - magnitude.leading_zeros() as i32;
-                [high.max(0) as u64, (-low).max(0) as u64]
+            Step::Coordinate(_) => [1, 0],
+            Step::Constant(value) => of_constant(value),
+            Step::Scaled(a, by) => {
+                let ([h, l], [i, m]) = (of(a), of_constant(by));
+                [h.saturating_add(i), l.saturating_add(m)]
             }
             Step::Sum(a, b) | Step::Difference(a, b) => {
                 let ([h, l], [i, m]) = (of(a), of(b));

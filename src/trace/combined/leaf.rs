@@ -1,13 +1,14 @@
 //! A combination before a packet: from its boundaries to hits in a query.
 
-use super::first;
-use super::lanes::{self, Met};
+use super::lanes::{self, Met, Spaces};
+use super::{TURNED, first};
 use crate::accel::{Combined, Entry};
 use crate::geom::exact::Line;
+use crate::geom::guarded::implicit::sharpened;
 use crate::geom::{Certainty, Meet};
 use crate::math::Aabb32;
 use crate::math::lanes::{Lanes, Mask, Scalar};
-use crate::scene::{CombinationId, Tables};
+use crate::scene::{CombinationId, Shape, Tables};
 use crate::trace::decide::depth_of;
 use crate::trace::leaf::{Everything, Tester, Window, doubted};
 use crate::trace::packet::Packet;
@@ -69,13 +70,14 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
             }
             here &= bits;
             bits &= !here;
+            let lanes = L::Mask::from_bits(here);
             let meet = Meet {
-                hit: L::Mask::from_bits(here),
-                t: met.t,
+                hit: lanes,
+                t: sharp((solid, tables), object, surface, lanes, &met),
                 within: met.within,
                 unsure: L::Mask::splat(false),
             };
-            let meet = doubted::<L, C>(meet, L::Mask::from_bits(here), id(surface));
+            let meet = doubted::<L, C>(meet, lanes, id(surface));
             self.offer(object, &window, &entry.own, meet, id(surface), query);
         }
         let limit = query.limit();
@@ -89,6 +91,30 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
         }
         self.decide(L::Mask::from_bits(bits), id(0), query);
     }
+}
+
+/// t of some lanes that meet a surface: as of a polynomial's by itself.
+#[inline(always)]
+fn sharp<L: Lanes>(
+    (solid, tables): (&Combined, &Tables),
+    object: &Packet<L>,
+    surface: u32,
+    lanes: L::Mask,
+    met: &Met<L>,
+) -> L {
+    if !L::is_double() {
+        return met.t;
+    }
+    let (number, _) = solid.solid.operand_of(surface & !TURNED);
+    let operand = &solid.solid.operands[number as usize];
+    let Shape::Implicit(id) = operand.shape else {
+        return met.t;
+    };
+    let tape = &tables.implicits.tape[id.index()];
+    let mut spaces = Spaces::new(object);
+    let frame = spaces.of(solid, operand.frame);
+    let [from, to] = met.within;
+    sharpened(tape, &frame, lanes, [from, met.t, to])
 }
 
 /// Which of some lanes may meet a solid before a limit, in f64: lanes of f32 hardly know

@@ -91,6 +91,10 @@ fn values<D: Lanes<Scalar = f64>, const N: usize>(
                 combine::<D, N>(all, (place(a), place(b)), to, |a, b| a - b);
             }
             Step::Product(a, b) => combine::<D, N>(all, (place(a), place(b)), to, |a, b| a * b),
+            Step::Scaled(a, by) => {
+                let by = D::from_f64(by);
+                combine::<D, N>(all, (place(a), place(a)), to, |a, _| a * by);
+            }
         }
     }
     let last = place(tape.steps().len() as u32 - 1);

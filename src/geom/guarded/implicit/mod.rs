@@ -19,9 +19,10 @@ mod twofold;
 pub use along::blur_at;
 pub use line::{Crossing, crossings};
 pub use operand::{Boundaries, boundaries};
+pub use twofold::nearest;
 
 use super::{Ends, ObjectRay, cuboid, rounded, sphere};
-use crate::geom::{Clip, Cuboid, Implicit, Meet, Ray};
+use crate::geom::{Clip, Cuboid, Implicit, Meet, Ray, Tape};
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask, Scalar, f64x8};
@@ -69,7 +70,10 @@ thread_local! {
 pub fn meet<L: Lanes>(row: &Implicit, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
     let none = L::splat(L::Scalar::INFINITY);
     let (hit, unsure, ends) = ask::<L, false>(row, object, none, active);
-    let [from, t, to] = rounded::<L>(ends);
+    let [from, mut t, to] = rounded::<L>(ends);
+    if L::is_double() {
+        t = sharpened(row.tape, object, hit, [from, t, to]);
+    }
     // What is beyond the lanes' numbers is left to others.
     let is_number = t.abs().lt(none);
     Meet {
@@ -78,6 +82,29 @@ pub fn meet<L: Lanes>(row: &Implicit, object: &ObjectRay<L>, active: L::Mask) ->
         within: [from, to],
         unsure: unsure | hit & !is_number,
     }
+}
+
+/// Of lanes of f64 that meet a surface: the numbers nearest to their roots ([`nearest`]).
+#[inline(never)]
+pub fn sharpened<L: Lanes>(tape: &Tape, object: &ObjectRay<L>, hit: L::Mask, ends: [L; 3]) -> L {
+    let columns = [object.org.x, object.org.y, object.org.z];
+    let columns = columns.map(|x| x.to_array());
+    let dir = [object.dir.x, object.dir.y, object.dir.z].map(|x| x.to_array());
+    let ends = ends.map(|x| x.widen().to_array());
+    let mut sharp = ends[1];
+    for some in Chosen::of(hit).eights() {
+        let gathered = |column: &<L::Double as Lanes>::Array| eights::gathered(column, some);
+        let [org, dir] = [&columns, &dir].map(|v| {
+            let [x, y, z] = [0, 1, 2].map(|k| gathered(&v[k]));
+            Vec3::new(x, y, z)
+        });
+        let ends = [0, 1, 2].map(|k| gathered(&ends[k]));
+        let t = nearest::<Eight>(tape, (org, dir), ends, <Eight as Lanes>::Mask::splat(true));
+        for (lane, x) in some.iter().zip(t.to_array()) {
+            sharp.as_mut()[*lane] = x;
+        }
+    }
+    L::narrow(<L::Double as Lanes>::load(sharp.as_ref()))
 }
 
 /// Rays that certainly meet the surface between t_min and a limit; and those of which it

@@ -7,8 +7,9 @@
 
 use crate::geom::implicit::error_in;
 use crate::geom::tape::{Arithmetic, Tape};
-use crate::math::Vec3;
 use crate::math::bounds::UNIT;
+use crate::math::lanes::{Lanes, Mask};
+use crate::math::{Vec3, is_power_of_two};
 use crate::roots::collocation::{Collocation, collocation};
 use crate::roots::lanes::{Segment, Simple};
 
@@ -16,13 +17,14 @@ use crate::roots::lanes::{Segment, Simple};
 const FINE: f64 = UNIT / (1_u64 << 47) as f64;
 
 #[derive(Clone, Copy, Debug)]
-struct Twofold {
-    high: f64,
-    low: f64,
+struct Twofold<D> {
+    high: D,
+    low: D,
 }
 
 /// Of |a| ≥ |b|, as a rule.
-fn normalised(a: f64, b: f64) -> Twofold {
+#[inline(always)]
+fn normalised<D: Lanes<Scalar = f64>>(a: D, b: D) -> Twofold<D> {
     let high = a + b;
     Twofold {
         high,
@@ -30,12 +32,17 @@ fn normalised(a: f64, b: f64) -> Twofold {
     }
 }
 
-impl Twofold {
-    fn of(x: f64) -> Twofold {
-        Twofold { high: x, low: 0.0 }
+impl<D: Lanes<Scalar = f64>> Twofold<D> {
+    #[inline(always)]
+    fn of(x: D) -> Twofold<D> {
+        Twofold {
+            high: x,
+            low: D::zero(),
+        }
     }
 
-    fn plus(self, other: Twofold) -> Twofold {
+    #[inline(always)]
+    fn plus(self, other: Twofold<D>) -> Twofold<D> {
         let (a, b) = (self.high, other.high);
         let sum = a + b;
         let part = sum - a;
@@ -43,16 +50,18 @@ impl Twofold {
         normalised(sum, lost + (self.low + other.low))
     }
 
-    fn times(self, other: Twofold) -> Twofold {
+    #[inline(always)]
+    fn times(self, other: Twofold<D>) -> Twofold<D> {
         let product = self.high * other.high;
-        let lost = self.high.mul_add(other.high, -product);
+        let lost = self.high.product_error(other.high, product);
         normalised(
             product,
             lost + (self.high * other.low + self.low * other.high),
         )
     }
 
-    fn negated(self) -> Twofold {
+    #[inline(always)]
+    fn negated(self) -> Twofold<D> {
         Twofold {
             high: -self.high,
             low: -self.low,
@@ -61,29 +70,82 @@ impl Twofold {
 }
 
 /// A point.
-struct At([Twofold; 3]);
+struct At<D>([Twofold<D>; 3]);
 
-impl Arithmetic for At {
-    type Value = Twofold;
+impl<D: Lanes<Scalar = f64>> Arithmetic for At<D> {
+    type Value = Twofold<D>;
 
-    fn coordinate(&self, axis: usize) -> Twofold {
+    #[inline(always)]
+    fn coordinate(&self, axis: usize) -> Twofold<D> {
         self.0[axis]
     }
 
-    fn constant(&self, value: f64) -> Twofold {
-        Twofold::of(value)
+    #[inline(always)]
+    fn constant(&self, value: f64) -> Twofold<D> {
+        Twofold::of(D::from_f64(value))
     }
 
-    fn sum(&self, a: &Twofold, b: &Twofold) -> Twofold {
+    #[inline(always)]
+    fn sum(&self, a: &Twofold<D>, b: &Twofold<D>) -> Twofold<D> {
         a.plus(*b)
     }
 
-    fn difference(&self, a: &Twofold, b: &Twofold) -> Twofold {
+    #[inline(always)]
+    fn difference(&self, a: &Twofold<D>, b: &Twofold<D>) -> Twofold<D> {
         a.plus(b.negated())
     }
 
-    fn product(&self, a: &Twofold, b: &Twofold) -> Twofold {
+    #[inline(always)]
+    fn product(&self, a: &Twofold<D>, b: &Twofold<D>) -> Twofold<D> {
         a.times(*b)
+    }
+}
+
+/// A point of a ray: values, and in f64 how they grow with t.
+struct Moving<D> {
+    at: At<D>,
+    dir: Vec3<D>,
+}
+
+impl<D: Lanes<Scalar = f64>> Arithmetic for Moving<D> {
+    type Value = (Twofold<D>, D);
+
+    #[inline(always)]
+    fn coordinate(&self, axis: usize) -> Self::Value {
+        (self.at.0[axis], self.dir.axis(axis))
+    }
+
+    #[inline(always)]
+    fn constant(&self, value: f64) -> Self::Value {
+        (self.at.constant(value), D::zero())
+    }
+
+    #[inline(always)]
+    fn sum(&self, a: &Self::Value, b: &Self::Value) -> Self::Value {
+        (a.0.plus(b.0), a.1 + b.1)
+    }
+
+    #[inline(always)]
+    fn difference(&self, a: &Self::Value, b: &Self::Value) -> Self::Value {
+        (a.0.plus(b.0.negated()), a.1 - b.1)
+    }
+
+    #[inline(always)]
+    fn product(&self, a: &Self::Value, b: &Self::Value) -> Self::Value {
+        (a.0.times(b.0), a.1 * b.0.high + b.1 * a.0.high)
+    }
+
+    #[inline(always)]
+    fn scaled(&self, a: &Self::Value, by: f64) -> Self::Value {
+        let factor = D::from_f64(by);
+        let value = match is_power_of_two(by) {
+            true => Twofold {
+                high: a.0.high * factor,
+                low: a.0.low * factor,
+            },
+            false => a.0.times(Twofold::of(factor)),
+        };
+        (value, a.1 * factor)
     }
 }
 
@@ -105,7 +167,7 @@ pub(super) fn along<const N: usize>(
         for (reach, x) in reach.iter_mut().zip(&point) {
             *reach = reach.max(x.high.abs());
         }
-        *value = tape.evaluate_plain(&At(point)).high;
+        *value = tape.evaluate_plain(&At::<f64>(point)).high;
     }
     // What f64 would lose, and this a little of.
     let far = start.abs() + width;
@@ -134,7 +196,7 @@ fn value_at(tape: &Tape, (org, dir): ([f64; 3], [f64; 3]), t: f64) -> (f64, f64)
         moved.plus(Twofold::of(org[k]))
     };
     let point = [place(0), place(1), place(2)];
-    let value = tape.evaluate_plain(&At(point)).high;
+    let value = tape.evaluate_plain(&At::<f64>(point)).high;
     let reach = |k: usize| point[k].high.abs() * (1.0 + 8.0 * UNIT);
     let moved = |k: usize| (org[k].abs() + (t * dir[k]).abs()) * (4.0 * FINE);
     let reach = Vec3::new(reach(0), reach(1), reach(2));
@@ -142,6 +204,42 @@ fn value_at(tape: &Tape, (org, dir): ([f64; 3], [f64; 3]), t: f64) -> (f64, f64)
     let lost = error_in(tape, reach, off, FINE);
     (value, lost + value.abs() * (2.0 * UNIT))
 }
+
+/// Of simple roots of some lanes the f64 nearest to each, but where a hair parts it from
+/// the number halfway to the next; so it does not depend on where the search for the root
+/// began. `t` where it is not found between the two numbers.
+#[inline(always)]
+pub fn nearest<D: Lanes<Scalar = f64>>(
+    tape: &Tape,
+    (org, dir): (Vec3<D>, Vec3<D>),
+    [from, t, to]: [D; 3],
+    lanes: D::Mask,
+) -> D {
+    let (mut at, mut open) = (t, lanes);
+    for _ in 0..STEPS {
+        let place = |k: usize| {
+            let moved = Twofold::of(at).times(Twofold::of(dir.axis(k)));
+            moved.plus(Twofold::of(org.axis(k)))
+        };
+        let at_point = At([place(0), place(1), place(2)]);
+        let (value, slope) = tape.evaluate_plain(&Moving { at: at_point, dir });
+        let step = value.high / slope;
+        let next = at - step;
+        let inside = next.ge(from) & next.le(to);
+        at = D::select(open, D::select(inside, next, t), at);
+        open = open & inside & step.abs().gt(at.abs() * D::splat(SETTLED));
+        if open.none() {
+            break;
+        }
+    }
+    at
+}
+
+/// Of Newton's method; the first is nearly always enough.
+const STEPS: usize = 4;
+
+/// After a step that is so short, of t, the next one is far below the last place.
+const SETTLED: f64 = 1.0 / (1_u64 << 40) as f64;
 
 /// A few units in the last place on both sides of a crossing are enough.
 const NEAR: f64 = 4.0 * f64::EPSILON;

@@ -1,9 +1,9 @@
 //! Polynomials in x, y, z as steps of sums and products, factored as they were written.
 //!
 //! Every step is a sum, a difference or a product of two earlier ones, a coordinate, a
-//! constant, which is an f64 and exact, or an earlier one times a constant. The last step is the polynomial. What a tape
-//! *is*, is the exact value of these steps; whoever evaluates it in other arithmetic
-//! counts what that loses.
+//! constant, which is an f64 and exact, or an earlier one times a constant. The last step
+//! is the polynomial. What a tape *is*, is the exact value of these steps; whoever
+//! evaluates it in other arithmetic counts what that loses.
 
 use std::collections::HashMap;
 

@@ -194,17 +194,10 @@ fn depth<L: Lanes>(world: &World, ray: &WorldRay, id: HitId, crossing: &Crossing
         }
     };
     let by_kernel = by_kernel.filter(|t| t.is_finite());
-    let near = matches!(crossing, Crossing::Root(_)) && known_to(as_kernels::<L>());
-    let of_kernels = || match crossing {
-        Crossing::Root(root) if L::is_double() => root.as_kernels(),
-        _ => value,
-    };
-    let exact = || {
-        if near {
-            of_kernels()
-        } else {
-            crossing.rounded()
-        }
+    let near = known_to(as_kernels::<L>());
+    let exact = || match crossing {
+        Crossing::Root(root) if near => value_of::<L>(root),
+        _ => crossing.rounded(),
     };
     Depth {
         t: by_kernel.unwrap_or_else(exact),
@@ -247,9 +240,10 @@ fn kernel_of_operand<L: Lanes>(
         let found = spaces.boundaries(solid, (operand, id), all, &mut rows);
         let end = rows.into_iter().find(holds)?;
         let known = !found.unsure.any() && is_sharp(&end).any();
-        let t = match L::is_double() {
-            true => root.as_kernels(),
-            false => end[1].lane(0).to_f64(),
+        let t = if L::is_double() {
+            value_of::<L>(root)
+        } else {
+            end[1].lane(0).to_f64()
         };
         return known.then_some(t);
     }
@@ -266,14 +260,23 @@ fn as_kernels<L: Lanes>() -> f64 {
     2.0_f64.powi(if L::is_double() { -49 } else { -26 })
 }
 
+/// t of a root that is known to [`as_kernels`].
+fn value_of<L: Lanes>(root: &Root) -> f64 {
+    if L::is_double() {
+        root.as_kernels()
+    } else {
+        root.t.value
+    }
+}
+
 /// t of a root, the same whoever asks; and between which numbers it lies.
 pub(super) fn depth_of<L: Lanes>(root: &Root) -> Depth {
     let Bounded { value, error } = root.t;
     let known = error <= value.abs() * as_kernels::<L>() && value.is_finite();
-    let t = match known {
-        true if L::is_double() => root.as_kernels(),
-        true => value,
-        false => root.rounded(),
+    let t = if known {
+        value_of::<L>(root)
+    } else {
+        root.rounded()
     };
     let within = if known {
         [(value - error).next_down(), (value + error).next_up()]

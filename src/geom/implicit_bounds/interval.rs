@@ -4,9 +4,9 @@
 //! never belongs to it, so zero times a half-line is zero. Every operation is rounded to
 //! nearest and then goes one step outward, which is at least half a unit in the last
 //! place. A sum that is 0 is exact, and so is a product with a power of two; none crosses
-//! the zero that its factors' signs put it behind. Overflow gives infinite ends, never NaN: a lower end
-//! is never +∞ and an upper one never −∞ (Hickey, Ju, van Emden: Interval Arithmetic:
-//! from Principles to Implementation, JACM 2001).
+//! the zero that its factors' signs put it behind. Overflow gives infinite ends, never
+//! NaN: a lower end is never +∞ and an upper one never −∞ (Hickey, Ju, van Emden: Interval
+//! Arithmetic: from Principles to Implementation, JACM 2001).
 
 use crate::geom::tape::Arithmetic;
 use crate::math::is_power_of_two;

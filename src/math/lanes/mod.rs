@@ -201,8 +201,6 @@ pub trait Lanes:
     }
 }
 
-/// By halves, as registers like it.
-#[inline(always)]
 /// [`Lanes::product_error`] where nothing fuses: by halves of the bits (Veltkamp), whose
 /// products are exact (Dekker).
 #[cfg(not(target_feature = "fma"))]
@@ -219,6 +217,8 @@ fn error_by_halves<L: Lanes>(x: L, y: L, product: L) -> L {
     ((x1 * y1 - product) + x1 * y2 + x2 * y1) + x2 * y2
 }
 
+/// By halves, as registers like it.
+#[inline(always)]
 fn fold<L: Lanes>(x: L, pick: impl Fn(L::Scalar, L::Scalar) -> L::Scalar) -> L::Scalar {
     let mut lanes = x.to_array();
     let lanes = lanes.as_mut();

@@ -4,7 +4,7 @@ use super::lanes::{self, Met, Spaces};
 use super::{TURNED, first};
 use crate::accel::{Combined, Entry};
 use crate::geom::exact::Line;
-use crate::geom::guarded::implicit::sharpened;
+use crate::geom::guarded::implicit::nearest_each;
 use crate::geom::{Certainty, Meet};
 use crate::math::Aabb32;
 use crate::math::lanes::{Lanes, Mask, Scalar};
@@ -114,7 +114,7 @@ fn sharp<L: Lanes>(
     let mut spaces = Spaces::new(object);
     let frame = spaces.of(solid, operand.frame);
     let [from, to] = met.within;
-    sharpened(tape, &frame, lanes, [from, met.t, to])
+    nearest_each(tape, &frame, lanes, [from, met.t, to])
 }
 
 /// Which of some lanes may meet a solid before a limit, in f64: lanes of f32 hardly know

@@ -72,7 +72,7 @@ pub fn meet<L: Lanes>(row: &Implicit, object: &ObjectRay<L>, active: L::Mask) ->
     let (hit, unsure, ends) = ask::<L, false>(row, object, none, active);
     let [from, mut t, to] = rounded::<L>(ends);
     if L::is_double() {
-        t = sharpened(row.tape, object, hit, [from, t, to]);
+        t = nearest_each(row.tape, object, hit, [from, t, to]);
     }
     // What is beyond the lanes' numbers is left to others.
     let is_number = t.abs().lt(none);
@@ -86,7 +86,7 @@ pub fn meet<L: Lanes>(row: &Implicit, object: &ObjectRay<L>, active: L::Mask) ->
 
 /// Of lanes of f64 that meet a surface: the numbers nearest to their roots ([`nearest`]).
 #[inline(never)]
-pub fn sharpened<L: Lanes>(tape: &Tape, object: &ObjectRay<L>, hit: L::Mask, ends: [L; 3]) -> L {
+pub fn nearest_each<L: Lanes>(tape: &Tape, object: &ObjectRay<L>, hit: L::Mask, ends: [L; 3]) -> L {
     let columns = [object.org.x, object.org.y, object.org.z];
     let columns = columns.map(|x| x.to_array());
     let dir = [object.dir.x, object.dir.y, object.dir.z].map(|x| x.to_array());

@@ -101,6 +101,14 @@ impl<D: Lanes<Scalar = f64>> Arithmetic for At<D> {
     }
 }
 
+impl<D: Lanes<Scalar = f64>> At<D> {
+    #[inline(always)]
+    fn of(org: [D; 3], dir: [D; 3], t: Twofold<D>) -> At<D> {
+        let place = |k: usize| t.times(Twofold::of(dir[k])).plus(Twofold::of(org[k]));
+        At([place(0), place(1), place(2)])
+    }
+}
+
 /// A point of a ray: values, and in f64 how they grow with t.
 struct Moving<D> {
     at: At<D>,
@@ -162,12 +170,11 @@ pub(super) fn along<const N: usize>(
     for (value, s) in values.iter_mut().zip(&table.nodes) {
         let t = Twofold::of(*s).times(Twofold::of(width));
         let t = t.plus(Twofold::of(start));
-        let place = |k: usize| t.times(Twofold::of(dir[k])).plus(Twofold::of(org[k]));
-        let point = [place(0), place(1), place(2)];
-        for (reach, x) in reach.iter_mut().zip(&point) {
+        let point = At::of(org, dir, t);
+        for (reach, x) in reach.iter_mut().zip(&point.0) {
             *reach = reach.max(x.high.abs());
         }
-        *value = tape.evaluate_plain(&At::<f64>(point)).high;
+        *value = tape.evaluate_plain(&point).high;
     }
     // What f64 would lose, and this a little of.
     let far = start.abs() + width;
@@ -191,13 +198,9 @@ pub(super) fn along<const N: usize>(
 
 /// f at a place of a line, and what that may be off by.
 fn value_at(tape: &Tape, (org, dir): ([f64; 3], [f64; 3]), t: f64) -> (f64, f64) {
-    let place = |k: usize| {
-        let moved = Twofold::of(t).times(Twofold::of(dir[k]));
-        moved.plus(Twofold::of(org[k]))
-    };
-    let point = [place(0), place(1), place(2)];
-    let value = tape.evaluate_plain(&At::<f64>(point)).high;
-    let reach = |k: usize| point[k].high.abs() * (1.0 + 8.0 * UNIT);
+    let point = At::of(org, dir, Twofold::of(t));
+    let value = tape.evaluate_plain(&point).high;
+    let reach = |k: usize| point.0[k].high.abs() * (1.0 + 8.0 * UNIT);
     let moved = |k: usize| (org[k].abs() + (t * dir[k]).abs()) * (4.0 * FINE);
     let reach = Vec3::new(reach(0), reach(1), reach(2));
     let off = Vec3::new(moved(0), moved(1), moved(2));
@@ -215,24 +218,21 @@ pub fn nearest<D: Lanes<Scalar = f64>>(
     [from, t, to]: [D; 3],
     lanes: D::Mask,
 ) -> D {
-    let (mut at, mut open) = (t, lanes);
+    let (mut found, mut open) = (t, lanes);
+    let columns = |v: Vec3<D>| [v.x, v.y, v.z];
     for _ in 0..STEPS {
-        let place = |k: usize| {
-            let moved = Twofold::of(at).times(Twofold::of(dir.axis(k)));
-            moved.plus(Twofold::of(org.axis(k)))
-        };
-        let at_point = At([place(0), place(1), place(2)]);
-        let (value, slope) = tape.evaluate_plain(&Moving { at: at_point, dir });
+        let at = At::of(columns(org), columns(dir), Twofold::of(found));
+        let (value, slope) = tape.evaluate_plain(&Moving { at, dir });
         let step = value.high / slope;
-        let next = at - step;
+        let next = found - step;
         let inside = next.ge(from) & next.le(to);
-        at = D::select(open, D::select(inside, next, t), at);
-        open = open & inside & step.abs().gt(at.abs() * D::splat(SETTLED));
+        found = D::select(open, D::select(inside, next, t), found);
+        open = open & inside & step.abs().gt(found.abs() * D::splat(SETTLED));
         if open.none() {
             break;
         }
     }
-    at
+    found
 }
 
 /// Of Newton's method; the first is nearly always enough.

@@ -192,36 +192,46 @@ fn check(p: &Polynomial, answer: &Answer, solver: Solver) {
     }
 }
 
+/// Roots next to each other, none of them a number: those that a solver which claims to
+/// be complete does not list lie in its clusters.
+fn nothing_is_left_out(near: &[(i32, i32)], (whole, part): (i32, i32)) {
+    let center = f64::from(whole) / f64::from(part);
+    let offset = |(steps, power): &(i32, i32)| f64::from(*steps) * 10.0_f64.powi(-power);
+    let roots: Vec<f64> = near.iter().map(|one| center + offset(one)).collect();
+    let p = polynomial(&product(&roots));
+    let exact = Fractions::of(p.coefficients());
+    for solver in [Solver::Halving, Solver::Bernstein] {
+        let answer = by(solver, &p, &Interval::LINE);
+        assert_eq!(answer.proof, Proof::Complete);
+        let within = |cluster: &Cluster| {
+            let middle = cluster.low + 0.5 * (cluster.high - cluster.low);
+            let reach = f64::max(middle - cluster.low, cluster.high - middle);
+            exact.distinct_between(middle, reach)
+        };
+        let clustered: usize = answer.clusters.iter().map(within).sum();
+        let found = answer.roots.len() + clustered;
+        assert_eq!(found, exact.distinct(), "{}: {answer:?}", solver.name());
+    }
+}
+
+#[test]
+fn a_proven_root_hides_no_other_in_its_interval() {
+    let near = [(-9, 4), (5, 4), (3, 2), (0, 2), (1, 5)];
+    nothing_is_left_out(&near, (4, 7));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig {
         failure_persistence: None,
         ..ProptestConfig::with_cases(120)
     })]
 
-    /// Roots next to each other, none of them a number: those that a solver which claims
-    /// to be complete does not list lie in its clusters.
     #[test]
     fn complete_answers_leave_no_root_out(
         near in prop::collection::vec((-9_i32..10, 2_i32..10), 2..7),
-        (whole, part) in (1_i32..6, 1_i32..9),
+        center in (1_i32..6, 1_i32..9),
     ) {
-        let center = f64::from(whole) / f64::from(part);
-        let offset = |(steps, power): &(i32, i32)| f64::from(*steps) * 10.0_f64.powi(-power);
-        let roots: Vec<f64> = near.iter().map(|one| center + offset(one)).collect();
-        let p = polynomial(&product(&roots));
-        let exact = Fractions::of(p.coefficients());
-        for solver in [Solver::Halving, Solver::Bernstein] {
-            let answer = by(solver, &p, &Interval::LINE);
-            prop_assert_eq!(answer.proof, Proof::Complete);
-            let within = |cluster: &Cluster| {
-                let middle = cluster.low + 0.5 * (cluster.high - cluster.low);
-                let reach = f64::max(middle - cluster.low, cluster.high - middle);
-                exact.distinct_between(middle, reach)
-            };
-            let clustered: usize = answer.clusters.iter().map(within).sum();
-            let found = answer.roots.len() + clustered;
-            prop_assert_eq!(found, exact.distinct(), "{}: {:?}", solver.name(), answer);
-        }
+        nothing_is_left_out(&near, center);
     }
 
     /// Multiple roots, clusters, far and near ones: the right number, each to the bit.

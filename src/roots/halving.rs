@@ -27,7 +27,7 @@ pub fn candidates(line: &Line) -> (Vec<Candidate>, Proof) {
         let (m, r) = (low + 0.5 * (high - low), 0.5 * (high - low) * 1.000_001);
         nodes += 1;
         if nodes > NODES {
-            found.push(Candidate::Within(low, high));
+            found.push(Candidate::Doubtful(low, high));
             continue;
         }
         a.copy_from_slice(&line.c);
@@ -59,7 +59,7 @@ pub fn candidates(line: &Line) -> (Vec<Candidate>, Proof) {
         }
         let narrow = r <= 4.0 * f64::EPSILON * m.abs() || r < 1e-290;
         if rest <= 4.0 * error || narrow {
-            found.push(Candidate::Within(low, high));
+            found.push(Candidate::Doubtful(low, high));
             continue;
         }
         stack.push((m, high));

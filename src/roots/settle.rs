@@ -9,7 +9,7 @@ use super::eval::horner;
 use super::exact::{self, Point};
 use super::interval::Interval;
 use super::polynomial::{Polynomial, times_power};
-use super::refine::certified;
+use super::refine::{Certified, certified};
 use std::cmp::Ordering;
 
 /// A polynomial with c₀ ≠ 0 as p(2^k s), all roots of which have |s| < 1, and the
@@ -27,8 +27,10 @@ pub struct Line {
 pub enum Candidate {
     /// If p is not certainly something else there.
     At(f64),
-    /// There is one, or nobody knows.
+    /// One at most.
     Within(f64, f64),
+    /// Nobody knows how many.
+    Doubtful(f64, f64),
 }
 
 impl Line {
@@ -84,11 +86,24 @@ pub fn settle(
     answer.proof = proof;
     let mut scratch = Vec::new();
     for candidate in candidates {
-        let s = match candidate {
-            Candidate::At(s) => s,
-            Candidate::Within(low, high) => low + 0.5 * (high - low),
+        let (low, high) = match candidate {
+            Candidate::At(s) => (s, s),
+            Candidate::Within(low, high) | Candidate::Doubtful(low, high) => (low, high),
         };
-        if let Some(found) = certified(&line.p, s, line.k, &mut scratch) {
+        // A root that is proven says nothing of others: of those between the two
+        // numbers, or beyond them.
+        let is_it = |found: &Certified| match candidate {
+            Candidate::At(_) => true,
+            Candidate::Within(..) => {
+                let s = times_power(found.s, found.k - line.k);
+                let room = s.abs() * (4.0 * f64::EPSILON);
+                (low - room..=high + room).contains(&s)
+            }
+            Candidate::Doubtful(..) => false,
+        };
+        let middle = low + 0.5 * (high - low);
+        let found = certified(&line.p, middle, line.k, &mut scratch);
+        if let Some(found) = found.filter(is_it) {
             let t = found.t();
             let known = answer.roots.iter().any(|root| root.t == t);
             if !known && interval.holds(|end| against(&line.p, t, end)) {
@@ -96,11 +111,10 @@ pub fn settle(
             }
             continue;
         }
-        let (low, high) = match candidate {
-            Candidate::At(s) if line.certain_sign(s) != 0.0 => continue,
-            Candidate::At(s) => (s, s),
-            Candidate::Within(low, high) => (low, high),
-        };
+        let certainly_none = |s: f64| line.certain_sign(s) != 0.0;
+        if matches!(candidate, Candidate::At(s) if certainly_none(s)) {
+            continue;
+        }
         answer.clusters.extend(cluster(&line, low, high, interval));
     }
     merge(&mut answer);

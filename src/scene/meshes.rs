@@ -97,6 +97,7 @@ impl Meshes {
         MeshId(self.center.len() as u32 - 1)
     }
 
+    #[inline]
     pub fn row(&self, id: MeshId) -> Mesh<'_> {
         let i = id.index();
         let range = |r: &Range<u32>| r.start as usize..r.end as usize;

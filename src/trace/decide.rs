@@ -113,7 +113,6 @@ impl<'a> Case<'a> {
             Shape::Mesh(mesh) => {
                 let (org, dir) = in_object(world, ray, &entry, scene.meshes.center[mesh.index()]);
                 let corners = scene.meshes.row(mesh).corners(id.primitive as usize);
-                let corners = triangle::canonical(corners);
                 Case::Triangle(Pair { org, dir, corners })
             }
             shape => {
@@ -177,7 +176,8 @@ fn depth<L: Lanes>(world: &World, ray: &WorldRay, id: HitId, crossing: &Crossing
         Crossing::Triangle(crossing) => {
             let Pair { org, dir, corners } = crossing.pair;
             let ray = Ray::new(lanes(*org), lanes(*dir), L::zero());
-            let t = triangle::depth_each(&triangle::splat(corners), &ray);
+            let corners = triangle::canonical(*corners);
+            let t = triangle::depth_each(&triangle::splat(&corners), &ray);
             Some(t.lane(0).to_f64())
         }
         Crossing::Root(_) => {

@@ -2,9 +2,9 @@
 //! errors, the signs that follow from them, from exact numbers where f64 leaves
 //! them open, and the roots.
 
-use super::Line;
 use super::root::Branch;
 use super::surface::Surface as AnySurface;
+use super::{Line, plane};
 use crate::math::Number;
 use crate::math::bounds::Bounded;
 use crate::math::dyadic::exactly;
@@ -79,6 +79,12 @@ impl Curve {
             && (0..3).all(|i| normal[i] == 0.0 || self.line.dir[i] == 0.0)
         {
             return Ordering::Equal;
+        }
+        if let Surface::PlaneThrough { normal, .. } = &self.surface
+            && k == 1
+            && let Some(rise) = plane::rise(normal, &self.line.dir)
+        {
+            return rise;
         }
         exactly(&|space| self.surface.exactly_along(space, &self.line)[k].sign())
     }

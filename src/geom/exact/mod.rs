@@ -13,8 +13,10 @@
 mod along;
 mod curve;
 mod implicit;
+mod plane;
 mod polygon;
 mod root;
+pub mod side;
 mod solid;
 mod surface;
 

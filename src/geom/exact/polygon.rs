@@ -8,12 +8,12 @@
 use super::Line;
 use super::curve::Curve;
 use super::root::Root;
+use super::side;
 use super::surface::Surface;
 use crate::geom::Polygon;
 use crate::geom::polygon::room;
 use crate::math::Number;
-use crate::math::bounds::Bounded;
-use crate::math::dyadic::{Dyadic, exactly};
+use crate::math::bounds::{Bounded, UNIT};
 use std::cmp::Ordering;
 
 pub(super) fn polygon(line: &Line, polygon: &Polygon, t_min: f64) -> Option<Root<'static>> {
@@ -62,7 +62,6 @@ struct View<'a> {
 /// A corner as it is seen.
 struct Corner {
     point: [f64; 3],
-    seen: [Bounded; 2],
     /// Of y.
     height: Ordering,
 }
@@ -107,50 +106,70 @@ impl View<'_> {
 
     #[inline(always)]
     fn corner(&self, point: [f64; 3]) -> Corner {
-        let seen: [Bounded; 2] = self.seen((), &point);
-        let height = seen[1].sign();
+        let height = self.height(&point);
         Corner {
             point,
-            seen,
             height: height.unwrap_or_else(|| self.exact_place(&point, 1)),
         }
     }
 
+    /// The sign of y, where f64 knows it: three roundings in each term.
+    #[inline(always)]
+    fn height(&self, point: &[f64; 3]) -> Option<Ordering> {
+        let Line { org, dir } = self.line;
+        let (i, k) = ((self.axis + 2) % 3, self.axis);
+        let across = (point[i] - org[i]) * dir[k];
+        let depth = (point[k] - org[k]) * dir[i];
+        let (y, size) = (across - depth, across.abs() + depth.abs());
+        let certain = y.abs() > size * (4.0 * UNIT) + f64::MIN_POSITIVE;
+        certain.then_some(if y > 0.0 {
+            Ordering::Greater
+        } else {
+            Ordering::Less
+        })
+    }
+
     /// The sign of x.
     fn place(&self, corner: &Corner) -> Ordering {
-        let place = corner.seen[0].sign();
+        let place = self.seen(&corner.point)[0].sign();
         place.unwrap_or_else(|| self.exact_place(&corner.point, 0))
     }
 
     #[cold]
     #[inline(never)]
     fn exact_place(&self, point: &[f64; 3], k: usize) -> Ordering {
-        exactly(&|space| self.seen::<Dyadic>(space, point)[k].sign())
+        side::of_point(self.line, point, [(self.axis + 1 + k) % 3, self.axis])
     }
 
     /// The sign of an edge function.
     #[inline(always)]
     fn turn(&self, a: &Corner, b: &Corner) -> Ordering {
-        let turn = turn(&a.seen, &b.seen).sign();
+        let turn = turn(&self.seen(&a.point), &self.seen(&b.point)).sign();
         turn.unwrap_or_else(|| self.exact_turn(&a.point, &b.point))
     }
 
+    /// What is turned is the edge function of the line, times the direction's longest
+    /// component.
     #[cold]
-    #[inline(never)]
     fn exact_turn(&self, a: &[f64; 3], b: &[f64; 3]) -> Ordering {
-        exactly(&|space| turn::<Dyadic>(&self.seen(space, a), &self.seen(space, b)).sign())
+        let side = side::of_edge(self.line, a, b);
+        if self.line.dir[self.axis] < 0.0 {
+            side.reverse()
+        } else {
+            side
+        }
     }
 
     /// x and y along the line, times the direction's longest component.
     #[inline(always)]
-    fn seen<N: Number>(&self, space: N::Space, point: &[f64; 3]) -> [N; 2] {
+    fn seen(&self, point: &[f64; 3]) -> [Bounded; 2] {
         let Line { org, dir } = self.line;
-        let from = |k: usize| N::displaced(space, point[k], 0.0, 0.0, org[k]);
+        let from = |k: usize| Bounded::displaced((), point[k], 0.0, 0.0, org[k]);
         let k = self.axis;
-        let (depth, along) = (from(k), N::of(space, dir[k]));
+        let (depth, along) = (from(k), Bounded::exact(dir[k]));
         let coordinate = |i: usize| {
             let across = from(i).times(&along);
-            across.minus(&depth.times(&N::of(space, dir[i])))
+            across.minus(&depth.times(&Bounded::exact(dir[i])))
         };
         [coordinate((k + 1) % 3), coordinate((k + 2) % 3)]
     }
@@ -158,6 +177,6 @@ impl View<'_> {
 
 /// The edge function of two corners; times the direction's longest component.
 #[inline(always)]
-fn turn<N: Number>(a: &[N; 2], b: &[N; 2]) -> N {
+fn turn(a: &[Bounded; 2], b: &[Bounded; 2]) -> Bounded {
     a[0].times(&b[1]).minus(&a[1].times(&b[0]))
 }

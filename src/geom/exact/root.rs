@@ -10,8 +10,9 @@
 //! roots, common and double ones, and equal polynomials are no cases of their
 //! own. docs/NUMERICS.md has the proof.
 
-use super::Line;
+use super::plane::Through;
 use super::surface::Surface;
+use super::{Line, plane};
 use crate::geom::guarded::implicit::nearest;
 use crate::geom::triangle::exact::{Pair, meet_exact};
 use crate::math::bounds::Bounded;
@@ -93,7 +94,20 @@ impl<'a> Root<'a> {
                 return crossing.rounded();
             }
         }
-        exactly(&|space| Form::of(space, self).rounded(&self.t))
+        let t = self.of_plane().and_then(|plane| plane::rounded(&plane));
+        t.unwrap_or_else(|| exactly(&|space| Form::of(space, self).rounded(&self.t)))
+    }
+
+    fn of_plane(&self) -> Option<Through<'_>> {
+        let Surface::PlaneThrough { normal, point } = &self.surface else {
+            return None;
+        };
+        let line = &self.line;
+        Some(Through {
+            normal,
+            point,
+            line,
+        })
     }
 
     /// The f64 that kernels in f64 have of it: of a polynomial surface nearly always the
@@ -121,6 +135,11 @@ impl<'a> Root<'a> {
         if self.is_of_any_degree() || other.is_of_any_degree() {
             return algebraic::order(self, other);
         }
+        if let (Some(a), Some(b)) = (self.of_plane(), other.of_plane())
+            && let Some(order) = plane::order(&a, &b)
+        {
+            return order;
+        }
         exactly(&|space| Form::of(space, self).order(&Form::of(space, other)))
     }
 
@@ -137,8 +156,11 @@ impl<'a> Root<'a> {
         if self.is_of_any_degree() {
             return algebraic::order_with(self, x);
         }
-        let order = exactly(&|space| Form::of(space, self).order_of_number(x));
-        order.reverse()
+        let by_plane = self.of_plane().and_then(|a| plane::order_with(&a, x));
+        by_plane.unwrap_or_else(|| {
+            let order = exactly(&|space| Form::of(space, self).order_of_number(x));
+            order.reverse()
+        })
     }
 
     /// The sign that a polynomial has at this crossing of a plane.

@@ -9,35 +9,27 @@
 //! changes sign with the direction of its edge: neighbours have opposite values.
 //!
 //! Signs, and the order of two t, come from f64 where its error bound allows,
-//! as nearly always, and else from integers ([`crate::math::int`]) of the least
-//! size that holds the pair's numbers, or, where these are very far apart, from
-//! [`Dyadic`] numbers: no ray or triangle of finite numbers is refused.
-//! tests/exact.rs compares with integers of any length.
+//! as nearly always, and else from integers ([`side`], [`crate::math::int`]) of the
+//! least size that holds the pair's numbers: no ray or triangle of finite numbers is
+//! refused. tests/exact.rs compares with integers of any length.
 
 use super::Corners;
+use crate::geom::exact::{Line, side};
 use crate::math::bounds::{Bounded, UNIT};
 use crate::math::dyadic::{Dyadic, exactly};
 use crate::math::int::{Grid, Int};
-use crate::math::{Number, Ratio, number};
-use std::cell::Cell;
+use crate::math::{Number, Ratio};
 use std::cmp::Ordering;
 
-/// The first size of integer that holds the pair's numbers: of a coordinate, a
+/// By the first size of integers that holds the pair's numbers: of a coordinate, a
 /// product of two and of three, and of the product of two such. One limb is for
 /// numbers of f32, two for origins of f64, four for those with noise (a cosine
-/// of 90° is 6e-17).
-macro_rules! at_usual_size {
+/// of 90° is 6e-17); 33 hold any finite numbers.
+macro_rules! at_size {
     ($this:ident.$function:ident($($argument:expr),*)) => {
         $this.$function::<1, 2, 3, 6>($($argument),*)
             .or_else(|| $this.$function::<2, 4, 6, 12>($($argument),*))
             .or_else(|| $this.$function::<4, 8, 12, 24>($($argument),*))
-    };
-}
-
-/// 33 hold any finite numbers.
-macro_rules! at_size {
-    ($this:ident.$function:ident($($argument:expr),*)) => {
-        at_usual_size!($this.$function($($argument),*))
             .or_else(|| $this.$function::<33, 66, 99, 198>($($argument),*))
     };
 }
@@ -75,19 +67,6 @@ impl Signs {
         }
         self
     }
-}
-
-/// What has been found of a pair.
-#[derive(Clone, Copy)]
-struct Settled {
-    pair: Pair,
-    signs: Option<Signs>,
-}
-
-thread_local! {
-    /// The last two that were asked about: what comes in question at an edge or a corner
-    /// is compared, one after the other, with the nearest so far.
-    static LAST: Cell<[Option<Settled>; 2]> = const { Cell::new([None; 2]) };
 }
 
 /// Where the line of a ray meets a triangle, before or behind its origin.
@@ -281,62 +260,34 @@ impl Pair {
     }
 
     /// The signs of the doubtful edge functions, until there are both; given
-    /// those without doubt.
+    /// those without doubt. `None` where a number is not finite.
     #[cold]
     #[inline(never)]
     fn settle(&self, doubtful: [bool; 3], signs: Signs) -> Option<Signs> {
-        let [last, before] = LAST.get();
-        let known = |of: &Option<Settled>| of.filter(|known| known.pair == *self);
-        let settled = known(&last)
-            .or_else(|| known(&before))
-            .unwrap_or_else(|| Settled {
-                pair: *self,
-                signs: at_usual_size!(self.settle_at(doubtful, signs))
-                    .or_else(|| self.settle_at_any_size(doubtful, signs)),
-            });
-        let other = if known(&last).is_some() { before } else { last };
-        LAST.set([Some(settled), other]);
-        settled.signs
-    }
-
-    /// With the origin multiplied out, products of three of the numbers themselves,
-    /// which are short however far apart they are: differences are as long as that.
-    #[inline(never)]
-    fn settle_at_any_size(&self, doubtful: [bool; 3], signs: Signs) -> Option<Signs> {
+        let (org, dir) = (self.org, self.dir);
         let corners = self.corners_in_double();
-        let rows = [self.org, self.dir];
-        if !corners.iter().chain(&rows).flatten().all(|x| x.is_finite()) {
+        let line = Line { org, dir };
+        if !line.is_finite() || !corners.as_flattened().iter().all(|x| x.is_finite()) {
             return None;
         }
-        exactly(&|space| {
-            let of = |v: [f64; 3]| v.map(|x| Dyadic::of(space, x));
-            let (o, d) = (of(self.org), of(self.dir));
-            let corners = corners.map(of);
-            let from = number::cross(&d, &o);
-            let side = |i: usize| {
-                let (p, q) = (&corners[(i + 1) % 3], &corners[(i + 2) % 3]);
-                let to = number::cross(&d, p);
-                // A part of it is zero: the one with the origin twice.
-                let side = number::dot(&to, q).minus(&number::dot(&to, &o));
-                let sign = side.minus(&number::dot(&from, q)).sign();
-                sign.expect("three edges take a sixth of the room")
-            };
-            Some(Some(signs.with(doubtful, side)))
-        })
+        // Edge-on all three are zero: a ray along a flat part of a mesh has many such.
+        if doubtful == [true; 3] && self.is_edge_on() {
+            return None;
+        }
+        let side = |i: usize| side::of_edge(&line, &corners[(i + 1) % 3], &corners[(i + 2) % 3]);
+        Some(signs.with(doubtful, side))
     }
 
-    #[inline(never)]
-    fn settle_at<const N: usize, const P: usize, const Q: usize, const R: usize>(
-        &self,
-        doubtful: [bool; 3],
-        signs: Signs,
-    ) -> Option<Signs> {
-        let Whole { to, dir, .. } = self.whole::<N>()?;
-        let side = |i: usize| {
-            let normal: [Int<P>; 3] = cross(&to[(i + 1) % 3], &to[(i + 2) % 3]);
-            Int::<Q>::sign(&dot(&dir, &normal))
+    /// Whether D = 0, where small integers know it.
+    fn is_edge_on(&self) -> bool {
+        let corners = self.corners_in_double();
+        let place = || {
+            let [a, b, c] = Grid::<1>::over(&corners).place(&corners)?;
+            let [dir] = Grid::<1>::over(&[self.dir]).place(&[self.dir])?;
+            let normal: [Int<2>; 3] = cross(&difference(&b, &a), &difference(&c, &a));
+            Some(dot::<1, 2, 3>(&dir, &normal).is_zero())
         };
-        Some(signs.with(doubtful, side))
+        place().unwrap_or(false)
     }
 
     #[inline(always)]

@@ -10,7 +10,7 @@ use super::{Between, LEVEL, LEVEL_SLACK, Near, ObjectRay, finite, roundings, tin
 use crate::geom::polygon::STEEP;
 use crate::geom::{Meet, Polygon};
 use crate::math::Vec3;
-use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::math::lanes::{Lanes, Mask, Scalar, min};
 use glam::DVec3;
 
 /// One bound for all edges.
@@ -65,34 +65,45 @@ impl<L: Lanes> Outline<'_, L> {
         let most = self.extent * L::from_f32(4.01) * along + least;
         let mut odd = L::Mask::splat(false);
         let mut sure = L::Mask::splat(true);
+        let mut beyond = L::splat(L::Scalar::INFINITY);
         let (mut ax, mut ay) = seen(points[points.len() - 1]);
         for point in points {
             let (bx, by) = seen(*point);
             let (a_above, b_above) = (ay.gt(zero), by.gt(zero));
             let straddles = (a_above & !b_above) | (b_above & !a_above);
             let side = ax * by - ay * bx;
-            let right = (b_above & side.gt(zero)) | (a_above & side.lt(zero));
+            let up = side.gt(zero);
+            // Zero is in doubt, but where an edge's ends alone tell.
+            let down = if CARE == CAREFUL { side.lt(zero) } else { !up };
+            let right = (b_above & up) | (a_above & down);
             let flips = straddles & right;
             odd = (odd & !flips) | (flips & !odd);
 
-            let mut clear = if CARE == COARSE {
-                side.abs().gt(most)
-            } else {
-                let length = (bx - ax).abs() + (by - ay).abs();
-                side.abs().gt(length * along + least)
-            };
+            let size = side.abs();
+            let length = || (bx - ax).abs() + (by - ay).abs();
+            // Comparisons are dear: what is left of the least edge is compared in the end.
+            match CARE {
+                COARSE => beyond = min(size, beyond),
+                FINE => beyond = min(size - length() * along, beyond),
+                _ => {}
+            }
             if CARE == CAREFUL {
                 let e = self.moved;
-                clear = clear
+                let clear = size.gt(length() * along + least)
                     | ax.gt(e) & bx.gt(e) & side.abs().gt(tiny())
                     | ax.lt(-e) & bx.lt(-e)
                     | ay.gt(e) & by.gt(e)
                     | ay.lt(-e) & by.lt(-e);
+                sure = sure & clear;
             }
-            sure = sure & clear;
             (ax, ay) = (bx, by);
         }
-        // Nothing has left the format.
+        match CARE {
+            COARSE => sure = beyond.gt(most),
+            FINE => sure = beyond.gt(least),
+            _ => {}
+        }
+        // Nothing has left the format, so nothing was not a number.
         let room = self.reach + self.reach;
         Winding {
             odd,

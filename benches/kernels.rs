@@ -191,11 +191,10 @@ fn exact(c: &mut Criterion) {
         let open = edges.iter().filter(|e| e.sign().is_none()).count();
         let ask = |pair: &Pair, t_max: f64| meet_exact(pair).map(|c| c.order_with(t_max));
         assert_eq!((open, ask(&pair, 100.0)), (doubts, met), "{name}");
-        // What has just been asked is known.
-        let pairs: [Pair; 4] = std::array::from_fn(|i| {
-            let mut pair = pair;
-            pair.corners[2][2] += 0.01 * i as f32;
-            pair
+        // What has just been asked about a line is known.
+        let pairs = [1.0, 2.0].map(|times| Pair {
+            dir: pair.dir.map(|x| x * times),
+            ..pair
         });
         let mut turn = 0;
         group.bench_function(name, |b| {

@@ -289,6 +289,25 @@ mod tests {
             ..ProptestConfig::with_cases(400)
         })]
 
+        /// The origin lies in the edge's plane along the line, but for next to nothing.
+        #[test]
+        fn next_to_nothing_counts_where_the_rest_is_zero(
+            [d, mut p, mut q] in [[-3_i8..4, -3_i8..4, -3_i8..4], [-3_i8..4, -3_i8..4, -3_i8..4], [-3_i8..4, -3_i8..4, -3_i8..4]],
+            (s, r) in (-2_i8..3, -2_i8..3),
+            (axis, tiny) in (0..3_usize, prop_oneof![Just(5e-324), Just(-5e-324), Just(1e-200)]),
+        ) {
+            let mut o: [i8; 3] = std::array::from_fn(|k| p[k] + s * (q[k] - p[k]) + r * d[k]);
+            for x in [&mut p, &mut q] {
+                x[axis] -= o[axis];
+            }
+            o[axis] = 0;
+            let [mut org, dir, p, q] = [o, d, p, q].map(|v| v.map(f64::from));
+            org[axis] = tiny;
+            let line = Line { org, dir };
+            let (edge, _) = by_fractions(&line, &p, &q);
+            prop_assert_eq!(of_edge(&line, &p, &q), edge);
+        }
+
         /// Of one line many questions, so that answers are kept and make room for others.
         #[test]
         fn sides_are_those_of_fractions(

@@ -46,7 +46,7 @@ fn the_documents_examples_load_as_they_stand() {
     let part = format!("format = 1\n[material.brass]\n{part}[[instance]]\nshape = 'part'\n");
     let loaded = load_text("scene.toml", &part).unwrap();
     assert_eq!(loaded.scene.combinations.len(), 1);
-    let polynomials = &document[document.find("### Polynomial surfaces").unwrap()..];
+    let polynomials = &document[document.find("### Implicit surfaces").unwrap()..];
     let both = fenced(polynomials, "toml");
     let both = format!("format = 1\n{both}[[instance]]\nshape = 'barth'\n");
     let loaded = load_text("scene.toml", &both).unwrap();

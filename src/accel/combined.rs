@@ -283,10 +283,12 @@ fn roughness(tables: &Tables, solid: &CsgSolid) -> f64 {
         return 0.0;
     }
     // Of quadrics and polynomials it is known apart.
-    let others = solid
-        .operands
-        .iter()
-        .filter(|operand| !matches!(operand.shape, Shape::Quadric(_) | Shape::Implicit(_)));
+    let others = solid.operands.iter().filter(|operand| {
+        !matches!(
+            operand.shape,
+            Shape::Quadric(_) | Shape::Implicit(_) | Shape::LevelSet(_)
+        )
+    });
     let of = |operand: &CsgOperand| {
         let frame = &solid.frames[operand.frame as usize];
         let thin = shape_bounds(tables, operand.id).map_or(1.0, |b| b.extent().min_element());

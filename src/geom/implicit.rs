@@ -27,6 +27,13 @@ pub enum Clip {
 }
 
 impl Clip {
+    pub fn is_finite(&self) -> bool {
+        match self {
+            Clip::Sphere(ball) => ball.center.is_finite() && ball.radius.is_finite(),
+            Clip::Cuboid(row) => row.min.is_finite() && row.max.is_finite(),
+        }
+    }
+
     pub fn bounds(&self) -> Aabb {
         match self {
             Clip::Sphere(sphere) => sphere.bounds(),
@@ -37,11 +44,7 @@ impl Clip {
 
 impl Implicit<'_> {
     pub fn is_finite(&self) -> bool {
-        let clip = match self.clip {
-            None => true,
-            Some(Clip::Sphere(ball)) => ball.center.is_finite() && ball.radius.is_finite(),
-            Some(Clip::Cuboid(row)) => row.min.is_finite() && row.max.is_finite(),
-        };
+        let clip = self.clip.is_none_or(|clip| clip.is_finite());
         let mut constants = self.tape.steps().iter().filter_map(Step::constant);
         clip && constants.all(f64::is_finite)
     }

@@ -10,6 +10,7 @@
 //! Deterministic: the same scene, count and seed give the same rays.
 
 mod implicits;
+mod level_sets;
 mod targets;
 
 use crate::accel::World;

@@ -5,9 +5,10 @@
 //! the camera on and counts where the two ways part: acne and light leaks show
 //! only here, and so do rays that differ in their last bit.
 //!
-//! The reference is exact: what differs from it is wrong. Only in `independent`,
-//! where the two ways part by roundings anyway, a light that lies in the surface's
-//! plane is `undecided`. Mismatches are listed in the rays' order, whatever the
+//! The reference is exact: what differs from it is wrong. `undecided` is, in
+//! `independent`, where the two ways part by roundings anyway, a light that lies in the
+//! surface's plane; and where rays begin on a level set or graze it, what the reference's
+//! own roundings decide. Mismatches are listed in the rays' order, whatever the
 //! number of threads.
 
 mod show;
@@ -16,7 +17,7 @@ mod widths;
 pub use widths::Differences;
 
 use crate::measure::adversarial::Aimed;
-use crate::reference::{Crossing, Grid, Hit, Reference, Shadow, camera_ray, shadow};
+use crate::reference::{Crossing, Grid, Hit, Ray, Reference, Shadow, camera_ray, shadow};
 use crate::render::Progress;
 use crate::scene::Camera;
 use crate::trace::{Outcome, RayKind, TracedRay};
@@ -88,8 +89,8 @@ pub struct Counts {
     pub wrong_id: u64,
     /// Blocked or clear.
     pub wrong_shadow: u64,
-    /// Independent only: lights in the plane of the surface, where the two ways
-    /// differ by the last bits of its normal.
+    /// Answers that the reference is not certain of: lights in the plane of the surface, in
+    /// independent only, and what level sets leave to roundings.
     pub undecided: u64,
     /// Over hits of the same primitive; never NaN.
     pub max_rel_t_error: f64,
@@ -307,18 +308,32 @@ fn own_way<'a>(
 }
 
 fn compare(reference: &Reference, ray: &TracedRay, options: &VerifyOptions, out: &mut Comparison) {
-    let (org, dir) = (ray.org, ray.dir.map(f64::from));
-    let t_max = f64::from(ray.t_max);
-    let said = match ray.outcome {
-        Outcome::Clear | Outcome::Blocked => Said::Shadow(Shadow {
-            blocked: reference.blocked(org, dir, t_max),
-            grazing: false,
-        }),
-        Outcome::Miss | Outcome::Hit { .. } => Said::Nearest(reference.nearest(org, dir, t_max)),
-    };
+    let said = ask(reference, ray, 0.0);
     judge(reference, ray, said, options, out);
 }
 
+/// At a level of functions that are no polynomials.
+fn ask(reference: &Reference, ray: &TracedRay, level: f64) -> Said {
+    let (own, t_max) = (own_ray(ray, level), f64::from(ray.t_max));
+    match ray.outcome {
+        Outcome::Clear | Outcome::Blocked => Said::Shadow(Shadow {
+            blocked: reference.blocked_of(own, t_max),
+            grazing: false,
+        }),
+        Outcome::Miss | Outcome::Hit { .. } => Said::Nearest(reference.nearest_of(own, t_max)),
+    }
+}
+
+fn own_ray(ray: &TracedRay, level: f64) -> Ray {
+    Ray {
+        org: ray.org,
+        dir: ray.dir.map(f64::from),
+        level,
+    }
+}
+
+/// What is wrong, and would be right if functions that are no polynomials were off by as
+/// much as f64 may have them, is undecided.
 fn judge(
     reference: &Reference,
     ray: &TracedRay,
@@ -326,13 +341,40 @@ fn judge(
     options: &VerifyOptions,
     out: &mut Comparison,
 ) {
+    if reference.scene().level_sets.is_empty() {
+        return judge_at(reference, ray, (&said, 0.0), options, out);
+    }
+    let mut own = Comparison::default();
+    judge_at(reference, ray, (&said, 0.0), options, &mut own);
+    if own.counts.wrong() > 0 {
+        let is_right = |level: &f64| {
+            let mut shifted = Comparison::default();
+            let said = ask(reference, ray, *level);
+            judge_at(reference, ray, (&said, *level), options, &mut shifted);
+            shifted.counts.wrong() == 0
+        };
+        if [1.0, -1.0].iter().any(is_right) {
+            own = Comparison::default();
+            own.counts.rays = 1;
+            own.note(MismatchKind::Undecided, ray, said);
+        }
+    }
+    out.append(own);
+}
+
+fn judge_at(
+    reference: &Reference,
+    ray: &TracedRay,
+    (said, level): (&Said, f64),
+    options: &VerifyOptions,
+    out: &mut Comparison,
+) {
     match said {
-        Said::Shadow(own) => judge_shadow(ray, own, out),
+        Said::Shadow(own) => judge_shadow(ray, *own, out),
         Said::Nearest(answer) => {
-            let (org, dir) = (ray.org, ray.dir.map(f64::from));
-            let crossings = |i, p| reference.crossings(org, dir, i, p);
+            let crossings = |i, p| reference.crossings_of(own_ray(ray, level), i, p);
             let kind = |i| reference.kind(i);
-            judge_nearest(ray, &answer, crossings, kind, options, out);
+            judge_nearest(ray, answer, crossings, kind, options, out);
         }
     }
 }

@@ -104,7 +104,10 @@ impl<'a> Placed<'a> {
             Shape::Implicit(row) if scene.implicits.open[row.index()] => {
                 return Err(NoVolume::Surface);
             }
-            Shape::Implicit(_) => Some(Combined::of_one(scene, id)),
+            Shape::LevelSet(row) if scene.level_sets.open[row.index()] => {
+                return Err(NoVolume::Surface);
+            }
+            Shape::Implicit(_) | Shape::LevelSet(_) => Some(Combined::of_one(scene, id)),
             Shape::Combination(row) => {
                 Some(Combined::of(scene, id, row, &mut FacetTrees::default()))
             }

@@ -34,6 +34,7 @@ pub fn remarks(tables: &Tables, shape: ShapeId, solid: &CsgSolid) -> Vec<String>
         idle(tables, shape, solid).or_else(|| redundant(tables, solid, logic.as_ref()?)),
         coplanar(tables, solid),
         faceted(tables, solid),
+        searched_within(solid),
     ];
     let lines = lines.into_iter().flatten();
     lines.map(|line| format!("{name}: {line}")).collect()
@@ -53,6 +54,17 @@ pub fn unbounded(tables: &Tables, shape: ShapeId) -> Option<String> {
             ))
         }
     }
+}
+
+/// A line about a level set that is placed as it is.
+pub fn searched(tables: &Tables, shape: ShapeId) -> Option<String> {
+    let Shape::LevelSet(_) = tables.shapes.row(shape) else {
+        return None;
+    };
+    let name = label(tables, shape);
+    Some(format!(
+        "{name} is no polynomial: rays look for its zeros by intervals, one by one"
+    ))
 }
 
 pub(super) fn label(tables: &Tables, shape: ShapeId) -> String {
@@ -112,6 +124,16 @@ fn faceted(tables: &Tables, solid: &CsgSolid) -> Option<String> {
         n => {
             format!("{n} operands are meshes, {count} triangles; rays in their boxes go one by one")
         }
+    })
+}
+
+/// Level sets among the operands: what they cost.
+fn searched_within(solid: &CsgSolid) -> Option<String> {
+    let is_one = |operand: &&CsgOperand| matches!(operand.shape, Shape::LevelSet(_));
+    Some(match solid.operands.iter().filter(is_one).count() {
+        0 => return None,
+        1 => "an operand is no polynomial; rays in its box go one by one".into(),
+        n => format!("{n} operands are no polynomials; rays in their boxes go one by one"),
     })
 }
 

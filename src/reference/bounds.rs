@@ -111,6 +111,10 @@ pub fn of_shape(scene: &Scene, shape: Shape) -> Option<Bounds> {
             Clip::Sphere(s) => ball(s.center.to_array(), s.radius),
             Clip::Cuboid(b) => Bounds::of([b.min.to_array(), b.max.to_array()]),
         },
+        Shape::LevelSet(id) => {
+            let b = scene.level_sets.row(id).bounds?;
+            Bounds::of([b.min.to_array(), b.max.to_array()])
+        }
         Shape::Sphere(id) => {
             let s = scene.spheres.row(id);
             ball(s.center.to_array(), s.radius)

@@ -8,7 +8,6 @@
 mod mesh;
 
 use super::bounds::{self, Bounds};
-use super::implicit;
 use super::meet::Primitive;
 use super::normal;
 use super::number::Number;
@@ -17,6 +16,7 @@ use super::root::Root;
 use super::slack::{self, Measured, Reach, Slack};
 use super::solids::{Meeting, changes};
 use super::tree::Tree;
+use super::{implicit, level_set};
 use crate::math::Affine;
 use crate::scene::{CombinationId, CsgSolid, Operator, Scene, Shape, ShapeId};
 use std::sync::Arc;
@@ -408,6 +408,9 @@ fn span<N: Number>(of: &Primitive, ray: &Ray) -> Result<Inside<N>, N::Doubt> {
     }
     if let Shape::Implicit(id) = of.shape {
         return implicit::span(ray, &of.scene.implicits.row(id));
+    }
+    if let Shape::LevelSet(id) = of.shape {
+        return Ok(level_set::span(ray, &of.scene.level_sets.row(id)));
     }
     let faces = of.faces::<N>(ray);
     if let (Shape::Quadric(_), [face]) = (of.shape, &faces[..]) {

@@ -8,7 +8,7 @@ use super::ray::Ray;
 use super::root::{Poly, Root};
 use super::slack::Measured;
 use super::solids::{self, Meeting, changes, ends, first_face};
-use super::{facet, implicit, rounding};
+use super::{facet, implicit, level_set, rounding};
 use crate::geom::Cone;
 use crate::scene::{Scene, Shape};
 
@@ -55,9 +55,11 @@ impl Primitive<'_> {
                 };
                 solids::cone(ray, &cone)
             }
-            Shape::Implicit(_) | Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => {
-                Vec::new()
-            }
+            Shape::Implicit(_)
+            | Shape::LevelSet(_)
+            | Shape::Polygon(_)
+            | Shape::Mesh(_)
+            | Shape::Combination(_) => Vec::new(),
         }
     }
 
@@ -81,6 +83,7 @@ impl Primitive<'_> {
                 facet::triangle(ray, corners.map(|p| p.map(f64::from))).map(one)
             }
             Shape::Implicit(id) => implicit::meetings(ray, &scene.implicits.row(id)),
+            Shape::LevelSet(id) => level_set::meetings(ray, &scene.level_sets.row(id)),
             Shape::Combination(_) => match self.combination {
                 Some(combination) => combination.boundaries(scene, ray),
                 None => Ok(Vec::new()),

@@ -26,6 +26,7 @@ mod combination;
 pub mod dyadic;
 mod facet;
 mod implicit;
+mod level_set;
 mod meet;
 mod normal;
 pub mod number;
@@ -210,7 +211,13 @@ impl<'a> Reference<'a> {
 
     /// The first hit with 0 < t < t_max of a world ray.
     pub fn nearest(&self, org: [f64; 3], dir: [f64; 3], t_max: f64) -> Option<Hit> {
-        let world = Ray { org, dir };
+        let level = 0.0;
+        self.nearest_of(Ray { org, dir, level }, t_max)
+    }
+
+    /// The same, where functions that are no polynomials are shifted by `level` times what
+    /// f64 may have them off by: where that makes a difference, the answer is not certain.
+    pub fn nearest_of(&self, world: Ray, t_max: f64) -> Option<Hit> {
         let mut found: Vec<Candidate> = Vec::new();
         // Nothing beyond this can be the nearest.
         let mut limit = t_max;
@@ -270,8 +277,14 @@ impl<'a> Reference<'a> {
 
     /// Whether anything is met with 0 < t < t_max.
     pub fn blocked(&self, org: [f64; 3], dir: [f64; 3], t_max: f64) -> bool {
+        let level = 0.0;
+        self.blocked_of(Ray { org, dir, level }, t_max)
+    }
+
+    /// The same, shifted as [`Reference::nearest_of`].
+    pub fn blocked_of(&self, world: Ray, t_max: f64) -> bool {
         let mut blocked = false;
-        self.visit(&Ray { org, dir }, t_max, |_| {
+        self.visit(&world, t_max, |_| {
             blocked = true;
             // One settles it.
             f64::NEG_INFINITY
@@ -290,6 +303,12 @@ impl<'a> Reference<'a> {
         instance: u64,
         primitive: u32,
     ) -> Vec<Crossing> {
+        let level = 0.0;
+        self.crossings_of(Ray { org, dir, level }, instance, primitive)
+    }
+
+    /// The same, shifted as [`Reference::nearest_of`].
+    pub fn crossings_of(&self, world: Ray, instance: u64, primitive: u32) -> Vec<Crossing> {
         let Some(a) = usize::try_from(instance)
             .ok()
             .and_then(|i| self.rows.get(i))
@@ -305,7 +324,7 @@ impl<'a> Reference<'a> {
             return Vec::new();
         }
         let instance = instance as u32;
-        let (ray, of) = self.pair(&Ray { org, dir }, instance, primitive);
+        let (ray, of) = self.pair(&world, instance, primitive);
         let meetings = of.meetings_exactly(&ray);
         let mut crossings: Vec<Crossing> = meetings
             .iter()

@@ -8,6 +8,9 @@ pub struct Ray {
     pub org: [f64; 3],
     /// Any length; t counts in it.
     pub dir: [f64; 3],
+    /// By how much functions that are no polynomials are shifted, in what their values may
+    /// be off by: 0 but where it is asked how certain an answer is.
+    pub level: f64,
 }
 
 impl Ray {
@@ -28,6 +31,7 @@ impl Ray {
         Ray {
             org: std::array::from_fn(|r| row(self.org, r) + m.translation[r]),
             dir: std::array::from_fn(|r| row(self.dir, r)),
+            level: self.level,
         }
     }
 
@@ -35,7 +39,7 @@ impl Ray {
     pub fn about(&self, center: [f64; 3]) -> Ray {
         Ray {
             org: std::array::from_fn(|k| self.org[k] - center[k]),
-            dir: self.dir,
+            ..*self
         }
     }
 

@@ -16,6 +16,7 @@ pub fn shape_bounds(tables: &Tables, shape: ShapeId) -> Option<Aabb> {
         // These round outward themselves.
         Shape::Quadric(id) => tables.quadrics.row(id).bounds(),
         Shape::Implicit(id) => tables.implicits.bounds[id.index()],
+        Shape::LevelSet(id) => tables.level_sets.bounds[id.index()],
         Shape::Cylinder(id) => Some(tables.cylinders.row(id).bounds()),
         Shape::Cone(id) => Some(tables.cones.row(id).bounds()),
         Shape::Cuboid(id) => Some(tables.cuboids.row(id).bounds()),

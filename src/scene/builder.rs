@@ -3,6 +3,7 @@
 use super::check::{SceneError, check};
 use super::*;
 use crate::csg::Operator;
+use crate::geom::formula::Formula;
 use crate::geom::{Clip, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere, Tape};
 use crate::math::Affine;
 use glam::DVec3;
@@ -114,6 +115,20 @@ impl SceneBuilder {
     pub fn implicit(&mut self, name: &str, tape: Tape, open: bool, clip: Option<Clip>) -> ShapeId {
         let id = self.tables.implicits.push(tape, open, clip);
         self.tables.shapes.push(name, Shape::Implicit(id))
+    }
+
+    /// The solid where a formula is not above zero, or the surface where it is zero. Of a
+    /// surface the clip says what of it there is, of a solid where its surface is sought:
+    /// intersect it with the clip.
+    pub fn level_set(
+        &mut self,
+        name: &str,
+        formula: Formula,
+        open: bool,
+        clip: Option<Clip>,
+    ) -> ShapeId {
+        let id = self.tables.level_sets.push(formula, open, clip);
+        self.tables.shapes.push(name, Shape::LevelSet(id))
     }
 
     /// A convex polyhedron from its planes and the corners they make.

@@ -34,6 +34,8 @@ typed_ids! {
     QuadricId,
     /// A row of [`Implicits`](super::Implicits).
     ImplicitId,
+    /// A row of [`LevelSets`](super::LevelSets).
+    LevelSetId,
     /// A row of [`Combinations`](super::Combinations).
     CombinationId,
     MeshId,

@@ -20,6 +20,7 @@ mod extents;
 mod faces;
 mod ids;
 mod implicits;
+mod level_sets;
 mod lights;
 mod materials;
 mod meshes;
@@ -52,6 +53,7 @@ pub(crate) use extents::coarse_corners;
 pub use faces::{Face, FaceKey, faces_of};
 pub use ids::*;
 pub use implicits::Implicits;
+pub use level_sets::LevelSets;
 pub use lights::{Falloff, Light};
 pub use materials::{Material, Materials, Model, Rgb};
 pub(crate) use meshes::far_center;
@@ -90,6 +92,7 @@ pub struct Tables {
     pub polygons: Polygons,
     pub quadrics: Quadrics,
     pub implicits: Implicits,
+    pub level_sets: LevelSets,
     pub meshes: Meshes,
     pub combinations: Combinations,
 
@@ -121,6 +124,7 @@ impl Tables {
             ("polygons", self.polygons.bytes()),
             ("quadrics", self.quadrics.bytes()),
             ("implicits", self.implicits.bytes()),
+            ("level_sets", self.level_sets.bytes()),
             ("meshes", self.meshes.bytes()),
             ("combinations", self.combinations.bytes()),
             ("materials", self.materials.bytes()),

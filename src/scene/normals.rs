@@ -1,7 +1,7 @@
 //! Normals of solids.
 
 use super::{Shape, Tables};
-use crate::geom::{half_space, implicit};
+use crate::geom::{formula, half_space, implicit};
 use crate::math::Vec3;
 use crate::math::lanes::Lanes;
 use glam::DVec3;
@@ -31,6 +31,11 @@ pub fn outward_normals<D: Lanes<Scalar = f64>>(
         Shape::Implicit(id) => {
             let (_, normals) = implicit::values_at(&tables.implicits.tape[id.index()], p);
             // Nor has a singular point.
+            let known = normals.max_abs().gt(D::zero());
+            Vec3::select(known, normals, up)
+        }
+        Shape::LevelSet(id) => {
+            let (_, normals) = formula::values_at(&tables.level_sets.formula[id.index()], p);
             let known = normals.max_abs().gt(D::zero());
             Vec3::select(known, normals, up)
         }

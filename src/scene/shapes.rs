@@ -15,6 +15,7 @@ pub enum Shape {
     Polygon(PolygonId),
     Quadric(QuadricId),
     Implicit(ImplicitId),
+    LevelSet(LevelSetId),
     Mesh(MeshId),
     /// Made of others.
     Combination(CombinationId),
@@ -33,7 +34,8 @@ impl Shape {
             Shape::Polyhedron(_) => "polyhedron",
             Shape::Polygon(_) => "polygon",
             Shape::Quadric(_) => "quadric",
-            Shape::Implicit(_) => "implicit",
+            // To people it is one: only what it is written as differs.
+            Shape::Implicit(_) | Shape::LevelSet(_) => "implicit",
             Shape::Mesh(_) => "mesh",
             Shape::Combination(_) => "combination",
         }
@@ -54,6 +56,7 @@ impl Shape {
             Shape::Combination(_) => 9,
             Shape::Quadric(_) => 10,
             Shape::Implicit(_) => 11,
+            Shape::LevelSet(_) => 12,
         }
     }
 }

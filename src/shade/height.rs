@@ -7,7 +7,7 @@
 
 use super::surface::facets;
 use crate::accel::World;
-use crate::geom::{half_space, implicit};
+use crate::geom::{formula, half_space, implicit};
 use crate::math::lanes::{Lanes, Mask};
 use crate::math::{Vec3, units};
 use crate::scene::Shape;
@@ -141,6 +141,15 @@ impl<D: Lanes<Scalar = f64>> Below<D> {
             }
             Shape::Implicit(id) => {
                 let (value, gradient) = implicit::values_at(&scene.implicits.tape[id.index()], p);
+                let steep = gradient.length();
+                Height {
+                    above: value / steep,
+                    normal: gradient / steep,
+                }
+            }
+            Shape::LevelSet(id) => {
+                let formula = &scene.level_sets.formula[id.index()];
+                let (value, gradient) = formula::values_at(formula, p);
                 let steep = gradient.length();
                 Height {
                     above: value / steep,

@@ -186,7 +186,8 @@ impl<'w> Site<'w> {
             let (refined, height) = refined(self.world, self.shape, own, rays, t);
             t = refined;
             // Worked out at this very point.
-            gradient = matches!(self.shape, Shape::Implicit(_)).then_some(height.normal);
+            gradient = matches!(self.shape, Shape::Implicit(_) | Shape::LevelSet(_))
+                .then_some(height.normal);
             // What the point is off by in object space, in world space.
             let rise = to_world_rise(placed, height.normal);
             left = height.above.abs() / rise;
@@ -213,17 +214,20 @@ impl<'w> Site<'w> {
         if slopeless.any() {
             left = D::select(slopeless, left.min(D::splat(self.stretch) * farthest), left);
         }
-        if let Shape::Implicit(id) = self.shape {
+        if let Shape::Implicit(_) | Shape::LevelSet(_) = self.shape {
             // Its direction is roundings, or it has left the format.
             let lost = !(blur * D::splat(DOUBLE)).lt(local);
             let lost = lost | !units(ng).length_squared().gt(D::splat(0.5));
             if lost.any() {
-                let implicits = &self.world.scene.implicits;
-                let tape = &implicits.tape[id.index()];
-                let extent = |own: &Aabb| D::splat(own.extent().max_element());
-                let extent = implicits.bounds[id.index()].as_ref().map_or(local, extent);
-                let back = extent * D::splat(SLOPELESS);
-                let other = normal_before(tape, at, object_dir, back);
+                let scene = self.world.scene;
+                let bounds = match self.shape {
+                    Shape::Implicit(id) => scene.implicits.bounds[id.index()],
+                    Shape::LevelSet(id) => scene.level_sets.region[id.index()],
+                    _ => None,
+                };
+                let extent = |own: Aabb| D::splat(own.extent().max_element());
+                let back = bounds.map_or(local, extent) * D::splat(SLOPELESS);
+                let other = normal_before((scene, self.shape), at, object_dir, back);
                 ng = Vec3::select(lost, other, ng);
             }
         }
@@ -268,7 +272,7 @@ impl<'w> Site<'w> {
             _ => D::splat(SINGLE),
         };
         let times = match self.shape {
-            Shape::Mesh(_) | Shape::Quadric(_) | Shape::Implicit(_) => 0.0,
+            Shape::Mesh(_) | Shape::Quadric(_) | Shape::Implicit(_) | Shape::LevelSet(_) => 0.0,
             Shape::Cuboid(_) | Shape::Polyhedron(_) | Shape::HalfSpace(_) => 1.0,
             // In f64 axes are rounded, too.
             _ if self.arithmetic == Arithmetic::F64 => 4.0 * LEAVING_CURVED,

@@ -12,13 +12,13 @@
 use super::site::Site;
 use crate::accel::World;
 use crate::geom::guarded::implicit::blur_at;
-use crate::geom::implicit;
-use crate::geom::tape::Tape;
+
+use crate::geom::{formula, implicit};
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask};
 use crate::math::{Affine, Vec3, units};
 use crate::plan::Arithmetic;
-use crate::scene::{MaterialId, Mesh, Shape, outward_normals};
+use crate::scene::{MaterialId, Mesh, Shape, Tables, outward_normals};
 use crate::trace::HitId;
 use glam::DVec3;
 
@@ -101,22 +101,32 @@ pub(super) fn blur_of<D: Lanes<Scalar = f64>>(world: &World, shape: Shape, at: V
             // What f may be off by, in roundings: coordinates are rounded, too.
             (gradient, blur_at(tape, at) / D::splat(UNIT))
         }
+        Shape::LevelSet(id) => {
+            let formula = &scene.level_sets.formula[id.index()];
+            let (_, gradient) = formula::values_at(formula, at);
+            (gradient, formula::blur_at(formula, at) / D::splat(UNIT))
+        }
         _ => return D::zero(),
     };
     size / gradient.length()
 }
 
-/// Of a polynomial where it has hardly a slope, as that of a square has: from a little
+/// Of a polynomial, or another function, where it has hardly a slope, as that of a square has: from a little
 /// nearer to the ray's origin, by `back`; against the ray where there is none either.
 #[inline(always)]
 pub(super) fn normal_before<D: Lanes<Scalar = f64>>(
-    tape: &Tape,
+    (scene, shape): (&Tables, Shape),
     at: Vec3<D>,
     dir: Vec3<D>,
     back: D,
 ) -> Vec3<D> {
     let ahead = units(dir);
-    let (_, gradient) = implicit::values_at(tape, at - ahead * back);
+    let before = at - ahead * back;
+    let gradient = match shape {
+        Shape::Implicit(id) => implicit::values_at(&scene.implicits.tape[id.index()], before).1,
+        Shape::LevelSet(id) => formula::values_at(&scene.level_sets.formula[id.index()], before).1,
+        _ => -ahead,
+    };
     let normal = units(gradient);
     let known = normal.length_squared().gt(D::splat(0.5));
     Vec3::select(known, normal, -ahead)

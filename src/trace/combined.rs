@@ -14,9 +14,9 @@ mod mesh;
 use super::decide::solid_of;
 use crate::accel::Combined;
 use crate::csg::{Boundary, Walk};
-use crate::geom::Tape;
-use crate::geom::exact::{Inside, Line, Root, meetings_between, span};
+use crate::geom::exact::{Inside, Line, Root, crossings, meetings_between, span};
 use crate::geom::guarded::implicit::Crossing as Crossed;
+use crate::geom::{LevelSet, Tape};
 use crate::math::bounds::Bounded;
 use crate::math::{Aabb, Vec3, length};
 use crate::scene::{CsgOperand, CsgSolid, Frame, Shape, Tables};
@@ -132,6 +132,10 @@ pub fn boundaries<'a>(
             Shape::Implicit(id) => {
                 let tape = &tables.implicits.tape[id.index()];
                 collect_implicit(combined, tape, line, *number, crossings, found);
+            }
+            Shape::LevelSet(id) => {
+                let row = tables.level_sets.row(id);
+                collect_level_set(combined, &row, line, *number, found);
             }
             _ => collect(solid, tables, line, *number, found),
         }
@@ -253,6 +257,39 @@ fn collect_implicit<'a>(
     });
     // A line in the surface is in the solid.
     if first.is_le() {
+        inside.push(number);
+    }
+}
+
+/// The same of a level set, where its formula changes its sign.
+fn collect_level_set<'a>(
+    combined: &Combined,
+    row: &LevelSet<'a>,
+    line: &Line,
+    number: u32,
+    (boundaries, inside): (&mut Vec<Boundary<Mark<'a>>>, &mut Vec<u32>),
+) {
+    let solid = &combined.solid;
+    let operand = &solid.operands[number as usize];
+    let frame = &solid.frames[operand.frame as usize];
+    let own = in_frame(frame, operand.frame, line);
+    let is_line = own.dir.iter().any(|x| *x != 0.0) && own.is_finite();
+    if !is_line {
+        return;
+    }
+    let surface = solid.surface(number, 0);
+    let always = crossings(row, &own, |root, enters| {
+        boundaries.push(Boundary {
+            at: Mark {
+                surface,
+                against: enters,
+                ..mark(solid, operand, line, root)
+            },
+            operand: number,
+            enters,
+        });
+    });
+    if always {
         inside.push(number);
     }
 }

@@ -49,6 +49,7 @@ pub fn solid_of(scene: &Tables, shape: Shape) -> Option<Solid<'_>> {
         Shape::Polygon(id) => Solid::Polygon(scene.polygons.row(id)),
         Shape::Quadric(id) => Solid::Quadric(scene.quadrics.row(id)),
         Shape::Implicit(id) => Solid::Implicit(scene.implicits.row(id)),
+        Shape::LevelSet(id) => Solid::LevelSet(scene.level_sets.row(id)),
         Shape::Mesh(_) | Shape::Combination(_) => return None,
     })
 }
@@ -219,7 +220,7 @@ fn kernel_of_operand<L: Lanes>(
     let solid = &world.combined(row).solid;
     let (number, _) = solid.operand_of(id.primitive & !combined::TURNED);
     let operand = &solid.operands[number as usize];
-    if matches!(operand.shape, Shape::Mesh(_)) {
+    if matches!(operand.shape, Shape::Mesh(_) | Shape::LevelSet(_)) {
         return None;
     }
     let (org, dir) = in_object(world, ray, &entry, DVec3::ZERO);

@@ -3,7 +3,7 @@
 //!
 //! Exact, one line at a time and every appearance in turn; no structure is built.
 //! Each solid stands for itself: where two of them overlap, both are listed. Shapes
-//! without inside (polygons; open cylinders, cones and polynomial surfaces; meshes that
+//! without inside (polygons; open cylinders, cones and implicit surfaces; meshes that
 //! are not closed) are counted and left out.
 
 use super::combined::{TURNED, boundaries, in_frame, passes_by};
@@ -102,6 +102,7 @@ pub fn spans(
                 }
             }
             Shape::Implicit(row) if scene.implicits.open[row.index()] => spans.left_out += 1,
+            Shape::LevelSet(row) if scene.level_sets.open[row.index()] => spans.left_out += 1,
             Shape::Cylinder(row) if scene.cylinders.row(row).open => spans.left_out += 1,
             Shape::Cone(row) if scene.cones.row(row).open => spans.left_out += 1,
             shape => {
@@ -118,7 +119,7 @@ pub fn spans(
                         }
                     }
                     // It may come in and leave many times.
-                    Shape::Implicit(_) => {
+                    Shape::Implicit(_) | Shape::LevelSet(_) => {
                         let one = || Some(Combined::of_one(scene, appearance.shape));
                         let solid = unfolded.entry(appearance.shape);
                         if let Some(solid) = solid.or_insert_with(one) {

@@ -19,8 +19,8 @@ fn expressions() {
             &["scene.toml:3:19: there is no parameter 'radius'; did you mean 'raduis'?"],
         ),
         (
-            case("implicit = \"\"\"\nx^2\n + sin(y)\"\"\""),
-            &["scene.toml:5:4: 'sin' is not supported: only polynomials"],
+            case("implicit = \"\"\"\nx^2\n + floor(y)\"\"\""),
+            &["scene.toml:5:4: 'floor' is not supported; known are sqrt, abs, exp"],
         ),
         (
             case("implicit = \"\"\"x \\\n    + y \\\r\n  + z z\"\"\""),
@@ -49,7 +49,10 @@ fn expressions() {
         ),
         (
             case("implicit = '1 - 1/x'"),
-            &["scene.toml:3:18: this divides by x, y or z: only polynomials in x, y and z"],
+            &[
+                "scene.toml:2:8: implicit 'x' is degenerate: it is no polynomial, and no box is found \
+               that holds all of its surface; give it a clip",
+            ],
         ),
         (
             case("implicit = '2 - sqrt(4)'"),

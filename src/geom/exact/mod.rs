@@ -13,6 +13,7 @@
 mod along;
 mod curve;
 mod implicit;
+mod level_set;
 mod plane;
 mod polygon;
 mod root;
@@ -21,11 +22,12 @@ mod solid;
 mod surface;
 
 pub use implicit::{Meeting, meetings, meetings_between, sign_at};
+pub use level_set::crossings;
 pub use root::Root;
 pub use solid::{Ends, Inside};
 
 use super::triangle::{Corners, exact as triangle};
-use super::{Cone, Cuboid, Ellipsoid, HalfSpace, Implicit, Polygon, Quadric, Sphere};
+use super::{Cone, Cuboid, Ellipsoid, HalfSpace, Implicit, LevelSet, Polygon, Quadric, Sphere};
 use crate::math::Aabb;
 use crate::math::bounds::Bounded;
 use glam::DVec3;
@@ -53,6 +55,7 @@ pub enum Solid<'a> {
     Quadric(Quadric),
     Polygon(Polygon<'a>),
     Implicit(Implicit<'a>),
+    LevelSet(LevelSet<'a>),
 }
 
 /// Where a ray first meets the boundary of a primitive beyond `t_min`, in exact
@@ -66,6 +69,7 @@ pub fn first_beyond<'a>(solid: &Solid<'a>, line: &Line, t_min: f64) -> Option<Ro
         Solid::Cone(cone) if cone.open => solid::cone_side(line, cone, t_min),
         Solid::Polygon(polygon) => polygon::polygon(line, polygon, t_min),
         Solid::Implicit(row) => implicit::first_beyond(row, line, t_min),
+        Solid::LevelSet(row) => level_set::first_beyond(row, line, t_min),
         closed => {
             let beyond = |end: &Root| end.order_with(t_min).is_gt();
             inside(closed, line).ends.into_iter().flatten().find(beyond)
@@ -74,7 +78,7 @@ pub fn first_beyond<'a>(solid: &Solid<'a>, line: &Line, t_min: f64) -> Option<Ro
 }
 
 /// What a line has in a solid, in exact arithmetic; of a surface, nothing, and
-/// nothing where a number is not finite. Of an implicit, see [`meetings`].
+/// nothing where a number is not finite. Of an implicit, see [`meetings`], of a level set [`crossings`].
 pub fn span(solid: &Solid, line: &Line) -> Inside {
     let is_line = line.dir.iter().any(|x| *x != 0.0);
     if !is_line || !line.is_finite() || !solid.is_finite() {
@@ -93,7 +97,7 @@ fn inside(solid: &Solid, line: &Line) -> Inside {
         Solid::Sphere(sphere) => solid::sphere(line, sphere),
         Solid::Ellipsoid(ellipsoid) => solid::ellipsoid(line, ellipsoid),
         Solid::Cone(cone) if !cone.open => solid::cone(line, cone),
-        Solid::Cone(_) | Solid::Polygon(_) | Solid::Implicit(_) => None,
+        Solid::Cone(_) | Solid::Polygon(_) | Solid::Implicit(_) | Solid::LevelSet(_) => None,
     })
 }
 
@@ -161,6 +165,7 @@ impl Solid<'_> {
             }
             Solid::Quadric(row) => row.coefficients.iter().all(|x| x.is_finite()),
             Solid::Implicit(row) => row.is_finite(),
+            Solid::LevelSet(row) => row.is_finite(),
             Solid::Polygon(row) => {
                 row.normal.is_finite() && all(row.points) && !row.points.is_empty()
             }

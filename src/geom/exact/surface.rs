@@ -1,6 +1,7 @@
 //! What a ray's line crosses, as polynomials of the tables' own numbers.
 
 use super::Line;
+use crate::geom::formula::{Formula, value_and_gradient};
 use crate::geom::implicit;
 use crate::geom::triangle::Corners;
 use crate::geom::{Cone, Quadric, Tape};
@@ -41,6 +42,11 @@ pub(super) enum Surface<'a> {
     Quadric([f64; 10]),
     /// Where a polynomial of any degree is zero.
     Implicit(&'a Tape),
+    /// Where a formula is zero, at a place along the line that is known by number.
+    LevelSet {
+        formula: &'a Formula,
+        t: f64,
+    },
     /// Of a cone, both ways without end, and mirrored beyond its apex.
     Side(Cone),
 }
@@ -70,6 +76,7 @@ impl Surface<'_> {
             }
             .normal_at(p),
             Surface::Implicit(tape) => implicit::gradient_at(tape, p),
+            Surface::LevelSet { formula, .. } => value_and_gradient(formula, p.to_array()).1.into(),
             Surface::Side(cone) => Cone {
                 open: true,
                 ..*cone
@@ -153,6 +160,11 @@ impl Surface<'_> {
             }
             // See `along.rs`; its degree is any.
             Surface::Implicit(_) => [(); 3].map(|_| number(0.0)),
+            // t less that number.
+            Surface::LevelSet { t, .. } => {
+                let at = N::displaced(space, 0.0, shift, 1.0, *t);
+                [number(0.0), number(0.5), at]
+            }
             Surface::Side(cone) => {
                 let axis = axis(cone);
                 let near = from(&cone.base.to_array());

@@ -11,6 +11,7 @@ pub mod cone;
 pub mod cuboid;
 pub mod half_space;
 pub mod implicit;
+pub mod level_set;
 pub mod polygon;
 mod quadratic;
 pub mod quadric;

@@ -12,8 +12,9 @@
 //! x² + z² = y³ (1 − y)³, one axis after the other is tried, over all the others', then
 //! pairs.
 
-use super::interval::{Forms, Interval};
+use super::values::Forms;
 use super::work::Work;
+use crate::math::Interval;
 
 /// Sets of graded axes, in the order of trial.
 const SETS: [[bool; 3]; 7] = [

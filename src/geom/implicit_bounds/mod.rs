@@ -2,23 +2,23 @@
 //!
 //! First a box of any size is found outside of which the polynomial certainly has no
 //! zero (`infinity`), or the clip's is taken; then its faces are moved in (`shrink`).
-//! Everything is decided by intervals that are rounded outward (`interval`), so a box
+//! Everything is decided by intervals that are rounded outward ([`Interval`]), so a box
 //! is right whatever it cost, and the budget only makes it wider; all parts of a
 //! search are counted in evaluated steps of the tape, never in time. All sizes are
 //! relative: a polynomial whose steps scale by powers of two has a box that does.
 
 mod infinity;
-mod interval;
 mod shrink;
 #[cfg(test)]
 mod tests;
+mod values;
 mod work;
 
 use super::implicit::Clip;
 use super::tape::Tape;
 use crate::math::Aabb;
+use crate::math::Interval;
 use glam::DVec3;
-use interval::Interval;
 use work::Work;
 
 /// Steps of a tape that one search may evaluate, in intervals: about a tenth of a second.

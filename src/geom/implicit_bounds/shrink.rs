@@ -10,9 +10,9 @@
 //! The first rounds are coarse, and each begins with the box of the last one, so cells
 //! take on its shape and a surface far off in a great box is found in few steps.
 
-use super::interval::Interval;
 use super::work::Work;
 use crate::geom::{Clip, Sphere};
+use crate::math::Interval;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 

@@ -414,7 +414,7 @@ proptest! {
         ends in [[-2.0..2.0_f64, 0.0..1.0], [-2.0..2.0, 0.0..1.0], [-2.0..2.0, 0.0..1.0]],
         part in [0.0..1.0_f64, 0.0..1.0, 0.0..1.0],
     ) {
-        use interval::{Slopes, Values};
+        use values::{Slopes, Values};
         let tape = plain(heart);
         let region = ends.map(|[low, width]| Interval::new(low, low + width));
         let point: [f64; 3] = std::array::from_fn(|k| {

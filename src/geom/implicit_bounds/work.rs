@@ -1,7 +1,8 @@
 //! What the search for bounds may cost, and what has been spent.
 
-use super::interval::{Forms, Interval, Sloped, Slopes, Values};
+use super::values::{Forms, Sloped, Slopes, Values};
 use crate::geom::Tape;
+use crate::math::Interval;
 
 /// Gradients cost so many times what values do: seven products for one.
 const GRADIENT_COST: u64 = 6;

@@ -1,12 +1,14 @@
-//! Expressions in x, y and z, as text, into polynomials.
+//! Expressions in x, y and z, as text, into polynomials and formulas.
 //!
-//! Numbers, `x y z`, `pi`, names of parameters, `+ - * / ^`, parentheses, and of
-//! constants `sqrt` and `abs`. From weak to strong: sums, products, signs, powers; powers
+//! Numbers, `x y z`, `pi`, names of parameters, `+ - * / ^`, parentheses and functions.
+//! What is a polynomial becomes a tape, all else a formula. From weak to strong: sums, products, signs, powers; powers
 //! from right to left, all others from left to right. Operators wait on a stack of their
 //! own (Dijkstra's shunting yard), so no text nests too deeply.
 
-use super::polynomial::{Maker, Trouble, Value};
+use super::make::{FUNCTIONS, Function, Make, Operator, Trouble};
 use super::tree::{nearest, quoted};
+use super::{formula, polynomial};
+use crate::geom::formula::{Formula, MAX_STEPS as MAX_FORMULA_STEPS};
 use crate::geom::tape::{MAX_DEGREE, MAX_SLOTS, MAX_STEPS, Tape};
 use crate::io::precise::Precise;
 use std::collections::BTreeMap;
@@ -14,22 +16,18 @@ use std::collections::BTreeMap;
 /// Bytes of one expression.
 const MAX_LENGTH: usize = 1 << 16;
 
-/// Functions of constants.
-const FUNCTIONS: [&str; 2] = ["sqrt", "abs"];
-
 /// Names that people try.
-const NO_POLYNOMIALS: &[&str] = &[
-    "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log",
-    "ln", "log2", "log10", "pow", "cbrt", "min", "max", "floor", "ceil", "round", "sign", "mod",
+const NO_FUNCTIONS: &[&str] = &[
+    "atan2", "log", "log2", "log10", "pow", "cbrt", "floor", "ceil", "round", "sign", "mod",
 ];
-
-const ONLY: &str = "only polynomials in x, y and z are supported";
 
 /// What is wrong, and at which byte of the expression.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Fault {
     pub at: usize,
     pub message: String,
+    /// Of a polynomial; a formula may be what it stands for.
+    is_of_polynomials: bool,
 }
 
 impl Fault {
@@ -37,6 +35,7 @@ impl Fault {
         Fault {
             at,
             message: message.into(),
+            is_of_polynomials: false,
         }
     }
 }
@@ -46,18 +45,46 @@ type Result<T> = std::result::Result<T, Fault>;
 /// Constants by name.
 pub(super) type Parameters = BTreeMap<String, Precise>;
 
+/// What an expression is.
+#[derive(Clone, Debug)]
+pub(super) enum Surface {
+    Polynomial(Tape),
+    Formula(Formula),
+}
+
 /// The steps of an expression.
-pub(super) fn polynomial(text: &str, parameters: &Parameters) -> Result<Tape> {
-    let mut maker = Maker::default();
+pub(super) fn surface(text: &str, parameters: &Parameters) -> Result<Surface> {
+    let mut maker = formula::Maker::default();
+    let value = match Parser::new(text, parameters).parse(&mut maker) {
+        Ok(value) => value,
+        // Constants of polynomials may be of any size on their way.
+        Err(fault) => {
+            let tape = polynomial(text, parameters);
+            let tape = tape.map_err(|other| match other.is_of_polynomials {
+                true => fault,
+                false => other,
+            });
+            return tape.map(Surface::Polynomial);
+        }
+    };
+    match maker.finish(&value) {
+        None => polynomial(text, parameters).map(Surface::Polynomial),
+        Some(formula) if formula.steps().len() > MAX_FORMULA_STEPS => {
+            Err(too_many(formula.steps().len(), MAX_FORMULA_STEPS))
+        }
+        Some(formula) => Ok(Surface::Formula(formula)),
+    }
+}
+
+fn polynomial(text: &str, parameters: &Parameters) -> Result<Tape> {
+    let mut maker = polynomial::Maker::default();
     let value = Parser::new(text, parameters).parse(&mut maker)?;
     let tape = maker
         .finish(value)
         .map_err(|why| fault(0, "expression", why))?;
     let (steps, slots) = (tape.steps().len(), tape.slot_count());
     if steps > MAX_STEPS {
-        let message =
-            format!("the expression has {steps} steps; at most {MAX_STEPS} are supported");
-        return Err(Fault::new(0, message));
+        return Err(too_many(steps, MAX_STEPS));
     }
     if slots > MAX_SLOTS {
         let message = format!(
@@ -69,13 +96,21 @@ pub(super) fn polynomial(text: &str, parameters: &Parameters) -> Result<Tape> {
     Ok(tape)
 }
 
+fn too_many(steps: usize, most: usize) -> Fault {
+    let message = format!("the expression has {steps} steps; at most {most} are supported");
+    Fault::new(0, message)
+}
+
 /// The value of an expression without x, y and z.
 pub(super) fn constant(text: &str) -> Result<Precise> {
-    let mut maker = Maker::default();
     let parameters = Parameters::new();
-    let value = Parser::new(text, &parameters).parse(&mut maker)?;
-    let value = value.as_constant().cloned();
-    value.map_err(|_| Fault::new(0, "a parameter is a constant: it cannot have x, y or z"))
+    match Parser::new(text, &parameters).parse(&mut formula::Maker::default())? {
+        formula::Value::Constant(value) => Ok(value),
+        formula::Value::Step { .. } => {
+            let message = "a parameter is a constant: it cannot have x, y or z";
+            Err(Fault::new(0, message))
+        }
+    }
 }
 
 /// Whether a parameter may have this name, or why not.
@@ -86,7 +121,7 @@ pub(super) fn check_name(name: &str) -> std::result::Result<(), String> {
             "{shown} has a meaning of its own; give the parameter another name"
         ));
     }
-    if FUNCTIONS.contains(&name) || NO_POLYNOMIALS.contains(&name) {
+    if function(name).is_some() || NO_FUNCTIONS.contains(&name) {
         return Err(format!(
             "{shown} is a function; give the parameter another name"
         ));
@@ -101,6 +136,11 @@ pub(super) fn check_name(name: &str) -> std::result::Result<(), String> {
     }
 }
 
+fn function(name: &str) -> Option<Function> {
+    let found = FUNCTIONS.iter().find(|(known, _)| *known == name);
+    found.map(|(_, function)| *function)
+}
+
 fn begins_name(c: char) -> bool {
     c.is_alphabetic() || c == '_'
 }
@@ -112,14 +152,10 @@ fn continues_name(c: char) -> bool {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Open,
-    /// `sqrt` or `abs`, and its parenthesis.
-    Call(&'static str),
-    Add,
-    Subtract,
-    Multiply,
-    Divide,
+    /// A function and its parenthesis, and how many values were there before.
+    Call(Function, usize),
+    Binary(Operator),
     Negate,
-    Power,
 }
 
 /// One that waits for what stands behind it.
@@ -133,25 +169,25 @@ impl Kind {
     /// How strongly it binds.
     fn strength(self) -> u32 {
         match self {
-            Kind::Open | Kind::Call(_) => 0,
-            Kind::Add | Kind::Subtract => 1,
-            Kind::Multiply | Kind::Divide => 2,
+            Kind::Open | Kind::Call(..) => 0,
+            Kind::Binary(Operator::Sum | Operator::Difference) => 1,
+            Kind::Binary(Operator::Product | Operator::Quotient) => 2,
             Kind::Negate => 3,
-            Kind::Power => 4,
+            Kind::Binary(Operator::Power) => 4,
         }
     }
 }
 
-struct Parser<'t> {
+struct Parser<'t, M: Make> {
     text: &'t str,
     at: usize,
     parameters: &'t Parameters,
     waiting: Vec<Waiting>,
-    values: Vec<Value>,
+    values: Vec<M::Value>,
 }
 
-impl<'t> Parser<'t> {
-    fn new(text: &'t str, parameters: &'t Parameters) -> Parser<'t> {
+impl<'t, M: Make> Parser<'t, M> {
+    fn new(text: &'t str, parameters: &'t Parameters) -> Parser<'t, M> {
         Parser {
             text,
             at: 0,
@@ -162,7 +198,7 @@ impl<'t> Parser<'t> {
     }
 
     /// Operands and operators in turn.
-    fn parse(mut self, maker: &mut Maker) -> Result<Value> {
+    fn parse(mut self, maker: &mut M) -> Result<M::Value> {
         if self.text.len() > MAX_LENGTH {
             let message = format!(
                 "the expression is {} bytes long; at most {MAX_LENGTH} are supported",
@@ -178,7 +214,7 @@ impl<'t> Parser<'t> {
         }
         // The last operator leaves one.
         let whole = self.values.pop();
-        Ok(whole.unwrap_or_else(|| Value::constant(Precise::whole(0))))
+        Ok(whole.unwrap_or_else(|| maker.constant(Precise::whole(0))))
     }
 
     fn rest(&self) -> &'t str {
@@ -215,7 +251,7 @@ impl<'t> Parser<'t> {
     }
 
     /// Signs, parentheses, and then a number or a name.
-    fn operand(&mut self, maker: &mut Maker) -> Result<()> {
+    fn operand(&mut self, maker: &mut M) -> Result<()> {
         loop {
             let next = self.next();
             let at = self.at;
@@ -225,7 +261,7 @@ impl<'t> Parser<'t> {
                 Some('(') => self.wait(1, Kind::Open),
                 Some(c) if c.is_ascii_digit() || c == '.' => {
                     let number = self.number(at)?;
-                    self.values.push(Value::constant(number));
+                    self.values.push(maker.constant(number));
                     return Ok(());
                 }
                 Some(c) if begins_name(c) => {
@@ -287,48 +323,52 @@ impl<'t> Parser<'t> {
     }
 
     /// Whether it is an operand; a function waits for its own.
-    fn name(&mut self, at: usize, maker: &mut Maker) -> Result<bool> {
+    fn name(&mut self, at: usize, maker: &mut M) -> Result<bool> {
         let name = self.take(continues_name);
         if let Some(axis) = ["x", "y", "z"].iter().position(|axis| *axis == name) {
             self.values.push(maker.coordinate(axis as u8));
             return Ok(true);
         }
         if let Some(value) = self.parameters.get(name) {
-            self.values.push(Value::constant(value.clone()));
+            self.values.push(maker.constant(value.clone()));
             return Ok(true);
         }
         if name == "pi" {
-            self.values.push(Value::constant(Precise::pi()));
+            self.values.push(maker.constant(Precise::pi()));
             return Ok(true);
         }
         let is_call = self.next() == Some('(');
-        if let Some(function) = FUNCTIONS.iter().find(|function| **function == name) {
+        if let Some(function) = function(name) {
             if !is_call {
                 let found = self.found();
-                let message = format!("expected '(' after {function}, found {found}");
+                let message = format!("expected '(' after {name}, found {found}");
                 return Err(Fault::new(self.at, message));
             }
             self.at += 1;
-            let kind = Kind::Call(function);
+            let kind = Kind::Call(function, self.values.len());
             self.waiting.push(Waiting { at, kind });
             return Ok(false);
         }
         let shown = quoted(name);
-        if NO_POLYNOMIALS.contains(&name) {
-            let message =
-                format!("{shown} is not supported: {ONLY}, and of constants sqrt and abs");
-            return Err(Fault::new(at, message));
+        if NO_FUNCTIONS.contains(&name) {
+            let hint = match name {
+                "log" => "the natural logarithm is ln".into(),
+                "pow" | "cbrt" => "a power is written x^2 or x^(1/3)".into(),
+                _ => format!("known are {}", known_functions()),
+            };
+            return Err(Fault::new(at, format!("{shown} is not supported; {hint}")));
         }
         let what = if is_call { "function" } else { "parameter" };
         let names = self.parameters.keys().map(|name| &**name);
         let known: Vec<&str> = match is_call {
-            true => FUNCTIONS.to_vec(),
+            true => FUNCTIONS.iter().map(|(name, _)| *name).collect(),
             false => ["x", "y", "z", "pi"].into_iter().chain(names).collect(),
         };
         let message = match nearest(name, known.into_iter()) {
             Some(like) => format!("there is no {what} {shown}; did you mean {}?", quoted(like)),
             None if is_call => {
-                format!("there is no function {shown}; known are sqrt and abs, of constants")
+                let known = known_functions();
+                format!("there is no function {shown}; known are {known}")
             }
             None => {
                 format!("there is no parameter {shown}; define it as parameters = {{ {name} = … }}")
@@ -338,16 +378,21 @@ impl<'t> Parser<'t> {
     }
 
     /// Whether an operand must follow.
-    fn operator(&mut self, maker: &mut Maker) -> Result<bool> {
+    fn operator(&mut self, maker: &mut M) -> Result<bool> {
         loop {
             let next = self.next();
             let at = self.at;
-            let kind = match next {
-                Some('+') => Kind::Add,
-                Some('-') => Kind::Subtract,
-                Some('*') => Kind::Multiply,
-                Some('/') => Kind::Divide,
-                Some('^') => Kind::Power,
+            let operator = match next {
+                Some('+') => Operator::Sum,
+                Some('-') => Operator::Difference,
+                Some('*') => Operator::Product,
+                Some('/') => Operator::Quotient,
+                Some('^') => Operator::Power,
+                Some(',') if self.calls() => {
+                    self.apply(Kind::Open, maker)?;
+                    self.at += 1;
+                    return Ok(true);
+                }
                 Some(')') => {
                     self.close(maker)?;
                     continue;
@@ -362,6 +407,7 @@ impl<'t> Parser<'t> {
                 Some(c) => {
                     let found = self.found();
                     let hint = match c {
+                        ',' => "; only min and max have several values",
                         '=' => {
                             "; the surface is where the expression is 0, so bring all to one side"
                         }
@@ -374,6 +420,7 @@ impl<'t> Parser<'t> {
                     return Err(Fault::new(at, message));
                 }
             };
+            let kind = Kind::Binary(operator);
             self.apply(kind, maker)?;
             self.wait(1, kind);
             return Ok(true);
@@ -381,72 +428,64 @@ impl<'t> Parser<'t> {
     }
 
     /// Up to the parenthesis that a `)` closes.
-    fn close(&mut self, maker: &mut Maker) -> Result<()> {
+    fn close(&mut self, maker: &mut M) -> Result<()> {
         self.apply(Kind::Open, maker)?;
         let Some(open) = self.waiting.pop() else {
             return Err(Fault::new(self.at, "this parenthesis was never opened"));
         };
         self.at += 1;
-        let (Kind::Call(function), Some(value)) = (open.kind, self.values.last_mut()) else {
+        let Kind::Call(function, before) = open.kind else {
             return Ok(());
         };
-        let Ok(constant) = value.as_constant() else {
-            let message = format!("{function} of x, y or z is not supported: {ONLY}");
+        let operands = self.values.split_off(before);
+        let expected = match function {
+            Function::Unary(_) if operands.len() != 1 => "one value",
+            Function::Min | Function::Max if operands.len() < 2 => "two values or more",
+            _ => "",
+        };
+        if !expected.is_empty() {
+            let message = format!("expected {expected} here, found {}", operands.len());
             return Err(Fault::new(open.at, message));
-        };
-        let result = match function {
-            "sqrt" => constant
-                .root()
-                .map_err(|why| Fault::new(open.at, why.message()))?,
-            _ => constant.clone().magnitude(),
-        };
-        *value = Value::constant(result);
+        }
+        let value = maker.call(function, operands);
+        let value = value.map_err(|why| fault(open.at, "function", why))?;
+        self.values.push(value);
         Ok(())
     }
 
+    /// Whether a function is what waits for a `)`.
+    fn calls(&self) -> bool {
+        let open = self.waiting.iter().rfind(|w| w.kind.strength() == 0);
+        open.is_some_and(|open| matches!(open.kind, Kind::Call(..)))
+    }
+
     /// All that bind no less strongly than the next; a power binds what is on its right.
-    fn apply(&mut self, next: Kind, maker: &mut Maker) -> Result<()> {
+    fn apply(&mut self, next: Kind, maker: &mut M) -> Result<()> {
         while let Some(top) = self.waiting.last().copied() {
             let is_open = top.kind.strength() == 0;
             let stays = top.kind.strength() < next.strength();
-            if is_open || stays || next == Kind::Power && top.kind == Kind::Power {
+            let power = Kind::Binary(Operator::Power);
+            if is_open || stays || next == power && top.kind == power {
                 break;
             }
             self.waiting.pop();
             let Some(b) = self.values.pop() else { break };
-            if top.kind == Kind::Negate {
-                self.values.push(b.negated());
+            let Kind::Binary(operator) = top.kind else {
+                self.values.push(maker.negated(b));
                 continue;
-            }
+            };
             let Some(a) = self.values.pop() else { break };
-            self.values.push(binary(top, a, b, maker)?);
+            let value = maker.binary(operator, a, b);
+            let value = value.map_err(|why| fault(top.at, operator.result(), why))?;
+            self.values.push(value);
         }
         Ok(())
     }
 }
 
-fn binary(operator: Waiting, a: Value, b: Value, maker: &mut Maker) -> Result<Value> {
-    let at = operator.at;
-    let (result, what) = match operator.kind {
-        Kind::Add => (maker.sum(a, b), "sum"),
-        Kind::Subtract => (maker.sum(a, b.negated()), "difference"),
-        Kind::Multiply => (maker.product(a, b), "product"),
-        Kind::Divide => (maker.quotient(a, &b), "quotient"),
-        _ => {
-            let exponent = b.as_constant().ok();
-            let Some(exponent) = exponent.and_then(Precise::as_exponent) else {
-                let message = match exponent.is_some_and(Precise::is_large_exponent) {
-                    true => {
-                        format!("this exponent is too large; at most {MAX_DEGREE} is supported")
-                    }
-                    false => format!("an exponent must be a whole number, 0 or greater: {ONLY}"),
-                };
-                return Err(Fault::new(at, message));
-            };
-            (maker.power(a, exponent), "power")
-        }
-    };
-    result.map_err(|why| fault(at, what, why))
+fn known_functions() -> String {
+    let names: Vec<&str> = FUNCTIONS.iter().map(|(name, _)| *name).collect();
+    names.join(", ")
 }
 
 fn fault(at: usize, what: &str, why: Trouble) -> Fault {
@@ -455,10 +494,15 @@ fn fault(at: usize, what: &str, why: Trouble) -> Fault {
         Trouble::Degree(degree) => {
             format!("this {what} has degree {degree}; at most {MAX_DEGREE} is supported")
         }
-        Trouble::NotConstant => format!("this divides by x, y or z: {ONLY}"),
-        Trouble::Exponent => "this exponent is too large".into(),
+        Trouble::NotPolynomial => format!("this {what} is no polynomial"),
+        Trouble::LargeExponent => "this exponent is too large".into(),
+        Trouble::NoExponent => "an exponent must be a constant, without x, y and z".into(),
+        Trouble::Undefined => format!("this {what} has no value"),
     };
-    Fault::new(at, message)
+    Fault {
+        is_of_polynomials: why == Trouble::NotPolynomial,
+        ..Fault::new(at, message)
+    }
 }
 
 #[cfg(test)]

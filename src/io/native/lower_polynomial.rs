@@ -1,12 +1,14 @@
-//! Polynomial surfaces of the file to tapes: expressions, and kinds that have one.
+//! Implicit surfaces of the file to tapes and formulas: expressions, and kinds that have
+//! one.
 
-use super::expression::{self, Fault, Parameters, constant};
+use super::expression::{self, Fault, Parameters, Surface, constant};
 use super::lower::exactly_one;
 use super::lower_shape::one;
 use super::places::At;
 use super::schema::Shape;
 use super::schema_polynomial::{self as schema, Coefficients, Parameter};
 use super::tree::Source;
+use crate::geom::formula::Formula;
 use crate::geom::tape::{Builder, MAX_DEGREE};
 use crate::geom::{Clip, Cuboid, Sphere, Tape};
 use crate::io::LoadError;
@@ -68,7 +70,10 @@ pub(super) fn polynomial(
     } else if let Some(quartic) = &row.quartic {
         of_coefficients(source, quartic, 4, 35)?
     } else {
-        of_expression(source, row)?
+        match of_expression(source, row)? {
+            Surface::Polynomial(tape) => tape,
+            Surface::Formula(formula) => return level_set(source, name, row, formula, scene),
+        }
     };
     let clip = row.clip.as_ref().map(|row| clip(source, row)).transpose()?;
     let open = row.open.as_ref().is_some_and(|open| open.value);
@@ -76,14 +81,36 @@ pub(super) fn polynomial(
         Some(clip) if !open => clip,
         clip => return Ok(scene.implicit(name, tape, open, clip)),
     };
-    let operands = [
-        scene.implicit("", tape, false, None),
-        match clip {
-            Clip::Sphere(sphere) => scene.sphere("", sphere),
-            Clip::Cuboid(cuboid) => scene.cuboid("", cuboid),
-        },
-    ];
-    Ok(scene.combination(name, Operator::Intersection, &operands.map(Operand::shape)))
+    let solid = scene.implicit("", tape, false, None);
+    Ok(clipped(name, solid, clip, scene))
+}
+
+/// The same of what is no polynomial.
+fn level_set(
+    source: &Source,
+    name: &str,
+    row: &Shape,
+    formula: Formula,
+    scene: &mut SceneBuilder,
+) -> Result<ShapeId> {
+    let clip = row.clip.as_ref().map(|row| clip(source, row)).transpose()?;
+    let open = row.open.as_ref().is_some_and(|open| open.value);
+    match clip {
+        Some(clip) if !open => {
+            let solid = scene.level_set("", formula, false, Some(clip));
+            Ok(clipped(name, solid, clip, scene))
+        }
+        clip => Ok(scene.level_set(name, formula, open, clip)),
+    }
+}
+
+fn clipped(name: &str, solid: ShapeId, clip: Clip, scene: &mut SceneBuilder) -> ShapeId {
+    let within = match clip {
+        Clip::Sphere(sphere) => scene.sphere("", sphere),
+        Clip::Cuboid(cuboid) => scene.cuboid("", cuboid),
+    };
+    let operands = [solid, within].map(Operand::shape);
+    scene.combination(name, Operator::Intersection, &operands)
 }
 
 fn clip(source: &Source, row: &At<schema::Clip>) -> Result<Clip> {
@@ -126,7 +153,7 @@ fn positive(source: &Source, field: &str, number: &At<f64>) -> Result<()> {
     Err(source.error(number.at, message))
 }
 
-fn of_expression(source: &Source, row: &Shape) -> Result<Tape> {
+fn of_expression(source: &Source, row: &Shape) -> Result<Surface> {
     let mut parameters = Parameters::new();
     let given = row.parameters.iter().flat_map(|rows| &rows.value.0);
     for (name, parameter) in given {
@@ -142,7 +169,7 @@ fn of_expression(source: &Source, row: &Shape) -> Result<Tape> {
     // Of another kind there would be none, and that is no expression.
     let text = row.implicit.as_ref().map_or("", |text| &text.value);
     let at = row.implicit.as_ref().map_or(0, |text| text.at);
-    expression::polynomial(text, &parameters).map_err(|fault| placed(source, at, text, fault))
+    expression::surface(text, &parameters).map_err(|fault| placed(source, at, text, fault))
 }
 
 fn placed(source: &Source, at: usize, text: &str, fault: Fault) -> LoadError {

@@ -8,10 +8,12 @@
 //! tests/native_bad.rs holds what is refused.
 
 mod expression;
+mod formula;
 mod lower;
 mod lower_combination;
 mod lower_polynomial;
 mod lower_shape;
+mod make;
 mod places;
 mod polynomial;
 mod read_json;

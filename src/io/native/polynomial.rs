@@ -5,30 +5,10 @@
 //! taken away becomes a difference. All factors and constants are folded as they are in
 //! [`Precise`], and each is rounded once, when a sum or the end needs it as a step.
 
+use super::make::{Function, Make, Operator, Result, Trouble, of_constants, power_of_constants};
 use crate::geom::tape::{Builder, MAX_DEGREE, Tape};
-use crate::io::precise::{NoConstant, Precise};
+use crate::io::precise::Precise;
 use num_bigint::Sign;
-
-/// Of a constant.
-const MAX_EXPONENT: u32 = 4096;
-
-/// What cannot be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Trouble {
-    Constant(NoConstant),
-    /// Larger than polynomials may have.
-    Degree(u32),
-    NotConstant,
-    Exponent,
-}
-
-impl From<NoConstant> for Trouble {
-    fn from(why: NoConstant) -> Trouble {
-        Trouble::Constant(why)
-    }
-}
-
-type Result<T> = std::result::Result<T, Trouble>;
 
 #[derive(Clone, Copy, Debug)]
 struct Part {
@@ -47,7 +27,7 @@ pub(super) struct Value {
 }
 
 impl Value {
-    pub(super) fn constant(constant: Precise) -> Value {
+    fn constant(constant: Precise) -> Value {
         Value {
             factor: Precise::whole(1),
             part: None,
@@ -64,14 +44,14 @@ impl Value {
     }
 
     /// If it is one.
-    pub(super) fn as_constant(&self) -> Result<&Precise> {
+    fn as_constant(&self) -> Result<&Precise> {
         match self.part {
             None => Ok(&self.constant),
-            Some(_) => Err(Trouble::NotConstant),
+            Some(_) => Err(Trouble::NotPolynomial),
         }
     }
 
-    pub(super) fn negated(self) -> Value {
+    fn negated(self) -> Value {
         Value {
             factor: self.factor.negated(),
             constant: self.constant.negated(),
@@ -86,13 +66,50 @@ pub(super) struct Maker {
     builder: Builder,
 }
 
-impl Maker {
-    pub(super) fn coordinate(&mut self, axis: u8) -> Value {
+impl Make for Maker {
+    type Value = Value;
+
+    fn constant(&mut self, value: Precise) -> Value {
+        Value::constant(value)
+    }
+
+    fn coordinate(&mut self, axis: u8) -> Value {
         let step = self.builder.coordinate(axis);
         Value::of(Precise::whole(1), Part { step, degree: 1 })
     }
 
-    pub(super) fn sum(&mut self, a: Value, b: Value) -> Result<Value> {
+    fn negated(&mut self, a: Value) -> Value {
+        a.negated()
+    }
+
+    fn binary(&mut self, operator: Operator, a: Value, b: Value) -> Result<Value> {
+        match operator {
+            Operator::Sum => self.sum(a, b),
+            Operator::Difference => self.sum(a, b.negated()),
+            Operator::Product => self.product(a, b),
+            Operator::Quotient => self.quotient(a, &b),
+            Operator::Power => {
+                let exponent = b.as_constant()?;
+                if let Ok(base) = a.as_constant() {
+                    return Ok(Value::constant(power_of_constants(base, exponent)?));
+                }
+                match exponent.as_exponent() {
+                    Some(exponent) => self.power(a, exponent),
+                    None if exponent.is_large_exponent() => Err(Trouble::LargeExponent),
+                    None => Err(Trouble::NotPolynomial),
+                }
+            }
+        }
+    }
+
+    fn call(&mut self, function: Function, operands: Vec<Value>) -> Result<Value> {
+        let constants: Result<Vec<&Precise>> = operands.iter().map(Value::as_constant).collect();
+        Ok(Value::constant(of_constants(function, &constants?)?))
+    }
+}
+
+impl Maker {
+    fn sum(&mut self, a: Value, b: Value) -> Result<Value> {
         let constant = a.constant.plus(&b.constant)?;
         let (factor, part) = match (a.part, b.part) {
             (Some(p), Some(q)) => match self.joined((a.factor, p), (b.factor, q))? {
@@ -109,7 +126,7 @@ impl Maker {
         })
     }
 
-    pub(super) fn product(&mut self, a: Value, b: Value) -> Result<Value> {
+    fn product(&mut self, a: Value, b: Value) -> Result<Value> {
         if a.part.is_none() {
             return self.multiple(&a.constant, b);
         }
@@ -124,18 +141,12 @@ impl Maker {
         Ok(Value::of(c.times(&d)?, Part { step, degree }))
     }
 
-    pub(super) fn quotient(&mut self, a: Value, b: &Value) -> Result<Value> {
+    fn quotient(&mut self, a: Value, b: &Value) -> Result<Value> {
         let inverse = Precise::whole(1).over(b.as_constant()?)?;
         self.multiple(&inverse, a)
     }
 
-    pub(super) fn power(&mut self, base: Value, exponent: u32) -> Result<Value> {
-        if base.part.is_none() {
-            if exponent > MAX_EXPONENT {
-                return Err(Trouble::Exponent);
-            }
-            return Ok(Value::constant(base.constant.to_the(exponent)?));
-        }
+    fn power(&mut self, base: Value, exponent: u32) -> Result<Value> {
         if exponent == 1 {
             return Ok(base);
         }

@@ -145,8 +145,8 @@ pub struct Shape {
     pub cubic: Option<Coefficients>,
     /// The solid where a polynomial of degree 4 is 0 or less.
     pub quartic: Option<Coefficients>,
-    /// The solid where a polynomial in x, y and z is 0 or less, as an expression such
-    /// as "x^2 + y^2 - a*z", of degree 24 at most.
+    /// The solid where a function of x, y and z is 0 or less, as an expression such as
+    /// "x^2 + y^2 - a*z" or "sin(x)*cos(y) + z". Polynomials have degree 24 at most.
     pub implicit: Option<At<String>>,
     /// A mesh file (.obj, .ply, .stl, .gltf, .glb), relative to this file.
     pub mesh: Option<At<String>>,

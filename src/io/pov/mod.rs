@@ -17,6 +17,7 @@
 //! dielectrics); a point light fades with 2 / (1 + (d/f)²) for a small f, which is
 //! the inverse square but for f²/d²; motion is at time 0; tolerances are dropped.
 
+mod level_set;
 mod looks;
 mod polynomial;
 mod shapes;
@@ -45,6 +46,11 @@ pub enum PovError {
          or too small for a number; scale the shape by a transform"
     )]
     NoNumber { name: String },
+    #[error(
+        "the formula of {name}, written out for POV-Ray, is too long; use fewer steps that are \
+         used more than once"
+    )]
+    LongFormula { name: String },
     #[error(
         "the scene, as POV-Ray is to have it, has a number beyond f64: {line}; move or scale \
          what is so far away or so large"

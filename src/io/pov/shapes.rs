@@ -1,5 +1,6 @@
 //! Declarations of shapes and combinations.
 
+use super::level_set::level_set;
 use super::polynomial::polynomial;
 use super::{Dress, PovError, Writer, below, comment, name, number, placed, vector};
 use crate::geom::HalfSpace;
@@ -123,6 +124,10 @@ impl Writer<'_> {
                 let name = || scene.shapes.names.label(id.0);
                 polynomial(&scene.implicits.row(row))
                     .ok_or_else(|| PovError::NoNumber { name: name() })?
+            }
+            Shape::LevelSet(row) => {
+                let name = || scene.shapes.names.label(id.0);
+                level_set(&scene.level_sets.row(row), name)?
             }
             Shape::Combination(_) => String::new(),
         };

@@ -2,6 +2,7 @@
 //! goes on there.
 
 use super::implicits::in_implicit;
+use super::level_sets::in_level_set;
 use super::{Random, Target};
 use crate::geom::{Cone, Quadric};
 use crate::math::Affine;
@@ -58,6 +59,7 @@ pub(super) fn in_object(scene: &Scene, shape: Shape, random: &mut Random) -> Tar
         Shape::Cone(id) => side(&scene.cones.row(id), random),
         Shape::Cylinder(id) => side(&scene.cylinders.row(id).as_cone(), random),
         Shape::Implicit(id) => in_implicit(&scene.implicits.row(id), random),
+        Shape::LevelSet(id) => in_level_set(&scene.level_sets.row(id), random),
         Shape::Combination(_) => in_operand(scene, shape, random),
         Shape::HalfSpace(id) => {
             let row = scene.half_spaces.row(id);

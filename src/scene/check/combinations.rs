@@ -114,6 +114,7 @@ fn no_inside(scene: &Tables, shape: ShapeId) -> Option<&'static str> {
         Shape::Cone(id) if scene.cones.row(id).open => Some(open),
         Shape::Mesh(id) if scene.meshes.open[id.index()] => Some(open),
         Shape::Implicit(id) if scene.implicits.open[id.index()] => Some(open),
+        Shape::LevelSet(id) if scene.level_sets.open[id.index()] => Some(open),
         _ => None,
     }
 }

@@ -24,6 +24,7 @@ pub(super) fn ranges(scene: &Tables) -> Result<(), SceneError> {
             Shape::Polygon(id) => ("polygon", id.0, scene.polygons.len()),
             Shape::Quadric(id) => ("quadric", id.0, scene.quadrics.len()),
             Shape::Implicit(id) => ("implicit", id.0, scene.implicits.len()),
+            Shape::LevelSet(id) => ("level set", id.0, scene.level_sets.len()),
             Shape::Mesh(id) => ("mesh", id.0, scene.meshes.len()),
             Shape::Combination(id) => ("combination", id.0, scene.combinations.len()),
         };

@@ -1,8 +1,8 @@
-//! Polynomial surfaces: numbers, sizes, and that there is a surface.
+//! Polynomial surfaces and level sets: numbers, sizes, and that there is a surface.
 
 use super::{Entity, SceneError, finite, finite3, require};
 use crate::geom::tape::{Arithmetic, MAX_DEGREE, MAX_SLOTS, MAX_STEPS, Step, Tape};
-use crate::geom::{Clip, Implicit};
+use crate::geom::{Clip, Implicit, LevelSet, formula};
 use crate::math::int::decoded;
 
 /// Bits of exact values: numbers of ordinary size to the 24th power have a tenth of that.
@@ -41,23 +41,61 @@ pub(super) fn implicit(what: impl Fn() -> Entity, row: &Implicit) -> Result<(), 
             "its polynomial is the same number everywhere, and it has no surface",
         ));
     }
-    match row.clip {
-        None => Ok(()),
-        Some(_) if !row.open => Err(degenerate(
+    if row.clip.is_some() && !row.open {
+        return Err(degenerate(
             "it is clipped but not open; make an intersection of the two",
-        )),
+        ));
+    }
+    clip(&what, row.clip)
+}
+
+/// Its numbers, its steps, and that it is known where its zeros are.
+pub(super) fn level_set(what: impl Fn() -> Entity, row: &LevelSet) -> Result<(), SceneError> {
+    let steps = row.formula.steps();
+    let constant = |step: &formula::Step| match step {
+        formula::Step::Constant(value) => Some(*value),
+        _ => None,
+    };
+    let constants: Vec<f64> = steps.iter().filter_map(constant).collect();
+    finite(&what, "constants", &constants)?;
+    if steps.len() > formula::MAX_STEPS {
+        return Err(SceneError::OutOfRange {
+            what: what(),
+            field: "steps",
+            value: steps.len().to_string(),
+            must: "4096 at most",
+        });
+    }
+    clip(&what, row.clip)?;
+    if row.region.is_none() {
+        return Err(SceneError::Degenerate {
+            what: what(),
+            why: "it is no polynomial, and no box is found that holds all of its surface; \
+                  give it a clip"
+                .into(),
+        });
+    }
+    Ok(())
+}
+
+fn clip(what: &dyn Fn() -> Entity, clip: Option<Clip>) -> Result<(), SceneError> {
+    match clip {
+        None => Ok(()),
         Some(Clip::Sphere(sphere)) => {
-            finite3(&what, "the clip's center", sphere.center)?;
-            finite(&what, "the clip's radius", &[sphere.radius])?;
+            finite3(what, "the clip's center", sphere.center)?;
+            finite(what, "the clip's radius", &[sphere.radius])?;
             let (field, must) = ("the clip's radius", "greater than 0");
-            require(sphere.radius > 0.0, &what, field, sphere.radius, must)
+            require(sphere.radius > 0.0, what, field, sphere.radius, must)
         }
         Some(Clip::Cuboid(cuboid)) => {
-            finite3(&what, "the clip's min", cuboid.min)?;
-            finite3(&what, "the clip's max", cuboid.max)?;
+            finite3(what, "the clip's min", cuboid.min)?;
+            finite3(what, "the clip's max", cuboid.max)?;
             match cuboid.min.cmplt(cuboid.max).all() {
                 true => Ok(()),
-                false => Err(degenerate("its clip's min must be below max on every axis")),
+                false => Err(SceneError::Degenerate {
+                    what: what(),
+                    why: "its clip's min must be below max on every axis".into(),
+                }),
             }
         }
     }

@@ -91,6 +91,7 @@ pub(super) fn solids(scene: &Tables) -> Result<(), SceneError> {
                 }
             }
             Shape::Implicit(id) => implicits::implicit(what, &scene.implicits.row(id))?,
+            Shape::LevelSet(id) => implicits::level_set(what, &scene.level_sets.row(id))?,
             Shape::Polyhedron(_) | Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => {}
         }
     }

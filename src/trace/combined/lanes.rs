@@ -204,8 +204,11 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
     for (i, (track, number)) in tracks.iter_mut().zip(operands.iter()).enumerate() {
         let operand = &combined.solid.operands[*number as usize];
         let here = if C::GUARDED { u32::MAX } else { own[i] as u32 };
-        if let (Shape::Mesh(_), Some(bounds)) = (operand.shape, &operand.bounds) {
-            let missed = passes(&bounds.outward(), ray, part);
+        if let Shape::Mesh(_) | Shape::LevelSet(_) = operand.shape {
+            let missed = match &operand.bounds {
+                Some(bounds) => passes(&bounds.outward(), ray, part),
+                None => L::Mask::splat(false),
+            };
             unsure |= track.start(&Ends::none_or_unknown(missed), ray.t_min);
             continue;
         }

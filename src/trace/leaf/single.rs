@@ -44,6 +44,9 @@ impl<L: Lanes, C: Certainty, F: Features> Tester<'_, L, C, F> {
                 .first_beyond(t_min),
             Shape::Polygon(id) => polygon::meet(&scene.polygons.row(id), ray, active),
             Shape::Implicit(id) => implicit_certainly(&scene.implicits.row(id), object, active),
+            Shape::LevelSet(id) => {
+                guarded::level_set::meet(&scene.level_sets.row(id), &object.line(), active)
+            }
             Shape::Mesh(_) | Shape::Combination(_) => {
                 Meet::certain(L::Mask::splat(false), L::zero())
             }
@@ -165,6 +168,7 @@ fn meet_guarded<L: Lanes>(
         }
         Shape::Quadric(id) => guarded::quadric::meet(&scene.quadrics.row(id), object, active),
         Shape::Implicit(id) => guarded::implicit::meet(&scene.implicits.row(id), object, active),
+        Shape::LevelSet(id) => guarded::level_set::meet(&scene.level_sets.row(id), object, active),
         Shape::Mesh(_) | Shape::Combination(_) => Meet::certain(L::Mask::splat(false), L::zero()),
     }
 }

@@ -208,10 +208,11 @@ pub(in crate::trace) fn ends<L: Lanes, C: Certainty>(
             Shape::Cone(id) => cone::span(tables.cones.upright(id), object.ray),
             Shape::Quadric(_)
             | Shape::Implicit(_)
+            | Shape::LevelSet(_)
             | Shape::Polygon(_)
             | Shape::Mesh(_)
             | Shape::Combination(_) => {
-                unreachable!("no surface is an operand, and meshes are not met in lanes")
+                unreachable!("no surface is an operand; meshes and level sets are not met in lanes")
             }
         });
     }
@@ -230,8 +231,12 @@ pub(in crate::trace) fn ends<L: Lanes, C: Certainty>(
             let exactly = <L::Double as Lanes>::zero();
             guarded::quadric::ends(&tables.quadrics.row(id), object, exactly)
         }
-        Shape::Implicit(_) | Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => {
-            unreachable!("no surface is an operand, and meshes are not met in lanes")
+        Shape::Implicit(_)
+        | Shape::LevelSet(_)
+        | Shape::Polygon(_)
+        | Shape::Mesh(_)
+        | Shape::Combination(_) => {
+            unreachable!("no surface is an operand; meshes and level sets are not met in lanes")
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Intervals of real numbers, rounded outward, and tapes evaluated in them.
+//! Intervals of real numbers, rounded outward.
 //!
 //! Ends are f64 and may be infinite: the interval is what lies between them, infinity
 //! never belongs to it, so zero times a half-line is zero. Every operation is rounded to
@@ -8,11 +8,10 @@
 //! NaN: a lower end is never +∞ and an upper one never −∞ (Hickey, Ju, van Emden: Interval
 //! Arithmetic: from Principles to Implementation, JACM 2001).
 
-use crate::geom::tape::Arithmetic;
-use crate::math::is_power_of_two;
+use super::is_power_of_two;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Interval {
+pub struct Interval {
     pub low: f64,
     /// ≥ `low`.
     pub high: f64,
@@ -26,6 +25,9 @@ impl Interval {
 
     pub const ZERO: Interval = Interval::new(0.0, 0.0);
 
+    /// Without a number in it; not to be worked with.
+    pub const NONE: Interval = Interval::new(f64::NAN, f64::NAN);
+
     pub const fn new(low: f64, high: f64) -> Interval {
         Interval { low, high }
     }
@@ -36,6 +38,47 @@ impl Interval {
             Interval::new(x, x)
         } else {
             Interval::LINE
+        }
+    }
+
+    /// What is rounded to a number, and a little more.
+    pub fn around(x: f64) -> Interval {
+        Interval::point(x).padded(2.0 * f64::EPSILON)
+    }
+
+    pub fn is_none(&self) -> bool {
+        self.low.is_nan()
+    }
+
+    /// Ends that are off by so much of themselves, at most.
+    pub fn padded(&self, part: f64) -> Interval {
+        let room = |x: f64| x.abs() * part + f64::MIN_POSITIVE;
+        let met = |x: f64, end: f64| if x.is_infinite() { x } else { end };
+        Interval {
+            low: met(self.low, self.low - room(self.low)),
+            high: met(self.high, self.high + room(self.high)),
+        }
+    }
+
+    pub fn holds(&self, x: f64) -> bool {
+        self.low <= x && x <= self.high
+    }
+
+    /// All of both, and what is between them.
+    pub fn hull(&self, other: &Interval) -> Interval {
+        Interval {
+            low: self.low.min(other.low),
+            high: self.high.max(other.high),
+        }
+    }
+
+    /// What both have.
+    pub fn common(&self, other: &Interval) -> Interval {
+        let (low, high) = (self.low.max(other.low), self.high.min(other.high));
+        if low <= high {
+            Interval { low, high }
+        } else {
+            Interval::NONE
         }
     }
 
@@ -59,6 +102,13 @@ impl Interval {
 
     pub fn max_abs(&self) -> f64 {
         self.low.abs().max(self.high.abs())
+    }
+
+    pub fn negated(&self) -> Interval {
+        Interval {
+            low: -self.high,
+            high: -self.low,
+        }
     }
 
     pub fn plus(&self, other: &Interval) -> Interval {
@@ -198,182 +248,6 @@ fn sum_below(a: f64, b: f64) -> f64 {
 fn sum_above(a: f64, b: f64) -> f64 {
     let sum = a + b;
     if sum == 0.0 { 0.0 } else { sum.next_up() }
-}
-
-/// The polynomial's values over a box.
-pub(super) struct Values<'a>(pub &'a [Interval; 3]);
-
-impl Arithmetic for Values<'_> {
-    type Value = Interval;
-
-    fn coordinate(&self, axis: usize) -> Interval {
-        self.0[axis]
-    }
-
-    fn constant(&self, value: f64) -> Interval {
-        Interval::point(value)
-    }
-
-    fn sum(&self, a: &Interval, b: &Interval) -> Interval {
-        a.plus(b)
-    }
-
-    fn difference(&self, a: &Interval, b: &Interval) -> Interval {
-        a.minus(b)
-    }
-
-    fn product(&self, a: &Interval, b: &Interval) -> Interval {
-        a.times(b)
-    }
-
-    fn square(&self, a: &Interval) -> Interval {
-        a.squared()
-    }
-}
-
-/// The polynomial's values over a box, and its gradients there.
-pub(super) struct Slopes<'a>(pub &'a [Interval; 3]);
-
-/// A step's values and gradients.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Sloped {
-    pub value: Interval,
-    pub gradient: [Interval; 3],
-}
-
-impl Arithmetic for Slopes<'_> {
-    type Value = Sloped;
-
-    fn coordinate(&self, axis: usize) -> Sloped {
-        let mut gradient = [Interval::ZERO; 3];
-        gradient[axis] = Interval::new(1.0, 1.0);
-        Sloped {
-            value: self.0[axis],
-            gradient,
-        }
-    }
-
-    fn constant(&self, value: f64) -> Sloped {
-        Sloped {
-            value: Interval::point(value),
-            gradient: [Interval::ZERO; 3],
-        }
-    }
-
-    fn sum(&self, a: &Sloped, b: &Sloped) -> Sloped {
-        Sloped {
-            value: a.value.plus(&b.value),
-            gradient: std::array::from_fn(|k| a.gradient[k].plus(&b.gradient[k])),
-        }
-    }
-
-    fn difference(&self, a: &Sloped, b: &Sloped) -> Sloped {
-        Sloped {
-            value: a.value.minus(&b.value),
-            gradient: std::array::from_fn(|k| a.gradient[k].minus(&b.gradient[k])),
-        }
-    }
-
-    fn product(&self, a: &Sloped, b: &Sloped) -> Sloped {
-        let slope = |k: usize| {
-            let left = a.gradient[k].times(&b.value);
-            left.plus(&b.gradient[k].times(&a.value))
-        };
-        Sloped {
-            value: a.value.times(&b.value),
-            gradient: std::array::from_fn(slope),
-        }
-    }
-
-    fn square(&self, a: &Sloped) -> Sloped {
-        let twice = a.value.plus(&a.value);
-        Sloped {
-            value: a.value.squared(),
-            gradient: std::array::from_fn(|k| a.gradient[k].times(&twice)),
-        }
-    }
-}
-
-/// The polynomial as a form in some of its coordinates: sums of different degree in
-/// these are made homogeneous with p, so that at x = u / p the value is f(x) p^degree.
-pub(super) struct Forms<'a> {
-    /// u of graded coordinates, the others' own.
-    pub coordinates: &'a [Interval; 3],
-    pub graded: [bool; 3],
-    /// ≥ 0.
-    pub p: Interval,
-}
-
-/// A step's values, and its degree in the graded coordinates.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Graded {
-    pub value: Interval,
-    degree: u32,
-}
-
-impl Forms<'_> {
-    fn joined(&self, a: &Graded, b: &Graded, join: fn(&Interval, &Interval) -> Interval) -> Graded {
-        let degree = a.degree.max(b.degree);
-        let raised = |x: &Graded| match degree - x.degree {
-            0 => x.value,
-            by => x.value.times(&self.p.power(by)),
-        };
-        Graded {
-            value: join(&raised(a), &raised(b)),
-            degree,
-        }
-    }
-}
-
-impl Arithmetic for Forms<'_> {
-    type Value = Graded;
-
-    fn coordinate(&self, axis: usize) -> Graded {
-        Graded {
-            value: self.coordinates[axis],
-            degree: u32::from(self.graded[axis]),
-        }
-    }
-
-    fn constant(&self, value: f64) -> Graded {
-        Graded {
-            value: Interval::point(value),
-            degree: 0,
-        }
-    }
-
-    fn sum(&self, a: &Graded, b: &Graded) -> Graded {
-        self.joined(a, b, Interval::plus)
-    }
-
-    fn difference(&self, a: &Graded, b: &Graded) -> Graded {
-        self.joined(a, b, Interval::minus)
-    }
-
-    /// Where degrees overflow, nothing is known.
-    fn product(&self, a: &Graded, b: &Graded) -> Graded {
-        match a.degree.checked_add(b.degree) {
-            Some(degree) => Graded {
-                value: a.value.times(&b.value),
-                degree,
-            },
-            None => Graded {
-                value: Interval::LINE,
-                degree: u32::MAX,
-            },
-        }
-    }
-
-    fn square(&self, a: &Graded) -> Graded {
-        let product = self.product(a, a);
-        Graded {
-            value: match product.degree {
-                u32::MAX => Interval::LINE,
-                _ => a.value.squared(),
-            },
-            ..product
-        }
-    }
 }
 
 #[cfg(test)]

@@ -1,0 +1,358 @@
+//! What formulas are evaluated in: f64, and ranges.
+//!
+//! f64 values lie in the range that is worked out from ranges holding the operands:
+//! every operation is rounded to nearest, and its range goes outward by more.
+
+use super::{Binary, Unary};
+use crate::math::Interval;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// Numbers with the operations of formulas.
+pub trait Real: Copy {
+    fn constant(x: f64) -> Self;
+    fn plus(self, other: Self) -> Self;
+    fn minus(self, other: Self) -> Self;
+    fn times(self, other: Self) -> Self;
+    fn over(self, other: Self) -> Self;
+    fn min(self, other: Self) -> Self;
+    fn max(self, other: Self) -> Self;
+    /// To a whole power, 1 at least.
+    fn power(self, exponent: u32) -> Self;
+    fn unary(self, function: Unary) -> Self;
+    /// What abs, or the lesser of this and its negative, changes by: −1, 1, or between.
+    fn direction(self) -> Self;
+    /// Between two others as this is below zero, above, or either.
+    fn choice(self, below: Self, above: Self) -> Self;
+
+    #[inline(always)]
+    fn binary(self, operator: Binary, other: Self) -> Self {
+        match operator {
+            Binary::Sum => self.plus(other),
+            Binary::Difference => self.minus(other),
+            Binary::Product => self.times(other),
+            Binary::Quotient => self.over(other),
+            Binary::Min => self.min(other),
+            Binary::Max => self.max(other),
+        }
+    }
+}
+
+impl Real for f64 {
+    fn constant(x: f64) -> f64 {
+        x
+    }
+
+    fn plus(self, other: f64) -> f64 {
+        self + other
+    }
+
+    fn minus(self, other: f64) -> f64 {
+        self - other
+    }
+
+    fn times(self, other: f64) -> f64 {
+        self * other
+    }
+
+    fn over(self, other: f64) -> f64 {
+        self / other
+    }
+
+    /// NaN where either is, unlike std's.
+    fn min(self, other: f64) -> f64 {
+        if self < other || self.is_nan() {
+            self
+        } else {
+            other
+        }
+    }
+
+    fn max(self, other: f64) -> f64 {
+        if self > other || self.is_nan() {
+            self
+        } else {
+            other
+        }
+    }
+
+    fn power(self, exponent: u32) -> f64 {
+        let (mut square, mut rest) = (self, exponent);
+        let mut result = 1.0;
+        while rest > 0 {
+            if rest & 1 == 1 {
+                result *= square;
+            }
+            rest >>= 1;
+            if rest > 0 {
+                square *= square;
+            }
+        }
+        result
+    }
+
+    fn unary(self, function: Unary) -> f64 {
+        match function {
+            Unary::Abs => self.abs(),
+            Unary::Sqrt => self.sqrt(),
+            Unary::Exp => libm::exp(self),
+            Unary::Ln => libm::log(self),
+            Unary::Sin => libm::sin(self),
+            Unary::Cos => libm::cos(self),
+            Unary::Tan => libm::tan(self),
+            Unary::Asin => libm::asin(self),
+            Unary::Acos => libm::acos(self),
+            Unary::Atan => libm::atan(self),
+            Unary::Sinh => libm::sinh(self),
+            Unary::Cosh => libm::cosh(self),
+            Unary::Tanh => libm::tanh(self),
+        }
+    }
+
+    fn direction(self) -> f64 {
+        if self < 0.0 { -1.0 } else { 1.0 }
+    }
+
+    fn choice(self, below: f64, above: f64) -> f64 {
+        if self < 0.0 { below } else { above }
+    }
+}
+
+/// More than what an elementary function of the crate libm is off by, as a part of it:
+/// eight roundings, where its own statement is about one.
+const OFF: f64 = 8.0 * f64::EPSILON;
+
+/// Beyond this, where a sine stands in its wave is not asked.
+const FAR: f64 = (1_u64 << 30) as f64;
+
+/// Where a wave's extreme may be missed by the roundings of this, in turns.
+const TURNS_OFF: f64 = 1e-6;
+
+/// What f64 values over a box lie in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    pub values: Interval,
+    /// Whether there may be points without a value, or a pole.
+    pub is_partial: bool,
+}
+
+impl Range {
+    pub fn of(values: Interval) -> Range {
+        Range {
+            values,
+            is_partial: false,
+        }
+    }
+
+    /// Without a value anywhere.
+    pub const NONE: Range = Range {
+        values: Interval::NONE,
+        is_partial: true,
+    };
+
+    pub fn is_none(&self) -> bool {
+        self.values.is_none()
+    }
+
+    /// All values are there, and finite.
+    pub fn is_whole(&self) -> bool {
+        self.values.is_finite() && !self.is_partial
+    }
+
+    /// Below zero or above throughout. Where there is no value, it is as if above.
+    pub fn sign(&self) -> Option<bool> {
+        if self.is_none() {
+            return Some(false);
+        }
+        let below = self.values.high < 0.0;
+        let is_known = self.values.excludes_zero() && !(below && self.is_partial);
+        is_known.then_some(below)
+    }
+
+    #[inline(always)]
+    fn joined(&self, other: &Range, of: impl FnOnce(&Interval, &Interval) -> Interval) -> Range {
+        if self.is_none() || other.is_none() {
+            return Range::NONE;
+        }
+        Range {
+            values: of(&self.values, &other.values),
+            is_partial: self.is_partial || other.is_partial,
+        }
+    }
+
+    #[inline(always)]
+    fn map(&self, of: impl FnOnce(&Interval) -> Interval) -> Range {
+        match self.is_none() {
+            true => *self,
+            false => Range {
+                values: of(&self.values),
+                ..*self
+            },
+        }
+    }
+
+    /// Of a function that never falls.
+    fn rising(&self, function: Unary) -> Range {
+        self.map(|x| rising(x, function, &Interval::LINE))
+    }
+
+    /// Of one that is not defined everywhere.
+    fn rising_in(&self, function: Unary, domain: Interval, range: &Interval) -> Range {
+        let known = self.values.common(&domain);
+        if known.is_none() {
+            return Range::NONE;
+        }
+        Range {
+            values: rising(&known, function, range),
+            is_partial: self.is_partial || known != self.values,
+        }
+    }
+}
+
+impl Real for Range {
+    fn constant(x: f64) -> Range {
+        Range::of(Interval::point(x))
+    }
+
+    fn plus(self, other: Range) -> Range {
+        self.joined(&other, Interval::plus)
+    }
+
+    fn minus(self, other: Range) -> Range {
+        self.joined(&other, Interval::minus)
+    }
+
+    fn times(self, other: Range) -> Range {
+        self.joined(&other, Interval::times)
+    }
+
+    fn over(self, other: Range) -> Range {
+        if other.values.excludes_zero() {
+            return self.joined(&other, Interval::over);
+        }
+        if self.is_none() || other.is_none() || other.values == Interval::ZERO {
+            return Range::NONE;
+        }
+        Range {
+            values: Interval::LINE,
+            is_partial: true,
+        }
+    }
+
+    fn min(self, other: Range) -> Range {
+        self.joined(&other, |a, b| {
+            Interval::new(a.low.min(b.low), a.high.min(b.high))
+        })
+    }
+
+    fn max(self, other: Range) -> Range {
+        self.joined(&other, |a, b| {
+            Interval::new(a.low.max(b.low), a.high.max(b.high))
+        })
+    }
+
+    fn power(self, exponent: u32) -> Range {
+        self.map(|x| power(x, exponent))
+    }
+
+    fn unary(self, function: Unary) -> Range {
+        let unit = Interval::new(-1.0, 1.0);
+        let positive = Interval::new(0.0, f64::INFINITY);
+        match function {
+            Unary::Abs => self.map(magnitude),
+            Unary::Sqrt => self.rising_in(function, positive, &positive),
+            Unary::Ln => self.rising_in(function, positive, &Interval::LINE),
+            Unary::Asin => self.rising_in(function, unit, &Interval::LINE),
+            Unary::Acos => {
+                let asin = self.rising_in(Unary::Asin, unit, &Interval::LINE);
+                asin.map(|x| Interval::around(FRAC_PI_2).minus(x))
+            }
+            Unary::Exp => self.map(|x| rising(x, function, &positive)),
+            Unary::Tanh => self.map(|x| rising(x, function, &unit)),
+            Unary::Atan | Unary::Sinh => self.rising(function),
+            Unary::Cosh => {
+                let range = Interval::new(1.0, f64::INFINITY);
+                self.map(|x| rising(&magnitude(x), function, &range))
+            }
+            Unary::Sin => self.map(|x| wave(x, function, FRAC_PI_2)),
+            Unary::Cos => self.map(|x| wave(x, function, 0.0)),
+            Unary::Tan => {
+                let cos = self.map(|x| wave(x, Unary::Cos, 0.0));
+                if cos.values.excludes_zero() && self.values.width() < PI {
+                    return self.rising(function);
+                }
+                Range {
+                    is_partial: true,
+                    ..self.map(|_| Interval::LINE)
+                }
+            }
+        }
+    }
+
+    fn direction(self) -> Range {
+        let [down, up] = [-1.0, 1.0].map(Range::constant);
+        self.choice(down, up)
+    }
+
+    fn choice(self, below: Range, above: Range) -> Range {
+        if self.values.high < 0.0 {
+            below
+        } else if self.values.low > 0.0 {
+            above
+        } else {
+            below.joined(&above, Interval::hull)
+        }
+    }
+}
+
+fn magnitude(x: &Interval) -> Interval {
+    if x.high <= 0.0 {
+        x.negated()
+    } else if x.low >= 0.0 {
+        *x
+    } else {
+        Interval::new(0.0, x.max_abs())
+    }
+}
+
+fn power(x: &Interval, exponent: u32) -> Interval {
+    if !x.is_finite() {
+        return x.power(exponent);
+    }
+    let [low, high] = [x.low, x.high].map(|x| Interval::point(x).power(exponent));
+    match exponent.is_multiple_of(2) && x.holds(0.0) {
+        true => low.hull(&high).hull(&Interval::ZERO),
+        false => low.hull(&high),
+    }
+}
+
+/// Of a function that never falls, where it is defined; within what it can be at all.
+fn rising(x: &Interval, function: Unary, range: &Interval) -> Interval {
+    let [low, high] = [x.low, x.high].map(|x| x.unary(function));
+    // What is too large for f64 is a number all the same.
+    let low = low.min(f64::MAX);
+    let high = high.max(-f64::MAX);
+    Interval::new(low, high).padded(OFF).common(range)
+}
+
+/// Of a sine that is 1 at `top`.
+fn wave(x: &Interval, function: Unary, top: f64) -> Interval {
+    let unit = Interval::new(-1.0, 1.0);
+    if !(x.max_abs() < FAR) || x.width() >= 2.0 * PI {
+        return unit;
+    }
+    // Whether a place lies within, some whole turns away.
+    let meets = |place: f64| {
+        let turns = |x: f64| (x - place) / (2.0 * PI);
+        let first = (turns(x.low) - TURNS_OFF).ceil();
+        first <= (turns(x.high) + TURNS_OFF).floor()
+    };
+    let [a, b] = [x.low, x.high].map(|x| x.unary(function));
+    let mut values = Interval::new(a.min(b), a.max(b)).padded(OFF);
+    if meets(top) {
+        values.high = 1.0;
+    }
+    if meets(top + PI) {
+        values.low = -1.0;
+    }
+    values.common(&unit)
+}

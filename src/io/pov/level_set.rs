@@ -1,0 +1,116 @@
+//! Level sets as POV-Ray's isosurfaces.
+
+use super::{PovError, number, vector};
+use crate::geom::formula::{Binary, Formula, Step, Unary, value_and_gradient};
+use crate::geom::{Clip, LevelSet};
+use crate::math::Aabb;
+use glam::DVec3;
+
+/// Bytes of a formula whose common parts are written out.
+const LONGEST: usize = 1 << 16;
+
+/// Points along an axis at which slopes are looked at, and how much steeper than the
+/// steepest a formula may be between them.
+const POINTS: usize = 24;
+const STEEPER: f64 = 1.5;
+
+/// An isosurface that is sought by its greatest slope, which is only nearly known.
+pub(super) fn level_set(row: &LevelSet, name: impl FnOnce() -> String) -> Result<String, PovError> {
+    let Some(function) = written(row.formula) else {
+        return Err(PovError::LongFormula { name: name() });
+    };
+    let region = row.region.unwrap_or(Aabb::new(DVec3::ZERO, DVec3::ZERO));
+    let container = match row.clip {
+        Some(Clip::Sphere(s)) => format!("sphere {{ {}, {} }}", vector(s.center), number(s.radius)),
+        _ => format!("box {{ {}, {} }}", vector(region.min), vector(region.max)),
+    };
+    let open = if row.open { "  open\n" } else { "" };
+    let steepest = number(steepest(row.formula, &region));
+    Ok(format!(
+        "isosurface {{\n  function {{ {function} }}\n  contained_by {{ {container} }}\n  \
+         accuracy 1e-7 max_gradient {steepest}\n  all_intersections\n{open}}}"
+    ))
+}
+
+fn steepest(formula: &Formula, region: &Aabb) -> f64 {
+    let mut most = 0.0;
+    for i in 0..POINTS * POINTS * POINTS {
+        let place = [i % POINTS, i / POINTS % POINTS, i / (POINTS * POINTS)];
+        let part = DVec3::from_array(place.map(|k| k as f64 / (POINTS - 1) as f64));
+        let at = region.min + region.extent() * part;
+        let (_, slope) = value_and_gradient(formula, at.to_array());
+        let slope = DVec3::from_array(slope).length();
+        if slope.is_finite() {
+            most = f64::max(most, slope);
+        }
+    }
+    most * STEEPER
+}
+
+/// `None`: too long.
+fn written(formula: &Formula) -> Option<String> {
+    let mut all: Vec<String> = Vec::new();
+    for step in formula.steps() {
+        let of = |i: u32| &all[i as usize];
+        let text = match *step {
+            Step::Coordinate(axis) => ["x", "y", "z"][usize::from(axis)].into(),
+            Step::Constant(value) => format!("({})", number(value)),
+            Step::Power(a, exponent) => format!("pow({}, {exponent})", of(a)),
+            Step::Unary(function, a) => format!("{}({})", name(function), of(a)),
+            Step::Binary(operator, a, b) => {
+                let (a, b) = (of(a), of(b));
+                match operator {
+                    Binary::Sum => format!("({a} + {b})"),
+                    Binary::Difference => format!("({a} - {b})"),
+                    Binary::Product => format!("{a} * {b}"),
+                    Binary::Quotient => format!("({a} / ({b}))"),
+                    Binary::Min => format!("min({a}, {b})"),
+                    Binary::Max => format!("max({a}, {b})"),
+                }
+            }
+        };
+        if text.len() > LONGEST {
+            return None;
+        }
+        all.push(text);
+    }
+    all.pop()
+}
+
+fn name(function: Unary) -> &'static str {
+    match function {
+        Unary::Abs => "abs",
+        Unary::Sqrt => "sqrt",
+        Unary::Exp => "exp",
+        Unary::Ln => "ln",
+        Unary::Sin => "sin",
+        Unary::Cos => "cos",
+        Unary::Tan => "tan",
+        Unary::Asin => "asin",
+        Unary::Acos => "acos",
+        Unary::Atan => "atan",
+        Unary::Sinh => "sinh",
+        Unary::Cosh => "cosh",
+        Unary::Tanh => "tanh",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::formula::Builder;
+
+    #[test]
+    fn formulas_are_written_as_pov_ray_reads_them() {
+        let mut b = Builder::default();
+        let [x, y] = [0, 1].map(|axis| b.coordinate(axis));
+        let sine = b.unary(Unary::Sin, x);
+        let product = b.binary(Binary::Product, sine, y);
+        let minus = b.constant(-2.5);
+        let sum = b.binary(Binary::Sum, product, minus);
+        let square = b.power(sum, 2);
+        let quotient = b.binary(Binary::Quotient, square, product);
+        let text = "(pow((sin(x) * y + (-2.5)), 2) / (sin(x) * y))";
+        assert_eq!(written(&b.finish(quotient)).as_deref(), Some(text));
+    }
+}

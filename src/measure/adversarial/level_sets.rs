@@ -1,0 +1,40 @@
+//! Points of level sets at which answers turn: on their surface, with tangents there, so
+//! that rays graze it. In f64, so nearly.
+
+use super::{Random, Target};
+use crate::geom::LevelSet;
+use crate::geom::exact::Line;
+use crate::geom::formula::value_and_gradient;
+use glam::DVec3;
+use std::ops::ControlFlow;
+
+/// Random chords that are tried.
+const TRIES: usize = 8;
+
+pub(super) fn in_level_set(row: &LevelSet, random: &mut Random) -> Target {
+    let on_chord = (0..TRIES).find_map(|_| {
+        let region = row.region?;
+        let mut within = || {
+            let part = DVec3::new(random.part(), random.part(), random.part());
+            region.min + (region.max - region.min) * part
+        };
+        let (a, b) = (within(), within());
+        let (org, dir) = (a.to_array(), (b - a).to_array());
+        let mut met = None;
+        row.changes(&Line { org, dir }, [0.0, 1.0], |change| {
+            met = Some(a.lerp(b, change.t));
+            ControlFlow::Break(())
+        });
+        met
+    });
+    let Some(point) = on_chord else {
+        return random.anywhere();
+    };
+    let (_, slope) = value_and_gradient(row.formula, point.to_array());
+    let slope = DVec3::from_array(slope).try_normalize().unwrap_or(DVec3::Y);
+    let (u, v) = slope.any_orthonormal_pair();
+    Target {
+        point,
+        along: [u, v],
+    }
+}

@@ -1,0 +1,364 @@
+//! Level sets: where a function that is no polynomial changes its sign along a line.
+//!
+//! By halving alone: a part of the line over which intervals show no zero is dropped, and
+//! what is left at the end has one if the signs at its ends differ. Intervals are rounded
+//! to nearest and widened by more than that may be off.
+//!
+//! Where a ray begins on such a surface, or grazes it, the answer hangs on the roundings of
+//! f64. A ray says by how much of what these may be the function is shifted: where an
+//! answer differs when it is shifted up or down, it is not certain.
+
+use super::number::Number;
+use super::ray::Ray;
+use super::root::Root;
+use super::solids::{self, Meeting};
+use crate::geom::formula::{Binary, Step, Unary};
+use crate::geom::{Clip, LevelSet};
+use std::cmp::Ordering;
+use std::f64::consts::PI;
+
+/// Of the part of a line that is looked at: what is not halved any more. Between two zeros
+/// that are nearer to each other, a function without steep waves is nothing but f64's
+/// roundings; and a line that touches a surface has thousands of parts of this length that
+/// intervals say nothing about.
+const SHORTEST: f64 = 1e-9;
+
+/// What an operation may be off by, of its result; what is nearer to 0 is off by as much
+/// as at this size.
+const OFF: f64 = 1e-15;
+const LEAST: f64 = 1e-300;
+
+/// All changes in the clip; of a solid all.
+pub fn meetings<N: Number>(ray: &Ray, row: &LevelSet) -> Result<Vec<Meeting<N>>, N::Doubt> {
+    let clip = match row.clip {
+        None => Vec::new(),
+        Some(Clip::Sphere(sphere)) => solids::sphere::<N>(ray, &sphere),
+        Some(Clip::Cuboid(cuboid)) => solids::cuboid(ray, &cuboid),
+    };
+    let mut found = Vec::new();
+    'changes: for t in changes(ray, row).1 {
+        let meeting = met::<N>(t);
+        for face in &clip {
+            if meeting.t.sign_of(face)?.is_gt() {
+                continue 'changes;
+            }
+        }
+        found.push(meeting);
+    }
+    Ok(found)
+}
+
+/// As an operand: whether the line is in it from the start, and where that changes.
+pub fn span<N: Number>(ray: &Ray, row: &LevelSet) -> (bool, Vec<Meeting<N>>) {
+    let (first, changes) = changes(ray, row);
+    (first, changes.into_iter().map(met).collect())
+}
+
+fn met<N: Number>(t: f64) -> Meeting<N> {
+    let t = Root::fraction(N::of(t), N::of(1.0), Ordering::Greater);
+    let (face, surface) = (0, 0);
+    Meeting { t, face, surface }
+}
+
+/// Whether f is below zero before the first change of its sign, and where it changes.
+fn changes(ray: &Ray, row: &LevelSet) -> (bool, Vec<f64>) {
+    let Some([low, high]) = part(ray, row) else {
+        return (false, Vec::new());
+    };
+    let is_below = |t: f64| {
+        let value = value(row, at(ray, t));
+        if ray.level == 0.0 {
+            return value < 0.0;
+        }
+        let [least, most] = values(row, points(ray, [t, t]));
+        value + ray.level * (most - least) < 0.0
+    };
+    let first = is_below(low);
+    let mut below = first;
+    let mut found = Vec::new();
+    let mut waiting = vec![[low, high]];
+    while let Some([a, b]) = waiting.pop() {
+        let values = values(row, points(ray, [a, b]));
+        if values[0].is_nan() || values[0] > 0.0 || values[1] < 0.0 {
+            // A sign that roundings turned, turns back.
+            let sign = values[1] < 0.0;
+            if sign != below {
+                below = sign;
+                found.push(a);
+            }
+            continue;
+        }
+        let middle = (a + b) / 2.0;
+        if b - a > (high - low) * SHORTEST && a < middle && middle < b {
+            waiting.extend([[middle, b], [a, middle]]);
+            continue;
+        }
+        let counts = !row.open || values.iter().all(|x| x.is_finite());
+        if is_below(b) != below {
+            below = !below;
+            if counts {
+                found.push(nearest(&is_below, [a, b], below));
+            }
+        }
+    }
+    (first, found)
+}
+
+/// By halving; `behind`: whether f is below zero at the second of two t.
+fn nearest(is_below: &dyn Fn(f64) -> bool, [mut a, mut b]: [f64; 2], behind: bool) -> f64 {
+    loop {
+        let middle = (a + b) / 2.0;
+        if !(a < middle && middle < b) {
+            return b;
+        }
+        if is_below(middle) == behind {
+            b = middle;
+        } else {
+            a = middle;
+        }
+    }
+}
+
+/// Of the line, in the box that zeros are sought in.
+fn part(ray: &Ray, row: &LevelSet) -> Option<[f64; 2]> {
+    let region = row.region?;
+    let (mut enter, mut exit) = (f64::NEG_INFINITY, f64::INFINITY);
+    for k in 0..3 {
+        let [o, d] = [ray.org[k], ray.dir[k]];
+        let [from, to] = [(region.min[k] - o) / d, (region.max[k] - o) / d];
+        if d == 0.0 {
+            if o < region.min[k] || o > region.max[k] {
+                return None;
+            }
+        } else {
+            enter = enter.max(from.min(to));
+            exit = exit.min(from.max(to));
+        }
+    }
+    (enter < exit && enter.is_finite() && exit.is_finite()).then_some([enter, exit])
+}
+
+fn at(ray: &Ray, t: f64) -> [f64; 3] {
+    std::array::from_fn(|k| ray.org[k] + ray.dir[k] * t)
+}
+
+fn value(row: &LevelSet, p: [f64; 3]) -> f64 {
+    sloped(row, p).0
+}
+
+/// Outward.
+pub fn gradient(row: &LevelSet, p: [f64; 3]) -> [f64; 3] {
+    sloped(row, p).1
+}
+
+fn function(of: Unary, x: f64) -> f64 {
+    match of {
+        Unary::Abs => x.abs(),
+        Unary::Sqrt => x.sqrt(),
+        Unary::Exp => libm::exp(x),
+        Unary::Ln => libm::log(x),
+        Unary::Sin => libm::sin(x),
+        Unary::Cos => libm::cos(x),
+        Unary::Tan => libm::tan(x),
+        Unary::Asin => libm::asin(x),
+        Unary::Acos => libm::acos(x),
+        Unary::Atan => libm::atan(x),
+        Unary::Sinh => libm::sinh(x),
+        Unary::Cosh => libm::cosh(x),
+        Unary::Tanh => libm::tanh(x),
+    }
+}
+
+fn derivative(of: Unary, x: f64) -> f64 {
+    match of {
+        Unary::Abs => 1.0_f64.copysign(x),
+        Unary::Sqrt => 0.5 / x.sqrt(),
+        Unary::Exp => libm::exp(x),
+        Unary::Ln => 1.0 / x,
+        Unary::Sin => libm::cos(x),
+        Unary::Cos => -libm::sin(x),
+        Unary::Tan => 1.0 / (libm::cos(x) * libm::cos(x)),
+        Unary::Asin => 1.0 / (1.0 - x * x).sqrt(),
+        Unary::Acos => -1.0 / (1.0 - x * x).sqrt(),
+        Unary::Atan => 1.0 / (1.0 + x * x),
+        Unary::Sinh => libm::cosh(x),
+        Unary::Cosh => libm::sinh(x),
+        Unary::Tanh => 1.0 / (libm::cosh(x) * libm::cosh(x)),
+    }
+}
+
+fn power(x: f64, exponent: u32) -> f64 {
+    (0..exponent).fold(1.0, |product, _| product * x)
+}
+
+/// The value and the gradient.
+fn sloped(row: &LevelSet, p: [f64; 3]) -> (f64, [f64; 3]) {
+    let mut all: Vec<(f64, [f64; 3])> = Vec::new();
+    let sum = |a: [f64; 3], s: f64, b: [f64; 3], r: f64| -> [f64; 3] {
+        std::array::from_fn(|k| a[k] * s + b[k] * r)
+    };
+    for step in row.formula.steps() {
+        let of = |i: u32| all[i as usize];
+        all.push(match *step {
+            Step::Coordinate(axis) => {
+                let mut slope = [0.0; 3];
+                slope[usize::from(axis)] = 1.0;
+                (p[usize::from(axis)], slope)
+            }
+            Step::Constant(value) => (value, [0.0; 3]),
+            Step::Power(a, n) => {
+                let (a, u) = of(a);
+                let rate = f64::from(n) * power(a, n - 1);
+                (power(a, n), u.map(|u| u * rate))
+            }
+            Step::Unary(f, a) => {
+                let (a, u) = of(a);
+                (function(f, a), u.map(|u| u * derivative(f, a)))
+            }
+            Step::Binary(operator, i, j) => {
+                let ((a, u), (b, v)) = (of(i), of(j));
+                match operator {
+                    Binary::Sum => (a + b, sum(u, 1.0, v, 1.0)),
+                    Binary::Difference => (a - b, sum(u, 1.0, v, -1.0)),
+                    Binary::Product => (a * b, sum(u, b, v, a)),
+                    Binary::Quotient => (a / b, sum(u, 1.0 / b, v, -a / b / b)),
+                    Binary::Min if a < b => of(i),
+                    Binary::Max if a > b => of(i),
+                    Binary::Min | Binary::Max if a.is_nan() => of(i),
+                    Binary::Min | Binary::Max => of(j),
+                }
+            }
+        });
+    }
+    all.last().copied().unwrap_or_default()
+}
+
+/// [low, high]; NaN: no value anywhere.
+type Interval = [f64; 2];
+
+const LINE: Interval = [f64::NEG_INFINITY, f64::INFINITY];
+
+fn points(ray: &Ray, t: Interval) -> [Interval; 3] {
+    std::array::from_fn(|k| {
+        let along = product([ray.dir[k]; 2], t);
+        wider([ray.org[k] + along[0], ray.org[k] + along[1]])
+    })
+}
+
+fn wider([low, high]: Interval) -> Interval {
+    let off = |x: f64| x.abs() * OFF + LEAST;
+    let finite = |x: f64, end: f64| if x.is_finite() { end } else { x };
+    [finite(low, low - off(low)), finite(high, high + off(high))]
+}
+
+/// The least and the greatest of some numbers; of NaN anything.
+fn hull(all: &[f64]) -> Interval {
+    if all.iter().any(|x| x.is_nan()) {
+        return LINE;
+    }
+    let least = all.iter().fold(f64::INFINITY, |m, x| m.min(*x));
+    let most = all.iter().fold(f64::NEG_INFINITY, |m, x| m.max(*x));
+    wider([least, most])
+}
+
+fn product(a: Interval, b: Interval) -> Interval {
+    hull(&[a[0] * b[0], a[0] * b[1], a[1] * b[0], a[1] * b[1]])
+}
+
+/// Anything, where there may be points without a value.
+fn values(row: &LevelSet, p: [Interval; 3]) -> Interval {
+    let mut all: Vec<Interval> = Vec::new();
+    let mut is_partial = false;
+    for step in row.formula.steps() {
+        let of = |i: u32| all[i as usize];
+        all.push(match *step {
+            Step::Coordinate(axis) => p[usize::from(axis)],
+            Step::Constant(value) => [value; 2],
+            Step::Power(a, _) if of(a)[0].is_nan() => of(a),
+            Step::Power(a, n) => {
+                let [low, high] = of(a);
+                let zero = if low < 0.0 && high > 0.0 { 0.0 } else { high };
+                hull(&[low, zero, high].map(|x| power(x, n)))
+            }
+            Step::Unary(f, a) => {
+                let range = range(f, of(a));
+                is_partial |= range == LINE;
+                range
+            }
+            Step::Binary(operator, a, b) => {
+                let (a, b) = (of(a), of(b));
+                if a[0].is_nan() || b[0].is_nan() {
+                    all.push([f64::NAN; 2]);
+                    continue;
+                }
+                match operator {
+                    Binary::Sum => wider([a[0] + b[0], a[1] + b[1]]),
+                    Binary::Difference => wider([a[0] - b[1], a[1] - b[0]]),
+                    Binary::Product => product(a, b),
+                    Binary::Quotient if b[0] <= 0.0 && b[1] >= 0.0 => {
+                        is_partial = true;
+                        LINE
+                    }
+                    Binary::Quotient => product(a, wider([1.0 / b[1], 1.0 / b[0]])),
+                    Binary::Min => [a[0].min(b[0]), a[1].min(b[1])],
+                    Binary::Max => [a[0].max(b[0]), a[1].max(b[1])],
+                }
+            }
+        });
+    }
+    match all.last() {
+        Some(last) if is_partial && !last[0].is_nan() => LINE,
+        Some(last) => *last,
+        None => [0.0; 2],
+    }
+}
+
+fn range(f: Unary, [low, high]: Interval) -> Interval {
+    if low.is_nan() {
+        return [low; 2];
+    }
+    let domain = match f {
+        Unary::Sqrt | Unary::Ln => [0.0, f64::INFINITY],
+        Unary::Asin | Unary::Acos => [-1.0, 1.0],
+        _ => LINE,
+    };
+    if high < domain[0] || low > domain[1] {
+        return [f64::NAN; 2];
+    }
+    if low < domain[0] || high > domain[1] {
+        return LINE;
+    }
+    // The ends, and the places between them where the function turns.
+    let turns = match f {
+        Unary::Sin => Some(PI / 2.0),
+        Unary::Cos => Some(0.0),
+        Unary::Tan if high - low >= 1.0 => return LINE,
+        Unary::Tan => {
+            // A pole lies where its slope, which is never below 1, is not finite: the
+            // cosine changes its sign.
+            let cos = range(Unary::Cos, [low, high]);
+            if cos[0] <= 0.0 && cos[1] >= 0.0 {
+                return LINE;
+            }
+            None
+        }
+        Unary::Abs | Unary::Cosh if low < 0.0 && high > 0.0 => {
+            return hull(&[low, 0.0, high].map(|x| function(f, x)));
+        }
+        _ => None,
+    };
+    let mut all = vec![function(f, low), function(f, high)];
+    if let Some(first) = turns {
+        if !(high - low < 2.0 * PI && low.abs() < 1e6) {
+            return [-1.0, 1.0];
+        }
+        let nearest = ((low - first) / PI).floor() as i64;
+        for k in nearest..nearest + 4 {
+            let at = first + k as f64 * PI;
+            if at > low - 1e-6 && at < high + 1e-6 {
+                all.push(if k % 2 == 0 { 1.0 } else { -1.0 });
+            }
+        }
+    }
+    hull(&all)
+}

@@ -3,10 +3,12 @@
 
 mod common;
 
-use common::{ALL_AOVS, EVERYTHING, Random, RayColumns, Way, hash, picture, structures};
+use common::{
+    ALL_AOVS, EVERYTHING, Random, RayColumns, Way, gyroid, hash, picture, ring, structures,
+    unit_ball,
+};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::accel::{Structure, World};
-use lanecast::geom::formula::{Binary, Builder, Formula, Unary};
 use lanecast::geom::{Clip, Cuboid, Sphere};
 use lanecast::plan::{Arithmetic, Kernels, native_width, widths};
 use lanecast::reference::{Ray, Reference};
@@ -15,53 +17,6 @@ use lanecast::scene::{
     Appearances, Camera, Edge, Operand, Operator, Scene, SceneBuilder, SceneError, ShapeId,
 };
 use lanecast::trace::{HitId, ShadowCache, spans};
-
-/// Sums of squares of some coordinates.
-fn squares(b: &mut Builder, axes: &[u8]) -> u32 {
-    let mut sum = b.constant(0.0);
-    for axis in axes {
-        let x = b.coordinate(*axis);
-        let square = b.power(x, 2);
-        sum = b.binary(Binary::Sum, sum, square);
-    }
-    sum
-}
-
-/// √(x² + y² + z²) − 1.
-fn ball() -> Formula {
-    let mut b = Builder::default();
-    let sum = squares(&mut b, &[0, 1, 2]);
-    let (root, one) = (b.unary(Unary::Sqrt, sum), b.constant(1.0));
-    let last = b.binary(Binary::Difference, root, one);
-    b.finish(last)
-}
-
-/// (√(x² + z²) − 1)² + y² − 0.09.
-fn torus() -> Formula {
-    let mut b = Builder::default();
-    let sum = squares(&mut b, &[0, 2]);
-    let (root, one) = (b.unary(Unary::Sqrt, sum), b.constant(1.0));
-    let off = b.binary(Binary::Difference, root, one);
-    let off = b.power(off, 2);
-    let y = squares(&mut b, &[1]);
-    let sum = b.binary(Binary::Sum, off, y);
-    let minor = b.constant(0.3 * 0.3);
-    let last = b.binary(Binary::Difference, sum, minor);
-    b.finish(last)
-}
-
-/// sin x cos y + sin y cos z + sin z cos x.
-fn gyroid() -> Formula {
-    let mut b = Builder::default();
-    let mut sum = b.constant(0.0);
-    for axis in 0..3 {
-        let (x, y) = (b.coordinate(axis), b.coordinate((axis + 1) % 3));
-        let (sine, cosine) = (b.unary(Unary::Sin, x), b.unary(Unary::Cos, y));
-        let product = b.binary(Binary::Product, sine, cosine);
-        sum = b.binary(Binary::Sum, sum, product);
-    }
-    b.finish(sum)
-}
 
 fn scene(make: impl FnOnce(&mut SceneBuilder) -> Vec<(ShapeId, DAffine3)>) -> Scene {
     let mut to = SceneBuilder::default();
@@ -102,14 +57,14 @@ fn turned(scale: f64) -> DAffine3 {
 #[test]
 fn what_may_be_written_both_ways_is_met_alike() {
     let tori = [
-        scene(|to| vec![(to.level_set("", torus(), false, None), turned(1.5))]),
+        scene(|to| vec![(to.level_set("", ring(0.3), false, None), turned(1.5))]),
         scene(|to| {
             let tape = common::torus(DVec3::ZERO, [1.0, 0.3]);
             vec![(to.implicit("", tape, false, None), turned(1.5))]
         }),
     ];
     let balls = [
-        scene(|to| vec![(to.level_set("", ball(), false, None), turned(0.7))]),
+        scene(|to| vec![(to.level_set("", unit_ball(), false, None), turned(0.7))]),
         scene(|to| {
             let (center, radius) = (DVec3::ZERO, 1.0);
             vec![(to.sphere("", Sphere { center, radius }), turned(0.7))]
@@ -156,12 +111,17 @@ fn all() -> Scene {
             min: DVec3::splat(-4.0),
             max: DVec3::new(4.0, 3.0, 4.0),
         };
-        let sheet = to.level_set("", gyroid(), true, Some(Clip::Sphere(ball)));
-        let solid = to.level_set("", gyroid(), false, Some(Clip::Cuboid(cuboid)));
+        let sheet = to.level_set("", gyroid(DVec3::ZERO, 1.0), true, Some(Clip::Sphere(ball)));
+        let solid = to.level_set(
+            "",
+            gyroid(DVec3::ZERO, 1.0),
+            false,
+            Some(Clip::Cuboid(cuboid)),
+        );
         let cuboid = to.cuboid("", cuboid);
         let block = [solid, cuboid].map(Operand::shape);
         let block = to.combination("", Operator::Intersection, &block);
-        let ring = to.level_set("", torus(), false, None);
+        let whole = to.level_set("", ring(0.3), false, None);
         let hole = to.sphere(
             "",
             Sphere {
@@ -169,7 +129,7 @@ fn all() -> Scene {
                 radius: 0.5,
             },
         );
-        let ring = [ring, hole].map(Operand::shape);
+        let ring = [whole, hole].map(Operand::shape);
         let ring = to.combination("", Operator::Difference, &ring);
         let at = |x: f64, scale: f64| {
             let place = DAffine3::from_translation(DVec3::new(x, 0.0, 0.0));
@@ -251,7 +211,12 @@ fn a_picture_is_the_same_by_every_way() {
 /// A ray that begins where a surface is: what its function is there, is roundings.
 #[test]
 fn the_reference_knows_where_it_is_not_certain() {
-    let scene = scene(|to| vec![(to.level_set("", ball(), false, None), DAffine3::IDENTITY)]);
+    let scene = scene(|to| {
+        vec![(
+            to.level_set("", unit_ball(), false, None),
+            DAffine3::IDENTITY,
+        )]
+    });
     let appearances = Appearances::of(&scene).expect("one");
     let judge = Reference::new(&scene, &appearances).expect("one");
     let of = |org: [f64; 3], dir: [f64; 3]| {
@@ -269,7 +234,7 @@ fn the_reference_knows_where_it_is_not_certain() {
 
 #[test]
 fn a_line_has_all_its_spans() {
-    let scene = scene(|to| vec![(to.level_set("", torus(), false, None), DAffine3::IDENTITY)]);
+    let scene = scene(|to| vec![(to.level_set("", ring(0.3), false, None), DAffine3::IDENTITY)]);
     let appearances = Appearances::of(&scene).expect("one");
     let org = DVec3::new(-5.0, 0.0, 0.0);
     let spans = spans(&scene, &appearances, org, DVec3::X).expect("few");
@@ -295,7 +260,7 @@ fn a_line_has_all_its_spans() {
 #[test]
 fn what_may_be_anywhere_is_refused() {
     let mut to = SceneBuilder::default();
-    let shape = to.level_set("", gyroid(), true, None);
+    let shape = to.level_set("", gyroid(DVec3::ZERO, 1.0), true, None);
     to.instance("", Edge::shape(shape));
     match to.finish() {
         Err(SceneError::Degenerate { why, .. }) => {

@@ -95,7 +95,7 @@ fn scenes(ours: &[&str], seeds: u64, others: &[&str]) -> Vec<(String, Loaded)> {
 
 fn few() -> Vec<(String, Loaded)> {
     scenes(
-        &["primitives.toml", "instances.toml"],
+        &["primitives.toml", "instances.toml", "formula_solids.toml"],
         4,
         &["meshes/suzanne_1k.glb", "spd/balls_2.nff"],
     )

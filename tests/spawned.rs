@@ -17,6 +17,7 @@ use common::{EVERYTHING, Random, RayColumns};
 use glam::DVec3;
 use lanecast::accel::{Structure, World};
 use lanecast::geom::HalfSpace;
+use lanecast::geom::formula;
 use lanecast::geom::guarded::implicit::blur_at;
 use lanecast::geom::implicit::gradient_at;
 use lanecast::math::Vec3;
@@ -202,6 +203,13 @@ fn bound(
         let (point, tape) = (DVec3::from_array(point), scene.implicits.row(id).tape);
         let size = blur_at(tape, Vec3::<f64>::from(point)) / UNIT;
         object = object.max(size / gradient_at(tape, point).length());
+    }
+    if let lanecast::scene::Shape::LevelSet(id) = shape {
+        let point = subject.object_from_world.point(surface.point.to_array());
+        let formula = scene.level_sets.row(id).formula;
+        let size = formula::blur_at(formula, Vec3::<f64>::from(DVec3::from_array(point))) / UNIT;
+        let (_, slope) = formula::value_and_gradient(formula, point);
+        object = object.max(size / DVec3::from_array(slope).length());
     }
     let at = DVec3::from_array(org).abs().max(surface.point.abs());
     let stretch = subject.world_from_object.norm();

@@ -6,13 +6,13 @@ use super::implicit::Clip;
 use crate::math::Aabb;
 use std::ops::ControlFlow;
 
-/// The solid f(x, y, z) ≤ 0; or, where it is open, the surface f = 0 alone, and of that
-/// what lies in the clip.
+/// The solid f(x, y, z) ≤ 0; or, where it is open, the surface f = 0 alone.
 #[derive(Clone, Copy, Debug)]
 pub struct LevelSet<'a> {
     pub formula: &'a Formula,
     pub open: bool,
-    /// Only of open ones.
+    /// Of an open one, what of it there is. Of a solid, where its surface is sought: what
+    /// it is elsewhere does not matter.
     pub clip: Option<Clip>,
     /// Where zeros are sought: there are no others, or they do not matter. `None`: it is
     /// not known where they are.
@@ -29,6 +29,11 @@ impl LevelSet<'_> {
             _ => true,
         };
         clip && self.formula.steps().iter().all(constant)
+    }
+
+    /// What it is cut off by.
+    pub fn ends(&self) -> Option<Clip> {
+        self.clip.filter(|_| self.open)
     }
 
     /// Calls `visit` where f changes its sign along a line of finite numbers, front to

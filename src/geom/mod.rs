@@ -27,6 +27,7 @@ pub use cone::Cone;
 pub use cuboid::Cuboid;
 pub use cylinder::Cylinder;
 pub use ellipsoid::Ellipsoid;
+pub use formula::{Binary, Formula, Step as FormulaStep, Unary};
 pub use half_space::HalfSpace;
 pub use implicit::{Clip, Implicit};
 pub use level_set::LevelSet;

@@ -148,10 +148,17 @@ impl Interval {
             self.high * other.low,
             self.high * other.high,
         ];
-        // A corner of zero and infinity is NaN, which `min` and `max` pass over; the
-        // other corner at that zero is 0, or the zero's other end gives the infinity.
-        let least = corners.into_iter().fold(f64::NAN, f64::min);
-        let most = corners.into_iter().fold(f64::NAN, f64::max);
+        let [least, most] = if self.is_finite() && other.is_finite() {
+            let [a, b, c, d] = corners;
+            let less = |x: f64, y: f64| if x < y { x } else { y };
+            let more = |x: f64, y: f64| if x > y { x } else { y };
+            [less(less(a, b), less(c, d)), more(more(a, b), more(c, d))]
+        } else {
+            // A corner of zero and infinity is NaN, which `min` and `max` pass over; the
+            // other corner at that zero is 0, or the zero's other end gives the infinity.
+            let least = corners.into_iter().fold(f64::NAN, f64::min);
+            [least, corners.into_iter().fold(f64::NAN, f64::max)]
+        };
         let (mut low, mut high) = (least.next_down(), most.next_up());
         if least >= 0.0 && self.sign() == other.sign() && self.sign() != 0 {
             low = low.max(0.0);

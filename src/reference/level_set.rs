@@ -12,8 +12,7 @@ use super::number::Number;
 use super::ray::Ray;
 use super::root::Root;
 use super::solids::{self, Meeting};
-use crate::geom::formula::{Binary, Step, Unary};
-use crate::geom::{Clip, LevelSet};
+use crate::geom::{Binary, Clip, FormulaStep as Step, LevelSet, Unary};
 use std::cmp::Ordering;
 use std::f64::consts::PI;
 
@@ -30,7 +29,7 @@ const LEAST: f64 = 1e-300;
 
 /// All changes in the clip; of a solid all.
 pub fn meetings<N: Number>(ray: &Ray, row: &LevelSet) -> Result<Vec<Meeting<N>>, N::Doubt> {
-    let clip = match row.clip {
+    let clip = match row.clip.filter(|_| row.open) {
         None => Vec::new(),
         Some(Clip::Sphere(sphere)) => solids::sphere::<N>(ray, &sphere),
         Some(Clip::Cuboid(cuboid)) => solids::cuboid(ray, &cuboid),

@@ -22,8 +22,8 @@ pub struct LevelSets {
 const ROOM: f64 = 1.0 / 4096.0;
 
 impl LevelSets {
-    /// Of a solid, which has all of its surface, the clip says where that is sought;
-    /// whoever gives one makes an intersection with it.
+    /// A solid's clip says where its surface is sought: whoever gives one makes an
+    /// intersection with it.
     pub fn push(&mut self, formula: Formula, open: bool, clip: Option<Clip>) -> LevelSetId {
         let id = LevelSetId(self.formula.len() as u32);
         let (region, bounds) = match clip {
@@ -44,7 +44,7 @@ impl LevelSets {
         };
         self.formula.push(formula);
         self.open.push(open);
-        self.clip.push(clip.filter(|_| open));
+        self.clip.push(clip);
         self.region.push(region);
         self.bounds.push(bounds.map(outward));
         id

@@ -2,6 +2,7 @@
 #![allow(dead_code, unused_imports)]
 
 mod files;
+mod formulas;
 mod hard;
 mod picture;
 mod random;
@@ -9,6 +10,7 @@ mod rays;
 mod surfaces;
 
 pub use files::{Loaded, assets, load};
+pub use formulas::{gyroid, ring, unit_ball};
 pub use hard::{hard_rays, hard_scene};
 pub use picture::{ALL_AOVS, EVERYTHING, Way, hash, picture, structures};
 pub use random::{Random, dented, random_mesh, random_scene, random_shape};

@@ -3,6 +3,7 @@
 
 use super::common::Random;
 use glam::{DAffine3, DMat3, DVec3};
+use lanecast::geom::formula::Formula;
 use lanecast::geom::tape::{Builder, Step};
 use lanecast::geom::*;
 use lanecast::math::Affine;
@@ -175,6 +176,44 @@ impl Change {
         builder.finish(*steps.last().unwrap())
     }
 
+    /// The same of a formula.
+    fn formula(&self, of: &Formula) -> Formula {
+        let mut builder = formula::Builder::default();
+        let mut steps: Vec<u32> = Vec::new();
+        for step in of.steps() {
+            let of = |i: u32| steps[i as usize];
+            let step = match *step {
+                formula::Step::Coordinate(axis) => {
+                    let is_it = |from: &usize| *from == usize::from(axis);
+                    let k = self.turn.from.iter().position(is_it).unwrap();
+                    let new = builder.coordinate(k as u8);
+                    let factor = builder.constant(self.turn.sign[k] / self.scale);
+                    builder.binary(formula::Binary::Product, factor, new)
+                }
+                formula::Step::Constant(value) => builder.constant(value),
+                formula::Step::Power(a, exponent) => builder.power(of(a), exponent),
+                formula::Step::Unary(function, a) => builder.unary(function, of(a)),
+                formula::Step::Binary(operator, a, b) => builder.binary(operator, of(a), of(b)),
+            };
+            steps.push(step);
+        }
+        builder.finish(*steps.last().unwrap())
+    }
+
+    fn clip(&self, clip: &Clip) -> Clip {
+        match clip {
+            Clip::Sphere(s) => Clip::Sphere(Sphere {
+                center: self.point(s.center),
+                radius: s.radius * self.scale,
+            }),
+            Clip::Cuboid(s) => {
+                let (p, q) = (self.point(s.min), self.point(s.max));
+                let (min, max) = (p.min(q), p.max(q));
+                Clip::Cuboid(Cuboid { min, max })
+            }
+        }
+    }
+
     /// Shape `row` of a scene, as the next one of `to`.
     fn shape(&self, scene: &Scene, row: Shape, to: &mut SceneBuilder, order: &mut Order) {
         let scale = self.scale;
@@ -251,18 +290,13 @@ impl Change {
             }
             Shape::Implicit(id) => {
                 let row = scene.implicits.row(id);
-                let clip = row.clip.map(|clip| match clip {
-                    Clip::Sphere(s) => Clip::Sphere(Sphere {
-                        center: self.point(s.center),
-                        radius: s.radius * scale,
-                    }),
-                    Clip::Cuboid(s) => {
-                        let (p, q) = (self.point(s.min), self.point(s.max));
-                        let (min, max) = (p.min(q), p.max(q));
-                        Clip::Cuboid(Cuboid { min, max })
-                    }
-                });
+                let clip = row.clip.map(|clip| self.clip(&clip));
                 to.implicit("", self.tape(row.tape), row.open, clip)
+            }
+            Shape::LevelSet(id) => {
+                let row = scene.level_sets.row(id);
+                let clip = row.clip.map(|clip| self.clip(&clip));
+                to.level_set("", self.formula(row.formula), row.open, clip)
             }
             Shape::Mesh(id) => {
                 let data = self.mesh(&scene.meshes.row(id));

@@ -1,9 +1,10 @@
 //! One primitive of each kind, of a size and at a place of its own.
 
-use super::common::{Random, barth_sextic, clebsch, dented, torus};
+use super::common::{Random, barth_sextic, clebsch, dented, gyroid, torus};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::accel::World;
 use lanecast::geom::exact::sign_at;
+use lanecast::geom::formula::value_and_gradient;
 use lanecast::geom::*;
 use lanecast::math::Affine;
 use lanecast::scene::*;
@@ -34,9 +35,11 @@ pub enum Kind {
     Cubic,
     /// Barth's, with its double points; open and in a clip.
     Sextic,
+    /// A gyroid, open and in a clip.
+    Gyroid,
 }
 
-pub const KINDS: [Kind; 17] = [
+pub const KINDS: [Kind; 18] = [
     Kind::Sphere,
     Kind::Ellipsoid,
     Kind::Quadric,
@@ -54,6 +57,7 @@ pub const KINDS: [Kind; 17] = [
     Kind::Torus,
     Kind::Cubic,
     Kind::Sextic,
+    Kind::Gyroid,
 ];
 
 impl Kind {
@@ -61,7 +65,7 @@ impl Kind {
     pub fn is_convex(self) -> bool {
         !matches!(
             self,
-            Kind::Saddle | Kind::Soup | Kind::Torus | Kind::Cubic | Kind::Sextic
+            Kind::Saddle | Kind::Soup | Kind::Torus | Kind::Cubic | Kind::Sextic | Kind::Gyroid
         )
     }
 
@@ -77,6 +81,7 @@ impl Kind {
                 | Kind::Soup
                 | Kind::Cubic
                 | Kind::Sextic
+                | Kind::Gyroid
         )
     }
 
@@ -100,14 +105,18 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// Of a polynomial surface's polynomial, at a point of the world; exact there.
+    /// Of an implicit surface's function, at a point of the world; of a polynomial exact.
     pub fn sign_at(&self, world: &World, point: [f64; 3]) -> Option<Ordering> {
         let appearance = world.appearances.get(world.scene, 0);
-        let Shape::Implicit(id) = world.scene.shapes.row(appearance.shape) else {
-            return None;
-        };
-        let tape = world.scene.implicits.row(id).tape;
-        Some(sign_at(tape, self.object_from_world.point(point)))
+        let point = self.object_from_world.point(point);
+        match world.scene.shapes.row(appearance.shape) {
+            Shape::Implicit(id) => Some(sign_at(world.scene.implicits.row(id).tape, point)),
+            Shape::LevelSet(id) => {
+                let formula = world.scene.level_sets.row(id).formula;
+                value_and_gradient(formula, point).0.partial_cmp(&0.0)
+            }
+            _ => None,
+        }
     }
 }
 
@@ -254,7 +263,7 @@ fn shape(
             let radii = [0.7 * sizes.x, 0.3 * sizes.y];
             to.implicit("", torus(center, radii), false, None)
         }
-        Kind::Cubic | Kind::Sextic => {
+        Kind::Cubic | Kind::Sextic | Kind::Gyroid => {
             let clip = match random.below(2) {
                 0 => Clip::Sphere(Sphere {
                     center,
@@ -265,6 +274,10 @@ fn shape(
                     max: center + scale,
                 }),
             };
+            if kind == Kind::Gyroid {
+                let waves = gyroid(center, 2.0 / sizes.x);
+                return to.level_set("", waves, true, Some(clip));
+            }
             let tape = match kind {
                 Kind::Cubic => clebsch(center, 0.5 * sizes.x),
                 _ => barth_sextic(center, 0.5 * sizes.x),

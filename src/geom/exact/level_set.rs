@@ -25,7 +25,7 @@ pub fn crossings<'a>(
 
 /// The first beyond t_min, in the clip.
 pub(super) fn first_beyond<'a>(row: &LevelSet<'a>, line: &Line, t_min: f64) -> Option<Root<'a>> {
-    let ends = match row.clip {
+    let ends = match row.ends() {
         None => Some([None, None]),
         Some(Clip::Sphere(sphere)) => solid::sphere(line, &sphere),
         Some(Clip::Cuboid(cuboid)) => solid::cuboid(line, &cuboid),

@@ -5,7 +5,7 @@ use crate::math::{Aabb, Interval};
 use glam::DVec3;
 
 /// Powers of two that are tried as the half width of a cube about the origin.
-const POWERS: std::ops::RangeInclusive<i32> = -40..=40;
+const POWERS: std::ops::RangeInclusive<i32> = -400..=400;
 
 /// Parts of the cube to which each face is moved in, as a power of two.
 const HALVINGS: u32 = 7;

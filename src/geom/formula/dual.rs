@@ -87,6 +87,11 @@ impl<R: Real, const N: usize> Real for Dual<R, N> {
 
     fn unary(self, function: Unary) -> Self {
         let x = self.value;
+        match function {
+            Unary::Sin => return self.sin_cos()[0],
+            Unary::Cos => return self.sin_cos()[1],
+            _ => {}
+        }
         let value = x.unary(function);
         let one = R::constant(1.0);
         let square = |y: R| y.power(2);
@@ -95,8 +100,7 @@ impl<R: Real, const N: usize> Real for Dual<R, N> {
             Unary::Sqrt => R::constant(0.5).over(value),
             Unary::Exp => value,
             Unary::Ln => one.over(x),
-            Unary::Sin => x.unary(Unary::Cos),
-            Unary::Cos => R::constant(0.0).minus(x.unary(Unary::Sin)),
+            Unary::Sin | Unary::Cos => one,
             Unary::Tan => one.plus(square(value)),
             Unary::Asin => one.over(one.minus(square(x)).unary(Unary::Sqrt)),
             Unary::Acos => R::constant(-1.0).over(one.minus(square(x)).unary(Unary::Sqrt)),
@@ -106,6 +110,12 @@ impl<R: Real, const N: usize> Real for Dual<R, N> {
             Unary::Tanh => one.minus(square(value)),
         };
         self.followed(value, rate)
+    }
+
+    fn sin_cos(self) -> [Self; 2] {
+        let [sin, cos] = self.value.sin_cos();
+        let down = R::constant(0.0).minus(sin);
+        [self.followed(sin, cos), self.followed(cos, down)]
     }
 
     fn direction(self) -> Self {

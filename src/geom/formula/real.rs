@@ -19,6 +19,8 @@ pub trait Real: Copy {
     /// To a whole power, 1 at least.
     fn power(self, exponent: u32) -> Self;
     fn unary(self, function: Unary) -> Self;
+    /// Both at once.
+    fn sin_cos(self) -> [Self; 2];
     /// What abs, or the lesser of this and its negative, changes by: −1, 1, or between.
     fn direction(self) -> Self;
     /// Between two others as this is below zero, above, or either.
@@ -106,6 +108,11 @@ impl Real for f64 {
             Unary::Cosh => libm::cosh(self),
             Unary::Tanh => libm::tanh(self),
         }
+    }
+
+    fn sin_cos(self) -> [f64; 2] {
+        let (sin, cos) = libm::sincos(self);
+        [sin, cos]
     }
 
     fn direction(self) -> f64 {
@@ -273,10 +280,10 @@ impl Real for Range {
                 let range = Interval::new(1.0, f64::INFINITY);
                 self.map(|x| rising(&magnitude(x), function, &range))
             }
-            Unary::Sin => self.map(|x| wave(x, function, FRAC_PI_2)),
-            Unary::Cos => self.map(|x| wave(x, function, 0.0)),
+            Unary::Sin => self.sin_cos()[0],
+            Unary::Cos => self.sin_cos()[1],
             Unary::Tan => {
-                let cos = self.map(|x| wave(x, Unary::Cos, 0.0));
+                let [_, cos] = self.sin_cos();
                 if cos.values.excludes_zero() && self.values.width() < PI {
                     return self.rising(function);
                 }
@@ -286,6 +293,18 @@ impl Real for Range {
                 }
             }
         }
+    }
+
+    fn sin_cos(self) -> [Range; 2] {
+        let unit = Interval::new(-1.0, 1.0);
+        let x = self.values;
+        if !(x.max_abs() < FAR) || x.width() >= 2.0 * PI {
+            return [self.map(|_| unit); 2];
+        }
+        let [low, high] = [x.low, x.high].map(Real::sin_cos);
+        let sin = wave(&x, [low[0], high[0]], FRAC_PI_2);
+        let cos = wave(&x, [low[1], high[1]], 0.0);
+        [sin, cos].map(|values| Range { values, ..self })
     }
 
     fn direction(self) -> Range {
@@ -334,19 +353,15 @@ fn rising(x: &Interval, function: Unary, range: &Interval) -> Interval {
     Interval::new(low, high).padded(OFF).common(range)
 }
 
-/// Of a sine that is 1 at `top`.
-fn wave(x: &Interval, function: Unary, top: f64) -> Interval {
+/// Of a sine that is 1 at `top`, and what it is at the ends.
+fn wave(x: &Interval, [a, b]: [f64; 2], top: f64) -> Interval {
     let unit = Interval::new(-1.0, 1.0);
-    if !(x.max_abs() < FAR) || x.width() >= 2.0 * PI {
-        return unit;
-    }
     // Whether a place lies within, some whole turns away.
     let meets = |place: f64| {
         let turns = |x: f64| (x - place) / (2.0 * PI);
         let first = (turns(x.low) - TURNS_OFF).ceil();
         first <= (turns(x.high) + TURNS_OFF).floor()
     };
-    let [a, b] = [x.low, x.high].map(|x| x.unary(function));
     let mut values = Interval::new(a.min(b), a.max(b)).padded(OFF);
     if meets(top) {
         values.high = 1.0;

@@ -126,7 +126,7 @@ fn corners_are_crossed_like_all_else() {
     // min(|x − 1| − 1/2, |x + 1| − 1/4).
     let f = of_x(|b, x| {
         let one = b.constant(1.0);
-        let mut part = |b: &mut Builder, operator, size| {
+        let part = |b: &mut Builder, operator, size| {
             let off = b.binary(operator, x, one);
             let off = b.unary(Unary::Abs, off);
             let size = b.constant(size);

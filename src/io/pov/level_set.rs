@@ -20,7 +20,7 @@ pub(super) fn level_set(row: &LevelSet, name: impl FnOnce() -> String) -> Result
         return Err(PovError::LongFormula { name: name() });
     };
     let region = row.region.unwrap_or(Aabb::new(DVec3::ZERO, DVec3::ZERO));
-    let container = match row.clip {
+    let container = match row.ends() {
         Some(Clip::Sphere(s)) => format!("sphere {{ {}, {} }}", vector(s.center), number(s.radius)),
         _ => format!("box {{ {}, {} }}", vector(region.min), vector(region.max)),
     };

@@ -28,11 +28,13 @@ impl Interval {
     /// Without a number in it; not to be worked with.
     pub const NONE: Interval = Interval::new(f64::NAN, f64::NAN);
 
+    #[inline]
     pub const fn new(low: f64, high: f64) -> Interval {
         Interval { low, high }
     }
 
     /// Of a finite number.
+    #[inline]
     pub fn point(x: f64) -> Interval {
         if x.is_finite() {
             Interval::new(x, x)
@@ -46,11 +48,13 @@ impl Interval {
         Interval::point(x).padded(2.0 * f64::EPSILON)
     }
 
+    #[inline]
     pub fn is_none(&self) -> bool {
         self.low.is_nan()
     }
 
     /// Ends that are off by so much of themselves, at most.
+    #[inline]
     pub fn padded(&self, part: f64) -> Interval {
         let room = |x: f64| x.abs() * part + f64::MIN_POSITIVE;
         let met = |x: f64, end: f64| if x.is_infinite() { x } else { end };
@@ -73,6 +77,7 @@ impl Interval {
     }
 
     /// What both have.
+    #[inline]
     pub fn common(&self, other: &Interval) -> Interval {
         let (low, high) = (self.low.max(other.low), self.high.min(other.high));
         if low <= high {
@@ -82,24 +87,29 @@ impl Interval {
         }
     }
 
+    #[inline]
     pub fn width(&self) -> f64 {
         self.high - self.low
     }
 
+    #[inline]
     pub fn is_finite(&self) -> bool {
         self.low.is_finite() && self.high.is_finite()
     }
 
+    #[inline]
     pub fn excludes_zero(&self) -> bool {
         self.low > 0.0 || self.high < 0.0
     }
 
     /// Of a finite interval, some number between its ends.
+    #[inline]
     pub fn middle(&self) -> f64 {
         // Halves of the smallest numbers round.
         (0.5 * self.low + 0.5 * self.high).clamp(self.low, self.high)
     }
 
+    #[inline]
     pub fn max_abs(&self) -> f64 {
         self.low.abs().max(self.high.abs())
     }
@@ -111,6 +121,7 @@ impl Interval {
         }
     }
 
+    #[inline]
     pub fn plus(&self, other: &Interval) -> Interval {
         if *other == Interval::ZERO {
             return *self;
@@ -124,6 +135,7 @@ impl Interval {
         }
     }
 
+    #[inline]
     pub fn minus(&self, other: &Interval) -> Interval {
         if *other == Interval::ZERO {
             return *self;
@@ -134,6 +146,7 @@ impl Interval {
         }
     }
 
+    #[inline]
     pub fn times(&self, other: &Interval) -> Interval {
         if *self == Interval::ZERO || *other == Interval::ZERO {
             return Interval::ZERO;
@@ -160,16 +173,17 @@ impl Interval {
             [least, corners.into_iter().fold(f64::NAN, f64::max)]
         };
         let (mut low, mut high) = (least.next_down(), most.next_up());
-        if least >= 0.0 && self.sign() == other.sign() && self.sign() != 0 {
-            low = low.max(0.0);
+        if least == 0.0 && self.sign() == other.sign() && self.sign() != 0 {
+            low = 0.0;
         }
-        if most <= 0.0 && self.sign() == -other.sign() && self.sign() != 0 {
-            high = high.min(0.0);
+        if most == 0.0 && self.sign() == -other.sign() && self.sign() != 0 {
+            high = 0.0;
         }
         Interval { low, high }
     }
 
     /// By a power of two: nothing is lost, where nothing leaves the range.
+    #[inline]
     fn times_power(&self, power: &Interval) -> Option<Interval> {
         let by = power.low;
         if by != power.high || !is_power_of_two(by) {
@@ -236,6 +250,7 @@ impl Interval {
     }
 
     /// 1 where nothing is negative, −1 where nothing is positive.
+    #[inline]
     fn sign(&self) -> i32 {
         if self.low >= 0.0 {
             1
@@ -247,11 +262,13 @@ impl Interval {
     }
 }
 
+#[inline]
 fn sum_below(a: f64, b: f64) -> f64 {
     let sum = a + b;
     if sum == 0.0 { 0.0 } else { sum.next_down() }
 }
 
+#[inline]
 fn sum_above(a: f64, b: f64) -> f64 {
     let sum = a + b;
     if sum == 0.0 { 0.0 } else { sum.next_up() }

@@ -37,6 +37,7 @@ impl<R: Real, const N: usize> Dual<R, N> {
 }
 
 impl<R: Real, const N: usize> Real for Dual<R, N> {
+    #[inline]
     fn constant(x: f64) -> Self {
         Dual {
             value: R::constant(x),
@@ -44,32 +45,38 @@ impl<R: Real, const N: usize> Real for Dual<R, N> {
         }
     }
 
+    #[inline]
     fn plus(self, other: Self) -> Self {
         self.joined(other, self.value.plus(other.value), R::plus)
     }
 
+    #[inline]
     fn minus(self, other: Self) -> Self {
         self.joined(other, self.value.minus(other.value), R::minus)
     }
 
+    #[inline]
     fn times(self, other: Self) -> Self {
         let value = self.value.times(other.value);
         let slope = |a: R, b: R| a.times(other.value).plus(b.times(self.value));
         self.joined(other, value, slope)
     }
 
+    #[inline]
     fn over(self, other: Self) -> Self {
         let value = self.value.over(other.value);
         let slope = |a: R, b: R| a.minus(b.times(value)).over(other.value);
         self.joined(other, value, slope)
     }
 
+    #[inline]
     fn min(self, other: Self) -> Self {
         let less = self.value.minus(other.value);
         let value = self.value.min(other.value);
         self.joined(other, value, |a, b| less.choice(a, b))
     }
 
+    #[inline]
     fn max(self, other: Self) -> Self {
         let less = self.value.minus(other.value);
         let value = self.value.max(other.value);

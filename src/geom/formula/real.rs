@@ -40,27 +40,33 @@ pub trait Real: Copy {
 }
 
 impl Real for f64 {
+    #[inline]
     fn constant(x: f64) -> f64 {
         x
     }
 
+    #[inline]
     fn plus(self, other: f64) -> f64 {
         self + other
     }
 
+    #[inline]
     fn minus(self, other: f64) -> f64 {
         self - other
     }
 
+    #[inline]
     fn times(self, other: f64) -> f64 {
         self * other
     }
 
+    #[inline]
     fn over(self, other: f64) -> f64 {
         self / other
     }
 
     /// NaN where either is, unlike std's.
+    #[inline]
     fn min(self, other: f64) -> f64 {
         if self < other || self.is_nan() {
             self
@@ -69,6 +75,7 @@ impl Real for f64 {
         }
     }
 
+    #[inline]
     fn max(self, other: f64) -> f64 {
         if self > other || self.is_nan() {
             self
@@ -216,22 +223,27 @@ impl Range {
 }
 
 impl Real for Range {
+    #[inline]
     fn constant(x: f64) -> Range {
         Range::of(Interval::point(x))
     }
 
+    #[inline]
     fn plus(self, other: Range) -> Range {
         self.joined(&other, Interval::plus)
     }
 
+    #[inline]
     fn minus(self, other: Range) -> Range {
         self.joined(&other, Interval::minus)
     }
 
+    #[inline]
     fn times(self, other: Range) -> Range {
         self.joined(&other, Interval::times)
     }
 
+    #[inline]
     fn over(self, other: Range) -> Range {
         if other.values.excludes_zero() {
             return self.joined(&other, Interval::over);
@@ -245,12 +257,14 @@ impl Real for Range {
         }
     }
 
+    #[inline]
     fn min(self, other: Range) -> Range {
         self.joined(&other, |a, b| {
             Interval::new(a.low.min(b.low), a.high.min(b.high))
         })
     }
 
+    #[inline]
     fn max(self, other: Range) -> Range {
         self.joined(&other, |a, b| {
             Interval::new(a.low.max(b.low), a.high.max(b.high))
@@ -301,10 +315,12 @@ impl Real for Range {
         if !(x.max_abs() < FAR) || x.width() >= 2.0 * PI {
             return [self.map(|_| unit); 2];
         }
-        let [low, high] = [x.low, x.high].map(Real::sin_cos);
-        let sin = wave(&x, [low[0], high[0]], FRAC_PI_2);
-        let cos = wave(&x, [low[1], high[1]], 0.0);
-        [sin, cos].map(|values| Range { values, ..self })
+        let (low, high) = (Real::sin_cos(x.low), Real::sin_cos(x.high));
+        let of = |values: Interval| Range { values, ..self };
+        [
+            of(wave(&x, [low[0], high[0]], FRAC_PI_2)),
+            of(wave(&x, [low[1], high[1]], 0.0)),
+        ]
     }
 
     fn direction(self) -> Range {
@@ -337,7 +353,8 @@ fn power(x: &Interval, exponent: u32) -> Interval {
     if !x.is_finite() {
         return x.power(exponent);
     }
-    let [low, high] = [x.low, x.high].map(|x| Interval::point(x).power(exponent));
+    let end = |x: f64| Interval::point(x).power(exponent);
+    let (low, high) = (end(x.low), end(x.high));
     match exponent.is_multiple_of(2) && x.holds(0.0) {
         true => low.hull(&high).hull(&Interval::ZERO),
         false => low.hull(&high),
@@ -346,7 +363,7 @@ fn power(x: &Interval, exponent: u32) -> Interval {
 
 /// Of a function that never falls, where it is defined; within what it can be at all.
 fn rising(x: &Interval, function: Unary, range: &Interval) -> Interval {
-    let [low, high] = [x.low, x.high].map(|x| x.unary(function));
+    let (low, high) = (x.low.unary(function), x.high.unary(function));
     // What is too large for f64 is a number all the same.
     let low = low.min(f64::MAX);
     let high = high.max(-f64::MAX);

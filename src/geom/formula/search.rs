@@ -1,8 +1,8 @@
 //! Where a formula changes its sign along a line.
 //!
 //! The part of a line that is looked at is halved, and halves are dropped where interval
-//! arithmetic shows that f has no zero there: by its values, or by the mean value form
-//! (Moore, Interval Analysis, 1966). Where its slope certainly has one sign, f has one
+//! arithmetic (Moore, Interval Analysis, 1966) shows that f has no zero there: by its
+//! values, or by its slopes and what it is at the ends. Where its slope certainly has one sign, f has one
 //! zero if its signs at the ends differ, and that is taken to two neighbouring numbers.
 //! What is shorter than [`SHORTEST`] of the whole is not looked into: it has a zero if the
 //! signs at its ends differ. A sign is what is certain in f64, else the last one that was.
@@ -51,7 +51,7 @@ pub struct Change {
 /// What is used anew for each line.
 #[derive(Default)]
 struct Scratch {
-    waiting: Vec<[f64; 2]>,
+    waiting: Vec<Part>,
     numbers: Vec<f64>,
     ranges: Vec<Range>,
     sloped: Vec<Dual<Range, 1>>,
@@ -59,6 +59,13 @@ struct Scratch {
 
 thread_local! {
     static SCRATCH: Cell<Option<Box<Scratch>>> = const { Cell::new(None) };
+}
+
+/// Of a line, and f at its ends.
+#[derive(Clone, Copy)]
+struct Part {
+    t: Interval,
+    ends: [Range; 2],
 }
 
 /// Calls `visit` at each change, front to back, until it has seen enough; it may be called
@@ -102,12 +109,16 @@ fn walk(
     let [low, high] = search.part;
     waiting.clear();
     if low < high {
-        waiting.push(search.part);
+        waiting.push(Part {
+            t: Interval::new(low, high),
+            ends: [low, high].map(|t| along.at_point(t)),
+        });
     }
     let mut shortest = (high - low) * SHORTEST;
     let (mut first, mut below) = (None, false);
     let mut looked_at = 0;
-    while let Some([a, b]) = waiting.pop() {
+    while let Some(part) = waiting.pop() {
+        let Interval { low: a, high: b } = part.t;
         if !(b > search.between[0]) {
             continue;
         }
@@ -118,16 +129,25 @@ fn walk(
         if looked_at > MOST {
             shortest = f64::INFINITY;
         }
-        let known = along.known(Interval::new(a, b), shortest);
+        let known = along.known(&part, shortest);
         if let Known::Nothing = known {
-            let middle = Interval::new(a, b).middle();
-            waiting.extend([[middle, b], [a, middle]]);
+            let middle = part.t.middle();
+            let at_middle = along.at_point(middle);
+            let [at_a, at_b] = part.ends;
+            let halves = [
+                ([middle, b], [at_middle, at_b]),
+                ([a, middle], [at_a, at_middle]),
+            ];
+            waiting.extend(halves.map(|([low, high], ends)| Part {
+                t: Interval::new(low, high),
+                ends,
+            }));
             continue;
         }
         if first.is_none() {
             below = match known {
                 Known::Sign(sign) => sign,
-                _ => along.over(Interval::point(a)).sign().unwrap_or(false),
+                _ => part.ends[0].sign().unwrap_or(false),
             };
             first = Some(below);
         }
@@ -139,7 +159,7 @@ fn walk(
                 Some(a)
             }
             Known::Ends(counts) => {
-                below = along.over(Interval::point(b)).sign().unwrap_or(below);
+                below = part.ends[1].sign().unwrap_or(below);
                 (counts && below != before).then(|| along.change([a, b]))
             }
             Known::Nothing => None,
@@ -166,96 +186,135 @@ struct Along<'a> {
 impl Along<'_> {
     fn at(&mut self, t: f64) -> f64 {
         let Search { org, dir, .. } = self.search;
-        let point = std::array::from_fn(|k| org[k] + dir[k] * t);
+        let on = |k: usize| org[k] + dir[k] * t;
+        let point = [on(0), on(1), on(2)];
         self.formula.evaluate(&point, self.numbers)
     }
 
-    fn over(&mut self, t: Interval) -> Range {
-        let points = self.points(t).map(Range::of);
-        self.formula.evaluate(&points, self.ranges)
-    }
-
     fn points(&self, t: Interval) -> [Interval; 3] {
-        std::array::from_fn(|k| {
-            let [org, dir] = [self.search.org[k], self.search.dir[k]].map(Interval::point);
-            org.plus(&dir.times(&t))
-        })
+        let on = |k: usize| {
+            let org = Interval::point(self.search.org[k]);
+            org.plus(&Interval::point(self.search.dir[k]).times(&t))
+        };
+        [on(0), on(1), on(2)]
     }
 
-    fn slope(&mut self, t: Interval) -> Range {
+    fn at_point(&mut self, t: f64) -> Range {
+        let [x, y, z] = self.points(Interval::point(t));
+        let at = [Range::of(x), Range::of(y), Range::of(z)];
+        self.formula.evaluate(&at, self.ranges)
+    }
+
+    /// f and its slope over a part.
+    fn over(&mut self, t: Interval) -> Dual<Range, 1> {
         let points = self.points(t);
-        let at = std::array::from_fn(|k| Dual {
+        let at = |k: usize| Dual {
             value: Range::of(points[k]),
             slopes: [Range::of(Interval::point(self.search.dir[k]))],
-        });
-        self.formula.evaluate(&at, self.sloped).slopes[0]
+        };
+        let at = [at(0), at(1), at(2)];
+        self.formula.evaluate(&at, self.sloped)
     }
 
-    fn known(&mut self, t: Interval, shortest: f64) -> Known {
-        let values = self.over(t);
-        if let Some(sign) = values.sign() {
+    fn known(&mut self, part: &Part, shortest: f64) -> Known {
+        let Dual {
+            value,
+            slopes: [slope],
+        } = self.over(part.t);
+        if let Some(sign) = value.sign() {
             return Known::Sign(sign);
         }
-        if values.is_whole() {
-            let slope = self.slope(t);
-            if slope.is_whole() && slope.values.excludes_zero() {
+        if value.is_whole() && slope.is_whole() {
+            if slope.values.excludes_zero() {
                 return Known::Ends(true);
             }
-            // The mean value form: f(m) + f'(T)·(T − m).
-            if slope.is_whole() {
-                let middle = Interval::point(t.middle());
-                let at_middle = self.over(middle).values;
-                let off = t.minus(&middle);
-                let values = at_middle.plus(&slope.values.times(&off));
-                if values.excludes_zero() {
-                    return Known::Sign(values.high < 0.0);
-                }
+            if let Some(sign) = sign_by_slope(part, &slope.values) {
+                return Known::Sign(sign);
             }
         }
-        let middle = t.middle();
-        if t.width() <= shortest || !(t.low < middle && middle < t.high) {
-            return Known::Ends(values.is_whole() || self.search.is_solid);
+        let Interval { low, high } = part.t;
+        let middle = part.t.middle();
+        if high - low <= shortest || !(low < middle && middle < high) {
+            return Known::Ends(value.is_whole() || self.search.is_solid);
         }
         Known::Nothing
     }
 
     /// Between two t of which the signs differ: the one of two neighbouring numbers of
-    /// different signs where f is the lesser. By false position, and halving where that is
-    /// slow. If they do not differ in f64, it is where the first is.
+    /// different signs where f is the lesser. By the secant method; then from where that
+    /// ends. If the signs do not differ in f64, it is where the first is.
     fn change(&mut self, [mut a, mut b]: [f64; 2]) -> f64 {
         let (mut at_a, mut at_b) = (self.at(a), self.at(b));
         let below = at_a < 0.0;
         if below == (at_b < 0.0) {
             return a;
         }
-        let mut halve = false;
+        let ([mut p, mut at_p], [mut q, mut at_q]) = ([a, at_a], [b, at_b]);
+        let mut steps = 0;
+        // From the last end, ever farther until the other is met; then by halves.
+        let mut reach = 0.0;
         loop {
             let middle = 0.5 * a + 0.5 * b;
             if !(a < middle && middle < b) {
                 break;
             }
-            let width = b - a;
-            // A little past the zero, so that both ends come nearer.
-            let [left, right] = [at_a, at_b].map(|at| at / (at_a - at_b) * width);
-            let past = 0.125 * left.abs().min(right.abs());
-            let t = if left < -right {
-                a + left + past
+            let t = if steps < SECANTS {
+                q - at_q * ((q - p) / (at_q - at_p))
+            } else if q == a {
+                a + reach
             } else {
-                b + right - past
+                b - reach
             };
-            let inside = a < t && t < b && !halve;
-            let t = if inside { t } else { middle };
+            let is_inside = a < t && t < b;
+            let t = if is_inside { t } else { middle };
             let at = self.at(t);
             if at == 0.0 {
                 return t;
             }
-            if (at < 0.0) == below {
+            let is_before = (at < 0.0) == below;
+            if is_before {
                 (a, at_a) = (t, at);
             } else {
                 (b, at_b) = (t, at);
             }
-            halve = b - a > 0.5 * width;
+            if steps < SECANTS {
+                steps += 1;
+                [p, at_p] = [q, at_q];
+                let unit = t.abs().next_up() - t.abs();
+                if (t - q).abs() <= 4.0 * unit {
+                    steps = SECANTS;
+                    reach = 2.0 * unit;
+                }
+                [q, at_q] = [t, at];
+            } else if is_before == (q == a) {
+                // Still on the side of the last.
+                q = t;
+                reach *= 4.0;
+            } else {
+                reach = f64::INFINITY;
+            }
         }
         if at_a.abs() <= at_b.abs() { a } else { b }
     }
+}
+
+/// Steps of the secant method, at most.
+const SECANTS: u32 = 12;
+
+/// Of a function that is on one side of zero at both ends of a part, and too flat to come
+/// to the other between them. With slopes from −u to v, and p and q above zero at the ends
+/// of a part of length w, it is above both p − u x and q − v (w − x), and these are above
+/// zero where they meet if v p + u q > u v w.
+fn sign_by_slope(part: &Part, slope: &Interval) -> Option<bool> {
+    let [a, b] = part.ends.map(|end| end.values);
+    let (p, q, u, v, below) = if a.low > 0.0 && b.low > 0.0 {
+        (a.low, b.low, -slope.low, slope.high, false)
+    } else if a.high < 0.0 && b.high < 0.0 {
+        (-a.high, -b.high, slope.high, -slope.low, true)
+    } else {
+        return None;
+    };
+    // Eight roundings, and what underflows.
+    let most = u * v * part.t.width() * (1.0 + 8.0 * f64::EPSILON);
+    (v * p + u * q > most + f64::MIN_POSITIVE).then_some(below)
 }

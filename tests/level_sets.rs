@@ -9,7 +9,8 @@ use common::{
 };
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::accel::{Structure, World};
-use lanecast::geom::{Clip, Cuboid, Sphere};
+use lanecast::geom::formula::Builder;
+use lanecast::geom::{Binary, Clip, Cuboid, Sphere, Unary};
 use lanecast::plan::{Arithmetic, Kernels, native_width, widths};
 use lanecast::reference::{Ray, Reference};
 use lanecast::render::RenderConfig;
@@ -255,6 +256,60 @@ fn a_line_has_all_its_spans() {
         "{}",
         first.normal
     );
+}
+
+/// All but a ball, in a box: also where a line passes by the ball's bounds.
+#[test]
+fn a_solid_without_end_is_everywhere_else() {
+    let scene = scene(|to| {
+        let mut b = Builder::default();
+        let square = |b: &mut Builder, axis| {
+            let x = b.coordinate(axis);
+            b.power(x, 2)
+        };
+        let [x, y, z] = [0, 1, 2].map(|axis| square(&mut b, axis));
+        let sum = b.binary(Binary::Sum, x, y);
+        let sum = b.binary(Binary::Sum, sum, z);
+        let (root, one) = (b.unary(Unary::Sqrt, sum), b.constant(1.0));
+        let last = b.binary(Binary::Difference, one, root);
+        let rest = to.level_set("", b.finish(last), false, None);
+        let (min, max) = (DVec3::splat(-4.0), DVec3::splat(4.0));
+        let operands = [to.cuboid("", Cuboid { min, max }), rest].map(Operand::shape);
+        let all = to.combination("", Operator::Intersection, &operands);
+        vec![(all, DAffine3::IDENTITY)]
+    });
+    let appearances = Appearances::of(&scene).expect("one");
+    let of = |y: f64| -> Vec<[f64; 2]> {
+        let org = DVec3::new(-9.0, y, 0.0);
+        let spans = spans(&scene, &appearances, org, DVec3::X).expect("few");
+        spans
+            .rows
+            .iter()
+            .map(|s| [s.t_enter(), s.t_exit()])
+            .collect()
+    };
+    assert_eq!(of(3.0), [[5.0, 13.0]]);
+    assert_eq!(of(0.0), [[5.0, 8.0], [10.0, 13.0]]);
+    let judge = Reference::new(&scene, &appearances).expect("one");
+    let world = World::build(&scene, &appearances, Structure::Bvh);
+    let mut rays = RayColumns::default();
+    for y in [3.0, 0.0, -1.5, 3.9] {
+        rays.push(DVec3::new(-9.0, y, 0.0), [1.0, 0.0, 0.0]);
+    }
+    for (i, (t, id)) in rays
+        .closest(&world, &kernels(Arithmetic::F32Guarded))
+        .iter()
+        .enumerate()
+    {
+        let (org, dir) = rays.ray(i);
+        let truth = judge
+            .nearest(org, dir.map(f64::from), f64::INFINITY)
+            .expect("a hit");
+        assert!(
+            *id != HitId::NONE && (*t, truth.t) == (5.0, 5.0),
+            "{t} {truth:?}"
+        );
+    }
 }
 
 #[test]

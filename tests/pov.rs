@@ -54,10 +54,12 @@ fn every_kind_is_written() {
         g.polyhedron.points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
         h.polygon.points = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
         i.quadric.coefficients = [1, 2, 3, 4, 5, 6, 7, 8, 9, -1]
+        j = { implicit = 'x^2/2 - min(sin(y), z)', clip.sphere = { center = [0, 1, 0], radius = 2 }, open = true }
         unseen.sphere = { center = [1, 2, 3], radius = 4 }
         [node.all]
         children = [{ shape = 'a' }, { shape = 'b' }, { shape = 'c' }, { shape = 'd' },
-          { shape = 'e' }, { shape = 'f' }, { shape = 'g' }, { shape = 'h' }, { shape = 'i' }]
+          { shape = 'e' }, { shape = 'f' }, { shape = 'g' }, { shape = 'h' }, { shape = 'i' },
+          { shape = 'j' }]
         [[instance]]
         node = 'all'
         transform = [{ rotate_z = 90 }, { translate = [7, 8, 9] }]
@@ -80,8 +82,11 @@ fn every_kind_is_written() {
             "#declare Shape_6 = intersection {\n  plane {",
             "#declare Shape_7 = polygon { 4, <0, 0, 0>, <1, 0, 0>, <0, 1, 0>, <0, 0, 0> } // h\n",
             "#declare Shape_8 = quadric { <1, 2, 3>, <4, 5, 6>, <7, 8, 9>, -1 } // i\n",
+            "#declare Shape_9 = isosurface {\n  function { ((pow(x, 2) / ((2))) - min(sin(y), z)) }\n  \
+             contained_by { sphere { <0, 1, 0>, 2 } }\n  accuracy 1e-7 max_gradient ",
+            "\n  all_intersections\n  open\n} // j\n",
             "#declare Node_0 = union { // all\nobject { Shape_0 }\n",
-            "object { Shape_8 }\n}\n",
+            "object { Shape_9 }\n}\n",
             "object { Node_0 matrix <0, 1, 0, -1, 0, 0, 0, 0, 1, 7, 8, 9> }\n",
         ],
     );
@@ -299,6 +304,8 @@ fn povray_sees_what_is_seen_here() {
         "csg_grid.toml",
         "csg_deep.toml",
         "csg_mesh.toml",
+        "formula_gyroid.toml",
+        "formula_solids.toml",
     ] {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.json");

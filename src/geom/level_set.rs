@@ -19,6 +19,8 @@ pub struct LevelSet<'a> {
     pub region: Option<Aabb>,
     /// Of the solid, or of the surface; `None` where none are known.
     pub bounds: Option<Aabb>,
+    /// Whether f is below zero outside of the region; not asked where there is a clip.
+    pub is_below_beyond: bool,
 }
 
 impl LevelSet<'_> {
@@ -47,8 +49,10 @@ impl LevelSet<'_> {
         visit: impl FnMut(Change) -> ControlFlow<()>,
     ) -> bool {
         let part = self.region.and_then(|region| line.part_in(&region, 1.0));
-        let part = part.filter(|part| part.iter().all(|t| t.is_finite()));
-        let Some(part) = part else { return false };
+        let part = part.filter(|[a, b]| a.is_finite() && b.is_finite() && a < b);
+        let Some(part) = part else {
+            return self.is_below_beyond;
+        };
         let search = Search {
             org: line.org,
             dir: line.dir,

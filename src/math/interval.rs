@@ -80,7 +80,7 @@ impl Interval {
     #[inline]
     pub fn common(&self, other: &Interval) -> Interval {
         let (low, high) = (self.low.max(other.low), self.high.min(other.high));
-        if low <= high {
+        if low <= high && !self.is_none() && !other.is_none() {
             Interval { low, high }
         } else {
             Interval::NONE

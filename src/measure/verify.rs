@@ -7,8 +7,8 @@
 //!
 //! The reference is exact: what differs from it is wrong. `undecided` is, in
 //! `independent`, where the two ways part by roundings anyway, a light that lies in the
-//! surface's plane; and where rays begin on a level set or graze it, what the reference's
-//! own roundings decide. Mismatches are listed in the rays' order, whatever the
+//! surface's plane; and elsewhere, where rays begin on a level set or graze it, what the
+//! reference's own roundings decide. Mismatches are listed in the rays' order, whatever the
 //! number of threads.
 
 mod show;

@@ -22,6 +22,9 @@ use std::f64::consts::PI;
 /// intervals say nothing about.
 const SHORTEST: f64 = 1e-9;
 
+/// Parts of one line that are looked at; beyond that, as if they were so short.
+const MOST: usize = 1 << 18;
+
 /// What an operation may be off by, of its result; what is nearer to 0 is off by as much
 /// as at this size.
 const OFF: f64 = 1e-15;
@@ -62,7 +65,7 @@ fn met<N: Number>(t: f64) -> Meeting<N> {
 /// Whether f is below zero before the first change of its sign, and where it changes.
 fn changes(ray: &Ray, row: &LevelSet) -> (bool, Vec<f64>) {
     let Some([low, high]) = part(ray, row) else {
-        return (false, Vec::new());
+        return (row.is_below_beyond, Vec::new());
     };
     let is_below = |t: f64| {
         let value = value(row, at(ray, t));
@@ -76,7 +79,9 @@ fn changes(ray: &Ray, row: &LevelSet) -> (bool, Vec<f64>) {
     let mut below = first;
     let mut found = Vec::new();
     let mut waiting = vec![[low, high]];
+    let mut looked_at = 0;
     while let Some([a, b]) = waiting.pop() {
+        looked_at += 1;
         let values = values(row, points(ray, [a, b]));
         if values[0].is_nan() || values[0] > 0.0 || values[1] < 0.0 {
             // A sign that roundings turned, turns back.
@@ -88,7 +93,8 @@ fn changes(ray: &Ray, row: &LevelSet) -> (bool, Vec<f64>) {
             continue;
         }
         let middle = (a + b) / 2.0;
-        if b - a > (high - low) * SHORTEST && a < middle && middle < b {
+        let is_long = b - a > (high - low) * SHORTEST && looked_at < MOST;
+        if is_long && a < middle && middle < b {
             waiting.extend([[middle, b], [a, middle]]);
             continue;
         }
@@ -277,7 +283,10 @@ fn values(row: &LevelSet, p: [Interval; 3]) -> Interval {
             Step::Power(a, n) => {
                 let [low, high] = of(a);
                 let zero = if low < 0.0 && high > 0.0 { 0.0 } else { high };
-                hull(&[low, zero, high].map(|x| power(x, n)))
+                // Each product rounds.
+                let [low, high] = hull(&[low, zero, high].map(|x| power(x, n)));
+                let off = f64::from(n) * OFF;
+                [low - low.abs() * off, high + high.abs() * off]
             }
             Step::Unary(f, a) => {
                 let range = range(f, of(a));
@@ -321,10 +330,12 @@ fn range(f: Unary, [low, high]: Interval) -> Interval {
         Unary::Asin | Unary::Acos => [-1.0, 1.0],
         _ => LINE,
     };
-    if high < domain[0] || low > domain[1] {
+    // The logarithm of 0 is no number.
+    let is_end = |x: f64| matches!(f, Unary::Ln) && x <= 0.0;
+    if high < domain[0] || low > domain[1] || is_end(high) {
         return [f64::NAN; 2];
     }
-    if low < domain[0] || high > domain[1] {
+    if low < domain[0] || high > domain[1] || is_end(low) {
         return LINE;
     }
     // The ends, and the places between them where the function turns.

@@ -16,25 +16,34 @@ pub struct LevelSets {
     pub region: Vec<Option<Aabb>>,
     /// Of the solid, or of the surface in its clip; `None` where none are known.
     pub bounds: Vec<Option<Aabb>>,
+    /// Whether the function is below zero outside of the region.
+    pub is_below_beyond: Vec<bool>,
 }
 
 /// By how much a region is larger than the clip that it is made from, as a part of it.
 const ROOM: f64 = 1.0 / 4096.0;
+/// And as a part of its largest coordinate, at least.
+const LEAST_ROOM: f64 = 64.0 * f64::EPSILON;
 
 impl LevelSets {
     /// A solid's clip says where its surface is sought: whoever gives one makes an
     /// intersection with it.
     pub fn push(&mut self, formula: Formula, open: bool, clip: Option<Clip>) -> LevelSetId {
         let id = LevelSetId(self.formula.len() as u32);
-        let (region, bounds) = match clip {
+        let (region, bounds, is_below_beyond) = match clip {
             Some(clip) => {
                 let bounds = clip.bounds();
-                let room = bounds.extent() * ROOM;
-                (Some(bounds.grown(room)), open.then_some(bounds))
+                // Far from the origin no less than coordinates have.
+                let least = DVec3::splat(bounds.max_abs() * LEAST_ROOM);
+                let room = (bounds.extent() * ROOM).max(least);
+                (Some(bounds.grown(room)), open.then_some(bounds), false)
             }
             None => match bounds_of(&formula) {
-                Some((found, is_outside)) => (Some(found), (open || is_outside).then_some(found)),
-                None => (None, None),
+                Some((found, is_outside)) => {
+                    let bounds = (open || is_outside).then_some(found);
+                    (Some(found), bounds, !is_outside)
+                }
+                None => (None, None, false),
             },
         };
         // A step further, for corners that are rounded sums.
@@ -46,6 +55,7 @@ impl LevelSets {
         self.open.push(open);
         self.clip.push(clip);
         self.region.push(region);
+        self.is_below_beyond.push(is_below_beyond);
         self.bounds.push(bounds.map(outward));
         id
     }
@@ -59,6 +69,7 @@ impl LevelSets {
             clip: self.clip[i],
             region: self.region[i],
             bounds: self.bounds[i],
+            is_below_beyond: self.is_below_beyond[i],
         }
     }
 
@@ -71,7 +82,7 @@ impl LevelSets {
     }
 
     pub fn bytes(&self) -> usize {
-        let rest = size_of::<Formula>() + size_of::<bool>() + size_of::<Option<Clip>>();
+        let rest = size_of::<Formula>() + 2 * size_of::<bool>() + size_of::<Option<Clip>>();
         let rest = rest + 2 * size_of::<Option<Aabb>>();
         self.formula
             .iter()

@@ -15,6 +15,9 @@ const HALVINGS: u32 = 7;
 const BOXES: u32 = 2000;
 const SMALLEST: f64 = 1.0 / 64.0;
 
+/// Steps of a formula that one search may evaluate: some tenths of a second.
+const STEPS: u64 = 10_000_000;
+
 /// A box around all zeros, and whether f is above zero everywhere outside of it. `None`
 /// where none is found.
 pub fn bounds_of(formula: &Formula) -> Option<(Aabb, bool)> {
@@ -47,6 +50,7 @@ pub fn bounds_of(formula: &Formula) -> Option<(Aabb, bool)> {
     }
     let reach = f64::from(high).exp2();
     let mut region = [Interval::new(-reach, reach); 3];
+    let mut left = (STEPS / formula.steps().len().max(1) as u64) as u32;
     for face in (0..6).chain(0..6) {
         let (axis, upper) = (face / 2, face % 2 == 1);
         let mut part = 0.5;
@@ -59,7 +63,10 @@ pub fn bounds_of(formula: &Formula) -> Option<(Aabb, bool)> {
             } else {
                 (slab[axis].high, rest[axis].low) = (low + cut, low + cut);
             }
-            if low < rest[axis].high && rest[axis].low < high && is_clear(&mut sign, slab) {
+            if low < rest[axis].high
+                && rest[axis].low < high
+                && is_clear(&mut sign, slab, &mut left)
+            {
                 region = rest;
             } else {
                 part *= 0.5;
@@ -70,9 +77,13 @@ pub fn bounds_of(formula: &Formula) -> Option<(Aabb, bool)> {
 }
 
 /// Whether f certainly has no zero in a box.
-fn is_clear(sign: &mut impl FnMut(&[Interval; 3]) -> Option<bool>, whole: [Interval; 3]) -> bool {
+fn is_clear(
+    sign: &mut impl FnMut(&[Interval; 3]) -> Option<bool>,
+    whole: [Interval; 3],
+    left: &mut u32,
+) -> bool {
     let mut waiting = vec![whole];
-    let mut left = BOXES;
+    let mut boxes = BOXES.min(*left);
     while let Some(region) = waiting.pop() {
         if sign(&region).is_some() {
             continue;
@@ -85,10 +96,11 @@ fn is_clear(sign: &mut impl FnMut(&[Interval; 3]) -> Option<bool>, whole: [Inter
                 w
             }
         });
-        if left == 0 || part(widest) < SMALLEST {
+        if boxes == 0 || part(widest) < SMALLEST {
             return false;
         }
-        left -= 1;
+        boxes -= 1;
+        *left -= 1;
         let middle = region[widest].middle();
         let [mut below, mut above] = [region; 2];
         below[widest].high = middle;

@@ -212,12 +212,14 @@ impl Range {
     /// Of one that is not defined everywhere.
     fn rising_in(&self, function: Unary, domain: Interval, range: &Interval) -> Range {
         let known = self.values.common(&domain);
-        if known.is_none() {
+        // The logarithm of 0 is no number.
+        let is_end = |x: f64| function == Unary::Ln && x <= 0.0;
+        if known.is_none() || is_end(known.high) {
             return Range::NONE;
         }
         Range {
             values: rising(&known, function, range),
-            is_partial: self.is_partial || known != self.values,
+            is_partial: self.is_partial || known != self.values || is_end(known.low),
         }
     }
 }

@@ -8,11 +8,10 @@
 //! signs at its ends differ. A sign is what is certain in f64, else the last one that was.
 //! So two zeros may be missed that are closer together than that, or between which f is
 //! nothing but roundings; and so is a surface that is touched without being crossed.
-//! Nothing else is.
+//! Nothing else is, unless a line has so many zeros that the search is cut short ([`MOST`]).
 //!
-//! A zero's t is *defined* by this search, which depends on the formula and the line
-//! alone: it is one and the same number to all who ask, and exact arithmetic takes it
-//! from there.
+//! A zero's t is *defined* by this search: it is one and the same number to all who ask
+//! about a ray, and exact arithmetic takes it from there.
 
 use super::{Dual, Formula, Range};
 use crate::math::Interval;

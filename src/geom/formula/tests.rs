@@ -122,6 +122,46 @@ fn where_there_is_no_value_there_is_nothing() {
 }
 
 #[test]
+fn what_is_made_of_no_value_has_none() {
+    let none = Range::NONE;
+    for function in ALL {
+        assert!(none.unary(function).is_none(), "{function:?}");
+    }
+    let one = Range::constant(1.0);
+    let both = [
+        none.plus(one),
+        one.times(none),
+        none.over(one),
+        one.min(none),
+        none.power(3),
+    ];
+    assert!(both.iter().all(Range::is_none), "{both:?}");
+    // √√x − 1/2 and ln of what is 0 before it is x.
+    let f = of_x(|b, x| {
+        let root = b.unary(Unary::Sqrt, x);
+        let root = b.unary(Unary::Sqrt, root);
+        let half = b.constant(0.5);
+        b.binary(Binary::Difference, root, half)
+    });
+    let (_, found) = along_x(&f, [-1.0, 1.0], false);
+    assert!(
+        found.len() == 1 && (found[0].0 - 0.0625).abs() < 1e-15,
+        "{found:?}"
+    );
+    let f = of_x(|b, x| {
+        let zero = b.constant(0.0);
+        let positive = b.binary(Binary::Max, x, zero);
+        b.unary(Unary::Ln, positive)
+    });
+    let (first, found) = along_x(&f, [-1.0, 2.0], true);
+    assert!(!first && found.len() == 2, "{found:?}");
+    assert!(
+        found[0].0.abs() < 1e-9 && (found[1].0 - 1.0).abs() < 1e-15,
+        "{found:?}"
+    );
+}
+
+#[test]
 fn corners_are_crossed_like_all_else() {
     // min(|x − 1| − 1/2, |x + 1| − 1/4).
     let f = of_x(|b, x| {

@@ -54,21 +54,18 @@ pub(super) enum Surface {
 
 /// The steps of an expression.
 pub(super) fn surface(text: &str, parameters: &Parameters) -> Result<Surface> {
+    let fault = match polynomial(text, parameters) {
+        Ok(tape) => return Ok(Surface::Polynomial(tape)),
+        Err(fault) => fault,
+    };
     let mut maker = formula::Maker::default();
     let value = match Parser::new(text, parameters).parse(&mut maker) {
         Ok(value) => value,
-        // Constants of polynomials may be of any size on their way.
-        Err(fault) => {
-            let tape = polynomial(text, parameters);
-            let tape = tape.map_err(|other| match other.is_of_polynomials {
-                true => fault,
-                false => other,
-            });
-            return tape.map(Surface::Polynomial);
-        }
+        Err(other) if fault.is_of_polynomials => return Err(other),
+        Err(_) => return Err(fault),
     };
     match maker.finish(&value) {
-        None => polynomial(text, parameters).map(Surface::Polynomial),
+        None => Err(fault),
         Some(formula) if formula.steps().len() > MAX_FORMULA_STEPS => {
             Err(too_many(formula.steps().len(), MAX_FORMULA_STEPS))
         }
@@ -353,7 +350,8 @@ impl<'t, M: Make> Parser<'t, M> {
         if NO_FUNCTIONS.contains(&name) {
             let hint = match name {
                 "log" => "the natural logarithm is ln".into(),
-                "pow" | "cbrt" => "a power is written x^2 or x^(1/3)".into(),
+                "pow" => "a power is written x^2".into(),
+                "cbrt" => "of positive numbers it is written x^(1/3)".into(),
                 _ => format!("known are {}", known_functions()),
             };
             return Err(Fault::new(at, format!("{shown} is not supported; {hint}")));

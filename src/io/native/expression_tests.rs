@@ -216,6 +216,7 @@ fn faults_have_a_place_and_a_remedy() {
             "found ','; only min and max have several values",
         ),
         ("min(x, )", 7, "found ')'"),
+        ("sin(x) + y^4097", 10, "this exponent is too large"),
         ("asin(2)*x", 0, "this function has no value"),
         ("exp(9999)*x", 0, "too large for a number"),
         ("sqrt(-2)", 0, "square root of a negative number"),
@@ -294,6 +295,8 @@ fn what_is_no_polynomial_is_a_formula() {
     for text in [
         "sin(2)*x",
         "10^999*x/10^999",
+        "x^2 + y^2/(1 + (a - 3)*z) - 1",
+        "sqrt(1 + (a - 3)*z)*x",
         "x/3 + exp(1)",
         "2^0.5*y + min(3, 4)*x",
         "x^(a - 1)",

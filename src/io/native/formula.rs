@@ -1,6 +1,8 @@
 //! Expressions that are no polynomials into formulas.
 
-use super::make::{Function, Make, Operator, Result, Trouble, of_constants, power_of_constants};
+use super::make::{
+    Function, MAX_EXPONENT, Make, Operator, Result, Trouble, of_constants, power_of_constants,
+};
 use crate::geom::formula::{Binary, Builder, Formula, Unary};
 use crate::io::precise::Precise;
 
@@ -72,6 +74,9 @@ impl Maker {
         let (step, is_polynomial) = self.step(base)?;
         match whole {
             _ if is_large => Err(Trouble::LargeExponent),
+            [Some(exponent), _] | [_, Some(exponent)] if exponent > MAX_EXPONENT => {
+                Err(Trouble::LargeExponent)
+            }
             [Some(exponent), _] => Ok(Value::Step {
                 step: self.builder.power(step, exponent),
                 is_polynomial,

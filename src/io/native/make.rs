@@ -5,8 +5,8 @@ use crate::geom::formula::{Real, Unary};
 use crate::io::precise::{NoConstant, Precise};
 use num_bigint::Sign;
 
-/// Of a constant.
-const MAX_EXPONENT: u32 = 4096;
+/// Of a constant, and of what is no polynomial.
+pub(super) const MAX_EXPONENT: u32 = 4096;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Operator {

@@ -16,6 +16,9 @@ const STEEPER: f64 = 1.5;
 
 /// An isosurface that is sought by its greatest slope, which is only nearly known.
 pub(super) fn level_set(row: &LevelSet, name: impl FnOnce() -> String) -> Result<String, PovError> {
+    if row.is_below_beyond && !row.open {
+        return Err(PovError::Endless { name: name() });
+    }
     let Some(function) = written(row.formula) else {
         return Err(PovError::LongFormula { name: name() });
     };
@@ -44,7 +47,8 @@ fn steepest(formula: &Formula, region: &Aabb) -> f64 {
             most = f64::max(most, slope);
         }
     }
-    most * STEEPER
+    // Of a function that is flat wherever one looks, anything.
+    if most > 0.0 { most * STEEPER } else { 1.0 }
 }
 
 /// `None`: too long.

@@ -51,6 +51,8 @@ pub enum PovError {
          used more than once"
     )]
     LongFormula { name: String },
+    #[error("{name} has no end, which POV-Ray's isosurfaces must have; give it a clip")]
+    Endless { name: String },
     #[error(
         "the scene, as POV-Ray is to have it, has a number beyond f64: {line}; move or scale \
          what is so far away or so large"

@@ -67,6 +67,14 @@ pub(super) fn level_set(what: impl Fn() -> Entity, row: &LevelSet) -> Result<(),
         });
     }
     clip(&what, row.clip)?;
+    if let Some(region) = row.region
+        && !(region.min.is_finite() && region.max.is_finite())
+    {
+        return Err(SceneError::Degenerate {
+            what: what(),
+            why: "its clip is too large for its numbers; scale the shape by a transform".into(),
+        });
+    }
     if row.region.is_none() {
         return Err(SceneError::Degenerate {
             what: what(),

@@ -135,7 +135,7 @@ pub fn boundaries<'a>(
             }
             Shape::LevelSet(id) => {
                 let row = tables.level_sets.row(id);
-                collect_level_set(combined, &row, line, *number, found);
+                collect_level_set(solid, &row, line, *number, found);
             }
             _ => collect(solid, tables, line, *number, found),
         }
@@ -186,7 +186,6 @@ fn collect<'a>(
     if operand.bounds.is_some_and(missed) {
         return;
     }
-    let surface = solid.surface(number, 0);
     let Some(primitive) = solid_of(tables, operand.shape) else {
         return;
     };
@@ -202,19 +201,39 @@ fn collect<'a>(
         inside.push(number);
     }
     for (root, enters) in ends.into_iter().flatten().zip([!at_first, at_first]) {
-        boundaries.push(Boundary {
-            at: Mark {
-                surface,
-                against: enters,
-                ..mark(solid, operand, line, root)
-            },
-            operand: number,
-            enters,
-        });
+        boundaries.push(boundary(solid, line, number, root, enters));
     }
 }
 
-/// The same of a polynomial's surface, where the polynomial changes its sign.
+/// An end of a span of an operand that is one surface.
+fn boundary<'a>(
+    solid: &CsgSolid,
+    line: &Line,
+    number: u32,
+    root: Root<'a>,
+    enters: bool,
+) -> Boundary<Mark<'a>> {
+    let operand = &solid.operands[number as usize];
+    Boundary {
+        at: Mark {
+            surface: solid.surface(number, 0),
+            against: enters,
+            ..mark(solid, operand, line, root)
+        },
+        operand: number,
+        enters,
+    }
+}
+
+/// A line in an operand's space; `None` if it is none there.
+fn own_line(solid: &CsgSolid, line: &Line, number: u32) -> Option<Line> {
+    let operand = &solid.operands[number as usize];
+    let own = in_frame(&solid.frames[operand.frame as usize], operand.frame, line);
+    let is_line = own.dir.iter().any(|x| *x != 0.0) && own.is_finite();
+    is_line.then_some(own)
+}
+
+/// [`collect`] of a polynomial's surface: where the polynomial changes its sign.
 fn collect_implicit<'a>(
     combined: &Combined,
     tape: &'a Tape,
@@ -226,11 +245,9 @@ fn collect_implicit<'a>(
     let solid = &combined.solid;
     let operand = &solid.operands[number as usize];
     let frame = &solid.frames[operand.frame as usize];
-    let own = in_frame(frame, operand.frame, line);
-    let is_line = own.dir.iter().any(|x| *x != 0.0) && own.is_finite();
-    if !is_line {
+    let Some(own) = own_line(solid, line, number) else {
         return;
-    }
+    };
     // What an operand without end does beyond all of the solid, does not matter.
     let between = match operand.bounds.or(combined.bounds) {
         Some(bounds) => line.part_in(&bounds, frame.condition),
@@ -239,21 +256,12 @@ fn collect_implicit<'a>(
     let Some(between) = between else {
         return;
     };
-    let surface = solid.surface(number, 0);
     let first = meetings_between(tape, &own, between, crossings, |meeting| {
         if meeting.before == meeting.after {
             return;
         }
         let enters = meeting.after.is_lt();
-        boundaries.push(Boundary {
-            at: Mark {
-                surface,
-                against: enters,
-                ..mark(solid, operand, line, meeting.root)
-            },
-            operand: number,
-            enters,
-        });
+        boundaries.push(boundary(solid, line, number, meeting.root, enters));
     });
     // A line in the surface is in the solid.
     if first.is_le() {
@@ -261,40 +269,26 @@ fn collect_implicit<'a>(
     }
 }
 
-/// The same of a level set, where its formula changes its sign.
+/// [`collect`] of a level set: where its formula changes its sign.
 fn collect_level_set<'a>(
-    combined: &Combined,
+    solid: &CsgSolid,
     row: &LevelSet<'a>,
     line: &Line,
     number: u32,
     (boundaries, inside): (&mut Vec<Boundary<Mark<'a>>>, &mut Vec<u32>),
 ) {
-    let solid = &combined.solid;
-    let operand = &solid.operands[number as usize];
-    let frame = &solid.frames[operand.frame as usize];
-    let own = in_frame(frame, operand.frame, line);
-    let is_line = own.dir.iter().any(|x| *x != 0.0) && own.is_finite();
-    if !is_line {
+    let Some(own) = own_line(solid, line, number) else {
         return;
-    }
-    let surface = solid.surface(number, 0);
+    };
     let always = crossings(row, &own, |root, enters| {
-        boundaries.push(Boundary {
-            at: Mark {
-                surface,
-                against: enters,
-                ..mark(solid, operand, line, root)
-            },
-            operand: number,
-            enters,
-        });
+        boundaries.push(boundary(solid, line, number, root, enters));
     });
     if always {
         inside.push(number);
     }
 }
 
-/// The same of a mesh, beyond t_min.
+/// [`collect`] of a mesh, beyond t_min.
 fn collect_mesh(
     combined: &Combined,
     tables: &Tables,

@@ -8,6 +8,8 @@ mod outputs;
 mod roots;
 #[path = "cli/solids.rs"]
 mod solids;
+#[path = "cli/solvers.rs"]
+mod solvers;
 #[path = "cli/surfaces.rs"]
 mod surfaces;
 

@@ -59,6 +59,10 @@ pub fn complete(
 ) -> Result<Prepared, CliError> {
     let row = scene::pick_camera(&scene.cameras, config.camera.as_deref())?;
     let of_scene = |source| LoadError::of_scene(path, source);
+    let scene = match config.solver {
+        Some(solver) => scene.solved_by(solver).map_err(of_scene)?,
+        None => scene,
+    };
     let appearances = Appearances::of(&scene).map_err(of_scene)?;
     let (scene, camera) = scene.completed(row, &appearances, aspect(config));
     let plan = plan(&scene, &appearances, &config.choices)

@@ -6,7 +6,7 @@ use super::output::{Results, check_destinations};
 use super::pipeline::{Prepared, prepare};
 use crate::accel::World;
 use crate::measure::{Stats, Watch};
-use crate::plan::{remarks, searched, unbounded};
+use crate::plan::{remarks, searched, solved, unbounded};
 use crate::scene::{Shape, ShapeId, Tables};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -85,6 +85,7 @@ fn report(prepared: &Prepared, world: &World) -> Report {
             notes.extend(unbounded(scene, ShapeId(row)));
             notes.extend(searched(scene, ShapeId(row)));
         }
+        notes.extend(solved(scene, ShapeId(row)));
         if let (Shape::Combination(id), 1..) = (shape, count) {
             let combined = world.combined(*id);
             let solid = &combined.solid;

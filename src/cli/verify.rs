@@ -3,7 +3,7 @@
 
 mod report;
 
-use super::args::{VERIFY_SIZE, VerifyArgs};
+use super::args::VerifyArgs;
 use super::error::CliError;
 use super::interrupt;
 use super::output::{Results, check_destinations};
@@ -38,9 +38,7 @@ const MAX_PIXELS: u64 = 1 << 22;
 const AT_A_TIME: usize = 1 << 18;
 
 pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
-    let mut config = args.common.config(VERIFY_SIZE)?;
-    config.max_depth = args.depth.max_depth;
-    config.build = args.build.quality;
+    let config = args.config()?;
     let pixels = u64::from(config.width) * u64::from(config.height);
     if pixels > MAX_PIXELS {
         return Err(CliError::Usage(format!(

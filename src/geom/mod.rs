@@ -4,6 +4,7 @@
 //! Every kernel is written once, generic over [`Lanes`](crate::math::lanes) and
 //! over certainty.
 
+pub mod by_solver;
 pub mod cone;
 pub mod cuboid;
 mod cylinder;

@@ -11,7 +11,7 @@ mod logic;
 mod solids;
 
 pub use choices::{Choices, LaneCount, Precision};
-pub use solids::{remarks, searched, unbounded};
+pub use solids::{remarks, searched, solved, unbounded};
 
 use crate::scene::{Appearances, Scene, SceneError, Shape};
 use thiserror::Error;

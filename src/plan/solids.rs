@@ -7,6 +7,7 @@
 use super::coplanar::coplanar;
 use super::logic::{Logic, logic};
 use crate::math::Aabb;
+use crate::roots::Solver;
 use crate::scene::{
     CombinationId, CsgOperand, CsgSolid, Operator, Shape, ShapeId, Tables, operand_bounds,
     shape_bounds,
@@ -54,6 +55,22 @@ pub fn unbounded(tables: &Tables, shape: ShapeId) -> Option<String> {
             ))
         }
     }
+}
+
+/// A line about a polynomial surface, or an operand, that has a solver of its own.
+pub fn solved(tables: &Tables, shape: ShapeId) -> Option<String> {
+    let Shape::Implicit(id) = tables.shapes.row(shape) else {
+        return None;
+    };
+    let solver = tables.implicits.solver(id);
+    (solver != Solver::Auto).then(|| {
+        let name = label(tables, shape);
+        format!(
+            "{name}: the solver '{}' finds where rays meet it in fast, and is taken at its word; \
+             the other precisions decide that exactly",
+            solver.name()
+        )
+    })
 }
 
 /// A line about a level set that is placed as it is.

@@ -7,6 +7,7 @@
 use super::AovSet;
 use crate::accel::{BuildQuality, KdQuality};
 use crate::plan::Choices;
+use crate::roots::Solver;
 use crate::trace::Caching;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -18,6 +19,9 @@ pub struct RenderConfig {
     /// Samples per pixel, at least 1; exactly 1 with [`Grid::Corners`].
     pub spp: u32,
     pub choices: Choices,
+    /// What finds where rays meet polynomial surfaces in the precision `fast`; `None`:
+    /// what each surface says.
+    pub solver: Option<Solver>,
     /// Of wide trees, where they are built. No bit of an exact picture depends
     /// on it.
     pub build: BuildQuality,
@@ -45,6 +49,7 @@ impl Default for RenderConfig {
             grid: Grid::default(),
             spp: 1,
             choices: Choices::default(),
+            solver: None,
             build: BuildQuality::default(),
             kd: KdQuality::default(),
             shadow_cache: Caching::default(),

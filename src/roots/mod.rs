@@ -84,6 +84,11 @@ impl Solver {
         }
     }
 
+    /// The highest degree that it takes, where it does not take all.
+    pub fn most(self) -> Option<usize> {
+        (self == Solver::Closed).then_some(closed::MOST)
+    }
+
     /// The exact number of roots with their multiplicities.
     pub fn is_exact(self) -> bool {
         matches!(self, Solver::Auto | Solver::Sturm)
@@ -150,6 +155,17 @@ pub fn solve(
         answer.roots.truncate(1);
     }
     Ok(answer)
+}
+
+/// How many roots are in (low, high], where the solver can tell without finding them and
+/// f64 is certain: by [`Solver::Sturm`] from two counts of signs. Of an interval above 0.
+pub fn count(p: &Polynomial, interval: &Interval, solver: Solver) -> Option<u32> {
+    let (from, to) = (interval.from(), interval.to());
+    let is_asked = solver == Solver::Sturm && from >= 0.0 && interval.is_sound();
+    if !is_asked || p.coefficients()[0] == 0.0 {
+        return None;
+    }
+    sturm::count(p, from, to)
 }
 
 /// All roots in an interval, by [`Solver::Auto`].

@@ -118,6 +118,20 @@ fn changes(rows: &[Row], x: f64) -> Option<u32> {
     (!skipped).then_some(count)
 }
 
+/// How many roots a polynomial with c₀ ≠ 0 has between two numbers from 0 up, neither of
+/// which is one: Sturm's theorem. `None` where a sign is not certain.
+pub fn count(p: &Polynomial, from: f64, to: f64) -> Option<u32> {
+    if p.degree() == 0 {
+        return Some(0);
+    }
+    let k = p.root_bound();
+    let scaled = |t: f64| times_power(t, -k).min(1.0);
+    let mut c = Vec::new();
+    p.scaled_into(k, &mut c);
+    let rows = chain(&c)?;
+    Some(changes(&rows, scaled(from))? - changes(&rows, scaled(to))?)
+}
+
 /// As [`super::bernstein::isolate`].
 pub fn isolate(p: &Polynomial, from: f64, to: f64) -> Vec<Piece> {
     if p.degree() == 0 {

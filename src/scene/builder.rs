@@ -6,6 +6,7 @@ use crate::csg::Operator;
 use crate::geom::formula::Formula;
 use crate::geom::{Clip, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere, Tape};
 use crate::math::Affine;
+use crate::roots::Solver;
 use glam::DVec3;
 
 /// Builds a [`Scene`]. Every `add` gives the id of the new row; names may be
@@ -115,6 +116,14 @@ impl SceneBuilder {
     pub fn implicit(&mut self, name: &str, tape: Tape, open: bool, clip: Option<Clip>) -> ShapeId {
         let id = self.tables.implicits.push(tape, open, clip);
         self.tables.shapes.push(name, Shape::Implicit(id))
+    }
+
+    /// What finds where rays meet a polynomial surface in the precision `fast`. Of other
+    /// shapes nothing is said.
+    pub fn set_solver(&mut self, shape: ShapeId, solver: Solver) {
+        if let Shape::Implicit(id) = self.tables.shapes.row(shape) {
+            self.tables.implicits.solver[id.index()] = solver;
+        }
     }
 
     /// The solid where a formula is not above zero, or the surface where it is zero. Of a

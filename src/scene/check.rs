@@ -14,6 +14,7 @@ pub(crate) use graph::children_first;
 
 use super::csg_bounds::combination_bounds;
 use super::{Leaks, Tables};
+use crate::roots::Solver;
 use glam::DVec3;
 use std::fmt;
 use thiserror::Error;
@@ -105,6 +106,17 @@ pub enum SceneError {
     },
     #[error("{what} is degenerate: {why}")]
     Degenerate { what: Entity, why: String },
+    #[error(
+        "{what} has degree {degree}, and the solver '{}' has formulas to degree {most}; choose \
+         auto or another",
+        solver.name()
+    )]
+    NoFormula {
+        what: Entity,
+        degree: u32,
+        solver: Solver,
+        most: usize,
+    },
     #[error("{what} is empty: it has no {part}")]
     Empty { what: Entity, part: &'static str },
     #[error("{what}: triangle {triangle} uses vertex {vertex}, but there are only {count}")]
@@ -193,6 +205,7 @@ impl SceneError {
             | SceneError::NotFinite { what, .. }
             | SceneError::OutOfRange { what, .. }
             | SceneError::Degenerate { what, .. }
+            | SceneError::NoFormula { what, .. }
             | SceneError::Empty { what, .. }
             | SceneError::VertexOutOfRange { what, .. }
             | SceneError::NotSolid { what, .. }
@@ -220,6 +233,11 @@ pub(super) fn check(scene: &mut Tables) -> Result<(), SceneError> {
     combinations::meshes(scene)?;
     scene.combinations.bounds = combination_bounds(scene, &order);
     graph::appearances(scene)
+}
+
+/// What solvers take, where others are chosen.
+pub(super) fn solvers(scene: &Tables) -> Result<(), SceneError> {
+    shapes::solids(scene)
 }
 
 fn check_rows(scene: &Tables) -> Result<(), SceneError> {

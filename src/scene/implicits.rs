@@ -5,6 +5,7 @@ use crate::geom::exact::sign_at;
 use crate::geom::implicit_bounds::bounds_of;
 use crate::geom::{Clip, Implicit, Tape};
 use crate::math::Aabb;
+use crate::roots::Solver;
 use glam::DVec3;
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -17,6 +18,9 @@ pub struct Implicits {
     pub clip: Vec<Option<Clip>>,
     /// Of the solid, or of the surface in its clip; `None` where none are known.
     pub bounds: Vec<Option<Aabb>>,
+    /// What finds its roots in `fast`, by [`crate::geom::by_solver`]; there and in the
+    /// other precisions [`Solver::Auto`] is the lanes' own, and exact.
+    pub solver: Vec<Solver>,
     /// The latest row of each hash of tape and clip: many rows may share a tape.
     latest: HashMap<u64, u32>,
 }
@@ -41,6 +45,7 @@ impl Implicits {
         self.open.push(open);
         self.clip.push(clip);
         self.bounds.push(bounds);
+        self.solver.push(Solver::Auto);
         id
     }
 
@@ -53,6 +58,11 @@ impl Implicits {
             clip: self.clip[i],
             bounds: self.bounds[i],
         }
+    }
+
+    #[inline(always)]
+    pub fn solver(&self, id: ImplicitId) -> Solver {
+        self.solver[id.index()]
     }
 
     pub fn rows(&self) -> impl Iterator<Item = (ImplicitId, Implicit<'_>)> {
@@ -69,7 +79,7 @@ impl Implicits {
 
     pub fn bytes(&self) -> usize {
         let rest = size_of::<Tape>() + size_of::<bool>() + size_of::<Option<Clip>>();
-        let rest = rest + size_of::<Option<Aabb>>();
+        let rest = rest + size_of::<Option<Aabb>>() + size_of::<Solver>();
         let latest = self.latest.capacity() * size_of::<(u64, u32)>();
         let tapes: usize = self.tape.iter().map(|tape| tape.bytes() + rest).sum();
         tapes + latest

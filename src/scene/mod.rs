@@ -67,6 +67,7 @@ pub use shapes::{Shape, Shapes};
 pub use solids::{Cones, Cuboids, Cylinders, Ellipsoids, HalfSpaces, Quadrics, Spheres};
 pub use transforms::Transforms;
 
+use crate::roots::Solver;
 use std::ops::Deref;
 
 /// Every table of a scene. Absent things are empty tables: no memory, no time.
@@ -152,6 +153,14 @@ impl Scene {
             self.tables.transforms.set_time(time);
             check::at_time(&self.tables, time)?;
         }
+        Ok(self)
+    }
+
+    /// The same scene with one solver for all polynomial surfaces: what finds where rays
+    /// meet them in the precision `fast`. Refused where it cannot take one of them.
+    pub fn solved_by(mut self, solver: Solver) -> Result<Scene, SceneError> {
+        self.tables.implicits.solver.fill(solver);
+        check::solvers(&self.tables)?;
         Ok(self)
     }
 

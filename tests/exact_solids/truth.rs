@@ -415,6 +415,7 @@ impl Truth {
     pub fn first(&self, t_min: f64) -> Option<&Root> {
         let beyond = |root: &&Root| match t_min {
             f64::NEG_INFINITY => true,
+            f64::INFINITY => false,
             t_min => root.order_with(&Number::of(t_min)).is_gt(),
         };
         let ends = self.ends.iter().filter(beyond);

@@ -63,6 +63,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "WHAT", default_value = "auto", requires = "frames", value_parser = parse_reuse)]
     pub reuse: ReuseChoice,
     #[command(flatten)]
+    pub solver: SolverArgs,
+    #[command(flatten)]
     pub common: CommonArgs,
 }
 
@@ -92,6 +94,8 @@ pub struct VerifyArgs {
     pub build: BuildArgs,
     #[command(flatten)]
     pub depth: DepthArgs,
+    #[command(flatten)]
+    pub solver: SolverArgs,
     #[command(flatten)]
     pub common: CommonArgs,
 }
@@ -149,6 +153,8 @@ pub struct BenchArgs {
     /// Draw the results, as an HTML page
     #[arg(long, value_name = "FILE")]
     pub plot: Option<PathBuf>,
+    #[command(flatten)]
+    pub solver: SolverArgs,
     #[command(flatten)]
     pub common: CommonArgs,
 }
@@ -299,6 +305,29 @@ pub struct DepthArgs {
     pub max_depth: u32,
 }
 
+/// Of the commands that trace as rays are met in `fast`.
+#[derive(Args)]
+pub struct SolverArgs {
+    /// What finds where rays meet polynomial surfaces in the precision fast: auto, halving, newton, sturm, closed, bracketed or bernstein [default: what each surface says, or auto]
+    #[arg(long, value_name = "SOLVER", value_parser = parse_solver)]
+    pub solver: Option<Solver>,
+}
+
+impl SolverArgs {
+    /// `precision`: of what is traced, or `None` where `fast` is among it.
+    pub fn checked(&self, precision: Option<Precision>) -> Result<Option<Solver>, CliError> {
+        match (self.solver, precision) {
+            (Some(Solver::Auto) | None, _) | (_, Some(Precision::Fast) | None) => Ok(self.solver),
+            (Some(solver), Some(other)) => Err(CliError::Usage(format!(
+                "--solver {} is for --precision fast; {} decides what rays meet exactly, \
+                 whatever finds it",
+                solver.name(),
+                other.name()
+            ))),
+        }
+    }
+}
+
 /// What every command that traces uses.
 #[derive(Args)]
 pub struct CommonArgs {
@@ -398,7 +427,19 @@ impl RenderArgs {
             max_depth: self.depth.max_depth,
             shadow_cache: self.shadow_cache,
             aovs: self.aov.unwrap_or_default(),
+            solver: self.solver.checked(Some(config.choices.precision))?,
             ..config
+        })
+    }
+}
+
+impl VerifyArgs {
+    pub fn config(&self) -> Result<RenderConfig, CliError> {
+        Ok(RenderConfig {
+            max_depth: self.depth.max_depth,
+            build: self.build.quality,
+            solver: self.solver.checked(self.common.precision)?,
+            ..self.common.config(VERIFY_SIZE)?
         })
     }
 }

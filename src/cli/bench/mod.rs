@@ -40,6 +40,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
         return frames::run(args, frames);
     }
     let mut config = args.common.config(RENDER_SIZE)?;
+    config.solver = args.solver.checked(args.common.precision)?;
     check_config(&mut config)?;
     let inputs: Vec<&Path> = [&args.scene, &args.mesh]
         .into_iter()

@@ -43,6 +43,12 @@ pub(super) fn refuse_extras(source: &Source, kind: &str, row: &Shape) -> Result<
         );
         return Err(source.error(clip.at, message));
     }
+    if let Some(solver) = &row.solver
+        && !is_polynomial
+    {
+        let message = format!("{} cannot have a solver; only a {ONLY}", one(kind));
+        return Err(source.error(solver.at, message));
+    }
     if let Some(parameters) = &row.parameters
         && kind != "implicit"
     {
@@ -77,12 +83,16 @@ pub(super) fn polynomial(
     };
     let clip = row.clip.as_ref().map(|row| clip(source, row)).transpose()?;
     let open = row.open.as_ref().is_some_and(|open| open.value);
-    let clip = match clip {
-        Some(clip) if !open => clip,
-        clip => return Ok(scene.implicit(name, tape, open, clip)),
-    };
-    let solid = scene.implicit("", tape, false, None);
-    Ok(clipped(name, solid, clip, scene))
+    let is_solid = clip.is_some() && !open;
+    let (own, within) = if is_solid { ("", None) } else { (name, clip) };
+    let shape = scene.implicit(own, tape, open, within);
+    if let Some(solver) = &row.solver {
+        scene.set_solver(shape, solver.value.into());
+    }
+    Ok(match clip {
+        Some(clip) if is_solid => clipped(name, shape, clip, scene),
+        _ => shape,
+    })
 }
 
 /// The same of what is no polynomial.
@@ -93,6 +103,11 @@ fn level_set(
     formula: Formula,
     scene: &mut SceneBuilder,
 ) -> Result<ShapeId> {
+    if let Some(solver) = &row.solver {
+        let message = "this implicit is no polynomial, and its zeros are found by intervals; \
+                       leave out the solver";
+        return Err(source.error(solver.at, message));
+    }
     let clip = row.clip.as_ref().map(|row| clip(source, row)).transpose()?;
     let open = row.open.as_ref().is_some_and(|open| open.value);
     match clip {

@@ -8,7 +8,7 @@
 //! [`schema_polynomial`](super::schema_polynomial).
 
 use super::places::At;
-use super::schema_polynomial::{Clip, Coefficients, Parameter, Superquadric, Torus};
+use super::schema_polynomial::{Clip, Coefficients, Parameter, Solver, Superquadric, Torus};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
@@ -169,6 +169,9 @@ pub struct Shape {
     /// Of a torus, superquadric, cubic, quartic or implicit: what of it there is; of
     /// open ones without caps.
     pub clip: Option<At<Clip>>,
+    /// Of a torus, superquadric, cubic, quartic or implicit polynomial: what finds where
+    /// rays meet it in the precision `fast`; "auto" if absent. Other precisions are exact.
+    pub solver: Option<At<Solver>>,
     /// Of a solid made of solids: the name of a material for all its surfaces,
     /// whatever the operands say.
     pub material: Option<At<String>>,

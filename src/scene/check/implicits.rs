@@ -4,11 +4,16 @@ use super::{Entity, SceneError, finite, finite3, require};
 use crate::geom::tape::{Arithmetic, MAX_DEGREE, MAX_SLOTS, MAX_STEPS, Step, Tape};
 use crate::geom::{Clip, Implicit, LevelSet, formula};
 use crate::math::int::decoded;
+use crate::roots::Solver;
 
 /// Bits of exact values: numbers of ordinary size to the 24th power have a tenth of that.
 const MAX_BITS: u64 = 1 << 15;
 
-pub(super) fn implicit(what: impl Fn() -> Entity, row: &Implicit) -> Result<(), SceneError> {
+pub(super) fn implicit(
+    what: impl Fn() -> Entity,
+    row: &Implicit,
+    solver: Solver,
+) -> Result<(), SceneError> {
     let tape = row.tape;
     let degenerate = |why: &str| SceneError::Degenerate {
         what: what(),
@@ -24,6 +29,16 @@ pub(super) fn implicit(what: impl Fn() -> Entity, row: &Implicit) -> Result<(), 
     finite(&what, "constants", &constants)?;
     if tape.degree() > MAX_DEGREE {
         return Err(limit("degree", tape.degree() as usize, "24 at most"));
+    }
+    if let Some(most) = solver.most()
+        && tape.degree() as usize > most
+    {
+        return Err(SceneError::NoFormula {
+            what: what(),
+            degree: tape.degree(),
+            solver,
+            most,
+        });
     }
     if tape.steps().len() > MAX_STEPS {
         return Err(limit("steps", tape.steps().len(), "4096 at most"));

@@ -90,7 +90,10 @@ pub(super) fn solids(scene: &Tables) -> Result<(), SceneError> {
                     });
                 }
             }
-            Shape::Implicit(id) => implicits::implicit(what, &scene.implicits.row(id))?,
+            Shape::Implicit(id) => {
+                let (row, solver) = (scene.implicits.row(id), scene.implicits.solver(id));
+                implicits::implicit(what, &row, solver)?;
+            }
             Shape::LevelSet(id) => implicits::level_set(what, &scene.level_sets.row(id))?,
             Shape::Polyhedron(_) | Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => {}
         }

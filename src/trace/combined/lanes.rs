@@ -13,6 +13,7 @@ use crate::csg::Restricted;
 use crate::geom::Certainty;
 use crate::geom::guarded::Ends;
 use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::roots::Solver;
 use crate::scene::{Shape, Tables};
 use crate::trace::packet::Packet;
 pub(in crate::trace) use ends::{Frames, Spaces, ends};
@@ -216,7 +217,12 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
             let at = more.len();
             let lanes = L::Mask::from_bits(open & here);
             let row = (operand, id);
-            let all = spaces.boundaries((combined, tables), row, lanes, &mut more);
+            let solid = (combined, tables);
+            let all = if !C::GUARDED && tables.implicits.solver(id) != Solver::Auto {
+                spaces.boundaries_by(solid, row, lanes, &mut more)
+            } else {
+                spaces.boundaries(solid, row, lanes, &mut more)
+            };
             track.inside = all.inside.bits();
             track.next = more.get(at).copied().unwrap_or([infinity; 3]);
             track.exit = more.get(at + 1).copied().unwrap_or([infinity; 3]);

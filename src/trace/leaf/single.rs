@@ -5,9 +5,10 @@ use crate::accel::Entry;
 use crate::geom::exact::{Line, Solid, first_beyond};
 use crate::geom::guarded::{self, ObjectRay};
 use crate::geom::{
-    Certainty, Implicit, Meet, Ray, cone, cuboid, ellipsoid, half_space, polygon, quadric, sphere,
+    Certainty, Meet, Ray, by_solver, cone, cuboid, ellipsoid, half_space, polygon, quadric, sphere,
 };
 use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::roots::Solver;
 use crate::scene::{ImplicitId, Shape, Tables};
 use crate::trace::packet::Packet;
 use crate::trace::query::{HitId, Query};
@@ -43,7 +44,7 @@ impl<L: Lanes, C: Certainty, F: Features> Tester<'_, L, C, F> {
                 .0
                 .first_beyond(t_min),
             Shape::Polygon(id) => polygon::meet(&scene.polygons.row(id), ray, active),
-            Shape::Implicit(id) => implicit_certainly(&scene.implicits.row(id), object, active),
+            Shape::Implicit(id) => implicit_certainly(scene, id, object, active),
             Shape::LevelSet(id) => {
                 guarded::level_set::meet(&scene.level_sets.row(id), &object.line(), active)
             }
@@ -113,7 +114,19 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
         active: L::Mask,
         query: &mut Q,
     ) {
-        let surface = &self.world.scene.implicits.row(row);
+        let scene = self.world.scene;
+        let surface = &scene.implicits.row(row);
+        if !C::GUARDED && scene.implicits.solver(row) != Solver::Auto {
+            let limit = query.limit();
+            let blocked = each_lane::<L>(object, active, |lane, line, t_min| {
+                let between = [t_min, limit.lane(lane).to_f64()];
+                by_solver::exists(surface, scene.implicits.solver(row), line, between)
+            });
+            if blocked.any() {
+                query.block(blocked, id);
+            }
+            return;
+        }
         let none = L::Mask::splat(false);
         let (mut blocked, mut unsure) = (none, active);
         if !C::DOUBTS_ALL {
@@ -133,7 +146,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
         if C::GUARDED {
             return self.decide(unsure, id, query);
         }
-        let meet = implicit_certainly(surface, object, unsure);
+        let meet = implicit_certainly(scene, row, object, unsure);
         query.accept(meet.hit & meet.t.gt(object.ray.t_min), meet.t, id);
     }
 }
@@ -173,24 +186,55 @@ fn meet_guarded<L: Lanes>(
     }
 }
 
-/// A surface of any degree, for those who know no doubt: what f64 leaves open is decided
-/// exactly.
+/// A surface of any degree, for those who know no doubt: by the solver that its row names,
+/// or else what f64 leaves open is decided exactly.
 #[inline(never)]
-fn implicit_certainly<L: Lanes>(row: &Implicit, object: &Packet<L>, active: L::Mask) -> Meet<L> {
+fn implicit_certainly<L: Lanes>(
+    scene: &Tables,
+    id: ImplicitId,
+    object: &Packet<L>,
+    active: L::Mask,
+) -> Meet<L> {
+    let row = &scene.implicits.row(id);
+    let solver = scene.implicits.solver(id);
+    if solver != Solver::Auto {
+        let mut t = L::zero();
+        let hit = each_lane(object, active, |lane, line, t_min| {
+            let first = by_solver::first(row, solver, line, [t_min, f64::INFINITY]);
+            if let Some(at) = first {
+                t = t.with_lane(lane, L::Scalar::from_f64(at));
+            }
+            first.is_some()
+        });
+        return Meet::certain(hit, t);
+    }
     let meet = guarded::implicit::meet(row, &object.line(), active);
-    let (mut hit, mut t) = (meet.hit, meet.t);
-    let mut bits = meet.unsure.bits();
+    let mut t = meet.t;
+    let decided = each_lane(object, meet.unsure, |lane, (org, dir), t_min| {
+        let root = first_beyond(&Solid::Implicit(*row), &Line { org, dir }, t_min);
+        if let Some(root) = &root {
+            t = t.with_lane(lane, L::Scalar::from_f64(root.t.value));
+        }
+        root.is_some()
+    });
+    Meet::certain(meet.hit | decided, t)
+}
+
+/// Asks about some lanes one by one: the lane, its line and its t_min.
+#[inline(always)]
+fn each_lane<L: Lanes>(
+    object: &Packet<L>,
+    lanes: L::Mask,
+    mut ask: impl FnMut(usize, ([f64; 3], [f64; 3]), f64) -> bool,
+) -> L::Mask {
+    let (mut bits, mut met) = (lanes.bits(), 0);
     while bits != 0 {
         let lane = bits.trailing_zeros() as usize;
         bits &= bits - 1;
-        let (org, dir) = object.lane(lane);
         let t_min = object.ray.t_min.lane(lane).to_f64();
-        if let Some(root) = first_beyond(&Solid::Implicit(*row), &Line { org, dir }, t_min) {
-            hit = hit | L::Mask::from_bits(1 << lane);
-            t = t.with_lane(lane, L::Scalar::from_f64(root.t.value));
-        }
+        met |= u32::from(ask(lane, object.lane(lane), t_min)) << lane;
     }
-    Meet::certain(hit, t)
+    L::Mask::from_bits(met)
 }
 
 #[inline(always)]

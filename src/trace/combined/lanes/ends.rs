@@ -1,10 +1,12 @@
 //! Where packets come into operands and leave them, each in its own space.
 
 use crate::accel::{Combined, Slabs};
+use crate::geom::exact::Line;
 use crate::geom::guarded::implicit::Boundaries;
 use crate::geom::guarded::{self, Ends, ObjectRay};
 use crate::geom::{
-    Certainty, Cuboid, HalfSpace, Ray, cone, cuboid, ellipsoid, half_space, quadric, sphere,
+    Certainty, Cuboid, HalfSpace, Ray, by_solver, cone, cuboid, ellipsoid, half_space, quadric,
+    sphere,
 };
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Vec3, unit};
@@ -88,6 +90,59 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         Boundaries {
             inside: found.inside,
             unsure: found.unsure | active & !apart & !known,
+        }
+    }
+
+    /// The same by a solver that answers are taken from as they are; in `fast` alone.
+    #[inline(never)]
+    pub fn boundaries_by(
+        &mut self,
+        (combined, tables): (&Combined, &Tables),
+        (operand, row): (&CsgOperand, ImplicitId),
+        active: L::Mask,
+        rows: &mut Vec<[L; 3]>,
+    ) -> Boundaries<L> {
+        let (solver, first) = (tables.implicits.solver(row), rows.len());
+        let tape = &tables.implicits.tape[row.index()];
+        let bounds = operand.bounds.or(combined.bounds);
+        let condition = combined.solid.frames[operand.frame as usize].condition;
+        let (mut inside, mut found) = (0, Vec::new());
+        let mut bits = active.bits();
+        while bits != 0 {
+            let lane = bits.trailing_zeros() as usize;
+            bits &= bits - 1;
+            let at = |v: &Vec3<L::Double>| [v.x.lane(lane), v.y.lane(lane), v.z.lane(lane)];
+            let own = Line {
+                org: at(&self.own.org),
+                dir: at(&self.own.dir),
+            };
+            let t_min = self.own.ray.t_min.lane(lane).to_f64();
+            let all = [t_min, f64::INFINITY];
+            let part = match &bounds {
+                Some(bounds) => own.part_in(bounds, condition),
+                None => Some(all),
+            };
+            let Some([from, to]) = part.map(|[from, to]| [from.max(t_min), to]) else {
+                continue;
+            };
+            if !(from < to) {
+                continue;
+            }
+            let frame = self.of(combined, operand.frame);
+            let line = (at(frame.org), at(frame.dir));
+            let is_inside = by_solver::crossings(tape, solver, line, [from, to], &mut found);
+            inside |= u32::from(is_inside) << lane;
+            for (pass, t) in found.iter().enumerate() {
+                if rows.len() <= first + pass {
+                    rows.push([L::splat(L::Scalar::INFINITY); 3]);
+                }
+                let t = L::Scalar::from_f64(*t);
+                rows[first + pass] = rows[first + pass].map(|row| row.with_lane(lane, t));
+            }
+        }
+        Boundaries {
+            inside: L::Mask::from_bits(inside),
+            unsure: L::Mask::splat(false),
         }
     }
 

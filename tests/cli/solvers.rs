@@ -1,0 +1,175 @@
+//! `--solver`, and solvers of shapes: in `fast` alone.
+
+use super::solids::write;
+use super::{folder, lanecast, names, stderr, stdout};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+const SOLVERS: [&str; 6] = [
+    "halving",
+    "newton",
+    "sturm",
+    "closed",
+    "bracketed",
+    "bernstein",
+];
+
+/// A ring, a part of one, and a ring with a bite; each with what stands for MORE.
+const RINGS: &str = "format = 1
+[camera]
+eye = [0, 5, 5]
+look_at = [0, 0, 0]
+fov_y = 50
+[shape]
+ring = { torus = { major = 1, minor = 0.4 }, MORE }
+half = { torus = { major = 1, minor = 0.4 }, open = true, clip.sphere = { center = [0, 0, 0.8], radius = 0.9 }, MORE }
+bitten.difference = ['ring', { shape = 'ring', transform = [{ translate = [1, 0.1, 0] }] }]
+[[instance]]
+shape = 'ring'
+[[instance]]
+shape = 'half'
+transform = [{ rotate_y = 30 }, { translate = [-2.5, 0, 0] }]
+[[instance]]
+shape = 'bitten'
+transform = [{ rotate_x = 20 }, { translate = [2.2, 0, 0] }]
+";
+
+fn rings(folder: &Path, more: &str) {
+    write(folder, &RINGS.replace(", MORE", more));
+}
+
+/// The picture, after so many arguments more.
+fn rendered(folder: &Path, more: &[&str]) -> Vec<u8> {
+    let arguments = ["render", "a.toml", "-o", "a.png", "--size", "96x72"];
+    let output = lanecast(folder, &[&arguments, more].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    let picture = image::open(folder.join("a.png")).unwrap().into_rgb8();
+    fs::remove_file(folder.join("a.png")).unwrap();
+    picture.into_raw()
+}
+
+fn unlike(a: &[u8], b: &[u8]) -> usize {
+    let pixels = a.chunks(3).zip(b.chunks(3));
+    pixels.filter(|(a, b)| a != b).count()
+}
+
+#[test]
+fn every_solver_draws_nearly_the_same() {
+    let folder = folder();
+    rings(folder.path(), "");
+    let fast = |more: &[&str]| rendered(folder.path(), &[&["--precision", "fast"], more].concat());
+    let auto = fast(&[]);
+    assert_eq!(fast(&["--solver", "auto"]), auto);
+    for solver in SOLVERS {
+        let own = fast(&["--solver", solver]);
+        // Rays that nearly touch.
+        let count = unlike(&own, &auto);
+        assert!(count < 25, "{solver}: {count} pixels");
+        assert_eq!(fast(&["--solver", solver, "--lanes", "1"]), own, "{solver}");
+    }
+}
+
+#[test]
+fn a_solver_of_a_shape_is_that_of_the_command_line() {
+    let folder = folder();
+    rings(folder.path(), "");
+    let guarded = rendered(folder.path(), &[]);
+    let newton = rendered(
+        folder.path(),
+        &["--precision", "fast", "--solver", "newton"],
+    );
+    rings(folder.path(), ", solver = 'newton'");
+    assert_eq!(rendered(folder.path(), &["--precision", "fast"]), newton);
+    // The other precisions do not depend on it.
+    assert_eq!(rendered(folder.path(), &[]), guarded);
+    let output = lanecast(folder.path(), &["plan", "a.toml"]);
+    let said = stdout(&output);
+    assert!(said.contains("'half': the solver 'newton'"), "{said}");
+}
+
+#[test]
+fn verify_counts_what_a_solver_gets_wrong() {
+    let folder = folder();
+    rings(folder.path(), "");
+    let arguments = [
+        "verify", "a.toml", "--solver", "sturm", "--size", "48x36", "--json", "-",
+    ];
+    let output = lanecast(folder.path(), &arguments);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let modes = report["modes"].as_array().unwrap();
+    let names: Vec<_> = modes.iter().map(|mode| &mode["precision"]).collect();
+    assert_eq!(names, ["fast", "guarded", "exact"]);
+}
+
+#[test]
+fn solvers_where_they_mean_nothing_are_refused() {
+    let ring = "ring = { torus = { major = 1, minor = 0.4 } }";
+    let cases = [
+        (
+            ring,
+            "--solver=sturm",
+            2,
+            "--solver sturm is for --precision fast",
+        ),
+        (ring, "--solver=laguerre", 2, "halving"),
+        (
+            "ring = { torus = { major = 1, minor = 0.4 }, solver = 'laguerre' }",
+            "--spp=1",
+            3,
+            "laguerre",
+        ),
+        (
+            "ring = { sphere = { center = [0, 0, 0], radius = 1 }, solver = 'sturm' }",
+            "--spp=1",
+            3,
+            "a sphere cannot have a solver",
+        ),
+        (
+            "ring = { implicit = 'x^2 + y^2 + sin(z)^2 - 1', clip.sphere = { center = [0, 0, 0], radius = 4 }, solver = 'sturm' }",
+            "--spp=1",
+            3,
+            "no polynomial",
+        ),
+        (
+            "ring = { implicit = 'x^6 + y^6 + z^6 - 1', solver = 'closed' }",
+            "--spp=1",
+            3,
+            "formulas to degree 4",
+        ),
+    ];
+    for (shape, option, code, says) in cases {
+        let folder = folder();
+        let text = format!("format = 1\n[shape]\n{shape}\n[[instance]]\nshape = 'ring'\n");
+        write(folder.path(), &text);
+        let arguments = ["render", "a.toml", "-o", "a.png", option];
+        let output = lanecast(folder.path(), &arguments);
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(code), "{said}");
+        assert!(said.contains(says), "{said}");
+        assert_eq!(names(folder.path()), ["a.toml"]);
+    }
+}
+
+#[test]
+fn a_solver_without_a_formula_for_a_shape_names_it() {
+    let folder = folder();
+    let text = "format = 1\n[shape]\nring.implicit = 'x^6 + y^6 + z^6 - 1'\n[[instance]]\nshape = 'ring'\n";
+    write(folder.path(), text);
+    let arguments = [
+        "render",
+        "a.toml",
+        "-o",
+        "a.png",
+        "--precision",
+        "fast",
+        "--solver",
+        "closed",
+    ];
+    let output = lanecast(folder.path(), &arguments);
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert!(said.contains("implicit 'ring' has degree 6"), "{said}");
+    assert_eq!(names(folder.path()), ["a.toml"]);
+}

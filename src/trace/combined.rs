@@ -394,7 +394,9 @@ fn mark<'a>(solid: &CsgSolid, operand: &CsgOperand, line: &Line, root: Root<'a>)
 fn sharpen(solid: &CsgSolid, operand: &CsgOperand, line: &Line, mark: &mut Mark) {
     let root = mark.root;
     mark.is_rough = false;
-    if !(root.t.error <= root.t.value.abs() * KNOWN) {
+    // Of what f64 cannot say, both are infinite.
+    let is_known = root.t.value.is_finite() && root.t.error <= root.t.value.abs() * KNOWN;
+    if !is_known {
         mark.t = Bounded::exact(root.rounded());
     }
     let frame = &solid.frames[operand.frame as usize];

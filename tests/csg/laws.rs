@@ -140,22 +140,21 @@ fn check_programs(programs: u64, rays: usize, seed: u64) {
         let tree = program.tree(random, most);
         let asked = Asked::one(|scene| {
             let shapes = program.shapes(scene, 1.0);
-            Tree::of(Union, [tree]).shape(scene, &shapes)
+            Tree::of(Union, [tree.clone()]).shape(scene, &shapes)
         });
         let rays = random_rays(random, rays, 1.0);
         let truth = agree(&asked, &rays);
         hits += truth.iter().flatten().count();
         all += truth.len();
         let (world, judge) = (asked.world(), asked.judge());
-        for i in 0..rays.len() {
-            let (org, dir) = rays.ray(i);
+        for ray in 0..rays.len() {
+            let (org, dir) = rays.ray(ray);
             let (_, found) = spans(&world, asked.combination(), &line(org, dir));
-            let found = found.iter().map(|c| c.root.rounded());
+            let found: Vec<f64> = found.iter().map(|c| c.root.rounded()).collect();
             let own = judge.crossings(org, dir.map(f64::from), 0, 0);
-            assert!(
-                found.eq(own.iter().map(|c| c.t)),
-                "{seed} {i}: {org:?} {dir:?}"
-            );
+            let own: Vec<f64> = own.iter().map(|c| c.t).collect();
+            let context = || format!("{org:?} {dir:?}\n{tree:?}\n{program:?}");
+            assert_eq!(found, own, "{seed} {i} {ray}: {}", context());
         }
     }
     assert!(hits * 8 > all && hits * 10 < all * 9, "{hits} of {all}");

@@ -1,9 +1,9 @@
 //! Quadrics as operands: solids of which a line may have two parts, or all but one.
 
 use super::asked::{Asked, agree, line, spans};
-use super::common::Random;
+use super::common::{Random, RayColumns};
 use super::programs::{Leaf, random_quadric, random_rays};
-use glam::DVec3;
+use glam::{DAffine3, DMat3, DVec3};
 use lanecast::geom::{Cuboid, Quadric, Sphere, exact};
 use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};
 use lanecast::trace::TURNED;
@@ -27,6 +27,39 @@ fn cut(operator: Operator, row: Quadric) -> Asked {
             &[Operand::shape(block), Operand::shape(other)],
         )
     })
+}
+
+/// Along a line that is nearly parallel to a hyperboloid's cone, which a turn by a right
+/// angle leaves off by a rounding: the other end is 10^15 away, where f64 knows nothing of
+/// it, and is not one with the end that is near.
+#[test]
+fn an_end_that_f64_knows_nothing_of_is_far_away() {
+    let coefficients = [-1.0, -1.0, 1.0, 0.0, 0.0, 0.0, 1.0, -0.25, 0.0, -0.328125];
+    let turn = DMat3::from_cols(
+        DVec3::new(f64::EPSILON / 2.0, 0.5, 0.0),
+        DVec3::new(-0.5, f64::EPSILON / 2.0, 0.0),
+        DVec3::new(0.0, 0.0, 0.5),
+    );
+    let shift = DVec3::new(
+        -0.21990697351007282,
+        -0.02610556019454724,
+        0.27413767489098795,
+    );
+    let map = DAffine3::from_mat3_translation(turn, shift);
+    let asked = Asked::one(|scene| {
+        let shape = scene.quadric("", Quadric { coefficients });
+        let operand = Operand::shape(shape).transform(scene.transform(map.into()));
+        scene.combination("", Operator::Union, &[operand])
+    });
+    let (org, dir) = ([0.0, -0.75, 0.75], [0.75, 1.0, -1.25]);
+    let world = asked.world();
+    let (inside, found) = spans(&world, asked.combination(), &line(org, dir));
+    let found: Vec<f64> = found.iter().map(|c| c.root.rounded()).collect();
+    assert!(inside);
+    assert_eq!(found, [1.4605256039393673, 4701961632884670.0]);
+    let mut rays = RayColumns::default();
+    rays.push(org.into(), dir);
+    agree(&asked, &rays);
 }
 
 proptest! {

@@ -14,6 +14,7 @@ pub struct RayGenerator {
     grid: Grid,
     width: f64,
     height: f64,
+    aspect: f64,
 }
 
 impl RayGenerator {
@@ -24,11 +25,13 @@ impl RayGenerator {
             Grid::Centers => f64::from(n),
             Grid::Corners => f64::from(n.max(2) - 1),
         };
+        let (width, height) = (pixels(width), pixels(height));
         RayGenerator {
             camera,
             grid,
-            width: pixels(width),
-            height: pixels(height),
+            width,
+            height,
+            aspect: width / height,
         }
     }
 
@@ -46,16 +49,48 @@ impl RayGenerator {
     pub fn rays<D: Lanes<Scalar = f64>>(
         &self,
         [x, y]: [D; 2],
-        offset: [D; 2],
+        [dx, dy]: [D; 2],
     ) -> (Vec3<D>, Vec3<D>) {
-        let [dx, dy] = match self.grid {
-            Grid::Centers => offset,
-            Grid::Corners => [D::zero(), D::zero()],
-        };
+        self.through(self.across(x, dx), self.up(y, dy))
+    }
+
+    /// How far to the right of the view axis rays go through columns of the picture, a
+    /// unit ahead.
+    #[inline(always)]
+    pub fn across<D: Lanes<Scalar = f64>>(&self, x: D, dx: D) -> D {
         let (one, two) = (D::splat(1.0), D::splat(2.0));
-        let right = two * (x + dx) / D::splat(self.width) - one;
-        let up = one - two * (y + dy) / D::splat(self.height);
-        let aspect = D::splat(self.width / self.height);
+        let right = two * (x + self.within(dx)) / D::splat(self.width) - one;
+        right * D::splat(self.aspect) * D::splat(self.half_height())
+    }
+
+    /// How far up they go through rows.
+    #[inline(always)]
+    pub fn up<D: Lanes<Scalar = f64>>(&self, y: D, dy: D) -> D {
+        let (one, two) = (D::splat(1.0), D::splat(2.0));
+        let up = one - two * (y + self.within(dy)) / D::splat(self.height);
+        up * D::splat(self.half_height())
+    }
+
+    /// Corners have no inside.
+    #[inline(always)]
+    fn within<D: Lanes<Scalar = f64>>(&self, offset: D) -> D {
+        match self.grid {
+            Grid::Centers => offset,
+            Grid::Corners => D::zero(),
+        }
+    }
+
+    fn half_height(&self) -> f64 {
+        match self.camera.projection {
+            Projection::Perspective { half_height } | Projection::Orthographic { half_height } => {
+                half_height
+            }
+        }
+    }
+
+    /// Rays that are so far [across](Self::across) and [up](Self::up).
+    #[inline(always)]
+    pub fn through<D: Lanes<Scalar = f64>>(&self, across: D, up: D) -> (Vec3<D>, Vec3<D>) {
         let Camera {
             eye,
             right: right_axis,
@@ -64,17 +99,10 @@ impl RayGenerator {
             projection,
         } = self.camera;
         let splat = |v: DVec3| Vec3::<D>::splat(v.to_array());
-        let across = |half_height: f64| {
-            let half_height = D::splat(half_height);
-            splat(right_axis) * (right * aspect * half_height) + splat(up_axis) * (up * half_height)
-        };
+        let aside = splat(right_axis) * across + splat(up_axis) * up;
         match projection {
-            Projection::Perspective { half_height } => {
-                (splat(eye), splat(forward) + across(half_height))
-            }
-            Projection::Orthographic { half_height } => {
-                (splat(eye) + across(half_height), splat(forward))
-            }
+            Projection::Perspective { .. } => (splat(eye), splat(forward) + aside),
+            Projection::Orthographic { .. } => (splat(eye) + aside, splat(forward)),
         }
     }
 

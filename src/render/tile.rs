@@ -30,6 +30,9 @@ use thiserror::Error;
 /// Side of the grid that packets sit on, in pixels.
 pub const BLOCK: u32 = 16;
 
+/// Side of the largest tile.
+const SIDE: usize = 2 * BLOCK as usize;
+
 /// What is rendered, and from where.
 pub struct View<'w> {
     pub world: &'w World<'w>,
@@ -117,11 +120,11 @@ fn render_tiles(
         (corner, size)
     };
     let generator = RayGenerator::new(view.camera, config.width, config.height, config.grid);
+    let whole = morton_order((side, side));
     let order = |number: u32| {
         let (corner, size) = at(number);
-        let place = |row: &u32| (corner.0 + row % size.0, corner.1 + row / size.0);
-        let arena = Bump::new();
-        morton_order(size, &arena).iter().map(place).collect()
+        let place = |spot: &Spot| (corner.0 + spot.x, corner.1 + spot.y);
+        morton_order(size).iter().map(place).collect()
     };
     let pixels = side * side;
     let items = item_buffer(view.world, &view.camera, &generator, tiles, pixels, order);
@@ -144,6 +147,7 @@ fn render_tiles(
                 progress,
                 corner,
                 size,
+                whole: &whole,
                 items: items
                     .as_ref()
                     .map(|items| (items, number as usize * tiles_of(pixels))),
@@ -170,6 +174,8 @@ struct Tile<'a> {
     progress: &'a Progress,
     corner: (u32, u32),
     size: (u32, u32),
+    /// The order of a tile that no edge of the picture cuts.
+    whole: &'a [Spot],
     /// Of the frame, and the tile's first list.
     items: Option<(&'a ItemBuffer, usize)>,
 }
@@ -188,7 +194,8 @@ impl Tile<'_> {
         let aovs = arena.alloc_slice_fill_copy(kept, AovSample::NOTHING);
         let cache = ShadowCache::new(self.config.shadow_cache);
         let caches = arena.alloc_slice_fill_copy(self.view.lights.len(), cache);
-        let order = morton_order(self.size, arena);
+        let cut = (pixels < self.whole.len()).then(|| morton_order(self.size));
+        let order = cut.as_deref().unwrap_or(self.whole);
         let columns = &mut Columns::new(arena);
         let mut record = Vec::new();
         let mut counts = RayCounts::default();
@@ -232,7 +239,7 @@ impl Tile<'_> {
     fn sample(
         &self,
         sample: u32,
-        order: &[u32],
+        order: &[Spot],
         columns: &mut Columns,
         color: &mut [Rgb],
         aovs: &mut [AovSample],
@@ -243,26 +250,24 @@ impl Tile<'_> {
         let generator =
             RayGenerator::new(self.view.camera, config.width, config.height, config.grid);
         let wave = columns.camera_rays();
-        for rows in order.chunks(STEP) {
-            let pixels: [u32; STEP] = std::array::from_fn(|i| rows[i.min(rows.len() - 1)]);
-            let (mut at, mut offset) = ([[0.0; STEP]; 2], [[0.0; STEP]; 2]);
-            for (i, row) in pixels.iter().enumerate() {
-                let (x, y) = self.place(*row);
-                let [dx, dy] = sample_position(config.seed, 0, (x, y), sample, config.spp);
-                (at[0][i], at[1][i]) = (f64::from(x), f64::from(y));
-                (offset[0][i], offset[1][i]) = (dx, dy);
-            }
-            let [at, offset] = [at, offset].map(|axes| axes.map(|axis| Doubles::load(&axis)));
-            let rays = generator.rays(at, offset);
-            let some = (1 << rows.len()) - 1;
-            let kind = RayKind::Primary;
+        // A lone sample is the centre: its rays share columns and rows.
+        let lone = (self.samples() == 1).then(|| self.centres(&generator));
+        for some in order.chunks(STEP) {
+            let spots: [Spot; STEP] = std::array::from_fn(|i| some[i.min(some.len() - 1)]);
+            let [across, up] = match &lone {
+                Some([columns, rows]) => [
+                    Doubles::load(&spots.map(|spot| columns[spot.x as usize % SIDE])),
+                    Doubles::load(&spots.map(|spot| rows[spot.y as usize % SIDE])),
+                ],
+                None => self.sampled(&generator, &spots, sample),
+            };
             wave.push_some(
-                some,
-                rays,
+                (1 << some.len()) - 1,
+                generator.through(across, up),
                 f32::INFINITY,
-                &pixels,
+                &spots.map(|spot| spot.row),
                 &[Singles::splat(1.0); 3],
-                kind,
+                RayKind::Primary,
             );
         }
         let integrator = Integrator {
@@ -281,6 +286,37 @@ impl Tile<'_> {
         };
         let first_hit = keep.then_some(&mut first_hit as _);
         integrator.run(columns, color, caches, ledger, first_hit);
+    }
+
+    /// Where rays through the middles of columns and rows go.
+    fn centres(&self, generator: &RayGenerator) -> [[f64; SIDE]; 2] {
+        let half = Doubles::splat(0.5);
+        let mut centres = [[0.0; SIDE]; 2];
+        for first in (0..SIDE).step_by(STEP) {
+            let from = |corner: u32| {
+                let at = |i| f64::from(corner) + (first + i) as f64;
+                Doubles::load(&std::array::from_fn::<_, STEP, _>(at))
+            };
+            let across = generator.across(from(self.corner.0), half);
+            let up = generator.up(from(self.corner.1), half);
+            across.store(&mut centres[0][first..]);
+            up.store(&mut centres[1][first..]);
+        }
+        centres
+    }
+
+    /// Where rays through a sample of pixels go.
+    fn sampled(&self, generator: &RayGenerator, spots: &[Spot; STEP], sample: u32) -> [Doubles; 2] {
+        let config = self.config;
+        let (mut at, mut offset) = ([[0.0; STEP]; 2], [[0.0; STEP]; 2]);
+        for (i, spot) in spots.iter().enumerate() {
+            let (x, y) = (self.corner.0 + spot.x, self.corner.1 + spot.y);
+            let [dx, dy] = sample_position(config.seed, 0, (x, y), sample, config.spp);
+            (at[0][i], at[1][i]) = (f64::from(x), f64::from(y));
+            (offset[0][i], offset[1][i]) = (dx, dy);
+        }
+        let [[x, y], [dx, dy]] = [at, offset].map(|axes| axes.map(|axis| Doubles::load(&axis)));
+        [generator.across(x, dx), generator.up(y, dy)]
     }
 
     fn aov(&self, generator: &RayGenerator, surface: &Surface, id: HitId) -> AovSample {
@@ -313,21 +349,30 @@ impl Tile<'_> {
     }
 }
 
-/// Rows of the film, block by block, each block's pixels in Morton order.
-fn morton_order((width, height): (u32, u32), arena: &Bump) -> &[u32] {
-    let mut order = bumpalo::collections::Vec::with_capacity_in((width * height) as usize, arena);
+/// A pixel of a tile, from its corner, and its row of the film.
+#[derive(Clone, Copy)]
+struct Spot {
+    x: u32,
+    y: u32,
+    row: u32,
+}
+
+/// A tile's pixels, block by block, each block's in Morton order.
+fn morton_order((width, height): (u32, u32)) -> Vec<Spot> {
+    let mut order = Vec::with_capacity((width * height) as usize);
     for block_y in (0..height).step_by(BLOCK as usize) {
         for block_x in (0..width).step_by(BLOCK as usize) {
             for code in 0..BLOCK * BLOCK {
                 let x = block_x + every_second_bit(code);
                 let y = block_y + every_second_bit(code >> 1);
                 if x < width && y < height {
-                    order.push(y * width + x);
+                    let row = y * width + x;
+                    order.push(Spot { x, y, row });
                 }
             }
         }
     }
-    order.into_bump_slice()
+    order
 }
 
 /// Bits 0, 2, 4, 6 packed together.

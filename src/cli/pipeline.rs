@@ -75,6 +75,7 @@ pub fn complete(
         accel: plan.accel.name().into(),
         threads: pool.current_num_threads() as u32,
         isa: isa(),
+        solvers: scene.implicits.chosen_solvers(),
     };
     stats.scene = SceneCounts {
         appearances: appearances.count(),

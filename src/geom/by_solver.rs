@@ -5,15 +5,18 @@
 //! coefficients are rounded, and a solver may miss roots. How wrong that is `verify`
 //! measures; docs/ROOTS.md has a table.
 //!
-//! Of what a solver cannot separate ([`Cluster`](crate::roots::Cluster)) an odd number of
-//! roots counts as one in the middle, an even number as none.
+//! What a solver cannot separate ([`Cluster`]) counts as one root in the middle where the
+//! polynomial has different signs at its ends, and else as none.
 
 use super::guarded::{Ends, ObjectRay, cuboid, sphere};
 use super::tape::{Arithmetic, MAX_DEGREE, Tape};
 use super::{Clip, Cuboid, Implicit, Ray};
 use crate::math::Vec3;
 use crate::math::lanes::Mask;
-use crate::roots::{self, Answer, Interval, Parity, Polynomial, Solver, Want, solve};
+use crate::roots::{
+    self, Answer, Cluster, Interval, Parity, Polynomial, Solver, Want, horner, solve,
+};
+use std::ops::Bound;
 
 /// Origin and direction, in the surface's space.
 type Line = ([f64; 3], [f64; 3]);
@@ -22,15 +25,14 @@ type Line = ([f64; 3], [f64; 3]);
 pub fn first(row: &Implicit, solver: Solver, line: Line, between: [f64; 2]) -> Option<f64> {
     let part = Part::of(row, line, between)?;
     let p = part.polynomial(row.tape, line)?;
-    let answer = part.solved(&p, solver, Want::Nearest)?;
-    let root = answer.roots.first().map(|root| root.t);
-    let mut clusters = answer.clusters.iter();
-    let odd = clusters.find(|cluster| cluster.parity == Parity::Odd);
-    let odd = odd.map(|cluster| middle(cluster.low, cluster.high));
-    let s = match (root, odd) {
-        (Some(a), Some(b)) => a.min(b),
-        (a, b) => a.or(b)?,
-    };
+    let mut answer = part.solved(&p, solver, Want::Nearest)?;
+    // A cluster ends the search, and may be none.
+    if !answer.clusters.is_empty() {
+        answer = part.solved(&p, solver, Want::All)?;
+    }
+    let roots = answer.roots.iter().map(|root| root.t);
+    let clusters = answer.clusters.iter().filter_map(|c| part.crossed(&p, c));
+    let s = roots.chain(clusters).min_by(f64::total_cmp)?;
     Some(part.at(s))
 }
 
@@ -57,34 +59,39 @@ pub fn crossings(
     found: &mut Vec<f64>,
 ) -> bool {
     found.clear();
-    let part = Part { from, to };
+    let part = Part {
+        from,
+        to,
+        begins_in: false,
+    };
     let Some(p) = part.polynomial(tape, line) else {
         return false;
     };
-    let begins = p.coefficients().iter().find(|c| **c != 0.0);
-    let begins_inside = begins.is_some_and(|c| *c < 0.0);
     if let Some(answer) = part.solved(&p, solver, Want::All) {
         let roots = answer
             .roots
             .iter()
             .filter(|root| root.multiplicity % 2 == 1);
         found.extend(roots.map(|root| part.at(root.t)));
-        let clusters = answer.clusters.iter();
-        let clusters = clusters.filter(|cluster| cluster.parity == Parity::Odd);
-        found.extend(clusters.map(|cluster| part.at(middle(cluster.low, cluster.high))));
+        let clusters = answer.clusters.iter().filter_map(|c| part.crossed(&p, c));
+        found.extend(clusters.map(|s| part.at(s)));
         found.sort_by(f64::total_cmp);
     }
-    begins_inside
+    begins(&p) < 0.0
 }
 
-fn middle(low: f64, high: f64) -> f64 {
-    (low + 0.5 * (high - low)).max(0.0)
+/// The sign of a polynomial just above 0.
+fn begins(p: &Polynomial) -> f64 {
+    let first = p.coefficients().iter().find(|c| **c != 0.0);
+    first.map_or(0.0, |c| c.signum())
 }
 
 /// A part of a line, in which s goes from 0 to 1; from 0 on, where it has no end.
 struct Part {
     from: f64,
     to: f64,
+    /// What is at the first t counts: the clip begins there, or the bounds.
+    begins_in: bool,
 }
 
 impl Part {
@@ -103,10 +110,15 @@ impl Part {
             (None, None) => None,
         };
         let part = match ends {
-            None => Part { from, to },
+            None => Part {
+                from,
+                to,
+                begins_in: false,
+            },
             Some(ends) if ends.some.any() => Part {
                 from: from.max(ends.enter[1]),
                 to: to.min(ends.exit[1]),
+                begins_in: ends.enter[1] > from,
             },
             Some(_) => return None,
         };
@@ -124,8 +136,38 @@ impl Part {
 
     /// What s may be.
     fn interval(&self) -> Interval {
-        let is_finite = (self.to - self.from).is_finite();
-        Interval::half_open(0.0, if is_finite { 1.0 } else { f64::INFINITY })
+        let low = match self.begins_in {
+            true => Bound::Included(0.0),
+            false => Bound::Excluded(0.0),
+        };
+        let high = match (self.to - self.from).is_finite() {
+            true => Bound::Included(1.0),
+            false => Bound::Unbounded,
+        };
+        Interval { low, high }
+    }
+
+    /// The middle of what of a cluster is in the part, if the polynomial changes its sign
+    /// there.
+    fn crossed(&self, p: &Polynomial, cluster: &Cluster) -> Option<f64> {
+        let end = match (self.to - self.from).is_finite() {
+            true => 1.0,
+            false => f64::MAX,
+        };
+        let (low, high) = (cluster.low.max(0.0), cluster.high.min(end));
+        if low > high {
+            return None;
+        }
+        let sign = |s: f64| {
+            let at = horner(p.coefficients(), s);
+            if at.certain() { at.value.signum() } else { 0.0 }
+        };
+        let before = if low == 0.0 { begins(p) } else { sign(low) };
+        let is_odd = match before * sign(high) {
+            0.0 => cluster.parity == Parity::Odd,
+            product => product < 0.0,
+        };
+        is_odd.then_some(low + 0.5 * (high - low))
     }
 
     fn polynomial(&self, tape: &Tape, (org, dir): Line) -> Option<Polynomial> {

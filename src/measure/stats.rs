@@ -57,6 +57,10 @@ pub struct PlanSummary {
     pub threads: u32,
     /// The widest instruction set compiled in.
     pub isa: &'static str,
+    /// What finds the roots of polynomial surfaces in `fast`, where that is not auto: the
+    /// solvers that are chosen, by name.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub solvers: Vec<&'static str>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]

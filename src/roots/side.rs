@@ -129,7 +129,7 @@ impl<'p> Side<'p> {
                 Found::One { sign_low, guess } => {
                     let Some(t) = self.simple(&piece, sign_low, guess, &mut scratch) else {
                         let (low, high) = ends(&piece);
-                        answer.clusters.push(self.cluster(&low, &high));
+                        self.report(&low, &high, interval, answer);
                         continue;
                     };
                     let side = |end: f64| self.simple_against(&piece, t, end);
@@ -232,6 +232,14 @@ impl<'p> Side<'p> {
         }
     }
 
+    /// A cluster, unless it lies beyond what is asked for.
+    fn report(&self, low: &Point, high: &Point, interval: &Interval, answer: &mut Answer) {
+        let cluster = self.cluster(low, high);
+        if cluster.high >= interval.from() && cluster.low <= interval.to() {
+            answer.clusters.push(cluster);
+        }
+    }
+
     fn doubtful(&self, low: Point, high: Point, interval: &Interval, answer: &mut Answer) {
         let isolated = match self.method.doubts {
             Doubts::Report => None,
@@ -246,11 +254,7 @@ impl<'p> Side<'p> {
             }),
         };
         let Some((factors, isolated)) = isolated else {
-            let cluster = self.cluster(&low, &high);
-            if cluster.high >= interval.from() && cluster.low <= interval.to() {
-                answer.clusters.push(cluster);
-            }
-            return;
+            return self.report(&low, &high, interval, answer);
         };
         for root in isolated {
             let mut rows = factors.rows.iter();

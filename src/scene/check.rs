@@ -235,7 +235,7 @@ pub(super) fn check(scene: &mut Tables) -> Result<(), SceneError> {
     graph::appearances(scene)
 }
 
-/// What solvers take, where others are chosen.
+/// Once more what rows of solids say: other solvers are chosen, which may not take them.
 pub(super) fn solvers(scene: &Tables) -> Result<(), SceneError> {
     shapes::solids(scene)
 }

@@ -65,6 +65,13 @@ impl Implicits {
         self.solver[id.index()]
     }
 
+    /// The names of all but `auto` that any row has.
+    pub fn chosen_solvers(&self) -> Vec<&'static str> {
+        let chosen = |solver: &Solver| *solver != Solver::Auto && self.solver.contains(solver);
+        let chosen = Solver::ALL.into_iter().filter(chosen);
+        chosen.map(Solver::name).collect()
+    }
+
     pub fn rows(&self) -> impl Iterator<Item = (ImplicitId, Implicit<'_>)> {
         (0..self.len() as u32).map(|i| (ImplicitId(i), self.row(ImplicitId(i))))
     }

@@ -88,19 +88,39 @@ fn a_solver_of_a_shape_is_that_of_the_command_line() {
     assert!(said.contains("'half': the solver 'newton'"), "{said}");
 }
 
+/// A double plane, which only some solvers know for one, before a single one.
+const PLANES: &str = "format = 1
+[camera]
+eye = [0, 0, 5]
+look_at = [0, 0, 0]
+fov_y = 40
+[shape]
+planes = { implicit = '(z - 1)^2*(z + 1)', open = true, clip.box = { min = [-3, -3, -2], max = [3, 3, 2] } }
+[[instance]]
+shape = 'planes'
+";
+
 #[test]
 fn verify_counts_what_a_solver_gets_wrong() {
     let folder = folder();
-    rings(folder.path(), "");
-    let arguments = [
-        "verify", "a.toml", "--solver", "sturm", "--size", "48x36", "--json", "-",
-    ];
-    let output = lanecast(folder.path(), &arguments);
-    assert!(output.status.success(), "{}", stderr(&output));
-    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let modes = report["modes"].as_array().unwrap();
-    let names: Vec<_> = modes.iter().map(|mode| &mode["precision"]).collect();
-    assert_eq!(names, ["fast", "guarded", "exact"]);
+    write(folder.path(), PLANES);
+    for (solver, misses) in [("halving", true), ("bernstein", true), ("sturm", false)] {
+        let arguments = ["verify", "a.toml", "--size", "24x18", "--json", "-"];
+        let output = lanecast(
+            folder.path(),
+            &[&arguments[..], &["--solver", solver]].concat(),
+        );
+        assert!(output.status.success(), "{}", stderr(&output));
+        let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(report["plan"]["solvers"][0], solver);
+        for mode in report["modes"].as_array().unwrap() {
+            let kinds = ["wrong_hit", "wrong_id", "wrong_shadow"];
+            let wrong = kinds.map(|kind| mode["replay"][kind].as_u64().unwrap());
+            let expected = misses && mode["precision"] == "fast";
+            let context = format!("{solver} {}: {wrong:?}", mode["precision"]);
+            assert_eq!(wrong.iter().sum::<u64>() > 100, expected, "{context}");
+        }
+    }
 }
 
 #[test]
@@ -133,10 +153,10 @@ fn solvers_where_they_mean_nothing_are_refused() {
             "no polynomial",
         ),
         (
-            "ring = { implicit = 'x^6 + y^6 + z^6 - 1', solver = 'closed' }",
+            "ring = { implicit = 'x^6 + y^6 + z^6 - 1', clip.sphere = { center = [0, 0, 0], radius = 1 }, solver = 'closed' }",
             "--spp=1",
             3,
-            "formulas to degree 4",
+            "a.toml:3",
         ),
     ];
     for (shape, option, code, says) in cases {

@@ -118,7 +118,7 @@ pub struct BenchArgs {
     #[arg(long, value_name = "FILE", requires = "mesh", conflicts_with = "scene")]
     pub rays: Vec<PathBuf>,
     /// Measure generated meshes of MIN to MAX triangles, two sizes a decade, in place of SCENE
-    #[arg(long, value_name = "MIN:MAX", allow_hyphen_values = true, conflicts_with_all = ["scene", "mesh", "rays", "export", "camera"], value_parser = parse_growth)]
+    #[arg(long, value_name = "MIN:MAX", allow_hyphen_values = true, conflicts_with_all = ["scene", "mesh", "rays", "export", "camera", "solver"], value_parser = parse_growth)]
     pub growth: Option<GrowthRange>,
     /// What --growth generates: sphere, needles or building
     #[arg(long, value_name = "MESH", default_value = "sphere", requires = "growth", value_parser = parse_generated)]
@@ -308,7 +308,7 @@ pub struct DepthArgs {
 /// Of the commands that trace as rays are met in `fast`.
 #[derive(Args)]
 pub struct SolverArgs {
-    /// What finds where rays meet polynomial surfaces in the precision fast: auto, halving, newton, sturm, closed, bracketed or bernstein [default: what each surface says, or auto]
+    /// What finds where rays meet polynomial surfaces in the precision fast: auto, halving, newton, sturm, closed, bracketed or bernstein [default: what each surface says, or auto]; of no other surfaces
     #[arg(long, value_name = "SOLVER", value_parser = parse_solver)]
     pub solver: Option<Solver>,
 }

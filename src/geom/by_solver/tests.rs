@@ -130,3 +130,64 @@ fn numbers_beyond_the_range_are_no_surface() {
         assert!(!crossings(&tape, solver, line, ALL, &mut Vec::new()));
     }
 }
+
+/// ((z − 1)² + e) (z + 1), from above: a double plane, or nearly one, before a single one.
+fn planes(e: f64) -> Tape {
+    let mut b = Builder::default();
+    let (z, one, e) = (b.coordinate(2), b.constant(1.0), b.constant(e));
+    let above = b.difference(z, one);
+    let square = b.power(above, 2);
+    let double = b.sum(square, e);
+    let single = b.sum(z, one);
+    let last = b.product(double, single);
+    b.finish(last)
+}
+
+const DOWN: ([f64; 3], [f64; 3]) = ([0.0, 0.0, 5.0], [0.0, 0.0, -1.0]);
+
+#[test]
+fn what_is_none_does_not_hide_what_is_behind() {
+    for e in [0.0, 1e-40] {
+        let tape = planes(e);
+        let row = row(&tape, None);
+        for solver in Solver::ALL {
+            let name = solver.name();
+            let behind = first(&row, solver, DOWN, [4.5, 9.0]);
+            assert!(is_near(behind, 6.0), "{name} {e}: {behind:?}");
+            // To those that know no multiple roots the double plane is none. Rounded, the
+            // coefficients of the other are the same.
+            let t = first(&row, solver, DOWN, ALL);
+            let sees = solver.is_exact();
+            assert!(
+                is_near(t, if sees { 4.0 } else { 6.0 }),
+                "{name} {e}: {t:?}"
+            );
+            assert!(exists(&row, solver, DOWN, ALL), "{name} {e}");
+            let before = exists(&row, solver, DOWN, [0.0, 5.5]);
+            assert_eq!(before, sees, "{name} {e}");
+            let mut found = Vec::new();
+            let is_inside = crossings(&tape, solver, DOWN, [0.0, 9.0], &mut found);
+            assert_eq!(
+                (is_inside, found.len()),
+                (false, 1),
+                "{name} {e}: {found:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_surface_in_a_face_of_its_clip_is_met() {
+    for (min, max, t) in [(-2.0, -1.0, 6.0), (-1.0, 0.0, 6.0)] {
+        let clip = Clip::Cuboid(Cuboid {
+            min: DVec3::new(-3.0, -3.0, min),
+            max: DVec3::new(3.0, 3.0, max),
+        });
+        let tape = planes(1.0);
+        for solver in Solver::ALL.into_iter().filter(|s| *s != Solver::Auto) {
+            let met = first(&row(&tape, Some(clip)), solver, DOWN, ALL);
+            assert!(is_near(met, t), "{} {min}: {met:?}", solver.name());
+            assert!(exists(&row(&tape, Some(clip)), solver, DOWN, ALL));
+        }
+    }
+}

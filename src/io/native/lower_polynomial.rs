@@ -13,6 +13,7 @@ use crate::geom::tape::{Builder, MAX_DEGREE};
 use crate::geom::{Clip, Cuboid, Sphere, Tape};
 use crate::io::LoadError;
 use crate::io::precise::Precise;
+use crate::roots::Solver;
 use crate::scene::{Operand, Operator, SceneBuilder, ShapeId};
 use glam::DVec3;
 
@@ -81,18 +82,38 @@ pub(super) fn polynomial(
             Surface::Formula(formula) => return level_set(source, name, row, formula, scene),
         }
     };
+    let solver = row
+        .solver
+        .as_ref()
+        .map(|solver| solver_of(source, solver, &tape));
+    let solver = solver.transpose()?;
     let clip = row.clip.as_ref().map(|row| clip(source, row)).transpose()?;
     let open = row.open.as_ref().is_some_and(|open| open.value);
     let is_solid = clip.is_some() && !open;
     let (own, within) = if is_solid { ("", None) } else { (name, clip) };
     let shape = scene.implicit(own, tape, open, within);
-    if let Some(solver) = &row.solver {
-        scene.set_solver(shape, solver.value.into());
+    if let Some(solver) = solver {
+        scene.set_solver(shape, solver);
     }
     Ok(match clip {
         Some(clip) if is_solid => clipped(name, shape, clip, scene),
         _ => shape,
     })
+}
+
+fn solver_of(source: &Source, solver: &At<schema::Solver>, tape: &Tape) -> Result<Solver> {
+    let (at, solver, degree) = (solver.at, Solver::from(solver.value), tape.degree());
+    match solver.most() {
+        Some(most) if degree as usize > most => {
+            let message = format!(
+                "this has degree {degree}, and the solver '{}' has formulas to degree {most}; \
+                 choose auto or another",
+                solver.name()
+            );
+            Err(source.error(at, message))
+        }
+        _ => Ok(solver),
+    }
 }
 
 /// The same of what is no polynomial.

@@ -12,6 +12,7 @@ use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Vec3, unit};
 use crate::scene::{CsgOperand, ImplicitId, Shape, Tables};
 use crate::trace::packet::Packet;
+use crate::trace::query::next_up;
 
 /// The lanes that are certainly not in a box between two t.
 #[inline(always)]
@@ -136,7 +137,9 @@ impl<'a, L: Lanes> Spaces<'a, L> {
                 if rows.len() <= first + pass {
                     rows.push([L::splat(L::Scalar::INFINITY); 3]);
                 }
-                let t = L::Scalar::from_f64(*t);
+                // Beyond t_min in the lanes' numbers, too.
+                let least = next_up(self.own.ray.t_min.lane(lane));
+                let t = L::Scalar::from_f64(t.max(least.to_f64()));
                 rows[first + pass] = rows[first + pass].map(|row| row.with_lane(lane, t));
             }
         }

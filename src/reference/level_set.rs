@@ -22,8 +22,9 @@ use std::f64::consts::PI;
 /// intervals say nothing about.
 const SHORTEST: f64 = 1e-9;
 
-/// Parts of one line that are looked at; beyond that, as if they were so short.
+/// Parts of one line that are looked at like that. Beyond, parts are short that are so.
 const MOST: usize = 1 << 18;
+const COARSE: f64 = 1e-6;
 
 /// What an operation may be off by, of its result; what is nearer to 0 is off by as much
 /// as at this size.
@@ -93,7 +94,8 @@ fn changes(ray: &Ray, row: &LevelSet) -> (bool, Vec<f64>) {
             continue;
         }
         let middle = (a + b) / 2.0;
-        let is_long = b - a > (high - low) * SHORTEST && looked_at < MOST;
+        let short = if looked_at < MOST { SHORTEST } else { COARSE };
+        let is_long = b - a > (high - low) * short;
         if is_long && a < middle && middle < b {
             waiting.extend([[middle, b], [a, middle]]);
             continue;

@@ -5,7 +5,8 @@
 //! values, or by its slopes and what it is at the ends. Where its slope certainly has one sign, f has one
 //! zero if its signs at the ends differ, and that is taken to two neighbouring numbers.
 //! What is shorter than [`SHORTEST`] of the whole is not looked into: it has a zero if the
-//! signs at its ends differ. A sign is what is certain in f64, else the last one that was.
+//! signs at its ends differ. A sign is what is certain in f64, else the last one that was;
+//! at the beginning, that of f64's value; where that is 0, the next one that is certain.
 //! So two zeros may be missed that are closer together than that, or between which f is
 //! nothing but roundings; and so is a surface that is touched without being crossed.
 //! Nothing else is, unless a line has so many zeros that the search is cut short ([`MOST`]).
@@ -21,9 +22,10 @@ use std::ops::ControlFlow;
 /// Of a line's part that is looked at.
 pub const SHORTEST: f64 = 1.0 / (1_u64 << 36) as f64;
 
-/// Parts of one line that are looked at. Beyond that, parts are as if they were short:
+/// Parts of one line that are looked at. Beyond that, parts are short that are [`COARSE`]:
 /// of sin(1/x) there is no end.
 const MOST: usize = 1 << 14;
+const COARSE: f64 = 1.0 / (1_u64 << 12) as f64;
 
 /// A line in the formula's space, and what of it is looked at, as numbers of lengths of
 /// `dir`. All finite.
@@ -114,8 +116,9 @@ fn walk(
         });
     }
     let mut shortest = (high - low) * SHORTEST;
-    let (mut first, mut below) = (None, false);
-    let mut looked_at = 0;
+    // The sign at the beginning, and the last one.
+    let (mut first, mut below): (Option<bool>, Option<bool>) = (None, None);
+    let (mut has_begun, mut looked_at) = (false, 0);
     while let Some(part) = waiting.pop() {
         let Interval { low: a, high: b } = part.t;
         if !(b > search.between[0]) {
@@ -126,7 +129,7 @@ fn walk(
         }
         looked_at += 1;
         if looked_at > MOST {
-            shortest = f64::INFINITY;
+            shortest = (high - low) * COARSE;
         }
         let known = along.known(&part, shortest);
         if let Known::Nothing = known {
@@ -143,27 +146,28 @@ fn walk(
             }));
             continue;
         }
-        if first.is_none() {
+        if !has_begun {
+            has_begun = true;
             below = match known {
-                Known::Sign(sign) => sign,
-                _ => part.ends[0].sign().unwrap_or(false),
+                Known::Sign(sign) => Some(sign),
+                _ => part.ends[0].sign().or_else(|| along.sign_at(a)),
             };
-            first = Some(below);
         }
         let before = below;
         let t = match known {
             Known::Sign(sign) => {
-                below = sign;
+                below = Some(sign);
                 // A zero that nearly is at the end of the part before was left to this.
                 Some(a)
             }
             Known::Ends(counts) => {
-                below = part.ends[1].sign().unwrap_or(below);
+                below = part.ends[1].sign().or(below);
                 (counts && below != before).then(|| along.change([a, b]))
             }
             Known::Nothing => None,
         };
-        if let Some(t) = t
+        first = first.or(before).or(below);
+        if let (Some(before), Some(below), Some(t)) = (before, below, t)
             && below != before
             && visit(Change { t, enters: below }).is_break()
         {
@@ -188,6 +192,12 @@ impl Along<'_> {
         let on = |k: usize| org[k] + dir[k] * t;
         let point = [on(0), on(1), on(2)];
         self.formula.evaluate(&point, self.numbers)
+    }
+
+    /// Whether f64's value is below zero; `None` where it is 0, or none.
+    fn sign_at(&mut self, t: f64) -> Option<bool> {
+        let at = self.at(t);
+        (at < 0.0 || at > 0.0).then_some(at < 0.0)
     }
 
     fn points(&self, t: Interval) -> [Interval; 3] {

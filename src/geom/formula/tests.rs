@@ -190,6 +190,34 @@ fn a_search_that_has_no_end_is_ended() {
     let (_, found) = along_x(&f, [0.0, 1.0], false);
     assert!(found.len() > 100);
     assert!((found.last().unwrap().0 - 1.0 / PI).abs() < 1e-15);
+    // What is behind is found in larger parts.
+    let (_, found) = along_x(&f, [-1.0, 1.0], false);
+    for k in 1..10 {
+        let zero = 1.0 / (f64::from(k) * PI);
+        let is_found = found.iter().any(|(t, _)| (t - zero).abs() < 1e-15);
+        assert!(is_found, "{zero}");
+    }
+}
+
+/// Among roundings, of which the ranges say nothing.
+#[test]
+fn a_search_begins_with_a_sign() {
+    // Two roundings before sin x = ½.
+    let f = of_x(|b, x| {
+        let (sine, half) = (b.unary(Unary::Sin, x), b.constant(0.5));
+        b.binary(Binary::Difference, sine, half)
+    });
+    let zero = PI / 6.0;
+    let (first, found) = along_x(&f, [zero - 3.0 * f64::EPSILON, 1.0], false);
+    assert!(first);
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!((found[0].0 - zero).abs() < 1e-15 && !found[0].1);
+    // From a zero on, which is at the beginning and not behind it.
+    let f = of_x(|b, x| {
+        let (square, zero) = (b.power(x, 2), b.constant(0.0));
+        b.binary(Binary::Difference, zero, square)
+    });
+    assert_eq!(along_x(&f, [0.0, 1.0], false), (true, vec![]));
 }
 
 #[test]

@@ -197,7 +197,8 @@ impl Along<'_> {
     /// Whether f64's value is below zero; `None` where it is 0, or none.
     fn sign_at(&mut self, t: f64) -> Option<bool> {
         let at = self.at(t);
-        (at < 0.0 || at > 0.0).then_some(at < 0.0)
+        let has_sign = at != 0.0 && !at.is_nan();
+        has_sign.then_some(at < 0.0)
     }
 
     fn points(&self, t: Interval) -> [Interval; 3] {

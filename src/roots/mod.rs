@@ -38,11 +38,14 @@ pub use eval::{Approximate, Local, derivative, horner, local};
 pub use interval::Interval;
 pub use polynomial::{MAX_DEGREE, Polynomial, PolynomialError};
 
+use schemars::JsonSchema;
+use serde::Deserialize;
 use side::{Doubts, Method};
 use thiserror::Error;
 
-/// A way to find roots.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+/// A way to find roots; in scene files and on the command line by its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Solver {
     /// Subdivision in f64, and integers where that is in doubt.
     #[default]

@@ -83,9 +83,12 @@ fn a_solver_of_a_shape_is_that_of_the_command_line() {
     assert_eq!(rendered(folder.path(), &["--precision", "fast"]), newton);
     // The other precisions do not depend on it.
     assert_eq!(rendered(folder.path(), &[]), guarded);
-    let output = lanecast(folder.path(), &["plan", "a.toml"]);
-    let said = stdout(&output);
-    assert!(said.contains("'half': the solver 'newton'"), "{said}");
+    for solver in SOLVERS {
+        rings(folder.path(), &format!(", solver = '{solver}'"));
+        let output = lanecast(folder.path(), &["plan", "a.toml"]);
+        let says = format!("'half': the solver '{solver}'");
+        assert!(stdout(&output).contains(&says), "{}", stdout(&output));
+    }
 }
 
 /// A double plane, which only some solvers know for one, before a single one.

@@ -101,8 +101,8 @@ pub(super) fn polynomial(
     })
 }
 
-fn solver_of(source: &Source, solver: &At<schema::Solver>, tape: &Tape) -> Result<Solver> {
-    let (at, solver, degree) = (solver.at, Solver::from(solver.value), tape.degree());
+fn solver_of(source: &Source, solver: &At<Solver>, tape: &Tape) -> Result<Solver> {
+    let (at, solver, degree) = (solver.at, solver.value, tape.degree());
     match solver.most() {
         Some(most) if degree as usize > most => {
             let message = format!(

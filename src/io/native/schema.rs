@@ -8,7 +8,8 @@
 //! [`schema_polynomial`](super::schema_polynomial).
 
 use super::places::At;
-use super::schema_polynomial::{Clip, Coefficients, Parameter, Solver, Superquadric, Torus};
+use super::schema_polynomial::{Clip, Coefficients, Parameter, Superquadric, Torus};
+use crate::roots::Solver;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};

@@ -2,7 +2,6 @@
 
 use super::places::At;
 use super::schema::{Cuboid, Sphere, Triple};
-use crate::roots;
 use schemars::JsonSchema;
 use serde::de::{Deserializer, Visitor};
 use serde::{Deserialize, de};
@@ -43,33 +42,6 @@ pub struct Clip {
     pub sphere: Option<Sphere>,
     #[serde(rename = "box")]
     pub cuboid: Option<Cuboid>,
-}
-
-/// What finds the roots of a polynomial along a ray, where answers are taken as they are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Solver {
-    Auto,
-    Halving,
-    Newton,
-    Sturm,
-    Closed,
-    Bracketed,
-    Bernstein,
-}
-
-impl From<Solver> for roots::Solver {
-    fn from(solver: Solver) -> roots::Solver {
-        match solver {
-            Solver::Auto => roots::Solver::Auto,
-            Solver::Halving => roots::Solver::Halving,
-            Solver::Newton => roots::Solver::Newton,
-            Solver::Sturm => roots::Solver::Sturm,
-            Solver::Closed => roots::Solver::Closed,
-            Solver::Bracketed => roots::Solver::Bracketed,
-            Solver::Bernstein => roots::Solver::Bernstein,
-        }
-    }
 }
 
 /// A constant: a number, or an expression without x, y and z, such as "sqrt(2)/2".

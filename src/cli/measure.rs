@@ -24,6 +24,7 @@ struct Report {
     surfaces_left_out: u64,
     meshes_left_out: u64,
     unbounded_left_out: u64,
+    beyond_left_out: u64,
 }
 
 #[derive(Debug, Serialize)]
@@ -52,7 +53,7 @@ pub fn run(args: &MeasureArgs) -> Result<(), CliError> {
         goal,
         progress: &progress,
         known: HashMap::new(),
-        left_out: [0; 3],
+        left_out: [0; 4],
     };
     let solids = {
         let _drawing = Drawing::start(&progress);
@@ -65,12 +66,18 @@ pub fn run(args: &MeasureArgs) -> Result<(), CliError> {
         })?
     };
     interrupt::check(&progress)?;
-    let [surfaces_left_out, meshes_left_out, unbounded_left_out] = measurer.left_out;
+    let [
+        surfaces_left_out,
+        meshes_left_out,
+        unbounded_left_out,
+        beyond_left_out,
+    ] = measurer.left_out;
     let report = Report {
         solids,
         surfaces_left_out,
         meshes_left_out,
         unbounded_left_out,
+        beyond_left_out,
     };
     let mut results = Results::default();
     results.add(&args.json, &report)?;
@@ -86,8 +93,8 @@ struct Measurer<'s> {
     progress: &'s Progress,
     /// And the number of its measurement.
     known: HashMap<Known, (usize, Volume)>,
-    /// Surfaces, meshes, unbounded solids.
-    left_out: [u64; 3],
+    /// Surfaces, meshes, unbounded solids, those whose figures f64 has no numbers for.
+    left_out: [u64; 4],
 }
 
 impl Measurer<'_> {
@@ -147,7 +154,28 @@ impl Measurer<'_> {
             lines: own.lines,
             is_rough: own.is_rough,
         };
-        Some((number, placed))
+        self.within_range(number, placed, 1)
+    }
+
+    /// A solid of a size whose cube is no number is left out.
+    fn within_range(
+        &mut self,
+        number: usize,
+        volume: Volume,
+        count: u64,
+    ) -> Option<(usize, Volume)> {
+        let [x, y, z] = volume.centroid.unwrap_or_default();
+        let whole = [volume.volume, volume.volume_error];
+        let outside = [volume.area, volume.area_error];
+        let is_beyond = |figures: &[f64]| figures.iter().any(|figure| !figure.is_finite());
+        // Where lines met it, it has a volume and an area.
+        let vanished =
+            volume.centroid.is_some() && !(volume.volume.is_normal() && volume.area.is_normal());
+        if vanished || is_beyond(&whole) || is_beyond(&outside) || is_beyond(&[x, y, z]) {
+            self.left_out[3] += count;
+            return None;
+        }
+        Some((number, volume))
     }
 
     fn shape(
@@ -167,7 +195,8 @@ impl Measurer<'_> {
             ..*volume
         };
         if let Some((number, known)) = self.known.get(&key) {
-            return Some((*number, place(known, [0.0; 3], outward.translation)));
+            let (number, volume) = (*number, place(known, [0.0; 3], outward.translation));
+            return self.within_range(number, volume, count);
         }
         match Placed::of(self.scene, id, outward, inward) {
             Ok(placed) => {
@@ -181,7 +210,7 @@ impl Measurer<'_> {
                 let found = placed.measure(&goal, self.progress)?;
                 let at_origin = place(&found, outward.translation, [0.0; 3]);
                 self.known.insert(key, (number, at_origin));
-                Some((number, found))
+                self.within_range(number, found, count)
             }
             Err(why) => {
                 let sort = match why {
@@ -273,6 +302,10 @@ fn for_people(report: &Report) -> String {
         (report.surfaces_left_out, "surfaces, which have no inside"),
         (report.meshes_left_out, "meshes that are not closed"),
         (report.unbounded_left_out, "solids without bounds"),
+        (
+            report.beyond_left_out,
+            "solids of a size whose square or cube is beyond f64's range: measure them scaled",
+        ),
     ] {
         if count > 0 {
             let _ = writeln!(text, "left out: {count} {what}");

@@ -179,7 +179,9 @@ impl<'a> Placed<'a> {
             let found = estimate(&sums, to, &self.bounds);
             let fine = found.volume_error <= goal.relative * found.volume
                 && found.area_error <= goal.relative * found.area;
-            if fine || to * 2 * REPETITIONS > goal.most_lines {
+            // More lines do not bring back what has left the format.
+            let lost = !(found.volume_error.is_finite() && found.area_error.is_finite());
+            if fine || lost || to * 2 * REPETITIONS > goal.most_lines {
                 return Some(Volume {
                     is_rough: !fine,
                     ..found
@@ -199,6 +201,7 @@ impl<'a> Placed<'a> {
         let shift: [f64; 4] =
             std::array::from_fn(|k| unit(mix(mix(seed) ^ (number * 4 + k as u64))));
         let (center, half) = (self.bounds.center(), self.bounds.extent() * 0.5);
+        let shorter = 1.0 / self.bounds.diagonal();
         let mut sums = Sums::default();
         for i in lines {
             if i % 1024 == 0 && progress.is_cancelled() {
@@ -222,9 +225,8 @@ impl<'a> Placed<'a> {
                 let chord = exit - enter;
                 sums.volume += area * chord;
                 sums.crossings += 2.0 * area;
-                // About the middle of the box.
                 let middle = across + dir * (0.5 * (enter + exit));
-                sums.moment += middle * (area * chord);
+                sums.moment += middle * shorter * (area * chord);
             });
         }
         sums
@@ -243,6 +245,7 @@ const STEPS: [f64; 4] = [
 struct Sums {
     volume: f64,
     crossings: f64,
+    /// About the middle of the box, in its diagonals.
     moment: DVec3,
 }
 
@@ -261,8 +264,8 @@ fn estimate(sums: &[Sums], lines: u64, bounds: &Aabb) -> Volume {
         let values: Vec<f64> = sums.iter().map(|s| of(s) / n).collect();
         let count = values.len() as f64;
         let mean = values.iter().sum::<f64>() / count;
-        let square: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
-        let deviation = (square / (count - 1.0)).sqrt();
+        let away = root_of_squares(values.iter().map(|x| x - mean));
+        let deviation = away / (count - 1.0).sqrt();
         (mean, STUDENT * deviation / count.sqrt())
     };
     let (volume, volume_error) = mean_and_error(&|s| s.volume);
@@ -287,7 +290,7 @@ fn estimate(sums: &[Sums], lines: u64, bounds: &Aabb) -> Volume {
         volume_error,
         area,
         area_error,
-        centroid: (whole > 0.0).then(|| (center + moment / whole).to_array()),
+        centroid: (whole > 0.0).then(|| (center + moment / whole * bounds.diagonal()).to_array()),
         lines: lines * sums.len() as u64,
         is_rough: false,
     }
@@ -298,7 +301,6 @@ fn estimate(sums: &[Sums], lines: u64, bounds: &Aabb) -> Volume {
 pub fn together(all: &[(usize, Volume)]) -> Volume {
     let mut sum = Volume::default();
     let mut errors = BTreeMap::<usize, [f64; 2]>::new();
-    let mut moment = DVec3::ZERO;
     for (number, one) in all {
         sum.volume += one.volume;
         sum.area += one.area;
@@ -307,14 +309,29 @@ pub fn together(all: &[(usize, Volume)]) -> Volume {
         let [volume, area] = errors.entry(*number).or_default();
         *volume += one.volume_error;
         *area += one.area_error;
-        if let Some(centroid) = one.centroid {
-            moment += DVec3::from_array(centroid) * one.volume;
-        }
     }
-    let root = |k: usize| errors.values().map(|e| e[k] * e[k]).sum::<f64>().sqrt();
-    [sum.volume_error, sum.area_error] = [root(0), root(1)];
-    sum.centroid = (sum.volume > 0.0).then(|| (moment / sum.volume).to_array());
+    [sum.volume_error, sum.area_error] =
+        [0, 1].map(|k| root_of_squares(errors.values().map(|e| e[k])));
+    sum.centroid = (sum.volume > 0.0).then(|| {
+        let share = |one: &Volume| {
+            let centroid = one.centroid.map_or(DVec3::ZERO, DVec3::from_array);
+            centroid * (one.volume / sum.volume)
+        };
+        all.iter()
+            .map(|(_, one)| share(one))
+            .sum::<DVec3>()
+            .to_array()
+    });
     sum
+}
+
+/// No square leaves the format.
+fn root_of_squares(numbers: impl Iterator<Item = f64> + Clone) -> f64 {
+    let largest = numbers.clone().fold(0.0, |m: f64, x| m.max(x.abs()));
+    // A power of two rounds nothing.
+    let power = libm::scalbn(1.0, libm::ilogb(largest.max(f64::MIN_POSITIVE)));
+    let square = |x: f64| (x / power) * (x / power);
+    power * numbers.map(square).sum::<f64>().sqrt()
 }
 
 #[cfg(test)]

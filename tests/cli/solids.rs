@@ -311,6 +311,28 @@ pub fn is_measured(row: &Value, key: &str, value: f64, relative: f64) {
 }
 
 #[test]
+fn measure_leaves_out_what_f64_has_no_figures_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut scene =
+        String::from("format = 1\n[shape]\nball.sphere = { center = [0, 0, 0], radius = 1 }\n");
+    for scale in ["1e160", "1e-130", "1e90"] {
+        scene += "[[instance]]\nshape = 'ball'\n";
+        scene += &format!("transform = [{{ scale = {scale} }}]\n");
+    }
+    std::fs::write(folder.path().join("a.toml"), scene).unwrap();
+    let output = lanecast(folder.path(), &["measure", "a.toml", "--json", "-"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["beyond_left_out"], 2, "{found}");
+    let [ball] = found["solids"].as_array().unwrap().as_slice() else {
+        panic!("{found}");
+    };
+    is_measured(ball, "volume", 4e270 / 3.0 * std::f64::consts::PI, 1e-3);
+    let centroid = ball["centroid"].as_array().unwrap();
+    assert!(centroid.iter().all(|x| x.as_f64().unwrap().abs() < 1e88));
+}
+
+#[test]
 fn measure_gives_volumes_areas_and_centroids_of_the_roots() {
     use std::f64::consts::PI;
     let folder = folder();

@@ -9,7 +9,7 @@ use crate::measure::{Stats, Watch};
 use crate::plan::{remarks, searched, solved, unbounded};
 use crate::scene::{Shape, ShapeId, Tables};
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 /// What `--json` writes.
@@ -79,17 +79,19 @@ fn report(prepared: &Prepared, world: &World) -> Report {
     let mut shapes = BTreeMap::new();
     let counts = prepared.appearances.of_shapes(scene);
     let (mut combinations, mut notes) = (Vec::new(), Vec::new());
+    let mut met = BTreeSet::new();
     for ((row, shape), count) in (0..).zip(&scene.shapes.rows).zip(counts) {
         if count > 0 {
             *shapes.entry(shape.kind_name()).or_default() += count;
             notes.extend(unbounded(scene, ShapeId(row)));
             notes.extend(searched(scene, ShapeId(row)));
+            met.insert(row);
         }
-        notes.extend(solved(scene, ShapeId(row)));
         if let (Shape::Combination(id), 1..) = (shape, count) {
             let combined = world.combined(*id);
             let solid = &combined.solid;
             notes.extend(remarks(scene, ShapeId(row), solid));
+            met.extend(solid.operands.iter().map(|operand| operand.id.0));
             combinations.push(Combination {
                 name: scene.shapes.names.label(row),
                 operands: solid.operands.len(),
@@ -99,6 +101,10 @@ fn report(prepared: &Prepared, world: &World) -> Report {
             });
         }
     }
+    notes.extend(
+        met.into_iter()
+            .filter_map(|row| solved(scene, ShapeId(row))),
+    );
     let reasons = prepared.plan.reasons.iter();
     Report {
         appearances: prepared.appearances.count(),

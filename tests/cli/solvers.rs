@@ -23,6 +23,7 @@ look_at = [0, 0, 0]
 fov_y = 50
 [shape]
 ring = { torus = { major = 1, minor = 0.4 }, MORE }
+spare = { torus = { major = 1, minor = 0.2 }, MORE }
 half = { torus = { major = 1, minor = 0.4 }, open = true, clip.sphere = { center = [0, 0, 0.8], radius = 0.9 }, MORE }
 bitten.difference = ['ring', { shape = 'ring', transform = [{ translate = [1, 0.1, 0] }] }]
 [[instance]]
@@ -88,6 +89,8 @@ fn a_solver_of_a_shape_is_that_of_the_command_line() {
         let output = lanecast(folder.path(), &["plan", "a.toml"]);
         let says = format!("'half': the solver '{solver}'");
         assert!(stdout(&output).contains(&says), "{}", stdout(&output));
+        // Nothing uses it.
+        assert!(!stdout(&output).contains("'spare'"), "{}", stdout(&output));
     }
 }
 

@@ -464,6 +464,19 @@ where
             same(rounded, a, "widen and narrow");
         }
     }
+    // Each lane by itself, to nearest, where it stands.
+    for power in (-1080..=1020).step_by(15).chain(-155..-140) {
+        let number = |i: usize| (1.0 + 0.013 * i as f64) * libm::ldexp(1.0 / 3.0, power);
+        let wide: Vec<f64> = (0..L::COUNT)
+            .map(|i| [1.0, -1.0][i % 2] * number(i))
+            .collect();
+        let narrow = L::narrow(<L::Double as Lanes>::load(&wide));
+        for (lane, wide) in wide.iter().enumerate() {
+            let expected = <L::Scalar as Scalar>::from_f64(*wide);
+            let found = narrow.lane(lane);
+            assert_eq!(found.bits(), expected.bits(), "{wide} in lane {lane}");
+        }
+    }
     // (1 + u)² − (1 + 2u) is u² fused and 0 rounded twice.
     let u = L::Scalar::UNIT_ROUNDOFF.to_f64() * 2.0;
     let x = L::from_f64(1.0 + u);

@@ -92,7 +92,7 @@ impl Cone {
 
 impl Upright {
     /// How far `p` lies above the cap or side that is nearer, to first order; and the
-    /// normal.
+    /// normal, unit.
     #[inline(always)]
     pub fn nearest<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> (D, Vec3<D>) {
         let k = self.growth;
@@ -104,13 +104,14 @@ impl Upright {
         let length = radial.length();
         // The apex has no normal; the axis is as good as any.
         let apex = self.unit * (if k > 0.0 { -1.0 } else { 1.0 });
+        // Measured across the side.
+        let across = D::splat(1.0 / (1.0 + k * k).sqrt());
+        let off_side = (length - r) * across;
         let side = Vec3::select(
             length.gt(D::zero()),
-            radial / length - n * D::splat(k),
+            (radial * (D::splat(1.0) / length) - n * D::splat(k)) * across,
             Vec3::splat(apex.to_array()),
         );
-        // Measured across the side.
-        let off_side = (length - r) / D::splat((1.0 + k * k).sqrt());
         if self.open {
             return (off_side, side);
         }

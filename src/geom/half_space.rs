@@ -45,25 +45,23 @@ impl HalfSpace {
     /// How far `p` lies above the plane; and the normal, outward, unit.
     #[inline(always)]
     pub fn nearest<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> (D, Vec3<D>) {
-        let size = length(self.normal);
+        let shorter = 1.0 / length(self.normal);
         let normal = Vec3::<D>::splat(self.normal.to_array());
-        let above = (normal.dot(p) - D::splat(self.offset)) / D::splat(size);
-        (above, normal.by([size; 3]))
+        let above = (normal.dot(p) - D::splat(self.offset)) * D::splat(shorter);
+        (above, Vec3::splat((self.normal * shorter).to_array()))
     }
 }
 
-/// Of the plane nearest to `p`: how far that lies above it; its normal, outward, unit;
-/// and the normal as it is given, of any length.
+/// Of the plane nearest to `p`: how far that lies above it; and its normal, outward,
+/// unit.
 #[inline(always)]
-pub fn nearest<D: Lanes<Scalar = f64>>(planes: &[HalfSpace], p: Vec3<D>) -> (D, Vec3<D>, Vec3<D>) {
-    let up = Vec3::splat(DVec3::Y.to_array());
-    let mut best = (D::splat(f64::INFINITY), up, up);
+pub fn nearest<D: Lanes<Scalar = f64>>(planes: &[HalfSpace], p: Vec3<D>) -> (D, Vec3<D>) {
+    let mut best = (D::splat(f64::INFINITY), Vec3::splat(DVec3::Y.to_array()));
     for plane in planes {
         let (above, normal) = plane.nearest(p);
         let nearer = above.abs().lt(best.0.abs());
         best.0 = D::select(nearer, above, best.0);
         best.1 = Vec3::select(nearer, normal, best.1);
-        best.2 = Vec3::select(nearer, Vec3::splat(plane.normal.to_array()), best.2);
     }
     best
 }

@@ -19,5 +19,5 @@ pub use axis_order::AxisOrder;
 pub use interval::Interval;
 pub use number::{Number, is_power_of_two};
 pub use ratio::Ratio;
-pub use unit::{length, unit, units};
+pub use unit::{length, unit, units, units_and_lengths};
 pub use vec3::{Vec3, unordered_dot};

@@ -28,13 +28,19 @@ pub fn unit(v: DVec3) -> DVec3 {
     }
 }
 
-/// [`unit`] of each lane: the same bits.
+/// [`unit`] of each lane, to two roundings: one division serves all axes.
 #[inline(always)]
 pub fn units<D: Lanes<Scalar = f64>>(v: Vec3<D>) -> Vec3<D> {
+    units_and_lengths(v).0
+}
+
+/// [`units`]; and lengths, which may leave the format where squares do.
+#[inline(always)]
+pub fn units_and_lengths<D: Lanes<Scalar = f64>>(v: Vec3<D>) -> (Vec3<D>, D) {
     let squared = v.length_squared();
     let ordinary = squared.ge(D::splat(1e-200)) & squared.lt(D::splat(1e200));
-    let length = squared.sqrt();
-    let mut units = Vec3::new(v.x / length, v.y / length, v.z / length);
+    let lengths = squared.sqrt();
+    let mut units = v * (D::splat(1.0) / lengths);
     let mut others = (!ordinary).bits();
     while others != 0 {
         let i = others.trailing_zeros() as usize;
@@ -44,12 +50,13 @@ pub fn units<D: Lanes<Scalar = f64>>(v: Vec3<D>) -> Vec3<D> {
         units.y = units.y.with_lane(i, one.y);
         units.z = units.z.with_lane(i, one.z);
     }
-    units
+    (units, lengths)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::lanes::f64x8;
 
     #[test]
     fn unit_at_any_scale() {
@@ -61,5 +68,23 @@ mod tests {
         assert_eq!(unit(DVec3::ZERO), DVec3::ZERO);
         assert_eq!(unit(DVec3::NAN), DVec3::ZERO);
         assert_eq!(unit(DVec3::INFINITY), DVec3::ZERO);
+    }
+
+    #[test]
+    fn units_are_each_lane_s_unit_to_two_roundings() {
+        for scale in [0.0, 1e-300, 1e-120, 1.0, 7e8, 1e120, 1e300, f64::NAN] {
+            let lanes = |k: f64| f64x8::load(&std::array::from_fn::<_, 8, _>(|i| k + i as f64));
+            let v = Vec3::new(lanes(1.0), lanes(-3.5), lanes(0.25)) * f64x8::splat(scale);
+            let (found, lengths) = units_and_lengths(v);
+            for i in 0..8 {
+                let lane = |v: &Vec3<f64x8>| DVec3::new(v.x.lane(i), v.y.lane(i), v.z.lane(i));
+                let expected = unit(lane(&v));
+                let off = (lane(&found) - expected).abs().max_element();
+                assert!(off <= 2.0 * f64::EPSILON, "{scale}: {off}");
+                if (1e-120..=1e120).contains(&scale) {
+                    assert_eq!(lengths.lane(i), length(lane(&v)), "{scale}");
+                }
+            }
+        }
     }
 }

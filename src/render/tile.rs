@@ -17,9 +17,7 @@ use crate::accel::World;
 use crate::math::lanes::Lanes;
 use crate::plan::Kernels;
 use crate::scene::{Camera, Light, Rgb};
-use crate::shade::{
-    Columns, Doubles, Integrator, Ledger, Memory, RayCounts, STEP, Singles, Surface,
-};
+use crate::shade::{Columns, Doubles, Integrator, Ledger, Looks, Memory, RayCounts, STEP, Surface};
 use crate::trace::{HitId, ItemBuffer, RayKind, ShadowCache, TracedRay};
 use bumpalo::Bump;
 use rayon::prelude::*;
@@ -121,6 +119,7 @@ fn render_tiles(
     };
     let generator = RayGenerator::new(view.camera, config.width, config.height, config.grid);
     let whole = morton_order((side, side));
+    let looks = Looks::of(&view.world.scene.materials.rows);
     let order = |number: u32| {
         let (corner, size) = at(number);
         let place = |spot: &Spot| (corner.0 + spot.x, corner.1 + spot.y);
@@ -148,6 +147,7 @@ fn render_tiles(
                 corner,
                 size,
                 whole: &whole,
+                looks,
                 items: items
                     .as_ref()
                     .map(|items| (items, number as usize * tiles_of(pixels))),
@@ -176,6 +176,7 @@ struct Tile<'a> {
     size: (u32, u32),
     /// The order of a tile that no edge of the picture cuts.
     whole: &'a [Spot],
+    looks: Looks,
     /// Of the frame, and the tile's first list.
     items: Option<(&'a ItemBuffer, usize)>,
 }
@@ -264,12 +265,10 @@ impl Tile<'_> {
             wave.push_some(
                 (1 << some.len()) - 1,
                 generator.through(across, up),
-                f32::INFINITY,
                 &spots.map(|spot| spot.row),
-                &[Singles::splat(1.0); 3],
-                RayKind::Primary,
             );
         }
+        wave.complete(f32::INFINITY, RayKind::Primary);
         let integrator = Integrator {
             world: self.view.world,
             kernels: self.view.kernels,
@@ -278,6 +277,7 @@ impl Tile<'_> {
             background: self.view.world.scene.background,
             max_depth: config.max_depth,
             unnamed: Default::default(),
+            looks: self.looks,
             cancel: &self.progress.cancel,
         };
         let keep = sample == 0 && config.aovs != AovSet::default();

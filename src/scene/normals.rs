@@ -40,7 +40,7 @@ pub fn outward_normals<D: Lanes<Scalar = f64>>(
             Vec3::select(known, normals, up)
         }
         Shape::Cuboid(id) => tables.cuboids.row(id).nearest(p).1,
-        Shape::Polyhedron(id) => half_space::nearest(tables.polyhedra.planes(id), p).2,
+        Shape::Polyhedron(id) => half_space::nearest(tables.polyhedra.planes(id), p).1,
         Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => up,
     }
 }

@@ -8,8 +8,9 @@
 use super::surface::facets;
 use crate::accel::World;
 use crate::geom::{formula, half_space, implicit};
+use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask};
-use crate::math::{Vec3, units};
+use crate::math::{Vec3, unit, units, units_and_lengths};
 use crate::scene::Shape;
 use glam::DVec3;
 
@@ -18,12 +19,18 @@ use glam::DVec3;
 pub(super) struct Height<D> {
     /// Outward; to first order in it.
     pub above: D,
-    /// Outward, unit.
+    /// Outward, unit; zero where a function has no gradient.
     pub normal: Vec3<D>,
+    /// Of a function of space, the length of its gradient; else 1.
+    pub slope: D,
 }
 
 /// Steps, at most: each at least halves the height, as a rule squares it.
 const STEPS: usize = 4;
+
+/// A step is none that moves the point by less than this many roundings of the largest
+/// coordinate that it is made of.
+const STILL: f64 = 8.0 * UNIT;
 
 /// t and the height there, of the rays' hits near `t` on a shape's primitives, one a
 /// lane. A step that does not lead nearer is not taken: at a silhouette, or where f64
@@ -37,27 +44,27 @@ pub(super) fn refined<D: Lanes<Scalar = f64>>(
     mut t: D,
 ) -> (D, Height<D>) {
     let below = Below::of(world, shape, primitives);
-    let at = |t: D| below.height(world, org + dir * t);
+    let at = |t: D| below.value(world, org + dir * t);
     let (zero, half) = (D::zero(), D::splat(0.5));
     let mut here = at(t);
-    let mut more = !here.above.eq(zero);
+    let mut more = !here.0.eq(zero);
+    let reach = org.max_abs().max((dir * t).max_abs());
+    let still = D::splat(STILL) * reach / dir.max_abs();
     for _ in 0..STEPS {
+        let step = here.0 / here.1.dot(dir);
+        let next = t - step;
+        let met = next.lt(D::splat(f64::INFINITY)) & next.gt(zero);
+        more = more & met & step.abs().gt(still);
         if more.none() {
             break;
         }
-        let next = t - here.above / here.normal.dot(dir);
         let there = at(next);
-        let nearer = there.above.abs().le(half * here.above.abs());
-        let met = next.lt(D::splat(f64::INFINITY)) & next.gt(zero);
-        more = more & met & nearer;
+        more = more & there.0.abs().le(half * here.0.abs());
         t = D::select(more, next, t);
-        here = Height {
-            above: D::select(more, there.above, here.above),
-            normal: Vec3::select(more, there.normal, here.normal),
-        };
-        more = more & !here.above.eq(zero);
+        here.0 = D::select(more, there.0, here.0);
+        here.1 = Vec3::select(more, there.1, here.1);
     }
-    (t, here)
+    (t, below.height(here))
 }
 
 /// What the height is measured from.
@@ -86,87 +93,85 @@ impl<D: Lanes<Scalar = f64>> Below<D> {
                 let polygon = scene.polygons.row(id);
                 Below::Planes {
                     on: Vec3::splat(polygon.points[0].to_array()),
-                    normal: units(Vec3::splat(polygon.normal.to_array())),
+                    normal: Vec3::splat(unit(polygon.normal).to_array()),
                 }
             }
             solid => Below::Solid(solid),
         }
     }
 
+    /// A function that is zero on the surface, and positive outside; and its gradient:
+    /// the height and the unit normal themselves, unless [`height`](Self::height) makes
+    /// them of these.
     #[inline(always)]
-    fn height(&self, world: &World, p: Vec3<D>) -> Height<D> {
+    fn value(&self, world: &World, p: Vec3<D>) -> (D, Vec3<D>) {
         let scene = world.scene;
-        let unit = |(above, normal): (D, Vec3<D>)| Height {
-            above,
-            normal: units(normal),
-        };
         let solid = match self {
-            Below::Planes { on, normal } => {
-                return Height {
-                    above: (p - *on).dot(*normal),
-                    normal: *normal,
-                };
-            }
+            Below::Planes { on, normal } => return ((p - *on).dot(*normal), *normal),
             Below::Solid(solid) => *solid,
         };
+        let two = D::splat(2.0);
         match solid {
-            Shape::HalfSpace(id) => {
-                let (above, normal) = scene.half_spaces.row(id).nearest(p);
-                Height { above, normal }
-            }
-            Shape::Polyhedron(id) => {
-                let (above, normal, _) = half_space::nearest(scene.polyhedra.planes(id), p);
-                Height { above, normal }
-            }
+            Shape::HalfSpace(id) => scene.half_spaces.row(id).nearest(p),
+            Shape::Polyhedron(id) => half_space::nearest(scene.polyhedra.planes(id), p),
+            Shape::Cylinder(id) => scene.cylinders.upright(id).nearest(p),
+            Shape::Cone(id) => scene.cones.upright(id).nearest(p),
+            Shape::Cuboid(id) => scene.cuboids.row(id).nearest(p),
             Shape::Sphere(id) => {
                 let sphere = scene.spheres.row(id);
                 let out = p - Vec3::splat(sphere.center.to_array());
-                unit((out.length() - D::splat(sphere.radius), out))
+                let squared = D::splat(sphere.radius * sphere.radius);
+                (out.length_squared() - squared, out * two)
             }
             Shape::Ellipsoid(id) => {
                 let row = scene.ellipsoids.row(id);
-                let radii = row.radii.to_array();
-                let scaled = (p - Vec3::splat(row.center.to_array())).by(radii);
-                let gradient = scaled.by(radii);
-                // Σ(x/r)² − 1 over the length of its gradient.
-                let (length, one) = (scaled.length(), D::splat(1.0));
-                let over = (length - one) * (length + one);
-                unit((over / (D::splat(2.0) * gradient.length()), gradient))
+                let shrink = |v: Vec3<D>| {
+                    let [x, y, z] = row.radii.to_array().map(|r| D::splat(1.0 / r));
+                    Vec3::new(v.x * x, v.y * y, v.z * z)
+                };
+                let scaled = shrink(p - Vec3::splat(row.center.to_array()));
+                let value = scaled.length_squared() - D::splat(1.0);
+                (value, shrink(scaled) * two)
             }
-            Shape::Cylinder(id) => unit(scene.cylinders.upright(id).nearest(p)),
-            Shape::Cone(id) => unit(scene.cones.upright(id).nearest(p)),
-            Shape::Cuboid(id) => {
-                let (above, normal) = scene.cuboids.row(id).nearest(p);
-                Height { above, normal }
-            }
-            Shape::Implicit(id) => {
-                let (value, gradient) = implicit::values_at(&scene.implicits.tape[id.index()], p);
-                let steep = gradient.length();
-                Height {
-                    above: value / steep,
-                    normal: gradient / steep,
-                }
-            }
-            Shape::LevelSet(id) => {
-                let formula = &scene.level_sets.formula[id.index()];
-                let (value, gradient) = formula::values_at(formula, p);
-                let steep = gradient.length();
-                Height {
-                    above: value / steep,
-                    normal: gradient / steep,
-                }
-            }
+            Shape::Implicit(id) => implicit::values_at(&scene.implicits.tape[id.index()], p),
+            Shape::LevelSet(id) => formula::values_at(&scene.level_sets.formula[id.index()], p),
             Shape::Quadric(id) => {
                 let (value, gradient, _) = scene.quadrics.row(id).values_at(p);
-                let steep = gradient.length();
+                (value, gradient)
+            }
+            Shape::Mesh(_) | Shape::Polygon(_) | Shape::Combination(_) => {
+                (D::zero(), Vec3::splat(DVec3::Y.to_array()))
+            }
+        }
+    }
+
+    /// Of a [`value`](Self::value).
+    #[inline(always)]
+    fn height(&self, (value, gradient): (D, Vec3<D>)) -> Height<D> {
+        match self {
+            Below::Solid(
+                Shape::Sphere(_)
+                | Shape::Ellipsoid(_)
+                | Shape::Implicit(_)
+                | Shape::LevelSet(_)
+                | Shape::Quadric(_),
+            ) => {
+                let (mut normal, slope) = units_and_lengths(gradient);
+                if let Below::Solid(Shape::Quadric(_)) = self {
+                    // An apex has no normal; any is as good.
+                    let none = normal.max_abs().eq(D::zero());
+                    normal = Vec3::select(none, Vec3::splat(DVec3::Y.to_array()), normal);
+                }
                 Height {
-                    above: value / steep,
-                    normal: gradient / steep,
+                    above: value / slope,
+                    normal,
+                    slope,
                 }
             }
-            Shape::Mesh(_) | Shape::Polygon(_) | Shape::Combination(_) => Height {
-                above: D::zero(),
-                normal: Vec3::splat(DVec3::Y.to_array()),
+            _ => Height {
+                above: value,
+                normal: gradient,
+                slope: D::splat(1.0),
             },
         }
     }

@@ -6,13 +6,15 @@
 //! however the rays branch. The order of additions to a pixel is that of its own
 //! rays, so no tile split or packet width shows.
 
-use super::light::{Arrival, end_of};
-use super::lit::{Column3, Doubles, LitHits, STEP, Singles, keep, pad};
-use super::material::{leaves_rays, onward, reflected};
+use super::columns::{Column3, Doubles, STEP, Singles, gather, keep, pad};
+use super::light::{Arrival, end_of, shadow_dirs};
+use super::lit::LitHits;
+use super::material::{Looks, leaves_rays, onward, reflected};
 use super::site::Site;
 use super::surface::Surface;
 use super::wave::{PIECE, Wave, Waves};
 use crate::accel::World;
+use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask};
 use crate::plan::Kernels;
 use crate::scene::{Light, Material, MaterialId, Rgb};
@@ -150,6 +152,7 @@ pub struct Integrator<'w> {
     pub max_depth: u32,
     /// Of surfaces that have none.
     pub unnamed: Material,
+    pub looks: Looks,
     /// Read before every piece: once set, the rest is left out.
     pub cancel: &'w AtomicBool,
 }
@@ -232,41 +235,33 @@ impl Integrator<'_> {
         note_counts(&wave.kind[rays.clone()], &instance[..count], depth, ledger);
 
         self.light_up(wave, rays.clone(), (t, instance, primitive), lit);
-        let mut hit = 0;
-        for (row, i) in rays.enumerate() {
+        for (row, i) in rays.clone().enumerate() {
             if instance[row] == HitId::NONE.instance {
-                note(wave, i, depth, Outcome::Miss, ledger);
                 add(film, wave, i, self.background);
-                continue;
             }
-            let outcome = |lit: &LitHits| Outcome::Hit {
-                t: t[row],
-                instance: instance[row],
-                primitive: primitive[row],
-                normal: lit.ng.get(hit).to_array(),
-            };
-            if ledger.record.is_some() {
-                note(wave, i, depth, outcome(lit), ledger);
+        }
+        if self.looks.glow {
+            for hit in 0..lit.len() {
+                let emission = self.material(lit.material[hit]).emission;
+                add(film, wave, lit.row[hit] as usize, emission);
             }
-            if let (0, Some(primary)) = (depth, &mut *primary) {
-                let id = HitId {
-                    instance: instance[row],
-                    primitive: primitive[row],
-                };
-                primary(wave.pixel[i], &lit.surface(hit), id);
-            }
-            let emission = self.material(lit.material[hit]).emission;
-            if emission != [0.0; 3] {
-                add(film, wave, i, emission);
-            }
-            hit += 1;
+        }
+        if ledger.record.is_some() || depth == 0 && primary.is_some() {
+            tell(
+                wave,
+                (rays, depth),
+                (t, instance, primitive),
+                lit,
+                ledger,
+                primary,
+            );
         }
         for (number, light) in self.lights.iter().enumerate() {
             shadows.towards(light, number as u32, wave, lit);
             let cache = &mut caches[number];
             self.light(wave, lit, shadows, blocked, depth, cache, film, ledger);
         }
-        if depth < self.max_depth {
+        if depth < self.max_depth && self.looks.leave_rays {
             let (wave, onwards) = waves.pair(depth);
             for i in 0..lit.len() {
                 let material = self.material(lit.material[i]);
@@ -347,48 +342,52 @@ impl Integrator<'_> {
         let batch = rays.batch(0);
         blocked.resize(batch.len(), false);
         any(self.world, &self.kernels, &batch, cache, blocked);
-        for first in (0..rays.len()).step_by(STEP) {
-            let count = STEP.min(rays.len() - first);
-            let mut clear = 0_u32;
-            for (s, blocked) in (first..first + count).zip(&blocked[first..]) {
-                ledger.counts.shadow += 1;
-                let outcome = if *blocked {
-                    ledger.counts.shadow_occluded += 1;
-                    Outcome::Blocked
-                } else {
-                    clear |= 1 << (s - first);
-                    Outcome::Clear
+        let blocked = &blocked[..rays.len()];
+        ledger.counts.shadow += blocked.len() as u64;
+        ledger.counts.shadow_occluded += blocked.iter().filter(|b| **b).count() as u64;
+        if ledger.record.is_some() {
+            for (s, blocked) in blocked.iter().enumerate() {
+                let outcome = match blocked {
+                    true => Outcome::Blocked,
+                    false => Outcome::Clear,
                 };
                 note(rays, s, depth, outcome, ledger);
             }
+        }
+        for (first, blocked) in (0..).step_by(STEP).zip(blocked.chunks(STEP)) {
+            let bit = |(i, blocked): (usize, &bool)| u32::from(!blocked) << i;
+            let mut clear: u32 = blocked.iter().enumerate().map(bit).sum();
             if clear == 0 {
                 continue;
             }
             let hits: [u32; STEP] = std::array::from_fn(|i| of[first + i]);
-            let last = rays.len() - 1;
-            let weight = |k: usize| {
-                let of = |i| rays.weight[last.min(first + i)][k];
-                Singles::load(&std::array::from_fn::<_, STEP, _>(of))
-            };
-            let (light, towards) = (std::array::from_fn(weight), towards.step(first));
             let (ns, out) = (lit.ns.gather(&hits), -lit.incoming.gather(&hits));
+            let (light, towards) = (rays.weight.step(first), towards.step(first));
+            let light = [light.x, light.y, light.z];
             // Material by material; added in the rays' order.
-            let (mut rest, mut sums) = (clear, [[0.0; 3]; STEP]);
+            let (mut rest, mut sums) = (clear, [Singles::zero(); 3]);
             while rest != 0 {
                 let id = lit.material[hits[rest.trailing_zeros() as usize] as usize];
+                let same = |i: usize| u32::from(lit.material[hits[i] as usize] == id) << i;
+                let same: u32 = (0..STEP).map(same).sum();
                 let radiance = reflected(self.material(id), ns, out, towards, light);
-                let radiance = radiance.map(|channel: Singles| channel.to_array());
-                for (i, hit) in hits.iter().enumerate() {
-                    if rest >> i & 1 != 0 && lit.material[*hit as usize] == id {
-                        sums[i] = radiance.map(|channel| channel[i]);
-                        rest &= !(1 << i);
-                    }
+                let mask = <Singles as Lanes>::Mask::from_bits(same);
+                for (sum, radiance) in sums.iter_mut().zip(radiance) {
+                    *sum = Lanes::select(mask, radiance, *sum);
                 }
+                rest &= !same;
             }
+            let rows = hits.map(|hit| lit.row[hit as usize]);
+            let weight = wave.weight.gather(&rows);
+            let [r, g, b] = sums;
+            let [r, g, b] = [weight.x * r, weight.y * g, weight.z * b].map(|c| c.to_array());
             while clear != 0 {
                 let i = clear.trailing_zeros() as usize;
                 clear &= clear - 1;
-                add(film, wave, lit.row[hits[i] as usize] as usize, sums[i]);
+                let pixel = &mut film[wave.pixel[rows[i] as usize] as usize];
+                for (channel, radiance) in pixel.iter_mut().zip([r[i], g[i], b[i]]) {
+                    *channel += radiance;
+                }
             }
         }
     }
@@ -427,13 +426,44 @@ impl<'w> Batch<'w> {
         let hits: [u32; STEP] = std::array::from_fn(|i| self.hits[i.min(last)]);
         let rays = hits.map(|hit| lit.row[hit as usize]);
         let (org, dir) = wave.step(&rays);
-        let of = |i: usize| rays[i] as usize - first;
-        let t: [f64; STEP] = std::array::from_fn(|i| t[of(i)]);
-        let primitives: [u32; STEP] = std::array::from_fn(|i| primitive[of(i)]);
-        let surfaces = self
-            .site
-            .surfaces((org, dir), Doubles::load(&t), &primitives);
+        let rows = rays.map(|ray| ray - first as u32);
+        let primitives = rows.map(|row| primitive[row as usize]);
+        let t = gather(t, &rows);
+        let surfaces = self.site.surfaces((org, dir), t, &primitives);
         lit.set(&hits, &surfaces, dir);
+    }
+}
+
+/// Those who ask for each ray, or for what camera rays meet.
+fn tell(
+    wave: &Wave,
+    (rays, depth): (Range<usize>, u32),
+    (t, instance, primitive): (&[f64], &[u64], &[u32]),
+    lit: &LitHits,
+    ledger: &mut Ledger,
+    primary: &mut PrimaryHit,
+) {
+    let mut hit = 0;
+    for (row, i) in rays.enumerate() {
+        let id = HitId {
+            instance: instance[row],
+            primitive: primitive[row],
+        };
+        if id.instance == HitId::NONE.instance {
+            note(wave, i, depth, Outcome::Miss, ledger);
+            continue;
+        }
+        let outcome = Outcome::Hit {
+            t: t[row],
+            instance: id.instance,
+            primitive: id.primitive,
+            normal: lit.ng.row(hit),
+        };
+        note(wave, i, depth, outcome, ledger);
+        if let (0, Some(primary)) = (depth, &mut *primary) {
+            primary(wave.pixel[i], &lit.surface(hit), id);
+        }
+        hit += 1;
     }
 }
 
@@ -459,7 +489,7 @@ struct Shadows<'b> {
     rays: Wave<'b>,
     /// Row of the lit hits, and the direction to the light: whole steps.
     of: ArenaVec<'b, u32>,
-    towards: Column3<'b>,
+    towards: Column3<'b, Doubles>,
 }
 
 impl Shadows<'_> {
@@ -467,7 +497,7 @@ impl Shadows<'_> {
     fn towards(&mut self, light: &Light, number: u32, wave: &Wave, lit: &LitHits) {
         self.rays.truncate(0);
         self.of.clear();
-        self.towards.clear();
+        self.towards.truncate(0);
         let (zero, one) = (Doubles::zero(), Doubles::splat(1.0));
         let (kind, end) = (RayKind::Shadow { light: number }, end_of(light));
         for first in (0..lit.len()).step_by(STEP) {
@@ -484,18 +514,19 @@ impl Shadows<'_> {
             }
             let side: Doubles = Lanes::select(towards.dot(ng).ge(zero), one, -one);
             let org = point + ng * (side * Doubles::load(&lit.offset[first..]));
-            // Towards the light from where the ray really starts.
-            let arrival = Arrival::at(light, org);
-            let rows = arrival.some.bits() & rows;
+            let (dir, some) = shadow_dirs(light, org, towards);
+            let rows = some.bits() & rows;
             let numbers: [u32; STEP] = std::array::from_fn(|i| (first + i) as u32);
             let pixel = |i: usize| wave.pixel[lit.row[first + i] as usize];
-            let (dir, pixels) = (arrival.dir, std::array::from_fn(pixel));
-            let irradiance = &arrival.irradiance;
-            self.rays
-                .push_some(rows, (org, dir), end, &pixels, irradiance, kind);
+            let pixels = std::array::from_fn(pixel);
+            let [r, g, b] = arrival.irradiance;
+            self.rays.push_some(rows, (org, dir), &pixels);
+            self.rays.weight.push_some(Vec3::new(r, g, b), rows);
             keep(&mut self.of, &numbers, rows);
-            self.towards.push_some(arrival.towards, rows);
+            self.towards.push_some(towards, rows);
         }
+        self.rays.complete(end, kind);
+        self.rays.weight.pad();
         pad(&mut self.of);
         self.towards.pad();
     }
@@ -517,7 +548,7 @@ fn note_counts(kinds: &[RayKind], instance: &[u64], depth: u32, ledger: &mut Led
 
 #[inline(always)]
 fn add(film: &mut [Rgb], wave: &Wave, i: usize, radiance: Rgb) {
-    let (pixel, weight) = (&mut film[wave.pixel[i] as usize], wave.weight[i]);
+    let (pixel, weight) = (&mut film[wave.pixel[i] as usize], wave.weight.row(i));
     for k in 0..3 {
         pixel[k] += weight[k] * radiance[k];
     }
@@ -544,7 +575,8 @@ fn spawn(wave: &Wave, (lit, hit): (&LitHits, usize), material: &Material, next: 
         } else {
             dir
         };
-        let weight = std::array::from_fn(|k| wave.weight[i][k] * weight[k]);
+        let before = wave.weight.row(i);
+        let weight = std::array::from_fn(|k| before[k] * weight[k]);
         if weight.iter().any(|w| *w >= LEAST_WEIGHT) {
             let dir32 = dir.to_array().map(|x| x as f32);
             let org = surface.leave(side);

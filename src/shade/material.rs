@@ -110,6 +110,22 @@ fn base_reflectance(material: &Material, metallic: f32) -> Rgb {
         .map(|c| r * r * (1.0 - metallic) + c * metallic)
 }
 
+/// What any material of a scene does: the others need not be asked.
+#[derive(Clone, Copy, Debug)]
+pub struct Looks {
+    pub glow: bool,
+    pub leave_rays: bool,
+}
+
+impl Looks {
+    pub fn of(materials: &[Material]) -> Looks {
+        Looks {
+            glow: materials.iter().any(|row| row.emission != [0.0; 3]),
+            leave_rays: materials.iter().any(leaves_rays),
+        }
+    }
+}
+
 /// The rays that leave a hit besides those to lights.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Onward {

@@ -1,5 +1,6 @@
 //! From hits to radiance: surfaces, materials, lights, and the integrator.
 
+mod columns;
 mod height;
 mod integrate;
 mod light;
@@ -9,8 +10,8 @@ mod site;
 mod surface;
 mod wave;
 
+pub use columns::{Doubles, STEP, Singles};
 pub use integrate::{Columns, Integrator, Ledger, Memory, RayCounts};
-pub use lit::{Doubles, STEP, Singles};
-pub use material::{Onward, leaves_rays, onward, reflected};
+pub use material::{Looks, Onward, leaves_rays, onward, reflected};
 pub use surface::Surface;
 pub use wave::Wave;

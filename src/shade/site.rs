@@ -3,7 +3,7 @@
 
 use super::height::refined;
 use super::surface::{
-    Surfaces, blur_of, normal_before, normals, shading_normal, to_world, to_world_rise,
+    Surfaces, blur_of, normal_before, normals, shading_normal, to_world, to_world_height,
 };
 use crate::accel::{Combined, World};
 use crate::math::bounds::{LEAVING, LEAVING_CURVED, LEAVING_SLOPELESS, SLOPELESS};
@@ -180,17 +180,14 @@ impl<'w> Site<'w> {
         let placed = self.placed.as_ref();
         let infinity = D::splat(f64::INFINITY);
         let (mut left, mut roundoff, mut blurred) = (D::zero(), SINGLE, D::zero());
-        let mut gradient = None;
+        let mut known = None;
         if self.arithmetic != Arithmetic::F32 {
             let rays = (object_org, object_dir);
             let (refined, height) = refined(self.world, self.shape, own, rays, t);
             t = refined;
-            // Worked out at this very point.
-            gradient = matches!(self.shape, Shape::Implicit(_) | Shape::LevelSet(_))
-                .then_some(height.normal);
+            known = Some(height);
             // What the point is off by in object space, in world space.
-            let rise = to_world_rise(placed, height.normal);
-            left = height.above.abs() / rise;
+            left = to_world_height(placed, &height).abs();
             left = D::select(left.lt(infinity), left, D::zero());
             // A triangle is met from where the ray starts, by lanes of any type: they
             // had better be certain that it lies behind. Solids are met in f64 first.
@@ -201,23 +198,26 @@ impl<'w> Site<'w> {
         }
         let point = world_org + world_dir * t;
         let at = object_org + object_dir * t;
-        let (mut ng, mut smooth) = match gradient {
-            Some(normal) => (normal, None),
-            None => normals(self.world, self.shape, at, own),
-        };
+        let unit = known.map(|height| height.normal);
+        let mut is_unit = unit.is_some();
+        let (mut ng, mut smooth) = normals(self.world, self.shape, (at, own), unit);
         // No rounding of a polynomial without a slope takes a ray farther away.
         let local = D::splat(self.size).max(at.max_abs());
         let farthest = local * D::splat(LEAVING_SLOPELESS);
         let most = farthest * D::splat(1.0 / (LEAVING * roundoff));
-        let mut blur = blur_of(self.world, self.shape, at);
+        let slope = known.map(|height| height.slope);
+        let mut blur = blur_of(self.world, self.shape, at, slope);
         let slopeless = !blur.lt(most);
         if slopeless.any() {
             left = D::select(slopeless, left.min(D::splat(self.stretch) * farthest), left);
         }
         if let Shape::Implicit(_) | Shape::LevelSet(_) = self.shape {
+            if !is_unit {
+                (ng, is_unit) = (units(ng), true);
+            }
             // Its direction is roundings, or it has left the format.
             let lost = !(blur * D::splat(DOUBLE)).lt(local);
-            let lost = lost | !units(ng).length_squared().gt(D::splat(0.5));
+            let lost = lost | !ng.length_squared().gt(D::splat(0.5));
             if lost.any() {
                 let scene = self.world.scene;
                 let bounds = match self.shape {
@@ -236,7 +236,10 @@ impl<'w> Site<'w> {
             let outward = |n: Vec3<D>| Vec3::select(turned, -n, n);
             (ng, smooth) = (outward(ng), smooth.map(outward));
         }
-        let ng = to_world(placed, ng);
+        let ng = match placed {
+            None if is_unit => ng,
+            _ => to_world(placed, ng),
+        };
         let front = world_dir.dot(ng).le(D::zero());
         let facing = Vec3::select(front, ng, -ng);
         let ns = match smooth {

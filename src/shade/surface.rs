@@ -9,6 +9,7 @@
 //! refined in f64 first (see [`super::height`]): the point is then as good as f64,
 //! also of lanes in f32.
 
+use super::height::Height;
 use super::site::Site;
 use crate::accel::World;
 use crate::geom::guarded::implicit::blur_at;
@@ -86,33 +87,39 @@ impl Surface {
 
 /// Of a polynomial, what its terms are at a point, over the slope there: as large are
 /// the coordinates whose roundings it is met by; no number where there is no slope.
-/// Elsewhere these are the point's own.
+/// Elsewhere these are the point's own. `slope`: where it is known.
 #[inline(always)]
-pub(super) fn blur_of<D: Lanes<Scalar = f64>>(world: &World, shape: Shape, at: Vec3<D>) -> D {
+pub(super) fn blur_of<D: Lanes<Scalar = f64>>(
+    world: &World,
+    shape: Shape,
+    at: Vec3<D>,
+    slope: Option<D>,
+) -> D {
     let scene = world.scene;
-    let (gradient, size) = match shape {
+    let slope_of = |gradient: Vec3<D>| gradient.length();
+    match shape {
         Shape::Quadric(id) => {
             let (_, gradient, size) = scene.quadrics.row(id).values_at(at);
-            (gradient, size)
+            size / slope.unwrap_or_else(|| slope_of(gradient))
         }
+        // What f may be off by, in roundings: coordinates are rounded, too.
         Shape::Implicit(id) => {
             let tape = &scene.implicits.tape[id.index()];
-            let (_, gradient) = implicit::values_at(tape, at);
-            // What f may be off by, in roundings: coordinates are rounded, too.
-            (gradient, blur_at(tape, at) / D::splat(UNIT))
+            let own = || slope_of(implicit::values_at(tape, at).1);
+            blur_at(tape, at) * D::splat(1.0 / UNIT) / slope.unwrap_or_else(own)
         }
         Shape::LevelSet(id) => {
             let formula = &scene.level_sets.formula[id.index()];
-            let (_, gradient) = formula::values_at(formula, at);
-            (gradient, formula::blur_at(formula, at) / D::splat(UNIT))
+            let own = || slope_of(formula::values_at(formula, at).1);
+            formula::blur_at(formula, at) * D::splat(1.0 / UNIT) / slope.unwrap_or_else(own)
         }
-        _ => return D::zero(),
-    };
-    size / gradient.length()
+        _ => D::zero(),
+    }
 }
 
-/// Of a polynomial, or another function, where it has hardly a slope, as that of a square has: from a little
-/// nearer to the ray's origin, by `back`; against the ray where there is none either.
+/// Of a polynomial, or another function, where it has hardly a slope, as that of a
+/// square has: from a little nearer to the ray's origin, by `back`; against the ray where
+/// there is none either.
 #[inline(always)]
 pub(super) fn normal_before<D: Lanes<Scalar = f64>>(
     (scene, shape): (&Tables, Shape),
@@ -161,26 +168,27 @@ pub(super) fn to_world<D: Lanes<Scalar = f64>>(
     })
 }
 
-/// By how much the height above a surface grows along the world's normal.
+/// How far a point of that height lies from the surface in world space, to first order.
 #[inline(always)]
-pub(super) fn to_world_rise<D: Lanes<Scalar = f64>>(
+pub(super) fn to_world_height<D: Lanes<Scalar = f64>>(
     object_from_world: Option<&Affine>,
-    normal: Vec3<D>,
+    height: &Height<D>,
 ) -> D {
     match object_from_world {
-        None => D::splat(1.0),
-        Some(map) => map.transposed_vectors(normal).length(),
+        None => height.above,
+        Some(map) => height.above / map.transposed_vectors(height.normal).length(),
     }
 }
 
 /// Object space: the outward normals, and smooth ones where the shape has them, of a
-/// primitive in each lane.
+/// primitive in each lane. `known`: the outward ones, unit, of what was
+/// [refined](super::height::refined).
 #[inline(always)]
 pub(super) fn normals<D: Lanes<Scalar = f64>>(
     world: &World,
     shape: Shape,
-    at: Vec3<D>,
-    primitives: &[u32],
+    (at, primitives): (Vec3<D>, &[u32]),
+    known: Option<Vec3<D>>,
 ) -> (Vec3<D>, Option<Vec3<D>>) {
     let scene = world.scene;
     match shape {
@@ -190,10 +198,14 @@ pub(super) fn normals<D: Lanes<Scalar = f64>>(
                 .polygons
                 .normals(id)
                 .map(|normals| fan_normal(polygon.points, normals, polygon.normal, at));
-            (Vec3::splat(polygon.normal.to_array()), smooth)
+            let plane = || Vec3::splat(polygon.normal.to_array());
+            (known.unwrap_or_else(plane), smooth)
         }
-        Shape::Mesh(id) => mesh_normals(&scene.meshes.row(id), at, primitives),
-        solid => (outward_normals(scene, solid, at), None),
+        Shape::Mesh(id) => mesh_normals(&scene.meshes.row(id), (at, primitives), known),
+        solid => {
+            let normals = known.unwrap_or_else(|| outward_normals(scene, solid, at));
+            (normals, None)
+        }
     }
 }
 
@@ -212,11 +224,14 @@ pub(super) fn facets<D: Lanes<Scalar = f64>>(mesh: &Mesh, triangles: &[u32]) -> 
 #[inline(always)]
 fn mesh_normals<D: Lanes<Scalar = f64>>(
     mesh: &Mesh,
-    at: Vec3<D>,
-    triangles: &[u32],
+    (at, triangles): (Vec3<D>, &[u32]),
+    known: Option<Vec3<D>>,
 ) -> (Vec3<D>, Option<Vec3<D>>) {
+    if let (Some(known), None) = (known, mesh.normals) {
+        return (known, None);
+    }
     let [a, b, c] = facets(mesh, triangles);
-    let ng = (b - a).cross(c - a);
+    let ng = known.unwrap_or_else(|| (b - a).cross(c - a));
     let smooth = mesh.normals.map(|normals| {
         let corner = |k: usize| {
             Vec3::of_lanes(|i| {

@@ -4,7 +4,7 @@
 //! A ray spawns at most two, and a depth is filled only when it is empty: waves
 //! beyond the first hold two pieces at most, whatever the scene does.
 
-use super::lit::{Doubles, STEP, Singles, adjoin, keep};
+use super::columns::{Column3, Doubles, STEP, Singles, keep};
 use crate::math::Vec3;
 use crate::math::lanes::Lanes;
 use crate::scene::Rgb;
@@ -20,14 +20,14 @@ pub const PIECE: usize = 1024;
 
 /// Rays of one depth, columns of equal length (but for [`Wave::batch`]).
 pub struct Wave<'b> {
-    org: [ArenaVec<'b, f64>; 3],
-    dir: [ArenaVec<'b, f32>; 3],
+    org: Column3<'b, Doubles>,
+    dir: Column3<'b, Singles>,
     t_min: ArenaVec<'b, f32>,
     pub t_max: ArenaVec<'b, f32>,
     /// Row of the tile's film.
     pub pixel: ArenaVec<'b, u32>,
     /// What the ray's radiance counts for in its pixel.
-    pub weight: ArenaVec<'b, Rgb>,
+    pub weight: Column3<'b, Singles>,
     pub kind: ArenaVec<'b, RayKind>,
 }
 
@@ -35,15 +35,14 @@ impl<'b> Wave<'b> {
     pub fn with_capacity(rays: usize, arena: &'b Bump) -> Wave<'b> {
         // A batch is filled up from wherever it begins.
         let rays = rays + MAX_LANES;
-        let f64s = || ArenaVec::with_capacity_in(rays, arena);
         let f32s = || ArenaVec::with_capacity_in(rays, arena);
         Wave {
-            org: [f64s(), f64s(), f64s()],
-            dir: [f32s(), f32s(), f32s()],
+            org: Column3::with_capacity(rays, arena),
+            dir: Column3::with_capacity(rays, arena),
             t_min: f32s(),
             t_max: f32s(),
             pixel: ArenaVec::with_capacity_in(rays, arena),
-            weight: ArenaVec::with_capacity_in(rays, arena),
+            weight: Column3::with_capacity(rays, arena),
             kind: ArenaVec::with_capacity_in(rays, arena),
         }
     }
@@ -58,10 +57,8 @@ impl<'b> Wave<'b> {
         weight: Rgb,
         kind: RayKind,
     ) {
-        for k in 0..3 {
-            self.org[k].push(org[k]);
-            self.dir[k].push(dir[k]);
-        }
+        self.org.push(org.to_array());
+        self.dir.push(dir);
         self.t_min.push(0.0);
         self.t_max.push(t_max);
         self.pixel.push(pixel);
@@ -69,30 +66,28 @@ impl<'b> Wave<'b> {
         self.kind.push(kind);
     }
 
-    /// A step of rays of one kind, of those whose bits are set.
+    /// A step of rays, of those whose bits are set; [`Wave::complete`] comes when all
+    /// are there.
     #[inline(always)]
     pub fn push_some(
         &mut self,
         rows: u32,
         (org, dir): (Vec3<Doubles>, Vec3<Doubles>),
-        t_max: f32,
         pixels: &[u32; STEP],
-        weights: &[Singles; 3],
-        kind: RayKind,
     ) {
-        let axes = [(org.x, dir.x), (org.y, dir.y), (org.z, dir.z)];
-        for (k, (org, dir)) in axes.into_iter().enumerate() {
-            keep(&mut self.org[k], &org.to_array(), rows);
-            keep(&mut self.dir[k], &Singles::narrow(dir).to_array(), rows);
-        }
-        let weights = weights.map(|w| w.to_array());
-        let weights: [Rgb; STEP] = std::array::from_fn(|i| weights.map(|w| w[i]));
+        self.org.push_some(org, rows);
+        let [x, y, z] = [dir.x, dir.y, dir.z].map(Singles::narrow);
+        self.dir.push_some(Vec3::new(x, y, z), rows);
         keep(&mut self.pixel, pixels, rows);
-        keep(&mut self.weight, &weights, rows);
-        let rays = self.pixel.len();
+    }
+
+    /// What new rays have in common; those whose weight is not known weigh 1.
+    pub fn complete(&mut self, t_max: f32, kind: RayKind) {
+        let rays = self.len();
         self.t_min.resize(rays, 0.0);
         self.t_max.resize(rays, t_max);
         self.kind.resize(rays, kind);
+        self.weight.resize(rays, [1.0; 3]);
     }
 
     pub fn len(&self) -> usize {
@@ -121,27 +116,25 @@ impl<'b> Wave<'b> {
     /// nothing. [`Wave::truncate`] takes those away again.
     pub fn batch(&mut self, first: usize) -> Rays<'_> {
         let padded = first + (self.len() - first).next_multiple_of(MAX_LANES);
-        let at = self.len().saturating_sub(1);
-        for k in 0..3 {
-            let (org, dir) = (self.org[k].get(at).copied(), self.dir[k].get(at).copied());
-            self.org[k].resize(padded, org.unwrap_or(0.0));
-            self.dir[k].resize(padded, dir.unwrap_or(1.0));
-        }
+        let (org, dir) = match self.len().checked_sub(1) {
+            Some(last) => (self.org.row(last), self.dir.row(last)),
+            None => ([0.0; 3], [1.0; 3]),
+        };
+        self.org.resize(padded, org);
+        self.dir.resize(padded, dir);
         self.t_min.resize(padded, 0.0);
         self.t_max.resize(padded, -1.0);
         Rays {
-            org: Origins::Double(self.org.each_ref().map(|column| &column[first..])),
-            dir: self.dir.each_ref().map(|column| &column[first..]),
+            org: Origins::Double(self.org.slices(first)),
+            dir: self.dir.slices(first),
             t_min: &self.t_min[first..],
             t_max: &self.t_max[first..],
         }
     }
 
     pub fn truncate(&mut self, rays: usize) {
-        for k in 0..3 {
-            self.org[k].truncate(rays);
-            self.dir[k].truncate(rays);
-        }
+        self.org.truncate(rays);
+        self.dir.truncate(rays);
         self.t_min.truncate(rays);
         self.t_max.truncate(rays);
         self.pixel.truncate(rays);
@@ -152,25 +145,17 @@ impl<'b> Wave<'b> {
     /// Origins and directions of rising rows, the last of which may come again.
     #[inline(always)]
     pub fn step(&self, rows: &[u32; STEP]) -> (Vec3<Doubles>, Vec3<Doubles>) {
-        let dir = |column: &ArenaVec<f32>| match adjoin(rows) {
-            true => Singles::load(&column[rows[0] as usize..]),
-            false => Singles::load(&rows.map(|row| column[row as usize])),
-        };
-        let org = |column: &ArenaVec<f64>| match adjoin(rows) {
-            true => Doubles::load(&column[rows[0] as usize..]),
-            false => Doubles::load(&rows.map(|row| column[row as usize])),
-        };
-        let [x, y, z] = self.org.each_ref().map(org);
-        let [dx, dy, dz] = self.dir.each_ref().map(|column| dir(column).widen());
-        (Vec3::new(x, y, z), Vec3::new(dx, dy, dz))
+        let (org, dir) = (self.org.gather(rows), self.dir.gather(rows));
+        let dir = Vec3::new(dir.x.widen(), dir.y.widen(), dir.z.widen());
+        (org, dir)
     }
 
     pub fn org(&self, i: usize) -> [f64; 3] {
-        [self.org[0][i], self.org[1][i], self.org[2][i]]
+        self.org.row(i)
     }
 
     pub fn dir(&self, i: usize) -> [f32; 3] {
-        [self.dir[0][i], self.dir[1][i], self.dir[2][i]]
+        self.dir.row(i)
     }
 }
 

@@ -84,6 +84,7 @@ fn trace(question: Question) -> Traced {
         background: [0.3, 0.5, 0.7],
         max_depth: question.max_depth,
         unnamed: Default::default(),
+        looks: Looks::of(&scene.materials.rows),
         cancel: &cancel,
     };
     let arena = Bump::new();

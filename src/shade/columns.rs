@@ -1,0 +1,208 @@
+//! Columns of what is shaded, read and written a step of lanes at a time. All lanes
+//! here are of one width, since plain arithmetic has the same bits at any.
+
+use crate::math::Vec3;
+use crate::math::lanes::{Lanes, f32x8, f64x8};
+use bumpalo::Bump;
+use bumpalo::collections::Vec as ArenaVec;
+use glam::DVec3;
+
+/// Colours in lanes; [`Doubles`] are as many.
+pub type Singles = f32x8;
+pub type Doubles = f64x8;
+
+/// Lanes of a step.
+pub const STEP: usize = <Doubles as Lanes>::COUNT;
+
+/// Points, directions or colours. Whole steps are read: [`Column3::pad`] comes first.
+pub struct Column3<'b, L: Lanes>([ArenaVec<'b, L::Scalar>; 3]);
+
+impl<'b, L: Lanes> Column3<'b, L> {
+    pub fn with_capacity(rows: usize, arena: &'b Bump) -> Column3<'b, L> {
+        let column = |_| ArenaVec::with_capacity_in(rows + STEP, arena);
+        Column3(std::array::from_fn(column))
+    }
+
+    pub fn truncate(&mut self, rows: usize) {
+        self.0.iter_mut().for_each(|column| column.truncate(rows));
+    }
+
+    /// New rows have these values.
+    pub fn resize(&mut self, rows: usize, values: [L::Scalar; 3]) {
+        for (column, value) in self.0.iter_mut().zip(values) {
+            column.resize(rows, value);
+        }
+    }
+
+    #[inline(always)]
+    pub fn push(&mut self, values: [L::Scalar; 3]) {
+        for (column, value) in self.0.iter_mut().zip(values) {
+            column.push(value);
+        }
+    }
+
+    /// The rows of a step whose bits are set.
+    #[inline(always)]
+    pub fn push_some(&mut self, step: Vec3<L>, rows: u32) {
+        // One by one: an array of registers would go by the stack.
+        let [x, y, z] = &mut self.0;
+        keep(x, step.x.to_array().as_ref(), rows);
+        keep(y, step.y.to_array().as_ref(), rows);
+        keep(z, step.z.to_array().as_ref(), rows);
+    }
+
+    /// The last row again, up to whole steps.
+    pub fn pad(&mut self) {
+        self.0.iter_mut().for_each(pad);
+    }
+
+    /// Fills up the last step behind the rows.
+    pub fn repeat_last(&mut self, rows: usize) {
+        for column in &mut self.0 {
+            repeat_last(column, rows);
+        }
+    }
+
+    #[inline(always)]
+    pub fn row(&self, row: usize) -> [L::Scalar; 3] {
+        let [x, y, z] = &self.0;
+        [x[row], y[row], z[row]]
+    }
+
+    /// The rows from the first on.
+    pub fn slices(&self, first: usize) -> [&[L::Scalar]; 3] {
+        self.0.each_ref().map(|column| &column[first..])
+    }
+
+    #[inline(always)]
+    pub fn step(&self, first: usize) -> Vec3<L> {
+        let [x, y, z] = &self.0;
+        Vec3::new(
+            L::load(&x[first..]),
+            L::load(&y[first..]),
+            L::load(&z[first..]),
+        )
+    }
+
+    /// Of rising rows, the last of which may come again.
+    #[inline(always)]
+    pub fn gather(&self, rows: &[u32; STEP]) -> Vec3<L> {
+        let [x, y, z] = &self.0;
+        Vec3::new(gather(x, rows), gather(y, rows), gather(z, rows))
+    }
+
+    #[inline(always)]
+    pub fn set_step(&mut self, first: usize, v: Vec3<L>) {
+        let [x, y, z] = &mut self.0;
+        v.x.store(&mut x[first..]);
+        v.y.store(&mut y[first..]);
+        v.z.store(&mut z[first..]);
+    }
+
+    /// Of rising rows, the last of which may come again.
+    #[inline(always)]
+    pub fn scatter(&mut self, rows: &[u32; STEP], v: Vec3<L>) {
+        let [x, y, z] = &mut self.0;
+        scatter(x, rows, v.x);
+        scatter(y, rows, v.y);
+        scatter(z, rows, v.z);
+    }
+}
+
+impl Column3<'_, Doubles> {
+    #[inline(always)]
+    pub fn get(&self, row: usize) -> DVec3 {
+        DVec3::from_array(self.row(row))
+    }
+}
+
+/// Whether rising rows, the last of which may come again, are a step of a column.
+#[inline(always)]
+fn adjoin(rows: &[u32; STEP]) -> bool {
+    let [first, .., one, last] = *rows;
+    one < last && last - first == STEP as u32 - 1
+}
+
+/// Of rising rows, the last of which may come again.
+#[inline(always)]
+pub fn gather<L: Lanes>(column: &[L::Scalar], rows: &[u32; STEP]) -> L {
+    if adjoin(rows) {
+        return L::load(&column[rows[0] as usize..]);
+    }
+    L::load(&rows.map(|row| column[row as usize]))
+}
+
+/// Of rising rows, the last of which may come again.
+#[inline(always)]
+pub fn scatter<L: Lanes>(column: &mut [L::Scalar], rows: &[u32; STEP], x: L) {
+    if adjoin(rows) {
+        return x.store(&mut column[rows[0] as usize..]);
+    }
+    for (row, x) in rows.iter().zip(x.to_array().as_ref()) {
+        column[*row as usize] = *x;
+    }
+}
+
+/// Appends the values whose bits are set.
+#[inline(always)]
+pub fn keep<T: Copy>(column: &mut ArenaVec<T>, values: &[T], rows: u32) {
+    if rows.trailing_ones() as usize == values.len() {
+        return column.extend_from_slice_copy(values);
+    }
+    let mut rows = rows;
+    while rows != 0 {
+        column.push(values[rows.trailing_zeros() as usize]);
+        rows &= rows - 1;
+    }
+}
+
+pub fn pad<T: Copy>(column: &mut ArenaVec<T>) {
+    if let Some(last) = column.last().copied() {
+        column.resize(column.len().next_multiple_of(STEP), last);
+    }
+}
+
+/// Fills up the last step.
+pub fn repeat_last<T: Copy>(column: &mut [T], len: usize) {
+    let last = len.checked_sub(1).map(|i| column[i]);
+    column[len..].fill_with(|| last.expect("a step has a row"));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn column(arena: &Bump) -> Column3<'_, Doubles> {
+        let mut column = Column3::with_capacity(32, arena);
+        column.resize(32, [0.0; 3]);
+        column
+    }
+
+    #[test]
+    fn rows_are_set_and_gathered_whether_they_adjoin_or_not() {
+        let arena = Bump::new();
+        for rows in [
+            [8, 9, 10, 11, 12, 13, 14, 15],
+            [0, 2, 3, 4, 5, 6, 7, 8],
+            // As far from the first to the last as in a step.
+            [3, 5, 10, 10, 10, 10, 10, 10],
+            [0, 1, 2, 3, 4, 5, 7, 7],
+            [9; STEP],
+        ] {
+            let values = Doubles::load(&rows.map(f64::from));
+            let mut column = column(&arena);
+            column.scatter(&rows, Vec3::new(values, -values, values + values));
+            for row in 0..32 {
+                let set = if rows.contains(&row) {
+                    f64::from(row)
+                } else {
+                    0.0
+                };
+                let expected = DVec3::new(set, -set, 2.0 * set);
+                assert_eq!(column.get(row as usize), expected, "{rows:?}");
+            }
+            let back = column.gather(&rows);
+            assert_eq!(back.y.to_array(), (-values).to_array(), "{rows:?}");
+        }
+    }
+}

@@ -9,9 +9,10 @@ use super::progress::Drawing;
 use super::scene::{self, shape_name};
 use crate::io::LoadError;
 use crate::math::Affine;
-use crate::measure::volumes::{Goal, NoVolume, Placed, Volume, together};
+use crate::measure::volumes::{Goal, Measured, NoVolume, Placed, Volume, together};
 use crate::render::{Progress, mix};
 use crate::scene::{Appearance, Appearances, Scene, ShapeId, Target};
+use glam::DVec3;
 use serde::Serialize;
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -84,6 +85,9 @@ pub fn run(args: &MeasureArgs) -> Result<(), CliError> {
     results.commit(&for_people(&report))
 }
 
+/// Where those are counted whose figures f64 has no numbers for.
+const BEYOND: usize = 3;
+
 /// A shape under the linear part of a map, bit for bit.
 type Known = (ShapeId, [u64; 9]);
 
@@ -92,8 +96,8 @@ struct Measurer<'s> {
     goal: Goal,
     progress: &'s Progress,
     /// And the number of its measurement.
-    known: HashMap<Known, (usize, Volume)>,
-    /// Surfaces, meshes, unbounded solids, those whose figures f64 has no numbers for.
+    known: HashMap<Known, (usize, Measured)>,
+    /// Surfaces, meshes, unbounded solids, and [`BEYOND`].
     left_out: [u64; 4],
 }
 
@@ -103,11 +107,15 @@ impl Measurer<'_> {
         let mut rows = Vec::new();
         for (row, count) in (0..).zip(counts) {
             let id = ShapeId(row);
-            let found = match count {
-                0 => None,
-                _ => self.shape(id, &Affine::IDENTITY, &Affine::IDENTITY, count),
+            if count == 0 {
+                continue;
+            }
+            let identity = (&Affine::IDENTITY, &Affine::IDENTITY);
+            let Some((_, own)) = self.shape(id, identity, count) else {
+                continue;
             };
-            rows.extend(found.map(|(_, volume)| Row {
+            let volume = self.or_left_out(own.volume(1.0, |p| p), count);
+            rows.extend(volume.map(|volume| Row {
                 name: shape_name(self.scene, id),
                 parts: 1,
                 volume,
@@ -126,77 +134,57 @@ impl Measurer<'_> {
             let root = appearance.root as usize;
             parts[root].extend(self.appearance(&appearance));
         }
-        let of_root = |(row, parts): (usize, &Vec<(usize, Volume)>)| {
-            (!parts.is_empty()).then(|| Row {
-                name: root_name(self.scene, row),
-                parts: parts.len() as u64,
-                volume: together(parts),
-            })
-        };
-        Ok(parts.iter().enumerate().filter_map(of_root).collect())
+        let mut rows = Vec::new();
+        for (row, parts) in parts.iter().enumerate().filter(|(_, p)| !p.is_empty()) {
+            match together(parts) {
+                Some(volume) => rows.push(Row {
+                    name: root_name(self.scene, row),
+                    parts: parts.len() as u64,
+                    volume,
+                }),
+                None => self.left_out[BEYOND] += parts.len() as u64,
+            }
+        }
+        Ok(rows)
     }
 
     /// Where the map is a similarity, from the shape's own figures.
     fn appearance(&mut self, appearance: &Appearance) -> Option<(usize, Volume)> {
         let (outward, inward) = (&appearance.world_from_object, &appearance.object_from_world);
-        let Some(scale) = similarity(outward) else {
-            return self.shape(appearance.shape, outward, inward, 1);
+        let shape = appearance.shape;
+        let (number, volume) = match similarity(outward) {
+            Some(scale) => {
+                let identity = (&Affine::IDENTITY, &Affine::IDENTITY);
+                let (number, own) = self.shape(shape, identity, 1)?;
+                (number, own.volume(scale, |p| outward.point(p)))
+            }
+            None => {
+                let (number, own) = self.shape(shape, (outward, inward), 1)?;
+                (number, own.moved(outward.translation).volume(1.0, |p| p))
+            }
         };
-        let identity = Affine::IDENTITY;
-        let (number, own) = self.shape(appearance.shape, &identity, &identity, 1)?;
-        let (square, cube) = (scale * scale, scale * scale * scale);
-        let placed = Volume {
-            volume: own.volume * cube,
-            volume_error: own.volume_error * cube,
-            area: own.area * square,
-            area_error: own.area_error * square,
-            centroid: own.centroid.map(|p| outward.point(p)),
-            lines: own.lines,
-            is_rough: own.is_rough,
-        };
-        self.within_range(number, placed, 1)
+        self.or_left_out(volume, 1).map(|volume| (number, volume))
     }
 
-    /// A solid of a size whose cube is no number is left out.
-    fn within_range(
-        &mut self,
-        number: usize,
-        volume: Volume,
-        count: u64,
-    ) -> Option<(usize, Volume)> {
-        let [x, y, z] = volume.centroid.unwrap_or_default();
-        let whole = [volume.volume, volume.volume_error];
-        let outside = [volume.area, volume.area_error];
-        let is_beyond = |figures: &[f64]| figures.iter().any(|figure| !figure.is_finite());
-        // Where lines met it, it has a volume and an area.
-        let vanished =
-            volume.centroid.is_some() && !(volume.volume.is_normal() && volume.area.is_normal());
-        if vanished || is_beyond(&whole) || is_beyond(&outside) || is_beyond(&[x, y, z]) {
-            self.left_out[3] += count;
-            return None;
+    fn or_left_out(&mut self, volume: Option<Volume>, count: u64) -> Option<Volume> {
+        if volume.is_none() {
+            self.left_out[BEYOND] += count;
         }
-        Some((number, volume))
+        volume
     }
 
+    /// Under the linear part of a map: where it stands makes no difference but to the
+    /// centroid.
     fn shape(
         &mut self,
         id: ShapeId,
-        outward: &Affine,
-        inward: &Affine,
+        (outward, inward): (&Affine, &Affine),
         count: u64,
-    ) -> Option<(usize, Volume)> {
-        // Where it stands makes no difference but to the centroid.
+    ) -> Option<(usize, Measured)> {
         let mut bits = outward.linear().as_flattened().iter().map(|x| x.to_bits());
         let key = (id, std::array::from_fn(|_| bits.next().unwrap_or(0)));
-        let place = |volume: &Volume, from: [f64; 3], to: [f64; 3]| Volume {
-            centroid: volume
-                .centroid
-                .map(|p| std::array::from_fn(|k| p[k] - from[k] + to[k])),
-            ..*volume
-        };
-        if let Some((number, known)) = self.known.get(&key) {
-            let (number, volume) = (*number, place(known, [0.0; 3], outward.translation));
-            return self.within_range(number, volume, count);
+        if let Some(known) = self.known.get(&key) {
+            return Some(*known);
         }
         match Placed::of(self.scene, id, outward, inward) {
             Ok(placed) => {
@@ -208,9 +196,9 @@ impl Measurer<'_> {
                 };
                 let goal = Goal { seed, ..self.goal };
                 let found = placed.measure(&goal, self.progress)?;
-                let at_origin = place(&found, outward.translation, [0.0; 3]);
-                self.known.insert(key, (number, at_origin));
-                self.within_range(number, found, count)
+                let found = found.moved(outward.translation.map(|x| -x));
+                self.known.insert(key, (number, found));
+                Some((number, found))
             }
             Err(why) => {
                 let sort = match why {
@@ -227,16 +215,20 @@ impl Measurer<'_> {
 
 /// By how much a map lengthens, if all vectors alike.
 fn similarity(map: &Affine) -> Option<f64> {
-    let dot = |a: &[f64; 3], b: &[f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    let [x, y, z] = map.linear();
-    let square = dot(x, x);
+    let columns = map.linear().map(DVec3::from_array);
+    let size = columns
+        .iter()
+        .fold(0.0, |m: f64, c| m.max(c.abs().max_element()));
+    // Squares of the map's own numbers may leave the format.
+    let [x, y, z] = columns.map(|column| column / size);
+    let square = x.length_squared();
     let near = |value: f64, to: f64| (value - to).abs() <= 1e-12 * square;
-    let all = near(dot(y, y), square)
-        && near(dot(z, z), square)
-        && near(dot(x, y), 0.0)
-        && near(dot(y, z), 0.0)
-        && near(dot(z, x), 0.0);
-    all.then(|| square.sqrt())
+    let all = near(y.length_squared(), square)
+        && near(z.length_squared(), square)
+        && near(x.dot(y), 0.0)
+        && near(y.dot(z), 0.0)
+        && near(z.dot(x), 0.0);
+    all.then(|| square.sqrt() * size)
 }
 
 /// Of what it places.

@@ -42,6 +42,62 @@ pub struct Volume {
     pub is_rough: bool,
 }
 
+impl Volume {
+    /// Of `self` in lengths of `unit`, those in the scene's. `None` where f64 has no
+    /// number for one of them.
+    fn of_units(self, unit: f64) -> Option<Volume> {
+        // Step by step: nothing leaves the format that comes back.
+        let square = |x: f64| x * unit * unit;
+        let cube = |x: f64| x * unit * unit * unit;
+        let whole = Volume {
+            volume: cube(self.volume),
+            volume_error: cube(self.volume_error),
+            area: square(self.area),
+            area_error: square(self.area_error),
+            ..self
+        };
+        let same = |own: f64, whole: f64| own == 0.0 || whole.is_normal();
+        let is_known = same(self.volume, whole.volume)
+            && same(self.volume_error, whole.volume_error)
+            && same(self.area, whole.area)
+            && same(self.area_error, whole.area_error);
+        (is_known && whole.is_finite()).then_some(whole)
+    }
+
+    fn is_finite(&self) -> bool {
+        let figures = [self.volume, self.volume_error, self.area, self.area_error];
+        let centroid = self.centroid.unwrap_or_default();
+        figures.iter().chain(&centroid).all(|x| x.is_finite())
+    }
+}
+
+/// What was found out about a solid, in lengths of a unit of its size: so it is known
+/// of the smallest and largest as well, whose cubes f64 does not hold.
+#[derive(Clone, Copy, Debug)]
+pub struct Measured {
+    /// Its centroid is in the scene's unit.
+    own: Volume,
+    unit: f64,
+}
+
+impl Measured {
+    /// With all lengths `scale` times as long, and the centroid where `place` puts it.
+    /// `None` where f64 has no number for one of the figures.
+    pub fn volume(&self, scale: f64, place: impl Fn([f64; 3]) -> [f64; 3]) -> Option<Volume> {
+        let placed = Volume {
+            centroid: self.own.centroid.map(place),
+            ..self.own
+        };
+        placed.of_units(self.unit * scale)
+    }
+
+    pub fn moved(mut self, by: [f64; 3]) -> Measured {
+        let moved = |p: [f64; 3]| std::array::from_fn(|k| p[k] + by[k]);
+        self.own.centroid = self.own.centroid.map(moved);
+        self
+    }
+}
+
 /// How good is good enough.
 #[derive(Clone, Copy, Debug)]
 pub struct Goal {
@@ -71,6 +127,8 @@ pub struct Placed<'a> {
     object_from_world: Affine,
     /// World space.
     bounds: Aabb,
+    /// What lengths are measured in, a power of two: no less than its box.
+    unit: f64,
 }
 
 /// Why a shape has no volume to measure.
@@ -117,12 +175,16 @@ impl<'a> Placed<'a> {
         let corner = |p: DVec3| DVec3::from_array(world_from_object.point(p.to_array()));
         let bounds = Aabb::of_points(own.corners().map(corner));
         let room = bounds.max_abs() * (64.0 * f64::EPSILON);
+        let bounds = bounds.grown(DVec3::splat(room));
+        let size = bounds.extent().max_element();
+        let size = size.clamp(f64::MIN_POSITIVE, f64::MAX);
         Ok(Placed {
             scene,
             shape,
             combined,
             object_from_world: *object_from_world,
-            bounds: bounds.grown(DVec3::splat(room)),
+            bounds,
+            unit: libm::scalbn(1.0, libm::ilogb(size) + 1),
         })
     }
 
@@ -134,7 +196,7 @@ impl<'a> Placed<'a> {
             dir: self.object_from_world.vector(dir.to_array()),
         };
         // As well as sums of chords need it. What is no number is not known.
-        let room = self.bounds.diagonal() * 1e-9;
+        let room = self.unit * 1e-9;
         let place = |root: &Root| match root.t {
             Bounded { value, error } if error <= room => value,
             _ => root.rounded(),
@@ -161,7 +223,7 @@ impl<'a> Placed<'a> {
     }
 
     /// `None` where `progress` was cancelled. Runs on the current rayon pool.
-    pub fn measure(&self, goal: &Goal, progress: &Progress) -> Option<Volume> {
+    pub fn measure(&self, goal: &Goal, progress: &Progress) -> Option<Measured> {
         let mut sums = vec![Sums::default(); REPETITIONS as usize];
         // Enough for the repetitions to say how far apart they are.
         let (mut from, mut to) = (0, 1 << 11);
@@ -176,16 +238,16 @@ impl<'a> Placed<'a> {
             for (sum, added) in sums.iter_mut().zip(&added) {
                 sum.add(added);
             }
-            let found = estimate(&sums, to, &self.bounds);
+            let found = self.estimate(&sums, to);
             let fine = found.volume_error <= goal.relative * found.volume
                 && found.area_error <= goal.relative * found.area;
-            // More lines do not bring back what has left the format.
-            let lost = !(found.volume_error.is_finite() && found.area_error.is_finite());
-            if fine || lost || to * 2 * REPETITIONS > goal.most_lines {
-                return Some(Volume {
+            if fine || to * 2 * REPETITIONS > goal.most_lines {
+                let own = Volume {
                     is_rough: !fine,
                     ..found
-                });
+                };
+                let unit = self.unit;
+                return Some(Measured { own, unit });
             }
             (from, to) = (to, to * 2);
         }
@@ -201,7 +263,7 @@ impl<'a> Placed<'a> {
         let shift: [f64; 4] =
             std::array::from_fn(|k| unit(mix(mix(seed) ^ (number * 4 + k as u64))));
         let (center, half) = (self.bounds.center(), self.bounds.extent() * 0.5);
-        let shorter = 1.0 / self.bounds.diagonal();
+        let short = |x: f64| x / self.unit;
         let mut sums = Sums::default();
         for i in lines {
             if i % 1024 == 0 && progress.is_cancelled() {
@@ -220,16 +282,55 @@ impl<'a> Placed<'a> {
             // The box's shadow is inside this rectangle.
             let [a, b] = [u, v].map(|axis| half.dot(axis.abs()));
             let across = u * (a * (2.0 * at[2] - 1.0)) + v * (b * (2.0 * at[3] - 1.0));
-            let area = 4.0 * a * b;
+            let area = 4.0 * short(a) * short(b);
             self.spans(center + across, dir, |enter, exit| {
-                let chord = exit - enter;
+                let chord = short(exit - enter);
                 sums.volume += area * chord;
                 sums.crossings += 2.0 * area;
                 let middle = across + dir * (0.5 * (enter + exit));
-                sums.moment += middle * shorter * (area * chord);
+                sums.moment += middle / self.unit * (area * chord);
             });
         }
         sums
+    }
+
+    /// `lines`: of each repetition.
+    fn estimate(&self, sums: &[Sums], lines: u64) -> Volume {
+        let (n, center) = (lines as f64, self.bounds.center());
+        let mean_and_error = |of: &dyn Fn(&Sums) -> f64| {
+            let values: Vec<f64> = sums.iter().map(|s| of(s) / n).collect();
+            let count = values.len() as f64;
+            let mean = values.iter().sum::<f64>() / count;
+            let away = root_of_squares(values.iter().map(|x| x - mean));
+            let deviation = away / (count - 1.0).sqrt();
+            (mean, STUDENT * deviation / count.sqrt())
+        };
+        let (volume, volume_error) = mean_and_error(&|s| s.volume);
+        // A crossing in every direction counts by half the area.
+        let (area, area_error) = mean_and_error(&|s| 2.0 * s.crossings);
+        let moment = sums.iter().fold(DVec3::ZERO, |m, s| m + s.moment);
+        let whole: f64 = sums.iter().map(|s| s.volume).sum();
+        if sums.iter().all(|s| s.crossings == 0.0) {
+            // No line of N met it: in 95 of 100 cases fewer than 3 in N do, of lines that
+            // cross at most a square of the diagonal, and are no longer inside.
+            let diagonal = (self.bounds.extent() / self.unit).length();
+            let share = 3.0 / (n * sums.len() as f64) * diagonal * diagonal;
+            return Volume {
+                volume_error: share * diagonal,
+                area_error: share * 4.0,
+                lines: lines * sums.len() as u64,
+                ..Volume::default()
+            };
+        }
+        Volume {
+            volume,
+            volume_error,
+            area,
+            area_error,
+            centroid: (whole > 0.0).then(|| (center + moment / whole * self.unit).to_array()),
+            lines: lines * sums.len() as u64,
+            is_rough: false,
+        }
     }
 }
 
@@ -241,11 +342,12 @@ const STEPS: [f64; 4] = [
     0.538_597_257_223_612_3,
 ];
 
+/// In lengths of the solid's unit.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
     volume: f64,
     crossings: f64,
-    /// About the middle of the box, in its diagonals.
+    /// About the middle of the box.
     moment: DVec3,
 }
 
@@ -257,48 +359,10 @@ impl Sums {
     }
 }
 
-/// `lines`: of each repetition.
-fn estimate(sums: &[Sums], lines: u64, bounds: &Aabb) -> Volume {
-    let (n, center) = (lines as f64, bounds.center());
-    let mean_and_error = |of: &dyn Fn(&Sums) -> f64| {
-        let values: Vec<f64> = sums.iter().map(|s| of(s) / n).collect();
-        let count = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / count;
-        let away = root_of_squares(values.iter().map(|x| x - mean));
-        let deviation = away / (count - 1.0).sqrt();
-        (mean, STUDENT * deviation / count.sqrt())
-    };
-    let (volume, volume_error) = mean_and_error(&|s| s.volume);
-    // A crossing in every direction counts by half the area.
-    let (area, area_error) = mean_and_error(&|s| 2.0 * s.crossings);
-    let moment = sums.iter().fold(DVec3::ZERO, |m, s| m + s.moment);
-    let whole: f64 = sums.iter().map(|s| s.volume).sum();
-    if sums.iter().all(|s| s.crossings == 0.0) {
-        // No line of N met it: in 95 of 100 cases fewer than 3 in N do, of lines that
-        // cross at most a square of the diagonal, and are no longer inside.
-        let diagonal = bounds.diagonal();
-        let share = 3.0 / (n * sums.len() as f64) * diagonal * diagonal;
-        return Volume {
-            volume_error: share * diagonal,
-            area_error: share * 4.0,
-            lines: lines * sums.len() as u64,
-            ..Volume::default()
-        };
-    }
-    Volume {
-        volume,
-        volume_error,
-        area,
-        area_error,
-        centroid: (whole > 0.0).then(|| (center + moment / whole * bounds.diagonal()).to_array()),
-        lines: lines * sums.len() as u64,
-        is_rough: false,
-    }
-}
-
 /// Of several solids, as if none overlapped. Each with the number of what was measured:
 /// the errors of those of one number are the same error, those of others are their own.
-pub fn together(all: &[(usize, Volume)]) -> Volume {
+/// `None` where f64 has no number for a sum.
+pub fn together(all: &[(usize, Volume)]) -> Option<Volume> {
     let mut sum = Volume::default();
     let mut errors = BTreeMap::<usize, [f64; 2]>::new();
     for (number, one) in all {
@@ -322,7 +386,7 @@ pub fn together(all: &[(usize, Volume)]) -> Volume {
             .sum::<DVec3>()
             .to_array()
     });
-    sum
+    sum.is_finite().then_some(sum)
 }
 
 /// No square leaves the format.
@@ -350,6 +414,7 @@ mod tests {
         let placed = Placed::of(&scene, shape, &identity, &identity).unwrap();
         placed
             .measure(&Goal::default(), &Progress::default())
+            .and_then(|found| found.volume(1.0, |p| p))
             .unwrap()
     }
 
@@ -431,9 +496,37 @@ mod tests {
             volume_error: 3.0,
             ..Volume::default()
         };
-        let sum = |numbers: [usize; 2]| together(&numbers.map(|n| (n, one))).volume_error;
-        assert_eq!(sum([0, 0]), 6.0);
-        assert_eq!(sum([0, 1]), 18.0_f64.sqrt());
+        let sum = |numbers: [usize; 2], one| together(&numbers.map(|n| (n, one)));
+        assert_eq!(sum([0, 0], one).unwrap().volume_error, 6.0);
+        assert_eq!(sum([0, 1], one).unwrap().volume_error, 18.0_f64.sqrt());
+        let large = Volume {
+            volume: 1e308,
+            ..Volume::default()
+        };
+        assert_eq!(sum([0, 1], large), None);
+    }
+
+    /// From the least to the largest whose cubes f64 has, and beyond.
+    #[test]
+    fn balls_of_any_size() {
+        let found = |radius: f64, scale: f64| {
+            let mut scene = SceneBuilder::default();
+            let shape = scene.sphere("", ball(DVec3::ZERO, radius));
+            scene.instance("", Edge::shape(shape));
+            let scene = scene.finish().unwrap();
+            let identity = Affine::IDENTITY;
+            let placed = Placed::of(&scene, shape, &identity, &identity).unwrap();
+            let found = placed.measure(&Goal::default(), &Progress::default());
+            found.unwrap().volume(scale, |p| p)
+        };
+        for (radius, scale) in [(1e-99, 1.0), (1e102, 1.0), (1e120, 1e-120), (1e-140, 1e130)] {
+            let size: f64 = radius * scale;
+            let (volume, area) = (4.0 / 3.0 * PI * size * size * size, 4.0 * PI * size * size);
+            holds(&found(radius, scale).unwrap(), volume, area);
+        }
+        for (radius, scale) in [(1e-130, 1.0), (1e-170, 1.0), (1e130, 1.0), (1.0, 1e-110)] {
+            assert_eq!(found(radius, scale), None, "{radius}");
+        }
     }
 
     /// Coefficients of which f64 has no squares.

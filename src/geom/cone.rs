@@ -11,7 +11,7 @@
 
 use super::ray::{Meet, Ray, Span};
 use crate::math::lanes::{Lanes, Scalar};
-use crate::math::{Aabb, AxisOrder, Vec3};
+use crate::math::{Aabb, AxisOrder, Vec3, units_and_lengths};
 use glam::DVec3;
 
 /// A truncated circular cone from `base` to `top`; one radius may be 0 (an
@@ -101,15 +101,15 @@ impl Upright {
         let z = p.dot(n);
         let radial = p - n * z;
         let r = D::splat(self.radius) + D::splat(k) * z;
-        let length = radial.length();
+        let (outward, length) = units_and_lengths(radial);
         // The apex has no normal; the axis is as good as any.
         let apex = self.unit * (if k > 0.0 { -1.0 } else { 1.0 });
         // Measured across the side.
-        let across = D::splat(1.0 / (1.0 + k * k).sqrt());
+        let across = D::splat(1.0 / libm::hypot(1.0, k));
         let off_side = (length - r) * across;
         let side = Vec3::select(
-            length.gt(D::zero()),
-            (radial * (D::splat(1.0) / length) - n * D::splat(k)) * across,
+            outward.max_abs().gt(D::zero()),
+            (outward - n * D::splat(k)) * across,
             Vec3::splat(apex.to_array()),
         );
         if self.open {
@@ -239,4 +239,40 @@ pub fn meet_side<L: Lanes>(cone: &Upright, ray: &Ray<L>) -> Meet<L> {
     let (first, second) = (on_side(t0), on_side(t1));
     let t = L::select(first, t0, t1) + f.shift;
     Meet::certain((first | second) & t.gt(ray.t_min), t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::length;
+
+    #[test]
+    fn normals_are_unit_at_any_scale_and_slope() {
+        for (radius, height) in [
+            (1.0, 2.0),
+            (1e-170, 1e-170),
+            (1e160, 1e160),
+            (1.0, 1e-200),
+            (1e-200, 1.0),
+        ] {
+            for open in [false, true] {
+                let cone = Cone {
+                    base: DVec3::ZERO,
+                    top: DVec3::Z * height,
+                    base_radius: radius,
+                    top_radius: 0.0,
+                    open,
+                };
+                // On its side.
+                let p = DVec3::new(0.3 * radius, -0.4 * radius, 0.5 * height);
+                let normal = cone.normal_at(p);
+                let off = (length(normal) - 1.0).abs();
+                assert!(off < 1e-14, "{radius}, {height}: {normal}");
+                let outward = DVec3::new(0.6 * height, -0.8 * height, radius);
+                let outward = outward / outward.abs().max_element();
+                let apart = (normal - outward / length(outward)).length();
+                assert!(apart < 1e-14, "{radius}, {height}: {normal}");
+            }
+        }
+    }
 }

@@ -45,10 +45,25 @@ impl HalfSpace {
     /// How far `p` lies above the plane; and the normal, outward, unit.
     #[inline(always)]
     pub fn nearest<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> (D, Vec3<D>) {
-        let shorter = 1.0 / length(self.normal);
-        let normal = Vec3::<D>::splat(self.normal.to_array());
-        let above = (normal.dot(p) - D::splat(self.offset)) * D::splat(shorter);
-        (above, Vec3::splat((self.normal * shorter).to_array()))
+        let plane = self.ordinary();
+        let shorter = 1.0 / length(plane.normal);
+        let normal = Vec3::<D>::splat(plane.normal.to_array());
+        let above = (normal.dot(p) - D::splat(plane.offset)) * D::splat(shorter);
+        (above, Vec3::splat((plane.normal * shorter).to_array()))
+    }
+
+    /// The same plane, with a normal whose square does not leave the format.
+    fn ordinary(&self) -> HalfSpace {
+        let size = self.normal.abs().max_element();
+        if (1e-100..1e100).contains(&size) {
+            return *self;
+        }
+        // By a power of two, which rounds nothing.
+        let scaled = |x: f64| libm::scalbn(x, -libm::ilogb(size));
+        HalfSpace {
+            normal: self.normal.map(scaled),
+            offset: scaled(self.offset),
+        }
     }
 }
 
@@ -64,4 +79,23 @@ pub fn nearest<D: Lanes<Scalar = f64>>(planes: &[HalfSpace], p: Vec3<D>) -> (D, 
         best.1 = Vec3::select(nearer, normal, best.1);
     }
     best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn planes_are_the_same_whatever_their_normal_s_length() {
+        for power in [-1060, -570, -300, 0, 300, 570, 1020] {
+            let long = libm::scalbn(1.0, power);
+            let plane = HalfSpace {
+                normal: DVec3::new(0.0, 3.0, -4.0) * long,
+                offset: 5.0 * long,
+            };
+            let (above, normal) = plane.nearest(Vec3::<f64>::new(7.0, 1.0, -8.0));
+            assert_eq!(above, 6.0, "2^{power}");
+            assert!((DVec3::from(normal) - DVec3::new(0.0, 0.6, -0.8)).length() < 1e-15);
+        }
+    }
 }

@@ -34,18 +34,22 @@ pub fn units<D: Lanes<Scalar = f64>>(v: Vec3<D>) -> Vec3<D> {
     units_and_lengths(v).0
 }
 
-/// [`units`]; and lengths, which may leave the format where squares do.
+/// [`units`]; and lengths.
 #[inline(always)]
 pub fn units_and_lengths<D: Lanes<Scalar = f64>>(v: Vec3<D>) -> (Vec3<D>, D) {
     let squared = v.length_squared();
     let ordinary = squared.ge(D::splat(1e-200)) & squared.lt(D::splat(1e200));
-    let lengths = squared.sqrt();
+    let mut lengths = squared.sqrt();
     let mut units = v * (D::splat(1.0) / lengths);
     let mut others = (!ordinary).bits();
     while others != 0 {
         let i = others.trailing_zeros() as usize;
         others &= others - 1;
-        let one = unit(DVec3::new(v.x.lane(i), v.y.lane(i), v.z.lane(i)));
+        let own = DVec3::new(v.x.lane(i), v.y.lane(i), v.z.lane(i));
+        let one = unit(own);
+        if one != DVec3::ZERO {
+            lengths = lengths.with_lane(i, own.dot(one));
+        }
         units.x = units.x.with_lane(i, one.x);
         units.y = units.y.with_lane(i, one.y);
         units.z = units.z.with_lane(i, one.z);
@@ -81,8 +85,10 @@ mod tests {
                 let expected = unit(lane(&v));
                 let off = (lane(&found) - expected).abs().max_element();
                 assert!(off <= 2.0 * f64::EPSILON, "{scale}: {off}");
-                if (1e-120..=1e120).contains(&scale) {
-                    assert_eq!(lengths.lane(i), length(lane(&v)), "{scale}");
+                if scale.is_finite() {
+                    let expected = length(lane(&v) / scale.max(1e-300)) * scale;
+                    let off = (lengths.lane(i) - expected).abs();
+                    assert!(off <= 4.0 * f64::EPSILON * expected, "{scale}: {off}");
                 }
             }
         }

@@ -19,13 +19,13 @@ use glam::DVec3;
 pub(super) struct Height<D> {
     /// Outward; to first order in it.
     pub above: D,
-    /// Outward, unit; zero where a function has no gradient.
+    /// Outward, unit; zero where a polynomial or another function has no gradient.
     pub normal: Vec3<D>,
     /// Of a function of space, the length of its gradient; else 1.
     pub slope: D,
 }
 
-/// Steps, at most: each at least halves the height, as a rule squares it.
+/// Steps, at most: each at least halves what is zero on the surface, as a rule squares it.
 const STEPS: usize = 4;
 
 /// A step is none that moves the point by less than this many roundings of the largest

@@ -3,105 +3,32 @@
 //! mirrored and refracted rays one depth further, to a bounded depth.
 //!
 //! Pieces go depth first, so that what waits is bounded by depth times piece,
-//! however the rays branch. The order of additions to a pixel is that of its own
-//! rays, so no tile split or packet width shows.
+//! however the rays branch. The order of additions to a pixel depends on its own rays
+//! alone, so no tile split or packet width shows.
 
-use super::columns::{Column3, Doubles, STEP, Singles, gather, keep, pad};
-use super::light::{Arrival, end_of, shadow_dirs};
+use super::columns::{STEP, gather};
+use super::ledger::{Ledger, note, note_counts};
 use super::lit::LitHits;
-use super::material::{Looks, leaves_rays, onward, reflected};
+use super::material::{Looks, leaves_rays, onward};
 use super::site::Site;
 use super::surface::Surface;
 use super::wave::{PIECE, Wave, Waves};
 use crate::accel::World;
-use crate::math::Vec3;
-use crate::math::lanes::{Lanes, Mask};
 use crate::plan::Kernels;
 use crate::scene::{Light, Material, MaterialId, Rgb};
 use crate::trace::{
-    CacheCounts, Depths, GuessCounts, Guesses, HitId, Hits, Ids, ItemBuffer, Outcome, RayKind,
-    Rays, Reuse, ShadowCache, TILE, TracedRay, any, closest, closest_listed,
+    Depths, HitId, Hits, Ids, ItemBuffer, Outcome, RayKind, ShadowCache, TILE, closest,
+    closest_listed,
 };
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
 use glam::DVec3;
-use serde::Serialize;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
-/// Rays traced, by kind.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct RayCounts {
-    pub primary: u64,
-    pub primary_hits: u64,
-    pub shadow: u64,
-    pub shadow_occluded: u64,
-    /// Of the last occluders of each light and tile, which are tried first.
-    pub shadow_cache: CacheCounts,
-    pub reflection: u64,
-    pub refraction: u64,
-}
+mod shadows;
 
-impl RayCounts {
-    pub fn total(&self) -> u64 {
-        self.primary + self.shadow + self.reflection + self.refraction
-    }
-
-    pub fn add(&mut self, other: &RayCounts) {
-        self.primary += other.primary;
-        self.primary_hits += other.primary_hits;
-        self.shadow += other.shadow;
-        self.shadow_occluded += other.shadow_occluded;
-        self.shadow_cache += other.shadow_cache;
-        self.reflection += other.reflection;
-        self.refraction += other.refraction;
-    }
-}
-
-/// What the integrator notes beside radiance: counts always, rays if wanted.
-pub struct Ledger<'a> {
-    pub counts: RayCounts,
-    /// Every ray with its answer, for `verify`.
-    pub record: Option<&'a mut Vec<TracedRay>>,
-    /// For the record: sample number, and the picture's pixel of a film row.
-    pub sample: u32,
-    pub pixel_of: &'a dyn Fn(u32) -> u32,
-    /// Camera rays' hits of the frame before, for those of this one.
-    pub memory: Option<&'a mut Memory>,
-}
-
-/// What a film's camera rays met, for those of the next frame: in the order in
-/// which they are traced, padding included. Empty at first.
-#[derive(Debug, Default)]
-pub struct Memory {
-    guesses: Guesses,
-    /// Rays of this frame so far.
-    row: usize,
-    pub counts: GuessCounts,
-}
-
-impl Memory {
-    pub fn new(reuse: Reuse) -> Memory {
-        Memory {
-            guesses: Guesses::new(reuse),
-            ..Memory::default()
-        }
-    }
-
-    /// The next frame begins.
-    pub fn restart(&mut self) {
-        self.row = 0;
-        self.counts = GuessCounts::default();
-    }
-
-    /// Traces the next piece of the camera rays, and remembers what they meet.
-    fn closest(&mut self, world: &World, kernels: &Kernels, rays: &Rays, hits: &mut Hits) {
-        let first = self.row;
-        self.row += rays.len();
-        let counts = self.guesses.closest(world, kernels, rays, first, hits);
-        self.counts.add(&counts);
-    }
-}
+use shadows::Shadows;
 
 /// Told of each hit of a camera ray, where somebody asks: the film row, the surface
 /// and the id.
@@ -116,7 +43,6 @@ pub struct Columns<'b> {
     primitive: ArenaVec<'b, u32>,
     lit: LitHits<'b>,
     shadows: Shadows<'b>,
-    blocked: ArenaVec<'b, bool>,
 }
 
 impl<'b> Columns<'b> {
@@ -127,12 +53,7 @@ impl<'b> Columns<'b> {
             instance: ArenaVec::with_capacity_in(PIECE, arena),
             primitive: ArenaVec::with_capacity_in(PIECE, arena),
             lit: LitHits::with_capacity(PIECE, arena),
-            shadows: Shadows {
-                rays: Wave::with_capacity(PIECE, arena),
-                of: ArenaVec::with_capacity_in(PIECE + STEP, arena),
-                towards: Column3::with_capacity(PIECE, arena),
-            },
-            blocked: ArenaVec::with_capacity_in(PIECE, arena),
+            shadows: Shadows::new(arena),
         }
     }
 
@@ -205,7 +126,6 @@ impl Integrator<'_> {
             primitive,
             lit,
             shadows,
-            blocked,
         } = columns;
         let wave = waves.at(depth);
         let rays = wave.last_piece();
@@ -243,7 +163,9 @@ impl Integrator<'_> {
         if self.looks.glow {
             for hit in 0..lit.len() {
                 let emission = self.material(lit.material[hit]).emission;
-                add(film, wave, lit.row[hit] as usize, emission);
+                if emission != [0.0; 3] {
+                    add(film, wave, lit.row[hit] as usize, emission);
+                }
             }
         }
         if ledger.record.is_some() || depth == 0 && primary.is_some() {
@@ -259,7 +181,7 @@ impl Integrator<'_> {
         for (number, light) in self.lights.iter().enumerate() {
             shadows.towards(light, number as u32, wave, lit);
             let cache = &mut caches[number];
-            self.light(wave, lit, shadows, blocked, depth, cache, film, ledger);
+            self.light((wave, depth), lit, shadows, cache, film, ledger);
         }
         if depth < self.max_depth && self.looks.leave_rays {
             let (wave, onwards) = waves.pair(depth);
@@ -322,73 +244,6 @@ impl Integrator<'_> {
         match id {
             Some(id) => &self.world.scene.materials.rows[id.index()],
             None => &self.unnamed,
-        }
-    }
-
-    /// Traces the shadow rays and adds what arrives.
-    #[expect(clippy::too_many_arguments)]
-    fn light(
-        &self,
-        wave: &Wave,
-        lit: &LitHits,
-        shadows: &mut Shadows,
-        blocked: &mut ArenaVec<bool>,
-        depth: u32,
-        cache: &mut ShadowCache,
-        film: &mut [Rgb],
-        ledger: &mut Ledger,
-    ) {
-        let Shadows { rays, of, towards } = shadows;
-        let batch = rays.batch(0);
-        blocked.resize(batch.len(), false);
-        any(self.world, &self.kernels, &batch, cache, blocked);
-        let blocked = &blocked[..rays.len()];
-        ledger.counts.shadow += blocked.len() as u64;
-        ledger.counts.shadow_occluded += blocked.iter().filter(|b| **b).count() as u64;
-        if ledger.record.is_some() {
-            for (s, blocked) in blocked.iter().enumerate() {
-                let outcome = match blocked {
-                    true => Outcome::Blocked,
-                    false => Outcome::Clear,
-                };
-                note(rays, s, depth, outcome, ledger);
-            }
-        }
-        for (first, blocked) in (0..).step_by(STEP).zip(blocked.chunks(STEP)) {
-            let bit = |(i, blocked): (usize, &bool)| u32::from(!blocked) << i;
-            let mut clear: u32 = blocked.iter().enumerate().map(bit).sum();
-            if clear == 0 {
-                continue;
-            }
-            let hits: [u32; STEP] = std::array::from_fn(|i| of[first + i]);
-            let (ns, out) = (lit.ns.gather(&hits), -lit.incoming.gather(&hits));
-            let (light, towards) = (rays.weight.step(first), towards.step(first));
-            let light = [light.x, light.y, light.z];
-            // Material by material; added in the rays' order.
-            let (mut rest, mut sums) = (clear, [Singles::zero(); 3]);
-            while rest != 0 {
-                let id = lit.material[hits[rest.trailing_zeros() as usize] as usize];
-                let same = |i: usize| u32::from(lit.material[hits[i] as usize] == id) << i;
-                let same: u32 = (0..STEP).map(same).sum();
-                let radiance = reflected(self.material(id), ns, out, towards, light);
-                let mask = <Singles as Lanes>::Mask::from_bits(same);
-                for (sum, radiance) in sums.iter_mut().zip(radiance) {
-                    *sum = Lanes::select(mask, radiance, *sum);
-                }
-                rest &= !same;
-            }
-            let rows = hits.map(|hit| lit.row[hit as usize]);
-            let weight = wave.weight.gather(&rows);
-            let [r, g, b] = sums;
-            let [r, g, b] = [weight.x * r, weight.y * g, weight.z * b].map(|c| c.to_array());
-            while clear != 0 {
-                let i = clear.trailing_zeros() as usize;
-                clear &= clear - 1;
-                let pixel = &mut film[wave.pixel[rows[i] as usize] as usize];
-                for (channel, radiance) in pixel.iter_mut().zip([r[i], g[i], b[i]]) {
-                    *channel += radiance;
-                }
-            }
         }
     }
 }
@@ -465,85 +320,6 @@ fn tell(
         }
         hit += 1;
     }
-}
-
-#[inline(always)]
-fn note(wave: &Wave, i: usize, depth: u32, outcome: Outcome, ledger: &mut Ledger) {
-    let Some(record) = &mut ledger.record else {
-        return;
-    };
-    record.push(TracedRay {
-        kind: wave.kind[i],
-        pixel: (ledger.pixel_of)(wave.pixel[i]),
-        sample: ledger.sample,
-        depth,
-        org: wave.org(i),
-        dir: wave.dir(i),
-        t_max: wave.t_max[i],
-        outcome,
-    });
-}
-
-struct Shadows<'b> {
-    /// Their weight is the light's irradiance.
-    rays: Wave<'b>,
-    /// Row of the lit hits, and the direction to the light: whole steps.
-    of: ArenaVec<'b, u32>,
-    towards: Column3<'b, Doubles>,
-}
-
-impl Shadows<'_> {
-    /// Shadow rays of all hits that the light could reach.
-    fn towards(&mut self, light: &Light, number: u32, wave: &Wave, lit: &LitHits) {
-        self.rays.truncate(0);
-        self.of.clear();
-        self.towards.truncate(0);
-        let (zero, one) = (Doubles::zero(), Doubles::splat(1.0));
-        let (kind, end) = (RayKind::Shadow { light: number }, end_of(light));
-        for first in (0..lit.len()).step_by(STEP) {
-            let rows = (1 << STEP.min(lit.len() - first)) - 1;
-            let (point, ng) = (lit.point.step(first), lit.ng.step(first));
-            let arrival = Arrival::at(light, point);
-            // On the lit side of both the true and the shading surface.
-            let towards = arrival.towards;
-            let facing = ng * Doubles::load(&lit.side[first..]);
-            let behind = towards.dot(lit.ns.step(first)).le(zero) | towards.dot(facing).le(zero);
-            let rows = (arrival.some & !behind).bits() & rows;
-            if rows == 0 {
-                continue;
-            }
-            let side: Doubles = Lanes::select(towards.dot(ng).ge(zero), one, -one);
-            let org = point + ng * (side * Doubles::load(&lit.offset[first..]));
-            let (dir, some) = shadow_dirs(light, org, towards);
-            let rows = some.bits() & rows;
-            let numbers: [u32; STEP] = std::array::from_fn(|i| (first + i) as u32);
-            let pixel = |i: usize| wave.pixel[lit.row[first + i] as usize];
-            let pixels = std::array::from_fn(pixel);
-            let [r, g, b] = arrival.irradiance;
-            self.rays.push_some(rows, (org, dir), &pixels);
-            self.rays.weight.push_some(Vec3::new(r, g, b), rows);
-            keep(&mut self.of, &numbers, rows);
-            self.towards.push_some(towards, rows);
-        }
-        self.rays.complete(end, kind);
-        self.rays.weight.pad();
-        pad(&mut self.of);
-        self.towards.pad();
-    }
-}
-
-fn note_counts(kinds: &[RayKind], instance: &[u64], depth: u32, ledger: &mut Ledger) {
-    let rays = kinds.len() as u64;
-    if depth == 0 {
-        ledger.counts.primary += rays;
-        let hits = instance.iter().filter(|x| **x != HitId::NONE.instance);
-        ledger.counts.primary_hits += hits.count() as u64;
-        return;
-    }
-    let mirrored = kinds.iter().filter(|k| **k == RayKind::Reflection);
-    let mirrored = mirrored.count() as u64;
-    ledger.counts.reflection += mirrored;
-    ledger.counts.refraction += rays - mirrored;
 }
 
 #[inline(always)]

@@ -3,6 +3,7 @@
 mod columns;
 mod height;
 mod integrate;
+mod ledger;
 mod light;
 mod lit;
 mod material;
@@ -10,8 +11,9 @@ mod site;
 mod surface;
 mod wave;
 
-pub use columns::{Doubles, STEP, Singles};
-pub use integrate::{Columns, Integrator, Ledger, Memory, RayCounts};
+pub use columns::{Doubles, STEP};
+pub use integrate::{Columns, Integrator};
+pub use ledger::{Ledger, Memory, RayCounts};
 pub use material::{Looks, Onward, leaves_rays, onward, reflected};
 pub use surface::Surface;
 pub use wave::Wave;

@@ -18,7 +18,7 @@ use std::ops::Range;
 /// pixel. Fixed, since the order in which a pixel's rays are added depends on it.
 pub const PIECE: usize = 1024;
 
-/// Rays of one depth, columns of equal length (but for [`Wave::batch`]).
+/// Rays of one depth, columns of equal length, but for what pads a few of them at the end.
 pub struct Wave<'b> {
     org: Column3<'b, Doubles>,
     dir: Column3<'b, Singles>,

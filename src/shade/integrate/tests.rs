@@ -1,6 +1,7 @@
 //! Rays that branch without end: the arena stays bounded, the order of additions
 //! is each pixel's own, and who wants to stop waits for one piece only.
 
+use super::super::ledger::RayCounts;
 use super::super::wave::PIECE;
 use super::*;
 use crate::geom::Cuboid;

@@ -53,16 +53,21 @@ impl HalfSpace {
     }
 
     /// The same plane, with a normal whose square does not leave the format.
+    #[inline(always)]
     fn ordinary(&self) -> HalfSpace {
         let size = self.normal.abs().max_element();
         if (1e-100..1e100).contains(&size) {
             return *self;
         }
-        // By a power of two, which rounds nothing.
-        let scaled = |x: f64| libm::scalbn(x, -libm::ilogb(size));
+        self.scaled(-libm::ilogb(size))
+    }
+
+    /// By a power of two, which rounds nothing.
+    #[cold]
+    fn scaled(&self, power: i32) -> HalfSpace {
         HalfSpace {
-            normal: self.normal.map(scaled),
-            offset: scaled(self.offset),
+            normal: self.normal.map(|x| libm::scalbn(x, power)),
+            offset: libm::scalbn(self.offset, power),
         }
     }
 }

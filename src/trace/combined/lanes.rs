@@ -198,6 +198,9 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
     let mut more = Vec::new();
     let mut tracks = [nothing; N];
     let tracks = &mut tracks[..operands.len()];
+    let shares_faces = C::GUARDED && !combined.shared_faces.is_empty();
+    // Of what has none that is known, such as a polynomial's solid, no numbers.
+    let mut faces = shares_faces.then(|| [[L::from_f32(f32::NAN); 2]; N]);
     let mut open = active;
     let mut unsure = 0;
     let wider = wider::<L, C>(combined, ray);
@@ -233,6 +236,9 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
         let mut ends = spaces.ends::<C>((combined, tables), operand, wider);
         if !C::GUARDED && here & active != active {
             ends.keep(L::Mask::from_bits(here));
+        }
+        if let Some(faces) = &mut faces {
+            faces[i] = ends.faces;
         }
         unsure |= track.start(&ends, ray.t_min);
     }
@@ -276,10 +282,9 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
         let mut nearly = 0;
         if C::GUARDED && together != 0 {
             let asked = std::mem::take(&mut together);
-            if !combined.shared_faces.is_empty() {
-                let all = (&operands[..], &*tracks);
-                [together, nearly] =
-                    on_one_face::<L, C>((combined, tables), object, all, event, asked);
+            if let Some(faces) = &faces {
+                let all = (&operands[..], &*tracks, &faces[..]);
+                [together, nearly] = on_one_face(combined, object, all, event, asked);
             }
             let apart = asked & !together;
             met.unsure |= apart;
@@ -359,28 +364,19 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
 /// nearly are one, of several frames.
 #[cold]
 #[inline(never)]
-fn on_one_face<L: Lanes, C: Certainty>(
-    (combined, tables): (&Combined, &Tables),
+fn on_one_face<L: Lanes>(
+    combined: &Combined,
     object: &Packet<L>,
-    (operands, tracks): (&[u32], &[Track<L>]),
+    (operands, tracks, ends): (&[u32], &[Track<L>], &[[L; 2]]),
     event: L,
     asked: u32,
 ) -> [u32; 2] {
-    let mut spaces = Spaces::new(object);
     let (mut faces, mut one, mut nearly) = ([None::<SharedFace>; 16], asked, 0);
-    for (track, number) in tracks.iter().zip(operands) {
+    for ((track, [enter, exit]), number) in tracks.iter().zip(ends).zip(operands) {
         let mut here = track.next[0].le(event).bits() & one;
         if here == 0 {
             continue;
         }
-        let operand = &combined.solid.operands[*number as usize];
-        // Which others are in the same surface is not known of these.
-        if matches!(operand.shape, Shape::Implicit(_)) {
-            one &= !here;
-            continue;
-        }
-        let frame = spaces.of(combined, operand.frame);
-        let [enter, exit] = ends::<L, C>(tables, operand.shape, &frame).faces;
         while here != 0 {
             let lane = here.trailing_zeros() as usize;
             here &= here - 1;

@@ -190,9 +190,11 @@ impl<L: Lanes> Frame<L> {
         // concave F on which the cone widens.
         let roots = error.roots.roots();
         let most = roots.t[0].abs().max(roots.t[1].abs());
-        let [t0, t1] = roots
-            .t
-            .map(|t| roots.bounded(t, if fine { t.abs() } else { most }));
+        let size = |t: L| if fine { t.abs() } else { most };
+        // One by one: `map` went by memory.
+        let [t0, t1] = roots.t;
+        let t0 = roots.bounded(t0, size(t0));
+        let t1 = roots.bounded(t1, size(t1));
         let known = |at: &Between<L>| at.most.lt(infinity);
         let concave = self.a.lt(-of_a);
         let widens = self.widening.gt(self.slope * error.rise);

@@ -86,7 +86,9 @@ impl<D: Lanes<Scalar = f64, Double = D>> Curve<D> {
         let infinity = D::splat(f64::INFINITY);
         let ([a, b, c], [of_a, of_b, of_c]) = (self.roots.f, self.roots.off);
         let roots = self.roots.roots();
-        let [t0, t1] = roots.t.map(|t| roots.bounded(t, t.abs()));
+        let [t0, t1] = roots.t;
+        let t0 = roots.bounded(t0, t0.abs());
+        let t1 = roots.bounded(t1, t1.abs());
         let known = |at: &Between<D>| at.most.lt(infinity) & at.least.gt(-infinity);
         let bends = a.abs().gt(of_a) & !self.linear & !self.constant;
         let concave = bends & a.lt(D::zero());

@@ -343,14 +343,14 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
             if let (true, Shape::Implicit(row)) = (Q::ANY, entry.shape) {
                 return self.is_blocked(&object, row, id, active, query);
             }
-            let meet = self.settled(&object, entry, active, query.limit());
+            let meet = self.settled(&object, entry, active, query);
             let meet = doubted::<L, C>(meet, active, id);
             self.offer(&object, &window, &entry.own, meet, id, query);
         } else {
             if let (true, Shape::Implicit(row)) = (Q::ANY, entry.shape) {
                 return self.is_blocked(self.packet, row, id, active, query);
             }
-            let meet = self.settled(self.packet, entry, active, query.limit());
+            let meet = self.settled(self.packet, entry, active, query);
             let meet = doubted::<L, C>(meet, active, id);
             self.offer(self.packet, &Window::all(), &entry.own, meet, id, query);
         }

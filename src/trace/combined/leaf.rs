@@ -87,7 +87,14 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
         }
         let mut bits = unsure.bits();
         if !(C::DOUBTS_ALL || L::is_double()) {
-            bits = may_meet::<L, C>((solid, tables), object, &entry.own, bits, limit.widen());
+            let (solid, limit) = ((solid, &**tables), limit.widen());
+            let [may, must] = in_f64::<L, C>(solid, object, &entry.own, bits, limit);
+            bits = may;
+            // Where does not matter.
+            if Q::ANY && must != 0 {
+                query.block(L::Mask::from_bits(must), id(0));
+                bits &= !must;
+            }
         }
         self.decide(L::Mask::from_bits(bits), id(0), query);
     }
@@ -117,18 +124,20 @@ fn sharp<L: Lanes>(
     nearest_each(tape, &frame, lanes, [from, met.t, to])
 }
 
-/// Which of some lanes may meet a solid before a limit, in f64: lanes of f32 hardly know
-/// whether a ray meets what it has just left.
+/// Which of some lanes may meet a solid before a limit, and which certainly do, in f64:
+/// lanes of f32 hardly know whether a ray meets what it has just left.
 #[inline(never)]
-fn may_meet<L: Lanes, C: Certainty>(
+fn in_f64<L: Lanes, C: Certainty>(
     (solid, tables): (&Combined, &Tables),
     object: &Packet<L>,
     own: &Aabb32,
     asked: u32,
     limit: L::Double,
-) -> u32 {
+) -> [u32; 2] {
     let t_min = object.ray.t_min.widen();
     let packet = Packet::<L::Double>::new(object.org, object.dir, t_min, own);
     let met = lanes::first::<L::Double, C>(solid, tables, &packet, asked, limit);
-    met.unsure | met.left | met.hit & met.within[0].le(limit).bits()
+    let [from, to] = met.within;
+    let may = met.unsure | met.left | met.hit & from.le(limit).bits();
+    [may, met.hit & to.lt(limit).bits()]
 }

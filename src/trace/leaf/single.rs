@@ -71,35 +71,49 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
     }
 
     /// What the kernel of a single primitive says. Lanes of f32 hardly know whether a
-    /// ray meets what it has just left; those of f64 do, and rule out the most.
+    /// ray meets what it has just left; those of f64 do, and rule out the most. What they are
+    /// certain is in the way of any-hit rays blocks these.
     #[inline(always)]
-    pub(super) fn settled(
+    pub(super) fn settled<Q: Query<L>>(
         &self,
         object: &Packet<L>,
         entry: &Entry,
         active: L::Mask,
-        limit: L,
+        query: &mut Q,
     ) -> Meet<L> {
         let meet = self.meet(object, entry, active);
         let is_double = L::is_double() || matches!(entry.shape, Shape::Implicit(_));
         if !C::GUARDED || C::DOUBTS_ALL || is_double || meet.unsure.none() {
             return meet;
         }
-        let may = self.may_meet(object, entry, meet.unsure.bits(), limit.widen());
+        let asked = meet.unsure.bits();
+        let [may, must] = self.in_f64(object, entry, asked, query.limit().widen());
+        let must = L::Mask::from_bits(must);
+        // Where does not matter.
+        if Q::ANY && must.any() {
+            let id = HitId {
+                instance: entry.appearance,
+                primitive: 0,
+            };
+            query.block(must, id);
+        }
         Meet {
             unsure: meet.unsure & L::Mask::from_bits(may),
             ..meet
         }
     }
 
-    /// Which of some lanes may meet a primitive before a limit, in f64.
+    /// Which of some lanes may meet a primitive before a limit, and which certainly do, in
+    /// f64.
     #[inline(never)]
-    fn may_meet(&self, object: &Packet<L>, entry: &Entry, asked: u32, limit: L::Double) -> u32 {
+    fn in_f64(&self, object: &Packet<L>, entry: &Entry, asked: u32, limit: L::Double) -> [u32; 2] {
         let ray = Ray::<L::Double>::new(object.org, object.dir, object.ray.t_min.widen());
         let line = ObjectRay::new(&object.org, &object.dir, &ray);
         let asked = <L::Double as Lanes>::Mask::from_bits(asked);
         let meet = meet_guarded(self.world.scene, entry, &line, asked);
-        (meet.hit & meet.within[0].le(limit) | meet.unsure).bits()
+        let [from, to] = meet.within;
+        let may = meet.hit & from.le(limit) | meet.unsure;
+        [may.bits(), (meet.hit & to.lt(limit)).bits()]
     }
 }
 

@@ -105,7 +105,10 @@ impl Upright {
         // The apex has no normal; the axis is as good as any.
         let apex = self.unit * (if k > 0.0 { -1.0 } else { 1.0 });
         // Measured across the side.
-        let across = D::splat(1.0 / libm::hypot(1.0, k));
+        let across = D::splat(match k.abs() < 1e100 {
+            true => 1.0 / (1.0 + k * k).sqrt(),
+            false => 1.0 / k.abs(),
+        });
         let off_side = (length - r) * across;
         let side = Vec3::select(
             outward.max_abs().gt(D::zero()),

@@ -62,7 +62,7 @@ impl HalfSpace {
         self.scaled(-libm::ilogb(size))
     }
 
-    /// By a power of two, which rounds nothing.
+    /// By a power of two, which rounds nothing that counts.
     #[cold]
     fn scaled(&self, power: i32) -> HalfSpace {
         HalfSpace {

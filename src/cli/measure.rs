@@ -160,7 +160,9 @@ impl Measurer<'_> {
             }
             None => {
                 let (number, own) = self.shape(shape, (outward, inward), 1)?;
-                (number, own.moved(outward.translation).volume(1.0, |p| p))
+                let to = outward.translation;
+                let there = |p: [f64; 3]| std::array::from_fn(|k| p[k] + to[k]);
+                (number, own.volume(1.0, there))
             }
         };
         self.or_left_out(volume, 1).map(|volume| (number, volume))
@@ -174,7 +176,7 @@ impl Measurer<'_> {
     }
 
     /// Under the linear part of a map: where it stands makes no difference but to the
-    /// centroid.
+    /// centroid, and far away, to the roundings.
     fn shape(
         &mut self,
         id: ShapeId,
@@ -186,7 +188,8 @@ impl Measurer<'_> {
         if let Some(known) = self.known.get(&key) {
             return Some(*known);
         }
-        match Placed::of(self.scene, id, outward, inward) {
+        let here = |map: &Affine| Affine::new(*map.linear(), [0.0; 3]);
+        match Placed::of(self.scene, id, &here(outward), &here(inward)) {
             Ok(placed) => {
                 let number = self.known.len();
                 // Other lines, so that errors of different solids are their own.
@@ -196,7 +199,6 @@ impl Measurer<'_> {
                 };
                 let goal = Goal { seed, ..self.goal };
                 let found = placed.measure(&goal, self.progress)?;
-                let found = found.moved(outward.translation.map(|x| -x));
                 self.known.insert(key, (number, found));
                 Some((number, found))
             }

@@ -366,6 +366,27 @@ fn measure_gives_volumes_areas_and_centroids_of_the_roots() {
     is_measured(ball, "area", 4.0 * PI, 2e-3);
 }
 
+/// What is measured once counts for all places, the first of which may be far away.
+#[test]
+fn measure_does_not_mind_where_a_solid_stands_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut scene =
+        String::from("format = 1\n[shape]\nball.sphere = { center = [0, 0, 0], radius = 1 }\n");
+    for x in ["1e17", "0.3"] {
+        scene += "[[instance]]\nshape = 'ball'\n";
+        scene += &format!("transform = [{{ scale = [1, 2, 1] }}, {{ translate = [{x}, 0, 0] }}]\n");
+    }
+    std::fs::write(folder.path().join("a.toml"), scene).unwrap();
+    let output = lanecast(folder.path(), &["measure", "a.toml", "--json", "-"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    for (ball, x) in found["solids"].as_array().unwrap().iter().zip([1e17, 0.3]) {
+        is_measured(ball, "volume", 8.0 / 3.0 * std::f64::consts::PI, 1e-3);
+        let off = ball["centroid"][0].as_f64().unwrap() - x;
+        assert!(off.abs() < 1e-2, "{ball}");
+    }
+}
+
 #[test]
 fn nothing_has_no_centroid() {
     let folder = folder();

@@ -95,7 +95,8 @@ impl Upright {
     /// normal, unit.
     #[inline(always)]
     pub fn nearest<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> (D, Vec3<D>) {
-        let k = self.growth;
+        // Infinite of heights that are next to nothing.
+        let k = self.growth.clamp(-f64::MAX, f64::MAX);
         let n = Vec3::<D>::splat(self.unit.to_array());
         let p = p - Vec3::splat(self.middle.to_array());
         let z = p.dot(n);
@@ -257,6 +258,7 @@ mod tests {
             (1e160, 1e160),
             (1.0, 1e-200),
             (1e-200, 1.0),
+            (1.0, 1e-309),
         ] {
             for open in [false, true] {
                 let cone = Cone {

@@ -23,7 +23,16 @@ pub fn meet<L: Lanes>(polygon: &Polygon, ray: &Ray<L>, active: L::Mask) -> Meet<
     let splat = |v: DVec3| Vec3::splat(v.to_array().map(L::Scalar::from_f64));
     let mut inside = L::Mask::splat(false);
     for (k, lanes) in ray.shear.groups() {
-        inside = inside | (odd_crossings(polygon.points, ray, k) & lanes & active);
+        let lanes = lanes & active;
+        let none = L::Mask::splat(false);
+        let [mut within, apart] = match polygon.points.len() <= WOUND_ONCE {
+            true => turns(polygon.points, ray, k),
+            false => [none; 2],
+        };
+        if (lanes & !within & !apart).any() {
+            within = within | odd_crossings(polygon.points, ray, k) & !apart;
+        }
+        inside = inside | within & lanes;
     }
     if inside.none() {
         return Meet::certain(inside, L::zero());
@@ -35,18 +44,46 @@ pub fn meet<L: Lanes>(polygon: &Polygon, ray: &Ray<L>, active: L::Mask) -> Meet<
     Meet::certain(inside & finite & t.gt(ray.t_min), t)
 }
 
+/// An outline of no more corners, all of whose edges turn one way about a ray, is around
+/// it: each turns by less than half a circle, and all together by whole ones.
+pub const WOUND_ONCE: usize = 4;
+
+/// The rays' own corner, sheared.
+#[inline(always)]
+fn seen<L: Lanes>(ray: &Ray<L>, k: usize, point: DVec3) -> (L, L) {
+    let corner = Vec3::splat(point.to_array().map(L::Scalar::from_f64));
+    let (x, y, _) = ray.shear.apply(k, corner - ray.org);
+    (x, y)
+}
+
+/// Lanes about which all edges of a polygon of [`WOUND_ONCE`] corners turn one way; and
+/// lanes about which those of a triangle do not.
+#[inline(always)]
+fn turns<L: Lanes>(points: &[DVec3], ray: &Ray<L>, k: usize) -> [L::Mask; 2] {
+    let (zero, infinity) = (L::zero(), L::splat(L::Scalar::INFINITY));
+    let (mut low, mut high) = (infinity, -infinity);
+    let (mut ax, mut ay) = seen(ray, k, points[points.len() - 1]);
+    for point in points {
+        let (bx, by) = seen(ray, k, *point);
+        let side = ax * by - ay * bx;
+        low = low.min(side);
+        high = high.max(side);
+        (ax, ay) = (bx, by);
+    }
+    let apart = low.lt(zero) & high.gt(zero);
+    [
+        low.gt(zero) | high.lt(zero),
+        apart & L::Mask::splat(points.len() == 3),
+    ]
+}
+
 #[inline(always)]
 fn odd_crossings<L: Lanes>(points: &[DVec3], ray: &Ray<L>, k: usize) -> L::Mask {
     let zero = L::zero();
-    let seen = |p: &DVec3| {
-        let corner = Vec3::splat(p.to_array().map(L::Scalar::from_f64));
-        let (x, y, _) = ray.shear.apply(k, corner - ray.org);
-        (x, y)
-    };
     let mut odd = L::Mask::splat(false);
-    let (mut ax, mut ay) = seen(&points[points.len() - 1]);
+    let (mut ax, mut ay) = seen(ray, k, points[points.len() - 1]);
     for point in points {
-        let (bx, by) = seen(point);
+        let (bx, by) = seen(ray, k, *point);
         let (a_above, b_above) = (ay.gt(zero), by.gt(zero));
         let straddles = (a_above & !b_above) | (b_above & !a_above);
         // The crossing lies at x > 0 where this has the sign of by − ay.

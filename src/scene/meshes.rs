@@ -132,7 +132,10 @@ impl Mesh<'_> {
     /// The three corners of a triangle, about the mesh's centre.
     #[inline(always)]
     pub fn corners(&self, triangle: usize) -> [[f32; 3]; 3] {
-        self.triangles[triangle].map(|v| self.positions[v as usize])
+        // Spelled out: `map` goes by memory.
+        let [a, b, c] = self.triangles[triangle];
+        let at = |v: u32| self.positions[v as usize];
+        [at(a), at(b), at(c)]
     }
 
     /// The material that the mesh itself gives to a triangle.

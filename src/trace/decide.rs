@@ -289,6 +289,7 @@ pub(super) fn depth_of<L: Lanes>(root: &Root) -> Depth {
 
 /// The ray that a primitive is met by: the same steps as
 /// [`Packet::in_object`], lane for lane.
+#[inline(always)]
 fn in_object(world: &World, ray: &WorldRay, entry: &Entry, center: DVec3) -> ([f64; 3], [f64; 3]) {
     if !entry.placed {
         return (ray.org, ray.dir);

@@ -296,10 +296,26 @@ fn plan_says_which_surfaces_have_no_bounds() {
 
 fn measure(folder: &Path, more: &[&str]) -> Value {
     write(folder, PART);
+    measured(folder, more)
+}
+
+fn measured(folder: &Path, more: &[&str]) -> Value {
     let arguments = [&["measure", "a.toml", "--json", "-"], more].concat();
     let output = lanecast(folder, &arguments);
     assert!(output.status.success(), "{}", stderr(&output));
     serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// A ball of radius 1 under each of the transforms.
+fn measured_balls(transforms: &[&str]) -> Value {
+    let folder = folder();
+    let mut scene: String =
+        "format = 1\n[shape]\nball.sphere = { center = [0, 0, 0], radius = 1 }\n".into();
+    for transform in transforms {
+        scene += &format!("[[instance]]\nshape = 'ball'\ntransform = [{transform}]\n");
+    }
+    write(folder.path(), &scene);
+    measured(folder.path(), &[])
 }
 
 /// Within three of its half widths, and these no wider than asked for.
@@ -312,17 +328,11 @@ pub fn is_measured(row: &Value, key: &str, value: f64, relative: f64) {
 
 #[test]
 fn measure_leaves_out_what_f64_has_no_figures_for() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut scene =
-        String::from("format = 1\n[shape]\nball.sphere = { center = [0, 0, 0], radius = 1 }\n");
-    for scale in ["1e160", "1e-130", "1e90"] {
-        scene += "[[instance]]\nshape = 'ball'\n";
-        scene += &format!("transform = [{{ scale = {scale} }}]\n");
-    }
-    std::fs::write(folder.path().join("a.toml"), scene).unwrap();
-    let output = lanecast(folder.path(), &["measure", "a.toml", "--json", "-"]);
-    assert!(output.status.success(), "{}", stderr(&output));
-    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let found = measured_balls(&[
+        "{ scale = 1e160 }",
+        "{ scale = 1e-130 }",
+        "{ scale = 1e90 }",
+    ]);
     assert_eq!(found["beyond_left_out"], 2, "{found}");
     let [ball] = found["solids"].as_array().unwrap().as_slice() else {
         panic!("{found}");
@@ -369,17 +379,10 @@ fn measure_gives_volumes_areas_and_centroids_of_the_roots() {
 /// What is measured once counts for all places, the first of which may be far away.
 #[test]
 fn measure_does_not_mind_where_a_solid_stands_first() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut scene =
-        String::from("format = 1\n[shape]\nball.sphere = { center = [0, 0, 0], radius = 1 }\n");
-    for x in ["1e17", "0.3"] {
-        scene += "[[instance]]\nshape = 'ball'\n";
-        scene += &format!("transform = [{{ scale = [1, 2, 1] }}, {{ translate = [{x}, 0, 0] }}]\n");
-    }
-    std::fs::write(folder.path().join("a.toml"), scene).unwrap();
-    let output = lanecast(folder.path(), &["measure", "a.toml", "--json", "-"]);
-    assert!(output.status.success(), "{}", stderr(&output));
-    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let found = measured_balls(&[
+        "{ scale = [1, 2, 1] }, { translate = [1e17, 0, 0] }",
+        "{ scale = [1, 2, 1] }, { translate = [0.3, 0, 0] }",
+    ]);
     for (ball, x) in found["solids"].as_array().unwrap().iter().zip([1e17, 0.3]) {
         is_measured(ball, "volume", 8.0 / 3.0 * std::f64::consts::PI, 1e-3);
         let off = ball["centroid"][0].as_f64().unwrap() - x;

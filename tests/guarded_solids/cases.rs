@@ -311,7 +311,9 @@ impl Subject {
             Kind::Polygon(points, _) => {
                 let i = random.below(points.len() as u64) as usize;
                 let (a, b) = (points[i], points[(i + 1) % points.len()]);
-                a + (b - a) * below_one(random)
+                // On the edge, or far beyond its end.
+                let far = if random.below(4) == 0 { 300.0 } else { 1.0 };
+                a + (b - a) * (below_one(random) * far)
             }
             Kind::Triangle(corners) => {
                 let [a, b, c] = corners.map(|p| DVec3::from_array(p.map(f64::from)));

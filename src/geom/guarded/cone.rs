@@ -23,7 +23,6 @@ struct Frame<L: Lanes> {
     /// Along the axis from the middle, and how fast that grows.
     height: L,
     rise: L,
-    inverse_rise: L,
     a: L,
     b: L,
     c: L,
@@ -99,7 +98,6 @@ fn frame<L: Lanes>(row: &Upright, object: &ObjectRay<L>) -> Frame<L> {
         half: L::from_f64(row.half),
         height,
         rise,
-        inverse_rise: L::from_f32(1.0) / rise,
         a: drift_squared - widening * widening,
         b: across.dot(drift) - radius * widening,
         c: across.length_squared() - radius * radius,
@@ -172,9 +170,10 @@ impl<L: Lanes> Frame<L> {
         }
         // Between the caps.
         let level = !self.rise.abs().gt(error.rise * L::from_f32(LEVEL));
-        let over = self.inverse_rise.abs() * L::from_f32(LEVEL_SLACK);
+        let inverse_rise = L::from_f32(1.0) / self.rise;
+        let over = inverse_rise.abs() * L::from_f32(LEVEL_SLACK);
         let (low, high) = (-self.half - self.height, self.half - self.height);
-        let caps = [low, high].map(|room| room * self.inverse_rise);
+        let caps = [low, high].map(|room| room * inverse_rise);
         let cap = |t: L, not: L| {
             let wide = (error.height + t.abs() * error.rise) * over + t.abs() * roundings(4.0);
             let wide = wide + tiny();
@@ -276,18 +275,15 @@ impl<L: Lanes> Frame<L> {
             + rise * wide * L::from_f32(1.01)
             + self.height.abs() * roundings(5.1);
         let (within, beyond) = (self.half - off, self.half + off);
-        let look = |t: L| {
-            let at = Between::new(t, wide);
-            let z = (self.height + self.rise * t).abs();
-            let yes = z.lt(within) & at.least.gt(high);
-            let no = z.gt(beyond) | at.most.le(low);
-            (at, yes, no)
-        };
-        let [first, second] = roots.map(look);
-        let at_first = two & first.1;
-        let at_second = two & first.2 & second.1;
-        let none = two & first.2 & second.2;
-        let t = Between::select(at_first, first.0, second.0);
+        let (first, second) = (Between::new(roots[0], wide), Between::new(roots[1], wide));
+        // Distances from the middle: certainly on the side, certainly beyond its ends.
+        let z0 = (self.height + self.rise * roots[0]).abs();
+        let z1 = (self.height + self.rise * roots[1]).abs();
+        let at_first = two & z0.lt(within) & first.least.gt(high);
+        let first_off = two & (z0.gt(beyond) | first.most.le(low));
+        let at_second = first_off & z1.lt(within) & second.least.gt(high);
+        let none = first_off & (z1.gt(beyond) | second.most.le(low));
+        let t = Between::select(at_first, first, second);
         let possible = possible & !none;
         self.near
             .hit(possible & (at_first | at_second), t, possible)

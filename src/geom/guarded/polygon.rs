@@ -7,10 +7,10 @@
 //! doubt is seen once more from next to the polygon, where f32 is sharper.
 
 use super::{Between, LEVEL, LEVEL_SLACK, Near, ObjectRay, finite, roundings, tiny};
-use crate::geom::polygon::STEEP;
+use crate::geom::polygon::{STEEP, WOUND_ONCE};
 use crate::geom::{Meet, Polygon};
 use crate::math::Vec3;
-use crate::math::lanes::{Lanes, Mask, Scalar, min};
+use crate::math::lanes::{Lanes, Mask, Scalar, max, min};
 use glam::DVec3;
 
 /// One bound for all edges.
@@ -49,26 +49,72 @@ fn splat<L: Lanes>(v: DVec3) -> Vec3<L> {
 }
 
 impl<L: Lanes> Outline<'_, L> {
+    /// A corner as rays whose longest axis is `k` see it.
+    #[inline(always)]
+    fn seen(&self, k: usize, point: DVec3) -> (L, L) {
+        let corner = splat::<L>(point - self.center) - self.org;
+        let (x, y, _) = self.object.ray.shear.apply(k, corner);
+        (x, y)
+    }
+
+    /// More than edge functions may be off, with one bound for all.
+    #[inline(always)]
+    fn coarse(&self) -> L {
+        let along = self.moved * L::from_f32(1.75);
+        // Sheared, a side is at most twice as long.
+        self.extent * L::from_f32(4.01) * along + self.least()
+    }
+
+    /// More than edge functions may be off besides what grows with their edge.
+    #[inline(always)]
+    fn least(&self) -> L {
+        self.moved * self.moved * L::from_f32(15.0) + tiny()
+    }
+
+    /// Lanes in which nothing has left the format, so nothing is not a number.
+    #[inline(always)]
+    fn finite(&self) -> L::Mask {
+        let room = self.reach + self.reach;
+        finite(room * room, L::zero())
+    }
+
+    /// Lanes about which all edges of a polygon of [`WOUND_ONCE`] corners turn one way for
+    /// certain; and lanes about which those of a triangle certainly do not.
+    #[inline(always)]
+    fn turns(&self, k: usize) -> [L::Mask; 2] {
+        let infinity = L::splat(L::Scalar::INFINITY);
+        let (mut low, mut high) = (infinity, -infinity);
+        let last = self.seen(k, self.points[self.points.len() - 1]);
+        let (mut ax, mut ay) = last;
+        for point in self.points {
+            let (bx, by) = self.seen(k, *point);
+            let side = ax * by - ay * bx;
+            low = min(side, low);
+            high = max(side, high);
+            (ax, ay) = (bx, by);
+        }
+        // Far from the ray edges have roundings of their own; no polygon there is around it.
+        let near = max(last.0.abs(), last.1.abs()).lt(self.extent * L::from_f32(2.2));
+        let off = self.extent * self.moved * L::from_f32(28.0) + self.least();
+        let sound = near & self.finite();
+        let around = sound & (low.gt(off) | high.lt(-off));
+        let apart = sound & low.lt(-off) & high.gt(off);
+        [around, apart & L::Mask::splat(self.points.len() == 3)]
+    }
+
     /// Of rays whose longest axis is `k`. `CARE`: [`COARSE`], [`FINE`] or
     /// [`CAREFUL`].
     #[inline(always)]
     fn winding<const CARE: u8>(&self, k: usize) -> Winding<L> {
         let (zero, points) = (L::zero(), self.points);
-        let seen = |p: DVec3| {
-            let corner = splat::<L>(p - self.center) - self.org;
-            let (x, y, _) = self.object.ray.shear.apply(k, corner);
-            (x, y)
-        };
         let along = self.moved * L::from_f32(1.75);
-        let least = self.moved * self.moved * L::from_f32(15.0) + tiny();
-        // Sheared, a side is at most twice as long.
-        let most = self.extent * L::from_f32(4.01) * along + least;
+        let least = self.least();
         let mut odd = L::Mask::splat(false);
         let mut sure = L::Mask::splat(true);
         let mut beyond = L::splat(L::Scalar::INFINITY);
-        let (mut ax, mut ay) = seen(points[points.len() - 1]);
+        let (mut ax, mut ay) = self.seen(k, points[points.len() - 1]);
         for point in points {
-            let (bx, by) = seen(*point);
+            let (bx, by) = self.seen(k, *point);
             let (a_above, b_above) = (ay.gt(zero), by.gt(zero));
             let straddles = (a_above & !b_above) | (b_above & !a_above);
             let side = ax * by - ay * bx;
@@ -99,15 +145,13 @@ impl<L: Lanes> Outline<'_, L> {
             (ax, ay) = (bx, by);
         }
         match CARE {
-            COARSE => sure = beyond.gt(most),
+            COARSE => sure = beyond.gt(self.coarse()),
             FINE => sure = beyond.gt(least),
             _ => {}
         }
-        // Nothing has left the format, so nothing was not a number.
-        let room = self.reach + self.reach;
         Winding {
             odd,
-            sure: sure & finite(room * room, zero),
+            sure: sure & self.finite(),
         }
     }
 }
@@ -169,11 +213,23 @@ pub fn meet<L: Lanes>(
     let (mut odd, mut sure) = (off, off);
     for (k, lanes) in ray.shear.groups() {
         let lanes = lanes & active;
-        let seen = if points.len() <= FEW {
-            outline.winding::<COARSE>(k)
-        } else {
-            outline.winding::<FINE>(k)
+        let [around, apart] = match points.len() <= WOUND_ONCE {
+            true => outline.turns(k),
+            false => [off; 2],
         };
+        let mut seen: Winding<L> = Winding {
+            odd: around,
+            sure: around | apart,
+        };
+        if (lanes & !seen.sure).any() {
+            let more = if points.len() <= FEW {
+                outline.winding::<COARSE>(k)
+            } else {
+                outline.winding::<FINE>(k)
+            };
+            seen.odd = seen.odd | more.odd & !apart;
+            seen.sure = seen.sure | more.sure;
+        }
         odd = odd | seen.odd & lanes;
         sure = sure | seen.sure & lanes;
     }

@@ -281,6 +281,11 @@ impl Pair {
     /// Whether D = 0, where small integers know it.
     fn is_edge_on(&self) -> bool {
         let corners = self.corners_in_double();
+        let [a, b, c] = corners;
+        // Across an axis, and the ray along it: no product is anything but zero.
+        if (0..3).any(|k| self.dir[k] == 0.0 && a[k] == b[k] && b[k] == c[k]) {
+            return true;
+        }
         let place = || {
             let [a, b, c] = Grid::<1>::over(&corners).place(&corners)?;
             let [dir] = Grid::<1>::over(&[self.dir]).place(&[self.dir])?;

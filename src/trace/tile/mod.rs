@@ -14,6 +14,7 @@
 //! left in doubt, for the caller to trace otherwise. In f64 the edge functions
 //! only sort out, with a margin, and the test of one ray decides.
 
+mod around;
 mod block;
 mod bundle;
 mod centre;
@@ -37,6 +38,7 @@ use crate::geom::Certainty;
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask};
 use crate::scene::{MeshId, Shape};
+use around::Around;
 use bundle::{Bundle, Parallel, Pinhole, RelativeBox};
 use doubtful::Doubtful;
 use glam::DVec3;
@@ -288,13 +290,32 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         entry: &Entry,
         queries: &mut [Q; S],
     ) {
-        let active = self.reach_box(entry.bounds.min, entry.bounds.max);
+        let mut active = self.reach_box(entry.bounds.min, entry.bounds.max);
+        if !entry.placed && active.iter().any(|lanes| lanes.any()) {
+            self.pass_by(entry.shape, &mut active);
+        }
         for (s, query) in queries.iter_mut().enumerate() {
             if active[s].any() {
                 let packet = self.packets.get(s, self.rays, self.first, self.world);
                 Tester::<L, C, F>::new(self.world, packet).solid(entry, active[s], query);
                 self.bundle.limit_t::<C, Q>(s, query.limit());
             }
+        }
+    }
+
+    /// Leaves out the rays that pass by a shape in world space.
+    #[inline(always)]
+    fn pass_by(&self, shape: Shape, active: &mut [L::Mask; S]) {
+        let scene = self.world.scene;
+        let row = match shape {
+            Shape::Cylinder(id) => scene.cylinders.upright(id),
+            Shape::Cone(id) => scene.cones.upright(id),
+            _ => return,
+        };
+        let org = DVec3::from_array(self.org);
+        let around = Around::new(self.bundle, row, org, self.world.center);
+        for (s, active) in active.iter_mut().enumerate() {
+            *active = *active & !around.passes(self.bundle, s);
         }
     }
 

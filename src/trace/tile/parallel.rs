@@ -32,6 +32,12 @@ impl Shear {
     pub fn rounded(&self, i: usize) -> f32 {
         self.pad[i] * 0.0625
     }
+
+    /// More than a line may be off, and where kernels of f32 see it.
+    #[inline(always)]
+    pub fn passing(&self) -> f64 {
+        f64::from(self.pad[0]) + f64::from(self.pad[1])
+    }
 }
 
 /// Where a group's rays start.

@@ -6,6 +6,7 @@ mod bunch;
 mod cases;
 mod combined;
 mod decide;
+mod few;
 mod guess;
 mod hits;
 mod items;

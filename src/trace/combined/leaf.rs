@@ -10,10 +10,12 @@ use crate::math::Aabb32;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::scene::{CombinationId, Shape, Tables};
 use crate::trace::decide::depth_of;
+use crate::trace::few::{Few, Look, look_again};
 use crate::trace::leaf::{Everything, Tester, Window, doubted};
 use crate::trace::packet::Packet;
 use crate::trace::query::{HitId, Query};
 use glam::DVec3;
+use std::marker::PhantomData;
 
 impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
     /// A solid made of others: in lanes, and one ray at a time where that does not
@@ -87,8 +89,13 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
         }
         let mut bits = unsure.bits();
         if !(C::DOUBTS_ALL || L::is_double()) {
-            let (solid, limit) = ((solid, &**tables), limit.widen());
-            let [may, must] = in_f64::<L, C>(solid, object, &entry.own, bits, limit);
+            let look = InF64::<C> {
+                solid,
+                tables,
+                own: &entry.own,
+                certainty: PhantomData,
+            };
+            let [may, must] = look_again(object, limit, bits, &look);
             bits = may;
             // Where does not matter.
             if Q::ANY && must != 0 {
@@ -124,20 +131,22 @@ fn sharp<L: Lanes>(
     nearest_each(tape, &frame, lanes, [from, met.t, to])
 }
 
-/// Which of some lanes may meet a solid before a limit, and which certainly do, in f64:
-/// lanes of f32 hardly know whether a ray meets what it has just left.
-#[inline(never)]
-fn in_f64<L: Lanes, C: Certainty>(
-    (solid, tables): (&Combined, &Tables),
-    object: &Packet<L>,
-    own: &Aabb32,
-    asked: u32,
-    limit: L::Double,
-) -> [u32; 2] {
-    let t_min = object.ray.t_min.widen();
-    let packet = Packet::<L::Double>::new(object.org, object.dir, t_min, own);
-    let met = lanes::first::<L::Double, C>(solid, tables, &packet, asked, limit);
-    let [from, to] = met.within;
-    let may = met.unsure | met.left | met.hit & from.le(limit).bits();
-    [may, met.hit & to.lt(limit).bits()]
+/// A solid, seen in its space: lanes of f32 hardly know whether a ray meets what it has
+/// just left.
+struct InF64<'a, C> {
+    solid: &'a Combined,
+    tables: &'a Tables,
+    own: &'a Aabb32,
+    certainty: PhantomData<C>,
+}
+
+impl<C: Certainty> Look for InF64<'_, C> {
+    #[inline(never)]
+    fn look<D: Lanes<Scalar = f64, Double = D>>(&self, few: &Few<D>, asked: u32) -> [u32; 2] {
+        let packet = Packet::<D>::new(few.org, few.dir, few.t_min, self.own);
+        let met = lanes::first::<D, C>(self.solid, self.tables, &packet, asked, few.limit);
+        let [from, to] = met.within;
+        let may = met.unsure | met.left | met.hit & from.le(few.limit).bits();
+        [may, met.hit & to.lt(few.limit).bits()]
+    }
 }

@@ -10,6 +10,7 @@ use crate::geom::{
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::roots::Solver;
 use crate::scene::{ImplicitId, Shape, Tables};
+use crate::trace::few::{Few, Look, look_again};
 use crate::trace::packet::Packet;
 use crate::trace::query::{HitId, Query};
 use glam::DVec3;
@@ -87,7 +88,8 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
             return meet;
         }
         let asked = meet.unsure.bits();
-        let [may, must] = self.in_f64(object, entry, asked, query.limit().widen());
+        let scene = self.world.scene;
+        let [may, must] = look_again(object, query.limit(), asked, &Primitive { scene, entry });
         let must = L::Mask::from_bits(must);
         // Where does not matter.
         if Q::ANY && must.any() {
@@ -102,18 +104,23 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
             ..meet
         }
     }
+}
 
-    /// Which of some lanes may meet a primitive before a limit, and which certainly do, in
-    /// f64.
+/// One primitive, seen in its space.
+struct Primitive<'a> {
+    scene: &'a Tables,
+    entry: &'a Entry,
+}
+
+impl Look for Primitive<'_> {
     #[inline(never)]
-    fn in_f64(&self, object: &Packet<L>, entry: &Entry, asked: u32, limit: L::Double) -> [u32; 2] {
-        let ray = Ray::<L::Double>::new(object.org, object.dir, object.ray.t_min.widen());
-        let line = ObjectRay::new(&object.org, &object.dir, &ray);
-        let asked = <L::Double as Lanes>::Mask::from_bits(asked);
-        let meet = meet_guarded(self.world.scene, entry, &line, asked);
+    fn look<D: Lanes<Scalar = f64, Double = D>>(&self, few: &Few<D>, asked: u32) -> [u32; 2] {
+        let ray = Ray::<D>::new(few.org, few.dir, few.t_min);
+        let line = ObjectRay::new(&few.org, &few.dir, &ray);
+        let meet = meet_guarded(self.scene, self.entry, &line, D::Mask::from_bits(asked));
         let [from, to] = meet.within;
-        let may = meet.hit & from.le(limit) | meet.unsure;
-        [may.bits(), (meet.hit & to.lt(limit)).bits()]
+        let may = meet.hit & from.le(few.limit) | meet.unsure;
+        [may.bits(), (meet.hit & to.lt(few.limit)).bits()]
     }
 }
 

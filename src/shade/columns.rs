@@ -46,9 +46,9 @@ impl<'b, L: Lanes> Column3<'b, L> {
     pub fn push_some(&mut self, step: Vec3<L>, rows: u32) {
         // One by one: an array of registers would go by the stack.
         let [x, y, z] = &mut self.0;
-        keep(x, step.x.to_array().as_ref(), rows);
-        keep(y, step.y.to_array().as_ref(), rows);
-        keep(z, step.z.to_array().as_ref(), rows);
+        keep_lanes(x, step.x, rows);
+        keep_lanes(y, step.y, rows);
+        keep_lanes(z, step.z, rows);
     }
 
     /// The last row again, up to whole steps.
@@ -141,6 +141,19 @@ pub fn scatter<L: Lanes>(column: &mut [L::Scalar], rows: &[u32; STEP], x: L) {
     for (row, x) in rows.iter().zip(x.to_array().as_ref()) {
         column[*row as usize] = *x;
     }
+}
+
+/// Appends the lanes whose bits are set. Whole steps go straight to their place: an array
+/// of them on the stack may lie across two cache lines, and is then waited for (a tenth of
+/// a picture).
+#[inline(always)]
+fn keep_lanes<L: Lanes>(column: &mut ArenaVec<L::Scalar>, step: L, rows: u32) {
+    if rows.trailing_ones() as usize == L::COUNT {
+        let first = column.len();
+        column.extend_from_slice_copy(L::zero().to_array().as_ref());
+        return step.store(&mut column[first..]);
+    }
+    keep(column, step.to_array().as_ref(), rows);
 }
 
 /// Appends the values whose bits are set.

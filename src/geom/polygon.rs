@@ -24,13 +24,12 @@ pub fn meet<L: Lanes>(polygon: &Polygon, ray: &Ray<L>, active: L::Mask) -> Meet<
     let mut inside = L::Mask::splat(false);
     for (k, lanes) in ray.shear.groups() {
         let lanes = lanes & active;
-        let none = L::Mask::splat(false);
-        let [mut within, apart] = match polygon.points.len() <= WOUND_ONCE {
-            true => turns(polygon.points, ray, k),
-            false => [none; 2],
+        let mut within = match polygon.points.len() {
+            QUADRANGLE => is_around(polygon.points, ray, k),
+            _ => L::Mask::splat(false),
         };
-        if (lanes & !within & !apart).any() {
-            within = within | odd_crossings(polygon.points, ray, k) & !apart;
+        if (lanes & !within).any() {
+            within = within | odd_crossings(polygon.points, ray, k);
         }
         inside = inside | within & lanes;
     }
@@ -44,11 +43,12 @@ pub fn meet<L: Lanes>(polygon: &Polygon, ray: &Ray<L>, active: L::Mask) -> Meet<
     Meet::certain(inside & finite & t.gt(ray.t_min), t)
 }
 
-/// An outline of no more corners, all of whose edges turn one way about a ray, is around
-/// it: each turns by less than half a circle, and all together by whole ones.
-pub const WOUND_ONCE: usize = 4;
+/// The corners of an outline that is around a ray where all edges turn one way about it:
+/// each turns by less than half a circle, and all together by whole ones. (Of triangles it
+/// is as cheap to ask the other way.)
+pub const QUADRANGLE: usize = 4;
 
-/// The rays' own corner, sheared.
+/// A corner as rays whose longest axis is `k` see it.
 #[inline(always)]
 fn seen<L: Lanes>(ray: &Ray<L>, k: usize, point: DVec3) -> (L, L) {
     let corner = Vec3::splat(point.to_array().map(L::Scalar::from_f64));
@@ -56,10 +56,9 @@ fn seen<L: Lanes>(ray: &Ray<L>, k: usize, point: DVec3) -> (L, L) {
     (x, y)
 }
 
-/// Lanes about which all edges of a polygon of [`WOUND_ONCE`] corners turn one way; and
-/// lanes about which those of a triangle do not.
+/// Lanes about which all edges turn one way.
 #[inline(always)]
-fn turns<L: Lanes>(points: &[DVec3], ray: &Ray<L>, k: usize) -> [L::Mask; 2] {
+fn is_around<L: Lanes>(points: &[DVec3], ray: &Ray<L>, k: usize) -> L::Mask {
     let (zero, infinity) = (L::zero(), L::splat(L::Scalar::INFINITY));
     let (mut low, mut high) = (infinity, -infinity);
     let (mut ax, mut ay) = seen(ray, k, points[points.len() - 1]);
@@ -70,11 +69,7 @@ fn turns<L: Lanes>(points: &[DVec3], ray: &Ray<L>, k: usize) -> [L::Mask; 2] {
         high = high.max(side);
         (ax, ay) = (bx, by);
     }
-    let apart = low.lt(zero) & high.gt(zero);
-    [
-        low.gt(zero) | high.lt(zero),
-        apart & L::Mask::splat(points.len() == 3),
-    ]
+    low.gt(zero) | high.lt(zero)
 }
 
 #[inline(always)]

@@ -7,7 +7,7 @@
 //! doubt is seen once more from next to the polygon, where f32 is sharper.
 
 use super::{Between, LEVEL, LEVEL_SLACK, Near, ObjectRay, finite, roundings, tiny};
-use crate::geom::polygon::{STEEP, WOUND_ONCE};
+use crate::geom::polygon::{QUADRANGLE, STEEP};
 use crate::geom::{Meet, Polygon};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar, max, min};
@@ -78,28 +78,23 @@ impl<L: Lanes> Outline<'_, L> {
         finite(room * room, L::zero())
     }
 
-    /// Lanes about which all edges of a polygon of [`WOUND_ONCE`] corners turn one way for
-    /// certain; and lanes about which those of a triangle certainly do not.
+    /// Lanes about which all edges of a quadrangle turn one way for certain.
     #[inline(always)]
-    fn turns(&self, k: usize) -> [L::Mask; 2] {
+    fn is_around(&self, k: usize) -> L::Mask {
         let infinity = L::splat(L::Scalar::INFINITY);
-        let (mut low, mut high) = (infinity, -infinity);
-        let last = self.seen(k, self.points[self.points.len() - 1]);
-        let (mut ax, mut ay) = last;
+        let (mut low, mut high, mut reach) = (infinity, -infinity, L::zero());
+        let (mut ax, mut ay) = self.seen(k, self.points[self.points.len() - 1]);
         for point in self.points {
             let (bx, by) = self.seen(k, *point);
             let side = ax * by - ay * bx;
             low = min(side, low);
             high = max(side, high);
+            reach = max(max(bx.abs(), by.abs()), reach);
             (ax, ay) = (bx, by);
         }
-        // Far from the ray edges have roundings of their own; no polygon there is around it.
-        let near = max(last.0.abs(), last.1.abs()).lt(self.extent * L::from_f32(2.2));
-        let off = self.extent * self.moved * L::from_f32(28.0) + self.least();
-        let sound = near & self.finite();
-        let around = sound & (low.gt(off) | high.lt(-off));
-        let apart = sound & low.lt(-off) & high.gt(off);
-        [around, apart & L::Mask::splat(self.points.len() == 3)]
+        let off = reach * (self.moved * L::from_f32(4.1) + reach * roundings(6.1));
+        let off = off + self.least();
+        (low.gt(off) | high.lt(-off)) & self.finite()
     }
 
     /// Of rays whose longest axis is `k`. `CARE`: [`COARSE`], [`FINE`] or
@@ -213,21 +208,21 @@ pub fn meet<L: Lanes>(
     let (mut odd, mut sure) = (off, off);
     for (k, lanes) in ray.shear.groups() {
         let lanes = lanes & active;
-        let [around, apart] = match points.len() <= WOUND_ONCE {
-            true => outline.turns(k),
-            false => [off; 2],
+        let around = match points.len() {
+            QUADRANGLE => outline.is_around(k),
+            _ => off,
         };
         let mut seen: Winding<L> = Winding {
             odd: around,
-            sure: around | apart,
+            sure: around,
         };
-        if (lanes & !seen.sure).any() {
+        if (lanes & !around).any() {
             let more = if points.len() <= FEW {
                 outline.winding::<COARSE>(k)
             } else {
                 outline.winding::<FINE>(k)
             };
-            seen.odd = seen.odd | more.odd & !apart;
+            seen.odd = seen.odd | more.odd;
             seen.sure = seen.sure | more.sure;
         }
         odd = odd | seen.odd & lanes;

@@ -291,7 +291,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         queries: &mut [Q; S],
     ) {
         let mut active = self.reach_box(entry.bounds.min, entry.bounds.max);
-        if !entry.placed && active.iter().any(|lanes| lanes.any()) {
+        if !entry.placed {
             self.pass_by(entry.shape, &mut active);
         }
         for (s, query) in queries.iter_mut().enumerate() {
@@ -312,6 +312,9 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             Shape::Cone(id) => scene.cones.upright(id),
             _ => return,
         };
+        if active.iter().all(|lanes| lanes.none()) {
+            return;
+        }
         let org = DVec3::from_array(self.org);
         let around = Around::new(self.bundle, row, org, self.world.center);
         for (s, active) in active.iter_mut().enumerate() {

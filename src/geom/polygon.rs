@@ -56,20 +56,21 @@ fn seen<L: Lanes>(ray: &Ray<L>, k: usize, point: DVec3) -> (L, L) {
     (x, y)
 }
 
-/// Lanes about which all edges turn one way.
+/// Lanes about which all edges turn one way, by numbers that are finite.
 #[inline(always)]
 fn is_around<L: Lanes>(points: &[DVec3], ray: &Ray<L>, k: usize) -> L::Mask {
     let (zero, infinity) = (L::zero(), L::splat(L::Scalar::INFINITY));
-    let (mut low, mut high) = (infinity, -infinity);
+    let (mut low, mut high, mut sum) = (infinity, -infinity, zero);
     let (mut ax, mut ay) = seen(ray, k, points[points.len() - 1]);
     for point in points {
         let (bx, by) = seen(ray, k, *point);
         let side = ax * by - ay * bx;
         low = low.min(side);
         high = high.max(side);
+        sum = sum + side;
         (ax, ay) = (bx, by);
     }
-    low.gt(zero) | high.lt(zero)
+    (low.gt(zero) | high.lt(zero)) & sum.abs().lt(infinity)
 }
 
 #[inline(always)]

@@ -188,7 +188,7 @@ fn a_search_that_has_no_end_is_ended() {
         b.unary(Unary::Sin, inverse)
     });
     let (_, found) = along_x(&f, [0.0, 1.0], false);
-    // 83,000 zeros are further apart than the shortest parts.
+    // Zeros without end, of which the line's parts are far fewer.
     assert!(found.len() > 100 && found.len() < 25_000, "{}", found.len());
     assert!((found.last().unwrap().0 - 1.0 / PI).abs() < 1e-15);
     // What is behind is found in larger parts.

@@ -96,6 +96,9 @@ const STEEPEST: f32 = 8.0;
 pub(super) const SHORTEST: f64 = 1e-30;
 const LONGEST: f64 = 1e30;
 
+/// Farther off, a slope of nearly zero overflows; so do origins and boxes.
+pub(super) const FARTHEST: f32 = 1e20;
+
 /// Less than this counts as this, of either sign.
 pub(super) const LEAST_SLOPE: f32 = 1e-12;
 
@@ -208,6 +211,10 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
                 .max((high - org[i]).abs())
                 .max(org[i].abs())
         });
+        // As a comparison that NaN does not pass.
+        if !(self.reach < FARTHEST) {
+            return false;
+        }
         // Slopes may be denormal.
         self.widest = slopes.map(|[low, high]| low.abs().max(high.abs()) + 1e-30);
         self.origin = org.iter().fold(0.0, |m, x| x.abs().max(m));

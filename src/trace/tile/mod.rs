@@ -316,7 +316,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             return;
         }
         let org = DVec3::from_array(self.org);
-        let around = Around::new(self.bundle, row, org, self.world.center);
+        let around = Around::new(self.bundle, row, org);
         for (s, active) in active.iter_mut().enumerate() {
             *active = *active & !around.passes(self.bundle, s);
         }

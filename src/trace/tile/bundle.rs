@@ -96,8 +96,9 @@ const STEEPEST: f32 = 8.0;
 pub(super) const SHORTEST: f64 = 1e-30;
 const LONGEST: f64 = 1e30;
 
-/// Farther off, a slope of nearly zero overflows; so do origins and boxes.
-pub(super) const FARTHEST: f32 = 1e20;
+/// What is not within this is left to other kernels, too: boxes are cut off there, and an
+/// origin may be infinite.
+const FARTHEST: f32 = 1e38;
 
 /// Less than this counts as this, of either sign.
 pub(super) const LEAST_SLOPE: f32 = 1e-12;

@@ -8,7 +8,7 @@
 //! What these numbers are relative to is the tree's alone: which rays make a tile
 //! with it changes no bit of what a ray meets. tests/parallel.rs holds that.
 
-use super::bundle::{Bundle, FARTHEST, LEAST_SLOPE, RelativeBox, SHORTEST, main_axis};
+use super::bundle::{Bundle, LEAST_SLOPE, RelativeBox, SHORTEST, main_axis};
 use super::centre::Centre;
 use crate::accel::Frustum;
 use crate::math::lanes::{Lanes, Mask, Scalar};
@@ -50,6 +50,9 @@ pub(super) struct Starts<L: Lanes> {
     /// What a depth may be wrong by that a t was turned into, generously.
     pub slack: L,
 }
+
+/// Farther off, a slope of nearly zero overflows.
+const FARTHEST: f32 = 1e20;
 
 impl<L: Lanes, const S: usize> Bundle<L, S> {
     /// Takes in other rays. `org`: of a group's rays; `alive`: the others take

@@ -10,6 +10,7 @@ use super::truth::Tree;
 use glam::{DAffine3, DVec3};
 use lanecast::geom::tape::Builder;
 use lanecast::geom::{Cuboid, Sphere};
+use lanecast::plan::Arithmetic;
 use lanecast::scene::{Operand, Operator};
 use lanecast::trace::{HitId, TURNED};
 use proptest::prelude::*;
@@ -47,33 +48,58 @@ proptest! {
         ..ProptestConfig::with_cases(60)
     })]
 
-    /// Neither less the other is anything, in any arithmetic; what they have in common
-    /// is either.
     #[test]
     fn a_ball_by_its_polynomial_is_the_primitive(seed in any::<u64>()) {
-        let random = &mut Random(seed);
-        // Any numbers: both are the same polynomial, of squares that are not rounded.
-        let center = random.vector() * [0.0, 1.0, 1e3][random.below(3) as usize];
-        let row = Sphere { center, radius: random.size() };
-        let (primitive, polynomial) = (Leaf::Ball(row), Leaf::Round(row));
-        let rays = rays_about(random, center, 48);
-        let alone = ends(&of(Union, &[primitive]), &rays);
-        for pair in [[primitive, polynomial], [polynomial, primitive]] {
-            for operator in [Difference, Xor] {
-                let nothing = of(operator, &pair);
-                for arithmetic in ALL {
-                    let answers = rays.closest(&nothing.world(), &kernels(arithmetic));
-                    for (i, (t, id)) in answers.into_iter().enumerate() {
-                        prop_assert_eq!(id, HitId::NONE, "{:?} {} {:?}", arithmetic, t, rays.ray(i));
+        ball_by_its_polynomial(seed);
+    }
+}
+
+/// A ray passes by this ball of 0.52 at 8e-6, from 750 off the origin: `fast` leaves a skin.
+#[test]
+fn a_ball_that_is_grazed_is_the_primitive() {
+    ball_by_its_polynomial(6349398872818107150);
+}
+
+/// Neither less the other is anything, in any arithmetic; what they have in common
+/// is either. In `fast` a ray that grazes them may come into the one alone: where half a
+/// chord is less than a quarter of the radius, its ends are worse known than what is one.
+fn ball_by_its_polynomial(seed: u64) {
+    let random = &mut Random(seed);
+    // Any numbers: both are the same polynomial, of squares that are not rounded.
+    let center = random.vector() * [0.0, 1.0, 1e3][random.below(3) as usize];
+    let row = Sphere {
+        center,
+        radius: random.size(),
+    };
+    let (primitive, polynomial) = (Leaf::Ball(row), Leaf::Round(row));
+    let rays = rays_about(random, center, 48);
+    let alone = ends(&of(Union, &[primitive]), &rays);
+    let grazes = |i: usize| {
+        let (org, dir) = rays.ray(i);
+        let (org, dir) = (
+            DVec3::from_array(org),
+            DVec3::from_array(dir.map(f64::from)),
+        );
+        let off = (org - center).cross(dir).length() / dir.length() - row.radius;
+        off.abs() < 0.03 * row.radius + 1e-6 * center.length()
+    };
+    for pair in [[primitive, polynomial], [polynomial, primitive]] {
+        for operator in [Difference, Xor] {
+            let nothing = of(operator, &pair);
+            for arithmetic in ALL {
+                let answers = rays.closest(&nothing.world(), &kernels(arithmetic));
+                for (i, (t, id)) in answers.into_iter().enumerate() {
+                    if arithmetic != Arithmetic::F32 || !grazes(i) {
+                        assert_eq!(id, HitId::NONE, "{arithmetic:?} {t} {:?}", rays.ray(i));
                     }
                 }
-                prop_assert!(agree(&nothing, &some(&rays, 8)).iter().all(Option::is_none));
             }
-            for operator in [Intersection, Union] {
-                let both = of(operator, &pair);
-                prop_assert_eq!(&ends(&both, &rays), &alone, "{:?}", row);
-                agree(&both, &some(&rays, 8));
-            }
+            assert!(agree(&nothing, &some(&rays, 8)).iter().all(Option::is_none));
+        }
+        for operator in [Intersection, Union] {
+            let both = of(operator, &pair);
+            assert_eq!(&ends(&both, &rays), &alone, "{row:?}");
+            agree(&both, &some(&rays, 8));
         }
     }
 }

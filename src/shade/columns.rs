@@ -144,7 +144,7 @@ pub fn scatter<L: Lanes>(column: &mut [L::Scalar], rows: &[u32; STEP], x: L) {
 }
 
 /// Appends the lanes whose bits are set. Whole steps go straight to their place: an array
-/// of them on the stack may lie across two cache lines, and is then waited for (a tenth of
+/// of them on the stack may lie across two cache lines, and is then waited for (1 to 3 % of
 /// a picture).
 #[inline(always)]
 fn keep_lanes<L: Lanes>(column: &mut ArenaVec<L::Scalar>, step: L, rows: u32) {

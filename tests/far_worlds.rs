@@ -3,10 +3,10 @@
 
 mod common;
 
-use common::{EVERYTHING, hard_rays, hard_scene, structures};
+use common::{EVERYTHING, RayColumns, hard_rays, hard_scene, structures};
 use glam::{DAffine3, DVec3};
 use lanecast::accel::{Structure, World};
-use lanecast::geom::Sphere;
+use lanecast::geom::{Cone, Sphere};
 use lanecast::math::Aabb;
 use lanecast::plan::{Arithmetic, Kernels, native_width};
 use lanecast::scene::{Appearances, Edge, Scene, SceneBuilder};
@@ -143,6 +143,48 @@ fn what_is_near_is_met_beside_what_f32_cannot_reach() {
             let found = nearest(structure);
             for (found, expected) in found.iter().zip(&expected) {
                 assert_eq!(found.1, expected.1, "{distance}: {structure:?}");
+            }
+        }
+    }
+}
+
+/// Rays of one origin that f32 cannot reach, before a cone as large.
+#[test]
+fn what_is_beyond_f32_is_met_from_one_origin() {
+    for size in [1e30, 1e37, 1e38, 1e40, 1e100] {
+        let mut scene = SceneBuilder::default();
+        let cone = Cone {
+            base: DVec3::new(0.0, -size, 0.0),
+            top: DVec3::new(0.0, size, 0.0),
+            base_radius: size,
+            top_radius: 0.0,
+            open: false,
+        };
+        let shape = scene.cone("", cone);
+        scene.instance("", Edge::shape(shape));
+        let scene = scene.finish().unwrap();
+        let appearances = Appearances::of(&scene).unwrap();
+        let mut rays = RayColumns::default();
+        for i in 0..RAYS {
+            let [y, z] = [i / 16, i % 16].map(|x| (x as f32 - 8.0) / 16.0);
+            rays.push(DVec3::new(1.7 * size, -0.9 * size, 0.0), [-1.0, y, z]);
+        }
+        for arithmetic in [Arithmetic::F64, Arithmetic::F32Guarded] {
+            let kernels = Kernels {
+                arithmetic,
+                lanes: native_width(arithmetic),
+                needs: EVERYTHING,
+            };
+            let met = |structure| {
+                let world = World::build(&scene, &appearances, structure);
+                let nearest = rays.closest(&world, &kernels);
+                nearest.iter().map(|(_, id)| *id).collect::<Vec<_>>()
+            };
+            let expected = met(Structure::Linear);
+            let hits = expected.iter().filter(|id| **id != HitId::NONE).count();
+            assert!(hits > 64 && hits < RAYS, "{size}: {hits}");
+            for structure in structures() {
+                assert!(met(structure) == expected, "{size}: {structure:?}");
             }
         }
     }

@@ -77,3 +77,42 @@ fn gathered<L: Lanes>(packet: &Packet<L>, limit: L, lanes: &[usize; f64x8::COUNT
         limit: of(limit.widen()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::lanes::{Mask, f32x16};
+
+    /// Lanes are told by their origins: which may, by one bit, and which must, by another.
+    struct Bits;
+
+    impl Look for Bits {
+        fn look<D: Lanes<Scalar = f64, Double = D>>(&self, few: &Few<D>, asked: u32) -> [u32; 2] {
+            let same = few.org.x.eq(few.t_min) & few.org.x.eq(few.limit);
+            assert_eq!(same.bits() & asked, asked);
+            let bit = |bit: u32| {
+                let has = |i: usize| few.org.x.lane(i) as u32 >> bit & 1;
+                let bits: u32 = (0..D::COUNT).map(|i| has(i) << i).sum();
+                bits & asked
+            };
+            [bit(0), bit(2)]
+        }
+    }
+
+    #[test]
+    fn every_lane_that_is_asked_for_answers_for_itself() {
+        let numbers: [f32; 16] = std::array::from_fn(|i| (i * 5 % 16) as f32);
+        let lanes = f32x16::load(&numbers);
+        let (wide, zero) = (lanes.widen(), f32x16::zero().widen());
+        let org = Vec3::new(wide, zero, zero);
+        let packet = Packet::<f32x16>::open(org, org, lanes);
+        let bit = |bit: u32| {
+            let has = |i: usize| (numbers[i] as u32 >> bit & 1) << i;
+            (0..16).map(has).sum::<u32>()
+        };
+        for asked in 0..1 << 16 {
+            let found = look_again(&packet, lanes, asked, &Bits);
+            assert_eq!(found, [bit(0) & asked, bit(2) & asked], "{asked:b}");
+        }
+    }
+}

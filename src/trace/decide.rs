@@ -18,7 +18,8 @@ use crate::math::bounds::Bounded;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::scene::{Shape, Tables};
 use glam::DVec3;
-use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::cmp::Ordering;
+use std::sync::atomic::{self, AtomicU64};
 
 /// Pairs that were decided here, by any thread.
 static DECIDED: AtomicU64 = AtomicU64::new(0);
@@ -26,7 +27,7 @@ static DECIDED: AtomicU64 = AtomicU64::new(0);
 /// How many (ray, primitive) pairs this process has had decided by exact
 /// arithmetic so far.
 pub fn decided() -> u64 {
-    DECIDED.load(Relaxed)
+    DECIDED.load(atomic::Ordering::Relaxed)
 }
 
 /// A ray's numbers, and a primitive's, that decide about the two.
@@ -65,19 +66,32 @@ struct WorldRay {
 impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
     /// Decides about one primitive for some lanes, and hands what comes first to
     /// the query.
+    pub fn decide<Q: Query<L>>(&self, lanes: L::Mask, id: HitId, query: &mut Q) {
+        self.decide_order(lanes, (0, &[]), id, query);
+    }
+
+    /// The same, where a kernel has met the primitive in some lanes, at a t each, and does
+    /// not know whether that comes first.
     #[cold]
     #[inline(never)]
-    pub fn decide<Q: Query<L>>(&self, lanes: L::Mask, id: HitId, query: &mut Q) {
+    pub(super) fn decide_order<Q: Query<L>>(
+        &self,
+        lanes: L::Mask,
+        (hits, t): (u32, &[L::Scalar]),
+        id: HitId,
+        query: &mut Q,
+    ) {
         let mut bits = lanes.bits();
-        DECIDED.fetch_add(u64::from(bits.count_ones()), Relaxed);
+        DECIDED.fetch_add(u64::from(bits.count_ones()), atomic::Ordering::Relaxed);
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize;
             bits &= bits - 1;
-            self.decide_one(lane, id, query);
+            let met = (hits >> lane & 1 != 0).then(|| t[lane].to_f64());
+            self.decide_one(lane, met, id, query);
         }
     }
 
-    fn decide_one<Q: Query<L>>(&self, lane: usize, id: HitId, query: &mut Q) {
+    fn decide_one<Q: Query<L>>(&self, lane: usize, met: Option<f64>, id: HitId, query: &mut Q) {
         let (org, dir) = self.packet.lane(lane);
         let t_min = self.packet.ray.t_min.lane(lane).to_f64();
         let ray = WorldRay { org, dir, t_min };
@@ -94,13 +108,16 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
         };
         let first = match rival {
             Rival::End(end) => crossing.order_with(end).is_lt(),
-            Rival::Hit(best) => match Case::of(self.world, &ray, best).crossing(t_min) {
-                Some((other, _)) => crossing.order(&other).then(id.cmp(&best)).is_lt(),
-                None => true,
+            Rival::Hit(best, within) => match beside(&crossing, within) {
+                Some(order) => order.is_lt(),
+                None => match Case::of(self.world, &ray, best).crossing(t_min) {
+                    Some((other, _)) => crossing.order(&other).then(id.cmp(&best)).is_lt(),
+                    None => true,
+                },
             },
         };
         if first {
-            let at = || depth::<L::Single>(self.world, &ray, id, &crossing);
+            let at = || depth::<L::Single>(self.world, &ray, id, &crossing, met);
             query.take(lane, at, id);
         }
     }
@@ -151,9 +168,26 @@ impl<'a> Case<'a> {
     }
 }
 
+/// A crossing against another that lies between two numbers, where f64 tells.
+fn beside(crossing: &Crossing, [from, to]: [f64; 2]) -> Option<Ordering> {
+    let known = crossing.t();
+    let order = |x: f64| known.order(&Bounded::exact(x));
+    match (order(from), order(to)) {
+        (Some(Ordering::Less), _) => Some(Ordering::Less),
+        (_, Some(Ordering::Greater)) => Some(Ordering::Greater),
+        _ => None,
+    }
+}
+
 /// A hit's t: what the kernel of one lane reports where it knows; else, of a
-/// solid, from the root.
-fn depth<L: Lanes>(world: &World, ray: &WorldRay, id: HitId, crossing: &Crossing) -> Depth {
+/// solid, from the root. `met`: what the kernel of a solid has reported.
+fn depth<L: Lanes>(
+    world: &World,
+    ray: &WorldRay,
+    id: HitId,
+    crossing: &Crossing,
+    met: Option<f64>,
+) -> Depth {
     let is_combination = matches!(world.entry_of(id.instance).shape, Shape::Combination(_));
     if let (true, Crossing::Root(root)) = (is_combination, crossing) {
         let depth = depth_of::<L>(root);
@@ -181,6 +215,7 @@ fn depth<L: Lanes>(world: &World, ray: &WorldRay, id: HitId, crossing: &Crossing
             let t = triangle::depth_each(&triangle::splat(&corners), &ray);
             Some(t.lane(0).to_f64())
         }
+        Crossing::Root(_) if met.is_some() => met,
         Crossing::Root(_) => {
             let splat = |v: [f64; 3]| Vec3::<L::Double>::splat(v);
             let packet = Packet::<L>::new(

@@ -291,7 +291,10 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
         let doubt = query.accept_sure(meet, id);
         let doubt = doubt | meet.unsure & query.limit().gt(self.packet.ray.t_min);
         if doubt.any() {
-            Tester::<L, C, Everything>::new(self.world, self.packet).decide(doubt, id, query);
+            let tester = Tester::<L, C, Everything>::new(self.world, self.packet);
+            // Only here by memory.
+            let t = meet.t.to_array();
+            tester.decide_order(doubt, (meet.hit.bits(), t.as_ref()), id, query);
         }
     }
 

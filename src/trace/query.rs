@@ -90,8 +90,8 @@ impl Depth {
 pub enum Rival {
     /// The ray's own end.
     End(f64),
-    /// The nearest hit so far.
-    Hit(HitId),
+    /// The nearest hit so far, and between which numbers it lies.
+    Hit(HitId, [f64; 2]),
 }
 
 /// The next number.

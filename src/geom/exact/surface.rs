@@ -169,13 +169,18 @@ impl Surface<'_> {
                 let axis = axis(cone);
                 let near = from(&cone.base.to_array());
                 let (base, top) = (number(cone.base_radius), number(cone.top_radius));
-                let growth = top.minus(&base);
                 let length = dot(&axis, &axis);
-                let radius = base.times(&length).plus(&growth.times(&dot(&near, &axis)));
-                let widening = growth.times(&dot(&dir, &axis));
                 // L|w|² − h² = |w × a|², Lagrange's identity: it does not cancel
                 // along the axis.
                 let (across, drift) = (cross(&near, &axis), cross(&dir, &axis));
+                if cone.base_radius == cone.top_radius {
+                    // Of a cylinder, over L.
+                    let c = dot(&across, &across).minus(&base.squared().times(&length));
+                    return [dot(&drift, &drift), dot(&across, &drift), c];
+                }
+                let growth = top.minus(&base);
+                let radius = base.times(&length).plus(&growth.times(&dot(&near, &axis)));
+                let widening = growth.times(&dot(&dir, &axis));
                 let form = |p: &[N; 3], q: &[N; 3], r: &N, s: &N| {
                     length.times(&dot(p, q)).minus(&r.times(s))
                 };

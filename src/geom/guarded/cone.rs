@@ -16,8 +16,9 @@ use crate::math::Vec3;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 
-/// A cone, and a ray that has been moved next to it.
-struct Frame<L: Lanes> {
+/// A cone, and a ray that has been moved next to it. `STRAIGHT`: of a cylinder, whose
+/// radii do not grow; what is 0 then is not computed.
+struct Frame<L: Lanes, const STRAIGHT: bool> {
     near: Near<L>,
     half: L,
     /// Along the axis from the middle, and how fast that grows.
@@ -64,7 +65,10 @@ fn turned<L: Lanes>() -> f32 {
 }
 
 #[inline(always)]
-fn frame<L: Lanes>(row: &Upright, object: &ObjectRay<L>) -> Frame<L> {
+fn frame<L: Lanes, const STRAIGHT: bool>(
+    row: &Upright,
+    object: &ObjectRay<L>,
+) -> Frame<L, STRAIGHT> {
     let (middle, order) = (row.middle, row.order);
     let n = order.of_axes(row.unit.to_array());
     let n: Vec3<L> = Vec3::splat(n.map(L::Scalar::from_f64));
@@ -89,7 +93,15 @@ fn frame<L: Lanes>(row: &Upright, object: &ObjectRay<L>) -> Frame<L> {
     let across = near.org - n * height;
     let mean = L::from_f64(row.radius);
     let slope = L::from_f64(row.growth);
-    let (radius, widening) = (mean + slope * height, slope * rise);
+    let (radius, widening) = if STRAIGHT {
+        (mean, L::zero())
+    } else {
+        (mean + slope * height, slope * rise)
+    };
+    let (mut a, mut b) = (drift_squared, across.dot(drift));
+    if !STRAIGHT {
+        (a, b) = (a - widening * widening, b - radius * widening);
+    }
     let (along, (small, large)) = (object.ray.shear.along.abs(), range::<L>());
     // F's coefficients are products of such.
     let scale = along * along * (mean * mean);
@@ -98,8 +110,8 @@ fn frame<L: Lanes>(row: &Upright, object: &ObjectRay<L>) -> Frame<L> {
         half: L::from_f64(row.half),
         height,
         rise,
-        a: drift_squared - widening * widening,
-        b: across.dot(drift) - radius * widening,
+        a,
+        b,
         c: across.length_squared() - radius * radius,
         radius,
         widening,
@@ -111,7 +123,13 @@ fn frame<L: Lanes>(row: &Upright, object: &ObjectRay<L>) -> Frame<L> {
     }
 }
 
-impl<L: Lanes> Frame<L> {
+impl<L: Lanes, const STRAIGHT: bool> Frame<L, STRAIGHT> {
+    /// What a slope adds.
+    #[inline(always)]
+    fn with_slope(&self, x: L, more: impl FnOnce(L) -> L) -> L {
+        if STRAIGHT { x } else { x + more(self.slope) }
+    }
+
     /// `fine`: with bounds that take twice the work, and are half as wide. For those whom
     /// nobody helps out but exact arithmetic: rays leave a surface by little more.
     #[inline(always)]
@@ -120,13 +138,14 @@ impl<L: Lanes> Frame<L> {
         // Of the point across the axis, and of the radius.
         let moved =
             self.near.size * roundings(nu * ROOT_3) + self.near.error * L::from_f32(3.75) + tiny();
-        let grown = self.mean * roundings(nu) + self.slope * moved;
+        let grown = self.with_slope(self.mean * roundings(nu), |slope| slope * moved);
         // Norms: a direction's is at most root 3 of its largest component.
         let (across, radius) = (self.across * L::from_f32(ROOT_3), self.radius.abs());
         let speed = self.along * L::from_f32(ROOT_3);
-        let spread = speed + speed * self.slope;
+        let spread = self.with_slope(speed, |slope| speed * slope);
+        let squared = speed * speed;
         let wide = match fine {
-            true => speed * speed * (L::from_f32(1.0) + self.slope * self.slope),
+            true => squared * self.with_slope(L::from_f32(1.0), |slope| slope * slope),
             false => spread * spread,
         };
         let a = wide * roundings(2.0 * nu + sums) + tiny();
@@ -135,8 +154,9 @@ impl<L: Lanes> Frame<L> {
             let c = moved * (across + across + moved)
                 + grown * (radius + radius + grown)
                 + (across * across + radius * radius) * roundings(sums);
-            let b = (across + self.slope * radius) * roundings(nu + sums)
-                + (moved + self.slope * grown) * L::from_f32(1.01);
+            let both = self.with_slope(across, |slope| slope * radius);
+            let off = self.with_slope(moved, |slope| slope * grown);
+            let b = both * roundings(nu + sums) + off * L::from_f32(1.01);
             let roots = new(speed * b, c);
             let rootless = roots.is_rootless();
             (roots, rootless)
@@ -195,16 +215,23 @@ impl<L: Lanes> Frame<L> {
         let t0 = roots.bounded(t0, size(t0));
         let t1 = roots.bounded(t1, size(t1));
         let known = |at: &Between<L>| at.most.lt(infinity);
-        let concave = self.a.lt(-of_a);
-        let widens = self.widening.gt(self.slope * error.rise);
-        let narrows = self.widening.lt(-(self.slope * error.rise));
-        let ahead = concave & widens & known(&t1);
-        let behind = concave & narrows & known(&t0);
         let between = self.a.gt(of_a) & known(&t0) & known(&t1);
-        let mut cut = between | ahead | behind;
         let (always, never) = (Between::exactly(-infinity), Between::exactly(infinity));
-        let side_enter = Between::select(between, t0, Between::select(ahead, t1, always));
-        let side_exit = Between::select(between, t1, Between::select(behind, t0, never));
+        let (mut cut, mut ends) = (between, [always, never]);
+        if !STRAIGHT {
+            let concave = self.a.lt(-of_a);
+            let widens = self.widening.gt(self.slope * error.rise);
+            let narrows = self.widening.lt(-(self.slope * error.rise));
+            let ahead = concave & widens & known(&t1);
+            let behind = concave & narrows & known(&t0);
+            cut = cut | ahead | behind;
+            ends = [
+                Between::select(ahead, t1, always),
+                Between::select(behind, t0, never),
+            ];
+        }
+        let side_enter = Between::select(between, t0, ends[0]);
+        let side_exit = Between::select(between, t1, ends[1]);
         let mut none = passes;
         if (active & !passes & !cut).any() {
             // Perhaps F keeps its sign between the caps.
@@ -218,8 +245,7 @@ impl<L: Lanes> Frame<L> {
         }
         let upward = self.rise.gt(L::zero());
         let (base, top) = (L::zero(), L::from_f32(1.0));
-        // Of a cylinder it may be another's, too.
-        let is_cylinder = self.slope.eq(L::zero());
+        let is_cylinder = L::Mask::splat(STRAIGHT) | self.slope.eq(L::zero());
         let side = |at| OnFace {
             at,
             face: L::select(is_cylinder, L::from_f32(2.0), no_face()),
@@ -290,10 +316,10 @@ impl<L: Lanes> Frame<L> {
     }
 }
 
-/// Of a closed one.
+/// Of a closed one. `STRAIGHT`: a cylinder.
 #[inline(always)]
-pub fn ends<L: Lanes>(row: &Upright, object: &ObjectRay<L>) -> Ends<L> {
-    let frame = frame(row, object);
+pub fn ends<L: Lanes, const STRAIGHT: bool>(row: &Upright, object: &ObjectRay<L>) -> Ends<L> {
+    let frame = frame::<L, STRAIGHT>(row, object);
     match frame.part(L::Mask::splat(true), true) {
         Some(part) => part.ends(&frame.near),
         None => Ends {
@@ -307,9 +333,14 @@ pub fn ends<L: Lanes>(row: &Upright, object: &ObjectRay<L>) -> Ends<L> {
     }
 }
 
+/// `STRAIGHT`: a cylinder.
 #[inline(always)]
-pub fn meet<L: Lanes>(row: &Upright, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
-    let frame = frame(row, object);
+pub fn meet<L: Lanes, const STRAIGHT: bool>(
+    row: &Upright,
+    object: &ObjectRay<L>,
+    active: L::Mask,
+) -> Meet<L> {
+    let frame = frame::<L, STRAIGHT>(row, object);
     if row.open {
         frame.open(object.ray.t_min, active)
     } else {

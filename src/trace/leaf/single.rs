@@ -82,14 +82,13 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
         active: L::Mask,
         query: &mut Q,
     ) -> Meet<L> {
-        let meet = self.meet(object, entry, active);
+        let mut meet = self.meet(object, entry, active);
         let is_double = L::is_double() || matches!(entry.shape, Shape::Implicit(_));
         if !C::GUARDED || C::DOUBTS_ALL || is_double || meet.unsure.none() {
             return meet;
         }
-        let asked = meet.unsure.bits();
         let scene = self.world.scene;
-        let [may, must] = look_again(object, query.limit(), asked, &Primitive { scene, entry });
+        let [may, must] = look_closer(scene, entry, object, query.limit(), meet.unsure.bits());
         let must = L::Mask::from_bits(must);
         // Where does not matter.
         if Q::ANY && must.any() {
@@ -99,11 +98,22 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
             };
             query.block(must, id);
         }
-        Meet {
-            unsure: meet.unsure & L::Mask::from_bits(may),
-            ..meet
-        }
+        meet.unsure = meet.unsure & L::Mask::from_bits(may);
+        meet
     }
+}
+
+/// [`look_again`], apart from what most rays take.
+#[cold]
+#[inline(never)]
+fn look_closer<L: Lanes>(
+    scene: &Tables,
+    entry: &Entry,
+    object: &Packet<L>,
+    limit: L,
+    asked: u32,
+) -> [u32; 2] {
+    look_again(object, limit, asked, &Primitive { scene, entry })
 }
 
 /// One primitive, seen in its space.
@@ -188,8 +198,10 @@ fn meet_guarded<L: Lanes>(
         Shape::Ellipsoid(id) => {
             guarded::sphere::meet_ellipsoid(&scene.ellipsoids.row(id), object, active)
         }
-        Shape::Cylinder(id) => guarded::cone::meet(scene.cylinders.upright(id), object, active),
-        Shape::Cone(id) => guarded::cone::meet(scene.cones.upright(id), object, active),
+        Shape::Cylinder(id) => {
+            guarded::cone::meet::<L, true>(scene.cylinders.upright(id), object, active)
+        }
+        Shape::Cone(id) => guarded::cone::meet::<L, false>(scene.cones.upright(id), object, active),
         Shape::Cuboid(id) => guarded::cuboid::meet(&scene.cuboids.row(id), object, active),
         Shape::Polyhedron(id) => {
             let (planes, corner) = (scene.polyhedra.planes(id), scene.polyhedra.points(id)[0]);

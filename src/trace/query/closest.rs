@@ -100,17 +100,17 @@ impl<L: Lanes, C: Certainty> Closest<L, C> {
         ids.primitive[rows].copy_from_slice(self.primitive.as_ref());
     }
 
-    /// Of some lanes, all at once and without a branch.
+    /// Of some lanes, all at once. By bits: what is chosen by `if` becomes a branch a lane.
     #[inline(always)]
     fn set_ids(&mut self, lanes: u32, instance: u64, of: impl Fn(usize) -> u32) {
         let [low, high] = &mut self.instance;
         let (low, high, primitive) = (low.as_mut(), high.as_mut(), self.primitive.as_mut());
         let [id_low, id_high] = words(instance);
         for lane in 0..L::COUNT {
-            let on = lanes >> lane & 1 != 0;
-            low[lane] = if on { id_low } else { low[lane] };
-            high[lane] = if on { id_high } else { high[lane] };
-            primitive[lane] = if on { of(lane) } else { primitive[lane] };
+            let on = (lanes >> lane & 1).wrapping_neg();
+            low[lane] ^= (low[lane] ^ id_low) & on;
+            high[lane] ^= (high[lane] ^ id_high) & on;
+            primitive[lane] ^= (primitive[lane] ^ of(lane)) & on;
         }
     }
 
@@ -174,7 +174,10 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
     fn rival(&self, lane: usize) -> Option<Rival> {
         Some(match self.id(lane) {
             HitId::NONE => Rival::End(self.t(lane)),
-            best => Rival::Hit(best),
+            best => {
+                let within = [self.least, self.limit].map(|x| x.lane(lane).to_f64());
+                Rival::Hit(best, within)
+            }
         })
     }
 

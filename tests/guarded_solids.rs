@@ -24,6 +24,17 @@ fn meet<L: Lanes>(kind: &Kind, object: &ObjectRay<L>) -> Meet<L> {
     match kind {
         Kind::Sphere(row) => sphere::meet_sphere(row, object, all),
         Kind::Ellipsoid(row) => sphere::meet_ellipsoid(row, object, all),
+        Kind::Cone(row) if row.base_radius == row.top_radius => {
+            let row = row.upright();
+            let meet = cone::meet_cylinder(&row, object, all);
+            let general = cone::meet(&row, object, all);
+            let bits = |x: L| (0..L::COUNT).map(|i| x.lane(i).bits()).collect::<Vec<_>>();
+            let hits = |x: L| bits(L::select(meet.hit, x, L::zero()));
+            assert_eq!(meet.hit.bits(), general.hit.bits(), "{row:?}");
+            assert_eq!(meet.unsure.bits(), general.unsure.bits(), "{row:?}");
+            assert_eq!(hits(meet.t), hits(general.t), "{row:?}");
+            meet
+        }
         Kind::Cone(row) => cone::meet(&row.upright(), object, all),
         Kind::Cuboid(row) => cuboid::meet(row, object, all),
         Kind::HalfSpace(row) => half_space::meet(row, object, all),

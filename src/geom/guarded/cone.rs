@@ -316,9 +316,8 @@ impl<L: Lanes, const STRAIGHT: bool> Frame<L, STRAIGHT> {
     }
 }
 
-/// Of a closed one. `STRAIGHT`: a cylinder.
 #[inline(always)]
-pub fn ends<L: Lanes, const STRAIGHT: bool>(row: &Upright, object: &ObjectRay<L>) -> Ends<L> {
+fn ends_of<L: Lanes, const STRAIGHT: bool>(row: &Upright, object: &ObjectRay<L>) -> Ends<L> {
     let frame = frame::<L, STRAIGHT>(row, object);
     match frame.part(L::Mask::splat(true), true) {
         Some(part) => part.ends(&frame.near),
@@ -333,9 +332,8 @@ pub fn ends<L: Lanes, const STRAIGHT: bool>(row: &Upright, object: &ObjectRay<L>
     }
 }
 
-/// `STRAIGHT`: a cylinder.
 #[inline(always)]
-pub fn meet<L: Lanes, const STRAIGHT: bool>(
+fn meet_of<L: Lanes, const STRAIGHT: bool>(
     row: &Upright,
     object: &ObjectRay<L>,
     active: L::Mask,
@@ -346,4 +344,27 @@ pub fn meet<L: Lanes, const STRAIGHT: bool>(
     } else {
         frame.closed(object.ray.t_min, active)
     }
+}
+
+/// Of a closed one.
+#[inline(always)]
+pub fn ends<L: Lanes>(row: &Upright, object: &ObjectRay<L>) -> Ends<L> {
+    ends_of::<L, false>(row, object)
+}
+
+/// The same of a cylinder.
+#[inline(always)]
+pub fn cylinder_ends<L: Lanes>(row: &Upright, object: &ObjectRay<L>) -> Ends<L> {
+    ends_of::<L, true>(row, object)
+}
+
+#[inline(always)]
+pub fn meet<L: Lanes>(row: &Upright, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
+    meet_of::<L, false>(row, object, active)
+}
+
+/// The same of a cylinder: the same bits, for less.
+#[inline(always)]
+pub fn meet_cylinder<L: Lanes>(row: &Upright, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
+    meet_of::<L, true>(row, object, active)
 }

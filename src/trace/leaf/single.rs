@@ -199,9 +199,9 @@ fn meet_guarded<L: Lanes>(
             guarded::sphere::meet_ellipsoid(&scene.ellipsoids.row(id), object, active)
         }
         Shape::Cylinder(id) => {
-            guarded::cone::meet::<L, true>(scene.cylinders.upright(id), object, active)
+            guarded::cone::meet_cylinder(scene.cylinders.upright(id), object, active)
         }
-        Shape::Cone(id) => guarded::cone::meet::<L, false>(scene.cones.upright(id), object, active),
+        Shape::Cone(id) => guarded::cone::meet(scene.cones.upright(id), object, active),
         Shape::Cuboid(id) => guarded::cuboid::meet(&scene.cuboids.row(id), object, active),
         Shape::Polyhedron(id) => {
             let (planes, corner) = (scene.polyhedra.planes(id), scene.polyhedra.points(id)[0]);

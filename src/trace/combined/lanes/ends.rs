@@ -283,8 +283,8 @@ pub(in crate::trace) fn ends<L: Lanes, C: Certainty>(
         Shape::Cuboid(id) => guarded::cuboid::ends(&tables.cuboids.row(id), object),
         Shape::Sphere(id) => guarded::sphere::sphere_ends(&tables.spheres.row(id), object),
         Shape::Ellipsoid(id) => guarded::sphere::ellipsoid_ends(&tables.ellipsoids.row(id), object),
-        Shape::Cylinder(id) => guarded::cone::ends::<L, true>(tables.cylinders.upright(id), object),
-        Shape::Cone(id) => guarded::cone::ends::<L, false>(tables.cones.upright(id), object),
+        Shape::Cylinder(id) => guarded::cone::cylinder_ends(tables.cylinders.upright(id), object),
+        Shape::Cone(id) => guarded::cone::ends(tables.cones.upright(id), object),
         Shape::Quadric(id) => {
             let exactly = <L::Double as Lanes>::zero();
             guarded::quadric::ends(&tables.quadrics.row(id), object, exactly)

@@ -297,6 +297,15 @@ kernels! {
     guarded_open_cone_kernel:
         |random: &mut Random| some_cone(random, true),
         |row, ray| guarded::cone::meet(&row.upright(), &in_full(ray).rays(), Mask::splat(true));
+    guarded_cylinder_kernel:
+        |random: &mut Random| {
+            let open = random.below(2) == 0;
+            let cone = some_cone(random, open);
+            Cone { top_radius: cone.base_radius, ..cone }
+        },
+        |row, ray| {
+            guarded::cone::meet_cylinder(&row.upright(), &in_full(ray).rays(), Mask::splat(true))
+        };
     guarded_cuboid_kernel:
         |random: &mut Random| {
             let min = random.sane().round();

@@ -175,8 +175,16 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
         Some(match self.id(lane) {
             HitId::NONE => Rival::End(self.t(lane)),
             best => {
-                let within = [self.least, self.limit].map(|x| x.lane(lane).to_f64());
-                Rival::Hit(best, within)
+                let [from, to] = [self.least, self.limit].map(|x| x.lane(lane).to_f64());
+                // What is next to the largest number may lie beyond it.
+                let most = L::Scalar::MAX.to_f64();
+                let to = if to < most { to } else { f64::INFINITY };
+                let from = if from > -most {
+                    from
+                } else {
+                    f64::NEG_INFINITY
+                };
+                Rival::Hit(best, [from, to])
             }
         })
     }

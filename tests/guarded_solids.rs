@@ -33,6 +33,17 @@ fn meet<L: Lanes>(kind: &Kind, object: &ObjectRay<L>) -> Meet<L> {
             assert_eq!(meet.hit.bits(), general.hit.bits(), "{row:?}");
             assert_eq!(meet.unsure.bits(), general.unsure.bits(), "{row:?}");
             assert_eq!(hits(meet.t), hits(general.t), "{row:?}");
+            if !row.open {
+                let ends = cone::cylinder_ends(&row, object);
+                let general = cone::ends(&row, object);
+                assert_eq!(ends.some.bits(), general.some.bits(), "{row:?}");
+                assert_eq!(ends.none.bits(), general.none.bits(), "{row:?}");
+                let some = |x: L| bits(L::select(ends.some, x, L::zero()));
+                let both = ends.enter.into_iter().chain(ends.exit);
+                for (x, y) in both.zip(general.enter.into_iter().chain(general.exit)) {
+                    assert_eq!(some(x), some(y), "{row:?}");
+                }
+            }
             meet
         }
         Kind::Cone(row) => cone::meet(&row.upright(), object, all),

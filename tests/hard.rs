@@ -5,9 +5,10 @@
 
 mod common;
 
-use common::{EVERYTHING, Random, hard_rays, hard_scene, random_mesh};
+use common::{EVERYTHING, Random, RayColumns, hard_rays, hard_scene, random_mesh};
 use glam::{DAffine3, DVec3};
 use lanecast::accel::{Density, KdQuality, Structure, World};
+use lanecast::geom::{Cylinder, Ellipsoid, Sphere};
 use lanecast::math::{Aabb, Affine};
 use lanecast::plan::{Arithmetic, Kernels};
 use lanecast::reference::{Hit, Reference};
@@ -237,4 +238,72 @@ fn residual(map: &Affine, corner: DVec3, x: DVec3, low: DVec3) -> DVec3 {
         sum + error
     };
     DVec3::new(row(0), row(1), row(2))
+}
+
+/// Of two shapes one skin apart, which f32 does not tell from each other: the outer one's t
+/// is what it is alone, whichever comes first.
+#[test]
+fn what_comes_first_by_a_hair_keeps_its_own_t() {
+    let center = DVec3::new(0.3, -0.2, 0.1);
+    let row = |b: &mut SceneBuilder, kind: usize, radius: f64| match kind {
+        0 => b.sphere("", Sphere { center, radius }),
+        1 | 2 => {
+            let (base, top, open) = (center - DVec3::Y, center + DVec3::Y, kind == 2);
+            let row = Cylinder {
+                base,
+                top,
+                radius,
+                open,
+            };
+            b.cylinder("", row)
+        }
+        _ => {
+            let radii = DVec3::new(radius, 1.5 * radius, 0.7 * radius);
+            b.ellipsoid("", Ellipsoid { center, radii })
+        }
+    };
+    let random = &mut Random(7);
+    let mut rays = RayColumns::default();
+    for _ in 0..RAYS {
+        let org = DVec3::new(5.0, 1.0, -4.0) + random.vector();
+        let at = center + random.vector() * 0.3;
+        rays.push(org, (at - org).to_array().map(|x| x as f32));
+    }
+    for kind in 0..4 {
+        let answers = |radii: &[f64], lanes| {
+            let mut b = SceneBuilder::default();
+            for radius in radii {
+                let shape = row(&mut b, kind, *radius);
+                b.instance("", Edge::shape(shape));
+            }
+            let scene = b.finish().unwrap();
+            let appearances = Appearances::of(&scene).unwrap();
+            let world = World::build(&scene, &appearances, Structure::Linear);
+            let kernels = Kernels {
+                arithmetic: Arithmetic::F32Guarded,
+                lanes,
+                needs: EVERYTHING,
+            };
+            let met = rays.closest(&world, &kernels);
+            let numbered = |(t, id): (f64, HitId)| {
+                let t = (id != HitId::NONE).then(|| t.to_bits());
+                (t, radii.get(id.instance as usize).copied())
+            };
+            met.into_iter().map(numbered).collect::<Vec<_>>()
+        };
+        let (outer, inner) = (0.8, 0.8 - 1e-9);
+        for lanes in [1, 8, 16] {
+            let alone = answers(&[outer], lanes);
+            let hits = alone.iter().filter(|(t, _)| t.is_some()).count();
+            assert!(hits > RAYS / 2, "{kind}: {hits}");
+            for radii in [[inner, outer], [outer, inner]] {
+                // The caps of both lie in one plane: there the first one counts.
+                let both = answers(&radii, lanes);
+                for (both, alone) in both.iter().zip(&alone) {
+                    assert_eq!(both.0, alone.0, "{kind}, {lanes} lanes, {radii:?}");
+                    assert!(kind == 1 || both.1 == alone.1, "{kind}, {radii:?}");
+                }
+            }
+        }
+    }
 }

@@ -245,6 +245,7 @@ impl<L: Lanes, const STRAIGHT: bool> Frame<L, STRAIGHT> {
         }
         let upward = self.rise.gt(L::zero());
         let (base, top) = (L::zero(), L::from_f32(1.0));
+        // A cone of equal radii has a cylinder's, too.
         let is_cylinder = L::Mask::splat(STRAIGHT) | self.slope.eq(L::zero());
         let side = |at| OnFace {
             at,

@@ -3,13 +3,18 @@
 
 mod common;
 
-use common::{EVERYTHING, RayColumns, hard_rays, hard_scene, structures};
+use common::{
+    ALL_AOVS, EVERYTHING, Random, RayColumns, Way, hard_rays, hard_scene, hash, picture,
+    random_mesh, random_shape, structures,
+};
 use glam::{DAffine3, DVec3};
 use lanecast::accel::{Structure, World};
-use lanecast::geom::{Cone, Sphere};
+use lanecast::geom::{Cone, Cuboid, Sphere};
 use lanecast::math::Aabb;
 use lanecast::plan::{Arithmetic, Kernels, native_width};
-use lanecast::scene::{Appearances, Edge, Scene, SceneBuilder};
+use lanecast::reference::Reference;
+use lanecast::render::RenderConfig;
+use lanecast::scene::{Appearances, Camera, Edge, Light, MeshData, Scene, SceneBuilder};
 use lanecast::trace::{HitId, ShadowCache};
 
 const RAYS: usize = 512;
@@ -100,6 +105,143 @@ fn far_worlds_lose_nothing() {
         }
     }
     assert!(hits > RAYS, "{hits}");
+}
+
+/// A placed shape's ray is rounded in the shape's space, by its distance and by how
+/// oblique the placement is. What it meets there counts, though the ray in the world
+/// passes by the shape's box.
+#[test]
+fn far_rays_meet_what_their_rounding_meets() {
+    let mut hits = 0;
+    for seed in 0..48 {
+        let random = &mut Random(seed);
+        let mut b = SceneBuilder::default();
+        let (min, max) = (DVec3::splat(-1.0), DVec3::splat(1.0));
+        let corners = Aabb::new(min, max).corners().map(|c| c.to_array());
+        let sides = [[0, 2, 1], [1, 2, 3], [4, 5, 6], [5, 7, 6]];
+        let sides = sides
+            .into_iter()
+            .chain([[0, 1, 4], [1, 5, 4], [2, 6, 3], [3, 6, 7]]);
+        let mesh = MeshData {
+            positions: corners.to_vec(),
+            triangles: sides.collect(),
+            ..MeshData::default()
+        };
+        let shapes = [b.cuboid("", Cuboid { min, max }), b.mesh("", &mesh)];
+        // From turned shapes to needles that lie obliquely in their own space.
+        let decades = [0.0, 1.0, 3.0, 6.0][seed as usize % 4];
+        for i in 0..6 {
+            let turn =
+                |r: &mut Random| DAffine3::from_axis_angle(r.vector().normalize(), 3.0 * r.unit());
+            let axis = |r: &mut Random| libm::exp10(r.unit() * decades);
+            let stretch = DVec3::new(axis(random), axis(random), axis(random));
+            let map = turn(random) * DAffine3::from_scale(stretch) * turn(random);
+            let map = DAffine3::from_translation(random.vector() * 2.0) * map;
+            let map = b.transform(map.into());
+            b.instance("", Edge::shape(shapes[i % 2]).transform(map));
+        }
+        let scene = b.finish().unwrap();
+        let appearances = Appearances::of(&scene).unwrap();
+        let reference = Reference::new(&scene, &appearances).unwrap();
+        let mut rays = RayColumns::default();
+        let mut expected = Vec::new();
+        while rays.len() < RAYS {
+            let row = appearances.get(&scene, random.below(6));
+            let corner = corners[random.below(8) as usize];
+            let at = DVec3::from_array(row.world_from_object.point(corner));
+            let mut dir = random.vector();
+            let distance = libm::exp10(1.0 + 12.0 * random.unit().abs());
+            dir[random.below(3) as usize] = distance * row.world_from_object.norm();
+            let dir = dir.as_vec3();
+            let org = at - dir.as_dvec3();
+            rays.push(org, dir.to_array());
+            let dir = dir.as_dvec3().to_array();
+            let hit = reference.nearest(org.to_array(), dir, f64::INFINITY);
+            expected.push(hit.map_or(HitId::NONE, |hit| HitId {
+                instance: hit.instance,
+                primitive: hit.primitive,
+            }));
+        }
+        hits += expected.iter().filter(|id| **id != HitId::NONE).count();
+        for structure in structures().into_iter().chain([Structure::Nested]) {
+            let world = World::build(&scene, &appearances, structure);
+            for arithmetic in [Arithmetic::F64, Arithmetic::F32Guarded] {
+                for lanes in [1, native_width(arithmetic)] {
+                    let kernels = Kernels {
+                        arithmetic,
+                        lanes,
+                        needs: EVERYTHING,
+                    };
+                    let found = rays.closest(&world, &kernels);
+                    for (i, ((_, found), expected)) in found.iter().zip(&expected).enumerate() {
+                        let ray = rays.ray(i);
+                        let how = (structure, arithmetic, lanes);
+                        assert_eq!(found, expected, "{seed}: {how:?}, {ray:?}");
+                    }
+                }
+            }
+        }
+    }
+    assert!(hits > 8 * RAYS, "{hits}");
+}
+
+/// Pictures of needles that lie obliquely in their own spaces: meshes and solids that no
+/// tree has, beside others.
+#[test]
+fn pictures_of_what_has_no_box_are_the_same() {
+    let config = RenderConfig {
+        width: 64,
+        height: 48,
+        aovs: ALL_AOVS,
+        max_depth: 2,
+        ..RenderConfig::default()
+    };
+    for seed in 0..6 {
+        let random = &mut Random(seed);
+        let mut b = SceneBuilder::default();
+        for i in 0..12 {
+            let shape = match i % 3 {
+                0 => b.mesh("", &random_mesh(random)),
+                _ => random_shape(&mut b, random),
+            };
+            let turn =
+                |r: &mut Random| DAffine3::from_axis_angle(r.vector().normalize(), 3.0 * r.unit());
+            let long = if i % 2 == 0 { 1e6 } else { 2.0 };
+            let stretch = DVec3::new(long, 1.0, 1.0 + random.unit().abs());
+            let map = turn(random) * DAffine3::from_scale(stretch) * turn(random);
+            let map = DAffine3::from_translation(random.vector() * 2.0) * map;
+            let map = b.transform(map.into());
+            b.instance("", Edge::shape(shape).transform(map));
+        }
+        b.light(Light::Directional {
+            direction: DVec3::new(1.0, -1.0, -0.5),
+            irradiance: [1.0; 3],
+        });
+        let from = random.vector() + 9.0 * DVec3::Z;
+        let camera = Camera::perspective(from, DVec3::ZERO, DVec3::Y, 45.0);
+        b.camera("", camera);
+        let scene = b.finish().unwrap();
+        let appearances = Appearances::of(&scene).unwrap();
+        let world = World::build(&scene, &appearances, Structure::Bvh);
+        assert!(world.unbounded_meshes().count() > 0 && world.unbounded_solids().count() > 0);
+        let structures = structures().into_iter().chain([Structure::ItemBuffer]);
+        for arithmetic in [Arithmetic::F32, Arithmetic::F32Guarded, Arithmetic::F64] {
+            let hashes = structures.clone().map(|structure| {
+                let way = Way {
+                    arithmetic,
+                    lanes: native_width(arithmetic),
+                    structure,
+                };
+                let lights = &scene.lights;
+                hash(&picture(&scene, camera, lights, EVERYTHING, way, &config))
+            });
+            let hashes: Vec<u64> = hashes.collect();
+            assert!(
+                hashes.iter().all(|h| *h == hashes[0]),
+                "{seed}, {arithmetic:?}: {hashes:x?}"
+            );
+        }
+    }
 }
 
 /// What lies beyond f32 takes nothing else along.

@@ -284,6 +284,46 @@ fn a_tree_that_has_grown_too_dear_is_built_again() {
     assert_eq!(renewals, [Built, Refitted, Rebuilt, Refitted]);
 }
 
+/// On its way a placement may lose its box in the world, and get one again.
+#[test]
+fn a_placement_that_comes_to_blur_leaves_the_tree() {
+    let mut scene = SceneBuilder::default();
+    let mesh = scene.mesh("", &ball(12, 6));
+    let turn = DAffine3::from_rotation_z(0.7);
+    let oblique = turn * DAffine3::from_scale(DVec3::new(1e5, 1.0, 1.0)) * turn;
+    for i in 0..9 {
+        let to = DVec3::X * 3.0 * f64::from(i);
+        let keys = [key(1.0, (DAffine3::from_translation(to) * oblique).into())];
+        let keys = if i % 4 == 1 { &keys[..] } else { &[] };
+        let id = scene.moving(moved(to), keys);
+        scene.instance("", Edge::shape(mesh).transform(id));
+    }
+    let mut scene = completed(scene.finish().unwrap()).scene;
+    let mut renewals = Vec::new();
+    let mut kept: Option<Kept> = None;
+    for time in [0.0, 1.0, 1.0, 0.0] {
+        scene = scene.at(time).unwrap();
+        let appearances = Appearances::of(&scene).unwrap();
+        let (world, renewal) = match kept.take() {
+            None => (
+                World::build(&scene, &appearances, Structure::Bvh),
+                Renewal::Built,
+            ),
+            Some(kept) => World::next(kept, &scene, &appearances, Structure::Bvh, f64::INFINITY),
+        };
+        let outside = if time == 1.0 { 2 } else { 0 };
+        assert_eq!(world.unbounded.len(), outside);
+        assert_eq!(world.entries.len(), 9 - outside);
+        for id in 0..9 {
+            assert_eq!(world.entry_of(id).appearance, id);
+        }
+        renewals.push(renewal);
+        kept = Some(world.keep());
+    }
+    use Renewal::{Built, Rebuilt, Refitted};
+    assert_eq!(renewals, [Built, Rebuilt, Refitted, Rebuilt]);
+}
+
 #[test]
 fn scenes_are_at_their_keys_exactly() {
     let mut scene = SceneBuilder::default();

@@ -7,7 +7,7 @@ mod common;
 
 use common::{EVERYTHING, Random, RayColumns, hard_rays, hard_scene, random_mesh};
 use glam::{DAffine3, DVec3};
-use lanecast::accel::{Density, KdQuality, Structure, World};
+use lanecast::accel::{Density, Forests, KdQuality, Structure, World};
 use lanecast::geom::{Cylinder, Ellipsoid, Sphere};
 use lanecast::math::{Aabb, Affine};
 use lanecast::plan::{Arithmetic, Kernels};
@@ -173,9 +173,14 @@ fn badly_conditioned_boxes_hold_every_corner() {
         let appearances = Appearances::of(&scene).unwrap();
         let row = appearances.rows[0];
         let mesh = scene.meshes.row(MeshId(0));
-        let world = World::build(&scene, &appearances, Structure::Bvh);
-        let about = world.entries[0].bounds.widened();
-        let bounds = Aabb::new(about.min + world.center, about.max + world.center);
+        // Nested trees have boxes of all of them; flat ones leave the worst out.
+        let world = World::build(&scene, &appearances, Structure::Nested);
+        let Forests::Nested(forest) = &world.forest else {
+            panic!("not nested");
+        };
+        let center = forest.groups.center();
+        let about = forest.groups.bounds(center).widened();
+        let bounds = Aabb::new(about.min + center, about.max + center);
         for i in 0..mesh.triangles.len() {
             for corner in mesh.corners(i) {
                 let corner = DVec3::from_array(corner.map(f64::from)) + mesh.center;
@@ -199,7 +204,7 @@ fn badly_conditioned_boxes_hold_every_corner() {
                 }
                 corners += 1;
                 farthest = f64::max(farthest, (x - start).length() / size);
-                let x = x - world.center;
+                let x = x - center;
                 let inside = x.cmpge(about.min).all() && x.cmple(about.max).all();
                 outside += u32::from(!inside);
             }

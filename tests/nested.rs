@@ -27,7 +27,7 @@ fn kernels(arithmetic: Arithmetic) -> Kernels {
     }
 }
 
-const BOTH: [Arithmetic; 2] = [Arithmetic::F32, Arithmetic::F64];
+const ALL: [Arithmetic; 3] = [Arithmetic::F32, Arithmetic::F32Guarded, Arithmetic::F64];
 
 /// (t, id) of each ray that hits anything.
 fn hits(rays: &RayColumns, world: &World, arithmetic: Arithmetic) -> Vec<Option<(u64, HitId)>> {
@@ -45,7 +45,7 @@ fn agree(scene: &Scene, rays: &RayColumns, why: &str) -> usize {
     for structure in [Structure::Bvh, Structure::Linear] {
         let flat = World::build(scene, &appearances, structure);
         assert_eq!(flat.bounds, nested.bounds, "{why}");
-        for arithmetic in BOTH {
+        for arithmetic in ALL {
             let [a, b] = [&flat, &nested].map(|world| hits(rays, world, arithmetic));
             for (i, (a, b)) in a.iter().zip(&b).enumerate() {
                 let ray = rays.ray(i);
@@ -258,7 +258,7 @@ fn many_agree() {
     assert!(matches!(nested.forest, Forests::Nested(_)));
     let flat = World::build(&scene, &appearances, Structure::Narrow);
     assert_eq!(flat.bounds, nested.bounds);
-    for arithmetic in BOTH {
+    for arithmetic in ALL {
         let [a, b] = [&flat, &nested].map(|world| hits(&rays, world, arithmetic));
         assert!(a.iter().flatten().count() > 200);
         assert_eq!(a, b);
@@ -380,7 +380,7 @@ fn ten_billion() {
         }
         rays.push(at + DVec3::X * 0.5, [-1.0, 0.0, 0.0]);
     }
-    for arithmetic in BOTH {
+    for arithmetic in ALL {
         let found = rays.closest(&world, &kernels(arithmetic));
         for (id, (t, found)) in ids.iter().zip(found) {
             assert_eq!((t, found.instance), (0.25, *id), "{arithmetic:?}");

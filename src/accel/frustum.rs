@@ -14,6 +14,7 @@
 use super::build::MAX_DEPTH;
 use super::bvh::Child;
 use super::prefetch::prefetch;
+use super::slabs::SKEW;
 use super::wide::{WIDE, WideNode, WideTree};
 use crate::math::Aabb32;
 use crate::math::lanes::{Lanes, Mask, Register, max, min};
@@ -57,9 +58,8 @@ impl Frustum {
                 .flat_map(|o| [(ends[0] - o).abs(), (ends[1] - o).abs(), o.abs()])
                 .fold(0.0, f32::max)
         });
-        // The second part is for slopes that are taken as not quite zero.
         let most = reach[0].max(reach[1]).max(reach[2]);
-        let pad = reach.map(|r| r * (32.0 * f32::EPSILON) + most * 1e-11);
+        let pad = reach.map(|r| r * (32.0 * f32::EPSILON) + most * SKEW as f32);
         let padded: ([f32; 3], [f32; 3]) = (
             std::array::from_fn(|i| low[i] - pad[i]),
             std::array::from_fn(|i| high[i] + pad[i]),

@@ -117,6 +117,14 @@ impl Groups {
         about.grown(DVec3::splat(more)).outward()
     }
 
+    /// The largest coordinate of what is bounded, in world space.
+    pub fn reach(&self) -> f64 {
+        match self.roots.bounds.is_empty() {
+            true => 0.0,
+            false => self.roots.bounds.max_abs(),
+        }
+    }
+
     /// World space: what the boxes of a world of these count from.
     pub fn center(&self) -> DVec3 {
         far_center(&self.roots.bounds, FAR)

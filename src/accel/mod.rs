@@ -52,7 +52,7 @@ pub use prefetch::prefetch;
 pub use sah::{Quality, build, linear};
 pub use sequence::{Kept, Renewal, WORST_REFIT};
 pub use shared_faces::{SharedFace, SharedFaces};
-pub use slabs::Slabs;
+pub use slabs::{SKEW, Slabs};
 pub use wide::{WIDE, WideMesh, WideNode, WideTree};
 pub use wide_stream::{STREAM, StreamRays, StreamStack};
 pub use world::{Entry, Structure, World, corner_bounds};

@@ -120,20 +120,23 @@ impl<'a> World<'a> {
             forest.meshes[mesh].as_ref().map(|m| m.tree.bounds)
         });
         let bounded = &all.bounded;
-        let mut rows = vec![0; appearances.count() as usize];
+        let mut rows = vec![None; appearances.count() as usize];
         for (row, entry) in bounded.iter().enumerate() {
-            rows[entry.appearance as usize] = row;
+            rows[entry.appearance as usize] = Some(row);
         }
-        let entries: Vec<Entry> = order.iter().map(|id| bounded[rows[*id as usize]]).collect();
-        let boxes: Vec<Aabb32> = entries.iter().map(|entry| entry.bounds).collect();
-        let sah = refit_boxes(&mut forest.top, &boxes);
-        if Cost::new(sah, &forest.top.bounds).is_within(worst, &built) {
-            let bounded = entries;
-            let entries = Entries { bounded, ..all };
-            let mut world = World::of(scene, appearances, Forests::Wide(forest), entries);
-            world.top_built = built;
-            world.quality = quality;
-            return (world, Renewal::Refitted);
+        let places = order.iter().map(|id| Some(bounded[rows[*id as usize]?]));
+        let entries: Option<Vec<Entry>> = places.collect();
+        // Others may have bounds than had them before.
+        if let Some(bounded) = entries.filter(|entries| entries.len() == bounded.len()) {
+            let boxes: Vec<Aabb32> = bounded.iter().map(|entry| entry.bounds).collect();
+            let sah = refit_boxes(&mut forest.top, &boxes);
+            if Cost::new(sah, &forest.top.bounds).is_within(worst, &built) {
+                let entries = Entries { bounded, ..all };
+                let mut world = World::of(scene, appearances, Forests::Wide(forest), entries);
+                world.top_built = built;
+                world.quality = quality;
+                return (world, Renewal::Refitted);
+            }
         }
         let bounded;
         (forest.top, bounded) = top_tree(&all.bounded, quality);

@@ -4,7 +4,8 @@
 //! that pass its primitive by a few roundings of the coordinates involved, and
 //! rounding the ray itself moves it as much. So each box is grown by
 //! δ = 32·u·(the largest distance from the origin, or from the ray's, that this
-//! tree has on the axis), folded into the ray's constants, at no cost per box.
+//! tree has on the axis) + [`SKEW`]·(that of any axis), folded into the ray's
+//! constants, at no cost per box.
 //!
 //! Where the arithmetic leaves its numbers' range, a ray's slab of that axis is
 //! open and culls nothing: a direction so short that nothing is as small beside
@@ -16,6 +17,12 @@
 
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Vec3};
+
+/// What a pad has of the largest distance on any axis, whatever the precision: for
+/// what rounding a placed object's ray in f64 looks like from the world, where an axis
+/// may get its share of another's (docs/NUMERICS.md, "Boxes of structures"), and for
+/// components that are taken as not quite zero.
+pub const SKEW: f64 = 1e-11;
 
 /// The constants of one packet of rays for the boxes of one tree.
 #[derive(Clone, Copy, Debug)]
@@ -45,8 +52,7 @@ impl<L: Lanes> Slabs<L> {
     pub fn new(org: Vec3<L>, dir: Vec3<L>, bounds: &Aabb32) -> Slabs<L> {
         // A direction component of (nearly) zero counts as 2^-60 of the largest
         // one: no division by zero and no 0·∞. That bends the ray, inside the
-        // tree by less than 2^-59 of the largest reach of any axis: the pad has
-        // room for it.
+        // tree by less than 2^-59 of the largest reach of any axis.
         let tiny = dir.max_abs() * L::from_f64(8.673_617_379_884_035e-19);
         let least = L::splat(L::Scalar::MIN_POSITIVE);
         // Longer ones are infinite here.
@@ -62,8 +68,7 @@ impl<L: Lanes> Slabs<L> {
             reach(org.y, bounds.min[1], bounds.max[1]),
             reach(org.z, bounds.min[2], bounds.max[2]),
         ];
-        let bend =
-            reaches[0].max(reaches[1]).max(reaches[2]) * L::from_f64(1.734_723_475_976_807e-18);
+        let skew = reaches[0].max(reaches[1]).max(reaches[2]) * L::from_f64(SKEW);
         let largest = L::splat(L::Scalar::MAX);
         // Boxes may have been cut off there.
         let is_cut = |k: usize| bounds.max[k] >= f32::MAX || bounds.min[k] <= -f32::MAX;
@@ -71,7 +76,7 @@ impl<L: Lanes> Slabs<L> {
             let signed = L::select(dir.lt(L::zero()), -tiny, tiny);
             let dir = L::select(dir.abs().lt(tiny), signed, dir);
             let inv = L::from_f32(1.0) / dir;
-            let delta = reach * pad + bend + least;
+            let delta = reach * pad + skew + least;
             let (low, high) = (-((org + delta) * inv), -((org - delta) * inv));
             // Not less than any product above; a plane is within twice the reach.
             let farthest = (reach * inv).abs() * L::from_f32(4.0);

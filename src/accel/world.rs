@@ -3,7 +3,8 @@
 //! The top one stands over entries: an appearance each, either a primitive or
 //! a mesh with a structure of its own, shared by all of its appearances. Appearances
 //! under the identity need no transform and are met in world space. Unbounded
-//! shapes stand in a short list outside the tree.
+//! shapes, and those of placements that [blur](Place::blur), stand in a short list
+//! outside the tree.
 //!
 //! Where there are too many appearances for that, [`Groups`] nest instead, and an
 //! entry is made when a ray gets there, by the same function from the same
@@ -64,7 +65,8 @@ pub struct Entry {
     pub appearance: u64,
     /// Needs a transform: its object space is not world space.
     pub placed: bool,
-    /// World space, about [`World::center`]; a hit's t lies inside.
+    /// World space, about [`World::center`]; a hit's t lies inside. Everything where
+    /// the placement [blurs](MAX_BLUR).
     pub bounds: Aabb32,
     /// Object space; the same as `bounds` where not placed. Of a mesh, its
     /// structure's.
@@ -88,6 +90,7 @@ pub struct World<'a> {
     pub center: DVec3,
     /// In the order of the top structure's leaves; kinds lie in runs.
     pub entries: Vec<Entry>,
+    /// Those whose bounds are everything.
     pub unbounded: Vec<Entry>,
     /// By [`CombinationId`], of those that appear.
     pub(super) combined: Vec<Option<Combined>>,
@@ -271,6 +274,22 @@ impl<'a> World<'a> {
         Entry::of(self.scene, row.shape, own, id, &row.place(), self.center)
     }
 
+    /// Those of `unbounded` that are no meshes.
+    #[inline(always)]
+    pub fn unbounded_solids(&self) -> impl Iterator<Item = &Entry> {
+        let entries = self.unbounded.iter();
+        entries.filter(|entry| !matches!(entry.shape, Shape::Mesh(_)))
+    }
+
+    /// Those of `unbounded` that are.
+    #[inline(always)]
+    pub fn unbounded_meshes(&self) -> impl Iterator<Item = (&Entry, MeshId)> {
+        self.unbounded.iter().filter_map(|entry| match entry.shape {
+            Shape::Mesh(id) => Some((entry, id)),
+            _ => None,
+        })
+    }
+
     /// Where this is what was built.
     #[inline(always)]
     pub fn wide(&self) -> Option<&WideForest> {
@@ -321,6 +340,11 @@ impl<'a> World<'a> {
         bytes
     }
 }
+
+/// Placements of a greater [blur](Place::blur) have no box in world space: a ray's
+/// rounding on its way into the object's, seen from the world, would be more than the
+/// pads of structures have room for (docs/NUMERICS.md, "Boxes of structures").
+pub(super) const MAX_BLUR: f64 = 4096.0;
 
 /// What a flat world has beside its structures.
 pub(super) struct Entries {
@@ -404,11 +428,13 @@ impl Entry {
     ) -> Entry {
         let placed = place.is_placed(scene, shape) || center != DVec3::ZERO;
         let shape = scene.shapes.row(shape);
-        let bounds = if placed && own != Aabb32::EVERYTHING {
+        let bounds = if !placed || own == Aabb32::EVERYTHING {
+            own
+        } else if place.blur() <= MAX_BLUR {
             let world = world_bounds(&own.widened(), place, center_of(scene, shape));
             Aabb::new(world.min - center, world.max - center).outward()
         } else {
-            own
+            Aabb32::EVERYTHING
         };
         Entry {
             shape,
@@ -425,8 +451,7 @@ impl Entry {
     }
 
     fn is_unbounded(&self) -> bool {
-        let may_be = matches!(self.shape, Shape::Combination(_) | Shape::Quadric(_));
-        matches!(self.shape, Shape::HalfSpace(_)) || may_be && self.own == Aabb32::EVERYTHING
+        self.bounds == Aabb32::EVERYTHING
     }
 }
 

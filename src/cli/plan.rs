@@ -4,7 +4,8 @@ use super::args::{PlanArgs, RENDER_SIZE};
 use super::error::CliError;
 use super::output::{Results, check_destinations};
 use super::pipeline::{Prepared, prepare};
-use crate::accel::World;
+use crate::accel::{Entry, World};
+use crate::math::Aabb32;
 use crate::measure::{Stats, Watch};
 use crate::plan::{remarks, searched, solved, unbounded};
 use crate::scene::{Shape, ShapeId, Tables};
@@ -74,6 +75,18 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
     results.commit(&for_people(&report))
 }
 
+/// A line about appearances that have bounds, but none in world space.
+fn blurred(world: &World) -> Option<String> {
+    let bounded = |entry: &&Entry| entry.own != Aabb32::EVERYTHING;
+    let count = world.unbounded.iter().filter(bounded).count();
+    (count > 0).then(|| {
+        format!(
+            "no tree holds {count} appearances, and every ray is tried on them: they are turned, \
+             scaled unevenly by thousands, and turned again; scale before the first turn"
+        )
+    })
+}
+
 fn report(prepared: &Prepared, world: &World) -> Report {
     let scene: &Tables = &prepared.scene;
     let mut shapes = BTreeMap::new();
@@ -105,6 +118,7 @@ fn report(prepared: &Prepared, world: &World) -> Report {
         met.into_iter()
             .filter_map(|row| solved(scene, ShapeId(row))),
     );
+    notes.extend(blurred(world));
     let reasons = prepared.plan.reasons.iter();
     Report {
         appearances: prepared.appearances.count(),

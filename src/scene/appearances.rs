@@ -348,6 +348,22 @@ impl Place {
         is_placed(scene, shape, &self.object_from_world)
     }
 
+    /// How much a relative rounding of each coordinate in object space may be in world
+    /// space, of the largest coordinate there: the ∞-norm of |M⁻¹|·|M| (Bauer's and
+    /// Skeel's condition number). 1 where axes are only scaled and swapped, at most 3
+    /// where a scaled shape is turned, up to the condition where a turned one is scaled.
+    pub fn blur(&self) -> f64 {
+        let (outward, inward) = (
+            self.world_from_object.linear(),
+            self.object_from_world.linear(),
+        );
+        let row = |r: usize| -> f64 {
+            let through = |k: usize| inward.iter().map(|c| c[k].abs()).sum::<f64>();
+            (0..3).map(|k| outward[k][r].abs() * through(k)).sum()
+        };
+        row(0).max(row(1)).max(row(2))
+    }
+
     fn of(&self, shape: ShapeId, root: u32) -> Appearance {
         Appearance {
             shape,

@@ -109,10 +109,18 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
         scratch: &mut Scratch<L, A>,
         count: &N,
     ) {
+        let Scratch { top, mesh } = scratch;
         if F::SOLIDS {
             self.unbounded(query);
         }
-        let Scratch { top, mesh } = scratch;
+        if F::MESHES {
+            for (entry, id) in self.world.unbounded_meshes() {
+                if let Some(tree) = &forest.meshes[id.index()] {
+                    let active = self.packet.ray.t_min.lt(query.limit());
+                    self.mesh(entry, id, tree, active, query, mesh, count);
+                }
+            }
+        }
         forest.top.walk(
             &self.packet.slabs,
             self.packet.ray.t_min,
@@ -142,10 +150,10 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
         );
     }
 
-    /// What stands outside the trees.
+    /// The solids that stand outside the trees.
     #[inline(always)]
     pub(super) fn unbounded<Q: Query<L>>(&self, query: &mut Q) {
-        for entry in &self.world.unbounded {
+        for entry in self.world.unbounded_solids() {
             let active = self.packet.ray.t_min.lt(query.limit());
             self.solid(entry, active, query);
         }

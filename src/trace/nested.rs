@@ -123,7 +123,7 @@ impl Nested<'_, '_> {
     ) {
         let links = &at.group.links;
         let mut level = scratch.levels.pop().unwrap_or_default();
-        if level.take_in(self.stream, at, set) {
+        if level.take_in(self, at, set) {
             let Level { bunch, stack } = &mut *level;
             each(set, |i| bunch.boxes.limit[i] = limit(&queries[i]));
             let tree = &at.group.tree;
@@ -208,18 +208,14 @@ impl Nested<'_, '_> {
 impl Level {
     /// Takes in the rays in a node's space; whether boxes can be met there.
     #[inline(never)]
-    fn take_in(&mut self, stream: &Stream, at: &Spot, set: u64) -> bool {
+    fn take_in(&mut self, nested: &Nested, at: &Spot, set: u64) -> bool {
+        let Nested { stream, groups } = nested;
         let map = &at.place.object_from_world;
-        let bounds = stream.world.bounds.widened();
         let largest = |v: [f64; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
         let mut reach = Reach {
             org: 0.0,
             dir: [f64::INFINITY, 0.0],
-            world: if bounds.is_empty() {
-                0.0
-            } else {
-                bounds.max_abs() + stream.world.center.abs().max_element()
-            },
+            world: groups.reach(),
         };
         each(set, |i| {
             let org = stream.org(i);

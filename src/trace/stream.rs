@@ -91,8 +91,13 @@ impl Stream<'_> {
         let world = self.world;
         let mut solids = self.lanewise::<L, S>();
         if F::SOLIDS {
-            for entry in &world.unbounded {
+            for entry in world.unbounded_solids() {
                 solids.meet::<C, Q>(entry, None, active, queries);
+            }
+        }
+        if F::MESHES {
+            for (entry, id) in world.unbounded_meshes() {
+                self.mesh_alone::<L::Single, C, Q>(entry, id, active, queries, scratch);
             }
         }
         let Some(forest) = world.wide() else { return };

@@ -294,6 +294,23 @@ fn plan_says_which_surfaces_have_no_bounds() {
     }
 }
 
+#[test]
+fn plan_says_what_no_tree_holds() {
+    let plan = |factor: f64| {
+        let steps = "{ rotate_z = 30.0 }, { scale = [FACTOR, 1, 1] }, { rotate_z = 40.0 }";
+        let steps = steps.replace("FACTOR", &factor.to_string());
+        let report = plan(&format!(
+            "format = 1\n[shape]\npart.sphere = {{ center = [0, 0, 0], radius = 1 }}\n\
+             [[instance]]\nshape = 'part'\ntransform = [{steps}]\n"
+        ));
+        report["remarks"].clone()
+    };
+    let said = plan(1e5);
+    let said = said[0].as_str().unwrap();
+    assert!(said.starts_with("no tree holds 1 appearances"), "{said}");
+    assert_eq!(plan(1e3).as_array().unwrap().len(), 0);
+}
+
 fn measure(folder: &Path, more: &[&str]) -> Value {
     write(folder, PART);
     measured(folder, more)

@@ -60,9 +60,13 @@ struct Work<'w> {
 impl ItemBuffer {
     /// Lists for tiles of rays. `tiles`: the rectangle of each, as
     /// [`Raster::rect`] gives it, or empty. `None` where the world has no boxes
-    /// for it, or where lists would not pay: rays in no order, too many items.
+    /// for it, a mesh has none, or where lists would not pay: rays in no order, too many
+    /// items.
     pub fn prepare(world: &World, raster: &Raster, mut tiles: Vec<Rect>) -> Option<ItemBuffer> {
         let boxes = world.item_boxes.as_ref()?;
+        if world.unbounded_meshes().next().is_some() {
+            return None;
+        }
         for rect in &mut tiles {
             if !rect.is_empty() {
                 *rect = rect.grown().grown();

@@ -11,7 +11,7 @@
 //! precision of f32, rectangles by the rounding of their own arithmetic, and a
 //! box that is not wholly before the plane through the origin covers everything.
 
-use crate::accel::{BoxRow, WIDE};
+use crate::accel::{BoxRow, SKEW, WIDE};
 use crate::math::lanes::{Lanes, Mask, Register, max, min};
 use crate::math::{Aabb32, Affine, unit};
 use glam::{DMat3, DVec3};
@@ -293,7 +293,7 @@ fn pad(org: [f32; 3], bounds: &Aabb32) -> [f32; 3] {
         low.abs().max(high.abs()).max(org[k].abs())
     });
     let most = reach[0].max(reach[1]).max(reach[2]);
-    reach.map(|r| r * (32.0 * f32::EPSILON) + most * 1e-11)
+    reach.map(|r| r * (32.0 * f32::EPSILON) + most * SKEW as f32)
 }
 
 /// Of the magnitudes of the linear part.

@@ -215,18 +215,25 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
                 Tester::<L, C, F>::new(world, packet).unbounded(query);
             }
         }
-        for (s, query) in queries.iter().enumerate() {
-            self.bundle.limit_t::<C, Q>(s, query.limit());
-        }
-        let Some(forest) = world.wide() else {
-            return 0;
-        };
         let TileScratch {
             top: stack,
             mesh: mesh_stack,
             streams,
             ..
         } = scratch;
+        if F::MESHES {
+            for (entry, id) in world.unbounded_meshes() {
+                let asking = |query: &Q| query.limit().ge(L::zero());
+                let active = queries.each_ref().map(asking);
+                self.as_stream::<C, Q>(entry, id, &active, queries, streams);
+            }
+        }
+        for (s, query) in queries.iter().enumerate() {
+            self.bundle.limit_t::<C, Q>(s, query.limit());
+        }
+        let Some(forest) = world.wide() else {
+            return 0;
+        };
         if let [only] = &world.entries[..] {
             self.entry::<C, F, Q>(only, queries, mesh_stack, streams);
             return self.doubtful::<C>();

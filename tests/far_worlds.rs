@@ -10,11 +10,13 @@ use common::{
 use glam::{DAffine3, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::geom::{Cone, Cuboid, Sphere};
-use lanecast::math::Aabb;
+use lanecast::math::{Aabb, Affine};
 use lanecast::plan::{Arithmetic, Kernels, native_width};
 use lanecast::reference::Reference;
 use lanecast::render::RenderConfig;
-use lanecast::scene::{Appearances, Camera, Edge, Light, MeshData, Scene, SceneBuilder};
+use lanecast::scene::{
+    Appearances, Camera, Edge, Light, MeshData, Operand, Operator, Scene, SceneBuilder,
+};
 use lanecast::trace::{HitId, ShadowCache};
 
 const RAYS: usize = 512;
@@ -118,27 +120,56 @@ fn far_rays_meet_what_their_rounding_meets() {
         let mut b = SceneBuilder::default();
         let (min, max) = (DVec3::splat(-1.0), DVec3::splat(1.0));
         let corners = Aabb::new(min, max).corners().map(|c| c.to_array());
-        let sides = [[0, 2, 1], [1, 2, 3], [4, 5, 6], [5, 7, 6]];
-        let sides = sides
+        let sides = [
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+        ];
+        let halves = sides
             .into_iter()
-            .chain([[0, 1, 4], [1, 5, 4], [2, 6, 3], [3, 6, 7]]);
+            .flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
         let mesh = MeshData {
             positions: corners.to_vec(),
-            triangles: sides.collect(),
+            triangles: halves.collect(),
             ..MeshData::default()
         };
         let shapes = [b.cuboid("", Cuboid { min, max }), b.mesh("", &mesh)];
         // From turned shapes to needles that lie obliquely in their own space.
         let decades = [0.0, 1.0, 3.0, 6.0][seed as usize % 4];
-        for i in 0..6 {
+        let oblique = |random: &mut Random| {
             let turn =
                 |r: &mut Random| DAffine3::from_axis_angle(r.vector().normalize(), 3.0 * r.unit());
             let axis = |r: &mut Random| libm::exp10(r.unit() * decades);
             let stretch = DVec3::new(axis(random), axis(random), axis(random));
-            let map = turn(random) * DAffine3::from_scale(stretch) * turn(random);
-            let map = DAffine3::from_translation(random.vector() * 2.0) * map;
-            let map = b.transform(map.into());
-            b.instance("", Edge::shape(shapes[i % 2]).transform(map));
+            turn(random) * DAffine3::from_scale(stretch) * turn(random)
+        };
+        let mut places = Vec::new();
+        // What is thinner than it is known, as operands so far away may be, is met or not by
+        // a slack that the judge knows a rounding apart: there the scan is asked instead.
+        let judged = seed % 8 < 4;
+        for i in 0..8 {
+            let shift = DAffine3::from_translation(random.vector() * 2.0);
+            let inner = shift * oblique(random);
+            let placed = b.transform(inner.into());
+            let shape = shapes[i % 2];
+            if judged {
+                b.instance("", Edge::shape(shape).transform(placed));
+                places.push(inner);
+                continue;
+            }
+            // Of what stands as it is, or is placed itself.
+            let outer = match i < 4 {
+                true => DAffine3::IDENTITY,
+                false => oblique(random),
+            };
+            let operand = Operand::shape(shape).transform(placed);
+            let solid = b.combination("", Operator::Union, &[operand]);
+            let placed = b.transform(outer.into());
+            b.instance("", Edge::shape(solid).transform(placed));
+            places.push(outer * inner);
         }
         let scene = b.finish().unwrap();
         let appearances = Appearances::of(&scene).unwrap();
@@ -146,21 +177,34 @@ fn far_rays_meet_what_their_rounding_meets() {
         let mut rays = RayColumns::default();
         let mut expected = Vec::new();
         while rays.len() < RAYS {
-            let row = appearances.get(&scene, random.below(6));
+            let place = places[random.below(8) as usize];
             let corner = corners[random.below(8) as usize];
-            let at = DVec3::from_array(row.world_from_object.point(corner));
+            let at = place.transform_point3(DVec3::from_array(corner));
             let mut dir = random.vector();
             let distance = libm::exp10(1.0 + 12.0 * random.unit().abs());
-            dir[random.below(3) as usize] = distance * row.world_from_object.norm();
+            dir[random.below(3) as usize] = distance * Affine::from(place).norm();
             let dir = dir.as_vec3();
             let org = at - dir.as_dvec3();
             rays.push(org, dir.to_array());
             let dir = dir.as_dvec3().to_array();
-            let hit = reference.nearest(org.to_array(), dir, f64::INFINITY);
-            expected.push(hit.map_or(HitId::NONE, |hit| HitId {
+            let asked = judged.then(|| reference.nearest(org.to_array(), dir, f64::INFINITY));
+            expected.push(asked.flatten().map_or(HitId::NONE, |hit| HitId {
                 instance: hit.instance,
                 primitive: hit.primitive,
             }));
+        }
+        if !judged {
+            let scan = World::build(&scene, &appearances, Structure::Linear);
+            let kernels = Kernels {
+                arithmetic: Arithmetic::F64,
+                lanes: 1,
+                needs: EVERYTHING,
+            };
+            expected = rays
+                .closest(&scan, &kernels)
+                .iter()
+                .map(|(_, id)| *id)
+                .collect();
         }
         hits += expected.iter().filter(|id| **id != HitId::NONE).count();
         for structure in structures().into_iter().chain([Structure::Nested]) {
@@ -183,6 +227,33 @@ fn far_rays_meet_what_their_rounding_meets() {
         }
     }
     assert!(hits > 8 * RAYS, "{hits}");
+}
+
+/// Where the operands' spaces blur, a combination has no box in the world either.
+#[test]
+fn combinations_of_oblique_needles_stand_outside_the_trees() {
+    let outside = |long: f64, outer: DAffine3| {
+        let mut b = SceneBuilder::default();
+        let (center, radius) = (DVec3::ZERO, 1.0);
+        let ball = b.sphere("", Sphere { center, radius });
+        let turn = DAffine3::from_rotation_z(0.7);
+        let needle = turn * DAffine3::from_scale(DVec3::new(long, 1.0, 1.0)) * turn;
+        let operand = Operand::shape(ball).transform(b.transform(needle.into()));
+        let solid = b.combination("", Operator::Union, &[operand]);
+        let placed = b.transform(outer.into());
+        b.instance("", Edge::shape(solid).transform(placed));
+        let scene = b.finish().unwrap();
+        let appearances = Appearances::of(&scene).unwrap();
+        let world = World::build(&scene, &appearances, Structure::Bvh);
+        world.unbounded_solids().count()
+    };
+    let scaled = DAffine3::from_scale(DVec3::new(1e-4, 1.0, 1.0));
+    assert_eq!(outside(1e6, DAffine3::IDENTITY), 1);
+    assert_eq!(outside(100.0, DAffine3::IDENTITY), 0);
+    assert_eq!(outside(100.0, DAffine3::from_scale(DVec3::splat(1e6))), 0);
+    // Neither map does, but both together.
+    assert_eq!(outside(1.0, scaled), 0);
+    assert_eq!(outside(100.0, scaled), 1);
 }
 
 /// Pictures of needles that lie obliquely in their own spaces: meshes and solids that no

@@ -30,6 +30,8 @@ const WILD: f64 = 8.0;
 pub struct Combined {
     pub solid: CsgSolid,
     pub shared_faces: SharedFaces,
+    /// The greatest of its frames.
+    condition: f64,
     /// Operands that every ray has to ask.
     always: Vec<u32>,
     /// Over the others, if they are many: those that its entries are, with their
@@ -108,11 +110,9 @@ impl Combined {
         let mut tree = None;
         // A tree's boxes have room for the roundings of rays, but not if these count
         // many times in the operands' spaces.
-        let wild = solid
-            .frames
-            .iter()
-            .any(|frame| frame.operand_from_solid.norm() * frame.solid_from_operand.norm() > WILD);
-        if bounded.len() > FEW && !wild {
+        let conditions = solid.frames.iter().map(|frame| frame.condition);
+        let condition = conditions.fold(1.0, f64::max);
+        if bounded.len() > FEW && condition <= WILD {
             let (built, order) = build(&boxes, &Quality::default());
             let entry = |i: &u32| (bounded[*i as usize], boxes[*i as usize]);
             tree = Some((built, order.iter().map(entry).collect()));
@@ -128,6 +128,7 @@ impl Combined {
             shared_faces: SharedFaces::of(tables, &solid),
             facets: facets.collect(),
             solid,
+            condition,
             always,
             tree,
         }
@@ -168,6 +169,17 @@ impl Combined {
         }
         let share = self.roughness * (2.0 * 32.0 / 2.5 * UNIT / unit);
         [share, share * self.size]
+    }
+
+    /// The box that an operand matters in, in the solid's space, and how many times a
+    /// rounding of a ray counts there; `None` where it has none.
+    #[inline]
+    pub fn box_around(&self, operand: &CsgOperand) -> Option<(Aabb, f64)> {
+        let frame = &self.solid.frames[operand.frame as usize];
+        let own = operand.bounds.map(|b| (b, frame.condition));
+        // What an operand without end does beyond all of the solid, does not matter; but
+        // that lies where the others are.
+        own.or(self.bounds.map(|b| (b, self.condition)))
     }
 
     /// Of a mesh that is an operand.

@@ -341,7 +341,7 @@ impl<'a> World<'a> {
     }
 }
 
-/// Placements of a greater [blur](Place::blur) have no box in world space: a ray's
+/// What [blurs](Place::blur) more has no box in world space: a ray's
 /// rounding on its way into the object's, seen from the world, would be more than the
 /// pads of structures have room for (docs/NUMERICS.md, "Boxes of structures").
 pub(super) const MAX_BLUR: f64 = 4096.0;
@@ -370,6 +370,11 @@ pub(super) fn entries(
 }
 
 fn entries_of(scene: &Scene, appearances: &Appearances, own: &[Aabb32]) -> Entries {
+    if !appearances.are_laid_out() {
+        // As where groups nest.
+        let center = Groups::of(scene, appearances, own.to_vec()).center();
+        return entries_about(scene, appearances, own, center);
+    }
     let near = entries_about(scene, appearances, own, DVec3::ZERO);
     let around = near
         .bounded
@@ -410,7 +415,13 @@ fn own_bounds(scene: &Tables, bounds: impl Fn(usize) -> Option<Aabb32>) -> Vec<A
     let shapes = scene.shapes.rows.iter().enumerate();
     let own = shapes.map(|(i, shape)| match shape {
         Shape::Mesh(id) => bounds(id.index()).unwrap_or(Aabb32::EMPTY),
-        _ => shape_bounds(scene, ShapeId(i as u32)).map_or(Aabb32::EVERYTHING, |b| b.outward()),
+        _ => {
+            let shape = ShapeId(i as u32);
+            let bounds = shape_bounds(scene, shape);
+            // A combination's operands are met in spaces of their own, too.
+            let bounds = bounds.filter(|_| scene.blur_of(shape).norm() <= MAX_BLUR);
+            bounds.map_or(Aabb32::EVERYTHING, |b| b.outward())
+        }
     });
     own.collect()
 }
@@ -427,10 +438,10 @@ impl Entry {
         center: DVec3,
     ) -> Entry {
         let placed = place.is_placed(scene, shape) || center != DVec3::ZERO;
-        let shape = scene.shapes.row(shape);
+        let (row, shape) = (shape, scene.shapes.row(shape));
         let bounds = if !placed || own == Aabb32::EVERYTHING {
             own
-        } else if place.blur() <= MAX_BLUR {
+        } else if place.blur(scene, row).norm() <= MAX_BLUR {
             let world = world_bounds(&own.widened(), place, center_of(scene, shape));
             Aabb::new(world.min - center, world.max - center).outward()
         } else {

@@ -5,10 +5,9 @@ use super::error::CliError;
 use super::output::{Results, check_destinations};
 use super::pipeline::{Prepared, prepare};
 use crate::accel::{Entry, World};
-use crate::math::Aabb32;
 use crate::measure::{Stats, Watch};
 use crate::plan::{remarks, searched, solved, unbounded};
-use crate::scene::{Shape, ShapeId, Tables};
+use crate::scene::{Shape, ShapeId, Tables, shape_bounds};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -77,14 +76,19 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
 
 /// A line about appearances that have bounds, but none in world space.
 fn blurred(world: &World) -> Option<String> {
-    let bounded = |entry: &&Entry| entry.own != Aabb32::EVERYTHING;
-    let count = world.unbounded.iter().filter(bounded).count();
-    (count > 0).then(|| {
-        format!(
-            "no tree holds {count} appearances, and every ray is tried on them: they are turned, \
-             scaled unevenly by thousands, and turned again; scale before the first turn"
-        )
-    })
+    let bounded = |entry: &&Entry| {
+        let row = world.appearances.get(world.scene, entry.appearance);
+        shape_bounds(world.scene, row.shape).is_some()
+    };
+    let which = match world.unbounded.iter().filter(bounded).count() {
+        0 => return None,
+        1 => "one appearance".to_owned(),
+        count => format!("{count} appearances"),
+    };
+    Some(format!(
+        "no tree holds {which}, and every ray is tried there: what is turned, scaled unevenly \
+         by thousands and turned again has no box that is sure; scale before the first turn"
+    ))
 }
 
 fn report(prepared: &Prepared, world: &World) -> Report {

@@ -14,7 +14,7 @@
 use super::check::{SceneError, children_first};
 use super::ids::{MaterialId, NodeId, ShapeId, TransformId};
 use super::nodes::Target;
-use super::{Edge, Shape, Tables};
+use super::{Blur, Edge, Shape, Tables};
 use crate::math::Affine;
 use glam::DVec3;
 use std::borrow::Cow;
@@ -348,20 +348,10 @@ impl Place {
         is_placed(scene, shape, &self.object_from_world)
     }
 
-    /// How much a relative rounding of each coordinate in object space may be in world
-    /// space, of the largest coordinate there: the ∞-norm of |M⁻¹|·|M| (Bauer's and
-    /// Skeel's condition number). 1 where axes are only scaled and swapped, at most 3
-    /// where a scaled shape is turned, up to the condition where a turned one is scaled.
-    pub fn blur(&self) -> f64 {
-        let (outward, inward) = (
-            self.world_from_object.linear(),
-            self.object_from_world.linear(),
-        );
-        let row = |r: usize| -> f64 {
-            let through = |k: usize| inward.iter().map(|c| c[k].abs()).sum::<f64>();
-            (0..3).map(|k| outward[k][r].abs() * through(k)).sum()
-        };
-        row(0).max(row(1)).max(row(2))
+    /// Of a shape that is here.
+    pub fn blur(&self, scene: &Tables, shape: ShapeId) -> Blur {
+        let own = scene.blur_of(shape);
+        own.through(&self.object_from_world, &self.world_from_object)
     }
 
     fn of(&self, shape: ShapeId, root: u32) -> Appearance {

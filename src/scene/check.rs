@@ -231,7 +231,7 @@ pub(super) fn check(scene: &mut Tables) -> Result<(), SceneError> {
     let order = combinations::combinations(scene)?;
     check_rows(scene)?;
     combinations::meshes(scene)?;
-    scene.combinations.bounds = combination_bounds(scene, &order);
+    (scene.combinations.bounds, scene.combinations.blur) = combination_bounds(scene, &order);
     graph::appearances(scene)
 }
 

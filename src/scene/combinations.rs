@@ -2,6 +2,7 @@
 //! transforms and may be combinations themselves. A DAG, as nodes are; what it
 //! unfolds into is derived ([`CsgSolid`](super::CsgSolid)).
 
+use super::Blur;
 use super::ids::{CombinationId, MaterialId, ShapeId, TransformId};
 use crate::csg::Operator;
 use crate::math::Aabb;
@@ -51,6 +52,8 @@ pub struct Combinations {
     pub operands: Vec<Operand>,
     /// Object space; `None` of those without. Filled by the check.
     pub(super) bounds: Vec<Option<Aabb>>,
+    /// Of the operands' spaces, in object space. Filled by the check.
+    pub(super) blur: Vec<Blur>,
 }
 
 impl Combinations {

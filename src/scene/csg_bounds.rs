@@ -2,7 +2,7 @@
 
 use super::ids::{CombinationId, ShapeId};
 use super::shapes::Shape;
-use super::{Operand, Tables, shape_bounds};
+use super::{Blur, Operand, Tables, shape_bounds};
 use crate::csg::Operator;
 use crate::geom::HalfSpace;
 use crate::geom::hull::of_planes;
@@ -37,9 +37,9 @@ pub(crate) fn operand_bounds(tables: &Tables, operand: &Operand) -> Option<Aabb>
     }
 }
 
-/// Boxes of all combinations; `None` of those without bounds. `order`: operands
-/// first.
-pub(super) fn combination_bounds(tables: &Tables, order: &[u32]) -> Vec<Option<Aabb>> {
+/// Boxes of all combinations, `None` of those without bounds, and what their operands'
+/// spaces blur. `order`: operands first.
+pub(super) fn combination_bounds(tables: &Tables, order: &[u32]) -> (Vec<Option<Aabb>>, Vec<Blur>) {
     let table = &tables.combinations;
     let mut extents = vec![Extent::default(); table.len()];
     for row in order {
@@ -51,6 +51,7 @@ pub(super) fn combination_bounds(tables: &Tables, order: &[u32]) -> Vec<Option<A
         let all: Vec<Extent> = table.operands(id).iter().map(of).collect();
         let greatest = |of: fn(&Extent) -> f64| all.iter().map(of).fold(0.0, f64::max);
         let (condition, reach) = (greatest(|e| e.condition), greatest(|e| e.reach));
+        let spaces = all.iter().fold(Blur::NONE, |most, e| most.max(&e.blur));
         let blur = condition * reach * (64.0 * f64::EPSILON);
         let inside = || all.iter().map(|extent| &extent.inside);
         let outside = || all.iter().map(|extent| &extent.outside);
@@ -73,9 +74,12 @@ pub(super) fn combination_bounds(tables: &Tables, order: &[u32]) -> Vec<Option<A
             outside,
             condition,
             reach,
+            blur: spaces,
         };
     }
-    extents.iter().map(|extent| extent.inside.bounds).collect()
+    let rows = extents.iter();
+    rows.map(|extent| (extent.inside.bounds, extent.blur))
+        .unzip()
 }
 
 /// What holds a set of points.
@@ -167,6 +171,7 @@ struct Extent {
     outside: Region,
     condition: f64,
     reach: f64,
+    blur: Blur,
 }
 
 impl Default for Extent {
@@ -176,6 +181,7 @@ impl Default for Extent {
             outside: Region::default(),
             condition: 1.0,
             reach: 0.0,
+            blur: Blur::NONE,
         }
     }
 }
@@ -242,6 +248,7 @@ impl Extent {
             outside: moved(&self.outside),
             condition,
             reach,
+            blur: self.blur.through(&inverse, local),
         }
     }
 }

@@ -6,6 +6,7 @@
 //! plan) are values of their own, never in here.
 
 mod appearances;
+mod blur;
 mod bounds;
 mod builder;
 mod builtin;
@@ -37,6 +38,7 @@ mod transforms;
 
 pub use crate::csg::Operator;
 pub use appearances::{Appearance, Appearances, MAX_APPEARANCES, MAX_DEPTH, MAX_LAID_OUT, Place};
+pub use blur::Blur;
 pub use bounds::shape_bounds;
 pub use builder::SceneBuilder;
 pub use builtin::builtin;

@@ -244,13 +244,11 @@ fn collect_implicit<'a>(
 ) {
     let solid = &combined.solid;
     let operand = &solid.operands[number as usize];
-    let frame = &solid.frames[operand.frame as usize];
     let Some(own) = own_line(solid, line, number) else {
         return;
     };
-    // What an operand without end does beyond all of the solid, does not matter.
-    let between = match operand.bounds.or(combined.bounds) {
-        Some(bounds) => line.part_in(&bounds, frame.condition),
+    let between = match combined.box_around(operand) {
+        Some((bounds, condition)) => line.part_in(&bounds, condition),
         None => Some([f64::NEG_INFINITY, f64::INFINITY]),
     };
     let Some(between) = between else {

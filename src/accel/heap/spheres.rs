@@ -1,10 +1,10 @@
 //! Bounding spheres of a tree's nodes, in columns of their own, and where rays
 //! are inside them.
 //!
-//! Lengths are measured in R, the largest distance from the ray's origin that
-//! the tree has, so that no square overflows or vanishes. A t in the padded
-//! interval of an entry's box lies, on each axis, within δ = 32·u·R of the box
-//! by [`Slabs`], and 6·u·R for its roundings; so within √3·38·u < 66·u of the
+//! Lengths are measured in R = δ/(32·u), δ the largest pad of the slabs': no less
+//! than the largest distance from the ray's origin that the tree has, so that no
+//! square overflows or vanishes. A t in the padded interval of an entry's box lies,
+//! on each axis, within 32·u·R of the box by [`Slabs`], and 6·u·R for its roundings; so within √3·38·u < 66·u of the
 //! sphere. Origin and direction are recovered from the slabs' constants (some
 //! 9·u), and the distance of the centre from the ray comes with another 18·u. A
 //! radius grown by 128·u therefore covers every such t, with more than 30·u to

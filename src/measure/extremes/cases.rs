@@ -45,12 +45,30 @@ pub fn seen(subject: Subject, stand: &Stand, rays: usize, random: &mut Random) -
 
 /// The object under a transform, from about four of its own radii away.
 pub fn placed(subject: Subject, map: DAffine3, rays: usize, random: &mut Random) -> Case {
+    placed_from(4.0, subject, map, rays, random)
+}
+
+/// The same, from another distance.
+pub fn placed_from(
+    distance: f64,
+    subject: Subject,
+    map: DAffine3,
+    rays: usize,
+    random: &mut Random,
+) -> Case {
     let mut scene = SceneBuilder::default();
     let shapes = shapes(subject, &mut scene, &Stand::HERE);
     place(&mut scene, &shapes, Some(map));
     let target = |r: &mut Random| map.transform_point3(r.in_ball());
-    let rays = at_targets(rays, 4.0, random, target);
+    let rays = at_targets(rays, distance, random, target);
     Case { scene, rays }
+}
+
+/// A transform of this condition: turned, squeezed and turned again.
+pub fn sheared(condition: f64, random: &mut Random) -> DAffine3 {
+    let scale = DVec3::new(1.0, 1.0 / condition.sqrt(), 1.0 / condition);
+    let inner = rotation(random);
+    DAffine3::from_mat3(rotation(random) * DMat3::from_diagonal(scale) * inner)
 }
 
 /// A chain of nodes with the object at its end.

@@ -2,8 +2,8 @@
 
 use super::Case;
 use super::cases::{
-    AWAY, along_planes, chain, decades, directed, every, near_edges, placed, power, scaled, seen,
-    slivers, small_spheres, tangent, turned,
+    AWAY, along_planes, chain, decades, directed, every, near_edges, placed, placed_from, power,
+    scaled, seen, sheared, slivers, small_spheres, tangent, turned,
 };
 use super::objects::{Stand, place, rotation, shapes};
 use super::rays::{Random, at_targets, rounded};
@@ -190,11 +190,17 @@ pub const SWEEPS: &[Sweep] = &[
         axis: "condition of the transform",
         subjects: BOTH,
         values: || decades(0, 12),
+        case: |subject, value, rays, random| placed(subject, sheared(value, random), rays, random),
+    },
+    Sweep {
+        name: "far-condition",
+        title: "The same, by rays that come from a million radii away",
+        axis: "condition of the transform",
+        subjects: BOTH,
+        values: || decades(0, 9),
         case: |subject, value, rays, random| {
-            let scale = DVec3::new(1.0, 1.0 / value.sqrt(), 1.0 / value);
-            let inner = rotation(random);
-            let map = rotation(random) * DMat3::from_diagonal(scale) * inner;
-            placed(subject, DAffine3::from_mat3(map), rays, random)
+            let map = sheared(value, random);
+            placed_from(1e6, subject, map, rays, random)
         },
     },
     Sweep {

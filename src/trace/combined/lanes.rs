@@ -210,7 +210,10 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
         let here = if C::GUARDED { u32::MAX } else { own[i] as u32 };
         if let Shape::Mesh(_) | Shape::LevelSet(_) = operand.shape {
             let missed = match &operand.bounds {
-                Some(bounds) => passes(&bounds.outward(), ray, part),
+                Some(bounds) => {
+                    let frame = &combined.solid.frames[operand.frame as usize];
+                    passes((bounds, frame.condition), ray, part)
+                }
                 None => L::Mask::splat(false),
             };
             unsure |= track.start(&Ends::none_or_unknown(missed), ray.t_min);

@@ -421,7 +421,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
     }
 
     /// A mesh in whose space the rays do not advance together, or are too far from
-    /// each other to be met as one volume.
+    /// each other to be met as one volume; or one that no tree has.
     #[inline(never)]
     fn as_stream<C: Certainty, Q: Query<L>>(
         &self,

@@ -5,20 +5,37 @@ use crate::geom::exact::Line;
 use crate::geom::guarded::implicit::Boundaries;
 use crate::geom::guarded::{self, Ends, ObjectRay};
 use crate::geom::{
-    Certainty, Cuboid, HalfSpace, Ray, by_solver, cone, cuboid, ellipsoid, half_space, quadric,
-    sphere,
+    Certainty, HalfSpace, Ray, by_solver, cone, cuboid, ellipsoid, half_space, quadric, sphere,
 };
 use crate::math::lanes::{Lanes, Mask, Scalar};
-use crate::math::{Aabb32, Vec3, unit};
+use crate::math::{Aabb, Vec3, unit};
 use crate::scene::{CsgOperand, ImplicitId, Shape, Tables};
 use crate::trace::packet::Packet;
 use crate::trace::query::next_up;
+use glam::DVec3;
+
+/// Where slabs were left open: no part of a ray to look for roots in.
+const FARTHEST: f64 = 1e300;
+
+/// The part of each ray in a box in the solid's space, with room for its roundings in
+/// operands' spaces, each of which counts `condition` times. Empty (enter > exit) outside.
+#[inline(always)]
+fn part_in<L: Lanes>((org, dir): (Vec3<L>, Vec3<L>), bounds: &Aabb, condition: f64) -> (L, L) {
+    let slabs = Slabs::new(org, dir, &bounds.outward());
+    // As `Line::part_in`; of the box itself it is in there. Its rounding is in the pad.
+    let slack = org.max_abs() * L::from_f64(condition * (32.0 * f64::EPSILON));
+    let side = |side: DVec3, slack: L| side.to_array().map(|x| L::from_f64(x) + slack);
+    slabs.interval_each(side(bounds.min, -slack), side(bounds.max, slack))
+}
 
 /// The lanes that are certainly not in a box between two t.
 #[inline(always)]
-pub(super) fn passes<L: Lanes>(bounds: &Aabb32, ray: &Ray<L>, [from, to]: [L; 2]) -> L::Mask {
-    let slabs = Slabs::new(ray.org, ray.dir, bounds);
-    let (enter, exit) = slabs.interval(bounds.min, bounds.max);
+pub(super) fn passes<L: Lanes>(
+    (bounds, condition): (&Aabb, f64),
+    ray: &Ray<L>,
+    [from, to]: [L; 2],
+) -> L::Mask {
+    let (enter, exit) = part_in((ray.org, ray.dir), bounds, condition);
     !enter.max(from).le(exit.min(to))
 }
 
@@ -57,8 +74,7 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         active: L::Mask,
         rows: &mut Vec<[L; 3]>,
     ) -> Boundaries<L> {
-        // What an operand without end does beyond all of the solid, does not matter.
-        let Some(bounds) = operand.bounds.or(combined.bounds) else {
+        let Some((bounds, condition)) = combined.box_around(operand) else {
             return Boundaries {
                 inside: L::Mask::splat(false),
                 unsure: active,
@@ -66,14 +82,12 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         };
         let own = self.own;
         let t_min = own.ray.t_min.widen();
-        let ray = Ray::<L::Double>::new(own.org, own.dir, t_min);
-        let (min, max) = (bounds.min, bounds.max);
-        let part = ObjectRay::new(&own.org, &own.dir, &ray);
-        let part = guarded::cuboid::ends(&Cuboid { min, max }, &part);
-        let (start, end) = (part.enter[0].max(t_min), part.exit[2]);
+        let (enter, exit) = part_in((own.org, own.dir), &bounds, condition);
+        let (start, end) = (enter.max(t_min), exit);
+        let farthest = start.abs().max(end.abs());
         let bits = |mask: <L::Double as Lanes>::Mask| L::Mask::from_bits(mask.bits());
-        let apart = bits(part.none | part.some & !start.lt(end));
-        let known = active & bits(part.some) & !apart;
+        let apart = bits(!start.lt(end));
+        let known = active & !apart & bits(farthest.lt(<L::Double as Lanes>::from_f64(FARTHEST)));
         let zero = <L::Double as Lanes>::zero();
         let astray = match combined.solid.frames.len() {
             1 => zero,
@@ -105,8 +119,7 @@ impl<'a, L: Lanes> Spaces<'a, L> {
     ) -> Boundaries<L> {
         let (solver, first) = (tables.implicits.solver(row), rows.len());
         let tape = &tables.implicits.tape[row.index()];
-        let bounds = operand.bounds.or(combined.bounds);
-        let condition = combined.solid.frames[operand.frame as usize].condition;
+        let bounds = combined.box_around(operand);
         let (mut inside, mut found) = (0, Vec::new());
         let mut bits = active.bits();
         while bits != 0 {
@@ -120,7 +133,7 @@ impl<'a, L: Lanes> Spaces<'a, L> {
             let t_min = self.own.ray.t_min.lane(lane).to_f64();
             let all = [t_min, f64::INFINITY];
             let part = match &bounds {
-                Some(bounds) => own.part_in(bounds, condition),
+                Some((bounds, condition)) => own.part_in(bounds, *condition),
                 None => Some(all),
             };
             let Some([from, to]) = part.map(|[from, to]| [from.max(t_min), to]) else {

@@ -7,6 +7,8 @@ mod common;
 mod asked;
 #[path = "csg/coincidence.rs"]
 mod coincidence;
+#[path = "csg/corners.rs"]
+mod corners;
 #[path = "csg/frames.rs"]
 mod frames;
 #[path = "csg/gaps.rs"]

@@ -431,13 +431,20 @@ fn span<N: Number>(of: &Primitive, ray: &Ray) -> Result<Inside<N>, N::Doubt> {
     };
     let (since_ever, for_ever) = (always(true)?, always(false)?);
     let (mut least, mut greatest): (Option<Meeting<N>>, Option<Meeting<N>>) = (None, None);
+    let rank = |met: &Meeting<N>| rank(of.shape, met.face);
     for met in super::solids::ends(&faces)? {
         let before = match &least {
-            Some(least) => met.t.order(&least.t)?.is_lt(),
+            Some(least) => {
+                let first = rank(&met).cmp(&rank(least));
+                met.t.order(&least.t)?.then(first).is_lt()
+            }
             None => true,
         };
         let behind = match &greatest {
-            Some(greatest) => met.t.order(&greatest.t)?.is_gt(),
+            Some(greatest) => {
+                let first = rank(greatest).cmp(&rank(&met));
+                met.t.order(&greatest.t)?.then(first).is_gt()
+            }
             None => true,
         };
         if before {
@@ -456,6 +463,16 @@ fn span<N: Number>(of: &Primitive, ray: &Ray) -> Result<Inside<N>, N::Doubt> {
     let enter = (!since_ever).then_some(least);
     let exit = (!for_ever).then_some(greatest);
     Ok((since_ever, enter.into_iter().chain(exit).collect()))
+}
+
+/// Of several faces that are met at one t, the one of the lowest rank counts: of boxes
+/// by axis, of cylinders and cones a cap before the side, of polyhedra by their order.
+fn rank(shape: Shape, face: usize) -> usize {
+    match shape {
+        Shape::Cuboid(_) => face % 3,
+        Shape::Cylinder(_) | Shape::Cone(_) => usize::from(face == 0),
+        _ => face,
+    }
 }
 
 /// What is still to be written down.

@@ -1,0 +1,104 @@
+//! Corners and rims of oblique operands, met from far away: several faces at one t, whose
+//! slacks differ.
+
+use super::asked::{Asked, RIGHT, kernels};
+use super::common::{Random, RayColumns};
+use glam::{DAffine3, DVec3};
+use lanecast::accel::{Structure, World};
+use lanecast::geom::{Cone, Cuboid, Cylinder, HalfSpace};
+use lanecast::math::{Aabb, Affine};
+use lanecast::reference::Reference;
+use lanecast::scene::{Edge, Operand, Operator, SceneBuilder, ShapeId};
+use lanecast::trace::HitId;
+
+const RAYS: usize = 512;
+
+/// A shape within a cube of ±1, and points where its faces come together.
+fn shape(b: &mut SceneBuilder, kind: u64) -> (ShapeId, Vec<DVec3>) {
+    let (min, max) = (DVec3::splat(-1.0), DVec3::splat(1.0));
+    let corners = Aabb::new(min, max).corners();
+    let (base, top, open) = (-DVec3::Y, DVec3::Y, false);
+    let rims = |at_top: f64| {
+        let across = [DVec3::X, DVec3::Z, -DVec3::X, -DVec3::Z];
+        let rim = |a: DVec3| [a - DVec3::Y, a * at_top + DVec3::Y];
+        across.into_iter().flat_map(rim).collect()
+    };
+    match kind {
+        0 => (b.cuboid("", Cuboid { min, max }), corners.to_vec()),
+        1 => {
+            let sides = DVec3::AXES.iter().flat_map(|axis| [*axis, -*axis]);
+            let planes = sides.map(|normal| HalfSpace {
+                normal,
+                offset: 1.0,
+            });
+            let planes: Vec<HalfSpace> = planes.collect();
+            (b.polyhedron("", &planes, &corners), corners.to_vec())
+        }
+        2 => {
+            let row = Cylinder {
+                base,
+                top,
+                radius: 1.0,
+                open,
+            };
+            (b.cylinder("", row), rims(1.0))
+        }
+        _ => {
+            let row = Cone {
+                base,
+                top,
+                base_radius: 1.0,
+                top_radius: 0.5,
+                open,
+            };
+            (b.cone("", row), rims(0.5))
+        }
+    }
+}
+
+#[test]
+fn corners_of_oblique_operands_are_met_as_the_judge_says() {
+    let mut hits = 0;
+    for seed in 0..160 {
+        let random = &mut Random(seed);
+        let turn =
+            |r: &mut Random| DAffine3::from_axis_angle(r.vector().normalize(), 3.0 * r.unit());
+        let axis = |r: &mut Random| libm::exp10(r.unit() * 3.0);
+        let stretch = DVec3::new(axis(random), axis(random), axis(random));
+        let map = turn(random) * DAffine3::from_scale(stretch) * turn(random);
+        let map = DAffine3::from_translation(random.vector() * 2.0) * map;
+        let mut points = Vec::new();
+        let asked = Asked::new(|b| {
+            let operand;
+            (operand, points) = shape(b, seed % 4);
+            let operand = Operand::shape(operand).transform(b.transform(map.into()));
+            let solid = b.combination("", Operator::Union, &[operand]);
+            b.instance("", Edge::shape(solid));
+        });
+        let reference = Reference::brute_force(&asked.scene, &asked.appearances).unwrap();
+        let mut rays = RayColumns::default();
+        let mut expected = Vec::new();
+        while rays.len() < RAYS {
+            let point = points[random.below(points.len() as u64) as usize];
+            let at = map.transform_point3(point);
+            let mut dir = random.vector();
+            let distance = libm::exp10(1.0 + 12.0 * random.unit().abs());
+            dir[random.below(3) as usize] = distance * Affine::from(map).norm();
+            let dir = dir.as_vec3();
+            let (org, wide) = (at - dir.as_dvec3(), dir.as_dvec3());
+            rays.push(org, dir.to_array());
+            let hit = reference.nearest(org.to_array(), wide.to_array(), f64::INFINITY);
+            expected.push(hit.is_some());
+        }
+        hits += expected.iter().filter(|hit| **hit).count();
+        let world = World::build(&asked.scene, &asked.appearances, Structure::Bvh);
+        for arithmetic in RIGHT {
+            let found = rays.closest(&world, &kernels(arithmetic));
+            for (i, ((_, id), expected)) in found.iter().zip(&expected).enumerate() {
+                let (ray, met) = (rays.ray(i), *id != HitId::NONE);
+                assert_eq!(met, *expected, "{seed}, {arithmetic:?}: {ray:?}");
+            }
+        }
+    }
+    assert!(hits > 10_000, "{hits}");
+}

@@ -113,13 +113,9 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
         if F::SOLIDS {
             self.unbounded(query);
         }
-        if F::MESHES {
-            for (entry, id) in self.world.unbounded_meshes() {
-                if let Some(tree) = &forest.meshes[id.index()] {
-                    let active = self.packet.ray.t_min.lt(query.limit());
-                    self.mesh(entry, id, tree, active, query, mesh, count);
-                }
-            }
+        if F::MESHES && self.world.unbounded_meshes().next().is_some() {
+            Tester::<L, C, Everything>::new(self.world, self.packet)
+                .meshes_outside(forest, query, mesh, count);
         }
         forest.top.walk(
             &self.packet.slabs,
@@ -336,6 +332,24 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
 }
 
 impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
+    /// The meshes that stand outside the trees. One instance for all sets of features, as
+    /// of solids: a walk more in each cost minutes of build time.
+    #[inline(never)]
+    fn meshes_outside<Q: Query<L>, A: Index, N: Count>(
+        &self,
+        forest: &Forest<A>,
+        query: &mut Q,
+        scratch: &mut A::Scratch<L>,
+        count: &N,
+    ) {
+        for (entry, id) in self.world.unbounded_meshes() {
+            if let Some(tree) = &forest.meshes[id.index()] {
+                let active = self.packet.ray.t_min.lt(query.limit());
+                self.mesh(entry, id, tree, active, query, scratch, count);
+            }
+        }
+    }
+
     #[inline(never)]
     fn solid_of_any<Q: Query<L>>(&self, entry: &Entry, active: L::Mask, query: &mut Q) {
         if let Shape::Combination(id) = entry.shape {

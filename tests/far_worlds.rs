@@ -140,11 +140,9 @@ fn far_rays_meet_what_their_rounding_meets() {
         // From turned shapes to needles that lie obliquely in their own space.
         let decades = [0.0, 1.0, 3.0, 6.0][seed as usize % 4];
         let oblique = |random: &mut Random| {
-            let turn =
-                |r: &mut Random| DAffine3::from_axis_angle(r.vector().normalize(), 3.0 * r.unit());
             let axis = |r: &mut Random| libm::exp10(r.unit() * decades);
             let stretch = DVec3::new(axis(random), axis(random), axis(random));
-            turn(random) * DAffine3::from_scale(stretch) * turn(random)
+            random.oblique(stretch)
         };
         let mut places = Vec::new();
         for i in 0..8 {
@@ -259,11 +257,9 @@ fn pictures_of_what_has_no_box_are_the_same() {
                 0 => b.mesh("", &random_mesh(random)),
                 _ => random_shape(&mut b, random),
             };
-            let turn =
-                |r: &mut Random| DAffine3::from_axis_angle(r.vector().normalize(), 3.0 * r.unit());
             let long = if i % 2 == 0 { 1e6 } else { 2.0 };
             let stretch = DVec3::new(long, 1.0, 1.0 + random.unit().abs());
-            let map = turn(random) * DAffine3::from_scale(stretch) * turn(random);
+            let map = random.oblique(stretch);
             let map = DAffine3::from_translation(random.vector() * 2.0) * map;
             let map = b.transform(map.into());
             b.instance("", Edge::shape(shape).transform(map));

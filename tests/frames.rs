@@ -247,6 +247,32 @@ fn fitted_trees_contain_everything() {
     }
 }
 
+/// How a scene's worlds came about, each from the one before.
+fn follow(
+    mut scene: Scene,
+    times: [f64; 4],
+    worst: f64,
+    mut see: impl FnMut(f64, &World),
+) -> Vec<Renewal> {
+    let mut renewals = Vec::new();
+    let mut kept: Option<Kept> = None;
+    for time in times {
+        scene = scene.at(time).unwrap();
+        let appearances = Appearances::of(&scene).unwrap();
+        let (world, renewal) = match kept.take() {
+            None => (
+                World::build(&scene, &appearances, Structure::Bvh),
+                Renewal::Built,
+            ),
+            Some(kept) => World::next(kept, &scene, &appearances, Structure::Bvh, worst),
+        };
+        see(time, &world);
+        renewals.push(renewal);
+        kept = Some(world.keep());
+    }
+    renewals
+}
+
 #[test]
 fn a_tree_that_has_grown_too_dear_is_built_again() {
     let mut scene = SceneBuilder::default();
@@ -264,22 +290,8 @@ fn a_tree_that_has_grown_too_dear_is_built_again() {
         let id = scene.moving(moved(DVec3::X * x), &[key(1.0, far)]);
         scene.instance("", Edge::shape(ball).transform(id));
     }
-    let mut scene = completed(scene.finish().unwrap()).scene;
-    let mut renewals = Vec::new();
-    let mut kept: Option<Kept> = None;
-    for time in [0.0, 1e-6, 1.0, 1.0] {
-        scene = scene.at(time).unwrap();
-        let appearances = Appearances::of(&scene).unwrap();
-        let (world, renewal) = match kept.take() {
-            None => (
-                World::build(&scene, &appearances, Structure::Bvh),
-                Renewal::Built,
-            ),
-            Some(kept) => World::next(kept, &scene, &appearances, Structure::Bvh, WORST_REFIT),
-        };
-        renewals.push(renewal);
-        kept = Some(world.keep());
-    }
+    let times = [0.0, 1e-6, 1.0, 1.0];
+    let renewals = follow(scene.finish().unwrap(), times, WORST_REFIT, |_, _| ());
     use Renewal::{Built, Rebuilt, Refitted};
     assert_eq!(renewals, [Built, Refitted, Rebuilt, Refitted]);
 }
@@ -298,28 +310,20 @@ fn a_placement_that_comes_to_blur_leaves_the_tree() {
         let id = scene.moving(moved(to), keys);
         scene.instance("", Edge::shape(mesh).transform(id));
     }
-    let mut scene = completed(scene.finish().unwrap()).scene;
-    let mut renewals = Vec::new();
-    let mut kept: Option<Kept> = None;
-    for time in [0.0, 1.0, 1.0, 0.0] {
-        scene = scene.at(time).unwrap();
-        let appearances = Appearances::of(&scene).unwrap();
-        let (world, renewal) = match kept.take() {
-            None => (
-                World::build(&scene, &appearances, Structure::Bvh),
-                Renewal::Built,
-            ),
-            Some(kept) => World::next(kept, &scene, &appearances, Structure::Bvh, f64::INFINITY),
-        };
-        let outside = if time == 1.0 { 2 } else { 0 };
-        assert_eq!(world.unbounded.len(), outside);
-        assert_eq!(world.entries.len(), 9 - outside);
-        for id in 0..9 {
-            assert_eq!(world.entry_of(id).appearance, id);
-        }
-        renewals.push(renewal);
-        kept = Some(world.keep());
-    }
+    let times = [0.0, 1.0, 1.0, 0.0];
+    let renewals = follow(
+        scene.finish().unwrap(),
+        times,
+        f64::INFINITY,
+        |time, world| {
+            let outside = if time == 1.0 { 2 } else { 0 };
+            assert_eq!(world.unbounded.len(), outside);
+            assert_eq!(world.entries.len(), 9 - outside);
+            for id in 0..9 {
+                assert_eq!(world.entry_of(id).appearance, id);
+            }
+        },
+    );
     use Renewal::{Built, Rebuilt, Refitted};
     assert_eq!(renewals, [Built, Rebuilt, Refitted, Rebuilt]);
 }

@@ -162,10 +162,8 @@ fn badly_conditioned_boxes_hold_every_corner() {
         let mut scene = SceneBuilder::default();
         let shape = scene.mesh("", &random_mesh(random));
         let power = |r: &mut Random| libm::pow(10.0, r.unit() * 6.0);
-        let turn =
-            |r: &mut Random| DAffine3::from_axis_angle(r.vector().normalize(), r.unit() * 3.0);
         let stretch = DVec3::new(power(random), power(random), power(random));
-        let map = turn(random) * DAffine3::from_scale(stretch) * turn(random);
+        let map = random.oblique(stretch);
         let map = DAffine3::from_translation(random.vector() * power(random)) * map;
         let transform = scene.transform(map.into());
         scene.instance("", Edge::shape(shape).transform(transform));

@@ -333,7 +333,7 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
 
 impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
     /// The meshes that stand outside the trees. One instance for all sets of features, as
-    /// of solids: a walk more in each cost minutes of build time.
+    /// of solids: one more walk in each would cost build time, and gain nothing.
     #[inline(never)]
     fn meshes_outside<Q: Query<L>, A: Index, N: Count>(
         &self,

@@ -60,12 +60,8 @@ pub fn hard_scene(seed: u64) -> Scene {
             for _ in 0..8 {
                 let shape = random_shape(&mut scene, random);
                 let axis = |r: &mut Random| libm::pow(10.0, r.unit() * 5.0);
-                let stretch =
-                    DAffine3::from_scale(DVec3::new(axis(random), axis(random), axis(random)));
-                let turn = |r: &mut Random| {
-                    DAffine3::from_axis_angle(r.vector().normalize(), r.unit() * 3.0)
-                };
-                let map = turn(random) * stretch * turn(random);
+                let stretch = DVec3::new(axis(random), axis(random), axis(random));
+                let map = random.oblique(stretch);
                 let map = DAffine3::from_translation(random.vector() * 10.0) * map;
                 let transform = scene.transform(map.into());
                 scene.instance("", Edge::shape(shape).transform(transform));

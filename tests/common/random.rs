@@ -29,6 +29,16 @@ impl Random {
         DVec3::new(self.unit(), self.unit(), self.unit())
     }
 
+    /// About any axis, by up to 3 radians either way.
+    pub fn turn(&mut self) -> DAffine3 {
+        DAffine3::from_axis_angle(self.vector().normalize(), 3.0 * self.unit())
+    }
+
+    /// Turned, stretched and turned again.
+    pub fn oblique(&mut self, stretch: DVec3) -> DAffine3 {
+        self.turn() * DAffine3::from_scale(stretch) * self.turn()
+    }
+
     pub fn size(&mut self) -> f64 {
         0.1 + 0.5 * self.unit().abs()
     }

@@ -61,11 +61,9 @@ fn corners_of_oblique_operands_are_met_as_the_judge_says() {
     let mut hits = 0;
     for seed in 0..160 {
         let random = &mut Random(seed);
-        let turn =
-            |r: &mut Random| DAffine3::from_axis_angle(r.vector().normalize(), 3.0 * r.unit());
         let axis = |r: &mut Random| libm::exp10(r.unit() * 3.0);
         let stretch = DVec3::new(axis(random), axis(random), axis(random));
-        let map = turn(random) * DAffine3::from_scale(stretch) * turn(random);
+        let map = random.oblique(stretch);
         let map = DAffine3::from_translation(random.vector() * 2.0) * map;
         let mut points = Vec::new();
         let asked = Asked::new(|b| {

@@ -4,14 +4,15 @@
 //! Lengths are measured in R = δ/(32·u), δ the largest pad of the slabs': no less
 //! than the largest distance from the ray's origin that the tree has, so that no
 //! square overflows or vanishes. A t in the padded interval of an entry's box lies,
-//! on each axis, within 32·u·R of the box by [`Slabs`], and 6·u·R for its roundings; so within √3·38·u < 66·u of the
-//! sphere. Origin and direction are recovered from the slabs' constants (some
-//! 9·u), and the distance of the centre from the ray comes with another 18·u. A
-//! radius grown by 128·u therefore covers every such t, with more than 30·u to
-//! spare, which is more than the rounding of r² − d², whose terms are at most 4
-//! and which grows by twice r·30·u. The half chord is then at least the true
-//! one, and the pad of 128·u in t covers the products that lead there, each at
-//! most 4 and rounded less than 10 times. NaN means everywhere.
+//! on each axis, within 32·u·R of the box by [`Slabs`], and 6·u·R for its
+//! roundings; so within √3·38·u < 66·u of the sphere. Origin and direction are
+//! recovered from the slabs' constants (some 9·u), and the distance of the centre
+//! from the ray comes with another 18·u. A radius grown by 128·u therefore covers
+//! every such t, with more than 30·u to spare, which is more than the rounding of
+//! r² − d², whose terms are at most 4 and which grows by twice r·30·u. The half
+//! chord is then at least the true one, and the pad of 128·u in t covers the
+//! products that lead there, each at most 4 and rounded less than 10 times. NaN
+//! means everywhere.
 
 use super::Volumes;
 use crate::accel::bvh::{Node, Tree, WIDTH};

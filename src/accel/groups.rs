@@ -103,7 +103,7 @@ impl Groups {
         self.nodes[node.index()].as_ref()
     }
 
-    /// World space, about `center`; holds the boxes of all appearances as
+    /// World space, about `center`; holds the boxes of all appearances that have one, as
     /// [`super::Entry`] has them.
     pub fn bounds(&self, center: DVec3) -> Aabb32 {
         let bounds = &self.roots.bounds;

@@ -194,7 +194,7 @@ pub const SWEEPS: &[Sweep] = &[
     },
     Sweep {
         name: "far-condition",
-        title: "The same, by rays that come from a million radii away",
+        title: "Sheared and squeezed objects, by rays that come from a million radii away",
         axis: "condition of the transform",
         subjects: BOTH,
         values: || decades(0, 9),

@@ -200,7 +200,7 @@ fn power(x: f64, exponent: u32) -> f64 {
 
 /// The value and the gradient.
 fn sloped(row: &LevelSet, p: [f64; 3]) -> (f64, [f64; 3]) {
-    let mut all: Vec<(f64, [f64; 3])> = Vec::new();
+    let mut all: Vec<(f64, [f64; 3])> = Vec::with_capacity(row.formula.steps().len());
     let sum = |a: [f64; 3], s: f64, b: [f64; 3], r: f64| -> [f64; 3] {
         std::array::from_fn(|k| a[k] * s + b[k] * r)
     };
@@ -274,7 +274,7 @@ fn product(a: Interval, b: Interval) -> Interval {
 
 /// Anything, where there may be points without a value.
 fn values(row: &LevelSet, p: [Interval; 3]) -> Interval {
-    let mut all: Vec<Interval> = Vec::new();
+    let mut all: Vec<Interval> = Vec::with_capacity(row.formula.steps().len());
     let mut is_partial = false;
     for step in row.formula.steps() {
         let of = |i: u32| all[i as usize];
@@ -359,16 +359,17 @@ fn range(f: Unary, [low, high]: Interval) -> Interval {
         }
         _ => None,
     };
-    let mut all = vec![function(f, low), function(f, high)];
+    let ends = [function(f, low), function(f, high)];
+    let mut all = [ends[0], ends[1], ends[0], ends[0], ends[0], ends[0]];
     if let Some(first) = turns {
         if !(high - low < 2.0 * PI && low.abs() < 1e6) {
             return [-1.0, 1.0];
         }
         let nearest = ((low - first) / PI).floor() as i64;
-        for k in nearest..nearest + 4 {
+        for (turn, k) in all[2..].iter_mut().zip(nearest..) {
             let at = first + k as f64 * PI;
             if at > low - 1e-6 && at < high + 1e-6 {
-                all.push(if k % 2 == 0 { 1.0 } else { -1.0 });
+                *turn = if k % 2 == 0 { 1.0 } else { -1.0 };
             }
         }
     }

@@ -359,8 +359,9 @@ fn range(f: Unary, [low, high]: Interval) -> Interval {
         }
         _ => None,
     };
-    let ends = [function(f, low), function(f, high)];
-    let mut all = [ends[0], ends[1], ends[0], ends[0], ends[0], ends[0]];
+    // Both ends, and in the other four places the first again where nothing turns.
+    let mut all = [function(f, low); 6];
+    all[1] = function(f, high);
     if let Some(first) = turns {
         if !(high - low < 2.0 * PI && low.abs() < 1e6) {
             return [-1.0, 1.0];

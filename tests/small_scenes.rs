@@ -282,6 +282,7 @@ fn all_same(sort: Sort, seed: u64) -> usize {
     let appearances = Appearances::of(&scene).unwrap();
     let rays = rays(random);
     let t_max = [0.5, 1.0, f32::INFINITY][random.below(3) as usize];
+    let ends = vec![t_max; rays.len()];
     let scan = World::build(&scene, &appearances, Structure::Linear);
     let kernels = |arithmetic, lanes| Kernels {
         arithmetic,
@@ -290,18 +291,13 @@ fn all_same(sort: Sort, seed: u64) -> usize {
     };
     let closest = |world: &World, kernels| met(rays.closest(world, &kernels));
     let any = |world: &World, kernels| {
-        rays.any(
-            world,
-            &kernels,
-            &vec![t_max; rays.len()],
-            &mut ShadowCache::new(Caching::On),
-        )
+        rays.any(world, &kernels, &ends, &mut ShadowCache::new(Caching::On))
     };
     let one = kernels(Arithmetic::F64, 1);
     let (nearest, blocked) = (closest(&scan, one), any(&scan, one));
     // The ray's end is compared with t itself, which what is reported may be far from (of
     // a triangle without width): so another search says what lies before it.
-    let before = met(rays.closest_within(&scan, &one, t_max));
+    let before = met(rays.closest_within(&scan, &one, &ends));
     for i in 0..rays.len() {
         let blocked = blocked[i];
         assert_eq!(blocked, before[i].is_some(), "{sort:?} {seed}, ray {i}");

@@ -13,6 +13,8 @@ pub use files::{Loaded, assets, load};
 pub use formulas::{gyroid, ring, unit_ball};
 pub use hard::{hard_rays, hard_scene};
 pub use picture::{ALL_AOVS, EVERYTHING, Way, hash, picture, structures};
-pub use random::{Random, dented, random_mesh, random_scene, random_shape};
+pub use random::{
+    Random, dented, random_combination, random_mesh, random_scene, random_shape, random_solid,
+};
 pub use rays::RayColumns;
 pub use surfaces::{ball, barth_sextic, clebsch, throat, torus};

@@ -38,15 +38,15 @@ impl RayColumns {
 
     /// (t, id) of the nearest hit beyond t = 0 of each ray.
     pub fn closest(&self, world: &World, kernels: &Kernels) -> Vec<(f64, HitId)> {
-        self.closest_within(world, kernels, f32::INFINITY)
+        self.closest_within(world, kernels, &vec![f32::INFINITY; self.len])
     }
 
-    /// The same of rays that end at `t_max`.
+    /// The same of rays that end at `t_max`, each at its own.
     pub fn closest_within(
         &self,
         world: &World,
         kernels: &Kernels,
-        t_max: f32,
+        t_max: &[f32],
     ) -> Vec<(f64, HitId)> {
         self.answers(t_max, |rays, hits| closest(world, kernels, rays, hits))
     }
@@ -66,13 +66,13 @@ impl RayColumns {
         world: &World,
         kernels: &Kernels,
     ) -> Vec<(f64, HitId)> {
-        self.answers(f32::INFINITY, |rays, hits| {
+        self.answers(&vec![f32::INFINITY; self.len], |rays, hits| {
             closest_listed(world, kernels, rays, (items, 0), hits)
         })
     }
 
-    fn answers(&self, t_max: f32, trace: impl FnOnce(&Rays, &mut Hits)) -> Vec<(f64, HitId)> {
-        self.padded(vec![t_max; self.len], |rays| {
+    fn answers(&self, t_max: &[f32], trace: impl FnOnce(&Rays, &mut Hits)) -> Vec<(f64, HitId)> {
+        self.padded(t_max.to_vec(), |rays| {
             let (mut t, mut id) = (vec![0.0; rays.len()], HitIds::none(rays.len()));
             let mut hits = Hits {
                 t: Depths::Double(&mut t),

@@ -312,6 +312,16 @@ impl<L: Lanes> Ends<L> {
         self.turned = self.turned & lanes;
     }
 
+    /// Nothing of them lies before t: what is known to be in a box, from there on.
+    #[inline(always)]
+    pub fn begin_at(&mut self, t: L) {
+        let before = self.exit[1].le(t);
+        self.some = self.some & !before;
+        self.none = self.none | before;
+        self.enter = self.enter.map(|enter| enter.max(t));
+        self.exit = self.exit.map(|exit| exit.max(t));
+    }
+
     /// With bounds that are wider by so much on both sides.
     #[inline(always)]
     pub fn moved(&self, by: L) -> Ends<L> {
@@ -440,5 +450,28 @@ impl<L: Lanes> Part<L> {
         let t = Between::select(at_enter, enter, exit);
         let possible = active & !none;
         near.hit(possible & (at_enter | at_exit), t, possible)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ends_begin_where_they_are_told() {
+        let ends = Ends::certain(&Span {
+            enter: 1.0_f32,
+            exit: 2.0,
+            some: true,
+        });
+        let begun = |t: f32| {
+            let mut ends = ends;
+            ends.begin_at(t);
+            (ends.some, ends.none, ends.enter[0], ends.exit[2])
+        };
+        assert_eq!(begun(0.5), (true, false, 1.0, 2.0));
+        assert_eq!(begun(1.5), (true, false, 1.5, 2.0));
+        let (some, none, ..) = begun(2.0);
+        assert!(!some && none);
     }
 }

@@ -7,8 +7,9 @@
 //! are one.
 
 mod ends;
+mod track;
 
-use crate::accel::{Combined, SharedFace};
+use crate::accel::{Combined, SharedFace, Slabs};
 use crate::csg::Restricted;
 use crate::geom::Certainty;
 use crate::geom::guarded::Ends;
@@ -20,12 +21,13 @@ pub(in crate::trace) use ends::{Frames, Spaces, ends};
 use ends::{blur, passes, wider};
 use glam::DVec3;
 use std::cell::Cell;
+use track::Track;
 
 /// What some rays meet of a combination first.
 pub(in crate::trace) struct Met<L: Lanes> {
     pub hit: u32,
     pub unsure: u32,
-    /// Rays that lanes are of no use for.
+    /// Rays that lanes are of no use for, beyond `t`.
     pub left: u32,
     pub t: L,
     pub within: [L; 2],
@@ -37,28 +39,14 @@ pub(in crate::trace) struct Met<L: Lanes> {
 #[derive(Default)]
 struct LaneScratch {
     operands: Vec<u32>,
-    /// In `fast` the same, with the lanes whose rays meet the operand's box.
-    lanes: Vec<u64>,
+    /// In `fast` the same, with their boxes.
+    boxed: Vec<u64>,
     program: Restricted,
     values: Vec<u32>,
 }
 
 thread_local! {
     static SCRATCH: Cell<Option<Box<LaneScratch>>> = const { Cell::new(None) };
-}
-
-/// An operand's boundaries beyond the rays' start.
-#[derive(Clone, Copy)]
-struct Track<L: Lanes> {
-    /// At least, as computed, at most; infinite where none is left.
-    next: [L; 3],
-    /// Where it is left, of rays that `next` says come in.
-    exit: [L; 3],
-    /// Rays inside, a bit each.
-    inside: u32,
-    /// Of an operand that rays may come into many times, the rows of what follows
-    /// `exit`: from, to.
-    more: [usize; 2],
 }
 
 /// So many operands of a packet are met in lanes; of more than these each ray is
@@ -106,21 +94,31 @@ fn parts<L: Lanes, C: Certainty>(
 ) -> Met<L> {
     let ray = &object.ray;
     let asleep = -L::splat(L::Scalar::INFINITY);
-    let until = L::select(L::Mask::from_bits(active), limit, asleep);
-    let (operands, lanes) = (&mut scratch.operands, &mut scratch.lanes);
-    let rays = (ray.org, ray.dir);
+    let awake = L::Mask::from_bits(active);
+    let (operands, boxed) = (&mut scratch.operands, &mut scratch.boxed);
+    let mut known = L::splat(L::Scalar::INFINITY);
     if C::GUARDED {
+        let until = L::select(awake, limit, asleep);
+        let rays = (ray.org, ray.dir);
         solid.0.operands_along(rays, ray.t_min, until, operands);
     } else {
-        solid.0.operands_of_lanes(rays, ray.t_min, until, lanes);
+        // What is one with a boundary before the limit, too, and more than that.
+        let [blur, share] = blur::<L, C>(ray);
+        let far = limit + (blur + limit.abs() * share) * L::from_f32(2.0);
+        let until = L::select(awake, far, asleep);
+        let slabs = solid.0.slabs(ray.org, ray.dir);
+        solid.0.operands_in_boxes(&slabs, ray.t_min, until, boxed);
+        if boxed.len() > MOST && active.count_ones() < 2 {
+            known = cut(solid.0, &slabs, ray.t_min, active, boxed);
+        }
         operands.clear();
-        operands.extend(lanes.iter().map(|entry| (entry >> 32) as u32));
+        operands.extend(boxed.iter().map(|entry| (entry >> 32) as u32));
     }
     if operands.len() <= FEW {
-        return run::<L, C, FEW>(solid, object, active, limit, scratch);
+        return run::<L, C, FEW>(solid, object, (active, limit, known), scratch);
     }
     if operands.len() <= MOST {
-        return run::<L, C, MOST>(solid, object, active, limit, scratch);
+        return run::<L, C, MOST>(solid, object, (active, limit, known), scratch);
     }
     if active.count_ones() < 2 {
         return Met::left(active);
@@ -136,21 +134,42 @@ fn parts<L: Lanes, C: Certainty>(
     met
 }
 
+/// Keeps those of a ray's operands that it comes to first. Returns where it comes to the
+/// next: lanes know no more than what lies before.
+#[cold]
+#[inline(never)]
+fn cut<L: Lanes>(
+    combined: &Combined,
+    slabs: &Slabs<L>,
+    t_min: L,
+    active: u32,
+    boxed: &mut Vec<u64>,
+) -> L {
+    let lane = active.trailing_zeros() as usize;
+    let enter = |entry: u64| combined.part_of(entry, slabs, t_min).1.lane(lane).to_f64();
+    boxed.sort_by(|a, b| enter(*a).total_cmp(&enter(*b)));
+    let next = enter(boxed[MOST]);
+    boxed.truncate(MOST);
+    boxed.sort_unstable();
+    L::from_f64(next)
+}
+
 impl<L: Lanes> Met<L> {
     pub(super) fn left(rays: u32) -> Met<L> {
+        let infinity = L::splat(L::Scalar::INFINITY);
         Met {
             hit: 0,
             unsure: 0,
             left: rays,
-            t: L::splat(L::Scalar::INFINITY),
-            within: [L::splat(L::Scalar::INFINITY); 2],
+            t: L::select(L::Mask::from_bits(rays), -infinity, infinity),
+            within: [infinity; 2],
             primitive: [0; 16],
         }
     }
 
     /// Of other rays.
     fn join(&mut self, more: &Met<L>) {
-        let lanes = L::Mask::from_bits(more.hit);
+        let lanes = L::Mask::from_bits(more.hit | more.left);
         self.t = L::select(lanes, more.t, self.t);
         for (own, other) in self.within.iter_mut().zip(more.within) {
             *own = L::select(lanes, other, *own);
@@ -166,18 +185,19 @@ impl<L: Lanes> Met<L> {
     }
 }
 
-/// Of `N` operands at most.
+/// Of `N` operands at most, and in `fast` no further than `known`. There no bound makes
+/// an answer the same whoever gives it, so that what is found before a limit must not
+/// depend on it: packets have other limits than rays by themselves.
 #[inline(never)]
 fn run<L: Lanes, C: Certainty, const N: usize>(
     (combined, tables): (&Combined, &Tables),
     object: &Packet<L>,
-    active: u32,
-    limit: L,
+    (active, limit, mut known): (u32, L, L),
     scratch: &mut LaneScratch,
 ) -> Met<L> {
     let LaneScratch {
         operands,
-        lanes: own,
+        boxed,
         program,
         values,
     } = scratch;
@@ -189,7 +209,9 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
         more: [0; 2],
     };
     // What lies before t_min may be one event with what lies behind it.
-    let part = if combined.solid.is_exact() {
+    let part = if !C::GUARDED {
+        [ray.t_min, infinity]
+    } else if combined.solid.is_exact() {
         let awake = L::Mask::from_bits(active);
         [ray.t_min, L::select(awake, limit, -infinity)]
     } else {
@@ -204,24 +226,37 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
     let mut open = active;
     let mut unsure = 0;
     let wider = wider::<L, C>(combined, ray);
+    let slabs = (!C::GUARDED).then(|| combined.slabs(ray.org, ray.dir));
     let mut spaces = Spaces::new(object);
     for (i, (track, number)) in tracks.iter_mut().zip(operands.iter()).enumerate() {
         let operand = &combined.solid.operands[*number as usize];
-        let here = if C::GUARDED { u32::MAX } else { own[i] as u32 };
+        let (here, begin) = match &slabs {
+            Some(slabs) => combined.part_of(boxed[i], slabs, ray.t_min),
+            None => (L::Mask::splat(true), -infinity),
+        };
+        let mut doubt = |track: &mut Track<L>, lanes: u32, begin: L| {
+            if C::GUARDED {
+                unsure |= lanes;
+            } else if lanes != 0 {
+                track.inside &= !lanes;
+                known = L::select(L::Mask::from_bits(lanes), known.min(begin), known);
+            }
+        };
         if let Shape::Mesh(_) | Shape::LevelSet(_) = operand.shape {
-            let missed = match &operand.bounds {
+            let (enter, missed) = match &operand.bounds {
                 Some(bounds) => {
                     let frame = &combined.solid.frames[operand.frame as usize];
                     passes((bounds, frame.condition), ray, part)
                 }
-                None => L::Mask::splat(false),
+                None => (-infinity, L::Mask::splat(false)),
             };
-            unsure |= track.start(&Ends::none_or_unknown(missed), ray.t_min);
+            let unknown = track.start(&Ends::none_or_unknown(missed | !here), ray.t_min);
+            doubt(track, unknown, enter.max(begin));
             continue;
         }
         if let Shape::Implicit(id) = operand.shape {
             let at = more.len();
-            let lanes = L::Mask::from_bits(open & here);
+            let lanes = L::Mask::from_bits(open) & here;
             let row = (operand, id);
             let solid = (combined, tables);
             let all = if !C::GUARDED && tables.implicits.solver(id) != Solver::Auto {
@@ -229,21 +264,28 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
             } else {
                 spaces.boundaries(solid, row, lanes, &mut more)
             };
+            if !C::GUARDED {
+                for t in more[at..].as_flattened_mut() {
+                    *t = t.max(begin);
+                }
+            }
             track.inside = all.inside.bits();
             track.next = more.get(at).copied().unwrap_or([infinity; 3]);
             track.exit = more.get(at + 1).copied().unwrap_or([infinity; 3]);
             track.more = [(at + 2).min(more.len()), more.len()];
-            unsure |= all.unsure.bits();
+            doubt(track, all.unsure.bits(), begin);
             continue;
         }
         let mut ends = spaces.ends::<C>((combined, tables), operand, wider);
-        if !C::GUARDED && here & active != active {
-            ends.keep(L::Mask::from_bits(here));
+        if !C::GUARDED {
+            ends.keep(here);
+            ends.begin_at(begin);
         }
         if let Some(faces) = &mut faces {
             faces[i] = ends.faces;
         }
-        unsure |= track.start(&ends, ray.t_min);
+        let unknown = track.start(&ends, ray.t_min);
+        doubt(track, unknown, begin);
     }
     unsure &= open;
     open &= !unsure;
@@ -258,24 +300,33 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
         unsure,
         ..Met::left(0)
     };
-    // Without bounds, they are nobody's to decide.
-    if !C::GUARDED {
-        (met.left, met.unsure) = (unsure, 0);
-    }
+    let ends_somewhere = if C::GUARDED {
+        0
+    } else {
+        known.lt(infinity).bits()
+    };
+    // Without bounds a boundary is where it was computed to be.
+    let [from, to] = if C::GUARDED { [0, 2] } else { [1, 1] };
     while open != 0 {
         let mut least = infinity;
         for track in tracks.iter() {
-            least = least.min(track.next[2]);
+            least = least.min(track.next[to]);
+        }
+        let event = least + (blur + least.abs() * share);
+        if open & ends_somewhere != 0 {
+            let left = open & ends_somewhere & known.le(event).bits();
+            open &= !left;
+            met.left |= left & known.le(limit).bits();
+            met.t = L::select(L::Mask::from_bits(left), known, met.t);
         }
         // Nothing is left that is not too far.
         open &= least.lt(infinity).bits();
         if open == 0 {
             break;
         }
-        let event = least + (blur + least.abs() * share);
         let (mut once, mut twice) = (0, 0);
         for track in tracks.iter() {
-            let here = track.next[0].le(event).bits();
+            let here = track.next[from].le(event).bits();
             twice |= once & here;
             once |= here;
         }
@@ -298,7 +349,7 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
         let (mut numbers, mut entering, mut taken) = ([0; 16], 0, 0);
         for i in 0..tracks.len() {
             let track = &mut tracks[i];
-            let here = track.next[0].le(event).bits() & open;
+            let here = track.next[from].le(event).bits() & open;
             if here == 0 {
                 continue;
             }
@@ -414,59 +465,4 @@ fn on_one_face<L: Lanes>(
 #[inline(always)]
 pub(in crate::trace) fn is_sharp<L: Lanes>([from, t, to]: &[L; 3]) -> L::Mask {
     ((*to - *from) * L::from_f32(256.0)).le(t.abs())
-}
-
-impl<L: Lanes> Track<L> {
-    /// Brings a span to the rays' start. Returns the lanes for which that is not
-    /// certain.
-    #[inline(always)]
-    fn start(&mut self, ends: &Ends<L>, t_min: L) -> u32 {
-        let Ends {
-            enter,
-            exit,
-            some,
-            none,
-            turned,
-            ..
-        } = ends;
-        let some = *some;
-        let gone = some & exit[2].le(t_min);
-        let inside = some & !gone & enter[2].le(t_min);
-        let ahead = some & enter[0].gt(t_min);
-        let certain = *none | gone | ahead | inside & exit[0].gt(t_min);
-        let infinity = L::splat(L::Scalar::INFINITY);
-        for k in 0..3 {
-            let next = L::select(ahead, enter[k], infinity);
-            self.next[k] = L::select(inside, exit[k], next);
-            self.exit[k] = L::select(ahead, exit[k], infinity);
-        }
-        self.inside = inside.bits() ^ turned.bits();
-        (!certain).bits()
-    }
-
-    /// The next of the boundaries that follow take their places, in some lanes.
-    #[inline(always)]
-    fn follow(&mut self, lanes: L::Mask, rows: &mut [[L; 3]]) {
-        let mut before = &mut self.exit;
-        for row in rows {
-            for (to, from) in before.iter_mut().zip(&*row) {
-                *to = L::select(lanes, *from, *to);
-            }
-            before = row;
-        }
-        let infinity = L::splat(L::Scalar::INFINITY);
-        for to in before {
-            *to = L::select(lanes, infinity, *to);
-        }
-    }
-
-    #[inline(always)]
-    fn flip(&mut self, rays: u32, infinity: L) {
-        let lanes = L::Mask::from_bits(rays);
-        for k in 0..3 {
-            self.next[k] = L::select(lanes, self.exit[k], self.next[k]);
-            self.exit[k] = L::select(lanes, infinity, self.exit[k]);
-        }
-        self.inside ^= rays;
-    }
 }

@@ -46,14 +46,21 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
         let met = if C::DOUBTS_ALL {
             Met::left(active.bits())
         } else {
-            lanes::first::<L, C>(solid, tables, object, active.bits(), query.limit())
+            let mut limit = query.limit();
+            if !C::GUARDED {
+                // What lies beyond the box is brought back to its end, by `offer`.
+                let (_, exit) = object.slabs.interval(entry.own.min, entry.own.max);
+                let end = exit.min(window.exit);
+                limit = L::select(limit.lt(end), limit, L::splat(L::Scalar::INFINITY));
+            }
+            lanes::first::<L, C>(solid, tables, object, active.bits(), limit)
         };
         let mut bits = if C::GUARDED { 0 } else { met.left };
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize;
             bits &= bits - 1;
             let (org, dir) = object.lane(lane);
-            let t_min = object.ray.t_min.lane(lane).to_f64();
+            let t_min = object.ray.t_min.max(met.t).lane(lane).to_f64();
             let first = first(solid, tables, &Line { org, dir }, t_min);
             if let Some(crossing) = first {
                 let t = L::from_f64(depth_of::<L>(&crossing.root).t);

@@ -28,15 +28,15 @@ fn part_in<L: Lanes>((org, dir): (Vec3<L>, Vec3<L>), bounds: &Aabb, condition: f
     slabs.interval_each(side(bounds.min, -slack), side(bounds.max, slack))
 }
 
-/// The lanes that are certainly not in a box between two t.
+/// Where rays come into a box, and the lanes that are certainly not in it between two t.
 #[inline(always)]
 pub(super) fn passes<L: Lanes>(
     (bounds, condition): (&Aabb, f64),
     ray: &Ray<L>,
     [from, to]: [L; 2],
-) -> L::Mask {
+) -> (L, L::Mask) {
     let (enter, exit) = part_in((ray.org, ray.dir), bounds, condition);
-    !enter.max(from).le(exit.min(to))
+    (enter, !enter.max(from).le(exit.min(to)))
 }
 
 /// A packet in the spaces of operands; the last one is kept.

@@ -115,9 +115,13 @@ fn list(widths: &[usize]) -> String {
     words.join(" and ")
 }
 
+/// Whether this build has every width. Tests of units trace by few: the kernels take most
+/// of the build, and `cargo test` makes all of it twice.
+pub(crate) const ALL_LANES: bool = cfg!(all(feature = "all-lanes", not(test)));
+
 /// The packet widths that this build can trace with, rising.
 pub fn widths(arithmetic: Arithmetic) -> Vec<usize> {
-    if cfg!(feature = "all-lanes") {
+    if ALL_LANES {
         vec![1, 4, 8, 16]
     } else {
         vec![1, native_width(arithmetic)]

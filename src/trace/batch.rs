@@ -13,7 +13,7 @@ use super::tile::{TILE, TileScratch, with_scratch};
 use crate::accel::{Count, Counter, Forest, Forests, Groups, Index, World};
 use crate::geom::{Certainty, DoubtAll, Fast, Guarded};
 use crate::math::lanes::{Lanes, f32x4, f32x8, f32x16, f64x4, f64x8, f64x16};
-use crate::plan::{Arithmetic, Kernels, Needs, native_width};
+use crate::plan::{ALL_LANES, Arithmetic, Kernels, Needs, native_width};
 use any::AnyBatch;
 use closest::ClosestBatch;
 
@@ -154,7 +154,7 @@ fn dispatch<N: Count>(world: &World, kernels: &Kernels, count: &N, batch: impl B
         Arithmetic::F32 => by_width_f32::<Fast, N>(&choice, batch),
         // Its answers are those of f64: only tests need the way there, and it is
         // a third of the kernels to build.
-        Arithmetic::F32DoubtingAll if cfg!(feature = "all-lanes") => {
+        Arithmetic::F32DoubtingAll if ALL_LANES => {
             by_width_f32::<DoubtAll, N>(&choice, batch)
         }
         Arithmetic::F32Guarded | Arithmetic::F32DoubtingAll => {
@@ -169,13 +169,13 @@ const NATIVE_F64: usize = native_width(Arithmetic::F64);
 
 fn by_width_f32<C: Certainty, N: Count>(choice: &Choice<N>, batch: impl Batch) {
     match choice.kernels.lanes {
-        16 if cfg!(feature = "all-lanes") || NATIVE_F32 == 16 => {
+        16 if ALL_LANES || NATIVE_F32 == 16 => {
             by_structure::<f32x16, C, N, { TILE / 16 }>(choice, batch)
         }
-        8 if cfg!(feature = "all-lanes") || NATIVE_F32 == 8 => {
+        8 if ALL_LANES || NATIVE_F32 == 8 => {
             by_structure::<f32x8, C, N, { TILE / 8 }>(choice, batch)
         }
-        4 if cfg!(feature = "all-lanes") || NATIVE_F32 == 4 => {
+        4 if ALL_LANES || NATIVE_F32 == 4 => {
             by_structure::<f32x4, C, N, { TILE / 4 }>(choice, batch)
         }
         _ => by_structure::<f32, C, N, TILE>(choice, batch),
@@ -184,13 +184,13 @@ fn by_width_f32<C: Certainty, N: Count>(choice: &Choice<N>, batch: impl Batch) {
 
 fn by_width_f64<C: Certainty, N: Count>(choice: &Choice<N>, batch: impl Batch) {
     match choice.kernels.lanes {
-        16 if cfg!(feature = "all-lanes") => {
+        16 if ALL_LANES => {
             by_structure::<f64x16, C, N, { TILE / 16 }>(choice, batch)
         }
-        8 if cfg!(feature = "all-lanes") || NATIVE_F64 == 8 => {
+        8 if ALL_LANES || NATIVE_F64 == 8 => {
             by_structure::<f64x8, C, N, { TILE / 8 }>(choice, batch)
         }
-        4 if cfg!(feature = "all-lanes") || NATIVE_F64 == 4 => {
+        4 if ALL_LANES || NATIVE_F64 == 4 => {
             by_structure::<f64x4, C, N, { TILE / 4 }>(choice, batch)
         }
         _ => by_structure::<f64, C, N, TILE>(choice, batch),

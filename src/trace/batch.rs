@@ -154,9 +154,7 @@ fn dispatch<N: Count>(world: &World, kernels: &Kernels, count: &N, batch: impl B
         Arithmetic::F32 => by_width_f32::<Fast, N>(&choice, batch),
         // Its answers are those of f64: only tests need the way there, and it is
         // a third of the kernels to build.
-        Arithmetic::F32DoubtingAll if ALL_LANES => {
-            by_width_f32::<DoubtAll, N>(&choice, batch)
-        }
+        Arithmetic::F32DoubtingAll if ALL_LANES => by_width_f32::<DoubtAll, N>(&choice, batch),
         Arithmetic::F32Guarded | Arithmetic::F32DoubtingAll => {
             by_width_f32::<Guarded, N>(&choice, batch)
         }
@@ -184,9 +182,7 @@ fn by_width_f32<C: Certainty, N: Count>(choice: &Choice<N>, batch: impl Batch) {
 
 fn by_width_f64<C: Certainty, N: Count>(choice: &Choice<N>, batch: impl Batch) {
     match choice.kernels.lanes {
-        16 if ALL_LANES => {
-            by_structure::<f64x16, C, N, { TILE / 16 }>(choice, batch)
-        }
+        16 if ALL_LANES => by_structure::<f64x16, C, N, { TILE / 16 }>(choice, batch),
         8 if ALL_LANES || NATIVE_F64 == 8 => {
             by_structure::<f64x8, C, N, { TILE / 8 }>(choice, batch)
         }

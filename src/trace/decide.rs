@@ -11,6 +11,7 @@ use super::packet::Packet;
 use super::query::{Depth, HitId, Query, Rival};
 use crate::accel::{Combined, Entry, World};
 use crate::geom::exact::{Crossing, Line, Root, Solid, first_beyond};
+use crate::geom::triangle::Corners;
 use crate::geom::triangle::exact::{Pair, meet_exact};
 use crate::geom::{Certainty, Guarded, Ray, triangle};
 use crate::math::Vec3;
@@ -55,6 +56,17 @@ pub fn solid_of(scene: &Tables, shape: Shape) -> Option<Solid<'_>> {
     })
 }
 
+/// What is at hand where a kernel leaves lanes in doubt.
+#[derive(Clone, Copy)]
+pub(super) struct AtHand<'a, X> {
+    /// Lanes in which it has met the primitive, and not known whether that comes first.
+    pub hits: u32,
+    /// At which t, a lane each.
+    pub t: &'a [X],
+    /// Of a triangle.
+    pub corners: Option<&'a Corners>,
+}
+
 /// A world ray.
 #[derive(Clone, Copy)]
 struct WorldRay {
@@ -67,17 +79,21 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
     /// Decides about one primitive for some lanes, and hands what comes first to
     /// the query.
     pub fn decide<Q: Query<L>>(&self, lanes: L::Mask, id: HitId, query: &mut Q) {
-        self.decide_order(lanes, (0, &[]), id, query);
+        let nothing = AtHand {
+            hits: 0,
+            t: &[],
+            corners: None,
+        };
+        self.decide_with(lanes, &nothing, id, query);
     }
 
-    /// The same, where a kernel has met the primitive in some lanes, at a t each, and does
-    /// not know whether that comes first.
+    /// The same, where some of it is at hand.
     #[cold]
     #[inline(never)]
-    pub(super) fn decide_order<Q: Query<L>>(
+    pub(super) fn decide_with<Q: Query<L>>(
         &self,
         lanes: L::Mask,
-        (hits, t): (u32, &[L::Scalar]),
+        at_hand: &AtHand<L::Scalar>,
         id: HitId,
         query: &mut Q,
     ) {
@@ -86,19 +102,24 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize;
             bits &= bits - 1;
-            let met = (hits >> lane & 1 != 0).then(|| t[lane].to_f64());
-            self.decide_one(lane, met, id, query);
+            self.decide_one(lane, at_hand, id, query);
         }
     }
 
-    fn decide_one<Q: Query<L>>(&self, lane: usize, met: Option<f64>, id: HitId, query: &mut Q) {
+    fn decide_one<Q: Query<L>>(
+        &self,
+        lane: usize,
+        at_hand: &AtHand<L::Scalar>,
+        id: HitId,
+        query: &mut Q,
+    ) {
         let (org, dir) = self.packet.lane(lane);
         let t_min = self.packet.ray.t_min.lane(lane).to_f64();
         let ray = WorldRay { org, dir, t_min };
         let Some(rival) = query.rival(lane) else {
             return;
         };
-        let case = Case::of(self.world, &ray, id);
+        let case = Case::of(self.world, &ray, id, at_hand.corners);
         let Some((crossing, surface)) = case.crossing(t_min) else {
             return;
         };
@@ -110,13 +131,14 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
             Rival::End(end) => crossing.order_with(end).is_lt(),
             Rival::Hit(best, within) => match beside(&crossing, within) {
                 Some(order) => order.is_lt(),
-                None => match Case::of(self.world, &ray, best).crossing(t_min) {
+                None => match Case::of(self.world, &ray, best, None).crossing(t_min) {
                     Some((other, _)) => crossing.order(&other).then(id.cmp(&best)).is_lt(),
                     None => true,
                 },
             },
         };
         if first {
+            let met = (at_hand.hits >> lane & 1 != 0).then(|| at_hand.t[lane].to_f64());
             let at = || depth::<L::Single>(self.world, &ray, id, &crossing, met);
             query.take(lane, at, id);
         }
@@ -124,13 +146,16 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
 }
 
 impl<'a> Case<'a> {
-    fn of(world: &'a World<'a>, ray: &WorldRay, id: HitId) -> Case<'a> {
+    /// `corners`: of a triangle, in any order, where they are at hand.
+    #[inline(always)]
+    fn of(world: &'a World<'a>, ray: &WorldRay, id: HitId, corners: Option<&Corners>) -> Case<'a> {
         let entry = world.entry_of(id.instance);
         let scene = world.scene;
         match entry.shape {
             Shape::Mesh(mesh) => {
                 let (org, dir) = in_object(world, ray, &entry, scene.meshes.center[mesh.index()]);
-                let corners = scene.meshes.row(mesh).corners(id.primitive as usize);
+                let look_up = || scene.meshes.row(mesh).corners(id.primitive as usize);
+                let corners = corners.copied().unwrap_or_else(look_up);
                 Case::Triangle(Pair { org, dir, corners })
             }
             shape => {

@@ -8,6 +8,7 @@
 
 mod single;
 
+use super::decide::AtHand;
 use super::packet::Packet;
 use super::query::{HitId, Query};
 use crate::accel::{Count, Entry, Forest, Index, MeshTree, World, corner_bounds};
@@ -227,7 +228,9 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
             triangle::meet(corners, &object.ray, active)
         };
         let some = (meet.hit | meet.unsure).any();
-        if some {
+        if some && C::GUARDED {
+            self.offer_guarded(&meet, id, Some(corners), query);
+        } else if some {
             self.offer(object, window, &corner_bounds(corners), meet, id, query);
         }
         some
@@ -291,14 +294,25 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
     /// Hands hits to a guarded query, and has decided what is in doubt. What the
     /// boxes say of t is true of it anyway.
     #[inline(always)]
-    fn offer_guarded<Q: Query<L>>(&self, meet: &Meet<L>, id: HitId, query: &mut Q) {
+    fn offer_guarded<Q: Query<L>>(
+        &self,
+        meet: &Meet<L>,
+        id: HitId,
+        corners: Option<&triangle::Corners>,
+        query: &mut Q,
+    ) {
         let doubt = query.accept_sure(meet, id);
         let doubt = doubt | meet.unsure & query.limit().gt(self.packet.ray.t_min);
         if doubt.any() {
             let tester = Tester::<L, C, Everything>::new(self.world, self.packet);
             // Only here by memory.
             let t = meet.t.to_array();
-            tester.decide_order(doubt, (meet.hit.bits(), t.as_ref()), id, query);
+            let at_hand = AtHand {
+                hits: meet.hit.bits(),
+                t: t.as_ref(),
+                corners,
+            };
+            tester.decide_with(doubt, &at_hand, id, query);
         }
     }
 
@@ -316,7 +330,7 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
     ) {
         if C::GUARDED {
             if (meet.hit | meet.unsure).any() {
-                self.offer_guarded(&meet, id, query);
+                self.offer_guarded(&meet, id, None, query);
             }
         } else if meet.hit.any() {
             let t_min = object.ray.t_min;

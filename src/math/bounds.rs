@@ -77,10 +77,10 @@ impl Bounded {
 }
 
 /// More than what the few roundings of a bound itself take from it, relatively.
-const SPARE: f64 = 1.0 + 16.0 * UNIT;
+pub(super) const SPARE: f64 = 1.0 + 16.0 * UNIT;
 
 /// Far more than what underflow takes from the products in a step.
-const TINY: f64 = f64::MIN_POSITIVE;
+pub(super) const TINY: f64 = f64::MIN_POSITIVE;
 
 /// Running error analysis: each operation adds its own rounding to what its
 /// operands bring along (Higham, section 3.3).
@@ -175,7 +175,7 @@ impl Bounded {
 
 /// x + y, rounded, and what that leaves.
 #[inline(always)]
-fn sum(x: f64, y: f64) -> (f64, f64) {
+pub(super) fn sum(x: f64, y: f64) -> (f64, f64) {
     let sum = x + y;
     let other = sum - x;
     (sum, (x - (sum - other)) + (y - other))
@@ -183,7 +183,11 @@ fn sum(x: f64, y: f64) -> (f64, f64) {
 
 /// x · y, rounded, and what that leaves; but for underflow.
 #[inline(always)]
-fn product(x: f64, y: f64) -> (f64, f64) {
+pub(super) fn product(x: f64, y: f64) -> (f64, f64) {
+    if cfg!(target_feature = "fma") {
+        let product = x * y;
+        return (product, x.mul_add(y, -product));
+    }
     let halves = |x: f64| {
         let big = x * 134_217_729.0;
         let high = big - (big - x);
@@ -196,8 +200,9 @@ fn product(x: f64, y: f64) -> (f64, f64) {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
+    use crate::math::Sharp;
     use crate::math::dyadic::{Dyadic, exactly};
     use proptest::prelude::*;
 
@@ -214,7 +219,7 @@ mod tests {
         beyond.is_none_or(|s| s.is_le()) && below.is_none_or(|s| s.is_ge())
     }
 
-    fn formulas<N: Number>(space: N::Space, [o, s, d, c]: [f64; 4]) -> [N; 6] {
+    pub fn formulas<N: Number>(space: N::Space, [o, s, d, c]: [f64; 4]) -> [N; 6] {
         let [p, q, r] = [o, s, d].map(|x| N::of(space, x));
         let near = N::displaced(space, o, s, d, c);
         [
@@ -228,7 +233,7 @@ mod tests {
     }
 
     /// Of like size, of any size, and so that they cancel.
-    fn numbers() -> impl Strategy<Value = [f64; 4]> {
+    pub fn numbers() -> impl Strategy<Value = [f64; 4]> {
         let any = any::<[f64; 4]>().prop_filter("finite", |x| x.iter().all(|x| x.is_finite()));
         let like = [-2.0..2.0, -2.0..2.0, -2.0..2.0, -2.0..2.0];
         let cancel = [1e8..1e9, -2.0..2.0, 1e-3..1.0, 0.0..1.0].prop_map(|[o, s, d, c]| {

@@ -9,7 +9,7 @@
 //! them. What finds no room is lost, and so is all that is computed from it.
 
 use super::int::decoded;
-use super::number::Number;
+use super::number::{Number, Sharp};
 use std::cell::Cell;
 use std::cmp::Ordering;
 
@@ -45,14 +45,6 @@ impl<'a> Space<'a> {
             limbs: Cell::from_mut(limbs).as_slice_of_cells(),
             used: Cell::new(0),
         }
-    }
-
-    /// Calls a function whose numbers are not needed beyond it.
-    pub fn briefly<T>(&self, f: impl FnOnce() -> T) -> T {
-        let used = self.used.get();
-        let result = f();
-        self.used.set(used);
-        result
     }
 
     /// The place of so many limbs, with any contents.
@@ -115,25 +107,6 @@ impl<'a> Dyadic<'a> {
     pub fn parts(&self) -> Option<(bool, Vec<u64>, i32)> {
         let limbs = self.limbs().iter().map(Cell::get).collect();
         (!self.lost).then_some((self.negative, limbs, self.power))
-    }
-
-    /// m · 2^power.
-    #[inline(never)]
-    pub fn scaled(space: &'a Space<'a>, m: u64, power: i32, negative: bool) -> Self {
-        let wide = u128::from(m) << power.rem_euclid(64);
-        let Some(first) = space.take(2) else {
-            return Dyadic::lost(space);
-        };
-        space.limbs[first].set(wide as u64);
-        space.limbs[first + 1].set((wide >> 64) as u64);
-        Dyadic {
-            first,
-            len: 2,
-            power: power.div_euclid(64),
-            negative,
-            ..Dyadic::zero(space)
-        }
-        .stripped()
     }
 
     /// Without zeros at the ends.
@@ -267,14 +240,6 @@ impl<'a> Dyadic<'a> {
     pub fn negated(&self) -> Self {
         self.negated_if(true)
     }
-
-    #[inline(always)]
-    pub fn negated_if(&self, negate: bool) -> Self {
-        Dyadic {
-            negative: self.negative != (negate && self.len > 0),
-            ..*self
-        }
-    }
 }
 
 impl<'a> Number for Dyadic<'a> {
@@ -316,6 +281,41 @@ impl<'a> Number for Dyadic<'a> {
             return from;
         }
         from.plus(&of(s).times(&of(d)))
+    }
+}
+
+impl<'a> Sharp for Dyadic<'a> {
+    #[inline(never)]
+    fn scaled(space: &'a Space<'a>, m: u64, power: i32, negative: bool) -> Self {
+        let wide = u128::from(m) << power.rem_euclid(64);
+        let Some(first) = space.take(2) else {
+            return Dyadic::lost(space);
+        };
+        space.limbs[first].set(wide as u64);
+        space.limbs[first + 1].set((wide >> 64) as u64);
+        Dyadic {
+            first,
+            len: 2,
+            power: power.div_euclid(64),
+            negative,
+            ..Dyadic::zero(space)
+        }
+        .stripped()
+    }
+
+    #[inline(always)]
+    fn negated_if(&self, negate: bool) -> Self {
+        Dyadic {
+            negative: self.negative != (negate && self.len > 0),
+            ..*self
+        }
+    }
+
+    fn briefly<T>(space: &'a Space<'a>, f: impl FnOnce() -> T) -> T {
+        let used = space.used.get();
+        let result = f();
+        space.used.set(used);
+        result
     }
 }
 
@@ -378,12 +378,12 @@ mod tests {
                 prop_assert_eq!(p.sign(), Some((product + exact(z)).cmp(&BigInt::ZERO)));
             }
             prop_assert_eq!(big(&p.minus(&p)), BigInt::ZERO);
-            prop_assert_eq!(big(&a.negated()), -exact(x));
+            prop_assert_eq!(big(&a.negated_if(true)), -exact(x));
             let from = Dyadic::displaced(&space, x, 0.25, y, z).times(&of(4.0));
             prop_assert_eq!(big(&from), exact(x) * 4 + exact(y) - exact(z) * 4);
             // What is done briefly leaves its room, and other numbers alone.
             let used = space.used.get();
-            let again = space.briefly(|| p.times(&q).plus(&p).sign());
+            let again = Dyadic::briefly(&space, || p.times(&q).plus(&p).sign());
             prop_assert_eq!(again, p.times(&q).plus(&p).sign());
             prop_assert!(space.used.get() >= used);
             prop_assert_eq!(big(&a), exact(x));

@@ -10,6 +10,7 @@ mod interval;
 pub mod lanes;
 pub mod number;
 mod ratio;
+pub mod twice;
 mod unit;
 mod vec3;
 
@@ -17,7 +18,7 @@ pub use aabb::{Aabb, Aabb32, round_down, round_up};
 pub use affine::Affine;
 pub use axis_order::AxisOrder;
 pub use interval::Interval;
-pub use number::{Number, is_power_of_two};
+pub use number::{Number, Sharp, is_power_of_two};
 pub use ratio::Ratio;
 pub use unit::{length, unit, units, units_and_lengths};
 pub use vec3::{Vec3, unordered_dot};

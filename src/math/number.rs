@@ -1,5 +1,6 @@
 //! What formulas of exact predicates are written in, once: f64 with a bound on
-//! its error ([`Bounded`](super::bounds::Bounded)), and exact numbers
+//! its error ([`Bounded`](super::bounds::Bounded)), twice its precision with a bound
+//! ([`Twice`](super::twice::Twice)), and exact numbers
 //! ([`Dyadic`](super::dyadic::Dyadic)).
 
 use std::cmp::Ordering;
@@ -30,6 +31,17 @@ pub trait Number: Copy {
     fn doubled(&self) -> Self {
         self.plus(self)
     }
+}
+
+/// Numbers that decide what f64 with a bound on its error leaves open.
+pub trait Sharp: Number {
+    /// ± m · 2^power, m of 54 bits.
+    fn scaled(space: Self::Space, m: u64, power: i32, negative: bool) -> Self;
+
+    fn negated_if(&self, negate: bool) -> Self;
+
+    /// Calls a function whose numbers are not needed beyond it.
+    fn briefly<T>(space: Self::Space, f: impl FnOnce() -> T) -> T;
 }
 
 #[inline(always)]

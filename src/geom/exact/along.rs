@@ -113,7 +113,7 @@ pub(super) fn along(surface: &Surface, line: &Line) -> Vec<BigInt> {
         return tape_along(tape, line);
     }
     let parts = exactly(&|space| {
-        let [a, b, c] = surface.exactly_along(space, line);
+        let [a, b, c] = surface.sharply_along::<Dyadic>(space, line);
         let parts = [c, b.doubled(), a].map(|x: Dyadic| x.parts());
         let [c, b, a] = parts;
         Some([c?, b?, a?])

@@ -7,7 +7,8 @@ use super::surface::Surface as AnySurface;
 use super::{Line, plane};
 use crate::math::Number;
 use crate::math::bounds::Bounded;
-use crate::math::dyadic::exactly;
+use crate::math::dyadic::{Dyadic, exactly};
+use crate::math::twice::Twice;
 use std::cmp::Ordering;
 
 /// Of degree two at most.
@@ -86,13 +87,25 @@ impl Curve {
         {
             return rise;
         }
-        exactly(&|space| self.surface.exactly_along(space, &self.line)[k].sign())
+        let twice: [Twice; 3] = self.surface.sharply_along((), &self.line);
+        twice[k].sign().unwrap_or_else(|| {
+            exactly(&|space| {
+                let exact: [Dyadic; 3] = self.surface.sharply_along(space, &self.line);
+                exact[k].sign()
+            })
+        })
     }
 
     #[cold]
     #[inline(never)]
     fn exact_discriminant(&self) -> Ordering {
-        exactly(&|space| discriminant(&self.surface.exactly_along(space, &self.line)).sign())
+        let twice: [Twice; 3] = self.surface.sharply_along((), &self.line);
+        discriminant(&twice).sign().unwrap_or_else(|| {
+            exactly(&|space| {
+                let exact: [Dyadic; 3] = self.surface.sharply_along(space, &self.line);
+                discriminant(&exact).sign()
+            })
+        })
     }
 
     /// Of one that bends (a ≠ 0, of this sign): the lower and the upper one.

@@ -17,6 +17,7 @@ mod level_set;
 mod plane;
 mod polygon;
 mod root;
+mod rounded;
 pub mod side;
 mod solid;
 mod surface;

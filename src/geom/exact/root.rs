@@ -11,15 +11,18 @@
 //! own. docs/NUMERICS.md has the proof.
 
 use super::plane::Through;
+use super::rounded::rounded;
 use super::surface::Surface;
 use super::{Line, plane};
 use crate::geom::guarded::implicit::nearest;
 use crate::geom::triangle::exact::{Pair, meet_exact};
 use crate::math::bounds::Bounded;
-use crate::math::dyadic::{Dyadic, Space, exactly};
+use crate::math::dyadic::{Dyadic, exactly};
 use crate::math::int::decoded;
-use crate::math::{Number, Vec3};
+use crate::math::twice::Twice;
+use crate::math::{Number, Sharp, Vec3};
 use glam::DVec3;
+use std::cell::OnceCell;
 use std::cmp::Ordering;
 
 /// Which root of a polynomial.
@@ -95,7 +98,27 @@ impl<'a> Root<'a> {
             }
         }
         let t = self.of_plane().and_then(|plane| plane::rounded(&plane));
-        t.unwrap_or_else(|| exactly(&|space| Form::of(space, self).rounded(&self.t)))
+        t.unwrap_or_else(|| self.rounded_exactly())
+    }
+
+    /// Exact numbers for what those of twice the precision leave open, step for step.
+    #[cold]
+    #[inline(never)]
+    fn rounded_exactly(&self) -> f64 {
+        let twice = Form::<Twice>::of((), self);
+        let guess = twice.as_ref().map_or(f64::NAN, |f| f.guess(self.t.value));
+        exactly(&|space| {
+            let exact: OnceCell<Option<Form<Dyadic>>> = OnceCell::new();
+            let order = |m, power, negative| {
+                let order = twice.as_ref();
+                let order = order.and_then(|f| f.order_of_scaled(m, power, negative));
+                order.or_else(|| {
+                    let exact = exact.get_or_init(|| Form::of(space, self));
+                    exact.as_ref()?.order_of_scaled(m, power, negative)
+                })
+            };
+            rounded(&order, &self.t, guess)
+        })
     }
 
     fn of_plane(&self) -> Option<Through<'_>> {
@@ -140,7 +163,11 @@ impl<'a> Root<'a> {
         {
             return order;
         }
-        exactly(&|space| Form::of(space, self).order(&Form::of(space, other)))
+        fn order<N: Sharp>(space: N::Space, a: &Root, b: &Root) -> Option<Ordering> {
+            Form::<N>::of(space, a)?.order(&Form::of(space, b)?)
+        }
+        order::<Twice>((), self, other)
+            .unwrap_or_else(|| exactly(&|space| order::<Dyadic>(space, self, other)))
     }
 
     #[cold]
@@ -158,8 +185,12 @@ impl<'a> Root<'a> {
         }
         let by_plane = self.of_plane().and_then(|a| plane::order_with(&a, x));
         by_plane.unwrap_or_else(|| {
-            let order = exactly(&|space| Form::of(space, self).order_of_number(x));
-            order.reverse()
+            fn order<N: Sharp>(space: N::Space, x: f64, root: &Root) -> Option<Ordering> {
+                Form::<N>::of(space, root)?.order_of_number(x)
+            }
+            order::<Twice>((), x, self)
+                .unwrap_or_else(|| exactly(&|space| order::<Dyadic>(space, x, self)))
+                .reverse()
         })
     }
 
@@ -167,10 +198,12 @@ impl<'a> Root<'a> {
     #[cold]
     #[inline(never)]
     pub(super) fn sign_of(&self, surface: &Surface) -> Ordering {
-        exactly(&|space| {
-            let f = surface.exactly_along(space, &self.line);
-            Form::of(space, self).sign_of(&f)
-        })
+        fn sign<N: Sharp>(space: N::Space, root: &Root, surface: &Surface) -> Option<Ordering> {
+            let f = surface.sharply_along(space, &root.line);
+            Form::<N>::of(space, root)?.sign_of(&f)
+        }
+        sign::<Twice>((), self, surface)
+            .unwrap_or_else(|| exactly(&|space| sign::<Dyadic>(space, self, surface)))
     }
 }
 
@@ -226,11 +259,11 @@ mod algebraic {
     }
 }
 
-/// A root in exact numbers: of a t² + 2b t + c with a > 0, or with a = 0 and
+/// A root in numbers of one sort: of a t² + 2b t + c with a > 0, or with a = 0 and
 /// b > 0.
-struct Form<'a> {
-    space: &'a Space<'a>,
-    f: [Dyadic<'a>; 3],
+struct Form<N: Sharp> {
+    space: N::Space,
+    f: [N; 3],
     branch: Branch,
 }
 
@@ -243,29 +276,32 @@ fn signed(sign: Ordering, factor: Ordering) -> Ordering {
     }
 }
 
-/// All answers are `None` where numbers find no room.
-impl<'a> Form<'a> {
+/// All answers are `None` where numbers of twice the precision leave them open, and
+/// where exact ones find no room.
+impl<N: Sharp> Form<N> {
     #[inline(never)]
-    fn of(space: &'a Space<'a>, root: &Root) -> Self {
-        let f = root.surface.exactly_along(space, &root.line);
-        let first = f[0].sign().filter(|s| s.is_ne());
-        let negate = first.or(f[1].sign()) == Some(Ordering::Less);
-        Form {
+    fn of(space: N::Space, root: &Root) -> Option<Self> {
+        let f: [N; 3] = root.surface.sharply_along(space, &root.line);
+        let first = match f[0].sign()? {
+            Ordering::Equal => f[1].sign()?,
+            sign => sign,
+        };
+        Some(Form {
             space,
-            f: f.map(|x| x.negated_if(negate)),
+            f: f.map(|x| x.negated_if(first.is_lt())),
             branch: root.branch,
-        }
+        })
     }
 
     /// −c / 2b, of a linear one; b is positive.
-    fn fraction(&self) -> (Dyadic<'a>, Dyadic<'a>) {
+    fn fraction(&self) -> (N, N) {
         let [_, b, c] = &self.f;
-        (c.negated(), b.doubled())
+        (c.negated_if(true), b.doubled())
     }
 
     /// p/q against the root; q > 0.
     #[inline(never)]
-    fn order_of(&self, p: &Dyadic<'a>, q: &Dyadic<'a>) -> Option<Ordering> {
+    fn order_of(&self, p: &N, q: &N) -> Option<Ordering> {
         let [a, b, c] = &self.f;
         if a.sign()?.is_eq() {
             return b.doubled().times(p).plus(&c.times(q)).sign();
@@ -289,15 +325,15 @@ impl<'a> Form<'a> {
     /// ± m · 2^power against the root.
     fn order_of_scaled(&self, m: u64, power: i32, negative: bool) -> Option<Ordering> {
         let Form { space, .. } = *self;
-        space.briefly(|| {
-            let x = Dyadic::scaled(space, m, power, negative);
-            self.order_of(&x, &Dyadic::of(space, 1.0))
+        N::briefly(space, || {
+            let x = N::scaled(space, m, power, negative);
+            self.order_of(&x, &N::of(space, 1.0))
         })
     }
 
     /// The sign of m t + n at the root.
     #[inline(never)]
-    fn sign_at(&self, m: &Dyadic<'a>, n: &Dyadic<'a>) -> Option<Ordering> {
+    fn sign_at(&self, m: &N, n: &N) -> Option<Ordering> {
         let rise = m.sign()?;
         if rise.is_eq() {
             return n.sign();
@@ -305,7 +341,7 @@ impl<'a> Form<'a> {
         // Where it is zero, beside the root.
         let down = rise.is_lt();
         let zero = || self.order_of(&n.negated_if(!down), &m.negated_if(down));
-        let zero = self.space.briefly(zero)?;
+        let zero = N::briefly(self.space, zero)?;
         Some(signed(zero.reverse(), rise))
     }
 
@@ -337,51 +373,29 @@ impl<'a> Form<'a> {
 
     /// The sign of another polynomial at this linear one's root.
     #[inline(never)]
-    fn sign_of(&self, [a, b, c]: &[Dyadic<'a>; 3]) -> Option<Ordering> {
+    fn sign_of(&self, [a, b, c]: &[N; 3]) -> Option<Ordering> {
         let (p, q) = self.fraction();
         let slope = a.times(&p).plus(&b.doubled().times(&q));
         slope.times(&p).plus(&c.times(&q.squared())).sign()
     }
+}
 
-    /// Bisection over the bits of the f64 that `t` leaves, and a look at the
-    /// number halfway to the next.
-    fn rounded(&self, t: &Bounded) -> Option<f64> {
-        let sign = self.order_of_number(0.0)?.reverse();
-        if sign.is_eq() {
-            return Some(0.0);
-        }
-        let negative = sign.is_lt();
-        // |t| against m · 2^power.
-        let against = |(m, power): (u64, i32)| {
-            let order = self.order_of_scaled(m, power, negative)?;
-            Some(if negative { order } else { order.reverse() })
-        };
-        // |t| is at least the one number and less than the other, in the end neighbours.
-        let around = |x: f64| if negative { -x } else { x };
-        let least = around(t.value) - t.error;
-        let most = around(t.value) + t.error;
-        let least = if least > 0.0 { least.next_down() } else { 0.0 };
-        let most = if most < f64::MAX {
-            most.next_up()
-        } else {
-            f64::MAX
-        };
-        let (mut low, mut high) = (least.to_bits(), most.to_bits() + 1);
-        while high - low > 1 {
-            let middle = low + (high - low) / 2;
-            if against(decoded(f64::from_bits(middle)))?.is_lt() {
-                high = middle;
-            } else {
-                low = middle;
+impl Form<Twice> {
+    /// The f64 that Newton's steps from a place near the root lead to.
+    fn guess(&self, from: f64) -> f64 {
+        let [a, b, c] = &self.f;
+        let mut t = from;
+        // They double the digits; where they do not, whoever asks will see.
+        for _ in 0..4 {
+            let at = Twice::of((), t);
+            let slope = a.times(&at).plus(b);
+            let value = slope.plus(b).times(&at).plus(c);
+            let next = t - value.value() / slope.doubled().value();
+            if !next.is_finite() || next == t {
+                break;
             }
+            t = next;
         }
-        let (m, power) = decoded(f64::from_bits(low));
-        let up = match against((2 * m + 1, power - 1))? {
-            Ordering::Less => 0,
-            Ordering::Equal => low & 1,
-            Ordering::Greater => 1,
-        };
-        // Beyond the last number is infinity.
-        Some(around(f64::from_bits(low + up)))
+        t
     }
 }

@@ -5,9 +5,9 @@ use crate::geom::formula::{Formula, value_and_gradient};
 use crate::geom::implicit;
 use crate::geom::triangle::Corners;
 use crate::geom::{Cone, Quadric, Tape};
-use crate::math::Number;
-use crate::math::dyadic::{Dyadic, Space};
+
 use crate::math::number::{cross, dot};
+use crate::math::{Number, Sharp};
 use glam::DVec3;
 
 /// A surface that a line crosses where a polynomial is zero.
@@ -193,9 +193,9 @@ impl Surface<'_> {
         }
     }
 
-    /// The same from the line's origin, exactly.
+    /// The same from the line's origin, in numbers that decide.
     #[inline(never)]
-    pub fn exactly_along<'s>(&self, space: &'s Space<'s>, line: &Line) -> [Dyadic<'s>; 3] {
+    pub fn sharply_along<N: Sharp>(&self, space: N::Space, line: &Line) -> [N; 3] {
         self.along(space, line, 0.0)
     }
 }

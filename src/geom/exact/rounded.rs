@@ -1,0 +1,80 @@
+//! The f64 nearest to a root that numbers can be compared with.
+
+use crate::math::bounds::Bounded;
+use crate::math::int::decoded;
+use std::cmp::Ordering;
+
+/// Ties go to even. `order`: ± m · 2^power against the root; `guess` is nearly always the
+/// answer; `t` holds the root. `None` where `order` is.
+pub(super) fn rounded(
+    order: &dyn Fn(u64, i32, bool) -> Option<Ordering>,
+    t: &Bounded,
+    guess: f64,
+) -> Option<f64> {
+    if guess.is_finite() && guess != 0.0 && is_nearest(order, guess)? {
+        return Some(guess);
+    }
+    by_bisection(order, t)
+}
+
+/// Whether it is certainly nearer to the root than any other f64.
+fn is_nearest(order: &dyn Fn(u64, i32, bool) -> Option<Ordering>, guess: f64) -> Option<bool> {
+    /// The last f64 above a power of two has half as much room below.
+    const LEAST: u64 = 1 << 52;
+    let (m, power) = decoded(guess);
+    let below = if m == LEAST {
+        (4 * m - 1, power - 2)
+    } else {
+        (2 * m - 1, power - 1)
+    };
+    let negative = guess < 0.0;
+    let (inward, outward) = if negative {
+        (Ordering::Greater, Ordering::Less)
+    } else {
+        (Ordering::Less, Ordering::Greater)
+    };
+    let is_beyond = order(2 * m + 1, power - 1, negative)? == outward;
+    Some(is_beyond && order(below.0, below.1, negative)? == inward)
+}
+
+/// Over the bits of the f64 that `t` leaves, and a look at the number halfway to the
+/// next.
+fn by_bisection(order: &dyn Fn(u64, i32, bool) -> Option<Ordering>, t: &Bounded) -> Option<f64> {
+    let sign = order(0, 0, false)?.reverse();
+    if sign.is_eq() {
+        return Some(0.0);
+    }
+    let negative = sign.is_lt();
+    // |t| against m · 2^power.
+    let against = |(m, power): (u64, i32)| {
+        let order = order(m, power, negative)?;
+        Some(if negative { order } else { order.reverse() })
+    };
+    // |t| is at least the one number and less than the other, in the end neighbours.
+    let around = |x: f64| if negative { -x } else { x };
+    let least = around(t.value) - t.error;
+    let most = around(t.value) + t.error;
+    let least = if least > 0.0 { least.next_down() } else { 0.0 };
+    let most = if most < f64::MAX {
+        most.next_up()
+    } else {
+        f64::MAX
+    };
+    let (mut low, mut high) = (least.to_bits(), most.to_bits() + 1);
+    while high - low > 1 {
+        let middle = low + (high - low) / 2;
+        if against(decoded(f64::from_bits(middle)))?.is_lt() {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    let (m, power) = decoded(f64::from_bits(low));
+    let up = match against((2 * m + 1, power - 1))? {
+        Ordering::Less => 0,
+        Ordering::Equal => low & 1,
+        Ordering::Greater => 1,
+    };
+    // Beyond the last number is infinity.
+    Some(around(f64::from_bits(low + up)))
+}

@@ -1,0 +1,240 @@
+//! Numbers of twice f64's precision with a bound on their error: what decides most of
+//! what f64 leaves open, in a third of the time that exact numbers take.
+//!
+//! A sum of two f64 that do not overlap (Dekker 1971). What a sum or a product of such
+//! leaves is small, u² of the result where u is [`UNIT`], and as in
+//! [`Bounded`](super::bounds::Bounded) each operation adds it to what its operands bring
+//! along. What a sum leaves is known: where it is nothing, so is the bound, and rays that
+//! run along faces, or begin on them, are often decided without exact numbers.
+
+use super::bounds::{SPARE, TINY, UNIT, product, sum};
+use super::number::{Number, Sharp};
+use std::cmp::Ordering;
+
+/// The exact number lies within `high + low ± error`, and `high` is that sum, rounded.
+/// NaN and infinity in any of them mean that nothing is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Twice {
+    high: f64,
+    low: f64,
+    error: f64,
+}
+
+/// More than what a product of parts that have lows leaves, in units of the result: the
+/// product of the lows, which is u² of it, the roundings of two products with one low
+/// each, of their sum, and of that and what the first product left, u² of it each but the
+/// last, which is twice as large; and the bound's own roundings.
+const PRODUCT: f64 = 8.0 * UNIT * UNIT;
+
+/// What is smaller may have lost something to underflow.
+const SAFE: f64 = f64::MIN_POSITIVE / (UNIT * UNIT * UNIT);
+
+impl Twice {
+    #[inline(always)]
+    fn exact((high, low): (f64, f64)) -> Twice {
+        let error = 0.0;
+        Twice { high, low, error }
+    }
+
+    /// Rounded.
+    #[inline(always)]
+    pub fn value(&self) -> f64 {
+        self.high
+    }
+
+    #[inline(always)]
+    fn is_zero(&self) -> bool {
+        self.high == 0.0 && self.error == 0.0
+    }
+}
+
+impl Number for Twice {
+    type Space = ();
+
+    #[inline(always)]
+    fn of(_: (), x: f64) -> Twice {
+        Twice::exact((x, 0.0))
+    }
+
+    #[inline(always)]
+    fn plus(&self, other: &Twice) -> Twice {
+        let (s, s_low) = sum(self.high, other.high);
+        let (t, t_low) = sum(self.low, other.low);
+        let (middle, lost) = sum(s_low, t);
+        let (s, rest) = sum(s, middle);
+        let (rest, also) = sum(rest, t_low);
+        let (high, low) = sum(s, rest);
+        // Sums lose nothing to underflow.
+        let carried = self.error + other.error;
+        let error = (carried + (lost.abs() + also.abs())) * SPARE;
+        Twice { high, low, error }
+    }
+
+    #[inline(always)]
+    fn minus(&self, other: &Twice) -> Twice {
+        self.plus(&other.negated_if(true))
+    }
+
+    #[inline(always)]
+    fn times(&self, other: &Twice) -> Twice {
+        let (x, y) = (self, other);
+        let (first, rest) = product(x.high, y.high);
+        let (high, low) = sum(first, rest + (x.high * y.low + x.low * y.high));
+        let whole = x.low == 0.0 && y.low == 0.0 && x.error == 0.0 && y.error == 0.0;
+        let error = if x.is_zero() || y.is_zero() || whole && high.abs() > SAFE {
+            0.0
+        } else {
+            let carried = x.high.abs() * y.error + x.error * (y.high.abs() + y.error);
+            (carried + high.abs() * PRODUCT) * SPARE + TINY
+        };
+        Twice { high, low, error }
+    }
+
+    #[inline(always)]
+    fn doubled(&self) -> Twice {
+        Twice {
+            high: self.high * 2.0,
+            low: self.low * 2.0,
+            error: self.error * 2.0,
+        }
+    }
+
+    /// `Equal` only where nothing was lost.
+    #[inline(always)]
+    fn sign(&self) -> Option<Ordering> {
+        let Twice { high, error, .. } = *self;
+        if high > error {
+            Some(Ordering::Greater)
+        } else if high < -error {
+            Some(Ordering::Less)
+        } else {
+            self.is_zero().then_some(Ordering::Equal)
+        }
+    }
+
+    #[inline(always)]
+    fn displaced(_: (), o: f64, s: f64, d: f64, c: f64) -> Twice {
+        let from = Twice::exact(sum(o, -c));
+        if s == 0.0 {
+            return from;
+        }
+        from.plus(&Twice::of((), s).times(&Twice::of((), d)))
+    }
+}
+
+impl Sharp for Twice {
+    #[inline(always)]
+    fn scaled(_: (), m: u64, power: i32, negative: bool) -> Twice {
+        if m == 0 {
+            return Twice::exact((0.0, 0.0));
+        }
+        // Both parts have their place in the format, and 54 bits in these.
+        let fits = m >> 54 == 0 && (-1000..900).contains(&power);
+        let unit = if fits {
+            f64::from_bits(((1023 + power) as u64) << 52)
+        } else {
+            f64::NAN
+        };
+        let last = m & 1;
+        let parts = sum((m - last) as f64 * unit, last as f64 * unit);
+        Twice::exact(parts).negated_if(negative)
+    }
+
+    #[inline(always)]
+    fn negated_if(&self, negate: bool) -> Twice {
+        let sign = if negate { -1.0 } else { 1.0 };
+        Twice {
+            high: self.high * sign,
+            low: self.low * sign,
+            error: self.error,
+        }
+    }
+
+    #[inline(always)]
+    fn briefly<T>(_: (), f: impl FnOnce() -> T) -> T {
+        f()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::bounds::tests::{formulas, numbers};
+    use crate::math::dyadic::{Dyadic, exactly};
+    use crate::math::int::decoded;
+    use proptest::prelude::*;
+
+    /// Whether the exact number lies within the bounds, and a sign that is known is its
+    /// own.
+    fn check(twice: &Twice, exact: &Dyadic) {
+        let Twice { high, low, error } = *twice;
+        if let Some(sign) = twice.sign() {
+            assert!(exact.sign().is_none_or(|s| s == sign), "{twice:?}");
+        }
+        if ![high, low, error].iter().all(|x| x.is_finite()) {
+            return;
+        }
+        assert_eq!(high + low, high);
+        let of = |x| <Dyadic as Number>::of(exact.space(), x);
+        let off = exact.minus(&of(high)).minus(&of(low));
+        assert!(off.minus(&of(error)).sign().is_none_or(|s| s.is_le()));
+        assert!(off.plus(&of(error)).sign().is_none_or(|s| s.is_ge()));
+    }
+
+    /// Of like numbers nearly twice as many digits are known as f64 has, where these
+    /// cancel too; and a difference of equal ones of twice the digits is not known.
+    #[test]
+    fn twice_the_digits_are_known() {
+        let of = |x| Twice::of((), x);
+        let third = of(1.0 / 3.0);
+        let (square, other) = (third.squared(), of(1.0 / 3.0 + f64::EPSILON).squared());
+        let off = other.minus(&square);
+        assert!(off.error < 1e-31 && off.sign() == Some(Ordering::Greater));
+        let cube = third.times(&square);
+        assert_eq!(cube.minus(&cube).sign(), None);
+        // Two limbs hold a square, and what is left of three numbers.
+        assert_eq!(square.minus(&square).sign(), Some(Ordering::Equal));
+        let sum = square.plus(&of(1e-6)).minus(&square);
+        assert_eq!(sum.minus(&of(1e-6)).sign(), Some(Ordering::Equal));
+        assert_eq!(cube.times(&of(0.0)).sign(), Some(Ordering::Equal));
+        let small = of(1e-200);
+        assert_eq!(small.times(&small).sign(), None);
+        assert_eq!(of(0.0).sign(), Some(Ordering::Equal));
+        let near = Twice::displaced((), 1e9, 0.0, 1.0, 1e9);
+        assert_eq!(near.sign(), Some(Ordering::Equal));
+    }
+
+    /// Halfway between two neighbours too, wherever it has a place.
+    #[test]
+    fn numbers_of_54_bits_have_a_place() {
+        for x in [1.0, 1.0 / 3.0, 1e-280, 1e280, 3.0, f64::from_bits(7), 0.0] {
+            let (m, power) = decoded(x);
+            for (m, power) in [(m, power), (2 * m + 1, power - 1)] {
+                let twice = Twice::scaled((), m, power, true);
+                exactly(&|space| {
+                    check(&twice, &Dyadic::scaled(space, m, power, true));
+                    Some(())
+                });
+                assert!(twice.sign() == Some(Ordering::Less) || x < 1e-300, "{x}");
+            }
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig {
+            failure_persistence: None,
+            ..ProptestConfig::with_cases(50_000)
+        })]
+
+        #[test]
+        fn running_bounds_hold(numbers in numbers()) {
+            let twice = formulas::<Twice>((), numbers);
+            exactly(&|space| {
+                for (twice, exact) in twice.iter().zip(&formulas::<Dyadic>(space, numbers)) {
+                    check(twice, exact);
+                }
+                Some(())
+            });
+        }
+    }
+}

@@ -20,6 +20,7 @@ use glam::DVec3;
 use lanecast::geom::exact::{Crossing, Line, Root, first_beyond};
 use lanecast::geom::triangle::exact::{Pair, meet_exact};
 use lanecast::geom::{Cone, Ellipsoid, HalfSpace, Quadric, Sphere};
+use rayon::prelude::*;
 use truth::{Number, Truth, facet};
 
 /// What a run has seen.
@@ -262,10 +263,15 @@ fn solids_are_met_as_in_exact_arithmetic() {
 #[test]
 #[ignore = "millions of cases (LANECAST_CASES, or ten), in many minutes; prints what they were"]
 fn solids_are_met_as_in_exact_arithmetic_ten_million_times() {
-    let count = std::env::var("LANECAST_CASES").map_or(10_000_000, |n| {
+    let count: usize = std::env::var("LANECAST_CASES").map_or(10_000_000, |n| {
         n.parse().expect("LANECAST_CASES is a number of cases")
     });
-    println!("{:?}", campaign(count, 2));
+    // Each part of them by its own seed, on all threads.
+    const PARTS: u64 = 32;
+    (0..PARTS).into_par_iter().for_each(|part| {
+        let seen = campaign(count.div_ceil(PARTS as usize), part + 2);
+        println!("part {part}: {seen:?}");
+    });
 }
 
 #[test]

@@ -20,10 +20,9 @@ pub struct Twice {
     error: f64,
 }
 
-/// More than what a product of parts that have lows leaves, in units of the result: the
-/// product of the lows, which is u² of it, the roundings of two products with one low
-/// each, of their sum, and of that and what the first product left, u² of it each but the
-/// last, which is twice as large; and the bound's own roundings.
+/// What a product leaves, in units of the result, where a low is u of its high at most:
+/// the product of the lows is u² of it; two products with one low each are off by u²
+/// each, their sum by 2u², and that with what the first product left by 3u².
 const PRODUCT: f64 = 8.0 * UNIT * UNIT;
 
 /// What is smaller may have lost something to underflow.

@@ -4,9 +4,9 @@
 //! (docs/NUMERICS.md). A boundary lies where a polynomial of degree one or two
 //! along the ray is zero, whose coefficients are polynomials of the inputs: a
 //! crossing is such a root, and not a number. Signs and orders come from f64
-//! with a running bound on its error, as nearly always, and else from exact
-//! numbers in a place of the thread ([`Dyadic`](crate::math::dyadic::Dyadic)); no
-//! finite input is refused. Triangles, which are most, have predicates of their own
+//! with a running bound on its error, as nearly always, else from twice its precision
+//! ([`Twice`](crate::math::twice::Twice)), and else from exact numbers in a place of the
+//! thread ([`Dyadic`](crate::math::dyadic::Dyadic)); no finite input is refused. Triangles, which are most, have predicates of their own
 //! ([`crate::geom::triangle::exact`]).
 //! tests/exact_solids.rs compares with integers of any length.
 

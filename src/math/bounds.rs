@@ -184,10 +184,6 @@ pub(super) fn sum(x: f64, y: f64) -> (f64, f64) {
 /// x · y, rounded, and what that leaves; but for underflow.
 #[inline(always)]
 pub(super) fn product(x: f64, y: f64) -> (f64, f64) {
-    if cfg!(target_feature = "fma") {
-        let product = x * y;
-        return (product, x.mul_add(y, -product));
-    }
     let halves = |x: f64| {
         let big = x * 134_217_729.0;
         let high = big - (big - x);

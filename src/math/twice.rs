@@ -7,12 +7,13 @@
 //! along. What a sum leaves is known: where it is nothing, so is the bound, and rays that
 //! run along faces, or begin on them, are often decided without exact numbers.
 
-use super::bounds::{SPARE, TINY, UNIT, product, sum};
+use super::bounds::{SPARE, TINY, UNIT, product as split_product, sum};
 use super::number::{Number, Sharp};
 use std::cmp::Ordering;
 
 /// The exact number lies within `high + low ± error`, and `high` is that sum, rounded.
-/// NaN and infinity in any of them mean that nothing is known.
+/// NaN and infinity in any of them mean that no more is known than what sign it has, if
+/// `high` is not NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Twice {
     high: f64,
@@ -27,6 +28,19 @@ const PRODUCT: f64 = 8.0 * UNIT * UNIT;
 
 /// What is smaller may have lost something to underflow.
 const SAFE: f64 = f64::MIN_POSITIVE / (UNIT * UNIT * UNIT);
+
+/// x · y, rounded, and what that leaves. The ways differ only where something leaves the
+/// format, and then a bound says so or exact numbers are asked; f64 with a bound, whose
+/// values are reported, always goes one way.
+#[inline(always)]
+fn product(x: f64, y: f64) -> (f64, f64) {
+    if cfg!(target_feature = "fma") {
+        let product = x * y;
+        (product, x.mul_add(y, -product))
+    } else {
+        split_product(x, y)
+    }
+}
 
 impl Twice {
     #[inline(always)]
@@ -224,6 +238,12 @@ mod tests {
             failure_persistence: None,
             ..ProptestConfig::with_cases(50_000)
         })]
+
+        #[test]
+        fn products_split_as_they_are_fused(x in -1e150..1e150, y in -1e-100..1e100) {
+            let product = x * y;
+            prop_assert_eq!(split_product(x, y), (product, x.mul_add(y, -product)));
+        }
 
         #[test]
         fn running_bounds_hold(numbers in numbers()) {

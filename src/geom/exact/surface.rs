@@ -5,7 +5,6 @@ use crate::geom::formula::{Formula, value_and_gradient};
 use crate::geom::implicit;
 use crate::geom::triangle::Corners;
 use crate::geom::{Cone, Quadric, Tape};
-
 use crate::math::number::{cross, dot};
 use crate::math::{Number, Sharp};
 use glam::DVec3;

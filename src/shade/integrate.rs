@@ -366,6 +366,3 @@ fn spawn(wave: &Wave, (lit, hit): (&LitHits, usize), material: &Material, next: 
         push(dir, weight, RayKind::Refraction);
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -16,4 +16,4 @@ pub use integrate::{Columns, Integrator};
 pub use ledger::{Ledger, Memory, RayCounts};
 pub use material::{Looks, Onward, leaves_rays, onward, reflected};
 pub use surface::Surface;
-pub use wave::Wave;
+pub use wave::{PIECE, Wave};

@@ -1,14 +1,16 @@
 //! Rays that branch without end: the arena stays bounded, the order of additions
 //! is each pixel's own, and who wants to stop waits for one piece only.
 
-use super::super::ledger::RayCounts;
-use super::super::wave::PIECE;
-use super::*;
-use crate::geom::Cuboid;
-use crate::plan::{Choices, plan};
-use crate::scene::{Appearances, Edge, Model, Scene, SceneBuilder};
-use crate::trace::Caching;
+use bumpalo::Bump;
+use glam::DVec3;
+use lanecast::accel::{Structure, World};
+use lanecast::geom::Cuboid;
+use lanecast::plan::{Choices, plan};
+use lanecast::scene::*;
+use lanecast::shade::{Columns, Integrator, Ledger, Looks, PIECE, RayCounts};
+use lanecast::trace::{Caching, RayKind, ShadowCache};
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// A stack of glass panes, of which each face mirrors and transmits nearly
 /// everything: rays double at every hit.
@@ -75,7 +77,7 @@ fn trace(question: Question) -> Traced {
     let scene = hall_of_glass();
     let appearances = Appearances::of(&scene).unwrap();
     let plan = plan(&scene, &appearances, &Choices::default()).unwrap();
-    let world = World::build(&scene, &appearances, crate::accel::Structure::Bvh);
+    let world = World::build(&scene, &appearances, Structure::Bvh);
     let cancel = AtomicBool::new(false);
     let integrator = Integrator {
         world: &world,

@@ -10,6 +10,7 @@
 //! ([`crate::geom::triangle::exact`]).
 //! tests/exact_solids.rs compares with integers of any length.
 
+mod across;
 mod along;
 mod curve;
 mod implicit;

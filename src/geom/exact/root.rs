@@ -10,6 +10,7 @@
 //! roots, common and double ones, and equal polynomials are no cases of their
 //! own. docs/NUMERICS.md has the proof.
 
+use super::across::Across;
 use super::plane::Through;
 use super::rounded::rounded;
 use super::surface::Surface;
@@ -152,8 +153,15 @@ impl<'a> Root<'a> {
     fn order_exact(&self, other: &Root) -> Ordering {
         let same_branch = self.branch == other.branch
             && (self.branch != Branch::Only || self.t.value == other.t.value);
-        if self.line == other.line && self.surface == other.surface && same_branch {
-            return Ordering::Equal;
+        if self.line == other.line {
+            if self.surface == other.surface && same_branch {
+                return Ordering::Equal;
+            }
+            if let (Some(a), Some(b)) = (Across::of(&self.surface), Across::of(&other.surface))
+                && let Some(order) = a.order(&b, &self.line)
+            {
+                return order;
+            }
         }
         if self.is_of_any_degree() || other.is_of_any_degree() {
             return algebraic::order(self, other);

@@ -4,11 +4,11 @@ use super::asked::{Asked, RIGHT, agree, kernels, line, spans};
 use super::coincidence::{solids, some, v};
 use super::common::{Random, RayColumns};
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::geom::Sphere;
+use lanecast::geom::{Cuboid, Sphere};
 use lanecast::scene::{Operand, Operator, SceneBuilder};
 use lanecast::trace::HitId;
 
-use Operator::{Difference, Xor};
+use Operator::{Difference, Intersection, Union, Xor};
 
 /// Spaces are one only where all of their maps' numbers are, powers of two too.
 #[test]
@@ -98,4 +98,46 @@ fn nothing_is_left_at_the_silhouette_of_a_solid_without_its_turned_self() {
         }
         agree(&asked, &some(&rays, 20));
     }
+}
+
+/// A boundary that lies certainly behind a ray's start may be one with one certainly
+/// before it: where the ray has left a face that it hardly rises above, so that the face's
+/// placement is a long way, and comes to another from in front.
+#[test]
+fn boundaries_on_both_sides_of_a_start_may_be_one() {
+    let random = &mut Random(78);
+    let mut rays = RayColumns::default();
+    for _ in 0..2_000 {
+        let rise = 10.0_f64.powi(-5 - random.below(4) as i32);
+        let above = (10 + random.below(9)) as f64 * f64::EPSILON;
+        // Sixteen of these are the placement; some dozen are what f64 is sure of.
+        let gone = random.unit() * 4.0 * f64::EPSILON / rise;
+        let org = v(1.0 + above, 0.5 - gone, 0.4 * random.unit());
+        rays.push(org, [rise as f32, 1.0, 0.25 * random.unit() as f32]);
+    }
+    let (mut met, mut missed) = (0, 0);
+    for operator in [Union, Intersection, Difference, Xor] {
+        for first in [0, 1] {
+            let asked = Asked::one(|scene| {
+                let [min, max] = [v(-1.0, -1.0, -1.0), v(1.0, 1.0, 1.0)];
+                let block = scene.cuboid("", Cuboid { min, max });
+                let max = v(2.0, 0.5, 2.0);
+                let other = scene.cuboid("", Cuboid { min, max });
+                // About an axis across the face that rays rise above: it stays where it is.
+                let turn = DQuat::from_rotation_x(f64::to_radians(30.0));
+                let turn = scene.transform(DAffine3::from_quat(turn).into());
+                let mut operands = [Operand::shape(block).transform(turn), Operand::shape(other)];
+                operands.rotate_left(first);
+                scene.combination("", operator, &operands)
+            });
+            for hit in agree(&asked, &rays) {
+                match hit {
+                    Some(hit) if hit.t < 1e-3 => met += 1,
+                    _ => missed += 1,
+                }
+            }
+        }
+    }
+    // Both are found, so that a start may be on either side of it.
+    assert!(met > 1_000 && missed > 1_000, "{met} {missed}");
 }

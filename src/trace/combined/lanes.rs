@@ -21,7 +21,7 @@ pub(in crate::trace) use ends::{Frames, Spaces, ends};
 use ends::{blur, passes, wider};
 use glam::DVec3;
 use std::cell::Cell;
-use track::Track;
+use track::{Track, last_behind};
 
 /// What some rays meet of a combination first.
 pub(in crate::trace) struct Met<L: Lanes> {
@@ -208,7 +208,7 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
         inside: 0,
         more: [0; 2],
     };
-    // What lies before t_min may be one event with what lies behind it.
+    // Of what may be one event with what lies behind t_min, all that lies before it.
     let part = if !C::GUARDED {
         [ray.t_min, infinity]
     } else if combined.solid.is_exact() {
@@ -226,6 +226,7 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
     let mut open = active;
     let mut unsure = 0;
     let wider = wider::<L, C>(combined, ray);
+    let mut reached = -infinity;
     let slabs = (!C::GUARDED).then(|| combined.slabs(ray.org, ray.dir));
     let mut spaces = Spaces::new(object);
     for (i, (track, number)) in tracks.iter_mut().zip(operands.iter()).enumerate() {
@@ -250,7 +251,8 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
                 }
                 None => (-infinity, L::Mask::splat(false)),
             };
-            let unknown = track.start(&Ends::none_or_unknown(missed | !here), ray.t_min);
+            let ends = Ends::none_or_unknown(missed | !here);
+            let unknown = track.start(&ends, &ends, ray.t_min);
             doubt(track, unknown, enter.max(begin));
             continue;
         }
@@ -284,8 +286,21 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
         if let Some(faces) = &mut faces {
             faces[i] = ends.faces;
         }
-        let unknown = track.start(&ends, ray.t_min);
+        let unknown = match wider {
+            Some(wider) => {
+                let wide = spaces.widened((combined, tables), operand, &ends, wider);
+                reached = reached.max(last_behind(&ends, &wide, ray.t_min));
+                track.start(&ends, &wide, ray.t_min)
+            }
+            None => track.start(&ends, &ends, ray.t_min),
+        };
         doubt(track, unknown, begin);
+    }
+    // What lies before t_min may be one event with what lies behind it.
+    if wider.is_some() {
+        let nexts = tracks.iter().map(|track| track.next[0]);
+        let next = nexts.fold(infinity, |least, next| least.min(next));
+        unsure |= (!reached.lt(next)).bits();
     }
     unsure &= open;
     open &= !unsure;

@@ -162,7 +162,8 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         }
     }
 
-    /// Of an operand, wide enough for what is one between frames: see [`wider`].
+    /// Of an operand, by itself. Quadrics' are wide enough between frames from the
+    /// start, where `wider` says that others will be.
     #[inline(always)]
     pub fn ends<C: Certainty>(
         &mut self,
@@ -172,26 +173,39 @@ impl<'a, L: Lanes> Spaces<'a, L> {
     ) -> Ends<L> {
         let own = self.own;
         let frame = self.of(combined, operand.frame);
-        let planes = match (operand.shape, wider) {
-            (shape, None) => return ends::<L, C>(tables, shape, &frame),
-            (Shape::Quadric(id), _) => {
+        match (operand.shape, wider) {
+            (Shape::Quadric(id), Some(_)) => {
                 let astray = combined.astray(operand.frame, own.org.max_abs());
-                return guarded::quadric::ends(&tables.quadrics.row(id), &frame, astray);
+                guarded::quadric::ends(&tables.quadrics.row(id), &frame, astray)
             }
-            (Shape::Polyhedron(id), _) => tables.polyhedra.planes(id),
-            (Shape::HalfSpace(id), _) => &[tables.half_spaces.row(id)],
+            (shape, _) => ends::<L, C>(tables, shape, &frame),
+        }
+    }
+
+    /// The same ends, wide enough for what is one between frames: see [`wider`].
+    #[inline(always)]
+    pub fn widened(
+        &mut self,
+        (combined, tables): (&Combined, &Tables),
+        operand: &CsgOperand,
+        ends: &Ends<L>,
+        wider: L,
+    ) -> Ends<L> {
+        let planes = match operand.shape {
+            Shape::Quadric(_) => return *ends,
+            Shape::Polyhedron(id) => tables.polyhedra.planes(id),
+            Shape::HalfSpace(id) => &[tables.half_spaces.row(id)],
             _ => &[],
         };
-        let mut ends = ends::<L, C>(tables, operand.shape, &frame);
-        if let Some(wider) = wider {
-            ends = ends.widened(wider);
+        let wide = ends.widened(wider);
+        if planes.is_empty() {
+            return wide;
         }
-        if !planes.is_empty() {
-            let slack = combined.placement_per_reach(operand.frame).map(L::from_f64);
-            let slack = own.ray.org.max_abs() * slack[0] + slack[1];
-            ends = ends.moved(slack / least_rate(planes, frame.ray));
-        }
-        ends
+        let own = self.own;
+        let frame = self.of(combined, operand.frame);
+        let slack = combined.placement_per_reach(operand.frame).map(L::from_f64);
+        let slack = own.ray.org.max_abs() * slack[0] + slack[1];
+        wide.moved(slack / least_rate(planes, frame.ray))
     }
 }
 

@@ -18,10 +18,10 @@ pub(super) struct Track<L: Lanes> {
 }
 
 impl<L: Lanes> Track<L> {
-    /// Brings a span to the rays' start. Returns the lanes for which that is not
-    /// certain.
+    /// Brings a span to the rays' start: `own` says on which side of it ends lie, `wide`
+    /// what they are one with. Returns the lanes for which that is not certain.
     #[inline(always)]
-    pub fn start(&mut self, ends: &Ends<L>, t_min: L) -> u32 {
+    pub fn start(&mut self, own: &Ends<L>, wide: &Ends<L>, t_min: L) -> u32 {
         let Ends {
             enter,
             exit,
@@ -29,11 +29,9 @@ impl<L: Lanes> Track<L> {
             none,
             turned,
             ..
-        } = ends;
-        let some = *some;
-        let gone = some & exit[2].le(t_min);
-        let inside = some & !gone & enter[2].le(t_min);
-        let ahead = some & enter[0].gt(t_min);
+        } = wide;
+        let [gone, inside] = behind(own, wide, t_min);
+        let ahead = *some & enter[0].gt(t_min);
         let certain = *none | gone | ahead | inside & exit[0].gt(t_min);
         let infinity = L::splat(L::Scalar::INFINITY);
         for k in 0..3 {
@@ -70,4 +68,20 @@ impl<L: Lanes> Track<L> {
         }
         self.inside ^= rays;
     }
+}
+
+/// Lanes that start certainly beyond a span, and that start within.
+#[inline(always)]
+fn behind<L: Lanes>(own: &Ends<L>, wide: &Ends<L>, t_min: L) -> [L::Mask; 2] {
+    let gone = wide.some & own.exit[2].le(t_min);
+    [gone, wide.some & !gone & own.enter[2].le(t_min)]
+}
+
+/// No end of a span that certainly lies before the rays' start is one with what lies
+/// beyond this.
+#[inline(always)]
+pub(super) fn last_behind<L: Lanes>(own: &Ends<L>, wide: &Ends<L>, t_min: L) -> L {
+    let [gone, inside] = behind(own, wide, t_min);
+    let entered = L::select(inside, wide.enter[2], -L::splat(L::Scalar::INFINITY));
+    L::select(gone, wide.exit[2], entered)
 }

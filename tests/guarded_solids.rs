@@ -56,7 +56,17 @@ fn meet<L: Lanes>(kind: &Kind, object: &ObjectRay<L>) -> Meet<L> {
             let normal = *normal;
             let from = |p: &glam::DVec3| (*p - points[0]).abs().max_element() as f32;
             let extent = points.iter().map(from).fold(0.0, f32::max) * 2.0;
-            polygon::meet(&Polygon { points, normal }, extent, object, all)
+            let row = &Polygon { points, normal };
+            let first = polygon::meet(row, extent, object, all);
+            let open = first.unsure;
+            let again = polygon::meet_again(row, extent, object, open);
+            let of = |again: L, first: L| L::select(open, again, first);
+            Meet {
+                hit: first.hit | again.hit,
+                t: of(again.t, first.t),
+                within: [0, 1].map(|side| of(again.within[side], first.within[side])),
+                unsure: again.unsure,
+            }
         }
         Kind::Quadric(row) => quadric::meet(row, object, all),
         Kind::Triangle(corners) => {

@@ -3,8 +3,8 @@
 //! How often the outline crosses a half-line is a property of how it winds about
 //! the ray: moving corners by no more than their error changes it only if an
 //! edge passes over the ray. So it is certain where every edge function is
-//! beyond its bound, and no corner's side of the half-line need be. What is in
-//! doubt is seen once more from next to the polygon, where f32 is sharper.
+//! beyond its bound, and no corner's side of the half-line need be. What lanes of
+//! f32 leave in doubt those of f64 see once more, from next to the polygon.
 
 use super::{Between, LEVEL, LEVEL_SLACK, Near, ObjectRay, finite, roundings, tiny};
 use crate::geom::polygon::{QUADRANGLE, STEEP};
@@ -182,7 +182,8 @@ fn careful<L: Lanes>(
     Winding { odd, sure }
 }
 
-/// `extent`: no less than the longest side of the polygon's box.
+/// `extent`: no less than the longest side of the polygon's box. Lanes of f32 leave to
+/// those of f64 what a first look leaves in doubt: [`meet_again`].
 pub fn meet<L: Lanes>(
     polygon: &Polygon,
     extent: f32,
@@ -191,20 +192,19 @@ pub fn meet<L: Lanes>(
 ) -> Meet<L> {
     let (ray, points) = (object.ray, polygon.points);
     let off = L::Mask::splat(false);
-    let extent = L::from_f32(extent);
+    let sides = L::from_f32(extent);
     let first = splat::<L>(points[0]) - ray.org;
-    let (far, origin) = (first.max_abs(), ray.org.max_abs());
-    let reach = far + extent;
+    let origin = ray.org.max_abs();
+    let reach = first.max_abs() + sides;
     let outline = Outline {
         points,
         center: DVec3::ZERO,
         org: ray.org,
         object,
-        extent,
+        extent: sides,
         reach,
         moved: reach * roundings(10.5) + origin * roundings(4.25) + tiny(),
     };
-    let ordinary = object.ordinary();
     let (mut odd, mut sure) = (off, off);
     for (k, lanes) in ray.shear.groups() {
         let lanes = lanes & active;
@@ -229,18 +229,42 @@ pub fn meet<L: Lanes>(
         sure = sure | seen.sure & lanes;
     }
     let open = active & !sure;
-    if open.any() {
-        let again = careful(points, extent, object, open);
+    if L::is_double() && open.any() {
+        let again = careful(points, sides, object, open);
         odd = odd & !open | again.odd & open;
         sure = sure | again.sure & open;
     }
-    sure = sure & ordinary;
+    at_plane(polygon, object, Winding { odd, sure }, active)
+}
+
+/// What lanes of f32 are not certain of, in those of f64.
+pub fn meet_again<L: Lanes>(
+    polygon: &Polygon,
+    extent: f32,
+    object: &ObjectRay<L>,
+    active: L::Mask,
+) -> Meet<L> {
+    let seen = careful(polygon.points, L::from_f32(extent), object, active);
+    at_plane(polygon, object, seen, active)
+}
+
+/// Where the plane is met, of lanes of which the outline is or may be around the ray.
+#[inline(always)]
+fn at_plane<L: Lanes>(
+    polygon: &Polygon,
+    object: &ObjectRay<L>,
+    Winding { odd, sure }: Winding<L>,
+    active: L::Mask,
+) -> Meet<L> {
+    let ray = object.ray;
+    let ordinary = object.ordinary();
+    let sure = sure & ordinary;
     let possible = active & (odd | !sure);
     if possible.none() {
-        return Meet::certain(off, L::zero());
+        return Meet::certain(L::Mask::splat(false), L::zero());
     }
-
-    // t of the plane.
+    let first = splat::<L>(polygon.points[0]) - ray.org;
+    let (far, origin) = (first.max_abs(), ray.org.max_abs());
     let normal = splat::<L>(polygon.normal);
     let length = L::from_f64(polygon.normal.abs().element_sum());
     let (room, speed) = (normal.unordered_dot(first), normal.unordered_dot(ray.dir));

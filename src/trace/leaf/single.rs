@@ -127,7 +127,14 @@ impl Look for Primitive<'_> {
     fn look<D: Lanes<Scalar = f64, Double = D>>(&self, few: &Few<D>, asked: u32) -> [u32; 2] {
         let ray = Ray::<D>::new(few.org, few.dir, few.t_min);
         let line = ObjectRay::new(&few.org, &few.dir, &ray);
-        let meet = meet_guarded(self.scene, self.entry, &line, D::Mask::from_bits(asked));
+        let asked = D::Mask::from_bits(asked);
+        let meet = match self.entry.shape {
+            Shape::Polygon(id) => {
+                let polygon = &self.scene.polygons.row(id);
+                guarded::polygon::meet_again(polygon, extent(self.entry), &line, asked)
+            }
+            _ => meet_guarded(self.scene, self.entry, &line, asked),
+        };
         let [from, to] = meet.within;
         let may = meet.hit & from.le(few.limit) | meet.unsure;
         [may.bits(), (meet.hit & to.lt(few.limit)).bits()]
@@ -182,6 +189,12 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
     }
 }
 
+/// The longest side of a primitive's box.
+fn extent(entry: &Entry) -> f32 {
+    let side = |k: usize| entry.own.max[k] - entry.own.min[k];
+    side(0).max(side(1)).max(side(2))
+}
+
 /// [`Tester::meet`] with error bounds.
 #[inline(always)]
 fn meet_guarded<L: Lanes>(
@@ -208,9 +221,7 @@ fn meet_guarded<L: Lanes>(
             guarded::half_space::meet_polyhedron(planes, corner, object, active)
         }
         Shape::Polygon(id) => {
-            let side = |k: usize| entry.own.max[k] - entry.own.min[k];
-            let extent = side(0).max(side(1)).max(side(2));
-            guarded::polygon::meet(&scene.polygons.row(id), extent, object, active)
+            guarded::polygon::meet(&scene.polygons.row(id), extent(entry), object, active)
         }
         Shape::Quadric(id) => guarded::quadric::meet(&scene.quadrics.row(id), object, active),
         Shape::Implicit(id) => guarded::implicit::meet(&scene.implicits.row(id), object, active),

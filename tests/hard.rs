@@ -14,6 +14,7 @@ use lanecast::plan::{Arithmetic, Kernels};
 use lanecast::reference::{Hit, Reference};
 use lanecast::scene::{Appearances, Edge, MeshId, SceneBuilder};
 use lanecast::trace::HitId;
+use rayon::prelude::*;
 
 const RAYS: usize = 1000;
 
@@ -23,52 +24,61 @@ fn bits(answers: Vec<(f64, HitId)>) -> Vec<Option<(u64, HitId)>> {
     answers.into_iter().map(met).collect()
 }
 
-#[test]
-fn hard_scenes_do_not_depend_on_structure_or_width() {
-    let (mut met, mut apart) = ([0; 5], 0);
-    for seed in 0..300 {
-        let scene = hard_scene(seed);
-        let appearances = Appearances::of(&scene).unwrap();
-        let rays = hard_rays(&scene, &appearances, seed, RAYS);
-        let kd = Structure::Kd(KdQuality::default());
-        let grid = Structure::Grid(Density::default());
-        let (heap, spheres) = (Structure::Heap, Structure::HeapSpheres);
-        let worlds = [Structure::Linear, Structure::Bvh, kd, grid, heap, spheres]
-            .map(|structure| World::build(&scene, &appearances, structure));
-        for arithmetic in [Arithmetic::F32, Arithmetic::F32Guarded, Arithmetic::F64] {
-            let of = |world, lanes| {
-                let kernels = Kernels {
-                    arithmetic,
-                    lanes,
-                    needs: EVERYTHING,
-                };
-                bits(rays.closest(world, &kernels))
+/// How often rays of a scene meet something, in all precisions, and differ between
+/// tiles and packets in f32.
+fn all_alike(seed: u64) -> [usize; 2] {
+    let (mut met, mut apart) = (0, 0);
+    let scene = hard_scene(seed);
+    let appearances = Appearances::of(&scene).unwrap();
+    let rays = hard_rays(&scene, &appearances, seed, RAYS);
+    let kd = Structure::Kd(KdQuality::default());
+    let grid = Structure::Grid(Density::default());
+    let (heap, spheres) = (Structure::Heap, Structure::HeapSpheres);
+    let worlds = [Structure::Linear, Structure::Bvh, kd, grid, heap, spheres]
+        .map(|structure| World::build(&scene, &appearances, structure));
+    for arithmetic in [Arithmetic::F32, Arithmetic::F32Guarded, Arithmetic::F64] {
+        let of = |world, lanes| {
+            let kernels = Kernels {
+                arithmetic,
+                lanes,
+                needs: EVERYTHING,
             };
-            let expected = of(&worlds[0], 1);
-            met[seed as usize % 5] += expected.iter().flatten().count();
-            for (i, world) in worlds.iter().enumerate() {
-                // The f32 tile kernel decides triangles by other arithmetic, at
-                // every width alike.
-                let tiles = arithmetic == Arithmetic::F32 && i == 1;
-                let expected = if tiles {
-                    let own = of(world, 1);
-                    let pairs = own.iter().zip(&expected);
-                    apart += pairs.filter(|(own, other)| own != other).count();
-                    own
-                } else {
-                    expected.clone()
-                };
-                for lanes in [1, 4, 8, 16] {
-                    for (ray, (got, expected)) in of(world, lanes).iter().zip(&expected).enumerate()
-                    {
-                        assert_eq!(
-                            got, expected,
-                            "seed {seed}, ray {ray}: {arithmetic:?}, structure {i}, {lanes} lanes"
-                        );
-                    }
+            bits(rays.closest(world, &kernels))
+        };
+        let expected = of(&worlds[0], 1);
+        met += expected.iter().flatten().count();
+        for (i, world) in worlds.iter().enumerate() {
+            // The f32 tile kernel decides triangles by other arithmetic, at
+            // every width alike.
+            let tiles = arithmetic == Arithmetic::F32 && i == 1;
+            let expected = if tiles {
+                let own = of(world, 1);
+                let pairs = own.iter().zip(&expected);
+                apart += pairs.filter(|(own, other)| own != other).count();
+                own
+            } else {
+                expected.clone()
+            };
+            for lanes in [1, 4, 8, 16] {
+                for (ray, (got, expected)) in of(world, lanes).iter().zip(&expected).enumerate() {
+                    assert_eq!(
+                        got, expected,
+                        "seed {seed}, ray {ray}: {arithmetic:?}, structure {i}, {lanes} lanes"
+                    );
                 }
             }
         }
+    }
+    [met, apart]
+}
+
+#[test]
+fn hard_scenes_do_not_depend_on_structure_or_width() {
+    let counts: Vec<[usize; 2]> = (0..300).into_par_iter().map(all_alike).collect();
+    let apart: usize = counts.iter().map(|[_, apart]| apart).sum();
+    let mut met = [0; 5];
+    for (seed, [hits, _]) in counts.iter().enumerate() {
+        met[seed % 5] += hits;
     }
     println!(
         "{apart} of {} rays differ between tiles and packets in f32",

@@ -36,8 +36,8 @@ pub enum Arithmetic {
     /// f64 with the same bounds.
     #[default]
     F64,
-    /// f32, with every decision made by exact arithmetic: what the others are
-    /// compared with, not for users.
+    /// f32, with every decision made by exact arithmetic, by one lane or a register's:
+    /// what the others are compared with, not for users.
     F32DoubtingAll,
 }
 
@@ -115,9 +115,8 @@ fn list(widths: &[usize]) -> String {
     words.join(" and ")
 }
 
-/// Whether this build has every width. Tests of units trace by few: the kernels take most
-/// of the build, and `cargo test` makes all of it twice.
-pub(crate) const ALL_LANES: bool = cfg!(all(feature = "all-lanes", not(test)));
+/// Whether this build has every width.
+pub(crate) const ALL_LANES: bool = cfg!(feature = "all-lanes");
 
 /// The packet widths that this build can trace with, rising.
 pub fn widths(arithmetic: Arithmetic) -> Vec<usize> {

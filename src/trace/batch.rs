@@ -12,7 +12,7 @@ use super::stream::StreamScratch;
 use super::tile::{TILE, TileScratch, with_scratch};
 use crate::accel::{Count, Counter, Forest, Forests, Groups, Index, World};
 use crate::geom::{Certainty, DoubtAll, Fast, Guarded};
-use crate::math::lanes::{Lanes, f32x4, f32x8, f32x16, f64x4, f64x8, f64x16};
+use crate::math::lanes::{Lanes, Register, f32x4, f32x8, f32x16, f64x4, f64x8, f64x16};
 use crate::plan::{ALL_LANES, Arithmetic, Kernels, Needs, native_width};
 use any::AnyBatch;
 use closest::ClosestBatch;
@@ -152,9 +152,23 @@ fn dispatch<N: Count>(world: &World, kernels: &Kernels, count: &N, batch: impl B
     };
     match kernels.arithmetic {
         Arithmetic::F32 => by_width_f32::<Fast, N>(&choice, batch),
-        // Its answers are those of f64: only tests need the way there, and it is
-        // a third of the kernels to build.
-        Arithmetic::F32DoubtingAll if ALL_LANES => by_width_f32::<DoubtAll, N>(&choice, batch),
+        // Its answers are those of f64: only tests need the way there, at two widths
+        // and uncounted; kernels take long to build.
+        Arithmetic::F32DoubtingAll if ALL_LANES => {
+            let choice = Choice {
+                kernels,
+                forest: &world.forest,
+                count: &(),
+            };
+            match kernels.lanes {
+                1 => by_structure::<f32, DoubtAll, (), TILE>(&choice, batch),
+                _ => {
+                    by_structure::<Register, DoubtAll, (), { TILE / Register::COUNT }>(
+                        &choice, batch,
+                    );
+                }
+            }
+        }
         Arithmetic::F32Guarded | Arithmetic::F32DoubtingAll => {
             by_width_f32::<Guarded, N>(&choice, batch)
         }
@@ -165,30 +179,33 @@ fn dispatch<N: Count>(world: &World, kernels: &Kernels, count: &N, batch: impl B
 const NATIVE_F32: usize = native_width(Arithmetic::F32);
 const NATIVE_F64: usize = native_width(Arithmetic::F64);
 
+/// Whether packets of so many rays are built. The library's own tests trace by one ray:
+/// what traces everything is tested from outside, and kernels take long to build.
+const fn is_built(lanes: usize, native: usize) -> bool {
+    !cfg!(test) && (ALL_LANES || lanes == native)
+}
+
+const F32X16: bool = is_built(16, NATIVE_F32);
+const F32X8: bool = is_built(8, NATIVE_F32);
+const F32X4: bool = is_built(4, NATIVE_F32);
+const F64X16: bool = is_built(16, NATIVE_F64);
+const F64X8: bool = is_built(8, NATIVE_F64);
+const F64X4: bool = is_built(4, NATIVE_F64);
+
 fn by_width_f32<C: Certainty, N: Count>(choice: &Choice<N>, batch: impl Batch) {
     match choice.kernels.lanes {
-        16 if ALL_LANES || NATIVE_F32 == 16 => {
-            by_structure::<f32x16, C, N, { TILE / 16 }>(choice, batch)
-        }
-        8 if ALL_LANES || NATIVE_F32 == 8 => {
-            by_structure::<f32x8, C, N, { TILE / 8 }>(choice, batch)
-        }
-        4 if ALL_LANES || NATIVE_F32 == 4 => {
-            by_structure::<f32x4, C, N, { TILE / 4 }>(choice, batch)
-        }
+        16 if F32X16 => by_structure::<f32x16, C, N, { TILE / 16 }>(choice, batch),
+        8 if F32X8 => by_structure::<f32x8, C, N, { TILE / 8 }>(choice, batch),
+        4 if F32X4 => by_structure::<f32x4, C, N, { TILE / 4 }>(choice, batch),
         _ => by_structure::<f32, C, N, TILE>(choice, batch),
     }
 }
 
 fn by_width_f64<C: Certainty, N: Count>(choice: &Choice<N>, batch: impl Batch) {
     match choice.kernels.lanes {
-        16 if ALL_LANES => by_structure::<f64x16, C, N, { TILE / 16 }>(choice, batch),
-        8 if ALL_LANES || NATIVE_F64 == 8 => {
-            by_structure::<f64x8, C, N, { TILE / 8 }>(choice, batch)
-        }
-        4 if ALL_LANES || NATIVE_F64 == 4 => {
-            by_structure::<f64x4, C, N, { TILE / 4 }>(choice, batch)
-        }
+        16 if F64X16 => by_structure::<f64x16, C, N, { TILE / 16 }>(choice, batch),
+        8 if F64X8 => by_structure::<f64x8, C, N, { TILE / 8 }>(choice, batch),
+        4 if F64X4 => by_structure::<f64x4, C, N, { TILE / 4 }>(choice, batch),
         _ => by_structure::<f64, C, N, TILE>(choice, batch),
     }
 }

@@ -15,7 +15,8 @@ use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb, Aabb32, Vec3};
 use crate::scene::{
-    Appearances, CombinationId, CsgOperand, CsgSolid, MeshId, Shape, ShapeId, Tables, shape_bounds,
+    Appearances, CombinationId, CsgOperand, CsgSolid, Frame, MeshId, Shape, ShapeId, Tables,
+    shape_bounds,
 };
 use glam::DVec3;
 use std::sync::Arc;
@@ -50,6 +51,37 @@ pub struct Combined {
     /// The most that a coordinate's rounding by the frames counts, over the least
     /// extent of the operand: see [`crate::trace`].
     pub roughness: f64,
+    /// By frame.
+    placements: Vec<Placement>,
+}
+
+/// How far boundaries of operands in a frame may be off, per unit of the largest
+/// coordinate of where a ray begins, and besides.
+#[derive(Clone, Copy, Debug)]
+struct Placement {
+    /// A plane's, over the rate at which the ray leaves it: see
+    /// [`Combined::placement_per_reach`].
+    plane: [f64; 2],
+    /// Of any surface: see [`Combined::astray`].
+    surface: [f64; 2],
+}
+
+impl Placement {
+    /// `size`: the solid's.
+    fn of(frame: &Frame, size: f64) -> Placement {
+        let (to, from) = (&frame.operand_from_solid, &frame.solid_from_operand);
+        let (to_norm, from_norm) = (to.norm(), from.norm());
+        let moved = DVec3::from_array(to.translation).abs().max_element();
+        let unit = 2.0 * 32.0 * UNIT * to_norm;
+        let share = unit * from_norm * to_norm;
+        let rest = unit * (from_norm * moved + frame.reach);
+        let roundings = to.stretch() * (0.51 * 16.0 * f64::EPSILON);
+        let fixed = from_norm * (to_norm * size + moved) + frame.reach;
+        Placement {
+            plane: [share, share * size + rest],
+            surface: [roundings * from_norm * to_norm, roundings * fixed],
+        }
+    }
 }
 
 impl Combined {
@@ -124,9 +156,12 @@ impl Combined {
             always.sort_unstable();
         }
         let frames = solid.frames.iter().map(|frame| frame.reach);
+        let size = frames.fold(own.map_or(f64::INFINITY, |b| b.max_abs()), f64::max);
+        let placement = |frame| Placement::of(frame, size);
         Combined {
             bounds: own,
-            size: frames.fold(own.map_or(f64::INFINITY, |b| b.max_abs()), f64::max),
+            size,
+            placements: solid.frames.iter().map(placement).collect(),
             roughness: roughness(tables, &solid),
             shared_faces: SharedFaces::of(tables, &solid),
             facets: facets.collect(),
@@ -155,14 +190,9 @@ impl Combined {
     /// By how much a plane's boundary is widened instead, over the rate at which the
     /// ray leaves it in the operand's space: per unit of reach, and besides. Twice
     /// the 32 roundings of its placement, as of [`Combined::widening`].
+    #[inline]
     pub fn placement_per_reach(&self, frame: u32) -> [f64; 2] {
-        let frame = &self.solid.frames[frame as usize];
-        let (there, back) = (&frame.operand_from_solid, &frame.solid_from_operand);
-        let moved = DVec3::from_array(there.translation).abs().max_element();
-        let unit = 2.0 * 32.0 * UNIT * there.norm();
-        let share = unit * back.norm() * there.norm();
-        let rest = unit * (back.norm() * moved + frame.reach);
-        [share, share * self.size + rest]
+        self.placements[frame as usize].plane
     }
 
     /// What [`Combined::widening`] is per unit of reach, and besides.
@@ -201,14 +231,10 @@ impl Combined {
     /// How far off, in an operand's space, its surface may be beside those of other
     /// frames, for rays from `start`: half of what the definition of placement says, for
     /// the bound of a root grows by four times that.
+    #[inline]
     pub fn astray<L: Lanes>(&self, frame: u32, start: L) -> L {
-        let frame = &self.solid.frames[frame as usize];
-        let (to, from) = (&frame.operand_from_solid, &frame.solid_from_operand);
-        let (to_norm, from_norm) = (to.norm(), from.norm());
-        let moved = DVec3::from_array(to.translation).abs().max_element();
-        let fixed = from_norm * (to_norm * self.size + moved) + frame.reach;
-        let roundings = to.stretch() * (0.51 * 16.0 * f64::EPSILON);
-        start * L::from_f64(roundings * from_norm * to_norm) + L::from_f64(roundings * fixed)
+        let [share, fixed] = self.placements[frame as usize].surface;
+        start * L::from_f64(share) + L::from_f64(fixed)
     }
 
     /// Without the trees of meshes, which combinations share.
@@ -217,6 +243,7 @@ impl Combined {
         self.solid.bytes()
             + self.shared_faces.bytes()
             + self.always.len() * 4
+            + size_of_val(&self.placements[..])
             + tree
                 .map(|(t, entries)| t.bytes() + size_of_val(&entries[..]))
                 .sum::<usize>()

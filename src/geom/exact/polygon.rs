@@ -11,10 +11,9 @@ use super::root::Root;
 use super::side;
 use super::surface::Surface;
 use crate::geom::Polygon;
-use crate::geom::polygon::{STEEP, room};
+use crate::geom::polygon::room;
 use crate::math::Number;
 use crate::math::bounds::{Bounded, UNIT};
-use glam::DVec3;
 use std::cmp::Ordering;
 
 pub(super) fn polygon(line: &Line, polygon: &Polygon, t_min: f64) -> Option<Root<'static>> {
@@ -33,11 +32,6 @@ pub(super) fn polygon(line: &Line, polygon: &Polygon, t_min: f64) -> Option<Root
 
 /// Whether the plane is met near the outline, and not far off at a grazing angle.
 fn is_in_room(root: &Root, line: &Line, polygon: &Polygon) -> bool {
-    let (normal, dir) = (polygon.normal, DVec3::from_array(line.dir));
-    // A quarter more than it has to be, for the roundings of this.
-    if normal.dot(dir).abs() > 1.25 * STEEP * dir.abs().max_element() {
-        return true;
-    }
     let room = room(polygon.points);
     let Bounded { value, error } = root.t;
     (0..3).all(|k| {

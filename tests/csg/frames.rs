@@ -110,7 +110,7 @@ fn boundaries_on_both_sides_of_a_start_may_be_one() {
     for _ in 0..2_000 {
         let rise = 10.0_f64.powi(-5 - random.below(4) as i32);
         let above = (10 + random.below(9)) as f64 * f64::EPSILON;
-        // Sixteen of these are the placement; some dozen are what f64 is sure of.
+        // The placement is sixteen of these; beyond a dozen f64 is sure on which side it is.
         let gone = random.unit() * 4.0 * f64::EPSILON / rise;
         let org = v(1.0 + above, 0.5 - gone, 0.4 * random.unit());
         rays.push(org, [rise as f32, 1.0, 0.25 * random.unit() as f32]);

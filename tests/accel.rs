@@ -73,22 +73,22 @@ fn one_hash(arithmetic: Arithmetic, seeds: std::ops::Range<u64>) -> usize {
 
 #[test]
 fn fast_pictures_do_not_depend_on_structure_or_width() {
-    let apart = one_hash(Arithmetic::F32, 0..200);
-    println!("{apart} of 200 pictures differ between tiles and packets");
-    assert!(apart <= 10);
+    let apart = one_hash(Arithmetic::F32, 0..120);
+    println!("{apart} of 120 scenes differ between tiles and packets");
+    assert!(apart <= 6);
 }
 
 #[test]
 fn exact_pictures_do_not_depend_on_structure_or_width() {
-    assert_eq!(one_hash(Arithmetic::F64, 200..400), 0);
+    assert_eq!(one_hash(Arithmetic::F64, 200..320), 0);
+}
+
+#[test]
+fn guarded_pictures_do_not_depend_on_structure_or_width() {
+    assert_eq!(one_hash(Arithmetic::F32Guarded, 400..520), 0);
 }
 
 /// The kernels that a scene does not need are left out without a trace.
-#[test]
-fn guarded_pictures_do_not_depend_on_structure_or_width() {
-    assert_eq!(one_hash(Arithmetic::F32Guarded, 400..600), 0);
-}
-
 #[test]
 fn what_a_scene_lacks_changes_nothing() {
     for seed in 400..500 {

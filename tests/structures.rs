@@ -5,7 +5,7 @@
 //! docs/GRIDS.md; this prints them:
 //!
 //! ```text
-//! cargo test --release --test structures -- --nocapture
+//! cargo test --release --test structures -- --nocapture --test-threads=1
 //! ```
 
 mod common;
@@ -22,16 +22,6 @@ use lanecast::trace::{
     AnyHit, Closest, Has, HitId, Outcome, Packet, RayKind, Scratch, Tester, TracedRay,
 };
 use std::time::Instant;
-
-const SCENES: [&str; 7] = [
-    "balls_4",
-    "gears_4",
-    "mount_6",
-    "rings_7",
-    "teapot_12",
-    "tetra_6",
-    "tree_11",
-];
 
 /// One ray in so many is traced again.
 const STRIDE: usize = 7;
@@ -115,43 +105,51 @@ fn measure(name: &str, world: &World, rays: &[TracedRay]) -> Counts {
     counts
 }
 
-#[test]
-fn every_ray_has_the_same_answer() {
+fn every_ray_has_the_same_answer(file: &str) {
     let Some(assets) = assets() else { return };
-    for file in SCENES {
-        let loaded = load(&assets.join(format!("spd/{file}.nff")), 1.0);
-        let rays = rays(&loaded);
-        println!("{file}: {} rays", rays.len());
-        let of_grids = |density| loaded.world(Structure::Grid(density));
-        let two = |cells, dense, inner| Density {
-            cells,
-            dense,
-            inner,
-        };
-        measure("grid, 1 a primitive", &of_grids(Density::flat(1.0)), &rays);
-        measure("grid, 10", &of_grids(Density::flat(10.0)), &rays);
-        for (cells, dense, inner) in [(1.0, 8, 1.0), (2.0, 16, 2.0), (2.0, 8, 4.0), (8.0, 16, 2.0)]
-        {
-            let name = format!("{cells}, from {dense} on {inner}");
-            measure(&name, &of_grids(two(cells, dense, inner)), &rays);
-        }
-        let [ordered, best] = [
-            ("ordered stack", Structure::Narrow),
-            ("heap", Structure::Heap),
-        ]
-        .map(|(name, structure)| {
-            let world = loaded.world(structure);
-            measure(name, &world, &rays);
-            let shadow = |ray: &&TracedRay| matches!(ray.kind, RayKind::Shadow { .. });
-            let nearest: Vec<TracedRay> = rays.iter().filter(|r| !shadow(r)).copied().collect();
-            measure("  all but shadow rays", &world, &nearest)
-        });
-        measure(
-            "heap, spheres",
-            &loaded.world(Structure::HeapSpheres),
-            &rays,
-        );
-        // For nearest hits, best first opens the fewest nodes of a tree.
-        assert!(best.nodes <= ordered.nodes, "{best:?} {ordered:?}");
+    let loaded = load(&assets.join(format!("spd/{file}.nff")), 1.0);
+    let rays = rays(&loaded);
+    println!("{file}: {} rays", rays.len());
+    let of_grids = |density| loaded.world(Structure::Grid(density));
+    let two = |cells, dense, inner| Density {
+        cells,
+        dense,
+        inner,
+    };
+    measure("grid, 1 a primitive", &of_grids(Density::flat(1.0)), &rays);
+    measure("grid, 10", &of_grids(Density::flat(10.0)), &rays);
+    for (cells, dense, inner) in [(1.0, 8, 1.0), (2.0, 16, 2.0), (2.0, 8, 4.0), (8.0, 16, 2.0)] {
+        let name = format!("{cells}, from {dense} on {inner}");
+        measure(&name, &of_grids(two(cells, dense, inner)), &rays);
     }
+    let [ordered, best] = [
+        ("ordered stack", Structure::Narrow),
+        ("heap", Structure::Heap),
+    ]
+    .map(|(name, structure)| {
+        let world = loaded.world(structure);
+        measure(name, &world, &rays);
+        let shadow = |ray: &&TracedRay| matches!(ray.kind, RayKind::Shadow { .. });
+        let nearest: Vec<TracedRay> = rays.iter().filter(|r| !shadow(r)).copied().collect();
+        measure("  all but shadow rays", &world, &nearest)
+    });
+    measure(
+        "heap, spheres",
+        &loaded.world(Structure::HeapSpheres),
+        &rays,
+    );
+    // For nearest hits, best first opens the fewest nodes of a tree.
+    assert!(best.nodes <= ordered.nodes, "{best:?} {ordered:?}");
 }
+
+/// One test a scene, so that they share the machine.
+macro_rules! scenes {
+    ($($file:ident)*) => { $(
+        #[test]
+        fn $file() {
+            every_ray_has_the_same_answer(stringify!($file));
+        }
+    )* };
+}
+
+scenes! { balls_4 gears_4 mount_6 rings_7 teapot_12 tetra_6 tree_11 }

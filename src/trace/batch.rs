@@ -22,7 +22,7 @@ pub fn closest(world: &World, kernels: &Kernels, rays: &Rays, hits: &mut Hits) {
     dispatch(
         world,
         kernels,
-        &(),
+        None,
         ClosestBatch {
             world,
             rays,
@@ -44,7 +44,7 @@ pub fn closest_listed(
     dispatch(
         world,
         kernels,
-        &(),
+        None,
         ClosestBatch {
             world,
             rays,
@@ -54,7 +54,7 @@ pub fn closest_listed(
     );
 }
 
-/// The same, and what it took.
+/// The same, and what it took, where that [is counted](counts).
 pub fn closest_counted(
     world: &World,
     kernels: &Kernels,
@@ -65,7 +65,7 @@ pub fn closest_counted(
     dispatch(
         world,
         kernels,
-        counter,
+        Some(counter),
         ClosestBatch {
             world,
             rays,
@@ -87,7 +87,7 @@ pub fn any(
     dispatch(
         world,
         kernels,
-        &(),
+        None,
         AnyBatch {
             world,
             rays,
@@ -97,7 +97,7 @@ pub fn any(
     );
 }
 
-/// The same, and what it took.
+/// The same, and what it took, where that [is counted](counts).
 pub fn any_counted(
     world: &World,
     kernels: &Kernels,
@@ -109,7 +109,7 @@ pub fn any_counted(
     dispatch(
         world,
         kernels,
-        counter,
+        Some(counter),
         AnyBatch {
             world,
             rays,
@@ -117,6 +117,13 @@ pub fn any_counted(
             blocked,
         },
     );
+}
+
+/// Whether steps and tests can be counted: by packets, of one ray or of the machine's own
+/// width. What counts is built beside what does not, and kernels take long to build.
+pub fn counts(world: &World, kernels: &Kernels) -> bool {
+    let packets = !matches!(world.forest, Forests::Wide(_) | Forests::Nested(_));
+    packets && [1, native_width(kernels.arithmetic)].contains(&kernels.lanes)
 }
 
 /// A batch that runs at any width, certainty and feature set.
@@ -138,41 +145,34 @@ trait Batch {
 }
 
 /// What a batch is monomorphised over, as values.
-struct Choice<'a, N> {
+struct Choice<'a> {
     kernels: &'a Kernels,
     forest: &'a Forests,
-    count: &'a N,
+    counter: Option<&'a Counter>,
 }
 
-fn dispatch<N: Count>(world: &World, kernels: &Kernels, count: &N, batch: impl Batch) {
+fn dispatch(world: &World, kernels: &Kernels, counter: Option<&Counter>, batch: impl Batch) {
     let choice = Choice {
         kernels,
         forest: &world.forest,
-        count,
+        counter,
     };
     match kernels.arithmetic {
-        Arithmetic::F32 => by_width_f32::<Fast, N>(&choice, batch),
+        Arithmetic::F32 => by_width_f32::<Fast>(&choice, batch),
         // Its answers are those of f64: only tests need the way there, at two widths
         // and uncounted; kernels take long to build.
-        Arithmetic::F32DoubtingAll if ALL_LANES => {
-            let choice = Choice {
-                kernels,
-                forest: &world.forest,
-                count: &(),
-            };
-            match kernels.lanes {
-                1 => by_structure::<f32, DoubtAll, (), TILE>(&choice, batch),
-                _ => {
-                    by_structure::<Register, DoubtAll, (), { TILE / Register::COUNT }>(
-                        &choice, batch,
-                    );
-                }
+        Arithmetic::F32DoubtingAll if ALL_LANES => match kernels.lanes {
+            1 => by_structure::<f32, DoubtAll, TILE, false>(&choice, batch),
+            _ => {
+                by_structure::<Register, DoubtAll, { TILE / Register::COUNT }, false>(
+                    &choice, batch,
+                );
             }
-        }
+        },
         Arithmetic::F32Guarded | Arithmetic::F32DoubtingAll => {
-            by_width_f32::<Guarded, N>(&choice, batch)
+            by_width_f32::<Guarded>(&choice, batch)
         }
-        Arithmetic::F64 => by_width_f64::<Guarded, N>(&choice, batch),
+        Arithmetic::F64 => by_width_f64::<Guarded>(&choice, batch),
     }
 }
 
@@ -192,26 +192,29 @@ const F64X16: bool = is_built(16, NATIVE_F64);
 const F64X8: bool = is_built(8, NATIVE_F64);
 const F64X4: bool = is_built(4, NATIVE_F64);
 
-fn by_width_f32<C: Certainty, N: Count>(choice: &Choice<N>, batch: impl Batch) {
+fn by_width_f32<C: Certainty>(choice: &Choice, batch: impl Batch) {
+    const OWN: usize = NATIVE_F32;
     match choice.kernels.lanes {
-        16 if F32X16 => by_structure::<f32x16, C, N, { TILE / 16 }>(choice, batch),
-        8 if F32X8 => by_structure::<f32x8, C, N, { TILE / 8 }>(choice, batch),
-        4 if F32X4 => by_structure::<f32x4, C, N, { TILE / 4 }>(choice, batch),
-        _ => by_structure::<f32, C, N, TILE>(choice, batch),
+        16 if F32X16 => by_structure::<f32x16, C, { TILE / 16 }, { OWN == 16 }>(choice, batch),
+        8 if F32X8 => by_structure::<f32x8, C, { TILE / 8 }, { OWN == 8 }>(choice, batch),
+        4 if F32X4 => by_structure::<f32x4, C, { TILE / 4 }, { OWN == 4 }>(choice, batch),
+        _ => by_structure::<f32, C, TILE, true>(choice, batch),
     }
 }
 
-fn by_width_f64<C: Certainty, N: Count>(choice: &Choice<N>, batch: impl Batch) {
+fn by_width_f64<C: Certainty>(choice: &Choice, batch: impl Batch) {
+    const OWN: usize = NATIVE_F64;
     match choice.kernels.lanes {
-        16 if F64X16 => by_structure::<f64x16, C, N, { TILE / 16 }>(choice, batch),
-        8 if F64X8 => by_structure::<f64x8, C, N, { TILE / 8 }>(choice, batch),
-        4 if F64X4 => by_structure::<f64x4, C, N, { TILE / 4 }>(choice, batch),
-        _ => by_structure::<f64, C, N, TILE>(choice, batch),
+        16 if F64X16 => by_structure::<f64x16, C, { TILE / 16 }, { OWN == 16 }>(choice, batch),
+        8 if F64X8 => by_structure::<f64x8, C, { TILE / 8 }, { OWN == 8 }>(choice, batch),
+        4 if F64X4 => by_structure::<f64x4, C, { TILE / 4 }, { OWN == 4 }>(choice, batch),
+        _ => by_structure::<f64, C, TILE, true>(choice, batch),
     }
 }
 
-fn by_structure<L: Lanes, C: Certainty, N: Count, const S: usize>(
-    choice: &Choice<N>,
+/// `COUNTED`: whether packets are built that count, too.
+fn by_structure<L: Lanes, C: Certainty, const S: usize, const COUNTED: bool>(
+    choice: &Choice,
     batch: impl Batch,
 ) {
     match choice.forest {
@@ -219,22 +222,25 @@ fn by_structure<L: Lanes, C: Certainty, N: Count, const S: usize>(
         Forests::Nested(forest) => with_scratch(|scratch| {
             batch.nested::<L, C, S>(&forest.groups, &mut scratch.streams);
         }),
-        Forests::Narrow(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
-        Forests::Kd(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
-        Forests::Grid(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
-        Forests::Heap(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
-        Forests::HeapSpheres(forest) => by_packets::<L, C, _, N>(forest, choice.count, batch),
+        Forests::Narrow(forest) => by_packets::<L, C, _, COUNTED>(forest, choice, batch),
+        Forests::Kd(forest) => by_packets::<L, C, _, COUNTED>(forest, choice, batch),
+        Forests::Grid(forest) => by_packets::<L, C, _, COUNTED>(forest, choice, batch),
+        Forests::Heap(forest) => by_packets::<L, C, _, COUNTED>(forest, choice, batch),
+        Forests::HeapSpheres(forest) => by_packets::<L, C, _, COUNTED>(forest, choice, batch),
     }
 }
 
 /// Structures beside the default one have kernels for every need only: each set
 /// costs build time.
-fn by_packets<L: Lanes, C: Certainty, A: Index, N: Count>(
+fn by_packets<L: Lanes, C: Certainty, A: Index, const COUNTED: bool>(
     forest: &Forest<A>,
-    count: &N,
+    choice: &Choice,
     batch: impl Batch,
 ) {
-    batch.packets::<L, C, Everything, A, N>(forest, count);
+    if COUNTED && let Some(counter) = choice.counter {
+        return batch.packets::<L, C, Everything, A, Counter>(forest, counter);
+    }
+    batch.packets::<L, C, Everything, A, ()>(forest, &());
 }
 
 /// Few sets, not all eight, and only where the plan takes it by itself: each

@@ -166,8 +166,9 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
             .solid_of_any(entry, active, query);
     }
 
-    /// A mesh through its own structure.
-    #[inline(always)]
+    /// A mesh through its own structure. One instance, not one at every use: packets
+    /// are built for many structures, and a call a mesh costs nothing that shows.
+    #[inline(never)]
     #[expect(clippy::too_many_arguments, reason = "a step of one loop")]
     fn mesh<Q: Query<L>, A: Index, N: Count>(
         &self,

@@ -24,7 +24,7 @@ mod spans;
 mod stream;
 mod tile;
 
-pub use batch::{any, any_counted, closest, closest_counted, closest_listed};
+pub use batch::{any, any_counted, closest, closest_counted, closest_listed, counts};
 pub use combined::{Crossing, TURNED, boundaries, in_frame};
 pub use decide::{decided, solid_of};
 pub use guess::{GuessCounts, Guesses, Reuse};

@@ -121,7 +121,7 @@ fn check_laws(programs: u64, rays: usize, seed: u64) {
 
 #[test]
 fn the_laws_of_set_algebra_hold_for_random_programs() {
-    check_laws(50, 10, 1);
+    check_laws(25, 10, 1);
 }
 
 #[test]

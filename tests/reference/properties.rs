@@ -64,7 +64,7 @@ fn ids(answer: &Option<Hit>) -> Ids {
 }
 
 proptest! {
-    #![proptest_config(config(4000))]
+    #![proptest_config(config(2000))]
 
     /// Along the ray the solid neither begins nor ends before the hit, and does
     /// so at the hit.
@@ -175,7 +175,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(config(300))]
+    #![proptest_config(config(150))]
 
     /// The tree prunes, nothing else.
     #[test]

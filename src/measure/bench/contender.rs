@@ -1,12 +1,12 @@
 //! One way of tracing, ours or a peer's.
 
 use super::BenchError;
-use crate::accel::{Counts, Forests, World};
+use crate::accel::{Counts, World};
 use crate::measure::peer::{Embree, Way};
 use crate::measure::queries::{Answers, Job, count, trace};
 use crate::plan::Kernels;
 use crate::render::Progress;
-use crate::trace::{CacheCounts, Caching};
+use crate::trace::{CacheCounts, Caching, counts};
 
 /// What a row says about who traced, and the tracer.
 #[derive(Clone)]
@@ -86,7 +86,7 @@ impl Contender<'_> {
         done.ok_or(BenchError::Interrupted)
     }
 
-    /// What a job takes, where the structure counts.
+    /// What a job takes, where that is counted.
     pub fn count(&self, job: &Job, progress: &Progress) -> Result<Option<Counts>, BenchError> {
         let Tracer::Own {
             world,
@@ -96,10 +96,10 @@ impl Contender<'_> {
         else {
             return Ok(None);
         };
-        if matches!(world.forest, Forests::Wide(_) | Forests::Nested(_)) {
+        if !counts(world, kernels) {
             return Ok(None);
         }
-        let counts = count(world, kernels, &job.rays, (job.ask, *caching), progress);
-        counts.map(Some).ok_or(BenchError::Interrupted)
+        let counted = count(world, kernels, &job.rays, (job.ask, *caching), progress);
+        counted.map(Some).ok_or(BenchError::Interrupted)
     }
 }

@@ -9,6 +9,8 @@ mod asked;
 mod coincidence;
 #[path = "csg/corners.rs"]
 mod corners;
+#[path = "csg/events.rs"]
+mod events;
 #[path = "csg/frames.rs"]
 mod frames;
 #[path = "csg/gaps.rs"]

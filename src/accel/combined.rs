@@ -53,6 +53,8 @@ pub struct Combined {
     pub roughness: f64,
     /// By frame.
     placements: Vec<Placement>,
+    /// See [`Combined::farthest_event`]: per unit of reach, and besides.
+    event: [f64; 2],
 }
 
 /// How far boundaries of operands in a frame may be off, per unit of the largest
@@ -64,7 +66,13 @@ struct Placement {
     plane: [f64; 2],
     /// Of any surface: see [`Combined::astray`].
     surface: [f64; 2],
+    /// Its share of [`Combined::farthest_event`].
+    event: [f64; 2],
 }
+
+/// Surfaces are met no slower than at this part of the ray's speed, where it matters how
+/// far off they may be.
+const SLOWEST: f64 = 1.0 / (1_u64 << 26) as f64;
 
 impl Placement {
     /// `size`: the solid's.
@@ -77,9 +85,12 @@ impl Placement {
         let rest = unit * (from_norm * moved + frame.reach);
         let roundings = to.stretch() * (0.51 * 16.0 * f64::EPSILON);
         let fixed = from_norm * (to_norm * size + moved) + frame.reach;
+        // Of two boundaries, and twice, for the roundings of all this.
+        let slowest = 4.0 * 16.0 * f64::EPSILON / SLOWEST;
         Placement {
             plane: [share, share * size + rest],
             surface: [roundings * from_norm * to_norm, roundings * fixed],
+            event: [slowest * from_norm * to_norm, slowest * fixed],
         }
     }
 }
@@ -158,10 +169,16 @@ impl Combined {
         let frames = solid.frames.iter().map(|frame| frame.reach);
         let size = frames.fold(own.map_or(f64::INFINITY, |b| b.max_abs()), f64::max);
         let placement = |frame| Placement::of(frame, size);
+        let placements: Vec<Placement> = solid.frames.iter().map(placement).collect();
+        let event = match &placements[..] {
+            [_] => [0.0; 2],
+            all => [0, 1].map(|i| all.iter().fold(0.0, |most, p| f64::max(most, p.event[i]))),
+        };
         Combined {
             bounds: own,
             size,
-            placements: solid.frames.iter().map(placement).collect(),
+            placements,
+            event,
             roughness: roughness(tables, &solid),
             shared_faces: SharedFaces::of(tables, &solid),
             facets: facets.collect(),
@@ -185,6 +202,19 @@ impl Combined {
     pub fn widening(&self, reach: f64, unit: f64) -> f64 {
         let [share, more] = self.widening_per_reach(unit);
         reach * share + more
+    }
+
+    /// How far apart, in t, boundaries of different frames may be that are one by
+    /// definition, for rays in the solid's space: two placements over the least rate. A
+    /// boundary that is no farther before a ray's start, or beyond its limit, may be one
+    /// event with what lies between. Nothing with a single frame.
+    #[inline]
+    pub fn farthest_event<L: Lanes>(&self, org: &Vec3<L>, dir: &Vec3<L>) -> L {
+        let [share, fixed] = self.event;
+        if fixed == 0.0 {
+            return L::zero();
+        }
+        (org.max_abs() * L::from_f64(share) + L::from_f64(fixed)) / dir.max_abs()
     }
 
     /// By how much a plane's boundary is widened instead, over the rate at which the
@@ -355,9 +385,27 @@ fn roughness(tables: &Tables, solid: &CsgSolid) -> f64 {
     });
     let of = |operand: &CsgOperand| {
         let frame = &solid.frames[operand.frame as usize];
-        let thin = shape_bounds(tables, operand.id).map_or(1.0, |b| b.extent().min_element());
+        let thin = thickness(tables, operand);
         let scale = frame.operand_from_solid.norm();
         frame.solid_from_operand.norm() * scale * scale / thin
     };
     others.map(of).fold(f64::MIN_POSITIVE, f64::max)
+}
+
+/// An operand's least extent, in its own space. Of an oblique cylinder or cone its box
+/// says nothing; boxes and ellipsoids lie along the axes, and of polyhedra and meshes
+/// other things than this say how well their boundaries are known.
+fn thickness(tables: &Tables, operand: &CsgOperand) -> f64 {
+    let of_axis = |base: DVec3, top: DVec3, radius: f64| base.distance(top).min(2.0 * radius);
+    match operand.shape {
+        Shape::Cylinder(id) => {
+            let row = tables.cylinders.row(id);
+            of_axis(row.base, row.top, row.radius)
+        }
+        Shape::Cone(id) => {
+            let row = tables.cones.row(id);
+            of_axis(row.base, row.top, row.base_radius.max(row.top_radius))
+        }
+        _ => shape_bounds(tables, operand.id).map_or(1.0, |b| b.extent().min_element()),
+    }
 }

@@ -250,10 +250,12 @@ impl<L: Lanes, const STRAIGHT: bool> Frame<L, STRAIGHT> {
         let side = |at| OnFace {
             at,
             face: L::select(is_cylinder, L::from_f32(2.0), no_face()),
+            width: Between::width(&at),
         };
         let enter = side(side_enter).max(cap_enter, L::select(upward, base, top));
         let exit = side(side_exit).min(cap_exit, L::select(upward, top, base));
         let faces = [enter.face, exit.face];
+        let widths = [enter.width, exit.width];
         let (enter, exit) = (enter.at, exit.at);
         if (active & level & !none).any() {
             let reach = enter.least.abs().max(exit.most.abs());
@@ -269,6 +271,7 @@ impl<L: Lanes, const STRAIGHT: bool> Frame<L, STRAIGHT> {
             sound: sound & cut & !none,
             none,
             faces,
+            widths,
         })
     }
 
@@ -329,6 +332,7 @@ fn ends_of<L: Lanes, const STRAIGHT: bool>(row: &Upright, object: &ObjectRay<L>)
             none: L::Mask::splat(true),
             turned: L::Mask::splat(false),
             faces: [no_face(); 2],
+            widths: [L::zero(); 2],
         },
     }
 }

@@ -18,6 +18,7 @@ fn part<L: Lanes>(cuboid: &Cuboid, object: &ObjectRay<L>) -> (Near<L>, Part<L>) 
     let [mut enter, mut exit] = [-infinity, infinity].map(|at| OnFace {
         at: Between::exactly(at),
         face: no_face(),
+        width: L::zero(),
     });
     let (mut sound, mut outside) = (object.ordinary(), off);
     // Within this |t| a ray that is level on an axis moves less than `slack`.
@@ -25,7 +26,7 @@ fn part<L: Lanes>(cuboid: &Cuboid, object: &ObjectRay<L>) -> (Near<L>, Part<L>) 
     for k in 0..3 {
         let (org, dir) = (near.org.axis(k), object.ray.dir.axis(k));
         let (low, high) = (L::from_f64(below[k]), L::from_f64(above[k]));
-        let slack = (L::from_f64(half[k]) + org.abs()) * roundings(5.25)
+        let slack = (L::from_f64(half[k]) + org.abs()) * roundings(6.4)
             + near.error * L::from_f32(1.25)
             + tiny();
         let inverse = L::from_f32(1.0) / dir;
@@ -61,6 +62,7 @@ fn part<L: Lanes>(cuboid: &Cuboid, object: &ObjectRay<L>) -> (Near<L>, Part<L>) 
         sound: sound & !outside,
         none: sound & outside,
         faces: [enter.face, exit.face],
+        widths: [enter.width, exit.width],
     };
     (near, part)
 }

@@ -95,6 +95,7 @@ impl<'a, L: Lanes> Polyhedron<'a, L> {
         let [mut enter, mut exit] = [-infinity, infinity].map(|at| OnFace {
             at: Between::exactly(at),
             face: no_face(),
+            width: L::zero(),
         });
         let mut sound = ordinary;
         let mut some_level = L::Mask::splat(false);
@@ -138,6 +139,8 @@ impl<'a, L: Lanes> Polyhedron<'a, L> {
             sound: sound & !none,
             none: sound & none,
             faces: [enter.face, exit.face],
+            // All planes' rates are looked at.
+            widths: [L::zero(); 2],
         }
     }
 }
@@ -183,6 +186,7 @@ pub fn ends<L: Lanes>(row: &HalfSpace, object: &ObjectRay<L>) -> Ends<L> {
         sound: met | within,
         none: beside,
         faces: [L::zero(); 2],
+        widths: [L::zero(); 2],
     };
     part.ends(&Near::unmoved(object.ray.org))
 }

@@ -218,6 +218,12 @@ impl<L: Lanes> Between<L> {
         }
     }
 
+    /// Half of it; of what is infinite, no number.
+    #[inline(always)]
+    fn width(&self) -> L {
+        (self.most - self.least) * L::from_f32(0.5)
+    }
+
     #[inline(always)]
     fn max(self, o: Between<L>) -> Between<L> {
         Between {
@@ -268,6 +274,10 @@ pub struct Ends<L: Lanes> {
     /// polyhedron's as its planes. No number where that is not certain, and of
     /// quadrics and the sides of cones.
     pub faces: [L; 2],
+    /// How well the face is known by itself that each of the two lies on, where that is
+    /// worse than the bounds say: beside an edge, another face may bound what it leaves
+    /// open. The most of those that it may be.
+    pub widths: [L; 2],
     /// Lanes that are inside before the first and behind the second, or, where there
     /// are none, all along.
     pub turned: L::Mask,
@@ -284,6 +294,7 @@ impl<L: Lanes> Ends<L> {
             none: !span.some,
             turned: L::Mask::splat(false),
             faces: [no_face(); 2],
+            widths: [L::zero(); 2],
         }
     }
 
@@ -299,6 +310,7 @@ impl<L: Lanes> Ends<L> {
             none,
             turned: L::Mask::splat(false),
             faces: [no_face(); 2],
+            widths: [L::zero(); 2],
         }
     }
 }
@@ -325,24 +337,26 @@ impl<L: Lanes> Ends<L> {
     /// With bounds that are wider by so much on both sides.
     #[inline(always)]
     pub fn moved(&self, by: L) -> Ends<L> {
-        self.bounded(|[least, _, most]| [least - by, most + by])
+        self.bounded(|[least, _, most], _| [least - by, most + by])
     }
 
-    /// With bounds that are so many times as wide.
+    /// With bounds that are so many times as wide, and no narrower than so many times
+    /// what is known of their faces.
     #[inline(always)]
     pub fn widened(&self, times: L) -> Ends<L> {
-        self.bounded(|[least, value, most]| {
-            let (below, above) = ((value - least) * times, (most - value) * times);
+        self.bounded(|[least, value, most], width| {
+            let below = (value - least).max(width) * times;
+            let above = (most - value).max(width) * times;
             [value - below, value + above]
         })
     }
 
     /// With wider bounds; what may then be empty, is in doubt.
     #[inline(always)]
-    fn bounded(&self, wider: impl Fn([L; 3]) -> [L; 2]) -> Ends<L> {
+    fn bounded(&self, wider: impl Fn([L; 3], L) -> [L; 2]) -> Ends<L> {
         let infinity = L::splat(L::Scalar::INFINITY);
-        let end = |end: [L; 3]| {
-            let [least, most] = wider(end);
+        let end = |end: [L; 3], width: L| {
+            let [least, most] = wider(end, width);
             // Of an infinite end both may be no number.
             let met = end[1].abs().lt(infinity);
             [
@@ -351,7 +365,8 @@ impl<L: Lanes> Ends<L> {
                 L::select(met, most, end[2]),
             ]
         };
-        let (enter, exit) = (end(self.enter), end(self.exit));
+        let enter = end(self.enter, self.widths[0]);
+        let exit = end(self.exit, self.widths[1]);
         Ends {
             enter,
             exit,
@@ -371,6 +386,7 @@ struct Part<L: Lanes> {
     none: L::Mask,
     /// As of [`Ends`].
     faces: [L; 2],
+    widths: [L; 2],
 }
 
 #[inline(always)]
@@ -383,6 +399,8 @@ fn no_face<L: Lanes>() -> L {
 struct OnFace<L: Lanes> {
     at: Between<L>,
     face: L,
+    /// As of [`Ends`].
+    width: L,
 }
 
 impl<L: Lanes> OnFace<L> {
@@ -393,6 +411,7 @@ impl<L: Lanes> OnFace<L> {
         OnFace {
             at: self.at.max(at),
             face: self.chosen(this, other, face),
+            width: self.wider(this, other, &at),
         }
     }
 
@@ -403,12 +422,20 @@ impl<L: Lanes> OnFace<L> {
         OnFace {
             at: self.at.min(at),
             face: self.chosen(this, other, face),
+            width: self.wider(this, other, &at),
         }
     }
 
     #[inline(always)]
     fn chosen(&self, this: L::Mask, other: L::Mask, face: L) -> L {
         L::select(this, self.face, L::select(other, face, no_face()))
+    }
+
+    #[inline(always)]
+    fn wider(&self, this: L::Mask, other: L::Mask, at: &Between<L>) -> L {
+        let width = at.width();
+        let either = self.width.max(width);
+        L::select(this, self.width, L::select(other, width, either))
     }
 }
 
@@ -435,6 +462,7 @@ impl<L: Lanes> Part<L> {
             none,
             turned: L::Mask::splat(false),
             faces: self.faces,
+            widths: self.widths,
         }
     }
 

@@ -123,6 +123,7 @@ impl<D: Lanes<Scalar = f64, Double = D>> Curve<D> {
             sound: self.ordinary & sound & !none,
             none: self.ordinary & none,
             faces: [no_face(); 2],
+            widths: [D::zero(); 2],
         };
         (part, concave)
     }
@@ -177,5 +178,6 @@ pub fn ends<L: Lanes>(row: &Quadric, object: &ObjectRay<L>, astray: L::Double) -
         none: mask::<L>(none),
         turned: mask::<L>(concave),
         faces: [no_face(); 2],
+        widths: [L::zero(); 2],
     }
 }

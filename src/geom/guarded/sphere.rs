@@ -130,6 +130,7 @@ impl<L: Lanes> Chord<L> {
             sound: ordinary & self.room.gt(error) & slack.lt(L::splat(L::Scalar::INFINITY)),
             none,
             faces: [L::zero(); 2],
+            widths: [L::zero(); 2],
         }
     }
 }

@@ -98,9 +98,12 @@ fn parts<L: Lanes, C: Certainty>(
     let (operands, boxed) = (&mut scratch.operands, &mut scratch.boxed);
     let mut known = L::splat(L::Scalar::INFINITY);
     if C::GUARDED {
-        let until = L::select(awake, limit, asleep);
+        // And what may be one with boundaries between start and limit.
+        let beside = solid.0.farthest_event(&ray.org, &ray.dir);
+        let until = L::select(awake, limit + beside, asleep);
         let rays = (ray.org, ray.dir);
-        solid.0.operands_along(rays, ray.t_min, until, operands);
+        let from = ray.t_min - beside;
+        solid.0.operands_along(rays, from, until, operands);
     } else {
         // What is one with a boundary before the limit, too, and more than that.
         let [blur, share] = blur::<L, C>(ray);
@@ -276,6 +279,14 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
             track.exit = more.get(at + 1).copied().unwrap_or([infinity; 3]);
             track.more = [(at + 2).min(more.len()), more.len()];
             doubt(track, all.unsure.bits(), begin);
+            // Those before the start were not sought. They end there: the sign of the
+            // polynomial is certain at it, wherever within its placement the surface is.
+            if let (Some(_), Some((bounds, condition))) = (wider, combined.box_around(operand)) {
+                let from = ray.t_min - combined.farthest_event(&ray.org, &ray.dir);
+                let before = [from, ray.t_min];
+                let (_, missed) = passes((&bounds, condition), ray, before);
+                reached = reached.max(L::select(missed, -infinity, ray.t_min));
+            }
             continue;
         }
         let mut ends = spaces.ends::<C>((combined, tables), operand, wider);

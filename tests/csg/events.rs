@@ -1,0 +1,176 @@
+//! Boundaries that are one although they are far apart along the ray, for it hardly
+//! rises above the surface of one: beside a ray's start, beside its end, and where
+//! what surrounds an operand does not say how well its surface is known.
+
+use super::asked::{Asked, RIGHT, agree, kernels};
+use super::coincidence::v;
+use super::common::{Random, RayColumns};
+use super::programs::Leaf;
+use glam::{DAffine3, DQuat, DVec3};
+use lanecast::geom::{Cone, Cuboid, Cylinder, Sphere};
+use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};
+use lanecast::trace::{Caching, HitId, ShadowCache};
+
+use Operator::{Difference, Intersection, Union, Xor};
+
+/// Nearest hits up to where each ray ends, and whether there are any, are the judge's.
+/// How many rays meet something.
+fn agree_within(asked: &Asked, rays: &RayColumns, ends: &[f32], name: &str) -> usize {
+    let (world, judge) = (asked.world(), asked.judge());
+    let mut hits = 0;
+    for arithmetic in RIGHT {
+        let kernels = kernels(arithmetic);
+        let answers = rays.closest_within(&world, &kernels, ends);
+        let blocked = rays.any(&world, &kernels, ends, &mut ShadowCache::new(Caching::Off));
+        for (i, end) in ends.iter().enumerate() {
+            let (org, dir) = rays.ray(i);
+            let (dir, end) = (dir.map(f64::from), f64::from(*end));
+            let said = judge.nearest(org, dir, end);
+            let own = said.map_or(HitId::NONE, |hit| HitId {
+                instance: hit.instance,
+                primitive: hit.primitive,
+            });
+            let (t, id) = answers[i];
+            let context = format!("{name}: {arithmetic:?} {org:?} {dir:?} to {end}");
+            assert_eq!(id, own, "{context}: at {t}, not {said:?}");
+            assert_eq!(blocked[i], said.is_some(), "{context}");
+            hits += usize::from(said.is_some());
+        }
+    }
+    hits
+}
+
+/// A block turned by nearly 45° about z, so that its upper right face ends in an edge at
+/// x = 1, y = 0, and is left by rays along (1, −1, 0) at the rate `rise`; and so much
+/// farther another solid, entered head-on.
+fn behind_an_edge(
+    scene: &mut SceneBuilder,
+    (rise, gap): (f64, f64),
+    is_round: bool,
+    operator: Operator,
+    many: bool,
+) -> ShapeId {
+    let one = DVec3::ONE;
+    let block = scene.cuboid(
+        "",
+        Cuboid {
+            min: -one,
+            max: one,
+        },
+    );
+    let turn = DQuat::from_rotation_z(std::f64::consts::FRAC_PI_4 - rise);
+    let edge = turn * v(1.0, -1.0, 0.0);
+    let map = DAffine3::from_rotation_translation(turn, v(1.0, 0.0, 0.0) - edge);
+    let map = scene.transform(map.into());
+    let other = match is_round {
+        true => Leaf::Round(Sphere {
+            center: v(2.0 + gap, 0.0, 0.0),
+            radius: 1.0,
+        }),
+        false => Leaf::Box(Cuboid {
+            min: v(1.0 + gap, -1.5, -1.0),
+            max: v(2.0, 0.5, 1.0),
+        }),
+    };
+    let other = other.add(scene, 1.0);
+    let mut operands = vec![Operand::shape(block).transform(map), Operand::shape(other)];
+    // So many that a tree stands over them.
+    for i in 0..if many { 12 } else { 0 } {
+        let min = v(0.25 * f64::from(i) - 2.0, 2.5, 2.5);
+        let max = min + DVec3::splat(0.2);
+        operands.push(Operand::shape(scene.cuboid("", Cuboid { min, max })));
+    }
+    scene.combination("", operator, &operands)
+}
+
+/// What lies outside of a ray's ends is asked for as far as it may be one with what lies
+/// between: also where it is one of many operands, or its polynomial has no other sign.
+#[test]
+fn boundaries_beyond_the_ends_of_a_ray_may_be_one_with_those_between() {
+    let random = &mut Random(79);
+    let (mut met, mut all) = (0, 0);
+    for i in 0..240_u32 {
+        let rise = 10.0_f64.powf(-4.0 - 3.0 * random.unit());
+        // Some 24 roundings over the rate are one.
+        let gap = random.unit() * 1e-14 / rise;
+        let operator = [Union, Difference, Xor][i as usize % 3];
+        let asked = Asked::one(|scene| {
+            let (is_round, many) = (i & 1 != 0, i & 2 != 0);
+            behind_an_edge(scene, (rise, gap), is_round, operator, many)
+        });
+        let (mut rays, mut ends) = (RayColumns::default(), Vec::new());
+        for k in 0..32 {
+            let dir = v(1.0, -1.0, 0.0);
+            // Past the edge by a few units in the last place: the face is left before it.
+            let high = random.below(8) as f64 * f64::EPSILON;
+            let edge = v(1.0 + high, 0.0, 0.5 * random.unit());
+            // Between both, or begun before them and ended between.
+            let part = gap * random.unit();
+            let back = if k & 1 == 0 { 1.0 } else { -1.0 };
+            let from = if k & 2 == 0 { part } else { part - back * 1e-6 };
+            let end = if k & 2 == 0 { f32::INFINITY } else { 1e-6 };
+            rays.push(edge + dir * from, (dir * back).to_array().map(|x| x as f32));
+            ends.push(end);
+        }
+        let name = format!("{i}, rise {rise}, gap {gap}");
+        met += agree_within(&asked, &rays, &ends, &name);
+        all += ends.len() * RIGHT.len();
+    }
+    assert!(met * 8 > all && met * 8 < all * 7, "{met} of {all}");
+}
+
+/// Rods and needles at an angle, which their boxes are much wider than, touch
+/// themselves.
+#[test]
+fn thin_rods_at_an_angle_are_known_by_their_radius() {
+    let random = &mut Random(80);
+    for i in 0..160 {
+        let axis = (random.vector() + v(1.5, 1.5, 1.5)).normalize() * 4.0;
+        let (base, top) = (-axis, axis);
+        let radius = 10.0_f64.powf(-1.0 - 3.0 * random.unit());
+        let leaf = match i % 2 {
+            0 => Leaf::Cylinder(Cylinder {
+                base,
+                top,
+                radius,
+                open: false,
+            }),
+            _ => Leaf::Cone(Cone {
+                base,
+                top,
+                base_radius: radius * 0.5,
+                top_radius: radius * 1.5,
+                open: false,
+            }),
+        };
+        let across = axis.cross(random.vector()).normalize();
+        // As far off as placement is, or a few times that.
+        let gap = 10.0_f64.powf(-15.5 + 2.5 * random.unit());
+        let shift = [1.0, 3.0, 10.0, 100.0][i / 2 % 4];
+        let operator = [Union, Intersection, Difference, Xor][i / 8 % 4];
+        let asked = Asked::one(|scene| {
+            let rod = leaf.add(scene, 1.0);
+            let there = scene.transform(DAffine3::from_translation(v(0.0, 0.0, shift)).into());
+            let away = scene.combination("", Union, &[Operand::shape(rod).transform(there)]);
+            let back = across * (2.0 * radius + gap) - v(0.0, 0.0, shift);
+            let back = scene.transform(DAffine3::from_translation(back).into());
+            let operands = [Operand::shape(rod), Operand::shape(away).transform(back)];
+            scene.combination("", operator, &operands)
+        });
+        let mut rays = RayColumns::default();
+        for k in 0..48 {
+            // Through the line that they touch in, from outside, from within, or from it.
+            let off = across.cross(axis).normalize() * (random.unit() - 0.5);
+            let off = off * [0.0, 1e-6, 1e-3][k % 3] * radius;
+            let dir = (across + off / radius).to_array().map(|x| x as f32);
+            let dir = if k & 1 == 0 { dir } else { dir.map(|x| -x) };
+            let along = DVec3::from_array(dir.map(f64::from));
+            // Near the middle coordinates are small there, and bounds with them.
+            let place = (random.unit() - 0.5) * [0.0, radius, 1.0][k / 16];
+            let touch = across * radius + axis * place + off;
+            let before = [3.0, 1.0, 0.5, 1e-9][k / 4 % 4] * radius;
+            rays.push(touch - along * before, dir);
+        }
+        agree(&asked, &rays);
+    }
+}

@@ -7,9 +7,19 @@ use super::lanes::{Lanes, Mask};
 use super::vec3::Vec3;
 use glam::DVec3;
 
+/// At any scale.
 #[inline]
 pub fn length(v: DVec3) -> f64 {
-    v.length_squared().sqrt()
+    let squared = v.length_squared();
+    if (1e-200..1e200).contains(&squared) {
+        return squared.sqrt();
+    }
+    let size = v.abs().max_element();
+    if size > 0.0 && size.is_finite() {
+        size * (v / size).length_squared().sqrt()
+    } else {
+        size
+    }
 }
 
 /// Unit length at any scale; zero and what is not finite give zero.

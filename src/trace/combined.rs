@@ -398,9 +398,8 @@ fn sharpen(solid: &CsgSolid, operand: &CsgOperand, line: &Line, mark: &mut Mark)
         mark.t = Bounded::exact(root.rounded());
     }
     let frame = &solid.frames[operand.frame as usize];
-    let own = in_frame(frame, operand.frame, line);
     let at = |line: &Line| DVec3::from_array(line.org) + DVec3::from_array(line.dir) * mark.t.value;
-    let normal = root.normal_at(at(&own));
+    let normal = root.normal_at(mark.t.value);
     let normal = frame
         .operand_from_solid
         .transposed_vector(normal.to_array());

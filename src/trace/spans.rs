@@ -6,7 +6,7 @@
 //! without inside (polygons; open cylinders, cones and implicit surfaces; meshes that
 //! are not closed) are counted and left out.
 
-use super::combined::{TURNED, boundaries, in_frame, passes_by};
+use super::combined::{TURNED, boundaries, passes_by};
 use super::decide::solid_of;
 use crate::accel::{Combined, FacetTrees};
 use crate::geom::exact::{Line, Root, span};
@@ -158,7 +158,7 @@ impl Ray<'_> {
         };
         let end = |root: Root| {
             let t = root.rounded();
-            let normal = root.normal_at(at(&self.line, t));
+            let normal = root.normal_at(t);
             self.end(t, self.appearance.shape, None, normal)
         };
         let parts = span(&solid, &self.line);
@@ -182,8 +182,7 @@ impl Ray<'_> {
                 let operand = &solid.operands[number as usize];
                 let frame = &solid.frames[operand.frame as usize];
                 let t = crossing.root.rounded();
-                let own = in_frame(frame, operand.frame, &self.line);
-                let normal = crossing.root.normal_at(at(&own, t)).to_array();
+                let normal = crossing.root.normal_at(t).to_array();
                 let normal = frame.operand_from_solid.transposed_vector(normal);
                 let side = if crossing.primitive & TURNED != 0 {
                     -1.0
@@ -233,8 +232,4 @@ impl Ray<'_> {
             normal: normal + DVec3::ZERO,
         }
     }
-}
-
-fn at(line: &Line, t: f64) -> DVec3 {
-    DVec3::from_array(line.org) + DVec3::from_array(line.dir) * t
 }

@@ -7,7 +7,7 @@ use super::coincidence::v;
 use super::common::{Random, RayColumns};
 use super::programs::Leaf;
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::geom::{Cone, Cuboid, Cylinder, Sphere};
+use lanecast::geom::{Cone, Cuboid, Cylinder, HalfSpace, Quadric, Sphere};
 use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};
 use lanecast::trace::{Caching, HitId, ShadowCache};
 
@@ -172,5 +172,111 @@ fn thin_rods_at_an_angle_are_known_by_their_radius() {
             rays.push(touch - along * before, dir);
         }
         agree(&asked, &rays);
+    }
+}
+
+/// Rays from a point into a cone that is some hundredths wide.
+fn rays_from(random: &mut Random, org: DVec3, dir: DVec3, width: f64) -> RayColumns {
+    let mut rays = RayColumns::default();
+    for _ in 0..64 {
+        let dir = dir.normalize() + random.vector() * width;
+        rays.push(org, dir.to_array().map(|x| x as f32));
+    }
+    rays
+}
+
+/// What lies between two solids by a tolerance, or between spaces by placement, is worked
+/// out from their normals; these may have any length, and be small beside coordinates.
+#[test]
+fn normals_of_any_length_say_how_far_off_a_surface_may_be() {
+    let random = &mut Random(81);
+    let far = v(1e9, 0.0, 0.0);
+    for kind in 0..6 {
+        let mut tolerance = 0.1;
+        let asked = Asked::one(|scene| {
+            let [a, b] = match kind {
+                // Two half-spaces, as written with normals that have no squares.
+                0..4 => {
+                    let size = [1e-170, 1e170, 1.0, 1e-300][kind];
+                    [(1.0, 0.0), (-1.0, -0.05)].map(|(side, offset)| {
+                        let (normal, offset) = (DVec3::Z * (side * size), offset * size);
+                        scene.half_space("", HalfSpace { normal, offset })
+                    })
+                }
+                // Small balls far away, with a gap for which the rate matters.
+                _ => {
+                    tolerance = [4.2e-7, 3e-7][kind - 4];
+                    [0.0, 2e-6].map(|x| {
+                        let center = far + v(x, 0.0, 0.0);
+                        let radius = 1e-6;
+                        scene.sphere("", Sphere { center, radius })
+                    })
+                }
+            };
+            let (shape, id) = scene.declare_combination("", Union);
+            scene.set_operands(id, &[a, b].map(Operand::shape));
+            scene.set_tolerance(id, tolerance);
+            shape
+        });
+        let rays = match kind {
+            0..4 => rays_from(random, v(0.3, 0.1, -0.5), v(-0.1, -0.2, 1.0), 0.05),
+            _ => rays_from(random, far + v(0.0, 7e-7, 0.0), DVec3::X, 0.2),
+        };
+        agree_within(&asked, &rays, &[f32::INFINITY; 64], &format!("{kind}"));
+    }
+}
+
+/// Planes as quadrics, in two spaces: nearer than both of their placements together.
+#[test]
+fn planes_by_their_quadrics_are_one_within_their_placements() {
+    let random = &mut Random(82);
+    for (distance, gap) in [(1e3, 1.7e-11), (1e9, 1.7e-5), (1e3, 4e-12), (1e3, 4e-11)] {
+        let asked = Asked::one(|scene| {
+            let (min, max) = (v(-1.0, -1.0, distance - 1.0), v(1.0, 1.0, distance + 1.0));
+            let block = scene.cuboid("", Cuboid { min, max });
+            let planes = [0.0, 1.0].map(|i| {
+                let coefficients = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, -gap * i];
+                let plane = scene.quadric("", Quadric { coefficients });
+                let map = DAffine3::from_translation(v(distance * i, 0.0, distance));
+                Operand::shape(plane).transform(scene.transform(map.into()))
+            });
+            let both = scene.combination("", Xor, &planes);
+            scene.combination("", Intersection, &[block, both].map(Operand::shape))
+        });
+        let rays = rays_from(random, v(0.3, 0.2, 0.0), DVec3::Z, 0.3 / distance);
+        let name = format!("{distance} {gap}");
+        agree_within(&asked, &rays, &[f32::INFINITY; 64], &name);
+    }
+}
+
+/// A plane, itself in a space where it may be far off, and a third one that is one with
+/// the second alone.
+#[test]
+fn what_follows_either_of_two_planes_that_are_nearly_one_may_be_one_with_them() {
+    let random = &mut Random(83);
+    for (scale, gap) in [(1e9, 1e-9), (1e12, 2e-6), (1e9, 1e-5)] {
+        let asked = Asked::one(|scene| {
+            let one = DVec3::ONE;
+            let block = scene.cuboid(
+                "",
+                Cuboid {
+                    min: -one,
+                    max: one,
+                },
+            );
+            let mut below = |side: f64, offset: f64| {
+                let normal = DVec3::Z * side;
+                scene.half_space("", HalfSpace { normal, offset })
+            };
+            let (lower, upper, taken) = (below(1.0, 0.0), below(-1.0, 0.0), below(-1.0, -gap));
+            let map = DAffine3::from_scale(v(scale, 1e3, 3e3));
+            let upper = Operand::shape(upper).transform(scene.transform(map.into()));
+            let union = scene.combination("", Union, &[Operand::shape(lower), upper]);
+            let less = scene.combination("", Difference, &[union, taken].map(Operand::shape));
+            scene.combination("", Intersection, &[block, less].map(Operand::shape))
+        });
+        let rays = rays_from(random, v(0.9, 0.0, -0.5), v(-0.05, 0.0, 0.5), 0.1);
+        let name = format!("{scale} {gap}");
+        agree_within(&asked, &rays, &[f32::INFINITY; 64], &name);
     }
 }

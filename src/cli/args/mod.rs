@@ -26,7 +26,7 @@ use values::{
     PeerChoice, ReuseChoice, Sweeps, no_tiles, parse_accel, parse_accels, parse_aovs,
     parse_bench_builds, parse_build, parse_caching, parse_cachings, parse_coefficients,
     parse_error, parse_generated, parse_grid, parse_growth, parse_interval, parse_kd_clip,
-    parse_kd_stop, parse_kinds, parse_lanes, parse_offset, parse_order, parse_peers,
+    parse_kd_stop, parse_kinds, parse_lanes, parse_offset, parse_order, parse_page, parse_peers,
     parse_precision, parse_reuse, parse_scale, parse_size, parse_solver, parse_sweeps,
 };
 
@@ -151,7 +151,7 @@ pub struct BenchArgs {
     #[arg(long, value_name = "USE", default_value = "on", value_parser = parse_cachings)]
     pub shadow_cache: BenchCachings,
     /// Draw the results, as an HTML page
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = parse_page)]
     pub plot: Option<PathBuf>,
     #[command(flatten)]
     pub solver: SolverArgs,
@@ -181,7 +181,7 @@ pub struct ExtremesArgs {
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
     /// Draw the results, as an HTML page
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = parse_page)]
     pub plot: Option<PathBuf>,
     /// fast, guarded or exact alone [default: all three]
     #[arg(long, value_name = "MODE", value_parser = parse_precision)]
@@ -266,7 +266,8 @@ pub struct RootsArgs {
         long,
         value_name = "FILE",
         requires = "file",
-        conflicts_with = "coeffs"
+        conflicts_with = "coeffs",
+        value_parser = parse_page
     )]
     pub plot: Option<PathBuf>,
     /// Machine-readable results; - is standard output

@@ -14,6 +14,7 @@ use crate::roots::{Interval, Solver};
 use crate::trace::{Caching, Reuse};
 use glam::DVec3;
 use std::ops::Bound;
+use std::path::PathBuf;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
@@ -95,6 +96,14 @@ pub fn parse_scale(text: &str) -> Result<f64, String> {
         .ok()
         .filter(|s: &f64| s.is_finite() && *s > 0.0)
         .ok_or("write a finite number above 0, such as 1e-6".into())
+}
+
+/// Pages are for files.
+pub fn parse_page(text: &str) -> Result<PathBuf, String> {
+    match text {
+        "-" => Err("a page goes to a file; name one, such as page.html".into()),
+        _ => Ok(text.into()),
+    }
 }
 
 pub fn parse_offset(text: &str) -> Result<DVec3, String> {

@@ -63,10 +63,10 @@ impl<'a> Root<'a> {
         matches!(self.surface, Surface::Implicit(_))
     }
 
-    /// Of the surface that is crossed, at or near the crossing `p`: outward, any
-    /// length. At an edge of a solid it is that of the face that decides.
-    pub fn normal_at(&self, p: DVec3) -> DVec3 {
-        self.surface.normal_at(p)
+    /// Of the surface that is crossed, where the root's line is at or near the crossing
+    /// `t`: outward, any length. At an edge of a solid it is that of the face that decides.
+    pub fn normal_at(&self, t: f64) -> DVec3 {
+        self.surface.normal_along(&self.line, t)
     }
 
     /// By t, exactly.

@@ -52,7 +52,10 @@ pub(super) enum Surface<'a> {
 
 impl Surface<'_> {
     /// Outward, any length, in f64, of the surface's nearest place to `p`.
-    pub fn normal_at(&self, p: DVec3) -> DVec3 {
+    pub fn normal_along(&self, line: &Line, t: f64) -> DVec3 {
+        let (org, dir) = (DVec3::from_array(line.org), DVec3::from_array(line.dir));
+        // Relative to a centre before t d is added, which far away would round that off.
+        let from = |center: DVec3| (org - center) + dir * t;
         match self {
             Surface::Plane { normal, .. } | Surface::PlaneThrough { normal, .. } => {
                 DVec3::from_array(*normal)
@@ -65,22 +68,27 @@ impl Surface<'_> {
                 let [a, b, c] = corners.map(|c| DVec3::from_array(c.map(f64::from)));
                 (b - a).cross(c - a)
             }
-            Surface::Sphere { center, .. } => p - DVec3::from_array(*center),
+            Surface::Sphere { center, .. } => from(DVec3::from_array(*center)),
             Surface::Ellipsoid { center, radii } => {
                 let radii = DVec3::from_array(*radii);
-                (p - DVec3::from_array(*center)) / radii / radii
+                from(DVec3::from_array(*center)) / radii / radii
             }
             Surface::Quadric(coefficients) => Quadric {
                 coefficients: *coefficients,
             }
-            .normal_at(p),
-            Surface::Implicit(tape) => implicit::gradient_at(tape, p),
-            Surface::LevelSet { formula, .. } => value_and_gradient(formula, p.to_array()).1.into(),
+            .normal_at(from(DVec3::ZERO)),
+            Surface::Implicit(tape) => implicit::gradient_at(tape, from(DVec3::ZERO)),
+            Surface::LevelSet { formula, .. } => {
+                let at = from(DVec3::ZERO).to_array();
+                value_and_gradient(formula, at).1.into()
+            }
             Surface::Side(cone) => Cone {
+                base: DVec3::ZERO,
+                top: cone.top - cone.base,
                 open: true,
                 ..*cone
             }
-            .normal_at(p),
+            .normal_at(from(cone.base)),
         }
     }
 

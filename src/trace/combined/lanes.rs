@@ -373,6 +373,7 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
         // Which operand's, and how it is met there, before they are flipped.
         let mut at = [infinity; 3];
         let (mut numbers, mut entering, mut taken) = ([0; 16], 0, 0);
+        let mut farthest = -infinity;
         for i in 0..tracks.len() {
             let track = &mut tracks[i];
             let here = track.next[from].le(event).bits() & open;
@@ -381,6 +382,10 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
             }
             let (next, outside) = (track.next, !track.inside);
             track.flip(here, infinity);
+            if here & nearly != 0 {
+                let reaches = L::select(L::Mask::from_bits(here), next[to], -infinity);
+                farthest = farthest.max(reaches);
+            }
             let [from, to] = track.more;
             if from < to {
                 track.follow(L::Mask::from_bits(here), &mut more[from..to]);
@@ -402,6 +407,16 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
             }
             entering |= first & outside;
             taken |= first;
+        }
+        // With planes that are nearly one, what follows any of them may be one event.
+        if nearly & open != 0 {
+            let mut late = 0;
+            for track in tracks.iter() {
+                late |= track.next[from].le(farthest).bits();
+            }
+            late &= nearly & open;
+            met.unsure |= late;
+            open &= !late;
         }
         let now = ask(tracks);
         let mut changed = (now ^ start) & open;

@@ -56,7 +56,7 @@ impl<D: Lanes<Scalar = f64, Double = D>> Curve<D> {
         let constant_form = form.is_nothing_times(dir);
         let level = constant_form & form.is_nothing_along(dir);
         let of_a = all_along.dot(length) * roundings(6.25) + lost(dir.max_abs());
-        // A root of what is linear grows by half as much as one of what bends.
+        // What is linear is crossed as far off as the surface is, not four times as far.
         let astray = D::select(constant_form, astray + astray, astray);
         let of_b = all_b * roundings(7.25)
             + all_along.dot(off) * D::from_f32(1.01)

@@ -70,9 +70,13 @@ struct Placement {
     event: [f64; 2],
 }
 
-/// Surfaces are met no slower than at this part of the ray's speed, where it matters how
-/// far off they may be.
-const SLOWEST: f64 = 1.0 / (1_u64 << 26) as f64;
+/// Roundings that a frame's numbers carry: of its matrix' product, of the ray
+/// through it, of the surface's own.
+pub const PLACEMENT: f64 = 16.0 * f64::EPSILON;
+
+/// A surface that the ray nearly runs along, is met anywhere; but not so far away: no
+/// slower than at this part of the ray's speed.
+pub const SLOWEST: f64 = 1.0 / (1_u64 << 26) as f64;
 
 impl Placement {
     /// `size`: the solid's.
@@ -83,10 +87,10 @@ impl Placement {
         let unit = 2.0 * 32.0 * UNIT * to_norm;
         let share = unit * from_norm * to_norm;
         let rest = unit * (from_norm * moved + frame.reach);
-        let roundings = to.stretch() * (0.51 * 16.0 * f64::EPSILON);
+        let roundings = to.stretch() * (0.51 * PLACEMENT);
         let fixed = from_norm * (to_norm * size + moved) + frame.reach;
         // Of two boundaries, and twice, for the roundings of all this.
-        let slowest = 4.0 * 16.0 * f64::EPSILON / SLOWEST;
+        let slowest = 4.0 * PLACEMENT / SLOWEST;
         Placement {
             plane: [share, share * size + rest],
             surface: [roundings * from_norm * to_norm, roundings * fixed],

@@ -38,7 +38,7 @@ pub use block::{Apart, Block, Blocks, Shared, UNUSED, VERTICES};
 pub use boxes::{BoxRow, BoxRows, ItemBoxes};
 pub use build::{BuildQuality, MAX_DEPTH, build_boxes, build_mesh, refit, refit_boxes};
 pub use bvh::{Child, Node, Stack, Tree, WIDTH};
-pub use combined::Combined;
+pub use combined::{Combined, PLACEMENT, SLOWEST};
 pub use count::{Count, Counter, Counts};
 pub use facets::{FacetTrees, Facets};
 pub use forest::{Forest, Forests, MeshTree, NestedForest, WideForest};

@@ -12,7 +12,7 @@ mod leaf;
 mod mesh;
 
 use super::decide::solid_of;
-use crate::accel::Combined;
+use crate::accel::{Combined, PLACEMENT, SLOWEST};
 use crate::csg::{Boundary, Walk};
 use crate::geom::exact::{Inside, Line, Root, crossings, meetings_between, span};
 use crate::geom::guarded::implicit::Crossing as Crossed;
@@ -346,15 +346,8 @@ pub(super) fn passes_by(bounds: &Aabb, line: &Line, condition: f64) -> bool {
     line.part_in(bounds, condition).is_none()
 }
 
-/// Roundings that a frame's numbers carry: of its matrix' product, of the ray
-/// through it, of the surface's own.
-const PLACEMENT: f64 = 16.0 * f64::EPSILON;
-
 /// t that is known no better than to this part is worth being worked out exactly.
 const KNOWN: f64 = 1.0 / (1_u64 << 49) as f64;
-
-/// A surface that the ray nearly runs along, is met anywhere; but not so far away.
-const STEEPEST: f64 = 1.0 / (1_u64 << 26) as f64;
 
 fn mark<'a>(solid: &CsgSolid, operand: &CsgOperand, line: &Line, root: Root<'a>) -> Mark<'a> {
     let mut mark = Mark {
@@ -380,7 +373,7 @@ fn mark<'a>(solid: &CsgSolid, operand: &CsgOperand, line: &Line, root: Root<'a>)
     mark.is_rough = true;
     let [org, dir] = [line.org, line.dir].map(DVec3::from_array);
     let far = dir.abs().max_element() * (value.abs() + error);
-    let rate = length(dir) * STEEPEST;
+    let rate = length(dir) * SLOWEST;
     // Twice, for the roundings of this.
     let size = 2.0 * (org.abs().max_element() + far);
     mark.placement = placement(solid, operand, size) / rate;
@@ -406,7 +399,7 @@ fn sharpen(solid: &CsgSolid, operand: &CsgOperand, line: &Line, mark: &mut Mark)
     let normal = DVec3::from_array(normal);
     let dir = DVec3::from_array(line.dir);
     let rate = (normal.dot(dir) / length(normal)).abs();
-    let rate = rate.max(length(dir) * STEEPEST);
+    let rate = rate.max(length(dir) * SLOWEST);
     let reach = DVec3::from_array(line.org).abs().max(at(line).abs());
     mark.placement = placement(solid, operand, reach.max_element()) / rate;
     mark.tolerance = solid.tolerance / rate;

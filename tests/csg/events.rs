@@ -40,6 +40,11 @@ fn agree_within(asked: &Asked, rays: &RayColumns, ends: &[f32], name: &str) -> u
     hits
 }
 
+fn cube(scene: &mut SceneBuilder) -> ShapeId {
+    let [min, max] = [DVec3::NEG_ONE, DVec3::ONE];
+    scene.cuboid("", Cuboid { min, max })
+}
+
 /// A block turned by nearly 45° about z, so that its upper right face ends in an edge at
 /// x = 1, y = 0, and is left by rays along (1, −1, 0) at the rate `rise`; and so much
 /// farther another solid, entered head-on.
@@ -50,14 +55,7 @@ fn behind_an_edge(
     operator: Operator,
     many: bool,
 ) -> ShapeId {
-    let one = DVec3::ONE;
-    let block = scene.cuboid(
-        "",
-        Cuboid {
-            min: -one,
-            max: one,
-        },
-    );
+    let block = cube(scene);
     let turn = DQuat::from_rotation_z(std::f64::consts::FRAC_PI_4 - rise);
     let edge = turn * v(1.0, -1.0, 0.0);
     let map = DAffine3::from_rotation_translation(turn, v(1.0, 0.0, 0.0) - edge);
@@ -256,14 +254,7 @@ fn what_follows_either_of_two_planes_that_are_nearly_one_may_be_one_with_them() 
     let random = &mut Random(83);
     for (scale, gap) in [(1e9, 1e-9), (1e12, 2e-6), (1e9, 1e-5)] {
         let asked = Asked::one(|scene| {
-            let one = DVec3::ONE;
-            let block = scene.cuboid(
-                "",
-                Cuboid {
-                    min: -one,
-                    max: one,
-                },
-            );
+            let block = cube(scene);
             let mut below = |side: f64, offset: f64| {
                 let normal = DVec3::Z * side;
                 scene.half_space("", HalfSpace { normal, offset })

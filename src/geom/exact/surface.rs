@@ -51,7 +51,7 @@ pub(super) enum Surface<'a> {
 }
 
 impl Surface<'_> {
-    /// Outward, any length, in f64, of the surface's nearest place to `p`.
+    /// Outward, any length, in f64, of the surface's nearest place to where `line` is at `t`.
     pub fn normal_along(&self, line: &Line, t: f64) -> DVec3 {
         let (org, dir) = (DVec3::from_array(line.org), DVec3::from_array(line.dir));
         // Relative to a centre before t d is added, which far away would round that off.

@@ -20,6 +20,9 @@ pub enum CliError {
     Stdout(std::io::Error),
     #[error("interrupted; nothing was written")]
     Interrupted,
+    /// While results waited for the reader of a pipe.
+    #[error("interrupted while nobody read the results; no file was written")]
+    Unread,
 }
 
 impl From<RenderError> for CliError {
@@ -41,10 +44,11 @@ impl CliError {
     pub fn exit_code(&self) -> u8 {
         match self {
             CliError::Short(_) => 1,
-            CliError::Usage(_) => 2,
+            // As is an output over the scene's own file, which is seen before it is read.
+            CliError::Usage(_) | CliError::Load(LoadError::Output { .. }) => 2,
             CliError::Load(_) => 3,
             CliError::Save(_) | CliError::Stdout(_) => 4,
-            CliError::Interrupted => 130,
+            CliError::Interrupted | CliError::Unread => 130,
         }
     }
 }

@@ -2,9 +2,9 @@
 
 use super::args::{ExportArgs, RENDER_SIZE};
 use super::error::CliError;
-use super::output::{Sink, check_destinations, print};
+use super::output::{Results, Sink, check_destinations, print};
 use super::scene;
-use crate::io::{LoadError, Outputs, pov_text};
+use crate::io::{LoadError, pov_text};
 use crate::scene::Appearances;
 
 pub fn run(args: &ExportArgs) -> Result<(), CliError> {
@@ -20,8 +20,7 @@ pub fn run(args: &ExportArgs) -> Result<(), CliError> {
         return print(&text);
     };
     let bytes = text.len();
-    let mut outputs = Outputs::default();
-    outputs.add(path, text.into_bytes())?;
-    outputs.commit()?;
-    print(&format!("{}: {bytes} bytes\n", path.display()))
+    let mut results = Results::default();
+    results.outputs.add(path, text.into_bytes())?;
+    results.commit(&format!("{}: {bytes} bytes\n", path.display()))
 }

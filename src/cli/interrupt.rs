@@ -2,15 +2,16 @@
 //!
 //! The command that is asked to stop writes nothing and exits 130. Work asks only now
 //! and then whether it is to go on, and a single ray may keep it for minutes; so what has
-//! not stopped of itself after a while is ended, unless its results are being written.
-//! Ended at once, the process still takes its unfinished files with it.
+//! not stopped of itself after a while is ended, unless its files are getting their names.
+//! So is a wait for a pipe that nobody reads. Ended at once, the process still takes its unfinished
+//! files with it.
 
 use super::error::CliError;
 use super::output::complain;
 use crate::io::discard_unfinished;
 use crate::render::Progress;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::time::Duration;
 
 /// For work to stop of itself.
@@ -21,6 +22,9 @@ static ENDS: AtomicU8 = AtomicU8::new(OPEN);
 const OPEN: u8 = 0;
 const BY_WORK: u8 = 1;
 const BY_PATIENCE: u8 = 2;
+
+/// Results go to standard output, a device or a pipe, which may have part of them.
+static SENDING: AtomicBool = AtomicBool::new(false);
 
 /// A progress whose `cancel` is set by the first signal. Call it once.
 pub fn watch() -> Arc<Progress> {
@@ -44,13 +48,22 @@ fn lose_patience() {
     let taken = ENDS.compare_exchange(OPEN, BY_PATIENCE, Ordering::SeqCst, Ordering::SeqCst);
     if taken.is_ok() {
         let _nothing_begins = discard_unfinished();
-        let error = CliError::Interrupted;
+        let error = match SENDING.load(Ordering::SeqCst) {
+            true => CliError::Unread,
+            false => CliError::Interrupted,
+        };
         complain(&format!("error: {error}"));
         std::process::exit(error.exit_code().into());
     }
 }
 
-/// From here on results appear, or an error is told: no lost patience comes between.
+/// From here on results are written where they cannot be taken back. No file has its
+/// name yet.
+pub fn sending() {
+    SENDING.store(true, Ordering::SeqCst);
+}
+
+/// From here on files appear, or an error is told: no lost patience comes between.
 /// Does not return where that came first.
 pub fn settle() {
     let before = ENDS.compare_exchange(OPEN, BY_WORK, Ordering::SeqCst, Ordering::SeqCst);

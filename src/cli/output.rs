@@ -26,8 +26,8 @@ impl Sink {
     }
 }
 
-/// Machine-readable results that wait for the end of the run: files join the
-/// others of the run, standard output comes last.
+/// Results that wait for the end of the run: files join the others of the run, and
+/// have their names when standard output has what it gets.
 #[derive(Default)]
 pub struct Results {
     pub outputs: Outputs,
@@ -55,16 +55,19 @@ impl Results {
         Ok(())
     }
 
-    /// Gives the files their names, then prints. `summary` is for people and
-    /// keeps out of the way of a program that reads standard output.
-    pub fn commit(self, summary: &str) -> Result<(), CliError> {
+    /// Prints, then gives the files their names: none has one where anything else
+    /// could not be written. `summary` is for people and keeps out of the way of a
+    /// program that reads standard output.
+    pub fn commit(mut self, summary: &str) -> Result<(), CliError> {
+        // A reader may keep these waiting, so lost patience still ends them.
+        interrupt::sending();
+        self.outputs.send()?;
+        print(match self.stdout.as_str() {
+            "" => summary,
+            json => json,
+        })?;
         interrupt::settle();
-        self.outputs.commit()?;
-        if self.stdout.is_empty() {
-            print(summary)
-        } else {
-            print(&self.stdout)
-        }
+        Ok(self.outputs.commit()?)
     }
 }
 

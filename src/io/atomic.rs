@@ -4,7 +4,8 @@
 //! for; [`Outputs::commit`] renames them, when all are complete. Dropped before
 //! that, it leaves nothing behind, and an older file of the same name stays as
 //! it was. A write through a symbolic link replaces the link's target; a device
-//! or pipe (`/dev/stdout`) cannot be renamed over and is written at the commit.
+//! or pipe (`/dev/stdout`) cannot be renamed over, nor what it was given taken back,
+//! so it is written before any file has its name ([`Outputs::send`]).
 //!
 //! [`discard_unfinished`] serves a process that must end at once, while another
 //! of its threads may be writing.
@@ -18,68 +19,59 @@ use tempfile::TempPath;
 
 #[derive(Debug, Default)]
 pub struct Outputs {
-    files: Vec<Output>,
+    files: Vec<Renamed>,
+    /// Devices and pipes, and what they are to be given.
+    direct: Vec<(PathBuf, Vec<u8>)>,
 }
 
 #[derive(Debug)]
-enum Output {
-    Renamed {
-        temporary: Temporary,
-        target: PathBuf,
-        existed: bool,
-    },
-    Direct {
-        target: PathBuf,
-        bytes: Vec<u8>,
-    },
+struct Renamed {
+    temporary: Temporary,
+    target: PathBuf,
+    existed: bool,
 }
 
 impl Outputs {
     /// Writes one file, as yet under a temporary name.
     pub fn add(&mut self, path: &Path, bytes: Vec<u8>) -> Result<(), SaveError> {
-        let output = match destination(path)? {
-            Destination::Device => Output::Direct {
-                target: path.into(),
-                bytes,
-            },
+        match destination(path)? {
+            Destination::Device => self.direct.push((path.into(), bytes)),
             Destination::File {
                 target,
                 permissions,
-            } => Output::Renamed {
+            } => self.files.push(Renamed {
                 existed: permissions.is_some(),
                 temporary: Temporary::write(&target, &bytes, permissions)
                     .map_err(|source| failed(path, source))?,
                 target,
-            },
-        };
-        self.files.push(output);
+            }),
+        }
         Ok(())
     }
 
-    /// Gives all files their names. If one cannot be placed, those of them that
-    /// are new are taken away again.
-    pub fn commit(self) -> Result<(), SaveError> {
+    /// Writes what goes to devices and pipes. Whoever reads there may keep it waiting
+    /// for as long as they like.
+    pub fn send(&mut self) -> Result<(), SaveError> {
+        for (target, bytes) in self.direct.drain(..) {
+            write_device(&target, &bytes).map_err(|source| failed(&target, source))?;
+        }
+        Ok(())
+    }
+
+    /// Sends what is not sent yet, then gives all files their names. If one cannot be
+    /// placed, those of them that are new are taken away again.
+    pub fn commit(mut self) -> Result<(), SaveError> {
+        self.send()?;
         let mut created = Vec::new();
-        for output in self.files {
-            let placed = match output {
-                Output::Renamed {
-                    temporary,
-                    target,
-                    existed,
-                } => temporary.place(&target).map(|()| {
-                    if !existed {
-                        created.push(target);
-                    }
-                }),
-                Output::Direct { target, bytes } => {
-                    write_device(&target, &bytes).map_err(|source| failed(&target, source))
-                }
-            };
-            if let Err(error) = placed {
+        for file in self.files {
+            if let Err(error) = file.temporary.place(&file.target) {
                 for path in created {
                     let _ = fs::remove_file(path);
                 }
                 return Err(error);
+            }
+            if !file.existed {
+                created.push(file.target);
             }
         }
         Ok(())

@@ -86,7 +86,7 @@ fn what_a_scene_names_is_not_overwritten() {
             .output()
             .unwrap();
         let said = stderr(&output);
-        assert_eq!(output.status.code(), Some(3), "{said}");
+        assert_eq!(output.status.code(), Some(2), "{said}");
         assert!(
             said.contains("'m.ply', which an output would replace"),
             "{said}"
@@ -118,9 +118,62 @@ fn a_reader_that_leaves_is_no_error() {
     }
 }
 
+/// All outputs or none: where standard output is full, no file stays.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_output() {
+    let full = || fs::File::create("/dev/full").unwrap();
+    for arguments in [
+        small(&["-o", "x.png"]),
+        small(&["-o", "x.png", "--json", "-"]),
+        small(&["-o", "x.png", "--json", "j", "--stats", "-"]),
+        vec!["--help"],
+        vec!["render", "--help"],
+        vec!["--version"],
+    ] {
+        let folder = folder();
+        fs::write(folder.path().join("x.png"), "older").unwrap();
+        let output = Command::new(env!("CARGO_BIN_EXE_lanecast"))
+            .current_dir(folder.path())
+            .args(&arguments)
+            .stdout(full())
+            .output()
+            .unwrap();
+        assert_eq!(output.status.code(), Some(4), "{arguments:?}");
+        let said = stderr(&output);
+        assert!(
+            said.contains("standard output: cannot be written"),
+            "{said}"
+        );
+        assert_eq!(names(folder.path()), ["x.png"]);
+        assert_eq!(fs::read(folder.path().join("x.png")).unwrap(), b"older");
+    }
+}
+
+/// A pipe without a reader: one signal ends the wait.
+#[cfg(target_os = "linux")]
+#[test]
+fn interrupted_where_nobody_reads() {
+    let folder = folder();
+    let made = Command::new("mkfifo")
+        .arg(folder.path().join("pipe"))
+        .status();
+    if !made.is_ok_and(|status| status.success()) {
+        println!("skipped: no mkfifo");
+        return;
+    }
+    let arguments = small(&["-o", "x.png", "--json", "pipe"]);
+    let says = "interrupted while nobody read the results; no file was written";
+    interrupt("-TERM", &arguments, folder.path(), says);
+    assert_eq!(names(folder.path()), ["pipe"]);
+}
+
+#[cfg(unix)]
+const NOTHING: &str = "interrupted; nothing was written";
+
 /// A signal, once the work has begun: it ends, says so, and leaves nothing.
 #[cfg(unix)]
-fn interrupt(signal: &str, arguments: &[&str], folder: &Path) {
+fn interrupt(signal: &str, arguments: &[&str], folder: &Path, says: &str) {
     let mut child = Command::new(env!("CARGO_BIN_EXE_lanecast"))
         .current_dir(folder)
         .args(arguments)
@@ -142,7 +195,7 @@ fn interrupt(signal: &str, arguments: &[&str], folder: &Path) {
     }
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
-    assert!(stderr(&output).contains("interrupted; nothing was written"));
+    assert!(stderr(&output).contains(says), "{}", stderr(&output));
 }
 
 #[cfg(unix)]
@@ -155,7 +208,7 @@ fn interrupted_leaves_nothing() {
         let arguments = ["render", "--size", "4096x4096", "--spp", "65536"];
         let outputs = ["-o", "x.png", "--stats", "s.json"];
         let arguments = [&arguments[..], &outputs].concat();
-        interrupt(signal, &arguments, folder.path());
+        interrupt(signal, &arguments, folder.path(), NOTHING);
         assert_eq!(names(folder.path()), ["x.png"]);
         assert_eq!(fs::read(folder.path().join("x.png")).unwrap(), b"older");
     }
@@ -177,7 +230,7 @@ fn interrupted_within_a_ray() {
     let folder = folder();
     fs::write(folder.path().join("deep.toml"), scene).unwrap();
     let arguments = ["render", "deep.toml", "--size", "8x8", "-o", "x.png"];
-    interrupt("-TERM", &arguments, folder.path());
+    interrupt("-TERM", &arguments, folder.path(), NOTHING);
     assert_eq!(names(folder.path()), ["deep.toml"]);
 }
 

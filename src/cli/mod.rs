@@ -99,13 +99,14 @@ pub fn main() -> ExitCode {
 fn run() -> ExitCode {
     let cli = match parse() {
         Ok(cli) => cli,
+        // Help and version arrive here too.
+        Err(e) if !e.use_stderr() => return ended(output::print(&e.render().to_string())),
         Err(e) => {
-            // Help and version arrive here too. A closed pipe is no concern.
             let _ = e.print();
             return ExitCode::from(e.exit_code() as u8);
         }
     };
-    let done = match &cli.command {
+    ended(match &cli.command {
         Command::Render(args) => render::run(args),
         Command::Verify(args) => verify::run(args),
         Command::Bench(args) => bench::run(args),
@@ -116,7 +117,10 @@ fn run() -> ExitCode {
         Command::Export(args) => export::run(args),
         Command::Roots(args) => roots::run(args),
         Command::Tradeoff(_) => Err(not_yet("tradeoff")),
-    };
+    })
+}
+
+fn ended(done: Result<(), CliError>) -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

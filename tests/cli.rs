@@ -186,6 +186,32 @@ fn wrong_arguments() {
             "known are box, plane, triangle",
         ),
         (small(&["--kd-depth", "65"]), "0..=64"),
+        // What would be without effect.
+        (small(&["--kd-stop", "cost"]), "with --accel kd"),
+        (
+            small(&["--accel", "bvh", "--kd-leaf", "1"]),
+            "with --accel kd",
+        ),
+        (
+            vec!["bench", "x.toml", "--accels", "bvh,grid", "--kd-depth", "3"],
+            "with --accel kd",
+        ),
+        (
+            small(&["--accel", "grid", "--build", "high"]),
+            "--build is of the bvh's",
+        ),
+        (
+            vec!["plan", "--accel", "linear", "--build", "high"],
+            "--build is of the bvh's",
+        ),
+        (
+            vec!["verify", "x.toml", "--accel", "kd", "--build", "high"],
+            "--build is of the bvh's",
+        ),
+        (
+            vec!["bench", "x.toml", "--accels", "kd,heap", "--build", "both"],
+            "--build is of the bvh's",
+        ),
         (small(&["--tile", "1/4"]), "does not exist yet"),
         (
             small(&["--grid", "corners", "--spp", "4"]),

@@ -1,6 +1,6 @@
 //! `lanecast plan`: what a scene requires and what is left out.
 
-use super::args::{PlanArgs, RENDER_SIZE};
+use super::args::PlanArgs;
 use super::error::CliError;
 use super::output::{Results, check_destinations};
 use super::pipeline::{Prepared, prepare};
@@ -53,8 +53,7 @@ struct Choice {
 }
 
 pub fn run(args: &PlanArgs) -> Result<(), CliError> {
-    let mut config = args.common.config(RENDER_SIZE)?;
-    config.build = args.build.quality;
+    let config = args.config()?;
     let inputs: Vec<_> = args.scene.as_deref().into_iter().collect();
     let outputs = check_destinations(&inputs, &[], args.common.sinks())?;
     let (mut watch, mut stats) = (Watch::start(), Stats::default());

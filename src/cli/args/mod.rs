@@ -411,6 +411,7 @@ const BUILTIN_SPP: u32 = 4;
 impl RenderArgs {
     pub fn config(&self) -> Result<RenderConfig, CliError> {
         let config = self.common.config(RENDER_SIZE)?;
+        self.build.check(self.common.accel)?;
         let corners = config.grid == Grid::Corners;
         if let (true, Some(spp @ 2..)) = (corners, self.spp) {
             return Err(CliError::Usage(format!(
@@ -434,8 +435,49 @@ impl RenderArgs {
     }
 }
 
+impl PlanArgs {
+    pub fn config(&self) -> Result<RenderConfig, CliError> {
+        self.build.check(self.common.accel)?;
+        Ok(RenderConfig {
+            build: self.build.quality,
+            ..self.common.config(RENDER_SIZE)?
+        })
+    }
+}
+
+impl BenchArgs {
+    pub fn config(&self, default_size: Size) -> Result<RenderConfig, CliError> {
+        let accels = match &self.accels {
+            Some(BenchAccels(accels)) => accels,
+            None => std::slice::from_ref(&self.common.accel),
+        };
+        check_build(&self.build.0, accels)?;
+        self.common.config_of(default_size, accels)
+    }
+}
+
+impl BuildArgs {
+    fn check(&self, accel: AccelChoice) -> Result<(), CliError> {
+        check_build(&[self.quality], &[accel])
+    }
+}
+
+/// `--build` speaks of trees that one of the structures has.
+fn check_build(builds: &[BuildQuality], accels: &[AccelChoice]) -> Result<(), CliError> {
+    let has = |accel: &AccelChoice| matches!(accel.0, None | Some(Accel::Bvh | Accel::ItemBuffer));
+    if builds.contains(&BuildQuality::High) && !accels.iter().any(has) {
+        return Err(CliError::Usage(
+            "--build is of the bvh's and the item buffer's trees; leave it out, or ask for one \
+             with --accel bvh or --accel item-buffer"
+                .into(),
+        ));
+    }
+    Ok(())
+}
+
 impl VerifyArgs {
     pub fn config(&self) -> Result<RenderConfig, CliError> {
+        self.build.check(self.common.accel)?;
         Ok(RenderConfig {
             max_depth: self.depth.max_depth,
             build: self.build.quality,
@@ -448,6 +490,15 @@ impl VerifyArgs {
 impl CommonArgs {
     /// One sample a pixel, and nothing beside the picture.
     pub fn config(&self, default_size: Size) -> Result<RenderConfig, CliError> {
+        self.config_of(default_size, &[self.accel])
+    }
+
+    /// `accels`: all structures that are traced.
+    fn config_of(
+        &self,
+        default_size: Size,
+        accels: &[AccelChoice],
+    ) -> Result<RenderConfig, CliError> {
         let size = self.size.unwrap_or(default_size);
         if self.grid == Grid::Corners && (size.width < 2 || size.height < 2) {
             return Err(CliError::Usage(
@@ -459,7 +510,7 @@ impl CommonArgs {
             || self.kd_depth.is_some()
             || self.kd_leaf.is_some()
             || self.kd_clip.is_some();
-        if of_kd && self.accel.0.is_some_and(|accel| accel != Accel::Kd) {
+        if of_kd && !accels.contains(&AccelChoice(Some(Accel::Kd))) {
             return Err(CliError::Usage(
                 "--kd-stop, --kd-depth, --kd-leaf and --kd-clip are of k-d trees; ask for one \
                  with --accel kd"

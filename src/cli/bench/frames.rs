@@ -17,7 +17,7 @@ use crate::plan::{Choices, Precision, plan};
 use std::path::Path;
 
 pub fn run(args: &BenchArgs, frames: u32) -> Result<(), CliError> {
-    let mut config = args.common.config(RENDER_SIZE)?;
+    let mut config = args.config(RENDER_SIZE)?;
     config.solver = args.solver.checked(args.common.precision)?;
     check_config(&mut config)?;
     let path = args.scene.as_deref().unwrap_or(Path::new(""));

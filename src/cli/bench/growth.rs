@@ -34,7 +34,7 @@ const KINDS: [Kind; 4] = [
 ];
 
 pub fn run(args: &BenchArgs) -> Result<(), CliError> {
-    let mut config = args.common.config(SIZE)?;
+    let mut config = args.config(SIZE)?;
     check_config(&mut config)?;
     let files: Vec<_> = args.plot.iter().cloned().collect();
     check_destinations(&[], &files, args.common.sinks())?;

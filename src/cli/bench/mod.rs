@@ -39,7 +39,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     if let Some(frames) = args.frames {
         return frames::run(args, frames);
     }
-    let mut config = args.common.config(RENDER_SIZE)?;
+    let mut config = args.config(RENDER_SIZE)?;
     config.solver = args.solver.checked(args.common.precision)?;
     check_config(&mut config)?;
     let inputs: Vec<&Path> = [&args.scene, &args.mesh]

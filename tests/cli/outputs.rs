@@ -163,8 +163,17 @@ fn interrupted_where_nobody_reads() {
         return;
     }
     let arguments = small(&["-o", "x.png", "--json", "pipe"]);
+    // The picture is complete, and the pipe next.
+    let drawn = || {
+        let is_drawn = |name: &String| {
+            let about = fs::metadata(folder.path().join(name));
+            name.ends_with(".tmp") && about.is_ok_and(|about| about.len() > 0)
+        };
+        wait_for("a picture", || names(folder.path()).iter().any(is_drawn));
+        std::thread::sleep(std::time::Duration::from_millis(500));
+    };
     let says = "interrupted while nobody read the results; no file was written";
-    interrupt("-TERM", &arguments, folder.path(), says);
+    interrupt("-TERM", &arguments, folder.path(), drawn, says);
     assert_eq!(names(folder.path()), ["pipe"]);
 }
 
@@ -173,7 +182,7 @@ const NOTHING: &str = "interrupted; nothing was written";
 
 /// A signal, once the work has begun: it ends, says so, and leaves nothing.
 #[cfg(unix)]
-fn interrupt(signal: &str, arguments: &[&str], folder: &Path, says: &str) {
+fn interrupt(signal: &str, arguments: &[&str], folder: &Path, begun: impl Fn(), says: &str) {
     let mut child = Command::new(env!("CARGO_BIN_EXE_lanecast"))
         .current_dir(folder)
         .args(arguments)
@@ -181,6 +190,7 @@ fn interrupt(signal: &str, arguments: &[&str], folder: &Path, says: &str) {
         .spawn()
         .unwrap();
     wait_for_handler(child.id());
+    begun();
     let sent = Command::new("kill")
         .args([signal, &child.id().to_string()])
         .status()
@@ -208,7 +218,7 @@ fn interrupted_leaves_nothing() {
         let arguments = ["render", "--size", "4096x4096", "--spp", "65536"];
         let outputs = ["-o", "x.png", "--stats", "s.json"];
         let arguments = [&arguments[..], &outputs].concat();
-        interrupt(signal, &arguments, folder.path(), NOTHING);
+        interrupt(signal, &arguments, folder.path(), || (), NOTHING);
         assert_eq!(names(folder.path()), ["x.png"]);
         assert_eq!(fs::read(folder.path().join("x.png")).unwrap(), b"older");
     }
@@ -230,7 +240,7 @@ fn interrupted_within_a_ray() {
     let folder = folder();
     fs::write(folder.path().join("deep.toml"), scene).unwrap();
     let arguments = ["render", "deep.toml", "--size", "8x8", "-o", "x.png"];
-    interrupt("-TERM", &arguments, folder.path(), NOTHING);
+    interrupt("-TERM", &arguments, folder.path(), || (), NOTHING);
     assert_eq!(names(folder.path()), ["deep.toml"]);
 }
 
@@ -243,11 +253,16 @@ fn wait_for_handler(process: u32) {
             threads.filter_map(|t| fs::read_to_string(t.ok()?.path().join("comm")).ok());
         names.find(|name| name.trim() == "ctrl-c")
     };
+    wait_for("the handler of signals", || listens().is_some());
+}
+
+#[cfg(unix)]
+fn wait_for(what: &str, is_there: impl Fn() -> bool) {
     for _ in 0..1000 {
-        if listens().is_some() {
+        if is_there() {
             return;
         }
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
-    panic!("process {process} does not listen");
+    panic!("no {what}");
 }

@@ -289,7 +289,8 @@ fn for_people(report: &Report) -> String {
     if report.solids.iter().any(|row| row.volume.is_rough) {
         let _ = writeln!(
             text,
-            "rough: less exact than asked for; too thin for the lines that were drawn, or empty"
+            "rough: less exact than asked for; too thin for the lines that were drawn, or empty \
+             (volume 0: none of at least 2^18 lines met it)"
         );
     }
     for (count, what) in [

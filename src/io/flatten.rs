@@ -14,6 +14,18 @@ use std::path::Path;
 /// about half a gigabyte.
 const MOST_REPEATED: u64 = 1 << 24;
 
+/// What a mesh is read from, for messages.
+pub(super) const MESH_FORMATS: &str = ".obj .ply .stl .gltf .glb";
+
+/// Does the name's ending tell one of [`MESH_FORMATS`]?
+pub(super) fn names_mesh(path: &Path) -> bool {
+    let extension = super::extension(path);
+    !extension.is_empty()
+        && MESH_FORMATS
+            .split(['.', ' '])
+            .any(|known| known == extension)
+}
+
 /// Reads a `.gltf`, `.glb`, `.obj`, `.ply` or `.stl` file and bakes its
 /// triangles with their transforms, in f64, into one mesh without parts.
 ///
@@ -35,7 +47,11 @@ pub fn import_mesh(
         "obj" => obj::read(path, options, dropped).map(|o| o.mesh),
         "ply" => ply::read(path, dropped),
         "stl" => stl::read(path),
-        other => Err(LoadError::of_format(path, other)),
+        _ => Err(LoadError::Unsupported {
+            path: path.into(),
+            what: "a mesh of this format".into(),
+            remedy: Some(format!("known are {MESH_FORMATS}")),
+        }),
     }
 }
 

@@ -7,6 +7,7 @@ use super::places::At;
 use super::schema;
 use super::tree::{Source, quoted};
 use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere, hull};
+use crate::io::flatten::{MESH_FORMATS, names_mesh};
 use crate::io::{Dropped, Folder, LoadError, LoadOptions};
 use crate::scene::{SceneBuilder, ShapeId};
 use glam::DVec3;
@@ -180,6 +181,16 @@ fn mesh(
         }
         other => other,
     })?;
+    let refuse = |why: String| {
+        let message = format!("the mesh file {} {why}", quoted(&file.value));
+        Err(source.error(file.at, message))
+    };
+    if path.is_dir() {
+        return refuse("is a folder; name a file in it".into());
+    }
+    if !names_mesh(&path) {
+        return refuse(format!("is of no known format; known are {MESH_FORMATS}"));
+    }
     let mut data = crate::io::import_mesh(&path, options, dropped)?;
     data.open |= open;
     Ok(scene.mesh(name, &data))

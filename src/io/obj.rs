@@ -6,8 +6,8 @@
 //!
 //! Polygons become fans about their first corner, in file order; that is right
 //! for convex ones. Vertices are told apart by position and normal index.
-//! Texture coordinates, vertex colours and weights, groups and smoothing are not
-//! read; points, lines and free-form curves and surfaces are counted.
+//! Texture coordinates (beyond being numbers), vertex colours and weights, groups
+//! and smoothing are not read; points, lines and free-form curves and surfaces are counted.
 
 use super::mesh_data::repair_normals;
 use super::text::one_line;
@@ -120,6 +120,7 @@ fn scan(path: &Path, bytes: &[u8], dropped: &mut Dropped) -> Result<Lines, LoadE
         match key {
             "v" => all.positions.push(triple(path, line, key, words)?),
             "vn" => all.normals.push(triple(path, line, key, words)?),
+            "vt" => texture(path, line, words)?,
             "f" | "fo" => {
                 let first = all.corners.len();
                 for word in words {
@@ -170,6 +171,26 @@ fn triple<'a>(
         })?;
     }
     Ok(values)
+}
+
+/// One to three numbers, of any value: nothing is made of them.
+fn texture<'a>(
+    path: &Path,
+    line: (usize, &str),
+    words: impl Iterator<Item = &'a str>,
+) -> Result<(), LoadError> {
+    let mut words = words.take(3).peekable();
+    if words.peek().is_none() {
+        let message = "'vt' needs a number, but there is none".into();
+        return Err(syntax(path, line, line.1, message));
+    }
+    match words.find(|word| word.parse::<f64>().is_err()) {
+        None => Ok(()),
+        Some(word) => {
+            let message = format!("'{}' is not a number", one_line(word));
+            Err(syntax(path, line, word, message))
+        }
+    }
 }
 
 pub(super) fn finite(word: &str) -> Option<f64> {

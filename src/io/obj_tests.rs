@@ -111,6 +111,10 @@ fn wrong_lines_are_named() {
         ("\nv 1 2 x\n", ":2:7:"),
         ("v 1 2 inf\n", ":1:7:"),
         ("v 1 2 1e999\n", ":1:7:"),
+        ("vt\n", ":1:1:"),
+        ("vt 0 x\n", ":1:6:"),
+        ("vn 0 1\n", ":1:1:"),
+        ("vn 0 1 z\n", ":1:8:"),
         ("v 0 0 0\nf 1 0 1\n", ":2:5:"),
         ("v 0 0 0\nf 1 1 a\n", ":2:7:"),
         ("v 0 0 0\nf 1 1 -2\n", ":2:7:"),
@@ -122,6 +126,10 @@ fn wrong_lines_are_named() {
         let (wrong, _) = load(&[("a.obj", text)]);
         let message = wrong.err().unwrap().to_string();
         assert!(message.contains(place), "{text:?}: {message}");
+    }
+    // Of one to three numbers, whatever they are; what follows is not read.
+    for texture in ["vt 0", "vt 0.5 nan", "vt 0 1e999 .5 x # y"] {
+        obj(&format!("{SQUARE}{texture}\nf 1 2 3\n"));
     }
     for mtl in [
         "newmtl a\nKd 1 2\n",

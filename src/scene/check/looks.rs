@@ -111,7 +111,8 @@ pub(super) fn cameras(scene: &Tables) -> Result<(), SceneError> {
         if axes.iter().any(|a| !a.is_finite() || !a.is_normalized()) {
             return Err(SceneError::Degenerate {
                 what: what(),
-                why: "it looks nowhere: eye and look_at must be two different, finite points"
+                why: "it looks nowhere: eye and look_at must be two different, finite points, \
+                      less than 1.8e308 apart"
                     .into(),
             });
         }

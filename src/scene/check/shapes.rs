@@ -224,6 +224,16 @@ pub(super) fn meshes(scene: &Tables) -> Result<(), SceneError> {
             });
         }
         few_enough(what, mesh.triangles.len())?;
+        let mut numbers = mesh.positions.iter().flatten();
+        // Vertices are kept as f32, about their middle; a number that is none stays so.
+        if numbers.any(|x| x.is_infinite()) || mesh.center.abs().max_element() == f64::INFINITY {
+            return Err(SceneError::Degenerate {
+                what: what(),
+                why: "it is larger than f32 can tell: its vertices must be within 3e38 of their \
+                      middle; scale it down"
+                    .into(),
+            });
+        }
         finite3(what, "vertices", mesh.center)?;
         for p in mesh.positions {
             finite(what, "vertices", &p.map(f64::from))?;

@@ -126,10 +126,52 @@ impl PropertyAccess for Skipped {
 }
 
 fn wrong(e: ParseError) -> Wrong {
-    let (line, message) = (e.line(), one_line(&e.to_string()));
+    let (line, full) = (e.line(), e.to_string());
     // The line is said once.
-    let said = line.and_then(|line| message.strip_prefix(&format!("Line {line}: ")));
-    (line, said.unwrap_or(&message).into())
+    let said = line.and_then(|line| full.strip_prefix(&format!("Line {line}: ")));
+    (line, one_line(&in_words(said.unwrap_or(&full))))
+}
+
+/// What the crate says, less its types and its parser's state: a message, the text of
+/// the line, and why.
+fn in_words(said: &str) -> String {
+    let (what, rest) = said.split_once("\n\tString: ").unwrap_or((said, ""));
+    let (line, why) = rest.split_once("\n\tError: ").unwrap_or((rest, ""));
+    let line = format!("'{}'", one_line(line.trim().trim_matches('\'')));
+    let what = what.lines().next().unwrap_or_default();
+    let list = why
+        .strip_suffix('.')
+        .filter(|why| why.contains("list elements"));
+    let property = |text: &'_ str| {
+        text.strip_prefix("PLY property '")?
+            .split('\'')
+            .next()
+            .map(str::to_owned)
+    };
+    if let Some(property) = property(why).or(property(what)) {
+        return format!(
+            "the property '{property}' has an unsupported type: coordinates are numbers, and \
+             corners lists of whole numbers"
+        );
+    }
+    match what {
+        _ if what.starts_with("Expected magic number") => {
+            format!("a PLY file begins with the line 'ply', and this with {line}")
+        }
+        "Couldn't parse line." => format!("{line} is no line of a PLY header"),
+        _ if what.starts_with("Property ") => format!("{line} comes before any element"),
+        _ if what.starts_with("Found contradicting") => {
+            format!("{line} is another format than the one before")
+        }
+        "Couldn't read element line." => match list {
+            Some(list) => format!("{line} is too short: {}", list.to_lowercase()),
+            _ if why.starts_with("Expected element of type") => {
+                format!("{line} has fewer values than the header says")
+            }
+            _ => format!("{line} has a value that is not of the type that the header says"),
+        },
+        _ => what.trim_end_matches('.').into(),
+    }
 }
 
 fn parse(bytes: &[u8], dropped: &mut Dropped) -> Result<MeshData, Wrong> {
@@ -170,6 +212,11 @@ fn parse(bytes: &[u8], dropped: &mut Dropped) -> Result<MeshData, Wrong> {
         }
     }
     mesh(&vertices, &faces, smooth, dropped)
+}
+
+fn triple(p: [f64; 3]) -> String {
+    let [x, y, z] = p;
+    format!("({x}, {y}, {z})")
 }
 
 fn elements<E: PropertyAccess>(
@@ -219,7 +266,7 @@ fn mesh(
 ) -> Result<MeshData, Wrong> {
     let finite = |v: &Vertex| v.position.iter().all(|x| x.is_finite());
     if let Some(i) = vertices.iter().position(|v| !finite(v)) {
-        let message = format!("vertex {i} is not finite: {:?}", vertices[i].position);
+        let message = format!("vertex {i} is not finite: {}", triple(vertices[i].position));
         return Err((None, message));
     }
     let mut mesh = MeshData {

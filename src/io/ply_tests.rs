@@ -87,6 +87,38 @@ fn wrong_files_are_refused() {
     let one = format!("element vertex 1\n{xyz}element face 1\n{list}end_header\n0 0 0\n");
     for (text, says) in [
         (String::new(), "magic"),
+        (
+            "plx\n".into(),
+            "begins with the line 'ply', and this with 'plx'",
+        ),
+        (
+            "ply\nformat asci 1.0\n".into(),
+            "'format asci 1.0' is no line of a PLY header",
+        ),
+        (
+            head("ascii", "property float x\nend_header\n"),
+            "'property float x' comes before any element",
+        ),
+        (
+            head("ascii", &one.replace("0 0 0\n", "0 0 zz\n3 0 0 0\n")),
+            "'0 0 zz' has a value that is not",
+        ),
+        (
+            head("ascii", &one.replace("0 0 0\n", "0 0\n3 0 0 0\n")),
+            "'0 0' has fewer values",
+        ),
+        (
+            head("ascii", &one.replace("float x", "list uchar float x")),
+            "the property 'x' has an unsupported type",
+        ),
+        (
+            head("ascii", &format!("{one}3 0 0 .5\n")),
+            "'3 0 0 .5' has a value",
+        ),
+        (
+            head("ascii", &format!("{one}4 0 0 0\n")),
+            "is too short: expected 4 list",
+        ),
         ("ply\n".into(), "end_header"),
         (
             head(
@@ -145,5 +177,9 @@ fn wrong_files_are_refused() {
             .unwrap_err()
             .1;
         assert!(message.contains(says), "{text}: {message}");
+        // Nothing of the parser's own.
+        for own in ["String:", "Error", "{ ", "Couldn't", "Scalar"] {
+            assert!(!message.contains(own), "{text}: {message}");
+        }
     }
 }

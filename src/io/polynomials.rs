@@ -3,7 +3,7 @@
 
 use super::error::LoadError;
 use super::folder::read;
-use super::text::one_line;
+use super::text::{json_fault, one_line};
 use crate::roots::Polynomial;
 use serde::Deserialize;
 use std::path::Path;
@@ -73,11 +73,11 @@ fn no_number(text: &str) -> String {
 pub fn load_polynomials(path: &Path) -> Result<Vec<Listed>, LoadError> {
     let file: File = serde_json::from_slice(&read(path)?).map_err(|e| LoadError::Syntax {
         path: path.into(),
-        line: e.line(),
-        column: e.column(),
+        line: e.line().max(1),
+        column: e.column().max(1),
         message: format!(
             "{}; expected is {{\"polynomials\": [{{\"name\": …, \"coeffs_f64\": […]}}]}}",
-            one_line(&e.to_string())
+            json_fault(&e)
         ),
     })?;
     if file.polynomials.is_empty() {

@@ -6,6 +6,7 @@
 //! "solid", and stops after the first solid of an ascii file, so the bytes are
 //! put straight before it sees them.
 
+use super::text::one_line;
 use super::{Dropped, LoadError, LoadOptions};
 use crate::scene::{Edge, MeshData, SceneBuilder};
 use std::io::Cursor;
@@ -27,17 +28,28 @@ pub(super) fn import(
 
 pub(super) fn read(path: &Path) -> Result<MeshData, LoadError> {
     let bytes = super::folder::read(path)?;
-    parse(bytes).map_err(|message| LoadError::Invalid {
-        path: path.into(),
-        place: "STL".into(),
-        message,
+    parse(bytes).map_err(|(line, message)| match line {
+        Some(line) => LoadError::Syntax {
+            path: path.into(),
+            line,
+            column: 1,
+            message,
+        },
+        None => LoadError::Invalid {
+            path: path.into(),
+            place: "STL".into(),
+            message,
+        },
     })
 }
+
+/// The line, where there is one, and what is wrong.
+type Wrong = (Option<usize>, String);
 
 const HEADER: usize = 84;
 const TRIANGLE: usize = 50;
 
-fn parse(mut bytes: Vec<u8>) -> Result<MeshData, String> {
+fn parse(mut bytes: Vec<u8>) -> Result<MeshData, Wrong> {
     let declared = bytes.get(80..HEADER);
     let declared = declared.map(|n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]) as usize);
     let exact = declared.is_some_and(|n| bytes.len() as u64 == binary_length(n));
@@ -45,32 +57,36 @@ fn parse(mut bytes: Vec<u8>) -> Result<MeshData, String> {
     let word = start.and_then(|s| bytes.get(s..s + 5));
     let ascii = !exact && word.is_some_and(|w| w.eq_ignore_ascii_case(b"solid"));
     if ascii {
-        bytes = one_solid(&String::from_utf8_lossy(&bytes));
+        let text = String::from_utf8_lossy(&bytes);
+        check_lines(&text)?;
+        bytes = one_solid(&text);
     } else {
+        let refuse = |why: String| Err((None, why));
         let Some(count) = declared else {
-            return Err(format!(
+            return refuse(format!(
                 "{} bytes are too few for binary STL, and it does not begin with 'solid'",
                 bytes.len()
             ));
         };
         if (bytes.len() as u64) < binary_length(count) {
-            return Err(format!(
+            return refuse(format!(
                 "its header says {count} triangles, but there are bytes for {} only",
                 (bytes.len() - HEADER) / TRIANGLE
             ));
         }
         bytes[0] = 0;
     }
-    let mesh = stl_io::read_stl(&mut Cursor::new(bytes))
-        .map_err(|e| super::text::one_line(&e.to_string()))?;
+    let mesh =
+        stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| (None, one_line(&e.to_string())))?;
     let finite = |v: &stl_io::Vertex| v.0.iter().all(|x| x.is_finite());
     if let Some(i) = mesh.vertices.iter().position(|v| !finite(v)) {
         let triangle = mesh.faces.iter().position(|f| f.vertices.contains(&i));
-        return Err(format!(
-            "triangle {} has a corner that is not finite: {:?}",
-            triangle.unwrap_or_default(),
-            mesh.vertices[i].0
-        ));
+        let [x, y, z] = mesh.vertices[i].0;
+        let message = format!(
+            "triangle {} has a corner that is not finite: ({x}, {y}, {z})",
+            triangle.unwrap_or_default()
+        );
+        return Err((None, message));
     }
     Ok(MeshData {
         positions: mesh.vertices.iter().map(|v| v.0.map(f64::from)).collect(),
@@ -87,6 +103,54 @@ fn parse(mut bytes: Vec<u8>) -> Result<MeshData, String> {
 
 fn binary_length(count: usize) -> u64 {
     HEADER as u64 + TRIANGLE as u64 * count as u64
+}
+
+/// The lines of a facet: words, and how many numbers follow them.
+const FACET: [(&str, usize); 7] = [
+    ("facet normal", 3),
+    ("outer loop", 0),
+    ("vertex", 3),
+    ("vertex", 3),
+    ("vertex", 3),
+    ("endloop", 0),
+    ("endfacet", 0),
+];
+
+/// An ascii file, line by line: the crate's messages have no place.
+fn check_lines(text: &str) -> Result<(), Wrong> {
+    let (mut next, mut open) = (0, false);
+    for (number, line) in text.lines().enumerate() {
+        let wrong = |why: String| Err((Some(number + 1), why));
+        let lower = line.to_ascii_lowercase();
+        let mut words = lower.split_whitespace();
+        let (named, count) = FACET[next];
+        match lower.split_whitespace().next() {
+            None => continue,
+            Some(solid @ ("solid" | "endsolid")) => {
+                open = solid == "solid";
+                continue;
+            }
+            Some(_) => next = (next + 1) % FACET.len(),
+        }
+        let is_named = named.split(' ').all(|word| words.next() == Some(word));
+        if !is_named || words.clone().count() != count {
+            let numbers = if count > 0 { " and three numbers" } else { "" };
+            let line = one_line(line);
+            return wrong(format!("expected '{named}'{numbers}, found '{line}'"));
+        }
+        let is_number = |word: &&str| word.parse().is_ok_and(|x: f32| x.is_finite());
+        if let Some(word) = words.find(|word| !is_number(word)) {
+            let word = one_line(word);
+            return wrong(format!("'{word}' is not a finite number, 3e38 at most"));
+        }
+    }
+    let expected = match (FACET[next].0, open) {
+        ("facet normal", true) => "facet normal' or 'endsolid",
+        ("facet normal", false) => return Ok(()),
+        (within, _) => within,
+    };
+    let message = format!("the file ends too early: expected '{expected}'");
+    Err((Some(text.lines().count()), message))
 }
 
 /// All solids of an ascii file as one, in lower case. A file that does not end
@@ -116,7 +180,7 @@ fn one_solid(text: &str) -> Vec<u8> {
 mod tests {
     use super::*;
 
-    const FACET: &str = " facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1 0 0\n   vertex 0 1 0\n  endloop\n endfacet\n";
+    const ONE: &str = " facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1 0 0\n   vertex 0 1 0\n  endloop\n endfacet\n";
 
     fn binary(header: &[u8], declared: u32, corners: &[[f32; 3]]) -> Vec<u8> {
         let mut bytes = header.to_vec();
@@ -151,13 +215,13 @@ mod tests {
     #[test]
     fn ascii_of_any_case_and_several_solids() {
         for text in [
-            format!("solid a\n{FACET}endsolid a\n"),
-            format!("solid\r\n{FACET}endsolid"),
-            format!("\n SOLID B\n{}ENDSOLID\n", FACET.to_uppercase()),
+            format!("solid a\n{ONE}endsolid a\n"),
+            format!("solid\r\n{ONE}endsolid"),
+            format!("\n SOLID B\n{}ENDSOLID\n", ONE.to_uppercase()),
         ] {
             assert_eq!(parse(text.into_bytes()).unwrap().triangles, [[0, 1, 2]]);
         }
-        let two = format!("solid a\n{FACET}endsolid a\nsolid b\n{FACET}endsolid b\n");
+        let two = format!("solid a\n{ONE}endsolid a\nsolid b\n{ONE}endsolid b\n");
         let two = parse(two.into_bytes()).unwrap();
         assert_eq!(two.triangles, [[0, 1, 2]; 2]);
         assert!(
@@ -177,20 +241,26 @@ mod tests {
             (b"abc".to_vec(), "too few"),
             (binary(b"x", u32::MAX, &SQUARE), "bytes for 2 only"),
             (binary(b"x", 1, &nan), "not finite"),
-            (format!("solid a\n{FACET}{tail}").into_bytes(), "facet"),
-            (format!("solid a\n{FACET}").into_bytes(), "EOF"),
+            (format!("solid a\n{ONE}{tail}").into_bytes(), "facet"),
+            (format!("solid a\n{ONE}").into_bytes(), "'endsolid'"),
+            (
+                format!("solid a\n{ONE}{ONE}")
+                    .replace("endfacet\n facet", "facet")
+                    .into_bytes(),
+                "expected 'endfacet', found 'facet normal 0 0 1'",
+            ),
             (
                 b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n".to_vec(),
                 "vertex",
             ),
             (
-                format!("solid a\n{}endsolid", FACET.replace("1 0 0", "1 nan 0")).into_bytes(),
+                format!("solid a\n{}endsolid", ONE.replace("1 0 0", "1 nan 0")).into_bytes(),
                 "finite",
             ),
         ] {
-            let message = parse(bytes).unwrap_err();
+            let message = parse(bytes).unwrap_err().1;
             assert!(message.contains(says), "{message}");
-            assert!(!message.contains('\n'));
+            assert!(!message.contains(['\n', '[']), "{message}");
         }
     }
 }

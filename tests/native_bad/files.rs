@@ -7,16 +7,16 @@ use super::*;
 fn json() {
     let ball = r#""shape": {"x": {"sphere": {"center": [0,0,0], "radius": 1}}}"#;
     let cases: &[(&str, &[&str])] = &[
-        ("", &["scene.json:1:1: EOF"]),
+        ("", &["scene.json:1:1: the file ends too early"]),
         ("{}", &["scene.json:1:1: the key 'format' is missing"]),
         ("[]", &["scene.json:1:1: expected a table, found a list"]),
         (
             "{\"format\": 1,\n}",
-            &["scene.json:2:1: key must be a string"],
+            &["scene.json:2:1: expected a key in double quotes"],
         ),
         (
             "{\"format\": 1}\n x",
-            &["scene.json:2:2: trailing characters"],
+            &["scene.json:2:2: there is more after the end"],
         ),
         ("{\"format\": 2}", &["scene.json:1:12: format 2 is unknown"]),
         ("{\"format\": 1.0}", &["scene.json:1:12: expected"]),
@@ -42,7 +42,7 @@ fn json() {
         ),
         (
             "{\"format\": 1, \"shape\": {\"x\":\n {\"sphere\": {\"center\": [0,0,1e999], \"radius\": 1}}}}",
-            &["scene.json:2:", "number out of range"],
+            &["scene.json:2:", "the number is too large"],
         ),
         (
             "{\"format\": 1, \"shape\": {\"x\": {\"sphere\": {\"center\": [NaN,0,0]}}}}",
@@ -54,7 +54,15 @@ fn json() {
         ),
         (
             "{\"format\": 1, \"shape\": {\"\\ud800\": {}}}",
-            &["scene.json:1:"],
+            &["scene.json:1:", "come in pairs"],
+        ),
+        (
+            "{\"format\": 1, \"shape\": {\"x\": {\"union\": [3]}}}",
+            &["scene.json:1:", "expected one operand", ", found a number"],
+        ),
+        (
+            "{\"format\": 1, \"shapes\": null}",
+            &["scene.json:1:15: unknown key 'shapes'"],
         ),
     ];
     for (text, expected) in cases {
@@ -131,8 +139,26 @@ fn files_that_may_not_or_cannot_be_read() {
             "{named}\n  gave {message}\n  not  {expected}"
         );
     }
-    std::fs::write(&path, shape("mesh = 'folder.stl'")).unwrap();
-    refusal(&path, "a folder as a mesh");
+    std::fs::write(inner.join("a.toml"), "").unwrap();
+    for (named, expected) in [
+        (
+            "folder.stl",
+            "scene.toml:2:16: the mesh file 'folder.stl' is a folder",
+        ),
+        (".", "scene.toml:2:16: the mesh file '.' is a folder"),
+        (
+            "scene.toml",
+            "of no known format; known are .obj .ply .stl .gltf .glb",
+        ),
+        (
+            "a.toml",
+            "scene.toml:2:16: the mesh file 'a.toml' is of no known format",
+        ),
+    ] {
+        std::fs::write(&path, shape(&format!("mesh = '{named}'"))).unwrap();
+        let message = refusal(&path, named);
+        assert!(message.contains(expected), "{message}");
+    }
     let message = refusal(&inner.join("none.toml"), "no file");
     assert!(message.contains("none.toml: cannot be read"), "{message}");
 }

@@ -6,7 +6,7 @@
 //! even its parser is too strict, the parts that are not imported are left out.
 
 use super::super::LoadError;
-use super::super::text::one_line;
+use super::super::text::{json_fault, one_line};
 use gltf::json::Root;
 use serde::Deserialize;
 use serde_json::Value;
@@ -136,15 +136,11 @@ pub(super) fn parse(path: &Path, json: &[u8]) -> Result<Document, LoadError> {
         #[serde(default)]
         nodes: Vec<Placement>,
     }
-    let syntax = |e: serde_json::Error| {
-        let message = e.to_string();
-        let end = message.rfind(" at line ").unwrap_or(message.len());
-        LoadError::Syntax {
-            path: path.into(),
-            line: e.line().max(1),
-            column: e.column().max(1),
-            message: format!("not glTF: {}", one_line(&message[..end])),
-        }
+    let syntax = |e: serde_json::Error| LoadError::Syntax {
+        path: path.into(),
+        line: e.line().max(1),
+        column: e.column().max(1),
+        message: format!("not glTF: {}", json_fault(&e)),
     };
     let head: Head = serde_json::from_slice(json).map_err(syntax)?;
     let version = &head.asset.version;

@@ -53,6 +53,26 @@ impl de::Error for Misfit {
         }
     }
 
+    /// Of visitors that take more than one kind.
+    fn invalid_type(found: de::Unexpected, expected: &dyn de::Expected) -> Misfit {
+        let found = match found {
+            de::Unexpected::Bool(_) => "true or false",
+            de::Unexpected::Unsigned(_) | de::Unexpected::Signed(_) | de::Unexpected::Float(_) => {
+                "a number"
+            }
+            de::Unexpected::Str(_) => "text",
+            de::Unexpected::Unit => "null",
+            de::Unexpected::Seq => "a list",
+            de::Unexpected::Map => "a table",
+            other => return Misfit::custom(format!("expected {expected}, found {other}")),
+        };
+        Misfit::custom(format!("expected {expected}, found {found}"))
+    }
+
+    fn invalid_length(found: usize, expected: &dyn de::Expected) -> Misfit {
+        Misfit::custom(format!("expected {expected}, found {found} values"))
+    }
+
     fn unknown_field(field: &str, known: &'static [&'static str]) -> Misfit {
         Misfit::custom(unknown("key", field, known))
     }

@@ -5,6 +5,7 @@
 
 use super::tree::{Key, Kind, MAX_DEPTH, Source, Value, quoted};
 use crate::io::LoadError;
+use crate::io::text::json_fault;
 use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
 use serde_json::value::RawValue;
 use std::borrow::Cow;
@@ -80,12 +81,7 @@ fn syntax(source: &Source, text: &str, error: &serde_json::Error) -> LoadError {
         .split_inclusive('\n')
         .take(error.line().saturating_sub(1));
     let at = lines.map(str::len).sum::<usize>() + error.column().saturating_sub(1);
-    let full = error.to_string();
-    let message = match full.rfind(" at line ") {
-        Some(end) => &full[..end],
-        None => &full,
-    };
-    source.error(offset(source, text) + at.min(text.len()), message)
+    source.error(offset(source, text) + at.min(text.len()), json_fault(error))
 }
 
 /// A table's entries as they stand, repeated keys included.

@@ -248,6 +248,28 @@ fn toml_and_json_give_the_same_tables() {
 }
 
 #[test]
+fn null_counts_as_absent() {
+    let rest =
+        "\"format\": 1, \"shape\": {\"a\": {\"sphere\": {\"center\": [0, 0, 0], \"radius\": 1}}}";
+    let tables = |instance: &str, more: &str| {
+        let text = format!("{{{rest}, \"instance\": [{{\"shape\": \"a\"{instance}}}]{more}}}");
+        format!("{:?}", &*load_text("a.json", &text).unwrap().scene)
+    };
+    let of_file = ["background", "camera", "light", "material", "node"];
+    let of_file: String = of_file.map(|key| format!(", \"{key}\": null")).concat();
+    let of_instance = ", \"node\": null, \"material\": null, \"transform\": null, \"motion\": null";
+    assert_eq!(tables("", ""), tables(of_instance, &of_file));
+    let lamp = |more: &str| {
+        let point = "\"position\": [0, 9, 0], \"intensity\": [1, 1, 1]";
+        tables(
+            "",
+            &format!(", \"light\": [{{\"point\": {{{point}{more}}}}}]"),
+        )
+    };
+    assert_eq!(lamp(""), lamp(", \"falloff\": null"));
+}
+
+#[test]
 fn the_nearest_material_counts() {
     let scene = scene(
         "[material.outer]\n[material.inner]\n\

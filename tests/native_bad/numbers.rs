@@ -147,6 +147,14 @@ fn numbers_that_are_no_scene() {
         ),
         (toml("[material.a]\nior = 0"), &["material 'a' has ior = 0"]),
         (
+            toml("[material.a]\nior = 1e-320"),
+            &["scene.toml:3:7: 1e-320 is too small; at least 1e-45"],
+        ),
+        (
+            view("eye = [1e308, 0, 0]\nlook_at = [-1e308, 0, 0]\nfov_y = 40"),
+            &["scene.toml:3:7: eye and look_at are farther apart"],
+        ),
+        (
             toml("background = [0, -1, 0]"),
             &["the background has colour = -1"],
         ),

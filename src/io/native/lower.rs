@@ -62,19 +62,21 @@ pub(super) fn lower(
         scene.camera("", camera(source, &row)?);
         at.cameras.push(row.at);
     }
-    for row in &file.light {
+    for row in file.light.iter().flatten() {
         scene.light(light(source, row)?);
         at.lights.push(row.at);
     }
-    let mut materials = HashMap::with_capacity(file.material.0.len());
-    for (name, row) in file.material.0 {
+    let Named(rows) = file.material.unwrap_or_default();
+    let mut materials = HashMap::with_capacity(rows.len());
+    for (name, row) in rows {
         at.materials.push(name.at);
-        let id = scene.material(&name.value, material(&row));
+        let id = scene.material(&name.value, material(source, &row)?);
         materials.insert(name.value, id);
     }
-    let mut shapes: HashMap<String, ShapeId> = HashMap::with_capacity(file.shape.0.len());
+    let Named(rows) = file.shape.unwrap_or_default();
+    let mut shapes: HashMap<String, ShapeId> = HashMap::with_capacity(rows.len());
     let mut combinations = Vec::new();
-    for (name, row) in file.shape.0 {
+    for (name, row) in rows {
         let id = lower_shape::shape(
             source,
             &name,
@@ -88,8 +90,9 @@ pub(super) fn lower(
         at.shapes.resize(scene.tables().shapes.len(), name.at);
         shapes.insert(name.value, id);
     }
-    let nodes = declare(&file.node, scene);
-    at.nodes.extend(file.node.0.iter().map(|(name, _)| name.at));
+    let groups = file.node.unwrap_or_default();
+    let nodes = declare(&groups, scene);
+    at.nodes.extend(groups.0.iter().map(|(name, _)| name.at));
     let names = Names {
         source,
         materials,
@@ -98,7 +101,7 @@ pub(super) fn lower(
     };
     lower_combination::join(&names, &combinations, scene)?;
     let mut edges = Vec::new();
-    for (name, node) in &file.node.0 {
+    for (name, node) in &groups.0 {
         edges.clear();
         for row in &node.children {
             edges.push(edge(&names, row, scene)?);
@@ -106,7 +109,7 @@ pub(super) fn lower(
         }
         scene.set_children(names.nodes[&name.value], &edges);
     }
-    for row in &file.instance {
+    for row in file.instance.iter().flatten() {
         let edge = edge(&names, row, scene)?;
         scene.instance("", edge);
         at.instances.push(row.at);
@@ -314,6 +317,11 @@ fn camera(source: &Source, row: &At<schema::Camera>) -> Result<Camera> {
         let message = "eye and look_at are the same point; the camera looks nowhere";
         return Err(source.error(camera.eye.at, message));
     }
+    if !(look_at - eye).is_finite() {
+        let message = "eye and look_at are farther apart than f64 can tell, 1.8e308; bring \
+                       them nearer";
+        return Err(source.error(camera.eye.at, message));
+    }
     let up = match &camera.up {
         Some(up) => not_zero(source, "up", up)?,
         None => DVec3::Y,
@@ -348,8 +356,8 @@ fn light(source: &Source, row: &At<schema::Light>) -> Result<Light> {
             position: DVec3::from_array(lamp.position),
             intensity: lamp.intensity,
             falloff: match lamp.falloff {
-                schema::Falloff::InverseSquare => Falloff::InverseSquare,
-                schema::Falloff::None => Falloff::None,
+                Some(schema::Falloff::InverseSquare) | None => Falloff::InverseSquare,
+                Some(schema::Falloff::None) => Falloff::None,
             },
         }),
         (None, Some(sun)) => Ok(Light::Directional {
@@ -363,23 +371,35 @@ fn light(source: &Source, row: &At<schema::Light>) -> Result<Light> {
     }
 }
 
-fn material(row: &schema::Material) -> Material {
+fn material(source: &Source, row: &schema::Material) -> Result<Material> {
     let usual = Material::default();
     let Model::MetallicRoughness {
         metallic,
         roughness,
     } = usual.model
     else {
-        return usual;
+        return Ok(usual);
     };
-    Material {
+    // Kept as f32, which must not make 0 of it.
+    if let Some(ior) = &row.ior {
+        let why = match ior.value as f32 {
+            0.0 if ior.value > 0.0 => Some("small; at least 1e-45"),
+            f32::INFINITY => Some("large; at most 3e38"),
+            _ => None,
+        };
+        if let Some(why) = why {
+            let message = format!("{:e} is too {why} is possible here", ior.value);
+            return Err(source.error(ior.at, message));
+        }
+    }
+    Ok(Material {
         base_color: row.base_color.unwrap_or(usual.base_color),
         emission: row.emission.unwrap_or(usual.emission),
         transmission: row.transmission.unwrap_or(usual.transmission),
-        ior: row.ior.unwrap_or(usual.ior),
+        ior: row.ior.map_or(usual.ior, |ior| ior.value as f32),
         model: Model::MetallicRoughness {
             metallic: row.metallic.unwrap_or(metallic),
             roughness: row.roughness.unwrap_or(roughness),
         },
-    }
+    })
 }

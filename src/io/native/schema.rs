@@ -36,20 +36,15 @@ pub struct File {
     /// Without a camera the scene gets a view that frames it.
     pub camera: Option<At<Camera>>,
     /// Without lights the scene gets a headlight.
-    #[serde(default)]
-    pub light: Vec<At<Light>>,
+    pub light: Option<Vec<At<Light>>>,
     /// Materials by name.
-    #[serde(default)]
-    pub material: Named<Material>,
+    pub material: Option<Named<Material>>,
     /// Shapes by name. A shape is seen where an instance or a node places it.
-    #[serde(default)]
-    pub shape: Named<Shape>,
+    pub shape: Option<Named<Shape>>,
     /// Nodes by name, in any order. A node may appear under many parents.
-    #[serde(default)]
-    pub node: Named<Node>,
+    pub node: Option<Named<Node>>,
     /// The roots: what is seen in the world.
-    #[serde(default)]
-    pub instance: Vec<At<Child>>,
+    pub instance: Option<Vec<At<Child>>>,
 }
 
 /// Where the picture is taken from: perspective with `fov_y`, parallel with
@@ -85,15 +80,13 @@ pub struct PointLight {
     /// W/sr; with `falloff = "none"` the irradiance at any distance, W/m².
     pub intensity: Color,
     /// How it fades with distance; `inverse_square` if absent.
-    #[serde(default)]
-    pub falloff: Falloff,
+    pub falloff: Option<Falloff>,
 }
 
 /// How a point light fades with distance.
-#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Falloff {
-    #[default]
     InverseSquare,
     None,
 }
@@ -123,7 +116,7 @@ pub struct Material {
     /// Fraction of light that passes through, 0 to 1; 0 if absent.
     pub transmission: Option<f32>,
     /// Index of refraction, greater than 0; 1.5 if absent.
-    pub ior: Option<f32>,
+    pub ior: Option<At<f64>>,
 }
 
 /// A shape; exactly one kind.

@@ -6,7 +6,7 @@ use super::output::{Results, check_destinations};
 use super::pipeline::{Prepared, prepare};
 use crate::accel::{Entry, World};
 use crate::measure::{Stats, Watch};
-use crate::plan::{remarks, searched, solved, unbounded};
+use crate::plan::{remarks, searched, solved, stacked, unbounded};
 use crate::scene::{Shape, ShapeId, Tables, shape_bounds};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -121,6 +121,7 @@ fn report(prepared: &Prepared, world: &World) -> Report {
         met.into_iter()
             .filter_map(|row| solved(scene, ShapeId(row))),
     );
+    notes.extend(stacked(scene));
     notes.extend(blurred(world));
     let reasons = prepared.plan.reasons.iter();
     Report {

@@ -9,9 +9,11 @@ mod choices;
 mod coplanar;
 mod logic;
 mod solids;
+mod stacked;
 
 pub use choices::{Choices, LaneCount, Precision};
 pub use solids::{remarks, searched, solved, unbounded};
+pub use stacked::stacked;
 
 use crate::scene::{Appearances, Scene, SceneError, Shape};
 use thiserror::Error;

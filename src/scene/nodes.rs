@@ -10,7 +10,7 @@ use super::names::Names;
 use std::ops::Range;
 
 /// What an edge leads to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Target {
     Shape(ShapeId),
     Node(NodeId),

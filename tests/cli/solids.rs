@@ -185,6 +185,32 @@ fn plan(text: &str) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
+/// Nodes that have the next one twice; `step` keeps the two apart.
+#[test]
+fn plan_says_what_stands_at_one_place() {
+    let notes = |levels: u32, step: u32| {
+        let mut text = "format = 1\n[shape.a]\nsphere = { center = [0, 0, 0], radius = 1 }\n\
+            [node.n0]\nchildren = [{ shape = 'a' }]\n"
+            .to_string();
+        for level in 1..=levels {
+            let below = level - 1;
+            text += &format!(
+                "[node.n{level}]\nchildren = [{{ node = 'n{below}' }}, {{ node = 'n{below}', \
+                 transform = [{{ translate = [{step}, 0, 0] }}] }}]\n"
+            );
+        }
+        text += &format!("[[instance]]\nnode = 'n{levels}'\n");
+        plan(&text)["remarks"].to_string()
+    };
+    let said = notes(40, 0);
+    assert!(
+        said.contains("1099511627776 appearances of one shape stand at one"),
+        "{said}"
+    );
+    assert_eq!(notes(16, 0), "[]");
+    assert_eq!(notes(40, 1), "[]");
+}
+
 #[test]
 fn plan_shows_combinations() {
     let report = plan(PART);

@@ -1,0 +1,46 @@
+//! Appearances of one shape at one and the same place, as far as equal placements
+//! beside each other make them.
+
+use crate::scene::{Edges, Tables, Target, children_first};
+use std::collections::HashMap;
+use std::ops::Range;
+
+/// Of so many a ray meets all, in milliseconds.
+const MANY: u64 = 1 << 16;
+
+/// A line about more of them than any picture needs.
+pub fn stacked(tables: &Tables) -> Option<String> {
+    let mut of_node = vec![0; tables.nodes.len()];
+    for node in children_first(tables).unwrap_or_default() {
+        let children = &tables.nodes.children[node as usize];
+        let rows = children.start as usize..children.end as usize;
+        of_node[node as usize] = highest(tables, &tables.edges, rows, &of_node);
+    }
+    let roots = 0..tables.instances.len();
+    let count = highest(tables, &tables.instances, roots, &of_node);
+    (count > MANY).then(|| {
+        format!(
+            "{count} appearances of one shape stand at one and the same place, and a ray that \
+             comes there is tried on each: place the shape, or a node above it, once"
+        )
+    })
+}
+
+/// The most that placements with one target and one transform have together.
+fn highest(tables: &Tables, edges: &Edges, rows: Range<usize>, of_node: &[u64]) -> u64 {
+    let mut stacks: HashMap<(Target, [u64; 12]), u64> = HashMap::new();
+    for row in rows {
+        let edge = edges.row(row);
+        let local = &tables.transforms.local[edge.transform.index()];
+        let linear = local.linear().as_flattened().iter();
+        let mut bits = linear.chain(&local.translation).map(|x| x.to_bits());
+        let place = std::array::from_fn(|_| bits.next().unwrap_or(0));
+        let below = match edge.target {
+            Target::Shape(_) => 1,
+            Target::Node(id) => of_node[id.index()],
+        };
+        let stack = stacks.entry((edge.target, place)).or_default();
+        *stack = stack.saturating_add(below);
+    }
+    stacks.into_values().max().unwrap_or(0)
+}

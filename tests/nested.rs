@@ -184,6 +184,33 @@ fn spaces_beyond_f32() {
     }
 }
 
+/// Shifts below a node that cancel: spaces of nodes and of what is below are rounded apart.
+#[test]
+fn shifts_that_cancel() {
+    for far in [1e9, 1e12, 1e14] {
+        let random = &mut Random(6);
+        let mut b = SceneBuilder::default();
+        let (center, radius) = (DVec3::ZERO, 0.1);
+        let ball = b.sphere("", Sphere { center, radius });
+        let away = at(&mut b, -far, 0.0, 0.0);
+        let mut below = Edge::node(b.node("", &[Edge::shape(ball).transform(away)]));
+        for x in [0.25 * far, 0.75 * far + 0.1] {
+            let back = at(&mut b, x, 0.0, 0.0);
+            below = Edge::node(b.node("", &[below.transform(back)]));
+        }
+        let here = at(&mut b, 0.3, 0.0, 0.0);
+        b.instance("", below.transform(here));
+        let scene = b.finish().unwrap();
+        let mut rays = RayColumns::default();
+        for _ in 0..4_000 {
+            let org = DVec3::new(0.4, 0.0, 2.0) + 0.2 * random.vector();
+            rays.push(org, [0.0, 0.0, -1.0]);
+        }
+        let met = agree(&scene, &rays, &format!("{far}"));
+        assert!(met > 400, "{met}");
+    }
+}
+
 #[test]
 fn hard_scenes_agree() {
     let mut met = 0;

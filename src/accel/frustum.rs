@@ -7,9 +7,10 @@
 //! Knoll, Parker 2006; Reshetov, Soupikov, Hurley 2005).
 //!
 //! Conservative: the origins' box grows by the pad of [`super::Slabs`] at the
-//! precision of f32, the slopes are rounded outward, and what is left of
-//! rounding is relative to the very distances that the pad is relative to. So
-//! no box is passed over that any ray of the bundle meets at any precision.
+//! precision of f32, its least normal number included, the slopes are rounded
+//! outward, and what is left of rounding is relative to the very distances that the
+//! pad is relative to. So no box is passed over that any ray of the bundle meets at
+//! any precision.
 
 use super::build::MAX_DEPTH;
 use super::bvh::Child;
@@ -59,7 +60,8 @@ impl Frustum {
                 .fold(0.0, f32::max)
         });
         let most = reach[0].max(reach[1]).max(reach[2]);
-        let pad = reach.map(|r| r * (32.0 * f32::EPSILON) + most * SKEW as f32);
+        let least = most * SKEW as f32 + f32::MIN_POSITIVE;
+        let pad = reach.map(|r| r * (32.0 * f32::EPSILON) + least);
         let padded: ([f32; 3], [f32; 3]) = (
             std::array::from_fn(|i| low[i] - pad[i]),
             std::array::from_fn(|i| high[i] + pad[i]),

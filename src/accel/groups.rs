@@ -44,6 +44,9 @@ pub struct Group {
     spread: f64,
     /// Edges of the longest path below.
     levels: f64,
+    /// The largest shift on a path below, seen from here: it may cancel, but matrices are
+    /// rounded as it is.
+    shift: f64,
 }
 
 #[derive(Clone, Debug)]
@@ -167,7 +170,8 @@ impl Group {
         let moved = object_from_world.norm() * 2.0 * rays.world;
         let shift = object_from_world.translation;
         let shift = shift.iter().fold(0.0, |most, x| f64::max(most, x.abs()));
-        let rounding = (self.levels + 1.0) * 64.0 * f64::EPSILON * (moved + shift);
+        let shifts = shift + self.shift;
+        let rounding = (self.levels + 1.0) * 64.0 * f64::EPSILON * (moved + shifts);
         let pad_of_one = 32.0 * 0.5 * f64::from(f32::EPSILON);
         let more = self.spread * (4.0 * size + rounding / pad_of_one);
         // Far from where f32 ends, reciprocals of small components included.
@@ -220,7 +224,7 @@ impl Builder<'_> {
         let mut boxes = Vec::new();
         let (mut bounded, mut open) = (Vec::new(), Vec::new());
         let mut bounds = Aabb::EMPTY;
-        let (mut spread, mut levels) = (1.0, 1.0);
+        let (mut spread, mut levels, mut shift) = (1.0, 1.0, 0.0);
         for link in all {
             let is_open = match link.edge.target {
                 Target::Shape(shape) => self.own[shape.index()] == Aabb32::EVERYTHING,
@@ -230,20 +234,28 @@ impl Builder<'_> {
                 open.push(link);
             }
             let around = self.around(link.edge);
-            if around.is_empty() {
+            if around.is_some_and(|b| b.is_empty()) {
                 continue;
             }
+            // Where no box holds it, none is trusted.
+            let wild = if around.is_none() { f64::INFINITY } else { 1.0 };
+            let around = around.unwrap_or(Aabb::of_points([DVec3::ZERO]));
             bounds = bounds.union(&around);
             boxes.push(around.outward());
             bounded.push(link);
             let place = Place::WORLD.through(self.scene, link.edge);
             let condition = place.object_from_world.stretch() * place.world_from_object.stretch();
-            let (spread_below, levels_below) = match link.edge.target {
-                Target::Node(node) => self.node(node).map_or((1.0, 0.0), |g| (g.spread, g.levels)),
-                Target::Shape(_) => (1.0, 0.0),
+            let (spread_below, levels_below, shift_below) = match link.edge.target {
+                Target::Node(node) => self
+                    .node(node)
+                    .map_or((1.0, 0.0, 0.0), |g| (g.spread, g.levels, g.shift)),
+                Target::Shape(_) => (1.0, 0.0, 0.0),
             };
-            spread = f64::max(spread, condition.max(1.0) * spread_below);
+            spread = f64::max(spread, condition.max(wild) * spread_below);
             levels = f64::max(levels, 1.0 + levels_below);
+            let own = DVec3::from_array(place.world_from_object.translation);
+            let below = shift_below * place.world_from_object.norm();
+            shift = f64::max(shift, own.abs().max_element() + below);
         }
         let (tree, order) = build_boxes(&boxes, BuildQuality::default());
         Group {
@@ -253,11 +265,13 @@ impl Builder<'_> {
             bounds,
             spread,
             levels,
+            shift,
         }
     }
 
-    /// What is bounded behind an edge, in the space before it.
-    fn around(&self, edge: Edge) -> Aabb {
+    /// What is bounded behind an edge, in the space before it; `None` where that is
+    /// anywhere.
+    fn around(&self, edge: Edge) -> Option<Aabb> {
         let scene = self.scene;
         let mut front = vec![(Place::WORLD.through(scene, edge), edge.target)];
         for _ in 0..LOOK {
@@ -280,20 +294,20 @@ impl Builder<'_> {
             }
             front = next;
         }
-        let boxes = front.iter().map(|(place, target)| match target {
+        let mut boxes = front.iter().map(|(place, target)| match target {
             Target::Shape(shape) => self.around_shape(*shape, place),
             Target::Node(node) => {
                 let bounds = self.node(*node).map_or(Aabb::EMPTY, |g| g.bounds);
                 world_bounds(&bounds, place, DVec3::ZERO)
             }
         });
-        boxes.fold(Aabb::EMPTY, |all, b| all.union(&b))
+        boxes.try_fold(Aabb::EMPTY, |all, b| Some(all.union(&b?)))
     }
 
-    fn around_shape(&self, shape: ShapeId, place: &Place) -> Aabb {
+    fn around_shape(&self, shape: ShapeId, place: &Place) -> Option<Aabb> {
         let own = self.own[shape.index()];
-        if own == Aabb32::EVERYTHING {
-            return Aabb::EMPTY;
+        if own == Aabb32::EVERYTHING || own == Aabb32::EMPTY {
+            return Some(Aabb::EMPTY);
         }
         let own = own.widened();
         let outside = own.max_abs() * (OUTSIDE * 0.5 * f64::from(f32::EPSILON));

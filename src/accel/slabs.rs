@@ -9,7 +9,8 @@
 //!
 //! Where the arithmetic leaves its numbers' range, a ray's slab of that axis is
 //! open and culls nothing: a direction so short that nothing is as small beside
-//! it, or planes at t's too large. Below the least normal number δ is that.
+//! it, planes at t's too large, or ones so close in t that the least denormal number counts
+//! beside the pad. Below the least normal number δ is that.
 //!
 //! Monotone: t0 = fl(lo·inv + c₀) grows with lo however it is rounded, fused or
 //! not; min and max are exact. So a box inside another has its interval inside
@@ -70,6 +71,8 @@ impl<L: Lanes> Slabs<L> {
         ];
         let skew = reaches[0].max(reaches[1]).max(reaches[2]) * L::from_f64(SKEW);
         let largest = L::splat(L::Scalar::MAX);
+        // 128 of the least denormal numbers, that a t may be off by whatever its size.
+        let finest = least * (L::splat(L::Scalar::UNIT_ROUNDOFF) * L::from_f32(256.0));
         // Boxes may have been cut off there.
         let is_cut = |k: usize| bounds.max[k] >= f32::MAX || bounds.min[k] <= -f32::MAX;
         let axis = |org: L, dir: L, reach: L, is_cut: bool| {
@@ -80,7 +83,8 @@ impl<L: Lanes> Slabs<L> {
             let (low, high) = (-((org + delta) * inv), -((org - delta) * inv));
             // Not less than any product above; a plane is within twice the reach.
             let farthest = (reach * inv).abs() * L::from_f32(4.0);
-            let open = wild | L::Mask::splat(is_cut) | farthest.gt(largest);
+            let indistinct = (delta * inv).abs().lt(finest);
+            let open = wild | L::Mask::splat(is_cut) | farthest.gt(largest) | indistinct;
             // Finite, so that a product with an infinite plane is no NaN.
             (
                 L::select(open, least, inv),

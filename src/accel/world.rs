@@ -443,7 +443,9 @@ impl Entry {
             own
         } else if place.blur(scene, row).norm() <= MAX_BLUR {
             let world = world_bounds(&own.widened(), place, center_of(scene, shape));
-            Aabb::new(world.min - center, world.max - center).outward()
+            world.map_or(Aabb32::EVERYTHING, |world| {
+                Aabb::new(world.min - center, world.max - center).outward()
+            })
         } else {
             Aabb32::EVERYTHING
         };
@@ -486,42 +488,10 @@ pub(super) fn center_of(scene: &Tables, shape: Shape) -> DVec3 {
 }
 
 /// The world-space box of what is at a place and whose geometry lies in `own` (about
-/// `center`).
-///
-/// `object_from_world` is what defines the place, and `world_from_object`
-/// only nearly its inverse. With E = object_from_world · world_from_object − I,
-/// the true world point of b is within world_from_object·(b ± 2|E||b|), so the
-/// box grows by that, and by the rounding of the product itself.
-pub(super) fn world_bounds(own: &Aabb, place: &Place, center: DVec3) -> Aabb {
-    if own.is_empty() {
-        return Aabb::EMPTY;
-    }
+/// `center`); `None` where the place's roundings leave it anywhere.
+pub(super) fn world_bounds(own: &Aabb, place: &Place, center: DVec3) -> Option<Aabb> {
     let own = Aabb::new(own.min + center, own.max + center);
-    let (inward, outward) = (&place.object_from_world, &place.world_from_object);
-    let around = inward.then_after(outward);
-    let identity = Affine::IDENTITY;
-    let largest = own.max_abs();
-    let slack: [f64; 3] = std::array::from_fn(|r| {
-        let linear: f64 = (0..3)
-            .map(|c| (around.linear()[c][r] - identity.linear()[c][r]).abs())
-            .sum();
-        // Magnitudes of what was summed up, for the rounding of each sum.
-        let sums: f64 = (0..3)
-            .map(|k| {
-                let inner: f64 = (0..3).map(|c| outward.linear()[c][k].abs()).sum::<f64>()
-                    * largest
-                    + outward.translation[k].abs();
-                inward.linear()[k][r].abs() * inner
-            })
-            .sum::<f64>()
-            + inward.translation[r].abs();
-        2.0 * (linear * largest + around.translation[r].abs()) + 16.0 * f64::EPSILON * sums
-    });
-    let grown = own.grown(DVec3::from_array(slack));
-    let corners = grown
-        .corners()
-        .map(|p| DVec3::from_array(outward.point(p.to_array())));
-    let world = Aabb::of_points(corners);
+    let world = own.placed(&place.object_from_world, &place.world_from_object)?;
     // The rest is for what is counted from another place.
-    world.grown(DVec3::splat(world.max_abs() * 5.0 * f64::EPSILON))
+    Some(world.grown(DVec3::splat(world.max_abs() * 5.0 * f64::EPSILON)))
 }

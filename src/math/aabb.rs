@@ -4,6 +4,7 @@
 //! cannot is cut off, and slabs are open there. An empty box has `min > max` on every axis
 //! and is the identity of [`Aabb::union`].
 
+use super::affine::Affine;
 use glam::DVec3;
 
 /// A box in f64, in whatever space its maker says.
@@ -87,6 +88,47 @@ impl Aabb {
                 if i & 4 == 0 { self.min.z } else { self.max.z },
             )
         })
+    }
+
+    /// The box, in an outer space, of what lies in this one; `None` where that is anywhere.
+    ///
+    /// `inward` defines the space, and `outward` is only nearly its inverse: steps on the
+    /// way may be strong and cancel. With E = inward·outward − I, a shift included, the
+    /// point of b is outward·(b − e), where (I + E)·e = E·b: e is at most E over |b| + |e|,
+    /// row by row, and |e| at most 2|E||b| where |E| ≤ 1/2. So the box grows by that, and by
+    /// the roundings of the products themselves.
+    pub fn placed(&self, inward: &Affine, outward: &Affine) -> Option<Aabb> {
+        if self.is_empty() {
+            return Some(Aabb::EMPTY);
+        }
+        let around = inward.then_after(outward);
+        let largest = self.max_abs();
+        let row = |r: usize| -> f64 {
+            let identity = Affine::IDENTITY.linear();
+            (0..3)
+                .map(|c| (around.linear()[c][r] - identity[c][r]).abs())
+                .sum()
+        };
+        let (rows, shift) = (DVec3::from_array([0, 1, 2].map(row)), around.translation);
+        let shift = DVec3::from_array(shift).abs();
+        let by = rows.max_element();
+        let off = 2.0 * (by * largest + shift.max_element());
+        // As comparisons that NaN does not pass.
+        if !(by <= 0.5 && off.is_finite()) {
+            return None;
+        }
+        // Magnitudes of what was summed up, for the rounding of each sum.
+        let sums: [f64; 3] = std::array::from_fn(|r| {
+            let inner = |k: usize| {
+                let row: f64 = (0..3).map(|c| outward.linear()[c][k].abs()).sum();
+                inward.linear()[k][r].abs() * (row * largest + outward.translation[k].abs())
+            };
+            (0..3).map(inner).sum::<f64>() + inward.translation[r].abs()
+        });
+        let sums = DVec3::from_array(sums) * (16.0 * f64::EPSILON);
+        let grown = self.grown(rows * (largest + off) + shift + sums);
+        let corner = |p: DVec3| DVec3::from_array(outward.point(p.to_array()));
+        Some(Aabb::of_points(grown.corners().map(corner)))
     }
 
     /// The smallest f32 box that contains this one, or what of it f32 can reach: an

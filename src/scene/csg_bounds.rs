@@ -1,5 +1,6 @@
 //! Boxes of combinations and of what they are made of.
 
+use super::csg_solid::ONE_FRAME;
 use super::ids::{CombinationId, ShapeId};
 use super::shapes::Shape;
 use super::{Blur, Operand, Tables, shape_bounds};
@@ -52,7 +53,7 @@ pub(super) fn combination_bounds(tables: &Tables, order: &[u32]) -> (Vec<Option<
         let greatest = |of: fn(&Extent) -> f64| all.iter().map(of).fold(0.0, f64::max);
         let (condition, reach) = (greatest(|e| e.condition), greatest(|e| e.reach));
         let spaces = all.iter().fold(Blur::NONE, |most, e| most.max(&e.blur));
-        let blur = condition * reach * (64.0 * f64::EPSILON);
+        let blur = condition * reach * (64.0 * f64::EPSILON + 4.0 * ONE_FRAME);
         let inside = || all.iter().map(|extent| &extent.inside);
         let outside = || all.iter().map(|extent| &extent.outside);
         let (inside, outside) = match table.operator[id.index()] {
@@ -232,7 +233,9 @@ impl Extent {
             bounds: region.bounds.map(|own| {
                 let bounds = placed(&own, local);
                 let size = bounds.max_abs() + reach;
-                bounds.grown(DVec3::splat(size * condition * (16.0 * f64::EPSILON)))
+                // An operand is met in the first frame that is equal to its own.
+                let room = size * condition * (16.0 * f64::EPSILON + 4.0 * ONE_FRAME);
+                bounds.grown(DVec3::splat(room))
             }),
             planes: match condition <= MAX_CONDITION {
                 true => region

@@ -3,7 +3,7 @@
 //! Derived from the tables; never in them. Nothing recurses: operators may lie in
 //! each other a hundred thousand deep.
 
-use super::csg_bounds::{center, placed};
+use super::csg_bounds::center;
 use super::ids::{CombinationId, MaterialId, ShapeId};
 use super::shapes::Shape;
 use super::{Operand, Tables, shape_bounds};
@@ -268,7 +268,6 @@ impl<'t> Unfold<'t> {
     fn below(&mut self, above: u32, local: &Affine, inverse: &Affine) -> u32 {
         let above = self.frames[above as usize];
         let solid_from_operand = above.solid_from_operand.then_after(local);
-        let largest = |shift: &[f64; 3]| shift.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         let shift = above.solid_from_operand.norm() * largest(&local.translation);
         let operand_from_solid = inverse.then_after(&above.operand_from_solid);
         let frame = Frame {
@@ -298,11 +297,15 @@ impl<'t> Unfold<'t> {
         }
         let own = Aabb::new(own.min - center, own.max - center);
         let frame = &self.frames[frame as usize];
-        let bounds = placed(&own, &frame.solid_from_operand);
-        // The maps are each other's inverse but for their roundings.
-        let size = (bounds.max_abs() + frame.reach) * frame.condition;
-        Some(bounds.grown(DVec3::splat(size * (16.0 * f64::EPSILON))))
+        let bounds = own.placed(&frame.operand_from_solid, &frame.solid_from_operand)?;
+        // For the roundings of rays.
+        let room = (bounds.max_abs() + frame.reach) * frame.condition * (16.0 * f64::EPSILON);
+        Some(bounds.grown(DVec3::splat(room)))
     }
+}
+
+fn largest(shift: &[f64; 3]) -> f64 {
+    shift.iter().fold(0.0_f64, |m, x| m.max(x.abs()))
 }
 
 /// Of the surfaces of operands, checked to be few enough.
@@ -324,14 +327,17 @@ fn firsts(tables: &Tables, operands: &[CsgOperand]) -> Vec<u32> {
 /// powers of two, of the linear part and of the shift.
 type Key = ([i64; 12], [i32; 2]);
 
-/// A map's entries to one part in 2^44 of its linear part's largest, and of the
-/// largest shift on the way: a turn and a turn back are no turn.
+/// Frames are one where their maps' entries are equal to this part, about: of the linear
+/// part's largest, and of the largest shift on the way. A turn and a turn back are no turn.
+pub(super) const ONE_FRAME: f64 = 1.0 / (1_u64 << 44) as f64;
+
+/// A map's entries in units of [`ONE_FRAME`].
 fn rounded(map: &Affine, reach: f64) -> Key {
     let size = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     let power = |size: f64| {
         let power = libm::log2(size * std::f64::consts::SQRT_2);
         if size > 0.0 {
-            power.floor() as i32 - 44
+            power.floor() as i32 + libm::ilogb(ONE_FRAME)
         } else {
             0
         }

@@ -104,7 +104,9 @@ impl Bunch {
             // And where products may leave the format.
             let sane = Lanes::gt(shear.along.abs(), short)
                 & Lanes::lt(shear.along.abs(), long)
-                & Lanes::lt(misplaced, Register::splat(FARTHEST));
+                & Lanes::lt(misplaced, Register::splat(FARTHEST))
+                // Where a t has fewer bits than this, it bounds nothing.
+                & Lanes::lt(shear.along.abs() * short, reach);
             let infinite = Register::splat(f32::INFINITY);
             let misplaced = <Register as Lanes>::select(sane, misplaced, infinite);
             let begin = t_min * shear.along.abs();

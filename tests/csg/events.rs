@@ -174,7 +174,7 @@ fn thin_rods_at_an_angle_are_known_by_their_radius() {
 }
 
 /// Rays from a point into a cone that is some hundredths wide.
-fn rays_from(random: &mut Random, org: DVec3, dir: DVec3, width: f64) -> RayColumns {
+pub fn rays_from(random: &mut Random, org: DVec3, dir: DVec3, width: f64) -> RayColumns {
     let mut rays = RayColumns::default();
     for _ in 0..64 {
         let dir = dir.normalize() + random.vector() * width;

@@ -3,6 +3,7 @@
 use super::asked::{Asked, RIGHT, agree, kernels, line, spans};
 use super::coincidence::{solids, some, v};
 use super::common::{Random, RayColumns};
+use super::events::rays_from;
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::geom::{Cuboid, Sphere};
 use lanecast::scene::{Operand, Operator, SceneBuilder};
@@ -140,4 +141,77 @@ fn boundaries_on_both_sides_of_a_start_may_be_one() {
     }
     // Both are found, so that a start may be on either side of it.
     assert!(met > 1_000 && missed > 1_000, "{met} {missed}");
+}
+
+/// The box of a solid has room for operands that are met in a space equal to their own but
+/// for roundings of the shifts on the way.
+#[test]
+fn solids_that_are_as_thin_as_shifts_are_rounded_are_not_lost() {
+    let random = &mut Random(79);
+    for (away, back) in [
+        (759_250_200.0, 759_250_200.000_03),
+        (3e5, 3e5 + 1e-8),
+        (1e12, 1e12 + 0.03),
+    ] {
+        let asked = Asked::one(|scene| {
+            let block = scene.cuboid(
+                "",
+                Cuboid {
+                    min: v(-1.0, -1.0, 0.0),
+                    max: DVec3::ONE,
+                },
+            );
+            let other = scene.cuboid(
+                "",
+                Cuboid {
+                    min: -DVec3::ONE,
+                    max: v(1.0, 1.0, 1e-14 * away),
+                },
+            );
+            let [there, here] = [away, -back].map(|z| {
+                let shift = DAffine3::from_translation(v(0.0, 0.0, z));
+                scene.transform(shift.into())
+            });
+            let moved = Operand::shape(other).transform(there);
+            let moved = Operand::shape(scene.combination("", Union, &[moved]));
+            let operands = [Operand::shape(block), moved.transform(here)];
+            scene.combination("", Intersection, &operands)
+        });
+        let rays = rays_from(random, v(0.3, 0.2, -2.0), DVec3::Z, 0.3);
+        agree(&asked, &rays);
+    }
+}
+
+/// Steps on the way may be strong, and cancel: boxes of operands hold what their rays meet.
+#[test]
+fn ways_that_are_strong_and_cancel_leave_operands_their_boxes() {
+    let random = &mut Random(80);
+    for strength in [1e4, 1e7, 1e10, 1e13] {
+        let asked = Asked::one(|scene| {
+            let [min, max] = [-DVec3::ONE, DVec3::ONE];
+            let axis = v(1.0, 2.0, 3.0).normalize();
+            let turn = |degrees: f64| DAffine3::from_axis_angle(axis, f64::to_radians(degrees));
+            let scale = |x: f64| DAffine3::from_scale(v(x, 1.0, 1.0));
+            let steps = [
+                turn(30.0) * scale(strength),
+                turn(-17.0),
+                scale(1.0 / strength) * turn(-13.0),
+            ];
+            steps
+                .iter()
+                .fold(scene.cuboid("", Cuboid { min, max }), |below, step| {
+                    let step = scene.transform((*step).into());
+                    scene.combination("", Union, &[Operand::shape(below).transform(step)])
+                })
+        });
+        let mut rays = RayColumns::default();
+        for _ in 0..2_000 {
+            // At the edges of a cube, nearly.
+            let mut corner = DVec3::ONE.copysign(random.vector());
+            corner[random.below(3) as usize] = random.unit();
+            let org = v(0.4, -0.3, -3.0) + 0.1 * random.vector();
+            rays.push(org, (corner - org).as_vec3().to_array());
+        }
+        agree(&asked, &rays);
+    }
 }

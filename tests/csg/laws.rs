@@ -181,7 +181,7 @@ fn bits(asked: &Asked, rays: &RayColumns, arithmetic: Arithmetic) -> Vec<(u64, H
 /// As another operand of the union, behind all others, and as another instance.
 #[test]
 fn a_disjoint_object_leaves_every_hit_as_it_is() {
-    for i in 0..60 {
+    for i in 0..40 {
         let random = &mut Random(i);
         let count = 1 + random.below(12);
         let program = Program::random(random, count, i % 2 == 1);

@@ -131,7 +131,9 @@ impl Volumes for Spheres {
             org: scaled(Vec3::new(x.0, y.0, z.0), shrink),
             dir: scaled(dir, shorten),
             shrink,
-            pace: shorten / (largest * shrink),
+            // One after the other: slabs see to it that this is a number, but not to what
+            // the two are together.
+            pace: shorten / largest / shrink,
         }
     }
 

@@ -293,7 +293,7 @@ fn pad(org: [f32; 3], bounds: &Aabb32) -> [f32; 3] {
         low.abs().max(high.abs()).max(org[k].abs())
     });
     let most = reach[0].max(reach[1]).max(reach[2]);
-    reach.map(|r| r * (32.0 * f32::EPSILON) + most * SKEW as f32)
+    reach.map(|r| r * (32.0 * f32::EPSILON) + most * SKEW as f32 + f32::MIN_POSITIVE)
 }
 
 /// Of the magnitudes of the linear part.

@@ -69,6 +69,12 @@ const TIES: f32 = 1.0 - 4.0 * f32::EPSILON;
 /// far side, needs no more bringing into it: see [`super::settle`].
 const CLEAR: f32 = 8.0 * 0.5 * f32::EPSILON;
 
+/// By how much depths of corners and limits may be off.
+#[inline(always)]
+fn depth_slack(reach: f32) -> f32 {
+    32.0 * f32::EPSILON * reach + f32::MIN_POSITIVE
+}
+
 /// What a block's triangles are looked at for.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Aim {
@@ -183,7 +189,7 @@ impl Edges {
             // Products are a million times as large: they have left f32.
             let sane = faces & margin.lt(Register::splat(1e31));
             <Register as Lanes>::select(sane, margin, infinite).store(&mut edges.margin);
-            let slack = Register::splat(32.0 * f32::EPSILON * bundle.reach);
+            let slack = Register::splat(depth_slack(bundle.reach));
             let front = (farthest + slack).ge(zero) & (nearest - slack).le(deepest);
             edges.live = front.bits();
         } else {
@@ -231,10 +237,9 @@ impl Edges {
         let least = min(min(greatest(0), greatest(1)), greatest(2));
         let nearest = Register::load(&self.nearest);
         let (least, limit) = if exact {
-            let slack = 32.0 * f32::EPSILON * reach;
             (
                 least + Register::load(&self.margin),
-                Register::splat(group.deepest + slack),
+                Register::splat(group.deepest + depth_slack(reach)),
             )
         } else {
             (least, Register::splat(group.deepest))

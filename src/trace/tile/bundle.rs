@@ -100,6 +100,11 @@ const LONGEST: f64 = 1e30;
 /// origin may be infinite.
 const FARTHEST: f32 = 1e38;
 
+/// And so is what the longest direction comes to within a t of this: f32 would round t's,
+/// and limits with them, by more than a rounding of the way. 2^-102, the least normal
+/// number over 2^-24.
+pub(super) const SOONEST: f32 = f32::MIN_POSITIVE / (0.5 * f32::EPSILON);
+
 /// Less than this counts as this, of either sign.
 pub(super) const LEAST_SLOPE: f32 = 1e-12;
 
@@ -166,7 +171,7 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
         let k = axes[2];
         let stand_in = Vec3::<L>::splat(middle);
         let mut slopes = [[f32::INFINITY, f32::NEG_INFINITY]; 2];
-        let mut wild = false;
+        let (mut wild, mut longest) = (false, 0.0_f32);
         let (one, tiny) = (L::from_f32(1.0), L::from_f32(LEAST_SLOPE));
         let safe = |x: L| L::select(x.abs().lt(tiny), tiny, x);
         for ((group, all), alive) in self.groups.iter_mut().zip(all).zip(alive) {
@@ -177,6 +182,8 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
             let long = along.ge(L::from_f64(SHORTEST)) & along.le(L::from_f64(LONGEST));
             let fits = steep & long;
             wild |= (*all & !fits).any();
+            let most = L::select(*all, along, L::zero()).greatest();
+            longest = longest.max(most.to_f64() as f32);
             let dir = Vec3::select(*alive, dir, stand_in);
             let along = dir.axis(k) * L::from_f32(sign);
             let (a, b) = (dir.axis(axes[0]), dir.axis(axes[1]));
@@ -212,8 +219,8 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
                 .max((high - org[i]).abs())
                 .max(org[i].abs())
         });
-        // As a comparison that NaN does not pass.
-        if !(self.reach < FARTHEST) {
+        // As comparisons that NaN does not pass.
+        if !(self.reach < FARTHEST && longest * SOONEST <= self.reach) {
             return false;
         }
         // Slopes may be denormal.

@@ -8,7 +8,7 @@
 //! What these numbers are relative to is the tree's alone: which rays make a tile
 //! with it changes no bit of what a ray meets. tests/parallel.rs holds that.
 
-use super::bundle::{Bundle, LEAST_SLOPE, RelativeBox, SHORTEST, main_axis};
+use super::bundle::{Bundle, LEAST_SLOPE, RelativeBox, SHORTEST, SOONEST, main_axis};
 use super::centre::Centre;
 use crate::accel::Frustum;
 use crate::math::lanes::{Lanes, Mask, Scalar};
@@ -172,14 +172,14 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
             *reach = far.max(about[i].abs()) + spread[i];
         }
         self.reach = reach[0].max(reach[1]).max(reach[2]);
-        // As a comparison that NaN does not pass.
-        if !(self.reach < FARTHEST) {
+        // As comparisons that NaN does not pass.
+        if !(self.reach < FARTHEST && along as f32 * SOONEST <= self.reach) {
             return false;
         }
         // Starts, slopes and lines are rounded a few times each, relative to
         // these; the frustum adds a pad of its own.
         let sheared = [reach[0] + reach[2], reach[1] + reach[2], reach[2]];
-        let pad = sheared.map(|r| r * (32.0 * f32::EPSILON));
+        let pad = sheared.map(|r| r * (32.0 * f32::EPSILON) + f32::MIN_POSITIVE);
         let [u, v] = lines;
         let low = [about[0] + u[0], about[1] + v[0], base];
         let high = [about[0] + u[1], about[1] + v[1], base];
@@ -195,7 +195,7 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
             slopes,
             inverse,
             // With that of the frustum.
-            pad: sheared.map(|r| r * (64.0 * f32::EPSILON)),
+            pad: sheared.map(|r| r * (64.0 * f32::EPSILON) + 2.0 * f32::MIN_POSITIVE),
         };
         self.parallel = true;
         // Slopes are at most 1: what depths add to a line is no more than they are.

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{EVERYTHING, Random, RayColumns, structures};
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::geom::{Cuboid, Sphere};
 use lanecast::plan::{Arithmetic, Kernels, native_width};
@@ -154,4 +154,58 @@ fn directions_to_the_end_of_f32() {
         assert!(met > 400, "{met}");
         agree(&scene, &long, &expected, &format!("{size} by {length}"));
     }
+}
+
+/// Shapes beyond f32, and maps that bring them back.
+#[test]
+fn what_f32_cannot_reach_is_placed_whole() {
+    let mut b = SceneBuilder::default();
+    for (i, size) in [1e39, 1e40, 1e60].into_iter().enumerate() {
+        let center = DVec3::ZERO;
+        let half = DVec3::splat(size);
+        let ball = b.sphere(
+            "",
+            Sphere {
+                center,
+                radius: size,
+            },
+        );
+        let block = b.cuboid(
+            "",
+            Cuboid {
+                min: -half,
+                max: half,
+            },
+        );
+        for (k, shape) in [ball, block].into_iter().enumerate() {
+            let small = DAffine3::from_scale(DVec3::splat(1.0 / size));
+            let place = DVec3::new(3.0 * i as f64, 3.0 * k as f64, 0.0);
+            let map = b.transform((DAffine3::from_translation(place) * small).into());
+            b.instance("", Edge::shape(shape).transform(map));
+        }
+    }
+    let scene = b.finish().unwrap();
+    let mut rays = RayColumns::default();
+    let mut expected = Vec::new();
+    for i in 0..6 {
+        let (x, y) = (3.0 * f64::from(i / 2), 3.0 * f64::from(i % 2));
+        let org = DVec3::new(x + 0.1, y + 0.9, 5.0);
+        rays.push(org, [0.0, 0.0, -1.0]);
+        let instance = i as u64;
+        expected.push(HitId {
+            instance,
+            ..HitId::NONE
+        });
+        rays.push(org + DVec3::Y * 0.4, [0.0, 0.0, -1.0]);
+        expected.push(HitId::NONE);
+    }
+    let found = one_by_one(&scene, &rays);
+    for (found, expected) in found.iter().zip(&mut expected) {
+        // Which face of a block it is, is not what this is about.
+        if found.instance == expected.instance {
+            expected.primitive = found.primitive;
+        }
+    }
+    assert_eq!(found, expected);
+    agree(&scene, &rays, &expected, "beyond f32");
 }

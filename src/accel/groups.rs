@@ -110,6 +110,9 @@ impl Groups {
     /// [`super::Entry`] has them.
     pub fn bounds(&self, center: DVec3) -> Aabb32 {
         let bounds = &self.roots.bounds;
+        if self.roots.is_wild() {
+            return Aabb32::EVERYTHING;
+        }
         if bounds.is_empty() {
             return Aabb32::EMPTY;
         }
@@ -122,9 +125,10 @@ impl Groups {
 
     /// The largest coordinate of what is bounded, in world space.
     pub fn reach(&self) -> f64 {
-        match self.roots.bounds.is_empty() {
-            true => 0.0,
-            false => self.roots.bounds.max_abs(),
+        match &self.roots {
+            wild if wild.is_wild() => f64::INFINITY,
+            empty if empty.bounds.is_empty() => 0.0,
+            roots => roots.bounds.max_abs(),
         }
     }
 
@@ -155,6 +159,11 @@ pub struct Reach {
 }
 
 impl Group {
+    /// Something below is anywhere.
+    fn is_wild(&self) -> bool {
+        self.spread == f64::INFINITY
+    }
+
     /// The bounds that slabs must be made for, so that their pad (32 roundings of
     /// the largest distance from bounds or origin) has room for whatever may
     /// move a hit below out of its boxes; `None` where f32 is not up to it, and

@@ -420,6 +420,8 @@ fn own_bounds(scene: &Tables, bounds: impl Fn(usize) -> Option<Aabb32>) -> Vec<A
             let bounds = shape_bounds(scene, shape);
             // A combination's operands are met in spaces of their own, too.
             let bounds = bounds.filter(|_| scene.blur_of(shape).norm() <= MAX_BLUR);
+            // What f32 cannot reach is not cut off: it is to be placed.
+            let bounds = bounds.filter(|b| b.max_abs() < f64::from(f32::MAX));
             bounds.map_or(Aabb32::EVERYTHING, |b| b.outward())
         }
     });

@@ -90,45 +90,48 @@ impl Aabb {
         })
     }
 
+    pub fn is_finite(&self) -> bool {
+        self.min.is_finite() && self.max.is_finite()
+    }
+
     /// The box, in an outer space, of what lies in this one; `None` where that is anywhere.
     ///
     /// `inward` defines the space, and `outward` is only nearly its inverse: steps on the
     /// way may be strong and cancel. With E = inward·outward − I, a shift included, the
     /// point of b is outward·(b − e), where (I + E)·e = E·b: e is at most E over |b| + |e|,
-    /// row by row, and |e| at most 2|E||b| where |E| ≤ 1/2. So the box grows by that, and by
-    /// the roundings of the products themselves.
+    /// row by row, and |e| at most 2|E||b| where |E| ≤ 1/2. So the box grows by that; E is
+    /// what it is found to be and the roundings of its own products.
     pub fn placed(&self, inward: &Affine, outward: &Affine) -> Option<Aabb> {
         if self.is_empty() {
             return Some(Aabb::EMPTY);
         }
         let around = inward.then_after(outward);
-        let largest = self.max_abs();
-        let row = |r: usize| -> f64 {
-            let identity = Affine::IDENTITY.linear();
-            (0..3)
-                .map(|c| (around.linear()[c][r] - identity[c][r]).abs())
-                .sum()
+        // Magnitudes of what was summed up, for the rounding of each sum.
+        let rounding = 16.0 * f64::EPSILON;
+        let sum = |r: usize, of: [f64; 3]| -> f64 {
+            (0..3).map(|k| inward.linear()[k][r].abs() * of[k]).sum()
         };
-        let (rows, shift) = (DVec3::from_array([0, 1, 2].map(row)), around.translation);
-        let shift = DVec3::from_array(shift).abs();
-        let by = rows.max_element();
-        let off = 2.0 * (by * largest + shift.max_element());
+        let outer: [f64; 3] =
+            std::array::from_fn(|k| (0..3).map(|c| outward.linear()[c][k].abs()).sum());
+        let rows = DVec3::from_array(std::array::from_fn(|r| {
+            let identity = Affine::IDENTITY.linear();
+            let off = |c: usize| (around.linear()[c][r] - identity[c][r]).abs();
+            (0..3).map(off).sum::<f64>() + rounding * sum(r, outer)
+        }));
+        let shift = DVec3::from_array(std::array::from_fn(|r| {
+            let sums = sum(r, outward.translation.map(f64::abs)) + inward.translation[r].abs();
+            around.translation[r].abs() + rounding * sums
+        }));
         // As comparisons that NaN does not pass.
-        if !(by <= 0.5 && off.is_finite()) {
+        if !(rows.cmple(DVec3::splat(0.5)).all() && shift.is_finite()) {
             return None;
         }
-        // Magnitudes of what was summed up, for the rounding of each sum.
-        let sums: [f64; 3] = std::array::from_fn(|r| {
-            let inner = |k: usize| {
-                let row: f64 = (0..3).map(|c| outward.linear()[c][k].abs()).sum();
-                inward.linear()[k][r].abs() * (row * largest + outward.translation[k].abs())
-            };
-            (0..3).map(inner).sum::<f64>() + inward.translation[r].abs()
-        });
-        let sums = DVec3::from_array(sums) * (16.0 * f64::EPSILON);
-        let grown = self.grown(rows * (largest + off) + shift + sums);
+        let largest = self.max_abs();
+        let off = 2.0 * (rows.max_element() * largest + shift.max_element());
+        let grown = self.grown(rows * (largest + off) + shift);
         let corner = |p: DVec3| DVec3::from_array(outward.point(p.to_array()));
-        Some(Aabb::of_points(grown.corners().map(corner)))
+        let placed = Aabb::of_points(grown.corners().map(corner));
+        placed.is_finite().then_some(placed)
     }
 
     /// The smallest f32 box that contains this one, or what of it f32 can reach: an

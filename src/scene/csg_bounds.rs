@@ -1,9 +1,9 @@
 //! Boxes of combinations and of what they are made of.
 
-use super::csg_solid::ONE_FRAME;
-use super::ids::{CombinationId, ShapeId};
+use super::csg_solid::{CsgOperand, CsgSolid, Frame, Step, unfolded_counts};
+use super::ids::CombinationId;
 use super::shapes::Shape;
-use super::{Blur, Operand, Tables, shape_bounds};
+use super::{Blur, Operand, Tables, Target, shape_bounds};
 use crate::csg::Operator;
 use crate::geom::HalfSpace;
 use crate::geom::hull::of_planes;
@@ -18,69 +18,74 @@ pub(super) fn center(tables: &Tables, shape: Shape) -> DVec3 {
     }
 }
 
-/// The box around a box under a map, with room for its roundings.
-pub(super) fn placed(own: &Aabb, map: &Affine) -> Aabb {
-    if own.is_empty() {
-        return Aabb::EMPTY;
-    }
-    let place = |p: DVec3| DVec3::from_array(map.point(p.to_array()));
-    let bounds = Aabb::of_points(own.corners().map(place));
-    let size = map.norm() * own.max_abs() + bounds.max_abs();
-    bounds.grown(DVec3::splat(size * (16.0 * f64::EPSILON)))
-}
-
 /// The box around an operand, in the space of the combination that it is one of.
 pub(crate) fn operand_bounds(tables: &Tables, operand: &Operand) -> Option<Aabb> {
-    let local = &tables.transforms.local[operand.transform.index()];
-    match shape_bounds(tables, operand.shape) {
-        Some(own) if !local.is_identity() => Some(placed(&own, local)),
-        own => own,
+    let own = shape_bounds(tables, operand.shape)?;
+    let row = operand.transform.index();
+    let local = &tables.transforms.local[row];
+    match &tables.transforms.inverse[row] {
+        Some(inverse) if !local.is_identity() => own.placed(inverse, local),
+        _ => Some(own),
     }
 }
 
-/// Boxes of all combinations, `None` of those without bounds, and what their operands'
-/// spaces blur. `order`: operands first.
+/// Operands, once unfolded, of combinations that are seen nowhere and still get a box, all
+/// together: it is for remarks.
+const UNSEEN: u64 = 1 << 16;
+
+/// Boxes of combinations, `None` of those without bounds, and what their operands' spaces
+/// blur. Of those that appear, and of others as far as it costs little. `order`: operands
+/// first.
 pub(super) fn combination_bounds(tables: &Tables, order: &[u32]) -> (Vec<Option<Aabb>>, Vec<Blur>) {
-    let table = &tables.combinations;
-    let mut extents = vec![Extent::default(); table.len()];
-    for row in order {
-        let id = CombinationId(*row);
-        let of = |operand: &Operand| match tables.shapes.row(operand.shape) {
-            Shape::Combination(below) => extents[below.index()].through(tables, operand),
-            leaf => Extent::of(tables, operand.shape, leaf).through(tables, operand),
-        };
-        let all: Vec<Extent> = table.operands(id).iter().map(of).collect();
-        let greatest = |of: fn(&Extent) -> f64| all.iter().map(of).fold(0.0, f64::max);
-        let (condition, reach) = (greatest(|e| e.condition), greatest(|e| e.reach));
-        let spaces = all.iter().fold(Blur::NONE, |most, e| most.max(&e.blur));
-        let blur = condition * reach * (64.0 * f64::EPSILON + 4.0 * ONE_FRAME);
-        let inside = || all.iter().map(|extent| &extent.inside);
-        let outside = || all.iter().map(|extent| &extent.outside);
-        let (inside, outside) = match table.operator[id.index()] {
-            Operator::Union => (Region::around(inside()), Region::common(outside(), blur)),
-            Operator::Intersection => (Region::common(inside(), blur), Region::around(outside())),
-            Operator::Difference => {
-                let minuend = inside().take(1).chain(outside().skip(1));
-                let rest = outside().take(1).chain(inside().skip(1));
-                (Region::common(minuend, blur), Region::around(rest))
-            }
-            Operator::Xor => Region::of_xor(&all),
-            Operator::Complement => {
-                let turned = Region::common(outside(), blur);
-                (turned, Region::common(inside(), blur))
-            }
-        };
-        extents[*row as usize] = Extent {
-            inside,
-            outside,
-            condition,
-            reach,
-            blur: spaces,
-        };
+    let count = tables.combinations.len();
+    let mut appears = vec![false; count];
+    let edges = tables.edges.target.iter().chain(&tables.instances.target);
+    for target in edges {
+        if let Target::Shape(shape) = target
+            && let Shape::Combination(id) = tables.shapes.row(*shape)
+        {
+            appears[id.index()] = true;
+        }
     }
-    let rows = extents.iter();
-    rows.map(|extent| (extent.inside.bounds, extent.blur))
-        .unzip()
+    let counts = unfolded_counts(tables, order, |_| 1);
+    let (mut bounds, mut blur) = (vec![None; count], vec![Blur::NONE; count]);
+    let mut unseen = 0_u64;
+    for row in order {
+        let row = *row as usize;
+        if !appears[row] {
+            unseen = unseen.saturating_add(counts[row]);
+        }
+        if appears[row] || unseen <= UNSEEN {
+            let (solid, steps) = CsgSolid::with_steps(tables, CombinationId(row as u32));
+            bounds[row] = around(tables, &solid, &steps);
+            let of_frame = |frame: &Frame| {
+                Blur::NONE.through(&frame.operand_from_solid, &frame.solid_from_operand)
+            };
+            let frames = solid.frames.iter().skip(1).map(of_frame);
+            blur[row] = frames.fold(Blur::NONE, |most, own| most.max(&own));
+        }
+    }
+    (bounds, blur)
+}
+
+/// The box around a solid in its own space, as its operands are met: each where its frame
+/// has it, with room for all roundings.
+fn around(tables: &Tables, solid: &CsgSolid, steps: &[Step]) -> Option<Aabb> {
+    let mut operands = solid.operands.iter().rev();
+    let mut waiting: Vec<Extent> = Vec::new();
+    // Operators come before their operands, so backward operands come first.
+    for step in steps.iter().rev() {
+        let extent = match step {
+            Step::Operand => Extent::of(tables, solid, operands.next()?),
+            Step::Operator(operator, count) => {
+                let mut all = waiting.split_off(waiting.len() - *count as usize);
+                all.reverse();
+                Extent::combined(*operator, &all)
+            }
+        };
+        waiting.push(extent);
+    }
+    waiting.pop()?.inside.bounds
 }
 
 /// What holds a set of points.
@@ -98,11 +103,6 @@ const MAX_PLANES: usize = 24;
 const MAX_CONDITION: f64 = 1e3;
 
 impl Region {
-    fn of_planes(planes: Vec<HalfSpace>) -> Region {
-        let bounds = None;
-        Region { bounds, planes }
-    }
-
     /// All of several regions.
     fn around<'a>(mut all: impl Iterator<Item = &'a Region>) -> Region {
         let of = |b: Aabb, one: &Region| Some(b.union(&one.bounds?));
@@ -112,9 +112,8 @@ impl Region {
         }
     }
 
-    /// What several regions have in common. `blur`: by how much maps may have moved
-    /// planes.
-    fn common<'a>(all: impl Iterator<Item = &'a Region>, blur: f64) -> Region {
+    /// What several regions have in common.
+    fn common<'a>(all: impl Iterator<Item = &'a Region>) -> Region {
         let mut common = Region::default();
         for one in all {
             common.bounds = match (common.bounds, one.bounds) {
@@ -126,7 +125,7 @@ impl Region {
         }
         // No fewer planes than four have bounds.
         if common.bounds.is_none() && common.planes.len() >= 4 {
-            common.bounds = between(&common.planes, blur);
+            common.bounds = between(&common.planes);
         }
         common
     }
@@ -149,119 +148,79 @@ impl Region {
     }
 }
 
-/// The box of what lies in all half-spaces, with room for the roundings of maps that
-/// planes came through and of the corners; `None` if it has no bounds, or is no solid.
-fn between(planes: &[HalfSpace], blur: f64) -> Option<Aabb> {
-    // Moved outward, so that sharp corners move as far as they may.
-    let moved = planes.iter().map(|plane| HalfSpace {
-        offset: plane.offset + blur * plane.normal.length(),
-        ..*plane
-    });
-    let hull = of_planes(&moved.collect::<Vec<_>>()).ok()?;
+/// The box of what lies in all half-spaces, with room for the roundings of their normals
+/// and of the corners; `None` if it has no bounds, or is no solid.
+fn between(planes: &[HalfSpace]) -> Option<Aabb> {
+    let hull = of_planes(planes).ok()?;
     let bounds = Aabb::of_points(hull.points.iter().copied());
     let size = bounds.max_abs() + bounds.diagonal();
-    let grown = bounds.grown(DVec3::splat(size * 1e-6 + blur));
+    let grown = bounds.grown(DVec3::splat(size * 1e-6));
     grown.max_abs().is_finite().then_some(grown)
 }
 
-/// Where a combination lies, and how the maps below it blur that: as of frames.
-#[derive(Clone, Debug)]
+/// Where part of a solid lies, in the solid's space.
+#[derive(Clone, Debug, Default)]
 struct Extent {
     inside: Region,
     /// Of the complement.
     outside: Region,
-    condition: f64,
-    reach: f64,
-    blur: Blur,
-}
-
-impl Default for Extent {
-    fn default() -> Extent {
-        Extent {
-            inside: Region::default(),
-            outside: Region::default(),
-            condition: 1.0,
-            reach: 0.0,
-            blur: Blur::NONE,
-        }
-    }
 }
 
 impl Extent {
-    fn of(tables: &Tables, shape: ShapeId, leaf: Shape) -> Extent {
-        if let Shape::HalfSpace(id) = leaf {
-            let HalfSpace { normal, offset } = tables.half_spaces.row(id);
-            let turned = HalfSpace {
-                normal: -normal,
-                offset: -offset,
-            };
+    fn of(tables: &Tables, solid: &CsgSolid, operand: &CsgOperand) -> Extent {
+        let frame = &solid.frames[operand.frame as usize];
+        let Shape::HalfSpace(id) = operand.shape else {
+            let (bounds, planes) = (operand.bounds, Vec::new());
             return Extent {
-                inside: Region::of_planes(vec![HalfSpace { normal, offset }]),
-                outside: Region::of_planes(vec![turned]),
+                inside: Region { bounds, planes },
                 ..Extent::default()
             };
+        };
+        if !(frame.condition <= MAX_CONDITION) {
+            return Extent::default();
         }
-        let bounds = shape_bounds(tables, shape);
-        let reach = center(tables, leaf).abs().max_element();
-        // Rays are counted from a mesh's centre, and rounded.
-        let room = |b: Aabb| b.grown(DVec3::splat(reach * (16.0 * f64::EPSILON)));
-        let inside = Region {
-            bounds: bounds.map(|b| if reach > 0.0 { room(b) } else { b }),
-            planes: Vec::new(),
+        let HalfSpace { normal, offset } = tables.half_spaces.row(id);
+        let turned = HalfSpace {
+            normal: -normal,
+            offset: -offset,
+        };
+        let region = |own| Region {
+            bounds: None,
+            planes: vec![plane(&own, &frame.operand_from_solid)],
         };
         Extent {
-            inside,
-            reach,
-            ..Extent::default()
+            inside: region(HalfSpace { normal, offset }),
+            outside: region(turned),
         }
     }
 
-    /// With room for the roundings of rays that are met below.
-    fn through(&self, tables: &Tables, operand: &Operand) -> Extent {
-        let row = operand.transform.index();
-        let (local, inverse) = (
-            &tables.transforms.local[row],
-            &tables.transforms.inverse[row],
-        );
-        let Some(inverse) = inverse.filter(|_| !local.is_identity()) else {
-            return self.clone();
+    fn combined(operator: Operator, all: &[Extent]) -> Extent {
+        let inside = || all.iter().map(|extent| &extent.inside);
+        let outside = || all.iter().map(|extent| &extent.outside);
+        let (inside, outside) = match operator {
+            Operator::Union => (Region::around(inside()), Region::common(outside())),
+            Operator::Intersection => (Region::common(inside()), Region::around(outside())),
+            Operator::Difference => {
+                let minuend = inside().take(1).chain(outside().skip(1));
+                let rest = outside().take(1).chain(inside().skip(1));
+                (Region::common(minuend), Region::around(rest))
+            }
+            Operator::Xor => Region::of_xor(all),
+            Operator::Complement => (Region::common(outside()), Region::common(inside())),
         };
-        let shift = DVec3::from_array(local.translation).abs().max_element();
-        let condition = self.condition * local.norm() * inverse.norm();
-        let reach = shift + local.norm() * self.reach;
-        let moved = |region: &Region| Region {
-            bounds: region.bounds.map(|own| {
-                let bounds = placed(&own, local);
-                let size = bounds.max_abs() + reach;
-                // An operand is met in the first frame that is equal to its own.
-                let room = size * condition * (16.0 * f64::EPSILON + 4.0 * ONE_FRAME);
-                bounds.grown(DVec3::splat(room))
-            }),
-            planes: match condition <= MAX_CONDITION {
-                true => region
-                    .planes
-                    .iter()
-                    .map(|p| plane(p, local, &inverse))
-                    .collect(),
-                false => Vec::new(),
-            },
-        };
-        Extent {
-            inside: moved(&self.inside),
-            outside: moved(&self.outside),
-            condition,
-            reach,
-            blur: self.blur.through(&inverse, local),
-        }
+        Extent { inside, outside }
     }
 }
 
-/// A half-space under a map.
-fn plane(own: &HalfSpace, map: &Affine, inverse: &Affine) -> HalfSpace {
-    let normal = DVec3::from_array(inverse.transposed_vector(own.normal.to_array()));
+/// A half-space, in a solid's space, from its own: moved outward by what its offset may be
+/// rounded, so that sharp corners move as far as they may.
+fn plane(own: &HalfSpace, operand_from_solid: &Affine) -> HalfSpace {
+    let normal = operand_from_solid.transposed_vector(own.normal.to_array());
+    let shift = DVec3::from_array(operand_from_solid.translation);
+    let size = own.offset.abs() + own.normal.abs().dot(shift.abs());
     HalfSpace {
-        normal,
-        offset: own.offset + normal.dot(DVec3::from_array(map.translation)),
+        normal: DVec3::from_array(normal),
+        offset: own.offset - own.normal.dot(shift) + size * (64.0 * f64::EPSILON),
     }
 }
 
@@ -282,7 +241,7 @@ fn overlap(a: &Aabb, b: &Aabb) -> Aabb {
 mod tests {
     use super::*;
     use crate::geom::{Cuboid, Sphere};
-    use crate::scene::{Edge, Scene, SceneBuilder};
+    use crate::scene::{Edge, Scene, SceneBuilder, ShapeId};
     use glam::DAffine3;
 
     /// The box of what is built.

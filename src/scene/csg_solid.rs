@@ -7,7 +7,7 @@ use super::csg_bounds::center;
 use super::ids::{CombinationId, MaterialId, ShapeId};
 use super::shapes::Shape;
 use super::{Operand, Tables, shape_bounds};
-use crate::csg::{Builder, Place, Program};
+use crate::csg::{Builder, Operator, Place, Program};
 use crate::math::{Aabb, Affine};
 use glam::{DAffine3, DVec3};
 use std::collections::HashMap;
@@ -58,6 +58,11 @@ pub struct CsgSolid {
 impl CsgSolid {
     /// Of checked tables.
     pub fn of(tables: &Tables, id: CombinationId) -> CsgSolid {
+        CsgSolid::with_steps(tables, id).0
+    }
+
+    /// And what it was unfolded from, operators before their operands.
+    pub(super) fn with_steps(tables: &Tables, id: CombinationId) -> (CsgSolid, Vec<Step>) {
         let mut unfold = Unfold::new(tables);
         let answer = unfold.builder.answer();
         unfold.operator(id, answer, 0, None, false);
@@ -74,7 +79,7 @@ impl CsgSolid {
             material: None,
             settled: false,
         });
-        unfold.finish(0.0)
+        unfold.finish(0.0).0
     }
 
     /// Boundaries are one where they are equal, and nowhere else.
@@ -143,6 +148,15 @@ pub(super) fn unfolded_counts(
     counts
 }
 
+/// Of a solid as it is unfolded.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Step {
+    /// And of how many things.
+    Operator(Operator, u32),
+    /// The next one.
+    Operand,
+}
+
 /// A shape that waits to be unfolded.
 struct Waiting {
     shape: ShapeId,
@@ -161,6 +175,7 @@ struct Unfold<'t> {
     /// Frames by their entries, rounded.
     known: HashMap<Key, u32>,
     waiting: Vec<Waiting>,
+    steps: Vec<Step>,
 }
 
 impl<'t> Unfold<'t> {
@@ -178,10 +193,11 @@ impl<'t> Unfold<'t> {
             frames: vec![own],
             known: HashMap::from([(rounded(&Affine::IDENTITY, 0.0), 0)]),
             waiting: Vec::new(),
+            steps: Vec::new(),
         }
     }
 
-    fn finish(mut self, tolerance: f64) -> CsgSolid {
+    fn finish(mut self, tolerance: f64) -> (CsgSolid, Vec<Step>) {
         while let Some(next) = self.waiting.pop() {
             let Waiting {
                 shape,
@@ -193,6 +209,7 @@ impl<'t> Unfold<'t> {
             match self.tables.shapes.row(shape) {
                 Shape::Combination(id) => self.operator(id, place, frame, material, settled),
                 leaf => {
+                    self.steps.push(Step::Operand);
                     self.builder.operand(place);
                     let center = center(self.tables, leaf);
                     let frame = self.about(frame, center);
@@ -207,13 +224,14 @@ impl<'t> Unfold<'t> {
                 }
             }
         }
-        CsgSolid {
+        let solid = CsgSolid {
             program: self.builder.finish(),
             firsts: firsts(self.tables, &self.operands),
             operands: self.operands,
             frames: self.frames,
             tolerance,
-        }
+        };
+        (solid, self.steps)
     }
 
     fn operator(
@@ -233,6 +251,8 @@ impl<'t> Unfold<'t> {
         };
         let [first, others] = self.builder.operator(operator, place);
         let operands = table.operands(id);
+        let step = Step::Operator(operator, operands.len() as u32);
+        self.steps.push(step);
         for (i, operand) in operands.iter().enumerate().rev() {
             let frame = self.frame(frame, operand);
             let nearest = if settled { None } else { operand.material };
@@ -293,14 +313,15 @@ impl<'t> Unfold<'t> {
     fn bounds(&self, shape: ShapeId, frame: u32, center: DVec3) -> Option<Aabb> {
         let own = shape_bounds(self.tables, shape)?;
         if frame == 0 {
-            return Some(own);
+            return own.is_finite().then_some(own);
         }
         let own = Aabb::new(own.min - center, own.max - center);
         let frame = &self.frames[frame as usize];
         let bounds = own.placed(&frame.operand_from_solid, &frame.solid_from_operand)?;
         // For the roundings of rays.
         let room = (bounds.max_abs() + frame.reach) * frame.condition * (16.0 * f64::EPSILON);
-        Some(bounds.grown(DVec3::splat(room)))
+        let bounds = bounds.grown(DVec3::splat(room));
+        bounds.is_finite().then_some(bounds)
     }
 }
 
@@ -327,17 +348,14 @@ fn firsts(tables: &Tables, operands: &[CsgOperand]) -> Vec<u32> {
 /// powers of two, of the linear part and of the shift.
 type Key = ([i64; 12], [i32; 2]);
 
-/// Frames are one where their maps' entries are equal to this part, about: of the linear
-/// part's largest, and of the largest shift on the way. A turn and a turn back are no turn.
-pub(super) const ONE_FRAME: f64 = 1.0 / (1_u64 << 44) as f64;
-
-/// A map's entries in units of [`ONE_FRAME`].
+/// A map's entries to one part in 2^44 of its linear part's largest, and of the
+/// largest shift on the way: a turn and a turn back are no turn.
 fn rounded(map: &Affine, reach: f64) -> Key {
     let size = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     let power = |size: f64| {
         let power = libm::log2(size * std::f64::consts::SQRT_2);
         if size > 0.0 {
-            power.floor() as i32 + libm::ilogb(ONE_FRAME)
+            power.floor() as i32 - 44
         } else {
             0
         }

@@ -215,3 +215,87 @@ fn ways_that_are_strong_and_cancel_leave_operands_their_boxes() {
         agree(&asked, &rays);
     }
 }
+
+/// Boxes come from whole ways, not from level upon level of room.
+#[test]
+fn long_ways_of_turns_and_scales_lose_nothing() {
+    let random = &mut Random(81);
+    let center = DVec3::ZERO;
+    for strength in [1.0, 10.0, 1e6] {
+        let asked = Asked::one(|scene| {
+            let radius = 0.5;
+            let ball = scene.sphere("", Sphere { center, radius });
+            let mut shape = ball;
+            for _ in 0..120 {
+                let turn = DAffine3::from_rotation_y(f64::to_radians(20.0));
+                let map = turn * DAffine3::from_scale(v(1.0 / strength, 1.0, 1.0));
+                let there = scene.transform(DAffine3::from_scale(v(strength, 1.0, 1.0)).into());
+                let back = scene.transform(map.into());
+                let scaled = Operand::shape(shape).transform(there);
+                let scaled = Operand::shape(scene.combination("", Union, &[scaled]));
+                let operands = [scaled.transform(back), Operand::shape(ball)];
+                shape = scene.combination("", Union, &operands[..1]);
+            }
+            let away = scene.transform(DAffine3::from_translation(v(0.0, 0.8, 0.0)).into());
+            let operands = [shape, ball].map(Operand::shape);
+            scene.combination("", Union, &[operands[0], operands[1].transform(away)])
+        });
+        let rays = rays_from(random, v(0.1, 0.4, -3.0), DVec3::Z, 0.15);
+        let met = agree(&asked, &rays).iter().flatten().count();
+        assert!(met > 20, "{met}");
+    }
+}
+
+/// An operand that is met in the space of an earlier one, whose way there was longer.
+#[test]
+fn solids_hold_operands_that_are_met_where_others_have_them() {
+    let random = &mut Random(82);
+    let asked = Asked::one(|scene| {
+        let [there, here, turn] = [
+            DAffine3::from_translation(v(1e12, 0.0, 0.0)),
+            DAffine3::from_translation(v(-1e12 + 0.03, 0.0, 0.0)),
+            DAffine3::from_rotation_z(f64::to_radians(90.0)),
+        ]
+        .map(|map| scene.transform(map.into()));
+        let (center, radius) = (DVec3::ZERO, 0.5);
+        let ball = scene.sphere("", Sphere { center, radius });
+        let max = DVec3::splat(5.0);
+        let block = scene.cuboid("", Cuboid { min: -max, max });
+        let turned = Operand::shape(ball).transform(turn);
+        let turned = scene.combination("", Union, &[turned]);
+        let away = Operand::shape(turned).transform(there);
+        let away = scene.combination("", Union, &[away]);
+        let operands = [
+            Operand::shape(away).transform(here),
+            Operand::shape(block).transform(turn),
+        ];
+        scene.combination("", Union, &operands)
+    });
+    let mut rays = RayColumns::default();
+    for _ in 0..2_000 {
+        let x = 5.0 + 0.06 * random.unit();
+        rays.push(v(x, random.unit(), -20.0), [0.0, 0.0, 1.0]);
+    }
+    agree(&asked, &rays);
+    // What two spaces far away have in common.
+    let asked = Asked::one(|scene| {
+        let shifts = [0.02, 1e12, -999_999_999_999.5]
+            .map(|x| scene.transform(DAffine3::from_translation(v(x, 0.0, 0.0)).into()));
+        let [left, right] = [(-10.0, 0.0), (0.01, 10.0)].map(|(low, high)| {
+            let [min, max] = [v(low, -5.0, -5.0), v(high, 5.0, 5.0)];
+            scene.cuboid("", Cuboid { min, max })
+        });
+        let operands = [
+            Operand::shape(left).transform(shifts[0]),
+            Operand::shape(right),
+        ];
+        let mut shape = scene.combination("", Intersection, &operands);
+        for shift in &shifts[1..] {
+            let moved = Operand::shape(shape).transform(*shift);
+            shape = scene.combination("", Union, &[moved]);
+        }
+        shape
+    });
+    let rays = rays_from(random, v(8.0, 0.5, 0.2), -DVec3::X, 0.3);
+    agree(&asked, &rays);
+}

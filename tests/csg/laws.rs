@@ -121,7 +121,7 @@ fn check_laws(programs: u64, rays: usize, seed: u64) {
 
 #[test]
 fn the_laws_of_set_algebra_hold_for_random_programs() {
-    check_laws(25, 10, 1);
+    check_laws(20, 10, 1);
 }
 
 #[test]
@@ -162,7 +162,7 @@ fn check_programs(programs: u64, rays: usize, seed: u64) {
 
 #[test]
 fn random_programs_are_as_the_judge_says() {
-    check_programs(150, 16, 7);
+    check_programs(100, 16, 7);
 }
 
 #[test]

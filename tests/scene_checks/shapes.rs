@@ -249,17 +249,15 @@ fn meshes() {
         "vertex 3",
         "only 3"
     );
-    for bad in [NAN, f64::INFINITY, 1e300] {
-        let positions = vec![[0.0; 3], [1.0, bad, 0.0], [0.0, 1.0, 0.0]];
-        assert_is!(
-            mesh(MeshData {
-                positions,
-                ..triangle()
-            }),
-            NotFinite,
-            "mesh 'm'",
-            "vertices"
-        );
+    for (bad, is_large) in [(NAN, false), (f64::INFINITY, true), (1e300, true)] {
+        let data = MeshData {
+            positions: vec![[0.0; 3], [1.0, bad, 0.0], [0.0, 1.0, 0.0]],
+            ..triangle()
+        };
+        match is_large {
+            true => assert_is!(mesh(data), Degenerate, "mesh 'm'", "larger than f32"),
+            false => assert_is!(mesh(data), NotFinite, "mesh 'm'", "vertices"),
+        }
     }
     let normals = vec![[0.0, 0.0, 1.0], [f32::NAN, 0.0, 1.0], [0.0, 0.0, 1.0]];
     assert_is!(

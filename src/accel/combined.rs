@@ -1,9 +1,9 @@
 //! A combination ready to be met: unfolded, and a tree over its operands.
 //!
 //! Outside its own box nothing of a solid counts, so operands are known by the
-//! parts of their boxes inside, and those with none are left out: without them a
-//! program is false there too, because a box is derived from its operands' boxes
-//! alone.
+//! parts of their boxes inside, and those with none are left out where all are in one
+//! space: without them a program is false there too, because a box is derived from its
+//! operands' boxes alone.
 
 use super::Index;
 use super::bvh::Tree;
@@ -150,6 +150,12 @@ impl Combined {
                 (Some(b), own) => {
                     let part =
                         own.map_or(b, |own| Aabb::new(b.min.max(own.min), b.max.min(own.max)));
+                    // In a space of its own, what lies apart may be one event with what
+                    // does not: as far as rays' roundings go, that boxes pad.
+                    let part = match part.is_empty() {
+                        true if solid.frames.len() > 1 => b,
+                        _ => part,
+                    };
                     if !part.is_empty() {
                         boxes.push(part.outward());
                         bounded.push(number);

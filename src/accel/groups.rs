@@ -17,6 +17,7 @@ use super::world::{FAR, center_of, world_bounds};
 use crate::math::{Aabb, Aabb32, Affine};
 use crate::scene::{
     Appearances, Edge, NodeId, Place, Scene, ShapeId, Tables, Target, children_first, far_center,
+    used_nodes,
 };
 use glam::DVec3;
 
@@ -74,7 +75,7 @@ impl Groups {
     /// `own`: by shape.
     pub fn of(scene: &Scene, appearances: &Appearances, own: Vec<Aabb32>) -> Groups {
         let order = children_first(scene).unwrap_or_default();
-        let used = used(scene, &order);
+        let used = used_nodes(scene, &order);
         let edges = scene.edges.len() + scene.instances.len();
         let mut builder = Builder {
             scene,
@@ -193,27 +194,6 @@ impl Group {
             && all < slowest * 2_f64.powi(60);
         fits.then(|| self.bounds.grown(DVec3::splat(more)).outward())
     }
-}
-
-/// Nodes that appear.
-fn used(scene: &Tables, children_first: &[u32]) -> Vec<bool> {
-    fn mark(used: &mut [bool], targets: &[Target]) {
-        for target in targets {
-            if let Target::Node(node) = target {
-                used[node.index()] = true;
-            }
-        }
-    }
-    let mut used = vec![false; scene.nodes.len()];
-    mark(&mut used, &scene.instances.target);
-    for node in children_first.iter().rev() {
-        if used[*node as usize] {
-            let rows = scene.nodes.children[*node as usize].clone();
-            let targets = &scene.edges.target[rows.start as usize..rows.end as usize];
-            mark(&mut used, targets);
-        }
-    }
-    used
 }
 
 struct Builder<'a> {

@@ -1,5 +1,6 @@
 //! Boxes of combinations and of what they are made of.
 
+use super::check::{children_first, used_nodes};
 use super::csg_solid::{CsgOperand, CsgSolid, Frame, Step, unfolded_counts};
 use super::ids::CombinationId;
 use super::shapes::Shape;
@@ -29,8 +30,8 @@ pub(crate) fn operand_bounds(tables: &Tables, operand: &Operand) -> Option<Aabb>
     }
 }
 
-/// Operands, once unfolded, of combinations that are seen nowhere and still get a box, all
-/// together: it is for remarks.
+/// Combinations that are seen nowhere have a box as long as what they unfold into,
+/// operators too, is no more than this all together: it is for remarks.
 const UNSEEN: u64 = 1 << 16;
 
 /// Boxes of combinations, `None` of those without bounds, and what their operands' spaces
@@ -38,16 +39,8 @@ const UNSEEN: u64 = 1 << 16;
 /// first.
 pub(super) fn combination_bounds(tables: &Tables, order: &[u32]) -> (Vec<Option<Aabb>>, Vec<Blur>) {
     let count = tables.combinations.len();
-    let mut appears = vec![false; count];
-    let edges = tables.edges.target.iter().chain(&tables.instances.target);
-    for target in edges {
-        if let Target::Shape(shape) = target
-            && let Shape::Combination(id) = tables.shapes.row(*shape)
-        {
-            appears[id.index()] = true;
-        }
-    }
-    let counts = unfolded_counts(tables, order, |_| 1);
+    let appears = appearing(tables);
+    let counts = unfolded_counts(tables, order, 1, |_| 1);
     let (mut bounds, mut blur) = (vec![None; count], vec![Blur::NONE; count]);
     let mut unseen = 0_u64;
     for row in order {
@@ -66,6 +59,27 @@ pub(super) fn combination_bounds(tables: &Tables, order: &[u32]) -> (Vec<Option<
         }
     }
     (bounds, blur)
+}
+
+/// The combinations that instances lead to, but for those that are only operands.
+fn appearing(tables: &Tables) -> Vec<bool> {
+    let mut appears = vec![false; tables.combinations.len()];
+    let mut mark = |targets: &[Target]| {
+        for target in targets {
+            if let Target::Shape(shape) = target
+                && let Shape::Combination(id) = tables.shapes.row(*shape)
+            {
+                appears[id.index()] = true;
+            }
+        }
+    };
+    mark(&tables.instances.target);
+    // The check of cycles comes first.
+    let used = used_nodes(tables, &children_first(tables).unwrap_or_default());
+    for (rows, _) in (tables.nodes.children.iter().zip(used)).filter(|(_, used)| *used) {
+        mark(&tables.edges.target[rows.start as usize..rows.end as usize]);
+    }
+    appears
 }
 
 /// The box around a solid in its own space, as its operands are met: each where its frame

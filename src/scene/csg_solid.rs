@@ -129,10 +129,11 @@ pub(super) fn surfaces(tables: &Tables, shape: Shape) -> u32 {
 }
 
 /// How many operands, once unfolded, every combination has, each counted as `one`
-/// says; saturating. `order`: its operands first.
+/// says, and each combination as `own`; saturating. `order`: its operands first.
 pub(super) fn unfolded_counts(
     tables: &Tables,
     order: &[u32],
+    own: u64,
     one: impl Fn(Shape) -> u64,
 ) -> Vec<u64> {
     let table = &tables.combinations;
@@ -143,7 +144,7 @@ pub(super) fn unfolded_counts(
             Shape::Combination(id) => counts[id.index()],
             shape => one(shape),
         };
-        counts[*row as usize] = operands.map(of).fold(0, u64::saturating_add);
+        counts[*row as usize] = operands.map(of).fold(own, u64::saturating_add);
     }
     counts
 }
@@ -312,10 +313,13 @@ impl<'t> Unfold<'t> {
 
     fn bounds(&self, shape: ShapeId, frame: u32, center: DVec3) -> Option<Aabb> {
         let own = shape_bounds(self.tables, shape)?;
+        // A way may lead back to the solid's own space, and to the mesh's centre in it.
+        let about = Aabb::new(own.min - center, own.max - center);
+        let rounding = center.abs().max_element() * (4.0 * f64::EPSILON);
+        let own = about.grown(DVec3::splat(rounding));
         if frame == 0 {
             return own.is_finite().then_some(own);
         }
-        let own = Aabb::new(own.min - center, own.max - center);
         let frame = &self.frames[frame as usize];
         let bounds = own.placed(&frame.operand_from_solid, &frame.solid_from_operand)?;
         // For the roundings of rays.

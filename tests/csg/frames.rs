@@ -299,3 +299,26 @@ fn solids_hold_operands_that_are_met_where_others_have_them() {
     let rays = rays_from(random, v(8.0, 0.5, 0.2), -DVec3::X, 0.3);
     agree(&asked, &rays);
 }
+
+/// Seen from far enough that what lies apart by less than rays are rounded is one with it.
+#[test]
+fn operands_that_lie_apart_may_still_be_one_event_with_the_solid() {
+    for (gap, distance) in [(5e-14, 1e3), (1e-12, 1e5), (1e-9, 1e8), (4e-9, 1e8)] {
+        let asked = Asked::one(|scene| {
+            let (min, max) = (-DVec3::ONE, DVec3::ONE);
+            let block = scene.cuboid("", Cuboid { min, max });
+            let (min, max) = (v(0.0, -0.5, -0.5), v(1.0, 0.5, 0.5));
+            let other = scene.cuboid("", Cuboid { min, max });
+            let shift = DAffine3::from_translation(v(1.0 + gap, 0.0, 0.0));
+            let other = Operand::shape(other).transform(scene.transform(shift.into()));
+            scene.combination("", Difference, &[Operand::shape(block), other])
+        });
+        let random = &mut Random(83);
+        let mut rays = RayColumns::default();
+        for _ in 0..500 {
+            let org = v(distance, 1.1 * random.unit(), 1.1 * random.unit());
+            rays.push(org, [-1.0, 0.0, 0.0]);
+        }
+        agree(&asked, &rays);
+    }
+}

@@ -318,6 +318,26 @@ fn hits_normals_and_shadows_are_those_of_the_judge() {
     }
 }
 
+/// Its space is the solid's own again, once its centre counts.
+#[test]
+fn a_mesh_that_is_moved_back_to_its_centre_is_met_there() {
+    for at in [DVec3::new(250.0, 40.0, -730.0), DVec3::X * 1024.0] {
+        let mesh = torus(at, [1.0, 0.4], [20, 12], 0.0);
+        let asked = Asked::one(|scene| {
+            let ring = scene.mesh("ring", &mesh);
+            let (center, radius) = (DVec3::X, 0.6);
+            let ball = scene.sphere("ball", Sphere { center, radius });
+            let back = scene.transform(DAffine3::from_translation(-at).into());
+            let operands = [Operand::shape(ball), Operand::shape(ring).transform(back)];
+            scene.combination("", Operator::Xor, &operands)
+        });
+        let here = torus(DVec3::ZERO, [1.0, 0.4], [20, 12], 0.0);
+        let truth = agree(&asked, &around(&here, DVec3::ZERO, 8, 1_500));
+        let hits = truth.iter().flatten().count();
+        assert!(hits * 6 > truth.len(), "{hits} of {}", truth.len());
+    }
+}
+
 /// Which way the triangles are wound makes no difference but to the mark that says so.
 #[test]
 fn a_mesh_turned_inside_out_is_the_same_solid() {

@@ -61,7 +61,7 @@ pub(super) fn combinations(scene: &Tables) -> Result<Vec<u32>, SceneError> {
             path: shown(&path, label),
         }
     })?;
-    let counts = unfolded_counts(scene, &order, |_| 1);
+    let counts = unfolded_counts(scene, &order, 0, |_| 1);
     if let Some(row) = counts.iter().position(|n| *n > MAX_OPERANDS) {
         return Err(SceneError::TooManyOperands {
             what: entity(row as u32),
@@ -69,7 +69,7 @@ pub(super) fn combinations(scene: &Tables) -> Result<Vec<u32>, SceneError> {
             limit: MAX_OPERANDS,
         });
     }
-    let counts = unfolded_counts(scene, &order, |shape| surfaces(scene, shape).into());
+    let counts = unfolded_counts(scene, &order, 0, |shape| surfaces(scene, shape).into());
     if let Some(row) = counts.iter().position(|n| *n > MAX_SURFACES) {
         return Err(SceneError::TooManySurfaces {
             what: entity(row as u32),

@@ -146,6 +146,27 @@ pub(super) fn shown(path: &[u32], label: impl Fn(&u32) -> String) -> Vec<String>
         .collect()
 }
 
+/// Nodes that an instance leads to.
+pub(crate) fn used_nodes(scene: &Tables, children_first: &[u32]) -> Vec<bool> {
+    fn mark(used: &mut [bool], targets: &[Target]) {
+        for target in targets {
+            if let Target::Node(node) = target {
+                used[node.index()] = true;
+            }
+        }
+    }
+    let mut used = vec![false; scene.nodes.len()];
+    mark(&mut used, &scene.instances.target);
+    for node in children_first.iter().rev() {
+        if used[*node as usize] {
+            let rows = scene.nodes.children[*node as usize].clone();
+            let targets = &scene.edges.target[rows.start as usize..rows.end as usize];
+            mark(&mut used, targets);
+        }
+    }
+    used
+}
+
 /// The nodes, each after all of its children; or a cycle, first node repeated.
 /// An explicit stack: graphs may be a million nodes deep.
 pub(crate) fn children_first(scene: &Tables) -> Result<Vec<u32>, Vec<u32>> {

@@ -75,14 +75,18 @@ fn of_cone(cone: &Cone, from: impl Fn([f64; 3]) -> [f64; 3], face: usize) -> [f6
     if face > 0 {
         return axis.map(|x| if face == 1 { -x } else { x });
     }
-    // Of |w − s·a|² − (r₀ + (r₁ − r₀)·s)², s = h / L; at the axis' own scale.
+    // Away from the axis, tilted by how much the side widens; at the axis' own scale. Beside
+    // the apex that is a direction still, where the gradient of the side's square is noise.
     let size = axis.iter().fold(0.0, |m, x| f64::max(m, x.abs()));
     let (a, w) = (axis.map(|x| x / size), from(base).map(|x| x / size));
     let s = dot(w, a) / dot(a, a);
-    let widening = (cone.top_radius - cone.base_radius) / size;
-    let radius = cone.base_radius / size + widening * s;
-    let slope = s + radius * widening / dot(a, a);
-    std::array::from_fn(|k| w[k] - slope * a[k])
+    let radial: [f64; 3] = std::array::from_fn(|k| w[k] - s * a[k]);
+    let widening = (cone.top_radius - cone.base_radius) / size / dot(a, a);
+    let distance = dot(radial, radial).sqrt();
+    if distance == 0.0 {
+        return a.map(|x| x * if widening > 0.0 { -1.0 } else { 1.0 });
+    }
+    std::array::from_fn(|k| radial[k] / distance - widening * a[k])
 }
 
 fn less(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {

@@ -5,7 +5,7 @@ use super::coincidence::{solids, some, v};
 use super::common::{Random, RayColumns};
 use super::events::rays_from;
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::geom::{Cuboid, Sphere};
+use lanecast::geom::{Cone, Cuboid, Sphere};
 use lanecast::scene::{Operand, Operator, SceneBuilder};
 use lanecast::trace::HitId;
 
@@ -318,6 +318,45 @@ fn operands_that_lie_apart_may_still_be_one_event_with_the_solid() {
         for _ in 0..500 {
             let org = v(distance, 1.1 * random.unit(), 1.1 * random.unit());
             rays.push(org, [-1.0, 0.0, 0.0]);
+        }
+        agree(&asked, &rays);
+    }
+}
+
+/// Beside an apex, where the side turns about the axis within roundings, the rate at which
+/// rays leave it is still the side's.
+#[test]
+fn tips_that_are_cut_off_below_an_apex_are_one_event_by_the_side_s_rate() {
+    for cut in [1e-8, 1e-10, 1e-12] {
+        let apex = v(0.1, 0.2, 0.3);
+        let asked = Asked::one(|scene| {
+            let cone = scene.cone(
+                "",
+                Cone {
+                    base: apex - DVec3::Z,
+                    top: apex,
+                    base_radius: 0.5,
+                    top_radius: 0.0,
+                    open: false,
+                },
+            );
+            let (min, max) = (v(-1.0, -1.0, -2.0), v(1.0, 1.0, 0.3));
+            let block = scene.cuboid("", Cuboid { min, max });
+            let shift = DAffine3::from_translation(v(0.0, 0.0, -cut));
+            let block = Operand::shape(block).transform(scene.transform(shift.into()));
+            scene.combination("", Difference, &[Operand::shape(cone), block])
+        });
+        let random = &mut Random(84);
+        let mut rays = RayColumns::default();
+        for i in 0..600 {
+            let dir = match i % 3 {
+                0 => [0.0, 0.0, -1.15],
+                1 => [0.0, 0.0, 1.0],
+                // With a component of nothing: normals at an apex are not compared.
+                _ => [random.unit() as f32, 0.0, -1.5],
+            };
+            let back = DVec3::from_array(dir.map(f64::from)) * (1 + i % 8) as f64;
+            rays.push(apex - back, dir);
         }
         agree(&asked, &rays);
     }

@@ -18,9 +18,10 @@ pub(super) struct Bunch {
 /// What triangles are met with.
 pub(super) struct Sight {
     org: [Column; 3],
-    /// The shear of each ray, and its axis.
+    /// The shear of each ray.
     shear: [Column; 3],
-    axis: [u8; STREAM],
+    /// Rays whose axis is y, and z.
+    axis: [u64; 2],
     /// t_min as a depth along the axis, in the ray's sense; rounded down.
     begin: Column,
     /// By how much a corner, seen along the ray, may be out of place; infinite where
@@ -44,7 +45,7 @@ impl Default for Sight {
         Sight {
             org: [none; 3],
             shear: [none; 3],
-            axis: [0; STREAM],
+            axis: [0; 2],
             begin: none,
             misplaced: none,
             carried: none,
@@ -61,14 +62,18 @@ impl Default for Column {
 }
 
 impl Bunch {
-    /// Takes in all rays. `ray`: origin, direction and t_min of a row.
+    /// Takes in all rays. `ray`: origin, direction and t_min of a row. `sees`: for
+    /// triangles too, not only for boxes.
     #[inline(always)]
     pub fn take_in(
         &mut self,
         set: u64,
         ray: impl Fn(usize) -> ([f64; 3], [f64; 3], f32),
         bounds: &Aabb32,
+        sees: bool,
     ) {
+        /// A bit for each lane.
+        const EVERY: u64 = (1 << <Register as Lanes>::COUNT) - 1;
         let mut columns = [Column::default(); 7];
         each(set, |i| {
             let (org, dir, t_min) = ray(i);
@@ -79,15 +84,18 @@ impl Bunch {
             columns[6].0[i] = t_min;
         });
         for first in (0..STREAM).step_by(<Register as Lanes>::COUNT) {
-            if (set >> first) & ((1 << <Register as Lanes>::COUNT) - 1) == 0 {
+            if (set >> first) & EVERY == 0 {
                 continue;
             }
             let load = |column: usize| Register::load(&columns[column].0[first..]);
             let org = Vec3::new(load(0), load(1), load(2));
             let dir = Vec3::new(load(3), load(4), load(5));
             let t_min = load(6);
-            let ray = Ray::new(org, dir, t_min);
             self.boxes.put(first, &Slabs::new(org, dir, bounds), t_min);
+            if !sees {
+                continue;
+            }
+            let ray = Ray::new(org, dir, t_min);
             let reach = |k: usize| {
                 let o = org.axis(k);
                 let low = Register::splat(bounds.min[k]) - o;
@@ -123,11 +131,9 @@ impl Bunch {
             store(&mut sight.shear[0], shear.x);
             store(&mut sight.shear[1], shear.y);
             store(&mut sight.shear[2], shear.along);
-            let [x, y, z] = &shear.lanes;
-            let lanes = [x.bits(), y.bits(), z.bits()];
-            for lane in 0..<Register as Lanes>::COUNT {
-                let is = |k: usize| (lanes[k] >> lane & 1) as u8;
-                sight.axis[first + lane] = is(1) | is(2) << 1;
+            let [_, y, z] = &shear.lanes;
+            for (rays, lanes) in sight.axis.iter_mut().zip([y, z]) {
+                *rays = *rays & !(EVERY << first) | u64::from(lanes.bits()) << first;
             }
             store(&mut sight.begin, begin);
             store(&mut sight.misplaced, misplaced);
@@ -215,7 +221,8 @@ impl Sight {
     fn see(&self, i: usize, block: &Block) -> Sighted {
         // The steps of `Shear::apply`, along the one axis that this ray has.
         let splat = |column: &Column| Register::splat(column.0[i]);
-        let k = usize::from(self.axis[i]) % 3;
+        let [y, z] = self.axis.map(|rays| (rays >> i & 1) as usize);
+        let k = (y + 2 * z) % 3;
         let (a, b) = ((k + 1) % 3, (k + 2) % 3);
         let org = (
             splat(&self.org[a]),

@@ -234,7 +234,7 @@ impl Level {
                 stream.t_min(i),
             )
         };
-        self.bunch.take_in(set, ray, &bounds);
+        self.bunch.take_in(set, ray, &bounds, false);
         true
     }
 }

@@ -112,7 +112,7 @@ impl Stream<'_> {
             let org = DVec3::from_array(self.org(i)) - world.center;
             (org.to_array(), self.dir(i), self.t_min(i))
         };
-        bunch.take_in(active, ray, &forest.top.bounds);
+        bunch.take_in(active, ray, &forest.top.bounds, F::MESHES);
         let mut open = 0;
         each(active, |i| {
             let limit = limit(&queries[i]);
@@ -191,7 +191,7 @@ impl Stream<'_> {
             let org = DVec3::from_array(map.point(self.org(i))) - center;
             (org.to_array(), map.vector(self.dir(i)), self.t_min(i))
         };
-        bunch.take_in(set, ray, &mesh.tree.bounds);
+        bunch.take_in(set, ray, &mesh.tree.bounds, true);
         each(set, |i| bunch.boxes.limit[i] = limit(&queries[i]));
         self.in_mesh::<L, C, Q>(met, id, set, queries, bunch, stack);
     }
@@ -214,7 +214,7 @@ impl Stream<'_> {
             return;
         };
         let ray = |i: usize| (self.org(i), self.dir(i), self.t_min(i));
-        object.take_in(set, ray, &mesh.tree.bounds);
+        object.take_in(set, ray, &mesh.tree.bounds, true);
         each(set, |i| object.boxes.limit[i] = limit(&queries[i]));
         self.in_mesh::<L, C, Q>(met, id, set, queries, object, stack);
     }

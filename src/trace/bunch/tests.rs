@@ -42,6 +42,7 @@ fn what_is_sorted_out_is_what_exact_arithmetic_says() {
             u64::MAX,
             |i| (rays[i].org, rays[i].dir, t_min(i)),
             &case.bounds,
+            true,
         );
         let faces = Faces::new(Block::Apart(&block), true);
         for (i, ray) in rays.iter().enumerate().take(RAYS) {

@@ -13,7 +13,7 @@ use super::shared_faces::SharedFaces;
 use super::slabs::Slabs;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask, Scalar};
-use crate::math::{Aabb, Aabb32, Vec3};
+use crate::math::{Aabb, Aabb32, Vec3, unit};
 use crate::scene::{
     Appearances, CombinationId, CsgOperand, CsgSolid, Frame, MeshId, Shape, ShapeId, Tables,
     shape_bounds,
@@ -53,6 +53,8 @@ pub struct Combined {
     pub roughness: f64,
     /// By frame.
     placements: Vec<Placement>,
+    /// See [`Combined::unit_normals`]: all of them, and where each operand's end.
+    normals: (Vec<DVec3>, Vec<usize>),
     /// See [`Combined::farthest_event`]: per unit of reach, and besides.
     event: [f64; 2],
 }
@@ -184,12 +186,18 @@ impl Combined {
             [_] => [0.0; 2],
             all => [0, 1].map(|i| all.iter().fold(0.0, |most, p| f64::max(most, p.event[i]))),
         };
+        let roughness = roughness(tables, &solid);
+        let normals = match roughness == 0.0 {
+            true => Default::default(),
+            false => unit_normals(tables, &solid),
+        };
         Combined {
             bounds: own,
             size,
+            normals,
             placements,
             event,
-            roughness: roughness(tables, &solid),
+            roughness,
             shared_faces: SharedFaces::of(tables, &solid),
             facets: facets.collect(),
             solid,
@@ -233,6 +241,15 @@ impl Combined {
     #[inline]
     pub fn placement_per_reach(&self, frame: u32) -> [f64; 2] {
         self.placements[frame as usize].plane
+    }
+
+    /// Of an operand that planes bound, their normals at length 1, in its own space;
+    /// of solids whose roughness is not 0.
+    #[inline]
+    pub fn unit_normals(&self, operand: u32) -> &[DVec3] {
+        let (normals, ends) = &self.normals;
+        let before = operand.checked_sub(1).map_or(0, |row| ends[row as usize]);
+        &normals[before..ends[operand as usize]]
     }
 
     /// What [`Combined::widening`] is per unit of reach, and besides.
@@ -380,6 +397,22 @@ fn mesh_of(operand: &CsgOperand) -> Option<MeshId> {
 /// For the rounding of f64 coordinates.
 fn room(bounds: &Aabb) -> f64 {
     bounds.max_abs() * (64.0 * f64::EPSILON)
+}
+
+fn unit_normals(tables: &Tables, solid: &CsgSolid) -> (Vec<DVec3>, Vec<usize>) {
+    let mut normals = Vec::new();
+    let ends = solid.operands.iter().map(|operand| {
+        match operand.shape {
+            Shape::Polyhedron(id) => {
+                normals.extend(tables.polyhedra.planes(id).iter().map(|p| unit(p.normal)));
+            }
+            Shape::HalfSpace(id) => normals.push(unit(tables.half_spaces.row(id).normal)),
+            _ => (),
+        }
+        normals.len()
+    });
+    let ends = ends.collect();
+    (normals, ends)
 }
 
 fn roughness(tables: &Tables, solid: &CsgSolid) -> f64 {

@@ -17,10 +17,12 @@ use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::roots::Solver;
 use crate::scene::{Shape, Tables};
 use crate::trace::packet::Packet;
+use arrayvec::ArrayVec;
 pub(in crate::trace) use ends::{Frames, Spaces, ends};
 use ends::{blur, passes, wider};
 use glam::DVec3;
 use std::cell::Cell;
+use std::iter::repeat_n;
 use track::{Track, last_behind};
 
 /// What some rays meet of a combination first.
@@ -52,9 +54,6 @@ thread_local! {
 /// So many operands of a packet are met in lanes; of more than these each ray is
 /// met by itself.
 const MOST: usize = 64;
-
-/// So many are the rule.
-const FEW: usize = 8;
 
 /// So many gates, at most.
 const TALL: usize = 256;
@@ -117,11 +116,8 @@ fn parts<L: Lanes, C: Certainty>(
         operands.clear();
         operands.extend(boxed.iter().map(|entry| (entry >> 32) as u32));
     }
-    if operands.len() <= FEW {
-        return run::<L, C, FEW>(solid, object, (active, limit, known), scratch);
-    }
     if operands.len() <= MOST {
-        return run::<L, C, MOST>(solid, object, (active, limit, known), scratch);
+        return run::<L, C>(solid, object, (active, limit, known), scratch);
     }
     if active.count_ones() < 2 {
         return Met::left(active);
@@ -188,11 +184,11 @@ impl<L: Lanes> Met<L> {
     }
 }
 
-/// Of `N` operands at most, and in `fast` no further than `known`. There no bound makes
+/// In `fast` no further than `known`. There no bound makes
 /// an answer the same whoever gives it, so that what is found before a limit must not
 /// depend on it: packets have other limits than rays by themselves.
 #[inline(never)]
-fn run<L: Lanes, C: Certainty, const N: usize>(
+fn run<L: Lanes, C: Certainty>(
     (combined, tables): (&Combined, &Tables),
     object: &Packet<L>,
     (active, limit, mut known): (u32, L, L),
@@ -221,11 +217,16 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
         [-infinity, infinity]
     };
     let mut more = Vec::new();
-    let mut tracks = [nothing; N];
-    let tracks = &mut tracks[..operands.len()];
+    let mut tracks = ArrayVec::<_, MOST>::new();
+    tracks.extend(repeat_n(nothing, operands.len()));
+    let tracks = &mut tracks[..];
+    // Where any are shared. Of what has none that is known, such as a polynomial's
+    // solid, no numbers.
+    let mut faces = ArrayVec::<_, MOST>::new();
     let shares_faces = C::GUARDED && !combined.shared_faces.is_empty();
-    // Of what has none that is known, such as a polynomial's solid, no numbers.
-    let mut faces = shares_faces.then(|| [[L::from_f32(f32::NAN); 2]; N]);
+    if shares_faces {
+        faces.extend(repeat_n([L::from_f32(f32::NAN); 2], operands.len()));
+    }
     let mut open = active;
     let mut unsure = 0;
     let wider = wider::<L, C>(combined, ray);
@@ -294,12 +295,12 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
             ends.keep(here);
             ends.begin_at(begin);
         }
-        if let Some(faces) = &mut faces {
+        if shares_faces {
             faces[i] = ends.faces;
         }
         let unknown = match wider {
             Some(wider) => {
-                let wide = spaces.widened((combined, tables), operand, &ends, wider);
+                let wide = spaces.widened(combined, *number, &ends, wider);
                 reached = reached.max(last_behind(&ends, &wide, ray.t_min));
                 track.start(&ends, &wide, ray.t_min)
             }
@@ -362,7 +363,7 @@ fn run<L: Lanes, C: Certainty, const N: usize>(
         let mut nearly = 0;
         if C::GUARDED && together != 0 {
             let asked = std::mem::take(&mut together);
-            if let Some(faces) = &faces {
+            if shares_faces {
                 let all = (&operands[..], &*tracks, &faces[..]);
                 [together, nearly] = on_one_face(combined, object, all, event, asked);
             }

@@ -5,10 +5,10 @@ use crate::geom::exact::Line;
 use crate::geom::guarded::implicit::Boundaries;
 use crate::geom::guarded::{self, Ends, ObjectRay};
 use crate::geom::{
-    Certainty, HalfSpace, Ray, by_solver, cone, cuboid, ellipsoid, half_space, quadric, sphere,
+    Certainty, Ray, by_solver, cone, cuboid, ellipsoid, half_space, quadric, sphere,
 };
 use crate::math::lanes::{Lanes, Mask, Scalar};
-use crate::math::{Aabb, Vec3, unit};
+use crate::math::{Aabb, Vec3};
 use crate::scene::{CsgOperand, ImplicitId, Shape, Tables};
 use crate::trace::packet::Packet;
 use crate::trace::query::next_up;
@@ -186,26 +186,25 @@ impl<'a, L: Lanes> Spaces<'a, L> {
     #[inline(always)]
     pub fn widened(
         &mut self,
-        (combined, tables): (&Combined, &Tables),
-        operand: &CsgOperand,
+        combined: &Combined,
+        number: u32,
         ends: &Ends<L>,
         wider: L,
     ) -> Ends<L> {
-        let planes = match operand.shape {
-            Shape::Quadric(_) => return *ends,
-            Shape::Polyhedron(id) => tables.polyhedra.planes(id),
-            Shape::HalfSpace(id) => &[tables.half_spaces.row(id)],
-            _ => &[],
-        };
+        let operand = &combined.solid.operands[number as usize];
+        if let Shape::Quadric(_) = operand.shape {
+            return *ends;
+        }
         let wide = ends.widened(wider);
-        if planes.is_empty() {
+        let normals = combined.unit_normals(number);
+        if normals.is_empty() {
             return wide;
         }
         let own = self.own;
         let frame = self.of(combined, operand.frame);
         let slack = combined.placement_per_reach(operand.frame).map(L::from_f64);
         let slack = own.ray.org.max_abs() * slack[0] + slack[1];
-        wide.moved(slack / least_rate(planes, frame.ray))
+        wide.moved(slack / least_rate(normals, frame.ray))
     }
 }
 
@@ -242,13 +241,13 @@ pub(super) fn wider<L: Lanes, C: Certainty>(combined: &Combined, ray: &Ray<L>) -
     Some(L::from_f32(1.0) + (ray.org.max_abs() * share + more))
 }
 
-/// The least rate at which rays leave any of the planes, in their own space.
+/// The least rate at which rays leave any of the planes of these unit normals, in their
+/// own space.
 #[inline(always)]
-fn least_rate<L: Lanes>(planes: &[HalfSpace], ray: &Ray<L>) -> L {
+fn least_rate<L: Lanes>(normals: &[DVec3], ray: &Ray<L>) -> L {
     let mut least = L::splat(L::Scalar::INFINITY);
-    for plane in planes {
-        let normal = unit(plane.normal).to_array();
-        let normal: Vec3<L> = Vec3::splat(normal.map(L::Scalar::from_f64));
+    for normal in normals {
+        let normal: Vec3<L> = Vec3::splat(normal.to_array().map(L::Scalar::from_f64));
         least = least.min(normal.dot(ray.dir).abs());
     }
     least

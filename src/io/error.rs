@@ -74,6 +74,23 @@ impl LoadError {
         }
     }
 
+    /// Of a mesh's file: in a line, where one can be told.
+    pub(super) fn of_mesh(path: &Path, format: &str, wrong: (Option<usize>, String)) -> LoadError {
+        match wrong {
+            (Some(line), message) => LoadError::Syntax {
+                path: path.into(),
+                line,
+                column: 1,
+                message,
+            },
+            (None, message) => LoadError::Invalid {
+                path: path.into(),
+                place: format.into(),
+                message,
+            },
+        }
+    }
+
     /// Of a file that no importer knows by its name's ending, or of a folder.
     pub(super) fn of_format(path: &Path, extension: &str) -> LoadError {
         if path.is_dir() {

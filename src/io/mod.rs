@@ -42,7 +42,7 @@ pub use pov::{PovError, text as pov_text};
 pub use rays::{RaySet, TriangleSet};
 pub use srgb::SrgbEncoder;
 
-use crate::scene::{Scene, SceneBuilder, SceneError};
+use crate::scene::{Edge, MeshData, Scene, SceneBuilder, SceneError};
 use std::path::{Path, PathBuf};
 
 /// A scene and what was left out of it.
@@ -96,11 +96,19 @@ fn import(
         "nff" => nff::import(path, scene, dropped),
         "gltf" | "glb" => gltf::import(path, options, scene, dropped),
         "obj" => obj::import(path, options, scene, dropped),
-        "ply" => ply::import(path, options, scene, dropped),
-        "stl" => stl::import(path, options, scene, dropped),
+        "ply" => ply::read(path, dropped).map(|mesh| show(scene, &mesh)),
+        "stl" => stl::read(path).map(|mesh| show(scene, &mesh)),
         other => Err(LoadError::of_format(path, other)),
     }?;
     Ok(None)
+}
+
+/// What a file of one mesh alone shows.
+fn show(scene: &mut SceneBuilder, mesh: &MeshData) {
+    if !mesh.triangles.is_empty() {
+        let shape = scene.mesh("", mesh);
+        scene.instance("", Edge::shape(shape));
+    }
 }
 
 /// In lower case, without the dot.

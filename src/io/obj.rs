@@ -11,8 +11,8 @@
 
 use super::mesh_data::repair_normals;
 use super::text::one_line;
-use super::{Dropped, Folder, LoadError, LoadOptions, mtl};
-use crate::scene::{Edge, Material, MeshData, SceneBuilder};
+use super::{Dropped, Folder, LoadError, LoadOptions, mtl, show};
+use crate::scene::{Material, MeshData, SceneBuilder};
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -40,10 +40,7 @@ pub(super) fn import(
     obj.mesh.parts = parts
         .map(|(first, m)| (*first, m.map(|m| ids[m])))
         .collect();
-    if !obj.mesh.triangles.is_empty() {
-        let shape = scene.mesh("", &obj.mesh);
-        scene.instance("", Edge::shape(shape));
-    }
+    show(scene, &obj.mesh);
     Ok(())
 }
 

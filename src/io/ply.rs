@@ -8,41 +8,15 @@
 
 use super::mesh_data::{compact, repair_normals};
 use super::text::one_line;
-use super::{Dropped, LoadError, LoadOptions};
-use crate::scene::{Edge, MeshData, SceneBuilder};
+use super::{Dropped, LoadError};
+use crate::scene::MeshData;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAccessResult};
 use std::path::Path;
 
-pub(super) fn import(
-    path: &Path,
-    _options: &LoadOptions,
-    scene: &mut SceneBuilder,
-    dropped: &mut Dropped,
-) -> Result<(), LoadError> {
-    let mesh = read(path, dropped)?;
-    if !mesh.triangles.is_empty() {
-        let shape = scene.mesh("", &mesh);
-        scene.instance("", Edge::shape(shape));
-    }
-    Ok(())
-}
-
 pub(super) fn read(path: &Path, dropped: &mut Dropped) -> Result<MeshData, LoadError> {
     let bytes = super::folder::read(path)?;
-    parse(&bytes, dropped).map_err(|(line, message)| match line {
-        Some(line) => LoadError::Syntax {
-            path: path.into(),
-            line,
-            column: 1,
-            message,
-        },
-        None => LoadError::Invalid {
-            path: path.into(),
-            place: "PLY".into(),
-            message,
-        },
-    })
+    parse(&bytes, dropped).map_err(|wrong| LoadError::of_mesh(path, "PLY", wrong))
 }
 
 /// The line, where there is one, and what is wrong.

@@ -6,41 +6,15 @@
 //! "solid", and stops after the first solid of an ascii file, so the bytes are
 //! put straight before it sees them.
 
+use super::LoadError;
 use super::text::one_line;
-use super::{Dropped, LoadError, LoadOptions};
-use crate::scene::{Edge, MeshData, SceneBuilder};
+use crate::scene::MeshData;
 use std::io::Cursor;
 use std::path::Path;
 
-pub(super) fn import(
-    path: &Path,
-    _options: &LoadOptions,
-    scene: &mut SceneBuilder,
-    _dropped: &mut Dropped,
-) -> Result<(), LoadError> {
-    let mesh = read(path)?;
-    if !mesh.triangles.is_empty() {
-        let shape = scene.mesh("", &mesh);
-        scene.instance("", Edge::shape(shape));
-    }
-    Ok(())
-}
-
 pub(super) fn read(path: &Path) -> Result<MeshData, LoadError> {
     let bytes = super::folder::read(path)?;
-    parse(bytes).map_err(|(line, message)| match line {
-        Some(line) => LoadError::Syntax {
-            path: path.into(),
-            line,
-            column: 1,
-            message,
-        },
-        None => LoadError::Invalid {
-            path: path.into(),
-            place: "STL".into(),
-            message,
-        },
-    })
+    parse(bytes).map_err(|wrong| LoadError::of_mesh(path, "STL", wrong))
 }
 
 /// The line, where there is one, and what is wrong.

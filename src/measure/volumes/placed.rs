@@ -1,0 +1,124 @@
+//! Solids at their places in the world, and what lines have inside them.
+
+use crate::accel::{Combined, FacetTrees};
+use crate::geom::exact::{Line, Root, span};
+use crate::math::bounds::{Bounded, UNIT};
+use crate::math::{Aabb, Affine};
+use crate::scene::{Scene, Shape, ShapeId, check_closed, shape_bounds};
+use crate::trace::{boundaries, solid_of};
+use glam::DVec3;
+use std::ops::ControlFlow;
+
+/// A solid at a place.
+pub struct Placed<'a> {
+    scene: &'a Scene,
+    shape: Shape,
+    /// Of a combination, and of what a line may come into many times.
+    combined: Option<Combined>,
+    object_from_world: Affine,
+    /// World space.
+    pub(super) bounds: Aabb,
+    /// What lengths are measured in, a power of two: no less than its box.
+    pub(super) unit: f64,
+}
+
+/// Why a shape has no volume to measure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoVolume {
+    /// A surface.
+    Surface,
+    /// A mesh that is not closed.
+    Mesh,
+    Unbounded,
+}
+
+impl<'a> Placed<'a> {
+    pub fn of(
+        scene: &'a Scene,
+        id: ShapeId,
+        world_from_object: &Affine,
+        object_from_world: &Affine,
+    ) -> Result<Placed<'a>, NoVolume> {
+        let shape = scene.shapes.row(id);
+        let combined = match shape {
+            Shape::Polygon(_) => return Err(NoVolume::Surface),
+            Shape::Cylinder(row) if scene.cylinders.row(row).open => return Err(NoVolume::Surface),
+            Shape::Cone(row) if scene.cones.row(row).open => return Err(NoVolume::Surface),
+            Shape::Mesh(row) => {
+                if scene.meshes.open[row.index()] || check_closed(scene, row).is_err() {
+                    return Err(NoVolume::Mesh);
+                }
+                Some(Combined::of_one(scene, id))
+            }
+            Shape::Implicit(row) if scene.implicits.open[row.index()] => {
+                return Err(NoVolume::Surface);
+            }
+            Shape::LevelSet(row) if scene.level_sets.open[row.index()] => {
+                return Err(NoVolume::Surface);
+            }
+            Shape::Implicit(_) | Shape::LevelSet(_) => Some(Combined::of_one(scene, id)),
+            Shape::Combination(row) => {
+                Some(Combined::of(scene, id, row, &mut FacetTrees::default()))
+            }
+            _ => None,
+        };
+        let own = shape_bounds(scene, id).ok_or(NoVolume::Unbounded)?;
+        let corner = |p: DVec3| DVec3::from_array(world_from_object.point(p.to_array()));
+        let bounds = Aabb::of_points(own.corners().map(corner));
+        let room = bounds.max_abs() * (64.0 * f64::EPSILON);
+        let bounds = bounds.grown(DVec3::splat(room));
+        let size = bounds.extent().max_element();
+        let size = size.clamp(f64::MIN_POSITIVE, f64::MAX);
+        Ok(Placed {
+            scene,
+            shape,
+            combined,
+            object_from_world: *object_from_world,
+            bounds,
+            unit: libm::scalbn(1.0, libm::ilogb(size) + 1),
+        })
+    }
+
+    /// Calls `part` with every span of a world line that is inside, and how far off its
+    /// length may be; an end is a boundary.
+    pub(super) fn spans(&self, org: DVec3, dir: DVec3, mut part: impl FnMut(f64, f64, f64)) {
+        let line = Line {
+            org: self.object_from_world.point(org.to_array()),
+            dir: self.object_from_world.vector(dir.to_array()),
+        };
+        // As well as sums of chords need it. What is no number is not known.
+        let room = self.unit * 1e-9;
+        let place = |root: &Root| match root.t {
+            Bounded { value, error } if error <= room => Bounded {
+                value,
+                error: error + value.abs() * UNIT,
+            },
+            _ => Bounded {
+                value: root.rounded(),
+                error: root.rounded().abs() * UNIT,
+            },
+        };
+        let mut part = |enter: Bounded, exit: Bounded| {
+            part(enter.value, exit.value, enter.error + exit.error);
+        };
+        let Some(combined) = &self.combined else {
+            let solid = solid_of(self.scene, self.shape);
+            for ends in solid.iter().flat_map(|solid| span(solid, &line).spans()) {
+                if let [Some(enter), Some(exit)] = ends {
+                    part(place(&enter), place(&exit));
+                }
+            }
+            return;
+        };
+        let mut since = None;
+        boundaries(combined, self.scene, (&line, f64::NEG_INFINITY), |change| {
+            let t = place(&change.root);
+            if change.enters {
+                since = Some(t);
+            } else if let Some(enter) = since.take() {
+                part(enter, t);
+            }
+            ControlFlow::Continue(())
+        });
+    }
+}

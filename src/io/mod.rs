@@ -103,7 +103,7 @@ fn import(
     Ok(None)
 }
 
-/// What a file of one mesh alone shows.
+/// The mesh that is all a file has, seen.
 fn show(scene: &mut SceneBuilder, mesh: &MeshData) {
     if !mesh.triangles.is_empty() {
         let shape = scene.mesh("", mesh);

@@ -184,9 +184,9 @@ impl<L: Lanes> Met<L> {
     }
 }
 
-/// In `fast` no further than `known`. There no bound makes
-/// an answer the same whoever gives it, so that what is found before a limit must not
-/// depend on it: packets have other limits than rays by themselves.
+/// Of at most [`MOST`] operands, and in `fast` no further than `known`. There no bound
+/// makes an answer the same whoever gives it, so that what is found before a limit must
+/// not depend on it: packets have other limits than rays by themselves.
 #[inline(never)]
 fn run<L: Lanes, C: Certainty>(
     (combined, tables): (&Combined, &Tables),

@@ -108,7 +108,8 @@ impl WideTree {
                     let i = (32 * half + left.trailing_zeros() as usize) % STREAM;
                     left ^= bit;
                     let plane = |k: usize, far: bool| {
-                        let side = usize::from((rays.inv[k][i] < 0.0) ^ far);
+                        let downward = rays.inv[k][i].to_bits() >> 31;
+                        let side = (downward ^ u32::from(far)) as usize;
                         let add = if far { &rays.exit } else { &rays.enter };
                         let plane = Register::load(&here.bounds[k][side]);
                         let inv = Register::splat(rays.inv[k][i]);

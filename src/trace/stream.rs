@@ -236,6 +236,8 @@ impl Stream<'_> {
         // Sorting out is all that it may do.
         let exact = L::is_double() || C::GUARDED;
         let Bunch { boxes, sight } = bunch;
+        // By ray; read only where `some` and `sures` say that they are set.
+        let (mut bits, mut sure) = ([0; STREAM], [0; STREAM]);
         let leaf = |boxes: &mut StreamRays, first: usize, count: usize, set: u64| {
             let mut done = 0;
             for number in first..first + count {
@@ -243,8 +245,7 @@ impl Stream<'_> {
                 // Sorting out all rays first keeps hits, which nobody can
                 // predict, out of a loop that the processor looks ahead in.
                 let faces = Faces::new(block, exact);
-                let (mut bits, mut some) = ([0; STREAM], 0);
-                let (mut sure, mut sures) = ([0; STREAM], 0);
+                let (mut some, mut sures) = (0, 0);
                 each(set & !done, |i| {
                     let sighted = if C::DOUBTS_ALL {
                         [u32::MAX, 0]

@@ -49,33 +49,47 @@ impl Entries {
 
 /// An entry of a [`Table`] for each lane of a [`Register`].
 #[derive(Clone, Copy, Debug)]
-#[cfg(not(target_feature = "avx512f"))]
-pub struct Entries([u32; 8]);
+#[cfg(all(target_feature = "avx2", not(target_feature = "avx512f")))]
+pub struct Entries(safe_arch::m256i);
 
-#[cfg(not(target_feature = "avx512f"))]
+#[cfg(all(target_feature = "avx2", not(target_feature = "avx512f")))]
+impl Entries {
+    // One instruction; of a conversion lane by lane the compiler makes two dozen.
+    #[inline(always)]
+    pub fn load(at: &[u8; 8]) -> Entries {
+        use safe_arch::{convert_to_i16_m256i_from_lower8_u8_m128i, set_i64_m128i_s};
+        let bytes = set_i64_m128i_s(i64::from_le_bytes(*at));
+        // To i32, its name notwithstanding.
+        Entries(convert_to_i16_m256i_from_lower8_u8_m128i(bytes))
+    }
+
+    #[inline(always)]
+    pub fn of(self, [low, high]: Table) -> Register {
+        use safe_arch::{blend_varying_m256, shl_imm_u32_m256i, shuffle_av_f32_all_m256};
+        // The bit that tells the halves apart is the blend's sign bit.
+        let is_high = bytemuck::cast(shl_imm_u32_m256i::<28>(self.0));
+        let low = shuffle_av_f32_all_m256(bytemuck::cast(low), self.0);
+        let high = shuffle_av_f32_all_m256(bytemuck::cast(high), self.0);
+        bytemuck::cast(blend_varying_m256(low, high, is_high))
+    }
+}
+
+/// An entry of a [`Table`] for each lane of a [`Register`].
+#[derive(Clone, Copy, Debug)]
+#[cfg(not(target_feature = "avx2"))]
+pub struct Entries([u8; 8]);
+
+#[cfg(not(target_feature = "avx2"))]
 impl Entries {
     #[inline(always)]
     pub fn load(at: &[u8; 8]) -> Entries {
-        Entries(at.map(u32::from))
+        Entries(*at)
     }
 
     #[inline(always)]
-    #[cfg(target_feature = "avx2")]
-    pub fn of(self, [low, high]: Table) -> Register {
-        use safe_arch::{blend_varying_m256, m256, m256i, shuffle_av_f32_all_m256};
-        let at = m256i::from(self.0);
-        // The bit that tells the halves apart is the blend's sign bit.
-        let is_high: m256 = bytemuck::cast(self.0.map(|i| i << 28));
-        let low = shuffle_av_f32_all_m256(bytemuck::cast(low), at);
-        let high = shuffle_av_f32_all_m256(bytemuck::cast(high), at);
-        bytemuck::cast(blend_varying_m256(low, high, is_high))
-    }
-
-    #[inline(always)]
-    #[cfg(not(target_feature = "avx2"))]
     pub fn of(self, table: Table) -> Register {
         let table = table.map(|half| half.to_array());
-        let entry = |i: u32| table.as_flattened()[i as usize % 16];
+        let entry = |i: u8| table.as_flattened()[usize::from(i) % 16];
         Register::from(self.0.map(entry))
     }
 }

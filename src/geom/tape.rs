@@ -5,6 +5,11 @@
 //! is the polynomial. What a tape *is*, is the exact value of these steps; whoever
 //! evaluates it in other arithmetic counts what that loses.
 
+mod fused;
+mod roundings;
+
+pub use fused::Fused;
+use roundings::Roundings;
 use std::collections::HashMap;
 
 /// Of a surface's polynomial.
@@ -78,10 +83,15 @@ pub struct Tape {
     steps: Vec<Step>,
     /// Of each step, no less than its own degree.
     degrees: Vec<u32>,
-    /// Where each step's value is kept: one that nobody asks for any more makes place.
+    /// Where each step's value is kept.
     slots: Vec<u16>,
     /// How many places are needed.
     slot_count: usize,
+    /// The same polynomial in fewer steps, and where their values are kept.
+    fused: Vec<(Fused, u16)>,
+    fused_count: usize,
+    /// In f64.
+    roundings: Roundings,
 }
 
 impl Tape {
@@ -107,8 +117,26 @@ impl Tape {
         self.slot_count
     }
 
+    /// Fewer steps that give the same bits, each with the place of its value, and how many
+    /// places there are.
+    pub fn fused(&self) -> (&[(Fused, u16)], usize) {
+        (&self.fused, self.fused_count)
+    }
+
+    /// How many roundings of its magnitudes a value in f64 may be off by, which are no
+    /// less than those at the floor.
+    pub fn roundings(&self) -> f64 {
+        self.roundings.count
+    }
+
+    /// No coordinate's magnitude may be taken for less; above it nothing underflows.
+    pub fn floor(&self) -> f64 {
+        self.roundings.floor
+    }
+
     pub fn bytes(&self) -> usize {
-        self.steps.len() * (size_of::<Step>() + size_of::<u32>() + size_of::<u16>())
+        let step = size_of::<Step>() + size_of::<u32>() + size_of::<u16>();
+        self.steps.len() * step + self.fused.len() * size_of::<(Fused, u16)>()
     }
 
     /// Its value in an arithmetic of plain numbers, which take no memory of their own.
@@ -268,12 +296,17 @@ impl Builder {
                 leaf => leaf,
             });
         }
-        let (slots, slot_count) = slots(&steps);
+        let operands: Vec<_> = steps.iter().map(operands).collect();
+        let places = Places::of(&operands);
+        let (fused, fused_count) = fused::fused(&steps);
         Tape {
             degrees: degrees(&steps),
+            roundings: Roundings::of(&steps),
             steps,
-            slots,
-            slot_count,
+            slots: places.of,
+            slot_count: places.count,
+            fused,
+            fused_count,
         }
     }
 
@@ -310,33 +343,45 @@ fn degrees(steps: &[Step]) -> Vec<u32> {
     degrees
 }
 
-/// A place for each step's value that nobody else needs until the step's last use.
-fn slots(steps: &[Step]) -> (Vec<u16>, usize) {
-    let mut last_use: Vec<usize> = (0..steps.len()).collect();
-    for (i, step) in steps.iter().enumerate() {
-        for operand in operands(step).into_iter().flatten() {
-            last_use[operand as usize] = i;
-        }
-    }
-    if let Some(last) = last_use.last_mut() {
-        *last = usize::MAX;
-    }
-    let (mut free, mut count) = (Vec::new(), 0_u16);
-    let mut slots: Vec<u16> = Vec::with_capacity(steps.len());
-    for (i, step) in steps.iter().enumerate() {
-        // An operand's place may be the result's: values are read before one is written.
-        let [a, b] = operands(step);
-        for operand in [a, b.filter(|b| a != Some(*b))].into_iter().flatten() {
-            if last_use[operand as usize] == i {
-                free.push(slots[operand as usize]);
+/// Where steps' values are kept: a value that nobody asks for any more makes place.
+struct Places {
+    of: Vec<u16>,
+    count: usize,
+}
+
+impl Places {
+    /// For steps with some operands each.
+    fn of<const K: usize>(needs: &[[Option<u32>; K]]) -> Places {
+        let mut last_use: Vec<usize> = (0..needs.len()).collect();
+        for (i, operands) in needs.iter().enumerate() {
+            for operand in operands.iter().flatten() {
+                last_use[*operand as usize] = i;
             }
         }
-        slots.push(free.pop().unwrap_or_else(|| {
-            count = count.saturating_add(1);
-            count - 1
-        }));
+        if let Some(last) = last_use.last_mut() {
+            *last = usize::MAX;
+        }
+        let (mut free, mut count) = (Vec::new(), 0_u16);
+        let mut of: Vec<u16> = Vec::with_capacity(needs.len());
+        for (i, operands) in needs.iter().enumerate() {
+            // An operand's place may be the result's: values are read before one is written.
+            for (k, operand) in operands.iter().enumerate() {
+                if let Some(j) = operand.filter(|_| !operands[..k].contains(operand))
+                    && last_use[j as usize] == i
+                {
+                    free.push(of[j as usize]);
+                }
+            }
+            of.push(free.pop().unwrap_or_else(|| {
+                count = count.saturating_add(1);
+                count - 1
+            }));
+        }
+        Places {
+            of,
+            count: usize::from(count),
+        }
     }
-    (slots, usize::from(count))
 }
 
 #[cfg(test)]

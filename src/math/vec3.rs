@@ -98,6 +98,11 @@ impl<L: Lanes> Vec3<L> {
         Vec3::new(self.x.abs(), self.y.abs(), self.z.abs())
     }
 
+    #[inline(always)]
+    pub fn max_element(self) -> L {
+        self.x.max(self.y).max(self.z)
+    }
+
     /// Divided component by component.
     #[inline(always)]
     pub fn by(self, [x, y, z]: [L::Scalar; 3]) -> Vec3<L> {

@@ -3,7 +3,7 @@
 use super::Rays;
 use super::eights::by_degree;
 use crate::geom::implicit::error_at;
-use crate::geom::tape::{Step, Tape};
+use crate::geom::tape::{Fused, Tape};
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::Lanes;
@@ -33,7 +33,6 @@ pub(super) fn along<D: Lanes<Scalar = f64>, const N: usize>(
     let point = rays.org.along(rays.dir, start);
     let step = rays.dir * width;
     let last = point + step;
-    let values = values::<D, N>(tape, (point, step), &table.nodes, steps);
     // What coordinates are off by, of nodes and of the first one.
     let unit = D::from_f64(1.01 * UNIT);
     let begun = D::select(start.eq(D::zero()), D::zero(), unit);
@@ -43,8 +42,14 @@ pub(super) fn along<D: Lanes<Scalar = f64>, const N: usize>(
     let reach = reach * D::from_f64(1.0 + 8.0 * UNIT);
     let astray = Vec3::new(astray, astray, astray);
     let off = (moved + near + reach + step.abs() * D::from_f64(2.0)) * unit + astray;
-    let of_values = error_at(tape, reach, off);
-    let first = error_at(tape, near, (moved + near) * begun + astray);
+    let first_off = (moved + near) * begun + astray;
+    let stretch = Stretch::of(tape, reach, off);
+    let sizes = [
+        stretch.magnitudes(tape, reach, off),
+        stretch.magnitudes(tape, near, first_off),
+    ];
+    let (values, sizes) = values::<D, N>(tape, (point, step), sizes, &table.nodes, steps);
+    let [of_values, first] = sizes.map(|size| size * stretch.lost);
     let mut largest = values[0].abs();
     for value in &values[1..] {
         largest = largest.max(value.abs());
@@ -66,56 +71,152 @@ pub(super) fn along<D: Lanes<Scalar = f64>, const N: usize>(
     }
 }
 
-/// A tape at nodes between a point and `step` farther.
+/// How values' errors are bounded by one value of magnitudes, S. With λ ≥ 1 the errors of
+/// coordinates change f by no more than S(R + off) − S(R), of which λ times as much is no
+/// more than S(R + λ·off), for S is convex; and roundings are those of the tape, of no
+/// larger numbers.
+struct Stretch<D> {
+    /// λ.
+    by: D,
+    /// Of S(R + λ·off): 1/λ and the roundings.
+    lost: D,
+}
+
+impl<D: Lanes<Scalar = f64>> Stretch<D> {
+    /// λ takes the largest coordinate farther by that part of which the polynomial grows
+    /// to e times as much at most.
+    #[inline(always)]
+    fn of(tape: &Tape, reach: Vec3<D>, off: Vec3<D>) -> Stretch<D> {
+        let one = D::from_f64(1.0);
+        let parts = D::from_f64(f64::from(tape.degree().max(1)));
+        let least = D::from_f64(f64::MIN_POSITIVE);
+        let inverse = off.max_element() * parts / (reach.max_element() + least);
+        // More than that is nothing beside the roundings.
+        let inverse = inverse.max(D::from_f64(UNIT / 256.0)).min(one);
+        let roundings = D::from_f64(1.02 * tape.roundings() * UNIT);
+        Stretch {
+            by: one / inverse,
+            lost: inverse * D::from_f64(1.01) + roundings,
+        }
+    }
+
+    #[inline(always)]
+    fn magnitudes(&self, tape: &Tape, reach: Vec3<D>, off: Vec3<D>) -> Vec3<D> {
+        let floor = D::from_f64(tape.floor());
+        let far = reach + off * self.by;
+        Vec3::new(far.x.max(floor), far.y.max(floor), far.z.max(floor))
+    }
+}
+
+/// A tape at nodes between a point and `step` farther, and its magnitudes at two more.
 #[inline(always)]
 fn values<D: Lanes<Scalar = f64>, const N: usize>(
     tape: &Tape,
-    (point, step): (Vec3<D>, Vec3<D>),
+    (point, step_along): (Vec3<D>, Vec3<D>),
+    sizes: [Vec3<D>; 2],
     nodes: &[f64],
     all: &mut Vec<D>,
-) -> [D; N] {
-    all.resize(all.len().max(tape.slot_count() * N), D::zero());
-    let place = |i: u32| usize::from(tape.slots()[i as usize]) * N;
-    for (i, what) in tape.steps().iter().enumerate() {
-        let to = place(i as u32);
-        match *what {
-            Step::Coordinate(axis) => {
-                let (from, by) = (point.axis(usize::from(axis)), step.axis(usize::from(axis)));
-                for (value, s) in all[to..to + N].iter_mut().zip(nodes) {
+) -> ([D; N], [D; 2]) {
+    let (steps, places) = tape.fused();
+    let columns = const { N + 2 };
+    all.resize(all.len().max(places * columns), D::zero());
+    let place = |at: u16| usize::from(at) * columns;
+    let mut last = 0;
+    for (step, to) in steps {
+        let to = place(*to);
+        last = to;
+        match *step {
+            Fused::Coordinate(axis) => {
+                let axis = usize::from(axis);
+                let (from, by) = (point.axis(axis), step_along.axis(axis));
+                let (values, magnitudes) = all[to..to + columns].split_at_mut(N);
+                for (value, s) in values.iter_mut().zip(nodes) {
                     *value = from + by * D::from_f64(*s);
                 }
+                magnitudes.copy_from_slice(&sizes.map(|size| size.axis(axis)));
             }
-            Step::Constant(value) => all[to..to + N].fill(D::from_f64(value)),
-            Step::Sum(a, b) => combine::<D, N>(all, (place(a), place(b)), to, |a, b| a + b),
-            Step::Difference(a, b) => {
-                combine::<D, N>(all, (place(a), place(b)), to, |a, b| a - b);
+            Fused::Constant(value) => {
+                let (values, magnitudes) = all[to..to + columns].split_at_mut(N);
+                values.fill(D::from_f64(value));
+                magnitudes.fill(D::from_f64(value.abs()));
             }
-            Step::Product(a, b) => combine::<D, N>(all, (place(a), place(b)), to, |a, b| a * b),
-            Step::Scaled(a, by) => {
-                let by = D::from_f64(by);
-                combine::<D, N>(all, (place(a), place(a)), to, |a, _| a * by);
+            Fused::Sum(a, b) => {
+                let sum = |a, b, _| a + b;
+                combine::<D, N>(all, [a, b, b].map(place), to, sum, sum);
+            }
+            Fused::Difference(a, b) => {
+                let (of, sizes) = (|a, b, _| a - b, |a, b, _| a + b);
+                combine::<D, N>(all, [a, b, b].map(place), to, of, sizes);
+            }
+            Fused::Product(a, b) => {
+                let product = |a, b, _| a * b;
+                combine::<D, N>(all, [a, b, b].map(place), to, product, product);
+            }
+            Fused::ProductAnd(a, b, c) => {
+                let sum = |a, b, c| a * b + c;
+                combine::<D, N>(all, [a, b, c].map(place), to, sum, sum);
+            }
+            Fused::ProductLess(a, b, c) => {
+                let (of, sizes) = (|a, b, c| a * b - c, |a, b, c| a * b + c);
+                combine::<D, N>(all, [a, b, c].map(place), to, of, sizes);
+            }
+            Fused::LessProduct(a, b, c) => {
+                let (of, sizes) = (|a, b, c| c - a * b, |a, b, c| a * b + c);
+                combine::<D, N>(all, [a, b, c].map(place), to, of, sizes);
+            }
+            Fused::Scaled(a, by) => {
+                let (by, size) = (D::from_f64(by), D::from_f64(by.abs()));
+                let (of, sizes) = (|a, _, _| a * by, |a, _, _| a * size);
+                combine::<D, N>(all, [a, a, a].map(place), to, of, sizes);
+            }
+            Fused::ScaledAnd(a, by, c) => {
+                let (by, size) = (D::from_f64(by), D::from_f64(by.abs()));
+                let (of, sizes) = (|a, _, c| a * by + c, |a, _, c| a * size + c);
+                combine::<D, N>(all, [a, a, c].map(place), to, of, sizes);
+            }
+            Fused::ScaledLess(a, by, c) => {
+                let (by, size) = (D::from_f64(by), D::from_f64(by.abs()));
+                let (of, sizes) = (|a, _, c| a * by - c, |a, _, c| a * size + c);
+                combine::<D, N>(all, [a, a, c].map(place), to, of, sizes);
+            }
+            Fused::LessScaled(a, by, c) => {
+                let (by, size) = (D::from_f64(by), D::from_f64(by.abs()));
+                let (of, sizes) = (|a, _, c| c - a * by, |a, _, c| a * size + c);
+                combine::<D, N>(all, [a, a, c].map(place), to, of, sizes);
             }
         }
     }
-    let last = place(tape.steps().len() as u32 - 1);
-    let mut result = [D::zero(); N];
-    result.copy_from_slice(&all[last..last + N]);
-    result
+    let (mut values, mut magnitudes) = ([D::zero(); N], [D::zero(); 2]);
+    values.copy_from_slice(&all[last..last + N]);
+    magnitudes.copy_from_slice(&all[last + N..last + columns]);
+    (values, magnitudes)
 }
 
-/// One step at all nodes: the places of its operands, and of the result, which may be
-/// one of theirs.
+/// One step at all nodes, and of magnitudes: the places of its operands, and of the result,
+/// which may be one of theirs.
 #[inline(always)]
 fn combine<D: Lanes, const N: usize>(
     all: &mut [D],
-    (a, b): (usize, usize),
+    [a, b, c]: [usize; 3],
     to: usize,
-    of: impl Fn(D, D) -> D,
+    of: impl Fn(D, D, D) -> D,
+    of_sizes: impl Fn(D, D, D) -> D,
 ) {
+    let columns = const { N + 2 };
     let mut result = [D::zero(); N];
-    let (first, second) = (&all[a..a + N], &all[b..b + N]);
-    for ((value, x), y) in result.iter_mut().zip(first).zip(second) {
-        *value = of(*x, *y);
+    let (a, b, c) = (
+        &all[a..a + columns],
+        &all[b..b + columns],
+        &all[c..c + columns],
+    );
+    for (((value, a), b), c) in result.iter_mut().zip(a).zip(b).zip(c) {
+        *value = of(*a, *b, *c);
     }
+    let sizes = [N, N + 1].map(|i| of_sizes(a[i], b[i], c[i]));
     all[to..to + N].copy_from_slice(&result);
+    all[to + N..to + columns].copy_from_slice(&sizes);
 }
+
+#[cfg(test)]
+#[path = "along_tests.rs"]
+mod tests;

@@ -17,6 +17,7 @@ use lanecast::render::RenderConfig;
 use lanecast::scene::{
     Appearances, Camera, Edge, Operand, Operator, Scene, SceneBuilder, SceneError, ShapeId,
 };
+use lanecast::shade::Surface;
 use lanecast::trace::{HitId, ShadowCache, spans};
 
 fn scene(make: impl FnOnce(&mut SceneBuilder) -> Vec<(ShapeId, DAffine3)>) -> Scene {
@@ -256,6 +257,63 @@ fn a_line_has_all_its_spans() {
         "{}",
         first.normal
     );
+}
+
+/// √(1 − x² − y² − z²) − 1/2 is below zero in a shell, and has no values beyond it.
+#[test]
+fn where_a_function_ends_there_is_a_face() {
+    let scene = scene(|to| {
+        let mut b = Builder::default();
+        let mut rest = b.constant(1.0);
+        for axis in 0..3 {
+            let x = b.coordinate(axis);
+            let square = b.power(x, 2);
+            rest = b.binary(Binary::Difference, rest, square);
+        }
+        let (root, half) = (b.unary(Unary::Sqrt, rest), b.constant(0.5));
+        let last = b.binary(Binary::Difference, root, half);
+        let shell = to.level_set("", b.finish(last), false, None);
+        vec![(shell, turned(2.0))]
+    });
+    let appearances = Appearances::of(&scene).expect("one");
+    let world = World::build(&scene, &appearances, Structure::Bvh);
+    let judge = Reference::new(&scene, &appearances).expect("one");
+    let rays = rays(19, 3.0, 600);
+    for arithmetic in [Arithmetic::F32, Arithmetic::F32Guarded, Arithmetic::F64] {
+        let mut hits = 0;
+        for (i, (t, id)) in rays
+            .closest(&world, &kernels(arithmetic))
+            .into_iter()
+            .enumerate()
+        {
+            let (org, dir) = rays.ray(i);
+            if id == HitId::NONE || (DVec3::from(org) - TURNED).length() < 2.0 {
+                continue;
+            }
+            hits += 1;
+            let surface = Surface::at(&world, arithmetic, org, dir, t, id);
+            let out = (surface.point - TURNED) / 2.0;
+            let context = format!("{arithmetic:?} {org:?} {dir:?} {surface:?}");
+            assert!((out.length() - 1.0).abs() < 1e-14, "{context}");
+            assert!((surface.ng - out).length() < 1e-13, "{context}");
+            assert!(surface.front && surface.offset < 1e-4, "{context}");
+            let truth = judge
+                .nearest(org, dir.map(f64::from), f64::INFINITY)
+                .expect("a hit");
+            let normal = DVec3::from(truth.normal);
+            assert!((normal - out).length() < 1e-12, "{context} {normal}");
+        }
+        assert!(hits > 100, "{hits}");
+    }
+    let line = (DVec3::new(-5.0, 0.25, -0.75), DVec3::X);
+    let spans = spans(&scene, &appearances, line.0, line.1)
+        .expect("few")
+        .rows;
+    for end in [spans[0].enter, spans[spans.len() - 1].exit] {
+        let end = end.expect("an end");
+        let out = (end.point - TURNED) / 2.0;
+        assert!((end.normal - out).length() < 1e-13, "{end:?}");
+    }
 }
 
 /// All but a ball, in a box: also where a line passes by the ball's bounds.

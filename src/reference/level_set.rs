@@ -9,7 +9,7 @@
 //! answer differs when it is shifted up or down, it is not certain.
 
 use super::number::Number;
-use super::ray::Ray;
+use super::ray::{Ray, dot};
 use super::root::Root;
 use super::solids::{self, Meeting};
 use crate::geom::{Binary, Clip, FormulaStep as Step, LevelSet, Unary};
@@ -30,6 +30,9 @@ const COARSE: f64 = 1e-6;
 /// as at this size.
 const OFF: f64 = 1e-15;
 const LEAST: f64 = 1e-300;
+
+/// How far to either side of a crossing f is looked at, of the t and the coordinates there.
+const SIDES: f64 = 4e-15;
 
 /// All changes in the clip; of a solid all.
 pub fn meetings<N: Number>(ray: &Ray, row: &LevelSet) -> Result<Vec<Meeting<N>>, N::Doubt> {
@@ -153,9 +156,42 @@ fn value(row: &LevelSet, p: [f64; 3]) -> f64 {
     sloped(row, p).0
 }
 
-/// Outward.
-pub fn gradient(row: &LevelSet, p: [f64; 3]) -> [f64; 3] {
-    sloped(row, p).1
+/// Outward, where a line crosses the surface at t. Where f is not zero there, but has a
+/// value on one side alone or passes infinity, it is the gradient of what does: of the
+/// operand of the first step without a value, of a divisor, of a tangent's angle.
+pub fn normal(row: &LevelSet, ray: &Ray, t: f64) -> [f64; 3] {
+    let size = |v: [f64; 3]| v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let step = SIDES * (t.abs() + size(ray.org) / size(ray.dir));
+    let [before, after] = [t - step, t + step].map(|t| all(row, at(ray, t)));
+    let rate = |slopes: [f64; 3]| dot(slopes, ray.dir);
+    let is_inside = |steps: &[Sloped]| steps.last().is_some_and(|f| f.0 < 0.0);
+    let (leaves, enters) = (is_inside(&before), is_inside(&after));
+    let gradient = sloped(row, at(ray, t)).1;
+    let turned = |rate: f64| (rate < 0.0) == enters;
+    let is_zero = [&before, &after].into_iter().all(|steps| {
+        let last = steps.last().copied().unwrap_or_default();
+        last.0.is_finite() && rate(last.1) != 0.0 && turned(rate(last.1))
+    });
+    if leaves == enters || is_zero {
+        return gradient;
+    }
+    for (i, step) in row.formula.steps().iter().enumerate() {
+        let values = |i: u32| (before[i as usize].0, after[i as usize].0);
+        let (a, b) = values(i as u32);
+        let of = match *step {
+            Step::Unary(Unary::Tan, of) if a * b < -1.0 => of,
+            Step::Unary(_, of) if a.is_nan() != b.is_nan() => of,
+            Step::Binary(Binary::Quotient, _, of) if values(of).0 * values(of).1 <= 0.0 => of,
+            _ => continue,
+        };
+        for slopes in [before[of as usize].1, after[of as usize].1] {
+            let along = rate(slopes);
+            if along.is_finite() && along != 0.0 {
+                return slopes.map(|x| if turned(along) { x } else { -x });
+            }
+        }
+    }
+    gradient
 }
 
 fn function(of: Unary, x: f64) -> f64 {
@@ -199,8 +235,15 @@ fn power(x: f64, exponent: u32) -> f64 {
 }
 
 /// The value and the gradient.
-fn sloped(row: &LevelSet, p: [f64; 3]) -> (f64, [f64; 3]) {
-    let mut all: Vec<(f64, [f64; 3])> = Vec::with_capacity(row.formula.steps().len());
+type Sloped = (f64, [f64; 3]);
+
+fn sloped(row: &LevelSet, p: [f64; 3]) -> Sloped {
+    all(row, p).last().copied().unwrap_or_default()
+}
+
+/// Of every step.
+fn all(row: &LevelSet, p: [f64; 3]) -> Vec<Sloped> {
+    let mut all: Vec<Sloped> = Vec::with_capacity(row.formula.steps().len());
     let sum = |a: [f64; 3], s: f64, b: [f64; 3], r: f64| -> [f64; 3] {
         std::array::from_fn(|k| a[k] * s + b[k] * r)
     };
@@ -237,7 +280,7 @@ fn sloped(row: &LevelSet, p: [f64; 3]) -> (f64, [f64; 3]) {
             }
         });
     }
-    all.last().copied().unwrap_or_default()
+    all
 }
 
 /// [low, high]; NaN: no value anywhere.

@@ -54,7 +54,7 @@ pub fn normal(of: &Primitive, ray: &Ray, t: f64, face: usize) -> [f64; 3] {
         }
         Shape::Polygon(id) => scene.polygons.row(id).normal.to_array(),
         Shape::Implicit(id) => implicit::gradient(scene.implicits.row(id).tape, from([0.0; 3])),
-        Shape::LevelSet(id) => level_set::gradient(&scene.level_sets.row(id), from([0.0; 3])),
+        Shape::LevelSet(id) => level_set::normal(&scene.level_sets.row(id), ray, t),
         Shape::Combination(_) => [0.0; 3],
         Shape::Mesh(id) => {
             let corners = scene.meshes.row(id).corners(of.triangle as usize);

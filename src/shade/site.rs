@@ -6,6 +6,7 @@ use super::surface::{
     Surfaces, blur_of, normal_before, normals, shading_normal, to_world, to_world_height,
 };
 use crate::accel::{Combined, World};
+use crate::geom::formula::{Formula, border};
 use crate::math::bounds::{LEAVING, LEAVING_CURVED, LEAVING_SLOPELESS, SLOPELESS};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb, Affine, Vec3, units};
@@ -181,6 +182,7 @@ impl<'w> Site<'w> {
         let infinity = D::splat(f64::INFINITY);
         let (mut left, mut roundoff, mut blurred) = (D::zero(), SINGLE, D::zero());
         let mut known = None;
+        let met = t;
         if self.arithmetic != Arithmetic::F32 {
             let rays = (object_org, object_dir);
             let (refined, height) = refined(self.world, self.shape, own, rays, t);
@@ -196,6 +198,13 @@ impl<'w> Site<'w> {
             }
             blurred = self.blurred(wider);
         }
+        let borders = match self.shape {
+            Shape::LevelSet(id) => {
+                let formula = &self.world.scene.level_sets.formula[id.index()];
+                self.borders(formula, (object_org, object_dir), (met, &mut t))
+            }
+            _ => None,
+        };
         let point = world_org + world_dir * t;
         let at = object_org + object_dir * t;
         let unit = known.map(|height| height.normal);
@@ -232,6 +241,11 @@ impl<'w> Site<'w> {
             }
         }
         blur = D::select(slopeless, most, blur);
+        if let Some((there, normals)) = borders {
+            ng = Vec3::select(there, units(normals), ng);
+            left = D::select(there, D::zero(), left);
+            blur = D::select(there, local, blur);
+        }
         if turned.any() {
             let outward = |n: Vec3<D>| Vec3::select(turned, -n, n);
             (ng, smooth) = (outward(ng), smooth.map(outward));
@@ -261,6 +275,29 @@ impl<'w> Site<'w> {
             front,
             offset: D::splat(LEAVING) * rounded.min(most) + left,
         }
+    }
+
+    /// Where functions end or jump near `met`: in which lanes, and their normals there. t
+    /// becomes that of the place; Newton's steps lead away from poles.
+    fn borders<D: Lanes<Scalar = f64>>(
+        &self,
+        formula: &Formula,
+        (org, dir): (Vec3<D>, Vec3<D>),
+        (met, t): (D, &mut D),
+    ) -> Option<(D::Mask, Vec3<D>)> {
+        let roundoff = match self.arithmetic {
+            Arithmetic::F64 => DOUBLE,
+            _ => SINGLE,
+        };
+        let (mut bits, mut normals) = (0, [[0.0; 3]; 16]);
+        for (i, normal) in normals.iter_mut().enumerate().take(D::COUNT) {
+            let of = |v: Vec3<D>| [v.x.lane(i), v.y.lane(i), v.z.lane(i)];
+            if let Some(border) = border(formula, (of(org), of(dir)), met.lane(i), roundoff) {
+                (*t, *normal) = (t.with_lane(i, border.t), border.normal);
+                bits |= 1 << i;
+            }
+        }
+        (bits != 0).then(|| (D::Mask::from_bits(bits), Vec3::of_lanes(|i| normals[i])))
     }
 
     /// Operands of combinations are met in lanes at their size, one by one, but for

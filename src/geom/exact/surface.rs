@@ -1,10 +1,11 @@
 //! What a ray's line crosses, as polynomials of the tables' own numbers.
 
 use super::Line;
-use crate::geom::formula::{Formula, value_and_gradient};
+use crate::geom::formula::{Formula, border, value_and_gradient};
 use crate::geom::implicit;
 use crate::geom::triangle::Corners;
 use crate::geom::{Cone, Quadric, Tape};
+use crate::math::bounds::UNIT;
 use crate::math::number::{cross, dot};
 use crate::math::{Number, Sharp};
 use glam::DVec3;
@@ -80,7 +81,9 @@ impl Surface<'_> {
             Surface::Implicit(tape) => implicit::gradient_at(tape, from(DVec3::ZERO)),
             Surface::LevelSet { formula, .. } => {
                 let at = from(DVec3::ZERO).to_array();
-                value_and_gradient(formula, at).1.into()
+                let gradient = || value_and_gradient(formula, at).1;
+                let there = border(formula, (line.org, line.dir), t, UNIT);
+                there.map_or_else(gradient, |there| there.normal).into()
             }
             Surface::Side(cone) => Cone {
                 base: DVec3::ZERO,

@@ -6,12 +6,14 @@
 //! Elementary functions are those of the crate libm, in plain Rust, so that a formula's
 //! f64 values have the same bits on every machine.
 
+mod border;
 mod bounds;
 mod dual;
 mod maker;
 mod real;
 mod search;
 
+pub use border::{Border, border};
 pub use bounds::bounds_of;
 pub use dual::Dual;
 pub use maker::Builder;

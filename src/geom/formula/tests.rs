@@ -376,3 +376,82 @@ proptest! {
         }
     }
 }
+
+/// Of x alone, about a place on the x axis: whether the border there faces along the axis.
+#[track_caller]
+fn faces_along_x(f: &Formula, x: f64) -> Option<bool> {
+    let line = ([x - 3.0, 0.25, 0.5], [1.0, 0.0, 0.0]);
+    let there = border(f, line, 3.0, 1e-8)?;
+    assert!((there.t - 3.0).abs() < 1e-14, "{}", there.t);
+    assert_eq!(there.normal[1..], [0.0, 0.0]);
+    Some(there.normal[0] > 0.0)
+}
+
+#[test]
+fn where_a_function_ends_or_jumps_it_has_a_border() {
+    use Binary::{Difference, Max, Quotient};
+    let less = |b: &mut Builder, a: u32, c: f64| {
+        let c = b.constant(c);
+        b.binary(Difference, a, c)
+    };
+    let one_over = |b: &mut Builder, x: u32| {
+        let one = b.constant(1.0);
+        b.binary(Quotient, one, x)
+    };
+    let unary = |function: Unary, c: f64| {
+        of_x(|b, x| {
+            let value = b.unary(function, x);
+            less(b, value, c)
+        })
+    };
+    // What is below them lies on the side that has values.
+    for (function, c, x, along) in [
+        (Unary::Sqrt, 1.0, 0.0, false),
+        (Unary::Ln, 1.0, 0.0, false),
+        (Unary::Asin, 1.0, -1.0, false),
+        (Unary::Asin, 2.0, 1.0, true),
+        (Unary::Acos, 4.0, 1.0, true),
+        (Unary::Acos, 4.0, -1.0, false),
+    ] {
+        let found = faces_along_x(&unary(function, c), x);
+        assert_eq!(found, Some(along), "{function:?} {x}");
+    }
+    // f is below zero before a pole of 1/x, and behind one of −1/x and of the tangent.
+    let pole = of_x(|b, x| one_over(b, x));
+    assert_eq!(faces_along_x(&pole, 0.0), Some(true));
+    let other = of_x(|b, x| {
+        let (minus, pole) = (b.constant(-1.0), one_over(b, x));
+        b.binary(Binary::Product, minus, pole)
+    });
+    assert_eq!(faces_along_x(&other, 0.0), Some(false));
+    assert_eq!(
+        faces_along_x(&unary(Unary::Tan, 0.0), PI / 2.0),
+        Some(false)
+    );
+    // Jumps.
+    let cut = of_x(|b, x| {
+        let (pole, least) = (one_over(b, x), b.constant(-1.0));
+        b.binary(Max, pole, least)
+    });
+    assert_eq!(faces_along_x(&cut, 0.0), Some(true));
+    let steep = of_x(|b, x| {
+        let pole = one_over(b, x);
+        let power = b.unary(Unary::Exp, pole);
+        less(b, power, 2.0)
+    });
+    assert_eq!(faces_along_x(&steep, 0.0), Some(true));
+    // Where f is zero there is none: with a slope, a kink, none, or a pole farther away.
+    let kink = of_x(|b, x| {
+        let (twice, size) = (b.binary(Binary::Sum, x, x), b.unary(Unary::Abs, x));
+        b.binary(Binary::Sum, twice, size)
+    });
+    let cube = of_x(|b, x| {
+        let sine = b.unary(Unary::Sin, x);
+        b.power(sine, 3)
+    });
+    for f in [&unary(Unary::Sin, 0.0), &kink, &cube] {
+        assert_eq!(faces_along_x(f, 0.0), None);
+    }
+    assert_eq!(faces_along_x(&unary(Unary::Tan, 0.0), 0.0), None);
+    assert_eq!(faces_along_x(&unary(Unary::Sqrt, 1.0), 1.0), None);
+}

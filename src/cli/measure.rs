@@ -296,7 +296,10 @@ fn for_people(report: &Report) -> String {
     for (count, what) in [
         (report.surfaces_left_out, "surfaces, which have no inside"),
         (report.meshes_left_out, "meshes that are not closed"),
-        (report.unbounded_left_out, "solids without bounds"),
+        (
+            report.unbounded_left_out,
+            "solids that are unbounded, or whose bounds were not found: intersect them with a box",
+        ),
         (
             report.beyond_left_out,
             "solids of a size whose square or cube is beyond f64's range: measure them scaled",

@@ -65,7 +65,29 @@ pub fn run(args: &RootsArgs) -> Result<(), CliError> {
         let page = solvers_page(&heading, degrees);
         results.outputs.add(path, page.into_bytes())?;
     }
-    results.commit(&for_people(&report))
+    results.commit(&for_people(&report))?;
+    match &report {
+        Report::Many { solvers, .. } => as_promised(solvers),
+        Report::One(_) => Ok(()),
+    }
+}
+
+/// Whether the roots that a list knows are those of `auto`, which promises it.
+fn as_promised(totals: &[Total]) -> Result<(), CliError> {
+    let auto = totals
+        .iter()
+        .find(|total| total.solver == Solver::Auto.name());
+    let Some(tally) = auto.and_then(|total| total.tally.as_ref()) else {
+        return Ok(());
+    };
+    let (lost, wrong) = (tally.lost, tally.false_roots + tally.wrong_multiplicity);
+    if lost + wrong == 0 {
+        return Ok(());
+    }
+    Err(CliError::Short(format!(
+        "auto does not give the roots that the file knows: {lost} lost, {wrong} others; it \
+         promises them, so the file or auto is wrong"
+    )))
 }
 
 fn many(listed: &[Listed], args: &RootsArgs) -> Result<Report, CliError> {
@@ -245,6 +267,7 @@ fn shown(t: f64) -> String {
 fn unsettled(cluster: &Cluster) -> String {
     let Cluster { low, high, parity } = cluster;
     let parity = format!("{parity:?}").to_lowercase();
+    let (low, high) = (shown(*low), shown(*high));
     format!("cluster {low} to {high}: not told apart, number {parity}")
 }
 

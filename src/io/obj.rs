@@ -196,8 +196,7 @@ pub(super) fn finite(word: &str) -> Option<f64> {
 
 /// `position/texture/normal`, where the latter two may be missing. Rows count
 /// from 1, or backwards from the last one so far; the file may define the
-/// positive ones later, so they are checked when it is read. A normal that is
-/// not there is none: files without any refer to some all the same.
+/// positive ones later, so they are checked when it is read. Textures are not used.
 fn corner(path: &Path, line: (usize, &str), word: &str, all: &Lines) -> Result<Corner, LoadError> {
     let row = |part: &str, what: &str, count: usize| {
         let wrong = |why: String| syntax(path, line, word, why);
@@ -223,7 +222,7 @@ fn corner(path: &Path, line: (usize, &str), word: &str, all: &Lines) -> Result<C
     )?;
     let normal = match parts.nth(1) {
         None | Some("") => None,
-        Some(part) => row(part, "normal", all.normals.len()).ok(),
+        Some(part) => Some(row(part, "normal", all.normals.len())?),
     };
     Ok((position, normal))
 }
@@ -268,6 +267,12 @@ fn join(
     let normal_of = |corner: &Corner| lines.normals.get(corner.1? as usize);
     let smooth = lines.corners.iter().filter(|c| normal_of(c).is_some());
     let smooth = smooth.count();
+    // Files without any refer to some all the same.
+    let named = lines.corners.iter().filter(|c| c.1.is_some()).count();
+    dropped.add_many(
+        "corner with a normal that the file does not have",
+        named - smooth,
+    );
     let with_normals = smooth == lines.corners.len();
     if smooth > 0 && !with_normals {
         dropped.add("normals of a mesh where only some corners have them");

@@ -60,6 +60,23 @@ fn normals_split_vertices_or_go() {
 }
 
 #[test]
+fn normals_that_are_not_there_are_told() {
+    let (mesh, warning) = load(&[("a.obj", &format!("{SQUARE}f 1//5 2//5 3//5\n"))]);
+    assert!(mesh.unwrap().mesh.normals.is_empty());
+    let expected = "3 × corner with a normal that the file does not have";
+    assert!(warning.unwrap().contains(expected));
+    for (face, says) in [
+        ("f 1/a/b 2 3", "'b' is not a normal number"),
+        ("f 1//-1 2 3", "there is no normal -1"),
+        ("f 1//0 2 3", "count from 1, not 0"),
+    ] {
+        let (wrong, _) = load(&[("a.obj", &format!("{SQUARE}{face}\n"))]);
+        let error = wrong.err().expect("a wrong line").to_string();
+        assert!(error.contains(says) && error.contains("a.obj:5"), "{error}");
+    }
+}
+
+#[test]
 fn polylines_are_not_triangles() {
     let (lines, warning) = load(&[("a.obj", &format!("{SQUARE}l 1 2 3\np 1\nf 1 2\n"))]);
     assert!(lines.unwrap().mesh.triangles.is_empty());

@@ -58,7 +58,15 @@ impl Written {
     fn value(&self) -> Result<f64, String> {
         match self {
             Written::Number(x) => Ok(*x),
-            Written::Text(text) => text.trim().parse().map_err(|_| no_number(text)),
+            Written::Text(text) => {
+                let number: f64 = text.trim().parse().map_err(|_| no_number(text))?;
+                let mut digits = text.split(['e', 'E']).next().unwrap_or_default().chars();
+                if number == 0.0 && digits.any(|c| matches!(c, '1'..='9')) {
+                    let text = one_line(text);
+                    return Err(format!("'{text}' is not 0, but too small for an f64"));
+                }
+                Ok(number)
+            }
             Written::Other(value) => Err(no_number(&value.to_string())),
         }
     }
@@ -103,11 +111,29 @@ fn listed(path: &Path, entry: Entry) -> Result<Listed, LoadError> {
     let polynomial = Polynomial::new(&numbers).map_err(|e| invalid(e.to_string()))?;
     let known = |root: &Known| {
         let bound = root.forward_bound.as_ref().map(Written::value);
-        Ok(KnownRoot {
+        let known = KnownRoot {
             t: root.x.value()?,
             multiplicity: root.mult,
             forward_bound: bound.transpose()?.unwrap_or(0.0),
-        })
+        };
+        if !known.t.is_finite() {
+            return Err(format!("a root is {}; it must be finite", known.t));
+        }
+        let KnownRoot {
+            t,
+            multiplicity,
+            forward_bound,
+        } = known;
+        if multiplicity == 0 {
+            return Err(format!("the root {t} has mult = 0; it must be 1 or more"));
+        }
+        if !(0.0..f64::INFINITY).contains(&forward_bound) {
+            let message = "it must be finite, and not below 0";
+            return Err(format!(
+                "the root {t} has forward_bound = {forward_bound}; {message}"
+            ));
+        }
+        Ok(known)
     };
     let known = entry
         .real_roots_f64

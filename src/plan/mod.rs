@@ -161,9 +161,12 @@ pub fn plan(
         Precision::Fast => ("f32", "asked for: fastest, a few rays in a million wrong"),
         Precision::Guarded => (
             "f32",
-            "guarded: triangles as exact arithmetic has them, others as f64",
+            "guarded: what a ray meets is what exact arithmetic says",
         ),
-        Precision::Exact => ("f64", "exact: triangles as exact arithmetic has them"),
+        Precision::Exact => (
+            "f64",
+            "exact: what a ray meets is what exact arithmetic says",
+        ),
     };
     reasons.push(("arithmetic", numbers.into(), why.into()));
 

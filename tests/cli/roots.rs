@@ -96,7 +96,32 @@ fn roots_of_a_file() {
         "{said}"
     );
 
+    // Known roots that are none.
+    let wrong = list.replace("1.0000000", "2");
+    fs::write(folder.path().join("list.json"), wrong).unwrap();
+    let output = lanecast(folder.path(), &["roots", "--file", "list.json"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("1 lost, 1 others"));
+
+    let known = |root: &str| {
+        format!(
+            "{{\"polynomials\": [{{\"name\": \"a\", \"coeffs_f64\": [1, 1], \
+             \"real_roots_f64\": [{{{root}}}]}}]}}"
+        )
+    };
+    let [infinite, none, negative] = [
+        known("\"x\": \"inf\", \"mult\": 1"),
+        known("\"x\": -1, \"mult\": 0"),
+        known("\"x\": -1, \"mult\": 1, \"forward_bound\": -1"),
+    ];
     for (text, says) in [
+        (infinite.as_str(), "polynomial 'a': a root is inf"),
+        (&none, "polynomial 'a': the root -1 has mult = 0"),
+        (&negative, "forward_bound = -1"),
+        (
+            "{\"polynomials\": [{\"name\": \"a\", \"coeffs_f64\": [\"1e-400\"]}]}",
+            "'1e-400' is not 0, but too small",
+        ),
         ("{", "bad.json:1:"),
         ("{\"polynomials\": 1}", "coeffs_f64"),
         (

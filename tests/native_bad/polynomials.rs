@@ -102,7 +102,7 @@ fn parameters() {
         ),
         (
             with("{ a = '1 + b' }"),
-            &["scene.toml:4:25: there is no parameter 'b'"],
+            &["scene.toml:4:25: 'b' is no number; a parameter cannot be made of others"],
         ),
         (
             with("{ a = 'sqrt(1 - 2)' }"),

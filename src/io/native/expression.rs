@@ -101,7 +101,11 @@ fn too_many(steps: usize, most: usize) -> Fault {
 /// The value of an expression without x, y and z.
 pub(super) fn constant(text: &str) -> Result<Precise> {
     let parameters = Parameters::new();
-    match Parser::new(text, &parameters).parse(&mut formula::Maker::default())? {
+    let parser = Parser {
+        is_parameter: true,
+        ..Parser::new(text, &parameters)
+    };
+    match parser.parse(&mut formula::Maker::default())? {
         formula::Value::Constant(value) => Ok(value),
         formula::Value::Step { .. } => {
             let message = "a parameter is a constant: it cannot have x, y or z";
@@ -179,6 +183,8 @@ struct Parser<'t, M: Make> {
     text: &'t str,
     at: usize,
     parameters: &'t Parameters,
+    /// What is read is a parameter's own value.
+    is_parameter: bool,
     waiting: Vec<Waiting>,
     values: Vec<M::Value>,
 }
@@ -189,6 +195,7 @@ impl<'t, M: Make> Parser<'t, M> {
             text,
             at: 0,
             parameters,
+            is_parameter: false,
             waiting: Vec::new(),
             values: Vec::new(),
         }
@@ -367,6 +374,9 @@ impl<'t, M: Make> Parser<'t, M> {
             None if is_call => {
                 let known = known_functions();
                 format!("there is no function {shown}; known are {known}")
+            }
+            None if self.is_parameter => {
+                format!("{shown} is no number; a parameter cannot be made of others")
             }
             None => {
                 format!("there is no parameter {shown}; define it as parameters = {{ {name} = … }}")

@@ -11,7 +11,7 @@ use lanecast::geom::guarded::{ObjectRay, implicit};
 use lanecast::geom::implicit::values_at;
 use lanecast::geom::implicit_bounds::bounds_of;
 use lanecast::geom::tape::Builder;
-use lanecast::geom::{Clip, Cuboid, Implicit, Meet, Ray, Sphere, Tape};
+use lanecast::geom::{Clip, Cuboid, Dense, Implicit, Meet, Ray, Sphere, Tape};
 use lanecast::math::Vec3;
 use lanecast::math::bounds::LEAVING;
 use lanecast::math::lanes::{Lanes, Mask, Scalar, f32x8, f64x4, f64x8, f64x16};
@@ -227,11 +227,14 @@ fn what_lanes_say_of_published_surfaces_is_exact() {
     for surface in &surfaces {
         let tape = tape_of(surface);
         for clip in clips() {
+            let bounds = bounds_of(&tape, clip.as_ref());
+            let dense = Dense::of(&tape, bounds);
             let row = Implicit {
                 tape: &tape,
+                dense: dense.as_ref(),
                 open: clip.is_some(),
                 clip,
-                bounds: bounds_of(&tape, clip.as_ref()),
+                bounds,
             };
             if row.bounds.is_none() {
                 continue;
@@ -256,11 +259,14 @@ fn what_lanes_say_of_random_surfaces_is_exact() {
     for _ in 0..400 {
         let tape = random_tape(&mut random);
         let clip = clips()[1 + random.below(2) as usize];
+        let bounds = clip.map(|clip| clip.bounds());
+        let dense = Dense::of(&tape, bounds);
         let row = Implicit {
             tape: &tape,
+            dense: dense.as_ref(),
             open: true,
             clip,
-            bounds: clip.map(|clip| clip.bounds()),
+            bounds,
         };
         let distance = [0.5, 4.0, 1e3, 1e6][random.below(4) as usize];
         let rays = lines(&mut random, 16, 1.5, distance);
@@ -273,16 +279,24 @@ fn what_lanes_say_of_random_surfaces_is_exact() {
 #[test]
 fn every_width_has_the_same_bits() {
     let mut random = Random(3);
-    for _ in 0..40 {
+    let mut by_forms = 0;
+    for number in 0..80 {
         let tape = random_tape(&mut random);
         let clip = clips()[1];
+        let dense = Dense::of(&tape, clip.map(|clip| clip.bounds()));
+        by_forms += u32::from(dense.is_some());
         let row = Implicit {
             tape: &tape,
+            dense: dense.as_ref(),
             open: true,
             clip,
             bounds: None,
         };
-        let rays = lines(&mut random, 16, 1.5, 4.0);
+        let mut rays = lines(&mut random, 16, 1.5, [4.0, 1.0, 40.0][number % 3]);
+        if number % 2 == 0 {
+            let org = rays[0].org;
+            rays.iter_mut().for_each(|ray| ray.org = org);
+        }
         let together = meet::<f64x16>(&row, &rays, 0.0);
         for (i, line) in rays.iter().enumerate() {
             let alone = meet::<f64>(&row, std::slice::from_ref(line), 0.0);
@@ -294,6 +308,7 @@ fn every_width_has_the_same_bits() {
             }
         }
     }
+    assert!(by_forms > 10, "{by_forms}");
 }
 
 /// Of all roots between two t, as f64 and as integers find them.
@@ -364,10 +379,13 @@ fn rays_that_leave_are_not_in_doubt() {
     let (mut all, mut doubts) = (0, 0);
     for surface in &surfaces {
         let tape = tape_of(surface);
+        let clip = clips()[1];
+        let dense = Dense::of(&tape, clip.map(|clip| clip.bounds()));
         let row = Implicit {
             tape: &tape,
+            dense: dense.as_ref(),
             open: true,
-            clip: clips()[1],
+            clip,
             bounds: None,
         };
         for line in lines(&mut random, 200, 1.5, 6.0) {
@@ -378,7 +396,7 @@ fn rays_that_leave_are_not_in_doubt() {
             let point = org + dir * root.t.value;
             let (_, gradient) = values_at(&tape, Vec3::<f64>::from(point));
             let gradient = DVec3::from(gradient);
-            let room = LEAVING * implicit::blur_at(&tape, Vec3::<f64>::from(point));
+            let room = LEAVING * implicit::blur_at((&tape, row.dense), Vec3::<f64>::from(point));
             let room = room / gradient.length();
             if !(room < 1e-6) {
                 continue;

@@ -200,9 +200,9 @@ fn bound(
     // And what other polynomials may be off by there, in roundings.
     if let lanecast::scene::Shape::Implicit(id) = shape {
         let point = subject.object_from_world.point(surface.point.to_array());
-        let (point, tape) = (DVec3::from_array(point), scene.implicits.row(id).tape);
-        let size = blur_at(tape, Vec3::<f64>::from(point)) / UNIT;
-        object = object.max(size / gradient_at(tape, point).length());
+        let (point, row) = (DVec3::from_array(point), scene.implicits.row(id));
+        let size = blur_at((row.tape, row.dense), Vec3::<f64>::from(point)) / UNIT;
+        object = object.max(size / gradient_at(row.tape, point).length());
     }
     if let lanecast::scene::Shape::LevelSet(id) = shape {
         let point = subject.object_from_world.point(surface.point.to_array());

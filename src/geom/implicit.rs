@@ -1,8 +1,7 @@
 //! Polynomial surfaces: where a polynomial in x, y, z is zero.
 
 use super::tape::{Arithmetic, Step, Tape};
-use super::{Cuboid, Sphere};
-use crate::math::bounds::UNIT;
+use super::{Cuboid, Dense, Sphere};
 use crate::math::lanes::Lanes;
 use crate::math::{Aabb, Vec3, is_power_of_two};
 use glam::DVec3;
@@ -12,6 +11,8 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug)]
 pub struct Implicit<'a> {
     pub tape: &'a Tape,
+    /// The same multiplied out, where that pays.
+    pub dense: Option<&'a Dense>,
     pub open: bool,
     /// Only of open ones.
     pub clip: Option<Clip>,
@@ -56,14 +57,9 @@ pub fn gradient_at(tape: &Tape, p: DVec3) -> DVec3 {
     gradient.into()
 }
 
-/// What f in f64 may be off by, where no coordinate is larger than `reach` and each may
-/// be off by `off`: a running bound, as of Higham's book, of all that is lost on the way.
-#[inline(always)]
-pub fn error_at<D: Lanes<Scalar = f64>>(tape: &Tape, reach: Vec3<D>, off: Vec3<D>) -> D {
-    error_in(tape, reach, off, UNIT)
-}
-
-/// The same in arithmetic that rounds to `unit`, of numbers with f64's range.
+/// What f may be off by in arithmetic that rounds to `unit`, of numbers with f64's range,
+/// where no coordinate is larger than `reach` and each may be off by `off`: a running
+/// bound, as of Higham's book, of all that is lost on the way.
 #[inline(always)]
 pub fn error_in<D: Lanes<Scalar = f64>>(tape: &Tape, reach: Vec3<D>, off: Vec3<D>, unit: f64) -> D {
     let least = D::splat(f64::MIN_POSITIVE);
@@ -127,10 +123,56 @@ impl<D: Lanes<Scalar = f64>> Arithmetic for Errors<D> {
     }
 }
 
+/// The same steps of magnitudes: constants without signs, differences as sums.
+#[inline(always)]
+pub fn magnitude_at<D: Lanes<Scalar = f64>>(tape: &Tape, size: Vec3<D>) -> D {
+    tape.evaluate_plain(&Magnitudes(size))
+}
+
+struct Magnitudes<D>(Vec3<D>);
+
+impl<D: Lanes<Scalar = f64>> Arithmetic for Magnitudes<D> {
+    type Value = D;
+
+    #[inline(always)]
+    fn coordinate(&self, axis: usize) -> D {
+        self.0.axis(axis)
+    }
+
+    #[inline(always)]
+    fn constant(&self, value: f64) -> D {
+        D::splat(value.abs())
+    }
+
+    #[inline(always)]
+    fn sum(&self, a: &D, b: &D) -> D {
+        *a + *b
+    }
+
+    #[inline(always)]
+    fn difference(&self, a: &D, b: &D) -> D {
+        *a + *b
+    }
+
+    #[inline(always)]
+    fn product(&self, a: &D, b: &D) -> D {
+        *a * *b
+    }
+}
+
 /// f and its gradient, at points.
 #[inline(always)]
 pub fn values_at<D: Lanes<Scalar = f64>>(tape: &Tape, p: Vec3<D>) -> (D, Vec3<D>) {
     tape.evaluate_plain(&Dual(p))
+}
+
+/// The same of a surface, by what is quickest.
+#[inline(always)]
+pub fn values_of<D: Lanes<Scalar = f64>>(row: &Implicit, p: Vec3<D>) -> (D, Vec3<D>) {
+    match row.dense {
+        Some(dense) => dense.values_at(p),
+        None => values_at(row.tape, p),
+    }
 }
 
 /// Values with gradients.

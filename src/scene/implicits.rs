@@ -3,7 +3,7 @@
 use super::ids::ImplicitId;
 use crate::geom::exact::sign_at;
 use crate::geom::implicit_bounds::bounds_of;
-use crate::geom::{Clip, Implicit, Tape};
+use crate::geom::{Clip, Dense, Implicit, Tape};
 use crate::math::Aabb;
 use crate::roots::Solver;
 use glam::DVec3;
@@ -14,6 +14,8 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 #[derive(Clone, Debug, Default)]
 pub struct Implicits {
     pub tape: Vec<Tape>,
+    /// The same multiplied out, where that pays.
+    pub dense: Vec<Option<Box<Dense>>>,
     pub open: Vec<bool>,
     pub clip: Vec<Option<Clip>>,
     /// Of the solid, or of the surface in its clip; `None` where none are known.
@@ -41,6 +43,11 @@ impl Implicits {
         // What a solid has outside of its surface's box, has no end.
         let bounds = bounds.filter(|b| open || is_outside_beyond(&tape, b));
         self.latest.insert(key, id.0);
+        let dense = match same {
+            Some(row) if self.bounds[row] == bounds => self.dense[row].clone(),
+            _ => Dense::of(&tape, bounds).map(Box::new),
+        };
+        self.dense.push(dense);
         self.tape.push(tape);
         self.open.push(open);
         self.clip.push(clip);
@@ -54,6 +61,7 @@ impl Implicits {
         let i = id.index();
         Implicit {
             tape: &self.tape[i],
+            dense: self.dense[i].as_deref(),
             open: self.open[i],
             clip: self.clip[i],
             bounds: self.bounds[i],
@@ -89,7 +97,9 @@ impl Implicits {
         let rest = rest + size_of::<Option<Aabb>>() + size_of::<Solver>();
         let latest = self.latest.capacity() * size_of::<(u64, u32)>();
         let tapes: usize = self.tape.iter().map(|tape| tape.bytes() + rest).sum();
-        tapes + latest
+        let dense = size_of::<Option<Box<Dense>>>() * self.dense.len()
+            + size_of::<Dense>() * self.dense.iter().flatten().count();
+        tapes + dense + latest
     }
 }
 

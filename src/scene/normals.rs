@@ -29,7 +29,7 @@ pub fn outward_normals<D: Lanes<Scalar = f64>>(
             Vec3::select(none, up, normals)
         }
         Shape::Implicit(id) => {
-            let (_, normals) = implicit::values_at(&tables.implicits.tape[id.index()], p);
+            let (_, normals) = implicit::values_of(&tables.implicits.row(id), p);
             // Nor has a singular point.
             let known = normals.max_abs().gt(D::zero());
             Vec3::select(known, normals, up)

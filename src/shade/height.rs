@@ -67,6 +67,17 @@ pub(super) fn refined<D: Lanes<Scalar = f64>>(
     (t, below.height(here))
 }
 
+/// The height of points on a solid.
+#[inline(always)]
+pub(super) fn height_at<D: Lanes<Scalar = f64>>(
+    world: &World,
+    solid: Shape,
+    at: Vec3<D>,
+) -> Height<D> {
+    let below = Below::Solid(solid);
+    below.height(below.value(world, at))
+}
+
 /// What the height is measured from.
 enum Below<D> {
     /// Planes through points, with unit normals.
@@ -133,7 +144,7 @@ impl<D: Lanes<Scalar = f64>> Below<D> {
                 let value = scaled.length_squared() - D::splat(1.0);
                 (value, shrink(scaled) * two)
             }
-            Shape::Implicit(id) => implicit::values_at(&scene.implicits.tape[id.index()], p),
+            Shape::Implicit(id) => implicit::values_of(&scene.implicits.row(id), p),
             Shape::LevelSet(id) => formula::values_at(&scene.level_sets.formula[id.index()], p),
             Shape::Quadric(id) => {
                 let (value, gradient, _) = scene.quadrics.row(id).values_at(p);

@@ -1,7 +1,7 @@
 //! What all hits of a primitive have in common, found once: neighbouring rays as a
 //! rule meet the same.
 
-use super::height::refined;
+use super::height::{height_at, refined};
 use super::surface::{
     Surfaces, blur_of, normal_before, normals, shading_normal, to_world, to_world_height,
 };
@@ -207,6 +207,10 @@ impl<'w> Site<'w> {
         };
         let point = world_org + world_dir * t;
         let at = object_org + object_dir * t;
+        // Slope and normal at once.
+        if let (None, Shape::Implicit(_)) = (known, self.shape) {
+            known = Some(height_at(self.world, self.shape, at));
+        }
         let unit = known.map(|height| height.normal);
         let mut is_unit = unit.is_some();
         let (mut ng, mut smooth) = normals(self.world, self.shape, (at, own), unit);

@@ -104,9 +104,9 @@ pub(super) fn blur_of<D: Lanes<Scalar = f64>>(
         }
         // What f may be off by, in roundings: coordinates are rounded, too.
         Shape::Implicit(id) => {
-            let tape = &scene.implicits.tape[id.index()];
-            let own = || slope_of(implicit::values_at(tape, at).1);
-            blur_at(tape, at) * D::splat(1.0 / UNIT) / slope.unwrap_or_else(own)
+            let row = scene.implicits.row(id);
+            let own = || slope_of(implicit::values_of(&row, at).1);
+            blur_at((row.tape, row.dense), at) * D::splat(1.0 / UNIT) / slope.unwrap_or_else(own)
         }
         Shape::LevelSet(id) => {
             let formula = &scene.level_sets.formula[id.index()];
@@ -130,7 +130,7 @@ pub(super) fn normal_before<D: Lanes<Scalar = f64>>(
     let ahead = units(dir);
     let before = at - ahead * back;
     let gradient = match shape {
-        Shape::Implicit(id) => implicit::values_at(&scene.implicits.tape[id.index()], before).1,
+        Shape::Implicit(id) => implicit::values_of(&scene.implicits.row(id), before).1,
         Shape::LevelSet(id) => formula::values_at(&scene.level_sets.formula[id.index()], before).1,
         _ => -ahead,
     };

@@ -101,6 +101,17 @@ impl Stream<'_> {
             }
         }
         let Some(forest) = world.wide() else { return };
+        // A tree of one box says no more than a kernel does; of what takes long to ask, it
+        // had better.
+        if let (true, [only]) = (F::SOLIDS, &world.entries[..])
+            && !matches!(only.shape, Shape::Mesh(_) | Shape::Combination(_))
+        {
+            let mut open = 0;
+            each(active, |i| {
+                open |= u64::from(limit(&queries[i]) >= 0.0) << i;
+            });
+            return solids.meet::<C, Q>(only, None, open, queries);
+        }
         let StreamScratch {
             world: bunch,
             object,

@@ -29,6 +29,7 @@ const ALL: [f64; 2] = [0.0, f64::INFINITY];
 fn row(tape: &Tape, clip: Option<Clip>) -> Implicit<'_> {
     Implicit {
         tape,
+        dense: None,
         open: clip.is_some(),
         clip,
         bounds: None,

@@ -158,6 +158,7 @@ mod tests {
         let tape = b.finish(product);
         let row = Implicit {
             tape: &tape,
+            dense: None,
             open: false,
             clip: None,
             bounds: None,

@@ -140,9 +140,8 @@ impl<L: Lanes<Scalar = f64>, const N: usize> Segment<L, N> {
         loop {
             let open = look(&mut part);
             if open.any() {
-                let (left, right) = part.cut(part.place(), open);
-                waiting.push(&right);
-                part = left;
+                let at = part.place();
+                part.cut(at, open, waiting);
                 continue;
             }
             match waiting.pop() {

@@ -31,12 +31,15 @@ impl<L: Lanes> Waiting<L> {
         self.marks.clear();
     }
 
+    /// Where its values are kept.
     #[inline(always)]
-    pub(super) fn push<const N: usize>(&mut self, part: &Part<L, N>) {
+    fn push<const N: usize>(&mut self, part: &Part<L, N>) -> &mut [L] {
+        let at = self.values.len();
         self.values.extend_from_slice(&part.b);
         let rest = [part.error, part.first, part.low, part.high];
         self.values.extend_from_slice(&rest);
         self.marks.push((part.lanes, part.depth));
+        &mut self.values[at..at + N + 4]
     }
 
     #[inline(always)]
@@ -126,28 +129,25 @@ impl<L: Lanes<Scalar = f64>, const N: usize> Part<L, N> {
         (first, second)
     }
 
-    /// Both sides of a place between 0 and 1 of the width. Each of n rows takes
-    /// three roundings of at most four times the largest coefficient.
+    /// To what is left of a place between 0 and 1 of the width; what is right of it waits.
+    /// Each of n rows takes three roundings of at most four times the largest coefficient.
     #[inline(always)]
-    pub(super) fn cut(&self, at: L, lanes: L::Mask) -> (Part<L, N>, Part<L, N>) {
-        let (mut left, mut right) = (*self, *self);
+    pub(super) fn cut(&mut self, at: L, lanes: L::Mask, waiting: &mut Waiting<L>) {
+        let rounding = 5.01 * (N as f64 - 1.0) * f64::UNIT_ROUNDOFF;
+        self.error = self.error + L::from_f64(rounding) * largest(&self.b);
+        let middle = self.low + (self.high - self.low) * at;
+        (self.lanes, self.depth) = (lanes, self.depth + 1);
+        let right = waiting.push(self);
         for m in (1..N).rev() {
             for j in 0..m {
-                let b = right.b[j];
-                right.b[j] = b + at * (right.b[j + 1] - b);
+                let b = right[j];
+                right[j] = b + at * (right[j + 1] - b);
             }
-            left.b[N - m] = right.b[0];
+            self.b[N - m] = right[0];
         }
-        let rounding = 5.01 * (N as f64 - 1.0) * f64::UNIT_ROUNDOFF;
-        let error = self.error + L::from_f64(rounding) * largest(&self.b);
-        let middle = self.low + (self.high - self.low) * at;
-        (left.error, right.error) = (error, error);
-        // The left one keeps it.
-        right.first = error;
-        (left.high, right.low) = (middle, middle);
-        (left.lanes, right.lanes) = (lanes, lanes);
-        (left.depth, right.depth) = (self.depth + 1, self.depth + 1);
-        (left, right)
+        // Where it begins is no better known; the left one keeps what it knows.
+        (right[N + 1], right[N + 2]) = (self.error, middle);
+        self.high = middle;
     }
 
     /// Where to cut, so that one root is likely to lie before.

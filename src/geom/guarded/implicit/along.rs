@@ -1,12 +1,15 @@
 //! A tape's polynomial along rays.
 
-use super::Rays;
 use super::eights::by_degree;
-use crate::geom::implicit::error_at;
+use super::forms::of_forms;
+use super::{Rays, Store};
+use crate::geom::dense;
+use crate::geom::implicit::magnitude_at;
 use crate::geom::tape::{Fused, Tape};
+use crate::geom::{Dense, Implicit};
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
-use crate::math::lanes::Lanes;
+use crate::math::lanes::{Lanes, Mask};
 use crate::roots::collocation::{Collocation, MOST, collocation};
 use crate::roots::lanes::Segment;
 
@@ -14,16 +17,54 @@ use crate::roots::lanes::Segment;
 /// slope there, in units of [`crate::math::bounds::LEAVING`]: what f may be off by at
 /// points that are themselves rounded, grown by interpolation.
 #[inline(always)]
-pub fn blur_at<D: Lanes<Scalar = f64>>(tape: &Tape, p: Vec3<D>) -> D {
-    let size = p.abs();
+pub fn blur_at<D: Lanes<Scalar = f64>>((tape, dense): (&Tape, Option<&Dense>), p: Vec3<D>) -> D {
+    if let Some(dense) = dense.filter(|dense| dense.everywhere) {
+        return dense.blur_at(p);
+    }
     let nodes = by_degree!(tape.degree(), N => N, MOST);
     let grown = collocation(nodes).norm / 16.0;
-    error_at(tape, size, size * D::from_f64(UNIT)) * D::from_f64(grown.max(1.0))
+    let reach = p.abs();
+    let off = reach * D::from_f64(UNIT);
+    let stretch = Stretch::of_tape(tape, reach, off);
+    let size = magnitude_at(tape, stretch.magnitudes(tape.floor(), reach, off));
+    size * stretch.lost * D::from_f64(grown.max(1.0))
 }
 
-/// A tape's polynomial on the parts of rays that begin at `start`. `astray`: how far off the surface itself may be.
+/// A surface's polynomial on the parts of some rays that begin at `start`; what other lanes
+/// get says nothing.
 #[inline(always)]
 pub(super) fn along<D: Lanes<Scalar = f64>, const N: usize>(
+    row: &Implicit,
+    rays: &Rays<D>,
+    part: (D, D),
+    asked: D::Mask,
+    store: &mut Store<D>,
+) -> Segment<D, N> {
+    let (start, width) = part;
+    let whole = (start, width, D::zero());
+    let by_nodes = |steps: &mut _| by_tape::<D, N>(row.tape, rays, whole, steps);
+    let dense = row.dense.filter(|_| N - 1 <= dense::DEGREE);
+    let Some(dense) = dense else {
+        return by_nodes(&mut store.values);
+    };
+    let Some((formed, known)) = of_forms::<D, N>(dense, rays, part, asked, &mut store.expanded)
+    else {
+        return by_nodes(&mut store.values);
+    };
+    if (asked & !known).none() {
+        return formed;
+    }
+    let other: Segment<D, N> = by_nodes(&mut store.values);
+    Segment {
+        scaled: std::array::from_fn(|j| D::select(known, formed.scaled[j], other.scaled[j])),
+        error: D::select(known, formed.error, other.error),
+        first: D::select(known, formed.first, other.first),
+    }
+}
+
+/// The same from values at nodes. `astray`: how far off the surface itself may be.
+#[inline(always)]
+pub(super) fn by_tape<D: Lanes<Scalar = f64>, const N: usize>(
     tape: &Tape,
     rays: &Rays<D>,
     (start, width, astray): (D, D, D),
@@ -43,10 +84,10 @@ pub(super) fn along<D: Lanes<Scalar = f64>, const N: usize>(
     let astray = Vec3::new(astray, astray, astray);
     let off = (moved + near + reach + step.abs() * D::from_f64(2.0)) * unit + astray;
     let first_off = (moved + near) * begun + astray;
-    let stretch = Stretch::of(tape, reach, off);
+    let stretch = Stretch::of_tape(tape, reach, off);
     let sizes = [
-        stretch.magnitudes(tape, reach, off),
-        stretch.magnitudes(tape, near, first_off),
+        stretch.magnitudes(tape.floor(), reach, off),
+        stretch.magnitudes(tape.floor(), near, first_off),
     ];
     let (values, sizes) = values::<D, N>(tape, (point, step), sizes, &table.nodes, steps);
     let [of_values, first] = sizes.map(|size| size * stretch.lost);
@@ -75,25 +116,25 @@ pub(super) fn along<D: Lanes<Scalar = f64>, const N: usize>(
 /// coordinates change f by no more than S(R + off) − S(R), of which λ times as much is no
 /// more than S(R + λ·off), for S is convex; and roundings are those of the tape, of no
 /// larger numbers.
-struct Stretch<D> {
+pub(super) struct Stretch<D> {
     /// λ.
     by: D,
     /// Of S(R + λ·off): 1/λ and the roundings.
-    lost: D,
+    pub lost: D,
 }
 
 impl<D: Lanes<Scalar = f64>> Stretch<D> {
     /// λ takes the largest coordinate farther by that part of which the polynomial grows
     /// to e times as much at most.
     #[inline(always)]
-    fn of(tape: &Tape, reach: Vec3<D>, off: Vec3<D>) -> Stretch<D> {
+    pub fn of((degree, roundings): (u32, f64), reach: Vec3<D>, off: Vec3<D>) -> Stretch<D> {
         let one = D::from_f64(1.0);
-        let parts = D::from_f64(f64::from(tape.degree().max(1)));
+        let parts = D::from_f64(f64::from(degree.max(1)));
         let least = D::from_f64(f64::MIN_POSITIVE);
         let inverse = off.max_element() * parts / (reach.max_element() + least);
         // More than that is nothing beside the roundings.
         let inverse = inverse.max(D::from_f64(UNIT / 256.0)).min(one);
-        let roundings = D::from_f64(1.02 * tape.roundings() * UNIT);
+        let roundings = D::from_f64(1.02 * roundings * UNIT);
         Stretch {
             by: one / inverse,
             lost: inverse * D::from_f64(1.01) + roundings,
@@ -101,8 +142,14 @@ impl<D: Lanes<Scalar = f64>> Stretch<D> {
     }
 
     #[inline(always)]
-    fn magnitudes(&self, tape: &Tape, reach: Vec3<D>, off: Vec3<D>) -> Vec3<D> {
-        let floor = D::from_f64(tape.floor());
+    fn of_tape(tape: &Tape, reach: Vec3<D>, off: Vec3<D>) -> Stretch<D> {
+        Stretch::of((tape.degree(), tape.roundings()), reach, off)
+    }
+
+    /// R + λ·off, and no less than `floor`.
+    #[inline(always)]
+    pub fn magnitudes(&self, floor: f64, reach: Vec3<D>, off: Vec3<D>) -> Vec3<D> {
+        let floor = D::from_f64(floor);
         let far = reach + off * self.by;
         Vec3::new(far.x.max(floor), far.y.max(floor), far.z.max(floor))
     }

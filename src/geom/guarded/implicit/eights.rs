@@ -30,6 +30,91 @@ impl Chosen {
     }
 }
 
+/// Lanes that are met together: eight, of which some are asked about.
+#[derive(Clone, Copy)]
+pub(super) enum Group<'a> {
+    /// From this one on, those whose bits are set.
+    Side {
+        first: usize,
+        asked: u32,
+    },
+    Picked(&'a [usize]),
+}
+
+impl Chosen {
+    /// As few groups as there can be. Lanes that lie side by side stay so, which takes
+    /// much less time.
+    #[inline(always)]
+    pub fn groups<M: Mask>(&self, mask: M, count: usize) -> impl Iterator<Item = Group<'_>> {
+        let bits = mask.bits();
+        let sides = [bits & 0xff, bits >> 8];
+        let apart = count < 8 || sides[0] != 0 && sides[1] != 0 && self.count <= 8;
+        let side = move |(i, asked): (usize, u32)| {
+            let first = 8 * i;
+            (!apart && asked != 0).then_some(Group::Side { first, asked })
+        };
+        let sides = sides.into_iter().enumerate().filter_map(side);
+        let picked = if apart { self.count } else { 0 };
+        sides.chain(self.lanes[..picked].chunks(8).map(Group::Picked))
+    }
+}
+
+impl Group<'_> {
+    #[inline(always)]
+    pub fn asked(&self) -> u32 {
+        match self {
+            Group::Side { asked, .. } => *asked,
+            Group::Picked(some) => (1 << some.len()) - 1,
+        }
+    }
+
+    /// Origins, directions, the first t and the last.
+    #[inline(always)]
+    pub fn rays<A: AsRef<[f64]>>(&self, columns: &[A; 8]) -> Rays<Eight> {
+        match self {
+            Group::Side { first, .. } => {
+                let load = |column: usize| Eight::load(&columns[column].as_ref()[*first..]);
+                Rays::of(load)
+            }
+            Group::Picked(some) => rays(columns, some),
+        }
+    }
+
+    /// A mask's bits where they belong.
+    #[inline(always)]
+    pub fn spread(&self, bits: u32) -> u32 {
+        match self {
+            Group::Side { first, .. } => bits << first,
+            Group::Picked(some) => spread(bits, some),
+        }
+    }
+
+    /// Numbers of the group's lanes to where they belong.
+    #[inline(always)]
+    pub fn put<A: AsMut<[f64]>>(&self, column: &mut A, from: Eight) {
+        match self {
+            Group::Side { first, .. } => from.store(&mut column.as_mut()[*first..]),
+            Group::Picked(some) => {
+                for (lane, x) in some.iter().zip(from.to_array()) {
+                    column.as_mut()[*lane] = x;
+                }
+            }
+        }
+    }
+}
+
+impl Rays<Eight> {
+    #[inline(always)]
+    fn of(load: impl Fn(usize) -> Eight) -> Rays<Eight> {
+        Rays {
+            org: Vec3::new(load(0), load(1), load(2)),
+            dir: Vec3::new(load(3), load(4), load(5)),
+            t_min: load(6),
+            limit: load(7),
+        }
+    }
+}
+
 /// A mask's bits, of some lanes brought together, where they belong.
 #[inline(always)]
 pub(super) fn spread(bits: u32, some: &[usize]) -> u32 {
@@ -51,13 +136,7 @@ pub(super) fn gathered<A: AsRef<[f64]>>(column: &A, some: &[usize]) -> Eight {
 /// Origins, directions, the first t and the last.
 #[inline(always)]
 pub(super) fn rays<A: AsRef<[f64]>>(columns: &[A; 8], some: &[usize]) -> Rays<Eight> {
-    let load = |column: usize| gathered(&columns[column], some);
-    Rays {
-        org: Vec3::new(load(0), load(1), load(2)),
-        dir: Vec3::new(load(3), load(4), load(5)),
-        t_min: load(6),
-        limit: load(7),
-    }
+    Rays::of(|column| gathered(&columns[column], some))
 }
 
 /// `$call` with N, one of a few, above the degree; `$none` beyond the last.

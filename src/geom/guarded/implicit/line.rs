@@ -1,6 +1,6 @@
 //! All that one line has of a surface, where f64 knows that.
 
-use super::along::along;
+use super::along::by_tape;
 use super::eights::by_degree;
 use super::{ONE, Rays, twofold};
 use crate::geom::Tape;
@@ -56,7 +56,7 @@ fn all<const N: usize>(
             begins.abs() > segment.first && roots::all(segment, room, &mut store.waiting, found);
         is_known.then(|| begins.total_cmp(&0.0))
     };
-    let plain = along::<f64, N>(tape, &rays, (from, width, 0.0), &mut store.values);
+    let plain = by_tape::<f64, N>(tape, &rays, (from, width, 0.0), &mut store.values);
     let sign = settled(&plain).or_else(|| {
         let better = twofold::along::<N>(tape, (org, dir), from, width);
         settled(&better)

@@ -2,7 +2,8 @@
 //!
 //! The part of a ray that is in the surface's bounds or in its clip is 0 ≤ s ≤ 1. There
 //! the polynomial is interpolated from its values at Chebyshev's nodes
-//! ([`crate::roots::collocation`]), and its least root isolated and refined with a bound
+//! ([`crate::roots::collocation`]), or, of a low degree, made of forms about the ray's
+//! origin, which rays of a camera have in common; and its least root isolated and refined with a bound
 //! of what its coefficients are off by ([`crate::roots::lanes`]). docs/NUMERICS.md
 //! derives that bound. The degree that counts is one of a few, no less than the
 //! polynomial's own.
@@ -12,6 +13,7 @@
 
 mod along;
 mod eights;
+mod forms;
 mod line;
 mod operand;
 mod twofold;
@@ -22,6 +24,7 @@ pub use operand::{Boundaries, boundaries};
 pub use twofold::nearest;
 
 use super::{Ends, ObjectRay, cuboid, rounded, sphere};
+use crate::geom::dense::Expanded;
 use crate::geom::{Clip, Cuboid, Implicit, Meet, Ray, Tape};
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
@@ -30,7 +33,7 @@ use crate::roots::lanes::{
     Segment, Waiting, changes_between, exists, leaves_between, nearly_nearest,
 };
 use along::along;
-use eights::{Chosen, by_degree, spread};
+use eights::{Chosen, by_degree};
 use std::cell::Cell;
 
 type Eight = f64x8;
@@ -58,6 +61,7 @@ struct Store<D: Lanes> {
     /// Of steps, at all nodes.
     values: Vec<D>,
     waiting: Waiting<D>,
+    expanded: Expanded,
 }
 
 thread_local! {
@@ -149,22 +153,20 @@ fn ask<L: Lanes, const ANY: bool>(
     let mut answer = [zero; 3].map(|x| x.to_array());
     let (mut hit, mut unsure) = (0, 0);
     let mut store = EIGHT.take().unwrap_or_default();
-    for some in Chosen::of(active).eights() {
-        let rays = eights::rays(&columns, some);
-        let asked = (1 << some.len()) - 1;
+    for group in Chosen::of(active).groups(active, L::COUNT) {
+        let rays = group.rays(&columns);
+        let asked = group.asked();
         let found: Found<Eight> = by_degree!(
             row.tape.degree(),
             N => found::<Eight, N, ANY>(row, &rays, asked, &mut store),
             Found::nothing(asked)
         );
-        hit |= spread(found.hit, some);
-        unsure |= spread(found.unsure, some);
-        let ends = [found.from, found.t, found.to].map(|column| column.to_array());
-        for (column, from) in answer.iter_mut().zip(&ends) {
-            for (lane, x) in some.iter().zip(from) {
-                column.as_mut()[*lane] = *x;
-            }
-        }
+        hit |= group.spread(found.hit);
+        unsure |= group.spread(found.unsure);
+        let [from, t, to] = &mut answer;
+        group.put(from, found.from);
+        group.put(t, found.t);
+        group.put(to, found.to);
     }
     EIGHT.set(Some(store));
     let ends = answer.map(|column| <L::Double as Lanes>::load(column.as_ref()));
@@ -225,14 +227,15 @@ impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> Part<D, N> {
         let width = (end - start) * D::from_f64(1.0 + 4.0 * UNIT);
         let infinity = D::from_f64(f64::INFINITY);
         let is_known = ends.some & width.lt(infinity) & start.abs().lt(infinity);
-        let segment = along::<D, N>(row.tape, rays, (start, width, D::zero()), &mut store.values);
+        let live = reached & is_known;
+        let segment = along::<D, N>(row, rays, (start, width), live, store);
         Some(Part {
             ends,
             start,
             width,
             segment,
             reached,
-            live: reached & is_known,
+            live,
         })
     }
 

@@ -1,6 +1,6 @@
 //! All that rays have of an operand, root after root.
 
-use super::along::along;
+use super::along::by_tape;
 use super::eights::{self, Chosen, by_degree, spread};
 use super::{EIGHT, Eight, Rays, Store};
 use crate::geom::Tape;
@@ -100,7 +100,10 @@ fn passes<D: Lanes<Scalar = f64, Double = D>, const N: usize>(
     let mut below = none;
     for pass in 0..N {
         let width = (rays.limit - start) * D::from_f64(1.0 + 4.0 * UNIT);
-        let segment = along::<D, N>(tape, rays, (start, width, astray), &mut store.values);
+        // Each pass begins where f is hardly more than zero: by nodes its sign there is known
+        // best.
+        let part = (start, width, astray);
+        let segment = by_tape::<D, N>(tape, rays, part, &mut store.values);
         let at = segment.scaled[0];
         let (over, under) = (at.gt(segment.first), at.lt(-segment.first));
         let is_known = width.lt(infinity) & start.abs().lt(infinity) & (over | under);

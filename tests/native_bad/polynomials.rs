@@ -167,7 +167,7 @@ fn kinds() {
         ),
         (
             case("superquadric = { radii = [1, 1, 1e-20], exponents = [2, 2, 24] }"),
-            &["its power is no number, so use a greater one and a scale"],
+            &["radii = 1e-20; its power is no number, so use a greater one and a scale"],
         ),
         (
             case("cubic = { coefficients = [1, 2, 3] }"),

@@ -258,7 +258,7 @@ fn of_superquadric(source: &Source, row: &schema::Superquadric) -> Result<Tape> 
         let factor = power.and_then(|power| Precise::whole(1).over(&power)?.rounded());
         let factor = factor.map_err(|_| {
             let message = format!(
-                "radii = {radius}; its power is no number, so use {}",
+                "radii = {radius:?}; its power is no number, so use {}",
                 match radius > 1.0 {
                     true => "a smaller one and a scale",
                     false => "a greater one and a scale",

@@ -1,6 +1,6 @@
-//! Rays of any lanes, taken by eights; and degrees, taken by kernels.
+//! Rays of any lanes, taken by eights or fours; and degrees, taken by kernels.
 
-use super::{Eight, Rays};
+use super::Rays;
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask};
 
@@ -23,14 +23,14 @@ impl Chosen {
         Chosen { lanes, count }
     }
 
-    /// Eight at a time, the last ones fewer.
+    /// So many at a time, the last ones fewer.
     #[inline(always)]
-    pub fn eights(&self) -> impl Iterator<Item = &[usize]> {
-        self.lanes[..self.count].chunks(8)
+    pub fn by(&self, count: usize) -> impl Iterator<Item = &[usize]> {
+        self.lanes[..self.count].chunks(count)
     }
 }
 
-/// Lanes that are met together: eight, of which some are asked about.
+/// Lanes that are met together, of which some are asked about.
 #[derive(Clone, Copy)]
 pub(super) enum Group<'a> {
     /// From this one on, those whose bits are set.
@@ -42,20 +42,21 @@ pub(super) enum Group<'a> {
 }
 
 impl Chosen {
-    /// As few groups as there can be. Lanes that lie side by side stay so, which takes
-    /// much less time.
+    /// As few groups of D's lanes as there can be. Lanes that lie side by side stay so,
+    /// which takes much less time.
     #[inline(always)]
-    pub fn groups<M: Mask>(&self, mask: M, count: usize) -> impl Iterator<Item = Group<'_>> {
+    pub fn groups<L: Lanes, D: Lanes>(&self, mask: L::Mask) -> impl Iterator<Item = Group<'_>> {
         let bits = mask.bits();
-        let sides = [bits & 0xff, bits >> 8];
-        let apart = count < 8 || sides[0] != 0 && sides[1] != 0 && self.count <= 8;
+        let sides = [bits & ((1 << D::COUNT) - 1), bits >> D::COUNT];
+        let few = sides[0] != 0 && sides[1] != 0 && self.count <= D::COUNT;
+        let apart = L::COUNT < D::COUNT || few;
         let side = move |(i, asked): (usize, u32)| {
-            let first = 8 * i;
+            let first = D::COUNT * i;
             (!apart && asked != 0).then_some(Group::Side { first, asked })
         };
         let sides = sides.into_iter().enumerate().filter_map(side);
         let picked = if apart { self.count } else { 0 };
-        sides.chain(self.lanes[..picked].chunks(8).map(Group::Picked))
+        sides.chain(self.lanes[..picked].chunks(D::COUNT).map(Group::Picked))
     }
 }
 
@@ -70,11 +71,10 @@ impl Group<'_> {
 
     /// Origins, directions, the first t and the last.
     #[inline(always)]
-    pub fn rays<A: AsRef<[f64]>>(&self, columns: &[A; 8]) -> Rays<Eight> {
+    pub fn rays<D: Lanes<Scalar = f64>, A: AsRef<[f64]>>(&self, columns: &[A; 8]) -> Rays<D> {
         match self {
             Group::Side { first, .. } => {
-                let load = |column: usize| Eight::load(&columns[column].as_ref()[*first..]);
-                Rays::of(load)
+                Rays::of(|column| D::load(&columns[column].as_ref()[*first..]))
             }
             Group::Picked(some) => rays(columns, some),
         }
@@ -91,21 +91,21 @@ impl Group<'_> {
 
     /// Numbers of the group's lanes to where they belong.
     #[inline(always)]
-    pub fn put<A: AsMut<[f64]>>(&self, column: &mut A, from: Eight) {
+    pub fn put<D: Lanes<Scalar = f64>, A: AsMut<[f64]>>(&self, column: &mut A, from: D) {
         match self {
             Group::Side { first, .. } => from.store(&mut column.as_mut()[*first..]),
             Group::Picked(some) => {
-                for (lane, x) in some.iter().zip(from.to_array()) {
-                    column.as_mut()[*lane] = x;
+                for (lane, x) in some.iter().zip(from.to_array().as_ref()) {
+                    column.as_mut()[*lane] = *x;
                 }
             }
         }
     }
 }
 
-impl Rays<Eight> {
+impl<D: Lanes> Rays<D> {
     #[inline(always)]
-    fn of(load: impl Fn(usize) -> Eight) -> Rays<Eight> {
+    fn of(load: impl Fn(usize) -> D) -> Rays<D> {
         Rays {
             org: Vec3::new(load(0), load(1), load(2)),
             dir: Vec3::new(load(3), load(4), load(5)),
@@ -124,18 +124,21 @@ pub(super) fn spread(bits: u32, some: &[usize]) -> u32 {
 
 /// Some lanes of a column, one or more; the first of them in what is left over.
 #[inline(always)]
-pub(super) fn gathered<A: AsRef<[f64]>>(column: &A, some: &[usize]) -> Eight {
+pub(super) fn gathered<D: Lanes<Scalar = f64>, A: AsRef<[f64]>>(column: &A, some: &[usize]) -> D {
     let from = column.as_ref();
-    let mut values = [from[some[0]]; 8];
-    for (value, lane) in values.iter_mut().zip(some) {
+    let mut values = D::splat(from[some[0]]).to_array();
+    for (value, lane) in values.as_mut().iter_mut().zip(some) {
         *value = from[*lane];
     }
-    Eight::load(&values)
+    D::load(values.as_ref())
 }
 
 /// Origins, directions, the first t and the last.
 #[inline(always)]
-pub(super) fn rays<A: AsRef<[f64]>>(columns: &[A; 8], some: &[usize]) -> Rays<Eight> {
+pub(super) fn rays<D: Lanes<Scalar = f64>, A: AsRef<[f64]>>(
+    columns: &[A; 8],
+    some: &[usize],
+) -> Rays<D> {
     Rays::of(|column| gathered(&columns[column], some))
 }
 

@@ -1,4 +1,5 @@
-//! Polynomial surfaces, in f64 and eight rays at a time whatever the lanes.
+//! Polynomial surfaces, in f64 and eight rays at a time whatever the lanes, or four, where
+//! there are no more.
 //!
 //! The part of a ray that is in the surface's bounds or in its clip is 0 ≤ s ≤ 1. There
 //! the polynomial is interpolated from its values at Chebyshev's nodes
@@ -28,15 +29,17 @@ use crate::geom::dense::Expanded;
 use crate::geom::{Clip, Cuboid, Implicit, Meet, Ray, Tape};
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
-use crate::math::lanes::{Lanes, Mask, Scalar, f64x8};
+use crate::math::lanes::{Lanes, Mask, Scalar, f64x4, f64x8};
 use crate::roots::lanes::{
     Segment, Waiting, changes_between, exists, leaves_between, nearly_nearest,
 };
 use along::along;
 use eights::{Chosen, by_degree};
 use std::cell::Cell;
+use std::thread::LocalKey;
 
 type Eight = f64x8;
+type Four = f64x4;
 
 /// What some rays meet first.
 struct Found<D> {
@@ -56,7 +59,6 @@ struct Rays<D> {
 }
 
 /// Reused from ray to ray.
-#[derive(Default)]
 struct Store<D: Lanes> {
     /// Of steps, at all nodes.
     values: Vec<D>,
@@ -64,9 +66,22 @@ struct Store<D: Lanes> {
     expanded: Expanded,
 }
 
+impl<D: Lanes> Default for Store<D> {
+    fn default() -> Store<D> {
+        Store {
+            values: Vec::new(),
+            waiting: Waiting::default(),
+            expanded: Expanded::default(),
+        }
+    }
+}
+
+type Kept<D> = Cell<Option<Box<Store<D>>>>;
+
 thread_local! {
-    static EIGHT: Cell<Option<Box<Store<Eight>>>> = const { Cell::new(None) };
-    static ONE: Cell<Option<Box<Store<f64>>>> = const { Cell::new(None) };
+    static EIGHT: Kept<Eight> = const { Cell::new(None) };
+    static FOUR: Kept<Four> = const { Cell::new(None) };
+    static ONE: Kept<f64> = const { Cell::new(None) };
 }
 
 /// Where rays first meet the surface beyond t_min.
@@ -91,21 +106,35 @@ pub fn meet<L: Lanes>(row: &Implicit, object: &ObjectRay<L>, active: L::Mask) ->
 /// Of lanes of f64 that meet a surface: the numbers nearest to their roots ([`nearest`]).
 #[inline(never)]
 pub fn nearest_each<L: Lanes>(tape: &Tape, object: &ObjectRay<L>, hit: L::Mask, ends: [L; 3]) -> L {
+    match L::COUNT <= Four::COUNT {
+        true => nearest_by::<L, Four>(tape, object, hit, ends),
+        false => nearest_by::<L, Eight>(tape, object, hit, ends),
+    }
+}
+
+#[inline(always)]
+fn nearest_by<L: Lanes, D: Lanes<Scalar = f64>>(
+    tape: &Tape,
+    object: &ObjectRay<L>,
+    hit: L::Mask,
+    ends: [L; 3],
+) -> L {
     let columns = [object.org.x, object.org.y, object.org.z];
     let columns = columns.map(|x| x.to_array());
     let dir = [object.dir.x, object.dir.y, object.dir.z].map(|x| x.to_array());
     let ends = ends.map(|x| x.widen().to_array());
     let mut sharp = ends[1];
-    for some in Chosen::of(hit).eights() {
-        let gathered = |column: &<L::Double as Lanes>::Array| eights::gathered(column, some);
+    for some in Chosen::of(hit).by(D::COUNT) {
+        let gathered =
+            |column: &<L::Double as Lanes>::Array| eights::gathered::<D, _>(column, some);
         let [org, dir] = [&columns, &dir].map(|v| {
             let [x, y, z] = [0, 1, 2].map(|k| gathered(&v[k]));
             Vec3::new(x, y, z)
         });
         let ends = [0, 1, 2].map(|k| gathered(&ends[k]));
-        let t = nearest::<Eight>(tape, (org, dir), ends, <Eight as Lanes>::Mask::splat(true));
-        for (lane, x) in some.iter().zip(t.to_array()) {
-            sharp.as_mut()[*lane] = x;
+        let t = nearest::<D>(tape, (org, dir), ends, D::Mask::splat(true));
+        for (lane, x) in some.iter().zip(t.to_array().as_ref()) {
+            sharp.as_mut()[*lane] = *x;
         }
     }
     L::narrow(<L::Double as Lanes>::load(sharp.as_ref()))
@@ -130,13 +159,27 @@ type Answer<L> = (
     [<L as Lanes>::Double; 3],
 );
 
-/// Rays by eights: which meet the surface, of which that is not known, and where.
+/// Which rays meet the surface, of which that is not known, and where.
 #[inline(always)]
 fn ask<L: Lanes, const ANY: bool>(
     row: &Implicit,
     object: &ObjectRay<L>,
     limit: L,
     active: L::Mask,
+) -> Answer<L> {
+    match L::COUNT <= Four::COUNT {
+        true => ask_by::<L, Four, ANY>(row, object, limit, active, &FOUR),
+        false => ask_by::<L, Eight, ANY>(row, object, limit, active, &EIGHT),
+    }
+}
+
+#[inline(always)]
+fn ask_by<L: Lanes, D: Lanes<Scalar = f64, Double = D>, const ANY: bool>(
+    row: &Implicit,
+    object: &ObjectRay<L>,
+    limit: L,
+    active: L::Mask,
+    kept: &'static LocalKey<Kept<D>>,
 ) -> Answer<L> {
     let columns = [
         object.org.x,
@@ -152,13 +195,13 @@ fn ask<L: Lanes, const ANY: bool>(
     let zero = <L::Double as Lanes>::zero();
     let mut answer = [zero; 3].map(|x| x.to_array());
     let (mut hit, mut unsure) = (0, 0);
-    let mut store = EIGHT.take().unwrap_or_default();
-    for group in Chosen::of(active).groups(active, L::COUNT) {
+    let mut store = kept.take().unwrap_or_default();
+    for group in Chosen::of(active).groups::<L, D>(active) {
         let rays = group.rays(&columns);
         let asked = group.asked();
-        let found: Found<Eight> = by_degree!(
+        let found: Found<D> = by_degree!(
             row.tape.degree(),
-            N => found::<Eight, N, ANY>(row, &rays, asked, &mut store),
+            N => found::<D, N, ANY>(row, &rays, asked, &mut store),
             Found::nothing(asked)
         );
         hit |= group.spread(found.hit);
@@ -168,7 +211,7 @@ fn ask<L: Lanes, const ANY: bool>(
         group.put(t, found.t);
         group.put(to, found.to);
     }
-    EIGHT.set(Some(store));
+    kept.set(Some(store));
     let ends = answer.map(|column| <L::Double as Lanes>::load(column.as_ref()));
     (L::Mask::from_bits(hit), L::Mask::from_bits(unsure), ends)
 }

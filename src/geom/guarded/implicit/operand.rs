@@ -35,9 +35,9 @@ pub fn boundaries<L: Lanes>(
     let mut all: Vec<[[f64; 16]; 3]> = Vec::new();
     let (mut inside, mut unsure) = (0, 0);
     let mut store = EIGHT.take().unwrap_or_default();
-    for some in Chosen::of(active).eights() {
-        let rays = eights::rays(&columns, some);
-        let astray = eights::gathered(&astray, some);
+    for some in Chosen::of(active).by(Eight::COUNT) {
+        let rays = eights::rays::<Eight, _>(&columns, some);
+        let astray = eights::gathered::<Eight, _>(&astray, some);
         let asked = (1 << some.len()) - 1;
         let mut found = |pass: usize, hit: u32, at: [Eight; 3]| {
             if all.len() <= pass {

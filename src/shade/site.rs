@@ -217,7 +217,12 @@ impl<'w> Site<'w> {
         // No rounding of a polynomial without a slope takes a ray farther away.
         let local = D::splat(self.size).max(at.max_abs());
         let farthest = local * D::splat(LEAVING_SLOPELESS);
-        let most = farthest * D::splat(1.0 / (LEAVING * roundoff));
+        // A polynomial's values are f64 whatever the lanes; only t is theirs.
+        let of_values = match self.shape {
+            Shape::Implicit(_) => DOUBLE,
+            _ => roundoff,
+        };
+        let most = farthest * D::splat(1.0 / (LEAVING * of_values));
         let slope = known.map(|height| height.slope);
         let mut blur = blur_of(self.world, self.shape, at, slope);
         let slopeless = !blur.lt(most);
@@ -267,10 +272,9 @@ impl<'w> Site<'w> {
         // The magnitudes whose rounding the hit carries, in world units: in object
         // space as the kernel rounds them; world rays are f64.
         let object_size = D::splat(self.size).max(object_org.max_abs());
-        let object_size = object_size.max(blur);
+        let object = (D::splat(roundoff) * object_size).max(D::splat(of_values) * blur);
         let world_size = world_org.max_abs().max(point.max_abs());
-        let rounded = D::splat(self.stretch) * (D::splat(roundoff) * object_size + blurred)
-            + D::splat(DOUBLE) * world_size;
+        let rounded = D::splat(self.stretch) * (object + blurred) + D::splat(DOUBLE) * world_size;
         let most = D::splat(f64::MAX / LEAVING);
         Surfaces {
             point,

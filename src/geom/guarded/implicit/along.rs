@@ -23,11 +23,11 @@ pub fn blur_at<D: Lanes<Scalar = f64>>((tape, dense): (&Tape, Option<&Dense>), p
     }
     let nodes = by_degree!(tape.degree(), N => N, MOST);
     let grown = collocation(nodes).norm / 16.0;
-    let reach = p.abs();
-    let off = reach * D::from_f64(UNIT);
-    let stretch = Stretch::of_tape(tape, reach, off);
-    let size = magnitude_at(tape, stretch.magnitudes(tape.floor(), reach, off));
-    size * stretch.lost * D::from_f64(grown.max(1.0))
+    let (size, floor) = (p.abs(), D::from_f64(tape.floor()));
+    let size = Vec3::new(size.x.max(floor), size.y.max(floor), size.z.max(floor));
+    // Every term is rounded, and its coordinates are.
+    let lost = 1.02 * (tape.roundings() + f64::from(tape.degree())) * UNIT;
+    magnitude_at(tape, size) * D::from_f64(lost * grown.max(1.0))
 }
 
 /// A surface's polynomial on the parts of some rays that begin at `start`; what other lanes

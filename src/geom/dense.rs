@@ -50,6 +50,10 @@ const SHORT_ALONE: usize = 12;
 /// magnitude on the way is then less than 2^16 times what it is on the surface, (2·7 + 2)⁴.
 const NEAR: [f64; 3] = [127.0, 19.0, 7.0];
 
+/// Surfaces lie no farther from the coordinates' origin than this many times their extent:
+/// a tape like (x − 10⁶)² loses nothing of what is multiplied out.
+const ASIDE: f64 = 2.0;
+
 /// Powers of 2 between which coefficients lie, and the surface's size, and what rays are
 /// met with by this: nothing then leaves f64, and what underflows is nothing beside the
 /// roundings of magnitudes at [`FLOOR`].
@@ -73,9 +77,14 @@ impl Dense {
     /// Of surfaces for which it is known to pay. `bounds`: of the surface.
     pub fn of(tape: &Tape, bounds: Option<Aabb>) -> Option<Dense> {
         let steps = tape.fused().0.len();
-        let size = bounds?.max_abs();
+        let (size, extent) = (bounds?.max_abs(), bounds?.extent().max_element());
         let sizes = f64::powi(2.0, -SIZES)..f64::powi(2.0, SIZES);
-        if tape.degree() > DEGREE as u32 || steps < SHORT || !sizes.contains(&size) {
+        let is_about_origin = size <= ASIDE * extent;
+        if tape.degree() > DEGREE as u32
+            || steps < SHORT
+            || !sizes.contains(&size)
+            || !is_about_origin
+        {
             return None;
         }
         let degree = tape.degree().max(2) as usize;

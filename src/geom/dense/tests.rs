@@ -72,6 +72,9 @@ fn what_does_not_pay_or_leaves_the_range_is_left_to_tapes() {
     assert!(!of(&tape(3, &ones), 1e-13));
     assert!(!of(&tape(3, &ones), 1e13));
     assert!(Dense::of(&tape(3, &ones), None).is_none());
+    let far = DVec3::new(1e6, 0.0, 0.0);
+    let aside = Aabb::new(far - 1.0, far + 1.0);
+    assert!(Dense::of(&tape(3, &ones), Some(aside)).is_none());
     let mut large = ones;
     large[3] = 1e61;
     assert!(!of(&tape(3, &large), 1.0));

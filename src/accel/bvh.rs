@@ -10,7 +10,7 @@
 //! Checked against the linear scan by tests/accel.rs, hit by hit and bit by bit.
 
 use super::count::Count;
-use super::index::{Figures, Index};
+use super::index::{Figures, Index, Leaf};
 use super::slabs::Slabs;
 use crate::math::Aabb32;
 use crate::math::lanes::{Lanes, Mask, Scalar};
@@ -158,15 +158,15 @@ impl Index for Tree {
         }
     }
 
-    #[inline(always)]
-    fn walk<L: Lanes, N: Count>(
+    #[inline(never)]
+    fn walk<L: Lanes>(
         &self,
         slabs: &Slabs<L>,
         t_min: L,
         mut limit: L,
         stack: &mut Stack<L>,
-        counter: &N,
-        mut leaf: impl FnMut(usize, usize, L::Mask, L) -> L,
+        counter: Count,
+        leaf: &mut Leaf<L>,
     ) -> L {
         if self.nodes.is_empty() {
             let active = t_min.le(limit);

@@ -1,38 +1,11 @@
 //! What a query did: steps through a structure, leaves, primitive tests.
 //!
-//! The walks are generic over [`Count`]. `()` counts nothing and is compiled
-//! away; a [`Counter`] says what a packet did, and with how many of its lanes.
-//! Methods take `&self`, since a walk and the closure that tests its leaves
-//! count into the same one.
+//! Comparison structures are handed a [`Count`], which counts where somebody asks
+//! and costs a branch a step where nobody does. Its methods take `&self`, since a walk
+//! and the leaf that it calls count into the same [`Counter`].
 
 use crate::math::lanes::Mask;
 use std::cell::Cell;
-
-pub trait Count {
-    /// Whether anything is counted at all.
-    const ON: bool;
-    /// A step: the boxes of a node, a plane, a cell, an element of a queue.
-    /// `lanes`: those that it is made for.
-    fn node<M: Mask>(&self, lanes: M);
-    /// A leaf, or a cell that is not empty.
-    fn leaf<M: Mask>(&self, lanes: M);
-    /// Tests of `primitives` against the packet.
-    fn test<M: Mask>(&self, lanes: M, primitives: usize);
-    /// Tests that were not made, since the packet had met the primitives before.
-    fn spared(&self, primitives: usize);
-}
-
-impl Count for () {
-    const ON: bool = false;
-    #[inline(always)]
-    fn node<M: Mask>(&self, _: M) {}
-    #[inline(always)]
-    fn leaf<M: Mask>(&self, _: M) {}
-    #[inline(always)]
-    fn test<M: Mask>(&self, _: M, _: usize) {}
-    #[inline(always)]
-    fn spared(&self, _: usize) {}
-}
 
 /// Sums over packets. At one lane, those of the literature: per ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -81,31 +54,56 @@ fn on<M: Mask>(lanes: M) -> u64 {
     u64::from(lanes.bits().count_ones())
 }
 
-impl Count for Counter {
-    const ON: bool = true;
+/// Where a walk counts, if anywhere.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Count<'a>(pub Option<&'a Counter>);
+
+impl Count<'_> {
+    /// Whether anything is counted at all.
     #[inline(always)]
-    fn node<M: Mask>(&self, lanes: M) {
-        self.change(|c| {
-            c.nodes += 1;
-            c.node_lanes += on(lanes);
-        });
+    pub fn is_on(self) -> bool {
+        self.0.is_some()
     }
+
+    /// Counts a step: the boxes of a node, a plane, a cell, an element of a queue.
+    /// `lanes`: those that it is made for.
     #[inline(always)]
-    fn leaf<M: Mask>(&self, lanes: M) {
-        self.change(|c| {
-            c.leaves += 1;
-            c.leaf_lanes += on(lanes);
-        });
+    pub fn node<M: Mask>(self, lanes: M) {
+        if let Some(counter) = self.0 {
+            counter.change(|c| {
+                c.nodes += 1;
+                c.node_lanes += on(lanes);
+            });
+        }
     }
+
+    /// Counts a leaf, or a cell that is not empty.
     #[inline(always)]
-    fn test<M: Mask>(&self, lanes: M, primitives: usize) {
-        self.change(|c| {
-            c.tests += primitives as u64;
-            c.test_lanes += on(lanes) * primitives as u64;
-        });
+    pub fn leaf<M: Mask>(self, lanes: M) {
+        if let Some(counter) = self.0 {
+            counter.change(|c| {
+                c.leaves += 1;
+                c.leaf_lanes += on(lanes);
+            });
+        }
     }
+
+    /// Counts tests of `primitives` against the packet.
     #[inline(always)]
-    fn spared(&self, primitives: usize) {
-        self.change(|c| c.spared += primitives as u64);
+    pub fn test<M: Mask>(self, lanes: M, primitives: usize) {
+        if let Some(counter) = self.0 {
+            counter.change(|c| {
+                c.tests += primitives as u64;
+                c.test_lanes += on(lanes) * primitives as u64;
+            });
+        }
+    }
+
+    /// Counts tests that were not made, since the packet had met the primitives before.
+    #[inline(always)]
+    pub fn spared(self, primitives: usize) {
+        if let Some(counter) = self.0 {
+            counter.change(|c| c.spared += primitives as u64);
+        }
     }
 }

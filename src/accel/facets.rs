@@ -5,7 +5,7 @@
 //! where it is seen as a surface.
 
 use super::Index;
-use super::bvh::{Stack, Tree};
+use super::bvh::Tree;
 use super::sah::{Quality, build};
 use super::slabs::Slabs;
 use super::world::corner_bounds;
@@ -49,23 +49,15 @@ impl Facets {
     }
 
     /// Calls `visit` with every triangle that a line about the mesh's centre may meet
-    /// beyond `t_min`, and with others.
+    /// beyond `t_min`, and with others, in no order.
     #[inline]
-    pub fn along(
-        &self,
-        line: &Line,
-        t_min: f64,
-        stack: &mut Stack<f64>,
-        mut visit: impl FnMut(u32),
-    ) {
+    pub fn along(&self, line: &Line, t_min: f64, mut visit: impl FnMut(u32)) {
         let [org, dir] = [line.org, line.dir].map(Vec3::<f64>::splat);
         let slabs = Slabs::new(org, dir, &self.tree.bounds());
-        let limit = f64::INFINITY;
-        self.tree
-            .walk(&slabs, t_min, limit, stack, &(), |first, count, _, _| {
-                let triangles = &self.order[first..first + count];
-                triangles.iter().for_each(|triangle| visit(*triangle));
-                limit
-            });
+        let part = (t_min, f64::INFINITY);
+        self.tree.leaves_along(&slabs, part, |first, count| {
+            let triangles = &self.order[first..first + count];
+            triangles.iter().for_each(|triangle| visit(*triangle));
+        });
     }
 }

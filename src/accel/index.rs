@@ -1,10 +1,10 @@
-//! What all structures have in common: they order entries, and packets walk
+//! What all comparison structures have in common: they order entries, and packets walk
 //! them.
 //!
 //! An [`Index`] stands over entries `0..len`, of which it knows boxes (and, of
-//! triangles, corners) while it is built, and only numbers afterwards. Queries
-//! are monomorphised over it: which structure a world has is asked once per
-//! batch of rays ([`Forests`](super::Forests)), never per ray.
+//! triangles, corners) while it is built, and only numbers afterwards. It hands
+//! packets of entries to a [`Leaf`] that it does not know, by an indirect call a leaf, so
+//! that each structure is compiled once a width, whatever is asked.
 
 use super::count::Count;
 use super::slabs::Slabs;
@@ -47,6 +47,10 @@ pub struct Figures {
     pub sah: f64,
 }
 
+/// Tests entries, from the first on so many, for the active lanes; returns the lanes' new
+/// limits, given the old ones.
+pub type Leaf<'l, L> = dyn FnMut(usize, usize, <L as Lanes>::Mask, L) -> L + 'l;
+
 /// A structure over entries, in the order that its builder gave them.
 pub trait Index: Send + Sync {
     /// Room for one walk, reused from packet to packet.
@@ -71,13 +75,14 @@ pub trait Index: Send + Sync {
     /// is visited with this lane active before the limit has sunk below that t.
     /// (A structure may leave out an entry in whose box no hit can lie there;
     /// the k-d tree says when.)
-    fn walk<L: Lanes, N: Count>(
+    #[expect(clippy::too_many_arguments, reason = "one call a mesh, of one loop")]
+    fn walk<L: Lanes>(
         &self,
         slabs: &Slabs<L>,
         t_min: L,
         limit: L,
         scratch: &mut Self::Scratch<L>,
-        count: &N,
-        leaf: impl FnMut(usize, usize, L::Mask, L) -> L,
+        count: Count,
+        leaf: &mut Leaf<L>,
     ) -> L;
 }

@@ -5,8 +5,8 @@
 //! over them; where that order is free, kinds lie in runs.
 
 use super::build::{BuildQuality, build_boxes, build_mesh};
-use super::forest::{Forest, MeshTree, WideForest};
-use super::index::{Index, Primitives};
+use super::forest::{AnyIndex, Forest, MeshIndex, WideForest};
+use super::index::Primitives;
 use super::wide::{WideMesh, WideTree};
 use super::world::{Entries, Entry, corner_bounds, entries};
 use crate::geom::triangle::{Corners, canonical};
@@ -15,18 +15,14 @@ use crate::scene::{Appearances, MeshId, Scene, Shape};
 use rayon::prelude::*;
 
 /// A structure over primitives, and where its entries come from.
-pub(super) type Build<'b, A> = dyn Fn(&Primitives) -> (A, Vec<u32>) + Sync + 'b;
+pub(super) type Build<'b> = dyn Fn(&Primitives) -> (AnyIndex, Vec<u32>) + Sync + 'b;
 
 /// Structures of one kind for all that appears; the bounded entries in the top
 /// one's order, and the unbounded ones.
-pub(super) fn plant<A: Index>(
-    scene: &Scene,
-    appearances: &Appearances,
-    build: &Build<A>,
-) -> (Forest<A>, Entries) {
-    let meshes = each_mesh(scene, appearances, |id| mesh_tree(scene, id, build));
+pub(super) fn plant(scene: &Scene, appearances: &Appearances, build: &Build) -> (Forest, Entries) {
+    let meshes = each_mesh(scene, appearances, |id| mesh_index(scene, id, build));
     let all = entries(scene, appearances, |mesh| {
-        meshes[mesh].as_ref().map(|m| m.tree.bounds())
+        meshes[mesh].as_ref().map(|m| m.index.bounds())
     });
     let bounded = &all.bounded;
     let boxes: Vec<Aabb32> = bounded.iter().map(|e| e.bounds).collect();
@@ -96,18 +92,18 @@ fn each_mesh<T: Send>(
         .collect()
 }
 
-fn mesh_tree<A: Index>(scene: &Scene, id: MeshId, build: &Build<A>) -> MeshTree<A> {
+fn mesh_index(scene: &Scene, id: MeshId, build: &Build) -> MeshIndex {
     let mesh = scene.meshes.row(id);
     let corners: Vec<Corners> = (0..mesh.triangles.len())
         .map(|i| canonical(mesh.corners(i)))
         .collect();
     let boxes: Vec<Aabb32> = corners.iter().map(corner_bounds).collect();
-    let (tree, source) = build(&Primitives {
+    let (index, source) = build(&Primitives {
         boxes: &boxes,
         corners: Some(&corners),
     });
-    MeshTree {
-        tree,
+    MeshIndex {
+        index,
         corners: source.iter().map(|i| corners[*i as usize]).collect(),
         source,
     }

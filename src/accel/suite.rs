@@ -4,7 +4,7 @@
 //! An entry is hit at some t of its box's interval, which depends on nothing but
 //! the entry and the ray, as with primitives. No geometry is needed then.
 
-use super::count::Counter;
+use super::count::{Count, Counter};
 use super::grid::{Density, Grid};
 use super::heap::Heap;
 use super::index::{Index, Primitives};
@@ -271,8 +271,8 @@ fn same_as_linear<L: Lanes, A: Index>(
                 t_min,
                 t_max,
                 scratch,
-                &counter,
-                |first, count, active, limit| {
+                Count(Some(&counter)),
+                &mut |first, count, active, limit| {
                     (first..first + count).fold(limit, |limit, i| test(order[i], active, limit))
                 },
             )

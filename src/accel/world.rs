@@ -12,9 +12,8 @@
 
 use super::boxes::{BoxRows, ItemBoxes};
 use super::build::BuildQuality;
-use super::bvh::Tree;
 use super::combined::Combined;
-use super::forest::{Forests, NestedForest, WideForest};
+use super::forest::{AnyIndex, Forests, NestedForest, WideForest};
 use super::grid::{Density, Grid};
 use super::groups::Groups;
 use super::heap::Heap;
@@ -123,9 +122,9 @@ impl<'a> World<'a> {
         appearances: &'a Appearances,
         structure: Structure,
     ) -> World<'a> {
-        let narrow = |build: &Build<Tree>| {
+        let compared = |build: &Build| {
             let (forest, entries) = plant(scene, appearances, build);
-            (Forests::Narrow(forest), entries)
+            (Forests::Compared(forest), entries)
         };
         let mut item_boxes = None;
         let (forest, entries) = match structure {
@@ -139,26 +138,26 @@ impl<'a> World<'a> {
                 let (forest, entries) = plant_wide(quality, scene, appearances);
                 (Forests::Wide(forest), entries)
             }
-            Structure::Kd(quality) => {
-                let (forest, entries) = plant(scene, appearances, &|p| kdtree::build(p, &quality));
-                (Forests::Kd(forest), entries)
-            }
-            Structure::Narrow => narrow(&|p| build(p.boxes, &Quality::default())),
-            Structure::Grid(density) => {
-                let (forest, entries) = plant(scene, appearances, &|p| Grid::build(p, &density));
-                (Forests::Grid(forest), entries)
-            }
-            Structure::Heap => {
-                let quality = Quality::default();
-                let (forest, entries) = plant(scene, appearances, &|p| Heap::of_boxes(p, &quality));
-                (Forests::Heap(forest), entries)
-            }
-            Structure::HeapSpheres => {
-                let quality = Quality::default();
-                let (forest, entries) =
-                    plant(scene, appearances, &|p| Heap::of_spheres(p, &quality));
-                (Forests::HeapSpheres(forest), entries)
-            }
+            Structure::Kd(quality) => compared(&|p| {
+                let (tree, order) = kdtree::build(p, &quality);
+                (AnyIndex::Kd(tree), order)
+            }),
+            Structure::Narrow => compared(&|p| {
+                let (tree, order) = build(p.boxes, &Quality::default());
+                (AnyIndex::Tree(tree), order)
+            }),
+            Structure::Grid(density) => compared(&|p| {
+                let (grid, order) = Grid::build(p, &density);
+                (AnyIndex::Grid(grid), order)
+            }),
+            Structure::Heap => compared(&|p| {
+                let (heap, order) = Heap::of_boxes(p, &Quality::default());
+                (AnyIndex::Heap(heap), order)
+            }),
+            Structure::HeapSpheres => compared(&|p| {
+                let (heap, order) = Heap::of_spheres(p, &Quality::default());
+                (AnyIndex::HeapSpheres(heap), order)
+            }),
             Structure::ItemBuffer => {
                 let (forest, entries) = plant_wide(quality, scene, appearances);
                 let meshes = forest.meshes.par_iter();
@@ -170,9 +169,9 @@ impl<'a> World<'a> {
                 item_boxes = Some(boxes);
                 (Forests::Wide(forest), entries)
             }
-            Structure::Linear => narrow(&|p| {
+            Structure::Linear => compared(&|p| {
                 let order = 0..p.boxes.len() as u32;
-                (linear(p.boxes), order.collect())
+                (AnyIndex::Tree(linear(p.boxes)), order.collect())
             }),
         };
         let mut world = World::of(scene, appearances, forest, entries);

@@ -11,7 +11,7 @@ use crate::measure::extremes::{
     run as sweep, shown,
 };
 use crate::measure::plot::{Heading, extremes_page};
-use crate::plan::{Arithmetic, Precision, widths};
+use crate::plan::{Precision, widths};
 use std::fmt::Write;
 
 pub fn run(args: &ExtremesArgs) -> Result<(), CliError> {
@@ -59,19 +59,12 @@ fn check_lanes(options: &ExtremesOptions) -> Result<(), CliError> {
     let Some(lanes) = options.lanes.count() else {
         return Ok(());
     };
-    for precision in &options.precisions {
-        let built = widths(match precision {
-            Precision::Fast => Arithmetic::F32,
-            Precision::Guarded => Arithmetic::F32Guarded,
-            Precision::Exact => Arithmetic::F64,
-        });
-        if !built.contains(&lanes) {
-            return Err(CliError::Usage(format!(
-                "{} has no packets of {lanes} rays in this build; leave --lanes out, ask for one \
-                 --precision, or build with --features all-lanes",
-                precision.name()
-            )));
-        }
+    let built = widths();
+    if !built.contains(&lanes) {
+        return Err(CliError::Usage(format!(
+            "this build has no packets of {lanes} rays; leave --lanes out, or build with \
+             --features all-lanes"
+        )));
     }
     Ok(())
 }

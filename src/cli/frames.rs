@@ -13,6 +13,7 @@ use super::progress::{Drawing, rate};
 use crate::accel::{Kept, Renewal, WORST_REFIT, World};
 use crate::io::{AovSet, LoadError, picture_files};
 use crate::measure::{FrameStats, Stats, Watch};
+use crate::plan::places_meshes;
 use crate::render::{FrameMemory, RenderConfig, View, render_after};
 use crate::scene::Appearances;
 use crate::trace::Reuse;
@@ -39,6 +40,7 @@ pub fn run(
     let prepared = prepare(scene, &options, config, &mut watch, &mut stats)?;
     interrupt::check(&progress)?;
     let structure = structure(&prepared.plan, &prepared.kd);
+    let pays = places_meshes(&prepared.scene, &prepared.appearances);
     let Prepared {
         mut scene,
         camera,
@@ -50,7 +52,7 @@ pub fn run(
 
     let mut results = Results::default();
     let reuse = args.reuse.0;
-    let reuse = reuse.unwrap_or_else(|| Reuse::that_pays(plan.kernels.needs));
+    let reuse = reuse.unwrap_or_else(|| Reuse::that_pays(pays));
     let mut memory = FrameMemory::new(reuse);
     let name = args.scene.clone().unwrap_or("the built-in scene".into());
     let mut kept: Option<Kept> = None;

@@ -18,7 +18,7 @@ use crate::measure::verify::{
     replay, replay_aimed,
 };
 use crate::measure::{Stats, Watch};
-use crate::plan::{Arithmetic, Choices, Kernels, LaneCount, Precision, plan};
+use crate::plan::{Choices, Kernels, LaneCount, Precision, plan};
 use crate::reference::{self, Reference};
 use crate::render::{Grid, Progress, RenderConfig, Rendered, render};
 use crate::trace::{TracedRay, decided};
@@ -186,8 +186,8 @@ impl Check<'_> {
         VerifyOptions {
             sample,
             list: self.list,
-            float: match kernels.arithmetic {
-                Arithmetic::F64 => Float::Double,
+            float: match kernels.precision {
+                Precision::Exact => Float::Double,
                 _ => Float::Single,
             },
         }

@@ -6,7 +6,7 @@
 //! place. A sum that is 0 is exact, and so is a product with a power of two; none crosses
 //! the zero that its factors' signs put it behind. Overflow gives infinite ends, never
 //! NaN: a lower end is never +∞ and an upper one never −∞ (Hickey, Ju, van Emden: Interval
-//! Arithmetic: from Principles to Implementation, JACM 2001).
+//! Precision: from Principles to Implementation, JACM 2001).
 
 use super::is_power_of_two;
 

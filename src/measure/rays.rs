@@ -13,7 +13,7 @@ use super::kinds::{Kind, Order};
 use super::queries::{Answers, Ask, trace};
 use crate::accel::World;
 use crate::io::RaySet;
-use crate::plan::{Arithmetic, Kernels};
+use crate::plan::{Kernels, Precision};
 use crate::render::{BLOCK, Grid, Progress, RayGenerator, every_second_bit, mix, unit};
 use crate::scene::{Camera, Light, Projection};
 use crate::shade::Surface;
@@ -69,7 +69,7 @@ pub fn ray_sets(source: &Source, kinds: &[Kind], progress: &Progress) -> Option<
             // The offset of f32: that is how the rays are stored.
             let surface = Surface::at(
                 source.world,
-                Arithmetic::F32,
+                Precision::Fast,
                 primary.org(i).map(f64::from),
                 primary.dir(i),
                 f64::from(answers.t[i]),

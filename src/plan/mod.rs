@@ -18,38 +18,12 @@ pub use stacked::stacked;
 use crate::scene::{Appearances, Scene, SceneError, Shape};
 use thiserror::Error;
 
-/// What the kernels of a query must be able to do for this scene; what they
-/// need not is compiled out of their loops.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Needs {
-    pub meshes: bool,
-    /// Shapes that are one primitive.
-    pub solids: bool,
-    /// Some appearance's object space is not world space.
-    pub transforms: bool,
-}
-
-/// The numbers that rays are traced in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Arithmetic {
-    F32,
-    /// f32 where its error bounds let it decide, else exact arithmetic.
-    F32Guarded,
-    /// f64 with the same bounds.
-    #[default]
-    F64,
-    /// f32, with every decision made by exact arithmetic, by one lane or a register's:
-    /// what the others are compared with, not for users.
-    F32DoubtingAll,
-}
-
 /// The choice among monomorphised kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Kernels {
-    pub arithmetic: Arithmetic,
+    pub precision: Precision,
     /// Rays per packet; one of [`widths`].
     pub lanes: usize,
-    pub needs: Needs,
 }
 
 /// Which structure finds the primitives.
@@ -120,28 +94,23 @@ fn list(widths: &[usize]) -> String {
 /// Whether this build has every width.
 pub(crate) const ALL_LANES: bool = cfg!(feature = "all-lanes");
 
-/// The packet widths that this build can trace with, rising.
-pub fn widths(arithmetic: Arithmetic) -> Vec<usize> {
+/// Lists the packet widths that this build can trace with, rising.
+pub fn widths() -> Vec<usize> {
     if ALL_LANES {
         vec![1, 4, 8, 16]
     } else {
-        vec![1, native_width(arithmetic)]
+        vec![1, native_width()]
     }
 }
 
-/// The machine's own width: one register, at least four lanes.
-pub const fn native_width(arithmetic: Arithmetic) -> usize {
-    let bits = if cfg!(target_feature = "avx512f") {
-        512
+/// The machine's own width in f32: one register, at least four lanes.
+pub const fn native_width() -> usize {
+    if cfg!(target_feature = "avx512f") {
+        16
     } else if cfg!(target_feature = "avx") {
-        256
+        8
     } else {
-        128
-    };
-    match arithmetic {
-        Arithmetic::F64 if bits < 256 => 4,
-        Arithmetic::F64 => bits / 64,
-        _ => bits / 32,
+        4
     }
 }
 
@@ -150,29 +119,17 @@ pub fn plan(
     appearances: &Appearances,
     choices: &Choices,
 ) -> Result<Plan, PlanError> {
-    let mut reasons = Vec::new();
-    let needs = needs(scene, appearances, &mut reasons);
-    let arithmetic = match choices.precision {
-        Precision::Fast => Arithmetic::F32,
-        Precision::Guarded => Arithmetic::F32Guarded,
-        Precision::Exact => Arithmetic::F64,
+    let mut reasons = contents(scene, appearances);
+    let why = match choices.precision {
+        Precision::Fast => "asked for: fastest, a few rays in a million wrong",
+        Precision::Guarded => "guarded: what a ray meets is what exact arithmetic says",
+        Precision::Exact => "exact: guarded, and each t is the f64 nearest to the exact one",
     };
-    let (numbers, why) = match choices.precision {
-        Precision::Fast => ("f32", "asked for: fastest, a few rays in a million wrong"),
-        Precision::Guarded => (
-            "f32",
-            "guarded: what a ray meets is what exact arithmetic says",
-        ),
-        Precision::Exact => (
-            "f64",
-            "exact: what a ray meets is what exact arithmetic says",
-        ),
-    };
-    reasons.push(("arithmetic", numbers.into(), why.into()));
+    reasons.push(("arithmetic", "f32".into(), why.into()));
 
-    let native = native_width(arithmetic);
+    let native = native_width();
     let lanes = choices.lanes.count().unwrap_or(native);
-    let built = widths(arithmetic);
+    let built = widths();
     if !built.contains(&lanes) {
         return Err(PlanError::LanesNotBuilt {
             asked: lanes,
@@ -180,7 +137,7 @@ pub fn plan(
         });
     }
     let why = match choices.lanes {
-        LaneCount::Auto => format!("one register of {numbers}"),
+        LaneCount::Auto => "one register of f32".into(),
         _ => "asked for".into(),
     };
     reasons.push(("rays per packet", lanes.to_string(), why));
@@ -215,20 +172,24 @@ pub fn plan(
     reasons.push(("structure", name.into(), why.into()));
     Ok(Plan {
         kernels: Kernels {
-            arithmetic,
+            precision: choices.precision,
             lanes,
-            needs,
         },
         accel,
         reasons,
     })
 }
 
-fn needs(
-    scene: &Scene,
-    appearances: &Appearances,
-    reasons: &mut Vec<(&'static str, String, String)>,
-) -> Needs {
+/// Whether meshes appear that are not in world space: bounds on t from the frame before
+/// pay for these (docs/COHERENCE.md).
+pub fn places_meshes(scene: &Scene, appearances: &Appearances) -> bool {
+    let mut counts = scene.shapes.rows.iter().zip(appearances.of_shapes(scene));
+    let has_meshes = counts.any(|(shape, count)| matches!(shape, Shape::Mesh(_)) && count > 0);
+    has_meshes && appearances.placed(scene) > 0
+}
+
+/// Says which kernels the scene needs, and which are left out.
+fn contents(scene: &Scene, appearances: &Appearances) -> Vec<(&'static str, String, String)> {
     let (mut meshes, mut solids) = (0, 0);
     for (shape, count) in scene.shapes.rows.iter().zip(appearances.of_shapes(scene)) {
         match shape {
@@ -237,35 +198,32 @@ fn needs(
         }
     }
     let placed = appearances.placed(scene);
-    let mut say = |what, count: u64, yes: &str, no: &str| {
+    let say = |what, count: u64, yes: &str, no: &str| {
         let (choice, why) = if count > 0 {
             ("in", yes)
         } else {
             ("left out", no)
         };
-        reasons.push((what, choice.into(), format!("{count} {why}")));
+        (what, choice.into(), format!("{count} {why}"))
     };
-    say(
-        "mesh kernel",
-        meshes,
-        "appearances of meshes",
-        "meshes appear",
-    );
-    say(
-        "solid kernels",
-        solids,
-        "appearances of single primitives",
-        "single primitives appear",
-    );
-    say(
-        "transforms",
-        placed,
-        "appearances are not in world space",
-        "appearances have a transform of their own",
-    );
-    Needs {
-        meshes: meshes > 0,
-        solids: solids > 0,
-        transforms: placed > 0,
-    }
+    vec![
+        say(
+            "mesh kernel",
+            meshes,
+            "appearances of meshes",
+            "meshes appear",
+        ),
+        say(
+            "solid kernels",
+            solids,
+            "appearances of single primitives",
+            "single primitives appear",
+        ),
+        say(
+            "transforms",
+            placed,
+            "appearances are not in world space",
+            "appearances have a transform of their own",
+        ),
+    ]
 }

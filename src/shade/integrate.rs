@@ -214,7 +214,7 @@ impl Integrator<'_> {
             };
             let has = |batch: &Option<Batch>| batch.as_ref().is_some_and(|b| b.site.has(id));
             let at = open.iter().position(has).unwrap_or_else(|| {
-                let site = Site::of(self.world, self.kernels.arithmetic, id);
+                let site = Site::of(self.world, self.kernels.precision, id);
                 if let Some(batch) = open[oldest].replace(Batch::of(site)) {
                     batch.close(wave, rays.start, (t, primitive), lit);
                 }

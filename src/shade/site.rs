@@ -10,7 +10,7 @@ use crate::geom::formula::{Formula, border};
 use crate::math::bounds::{LEAVING, LEAVING_CURVED, LEAVING_SLOPELESS, SLOPELESS};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb, Affine, Vec3, units};
-use crate::plan::Arithmetic;
+use crate::plan::Precision;
 use crate::scene::{CombinationId, MaterialId, Shape, shape_bounds};
 use crate::trace::{HitId, TURNED};
 use glam::DVec3;
@@ -22,7 +22,7 @@ const DOUBLE: f64 = <f64 as Scalar>::UNIT_ROUNDOFF;
 /// A primitive where it appears: all of a mesh, or an operand of a combination.
 pub struct Site<'w> {
     world: &'w World<'w>,
-    arithmetic: Arithmetic,
+    precision: Precision,
     instance: u64,
     /// Of a combination, the surface is an operand's, in that one's space.
     part: Option<Part<'w>>,
@@ -58,7 +58,7 @@ struct Part<'w> {
 }
 
 impl<'w> Site<'w> {
-    pub fn of(world: &'w World<'w>, arithmetic: Arithmetic, id: HitId) -> Site<'w> {
+    pub fn of(world: &'w World<'w>, precision: Precision, id: HitId) -> Site<'w> {
         let appearance = world.appearances.get(world.scene, id.instance);
         let entry = world.entry_of(id.instance);
         let whole = entry.placed.then_some(appearance.object_from_world);
@@ -75,7 +75,7 @@ impl<'w> Site<'w> {
         };
         let mut site = Site {
             world,
-            arithmetic,
+            precision,
             instance: id.instance,
             part: None,
             shape: entry.shape,
@@ -183,7 +183,7 @@ impl<'w> Site<'w> {
         let (mut left, mut roundoff, mut blurred) = (D::zero(), SINGLE, D::zero());
         let mut known = None;
         let met = t;
-        if self.arithmetic != Arithmetic::F32 {
+        if self.precision != Precision::Fast {
             let rays = (object_org, object_dir);
             let (refined, height) = refined(self.world, self.shape, own, rays, t);
             t = refined;
@@ -193,7 +193,7 @@ impl<'w> Site<'w> {
             left = D::select(left.lt(infinity), left, D::zero());
             // A triangle is met from where the ray starts, by lanes of any type: they
             // had better be certain that it lies behind. Solids are met in f64 first.
-            if self.arithmetic == Arithmetic::F64 || !self.is_flat {
+            if self.precision == Precision::Exact || !self.is_flat {
                 roundoff = DOUBLE;
             }
             blurred = self.blurred(wider);
@@ -293,8 +293,8 @@ impl<'w> Site<'w> {
         (org, dir): (Vec3<D>, Vec3<D>),
         (met, t): (D, &mut D),
     ) -> Option<(D::Mask, Vec3<D>)> {
-        let roundoff = match self.arithmetic {
-            Arithmetic::F64 => DOUBLE,
+        let roundoff = match self.precision {
+            Precision::Exact => DOUBLE,
             _ => SINGLE,
         };
         let (mut bits, mut normals) = (0, [[0.0; 3]; 16]);
@@ -315,15 +315,15 @@ impl<'w> Site<'w> {
         let Some(part) = &self.part else {
             return D::zero();
         };
-        let roundoff = match self.arithmetic {
-            Arithmetic::F64 => (D::splat(DOUBLE) * wider).min(D::splat(SINGLE)),
+        let roundoff = match self.precision {
+            Precision::Exact => (D::splat(DOUBLE) * wider).min(D::splat(SINGLE)),
             _ => D::splat(SINGLE),
         };
         let times = match self.shape {
             Shape::Mesh(_) | Shape::Quadric(_) | Shape::Implicit(_) | Shape::LevelSet(_) => 0.0,
             Shape::Cuboid(_) | Shape::Polyhedron(_) | Shape::HalfSpace(_) => 1.0,
             // In f64 axes are rounded, too.
-            _ if self.arithmetic == Arithmetic::F64 => 4.0 * LEAVING_CURVED,
+            _ if self.precision == Precision::Exact => 4.0 * LEAVING_CURVED,
             _ => LEAVING_CURVED,
         };
         D::splat(times) * roundoff * D::splat(part.extent) + D::splat(part.slack * (4.0 / LEAVING))

@@ -18,7 +18,7 @@ use crate::geom::{formula, implicit};
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask};
 use crate::math::{Affine, Vec3, units};
-use crate::plan::Arithmetic;
+use crate::plan::Precision;
 use crate::scene::{MaterialId, Mesh, Shape, Tables, outward_normals};
 use crate::trace::HitId;
 use glam::DVec3;
@@ -52,13 +52,13 @@ impl Surface {
     /// Of one hit; where several are of one primitive, see [`Site`].
     pub fn at(
         world: &World,
-        arithmetic: Arithmetic,
+        precision: Precision,
         org: [f64; 3],
         dir: [f32; 3],
         t: f64,
         id: HitId,
     ) -> Surface {
-        let site = Site::of(world, arithmetic, id);
+        let site = Site::of(world, precision, id);
         let [org, dir] = [org, dir.map(f64::from)].map(|v| Vec3::<f64>::from(DVec3::from(v)));
         let one = site.surfaces((org, dir), t, &[id.primitive]);
         Surface {

@@ -21,7 +21,7 @@ use crate::math::bounds::Bounded;
 use crate::math::{Aabb, Vec3, length};
 use crate::scene::{CsgOperand, CsgSolid, Frame, Shape, Tables};
 use glam::DVec3;
-use mesh::FacetScratch;
+use mesh::Facet;
 use std::cell::Cell;
 use std::ops::ControlFlow;
 
@@ -68,7 +68,7 @@ struct Scratch {
     inside: Vec<u32>,
     walk: Walk,
     operands: Vec<u32>,
-    facets: FacetScratch,
+    facets: Vec<Facet>,
     crossings: Vec<Crossed>,
 }
 
@@ -292,7 +292,7 @@ fn collect_mesh(
     tables: &Tables,
     (line, t_min): (&Line, f64),
     number: u32,
-    scratch: &mut FacetScratch,
+    met: &mut Vec<Facet>,
     (boundaries, inside): (&mut Vec<Boundary<Mark<'_>>>, &mut Vec<u32>),
 ) {
     let solid = &combined.solid;
@@ -308,7 +308,7 @@ fn collect_mesh(
     let own = in_frame(frame, operand.frame, line);
     let mesh = (&tables.meshes.row(id), combined.facets(id));
     let first = boundaries.len();
-    let is_inside = mesh::crossings(mesh, &own, t_min, scratch, |facet| {
+    let is_inside = mesh::crossings(mesh, &own, t_min, met, |facet| {
         boundaries.push(Boundary {
             at: Mark {
                 surface: solid.surface(number, facet.triangle),

@@ -6,7 +6,7 @@
 
 use super::combined;
 use super::combined::lanes::{Frames, Spaces, ends, is_sharp};
-use super::leaf::{Everything, Tester};
+use super::leaf::Tester;
 use super::packet::Packet;
 use super::query::{Depth, HitId, Query, Rival};
 use crate::accel::{Combined, Entry, World};
@@ -69,13 +69,20 @@ pub(super) struct AtHand<'a, X> {
 
 /// A world ray.
 #[derive(Clone, Copy)]
-struct WorldRay {
-    org: [f64; 3],
-    dir: [f64; 3],
-    t_min: f64,
+pub(super) struct WorldRay {
+    pub org: [f64; 3],
+    pub dir: [f64; 3],
+    pub t_min: f64,
 }
 
-impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
+/// Finds the f64 nearest to where a ray first meets a primitive beyond its t_min.
+pub(super) fn nearest_t(world: &World, ray: &WorldRay, id: HitId) -> Option<f64> {
+    let case = Case::of(world, ray, id, None);
+    let (crossing, _) = case.crossing(ray.t_min)?;
+    Some(crossing.rounded())
+}
+
+impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     /// Decides about one primitive for some lanes, and hands what comes first to
     /// the query.
     pub fn decide<Q: Query<L>>(&self, lanes: L::Mask, id: HitId, query: &mut Q) {
@@ -215,7 +222,7 @@ fn depth<L: Lanes>(
 ) -> Depth {
     let is_combination = matches!(world.entry_of(id.instance).shape, Shape::Combination(_));
     if let (true, Crossing::Root(root)) = (is_combination, crossing) {
-        let depth = depth_of::<L>(root);
+        let depth = depth_of(root);
         let t = kernel_of_operand::<L>(world, ray, id, root);
         return Depth {
             t: t.unwrap_or(depth.t),
@@ -250,14 +257,14 @@ fn depth<L: Lanes>(
                 &world.bounds,
             );
             let entry = world.entry_of(id.instance);
-            let meet = Tester::<L, Guarded, Everything>::new(world, &packet).kernel(&entry);
+            let meet = Tester::<L, Guarded>::new(world, &packet).kernel(&entry);
             meet.hit.any().then(|| meet.t.lane(0).to_f64())
         }
     };
     let by_kernel = by_kernel.filter(|t| t.is_finite());
-    let near = known_to(as_kernels::<L>());
+    let near = known_to(AS_KERNELS);
     let exact = || match crossing {
-        Crossing::Root(root) if near => value_of::<L>(root),
+        Crossing::Root(root) if near => root.t.value,
         _ => crossing.rounded(),
     };
     Depth {
@@ -301,12 +308,7 @@ fn kernel_of_operand<L: Lanes>(
         let found = spaces.boundaries(solid, (operand, id), all, &mut rows);
         let end = rows.into_iter().find(holds)?;
         let known = !found.unsure.any() && is_sharp(&end).any();
-        let t = if L::is_double() {
-            value_of::<L>(root)
-        } else {
-            end[1].lane(0).to_f64()
-        };
-        return known.then_some(t);
+        return known.then(|| end[1].lane(0).to_f64());
     }
     let ends = ends::<L, Guarded>(world.scene, operand.shape, &rays.rays());
     let end = [ends.enter, ends.exit].into_iter().find(holds)?;
@@ -314,31 +316,16 @@ fn kernel_of_operand<L: Lanes>(
     known.then(|| end[1].lane(0).to_f64())
 }
 
-/// A t that is known to this part of it is as good as any kernel's: to a quarter of
-/// f32's unit roundoff, or a few units in the last place of f64. It is cheaper than the
-/// number nearest to the root, and as much the same whoever asks.
-fn as_kernels<L: Lanes>() -> f64 {
-    2.0_f64.powi(if L::is_double() { -49 } else { -26 })
-}
-
-/// t of a root that is known to [`as_kernels`].
-fn value_of<L: Lanes>(root: &Root) -> f64 {
-    if L::is_double() {
-        root.as_kernels()
-    } else {
-        root.t.value
-    }
-}
+/// A t that is known to this part of it, a quarter of f32's unit roundoff, is as good as
+/// any kernel's. It is cheaper than the number nearest to the root, and as much the same
+/// whoever asks.
+const AS_KERNELS: f64 = 1.0 / (1 << 26) as f64;
 
 /// t of a root, the same whoever asks; and between which numbers it lies.
-pub(super) fn depth_of<L: Lanes>(root: &Root) -> Depth {
+pub(super) fn depth_of(root: &Root) -> Depth {
     let Bounded { value, error } = root.t;
-    let known = error <= value.abs() * as_kernels::<L>() && value.is_finite();
-    let t = if known {
-        value_of::<L>(root)
-    } else {
-        root.rounded()
-    };
+    let known = error <= value.abs() * AS_KERNELS && value.is_finite();
+    let t = if known { root.t.value } else { root.rounded() };
     let within = if known {
         [(value - error).next_down(), (value + error).next_up()]
     } else {

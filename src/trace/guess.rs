@@ -15,12 +15,14 @@
 
 use super::batch::closest;
 use super::hits::{Depths, HitIds, Hits};
-use super::leaf::resolve_one;
-use super::query::HitId;
+use super::leaf::Tester;
+use super::packet::Packet;
+use super::query::{Closest, HitId};
 use super::rays::{MAX_LANES, Rays};
 use crate::accel::World;
+use crate::geom::Fast;
 use crate::math::round_up;
-use crate::plan::{Kernels, Needs};
+use crate::plan::Kernels;
 use serde::Serialize;
 use std::ops::Range;
 
@@ -41,9 +43,10 @@ pub enum Reuse {
 impl Reuse {
     pub const ALL: [Reuse; 3] = [Reuse::None, Reuse::Hit, Reuse::Depth];
 
-    /// Meshes that are placed cost enough for bounds to pay (docs/COHERENCE.md).
-    pub fn that_pays(needs: Needs) -> Reuse {
-        if needs.meshes && needs.transforms {
+    /// Chooses for a scene that [places meshes](crate::plan::places_meshes), or not: these
+    /// cost enough for bounds to pay (docs/COHERENCE.md).
+    pub fn that_pays(places_meshes: bool) -> Reuse {
+        if places_meshes {
             Reuse::Depth
         } else {
             Reuse::None
@@ -292,10 +295,13 @@ fn again(world: &World, rays: &Rays, i: usize, id: HitId) -> f32 {
     if id == HitId::NONE || rays.t_max[i] <= 0.0 {
         return f32::INFINITY;
     }
-    let dir = [rays.dir[0][i], rays.dir[1][i], rays.dir[2][i]].map(f64::from);
-    let t_min = f64::from(rays.t_min[i]);
-    let t = resolve_one(world, (rays.org.at(i), dir), t_min, id);
-    t.map_or(f32::INFINITY, |t| round_up(t * MARGIN))
+    let packet: Packet<f32> = rays.packet(i, world);
+    let mut nearest = Closest::<f32, Fast>::new(f32::INFINITY);
+    Tester::<f32, Fast>::new(world, &packet).single(id, &mut nearest);
+    match nearest.id(0) {
+        HitId::NONE => f32::INFINITY,
+        _ => round_up(nearest.t(0) * MARGIN),
+    }
 }
 
 // A tile's rays are the bits of a word.

@@ -11,50 +11,13 @@ mod single;
 use super::decide::AtHand;
 use super::packet::Packet;
 use super::query::{HitId, Query};
-use crate::accel::{Count, Entry, Forest, Index, MeshTree, World, corner_bounds};
+use crate::accel::{AnyScratch, Count, Entry, Forest, MeshIndex, World, corner_bounds};
 use crate::geom::{Certainty, Meet, triangle};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Affine};
 use crate::scene::{MeshId, Shape};
 use glam::DVec3;
 use std::marker::PhantomData;
-
-/// What a scene needs of the kernels, at compile time: what it lacks is not in
-/// the loops.
-pub trait Features: Copy + Send + Sync + 'static {
-    const MESHES: bool;
-    const SOLIDS: bool;
-    const TRANSFORMS: bool;
-}
-
-/// [`Features`] as const parameters.
-#[derive(Clone, Copy, Debug)]
-pub struct Has<const MESHES: bool, const SOLIDS: bool, const TRANSFORMS: bool>;
-
-/// Where features are not worth an instance of their own.
-pub(super) type Everything = Has<true, true, true>;
-
-impl<const M: bool, const S: bool, const T: bool> Features for Has<M, S, T> {
-    const MESHES: bool = M;
-    const SOLIDS: bool = S;
-    const TRANSFORMS: bool = T;
-}
-
-/// Scratch of one thread for one kind of structure, reused from packet to
-/// packet.
-pub struct Scratch<L: Lanes, A: Index> {
-    pub top: A::Scratch<L>,
-    pub mesh: A::Scratch<L>,
-}
-
-impl<L: Lanes, A: Index> Default for Scratch<L, A> {
-    fn default() -> Scratch<L, A> {
-        Scratch {
-            top: Default::default(),
-            mesh: Default::default(),
-        }
-    }
-}
 
 /// The interval of t that an appearance's world box leaves to each lane.
 #[derive(Clone, Copy)]
@@ -75,16 +38,16 @@ impl<L: Lanes> Window<L> {
 }
 
 /// The tracing of one packet against one world.
-pub struct Tester<'w, L: Lanes, C, F> {
+pub struct Tester<'w, L: Lanes, C> {
     pub world: &'w World<'w>,
     /// World space.
     pub packet: &'w Packet<L>,
     /// Of the appearance that is being tested, where it is at hand.
     map: Option<&'w Affine>,
-    certainty: PhantomData<(C, F)>,
+    certainty: PhantomData<C>,
 }
 
-impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
+impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
     #[inline(always)]
     pub fn new(world: &'w World<'w>, packet: &'w Packet<L>) -> Self {
         Tester {
@@ -101,22 +64,21 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
         Tester { map, ..self }
     }
 
-    /// Everything in the world, through its structures.
-    #[inline(always)]
-    pub fn trace<Q: Query<L>, A: Index, N: Count>(
+    /// Meets everything in the world, through comparison structures. `scratch`: of the top
+    /// structure, and of meshes'.
+    pub fn trace<Q: Query<L>>(
         &self,
-        forest: &Forest<A>,
+        forest: &Forest,
         query: &mut Q,
-        scratch: &mut Scratch<L, A>,
-        count: &N,
+        [top, mesh]: &mut [AnyScratch<L>; 2],
+        count: Count,
     ) {
-        let Scratch { top, mesh } = scratch;
-        if F::SOLIDS {
-            self.unbounded(query);
-        }
-        if F::MESHES && self.world.unbounded_meshes().next().is_some() {
-            Tester::<L, C, Everything>::new(self.world, self.packet)
-                .meshes_outside(forest, query, mesh, count);
+        self.unbounded(query);
+        for (entry, id) in self.world.unbounded_meshes() {
+            if let Some(index) = &forest.meshes[id.index()] {
+                let active = self.packet.ray.t_min.lt(query.limit());
+                self.mesh(entry, id, index, active, query, (mesh, count));
+            }
         }
         forest.top.walk(
             &self.packet.slabs,
@@ -124,21 +86,17 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
             query.limit(),
             top,
             count,
-            |first, number, active, _| {
+            &mut |first, number, active, _| {
                 for entry in &self.world.entries[first..first + number] {
                     match entry.shape {
                         Shape::Mesh(id) => {
-                            if F::MESHES
-                                && let Some(tree) = &forest.meshes[id.index()]
-                            {
-                                self.mesh(entry, id, tree, active, query, mesh, count);
+                            if let Some(index) = &forest.meshes[id.index()] {
+                                self.mesh(entry, id, index, active, query, (mesh, count));
                             }
                         }
                         _ => {
-                            if F::SOLIDS {
-                                count.test(active, 1);
-                                self.solid(entry, active, query);
-                            }
+                            count.test(active, 1);
+                            self.solid(entry, active, query);
                         }
                     }
                 }
@@ -156,29 +114,15 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
         }
     }
 
-    /// One shape that is a single primitive. One instance for all sets of
-    /// features: seven kernels inlined at every use would cost build time, and
-    /// gain nothing.
-    #[inline(always)]
-    pub(super) fn solid<Q: Query<L>>(&self, entry: &Entry, active: L::Mask, query: &mut Q) {
-        Tester::<L, C, Everything>::new(self.world, self.packet)
-            .with_map(self.map)
-            .solid_of_any(entry, active, query);
-    }
-
-    /// A mesh through its own structure. One instance, not one at every use: packets
-    /// are built for many structures, and a call a mesh costs nothing that shows.
-    #[inline(never)]
-    #[expect(clippy::too_many_arguments, reason = "a step of one loop")]
-    fn mesh<Q: Query<L>, A: Index, N: Count>(
+    /// Meets a mesh through its own comparison structure.
+    fn mesh<Q: Query<L>>(
         &self,
         entry: &Entry,
         mesh: MeshId,
-        tree: &MeshTree<A>,
+        of: &MeshIndex,
         active: L::Mask,
         query: &mut Q,
-        scratch: &mut A::Scratch<L>,
-        count: &N,
+        (scratch, count): (&mut AnyScratch<L>, Count),
     ) {
         let (window, active) = self.window(entry, active, query.limit());
         if active.none() {
@@ -188,19 +132,19 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
         // Lanes outside the window may not wake up in the tree.
         let asleep = -L::splat(L::Scalar::INFINITY);
         let limit = L::select(active, query.limit(), asleep);
-        tree.tree.walk(
+        of.index.walk(
             &object.slabs,
             object.ray.t_min,
             limit,
             scratch,
             count,
-            |first, number, active, _| {
+            &mut |first, number, active, _| {
                 count.test(active, number);
                 for slot in first..first + number {
-                    let corners = &tree.corners[slot];
+                    let corners = &of.corners[slot];
                     let id = HitId {
                         instance: entry.appearance,
-                        primitive: tree.source[slot],
+                        primitive: of.source[slot],
                     };
                     self.triangle(&object, &window, corners, id, active, query);
                 }
@@ -244,24 +188,13 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
         let active = self.packet.ray.t_min.lt(query.limit());
         match entry.shape {
             Shape::Mesh(mesh) => {
-                if F::MESHES {
-                    let (window, active) = self.window(&entry, active, query.limit());
-                    let object = self.mesh_packet(&entry, mesh);
-                    let corners = self
-                        .world
-                        .scene
-                        .meshes
-                        .row(mesh)
-                        .corners(id.primitive as usize);
-                    let corners = triangle::canonical(corners);
-                    self.triangle(&object, &window, &corners, id, active, query);
-                }
+                let (window, active) = self.window(&entry, active, query.limit());
+                let object = self.mesh_packet(&entry, mesh);
+                let mesh = self.world.scene.meshes.row(mesh);
+                let corners = triangle::canonical(mesh.corners(id.primitive as usize));
+                self.triangle(&object, &window, &corners, id, active, query);
             }
-            _ => {
-                if F::SOLIDS {
-                    self.solid(&entry, active, query);
-                }
-            }
+            _ => self.solid(&entry, active, query),
         }
     }
 
@@ -285,7 +218,7 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
 
     #[inline(always)]
     pub(super) fn mesh_packet(&self, entry: &Entry, mesh: MeshId) -> Packet<L> {
-        if F::TRANSFORMS && entry.placed {
+        if entry.placed {
             self.object_packet(entry, self.world.scene.meshes.center[mesh.index()])
         } else {
             self.packet.for_tree(&entry.own)
@@ -305,7 +238,6 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
         let doubt = query.accept_sure(meet, id);
         let doubt = doubt | meet.unsure & query.limit().gt(self.packet.ray.t_min);
         if doubt.any() {
-            let tester = Tester::<L, C, Everything>::new(self.world, self.packet);
             // Only here by memory.
             let t = meet.t.to_array();
             let at_hand = AtHand {
@@ -313,7 +245,7 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
                 t: t.as_ref(),
                 corners,
             };
-            tester.decide_with(doubt, &at_hand, id, query);
+            self.decide_with(doubt, &at_hand, id, query);
         }
     }
 
@@ -346,27 +278,10 @@ impl<'w, L: Lanes, C: Certainty, F: Features> Tester<'w, L, C, F> {
     }
 }
 
-impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
-    /// The meshes that stand outside the trees. One instance for all sets of features, as
-    /// of solids: one more walk in each would cost build time, and gain nothing.
+impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
+    /// Meets one shape that is no mesh.
     #[inline(never)]
-    fn meshes_outside<Q: Query<L>, A: Index, N: Count>(
-        &self,
-        forest: &Forest<A>,
-        query: &mut Q,
-        scratch: &mut A::Scratch<L>,
-        count: &N,
-    ) {
-        for (entry, id) in self.world.unbounded_meshes() {
-            if let Some(tree) = &forest.meshes[id.index()] {
-                let active = self.packet.ray.t_min.lt(query.limit());
-                self.mesh(entry, id, tree, active, query, scratch, count);
-            }
-        }
-    }
-
-    #[inline(never)]
-    fn solid_of_any<Q: Query<L>>(&self, entry: &Entry, active: L::Mask, query: &mut Q) {
+    pub(super) fn solid<Q: Query<L>>(&self, entry: &Entry, active: L::Mask, query: &mut Q) {
         if let Shape::Combination(id) = entry.shape {
             return self.combination(entry, id, active, query);
         }
@@ -395,28 +310,6 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
             self.offer(self.packet, &Window::all(), &entry.own, meet, id, query);
         }
     }
-}
-
-/// Where a world ray meets one primitive first, in f64.
-pub fn resolve_one(
-    world: &World,
-    (org, dir): ([f64; 3], [f64; 3]),
-    t_min: f64,
-    id: HitId,
-) -> Option<f64> {
-    use super::query::Closest;
-    use crate::geom::Fast;
-    use crate::math::Vec3;
-    let packet = Packet::<f64>::about(
-        world.center,
-        Vec3::splat(org),
-        Vec3::splat(dir),
-        t_min,
-        &world.bounds,
-    );
-    let mut nearest = Closest::<f64, Fast>::new(f64::INFINITY);
-    Tester::<f64, Fast, Everything>::new(world, &packet).single(id, &mut nearest);
-    (nearest.id(0) != HitId::NONE).then(|| nearest.t(0))
 }
 
 /// Takes back the answers that the certainty doubts by itself.

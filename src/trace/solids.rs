@@ -1,7 +1,7 @@
 //! Single primitives before rays that come one by one: as many rays at a time as
 //! there are lanes, all the same.
 
-use super::leaf::{Everything, Tester};
+use super::leaf::Tester;
 use super::packet::Packet;
 use super::query::{Found, Query, next_up};
 use super::rays::Rays;
@@ -65,7 +65,7 @@ impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
                     let packet = self.rays.packet::<L::Single>(row, self.world);
                     let query = &mut queries[first + lane];
                     let active = packet.ray.t_min.lt(query.limit());
-                    Tester::<L::Single, C, Everything>::new(self.world, &packet)
+                    Tester::<L::Single, C>::new(self.world, &packet)
                         .with_map(map)
                         .solid(entry, active, query);
                 });
@@ -82,7 +82,7 @@ impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
             let packet = self.packets.get(s, self.rays, self.first, self.world);
             let active = L::Mask::from_bits(some as u32) & packet.ray.t_min.lt(limit);
             let mut query = Q::together::<L>(limit);
-            Tester::<L, C, Everything>::new(self.world, packet)
+            Tester::<L, C>::new(self.world, packet)
                 .with_map(map)
                 .solid(entry, active, &mut query);
             each(some, |lane| {
@@ -94,8 +94,7 @@ impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
                     let row = self.first + first + lane;
                     let packet = self.rays.packet::<L::Single>(row, self.world);
                     let all = <L::Single as Lanes>::Mask::splat(true);
-                    Tester::<L::Single, C, Everything>::new(self.world, &packet)
-                        .decide(all, id, own);
+                    Tester::<L::Single, C>::new(self.world, &packet).decide(all, id, own);
                 }
             });
         }

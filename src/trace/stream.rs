@@ -5,15 +5,15 @@
 //! the same one-lane test as a packet's lane, so the answers are the same bits.
 
 use super::bunch::{Bunch, Faces};
-use super::leaf::{Everything, Features, Tester, Window};
+use super::leaf::{Tester, Window};
 use super::nested::Level;
 use super::query::{HitId, Query};
 use super::rays::Rays;
 use super::solids::{Lanewise, Packets};
 use crate::accel::{Block, Entry, STREAM, StreamRays, StreamStack, UNUSED, World};
 use crate::geom::Certainty;
+use crate::math::Affine;
 use crate::math::lanes::{Lanes, Mask, Scalar};
-use crate::math::{Affine, round_up};
 use crate::scene::{MeshId, Shape};
 use glam::DVec3;
 
@@ -82,7 +82,7 @@ impl Stream<'_> {
 
     /// Everything in the world. `active`: the rays that are still asking.
     #[inline(always)]
-    pub fn trace<L: Lanes, const S: usize, C: Certainty, F: Features, Q: Query<L::Single>>(
+    pub fn trace<L: Lanes, const S: usize, C: Certainty, Q: Query<L::Single>>(
         &self,
         active: u64,
         queries: &mut [Q; STREAM],
@@ -90,20 +90,16 @@ impl Stream<'_> {
     ) {
         let world = self.world;
         let mut solids = self.lanewise::<L, S>();
-        if F::SOLIDS {
-            for entry in world.unbounded_solids() {
-                solids.meet::<C, Q>(entry, None, active, queries);
-            }
+        for entry in world.unbounded_solids() {
+            solids.meet::<C, Q>(entry, None, active, queries);
         }
-        if F::MESHES {
-            for (entry, id) in world.unbounded_meshes() {
-                self.mesh_alone::<L::Single, C, Q>(entry, id, active, queries, scratch);
-            }
+        for (entry, id) in world.unbounded_meshes() {
+            self.mesh_alone::<L::Single, C, Q>(entry, id, active, queries, scratch);
         }
         let Some(forest) = world.wide() else { return };
         // A tree of one box says no more than a kernel does; of what takes long to ask, it
         // had better.
-        if let (true, [only]) = (F::SOLIDS, &world.entries[..])
+        if let [only] = &world.entries[..]
             && !matches!(only.shape, Shape::Mesh(_) | Shape::Combination(_))
         {
             let mut open = 0;
@@ -123,7 +119,7 @@ impl Stream<'_> {
             let org = DVec3::from_array(self.org(i)) - world.center;
             (org.to_array(), self.dir(i), self.t_min(i))
         };
-        bunch.take_in(active, ray, &forest.top.bounds, F::MESHES);
+        bunch.take_in(active, ray, &forest.top.bounds, true);
         let mut open = 0;
         each(active, |i| {
             let limit = limit(&queries[i]);
@@ -142,24 +138,18 @@ impl Stream<'_> {
                     let met = Met::new(entry);
                     match entry.shape {
                         Shape::Mesh(id) => {
-                            if F::MESHES {
-                                if F::TRANSFORMS && entry.placed {
-                                    self.placed_mesh::<L::Single, C, Q>(
-                                        met, id, set, queries, object, stack,
-                                    );
-                                } else {
-                                    bunch.boxes.limit = boxes.limit;
-                                    self.in_mesh::<L::Single, C, Q>(
-                                        met, id, set, queries, bunch, stack,
-                                    );
-                                }
+                            if entry.placed {
+                                self.placed_mesh::<L::Single, C, Q>(
+                                    met, id, set, queries, object, stack,
+                                );
+                            } else {
+                                bunch.boxes.limit = boxes.limit;
+                                self.in_mesh::<L::Single, C, Q>(
+                                    met, id, set, queries, bunch, stack,
+                                );
                             }
                         }
-                        _ => {
-                            if F::SOLIDS {
-                                solids.meet::<C, Q>(entry, None, set, queries);
-                            }
-                        }
+                        _ => solids.meet::<C, Q>(entry, None, set, queries),
                     }
                     each(set, |i| {
                         boxes.limit[i] = limit(&queries[i]);
@@ -175,8 +165,7 @@ impl Stream<'_> {
         );
     }
 
-    /// A mesh in a space of its own: the same rays there. Not generic over the
-    /// scene's features: they matter above, and each instance costs build time.
+    /// A mesh in a space of its own: the same rays there.
     #[inline(never)]
     pub fn placed_mesh<L: Lanes, C: Certainty, Q: Query<L>>(
         &self,
@@ -244,8 +233,6 @@ impl Stream<'_> {
         let Some(mesh) = self.world.wide_mesh(id) else {
             return;
         };
-        // Sorting out is all that it may do.
-        let exact = L::is_double() || C::GUARDED;
         let Bunch { boxes, sight } = bunch;
         // By ray; read only where `some` and `sures` say that they are set.
         let (mut bits, mut sure) = ([0; STREAM], [0; STREAM]);
@@ -255,12 +242,12 @@ impl Stream<'_> {
                 let block = mesh.blocks.get(number);
                 // Sorting out all rays first keeps hits, which nobody can
                 // predict, out of a loop that the processor looks ahead in.
-                let faces = Faces::new(block, exact);
+                let faces = Faces::new(block, C::GUARDED);
                 let (mut some, mut sures) = (0, 0);
                 each(set & !done, |i| {
                     let sighted = if C::DOUBTS_ALL {
                         [u32::MAX, 0]
-                    } else if exact {
+                    } else if C::GUARDED {
                         sight.may_meet(i, &faces, boxes.limit[i])
                     } else {
                         sight.meets(i, &faces, boxes.limit[i])
@@ -318,7 +305,7 @@ impl Stream<'_> {
         } else {
             self.rays.packet::<L>(self.first + i, self.world)
         };
-        let tester = Tester::<L, C, Everything>::new(self.world, &packet).with_map(map);
+        let tester = Tester::<L, C>::new(self.world, &packet).with_map(map);
         let object = tester.mesh_packet(entry, id);
         let active = L::Mask::splat(true);
         let (window, active) = if C::GUARDED {
@@ -351,13 +338,8 @@ pub(super) fn each(mut set: u64, mut f: impl FnMut(usize)) {
     }
 }
 
-/// The query's limit, not rounded down.
+/// The query's limit.
 #[inline(always)]
 pub(super) fn limit<L: Lanes, Q: Query<L>>(query: &Q) -> f32 {
-    let limit = query.limit().lane(0).to_f64();
-    if L::is_double() {
-        round_up(limit)
-    } else {
-        limit as f32
-    }
+    query.limit().lane(0).to_f64() as f32
 }

@@ -11,7 +11,6 @@
 //! its padded interval is not empty. Away from planes that is one cell a step.
 
 use super::{Content, Walk};
-use crate::accel::count::Count;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 
 /// One axis of a lane's slab constants: 1/direction, −(org + δ)/direction for
@@ -135,7 +134,7 @@ impl<'g, S: Scalar> Track<'g, S> {
     }
 }
 
-impl<L: Lanes, N: Count, F: FnMut(usize, usize, L::Mask, L) -> L> Walk<'_, L, N, F> {
+impl<L: Lanes> Walk<'_, '_, L> {
     /// `enter..=exit`: the lane's way inside the block.
     pub(super) fn march(
         &mut self,
@@ -208,15 +207,11 @@ impl<L: Lanes, N: Count, F: FnMut(usize, usize, L::Mask, L) -> L> Walk<'_, L, N,
     ) {
         let grid = self.grid;
         let of = &grid.blocks[block];
-        if N::ON {
-            self.counter.node(L::Mask::from_bits(1 << lane));
-        }
+        self.counter.node(L::Mask::from_bits(1 << lane));
         match grid.content(of.cell(at)) {
             Content::Nothing => {}
             Content::List(from, to) => {
-                if N::ON {
-                    self.counter.leaf(L::Mask::from_bits(1 << lane));
-                }
+                self.counter.leaf(L::Mask::from_bits(1 << lane));
                 self.list(from, to);
             }
             Content::Block(inner) => {

@@ -31,7 +31,7 @@ mod tests;
 pub use build::Density;
 
 use super::count::Count;
-use super::index::{Figures, Index};
+use super::index::{Figures, Index, Leaf};
 use super::slabs::Slabs;
 use super::tags::Tags;
 use crate::math::Aabb32;
@@ -139,7 +139,7 @@ enum Content {
 /// their way through this cell or not: so once is enough, and it costs nothing,
 /// since the lanes compute anyway. A lane that does not reach the entry's box
 /// has no hit there, as ever.
-struct Walk<'w, L: Lanes, N, F> {
+struct Walk<'w, 'l, L: Lanes> {
     grid: &'w Grid,
     slabs: &'w Slabs<L>,
     /// Into the bounds, and not before t_min.
@@ -148,11 +148,11 @@ struct Walk<'w, L: Lanes, N, F> {
     /// Lanes that have cells left.
     waiting: L::Mask,
     tags: &'w mut Tags,
-    counter: &'w N,
-    leaf: F,
+    counter: Count<'w>,
+    leaf: &'w mut Leaf<'l, L>,
 }
 
-impl<L: Lanes, N: Count, F: FnMut(usize, usize, L::Mask, L) -> L> Walk<'_, L, N, F> {
+impl<L: Lanes> Walk<'_, '_, L> {
     /// Tests what a cell names for all lanes that have cells left.
     #[inline(always)]
     fn list(&mut self, from: usize, to: usize) {
@@ -216,15 +216,15 @@ impl Index for Grid {
         }
     }
 
-    #[inline(always)]
-    fn walk<L: Lanes, N: Count>(
+    #[inline(never)]
+    fn walk<L: Lanes>(
         &self,
         slabs: &Slabs<L>,
         t_min: L,
         limit: L,
         tags: &mut Tags,
-        counter: &N,
-        mut leaf: impl FnMut(usize, usize, L::Mask, L) -> L,
+        counter: Count,
+        leaf: &mut Leaf<L>,
     ) -> L {
         if self.blocks[0].len() == 1 && self.blocks.len() == 1 {
             let active = t_min.le(limit);

@@ -12,7 +12,6 @@
 //! padded intervals, lane by lane: what no lane is in costs no test.
 
 use super::{Content, Walk};
-use crate::accel::count::Count;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 
 /// A packet's bounds in a block.
@@ -34,7 +33,7 @@ pub(super) struct Bundle {
 /// Cells per slice and lane, up to which slices are taken.
 const WIDEST: f64 = 1.0;
 
-impl<L: Lanes, N: Count, F: FnMut(usize, usize, L::Mask, L) -> L> Walk<'_, L, N, F> {
+impl<L: Lanes> Walk<'_, '_, L> {
     /// `None` where the lanes had better march alone: their directions differ in
     /// sign, they are spread over too many cells, or the bounds overflow.
     #[inline(always)]
@@ -200,7 +199,7 @@ impl<L: Lanes, N: Count, F: FnMut(usize, usize, L::Mask, L) -> L> Walk<'_, L, N,
         let grid = self.grid;
         let of = &grid.blocks[block];
         let content = grid.content(of.cell(at));
-        if !N::ON && matches!(content, Content::Nothing) {
+        if !self.counter.is_on() && matches!(content, Content::Nothing) {
             return;
         }
         let (min, max) = grid.cell_box(of, at);

@@ -21,7 +21,7 @@ pub use spheres::Spheres;
 
 use super::bvh::{Node, Tree, WIDTH};
 use super::count::Count;
-use super::index::{Figures, Index, Primitives};
+use super::index::{Figures, Index, Leaf, Primitives};
 use super::sah::{Quality, build};
 use super::slabs::Slabs;
 use crate::math::Aabb32;
@@ -114,15 +114,15 @@ impl<V: Volumes> Index for Heap<V> {
         self.tree.group(order, key);
     }
 
-    #[inline(always)]
-    fn walk<L: Lanes, N: Count>(
+    #[inline(never)]
+    fn walk<L: Lanes>(
         &self,
         slabs: &Slabs<L>,
         t_min: L,
         mut limit: L,
         queue: &mut Queue<L>,
-        counter: &N,
-        mut leaf: impl FnMut(usize, usize, L::Mask, L) -> L,
+        counter: Count,
+        leaf: &mut Leaf<L>,
     ) -> L {
         let mut active = t_min.le(limit);
         if self.tree.nodes.is_empty() {

@@ -37,7 +37,7 @@ pub use build::build;
 pub use quality::{KdClip, KdQuality, KdStop};
 pub use walk::KdScratch;
 
-use super::index::{Figures, Index};
+use super::index::{Figures, Index, Leaf};
 use super::slabs::Slabs;
 use crate::accel::count::Count;
 use crate::math::Aabb32;
@@ -157,15 +157,15 @@ impl Index for KdTree {
         }
     }
 
-    #[inline(always)]
-    fn walk<L: Lanes, N: Count>(
+    #[inline(never)]
+    fn walk<L: Lanes>(
         &self,
         slabs: &Slabs<L>,
         t_min: L,
         limit: L,
         scratch: &mut KdScratch<L>,
-        count: &N,
-        leaf: impl FnMut(usize, usize, L::Mask, L) -> L,
+        count: Count,
+        leaf: &mut Leaf<L>,
     ) -> L {
         walk::walk(self, slabs, t_min, limit, scratch, count, leaf)
     }

@@ -9,6 +9,7 @@
 
 use super::{KdTree, Node};
 use crate::accel::count::Count;
+use crate::accel::index::Leaf;
 use crate::accel::slabs::Slabs;
 use crate::accel::tags::Tags;
 use crate::math::lanes::{Lanes, Mask};
@@ -47,14 +48,14 @@ struct Axis<L: Lanes> {
 }
 
 #[inline(always)]
-pub(super) fn walk<L: Lanes, N: Count>(
+pub(super) fn walk<L: Lanes>(
     tree: &KdTree,
     slabs: &Slabs<L>,
     t_min: L,
     mut limit: L,
     scratch: &mut KdScratch<L>,
-    count: &N,
-    mut leaf: impl FnMut(usize, usize, L::Mask, L) -> L,
+    count: Count,
+    leaf: &mut Leaf<L>,
 ) -> L {
     let (enter, exit) = slabs.interval(tree.bounds.min, tree.bounds.max);
     let mut near = enter.max(t_min);

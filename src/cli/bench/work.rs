@@ -14,9 +14,7 @@ use crate::measure::peer::{Embree, PeerTests};
 use crate::measure::queries::Job;
 use crate::measure::rays::{Source, direction_of, light_of, ray_sets};
 use crate::measure::structures::StructureRow;
-use crate::plan::{
-    Accel, Arithmetic, Choices, Kernels, LaneCount, Plan, PlanError, Precision, plan,
-};
+use crate::plan::{Accel, Choices, Kernels, LaneCount, Plan, PlanError, Precision, plan};
 use crate::render::{Progress, RenderConfig};
 use crate::scene::Shape;
 use crate::trace::{Caching, HitId};
@@ -325,7 +323,7 @@ impl<'a> Work<'a> {
     fn judge(&self) -> Option<Contender<'_>> {
         let (own, world) = self.judged()?;
         let kernels = Kernels {
-            arithmetic: Arithmetic::F64,
+            precision: Precision::Exact,
             lanes: 1,
             ..own.plan.kernels
         };

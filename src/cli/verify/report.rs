@@ -128,7 +128,7 @@ impl Report {
         let _ = writeln!(
             text,
             "\nt ulps: median error of t in units in the last place of the mode's numbers\n\
-             exactly: pairs of a ray and a primitive decided by exact arithmetic, per ray\n"
+             exactly: pairs of a ray and a primitive decided by exact precision, per ray\n"
         );
         for mode in &self.modes {
             let (name, lanes) = (mode.precision.name(), mode.lanes);

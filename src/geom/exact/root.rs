@@ -21,7 +21,7 @@ use crate::math::bounds::Bounded;
 use crate::math::dyadic::{Dyadic, exactly};
 use crate::math::int::decoded;
 use crate::math::twice::Twice;
-use crate::math::{Number, Sharp, Vec3};
+use crate::math::{Number, Sharp};
 use glam::DVec3;
 use std::cell::OnceCell;
 use std::cmp::Ordering;
@@ -87,7 +87,10 @@ impl<'a> Root<'a> {
     pub fn rounded(&self) -> f64 {
         match self.branch {
             Branch::Nth(_) => return self.t.value,
-            Branch::Only => return algebraic::rounded(self),
+            Branch::Only => {
+                let near = self.certainly_nearest();
+                return near.unwrap_or_else(|| algebraic::rounded(self));
+            }
             Branch::Lower | Branch::Upper => {}
         }
         // Integers of a size for triangles are faster.
@@ -134,18 +137,15 @@ impl<'a> Root<'a> {
         })
     }
 
-    /// The f64 that kernels in f64 have of it: of a polynomial surface nearly always the
-    /// nearest one, else as it was found.
-    pub fn as_kernels(&self) -> f64 {
-        let Line { org, dir } = self.line;
+    /// The nearest f64 of a polynomial surface's only root near t, where values in twice
+    /// f64's precision know it.
+    fn certainly_nearest(&self) -> Option<f64> {
+        let Surface::Implicit(tape) = self.surface else {
+            return None;
+        };
         let Bounded { value, error } = self.t;
-        match (self.surface, self.branch) {
-            (Surface::Implicit(tape), Branch::Only) => {
-                let ends = [value - error, value, value + error];
-                nearest::<f64>(tape, (Vec3::splat(org), Vec3::splat(dir)), ends, true)
-            }
-            _ => value,
-        }
+        let ends = [value - error, value, value + error];
+        nearest(tape, (self.line.org, self.line.dir), ends)
     }
 
     #[cold]

@@ -18,6 +18,7 @@ use crate::geom::exact::{Line, side};
 use crate::math::bounds::{Bounded, UNIT};
 use crate::math::dyadic::{Dyadic, exactly};
 use crate::math::int::{Grid, Int};
+use crate::math::twice::Twice;
 use crate::math::{Number, Ratio};
 use std::cmp::Ordering;
 
@@ -139,7 +140,37 @@ impl Crossing<'_> {
 
     /// The f64 nearest to t, ties to even; so equal t have equal bits.
     pub fn rounded(&self) -> f64 {
-        at_size!(self.rounded_at()).expect(FINITE)
+        let near = self.rounded_in_twice();
+        near.unwrap_or_else(|| at_size!(self.rounded_at()).expect(FINITE))
+    }
+
+    /// The same, where numbers of twice f64's precision know it.
+    fn rounded_in_twice(&self) -> Option<f64> {
+        let of = |x: f64| <Twice as Number>::of((), x);
+        let [a, b, c] = self.pair.corners_in_double();
+        let difference = |p: [f64; 3], q: [f64; 3]| [0, 1, 2].map(|k| of(p[k]).minus(&of(q[k])));
+        let (ba, ca) = (difference(b, a), difference(c, a));
+        let minor = |i: usize, j: usize| ba[i].times(&ca[j]).minus(&ba[j].times(&ca[i]));
+        let normal = [minor(1, 2), minor(2, 0), minor(0, 1)];
+        let dot = |v: [Twice; 3]| {
+            let product = |k: usize| normal[k].times(&v[k]);
+            product(0).plus(&product(1)).plus(&product(2))
+        };
+        let (top, bottom) = (
+            dot(difference(a, self.pair.org)),
+            dot(self.pair.dir.map(of)),
+        );
+        let first = top.value() / bottom.value();
+        let left = |t: &Twice| top.minus(&bottom.times(t));
+        let t = first + left(&of(first)).value() / bottom.value();
+        if !(t.is_finite() && t.abs() > f64::MIN_POSITIVE / UNIT) {
+            return None;
+        }
+        // The numbers halfway to t's neighbours lie on both sides of T / D.
+        let halfway = |to: f64| of(t).plus(&of((to - t) * 0.5));
+        let below = left(&halfway(t.next_down())).sign()?;
+        let above = left(&halfway(t.next_up())).sign()?;
+        (below.is_ne() && above == below.reverse()).then_some(t)
     }
 
     #[cold]

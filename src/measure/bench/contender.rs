@@ -96,7 +96,7 @@ impl Contender<'_> {
         else {
             return Ok(None);
         };
-        if !counts(world, kernels) {
+        if !counts(world) {
             return Ok(None);
         }
         let counted = count(world, kernels, &job.rays, (job.ask, *caching), progress);

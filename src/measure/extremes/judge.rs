@@ -164,7 +164,7 @@ pub fn figures(
         let id = answers.id.get(i);
         let hit = (id != HitId::NONE).then_some((answers.t[i], id));
         if let Some((t, id)) = hit {
-            let surface = Surface::at(world, kernels.arithmetic, ray.org, ray.dir, t, id);
+            let surface = Surface::at(world, kernels.precision, ray.org, ray.dir, t, id);
             hits += 1;
             not_finite += u64::from(!is_finite(t, &surface));
         }

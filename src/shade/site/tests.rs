@@ -150,7 +150,7 @@ fn bits(v: Vec3<f64>) -> [u64; 3] {
 
 type Rays = [([f64; 3], [f64; 3], f64, u32); LANES];
 
-fn compare(world: &World, arithmetic: Arithmetic, rays: &Rays) {
+fn compare(world: &World, precision: Precision, rays: &Rays) {
     for instance in 0..world.appearances.count() {
         let shape = world.entry_of(instance).shape;
         let count = primitives(world, shape);
@@ -165,7 +165,7 @@ fn compare(world: &World, arithmetic: Arithmetic, rays: &Rays) {
             instance,
             primitive: number(0),
         };
-        let site = Site::of(world, arithmetic, first);
+        let site = Site::of(world, precision, first);
         // Hits that are no others' are of the first primitive.
         let primitives: [u32; LANES] = std::array::from_fn(|i| {
             let id = HitId {
@@ -186,7 +186,7 @@ fn compare(world: &World, arithmetic: Arithmetic, rays: &Rays) {
             let lane = |v: Vec3<f64x8>| Vec3::new(v.x.lane(i), v.y.lane(i), v.z.lane(i));
             let ray = (lane(org), lane(dir));
             let one = site.surfaces::<f64>(ray, t.lane(i), &primitives[i..]);
-            let place = format!("{shape:?}, {arithmetic:?}, lane {i}");
+            let place = format!("{shape:?}, {precision:?}, lane {i}");
             assert_eq!(bits(lane(all.point)), bits(one.point), "{place}");
             assert_eq!(bits(lane(all.ng)), bits(one.ng), "{place}");
             assert_eq!(bits(lane(all.ns)), bits(one.ns), "{place}");
@@ -225,12 +225,12 @@ fn without_a_slope_rays_start_no_farther_than_stated() {
         let appearances = Appearances::of(&scene).unwrap();
         let world = World::build(&scene, &appearances, Structure::Linear);
         let (instance, primitive) = (0, 0);
-        for arithmetic in [Arithmetic::F32, Arithmetic::F32Guarded, Arithmetic::F64] {
+        for precision in [Precision::Fast, Precision::Guarded, Precision::Exact] {
             let id = HitId {
                 instance,
                 primitive,
             };
-            let site = Site::of(&world, arithmetic, id);
+            let site = Site::of(&world, precision, id);
             let mut largest = 0.0_f64;
             for i in 0..200 {
                 let angle = f64::from(i) * 0.01;
@@ -239,14 +239,14 @@ fn without_a_slope_rays_start_no_farther_than_stated() {
                 let x = -libm::sqrt(1.0 - y * y - z * z);
                 let ray = (Vec3::new(-3.0, y, z), Vec3::new(1.0, 0.0, 0.0));
                 let one = site.surfaces::<f64>(ray, x + 3.0, &[primitive]);
-                assert!(one.offset > 0.0, "{power} {arithmetic:?} {angle}");
+                assert!(one.offset > 0.0, "{power} {precision:?} {angle}");
                 let cos = one.ng.dot(Vec3::new(x, y, z)).abs();
-                assert!(cos > 1.0 - 1e-6, "{power} {arithmetic:?} {angle}: {cos}");
+                assert!(cos > 1.0 - 1e-6, "{power} {precision:?} {angle}: {cos}");
                 largest = largest.max(one.offset);
             }
             // Of a ball by its rounding alone; else the size, and what is added.
             let most = if power == 1 { 1e-4 } else { 1.5 * 2.0 / 1024.0 };
-            assert!(largest < most, "{power} {arithmetic:?} {largest:e}");
+            assert!(largest < most, "{power} {precision:?} {largest:e}");
         }
     }
 }
@@ -267,8 +267,8 @@ proptest! {
         let scene = everything();
         let appearances = Appearances::of(&scene).unwrap();
         let world = World::build(&scene, &appearances, Structure::Linear);
-        for arithmetic in [Arithmetic::F32, Arithmetic::F32Guarded, Arithmetic::F64] {
-            compare(&world, arithmetic, &rays);
+        for precision in [Precision::Fast, Precision::Guarded, Precision::Exact] {
+            compare(&world, precision, &rays);
         }
     }
 }

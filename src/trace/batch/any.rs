@@ -1,10 +1,10 @@
 //! Whether anything is in the way of many rays.
 
 use super::Batch;
-use crate::accel::{Count, Forest, Groups, Index, STREAM, World};
+use crate::accel::{Count, Forest, Groups, STREAM, World};
 use crate::geom::Certainty;
 use crate::math::lanes::{Lanes, Mask};
-use crate::trace::leaf::{Everything, Features, Scratch, Tester};
+use crate::trace::leaf::Tester;
 use crate::trace::packet::Packet;
 use crate::trace::query::{AnyHit, HitId};
 use crate::trace::rays::{Rays, load_f32};
@@ -46,7 +46,7 @@ impl AnyBatch<'_> {
         let packet = self.rays.packet::<L>(first, self.world);
         let mut query = AnyHit::<L>::new(load_f32(&self.rays.t_max[first..]));
         if occluder != HitId::NONE {
-            Tester::<L, C, Everything>::new(self.world, &packet).single(occluder, &mut query);
+            Tester::<L, C>::new(self.world, &packet).single(occluder, &mut query);
         }
         (packet, query)
     }
@@ -93,10 +93,7 @@ impl AnyBatch<'_> {
 impl AnyBatch<'_> {
     /// The rays that tiles have left in doubt, as a stream.
     #[inline(never)]
-    fn trace_again<L: Lanes, C: Certainty, F: Features, const S: usize>(
-        &mut self,
-        scratch: &mut TileScratch,
-    ) {
+    fn trace_again<L: Lanes, C: Certainty, const S: usize>(&mut self, scratch: &mut TileScratch) {
         let (doubtful, streams) = (&mut scratch.doubtful, &mut scratch.streams);
         if doubtful.rows().is_empty() {
             return;
@@ -106,7 +103,7 @@ impl AnyBatch<'_> {
             AnyHit::<L::Single>::new(<L::Single as Lanes>::from_f32(rays.t_max[i]))
         });
         let stream = Stream { world, rays, first };
-        stream.trace::<L, S, C, F, _>(rays.alive(0), &mut queries, streams);
+        stream.trace::<L, S, C, _>(rays.alive(0), &mut queries, streams);
         for (row, query) in doubtful.rows().iter().zip(&queries) {
             self.put(*row as usize, query);
         }
@@ -115,13 +112,9 @@ impl AnyBatch<'_> {
 }
 
 impl Batch for AnyBatch<'_> {
-    fn packets<L: Lanes, C: Certainty, F: Features, A: Index, N: Count>(
-        mut self,
-        forest: &Forest<A>,
-        count: &N,
-    ) {
+    fn packets<L: Lanes, C: Certainty>(mut self, forest: &Forest, count: Count) {
         let world = self.world;
-        let mut scratch = Scratch::<L, A>::default();
+        let mut scratch = [forest.top.scratch::<L>(), forest.top.scratch::<L>()];
         for first in (0..self.rays.len()).step_by(L::COUNT) {
             let occluder = self.cache.candidate().unwrap_or(HitId::NONE);
             let (packet, mut query) = self.tried::<L, C>(first, occluder);
@@ -131,7 +124,7 @@ impl Batch for AnyBatch<'_> {
                 let settled = query.blocked().bits().count_ones();
                 self.cache.tried(rays, settled);
             }
-            let tester = Tester::<L, C, F>::new(world, &packet);
+            let tester = Tester::<L, C>::new(world, &packet);
             tester.trace(forest, &mut query, &mut scratch, count);
             // The last one stands for all that have blocked a ray.
             let blocked = query.blocked().bits().count_ones();
@@ -155,10 +148,7 @@ impl Batch for AnyBatch<'_> {
         }
     }
 
-    fn tiles<L: Lanes, C: Certainty, F: Features, const S: usize>(
-        mut self,
-        scratch: &mut TileScratch,
-    ) {
+    fn tiles<L: Lanes, C: Certainty, const S: usize>(mut self, scratch: &mut TileScratch) {
         let (world, rays) = (self.world, self.rays);
         let mut bundles = Bundles::default();
         let mut queries: [_; S] = std::array::from_fn(|_| AnyHit::<L>::new(L::zero()));
@@ -169,7 +159,7 @@ impl Batch for AnyBatch<'_> {
                 }
                 // No try: a tile is through with all of its rays in hardly more
                 // time than a try takes (docs/BENCHMARKS.md).
-                let doubtful = tile.trace::<C, F, _>(&mut queries, scratch);
+                let doubtful = tile.trace::<C, _>(&mut queries, scratch);
                 for (s, query) in queries.iter().enumerate() {
                     self.put(first + s * L::COUNT, query);
                 }
@@ -179,7 +169,7 @@ impl Batch for AnyBatch<'_> {
                     }
                     scratch.doubtful.push(rays, first + i);
                     if scratch.doubtful.is_full() {
-                        self.trace_again::<L, C, F, S>(scratch);
+                        self.trace_again::<L, C, S>(scratch);
                     }
                 });
                 continue;
@@ -187,12 +177,12 @@ impl Batch for AnyBatch<'_> {
             for first in (first..first + TILE).step_by(STREAM) {
                 let stream = Stream { world, rays, first };
                 self.stream::<L, C>(first, |open, queries| {
-                    stream.trace::<L, S, C, F, _>(open, queries, &mut scratch.streams);
+                    stream.trace::<L, S, C, _>(open, queries, &mut scratch.streams);
                 });
             }
         }
         if C::GUARDED {
-            self.trace_again::<L, C, F, S>(scratch);
+            self.trace_again::<L, C, S>(scratch);
         }
     }
 }

@@ -1,12 +1,12 @@
 //! Nearest hits of many rays.
 
 use super::Batch;
-use crate::accel::{Count, Forest, Groups, Index, STREAM, World};
+use crate::accel::{Count, Forest, Groups, STREAM, World};
 use crate::geom::Certainty;
 use crate::math::lanes::Lanes;
 use crate::trace::hits::{Depths, Hits};
 use crate::trace::items::ItemBuffer;
-use crate::trace::leaf::{Features, Scratch, Tester};
+use crate::trace::leaf::Tester;
 use crate::trace::query::{Closest, HitId};
 use crate::trace::rays::{Rays, load_f32};
 use crate::trace::stream::{Stream, StreamScratch, each};
@@ -65,10 +65,7 @@ impl ClosestBatch<'_, '_> {
 impl ClosestBatch<'_, '_> {
     /// The rays that tiles have left in doubt, as a stream.
     #[inline(never)]
-    fn trace_again<L: Lanes, C: Certainty, F: Features, const S: usize>(
-        &mut self,
-        scratch: &mut TileScratch,
-    ) {
+    fn trace_again<L: Lanes, C: Certainty, const S: usize>(&mut self, scratch: &mut TileScratch) {
         let (doubtful, streams) = (&mut scratch.doubtful, &mut scratch.streams);
         if doubtful.rows().is_empty() {
             return;
@@ -78,7 +75,7 @@ impl ClosestBatch<'_, '_> {
             Closest::<L::Single, C>::new(<L::Single as Lanes>::from_f32(rays.t_max[i]))
         });
         let stream = Stream { world, rays, first };
-        stream.trace::<L, S, C, F, _>(rays.alive(0), &mut queries, streams);
+        stream.trace::<L, S, C, _>(rays.alive(0), &mut queries, streams);
         for (row, query) in doubtful.rows().iter().zip(&queries) {
             self.put(*row as usize, query);
         }
@@ -87,16 +84,12 @@ impl ClosestBatch<'_, '_> {
 }
 
 impl Batch for ClosestBatch<'_, '_> {
-    fn packets<L: Lanes, C: Certainty, F: Features, A: Index, N: Count>(
-        mut self,
-        forest: &Forest<A>,
-        count: &N,
-    ) {
-        let mut scratch = Scratch::<L, A>::default();
+    fn packets<L: Lanes, C: Certainty>(mut self, forest: &Forest, count: Count) {
+        let mut scratch = [forest.top.scratch::<L>(), forest.top.scratch::<L>()];
         for first in (0..self.rays.len()).step_by(L::COUNT) {
             let packet = self.rays.packet::<L>(first, self.world);
             let mut query = Closest::<L, C>::new(load_f32(&self.rays.t_max[first..]));
-            let tester = Tester::<L, C, F>::new(self.world, &packet);
+            let tester = Tester::<L, C>::new(self.world, &packet);
             tester.trace(forest, &mut query, &mut scratch, count);
             self.put(first, &query);
         }
@@ -124,10 +117,7 @@ impl Batch for ClosestBatch<'_, '_> {
         }
     }
 
-    fn tiles<L: Lanes, C: Certainty, F: Features, const S: usize>(
-        mut self,
-        scratch: &mut TileScratch,
-    ) {
+    fn tiles<L: Lanes, C: Certainty, const S: usize>(mut self, scratch: &mut TileScratch) {
         let mut bundles = Bundles::default();
         let mut queries: [_; S] = std::array::from_fn(|_| Closest::<L, C>::new(L::zero()));
         for first in (0..self.rays.len()).step_by(TILE) {
@@ -143,7 +133,7 @@ impl Batch for ClosestBatch<'_, '_> {
                     Some((list, boxes)) => {
                         tile.trace_items::<C, _>(list, boxes, &mut queries, scratch)
                     }
-                    None => tile.trace::<C, F, _>(&mut queries, scratch),
+                    None => tile.trace::<C, _>(&mut queries, scratch),
                 };
                 for (s, query) in queries.iter().enumerate() {
                     self.put(first + s * L::COUNT, query);
@@ -151,7 +141,7 @@ impl Batch for ClosestBatch<'_, '_> {
                 each(doubtful, |i| {
                     scratch.doubtful.push(self.rays, first + i);
                     if scratch.doubtful.is_full() {
-                        self.trace_again::<L, C, F, S>(scratch);
+                        self.trace_again::<L, C, S>(scratch);
                     }
                 });
                 continue;
@@ -166,7 +156,7 @@ impl Batch for ClosestBatch<'_, '_> {
                     rays: self.rays,
                     first,
                 };
-                stream.trace::<L, S, C, F, _>(
+                stream.trace::<L, S, C, _>(
                     self.rays.alive(first),
                     &mut queries,
                     &mut scratch.streams,
@@ -175,7 +165,7 @@ impl Batch for ClosestBatch<'_, '_> {
             }
         }
         if C::GUARDED {
-            self.trace_again::<L, C, F, S>(scratch);
+            self.trace_again::<L, C, S>(scratch);
         }
     }
 }

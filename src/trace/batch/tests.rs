@@ -123,7 +123,7 @@ fn answers<L: Lanes, C: Certainty>(
             id: id.columns(),
         },
     }
-    .packets::<L, C, Everything, _, _>(forest, &());
+    .packets::<L, C, _, _>(forest, &());
     let mut blocked = vec![false; RAYS];
     AnyBatch {
         world,
@@ -131,7 +131,7 @@ fn answers<L: Lanes, C: Certainty>(
         cache: &mut ShadowCache::new(Caching::On),
         blocked: &mut blocked,
     }
-    .packets::<L, C, Everything, _, _>(forest, &());
+    .packets::<L, C, _, _>(forest, &());
     let met = |i: usize| (id.get(i) != HitId::NONE).then_some((t[i].to_bits(), id.get(i)));
     (0..RAYS).map(|i| (met(i), blocked[i])).collect()
 }

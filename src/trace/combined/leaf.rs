@@ -1,23 +1,22 @@
 //! A combination before a packet: from its boundaries to hits in a query.
 
-use super::lanes::{self, Met, Spaces};
-use super::{TURNED, first};
+use super::first;
+use super::lanes::{self, Met};
 use crate::accel::{Combined, Entry};
 use crate::geom::exact::Line;
-use crate::geom::guarded::implicit::nearest_each;
 use crate::geom::{Certainty, Meet};
 use crate::math::Aabb32;
 use crate::math::lanes::{Lanes, Mask, Scalar};
-use crate::scene::{CombinationId, Shape, Tables};
+use crate::scene::{CombinationId, Tables};
 use crate::trace::decide::depth_of;
 use crate::trace::few::{Few, Look, look_again};
-use crate::trace::leaf::{Everything, Tester, Window, doubted};
+use crate::trace::leaf::{Tester, Window, doubted};
 use crate::trace::packet::Packet;
 use crate::trace::query::{HitId, Query};
 use glam::DVec3;
 use std::marker::PhantomData;
 
-impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
+impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     /// A solid made of others: in lanes, and one ray at a time where that does not
     /// say.
     #[inline(never)]
@@ -63,7 +62,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
             let t_min = object.ray.t_min.max(met.t).lane(lane).to_f64();
             let first = first(solid, tables, &Line { org, dir }, t_min);
             if let Some(crossing) = first {
-                let t = L::from_f64(depth_of::<L>(&crossing.root).t);
+                let t = L::from_f64(depth_of(&crossing.root).t);
                 let meet = Meet::certain(L::Mask::from_bits(1 << lane), t);
                 let id = id(crossing.primitive);
                 self.offer(object, &window, &entry.own, meet, id, query);
@@ -82,7 +81,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
             let lanes = L::Mask::from_bits(here);
             let meet = Meet {
                 hit: lanes,
-                t: sharp((solid, tables), object, surface, lanes, &met),
+                t: met.t,
                 within: met.within,
                 unsure: L::Mask::splat(false),
             };
@@ -95,7 +94,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
             return;
         }
         let mut bits = unsure.bits();
-        if !(C::DOUBTS_ALL || L::is_double()) {
+        if !C::DOUBTS_ALL {
             let look = InF64::<C> {
                 solid,
                 tables,
@@ -112,30 +111,6 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
         }
         self.decide(L::Mask::from_bits(bits), id(0), query);
     }
-}
-
-/// t of some lanes that meet a surface: as of a polynomial's by itself.
-#[inline(always)]
-fn sharp<L: Lanes>(
-    (solid, tables): (&Combined, &Tables),
-    object: &Packet<L>,
-    surface: u32,
-    lanes: L::Mask,
-    met: &Met<L>,
-) -> L {
-    if !L::is_double() {
-        return met.t;
-    }
-    let (number, _) = solid.solid.operand_of(surface & !TURNED);
-    let operand = &solid.solid.operands[number as usize];
-    let Shape::Implicit(id) = operand.shape else {
-        return met.t;
-    };
-    let tape = &tables.implicits.tape[id.index()];
-    let mut spaces = Spaces::new(object);
-    let frame = spaces.of(solid, operand.frame);
-    let [from, to] = met.within;
-    nearest_each(tape, &frame, lanes, [from, met.t, to])
 }
 
 /// A solid, seen in its space: lanes of f32 hardly know whether a ray meets what it has

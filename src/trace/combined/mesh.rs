@@ -5,7 +5,7 @@
 //! that one next to it would ([`through`]), so crossings are even in number; of
 //! several at one t only whether they are odd counts.
 
-use crate::accel::{Facets, Stack};
+use crate::accel::Facets;
 use crate::geom::exact::{Line, Root, through};
 use crate::scene::Mesh;
 
@@ -18,21 +18,14 @@ pub(super) struct Facet {
     pub against: bool,
 }
 
-/// Reused from ray to ray.
-#[derive(Default)]
-pub(super) struct FacetScratch {
-    stack: Stack<f64>,
-    met: Vec<Facet>,
-}
-
 /// Calls `visit` at each place beyond `t_min` where the line's state changes, in
-/// order. Returns whether it is inside at t_min. The line is about the mesh's
+/// order. Returns whether it is inside at t_min. `met`: reused from ray to ray. The line is about the mesh's
 /// centre, as the mesh's corners are.
 pub(super) fn crossings(
     (mesh, facets): (&Mesh, &Facets),
     line: &Line,
     t_min: f64,
-    FacetScratch { stack, met }: &mut FacetScratch,
+    met: &mut Vec<Facet>,
     mut visit: impl FnMut(&Facet),
 ) -> bool {
     let is_line = line.dir.iter().any(|x| *x != 0.0);
@@ -40,7 +33,7 @@ pub(super) fn crossings(
         return false;
     }
     met.clear();
-    facets.along(line, t_min, stack, |triangle| {
+    facets.along(line, t_min, |triangle| {
         let found = through(line, &mesh.corners(triangle as usize));
         met.extend(found.map(|(root, against)| Facet {
             root,

@@ -1,6 +1,6 @@
 //! The kernels of single primitives, and a closer look at what they leave open.
 
-use super::{Everything, Features, Tester};
+use super::Tester;
 use crate::accel::Entry;
 use crate::geom::exact::{Line, Solid, first_beyond};
 use crate::geom::guarded::{self, ObjectRay};
@@ -15,7 +15,7 @@ use crate::trace::packet::Packet;
 use crate::trace::query::{HitId, Query};
 use glam::DVec3;
 
-impl<L: Lanes, C: Certainty, F: Features> Tester<'_, L, C, F> {
+impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     /// The kernel of a single primitive.
     #[inline(always)]
     fn meet(&self, object: &Packet<L>, entry: &Entry, active: L::Mask) -> Meet<L> {
@@ -60,7 +60,7 @@ impl<L: Lanes, C: Certainty, F: Features> Tester<'_, L, C, F> {
     }
 }
 
-impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
+impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     /// What the kernel of a single primitive says of every lane.
     pub(in crate::trace) fn kernel(&self, entry: &Entry) -> Meet<L> {
         let all = L::Mask::splat(true);
@@ -83,7 +83,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
         query: &mut Q,
     ) -> Meet<L> {
         let mut meet = self.meet(object, entry, active);
-        let is_double = L::is_double() || matches!(entry.shape, Shape::Implicit(_));
+        let is_double = matches!(entry.shape, Shape::Implicit(_));
         if !C::GUARDED || C::DOUBTS_ALL || is_double || meet.unsure.none() {
             return meet;
         }
@@ -141,7 +141,7 @@ impl Look for Primitive<'_> {
     }
 }
 
-impl<L: Lanes, C: Certainty> Tester<'_, L, C, Everything> {
+impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     /// Whether a polynomial surface is in the way: where does not matter.
     #[inline(never)]
     pub(super) fn is_blocked<Q: Query<L>>(

@@ -31,35 +31,16 @@ pub(super) struct Edges {
     depth_times_det: [f32; WIDE],
     /// This is compared with limit · det: see [`TIES`].
     early: [f32; WIDE],
-    /// By how much an edge function may be wrong, at most, over all rays.
-    margin: [f32; WIDE],
     /// The corners' least depth.
     pub nearest: [f32; WIDE],
     /// The corners' greatest depth.
     pub farthest: [f32; WIDE],
     /// The corners' box along a and b, a little larger: `[axis][low/high]`. Of
-    /// one origin only, and for [`Aim::Closest`].
+    /// one origin only, and not for any-hit rays.
     around: [[[f32; WIDE]; 2]; 2],
     /// Triangles that may be in front of the origin.
     pub live: u32,
 }
-
-/// Rounding of an edge function, in units of reach · edge · steepest² · 2^-24.
-///
-/// Rounding corners relative to the origin moves each by 2u·reach at most per
-/// axis: as if edges were moved, 2 · 2u · 3 edge · reach in the function. The
-/// cross product and its evaluation round quantities of at most
-/// 2 reach · edge a dozen times. Twice the sum of both.
-const MARGIN: f32 = 96.0 * 0.5 * f32::EPSILON;
-
-/// The same along one direction, in units of reach · edge · 2^-24.
-///
-/// A corner relative to the middle of the lines, sheared, is rounded at each
-/// step and by its slope: 5 reach; a line 2 reach. Of these 7, the function,
-/// twice a product of the edge and of the way to a corner, is wrong by 12 each.
-/// The products and their evaluation round quantities of at most 8 reach · edge
-/// eight times. Twice the sum of both, and some.
-const PARALLEL_MARGIN: f32 = 384.0 * 0.5 * f32::EPSILON;
 
 /// A depth T / det that equals the limit, though each is rounded: T may be a
 /// rounding more than limit · det. Rays that ask for any hit need not care.
@@ -69,27 +50,12 @@ const TIES: f32 = 1.0 - 4.0 * f32::EPSILON;
 /// far side, needs no more bringing into it: see [`super::settle`].
 const CLEAR: f32 = 8.0 * 0.5 * f32::EPSILON;
 
-/// By how much depths of corners and limits may be off.
-#[inline(always)]
-fn depth_slack(reach: f32) -> f32 {
-    32.0 * f32::EPSILON * reach + f32::MIN_POSITIVE
-}
-
-/// What a block's triangles are looked at for.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Aim {
-    /// Sorting out what the watertight test need not see.
-    Exact,
-    Closest,
-    Any,
-}
-
 impl Edges {
     #[inline(always)]
     pub fn new<P: Projection, L: Lanes, const S: usize>(
         block: Block,
         bundle: &Bundle<L, S>,
-        aim: Aim,
+        any: bool,
     ) -> Edges {
         let [x, y, z] = bundle.org;
         let org = [Register::splat(x), Register::splat(y), Register::splat(z)];
@@ -155,7 +121,6 @@ impl Edges {
             normal: [[[0.0; WIDE]; 3]; 4],
             depth_times_det: [0.0; WIDE],
             early: [0.0; WIDE],
-            margin: [0.0; WIDE],
             nearest: [0.0; WIDE],
             farthest: [0.0; WIDE],
             around: [[[0.0; WIDE]; 2]; 2],
@@ -168,47 +133,27 @@ impl Edges {
         }
         if !P::PARALLEL {
             scale.store(&mut edges.depth_times_det);
-            let ties = if aim == Aim::Any { 1.0 } else { TIES };
+            let ties = if any { 1.0 } else { TIES };
             (scale * Register::splat(ties)).store(&mut edges.early);
         }
         farthest.store(&mut edges.farthest);
         nearest.store(&mut edges.nearest);
         let deepest = Register::splat(bundle.deepest());
-        if aim == Aim::Exact {
-            let largest = |p: [Register; 3]| max(max(p[0].abs(), p[1].abs()), p[2].abs());
-            let edge = max(max(largest(ca), largest(cb)), largest(ab));
-            let unit = if P::PARALLEL { PARALLEL_MARGIN } else { MARGIN };
-            let unit = unit * bundle.reach * bundle.steepest * bundle.steepest;
-            let margin = edge * Register::splat(unit) + Register::splat(f32::MIN_POSITIVE);
-            let infinite = Register::splat(f32::INFINITY);
-            // Which way a triangle faces is in doubt: nothing culls it. T is a product
-            // of three lengths, and the first to leave f32: infinite, or, where its
-            // terms have opposite signs, not a number.
-            let least = if P::PARALLEL { margin } else { margin * edge };
-            let faces = scale.gt(least) & scale.lt(infinite);
-            // Products are a million times as large: they have left f32.
-            let sane = faces & margin.lt(Register::splat(1e31));
-            <Register as Lanes>::select(sane, margin, infinite).store(&mut edges.margin);
-            let slack = Register::splat(depth_slack(bundle.reach));
-            let front = (farthest + slack).ge(zero) & (nearest - slack).le(deepest);
-            edges.live = front.bits();
-        } else {
-            if !P::PARALLEL && aim == Aim::Closest {
-                for axis in 0..2 {
-                    let low = min(min(a[axis], b[axis]), c[axis]);
-                    let high = max(max(a[axis], b[axis]), c[axis]);
-                    let slack = max(low.abs(), high.abs()) * Register::splat(CLEAR);
-                    (low - slack).store(&mut edges.around[axis][0]);
-                    (high + slack).store(&mut edges.around[axis][1]);
-                }
+        if !P::PARALLEL && !any {
+            for axis in 0..2 {
+                let low = min(min(a[axis], b[axis]), c[axis]);
+                let high = max(max(a[axis], b[axis]), c[axis]);
+                let slack = max(low.abs(), high.abs()) * Register::splat(CLEAR);
+                (low - slack).store(&mut edges.around[axis][0]);
+                (high + slack).store(&mut edges.around[axis][1]);
             }
-            let mut front = scale.gt(zero) & farthest.ge(zero) & nearest.le(deepest);
-            if P::PARALLEL {
-                let sum = last[0].abs() + last[1].abs() + last[2].abs();
-                front = front & sum.lt(Register::splat(f32::INFINITY));
-            }
-            edges.live = front.bits();
         }
+        let mut front = scale.gt(zero) & farthest.ge(zero) & nearest.le(deepest);
+        if P::PARALLEL {
+            let sum = last[0].abs() + last[1].abs() + last[2].abs();
+            front = front & sum.lt(Register::splat(f32::INFINITY));
+        }
+        edges.live = front.bits();
         edges
     }
 
@@ -225,7 +170,7 @@ impl Edges {
     /// Triangles that some ray of the group may meet: the greatest value of each
     /// edge function over the group's rectangle, and the depth.
     #[inline(always)]
-    pub fn may_meet<L: Lanes>(&self, group: &Group<L>, exact: bool, reach: f32) -> u32 {
+    pub fn may_meet<L: Lanes>(&self, group: &Group<L>) -> u32 {
         let [[u, du], [v, dv]] = group.rect;
         let (u, du) = (Register::splat(u), Register::splat(du));
         let (v, dv) = (Register::splat(v), Register::splat(dv));
@@ -236,30 +181,8 @@ impl Edges {
         };
         let least = min(min(greatest(0), greatest(1)), greatest(2));
         let nearest = Register::load(&self.nearest);
-        let (least, limit) = if exact {
-            (
-                least + Register::load(&self.margin),
-                Register::splat(group.deepest + depth_slack(reach)),
-            )
-        } else {
-            (least, Register::splat(group.deepest))
-        };
         // Where products leave f32, nothing is known.
-        let beside = least.lt(Register::zero()) | nearest.gt(limit);
-        (!beside).bits() & self.live
-    }
-
-    /// One ray, widened by the margin, against all triangles: those that it may
-    /// meet.
-    #[inline(always)]
-    pub fn may_meet_ray(&self, u: f32, v: f32) -> u32 {
-        let (u, v) = (Register::splat(u), Register::splat(v));
-        let value = |which: usize| {
-            let n = self.normal(which);
-            n[0].mul_add(u, n[1].mul_add(v, n[2]))
-        };
-        let least = min(min(value(0), value(1)), value(2));
-        let beside = (least + Register::load(&self.margin)).lt(Register::zero());
+        let beside = least.lt(Register::zero()) | nearest.gt(Register::splat(group.deepest));
         (!beside).bits() & self.live
     }
 
@@ -365,6 +288,3 @@ impl Edges {
         (inside.bits() & self.live, depth, det)
     }
 }
-
-#[cfg(test)]
-mod tests;

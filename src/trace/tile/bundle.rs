@@ -81,12 +81,6 @@ pub(super) struct Bundle<L: Lanes, const S: usize> {
     pub reach: f32,
 }
 
-/// Whether the tile's own tests only sort out, and others decide.
-#[inline(always)]
-pub(super) fn is_exact<L: Lanes, C: Certainty>() -> bool {
-    C::GUARDED || size_of::<L::Scalar>() == 8
-}
-
 /// Steeper rays, against the main axis, are left to other kernels.
 const STEEPEST: f32 = 8.0;
 
@@ -258,7 +252,7 @@ impl<L: Lanes, const S: usize> Bundle<L, S> {
     /// whichever comes first.
     #[inline(always)]
     pub fn limit_t<C: Certainty, Q: Query<L>>(&mut self, s: usize, limit: L) {
-        let decides = Q::ANY && !is_exact::<L, C>();
+        let decides = Q::ANY && !C::GUARDED;
         let group = &mut self.groups[s];
         group.limit = if self.parallel {
             let starts = &self.starts[s];

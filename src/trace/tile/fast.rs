@@ -1,6 +1,6 @@
 //! Leaves in f32: shared-origin edge functions decide.
 
-use super::block::{Aim, Edges};
+use super::block::Edges;
 use super::bundle::{Bundle, Group, Projection};
 use super::centre::Lines;
 use super::leaf::{Before, Decides, Place};
@@ -18,9 +18,8 @@ pub(super) struct Fast<P> {
 impl<L: Lanes, P: Projection> Decides<L> for Fast<P> {
     #[inline(always)]
     fn new<const S: usize>(block: Block, bundle: &Bundle<L, S>, any: bool) -> Fast<P> {
-        let aim = if any { Aim::Any } else { Aim::Closest };
         Fast {
-            edges: Edges::new::<P, L, S>(block, bundle, aim),
+            edges: Edges::new::<P, L, S>(block, bundle, any),
             projection: PhantomData,
         }
     }
@@ -32,7 +31,7 @@ impl<L: Lanes, P: Projection> Decides<L> for Fast<P> {
 
     #[inline(always)]
     fn may_meet(&self, group: &Group<L>, _lines: &Lines<L>) -> u32 {
-        self.edges.may_meet(group, false, 0.0)
+        self.edges.may_meet(group)
     }
 
     #[inline(always)]

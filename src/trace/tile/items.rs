@@ -1,17 +1,17 @@
 //! A tile that runs through its list of an item buffer in place of walking the
 //! trees. Solids and blocks of triangles meet the very tests of the walk.
 
-use super::bundle::{Pinhole, is_exact};
+use super::bundle::Pinhole;
 use super::fast::Fast;
 use super::guarded::{Guarded, PinholeEdges};
-use super::mesh::{InMesh, bounds_decide};
+use super::mesh::InMesh;
 use super::{TILE, Tile, TileScratch};
 use crate::accel::{BoxRows, Entry, ItemBoxes, World};
 use crate::geom::Certainty;
 use crate::math::lanes::{Lanes, Mask};
 use crate::scene::Shape;
 use crate::trace::items::{Item, ItemBuffer};
-use crate::trace::leaf::{Everything, Tester};
+use crate::trace::leaf::Tester;
 use crate::trace::query::Query;
 use crate::trace::rays::Rays;
 
@@ -37,7 +37,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         items.list(tile, self.org, [&dirs[0], &dirs[1], &dirs[2]])
     }
 
-    /// Everything in the list. One instance for all sets of features. Returns the
+    /// Everything in the list. Returns the
     /// rays whose answer is in doubt.
     #[inline(never)]
     pub fn trace_items<C: Certainty, Q: Query<L>>(
@@ -51,7 +51,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         if !world.unbounded.is_empty() {
             for (s, query) in queries.iter_mut().enumerate() {
                 let packet = self.packets.get(s, self.rays, self.first, world);
-                Tester::<L, C, Everything>::new(world, packet).unbounded(query);
+                Tester::<L, C>::new(world, packet).unbounded(query);
             }
         }
         for (s, query) in queries.iter().enumerate() {
@@ -74,7 +74,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         scratch: &mut TileScratch,
     ) {
         let Shape::Mesh(id) = entry.shape else {
-            self.solid::<C, Everything, Q>(entry, queries);
+            self.solid::<C, Q>(entry, queries);
             return;
         };
         let Some(boxes) = &boxes.meshes[id.index()] else {
@@ -106,27 +106,8 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
         boxes: &BoxRows,
         queries: &mut [Q; S],
     ) -> [L::Mask; S] {
-        let none = [L::Mask::splat(false); S];
-        let exact = is_exact::<L, C>();
-        if exact && !bounds_decide::<L, C>() {
-            let packets: [_; S] = std::array::from_fn(|s| rays.packet(start + s * L::COUNT, world));
-            let testers: [_; S] =
-                std::array::from_fn(|s| Tester::<L, C, Everything>::new(world, &packets[s]));
-            let objects: [_; S] =
-                std::array::from_fn(|s| testers[s].mesh_packet(self.entry, self.id));
-            for item in items {
-                let block = item.block as usize;
-                let (rays, any) = self.rays_in::<Pinhole>(boxes.get(block));
-                if any {
-                    self.exact_blocks::<Pinhole, C, Q>(
-                        &rays, block, 1, &testers, &objects, queries,
-                    );
-                }
-            }
-            return none;
-        }
         let mesh = self.mesh;
-        let guarded = bounds_decide::<L, C>();
+        let guarded = C::GUARDED;
         if guarded {
             self.start_guarded::<Pinhole, Q>(queries);
         }
@@ -146,6 +127,6 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
             return self.settle_guarded::<Pinhole, Q>(queries);
         }
         self.settle_all::<Pinhole, C, Q>(world, rays, start, queries);
-        none
+        [L::Mask::splat(false); S]
     }
 }

@@ -1,6 +1,6 @@
 //! A mesh's triangles before a tile's rays, in the mesh's own space.
 
-use super::bundle::{Bundle, Parallel, Pinhole, Projection, RelativeBox, is_exact};
+use super::bundle::{Bundle, Parallel, Pinhole, Projection, RelativeBox};
 use super::fast::Fast;
 use super::guarded::{Guarded, ParallelEdges, PinholeEdges};
 use super::settle::{Found, settle};
@@ -9,8 +9,6 @@ use crate::geom::Certainty;
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::scene::MeshId;
-use crate::trace::leaf::{Everything, Tester};
-use crate::trace::packet::Packet;
 use crate::trace::query::Query;
 use crate::trace::rays::Rays;
 
@@ -41,12 +39,6 @@ pub(super) struct Nearest<L> {
     /// precede), and its depth as it is reported. The limit is no less.
     pub least: L,
     pub depth: L,
-}
-
-/// Whether f32 decides, within its bounds.
-#[inline(always)]
-pub(super) fn bounds_decide<L: Lanes, C: Certainty>() -> bool {
-    C::GUARDED && !C::DOUBTS_ALL && !L::is_double()
 }
 
 impl<L: Lanes> Nearest<L> {
@@ -116,8 +108,6 @@ impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
         }
     }
 
-    /// Not generic over the scene's features: they matter above, and each
-    /// instance costs build time.
     #[inline(never)]
     fn trace<P: Projection, C: Certainty, Q: Query<L>>(
         mut self,
@@ -132,7 +122,7 @@ impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
         let deepest = self.bundle.deepest();
         let mesh = self.mesh;
         let tree = &mesh.tree;
-        if bounds_decide::<L, C>() {
+        if C::GUARDED {
             self.start_guarded::<P, Q>(queries);
             tree.walk_frustum(
                 &frustum,
@@ -149,27 +139,6 @@ impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
                 },
             );
             return self.settle_guarded::<P, Q>(queries);
-        }
-        if is_exact::<L, C>() {
-            let packet = |s: usize| rays.packet(start + s * L::COUNT, world);
-            let packets: [Packet<L>; S] = std::array::from_fn(packet);
-            let testers: [_; S] =
-                std::array::from_fn(|s| Tester::<L, C, Everything>::new(world, &packets[s]));
-            let objects: [Packet<L>; S] =
-                std::array::from_fn(|s| testers[s].mesh_packet(self.entry, self.id));
-            tree.walk_frustum(
-                &frustum,
-                deepest,
-                stack,
-                |block| mesh.blocks.prefetch(block),
-                |node, place, (first, count), _| {
-                    self.exact_leaf::<P, C, Q>(
-                        node, place, first, count, &testers, &objects, queries,
-                    );
-                    self.bundle.deepest()
-                },
-            );
-            return none;
         }
         tree.walk_frustum(
             &frustum,

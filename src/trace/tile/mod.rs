@@ -11,15 +11,13 @@
 //! three times as cheap as the watertight test; t is then computed by the steps
 //! that all kernels share, so that kernels which agree on the triangle agree on t.
 //! Guarded, they have error bounds, and rays for which these do not suffice are
-//! left in doubt, for the caller to trace otherwise. In f64 the edge functions
-//! only sort out, with a margin, and the test of one ray decides.
+//! left in doubt, for the caller to trace otherwise.
 
 mod around;
 mod block;
 mod bundle;
 mod centre;
 mod doubtful;
-mod exact;
 mod fast;
 mod guarded;
 mod items;
@@ -28,7 +26,7 @@ mod mesh;
 mod parallel;
 mod settle;
 
-use super::leaf::{Everything, Features, Tester};
+use super::leaf::Tester;
 use super::query::{Found, Query, next_up};
 use super::rays::{Origins, Rays, load_f32};
 use super::solids::Packets;
@@ -203,16 +201,16 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
     /// Everything in the world. Returns the rays whose answer is in doubt, for
     /// another kernel to trace.
     #[inline(always)]
-    pub fn trace<C: Certainty, F: Features, Q: Query<L>>(
+    pub fn trace<C: Certainty, Q: Query<L>>(
         mut self,
         queries: &mut [Q; S],
         scratch: &mut TileScratch,
     ) -> u64 {
         let world = self.world;
-        if F::SOLIDS && !world.unbounded.is_empty() {
+        if !world.unbounded.is_empty() {
             for (s, query) in queries.iter_mut().enumerate() {
                 let packet = self.packets.get(s, self.rays, self.first, world);
-                Tester::<L, C, F>::new(world, packet).unbounded(query);
+                Tester::<L, C>::new(world, packet).unbounded(query);
             }
         }
         let TileScratch {
@@ -221,12 +219,10 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             streams,
             ..
         } = scratch;
-        if F::MESHES {
-            for (entry, id) in world.unbounded_meshes() {
-                let asking = |query: &Q| query.limit().ge(L::zero());
-                let active = queries.each_ref().map(asking);
-                self.as_stream::<C, Q>(entry, id, &active, queries, streams);
-            }
+        for (entry, id) in world.unbounded_meshes() {
+            let asking = |query: &Q| query.limit().ge(L::zero());
+            let active = queries.each_ref().map(asking);
+            self.as_stream::<C, Q>(entry, id, &active, queries, streams);
         }
         for (s, query) in queries.iter().enumerate() {
             self.bundle.limit_t::<C, Q>(s, query.limit());
@@ -235,7 +231,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             return 0;
         };
         if let [only] = &world.entries[..] {
-            self.entry::<C, F, Q>(only, queries, mesh_stack, streams);
+            self.entry::<C, Q>(only, queries, mesh_stack, streams);
             return self.doubtful::<C>();
         }
         let top = &forest.top;
@@ -247,7 +243,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             |_| (),
             |_, _, (first, count), _| {
                 for entry in &world.entries[first..first + count] {
-                    self.entry::<C, F, Q>(entry, queries, mesh_stack, streams);
+                    self.entry::<C, Q>(entry, queries, mesh_stack, streams);
                 }
                 self.bundle.deepest()
             },
@@ -261,7 +257,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
     }
 
     #[inline(always)]
-    fn entry<C: Certainty, F: Features, Q: Query<L>>(
+    fn entry<C: Certainty, Q: Query<L>>(
         &mut self,
         entry: &Entry,
         queries: &mut [Q; S],
@@ -270,33 +266,22 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
     ) {
         match entry.shape {
             Shape::Mesh(id) => {
-                if !F::MESHES {
-                    return;
-                }
                 let (world, rays, first) = (self.world, self.rays, self.first);
                 let through = |inside: InMesh<L, S>, queries: &mut [Q; S]| {
                     inside.trace_any::<C, Q>(world, rays, first, queries, stack)
                 };
-                if F::TRANSFORMS && entry.placed {
+                if entry.placed {
                     self.placed_mesh::<C, Q>(entry, id, queries, streams, through);
                 } else {
                     self.mesh_in_world::<C, Q>(entry, id, queries, streams, through);
                 }
             }
-            _ => {
-                if F::SOLIDS {
-                    self.solid::<C, F, Q>(entry, queries);
-                }
-            }
+            _ => self.solid::<C, Q>(entry, queries),
         }
     }
 
     #[inline(always)]
-    fn solid<C: Certainty, F: Features, Q: Query<L>>(
-        &mut self,
-        entry: &Entry,
-        queries: &mut [Q; S],
-    ) {
+    fn solid<C: Certainty, Q: Query<L>>(&mut self, entry: &Entry, queries: &mut [Q; S]) {
         let mut active = self.reach_box(entry.bounds.min, entry.bounds.max);
         if !entry.placed {
             self.pass_by(entry.shape, &mut active);
@@ -304,7 +289,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         for (s, query) in queries.iter_mut().enumerate() {
             if active[s].any() {
                 let packet = self.packets.get(s, self.rays, self.first, self.world);
-                Tester::<L, C, F>::new(self.world, packet).solid(entry, active[s], query);
+                Tester::<L, C>::new(self.world, packet).solid(entry, active[s], query);
                 self.bundle.limit_t::<C, Q>(s, query.limit());
             }
         }
@@ -455,11 +440,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
                 if !queries[s].settle(lane, at, id) {
                     let packet = self.rays.packet(self.first + s * L::COUNT, self.world);
                     let here = L::Mask::from_bits(1 << lane);
-                    Tester::<L, C, Everything>::new(self.world, &packet).decide(
-                        here,
-                        id,
-                        &mut queries[s],
-                    );
+                    Tester::<L, C>::new(self.world, &packet).decide(here, id, &mut queries[s]);
                 }
             }
         }

@@ -7,7 +7,7 @@ use crate::geom::{Certainty, Meet, Ray, triangle};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::scene::MeshId;
-use crate::trace::leaf::{Everything, Tester};
+use crate::trace::leaf::Tester;
 use crate::trace::packet::Packet;
 use crate::trace::query::Query;
 
@@ -124,7 +124,7 @@ pub(super) fn settle<L: Lanes, C: Certainty, Q: Query<L>>(
     let clear = inside(0) & inside(1) & inside(2);
     let t = if found.entry.placed || (hit & !clear).any() {
         let packet = packet();
-        let tester = Tester::<L, C, Everything>::new(world, &packet);
+        let tester = Tester::<L, C>::new(world, &packet);
         let (window, _) = tester.window(found.entry, hit, query.limit());
         let object = tester.mesh_packet(found.entry, found.id);
         let (enter, exit) = object.slabs.interval_each(min, max);

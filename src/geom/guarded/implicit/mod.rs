@@ -26,7 +26,7 @@ pub use twofold::nearest;
 
 use super::{Ends, ObjectRay, cuboid, rounded, sphere};
 use crate::geom::dense::Expanded;
-use crate::geom::{Clip, Cuboid, Implicit, Meet, Ray, Tape};
+use crate::geom::{Clip, Cuboid, Implicit, Meet, Ray};
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask, Scalar, f64x4, f64x8};
@@ -89,10 +89,7 @@ thread_local! {
 pub fn meet<L: Lanes>(row: &Implicit, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
     let none = L::splat(L::Scalar::INFINITY);
     let (hit, unsure, ends) = ask::<L, false>(row, object, none, active);
-    let [from, mut t, to] = rounded::<L>(ends);
-    if L::is_double() {
-        t = nearest_each(row.tape, object, hit, [from, t, to]);
-    }
+    let [from, t, to] = rounded::<L>(ends);
     // What is beyond the lanes' numbers is left to others.
     let is_number = t.abs().lt(none);
     Meet {
@@ -101,43 +98,6 @@ pub fn meet<L: Lanes>(row: &Implicit, object: &ObjectRay<L>, active: L::Mask) ->
         within: [from, to],
         unsure: unsure | hit & !is_number,
     }
-}
-
-/// Of lanes of f64 that meet a surface: the numbers nearest to their roots ([`nearest`]).
-#[inline(never)]
-pub fn nearest_each<L: Lanes>(tape: &Tape, object: &ObjectRay<L>, hit: L::Mask, ends: [L; 3]) -> L {
-    match L::COUNT <= Four::COUNT {
-        true => nearest_by::<L, Four>(tape, object, hit, ends),
-        false => nearest_by::<L, Eight>(tape, object, hit, ends),
-    }
-}
-
-#[inline(always)]
-fn nearest_by<L: Lanes, D: Lanes<Scalar = f64>>(
-    tape: &Tape,
-    object: &ObjectRay<L>,
-    hit: L::Mask,
-    ends: [L; 3],
-) -> L {
-    let columns = [object.org.x, object.org.y, object.org.z];
-    let columns = columns.map(|x| x.to_array());
-    let dir = [object.dir.x, object.dir.y, object.dir.z].map(|x| x.to_array());
-    let ends = ends.map(|x| x.widen().to_array());
-    let mut sharp = ends[1];
-    for some in Chosen::of(hit).by(D::COUNT) {
-        let gathered =
-            |column: &<L::Double as Lanes>::Array| eights::gathered::<D, _>(column, some);
-        let [org, dir] = [&columns, &dir].map(|v| {
-            let [x, y, z] = [0, 1, 2].map(|k| gathered(&v[k]));
-            Vec3::new(x, y, z)
-        });
-        let ends = [0, 1, 2].map(|k| gathered(&ends[k]));
-        let t = nearest::<D>(tape, (org, dir), ends, D::Mask::splat(true));
-        for (lane, x) in some.iter().zip(t.to_array().as_ref()) {
-            sharp.as_mut()[*lane] = *x;
-        }
-    }
-    L::narrow(<L::Double as Lanes>::load(sharp.as_ref()))
 }
 
 /// Rays that certainly meet the surface between t_min and a limit; and those of which it

@@ -8,7 +8,7 @@
 use crate::geom::implicit::error_in;
 use crate::geom::tape::{Arithmetic, Tape};
 use crate::math::bounds::UNIT;
-use crate::math::lanes::{Lanes, Mask};
+use crate::math::lanes::Lanes;
 use crate::math::{Vec3, is_power_of_two};
 use crate::roots::collocation::{Collocation, collocation};
 use crate::roots::lanes::{Segment, Simple};
@@ -197,42 +197,45 @@ pub(super) fn along<const N: usize>(
 }
 
 /// f at a place of a line, and what that may be off by.
-fn value_at(tape: &Tape, (org, dir): ([f64; 3], [f64; 3]), t: f64) -> (f64, f64) {
-    let point = At::of(org, dir, Twofold::of(t));
+fn value_at(tape: &Tape, (org, dir): ([f64; 3], [f64; 3]), t: Twofold<f64>) -> (f64, f64) {
+    let point = At::of(org, dir, t);
     let value = tape.evaluate_plain(&point).high;
     let reach = |k: usize| point.0[k].high.abs() * (1.0 + 8.0 * UNIT);
-    let moved = |k: usize| (org[k].abs() + (t * dir[k]).abs()) * (4.0 * FINE);
+    let moved = |k: usize| (org[k].abs() + (t.high * dir[k]).abs()) * (4.0 * FINE);
     let reach = Vec3::new(reach(0), reach(1), reach(2));
     let off = Vec3::new(moved(0), moved(1), moved(2));
     let lost = error_in(tape, reach, off, FINE);
     (value, lost + value.abs() * (2.0 * UNIT))
 }
 
-/// Of simple roots of some lanes the f64 nearest to each, but where a hair parts it from
-/// the number halfway to the next; so it does not depend on where the search for the root
-/// began. `t` where it is not found between the two numbers.
-#[inline(always)]
-pub fn nearest<D: Lanes<Scalar = f64>>(
+/// Finds the f64 nearest to the only root between two numbers, from an approximation
+/// between them. `None` where the polynomial's values on both sides of it, halfway to its
+/// neighbours, are not known to have opposite signs.
+pub fn nearest(
     tape: &Tape,
-    (org, dir): (Vec3<D>, Vec3<D>),
-    [from, t, to]: [D; 3],
-    lanes: D::Mask,
-) -> D {
-    let (mut found, mut open) = (t, lanes);
-    let columns = |v: Vec3<D>| [v.x, v.y, v.z];
+    (org, dir): ([f64; 3], [f64; 3]),
+    [from, t, to]: [f64; 3],
+) -> Option<f64> {
+    let (mut found, slopes) = (t, Vec3::<f64>::splat(dir));
     for _ in 0..STEPS {
-        let at = At::of(columns(org), columns(dir), Twofold::of(found));
-        let (value, slope) = tape.evaluate_plain(&Moving { at, dir });
+        let at = At::of(org, dir, Twofold::of(found));
+        let (value, slope) = tape.evaluate_plain(&Moving { at, dir: slopes });
         let step = value.high / slope;
-        let next = found - step;
-        let inside = next.ge(from) & next.le(to);
-        found = D::select(open, D::select(inside, next, t), found);
-        open = open & inside & step.abs().gt(found.abs() * D::splat(SETTLED));
-        if open.none() {
+        found -= step;
+        if !(found >= from && found <= to) {
+            return None;
+        }
+        if step.abs() <= found.abs() * SETTLED {
             break;
         }
     }
-    found
+    let sign = |neighbour: f64| {
+        let halfway = Twofold::of(found).plus(Twofold::of((neighbour - found) * 0.5));
+        let (value, error) = value_at(tape, (org, dir), halfway);
+        (value.abs() > error).then_some(value > 0.0)
+    };
+    let (below, above) = (sign(found.next_down())?, sign(found.next_up())?);
+    (below != above).then_some(found)
 }
 
 /// Of Newton's method; the first is nearly always enough.
@@ -250,7 +253,7 @@ const ROUNDS: usize = 4;
 /// A crossing between closer numbers, if f is known well enough there.
 pub(super) fn sharpened(tape: &Tape, line: ([f64; 3], [f64; 3]), root: Simple) -> Simple {
     let at = |t: f64| {
-        let (value, error) = value_at(tape, line, t);
+        let (value, error) = value_at(tape, line, Twofold::of(t));
         (value.abs() > error).then_some((t, value))
     };
     let (Some(mut a), Some(mut b)) = (at(root.from), at(root.to)) else {

@@ -36,6 +36,6 @@ pub use implicit::{Clip, Implicit};
 pub use level_set::LevelSet;
 pub use polygon::{Polygon, polygon_plane};
 pub use quadric::Quadric;
-pub use ray::{Certainty, DoubtAll, Fast, Guarded, Meet, Ray, Shear, Span};
+pub use ray::{Certainty, Fast, Guarded, Meet, Ray, Shear, Span};
 pub use sphere::Sphere;
 pub use tape::{Step, Tape};

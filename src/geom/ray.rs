@@ -34,15 +34,6 @@ impl Certainty for Fast {
     const DOUBTS_ALL: bool = false;
 }
 
-/// Has every decision made exactly.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct DoubtAll;
-
-impl Certainty for DoubtAll {
-    const GUARDED: bool = true;
-    const DOUBTS_ALL: bool = true;
-}
-
 /// What the kernels' error bounds cannot settle is decided exactly.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Guarded;

@@ -2,7 +2,7 @@
 //! is in accel/suite.rs.
 
 use super::*;
-use crate::accel::count::Counter;
+use crate::accel::count::{Count, Counter};
 use crate::accel::index::Primitives;
 use crate::accel::suite::{Random, boxes, rays};
 use crate::math::Vec3;
@@ -55,7 +55,7 @@ proptest! {
             let r = rays::<f64>(random, &of);
             let slabs = Slabs::new(r.org, r.dir, &grid.bounds);
             let counter = Counter::default();
-            grid.walk(&slabs, r.t_min, r.t_max, &mut marks, &counter, |_, _, _, limit| limit);
+            grid.walk(&slabs, r.t_min, r.t_max, &mut marks, Count(Some(&counter)), &mut |_, _, _, limit| limit);
             let expected = reached(&grid, &slabs, 0, r.t_min, r.t_max);
             prop_assert_eq!(counter.counts().nodes, expected);
         }
@@ -85,8 +85,8 @@ fn packet<L: Lanes<Scalar = f64>>(grid: &Grid, r: &crate::accel::suite::Rays<L>)
         r.t_min,
         r.t_max,
         &mut marks,
-        &together,
-        |_, _, _, limit| limit,
+        Count(Some(&together)),
+        &mut |_, _, _, limit| limit,
     );
     let mut alone = 0;
     for i in 0..L::COUNT {

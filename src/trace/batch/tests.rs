@@ -6,12 +6,22 @@
 
 use super::*;
 use crate::geom::{Cuboid, Sphere};
+use crate::math::lanes::Lanes;
 use crate::scene::{Appearances, Edge, MeshData, Scene, SceneBuilder};
 use crate::trace::hits::Depths;
 use crate::trace::query::HitId;
 use crate::trace::random::Random;
 use crate::trace::{Caching, HitIds, Origins};
 use glam::{DAffine3, DVec3};
+
+/// Has every decision made exactly.
+#[derive(Clone, Copy)]
+struct DoubtAll;
+
+impl Certainty for DoubtAll {
+    const GUARDED: bool = true;
+    const DOUBTS_ALL: bool = true;
+}
 
 #[derive(Clone, Copy)]
 struct DoubtEverySecond;
@@ -109,7 +119,7 @@ fn answers<L: Lanes, C: Certainty>(
     world: &World,
     columns: &Columns,
 ) -> Vec<(Option<(u64, HitId)>, bool)> {
-    let Forests::Narrow(forest) = &world.forest else {
+    let Forests::Compared(forest) = &world.forest else {
         unreachable!("packets go through narrow trees");
     };
     let rays = columns.rays();
@@ -123,7 +133,7 @@ fn answers<L: Lanes, C: Certainty>(
             id: id.columns(),
         },
     }
-    .packets::<L, C, _, _>(forest, &());
+    .packets::<L, C>(forest, Count::default());
     let mut blocked = vec![false; RAYS];
     AnyBatch {
         world,
@@ -131,7 +141,7 @@ fn answers<L: Lanes, C: Certainty>(
         cache: &mut ShadowCache::new(Caching::On),
         blocked: &mut blocked,
     }
-    .packets::<L, C, _, _>(forest, &());
+    .packets::<L, C>(forest, Count::default());
     let met = |i: usize| (id.get(i) != HitId::NONE).then_some((t[i].to_bits(), id.get(i)));
     (0..RAYS).map(|i| (met(i), blocked[i])).collect()
 }

@@ -45,17 +45,13 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub mod accel;
+pub use lanecast_engine::{accel, trace};
+pub use lanecast_io as io;
+pub use lanecast_model::{csg, geom, plan, scene};
+pub use lanecast_numerics::{math, roots};
+pub use lanecast_reference as reference;
+
 pub mod cli;
-pub mod csg;
-pub mod geom;
-pub mod io;
-pub mod math;
 pub mod measure;
-pub mod plan;
-pub mod reference;
 pub mod render;
-pub mod roots;
-pub mod scene;
 pub mod shade;
-pub mod trace;

@@ -66,7 +66,7 @@ pub enum LoadError {
 
 impl LoadError {
     /// Of a scene whose file does not tell the place.
-    pub(crate) fn of_scene(path: &Path, source: SceneError) -> LoadError {
+    pub fn of_scene(path: &Path, source: SceneError) -> LoadError {
         LoadError::Scene {
             path: path.into(),
             place: None,

@@ -190,8 +190,8 @@ fn at_most(a: &Dyadic, b: &Dyadic) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::root::{Poly, Root};
-    use crate::reference::rounding::nearest;
+    use crate::root::{Poly, Root};
+    use crate::rounding::nearest;
 
     fn roots(c: &[f64]) -> Vec<Algebraic> {
         let c: Vec<Dyadic> = c.iter().map(|c| Dyadic::of(*c)).collect();

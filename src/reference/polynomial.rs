@@ -221,7 +221,7 @@ fn sign(x: &BigInt) -> Ordering {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::algebraic::Algebraic;
+    use crate::algebraic::Algebraic;
     use proptest::prelude::*;
 
     fn polynomial(c: &[i64]) -> Polynomial {

@@ -177,8 +177,8 @@ impl<N: Number> Mul for Poly<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::approx::Approx;
-    use crate::reference::dyadic::Dyadic;
+    use crate::approx::Approx;
+    use crate::dyadic::Dyadic;
     use proptest::prelude::*;
 
     /// Short, so that products meet.
@@ -200,7 +200,7 @@ mod tests {
     }
 
     fn value(t: &Root<Dyadic>) -> f64 {
-        crate::reference::rounding::nearest(t)
+        crate::rounding::nearest(t)
     }
 
     #[test]

@@ -97,7 +97,7 @@ fn exact(place: i64) -> Dyadic {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::surd::Surd;
+    use crate::surd::Surd;
     use proptest::prelude::*;
 
     /// Numbers of all sizes, with many bits or few.

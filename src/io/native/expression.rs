@@ -10,7 +10,7 @@ use super::tree::{nearest, quoted};
 use super::{formula, polynomial};
 use crate::geom::formula::{Formula, MAX_STEPS as MAX_FORMULA_STEPS};
 use crate::geom::tape::{MAX_DEGREE, MAX_SLOTS, MAX_STEPS, Tape};
-use crate::io::precise::Precise;
+use crate::precise::Precise;
 use std::collections::BTreeMap;
 
 /// Bytes of one expression.

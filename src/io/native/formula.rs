@@ -4,7 +4,7 @@ use super::make::{
     Function, MAX_EXPONENT, Make, Operator, Result, Trouble, of_constants, power_of_constants,
 };
 use crate::geom::formula::{Binary, Builder, Formula, Unary};
-use crate::io::precise::Precise;
+use crate::precise::Precise;
 
 #[derive(Clone, Debug)]
 pub(super) enum Value {

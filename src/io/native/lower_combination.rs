@@ -6,7 +6,7 @@ use super::lower_shape::one;
 use super::places::At;
 use super::schema::{self, Operand as Row};
 use super::tree::Source;
-use crate::io::LoadError;
+use crate::LoadError;
 use crate::scene::{CombinationId, Operand, Operator, SceneBuilder, ShapeId};
 
 /// A combination whose operands are still names.

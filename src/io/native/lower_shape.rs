@@ -7,8 +7,8 @@ use super::places::At;
 use super::schema;
 use super::tree::{Source, quoted};
 use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere, hull};
-use crate::io::flatten::{MESH_FORMATS, names_mesh};
-use crate::io::{Dropped, Folder, LoadError, LoadOptions};
+use crate::flatten::{MESH_FORMATS, names_mesh};
+use crate::{Dropped, Folder, LoadError, LoadOptions};
 use crate::scene::{SceneBuilder, ShapeId};
 use glam::DVec3;
 
@@ -191,7 +191,7 @@ fn mesh(
     if !names_mesh(&path) {
         return refuse(format!("is of no known format; known are {MESH_FORMATS}"));
     }
-    let mut data = crate::io::import_mesh(&path, options, dropped)?;
+    let mut data = crate::import_mesh(&path, options, dropped)?;
     data.open |= open;
     Ok(scene.mesh(name, &data))
 }

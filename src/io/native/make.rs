@@ -2,7 +2,7 @@
 //! (`polynomial.rs`) and of formulas (`formula.rs`).
 
 use crate::geom::formula::{Real, Unary};
-use crate::io::precise::{NoConstant, Precise};
+use crate::precise::{NoConstant, Precise};
 use num_bigint::Sign;
 
 /// Of a constant, and of what is no polynomial.

@@ -7,7 +7,7 @@
 
 use super::make::{Function, Make, Operator, Result, Trouble, of_constants, power_of_constants};
 use crate::geom::tape::{Builder, MAX_DEGREE, Tape};
-use crate::io::precise::Precise;
+use crate::precise::Precise;
 use num_bigint::Sign;
 
 #[derive(Clone, Copy, Debug)]

@@ -4,8 +4,8 @@
 //! Each level is scanned once more for each level above it: depth is bounded.
 
 use super::tree::{Key, Kind, MAX_DEPTH, Source, Value, quoted};
-use crate::io::LoadError;
-use crate::io::text::json_fault;
+use crate::LoadError;
+use crate::text::json_fault;
 use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
 use serde_json::value::RawValue;
 use std::borrow::Cow;

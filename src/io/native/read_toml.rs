@@ -2,7 +2,7 @@
 //! and finds duplicate keys; here values get their places.
 
 use super::tree::{Key, Kind, MAX_DEPTH, Source, Value, quoted};
-use crate::io::LoadError;
+use crate::LoadError;
 
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};

@@ -4,7 +4,7 @@
 //! Places are byte offsets in the text; [`Source`] turns them into lines and
 //! columns, and only for messages.
 
-use crate::io::LoadError;
+use crate::LoadError;
 use std::borrow::Cow;
 use std::path::Path;
 
@@ -63,7 +63,7 @@ pub(super) struct Source<'a> {
 impl Source<'_> {
     /// Line and column, both from 1; the column counts characters.
     pub(super) fn place(&self, at: usize) -> (usize, usize) {
-        crate::io::place::place(self.text.as_bytes(), at)
+        crate::place::place(self.text.as_bytes(), at)
     }
 
     /// Where a byte of a text value stands, which begins at `at`: past its quotes, and

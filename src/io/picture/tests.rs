@@ -132,7 +132,7 @@ fn png_has_its_aovs_beside_it() {
     for (width, height) in SIZES {
         let picture = picture(width, height);
         picture.save(&folder.path().join("x.PNG")).unwrap();
-        let srgb = crate::io::SrgbEncoder::new();
+        let srgb = crate::SrgbEncoder::new();
         let png =
             image::load_from_memory(&std::fs::read(folder.path().join("x.PNG")).unwrap()).unwrap();
         assert_eq!(png.color(), image::ColorType::Rgb8);

@@ -3,7 +3,7 @@
 use super::{number, vector};
 use crate::geom::tape::{Arithmetic, Tape};
 use crate::geom::{Clip, Implicit};
-use crate::io::precise::Precise;
+use crate::precise::Precise;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 

@@ -1,11 +1,11 @@
 //! The ends of an operand that is a closed mesh.
 
 use super::{Combination, End, at_one_t, insert};
-use crate::reference::bounds;
-use crate::reference::facet;
-use crate::reference::number::Number;
-use crate::reference::ray::Ray;
-use crate::reference::tree::Part;
+use crate::bounds;
+use crate::facet;
+use crate::number::Number;
+use crate::ray::Ray;
+use crate::tree::Part;
 use crate::scene::{Mesh, MeshId, Scene};
 use std::cmp::Ordering;
 

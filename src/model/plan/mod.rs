@@ -92,7 +92,7 @@ fn list(widths: &[usize]) -> String {
 }
 
 /// Whether this build has every width.
-pub(crate) const ALL_LANES: bool = cfg!(feature = "all-lanes");
+pub const ALL_LANES: bool = cfg!(feature = "all-lanes");
 
 /// Lists the packet widths that this build can trace with, rising.
 pub fn widths() -> Vec<usize> {

@@ -17,6 +17,12 @@
 //! [`Reference::new`] prunes by a median-split tree of its own;
 //! [`Reference::brute_force`] looks at everything. tests/reference.rs compares.
 //! Both lay all appearances out, and refuse scenes that have too many for it.
+//!
+//! A part of Lanecast that may change with any version; the crate `lanecast` is what is
+//! kept.
+
+use lanecast_model::{geom, scene};
+use lanecast_numerics::math;
 
 mod algebraic;
 pub mod approx;

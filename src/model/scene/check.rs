@@ -10,7 +10,7 @@ mod looks;
 mod shapes;
 
 pub(super) use graph::at_time;
-pub(crate) use graph::{children_first, used_nodes};
+pub use graph::{children_first, used_nodes};
 
 use super::csg_bounds::combination_bounds;
 use super::{Leaks, Tables};

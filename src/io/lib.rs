@@ -5,6 +5,12 @@
 //! one summarised warning. Input is never trusted: every length is checked
 //! before it is used, every file that a scene names stays in the scene's folder
 //! ([`Folder`]), and every error carries the file, the place and the remedy.
+//!
+//! A part of Lanecast that may change with any version; the crate `lanecast` is what is
+//! kept.
+
+use lanecast_model::{geom, scene};
+use lanecast_numerics::{math, roots};
 
 mod atomic;
 mod dropped;

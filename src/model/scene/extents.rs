@@ -92,7 +92,7 @@ const COARSE: usize = 1 << 12;
 /// Points whose hull holds all bounded appearances, to within rounding, without
 /// visiting each: the graph is unfolded from its roots as far as [`COARSE`]
 /// boxes allow, breadth first.
-pub(crate) fn coarse_corners(tables: &Tables) -> Vec<DVec3> {
+pub fn coarse_corners(tables: &Tables) -> Vec<DVec3> {
     let shapes = (0..tables.shapes.len() as u32).map(ShapeId);
     let of_shape: Vec<Extent> = shapes
         .map(|id| shape_bounds(tables, id).map_or(Extent::EMPTY, Extent::of_box))

@@ -20,7 +20,7 @@ pub(super) fn center(tables: &Tables, shape: Shape) -> DVec3 {
 }
 
 /// The box around an operand, in the space of the combination that it is one of.
-pub(crate) fn operand_bounds(tables: &Tables, operand: &Operand) -> Option<Aabb> {
+pub fn operand_bounds(tables: &Tables, operand: &Operand) -> Option<Aabb> {
     let own = shape_bounds(tables, operand.shape)?;
     let row = operand.transform.index();
     let local = &tables.transforms.local[row];

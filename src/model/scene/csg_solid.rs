@@ -379,7 +379,7 @@ fn rounded(map: &Affine, reach: f64) -> Key {
 }
 
 /// Combinations, each after its operands; or a cycle, first row repeated.
-pub(crate) fn operands_first(tables: &Tables) -> Result<Vec<u32>, Vec<u32>> {
+pub fn operands_first(tables: &Tables) -> Result<Vec<u32>, Vec<u32>> {
     let table = &tables.combinations;
     let mut state = vec![0_u8; table.len()];
     let mut order = Vec::with_capacity(table.len());

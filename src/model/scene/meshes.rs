@@ -157,7 +157,7 @@ impl Mesh<'_> {
 
 /// What the numbers of a box's content should count from: zero on each axis where
 /// it is not further from the origin than `times` its size, else about its middle.
-pub(crate) fn far_center(bounds: &Aabb, times: f64) -> DVec3 {
+pub fn far_center(bounds: &Aabb, times: f64) -> DVec3 {
     let size = bounds.extent().max_element();
     if !(size.is_finite() && size > 0.0) {
         return DVec3::ZERO;

@@ -147,7 +147,7 @@ pub(super) fn shown(path: &[u32], label: impl Fn(&u32) -> String) -> Vec<String>
 }
 
 /// Nodes that an instance leads to.
-pub(crate) fn used_nodes(scene: &Tables, children_first: &[u32]) -> Vec<bool> {
+pub fn used_nodes(scene: &Tables, children_first: &[u32]) -> Vec<bool> {
     fn mark(used: &mut [bool], targets: &[Target]) {
         for target in targets {
             if let Target::Node(node) = target {
@@ -169,7 +169,7 @@ pub(crate) fn used_nodes(scene: &Tables, children_first: &[u32]) -> Vec<bool> {
 
 /// The nodes, each after all of its children; or a cycle, first node repeated.
 /// An explicit stack: graphs may be a million nodes deep.
-pub(crate) fn children_first(scene: &Tables) -> Result<Vec<u32>, Vec<u32>> {
+pub fn children_first(scene: &Tables) -> Result<Vec<u32>, Vec<u32>> {
     const NEW: u8 = 0;
     const OPEN: u8 = 1;
     const DONE: u8 = 2;

@@ -99,7 +99,7 @@ pub fn complete(
 
 impl Prepared {
     /// The trees, built on the pool.
-    pub fn world(&self, watch: &mut Watch, stats: &mut Stats) -> World<'_> {
+    pub fn world(&self, watch: &mut Watch, stats: &mut Stats) -> World {
         let structure = structure(&self.plan, &self.kd);
         let build = || World::build_to(self.build, &self.scene, &self.appearances, structure);
         let world = self.pool.install(build);

@@ -76,8 +76,8 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
 /// A line about appearances that have bounds, but none in world space.
 fn blurred(world: &World) -> Option<String> {
     let bounded = |entry: &&Entry| {
-        let row = world.appearances.get(world.scene, entry.appearance);
-        shape_bounds(world.scene, row.shape).is_some()
+        let row = world.appearances.get(&world.scene, entry.appearance);
+        shape_bounds(&world.scene, row.shape).is_some()
     };
     let which = match world.unbounded.iter().filter(bounded).count() {
         0 => return None,

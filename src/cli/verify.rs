@@ -125,7 +125,7 @@ fn prepared(
 /// What is the same for every mode.
 struct Check<'a> {
     prepared: &'a Prepared,
-    world: &'a World<'a>,
+    world: &'a World,
     reference: &'a Reference<'a>,
     config: &'a RenderConfig,
     aimed: &'a [Aimed],

@@ -22,7 +22,7 @@ use glam::DVec3;
 
 /// What the sets are made from.
 pub struct Source<'a> {
-    pub world: &'a World<'a>,
+    pub world: &'a World,
     /// Best f64: the sets depend on the hits.
     pub kernels: Kernels,
     pub camera: Camera,

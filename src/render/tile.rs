@@ -33,7 +33,7 @@ const SIDE: usize = 2 * BLOCK as usize;
 
 /// What is rendered, and from where.
 pub struct View<'w> {
-    pub world: &'w World<'w>,
+    pub world: &'w World,
     pub kernels: Kernels,
     pub camera: Camera,
     pub lights: &'w [Light],

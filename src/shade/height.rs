@@ -91,7 +91,7 @@ enum Below<D> {
 impl<D: Lanes<Scalar = f64>> Below<D> {
     #[inline(always)]
     fn of(world: &World, shape: Shape, primitives: &[u32]) -> Below<D> {
-        let scene = world.scene;
+        let scene = &world.scene;
         match shape {
             Shape::Mesh(id) => {
                 let [a, b, c] = facets(&scene.meshes.row(id), primitives);
@@ -116,7 +116,7 @@ impl<D: Lanes<Scalar = f64>> Below<D> {
     /// them of these.
     #[inline(always)]
     fn value(&self, world: &World, p: Vec3<D>) -> (D, Vec3<D>) {
-        let scene = world.scene;
+        let scene = &world.scene;
         let solid = match self {
             Below::Planes { on, normal } => return ((p - *on).dot(*normal), *normal),
             Below::Solid(solid) => *solid,

@@ -64,7 +64,7 @@ impl<'b> Columns<'b> {
 }
 
 pub struct Integrator<'w> {
-    pub world: &'w World<'w>,
+    pub world: &'w World,
     pub kernels: Kernels,
     pub lights: &'w [Light],
     /// Lists of the frame for the camera rays, and the first of them.

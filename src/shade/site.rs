@@ -21,7 +21,7 @@ const DOUBLE: f64 = <f64 as Scalar>::UNIT_ROUNDOFF;
 
 /// A primitive where it appears: all of a mesh, or an operand of a combination.
 pub struct Site<'w> {
-    world: &'w World<'w>,
+    world: &'w World,
     precision: Precision,
     instance: u64,
     /// Of a combination, the surface is an operand's, in that one's space.
@@ -58,8 +58,8 @@ struct Part<'w> {
 }
 
 impl<'w> Site<'w> {
-    pub fn of(world: &'w World<'w>, precision: Precision, id: HitId) -> Site<'w> {
-        let appearance = world.appearances.get(world.scene, id.instance);
+    pub fn of(world: &'w World, precision: Precision, id: HitId) -> Site<'w> {
+        let appearance = world.appearances.get(&world.scene, id.instance);
         let entry = world.entry_of(id.instance);
         let whole = entry.placed.then_some(appearance.object_from_world);
         let center = match entry.shape {
@@ -70,7 +70,7 @@ impl<'w> Site<'w> {
         let size = if entry.size.is_finite() {
             entry.size
         } else {
-            let bounds = shape_bounds(world.scene, appearance.shape);
+            let bounds = shape_bounds(&world.scene, appearance.shape);
             bounds.map_or(0.0, |own| own.max_abs())
         };
         let mut site = Site {
@@ -101,7 +101,7 @@ impl<'w> Site<'w> {
         let frame = &solid.frames[operand.frame as usize];
         let map = (operand.frame != 0).then_some(&frame.operand_from_solid);
         let norms = [&frame.operand_from_solid, &frame.solid_from_operand].map(Affine::norm);
-        let bounds = shape_bounds(self.world.scene, operand.id);
+        let bounds = shape_bounds(&self.world.scene, operand.id);
         self.shape = operand.shape;
         self.stretch *= norms[0] * norms[1];
         self.placed = match (&self.whole, map) {
@@ -237,7 +237,7 @@ impl<'w> Site<'w> {
             let lost = !(blur * D::splat(DOUBLE)).lt(local);
             let lost = lost | !ng.length_squared().gt(D::splat(0.5));
             if lost.any() {
-                let scene = self.world.scene;
+                let scene = &self.world.scene;
                 let bounds = match self.shape {
                     Shape::Implicit(id) => scene.implicits.bounds[id.index()],
                     Shape::LevelSet(id) => scene.level_sets.region[id.index()],

@@ -95,7 +95,7 @@ pub(super) fn blur_of<D: Lanes<Scalar = f64>>(
     at: Vec3<D>,
     slope: Option<D>,
 ) -> D {
-    let scene = world.scene;
+    let scene = &world.scene;
     let slope_of = |gradient: Vec3<D>| gradient.length();
     match shape {
         Shape::Quadric(id) => {
@@ -190,7 +190,7 @@ pub(super) fn normals<D: Lanes<Scalar = f64>>(
     (at, primitives): (Vec3<D>, &[u32]),
     known: Option<Vec3<D>>,
 ) -> (Vec3<D>, Option<Vec3<D>>) {
-    let scene = world.scene;
+    let scene = &world.scene;
     match shape {
         Shape::Polygon(id) => {
             let polygon = scene.polygons.row(id);

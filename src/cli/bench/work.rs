@@ -26,7 +26,7 @@ const CHECKED_LINEAR: usize = 1 << 14;
 
 pub struct Work<'a> {
     prepared: &'a Prepared,
-    structures: Vec<Structure<'a>>,
+    structures: Vec<Structure>,
     /// Precisions that lack the width asked for, and why.
     pub left_out: Vec<String>,
     peer: Option<(Embree, Vec<HitId>)>,
@@ -38,16 +38,16 @@ pub struct Work<'a> {
 }
 
 /// One of our structures, and the modes that trace through it.
-struct Structure<'a> {
+struct Structure {
     accel: Accel,
     build: BuildQuality,
     plan: Plan,
     modes: Vec<(Precision, Kernels)>,
-    world: Option<World<'a>>,
+    world: Option<World>,
     seconds: Vec<f64>,
 }
 
-impl Structure<'_> {
+impl Structure {
     /// Such as `bvh`, of medium quality, or `bvh-high`.
     fn name(&self) -> String {
         let accel = self.accel.name();
@@ -307,14 +307,14 @@ impl<'a> Work<'a> {
         self.prepared.pool.current_num_threads()
     }
 
-    fn worlds(&self) -> impl Iterator<Item = (&Structure<'a>, &World<'a>)> {
+    fn worlds(&self) -> impl Iterator<Item = (&Structure, &World)> {
         let built = self.structures.iter();
         built.filter_map(|own| own.world.as_ref().map(|world| (own, world)))
     }
 
     /// The structure that is asked for what is right: not the slow one, where
     /// there is another.
-    fn judged(&self) -> Option<(&Structure<'a>, &World<'a>)> {
+    fn judged(&self) -> Option<(&Structure, &World)> {
         let fast = |(own, _): &(&Structure, _)| own.accel != Accel::Linear;
         self.worlds().find(fast).or_else(|| self.worlds().next())
     }
@@ -337,11 +337,7 @@ impl<'a> Work<'a> {
     }
 }
 
-fn modes<'w>(
-    own: &'w Structure<'_>,
-    world: &'w World<'w>,
-    cachings: &[Caching],
-) -> Vec<Contender<'w>> {
+fn modes<'w>(own: &'w Structure, world: &'w World, cachings: &[Caching]) -> Vec<Contender<'w>> {
     let each = |(precision, kernels): &(Precision, Kernels)| {
         let (precision, kernels) = (*precision, *kernels);
         let cachings = cachings.iter();
@@ -353,7 +349,7 @@ fn modes<'w>(
 
 fn contender<'w>(
     own: &Structure,
-    world: &'w World<'w>,
+    world: &'w World,
     precision: Precision,
     kernels: Kernels,
     caching: Caching,

@@ -83,7 +83,7 @@ impl Renewal {
     }
 }
 
-impl World<'_> {
+impl World {
     /// What the next frame's world can be made from.
     pub fn keep(self) -> Kept {
         Kept {
@@ -95,17 +95,17 @@ impl World<'_> {
     }
 }
 
-impl<'a> World<'a> {
+impl World {
     /// The world of the same scene at another time. `worst`: by how much a
     /// refitted tree may be dearer than when it was built ([`WORST_REFIT`]; 0
     /// always builds). Structures but wide trees are built anew.
     pub fn next(
         kept: Kept,
-        scene: &'a Scene,
-        appearances: &'a Appearances,
+        scene: &Scene,
+        appearances: &Appearances,
         structure: Structure,
         worst: f64,
-    ) -> (World<'a>, Renewal) {
+    ) -> (World, Renewal) {
         let Kept {
             forest,
             order,

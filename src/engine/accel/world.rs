@@ -76,9 +76,9 @@ pub struct Entry {
     pub stretch: f64,
 }
 
-pub struct World<'a> {
-    pub scene: &'a Scene,
-    pub appearances: &'a Appearances,
+pub struct World {
+    pub scene: Scene,
+    pub appearances: Appearances,
     pub forest: Forests,
     /// Around what is bounded, about `center`. It depends on the scene alone: all
     /// structures take the constants of their rays from it.
@@ -105,23 +105,19 @@ pub struct World<'a> {
     pub(super) top_built: Cost,
 }
 
-impl<'a> World<'a> {
+impl World {
     /// With trees of [`BuildQuality::Medium`].
-    pub fn build(
-        scene: &'a Scene,
-        appearances: &'a Appearances,
-        structure: Structure,
-    ) -> World<'a> {
+    pub fn build(scene: &Scene, appearances: &Appearances, structure: Structure) -> World {
         World::build_to(BuildQuality::default(), scene, appearances, structure)
     }
 
     /// `quality`: of wide trees; other structures have parameters of their own.
     pub fn build_to(
         quality: BuildQuality,
-        scene: &'a Scene,
-        appearances: &'a Appearances,
+        scene: &Scene,
+        appearances: &Appearances,
         structure: Structure,
-    ) -> World<'a> {
+    ) -> World {
         let compared = |build: &Build| {
             let (forest, entries) = plant(scene, appearances, build);
             (Forests::Compared(forest), entries)
@@ -182,15 +178,15 @@ impl<'a> World<'a> {
 
     /// Of a flat forest.
     pub(super) fn of(
-        scene: &'a Scene,
-        appearances: &'a Appearances,
+        scene: &Scene,
+        appearances: &Appearances,
         forest: Forests,
         Entries {
             bounded: entries,
             unbounded,
             center,
         }: Entries,
-    ) -> World<'a> {
+    ) -> World {
         let mut place_of = vec![0; entries.len() + unbounded.len()];
         for (place, entry) in entries.iter().chain(&unbounded).enumerate() {
             place_of[entry.appearance as usize] = place as u32;
@@ -202,8 +198,8 @@ impl<'a> World<'a> {
             Groups::of(scene, appearances, own).bounds(center)
         };
         World {
-            scene,
-            appearances,
+            scene: scene.clone(),
+            appearances: appearances.clone(),
             bounds,
             center,
             top_built: Cost::new(forest.top_figures().sah, &bounds),
@@ -219,7 +215,7 @@ impl<'a> World<'a> {
 
     /// Nothing in it is by appearance. Groups are small: their trees are of
     /// medium quality.
-    fn nested(quality: BuildQuality, scene: &'a Scene, appearances: &'a Appearances) -> World<'a> {
+    fn nested(quality: BuildQuality, scene: &Scene, appearances: &Appearances) -> World {
         let meshes = wide_meshes(quality, scene, appearances);
         let own = own_bounds(scene, |mesh| meshes[mesh].as_ref().map(|m| m.tree.bounds));
         let groups = Groups::of(scene, appearances, own);
@@ -234,8 +230,8 @@ impl<'a> World<'a> {
             (groups.bounds(center), center)
         };
         World {
-            scene,
-            appearances,
+            scene: scene.clone(),
+            appearances: appearances.clone(),
             forest: Forests::Nested(NestedForest { groups, meshes }),
             bounds,
             center,
@@ -265,12 +261,12 @@ impl<'a> World<'a> {
     #[cold]
     #[inline(never)]
     fn look_up(&self, id: u64) -> Entry {
-        let row = self.appearances.get(self.scene, id);
+        let row = self.appearances.get(&self.scene, id);
         let Forests::Nested(NestedForest { groups, .. }) = &self.forest else {
             unreachable!("a flat world has an entry for each of its appearances");
         };
         let own = groups.own[row.shape.index()];
-        Entry::of(self.scene, row.shape, own, id, &row.place(), self.center)
+        Entry::of(&self.scene, row.shape, own, id, &row.place(), self.center)
     }
 
     /// Those of `unbounded` that are no meshes.
@@ -319,7 +315,7 @@ impl<'a> World<'a> {
     /// Of the appearance of this id.
     #[inline(always)]
     pub fn object_from_world(&self, appearance: u64) -> Affine {
-        self.appearances.object_from_world(self.scene, appearance)
+        self.appearances.object_from_world(&self.scene, appearance)
     }
 
     /// Bytes of each structure, by name.

@@ -155,9 +155,9 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
 impl<'a> Case<'a> {
     /// `corners`: of a triangle, in any order, where they are at hand.
     #[inline(always)]
-    fn of(world: &'a World<'a>, ray: &WorldRay, id: HitId, corners: Option<&Corners>) -> Case<'a> {
+    fn of(world: &'a World, ray: &WorldRay, id: HitId, corners: Option<&Corners>) -> Case<'a> {
         let entry = world.entry_of(id.instance);
-        let scene = world.scene;
+        let scene = &world.scene;
         match entry.shape {
             Shape::Mesh(mesh) => {
                 let (org, dir) = in_object(world, ray, &entry, scene.meshes.center[mesh.index()]);
@@ -303,14 +303,14 @@ fn kernel_of_operand<L: Lanes>(
         // All of the packet that lanes look at.
         let packet = Packet::<L>::new(splat(org), splat(dir), L::from_f64(ray.t_min), &entry.own);
         let (mut rows, all) = (Vec::new(), L::Mask::splat(true));
-        let solid = (world.combined(row), &**world.scene);
+        let solid = (world.combined(row), &*world.scene);
         let mut spaces = Spaces::new(&packet);
         let found = spaces.boundaries(solid, (operand, id), all, &mut rows);
         let end = rows.into_iter().find(holds)?;
         let known = !found.unsure.any() && is_sharp(&end).any();
         return known.then(|| end[1].lane(0).to_f64());
     }
-    let ends = ends::<L, Guarded>(world.scene, operand.shape, &rays.rays());
+    let ends = ends::<L, Guarded>(&world.scene, operand.shape, &rays.rays());
     let end = [ends.enter, ends.exit].into_iter().find(holds)?;
     let known = ends.some.any() && is_sharp(&end).any();
     known.then(|| end[1].lane(0).to_f64())

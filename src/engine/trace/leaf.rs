@@ -39,7 +39,7 @@ impl<L: Lanes> Window<L> {
 
 /// The tracing of one packet against one world.
 pub struct Tester<'w, L: Lanes, C> {
-    pub world: &'w World<'w>,
+    pub world: &'w World,
     /// World space.
     pub packet: &'w Packet<L>,
     /// Of the appearance that is being tested, where it is at hand.
@@ -49,7 +49,7 @@ pub struct Tester<'w, L: Lanes, C> {
 
 impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
     #[inline(always)]
-    pub fn new(world: &'w World<'w>, packet: &'w Packet<L>) -> Self {
+    pub fn new(world: &'w World, packet: &'w Packet<L>) -> Self {
         Tester {
             world,
             packet,

@@ -69,7 +69,7 @@ impl Nested<'_, '_> {
     /// Where a link leads: the place, and the id of the first appearance there.
     #[inline(always)]
     fn through(&self, above: &Spot, link: &Link) -> (Place, u64) {
-        let place = above.place.through(self.stream.world.scene, link.edge);
+        let place = above.place.through(&self.stream.world.scene, link.edge);
         (place, above.first + link.before)
     }
 
@@ -98,7 +98,7 @@ impl Nested<'_, '_> {
                 Target::Shape(shape) => {
                     let own = self.groups.own[shape.index()];
                     let entry = Entry::of(
-                        self.stream.world.scene,
+                        &self.stream.world.scene,
                         shape,
                         own,
                         first,
@@ -185,7 +185,7 @@ impl Nested<'_, '_> {
             Target::Shape(shape) => {
                 let own = self.groups.own[shape.index()];
                 let entry = Entry::of(
-                    self.stream.world.scene,
+                    &self.stream.world.scene,
                     shape,
                     own,
                     first,

@@ -38,7 +38,7 @@ const FEW: u32 = 2;
 
 /// The rays of a stream: with one query each, and as packets.
 pub(super) struct Lanewise<'a, L: Lanes, const S: usize> {
-    pub world: &'a World<'a>,
+    pub world: &'a World,
     pub rays: &'a Rays<'a>,
     pub first: usize,
     pub packets: Packets<L, S>,

@@ -44,7 +44,7 @@ impl<'a> Met<'a> {
 
 /// The rays of one stream: [`STREAM`] rows from `first` on.
 pub(super) struct Stream<'a> {
-    pub world: &'a World<'a>,
+    pub world: &'a World,
     pub rays: &'a Rays<'a>,
     pub first: usize,
 }

@@ -8,12 +8,12 @@ use super::places::At;
 use super::schema::{self, Named, Triple};
 use super::tree::{Source, nearest, quoted};
 use super::{lower_combination, lower_shape, rotate};
-use crate::{Dropped, LoadError, LoadOptions};
 use crate::math::Affine;
 use crate::scene::{
     Camera, Edge, Entity, EntityKind, Falloff, Key, Light, Material, MaterialId, Model, NodeId,
     SceneBuilder, ShapeId,
 };
+use crate::{Dropped, LoadError, LoadOptions};
 use glam::DVec3;
 use std::collections::HashMap;
 

@@ -6,10 +6,10 @@ use super::lower_polynomial;
 use super::places::At;
 use super::schema;
 use super::tree::{Source, quoted};
-use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere, hull};
 use crate::flatten::{MESH_FORMATS, names_mesh};
-use crate::{Dropped, Folder, LoadError, LoadOptions};
+use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere, hull};
 use crate::scene::{SceneBuilder, ShapeId};
+use crate::{Dropped, Folder, LoadError, LoadOptions};
 use glam::DVec3;
 
 pub(super) fn shape(

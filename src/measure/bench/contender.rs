@@ -26,7 +26,7 @@ pub struct Contender<'a> {
 #[derive(Clone)]
 pub enum Tracer<'a> {
     Own {
-        world: &'a World<'a>,
+        world: &'a World,
         kernels: Kernels,
         /// Of rays that ask for any hit.
         caching: Caching,

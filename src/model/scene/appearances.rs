@@ -18,6 +18,8 @@ use super::{Blur, Edge, Shape, Tables};
 use crate::math::Affine;
 use glam::DVec3;
 use std::borrow::Cow;
+use std::ops::Deref;
+use std::sync::Arc;
 
 /// Ids count up to here; `u64::MAX` stands for none.
 pub const MAX_APPEARANCES: u64 = u64::MAX - 1;
@@ -77,9 +79,24 @@ fn is_centered(scene: &Tables, shape: ShapeId) -> bool {
     }
 }
 
-/// What finds them. Methods that take a scene want the one that this is of.
+/// Finds the appearances of a scene. Methods that take a scene want the one that this is
+/// of. Clones share the table.
 #[derive(Clone, Debug, Default)]
 pub struct Appearances {
+    table: Arc<AppearanceTable>,
+}
+
+impl Deref for Appearances {
+    type Target = AppearanceTable;
+
+    fn deref(&self) -> &AppearanceTable {
+        &self.table
+    }
+}
+
+/// What [`Appearances`] share.
+#[derive(Clone, Debug, Default)]
+pub struct AppearanceTable {
     /// All of them by id where they are few, else none.
     pub rows: Vec<Appearance>,
     count: u64,
@@ -117,7 +134,7 @@ impl Appearances {
                 limit: MAX_DEPTH,
             });
         }
-        let mut appearances = Appearances {
+        let mut appearances = AppearanceTable {
             rows: Vec::new(),
             count: all.appearances,
             depth: all.depth,
@@ -130,9 +147,12 @@ impl Appearances {
             rows.extend(appearances.iter(scene));
             appearances.rows = rows;
         }
-        Ok(appearances)
+        let table = Arc::new(appearances);
+        Ok(Appearances { table })
     }
+}
 
+impl AppearanceTable {
     pub fn count(&self) -> u64 {
         self.count
     }

@@ -8,6 +8,7 @@ use crate::geom::{Clip, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, S
 use crate::math::Affine;
 use crate::roots::Solver;
 use glam::DVec3;
+use std::sync::Arc;
 
 /// Builds a [`Scene`]. Every `add` gives the id of the new row; names may be
 /// empty. Nothing is checked before [`finish`](SceneBuilder::finish).
@@ -222,7 +223,7 @@ impl SceneBuilder {
     pub fn finish(mut self) -> Result<Scene, SceneError> {
         check(&mut self.tables)?;
         Ok(Scene {
-            tables: self.tables,
+            tables: Arc::new(self.tables),
         })
     }
 }

@@ -37,7 +37,9 @@ mod solids;
 mod transforms;
 
 pub use crate::csg::Operator;
-pub use appearances::{Appearance, Appearances, MAX_APPEARANCES, MAX_DEPTH, MAX_LAID_OUT, Place};
+pub use appearances::{
+    Appearance, AppearanceTable, Appearances, MAX_APPEARANCES, MAX_DEPTH, MAX_LAID_OUT, Place,
+};
 pub use blur::Blur;
 pub use bounds::shape_bounds;
 pub use builder::SceneBuilder;
@@ -71,6 +73,7 @@ pub use transforms::Transforms;
 
 use crate::roots::Solver;
 use std::ops::Deref;
+use std::sync::Arc;
 
 /// Every table of a scene. Absent things are empty tables: no memory, no time.
 #[derive(Clone, Debug, Default)]
@@ -140,19 +143,20 @@ impl Tables {
     }
 }
 
-/// Checked tables. Reads like [`Tables`]; cannot be changed.
+/// Checked tables. Reads like [`Tables`]; cannot be changed. Clones share them.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    tables: Tables,
+    tables: Arc<Tables>,
 }
 
 impl Scene {
     /// The same scene at a time of its motion, 0 to 1: the transforms that move
-    /// and their inverses are made anew, the rest stays where it is. Refused
-    /// where paths become singular at that time; each motion by itself does not.
+    /// and their inverses are made anew, the rest stays where it is (or is copied, where a
+    /// clone shares it). Refused where paths become singular at that time; each motion by
+    /// itself does not.
     pub fn at(mut self, time: f64) -> Result<Scene, SceneError> {
         if !self.transforms.motions.is_empty() {
-            self.tables.transforms.set_time(time);
+            Arc::make_mut(&mut self.tables).transforms.set_time(time);
             check::at_time(&self.tables, time)?;
         }
         Ok(self)
@@ -161,7 +165,10 @@ impl Scene {
     /// The same scene with one solver for all polynomial surfaces: what finds where rays
     /// meet them in the precision `fast`. Refused where it cannot take one of them.
     pub fn solved_by(mut self, solver: Solver) -> Result<Scene, SceneError> {
-        self.tables.implicits.solver.fill(solver);
+        Arc::make_mut(&mut self.tables)
+            .implicits
+            .solver
+            .fill(solver);
         check::solvers(&self.tables)?;
         Ok(self)
     }
@@ -183,12 +190,12 @@ impl Scene {
             Some(row) => self.cameras.rows[row],
             None => {
                 let camera = default_camera(&self, appearances, aspect);
-                self.tables.cameras.rows.push(camera);
+                Arc::make_mut(&mut self.tables).cameras.rows.push(camera);
                 camera
             }
         };
         if self.lights.is_empty() {
-            self.tables.lights = default_lights(&camera);
+            Arc::make_mut(&mut self.tables).lights = default_lights(&camera);
         }
         (self, camera)
     }

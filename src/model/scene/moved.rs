@@ -4,6 +4,7 @@ use super::check::{SceneError, check};
 use super::{Camera, Edge, Edges, Falloff, Light, Names, NodeId, Projection, Scene, Tables};
 use crate::math::Affine;
 use glam::DVec3;
+use std::sync::Arc;
 
 impl Scene {
     /// Scaled about the world's origin, then moved: appearances by one more node
@@ -16,7 +17,7 @@ impl Scene {
         if place.is_identity() {
             return Ok(self);
         }
-        let mut tables = self.tables;
+        let mut tables = Arc::unwrap_or_clone(self.tables);
         lift(&mut tables, place);
         let moved = |p: DVec3| p * scale + offset;
         for light in &mut tables.lights {
@@ -42,6 +43,7 @@ impl Scene {
             }
         }
         check(&mut tables)?;
+        let tables = Arc::new(tables);
         Ok(Scene { tables })
     }
 }

@@ -5,8 +5,8 @@ use crate::bounds;
 use crate::facet;
 use crate::number::Number;
 use crate::ray::Ray;
-use crate::tree::Part;
 use crate::scene::{Mesh, MeshId, Scene};
+use crate::tree::Part;
 use std::cmp::Ordering;
 
 impl Combination {

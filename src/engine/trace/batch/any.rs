@@ -13,7 +13,7 @@ use crate::trace::stream::{Stream, StreamScratch, each};
 use crate::trace::tile::{Bundles, TILE, Tile, TileScratch};
 
 pub struct AnyBatch<'a> {
-    pub world: &'a World<'a>,
+    pub world: &'a World,
     pub rays: &'a Rays<'a>,
     pub cache: &'a mut ShadowCache,
     pub blocked: &'a mut [bool],

@@ -13,7 +13,7 @@ use crate::trace::stream::{Stream, StreamScratch, each};
 use crate::trace::tile::{Bundles, TILE, Tile, TileScratch};
 
 pub struct ClosestBatch<'a, 'h> {
-    pub world: &'a World<'a>,
+    pub world: &'a World,
     pub rays: &'a Rays<'a>,
     pub hits: &'a mut Hits<'h>,
     /// Lists for the rays, and the number of the first tile.

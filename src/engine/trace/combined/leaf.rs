@@ -37,7 +37,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         }
         let placed = entry.placed.then(|| self.object_packet(entry, DVec3::ZERO));
         let object = placed.as_ref().unwrap_or(self.packet);
-        let (solid, tables) = (self.world.combined(id), self.world.scene);
+        let (solid, tables) = (self.world.combined(id), &self.world.scene);
         let id = |primitive| HitId {
             instance: entry.appearance,
             primitive,

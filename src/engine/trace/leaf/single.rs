@@ -23,9 +23,9 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
             return Meet::unsure(active);
         }
         if C::GUARDED {
-            return meet_guarded(self.world.scene, entry, &object.line(), active);
+            return meet_guarded(&self.world.scene, entry, &object.line(), active);
         }
-        let (ray, scene) = (&object.ray, self.world.scene);
+        let (ray, scene) = (&object.ray, &self.world.scene);
         let t_min = ray.t_min;
         let met = match entry.shape {
             Shape::HalfSpace(id) => {
@@ -87,7 +87,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         if !C::GUARDED || C::DOUBTS_ALL || is_double || meet.unsure.none() {
             return meet;
         }
-        let scene = self.world.scene;
+        let scene = &self.world.scene;
         let [may, must] = look_closer(scene, entry, object, query.limit(), meet.unsure.bits());
         let must = L::Mask::from_bits(must);
         // Where does not matter.
@@ -152,7 +152,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         active: L::Mask,
         query: &mut Q,
     ) {
-        let scene = self.world.scene;
+        let scene = &self.world.scene;
         let surface = &scene.implicits.row(row);
         if !C::GUARDED && scene.implicits.solver(row) != Solver::Auto {
             let limit = query.limit();

@@ -51,7 +51,7 @@ pub const TILE: usize = 64;
 const WIDE_TILE: f32 = 96.0;
 
 pub(super) struct Tile<'a, L: Lanes, const S: usize> {
-    world: &'a World<'a>,
+    world: &'a World,
     rays: &'a Rays<'a>,
     first: usize,
     /// Of the first ray alive: what all have in common is either.
@@ -110,7 +110,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
     /// t = 0, or do not advance along one axis.
     #[inline(always)]
     pub fn of(
-        world: &'a World<'a>,
+        world: &'a World,
         rays: &'a Rays<'a>,
         first: usize,
         bundles: &'a mut Bundles<L, S>,
@@ -298,7 +298,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
     /// Leaves out the rays that pass by a shape in world space.
     #[inline(always)]
     fn pass_by(&self, shape: Shape, active: &mut [L::Mask; S]) {
-        let scene = self.world.scene;
+        let scene = &self.world.scene;
         let row = match shape {
             Shape::Cylinder(id) => scene.cylinders.upright(id),
             Shape::Cone(id) => scene.cones.upright(id),

@@ -114,7 +114,8 @@ pub fn counts(world: &World) -> bool {
     matches!(world.forest, Forests::Compared(_))
 }
 
-/// A batch that runs at any width and certainty.
+/// A batch that runs at any width and certainty. Each instance of each function is a
+/// traversal of its own: `.ci/instances` counts them.
 trait Batch {
     /// Through wide trees; `S` packets are a tile.
     fn tiles<L: Lanes, C: Certainty, const S: usize>(self, scratch: &mut TileScratch);
@@ -131,43 +132,45 @@ trait Batch {
 fn dispatch(world: &World, kernels: &Kernels, counter: Option<&Counter>, batch: impl Batch) {
     let (forest, count) = (&world.forest, Count(counter));
     match kernels.precision {
-        Precision::Fast => by_width::<Fast>(kernels.lanes, forest, count, batch),
+        Precision::Fast => by_structure::<Fast>(kernels.lanes, forest, count, batch),
         Precision::Guarded | Precision::Exact => {
-            by_width::<Guarded>(kernels.lanes, forest, count, batch);
+            by_structure::<Guarded>(kernels.lanes, forest, count, batch);
         }
     }
 }
 
-const NATIVE: usize = native_width();
+/// The lanes of single primitives before streams of nested worlds, whatever is asked for:
+/// streams go ray by ray.
+#[cfg(not(test))]
+type Streamed = crate::math::lanes::Register;
+#[cfg(test)]
+type Streamed = f32;
+const STREAMED: usize = TILE / <Streamed as Lanes>::COUNT;
 
 /// Whether packets of so many rays are built. The library's own tests trace by one ray:
 /// what traces everything is tested from outside, and kernels take long to build.
 const fn is_built(lanes: usize) -> bool {
-    !cfg!(test) && (ALL_LANES || lanes == NATIVE)
+    !cfg!(test) && (ALL_LANES || lanes == native_width())
 }
 
-fn by_width<C: Certainty>(lanes: usize, forest: &Forests, count: Count, batch: impl Batch) {
+fn by_structure<C: Certainty>(lanes: usize, forest: &Forests, count: Count, batch: impl Batch) {
+    if let Forests::Nested(forest) = forest {
+        return with_scratch(|scratch| {
+            batch.nested::<Streamed, C, STREAMED>(&forest.groups, &mut scratch.streams);
+        });
+    }
     match lanes {
-        16 if const { is_built(16) } => {
-            by_structure::<f32x16, C, { TILE / 16 }>(forest, count, batch);
-        }
-        8 if const { is_built(8) } => by_structure::<f32x8, C, { TILE / 8 }>(forest, count, batch),
-        4 if const { is_built(4) } => by_structure::<f32x4, C, { TILE / 4 }>(forest, count, batch),
-        _ => by_structure::<f32, C, TILE>(forest, count, batch),
+        16 if const { is_built(16) } => flat::<f32x16, C, { TILE / 16 }>(forest, count, batch),
+        8 if const { is_built(8) } => flat::<f32x8, C, { TILE / 8 }>(forest, count, batch),
+        4 if const { is_built(4) } => flat::<f32x4, C, { TILE / 4 }>(forest, count, batch),
+        _ => flat::<f32, C, TILE>(forest, count, batch),
     }
 }
 
-fn by_structure<L: Lanes, C: Certainty, const S: usize>(
-    forest: &Forests,
-    count: Count,
-    batch: impl Batch,
-) {
+fn flat<L: Lanes, C: Certainty, const S: usize>(forest: &Forests, count: Count, batch: impl Batch) {
     match forest {
-        Forests::Wide(_) => with_scratch(|scratch| batch.tiles::<L, C, S>(scratch)),
-        Forests::Nested(forest) => with_scratch(|scratch| {
-            batch.nested::<L, C, S>(&forest.groups, &mut scratch.streams);
-        }),
         Forests::Compared(forest) => batch.packets::<L, C>(forest, count),
+        _ => with_scratch(|scratch| batch.tiles::<L, C, S>(scratch)),
     }
 }
 

@@ -148,6 +148,7 @@ impl Batch for AnyBatch<'_> {
         }
     }
 
+    #[inline(never)]
     fn tiles<L: Lanes, C: Certainty, const S: usize>(mut self, scratch: &mut TileScratch) {
         let (world, rays) = (self.world, self.rays);
         let mut bundles = Bundles::default();

@@ -84,6 +84,7 @@ impl ClosestBatch<'_, '_> {
 }
 
 impl Batch for ClosestBatch<'_, '_> {
+    #[inline(never)]
     fn packets<L: Lanes, C: Certainty>(mut self, forest: &Forest, count: Count) {
         let mut scratch = [forest.top.scratch::<L>(), forest.top.scratch::<L>()];
         for first in (0..self.rays.len()).step_by(L::COUNT) {
@@ -117,6 +118,7 @@ impl Batch for ClosestBatch<'_, '_> {
         }
     }
 
+    #[inline(never)]
     fn tiles<L: Lanes, C: Certainty, const S: usize>(mut self, scratch: &mut TileScratch) {
         let mut bundles = Bundles::default();
         let mut queries: [_; S] = std::array::from_fn(|_| Closest::<L, C>::new(L::zero()));

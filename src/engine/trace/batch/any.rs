@@ -112,6 +112,7 @@ impl AnyBatch<'_> {
 }
 
 impl Batch for AnyBatch<'_> {
+    #[inline(never)]
     fn packets<L: Lanes, C: Certainty>(mut self, forest: &Forest, count: Count) {
         let world = self.world;
         let mut scratch = [forest.top.scratch::<L>(), forest.top.scratch::<L>()];

@@ -140,8 +140,8 @@ pub fn city(side: u32) -> Scene {
 }
 
 /// What a traversal bench needs of a scene.
-pub struct Traced<'a> {
-    pub world: World<'a>,
+pub struct Traced {
+    pub world: World,
     pub rays: Vec<(Kind, lanecast::io::RaySet)>,
     pub modes: Vec<(&'static str, Kernels)>,
 }
@@ -151,7 +151,7 @@ pub fn traced<'a>(
     appearances: &'a Appearances,
     kinds: &[Kind],
     side: u32,
-) -> Traced<'a> {
+) -> Traced {
     // Beside and above the camera.
     traced_by(DVec3::new(4.0, 6.0, 5.0), scene, appearances, kinds, side)
 }
@@ -163,7 +163,7 @@ pub fn traced_by<'a>(
     appearances: &'a Appearances,
     kinds: &[Kind],
     side: u32,
-) -> Traced<'a> {
+) -> Traced {
     let world = World::build(scene, appearances, Structure::Bvh);
     let kernels = |precision| {
         let choices = Choices {

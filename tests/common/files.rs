@@ -1,7 +1,7 @@
 //! Scene files, complete with a view and lights, and where they lie.
 
 use lanecast::accel::{Structure, World};
-use lanecast::plan::{Arithmetic, Choices, Kernels, native_width, plan};
+use lanecast::plan::{Kernels, Precision, native_width};
 use lanecast::render::{Progress, RenderConfig, Rendered, View, render};
 use lanecast::scene::{Appearances, Camera, Light, Scene};
 use std::path::{Path, PathBuf};
@@ -42,19 +42,14 @@ pub fn load(path: &Path, aspect: f64) -> Loaded {
 
 impl Loaded {
     /// What the plan would take for it, at the machine's own width.
-    pub fn kernels(&self, arithmetic: Arithmetic) -> Kernels {
-        let planned = plan(&self.scene, &self.appearances, &Choices::default());
+    pub fn kernels(&self, precision: Precision) -> Kernels {
         Kernels {
-            arithmetic,
-            lanes: native_width(arithmetic),
-            needs: planned
-                .expect("the default choices can be built")
-                .kernels
-                .needs,
+            precision,
+            lanes: native_width(),
         }
     }
 
-    pub fn world(&self, structure: Structure) -> World<'_> {
+    pub fn world(&self, structure: Structure) -> World {
         World::build(&self.scene, &self.appearances, structure)
     }
 

@@ -1,7 +1,7 @@
 //! A picture by every way to compute it, and all of its bits.
 
 use lanecast::accel::{Density, KdQuality, Structure, World};
-use lanecast::plan::{Arithmetic, Kernels, Needs};
+use lanecast::plan::{Kernels, Precision};
 use lanecast::render::{AovSet, Progress, RenderConfig, Rendered, View, render};
 use lanecast::scene::{Appearances, Camera, Light, Scene};
 
@@ -17,7 +17,7 @@ pub const ALL_AOVS: AovSet = AovSet {
 /// How a picture is computed; nothing of it may show.
 #[derive(Clone, Copy, Debug)]
 pub struct Way {
-    pub arithmetic: Arithmetic,
+    pub precision: Precision,
     pub lanes: usize,
     pub structure: Structure,
 }
@@ -36,18 +36,10 @@ pub fn structures() -> [Structure; 8] {
     ]
 }
 
-/// Needs that are right for every scene.
-pub const EVERYTHING: Needs = Needs {
-    meshes: true,
-    solids: true,
-    transforms: true,
-};
-
 pub fn picture(
     scene: &Scene,
     camera: Camera,
     lights: &[Light],
-    needs: Needs,
     way: Way,
     config: &RenderConfig,
 ) -> Rendered {
@@ -56,9 +48,8 @@ pub fn picture(
     let view = View {
         world: &world,
         kernels: Kernels {
-            arithmetic: way.arithmetic,
+            precision: way.precision,
             lanes: way.lanes,
-            needs,
         },
         camera,
         lights,

@@ -71,6 +71,14 @@ impl RayColumns {
         })
     }
 
+    /// The nearest hits with every decision made by exact arithmetic.
+    #[cfg(feature = "all-lanes")]
+    pub fn closest_doubting(&self, world: &World) -> Vec<(f64, HitId)> {
+        self.answers(&vec![f32::INFINITY; self.len], |rays, hits| {
+            lanecast::trace::closest_doubting_all(world, rays, hits)
+        })
+    }
+
     fn answers(&self, t_max: &[f32], trace: impl FnOnce(&Rays, &mut Hits)) -> Vec<(f64, HitId)> {
         self.padded(t_max.to_vec(), |rays| {
             let (mut t, mut id) = (vec![0.0; rays.len()], HitIds::none(rays.len()));

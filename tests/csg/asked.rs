@@ -1,10 +1,10 @@
 //! A scene, and everybody's answer about it.
 
-use crate::common::{EVERYTHING, RayColumns};
+use crate::common::RayColumns;
 use glam::DVec3;
 use lanecast::accel::{Structure, World};
 use lanecast::geom::exact::Line;
-use lanecast::plan::{Arithmetic, Kernels, native_width};
+use lanecast::plan::{Kernels, Precision, native_width};
 use lanecast::reference::{Hit, Reference};
 use lanecast::scene::{Appearances, CombinationId, Edge, Scene, SceneBuilder, Shape, ShapeId};
 use lanecast::shade::Surface;
@@ -12,14 +12,13 @@ use lanecast::trace::{Caching, Crossing, HitId, ShadowCache, boundaries};
 use std::ops::ControlFlow;
 
 /// Precisions that promise the right hit.
-pub const RIGHT: [Arithmetic; 2] = [Arithmetic::F32Guarded, Arithmetic::F64];
-pub const ALL: [Arithmetic; 3] = [Arithmetic::F32, Arithmetic::F32Guarded, Arithmetic::F64];
+pub const RIGHT: [Precision; 2] = [Precision::Guarded, Precision::Exact];
+pub const ALL: [Precision; 3] = [Precision::Fast, Precision::Guarded, Precision::Exact];
 
-pub fn kernels(arithmetic: Arithmetic) -> Kernels {
+pub fn kernels(precision: Precision) -> Kernels {
     Kernels {
-        arithmetic,
-        lanes: native_width(arithmetic),
-        needs: EVERYTHING,
+        precision,
+        lanes: native_width(),
     }
 }
 
@@ -46,7 +45,7 @@ impl Asked {
         })
     }
 
-    pub fn world(&self) -> World<'_> {
+    pub fn world(&self) -> World {
         World::build(&self.scene, &self.appearances, Structure::Bvh)
     }
 
@@ -65,10 +64,10 @@ impl Asked {
 }
 
 /// Whether the line is inside from the start, and all boundaries.
-pub fn spans<'a>(world: &World<'a>, id: CombinationId, line: &Line) -> (bool, Vec<Crossing<'a>>) {
+pub fn spans<'a>(world: &'a World, id: CombinationId, line: &Line) -> (bool, Vec<Crossing<'a>>) {
     let mut all = Vec::new();
     let from = (line, f64::NEG_INFINITY);
-    let start = boundaries(world.combined(id), world.scene, from, |crossing| {
+    let start = boundaries(world.combined(id), &world.scene, from, |crossing| {
         all.push(crossing);
         ControlFlow::Continue(())
     });
@@ -99,8 +98,8 @@ pub fn judged(judge: &Reference, rays: &RayColumns) -> Vec<Option<Hit>> {
 pub fn agree(asked: &Asked, rays: &RayColumns) -> Vec<Option<Hit>> {
     let (world, judge) = (asked.world(), asked.judge());
     let truth = judged(&judge, rays);
-    for arithmetic in RIGHT {
-        let kernels = kernels(arithmetic);
+    for precision in RIGHT {
+        let kernels = kernels(precision);
         let answers = rays.closest(&world, &kernels);
         for (i, (said, (t, id))) in truth.iter().zip(&answers).enumerate() {
             let ray = rays.ray(i);
@@ -108,21 +107,21 @@ pub fn agree(asked: &Asked, rays: &RayColumns) -> Vec<Option<Hit>> {
                 instance: hit.instance,
                 primitive: hit.primitive,
             });
-            let context = || format!("{arithmetic:?} {ray:?}: {id:?} at {t}, not {said:?}");
+            let context = || format!("{precision:?} {ray:?}: {id:?} at {t}, not {said:?}");
             assert_eq!(*id, own, "{}", context());
             let Some(hit) = said else { continue };
             let size = ray.0.iter().fold(hit.t.abs(), |m, x| m.max(x.abs()));
-            let near = if arithmetic == Arithmetic::F64 {
+            let near = if precision == Precision::Exact {
                 1e-6
             } else {
                 1e-2
             };
             assert!((t - hit.t).abs() <= near * size, "{}", context());
-            let surface = Surface::at(&world, arithmetic, ray.0, ray.1, *t, *id);
+            let surface = Surface::at(&world, precision, ray.0, ray.1, *t, *id);
             // A ray within a face has its normal, too, and rays from a grid meet edges.
             // And t in f32 does not tell the side of a very flat solid from its face.
             let on_grid = ray.0.iter().all(|x| (x * 4.0).fract() == 0.0);
-            let unknown = ray.1.contains(&0.0) || on_grid || arithmetic != Arithmetic::F64;
+            let unknown = ray.1.contains(&0.0) || on_grid || precision != Precision::Exact;
             assert!(
                 unknown || is_normal(&judge, ray, *said, surface.ng),
                 "{}: {:?}",
@@ -140,7 +139,7 @@ pub fn agree(asked: &Asked, rays: &RayColumns) -> Vec<Option<Hit>> {
                 assert_eq!(
                     blocked,
                     hidden,
-                    "{arithmetic:?} {:?} to {}",
+                    "{precision:?} {:?} to {}",
                     rays.ray(i),
                     ends[i]
                 );

@@ -152,12 +152,12 @@ fn nothing_is_left_of_a_solid_without_itself() {
             for operator in [Difference, Xor] {
                 let asked = combined(operator, &[leaf, leaf], turn, center);
                 let world = asked.world();
-                for arithmetic in RIGHT {
-                    let answers = rays.closest(&world, &kernels(arithmetic));
+                for precision in RIGHT {
+                    let answers = rays.closest(&world, &kernels(precision));
                     let skin = answers.iter().position(|a| a.1 != HitId::NONE);
                     let context = format!("{operator:?} {turn:?} {offset} {leaf:?}");
                     let ray = skin.map(|i| (rays.ray(i), answers[i]));
-                    assert_eq!(ray, None, "{arithmetic:?} {context}");
+                    assert_eq!(ray, None, "{precision:?} {context}");
                 }
                 assert!(agree(&asked, &some(&rays, 50)).iter().all(Option::is_none));
             }
@@ -174,13 +174,13 @@ fn a_solid_with_itself_is_itself() {
             let alone = Asked::one(|scene| leaf.moved(center).add(scene, 1.0));
             for operator in [Intersection, Union] {
                 let asked = combined(operator, &[leaf, leaf], turn, center);
-                for arithmetic in RIGHT {
-                    let kernels = kernels(arithmetic);
+                for precision in RIGHT {
+                    let kernels = kernels(precision);
                     let expected = rays.closest(&alone.world(), &kernels);
                     let found = rays.closest(&asked.world(), &kernels);
                     for (i, (found, expected)) in found.iter().zip(&expected).enumerate() {
                         let context = format!(
-                            "{operator:?} {turn:?} {offset} {leaf:?} {arithmetic:?} {:?}: {found:?} {expected:?}",
+                            "{operator:?} {turn:?} {offset} {leaf:?} {precision:?} {:?}: {found:?} {expected:?}",
                             rays.ray(i)
                         );
                         let miss = expected.1 == HitId::NONE;
@@ -232,8 +232,8 @@ fn no_skin(count: usize, seed: u64) {
             let rays = rays_about(&mut Random(seed + hole as u64), center, count);
             let asked = combined(Difference, &block_with(hole), turn, center);
             let world = asked.world();
-            for arithmetic in RIGHT {
-                let answers = rays.closest(&world, &kernels(arithmetic));
+            for precision in RIGHT {
+                let answers = rays.closest(&world, &kernels(precision));
                 for (i, (t, id)) in answers.iter().enumerate() {
                     let (org, dir) = rays.ray(i);
                     let (org, dir) = (
@@ -249,7 +249,7 @@ fn no_skin(count: usize, seed: u64) {
                     let skin = p.x.abs().max(p.z.abs()) < 0.35 - 1e-3;
                     assert!(
                         !skin,
-                        "{turn:?} {offset} {hole} {arithmetic:?} {:?}: {t} {id:?} {p}",
+                        "{turn:?} {offset} {hole} {precision:?} {:?}: {t} {id:?} {p}",
                         rays.ray(i)
                     );
                     inside += usize::from(p.x.hypot(p.z) < 0.76 && p.y.abs() < 0.99);
@@ -289,19 +289,15 @@ fn a_drill_turned_about_its_own_axis_leaves_no_skin() {
             scene.combination("", Difference, &operands)
         });
         let world = asked.world();
-        for arithmetic in RIGHT {
-            for (i, (t, id)) in rays
-                .closest(&world, &kernels(arithmetic))
-                .iter()
-                .enumerate()
-            {
+        for precision in RIGHT {
+            for (i, (t, id)) in rays.closest(&world, &kernels(precision)).iter().enumerate() {
                 let (org, dir) = rays.ray(i);
                 let p =
                     DVec3::from_array(org) - center + DVec3::from_array(dir.map(f64::from)) * *t;
                 let skin = *id != HitId::NONE && p.x.hypot(p.z) < 0.5 - 1e-3;
                 assert!(
                     !skin,
-                    "{offset} {arithmetic:?} {:?}: {t} {id:?} {p}",
+                    "{offset} {precision:?} {:?}: {t} {id:?} {p}",
                     rays.ray(i)
                 );
             }
@@ -326,14 +322,14 @@ fn boxes_that_touch_have_nothing_in_common_and_no_wall_between() {
         let both = combined(Intersection, &[left, right], turn, center);
         let union = combined(Union, &[left, right], turn, center);
         let (both_world, union_world) = (both.world(), union.world());
-        for arithmetic in RIGHT {
-            let kernels = kernels(arithmetic);
+        for precision in RIGHT {
+            let kernels = kernels(precision);
             let answers = rays.closest(&both_world, &kernels);
             let skin = answers.iter().position(|a| a.1 != HitId::NONE);
             assert_eq!(
                 skin.map(|i| rays.ray(i)),
                 None,
-                "{turn:?} {offset} {arithmetic:?}"
+                "{turn:?} {offset} {precision:?}"
             );
             for (i, (t, id)) in rays.closest(&union_world, &kernels).iter().enumerate() {
                 let (org, dir) = rays.ray(i);
@@ -343,7 +339,7 @@ fn boxes_that_touch_have_nothing_in_common_and_no_wall_between() {
                 let wall = *id != HitId::NONE && within;
                 assert!(
                     !wall,
-                    "{turn:?} {offset} {arithmetic:?} {:?}: {t} {id:?}",
+                    "{turn:?} {offset} {precision:?} {:?}: {t} {id:?}",
                     rays.ray(i)
                 );
             }

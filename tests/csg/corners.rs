@@ -90,11 +90,11 @@ fn corners_of_oblique_operands_are_met_as_the_judge_says() {
         }
         hits += expected.iter().filter(|hit| **hit).count();
         let world = World::build(&asked.scene, &asked.appearances, Structure::Bvh);
-        for arithmetic in RIGHT {
-            let found = rays.closest(&world, &kernels(arithmetic));
+        for precision in RIGHT {
+            let found = rays.closest(&world, &kernels(precision));
             for (i, ((_, id), expected)) in found.iter().zip(&expected).enumerate() {
                 let (ray, met) = (rays.ray(i), *id != HitId::NONE);
-                assert_eq!(met, *expected, "{seed}, {arithmetic:?}: {ray:?}");
+                assert_eq!(met, *expected, "{seed}, {precision:?}: {ray:?}");
             }
         }
     }

@@ -18,8 +18,8 @@ use Operator::{Difference, Intersection, Union, Xor};
 fn agree_within(asked: &Asked, rays: &RayColumns, ends: &[f32], name: &str) -> usize {
     let (world, judge) = (asked.world(), asked.judge());
     let mut hits = 0;
-    for arithmetic in RIGHT {
-        let kernels = kernels(arithmetic);
+    for precision in RIGHT {
+        let kernels = kernels(precision);
         let answers = rays.closest_within(&world, &kernels, ends);
         let blocked = rays.any(&world, &kernels, ends, &mut ShadowCache::new(Caching::Off));
         for (i, end) in ends.iter().enumerate() {
@@ -31,7 +31,7 @@ fn agree_within(asked: &Asked, rays: &RayColumns, ends: &[f32], name: &str) -> u
                 primitive: hit.primitive,
             });
             let (t, id) = answers[i];
-            let context = format!("{name}: {arithmetic:?} {org:?} {dir:?} to {end}");
+            let context = format!("{name}: {precision:?} {org:?} {dir:?} to {end}");
             assert_eq!(id, own, "{context}: at {t}, not {said:?}");
             assert_eq!(blocked[i], said.is_some(), "{context}");
             hits += usize::from(said.is_some());

@@ -92,10 +92,10 @@ fn nothing_is_left_at_the_silhouette_of_a_solid_without_its_turned_self() {
             rays.push(org, dir.to_array().map(|x| x as f32));
         }
         let world = asked.world();
-        for arithmetic in RIGHT {
-            let answers = rays.closest(&world, &kernels(arithmetic));
+        for precision in RIGHT {
+            let answers = rays.closest(&world, &kernels(precision));
             let left = answers.iter().filter(|a| a.1 != HitId::NONE).count();
-            assert_eq!(left, 0, "{leaf:?} {arithmetic:?}");
+            assert_eq!(left, 0, "{leaf:?} {precision:?}");
         }
         agree(&asked, &some(&rays, 20));
     }

@@ -7,7 +7,7 @@ use super::truth::{Tree, changes, is_nearest, part_in_box};
 use crate::common::{Random, RayColumns};
 use glam::{DAffine3, DVec3};
 use lanecast::geom::{Cuboid, Cylinder, HalfSpace, Sphere};
-use lanecast::plan::Arithmetic;
+use lanecast::plan::Precision;
 use lanecast::scene::{Edge, Operand, Operator};
 use lanecast::trace::HitId;
 
@@ -156,7 +156,7 @@ fn gaps_within_the_tolerance_are_closed() {
         let hits = agree(&asked, &rays).iter().flatten().count();
         let expected = if skin { 200 } else { 0 };
         assert_eq!(hits, expected, "{gap} {tolerance}");
-        let fast = rays.closest(&asked.world(), &kernels(Arithmetic::F32));
+        let fast = rays.closest(&asked.world(), &kernels(Precision::Fast));
         let hits = fast.iter().filter(|a| a.1 != HitId::NONE).count();
         assert_eq!(hits, expected, "{gap} {tolerance}");
     }

@@ -10,7 +10,7 @@ use crate::common::{Random, RayColumns};
 use glam::{DAffine3, DVec3};
 use lanecast::geom::tape::Builder;
 use lanecast::geom::{Cuboid, Sphere};
-use lanecast::plan::Arithmetic;
+use lanecast::plan::Precision;
 use lanecast::scene::{Operand, Operator};
 use lanecast::trace::{HitId, TURNED};
 use proptest::prelude::*;
@@ -86,11 +86,11 @@ fn ball_by_its_polynomial(seed: u64) {
     for pair in [[primitive, polynomial], [polynomial, primitive]] {
         for operator in [Difference, Xor] {
             let nothing = of(operator, &pair);
-            for arithmetic in ALL {
-                let answers = rays.closest(&nothing.world(), &kernels(arithmetic));
+            for precision in ALL {
+                let answers = rays.closest(&nothing.world(), &kernels(precision));
                 for (i, (t, id)) in answers.into_iter().enumerate() {
-                    if arithmetic != Arithmetic::F32 || !grazes(i) {
-                        assert_eq!(id, HitId::NONE, "{arithmetic:?} {t} {:?}", rays.ray(i));
+                    if precision != Precision::Fast || !grazes(i) {
+                        assert_eq!(id, HitId::NONE, "{precision:?} {t} {:?}", rays.ray(i));
                     }
                 }
             }
@@ -119,18 +119,18 @@ fn nothing_is_left_of_a_torus_without_itself() {
             for operator in [Difference, Xor] {
                 let asked = combined(operator, &[leaf, leaf], turn, center);
                 let world = asked.world();
-                for arithmetic in ALL {
-                    let answers = rays.closest(&world, &kernels(arithmetic));
+                for precision in ALL {
+                    let answers = rays.closest(&world, &kernels(precision));
                     let skin = answers.iter().position(|a| a.1 != HitId::NONE);
                     let ray = skin.map(|i| (rays.ray(i), answers[i]));
-                    assert_eq!(ray, None, "{operator:?} {arithmetic:?} {context}");
+                    assert_eq!(ray, None, "{operator:?} {precision:?} {context}");
                 }
                 assert!(agree(&asked, &some(&rays, 40)).iter().all(Option::is_none));
             }
             let alone = Asked::one(|scene| leaf.moved(center).add(scene, 1.0));
             let both = combined(Intersection, &[leaf, leaf], turn, center);
-            for arithmetic in RIGHT {
-                let kernels = kernels(arithmetic);
+            for precision in RIGHT {
+                let kernels = kernels(precision);
                 let expected = rays.closest(&alone.world(), &kernels);
                 let found = rays.closest(&both.world(), &kernels);
                 for (i, (found, expected)) in found.iter().zip(&expected).enumerate() {
@@ -139,7 +139,7 @@ fn nothing_is_left_of_a_torus_without_itself() {
                     let near = miss || (found.0 - expected.0).abs() < 1e-3;
                     assert!(
                         same && near,
-                        "{arithmetic:?} {context} {:?}: {found:?} {expected:?}",
+                        "{precision:?} {context} {:?}: {found:?} {expected:?}",
                         rays.ray(i)
                     );
                 }
@@ -188,8 +188,8 @@ fn far_rays_are_met_in_the_operand_s_own_space() {
     let met = hits.iter().flatten().count();
     assert!(met > 10 && met < 40, "{met}");
     let world = asked.world();
-    for arithmetic in RIGHT {
-        let answers = rays.closest(&world, &kernels(arithmetic));
+    for precision in RIGHT {
+        let answers = rays.closest(&world, &kernels(precision));
         for (i, (_, id)) in answers.iter().enumerate() {
             let (org, dir) = rays.ray(i);
             let (_, all) = spans(&world, asked.combination(), &line(org, dir));
@@ -197,7 +197,7 @@ fn far_rays_are_met_in_the_operand_s_own_space() {
             assert_eq!(
                 *id != HitId::NONE,
                 expected,
-                "{arithmetic:?} {org:?} {dir:?}"
+                "{precision:?} {org:?} {dir:?}"
             );
         }
     }

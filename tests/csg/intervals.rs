@@ -7,7 +7,7 @@ use crate::common::RayColumns;
 use glam::DVec3;
 use lanecast::geom::exact::Line;
 use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere};
-use lanecast::plan::Arithmetic;
+use lanecast::plan::Precision;
 use lanecast::scene::{Operator, SceneBuilder, SceneError, ShapeId};
 use lanecast::trace::{HitId, TURNED};
 
@@ -292,21 +292,21 @@ fn check(tree: &Tree, asked: &Asked, parts: &[Option<Part>], in_fast: bool, cont
         }
     }
     let modes = if in_fast { &ALL[..] } else { &RIGHT[..] };
-    for arithmetic in modes {
-        let answers = rays.closest(&world, &kernels(*arithmetic));
+    for precision in modes {
+        let answers = rays.closest(&world, &kernels(*precision));
         for (i, (t, id)) in answers.into_iter().enumerate() {
-            let context = format!("{context}: {arithmetic:?} {:?}: {t} {id:?}", rays.ray(i));
+            let context = format!("{context}: {precision:?} {:?}: {t} {id:?}", rays.ray(i));
             assert_eq!(id != HitId::NONE, expected[i].is_some(), "{context}");
             if let Some((change, exact)) = &expected[i] {
                 let off = (rational(t) - exact) / exact;
-                let near = if *arithmetic == Arithmetic::F64 {
+                let near = if *precision == Precision::Exact {
                     1e-14
                 } else {
                     1e-6
                 };
                 assert!(off < rational(near) && off > rational(-near), "{context}");
                 // Of several surfaces at one place fast takes any.
-                let told = i < ORIGINS.len() && *arithmetic != Arithmetic::F32;
+                let told = i < ORIGINS.len() && *precision != Precision::Fast;
                 assert!(!told || id.primitive == id_of(change), "{context}");
             }
         }

@@ -7,7 +7,7 @@ use super::truth::Tree;
 use crate::common::{Random, RayColumns};
 use glam::DVec3;
 use lanecast::geom::Sphere;
-use lanecast::plan::Arithmetic;
+use lanecast::plan::Precision;
 use lanecast::scene::{Edge, Operator};
 use lanecast::trace::HitId;
 
@@ -73,12 +73,12 @@ pub fn are_one(program: &Program, [a, b]: [&Tree; 2], rays: &RayColumns, context
             "{context}: {org:?} {dir:?}\n{a:?}\n{b:?}\n{program:?}"
         );
     }
-    for arithmetic in RIGHT {
-        let [one, other] = [0, 1].map(|i: usize| rays.closest(&worlds[i], &kernels(arithmetic)));
+    for precision in RIGHT {
+        let [one, other] = [0, 1].map(|i: usize| rays.closest(&worlds[i], &kernels(precision)));
         for (i, (one, other)) in one.iter().zip(&other).enumerate() {
             let context = || {
                 format!(
-                    "{context} {arithmetic:?} {:?}: {one:?} {other:?}",
+                    "{context} {precision:?} {:?}: {one:?} {other:?}",
                     rays.ray(i)
                 )
             };
@@ -88,7 +88,7 @@ pub fn are_one(program: &Program, [a, b]: [&Tree; 2], rays: &RayColumns, context
                 "{}",
                 context()
             );
-            let near = if arithmetic == Arithmetic::F64 {
+            let near = if precision == Precision::Exact {
                 1e-6
             } else {
                 1e-2
@@ -172,8 +172,8 @@ fn random_programs_are_as_the_judge_says_a_hundred_thousand_times() {
 }
 
 /// Bits of t and ids.
-fn bits(asked: &Asked, rays: &RayColumns, arithmetic: Arithmetic) -> Vec<(u64, HitId)> {
-    let answers = rays.closest(&asked.world(), &kernels(arithmetic));
+fn bits(asked: &Asked, rays: &RayColumns, precision: Precision) -> Vec<(u64, HitId)> {
+    let answers = rays.closest(&asked.world(), &kernels(precision));
     let met = |(t, id): (f64, HitId)| if id == HitId::NONE { 0 } else { t.to_bits() };
     answers.iter().map(|a| (met(*a), a.1)).collect()
 }
@@ -224,15 +224,15 @@ fn a_disjoint_object_leaves_every_hit_as_it_is() {
             let t = w.dot(dir) / dir.dot(dir);
             (w - dir * t).length() < ball.radius * 1.1
         };
-        for arithmetic in ALL {
-            let expected = bits(&alone, &rays, arithmetic);
+        for precision in ALL {
+            let expected = bits(&alone, &rays, precision);
             for (name, other) in [("operand", &operand), ("instance", &instance)] {
-                let found = bits(other, &rays, arithmetic);
+                let found = bits(other, &rays, precision);
                 for i in (0..rays.len()).filter(|i| !meets(*i)) {
                     assert_eq!(
                         found[i],
                         expected[i],
-                        "{arithmetic:?} {name} {:?}",
+                        "{precision:?} {name} {:?}",
                         rays.ray(i)
                     );
                 }
@@ -261,19 +261,19 @@ fn scale_changes_no_bit_of_any_mantissa() {
         let (one, rays, _) = at(0);
         for power in [-100, -63, -40, -1, 1, 10, 40, 77, 100] {
             let (scaled, moved, scale) = at(power);
-            for arithmetic in ALL {
+            for precision in ALL {
                 // A cone's polynomial has the sixth power of lengths. Where that
                 // leaves f32, exact arithmetic has to say; t is then rounded once.
-                let in_f32 = arithmetic != Arithmetic::F64;
+                let in_f32 = precision != Precision::Exact;
                 let leaves = in_f32 && power.abs() > 40;
-                if leaves && arithmetic == Arithmetic::F32 {
+                if leaves && precision == Precision::Fast {
                     continue;
                 }
-                let expected = bits(&one, &rays, arithmetic);
-                let found = bits(&scaled, &moved, arithmetic);
+                let expected = bits(&one, &rays, precision);
+                let found = bits(&scaled, &moved, precision);
                 for (i, (found, expected)) in found.iter().zip(&expected).enumerate() {
                     let t = f64::from_bits(expected.0) * scale;
-                    let context = format!("2^{power} {arithmetic:?} {:?}", rays.ray(i));
+                    let context = format!("2^{power} {precision:?} {:?}", rays.ray(i));
                     assert_eq!(found.1, expected.1, "{context}");
                     let off = (f64::from_bits(found.0) - t).abs();
                     let near = leaves && off <= 1e-5 * t;

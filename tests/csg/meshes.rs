@@ -187,9 +187,9 @@ fn check_cubes(rays: usize, seed: u64) {
     for i in 0..kept.len() {
         assert_eq!(one[i], other[i], "{:?}", kept.ray(i));
     }
-    for arithmetic in RIGHT {
+    for precision in RIGHT {
         let [one, other] =
-            [&faceted, &plain].map(|asked| kept.closest(&asked.world(), &kernels(arithmetic)));
+            [&faceted, &plain].map(|asked| kept.closest(&asked.world(), &kernels(precision)));
         for i in 0..kept.len() {
             let ((t, id), (u, own)) = (one[i], other[i]);
             assert_eq!(id == HitId::NONE, own == HitId::NONE, "{:?}", kept.ray(i));
@@ -347,8 +347,8 @@ fn a_mesh_turned_inside_out_is_the_same_solid() {
     assert_eq!(t_of_spans(&one, &rays), t_of_spans(&other, &rays));
     let worlds = [one.world(), other.world()];
     let mut of_triangles = 0;
-    for arithmetic in RIGHT {
-        let [a, b] = [0, 1].map(|i: usize| rays.closest(&worlds[i], &kernels(arithmetic)));
+    for precision in RIGHT {
+        let [a, b] = [0, 1].map(|i: usize| rays.closest(&worlds[i], &kernels(precision)));
         for i in 0..rays.len() {
             let ((t, id), (u, own)) = (a[i], b[i]);
             if id == HitId::NONE {
@@ -361,7 +361,7 @@ fn a_mesh_turned_inside_out_is_the_same_solid() {
             of_triangles += usize::from(is_triangle);
             let (org, dir) = rays.ray(i);
             let [n, m] = [(&worlds[0], id), (&worlds[1], own)]
-                .map(|(world, id)| Surface::at(world, arithmetic, org, dir, t, id));
+                .map(|(world, id)| Surface::at(world, precision, org, dir, t, id));
             assert!(n.ng.dot(m.ng) > 0.999_999 && n.front == m.front);
         }
     }
@@ -460,11 +460,11 @@ fn surfaces_of_a_mesh_have_its_materials() {
     for (own, expected) in [(true, [0, 1]), (false, [2, 2])] {
         let asked = of(own);
         let world = asked.world();
-        for arithmetic in RIGHT {
-            let hits = rays.closest(&world, &kernels(arithmetic));
+        for precision in RIGHT {
+            let hits = rays.closest(&world, &kernels(precision));
             for (i, (t, id)) in hits.into_iter().enumerate() {
                 let (org, dir) = rays.ray(i);
-                let surface = Surface::at(&world, arithmetic, org, dir, t, id);
+                let surface = Surface::at(&world, precision, org, dir, t, id);
                 assert_eq!(surface.material.map(|m| m.0), Some(expected[i]));
             }
         }

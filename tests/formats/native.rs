@@ -278,7 +278,7 @@ fn the_nearest_material_counts() {
          [node.pair]\nchildren = [{ shape = 'a' }, { shape = 'a', material = 'inner' }]\n\
          [[instance]]\nnode = 'top'\n[[instance]]\nshape = 'a'",
     );
-    let rows = Appearances::of(&scene).unwrap().rows;
+    let rows = Appearances::of(&scene).unwrap().rows.clone();
     let materials: Vec<_> = rows.iter().map(|r| r.material.map(|m| m.0)).collect();
     assert_eq!(materials, [Some(0), Some(1), None]);
 }

@@ -3,7 +3,7 @@
 use crate::common::{Loaded, load};
 use lanecast::accel::Structure;
 use lanecast::io::pov_text;
-use lanecast::plan::Arithmetic;
+use lanecast::plan::Precision;
 use lanecast::render::RenderConfig;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -254,7 +254,7 @@ fn here(loaded: &Loaded) -> Vec<[bool; 3]> {
         height: SIZE.1,
         ..RenderConfig::default()
     };
-    let kernels = loaded.kernels(Arithmetic::F64);
+    let kernels = loaded.kernels(Precision::Exact);
     let rendered = loaded.render(&world, kernels, &loaded.scene.lights, &config);
     let color = rendered.picture.color.iter();
     color.map(|c| c.map(|x| x > 0.5)).collect()

@@ -3,9 +3,9 @@
 
 #![cfg(feature = "all-lanes")]
 
-use crate::common::{ALL_AOVS, EVERYTHING, Way, hash, picture, random_scene, structures};
+use crate::common::{ALL_AOVS, Way, hash, picture, random_scene, structures};
 use lanecast::accel::Structure;
-use lanecast::plan::{Arithmetic, Choices, plan};
+use lanecast::plan::{Choices, Precision, plan};
 use lanecast::render::{RenderConfig, TileOrder};
 use lanecast::scene::{Appearances, Scene};
 
@@ -21,30 +21,23 @@ fn small() -> RenderConfig {
 
 fn hash_of(scene: &Scene, way: Way, config: &RenderConfig) -> u64 {
     let camera = scene.cameras.rows[0];
-    hash(&picture(
-        scene,
-        camera,
-        &scene.lights,
-        EVERYTHING,
-        way,
-        config,
-    ))
+    hash(&picture(scene, camera, &scene.lights, way, config))
 }
 
 /// One picture per scene, but for the f32 tile kernel: it decides triangles by
 /// other arithmetic, at every width alike. Returns the scenes where that shows.
-fn one_hash(arithmetic: Arithmetic, seeds: std::ops::Range<u64>) -> usize {
+fn one_hash(precision: Precision, seeds: std::ops::Range<u64>) -> usize {
     let mut apart = 0;
     for seed in seeds {
         let scene = random_scene(seed);
         let base = Way {
-            arithmetic,
+            precision,
             lanes: 1,
             structure: Structure::Linear,
         };
         let expected = hash_of(&scene, base, &small());
         for structure in structures() {
-            let tiles = arithmetic == Arithmetic::F32 && structure == Structure::Bvh;
+            let tiles = precision == Precision::Fast && structure == Structure::Bvh;
             let expected = if tiles {
                 let own = hash_of(&scene, Way { structure, ..base }, &small());
                 apart += usize::from(own != expected);
@@ -71,19 +64,19 @@ fn one_hash(arithmetic: Arithmetic, seeds: std::ops::Range<u64>) -> usize {
 
 #[test]
 fn fast_pictures_do_not_depend_on_structure_or_width() {
-    let apart = one_hash(Arithmetic::F32, 0..80);
+    let apart = one_hash(Precision::Fast, 0..80);
     println!("{apart} of 80 scenes differ between tiles and packets");
     assert!(apart <= 6);
 }
 
 #[test]
 fn exact_pictures_do_not_depend_on_structure_or_width() {
-    assert_eq!(one_hash(Arithmetic::F64, 200..280), 0);
+    assert_eq!(one_hash(Precision::Exact, 200..280), 0);
 }
 
 #[test]
 fn guarded_pictures_do_not_depend_on_structure_or_width() {
-    assert_eq!(one_hash(Arithmetic::F32Guarded, 400..480), 0);
+    assert_eq!(one_hash(Precision::Guarded, 400..480), 0);
 }
 
 /// The kernels that a scene does not need are left out without a trace.
@@ -97,7 +90,7 @@ fn what_a_scene_lacks_changes_nothing() {
             .kernels
             .needs;
         let way = Way {
-            arithmetic: Arithmetic::F64,
+            precision: Precision::Exact,
             lanes: 8,
             structure: Structure::Bvh,
         };
@@ -116,7 +109,7 @@ fn threads_and_tiles_do_not_show() {
     for seed in 500..520 {
         let scene = random_scene(seed);
         let way = Way {
-            arithmetic: Arithmetic::F32,
+            precision: Precision::Fast,
             lanes: 16,
             structure: Structure::Bvh,
         };
@@ -151,23 +144,19 @@ fn guarded_pictures_are_exact() {
     for seed in 520..600 {
         let scene = random_scene(seed);
         let camera = scene.cameras.rows[0];
-        let of = |arithmetic, lanes| {
+        let of = |precision, lanes| {
             let way = Way {
-                arithmetic,
+                precision,
                 lanes,
                 structure: Structure::Bvh,
             };
-            picture(&scene, camera, &scene.lights, EVERYTHING, way, &small())
+            picture(&scene, camera, &scene.lights, way, &small())
         };
-        let exact = of(Arithmetic::F64, 8);
-        let guarded = of(Arithmetic::F32Guarded, 16);
+        let exact = of(Precision::Exact, 8);
+        let guarded = of(Precision::Guarded, 16);
         let [a, b] = [&guarded.picture, &exact.picture];
         assert_eq!(a.instance_id, b.instance_id, "seed {seed}");
         assert_eq!(a.primitive_id, b.primitive_id, "seed {seed}");
-        for lanes in [1, 16] {
-            let doubting = of(Arithmetic::F32DoubtingAll, lanes);
-            assert_eq!(hash(&doubting), hash(&guarded), "seed {seed}");
-        }
     }
 }
 
@@ -196,15 +185,15 @@ fn level_rays_meet_thin_boxes() {
             max_depth: 0,
             ..RenderConfig::default()
         };
-        for arithmetic in [Arithmetic::F32, Arithmetic::F64] {
+        for precision in [Precision::Fast, Precision::Exact] {
             for lanes in [1, 8] {
                 let way = Way {
-                    arithmetic,
+                    precision,
                     lanes,
                     structure: Structure::Bvh,
                 };
                 let camera = scene.cameras.rows[0];
-                let seen = picture(&scene, camera, &[], EVERYTHING, way, &config);
+                let seen = picture(&scene, camera, &[], way, &config);
                 // The middle row meets the front face's upper edge, |x| ≤ 2 of
                 // a picture that is 2·10·tan(10°) wide at the centre.
                 assert!(seen.counts.primary_hits >= 33, "{way:?}: {:?}", seen.counts);

@@ -14,7 +14,7 @@ use lanecast::accel::{
 };
 use lanecast::geom::Guarded;
 use lanecast::math::Vec3;
-use lanecast::plan::Arithmetic;
+use lanecast::plan::Precision;
 use lanecast::render::{Grid, Progress, RenderConfig, View, render};
 use lanecast::trace::{
     AnyHit, Closest, Has, HitId, Outcome, Packet, RayKind, Scratch, Tester, TracedRay,
@@ -29,7 +29,7 @@ fn rays(loaded: &Loaded) -> Vec<TracedRay> {
     let world = loaded.world(Structure::Bvh);
     let view = View {
         world: &world,
-        kernels: loaded.kernels(Arithmetic::F64),
+        kernels: loaded.kernels(Precision::Exact),
         camera: loaded.camera,
         lights: &loaded.scene.lights,
     };

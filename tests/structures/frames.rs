@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3};
 use lanecast::accel::{Forests, Kept, Renewal, Structure, WORST_REFIT, World};
 use lanecast::geom::Sphere;
 use lanecast::math::{Aabb32, Affine};
-use lanecast::plan::Arithmetic;
+use lanecast::plan::Precision;
 use lanecast::render::{FrameMemory, Progress, RenderConfig, View, render_after};
 use lanecast::scene::{
     Appearances, Camera, Edge, Key, MeshData, Scene, SceneBuilder, SceneError, Target,
@@ -114,7 +114,7 @@ fn scenes() -> Vec<(String, Loaded)> {
 
 /// Every frame cold, and by each way of reuse through worlds that follow: one
 /// hash.
-fn same_bits(arithmetic: Arithmetic, threads: usize, tree: Structure) {
+fn same_bits(precision: Precision, threads: usize, tree: Structure) {
     let pool = rayon_pool(threads);
     let config = RenderConfig {
         width: 96,
@@ -123,7 +123,7 @@ fn same_bits(arithmetic: Arithmetic, threads: usize, tree: Structure) {
         ..RenderConfig::default()
     };
     for (name, loaded) in scenes() {
-        let kernels = loaded.kernels(arithmetic);
+        let kernels = loaded.kernels(precision);
         let camera = loaded.camera;
         let mut scene = loaded.scene;
         // Always fitted, as it comes, never fitted; and each with its reuse.
@@ -177,17 +177,17 @@ fn rayon_pool(threads: usize) -> impl Fn(&mut (dyn FnMut() -> u64 + Send)) -> u6
 
 #[test]
 fn fast_pictures_do_not_show_reuse() {
-    same_bits(Arithmetic::F32, 1, Structure::Bvh);
+    same_bits(Precision::Fast, 1, Structure::Bvh);
 }
 
 #[test]
 fn exact_pictures_do_not_show_reuse() {
-    same_bits(Arithmetic::F64, 2, Structure::Bvh);
+    same_bits(Precision::Exact, 2, Structure::Bvh);
 }
 
 #[test]
 fn other_structures_do_not_show_reuse() {
-    same_bits(Arithmetic::F32, 2, Structure::Narrow);
+    same_bits(Precision::Fast, 2, Structure::Narrow);
 }
 
 fn holds(outer: &Aabb32, inner: &Aabb32) -> bool {

@@ -12,7 +12,7 @@ use lanecast::io::RaySet;
 use lanecast::measure::kinds::{Kind, Order};
 use lanecast::measure::queries::{Answers, Ask, trace};
 use lanecast::measure::rays::{Source, direction_of, light_of, ray_sets};
-use lanecast::plan::{Arithmetic, Kernels, widths};
+use lanecast::plan::{Kernels, Precision, widths};
 use lanecast::render::{Grid, Progress};
 use lanecast::trace::{Caching, HitId, ItemBuffer};
 
@@ -135,7 +135,7 @@ fn compare(name: &str, loaded: &Loaded, side: u32, tests: usize) -> Vec<Row> {
     let judge = loaded.world(Structure::Bvh);
     let exact = Kernels {
         lanes: 1,
-        ..loaded.kernels(Arithmetic::F64)
+        ..loaded.kernels(Precision::Exact)
     };
     let light = light_of(&judge, &loaded.camera);
     let source = Source {
@@ -193,16 +193,16 @@ fn compare(name: &str, loaded: &Loaded, side: u32, tests: usize) -> Vec<Row> {
                 blocked: answers.blocked.iter().step_by(step).copied().collect(),
             };
             let what = |kernels: &Kernels| format!("{name}, {kind:?}: {structure:?}, {kernels:?}");
-            for lanes in widths(Arithmetic::F64) {
+            for lanes in widths() {
                 let kernels = Kernels { lanes, ..exact };
                 let got = answers(&world, &kernels, &some, kind.ask());
                 assert!(same(&thin(&expected[number]), &got), "{}", what(&kernels));
             }
             // Of this structure, where its arithmetic is like no other's.
             let mut own: Option<Answers> = None;
-            for lanes in widths(Arithmetic::F32) {
+            for lanes in widths() {
                 let kernels = Kernels {
-                    arithmetic: Arithmetic::F32,
+                    precision: Precision::Fast,
                     lanes,
                     ..exact
                 };

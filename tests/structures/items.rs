@@ -2,12 +2,10 @@
 //! random scenes, degenerate ones, and scenes of files; rays in patches of a
 //! picture, and rays in no order.
 
-use crate::common::{
-    EVERYTHING, Random, RayColumns, assets, hash, load, random_mesh, random_scene,
-};
+use crate::common::{Random, RayColumns, assets, hash, load, random_mesh, random_scene};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::accel::{Structure, World};
-use lanecast::plan::{Arithmetic, Kernels, native_width};
+use lanecast::plan::{Kernels, Precision, native_width};
 use lanecast::render::{AovSet, RenderConfig};
 use lanecast::scene::{Appearances, Edge, MeshData, Scene, SceneBuilder};
 use lanecast::trace::HitId;
@@ -113,18 +111,14 @@ fn same_as_traced(scene: &Scene, rays: &RayColumns) -> Result<(), TestCaseError>
     let tree = World::build(scene, &appearances, Structure::Bvh);
     let items = World::build(scene, &appearances, Structure::ItemBuffer);
     let scan = World::build(scene, &appearances, Structure::Linear);
-    for arithmetic in [Arithmetic::F32, Arithmetic::F32Guarded, Arithmetic::F64] {
-        for lanes in [1, native_width(arithmetic)] {
-            let kernels = Kernels {
-                arithmetic,
-                lanes,
-                needs: EVERYTHING,
-            };
+    for precision in [Precision::Fast, Precision::Guarded, Precision::Exact] {
+        for lanes in [1, native_width()] {
+            let kernels = Kernels { precision, lanes };
             let expected = met(rays.closest(&tree, &kernels));
             let Some(listed) = rays.closest_listed(&items, &kernels).map(met) else {
                 return Err(TestCaseError::fail("no lists"));
             };
-            if arithmetic != Arithmetic::F32 {
+            if precision != Precision::Fast {
                 let scanned = met(rays.closest(&scan, &kernels));
                 prop_assert_eq!(&expected, &scanned, "traced, {:?}", kernels);
                 prop_assert_eq!(listed, expected, "{:?}", kernels);
@@ -191,9 +185,8 @@ fn rays_without_lists_are_traced() {
     let tree = World::build(&scene, &appearances, Structure::Bvh);
     let items = World::build(&scene, &appearances, Structure::ItemBuffer);
     let kernels = Kernels {
-        arithmetic: Arithmetic::F64,
+        precision: Precision::Exact,
         lanes: 1,
-        needs: EVERYTHING,
     };
     let [mut apart, mut here] = [RayColumns::default(), RayColumns::default()];
     let random = &mut Random(7);
@@ -249,15 +242,15 @@ fn pictures_of_files() {
             loaded.world(Structure::Bvh),
             loaded.world(Structure::ItemBuffer),
         );
-        let of = |world: &World, arithmetic| {
-            let kernels = loaded.kernels(arithmetic);
+        let of = |world: &World, precision| {
+            let kernels = loaded.kernels(precision);
             loaded.render(world, kernels, &loaded.scene.lights, &config)
         };
         let name = path.file_name().unwrap().display();
-        let exact = [&tree, &items].map(|world| of(world, Arithmetic::F64));
+        let exact = [&tree, &items].map(|world| of(world, Precision::Exact));
         assert!(hash(&exact[0]) == hash(&exact[1]), "{name}");
         some += exact[0].counts.primary_hits;
-        let [by_tree, by_items] = [&tree, &items].map(|world| of(world, Arithmetic::F32).picture);
+        let [by_tree, by_items] = [&tree, &items].map(|world| of(world, Precision::Fast).picture);
         let ids = by_tree.primitive_id.iter().zip(&by_items.primitive_id);
         let differ = ids
             .flat_map(|(a, b)| a.iter().zip(b))

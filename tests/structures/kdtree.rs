@@ -1,13 +1,13 @@
 //! The k-d tree against the linear scan, ray by ray and bit by bit, over small
 //! random scenes and degenerate ones: every stopping rule, every way to clip.
 
-use crate::common::{EVERYTHING, Random, RayColumns};
+use crate::common::{Random, RayColumns};
 use glam::DVec3;
 use lanecast::accel::{Index, Primitives};
 use lanecast::accel::{KdClip, KdQuality, KdStop, Structure, World, kd_build};
 use lanecast::geom::{Cuboid, Sphere};
 use lanecast::math::Aabb32;
-use lanecast::plan::{Arithmetic, Kernels, native_width};
+use lanecast::plan::{Kernels, Precision, native_width};
 use lanecast::scene::*;
 use proptest::prelude::*;
 
@@ -142,30 +142,26 @@ fn rays(triangles: &[Triangle], random: &mut Random, level: bool) -> RayColumns 
     rays
 }
 
-fn kernels(arithmetic: Arithmetic, lanes: usize) -> Kernels {
-    Kernels {
-        arithmetic,
-        lanes,
-        needs: EVERYTHING,
-    }
+fn kernels(precision: Precision, lanes: usize) -> Kernels {
+    Kernels { precision, lanes }
 }
 
 /// Both precisions, one lane and the machine's width.
 fn same_as_linear(scene: &Scene, rays: &RayColumns, qualities: &[KdQuality]) {
     let appearances = Appearances::of(scene).unwrap();
     let linear = World::build(scene, &appearances, Structure::Linear);
-    for arithmetic in [Arithmetic::F64, Arithmetic::F32] {
-        let expected = rays.closest(&linear, &kernels(arithmetic, 1));
+    for precision in [Precision::Exact, Precision::Fast] {
+        let expected = rays.closest(&linear, &kernels(precision, 1));
         for quality in qualities {
             let world = World::build(scene, &appearances, Structure::Kd(*quality));
-            for lanes in [1, native_width(arithmetic)] {
-                let found = rays.closest(&world, &kernels(arithmetic, lanes));
+            for lanes in [1, native_width()] {
+                let found = rays.closest(&world, &kernels(precision, lanes));
                 for (i, (a, b)) in expected.iter().zip(&found).enumerate() {
                     let same = a.1 == b.1 && (a.1 == lanecast::trace::HitId::NONE || a.0 == b.0);
                     let ray = rays.ray(i);
                     assert!(
                         same,
-                        "{a:?} {b:?}: {ray:?}, {arithmetic:?} {lanes} {quality:?}"
+                        "{a:?} {b:?}: {ray:?}, {precision:?} {lanes} {quality:?}"
                     );
                 }
             }
@@ -217,7 +213,7 @@ proptest! {
         let appearances = Appearances::of(&scene).unwrap();
         let across = rays(&triangles, random, false);
         let linear = World::build(&scene, &appearances, Structure::Linear);
-        let exact = kernels(Arithmetic::F64, 1);
+        let exact = kernels(Precision::Exact, 1);
         let expected = across.closest(&linear, &exact);
         for quality in qualities(&[KdClip::Triangle]) {
             let world = World::build(&scene, &appearances, Structure::Kd(quality));

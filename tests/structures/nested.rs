@@ -2,14 +2,14 @@
 //! and scenes whose appearances cannot be laid out.
 
 use crate::common::{
-    ALL_AOVS, EVERYTHING, Random, RayColumns, Way, hard_rays, hard_scene, hash, load, picture,
-    random_scene, random_shape,
+    ALL_AOVS, Random, RayColumns, Way, hard_rays, hard_scene, hash, load, picture, random_scene,
+    random_shape,
 };
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::accel::{Forests, Structure, World};
 use lanecast::geom::{HalfSpace, Sphere};
 use lanecast::math::Affine;
-use lanecast::plan::{Arithmetic, Kernels, native_width};
+use lanecast::plan::{Kernels, Precision, native_width};
 use lanecast::render::RenderConfig;
 use lanecast::scene::*;
 use lanecast::trace::HitId;
@@ -17,19 +17,18 @@ use proptest::prelude::*;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-fn kernels(arithmetic: Arithmetic) -> Kernels {
+fn kernels(precision: Precision) -> Kernels {
     Kernels {
-        arithmetic,
-        lanes: native_width(arithmetic),
-        needs: EVERYTHING,
+        precision,
+        lanes: native_width(),
     }
 }
 
-const ALL: [Arithmetic; 3] = [Arithmetic::F32, Arithmetic::F32Guarded, Arithmetic::F64];
+const ALL: [Precision; 3] = [Precision::Fast, Precision::Guarded, Precision::Exact];
 
 /// (t, id) of each ray that hits anything.
-fn hits(rays: &RayColumns, world: &World, arithmetic: Arithmetic) -> Vec<Option<(u64, HitId)>> {
-    let found = rays.closest(world, &kernels(arithmetic));
+fn hits(rays: &RayColumns, world: &World, precision: Precision) -> Vec<Option<(u64, HitId)>> {
+    let found = rays.closest(world, &kernels(precision));
     let hit = |(t, id): (f64, HitId)| (id != HitId::NONE).then_some((t.to_bits(), id));
     found.into_iter().map(hit).collect()
 }
@@ -43,14 +42,11 @@ fn agree(scene: &Scene, rays: &RayColumns, why: &str) -> usize {
     for structure in [Structure::Bvh, Structure::Linear] {
         let flat = World::build(scene, &appearances, structure);
         assert_eq!(flat.bounds, nested.bounds, "{why}");
-        for arithmetic in ALL {
-            let [a, b] = [&flat, &nested].map(|world| hits(rays, world, arithmetic));
+        for precision in ALL {
+            let [a, b] = [&flat, &nested].map(|world| hits(rays, world, precision));
             for (i, (a, b)) in a.iter().zip(&b).enumerate() {
                 let ray = rays.ray(i);
-                assert_eq!(
-                    a, b,
-                    "{why}, {structure:?}, {arithmetic:?}, ray {i} {ray:?}"
-                );
+                assert_eq!(a, b, "{why}, {structure:?}, {precision:?}, ray {i} {ray:?}");
             }
             number = a.iter().flatten().count();
         }
@@ -236,19 +232,12 @@ fn pictures_agree() {
     for scene in (0..20).map(random_scene).chain([temple]) {
         let [flat, nested] = [Structure::Linear, Structure::Nested].map(|structure| {
             let way = Way {
-                arithmetic: Arithmetic::F64,
-                lanes: native_width(Arithmetic::F64),
+                precision: Precision::Exact,
+                lanes: native_width(),
                 structure,
             };
             let camera = scene.cameras.rows[0];
-            hash(&picture(
-                &scene,
-                camera,
-                &scene.lights,
-                EVERYTHING,
-                way,
-                &config,
-            ))
+            hash(&picture(&scene, camera, &scene.lights, way, &config))
         });
         assert_eq!(flat, nested);
     }
@@ -283,8 +272,8 @@ fn many_agree() {
     assert!(matches!(nested.forest, Forests::Nested(_)));
     let flat = World::build(&scene, &appearances, Structure::Narrow);
     assert_eq!(flat.bounds, nested.bounds);
-    for arithmetic in ALL {
-        let [a, b] = [&flat, &nested].map(|world| hits(&rays, world, arithmetic));
+    for precision in ALL {
+        let [a, b] = [&flat, &nested].map(|world| hits(&rays, world, precision));
         assert!(a.iter().flatten().count() > 200);
         assert_eq!(a, b);
     }
@@ -337,7 +326,7 @@ fn forty_levels() {
     }
     for (number, (t, id)) in numbers
         .iter()
-        .zip(rays.closest(&world, &kernels(Arithmetic::F64)))
+        .zip(rays.closest(&world, &kernels(Precision::Exact)))
     {
         assert_eq!((t, id.instance), (4.75, *number));
         // Its box has room for the rounding of the largest coordinate, 10^12.
@@ -348,7 +337,7 @@ fn forty_levels() {
     let mut rays = RayColumns::default();
     rays.push(DVec3::new(77_777_777.5, 5.0, 0.0), [0.0, -1.0, 0.0]);
     rays.push(DVec3::new(1e11 + 0.5, 5.0, 0.0), [0.0, -1.0, 0.0]);
-    for (_, id) in rays.closest(&world, &kernels(Arithmetic::F64)) {
+    for (_, id) in rays.closest(&world, &kernels(Precision::Exact)) {
         assert_eq!(id, HitId::NONE);
     }
 }
@@ -405,15 +394,15 @@ fn ten_billion() {
         }
         rays.push(at + DVec3::X * 0.5, [-1.0, 0.0, 0.0]);
     }
-    for arithmetic in ALL {
-        let found = rays.closest(&world, &kernels(arithmetic));
+    for precision in ALL {
+        let found = rays.closest(&world, &kernels(precision));
         for (id, (t, found)) in ids.iter().zip(found) {
-            assert_eq!((t, found.instance), (0.25, *id), "{arithmetic:?}");
+            assert_eq!((t, found.instance), (0.25, *id), "{precision:?}");
         }
     }
     // Along a diagonal of the outermost faces nothing is in the way.
     let mut rays = RayColumns::default();
     rays.push(DVec3::new(-5.0, -5.0, 0.5), [1.0, 1.0, 0.0]);
-    let (_, id) = rays.closest(&world, &kernels(Arithmetic::F64))[0];
+    let (_, id) = rays.closest(&world, &kernels(Precision::Exact))[0];
     assert_eq!(id, HitId::NONE);
 }

@@ -1,14 +1,12 @@
 //! The last occluder, tried first: no answer depends on it, tries and hits are
 //! counted, and on Haines' tetra they stand beside the published ones.
 
-use crate::common::{
-    EVERYTHING, RayColumns, assets, hard_rays, hard_scene, load, random_scene, structures,
-};
+use crate::common::{RayColumns, assets, hard_rays, hard_scene, load, random_scene, structures};
 use glam::DVec3;
 use lanecast::accel::{Forests, Structure, World};
 use lanecast::geom::Fast;
 use lanecast::math::Vec3;
-use lanecast::plan::{Arithmetic, Kernels, native_width};
+use lanecast::plan::{Kernels, Precision, native_width};
 use lanecast::render::{Grid, Progress, RenderConfig, View, render};
 use lanecast::scene::{Appearances, Scene};
 use lanecast::trace::{
@@ -44,13 +42,9 @@ fn compare(scene: &Scene, rays: &RayColumns, t_max: f32, what: &str) -> [CacheCo
     let mut exact = None;
     for structure in structures() {
         let world = World::build(scene, &appearances, structure);
-        for arithmetic in [Arithmetic::F32, Arithmetic::F64] {
-            for lanes in [1, native_width(arithmetic)] {
-                let kernels = Kernels {
-                    arithmetic,
-                    lanes,
-                    needs: EVERYTHING,
-                };
+        for precision in [Precision::Fast, Precision::Exact] {
+            for lanes in [1, native_width()] {
+                let kernels = Kernels { precision, lanes };
                 let [with, without] = Caching::ALL.map(|caching| {
                     let cache = &mut ShadowCache::new(caching);
                     let blocked = rays.any(&world, &kernels, &vec![t_max; rays.len()], cache);
@@ -61,7 +55,7 @@ fn compare(scene: &Scene, rays: &RayColumns, t_max: f32, what: &str) -> [CacheCo
                     blocked
                 });
                 assert!(with == without, "{what}: {structure:?}, {kernels:?}");
-                if arithmetic == Arithmetic::F64 {
+                if precision == Precision::Exact {
                     let expected = exact.get_or_insert(without);
                     assert!(with == *expected, "{what}: {structure:?}, {kernels:?}");
                 }
@@ -105,9 +99,8 @@ fn renders_count_it() {
     let view = View {
         world: &world,
         kernels: Kernels {
-            arithmetic: Arithmetic::F64,
-            lanes: native_width(Arithmetic::F64),
-            needs: EVERYTHING,
+            precision: Precision::Exact,
+            lanes: native_width(),
         },
         camera: scene.cameras.rows[0],
         lights: &scene.lights,
@@ -151,7 +144,7 @@ fn hits_on_tetra_beside_the_published_ones() {
     };
     let view = View {
         world: &world,
-        kernels: loaded.kernels(Arithmetic::F64),
+        kernels: loaded.kernels(Precision::Exact),
         camera: loaded.camera,
         lights: &loaded.scene.lights,
     };

@@ -1,11 +1,11 @@
 //! Ten thousand small scenes, most of them degenerate: every structure, kernel
 //! and width finds what a linear scan finds, bit by bit.
 
-use crate::common::{EVERYTHING, Random, RayColumns, random_shape, structures};
+use crate::common::{Random, RayColumns, random_shape, structures};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::geom::{Cuboid, HalfSpace, Sphere};
-use lanecast::plan::{Arithmetic, Kernels, native_width, widths};
+use lanecast::plan::{Kernels, Precision, native_width, widths};
 use lanecast::scene::{Appearances, Edge, MeshData, Scene, SceneBuilder, ShapeId};
 use lanecast::trace::{Caching, HitId, ShadowCache};
 use proptest::prelude::*;
@@ -282,16 +282,12 @@ fn all_same(sort: Sort, seed: u64) -> usize {
     let t_max = [0.5, 1.0, f32::INFINITY][random.below(3) as usize];
     let ends = vec![t_max; rays.len()];
     let scan = World::build(&scene, &appearances, Structure::Linear);
-    let kernels = |arithmetic, lanes| Kernels {
-        arithmetic,
-        lanes,
-        needs: EVERYTHING,
-    };
+    let kernels = |precision, lanes| Kernels { precision, lanes };
     let closest = |world: &World, kernels| met(rays.closest(world, &kernels));
     let any = |world: &World, kernels| {
         rays.any(world, &kernels, &ends, &mut ShadowCache::new(Caching::On))
     };
-    let one = kernels(Arithmetic::F64, 1);
+    let one = kernels(Precision::Exact, 1);
     let (nearest, blocked) = (closest(&scan, one), any(&scan, one));
     // The ray's end is compared with t itself, which what is reported may be far from (of
     // a triangle without width): so another search says what lies before it.
@@ -307,22 +303,32 @@ fn all_same(sort: Sort, seed: u64) -> usize {
         );
     }
     // Guarded reports another t, and nothing else.
-    let guarded = closest(&scan, kernels(Arithmetic::F32Guarded, 1));
+    let guarded = closest(&scan, kernels(Precision::Guarded, 1));
     for i in 0..rays.len() {
         let [ours, theirs] = [guarded[i], nearest[i]].map(|hit| hit.map(|(_, id)| id));
         assert_eq!(ours, theirs, "{sort:?} {seed}, ray {i}, guarded");
     }
     for structure in structures() {
         let world = World::build(&scene, &appearances, structure);
-        let exact = widths(Arithmetic::F64);
-        let exact = exact.iter().map(|lanes| (Arithmetic::F64, *lanes));
-        let native = |arithmetic| (arithmetic, native_width(arithmetic));
-        let others = [Arithmetic::F32Guarded, Arithmetic::F32DoubtingAll].map(native);
-        for (arithmetic, lanes) in exact.chain(others) {
-            let kernels = kernels(arithmetic, lanes);
+        // Every decision made exactly: what the error bounds decide is the same.
+        #[cfg(feature = "all-lanes")]
+        {
+            let doubting = met(rays.closest_doubting(&world));
+            for i in 0..rays.len() {
+                let same = doubting[i] == guarded[i];
+                assert!(
+                    same,
+                    "{sort:?} {seed}: {structure:?}, ray {i}, all in doubt"
+                );
+            }
+        }
+        let exact = widths();
+        let exact = exact.iter().map(|lanes| (Precision::Exact, *lanes));
+        for (precision, lanes) in exact.chain([(Precision::Guarded, native_width())]) {
+            let kernels = kernels(precision, lanes);
             let what = || format!("{sort:?}, seed {seed}: {structure:?}, {kernels:?}");
             let (found, seen) = (closest(&world, kernels), any(&world, kernels));
-            let is_exact = arithmetic == Arithmetic::F64;
+            let is_exact = precision == Precision::Exact;
             let nearest = if is_exact { &nearest } else { &guarded };
             for i in 0..rays.len() {
                 assert_eq!(found[i], nearest[i], "ray {i} of {}", what());

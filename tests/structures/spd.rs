@@ -4,7 +4,7 @@
 
 use crate::common::{Loaded, assets, load};
 use lanecast::accel::{Density, KdQuality, Structure, World};
-use lanecast::plan::Arithmetic;
+use lanecast::plan::Precision;
 use lanecast::render::{AovSet, Grid, RenderConfig};
 use serde_json::Value;
 use std::path::Path;
@@ -31,11 +31,7 @@ fn corners() -> RenderConfig {
 }
 
 /// Primary hits, and each ray's hit; no ray is cast from them.
-fn primary(
-    loaded: &Loaded,
-    world: &World,
-    arithmetic: Arithmetic,
-) -> (u64, Vec<Option<(u64, u32)>>) {
+fn primary(loaded: &Loaded, world: &World, precision: Precision) -> (u64, Vec<Option<(u64, u32)>>) {
     let config = RenderConfig {
         max_depth: 0,
         aovs: AovSet {
@@ -46,7 +42,7 @@ fn primary(
         },
         ..corners()
     };
-    let rendered = loaded.render(world, loaded.kernels(arithmetic), &[], &config);
+    let rendered = loaded.render(world, loaded.kernels(precision), &[], &config);
     let picture = rendered.picture;
     let (instance, primitive) = (picture.instance_id.unwrap(), picture.primitive_id.unwrap());
     let hits = picture.depth.unwrap().into_iter().enumerate();
@@ -61,8 +57,8 @@ fn primary_hits_are_the_published_ones() {
     for (file, name, expected, allowed) in SCENES {
         let loaded = load(&assets.join(format!("spd/{file}.nff")), 1.0);
         let world = loaded.world(Structure::Bvh);
-        let (count, exact) = primary(&loaded, &world, Arithmetic::F64);
-        let (_, fast) = primary(&loaded, &world, Arithmetic::F32);
+        let (count, exact) = primary(&loaded, &world, Precision::Exact);
+        let (_, fast) = primary(&loaded, &world, Precision::Fast);
         assert_eq!(exact.iter().flatten().count() as u64, count);
         let both = || exact.iter().zip(&fast);
         let covers = both().filter(|(e, f)| e.is_some() != f.is_some()).count();
@@ -80,13 +76,13 @@ fn primary_hits_are_the_published_ones() {
             Structure::ItemBuffer,
         ] {
             let world = loaded.world(structure);
-            let (_, seen) = primary(&loaded, &world, Arithmetic::F64);
+            let (_, seen) = primary(&loaded, &world, Precision::Exact);
             assert!(seen == exact, "{file}: {structure:?} sees something else");
         }
         assert!((covers + ids) * 1000 < exact.len(), "{file}");
 
         let config = corners();
-        let kernels = loaded.kernels(Arithmetic::F64);
+        let kernels = loaded.kernels(Precision::Exact);
         let counts = loaded.render(&world, kernels, &loaded.scene.lights, &config);
         let counts = counts.counts;
         let (haines, havran) = (

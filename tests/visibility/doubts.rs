@@ -1,11 +1,11 @@
 //! What ordinary rays leave to exact arithmetic, by the process' own count: so one test,
 //! in a binary of its own.
 
-use crate::common::{EVERYTHING, Random, RayColumns};
+use crate::common::{Random, RayColumns};
 use glam::{DAffine3, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::geom::{Cuboid, Cylinder, HalfSpace, Quadric};
-use lanecast::plan::{Arithmetic, Kernels, native_width};
+use lanecast::plan::{Kernels, Precision, native_width};
 use lanecast::scene::{Appearances, Edge, Operand, Operator, SceneBuilder, ShapeId};
 use lanecast::trace::decided;
 
@@ -24,7 +24,7 @@ fn block_with(b: &mut SceneBuilder, other: ShapeId, placed: bool) -> ShapeId {
 }
 
 /// Exact decisions, and hits.
-fn asked(arithmetic: Arithmetic, make: &dyn Fn(&mut SceneBuilder) -> ShapeId) -> (u64, usize) {
+fn asked(precision: Precision, make: &dyn Fn(&mut SceneBuilder) -> ShapeId) -> (u64, usize) {
     let mut b = SceneBuilder::default();
     let shape = make(&mut b);
     b.instance("", Edge::shape(shape));
@@ -44,9 +44,8 @@ fn asked(arithmetic: Arithmetic, make: &dyn Fn(&mut SceneBuilder) -> ShapeId) ->
         rays.push(org, dir.to_array().map(|x| x as f32));
     }
     let kernels = Kernels {
-        arithmetic,
-        lanes: native_width(arithmetic),
-        needs: EVERYTHING,
+        precision,
+        lanes: native_width(),
     };
     let before = decided();
     let met = rays.closest(&world, &kernels);
@@ -117,8 +116,8 @@ fn ordinary_rays_are_hardly_ever_in_doubt() {
             [-1.0, -1.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.1],
         ),
     ];
-    for arithmetic in [Arithmetic::F32Guarded, Arithmetic::F64] {
-        let most = if arithmetic == Arithmetic::F64 {
+    for precision in [Precision::Guarded, Precision::Exact] {
+        let most = if precision == Precision::Exact {
             1
         } else {
             RAYS as u64 / 500
@@ -135,32 +134,32 @@ fn ordinary_rays_are_hardly_ever_in_doubt() {
             let ways: [&dyn Fn(&mut SceneBuilder) -> ShapeId; 3] =
                 [&alone, &cut(false), &cut(true)];
             for (way, make) in ["alone", "in a box", "placed in a box"].iter().zip(ways) {
-                let (doubts, hits) = asked(arithmetic, make);
-                println!("{arithmetic:?}, {name} {way}: {doubts} doubts, {hits} hits");
+                let (doubts, hits) = asked(precision, make);
+                println!("{precision:?}, {name} {way}: {doubts} doubts, {hits} hits");
                 assert!(hits > RAYS / 4, "{name} {way}: {hits}");
-                assert!(doubts <= most, "{arithmetic:?}, {name} {way}: {doubts}");
+                assert!(doubts <= most, "{precision:?}, {name} {way}: {doubts}");
             }
         }
-        let (doubts, _) = asked(arithmetic, &|b| {
+        let (doubts, _) = asked(precision, &|b| {
             let (normal, offset) = (DVec3::new(0.3, 1.0, 0.1), 0.25);
             let other = b.half_space("", HalfSpace { normal, offset });
             block_with(b, other, false)
         });
-        println!("{arithmetic:?}, half-space in a box: {doubts} doubts");
+        println!("{precision:?}, half-space in a box: {doubts} doubts");
         assert!(
             doubts <= most,
-            "{arithmetic:?}, half-space in a box: {doubts}"
+            "{precision:?}, half-space in a box: {doubts}"
         );
         type Make = fn(&mut SceneBuilder) -> ShapeId;
         let shared: [(&str, Make); 3] = [("plate", plate), ("bore", bore), ("slabs", slabs)];
         for (name, make) in shared {
-            let (doubts, hits) = asked(arithmetic, &make);
-            println!("{arithmetic:?}, {name}: {doubts} doubts, {hits} hits");
+            let (doubts, hits) = asked(precision, &make);
+            println!("{precision:?}, {name}: {doubts} doubts, {hits} hits");
             assert!(hits > RAYS / 8, "{name}: {hits}");
             // Beside rims it is not certain which face a ray meets; of all rays that come
             // through a shared face it is a small part.
             let most = RAYS as u64 / 100;
-            assert!(doubts <= most, "{arithmetic:?}, {name}: {doubts}");
+            assert!(doubts <= most, "{precision:?}, {name}: {doubts}");
         }
     }
 }

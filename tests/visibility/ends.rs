@@ -2,13 +2,12 @@
 //! so, but lanes and packets ask with other ends than a ray by itself.
 
 use crate::common::{
-    EVERYTHING, Random, RayColumns, random_combination, random_shape, random_solid, torus,
-    unit_ball,
+    Random, RayColumns, random_combination, random_shape, random_solid, torus, unit_ball,
 };
 use glam::{DAffine3, DMat3, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::geom::{Cuboid, Sphere};
-use lanecast::plan::{Arithmetic, Kernels, widths};
+use lanecast::plan::{Kernels, Precision, widths};
 use lanecast::scene::{Appearances, Edge, Operand, Operator, Scene, SceneBuilder, ShapeId};
 use lanecast::trace::{Caching, HitId, ShadowCache};
 
@@ -35,11 +34,10 @@ fn ends_do_not_matter(scene: &Scene, seed: u64) -> usize {
     let world = World::build(scene, &appearances, Structure::Bvh);
     let rays = rays(random, 512);
     let mut met = 0;
-    for lanes in widths(Arithmetic::F32) {
+    for lanes in widths() {
         let kernels = Kernels {
-            arithmetic: Arithmetic::F32,
+            precision: Precision::Fast,
             lanes,
-            needs: EVERYTHING,
         };
         let nearest = rays.closest(&world, &kernels);
         let end = |t: f64| {

@@ -2,14 +2,14 @@
 //! they are no coarser than at the origin, and rays meet what the scan finds.
 
 use crate::common::{
-    ALL_AOVS, EVERYTHING, Random, RayColumns, Way, hard_rays, hard_scene, hash, picture,
-    random_mesh, random_shape, structures,
+    ALL_AOVS, Random, RayColumns, Way, hard_rays, hard_scene, hash, picture, random_mesh,
+    random_shape, structures,
 };
 use glam::{DAffine3, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::geom::{Cone, Cuboid, Sphere};
 use lanecast::math::{Aabb, Affine};
-use lanecast::plan::{Arithmetic, Kernels, native_width};
+use lanecast::plan::{Kernels, Precision, native_width};
 use lanecast::reference::Reference;
 use lanecast::render::RenderConfig;
 use lanecast::scene::{
@@ -78,12 +78,8 @@ fn far_worlds_lose_nothing() {
         assert_ne!(scan.center, DVec3::ZERO, "{seed}");
 
         let rays = hard_rays(&far, &appearances, seed, RAYS);
-        for arithmetic in [Arithmetic::F64, Arithmetic::F32Guarded] {
-            let kernels = |lanes| Kernels {
-                arithmetic,
-                lanes,
-                needs: EVERYTHING,
-            };
+        for precision in [Precision::Exact, Precision::Guarded] {
+            let kernels = |lanes| Kernels { precision, lanes };
             let answers = |world: &World, lanes| {
                 let nearest = rays.closest(world, &kernels(lanes));
                 let t_max = vec![1.0; RAYS];
@@ -97,7 +93,7 @@ fn far_worlds_lose_nothing() {
             hits += expected.0.iter().flatten().count();
             for structure in structures() {
                 let world = World::build(&far, &appearances, structure);
-                for lanes in [1, native_width(arithmetic)] {
+                for lanes in [1, native_width()] {
                     let found = answers(&world, lanes);
                     assert!(found == expected, "{seed}: {structure:?}, {lanes} lanes");
                 }
@@ -189,17 +185,13 @@ fn far_rays_meet_what_their_rounding_meets() {
         hits += expected.iter().filter(|id| **id != HitId::NONE).count();
         for structure in structures().into_iter().chain([Structure::Nested]) {
             let world = World::build(&scene, &appearances, structure);
-            for arithmetic in [Arithmetic::F64, Arithmetic::F32Guarded] {
-                for lanes in [1, native_width(arithmetic)] {
-                    let kernels = Kernels {
-                        arithmetic,
-                        lanes,
-                        needs: EVERYTHING,
-                    };
+            for precision in [Precision::Exact, Precision::Guarded] {
+                for lanes in [1, native_width()] {
+                    let kernels = Kernels { precision, lanes };
                     let found = rays.closest(&world, &kernels);
                     for (i, ((_, found), expected)) in found.iter().zip(&expected).enumerate() {
                         let ray = rays.ray(i);
-                        let how = (structure, arithmetic, lanes);
+                        let how = (structure, precision, lanes);
                         assert_eq!(found, expected, "{seed}: {how:?}, {ray:?}");
                     }
                 }
@@ -274,20 +266,20 @@ fn pictures_of_what_has_no_box_are_the_same() {
         let world = World::build(&scene, &appearances, Structure::Bvh);
         assert!(world.unbounded_meshes().count() > 0 && world.unbounded_solids().count() > 0);
         let structures = structures().into_iter().chain([Structure::ItemBuffer]);
-        for arithmetic in [Arithmetic::F32, Arithmetic::F32Guarded, Arithmetic::F64] {
+        for precision in [Precision::Fast, Precision::Guarded, Precision::Exact] {
             let hashes = structures.clone().map(|structure| {
                 let way = Way {
-                    arithmetic,
-                    lanes: native_width(arithmetic),
+                    precision,
+                    lanes: native_width(),
                     structure,
                 };
                 let lights = &scene.lights;
-                hash(&picture(&scene, camera, lights, EVERYTHING, way, &config))
+                hash(&picture(&scene, camera, lights, way, &config))
             });
             let hashes: Vec<u64> = hashes.collect();
             assert!(
                 hashes.iter().all(|h| *h == hashes[0]),
-                "{seed}, {arithmetic:?}: {hashes:x?}"
+                "{seed}, {precision:?}: {hashes:x?}"
             );
         }
     }
@@ -316,9 +308,8 @@ fn what_is_near_is_met_beside_what_f32_cannot_reach() {
     let near = balls(None);
     let rays = hard_rays(&near, &Appearances::of(&near).unwrap(), 1, RAYS);
     let kernels = Kernels {
-        arithmetic: Arithmetic::F32Guarded,
-        lanes: native_width(Arithmetic::F32Guarded),
-        needs: EVERYTHING,
+        precision: Precision::Guarded,
+        lanes: native_width(),
     };
     for distance in [1e38, 3.5e38, 1e39, 1e300] {
         let scene = balls(Some(distance));
@@ -360,11 +351,10 @@ fn what_is_beyond_f32_is_met_from_one_origin() {
             let [y, z] = [i / 16, i % 16].map(|x| (x as f32 - 8.0) / 16.0);
             rays.push(DVec3::new(1.7 * size, -0.9 * size, 0.0), [-1.0, y, z]);
         }
-        for arithmetic in [Arithmetic::F64, Arithmetic::F32Guarded] {
+        for precision in [Precision::Exact, Precision::Guarded] {
             let kernels = Kernels {
-                arithmetic,
-                lanes: native_width(arithmetic),
-                needs: EVERYTHING,
+                precision,
+                lanes: native_width(),
             };
             let met = |structure| {
                 let world = World::build(&scene, &appearances, structure);

@@ -1,10 +1,10 @@
 //! Polygons whose corners lie a little off their plane, met by rays that nearly lie
 //! in it: whatever leads to them, the hits are the reference's.
 
-use crate::common::{EVERYTHING, Random, RayColumns, dented, structures};
+use crate::common::{Random, RayColumns, dented, structures};
 use glam::DVec3;
 use lanecast::accel::World;
-use lanecast::plan::{Arithmetic, Kernels, native_width};
+use lanecast::plan::{Kernels, Precision, native_width};
 use lanecast::reference::Reference;
 use lanecast::scene::{Appearances, Edge, PolygonId, SceneBuilder};
 use lanecast::trace::HitId;
@@ -71,16 +71,15 @@ fn grazing_rays_meet_polygons_as_the_reference_does() {
         beside += expected.len();
         for structure in structures() {
             let world = World::build(&scene, &appearances, structure);
-            for arithmetic in [Arithmetic::F64, Arithmetic::F32Guarded] {
+            for precision in [Precision::Exact, Precision::Guarded] {
                 let kernels = Kernels {
-                    arithmetic,
-                    lanes: native_width(arithmetic),
-                    needs: EVERYTHING,
+                    precision,
+                    lanes: native_width(),
                 };
                 let found = rays.closest(&world, &kernels);
                 for (i, (_, id)) in found.into_iter().enumerate() {
                     let id = (id != HitId::NONE).then_some(id);
-                    let what = format!("seed {seed}, ray {i}: {structure:?}, {arithmetic:?}");
+                    let what = format!("seed {seed}, ray {i}: {structure:?}, {precision:?}");
                     assert_eq!(id, expected[i], "{what}");
                 }
             }

@@ -3,12 +3,12 @@
 
 #![cfg(feature = "all-lanes")]
 
-use crate::common::{EVERYTHING, Random, RayColumns, hard_rays, hard_scene, random_mesh};
+use crate::common::{Random, RayColumns, hard_rays, hard_scene, random_mesh};
 use glam::{DAffine3, DVec3};
 use lanecast::accel::{Density, Forests, KdQuality, Structure, World};
 use lanecast::geom::{Cylinder, Ellipsoid, Sphere};
 use lanecast::math::{Aabb, Affine};
-use lanecast::plan::{Arithmetic, Kernels};
+use lanecast::plan::{Kernels, Precision};
 use lanecast::reference::{Hit, Reference};
 use lanecast::scene::{Appearances, Edge, MeshId, SceneBuilder};
 use lanecast::trace::HitId;
@@ -36,13 +36,9 @@ fn all_alike(seed: u64) -> [usize; 2] {
     let (heap, spheres) = (Structure::Heap, Structure::HeapSpheres);
     let worlds = [Structure::Linear, Structure::Bvh, kd, grid, heap, spheres]
         .map(|structure| World::build(&scene, &appearances, structure));
-    for arithmetic in [Arithmetic::F32, Arithmetic::F32Guarded, Arithmetic::F64] {
+    for precision in [Precision::Fast, Precision::Guarded, Precision::Exact] {
         let of = |world, lanes| {
-            let kernels = Kernels {
-                arithmetic,
-                lanes,
-                needs: EVERYTHING,
-            };
+            let kernels = Kernels { precision, lanes };
             bits(rays.closest(world, &kernels))
         };
         let expected = of(&worlds[0], 1);
@@ -50,7 +46,7 @@ fn all_alike(seed: u64) -> [usize; 2] {
         for (i, world) in worlds.iter().enumerate() {
             // The f32 tile kernel decides triangles by other arithmetic, at
             // every width alike.
-            let tiles = arithmetic == Arithmetic::F32 && i == 1;
+            let tiles = precision == Precision::Fast && i == 1;
             let expected = if tiles {
                 let own = of(world, 1);
                 let pairs = own.iter().zip(&expected);
@@ -63,7 +59,7 @@ fn all_alike(seed: u64) -> [usize; 2] {
                 for (ray, (got, expected)) in of(world, lanes).iter().zip(&expected).enumerate() {
                     assert_eq!(
                         got, expected,
-                        "seed {seed}, ray {ray}: {arithmetic:?}, structure {i}, {lanes} lanes"
+                        "seed {seed}, ray {ray}: {precision:?}, structure {i}, {lanes} lanes"
                     );
                 }
             }
@@ -123,9 +119,8 @@ fn exact_packets_agree_with_the_reference_on_hard_scenes() {
         let rays = hard_rays(&scene, &appearances, seed, RAYS / 4);
         let world = World::build(&scene, &appearances, Structure::Bvh);
         let kernels = Kernels {
-            arithmetic: Arithmetic::F64,
+            precision: Precision::Exact,
             lanes: 8,
-            needs: EVERYTHING,
         };
         let reference = Reference::brute_force(&scene, &appearances).unwrap();
         let answers = rays.closest(&world, &kernels);
@@ -296,9 +291,8 @@ fn what_comes_first_by_a_hair_keeps_its_own_t() {
             let appearances = Appearances::of(&scene).unwrap();
             let world = World::build(&scene, &appearances, Structure::Linear);
             let kernels = Kernels {
-                arithmetic: Arithmetic::F32Guarded,
+                precision: Precision::Guarded,
                 lanes,
-                needs: EVERYTHING,
             };
             let met = rays.closest(&world, &kernels);
             let numbered = |(t, id): (f64, HitId)| {

@@ -2,14 +2,13 @@
 //! by every way to compute them.
 
 use crate::common::{
-    ALL_AOVS, EVERYTHING, Random, RayColumns, Way, gyroid, hash, picture, ring, structures, torus,
-    unit_ball,
+    ALL_AOVS, Random, RayColumns, Way, gyroid, hash, picture, ring, structures, torus, unit_ball,
 };
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::geom::formula::Builder;
 use lanecast::geom::{Binary, Clip, Cuboid, Sphere, Unary};
-use lanecast::plan::{Arithmetic, Kernels, native_width, widths};
+use lanecast::plan::{Kernels, Precision, native_width, widths};
 use lanecast::reference::{Ray, Reference};
 use lanecast::render::RenderConfig;
 use lanecast::scene::{
@@ -27,11 +26,10 @@ fn scene(make: impl FnOnce(&mut SceneBuilder) -> Vec<(ShapeId, DAffine3)>) -> Sc
     to.finish().expect("a good scene")
 }
 
-fn kernels(arithmetic: Arithmetic) -> Kernels {
+fn kernels(precision: Precision) -> Kernels {
     Kernels {
-        arithmetic,
-        lanes: native_width(arithmetic),
-        needs: EVERYTHING,
+        precision,
+        lanes: native_width(),
     }
 }
 
@@ -72,24 +70,24 @@ fn what_may_be_written_both_ways_is_met_alike() {
     ];
     for (name, [ours, theirs]) in [("torus", tori), ("ball", balls)] {
         let rays = rays(7, 2.0, 4000);
-        for arithmetic in [Arithmetic::F32Guarded, Arithmetic::F64] {
+        for precision in [Precision::Guarded, Precision::Exact] {
             let of = |scene: &Scene| {
                 let appearances = Appearances::of(scene).expect("one");
                 let world = World::build(scene, &appearances, Structure::Bvh);
                 let ends = vec![f32::INFINITY; rays.len()];
                 let cache = &mut ShadowCache::new(Default::default());
-                let blocked = rays.any(&world, &kernels(arithmetic), &ends, cache);
-                (rays.closest(&world, &kernels(arithmetic)), blocked)
+                let blocked = rays.any(&world, &kernels(precision), &ends, cache);
+                (rays.closest(&world, &kernels(precision)), blocked)
             };
             let ((found, blocked), (expected, _)) = (of(&ours), of(&theirs));
             let hits = found.iter().filter(|a| a.1 != HitId::NONE).count();
             assert!(hits > 500, "{name}: {hits}");
             for (i, ((t, id), (other, known))) in found.iter().zip(&expected).enumerate() {
-                let context = format!("{name} {arithmetic:?} ray {i}: {t} {other}");
+                let context = format!("{name} {precision:?} ray {i}: {t} {other}");
                 assert_eq!(id, known, "{context}");
                 assert_eq!(blocked[i], *id != HitId::NONE, "{context}");
-                let near = match arithmetic {
-                    Arithmetic::F64 => 1e-13,
+                let near = match precision {
+                    Precision::Exact => 1e-13,
                     // Of a ball that is grazed.
                     _ => 1e-5,
                 };
@@ -150,23 +148,23 @@ fn the_reference_finds_the_same() {
     let world = World::build(&scene, &appearances, Structure::Bvh);
     let judge = Reference::new(&scene, &appearances).expect("one");
     let rays = rays(11, 3.0, 600);
-    for arithmetic in [Arithmetic::F32, Arithmetic::F32Guarded, Arithmetic::F64] {
-        let found = rays.closest(&world, &kernels(arithmetic));
+    for precision in [Precision::Fast, Precision::Guarded, Precision::Exact] {
+        let found = rays.closest(&world, &kernels(precision));
         let mut hits = 0;
         for (i, (t, id)) in found.iter().enumerate() {
             let (org, dir) = rays.ray(i);
             let dir = dir.map(f64::from);
             let truth = judge.nearest(org, dir, f64::INFINITY);
-            let context = format!("{arithmetic:?} {org:?} {dir:?}: {t} {id:?} {truth:?}");
+            let context = format!("{precision:?} {org:?} {dir:?}: {t} {id:?} {truth:?}");
             let Some(truth) = truth else {
                 assert_eq!(*id, HitId::NONE, "{context}");
                 continue;
             };
             hits += 1;
             assert_eq!(id.instance, truth.instance, "{context}");
-            let near = match arithmetic {
-                Arithmetic::F64 => 1e-13,
-                Arithmetic::F32 => 1e-5,
+            let near = match precision {
+                Precision::Exact => 1e-13,
+                Precision::Fast => 1e-5,
                 _ => 1e-6,
             };
             assert!((t - truth.t).abs() <= near * truth.t.max(0.1), "{context}");
@@ -190,16 +188,16 @@ fn a_picture_is_the_same_by_every_way() {
         aovs: ALL_AOVS,
         ..RenderConfig::default()
     };
-    for arithmetic in [Arithmetic::F32Guarded, Arithmetic::F64] {
+    for precision in [Precision::Guarded, Precision::Exact] {
         let mut expected = None;
         for structure in structures() {
-            for lanes in widths(arithmetic) {
+            for lanes in widths() {
                 let way = Way {
-                    arithmetic,
+                    precision,
                     lanes,
                     structure,
                 };
-                let rendered = picture(&scene, camera, &scene.lights, EVERYTHING, way, &config);
+                let rendered = picture(&scene, camera, &scene.lights, way, &config);
                 let hash = hash(&rendered);
                 assert!(rendered.counts.primary_hits > 300, "{:?}", rendered.counts);
                 assert_eq!(*expected.get_or_insert(hash), hash, "{way:?}");
@@ -277,10 +275,10 @@ fn where_a_function_ends_there_is_a_face() {
     let world = World::build(&scene, &appearances, Structure::Bvh);
     let judge = Reference::new(&scene, &appearances).expect("one");
     let rays = rays(19, 3.0, 600);
-    for arithmetic in [Arithmetic::F32, Arithmetic::F32Guarded, Arithmetic::F64] {
+    for precision in [Precision::Fast, Precision::Guarded, Precision::Exact] {
         let mut hits = 0;
         for (i, (t, id)) in rays
-            .closest(&world, &kernels(arithmetic))
+            .closest(&world, &kernels(precision))
             .into_iter()
             .enumerate()
         {
@@ -289,9 +287,9 @@ fn where_a_function_ends_there_is_a_face() {
                 continue;
             }
             hits += 1;
-            let surface = Surface::at(&world, arithmetic, org, dir, t, id);
+            let surface = Surface::at(&world, precision, org, dir, t, id);
             let out = (surface.point - TURNED) / 2.0;
-            let context = format!("{arithmetic:?} {org:?} {dir:?} {surface:?}");
+            let context = format!("{precision:?} {org:?} {dir:?} {surface:?}");
             assert!((out.length() - 1.0).abs() < 1e-14, "{context}");
             assert!((surface.ng - out).length() < 1e-13, "{context}");
             assert!(surface.front && surface.offset < 1e-4, "{context}");
@@ -353,7 +351,7 @@ fn a_solid_without_end_is_everywhere_else() {
         rays.push(DVec3::new(-9.0, y, 0.0), [1.0, 0.0, 0.0]);
     }
     for (i, (t, id)) in rays
-        .closest(&world, &kernels(Arithmetic::F32Guarded))
+        .closest(&world, &kernels(Precision::Guarded))
         .iter()
         .enumerate()
     {

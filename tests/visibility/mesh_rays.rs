@@ -4,7 +4,7 @@
 use crate::common::{Loaded, RayColumns, assets, load};
 use glam::DVec3;
 use lanecast::accel::{Structure, World};
-use lanecast::plan::{Arithmetic, Kernels};
+use lanecast::plan::{Kernels, Precision};
 use lanecast::trace::HitId;
 use serde_json::Value;
 
@@ -78,7 +78,7 @@ fn published_mesh_hits_through_packets() {
         }
         let trace = |world: &World, kernels: Kernels| columns.closest(world, &kernels);
         let worlds = [Structure::Bvh, Structure::Linear].map(|s| loaded.world(s));
-        let exact = loaded.kernels(Arithmetic::F64);
+        let exact = loaded.kernels(Precision::Exact);
         let answers = trace(&worlds[0], exact);
         let single = Kernels { lanes: 1, ..exact };
         for other in [
@@ -110,7 +110,7 @@ fn published_mesh_hits_through_packets() {
                 later += u32::from(id.primitive > triangle);
             }
         }
-        let fast = trace(&worlds[0], loaded.kernels(Arithmetic::F32));
+        let fast = trace(&worlds[0], loaded.kernels(Precision::Fast));
         for ((t, id), (fast_t, fast_id)) in answers.iter().zip(&fast) {
             wrong_fast += u32::from(id != fast_id);
             if id == fast_id && *id != HitId::NONE {

@@ -1,10 +1,10 @@
 //! Rays of one direction, as orthographic cameras and directional lights send
 //! them: through the tree as through the linear scan, at every width.
 
-use crate::common::{EVERYTHING, Random, RayColumns, hard_scene, random_scene};
+use crate::common::{Random, RayColumns, hard_scene, random_scene};
 use glam::DVec3;
 use lanecast::accel::{Structure, World};
-use lanecast::plan::{Arithmetic, Kernels, native_width};
+use lanecast::plan::{Kernels, Precision, native_width};
 use lanecast::scene::{Appearances, Scene};
 use lanecast::trace::{Caching, HitId, ShadowCache};
 
@@ -49,12 +49,8 @@ fn met(answers: &[(f64, HitId)]) -> Vec<Option<(u64, HitId)>> {
     answers.iter().map(hit).collect()
 }
 
-fn kernels(arithmetic: Arithmetic, lanes: usize) -> Kernels {
-    Kernels {
-        arithmetic,
-        lanes,
-        needs: EVERYTHING,
-    }
+fn kernels(precision: Precision, lanes: usize) -> Kernels {
+    Kernels { precision, lanes }
 }
 
 /// (rays, hits, fast differences from the scan).
@@ -66,24 +62,24 @@ fn compare(scene: &Scene, seed: u64) -> [usize; 3] {
     let mut counts = [0; 3];
     for round in 0..4 {
         let rays = parallel_rays(&tree, random);
-        for arithmetic in [Arithmetic::F64, Arithmetic::F32Guarded, Arithmetic::F32] {
-            let expected = met(&rays.closest(&scan, &kernels(arithmetic, 1)));
-            let alone = met(&rays.closest(&tree, &kernels(arithmetic, 1)));
-            let mut widths = vec![native_width(arithmetic)];
+        for precision in [Precision::Exact, Precision::Guarded, Precision::Fast] {
+            let expected = met(&rays.closest(&scan, &kernels(precision, 1)));
+            let alone = met(&rays.closest(&tree, &kernels(precision, 1)));
+            let mut widths = vec![native_width()];
             if cfg!(feature = "all-lanes") {
                 widths = vec![4, 8, 16];
             }
             for lanes in widths {
-                let got = met(&rays.closest(&tree, &kernels(arithmetic, lanes)));
-                assert_eq!(got, alone, "seed {seed} {round}: {arithmetic:?} {lanes}");
+                let got = met(&rays.closest(&tree, &kernels(precision, lanes)));
+                assert_eq!(got, alone, "seed {seed} {round}: {precision:?} {lanes}");
             }
-            if arithmetic != Arithmetic::F32 {
+            if precision != Precision::Fast {
                 assert_eq!(alone, expected, "seed {seed} {round}");
             }
-            if arithmetic == Arithmetic::F64 {
+            if precision == Precision::Exact {
                 counts[0] += alone.len();
                 counts[1] += alone.iter().flatten().count();
-            } else if arithmetic == Arithmetic::F32 {
+            } else if precision == Precision::Fast {
                 counts[2] += alone.iter().zip(&expected).filter(|(a, b)| a != b).count();
             }
         }
@@ -123,12 +119,12 @@ fn parallel_rays_do_not_depend_on_their_neighbours() {
             let (org, dir) = rays.ray(*i);
             shuffled.push(org.into(), dir);
         }
-        for arithmetic in [Arithmetic::F64, Arithmetic::F32] {
-            let kernels = kernels(arithmetic, native_width(arithmetic));
+        for precision in [Precision::Exact, Precision::Fast] {
+            let kernels = kernels(precision, native_width());
             let ordered = met(&rays.closest(&tree, &kernels));
             let got = met(&shuffled.closest(&tree, &kernels));
             let expected: Vec<_> = order.iter().map(|i| ordered[*i]).collect();
-            assert_eq!(got, expected, "scene {number}: {arithmetic:?}");
+            assert_eq!(got, expected, "scene {number}: {precision:?}");
             hits += got.iter().flatten().count();
         }
     }
@@ -147,7 +143,7 @@ fn parallel_rays_that_end_at_what_they_meet() {
             [Structure::Bvh, Structure::Linear].map(|s| World::build(&scene, &appearances, s));
         let random = &mut Random(number as u64);
         let rays = parallel_rays(&tree, random);
-        let kernels = kernels(Arithmetic::F64, native_width(Arithmetic::F64));
+        let kernels = kernels(Precision::Exact, native_width());
         let ends = rays.closest(&scan, &kernels).into_iter().map(|(t, id)| {
             let t = if id == HitId::NONE { 10.0 } else { t as f32 };
             [t, t.next_up(), t.next_down(), 2.0 * t][random.below(4) as usize]

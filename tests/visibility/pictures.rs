@@ -5,7 +5,7 @@
 
 use crate::common::{ALL_AOVS, Loaded, assets, hash, load};
 use lanecast::accel::Structure;
-use lanecast::plan::{Arithmetic, Kernels, widths};
+use lanecast::plan::{Kernels, Precision, widths};
 use lanecast::render::{RenderConfig, TileOrder};
 use lanecast::scene::{CsgSolid, Shape};
 use std::path::{Path, PathBuf};
@@ -40,15 +40,15 @@ fn config((width, height): (u32, u32)) -> RenderConfig {
 
 #[test]
 fn one_picture_per_scene_in_f32() {
-    one_picture_per_scene(Arithmetic::F32);
+    one_picture_per_scene(Precision::Fast);
 }
 
 #[test]
 fn one_picture_per_scene_in_f64() {
-    one_picture_per_scene(Arithmetic::F64);
+    one_picture_per_scene(Precision::Exact);
 }
 
-fn one_picture_per_scene(arithmetic: Arithmetic) {
+fn one_picture_per_scene(precision: Precision) {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let mut files: Vec<PathBuf> = std::fs::read_dir(scenes)
         .map(|d| d.map(|entry| entry.unwrap().path()).collect())
@@ -64,9 +64,9 @@ fn one_picture_per_scene(arithmetic: Arithmetic) {
             println!("skipped: {}", file.display());
             continue;
         }
-        let [small, large] = hashes(&file, &loaded, arithmetic);
+        let [small, large] = hashes(&file, &loaded, precision);
         let name = file.file_name().unwrap_or_default().display();
-        println!("{name} {arithmetic:?}: {small:016x} small, {large:016x} large");
+        println!("{name} {precision:?}: {small:016x} small, {large:016x} large");
     }
 }
 
@@ -80,8 +80,8 @@ fn most_operands(loaded: &Loaded) -> usize {
     operands.max().unwrap_or(0)
 }
 
-fn hashes(file: &Path, loaded: &Loaded, arithmetic: Arithmetic) -> [u64; 2] {
-    let base = loaded.kernels(arithmetic);
+fn hashes(file: &Path, loaded: &Loaded, precision: Precision) -> [u64; 2] {
+    let base = loaded.kernels(precision);
     let of = |world: &_, lanes, config: &RenderConfig| {
         let kernels = Kernels { lanes, ..base };
         let rendered = loaded.render(world, kernels, &loaded.scene.lights, config);
@@ -107,7 +107,7 @@ fn hashes(file: &Path, loaded: &Loaded, arithmetic: Arithmetic) -> [u64; 2] {
             let file = file.display();
             assert_eq!(
                 got, large,
-                "{file}: {arithmetic:?}, {lanes} lanes, {threads} threads"
+                "{file}: {precision:?}, {lanes} lanes, {threads} threads"
             );
         }
     }
@@ -116,14 +116,14 @@ fn hashes(file: &Path, loaded: &Loaded, arithmetic: Arithmetic) -> [u64; 2] {
         return [small, large];
     }
     let linear = loaded.world(Structure::Linear);
-    for lanes in widths(arithmetic) {
+    for lanes in widths() {
         for world in [&bvh, &linear] {
             let got = of(world, lanes, &config(SMALL));
             let structure = world.forest.top_figures().nodes;
             let file = file.display();
             assert_eq!(
                 got, small,
-                "{file}: {arithmetic:?}, {lanes} lanes, {structure} nodes"
+                "{file}: {precision:?}, {lanes} lanes, {structure} nodes"
             );
         }
     }

@@ -1,19 +1,18 @@
 //! Where f32 ends: scenes so small, and directions so long, that boxes' own arithmetic has
 //! no numbers left. Whatever the structure, what exact precision finds one by one.
 
-use crate::common::{EVERYTHING, Random, RayColumns, structures};
+use crate::common::{Random, RayColumns, structures};
 use glam::{DAffine3, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::geom::{Cuboid, Sphere};
-use lanecast::plan::{Arithmetic, Kernels, native_width};
+use lanecast::plan::{Kernels, Precision, native_width};
 use lanecast::scene::{Appearances, Edge, MeshData, Scene, SceneBuilder};
 use lanecast::trace::{Caching, HitId, ShadowCache};
 
-fn kernels(arithmetic: Arithmetic) -> Kernels {
+fn kernels(precision: Precision) -> Kernels {
     Kernels {
-        arithmetic,
-        lanes: native_width(arithmetic),
-        needs: EVERYTHING,
+        precision,
+        lanes: native_width(),
     }
 }
 
@@ -55,12 +54,12 @@ fn agree(scene: &Scene, rays: &RayColumns, expected: &[HitId], why: &str) {
     let endless = vec![f32::INFINITY; rays.len()];
     for structure in structures() {
         let world = World::build(scene, &appearances, structure);
-        for arithmetic in [Arithmetic::F32Guarded, Arithmetic::F64] {
-            let kernels = kernels(arithmetic);
+        for precision in [Precision::Guarded, Precision::Exact] {
+            let kernels = kernels(precision);
             let compare = |found: Vec<(f64, HitId)>, by: &str| {
                 let wrong = (found.iter().zip(expected)).filter(|((_, id), e)| id != *e);
                 let wrong = wrong.count();
-                let what = format!("{why}: {structure:?} {arithmetic:?} {by}");
+                let what = format!("{why}: {structure:?} {precision:?} {by}");
                 assert_eq!(wrong, 0, "{what}, of {} rays", rays.len());
             };
             compare(rays.closest(&world, &kernels), "closest");
@@ -74,7 +73,7 @@ fn agree(scene: &Scene, rays: &RayColumns, expected: &[HitId], why: &str) {
                 &mut ShadowCache::new(Caching::On),
             );
             let wrong = (any.iter().zip(expected)).filter(|(any, e)| **any != (**e != HitId::NONE));
-            assert_eq!(wrong.count(), 0, "{why}: {structure:?} {arithmetic:?} any");
+            assert_eq!(wrong.count(), 0, "{why}: {structure:?} {precision:?} any");
         }
     }
 }
@@ -85,7 +84,7 @@ fn one_by_one(scene: &Scene, rays: &RayColumns) -> Vec<HitId> {
     let world = World::build(scene, &appearances, Structure::Linear);
     let kernels = Kernels {
         lanes: 1,
-        ..kernels(Arithmetic::F64)
+        ..kernels(Precision::Exact)
     };
     let found = rays.closest(&world, &kernels);
     found.into_iter().map(|(_, id)| id).collect()

@@ -1,21 +1,20 @@
 //! Polynomial surfaces of any size, seen from any distance: the same rays meet them.
 
-use crate::common::{EVERYTHING, Random, RayColumns, barth_sextic, torus};
+use crate::common::{Random, RayColumns, barth_sextic, torus};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::geom::{Clip, Sphere};
-use lanecast::plan::{Arithmetic, Kernels, native_width};
+use lanecast::plan::{Kernels, Precision, native_width};
 use lanecast::reference::Reference;
 use lanecast::scene::{Appearances, Edge, Scene, SceneBuilder, ShapeId};
 use lanecast::trace::{HitId, ShadowCache};
 
-const RIGHT: [Arithmetic; 2] = [Arithmetic::F32Guarded, Arithmetic::F64];
+const RIGHT: [Precision; 2] = [Precision::Guarded, Precision::Exact];
 
-fn kernels(arithmetic: Arithmetic) -> Kernels {
+fn kernels(precision: Precision) -> Kernels {
     Kernels {
-        arithmetic,
-        lanes: native_width(arithmetic),
-        needs: EVERYTHING,
+        precision,
+        lanes: native_width(),
     }
 }
 
@@ -120,26 +119,26 @@ fn met(scene: &Scene, columns: &RayColumns, context: &str) -> [Vec<bool>; 2] {
     let appearances = Appearances::of(scene).expect("one");
     let world = World::build(scene, &appearances, Structure::Bvh);
     let judge = Reference::new(scene, &appearances).expect("one");
-    RIGHT.map(|arithmetic| {
-        let answers = columns.closest(&world, &kernels(arithmetic));
+    RIGHT.map(|precision| {
+        let answers = columns.closest(&world, &kernels(precision));
         let cache = &mut ShadowCache::new(Default::default());
         let ends = vec![f32::INFINITY; columns.len()];
-        let blocked = columns.any(&world, &kernels(arithmetic), &ends, cache);
+        let blocked = columns.any(&world, &kernels(precision), &ends, cache);
         for i in (0..columns.len()).step_by(SAMPLE) {
             let (org, dir) = columns.ray(i);
             let truth = judge.nearest(org, dir.map(f64::from), f64::INFINITY);
             let (t, id) = answers[i];
-            let context = format!("{context} {arithmetic:?} {org:?} {dir:?}: {t} {truth:?}");
+            let context = format!("{context} {precision:?} {org:?} {dir:?}: {t} {truth:?}");
             assert_eq!(id != HitId::NONE, truth.is_some(), "{context}");
-            let near = match arithmetic {
-                Arithmetic::F64 => 1e-14,
+            let near = match precision {
+                Precision::Exact => 1e-14,
                 _ => 1e-6,
             };
             let far = truth.is_some_and(|truth| (t - truth.t).abs() > near * truth.t);
             assert!(!far, "{context}");
         }
         let met: Vec<bool> = answers.iter().map(|a| a.1 != HitId::NONE).collect();
-        assert_eq!(blocked, met, "{context} {arithmetic:?}");
+        assert_eq!(blocked, met, "{context} {precision:?}");
         met
     })
 }
@@ -159,10 +158,10 @@ fn check(surface: Surface, size: Size) {
             assert!(count > 900 && count < 3900, "{context}: {count}");
             for power in [-6, -5, -3, -1, 2, 4, 6] {
                 let scaled = of(libm::exp10(f64::from(power)));
-                for (met, arithmetic) in scaled.iter().zip(RIGHT) {
+                for (met, precision) in scaled.iter().zip(RIGHT) {
                     let pairs = met.iter().zip(&unscaled[0]);
                     let other = pairs.filter(|(a, b)| a != b).count();
-                    let context = format!("{context}, 10^{power} {arithmetic:?}");
+                    let context = format!("{context}, 10^{power} {precision:?}");
                     assert!(other <= AT_SILHOUETTES, "{context}: {other} of {count}");
                 }
             }
@@ -232,25 +231,24 @@ fn lengths_times_powers_of_two_change_no_bit_of_t() {
         }
         rays
     };
-    let bits = |scale: f64, arithmetic: Arithmetic| -> Vec<(f64, HitId)> {
+    let bits = |scale: f64, precision: Precision| -> Vec<(f64, HitId)> {
         let scene = world_of(scale);
         let appearances = Appearances::of(&scene).expect("few");
         let world = World::build(&scene, &appearances, Structure::Bvh);
-        rays_of(scale).closest(&world, &kernels(arithmetic))
+        rays_of(scale).closest(&world, &kernels(precision))
     };
-    for arithmetic in [Arithmetic::F32, Arithmetic::F32Guarded, Arithmetic::F64] {
-        let expected = bits(1.0, arithmetic);
+    for precision in [Precision::Fast, Precision::Guarded, Precision::Exact] {
+        let expected = bits(1.0, precision);
         let hits = expected.iter().filter(|a| a.1 != HitId::NONE).count();
         assert!(hits > 300, "{hits}");
-        let far = match arithmetic {
-            Arithmetic::F64 => 100,
+        let far = match precision {
+            Precision::Exact => 100,
             _ => 40,
         };
         for power in [-far, -17, -1, 1, 2, far] {
             let scale = libm::exp2(f64::from(power));
-            for (i, (found, expected)) in bits(scale, arithmetic).iter().zip(&expected).enumerate()
-            {
-                let context = format!("{arithmetic:?} 2^{power} ray {i}: {found:?} {expected:?}");
+            for (i, (found, expected)) in bits(scale, precision).iter().zip(&expected).enumerate() {
+                let context = format!("{precision:?} 2^{power} ray {i}: {found:?} {expected:?}");
                 assert_eq!(found.1, expected.1, "{context}");
                 let same = found.0.to_bits() == (expected.0 * scale).to_bits();
                 assert!(same || found.1 == HitId::NONE, "{context}");

@@ -14,7 +14,7 @@
 use crate::common::{Loaded, Random, RayColumns, assets, load};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use lanecast::accel::Structure;
-use lanecast::plan::Arithmetic;
+use lanecast::plan::Precision;
 use lanecast::scene::{Appearances, Camera};
 use lanecast::scene::{Edge, Mesh, MeshData, MeshId, SceneBuilder};
 use lanecast::trace::{HitId, ShadowCache};
@@ -131,12 +131,12 @@ fn is_on_outline(target: &Target, seen: DVec3) -> bool {
 fn no_cracks(name: &str, loaded: &Loaded, aimed: &Aimed, exact: f64) {
     let world = loaded.world(Structure::Bvh);
     let modes = [
-        (Arithmetic::F32, 1e-4),
-        (Arithmetic::F32Guarded, 1e-4),
-        (Arithmetic::F64, exact),
+        (Precision::Fast, 1e-4),
+        (Precision::Guarded, 1e-4),
+        (Precision::Exact, exact),
     ];
-    for (arithmetic, tolerance) in modes {
-        let hits = aimed.rays.closest(&world, &loaded.kernels(arithmetic));
+    for (precision, tolerance) in modes {
+        let hits = aimed.rays.closest(&world, &loaded.kernels(precision));
         let past = |(hit, t): &(&(f64, HitId), &f64)| {
             hit.1 == HitId::NONE || hit.0 > **t * (1.0 + tolerance)
         };
@@ -145,12 +145,12 @@ fn no_cracks(name: &str, loaded: &Loaded, aimed: &Aimed, exact: f64) {
         let at = |(hit, t): &(&(f64, HitId), &f64)| (hit.0 - **t).abs() <= **t * tolerance;
         let there = hits.iter().zip(&aimed.t).filter(at).count();
         println!(
-            "{name} {arithmetic:?}: {} rays ({} on the outline left out), {there} met the target \
+            "{name} {precision:?}: {} rays ({} on the outline left out), {there} met the target \
              itself, {cracks} went past it, {missed} of them through everything",
             hits.len(),
             aimed.outline
         );
-        assert_eq!(cracks, 0, "{name} {arithmetic:?}");
+        assert_eq!(cracks, 0, "{name} {precision:?}");
         assert!(there > RAYS / 4);
     }
 }
@@ -334,9 +334,9 @@ fn is_exact(x: f64, y: f64) -> bool {
 
 /// Rays that met nothing; those of them that were not aimed at an outline; and rays
 /// that nothing blocks up to their target.
-fn leaks(loaded: &Loaded, aimed: &Exact, arithmetic: Arithmetic) -> [usize; 3] {
+fn leaks(loaded: &Loaded, aimed: &Exact, precision: Precision) -> [usize; 3] {
     let world = loaded.world(Structure::Bvh);
-    let kernels = loaded.kernels(arithmetic);
+    let kernels = loaded.kernels(precision);
     let hits = aimed.rays.closest(&world, &kernels);
     let missed = hits.iter().zip(&aimed.outline);
     let missed: Vec<_> = missed.filter(|(hit, _)| hit.1 == HitId::NONE).collect();
@@ -358,12 +358,12 @@ fn no_leaks(rays: usize) {
         let Targets { all, border } = targets(&mesh);
         let (mut total, mut inside, mut outline) = (0, 0, 0);
         let mut found = [[0; 3]; 3];
-        let modes = [Arithmetic::F32, Arithmetic::F32Guarded, Arithmetic::F64];
+        let modes = [Precision::Fast, Precision::Guarded, Precision::Exact];
         while total < rays {
             let count = BATCH.min(rays - total);
             let aimed = at_every_distance(&mesh, &all, count, total as u64);
-            for (arithmetic, found) in modes.into_iter().zip(&mut found) {
-                let more = leaks(&loaded, &aimed, arithmetic);
+            for (precision, found) in modes.into_iter().zip(&mut found) {
+                let more = leaks(&loaded, &aimed, precision);
                 *found = std::array::from_fn(|i| found[i] + more[i]);
             }
             total += count;
@@ -375,9 +375,9 @@ fn no_leaks(rays: usize) {
              out), {inside} from inside, {outline} at the outline",
             all.len()
         );
-        for (arithmetic, [missed, through, open]) in modes.into_iter().zip(found) {
+        for (precision, [missed, through, open]) in modes.into_iter().zip(found) {
             println!(
-                "{name} {arithmetic:?}: {missed} met nothing, {through} of them not at the \
+                "{name} {precision:?}: {missed} met nothing, {through} of them not at the \
                  outline; {open} not blocked by the t next to their target's"
             );
         }

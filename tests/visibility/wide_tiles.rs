@@ -2,11 +2,11 @@
 //! place: too far from each other to be met as one volume, they go to a mesh as a
 //! stream. In f64 that changes nothing, in f32 no width shows.
 
-use crate::common::{EVERYTHING, Random, RayColumns};
+use crate::common::{Random, RayColumns};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::measure::generate::displaced_sphere;
-use lanecast::plan::{Arithmetic, Kernels, native_width};
+use lanecast::plan::{Kernels, Precision, native_width};
 use lanecast::scene::{Appearances, Edge, MeshData, Scene, SceneBuilder};
 use lanecast::trace::{Caching, HitId, ShadowCache};
 
@@ -56,20 +56,16 @@ fn rays(one_origin: bool, random: &mut Random) -> RayColumns {
     rays
 }
 
-fn widths(arithmetic: Arithmetic) -> Vec<usize> {
+fn widths() -> Vec<usize> {
     if cfg!(feature = "all-lanes") {
         vec![1, 4, 8, 16]
     } else {
-        vec![1, native_width(arithmetic)]
+        vec![1, native_width()]
     }
 }
 
-fn kernels(arithmetic: Arithmetic, lanes: usize) -> Kernels {
-    Kernels {
-        arithmetic,
-        lanes,
-        needs: EVERYTHING,
-    }
+fn kernels(precision: Precision, lanes: usize) -> Kernels {
+    Kernels { precision, lanes }
 }
 
 fn met(answers: Vec<(f64, HitId)>) -> Vec<Option<(u64, HitId)>> {
@@ -86,7 +82,7 @@ fn wide_tiles_meet_what_packets_meet() {
     let random = &mut Random(7);
     for one_origin in [true, false] {
         let rays = rays(one_origin, random);
-        let judge = kernels(Arithmetic::F64, 1);
+        let judge = kernels(Precision::Exact, 1);
         let nearest = rays.closest(&packets, &judge);
         let ends: Vec<f32> = nearest
             .iter()
@@ -100,25 +96,25 @@ fn wide_tiles_meet_what_packets_meet() {
         let nearest = met(nearest);
         assert!(nearest.iter().flatten().count() > RAYS / 3);
         assert!(blocked.iter().filter(|b| **b).count() > RAYS / 6);
-        for lanes in widths(Arithmetic::F64) {
-            let kernels = kernels(Arithmetic::F64, lanes);
+        for lanes in widths() {
+            let kernels = kernels(Precision::Exact, lanes);
             assert_eq!(met(rays.closest(&tiles, &kernels)), nearest, "{lanes}");
             let found = rays.any(&tiles, &kernels, &ends, &mut off());
             assert_eq!(found, blocked, "{lanes}");
         }
-        let guarded = kernels(Arithmetic::F32Guarded, 1);
+        let guarded = kernels(Precision::Guarded, 1);
         let guarded = met(rays.closest(&packets, &guarded));
-        for lanes in widths(Arithmetic::F32Guarded) {
-            let kernels = kernels(Arithmetic::F32Guarded, lanes);
+        for lanes in widths() {
+            let kernels = kernels(Precision::Guarded, lanes);
             assert_eq!(met(rays.closest(&tiles, &kernels)), guarded, "{lanes}");
             let found = rays.any(&tiles, &kernels, &ends, &mut off());
             assert_eq!(found, blocked, "{lanes}");
         }
-        let one = kernels(Arithmetic::F32, 1);
+        let one = kernels(Precision::Fast, 1);
         let alone = met(rays.closest(&tiles, &one));
         let alone_blocked = rays.any(&tiles, &one, &ends, &mut off());
-        for lanes in widths(Arithmetic::F32) {
-            let kernels = kernels(Arithmetic::F32, lanes);
+        for lanes in widths() {
+            let kernels = kernels(Precision::Fast, lanes);
             assert_eq!(met(rays.closest(&tiles, &kernels)), alone, "{lanes}");
             let found = rays.any(&tiles, &kernels, &ends, &mut off());
             assert_eq!(found, alone_blocked, "{lanes}");

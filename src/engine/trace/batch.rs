@@ -129,6 +129,38 @@ trait Batch {
     fn packets<L: Lanes, C: Certainty>(self, forest: &Forest, count: Count);
 }
 
+/// Finds the nearest hit of every ray with all decisions made by exact arithmetic, as error
+/// bounds that know nothing would have it: what `guarded` is compared with by the tests.
+#[cfg(feature = "all-lanes")]
+#[doc(hidden)]
+pub fn closest_doubting_all(world: &World, rays: &Rays, hits: &mut Hits) {
+    #[derive(Clone, Copy)]
+    struct DoubtAll;
+
+    impl Certainty for DoubtAll {
+        const GUARDED: bool = true;
+        const DOUBTS_ALL: bool = true;
+    }
+    let batch = ClosestBatch {
+        world,
+        rays,
+        hits,
+        items: None,
+    };
+    by_structure_at_one::<DoubtAll>(&world.forest, batch);
+}
+
+/// [`by_structure`] where no more than one lane is built.
+#[cfg(feature = "all-lanes")]
+fn by_structure_at_one<C: Certainty>(forest: &Forests, batch: impl Batch) {
+    match forest {
+        Forests::Nested(forest) => with_scratch(|scratch| {
+            batch.nested::<f32, C, TILE>(&forest.groups, &mut scratch.streams);
+        }),
+        _ => flat::<f32, C, TILE>(forest, Count::default(), batch),
+    }
+}
+
 fn dispatch(world: &World, kernels: &Kernels, counter: Option<&Counter>, batch: impl Batch) {
     let (forest, count) = (&world.forest, Count(counter));
     match kernels.precision {

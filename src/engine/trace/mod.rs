@@ -25,6 +25,9 @@ mod spans;
 mod stream;
 mod tile;
 
+#[cfg(feature = "all-lanes")]
+#[doc(hidden)]
+pub use batch::closest_doubting_all;
 pub use batch::{any, any_counted, closest, closest_counted, closest_listed, counts};
 pub use combined::{Crossing, TURNED, boundaries, in_frame};
 pub use decide::{decided, solid_of};

@@ -282,7 +282,7 @@ proptest! {
         prop_assert_eq!(one_by_one.len() as u64, all.count());
         let mut of_shapes = vec![0; 2];
         let mut placed = 0;
-        let mut bare = all.clone();
+        let mut bare = AppearanceTable::clone(&all);
         bare.rows.clear();
         for (id, row) in (0..).zip(&one_by_one) {
             let found = bare.get(&scene, id);

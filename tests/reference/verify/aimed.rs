@@ -5,7 +5,7 @@ use super::*;
 use lanecast::accel::{Structure, World};
 use lanecast::geom::{Cone, Cylinder, Ellipsoid, HalfSpace, Quadric};
 use lanecast::measure::adversarial::*;
-use lanecast::plan::{Arithmetic, Kernels, Needs};
+use lanecast::plan::{Kernels, Precision};
 
 const COUNT: usize = 4000;
 
@@ -106,7 +106,7 @@ fn aimed(scene: &Scene, rows: &[Appearance], seed: u64) -> Vec<Aimed> {
 fn aimed_rays_are_many_finite_and_the_same_again() {
     for (kind, make) in KINDS {
         let scene = placed(make);
-        let rows = Appearances::of(&scene).unwrap().rows;
+        let rows = Appearances::of(&scene).unwrap().rows.clone();
         let rays = aimed(&scene, &rows, 7);
         assert_eq!(rays, aimed(&scene, &rows, 7), "{kind}");
         assert_ne!(rays, aimed(&scene, &rows, 8), "{kind}");
@@ -133,19 +133,14 @@ fn of_every_kind_aimed_rays_are_hard_for_f32() {
         let reference = Reference::new(&scene, &appearances).unwrap();
         let world = World::build(&scene, &appearances, Structure::Bvh);
         let rays = aimed(&scene, &appearances.rows, 1);
-        let rows = |arithmetic| {
+        let rows = |precision| {
             let kernels = Kernels {
-                arithmetic,
+                precision,
                 lanes: 1,
-                needs: Needs {
-                    meshes: true,
-                    solids: true,
-                    transforms: true,
-                },
             };
             trace_aimed(&world, &kernels, &rays, 0, &Progress::default()).unwrap()
         };
-        let fast = rows(Arithmetic::F32);
+        let fast = rows(Precision::Fast);
         assert_eq!(fast.len(), 2 * rays.len());
         // Nearest hits first, then any, of the same rays.
         for (row, ray) in fast.iter().zip(rays.iter().chain(&rays)) {
@@ -166,9 +161,9 @@ fn of_every_kind_aimed_rays_are_hard_for_f32() {
             .filter(|r| matches!(r.outcome, Outcome::Hit { .. } | Outcome::Blocked));
         assert!(hits.count() > COUNT / 4, "{kind}");
         if kind == "mesh" {
-            for arithmetic in [Arithmetic::F32Guarded, Arithmetic::F64] {
-                let c = replay(&reference, &rows(arithmetic), &ALL);
-                assert_eq!(c.counts.wrong(), 0, "{arithmetic:?} {:?}", c.mismatches);
+            for precision in [Precision::Guarded, Precision::Exact] {
+                let c = replay(&reference, &rows(precision), &ALL);
+                assert_eq!(c.counts.wrong(), 0, "{precision:?} {:?}", c.mismatches);
             }
         }
     }

@@ -2,11 +2,11 @@
 //! they are measured with.
 
 use super::check::{build, build_high};
-use crate::common::{ALL_AOVS, EVERYTHING, hash};
+use crate::common::{ALL_AOVS, hash};
 use glam::DVec3;
 use lanecast::accel::{BuildQuality, Structure, World};
 use lanecast::measure::generate::{Generated, building, needles};
-use lanecast::plan::{Arithmetic, Kernels};
+use lanecast::plan::{Kernels, Precision};
 use lanecast::render::{Progress, RenderConfig, View, render};
 use lanecast::scene::{Appearances, Camera, Edge, Falloff, Light, MeshData, Meshes, SceneBuilder};
 
@@ -66,9 +66,8 @@ fn qualities_show_the_same_picture() {
         let view = View {
             world: &world,
             kernels: Kernels {
-                arithmetic: Arithmetic::F64,
+                precision: Precision::Exact,
                 lanes: 1,
-                needs: EVERYTHING,
             },
             camera,
             lights: &scene.lights,

@@ -1,6 +1,6 @@
 //! Two pictures, two records of rays: what differs, in numbers.
 
-use lanecast::plan::Arithmetic;
+use lanecast::plan::Precision;
 use lanecast::reference::Reference;
 use lanecast::render::Rendered;
 use lanecast::trace::{HitId, Outcome, RayKind, TracedRay};
@@ -134,7 +134,7 @@ pub fn same_pictures(before: &Rendered, after: &Rendered, scale: f64) -> Differe
 pub fn same_records(
     before: &[TracedRay],
     after: &[TracedRay],
-    arithmetic: Arithmetic,
+    precision: Precision,
 ) -> (Differences, Spread) {
     let pixels = |rays: &'_ [TracedRay]| -> Vec<usize> {
         let starts = 1..rays.len();
@@ -161,7 +161,7 @@ pub fn same_records(
                 (Outcome::Hit { .. }, Outcome::Hit { .. }) => {
                     ids += usize::from(id_of(a) != id_of(b));
                     if a.kind == RayKind::Primary && id_of(a) == id_of(b) {
-                        let ulps = ulps(t_of(a), t_of(b), arithmetic);
+                        let ulps = ulps(t_of(a), t_of(b), precision);
                         spread += Spread {
                             hits: 1,
                             differ: usize::from(ulps > 0.0),
@@ -206,9 +206,9 @@ fn t_of(ray: &TracedRay) -> f64 {
 }
 
 /// Of the mode's own numbers.
-fn ulps(a: f64, b: f64, arithmetic: Arithmetic) -> f64 {
-    let bits = match arithmetic {
-        Arithmetic::F64 => 52,
+fn ulps(a: f64, b: f64, precision: Precision) -> f64 {
+    let bits = match precision {
+        Precision::Exact => 52,
         _ => 23,
     };
     let largest = a.abs().max(b.abs());

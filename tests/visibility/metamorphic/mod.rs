@@ -15,7 +15,7 @@ use compare::{Tally, is_tie, same_pictures, same_records, show};
 use glam::DVec3;
 use lanecast::accel::Structure;
 use lanecast::geom::Sphere;
-use lanecast::plan::Arithmetic;
+use lanecast::plan::Precision;
 use lanecast::reference::Reference;
 use lanecast::render::{Progress, RenderConfig, Rendered, View, render};
 use lanecast::scene::{Appearances, Edge, Scene, SceneBuilder};
@@ -23,7 +23,7 @@ use lanecast::trace::{HitId, TracedRay};
 use remade::{Change, Order, Turn, below, remade};
 use std::path::Path;
 
-const MODES: [Arithmetic; 3] = [Arithmetic::F32, Arithmetic::F32Guarded, Arithmetic::F64];
+const MODES: [Precision; 3] = [Precision::Fast, Precision::Guarded, Precision::Exact];
 
 fn config(width: u32, height: u32) -> RenderConfig {
     RenderConfig {
@@ -34,11 +34,11 @@ fn config(width: u32, height: u32) -> RenderConfig {
     }
 }
 
-fn rendered(of: &Loaded, arithmetic: Arithmetic, config: &RenderConfig) -> Rendered {
+fn rendered(of: &Loaded, precision: Precision, config: &RenderConfig) -> Rendered {
     let world = of.world(Structure::Bvh);
     let view = View {
         world: &world,
-        kernels: of.kernels(arithmetic),
+        kernels: of.kernels(precision),
         camera: of.camera,
         lights: &of.scene.lights,
     };
@@ -138,11 +138,11 @@ fn scaling(scenes: &[(String, Loaded)], powers: &[i32], config: &RenderConfig) -
     let mut tally = Tally::default();
     for (name, plain) in scenes {
         let solids = plain.scene.shapes.len() > plain.scene.meshes.len();
-        for arithmetic in MODES {
-            let before = rendered(plain, arithmetic, config);
+        for precision in MODES {
+            let before = rendered(plain, precision, config);
             for power in powers {
                 let fast = if solids { FAST_SOLIDS } else { FAST_MESHES };
-                let held = arithmetic != Arithmetic::F32 || power.abs() <= fast;
+                let held = precision != Precision::Fast || power.abs() <= fast;
                 let scale = libm::exp2(f64::from(*power));
                 let change = Change {
                     scale,
@@ -152,8 +152,8 @@ fn scaling(scenes: &[(String, Loaded)], powers: &[i32], config: &RenderConfig) -
                 let numbers = finished(numbers, plain, &change);
                 let above = finished(below(&plain.scene, &change), plain, &change);
                 for (how, scaled) in [("numbers", &numbers), ("a node", &above)] {
-                    let after = rendered(scaled, arithmetic, config);
-                    let what = format!("{arithmetic:?}, {name}, 2^{power} in {how}");
+                    let after = rendered(scaled, precision, config);
+                    let what = format!("{precision:?}, {name}, 2^{power} in {how}");
                     tally.add(held, what, same_pictures(&before, &after, scale));
                 }
             }
@@ -204,8 +204,8 @@ fn unseen(plain: &Loaded, record: &[TracedRay], distance: f64, seed: u64) -> Opt
 fn strangers(scenes: &[(String, Loaded)], config: &RenderConfig) -> Tally {
     let mut tally = Tally::default();
     for (name, plain) in scenes {
-        for arithmetic in MODES {
-            let before = rendered(plain, arithmetic, config);
+        for precision in MODES {
+            let before = rendered(plain, precision, config);
             for distance in [2.0, 100.0, 1e6] {
                 let Some(ball) = unseen(plain, &before.record, distance, 5) else {
                     tally.left_out += 1;
@@ -215,10 +215,10 @@ fn strangers(scenes: &[(String, Loaded)], config: &RenderConfig) -> Tally {
                 let shape = more.sphere("", ball);
                 more.instance("", Edge::shape(shape));
                 let more = finished(more, plain, &Change::NONE);
-                let after = rendered(&more, arithmetic, config);
-                let what = format!("{arithmetic:?}, {name}, a ball {distance} sizes away");
+                let after = rendered(&more, precision, config);
+                let what = format!("{precision:?}, {name}, a ball {distance} sizes away");
                 // Tiles of one direction count from the world's box, in f32.
-                let held = arithmetic != Arithmetic::F32;
+                let held = precision != Precision::Fast;
                 tally.add(held, what, same_pictures(&before, &after, 1.0));
             }
         }
@@ -241,7 +241,7 @@ fn what_nobody_sees_does_not_show_anywhere() {
 /// Rays of the picture, of each kind, and rays at edges, corners and along
 /// surfaces.
 fn questions(plain: &Loaded, config: &RenderConfig, hard: usize) -> RayColumns {
-    let record = rendered(plain, Arithmetic::F64, config).record;
+    let record = rendered(plain, Precision::Exact, config).record;
     let bounded = plain
         .scene
         .half_spaces
@@ -285,10 +285,10 @@ fn permuting(scenes: &[(String, Loaded)], config: &RenderConfig, hard: usize) ->
                 primitive,
             }
         };
-        for arithmetic in MODES {
+        for precision in MODES {
             let of = |it: &Loaded| {
                 let world = it.world(Structure::Bvh);
-                rays.closest(&world, &it.kernels(arithmetic))
+                rays.closest(&world, &it.kernels(precision))
             };
             let (before, after) = (of(plain), of(&other));
             let mut wrong = [0; 2];
@@ -308,8 +308,8 @@ fn permuting(scenes: &[(String, Loaded)], config: &RenderConfig, hard: usize) ->
             tally.ties += ties;
             let wrong = vec![("id", wrong[0]), ("t", wrong[1])];
             // Equal in f32 need not be equal.
-            let held = arithmetic != Arithmetic::F32;
-            tally.add(held, format!("{arithmetic:?}, {name}, permuted"), wrong);
+            let held = precision != Precision::Fast;
+            tally.add(held, format!("{precision:?}, {name}, permuted"), wrong);
         }
     }
     tally
@@ -334,8 +334,8 @@ fn the_order_of_the_input_does_not_show_anywhere() {
 fn turning(scenes: &[(String, Loaded)], turns: &[Turn], config: &RenderConfig) -> Tally {
     let mut tally = Tally::default();
     for (name, plain) in scenes {
-        for arithmetic in MODES {
-            let before = rendered(plain, arithmetic, config);
+        for precision in MODES {
+            let before = rendered(plain, precision, config);
             for turn in turns {
                 let change = Change {
                     turn: *turn,
@@ -345,13 +345,13 @@ fn turning(scenes: &[(String, Loaded)], turns: &[Turn], config: &RenderConfig) -
                 let numbers = finished(numbers, plain, &change);
                 let above = finished(below(&plain.scene, &change), plain, &change);
                 for (how, turned) in [("numbers", &numbers), ("a node", &above)] {
-                    let after = rendered(turned, arithmetic, config);
-                    let what = format!("{arithmetic:?}, {name}, turned {:?} in {how}", turn.from);
+                    let after = rendered(turned, precision, config);
+                    let what = format!("{precision:?}, {name}, turned {:?} in {how}", turn.from);
                     let (differences, spread) =
-                        same_records(&before.record, &after.record, arithmetic);
+                        same_records(&before.record, &after.record, precision);
                     tally.rays += before.record.len();
                     tally.spread += spread;
-                    tally.add(arithmetic != Arithmetic::F32, what, differences);
+                    tally.add(precision != Precision::Fast, what, differences);
                 }
             }
         }

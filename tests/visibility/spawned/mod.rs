@@ -10,7 +10,7 @@
 
 mod subjects;
 
-use crate::common::{EVERYTHING, Random, RayColumns};
+use crate::common::{Random, RayColumns};
 use glam::DVec3;
 use lanecast::accel::{Structure, World};
 use lanecast::geom::HalfSpace;
@@ -19,7 +19,7 @@ use lanecast::geom::guarded::implicit::blur_at;
 use lanecast::geom::implicit::gradient_at;
 use lanecast::math::Vec3;
 use lanecast::math::bounds::UNIT;
-use lanecast::plan::{Arithmetic, Kernels, native_width};
+use lanecast::plan::{Kernels, Precision, native_width};
 use lanecast::reference::Reference;
 use lanecast::scene::{Appearances, Edge, Scene, shape_bounds};
 use lanecast::shade::Surface;
@@ -27,7 +27,7 @@ use lanecast::trace::{HitId, ShadowCache};
 use std::ops::AddAssign;
 use subjects::{KINDS, Kind, Subject, subject};
 
-const MODES: [Arithmetic; 2] = [Arithmetic::F32Guarded, Arithmetic::F64];
+const MODES: [Precision; 2] = [Precision::Guarded, Precision::Exact];
 
 /// Of each, the power of ten.
 const SCALES: [i32; 7] = [-6, -4, -2, 0, 2, 4, 6];
@@ -39,11 +39,10 @@ const PRIMARY: usize = 512;
 const PLATES: usize = 24;
 const AT_PLATE: usize = 16;
 
-fn kernels(arithmetic: Arithmetic) -> Kernels {
+fn kernels(precision: Precision) -> Kernels {
     Kernels {
-        arithmetic,
-        lanes: native_width(arithmetic),
-        needs: EVERYTHING,
+        precision,
+        lanes: native_width(),
     }
 }
 
@@ -130,12 +129,7 @@ fn wide(dir: [f32; 3]) -> DVec3 {
 }
 
 /// What rays from outside and inside hit.
-fn hits(
-    world: &World,
-    subject: &Subject,
-    arithmetic: Arithmetic,
-    random: &mut Random,
-) -> Vec<Left> {
+fn hits(world: &World, subject: &Subject, precision: Precision, random: &mut Random) -> Vec<Left> {
     let mut rays = RayColumns::default();
     let map = |p: DVec3| DVec3::from_array(subject.world_from_object.point(p.to_array()));
     for _ in 0..PRIMARY {
@@ -145,14 +139,14 @@ fn hits(
         let org = map(center + random.vector() * (size * away));
         rays.push(org, (map(at) - org).to_array().map(|x| x as f32));
     }
-    let found = rays.closest(world, &kernels(arithmetic));
+    let found = rays.closest(world, &kernels(precision));
     let of = |(i, (t, id)): (usize, &(f64, HitId))| {
         if *id == HitId::NONE {
             return None;
         }
         let (org, dir) = rays.ray(i);
-        let surface = Surface::at(world, arithmetic, org, dir, *t, *id);
-        let bound = bound(world, subject, arithmetic, org, &surface);
+        let surface = Surface::at(world, precision, org, dir, *t, *id);
+        let bound = bound(world, subject, precision, org, &surface);
         let grazing = surface.ng.dot(wide(dir)).abs() < 0.01 * wide(dir).length();
         Some(Left {
             id: *id,
@@ -167,14 +161,14 @@ fn hits(
 fn bound(
     world: &World,
     subject: &Subject,
-    arithmetic: Arithmetic,
+    precision: Precision,
     org: [f64; 3],
     surface: &Surface,
 ) -> f64 {
-    let scene: &Scene = world.scene;
+    let scene: &Scene = &world.scene;
     let appearance = world.appearances.get(scene, 0);
     let shape = scene.shapes.row(appearance.shape);
-    let single = arithmetic != Arithmetic::F64
+    let single = precision != Precision::Exact
         && matches!(
             shape,
             lanecast::scene::Shape::Mesh(_) | lanecast::scene::Shape::Polygon(_)
@@ -218,7 +212,7 @@ fn leave_all(
     world: &World,
     judge: &Reference,
     (kind, subject): (Kind, &Subject),
-    arithmetic: Arithmetic,
+    precision: Precision,
     left: &[Left],
     random: &mut Random,
 ) -> Counts {
@@ -241,7 +235,7 @@ fn leave_all(
     }
     counts.spawned = rays.len();
     for (i, (t, id)) in rays
-        .closest(world, &kernels(arithmetic))
+        .closest(world, &kernels(precision))
         .into_iter()
         .enumerate()
     {
@@ -280,7 +274,7 @@ fn leave_all(
 /// Plates in front of some of the hits: half-spaces and squares.
 fn meet_plates(
     subject: &Subject,
-    arithmetic: Arithmetic,
+    precision: Precision,
     left: &[Left],
     random: &mut Random,
 ) -> Counts {
@@ -319,7 +313,7 @@ fn meet_plates(
             }
         }
         counts.at_plates += rays.len();
-        let kernels = kernels(arithmetic);
+        let kernels = kernels(precision);
         let cache = &mut ShadowCache::new(Default::default());
         let blocked = rays.any(&world, &kernels, &[f32::INFINITY; AT_PLATE], cache);
         for (i, (t, id)) in rays.closest(&world, &kernels).into_iter().enumerate() {
@@ -334,7 +328,7 @@ fn meet_plates(
 }
 
 /// Scenes of one kind at one scale in one mode.
-fn spawn(kind: Kind, scale: f64, arithmetic: Arithmetic, rays: usize, seed: u64) -> Counts {
+fn spawn(kind: Kind, scale: f64, precision: Precision, rays: usize, seed: u64) -> Counts {
     let random = &mut Random(seed);
     let mut counts = Counts::default();
     while counts.spawned < rays {
@@ -343,25 +337,25 @@ fn spawn(kind: Kind, scale: f64, arithmetic: Arithmetic, rays: usize, seed: u64)
         let appearances = Appearances::of(&scene).expect("one");
         let world = World::build(&scene, &appearances, Structure::Bvh);
         let judge = Reference::brute_force(&scene, &appearances).expect("one");
-        let left = hits(&world, &subject, arithmetic, random);
-        counts += leave_all(&world, &judge, (kind, &subject), arithmetic, &left, random);
-        counts += meet_plates(&subject, arithmetic, &left, random);
+        let left = hits(&world, &subject, precision, random);
+        counts += leave_all(&world, &judge, (kind, &subject), precision, &left, random);
+        counts += meet_plates(&subject, precision, &left, random);
     }
     counts
 }
 
-fn spawn_everywhere(rays: usize) -> Vec<(Kind, Arithmetic, Counts)> {
+fn spawn_everywhere(rays: usize) -> Vec<(Kind, Precision, Counts)> {
     let mut all = Vec::new();
     for kind in KINDS {
-        for arithmetic in MODES {
+        for precision in MODES {
             let mut sum = Counts::default();
             for (seed, power) in (1..).zip(SCALES) {
                 let scale = libm::exp10(f64::from(power));
                 let each = rays.div_ceil(SCALES.len());
-                sum += spawn(kind, scale, arithmetic, each, seed);
+                sum += spawn(kind, scale, precision, each, seed);
             }
             println!(
-                "{kind:?} {arithmetic:?}: {} left, {} met it again, {} lost the other side, {} \
+                "{kind:?} {precision:?}: {} left, {} met it again, {} lost the other side, {} \
                  asked of the judge; {} at plates, {} skipped; off by {:.3} bounds at most",
                 sum.spawned,
                 sum.own,
@@ -371,15 +365,15 @@ fn spawn_everywhere(rays: usize) -> Vec<(Kind, Arithmetic, Counts)> {
                 sum.skipped,
                 sum.furthest
             );
-            all.push((kind, arithmetic, sum));
+            all.push((kind, precision, sum));
         }
     }
     all
 }
 
-fn settle(all: &[(Kind, Arithmetic, Counts)]) {
-    for (kind, arithmetic, counts) in all {
-        counts.settle(&format!("{kind:?} {arithmetic:?}"));
+fn settle(all: &[(Kind, Precision, Counts)]) {
+    for (kind, precision, counts) in all {
+        counts.settle(&format!("{kind:?} {precision:?}"));
     }
 }
 

@@ -107,7 +107,7 @@ pub struct Subject {
 impl Subject {
     /// Of an implicit surface's function, at a point of the world; of a polynomial exact.
     pub fn sign_at(&self, world: &World, point: [f64; 3]) -> Option<Ordering> {
-        let appearance = world.appearances.get(world.scene, 0);
+        let appearance = world.appearances.get(&world.scene, 0);
         let point = self.object_from_world.point(point);
         match world.scene.shapes.row(appearance.shape) {
             Shape::Implicit(id) => Some(sign_at(world.scene.implicits.row(id).tape, point)),

@@ -42,7 +42,8 @@ fn operands_that_are_moved_or_scaled_by_powers_of_two_are_told_apart() {
     });
     let along = line([-5.0, 0.25, 0.0], [1.0, 0.0, 0.0]);
     let ends = |asked: &Asked| -> Vec<(f64, u32)> {
-        let (_, ends) = spans(&asked.world(), asked.combination(), &along);
+        let world = asked.world();
+        let (_, ends) = spans(&world, asked.combination(), &along);
         ends.iter()
             .map(|c| (c.root.rounded(), c.primitive))
             .collect()

@@ -248,7 +248,8 @@ fn a_torus_cut_through_its_middle_plane() {
     let asked = of(Difference, &[tube, upper]);
     let all = |org: DVec3, dir: [f32; 3]| {
         let line = line(org.to_array(), dir);
-        let (start, all) = spans(&asked.world(), asked.combination(), &line);
+        let world = asked.world();
+        let (start, all) = spans(&world, asked.combination(), &line);
         assert!(!start);
         let ends = all.iter().map(|c| (c.root.rounded(), c.primitive));
         ends.collect::<Vec<_>>()
@@ -295,7 +296,8 @@ fn a_quartic_without_end_in_a_ball() {
     let less = of(Difference, &[ball, throat]);
     let along_x = |asked: &Asked, y: f64| -> Vec<f64> {
         let line = line([-2.0, y, 0.0], [1.0, 0.0, 0.0]);
-        let (start, all) = spans(&asked.world(), asked.combination(), &line);
+        let world = asked.world();
+        let (start, all) = spans(&world, asked.combination(), &line);
         assert!(!start);
         all.iter().map(|c| c.root.rounded()).collect()
     };

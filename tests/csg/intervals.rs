@@ -48,7 +48,8 @@ fn spans_of_balls(tree: &Tree, balls: [[f64; 2]; 2]) -> Vec<f64> {
         tree.shape(scene, &shapes)
     });
     let (org, dir) = ([0.0; 3], [1.0, 0.0, 0.0]);
-    let (start, all) = spans(&asked.world(), asked.combination(), &Line { org, dir });
+    let world = asked.world();
+    let (start, all) = spans(&world, asked.combination(), &Line { org, dir });
     assert!(!start);
     let judge = asked.judge();
     let judged: Vec<f64> = judge

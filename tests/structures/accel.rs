@@ -5,9 +5,9 @@
 
 use crate::common::{ALL_AOVS, Way, hash, picture, random_scene, structures};
 use lanecast::accel::Structure;
-use lanecast::plan::{Choices, Precision, plan};
+use lanecast::plan::Precision;
 use lanecast::render::{RenderConfig, TileOrder};
-use lanecast::scene::{Appearances, Scene};
+use lanecast::scene::Scene;
 
 fn small() -> RenderConfig {
     RenderConfig {
@@ -77,31 +77,6 @@ fn exact_pictures_do_not_depend_on_structure_or_width() {
 #[test]
 fn guarded_pictures_do_not_depend_on_structure_or_width() {
     assert_eq!(one_hash(Precision::Guarded, 400..480), 0);
-}
-
-/// The kernels that a scene does not need are left out without a trace.
-#[test]
-fn what_a_scene_lacks_changes_nothing() {
-    for seed in 400..500 {
-        let scene = random_scene(seed);
-        let appearances = Appearances::of(&scene).unwrap();
-        let needs = plan(&scene, &appearances, &Choices::default())
-            .unwrap()
-            .kernels
-            .needs;
-        let way = Way {
-            precision: Precision::Exact,
-            lanes: 8,
-            structure: Structure::Bvh,
-        };
-        let camera = scene.cameras.rows[0];
-        let planned = picture(&scene, camera, &scene.lights, needs, way, &small());
-        assert_eq!(
-            hash(&planned),
-            hash_of(&scene, way, &small()),
-            "seed {seed}"
-        );
-    }
 }
 
 #[test]

@@ -10,15 +10,13 @@
 
 use crate::common::{Loaded, assets, load};
 use lanecast::accel::{
-    Counter, Counts, Density, Figures, Forest, Forests, Index, Structure, World,
+    Count, Counter, Counts, Density, Figures, Forest, Forests, Structure, World,
 };
 use lanecast::geom::Guarded;
 use lanecast::math::Vec3;
 use lanecast::plan::Precision;
 use lanecast::render::{Grid, Progress, RenderConfig, View, render};
-use lanecast::trace::{
-    AnyHit, Closest, Has, HitId, Outcome, Packet, RayKind, Scratch, Tester, TracedRay,
-};
+use lanecast::trace::{AnyHit, Closest, HitId, Outcome, Packet, RayKind, Tester, TracedRay};
 use std::time::Instant;
 
 /// One ray in so many is traced again.
@@ -29,7 +27,7 @@ fn rays(loaded: &Loaded) -> Vec<TracedRay> {
     let world = loaded.world(Structure::Bvh);
     let view = View {
         world: &world,
-        kernels: loaded.kernels(Precision::Exact),
+        kernels: loaded.kernels(Precision::Guarded),
         camera: loaded.camera,
         lights: &loaded.scene.lights,
     };
@@ -43,24 +41,23 @@ fn rays(loaded: &Loaded) -> Vec<TracedRay> {
     rendered.record.into_iter().step_by(STRIDE).collect()
 }
 
-/// Traces each ray anew, at one lane in f64, and compares. No occluder is tried
-/// first.
-fn replay<A: Index>(world: &World, forest: &Forest<A>, rays: &[TracedRay]) -> (Counts, Figures) {
+/// Traces each ray anew, at one lane, and compares. No occluder is tried first.
+fn replay(world: &World, forest: &Forest, rays: &[TracedRay]) -> (Counts, Figures) {
     let counter = Counter::default();
-    let mut scratch = Scratch::<f64, A>::default();
+    let count = Count(Some(&counter));
+    let mut scratch = [forest.top.scratch::<f32>(), forest.top.scratch::<f32>()];
     for ray in rays {
         let dir = ray.dir.map(f64::from);
-        let packet = Packet::<f64>::new(Vec3::splat(ray.org), Vec3::splat(dir), 0.0, &world.bounds);
-        let tester = Tester::<f64, Guarded, Has<true, true, true>>::new(world, &packet);
-        let t_max = f64::from(ray.t_max);
+        let packet = Packet::<f32>::new(Vec3::splat(ray.org), Vec3::splat(dir), 0.0, &world.bounds);
+        let tester = Tester::<f32, Guarded>::new(world, &packet);
         if let RayKind::Shadow { .. } = ray.kind {
-            let mut query = AnyHit::<f64>::new(t_max);
-            tester.trace(forest, &mut query, &mut scratch, &counter);
+            let mut query = AnyHit::<f32>::new(ray.t_max);
+            tester.trace(forest, &mut query, &mut scratch, count);
             assert_eq!(query.blocked(), ray.outcome == Outcome::Blocked, "{ray:?}");
             continue;
         }
-        let mut query = Closest::<f64, Guarded>::new(t_max);
-        tester.trace(forest, &mut query, &mut scratch, &counter);
+        let mut query = Closest::<f32, Guarded>::new(ray.t_max);
+        tester.trace(forest, &mut query, &mut scratch, count);
         let id = query.id(0);
         match ray.outcome {
             Outcome::Hit {
@@ -82,14 +79,10 @@ fn replay<A: Index>(world: &World, forest: &Forest<A>, rays: &[TracedRay]) -> (C
 
 fn measure(name: &str, world: &World, rays: &[TracedRay]) -> Counts {
     let start = Instant::now();
-    let (counts, figures) = match &world.forest {
-        Forests::Wide(_) | Forests::Nested(_) => return Counts::default(),
-        Forests::Narrow(forest) => replay(world, forest, rays),
-        Forests::Kd(forest) => replay(world, forest, rays),
-        Forests::Grid(forest) => replay(world, forest, rays),
-        Forests::Heap(forest) => replay(world, forest, rays),
-        Forests::HeapSpheres(forest) => replay(world, forest, rays),
+    let Forests::Compared(forest) = &world.forest else {
+        return Counts::default();
     };
+    let (counts, figures) = replay(world, forest, rays);
     let per_ray = |n: u64| n as f64 / rays.len() as f64;
     println!(
         "    {name:22} {:8.2} steps {:8.2} tests {:7.2} spared {:8.0} ns, {} nodes or cells, {} references",

@@ -3,15 +3,14 @@
 
 use crate::common::{RayColumns, assets, hard_rays, hard_scene, load, random_scene, structures};
 use glam::DVec3;
-use lanecast::accel::{Forests, Structure, World};
-use lanecast::geom::Fast;
+use lanecast::accel::{Count, Forests, Structure, World};
+use lanecast::geom::Guarded;
 use lanecast::math::Vec3;
 use lanecast::plan::{Kernels, Precision, native_width};
 use lanecast::render::{Grid, Progress, RenderConfig, View, render};
 use lanecast::scene::{Appearances, Scene};
 use lanecast::trace::{
-    AnyHit, CacheCounts, Caching, Has, HitId, Outcome, Packet, RayKind, Scratch, ShadowCache,
-    Tester, TracedRay,
+    AnyHit, CacheCounts, Caching, HitId, Outcome, Packet, RayKind, ShadowCache, Tester, TracedRay,
 };
 
 const LIGHT: DVec3 = DVec3::new(3.0, 4.0, 5.0);
@@ -171,22 +170,22 @@ fn hits_on_tetra_beside_the_published_ones() {
 
 /// One ray at a time, one cache: hits.
 fn last_occluder(world: &World, rays: &[TracedRay], forgets: bool) -> usize {
-    let Forests::Narrow(forest) = &world.forest else {
+    let Forests::Compared(forest) = &world.forest else {
         unreachable!("asked for");
     };
-    let mut scratch = Scratch::default();
+    let mut scratch = [forest.top.scratch::<f32>(), forest.top.scratch::<f32>()];
     let (mut last, mut hits) = (HitId::NONE, 0);
     for ray in rays {
         let dir = ray.dir.map(f64::from);
-        let packet = Packet::<f64>::new(Vec3::splat(ray.org), Vec3::splat(dir), 0.0, &world.bounds);
-        let tester = Tester::<f64, Fast, Has<true, true, true>>::new(world, &packet);
-        let mut query = AnyHit::<f64>::new(f64::from(ray.t_max));
+        let packet = Packet::<f32>::new(Vec3::splat(ray.org), Vec3::splat(dir), 0.0, &world.bounds);
+        let tester = Tester::<f32, Guarded>::new(world, &packet);
+        let mut query = AnyHit::<f32>::new(ray.t_max);
         if last != HitId::NONE {
             tester.single(last, &mut query);
             hits += usize::from(query.blocked());
         }
         if !query.blocked() {
-            tester.trace(forest, &mut query, &mut scratch, &());
+            tester.trace(forest, &mut query, &mut scratch, Count::default());
         }
         assert_eq!(query.blocked(), ray.outcome == Outcome::Blocked, "{ray:?}");
         if query.blocked() || forgets {

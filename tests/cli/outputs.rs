@@ -1,6 +1,6 @@
 //! Output files: whole or not at all, whatever comes between.
 
-use super::{fails, folder, lanecast, names, small, stderr};
+use crate::run::{fails, folder, lanecast, names, small, stderr};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};

@@ -1,6 +1,6 @@
 //! `lanecast roots`.
 
-use super::{fails, folder, lanecast, names, stderr, stdout};
+use crate::run::{fails, folder, lanecast, names, stderr, stdout};
 use serde_json::Value;
 use std::fs;
 
@@ -138,7 +138,7 @@ fn roots_of_a_file() {
             "every number is a root",
         ),
     ] {
-        let folder = super::folder();
+        let folder = crate::run::folder();
         fs::write(folder.path().join("bad.json"), text).unwrap();
         let output = lanecast(folder.path(), &["roots", "--file", "bad.json"]);
         let said = stderr(&output);

@@ -1,6 +1,6 @@
 //! Commands about solids: `probe`, `measure`, `export`, and what `plan` says of combinations.
 
-use super::{folder, lanecast, names, stderr, stdout};
+use crate::run::{folder, lanecast, names, stderr, stdout};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! `--solver`, and solvers of shapes: in `fast` alone.
 
 use super::solids::write;
-use super::{folder, lanecast, names, stderr, stdout};
+use crate::run::{folder, lanecast, names, stderr, stdout};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;

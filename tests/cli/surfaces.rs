@@ -1,7 +1,7 @@
 //! Commands about polynomial surfaces: what `probe` finds in them and `measure` says.
 
 use super::solids::{is_measured, probe, write};
-use super::{folder, lanecast, stderr};
+use crate::run::{folder, lanecast, stderr};
 use serde_json::Value;
 use std::f64::consts::PI;
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! A scene, and everybody's answer about it.
 
-use super::common::{EVERYTHING, RayColumns};
+use crate::common::{EVERYTHING, RayColumns};
 use glam::DVec3;
 use lanecast::accel::{Structure, World};
 use lanecast::geom::exact::Line;

@@ -2,8 +2,8 @@
 //! and back as far as these are known. Neither shows a skin.
 
 use super::asked::{Asked, RIGHT, agree, kernels, line, spans};
-use super::common::{Random, RayColumns};
 use super::programs::Leaf;
+use crate::common::{Random, RayColumns};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, Sphere};
 use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};

@@ -2,7 +2,7 @@
 //! slacks differ.
 
 use super::asked::{Asked, RIGHT, kernels};
-use super::common::{Random, RayColumns};
+use crate::common::{Random, RayColumns};
 use glam::{DAffine3, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::geom::{Cone, Cuboid, Cylinder, HalfSpace};

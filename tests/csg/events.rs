@@ -4,8 +4,8 @@
 
 use super::asked::{Asked, RIGHT, agree, kernels};
 use super::coincidence::v;
-use super::common::{Random, RayColumns};
 use super::programs::Leaf;
+use crate::common::{Random, RayColumns};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::geom::{Cone, Cuboid, Cylinder, HalfSpace, Quadric, Sphere};
 use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};

@@ -2,8 +2,8 @@
 
 use super::asked::{Asked, RIGHT, agree, kernels, line, spans};
 use super::coincidence::{solids, some, v};
-use super::common::{Random, RayColumns};
 use super::events::rays_from;
+use crate::common::{Random, RayColumns};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::geom::{Cone, Cuboid, Sphere};
 use lanecast::scene::{Operand, Operator, SceneBuilder};

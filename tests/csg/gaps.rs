@@ -3,8 +3,8 @@
 
 use super::asked::{Asked, agree, kernels, line, spans};
 use super::coincidence::{block_with, v};
-use super::common::{Random, RayColumns};
 use super::truth::{Tree, changes, is_nearest, part_in_box};
+use crate::common::{Random, RayColumns};
 use glam::{DAffine3, DVec3};
 use lanecast::geom::{Cuboid, Cylinder, HalfSpace, Sphere};
 use lanecast::plan::Arithmetic;

@@ -3,10 +3,10 @@
 
 use super::asked::{ALL, Asked, RIGHT, agree, kernels, line, spans};
 use super::coincidence::{OFFSETS, TURNS, center, combined, rays_about, some, v};
-use super::common::{Random, RayColumns};
 use super::laws::{are_one, laws};
 use super::programs::{Leaf, Program, random_rays};
 use super::truth::Tree;
+use crate::common::{Random, RayColumns};
 use glam::{DAffine3, DVec3};
 use lanecast::geom::tape::Builder;
 use lanecast::geom::{Cuboid, Sphere};

@@ -2,9 +2,9 @@
 //! matter, and neither does the scale.
 
 use super::asked::{ALL, Asked, RIGHT, agree, kernels, line, spans};
-use super::common::{Random, RayColumns};
 use super::programs::{Leaf, Program, random_rays};
 use super::truth::Tree;
+use crate::common::{Random, RayColumns};
 use glam::DVec3;
 use lanecast::geom::Sphere;
 use lanecast::plan::Arithmetic;

@@ -1,8 +1,8 @@
 //! Random programs over solids of all kinds, many of which coincide, and rays.
 
-use super::common::{Random, RayColumns, ball, throat, torus as tube};
 use super::shells::{cube, torus};
 use super::truth::Tree;
+use crate::common::{Random, RayColumns, ball, throat, torus as tube};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere};
 use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};

@@ -1,8 +1,8 @@
 //! Quadrics as operands: solids of which a line may have two parts, or all but one.
 
 use super::asked::{Asked, agree, line, spans};
-use super::common::{Random, RayColumns};
 use super::programs::{Leaf, random_quadric, random_rays};
+use crate::common::{Random, RayColumns};
 use glam::{DAffine3, DMat3, DVec3};
 use lanecast::geom::{Cuboid, Quadric, Sphere, exact};
 use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};

@@ -2,7 +2,7 @@
 //! lanes know of them by numbers is what the judge finds out.
 
 use super::asked::{Asked, agree};
-use super::common::{Random, RayColumns};
+use crate::common::{Random, RayColumns};
 use glam::{DAffine3, DVec3};
 use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere};
 use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};

@@ -1,6 +1,6 @@
 //! Closed meshes of the tests' own, and lines that go through their edges exactly.
 
-use super::common::{Random, RayColumns};
+use crate::common::{Random, RayColumns};
 use glam::DVec3;
 use lanecast::geom::Cuboid;
 use lanecast::scene::MeshData;

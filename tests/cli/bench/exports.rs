@@ -1,7 +1,7 @@
 //! Rays and meshes written out, and read back.
 
 use super::{BALL, report, rows, write_scene};
-use crate::{folder, lanecast, names, stderr, stdout};
+use crate::run::{folder, lanecast, names, stderr, stdout};
 use serde_json::Value;
 use std::fs;
 

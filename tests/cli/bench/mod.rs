@@ -4,7 +4,7 @@ mod exports;
 mod rows;
 mod structures;
 
-use crate::{fails, folder, lanecast, stderr, stdout};
+use crate::run::{fails, folder, lanecast, stderr, stdout};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! Rows: one for each kind of rays and mode, and what narrows them.
 
 use super::{BALL, VIEW, report, reported, rows, write_scene};
-use crate::{folder, lanecast, names, stderr, stdout};
+use crate::run::{folder, lanecast, names, stderr, stdout};
 use serde_json::Value;
 use std::fs;
 

@@ -1,7 +1,7 @@
 //! Structures, qualities, a peer and the reuse of frames, side by side.
 
 use super::{BALL, MOVING, report, reported, rows, write_scene};
-use crate::{fails, folder, lanecast, stderr};
+use crate::run::{fails, folder, lanecast, stderr};
 use serde_json::Value;
 use std::fs;
 

@@ -1,0 +1,385 @@
+//! The command line itself: help, usage errors, missing and broken inputs, the summary, and
+//! the message on a processor without the instructions.
+
+use crate::run::{SMALL, fails, folder, lanecast, names, small, stderr, stdout};
+use std::fs;
+use std::process::Command;
+
+#[test]
+fn version_and_help() {
+    let folder = folder();
+    let version = lanecast(folder.path(), &["--version"]);
+    assert!(version.status.success());
+    assert_eq!(
+        stdout(&version),
+        concat!("lanecast ", env!("CARGO_PKG_VERSION"), "\n")
+    );
+    let help = lanecast(folder.path(), &["--help"]);
+    assert!(help.status.success());
+    for word in [
+        "render", "verify", "bench", "plan", "tradeoff", "extremes", "roots", "probe", "measure",
+        "export", "130",
+    ] {
+        assert!(stdout(&help).contains(word), "{word}");
+    }
+    let help = lanecast(folder.path(), &["render", "--help"]);
+    assert!(help.status.success());
+    for option in [
+        "--size",
+        "--spp",
+        "--grid",
+        "--stats",
+        "--aov",
+        "--allow-outside",
+        "--precision",
+        "--lanes",
+        "--accel",
+        "--threads",
+        "--seed",
+        "--json",
+        "--max-depth",
+        "--camera",
+        "-o",
+    ] {
+        assert!(stdout(&help).contains(option), "{option}");
+    }
+    for (command, options) in [
+        (
+            "verify",
+            [
+                "--allow-wrong",
+                "--sample",
+                "--adversarial",
+                "--seed",
+                "--scale",
+                "--offset",
+            ]
+            .as_slice(),
+        ),
+        (
+            "bench",
+            &["--export", "--mesh", "--rays", "--kinds", "--reps"],
+        ),
+        (
+            "extremes",
+            &["--rays", "--only", "--seed", "--json", "--plot"],
+        ),
+    ] {
+        let help = lanecast(folder.path(), &[command, "--help"]);
+        assert!(options.iter().all(|o| stdout(&help).contains(o)));
+    }
+}
+
+#[test]
+fn no_command_is_wrong_usage() {
+    let folder = folder();
+    let output = lanecast(folder.path(), &[]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("Usage: lanecast"));
+}
+
+#[test]
+fn wrong_arguments() {
+    for (arguments, says) in [
+        (vec!["draw"], "unrecognized subcommand 'draw'"),
+        (small(&["--sise", "1x1"]), "--size"),
+        (
+            vec!["render", "--size", "0x4"],
+            "each side must be 1 to 65535",
+        ),
+        (vec!["render", "--size", "65535x65535"], "at most 268435456"),
+        (vec!["render", "--size", "big"], "WIDTHxHEIGHT"),
+        // Values, not options that do not exist.
+        (
+            vec!["render", "--size", "-5x3"],
+            "invalid value '-5x3' for '--size <WxH>'",
+        ),
+        (
+            small(&["--threads", "-1"]),
+            "invalid value '-1' for '--threads <N>'",
+        ),
+        (small(&["--spp", "0"]), "1..=65536"),
+        (small(&["--spp", "65537"]), "1..=65536"),
+        (small(&["--threads", "0"]), "1..=1024"),
+        (small(&["--threads", "1025"]), "1..=1024"),
+        (small(&["--max-depth", "256"]), "0..=255"),
+        (small(&["--seed", "x"]), "--seed"),
+        (
+            small(&["--aov", "depth,smell"]),
+            "no output 'smell'; known are",
+        ),
+        (small(&["--grid", "sides"]), "known are centers, corners"),
+        (small(&["--lanes", "2"]), "known are auto, 1, 4, 8, 16"),
+        (
+            small(&["--precision", "good"]),
+            "known are fast, guarded, exact",
+        ),
+        (
+            small(&["--accel", "octree"]),
+            "known are auto, bvh, kd, grid, heap, heap-spheres, linear, item-buffer",
+        ),
+        (
+            small(&["--kd-stop", "sometimes"]),
+            "known are depth, count, both, cost",
+        ),
+        (
+            small(&["--kd-clip", "corner"]),
+            "known are box, plane, triangle",
+        ),
+        (small(&["--kd-depth", "65"]), "0..=64"),
+        // What would be without effect.
+        (small(&["--kd-stop", "cost"]), "with --accel kd"),
+        (
+            small(&["--accel", "bvh", "--kd-leaf", "1"]),
+            "with --accel kd",
+        ),
+        (
+            vec!["bench", "x.toml", "--accels", "bvh,grid", "--kd-depth", "3"],
+            "with --accel kd",
+        ),
+        (
+            small(&["--accel", "grid", "--build", "high"]),
+            "--build is of the bvh's",
+        ),
+        (
+            vec!["plan", "--accel", "linear", "--build", "high"],
+            "--build is of the bvh's",
+        ),
+        (
+            vec!["verify", "x.toml", "--accel", "kd", "--build", "high"],
+            "--build is of the bvh's",
+        ),
+        (
+            vec!["bench", "x.toml", "--accels", "kd,heap", "--build", "both"],
+            "--build is of the bvh's",
+        ),
+        (small(&["--tile", "1/4"]), "does not exist yet"),
+        (
+            small(&["--grid", "corners", "--spp", "4"]),
+            "leave out --spp 4",
+        ),
+        (
+            vec!["render", "--grid", "corners", "--size", "1x9"],
+            "at least 2x2",
+        ),
+        (small(&["-o", "x.jpg"]), "known are .png and .exr"),
+        (small(&["-o", "x"]), "known are .png and .exr"),
+        (
+            small(&["--stats", "-", "--json", "-"]),
+            "--stats and --json",
+        ),
+        (small(&["-o", "x.png", "--json", "x.png"]), "two outputs"),
+        (
+            small(&["-o", "x.png", "--aov", "depth", "--json", "x.aov.exr"]),
+            "two outputs",
+        ),
+        (vec!["verify"], "<SCENE>"),
+        (vec!["verify", "x.toml", "--sample", "0"], "--sample"),
+        (vec!["verify", "x.toml", "--seed", "1"], "--adversarial"),
+        (
+            vec!["verify", "x.toml", "--scale", "-1"],
+            "a finite number above 0",
+        ),
+        (
+            vec!["verify", "x.toml", "--offset", "-1,2"],
+            "three finite numbers",
+        ),
+        (vec!["probe", "x.toml", "--org", "0,0,0"], "--dir <X,Y,Z>"),
+        (
+            vec!["probe", "x.toml", "--org", "0,0", "--dir", "-1,0,0"],
+            "three finite numbers",
+        ),
+        (
+            vec!["probe", "x.toml", "--org", "0,0,0", "--dir", "0,-0,0"],
+            "points nowhere",
+        ),
+        (vec!["export", "x.toml"], "--pov <FILE>"),
+        (vec!["bench"], "required"),
+        (vec!["bench", "--mesh", "a.msh"], "required"),
+        (
+            vec!["bench", "x.toml", "--mesh", "a.msh", "--rays", "a.rays"],
+            "cannot be used with",
+        ),
+        (
+            vec!["bench", "x.toml", "--kinds", "gamma"],
+            "no ray kind 'gamma'",
+        ),
+        (
+            vec!["extremes", "--only", "small,huge"],
+            "no sweep 'huge'; known are small, large",
+        ),
+        (vec!["extremes", "--rays", "0"], "--rays"),
+        (vec!["extremes", "x.toml"], "unexpected argument"),
+    ] {
+        fails(&arguments, 2, says);
+    }
+}
+
+#[test]
+fn options_that_a_command_does_not_use() {
+    for (command, options) in [
+        ("verify", &["--spp", "--aov", "--tile"][..]),
+        (
+            "bench",
+            &["--spp", "--aov", "--seed", "--tile", "--max-depth"],
+        ),
+        (
+            "plan",
+            &["--spp", "--aov", "--seed", "--tile", "--max-depth"],
+        ),
+    ] {
+        let help = lanecast(folder().path(), &[command, "--help"]);
+        for option in options {
+            let says = format!("unexpected argument '{option}' found");
+            fails(&[command, "x.toml", option, "1"], 2, &says);
+            assert!(!stdout(&help).contains(option), "{command} {option}");
+        }
+    }
+    let used = ["verify", "x.toml", "--max-depth", "1"];
+    fails(&used, 3, "x.toml");
+}
+
+#[test]
+fn commands_that_do_not_exist_yet() {
+    let says = "the command 'tradeoff' does not exist yet";
+    fails(&["tradeoff"], 2, says);
+    fails(&["tradeoff", "x.toml", "--pov", "--help"], 2, says);
+}
+
+#[test]
+fn missing_inputs() {
+    for arguments in [
+        ["render", "none.toml"].as_slice(),
+        &["verify", "none.toml"],
+        &["plan", "none.toml"],
+        &["probe", "none.toml", "--org", "0,0,0", "--dir", "0,0,1"],
+        &["export", "none.toml", "--pov", "x.pov"],
+        &["bench", "none.toml"],
+        &["render", "none.tiff"],
+    ] {
+        fails(arguments, 3, arguments[1]);
+    }
+    fails(&["render", "."], 3, "it is a folder");
+    fails(
+        &["render", "none"],
+        3,
+        "no ending that tells a scene format",
+    );
+    let sets = ["bench", "--mesh", "a.msh", "--rays", "a.primary.rays"];
+    fails(&sets, 3, "a.msh: cannot be read");
+}
+
+#[test]
+fn broken_meshes_say_what_and_where() {
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+               property float z\nelement face 1\nproperty list uchar int vertex_indices\n\
+               end_header\n0 0 0\n";
+    for (name, text, says) in [
+        // The line once.
+        ("a.ply", ply, "error: a.ply:11:1: Unexpected end of file"),
+        (
+            "a.obj",
+            "v 0 0 0\nv 1 0 0\nf 1 2\n",
+            "places a shape; not imported: 1 × face of fewer than 3 corners\n",
+        ),
+    ] {
+        let folder = folder();
+        fs::write(folder.path().join(name), text).unwrap();
+        let output = lanecast(folder.path(), &["render", name]);
+        assert_eq!(output.status.code(), Some(3));
+        assert!(stderr(&output).contains(says), "{}", stderr(&output));
+        assert_eq!(names(folder.path()), [name]);
+    }
+}
+
+#[test]
+fn a_broken_ray_set() {
+    let folder = folder();
+    fs::write(folder.path().join("a.msh"), "MSH1").unwrap();
+    let sets = ["bench", "--mesh", "a.msh", "--rays", "a.primary.rays"];
+    let output = lanecast(folder.path(), &sets);
+    assert_eq!(output.status.code(), Some(3));
+    assert!(stderr(&output).contains("does not begin like a .msh file"));
+}
+
+#[test]
+fn default_output_and_summary() {
+    let folder = folder();
+    let output = lanecast(folder.path(), &SMALL);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(names(folder.path()), ["lanecast.png"]);
+    assert!(stdout(&output).starts_with("lanecast.png: 5x3, "));
+    // Not a terminal: no progress.
+    assert!(stderr(&output).is_empty());
+}
+
+#[test]
+fn statistics_and_results() {
+    let folder = folder();
+    let arguments = [
+        "-o",
+        "x.png",
+        "--aov",
+        "depth,instance_id",
+        "--stats",
+        "s.json",
+        "--json",
+        "-",
+        "--spp",
+        "1",
+    ];
+    let output = lanecast(folder.path(), &small(&arguments));
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(names(folder.path()), ["s.json", "x.aov.exr", "x.png"]);
+    let stats: serde_json::Value =
+        serde_json::from_slice(&fs::read(folder.path().join("s.json")).unwrap()).unwrap();
+    // Standard output is the document and nothing else.
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json["picture"], stats["picture"]);
+    assert_eq!(stats["picture"]["width"], 5);
+    assert_eq!(stats["picture"]["height"], 3);
+    assert_eq!(stats["rays"]["primary"], 15);
+    let stages: Vec<&str> = stats["stages"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|stage| stage["name"].as_str().unwrap())
+        .collect();
+    assert!(stages.ends_with(&["render", "write"]), "{stages:?}");
+    for key in ["rays_per_second", "memory", "plan", "scene"] {
+        assert!(!stats[key].is_null(), "{key}");
+    }
+}
+
+/// Under an emulator of a processor without the instructions that this was
+/// compiled to: a message, never an illegal instruction.
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+#[test]
+fn another_processor() {
+    // Nothing to lack: compiled for every x86-64 processor.
+    let baseline = !cfg!(target_feature = "avx");
+    let avx512 = cfg!(target_feature = "avx512f");
+    for (cpu, lacks, refused) in [
+        ("qemu64", "avx", !baseline),
+        ("Nehalem", "avx", !baseline),
+        ("Haswell", "avx512f", avx512),
+    ] {
+        if !refused {
+            println!("skipped: compiled without {lacks}");
+            continue;
+        }
+        let Ok(output) = Command::new("qemu-x86_64")
+            .args(["-cpu", cpu, env!("CARGO_BIN_EXE_lanecast"), "--version"])
+            .output()
+        else {
+            println!("skipped: no qemu-x86_64");
+            return;
+        };
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{cpu}: {said}");
+        let line = said.lines().find(|l| l.starts_with("error: ")).unwrap();
+        assert!(line.contains("built for another processor"), "{line}");
+        assert!(line.contains(&format!(" {lacks}")), "{line}");
+        assert!(line.contains("cargo build --release"), "{line}");
+    }
+}

@@ -1,0 +1,17 @@
+//! The built command, from outside: exit codes, messages, files.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bench;
+mod commands;
+mod every_scene;
+mod extremes;
+mod malformed;
+mod outputs;
+mod roots;
+mod run;
+mod solids;
+mod solvers;
+mod surfaces;
+mod verify;

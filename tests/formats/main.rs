@@ -1,0 +1,13 @@
+//! Scene files: what each format means, what is refused and with which message, and the
+//! check of a finished scene.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod io_bad;
+mod native;
+mod native_bad;
+mod nff;
+mod polynomials;
+mod pov;
+mod scene_checks;

@@ -1,0 +1,10 @@
+//! The reference, against formulas worked out by hand and published hits; and the
+//! measurements that compare with it: `verify`, `extremes`, the ray sets of `bench`.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod extremes;
+mod oracle;
+mod ray_sets;
+mod verify;

@@ -1,0 +1,153 @@
+//! Every ray of the Standard Procedural Databases' pictures, through every
+//! structure alone: the same answers, and what they cost.
+//!
+//! The steps and tests per ray stand beside those of Havran and Sixta (1999) in
+//! docs/GRIDS.md; this prints them:
+//!
+//! ```text
+//! cargo test --release --test structures -- counts --nocapture --test-threads=1
+//! ```
+
+use crate::common::{Loaded, assets, load};
+use lanecast::accel::{
+    Counter, Counts, Density, Figures, Forest, Forests, Index, Structure, World,
+};
+use lanecast::geom::Guarded;
+use lanecast::math::Vec3;
+use lanecast::plan::Arithmetic;
+use lanecast::render::{Grid, Progress, RenderConfig, View, render};
+use lanecast::trace::{
+    AnyHit, Closest, Has, HitId, Outcome, Packet, RayKind, Scratch, Tester, TracedRay,
+};
+use std::time::Instant;
+
+/// One ray in so many is traced again.
+const STRIDE: usize = 7;
+
+/// All rays of the picture that the published figures are about.
+fn rays(loaded: &Loaded) -> Vec<TracedRay> {
+    let world = loaded.world(Structure::Bvh);
+    let view = View {
+        world: &world,
+        kernels: loaded.kernels(Arithmetic::F64),
+        camera: loaded.camera,
+        lights: &loaded.scene.lights,
+    };
+    let config = RenderConfig {
+        width: 513,
+        height: 513,
+        grid: Grid::Corners,
+        ..RenderConfig::default()
+    };
+    let rendered = render(&view, &config, true, &Progress::default()).unwrap();
+    rendered.record.into_iter().step_by(STRIDE).collect()
+}
+
+/// Traces each ray anew, at one lane in f64, and compares. No occluder is tried
+/// first.
+fn replay<A: Index>(world: &World, forest: &Forest<A>, rays: &[TracedRay]) -> (Counts, Figures) {
+    let counter = Counter::default();
+    let mut scratch = Scratch::<f64, A>::default();
+    for ray in rays {
+        let dir = ray.dir.map(f64::from);
+        let packet = Packet::<f64>::new(Vec3::splat(ray.org), Vec3::splat(dir), 0.0, &world.bounds);
+        let tester = Tester::<f64, Guarded, Has<true, true, true>>::new(world, &packet);
+        let t_max = f64::from(ray.t_max);
+        if let RayKind::Shadow { .. } = ray.kind {
+            let mut query = AnyHit::<f64>::new(t_max);
+            tester.trace(forest, &mut query, &mut scratch, &counter);
+            assert_eq!(query.blocked(), ray.outcome == Outcome::Blocked, "{ray:?}");
+            continue;
+        }
+        let mut query = Closest::<f64, Guarded>::new(t_max);
+        tester.trace(forest, &mut query, &mut scratch, &counter);
+        let id = query.id(0);
+        match ray.outcome {
+            Outcome::Hit {
+                t,
+                instance,
+                primitive,
+                ..
+            } => {
+                assert_eq!(
+                    (query.t(0), id.instance, id.primitive),
+                    (t, instance, primitive)
+                );
+            }
+            _ => assert_eq!(id, HitId::NONE, "{ray:?}"),
+        }
+    }
+    (counter.counts(), forest.top.figures())
+}
+
+fn measure(name: &str, world: &World, rays: &[TracedRay]) -> Counts {
+    let start = Instant::now();
+    let (counts, figures) = match &world.forest {
+        Forests::Wide(_) | Forests::Nested(_) => return Counts::default(),
+        Forests::Narrow(forest) => replay(world, forest, rays),
+        Forests::Kd(forest) => replay(world, forest, rays),
+        Forests::Grid(forest) => replay(world, forest, rays),
+        Forests::Heap(forest) => replay(world, forest, rays),
+        Forests::HeapSpheres(forest) => replay(world, forest, rays),
+    };
+    let per_ray = |n: u64| n as f64 / rays.len() as f64;
+    println!(
+        "    {name:22} {:8.2} steps {:8.2} tests {:7.2} spared {:8.0} ns, {} nodes or cells, {} references",
+        per_ray(counts.nodes),
+        per_ray(counts.tests),
+        per_ray(counts.spared),
+        start.elapsed().as_nanos() as f64 / rays.len() as f64,
+        figures.nodes,
+        figures.references,
+    );
+    counts
+}
+
+fn every_ray_has_the_same_answer(file: &str) {
+    let Some(assets) = assets() else { return };
+    let loaded = load(&assets.join(format!("spd/{file}.nff")), 1.0);
+    let rays = rays(&loaded);
+    println!("{file}: {} rays", rays.len());
+    let of_grids = |density| loaded.world(Structure::Grid(density));
+    let two = |cells, dense, inner| Density {
+        cells,
+        dense,
+        inner,
+    };
+    measure("grid, 1 a primitive", &of_grids(Density::flat(1.0)), &rays);
+    measure("grid, 10", &of_grids(Density::flat(10.0)), &rays);
+    for (cells, dense, inner) in [(1.0, 8, 1.0), (2.0, 16, 2.0), (2.0, 8, 4.0), (8.0, 16, 2.0)] {
+        let name = format!("{cells}, from {dense} on {inner}");
+        measure(&name, &of_grids(two(cells, dense, inner)), &rays);
+    }
+    let [ordered, best] = [
+        ("ordered stack", Structure::Narrow),
+        ("heap", Structure::Heap),
+    ]
+    .map(|(name, structure)| {
+        let world = loaded.world(structure);
+        measure(name, &world, &rays);
+        let shadow = |ray: &&TracedRay| matches!(ray.kind, RayKind::Shadow { .. });
+        let nearest: Vec<TracedRay> = rays.iter().filter(|r| !shadow(r)).copied().collect();
+        measure("  all but shadow rays", &world, &nearest)
+    });
+    measure(
+        "heap, spheres",
+        &loaded.world(Structure::HeapSpheres),
+        &rays,
+    );
+    // For nearest hits, best first opens the fewest nodes of a tree.
+    assert!(best.nodes <= ordered.nodes, "{best:?} {ordered:?}");
+}
+
+/// One test a scene, so that they share the machine.
+macro_rules! scenes {
+    ($($file:ident)*) => { $(
+        #[test]
+        fn $file() {
+            every_ray_has_the_same_answer(stringify!($file));
+        }
+    )* };
+}
+
+scenes! { balls_4 gears_4 mount_6 rings_7 teapot_12 tetra_6 tree_11 }

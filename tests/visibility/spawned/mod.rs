@@ -1,0 +1,396 @@
+//! Rays that leave a surface do not meet the point that they leave, and skip
+//! nothing that lies beyond the stated bound (docs/NUMERICS.md, where rays start).
+//!
+//! One primitive at a time, of every kind and size. Rays meet it, and leave from
+//! there to both sides, as the integrator has them do. Of what is convex a ray
+//! that leaves outward may meet nothing at all; of what is flat none may meet what
+//! it left. A ray that leaves inward is met by the other side, and where that is
+//! as near as the bound, the judge is asked whether it is the other side. Then a
+//! plate is put in front of the point, at twice the bound: every ray has to meet it.
+
+mod subjects;
+
+use crate::common::{EVERYTHING, Random, RayColumns};
+use glam::DVec3;
+use lanecast::accel::{Structure, World};
+use lanecast::geom::HalfSpace;
+use lanecast::geom::formula;
+use lanecast::geom::guarded::implicit::blur_at;
+use lanecast::geom::implicit::gradient_at;
+use lanecast::math::Vec3;
+use lanecast::math::bounds::UNIT;
+use lanecast::plan::{Arithmetic, Kernels, native_width};
+use lanecast::reference::Reference;
+use lanecast::scene::{Appearances, Edge, Scene, shape_bounds};
+use lanecast::shade::Surface;
+use lanecast::trace::{HitId, ShadowCache};
+use std::ops::AddAssign;
+use subjects::{KINDS, Kind, Subject, subject};
+
+const MODES: [Arithmetic; 2] = [Arithmetic::F32Guarded, Arithmetic::F64];
+
+/// Of each, the power of ten.
+const SCALES: [i32; 7] = [-6, -4, -2, 0, 2, 4, 6];
+
+/// Rays at a primitive.
+const PRIMARY: usize = 512;
+
+/// Plates in front of what they hit, and rays at each.
+const PLATES: usize = 24;
+const AT_PLATE: usize = 16;
+
+fn kernels(arithmetic: Arithmetic) -> Kernels {
+    Kernels {
+        arithmetic,
+        lanes: native_width(arithmetic),
+        needs: EVERYTHING,
+    }
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Counts {
+    spawned: usize,
+    /// Hits of what was just left.
+    own: usize,
+    /// Rays that went inward, and found no other side.
+    lost: usize,
+    /// Asked of the judge.
+    judged: usize,
+    at_plates: usize,
+    skipped: usize,
+    /// Starts further off than the bound allows.
+    far: usize,
+    /// The furthest start, in bounds.
+    furthest: f64,
+}
+
+impl AddAssign for Counts {
+    fn add_assign(&mut self, other: Counts) {
+        self.spawned += other.spawned;
+        self.own += other.own;
+        self.lost += other.lost;
+        self.judged += other.judged;
+        self.at_plates += other.at_plates;
+        self.skipped += other.skipped;
+        self.far += other.far;
+        self.furthest = self.furthest.max(other.furthest);
+    }
+}
+
+impl Counts {
+    fn settle(&self, what: &str) {
+        let bad = [self.own, self.lost, self.skipped, self.far];
+        assert_eq!(bad, [0; 4], "{what}: {self:?}");
+        assert!(self.spawned > 0 && self.at_plates > 0, "{what}: {self:?}");
+    }
+}
+
+/// Where a ray hit, and the bound there.
+struct Left {
+    id: HitId,
+    surface: Surface,
+    /// 64 roundings of the largest coordinates that made the point, as
+    /// docs/NUMERICS.md has it, but for what the point was measured to lie off the
+    /// surface: a few roundings, if the ray did not graze it.
+    bound: f64,
+    grazing: bool,
+}
+
+impl Left {
+    /// How far off plates stand.
+    fn plate(&self) -> f64 {
+        match self.grazing {
+            true => 2.0 * self.bound.max(self.surface.offset),
+            false => 2.0 * self.bound,
+        }
+    }
+}
+
+/// Any way at all, or nearly along the surface; never within 1e-9 of it.
+fn leaving(normal: DVec3, side: f64, random: &mut Random) -> Option<[f32; 3]> {
+    let any = random.vector();
+    let along = any - normal * any.dot(normal);
+    let dir = match random.below(3) {
+        0 => along + normal * libm::exp10(-8.0 * random.unit().abs()),
+        _ => any,
+    };
+    let dir = if dir.dot(normal) * side < 0.0 {
+        -dir
+    } else {
+        dir
+    };
+    let dir = dir.to_array().map(|x| x as f32);
+    let wide = DVec3::from_array(dir.map(f64::from));
+    let off = wide.dot(normal) * side;
+    (off > 1e-9 * wide.length() && wide.length() > 1e-3).then_some(dir)
+}
+
+fn wide(dir: [f32; 3]) -> DVec3 {
+    DVec3::from_array(dir.map(f64::from))
+}
+
+/// What rays from outside and inside hit.
+fn hits(
+    world: &World,
+    subject: &Subject,
+    arithmetic: Arithmetic,
+    random: &mut Random,
+) -> Vec<Left> {
+    let mut rays = RayColumns::default();
+    let map = |p: DVec3| DVec3::from_array(subject.world_from_object.point(p.to_array()));
+    for _ in 0..PRIMARY {
+        let Subject { center, size, .. } = *subject;
+        let at = center + random.vector() * size;
+        let away = [1.0, 3.0, 30.0][random.below(3) as usize];
+        let org = map(center + random.vector() * (size * away));
+        rays.push(org, (map(at) - org).to_array().map(|x| x as f32));
+    }
+    let found = rays.closest(world, &kernels(arithmetic));
+    let of = |(i, (t, id)): (usize, &(f64, HitId))| {
+        if *id == HitId::NONE {
+            return None;
+        }
+        let (org, dir) = rays.ray(i);
+        let surface = Surface::at(world, arithmetic, org, dir, *t, *id);
+        let bound = bound(world, subject, arithmetic, org, &surface);
+        let grazing = surface.ng.dot(wide(dir)).abs() < 0.01 * wide(dir).length();
+        Some(Left {
+            id: *id,
+            surface,
+            bound,
+            grazing,
+        })
+    };
+    found.iter().enumerate().filter_map(of).collect()
+}
+
+fn bound(
+    world: &World,
+    subject: &Subject,
+    arithmetic: Arithmetic,
+    org: [f64; 3],
+    surface: &Surface,
+) -> f64 {
+    let scene: &Scene = world.scene;
+    let appearance = world.appearances.get(scene, 0);
+    let shape = scene.shapes.row(appearance.shape);
+    let single = arithmetic != Arithmetic::F64
+        && matches!(
+            shape,
+            lanecast::scene::Shape::Mesh(_) | lanecast::scene::Shape::Polygon(_)
+        );
+    let u = if single {
+        f32::EPSILON.into()
+    } else {
+        f64::EPSILON
+    } * 0.5;
+    let own = shape_bounds(scene, appearance.shape).map_or(0.0, |b| b.max_abs());
+    let object = DVec3::from_array(subject.object_from_world.point(org));
+    let mut object = own.max(object.abs().max_element());
+    // The magnitudes that a quadric is made of there, by its slope, are as coordinates.
+    if let lanecast::scene::Shape::Quadric(id) = shape {
+        let point = subject.object_from_world.point(surface.point.to_array());
+        let row = scene.quadrics.row(id);
+        let (_, slope, size) = row.value_at(DVec3::from_array(point));
+        object = object.max(size / slope.length());
+    }
+    // And what other polynomials may be off by there, in roundings.
+    if let lanecast::scene::Shape::Implicit(id) = shape {
+        let point = subject.object_from_world.point(surface.point.to_array());
+        let (point, row) = (DVec3::from_array(point), scene.implicits.row(id));
+        let size = blur_at((row.tape, row.dense), Vec3::<f64>::from(point)) / UNIT;
+        object = object.max(size / gradient_at(row.tape, point).length());
+    }
+    if let lanecast::scene::Shape::LevelSet(id) = shape {
+        let point = subject.object_from_world.point(surface.point.to_array());
+        let formula = scene.level_sets.row(id).formula;
+        let size = formula::blur_at(formula, Vec3::<f64>::from(DVec3::from_array(point))) / UNIT;
+        let (_, slope) = formula::value_and_gradient(formula, point);
+        object = object.max(size / DVec3::from_array(slope).length());
+    }
+    let at = DVec3::from_array(org).abs().max(surface.point.abs());
+    let stretch = subject.world_from_object.norm();
+    64.0 * (u * stretch * object + 0.5 * f64::EPSILON * at.max_element())
+}
+
+/// Rays to both sides of every hit.
+fn leave_all(
+    world: &World,
+    judge: &Reference,
+    (kind, subject): (Kind, &Subject),
+    arithmetic: Arithmetic,
+    left: &[Left],
+    random: &mut Random,
+) -> Counts {
+    let mut counts = Counts::default();
+    let mut rays = RayColumns::default();
+    let mut from = Vec::new();
+    for left in left {
+        for side in [1.0, -1.0] {
+            let Some(dir) = leaving(left.surface.ng, side, random) else {
+                continue;
+            };
+            rays.push(left.surface.leave(wide(dir)), dir);
+            from.push((left, side));
+        }
+        if !left.grazing {
+            let bounds = left.surface.offset / left.bound;
+            counts.furthest = counts.furthest.max(bounds);
+            counts.far += usize::from(bounds > 1.5);
+        }
+    }
+    counts.spawned = rays.len();
+    for (i, (t, id)) in rays
+        .closest(world, &kernels(arithmetic))
+        .into_iter()
+        .enumerate()
+    {
+        let (left, side) = from[i];
+        let (org, dir) = rays.ray(i);
+        if id == HitId::NONE {
+            counts.lost += usize::from(side < 0.0 && kind.is_closed());
+            continue;
+        }
+        if kind.is_convex() && side > 0.0 || kind.is_flat() && id == left.id {
+            counts.own += 1;
+            continue;
+        }
+        // How far above or below the point's own tangent plane.
+        let surface = &left.surface;
+        let height = (DVec3::from_array(org) + wide(dir) * t - surface.point).dot(surface.ng);
+        if kind.is_flat() || height.abs() > 2.0 * left.plate() {
+            continue;
+        }
+        counts.judged += 1;
+        if let Some(f) = subject.sign_at(world, org) {
+            // It may bend up before the ray, and not behind: what was left is not met if
+            // the ray started on its side of it.
+            counts.own += usize::from(f != side.total_cmp(&0.0));
+            continue;
+        }
+        // What was left lies behind, the other side ahead.
+        let crossings = judge.crossings(org, dir.map(f64::from), id.instance, id.primitive);
+        let behind = crossings.iter().any(|c| c.t < 0.0);
+        let ahead = crossings.iter().any(|c| c.t > 0.0);
+        counts.own += usize::from(!behind || !ahead);
+    }
+    counts
+}
+
+/// Plates in front of some of the hits: half-spaces and squares.
+fn meet_plates(
+    subject: &Subject,
+    arithmetic: Arithmetic,
+    left: &[Left],
+    random: &mut Random,
+) -> Counts {
+    let mut counts = Counts::default();
+    let size = subject.size * subject.world_from_object.norm();
+    for _ in 0..PLATES.min(left.len()) {
+        let left = &left[random.below(left.len() as u64) as usize];
+        let (surface, distance) = (&left.surface, left.plate());
+        let side = if random.below(2) == 0 { 1.0 } else { -1.0 };
+        let normal = surface.ng * side;
+        let place = surface.point + normal * distance;
+        let mut builder = subject.builder.clone();
+        let plate = if random.below(2) == 0 {
+            let offset = normal.dot(place);
+            builder.half_space("", HalfSpace { normal, offset })
+        } else {
+            let (u, v) = normal.any_orthonormal_pair();
+            let corner = |(x, y): (f64, f64)| place + (u * x + v * y) * size;
+            let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+            builder.polygon("", &corners.map(corner), &[])
+        };
+        builder.instance("", Edge::shape(plate));
+        let scene = builder.finish().expect("a good scene");
+        let appearances = Appearances::of(&scene).expect("two");
+        let world = World::build(&scene, &appearances, Structure::Bvh);
+        let mut rays = RayColumns::default();
+        while rays.len() < AT_PLATE {
+            // Steep enough to come to the plate before it ends.
+            let dir = leaving(surface.ng, side, random);
+            let steep = |dir: &[f32; 3]| {
+                let cosine = wide(*dir).dot(normal) / wide(*dir).length();
+                cosine > (4.0 * distance / size).clamp(1e-3, 0.5)
+            };
+            if let Some(dir) = dir.filter(steep) {
+                rays.push(surface.leave(wide(dir)), dir);
+            }
+        }
+        counts.at_plates += rays.len();
+        let kernels = kernels(arithmetic);
+        let cache = &mut ShadowCache::new(Default::default());
+        let blocked = rays.any(&world, &kernels, &[f32::INFINITY; AT_PLATE], cache);
+        for (i, (t, id)) in rays.closest(&world, &kernels).into_iter().enumerate() {
+            // By an edge of the primitive its other face may come first.
+            let dir = wide(rays.ray(i).1);
+            let before = id.instance == 0 && t * dir.dot(normal) < distance;
+            let met = id.instance == 1 || before;
+            counts.skipped += usize::from(!met || !blocked[i]);
+        }
+    }
+    counts
+}
+
+/// Scenes of one kind at one scale in one mode.
+fn spawn(kind: Kind, scale: f64, arithmetic: Arithmetic, rays: usize, seed: u64) -> Counts {
+    let random = &mut Random(seed);
+    let mut counts = Counts::default();
+    while counts.spawned < rays {
+        let subject = subject(kind, scale, random);
+        let scene = subject.builder.clone().finish().expect("a good scene");
+        let appearances = Appearances::of(&scene).expect("one");
+        let world = World::build(&scene, &appearances, Structure::Bvh);
+        let judge = Reference::brute_force(&scene, &appearances).expect("one");
+        let left = hits(&world, &subject, arithmetic, random);
+        counts += leave_all(&world, &judge, (kind, &subject), arithmetic, &left, random);
+        counts += meet_plates(&subject, arithmetic, &left, random);
+    }
+    counts
+}
+
+fn spawn_everywhere(rays: usize) -> Vec<(Kind, Arithmetic, Counts)> {
+    let mut all = Vec::new();
+    for kind in KINDS {
+        for arithmetic in MODES {
+            let mut sum = Counts::default();
+            for (seed, power) in (1..).zip(SCALES) {
+                let scale = libm::exp10(f64::from(power));
+                let each = rays.div_ceil(SCALES.len());
+                sum += spawn(kind, scale, arithmetic, each, seed);
+            }
+            println!(
+                "{kind:?} {arithmetic:?}: {} left, {} met it again, {} lost the other side, {} \
+                 asked of the judge; {} at plates, {} skipped; off by {:.3} bounds at most",
+                sum.spawned,
+                sum.own,
+                sum.lost,
+                sum.judged,
+                sum.at_plates,
+                sum.skipped,
+                sum.furthest
+            );
+            all.push((kind, arithmetic, sum));
+        }
+    }
+    all
+}
+
+fn settle(all: &[(Kind, Arithmetic, Counts)]) {
+    for (kind, arithmetic, counts) in all {
+        counts.settle(&format!("{kind:?} {arithmetic:?}"));
+    }
+}
+
+#[test]
+fn rays_leave_what_they_start_from_and_skip_nothing() {
+    settle(&spawn_everywhere(7 * 1000));
+}
+
+/// A million rays of each kind and mode.
+#[test]
+#[ignore = "a campaign of minutes"]
+fn a_million_rays_leave_what_they_start_from_and_skip_nothing() {
+    settle(&spawn_everywhere(1_000_000));
+}

@@ -1,6 +1,6 @@
 //! `verify` over everything there is: long, resumable, for when nobody waits.
 //!
-//! `cargo test --release --test campaign -- --ignored --nocapture`
+//! `cargo test --release --test cli -- every_scene --ignored --nocapture`
 //!
 //! Every mesh and SPD scene of the test assets (LANECAST_ASSETS) and every scene
 //! of ours, each as it is with a million aimed rays, and moved and scaled with a

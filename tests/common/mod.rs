@@ -1,6 +1,7 @@
-//! Shared by the integration tests. Each of them takes a part.
+//! What the integration binaries share. Each of them uses a part of it.
 #![allow(dead_code, unused_imports)]
 
+mod alone;
 mod files;
 mod formulas;
 mod hard;
@@ -9,6 +10,7 @@ mod random;
 mod rays;
 mod surfaces;
 
+pub use alone::in_own_process;
 pub use files::{Loaded, assets, load};
 pub use formulas::{gyroid, ring, unit_ball};
 pub use hard::{hard_rays, hard_scene};

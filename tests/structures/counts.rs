@@ -5,7 +5,7 @@
 //! docs/GRIDS.md; this prints them:
 //!
 //! ```text
-//! cargo test --release --test structures -- --nocapture --test-threads=1
+//! cargo test --release --test structures -- counts --nocapture --test-threads=1
 //! ```
 
 use crate::common::{Loaded, assets, load};

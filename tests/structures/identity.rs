@@ -3,7 +3,7 @@
 //! `fast` the rays that differ are counted. The table of docs/IDENTITY.md:
 //!
 //! ```text
-//! cargo test --release --test identity -- --ignored --nocapture
+//! cargo test --release --test structures -- identity --ignored --nocapture
 //! ```
 
 use crate::common::{Loaded, assets, load, structures};

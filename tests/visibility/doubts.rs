@@ -1,5 +1,5 @@
-//! What ordinary rays leave to exact arithmetic, by the process' own count: so one test,
-//! in a binary of its own.
+//! How many ordinary rays need exact arithmetic. The count is that of the whole process,
+//! so the test runs in a process of its own.
 
 use crate::common::{Random, RayColumns};
 use glam::{DAffine3, DVec3};
@@ -101,6 +101,13 @@ fn slabs(b: &mut SceneBuilder) -> ShapeId {
 
 #[test]
 fn ordinary_rays_are_hardly_ever_in_doubt() {
+    in_own_process(
+        "doubts::ordinary_rays_are_hardly_ever_in_doubt",
+        count_doubts,
+    );
+}
+
+fn count_doubts() {
     let quadrics = [
         (
             "saddle",

@@ -1,7 +1,7 @@
 //! How many ordinary rays need exact arithmetic. The count is that of the whole process,
 //! so the test runs in a process of its own.
 
-use crate::common::{Random, RayColumns};
+use crate::common::{Random, RayColumns, in_own_process};
 use glam::{DAffine3, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::geom::{Cuboid, Cylinder, HalfSpace, Quadric};

@@ -12,8 +12,8 @@
 //! complete.
 
 use super::answer::Proof;
+use super::certify_candidates::{Candidate, Line};
 use super::refine::approach;
-use super::settle::{Candidate, Line};
 
 /// Finds candidates in the interval of `line`; the proof is always [`Proof::Open`].
 pub fn candidates(line: &Line) -> (Vec<Candidate>, Proof) {

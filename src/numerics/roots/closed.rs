@@ -8,7 +8,7 @@
 //! (lemma Z13, docs/numerics/roots.md).
 
 use super::answer::Proof;
-use super::settle::{Candidate, Line};
+use super::certify_candidates::{Candidate, Line};
 
 /// The highest degree with a formula.
 pub const MOST: usize = 4;

@@ -31,11 +31,11 @@ pub const MOST: usize = 25;
 /// Returns the table of `n` nodes, computed once; panics unless 2 ≤ n ≤ [`MOST`].
 pub fn collocation(n: usize) -> &'static Collocation {
     static ALL: [OnceLock<Collocation>; MOST + 1] = [const { OnceLock::new() }; MOST + 1];
-    ALL[n].get_or_init(|| Collocation::of(n))
+    ALL[n].get_or_init(|| Collocation::compute(n))
 }
 
 impl Collocation {
-    fn of(count: usize) -> Collocation {
+    fn compute(count: usize) -> Collocation {
         let n = count - 1;
         let node = |j: usize| match j {
             0 => 0.0,

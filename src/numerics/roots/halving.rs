@@ -11,7 +11,7 @@
 //! The answer is complete. The method is slow, and slower the closer roots lie.
 
 use super::answer::Proof;
-use super::settle::{Candidate, Line};
+use super::certify_candidates::{Candidate, Line};
 use crate::math::lanes::Scalar;
 
 /// Limit of the number of intervals that are examined.

@@ -18,6 +18,8 @@ mod algebraic;
 mod answer;
 mod bernstein;
 mod bracketed;
+mod certify_candidates;
+mod certify_isolated;
 mod closed;
 pub mod collocation;
 mod eval;
@@ -28,8 +30,6 @@ pub mod lanes;
 mod newton;
 mod polynomial;
 mod refine;
-mod settle;
-mod side;
 mod sturm;
 
 pub use algebraic::{RealRoots, real_roots};
@@ -38,9 +38,9 @@ pub use eval::{Approximate, Local, derivative, horner, local};
 pub use interval::Interval;
 pub use polynomial::{MAX_DEGREE, Polynomial, PolynomialError};
 
+use certify_isolated::{Doubts, Method};
 use schemars::JsonSchema;
 use serde::Deserialize;
-use side::{Doubts, Method};
 use thiserror::Error;
 
 /// A way to find roots; in scene files and on the command line by its name.
@@ -131,14 +131,15 @@ pub fn solve(
     want: Want,
     starts: &[f64],
 ) -> Result<Answer, SolverError> {
-    let certified = |isolate, doubts| side::roots(p, interval, want, Method { isolate, doubts });
+    let certified =
+        |isolate, doubts| certify_isolated::roots(p, interval, want, Method { isolate, doubts });
     let mut answer = match solver {
         Solver::Auto => certified(bernstein::isolate, Doubts::Descartes),
         Solver::Sturm => certified(sturm::isolate, Doubts::Chain),
         Solver::Bernstein => certified(bernstein::isolate, Doubts::Report),
-        Solver::Halving => settle::settle(p, interval, halving::candidates),
-        Solver::Bracketed => settle::settle(p, interval, bracketed::candidates),
-        Solver::Newton => settle::settle(p, interval, |line| {
+        Solver::Halving => certify_candidates::certify(p, interval, halving::candidates),
+        Solver::Bracketed => certify_candidates::certify(p, interval, bracketed::candidates),
+        Solver::Newton => certify_candidates::certify(p, interval, |line| {
             let scaled = |t: &f64| polynomial::times_power(*t, -line.k);
             let starts: Vec<f64> = starts.iter().map(scaled).collect();
             newton::candidates(line, &starts)
@@ -153,7 +154,7 @@ pub fn solve(
                     most,
                 });
             }
-            settle::settle(p, interval, closed::candidates)
+            certify_candidates::certify(p, interval, closed::candidates)
         }
     };
     if want == Want::Nearest {
@@ -180,7 +181,7 @@ pub fn roots(p: &Polynomial, interval: &Interval) -> Answer {
         isolate: bernstein::isolate,
         doubts: Doubts::Descartes,
     };
-    side::roots(p, interval, Want::All, method)
+    certify_isolated::roots(p, interval, Want::All, method)
 }
 
 /// Finds the least root in an interval, by [`Solver::Auto`].
@@ -189,6 +190,6 @@ pub fn nearest(p: &Polynomial, interval: &Interval) -> Option<Root> {
         isolate: bernstein::isolate,
         doubts: Doubts::Descartes,
     };
-    let answer = side::roots(p, interval, Want::Nearest, method);
+    let answer = certify_isolated::roots(p, interval, Want::Nearest, method);
     answer.roots.first().copied()
 }

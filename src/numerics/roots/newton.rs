@@ -12,8 +12,8 @@
 //! the answer is never proven complete.
 
 use super::answer::Proof;
+use super::certify_candidates::{Candidate, Line};
 use super::eval::{derivative, horner};
-use super::settle::{Candidate, Line};
 
 /// Limit of steps from one start.
 const STEPS: usize = 80;

@@ -18,7 +18,7 @@ const BUDGET: u64 = 1 << 20;
 impl Chain {
     /// Computes the chain of a square-free polynomial; `None` if it exceeds its limit of
     /// bits.
-    pub fn of(p: &[BigInt]) -> Option<Chain> {
+    pub fn new(p: &[BigInt]) -> Option<Chain> {
         let mut rows = vec![primitive(p.to_vec()), primitive(derivative(p))];
         let mut spent = 0;
         while rows[rows.len() - 1].len() > 1 {
@@ -60,7 +60,7 @@ pub fn isolate_by_chain(p: &[BigInt], low: &Point, high: &Point) -> Option<Vec<I
     if p.len() < 2 || low >= high {
         return Some(found);
     }
-    let chain = Chain::of(p)?;
+    let chain = Chain::new(p)?;
     let is_root = |at: &Point| sign_at(p, at) == Ordering::Equal;
     // A point, the sign changes there, and whether the point is a root.
     let end = |at: &Point| (at.clone(), chain.changes(at), is_root(at));
@@ -128,7 +128,7 @@ mod tests {
     fn the_lectures_cubic_has_its_counts() {
         // t³ + 3t² − 1; the last member is +9/4, up to a positive factor.
         let p: Integers = [-1, 0, 3, 1].map(BigInt::from).into();
-        let chain = Chain::of(&p).unwrap();
+        let chain = Chain::new(&p).unwrap();
         assert_eq!(chain.rows.len(), 4);
         assert_eq!(order(&chain.rows[3][0]), Ordering::Greater);
         let at = |t: f64| chain.changes(&Point::of(t, 0));

@@ -53,9 +53,9 @@ pub fn roots(p: &Polynomial, interval: &Interval, want: Want, method: Method) ->
     };
     if interval.from() < 0.0 {
         let mirrored = rest.mirrored();
-        let side = Side::of(&mirrored, method);
+        let half_line = HalfLine::new(&mirrored, method);
         // The least root is the farthest from 0.
-        side.roots(&interval.mirrored(), want, Order::Descending, &mut answer);
+        half_line.roots(&interval.mirrored(), want, Order::Descending, &mut answer);
         for root in &mut answer.roots {
             *root = root.mirrored();
         }
@@ -69,7 +69,7 @@ pub fn roots(p: &Polynomial, interval: &Interval, want: Want, method: Method) ->
     }
     if interval.to() > 0.0 && !is_done(&answer) {
         let mut above = Answer::empty(Proof::Complete);
-        Side::of(&rest, method).roots(interval, want, Order::Ascending, &mut above);
+        HalfLine::new(&rest, method).roots(interval, want, Order::Ascending, &mut above);
         answer.roots.extend(above.roots);
         answer.clusters.extend(above.clusters);
     }
@@ -88,16 +88,16 @@ enum Order {
 
 /// A polynomial without the root 0 on the positive half-line; its integer form is
 /// computed on demand.
-struct Side<'p> {
+struct HalfLine<'p> {
     p: &'p Polynomial,
     method: Method,
     integers: OnceCell<Vec<BigInt>>,
     factors: OnceCell<Option<exact::Factors>>,
 }
 
-impl<'p> Side<'p> {
-    fn of(p: &'p Polynomial, method: Method) -> Side<'p> {
-        Side {
+impl<'p> HalfLine<'p> {
+    fn new(p: &'p Polynomial, method: Method) -> HalfLine<'p> {
+        HalfLine {
             p,
             method,
             integers: OnceCell::new(),

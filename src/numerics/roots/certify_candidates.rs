@@ -37,7 +37,7 @@ pub enum Candidate {
 
 impl Line {
     /// Scales a polynomial and an interval.
-    pub fn of(p: Polynomial, interval: &Interval) -> Line {
+    pub fn new(p: Polynomial, interval: &Interval) -> Line {
         let k = p.root_bound();
         let mut c = Vec::new();
         p.scaled_into(k, &mut c);
@@ -68,7 +68,7 @@ impl Line {
 
 /// Certifies the candidates that `find` returns for p without the root 0, and adds the
 /// root 0.
-pub fn settle(
+pub fn certify(
     p: &Polynomial,
     interval: &Interval,
     find: impl FnOnce(&Line) -> (Vec<Candidate>, Proof),
@@ -84,7 +84,7 @@ pub fn settle(
     if rest.degree() == 0 {
         return answer;
     }
-    let line = Line::of(rest, interval);
+    let line = Line::new(rest, interval);
     let (candidates, proof) = find(&line);
     answer.proof = proof;
     let mut scratch = Vec::new();

@@ -272,7 +272,7 @@ impl<const N: usize> Grid<N> {
             }
             return Some(integers);
         }
-        // Without branches, so that the compiler vectorises the loop. 53 bits of
+        // The loop has no branches, so that the compiler vectorises it. 53 bits of
         // magnitude below [`SPARE`] free bits: lemma D7, docs/numerics/exact.md.
         let mut lost = 0;
         for (integer, x) in all {

@@ -116,7 +116,7 @@ pub trait Lanes:
 {
     type Scalar: Scalar;
     type Mask: Mask;
-    /// As many lanes of f64, in which object rays are computed.
+    /// The type with as many lanes of f64. Object rays are computed in it.
     type Double: Lanes<Scalar = f64, Double = Self::Double, Ids = Self::Ids>;
     /// The one-lane type of the same precision.
     type Single: Lanes<Scalar = Self::Scalar>;

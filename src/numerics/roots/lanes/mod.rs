@@ -182,7 +182,7 @@ pub fn nearest<L: Lanes<Scalar = f64>, const N: usize>(
 
 /// Finds the least root of each lane as [`nearest`] does, except for the last bits: t is
 /// where Newton's method ends, and `error` an estimate that [`leaves_between`] may prove.
-/// For coefficients with errors, which matter more than rounding.
+/// Serves coefficients with errors, which matter more than rounding.
 #[inline(always)]
 pub fn nearly_nearest<L: Lanes<Scalar = f64>, const N: usize>(
     segment: &Segment<L, N>,

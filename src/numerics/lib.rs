@@ -1,8 +1,8 @@
-//! Numbers: lanes, vectors, exact arithmetic, error bounds ([`math`]), and real roots of
-//! polynomials in one variable ([`roots`]).
+//! Numbers for ray tracing ([`math`]: lanes, vectors, affine maps, boxes, error bounds
+//! and exact arithmetic) and real roots of polynomials in one variable ([`roots`]).
 //!
-//! A part of Lanecast that may change with any version; the crate `lanecast` is what is
-//! kept.
+//! This is an internal crate of Lanecast whose interface may change with any version. The
+//! stable interface is that of the crate `lanecast`.
 
 pub mod math;
 pub mod roots;

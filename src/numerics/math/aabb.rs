@@ -1,20 +1,21 @@
 //! Axis-aligned bounding boxes: f64 for scenes, f32 rounded outward for trees.
 //!
-//! Invariant: converting to [`Aabb32`] never loses a point that f32 can reach; what it
-//! cannot is cut off, and slabs are open there. An empty box has `min > max` on every axis
-//! and is the identity of [`Aabb::union`].
+//! Invariants: [`Aabb::outward`] keeps every point whose coordinates are in the range of
+//! f32. It clamps coordinates beyond ±`f32::MAX`, and slab tests treat such sides as
+//! open. An empty box has `min > max` on every axis and is the identity of
+//! [`Aabb::union`].
 
 use super::affine::Affine;
 use glam::DVec3;
 
-/// A box in f64, in whatever space its maker says.
+/// A box in f64. The owner states its space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
     pub min: DVec3,
     pub max: DVec3,
 }
 
-/// The same in f32, rounded outward: what tree nodes hold.
+/// A box in f32, rounded outward, as tree nodes store it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb32 {
     pub min: [f32; 3],
@@ -22,7 +23,7 @@ pub struct Aabb32 {
 }
 
 impl Aabb {
-    /// The box of no points.
+    /// The box without points: `min` is +∞ and `max` is −∞ on every axis.
     pub const EMPTY: Aabb = Aabb {
         min: DVec3::INFINITY,
         max: DVec3::NEG_INFINITY,
@@ -32,13 +33,14 @@ impl Aabb {
         Aabb { min, max }
     }
 
-    /// The smallest box around the points.
+    /// Returns the smallest box around the points; [`Aabb::EMPTY`] if there are none.
     pub fn of_points(points: impl IntoIterator<Item = DVec3>) -> Aabb {
         points
             .into_iter()
             .fold(Aabb::EMPTY, |b, p| b.union(&Aabb { min: p, max: p }))
     }
 
+    /// Returns the smallest box around both boxes.
     pub fn union(&self, other: &Aabb) -> Aabb {
         Aabb {
             min: self.min.min(other.min),
@@ -46,7 +48,7 @@ impl Aabb {
         }
     }
 
-    /// Grown by `by` (≥ 0) on both sides of each axis.
+    /// Moves both sides of each axis outward by `by` (≥ 0).
     pub fn grown(&self, by: DVec3) -> Aabb {
         Aabb {
             min: self.min - by,
@@ -54,10 +56,12 @@ impl Aabb {
         }
     }
 
+    /// Whether `min > max`, or an end is NaN, on any axis.
     pub fn is_empty(&self) -> bool {
         !(self.min.cmple(self.max).all())
     }
 
+    /// The centre, as a sum of halves, which does not overflow.
     pub fn center(&self) -> DVec3 {
         self.min * 0.5 + self.max * 0.5
     }
@@ -66,7 +70,7 @@ impl Aabb {
         self.max - self.min
     }
 
-    /// Length of the diagonal; 0 for an empty box.
+    /// Returns the length of the diagonal; 0 for an empty box.
     pub fn diagonal(&self) -> f64 {
         if self.is_empty() {
             0.0
@@ -75,11 +79,12 @@ impl Aabb {
         }
     }
 
-    /// The largest coordinate in magnitude.
+    /// Returns the largest coordinate in magnitude.
     pub fn max_abs(&self) -> f64 {
         self.min.abs().max(self.max.abs()).max_element()
     }
 
+    /// The eight corners; bits 0, 1 and 2 of the index choose `max` on x, y and z.
     pub fn corners(&self) -> [DVec3; 8] {
         std::array::from_fn(|i| {
             DVec3::new(
@@ -94,19 +99,23 @@ impl Aabb {
         self.min.is_finite() && self.max.is_finite()
     }
 
-    /// The box, in an outer space, of what lies in this one; `None` where that is anywhere.
+    /// Returns a box, in the outer space, around everything in this box; `None` if no
+    /// finite box is certain.
     ///
-    /// `inward` defines the space, and `outward` is only nearly its inverse: steps on the
-    /// way may be strong and cancel. With E = inward·outward − I, a shift included, the
-    /// point of b is outward·(b − e), where (I + E)·e = E·b: e is at most E over |b| + |e|,
-    /// row by row, and |e| at most 2|E||b| where |E| ≤ 1/2. So the box grows by that; E is
-    /// what it is found to be and the roundings of its own products.
+    /// `inward` (outer to inner) defines the space, and `outward` is only nearly its
+    /// inverse: maps on the way may be large and cancel. Let E = inward·outward − I,
+    /// translation included. The outer position of a point b is outward·(b − e) with
+    /// (I + E)·e = E·b. So |e| ≤ |E|(|b| + |e|) row by row, and |e| ≤ 2|E||b| where |E| ≤ 1/2.
+    /// The box grows by that bound before its corners are mapped. E is the computed
+    /// difference plus the roundings of its own products (lemma X8,
+    /// docs/numerics/boxes.md).
     pub fn placed(&self, inward: &Affine, outward: &Affine) -> Option<Aabb> {
         if self.is_empty() {
             return Some(Aabb::EMPTY);
         }
         let around = inward.then_after(outward);
-        // Magnitudes of what was summed up, for the rounding of each sum.
+        // Roundings of each sum, relative to the magnitudes of its terms. Lemma X8,
+        // docs/numerics/boxes.md.
         let rounding = 16.0 * f64::EPSILON;
         let sum = |r: usize, of: [f64; 3]| -> f64 {
             (0..3).map(|k| inward.linear()[k][r].abs() * of[k]).sum()
@@ -122,7 +131,7 @@ impl Aabb {
             let sums = sum(r, outward.translation.map(f64::abs)) + inward.translation[r].abs();
             around.translation[r].abs() + rounding * sums
         }));
-        // As comparisons that NaN does not pass.
+        // The comparisons are false for NaN.
         if !(rows.cmple(DVec3::splat(0.5)).all() && shift.is_finite()) {
             return None;
         }
@@ -134,8 +143,8 @@ impl Aabb {
         placed.is_finite().then_some(placed)
     }
 
-    /// The smallest f32 box that contains this one, or what of it f32 can reach: an
-    /// infinite box would leave no structure anything to tell other boxes by.
+    /// Returns the smallest f32 box that contains this box, clamped to ±`f32::MAX`:
+    /// infinite boxes cannot be told apart by a tree's build.
     pub fn outward(&self) -> Aabb32 {
         if self.min.cmpgt(self.max).any() {
             return Aabb32::EMPTY;
@@ -154,7 +163,7 @@ impl Aabb32 {
         max: [f32::NEG_INFINITY; 3],
     };
 
-    /// The box of what has no bounds.
+    /// The box of primitives without bounds.
     pub const EVERYTHING: Aabb32 = Aabb32 {
         min: [f32::NEG_INFINITY; 3],
         max: [f32::INFINITY; 3],
@@ -169,17 +178,19 @@ impl Aabb32 {
         }
     }
 
-    /// Half the surface area, the measure that SAH costs are proportional to.
+    /// Returns half the surface area, to which SAH costs are proportional.
     pub fn half_area(&self) -> f32 {
         let d: [f32; 3] = std::array::from_fn(|k| (self.max[k] - self.min[k]).clamp(0.0, f32::MAX));
         d[0] * d[1] + d[1] * d[2] + d[2] * d[0]
     }
 
-    /// Twice the centre: a sum instead of a mean, so that it cannot lose bits.
+    /// Returns twice the centre on one axis: a sum instead of a mean, so that no bit is
+    /// lost by halving.
     pub fn center2(&self, axis: usize) -> f32 {
         self.min[axis] + self.max[axis]
     }
 
+    /// Converts to f64, exactly.
     pub fn widened(&self) -> Aabb {
         Aabb {
             min: DVec3::from_array(self.min.map(f64::from)),
@@ -188,13 +199,13 @@ impl Aabb32 {
     }
 }
 
-/// The largest f32 not above `x`.
+/// Returns the largest f32 not above `x`.
 pub fn round_down(x: f64) -> f32 {
     let y = x as f32;
     if f64::from(y) > x { y.next_down() } else { y }
 }
 
-/// The smallest f32 not below `x`.
+/// Returns the smallest f32 not below `x`.
 pub fn round_up(x: f64) -> f32 {
     let y = x as f32;
     if f64::from(y) < x { y.next_up() } else { y }
@@ -212,7 +223,7 @@ mod tests {
             prop_assume!(!x.is_nan());
             prop_assert!(f64::from(round_down(x)) <= x);
             prop_assert!(f64::from(round_up(x)) >= x);
-            // And no further than one step.
+            // A number that f32 represents is not moved.
             if f64::from(x as f32) == x {
                 prop_assert_eq!(round_down(x), round_up(x));
             }

@@ -1,19 +1,20 @@
-//! An order of the axes that turns with what it is made from.
+//! An order of summation over the axes that is independent of the axes' names.
 
-/// In which order a sum over the axes goes: last comes the axis that stands out, and
-/// the first two are alike, for two numbers may change places in a sum.
+/// The order in which a sum over three axes is formed. The axis that stands out comes
+/// last. The first two may be exchanged, since a sum of two numbers is commutative (lemma
+/// A3, docs/numerics/transforms.md).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AxisOrder {
     last: u8,
 }
 
 impl AxisOrder {
-    /// As the axes are numbered.
+    /// The order x, y, z.
     pub const NUMBERED: AxisOrder = AxisOrder { last: 2 };
 
-    /// By a size of each, ≥ 0. The largest stands out, or, where two are equal, the
-    /// third. Where all are, and of what is not a number, the axes are taken as they
-    /// are numbered.
+    /// Chooses the order by one size (≥ 0) per axis. The largest stands out; if two sizes
+    /// are equal, the third does. If all are equal, or a size is NaN, the order is x, y,
+    /// z.
     #[inline(always)]
     pub fn of([x, y, z]: [f64; 3]) -> AxisOrder {
         let last = if y == z && x != y || x > y && x > z && y != z {
@@ -26,7 +27,7 @@ impl AxisOrder {
         AxisOrder { last }
     }
 
-    /// What belongs to x, y and z, in this order.
+    /// Permutes values given for x, y and z into this order.
     #[inline(always)]
     pub fn of_axes<T>(self, [x, y, z]: [T; 3]) -> [T; 3] {
         match self.last {

@@ -1,43 +1,47 @@
-//! Numbers with a bound on their error, and what the bounds are made of.
+//! f64 numbers with running error bounds, and the distances at which rays leave surfaces.
 //!
-//! A bound is forward: it follows from the inputs' magnitudes by counting
-//! roundings (Higham, *Accuracy and Stability*, chapter 3). docs/NUMERICS.md
-//! derives each.
+//! Bounds are forward: they follow from the magnitudes of the inputs by counting
+//! roundings (Higham, *Accuracy and Stability of Numerical Algorithms*, chapter 3).
+//! Derivations: lemmas D1 and D2 in docs/numerics/exact.md, L4 to L8 in
+//! docs/numerics/leaving.md.
 
 use super::number::Number;
 use std::cmp::Ordering;
 
-/// Half a unit in the last place of 1.
+/// Unit roundoff of f64, v = 2⁻⁵³.
 pub const UNIT: f64 = f64::EPSILON / 2.0;
 
-/// How far from a surface a ray that leaves it starts, in roundings of the largest
-/// coordinate that made the point: a transform of the ray, the point itself, and
-/// the new ray's own transform and test take about a dozen each.
+/// Distance from a surface at which a ray that leaves it starts, in roundings of the
+/// largest coordinate that made the point. A transform of the ray, the point itself, and
+/// the new ray's own transform and test take about a dozen roundings each. Lemma L4,
+/// docs/numerics/leaving.md.
 pub const LEAVING: f64 = 64.0;
 
-/// So many times as far it starts from a curved operand of a combination: kernels
-/// know roots of quadratics to some 150 roundings of its extent, and shall know that
-/// the surface which the ray leaves lies behind it.
+/// Factor on [`LEAVING`] for curved operands of CSG solids. Kernels know roots of
+/// quadratics to some 150 roundings of the operand's extent, and must be certain that the
+/// surface which the ray leaves lies behind it. Lemma L5, docs/numerics/leaving.md.
 pub const LEAVING_CURVED: f64 = 4.0;
 
-/// No farther from a polynomial's surface for the sake of its values' roundings, in units
-/// of its own size and of the point's coordinates: where it has hardly a slope, as next to
-/// a node, or of the square of another, their bound over it is of any size.
+/// Upper limit of the starting distance from a polynomial surface, relative to the
+/// shape's size and the point's coordinates. The distance is the error bound of the
+/// polynomial's value over its slope, which has no limit where the slope vanishes: near a
+/// node, or on the square of a polynomial. Lemma L7, docs/numerics/leaving.md.
 pub const LEAVING_SLOPELESS: f64 = 1.0 / 1024.0;
 
-/// How far before a point without any slope its normal is worked out, in units of the
-/// shape's extent: there the gradient of a square is some 10^8 times what it is off by at
-/// its zero, and the direction of most surfaces less than a thousandth of a radian another.
+/// Distance before a point without slope at which its normal is computed, relative to the
+/// shape's extent. At this distance the gradient of a square is some 10⁸ times its error
+/// at the zero, and most surfaces' normals have turned by less than a thousandth of a
+/// radian. Lemma L8, docs/numerics/leaving.md.
 pub const SLOPELESS: f64 = 1.0 / 4096.0;
 
-/// Where shadow rays to a light at a point end, in units of the way to it: their
-/// direction is rounded to f32, so that their end lies off the light by as much as
-/// u of the way on each axis, and what is as near to the light as that is not
-/// between.
+/// End of shadow rays to a light at a point, as a fraction of the way to it. The ray's
+/// direction is rounded to f32, so its end is off the light by up to u of the way on each
+/// axis, and occluders as near to the light as that do not count. Lemma L6,
+/// docs/numerics/leaving.md.
 pub const LIGHT_END: f32 = 1.0 - 4.0 * f32::EPSILON;
 
-/// The exact number lies within `value ± error`. NaN and infinity in either
-/// mean that nothing is known.
+/// An error-bounded number: the exact number lies within `value ± error`. If either is
+/// NaN or infinite, nothing is known about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounded {
     pub value: f64,
@@ -50,7 +54,7 @@ impl Bounded {
         Bounded { value, error: 0.0 }
     }
 
-    /// Against zero, where certain. Never `Equal`.
+    /// Returns the sign of the exact number where it is certain; never `Equal`.
     #[inline(always)]
     pub fn sign(&self) -> Option<Ordering> {
         if self.value > self.error {
@@ -62,8 +66,8 @@ impl Bounded {
         }
     }
 
-    /// Where certain. Rounding is monotone, so sums that differ once rounded
-    /// differ.
+    /// Returns the order of two exact numbers where it is certain. Rounding is monotone,
+    /// so sums that differ after rounding differ before it.
     #[inline(always)]
     pub fn order(&self, other: &Bounded) -> Option<Ordering> {
         if self.value + self.error < other.value - other.error {
@@ -76,14 +80,16 @@ impl Bounded {
     }
 }
 
-/// More than what the few roundings of a bound itself take from it, relatively.
+/// Factor that covers the few roundings of a bound itself. Lemma D1,
+/// docs/numerics/exact.md.
 pub(super) const SPARE: f64 = 1.0 + 16.0 * UNIT;
 
-/// Far more than what underflow takes from the products in a step.
+/// Addend that covers the underflow of products in one operation, 2⁻¹⁰²². Lemma D1,
+/// docs/numerics/exact.md.
 pub(super) const TINY: f64 = f64::MIN_POSITIVE;
 
-/// Running error analysis: each operation adds its own rounding to what its
-/// operands bring along (Higham, section 3.3).
+/// Running error analysis (Higham, section 3.3): each operation adds its own rounding to
+/// the error that its operands carry. Lemma D1, docs/numerics/exact.md.
 impl Number for Bounded {
     type Space = ();
 
@@ -114,8 +120,10 @@ impl Number for Bounded {
         Bounded::sign(self)
     }
 
-    /// As if in twice the precision: each operation's error is computed (Knuth's
-    /// sum, Veltkamp's and Dekker's product), and only these are rounded.
+    /// Computes o + s·d − c as if in twice the precision: the rounding errors of each
+    /// operation are computed (Knuth's sum, Veltkamp's and Dekker's product), and only
+    /// their sum is rounded. Lemma D2, docs/numerics/exact.md: the error is v of the
+    /// result and 4v of the sum of those errors' magnitudes.
     #[inline(always)]
     fn displaced(_: (), o: f64, s: f64, d: f64, c: f64) -> Bounded {
         let (from, low) = sum(o, -c);
@@ -128,25 +136,27 @@ impl Number for Bounded {
 }
 
 impl Bounded {
-    /// A result that carries this much of its operands' errors, and is rounded
-    /// once itself.
+    /// Makes a result that is rounded once and carries the error `carried` from its
+    /// operands.
     #[inline(always)]
     fn rounded(value: f64, carried: f64) -> Bounded {
         let error = (carried + value.abs() * UNIT) * SPARE + TINY;
         Bounded { value, error }
     }
 
+    /// Negates, exactly.
     #[inline(always)]
     pub fn negated(&self) -> Bounded {
         let value = -self.value;
         Bounded { value, ..*self }
     }
 
-    /// |x/y − x̂/ŷ| ≤ (|x − x̂| + |x̂/ŷ| |y − ŷ|) / |y|.
+    /// Divides. |x/y − x̂/ŷ| ≤ (|x − x̂| + |x̂/ŷ| |y − ŷ|) / |y|; the error is infinite
+    /// if `other` may be 0. Lemma D1, docs/numerics/exact.md.
     #[inline(always)]
     pub fn over(&self, other: &Bounded) -> Bounded {
         let value = self.value / other.value;
-        // Not above |y|.
+        // A lower bound of |y|.
         let least = other.value.abs() - other.error;
         let error = (self.error + (value.abs() + TINY) * other.error + TINY) / least;
         if least > 0.0 {
@@ -157,8 +167,9 @@ impl Bounded {
         }
     }
 
-    /// Of a number that is not negative, whatever f64 says of it. With x̂ ≥ 0,
-    /// |√x − √x̂| = |x − x̂| / (√x + √x̂), and no more than √|x − x̂|.
+    /// Takes the square root of a number that is known to be ≥ 0, even if `value` is
+    /// negative. With x̂ ≥ 0, |√x − √x̂| = |x − x̂| / (√x + √x̂) ≤ √|x − x̂|. Lemma D1,
+    /// docs/numerics/exact.md.
     #[inline(always)]
     pub fn sqrt(&self) -> Bounded {
         let value = if self.value > 0.0 {
@@ -167,13 +178,13 @@ impl Bounded {
             self.value.abs() * 0.0
         };
         let (steep, near) = (self.error / value, self.error.sqrt());
-        // Not below where this is NaN.
+        // `near` is also chosen if `steep` is NaN.
         let carried = if steep < near { steep } else { near };
         Bounded::rounded(value, carried * SPARE)
     }
 }
 
-/// x + y, rounded, and what that leaves.
+/// Returns x + y, rounded, and its exact rounding error (Knuth).
 #[inline(always)]
 pub(super) fn sum(x: f64, y: f64) -> (f64, f64) {
     let sum = x + y;
@@ -181,7 +192,8 @@ pub(super) fn sum(x: f64, y: f64) -> (f64, f64) {
     (sum, (x - (sum - other)) + (y - other))
 }
 
-/// x · y, rounded, and what that leaves; but for underflow.
+/// Returns x · y, rounded, and its exact rounding error, unless a part underflows or
+/// overflows (Veltkamp, Dekker).
 #[inline(always)]
 pub(super) fn product(x: f64, y: f64) -> (f64, f64) {
     let halves = |x: f64| {
@@ -228,7 +240,7 @@ pub(super) mod tests {
         ]
     }
 
-    /// Of like size, of any size, and so that they cancel.
+    /// Generates four numbers of similar size, of any size, or so that o + s·d cancels c.
     pub fn numbers() -> impl Strategy<Value = [f64; 4]> {
         let any = any::<[f64; 4]>().prop_filter("finite", |x| x.iter().all(|x| x.is_finite()));
         let like = [-2.0..2.0, -2.0..2.0, -2.0..2.0, -2.0..2.0];
@@ -256,7 +268,7 @@ pub(super) mod tests {
 
     fn check<'a>(space: &'a crate::math::dyadic::Space<'a>, numbers: [f64; 4]) {
         let of = |x| Dyadic::of(space, x);
-        // The small space is left early, and may not be enough.
+        // A number that found no room in the space counts as 0.
         let sign = |x: Dyadic| x.sign().map_or(0, |s| s as i32);
         let bounded = formulas::<Bounded>((), numbers);
         let exact = formulas::<Dyadic>(space, numbers);
@@ -268,7 +280,7 @@ pub(super) mod tests {
         }
         for i in 0..6 {
             let (x, y) = (&exact[i], &exact[(i + 1) % 6]);
-            // v ± e encloses, so y times it encloses x.
+            // v ± e encloses x/y, so y(v ± e) encloses x.
             let quotient = bounded[i].over(&bounded[(i + 1) % 6]);
             if quotient.value.is_finite() && quotient.error.is_finite() {
                 let down = sign(*y) < 0;
@@ -288,7 +300,7 @@ pub(super) mod tests {
         }
     }
 
-    /// A far ray's point near a centre, to the last bit but a few.
+    /// A point of a distant ray near a centre is known to within a few roundings.
     #[test]
     fn far_points_are_known_well() {
         let near = <Bounded as Number>::displaced((), 1e9, -1.0 / 3.0, 3e9, 0.1);

@@ -1,31 +1,34 @@
-//! Exact numbers of any size, without a heap: integers times powers of 2^64.
+//! Exact dyadic numbers of any size: integers times powers of 2⁶⁴, without heap
+//! allocation per number.
 //!
-//! A finite f64 is one; sums, differences and products of such are. The integers
-//! of [`super::int`] are faster, but have one size for each degree of a product,
-//! and all numbers of a formula on one grid. Here a number has as many limbs as
-//! it needs, without zeros at either end, and its own power: formulas of degree
-//! 30 are written as they are. The limbs lie in a [`Space`], of which every thread has
-//! one ([`exactly`]); it is filled from one end, and a number is a handle to some of
-//! them. What finds no room is lost, and so is all that is computed from it.
+//! Every finite f64 is dyadic, and so are sums, differences and products of dyadic
+//! numbers. The integers of [`super::int`] are faster, but have one fixed size per degree
+//! of a product and need all numbers of a formula on one grid. A [`Dyadic`] has as many
+//! limbs as it needs, without zeros at either end, and its own power, so formulas of
+//! degree 30 are written as they stand. The limbs lie in a [`Space`], one per thread
+//! ([`exactly`]), which is filled from one end; a number is a handle to some of them. A
+//! number that finds no room is *lost*, and so is every number computed from it.
 
 use super::int::decoded;
 use super::number::{Number, Sharp};
 use std::cell::Cell;
 use std::cmp::Ordering;
 
-/// Limbs for any question about finite numbers that is asked: docs/NUMERICS.md
-/// counts them.
+/// Limbs that every question about finite numbers fits into. Lemma D11,
+/// docs/numerics/exact.md.
 const ENOUGH: usize = 1 << 15;
 
 thread_local! {
-    /// Clearing so many limbs for every question would take longer than most answers,
-    /// which fill a few dozen.
+    /// The limbs, kept between questions: clearing them each time would take longer than
+    /// most answers, which fill a few dozen.
     static LIMBS: Cell<Option<Box<[u64]>>> = const { Cell::new(None) };
 }
 
-/// An answer by exact numbers. `None`: they have found no room.
+/// Answers a question with exact numbers in this thread's space. `ask` returns `None` if
+/// a number was lost. Panics on `None`, which lemma D11 (docs/numerics/exact.md) excludes
+/// for finite inputs.
 pub fn exactly<T>(ask: &dyn Fn(&Space) -> Option<T>) -> T {
-    // A question within another has a place of its own.
+    // A nested question finds the cell empty and allocates its own limbs.
     let limbs = LIMBS.take();
     let mut limbs = limbs.unwrap_or_else(|| vec![0; ENOUGH].into_boxed_slice());
     let answer = ask(&Space::over(&mut limbs));
@@ -33,13 +36,14 @@ pub fn exactly<T>(ask: &dyn Fn(&Space) -> Option<T>) -> T {
     answer.expect("the space holds what finite inputs give")
 }
 
-/// Where the limbs of numbers lie.
+/// A stack of limbs in which [`Dyadic`] numbers are stored.
 pub struct Space<'a> {
     limbs: &'a [Cell<u64>],
     used: Cell<usize>,
 }
 
 impl<'a> Space<'a> {
+    /// Makes an empty space over a slice, whose contents do not matter.
     pub fn over(limbs: &'a mut [u64]) -> Space<'a> {
         Space {
             limbs: Cell::from_mut(limbs).as_slice_of_cells(),
@@ -47,7 +51,8 @@ impl<'a> Space<'a> {
         }
     }
 
-    /// The place of so many limbs, with any contents.
+    /// Reserves `len` limbs with unspecified contents and returns the index of the first;
+    /// `None` if there is no room.
     #[inline(always)]
     fn take(&self, len: usize) -> Option<usize> {
         let first = self.used.get();
@@ -59,16 +64,16 @@ impl<'a> Space<'a> {
     }
 }
 
-/// ± Σ limbs[first + i] · 2^(64 (power + i)), i < len.
+/// The number ± Σ limbs[first + i] · 2^(64 (power + i)) over i < len.
 #[derive(Clone, Copy)]
 pub struct Dyadic<'a> {
     space: &'a Space<'a>,
     first: usize,
-    /// Neither the first limb nor the last is 0. Of zero, none.
+    /// Number of limbs; the first and the last are not 0, and zero has none.
     len: usize,
     power: i32,
     negative: bool,
-    /// It has found no room.
+    /// Whether the number found no room.
     lost: bool,
 }
 
@@ -102,14 +107,14 @@ impl<'a> Dyadic<'a> {
         &self.space.limbs[self.first..self.first + self.len]
     }
 
-    /// ± Σ limbs[i] · 2^(64 (power + i)): whether it is negative, the limbs, the power.
-    /// `None`: it has found no room.
+    /// Returns whether the number is negative, its limbs and its power:
+    /// ± Σ `limbs[i]` · 2^(64 (power + i)). `None` if the number is lost.
     pub fn parts(&self) -> Option<(bool, Vec<u64>, i32)> {
         let limbs = self.limbs().iter().map(Cell::get).collect();
         (!self.lost).then_some((self.negative, limbs, self.power))
     }
 
-    /// Without zeros at the ends.
+    /// Drops zero limbs at both ends.
     #[inline(always)]
     fn stripped(mut self) -> Self {
         let limbs = self.limbs();
@@ -126,7 +131,7 @@ impl<'a> Dyadic<'a> {
         self
     }
 
-    /// The limb of weight 2^(64 at).
+    /// Returns the limb of weight 2^(64 at).
     #[inline(always)]
     fn limb(limbs: &[Cell<u64>], power: i32, at: i32) -> u64 {
         limbs.get((at - power) as usize).map_or(0, Cell::get)
@@ -186,7 +191,8 @@ impl<'a> Dyadic<'a> {
                 borrow = under | again;
             }
             if borrow {
-                // The other was larger: two's complement, and its sign.
+                // `other` was larger: negate the two's complement and take the sign of
+                // `other`.
                 sum.negative = negative;
                 let mut carry = true;
                 for limb in &to[..len] {
@@ -262,7 +268,7 @@ impl<'a> Number for Dyadic<'a> {
         self.product(other)
     }
 
-    /// `None` where it is lost.
+    /// Returns the sign; `None` if the number is lost.
     fn sign(&self) -> Option<Ordering> {
         if self.lost {
             return None;
@@ -325,7 +331,7 @@ mod tests {
     use num_bigint::{BigInt, BigUint};
     use proptest::prelude::*;
 
-    /// Times 2^6400, which is more than what any of these has below 1.
+    /// Returns the number times 2^6400, which makes all numbers of these tests integers.
     fn big(x: &Dyadic) -> BigInt {
         assert!(!x.lost && x.power > -100);
         assert!(x.len > 0 || !x.negative);
@@ -345,7 +351,7 @@ mod tests {
         if x < 0.0 { -size } else { size }
     }
 
-    /// Of any size, or about 1, or with few bits.
+    /// Generates numbers of any size, of magnitude about 1, or with few bits.
     fn number() -> impl Strategy<Value = f64> {
         let any = any::<f64>().prop_filter("finite", |x| x.is_finite());
         let round = (-9_i32..10, -70..70).prop_map(|(m, k)| f64::from(m) * 2.0_f64.powi(k));
@@ -367,7 +373,7 @@ mod tests {
             prop_assert_eq!(big(&a), exact(x));
             prop_assert_eq!(big(&a.plus(&b)), exact(x) + exact(y));
             prop_assert_eq!(big(&a.minus(&b)), exact(x) - exact(y));
-            // Of many limbs, and equal numbers.
+            // Numbers of many limbs, and equal numbers.
             let (p, q) = (a.times(&b).plus(&c), c.minus(&a.times(&b)));
             let product: BigInt = (exact(x) * exact(y)) >> 6400;
             let has_place = x.abs() * y.abs() > 1e-200 || x == 0.0 || y == 0.0;
@@ -381,13 +387,13 @@ mod tests {
             prop_assert_eq!(big(&a.negated_if(true)), -exact(x));
             let from = Dyadic::displaced(&space, x, 0.25, y, z).times(&of(4.0));
             prop_assert_eq!(big(&from), exact(x) * 4 + exact(y) - exact(z) * 4);
-            // What is done briefly leaves its room, and other numbers alone.
+            // `briefly` gives back its room and leaves other numbers alone.
             let used = space.used.get();
             let again = Dyadic::briefly(&space, || p.times(&q).plus(&p).sign());
             prop_assert_eq!(again, p.times(&q).plus(&p).sign());
             prop_assert!(space.used.get() >= used);
             prop_assert_eq!(big(&a), exact(x));
-            // What finds no room says so.
+            // A number that finds no room is marked as lost.
             let mut limbs = [7; 60];
             let small = Space::over(&mut limbs[..room]);
             let of = |x| Dyadic::of(&small, x);

@@ -1,27 +1,29 @@
-//! Integers of a fixed size, on the stack: what exact predicates count in.
+//! Integers of fixed size on the stack, for exact predicates.
 //!
-//! A finite f64 is an integer times a power of two. So a predicate that adds,
-//! subtracts and multiplies can be brought to one power of two ([`Grid`]) and
-//! counted out in integers, whose length follows from the inputs' spread and the
-//! predicate's degree alone: nothing rounds, overflows or vanishes, and the bits
-//! are the same on every machine, with and without FMA. docs/NUMERICS.md has the
-//! sizes, and compares with floating-point expansions (Shewchuk 1997).
+//! A finite f64 is an integer times a power of two. So a predicate made of sums,
+//! differences and products can be brought to one power of two ([`Grid`]) and evaluated
+//! in integers whose length follows from the spread of the inputs and the degree of the
+//! predicate. Nothing rounds, overflows or underflows, and the bits are the same on every
+//! machine, with and without FMA. Lemmas D7 and D8 (docs/numerics/exact.md) derive the
+//! sizes; docs/decisions/001-integers-not-expansions.md compares with floating-point
+//! expansions (Shewchuk 1997).
 //!
-//! Sizes are type parameters; the caller names that of each product, and a
-//! wrong one does not compile. That sums do not overflow is for the caller to
-//! show: a [`Grid`] leaves [`SPARE`] bits.
+//! Sizes are type parameters. The caller names the size of each product, and a wrong size
+//! does not compile. The caller also shows that sums do not overflow: a [`Grid`] leaves
+//! [`SPARE`] bits.
 
 use std::cmp::Ordering;
 
-/// Two's complement, 64·N bits, the least limb first.
+/// A two's complement integer of 64·N bits, the least limb first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Int<const N: usize>([u64; N]);
 
-/// Bits that stay free above a number on a grid: one for the sign, one for a
-/// difference of two, one for the sum of three triple products of such.
+/// Bits that stay free above a number on a grid: one for the sign, one for a difference
+/// of two numbers, one for a sum of three triple products of differences. Lemma D7,
+/// docs/numerics/exact.md.
 pub const SPARE: i32 = 3;
 
-/// Limbs from which on a product looks for those that are zero.
+/// Number of limbs of the shorter factor from which a product skips zero limbs.
 const LONG: usize = 8;
 
 impl<const N: usize> Int<N> {
@@ -34,8 +36,8 @@ impl<const N: usize> Int<N> {
         Int(limbs)
     }
 
-    /// x / 2^power, of a finite x; `None` where that is no integer. It has to
-    /// fit.
+    /// Returns x / 2^power for a finite x; `None` if it is not an integer. The caller
+    /// ensures that it fits into N limbs.
     #[inline(always)]
     fn scaled(x: f64, power: i32) -> Option<Int<N>> {
         let (magnitude, own) = decoded(x);
@@ -70,7 +72,7 @@ impl<const N: usize> Int<N> {
         self.0.iter().all(|limb| *limb == 0)
     }
 
-    /// Against zero.
+    /// Returns the sign.
     #[inline(always)]
     pub fn sign(&self) -> Ordering {
         match self.is_negative() {
@@ -111,8 +113,8 @@ impl<const N: usize> Int<N> {
         if negate { Int::ZERO.minus(self) } else { *self }
     }
 
-    /// Long multiplication, N + M limbs. Only the top limb of a number has a
-    /// sign, so the last row and the last column of the scheme are signed.
+    /// Multiplies: schoolbook multiplication of N by M limbs. Only the top limb of a
+    /// number has a sign, so the last row and the last column of the scheme are signed.
     #[inline(always)]
     pub fn times<const M: usize, const P: usize>(&self, other: &Int<M>) -> Int<P> {
         const { assert!(P == N + M) };
@@ -150,8 +152,9 @@ impl<const N: usize> Int<N> {
         Int(limbs)
     }
 
-    /// As [`Int::times`], of magnitudes that are mostly zero: so long are only numbers
-    /// next to others of a quite different size, and each has but 53 bits.
+    /// Multiplies as [`Int::times`] does, for magnitudes that are mostly zero limbs:
+    /// numbers are this long only if others have a very different size, and each has only
+    /// 53 bits.
     #[inline(never)]
     fn times_sparse<const M: usize, const P: usize>(&self, other: &Int<M>) -> Int<P> {
         let a = self.negated_if(self.is_negative()).0;
@@ -168,7 +171,8 @@ impl<const N: usize> Int<N> {
                 limbs[i + j] = sum as u64;
                 carry = (sum >> 64) as u64;
             }
-            // No row before has come so far; without a row, there is no place.
+            // No earlier row reached this limb. If `other` is 0 (`start` = `end` = M)
+            // nothing is stored: the limb may not exist.
             if start < end {
                 limbs[i + end] = carry;
             }
@@ -176,8 +180,8 @@ impl<const N: usize> Int<N> {
         Int(limbs).negated_if(self.is_negative() != other.is_negative())
     }
 
-    /// The magnitude shifted up until its top bit is set, as limbs, and its
-    /// length in bits. Zero stays zero, of length 0.
+    /// Returns the magnitude, shifted up until its top bit is set, and its length in
+    /// bits. Zero stays zero, with length 0.
     pub fn normalised(&self) -> ([u64; N], i32) {
         let magnitude = self.negated_if(self.is_negative()).0;
         let Some(top) = (0..N).rev().find(|i| magnitude[*i] != 0) else {
@@ -208,26 +212,27 @@ impl<const N: usize> PartialOrd for Int<N> {
     }
 }
 
-/// A finite |x| as m · 2^power, m < 2^53.
+/// Decodes |x| of a finite x as m · 2^power with m < 2^53; returns (m, power).
 #[inline(always)]
 pub fn decoded(x: f64) -> (u64, i32) {
     let bits = x.to_bits();
     let exponent = (bits >> 52 & 0x7ff) as i32;
     let fraction = bits & ((1 << 52) - 1);
-    // Subnormals have no hidden bit, and the exponent of the least normal.
+    // Subnormals have no hidden bit, and the exponent of the least normal number.
     let hidden = u64::from(exponent != 0) << 52;
     (fraction | hidden, exponent.max(1) - 1075)
 }
 
-/// Multiples of a power of two, which are counted in [`Int`]s.
+/// The multiples of a power of two, counted in [`Int`]s.
 #[derive(Clone, Copy, Debug)]
 pub struct Grid<const N: usize> {
-    /// Numbers have lower exponents than 2^(exponent − 1022); biased as in f64.
+    /// Biased exponent as in f64; numbers on the grid are below 2^(exponent − 1022).
     exponent: i32,
 }
 
 impl<const N: usize> Grid<N> {
-    /// The finest whose integers hold these points, below 2^(64N − [`SPARE`]).
+    /// Returns the finest grid whose integers hold these points, which are below
+    /// 2^(64N − [`SPARE`]).
     #[inline(always)]
     pub fn over<const K: usize>(points: &[[f64; 3]; K]) -> Grid<N> {
         let doubled = points.as_flattened().iter().map(|x| x.to_bits() << 1);
@@ -236,21 +241,23 @@ impl<const N: usize> Grid<N> {
         Grid { exponent }
     }
 
-    /// For the points of both.
+    /// Returns the coarser of two grids, which holds the points of both.
     #[inline(always)]
     pub fn and(self, other: Grid<N>) -> Grid<N> {
         let exponent = self.exponent.max(other.exponent);
         Grid { exponent }
     }
 
-    /// Of the two that the integers count.
+    /// The grid's numbers are integers times 2 to this power. Lemma D7,
+    /// docs/numerics/exact.md.
     #[inline(always)]
     pub fn power(self) -> i32 {
         self.exponent - 1022 - (64 * N as i32 - SPARE)
     }
 
-    /// The points in integers; `None` where one falls between the grid's, or is
-    /// not finite. N = 33 has all finite numbers on any grid.
+    /// Converts the points to integers; `None` if a coordinate lies between grid points
+    /// or is not finite. With N = 33 every finite number lies on every grid (lemma D8,
+    /// docs/numerics/exact.md).
     #[inline(always)]
     pub fn place<const K: usize>(self, points: &[[f64; 3]; K]) -> Option<[[Int<N>; 3]; K]> {
         if self.exponent == 0x7ff {
@@ -265,7 +272,8 @@ impl<const N: usize> Grid<N> {
             }
             return Some(integers);
         }
-        // Without branches, so that the compiler takes several at once.
+        // The loop has no branches, so that the compiler vectorises it. 53 bits of
+        // magnitude below [`SPARE`] free bits: lemma D7, docs/numerics/exact.md.
         let mut lost = 0;
         for (integer, x) in all {
             let (magnitude, power) = decoded(*x);
@@ -296,7 +304,7 @@ mod tests {
         unsigned - wrap
     }
 
-    /// Any limbs, many of them at the ends of their range.
+    /// Generates integers with many limbs at the ends of their range.
     fn integer<const N: usize>() -> impl Strategy<Value = Int<N>> {
         let limb = prop_oneof![
             Just(0),
@@ -324,13 +332,14 @@ mod tests {
             prop_assert_eq!(big(&a.times_sparse::<3, 4>(&d)), big(&a) * big(&d));
             prop_assert_eq!(c.cmp(&d), big(&c).cmp(&big(&d)));
             prop_assert_eq!(c.sign(), big(&c).cmp(&BigInt::ZERO));
-            // Sums wrap around at the ends.
+            // Sums are formed in one more limb, since they wrap around in three.
             let wide = |x: &Int<3>| x.times::<1, 4>(&Int::of(1));
             prop_assert_eq!(big(&wide(&c).plus(&wide(&d))), big(&c) + big(&d));
             prop_assert_eq!(big(&wide(&c).minus(&wide(&d))), big(&c) - big(&d));
             let (limbs, length) = wide(&c).normalised();
             prop_assert_eq!(length as u64, big(&c).bits());
-            // Read as a signed number, less than none.
+            // The normalised limbs read as a signed number: its top bit is set, so it is
+            // negative unless it is zero.
             let top = BigInt::from(big(&c).magnitude() << (256 - length));
             let wrap = BigInt::from(u8::from(length > 0)) << 256;
             prop_assert_eq!(big(&Int(limbs)), top - wrap);
@@ -338,21 +347,21 @@ mod tests {
 
         #[test]
         fn grids_count_their_numbers(x in any::<[f64; 3]>(), same in any::<bool>(), k in -60..9) {
-            // Three of any size, or near each other.
+            // Three numbers of any size, or of similar size.
             let x = if same { [x[0], x[0] * 2.0_f64.powi(k), -x[0]] } else { x };
             let finite = x.iter().all(|x| x.is_finite());
             prop_assert_eq!(counted::<33>(x), finite);
             let fits = [counted::<1>(x), counted::<2>(x), counted::<4>(x)];
             prop_assert!(fits.is_sorted());
             if same && finite && x[0].abs() > 1e-280 && x[1].abs() > 1e-280 {
-                // 53 bits of the smallest, 61 of the grid.
+                // The smallest has 53 bits, and the grid 61.
                 prop_assert!(fits[0] || k < -8);
                 prop_assert!(fits[1]);
             }
         }
     }
 
-    /// Whether the finest grid takes these numbers, each at its value.
+    /// Whether the finest grid holds these numbers; asserts that each keeps its value.
     fn counted<const N: usize>(x: [f64; 3]) -> bool {
         let grid = Grid::<N>::over(&[x]);
         let Some([integers]) = grid.place(&[x]) else {

@@ -1,23 +1,26 @@
-//! Intervals of real numbers, rounded outward.
+//! Intervals of real numbers, rounded outward (Hickey, Ju, van Emden: *Interval
+//! Arithmetic: From Principles to Implementation*, JACM 2001).
 //!
-//! Ends are f64 and may be infinite: the interval is what lies between them, infinity
-//! never belongs to it, so zero times a half-line is zero. Every operation is rounded to
-//! nearest and then goes one step outward, which is at least half a unit in the last
-//! place. A sum that is 0 is exact, and so is a product with a power of two; none crosses
-//! the zero that its factors' signs put it behind. Overflow gives infinite ends, never
-//! NaN: a lower end is never +∞ and an upper one never −∞ (Hickey, Ju, van Emden: Interval
-//! Precision: from Principles to Implementation, JACM 2001).
+//! Ends are f64 and may be infinite. The interval holds the real numbers between them and
+//! never infinity, so zero times a half-line is zero. Every operation is rounded to
+//! nearest and then moved one step outward, which is at least half a unit in the last
+//! place. A sum that rounds to 0 is exact, and so is a product with a power of two;
+//! neither is moved. A product does not cross the zero behind which its factors' signs
+//! put it. Overflow gives infinite ends and never NaN: a lower end is never +∞ and an
+//! upper end never −∞. Lemma V7, docs/numerics/level-sets.md.
 
 use super::is_power_of_two;
 
+/// A closed interval; both ends are NaN for [`Interval::NONE`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
     pub low: f64,
-    /// ≥ `low`.
+    /// At least `low`.
     pub high: f64,
 }
 
 impl Interval {
+    /// The whole real line.
     pub const LINE: Interval = Interval {
         low: f64::NEG_INFINITY,
         high: f64::INFINITY,
@@ -25,7 +28,7 @@ impl Interval {
 
     pub const ZERO: Interval = Interval::new(0.0, 0.0);
 
-    /// Without a number in it; not to be worked with.
+    /// The empty interval. Arithmetic on it is not defined.
     pub const NONE: Interval = Interval::new(f64::NAN, f64::NAN);
 
     #[inline]
@@ -33,7 +36,7 @@ impl Interval {
         Interval { low, high }
     }
 
-    /// Of a finite number.
+    /// Returns [x, x] for a finite x, and the line for any other.
     #[inline]
     pub fn point(x: f64) -> Interval {
         if x.is_finite() {
@@ -43,7 +46,8 @@ impl Interval {
         }
     }
 
-    /// What is rounded to a number, and a little more.
+    /// Returns an interval around every real number that rounds to x. Lemma V7,
+    /// docs/numerics/level-sets.md.
     pub fn around(x: f64) -> Interval {
         Interval::point(x).padded(2.0 * f64::EPSILON)
     }
@@ -53,7 +57,8 @@ impl Interval {
         self.low.is_nan()
     }
 
-    /// Ends that are off by so much of themselves, at most.
+    /// Moves each finite end outward by `part` of itself and by the least normal number,
+    /// for ends whose relative error is at most `part`.
     #[inline]
     pub fn padded(&self, part: f64) -> Interval {
         let room = |x: f64| x.abs() * part + f64::MIN_POSITIVE;
@@ -68,7 +73,7 @@ impl Interval {
         self.low <= x && x <= self.high
     }
 
-    /// All of both, and what is between them.
+    /// Returns the smallest interval that contains both.
     pub fn hull(&self, other: &Interval) -> Interval {
         Interval {
             low: self.low.min(other.low),
@@ -76,7 +81,7 @@ impl Interval {
         }
     }
 
-    /// What both have.
+    /// Returns the intersection; [`Interval::NONE`] if it is empty.
     #[inline]
     pub fn common(&self, other: &Interval) -> Interval {
         let (low, high) = (self.low.max(other.low), self.high.min(other.high));
@@ -102,10 +107,10 @@ impl Interval {
         self.low > 0.0 || self.high < 0.0
     }
 
-    /// Of a finite interval, some number between its ends.
+    /// Returns a number between the ends of a finite interval.
     #[inline]
     pub fn middle(&self) -> f64 {
-        // Halves of the smallest numbers round.
+        // Halving rounds subnormal numbers, so the sum may lie outside.
         (0.5 * self.low + 0.5 * self.high).clamp(self.low, self.high)
     }
 
@@ -167,8 +172,9 @@ impl Interval {
             let more = |x: f64, y: f64| if x > y { x } else { y };
             [less(less(a, b), less(c, d)), more(more(a, b), more(c, d))]
         } else {
-            // A corner of zero and infinity is NaN, which `min` and `max` pass over; the
-            // other corner at that zero is 0, or the zero's other end gives the infinity.
+            // Zero times infinity is NaN at a corner, and `min` and `max` ignore NaN. The
+            // missing bound is not lost: the other corner at that zero is 0, or the other
+            // end of the factor with the zero gives the infinity.
             let least = corners.into_iter().fold(f64::NAN, f64::min);
             [least, corners.into_iter().fold(f64::NAN, f64::max)]
         };
@@ -182,7 +188,8 @@ impl Interval {
         Interval { low, high }
     }
 
-    /// By a power of two: nothing is lost, where nothing leaves the range.
+    /// Multiplies by a power of two; `None` if `power` is not one, or if a product is not
+    /// exact.
     #[inline]
     fn times_power(&self, power: &Interval) -> Option<Interval> {
         let by = power.low;
@@ -196,7 +203,7 @@ impl Interval {
         exact.then_some(Interval { low, high })
     }
 
-    /// By one without zero.
+    /// Divides by an interval that excludes zero.
     pub fn over(&self, other: &Interval) -> Interval {
         let inverse = Interval {
             low: (1.0 / other.high).next_down(),
@@ -221,7 +228,7 @@ impl Interval {
         }
     }
 
-    /// By repeated squares.
+    /// Raises to a power by repeated squaring.
     pub fn power(&self, exponent: u32) -> Interval {
         let (mut square, mut rest) = (*self, exponent);
         let mut result = Interval::new(1.0, 1.0);
@@ -237,7 +244,7 @@ impl Interval {
         result
     }
 
-    /// 1 / x for those x > 0 of an interval without negative ones.
+    /// Returns an interval around 1/x for all x > 0 of an interval with `low` ≥ 0.
     pub fn inverse_of_positive(&self) -> Interval {
         Interval {
             low: (1.0 / self.high).next_down().max(0.0),
@@ -249,7 +256,8 @@ impl Interval {
         }
     }
 
-    /// 1 where nothing is negative, −1 where nothing is positive.
+    /// Returns 1 if the interval has no negative number, −1 if it has no positive one,
+    /// else 0.
     #[inline]
     fn sign(&self) -> i32 {
         if self.low >= 0.0 {
@@ -279,7 +287,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Whether an interval holds x + error, |error| below half a unit of x.
+    /// Whether an interval holds x + error, |error| below half a unit in the last place
+    /// of x.
     fn holds(interval: &Interval, x: f64, error: f64) -> bool {
         let low = if error < 0.0 {
             interval.low < x
@@ -298,7 +307,7 @@ mod tests {
         #[test]
         fn operations_round_outward(a in -1e9..1e9, b in -1e-3..1e3, width in 0.0..1.0) {
             let (sum, product) = (a + b, a * b);
-            // Knuth's sum, and the product's rest.
+            // The rounding errors of sum (Knuth) and product (FMA).
             let part = sum - a;
             let rest = (a - (sum - part)) + (b - part);
             let [p, q] = [a, b].map(Interval::point);
@@ -308,7 +317,7 @@ mod tests {
             prop_assert!(holds(&p.squared(), a * a, a.mul_add(a, -(a * a))));
             let quotient = p.over(&q).times(&q);
             prop_assert!(quotient.low <= a && a <= quotient.high);
-            // And over wider ones, at the ends.
+            // Wide intervals hold the results at their ends and middle.
             let p = Interval::new(a, a + width);
             for x in [p.low, p.middle(), p.high] {
                 prop_assert!(holds(&p.times(&q), x * b, x.mul_add(b, -(x * b))));
@@ -331,7 +340,7 @@ mod tests {
         assert_eq!(positive.minus(&positive), line);
         assert_eq!(line.squared(), positive);
         assert_eq!(below.squared().high, f64::INFINITY);
-        // Overflow and underflow stay on their side.
+        // Overflow and underflow keep their sign.
         let vast = Interval::point(1e200).squared();
         assert_eq!((vast.low, vast.high), (f64::MAX, f64::INFINITY));
         let tiny = Interval::point(1e-200).times(&Interval::point(-1e-200));

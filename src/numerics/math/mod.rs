@@ -1,4 +1,5 @@
-//! Numbers, lanes, vectors, maps, boxes, and exact integers. Imports nothing of ours.
+//! Lanes, vectors, affine maps, boxes, intervals, error-bounded numbers and exact
+//! integers. This module imports nothing else of the project.
 
 mod aabb;
 mod affine;

@@ -1,9 +1,9 @@
-//! Fractions of integers: their order, and the f64 nearest to one.
+//! Fractions of integers: their order, and the nearest f64.
 
 use super::int::{Int, decoded};
 use std::cmp::Ordering;
 
-/// `top` / `bottom` · 2^`power`, `bottom` positive.
+/// The fraction `top` / `bottom` · 2^`power`; `bottom` is positive.
 #[derive(Clone, Copy, Debug)]
 pub struct Ratio<const N: usize> {
     pub top: Int<N>,
@@ -12,7 +12,7 @@ pub struct Ratio<const N: usize> {
 }
 
 impl<const N: usize> Ratio<N> {
-    /// A finite number.
+    /// Converts a finite f64, exactly.
     pub fn of(x: f64) -> Ratio<N> {
         let (magnitude, power) = decoded(x);
         Ratio {
@@ -22,18 +22,19 @@ impl<const N: usize> Ratio<N> {
         }
     }
 
-    /// Exactly, by cross-multiplication; P = 2N.
+    /// Returns the exact order, by cross-multiplication; P = 2N.
     pub fn order<const P: usize>(&self, other: &Ratio<N>) -> Ordering {
         let left: Int<P> = self.top.times(&other.bottom);
         let right: Int<P> = other.top.times(&self.bottom);
         order_scaled((&left, self.power), (&right, other.power))
     }
 
-    /// To nearest, ties to even; beyond the range of f64 infinite.
+    /// Returns the nearest f64, ties to even; infinite beyond the range of f64.
     ///
-    /// The leading 128 bits over the leading 64 leave an interval of a few units
-    /// of 2^−63. It rounds to one number, nearly always; or to two neighbours,
-    /// and the fraction is compared with the number halfway between them.
+    /// The leading 128 bits of the numerator over the leading 64 of the denominator
+    /// enclose the quotient to a few units of 2⁻⁶³. Nearly always that interval rounds to
+    /// one number. Otherwise it rounds to two neighbours, and the fraction is compared
+    /// with the number halfway between them. Lemma D12, docs/numerics/exact.md.
     pub fn rounded<const P: usize>(&self) -> f64 {
         let (top, length) = self.top.normalised();
         let (bottom, bottom_length) = self.bottom.normalised();
@@ -72,7 +73,7 @@ impl<const N: usize> Ratio<N> {
     }
 }
 
-/// x · 2^p against y · 2^q.
+/// Compares x · 2^p with y · 2^q.
 fn order_scaled<const N: usize>((x, p): (&Int<N>, i32), (y, q): (&Int<N>, i32)) -> Ordering {
     let (sign, other) = (x.sign(), y.sign());
     if p == q || sign != other {
@@ -89,10 +90,10 @@ fn order_scaled<const N: usize>((x, p): (&Int<N>, i32), (y, q): (&Int<N>, i32)) 
     }
 }
 
-/// The f64 nearest to m · 2^power, 2^53 < m < 2^127, ties to even.
+/// Returns the f64 nearest to m · 2^power, 2^53 < m < 2^127, ties to even.
 fn nearest(m: u128, power: i32) -> f64 {
     let length = 128 - m.leading_zeros() as i32;
-    // Bits to drop; more of them where the result is subnormal.
+    // Number of bits to drop; larger if the result is subnormal.
     let drop = (length - 53).max(-1074 - power);
     if drop > 127 {
         return 0.0;
@@ -147,7 +148,7 @@ mod tests {
             ..ProptestConfig::with_cases(20_000)
         })]
 
-        /// Division in hardware is correctly rounded, too.
+        /// Compares with hardware division, which is correctly rounded as well.
         #[test]
         fn quotients_round_as_division_does(
             a in any::<i64>(), b in 1..i64::MAX, cut in 11_u32..62, power in -300..300,

@@ -1,19 +1,20 @@
-//! Numbers of twice f64's precision with a bound on their error: what decides most of
-//! what f64 leaves open, in a third of the time that exact numbers take.
+//! Double-double numbers with an error bound. They decide most questions that f64 leaves
+//! open, in a third of the time of exact integers.
 //!
-//! A sum of two f64 that do not overlap (Dekker 1971). What a sum or a product of such
-//! leaves is small, u² of the result where u is [`UNIT`], and as in
-//! [`Bounded`](super::bounds::Bounded) each operation adds it to what its operands bring
-//! along. What a sum leaves is known: where it is nothing, so is the bound, and rays that
-//! run along faces, or begin on them, are often decided without exact numbers.
+//! A number is a sum of two f64 that do not overlap (Dekker 1971). A sum or a product
+//! loses about v² of its result, v the unit roundoff [`UNIT`]. As in
+//! [`Bounded`](super::bounds::Bounded), each operation adds its loss to the errors of its
+//! operands. The loss of a sum is computed exactly: if it is 0, so is its bound. So rays
+//! that run along faces, or start on them, are often decided without exact integers.
+//! Lemmas D5 and D6, docs/numerics/exact.md.
 
 use super::bounds::{SPARE, TINY, UNIT, product as split_product, sum};
 use super::number::{Number, Sharp};
 use std::cmp::Ordering;
 
-/// The exact number lies within `high + low ± error`, and `high` is that sum, rounded.
-/// NaN and infinity in any of them mean that no more is known than what sign it has, if
-/// `high` is not NaN.
+/// A double-double number: the exact number lies within `high + low ± error`, and `high`
+/// is `high + low`, rounded. If any of them is NaN or infinite, at most the sign is
+/// known, by [`Number::sign`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Twice {
     high: f64,
@@ -21,17 +22,20 @@ pub struct Twice {
     error: f64,
 }
 
-/// What a product leaves, in units of the result, where a low is u of its high at most:
-/// the product of the lows is u² of it; two products with one low each are off by u²
-/// each, their sum by 2u², and that with what the first product left by 3u².
+/// Error of a product relative to its result, where each low is at most v of its high: v²
+/// for the product of the lows, v² for each of the two products with one low, 2v² for
+/// their sum, and 3v² for adding the rounding error of the product of the highs. Lemma
+/// D5, docs/numerics/exact.md.
 const PRODUCT: f64 = 8.0 * UNIT * UNIT;
 
-/// What is smaller may have lost something to underflow.
+/// Magnitude above which no part of a product underflows. Lemma D5,
+/// docs/numerics/exact.md.
 const SAFE: f64 = f64::MIN_POSITIVE / (UNIT * UNIT * UNIT);
 
-/// x · y, rounded, and what that leaves. The ways differ only where something leaves the
-/// format, and then a bound says so or exact numbers are asked; f64 with a bound, whose
-/// values are reported, always goes one way.
+/// Returns x · y, rounded, and its exact rounding error. With and without FMA the results
+/// differ only if a part leaves the format, and then the bound says so or integers
+/// decide. [`Bounded`](super::bounds::Bounded), whose values are reported, always takes
+/// the way without FMA.
 #[inline(always)]
 fn product(x: f64, y: f64) -> (f64, f64) {
     if cfg!(target_feature = "fma") {
@@ -49,7 +53,7 @@ impl Twice {
         Twice { high, low, error }
     }
 
-    /// Rounded.
+    /// Returns the number, rounded to f64.
     #[inline(always)]
     pub fn value(&self) -> f64 {
         self.high
@@ -77,7 +81,7 @@ impl Number for Twice {
         let (s, rest) = sum(s, middle);
         let (rest, also) = sum(rest, t_low);
         let (high, low) = sum(s, rest);
-        // Sums lose nothing to underflow.
+        // Sums lose nothing to underflow. Lemma D5, docs/numerics/exact.md.
         let carried = self.error + other.error;
         let error = (carried + (lost.abs() + also.abs())) * SPARE;
         Twice { high, low, error }
@@ -97,6 +101,7 @@ impl Number for Twice {
         let error = if x.is_zero() || y.is_zero() || whole && high.abs() > SAFE {
             0.0
         } else {
+            // Lemma D5, docs/numerics/exact.md.
             let carried = x.high.abs() * y.error + x.error * (y.high.abs() + y.error);
             (carried + high.abs() * PRODUCT) * SPARE + TINY
         };
@@ -112,7 +117,7 @@ impl Number for Twice {
         }
     }
 
-    /// `Equal` only where nothing was lost.
+    /// Returns the sign where it is certain; `Equal` only if no operation lost anything.
     #[inline(always)]
     fn sign(&self) -> Option<Ordering> {
         let Twice { high, error, .. } = *self;
@@ -141,7 +146,7 @@ impl Sharp for Twice {
         if m == 0 {
             return Twice::exact((0.0, 0.0));
         }
-        // Both parts have their place in the format, and 54 bits in these.
+        // Both parts must be normal numbers, and m may have 54 bits.
         let fits = m >> 54 == 0 && (-1000..900).contains(&power);
         let unit = if fits {
             f64::from_bits(((1023 + power) as u64) << 52)
@@ -177,8 +182,8 @@ mod tests {
     use crate::math::int::decoded;
     use proptest::prelude::*;
 
-    /// Whether the exact number lies within the bounds, and a sign that is known is its
-    /// own.
+    /// Asserts that the exact number lies within the bounds, and that a certain sign is
+    /// right.
     fn check(twice: &Twice, exact: &Dyadic) {
         let Twice { high, low, error } = *twice;
         if let Some(sign) = twice.sign() {
@@ -194,8 +199,8 @@ mod tests {
         assert!(off.plus(&of(error)).sign().is_none_or(|s| s.is_ge()));
     }
 
-    /// Of like numbers nearly twice as many digits are known as f64 has, where these
-    /// cancel too; and a difference of equal ones of twice the digits is not known.
+    /// Nearly twice as many digits are known as in f64, also after cancellation; a
+    /// difference of equal numbers that were rounded is not known to be 0.
     #[test]
     fn twice_the_digits_are_known() {
         let of = |x| Twice::of((), x);
@@ -205,7 +210,7 @@ mod tests {
         assert!(off.error < 1e-31 && off.sign() == Some(Ordering::Greater));
         let cube = third.times(&square);
         assert_eq!(cube.minus(&cube).sign(), None);
-        // Two limbs hold a square, and what is left of three numbers.
+        // Squares of f64 and sums of three numbers are exact in two f64.
         assert_eq!(square.minus(&square).sign(), Some(Ordering::Equal));
         let sum = square.plus(&of(1e-6)).minus(&square);
         assert_eq!(sum.minus(&of(1e-6)).sign(), Some(Ordering::Equal));
@@ -217,7 +222,8 @@ mod tests {
         assert_eq!(near.sign(), Some(Ordering::Equal));
     }
 
-    /// Halfway between two neighbours too, wherever it has a place.
+    /// Numbers of 54 bits, which lie halfway between neighbours in f64, are exact unless
+    /// they underflow.
     #[test]
     fn numbers_of_54_bits_have_a_place() {
         for x in [1.0, 1.0 / 3.0, 1e-280, 1e280, 3.0, f64::from_bits(7), 0.0] {

@@ -1,13 +1,14 @@
-//! Lengths for the hot path. The same numbers as glam's, by the processor's own
-//! square root: glam's, with its feature `libm`, is an instruction of the old
-//! encoding, which stalls 256- and 512-bit code around it (measured: a cone
-//! kernel six times slower).
+//! Lengths and unit vectors for hot loops, with the bits of glam's. They use the hardware
+//! square root: glam's, with its feature `libm`, is an instruction in the legacy SSE
+//! encoding, which stalls 256- and 512-bit code around it (measured: a cone kernel six
+//! times slower; docs/decisions/029-no-glam-length.md).
 
 use super::lanes::{Lanes, Mask};
 use super::vec3::Vec3;
 use glam::DVec3;
 
-/// At any scale.
+/// Returns the length of a vector of any scale; squares outside [1e-200, 1e200) are
+/// avoided by scaling.
 #[inline]
 pub fn length(v: DVec3) -> f64 {
     let squared = v.length_squared();
@@ -22,7 +23,8 @@ pub fn length(v: DVec3) -> f64 {
     }
 }
 
-/// Unit length at any scale; zero and what is not finite give zero.
+/// Returns the unit vector of a vector of any scale; zero for zero, infinite and NaN
+/// vectors.
 #[inline]
 pub fn unit(v: DVec3) -> DVec3 {
     let squared = v.length_squared();
@@ -38,13 +40,14 @@ pub fn unit(v: DVec3) -> DVec3 {
     }
 }
 
-/// [`unit`] of each lane, to two roundings: one division serves all axes.
+/// Returns [`unit()`] of each lane, to two roundings: one division serves all axes. Lemma
+/// L2, docs/numerics/leaving.md.
 #[inline(always)]
 pub fn units<D: Lanes<Scalar = f64>>(v: Vec3<D>) -> Vec3<D> {
     units_and_lengths(v).0
 }
 
-/// [`units`]; and lengths.
+/// Returns [`units`] and the lengths.
 #[inline(always)]
 pub fn units_and_lengths<D: Lanes<Scalar = f64>>(v: Vec3<D>) -> (Vec3<D>, D) {
     let squared = v.length_squared();

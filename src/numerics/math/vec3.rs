@@ -1,10 +1,11 @@
-//! Three columns of lanes.
+//! Three-dimensional vectors with one vector per lane.
 
 use super::axis_order::AxisOrder;
 use super::lanes::{Lanes, unordered_sum};
 use glam::DVec3;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+/// A vector whose components are lanes: one column per axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Vec3<L> {
     pub x: L,
@@ -20,12 +21,13 @@ impl<L> Vec3<L> {
 }
 
 impl<L: Lanes> Vec3<L> {
+    /// Repeats one vector in all lanes.
     #[inline(always)]
     pub fn splat(v: [L::Scalar; 3]) -> Vec3<L> {
         Vec3::new(L::splat(v[0]), L::splat(v[1]), L::splat(v[2]))
     }
 
-    /// One vector a lane.
+    /// Collects one vector per lane; `of(i)` is that of lane i.
     #[inline(always)]
     pub fn of_lanes(of: impl Fn(usize) -> [L::Scalar; 3]) -> Vec3<L> {
         let mut axes = [L::zero().to_array(); 3];
@@ -38,6 +40,7 @@ impl<L: Lanes> Vec3<L> {
         Vec3::new(x, y, z)
     }
 
+    /// Returns the component along axis k: 0 is x, 1 is y, any other z.
     #[inline(always)]
     pub fn axis(self, k: usize) -> L {
         match k {
@@ -47,26 +50,28 @@ impl<L: Lanes> Vec3<L> {
         }
     }
 
-    /// (x·x' + y·y') + z·z', no FMA.
+    /// Dot product: (x·x' + y·y') + z·z', without FMA.
     #[inline(always)]
     pub fn dot(self, o: Vec3<L>) -> L {
         self.x * o.x + self.y * o.y + self.z * o.z
     }
 
+    /// Permutes the components into a summation order.
     #[inline(always)]
     pub fn ordered(self, order: AxisOrder) -> Vec3<L> {
         let [x, y, z] = order.of_axes([self.x, self.y, self.z]);
         Vec3::new(x, y, z)
     }
 
-    /// The same bits whichever way the axes are numbered or point, no FMA: what t is
-    /// made of.
+    /// Dot product with the same bits under any permutation or reflection of the axes,
+    /// without FMA. Values of t are made of it. Lemma A5, docs/numerics/transforms.md.
     #[inline(always)]
     pub fn unordered_dot(self, o: Vec3<L>) -> L {
         unordered_sum(self.x * o.x, self.y * o.y, self.z * o.z)
     }
 
-    /// Differences of products, no FMA: swapping the operands negates exactly.
+    /// Cross product by differences of products, without FMA: exchanging the operands
+    /// negates it exactly.
     #[inline(always)]
     pub fn cross(self, o: Vec3<L>) -> Vec3<L> {
         Vec3::new(
@@ -76,7 +81,7 @@ impl<L: Lanes> Vec3<L> {
         )
     }
 
-    /// `self + d·t`, no FMA.
+    /// Returns `self + d·t`, without FMA.
     #[inline(always)]
     pub fn along(self, d: Vec3<L>, t: L) -> Vec3<L> {
         self + d * t
@@ -92,7 +97,7 @@ impl<L: Lanes> Vec3<L> {
         self.length_squared().sqrt()
     }
 
-    /// Component by component.
+    /// Returns the magnitudes of the components.
     #[inline(always)]
     pub fn abs(self) -> Vec3<L> {
         Vec3::new(self.x.abs(), self.y.abs(), self.z.abs())
@@ -103,7 +108,7 @@ impl<L: Lanes> Vec3<L> {
         self.x.max(self.y).max(self.z)
     }
 
-    /// Divided component by component.
+    /// Divides component by component.
     #[inline(always)]
     pub fn by(self, [x, y, z]: [L::Scalar; 3]) -> Vec3<L> {
         Vec3::new(
@@ -113,7 +118,7 @@ impl<L: Lanes> Vec3<L> {
         )
     }
 
-    /// The largest component in magnitude.
+    /// Returns the largest magnitude of a component.
     #[inline(always)]
     pub fn max_abs(self) -> L {
         self.x.abs().max(self.y.abs()).max(self.z.abs())
@@ -182,7 +187,7 @@ impl<L: Lanes> Neg for Vec3<L> {
     }
 }
 
-/// [`Vec3::unordered_dot`] of two vectors.
+/// [`Vec3::unordered_dot`] of two f64 vectors.
 #[inline]
 pub fn unordered_dot(a: DVec3, b: DVec3) -> f64 {
     unordered_sum(a.x * b.x, a.y * b.y, a.z * b.z)

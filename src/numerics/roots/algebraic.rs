@@ -1,24 +1,26 @@
-//! All real roots of a polynomial with integer coefficients, as exact numbers that can
-//! be compared with each other: what rays meet surfaces of higher degree in.
+//! Real algebraic numbers: all real roots of a polynomial with integer coefficients, in a
+//! form that can be compared exactly. Rays meet polynomial surfaces in them.
 //!
-//! A root is where a square-free polynomial changes its sign between two points, and
-//! nowhere else between them. Against a number, it is placed by the sign there. Two
-//! roots are equal if the greatest common divisor of their polynomials changes its sign
-//! where both intervals are; if not, halving parts them.
+//! A root is a square-free polynomial and an isolating interval, in which the polynomial
+//! changes its sign once. A root is compared with a number by the sign there. Two roots
+//! are equal if the greatest common divisor of their polynomials changes its sign on the
+//! intersection of their intervals; otherwise bisection separates the intervals. Lemma
+//! D17, docs/numerics/exact.md.
 
 use super::exact::{self, Integers, Isolated, Point, sign_at};
 use num_bigint::{BigInt, Sign};
 use std::cmp::Ordering;
 
-/// Roots that differ part long before: of degree 24 with coefficients of some thousand
-/// bits, they are 2^-50,000 apart at least, as a rule 2^-100.
+/// Limit of bisections. Different roots separate long before it: at degree 24 with
+/// coefficients of some thousand bits they are at least 2^-50,000 apart, as a rule
+/// 2^-100.
 const HALVINGS: u32 = 100_000;
 
-/// Roots of one polynomial, ascending, each once.
+/// The distinct real roots of one polynomial, ascending.
 #[derive(Clone, Debug)]
 pub struct RealRoots {
-    /// Of all roots but 0: intervals of others may end there, and signs at both ends of
-    /// an interval say where its root is.
+    /// The square-free part without the root 0. Isolating intervals of other roots may
+    /// end at 0, and the sign at both ends of an interval must tell where its root is.
     square_free: Integers,
     rows: Vec<Row>,
 }
@@ -30,8 +32,8 @@ struct Row {
     multiplicity: u32,
 }
 
-/// Of Σ cᵢ tⁱ, not all cᵢ 0. `None` where that would take too long: see
-/// [`exact::isolate`].
+/// Computes the real roots of Σ cᵢ tⁱ, not all cᵢ 0. `None` if the isolation exceeds its
+/// budget of operations, or primes run out in the square-free decomposition.
 pub fn real_roots(c: &[BigInt]) -> Option<RealRoots> {
     let c = exact::stripped(c.to_vec());
     let zeros = c.iter().take_while(|c| c.sign() == Sign::NoSign).count();
@@ -71,7 +73,7 @@ fn negated(at: Point) -> Point {
     Point { m: -at.m, ..at }
 }
 
-/// In −t.
+/// Substitutes −t for t.
 fn mirrored(factors: &exact::Factors) -> exact::Factors {
     let mirror = |p: &Integers| -> Integers {
         let signed = |(i, c): (usize, &BigInt)| if i % 2 == 1 { -c } else { c.clone() };
@@ -83,12 +85,12 @@ fn mirrored(factors: &exact::Factors) -> exact::Factors {
     }
 }
 
-/// The positive roots of a polynomial that is not 0 at 0.
+/// Isolates the positive roots of a polynomial that is not 0 at 0.
 fn positive(factors: &exact::Factors) -> Option<Vec<Row>> {
     let p = &factors.square_free;
     let signs = p.iter().map(|c| c.sign()).filter(|s| *s != Sign::NoSign);
     let signs: Vec<Sign> = signs.collect();
-    // Descartes' rule: without a change of sign, no positive root.
+    // Descartes' rule of signs: without a change of sign there is no positive root.
     if signs.windows(2).all(|pair| pair[0] == pair[1]) {
         return Some(Vec::new());
     }
@@ -122,7 +124,8 @@ fn positive(factors: &exact::Factors) -> Option<Vec<Row>> {
     isolated.into_iter().map(row).collect()
 }
 
-/// 2 to this power is above all roots (Fujiwara 1916, with powers of two).
+/// Returns an exponent k so that every root is below 2^k in magnitude (Fujiwara 1916,
+/// with powers of two).
 fn bound(p: &[BigInt]) -> i64 {
     let n = p.len() - 1;
     let last = p[n].bits() as i64 - 1;
@@ -136,6 +139,7 @@ fn bound(p: &[BigInt]) -> i64 {
 }
 
 impl RealRoots {
+    /// Returns the number of distinct roots.
     pub fn len(&self) -> usize {
         self.rows.len()
     }
@@ -144,7 +148,7 @@ impl RealRoots {
         self.rows.is_empty()
     }
 
-    /// The f64 nearest to it, ties to even; beyond the range, ± the largest.
+    /// Returns the f64 nearest to root i, ties to even; ± `f64::MAX` beyond the range.
     pub fn t(&self, i: usize) -> f64 {
         self.rows[i].t
     }
@@ -153,7 +157,7 @@ impl RealRoots {
         self.rows[i].multiplicity
     }
 
-    /// Against a finite number, exactly.
+    /// Compares root i with a finite f64, exactly.
     pub fn order_with(&self, i: usize, x: f64) -> Ordering {
         let row = &self.rows[i];
         if row.t != x {
@@ -166,7 +170,7 @@ impl RealRoots {
         }
     }
 
-    /// Against a root of another polynomial, or the same, exactly.
+    /// Compares root i exactly with root j of another polynomial or of the same.
     pub fn order(&self, i: usize, other: &RealRoots, j: usize) -> Ordering {
         let (a, b) = (&self.rows[i], &other.rows[j]);
         if a.t != b.t {
@@ -198,7 +202,8 @@ impl RealRoots {
             if theirs.1 <= mine.0 {
                 return Ordering::Greater;
             }
-            // Each against the middle of the other: they part, for they differ.
+            // Bisect each interval, and compare with the other root. They separate, since
+            // the roots differ.
             let middle = mine.0.middle(&mine.1);
             match against(p, low, high, &middle) {
                 Ordering::Equal => return against(q, from, to, &middle).reverse(),
@@ -216,7 +221,7 @@ impl RealRoots {
     }
 }
 
-/// The only root between two points, where p changes its sign, against a third.
+/// Compares the only root between two points, where p changes its sign, with a third.
 pub(super) fn against(p: &[BigInt], low: &Point, high: &Point, at: &Point) -> Ordering {
     exact::against(p, (low, high), sign_at(p, low), at)
 }
@@ -225,7 +230,7 @@ pub(super) fn against(p: &[BigInt], low: &Point, high: &Point, at: &Point) -> Or
 mod tests {
     use super::*;
 
-    /// Π (bᵢ t − aᵢ).
+    /// Returns Π (bᵢ t − aᵢ).
     fn product(roots: &[(i64, i64)]) -> Integers {
         let one = vec![BigInt::from(1)];
         roots.iter().fold(one, |p, (a, b)| {
@@ -293,7 +298,7 @@ mod tests {
         assert_eq!(p.order(0, &q, 0), Ordering::Greater);
     }
 
-    /// Intervals of roots begin at 0 where that is a root, too.
+    /// Isolating intervals may begin at 0, also if 0 is a root.
     #[test]
     fn a_root_at_zero_does_not_change_the_order_of_others() {
         let unit = 1_i64 << 55;
@@ -305,7 +310,7 @@ mod tests {
                     real_roots(&product(&roots)).unwrap()
                 };
                 let (p, q) = (beyond(1), beyond(2));
-                // Of all roots, the only one that is not 0.
+                // Index of the only root that is not 0.
                 let i = usize::from(zeros > 0 && sign > 0);
                 assert_eq!((p.t(i), q.t(i)), (sign as f64, sign as f64));
                 let outward = 0.cmp(&-sign);

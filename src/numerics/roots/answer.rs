@@ -1,19 +1,21 @@
-//! What a solver says.
+//! Answers of root solvers: roots, clusters, and whether they are complete.
 
 use serde::Serialize;
 
-/// A real root.
+/// A real root as an f64, with an error bound and its multiplicity.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Root {
-    /// The f64 nearest to it, ties to even: a function of the polynomial and the
-    /// root alone. Of a root beyond the range of f64, ± f64::MAX.
+    /// The f64 nearest to the root, ties to even, so a function of the polynomial and the
+    /// root alone; ± `f64::MAX` beyond the range of f64.
     pub t: f64,
-    /// It is no farther than this from `t`; infinite beyond the range of f64.
+    /// Upper bound of the distance between the root and `t`; infinite beyond the range of
+    /// f64.
     pub error: f64,
     pub multiplicity: u32,
 }
 
-/// Where a solver's arithmetic cannot tell one root from several, or from none.
+/// A closed interval in which a solver's arithmetic cannot tell one root from several or
+/// none.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Cluster {
     pub low: f64,
@@ -21,7 +23,7 @@ pub struct Cluster {
     pub parity: Parity,
 }
 
-/// Of the number of roots, each as often as its multiplicity says.
+/// Parity of the number of roots, counted with multiplicity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Parity {
@@ -34,17 +36,18 @@ pub enum Parity {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Proof {
-    /// All roots asked for are in it, or in one of its clusters.
+    /// Every requested root is in the answer or in one of its clusters.
     Complete,
-    /// What is in it is right; the method does not show that nothing is missing.
+    /// Every root in the answer is right, but roots may be missing.
     Open,
 }
 
+/// The roots of a polynomial in an interval.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Answer {
-    /// Ascending, each distinct root once.
+    /// The distinct roots, ascending.
     pub roots: Vec<Root>,
-    /// Ascending.
+    /// The clusters, ascending.
     pub clusters: Vec<Cluster>,
     pub proof: Proof,
 }
@@ -65,9 +68,9 @@ impl Answer {
 }
 
 impl Root {
-    /// The root that `t` is the nearest f64 to.
+    /// Makes the root whose nearest f64 is `t`.
     pub(super) fn nearest(t: f64, multiplicity: u32) -> Root {
-        // Half the larger of the gaps beside it.
+        // Half the larger of the gaps on both sides of `t`.
         let error = match t.abs() {
             f64::MAX => f64::INFINITY,
             size => 0.5 * (size.next_up() - size).max(f64::from_bits(2)),
@@ -79,7 +82,7 @@ impl Root {
         }
     }
 
-    /// 0, which is one exactly.
+    /// Makes the root 0, which is exact.
     pub(super) fn zero(multiplicity: u32) -> Root {
         Root {
             t: 0.0,

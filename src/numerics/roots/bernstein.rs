@@ -1,27 +1,27 @@
-//! Isolation of roots by subdivision in f64, certified (Lane and Riesenfeld 1981;
-//! Descartes' rule on Bernstein coefficients, after Vincent).
+//! Certified isolation of roots by subdivision in f64 (Lane and Riesenfeld 1981;
+//! Descartes' rule of signs on Bernstein coefficients, after Vincent).
 //!
-//! On an interval p is written as Σ bⱼ Bⱼ(s), 0 ≤ s ≤ 1. The open interval holds
-//! as many roots, by multiplicity, as the bⱼ have changes of sign, or fewer by an
-//! even number: without change there is none, with one change there is exactly
-//! one, which is simple. Otherwise the interval is cut, by de Casteljau's averages.
-//! One bound goes with all coefficients of an interval:
+//! On an interval p is written as Σ bⱼ Bⱼ(s), 0 ≤ s ≤ 1. The number of roots in the open
+//! interval, counted with multiplicity, is the number of sign changes of the bⱼ, or less
+//! by an even number. Without a sign change there is no root; with one there is exactly
+//! one, which is simple. Otherwise de Casteljau's scheme cuts the interval. One error
+//! bound holds for all coefficients of an interval (lemma Z10, docs/numerics/roots.md):
 //!
 //! - Conversion from powers: bⱼ = Σ C(j,i)/C(n,i) cᵢ has weights ≤ 1, and every term
 //!   takes at most 4n + 4 roundings, so |error| ≤ (4n + 16) u Σ |cᵢ|.
-//! - Halving: n averages one after the other, each rounding by u of at most the
-//!   largest |bⱼ|, B: n u B more. Cutting at another ratio: 3 n u B more.
+//! - Bisection: n averages in sequence, each rounding by u of the largest |bⱼ|, B, add
+//!   n u B. A cut at another ratio adds 3 n u B.
 //!
-//! A sign counts only beyond the bound. Where all coefficients are within the bound,
-//! they are computed anew from the powers, with twice the digits: the expansion at
-//! an end of the interval loses what cancels only there. What stays open then, or
-//! where the ends of intervals run out of bits, is *doubtful*.
+//! A sign counts only beyond the bound. If all coefficients are within the bound, they
+//! are computed anew from the powers with twice the digits, since the expansion at an end
+//! of the interval loses only what cancels there. An interval that is still open, or
+//! whose ends run out of bits, is *doubtful*.
 //!
-//! Positive t are covered by intervals of one octave, (11/16, 11/8] · 2^k, each with
-//! its own power of two in the variable: then the bound is as small as the
-//! polynomial is there, whether roots are of size 1e-300 or 1e300. (11/8, because
-//! roots at powers of two are common, and a root at an interval's end is
-//! doubtful.) Octaves in which one term outweighs all others have no root.
+//! Positive t are covered by one-octave intervals (11/16, 11/8] · 2^k, each with its own
+//! power of two in the variable. So the bound is proportional to the size of the
+//! polynomial there, whether roots are of size 1e-300 or 1e300. The ends have the factor
+//! 11/8 because roots at powers of two are common, and a root at an interval's end is
+//! doubtful. An octave in which one term outweighs all others has no root.
 
 use super::eval::sum_error;
 use super::polynomial::{MAX_DEGREE, Polynomial, times_power};
@@ -30,10 +30,10 @@ use std::sync::OnceLock;
 
 const U: f64 = f64::UNIT_ROUNDOFF;
 
-/// The upper end of octaves, which has few bits.
+/// Upper end of an octave; it has few bits, so that ends of intervals are exact.
 const TOP: f64 = 1.375;
 
-/// Numbers s · 2^k from `low` to `high`.
+/// The numbers s · 2^k for s from `low` to `high`, and what the isolation found there.
 #[derive(Clone, Copy, Debug)]
 pub struct Piece {
     pub low: f64,
@@ -42,29 +42,30 @@ pub struct Piece {
     pub found: Found,
 }
 
+/// What the isolation proved about a piece.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Found {
-    /// Exactly one root, simple, between the ends, which are none.
+    /// Exactly one root, simple, strictly between the ends.
     One {
-        /// Of p at `low`.
+        /// Sign of p at `low`, ±1.
         sign_low: f64,
-        /// About where it is, between the ends.
+        /// Estimate of the root, between the ends; NaN if there is none.
         guess: f64,
     },
-    /// Nobody knows.
+    /// Any number of roots.
     Doubt,
 }
 
-/// What a degree needs.
+/// Tables of one degree n.
 struct Binomials {
-    /// C(n, i).
+    /// C(n, i) by i.
     of: Vec<f64>,
-    /// (11/8)^i / C(n, i).
+    /// (11/8)^i / C(n, i) by i.
     weights: Vec<f64>,
 }
 
 impl Binomials {
-    /// Computed once for each degree.
+    /// Returns the tables of a degree, computed once.
     fn of(n: usize) -> &'static Binomials {
         static KNOWN: [OnceLock<Binomials>; MAX_DEGREE + 1] =
             [const { OnceLock::new() }; MAX_DEGREE + 1];
@@ -84,20 +85,21 @@ impl Binomials {
         })
     }
 
-    /// Of Σ cᵢ (11/8 s)ⁱ on 0 ≤ s ≤ 1: Bernstein coefficients, the bound of their
-    /// errors, and Σ |cᵢ| (11/8)ⁱ.
+    /// Converts Σ cᵢ (11/8 s)ⁱ on 0 ≤ s ≤ 1 to Bernstein coefficients. Returns their
+    /// error bound and Σ |cᵢ| (11/8)ⁱ.
     fn convert(&self, c: &[f64], b: &mut Vec<f64>) -> (f64, f64) {
         let n = c.len() - 1;
         b.clear();
         b.extend(c.iter().zip(&self.weights).map(|(c, w)| c * w));
         let size: f64 = b.iter().zip(&self.of).map(|(b, c)| (b * c).abs()).sum();
         accumulate(b);
+        // Lemma Z10, docs/numerics/roots.md.
         let error = (4.0 * n as f64 + 16.0) * U * 1.001 * size;
         (error + super::eval::FLOOR, size)
     }
 }
 
-/// bⱼ ← Σ C(j, i) bᵢ.
+/// Accumulates bⱼ ← Σ C(j, i) bᵢ in place.
 fn accumulate(b: &mut [f64]) {
     for k in 1..b.len() {
         for j in (k..b.len()).rev() {
@@ -106,8 +108,8 @@ fn accumulate(b: &mut [f64]) {
     }
 }
 
-/// The positive roots of a polynomial with c₀ ≠ 0 between two numbers ≥ 0, and a
-/// few beside these: ascending pieces, pairwise without common points but ends.
+/// Isolates the positive roots of a polynomial with c₀ ≠ 0 between two numbers ≥ 0, and a
+/// few roots beyond them. The pieces ascend and meet at most at their ends.
 pub fn isolate(p: &Polynomial, from: f64, to: f64) -> Vec<Piece> {
     let n = p.degree();
     let mut pieces = Vec::new();
@@ -115,7 +117,7 @@ pub fn isolate(p: &Polynomial, from: f64, to: f64) -> Vec<Piece> {
         return pieces;
     }
     let binomials = Binomials::of(n);
-    // 2^k from which there are no roots, and below which there are none.
+    // No root is below 2^`lowest`, and no requested one is above 11/8 · 2^k.
     let lowest = p.root_bound_below();
     let mut k = p.root_bound().min(high_exponent(to));
     let floor = lowest.max(low_exponent(from)) - 1;
@@ -146,7 +148,7 @@ pub fn isolate(p: &Polynomial, from: f64, to: f64) -> Vec<Piece> {
         }
         let at = pieces.len();
         octave.look(&c, &b, error, size, k, &mut pieces);
-        // Octaves come downwards, pieces of one upwards.
+        // Octaves descend, and the pieces of one octave ascend.
         pieces[at..].reverse();
         k -= 1;
     }
@@ -154,7 +156,7 @@ pub fn isolate(p: &Polynomial, from: f64, to: f64) -> Vec<Piece> {
     pieces
 }
 
-/// Some k with 11/16 · 2^k ≤ x, or so low that it does not matter.
+/// Returns a k with 11/16 · 2^k ≤ x, or an extreme k for 0 and infinity.
 fn low_exponent(x: f64) -> i32 {
     match super::polynomial::exponent(x) {
         Some(e) if x < f64::INFINITY => e,
@@ -163,7 +165,7 @@ fn low_exponent(x: f64) -> i32 {
     }
 }
 
-/// Some k with x ≤ 11/8 · 2^k.
+/// Returns a k with x ≤ 11/8 · 2^k, or an extreme k for 0 and infinity.
 fn high_exponent(x: f64) -> i32 {
     match super::polynomial::exponent(x) {
         Some(e) if x < f64::INFINITY => e + 1,
@@ -172,7 +174,7 @@ fn high_exponent(x: f64) -> i32 {
     }
 }
 
-/// One term is larger than all others together, for 11/16 ≤ s ≤ 11/8.
+/// Whether one term is larger than all others together for 11/16 ≤ s ≤ 11/8.
 fn outweighed(c: &[f64]) -> bool {
     let (mut power, mut largest, mut at) = (1.0, 0.0, 0);
     for (i, c) in c.iter().enumerate() {
@@ -182,8 +184,8 @@ fn outweighed(c: &[f64]) -> bool {
             (largest, at) = (term, i);
         }
     }
-    // Against term j, terms before it weigh most at the lower end: twice as much for
-    // each power between.
+    // Relative to term j, an earlier term weighs most at the lower end: twice as much for
+    // each power between them.
     let (mut power, mut others) = (1.0, 0.0);
     for (i, c) in c.iter().enumerate() {
         let term = c.abs() * power;
@@ -197,7 +199,8 @@ fn outweighed(c: &[f64]) -> bool {
     others < 0.999 * largest
 }
 
-/// Changes of sign, where these are certain.
+/// Counts sign changes of coefficients that are off by at most `error`; `None` if the
+/// count is not certain.
 pub fn changes(b: &[f64], error: f64) -> Option<u32> {
     let (mut count, mut last) = (0, 0.0);
     let mut certain = true;
@@ -219,9 +222,10 @@ pub fn changes(b: &[f64], error: f64) -> Option<u32> {
     (ends && most == count).then_some(count)
 }
 
-/// Where signs within the error are as bad as they can be.
+/// Returns the largest count of sign changes over all signs of coefficients within
+/// `error`.
 fn most_changes(b: &[f64], error: f64) -> u32 {
-    // Most changes so far, with + or − at the end.
+    // Most changes so far if the last sign is + or −.
     let may = |b: f64, sign: f64| b.abs() <= error || b.signum() == sign;
     let start = |sign| may(b[0], sign).then_some(0);
     let (mut plus, mut minus): (Option<u32>, Option<u32>) = (start(1.0), start(-1.0));
@@ -234,7 +238,8 @@ fn most_changes(b: &[f64], error: f64) -> u32 {
     plus.max(minus).unwrap_or(0)
 }
 
-/// Where the control polygon crosses 0 first, of the width of its interval.
+/// Returns the first zero crossing of the control polygon, relative to the interval's
+/// width; ½ if there is none.
 fn crossing(b: &[f64]) -> f64 {
     let width = 1.0 / (b.len() - 1) as f64;
     let is_change = |w: &[f64]| (w[0] < 0.0) != (w[1] < 0.0);
@@ -244,17 +249,17 @@ fn crossing(b: &[f64]) -> f64 {
     }
 }
 
-/// A part of an octave.
+/// A part of an octave with its Bernstein coefficients; ends are relative to the octave.
 struct Part {
     low: f64,
     high: f64,
     error: f64,
-    /// Computed with twice the digits.
+    /// Whether the coefficients were computed with twice the digits.
     is_fine: bool,
     b: Vec<f64>,
 }
 
-/// Parts that wait, and room for more.
+/// A stack of parts to be examined, and spare vectors.
 #[derive(Default)]
 struct Octave {
     stack: Vec<Part>,
@@ -262,8 +267,8 @@ struct Octave {
 }
 
 impl Octave {
-    /// Pieces of the upper half of 0 ≤ s ≤ 11/8, where b are the coefficients and
-    /// `size` is Σ |cᵢ| (11/8)ⁱ.
+    /// Appends the pieces of the upper half of 0 ≤ s ≤ 11/8. `b` are the Bernstein
+    /// coefficients with error bound `error`, and `size` is Σ |cᵢ| (11/8)ⁱ.
     fn look(
         &mut self,
         c: &[f64],
@@ -305,7 +310,8 @@ impl Octave {
                 continue;
             }
             let size_here = largest(&part.b);
-            // Four bits for a ratio, four for 11/8: then all ends are exact.
+            // A ratio has four bits, and so has 11/8: down to this width all ends are
+            // exact.
             let has_bits = part.high - part.low >= 2.0_f64.powi(-44);
             if has_bits && size_here > 4.0 * part.error {
                 let (lower, upper) = self.cut_clear(&part, size_here);
@@ -329,7 +335,7 @@ impl Octave {
         room
     }
 
-    /// In the middle, or beside it where there might be a root.
+    /// Cuts in the middle, or beside it if p may be 0 in the middle.
     fn cut_clear(&mut self, part: &Part, largest: f64) -> (Part, Part) {
         let halves = self.cut(part, 0.5, largest);
         if halves.1.b[0].abs() > 2.0 * halves.1.error {
@@ -344,7 +350,7 @@ impl Octave {
         halves
     }
 
-    /// Both parts of an interval.
+    /// Cuts an interval at a ratio of its width; returns both parts.
     fn cut(&mut self, part: &Part, ratio: f64, largest: f64) -> (Part, Part) {
         let n = part.b.len() - 1;
         let (mut lower, mut upper) = (self.room(), self.room());
@@ -363,6 +369,7 @@ impl Octave {
             lower.push(upper[0]);
         }
         let roundings = if ratio == 0.5 { 1.0 } else { 3.0 };
+        // Lemma Z10, docs/numerics/roots.md.
         let error = part.error + roundings * n as f64 * U * 1.001 * largest;
         let at = part.low + (part.high - part.low) * ratio;
         let of = |low, high, b| Part {
@@ -380,9 +387,10 @@ fn largest(b: &[f64]) -> f64 {
     b.iter().fold(0.0, |m: f64, b| m.max(b.abs()))
 }
 
-/// The coefficients of a part anew: the expansion at its lower end by Horner's
-/// scheme in pairs of numbers (Dekker), where each of n steps errs by less than
-/// 8 u² of Σ |cᵢ| (11/8)ⁱ, and from there as on the whole octave.
+/// Computes the coefficients of a part anew with twice the digits. The polynomial is
+/// expanded at the part's lower end by Horner's scheme in pairs of numbers (Dekker),
+/// where each of n steps errs by less than 8u² of Σ |cᵢ| (11/8)ⁱ, and then converted as
+/// on a whole octave.
 fn refresh(c: &[f64], size: f64, part: &mut Part) {
     let n = c.len() - 1;
     let (m, width) = (part.low * TOP, (part.high - part.low) * TOP);
@@ -410,12 +418,14 @@ fn refresh(c: &[f64], size: f64, part: &mut Part) {
     }
     accumulate(&mut part.b);
     let n = n as f64;
+    // Lemma Z10, docs/numerics/roots.md.
     let error = (4.0 * n + 16.0) * U * 1.001 * here + 16.0 * n * U * U * size;
     part.error = error + super::eval::FLOOR;
     part.is_fine = true;
 }
 
-/// Doubtful pieces are one, unless p is certainly not 0 where they meet.
+/// Appends a doubtful piece. It is merged with its neighbour unless p is certainly not 0
+/// where they meet.
 fn join(pieces: &mut Vec<Piece>, piece: Piece, low_is_open: bool) {
     match pieces.last_mut() {
         Some(last)

@@ -1,19 +1,21 @@
-//! Bracketed Newton over the roots of the derivatives (Yuksel, High-Performance
-//! Polynomial Root Finding for Graphics, HPG 2022).
+//! Bracketed Newton iteration between the roots of the derivatives (Yuksel,
+//! *High-Performance Polynomial Root Finding for Graphics*, HPG 2022).
 //!
-//! Between two neighbouring roots of its derivative a polynomial is monotone, so
-//! the sign at both tells whether there is a root between, and Newton's method
-//! with a bracket finds it. The derivatives' roots come the same way, from the one
-//! of degree 1 upwards.
+//! Between neighbouring roots of its derivative a polynomial is monotone. So the signs at
+//! both tell whether there is a root between them, and Newton's method with a bracket
+//! finds it. The roots of the derivatives come the same way, from the derivative of
+//! degree 1 upwards.
 //!
-//! Here a root of p' at which the sign of p is not certain is a candidate, too: a
-//! double root, or two or none. Which of the derivatives' roots are missing when
-//! their own signs are wrong is not shown, so the answer is not proven complete.
+//! In addition to the paper, a root of p' at which the sign of p is not certain is a
+//! candidate: p may have a double root there, two roots or none. Signs of the derivatives
+//! are not certified, and a wrong one loses critical points, so the answer is not proven
+//! complete.
 
 use super::answer::Proof;
+use super::certify_candidates::{Candidate, Line};
 use super::refine::approach;
-use super::settle::{Candidate, Line};
 
+/// Finds candidates in the interval of `line`; the proof is always [`Proof::Open`].
 pub fn candidates(line: &Line) -> (Vec<Candidate>, Proof) {
     let n = line.degree();
     let mut c = Vec::with_capacity(n + 1);
@@ -45,7 +47,7 @@ pub fn candidates(line: &Line) -> (Vec<Candidate>, Proof) {
     (Vec::new(), Proof::Open)
 }
 
-/// p^(k) / k!.
+/// Computes the coefficients of p^(k) / k!.
 fn scaled_derivative(c: &[f64], k: usize, to: &mut Vec<f64>) {
     to.clear();
     let mut binomial = 1.0;
@@ -59,7 +61,7 @@ fn value(c: &[f64], x: f64) -> f64 {
     c.iter().rev().fold(0.0, |y, c| y * x + c)
 }
 
-/// Of p itself, where only certain signs count.
+/// Finds candidates for roots of p itself, by certain signs only.
 fn roots(line: &Line, ends: &[f64]) -> Vec<Candidate> {
     let mut found = Vec::new();
     let mut before = (ends[0], line.certain_sign(ends[0]));
@@ -74,7 +76,7 @@ fn roots(line: &Line, ends: &[f64]) -> Vec<Candidate> {
             let s = approach(&line.c, before.0, here.0, before.1, f64::NAN);
             found.push(Candidate::At(s));
         } else if before.1 == 0.0 {
-            // A root beside the uncertain end is found from there.
+            // The candidate at the uncertain end covers a root near it.
         }
         before = here;
     }

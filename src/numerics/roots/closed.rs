@@ -1,17 +1,19 @@
 //! Closed forms to degree 4: the quadratic formula without cancellation (Kahan's
 //! discriminant), Cardano and Viète, Ferrari.
 //!
-//! In f64, and so with the errors that these formulas have: where roots lie close
-//! together, relative errors reach the square, cube or fourth root of the unit
-//! roundoff, and counts may be wrong. What they give is polished and proven by the
-//! refinement; what they miss is missing.
+//! They are evaluated in f64 with their known errors: where roots are close together,
+//! relative errors reach the square, cube or fourth root of the unit roundoff, and counts
+//! may be wrong. The refinement polishes and proves the candidates. A root that a formula
+//! misses is missing from the answer. Tolerances choose candidates and decide nothing
+//! (lemma Z13, docs/numerics/roots.md).
 
 use super::answer::Proof;
-use super::settle::{Candidate, Line};
+use super::certify_candidates::{Candidate, Line};
 
 /// The highest degree with a formula.
 pub const MOST: usize = 4;
 
+/// Finds candidates by a formula; the proof is always [`Proof::Open`].
 pub fn candidates(line: &Line) -> (Vec<Candidate>, Proof) {
     let mut found = match line.c[..] {
         [c, b] => vec![-c / b],
@@ -25,7 +27,7 @@ pub fn candidates(line: &Line) -> (Vec<Candidate>, Proof) {
     (polished.collect(), Proof::Open)
 }
 
-/// A few steps of Newton's method, as long as they help.
+/// Applies a few steps of Newton's method, as long as they reduce |p|.
 fn polished(c: &[f64], start: f64) -> f64 {
     let (mut x, mut size) = (start, f64::INFINITY);
     for _ in 0..6 {
@@ -43,7 +45,7 @@ fn polished(c: &[f64], start: f64) -> f64 {
     x
 }
 
-/// b² − 4ac, with the errors of both products.
+/// Returns b² − 4ac, corrected by the rounding errors of both products.
 fn discriminant(a: f64, b: f64, c: f64) -> f64 {
     let error = |x: f64, y: f64, product: f64| x.mul_add(y, -product);
     let (p, q) = (b * b, 4.0 * a * c);
@@ -52,7 +54,8 @@ fn discriminant(a: f64, b: f64, c: f64) -> f64 {
 
 fn quadratic(a: f64, b: f64, c: f64) -> Vec<f64> {
     let d = discriminant(a, b, c);
-    // A tangent that rounding has lifted off is a candidate all the same.
+    // A tangent that rounding has lifted off the axis remains a candidate. Lemma Z13,
+    // docs/numerics/roots.md.
     let touches = d.abs() <= 8.0 * f64::EPSILON * (b * b);
     if a == 0.0 {
         return vec![-c / b];
@@ -78,9 +81,10 @@ fn cubic(a: f64, b: f64, c: f64, d: f64) -> Vec<f64> {
     let p = c / 3.0 - shift * shift;
     let q = shift * shift * shift - 0.5 * shift * c + 0.5 * d;
     let delta = q * q + p * p * p;
+    // Lemma Z13, docs/numerics/roots.md.
     let noise = 64.0 * f64::EPSILON * (q * q).max(p.abs() * p * p);
     if delta > noise {
-        // One real root; the cube root that does not cancel.
+        // One real root, from the cube root that does not cancel.
         let u = -libm::cbrt(q + delta.sqrt().copysign(q));
         let y = if u == 0.0 { 0.0 } else { u - p / u };
         return vec![y - shift];
@@ -104,8 +108,10 @@ fn quartic(a: f64, b: f64, c: f64, d: f64, e: f64) -> Vec<f64> {
     let q = d - 2.0 * c * h + 8.0 * h * h * h;
     let r = e - d * h + c * h * h - 3.0 * h * h * h * h;
     let scale = p.abs() + q.abs() + r.abs();
+    // Lemma Z13, docs/numerics/roots.md.
     if q.abs() <= 4.0 * f64::EPSILON * (d.abs() + (c * h).abs() + scale) {
-        // In y²; a square that rounding has made negative is 0.
+        // Biquadratic: solve in y². A y² that rounding has made slightly negative counts
+        // as 0.
         let roots = quadratic(1.0, p, r).into_iter();
         let floor = -64.0 * f64::EPSILON * scale;
         let both = roots.filter(|z| *z >= floor).flat_map(|z| {
@@ -114,7 +120,8 @@ fn quartic(a: f64, b: f64, c: f64, d: f64, e: f64) -> Vec<f64> {
         });
         return both.collect();
     }
-    // 2m is the square of a coefficient: 8 m³ + 8 p m² + (2 p² − 8 r) m − q² = 0.
+    // 2m is the square of a coefficient of Ferrari's factors:
+    // 8 m³ + 8 p m² + (2 p² − 8 r) m − q² = 0.
     let resolvent = cubic(8.0, 8.0 * p, 2.0 * p * p - 8.0 * r, -q * q);
     let m = resolvent.into_iter().fold(0.0, f64::max);
     if m <= 0.0 {

@@ -1,40 +1,41 @@
-//! From values at nodes to scaled Bernstein coefficients.
+//! Matrices that take values at nodes to scaled Bernstein coefficients.
 //!
-//! The nodes are Chebyshev's extreme points on [0, 1], both ends among them: the
-//! inverse of collocation there has a norm of 46 at degree 6, 733 at 10 and 1.2e7 at 24,
-//! less than that of other nodes. In q = s / (1 − s) Lagrange's polynomial of node i, times (1 + q)ⁿ, is
-//! Π ((1 − s_m) q − s_m) / (s_i − s_m) over the other nodes m, whose coefficients are
-//! the scaled ones as [`super::lanes`] has them. They are formed in integers and
-//! rounded once, for nodes that are f64 numbers.
+//! The nodes are Chebyshev's extreme points on [0, 1], both ends included. The inverse of
+//! collocation at these nodes has a norm of 46 at degree 6, 733 at 10 and 1.2e7 at 24 in
+//! the Bernstein basis, less than at other nodes (lemma F5,
+//! docs/numerics/polynomials.md). In q = s / (1 − s), Lagrange's polynomial of node i,
+//! times (1 + q)ⁿ, is Π ((1 − s_m) q − s_m) / (s_i − s_m) over the other nodes m. Its
+//! coefficients are the scaled ones of [`super::lanes`]. They are computed in integers
+//! for the f64 nodes and rounded once.
 
 use crate::math::int::decoded;
 use num_bigint::{BigInt, Sign};
 use std::sync::OnceLock;
 
-/// For polynomials of degree N − 1.
+/// Nodes and matrix for polynomials of degree N − 1.
 #[derive(Clone, Debug)]
 pub struct Collocation {
-    /// s, ascending, from 0 to 1.
+    /// The N nodes s, ascending, from 0 to 1.
     pub nodes: Vec<f64>,
-    /// Scaled coefficient j of Lagrange's polynomial of node i, in row j. The first row
-    /// is 1, 0, …
+    /// The N×N matrix: row j, column i is the scaled coefficient j of Lagrange's
+    /// polynomial of node i. The first row is 1, 0, …
     pub rows: Vec<Vec<f64>>,
-    /// What errors of values may grow by, in coefficients that are not scaled: the
-    /// largest sum of magnitudes in a row of those.
+    /// Factor from errors of values to errors of unscaled coefficients: the largest row
+    /// sum of magnitudes of the unscaled matrix.
     pub norm: f64,
 }
 
-/// The most nodes.
+/// The largest number of nodes.
 pub const MOST: usize = 25;
 
-/// Of `n` nodes, 2 to [`MOST`].
+/// Returns the table of `n` nodes, computed once; panics unless 2 ≤ n ≤ [`MOST`].
 pub fn collocation(n: usize) -> &'static Collocation {
     static ALL: [OnceLock<Collocation>; MOST + 1] = [const { OnceLock::new() }; MOST + 1];
-    ALL[n].get_or_init(|| Collocation::of(n))
+    ALL[n].get_or_init(|| Collocation::compute(n))
 }
 
 impl Collocation {
-    fn of(count: usize) -> Collocation {
+    fn compute(count: usize) -> Collocation {
         let n = count - 1;
         let node = |j: usize| match j {
             0 => 0.0,
@@ -42,7 +43,7 @@ impl Collocation {
             j => 0.5 - 0.5 * libm::cos(std::f64::consts::PI * j as f64 / n as f64),
         };
         let nodes: Vec<f64> = (0..count).map(node).collect();
-        // Over 2^POWER.
+        // The nodes times 2^POWER.
         let whole: Vec<BigInt> = nodes.iter().map(|s| integer(*s)).collect();
         let one = BigInt::from(1) << POWER;
         let mut rows = vec![vec![0.0; count]; count];
@@ -76,7 +77,7 @@ impl Collocation {
     }
 }
 
-/// Nodes are multiples of 2 to minus this.
+/// Every node is a multiple of 2^−POWER.
 const POWER: u64 = 1100;
 
 fn integer(s: f64) -> BigInt {
@@ -84,12 +85,12 @@ fn integer(s: f64) -> BigInt {
     BigInt::from(m) << (POWER as i64 + i64::from(power)) as u64
 }
 
-/// Rounded, to a little more than half a unit in the last place.
+/// Returns a / b to a little more than half a unit in the last place.
 fn quotient(a: &BigInt, b: &BigInt) -> f64 {
     if a.sign() == Sign::NoSign {
         return 0.0;
     }
-    // Sixty-two bits, or one more.
+    // The quotient has 62 or 63 bits.
     let up = b.bits() as i64 - a.bits() as i64 + 62;
     let scaled = if up >= 0 {
         (a << up as u64) / b
@@ -104,7 +105,7 @@ fn quotient(a: &BigInt, b: &BigInt) -> f64 {
 mod tests {
     use super::*;
 
-    /// Σ over nodes of a row of scaled coefficients times values.
+    /// Returns the scaled coefficients of f: Σ over nodes of a row times values.
     fn scaled(n: usize, f: impl Fn(f64) -> f64) -> Vec<f64> {
         let table = collocation(n);
         let values: Vec<f64> = table.nodes.iter().map(|s| f(*s)).collect();
@@ -145,7 +146,7 @@ mod tests {
 
     #[test]
     fn norms_are_those_of_chebyshev_nodes() {
-        // The least that is known for degree 10: some hundreds.
+        // The least known norm at degree 10 is some hundreds.
         assert!(collocation(11).norm > 100.0 && collocation(11).norm < 2000.0);
         assert!(collocation(25).norm < 1e8);
     }

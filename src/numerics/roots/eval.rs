@@ -1,15 +1,15 @@
-//! Horner's scheme, with what its rounding may amount to.
+//! Horner's scheme with error bounds.
 //!
-//! Both bounds need |x| ≤ 2 and coefficients of at most 2^120, as those that
-//! [`Polynomial::scaled_into`](super::polynomial::Polynomial) gives: then nothing
-//! overflows, and what underflows stays below [`FLOOR`].
+//! Both bounds need |x| ≤ 2 and coefficients of at most 2^120, as
+//! [`Polynomial::scaled_into`](super::polynomial::Polynomial) makes them. Then nothing
+//! overflows, and underflow stays below [`FLOOR`].
 
 use crate::math::lanes::{Lanes, Scalar};
 
-/// More than the underflow of any sum that is formed here.
+/// Upper bound of the underflow of any sum formed here.
 pub const FLOOR: f64 = 1.0e-270;
 
-/// A number, and a bound of its error.
+/// A value and a bound of its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Approximate<L> {
     pub value: L,
@@ -17,22 +17,23 @@ pub struct Approximate<L> {
 }
 
 impl<L: Lanes> Approximate<L> {
-    /// Where the sign is sure.
+    /// Lanes in which the sign of the exact value is certain.
     #[inline(always)]
     pub fn certain(&self) -> L::Mask {
         self.value.abs().gt(self.error)
     }
 }
 
-/// Σ cᵢ xⁱ with a running bound of its error, at any width and precision.
+/// Evaluates Σ cᵢ xⁱ with a running error bound, at any width and precision (lemma Z1,
+/// docs/numerics/roots.md).
 ///
-/// With y ← fl(fl(x y) + c) the product errs by δ |x y|, the sum by δ |y'|, both
-/// |δ| ≤ u, with y' the new y. So the error e of y obeys e' ≤ |x| e + u |x y| +
-/// u |y'| (the first u|xy| against the computed product, which second order
-/// covers), and with m = e / u: m' = |x| m + |x y| + |y'|. That is summed without
-/// the products, as 2 m − |y|: Higham, Accuracy and Stability of Numerical
-/// Algorithms, algorithm 5.1, halves it to μ' = |x| μ + |y'|, e ≤ u (2 μ − |y|).
-/// μ itself rounds by less than one part in (3 n + 3) u.
+/// With y ← fl(fl(x y) + c) the product errs by δ |x y| and the sum by δ |y'|, |δ| ≤ u,
+/// where y' is the new y. So the error e of y obeys e' ≤ |x| e + u |x y| + u |y'| (the
+/// first u |x y| is relative to the computed product, which second order covers). With
+/// m = e / u: m' = |x| m + |x y| + |y'|. This is summed without the products as 2 m − |y|:
+/// algorithm 5.1 of Higham, *Accuracy and Stability of Numerical Algorithms*, halves it
+/// to μ' = |x| μ + |y'|, e ≤ u (2 μ − |y|). μ itself rounds by less than one part in
+/// (3 n + 3) u.
 #[inline(always)]
 pub fn horner<L: Lanes>(c: &[L], x: L) -> Approximate<L> {
     let n = c.len() - 1;
@@ -42,6 +43,7 @@ pub fn horner<L: Lanes>(c: &[L], x: L) -> Approximate<L> {
         y = x * y + *c;
         mu = size * mu + y.abs();
     }
+    // Lemma Z1, docs/numerics/roots.md.
     let u = L::Scalar::UNIT_ROUNDOFF.to_f64();
     let bound = 2.0 * u * (1.0 + 4.0 * (n as f64 + 1.0) * u);
     let floor = L::Scalar::MIN_POSITIVE.to_f64().max(FLOOR);
@@ -51,7 +53,7 @@ pub fn horner<L: Lanes>(c: &[L], x: L) -> Approximate<L> {
     }
 }
 
-/// Σ i cᵢ x^(i−1), as it rounds.
+/// Evaluates the derivative Σ i cᵢ x^(i−1), without an error bound.
 #[inline(always)]
 pub fn derivative<L: Lanes>(c: &[L], x: L) -> L {
     let mut d = L::zero();
@@ -61,26 +63,26 @@ pub fn derivative<L: Lanes>(c: &[L], x: L) -> L {
     d
 }
 
-/// What is known of a polynomial near a point.
+/// A polynomial's value, derivative and magnitude at a point x.
 #[derive(Clone, Copy, Debug)]
 pub struct Local<L> {
-    /// p(x) = high + low, to within `error`.
+    /// p(x) is high + low, to within `error`.
     pub high: L,
     pub low: L,
     pub error: L,
-    /// p'(x), plainly rounded.
+    /// p'(x), rounded, without an error bound.
     pub slope: L,
     /// Σ |cᵢ| |x|ⁱ, rounded.
     pub size: L,
 }
 
-/// p(x) as if in twice the precision: the compensated Horner scheme of Graillat,
-/// Langlois and Louvet (2009), with its derivative beside it.
+/// Evaluates p(x) as if in twice the precision, and p'(x): the compensated Horner scheme
+/// of Graillat, Langlois and Louvet (2009). Lemma Z2, docs/numerics/roots.md.
 ///
-/// Each product and each sum is kept with its error (Dekker, Knuth): x y = q + π,
-/// q + c = y' + σ, exactly. Then p(x) = y₀ + Σ (πᵢ + σᵢ) xⁱ, and that sum, called
-/// `low`, is formed plainly: its 2n roundings, and that of each πᵢ + σᵢ, err by at
-/// most (2n + 2) u Σ (|πᵢ| + |σᵢ|) |x|ⁱ; the bound takes 2n + 4.
+/// Each product and each sum is kept with its error (Dekker, Knuth): x y = q + π and
+/// q + c = y' + σ, exactly. Then p(x) = y₀ + Σ (πᵢ + σᵢ) xⁱ. That sum, `low`, is formed in
+/// plain f64: its 2n roundings, and that of each πᵢ + σᵢ, err by at most
+/// (2n + 2) u Σ (|πᵢ| + |σᵢ|) |x|ⁱ; the bound takes 2n + 4.
 #[inline(always)]
 pub fn local<L: Lanes<Scalar = f64>>(c: &[L], x: L) -> Local<L> {
     let n = c.len() - 1;
@@ -99,6 +101,7 @@ pub fn local<L: Lanes<Scalar = f64>>(c: &[L], x: L) -> Local<L> {
         size = x_size * size + c.abs();
         high = sum;
     }
+    // Lemma Z2, docs/numerics/roots.md.
     let factor = (2.0 * n as f64 + 4.0) * f64::UNIT_ROUNDOFF * (1.0 + 1e-12);
     Local {
         high,
@@ -109,7 +112,7 @@ pub fn local<L: Lanes<Scalar = f64>>(c: &[L], x: L) -> Local<L> {
     }
 }
 
-/// a + b − fl(a + b) (Knuth).
+/// Returns a + b − fl(a + b), exactly (Knuth).
 #[inline(always)]
 pub fn sum_error<L: Lanes<Scalar = f64>>(a: L, b: L, sum: L) -> L {
     let b_part = sum - a;
@@ -123,14 +126,14 @@ mod tests {
     use num_bigint::BigInt;
     use proptest::prelude::*;
 
-    /// Times 2^4000.
+    /// Returns x · 2^4000.
     fn exact(x: f64) -> BigInt {
         let (m, power) = crate::math::int::decoded(x);
         let size = BigInt::from(m) << (4000 + power);
         if x < 0.0 { -size } else { size }
     }
 
-    /// p(x) · 2^4000 of numbers with few enough bits below.
+    /// Returns p(x) · 2^4000 for numbers with few enough bits below the point.
     fn exact_value(c: &[f64], x: f64) -> BigInt {
         let x = exact(x);
         c.iter().rev().fold(BigInt::ZERO, |y, c| {
@@ -139,7 +142,7 @@ mod tests {
         })
     }
 
-    /// |value − p(x)| ≤ error, and the larger of the two in units of the least bit.
+    /// Whether |value − p(x)| ≤ error, up to a thousand units of the least bit.
     fn holds(c: &[f64], x: f64, parts: &[f64], error: f64) -> bool {
         let sum: BigInt = parts.iter().map(|x| exact(*x)).sum();
         let off = sum - exact_value(c, x);
@@ -160,7 +163,7 @@ mod tests {
             touch in any::<bool>(),
         ) {
             if touch {
-                // A root at x, nearly: what remains is rounding.
+                // Moves a root next to x, so that only rounding errors remain.
                 let rest = horner(&c, x).value;
                 c[0] -= rest;
             }
@@ -169,7 +172,7 @@ mod tests {
             let here = local(&c, x);
             prop_assert!(holds(&c, x, &[here.high, here.low], here.error));
             prop_assert_eq!(here.high, value.value);
-            // Twice the precision.
+            // The compensated scheme works in twice the precision.
             let u = f64::UNIT_ROUNDOFF * c.len() as f64;
             prop_assert!(here.error <= 8.1 * u * u * here.size + 1e-200);
             let wide: Vec<f64x8> = c.iter().map(|c| f64x8::splat(*c)).collect();
@@ -179,7 +182,7 @@ mod tests {
             let lanes = local(&wide, f64x8::splat(x));
             prop_assert_eq!(lanes.low.lane(3), here.low);
             prop_assert_eq!(lanes.error.lane(3), here.error);
-            // f32, whose inputs are other numbers.
+            // In f32 the rounded inputs are the exact ones.
             let narrow: Vec<f32> = c.iter().map(|c| *c as f32).collect();
             let back: Vec<f64> = narrow.iter().map(|c| f64::from(*c)).collect();
             let value = horner(&narrow, x as f32);

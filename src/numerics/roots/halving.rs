@@ -1,22 +1,24 @@
-//! Interval halving: Moore's exclusion (1966), with Taylor's expansion about the
+//! Interval halving: Moore's exclusion test (1966), with Taylor's expansion about the
 //! middle of an interval as the enclosure.
 //!
-//! With p(m + h) = Σ aⱼ hʲ, |h| ≤ r: no root where |a₀| > Σ_{j≥1} |aⱼ| rʲ; p is
-//! monotone where |a₁| r > Σ_{j≥2} j |aⱼ| rʲ, and then the signs at the ends tell,
-//! and plain bisection finds the root. Anything else is halved, until what is
-//! left of p over the interval drowns in the error of its coefficients. That is
-//! 4n u Σ |cᵢ| (|m| + r)ⁱ for all aⱼ rʲ together: each cᵢ goes through at most 2n
-//! sums and products to each of them.
+//! With p(m + h) = Σ aⱼ hʲ and |h| ≤ r, there is no root if |a₀| > Σ_{j≥1} |aⱼ| rʲ. p is
+//! monotone if |a₁| r > Σ_{j≥2} j |aⱼ| rʲ; then the signs at the ends tell whether there
+//! is a root, and bisection finds it. Other intervals are halved until the variation of p
+//! over the interval is within the error of its coefficients. That error is 4n u Σ |cᵢ|
+//! (|m| + r)ⁱ for all aⱼ rʲ together: each cᵢ goes through at most 2n sums and products
+//! to each of them (lemma Z11, docs/numerics/roots.md).
 //!
-//! Certifies; slow, and slower the closer roots lie.
+//! The answer is complete. The method is slow, and slower the closer roots lie.
 
 use super::answer::Proof;
-use super::settle::{Candidate, Line};
+use super::certify_candidates::{Candidate, Line};
 use crate::math::lanes::Scalar;
 
-/// Intervals that are looked at.
+/// Limit of the number of intervals that are examined.
 const NODES: usize = 50_000;
 
+/// Finds candidates that cover all roots in the interval of `line`; the proof is always
+/// [`Proof::Complete`].
 pub fn candidates(line: &Line) -> (Vec<Candidate>, Proof) {
     let n = line.degree();
     let mut found = Vec::new();
@@ -41,6 +43,7 @@ pub fn candidates(line: &Line) -> (Vec<Candidate>, Proof) {
             .iter()
             .rev()
             .fold(0.0, |y, c| y * (m.abs() + r) + c.abs());
+        // Lemma Z11, docs/numerics/roots.md.
         let error = 4.0 * n as f64 * f64::UNIT_ROUNDOFF * size * 1.001 + 1e-300;
         let (mut power, mut rest, mut bend) = (1.0, 0.0, 0.0);
         for (j, a) in a.iter().enumerate().skip(1) {
@@ -57,6 +60,7 @@ pub fn candidates(line: &Line) -> (Vec<Candidate>, Proof) {
             found.extend(bisected(line, low, high));
             continue;
         }
+        // Lemma Z11, docs/numerics/roots.md.
         let narrow = r <= 4.0 * f64::EPSILON * m.abs() || r < 1e-290;
         if rest <= 4.0 * error || narrow {
             found.push(Candidate::Doubtful(low, high));
@@ -68,8 +72,8 @@ pub fn candidates(line: &Line) -> (Vec<Candidate>, Proof) {
     (found, Proof::Complete)
 }
 
-/// The root of p between two numbers between which it is monotone, as narrowly as
-/// signs are certain.
+/// Bisects an interval on which p is monotone, as far as signs are certain; `None` if
+/// there is no root.
 fn bisected(line: &Line, mut low: f64, mut high: f64) -> Option<Candidate> {
     let (first, last) = (line.certain_sign(low), line.certain_sign(high));
     if first == last && first != 0.0 {
@@ -84,7 +88,7 @@ fn bisected(line: &Line, mut low: f64, mut high: f64) -> Option<Candidate> {
             0.0 => break,
             sign if sign == first => low = middle,
             sign if sign == last => high = middle,
-            // p has turned, where it does not: nobody knows.
+            // Neither end has this sign for certain, so the bracket cannot shrink.
             _ => break,
         }
     }

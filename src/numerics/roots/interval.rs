@@ -1,8 +1,8 @@
-//! Where roots are asked for.
+//! Intervals in which roots are sought.
 
 use std::ops::Bound;
 
-/// An interval of the line: each end belongs to it, or does not, or there is none.
+/// An interval of the line; each end is included, excluded or absent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
     pub low: Bound<f64>,
@@ -10,12 +10,13 @@ pub struct Interval {
 }
 
 impl Interval {
+    /// The whole real line.
     pub const LINE: Interval = Interval {
         low: Bound::Unbounded,
         high: Bound::Unbounded,
     };
 
-    /// (low, high), as rays have it; an infinite end is none.
+    /// Returns (low, high), the interval of rays; infinite ends are allowed.
     pub fn open(low: f64, high: f64) -> Interval {
         Interval {
             low: Bound::Excluded(low),
@@ -23,7 +24,7 @@ impl Interval {
         }
     }
 
-    /// (low, high], as Sturm counts.
+    /// Returns (low, high], the interval of Sturm's theorem.
     pub fn half_open(low: f64, high: f64) -> Interval {
         Interval {
             low: Bound::Excluded(low),
@@ -31,7 +32,7 @@ impl Interval {
         }
     }
 
-    /// The least number that may belong to it, or −∞.
+    /// Returns the lower end, or −∞.
     pub(super) fn from(&self) -> f64 {
         match self.low {
             Bound::Included(x) | Bound::Excluded(x) => x,
@@ -39,6 +40,7 @@ impl Interval {
         }
     }
 
+    /// Returns the upper end, or +∞.
     pub(super) fn to(&self) -> f64 {
         match self.high {
             Bound::Included(x) | Bound::Excluded(x) => x,
@@ -46,12 +48,12 @@ impl Interval {
         }
     }
 
-    /// Whether there may be anything in it; not where an end is NaN.
+    /// Whether the interval may contain a number; false if an end is NaN.
     pub(super) fn is_sound(&self) -> bool {
         self.from() <= self.to()
     }
 
-    /// −x for x.
+    /// Reflects the interval at 0.
     pub(super) fn mirrored(&self) -> Interval {
         let negated = |end: Bound<f64>| end.map(|x| -x);
         Interval {
@@ -60,8 +62,8 @@ impl Interval {
         }
     }
 
-    /// Whether a number is inside, which is against an end as it says there.
-    /// `order`: the number against a given f64.
+    /// Whether the interval contains a number that is known by its order. `order(x)`
+    /// compares the number with an end x.
     pub(super) fn holds(&self, order: impl Fn(f64) -> std::cmp::Ordering) -> bool {
         use std::cmp::Ordering::{Greater, Less};
         let above = match self.low {

@@ -1,23 +1,25 @@
 //! Real roots of polynomials in one variable.
 //!
-//! A polynomial is its f64 coefficients, which are exact numbers. [`solve`] asks one
-//! of several solvers for its roots in an interval; [`Solver::Auto`] and
-//! [`Solver::Sturm`] promise the exact number of distinct roots with their
-//! multiplicities, [`Solver::Bernstein`] and [`Solver::Halving`] that nothing is
-//! missing, the others that what they give is right.
+//! A polynomial is its f64 coefficients, which are exact numbers. [`solve`] calls one of
+//! several solvers for the roots in an interval. [`Solver::Auto`] and [`Solver::Sturm`]
+//! guarantee the exact number of distinct roots with their multiplicities.
+//! [`Solver::Bernstein`] and [`Solver::Halving`] guarantee that no root is missing. The
+//! others guarantee only that the roots they return are right.
 //!
-//! **Invariants.** Every root that any solver gives is the f64 nearest to a root of
-//! the polynomial, so its bits do not depend on solver, interval or start. What a
-//! solver cannot separate is a [`Cluster`]. No solver panics, loops without end or
-//! allocates without end.
+//! **Invariants.** Every root that any solver returns is the f64 nearest to a root of the
+//! polynomial, so its bits do not depend on solver, interval or start. Roots that a
+//! solver cannot separate form a [`Cluster`]. No solver panics, loops endlessly or
+//! allocates without limit.
 //!
-//! docs/ROOTS.md says which solver when, and what they cost. tests/roots.rs holds
-//! them against certified roots and against Sturm's theorem in fractions.
+//! docs/ROOTS.md says which solver to use when, and what they cost. tests/roots.rs
+//! compares them with certified roots and with Sturm's theorem in fractions.
 
 mod algebraic;
 mod answer;
 mod bernstein;
 mod bracketed;
+mod certify_candidates;
+mod certify_isolated;
 mod closed;
 pub mod collocation;
 mod eval;
@@ -28,8 +30,6 @@ pub mod lanes;
 mod newton;
 mod polynomial;
 mod refine;
-mod settle;
-mod side;
 mod sturm;
 
 pub use algebraic::{RealRoots, real_roots};
@@ -38,9 +38,9 @@ pub use eval::{Approximate, Local, derivative, horner, local};
 pub use interval::Interval;
 pub use polynomial::{MAX_DEGREE, Polynomial, PolynomialError};
 
+use certify_isolated::{Doubts, Method};
 use schemars::JsonSchema;
 use serde::Deserialize;
-use side::{Doubts, Method};
 use thiserror::Error;
 
 /// A way to find roots; in scene files and on the command line by its name.
@@ -87,25 +87,26 @@ impl Solver {
         }
     }
 
-    /// The highest degree that it takes, where it does not take all.
+    /// Returns the highest degree that the solver takes; `None` if it takes all.
     pub fn most(self) -> Option<usize> {
         (self == Solver::Closed).then_some(closed::MOST)
     }
 
-    /// The exact number of roots with their multiplicities.
+    /// Whether the solver guarantees the exact number of roots with their multiplicities.
     pub fn is_exact(self) -> bool {
         matches!(self, Solver::Auto | Solver::Sturm)
     }
 }
 
-/// How many roots are wanted.
+/// The requested roots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Want {
     All,
-    /// The least one.
+    /// The least root.
     Nearest,
 }
 
+/// The reason why a solver cannot be applied.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum SolverError {
     #[error(
@@ -119,9 +120,10 @@ pub enum SolverError {
     },
 }
 
-/// The roots of a polynomial in an interval. `starts` are guesses from a neighbour or
-/// an earlier answer, the last of them first; solvers may use them, and no bit of a
-/// root depends on them.
+/// Finds the roots of a polynomial in an interval. `starts` are estimates from a
+/// neighbour or an earlier answer, of which the last is tried first. Solvers may use
+/// them; no bit of a root depends on them. Fails only if the solver has no formula for
+/// the degree.
 pub fn solve(
     p: &Polynomial,
     interval: &Interval,
@@ -129,14 +131,15 @@ pub fn solve(
     want: Want,
     starts: &[f64],
 ) -> Result<Answer, SolverError> {
-    let certified = |isolate, doubts| side::roots(p, interval, want, Method { isolate, doubts });
+    let certified =
+        |isolate, doubts| certify_isolated::roots(p, interval, want, Method { isolate, doubts });
     let mut answer = match solver {
         Solver::Auto => certified(bernstein::isolate, Doubts::Descartes),
         Solver::Sturm => certified(sturm::isolate, Doubts::Chain),
         Solver::Bernstein => certified(bernstein::isolate, Doubts::Report),
-        Solver::Halving => settle::settle(p, interval, halving::candidates),
-        Solver::Bracketed => settle::settle(p, interval, bracketed::candidates),
-        Solver::Newton => settle::settle(p, interval, |line| {
+        Solver::Halving => certify_candidates::certify(p, interval, halving::candidates),
+        Solver::Bracketed => certify_candidates::certify(p, interval, bracketed::candidates),
+        Solver::Newton => certify_candidates::certify(p, interval, |line| {
             let scaled = |t: &f64| polynomial::times_power(*t, -line.k);
             let starts: Vec<f64> = starts.iter().map(scaled).collect();
             newton::candidates(line, &starts)
@@ -151,7 +154,7 @@ pub fn solve(
                     most,
                 });
             }
-            settle::settle(p, interval, closed::candidates)
+            certify_candidates::certify(p, interval, closed::candidates)
         }
     };
     if want == Want::Nearest {
@@ -160,8 +163,9 @@ pub fn solve(
     Ok(answer)
 }
 
-/// How many roots are in (low, high], where the solver can tell without finding them and
-/// f64 is certain: by [`Solver::Sturm`] from two counts of signs. Of an interval above 0.
+/// Counts the roots in (low, high] without finding them, by [`Solver::Sturm`] from two
+/// counts of sign changes. `None` for other solvers, if `low` < 0 or p(0) = 0, or if f64
+/// is not certain of the count.
 pub fn count(p: &Polynomial, interval: &Interval, solver: Solver) -> Option<u32> {
     let (from, to) = (interval.from(), interval.to());
     let is_asked = solver == Solver::Sturm && from >= 0.0 && interval.is_sound();
@@ -171,21 +175,21 @@ pub fn count(p: &Polynomial, interval: &Interval, solver: Solver) -> Option<u32>
     sturm::count(p, from, to)
 }
 
-/// All roots in an interval, by [`Solver::Auto`].
+/// Finds all roots in an interval, by [`Solver::Auto`].
 pub fn roots(p: &Polynomial, interval: &Interval) -> Answer {
     let method = Method {
         isolate: bernstein::isolate,
         doubts: Doubts::Descartes,
     };
-    side::roots(p, interval, Want::All, method)
+    certify_isolated::roots(p, interval, Want::All, method)
 }
 
-/// The least root in an interval, by [`Solver::Auto`].
+/// Finds the least root in an interval, by [`Solver::Auto`].
 pub fn nearest(p: &Polynomial, interval: &Interval) -> Option<Root> {
     let method = Method {
         isolate: bernstein::isolate,
         doubts: Doubts::Descartes,
     };
-    let answer = side::roots(p, interval, Want::Nearest, method);
+    let answer = certify_isolated::roots(p, interval, Want::Nearest, method);
     answer.roots.first().copied()
 }

@@ -1,18 +1,18 @@
-//! Polynomials in one variable: their coefficients, checked once, and their
-//! scaling by powers of two.
+//! Polynomials in one variable: coefficients, validated once, and scaling by powers of
+//! two.
 //!
-//! The coefficients are f64, and exact: a polynomial is what these numbers say.
-//! A power of two in front, and one in the variable, change nothing about its
-//! roots but their place on the exponent's scale: [`Polynomial::scaled`] gives
-//! the coefficients of p(2^k s) with the largest about 1, so that neither a
-//! coefficient of 1e300 nor a denormal one leaves the range of f64 on the way.
+//! The coefficients are f64 and taken as exact. A power of two in front, and one in the
+//! variable, only move the roots along the exponent's scale. [`Polynomial::scaled_into`]
+//! gives the coefficients of p(2^k s) with the largest about 1, so that neither
+//! coefficients of 1e300 nor subnormal ones leave the range of f64 in computations.
 
 use crate::math::int::decoded;
 use thiserror::Error;
 
-/// The highest degree that is taken.
+/// The highest supported degree.
 pub const MAX_DEGREE: usize = 128;
 
+/// The reason why coefficients are rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum PolynomialError {
     #[error("coefficient {index} is {value}; all of them must be finite numbers")]
@@ -23,14 +23,15 @@ pub enum PolynomialError {
     Zero,
 }
 
-/// Σ cᵢ tⁱ with finite cᵢ, the last of which is not 0.
+/// The polynomial Σ cᵢ tⁱ with finite cᵢ, the last of which is not 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polynomial {
     coefficients: Vec<f64>,
 }
 
 impl Polynomial {
-    /// Coefficients, the constant one first; zeros at the upper end do not count.
+    /// Validates coefficients, the constant one first; trailing zeros are dropped. Fails
+    /// if one is not finite, all are 0, or the degree exceeds [`MAX_DEGREE`].
     pub fn new(coefficients: &[f64]) -> Result<Polynomial, PolynomialError> {
         for (index, value) in coefficients.iter().enumerate() {
             if !value.is_finite() {
@@ -52,13 +53,13 @@ impl Polynomial {
         self.coefficients.len() - 1
     }
 
-    /// The constant one first.
+    /// Returns the coefficients, the constant one first.
     pub fn coefficients(&self) -> &[f64] {
         &self.coefficients
     }
 
-    /// Without its factors t, and how many these are: the multiplicity of the
-    /// root 0.
+    /// Divides by the highest power of t; returns the quotient and that power, the
+    /// multiplicity of the root 0.
     pub(super) fn without_zero(&self) -> (Polynomial, u32) {
         let zeros = self.coefficients.iter().take_while(|c| **c == 0.0).count();
         let rest = Polynomial {
@@ -67,7 +68,7 @@ impl Polynomial {
         (rest, zeros as u32)
     }
 
-    /// p(−t).
+    /// Returns p(−t).
     pub(super) fn mirrored(&self) -> Polynomial {
         let signed = |(i, c): (usize, &f64)| if i % 2 == 1 { -c } else { *c };
         let coefficients = self.coefficients.iter().enumerate().map(signed);
@@ -76,8 +77,9 @@ impl Polynomial {
         }
     }
 
-    /// Of p(2^k s), times a power of two that makes the largest ½ to 1. What is
-    /// 2^−1022 times that loses bits or vanishes: each by less than 2^−1074.
+    /// Writes the coefficients of p(2^k s), times a power of two that makes the largest ½
+    /// to 1. Coefficients below 2^−1022 of that lose bits or vanish, each by less than
+    /// 2^−1074.
     pub(super) fn scaled_into(&self, k: i32, to: &mut Vec<f64>) {
         let place = |(i, c): (usize, &f64)| exponent(*c).map(|e| e + k * i as i32);
         let largest = self.coefficients.iter().enumerate().filter_map(place).max();
@@ -87,19 +89,20 @@ impl Polynomial {
         to.extend(self.coefficients.iter().enumerate().map(scaled));
     }
 
-    /// Every root t has |t| < 2^k (Fujiwara 1916: 2 max |c_{n−i} / c_n|^{1/i}).
+    /// Returns k so that every root has |t| < 2^k (Fujiwara 1916:
+    /// 2 max |c_{n−i} / c_n|^{1/i}).
     pub(super) fn root_bound(&self) -> i32 {
         bound_above(self.coefficients.iter().rev())
     }
 
-    /// Every root t has |t| > 2^k, where the constant coefficient is not 0: the
-    /// bound of 1/t.
+    /// Returns k so that every root has |t| > 2^k, by the bound of 1/t. The constant
+    /// coefficient must not be 0.
     pub(super) fn root_bound_below(&self) -> i32 {
         -bound_above(self.coefficients.iter())
     }
 }
 
-/// Coefficients, the leading one first.
+/// Computes Fujiwara's bound from coefficients, the leading one first.
 fn bound_above<'a>(mut coefficients: impl Iterator<Item = &'a f64>) -> i32 {
     let leading = coefficients.next().and_then(|c| exponent(*c)).unwrap_or(0);
     let bound = |(i, c): (i32, &f64)| {
@@ -110,19 +113,19 @@ fn bound_above<'a>(mut coefficients: impl Iterator<Item = &'a f64>) -> i32 {
     1 + largest.unwrap_or(-3000)
 }
 
-/// e with 2^e ≤ |x| < 2^(e+1); `None` of zero.
+/// Returns e with 2^e ≤ |x| < 2^(e+1); `None` for 0.
 pub(super) fn exponent(x: f64) -> Option<i32> {
     let (magnitude, power) = decoded(x);
     (magnitude != 0).then(|| power + 63 - magnitude.leading_zeros() as i32)
 }
 
-/// x · 2^power, rounded once where it is subnormal.
+/// Returns x · 2^power, rounded once if it is subnormal.
 pub(super) fn times_power(x: f64, power: i32) -> f64 {
     let two_to = |k: i32| f64::from_bits(((k + 1023) as u64) << 52);
     if (-1022..=1023).contains(&power) {
         return x * two_to(power);
     }
-    // To an exponent near 0 first, so that only the last step rounds.
+    // Scale to an exponent near 0 first, so that only the last step rounds.
     let Some(own) = exponent(x) else {
         return x;
     };
@@ -174,7 +177,7 @@ mod tests {
 
     #[test]
     fn bounds_hold_the_roots() {
-        // 1e-300 and 1e300.
+        // The roots are near 1e-300 and 1e300.
         let p = Polynomial::new(&[1.0, -1e300, 1.0]).unwrap();
         assert!((997..=999).contains(&p.root_bound()), "{}", p.root_bound());
         assert!((-999..=-997).contains(&p.root_bound_below()));

@@ -1,42 +1,42 @@
-//! The canonical refinement: from anywhere near a simple root to the f64 nearest
-//! to it.
+//! The canonical refinement: from any point near a simple root to the f64 nearest to the
+//! root.
 //!
-//! Correct rounding is what makes the bits of a root depend on the polynomial
-//! alone, not on the bracket, the neighbour or the solver that led there. One
-//! Newton step from x, with p(x) in twice the precision ([`local`]), gives a
-//! correction and what that may be off by; if both ends of what remains round to
-//! one number (Ziv's test), it is the root's. Else the question goes to integers
-//! ([`super::exact`]).
+//! Correct rounding makes the bits of a root depend on the polynomial alone, and not on
+//! the bracket, the neighbour or the solver that led to it. One Newton step from x, with
+//! p(x) in twice the precision ([`local`]), gives a correction and its error bound. If
+//! both ends of the remaining interval round to one number (Ziv's test), that is the
+//! root's. Otherwise integers decide (`exact/`).
 //!
-//! The bound. Let A = Σ |cᵢ| |x|ⁱ, d = fl(p'(x)), r = fl(p(x)), off by θ, δ = −r/d,
-//! σ = |δ| + 2 θ/|d| and ρ = 4 σ. Within ρ ≤ |x| / 4n of x, |p''| ≤ 2 n² A / x², and
-//! d is off by 5 n² u A / |x|; so p' = d (1 ± η) there, with η = (5 n² u A / |x| +
-//! ρ · 2 n² A / x²) / |d|. With η ≤ ¼, p is monotone there and |p(x)| ≤ |d| σ < ¾ |d| ρ:
-//! there is exactly one root, it is simple, and by the mean value theorem no farther
-//! from x + δ than |δ| (1.5 η + 8 u) + 1.5 θ/|d|.
+//! The bound (lemma Z3, docs/numerics/roots.md). Let A = Σ |cᵢ| |x|ⁱ, d = fl(p'(x)),
+//! r = fl(p(x)), off by θ, δ = −r/d, σ = |δ| + 2 θ/|d| and ρ = 4 σ. Within ρ ≤ |x| / 4n of x,
+//! |p''| ≤ 2 n² A / x², and d is off by 5 n² u A / |x|. So p' = d (1 ± η) there, with
+//! η = (5 n² u A / |x| + ρ · 2 n² A / x²) / |d|. If η ≤ ¼, p is monotone there and
+//! |p(x)| ≤ |d| σ < ¾ |d| ρ. Hence there is exactly one root, it is simple, and by the mean value
+//! theorem it is no farther from x + δ than |δ| (1.5 η + 8 u) + 1.5 θ/|d|.
 
 use super::eval::{derivative, local};
 use super::polynomial::{Polynomial, exponent, times_power};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 
-/// The only root within `reach` of the point it was sought from.
+/// The only root within `reach` of the start of the last step.
 #[derive(Clone, Copy, Debug)]
 pub struct Nearest<L: Lanes> {
-    /// Correctly rounded, where it is certain.
+    /// The root, correctly rounded in lanes of `certain`.
     pub root: L,
+    /// Lanes in which the root passed Ziv's test and the bound holds.
     pub certain: L::Mask,
-    /// |p'| there, rounded.
+    /// |p'| at the start, rounded.
     pub slope: L,
+    /// Radius about the start within which the root is the only one.
     pub reach: L,
 }
 
-/// Corrections that are tried; the first is enough unless the root is badly
-/// conditioned.
+/// Limit of Newton steps; the first suffices unless the root is badly conditioned.
 const CORRECTIONS: usize = 4;
 
-/// x may be any number but 0, best the end of a Newton iteration. Where that was off
-/// by more than the bound can bear, what its correction leads to is the next start;
-/// for lanes that are wanted.
+/// Refines the root near x, for the `wanted` lanes. x must not be 0; the end of a Newton
+/// iteration is best. If x is too far from the root for the bound, the corrected x is the
+/// next start.
 #[inline(always)]
 pub fn nearest<L: Lanes<Scalar = f64>>(c: &[L], x: L, wanted: L::Mask) -> Nearest<L> {
     let mut found = step(c, x);
@@ -56,9 +56,11 @@ pub fn nearest<L: Lanes<Scalar = f64>>(c: &[L], x: L, wanted: L::Mask) -> Neares
     found
 }
 
+/// Takes one Newton step and bounds its error. Lemma Z3, docs/numerics/roots.md.
 #[inline(always)]
 fn step<L: Lanes<Scalar = f64>>(c: &[L], x: L) -> Nearest<L> {
     let of = |x: f64| L::from_f64(x);
+    // Lemma Z3, docs/numerics/roots.md.
     let (n, u) = ((c.len() - 1) as f64, f64::UNIT_ROUNDOFF);
     let here = local(c, x);
     let size = x.abs();
@@ -66,7 +68,7 @@ fn step<L: Lanes<Scalar = f64>>(c: &[L], x: L) -> Nearest<L> {
     let delta = -((here.high + here.low) / here.slope);
     let noise = here.error / slope;
     let reach = of(4.0) * (delta.abs() + of(2.0) * noise);
-    // n² A / (|x| |d|): by how much the root feels relative changes of coefficients.
+    // Relative condition of the root, n² A / (|x| |d|).
     let condition = of(n * n * 1.000_001) * here.size / (size * slope);
     let eta = condition * (of(5.0 * u) + of(2.0) * (reach / size));
     let off = delta.abs() * (of(1.5) * eta + of(8.0 * u)) + of(1.5) * noise;
@@ -80,13 +82,14 @@ fn step<L: Lanes<Scalar = f64>>(c: &[L], x: L) -> Nearest<L> {
     }
 }
 
-/// After a step that is so short, of x, the next one is about its square; that one
-/// is the refinement's.
+/// Relative length of a Newton step after which the next one is about its square. The
+/// refinement takes that one.
 pub const SETTLED: f64 = 1.0 / (1 << 30) as f64;
 
-/// A zero of p(2^k s) between two numbers s with opposite signs of p, up to about
-/// the square of [`SETTLED`]: Newton's method, and halving where that leaves the
-/// bracket or does not shorten it.
+/// Finds a zero of a polynomial between two numbers s with opposite signs of p, with a
+/// relative error of about the square of [`SETTLED`]. `sign_low` is the sign at `low`.
+/// Newton's method, with bisection (geometric for wide positive brackets) if a step
+/// leaves the bracket or is not half as long as the last. `guess` may be NaN.
 pub fn approach(c: &[f64], mut low: f64, mut high: f64, sign_low: f64, guess: f64) -> f64 {
     let middle = |low: f64, high: f64| {
         if high > 4.0 * low && low > 0.0 {
@@ -133,9 +136,9 @@ pub fn approach(c: &[f64], mut low: f64, mut high: f64, sign_low: f64, guess: f6
     x
 }
 
-/// The root of a polynomial that Newton's method finds from 2^k s: the nearest f64
-/// to a simple root, and how far from there it is the only one; both as multiples
-/// of a power of two. `None`: not certain.
+/// Refines the root that Newton's method finds from 2^k s: the f64 nearest to a simple
+/// root, and the radius within which it is the only one, both as multiples of a power of
+/// two. `None` if the root is not certain.
 pub(super) fn certified(
     p: &Polynomial,
     s: f64,
@@ -161,7 +164,7 @@ pub(super) fn certified(
         }
     }
     let found = nearest(c, x, true);
-    // A subnormal t has fewer bits to round to.
+    // A subnormal t has fewer bits, so rounding s would round twice.
     let is_normal = exponent(found.root)? + k >= -1022;
     (found.certain && is_normal).then_some(Certified {
         s: found.root,
@@ -170,17 +173,18 @@ pub(super) fn certified(
     })
 }
 
-/// The root nearest to s · 2^k.
+/// A simple root; the f64 nearest to it is s · 2^k.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Certified {
     pub s: f64,
     pub k: i32,
-    /// No other root is within reach · 2^k of it, nearly.
+    /// No other root is within reach · 2^k of the start of the last step, which is close
+    /// to s.
     pub reach: f64,
 }
 
 impl Certified {
-    /// As f64; beyond its range, the largest.
+    /// Returns the root as f64; ± `f64::MAX` beyond the range.
     pub fn t(&self) -> f64 {
         let t = times_power(self.s, self.k);
         t.clamp(-f64::MAX, f64::MAX)

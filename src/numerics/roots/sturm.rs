@@ -1,11 +1,10 @@
-//! Sturm's chain in f64 with bounds, and isolation by halving.
+//! Sturm's chain in f64 with error bounds, and isolation by bisection.
 //!
-//! Every coefficient of the chain carries a bound of its error, through each
-//! division. A leading coefficient or a sign that is not certain ends it: what is
-//! left is doubtful, and counted out in integers
-//! ([`exact::isolate_by_chain`](super::exact)). The chain of p without square
-//! factors ends in a constant that is not 0; so one that ends certainly proves
-//! that all roots are simple.
+//! Every coefficient of the chain carries an error bound through each division (lemma
+//! Z12, docs/numerics/roots.md). A leading coefficient or a sign that is not certain ends
+//! the chain; the rest is doubtful and decided in integers (`exact/chain.rs`). The chain
+//! of a square-free polynomial ends in a constant that is not 0. So a chain that ends
+//! with certainty proves that all roots are simple.
 
 use super::bernstein::{Found, Piece};
 use super::eval::FLOOR;
@@ -14,7 +13,8 @@ use crate::math::lanes::Scalar;
 
 const U: f64 = f64::UNIT_ROUNDOFF;
 
-/// Coefficients and bounds of their errors, of at most about 1.
+/// A member of the chain: coefficients of magnitude at most about 1, and their error
+/// bounds.
 #[derive(Clone, Debug)]
 struct Row {
     c: Vec<f64>,
@@ -22,7 +22,7 @@ struct Row {
 }
 
 impl Row {
-    /// Times the power of two that makes the largest coefficient about 1.
+    /// Multiplies by the power of two that makes the largest coefficient about 1.
     fn normalised(mut self) -> Row {
         let largest = self.c.iter().fold(0.0, |m: f64, c| m.max(c.abs()));
         if let Some(e) = exponent(largest) {
@@ -34,6 +34,7 @@ impl Row {
         self
     }
 
+    /// Returns the sign at x as ±1 if it is certain. Lemma Z12, docs/numerics/roots.md.
     fn certain_sign(&self, x: f64) -> Option<f64> {
         let n = self.c.len() - 1;
         let (mut y, mut mu, mut off) = (self.c[n], 0.5 * self.c[n].abs(), self.error[n]);
@@ -42,12 +43,13 @@ impl Row {
             mu = x.abs() * mu + y.abs();
             off = x.abs() * off + self.error[i];
         }
+        // Lemma Z12, docs/numerics/roots.md.
         let error = 2.0 * U * mu * 1.000_1 + off * 1.000_1 + FLOOR;
         (y.abs() > error).then(|| y.signum())
     }
 }
 
-/// `None` where signs would not be certain.
+/// Computes the chain; `None` if a leading coefficient is not certain.
 fn chain(c: &[f64]) -> Option<Vec<Row>> {
     let first = Row {
         c: c.to_vec(),
@@ -55,6 +57,7 @@ fn chain(c: &[f64]) -> Option<Vec<Row>> {
     };
     let slope: Vec<f64> = (1..c.len()).map(|i| c[i] * i as f64).collect();
     let second = Row {
+        // Lemma Z12, docs/numerics/roots.md.
         error: slope.iter().map(|c| U * c.abs() + FLOOR).collect(),
         c: slope,
     };
@@ -67,6 +70,8 @@ fn chain(c: &[f64]) -> Option<Vec<Row>> {
     (last.c[0].abs() > last.error[0]).then_some(rows)
 }
 
+/// Returns −a mod b with error bounds; `None` if a leading coefficient is not certain.
+/// Lemma Z12, docs/numerics/roots.md.
 fn negative_remainder(a: &Row, b: &Row) -> Option<Row> {
     let m = b.c.len() - 1;
     let (leading, off) = (b.c[m], b.error[m]);
@@ -77,12 +82,14 @@ fn negative_remainder(a: &Row, b: &Row) -> Option<Row> {
     while c.len() > m {
         let top = c.len() - 1;
         let q = c[top] / leading;
-        // |q| off by the errors of both, and by rounding.
+        // Error of q from both coefficients and from rounding. Lemma Z12,
+        // docs/numerics/roots.md.
         let q_error = (error[top] + q.abs() * off) / (leading.abs() - off) + 2.0 * U * q.abs();
         for j in 0..m {
             let i = top - m + j;
             let product = q * b.c[j];
             let next = c[i] - product;
+            // Lemma Z12, docs/numerics/roots.md.
             error[i] += q_error * (b.c[j].abs() + b.error[j])
                 + q.abs() * b.error[j]
                 + 2.0 * U * (product.abs() + next.abs());
@@ -93,13 +100,13 @@ fn negative_remainder(a: &Row, b: &Row) -> Option<Row> {
         error.pop();
     }
     c.iter_mut().for_each(|c| *c = -*c);
-    // The degree drops by one, or nobody knows by how many.
+    // The degree must drop by exactly one; otherwise it is not known.
     let top = c.len() - 1;
     (c[top].abs() > error[top]).then_some(Row { c, error })
 }
 
-/// Changes of sign of the chain. `None` where a sign that matters is not certain: of
-/// a member between two of opposite signs it does not.
+/// Counts sign changes of the chain at x; `None` if a sign that matters is not certain.
+/// The sign of a member between two of opposite signs does not matter.
 fn changes(rows: &[Row], x: f64) -> Option<u32> {
     let (mut count, mut last) = (0, rows[0].certain_sign(x)?);
     let mut skipped = false;
@@ -118,8 +125,8 @@ fn changes(rows: &[Row], x: f64) -> Option<u32> {
     (!skipped).then_some(count)
 }
 
-/// How many roots a polynomial with c₀ ≠ 0 has between two numbers from 0 up, neither of
-/// which is one: Sturm's theorem. `None` where a sign is not certain.
+/// Counts the roots of a polynomial with c₀ ≠ 0 between two numbers ≥ 0 that are not
+/// roots (Sturm's theorem). `None` if a sign is not certain.
 pub fn count(p: &Polynomial, from: f64, to: f64) -> Option<u32> {
     if p.degree() == 0 {
         return Some(0);
@@ -132,7 +139,7 @@ pub fn count(p: &Polynomial, from: f64, to: f64) -> Option<u32> {
     Some(changes(&rows, scaled(from))? - changes(&rows, scaled(to))?)
 }
 
-/// As [`super::bernstein::isolate`].
+/// Isolates positive roots, with the contract of [`super::bernstein::isolate`].
 pub fn isolate(p: &Polynomial, from: f64, to: f64) -> Vec<Piece> {
     if p.degree() == 0 {
         return Vec::new();
@@ -143,14 +150,14 @@ pub fn isolate(p: &Polynomial, from: f64, to: f64) -> Vec<Piece> {
         false => 1.0,
     };
     let (from, to) = (scaled(from), scaled(to));
-    // The ends asked for may be roots: take a little more.
+    // Requested ends may be roots: take a slightly larger interval.
     let from = if from > 0.0 { from * 0.99 } else { 0.0 };
-    // And no less than can be told from 0 at this scale.
+    // The upper end stays distinguishable from 0 at this scale.
     let to = (to * 1.01).clamp(1e-290, 1.0);
     if !(from < to) {
         return Vec::new();
     }
-    // Few bits, so that ends are exact at every scale.
+    // Truncate to few bits, so that ends are exact at every scale.
     let few = |x: f64| f64::from_bits(x.to_bits() & !((1 << 40) - 1));
     let (from, to) = (few(from), (few(to) * (1.0 + 2.0_f64.powi(-11))).min(1.0));
     let doubt = |low, high| Piece {
@@ -219,7 +226,7 @@ mod tests {
         ] {
             assert_eq!(at(low) - at(high), count, "({low}, {high}]");
         }
-        // (t − 1)²: the chain does not end in a certain constant.
+        // The chain of (t − 1)² does not end in a certain constant.
         assert!(chain(&[1.0, -2.0, 1.0]).is_none());
     }
 }

@@ -1,23 +1,22 @@
-//! Lanes: many numbers that take the same steps.
+//! SIMD lanes: numbers on which the same operations are performed together.
 //!
-//! [`Lanes`] is the smallest set of operations that the kernels use. f32 and
-//! f64 are its one-lane cases, so the scalar path is the same source, not a
-//! second one. Registers come from the crate `wide`, which `registers.rs` alone
-//! names. The rules:
+//! [`Lanes`] is the smallest set of operations that the kernels use. f32 and f64 are its
+//! one-lane cases, so the scalar path is the same source. Registers come from the crate
+//! `wide`, which only `registers.rs` names. The rules:
 //!
-//! - **Bits.** `+ − × ÷ √`, negation, `abs`, comparisons and `select` are
-//!   correctly rounded or exact, so every width gives the same bits.
-//! - **FMA.** [`Lanes::mul_add`] on f32 fuses where the target has FMA, and
-//!   rounds twice where it has not, at every width alike. On f64 it *always*
-//!   rounds twice: what `exact` decides must not depend on the machine. Nothing
-//!   else fuses (rustc never contracts) but [`Lanes::product_error`], which is exact.
-//! - **NaN.** `min(a, b)` is `if a < b { a } else { b }`, `max` the same with
-//!   `>`: a NaN on the left gives b, on the right gives NaN. Comparisons with
-//!   NaN are false.
-//! - No reciprocal, reciprocal root or elementary function: they differ between
-//!   processors.
+//! - **Bits.** `+ − × ÷ √`, negation, `abs`, comparisons and `select` are correctly
+//!   rounded or exact, so every width gives the same bits.
+//! - **FMA.** [`Lanes::mul_add`] on f32 fuses where the target has FMA and rounds twice
+//!   elsewhere, at every width alike. On f64 it *always* rounds twice, because exact
+//!   answers must not depend on the machine. Nothing else fuses (rustc never contracts)
+//!   except [`Lanes::product_error`], which is exact.
+//! - **NaN.** `min(a, b)` is `if a < b { a } else { b }`, and `max` the same with `>`: a
+//!   NaN on the left gives b, a NaN on the right gives NaN. Comparisons with NaN are
+//!   false.
+//! - **Absent operations.** There is no reciprocal, reciprocal square root or elementary
+//!   function, since their bits differ between processors.
 //!
-//! tests/lanes.rs holds the rules against scalar code, bit by bit.
+//! tests/lanes.rs compares every operation with scalar code, bit by bit.
 
 mod one;
 mod pair;
@@ -31,22 +30,22 @@ pub use registers::{
 use std::fmt::Debug;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-/// [`Lanes::min`], also where the type is known: there the method of the same
-/// name that `wide` has would be meant, which takes three instructions for one.
+/// Calls [`Lanes::min`]. On a concrete register type the method syntax would call
+/// `wide`'s own `min`, which takes three instructions instead of one.
 #[inline(always)]
 pub fn min<L: Lanes>(a: L, b: L) -> L {
     Lanes::min(a, b)
 }
 
-/// [`Lanes::max`], also where the type is known; see [`min`].
+/// Calls [`Lanes::max`]; see [`min`] for the reason.
 #[inline(always)]
 pub fn max<L: Lanes>(a: L, b: L) -> L {
     Lanes::max(a, b)
 }
 
-/// x + y + z: the least two first, so that the bits are the same in whatever order
-/// they come. NaN stays, as min and max with their operands swapped lose neither
-/// number.
+/// Returns x + y + z with the same bits for every order of the arguments: the two least
+/// are added first. A NaN argument gives NaN, since the swapped operands of min and max
+/// lose neither number. Lemma A5, docs/numerics/transforms.md.
 #[inline(always)]
 pub fn unordered_sum<L: Lanes>(x: L, y: L, z: L) -> L {
     let (less, more) = (min(x, y), max(y, x));
@@ -54,8 +53,9 @@ pub fn unordered_sum<L: Lanes>(x: L, y: L, z: L) -> L {
     (less + middle) + most
 }
 
-/// x + y + z: the least and the greatest first, so that if all signs change the sum's
-/// sign does, too, and nothing else. Otherwise as [`unordered_sum`].
+/// Returns x + y + z with the same bits for every order of the arguments, and exactly
+/// negated if all signs change: the least and the greatest are added first. NaN as in
+/// [`unordered_sum`]. Lemma A5, docs/numerics/transforms.md.
 #[inline(always)]
 pub fn odd_sum<L: Lanes>(x: L, y: L, z: L) -> L {
     let (less, more) = (min(x, y), max(y, x));
@@ -64,35 +64,36 @@ pub fn odd_sum<L: Lanes>(x: L, y: L, z: L) -> L {
     (least + most) + middle
 }
 
-/// One lane's type: f32 or f64.
+/// The type of one lane: f32 or f64.
 pub trait Scalar: Copy + PartialOrd + Debug + Send + Sync + 'static {
-    /// Half the distance from 1 to the next number: 2^-24 or 2^-53.
+    /// Unit roundoff u, half the distance from 1 to the next number: 2⁻²⁴ or 2⁻⁵³.
     const UNIT_ROUNDOFF: Self;
     const INFINITY: Self;
-    /// The least normal number.
+    /// The least positive normal number.
     const MIN_POSITIVE: Self;
     /// The largest finite number.
     const MAX: Self;
     fn from_f32(x: f32) -> Self;
-    /// Rounded to nearest.
+    /// Rounds to nearest.
     fn from_f64(x: f64) -> Self;
     fn to_f64(self) -> f64;
-    /// What [`Lanes::mul_add`] gives, bit by bit.
+    /// Computes [`Lanes::mul_add`] of one lane, with the same bits.
     fn scalar_mul_add(self, a: Self, b: Self) -> Self;
-    /// The bits, zero-extended.
+    /// Returns the bits, zero-extended to 64.
     fn bits(self) -> u64;
-    /// A number of no meaning that carries 32 bits, for lanes of ids.
+    /// Makes a value that carries 32 bits in its representation, for lanes of ids. Its
+    /// numeric value has no meaning.
     fn carrying(bits: u32) -> Self;
 }
 
-/// The result of a comparison in each lane.
+/// A boolean per lane, the result of a comparison.
 pub trait Mask:
     Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> + Debug
 {
     fn splat(on: bool) -> Self;
-    /// Lane i is on where bit i is set.
+    /// Makes a mask in which lane i is on if bit i is set.
     fn from_bits(bits: u32) -> Self;
-    /// Bit i is set where lane i is on; bits past the last lane are 0.
+    /// Returns bits of which bit i is set if lane i is on; bits past the last lane are 0.
     fn bits(self) -> u32;
     fn any(self) -> bool;
     fn none(self) -> bool {
@@ -100,7 +101,7 @@ pub trait Mask:
     }
 }
 
-/// `COUNT` numbers of one type that are computed on together.
+/// `COUNT` numbers of one type on which operations are performed together.
 pub trait Lanes:
     Copy
     + Debug
@@ -115,20 +116,20 @@ pub trait Lanes:
 {
     type Scalar: Scalar;
     type Mask: Mask;
-    /// As many lanes of f64: where object rays are computed.
+    /// The type with as many lanes of f64. Object rays are computed in it.
     type Double: Lanes<Scalar = f64, Double = Self::Double, Ids = Self::Ids>;
-    /// One lane.
+    /// The one-lane type of the same precision.
     type Single: Lanes<Scalar = Self::Scalar>;
-    /// `[Scalar; COUNT]`.
+    /// The lanes in memory, `[Scalar; COUNT]`.
     type Array: Copy + AsRef<[Self::Scalar]> + AsMut<[Self::Scalar]>;
-    /// `[u32; COUNT]`.
+    /// One id per lane, `[u32; COUNT]`.
     type Ids: Copy + AsRef<[u32]> + AsMut<[u32]> + Send + Sync;
     const COUNT: usize;
 
     fn splat(x: Self::Scalar) -> Self;
-    /// The first `COUNT` values of a slice; panics where it is shorter.
+    /// Loads the first `COUNT` values of a slice; panics if it is shorter.
     fn load(from: &[Self::Scalar]) -> Self;
-    /// Into the first `COUNT` places of a slice; panics where it is shorter.
+    /// Stores into the first `COUNT` places of a slice; panics if it is shorter.
     fn store(self, to: &mut [Self::Scalar]);
     fn to_array(self) -> Self::Array;
     fn ids(value: u32) -> Self::Ids;
@@ -137,10 +138,10 @@ pub trait Lanes:
     fn sqrt(self) -> Self;
     fn min(self, other: Self) -> Self;
     fn max(self, other: Self) -> Self;
-    /// `self · a + b`; see the module's FMA rule.
+    /// Computes `self · a + b`; the module's FMA rule states the rounding.
     fn mul_add(self, a: Self, b: Self) -> Self;
-    /// What the rounded product of two numbers has lost, exactly, but where that or
-    /// a half of one of them leaves the range.
+    /// Returns the exact error `self · by − product` of a rounded product. Exact unless
+    /// the product, or one of the halves of a factor, leaves the range.
     fn product_error(self, by: Self, product: Self) -> Self;
 
     fn lt(self, other: Self) -> Self::Mask;
@@ -148,14 +149,15 @@ pub trait Lanes:
     fn gt(self, other: Self) -> Self::Mask;
     fn ge(self, other: Self) -> Self::Mask;
     fn eq(self, other: Self) -> Self::Mask;
-    /// `yes` where the mask is on.
+    /// Returns `yes` in the lanes where the mask is on, and `no` elsewhere.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
-    /// Rounded to this type, to nearest.
+    /// Converts f64 lanes to this type, rounding to nearest.
     fn narrow(wide: Self::Double) -> Self;
+    /// Converts to f64 lanes, exactly.
     fn widen(self) -> Self::Double;
 
-    /// f64 lanes.
+    /// Whether the lanes are f64.
     #[inline(always)]
     fn is_double() -> bool {
         size_of::<Self::Scalar>() == 8
@@ -188,21 +190,21 @@ pub trait Lanes:
         Self::splat(Self::Scalar::from_f32(x))
     }
 
-    /// The least of all lanes, none of which is NaN.
+    /// Returns the least lane; no lane may be NaN.
     #[inline(always)]
     fn least(self) -> Self::Scalar {
         fold(self, |a, b| if b < a { b } else { a })
     }
 
-    /// The greatest of all lanes, none of which is NaN.
+    /// Returns the greatest lane; no lane may be NaN.
     #[inline(always)]
     fn greatest(self) -> Self::Scalar {
         fold(self, |a, b| if b > a { b } else { a })
     }
 }
 
-/// [`Lanes::product_error`] where nothing fuses: by halves of the bits (Veltkamp), whose
-/// products are exact (Dekker).
+/// Computes [`Lanes::product_error`] without FMA: both factors are split into halves of
+/// their bits (Veltkamp), whose products are exact (Dekker).
 #[cfg(not(target_feature = "fma"))]
 #[inline(always)]
 fn error_by_halves<L: Lanes>(x: L, y: L, product: L) -> L {
@@ -217,7 +219,7 @@ fn error_by_halves<L: Lanes>(x: L, y: L, product: L) -> L {
     ((x1 * y1 - product) + x1 * y2 + x2 * y1) + x2 * y2
 }
 
-/// By halves, as registers like it.
+/// Reduces by halves, which suits registers.
 #[inline(always)]
 fn fold<L: Lanes>(x: L, pick: impl Fn(L::Scalar, L::Scalar) -> L::Scalar) -> L::Scalar {
     let mut lanes = x.to_array();

@@ -1,4 +1,4 @@
-//! One lane: plain f32 and f64.
+//! The one-lane case: plain f32 and f64.
 
 use super::{Lanes, Mask, Scalar};
 

@@ -1,9 +1,9 @@
-//! Lanes in two registers.
+//! Lanes in a pair of registers.
 
 use super::{Lanes, Mask, WideMask, f64x8};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-/// Sixteen lanes of f64: two registers of eight.
+/// Sixteen lanes of f64 in two registers of eight.
 #[allow(non_camel_case_types)]
 #[derive(Clone, Copy, Debug)]
 pub struct f64x16 {

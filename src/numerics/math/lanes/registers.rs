@@ -1,5 +1,4 @@
-//! Lanes in registers: the only file that names the crates `wide` and
-//! `safe_arch`.
+//! Lanes in registers. Only this file names the crates `wide` and `safe_arch`.
 
 use super::{Lanes, Mask, f64x16};
 use std::ops::{BitAnd, BitOr, Not};
@@ -7,29 +6,31 @@ use std::ops::{BitAnd, BitOr, Not};
 pub use wide::{f32x4, f32x8, f32x16, f64x4, f64x8};
 use wide::{u32x4, u32x8, u32x16, u64x4, u64x8};
 
-/// One register of f32, at least eight: what the children of a wide node are
-/// met in, whatever the packets' own width.
+/// One hardware register of f32, at least eight lanes. The children of a wide node are
+/// tested in it, whatever the width of packets.
 #[cfg(target_feature = "avx512f")]
 pub type Register = f32x16;
 #[cfg(not(target_feature = "avx512f"))]
 pub type Register = f32x8;
 
-/// Sets of 32 members, one in each lane of a [`Register`] (whose numbers mean
-/// nothing): adds the members of `bits` to the sets of the lanes in `mask`.
+/// Adds members to sets. Each lane of `sets` is a set of up to 32 members, one per bit;
+/// its value as a number has no meaning. The members of `bits` are added in the lanes of
+/// `mask`.
 #[inline(always)]
 pub fn add_members(mask: <Register as Lanes>::Mask, sets: Register, bits: u32) -> Register {
     sets | (mask.0 & Register::splat(f32::from_bits(bits)))
 }
 
-/// Sixteen numbers, as few registers as hold them.
+/// Sixteen numbers in as few registers as hold them.
 pub type Table = [Register; 16 / <Register as Lanes>::COUNT];
 
+/// Loads a table of sixteen numbers.
 #[inline(always)]
 pub fn table(from: &[f32; 16]) -> Table {
     std::array::from_fn(|i| Register::load(&from[<Register as Lanes>::COUNT * i..]))
 }
 
-/// An entry of a [`Table`] for each lane of a [`Register`].
+/// The index of an entry of a [`Table`] in each lane of a [`Register`].
 #[derive(Clone, Copy, Debug)]
 #[cfg(target_feature = "avx512f")]
 pub struct Entries(safe_arch::m512i);
@@ -47,26 +48,27 @@ impl Entries {
     }
 }
 
-/// An entry of a [`Table`] for each lane of a [`Register`].
+/// The index of an entry of a [`Table`] in each lane of a [`Register`].
 #[derive(Clone, Copy, Debug)]
 #[cfg(all(target_feature = "avx2", not(target_feature = "avx512f")))]
 pub struct Entries(safe_arch::m256i);
 
 #[cfg(all(target_feature = "avx2", not(target_feature = "avx512f")))]
 impl Entries {
-    // One instruction; of a conversion lane by lane the compiler makes two dozen.
+    // One instruction; the compiler makes two dozen of a conversion lane by lane.
     #[inline(always)]
     pub fn load(at: &[u8; 8]) -> Entries {
         use safe_arch::{convert_to_i16_m256i_from_lower8_u8_m128i, set_i64_m128i_s};
         let bytes = set_i64_m128i_s(i64::from_le_bytes(*at));
-        // To i32, its name notwithstanding.
+        // Converts to i32, although the name says i16.
         Entries(convert_to_i16_m256i_from_lower8_u8_m128i(bytes))
     }
 
     #[inline(always)]
     pub fn of(self, [low, high]: Table) -> Register {
         use safe_arch::{blend_varying_m256, shl_imm_u32_m256i, shuffle_av_f32_all_m256};
-        // The bit that tells the halves apart is the blend's sign bit.
+        // Bit 3 of the index selects the table's half; the shift makes it the sign bit,
+        // by which the blend selects.
         let is_high = bytemuck::cast(shl_imm_u32_m256i::<28>(self.0));
         let low = shuffle_av_f32_all_m256(bytemuck::cast(low), self.0);
         let high = shuffle_av_f32_all_m256(bytemuck::cast(high), self.0);
@@ -74,7 +76,7 @@ impl Entries {
     }
 }
 
-/// An entry of a [`Table`] for each lane of a [`Register`].
+/// The index of an entry of a [`Table`] in each lane of a [`Register`].
 #[derive(Clone, Copy, Debug)]
 #[cfg(not(target_feature = "avx2"))]
 pub struct Entries([u8; 8]);
@@ -94,13 +96,13 @@ impl Entries {
     }
 }
 
-/// The mask of a `wide` type: all bits of a lane set, or none.
+/// The mask of a `wide` type: all bits of a lane are set, or none.
 #[derive(Clone, Copy, Debug)]
 #[repr(transparent)]
 pub struct WideMask<W>(W);
 
-/// Reductions by registers of half the width: left to itself the compiler takes
-/// registers to pieces for them.
+/// Defines reductions through registers of half the width; without them the compiler
+/// splits registers into single lanes.
 macro_rules! by_halves {
     ($half:ident, $count:literal) => {
         #[inline(always)]
@@ -118,10 +120,11 @@ macro_rules! by_halves {
     };
 }
 
-/// Byte by byte with AVX2. Of lanes, the compiler makes a store by a mask where what is
-/// chosen goes back to where the rest was loaded from, which is slow on AMD's processors
-/// (measured: `guarded` camera rays at meshes a fifth slower, `fast` ones 3 to 19 %); of
-/// bytes there is no such store.
+/// Selects byte by byte with AVX2. If a selection by lanes is stored where its other
+/// operand was loaded from, the compiler makes a masked store, which is slow on AMD
+/// processors (measured: `guarded` camera rays on meshes a fifth slower, `fast` ones 3 to
+/// 19 %). There is no masked store by bytes. See
+/// docs/decisions/028-avx2-without-mask-stores.md.
 macro_rules! by_bytes {
     ($w:ident, $registers:literal) => {
         |mask: $w, yes: $w, no: $w| -> $w {
@@ -209,7 +212,7 @@ macro_rules! wide_lanes {
             fn to_array(self) -> [$s; $count] {
                 <$w>::to_array(self)
             }
-            // Where it lies in memory it is read there.
+            // Reads the lane in place if the register lies in memory.
             #[inline(always)]
             fn lane(&self, i: usize) -> $s {
                 <$w>::as_array(self)[i]
@@ -288,7 +291,7 @@ macro_rules! wide_lanes {
     };
 }
 
-/// Lane by lane: the compiler finds the instructions.
+/// Converts lane by lane; the compiler finds the vector instructions.
 macro_rules! narrowed {
     ($w:ident, $double:ident) => {
         |wide: $double| {
@@ -298,9 +301,9 @@ macro_rules! narrowed {
     };
 }
 
-/// By instructions of four lanes: in large functions the compiler takes these registers
-/// to pieces (measured: pictures 3 to 5 % slower; kernels of sixteen lanes are not, and
-/// these would cost them 2 %).
+/// Converts by instructions of four lanes. In large functions the compiler splits these
+/// registers into single lanes (measured: pictures 3 to 5 % slower). Kernels of sixteen
+/// lanes are compiled well, and these instructions would make them 2 % slower.
 #[cfg(target_feature = "avx")]
 #[inline(always)]
 fn narrow_eight(wide: f64x8) -> f32x8 {
@@ -315,7 +318,7 @@ fn narrow_eight(wide: f64x8) -> f32x8 {
     narrowed!(f32x8, f64x8)(wide)
 }
 
-// Without hardware FMA `wide` rounds twice of itself, like `mul_add_f32`.
+// Without hardware FMA `mul_add` of `wide` rounds twice, as `mul_add_f32` does.
 wide_lanes!(
     f32x4,
     f32,

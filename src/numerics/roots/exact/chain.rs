@@ -4,20 +4,21 @@ use super::{Integers, Isolated, Point, derivative, order, primitive, sign_at, st
 use num_bigint::BigInt;
 use std::cmp::Ordering;
 
-/// p, p', and each time the negative remainder of the two before, without common
-/// factors: remainders are multiplied by positive numbers only, so signs are
-/// Sturm's.
+/// Sturm's chain: p, p', and then the negative remainder of the two members before,
+/// without common factors. Remainders are multiplied only by positive numbers, so the
+/// signs are those of Sturm's theorem.
 #[derive(Clone, Debug)]
 pub struct Chain {
     rows: Vec<Integers>,
 }
 
-/// Bits of the largest chain that is formed, in all.
+/// Limit of a chain's total bits; a longer chain is given up.
 const BUDGET: u64 = 1 << 20;
 
 impl Chain {
-    /// Of a square-free polynomial. `None`: its numbers would be too long.
-    pub fn of(p: &[BigInt]) -> Option<Chain> {
+    /// Computes the chain of a square-free polynomial; `None` if it exceeds its limit of
+    /// bits.
+    pub fn new(p: &[BigInt]) -> Option<Chain> {
         let mut rows = vec![primitive(p.to_vec()), primitive(derivative(p))];
         let mut spent = 0;
         while rows[rows.len() - 1].len() > 1 {
@@ -37,7 +38,7 @@ impl Chain {
         Some(Chain { rows })
     }
 
-    /// Changes of sign at a point: V(a) − V(b) roots lie in (a, b].
+    /// Counts sign changes V at a point: V(a) − V(b) roots lie in (a, b].
     pub fn changes(&self, at: &Point) -> u32 {
         let signs = self.rows.iter().map(|row| sign_at(row, at));
         let (mut count, mut last) = (0, Ordering::Equal);
@@ -49,19 +50,19 @@ impl Chain {
     }
 }
 
-/// Operations on 64 bits that counting is given: a tenth of a second, about.
+/// Limit of 64-bit operations for counting, about a tenth of a second.
 const STEPS: u64 = 1 << 26;
 
-/// [`isolate`](super::isolate) by counts at the ends and in the middle of intervals.
-/// `None`: numbers are too long for that.
+/// Isolates roots as [`isolate`](super::isolate) does, by counts at the ends and in the
+/// middle of intervals. `None` if the chain, or the count, exceeds its limit.
 pub fn isolate_by_chain(p: &[BigInt], low: &Point, high: &Point) -> Option<Vec<Isolated>> {
     let mut found = Vec::new();
     if p.len() < 2 || low >= high {
         return Some(found);
     }
-    let chain = Chain::of(p)?;
+    let chain = Chain::new(p)?;
     let is_root = |at: &Point| sign_at(p, at) == Ordering::Equal;
-    // Two ends, the roots below or at each, and whether the upper one is a root.
+    // A point, the sign changes there, and whether the point is a root.
     let end = |at: &Point| (at.clone(), chain.changes(at), is_root(at));
     let mut stack = vec![(end(low), end(high))];
     let bits = |row: &Integers| row.iter().map(BigInt::bits).sum::<u64>();
@@ -74,7 +75,8 @@ pub fn isolate_by_chain(p: &[BigInt], low: &Point, high: &Point) -> Option<Vec<I
             found.push(Isolated::Between(a.0, b.0));
         } else {
             let at = a.0.middle(&b.0);
-            // Numbers of the chain's length, and of the point's power.
+            // Cost of one evaluation: the length of the chain's numbers and the powers of
+            // the point.
             let power = at.e.unsigned_abs() + at.m.bits();
             spent += (size + power * (p.len() * p.len()) as u64) / 64 * (at.m.bits() / 64 + 1);
             if spent > STEPS {
@@ -92,7 +94,7 @@ pub fn isolate_by_chain(p: &[BigInt], low: &Point, high: &Point) -> Option<Vec<I
     Some(found)
 }
 
-/// −a mod b, times a positive number.
+/// Returns −a mod b, times a positive number.
 fn negative_remainder(a: &[BigInt], b: &[BigInt]) -> Integers {
     let mut rest = a.to_vec();
     let m = b.len() - 1;
@@ -101,7 +103,7 @@ fn negative_remainder(a: &[BigInt], b: &[BigInt]) -> Integers {
     while rest.len() > m {
         let top = rest[rest.len() - 1].clone();
         let shift = rest.len() - 1 - m;
-        // rest · |leading| − (± top) b: the factor is positive.
+        // Form rest · |leading| − (± top) b: the factor of `rest` is positive.
         for c in rest.iter_mut() {
             *c *= leading;
             if is_negative {
@@ -126,7 +128,7 @@ mod tests {
     fn the_lectures_cubic_has_its_counts() {
         // t³ + 3t² − 1; the last member is +9/4, up to a positive factor.
         let p: Integers = [-1, 0, 3, 1].map(BigInt::from).into();
-        let chain = Chain::of(&p).unwrap();
+        let chain = Chain::new(&p).unwrap();
         assert_eq!(chain.rows.len(), 4);
         assert_eq!(order(&chain.rows[3][0]), Ordering::Greater);
         let at = |t: f64| chain.changes(&Point::of(t, 0));

@@ -1,15 +1,16 @@
-//! Isolation by Descartes' rule in integers: the subdivision of
+//! Isolation by Descartes' rule of signs in integers: the subdivision of
 //! [`bernstein`](crate::roots::bernstein) without rounding.
 
 use super::{Integers, Point, aligned, order};
 use num_bigint::BigInt;
 use std::cmp::Ordering;
 
-/// A root of a square-free polynomial.
+/// An isolated root of a square-free polynomial.
 #[derive(Clone, Debug)]
 pub enum Isolated {
+    /// A root that is a dyadic number.
     At(Point),
-    /// The only one between two points that are none.
+    /// An isolating interval between two points that are not roots.
     Between(Point, Point),
 }
 
@@ -21,11 +22,12 @@ impl Isolated {
     }
 }
 
-/// Operations on 64 bits that an interval is given: two seconds, about.
+/// Limit of 64-bit operations for an interval, about two seconds.
 const BUDGET: u64 = 1 << 32;
 
-/// All roots of a square-free polynomial strictly between two points, ascending.
-/// `None`: coefficients of this size and roots so close would take too long.
+/// Isolates all roots of a square-free polynomial strictly between two points, ascending.
+/// `None` if the size of the coefficients and the distances of the roots exceed the limit
+/// of operations.
 pub fn isolate(p: &[BigInt], low: &Point, high: &Point) -> Option<Vec<Isolated>> {
     let n = p.len() - 1;
     let mut found = Vec::new();
@@ -39,7 +41,7 @@ pub fn isolate(p: &[BigInt], low: &Point, high: &Point) -> Option<Vec<Isolated>>
         b: bernstein(&on_unit(p, low, high)),
     };
     let point = |at: &BigInt, depth: u64| {
-        // low + (high − low) · at / 2^depth.
+        // Position low + (high − low) · at / 2^depth.
         let [a, b, _] = aligned(low, high);
         let e = low.e.min(high.e);
         Point {
@@ -93,15 +95,16 @@ enum Task {
     Root(BigInt, u64),
 }
 
-/// at / 2^depth to (at + 1) / 2^depth of the way.
+/// The interval from at / 2^depth to (at + 1) / 2^depth of the whole, with its
+/// polynomial.
 struct Part {
     at: BigInt,
     depth: u64,
-    /// Times a positive number.
+    /// Bernstein coefficients times a positive number.
     b: Integers,
 }
 
-/// Of p(low + (high − low) s), times a power of two.
+/// Returns the coefficients of p(low + (high − low) s) in s, times a power of two.
 fn on_unit(p: &[BigInt], low: &Point, high: &Point) -> Integers {
     let [a, b, _] = aligned(low, high);
     let width = b - &a;
@@ -129,7 +132,8 @@ fn on_unit(p: &[BigInt], low: &Point, high: &Point) -> Integers {
     q
 }
 
-/// From powers, times the least common multiple of the C(n, i).
+/// Converts powers to Bernstein coefficients, times the least common multiple of the
+/// C(n, i).
 fn bernstein(c: &[BigInt]) -> Integers {
     let n = c.len() - 1;
     let mut binomials = vec![BigInt::from(1)];
@@ -152,7 +156,8 @@ fn bernstein(c: &[BigInt]) -> Integers {
     b
 }
 
-/// Of those that are not 0: a bound of the roots strictly inside, and right if 0 or 1.
+/// Counts sign changes, ignoring zeros: an upper bound of the number of roots strictly
+/// inside, exact if it is 0 or 1.
 fn changes(b: &[BigInt]) -> u32 {
     let (mut count, mut last) = (0, Ordering::Equal);
     for sign in b.iter().map(order).filter(|s| *s != Ordering::Equal) {
@@ -167,8 +172,8 @@ fn halved(part: Part) -> (Part, Part) {
     let n = b.len() - 1;
     let mut upper = b;
     let mut lower = Vec::with_capacity(n + 1);
-    // Sums instead of averages: row m has 2^m times what it should, and all are
-    // to have 2^n times that.
+    // De Casteljau's scheme with sums instead of averages: row m is 2^m times the true
+    // one, and all are scaled to 2^n times.
     for m in 0..=n {
         lower.push(&upper[0] << (n - m) as u64);
         for j in 0..n - m {
@@ -187,7 +192,7 @@ fn halved(part: Part) -> (Part, Part) {
     (part(first, lower), part(second, upper))
 }
 
-/// Without common factors of two.
+/// Divides by the largest common power of two.
 fn reduced(mut b: Integers) -> Integers {
     let zeros = b
         .iter()

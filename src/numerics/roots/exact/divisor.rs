@@ -1,26 +1,27 @@
-//! Square-free decomposition (Yun 1976), with greatest common divisors by
-//! remainders modulo primes (Brown 1971).
+//! Square-free decomposition (Yun 1976), with modular greatest common divisors (Brown
+//! 1971).
 //!
-//! Modulo a prime that divides neither leading coefficient, a divisor's degree can
-//! only be too high. So one prime modulo which p and p' have nothing in common
-//! proves that p has no square factor, in n² short operations. Otherwise images
-//! modulo several primes are put together (Chinese remainders) until the result
-//! divides both polynomials, which proves it.
+//! Modulo a prime that divides neither leading coefficient, the degree of a greatest
+//! common divisor can only be too high. So one prime modulo which p and p' are coprime
+//! proves that p is square-free, in n² short operations. Otherwise images modulo several
+//! primes are combined by the Chinese remainder theorem until the result divides both
+//! polynomials, which proves it.
 
 use super::{Integers, derivative, primitive, quotient, stripped};
 use num_bigint::{BigInt, Sign};
 
-/// p = Π factor^multiplicity, but for a constant.
+/// The square-free decomposition p = Π factor^multiplicity, up to a constant.
 #[derive(Clone, Debug)]
 pub struct Factors {
-    /// Each factor has simple roots only, and none in common with another.
+    /// Factors and multiplicities. Each factor has simple roots only, and no two have a
+    /// common root.
     pub rows: Vec<(Integers, u32)>,
-    /// Their product: every root of p once.
+    /// The product of the factors, which has every root of p once.
     pub square_free: Integers,
 }
 
-/// Of a polynomial of degree 1 at least. `None` if primes run out, which no
-/// polynomial of f64 numbers has seen.
+/// Decomposes a polynomial of degree ≥ 1. `None` if 2000 primes do not suffice, which no
+/// polynomial with f64 coefficients has needed so far.
 pub fn factors(p: &[BigInt]) -> Option<Factors> {
     let alone = |p: &[BigInt]| Factors {
         rows: vec![(p.to_vec(), 1)],
@@ -67,6 +68,8 @@ fn difference(a: &[BigInt], b: &[BigInt]) -> Integers {
     stripped((0..len).map(|i| at(a, i) - at(b, i)).collect())
 }
 
+/// Whether p and p' are coprime modulo one of three primes, which proves that p is
+/// square-free.
 fn is_surely_square_free(p: &[BigInt]) -> bool {
     let slope = derivative(p);
     Primes::new().take(3).any(|m| {
@@ -75,12 +78,13 @@ fn is_surely_square_free(p: &[BigInt]) -> bool {
     })
 }
 
-/// The primitive greatest common divisor, with a positive leading coefficient.
+/// Computes the primitive greatest common divisor with a positive leading coefficient.
+/// `None` if a polynomial is empty or primes run out.
 pub fn divisor(a: &[BigInt], b: &[BigInt]) -> Option<Integers> {
     let (Some(leading), Some(other)) = (a.last(), b.last()) else {
         return None;
     };
-    // A multiple of the divisor's leading coefficient.
+    // A multiple of the divisor's leading coefficient, by which images are scaled.
     let scale = leading;
     let mut sum: Integers = Vec::new();
     let mut modulus = BigInt::from(1);
@@ -96,7 +100,7 @@ pub fn divisor(a: &[BigInt], b: &[BigInt]) -> Option<Integers> {
         let factor = residue(scale, m);
         let image: Vec<u64> = image.iter().map(|x| times(*x, factor, m)).collect();
         if sum.is_empty() || image.len() < sum.len() {
-            // The primes so far were unlucky.
+            // Restart: all earlier primes gave too high a degree.
             sum = image
                 .iter()
                 .map(|x| symmetric(BigInt::from(*x), m))
@@ -137,15 +141,18 @@ pub fn divisor(a: &[BigInt], b: &[BigInt]) -> Option<Integers> {
     None
 }
 
-/// Over the rationals: b need not be primitive, but the candidate is.
+/// Whether the candidate divides b. b need not be primitive, but the candidate is, so
+/// division over the integers decides.
 fn divides(b: &[BigInt], candidate: &[BigInt]) -> bool {
     quotient(b, candidate).is_some()
 }
 
+/// Returns the representative of x modulo m with the least magnitude.
 fn symmetric(x: BigInt, m: u64) -> BigInt {
     if x > BigInt::from(m / 2) { x - m } else { x }
 }
 
+/// Returns x modulo m, in 0..m.
 fn residue(x: &BigInt, m: u64) -> u64 {
     let rest = x % m;
     let rest = if rest.sign() == Sign::Minus {
@@ -160,7 +167,8 @@ fn residues(p: &[BigInt], m: u64) -> Vec<u64> {
     p.iter().map(|c| residue(c, m)).collect()
 }
 
-/// Monic; leading coefficients are not 0.
+/// Computes the monic greatest common divisor modulo a prime; leading coefficients must
+/// not be 0.
 fn divisor_modulo(mut a: Vec<u64>, mut b: Vec<u64>, m: u64) -> Vec<u64> {
     if a.len() < b.len() {
         std::mem::swap(&mut a, &mut b);
@@ -200,15 +208,15 @@ fn power(mut base: u64, mut exponent: u64, m: u64) -> u64 {
     result
 }
 
-/// Modulo a prime (Fermat).
+/// Inverts x modulo a prime (Fermat's little theorem).
 fn inverse(x: u64, m: u64) -> u64 {
     power(x, m - 2, m)
 }
 
-/// Descending from 2^62.
+/// The primes below 2^62, descending.
 struct Primes(u64);
 
-/// 2^62 less the first of them, which are enough for nearly all questions.
+/// The first primes as 2^62 minus this; nearly every question needs no others.
 const KNOWN: [u64; 24] = [
     57, 87, 117, 143, 153, 167, 171, 195, 203, 273, 287, 317, 443, 483, 495, 575, 581, 603, 633,
     663, 765, 773, 777, 791,
@@ -238,8 +246,8 @@ impl Iterator for Primes {
     }
 }
 
-/// Miller and Rabin's test; these bases leave nothing below 2^64 open (Sorenson and
-/// Webster 2015).
+/// Tests for a prime (Miller and Rabin); these bases decide all numbers below 2^64
+/// (Sorenson and Webster 2015).
 fn is_prime(x: u64) -> bool {
     const BASES: [u64; 12] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37];
     if BASES.iter().any(|b| x.is_multiple_of(*b)) {
@@ -303,7 +311,7 @@ mod tests {
     fn primes_are_prime() {
         let primes: Vec<u64> = Primes::new().take(3).collect();
         assert_eq!(primes[0], (1 << 62) - 57);
-        // The list leaves none out.
+        // The table omits no prime.
         let mut found = KNOWN.iter().map(|known| (1 << 62) - known);
         let last = *KNOWN.last().unwrap();
         let all = (1..=last)

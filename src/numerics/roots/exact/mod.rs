@@ -1,11 +1,11 @@
-//! Polynomials over the integers: what f64 leaves open is counted out here.
+//! Polynomials over the integers, which decide what f64 leaves open.
 //!
-//! The f64 coefficients of a polynomial are integers times one power of two, and
-//! numbers on the line are dyadic, too. So signs, greatest common divisors and
-//! Descartes' counts are exact. Square factors come off first (`divisor.rs`),
-//! the rest is isolated by subdivision (`descartes.rs`) or by Sturm's chain
-//! (`chain.rs`), and every root is rounded to the nearest f64 by signs at f64
-//! numbers and halfway between (`rounding.rs`).
+//! The f64 coefficients of a polynomial are integers times one power of two, and points
+//! on the line are dyadic. So signs, greatest common divisors and Descartes' counts are
+//! exact. Square factors are removed first (`divisor.rs`). The square-free part is
+//! isolated by subdivision (`descartes.rs`) or by Sturm's chain (`chain.rs`). Every root
+//! is rounded to the nearest f64 by signs at f64 numbers and halfway between them
+//! (`rounding.rs`).
 
 mod chain;
 mod descartes;
@@ -22,11 +22,11 @@ use crate::math::int::decoded;
 use num_bigint::{BigInt, Sign};
 use std::cmp::Ordering;
 
-/// Coefficients, the constant one first, the last not 0.
+/// Integer coefficients, the constant one first; the last is not 0.
 pub type Integers = Vec<BigInt>;
 
-/// The coefficients times the power of two that makes them integers of no more
-/// bits than needed.
+/// Converts f64 coefficients to integers by a common power of two, the largest one that
+/// makes them integers.
 pub fn integers(p: &Polynomial) -> Integers {
     let parts = p.coefficients().iter().map(|c| (decoded(*c), *c < 0.0));
     let odd = |m: u64, e: i32| (m >> m.trailing_zeros(), e + m.trailing_zeros() as i32);
@@ -47,7 +47,7 @@ pub fn integers(p: &Polynomial) -> Integers {
     parts.iter().map(number).collect()
 }
 
-/// m · 2^e, exactly.
+/// The dyadic number m · 2^e.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Point {
     pub m: BigInt,
@@ -55,7 +55,7 @@ pub struct Point {
 }
 
 impl Point {
-    /// s · 2^k.
+    /// Converts s · 2^k for a finite s, exactly.
     pub fn of(s: f64, k: i32) -> Point {
         let (m, e) = decoded(s);
         let m = BigInt::from(m);
@@ -65,6 +65,7 @@ impl Point {
         }
     }
 
+    /// Returns the exact midpoint.
     pub fn middle(&self, other: &Point) -> Point {
         let [a, b, e] = aligned(self, other);
         Point {
@@ -74,6 +75,7 @@ impl Point {
         .reduced()
     }
 
+    /// Makes m odd, or 0.
     fn reduced(self) -> Point {
         let zeros = self.m.trailing_zeros().unwrap_or(0);
         Point {
@@ -83,7 +85,7 @@ impl Point {
     }
 }
 
-/// Two points over one power of two, and that.
+/// Returns both numerators over the common power of two, and its exponent.
 fn aligned(a: &Point, b: &Point) -> [BigInt; 3] {
     let e = a.e.min(b.e);
     let over = |p: &Point| p.m.clone() << (p.e - e) as u64;
@@ -103,7 +105,7 @@ impl Ord for Point {
     }
 }
 
-/// Of p at a point.
+/// Returns the sign of p at a point.
 pub fn sign_at(p: &[BigInt], at: &Point) -> Ordering {
     let mut y = BigInt::ZERO;
     if at.e >= 0 {
@@ -112,7 +114,7 @@ pub fn sign_at(p: &[BigInt], at: &Point) -> Ordering {
             y = y * &x + c;
         }
     } else {
-        // Times 2^(−e n).
+        // Evaluate p times 2^(−e n), which is an integer.
         let down = at.e.unsigned_abs();
         for (i, c) in p.iter().rev().enumerate() {
             y = y * &at.m + (c << (down * i as u64));
@@ -121,8 +123,8 @@ pub fn sign_at(p: &[BigInt], at: &Point) -> Ordering {
     order(&y)
 }
 
-/// The only root between two points, where p changes its sign, against a third;
-/// `sign_low`: that of p at the first.
+/// Compares the only root between two points, where p changes its sign, with a third
+/// point. `sign_low` is the sign of p at the lower end.
 pub fn against(
     p: &[BigInt],
     (low, high): (&Point, &Point),
@@ -142,6 +144,7 @@ pub fn against(
     }
 }
 
+/// Returns the sign of an integer.
 pub fn order(x: &BigInt) -> Ordering {
     match x.sign() {
         Sign::Minus => Ordering::Less,
@@ -154,7 +157,7 @@ pub fn derivative(p: &[BigInt]) -> Integers {
     p.iter().enumerate().skip(1).map(|(i, c)| c * i).collect()
 }
 
-/// Without zeros at the upper end; the zero polynomial is empty.
+/// Drops leading zero coefficients; the zero polynomial becomes empty.
 pub fn stripped(mut p: Integers) -> Integers {
     while p.last().is_some_and(|c| c.sign() == Sign::NoSign) {
         p.pop();
@@ -162,7 +165,7 @@ pub fn stripped(mut p: Integers) -> Integers {
     p
 }
 
-/// Divided by the greatest common divisor of the coefficients.
+/// Divides by the greatest common divisor of the coefficients.
 pub fn primitive(p: Integers) -> Integers {
     let mut content = BigInt::ZERO;
     for c in &p {
@@ -177,7 +180,7 @@ pub fn primitive(p: Integers) -> Integers {
     }
 }
 
-/// The greatest common divisor, positive (Euclid).
+/// Computes the greatest common divisor of two integers, ≥ 0 (Euclid).
 fn common(mut a: BigInt, mut b: BigInt) -> BigInt {
     while b.sign() != Sign::NoSign {
         (a, b) = (b.clone(), a % b);
@@ -185,7 +188,7 @@ fn common(mut a: BigInt, mut b: BigInt) -> BigInt {
     if a.sign() == Sign::Minus { -a } else { a }
 }
 
-/// p / q, where that is a polynomial over the integers.
+/// Divides p by q; `None` if the quotient is not a polynomial over the integers.
 pub fn quotient(p: &[BigInt], q: &[BigInt]) -> Option<Integers> {
     let (n, m) = (p.len().checked_sub(1)?, q.len() - 1);
     if n < m {

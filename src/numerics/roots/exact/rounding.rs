@@ -1,17 +1,18 @@
-//! From an interval with one root to the f64 nearest to that.
+//! Correct rounding of an isolated root to f64.
 
 use super::{Point, against, sign_at};
 use num_bigint::BigInt;
 use std::cmp::Ordering;
 
-/// The f64 nearest to the only root, at which p changes its sign, between two
-/// points ≥ 0 that are none; beyond the range of f64, the largest. Signs at f64
-/// numbers are asked, first near the guess, then halfway between two neighbours.
+/// Returns the f64 nearest to the only root between two points ≥ 0 that are not roots; p
+/// changes its sign at the root. Ties to even; `f64::MAX` beyond the range. The sign of p
+/// is evaluated at f64 numbers, first near `guess`, and then halfway between two
+/// neighbours.
 pub fn nearest(p: &[BigInt], low: &Point, high: &Point, guess: f64) -> f64 {
     let sign_low = sign_at(p, low);
-    // The root against a point.
+    // Order of the root and a point.
     let against = |at: &Point| against(p, (low, high), sign_low, at);
-    // Bits of positive numbers are in their order.
+    // The bits of positive f64 are ordered as their values.
     let number = |bits: u64| f64::from_bits(bits);
     let at = |bits: u64| against(&Point::of(number(bits), 0));
     let last = f64::MAX.to_bits();
@@ -22,7 +23,7 @@ pub fn nearest(p: &[BigInt], low: &Point, high: &Point, guess: f64) -> f64 {
     };
     let guess = improved(p, low, high, guess);
     let start = guess.to_bits();
-    // Neighbours below and above, or the root itself.
+    // Search a bracket from the guess outward with growing steps, in bits.
     let (mut below, mut above) = (0, start);
     let mut step = 1_u64;
     match at(start) {
@@ -76,8 +77,8 @@ pub fn nearest(p: &[BigInt], low: &Point, high: &Point, guess: f64) -> f64 {
     }
 }
 
-/// A guess after a few exact steps of Newton's method, as long as these stay between
-/// two points.
+/// Improves a guess by a few exact steps of Newton's method, as long as they stay between
+/// the two points.
 fn improved(p: &[BigInt], low: &Point, high: &Point, guess: f64) -> f64 {
     let mut x = guess;
     for _ in 0..STEPS {
@@ -94,11 +95,12 @@ fn improved(p: &[BigInt], low: &Point, high: &Point, guess: f64) -> f64 {
     x
 }
 
+/// Steps of Newton's method.
 const STEPS: usize = 6;
 
-/// p / p' at a point, nearly; NaN where p' is 0.
+/// Returns p / p' at a point, to a few roundings; NaN or infinite if p' is 0.
 fn quotient(p: &[BigInt], at: &Point) -> f64 {
-    // Over powers of 2^down, as in `sign_at`; one power fewer in the derivative.
+    // Powers of 2^down as in `sign_at`, with one power fewer in the derivative.
     let (m, down) = match at.e {
         0.. => (&at.m << at.e as u64, 0),
         e => (at.m.clone(), e.unsigned_abs()),
@@ -114,7 +116,8 @@ fn quotient(p: &[BigInt], at: &Point) -> f64 {
     crate::roots::polynomial::times_power(a / b, power)
 }
 
-/// The leading bits of an integer as f64, and the power of two that goes with them.
+/// Returns the leading bits of an integer as f64, rounded, and the power of two that
+/// scales them.
 fn leading(x: &BigInt) -> (f64, i64) {
     let down = x.bits().saturating_sub(63);
     let bits: BigInt = x >> down;
@@ -122,9 +125,10 @@ fn leading(x: &BigInt) -> (f64, i64) {
     (bits as f64, down as i64)
 }
 
-/// An exact point as the nearest f64, ties to even; beyond the range, the largest.
+/// Returns the f64 nearest to a dyadic number ≥ 0, ties to even; `f64::MAX` beyond the
+/// range.
 pub fn rounded(at: &Point) -> f64 {
-    // The root of t − at, between 0 and more than it is.
+    // The number is the root of t − at, between 0 and 2 at.
     let line = if at.e >= 0 {
         vec![-(at.m.clone() << at.e as u64), BigInt::from(1)]
     } else {

@@ -1,23 +1,24 @@
-//! The least root of a polynomial in (0, 1), one polynomial a lane: what surfaces
-//! are traced with.
+//! The least root of a polynomial in (0, 1), one polynomial per lane. Surfaces are traced
+//! with it.
 //!
-//! A polynomial of degree n comes as its scaled Bernstein coefficients dⱼ = C(n, j)
-//! bⱼ. They are the numbers of p in t/(1 − t): with q = t/(1 − t), p(t) = (1 − t)ⁿ
-//! Σ dⱼ qʲ. So subdivision works on the bⱼ, and Horner's scheme on the same
-//! polynomial as well conditioned as that; read backwards, it is p in (1 − t)/t,
-//! and one of the two is in (0, 1].
+//! A polynomial of degree n is given by its scaled Bernstein coefficients dⱼ =
+//! C(n, j) bⱼ. They are the coefficients of p in q = t/(1 − t): p(t) = (1 − t)ⁿ Σ dⱼ qʲ. So
+//! subdivision works on the bⱼ, and Horner's scheme on the same polynomial, as well
+//! conditioned as the Bernstein form. Read backwards, the dⱼ are the coefficients in
+//! (1 − t)/t, and one of the two variables is in (0, 1].
 //!
-//! Isolation is Descartes subdivision ([`super::bernstein`]) in lock-step: one tree
-//! for all lanes, each with its own ends. An interval is cut where its control
-//! polygon says that one root lies before: between its first and second crossing
-//! of 0. What the tree has seen is not seen again: a lane goes on to the right
-//! sibling of where it is. The isolated root ends in the canonical refinement
-//! ([`super::refine`]): q is the f64 nearest to the root in q, or in 1/q where that
-//! is below 1, and t follows from it. So t depends on the dⱼ alone.
+//! Isolation is Descartes subdivision (`bernstein.rs`) in lock-step: one tree for all
+//! lanes, each with its own ends. An interval is cut between the first and the second
+//! zero crossing of its control polygon, before which one root is expected. No interval
+//! is examined twice: a lane continues with the right sibling of its interval. The
+//! isolated root ends in the canonical refinement (`refine.rs`): q is the f64 nearest to
+//! the root in q, or in 1/q where that is below 1, and t follows from it. So t depends on
+//! the dⱼ alone.
 //!
-//! **Invariants.** A lane's result depends on nothing in other lanes, so every width
-//! gives the same bits. A lane is *in doubt* where the coefficients' errors, or
-//! rounding, do not settle it; [`least_root`] is its exact answer.
+//! **Invariants.** A lane's result does not depend on other lanes, so every width gives
+//! the same bits. A lane is *in doubt* if the coefficients' errors, or rounding, leave
+//! its answer open; [`least_root`] gives its exact answer. Lemmas Z4 to Z9,
+//! docs/numerics/roots.md.
 
 mod parts;
 mod refined;
@@ -30,42 +31,46 @@ use crate::math::lanes::{Lanes, Mask, Scalar};
 use parts::{Part, SLACK, largest};
 use refined::{Bracket, refined};
 
-/// Polynomials of degree N − 1 on 0 ≤ t ≤ 1.
+/// Polynomials of degree N − 1 on 0 ≤ t ≤ 1, one per lane.
 #[derive(Clone, Copy, Debug)]
 pub struct Segment<L, const N: usize> {
-    /// C(N − 1, j) · bⱼ.
+    /// Scaled Bernstein coefficients dⱼ = C(N − 1, j) · bⱼ.
     pub scaled: [L; N],
-    /// What each bⱼ may be off by.
+    /// Error bound of each bⱼ.
     pub error: L,
-    /// What b₀ may be off by, no more than `error`: it is p(0), which may be known
-    /// much better than the others.
+    /// Error bound of b₀ = p(0), at most `error`. p(0) may be known much better than the
+    /// other coefficients.
     pub first: L,
 }
 
+/// The least root in (0, 1) of each lane.
 #[derive(Clone, Copy, Debug)]
 pub struct Nearest<L: Lanes> {
-    /// Where there is one.
+    /// The root in lanes of `hit`.
     pub t: L,
-    /// What rounding, and to first order (doubled) the error of the coefficients,
-    /// may move `t` by.
+    /// Bound of how far rounding and, to first order and doubled, the coefficients'
+    /// errors move `t`.
     pub error: L,
     /// Lanes with a certain least root, which is simple.
     pub hit: L::Mask,
-    /// Lanes that are not settled, also where numbers are not finite or beyond 1e300.
-    /// The others have no root.
+    /// Undecided lanes, which include lanes with numbers that are not finite or beyond
+    /// 1e300. Lanes of neither mask have no root.
     pub doubt: L::Mask,
 }
 
+/// Whether each lane has a root in (0, 1): lanes with a certain root, and undecided
+/// lanes. Lanes of neither mask have no root.
 #[derive(Clone, Copy, Debug)]
 pub struct Existence<L: Lanes> {
     pub some: L::Mask,
     pub doubt: L::Mask,
 }
 
-/// From Σ cᵢ tⁱ, each cᵢ off by at most `error`: dⱼ = Σ C(n − i, j − i) cᵢ.
+/// Converts Σ cᵢ tⁱ, each cᵢ off by at most `error`: dⱼ = Σ C(n − i, j − i) cᵢ. Lemma Z4,
+/// docs/numerics/roots.md.
 #[inline(always)]
 pub fn from_powers<L: Lanes<Scalar = f64>, const N: usize>(c: &[L; N], error: L) -> Segment<L, N> {
-    // Σ cᵢ qⁱ (1 + q)^(n−i).
+    // The polynomial is Σ cᵢ qⁱ (1 + q)^(n−i), up to the factor (1 − t)ⁿ.
     let weights = const { pascal::<N>() };
     let (mut size, mut d) = (L::zero(), [L::zero(); N]);
     for i in 0..N {
@@ -74,6 +79,7 @@ pub fn from_powers<L: Lanes<Scalar = f64>, const N: usize>(c: &[L; N], error: L)
             d[i + j] = d[i + j] + c[i] * L::from_f64(weights[N - 1 - i][j]);
         }
     }
+    // Lemma Z4, docs/numerics/roots.md.
     let rounding = (N as f64 + 4.0) * f64::UNIT_ROUNDOFF;
     let error = error * L::from_f64(N as f64) + size * L::from_f64(rounding);
     Segment {
@@ -83,7 +89,7 @@ pub fn from_powers<L: Lanes<Scalar = f64>, const N: usize>(c: &[L; N], error: L)
     }
 }
 
-/// C(n, j) in row n.
+/// Returns Pascal's triangle: C(n, j) in row n.
 const fn pascal<const N: usize>() -> [[f64; N]; N] {
     let mut rows = [[1.0; N]; N];
     let mut n = 1;
@@ -99,7 +105,7 @@ const fn pascal<const N: usize>() -> [[f64; N]; N] {
 }
 
 impl<L: Lanes<Scalar = f64>, const N: usize> Segment<L, N> {
-    /// Lanes whose numbers are finite and stay so.
+    /// Lanes whose numbers are finite and far from overflow; false for NaN.
     #[inline(always)]
     fn sound(&self) -> L::Mask {
         let mut size = self.error;
@@ -109,6 +115,8 @@ impl<L: Lanes<Scalar = f64>, const N: usize> Segment<L, N> {
         size.lt(L::from_f64(1e300)) & self.error.ge(L::zero())
     }
 
+    /// Makes the interval [0, 1] with unscaled coefficients. Lemma Z5,
+    /// docs/numerics/roots.md.
     #[inline(always)]
     fn whole(&self, lanes: L::Mask) -> Part<L, N> {
         let inverse = const { inverse_binomials::<N>() };
@@ -117,7 +125,7 @@ impl<L: Lanes<Scalar = f64>, const N: usize> Segment<L, N> {
         Part {
             b,
             error: self.error + rounding + L::from_f64(super::eval::FLOOR),
-            // C(n, 0) is 1.
+            // `scaled[0]` is b₀ exactly, since C(n, 0) is 1.
             first: self.first,
             low: L::zero(),
             high: L::from_f64(1.0),
@@ -126,8 +134,8 @@ impl<L: Lanes<Scalar = f64>, const N: usize> Segment<L, N> {
         }
     }
 
-    /// Looks at intervals from left to right, and into the halves of those that are
-    /// still open in some lanes, which `look` says.
+    /// Visits intervals from left to right. `look` returns the lanes in which an interval
+    /// is still open; it is then cut in these.
     #[inline(always)]
     fn walk(
         &self,
@@ -162,7 +170,7 @@ const fn inverse_binomials<const N: usize>() -> [f64; N] {
     row
 }
 
-/// The least root of each lane in (0, 1).
+/// Finds the least root of each lane in (0, 1), correctly rounded in q or 1/q.
 #[inline(always)]
 pub fn nearest<L: Lanes<Scalar = f64>, const N: usize>(
     segment: &Segment<L, N>,
@@ -172,9 +180,9 @@ pub fn nearest<L: Lanes<Scalar = f64>, const N: usize>(
     least::<L, N, true>(segment, active, waiting)
 }
 
-/// The same, but for the last bits of t: it is where Newton's method ends, and `error`
-/// an estimate that [`leaves_between`] may prove. For coefficients that have errors,
-/// which matter more.
+/// Finds the least root of each lane as [`nearest`] does, except for the last bits: t is
+/// where Newton's method ends, and `error` an estimate that [`leaves_between`] may prove.
+/// Serves coefficients with errors, which matter more than rounding.
 #[inline(always)]
 pub fn nearly_nearest<L: Lanes<Scalar = f64>, const N: usize>(
     segment: &Segment<L, N>,
@@ -201,7 +209,7 @@ fn least<L: Lanes<Scalar = f64>, const N: usize, const ROUNDED: bool>(
         sign_low: zero,
     };
     segment.walk(active & sound, waiting, |part| {
-        // Lanes that have their root need no more.
+        // Lanes that have found their root need no further interval.
         part.lanes = part.lanes & !(isolated | doubt);
         if !part.lanes.any() {
             return none;
@@ -250,8 +258,9 @@ pub struct Simple {
     pub to: f64,
 }
 
-/// All roots of one polynomial in (0, 1), ascending, if all are certain and simple, and
-/// alone within `room` besides. `false`: that is not so, and `found` says nothing.
+/// Finds all roots of one polynomial in (0, 1), ascending, if all are certain, simple and
+/// at least `room` from the ends of their isolating intervals. Otherwise returns `false`,
+/// and `found` is meaningless.
 pub fn all<const N: usize>(
     segment: &Segment<f64, N>,
     room: f64,
@@ -282,6 +291,7 @@ pub fn all<const N: usize>(
         };
         let root = refined::<f64, N, false>(segment, lane, &bracket);
         let (from, to) = (root.t - root.error, root.t + root.error);
+        // Lemma Z6, docs/numerics/roots.md.
         let begins = from - SLACK - room > part.low;
         let ends = to + SLACK + room < part.high;
         is_certain = root.hit.any() && begins && ends;
@@ -296,7 +306,7 @@ pub fn all<const N: usize>(
     is_certain
 }
 
-/// Whether there is a root in (0, 1).
+/// Decides whether each lane has a root in (0, 1).
 #[inline(always)]
 pub fn exists<L: Lanes<Scalar = f64>, const N: usize>(
     segment: &Segment<L, N>,
@@ -311,7 +321,7 @@ pub fn exists<L: Lanes<Scalar = f64>, const N: usize>(
         if !part.lanes.any() {
             return none;
         }
-        // Ends of opposite signs have a root between.
+        // There is a root between ends of certainly opposite signs.
         let (first, last) = (part.b[0], part.b[N - 1]);
         let (off, error) = (part.first, part.error);
         let opposite = (first.gt(off) & last.lt(-error)) | (first.lt(-off) & last.gt(error));
@@ -331,7 +341,8 @@ pub fn exists<L: Lanes<Scalar = f64>, const N: usize>(
     }
 }
 
-/// Lanes whose polynomial certainly has different signs at two places in [0, 1].
+/// Returns the lanes whose polynomial certainly has different signs at two places in
+/// [0, 1].
 #[inline(always)]
 pub fn changes_between<L: Lanes<Scalar = f64>, const N: usize>(
     segment: &Segment<L, N>,
@@ -342,8 +353,9 @@ pub fn changes_between<L: Lanes<Scalar = f64>, const N: usize>(
     above | below
 }
 
-/// The same, and the sign at the first place is still that of p(0). With no root before
-/// some interval, one in it, and the first place in it, that root is between the two.
+/// Returns the lanes of [`changes_between`] in which the sign at `low` is that of p(0).
+/// If there is no root before some interval, one in it, and `low` in it, that root lies
+/// between `low` and `high`.
 #[inline(always)]
 pub fn leaves_between<L: Lanes<Scalar = f64>, const N: usize>(
     segment: &Segment<L, N>,
@@ -355,8 +367,8 @@ pub fn leaves_between<L: Lanes<Scalar = f64>, const N: usize>(
     (above & first.gt(zero)) | (below & first.lt(zero))
 }
 
-/// Lanes whose polynomial is certainly positive at one place and negative at the other,
-/// and the reverse.
+/// Returns the lanes whose polynomial is certainly positive at `low` and negative at
+/// `high`, and the lanes of the reverse.
 #[inline(always)]
 fn turns_between<L: Lanes<Scalar = f64>, const N: usize>(
     segment: &Segment<L, N>,
@@ -364,8 +376,9 @@ fn turns_between<L: Lanes<Scalar = f64>, const N: usize>(
     high: L,
 ) -> [L::Mask; 2] {
     let one = L::from_f64(1.0);
-    // Σ dⱼ tʲ (1 − t)^(n−j), by Horner's scheme in two variables; no term cancels in
-    // `size`. Three roundings a step, and those of 1 − t.
+    // Evaluate Σ dⱼ tʲ (1 − t)^(n−j) by Horner's scheme in two variables; no term cancels
+    // in `size`. Three roundings a step, and those of 1 − t: lemma Z9,
+    // docs/numerics/roots.md.
     let at = |t: L| {
         let rest = one - t;
         let (mut value, mut size, mut power) =
@@ -375,19 +388,20 @@ fn turns_between<L: Lanes<Scalar = f64>, const N: usize>(
             value = value * t + *d * power;
             size = size * t + d.abs() * power;
         }
+        // Lemma Z9, docs/numerics/roots.md.
         let rounding = (5.0 * N as f64 + 2.0) * f64::UNIT_ROUNDOFF;
         let off = segment.error + size * L::from_f64(rounding) + L::from_f64(super::eval::FLOOR);
         (value, off)
     };
     let ((a, off_a), (b, off_b)) = (at(low), at(high));
-    // There it is b₀.
+    // At t = 0 the value is b₀.
     let off_a = L::select(low.eq(L::zero()), segment.first, off_a);
     [a.gt(off_a) & b.lt(-off_b), a.lt(-off_a) & b.gt(off_b)]
 }
 
-/// The least root in (0, 1) of the very polynomial that a lane has, for lanes in
-/// doubt: exact, and with the bits that [`nearest`] gives where it is certain. `None`
-/// also where coefficients are not finite, or all are 0.
+/// Returns the least root in (0, 1) of one lane's polynomial with exact coefficients, for
+/// lanes in doubt: exact, with the bits that [`nearest`] gives where it is certain.
+/// `None` if there is no root, if coefficients are not finite, or if all are 0.
 pub fn least_root(scaled: &[f64]) -> Option<f64> {
     let of = |c: &[f64]| Polynomial::new(c).ok();
     let p = of(scaled)?;

@@ -1,18 +1,21 @@
-//! Intervals of many polynomials at once, which are cut.
+//! Intervals of one polynomial per lane, and their subdivision.
 
 use crate::math::lanes::{Lanes, Mask, Scalar};
 
-/// Cuts, one inside another, before a lane is in doubt.
+/// Number of nested cuts after which a lane is in doubt.
 const DEPTH: u32 = 40;
 
-/// What ends of intervals are off by, in t: two roundings a cut.
+/// Error bound of an interval's ends in t: two roundings per cut. Lemma Z6,
+/// docs/numerics/roots.md.
 pub(super) const SLACK: f64 = 2.0 * DEPTH as f64 * f64::EPSILON;
 
-/// Intervals that wait, of any degree; one for each thread, so that nothing allocates.
+/// A stack of intervals of any degree. Callers keep one per thread, so that nothing
+/// allocates.
 #[derive(Clone, Debug)]
 pub struct Waiting<L: Lanes> {
-    /// Of each interval its coefficients, and four numbers.
+    /// Per interval N coefficients, then `error`, `first`, `low` and `high`.
     values: Vec<L>,
+    /// Per interval its lanes and its depth.
     marks: Vec<(L::Mask, u32)>,
 }
 
@@ -31,7 +34,7 @@ impl<L: Lanes> Waiting<L> {
         self.marks.clear();
     }
 
-    /// Where its values are kept.
+    /// Pushes an interval and returns its values on the stack.
     #[inline(always)]
     fn push<const N: usize>(&mut self, part: &Part<L, N>) -> &mut [L] {
         let at = self.values.len();
@@ -61,11 +64,12 @@ impl<L: Lanes> Waiting<L> {
     }
 }
 
+/// An interval of each lane with its Bernstein coefficients and their error bounds.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Part<L: Lanes, const N: usize> {
     pub b: [L; N],
     pub error: L,
-    /// Of b[0].
+    /// Error bound of `b[0]`.
     pub first: L,
     pub low: L,
     pub high: L,
@@ -73,12 +77,14 @@ pub(super) struct Part<L: Lanes, const N: usize> {
     pub depth: u32,
 }
 
+/// Returns the largest coefficient in magnitude.
 #[inline(always)]
 pub(super) fn largest<L: Lanes, const N: usize>(b: &[L; N]) -> L {
     b[1..].iter().fold(b[0].abs(), |m, b| m.max(b.abs()))
 }
 
-/// Changes of sign of the coefficients: whether they are known, and how many.
+/// Lanes in which all signs are certain, in which there is a sign change, and in which
+/// there are several.
 pub(super) struct Changes<L: Lanes> {
     pub certain: L::Mask,
     pub some: L::Mask,
@@ -86,6 +92,7 @@ pub(super) struct Changes<L: Lanes> {
 }
 
 impl<L: Lanes<Scalar = f64>, const N: usize> Part<L, N> {
+    /// Counts sign changes beyond the error bounds. Lemma Z7, docs/numerics/roots.md.
     #[inline(always)]
     pub(super) fn changes(&self) -> Changes<L> {
         let (error, negative) = (self.error, -self.error);
@@ -108,8 +115,8 @@ impl<L: Lanes<Scalar = f64>, const N: usize> Part<L, N> {
         }
     }
 
-    /// Where the control polygon crosses 0 first, and then, of the width of the
-    /// interval; the latter 1 if it does not.
+    /// Returns the first and second zero crossing of the control polygon, relative to the
+    /// interval's width; 1 for a crossing that does not exist.
     #[inline(always)]
     pub(super) fn crossings(&self) -> (L, L) {
         let zero = L::zero();
@@ -129,10 +136,12 @@ impl<L: Lanes<Scalar = f64>, const N: usize> Part<L, N> {
         (first, second)
     }
 
-    /// To what is left of a place between 0 and 1 of the width; what is right of it waits.
-    /// Each of n rows takes three roundings of at most four times the largest coefficient.
+    /// Cuts at a place in (0, 1) of the width: this becomes the left part, and the right
+    /// part waits. Each of n rows adds at most 5u of the largest coefficient. Lemma Z6,
+    /// docs/numerics/roots.md.
     #[inline(always)]
     pub(super) fn cut(&mut self, at: L, lanes: L::Mask, waiting: &mut Waiting<L>) {
+        // Lemma Z6, docs/numerics/roots.md.
         let rounding = 5.01 * (N as f64 - 1.0) * f64::UNIT_ROUNDOFF;
         self.error = self.error + L::from_f64(rounding) * largest(&self.b);
         let middle = self.low + (self.high - self.low) * at;
@@ -145,12 +154,12 @@ impl<L: Lanes<Scalar = f64>, const N: usize> Part<L, N> {
             }
             self.b[N - m] = right[0];
         }
-        // Where it begins is no better known; the left one keeps what it knows.
+        // The bound of b[0] holds only at the old lower end, which the left part keeps.
         (right[N + 1], right[N + 2]) = (self.error, middle);
         self.high = middle;
     }
 
-    /// Where to cut, so that one root is likely to lie before.
+    /// Returns a place for a cut before which one root is expected.
     #[inline(always)]
     pub(super) fn place(&self) -> L {
         let (first, second) = self.crossings();
@@ -158,7 +167,8 @@ impl<L: Lanes<Scalar = f64>, const N: usize> Part<L, N> {
         middle.max(L::from_f64(0.0625)).min(L::from_f64(0.9375))
     }
 
-    /// Lanes in which nothing more is to be had from cutting.
+    /// Lanes in which further cuts settle nothing: the depth is exhausted, or all
+    /// coefficients are within four error bounds.
     #[inline(always)]
     pub(super) fn hopeless(&self) -> L::Mask {
         if self.depth >= DEPTH {

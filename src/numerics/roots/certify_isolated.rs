@@ -1,12 +1,12 @@
-//! Certified roots: what `auto`, `sturm` and `bernstein` share.
+//! Certification of isolated roots, shared by `auto`, `sturm` and `bernstein`.
 //!
-//! 1. Factors t come off, and the two half-lines are looked at as one.
-//! 2. Isolation in f64 (subdivision, or Sturm's chain) gives intervals with one
-//!    simple root each, and doubtful ones.
-//! 3. The first are refined ([`super::refine`]). What that leaves open, and what is
-//!    doubtful, goes to integers ([`super::exact`]), or is reported as a cluster.
-//! 4. Roots that round to an end of the interval asked for are compared with it
-//!    exactly.
+//! 1. Factors t are removed, and the negative half-line is mirrored onto the positive
+//!    one.
+//! 2. Isolation in f64 (subdivision, or Sturm's chain) gives intervals with one simple
+//!    root each, and doubtful intervals.
+//! 3. The roots of the former are refined (`refine.rs`). Roots that cannot be refined,
+//!    and doubtful intervals, are decided by integers (`exact/`) or reported as clusters.
+//! 4. Roots that round to an end of the requested interval are compared with it exactly.
 
 use super::Want;
 use super::algebraic::against;
@@ -20,25 +20,28 @@ use num_bigint::BigInt;
 use std::cell::OnceCell;
 use std::cmp::Ordering;
 
-/// How roots are found.
+/// The isolation, and the treatment of doubtful pieces.
 #[derive(Clone, Copy)]
 pub struct Method {
-    /// Of a polynomial with c₀ ≠ 0 between two numbers ≥ 0: ascending pieces.
+    /// Isolates the roots of a polynomial with c₀ ≠ 0 between two numbers ≥ 0; the pieces
+    /// ascend.
     pub isolate: fn(&Polynomial, f64, f64) -> Vec<Piece>,
     pub doubts: Doubts,
 }
 
-/// What happens to pieces that f64 cannot decide.
+/// The treatment of pieces that f64 cannot decide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Doubts {
-    /// Integers, by Descartes' rule.
+    /// Isolate by Descartes' rule of signs in integers.
     Descartes,
-    /// Integers, by Sturm's chain; by Descartes' rule where that grows too long.
+    /// Isolate by Sturm's chain in integers, or by Descartes' rule if the chain grows too
+    /// long.
     Chain,
+    /// Report a cluster.
     Report,
 }
 
-/// The roots of a polynomial in an interval.
+/// Finds the roots of a polynomial in an interval.
 pub fn roots(p: &Polynomial, interval: &Interval, want: Want, method: Method) -> Answer {
     let mut answer = Answer::empty(Proof::Complete);
     if !interval.is_sound() {
@@ -50,9 +53,9 @@ pub fn roots(p: &Polynomial, interval: &Interval, want: Want, method: Method) ->
     };
     if interval.from() < 0.0 {
         let mirrored = rest.mirrored();
-        let side = Side::of(&mirrored, method);
-        // The least is the farthest from 0.
-        side.roots(&interval.mirrored(), want, Order::Descending, &mut answer);
+        let half_line = HalfLine::new(&mirrored, method);
+        // The least root is the farthest from 0.
+        half_line.roots(&interval.mirrored(), want, Order::Descending, &mut answer);
         for root in &mut answer.roots {
             *root = root.mirrored();
         }
@@ -66,7 +69,7 @@ pub fn roots(p: &Polynomial, interval: &Interval, want: Want, method: Method) ->
     }
     if interval.to() > 0.0 && !is_done(&answer) {
         let mut above = Answer::empty(Proof::Complete);
-        Side::of(&rest, method).roots(interval, want, Order::Ascending, &mut above);
+        HalfLine::new(&rest, method).roots(interval, want, Order::Ascending, &mut above);
         answer.roots.extend(above.roots);
         answer.clusters.extend(above.clusters);
     }
@@ -83,18 +86,18 @@ enum Order {
     Descending,
 }
 
-/// The positive half-line of a polynomial without the root 0, and its integers,
-/// once they are needed.
-struct Side<'p> {
+/// A polynomial without the root 0 on the positive half-line; its integer form is
+/// computed on demand.
+struct HalfLine<'p> {
     p: &'p Polynomial,
     method: Method,
     integers: OnceCell<Vec<BigInt>>,
     factors: OnceCell<Option<exact::Factors>>,
 }
 
-impl<'p> Side<'p> {
-    fn of(p: &'p Polynomial, method: Method) -> Side<'p> {
-        Side {
+impl<'p> HalfLine<'p> {
+    fn new(p: &'p Polynomial, method: Method) -> HalfLine<'p> {
+        HalfLine {
             p,
             method,
             integers: OnceCell::new(),
@@ -139,7 +142,7 @@ impl<'p> Side<'p> {
                 }
                 Found::Doubt => {
                     let (mut low, mut high) = ends(&piece);
-                    // Doubtful neighbours are one where they meet in a root.
+                    // Merge doubtful neighbours that meet in a root.
                     while let Some(next) = pieces.get(at).filter(|n| n.found == Found::Doubt) {
                         let (a, b) = ends(next);
                         let meeting = match order {
@@ -164,14 +167,14 @@ impl<'p> Side<'p> {
         }
     }
 
-    /// c₀ + c₁ t: division rounds correctly.
+    /// Solves c₀ + c₁ t = 0; division rounds correctly.
     fn line(&self, interval: &Interval, answer: &mut Answer) {
         let c = self.p.coefficients();
         if (c[0] > 0.0) == (c[1] > 0.0) {
             return;
         }
         let t = (-c[0] / c[1]).min(f64::MAX);
-        // A root that rounds to an end is on the side of it that the sign says.
+        // If the root rounds to an end, the sign of p there tells on which side it lies.
         let against = |end: f64| match t.total_cmp(&end) {
             Ordering::Equal => {
                 let sign = exact::sign_at(self.integers(), &Point::of(end, 0));
@@ -184,7 +187,8 @@ impl<'p> Side<'p> {
         }
     }
 
-    /// The root of a piece that has one. `None`: f64 alone does not round it.
+    /// Returns the root of a piece with one root, correctly rounded; `None` if f64 cannot
+    /// round it and integers are not allowed.
     fn simple(
         &self,
         piece: &Piece,
@@ -197,7 +201,7 @@ impl<'p> Side<'p> {
         if let Some(found) = certified(self.p, x, piece.k, scratch) {
             let down = times_power(1.0, found.k - piece.k);
             let (s, reach) = (found.s * down, found.reach * down);
-            // The root within reach is the piece's own only inside of it.
+            // The certified root is the piece's own only if all of its reach is inside.
             if s - 2.0 * reach > piece.low && s + 2.0 * reach < piece.high {
                 return Some(found.t());
             }
@@ -210,7 +214,7 @@ impl<'p> Side<'p> {
         Some(exact::nearest(self.integers(), &low, &high, guess))
     }
 
-    /// That root against an f64, where t is the nearest one to it.
+    /// Compares the root of a piece, whose nearest f64 is t, with an f64, exactly.
     fn simple_against(&self, piece: &Piece, t: f64, end: f64) -> Ordering {
         if t != end {
             return t.total_cmp(&end);
@@ -219,6 +223,7 @@ impl<'p> Side<'p> {
         against(self.integers(), &low, &high, &Point::of(end, 0))
     }
 
+    /// Makes a cluster of the interval, one step wider, with its parity.
     fn cluster(&self, low: &Point, high: &Point) -> Cluster {
         let sign = |at| exact::sign_at(self.integers(), at);
         Cluster {
@@ -232,7 +237,7 @@ impl<'p> Side<'p> {
         }
     }
 
-    /// A cluster, unless it lies beyond what is asked for.
+    /// Reports a cluster, unless it lies outside the requested interval.
     fn report(&self, low: &Point, high: &Point, interval: &Interval, answer: &mut Answer) {
         let cluster = self.cluster(low, high);
         if cluster.high >= interval.from() && cluster.low <= interval.to() {
@@ -240,6 +245,8 @@ impl<'p> Side<'p> {
         }
     }
 
+    /// Isolates, rounds and compares the roots of a doubtful interval by integers, or
+    /// reports it as a cluster.
     fn doubtful(&self, low: Point, high: Point, interval: &Interval, answer: &mut Answer) {
         let isolated = match self.method.doubts {
             Doubts::Report => None,
@@ -284,6 +291,7 @@ impl<'p> Side<'p> {
     }
 }
 
+/// Returns the ends of a piece as exact points.
 fn ends(piece: &Piece) -> (Point, Point) {
     (
         Point::of(piece.low, piece.k),

@@ -1,8 +1,8 @@
-//! From what a plain solver takes for roots to what is one.
+//! Certification of candidates of the solvers without a proof of their own.
 //!
-//! Halving, Newton, closed forms and bracketed Newton give candidates. Each ends in
-//! the canonical refinement, which proves it, or else in a cluster: an interval
-//! around it at whose ends the sign of p is certain in f64.
+//! Halving, Newton, closed forms and bracketed Newton give candidates. The canonical
+//! refinement proves a candidate to be a root. A candidate that it cannot prove becomes a
+//! cluster: an interval around it at whose ends the sign of p is certain in f64.
 
 use super::answer::{Answer, Cluster, Parity, Proof, Root};
 use super::eval::horner;
@@ -12,34 +12,37 @@ use super::polynomial::{Polynomial, times_power};
 use super::refine::{Certified, certified};
 use std::cmp::Ordering;
 
-/// A polynomial with c₀ ≠ 0 as p(2^k s), all roots of which have |s| < 1, and the
-/// interval asked for within that.
+/// A polynomial with c₀ ≠ 0 scaled as p(2^k s), so that all roots have |s| < 1, and the
+/// ends of the requested interval in s, within [−1, 1].
 pub struct Line {
+    /// The unscaled polynomial.
     pub p: Polynomial,
     pub k: i32,
+    /// The coefficients of p(2^k s), the largest about 1.
     pub c: Vec<f64>,
     pub from: f64,
     pub to: f64,
 }
 
-/// Where there may be a root.
+/// A place in s where there may be a root.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Candidate {
-    /// If p is not certainly something else there.
+    /// A possible root near a number, unless p is certainly not 0 there.
     At(f64),
-    /// One at most.
+    /// At most one root between two numbers.
     Within(f64, f64),
-    /// Nobody knows how many.
+    /// Any number of roots between two numbers.
     Doubtful(f64, f64),
 }
 
 impl Line {
-    pub fn of(p: Polynomial, interval: &Interval) -> Line {
+    /// Scales a polynomial and an interval.
+    pub fn new(p: Polynomial, interval: &Interval) -> Line {
         let k = p.root_bound();
         let mut c = Vec::new();
         p.scaled_into(k, &mut c);
         let end = |t: f64| match t.is_finite() {
-            // An end that vanishes at this scale lies between 0 and all roots.
+            // An end that underflows at this scale lies between 0 and all roots.
             true => times_power(t, -k).clamp(-1.0, 1.0),
             false => t.signum(),
         };
@@ -56,16 +59,16 @@ impl Line {
         self.p.degree()
     }
 
-    /// The sign of p, where it is certain; else 0.
+    /// Returns the sign of p at s as ±1 if it is certain, else 0.
     pub fn certain_sign(&self, s: f64) -> f64 {
         let at = horner(&self.c, s);
         if at.certain() { at.value.signum() } else { 0.0 }
     }
 }
 
-/// The roots of p in the interval that the candidates lead to; of p without the
-/// root 0, which is known.
-pub fn settle(
+/// Certifies the candidates that `find` returns for p without the root 0, and adds the
+/// root 0.
+pub fn certify(
     p: &Polynomial,
     interval: &Interval,
     find: impl FnOnce(&Line) -> (Vec<Candidate>, Proof),
@@ -81,7 +84,7 @@ pub fn settle(
     if rest.degree() == 0 {
         return answer;
     }
-    let line = Line::of(rest, interval);
+    let line = Line::new(rest, interval);
     let (candidates, proof) = find(&line);
     answer.proof = proof;
     let mut scratch = Vec::new();
@@ -90,12 +93,13 @@ pub fn settle(
             Candidate::At(s) => (s, s),
             Candidate::Within(low, high) | Candidate::Doubtful(low, high) => (low, high),
         };
-        // A root that is proven says nothing of others: of those between the two
-        // numbers, or beyond them.
+        // Whether the proven root is the candidate's only one. It says nothing about
+        // other roots between the two numbers, or beyond them.
         let is_it = |found: &Certified| match candidate {
             Candidate::At(_) => true,
             Candidate::Within(..) => {
                 let s = times_power(found.s, found.k - line.k);
+                // Lemma Z13, docs/numerics/roots.md.
                 let room = s.abs() * (4.0 * f64::EPSILON);
                 (low - room..=high + room).contains(&s)
             }
@@ -121,14 +125,14 @@ pub fn settle(
     answer
 }
 
-/// A simple root, to which t is the nearest f64, against an end.
+/// Compares a simple root, whose nearest f64 is t, with an end, exactly.
 fn against(p: &Polynomial, t: f64, end: f64) -> Ordering {
     if t != end {
         return t.total_cmp(&end);
     }
     let integers = exact::integers(p);
     let at = Point::of(end, 0);
-    // p rises through it or falls.
+    // The sign of the slope tells whether p rises or falls through the root.
     let slope = exact::sign_at(&exact::derivative(&integers), &at);
     match (exact::sign_at(&integers, &at), slope) {
         (Ordering::Equal, _) => Ordering::Equal,
@@ -137,8 +141,10 @@ fn against(p: &Polynomial, t: f64, end: f64) -> Ordering {
     }
 }
 
-/// Wider until p is certain at both ends.
+/// Widens an interval until p has a certain sign at both ends; `None` if it misses the
+/// requested interval.
 fn cluster(line: &Line, mut low: f64, mut high: f64, interval: &Interval) -> Option<Cluster> {
+    // Lemma Z13, docs/numerics/roots.md.
     let start = low.abs().max(high.abs()).max(1e-290) * f64::EPSILON;
     let mut step = start;
     while line.certain_sign(low) == 0.0 && low > -2.0 {
@@ -161,7 +167,7 @@ fn cluster(line: &Line, mut low: f64, mut high: f64, interval: &Interval) -> Opt
     meets.then_some(Cluster { low, high, parity })
 }
 
-/// Clusters that overlap are one, and hold the roots within.
+/// Merges overlapping clusters, and drops roots inside a cluster.
 fn merge(answer: &mut Answer) {
     answer.sort();
     let mut merged: Vec<Cluster> = Vec::new();

@@ -15,7 +15,9 @@
 //! counts where 0 < t < t_max. Of hits at equal t, the one with the lower (instance,
 //! primitive) is the answer (S10).
 //!
-//! [`Reference::new`] prunes by a median-split tree of its own (O7); [`Reference::brute_force`] tests every primitive. tests/reference.rs compares the two. Both lay out all instances, and refuse scenes that have too many of them.
+//! [`Reference::new`] prunes by a median-split tree of its own (O7);
+//! [`Reference::brute_force`] tests every primitive. tests/reference.rs compares the two.
+//! Both lay out all instances, and refuse scenes that have too many of them.
 //!
 //! This crate is an internal part of Lanecast and may change with any version; the crate
 //! `lanecast` has the stable interface.

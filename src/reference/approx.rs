@@ -32,6 +32,7 @@ const UNIT: f64 = f64::EPSILON / 2.0;
 const TINY: f64 = f64::from_bits(1);
 
 impl Approx {
+    /// Returns an f64 that is exact.
     pub fn exact(value: f64) -> Approx {
         Approx { value, error: 0.0 }
     }
@@ -199,14 +200,17 @@ impl Div for Approx {
 /// Three numbers with their errors.
 pub type Approx3 = [Approx; 3];
 
+/// Returns three f64 that are exact.
 pub fn exact3(v: [f64; 3]) -> Approx3 {
     v.map(Approx::exact)
 }
 
+/// Returns a + b.
 pub fn add(a: Approx3, b: Approx3) -> Approx3 {
     std::array::from_fn(|k| a[k] + b[k])
 }
 
+/// Returns s a.
 pub fn scaled(a: Approx3, s: Approx) -> Approx3 {
     a.map(|x| x * s)
 }

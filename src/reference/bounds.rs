@@ -20,17 +20,20 @@ pub struct Bounds {
 }
 
 impl Bounds {
+    /// The box of no point.
     pub const EMPTY: Bounds = Bounds {
         min: [f64::INFINITY; 3],
         max: [f64::NEG_INFINITY; 3],
     };
 
+    /// Returns the box of some points.
     pub fn around(points: impl IntoIterator<Item = [f64; 3]>) -> Bounds {
         points
             .into_iter()
             .fold(Bounds::EMPTY, |b, p| b.union(&Bounds { min: p, max: p }))
     }
 
+    /// Returns the box of two boxes.
     pub fn union(&self, other: &Bounds) -> Bounds {
         Bounds {
             min: std::array::from_fn(|k| f64::min(self.min[k], other.min[k])),
@@ -38,6 +41,7 @@ impl Bounds {
         }
     }
 
+    /// Grows the box on all sides, rounded outward.
     pub fn grown(&self, by: f64) -> Bounds {
         Bounds {
             min: self.min.map(|x| (x - by).next_down()),
@@ -79,6 +83,7 @@ impl Bounds {
     }
 }
 
+/// Returns the largest magnitude.
 pub fn max_abs<'x>(all: impl Iterator<Item = &'x f64>) -> f64 {
     all.fold(0.0, |m, x| f64::max(m, x.abs()))
 }

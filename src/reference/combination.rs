@@ -368,12 +368,12 @@ impl Combination {
     }
 }
 
-/// Names a shape that is neither a mesh nor a CSG solid as a primitive.
+/// Makes a primitive of a shape that is neither a mesh nor a CSG solid.
 fn primitive(scene: &Scene, shape: Shape) -> Primitive<'_> {
     face_of(scene, shape, 0)
 }
 
-/// Names a shape, or a triangle of a mesh, as a primitive.
+/// Makes a primitive of a shape, or of a triangle of a mesh.
 fn face_of(scene: &Scene, shape: Shape, face: usize) -> Primitive<'_> {
     Primitive {
         scene,

@@ -27,10 +27,12 @@ impl Dyadic {
         }
     }
 
+    /// Says whether the number is zero.
     pub fn is_zero(&self) -> bool {
         self.integer == BigInt::ZERO
     }
 
+    /// Returns the exponent of the power of two.
     pub fn power(&self) -> i64 {
         self.power
     }

@@ -28,8 +28,9 @@ const MOST: usize = 1 << 18;
 /// The length below which parts are not halved after `MOST` parts.
 const COARSE: f64 = 1e-6;
 
-/// The relative error that an operation is widened by, and the least absolute one (V8).
+/// The relative error that the result of an operation is widened by (V8).
 const OFF: f64 = 1e-15;
+/// The least absolute error that a result is widened by.
 const LEAST: f64 = 1e-300;
 
 /// The step to either side of a crossing at which f is evaluated, relative to t and the
@@ -164,7 +165,7 @@ fn value(row: &LevelSet, p: [f64; 3]) -> f64 {
 /// Returns the outward normal where a line crosses the surface at t. A sign change need not
 /// be a zero: f may have a value on one side only, or pass infinity. The normal is then the
 /// gradient of the step that causes it: of the operand of the first step without a value,
-/// of a divisor, or of a tangent's angle.
+/// of a divisor, or of a tangent's angle (V10).
 pub fn normal(row: &LevelSet, ray: &Ray, t: f64) -> [f64; 3] {
     let size = |v: [f64; 3]| v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let step = SIDES * (t.abs() + size(ray.org) / size(ray.dir));
@@ -292,6 +293,7 @@ fn all(row: &LevelSet, p: [f64; 3]) -> Vec<Sloped> {
 /// An interval [low, high]; NaN if the function has no value in it.
 type Interval = [f64; 2];
 
+/// The interval of all numbers.
 const LINE: Interval = [f64::NEG_INFINITY, f64::INFINITY];
 
 fn points(ray: &Ray, t: Interval) -> [Interval; 3] {

@@ -101,8 +101,8 @@ pub struct Hit {
 
 /// One point where a line meets a primitive.
 #[derive(Clone, Copy, Debug, PartialEq)]
-/// The f64 nearest to the exact t.
 pub struct Crossing {
+    /// The f64 nearest to the exact t.
     pub t: f64,
     /// The primitive id, as in [`Hit`].
     pub primitive: u32,
@@ -196,6 +196,7 @@ impl<'a> Reference<'a> {
         })
     }
 
+    /// Returns the scene that the oracle answers for.
     pub fn scene(&self) -> &'a Scene {
         self.scene
     }

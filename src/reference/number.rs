@@ -45,21 +45,26 @@ pub trait Number: Clone {
     }
 }
 
+/// A vector or point of such numbers.
 pub type Vector<N> = [N; 3];
 
+/// Converts a vector of finite f64, exactly.
 pub fn vector<N: Number>(v: [f64; 3]) -> Vector<N> {
     v.map(N::from_f64)
 }
 
+/// Returns a − b.
 pub fn minus<N: Number>(a: &Vector<N>, b: &Vector<N>) -> Vector<N> {
     std::array::from_fn(|k| a[k].minus(&b[k]))
 }
 
+/// Returns a · b.
 pub fn dot<N: Number>(a: &Vector<N>, b: &Vector<N>) -> N {
     let [x, y, z] = std::array::from_fn(|k| a[k].times(&b[k]));
     x.plus(&y).plus(&z)
 }
 
+/// Returns a × b.
 pub fn cross<N: Number>(a: &Vector<N>, b: &Vector<N>) -> Vector<N> {
     std::array::from_fn(|k| {
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);

@@ -31,6 +31,7 @@ impl Polynomial {
         Polynomial(coefficients)
     }
 
+    /// Says whether this is the zero polynomial.
     pub fn is_zero(&self) -> bool {
         self.0.is_empty()
     }
@@ -45,6 +46,7 @@ impl Polynomial {
         &self.0[self.degree()]
     }
 
+    /// Returns the derivative.
     pub fn derivative(&self) -> Polynomial {
         let terms = self.0.iter().enumerate().skip(1);
         Polynomial(terms.map(|(k, c)| c * k).collect())
@@ -63,6 +65,7 @@ impl Polynomial {
         Dyadic::new(value, -((scale * self.degree() as u64) as i64))
     }
 
+    /// Returns the exact sign of the value at x.
     pub fn sign_at(&self, x: &Dyadic) -> Ordering {
         let Ok(sign) = self.value_at(x).sign();
         sign

@@ -57,6 +57,7 @@ impl Ray {
     }
 }
 
+/// Returns a · b in f64.
 pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

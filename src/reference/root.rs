@@ -23,6 +23,7 @@ pub enum Root<N> {
 }
 
 impl<N: Number> Poly<N> {
+    /// Returns the constant polynomial x.
     pub fn constant(x: f64) -> Poly<N> {
         Poly([N::from_f64(x), N::zero(), N::zero()])
     }
@@ -32,6 +33,7 @@ impl<N: Number> Poly<N> {
         Poly([c0, c1, N::zero()])
     }
 
+    /// Returns the square of a polynomial of degree one at most.
     pub fn squared(&self) -> Poly<N> {
         self.clone() * self.clone()
     }
@@ -121,6 +123,7 @@ impl<N: Number> Root<N> {
         self.order_with_number(&N::from_f64(x))
     }
 
+    /// Compares the root with a number.
     pub fn order_with_number(&self, x: &N) -> Result<Ordering, N::Undecided> {
         match self {
             Root::Surd(surd) => surd.order_with_number(x),

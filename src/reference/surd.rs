@@ -29,6 +29,7 @@ impl<N: Number> Surd<N> {
         sign_of_sum(&u, &v.times(&N::from_f64(self.sign)), q)
     }
 
+    /// Compares the root with a number.
     pub fn order_with_number(&self, x: &N) -> Result<Ordering, N::Undecided> {
         // r (t − x) = p − x r ± √q.
         let u = self.p.minus(&x.times(&self.r));

@@ -32,6 +32,7 @@ pub enum Part {
     Line,
 }
 
+/// The most items of a leaf.
 const LEAF: usize = 4;
 
 impl Tree {

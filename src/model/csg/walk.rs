@@ -31,9 +31,10 @@ pub struct Walk {
 
 impl Walk {
     /// Calls `visit` at the solid's boundaries, in the order of t, until it breaks off.
-    /// `inside` lists the operands that the ray starts in. `boundaries` are sorted by t,
-    /// and those at the `same` t by operand; neighbours may be `one` event although their t
-    /// differ (S47). Returns whether the ray ends in the solid, unless `visit` broke off.
+    /// `inside` lists the operands that the line is in before all boundaries. `boundaries`
+    /// are sorted by t, and those at the `same` t by operand; neighbours may be `one` event
+    /// although their t differ (S47). Returns whether the ray ends in the solid, unless
+    /// `visit` broke off.
     pub fn run<'b, T, B>(
         &mut self,
         program: &Program,

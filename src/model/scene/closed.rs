@@ -6,7 +6,6 @@
 //! shells are closed, and so are edges of four triangles that pair up. Triangles without
 //! area count as well: no line meets one, but two longer edges may need its edges to match.
 //! Vertices are compared by position, because files repeat them.
-//! longer ones need to match. Indices do not matter, for files repeat vertices.
 
 use super::Tables;
 use super::ids::MeshId;

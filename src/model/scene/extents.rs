@@ -89,7 +89,7 @@ fn node_extents(tables: &Tables, of_shape: &[Extent]) -> Vec<Extent> {
 const COARSE: usize = 1 << 12;
 
 /// Returns points whose hull contains all bounded instances, to within rounding. The graph
-/// is unfolded from its roots breadth first, as far as [`COARSE`] boxes allow.
+/// is unfolded from its roots breadth first, as far as `COARSE` boxes allow.
 pub fn coarse_corners(tables: &Tables) -> Vec<DVec3> {
     let shapes = (0..tables.shapes.len() as u32).map(ShapeId);
     let of_shape: Vec<Extent> = shapes

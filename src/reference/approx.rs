@@ -1,12 +1,12 @@
-//! A number and a bound on its error.
+//! f64 numbers with a running error bound (docs/numerics/oracle.md, O1).
 //!
-//! Running error analysis (Wilkinson; Higham, *Accuracy and Stability*, 3.3):
-//! `value` is what plain f64 gives for the textbook formula, and each operation
-//! carries along how far that may lie from exact arithmetic on the same input:
-//! half a unit in the last place of its own, plus what its operands bring.
+//! Running error analysis (Wilkinson; Higham, *Accuracy and Stability of Numerical
+//! Algorithms*, 3.3): `value` is the textbook formula in plain f64. Each operation bounds
+//! how far the value may lie from exact arithmetic on the same input: half a unit in the
+//! last place of its own result, plus the errors that its operands bring.
 //!
-//! A sign is known when no number within the error has another. NaN and overflow
-//! leave every sign in doubt, never wrong.
+//! A sign is known when all numbers within the error have it. NaN and overflow leave every
+//! sign undecided, and none wrong.
 
 use super::dyadic::Dyadic;
 use super::number::Number;
@@ -15,29 +15,30 @@ use super::surd::Surd;
 use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// The exact number lies within `value ± error`.
+/// A number within `value ± error`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Approx {
     pub value: f64,
     pub error: f64,
 }
 
-/// The error leaves a sign open.
+/// The error value of a sign that the error bound leaves undecided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Doubt;
+pub struct Undecided;
 
-/// Half a unit in the last place of 1.
+/// The unit roundoff v of f64, 2⁻⁵³.
 const UNIT: f64 = f64::EPSILON / 2.0;
-/// The least positive number: twice what a product can lose to underflow.
+/// The least positive f64, 2⁻¹⁰⁷⁴: twice what a product can lose to underflow (O1).
 const TINY: f64 = f64::from_bits(1);
 
 impl Approx {
+    /// Returns an f64 that is exact.
     pub fn exact(value: f64) -> Approx {
         Approx { value, error: 0.0 }
     }
 
-    /// A result of one rounded operation; `inherited` is what the operands'
-    /// errors make of it. The factor covers the rounding of this bound itself.
+    /// Builds the result of one rounded operation; `inherited` is the error that the
+    /// operands bring. The factor of 16v covers the roundings of the bound itself (O1).
     fn rounded(value: f64, inherited: f64) -> Approx {
         let error = inherited + value.abs() * UNIT;
         Approx {
@@ -46,7 +47,7 @@ impl Approx {
         }
     }
 
-    /// A number not above the exact one.
+    /// Returns a number not above the exact one.
     pub fn lo(self) -> f64 {
         if self.error == 0.0 {
             self.value
@@ -55,7 +56,7 @@ impl Approx {
         }
     }
 
-    /// A number not below the exact one.
+    /// Returns a number not below the exact one.
     pub fn hi(self) -> f64 {
         if self.error == 0.0 {
             self.value
@@ -64,7 +65,7 @@ impl Approx {
         }
     }
 
-    /// Whether the sign is certain.
+    /// Says whether the sign is certain.
     fn is_signed(self) -> bool {
         self.value.abs() > self.error
     }
@@ -73,7 +74,8 @@ impl Approx {
         self.value == 0.0 && self.error == 0.0
     }
 
-    /// Of a number that is not negative, whatever its error says.
+    /// Returns the square root of a number that is known not to be negative, whatever its
+    /// error bound says.
     pub fn sqrt(self) -> Approx {
         let root = f64::max(self.value, 0.0).sqrt();
         let inherited = if self.value > self.error {
@@ -86,9 +88,9 @@ impl Approx {
 }
 
 impl Number for Approx {
-    type Doubt = Doubt;
+    type Undecided = Undecided;
 
-    fn of(x: f64) -> Approx {
+    fn from_f64(x: f64) -> Approx {
         Approx::exact(x)
     }
 
@@ -104,11 +106,11 @@ impl Number for Approx {
         *self * *other
     }
 
-    fn sign(&self) -> Result<Ordering, Doubt> {
+    fn sign(&self) -> Result<Ordering, Undecided> {
         if self.is_exactly_zero() {
             Ok(Ordering::Equal)
         } else if !self.is_signed() {
-            Err(Doubt)
+            Err(Undecided)
         } else if self.value > 0.0 {
             Ok(Ordering::Greater)
         } else {
@@ -116,16 +118,17 @@ impl Number for Approx {
         }
     }
 
-    /// Never: what needs it is better worked out all exactly.
-    fn exactly(&self) -> Result<Dyadic, Doubt> {
-        Err(Doubt)
+    /// Always undecided: formulas that need exact numbers are evaluated exactly as a whole.
+    fn exactly(&self) -> Result<Dyadic, Undecided> {
+        Err(Undecided)
     }
 }
 
 impl Root<Approx> {
+    /// Returns the root in f64 with its error bound.
     pub fn value(&self) -> Approx {
         let Root::Surd(Surd { p, q, r, sign }) = self else {
-            // They are exact, and not found with such numbers.
+            // Algebraic roots are exact and are never found with bounded f64.
             let (value, error) = (f64::NAN, f64::INFINITY);
             return Approx { value, error };
         };
@@ -147,7 +150,7 @@ impl Neg for Approx {
 impl Add for Approx {
     type Output = Approx;
     fn add(self, o: Approx) -> Approx {
-        // A zero changes nothing.
+        // Adding an exact zero rounds nothing.
         if self.is_exactly_zero() {
             return o;
         }
@@ -189,7 +192,7 @@ impl Div for Approx {
             return self;
         }
         let inherited = (self.error + value.abs() * o.error) / (o.value.abs() - o.error);
-        // The divisor's distance from zero is rounded too.
+        // The 4v cover the rounding of the divisor's distance from zero (O1).
         Approx::rounded(value, inherited * (1.0 + 4.0 * UNIT) + 4.0 * TINY)
     }
 }
@@ -197,14 +200,17 @@ impl Div for Approx {
 /// Three numbers with their errors.
 pub type Approx3 = [Approx; 3];
 
+/// Returns three f64 that are exact.
 pub fn exact3(v: [f64; 3]) -> Approx3 {
     v.map(Approx::exact)
 }
 
+/// Returns a + b.
 pub fn add(a: Approx3, b: Approx3) -> Approx3 {
     std::array::from_fn(|k| a[k] + b[k])
 }
 
+/// Returns s a.
 pub fn scaled(a: Approx3, s: Approx) -> Approx3 {
     a.map(|x| x * s)
 }
@@ -222,14 +228,14 @@ mod tests {
         })
     }
 
-    /// Of exact numbers.
+    /// Compares exact numbers.
     fn at_most(a: &Dyadic, b: &Dyadic) -> bool {
         let Ok(sign) = a.minus(b).sign();
         sign.is_le()
     }
 
     fn between(lo: f64, exact: &Dyadic, hi: f64) -> bool {
-        at_most(&Dyadic::of(lo), exact) && at_most(exact, &Dyadic::of(hi))
+        at_most(&Dyadic::from_f64(lo), exact) && at_most(exact, &Dyadic::from_f64(hi))
     }
 
     proptest! {
@@ -238,31 +244,31 @@ mod tests {
             ..ProptestConfig::with_cases(20_000)
         })]
 
-        /// The error bounds hold, and the bounds of the enclosure too; a sign that
-        /// is known is the exact one.
+        /// The error bounds hold, and so do the bounds of the enclosure; a sign that is
+        /// known is the exact one.
         #[test]
         fn errors_are_bounds(a in number(), b in number(), c in number(), d in number()) {
             let [x, y, z, w] = [a, b, c, d].map(Approx::exact);
             let approx = (x * y - z * w) * (x + z) - w;
-            let [x, y, z, w] = [a, b, c, d].map(Dyadic::of);
+            let [x, y, z, w] = [a, b, c, d].map(Dyadic::from_f64);
             let exact = x.times(&y).minus(&z.times(&w)).times(&x.plus(&z)).minus(&w);
             prop_assert!(between(approx.lo(), &exact, approx.hi()), "{approx:?}");
-            let (value, error) = (Dyadic::of(approx.value), Dyadic::of(approx.error));
+            let (value, error) = (Dyadic::from_f64(approx.value), Dyadic::from_f64(approx.error));
             prop_assert!(at_most(&value.minus(&error), &exact));
             prop_assert!(at_most(&exact, &value.plus(&error)));
             let Ok(sign) = exact.sign();
             prop_assert!(approx.sign().is_err() || approx.sign() == Ok(sign));
-            // A quotient, multiplied out again; a root, squared.
+            // A quotient times its divisor, and a root squared, enclose the exact number.
             let q = approx / Approx::exact(b);
             if q.error.is_finite() {
-                let (lo, hi) = (Dyadic::of(q.lo()).times(&y), Dyadic::of(q.hi()).times(&y));
+                let (lo, hi) = (Dyadic::from_f64(q.lo()).times(&y), Dyadic::from_f64(q.hi()).times(&y));
                 let (lo, hi) = if b > 0.0 { (lo, hi) } else { (hi, lo) };
                 prop_assert!(at_most(&lo, &exact) && at_most(&exact, &hi));
             }
             let root = approx.sqrt();
             if sign.is_gt() {
-                prop_assert!(at_most(&Dyadic::of(root.lo().max(0.0)).squared(), &exact));
-                prop_assert!(at_most(&exact, &Dyadic::of(root.hi()).squared()));
+                prop_assert!(at_most(&Dyadic::from_f64(root.lo().max(0.0)).squared(), &exact));
+                prop_assert!(at_most(&exact, &Dyadic::from_f64(root.hi()).squared()));
             }
         }
     }

@@ -1,15 +1,18 @@
-//! Boxes for the judge's own tree: from each shape's definition, widened.
+//! Boxes for the oracle's own tree, made from each shape's definition and grown
+//! (docs/numerics/oracle.md, O7).
 
 use super::ray::length;
 use crate::geom::Clip;
 use crate::math::Affine;
 use crate::scene::{Mesh, Scene, Shape};
 
-/// Half a unit in the last place of 1.
+/// The unit roundoff v of f64, 2⁻⁵³.
 const UNIT: f64 = f64::EPSILON / 2.0;
-/// Roundings that the widening stands for, and then many more.
+/// Roundings of the coordinates that boxes and slabs are grown by, far more than occur
+/// (O7).
 const ROUNDINGS: f64 = 64.0;
 
+/// An axis-aligned box in f64.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
     pub min: [f64; 3],
@@ -17,17 +20,20 @@ pub struct Bounds {
 }
 
 impl Bounds {
+    /// The box of no point.
     pub const EMPTY: Bounds = Bounds {
         min: [f64::INFINITY; 3],
         max: [f64::NEG_INFINITY; 3],
     };
 
-    pub fn of(points: impl IntoIterator<Item = [f64; 3]>) -> Bounds {
+    /// Returns the box of some points.
+    pub fn around(points: impl IntoIterator<Item = [f64; 3]>) -> Bounds {
         points
             .into_iter()
             .fold(Bounds::EMPTY, |b, p| b.union(&Bounds { min: p, max: p }))
     }
 
+    /// Returns the box of two boxes.
     pub fn union(&self, other: &Bounds) -> Bounds {
         Bounds {
             min: std::array::from_fn(|k| f64::min(self.min[k], other.min[k])),
@@ -35,6 +41,7 @@ impl Bounds {
         }
     }
 
+    /// Grows the box on all sides, rounded outward.
     pub fn grown(&self, by: f64) -> Bounds {
         Bounds {
             min: self.min.map(|x| (x - by).next_down()),
@@ -46,15 +53,16 @@ impl Bounds {
         max_abs(self.min.iter().chain(&self.max))
     }
 
-    /// By a part of its own size: more than any rounding above could matter.
+    /// Grows the box by 10⁻⁹ of its size and 64 roundings of its coordinates, more than its
+    /// own computation rounds (O7).
     fn widened(&self) -> Bounds {
         let size = length(std::array::from_fn(|k| self.max[k] - self.min[k]));
         self.grown(1e-9 * size + ROUNDINGS * UNIT * self.max_abs())
     }
 
-    /// Where a ray is inside first, as t ≥ `start`; `None` where it never is. The
-    /// box is first grown by `slack`, which must cover this computation's
-    /// rounding.
+    /// Returns the least t ≥ `start` at which the ray is inside, or `None` if it never is.
+    /// The box is first grown by `slack`, which must cover the roundings of this
+    /// computation.
     pub fn enter(&self, org: [f64; 3], dir: [f64; 3], slack: f64, start: f64) -> Option<f64> {
         let (mut near, mut far) = (start, f64::INFINITY);
         for k in 0..3 {
@@ -69,27 +77,29 @@ impl Bounds {
             near = f64::max(near, f64::min(a, b));
             far = f64::min(far, f64::max(a, b));
         }
-        // Overflow to NaN must not cull.
+        // A NaN from overflow does not cull.
         let missed = near > far;
         (!missed).then_some(near)
     }
 }
 
+/// Returns the largest magnitude.
 pub fn max_abs<'x>(all: impl Iterator<Item = &'x f64>) -> f64 {
     all.fold(0.0, |m, x| f64::max(m, x.abs()))
 }
 
-/// What [`Bounds::enter`] needs for a ray from `org`, where coordinates are
-/// known to within `condition` roundings. The boxes' own part is in them.
+/// Returns the slack that [`Bounds::enter`] needs for a ray from `org`, whose coordinates
+/// are known to `condition` roundings. The boxes themselves already have room for their own
+/// roundings (O7).
 pub fn slack(org: [f64; 3], condition: f64) -> f64 {
     let size = max_abs(org.iter());
     ROUNDINGS * UNIT * condition * size
 }
 
-/// Where a polygon with these corners is met: their box, which grows on all sides by
-/// a thousandth of its longest, rounded outward.
+/// Returns the room of a polygon with these corners: their box, grown on all sides by a
+/// thousandth of its longest side, rounded outward (docs/SPEC.md, S28).
 pub fn near_outline(points: &[[f64; 3]]) -> Bounds {
-    let b = Bounds::of(points.iter().copied());
+    let b = Bounds::around(points.iter().copied());
     let longest = (0..3).map(|k| b.max[k] - b.min[k]).fold(0.0, f64::max);
     let grown = b.grown(longest * 1e-3);
     Bounds {
@@ -98,22 +108,23 @@ pub fn near_outline(points: &[[f64; 3]]) -> Bounds {
     }
 }
 
-/// In object space; `None` for what has no bounds, and for combinations.
-pub fn of_shape(scene: &Scene, shape: Shape) -> Option<Bounds> {
+/// Returns a shape's box in object space; `None` for shapes without bounds, and for CSG
+/// solids.
+pub fn shape_bounds(scene: &Scene, shape: Shape) -> Option<Bounds> {
     let ball = |c: [f64; 3], r: f64| Bounds { min: c, max: c }.grown(r);
     let bounds = match shape {
-        // An ellipsoid among quadrics has bounds, and is met without them.
+        // An ellipsoid among the quadrics has bounds, but its ray is tested without them.
         Shape::HalfSpace(_) | Shape::Quadric(_) | Shape::Combination(_) => {
             return None;
         }
-        // What it is clipped to; where else it ends is not asked.
+        // The box of the clip; without a clip the surface's own bounds are not computed.
         Shape::Implicit(id) => match scene.implicits.row(id).clip? {
             Clip::Sphere(s) => ball(s.center.to_array(), s.radius),
-            Clip::Cuboid(b) => Bounds::of([b.min.to_array(), b.max.to_array()]),
+            Clip::Cuboid(b) => Bounds::around([b.min.to_array(), b.max.to_array()]),
         },
         Shape::LevelSet(id) => {
             let b = scene.level_sets.row(id).bounds?;
-            Bounds::of([b.min.to_array(), b.max.to_array()])
+            Bounds::around([b.min.to_array(), b.max.to_array()])
         }
         Shape::Sphere(id) => {
             let s = scene.spheres.row(id);
@@ -133,10 +144,10 @@ pub fn of_shape(scene: &Scene, shape: Shape) -> Option<Bounds> {
         }
         Shape::Cuboid(id) => {
             let b = scene.cuboids.row(id);
-            Bounds::of([b.min.to_array(), b.max.to_array()])
+            Bounds::around([b.min.to_array(), b.max.to_array()])
         }
         Shape::Polyhedron(id) => {
-            Bounds::of(scene.polyhedra.points(id).iter().map(|p| p.to_array()))
+            Bounds::around(scene.polyhedra.points(id).iter().map(|p| p.to_array()))
         }
         Shape::Polygon(id) => {
             let points: Vec<[f64; 3]> = scene
@@ -149,34 +160,34 @@ pub fn of_shape(scene: &Scene, shape: Shape) -> Option<Bounds> {
         }
         Shape::Mesh(id) => {
             let mesh = scene.meshes.row(id);
-            let about = Bounds::of(mesh.positions.iter().map(|p| p.map(f64::from)));
+            let about = Bounds::around(mesh.positions.iter().map(|p| p.map(f64::from)));
             let center = mesh.center.to_array();
             let moved = |p: [f64; 3]| std::array::from_fn(|k| p[k] + center[k]);
-            Bounds::of([moved(about.min), moved(about.max)])
+            Bounds::around([moved(about.min), moved(about.max)])
         }
     };
     Some(bounds.widened())
 }
 
-/// About the mesh's centre.
+/// Returns a mesh's box about its centre.
 pub fn about_center(mesh: &Mesh) -> Bounds {
-    Bounds::of(mesh.positions.iter().map(|p| p.map(f64::from))).widened()
+    Bounds::around(mesh.positions.iter().map(|p| p.map(f64::from))).widened()
 }
 
-/// About the mesh's centre.
-pub fn of_triangle(mesh: &Mesh, triangle: usize) -> Bounds {
+/// Returns a triangle's box about the mesh's centre.
+pub fn triangle_bounds(mesh: &Mesh, triangle: usize) -> Bounds {
     let corners = mesh.corners(triangle).map(|p| p.map(f64::from));
-    Bounds::of(corners).widened()
+    Bounds::around(corners).widened()
 }
 
-/// The condition of a map and its inverse: how many times a rounding counts on
-/// the other side.
+/// Returns the condition of a map and its inverse: how many times a rounding counts on the
+/// other side.
 pub fn condition(to: &Affine, from: &Affine) -> f64 {
     norm(to) * norm(from)
 }
 
-/// The box of a box under a map. `from` is the map's inverse only nearly, so the
-/// box grows by how far the corners do not come back.
+/// Returns the box of a mapped box. `from` is only nearly the map's inverse, so the box
+/// grows by how far the corners miss themselves when they are mapped back (O7).
 pub fn placed(own: &Bounds, to: &Affine, from: &Affine) -> Bounds {
     let corners: [[f64; 3]; 8] = std::array::from_fn(|i| {
         std::array::from_fn(|k| {
@@ -188,7 +199,7 @@ pub fn placed(own: &Bounds, to: &Affine, from: &Affine) -> Bounds {
         })
     });
     let there = corners.map(|p| apply(to, p));
-    let astray = corners
+    let farthest = corners
         .iter()
         .zip(&there)
         .map(|(p, q)| {
@@ -196,9 +207,9 @@ pub fn placed(own: &Bounds, to: &Affine, from: &Affine) -> Bounds {
             length(std::array::from_fn(|k| back[k] - p[k]))
         })
         .fold(0.0, f64::max);
-    let bounds = Bounds::of(there);
+    let bounds = Bounds::around(there);
     let roundings = ROUNDINGS * UNIT * condition(to, from) * bounds.max_abs();
-    bounds.grown(4.0 * norm(to) * astray + roundings)
+    bounds.grown(4.0 * norm(to) * farthest + roundings)
 }
 
 fn apply(m: &Affine, p: [f64; 3]) -> [f64; 3] {
@@ -210,7 +221,7 @@ fn apply(m: &Affine, p: [f64; 3]) -> [f64; 3] {
     })
 }
 
-/// The Frobenius norm.
+/// Returns the Frobenius norm of the linear part.
 fn norm(m: &Affine) -> f64 {
     length(m.linear().map(length))
 }

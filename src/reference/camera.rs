@@ -1,24 +1,24 @@
-//! The judge's own camera.
+//! The oracle's own camera rays.
 
 use crate::scene::{Camera, Projection};
 
-/// Where in the picture rays go.
+/// The points of the picture that rays pass through.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Grid {
-    /// Through the pixels' centres.
+    /// The centres of the pixels.
     Centers,
-    /// Through the corners of a (W−1)×(H−1) grid, edges included.
+    /// The corners of a (W−1)×(H−1) grid, edges included.
     Corners,
 }
 
-/// A world ray: the same numbers in every precision.
+/// A world ray, with the same numbers in every precision (docs/SPEC.md, S2).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorldRay {
     pub org: [f64; 3],
     pub dir: [f32; 3],
 }
 
-/// The ray of column `x` and row `y`, the top row first, of a W×H picture.
+/// Returns the ray of column `x` and row `y` of a W×H picture, the top row first.
 pub fn camera_ray(
     camera: &Camera,
     [width, height]: [u32; 2],
@@ -34,7 +34,7 @@ pub fn camera_ray(
     let (sx, sy, aspect) = match grid {
         Grid::Centers => (-1.0 + (2.0 * x + 1.0) / w, 1.0 - (2.0 * y + 1.0) / h, w / h),
         Grid::Corners => {
-            // A single column or row lies in the middle.
+            // A single column or row lies in the middle of the picture.
             let across = |i: f64, n: f64| if n > 1.0 { 2.0 * i / (n - 1.0) } else { 1.0 };
             let cells = |n: f64| f64::max(n - 1.0, 1.0);
             (-1.0 + across(x, w), 1.0 - across(y, h), cells(w) / cells(h))

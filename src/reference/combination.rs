@@ -1,9 +1,9 @@
-//! Solids made of solids, along a whole line.
+//! CSG solids along a whole line (docs/SPEC.md, S38 to S54; docs/numerics/oracle.md, O4).
 //!
-//! All ends of all operands are found and ordered, equal ones are grouped, and
-//! between groups the solid is in or out as its operators say, asked one by one.
-//! What an operand is, in which space and under which number, is
-//! [`CsgSolid`]'s to define; operators are read from the scene's tables.
+//! The ends of all operands are found and sorted, and ends at equal t are grouped. Between
+//! groups the operators, evaluated one by one, say whether the line is in the solid.
+//! [`CsgSolid`] defines what an operand is, in which frame and under which number;
+//! operators are read from the scene's tables.
 
 mod mesh;
 
@@ -21,21 +21,23 @@ use crate::math::Affine;
 use crate::scene::{CombinationId, CsgSolid, Operator, Scene, Shape, ShapeId};
 use std::sync::Arc;
 
-/// Of a hit's number: the solid's outward normal is the opposite of the operand's.
+/// The bit of a hit's primitive id that says that the solid's outward normal is the
+/// opposite of the operand's (S53).
 pub const TURNED: u32 = 1 << 31;
 
-/// A combination that appears somewhere.
+/// A CSG solid that some instance places, unfolded.
 #[derive(Clone, Debug)]
 pub struct Combination {
     operands: Vec<Operand>,
     frames: Vec<Frame>,
     steps: Vec<Step>,
     tolerance: f64,
-    /// In its own space; `None` where it has no bounds.
+    /// The box in the solid's own space; `None` if it has no bounds.
     pub bounds: Option<Bounds>,
-    /// The worst of its frames.
+    /// The greatest condition of its frames.
     pub condition: f64,
-    /// Over the triangles of each mesh, about its centre; none for brute force.
+    /// Per mesh, the tree over its triangles about the mesh's centre; empty for brute
+    /// force.
     pub triangles: Arc<[Tree]>,
 }
 
@@ -43,47 +45,51 @@ pub struct Combination {
 struct Operand {
     shape: Shape,
     frame: usize,
-    /// In its frame.
+    /// The box in the operand's frame.
     bounds: Option<Bounds>,
-    /// The number of its first surface; of a mesh each triangle is one.
+    /// The number of the operand's first surface; each triangle of a mesh is a surface
+    /// (S45).
     first: u32,
 }
 
+/// A space that operands with equal maps share (S40).
 #[derive(Clone, Debug)]
 pub struct Frame {
     pub operand_from_solid: Affine,
     pub solid_from_operand: Affine,
+    /// The largest shift on the way to the frame.
     pub reach: f64,
 }
 
-/// Of the operators in postfix.
+/// A step of the operators in postfix.
 #[derive(Clone, Copy, Debug)]
 enum Step {
     /// The next operand, in the order of their numbers.
     Operand,
-    /// An operator, of so many of what came before.
+    /// An operator, applied to so many of the latest results.
     Operator(Operator, usize),
 }
 
-/// Where a line comes into an operand, or leaves it.
+/// A point where a line enters or leaves an operand.
 #[derive(Clone, Debug)]
 pub struct End<N> {
     pub t: Root<N>,
     pub operand: usize,
     enters: bool,
     face: usize,
-    /// The line comes against the surface's normal.
+    /// Whether the line runs against the surface's normal.
     against: bool,
 }
 
-/// Ends that are one, in groups of equal t.
+/// Ends that are one event, in groups of equal t (S46, S47).
 type Event<'e, N> = Vec<&'e [End<N>]>;
 
-/// An operand's part of a line: whether the line is in it from the start, and where
-/// that changes, in order.
+/// The span of an operand on a line: whether the line is inside from the start, and the
+/// sorted meetings where that changes.
 type Inside<N> = (bool, Vec<Meeting<N>>);
 
 impl Combination {
+    /// Unfolds a CSG solid of the scene.
     pub fn new(scene: &Scene, id: CombinationId) -> Combination {
         let solid = CsgSolid::of(scene, id);
         let frame = |frame: &crate::scene::Frame| Frame {
@@ -97,7 +103,7 @@ impl Combination {
             frame: operand.frame as usize,
             bounds: match operand.shape {
                 Shape::Mesh(id) => Some(bounds::about_center(&scene.meshes.row(id))),
-                shape => bounds::of_shape(scene, shape),
+                shape => bounds::shape_bounds(scene, shape),
             },
             first: solid.surface(number, 0),
         };
@@ -116,8 +122,9 @@ impl Combination {
         combination
     }
 
-    /// Around all of a union and what is like it, the first of a difference, one
-    /// of those that an intersection is in; a complement has no bounds.
+    /// Returns a box around the solid: the box of all operands of a union or xor, of the
+    /// first operand of a difference, of one bounded operand of an intersection. A
+    /// complement has no bounds.
     fn around(&self) -> Option<Bounds> {
         let mut operands = self.operands.iter().map(|operand| {
             let frame = &self.frames[operand.frame];
@@ -127,18 +134,21 @@ impl Combination {
         });
         self.fold(
             || operands.next().flatten(),
-            |operator, of| match operator {
-                Operator::Union | Operator::Xor => of.iter().try_fold(Bounds::EMPTY, |all, one| {
-                    one.as_ref().map(|one| all.union(one))
-                }),
-                Operator::Intersection => of.iter().copied().flatten().next(),
-                Operator::Difference => of[0],
+            |operator, values| match operator {
+                Operator::Union | Operator::Xor => {
+                    values.iter().try_fold(Bounds::EMPTY, |all, one| {
+                        one.as_ref().map(|one| all.union(one))
+                    })
+                }
+                Operator::Intersection => values.iter().copied().flatten().next(),
+                Operator::Difference => values[0],
                 Operator::Complement => None,
             },
         )
     }
 
-    /// The operators, from what each operand says, in the order of their numbers.
+    /// Evaluates the operators on a value of each operand, which `operand` returns in the
+    /// order of their numbers.
     fn fold<T>(&self, mut operand: impl FnMut() -> T, operator: impl Fn(Operator, &[T]) -> T) -> T {
         let mut stack: Vec<T> = Vec::new();
         for step in &self.steps {
@@ -155,22 +165,22 @@ impl Combination {
         stack.pop().expect("a combination has operands")
     }
 
-    /// Whether a point is in the solid, by which operands it is in.
+    /// Says whether a point is in the solid, given the operands that it is in.
     fn is_inside(&self, inside: &[bool]) -> bool {
         let mut operands = inside.iter().copied();
         self.fold(
             || operands.next().expect("one for each operand"),
-            |operator, of| match operator {
-                Operator::Union => of.contains(&true),
-                Operator::Intersection => !of.contains(&false),
-                Operator::Difference => of[0] && !of[1..].contains(&true),
-                Operator::Xor => of.iter().filter(|x| **x).count() % 2 == 1,
-                Operator::Complement => !of[0],
+            |operator, values| match operator {
+                Operator::Union => values.contains(&true),
+                Operator::Intersection => !values.contains(&false),
+                Operator::Difference => values[0] && !values[1..].contains(&true),
+                Operator::Xor => values.iter().filter(|x| **x).count() % 2 == 1,
+                Operator::Complement => !values[0],
             },
         )
     }
 
-    /// The operand's ray, by definition.
+    /// Returns the operand's ray (S39).
     fn in_frame(&self, ray: &Ray, frame: usize) -> Ray {
         if frame == 0 {
             *ray
@@ -179,12 +189,12 @@ impl Combination {
         }
     }
 
-    /// All boundaries along the line, in order. The ray is the solid's own.
+    /// Finds all boundaries along the line, sorted by t. The ray is in the solid's space.
     pub fn boundaries<N: Measured>(
         &self,
         scene: &Scene,
         ray: &Ray,
-    ) -> Result<Vec<Meeting<N>>, N::Doubt> {
+    ) -> Result<Vec<Meeting<N>>, N::Undecided> {
         let mut inside = vec![false; self.operands.len()];
         let ends = self.ends::<N>(scene, ray, &mut inside)?;
         let mut boundaries = Vec::new();
@@ -202,7 +212,7 @@ impl Combination {
                         first = first.or(Some(end));
                     }
                 }
-                // Where it becomes what it is behind the event.
+                // The solid changes here to what it is behind the event (S51).
                 if state != start && state != before {
                     found = found.or(first);
                 }
@@ -224,14 +234,14 @@ impl Combination {
         Ok(boundaries)
     }
 
-    /// In order of t, equal ones by number of operand. And which operands the line
-    /// is in from the start.
+    /// Finds the ends of all operands, sorted by t and then by operand, and sets `inside`
+    /// for the operands that the line is in from the start.
     fn ends<N: Number>(
         &self,
         scene: &Scene,
         ray: &Ray,
         inside: &mut [bool],
-    ) -> Result<Vec<End<N>>, N::Doubt> {
+    ) -> Result<Vec<End<N>>, N::Undecided> {
         let rays: Vec<Ray> = (0..self.frames.len())
             .map(|frame| self.in_frame(ray, frame))
             .collect();
@@ -270,13 +280,14 @@ impl Combination {
         Ok(ends)
     }
 
-    /// Ends at one t are a group, and groups within slack of each other one event.
+    /// Groups ends at one t, and joins groups within slack of each other into events (S46,
+    /// S47).
     fn events<'e, N: Measured>(
         &self,
         scene: &Scene,
         ray: &Ray,
         ends: &'e [End<N>],
-    ) -> Result<Vec<Event<'e, N>>, N::Doubt> {
+    ) -> Result<Vec<Event<'e, N>>, N::Undecided> {
         let mut events: Vec<Event<N>> = Vec::new();
         for group in at_one_t(ends)? {
             match events.last_mut() {
@@ -289,20 +300,20 @@ impl Combination {
         Ok(events)
     }
 
-    /// Whether any end of the one group is within slack of any of the other.
+    /// Says whether any end of one group is within slack of any end of the other.
     fn are_one<N: Measured>(
         &self,
         scene: &Scene,
         ray: &Ray,
         before: &[End<N>],
         behind: &[End<N>],
-    ) -> Result<bool, N::Doubt> {
+    ) -> Result<bool, N::Undecided> {
         if self.frames.len() == 1 && self.tolerance == 0.0 {
             return Ok(false);
         }
         let slacks = |group: &[End<N>]| -> Vec<Slack> {
-            let of = |end: &End<N>| self.slack(scene, ray, end);
-            group.iter().map(of).collect()
+            let slack = |end: &End<N>| self.slack(scene, ray, end);
+            group.iter().map(slack).collect()
         };
         for a in slacks(before) {
             for b in slacks(behind) {
@@ -315,6 +326,7 @@ impl Combination {
         Ok(false)
     }
 
+    /// Evaluates what an end's slack is made of (S48, S49).
     fn slack<N: Measured>(&self, scene: &Scene, ray: &Ray, end: &End<N>) -> Slack {
         let row = &self.operands[end.operand];
         let frame = &self.frames[row.frame];
@@ -323,7 +335,7 @@ impl Combination {
         let normal = normal::normal(&face_of(scene, row.shape, end.face), &own, t, end.face);
         let normal = frame.operand_from_solid.linear().map(|c| dot(c, normal));
         let reach = Reach {
-            speed: slack::speed(normal, ray.dir),
+            rate: slack::rate(normal, ray.dir),
             coordinate: bounds::max_abs(ray.org.iter().chain(&ray.at(t))),
         };
         Slack {
@@ -334,11 +346,12 @@ impl Combination {
             } else {
                 0.0
             },
-            tolerance: self.tolerance / reach.speed,
+            tolerance: self.tolerance / reach.rate,
         }
     }
 
-    /// Object space, outward of the solid.
+    /// Returns the solid's outward normal at a meeting of face and surface, in the solid's
+    /// space.
     pub fn normal(&self, scene: &Scene, ray: &Ray, t: f64, met: (usize, u32)) -> [f64; 3] {
         let (face, surface) = met;
         let after = |row: &Operand| row.first <= surface & !TURNED;
@@ -355,12 +368,12 @@ impl Combination {
     }
 }
 
-/// A shape that is no mesh and no combination.
+/// Makes a primitive of a shape that is neither a mesh nor a CSG solid.
 fn primitive(scene: &Scene, shape: Shape) -> Primitive<'_> {
     face_of(scene, shape, 0)
 }
 
-/// The same, or a triangle of a mesh.
+/// Makes a primitive of a shape, or of a triangle of a mesh.
 fn face_of(scene: &Scene, shape: Shape, face: usize) -> Primitive<'_> {
     Primitive {
         scene,
@@ -370,8 +383,8 @@ fn face_of(scene: &Scene, shape: Shape, face: usize) -> Primitive<'_> {
     }
 }
 
-/// Ends in their order, those that are equal together.
-fn at_one_t<N: Number>(ends: &[End<N>]) -> Result<Vec<&[End<N>]>, N::Doubt> {
+/// Groups sorted ends by equal t.
+fn at_one_t<N: Number>(ends: &[End<N>]) -> Result<Vec<&[End<N>]>, N::Undecided> {
     let mut groups = Vec::new();
     let mut rest = ends;
     while let Some(first) = rest.first() {
@@ -386,8 +399,8 @@ fn at_one_t<N: Number>(ends: &[End<N>]) -> Result<Vec<&[End<N>]>, N::Doubt> {
     Ok(groups)
 }
 
-/// Behind all that are not greater.
-fn insert<N: Number>(ends: &mut Vec<End<N>>, end: End<N>) -> Result<(), N::Doubt> {
+/// Inserts an end behind all ends that are not greater.
+fn insert<N: Number>(ends: &mut Vec<End<N>>, end: End<N>) -> Result<(), N::Undecided> {
     let (mut low, mut high) = (0, ends.len());
     while low < high {
         let middle = (low + high) / 2;
@@ -401,19 +414,19 @@ fn insert<N: Number>(ends: &mut Vec<End<N>>, end: End<N>) -> Result<(), N::Doubt
     Ok(())
 }
 
-/// Of a closed solid; a single point is none.
-fn span<N: Number>(of: &Primitive, ray: &Ray) -> Result<Inside<N>, N::Doubt> {
+/// Returns the span of a closed solid. A span of one point is none (S41).
+fn span<N: Number>(primitive: &Primitive, ray: &Ray) -> Result<Inside<N>, N::Undecided> {
     if ray.dir == [0.0; 3] {
         return Ok((false, Vec::new()));
     }
-    if let Shape::Implicit(id) = of.shape {
-        return implicit::span(ray, &of.scene.implicits.row(id));
+    if let Shape::Implicit(id) = primitive.shape {
+        return implicit::span(ray, &primitive.scene.implicits.row(id));
     }
-    if let Shape::LevelSet(id) = of.shape {
-        return Ok(level_set::span(ray, &of.scene.level_sets.row(id)));
+    if let Shape::LevelSet(id) = primitive.shape {
+        return Ok(level_set::span(ray, &primitive.scene.level_sets.row(id)));
     }
-    let faces = of.faces::<N>(ray);
-    if let (Shape::Quadric(_), [face]) = (of.shape, &faces[..]) {
+    let faces = primitive.faces::<N>(ray);
+    if let (Shape::Quadric(_), [face]) = (primitive.shape, &faces[..]) {
         let mut changes = changes(face)?;
         let from_start = face.sign_far_off(true)?.is_le();
         if from_start == face.sign_far_off(false)?.is_le() && changes.len() == 1 {
@@ -421,7 +434,7 @@ fn span<N: Number>(of: &Primitive, ray: &Ray) -> Result<Inside<N>, N::Doubt> {
         }
         return Ok((from_start, changes));
     }
-    let always = |backward: bool| -> Result<bool, N::Doubt> {
+    let always = |backward: bool| -> Result<bool, N::Undecided> {
         for f in &faces {
             if f.sign_far_off(backward)?.is_gt() {
                 return Ok(false);
@@ -429,9 +442,9 @@ fn span<N: Number>(of: &Primitive, ray: &Ray) -> Result<Inside<N>, N::Doubt> {
         }
         Ok(true)
     };
-    let (since_ever, for_ever) = (always(true)?, always(false)?);
+    let (inside_before, inside_behind) = (always(true)?, always(false)?);
     let (mut least, mut greatest): (Option<Meeting<N>>, Option<Meeting<N>>) = (None, None);
-    let rank = |met: &Meeting<N>| rank(of.shape, met.face);
+    let rank = |met: &Meeting<N>| rank(primitive.shape, met.face);
     for met in super::solids::ends(&faces)? {
         let before = match &least {
             Some(least) => {
@@ -455,18 +468,19 @@ fn span<N: Number>(of: &Primitive, ray: &Ray) -> Result<Inside<N>, N::Doubt> {
         }
     }
     let (Some(least), Some(greatest)) = (least, greatest) else {
-        return Ok((since_ever, Vec::new()));
+        return Ok((inside_before, Vec::new()));
     };
-    if !since_ever && !for_ever && least.t.order(&greatest.t)?.is_eq() {
+    if !inside_before && !inside_behind && least.t.order(&greatest.t)?.is_eq() {
         return Ok((false, Vec::new()));
     }
-    let enter = (!since_ever).then_some(least);
-    let exit = (!for_ever).then_some(greatest);
-    Ok((since_ever, enter.into_iter().chain(exit).collect()))
+    let enter = (!inside_before).then_some(least);
+    let exit = (!inside_behind).then_some(greatest);
+    Ok((inside_before, enter.into_iter().chain(exit).collect()))
 }
 
-/// Of several faces that are met at one t, the one of the lowest rank counts: of boxes
-/// by axis, of cylinders and cones a cap before the side, of polyhedra by their order.
+/// Returns the rank of a face: of several faces that are met at one t, the one of lowest
+/// rank counts (S48). Faces of boxes are ranked by axis, caps of cylinders and cones before
+/// the side, faces of polyhedra by number.
 fn rank(shape: Shape, face: usize) -> usize {
     match shape {
         Shape::Cuboid(_) => face % 3,
@@ -475,13 +489,14 @@ fn rank(shape: Shape, face: usize) -> usize {
     }
 }
 
-/// What is still to be written down.
+/// A shape or an operator that is still to be written in postfix.
 enum Left {
     Shape(ShapeId),
     Operator(Operator, usize),
 }
 
-/// Without recursion: operators may lie in each other as deep as they like.
+/// Writes a CSG solid's operators in postfix, without recursion, because operators may be
+/// nested to any depth.
 fn postfix(scene: &Scene, id: CombinationId) -> Vec<Step> {
     let table = &scene.combinations;
     let mut steps = Vec::new();

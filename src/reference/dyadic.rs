@@ -1,12 +1,12 @@
-//! Exact numbers: integers of any length times powers of two. All f64 are such,
-//! and so are their sums, differences and products.
+//! Exact numbers: integers of any length times powers of two (docs/numerics/oracle.md, O1).
+//! All finite f64 are such numbers, and so are their sums, differences and products.
 
 use super::number::Number;
 use num_bigint::{BigInt, Sign};
 use std::cmp::Ordering;
 use std::convert::Infallible;
 
-/// `integer` · 2^`power`.
+/// The number `integer` · 2^`power`.
 #[derive(Clone, Debug)]
 pub struct Dyadic {
     integer: BigInt,
@@ -14,12 +14,12 @@ pub struct Dyadic {
 }
 
 impl Dyadic {
-    /// x · 2^n.
+    /// Returns `integer` · 2^`power`.
     pub fn new(integer: BigInt, power: i64) -> Dyadic {
         Dyadic { integer, power }
     }
 
-    /// 2^n.
+    /// Returns 2^n.
     pub fn power_of_two(n: i64) -> Dyadic {
         Dyadic {
             integer: BigInt::from(1),
@@ -27,20 +27,24 @@ impl Dyadic {
         }
     }
 
+    /// Says whether the number is zero.
     pub fn is_zero(&self) -> bool {
         self.integer == BigInt::ZERO
     }
 
+    /// Returns the exponent of the power of two.
     pub fn power(&self) -> i64 {
         self.power
     }
 
-    /// The integer with a power no higher than its own.
+    /// Returns the integer that stands before 2^`power`, for a power no higher than the
+    /// number's own.
     pub fn at_power(&self, power: i64) -> BigInt {
         &self.integer << (self.power - power)
     }
 
-    /// About x · 2^n, |x| between 2^63 and 2^64, or zero.
+    /// Returns x and n with the number about x · 2^n and |x| between 2^63 and 2^64, or x
+    /// zero.
     pub fn leading(&self) -> (f64, i64) {
         let drop = self.integer.bits() as i64 - 64;
         let top = if drop > 0 {
@@ -53,13 +57,13 @@ impl Dyadic {
         (if negative { -x } else { x }, self.power + drop)
     }
 
-    /// An f64 close by.
+    /// Returns an f64 near the number, not necessarily the nearest.
     pub fn rounded(&self) -> f64 {
         let (x, power) = self.leading();
         scaled(x, power)
     }
 
-    /// Halved.
+    /// Returns half of the number.
     pub fn half(&self) -> Dyadic {
         Dyadic {
             integer: self.integer.clone(),
@@ -68,16 +72,16 @@ impl Dyadic {
     }
 }
 
-/// x · 2^n.
+/// Returns x · 2^n in f64.
 pub fn scaled(x: f64, n: i64) -> f64 {
     libm::scalbn(x, n.clamp(-5000, 5000) as i32)
 }
 
 impl Number for Dyadic {
-    /// Never.
-    type Doubt = Infallible;
+    /// Every sign is known.
+    type Undecided = Infallible;
 
-    fn of(x: f64) -> Dyadic {
+    fn from_f64(x: f64) -> Dyadic {
         debug_assert!(x.is_finite());
         let bits = x.to_bits();
         let exponent = (bits >> 52 & 0x7ff) as i64;
@@ -88,7 +92,7 @@ impl Number for Dyadic {
         } else {
             fraction | 1 << 52
         };
-        // Short numbers stay short.
+        // Trailing zeros are dropped, so that short numbers stay short.
         let zeros = magnitude.trailing_zeros() % 64;
         let integer = BigInt::from(magnitude >> zeros);
         Dyadic {

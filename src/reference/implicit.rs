@@ -1,4 +1,5 @@
-//! Polynomial surfaces: where a polynomial in x, y, z is zero along a line.
+//! Polynomial surfaces: the zeros of a polynomial in x, y, z along a line (docs/SPEC.md,
+//! S29 to S32).
 
 use super::algebraic::Algebraic;
 use super::dyadic::Dyadic;
@@ -10,17 +11,18 @@ use super::solids::{self, Meeting};
 use crate::geom::{Clip, Implicit, Step, Tape};
 use std::cmp::Ordering;
 
-/// A root, and the polynomial's signs just before it and just behind it.
+/// A root of f along the line, and the signs of f just before and just behind it.
 struct Zero {
     t: Algebraic,
     before: Ordering,
     behind: Ordering,
 }
 
-/// Of a closed one where the line is outside just before or just behind: it comes
-/// in there, or leaves, or touches from outside. Of an open one every zero, or those
-/// in its clip, the ends of it included.
-pub fn meetings<N: Number>(ray: &Ray, row: &Implicit) -> Result<Vec<Meeting<N>>, N::Doubt> {
+/// Finds where a line meets a polynomial surface. A solid without a clip is met at the
+/// roots with f > 0 just before or just behind: the line enters, leaves, or touches the
+/// solid from outside (S29). An open or clipped surface is met at every root, or at the
+/// roots in the closed clip (S30).
+pub fn meetings<N: Number>(ray: &Ray, row: &Implicit) -> Result<Vec<Meeting<N>>, N::Undecided> {
     let clip = row.clip.as_ref().map(|clip| faces_of_clip(ray, clip));
     if let Some(faces) = &clip
         && solids::ends(faces)?.is_empty()
@@ -44,9 +46,9 @@ pub fn meetings<N: Number>(ray: &Ray, row: &Implicit) -> Result<Vec<Meeting<N>>,
     Ok(found)
 }
 
-/// Of a closed one as an operand: whether the line is in it from the start, and where
-/// that changes.
-pub fn span<N: Number>(ray: &Ray, row: &Implicit) -> Result<(bool, Vec<Meeting<N>>), N::Doubt> {
+/// Returns the span of a solid as a CSG operand: whether f ≤ 0 before all roots, and the
+/// roots where the sign of f changes.
+pub fn span<N: Number>(ray: &Ray, row: &Implicit) -> Result<(bool, Vec<Meeting<N>>), N::Undecided> {
     let f = along::<N>(ray, row.tape)?;
     let changes = zeros(&f)
         .into_iter()
@@ -76,35 +78,35 @@ fn faces_of_clip<N: Number>(ray: &Ray, clip: &Clip) -> Vec<Poly<N>> {
     }
 }
 
-/// The polynomial in t that a tape is on the line o + t d.
-fn along<N: Number>(ray: &Ray, tape: &Tape) -> Result<Polynomial, N::Doubt> {
-    // Only of numbers without errors.
-    let exactly = |v: [f64; 3]| -> Result<Vec<Dyadic>, N::Doubt> {
+/// Returns the polynomial in t that a tape is on the line o + t·d.
+fn along<N: Number>(ray: &Ray, tape: &Tape) -> Result<Polynomial, N::Undecided> {
+    // Polynomials have exact coefficients; bounded f64 leaves them undecided.
+    let exactly = |v: [f64; 3]| -> Result<Vec<Dyadic>, N::Undecided> {
         vector::<N>(v).iter().map(N::exactly).collect()
     };
     let (org, dir) = (exactly(ray.org)?, exactly(ray.dir)?);
     let mut values: Vec<Vec<Dyadic>> = Vec::new();
     for step in tape.steps() {
-        let of = |i: &u32| &values[*i as usize];
+        let value = |i: &u32| &values[*i as usize];
         values.push(match step {
             Step::Coordinate(axis) => {
                 let k = usize::from(*axis);
                 vec![org[k].clone(), dir[k].clone()]
             }
-            Step::Constant(value) => vec![Dyadic::of(*value)],
-            Step::Sum(a, b) => termwise(of(a), of(b), Dyadic::plus),
-            Step::Difference(a, b) => termwise(of(a), of(b), Dyadic::minus),
-            Step::Product(a, b) => product(of(a), of(b)),
-            Step::Scaled(a, by) => product(of(a), &[Dyadic::of(*by)]),
+            Step::Constant(value) => vec![Dyadic::from_f64(*value)],
+            Step::Sum(a, b) => termwise(value(a), value(b), Dyadic::plus),
+            Step::Difference(a, b) => termwise(value(a), value(b), Dyadic::minus),
+            Step::Product(a, b) => product(value(a), value(b)),
+            Step::Scaled(a, by) => product(value(a), &[Dyadic::from_f64(*by)]),
         });
     }
-    Ok(Polynomial::of(&values.pop().unwrap_or_default()))
+    Ok(Polynomial::from_dyadics(&values.pop().unwrap_or_default()))
 }
 
-fn termwise(a: &[Dyadic], b: &[Dyadic], of: fn(&Dyadic, &Dyadic) -> Dyadic) -> Vec<Dyadic> {
+fn termwise(a: &[Dyadic], b: &[Dyadic], op: fn(&Dyadic, &Dyadic) -> Dyadic) -> Vec<Dyadic> {
     let term = |c: &[Dyadic], k: usize| c.get(k).cloned().unwrap_or_else(Dyadic::zero);
     let count = a.len().max(b.len());
-    (0..count).map(|k| of(&term(a, k), &term(b, k))).collect()
+    (0..count).map(|k| op(&term(a, k), &term(b, k))).collect()
 }
 
 fn product(a: &[Dyadic], b: &[Dyadic]) -> Vec<Dyadic> {
@@ -117,12 +119,12 @@ fn product(a: &[Dyadic], b: &[Dyadic]) -> Vec<Dyadic> {
     c
 }
 
-/// Outward; zero at a node.
+/// Returns the gradient of a tape in f64: outward; zero at a node.
 pub fn gradient(tape: &Tape, p: [f64; 3]) -> [f64; 3] {
-    // Each step's value and gradient.
+    // The value and the gradient of each step.
     let mut values: Vec<(f64, [f64; 3])> = Vec::new();
     for step in tape.steps() {
-        let of = |i: &u32| values[*i as usize];
+        let value = |i: &u32| values[*i as usize];
         values.push(match step {
             Step::Coordinate(axis) => {
                 let k = usize::from(*axis);
@@ -131,19 +133,19 @@ pub fn gradient(tape: &Tape, p: [f64; 3]) -> [f64; 3] {
             }
             Step::Constant(value) => (*value, [0.0; 3]),
             Step::Sum(a, b) => {
-                let ((a, u), (b, v)) = (of(a), of(b));
+                let ((a, u), (b, v)) = (value(a), value(b));
                 (a + b, std::array::from_fn(|k| u[k] + v[k]))
             }
             Step::Difference(a, b) => {
-                let ((a, u), (b, v)) = (of(a), of(b));
+                let ((a, u), (b, v)) = (value(a), value(b));
                 (a - b, std::array::from_fn(|k| u[k] - v[k]))
             }
             Step::Product(a, b) => {
-                let ((a, u), (b, v)) = (of(a), of(b));
+                let ((a, u), (b, v)) = (value(a), value(b));
                 (a * b, std::array::from_fn(|k| a * v[k] + b * u[k]))
             }
             Step::Scaled(a, by) => {
-                let (a, u) = of(a);
+                let (a, u) = value(a);
                 (a * by, u.map(|u| u * by))
             }
         });

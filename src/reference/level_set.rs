@@ -1,12 +1,13 @@
-//! Level sets: where a function that is no polynomial changes its sign along a line.
+//! Level sets: the sign changes, along a line, of a function that is no polynomial
+//! (docs/SPEC.md, S35 to S37; docs/numerics/level-sets.md, V8).
 //!
-//! By halving alone: a part of the line over which intervals show no zero is dropped, and
-//! what is left at the end has one if the signs at its ends differ. Intervals are rounded
-//! to nearest and widened by more than that may be off.
+//! The search only halves. A part of the line on which an interval evaluation shows no zero
+//! is dropped; a part that is not halved any further has a zero if the signs at its ends
+//! differ. Intervals are rounded to nearest and then widened by more than the rounding.
 //!
-//! Where a ray begins on such a surface, or grazes it, the answer hangs on the roundings of
-//! f64. A ray says by how much of what these may be the function is shifted: where an
-//! answer differs when it is shifted up or down, it is not certain.
+//! Where a ray begins on a level set, or grazes it, the answer depends on f64's roundings.
+//! A ray therefore says by how much of the error bound the function is shifted: an answer
+//! that differs when the function is shifted up or down is not certain.
 
 use super::number::Number;
 use super::ray::{Ray, dot};
@@ -16,26 +17,29 @@ use crate::geom::{Binary, Clip, FormulaStep as Step, LevelSet, Unary};
 use std::cmp::Ordering;
 use std::f64::consts::PI;
 
-/// Of the part of a line that is looked at: what is not halved any more. Between two zeros
-/// that are nearer to each other, a function without steep waves is nothing but f64's
-/// roundings; and a line that touches a surface has thousands of parts of this length that
-/// intervals say nothing about.
+/// The length below which a part is not halved any further, relative to the searched part
+/// of the line. Between two zeros that are closer, a function without steep waves is
+/// nothing but f64's roundings. A line that touches a surface has thousands of parts of
+/// this length whose intervals are undecided.
 const SHORTEST: f64 = 1e-9;
 
-/// Parts of one line that are looked at like that. Beyond, parts are short that are so.
+/// How many parts of a line are searched to the length `SHORTEST`.
 const MOST: usize = 1 << 18;
+/// The length below which parts are not halved after `MOST` parts.
 const COARSE: f64 = 1e-6;
 
-/// What an operation may be off by, of its result; what is nearer to 0 is off by as much
-/// as at this size.
+/// The relative error that the result of an operation is widened by (V8).
 const OFF: f64 = 1e-15;
+/// The least absolute error that a result is widened by.
 const LEAST: f64 = 1e-300;
 
-/// How far to either side of a crossing f is looked at, of the t and the coordinates there.
+/// The step to either side of a crossing at which f is evaluated, relative to t and the
+/// coordinates there.
 const SIDES: f64 = 4e-15;
 
-/// All changes in the clip; of a solid all.
-pub fn meetings<N: Number>(ray: &Ray, row: &LevelSet) -> Result<Vec<Meeting<N>>, N::Doubt> {
+/// Finds where a line meets a level set: at all sign changes of a solid, and at those in
+/// the clip of an open row.
+pub fn meetings<N: Number>(ray: &Ray, row: &LevelSet) -> Result<Vec<Meeting<N>>, N::Undecided> {
     let clip = match row.clip.filter(|_| row.open) {
         None => Vec::new(),
         Some(Clip::Sphere(sphere)) => solids::sphere::<N>(ray, &sphere),
@@ -54,19 +58,20 @@ pub fn meetings<N: Number>(ray: &Ray, row: &LevelSet) -> Result<Vec<Meeting<N>>,
     Ok(found)
 }
 
-/// As an operand: whether the line is in it from the start, and where that changes.
+/// Returns the span of a CSG operand: whether the line is inside from the start, and where
+/// that changes.
 pub fn span<N: Number>(ray: &Ray, row: &LevelSet) -> (bool, Vec<Meeting<N>>) {
     let (first, changes) = changes(ray, row);
     (first, changes.into_iter().map(met).collect())
 }
 
 fn met<N: Number>(t: f64) -> Meeting<N> {
-    let t = Root::fraction(N::of(t), N::of(1.0), Ordering::Greater);
+    let t = Root::fraction(N::from_f64(t), N::from_f64(1.0), Ordering::Greater);
     let (face, surface) = (0, 0);
     Meeting { t, face, surface }
 }
 
-/// Whether f is below zero before the first change of its sign, and where it changes.
+/// Returns whether f < 0 before its first sign change, and all sign changes.
 fn changes(ray: &Ray, row: &LevelSet) -> (bool, Vec<f64>) {
     let Some([low, high]) = part(ray, row) else {
         return (row.is_below_beyond, Vec::new());
@@ -88,7 +93,8 @@ fn changes(ray: &Ray, row: &LevelSet) -> (bool, Vec<f64>) {
         looked_at += 1;
         let values = values(row, points(ray, [a, b]));
         if values[0].is_nan() || values[0] > 0.0 || values[1] < 0.0 {
-            // A sign that roundings turned, turns back.
+            // The sign of f at the part's start was a rounding's; the change lies at that
+            // start.
             let sign = values[1] < 0.0;
             if sign != below {
                 below = sign;
@@ -114,7 +120,7 @@ fn changes(ray: &Ray, row: &LevelSet) -> (bool, Vec<f64>) {
     (first, found)
 }
 
-/// By halving; `behind`: whether f is below zero at the second of two t.
+/// Bisects a sign change to the nearest f64; `behind` says whether f < 0 at the second end.
 fn nearest(is_below: &dyn Fn(f64) -> bool, [mut a, mut b]: [f64; 2], behind: bool) -> f64 {
     loop {
         let middle = (a + b) / 2.0;
@@ -129,7 +135,7 @@ fn nearest(is_below: &dyn Fn(f64) -> bool, [mut a, mut b]: [f64; 2], behind: boo
     }
 }
 
-/// Of the line, in the box that zeros are sought in.
+/// Clips the line to the box in which zeros are sought.
 fn part(ray: &Ray, row: &LevelSet) -> Option<[f64; 2]> {
     let region = row.region?;
     let (mut enter, mut exit) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -156,9 +162,10 @@ fn value(row: &LevelSet, p: [f64; 3]) -> f64 {
     sloped(row, p).0
 }
 
-/// Outward, where a line crosses the surface at t. Where f is not zero there, but has a
-/// value on one side alone or passes infinity, it is the gradient of what does: of the
-/// operand of the first step without a value, of a divisor, of a tangent's angle.
+/// Returns the outward normal where a line crosses the surface at t. A sign change need not
+/// be a zero: f may have a value on one side only, or pass infinity. The normal is then the
+/// gradient of the step that causes it: of the operand of the first step without a value,
+/// of a divisor, or of a tangent's angle (V10).
 pub fn normal(row: &LevelSet, ray: &Ray, t: f64) -> [f64; 3] {
     let size = |v: [f64; 3]| v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let step = SIDES * (t.abs() + size(ray.org) / size(ray.dir));
@@ -178,13 +185,13 @@ pub fn normal(row: &LevelSet, ray: &Ray, t: f64) -> [f64; 3] {
     for (i, step) in row.formula.steps().iter().enumerate() {
         let values = |i: u32| (before[i as usize].0, after[i as usize].0);
         let (a, b) = values(i as u32);
-        let of = match *step {
-            Step::Unary(Unary::Tan, of) if a * b < -1.0 => of,
-            Step::Unary(_, of) if a.is_nan() != b.is_nan() => of,
-            Step::Binary(Binary::Quotient, _, of) if values(of).0 * values(of).1 <= 0.0 => of,
+        let cause = match *step {
+            Step::Unary(Unary::Tan, i) if a * b < -1.0 => i,
+            Step::Unary(_, i) if a.is_nan() != b.is_nan() => i,
+            Step::Binary(Binary::Quotient, _, i) if values(i).0 * values(i).1 <= 0.0 => i,
             _ => continue,
         };
-        for slopes in [before[of as usize].1, after[of as usize].1] {
+        for slopes in [before[cause as usize].1, after[cause as usize].1] {
             let along = rate(slopes);
             if along.is_finite() && along != 0.0 {
                 return slopes.map(|x| if turned(along) { x } else { -x });
@@ -194,8 +201,8 @@ pub fn normal(row: &LevelSet, ray: &Ray, t: f64) -> [f64; 3] {
     gradient
 }
 
-fn function(of: Unary, x: f64) -> f64 {
-    match of {
+fn function(f: Unary, x: f64) -> f64 {
+    match f {
         Unary::Abs => x.abs(),
         Unary::Sqrt => x.sqrt(),
         Unary::Exp => libm::exp(x),
@@ -212,8 +219,8 @@ fn function(of: Unary, x: f64) -> f64 {
     }
 }
 
-fn derivative(of: Unary, x: f64) -> f64 {
-    match of {
+fn derivative(f: Unary, x: f64) -> f64 {
+    match f {
         Unary::Abs => 1.0_f64.copysign(x),
         Unary::Sqrt => 0.5 / x.sqrt(),
         Unary::Exp => libm::exp(x),
@@ -234,21 +241,21 @@ fn power(x: f64, exponent: u32) -> f64 {
     (0..exponent).fold(1.0, |product, _| product * x)
 }
 
-/// The value and the gradient.
+/// A value and its gradient.
 type Sloped = (f64, [f64; 3]);
 
 fn sloped(row: &LevelSet, p: [f64; 3]) -> Sloped {
     all(row, p).last().copied().unwrap_or_default()
 }
 
-/// Of every step.
+/// Evaluates the value and the gradient of every step.
 fn all(row: &LevelSet, p: [f64; 3]) -> Vec<Sloped> {
     let mut all: Vec<Sloped> = Vec::with_capacity(row.formula.steps().len());
     let sum = |a: [f64; 3], s: f64, b: [f64; 3], r: f64| -> [f64; 3] {
         std::array::from_fn(|k| a[k] * s + b[k] * r)
     };
     for step in row.formula.steps() {
-        let of = |i: u32| all[i as usize];
+        let operand = |i: u32| all[i as usize];
         all.push(match *step {
             Step::Coordinate(axis) => {
                 let mut slope = [0.0; 3];
@@ -257,25 +264,25 @@ fn all(row: &LevelSet, p: [f64; 3]) -> Vec<Sloped> {
             }
             Step::Constant(value) => (value, [0.0; 3]),
             Step::Power(a, n) => {
-                let (a, u) = of(a);
+                let (a, u) = operand(a);
                 let rate = f64::from(n) * power(a, n - 1);
                 (power(a, n), u.map(|u| u * rate))
             }
             Step::Unary(f, a) => {
-                let (a, u) = of(a);
+                let (a, u) = operand(a);
                 (function(f, a), u.map(|u| u * derivative(f, a)))
             }
             Step::Binary(operator, i, j) => {
-                let ((a, u), (b, v)) = (of(i), of(j));
+                let ((a, u), (b, v)) = (operand(i), operand(j));
                 match operator {
                     Binary::Sum => (a + b, sum(u, 1.0, v, 1.0)),
                     Binary::Difference => (a - b, sum(u, 1.0, v, -1.0)),
                     Binary::Product => (a * b, sum(u, b, v, a)),
                     Binary::Quotient => (a / b, sum(u, 1.0 / b, v, -a / b / b)),
-                    Binary::Min if a < b => of(i),
-                    Binary::Max if a > b => of(i),
-                    Binary::Min | Binary::Max if a.is_nan() => of(i),
-                    Binary::Min | Binary::Max => of(j),
+                    Binary::Min if a < b => operand(i),
+                    Binary::Max if a > b => operand(i),
+                    Binary::Min | Binary::Max if a.is_nan() => operand(i),
+                    Binary::Min | Binary::Max => operand(j),
                 }
             }
         });
@@ -283,9 +290,10 @@ fn all(row: &LevelSet, p: [f64; 3]) -> Vec<Sloped> {
     all
 }
 
-/// [low, high]; NaN: no value anywhere.
+/// An interval [low, high]; NaN if the function has no value in it.
 type Interval = [f64; 2];
 
+/// The interval of all numbers.
 const LINE: Interval = [f64::NEG_INFINITY, f64::INFINITY];
 
 fn points(ray: &Ray, t: Interval) -> [Interval; 3] {
@@ -301,7 +309,8 @@ fn wider([low, high]: Interval) -> Interval {
     [finite(low, low - off(low)), finite(high, high + off(high))]
 }
 
-/// The least and the greatest of some numbers; of NaN anything.
+/// Returns the widened interval of the least and the greatest of some numbers; the whole
+/// line if one is NaN.
 fn hull(all: &[f64]) -> Interval {
     if all.iter().any(|x| x.is_nan()) {
         return LINE;
@@ -315,31 +324,32 @@ fn product(a: Interval, b: Interval) -> Interval {
     hull(&[a[0] * b[0], a[0] * b[1], a[1] * b[0], a[1] * b[1]])
 }
 
-/// Anything, where there may be points without a value.
+/// Returns the interval of f over a box; the whole line if f may have no value at some
+/// points of it.
 fn values(row: &LevelSet, p: [Interval; 3]) -> Interval {
     let mut all: Vec<Interval> = Vec::with_capacity(row.formula.steps().len());
     let mut is_partial = false;
     for step in row.formula.steps() {
-        let of = |i: u32| all[i as usize];
+        let operand = |i: u32| all[i as usize];
         all.push(match *step {
             Step::Coordinate(axis) => p[usize::from(axis)],
             Step::Constant(value) => [value; 2],
-            Step::Power(a, _) if of(a)[0].is_nan() => of(a),
+            Step::Power(a, _) if operand(a)[0].is_nan() => operand(a),
             Step::Power(a, n) => {
-                let [low, high] = of(a);
+                let [low, high] = operand(a);
                 let zero = if low < 0.0 && high > 0.0 { 0.0 } else { high };
-                // Each product rounds.
+                // One rounding for each product of the power (V8).
                 let [low, high] = hull(&[low, zero, high].map(|x| power(x, n)));
                 let off = f64::from(n) * OFF;
                 [low - low.abs() * off, high + high.abs() * off]
             }
             Step::Unary(f, a) => {
-                let range = range(f, of(a));
+                let range = range(f, operand(a));
                 is_partial |= range == LINE;
                 range
             }
             Step::Binary(operator, a, b) => {
-                let (a, b) = (of(a), of(b));
+                let (a, b) = (operand(a), operand(b));
                 if a[0].is_nan() || b[0].is_nan() {
                     all.push([f64::NAN; 2]);
                     continue;
@@ -375,7 +385,7 @@ fn range(f: Unary, [low, high]: Interval) -> Interval {
         Unary::Asin | Unary::Acos => [-1.0, 1.0],
         _ => LINE,
     };
-    // The logarithm of 0 is no number.
+    // ln 0 is no number.
     let is_end = |x: f64| matches!(f, Unary::Ln) && x <= 0.0;
     if high < domain[0] || low > domain[1] || is_end(high) {
         return [f64::NAN; 2];
@@ -383,14 +393,13 @@ fn range(f: Unary, [low, high]: Interval) -> Interval {
     if low < domain[0] || high > domain[1] || is_end(low) {
         return LINE;
     }
-    // The ends, and the places between them where the function turns.
+    // The ends, and the turning points between them.
     let turns = match f {
         Unary::Sin => Some(PI / 2.0),
         Unary::Cos => Some(0.0),
         Unary::Tan if high - low >= 1.0 => return LINE,
         Unary::Tan => {
-            // A pole lies where its slope, which is never below 1, is not finite: the
-            // cosine changes its sign.
+            // tan has a pole where cos changes its sign; its slope is nowhere below 1.
             let cos = range(Unary::Cos, [low, high]);
             if cos[0] <= 0.0 && cos[1] >= 0.0 {
                 return LINE;
@@ -402,7 +411,8 @@ fn range(f: Unary, [low, high]: Interval) -> Interval {
         }
         _ => None,
     };
-    // Both ends, and in the other four places the first again where nothing turns.
+    // Two places for the ends and four for turning points; unused ones repeat the first
+    // end.
     let mut all = [function(f, low); 6];
     all[1] = function(f, high);
     if let Some(first) = turns {

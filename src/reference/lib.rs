@@ -1,25 +1,26 @@
-//! The judge: a ray tracer so plain that one believes it by reading, and exact.
+//! The oracle: a scalar, exact ray tracer that is plain enough to be believed by reading
+//! (docs/numerics/oracle.md).
 //!
-//! Textbook formulas, one (ray, primitive) pair at a time. It shares with the
-//! fast path the tables and the definition of the object ray (docs/NUMERICS.md),
-//! and no kernel, predicate, integer or tree. Formulas are written once and
-//! worked out in f64 with a bound on the error ([`approx`]); where that leaves a
-//! sign open, in integers of any length ([`dyadic`]). So every decision, whether
-//! a ray hits and what first, is that of exact arithmetic, and every t the f64
-//! nearest to the exact one. Polynomial surfaces are met by integers alone
-//! (`algebraic`).
+//! It evaluates textbook formulas, one pair of ray and primitive at a time. It shares with
+//! the fast path the scene's tables and the definition of the object ray (docs/SPEC.md, S5
+//! to S8), and no kernel, predicate, integer or tree. Each formula is written once and
+//! evaluated in f64 with a running error bound ([`approx`]); where the bound leaves a sign
+//! undecided, the pair is evaluated again in integers of any length ([`dyadic`], O1). So
+//! every decision, whether a ray hits and which hit is closest, is that of exact
+//! arithmetic, and every t is the f64 nearest to the exact one (O6). Polynomial surfaces
+//! are met by integers alone (`algebraic`, O3).
 //!
-//! Primitives are seen from both sides; a ray that starts inside a solid meets
-//! its far side. Combinations are worked out along the whole line
-//! (`combination`). Hits count where 0 < t < t_max. Where two are equally near,
-//! the lower (instance, primitive) is the answer.
+//! Primitives are seen from both sides, so a ray that starts inside a solid meets its far
+//! side (S14). CSG solids are evaluated along the whole line (`combination`, O4). A hit
+//! counts where 0 < t < t_max. Of hits at equal t, the one with the lower (instance,
+//! primitive) is the answer (S10).
 //!
-//! [`Reference::new`] prunes by a median-split tree of its own;
-//! [`Reference::brute_force`] looks at everything. tests/reference.rs compares.
-//! Both lay all appearances out, and refuse scenes that have too many for it.
+//! [`Reference::new`] prunes by a median-split tree of its own (O7);
+//! [`Reference::brute_force`] tests every primitive. tests/reference.rs compares the two.
+//! Both lay out all instances, and refuse scenes that have too many of them.
 //!
-//! A part of Lanecast that may change with any version; the crate `lanecast` is what is
-//! kept.
+//! This crate is an internal part of Lanecast and may change with any version; the crate
+//! `lanecast` has the stable interface.
 
 use lanecast_model::{geom, scene};
 use lanecast_numerics::math;
@@ -60,52 +61,57 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use tree::{Part, Tree};
 
-/// Placements worse conditioned than this stay out of the tree: their world
-/// boxes would not be worth much.
+/// The largest condition of a placement in the tree. Placements with a greater one stay
+/// outside the tree, because their world boxes would be too large to prune.
 const MAX_CONDITION: f64 = 1e8;
 
-/// A scene to ask.
+/// The oracle of one scene: its instances, laid out, and the trees that prune them.
 pub struct Reference<'a> {
     scene: &'a Scene,
-    /// Appearances by id.
+    /// Instances by id.
     rows: Cow<'a, [Appearance]>,
-    /// Over `rows`.
+    /// The tree over the world boxes of `rows`.
     tree: Tree,
-    /// Rows that are in no tree.
+    /// Rows in no tree, which every ray is tested against.
     always: Vec<u32>,
-    /// The worst condition of a placement in the tree.
+    /// The greatest condition of a placement in the tree.
     condition: f64,
-    /// Of those that appear, by row of the scene's table.
+    /// The CSG solids that instances place, by row of the scene's table.
     combinations: Vec<Option<Combination>>,
-    /// Over the triangles of each mesh, about its centre; none for brute force.
+    /// Per mesh, the tree over its triangles about the mesh's centre; empty for brute
+    /// force.
     triangles: Arc<[Tree]>,
 }
 
+/// The closest hit of a world ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// The f64 nearest to the exact one.
+    /// The f64 nearest to the exact t.
     pub t: f64,
-    /// Id of one of [`Appearances`].
+    /// The id of one of [`Appearances`].
     pub instance: u64,
-    /// Triangle of a mesh; surface of a combination, by number, and [`TURNED`]; 0
-    /// otherwise.
+    /// The primitive id (S13): the triangle of a mesh; the surface of a CSG solid, with the
+    /// bit [`TURNED`]; 0 otherwise.
     pub primitive: u32,
-    /// Geometric, world space, unit, outward (of a combination: of the whole); of triangles and polygons by
-    /// their winding. Zero where the surface has none (a cone's apex, a node).
+    /// The unit geometric normal in world space. It points outward (of the whole CSG
+    /// solid); of triangles and polygons it follows their winding. Zero where the surface
+    /// has none (a cone's apex, a node).
     pub normal: [f64; 3],
 }
 
-/// One place where a line meets a primitive.
+/// One point where a line meets a primitive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
+    /// The f64 nearest to the exact t.
     pub t: f64,
-    /// As hits have it.
+    /// The primitive id, as in [`Hit`].
     pub primitive: u32,
-    /// World space, unit, outward.
+    /// The unit normal in world space, outward.
     pub normal: [f64; 3],
 }
 
-/// A primitive that may be the first, and where it is met.
+/// A primitive that may be the closest hit, and bounds on the t where the ray first meets
+/// it.
 struct Candidate {
     instance: u32,
     primitive: u32,
@@ -113,7 +119,7 @@ struct Candidate {
 }
 
 impl<'a> Reference<'a> {
-    /// With trees.
+    /// Builds the oracle with trees.
     pub fn new(
         scene: &'a Scene,
         appearances: &'a Appearances,
@@ -131,7 +137,7 @@ impl<'a> Reference<'a> {
                     condition *= combination.condition;
                     combination.bounds
                 }
-                None => bounds::of_shape(scene, shape),
+                None => bounds::shape_bounds(scene, shape),
             };
             let placed = object
                 .filter(|_| condition <= MAX_CONDITION)
@@ -149,7 +155,7 @@ impl<'a> Reference<'a> {
             .map(|id| {
                 let mesh = scene.meshes.row(MeshId(id));
                 let boxes: Vec<_> = (0..mesh.triangles.len())
-                    .map(|i| (i as u32, bounds::of_triangle(&mesh, i)))
+                    .map(|i| (i as u32, bounds::triangle_bounds(&mesh, i)))
                     .collect();
                 Tree::new(&boxes)
             })
@@ -166,7 +172,7 @@ impl<'a> Reference<'a> {
         })
     }
 
-    /// Without trees: every ray against every primitive.
+    /// Builds the oracle without trees: every ray is tested against every primitive.
     pub fn brute_force(
         scene: &'a Scene,
         appearances: &'a Appearances,
@@ -175,8 +181,8 @@ impl<'a> Reference<'a> {
         let mut combinations = vec![None; scene.combinations.len()];
         for row in rows.iter() {
             if let Shape::Combination(id) = scene.shapes.row(row.shape) {
-                let of = || Combination::new(scene, id);
-                combinations[id.index()].get_or_insert_with(of);
+                let unfold = || Combination::new(scene, id);
+                combinations[id.index()].get_or_insert_with(unfold);
             }
         }
         Ok(Reference {
@@ -190,11 +196,12 @@ impl<'a> Reference<'a> {
         })
     }
 
+    /// Returns the scene that the oracle answers for.
     pub fn scene(&self) -> &'a Scene {
         self.scene
     }
 
-    /// What kind of shape an instance is; none for ids that do not exist.
+    /// Names the kind of an instance's shape; `None` for ids that do not exist.
     pub fn kind(&self, instance: u64) -> Option<&'static str> {
         let row = self.rows.get(usize::try_from(instance).ok()?)?;
         Some(self.scene.shapes.row(row.shape).kind_name())
@@ -207,7 +214,8 @@ impl<'a> Reference<'a> {
         }
     }
 
-    /// How many times a rounding counts on the other side of a hit's placement.
+    /// Returns the condition of a hit's placement: how many times a rounding counts on its
+    /// other side.
     fn condition_of(&self, hit: &Hit) -> f64 {
         let a = &self.rows[hit.instance as usize];
         let own = bounds::condition(&a.world_from_object, &a.object_from_world);
@@ -215,17 +223,18 @@ impl<'a> Reference<'a> {
         own * combination.map_or(1.0, |c| c.condition)
     }
 
-    /// The first hit with 0 < t < t_max of a world ray.
+    /// Finds the closest hit of a world ray with 0 < t < t_max.
     pub fn nearest(&self, org: [f64; 3], dir: [f64; 3], t_max: f64) -> Option<Hit> {
         let level = 0.0;
         self.nearest_of(Ray { org, dir, level }, t_max)
     }
 
-    /// The same, where functions that are no polynomials are shifted by `level` times what
-    /// f64 may have them off by: where that makes a difference, the answer is not certain.
+    /// Finds the closest hit as [`Reference::nearest`] does, with level sets shifted by
+    /// `level` times the bound on f64's error. Where the shift changes the answer, the
+    /// answer is not certain.
     pub fn nearest_of(&self, world: Ray, t_max: f64) -> Option<Hit> {
         let mut found: Vec<Candidate> = Vec::new();
-        // Nothing beyond this can be the nearest.
+        // The least upper bound of t so far: no primitive beyond it can be the closest.
         let mut limit = t_max;
         self.visit(&world, t_max, |candidate| {
             limit = f64::min(limit, candidate.within.hi);
@@ -237,7 +246,7 @@ impl<'a> Reference<'a> {
             let (ray, primitive) = self.pair(&world, c.instance, c.primitive);
             primitive.first_exactly(&ray, t_max)
         };
-        // In the order of their ids, so that the first of equal ones stays.
+        // Sorted by id, so that the first of equal t stays.
         found.sort_by_key(|c| (c.instance, c.primitive));
         let mut first: Option<(Meeting<Dyadic>, &Candidate)> = None;
         for candidate in &found {
@@ -255,52 +264,53 @@ impl<'a> Reference<'a> {
         }
         let (met, candidate) = first?;
         let (instance, primitive) = (candidate.instance, candidate.primitive);
-        let (ray, of) = self.pair(&world, instance, primitive);
+        let (ray, target) = self.pair(&world, instance, primitive);
         let t = rounding::nearest(&met.t);
         Some(Hit {
             t,
             instance: u64::from(instance),
-            primitive: of.combination.map_or(primitive, |_| met.surface),
-            normal: self.normal(instance, &of, &ray, t, &met),
+            primitive: target.combination.map_or(primitive, |_| met.surface),
+            normal: self.normal(instance, &target, &ray, t, &met),
         })
     }
 
-    /// World space, unit.
+    /// Returns the unit normal of a meeting in world space.
     fn normal(
         &self,
         instance: u32,
-        of: &Primitive,
+        target: &Primitive,
         ray: &Ray,
         t: f64,
         met: &Meeting<Dyadic>,
     ) -> [f64; 3] {
-        let normal = match of.combination {
+        let normal = match target.combination {
             Some(all) => all.normal(self.scene, ray, t, (met.face, met.surface)),
-            None => normal::normal(of, ray, t, met.face),
+            None => normal::normal(target, ray, t, met.face),
         };
         world_normal(&self.rows[instance as usize], normal)
     }
 
-    /// Whether anything is met with 0 < t < t_max.
+    /// Says whether the ray meets any primitive with 0 < t < t_max.
     pub fn blocked(&self, org: [f64; 3], dir: [f64; 3], t_max: f64) -> bool {
         let level = 0.0;
         self.blocked_of(Ray { org, dir, level }, t_max)
     }
 
-    /// The same, shifted as [`Reference::nearest_of`].
+    /// Says whether a ray is blocked, with level sets shifted as in
+    /// [`Reference::nearest_of`].
     pub fn blocked_of(&self, world: Ray, t_max: f64) -> bool {
         let mut blocked = false;
         self.visit(&world, t_max, |_| {
             blocked = true;
-            // One settles it.
+            // One meeting decides the query.
             f64::NEG_INFINITY
         });
         blocked
     }
 
-    /// Where the whole line of a world ray meets one primitive, before its origin
-    /// and behind it, by t. At an edge of a solid once for each face. Of a
-    /// combination all boundaries, whatever the primitive. None for ids that do not
+    /// Lists where the whole line of a world ray meets one primitive, before its origin and
+    /// behind it, sorted by t. An edge of a solid gives one crossing for each face. A CSG
+    /// solid gives all its boundaries, whatever `primitive` is. Empty for ids that do not
     /// exist.
     pub fn crossings(
         &self,
@@ -313,7 +323,7 @@ impl<'a> Reference<'a> {
         self.crossings_of(Ray { org, dir, level }, instance, primitive)
     }
 
-    /// The same, shifted as [`Reference::nearest_of`].
+    /// Lists crossings, with level sets shifted as in [`Reference::nearest_of`].
     pub fn crossings_of(&self, world: Ray, instance: u64, primitive: u32) -> Vec<Crossing> {
         let Some(a) = usize::try_from(instance)
             .ok()
@@ -330,14 +340,14 @@ impl<'a> Reference<'a> {
             return Vec::new();
         }
         let instance = instance as u32;
-        let (ray, of) = self.pair(&world, instance, primitive);
-        let meetings = of.meetings_exactly(&ray);
+        let (ray, target) = self.pair(&world, instance, primitive);
+        let meetings = target.meetings_exactly(&ray);
         let mut crossings: Vec<Crossing> = meetings
             .iter()
             .map(|m| {
                 let t = rounding::nearest(&m.t);
-                let normal = self.normal(instance, &of, &ray, t, m);
-                let primitive = match of.combination {
+                let normal = self.normal(instance, &target, &ray, t, m);
+                let primitive = match target.combination {
                     Some(_) => m.surface,
                     None => primitive,
                 };
@@ -352,7 +362,7 @@ impl<'a> Reference<'a> {
         crossings
     }
 
-    /// The ray in a primitive's own space, and the primitive.
+    /// Returns the ray in a primitive's own space, and the primitive.
     fn pair(&self, ray: &Ray, instance: u32, triangle: u32) -> (Ray, Primitive<'_>) {
         let a = &self.rows[instance as usize];
         let (scene, shape) = (self.scene, self.scene.shapes.row(a.shape));
@@ -369,16 +379,16 @@ impl<'a> Reference<'a> {
         (ray, primitive)
     }
 
-    /// Calls `found` for every primitive that is met in 0 < t < t_max, with the
-    /// first place; it answers with the t beyond which nothing matters any more.
+    /// Calls `found` for every primitive that the ray meets in 0 < t < t_max, with bounds
+    /// on the first t. `found` returns the limit of t from then on.
     fn visit(&self, world: &Ray, t_max: f64, mut found: impl FnMut(Candidate) -> f64) {
         let mut limit = t_max;
         let mut instance = |instance: u32, mut limit: f64| {
-            let (ray, mut of) = self.pair(world, instance, 0);
-            let shape = of.shape;
+            let (ray, mut target) = self.pair(world, instance, 0);
+            let shape = target.shape;
             let mut one = |primitive: u32, limit: f64| {
-                of.triangle = primitive;
-                match of.first_within(&ray, t_max) {
+                target.triangle = primitive;
+                match target.first_within(&ray, t_max) {
                     Some(within) if within.lo <= limit => found(Candidate {
                         instance,
                         primitive,
@@ -417,7 +427,8 @@ impl<'a> Reference<'a> {
     }
 }
 
-/// By the inverse transpose of world_from_object.
+/// Maps a normal to world space by the inverse transpose of `world_from_object`, at unit
+/// length.
 fn world_normal(a: &Appearance, n: [f64; 3]) -> [f64; 3] {
     let m = &a.object_from_world;
     ray::unit(m.linear().map(|column| ray::dot(column, n)))

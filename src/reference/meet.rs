@@ -1,6 +1,7 @@
-//! One ray and one primitive: where they meet, and first beyond the origin.
+//! One ray and one primitive: all points where they meet, and the first one beyond the
+//! origin.
 
-use super::approx::{Approx, Doubt};
+use super::approx::{Approx, Undecided};
 use super::combination::Combination;
 use super::dyadic::Dyadic;
 use super::number::Number;
@@ -17,23 +18,24 @@ use crate::scene::{Scene, Shape};
 pub struct Primitive<'a> {
     pub scene: &'a Scene,
     pub shape: Shape,
-    /// Of a mesh; 0 otherwise.
+    /// The triangle of a mesh; 0 otherwise.
     pub triangle: u32,
-    /// Where the shape is one.
+    /// The unfolded CSG solid, if the shape is one.
     pub combination: Option<&'a Combination>,
 }
 
-/// Numbers between which a t lies.
+/// Bounds on the t of a first meeting.
 #[derive(Clone, Debug)]
 pub struct Within {
     pub lo: f64,
     pub hi: f64,
-    /// The meeting itself, where it had to be found out.
+    /// The exact meeting, if f64 left it undecided.
     pub exact: Option<Meeting<Dyadic>>,
 }
 
 impl Primitive<'_> {
-    /// What is not above zero inside a closed solid. Of what is none: nothing.
+    /// Returns the polynomials of a convex solid or quadric, all ≤ 0 inside (O2); none for
+    /// any other shape.
     pub fn faces<N: Number>(&self, ray: &Ray) -> Vec<Poly<N>> {
         let scene = self.scene;
         match self.shape {
@@ -63,9 +65,9 @@ impl Primitive<'_> {
         }
     }
 
-    /// All of them on the whole line, in no order. The ray is the primitive's
-    /// own (a mesh's about its centre), and finite.
-    pub fn meetings<N: Measured>(&self, ray: &Ray) -> Result<Vec<Meeting<N>>, N::Doubt> {
+    /// Finds all meetings on the whole line, in no order. The ray is the primitive's own
+    /// (about the centre of a mesh), and finite.
+    pub fn meetings<N: Measured>(&self, ray: &Ray) -> Result<Vec<Meeting<N>>, N::Undecided> {
         let scene = self.scene;
         let one = |t: Option<Root<N>>| {
             let (face, surface) = (0, 0);
@@ -90,14 +92,19 @@ impl Primitive<'_> {
             },
             Shape::Cone(id) if scene.cones.row(id).open => first_face(&self.faces(ray)),
             Shape::Cylinder(id) if scene.cylinders.row(id).open => first_face(&self.faces(ray)),
-            // The only one that need not be convex.
+            // A quadric is the only one of these solids that need not be convex.
             Shape::Quadric(_) => changes(&self.faces(ray)[0]),
             _ => ends(&self.faces(ray)),
         }
     }
 
-    /// The first with 0 < t < t_max; of faces that meet there, the lowest.
-    fn first<N: Measured>(&self, ray: &Ray, t_max: f64) -> Result<Option<Meeting<N>>, N::Doubt> {
+    /// Finds the first meeting with 0 < t < t_max; of several faces that meet there, the
+    /// first by number.
+    fn first<N: Measured>(
+        &self,
+        ray: &Ray,
+        t_max: f64,
+    ) -> Result<Option<Meeting<N>>, N::Undecided> {
         let mut first: Option<Meeting<N>> = None;
         for meeting in self.meetings(ray)? {
             let t = &meeting.t;
@@ -115,8 +122,8 @@ impl Primitive<'_> {
         Ok(first)
     }
 
-    /// Where the first with 0 < t < t_max lies. By f64 if its errors leave no
-    /// doubt, else by exact arithmetic.
+    /// Bounds the t of the first meeting with 0 < t < t_max, by f64 if its error bounds
+    /// decide, and otherwise by exact arithmetic.
     pub fn first_within(&self, ray: &Ray, t_max: f64) -> Option<Within> {
         if !ray.is_finite() || !(t_max > 0.0) {
             return None;
@@ -124,7 +131,7 @@ impl Primitive<'_> {
         let t = match self.first::<Approx>(ray, t_max) {
             Ok(None) => return None,
             Ok(Some(meeting)) => meeting.t.value(),
-            Err(Doubt) => Approx::exact(f64::NAN),
+            Err(Undecided) => Approx::exact(f64::NAN),
         };
         if t.lo().is_finite() && t.hi().is_finite() {
             return Some(Within {
@@ -142,7 +149,7 @@ impl Primitive<'_> {
         })
     }
 
-    /// The same meeting itself.
+    /// Finds the first meeting with 0 < t < t_max by exact arithmetic.
     pub fn first_exactly(&self, ray: &Ray, t_max: f64) -> Option<Meeting<Dyadic>> {
         if !ray.is_finite() || !(t_max > 0.0) {
             return None;
@@ -151,6 +158,7 @@ impl Primitive<'_> {
         first
     }
 
+    /// Finds all meetings on the whole line by exact arithmetic, in no order.
     pub fn meetings_exactly(&self, ray: &Ray) -> Vec<Meeting<Dyadic>> {
         if !ray.is_finite() {
             return Vec::new();

@@ -1,4 +1,5 @@
-//! Normals where primitives are met: gradients of their definitions, in f64.
+//! Normals where primitives are met: gradients of their definitions, in f64
+//! (docs/numerics/oracle.md, O6).
 
 use super::meet::Primitive;
 use super::ray::{Ray, dot};
@@ -6,14 +7,14 @@ use super::{implicit, level_set};
 use crate::geom::Cone;
 use crate::scene::Shape;
 
-/// Object space, outward, any length; of triangles and polygons by their
-/// winding. Zero where the surface has none (a cone's apex, a node), and of
-/// combinations.
-pub fn normal(of: &Primitive, ray: &Ray, t: f64, face: usize) -> [f64; 3] {
-    let scene = of.scene;
+/// Returns the normal at t in object space: outward, of any length; of triangles and
+/// polygons by their winding. Zero where the surface has none (a cone's apex, a node), and
+/// for CSG solids.
+pub fn normal(primitive: &Primitive, ray: &Ray, t: f64, face: usize) -> [f64; 3] {
+    let scene = primitive.scene;
     let from =
         |p: [f64; 3]| -> [f64; 3] { std::array::from_fn(|k| (ray.org[k] - p[k]) + t * ray.dir[k]) };
-    match of.shape {
+    match primitive.shape {
         Shape::HalfSpace(id) => scene.half_spaces.row(id).normal.to_array(),
         Shape::Polyhedron(id) => scene.polyhedra.planes(id)[face].normal.to_array(),
         Shape::Cuboid(_) => std::array::from_fn(|k| {
@@ -40,7 +41,7 @@ pub fn normal(of: &Primitive, ray: &Ray, t: f64, face: usize) -> [f64; 3] {
                 2.0 * c * z + e * x + f * y + i,
             ]
         }
-        Shape::Cone(id) => of_cone(&scene.cones.row(id), from, face),
+        Shape::Cone(id) => cone_normal(&scene.cones.row(id), from, face),
         Shape::Cylinder(id) => {
             let row = scene.cylinders.row(id);
             let cone = Cone {
@@ -50,14 +51,14 @@ pub fn normal(of: &Primitive, ray: &Ray, t: f64, face: usize) -> [f64; 3] {
                 top_radius: row.radius,
                 open: row.open,
             };
-            of_cone(&cone, from, face)
+            cone_normal(&cone, from, face)
         }
         Shape::Polygon(id) => scene.polygons.row(id).normal.to_array(),
         Shape::Implicit(id) => implicit::gradient(scene.implicits.row(id).tape, from([0.0; 3])),
         Shape::LevelSet(id) => level_set::normal(&scene.level_sets.row(id), ray, t),
         Shape::Combination(_) => [0.0; 3],
         Shape::Mesh(id) => {
-            let corners = scene.meshes.row(id).corners(of.triangle as usize);
+            let corners = scene.meshes.row(id).corners(primitive.triangle as usize);
             let [a, b, c] = corners.map(|p| p.map(f64::from));
             let (u, v) = (less(b, a), less(c, a));
             [
@@ -69,14 +70,15 @@ pub fn normal(of: &Primitive, ray: &Ray, t: f64, face: usize) -> [f64; 3] {
     }
 }
 
-fn of_cone(cone: &Cone, from: impl Fn([f64; 3]) -> [f64; 3], face: usize) -> [f64; 3] {
+fn cone_normal(cone: &Cone, from: impl Fn([f64; 3]) -> [f64; 3], face: usize) -> [f64; 3] {
     let base = cone.base.to_array();
     let axis = less(cone.top.to_array(), base);
     if face > 0 {
         return axis.map(|x| if face == 1 { -x } else { x });
     }
-    // Away from the axis, tilted by how much the side widens; at the axis' own scale. Beside
-    // the apex that is a direction still, where the gradient of the side's square is noise.
+    // The direction away from the axis, tilted by the rate at which the side widens, in
+    // units of the axis. Near the apex it is still a direction, where the gradient of the
+    // squared side is only roundings.
     let size = axis.iter().fold(0.0, |m, x| f64::max(m, x.abs()));
     let (a, w) = (axis.map(|x| x / size), from(base).map(|x| x / size));
     let s = dot(w, a) / dot(a, a);

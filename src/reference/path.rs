@@ -1,25 +1,27 @@
-//! The judge's own way from a hit to the lights.
+//! The oracle's own shadow rays, from a hit to a light.
 //!
-//! The start lies off the surface, on the side that the ray came from, by
-//! several times the error of the hit point (pbrt, "Managing rounding error"):
-//! that of o + t·d, and that of the object ray as seen from the world.
+//! The start lies off the surface, on the side that the ray came from, by several times the
+//! error of the hit point (Pharr, Jakob and Humphreys, *Physically Based Rendering*,
+//! "Managing Rounding Error"): the error of o + t·d, and that of the object ray as seen
+//! from the world (docs/numerics/oracle.md, O7).
 
 use super::approx::{Approx, add, exact3, scaled};
 use super::ray::dot;
 use super::{Hit, Reference};
 use crate::scene::Light;
 
-/// Whether a light is hidden from a point.
+/// The answer of one shadow ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shadow {
+    /// Whether the light is hidden from the point.
     pub blocked: bool,
-    /// The light lies in the surface's plane but for rounding: which side it is
-    /// on depends on a bit of the normal.
+    /// Whether the light lies in the surface's plane to within rounding, so that a bit of
+    /// the normal decides on which side it is.
     pub grazing: bool,
 }
 
-/// Of the light with this number, from the hit of the ray `org`, `dir`. A light
-/// behind the surface is hidden by it.
+/// Traces a shadow ray towards `light` from the hit of the ray `org`, `dir`. A light behind
+/// the surface is hidden by it.
 pub fn shadow(
     reference: &Reference,
     org: [f64; 3],
@@ -44,6 +46,7 @@ pub fn shadow(
         f64::max(m, f64::max(org[k].abs(), point[k].value.abs()))
     });
     let placement = reference.condition_of(hit);
+    // 8 times the point's error along the normal, and 32·2v of the coordinates (O7).
     let off = 8.0 * along_normal + 32.0 * f64::EPSILON * placement * size;
     let start: [f64; 3] = std::array::from_fn(|k| point[k].value + normal[k] * off);
 

@@ -5,13 +5,15 @@ use super::number::Number;
 use num_bigint::{BigInt, Sign};
 use std::cmp::Ordering;
 
-/// Σ c_k t^k; the last c is not zero, and zero has none.
+/// The polynomial Σ c_k t^k. The last coefficient is not zero; the zero polynomial has no
+/// coefficients.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polynomial(Vec<BigInt>);
 
 impl Polynomial {
-    /// With these coefficients, times some power of two.
-    pub fn of(coefficients: &[Dyadic]) -> Polynomial {
+    /// Builds the polynomial with these coefficients times a power of two that makes them
+    /// integers.
+    pub fn from_dyadics(coefficients: &[Dyadic]) -> Polynomial {
         let powers = coefficients.iter().filter(|c| !c.is_zero());
         let power = powers.map(|c| c.power()).min().unwrap_or(0);
         let integer = |c: &Dyadic| match c.is_zero() {
@@ -21,6 +23,7 @@ impl Polynomial {
         Polynomial::trimmed(coefficients.iter().map(integer).collect())
     }
 
+    /// Drops leading coefficients that are zero.
     fn trimmed(mut coefficients: Vec<BigInt>) -> Polynomial {
         while coefficients.last().is_some_and(|c| *c == BigInt::ZERO) {
             coefficients.pop();
@@ -28,26 +31,29 @@ impl Polynomial {
         Polynomial(coefficients)
     }
 
+    /// Says whether this is the zero polynomial.
     pub fn is_zero(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Of zero 0, too.
+    /// Returns the degree; 0 for the zero polynomial.
     pub fn degree(&self) -> usize {
         self.0.len().saturating_sub(1)
     }
 
-    /// Of what is not zero.
+    /// Returns the leading coefficient of a polynomial that is not zero.
     fn leading(&self) -> &BigInt {
         &self.0[self.degree()]
     }
 
+    /// Returns the derivative.
     pub fn derivative(&self) -> Polynomial {
         let terms = self.0.iter().enumerate().skip(1);
         Polynomial(terms.map(|(k, c)| c * k).collect())
     }
 
-    /// By Horner's rule, at m / 2^s times 2^(s n).
+    /// Evaluates the polynomial at m / 2^s by Horner's rule; the result's power of two is
+    /// −s n.
     pub fn value_at(&self, x: &Dyadic) -> Dyadic {
         let scale = x.power().min(0).unsigned_abs();
         let m = x.at_power(x.power().min(0));
@@ -59,13 +65,14 @@ impl Polynomial {
         Dyadic::new(value, -((scale * self.degree() as u64) as i64))
     }
 
+    /// Returns the exact sign of the value at x.
     pub fn sign_at(&self, x: &Dyadic) -> Ordering {
         let Ok(sign) = self.value_at(x).sign();
         sign
     }
 
-    /// (1 + t)^n f((a + b t) / (1 + t)), times a power of two: what is between a and b
-    /// becomes what is above zero.
+    /// Returns (1 + t)^n f((a + b t) / (1 + t)) times a power of two. It has a root above
+    /// zero for each root of f between a and b.
     pub fn between(&self, a: &Dyadic, b: &Dyadic) -> Polynomial {
         // t = x / 2^s, then x = a + (b − a) y, then y = t / (1 + t).
         let power = a.power().min(b.power()).min(0);
@@ -82,19 +89,19 @@ impl Polynomial {
         }
         all.reverse();
         translate(&mut all, &BigInt::from(1));
-        // The other way round, which counts the same.
+        // Coefficients in reverse order stand for 1/t, which has as many positive roots.
         Polynomial::trimmed(all)
     }
 
-    /// How often signs change from one coefficient to the next: as often as there are
-    /// roots above zero, or more by an even number (Descartes).
+    /// Counts the sign changes from one coefficient to the next. There are as many as roots
+    /// above zero, or more by an even number (Descartes' rule of signs).
     pub fn variations(&self) -> usize {
         let signs = self.0.iter().map(sign).filter(|sign| sign.is_ne());
         let signs: Vec<Ordering> = signs.collect();
         signs.windows(2).filter(|pair| pair[0] != pair[1]).count()
     }
 
-    /// Far before t = 0 or far behind it.
+    /// Returns the sign before all roots, or behind all of them.
     pub fn sign_far_off(&self, before: bool) -> Ordering {
         let Some(leading) = self.0.last() else {
             return Ordering::Equal;
@@ -107,12 +114,12 @@ impl Polynomial {
         }
     }
 
-    /// A power of two above the magnitudes of all roots: 2 max |c_{n−k} / c_n|^(1/k)
-    /// (Fujiwara 1916). Of what is not constant.
+    /// Returns a power of two above the magnitudes of all roots: at least 2 max |c_{n−k} /
+    /// c_n|^(1/k) (Fujiwara 1916). The polynomial must not be constant.
     pub fn bound(&self) -> Dyadic {
         let bits = |c: &BigInt| c.bits() as i64;
         let power = |k: usize| {
-            // Each less than 2^bits, and no less than half of that.
+            // The binary logarithm of each ratio, rounded up by at most one.
             let ratio = bits(&self.0[self.degree() - k]) - bits(self.leading()) + 1;
             ratio.div_euclid(k as i64) + 1
         };
@@ -120,9 +127,9 @@ impl Polynomial {
         Dyadic::power_of_two(powers.max().unwrap_or(0) + 1)
     }
 
-    /// What divides both, times a number. Neither is zero. By Euclid's algorithm, and
-    /// with numbers that keep coefficients integer and short: subresultants (Brown and
-    /// Traub 1971; Knuth, The Art of Computer Programming 2, 4.6.1, algorithm C).
+    /// Returns the greatest common divisor times a number. Neither polynomial may be zero.
+    /// Subresultants keep the coefficients of Euclid's algorithm integer and short (Brown
+    /// and Traub 1971; Knuth, *The Art of Computer Programming* 2, 4.6.1, algorithm C).
     pub fn common(&self, other: &Polynomial) -> Polynomial {
         let (mut before, mut last) = if self.degree() < other.degree() {
             (other.clone(), self.clone())
@@ -146,14 +153,14 @@ impl Polynomial {
         }
     }
 
-    /// Divided by what divides all coefficients.
+    /// Divides the polynomial by the greatest common divisor of its coefficients.
     pub fn primitive(&self) -> Polynomial {
         let all = self.0.iter().fold(BigInt::ZERO, common_divisor);
         Polynomial(self.0.iter().map(|c| c / &all).collect())
     }
 
-    /// Of primitive ones, by one that divides it: the quotient is one of integers
-    /// (Gauss's lemma).
+    /// Divides a primitive polynomial by a primitive divisor. The quotient has integer
+    /// coefficients (Gauss's lemma).
     pub fn divided(&self, by: &Polynomial) -> Polynomial {
         let mut rest = self.0.clone();
         let mut quotient = Vec::new();
@@ -171,8 +178,8 @@ impl Polynomial {
         Polynomial::trimmed(quotient)
     }
 
-    /// This times the leading coefficient of `by`, once for each step of a division,
-    /// less a multiple of `by`: what is left is of lower degree.
+    /// Returns the pseudo-remainder: the polynomial times a power of the leading
+    /// coefficient of `by`, less a multiple of `by`, with a degree below that of `by`.
     fn remainder(&self, by: &Polynomial) -> Polynomial {
         let mut rest = self.0.clone();
         while rest.len() >= by.0.len()
@@ -190,7 +197,7 @@ impl Polynomial {
     }
 }
 
-/// The coefficients of f(t + by), by Horner's rule again and again.
+/// Returns the coefficients of f(t + by), by repeated Horner's rule.
 fn translate(coefficients: &mut [BigInt], by: &BigInt) {
     for first in 0..coefficients.len() {
         for k in (first + 1..coefficients.len()).rev() {
@@ -200,7 +207,7 @@ fn translate(coefficients: &mut [BigInt], by: &BigInt) {
     }
 }
 
-/// By Euclid's algorithm; not negative.
+/// Returns the greatest common divisor by Euclid's algorithm; never negative.
 fn common_divisor(a: BigInt, b: &BigInt) -> BigInt {
     let (mut a, mut b) = (a, b.clone());
     while b != BigInt::ZERO {
@@ -238,7 +245,7 @@ mod tests {
         Polynomial::trimmed(all)
     }
 
-    /// With the remainders of f and f′, turned each time (Sturm 1829).
+    /// The Sturm chain of f: the remainders of f and f′, negated each time (Sturm 1829).
     fn sturm(f: &Polynomial) -> Vec<Polynomial> {
         let mut all = vec![f.clone(), f.derivative()];
         loop {
@@ -274,8 +281,8 @@ mod tests {
             ..ProptestConfig::with_cases(2000)
         })]
 
-        /// As many intervals as Sturm counts roots, one in each, with simple roots and
-        /// without; and none outside the bound.
+        /// There are as many intervals as Sturm's chain counts roots, with one root in
+        /// each, for simple and for multiple roots; and no root lies outside the bound.
         #[test]
         fn intervals_hold_what_sturm_counts(a in coefficients(), b in coefficients()) {
             let (a, b) = (polynomial(&a), polynomial(&b));
@@ -296,7 +303,8 @@ mod tests {
             }
         }
 
-        /// Quotients and common factors.
+        /// Quotients and common factors of products are those that the products were made
+        /// of.
         #[test]
         fn products_come_apart(a in coefficients(), b in coefficients(), c in coefficients()) {
             let [a, b, c] = [a, b, c].map(|c| polynomial(&c));

@@ -1,22 +1,24 @@
-//! Rays, in the world and in object spaces.
+//! Rays in world space and in object spaces.
 
 use crate::math::Affine;
 
-/// Exact by definition: the rounded numbers *are* the ray.
+/// A ray of which the rounded numbers are exact by definition (docs/SPEC.md, S2 and S6).
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
+    /// The origin.
     pub org: [f64; 3],
-    /// Any length; t counts in it.
+    /// The direction, of any length; t counts in lengths of it.
     pub dir: [f64; 3],
-    /// By how much functions that are no polynomials are shifted, in what their values may
-    /// be off by: 0 but where it is asked how certain an answer is.
+    /// How far level sets are shifted, in units of the error bound of their values. 0,
+    /// except to find out how certain an answer is.
     pub level: f64,
 }
 
 impl Ray {
-    /// The object ray: the matrix times the ray, in the order that defines it, without
-    /// FMA. The product with one column is added last, then t: that of the column whose
-    /// largest entry is the largest, or of the third, if those of two are equal.
+    /// Returns the object ray: the matrix times the ray without FMA, with its sums in the
+    /// order of S6. The product that is added last is that of the column whose largest
+    /// entry is the largest of the three; if two columns' are equal, of the remaining
+    /// column; if all three are, of the last (S7).
     pub fn through(&self, m: &Affine) -> Ray {
         let size = |c: usize| m.linear()[c].iter().fold(0.0, |s, x| f64::max(s, x.abs()));
         let stands_out = |c: usize| {
@@ -35,7 +37,8 @@ impl Ray {
         }
     }
 
-    /// About another origin (a mesh's centre), by one rounded subtraction.
+    /// Returns the ray about another origin (a mesh's centre), with one rounded subtraction
+    /// per axis (S8).
     pub fn about(&self, center: [f64; 3]) -> Ray {
         Ray {
             org: std::array::from_fn(|k| self.org[k] - center[k]),
@@ -43,21 +46,24 @@ impl Ray {
         }
     }
 
-    /// A ray that is not finite meets nothing.
+    /// Says whether all coordinates are finite. Other rays meet nothing (S4).
     pub fn is_finite(&self) -> bool {
         self.org.iter().chain(&self.dir).all(|x| x.is_finite())
     }
 
+    /// Returns the point at t, in f64.
     pub fn at(&self, t: f64) -> [f64; 3] {
         std::array::from_fn(|k| self.org[k] + t * self.dir[k])
     }
 }
 
+/// Returns a · b in f64.
 pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Scaled first: squares neither overflow nor vanish.
+/// Returns the length of a vector, scaled first so that squares neither overflow nor
+/// vanish.
 pub fn length(v: [f64; 3]) -> f64 {
     let size = v.iter().fold(0.0, |m, x| f64::max(m, x.abs()));
     if size == 0.0 || !size.is_finite() {
@@ -67,7 +73,7 @@ pub fn length(v: [f64; 3]) -> f64 {
     size * dot(unit, unit).sqrt()
 }
 
-/// Of length 1; zero stays zero.
+/// Scales a vector to length 1; zero stays zero.
 pub fn unit(v: [f64; 3]) -> [f64; 3] {
     let length = length(v);
     if length > 0.0 {

@@ -1,7 +1,7 @@
-//! Polynomials in t of degree two at most, and real roots without a rounding.
+//! Polynomials in t of degree two at most, and real roots without rounding.
 //!
-//! Theirs are (p ± √q) / r (`surd`); those of polynomial surfaces, of any degree,
-//! are what their polynomials have between two numbers (`algebraic`).
+//! Roots of degree two at most are (p ± √q) / r (`surd`); those of polynomial surfaces, of
+//! any degree, are a polynomial and an interval that holds one root (`algebraic`).
 
 use super::algebraic::Algebraic;
 use super::number::Number;
@@ -9,35 +9,37 @@ use super::surd::Surd;
 use std::cmp::Ordering;
 use std::ops::{Add, Mul, Sub};
 
-/// c₀ + c₁t + c₂t².
+/// The polynomial c₀ + c₁t + c₂t².
 #[derive(Clone, Debug)]
 pub struct Poly<N>(pub [N; 3]);
 
 /// A real root of a polynomial.
 #[derive(Clone, Debug)]
 pub enum Root<N> {
-    /// Of one of degree two at most.
+    /// A root of a polynomial of degree two at most.
     Surd(Surd<N>),
-    /// Of one of any degree.
+    /// A root of a polynomial of any degree.
     Algebraic(Algebraic),
 }
 
 impl<N: Number> Poly<N> {
+    /// Returns the constant polynomial x.
     pub fn constant(x: f64) -> Poly<N> {
-        Poly([N::of(x), N::zero(), N::zero()])
+        Poly([N::from_f64(x), N::zero(), N::zero()])
     }
 
-    /// c₀ + c₁t.
+    /// Returns c₀ + c₁t.
     pub fn linear(c0: N, c1: N) -> Poly<N> {
         Poly([c0, c1, N::zero()])
     }
 
+    /// Returns the square of a polynomial of degree one at most.
     pub fn squared(&self) -> Poly<N> {
         self.clone() * self.clone()
     }
 
-    /// Far before t = 0 or far behind it.
-    pub fn sign_far_off(&self, before: bool) -> Result<Ordering, N::Doubt> {
+    /// Returns the sign before all roots, or behind all of them.
+    pub fn sign_far_off(&self, before: bool) -> Result<Ordering, N::Undecided> {
         let [c0, c1, c2] = &self.0;
         let bend = c2.sign()?;
         if bend.is_ne() {
@@ -50,8 +52,9 @@ impl<N: Number> Poly<N> {
         c0.sign()
     }
 
-    /// Each once, the lower first. None of a constant, zero or not.
-    pub fn roots(&self) -> Result<Vec<Root<N>>, N::Doubt> {
+    /// Lists the real roots, each once and the lower first. A constant, zero or not, has
+    /// none.
+    pub fn roots(&self) -> Result<Vec<Root<N>>, N::Undecided> {
         let [c0, c1, c2] = &self.0;
         let negative = |x: &N| N::zero().minus(x);
         let leading = c2.sign()?;
@@ -62,7 +65,7 @@ impl<N: Number> Poly<N> {
             }
             return Ok(vec![Root::fraction(negative(c0), c1.clone(), slope)]);
         }
-        let four = N::of(4.0);
+        let four = N::from_f64(4.0);
         let q = c1.squared().minus(&four.times(c2).times(c0));
         let surd = |sign: f64| Surd {
             p: negative(c1).with_sign_of(leading),
@@ -72,7 +75,7 @@ impl<N: Number> Poly<N> {
         };
         let roots = match q.sign()? {
             Ordering::Less => Vec::new(),
-            // The same number in its simplest form.
+            // The double root in its simplest form.
             Ordering::Equal => vec![Surd {
                 q: N::zero(),
                 ..surd(1.0)
@@ -84,7 +87,7 @@ impl<N: Number> Poly<N> {
 }
 
 impl<N: Number> Root<N> {
-    /// p / r, where `sign` is that of r.
+    /// Returns the root p / r, where `sign` is the sign of r.
     pub fn fraction(p: N, r: N, sign: Ordering) -> Root<N> {
         Root::Surd(Surd {
             p: p.with_sign_of(sign),
@@ -94,12 +97,13 @@ impl<N: Number> Root<N> {
         })
     }
 
-    /// The sign of a polynomial at this t.
-    pub fn sign_of(&self, f: &Poly<N>) -> Result<Ordering, N::Doubt> {
+    /// Returns the sign of a polynomial at this root.
+    pub fn sign_of(&self, f: &Poly<N>) -> Result<Ordering, N::Undecided> {
         if let Root::Surd(surd) = self {
             return surd.sign_of(f);
         }
-        // That far before its roots, turned at each that lies before this one.
+        // The sign far before all roots of f, reversed at each of them that lies before
+        // this root.
         let mut sign = f.sign_far_off(true)?;
         let roots = f.roots()?;
         let touches = roots.len() == 1 && sign == f.sign_far_off(false)?;
@@ -114,33 +118,34 @@ impl<N: Number> Root<N> {
         Ok(sign)
     }
 
-    /// Against a finite number.
-    pub fn order_with(&self, x: f64) -> Result<Ordering, N::Doubt> {
-        self.order_with_number(&N::of(x))
+    /// Compares the root with a finite number.
+    pub fn order_with(&self, x: f64) -> Result<Ordering, N::Undecided> {
+        self.order_with_number(&N::from_f64(x))
     }
 
-    pub fn order_with_number(&self, x: &N) -> Result<Ordering, N::Doubt> {
+    /// Compares the root with a number.
+    pub fn order_with_number(&self, x: &N) -> Result<Ordering, N::Undecided> {
         match self {
             Root::Surd(surd) => surd.order_with_number(x),
             Root::Algebraic(root) => Ok(root.order_with(&x.exactly()?)),
         }
     }
 
-    /// Against another root.
-    pub fn order(&self, other: &Root<N>) -> Result<Ordering, N::Doubt> {
+    /// Compares the root with another one.
+    pub fn order(&self, other: &Root<N>) -> Result<Ordering, N::Undecided> {
         match (self, other) {
             (Root::Surd(a), Root::Surd(b)) => a.order(b),
             _ => Ok(self.algebraic()?.order(&other.algebraic()?)),
         }
     }
 
-    fn algebraic(&self) -> Result<Algebraic, N::Doubt> {
+    fn algebraic(&self) -> Result<Algebraic, N::Undecided> {
         match self {
             Root::Surd(surd) => {
                 let Surd { p, q, r, sign } = surd;
                 let [p, q, r] = [p.exactly()?, q.exactly()?, r.exactly()?];
                 let sign = *sign;
-                Ok(Algebraic::of_surd(&Surd { p, q, r, sign }))
+                Ok(Algebraic::from_surd(&Surd { p, q, r, sign }))
             }
             Root::Algebraic(root) => Ok(root.clone()),
         }
@@ -161,7 +166,8 @@ impl<N: Number> Sub for Poly<N> {
     }
 }
 
-/// Of degree two at most: a constant times anything, or two of degree one.
+/// Multiplies polynomials whose product has degree two at most: a constant and any other,
+/// or two of degree one.
 impl<N: Number> Mul for Poly<N> {
     type Output = Poly<N>;
     fn mul(self, o: Poly<N>) -> Poly<N> {
@@ -181,7 +187,7 @@ mod tests {
     use crate::dyadic::Dyadic;
     use proptest::prelude::*;
 
-    /// Short, so that products meet.
+    /// Short numbers, so that products coincide.
     fn number() -> impl Strategy<Value = f64> {
         (-40..40_i32).prop_map(|n| f64::from(n) / 8.0)
     }
@@ -191,7 +197,7 @@ mod tests {
     }
 
     fn poly<N: Number>(c: [f64; 3]) -> Poly<N> {
-        Poly(c.map(N::of))
+        Poly(c.map(N::from_f64))
     }
 
     fn roots(c: [f64; 3]) -> Vec<Root<Dyadic>> {
@@ -218,7 +224,7 @@ mod tests {
         assert!(order(&at([-4.0, 0.0, 1.0], 1), &at([-2.0, 1.0, 0.0], 0)).is_eq());
         let more = at([-1.0, -2.0, 1.0], 1);
         assert!(order(&more, &sqrt2).is_gt());
-        // The f64 on both sides of √2.
+        // The two f64 that bracket √2.
         let near = std::f64::consts::SQRT_2;
         let (Ok(below), Ok(above)) = (sqrt2.order_with(near), sqrt2.order_with(near.next_down()));
         assert!(below.is_lt() && above.is_gt());
@@ -254,8 +260,8 @@ mod tests {
             }
         }
 
-        /// Orders and signs are those of the rounded numbers wherever these differ
-        /// by more than roundings; and f64 that is sure says the same.
+        /// Exact orders and signs are those of the rounded numbers wherever these differ by
+        /// more than roundings, and a decided answer of f64 is the exact one.
         #[test]
         fn orders_are_those_of_numbers(a in numbers(), b in numbers(), x in number()) {
             for s in roots(a) {

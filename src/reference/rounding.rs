@@ -1,16 +1,18 @@
-//! The f64 nearest to a root, found among all f64 by comparing.
+//! The f64 nearest to a root, found among all f64 by exact comparisons
+//! (docs/numerics/oracle.md, O6).
 
 use super::dyadic::{Dyadic, scaled};
 use super::number::Number;
 use super::root::Root;
 use std::cmp::Ordering;
 
-/// Ties go to even, beyond the largest f64 to infinity.
+/// Returns the f64 nearest to a root. Ties go to even, and roots beyond the largest f64 to
+/// infinity, as in IEEE rounding.
 pub fn nearest(t: &Root<Dyadic>) -> f64 {
     nearest_from(t, guess(t))
 }
 
-/// What plain f64 makes of it; it may be anything.
+/// Returns the root as plain f64 evaluates it, without an error bound.
 fn guess(t: &Root<Dyadic>) -> f64 {
     let t = match t {
         Root::Surd(surd) => surd,
@@ -25,10 +27,11 @@ fn guess(t: &Root<Dyadic>) -> f64 {
     scaled(sum / r, power - r_power)
 }
 
-/// `guess` says where to look first; the answer does not depend on it.
+/// Returns the nearest f64 by bisection from `guess`. The answer does not depend on the
+/// guess.
 fn nearest_from(t: &Root<Dyadic>, guess: f64) -> f64 {
-    // f64 in their order are integers in theirs, the infinities among them: as
-    // the powers of two that they stand for where numbers are rounded.
+    // The rank of an f64 among all f64 is an integer with the same order. An infinity
+    // counts as the power of two beyond the largest f64, as it does in IEEE rounding.
     let end = place(f64::INFINITY);
     let not_above = |place: i64| {
         let within = -end < place && place < end;
@@ -39,7 +42,7 @@ fn nearest_from(t: &Root<Dyadic>, guess: f64) -> f64 {
             place < 0
         }
     };
-    // A bracket about the guess, twice as wide each time: below ≤ t < beyond.
+    // A bracket below ≤ t < beyond about the guess, twice as wide at each step.
     let guess = if guess.is_finite() { place(guess) } else { 0 };
     let (mut below, mut beyond, mut step) = (guess, guess, 1_i64);
     if not_above(guess) {
@@ -74,23 +77,24 @@ fn nearest_from(t: &Root<Dyadic>, guess: f64) -> f64 {
     }
 }
 
-/// The place of a number among all f64; zero is at 0.
+/// Returns the rank of a number among all f64; the rank of zero is 0.
 fn place(x: f64) -> i64 {
     let bits = (x.to_bits() & !(1 << 63)) as i64;
     if x < 0.0 { -bits } else { bits }
 }
 
+/// Returns the f64 of this rank.
 fn number(place: i64) -> f64 {
     f64::from_bits(place.unsigned_abs()).copysign(place as f64)
 }
 
-/// The same exactly; of the infinities, ±2^1024.
+/// Returns the f64 of this rank as an exact number; ±2^1024 for the infinities.
 fn exact(place: i64) -> Dyadic {
     let x = number(place);
     if x.is_finite() {
-        return Dyadic::of(x);
+        return Dyadic::from_f64(x);
     }
-    let half = Dyadic::of(2.0_f64.powi(1023).copysign(x));
+    let half = Dyadic::from_f64(2.0_f64.powi(1023).copysign(x));
     half.plus(&half)
 }
 
@@ -109,16 +113,16 @@ mod tests {
     }
 
     fn fraction(p: f64, r: f64) -> Root<Dyadic> {
-        let Ok(sign) = Dyadic::of(r).sign();
-        Root::fraction(Dyadic::of(p), Dyadic::of(r), sign)
+        let Ok(sign) = Dyadic::from_f64(r).sign();
+        Root::fraction(Dyadic::from_f64(p), Dyadic::from_f64(r), sign)
     }
 
     #[test]
     fn halves_go_to_even_and_ends_to_infinity() {
         let sum = |a: f64, b: f64| {
-            let Ok(one) = Dyadic::of(1.0).sign();
-            let sum = Dyadic::of(a).plus(&Dyadic::of(b));
-            nearest(&Root::fraction(sum, Dyadic::of(1.0), one))
+            let Ok(one) = Dyadic::from_f64(1.0).sign();
+            let sum = Dyadic::from_f64(a).plus(&Dyadic::from_f64(b));
+            nearest(&Root::fraction(sum, Dyadic::from_f64(1.0), one))
         };
         let unit = f64::EPSILON / 2.0;
         assert_eq!(sum(1.0, unit), 1.0);
@@ -149,7 +153,7 @@ mod tests {
             ..ProptestConfig::with_cases(5_000)
         })]
 
-        /// The machine rounds quotients and roots correctly, and so do we,
+        /// The machine rounds quotients and roots correctly, and so does `nearest`,
         /// wherever the search begins.
         #[test]
         fn quotients_and_roots_are_rounded_as_the_machine_does(
@@ -161,8 +165,8 @@ mod tests {
             let root = |sign: f64| {
                 Root::Surd(Surd {
                     p: Dyadic::zero(),
-                    q: Dyadic::of(p.abs()),
-                    r: Dyadic::of(1.0),
+                    q: Dyadic::from_f64(p.abs()),
+                    r: Dyadic::from_f64(1.0),
                     sign,
                 })
             };

@@ -1,27 +1,29 @@
-//! Convex solids, and cylinders and cones without caps: where polynomials in t
-//! are all ≤ 0.
+//! Convex solids, and cylinders and cones without caps: the points where all of a few
+//! polynomials are ≤ 0.
 //!
-//! Along a ray x = o + t·d each kind is a few polynomials of degree one or two,
-//! its definition in docs/NUMERICS.md put down as it stands there. The solid
-//! begins and ends where one of them vanishes and no other is above zero.
+//! Along a ray x = o + t·d each kind is a few polynomials in t of degree one or two, as
+//! docs/SPEC.md defines them (S19 to S26). The solid begins and ends where one of them
+//! vanishes and no other is above zero (docs/numerics/oracle.md, O2).
 
 use super::number::{Number, vector};
 use super::ray::Ray;
 use super::root::{Poly, Root};
 use crate::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Quadric, Sphere};
 
-/// Where a line meets a primitive.
+/// A point where a line meets a primitive.
 #[derive(Clone, Debug)]
 pub struct Meeting<N> {
     pub t: Root<N>,
-    /// Which of its surfaces: the number of the polynomial.
+    /// The face that is met, by the number of its polynomial.
     pub face: usize,
-    /// Of a combination the surface's number, and whether it is turned.
+    /// The surface's number of a CSG solid, with the bit [`TURNED`](super::TURNED); 0
+    /// otherwise.
     pub surface: u32,
 }
 
-/// All ends of the part of a line where no polynomial is above zero.
-pub fn ends<N: Number>(faces: &[Poly<N>]) -> Result<Vec<Meeting<N>>, N::Doubt> {
+/// Finds both ends of the part of a line where no polynomial is above zero; an end where
+/// several vanish is found once for each.
+pub fn ends<N: Number>(faces: &[Poly<N>]) -> Result<Vec<Meeting<N>>, N::Undecided> {
     let mut found = Vec::new();
     for face in 0..faces.len() {
         meet_face(faces, face, &mut found)?;
@@ -29,9 +31,9 @@ pub fn ends<N: Number>(faces: &[Poly<N>]) -> Result<Vec<Meeting<N>>, N::Doubt> {
     Ok(found)
 }
 
-/// Where the first polynomial vanishes and no other is above zero. A line that
-/// lies in that surface does not cross it.
-pub fn first_face<N: Number>(faces: &[Poly<N>]) -> Result<Vec<Meeting<N>>, N::Doubt> {
+/// Finds where the first polynomial vanishes and no other is above zero. A line within that
+/// surface does not cross it (S25).
+pub fn first_face<N: Number>(faces: &[Poly<N>]) -> Result<Vec<Meeting<N>>, N::Undecided> {
     let mut found = Vec::new();
     meet_face(faces, 0, &mut found)?;
     Ok(found)
@@ -41,7 +43,7 @@ fn meet_face<N: Number>(
     faces: &[Poly<N>],
     face: usize,
     found: &mut Vec<Meeting<N>>,
-) -> Result<(), N::Doubt> {
+) -> Result<(), N::Undecided> {
     'roots: for t in faces[face].roots()? {
         for (other, f) in faces.iter().enumerate() {
             if other != face && t.sign_of(f)?.is_gt() {
@@ -54,7 +56,7 @@ fn meet_face<N: Number>(
     Ok(())
 }
 
-/// The ray's point less another, as polynomials in t.
+/// Returns the ray's point less another one, as polynomials in t.
 fn from_point<N: Number>(ray: &Ray, p: [f64; 3]) -> [Poly<N>; 3] {
     let (org, dir) = (vector::<N>(ray.org), vector::<N>(ray.dir));
     let p = vector::<N>(p);
@@ -70,7 +72,7 @@ fn constants<N: Number>(v: [f64; 3]) -> [Poly<N>; 3] {
     v.map(Poly::constant)
 }
 
-/// n·x ≤ w, each.
+/// Returns n·x − w for each plane; a half-space is n·x ≤ w (S20).
 pub fn half_spaces<N: Number>(ray: &Ray, planes: &[HalfSpace]) -> Vec<Poly<N>> {
     let x = from_point::<N>(ray, [0.0; 3]);
     let face = |plane: &HalfSpace| {
@@ -79,7 +81,7 @@ pub fn half_spaces<N: Number>(ray: &Ray, planes: &[HalfSpace]) -> Vec<Poly<N>> {
     planes.iter().map(face).collect()
 }
 
-/// min ≤ x ≤ max: first the three lower faces.
+/// Returns the polynomials of min ≤ x ≤ max, the three lower faces first (S21).
 pub fn cuboid<N: Number>(ray: &Ray, shape: &Cuboid) -> Vec<Poly<N>> {
     let x = from_point::<N>(ray, [0.0; 3]);
     let (min, max) = (shape.min.to_array(), shape.max.to_array());
@@ -88,13 +90,13 @@ pub fn cuboid<N: Number>(ray: &Ray, shape: &Cuboid) -> Vec<Poly<N>> {
     lower.chain(upper).collect()
 }
 
-/// |x − c|² ≤ r².
+/// Returns the polynomial of |x − c|² ≤ r² (S22).
 pub fn sphere<N: Number>(ray: &Ray, shape: &Sphere) -> Vec<Poly<N>> {
     let w = from_point::<N>(ray, shape.center.to_array());
     vec![dot(&w, &w) - Poly::constant(shape.radius).squared()]
 }
 
-/// Σ ((x_k − c_k) / r_k)² ≤ 1, times (r₀ r₁ r₂)².
+/// Returns the polynomial of Σ ((x_k − c_k) / r_k)² ≤ 1, times (r₀ r₁ r₂)² (S23).
 pub fn ellipsoid<N: Number>(ray: &Ray, shape: &Ellipsoid) -> Vec<Poly<N>> {
     let [x, y, z] = from_point::<N>(ray, shape.center.to_array());
     let [a, b, c] = constants::<N>(shape.radii.to_array());
@@ -108,7 +110,7 @@ pub fn ellipsoid<N: Number>(ray: &Ray, shape: &Ellipsoid) -> Vec<Poly<N>> {
     vec![terms + ab.squared() * z.squared() - abc.squared()]
 }
 
-/// A x² + B y² + C z² + D xy + E xz + F yz + G x + H y + I z + J.
+/// Returns A x² + B y² + C z² + D xy + E xz + F yz + G x + H y + I z + J (S26).
 pub fn quadric<N: Number>(ray: &Ray, shape: &Quadric) -> Vec<Poly<N>> {
     let [x, y, z] = from_point::<N>(ray, [0.0; 3]);
     let one = || Poly::constant(1.0);
@@ -129,9 +131,9 @@ pub fn quadric<N: Number>(ray: &Ray, shape: &Quadric) -> Vec<Poly<N>> {
     vec![sum.fold(Poly::constant(0.0), |all, term| all + term)]
 }
 
-/// Where a polynomial begins or ceases to be above zero; or is zero and above zero
-/// on both sides: then that one point is what the line has in the solid.
-pub fn changes<N: Number>(f: &Poly<N>) -> Result<Vec<Meeting<N>>, N::Doubt> {
+/// Finds the boundaries of f ≤ 0: the roots where f changes its sign, and a root that f
+/// touches from above, where the solid is one point of the line (S26).
+pub fn changes<N: Number>(f: &Poly<N>) -> Result<Vec<Meeting<N>>, N::Undecided> {
     let roots = f.roots()?;
     let touches = roots.len() == 1 && f.sign_far_off(true)? == f.sign_far_off(false)?;
     if touches && f.sign_far_off(true)?.is_lt() {
@@ -142,8 +144,9 @@ pub fn changes<N: Number>(f: &Poly<N>) -> Result<Vec<Meeting<N>>, N::Doubt> {
     Ok(roots.into_iter().map(met).collect())
 }
 
-/// The side, the base, the top. With a = Q − P, w = x − P, L = a·a, h = w·a:
-/// L² |w|² − L h² ≤ (r₀ L + (r₁ − r₀) h)² and 0 ≤ h ≤ L.
+/// Returns the polynomials of the side, the base and the top (S24). With a = Q − P, w = x −
+/// P, L = a·a and h = w·a, the solid is L² |w|² − L h² ≤ (r₀ L + (r₁ − r₀) h)² and 0 ≤ h ≤
+/// L.
 pub fn cone<N: Number>(ray: &Ray, shape: &Cone) -> Vec<Poly<N>> {
     let (base, top) = (
         constants(shape.base.to_array()),

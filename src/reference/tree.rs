@@ -1,9 +1,10 @@
-//! A plain binary tree of boxes, split at the median. It prunes, nothing else:
-//! what it visits is tested by the same functions as brute force.
+//! The oracle's binary tree of boxes, split at the median (docs/numerics/oracle.md, O7). It
+//! only prunes: the items that it visits are tested by the same functions as brute force.
 
 use super::bounds::Bounds;
 use super::ray::Ray;
 
+/// A tree over boxes; a leaf names items by number.
 #[derive(Clone, Debug, Default)]
 pub struct Tree {
     nodes: Vec<Node>,
@@ -22,19 +23,20 @@ enum Kind {
     Inner(usize, usize),
 }
 
-/// What of a ray counts.
+/// The part of a ray that a query looks at.
 #[derive(Clone, Copy)]
 pub enum Part {
-    /// From its origin to a t that may become less.
+    /// The part from the origin to a limit of t that may shrink.
     Until(f64),
-    /// All of it, before its origin too.
+    /// The whole line, before the origin too.
     Line,
 }
 
+/// The most items of a leaf.
 const LEAF: usize = 4;
 
 impl Tree {
-    /// Over items with these numbers and boxes.
+    /// Builds the tree over items with these numbers and boxes.
     pub fn new(boxes: &[(u32, Bounds)]) -> Tree {
         let mut tree = Tree::default();
         if !boxes.is_empty() {
@@ -50,7 +52,8 @@ impl Tree {
         tree
     }
 
-    /// Halves the rows, so it is no deeper than their count has bits.
+    /// Builds the node of `rows` and returns its number. Rows are halved, so the depth is
+    /// at most the number of bits of their count.
     fn grow(&mut self, rows: &mut [(u32, Bounds, [f64; 3])]) -> usize {
         let bounds = rows
             .iter()
@@ -65,7 +68,7 @@ impl Tree {
             self.items.extend(rows.iter().map(|row| row.0));
             Kind::Leaf(first..self.items.len())
         } else {
-            let middles = Bounds::of(rows.iter().map(|row| row.2));
+            let middles = Bounds::around(rows.iter().map(|row| row.2));
             let extent: [f64; 3] = std::array::from_fn(|k| middles.max[k] - middles.min[k]);
             let axis = (0..3).fold(0, |k, i| if extent[i] > extent[k] { i } else { k });
             let half = rows.len() / 2;
@@ -76,8 +79,8 @@ impl Tree {
         here
     }
 
-    /// Calls `item` for all whose boxes this part of the ray may meet; it answers
-    /// with the limit from then on.
+    /// Calls `item` for every item whose box this part of the ray may meet. `item` returns
+    /// the limit of t from then on.
     pub fn visit(&self, ray: &Ray, slack: f64, part: Part, mut item: impl FnMut(u32) -> f64) {
         let (start, mut limit) = match part {
             Part::Until(limit) => (0.0, limit),
@@ -99,7 +102,8 @@ impl Tree {
                 Kind::Leaf(items) => {
                     for i in &self.items[items.clone()] {
                         let until = item(*i);
-                        // A line goes on, unless nothing matters any more.
+                        // A query for the whole line ignores limits, except the one that
+                        // ends it.
                         if matches!(part, Part::Until(_)) || until == f64::NEG_INFINITY {
                             limit = until;
                         }
@@ -107,7 +111,7 @@ impl Tree {
                 }
                 Kind::Inner(low, high) => {
                     let mut both = [*low, *high].map(|n| enter(n).map(|t| (n, t)));
-                    // The nearer one on top.
+                    // The nearer child is visited first.
                     if let [Some(a), Some(b)] = both
                         && a.1 < b.1
                     {

@@ -1,72 +1,77 @@
-//! Boolean programs, as gates that count.
+//! Boolean programs, as gates that count their true inputs.
 //!
-//! De Morgan's laws leave two kinds of gates: any-of and odd-number-of, with
-//! negations on the wires. An operand that flips changes one count, and what
-//! follows from it further up stops where a gate does not change; so a step costs
-//! the height of the program and not its size. Operators of one kind in each
-//! other are one gate: a chain of differences, however long, is flat.
+//! De Morgan's laws leave two kinds of gates, any-of and odd-number-of, with negations on
+//! the wires. An operand that flips changes one count, and the change stops at the first
+//! gate whose value stays. So a step costs at most the height of the program, whatever its
+//! size. Nested operators of one kind are one gate: a chain of differences, however long,
+//! is flat.
 
-/// What is done with solids.
+/// A Boolean operator on solids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Operator {
     Union,
     Intersection,
-    /// The first without all others.
+    /// The first operand without all others.
     Difference,
-    /// In an odd number of them.
+    /// The points in an odd number of operands.
     Xor,
-    /// All that the one operand is not.
+    /// All points that are not in the one operand.
     Complement,
 }
 
-/// Whether any input is true, or an odd number of them.
+/// A gate: whether any input is true, or an odd number of inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Gate {
     Any,
     Odd,
 }
 
-/// Where an output goes.
+/// The gate that a value feeds, and whether it is negated on the way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Wire {
-    /// [`OUT`]: the program's answer.
+    /// The gate; [`OUT`] is the program's answer.
     pub gate: u32,
     pub negated: bool,
 }
 
+/// The gate number that stands for the program's answer.
 pub(super) const OUT: u32 = u32::MAX;
 
-/// Operands are numbered in the order in which they were added.
+/// A Boolean program. Operands are numbered in the order in which they were added.
 #[derive(Clone, Debug, Default)]
 pub struct Program {
-    /// A gate stands before those that feed it; the first gives the answer.
+    /// The gates, each before those that feed it; the first gives the answer.
     pub(super) gates: Vec<Gate>,
     pub(super) gate_wires: Vec<Wire>,
     pub(super) operand_wires: Vec<Wire>,
-    /// By gate: true inputs while a ray is outside all operands.
+    /// Per gate: its true inputs while a ray is outside all operands.
     pub(super) idle: Vec<u32>,
 }
 
 impl Program {
+    /// The number of operands.
     pub fn operands(&self) -> usize {
         self.operand_wires.len()
     }
 
+    /// The number of gates.
     pub fn gates(&self) -> usize {
         self.gates.len()
     }
 
+    /// The bytes of all columns.
     pub fn bytes(&self) -> usize {
         self.gates.len() * (size_of::<Gate>() + size_of::<Wire>() + size_of::<u32>())
             + self.operand_wires.len() * size_of::<Wire>()
     }
 
-    /// Outside all operands.
+    /// Sets the state of a ray that is outside all operands.
     pub fn start(&self, state: &mut State) {
         state.counts.clear();
         state.counts.extend_from_slice(&self.idle);
     }
 
+    /// Returns the value of a gate with so many true inputs.
     pub(super) fn value(&self, gate: u32, count: u32) -> bool {
         match self.gates[gate as usize] {
             Gate::Any => count > 0,
@@ -74,12 +79,12 @@ impl Program {
         }
     }
 
-    /// The answer.
+    /// Says whether the ray is in the solid.
     pub fn is_inside(&self, state: &State) -> bool {
         self.value(0, state.counts[0]) != self.gate_wires[0].negated
     }
 
-    /// A ray enters an operand, or leaves it.
+    /// Updates the state where a ray enters an operand (`inside`) or leaves it.
     pub fn flip(&self, state: &mut State, operand: u32, inside: bool) {
         let (mut wire, mut now) = (self.operand_wires[operand as usize], inside);
         while wire.gate != OUT {
@@ -99,7 +104,7 @@ impl Program {
     }
 }
 
-/// What is true along a ray: by gate, how many of its inputs.
+/// The state of a ray: per gate, the number of its true inputs.
 #[derive(Clone, Debug, Default)]
 pub struct State {
     counts: Vec<u32>,
@@ -111,12 +116,12 @@ pub struct Builder {
     program: Program,
 }
 
-/// Where the operands of an operator go.
+/// The wire that the operands of an operator feed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place(Wire);
 
 impl Builder {
-    /// Where the whole solid goes.
+    /// Returns the place of the whole solid.
     pub fn answer(&self) -> Place {
         Place(Wire {
             gate: OUT,
@@ -124,8 +129,8 @@ impl Builder {
         })
     }
 
-    /// A solid made by an operator, where it goes. Returns where its first operand
-    /// goes, and where all others do.
+    /// Adds an operator that feeds `place`. Returns the place of its first operand, and the
+    /// place of all others.
     pub fn operator(&mut self, operator: Operator, place: Place) -> [Place; 2] {
         let gate = match operator {
             Operator::Xor => Gate::Odd,
@@ -161,6 +166,7 @@ impl Builder {
         })
     }
 
+    /// Adds a gate that feeds `wire`.
     fn gate(&mut self, gate: Gate, wire: Wire) -> u32 {
         self.program.gates.push(gate);
         self.program.gate_wires.push(wire);
@@ -168,7 +174,7 @@ impl Builder {
         self.program.gates.len() as u32 - 1
     }
 
-    /// An operand, by number.
+    /// Adds an operand that feeds `place`, and returns its number.
     pub fn operand(&mut self, place: Place) -> u32 {
         let mut wire = place.0;
         if wire.gate == OUT {
@@ -181,7 +187,7 @@ impl Builder {
         self.program.operand_wires.len() as u32 - 1
     }
 
-    /// A program with an operand at least.
+    /// Finishes a program of at least one operand.
     pub fn finish(mut self) -> Program {
         let Program {
             gates,

@@ -1,53 +1,57 @@
-//! A program of which only some operands matter: those that a packet of rays may
-//! meet. All others are as they are outside; what they make of their gates is a
-//! constant. Rays are bits, so that a gate is one operation for all of them.
+//! A program restricted to the operands that a packet of rays may meet. Every ray is
+//! outside the other operands, so their share of a gate's inputs is a constant. Each ray is
+//! a bit, so a gate is one operation for all rays.
 
 use super::program::{Gate, OUT, Program, Wire};
 
+/// The inputs and gates that the chosen operands can change. Storage is reused.
 #[derive(Clone, Debug, Default)]
 pub struct Restricted {
-    /// By operand that matters, in their order.
+    /// The inputs, per chosen operand and in its order.
     inputs: Vec<Input>,
-    /// Those that feed others stand before them; the last gives the answer.
+    /// The gates, each behind those that feed it; the last gives the answer.
     gates: Vec<Partial>,
-    /// Of the program, those that are needed.
+    /// The needed gates of the program, in descending order.
     needed: Vec<u32>,
-    /// By gate of the program: its row here; [`NONE`] but for the needed ones, and
-    /// of all between calls.
+    /// Per gate of the program: its row here, or [`NONE`] if it is not needed. All are
+    /// [`NONE`] between calls.
     rows: Vec<u32>,
 }
 
+/// The row of a gate that is not needed.
 const NONE: u32 = u32::MAX;
 
-/// Where a value goes: a row of [`Restricted::gates`].
+/// The row of [`Restricted::gates`] that a value feeds.
 #[derive(Clone, Copy, Debug)]
 struct Input {
     gate: u32,
-    /// All ones where negated.
+    /// All ones if the value is negated on the way.
     flip: u32,
 }
 
+/// A gate of which only some inputs vary.
 #[derive(Clone, Copy, Debug)]
 struct Partial {
     gate: Gate,
-    /// What the other inputs say.
+    /// The value of the constant inputs, the same in all bits.
     rest: u32,
     out: Input,
 }
 
+/// Returns a value of the same bit for all rays.
 fn all(on: bool) -> u32 {
     if on { u32::MAX } else { 0 }
 }
 
 impl Restricted {
-    /// Of `operands`, by number.
+    /// Restricts `program` to the operands of these numbers.
     pub fn set(&mut self, program: &Program, operands: &[u32]) {
         let (needed, rows) = (&mut self.needed, &mut self.rows);
         needed.clear();
         rows.resize(program.gates().max(rows.len()), NONE);
         for operand in operands {
             let mut gate = program.operand_wires[*operand as usize].gate;
-            // A chain of gates is followed once.
+            // A gate that is marked already has all gates above it marked.
             while gate != OUT && rows[gate as usize] == NONE {
                 rows[gate as usize] = 0;
                 needed.push(gate);
@@ -57,7 +61,7 @@ impl Restricted {
         if needed.is_empty() {
             needed.push(0);
         }
-        // A gate's number is greater than that of the one it feeds.
+        // A gate has a greater number than the gate that it feeds.
         needed.sort_unstable_by(|a, b| b.cmp(a));
         for (row, gate) in (0..).zip(needed.iter()) {
             rows[*gate as usize] = row;
@@ -99,7 +103,8 @@ impl Restricted {
         }
     }
 
-    /// The rays that are in the solid, of those in each operand, in their order.
+    /// Returns the bits of the rays in the solid, from the bits of the rays in each chosen
+    /// operand, in their order.
     #[inline]
     pub fn inside(&self, operands: impl Iterator<Item = u32>, values: &mut Vec<u32>) -> u32 {
         values.clear();

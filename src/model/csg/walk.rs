@@ -1,39 +1,40 @@
-//! Stepping through an operand's boundaries in the order of t.
+//! The walk along sorted boundaries of a CSG solid's operands.
 
 use super::program::{Program, State};
 use std::ops::ControlFlow;
 
-/// An end of what a ray has in an operand.
+/// A boundary of an operand on a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Boundary<T> {
     pub at: T,
     pub operand: u32,
-    /// The ray comes in there.
+    /// Whether the ray enters the operand there.
     pub enters: bool,
 }
 
 /// A boundary of the solid itself.
 #[derive(Clone, Copy, Debug)]
 pub struct Change<'b, T> {
-    /// That of an operand: of several at one t the first that counts, by number; of
-    /// several t in one event the first behind which the solid is as behind them all.
+    /// The operand's boundary that the solid's is taken from. Of several at one t it is the
+    /// first, by operand, that changes the solid (S52); of several t in one event the first
+    /// behind which the solid is what it is behind the event (S51).
     pub boundary: &'b Boundary<T>,
-    /// The ray comes into the solid there.
+    /// Whether the ray enters the solid there.
     pub enters: bool,
 }
 
-/// One ray's way through a program. Reused from ray to ray.
+/// The walk of one ray through a program. Storage is reused from ray to ray.
 #[derive(Debug, Default)]
 pub struct Walk {
     state: State,
 }
 
 impl Walk {
-    /// Calls `visit` at the solid's boundaries, in order, until it has seen enough.
-    /// `inside`: operands that the ray has always been in. `boundaries` stand in the
-    /// order of t, those at the `same` t by number of operand; neighbours may be
-    /// `one` event although their t differ. Returns whether the ray is in the solid
-    /// in the end, unless `visit` broke off.
+    /// Calls `visit` at the solid's boundaries, in the order of t, until it breaks off.
+    /// `inside` lists the operands that the line is in before all boundaries. `boundaries`
+    /// are sorted by t, and those at the `same` t by operand; neighbours may be `one` event
+    /// although their t differ (S47). Returns whether the ray ends in the solid, unless
+    /// `visit` broke off.
     pub fn run<'b, T, B>(
         &mut self,
         program: &Program,
@@ -61,7 +62,7 @@ impl Walk {
                         first = first.or(Some(boundary));
                     }
                 }
-                // There it truly becomes what it is behind the event.
+                // The solid changes here to what it is behind the event (S51).
                 if is_inside != start && is_inside != before {
                     found = found.or(first);
                 }
@@ -74,7 +75,7 @@ impl Walk {
         ControlFlow::Continue(is_inside)
     }
 
-    /// Whether a ray is in the solid before it meets any boundary.
+    /// Says whether a ray is in the solid before it meets any boundary.
     pub fn starts_inside(
         &mut self,
         program: &Program,

@@ -1,28 +1,30 @@
-//! What the user may ask for, by the names of the command line.
+//! What a user may ask for, with the names that the command line uses.
 
 use super::Accel;
 
-/// Asked for, or left to the plan.
+/// A user's choices; what is not asked for is left to the plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Choices {
     pub precision: Precision,
     pub lanes: LaneCount,
-    /// `None`: the plan chooses.
+    /// The structure; `None` lets the plan choose.
     pub accel: Option<Accel>,
 }
 
+/// What an answer is certain of (docs/SPEC.md, S55 to S57).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Precision {
-    /// f32 lanes.
+    /// f32 lanes without error bounds.
     Fast,
-    /// f32 lanes; decisions that rounding may change are made exactly.
+    /// f32 lanes with error bounds; undecided lanes are decided exactly.
     #[default]
     Guarded,
-    /// f64 lanes, the same way.
+    /// The decisions of `Guarded`, with each t refined to the nearest f64.
     Exact,
 }
 
 impl Precision {
+    /// The name on the command line and in reports.
     pub fn name(self) -> &'static str {
         match self {
             Precision::Fast => "fast",
@@ -35,7 +37,7 @@ impl Precision {
 /// Rays per packet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LaneCount {
-    /// The plan chooses for the machine and the precision.
+    /// The plan chooses for the machine.
     #[default]
     Auto,
     One,
@@ -45,6 +47,7 @@ pub enum LaneCount {
 }
 
 impl LaneCount {
+    /// The name on the command line and in reports.
     pub fn name(self) -> &'static str {
         match self {
             LaneCount::Auto => "auto",
@@ -55,6 +58,7 @@ impl LaneCount {
         }
     }
 
+    /// Returns the number of rays, or `None` for `Auto`.
     pub fn count(self) -> Option<usize> {
         match self {
             LaneCount::Auto => None,

@@ -1,24 +1,20 @@
-//! What a scene requires, and nothing else.
+//! The plan: what a scene requires, and nothing else.
 //!
-//! [`plan`] looks at the tables and at what was asked for, and chooses the
-//! kernels (monomorphised over [`Needs`], precision and width) and the
-//! structure that finds primitives. Every choice carries its reason, which
-//! `lanecast plan` prints. It builds nothing and allocates next to nothing.
+//! [`plan`] reads the tables and the user's choices. It chooses the kernels, by precision
+//! and width, and the structure that finds primitives. Every choice carries its reason,
+//! which `lanecast plan` prints. Planning builds nothing and allocates next to nothing. The
+//! lints of scenes are in `lint`.
 
 mod choices;
-mod coplanar;
-mod logic;
-mod solids;
-mod stacked;
+mod lint;
 
 pub use choices::{Choices, LaneCount, Precision};
-pub use solids::{remarks, searched, solved, unbounded};
-pub use stacked::stacked;
+pub use lint::{remarks, searched, solved, stacked, unbounded};
 
 use crate::scene::{Appearances, Scene, SceneError, Shape};
 use thiserror::Error;
 
-/// The choice among monomorphised kernels.
+/// The choice among the kernels that are compiled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Kernels {
     pub precision: Precision,
@@ -26,7 +22,7 @@ pub struct Kernels {
     pub lanes: usize,
 }
 
-/// Which structure finds the primitives.
+/// The structure that finds primitives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Accel {
     Bvh,
@@ -49,7 +45,7 @@ impl Accel {
         Accel::ItemBuffer,
     ];
 
-    /// As the command line and the reports call it.
+    /// The name on the command line and in reports.
     pub fn name(self) -> &'static str {
         match self {
             Accel::Bvh => "bvh",
@@ -63,14 +59,16 @@ impl Accel {
     }
 }
 
+/// The kernels and the structure for a scene, with the reasons.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     pub kernels: Kernels,
     pub accel: Accel,
-    /// (what, choice, why), in the order of the choices.
+    /// The subject, the choice and the reason, in the order of the choices.
     pub reasons: Vec<(&'static str, String, String)>,
 }
 
+/// A choice that this build or this scene does not allow.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum PlanError {
     #[error(
@@ -91,10 +89,10 @@ fn list(widths: &[usize]) -> String {
     words.join(" and ")
 }
 
-/// Whether this build has every width.
+/// Whether this build has every packet width.
 pub const ALL_LANES: bool = cfg!(feature = "all-lanes");
 
-/// Lists the packet widths that this build can trace with, rising.
+/// Lists the packet widths that this build can trace with, in rising order.
 pub fn widths() -> Vec<usize> {
     if ALL_LANES {
         vec![1, 4, 8, 16]
@@ -103,7 +101,7 @@ pub fn widths() -> Vec<usize> {
     }
 }
 
-/// The machine's own width in f32: one register, at least four lanes.
+/// Returns the machine's own width: the f32 lanes of one register, at least four.
 pub const fn native_width() -> usize {
     if cfg!(target_feature = "avx512f") {
         16
@@ -114,6 +112,7 @@ pub const fn native_width() -> usize {
     }
 }
 
+/// Chooses the kernels and the structure for a scene.
 pub fn plan(
     scene: &Scene,
     appearances: &Appearances,
@@ -180,15 +179,15 @@ pub fn plan(
     })
 }
 
-/// Whether meshes appear that are not in world space: bounds on t from the frame before
-/// pay for these (docs/COHERENCE.md).
+/// Says whether instances place meshes outside world space. For these, temporal bounds on t
+/// pay (docs/decisions/018-temporal-bounds.md).
 pub fn places_meshes(scene: &Scene, appearances: &Appearances) -> bool {
     let mut counts = scene.shapes.rows.iter().zip(appearances.of_shapes(scene));
     let has_meshes = counts.any(|(shape, count)| matches!(shape, Shape::Mesh(_)) && count > 0);
     has_meshes && appearances.placed(scene) > 0
 }
 
-/// Says which kernels the scene needs, and which are left out.
+/// Lists which kernels the scene needs and which are left out, with counts.
 fn contents(scene: &Scene, appearances: &Appearances) -> Vec<(&'static str, String, String)> {
     let (mut meshes, mut solids) = (0, 0);
     for (shape, count) in scene.shapes.rows.iter().zip(appearances.of_shapes(scene)) {

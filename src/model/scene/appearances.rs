@@ -1,15 +1,15 @@
-//! Appearances: every path through the DAG that ends in a shape.
+//! Instances ([`Appearance`]): all paths through the scene's graph that end in a shape.
 //!
-//! An appearance's id is the mixed-radix index of its path, in the depth-first
-//! order of the file: how many appearances come before it. It is the instance id
-//! of hits and pictures. Each has one `object_from_world`, the product of its
-//! edges' inverses from root to leaf in fixed order without FMA: the object ray
-//! is that matrix times the world ray, by definition. [`Place::through`] is the
-//! only code that multiplies them.
+//! An instance's id is the mixed-radix index of its path in the depth-first order of the
+//! file: the number of instances before it (docs/SPEC.md, S12). Hits and pictures carry it
+//! as the instance id. Each instance has one `object_from_world`, the product of its edges'
+//! inverses from root to leaf in a fixed order without FMA; the object ray is defined as
+//! that matrix times the world ray (S5, S6). Only [`Place::through`] multiplies these
+//! matrices.
 //!
-//! The DAG is not unfolded: an appearance is looked up by sums of counts beside
-//! the edges, in O(depth · log children). Where there are few they are laid out
-//! in [`Appearances::rows`] as well, which saves hot code the walk.
+//! The DAG is not unfolded. Sums of counts beside the edges find an instance in O(depth ·
+//! log children). A scene of few instances also lays them out in [`Appearances::rows`],
+//! which saves hot code the walk.
 
 use super::check::{SceneError, children_first};
 use super::ids::{MaterialId, NodeId, ShapeId, TransformId};
@@ -21,44 +21,44 @@ use std::borrow::Cow;
 use std::ops::Deref;
 use std::sync::Arc;
 
-/// Ids count up to here; `u64::MAX` stands for none.
+/// The largest number of instances; `u64::MAX` stands for none.
 pub const MAX_APPEARANCES: u64 = u64::MAX - 1;
 
-/// What looks at every appearance refuses more than this: minutes, and 200 bytes
-/// each where they are laid out.
+/// The largest number of instances that code which visits each of them accepts. More would
+/// take minutes, and 200 bytes each where they are laid out.
 pub const MAX_LAID_OUT: u64 = 1 << 24;
 
-/// So many are kept laid out: 13 megabytes, about what a third-level cache
-/// holds. Beyond that a row is as far away as the few edges that make it.
+/// The largest number of instances that is kept laid out: 13 megabytes, about a third-level
+/// cache. Beyond it, a row is as far away as the few edges that produce it.
 const FEW: u64 = 1 << 16;
 
-/// Longer paths than this, in edges, are only followed where every appearance
-/// can be laid out once: each look-up walks the whole path.
+/// The longest path, in edges, that a scene with more instances than can be laid out once
+/// may have, because each look-up walks the whole path.
 pub const MAX_DEPTH: u64 = 256;
 
-/// What laying out such paths may cost: edges walked.
+/// The most edges that laying out longer paths may walk.
 const MAX_STEPS: u64 = 1 << 27;
 
-/// One shape at one place in the world.
+/// An instance: one shape at one place in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Appearance {
     pub shape: ShapeId,
-    /// From the nearest edge that sets one; overrides a mesh's own.
+    /// The material of the nearest edge that sets one; it overrides a mesh's own.
     pub material: Option<MaterialId>,
     pub object_from_world: Affine,
     pub world_from_object: Affine,
-    /// Row of [`Tables::instances`] that this is part of.
+    /// The row of [`Tables::instances`], the root, that the instance is below.
     pub root: u32,
 }
 
 impl Appearance {
-    /// Whether its object space differs from world space: by a transform, or by
-    /// a mesh's centre.
+    /// Says whether object space differs from world space, by a transform or by a mesh's
+    /// centre.
     pub fn is_placed(&self, scene: &Tables) -> bool {
         is_placed(scene, self.shape, &self.object_from_world)
     }
 
-    /// Where it is.
+    /// Returns the place of the instance.
     pub fn place(&self) -> Place {
         Place {
             object_from_world: self.object_from_world,
@@ -79,8 +79,8 @@ fn is_centered(scene: &Tables, shape: ShapeId) -> bool {
     }
 }
 
-/// Finds the appearances of a scene. Methods that take a scene want the one that this is
-/// of. Clones share the table.
+/// The instances of a scene, by id. Methods that take a scene need the one that these
+/// instances belong to. Clones share the table.
 #[derive(Clone, Debug, Default)]
 pub struct Appearances {
     table: Arc<AppearanceTable>,
@@ -94,18 +94,18 @@ impl Deref for Appearances {
     }
 }
 
-/// What [`Appearances`] share.
+/// The table that clones of [`Appearances`] share.
 #[derive(Clone, Debug, Default)]
 pub struct AppearanceTable {
-    /// All of them by id where they are few, else none.
+    /// All instances by id if they are few; empty otherwise.
     pub rows: Vec<Appearance>,
     count: u64,
     depth: u64,
-    /// By row of [`Tables::instances`]: appearances of the roots before it.
+    /// Per row of [`Tables::instances`]: the instances of the roots before it.
     before_root: Vec<u64>,
-    /// By row of [`Tables::edges`]: appearances below its node's edges before it.
+    /// Per row of [`Tables::edges`]: the instances below the edges of its node before it.
     before_edge: Vec<u64>,
-    /// By node: appearances below it.
+    /// Per node: the instances below it.
     of_node: Vec<u64>,
 }
 
@@ -161,35 +161,38 @@ impl AppearanceTable {
         self.count == 0
     }
 
-    /// Whether [`rows`](Self::rows) has them all.
+    /// Says whether [`rows`](Self::rows) holds all instances.
     pub fn are_laid_out(&self) -> bool {
         self.rows.len() as u64 == self.count
     }
 
-    /// Appearances of the roots before this row of [`Tables::instances`].
+    /// Returns the number of instances of the roots before this row of
+    /// [`Tables::instances`].
     pub fn before_root(&self, row: usize) -> u64 {
         self.before_root[row]
     }
 
-    /// Appearances below its node's edges before this row of [`Tables::edges`].
+    /// Returns the number of instances below the edges of its node before this row of
+    /// [`Tables::edges`].
     pub fn before_edge(&self, row: usize) -> u64 {
         self.before_edge[row]
     }
 
-    /// Appearances below a node.
+    /// Returns the number of instances below a node.
     pub fn below(&self, node: NodeId) -> u64 {
         self.of_node[node.index()]
     }
 
-    /// Edges of the longest path, the root's included.
+    /// Returns the number of edges of the longest path, the root's included.
     pub fn depth(&self) -> u64 {
         self.depth
     }
 
-    /// The appearance of this id.
+    /// Returns the instance of this id.
     ///
     /// # Panics
-    /// Where `id` is not below [`count`](Self::count), as indexing does.
+    ///
+    /// If `id` is not below [`count`](Self::count), as indexing does.
     #[inline(always)]
     pub fn get(&self, scene: &Tables, id: u64) -> Appearance {
         match self.rows.get(id as usize) {
@@ -198,7 +201,7 @@ impl AppearanceTable {
         }
     }
 
-    /// Of the appearance of this id, which must be below the count.
+    /// Returns the matrix of the instance of this id, which must be below the count.
     #[inline(always)]
     pub fn object_from_world(&self, scene: &Tables, id: u64) -> Affine {
         match self.rows.get(id as usize) {
@@ -218,8 +221,8 @@ impl AppearanceTable {
         place.of(shape, root.unwrap_or_default())
     }
 
-    /// Calls `step` for every edge of the path, with its number among its
-    /// siblings; gives the shape at the end.
+    /// Calls `step` for every edge of the path with its number among its siblings, and
+    /// returns the shape at the end.
     fn descend(&self, scene: &Tables, id: u64, mut step: impl FnMut(u32, Edge)) -> ShapeId {
         assert!(id < self.count, "no appearance {id} of {}", self.count);
         let mut rest = id;
@@ -239,7 +242,7 @@ impl AppearanceTable {
         }
     }
 
-    /// The path of an id below the count: the row of [`Tables::instances`], then
+    /// Returns the path of an id below the count: the row of [`Tables::instances`], then
     /// the number of the child at each node on the way.
     pub fn path(&self, scene: &Tables, id: u64) -> Vec<u32> {
         let mut path = Vec::new();
@@ -247,8 +250,8 @@ impl AppearanceTable {
         path
     }
 
-    /// The id of a path as [`path`](Self::path) gives it; `None` where it does
-    /// not lead to a shape.
+    /// Returns the id of a path as [`path`](Self::path) gives it; `None` if it does not
+    /// lead to a shape.
     pub fn id(&self, scene: &Tables, path: &[u32]) -> Option<u64> {
         let (root, numbers) = path.split_first()?;
         let mut id = *self.before_root.get(*root as usize)?;
@@ -268,8 +271,8 @@ impl AppearanceTable {
         matches!(target, Target::Shape(_)).then_some(id)
     }
 
-    /// All of them in order, each from the one before. Check
-    /// [`count`](Self::count) first, or use [`laid_out`](Self::laid_out).
+    /// Iterates over all instances in the order of their ids. Check [`count`](Self::count)
+    /// first, or use [`laid_out`](Self::laid_out).
     pub fn iter<'a>(&'a self, scene: &'a Tables) -> Iter<'a> {
         Iter {
             scene,
@@ -279,7 +282,7 @@ impl AppearanceTable {
         }
     }
 
-    /// All of them by id; refused where they are more than [`MAX_LAID_OUT`].
+    /// Returns all instances by id, or an error if they are more than [`MAX_LAID_OUT`].
     pub fn laid_out(&self, scene: &Tables) -> Result<Cow<'_, [Appearance]>, SceneError> {
         self.check_enumerable()?;
         if self.rows.is_empty() {
@@ -288,7 +291,7 @@ impl AppearanceTable {
         Ok(Cow::Borrowed(&self.rows))
     }
 
-    /// That there are no more than [`MAX_LAID_OUT`].
+    /// Returns an error if there are more than [`MAX_LAID_OUT`] instances.
     pub fn check_enumerable(&self) -> Result<(), SceneError> {
         if self.count <= MAX_LAID_OUT {
             return Ok(());
@@ -299,13 +302,13 @@ impl AppearanceTable {
         })
     }
 
-    /// How often each shape appears, by row of [`Tables::shapes`].
+    /// Counts the instances of each shape, by row of [`Tables::shapes`].
     pub fn of_shapes(&self, scene: &Tables) -> Vec<u64> {
         paths_to_shapes(scene, |_| true)
     }
 
-    /// How many are [placed](Appearance::is_placed), but for those whose
-    /// transforms happen to undo each other: these are counted too.
+    /// Counts the instances that are [placed](Appearance::is_placed), including those whose
+    /// transforms happen to undo each other.
     pub fn placed(&self, scene: &Tables) -> u64 {
         let plain = paths_to_shapes(scene, |t| t == TransformId::IDENTITY);
         let shapes = (0..scene.shapes.len()).map(|i| ShapeId(i as u32));
@@ -319,40 +322,41 @@ impl AppearanceTable {
     }
 }
 
-/// Which sibling `rest` falls to; leaves what remains of it below that one.
+/// Finds the sibling that `rest` is below, and leaves its number below that sibling in
+/// `rest`.
 fn choose(before: &[u64], rest: &mut u64) -> usize {
     // Where every sibling is one shape, the number is the row.
     let number = match usize::try_from(*rest) {
         Ok(row) if before.get(row) == Some(rest) && before.get(row + 1) != Some(rest) => row,
-        // Siblings without shapes share their sum with the next one: the last
-        // of equals has any.
+        // Siblings without shapes share their sum with the next one; only the last of
+        // equals has instances.
         _ => before.partition_point(|sum| sum <= rest) - 1,
     };
     *rest -= before[number];
     number
 }
 
-/// Where a path has led so far.
+/// The maps and the material at the end of a path.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
     pub object_from_world: Affine,
     pub world_from_object: Affine,
-    /// From the nearest edge that sets one.
+    /// The material of the nearest edge that sets one.
     pub material: Option<MaterialId>,
 }
 
 impl Place {
-    /// Of the path without edges.
+    /// The place of the path without edges.
     pub const WORLD: Place = Place {
         object_from_world: Affine::IDENTITY,
         world_from_object: Affine::IDENTITY,
         material: None,
     };
 
-    /// One edge further.
+    /// Returns the place one edge further.
     pub fn through(&self, scene: &Tables, edge: Edge) -> Place {
         let t = edge.transform.index();
-        // The check has refused rows without an inverse.
+        // The scene's check has refused rows without an inverse.
         let inverse = scene.transforms.inverse[t].unwrap_or(Affine::IDENTITY);
         Place {
             object_from_world: inverse.then_after(&self.object_from_world),
@@ -363,12 +367,12 @@ impl Place {
         }
     }
 
-    /// [`Appearance::is_placed`] of a shape that is here.
+    /// Says whether a shape at this place is [placed](Appearance::is_placed).
     pub fn is_placed(&self, scene: &Tables, shape: ShapeId) -> bool {
         is_placed(scene, shape, &self.object_from_world)
     }
 
-    /// Of a shape that is here.
+    /// Returns the conditioning of a shape at this place, seen from the world.
     pub fn blur(&self, scene: &Tables, shape: ShapeId) -> Blur {
         let own = scene.blur_of(shape);
         own.through(&self.object_from_world, &self.world_from_object)
@@ -385,8 +389,8 @@ impl Place {
     }
 }
 
-/// [`Appearances::iter`]: depth first without recursion, since the graph may be
-/// a million deep.
+/// Iterates as [`Appearances::iter`] says, depth first and without recursion, because the
+/// graph may be a million nodes deep.
 pub struct Iter<'a> {
     scene: &'a Tables,
     of_node: &'a [u64],
@@ -396,7 +400,7 @@ pub struct Iter<'a> {
 }
 
 struct Frame {
-    /// Rows of the edges yet to come.
+    /// Rows of the edges still to be visited.
     edges: std::ops::Range<u32>,
     place: Place,
 }
@@ -426,7 +430,7 @@ impl Iterator for Iter<'_> {
                     let place = above.through(scene, edge);
                     return Some(place.of(shape, self.next_root as u32 - 1));
                 }
-                // What holds no shape may unfold without end.
+                // A node without shapes may unfold into unboundedly many paths.
                 Target::Node(node) if self.of_node[node.index()] == 0 => {}
                 Target::Node(node) => self.open.push(Frame {
                     edges: scene.nodes.children[node.index()].clone(),
@@ -437,18 +441,19 @@ impl Iterator for Iter<'_> {
     }
 }
 
-/// What unfolds below a node, saturating.
+/// Counts of the graph unfolded below a node, saturating.
 #[derive(Clone, Copy, Default)]
 struct Size {
-    /// Paths that end in a shape.
+    /// The paths that end in a shape.
     appearances: u64,
-    /// Edges walked to lay them out.
+    /// The edges walked to lay these paths out.
     steps: u64,
-    /// Edges of the longest path.
+    /// The edges of the longest path.
     depth: u64,
 }
 
-/// Of a node with these children; fills the sums before each.
+/// Adds up the sizes below a node with these children, and fills the sums before each
+/// child.
 fn add_up(targets: &[Target], below: &[Size], before: &mut [u64]) -> Size {
     let mut sum = Size::default();
     for (target, before) in targets.iter().zip(before) {
@@ -471,7 +476,7 @@ fn add_up(targets: &[Target], below: &[Size], before: &mut [u64]) -> Size {
     sum
 }
 
-/// How many paths lead to each shape over edges whose transform is `wanted`.
+/// Counts the paths to each shape over edges whose transform is `wanted`.
 fn paths_to_shapes(scene: &Tables, wanted: impl Fn(TransformId) -> bool) -> Vec<u64> {
     let mut to_node = vec![0_u64; scene.nodes.len()];
     let mut to_shape = vec![0_u64; scene.shapes.len()];
@@ -481,7 +486,7 @@ fn paths_to_shapes(scene: &Tables, wanted: impl Fn(TransformId) -> bool) -> Vec<
                 Target::Shape(shape) => &mut to_shape[shape.index()],
                 Target::Node(node) => &mut to_node[node.index()],
             };
-            // Only paths to nodes without shapes may be more than ids.
+            // Only paths to nodes without shapes may outnumber ids.
             *to = to.saturating_add(paths);
         }
     };

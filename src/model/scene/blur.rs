@@ -1,20 +1,21 @@
-//! How much roundings in one space may be in another.
+//! Conditioning: how much roundings in one space amount to in another.
 
 use super::{Shape, ShapeId, Tables};
 use crate::math::Affine;
 
-/// Over what a rounding relative to each coordinate is in one space: element (r, c) is how
-/// much of coordinate c a map there and back makes of coordinate r, |M⁻¹|·|M| (Bauer's and
-/// Skeel's condition number is the ∞-norm of it).
+/// The amplification of relative roundings of coordinates by a map and its inverse: element
+/// (r, c) is the share of coordinate c in coordinate r, |M⁻¹|·|M|. Its ∞-norm is the
+/// condition number of Bauer and Skeel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Blur([[f64; 3]; 3]);
 
 impl Blur {
-    /// What is where it is.
+    /// No amplification, for a shape in the space itself.
     pub const NONE: Blur = Blur([[0.0; 3]; 3]);
 
-    /// Of the space that `outward` leads out of, and `inward` into, and that has this blur
-    /// itself: what all of it is outside. Roundings of the way in count once.
+    /// Returns the amplification as seen from outside the space that `outward` leads out of
+    /// and `inward` leads into, where this is the amplification in that space. The
+    /// roundings of the maps count once.
     pub fn through(&self, inward: &Affine, outward: &Affine) -> Blur {
         let (to, from) = (inward.linear(), outward.linear());
         let middle = |r: usize, k: usize| self.0[r][k] + f64::from(u8::from(r == k));
@@ -24,15 +25,15 @@ impl Blur {
         Blur([0, 1, 2].map(|r| [0, 1, 2].map(|c| outer(r, c))))
     }
 
-    /// Of several things side by side.
+    /// Returns the elementwise maximum, for several shapes in one space.
     pub fn max(&self, other: &Blur) -> Blur {
         let element = |r: usize, c: usize| greater(self.0[r][c], other.0[r][c]);
         Blur([0, 1, 2].map(|r| [0, 1, 2].map(|c| element(r, c))))
     }
 
-    /// The ∞-norm: of the largest coordinate. 1 where axes are only scaled and swapped, at
-    /// most 3 where what is scaled is turned, up to the condition where what is turned is
-    /// scaled.
+    /// Returns the ∞-norm: how much the largest coordinate counts. It is 1 where axes are
+    /// only scaled and swapped, at most 3 where a scaled shape is rotated, and up to the
+    /// condition number where a rotated shape is scaled.
     pub fn norm(&self) -> f64 {
         let rows = self.0.map(|row| row.iter().sum::<f64>());
         rows.into_iter().fold(0.0, greater)
@@ -40,7 +41,8 @@ impl Blur {
 }
 
 impl Tables {
-    /// What a shape's own spaces blur: those of a combination's operands.
+    /// Returns the amplification in a shape's own inner spaces: those of a CSG solid's
+    /// operands.
     pub fn blur_of(&self, shape: ShapeId) -> Blur {
         match self.shapes.row(shape) {
             Shape::Combination(id) => self.combinations.blur[id.index()],
@@ -49,7 +51,7 @@ impl Tables {
     }
 }
 
-/// NaN is more than anything.
+/// Returns the greater number; NaN counts as the greatest.
 fn greater(x: f64, y: f64) -> f64 {
     if x > y || x.is_nan() { x } else { y }
 }
@@ -81,7 +83,7 @@ mod tests {
         let needle = DAffine3::from_scale(DVec3::new(1e4, 1.0, 1.0));
         let through = |blur: Blur, map: DAffine3| blur.through(&map.inverse().into(), &map.into());
         let turned = through(Blur::NONE, turn);
-        // What is turned inside of a needle, and a needle inside of what is turned.
+        // A rotated shape in a needle, and a needle in a rotated space.
         assert!(through(turned, needle).norm() > 1e3);
         assert!(through(through(Blur::NONE, needle), turn).norm() < 8.0);
         assert_eq!(turned.max(&Blur::NONE), turned);

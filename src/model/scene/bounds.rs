@@ -1,4 +1,5 @@
-//! Boxes around shapes, object space. Conservative: no point is left out.
+//! Boxes around shapes in object space. They are conservative: no point of a shape lies
+//! outside.
 
 use super::ids::ShapeId;
 use super::{Shape, Tables};
@@ -6,22 +7,22 @@ use crate::geom::polygon::room;
 use crate::math::Aabb;
 use glam::DVec3;
 
-/// The box around a shape; `None` for those without bounds.
+/// Returns the box around a shape; `None` for shapes without bounds.
 pub fn shape_bounds(tables: &Tables, shape: ShapeId) -> Option<Aabb> {
     let of = |points: &[DVec3]| Aabb::of_points(points.iter().copied());
     match tables.shapes.row(shape) {
         Shape::HalfSpace(_) => None,
         Shape::Sphere(id) => Some(outward(tables.spheres.row(id).bounds())),
         Shape::Ellipsoid(id) => Some(outward(tables.ellipsoids.row(id).bounds())),
-        // These round outward themselves.
+        // These boxes are already rounded outward.
         Shape::Quadric(id) => tables.quadrics.row(id).bounds(),
         Shape::Implicit(id) => tables.implicits.bounds[id.index()],
         Shape::LevelSet(id) => tables.level_sets.bounds[id.index()],
         Shape::Cylinder(id) => Some(tables.cylinders.row(id).bounds()),
         Shape::Cone(id) => Some(tables.cones.row(id).bounds()),
         Shape::Cuboid(id) => Some(tables.cuboids.row(id).bounds()),
-        // The planes are the solid; the corners go with them to one part in
-        // 10^10 (`geom::hull` refuses sharper ones).
+        // The planes define the solid; its corners lie on them to one part in 10¹⁰
+        // (`geom::hull` refuses sharper corners).
         Shape::Polyhedron(id) => {
             let bounds = of(tables.polyhedra.points(id));
             let size = bounds.max_abs() + bounds.diagonal();
@@ -33,7 +34,7 @@ pub fn shape_bounds(tables: &Tables, shape: ShapeId) -> Option<Aabb> {
     }
 }
 
-/// One step further on every side: for corners that are rounded sums.
+/// Grows a box by one step on every side, because corners are rounded sums.
 fn outward(b: Aabb) -> Aabb {
     let step = |v: DVec3, f: fn(f64) -> f64| DVec3::from_array(v.to_array().map(f));
     Aabb::new(step(b.min, f64::next_down), step(b.max, f64::next_up))

@@ -1,12 +1,11 @@
-//! The built-in scene: a sphereflake (Haines 1987, balls) of gold among glass
-//! and mirrors, on a floor of boxes. Made by program, from nothing.
+//! The built-in scene: a sphereflake (Haines 1987, balls) of gold among glass and mirrors,
+//! on a floor of boxes. A program builds it, without any file.
 
 use super::*;
 use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere};
 use glam::DVec3;
 
-/// Levels of the flake below its middle sphere: 1 + 9 + 81 + 729 + 6,561
-/// spheres.
+/// The levels of the flake below its middle sphere: 1 + 9 + 81 + 729 + 6,561 spheres.
 const LEVELS: u32 = 4;
 
 pub fn builtin() -> Result<Scene, SceneError> {
@@ -37,7 +36,7 @@ pub fn builtin() -> Result<Scene, SceneError> {
     std::mem::take(scene).finish()
 }
 
-/// A golden middle sphere with nine smaller ones on it, and so on.
+/// Adds a golden middle sphere with nine smaller ones on it, and so on.
 fn flake(scene: &mut SceneBuilder) {
     let metal = |rgb: Rgb, roughness| Material::metallic_roughness(rgb, 1.0, roughness);
     let gold = scene.material("gold", metal([1.0, 0.74, 0.32], 0.0));
@@ -57,7 +56,7 @@ fn flake(scene: &mut SceneBuilder) {
         if level == LEVELS {
             continue;
         }
-        // Six around the equator, three above, about the direction outwards.
+        // Six spheres around the equator and three above, about the outward direction.
         let side = up.any_orthonormal_vector();
         let front = up.cross(side);
         let small = radius / 3.0;
@@ -75,7 +74,7 @@ fn flake(scene: &mut SceneBuilder) {
     }
 }
 
-/// One of each other shape.
+/// Adds one shape of each other kind.
 fn guests(scene: &mut SceneBuilder) {
     let dull = Material::metallic_roughness;
     let glass = scene.material(
@@ -126,7 +125,7 @@ fn guests(scene: &mut SceneBuilder) {
     scene.instance("", Edge::shape(pebble).material(teal));
 }
 
-/// One box, 31 × 31 times, at slightly different heights and in two tones.
+/// Adds one box, 31 × 31 times, at slightly different heights and in two tones.
 fn floor(scene: &mut SceneBuilder) {
     let light = scene.material(
         "light stone",
@@ -155,7 +154,7 @@ fn floor(scene: &mut SceneBuilder) {
     let mut tiles = Vec::new();
     for x in -15..=15_i32 {
         for z in -15..=15_i32 {
-            // A few fixed heights: no two neighbours alike.
+            // Five fixed heights, so that no two neighbours are alike.
             let step = (x * 7 + z * 13).rem_euclid(5);
             let place = glam::DAffine3::from_translation(DVec3::new(
                 f64::from(x) * 0.5,

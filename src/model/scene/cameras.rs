@@ -1,6 +1,6 @@
 //! Cameras: where rays start, before pixels.
 //!
-//! Right-handed: `right × up = -forward`. Perspective rays have direction
+//! The frame is right-handed: `right × up = -forward`. Perspective rays have the direction
 //! `forward + x·right + y·up`, so that t is the depth along the view axis.
 
 use super::names::Names;
@@ -8,13 +8,13 @@ use glam::DVec3;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// World space.
+    /// The eye in world space.
     pub eye: DVec3,
-    /// Unit, orthogonal to `up` and `forward`.
+    /// The unit vector to the right, orthogonal to `up` and `forward`.
     pub right: DVec3,
-    /// Unit.
+    /// The unit vector upward.
     pub up: DVec3,
-    /// Unit, into the picture.
+    /// The unit vector into the picture.
     pub forward: DVec3,
     pub projection: Projection,
 }
@@ -28,11 +28,11 @@ pub enum Projection {
 }
 
 impl Camera {
-    /// A pinhole at `eye`, `fov_y` degrees from the picture's bottom to its top.
+    /// Builds a pinhole camera at `eye`, with `fov_y` degrees from the picture's bottom to
+    /// its top.
     ///
-    /// A wrong direction or angle gives NaN or infinite fields, which the
-    /// scene's check names. If `up` is parallel to the view, another axis is
-    /// taken.
+    /// A wrong direction or angle gives NaN or infinite fields, which the scene's check
+    /// reports. If `up` is parallel to the view, another axis replaces it.
     pub fn perspective(eye: DVec3, look_at: DVec3, up: DVec3, fov_y: f64) -> Camera {
         let half_height = if fov_y > 0.0 && fov_y < 180.0 {
             libm::tan(fov_y.to_radians() * 0.5)
@@ -47,7 +47,7 @@ impl Camera {
         )
     }
 
-    /// Parallel rays; `height` is the picture's, in world units.
+    /// Builds a camera of parallel rays; `height` is the picture's, in world units.
     pub fn orthographic(eye: DVec3, look_at: DVec3, up: DVec3, height: f64) -> Camera {
         let half_height = if height > 0.0 { height * 0.5 } else { f64::NAN };
         Camera::posed(
@@ -59,7 +59,7 @@ impl Camera {
     }
 
     fn posed(eye: DVec3, forward: DVec3, up: DVec3, projection: Projection) -> Camera {
-        // Scaled before it is squared: views may span any range of f64.
+        // Scaled before it is squared, because views may span any range of f64.
         let unit = |v: DVec3| {
             let size = v.abs().max_element();
             if size > 0.0 && size.is_finite() {
@@ -70,7 +70,7 @@ impl Camera {
         };
         let forward = unit(forward);
         let mut right = forward.cross(unit(up));
-        // NaN keeps its NaN: the check reports it.
+        // NaN stays NaN, and the check reports it.
         if right.length_squared() < 1e-24 {
             right = forward.cross(forward.any_orthonormal_vector());
         }

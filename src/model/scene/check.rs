@@ -1,7 +1,7 @@
-//! The one check of a scene's tables. What passes cannot fail later.
+//! The check of a scene's tables. A scene that passes cannot fail later.
 //!
-//! Every error names the entity and says what to do. Range checks come first,
-//! so the later ones may index freely.
+//! Every error names the entity and says what to do. Range checks come first, so that later
+//! checks may index freely.
 
 mod combinations;
 mod graph;
@@ -19,12 +19,12 @@ use glam::DVec3;
 use std::fmt;
 use thiserror::Error;
 
-/// What an error is about, so that whoever filled the tables can tell where in a
-/// file it stands. Shown by its label.
+/// The entity that an error is about, from which the caller can tell its place in a file.
+/// Messages show its label.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entity {
     pub kind: EntityKind,
-    /// Of the kind's table.
+    /// The row of the kind's table.
     pub row: u32,
     pub label: Box<str>,
 }
@@ -33,14 +33,14 @@ pub struct Entity {
 pub enum EntityKind {
     Instance,
     Node,
-    /// A row of the nodes' edges: a child of a node.
+    /// A child edge of a node.
     Edge,
     Shape,
     Mesh,
     Material,
     Light,
     Camera,
-    /// One of a kind.
+    /// The background, of which a scene has one.
     Background,
 }
 
@@ -193,7 +193,7 @@ pub enum SceneError {
 }
 
 impl SceneError {
-    /// `None` where the scene as a whole is at fault.
+    /// Returns the entity at fault, or `None` if the whole scene is.
     pub fn entity(&self) -> Option<&Entity> {
         match self {
             SceneError::DanglingId { what, .. }
@@ -223,7 +223,7 @@ impl SceneError {
     }
 }
 
-/// What can be derived only of checked tables is added to them.
+/// Checks all tables, and adds the columns that can only be derived from checked tables.
 pub(super) fn check(scene: &mut Tables) -> Result<(), SceneError> {
     graph::ranges(scene)?;
     graph::cycles(scene)?;
@@ -235,7 +235,8 @@ pub(super) fn check(scene: &mut Tables) -> Result<(), SceneError> {
     graph::appearances(scene)
 }
 
-/// Once more what rows of solids say: other solvers are chosen, which may not take them.
+/// Checks the rows of solids again after their solvers are changed, because a solver may
+/// not take them.
 pub(super) fn solvers(scene: &Tables) -> Result<(), SceneError> {
     shapes::solids(scene)
 }

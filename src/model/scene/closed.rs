@@ -1,30 +1,30 @@
-//! Whether a mesh is closed, so that it has an inside.
+//! Watertightness: whether a mesh is closed, so that it has an inside (docs/SPEC.md, S42).
 //!
-//! A triangle is bounded by three directed edges. A mesh is closed if every
-//! directed edge, by the positions of its ends, has as many opposites: then any
-//! line that avoids edges crosses the mesh an even number of times. Several shells
-//! are well, and so are edges of four triangles that pair up. Triangles without
-//! area count as well as any: no line meets one, but their edges may be what two
-//! longer ones need to match. Indices do not matter, for files repeat vertices.
+//! A triangle is bounded by three directed edges. A mesh is closed if every directed edge,
+//! by the positions of its ends, has as many opposites as copies; then any line that avoids
+//! edges crosses the mesh an even number of times (docs/numerics/csg.md, K15). Several
+//! shells are closed, and so are edges of four triangles that pair up. Triangles without
+//! area count as well: no line meets one, but two longer edges may need its edges to match.
+//! Vertices are compared by position, because files repeat them.
 
 use super::Tables;
 use super::ids::MeshId;
 use glam::DVec3;
 use std::fmt;
 
-/// Why a mesh is not closed: undirected edges, each in one of the counts.
+/// The reasons why a mesh is not closed: each undirected edge is in one of the counts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Leaks {
-    /// Of one triangle only.
+    /// Edges of one triangle only.
     pub open: usize,
-    /// Of two triangles that run along it in the same direction: one of them is
-    /// turned over.
+    /// Edges of two triangles that run along them in the same direction, so that one
+    /// triangle is turned over.
     pub turned: usize,
-    /// Of three triangles or more that do not pair up.
+    /// Edges of three triangles or more that do not pair up.
     pub unpaired: usize,
-    /// The ends of the first of them, in the order of triangles. Object space.
+    /// The ends of the first such edge, in the order of triangles, in object space.
     pub first: [DVec3; 2],
-    /// To which it belongs.
+    /// The triangle of the first such edge.
     pub triangle: usize,
 }
 
@@ -59,10 +59,11 @@ impl fmt::Display for Leaks {
     }
 }
 
-/// A directed edge, by its ends' numbers, the lower one first.
+/// A directed edge: the numbers of its ends, the lower one first, whether it runs from the
+/// lower one, and its triangle.
 type Edge = (u32, u32, bool, u32);
 
-/// Of a mesh whose indices are checked.
+/// Says whether a mesh is closed. The mesh's indices must be checked.
 pub fn check_closed(tables: &Tables, id: MeshId) -> Result<(), Leaks> {
     let mesh = tables.meshes.row(id);
     let number = numbers(mesh.positions);
@@ -70,7 +71,7 @@ pub fn check_closed(tables: &Tables, id: MeshId) -> Result<(), Leaks> {
     for (triangle, corners) in (0_u32..).zip(mesh.triangles) {
         let [a, b, c] = corners.map(|v| number[v as usize]);
         for (from, to) in [(a, b), (b, c), (c, a)] {
-            // One without length is its own opposite.
+            // An edge without length is its own opposite.
             if from != to {
                 edges.push((from.min(to), from.max(to), from < to, triangle));
             }
@@ -99,7 +100,7 @@ pub fn check_closed(tables: &Tables, id: MeshId) -> Result<(), Leaks> {
         let corners = mesh.triangles[triangle as usize];
         let vertex = corners.into_iter().find(|v| number[*v as usize] == wanted);
         let position = mesh.positions[vertex.unwrap_or(corners[0]) as usize];
-        // No zero below zero: these are read by people.
+        // Adding zero removes negative zeros, because users read these numbers.
         DVec3::from_array(position.map(f64::from)) + mesh.center + DVec3::ZERO
     };
     let [from, to] = if is_forward { [low, high] } else { [high, low] };
@@ -112,9 +113,9 @@ pub fn check_closed(tables: &Tables, id: MeshId) -> Result<(), Leaks> {
     })
 }
 
-/// Equal for vertices at one place.
+/// Numbers the vertices; vertices at one position have one number.
 fn numbers(positions: &[[f32; 3]]) -> Vec<u32> {
-    // Zero has two signs.
+    // Adding zero makes both zeros equal.
     let key = |v: u32| positions[v as usize].map(|x| (x + 0.0).to_bits());
     let mut order: Vec<u32> = (0..positions.len() as u32).collect();
     order.sort_unstable_by_key(|v| key(*v));

@@ -1,6 +1,6 @@
-//! Solids made of solids: an operator and its operands, which are shapes under
-//! transforms and may be combinations themselves. A DAG, as nodes are; what it
-//! unfolds into is derived ([`CsgSolid`](super::CsgSolid)).
+//! The table of CSG solids: an operator and its operands, which are shapes under transforms
+//! and may be CSG solids themselves. Like nodes they form a DAG;
+//! [`CsgSolid`](super::CsgSolid) is derived by unfolding it.
 
 use super::Blur;
 use super::ids::{CombinationId, MaterialId, ShapeId, TransformId};
@@ -8,13 +8,14 @@ use crate::csg::Operator;
 use crate::math::Aabb;
 use std::ops::Range;
 
-/// A shape's part in a combination.
+/// An operand of a CSG solid: a shape under a transform.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Operand {
     pub shape: ShapeId,
-    /// `solid_from_operand`.
+    /// The transform `solid_from_operand`.
     pub transform: TransformId,
-    /// Of the surfaces that it contributes, where nothing nearer to them has one.
+    /// The material of the surfaces that the operand contributes, unless an operand nearer
+    /// to them sets one.
     pub material: Option<MaterialId>,
 }
 
@@ -42,17 +43,19 @@ impl Operand {
 #[derive(Clone, Debug, Default)]
 pub struct Combinations {
     pub operator: Vec<Operator>,
-    /// Of [`Combinations::operands`].
+    /// Per solid: its range of [`Combinations::operands`].
     pub operands_of: Vec<Range<u32>>,
-    /// Of all surfaces, whatever the operands say.
+    /// Per solid: the material of all its surfaces, which overrides those of operands.
     pub material: Vec<Option<MaterialId>>,
-    /// How far apart boundaries of different operands may lie and be one, in the
-    /// solid's space.
+    /// Per solid: how far apart boundaries of different operands may lie and still be one
+    /// event, in the solid's space (docs/SPEC.md, S49).
     pub tolerance: Vec<f64>,
     pub operands: Vec<Operand>,
-    /// Object space; `None` of those without. Filled by the check.
+    /// Per solid: its box in object space, or `None` if it has no bounds. The scene's check
+    /// fills the column.
     pub(super) bounds: Vec<Option<Aabb>>,
-    /// Of the operands' spaces, in object space. Filled by the check.
+    /// Per solid: the conditioning of its operands' spaces, in object space. The scene's
+    /// check fills the column.
     pub(super) blur: Vec<Blur>,
 }
 

@@ -1,4 +1,4 @@
-//! Boxes of combinations and of what they are made of.
+//! Boxes of CSG solids and of their operands.
 
 use super::check::{children_first, used_nodes};
 use super::csg_solid::{CsgOperand, CsgSolid, Frame, Step, unfolded_counts};
@@ -11,7 +11,7 @@ use crate::geom::hull::of_planes;
 use crate::math::{Aabb, Affine};
 use glam::DVec3;
 
-/// Where the space of a shape's own numbers begins.
+/// Returns the origin of the space of a shape's own numbers.
 pub(super) fn center(tables: &Tables, shape: Shape) -> DVec3 {
     match shape {
         Shape::Mesh(id) => tables.meshes.center[id.index()],
@@ -19,7 +19,7 @@ pub(super) fn center(tables: &Tables, shape: Shape) -> DVec3 {
     }
 }
 
-/// The box around an operand, in the space of the combination that it is one of.
+/// Returns the box around an operand, in the space of the CSG solid that it belongs to.
 pub fn operand_bounds(tables: &Tables, operand: &Operand) -> Option<Aabb> {
     let own = shape_bounds(tables, operand.shape)?;
     let row = operand.transform.index();
@@ -30,13 +30,13 @@ pub fn operand_bounds(tables: &Tables, operand: &Operand) -> Option<Aabb> {
     }
 }
 
-/// Combinations that are seen nowhere have a box as long as what they unfold into,
-/// operators too, is no more than this all together: it is for remarks.
+/// CSG solids that no instance places have a box only while they unfold into no more
+/// operands and operators than this, all together. Only lints use these boxes.
 const UNSEEN: u64 = 1 << 16;
 
-/// Boxes of combinations, `None` of those without bounds, and what their operands' spaces
-/// blur. Of those that appear, and of others as far as it costs little. `order`: operands
-/// first.
+/// Returns the boxes of CSG solids, `None` for those without bounds, and the conditioning
+/// of their operands' spaces. Solids that instances place have them, and others as far as
+/// `UNSEEN` allows. `order` lists operands first.
 pub(super) fn combination_bounds(tables: &Tables, order: &[u32]) -> (Vec<Option<Aabb>>, Vec<Blur>) {
     let count = tables.combinations.len();
     let appears = appearing(tables);
@@ -61,7 +61,7 @@ pub(super) fn combination_bounds(tables: &Tables, order: &[u32]) -> (Vec<Option<
     (bounds, blur)
 }
 
-/// The combinations that instances lead to, but for those that are only operands.
+/// Marks the CSG solids that instances place, and not those that are only operands.
 fn appearing(tables: &Tables) -> Vec<bool> {
     let mut appears = vec![false; tables.combinations.len()];
     let mut mark = |targets: &[Target]| {
@@ -74,7 +74,7 @@ fn appearing(tables: &Tables) -> Vec<bool> {
         }
     };
     mark(&tables.instances.target);
-    // The check of cycles comes first.
+    // The check of cycles has come first.
     let used = used_nodes(tables, &children_first(tables).unwrap_or_default());
     for (rows, _) in (tables.nodes.children.iter().zip(used)).filter(|(_, used)| *used) {
         mark(&tables.edges.target[rows.start as usize..rows.end as usize]);
@@ -82,12 +82,12 @@ fn appearing(tables: &Tables) -> Vec<bool> {
     appears
 }
 
-/// The box around a solid in its own space, as its operands are met: each where its frame
-/// has it, with room for all roundings.
+/// Returns the box around a solid in its own space. Each operand is boxed where its frame
+/// places it, with room for all roundings (docs/numerics/csg.md, K12).
 fn around(tables: &Tables, solid: &CsgSolid, steps: &[Step]) -> Option<Aabb> {
     let mut operands = solid.operands.iter().rev();
     let mut waiting: Vec<Extent> = Vec::new();
-    // Operators come before their operands, so backward operands come first.
+    // Operators come before their operands, so in reverse order the operands come first.
     for step in steps.iter().rev() {
         let extent = match step {
             Step::Operand => Extent::of(tables, solid, operands.next()?),
@@ -102,22 +102,22 @@ fn around(tables: &Tables, solid: &CsgSolid, steps: &[Step]) -> Option<Aabb> {
     waiting.pop()?.inside.bounds
 }
 
-/// What holds a set of points.
+/// A conservative description of a set of points.
 #[derive(Clone, Debug, Default)]
 struct Region {
     bounds: Option<Aabb>,
-    /// It lies in all of these; some that it lies in, not necessarily all.
+    /// Half-spaces that contain the set, not necessarily all of them.
     planes: Vec<HalfSpace>,
 }
 
-/// Planes that are looked at together; a box is seldom made of more.
+/// The most planes that are intersected together; boxes seldom consist of more.
 const MAX_PLANES: usize = 24;
 
-/// The condition up to which planes are taken through maps.
+/// The largest condition of a map that planes are taken through.
 const MAX_CONDITION: f64 = 1e3;
 
 impl Region {
-    /// All of several regions.
+    /// Returns a region that contains all of several regions.
     fn around<'a>(mut all: impl Iterator<Item = &'a Region>) -> Region {
         let of = |b: Aabb, one: &Region| Some(b.union(&one.bounds?));
         Region {
@@ -126,7 +126,7 @@ impl Region {
         }
     }
 
-    /// What several regions have in common.
+    /// Returns a region that contains the intersection of several regions.
     fn common<'a>(all: impl Iterator<Item = &'a Region>) -> Region {
         let mut common = Region::default();
         for one in all {
@@ -137,15 +137,15 @@ impl Region {
             let room = MAX_PLANES - common.planes.len();
             common.planes.extend(one.planes.iter().take(room));
         }
-        // No fewer planes than four have bounds.
+        // Fewer than four planes bound nothing.
         if common.bounds.is_none() && common.planes.len() >= 4 {
             common.bounds = between(&common.planes);
         }
         common
     }
 
-    /// Of operands of which the inside or the outside has bounds each: what an odd
-    /// number of them turn outward has bounds outside.
+    /// Returns the inside and the outside of an xor of operands each of which is bounded
+    /// inside or outside. If an odd number of them are bounded outside, so is the xor.
     fn of_xor(all: &[Extent]) -> (Region, Region) {
         let mut odd = false;
         let mut finite = Vec::new();
@@ -162,8 +162,8 @@ impl Region {
     }
 }
 
-/// The box of what lies in all half-spaces, with room for the roundings of their normals
-/// and of the corners; `None` if it has no bounds, or is no solid.
+/// Returns the box of the intersection of half-spaces, with room for the roundings of their
+/// normals and of the corners; `None` if it is unbounded or not a solid.
 fn between(planes: &[HalfSpace]) -> Option<Aabb> {
     let hull = of_planes(planes).ok()?;
     let bounds = Aabb::of_points(hull.points.iter().copied());
@@ -172,11 +172,11 @@ fn between(planes: &[HalfSpace]) -> Option<Aabb> {
     grown.max_abs().is_finite().then_some(grown)
 }
 
-/// Where part of a solid lies, in the solid's space.
+/// Regions around the inside and the outside of a part of a solid, in the solid's space.
 #[derive(Clone, Debug, Default)]
 struct Extent {
     inside: Region,
-    /// Of the complement.
+    /// A region around the complement.
     outside: Region,
 }
 
@@ -226,8 +226,8 @@ impl Extent {
     }
 }
 
-/// A half-space, in a solid's space, from its own: moved outward by what its offset may be
-/// rounded, so that sharp corners move as far as they may.
+/// Maps a half-space from its own space to a solid's. The plane moves outward by 64
+/// roundings 2⁻⁵² of its offset, so that sharp corners move by as much as they may (K12).
 fn plane(own: &HalfSpace, operand_from_solid: &Affine) -> HalfSpace {
     let normal = operand_from_solid.transposed_vector(own.normal.to_array());
     let shift = DVec3::from_array(operand_from_solid.translation);
@@ -246,7 +246,7 @@ fn overlap(a: &Aabb, b: &Aabb) -> Aabb {
     if both.min.cmple(both.max).all() {
         both
     } else {
-        // Nothing is there; but a box it must be.
+        // An empty intersection still needs a box.
         Aabb::of_points([a.center()])
     }
 }
@@ -258,7 +258,7 @@ mod tests {
     use crate::scene::{Edge, Scene, SceneBuilder, ShapeId};
     use glam::DAffine3;
 
-    /// The box of what is built.
+    /// Returns the box of the shape that `build` builds.
     fn bounds(build: impl FnOnce(&mut SceneBuilder) -> ShapeId) -> Option<Aabb> {
         let mut scene = SceneBuilder::default();
         let shape = build(&mut scene);
@@ -267,7 +267,7 @@ mod tests {
         shape_bounds(&scene, shape)
     }
 
-    /// It holds a box, and hardly more.
+    /// Asserts that a box contains the given box and is hardly larger.
     fn is_about(found: Option<Aabb>, min: [f64; 3], max: [f64; 3]) {
         let found = found.expect("it has bounds");
         let (min, max) = (DVec3::from_array(min), DVec3::from_array(max));
@@ -304,7 +304,7 @@ mod tests {
             scene.combination("", Operator::Intersection, &walls)
         });
         is_about(found, [-2.0; 3], [2.0; 3]);
-        // Turned about z and moved, in two pieces.
+        // A shape in two pieces, rotated about z and moved.
         let found = bounds(|scene| {
             let turn = DAffine3::from_rotation_z(std::f64::consts::FRAC_PI_4);
             let moved = DAffine3::from_translation(DVec3::X * 10.0) * turn;
@@ -315,7 +315,7 @@ mod tests {
         });
         let side = 8.0_f64.sqrt();
         is_about(found, [10.0 - side, -side, -2.0], [10.0 + side, side, 2.0]);
-        // What is left of a half-space when others are taken away.
+        // The rest of a half-space when others are subtracted.
         let found = bounds(|scene| {
             let walls = walls(scene, DAffine3::IDENTITY);
             let others: Vec<Operand> = walls[1..].iter().map(|w| outside(scene, *w)).collect();
@@ -323,7 +323,7 @@ mod tests {
             scene.combination("", Operator::Difference, &all)
         });
         is_about(found, [-2.0; 3], [2.0; 3]);
-        // One wall is missing.
+        // A shape with one wall missing.
         let found = bounds(|scene| {
             let walls = walls(scene, DAffine3::IDENTITY);
             scene.combination("", Operator::Intersection, &walls[1..])
@@ -331,8 +331,8 @@ mod tests {
         assert_eq!(found, None);
     }
 
-    /// Shifts that cancel leave their roundings in planes, and not in the frame: x ≤ 2.0009
-    /// as it is.
+    /// Shifts that cancel leave their roundings in planes, but not in the frame: x ≤ 2.0009
+    /// is as it is written.
     #[test]
     fn shifts_that_cancel_take_nothing_away() {
         let found = bounds(|scene| {
@@ -371,7 +371,7 @@ mod tests {
             outside(scene, twice).shape
         });
         is_about(found, [-1.0; 3], [1.0; 3]);
-        // The complement of a union of complements; and xor of two of them.
+        // The complement of a union of complements; and the xor of two complements.
         for operator in [Operator::Union, Operator::Xor] {
             let found = bounds(|scene| {
                 let a = cube(scene);

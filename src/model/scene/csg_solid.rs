@@ -1,7 +1,7 @@
-//! What a combination unfolds into: one program over shapes that are none.
+//! CSG solids, unfolded: one program over operands that are no CSG solids themselves.
 //!
-//! Derived from the tables; never in them. Nothing recurses: operators may lie in
-//! each other a hundred thousand deep.
+//! The unfolded solid is derived from the scene's tables and never stored in them. Nothing
+//! recurses, because operators may be nested a hundred thousand deep.
 
 use super::csg_bounds::center;
 use super::ids::{CombinationId, MaterialId, ShapeId};
@@ -12,56 +12,58 @@ use crate::math::{Aabb, Affine};
 use glam::{DAffine3, DVec3};
 use std::collections::HashMap;
 
-/// Operands of one combination, at most, once unfolded.
+/// The most operands of one unfolded CSG solid.
 pub const MAX_OPERANDS: u64 = 1 << 20;
 
-/// Surfaces of all these, at most: of a mesh, its triangles.
+/// The most surfaces of its operands; each triangle of a mesh is one (docs/SPEC.md, S45).
 pub const MAX_SURFACES: u64 = 1 << 31;
 
-/// A space that operands are in. Those that are placed alike share one: there,
-/// what coincides does so exactly.
+/// A space that operands with equal maps share (S40). In one frame, coincident faces
+/// coincide exactly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
-    /// The operand's ray is this times the solid's, by definition.
+    /// The matrix that makes the operand's ray from the solid's, by definition (S39).
     pub operand_from_solid: Affine,
     pub solid_from_operand: Affine,
-    /// The largest shift on the way from the one to the other, in the solid's
-    /// units: maps are known to roundings of it, though they may cancel.
+    /// The largest shift on the way between the two spaces, in the solid's units. Maps are
+    /// known to roundings of it, even where shifts cancel.
     pub reach: f64,
-    /// How many times a rounding in the one space counts in the other.
+    /// The condition of the map: how many times a rounding in one space counts in the
+    /// other.
     pub condition: f64,
 }
 
-/// A shape that is no combination, as part of one.
+/// An operand of an unfolded CSG solid.
 #[derive(Clone, Copy, Debug)]
 pub struct CsgOperand {
     pub shape: Shape,
     pub id: ShapeId,
-    /// Row of [`CsgSolid::frames`]; 0 is the solid's own space.
+    /// The row of [`CsgSolid::frames`]; 0 is the solid's own space.
     pub frame: u32,
     pub material: Option<MaterialId>,
-    /// In the solid's space; `None` where it has no bounds.
+    /// The box in the solid's space; `None` if the operand has no bounds.
     pub bounds: Option<Aabb>,
 }
 
+/// An unfolded CSG solid.
 #[derive(Clone, Debug)]
 pub struct CsgSolid {
     pub program: Program,
-    /// In the order of the file, depth first.
+    /// The operands in the order of the file, depth first (S38).
     pub operands: Vec<CsgOperand>,
-    /// By operand: the number of its first surface; empty where each has one.
+    /// Per operand: the number of its first surface; empty if each operand has one surface.
     firsts: Vec<u32>,
     pub frames: Vec<Frame>,
     pub tolerance: f64,
 }
 
 impl CsgSolid {
-    /// Of checked tables.
+    /// Unfolds a CSG solid of checked tables.
     pub fn of(tables: &Tables, id: CombinationId) -> CsgSolid {
         CsgSolid::with_steps(tables, id).0
     }
 
-    /// And what it was unfolded from, operators before their operands.
+    /// Unfolds a CSG solid, and returns the steps as well, operators before their operands.
     pub(super) fn with_steps(tables: &Tables, id: CombinationId) -> (CsgSolid, Vec<Step>) {
         let mut unfold = Unfold::new(tables);
         let answer = unfold.builder.answer();
@@ -69,7 +71,7 @@ impl CsgSolid {
         unfold.finish(tables.combinations.tolerance[id.index()])
     }
 
-    /// A solid of one operand: a shape that has an inside, and is no combination.
+    /// Builds a solid of one operand: a shape that has an inside and is no CSG solid.
     pub fn of_one(tables: &Tables, shape: ShapeId) -> CsgSolid {
         let mut unfold = Unfold::new(tables);
         unfold.waiting.push(Waiting {
@@ -82,18 +84,19 @@ impl CsgSolid {
         unfold.finish(0.0).0
     }
 
-    /// Boundaries are one where they are equal, and nowhere else.
+    /// Says whether boundaries are one event only where their t are equal (S46).
     pub fn is_exact(&self) -> bool {
         self.frames.len() == 1 && self.tolerance == 0.0
     }
 
-    /// Some of the operands are meshes.
+    /// Says whether some operands are meshes.
     #[inline]
     pub fn has_meshes(&self) -> bool {
         !self.firsts.is_empty()
     }
 
-    /// The number that hits carry: of an operand, and of a mesh a triangle.
+    /// Returns the surface number that hits carry, of an operand or of a triangle of a
+    /// mesh.
     #[inline]
     pub fn surface(&self, operand: u32, triangle: u32) -> u32 {
         match self.firsts.get(operand as usize) {
@@ -102,7 +105,7 @@ impl CsgSolid {
         }
     }
 
-    /// The operand of a surface, and of a mesh the triangle.
+    /// Returns the operand of a surface, and the triangle of a mesh.
     #[inline]
     pub fn operand_of(&self, surface: u32) -> (u32, u32) {
         if self.firsts.is_empty() {
@@ -120,7 +123,7 @@ impl CsgSolid {
     }
 }
 
-/// How many surfaces an operand has.
+/// Returns the number of surfaces of an operand.
 pub(super) fn surfaces(tables: &Tables, shape: Shape) -> u32 {
     match shape {
         Shape::Mesh(id) => tables.meshes.triangles_of[id.index()].len() as u32,
@@ -128,8 +131,8 @@ pub(super) fn surfaces(tables: &Tables, shape: Shape) -> u32 {
     }
 }
 
-/// How many operands, once unfolded, every combination has, each counted as `one`
-/// says, and each combination as `own`; saturating. `order`: its operands first.
+/// Counts the operands of every CSG solid once unfolded, each counted as `one` says and
+/// each CSG solid as `own`; saturating. `order` lists operands before their solids.
 pub(super) fn unfolded_counts(
     tables: &Tables,
     order: &[u32],
@@ -149,12 +152,12 @@ pub(super) fn unfolded_counts(
     counts
 }
 
-/// Of a solid as it is unfolded.
+/// A step of the unfolded operators.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Step {
-    /// And of how many things.
+    /// An operator and its number of operands.
     Operator(Operator, u32),
-    /// The next one.
+    /// The next operand.
     Operand,
 }
 
@@ -164,7 +167,7 @@ struct Waiting {
     place: Place,
     frame: u32,
     material: Option<MaterialId>,
-    /// A combination above has said what its surfaces are made of.
+    /// Whether a CSG solid above has set the material of its surfaces.
     settled: bool,
 }
 
@@ -173,7 +176,7 @@ struct Unfold<'t> {
     builder: Builder,
     operands: Vec<CsgOperand>,
     frames: Vec<Frame>,
-    /// Frames by their entries, rounded.
+    /// Frames by their rounded entries.
     known: HashMap<Key, u32>,
     waiting: Vec<Waiting>,
     steps: Vec<Step>,
@@ -277,7 +280,7 @@ impl<'t> Unfold<'t> {
         }
     }
 
-    /// That of a mesh counts from the mesh's centre.
+    /// Returns the frame about a mesh's centre.
     fn about(&mut self, frame: u32, center: DVec3) -> u32 {
         if center == DVec3::ZERO {
             return frame;
@@ -313,7 +316,8 @@ impl<'t> Unfold<'t> {
 
     fn bounds(&self, shape: ShapeId, frame: u32, center: DVec3) -> Option<Aabb> {
         let own = shape_bounds(self.tables, shape)?;
-        // A way may lead back to the solid's own space, and to the mesh's centre in it.
+        // The maps may lead back to the solid's own space, and there to the mesh's centre;
+        // the box has room for 4 roundings 2⁻⁵² of the centre (K12).
         let about = Aabb::new(own.min - center, own.max - center);
         let rounding = center.abs().max_element() * (4.0 * f64::EPSILON);
         let own = about.grown(DVec3::splat(rounding));
@@ -322,7 +326,7 @@ impl<'t> Unfold<'t> {
         }
         let frame = &self.frames[frame as usize];
         let bounds = own.placed(&frame.operand_from_solid, &frame.solid_from_operand)?;
-        // For the roundings of rays.
+        // Room for 16 roundings 2⁻⁵² of operands' rays (K12).
         let room = (bounds.max_abs() + frame.reach) * frame.condition * (16.0 * f64::EPSILON);
         let bounds = bounds.grown(DVec3::splat(room));
         bounds.is_finite().then_some(bounds)
@@ -333,7 +337,7 @@ fn largest(shift: &[f64; 3]) -> f64 {
     shift.iter().fold(0.0_f64, |m, x| m.max(x.abs()))
 }
 
-/// Of the surfaces of operands, checked to be few enough.
+/// Returns the first surface of each operand. Their number is already checked.
 fn firsts(tables: &Tables, operands: &[CsgOperand]) -> Vec<u32> {
     let is_mesh = |operand: &CsgOperand| matches!(operand.shape, Shape::Mesh(_));
     if !operands.iter().any(is_mesh) {
@@ -348,12 +352,12 @@ fn firsts(tables: &Tables, operands: &[CsgOperand]) -> Vec<u32> {
     operands.iter().map(first).collect()
 }
 
-/// What of maps counts where they are compared: entries in units, and the units'
-/// powers of two, of the linear part and of the shift.
+/// The part of a map that is compared: its entries in units, and the exponents of the units
+/// of the linear part and of the shift.
 type Key = ([i64; 12], [i32; 2]);
 
-/// A map's entries to one part in 2^44 of its linear part's largest, and of the
-/// largest shift on the way: a turn and a turn back are no turn.
+/// Rounds a map's entries to one part in 2⁴⁴ of the largest of the linear part, and of the
+/// largest shift on the way (S40). So a rotation there and back is no rotation.
 fn rounded(map: &Affine, reach: f64) -> Key {
     let size = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     let power = |size: f64| {
@@ -378,7 +382,8 @@ fn rounded(map: &Affine, reach: f64) -> Key {
     (std::array::from_fn(entry), powers)
 }
 
-/// Combinations, each after its operands; or a cycle, first row repeated.
+/// Lists CSG solids, each after its operands; or returns a cycle, with its first row
+/// repeated.
 pub fn operands_first(tables: &Tables) -> Result<Vec<u32>, Vec<u32>> {
     let table = &tables.combinations;
     let mut state = vec![0_u8; table.len()];

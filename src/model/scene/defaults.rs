@@ -1,9 +1,9 @@
-//! A view and lights for scenes that bring none.
+//! A default view and default lights for scenes without their own.
 //!
-//! The view looks from front-right-above and holds the boxes of all bounded
-//! appearances, as large as they fit. The lights hang on the camera: a headlight, and a
-//! weaker key light from its upper left, so that shape reads. Together they
-//! give a white Lambert surface that faces the camera a radiance of 0.9.
+//! The view looks from front-right-above and frames the boxes of all bounded instances, as
+//! large as they fit. The lights follow the camera: a headlight, and a weaker key light
+//! from its upper left, which shows the shapes. Together they give a white Lambert surface
+//! that faces the camera a radiance of 0.9.
 
 use super::bounds::shape_bounds;
 use super::extents::coarse_corners;
@@ -12,20 +12,20 @@ use crate::math::Aabb;
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// From the middle of the scene towards the eye.
+/// The direction from the middle of the scene to the eye.
 const TOWARDS_EYE: DVec3 = DVec3::new(0.5, 0.35, 0.8);
 const FOV_Y: f64 = 35.0;
-/// What is framed is this much smaller than the picture.
+/// How much smaller than the picture the framed part is.
 const MARGIN: f64 = 1.08;
 
-/// What a white surface that faces the camera shows.
+/// The radiance of a white surface that faces the camera.
 const FACING_RADIANCE: f64 = 0.9;
-/// The headlight's share of it.
+/// The headlight's share of that radiance.
 const HEADLIGHT: f64 = 0.65;
-/// Where the key light comes from: to the camera's left, up, and back.
+/// The direction of the key light's source: to the camera's left, up, and back.
 const KEY: [f64; 3] = [-0.6, 0.7, 0.75];
 
-/// A view of everything that has bounds; `aspect` is width over height.
+/// Returns a view of all bounded instances; `aspect` is width over height.
 pub fn default_camera(scene: &Scene, appearances: &Appearances, aspect: f64) -> Camera {
     let points = Points::of(scene, appearances);
     let mut bounds = Aabb::EMPTY;
@@ -33,9 +33,10 @@ pub fn default_camera(scene: &Scene, appearances: &Appearances, aspect: f64) -> 
     let framed = !bounds.is_empty() && bounds.max_abs() < 1e150;
     let back = TOWARDS_EYE.normalize();
     let axes = Camera::perspective(back, DVec3::ZERO, DVec3::Y, FOV_Y);
-    // Only half-spaces, or something too large for any view: a unit sphere.
+    // A scene of half-spaces only, or one too large for any view, is framed as a unit
+    // sphere.
     let (center, radius) = if framed {
-        // The middle of what is seen, not of what is there.
+        // The middle of the projected points, not of the points in space.
         let mut seen = Aabb::EMPTY;
         points.each(|p| {
             let p = p - bounds.center();
@@ -48,13 +49,13 @@ pub fn default_camera(scene: &Scene, appearances: &Appearances, aspect: f64) -> 
     } else {
         (DVec3::ZERO, 1.0)
     };
-    // A scene may be one point of a huge coordinate: never closer than
-    // rounding can tell.
+    // A scene may be one point of huge coordinates, so the eye stays farther away than
+    // roundings.
     let least = (center.abs().max_element() * 1e-12).max(1e-300);
     let tan_y = libm::tan(FOV_Y.to_radians() * 0.5);
     let tan_x = tan_y * aspect;
-    // A point at depth z before the centre, x aside, is inside the picture from
-    // the distance z + |x| / tan.
+    // A point at depth z before the centre and x aside is in the picture from the distance
+    // z + |x| / tan on.
     let needed = |p: DVec3| {
         let p = p - center;
         let aside = (p.dot(axes.right).abs() / tan_x).max(p.dot(axes.up).abs() / tan_y);
@@ -72,7 +73,7 @@ pub fn default_camera(scene: &Scene, appearances: &Appearances, aspect: f64) -> 
     Camera::perspective(eye, center, DVec3::Y, FOV_Y)
 }
 
-/// Lights that go with a camera.
+/// Returns the default lights of a camera.
 pub fn default_lights(camera: &Camera) -> Vec<Light> {
     let [left, up, back] = KEY;
     let to_key = camera.right * left + camera.up * up - camera.forward * back;
@@ -88,17 +89,17 @@ pub fn default_lights(camera: &Camera) -> Vec<Light> {
     ]
 }
 
-/// More vertices than this are framed by their boxes.
+/// Meshes with more vertices than this, all together, are framed by their boxes.
 const VERTICES: u64 = 4_000_000;
 
-/// What the view has to hold, world space: the vertices of all meshes, and the
-/// corners of the boxes of all other bounded appearances. Of more appearances
-/// than may be laid out, the corners of the boxes of shared nodes.
+/// The points that the view has to frame, in world space: the vertices of all meshes, and
+/// the corners of the boxes of all other bounded instances. If there are more instances
+/// than may be laid out, the points are the corners of shared nodes' boxes.
 enum Points<'a> {
     Every {
         scene: &'a Scene,
         appearances: &'a Appearances,
-        /// By shape: shapes are shared, each is measured once.
+        /// Boxes by shape, so that a shared shape is measured once.
         boxes: Vec<Option<Aabb>>,
         vertices: bool,
     },

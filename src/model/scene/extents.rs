@@ -1,8 +1,8 @@
-//! Where a scene lies, without visiting its appearances one by one.
+//! The hull of a scene, found without visiting its instances one by one.
 //!
-//! Boxes and balls of shared nodes, from the leaves up; then the graph is
-//! unfolded from its roots for a few levels, so that they fit better. Good
-//! enough for a view; trees have bounds of their own.
+//! Shared nodes get boxes and balls, from the leaves up. Then the graph is unfolded from
+//! its roots for a few levels, which makes the boxes tighter. The result is good enough for
+//! a default view; trees have bounds of their own.
 
 use super::Tables;
 use super::bounds::shape_bounds;
@@ -12,9 +12,8 @@ use super::nodes::{Edge, Target};
 use crate::math::{Aabb, Affine};
 use glam::DVec3;
 
-/// All that is bounded below a node, to within rounding: inside the box, and
-/// inside the ball about its middle. Turned and nested often, boxes alone grow
-/// without end.
+/// The bounded shapes below a node, to within rounding: they lie in the box, and in the
+/// ball about its middle. Boxes alone would grow with every nested rotation.
 #[derive(Clone, Copy, Debug)]
 struct Extent {
     bounds: Aabb,
@@ -66,7 +65,7 @@ impl Extent {
     }
 }
 
-/// By node, in its own space.
+/// Returns the extent of every node in its own space.
 fn node_extents(tables: &Tables, of_shape: &[Extent]) -> Vec<Extent> {
     let mut of_node = vec![Extent::EMPTY; tables.nodes.len()];
     let mut children = Vec::new();
@@ -86,12 +85,11 @@ fn node_extents(tables: &Tables, of_shape: &[Extent]) -> Vec<Extent> {
     of_node
 }
 
-/// Boxes that [`coarse_corners`] makes of a scene at most.
+/// The most boxes that [`coarse_corners`] unfolds a scene into.
 const COARSE: usize = 1 << 12;
 
-/// Points whose hull holds all bounded appearances, to within rounding, without
-/// visiting each: the graph is unfolded from its roots as far as [`COARSE`]
-/// boxes allow, breadth first.
+/// Returns points whose hull contains all bounded instances, to within rounding. The graph
+/// is unfolded from its roots breadth first, as far as `COARSE` boxes allow.
 pub fn coarse_corners(tables: &Tables) -> Vec<DVec3> {
     let shapes = (0..tables.shapes.len() as u32).map(ShapeId);
     let of_shape: Vec<Extent> = shapes
@@ -104,7 +102,7 @@ pub fn coarse_corners(tables: &Tables) -> Vec<DVec3> {
     };
     let roots = (0..tables.instances.len()).map(|i| tables.instances.row(i));
     let mut front: Vec<(Affine, Target)> = roots.map(|e| placed(&Affine::IDENTITY, e)).collect();
-    // Longer chains than this hold little that is seen better below.
+    // Below longer chains, boxes hardly become tighter.
     for _ in 0..64 {
         let mut next = Vec::new();
         for (map, target) in &front {

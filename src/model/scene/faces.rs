@@ -1,30 +1,31 @@
-//! The faces of solids, told apart by numbers alone: what lies in one plane, or in one
-//! curved surface, by definition, so that rays cross it at one t.
+//! The faces of solids, told apart by their numbers alone: faces in one plane or one curved
+//! surface by definition, which rays therefore cross at one t (docs/numerics/csg.md, K9).
 
 use super::Tables;
 use super::shapes::Shape;
 use glam::DVec3;
 
-/// A surface, in the shape's own space. Equal ones are the same; of others the same
-/// may be true.
+/// A surface in the shape's own space. Equal faces are one surface; unequal faces may be
+/// one surface as well.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Face {
-    /// Where a coordinate has a value.
+    /// The plane where a coordinate has a value.
     Across {
         axis: usize,
         at: f64,
     },
-    /// Any other.
+    /// Any other plane.
     Plane {
         normal: DVec3,
         offset: f64,
     },
-    /// A plane through a point, across the line to another.
+    /// The plane through a point, perpendicular to the line to another point.
     Cap {
         at: DVec3,
         to: DVec3,
     },
-    /// A cylinder about a line along an axis, through a point with a zero there.
+    /// A cylinder about a line along an axis, through a point whose coordinate along it is
+    /// 0.
     Along {
         axis: usize,
         through: DVec3,
@@ -42,7 +43,7 @@ pub enum Face {
     },
 }
 
-/// [`Face`] without what has no order or no equality: for maps.
+/// The bits of a [`Face`], which can be compared and hashed in maps.
 pub type FaceKey = [u64; 8];
 
 impl Face {
@@ -61,7 +62,7 @@ impl Face {
             Face::Ellipsoid { center, radii } => (7, (center, radii, (0, 0.0))),
         };
         let (a, b, (axis, x)) = numbers;
-        // Zero has two signs.
+        // Adding zero makes both zeros equal.
         let bits = |x: f64| (x + 0.0).to_bits();
         let mut key = [kind + 8 * axis as u64; 8];
         for (key, x) in key[1..].iter_mut().zip([a.x, a.y, a.z, b.x, b.y, b.z, x]) {
@@ -71,8 +72,8 @@ impl Face {
     }
 }
 
-/// Of a solid, numbered as by [`crate::geom::guarded::Ends`]; `None` where a face is
-/// but a point.
+/// Lists the faces of a solid, numbered as in [`crate::geom::guarded::Ends`]; `None` where
+/// a face is only a point.
 pub fn faces_of(tables: &Tables, shape: Shape) -> Vec<Option<Face>> {
     match shape {
         Shape::Cuboid(id) => {
@@ -117,14 +118,15 @@ pub fn faces_of(tables: &Tables, shape: Shape) -> Vec<Option<Face>> {
     }
 }
 
-/// Seen from either side, at any length of the normal that is a power of two.
+/// Returns one face for both orientations of a plane, and for all lengths of its normal
+/// that differ by a power of two.
 fn of_plane(normal: DVec3, offset: f64) -> Face {
     let mut along = (0..3).filter(|k| normal[*k] != 0.0);
     let Some(axis) = along.next() else {
         return Face::Plane { normal, offset };
     };
     let at = offset / normal[axis];
-    // Of larger numbers the remainder cannot vanish by underflow.
+    // For offsets of this size the remainder cannot underflow to zero.
     let is_exact = libm::fma(at, normal[axis], -offset) == 0.0 && offset.abs() > 1e-200;
     if along.next().is_none() && (is_exact || offset == 0.0) {
         return Face::Across { axis, at };
@@ -133,7 +135,7 @@ fn of_plane(normal: DVec3, offset: f64) -> Face {
     let scaled = |x: f64| libm::scalbn(x, power).copysign(x * normal[axis].signum());
     let (n, w) = (normal.to_array().map(scaled), scaled(offset));
     let back = |x: f64, scaled: f64| libm::scalbn(scaled.abs(), -power) == x.abs();
-    // Scaled beyond the range of numbers, it is left as it is.
+    // A plane whose scaling leaves the range of f64 stays as it is.
     let whole = (0..3).all(|k| back(normal[k], n[k])) && back(offset, w);
     if whole {
         Face::Plane {
@@ -145,7 +147,7 @@ fn of_plane(normal: DVec3, offset: f64) -> Face {
     }
 }
 
-/// Along which two points differ, if along one only.
+/// Returns the axis along which two points differ, if they differ along only one.
 fn axis_of(a: DVec3, b: DVec3) -> Option<usize> {
     let mut along = (0..3).filter(|k| a[*k] != b[*k]);
     along.next().filter(|_| along.next().is_none())

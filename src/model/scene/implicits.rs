@@ -10,25 +10,27 @@ use glam::DVec3;
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-/// One column a field, one row a surface.
+/// Polynomial surfaces, one column a field and one row a surface.
 #[derive(Clone, Debug, Default)]
 pub struct Implicits {
     pub tape: Vec<Tape>,
-    /// The same multiplied out, where that pays.
+    /// The tape multiplied out, where that is faster.
     pub dense: Vec<Option<Box<Dense>>>,
     pub open: Vec<bool>,
     pub clip: Vec<Option<Clip>>,
-    /// Of the solid, or of the surface in its clip; `None` where none are known.
+    /// The box of the solid, or of the surface in its clip; `None` where none is known.
     pub bounds: Vec<Option<Aabb>>,
-    /// What finds its roots in `fast`, by [`crate::geom::by_solver`]; there and in the
-    /// other precisions [`Solver::Auto`] is the lanes' own, and exact.
+    /// The solver that finds the roots in `fast` ([`crate::geom::by_solver`]).
+    /// [`Solver::Auto`] is the lanes' own solver; `guarded` and `exact` always use it, and
+    /// decide exactly.
     pub solver: Vec<Solver>,
-    /// The latest row of each hash of tape and clip: many rows may share a tape.
+    /// The latest row of each hash of tape and clip, because many rows may share a tape.
     latest: HashMap<u64, u32>,
 }
 
 impl Implicits {
-    /// Finds its bounds, too: up to a tenth of a second or two for a tape not seen yet.
+    /// Adds a surface and finds its bounds, which takes up to one or two tenths of a second
+    /// for a new tape.
     pub fn push(&mut self, tape: Tape, open: bool, clip: Option<Clip>) -> ImplicitId {
         let id = ImplicitId(self.tape.len() as u32);
         let key = key(&tape, &clip);
@@ -40,7 +42,7 @@ impl Implicits {
             Some(row) => self.bounds[row],
             None => bounds_of(&tape, clip.as_ref()),
         };
-        // What a solid has outside of its surface's box, has no end.
+        // A solid that reaches outside the box of its surface is unbounded.
         let bounds = bounds.filter(|b| open || is_outside_beyond(&tape, b));
         self.latest.insert(key, id.0);
         let dense = match same {
@@ -73,7 +75,7 @@ impl Implicits {
         self.solver[id.index()]
     }
 
-    /// The names of all but `auto` that any row has.
+    /// Lists the names of the solvers, other than `auto`, that any row has.
     pub fn chosen_solvers(&self) -> Vec<&'static str> {
         let chosen = |solver: &Solver| *solver != Solver::Auto && self.solver.contains(solver);
         let chosen = Solver::ALL.into_iter().filter(chosen);
@@ -103,7 +105,7 @@ impl Implicits {
     }
 }
 
-/// Whether f is above zero everywhere outside of a box that holds all its zeros.
+/// Says whether f > 0 everywhere outside a box that contains all zeros of f.
 fn is_outside_beyond(tape: &Tape, bounds: &Aabb) -> bool {
     let beyond = bounds.max + bounds.extent() + bounds.max.abs();
     let beyond = beyond.max(DVec3::splat(f64::MIN_POSITIVE));
@@ -138,7 +140,7 @@ mod tests {
     use crate::geom::{Cuboid, Sphere};
     use glam::DVec3;
 
-    /// x² + y² + z² − c.
+    /// The tape of x² + y² + z² − c.
     fn ball(c: f64) -> Tape {
         let mut b = Builder::default();
         let mut sum = b.constant(-c);
@@ -181,7 +183,7 @@ mod tests {
     fn equal_rows_are_searched_once() {
         let mut table = Implicits::default();
         table.push(ball(1.0), false, None);
-        // Not its bounds: what a second search would not find.
+        // A mark in place of the bounds, which a second search would not find.
         let mark = Aabb::new(DVec3::ZERO, DVec3::splat(7.0));
         table.bounds[0] = Some(mark);
         table.push(ball(2.0), false, None);

@@ -1,4 +1,4 @@
-//! The table of level sets that are no polynomials.
+//! The table of level sets of functions that are no polynomials.
 
 use super::ids::LevelSetId;
 use crate::geom::formula::{Formula, bounds_of};
@@ -6,34 +6,36 @@ use crate::geom::{Clip, LevelSet};
 use crate::math::Aabb;
 use glam::DVec3;
 
-/// One column a field, one row a level set.
+/// Level sets, one column a field and one row a level set.
 #[derive(Clone, Debug, Default)]
 pub struct LevelSets {
     pub formula: Vec<Formula>,
     pub open: Vec<bool>,
     pub clip: Vec<Option<Clip>>,
-    /// Where zeros are sought; `None` where it is not known where they are.
+    /// The box in which zeros are sought; `None` where their place is not known.
     pub region: Vec<Option<Aabb>>,
-    /// Of the solid, or of the surface in its clip; `None` where none are known.
+    /// The box of the solid, or of the surface in its clip; `None` where none is known.
     pub bounds: Vec<Option<Aabb>>,
-    /// Whether the function is below zero outside of the region.
+    /// Whether the function is below zero outside the region.
     pub is_below_beyond: Vec<bool>,
 }
 
-/// By how much a region is larger than the clip that it is made from, as a part of it.
+/// How much larger a region is than its clip, relative to the clip's extent on each axis.
 const ROOM: f64 = 1.0 / 4096.0;
-/// And as a part of its largest coordinate, at least.
+/// The least that a region is larger than its clip, relative to the clip's largest
+/// coordinate: 64 roundings 2⁻⁵² (docs/numerics/level-sets.md, V9).
 const LEAST_ROOM: f64 = 64.0 * f64::EPSILON;
 
 impl LevelSets {
-    /// A solid's clip says where its surface is sought: whoever gives one makes an
-    /// intersection with it.
+    /// Adds a level set. The clip of a solid only says where the surface is sought; the
+    /// caller that gives one intersects the solid with it.
     pub fn push(&mut self, formula: Formula, open: bool, clip: Option<Clip>) -> LevelSetId {
         let id = LevelSetId(self.formula.len() as u32);
         let (region, bounds, is_below_beyond) = match clip {
             Some(clip) => {
                 let bounds = clip.bounds();
-                // Far from the origin no less than coordinates have.
+                // Far from the origin the room is at least that of the coordinates'
+                // roundings.
                 let least = DVec3::splat(bounds.max_abs() * LEAST_ROOM);
                 let room = (bounds.extent() * ROOM).max(least);
                 (Some(bounds.grown(room)), open.then_some(bounds), false)
@@ -46,7 +48,7 @@ impl LevelSets {
                 None => (None, None, false),
             },
         };
-        // A step further, for corners that are rounded sums.
+        // One step outward, because corners are rounded sums.
         let outward = |b: Aabb| {
             let step = |v: DVec3, f: fn(f64) -> f64| DVec3::from_array(v.to_array().map(f));
             Aabb::new(step(b.min, f64::next_down), step(b.max, f64::next_up))

@@ -6,24 +6,25 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Light {
     Point {
-        /// World space.
+        /// The position in world space.
         position: DVec3,
-        /// W/sr; with [`Falloff::None`] the irradiance at any distance, W/m².
+        /// The radiant intensity in W/sr; with [`Falloff::None`] the irradiance at any
+        /// distance, in W/m².
         intensity: Rgb,
         falloff: Falloff,
     },
     Directional {
-        /// The way the light travels, world space, any length > 0.
+        /// The direction in which the light travels, in world space, of any length > 0.
         direction: DVec3,
-        /// On a surface that faces it, W/m².
+        /// The irradiance on a surface that faces the light, in W/m².
         irradiance: Rgb,
     },
 }
 
-/// How a point light fades with distance.
+/// The decrease of a point light with distance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Falloff {
     InverseSquare,
-    /// For formats whose lights do not fade (NFF, POV SDL).
+    /// No decrease, for formats whose lights have none (NFF, POV SDL).
     None,
 }

@@ -1,6 +1,6 @@
-//! Materials: one row each, read once per hit.
+//! Materials, one row each, which shading reads once per hit.
 //!
-//! Two shading models: metallic-roughness (glTF's; GGX) and Phong (NFF, MTL).
+//! There are two shading models: metallic-roughness (glTF's; GGX) and Phong (NFF, MTL).
 //! Colours are linear Rec. 709.
 
 use super::ids::MaterialId;
@@ -10,24 +10,24 @@ pub type Rgb = [f32; 3];
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
-    /// What the `albedo` AOV shows.
+    /// The colour that the `albedo` AOV shows.
     pub base_color: Rgb,
-    /// Radiance that the surface gives off, W/(sr·m²).
+    /// The radiance that the surface emits, in W/(sr·m²).
     pub emission: Rgb,
-    /// Fraction of light that passes through, 0 to 1.
+    /// The fraction of light that passes through, from 0 to 1.
     pub transmission: f32,
-    /// Index of refraction of the inside, relative to the outside; > 0.
+    /// The index of refraction of the inside relative to the outside, > 0.
     pub ior: f32,
     pub model: Model,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Model {
-    /// glTF's: GGX with α = roughness²; roughness 0 is a perfect mirror.
+    /// glTF's model: GGX with α = roughness²; a roughness of 0 is a perfect mirror.
     MetallicRoughness { metallic: f32, roughness: f32 },
-    /// Constant coefficients: `diffuse` (Lambert: reflected fraction),
-    /// `specular` (highlight of the given cosine power), `mirror` (weight of the
-    /// reflected ray).
+    /// Phong's model, with constant coefficients: `diffuse` (the fraction that Lambert
+    /// reflects), `specular` (the highlight of the given cosine power) and `mirror` (the
+    /// weight of the reflected ray).
     Phong {
         diffuse: Rgb,
         specular: Rgb,
@@ -51,7 +51,7 @@ impl Material {
     }
 }
 
-/// A light grey, dull dielectric: what has no material gets this one.
+/// The material of surfaces that have none: a light grey, dull dielectric.
 impl Default for Material {
     fn default() -> Material {
         Material::metallic_roughness([0.6, 0.6, 0.6], 0.0, 0.7)

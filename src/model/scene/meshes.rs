@@ -1,40 +1,41 @@
-//! Triangle meshes: index and vertex columns, one range of each per mesh.
+//! Triangle meshes: index and vertex columns, with one range of each per mesh.
 //!
-//! Vertices are f32 about an f64 centre, rounded once when the mesh is added
-//! and counted. The centre is 0 on each axis unless the mesh lies far out along
-//! it; then it is a coarse multiple of a power of two, so that coordinates which
-//! were f32 to begin with stay exact.
+//! Vertices are f32 about an f64 centre (docs/SPEC.md, S8). They are rounded once, when the
+//! mesh is added, and the rounded ones are counted. The centre is 0 on each axis unless the
+//! mesh lies far out along it; then it is a coarse multiple of a power of two, so that
+//! coordinates that were f32 to begin with stay exact (docs/numerics/transforms.md, A8).
 
 use super::ids::{MaterialId, MeshId};
 use crate::math::Aabb;
 use glam::DVec3;
 use std::ops::Range;
 
-/// What a mesh is made from: an importer's or a user's own vertices.
+/// The vertices and triangles that a mesh is made from, as an importer or a user gives
+/// them.
 #[derive(Clone, Debug, Default)]
 pub struct MeshData {
-    /// Object space.
+    /// Vertices in object space.
     pub positions: Vec<[f64; 3]>,
-    /// One per vertex, any length > 0, or none at all.
+    /// Normals, one per vertex and of any length > 0, or none at all.
     pub normals: Vec<[f32; 3]>,
-    /// Rows of `positions`; counter-clockwise seen from outside.
+    /// Triangles as rows of `positions`, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// Runs of triangles with a material of their own, by first triangle,
-    /// rising; triangles before the first run have none.
+    /// Runs of triangles with a material of their own: the first triangle of each, rising.
+    /// Triangles before the first run have no material.
     pub parts: Vec<(u32, Option<MaterialId>)>,
-    /// A surface without an inside, whatever its topology.
+    /// Whether the mesh is a surface without an inside, whatever its topology.
     pub open: bool,
 }
 
 #[derive(Clone, Debug, Default)]
 pub struct Meshes {
-    /// Of all meshes, each about its own centre.
+    /// Vertices of all meshes, each about its mesh's centre.
     pub positions: Vec<[f32; 3]>,
-    /// Of the meshes that have them.
+    /// Vertex normals of the meshes that have them.
     pub normals: Vec<[f32; 3]>,
-    /// Of all meshes; indices count from the mesh's first vertex.
+    /// Triangles of all meshes; indices count from the mesh's first vertex.
     pub triangles: Vec<[u32; 3]>,
-    /// First triangle (counted within the mesh) and material of each part.
+    /// The first triangle (counted within the mesh) and the material of each part.
     pub parts: Vec<(u32, Option<MaterialId>)>,
 
     /// Per mesh: rows of `positions`.
@@ -45,18 +46,17 @@ pub struct Meshes {
     pub triangles_of: Vec<Range<u32>>,
     /// Per mesh: rows of `parts`.
     pub parts_of: Vec<Range<u32>>,
-    /// Per mesh: what was subtracted from its vertices.
+    /// Per mesh: the centre that was subtracted from its vertices.
     pub center: Vec<DVec3>,
-    /// Per mesh: vertices that are not the numbers given, because f32 could not
-    /// hold them.
+    /// Per mesh: the number of vertices that f32 rounded.
     pub rounded: Vec<u32>,
     pub open: Vec<bool>,
 }
 
-/// One mesh's columns.
+/// The columns of one mesh.
 #[derive(Clone, Copy, Debug)]
 pub struct Mesh<'a> {
-    /// About `center`.
+    /// Vertices about `center`.
     pub positions: &'a [[f32; 3]],
     pub normals: Option<&'a [[f32; 3]]>,
     pub triangles: &'a [[u32; 3]],
@@ -129,22 +129,22 @@ impl Meshes {
 }
 
 impl Mesh<'_> {
-    /// The three corners of a triangle, about the mesh's centre.
+    /// Returns the three corners of a triangle, about the mesh's centre.
     #[inline(always)]
     pub fn corners(&self, triangle: usize) -> [[f32; 3]; 3] {
-        // Spelled out: `map` goes by memory.
+        // Spelled out, because `map` passes the corners through memory.
         let [a, b, c] = self.triangles[triangle];
         let at = |v: u32| self.positions[v as usize];
         [at(a), at(b), at(c)]
     }
 
-    /// The material that the mesh itself gives to a triangle.
+    /// Returns the material that the mesh itself gives to a triangle.
     pub fn material(&self, triangle: u32) -> Option<MaterialId> {
         let after = self.parts.partition_point(|(first, _)| *first <= triangle);
         after.checked_sub(1).and_then(|i| self.parts[i].1)
     }
 
-    /// Object space, centre added.
+    /// Returns the box in object space, with the centre added.
     pub fn bounds(&self) -> Aabb {
         let about = Aabb::of_points(
             self.positions
@@ -155,23 +155,25 @@ impl Mesh<'_> {
     }
 }
 
-/// What the numbers of a box's content should count from: zero on each axis where
-/// it is not further from the origin than `times` its size, else about its middle.
+/// Returns the centre to subtract from the contents of a box: zero on each axis where the
+/// box lies no farther from the origin than `times` its size, otherwise near its middle
+/// (A8).
 pub fn far_center(bounds: &Aabb, times: f64) -> DVec3 {
     let size = bounds.extent().max_element();
     if !(size.is_finite() && size > 0.0) {
         return DVec3::ZERO;
     }
-    // A multiple of the power of two at or below the size: coarser than any
-    // step between f32 coordinates that far out, so for these the subtraction
-    // is exact. Nearer ones (another axis) have finer steps and stay about 0.
+    // A multiple of the power of two at or below the size is coarser than any step between
+    // f32 coordinates that far out, so for these the subtraction is exact. Axes nearer to
+    // the origin have finer steps and keep the centre 0.
     let step = f64::from_bits(size.to_bits() & 0x7ff0_0000_0000_0000);
     let along = |middle: f64| {
         if middle.abs() <= times * size {
             return 0.0;
         }
         let steps = (middle / step).round();
-        // A sheet across this axis: f64 has no finer step here itself.
+        // Beyond 1/(2v) sizes, of a sheet across this axis, f64 itself has no finer step
+        // (A8).
         if steps.abs() < 1.0 / f64::EPSILON {
             steps * step
         } else {

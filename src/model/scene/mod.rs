@@ -1,9 +1,8 @@
 //! The scene: structure-of-arrays tables joined by typed ids.
 //!
-//! [`SceneBuilder`] fills [`Tables`]; [`SceneBuilder::finish`] checks them once
-//! and gives a [`Scene`], whose tables can be read and no longer changed. After
-//! that the pipeline cannot fail. Derived data (bounds, appearances, trees,
-//! plan) are values of their own, never in here.
+//! [`SceneBuilder`] fills [`Tables`]. [`SceneBuilder::finish`] checks them once and returns
+//! a [`Scene`], whose tables can only be read. After that the pipeline cannot fail. Derived
+//! data (bounds, instances, trees, plan) are values of their own and never in the tables.
 
 mod appearances;
 mod blur;
@@ -75,14 +74,15 @@ use crate::roots::Solver;
 use std::ops::Deref;
 use std::sync::Arc;
 
-/// Every table of a scene. Absent things are empty tables: no memory, no time.
+/// All tables of a scene. An absent kind is an empty table, which costs no memory and no
+/// time.
 #[derive(Clone, Debug, Default)]
 pub struct Tables {
     pub transforms: Transforms,
     pub nodes: Nodes,
-    /// The children of all nodes.
+    /// The child edges of all nodes.
     pub edges: Edges,
-    /// The roots.
+    /// The root edges.
     pub instances: Edges,
     /// Names of the roots, by row of `instances`.
     pub instance_names: Names,
@@ -105,12 +105,12 @@ pub struct Tables {
     pub materials: Materials,
     pub lights: Vec<Light>,
     pub cameras: Cameras,
-    /// Radiance where a ray meets nothing.
+    /// The radiance where a ray meets nothing.
     pub background: Rgb,
 }
 
 impl Tables {
-    /// Bytes of each table that holds anything, by name.
+    /// Lists the bytes of each table that is not empty, by name.
     pub fn bytes(&self) -> Vec<(&'static str, usize)> {
         [
             ("transforms", self.transforms.bytes()),
@@ -143,17 +143,18 @@ impl Tables {
     }
 }
 
-/// Checked tables. Reads like [`Tables`]; cannot be changed. Clones share them.
+/// Checked tables. A scene reads like [`Tables`] and cannot be changed. Clones share the
+/// tables.
 #[derive(Clone, Debug)]
 pub struct Scene {
     tables: Arc<Tables>,
 }
 
 impl Scene {
-    /// The same scene at a time of its motion, 0 to 1: the transforms that move
-    /// and their inverses are made anew, the rest stays where it is (or is copied, where a
-    /// clone shares it). Refused where paths become singular at that time; each motion by
-    /// itself does not.
+    /// Returns the scene at a time of its motion, from 0 to 1. The transforms that move and
+    /// their inverses are computed again; the other tables stay, or are copied if a clone
+    /// shares them. Returns an error where paths become singular at that time; single
+    /// motions never do.
     pub fn at(mut self, time: f64) -> Result<Scene, SceneError> {
         if !self.transforms.motions.is_empty() {
             Arc::make_mut(&mut self.tables).transforms.set_time(time);
@@ -162,8 +163,8 @@ impl Scene {
         Ok(self)
     }
 
-    /// The same scene with one solver for all polynomial surfaces: what finds where rays
-    /// meet them in the precision `fast`. Refused where it cannot take one of them.
+    /// Returns the scene with one solver for all polynomial surfaces, which finds their
+    /// roots in `fast`. Returns an error if the solver cannot take one of the surfaces.
     pub fn solved_by(mut self, solver: Solver) -> Result<Scene, SceneError> {
         Arc::make_mut(&mut self.tables)
             .implicits
@@ -173,13 +174,13 @@ impl Scene {
         Ok(self)
     }
 
-    /// Whether anything moves.
+    /// Says whether any transform moves.
     pub fn moves(&self) -> bool {
         !self.transforms.motions.is_empty()
     }
 
-    /// The scene as seen by camera `row`, with the default view and lights where
-    /// it brings none; `aspect` is the picture's width over its height.
+    /// Returns the scene and its camera of row `camera`. Default view and lights replace
+    /// absent ones; `aspect` is the picture's width over its height.
     pub fn completed(
         mut self,
         camera: Option<usize>,

@@ -1,37 +1,37 @@
-//! Transforms that move: keys over the time of a sequence, 0 to 1.
+//! Transforms that move: keys over the time of a sequence, from 0 to 1.
 //!
-//! At a key the matrix is the key's own, bit by bit. Between two keys every
-//! element is interpolated linearly, `a·(1 − s) + b·s`; before the first key
-//! comes the row's transform at time 0, after the last one nothing changes. So
-//! points move along straight lines, and a turn needs a key every few degrees:
-//! halfway between two keys that are an angle φ apart, what turns has shrunk to
-//! cos(φ/2).
+//! At a key the matrix is the key's own, bit by bit. Between two keys every element is
+//! interpolated linearly, `a·(1 − s) + b·s`. Before the first key comes the row's transform
+//! at time 0; after the last key nothing changes. So points move along straight lines, and
+//! a rotation needs a key every few degrees: halfway between two keys that are an angle φ
+//! apart, a rotated shape has shrunk to cos(φ/2).
 //!
-//! The determinant is a cubic in s. Where the signs of its Bernstein
-//! coefficients agree it has no root (a polynomial lies in the hull of its
-//! coefficients); else the interval is halved until they do, or until a time is
-//! left at which the motion is as good as singular: the check refuses it. Signs
-//! count beyond rounding: half a turn only touches 0.
+//! The determinant is a cubic in s. Where the signs of its Bernstein coefficients agree it
+//! has no root, because a polynomial lies in the hull of its coefficients. Otherwise the
+//! interval is halved until they agree, or until a time is left at which the motion is
+//! singular to within rounding, which the scene's check refuses
+//! (docs/numerics/transforms.md, A4). Signs count beyond rounding, because half a turn only
+//! touches 0.
 
 use super::ids::TransformId;
 use crate::math::Affine;
 use std::ops::Range;
 
-/// Where something is at a time.
+/// A transform at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Key {
-    /// Above 0, and at most 1.
+    /// The time, above 0 and at most 1.
     pub at: f64,
-    /// `parent_from_child`.
+    /// The transform `parent_from_child`.
     pub local: Affine,
 }
 
 /// The keys of all rows of [`Transforms`](super::Transforms) that move.
 #[derive(Clone, Debug, Default)]
 pub struct Motions {
-    /// Rows of the transforms.
+    /// The rows of the transforms that move.
     pub of: Vec<TransformId>,
-    /// Of each: its range of `keys`, the first at time 0.
+    /// Per row: its range of `keys`, with the first key at time 0.
     pub ranges: Vec<Range<u32>>,
     pub keys: Vec<Key>,
 }
@@ -52,20 +52,20 @@ impl Motions {
         self.of.is_empty()
     }
 
-    /// The keys of a row of these.
+    /// Returns the keys of a row of this table.
     pub fn keys(&self, row: usize) -> &[Key] {
         let range = &self.ranges[row];
         &self.keys[range.start as usize..range.end as usize]
     }
 
-    /// Those of a transform, where it moves.
+    /// Returns the keys of a transform, if it moves.
     pub fn of_transform(&self, id: TransformId) -> Option<&[Key]> {
-        // Rows are added in order.
+        // Rows are added in rising order.
         let row = self.of.binary_search(&id).ok()?;
         Some(self.keys(row))
     }
 
-    /// Every transform that moves, as it is at a time.
+    /// Lists every transform that moves, with its matrix at a time.
     pub fn at(&self, time: f64) -> impl Iterator<Item = (TransformId, Affine)> {
         let rows = self.of.iter().enumerate();
         rows.map(move |(row, of)| (*of, between(self.keys(row), time)))
@@ -77,7 +77,7 @@ impl Motions {
     }
 }
 
-/// What the keys say of a time; times outside take the nearest key's.
+/// Interpolates the keys at a time; times outside take the nearest key's matrix.
 fn between(keys: &[Key], time: f64) -> Affine {
     let after = keys.partition_point(|key| key.at <= time);
     let (Some(a), Some(b)) = (keys.get(after.wrapping_sub(1)), keys.get(after)) else {
@@ -85,7 +85,7 @@ fn between(keys: &[Key], time: f64) -> Affine {
         let nearest = keys.get(after).or(keys.last());
         return nearest.map_or(Affine::IDENTITY, |key| key.local);
     };
-    // At a itself, s is 0: what is taken is its own, also where b is infinite.
+    // At the time of a the matrix is a's own, also where b is infinite.
     if time == a.at {
         return a.local;
     }
@@ -101,10 +101,10 @@ fn interpolate(a: &Affine, b: &Affine, s: f64) -> Affine {
     )
 }
 
-/// How short a stretch of a segment may get before it counts as a root.
+/// The length of a part of a segment below which a possible root counts as one.
 const FINEST: f64 = 1.0 / (1 << 20) as f64;
 
-/// A time between the keys at which the matrix is singular, or all but. The
+/// Returns a time between the keys at which the matrix is singular to within rounding. The
 /// keys' own matrices are regular.
 pub(super) fn singular_time(keys: &[Key]) -> Option<f64> {
     keys.windows(2).find_map(|pair| {
@@ -117,7 +117,7 @@ pub(super) fn singular_time(keys: &[Key]) -> Option<f64> {
     })
 }
 
-/// A number, and by how much its rounding may be off, at most.
+/// A number and a bound on its rounding error.
 #[derive(Clone, Copy)]
 struct About {
     value: f64,
@@ -129,14 +129,15 @@ impl About {
         let value = 0.5 * (x.value + y.value);
         About {
             value,
+            // One rounding of the mean (A4).
             error: 0.5 * (x.error + y.error) + value.abs() * f64::EPSILON,
         }
     }
 }
 
-/// Bernstein coefficients over s of the determinant of a·(1 − s) + b·s.
+/// Returns the Bernstein coefficients over s of the determinant of a·(1 − s) + b·s.
 fn determinant(a: &Affine, b: &Affine) -> [About; 4] {
-    // One scale for both keeps the products away from the ends of f64.
+    // One scale for both matrices keeps the products away from the ends of f64's range.
     let size = a.norm().max(b.norm());
     let [a, b] = [a, b].map(|m| m.linear().map(|c| c.map(|x| x / size)));
     let det = |x: [f64; 3], y: [f64; 3], z: [f64; 3]| {
@@ -147,11 +148,13 @@ fn determinant(a: &Affine, b: &Affine) -> [About; 4] {
         ];
         let value: f64 = terms.iter().map(|(x, p, q)| x * (p - q)).sum();
         let sizes = terms.map(|(x, p, q)| x.abs() * (p.abs() + q.abs()));
-        // Scaled, two products, a difference, two sums; three and a third more.
+        // Eight roundings 2⁻⁵² (A4): the scaling, two products, a difference and two sums;
+        // and three and a third for the mean below.
         let error = 8.0 * f64::EPSILON * sizes.iter().sum::<f64>();
         About { value, error }
     };
-    // The blossom: each column from one of the two, averaged over the ways.
+    // The blossom takes each column from one of the two matrices, and averages the ways to
+    // do so.
     let mixed = |a: [[f64; 3]; 3], b: [[f64; 3]; 3]| {
         let ways = [
             det(b[0], a[1], a[2]),
@@ -171,7 +174,7 @@ fn determinant(a: &Affine, b: &Affine) -> [About; 4] {
     ]
 }
 
-/// Where in [0, 1] a cubic is not shown to keep its sign.
+/// Returns an s in [0, 1] near which a cubic is not shown to keep its sign.
 fn root(cubic: [About; 4]) -> Option<f64> {
     let mut open = vec![(cubic, 0.0, 1.0)];
     while let Some((c, from, to)) = open.pop() {
@@ -183,7 +186,7 @@ fn root(cubic: [About; 4]) -> Option<f64> {
         if to - from <= FINEST {
             return Some(middle);
         }
-        // De Casteljau.
+        // De Casteljau's subdivision at the middle.
         let half = About::half;
         let [l1, m, r2] = [half(c[0], c[1]), half(c[1], c[2]), half(c[2], c[3])];
         let (l2, r1) = (half(l1, m), half(m, r2));
@@ -225,7 +228,7 @@ mod tests {
         }
         assert_eq!(between(&keys, -1.0), keys[0].local);
         assert_eq!(between(&keys, 2.0), keys[4].local);
-        // One key, and it holds on.
+        // A single key holds until the end.
         assert_eq!(between(&keys[..2], 0.9), keys[1].local);
     }
 
@@ -244,13 +247,13 @@ mod tests {
     fn singular_times_are_found() {
         let time = |keys: &[Key]| singular_time(keys);
         let scaled = |x: f64| DAffine3::from_scale(DVec3::new(1.0, x, 1.0));
-        // Through a mirror: at once, one sign becomes the other.
+        // A motion through a mirror image: the determinant changes its sign.
         let mirror = [key(0.0, scaled(1.0)), key(1.0, scaled(-3.0))];
         assert!((time(&mirror).unwrap() - 0.25).abs() < 1e-6);
         // Half a turn touches 0 and comes back.
         let half = [key(0.0, turn(0.0)), key(0.5, turn(180.0))];
         assert!((time(&half).unwrap() - 0.25).abs() < 1e-3);
-        // About any axis, whichever way it is rounded.
+        // Half a turn about any axis, whichever way it is rounded.
         for i in 0..100 {
             let axis = DVec3::new(f64::from(i), 3.0, 7.0).normalize();
             let turn = |angle| DAffine3::from_axis_angle(axis, angle);
@@ -263,7 +266,7 @@ mod tests {
             let less = [key(0.0, turn(from)), key(1.0, turn(from + 3.1))];
             assert_eq!(time(&less), None, "{i}");
         }
-        // A needle that only goes elsewhere, and one that turns.
+        // A needle that is only moved, and one that is rotated.
         let needle = |x: f64, angle: f64| {
             moved(x) * turn(angle) * DAffine3::from_scale(DVec3::new(1e-7, 1e-7, 1.0))
         };
@@ -277,7 +280,7 @@ mod tests {
         );
         let steps = [0.0, 60.0, 120.0, 179.0].map(|d| key(d / 180.0, turn(d)));
         assert_eq!(time(&steps), None);
-        // Whatever the unit.
+        // The same in any unit of length.
         for size in [1e-150, 1e150] {
             let by = DAffine3::from_scale(DVec3::splat(size));
             assert_eq!(time(&[key(0.0, by), key(1.0, by * turn(120.0))]), None);

@@ -1,4 +1,4 @@
-//! The whole scene somewhere else, in another size.
+//! A global transform of the scene: a uniform scale and a shift.
 
 use super::check::{SceneError, check};
 use super::{Camera, Edge, Edges, Falloff, Light, Names, NodeId, Projection, Scene, Tables};
@@ -7,10 +7,10 @@ use glam::DVec3;
 use std::sync::Arc;
 
 impl Scene {
-    /// Scaled about the world's origin, then moved: appearances by one more node
-    /// above the roots, cameras and lights by their numbers, all in f64. The ids
-    /// of appearances stay, and so does the picture but for roundings. Refused
-    /// where numbers leave f64.
+    /// Returns the scene scaled about the world's origin, then moved. Instances get one
+    /// more node above the roots; cameras and lights change their numbers in f64. Instance
+    /// ids stay, and so does the picture to within roundings. Returns an error where
+    /// numbers leave f64.
     pub fn moved(self, scale: f64, offset: DVec3) -> Result<Scene, SceneError> {
         let scaled = [[scale, 0.0, 0.0], [0.0, scale, 0.0], [0.0, 0.0, scale]];
         let place = Affine::new(scaled, offset.to_array());
@@ -48,7 +48,7 @@ impl Scene {
     }
 }
 
-/// Puts the roots below one node, and that under a transform.
+/// Puts the roots below one node, and that node under a transform.
 fn lift(tables: &mut Tables, place: Affine) {
     if tables.instances.is_empty() {
         return;

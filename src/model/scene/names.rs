@@ -8,7 +8,7 @@ pub struct Names {
 }
 
 impl Names {
-    /// Names row `row`; an empty name is none.
+    /// Names row `row`; an empty name stands for none.
     pub fn set(&mut self, row: u32, name: &str) {
         if !name.is_empty() {
             self.of_row.insert(row, name.into());
@@ -19,7 +19,7 @@ impl Names {
         self.of_row.get(&row).map(|name| &**name)
     }
 
-    /// For messages: the name in quotes, or the row's number.
+    /// Returns the name in quotes, or the row's number, for messages.
     pub fn label(&self, row: u32) -> String {
         match self.get(row) {
             Some(name) => format!("'{name}'"),

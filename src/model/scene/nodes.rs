@@ -1,15 +1,15 @@
-//! The scene graph: a DAG of nodes joined by edges, flat columns, no pointers.
+//! The scene graph: a DAG of nodes joined by edges, in flat columns without pointers.
 //!
-//! A node is a range of edges. An edge places a shape or another node, under a
-//! transform, with an optional material. The roots are edges too
-//! ([`Tables::instances`](super::Tables)). A node may have many parents: it is
-//! stored once, however often it appears.
+//! A node is a range of edges. An edge places a shape or another node under a transform,
+//! with an optional material. The roots are edges too
+//! ([`Tables::instances`](super::Tables)). A node may have many parents; it is stored once,
+//! however often it is placed.
 
 use super::ids::{MaterialId, NodeId, ShapeId, TransformId};
 use super::names::Names;
 use std::ops::Range;
 
-/// What an edge leads to.
+/// The target of an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Target {
     Shape(ShapeId),
@@ -20,10 +20,10 @@ pub enum Target {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
     pub target: Target,
-    /// `parent_from_child`.
+    /// The transform `parent_from_child`.
     pub transform: TransformId,
-    /// Overrides the materials below that no nearer edge sets, a mesh's own
-    /// included.
+    /// The material of everything below the edge, unless an edge nearer to the shape sets
+    /// one. It also overrides a mesh's own materials.
     pub material: Option<MaterialId>,
 }
 
@@ -55,7 +55,7 @@ impl Edge {
     }
 }
 
-/// Columns of edges; a node's children and the roots are ranges of such rows.
+/// Columns of edges; the children of a node, and the roots, are ranges of rows.
 #[derive(Clone, Debug, Default)]
 pub struct Edges {
     pub target: Vec<Target>,
@@ -94,7 +94,7 @@ impl Edges {
 
 #[derive(Clone, Debug, Default)]
 pub struct Nodes {
-    /// Range of [`Tables::edges`](super::Tables) that are this node's children.
+    /// Per node: the range of [`Tables::edges`](super::Tables) that are its children.
     pub children: Vec<Range<u32>>,
     pub names: Names,
 }

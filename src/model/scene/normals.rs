@@ -1,4 +1,4 @@
-//! Normals of solids.
+//! Outward normals of solids.
 
 use super::{Shape, Tables};
 use crate::geom::{formula, half_space, implicit};
@@ -6,8 +6,8 @@ use crate::math::Vec3;
 use crate::math::lanes::Lanes;
 use glam::DVec3;
 
-/// Outward, any length, object space, of the part of a primitive's surface that is
-/// nearest to each `p`. Of what is no primitive solid: +y.
+/// Returns the outward normal of the part of a primitive's surface that is nearest to each
+/// `p`, of any length and in object space; +y for shapes that are no primitive solids.
 #[inline(always)]
 pub fn outward_normals<D: Lanes<Scalar = f64>>(
     tables: &Tables,
@@ -23,14 +23,14 @@ pub fn outward_normals<D: Lanes<Scalar = f64>>(
         Shape::Cone(id) => tables.cones.upright(id).nearest(p).1,
         Shape::Quadric(id) => {
             let normals = tables.quadrics.row(id).normals_at(p);
-            // An apex has no normal; any is as good.
+            // An apex has no normal, so any direction serves.
             let zero = D::zero();
             let none = normals.max_abs().eq(zero);
             Vec3::select(none, up, normals)
         }
         Shape::Implicit(id) => {
             let (_, normals) = implicit::values_of(&tables.implicits.row(id), p);
-            // Nor has a singular point.
+            // A singular point has no normal either.
             let known = normals.max_abs().gt(D::zero());
             Vec3::select(known, normals, up)
         }

@@ -1,9 +1,10 @@
 //! Bounds on the composed matrices of all paths at once.
 //!
-//! Each matrix may be fine by itself while the product along a path overflows or
-//! vanishes. Norms bound it without unfolding the DAG: for ‖·‖ the ∞-norm,
-//! ‖AB‖ ≤ ‖A‖‖B‖ and ‖AB‖ ≥ ‖B‖ / ‖A⁻¹‖, from the roots down, the widest
-//! range over all paths to a node. What this cannot show may still be fine.
+//! Each matrix may be regular by itself while the product along a path overflows or
+//! vanishes. Norms bound the product without unfolding the DAG: with ‖·‖ the ∞-norm, ‖AB‖ ≤
+//! ‖A‖‖B‖ and ‖AB‖ ≥ ‖B‖ / ‖A⁻¹‖. From the roots down, each node keeps the widest range
+//! over all paths to it. Paths that these bounds do not show to be regular may still be
+//! regular.
 
 use super::check::children_first;
 use super::ids::ShapeId;
@@ -11,14 +12,14 @@ use super::nodes::Target;
 use super::{Edge, Tables};
 use crate::math::Affine;
 
-/// Products that stay between this and its inverse are far from what f64 ends
-/// at, with room for the roundings on the longest path.
+/// The largest norm of a product that is accepted; the least is its inverse. It is far from
+/// the end of f64's range and leaves room for the roundings on the longest path.
 const MOST: f64 = 1e290;
 
-/// Of the composed matrices of some paths.
+/// The range of the composed matrices of some paths.
 #[derive(Clone, Copy)]
 struct Range {
-    /// Norms of the linear part.
+    /// The least norm of the linear part.
     least: f64,
     most: f64,
     /// The largest coordinate of the translation.
@@ -31,7 +32,7 @@ impl Range {
         most: 1.0,
         shift: 0.0,
     };
-    /// Of no path.
+    /// The range of no path.
     const NONE: Range = Range {
         least: f64::INFINITY,
         most: 0.0,
@@ -51,7 +52,7 @@ impl Range {
     }
 }
 
-/// `object_from_world` and `world_from_object`.
+/// The ranges of `object_from_world` and `world_from_object`.
 #[derive(Clone, Copy)]
 struct Reach {
     inward: Range,
@@ -78,13 +79,13 @@ impl Reach {
         let shift = |m: &Affine| m.translation.iter().fold(0.0, |s, x| f64::max(s, x.abs()));
         let (there, back) = (local.norm(), inverse.norm());
         Reach {
-            // inverse · M
+            // The product inverse · M.
             inward: Range {
                 least: self.inward.least / there,
                 most: self.inward.most * back,
                 shift: self.inward.shift * back + shift(&inverse),
             },
-            // M · local
+            // The product M · local.
             outward: Range {
                 least: self.outward.least / back,
                 most: self.outward.most * there,
@@ -94,8 +95,8 @@ impl Reach {
     }
 }
 
-/// Whether the matrices of every appearance stay finite and do not vanish; or a
-/// shape of which this does not show.
+/// Says that the matrices of every instance stay finite and do not vanish, or returns a
+/// shape for which the bounds do not show it.
 pub(super) fn stay_regular(scene: &Tables) -> Result<(), ShapeId> {
     let mut of_node = vec![Reach::NONE; scene.nodes.len()];
     let world = Reach {
@@ -122,7 +123,7 @@ pub(super) fn stay_regular(scene: &Tables) -> Result<(), ShapeId> {
     }
     for node in children_first(scene).unwrap_or_default().into_iter().rev() {
         let above = of_node[node as usize];
-        // Nothing leads here.
+        // No path leads to this node.
         if above.inward.most == 0.0 {
             continue;
         }

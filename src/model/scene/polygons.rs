@@ -1,26 +1,26 @@
-//! Polygons and convex polyhedra: ranges into shared columns.
+//! Polygons and convex polyhedra, as ranges into shared columns.
 
 use super::ids::{PolygonId, PolyhedronId};
 use crate::geom::{HalfSpace, Polygon, polygon_plane};
 use glam::DVec3;
 use std::ops::Range;
 
-/// Planar polygons of any number of corners, convex or not.
+/// The table of planar polygons, of any number of corners, convex or not.
 #[derive(Clone, Debug, Default)]
 pub struct Polygons {
-    /// Corners of all polygons, object space.
+    /// Corners of all polygons, in object space.
     pub points: Vec<DVec3>,
     /// Shading normals at the corners, for the polygons that have them.
     pub normals: Vec<DVec3>,
     pub points_of: Vec<Range<u32>>,
     pub normals_of: Vec<Option<u32>>,
-    /// Unit normals of the planes; NaN where there is none, which the check
+    /// Unit normals of the planes; NaN where a polygon has none, which the scene's check
     /// refuses.
     pub plane: Vec<DVec3>,
 }
 
 impl Polygons {
-    /// `normals` has one entry per corner, or none.
+    /// Adds a polygon. `normals` has one entry per corner, or none.
     pub fn push(&mut self, points: &[DVec3], normals: &[DVec3]) -> PolygonId {
         let first = self.points.len() as u32;
         self.points.extend_from_slice(points);
@@ -65,7 +65,7 @@ impl Polygons {
     }
 }
 
-/// Bounded intersections of half-spaces, with their corners.
+/// The table of bounded intersections of half-spaces, with their corners.
 #[derive(Clone, Debug, Default)]
 pub struct Polyhedra {
     pub planes: Vec<HalfSpace>,
@@ -75,8 +75,8 @@ pub struct Polyhedra {
 }
 
 impl Polyhedra {
-    /// `points` are the corners that `planes` make; [`crate::geom::hull`] finds
-    /// either from the other.
+    /// Adds a polyhedron. `points` are the corners that `planes` make;
+    /// [`crate::geom::hull`] finds either from the other.
     pub fn push(&mut self, planes: &[HalfSpace], points: &[DVec3]) -> PolyhedronId {
         let (plane, point) = (self.planes.len() as u32, self.points.len() as u32);
         self.planes.extend_from_slice(planes);

@@ -1,8 +1,8 @@
-//! Local transforms and their inverses, both f64, one row per distinct use.
+//! Local transforms and their inverses in f64, one row per distinct use.
 //!
-//! Row 0 is the identity. The inverse is computed once, when the row is added;
-//! a row without one is caught by the scene's check. Rows that move have keys
-//! beside them (`motion.rs`); `local` is theirs at the tables' time, 0 at first.
+//! Row 0 is the identity. The inverse is computed once, when the row is added; the scene's
+//! check refuses rows without one. Rows that move have keys beside them (`motion.rs`);
+//! their `local` is the transform at the tables' time, which is 0 at first.
 
 use super::ids::TransformId;
 use super::motion::{Key, Motions};
@@ -10,9 +10,9 @@ use crate::math::Affine;
 
 #[derive(Clone, Debug)]
 pub struct Transforms {
-    /// `parent_from_child`.
+    /// The transforms `parent_from_child`.
     pub local: Vec<Affine>,
-    /// `child_from_parent`; `None` where `local` is singular or not finite.
+    /// The inverses `child_from_parent`; `None` where `local` is singular or not finite.
     pub inverse: Vec<Option<Affine>>,
     pub motions: Motions,
 }
@@ -35,8 +35,8 @@ impl Transforms {
         self.add(local)
     }
 
-    /// A row that is `local` at time 0 and moves through the keys, which stand
-    /// in the order of their times. Never row 0, wherever it starts.
+    /// Adds a row that is `local` at time 0 and moves through the keys, which are sorted by
+    /// time. It is never row 0, whatever `local` is.
     pub fn push_moving(&mut self, local: Affine, keys: &[Key]) -> TransformId {
         let id = self.add(local);
         self.motions.push(id, local, keys);
@@ -49,7 +49,7 @@ impl Transforms {
         TransformId(self.local.len() as u32 - 1)
     }
 
-    /// Brings the rows that move to a time.
+    /// Sets the rows that move to a time.
     pub(super) fn set_time(&mut self, time: f64) {
         for (row, local) in self.motions.at(time) {
             self.local[row.index()] = local;

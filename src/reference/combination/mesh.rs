@@ -1,4 +1,4 @@
-//! The ends of an operand that is a closed mesh.
+//! Ends of an operand that is a closed mesh (docs/SPEC.md, S42 to S45).
 
 use super::{Combination, End, at_one_t, insert};
 use crate::bounds;
@@ -10,14 +10,15 @@ use crate::tree::Part;
 use std::cmp::Ordering;
 
 impl Combination {
-    /// Of a closed mesh, by all of its triangles. The ray is about its centre.
+    /// Finds the ends of a closed mesh from its triangles. The ray is about the mesh's
+    /// centre.
     pub(super) fn ends_of_mesh<N: Number>(
         &self,
         scene: &Scene,
         ray: &Ray,
         operand: usize,
         id: MeshId,
-    ) -> Result<Vec<End<N>>, N::Doubt> {
+    ) -> Result<Vec<End<N>>, N::Undecided> {
         let mesh = scene.meshes.row(id);
         let mut all: Vec<End<N>> = Vec::new();
         if ray.dir == [0.0; 3] {
@@ -36,7 +37,9 @@ impl Combination {
                 insert(&mut all, end)?;
             }
         }
-        // Of those at one t, one if they are odd in number.
+        // Of several crossings at one t, an odd number is one end and an even number is
+        // none (S44). The surface is the first of the triangles that face the line as most
+        // of them do (S45).
         let mut ends: Vec<End<N>> = Vec::new();
         for group in at_one_t(&all)? {
             if group.len().is_multiple_of(2) {
@@ -55,7 +58,7 @@ impl Combination {
         Ok(ends)
     }
 
-    /// All, or those that a tree does not rule out.
+    /// Lists the triangles that the tree does not rule out, or all of them for brute force.
     fn triangles_along(&self, mesh: &Mesh, id: MeshId, ray: &Ray) -> Vec<u32> {
         let Some(tree) = self.triangles.get(id.index()) else {
             return (0..mesh.triangles.len() as u32).collect();

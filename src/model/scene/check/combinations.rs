@@ -1,4 +1,4 @@
-//! Solids made of solids: nothing contains itself, and operands have an inside.
+//! Checks of CSG solids: no solid contains itself, and every operand has an inside.
 
 use super::graph::shown;
 use super::{Entity, EntityKind, SceneError, require, shape_entity};
@@ -9,7 +9,7 @@ use crate::scene::csg_solid::{
 use crate::scene::ids::{CombinationId, ShapeId};
 use crate::scene::{Shape, Tables, check_closed};
 
-/// The shape that each combination is.
+/// Returns the shape of each CSG solid.
 fn shapes_of(scene: &Tables) -> Vec<u32> {
     let mut of = vec![0; scene.combinations.len()];
     for (i, shape) in scene.shapes.rows.iter().enumerate() {
@@ -20,7 +20,7 @@ fn shapes_of(scene: &Tables) -> Vec<u32> {
     of
 }
 
-/// Returns the combinations, each after its operands.
+/// Checks the CSG solids, and returns them with each after its operands.
 pub(super) fn combinations(scene: &Tables) -> Result<Vec<u32>, SceneError> {
     let table = &scene.combinations;
     let of = shapes_of(scene);
@@ -80,7 +80,8 @@ pub(super) fn combinations(scene: &Tables) -> Result<Vec<u32>, SceneError> {
     Ok(order)
 }
 
-/// Those that are operands are closed. Of meshes whose rows are checked.
+/// Checks that meshes which are operands are closed. The rows of meshes must be checked
+/// already.
 pub(super) fn meshes(scene: &Tables) -> Result<(), SceneError> {
     let table = &scene.combinations;
     let mut of = None;
@@ -119,7 +120,7 @@ fn no_inside(scene: &Tables, shape: ShapeId) -> Option<&'static str> {
     }
 }
 
-/// What the check of edges is for operands.
+/// Returns the entity of an operand, for errors about its transform or material.
 pub(super) fn entity_of_operand(scene: &Tables, operand: usize) -> Entity {
     let has = |row: &usize| {
         let range = &scene.combinations.operands_of[*row];

@@ -1,5 +1,5 @@
-//! What refers to what: ids in range, nodes without cycles, transforms that keep
-//! space, alone and along every path.
+//! Checks of references: ids are in range, nodes have no cycles, and transforms are
+//! regular, alone and along every path.
 
 use super::combinations::entity_of_operand;
 use super::{Entity, EntityKind, SceneError, shape_entity};
@@ -86,7 +86,7 @@ fn instance(scene: &Tables, row: u32) -> Entity {
     Entity::new(EntityKind::Instance, row, label)
 }
 
-/// `parents`: of all edges.
+/// Returns the entity of a child edge; `parents` are the nodes of all edges.
 fn child(scene: &Tables, parents: &[u32], row: u32) -> Entity {
     let label = match parents[row as usize] {
         u32::MAX => format!("edge {row}"),
@@ -112,7 +112,7 @@ fn dangling(
     })
 }
 
-/// The node that each edge belongs to.
+/// Returns the node that each edge belongs to.
 fn parents(scene: &Tables) -> Vec<u32> {
     let mut parent = vec![u32::MAX; scene.edges.len()];
     for (node, children) in scene.nodes.children.iter().enumerate() {
@@ -131,7 +131,8 @@ pub(super) fn cycles(scene: &Tables) -> Result<(), SceneError> {
     })
 }
 
-/// Labels of a path that may have a million nodes: a message stays short.
+/// Returns the labels of a path for a message, shortened because a path may have a million
+/// nodes.
 pub(super) fn shown(path: &[u32], label: impl Fn(&u32) -> String) -> Vec<String> {
     const ENDS: usize = 5;
     if path.len() <= 2 * ENDS + 1 {
@@ -146,7 +147,7 @@ pub(super) fn shown(path: &[u32], label: impl Fn(&u32) -> String) -> Vec<String>
         .collect()
 }
 
-/// Nodes that an instance leads to.
+/// Marks the nodes that an instance leads to.
 pub fn used_nodes(scene: &Tables, children_first: &[u32]) -> Vec<bool> {
     fn mark(used: &mut [bool], targets: &[Target]) {
         for target in targets {
@@ -167,8 +168,8 @@ pub fn used_nodes(scene: &Tables, children_first: &[u32]) -> Vec<bool> {
     used
 }
 
-/// The nodes, each after all of its children; or a cycle, first node repeated.
-/// An explicit stack: graphs may be a million nodes deep.
+/// Lists the nodes, each after all of its children; or returns a cycle, with its first node
+/// repeated. The stack is explicit, because graphs may be a million nodes deep.
 pub fn children_first(scene: &Tables) -> Result<Vec<u32>, Vec<u32>> {
     const NEW: u8 = 0;
     const OPEN: u8 = 1;
@@ -256,7 +257,7 @@ pub(super) fn transforms(scene: &Tables) -> Result<(), SceneError> {
 
 fn motion(keys: &[Key], what: &dyn Fn() -> Entity) -> Result<(), SceneError> {
     let mut last = 0.0;
-    // The first is the transform itself.
+    // The first key is the transform itself, which is already checked.
     for key in &keys[1..] {
         if !(key.at > last && key.at <= 1.0) {
             return Err(SceneError::OutOfRange {
@@ -285,12 +286,12 @@ fn motion(keys: &[Key], what: &dyn Fn() -> Entity) -> Result<(), SceneError> {
     }
 }
 
-/// What the first check could not know of a scene that moves.
+/// Checks what only the time of a moving scene decides.
 pub(in crate::scene) fn at_time(scene: &Tables, time: f64) -> Result<(), SceneError> {
     let motions = &scene.transforms.motions;
     let inverse = |row: &TransformId| scene.transforms.inverse[row.index()];
     let regular = motions.of.iter().all(|row| inverse(row).is_some());
-    // This names what is singular.
+    // This check names the singular transform.
     let checked = if regular {
         appearances(scene)
     } else {
@@ -303,8 +304,8 @@ pub(in crate::scene) fn at_time(scene: &Tables, time: f64) -> Result<(), SceneEr
     })
 }
 
-/// Products along paths: each matrix is fine by itself, their product may
-/// overflow, or lose an axis.
+/// Checks the products along paths: each matrix is regular by itself, but the product may
+/// overflow or lose an axis.
 pub(super) fn appearances(scene: &Tables) -> Result<(), SceneError> {
     let all = crate::scene::Appearances::of(scene)?;
     if all.is_empty() {
@@ -313,7 +314,8 @@ pub(super) fn appearances(scene: &Tables) -> Result<(), SceneError> {
     let singular = |shape: ShapeId| SceneError::SingularPath {
         what: shape_entity(scene, shape.0),
     };
-    // Bounds say so for nearly all scenes; else one must look.
+    // The bounds show regularity for nearly all scenes; for the others every path is
+    // computed.
     let Err(shape) = crate::scene::paths::stay_regular(scene) else {
         return Ok(());
     };

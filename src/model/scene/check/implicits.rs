@@ -1,4 +1,5 @@
-//! Polynomial surfaces and level sets: numbers, sizes, and that there is a surface.
+//! Checks of polynomial surfaces and level sets: their numbers, their sizes, and that they
+//! have a surface.
 
 use super::{Entity, SceneError, finite, finite3, require};
 use crate::geom::tape::{Arithmetic, MAX_DEGREE, MAX_SLOTS, MAX_STEPS, Step, Tape};
@@ -6,7 +7,8 @@ use crate::geom::{Clip, Implicit, LevelSet, formula};
 use crate::math::int::decoded;
 use crate::roots::Solver;
 
-/// Bits of exact values: numbers of ordinary size to the 24th power have a tenth of that.
+/// The most bits of exact values; numbers of ordinary size to the 24th power have a tenth
+/// of it.
 const MAX_BITS: u64 = 1 << 15;
 
 pub(super) fn implicit(
@@ -64,7 +66,7 @@ pub(super) fn implicit(
     clip(&what, row.clip)
 }
 
-/// Its numbers, its steps, and that it is known where its zeros are.
+/// Checks a level set's numbers and steps, and that the place of its zeros is known.
 pub(super) fn level_set(what: impl Fn() -> Entity, row: &LevelSet) -> Result<(), SceneError> {
     let steps = row.formula.steps();
     let constant = |step: &formula::Step| match step {
@@ -124,8 +126,8 @@ fn clip(what: &dyn Fn() -> Entity, clip: Option<Clip>) -> Result<(), SceneError>
     }
 }
 
-/// Of the largest exact coefficient: no fewer than from its highest bit to its lowest, or
-/// from either to the point.
+/// Bounds the bits of the largest exact coefficient: from its highest bit to its lowest, or
+/// from either to the binary point.
 fn bits(tape: &Tape) -> u64 {
     let of_constant = |value: f64| {
         if value == 0.0 {
@@ -136,7 +138,7 @@ fn bits(tape: &Tape) -> u64 {
         let high = power + 64 - magnitude.leading_zeros() as i32;
         [high.max(0) as u64, (-low).max(0) as u64]
     };
-    // Of each step, coefficients are below 2^high and multiples of 2^−low.
+    // Per step, coefficients are below 2^high and multiples of 2^−low.
     let mut all: Vec<[u64; 2]> = Vec::with_capacity(tape.steps().len());
     for step in tape.steps() {
         let of = |i: u32| all[i as usize];
@@ -153,7 +155,8 @@ fn bits(tape: &Tape) -> u64 {
             }
             Step::Product(a, b) => {
                 let ([h, l], [i, m]) = (of(a), of(b));
-                // As many products at most are added up as there are terms of degree 24.
+                // At most as many products are summed as there are terms of degree 24,
+                // fewer than 2¹².
                 let sums = 12;
                 [
                     h.saturating_add(i).saturating_add(sums),
@@ -166,7 +169,7 @@ fn bits(tape: &Tape) -> u64 {
     most.max().unwrap_or(0)
 }
 
-/// Numbers modulo the prime 2^61 − 1, and a point.
+/// Evaluates tapes modulo the prime 2⁶¹ − 1, at a point.
 struct Residues([u64; 3]);
 
 const PRIME: u64 = (1 << 61) - 1;
@@ -180,7 +183,7 @@ impl Arithmetic for Residues {
 
     fn constant(&self, value: f64) -> u64 {
         let (magnitude, power) = decoded(value);
-        // 2^61 is 1.
+        // 2⁶¹ ≡ 1 modulo the prime.
         let shift = power.rem_euclid(61) as u32;
         let residue = (u128::from(magnitude) << shift) % u128::from(PRIME);
         match value < 0.0 {
@@ -202,9 +205,9 @@ impl Arithmetic for Residues {
     }
 }
 
-/// Whether it has the same value at some points of no meaning, modulo a prime. A
-/// polynomial of degree d that is not constant has so with a probability of d / 2^61
-/// for each point (Schwartz 1980).
+/// Says whether a tape has the same value at arbitrary points modulo a prime. A polynomial
+/// of degree d that is not constant does so with a probability of d / 2⁶¹ per point
+/// (Schwartz 1980).
 fn is_constant(tape: &Tape) -> bool {
     const POINTS: [[u64; 3]; 3] = [
         [
@@ -252,7 +255,7 @@ mod tests {
     fn what_cancels_everywhere_is_constant() {
         let mut b = Builder::default();
         let [x, y] = [0, 1].map(|axis| b.coordinate(axis));
-        // (x + y)² − x² − y² − 2xy + ½.
+        // The tape (x + y)² − x² − y² − 2xy + ½.
         let sum = b.sum(x, y);
         let square = b.power(sum, 2);
         let [xx, yy, xy] = [(x, x), (y, y), (x, y)].map(|(p, q)| b.product(p, q));

@@ -1,4 +1,4 @@
-//! What makes a picture of the shapes: materials, lights, cameras.
+//! Checks of materials, lights and cameras.
 
 use super::{Entity, EntityKind, SceneError, finite, finite3, require};
 use crate::scene::{Light, Material, Model, Projection, Tables};

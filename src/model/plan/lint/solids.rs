@@ -1,8 +1,8 @@
-//! What a user of combinations may want to know before tracing them: operands that
-//! change nothing, solids that are empty, faces that coincide.
+//! Lints of CSG solids and costly shapes: operands that change nothing, empty solids,
+//! coincident faces.
 //!
-//! By bounds, by logic and by numbers that are equal; no ray is traced. What is said is so.
-//! What is not said may be so as well: solids whose boxes overlap need not.
+//! The lints look at bounds, logic and equal numbers, and trace no ray. What they report is
+//! true. They may miss cases: two solids whose boxes overlap need not overlap themselves.
 
 use super::coplanar::coplanar;
 use super::logic::{Logic, logic};
@@ -14,7 +14,7 @@ use crate::scene::{
 };
 use glam::DVec3;
 
-/// Lines about a combination that appears, at most one of each kind.
+/// Lists the lints of a CSG solid that some instance places, at most one line of each kind.
 pub fn remarks(tables: &Tables, shape: ShapeId, solid: &CsgSolid) -> Vec<String> {
     let name = label(tables, shape);
     if let Some(empty) = empty_within(tables, shape) {
@@ -41,7 +41,7 @@ pub fn remarks(tables: &Tables, shape: ShapeId, solid: &CsgSolid) -> Vec<String>
     lines.map(|line| format!("{name}: {line}")).collect()
 }
 
-/// A line about a polynomial surface that is placed as it is and reaches anywhere.
+/// Reports a polynomial surface that an instance places directly and that has no bounds.
 pub fn unbounded(tables: &Tables, shape: ShapeId) -> Option<String> {
     let Shape::Implicit(id) = tables.shapes.row(shape) else {
         return None;
@@ -57,7 +57,7 @@ pub fn unbounded(tables: &Tables, shape: ShapeId) -> Option<String> {
     }
 }
 
-/// A line about a polynomial surface, or an operand, that has a solver of its own.
+/// Reports a polynomial surface, or an operand, whose solver the user chose.
 pub fn solved(tables: &Tables, shape: ShapeId) -> Option<String> {
     let Shape::Implicit(id) = tables.shapes.row(shape) else {
         return None;
@@ -73,7 +73,7 @@ pub fn solved(tables: &Tables, shape: ShapeId) -> Option<String> {
     })
 }
 
-/// A line about a level set that is placed as it is.
+/// Reports a level set that an instance places directly.
 pub fn searched(tables: &Tables, shape: ShapeId) -> Option<String> {
     let Shape::LevelSet(_) = tables.shapes.row(shape) else {
         return None;
@@ -84,6 +84,7 @@ pub fn searched(tables: &Tables, shape: ShapeId) -> Option<String> {
     ))
 }
 
+/// Names a shape for a message.
 pub(super) fn label(tables: &Tables, shape: ShapeId) -> String {
     let kind = tables.shapes.row(shape).kind_name();
     match tables.shapes.names.get(shape.0) {
@@ -92,8 +93,8 @@ pub(super) fn label(tables: &Tables, shape: ShapeId) -> String {
     }
 }
 
-/// An intersection, the shape itself or what it is made of, whose operands' boxes
-/// do not overlap.
+/// Finds an intersection, the shape itself or one below it, whose operands' boxes do not
+/// overlap.
 fn empty_within(tables: &Tables, shape: ShapeId) -> Option<ShapeId> {
     let mut seen = vec![false; tables.combinations.len()];
     let mut waiting = vec![shape];
@@ -113,6 +114,7 @@ fn empty_within(tables: &Tables, shape: ShapeId) -> Option<ShapeId> {
     None
 }
 
+/// Says whether an intersection's operands have boxes with nothing in common.
 fn is_empty(tables: &Tables, id: CombinationId) -> bool {
     if tables.combinations.operator[id.index()] != Operator::Intersection {
         return false;
@@ -127,7 +129,7 @@ fn is_empty(tables: &Tables, id: CombinationId) -> bool {
     min.cmpgt(max).any()
 }
 
-/// Meshes among the operands: what they cost.
+/// Reports meshes among the operands, and what they cost.
 fn faceted(tables: &Tables, solid: &CsgSolid) -> Option<String> {
     let of = |operand: &CsgOperand| match operand.shape {
         Shape::Mesh(id) => Some(tables.meshes.triangles_of[id.index()].len()),
@@ -144,7 +146,7 @@ fn faceted(tables: &Tables, solid: &CsgSolid) -> Option<String> {
     })
 }
 
-/// Level sets among the operands: what they cost.
+/// Reports level sets among the operands, and what they cost.
 fn searched_within(solid: &CsgSolid) -> Option<String> {
     let is_one = |operand: &&CsgOperand| matches!(operand.shape, Shape::LevelSet(_));
     Some(match solid.operands.iter().filter(is_one).count() {
@@ -154,11 +156,12 @@ fn searched_within(solid: &CsgSolid) -> Option<String> {
     })
 }
 
+/// Says whether two closed boxes have a point in common.
 pub(super) fn overlap(a: &Aabb, b: &Aabb) -> bool {
     a.min.cmple(b.max).all() && b.min.cmple(a.max).all()
 }
 
-/// Operands that lie apart from all of the solid: without them it is the same.
+/// Reports operands that lie apart from the whole solid and so do not change it.
 fn idle(tables: &Tables, shape: ShapeId, solid: &CsgSolid) -> Option<String> {
     let all = shape_bounds(tables, shape)?;
     let apart = |operand: &&CsgOperand| operand.bounds.is_some_and(|b| !overlap(&b, &all));
@@ -173,7 +176,8 @@ fn idle(tables: &Tables, shape: ShapeId, solid: &CsgSolid) -> Option<String> {
     })
 }
 
-/// Operands without which the solid is the same, by what holds them or is the same.
+/// Reports operands that other operands make redundant, because they contain them, lie in
+/// them or equal them.
 fn redundant(tables: &Tables, solid: &CsgSolid, logic: &Logic) -> Option<String> {
     let first = label(tables, solid.operands[*logic.idle.first()?].id);
     Some(match logic.idle.len() {

@@ -1,14 +1,15 @@
-//! Appearances of one shape at one and the same place, as far as equal placements
-//! beside each other make them.
+//! Lint for instances of one shape at one place, as far as equal placements of one parent
+//! produce them.
 
 use crate::scene::{Edges, Tables, Target, children_first};
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// Of so many a ray meets all, in milliseconds.
+/// The number of coincident instances that is reported: a ray that meets as many takes
+/// milliseconds.
 const MANY: u64 = 1 << 16;
 
-/// A line about more of them than any picture needs.
+/// Reports more coincident instances than any picture needs.
 pub fn stacked(tables: &Tables) -> Option<String> {
     let mut of_node = vec![0; tables.nodes.len()];
     for node in children_first(tables).unwrap_or_default() {
@@ -26,7 +27,7 @@ pub fn stacked(tables: &Tables) -> Option<String> {
     })
 }
 
-/// The most that placements with one target and one transform have together.
+/// Returns the greatest number of instances below edges with one target and one transform.
 fn highest(tables: &Tables, edges: &Edges, rows: Range<usize>, of_node: &[u64]) -> u64 {
     let mut stacks: HashMap<(Target, [u64; 12]), u64> = HashMap::new();
     for row in rows {

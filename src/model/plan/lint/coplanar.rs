@@ -1,27 +1,31 @@
-//! Faces of different operands that lie in one plane: exactly in one frame, to within
-//! the roundings of their maps in different ones.
+//! Lint for plane faces of different operands that lie in one plane: exactly in one frame,
+//! to within the roundings of their maps in different frames.
 
 use super::solids::{label, overlap};
 use crate::math::Aabb;
 use crate::scene::{CsgSolid, Face, FaceKey, Frame, Tables, faces_of};
 use glam::DVec3;
 
-/// Roundings of the largest coordinate by which planes of different frames may differ.
+/// Planes of different frames count as one if they differ by at most 32 roundings 2⁻⁵² of
+/// the largest coordinate. Only the lint depends on it, and no answer
+/// (docs/numerics/csg.md, K10 has the bound of answers).
 const ROUNDINGS: f64 = 32.0 * f64::EPSILON;
 
-/// A plane face, in the solid's space.
+/// A plane face in the solid's space.
 struct Plane {
     operand: u32,
     frame: u32,
     key: FaceKey,
-    /// Unit; of the two, always the same one.
+    /// The unit normal, with its first large component positive, so that opposite normals
+    /// are one.
     normal: DVec3,
     offset: f64,
-    /// Equal planes have nearly equal ones.
+    /// The sort key: nearly equal for nearly equal planes.
     order: f64,
 }
 
-/// The face of an operand, where it is plane.
+/// Returns the unit normal and the offset of a face in the solid's space, if the face is
+/// plane.
 fn plane(face: &Face, frame: &Frame) -> Option<(DVec3, f64)> {
     let (normal, offset) = match *face {
         Face::Across { axis, at } => (DVec3::AXES[axis], at),
@@ -41,7 +45,8 @@ fn plane(face: &Face, frame: &Frame) -> Option<(DVec3, f64)> {
     Some((normal / scale, offset / scale))
 }
 
-/// A line about faces in one plane whose operands' boxes meet.
+/// Reports faces of different operands that lie in one plane and whose operands' boxes
+/// overlap.
 pub(super) fn coplanar(tables: &Tables, solid: &CsgSolid) -> Option<String> {
     let mut planes: Vec<Plane> = Vec::new();
     let bounds = |operand: u32| solid.operands[operand as usize].bounds;
@@ -69,7 +74,7 @@ pub(super) fn coplanar(tables: &Tables, solid: &CsgSolid) -> Option<String> {
         .map(|p| p.offset.abs())
         .fold(largest, f64::max);
     let off = farthest * ROUNDINGS;
-    // Nothing special about the numbers.
+    // Any direction without a special position serves as the sort key's.
     let across = DVec3::new(0.527, 0.611, 0.439);
     for plane in &mut planes {
         plane.order = plane.offset + farthest * across.dot(plane.normal);
@@ -100,7 +105,8 @@ pub(super) fn coplanar(tables: &Tables, solid: &CsgSolid) -> Option<String> {
             .take_while(|i| planes[*i].order - planes[start].order <= 4.0 * off)
             .filter(|i| *i == start || same(&planes[start], &planes[*i]))
             .collect();
-        // With the largest of each plane: linear, and what people ask about.
+        // Each plane of a group is compared with that of the largest extent only, which
+        // takes linear time and is the pair that users ask about.
         let mut largest = &planes[start];
         for i in &group {
             grouped[*i] = true;
@@ -140,7 +146,7 @@ pub(super) fn coplanar(tables: &Tables, solid: &CsgSolid) -> Option<String> {
     })
 }
 
-/// In the solid's space.
+/// Describes a plane by its equation, or by its normal, in the solid's space.
 fn described(plane: &Plane) -> String {
     let axis = plane.normal.abs().max_position();
     let others = plane.normal.abs().element_sum() - plane.normal[axis].abs();

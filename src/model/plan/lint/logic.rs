@@ -1,7 +1,6 @@
-//! What a combination is by logic alone: of operands that are the same, of which one
-//! holds another, or that lie apart, only some ways of being in them and out of them
-//! are possible. Where none of these is in the solid, it is empty; where an operand
-//! makes no difference to any, it may as well be left out.
+//! Lint for CSG solids by logic alone. Where operands are equal, lie inside each other or
+//! lie apart, a point can be in only some combinations of them. If none of these is in the
+//! solid, the solid is empty; an operand that changes none of them is redundant.
 
 use super::solids::overlap;
 use crate::csg::State;
@@ -9,16 +8,19 @@ use crate::geom::HalfSpace;
 use crate::scene::{CsgOperand, CsgSolid, Face, FaceKey, Shape, Tables, faces_of};
 use glam::DVec3;
 
-/// Different operands whose ways of being in them are tried one by one.
+/// The most distinct operands whose combinations, at most 2¹², are enumerated.
 const MAX_SETS: usize = 12;
 
+/// The result of the enumeration.
 pub(super) struct Logic {
+    /// Whether no possible combination of operands is in the solid.
     pub is_empty: bool,
-    /// Operands that make no difference, each by itself.
+    /// Operands that can be left out, or be all of space, without changing the solid, each
+    /// by itself.
     pub idle: Vec<usize>,
 }
 
-/// `None` where the operands are too many.
+/// Enumerates the possible combinations of operands; `None` if there are too many operands.
 pub(super) fn logic(tables: &Tables, solid: &CsgSolid) -> Option<Logic> {
     let sets = sets(tables, solid)?;
     let first = |set: usize| sets.iter().position(|s| *s == set);
@@ -26,7 +28,7 @@ pub(super) fn logic(tables: &Tables, solid: &CsgSolid) -> Option<Logic> {
     let all: Vec<&CsgOperand> = (0..count)
         .filter_map(|set| Some(&solid.operands[first(set)?]))
         .collect();
-    // By set: those that it lies in, and those that it lies apart from.
+    // Per set: the bits of the sets that contain it, and of those apart from it.
     let mut inside = vec![0_u32; count];
     let mut apart = vec![0_u32; count];
     for (i, a) in all.iter().enumerate() {
@@ -49,7 +51,8 @@ pub(super) fn logic(tables: &Tables, solid: &CsgSolid) -> Option<Logic> {
     let mut state = State::default();
     let program = &solid.program;
     let mut is_empty = true;
-    // By operand: whether it matters that it is not left out, or is not everywhere.
+    // Per operand: whether leaving it out, and whether making it all of space, changes the
+    // solid.
     let mut matters = vec![[false; 2]; solid.operands.len()];
     for in_sets in (0..1_u32 << count).filter(|s| is_possible(*s)) {
         program.start(&mut state);
@@ -74,9 +77,10 @@ pub(super) fn logic(tables: &Tables, solid: &CsgSolid) -> Option<Logic> {
     })
 }
 
-/// By operand: which of so many different sets of points it is.
+/// Numbers the distinct sets of points among the operands, and returns each operand's
+/// number.
 fn sets(tables: &Tables, solid: &CsgSolid) -> Option<Vec<usize>> {
-    // More are not looked at, even if most of them are the same.
+    // More operands are not compared, even if most of them are equal.
     if solid.operands.len() > 64 {
         return None;
     }
@@ -88,7 +92,7 @@ fn sets(tables: &Tables, solid: &CsgSolid) -> Option<Vec<usize>> {
                 let faces = faces_of(tables, operand.shape);
                 faces.iter().flatten().map(Face::key).collect()
             }
-            // Of others the faces do not tell, or not all.
+            // Faces of other kinds do not determine the solid.
             _ => Vec::new(),
         };
         let same = |(other, theirs): &(&CsgOperand, Vec<FaceKey>)| {
@@ -104,7 +108,7 @@ fn sets(tables: &Tables, solid: &CsgSolid) -> Option<Vec<usize>> {
     (known.len() <= MAX_SETS).then_some(sets)
 }
 
-/// Whether the first certainly holds all of the second.
+/// Says whether the first operand certainly contains the second.
 fn holds(tables: &Tables, solid: &CsgSolid, outer: &CsgOperand, inner: &CsgOperand) -> bool {
     let is_one_frame = outer.frame == inner.frame;
     match (outer.shape, inner.shape) {
@@ -118,7 +122,7 @@ fn holds(tables: &Tables, solid: &CsgSolid, outer: &CsgOperand, inner: &CsgOpera
         }
         _ => {}
     }
-    // All that it holds is convex; so of a box the corners tell.
+    // Every outer solid below is convex, so it contains a box if it contains the corners.
     let Some(bounds) = inner.bounds else {
         return false;
     };
@@ -133,11 +137,11 @@ fn holds(tables: &Tables, solid: &CsgSolid, outer: &CsgOperand, inner: &CsgOpera
         .all(|p| inside(DVec3::from_array(map.point(p.to_array()))))
 }
 
-/// Leaves room for the roundings of a few operations.
+/// A factor that leaves room for the roundings of a few operations.
 const CERTAIN: f64 = 1.0 - 1e-12;
 
-/// Whether a point of its own space, known so well along each axis, is certainly in a
-/// convex solid.
+/// Says whether a point is certainly in a convex solid. The point is in the solid's own
+/// space and known to within `known` along each axis.
 fn is_inside(tables: &Tables, shape: Shape, p: DVec3, known: f64) -> bool {
     let known = known + p.abs().max_element() * ROUNDINGS;
     match shape {
@@ -174,4 +178,5 @@ fn is_inside(tables: &Tables, shape: Shape, p: DVec3, known: f64) -> bool {
     }
 }
 
+/// 64 roundings 2⁻⁵² of the coordinates. Only the lint depends on it, and no answer.
 const ROUNDINGS: f64 = 64.0 * f64::EPSILON;

@@ -1,10 +1,11 @@
-//! Whitted's integrator (1980), a piece of a wave at a time: its rays are traced
-//! as one batch, lit by one batch of shadow rays per light, and leave behind
-//! mirrored and refracted rays one depth further, to a bounded depth.
+//! //! Whitted's integrator (1980), one batch of queued rays at a time. The rays of a
+//! batch are traced together, lit by one batch of shadow rays per light, and queue
+//! reflected and refracted rays one depth further, up to a maximum depth.
 //!
-//! Pieces go depth first, so that what waits is bounded by depth times piece,
-//! however the rays branch. The order of additions to a pixel depends on its own rays
-//! alone, so no tile split or packet width shows.
+//! //! Batches are processed depth first, so the number of queued rays is bounded by
+//! depth times batch size, however the rays branch. The order of additions to a pixel
+//! depends on the pixel's own rays alone, so neither the division into tiles nor the
+//! packet width changes the picture.
 
 use super::columns::{STEP, gather};
 use super::ledger::{Ledger, note, note_counts};
@@ -30,12 +31,11 @@ mod shadows;
 
 use shadows::Shadows;
 
-/// Told of each hit of a camera ray, where somebody asks: the film row, the surface
-/// and the id.
+/// Optional callback for each hit of a camera ray: film row, surface and id.
 pub type PrimaryHit<'a> = Option<&'a mut dyn FnMut(u32, &Surface, HitId)>;
 
-/// The columns of an integration, in the thread's arena: made once a tile and
-/// used again by every piece and sample.
+/// Buffers of an integration in the thread's arena, allocated once per tile and reused
+/// by every batch and sample.
 pub struct Columns<'b> {
     waves: Waves<'b>,
     t: ArenaVec<'b, f64>,
@@ -57,7 +57,8 @@ impl<'b> Columns<'b> {
         }
     }
 
-    /// Where camera rays go: pixel by pixel, in any order of the pixels.
+    /// Returns the queue to fill with camera rays: pixel by pixel, in any order of the
+    /// pixels.
     pub fn camera_rays(&mut self) -> &mut Wave<'b> {
         self.waves.at(0)
     }
@@ -67,21 +68,22 @@ pub struct Integrator<'w> {
     pub world: &'w World,
     pub kernels: Kernels,
     pub lights: &'w [Light],
-    /// Lists of the frame for the camera rays, and the first of them.
+    /// The frame's item buffer for camera rays, and the index of its first list.
     pub items: Option<(&'w ItemBuffer, usize)>,
     pub background: Rgb,
     pub max_depth: u32,
-    /// Of surfaces that have none.
+    /// Material of surfaces without one.
     pub unnamed: Material,
     pub looks: Looks,
-    /// Read before every piece: once set, the rest is left out.
+    /// Cancellation flag, read before every batch; once set, the remaining rays are
+    /// dropped.
     pub cancel: &'w AtomicBool,
 }
 
 impl Integrator<'_> {
-    /// Adds the radiance of the camera rays in `columns` to `film`, a row per
-    /// pixel, with everything that they spawn, and leaves no ray behind.
-    /// `caches` has a row per light, kept for the tile.
+    /// Adds the radiance of the camera rays in `columns`, and of all rays they spawn,
+    /// to `film`, one row per pixel. The queues are empty afterwards. `caches` has one
+    /// row per light and is kept for the tile.
     pub fn run(
         &self,
         columns: &mut Columns,
@@ -108,8 +110,8 @@ impl Integrator<'_> {
         }
     }
 
-    /// Traces and lights the last piece of a depth's rays, and puts what they
-    /// spawn in their place, one depth further.
+    /// Traces and shades the last batch of a depth's queue, and replaces it by the rays
+    /// it spawns, one depth further.
     fn piece(
         &self,
         depth: u32,
@@ -141,7 +143,7 @@ impl Integrator<'_> {
                 primitive,
             },
         };
-        // A list finds what is nearest without a bound.
+        // An item list finds the closest hit without temporal bounds.
         match (self.items, &mut ledger.memory) {
             (Some((items, tile)), _) if depth == 0 => {
                 let items = (items, tile + first / TILE);
@@ -195,7 +197,8 @@ impl Integrator<'_> {
         waves.at(depth).truncate(first);
     }
 
-    /// The surfaces of a piece's hits, of each site some at a time.
+    /// Evaluates the surfaces of a batch's hits, up to [`STEP`] hits of one site at a
+    /// time.
     fn light_up(
         &self,
         wave: &Wave,
@@ -248,10 +251,10 @@ impl Integrator<'_> {
     }
 }
 
-/// Sites of which hits are waited for at a time.
+/// Number of sites whose hits are collected at the same time.
 const OPEN: usize = 4;
 
-/// Hits of a site that wait until they are a step.
+/// Hits of one site, collected until they fill a step.
 struct Batch<'w> {
     site: Site<'w>,
     hits: [u32; STEP],
@@ -267,7 +270,7 @@ impl<'w> Batch<'w> {
         }
     }
 
-    /// `t` and primitives are of the rays from `first` on.
+    /// Evaluates the collected hits. `t` and `primitive` hold the rays from `first` on.
     fn close(
         &self,
         wave: &Wave,
@@ -289,7 +292,7 @@ impl<'w> Batch<'w> {
     }
 }
 
-/// Those who ask for each ray, or for what camera rays meet.
+/// Records each ray and passes camera rays' hits to the callback.
 fn tell(
     wave: &Wave,
     (rays, depth): (Range<usize>, u32),
@@ -330,8 +333,8 @@ fn add(film: &mut [Rgb], wave: &Wave, i: usize, radiance: Rgb) {
     }
 }
 
-/// Rays that count for less in their pixel are not traced (Hall and Greenberg
-/// 1983, adaptive depth control): glass in glass would double them at each hit.
+/// Rays with less weight in their pixel are not traced (adaptive depth control, Hall
+/// and Greenberg 1983): glass inside glass would double the rays at each hit.
 const LEAST_WEIGHT: f32 = 1.0 / 4096.0;
 
 fn spawn(wave: &Wave, (lit, hit): (&LitHits, usize), material: &Material, next: &mut Wave) {
@@ -339,8 +342,8 @@ fn spawn(wave: &Wave, (lit, hit): (&LitHits, usize), material: &Material, next: 
     let out = onward(material, surface.ns, lit.incoming.get(hit), surface.front);
     let facing = surface.facing();
     let mut push = |dir: DVec3, weight: Rgb, kind| {
-        // A bent shading normal may send a ray to the wrong side: bring it back
-        // to the surface's own plane.
+        // An interpolated shading normal may send a ray to the wrong side: such a ray
+        // is moved to just off the geometric tangent plane.
         let side = match kind {
             RayKind::Reflection => facing,
             _ => -facing,

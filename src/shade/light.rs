@@ -1,4 +1,4 @@
-//! Lights as seen from points, in lanes.
+//! //! Lights as seen from shaded points, in lanes.
 
 use super::columns::{Doubles, Singles};
 use crate::math::bounds::LIGHT_END;
@@ -8,19 +8,19 @@ use crate::scene::{Falloff, Light};
 
 type On = <Doubles as Lanes>::Mask;
 
-/// Where a light lies from points, and what arrives there.
+/// Direction to a light from points, and the irradiance that arrives there.
 #[derive(Clone, Copy, Debug)]
 pub struct Arrival {
-    /// Lanes where something does.
+    /// Lanes that the light reaches.
     pub some: On,
-    /// Unit, from the point to the light.
+    /// Unit direction from the point to the light.
     pub towards: Vec3<Doubles>,
-    /// On a surface that faces the light, W/m².
+    /// Irradiance on a surface that faces the light, W/m².
     pub irradiance: [Singles; 3],
 }
 
-/// t of a light on rays with [`shadow_dirs`], before it by what rounding may move it
-/// ([`LIGHT_END`]).
+/// Returns t_max of the [`shadow_dirs`] rays: the light's t, less what rounding may
+/// move it by ([`LIGHT_END`]).
 pub fn end_of(light: &Light) -> f32 {
     match light {
         Light::Point { .. } => LIGHT_END,
@@ -28,8 +28,9 @@ pub fn end_of(light: &Light) -> f32 {
     }
 }
 
-/// Directions of shadow rays from where they really start to the light, at t = 1 if it
-/// has a place; and which of them are any. `towards`: from the points that are lit.
+/// Returns the directions of shadow rays from their offset origins to the light, and
+/// the lanes with a nonzero direction. A light with a position lies at t = 1. `towards`
+/// is the direction from the shaded points.
 #[inline(always)]
 pub fn shadow_dirs(
     light: &Light,

@@ -1,4 +1,4 @@
-//! From hits to radiance: surfaces, materials, lights, and the integrator.
+//! //! Shading: surface evaluation, materials, lights and the integrator.
 
 mod columns;
 mod height;

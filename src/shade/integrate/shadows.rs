@@ -1,4 +1,4 @@
-//! Shadow rays of a piece's hits to one light, and what arrives.
+//! //! Shadow rays from a batch's hits to one light, and the light that arrives.
 
 use super::Integrator;
 use crate::math::Vec3;
@@ -15,10 +15,10 @@ use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
 
 pub(super) struct Shadows<'b> {
-    /// Their weight is the light's irradiance.
+    /// Shadow rays; their weight is the light's irradiance.
     rays: Wave<'b>,
     blocked: ArenaVec<'b, bool>,
-    /// Row of the lit hits, and the direction to the light: whole steps.
+    /// Row of the hit buffer, and direction to the light, of each ray: whole steps.
     of: ArenaVec<'b, u32>,
     towards: Column3<'b, Doubles>,
 }
@@ -33,7 +33,7 @@ impl<'b> Shadows<'b> {
         }
     }
 
-    /// Shadow rays of all hits that the light could reach.
+    /// Generates the shadow rays of all hits that the light could reach.
     pub(super) fn towards(&mut self, light: &Light, number: u32, wave: &Wave, lit: &LitHits) {
         self.rays.truncate(0);
         self.of.clear();
@@ -44,7 +44,8 @@ impl<'b> Shadows<'b> {
             let rows = (1 << STEP.min(lit.len() - first)) - 1;
             let (point, ng) = (lit.point.step(first), lit.ng.step(first));
             let arrival = Arrival::at(light, point);
-            // On the lit side of both the true and the shading surface.
+            // The light lies on the ray's side of both the geometric and the shading
+            // surface.
             let towards = arrival.towards;
             let facing = ng * Doubles::load(&lit.side[first..]);
             let behind = towards.dot(lit.ns.step(first)).le(zero) | towards.dot(facing).le(zero);
@@ -73,7 +74,7 @@ impl<'b> Shadows<'b> {
 }
 
 impl Integrator<'_> {
-    /// Traces the shadow rays and adds what arrives.
+    /// Traces the shadow rays and adds the light that arrives to `film`.
     pub(super) fn light(
         &self,
         (wave, depth): (&Wave, u32),
@@ -114,7 +115,7 @@ impl Integrator<'_> {
             let (ns, out) = (lit.ns.gather(&hits), -lit.incoming.gather(&hits));
             let (light, towards) = (rays.weight.step(first), towards.step(first));
             let light = [light.x, light.y, light.z];
-            // Material by material; added in the rays' order.
+            // Radiance is computed material by material and added in the rays' order.
             let (mut rest, mut sums) = (clear, [Singles::zero(); 3]);
             while rest != 0 {
                 let id = lit.material[hits[rest.trailing_zeros() as usize] as usize];

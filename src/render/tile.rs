@@ -1,9 +1,9 @@
-//! The render loop: tiles over threads, an arena per thread.
+//! //! The render loop: tiles distributed over threads, one arena per thread.
 //!
-//! Packets sit on an absolute grid of 16×16 pixels, in Morton order within it,
-//! and tiles are multiples of that, so the split never shows. A tile is traced
-//! sample by sample; its transient columns come from the thread's arena, which
-//! is reset afterwards.
+//! //! Packets lie on an absolute grid of 16×16 pixels, in Morton order within each
+//! block, and tiles are multiples of that block, so the division into tiles does not
+//! change the picture. A tile is traced sample by sample; its transient columns live in
+//! the thread's arena, which is reset after the tile.
 
 use super::camera::RayGenerator;
 use super::config::{Grid, RenderConfig, TileOrder};
@@ -25,13 +25,13 @@ use std::cell::RefCell;
 use std::sync::Mutex;
 use thiserror::Error;
 
-/// Side of the grid that packets sit on, in pixels.
+/// Side of the blocks that packets lie on, in pixels.
 pub const BLOCK: u32 = 16;
 
-/// Side of the largest tile.
+/// Side of the largest tile, in pixels.
 const SIDE: usize = 2 * BLOCK as usize;
 
-/// What is rendered, and from where.
+/// A world, its lights and the camera that looks at it.
 pub struct View<'w> {
     pub world: &'w World,
     pub kernels: Kernels,
@@ -39,13 +39,13 @@ pub struct View<'w> {
     pub lights: &'w [Light],
 }
 
-/// The picture and what it took.
+/// The picture, the ray counts and the recorded rays.
 #[derive(Debug)]
 pub struct Rendered {
     pub picture: Picture,
     pub counts: RayCounts,
-    /// Every ray and its answer, if asked for: pixel by pixel, and there in the
-    /// order in which they were traced.
+    /// Every ray and its answer, if requested: sorted by pixel, within a pixel in
+    /// tracing order.
     pub record: Vec<TracedRay>,
 }
 
@@ -57,7 +57,7 @@ pub enum RenderError {
     Memory { width: u32, height: u32 },
 }
 
-/// Renders on the current rayon pool. Records every ray where `recording`.
+/// Renders on the current rayon pool. Records every ray if `recording` is true.
 pub fn render(
     view: &View,
     config: &RenderConfig,
@@ -67,9 +67,8 @@ pub fn render(
     render_tiles(view, config, recording, None, progress)
 }
 
-/// Renders a frame of a sequence. `memory` is of the frame before, which was
-/// rendered with the same configuration; the picture has the same bits as
-/// without.
+/// Renders a frame of a sequence. `memory` comes from the frame before, rendered with
+/// the same configuration; the picture has the same bits as without it.
 pub fn render_after(
     view: &View,
     config: &RenderConfig,
@@ -80,7 +79,7 @@ pub fn render_after(
     render_tiles(view, config, false, Some(memory), progress)
 }
 
-/// Side of the tiles, and their number.
+/// Returns the side of the tiles in pixels, and their number.
 fn tiling(config: &RenderConfig) -> (u32, u32) {
     let side = match config.tiles {
         TileOrder::Small => BLOCK,
@@ -163,7 +162,7 @@ fn render_tiles(
         return Err(RenderError::Interrupted);
     }
     let mut done = done.into_inner().unwrap_or_else(|e| e.into_inner());
-    // Stable: a pixel's rays lie in one tile and keep their order.
+    // The sort is stable: all rays of a pixel lie in one tile and keep their order.
     done.record.sort_by_key(|ray| ray.pixel);
     Ok(done)
 }
@@ -174,10 +173,10 @@ struct Tile<'a> {
     progress: &'a Progress,
     corner: (u32, u32),
     size: (u32, u32),
-    /// The order of a tile that no edge of the picture cuts.
+    /// Pixel order of a tile that the picture's border does not cut.
     whole: &'a [Spot],
     looks: Looks,
-    /// Of the frame, and the tile's first list.
+    /// The frame's item buffer, and the index of the tile's first list.
     items: Option<(&'a ItemBuffer, usize)>,
 }
 
@@ -210,7 +209,7 @@ impl Tile<'_> {
             };
             self.sample(sample, order, columns, color, aovs, caches, ledger);
             counts.add(&ledger.counts);
-            // What is not finished is not kept.
+            // Results of a cancelled tile are discarded.
             if self.progress.is_cancelled() {
                 return counts;
             }
@@ -251,7 +250,8 @@ impl Tile<'_> {
         let generator =
             RayGenerator::new(self.view.camera, config.width, config.height, config.grid);
         let wave = columns.camera_rays();
-        // A lone sample is the centre: its rays share columns and rows.
+        // A single sample lies at the centre: rays of a column or row share one
+        // position.
         let lone = (self.samples() == 1).then(|| self.centres(&generator));
         for some in order.chunks(STEP) {
             let spots: [Spot; STEP] = std::array::from_fn(|i| some[i.min(some.len() - 1)]);
@@ -288,7 +288,8 @@ impl Tile<'_> {
         integrator.run(columns, color, caches, ledger, first_hit);
     }
 
-    /// Where rays through the middles of columns and rows go.
+    /// Returns the image-plane positions of rays through the centres of the tile's
+    /// columns and rows.
     fn centres(&self, generator: &RayGenerator) -> [[f64; SIDE]; 2] {
         let half = Doubles::splat(0.5);
         let mut centres = [[0.0; SIDE]; 2];
@@ -305,7 +306,7 @@ impl Tile<'_> {
         centres
     }
 
-    /// Where rays through a sample of pixels go.
+    /// Returns the image-plane positions of rays through one sample of each pixel.
     fn sampled(&self, generator: &RayGenerator, spots: &[Spot; STEP], sample: u32) -> [Doubles; 2] {
         let config = self.config;
         let (mut at, mut offset) = ([[0.0; STEP]; 2], [[0.0; STEP]; 2]);
@@ -335,7 +336,7 @@ impl Tile<'_> {
         }
     }
 
-    /// Position in the picture of a row of the tile's film.
+    /// Returns the picture position of a row of the tile's film.
     fn place(&self, row: u32) -> (u32, u32) {
         (
             self.corner.0 + row % self.size.0,
@@ -349,7 +350,7 @@ impl Tile<'_> {
     }
 }
 
-/// A pixel of a tile, from its corner, and its row of the film.
+/// A pixel's position relative to the tile's corner, and its row of the film.
 #[derive(Clone, Copy)]
 struct Spot {
     x: u32,
@@ -357,7 +358,7 @@ struct Spot {
     row: u32,
 }
 
-/// A tile's pixels, block by block, each block's in Morton order.
+/// Lists a tile's pixels block by block, each block in Morton order.
 fn morton_order((width, height): (u32, u32)) -> Vec<Spot> {
     let mut order = Vec::with_capacity((width * height) as usize);
     for block_y in (0..height).step_by(BLOCK as usize) {
@@ -375,7 +376,7 @@ fn morton_order((width, height): (u32, u32)) -> Vec<Spot> {
     order
 }
 
-/// Bits 0, 2, 4, 6 packed together.
+/// Packs bits 0, 2, 4 and 6 together.
 pub fn every_second_bit(code: u32) -> u32 {
     code & 1 | code >> 1 & 2 | code >> 2 & 4 | code >> 3 & 8
 }

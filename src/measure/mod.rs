@@ -1,4 +1,5 @@
-//! What a run did and cost, and how wrong it was.
+//! //! Measurements of cost and error: rays per second, growth, statistics, and
+//! comparisons with the reference.
 
 pub mod adversarial;
 pub mod bench;

@@ -1,4 +1,5 @@
-//! A build without Embree: the same interface, of which nothing can be made.
+//! //! The baseline of a build without Embree: the same interface, with types that have
+//! no values.
 
 use super::{PeerError, PeerTests};
 use crate::io::{RaySet, TriangleSet};

@@ -1,10 +1,10 @@
-//! Other tracers, measured in the same run on the same rays: Embree 3, where
-//! this is built with the feature `peer-embree`.
+//! //! The baseline: another tracer (Embree 3), measured in the same run on the same
+//! rays if the feature `peer-embree` is enabled.
 //!
-//! A peer is given its best: every way of asking it is tried on a part of the
-//! rays, and the fastest few are measured beside ours at full length.
+//! //! The baseline is measured at its best: every mode of every tree is tried on a
+//! part of the rays, and the fastest few are measured beside ours at full length.
 
-// The rest of the crate sees one interface, with the peer or without it.
+// The rest of the crate sees one interface, with or without Embree.
 #[cfg(all(feature = "peer-embree", target_arch = "x86_64"))]
 mod embree;
 #[cfg(not(all(feature = "peer-embree", target_arch = "x86_64")))]
@@ -16,8 +16,7 @@ pub use embree::{Embree, Way};
 use crate::plan::Precision;
 use thiserror::Error;
 
-/// Which of its tests a peer makes: the usual ones, or those that let no ray slip
-/// through between two triangles.
+/// A baseline's ray-triangle tests: the default ones, or the watertight ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PeerTests {
     Fast,
@@ -27,7 +26,7 @@ pub enum PeerTests {
 impl PeerTests {
     pub const ALL: [PeerTests; 2] = [PeerTests::Fast, PeerTests::Robust];
 
-    /// What is fair beside ours.
+    /// Returns the tests that compare fairly with a precision.
     pub fn beside(precision: Precision) -> PeerTests {
         match precision {
             Precision::Fast => PeerTests::Fast,
@@ -35,7 +34,7 @@ impl PeerTests {
         }
     }
 
-    /// In the place of a precision.
+    /// Returns the name in a result row's `precision`.
     pub fn name(self) -> &'static str {
         match self {
             PeerTests::Fast => "fast",

@@ -1,8 +1,9 @@
-//! Results of `bench`, `extremes` and `roots` as one HTML page: bars and curves, drawn as inline SVG.
+//! //! Results of `bench`, `extremes` and `roots` as one HTML page of bars and curves,
+//! drawn as inline SVG.
 //!
-//! The page needs nothing from outside and no script; colours follow the
-//! reader's light or dark setting. Every number that a shape stands for is also
-//! written beside it or in its title, and the JSON has them all.
+//! //! The page needs no external resource and no script; colours follow the reader's
+//! light or dark setting. Every number that a mark stands for is also written beside it
+//! or in its title, and the JSON output contains all of them.
 
 mod bars;
 mod curves;
@@ -23,7 +24,7 @@ use bars::{Bar, Group};
 use curves::{Chart, Line, Stroke};
 use page::Section;
 
-/// What a colour stands for.
+/// The meaning of a colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Tone {
     Fast,
@@ -52,7 +53,7 @@ impl Tone {
     }
 }
 
-/// The page of one scene's figures.
+/// Writes the page of one scene's figures.
 pub fn bench_page(
     heading: &Heading,
     rows: &[Row],
@@ -94,11 +95,11 @@ pub fn bench_page(
     page::write(heading, &tones(rows), &sections)
 }
 
-/// The page of a growth measurement.
+/// Writes the page of a growth measurement.
 pub fn growth_page(heading: &Heading, growth: &Growth) -> String {
     let lines = |what: &str| {
         let fits = growth.fits.iter().filter(|fit| fit.what == what);
-        // One colour for what is compared: a kind of rays; a structure.
+        // One colour per compared item: a kind of rays, or a structure.
         let mut hues: Vec<&str> = Vec::new();
         let mut lines = Vec::new();
         for fit in fits {
@@ -162,7 +163,7 @@ pub fn growth_page(heading: &Heading, growth: &Growth) -> String {
     page::write(heading, &[], &sections)
 }
 
-/// Which colours the rows use, with their names.
+/// Returns class and name of the colours that the rows use.
 fn tones(rows: &[Row]) -> Vec<(&'static str, &'static str)> {
     [
         (Tone::Fast, "fast: f32 lanes"),
@@ -176,7 +177,7 @@ fn tones(rows: &[Row]) -> Vec<(&'static str, &'static str)> {
     .collect()
 }
 
-/// A group a kind, fastest first.
+/// Groups the rows by kind, fastest first.
 fn kind_groups(rows: &[Row]) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
     for row in rows {
@@ -280,7 +281,7 @@ fn structure_bar(row: &StructureRow, value: f64) -> Bar {
     }
 }
 
-/// Three digits, as far as they say something.
+/// Formats three significant digits, at most two decimals.
 fn figure(value: f64) -> String {
     match value {
         v if v >= 99.95 => format!("{v:.0}"),
@@ -289,7 +290,7 @@ fn figure(value: f64) -> String {
     }
 }
 
-/// `1,046,528`
+/// Formats a number as `1,046,528`.
 fn thousands(n: u64) -> String {
     let digits = n.to_string();
     let mut text = String::new();

@@ -1,13 +1,15 @@
-//! The page of the root finders: what they cost and what they miss, by degree.
+//! //! The page of the root finders: their cost and the share of roots they miss, by
+//! degree.
 
 use super::curves::{Chart, Line, Stroke, draw};
 use super::page::{self, Heading, Section};
 use crate::measure::solvers::{DegreeRow, Total};
 
-/// Logarithms have no zero: nothing missed is drawn as so much.
+/// Substitute for a share of zero, which a logarithmic axis cannot show.
 const NOTHING: f64 = 1e-3;
 
-/// `rows`: ascending degrees, the same solvers in each, but where one has no formula.
+/// Writes the page. `rows` have increasing degrees and the same solvers, except for
+/// degrees without a formula.
 pub fn solvers_page(heading: &Heading, rows: &[DegreeRow]) -> String {
     let time = |t: &Total| t.nanoseconds / t.polynomials as f64;
     let missed = |t: &Total| t.tally.map_or(f64::NAN, |t| t.missed()).max(NOTHING);

@@ -1,13 +1,13 @@
-//! The same rays at two numbers of lanes.
+//! //! Comparison of the same rays traced at two lane counts.
 
 use super::show::Traced;
 use crate::trace::{Outcome, TracedRay};
 
-/// Rays that differ in any bit, or that only one of the two traced.
+/// Rays that differ in any bit, or that only one of the two runs traced.
 #[derive(Clone, Debug, Default)]
 pub struct Differences {
     pub count: u64,
-    /// The first of them, for people.
+    /// Describes the first difference, for messages.
     pub first: Option<String>,
 }
 

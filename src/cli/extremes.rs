@@ -1,4 +1,4 @@
-//! `lanecast extremes`: sweeps that show where each precision begins to err.
+//! //! `lanecast extremes`: stress sweeps that show where each precision begins to err.
 
 use super::args::ExtremesArgs;
 use super::error::CliError;
@@ -54,7 +54,7 @@ pub fn run(args: &ExtremesArgs) -> Result<(), CliError> {
     judge(&report)
 }
 
-/// Before any work: the width is in this build, for every precision.
+/// Checks before any work that this build has the width.
 fn check_lanes(options: &ExtremesOptions) -> Result<(), CliError> {
     let Some(lanes) = options.lanes.count() else {
         return Ok(());
@@ -138,7 +138,7 @@ fn for_people(report: &Report) -> String {
     text
 }
 
-/// What is wrong where nothing is promised.
+/// Describes wrong answers at values without a guarantee.
 fn gaps(sweep: &SweepReport) -> Vec<String> {
     let of_precision = |(row, start): (usize, &Start)| {
         let promised = |point: &&Point| point.known_gap.is_none() || point.refused.is_some();
@@ -169,7 +169,7 @@ fn gaps(sweep: &SweepReport) -> Vec<String> {
     lines.collect()
 }
 
-/// One precision's wrong answers at one value.
+/// Describes one precision's wrong answers at one value.
 fn faults(sweep: &SweepReport, value: f64, f: &Figures) -> String {
     let mut text = format!(
         "{} {} at {}, {}: {} hits, {} ids, {} shadows wrong, {} not finite, of {}",
@@ -189,12 +189,13 @@ fn faults(sweep: &SweepReport, value: f64, f: &Figures) -> String {
     text
 }
 
-/// `fast` may err.
+/// Returns whether the precision guarantees its answers; `fast` does not.
 fn is_sure(figures: &Figures) -> bool {
     figures.precision != Precision::Fast.name()
 }
 
-/// What is promised must hold, and no number may be NaN or infinite.
+/// Returns an error if a guaranteed answer is wrong, or a number of a precision other
+/// than `fast` is NaN or infinite.
 fn judge(report: &Report) -> Result<(), CliError> {
     let broken = |point: &Point, f: &Figures| {
         is_sure(f) && (f.not_finite > 0 || point.known_gap.is_none() && f.wrong() > 0)

@@ -1,4 +1,4 @@
-//! `lanecast plan`: what a scene requires and what is left out.
+//! //! `lanecast plan`: reports what a scene requires, and the choices made for it.
 
 use super::args::PlanArgs;
 use super::error::CliError;
@@ -12,35 +12,36 @@ use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
-/// What `--json` writes.
+/// The value that `--json` writes.
 #[derive(Debug, Serialize)]
 struct Report {
     appearances: u64,
-    /// Appearances of each kind of shape.
+    /// Number of instances of each kind of shape.
     shapes: BTreeMap<&'static str, u64>,
     triangles: usize,
     lights: usize,
     materials: usize,
-    /// Those that appear.
+    /// The combinations that are instanced.
     combinations: Vec<Combination>,
-    /// What is odd about them.
+    /// Lints of the shapes.
     remarks: Vec<String>,
     choices: Vec<Choice>,
-    /// Bytes.
+    /// Bytes per table.
     tables: BTreeMap<&'static str, usize>,
-    /// Bytes.
+    /// Bytes per tree.
     trees: BTreeMap<&'static str, usize>,
-    /// Expected cost of a random ray through the top structure, in primitive tests.
+    /// Expected cost of a random ray through the top-level structure, in primitive
+    /// tests.
     top_tree_sah: f64,
 }
 
-/// A solid made of solids, unfolded.
+/// A CSG solid, expanded.
 #[derive(Debug, Serialize)]
 struct Combination {
     name: String,
     operands: usize,
     gates: usize,
-    /// Spaces that operands are in.
+    /// Number of distinct spaces of the operands.
     frames: usize,
     bytes: usize,
 }
@@ -73,7 +74,7 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
     results.commit(&for_people(&report))
 }
 
-/// A line about appearances that have bounds, but none in world space.
+/// Warns about instances whose shapes have bounds but that have none in world space.
 fn blurred(world: &World) -> Option<String> {
     let bounded = |entry: &&Entry| {
         let row = world.appearances.get(&world.scene, entry.appearance);
@@ -145,7 +146,7 @@ fn report(prepared: &Prepared, world: &World) -> Report {
     }
 }
 
-/// Of long lists.
+/// Maximum number of lines shown of a long list.
 const SHOWN: usize = 8;
 
 fn more(text: &mut String, count: usize) {

@@ -1,4 +1,4 @@
-//! `lanecast probe`: all that one ray has in the solids of a scene.
+//! //! `lanecast probe`: lists all spans of one ray inside the solids of a scene.
 
 use super::args::ProbeArgs;
 use super::error::CliError;
@@ -11,31 +11,31 @@ use glam::DVec3;
 use serde::Serialize;
 use std::fmt::Write;
 
-/// What `--json` writes.
+/// The value that `--json` writes.
 #[derive(Debug, Serialize)]
 struct Report {
     org: [f64; 3],
     dir: [f64; 3],
     spans: Vec<Row>,
-    /// Appearances of polygons, of open cylinders, cones and polynomial surfaces, and of
-    /// meshes that are not closed.
+    /// Number of instances of polygons, of open cylinders, cones and polynomial
+    /// surfaces, and of meshes that are not closed.
     surfaces_left_out: u64,
 }
 
 #[derive(Debug, Serialize)]
 struct Row {
     solid: String,
-    /// As pictures of instance ids number them.
+    /// The id that instance-id pictures use.
     instance: u64,
     side: Side,
-    /// In lengths of `dir`; none: without end.
+    /// In lengths of `dir`; null for a span without that end.
     t_enter: Option<f64>,
     t_exit: Option<f64>,
     enter: Option<Place>,
     exit: Option<Place>,
 }
 
-/// Where a span lies, seen from the ray's origin.
+/// Position of a span relative to the ray's origin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum Side {
@@ -50,11 +50,11 @@ struct Place {
     instance: u64,
     material: Option<String>,
     point: [f64; 3],
-    /// Unit, out of the solid.
+    /// Unit normal, pointing out of the solid.
     normal: [f64; 3],
 }
 
-/// Squares of lengths between these are numbers.
+/// Range of lengths whose squares neither overflow nor underflow.
 const SHORTEST: f64 = 1e-150;
 const LONGEST: f64 = 1e150;
 
@@ -144,7 +144,7 @@ fn for_people(report: &Report) -> String {
         };
         let t_enter = row.t_enter.unwrap_or(f64::NEG_INFINITY);
         let t_exit = row.t_exit.unwrap_or(f64::INFINITY);
-        // What lies ahead of the origin counts.
+        // Only the part ahead of the origin counts.
         inside += (t_exit - t_enter.max(0.0)).max(0.0) * length;
         let thickness = (t_exit - t_enter) * length;
         let _ = writeln!(

@@ -1,4 +1,4 @@
-//! `lanecast roots`: the real roots of polynomials, by any solver.
+//! //! `lanecast roots`: finds the real roots of polynomials with any solver.
 
 use super::args::RootsArgs;
 use super::error::CliError;
@@ -11,7 +11,7 @@ use serde::Serialize;
 use std::fmt::Write;
 use std::ops::Bound;
 
-/// What `--json` writes: of --coeffs, the row of its polynomial.
+/// The value that `--json` writes; for `--coeffs` the row of its polynomial.
 #[derive(Debug, Serialize)]
 #[serde(untagged)]
 enum Report {
@@ -28,10 +28,10 @@ struct Row {
     #[serde(skip_serializing_if = "Option::is_none")]
     name: Option<String>,
     degree: usize,
-    /// Null: without end.
+    /// Ends of the interval; null if it is unbounded.
     low: Option<f64>,
     high: Option<f64>,
-    /// Whose roots these are.
+    /// The solver that found these roots.
     solver: &'static str,
     roots: Vec<Root>,
     clusters: Vec<Cluster>,
@@ -72,7 +72,7 @@ pub fn run(args: &RootsArgs) -> Result<(), CliError> {
     }
 }
 
-/// Whether the roots that a list knows are those of `auto`, which promises it.
+/// Returns an error unless `auto` finds the roots that a list knows, as it guarantees.
 fn as_promised(totals: &[Total]) -> Result<(), CliError> {
     let auto = totals
         .iter()
@@ -115,7 +115,8 @@ fn many(listed: &[Listed], args: &RootsArgs) -> Result<Report, CliError> {
     })
 }
 
-/// One polynomial, by the solver that is asked for, or by all beside `auto`.
+/// Finds the roots of one polynomial with the requested solver, or with `auto` and all
+/// others.
 fn row(
     name: Option<&str>,
     p: &Polynomial,
@@ -127,7 +128,7 @@ fn row(
         Some(solver) => std::slice::from_ref(solver),
         None => &Solver::ALL,
     };
-    // Known are the roots of the whole line.
+    // The known roots are those of the whole line.
     let known = listed.and_then(|l| l.known.as_deref());
     let known = known.filter(|_| *interval == Interval::LINE);
     let mut first: Option<Answer> = None;
@@ -138,7 +139,8 @@ fn row(
                 first.get_or_insert(answer);
                 solvers.push(trial);
             }
-            // Of a list, and beside others, what it cannot do is left out.
+            // In a list, or beside other solvers, a solver that cannot handle the
+            // polynomial is skipped.
             Err(_) if listed.is_some() || asked.len() > 1 => {}
             Err(e) => return Err(CliError::Usage(e.to_string())),
         }

@@ -1,7 +1,4 @@
-//! The arguments' values: what they may be, and how they are read.
-//!
-//! A value that the design knows and this version lacks is told apart from one
-//! that nobody knows.
+//! //! Parsers and domains of the arguments' values.
 
 use crate::accel::{BuildQuality, KdClip, KdStop};
 use crate::io::AovSet;
@@ -22,27 +19,27 @@ pub struct Size {
     pub height: u32,
 }
 
-/// `None`: what the plan says.
+/// A structure; `None` leaves the choice to the plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AccelChoice(pub Option<Accel>);
 
-/// `None`: what the scene's needs say.
+/// Temporal bounds; `None` leaves the choice to the scene's needs.
 #[derive(Clone, Copy)]
 pub struct ReuseChoice(pub Option<Reuse>);
 
-/// Which rays `bench` traces, each kind once.
+/// Ray kinds that `bench` traces, each at most once.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BenchKinds(pub Vec<Kind>);
 
-/// Structures that `bench` measures beside each other.
+/// Structures that `bench` compares.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BenchAccels(pub Vec<AccelChoice>);
 
-/// Qualities of wide trees that `bench` measures beside each other.
+/// Build qualities of wide trees that `bench` compares.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BenchBuilds(pub Vec<BuildQuality>);
 
-/// With and without a shadow cache.
+/// Shadow cache on, off, or both to compare them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BenchCachings(pub Vec<Caching>);
 
@@ -55,7 +52,7 @@ pub enum PeerChoice {
     Embree,
 }
 
-/// Triangles of the smallest and the largest generated mesh.
+/// Number of triangles of the smallest and the largest generated mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GrowthRange {
     pub min: u64,
@@ -69,7 +66,7 @@ const MAX_PIXELS: u64 = 1 << 28;
 
 pub fn parse_size(text: &str) -> Result<Size, String> {
     let number = |side: &str| {
-        // Not parse alone: it takes a plus sign.
+        // `parse` alone would accept a plus sign.
         let digits = !side.is_empty() && side.bytes().all(|b| b.is_ascii_digit());
         digits.then(|| side.parse::<u32>().unwrap_or(u32::MAX))
     };
@@ -98,7 +95,7 @@ pub fn parse_scale(text: &str) -> Result<f64, String> {
         .ok_or("write a finite number above 0, such as 1e-6".into())
 }
 
-/// Pages are for files.
+/// Parses the path of a page, which must be a file.
 pub fn parse_page(text: &str) -> Result<PathBuf, String> {
     match text {
         "-" => Err("a page goes to a file; name one, such as page.html".into()),
@@ -118,7 +115,7 @@ pub fn parse_offset(text: &str) -> Result<DVec3, String> {
     }
 }
 
-/// A share that can be reached.
+/// Parses a relative error within the reachable range.
 pub fn parse_error(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(x) if (1e-6..=0.5).contains(&x) => Ok(x),
@@ -265,7 +262,7 @@ pub fn parse_peers(text: &str) -> Result<PeerChoice, String> {
 
 pub fn parse_growth(text: &str) -> Result<GrowthRange, String> {
     let number = |text: &str| {
-        // 1e6 is easier to read than all its zeros.
+        // Exponents are accepted: 1e6 is easier to read than all its zeros.
         let value: f64 = text.trim().parse().ok()?;
         let whole = value.fract() == 0.0 && (8.0..=MAX_GROWTH as f64).contains(&value);
         whole.then_some(value as u64)
@@ -279,7 +276,7 @@ pub fn parse_growth(text: &str) -> Result<GrowthRange, String> {
         ))
 }
 
-/// Coefficients of a polynomial.
+/// Coefficients of a polynomial, the constant one first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coefficients(pub Vec<f64>);
 
@@ -355,7 +352,7 @@ mod tests {
         for bad in ["0x1", "1x0", "65536x1", "1x99999999999999999999"] {
             assert!(parse_size(bad).unwrap_err().contains("1 to 65535"), "{bad}");
         }
-        // 2²⁸ pixels and one row more.
+        // 2²⁸ pixels, and one row more.
         assert_eq!(parse_size("16384x16384"), size(16384, 16384));
         assert!(parse_size("16384x16385").unwrap_err().contains("too many"));
     }

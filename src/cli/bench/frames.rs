@@ -1,4 +1,4 @@
-//! `lanecast bench SCENE --frames N`: what a frame gains by the one before.
+//! //! `lanecast bench SCENE --frames N`: gains from the frame before.
 
 use super::check_config;
 use crate::accel::{Structure, World};

@@ -1,5 +1,5 @@
-//! `lanecast bench --growth MIN:MAX`: the same figures over generated meshes of
-//! rising size.
+//! //! `lanecast bench --growth MIN:MAX`: the same figures over generated meshes of
+//! increasing size.
 
 use super::report::growth_table;
 use super::work::Work;
@@ -23,9 +23,9 @@ const SIZE: Size = Size {
     width: 512,
     height: 512,
 };
-/// Triangles that are built in a moment.
+/// Number of triangles of a mesh that is built almost instantly.
 const QUICK: u64 = 200_000;
-/// One of each sort, where no kinds are asked for.
+/// Default kinds: one of each class of rays.
 const KINDS: [Kind; 4] = [
     Kind::Primary,
     Kind::LightShadow,
@@ -94,7 +94,7 @@ fn measure(
     work.build_own(progress)?;
     let peak = peak_resident_bytes().filter(|_| restarted);
     work.build_peer(progress)?;
-    // The first builds were colder; of small meshes a few more cost nothing.
+    // The first builds were cold; a few more of a small mesh cost nothing.
     let more = (QUICK / triangles).min(20) as u32;
     for _ in 1..args.builds.max(1 + more) {
         work.build_own(progress)?;
@@ -112,7 +112,7 @@ fn measure(
     })
 }
 
-/// The view that the peers' figures of this mesh are made with.
+/// Returns the view of the baseline's figures of this mesh.
 fn seen() -> SceneBuilder {
     let mut scene = SceneBuilder::default();
     let eye = DVec3::new(0.0, 0.6, 3.2);

@@ -1,14 +1,14 @@
-//! What `bench` says: `--json`, and tables for people.
+//! //! Reports of `bench`: JSON, and tables for readers.
 
 use crate::measure::bench::{Comparison, Row};
 use crate::measure::growth::Growth;
 use crate::measure::structures::StructureRow;
 use serde::Serialize;
 
-/// What `--json` writes.
+/// The value that `--json` writes.
 #[derive(Serialize)]
 pub struct Report {
-    /// Of the first structure.
+    /// Figures of the first structure.
     pub build_seconds: f64,
     pub tree_bytes: usize,
     pub triangles: u64,
@@ -19,7 +19,7 @@ pub struct Report {
     pub order: &'static str,
     pub structures: Vec<StructureRow>,
     pub results: Vec<Row>,
-    /// Ours against a peer; empty without one.
+    /// Our contenders beside the baseline's; empty without one.
     pub comparisons: Vec<Comparison>,
 }
 
@@ -136,7 +136,7 @@ fn comparisons(all: &[Comparison], rows: &[Row]) -> String {
     text
 }
 
-/// A line per size and structure, the rates of each size, the fits.
+/// Formats structures and rates of each size, then the fits.
 pub fn growth_table(growth: &Growth) -> String {
     let mut text = String::new();
     for size in &growth.sizes {

@@ -1,4 +1,4 @@
-//! What is measured of one scene: structures, modes, ray sets, a peer.
+//! //! The measurement of one scene: structures, modes, ray sets and a baseline.
 
 use super::export;
 use crate::accel::{BuildQuality, Forests, World};
@@ -19,15 +19,15 @@ use crate::render::{Progress, RenderConfig};
 use crate::scene::Shape;
 use crate::trace::{Caching, HitId};
 
-/// Tests of a ray against a primitive that a linear scan may make in all.
+/// Maximum number of ray-primitive tests that a linear scan may make in total.
 const MAX_TESTS: f64 = 2e11;
-/// Rays of a set that a linear scan is asked again at one lane.
+/// Maximum number of rays per set that a linear scan repeats at one lane.
 const CHECKED_LINEAR: usize = 1 << 14;
 
 pub struct Work<'a> {
     prepared: &'a Prepared,
     structures: Vec<Structure>,
-    /// Precisions that lack the width asked for, and why.
+    /// Precisions that lack the requested width, and why.
     pub left_out: Vec<String>,
     peer: Option<(Embree, Vec<HitId>)>,
     order: Order,
@@ -48,7 +48,7 @@ struct Structure {
 }
 
 impl Structure {
-    /// Such as `bvh`, of medium quality, or `bvh-high`.
+    /// Returns a name such as `bvh` for medium quality, or `bvh-high`.
     fn name(&self) -> String {
         let accel = self.accel.name();
         match self.build {
@@ -59,8 +59,8 @@ impl Structure {
 }
 
 impl<'a> Work<'a> {
-    /// Every structure that is asked for, in every precision at the machine's
-    /// width and at one lane; what is asked for narrows it.
+    /// Plans every requested structure, in every precision, at the machine's width and
+    /// at one lane; arguments narrow the choice.
     pub fn plan(args: &BenchArgs, prepared: &'a Prepared) -> Result<Work<'a>, CliError> {
         let accels = match &args.accels {
             Some(accels) => accels.0.clone(),
@@ -91,8 +91,7 @@ impl<'a> Work<'a> {
                             modes.push((*precision, plan.kernels));
                             first.get_or_insert(plan);
                         }
-                        // A width may be there for one precision and not for
-                        // the other.
+                        // A width may exist for one precision and not for another.
                         Err(error) => refused.push((*precision, error)),
                     }
                 }
@@ -144,14 +143,14 @@ impl<'a> Work<'a> {
         })
     }
 
-    /// A linear scan of a large scene would not end. `rays` are those of all
-    /// sets.
+    /// Rejects a linear scan that would not finish in reasonable time. `rays` is the
+    /// number of rays of all sets.
     pub fn check_effort(&self, rays: u64) -> Result<(), CliError> {
         let linear = |s: &&Structure| s.accel == Accel::Linear;
         let Some(linear) = self.structures.iter().find(linear) else {
             return Ok(());
         };
-        // One to compare, one to count.
+        // One run to compare, one to count.
         let runs = linear.modes.len() as u64 * u64::from(self.reps + 2);
         let rays = rays.saturating_mul(runs);
         let scene = &self.prepared.scene;
@@ -174,7 +173,7 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    /// Builds everything as often as is asked for, in turns.
+    /// Builds every structure the requested number of times, in turns.
     pub fn build(&mut self, progress: &Progress) -> Result<(), CliError> {
         for _ in 0..self.builds {
             self.build_own(progress)?;
@@ -192,7 +191,8 @@ impl<'a> Work<'a> {
             ..
         } = self.prepared;
         for own in &mut self.structures {
-            // Two at once would count twice in the peak of memory.
+            // The old world is dropped first: two at once would count twice in the peak
+            // memory.
             own.world = None;
             let kind = structure(&own.plan, kd);
             let build = || World::build_to(own.build, scene, appearances, kind);
@@ -213,7 +213,7 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    /// Bytes of the first structure.
+    /// Adds the bytes of the first structure.
     pub fn memory(&self, stats: &mut Stats) {
         if let Some((_, world)) = self.worlds().next() {
             for (name, bytes) in world.bytes() {
@@ -238,7 +238,7 @@ impl<'a> Work<'a> {
         own.chain(peers).collect()
     }
 
-    /// Ray sets of the scene.
+    /// Generates the scene's ray sets.
     pub fn jobs(
         &self,
         config: &RenderConfig,
@@ -312,14 +312,14 @@ impl<'a> Work<'a> {
         built.filter_map(|own| own.world.as_ref().map(|world| (own, world)))
     }
 
-    /// The structure that is asked for what is right: not the slow one, where
-    /// there is another.
+    /// Returns the structure of the oracle: any but the slow linear scan, if there is
+    /// one.
     fn judged(&self) -> Option<(&Structure, &World)> {
         let fast = |(own, _): &(&Structure, _)| own.accel != Accel::Linear;
         self.worlds().find(fast).or_else(|| self.worlds().next())
     }
 
-    /// f64 at one lane.
+    /// Returns the oracle: exact tracing at one lane.
     fn judge(&self) -> Option<Contender<'_>> {
         let (own, world) = self.judged()?;
         let kernels = Kernels {
@@ -376,8 +376,8 @@ fn contender<'w>(
     }
 }
 
-/// Embree over the scene's triangles, not yet built, with the tests that are fair
-/// beside these precisions.
+/// Prepares Embree over the scene's triangles, not yet built, with the tests that
+/// compare fairly with these precisions.
 fn peer(prepared: &Prepared, precisions: &[Precision]) -> Result<(Embree, Vec<HitId>), CliError> {
     let Prepared {
         scene, appearances, ..

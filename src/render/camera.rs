@@ -1,5 +1,5 @@
-//! //! Camera rays. A world ray has an f64 origin and an f32 direction; every
-//! precision, kernel and replay starts from exactly these numbers.
+//! Camera rays. A world ray has an f64 origin and an f32 direction; every precision,
+//! kernel and replay starts from exactly these numbers.
 
 use super::config::Grid;
 use crate::math::Vec3;

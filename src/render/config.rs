@@ -1,8 +1,8 @@
-//! //! The parameters of a render in one value: filled by the command line or by a
-//! program, read by the plan and the renderer.
+//! The parameters of a render in one value: filled by the command line or by a program,
+//! read by the plan and the renderer.
 //!
-//! //! The command line checks ranges (sizes, counts) when it parses them; programs
-//! that fill this value themselves stay within the documented ranges.
+//! The command line checks ranges (sizes, counts) when it parses them; programs that
+//! fill this value themselves stay within the documented ranges.
 
 use super::AovSet;
 use crate::accel::{BuildQuality, KdQuality};

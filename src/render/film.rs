@@ -1,4 +1,4 @@
-//! //! The film: collects the tiles' results in the picture.
+//! The film: collects the tiles' results in the picture.
 
 use super::{AovSet, Picture};
 use crate::scene::Rgb;

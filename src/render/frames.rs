@@ -1,4 +1,4 @@
-//! //! Per-tile state that one frame of a sequence hands to the next. Each tile has its
+//! Per-tile state that one frame of a sequence hands to the next. Each tile has its
 //! own, so threads share none.
 
 use crate::shade::Memory;

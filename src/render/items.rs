@@ -1,4 +1,4 @@
-//! //! The item buffer of a frame: the list of boxes per tile of camera rays.
+//! The item buffer of a frame: the list of boxes per tile of camera rays.
 
 use super::camera::RayGenerator;
 use crate::accel::{WIDE, World};

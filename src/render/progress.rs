@@ -1,9 +1,9 @@
-//! //! Progress and cancellation of a stage of work, shared by its threads and its
+//! Progress and cancellation of a stage of work, shared by its threads and its
 //! observer.
 //!
-//! //! The stage (a render, a comparison) adds its counts once per tile and reads
-//! `cancel` before every batch of rays. The counters are informative and order nothing,
-//! so every access is relaxed; results reach the observer when the threads are joined.
+//! The stage (a render, a comparison) adds its counts once per tile and reads `cancel`
+//! before every batch of rays. The counters are informative and order nothing, so every
+//! access is relaxed; results reach the observer when the threads are joined.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering::Relaxed};
 

@@ -1,10 +1,10 @@
-//! //! Sample positions inside a pixel: a fixed stratified pattern.
+//! Sample positions inside a pixel: a fixed stratified pattern.
 //!
-//! //! The pattern is Hammersley's point set, shifted cyclically inside the pixel by a
-//! hash of (seed, frame, pixel). Every column and every power-of-two row of the pixel
-//! gets its share of samples, and neighbouring pixels have different patterns. The
-//! position is a function of its arguments alone, so no tile, thread or lane width
-//! changes a sample. A single sample lies at the centre.
+//! The pattern is Hammersley's point set, shifted cyclically inside the pixel by a hash
+//! of (seed, frame, pixel). Every column and every power-of-two row of the pixel gets
+//! its share of samples, and neighbouring pixels have different patterns. The position
+//! is a function of its arguments alone, so no tile, thread or lane width changes a
+//! sample. A single sample lies at the centre.
 
 /// Returns sample `index` of `count` as offsets in [0, 1) from the pixel's left and top
 /// edges.

@@ -1,9 +1,9 @@
-//! //! The render loop: tiles distributed over threads, one arena per thread.
+//! The render loop: tiles distributed over threads, one arena per thread.
 //!
-//! //! Packets lie on an absolute grid of 16×16 pixels, in Morton order within each
-//! block, and tiles are multiples of that block, so the division into tiles does not
-//! change the picture. A tile is traced sample by sample; its transient columns live in
-//! the thread's arena, which is reset after the tile.
+//! Packets lie on an absolute grid of 16×16 pixels, in Morton order within each block,
+//! and tiles are multiples of that block, so the division into tiles does not change
+//! the picture. A tile is traced sample by sample; its transient columns live in the
+//! thread's arena, which is reset after the tile.
 
 use super::camera::RayGenerator;
 use super::config::{Grid, RenderConfig, TileOrder};
@@ -17,7 +17,9 @@ use crate::accel::World;
 use crate::math::lanes::Lanes;
 use crate::plan::Kernels;
 use crate::scene::{Camera, Light, Rgb};
-use crate::shade::{Columns, Doubles, Integrator, Ledger, Looks, Memory, RayCounts, STEP, Surface};
+use crate::shade::{
+    Doubles, Integrator, MaterialFlags, Memory, RayCounts, STEP, Scratch, Statistics, Surface,
+};
 use crate::trace::{HitId, ItemBuffer, RayKind, ShadowCache, TracedRay};
 use bumpalo::Bump;
 use rayon::prelude::*;
@@ -118,7 +120,7 @@ fn render_tiles(
     };
     let generator = RayGenerator::new(view.camera, config.width, config.height, config.grid);
     let whole = morton_order((side, side));
-    let looks = Looks::of(&view.world.scene.materials.rows);
+    let material_flags = MaterialFlags::new(&view.world.scene.materials.rows);
     let order = |number: u32| {
         let (corner, size) = at(number);
         let place = |spot: &Spot| (corner.0 + spot.x, corner.1 + spot.y);
@@ -146,7 +148,7 @@ fn render_tiles(
                 corner,
                 size,
                 whole: &whole,
-                looks,
+                material_flags,
                 items: items
                     .as_ref()
                     .map(|items| (items, number as usize * tiles_of(pixels))),
@@ -175,7 +177,7 @@ struct Tile<'a> {
     size: (u32, u32),
     /// Pixel order of a tile that the picture's border does not cut.
     whole: &'a [Spot],
-    looks: Looks,
+    material_flags: MaterialFlags,
     /// The frame's item buffer, and the index of the tile's first list.
     items: Option<(&'a ItemBuffer, usize)>,
 }
@@ -196,19 +198,19 @@ impl Tile<'_> {
         let caches = arena.alloc_slice_fill_copy(self.view.lights.len(), cache);
         let cut = (pixels < self.whole.len()).then(|| morton_order(self.size));
         let order = cut.as_deref().unwrap_or(self.whole);
-        let columns = &mut Columns::new(arena);
+        let scratch = &mut Scratch::new(arena);
         let mut record = Vec::new();
         let mut counts = RayCounts::default();
         for sample in 0..self.samples() {
-            let ledger = &mut Ledger {
+            let statistics = &mut Statistics {
                 counts: RayCounts::default(),
                 record: recording.then_some(&mut record),
                 sample,
                 pixel_of: &|row| self.pixel(row),
                 memory: memory.as_deref_mut(),
             };
-            self.sample(sample, order, columns, color, aovs, caches, ledger);
-            counts.add(&ledger.counts);
+            self.sample(sample, order, scratch, color, aovs, caches, statistics);
+            counts.add(&statistics.counts);
             // Results of a cancelled tile are discarded.
             if self.progress.is_cancelled() {
                 return counts;
@@ -240,16 +242,16 @@ impl Tile<'_> {
         &self,
         sample: u32,
         order: &[Spot],
-        columns: &mut Columns,
+        scratch: &mut Scratch,
         color: &mut [Rgb],
         aovs: &mut [AovSample],
         caches: &mut [ShadowCache],
-        ledger: &mut Ledger,
+        statistics: &mut Statistics,
     ) {
         let config = self.config;
         let generator =
             RayGenerator::new(self.view.camera, config.width, config.height, config.grid);
-        let wave = columns.camera_rays();
+        let queue = scratch.camera_rays();
         // A single sample lies at the centre: rays of a column or row share one
         // position.
         let lone = (self.samples() == 1).then(|| self.centres(&generator));
@@ -262,13 +264,13 @@ impl Tile<'_> {
                 ],
                 None => self.sampled(&generator, &spots, sample),
             };
-            wave.push_some(
+            queue.push_some(
                 (1 << some.len()) - 1,
                 generator.through(across, up),
                 &spots.map(|spot| spot.row),
             );
         }
-        wave.complete(f32::INFINITY, RayKind::Primary);
+        queue.complete(f32::INFINITY, RayKind::Primary);
         let integrator = Integrator {
             world: self.view.world,
             kernels: self.view.kernels,
@@ -277,7 +279,7 @@ impl Tile<'_> {
             background: self.view.world.scene.background,
             max_depth: config.max_depth,
             unnamed: Default::default(),
-            looks: self.looks,
+            material_flags: self.material_flags,
             cancel: &self.progress.cancel,
         };
         let keep = sample == 0 && config.aovs != AovSet::default();
@@ -285,7 +287,7 @@ impl Tile<'_> {
             aovs[row as usize] = self.aov(&generator, surface, id);
         };
         let first_hit = keep.then_some(&mut first_hit as _);
-        integrator.run(columns, color, caches, ledger, first_hit);
+        integrator.run(scratch, color, caches, statistics, first_hit);
     }
 
     /// Returns the image-plane positions of rays through the centres of the tile's

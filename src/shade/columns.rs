@@ -1,6 +1,6 @@
-//! //! Columns of shading data, read and written one step (a register of lanes) at a
-//! time. All lanes here have one width: correctly rounded arithmetic gives the same
-//! bits at any width.
+//! Columns of shading data, read and written one step (a register of lanes) at a time.
+//! All lanes here have one width: correctly rounded arithmetic gives the same bits at
+//! any width.
 
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, f32x8, f64x8};

@@ -1,9 +1,9 @@
-//! //! First-order distance of a point from a primitive's surface: it refines a hit's t
-//! and bounds the error that remains.
+//! First-order distance of a point from a primitive's surface: it refines a hit's t and
+//! bounds the error that remains.
 //!
-//! //! A hit names its primitive; its t is as accurate as the lanes' type. In f64, one
-//! or two Newton steps along the ray bring the point onto the surface up to the
-//! rounding of f64 coordinates, whatever the type of the lanes.
+//! A hit names its primitive; its t is as accurate as the lanes' type. In f64, one or
+//! two Newton steps along the ray bring the point onto the surface up to the rounding
+//! of f64 coordinates, whatever the type of the lanes.
 
 use super::surface::facets;
 use crate::accel::World;

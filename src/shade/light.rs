@@ -1,4 +1,4 @@
-//! //! Lights as seen from shaded points, in lanes.
+//! Lights as seen from shaded points, in lanes.
 
 use super::columns::{Doubles, Singles};
 use crate::math::bounds::LIGHT_END;
@@ -6,13 +6,13 @@ use crate::math::lanes::{Lanes, Mask};
 use crate::math::{Vec3, unit};
 use crate::scene::{Falloff, Light};
 
-type On = <Doubles as Lanes>::Mask;
+type LaneMask = <Doubles as Lanes>::Mask;
 
 /// Direction to a light from points, and the irradiance that arrives there.
 #[derive(Clone, Copy, Debug)]
-pub struct Arrival {
+pub struct LightSample {
     /// Lanes that the light reaches.
-    pub some: On,
+    pub some: LaneMask,
     /// Unit direction from the point to the light.
     pub towards: Vec3<Doubles>,
     /// Irradiance on a surface that faces the light, W/m².
@@ -21,7 +21,7 @@ pub struct Arrival {
 
 /// Returns t_max of the [`shadow_dirs`] rays: the light's t, less what rounding may
 /// move it by ([`LIGHT_END`]).
-pub fn end_of(light: &Light) -> f32 {
+pub fn shadow_t_max(light: &Light) -> f32 {
     match light {
         Light::Point { .. } => LIGHT_END,
         Light::Directional { .. } => f32::INFINITY,
@@ -36,19 +36,19 @@ pub fn shadow_dirs(
     light: &Light,
     org: Vec3<Doubles>,
     towards: Vec3<Doubles>,
-) -> (Vec3<Doubles>, On) {
+) -> (Vec3<Doubles>, LaneMask) {
     match light {
         Light::Point { position, .. } => {
             let dir = Vec3::splat(position.to_array()) - org;
             (dir, dir.max_abs().gt(Doubles::zero()))
         }
-        Light::Directional { .. } => (towards, On::splat(true)),
+        Light::Directional { .. } => (towards, LaneMask::splat(true)),
     }
 }
 
-impl Arrival {
+impl LightSample {
     #[inline(always)]
-    pub fn at(light: &Light, point: Vec3<Doubles>) -> Arrival {
+    pub fn at(light: &Light, point: Vec3<Doubles>) -> LightSample {
         match light {
             Light::Point {
                 position,
@@ -64,7 +64,7 @@ impl Arrival {
                     Falloff::None => one,
                 };
                 let faded = |i: f32| Singles::narrow(Doubles::splat(f64::from(i)) * fade);
-                Arrival {
+                LightSample {
                     some: !Lanes::eq(distance, Doubles::zero()),
                     towards: dir * nearness,
                     irradiance: intensity.map(faded),
@@ -75,8 +75,8 @@ impl Arrival {
                 irradiance,
             } => {
                 let towards = Vec3::splat((-unit(*direction)).to_array());
-                Arrival {
-                    some: On::splat(true),
+                LightSample {
+                    some: LaneMask::splat(true),
                     towards,
                     irradiance: irradiance.map(Singles::splat),
                 }

@@ -1,5 +1,5 @@
-//! //! Data shared by all hits of a primitive, computed once: neighbouring rays usually
-//! hit the same primitive.
+//! Data shared by all hits of a primitive, computed once: neighbouring rays usually hit
+//! the same primitive.
 
 use super::height::{height_at, refined};
 use super::surface::{

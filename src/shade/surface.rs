@@ -1,8 +1,8 @@
-//! //! The canonical evaluation of a hit: one function in f64 for every kernel, width
-//! and structure, so that all of them shade the same numbers. It evaluates hits of one
-//! site in lanes ([`Site::surfaces`]), with the same bits at any width.
+//! The canonical evaluation of a hit: one function in f64 for every kernel, width and
+//! structure, so that all of them shade the same numbers. It evaluates hits of one site
+//! in lanes ([`Site::surfaces`]), with the same bits at any width.
 //!
-//! //! From the ray, t and the primitive it computes the point, the normals and the
+//! From the ray, t and the primitive it computes the point, the normals and the
 //! distance from the point at which a leaving ray must start. That distance is no fixed
 //! epsilon: it is the measured distance of the point from the surface, plus a multiple
 //! of the rounding of the numbers that made it. In `guarded` and `exact`, t is first

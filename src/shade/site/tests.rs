@@ -1,4 +1,4 @@
-//! //! Surface evaluation in lanes gives each lane the bits of a single evaluation.
+//! Surface evaluation in lanes gives each lane the bits of a single evaluation.
 
 use super::*;
 use crate::accel::Structure;

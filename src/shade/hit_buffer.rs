@@ -1,5 +1,4 @@
-//! //! The hit buffer: columns of surfaces to shade, read by lights and materials in
-//! lanes.
+//! The hit buffer: columns of surfaces to shade, read by lights and materials in lanes.
 
 use super::columns::{Column3, Doubles, STEP, repeat_last, scatter};
 use super::surface::{Surface, Surfaces};
@@ -10,7 +9,7 @@ use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
 
 /// Surfaces of a batch's hits in world space, padded to whole steps.
-pub struct LitHits<'b> {
+pub struct HitBuffer<'b> {
     /// Row of the ray queue.
     pub row: ArenaVec<'b, u32>,
     pub material: ArenaVec<'b, Option<MaterialId>>,
@@ -20,16 +19,16 @@ pub struct LitHits<'b> {
     /// 1 if the ray came from the outer side, else −1.
     pub side: ArenaVec<'b, f64>,
     pub offset: ArenaVec<'b, f64>,
-    /// The ray's direction, unit after [`close`](LitHits::close).
+    /// The ray's direction, unit after [`finish`](HitBuffer::finish).
     pub incoming: Column3<'b, Doubles>,
     len: usize,
 }
 
-impl<'b> LitHits<'b> {
-    pub fn with_capacity(rows: usize, arena: &'b Bump) -> LitHits<'b> {
+impl<'b> HitBuffer<'b> {
+    pub fn with_capacity(rows: usize, arena: &'b Bump) -> HitBuffer<'b> {
         let columns = || Column3::with_capacity(rows, arena);
         let numbers = || ArenaVec::with_capacity_in(rows + STEP, arena);
-        LitHits {
+        HitBuffer {
             row: ArenaVec::with_capacity_in(rows + STEP, arena),
             material: ArenaVec::with_capacity_in(rows + STEP, arena),
             point: columns(),
@@ -42,7 +41,7 @@ impl<'b> LitHits<'b> {
         }
     }
 
-    /// Makes room for that many hits, none of which is [set](LitHits::set) yet.
+    /// Makes room for that many hits, none of which is [set](HitBuffer::set) yet.
     pub fn start(&mut self, hits: usize) {
         let rows = hits.next_multiple_of(STEP);
         for column in [
@@ -75,7 +74,7 @@ impl<'b> LitHits<'b> {
 
     /// Pads the columns to whole steps and normalises directions; call it once all hits
     /// are set.
-    pub fn close(&mut self) {
+    pub fn finish(&mut self) {
         let len = self.len;
         for column in [
             &mut self.point,

@@ -1,6 +1,6 @@
-//! //! Statistics that the integrator collects beside radiance.
+//! Statistics that the integrator collects beside radiance.
 
-use super::wave::Wave;
+use super::ray_queue::RayQueue;
 use crate::accel::World;
 use crate::plan::Kernels;
 use crate::trace::{
@@ -38,7 +38,7 @@ impl RayCounts {
 }
 
 /// Statistics of an integration: counts always, rays if requested.
-pub struct Ledger<'a> {
+pub struct Statistics<'a> {
     pub counts: RayCounts,
     /// Every ray with its answer, for `verify`.
     pub record: Option<&'a mut Vec<TracedRay>>,
@@ -90,34 +90,45 @@ impl Memory {
 }
 
 /// Counts a batch's rays, and the hits of camera rays.
-pub(super) fn note_counts(kinds: &[RayKind], instance: &[u64], depth: u32, ledger: &mut Ledger) {
+pub(super) fn count_rays(
+    kinds: &[RayKind],
+    instance: &[u64],
+    depth: u32,
+    statistics: &mut Statistics,
+) {
     let rays = kinds.len() as u64;
     if depth == 0 {
-        ledger.counts.primary += rays;
+        statistics.counts.primary += rays;
         let hits = instance.iter().filter(|x| **x != HitId::NONE.instance);
-        ledger.counts.primary_hits += hits.count() as u64;
+        statistics.counts.primary_hits += hits.count() as u64;
         return;
     }
     let mirrored = kinds.iter().filter(|k| **k == RayKind::Reflection);
     let mirrored = mirrored.count() as u64;
-    ledger.counts.reflection += mirrored;
-    ledger.counts.refraction += rays - mirrored;
+    statistics.counts.reflection += mirrored;
+    statistics.counts.refraction += rays - mirrored;
 }
 
 /// Records ray `i` of a queue with its answer, if rays are requested.
 #[inline(always)]
-pub(super) fn note(wave: &Wave, i: usize, depth: u32, outcome: Outcome, ledger: &mut Ledger) {
-    let Some(record) = &mut ledger.record else {
+pub(super) fn record_ray(
+    queue: &RayQueue,
+    i: usize,
+    depth: u32,
+    outcome: Outcome,
+    statistics: &mut Statistics,
+) {
+    let Some(record) = &mut statistics.record else {
         return;
     };
     record.push(TracedRay {
-        kind: wave.kind[i],
-        pixel: (ledger.pixel_of)(wave.pixel[i]),
-        sample: ledger.sample,
+        kind: queue.kind[i],
+        pixel: (statistics.pixel_of)(queue.pixel[i]),
+        sample: statistics.sample,
         depth,
-        org: wave.org(i),
-        dir: wave.dir(i),
-        t_max: wave.t_max[i],
+        org: queue.org(i),
+        dir: queue.dir(i),
+        t_max: queue.t_max[i],
         outcome,
     });
 }

@@ -1,8 +1,8 @@
-//! //! Ray queues: rays that wait to be traced, one queue per depth, in the thread's
-//! arena. Batches are taken from a queue's end.
+//! Ray queues: rays that wait to be traced, one queue per depth, in the thread's arena.
+//! Batches are taken from a queue's end.
 //!
-//! //! A ray spawns at most two, and a depth is filled only when its queue is empty.
-//! Queues beyond the first therefore hold at most two batches, whatever the scene does.
+//! A ray spawns at most two, and a depth is filled only when its queue is empty. Queues
+//! beyond the first therefore hold at most two batches, whatever the scene does.
 
 use super::columns::{Column3, Doubles, STEP, Singles, keep};
 use crate::math::Vec3;
@@ -16,10 +16,10 @@ use std::ops::Range;
 
 /// Maximum number of rays traced and shaded as one batch: a tile's rays at one sample
 /// per pixel. Fixed, because the order in which a pixel's rays are added depends on it.
-pub const PIECE: usize = 1024;
+pub const BATCH: usize = 1024;
 
 /// Rays of one depth in columns of equal length, apart from padding rays at the end.
-pub struct Wave<'b> {
+pub struct RayQueue<'b> {
     org: Column3<'b, Doubles>,
     dir: Column3<'b, Singles>,
     t_min: ArenaVec<'b, f32>,
@@ -31,12 +31,12 @@ pub struct Wave<'b> {
     pub kind: ArenaVec<'b, RayKind>,
 }
 
-impl<'b> Wave<'b> {
-    pub fn with_capacity(rays: usize, arena: &'b Bump) -> Wave<'b> {
+impl<'b> RayQueue<'b> {
+    pub fn with_capacity(rays: usize, arena: &'b Bump) -> RayQueue<'b> {
         // Padding may start at any row.
         let rays = rays + MAX_LANES;
         let f32s = || ArenaVec::with_capacity_in(rays, arena);
-        Wave {
+        RayQueue {
             org: Column3::with_capacity(rays, arena),
             dir: Column3::with_capacity(rays, arena),
             t_min: f32s(),
@@ -66,7 +66,7 @@ impl<'b> Wave<'b> {
         self.kind.push(kind);
     }
 
-    /// Appends the rays of a step whose bits are set; call [`Wave::complete`] once all
+    /// Appends the rays of a step whose bits are set; call [`RayQueue::complete`] once all
     /// rays are appended.
     #[inline(always)]
     pub fn push_some(
@@ -99,11 +99,11 @@ impl<'b> Wave<'b> {
         self.pixel.is_empty()
     }
 
-    /// Returns the rows of the last batch: at most [`PIECE`] rays, of whole pixels.
+    /// Returns the rows of the last batch: at most [`BATCH`] rays, of whole pixels.
     /// Only a pixel with more rays than that is split, counted from its own last ray,
     /// so the order within a pixel never depends on its neighbours.
-    pub fn last_piece(&self) -> Range<usize> {
-        let (start, end) = (self.len().saturating_sub(PIECE), self.len());
+    pub fn last_batch(&self) -> Range<usize> {
+        let (start, end) = (self.len().saturating_sub(BATCH), self.len());
         let splits = start > 0 && self.pixel[start - 1] == self.pixel[start];
         if !splits {
             return start..end;
@@ -114,8 +114,8 @@ impl<'b> Wave<'b> {
     }
 
     /// Returns the rays from `first` on, padded to whole packets with rays that hit
-    /// nothing. [`Wave::truncate`] removes the padding.
-    pub fn batch(&mut self, first: usize) -> Rays<'_> {
+    /// nothing. [`RayQueue::truncate`] removes the padding.
+    pub fn padded_rays(&mut self, first: usize) -> Rays<'_> {
         let padded = first + (self.len() - first).next_multiple_of(MAX_LANES);
         let (org, dir) = match self.len().checked_sub(1) {
             Some(last) => (self.org.row(last), self.dir.row(last)),
@@ -146,7 +146,7 @@ impl<'b> Wave<'b> {
     /// Gathers origins and directions of rows in increasing order, of which only the
     /// last may repeat.
     #[inline(always)]
-    pub fn step(&self, rows: &[u32; STEP]) -> (Vec3<Doubles>, Vec3<Doubles>) {
+    pub fn gather(&self, rows: &[u32; STEP]) -> (Vec3<Doubles>, Vec3<Doubles>) {
         let (org, dir) = (self.org.gather(rows), self.dir.gather(rows));
         let dir = Vec3::new(dir.x.widen(), dir.y.widen(), dir.z.widen());
         (org, dir)
@@ -162,42 +162,42 @@ impl<'b> Wave<'b> {
 }
 
 /// The ray queues of all depths so far.
-pub struct Waves<'b> {
-    depths: ArenaVec<'b, Wave<'b>>,
+pub struct RayQueues<'b> {
+    depths: ArenaVec<'b, RayQueue<'b>>,
     arena: &'b Bump,
 }
 
-impl<'b> Waves<'b> {
-    pub fn new(arena: &'b Bump) -> Waves<'b> {
-        Waves {
+impl<'b> RayQueues<'b> {
+    pub fn new(arena: &'b Bump) -> RayQueues<'b> {
+        RayQueues {
             depths: ArenaVec::new_in(arena),
             arena,
         }
     }
 
-    pub fn at(&mut self, depth: u32) -> &mut Wave<'b> {
+    pub fn at(&mut self, depth: u32) -> &mut RayQueue<'b> {
         while self.depths.len() <= depth as usize {
             // Capacity for all rays that a batch may spawn, so the columns never move.
             let rays = if self.depths.is_empty() {
-                PIECE
+                BATCH
             } else {
-                2 * PIECE
+                2 * BATCH
             };
-            self.depths.push(Wave::with_capacity(rays, self.arena));
+            self.depths.push(RayQueue::with_capacity(rays, self.arena));
         }
         &mut self.depths[depth as usize]
     }
 
     /// Returns a depth's queue, and the queue of the rays it spawns.
-    pub fn pair(&mut self, depth: u32) -> (&Wave<'b>, &mut Wave<'b>) {
+    pub fn pair(&mut self, depth: u32) -> (&RayQueue<'b>, &mut RayQueue<'b>) {
         self.at(depth + 1);
-        let (here, onwards) = self.depths.split_at_mut(depth as usize + 1);
-        (&here[depth as usize], &mut onwards[0])
+        let (here, next) = self.depths.split_at_mut(depth as usize + 1);
+        (&here[depth as usize], &mut next[0])
     }
 
     pub fn clear(&mut self) {
-        for wave in &mut self.depths {
-            wave.truncate(0);
+        for queue in &mut self.depths {
+            queue.truncate(0);
         }
     }
 }

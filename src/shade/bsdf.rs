@@ -1,8 +1,8 @@
-//! //! Reflectance of surfaces: evaluates both shading models for a light's direction,
-//! and samples the reflected and the refracted ray.
+//! Reflectance of surfaces: evaluates both shading models for a light's direction, and
+//! samples the reflected and the refracted ray.
 //!
-//! //! Metallic-roughness follows the glTF 2.0 specification, appendix B: Lambert below
-//! a GGX lobe (Walter et al. 2007) with Schlick's Fresnel term. Computed in f32, over
+//! Metallic-roughness follows the glTF 2.0 specification, appendix B: Lambert below a
+//! GGX lobe (Walter et al. 2007) with Schlick's Fresnel term. Computed in f32, over
 //! lights in lanes; powers come from the crate `libm`, so the bits are the same on
 //! every machine.
 
@@ -115,29 +115,29 @@ fn base_reflectance(material: &Material, metallic: f32) -> Rgb {
 /// Union of what a scene's materials do; a false flag lets the integrator skip that
 /// pass.
 #[derive(Clone, Copy, Debug)]
-pub struct Looks {
-    pub glow: bool,
-    pub leave_rays: bool,
+pub struct MaterialFlags {
+    pub emits: bool,
+    pub spawns_rays: bool,
 }
 
-impl Looks {
-    pub fn of(materials: &[Material]) -> Looks {
-        Looks {
-            glow: materials.iter().any(|row| row.emission != [0.0; 3]),
-            leave_rays: materials.iter().any(leaves_rays),
+impl MaterialFlags {
+    pub fn new(materials: &[Material]) -> MaterialFlags {
+        MaterialFlags {
+            emits: materials.iter().any(|row| row.emission != [0.0; 3]),
+            spawns_rays: materials.iter().any(spawns_rays),
         }
     }
 }
 
 /// The specular rays that leave a hit, with their directions and weights.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Onward {
+pub struct BsdfSample {
     pub mirror: Option<(DVec3, Rgb)>,
     pub refract: Option<(DVec3, Rgb)>,
 }
 
 /// Returns whether hits on the material spawn reflected or refracted rays.
-pub fn leaves_rays(material: &Material) -> bool {
+pub fn spawns_rays(material: &Material) -> bool {
     let specular = match material.model {
         Model::Phong { mirror, .. } => mirror.iter().any(|m| *m > 0.0),
         Model::MetallicRoughness { roughness, .. } => roughness == 0.0,
@@ -147,9 +147,9 @@ pub fn leaves_rays(material: &Material) -> bool {
 
 /// Samples the reflected and refracted rays of a hit, with their weights. `incoming` is
 /// unit and points towards the surface; `front` is true if the ray comes from outside.
-pub fn onward(material: &Material, normal: DVec3, incoming: DVec3, front: bool) -> Onward {
-    if !leaves_rays(material) {
-        return Onward::default();
+pub fn sample_bsdf(material: &Material, normal: DVec3, incoming: DVec3, front: bool) -> BsdfSample {
+    if !spawns_rays(material) {
+        return BsdfSample::default();
     }
     let cos = (-incoming.dot(normal)).clamp(0.0, 1.0);
     let mirrored = incoming + normal * (2.0 * cos);
@@ -158,17 +158,17 @@ pub fn onward(material: &Material, normal: DVec3, incoming: DVec3, front: bool) 
     let some = |dir: DVec3, weight: Rgb| weight.iter().any(|w| *w > 0.0).then_some((dir, weight));
     match material.model {
         Model::Phong { mirror, .. } => match bent {
-            _ if through == 0.0 => Onward {
+            _ if through == 0.0 => BsdfSample {
                 mirror: some(mirrored, mirror),
                 refract: None,
             },
-            Some((dir, _)) => Onward {
+            Some((dir, _)) => BsdfSample {
                 mirror: some(mirrored, mirror),
                 refract: some(dir, [through; 3]),
             },
             // Under total internal reflection the mirror also carries the transmitted
             // share.
-            None => Onward {
+            None => BsdfSample {
                 mirror: some(mirrored, mirror.map(|m| (m + through).min(1.0))),
                 refract: None,
             },
@@ -180,23 +180,23 @@ pub fn onward(material: &Material, normal: DVec3, incoming: DVec3, front: bool) 
             let f0 = base_reflectance(material, metallic);
             let clear = through * (1.0 - metallic);
             if roughness > 0.0 && clear == 0.0 {
-                return Onward::default();
+                return BsdfSample::default();
             }
             match bent {
-                Some((dir, fresnel)) if clear > 0.0 => Onward {
+                Some((dir, fresnel)) if clear > 0.0 => BsdfSample {
                     mirror: some(mirrored, [fresnel; 3]),
                     refract: some(
                         dir,
                         material.base_color.map(|c| c * clear * (1.0 - fresnel)),
                     ),
                 },
-                None if clear > 0.0 => Onward {
+                None if clear > 0.0 => BsdfSample {
                     mirror: some(mirrored, [1.0; 3]),
                     refract: None,
                 },
                 _ => {
                     let fresnel = schlick(cos as f32);
-                    Onward {
+                    BsdfSample {
                         mirror: some(mirrored, f0.map(|f| f + (1.0 - f) * fresnel)),
                         refract: None,
                     }
@@ -245,7 +245,7 @@ mod tests {
             ior: 1.5,
             ..Material::metallic_roughness([1.0; 3], 0.0, 0.0)
         };
-        let out = onward(&glass, DVec3::Y, -DVec3::Y, true);
+        let out = sample_bsdf(&glass, DVec3::Y, -DVec3::Y, true);
         let (dir, weight) = out.mirror.unwrap();
         assert_eq!(dir, DVec3::Y);
         assert!((weight[0] - 0.04).abs() < 1e-6, "{weight:?}");
@@ -262,10 +262,12 @@ mod tests {
             ..Material::metallic_roughness([1.0; 3], 0.0, 0.0)
         };
         let incoming = DVec3::new(0.6, -0.8, 0.0);
-        let (dir, _) = onward(&glass, DVec3::Y, incoming, true).refract.unwrap();
+        let (dir, _) = sample_bsdf(&glass, DVec3::Y, incoming, true)
+            .refract
+            .unwrap();
         assert!((dir.length() - 1.0).abs() < 1e-12);
         assert!((dir.x * 1.5 - 0.6).abs() < 1e-12);
-        let inside = onward(&glass, DVec3::Y, DVec3::new(0.8, -0.6, 0.0), false);
+        let inside = sample_bsdf(&glass, DVec3::Y, DVec3::new(0.8, -0.6, 0.0), false);
         assert!(inside.refract.is_none());
         assert_eq!(inside.mirror.unwrap().1, [1.0; 3]);
     }

@@ -1,13 +1,13 @@
-//! //! Checks whether this processor can run the binary, before anything else runs.
+//! Checks whether this processor can run the binary, before anything else runs.
 //!
-//! //! Lanes choose their instructions at compile time, so a binary requires the
-//! features of the processor it was built for. This file compares these features with
-//! the processor's (CPUID) and with the state that the operating system saves for its
+//! Lanes choose their instructions at compile time, so a binary requires the features
+//! of the processor it was built for. This file compares these features with the
+//! processor's (CPUID) and with the state that the operating system saves for its
 //! threads (XGETBV). `is_x86_feature_detected!` cannot be used: it is constant for
 //! features that are compiled in.
 //!
-//! //! All code here runs where the required instructions may be missing, on Linux
-//! before the Rust runtime starts (`main.rs`): link-time optimisation also compiles the
+//! All code here runs where the required instructions may be missing, on Linux before
+//! the Rust runtime starts (`main.rs`): link-time optimisation also compiles the
 //! runtime for the required instructions. The code therefore uses only integers, static
 //! text and the system's own `write`; atomics and `black_box` stand where the compiler
 //! would otherwise choose vector or BMI instructions. The test under an emulator is in

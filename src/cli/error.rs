@@ -1,4 +1,4 @@
-//! //! Errors of a command, and their exit codes.
+//! Errors of a command, and their exit codes.
 
 use crate::io::{LoadError, SaveError};
 use crate::measure::verify::Interrupted;

@@ -1,9 +1,9 @@
-//! //! `lanecast render --frames N`: renders a sequence of pictures over the scene's
+//! `lanecast render --frames N`: renders a sequence of pictures over the scene's
 //! motion.
 //!
-//! //! Frame i of N is at time i / (N − 1). From one frame to the next the meshes'
-//! trees are kept, the top-level tree is refitted or rebuilt, and camera rays start
-//! with temporal bounds; no bit of a picture depends on any of it.
+//! Frame i of N is at time i / (N − 1). From one frame to the next the meshes' trees
+//! are kept, the top-level tree is refitted or rebuilt, and camera rays start with
+//! temporal bounds; no bit of a picture depends on any of it.
 
 use super::args::RenderArgs;
 use super::error::CliError;

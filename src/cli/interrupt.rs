@@ -1,9 +1,8 @@
-//! //! Ctrl-C and SIGTERM: the first signal cancels the work, the second ends the
-//! process.
+//! Ctrl-C and SIGTERM: the first signal cancels the work, the second ends the process.
 //!
-//! //! A cancelled command writes nothing and exits with 130. The work reads the flag
-//! only now and then, and a single ray may take minutes; a process that has not stopped
-//! after [`PATIENCE`] is therefore ended, unless its files are being renamed into
+//! A cancelled command writes nothing and exits with 130. The work reads the flag only
+//! now and then, and a single ray may take minutes; a process that has not stopped
+//! after [`GRACE_PERIOD`] is therefore ended, unless its files are being renamed into
 //! place. The same applies to a wait for a pipe that nobody reads. A process that is
 //! ended this way still removes its unfinished files.
 
@@ -16,13 +15,13 @@ use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::time::Duration;
 
 /// Time that cancelled work gets to stop by itself.
-const PATIENCE: Duration = Duration::from_secs(3);
+const GRACE_PERIOD: Duration = Duration::from_secs(3);
 
 /// The party that ends the process: undecided, its work, or the timeout.
-static ENDS: AtomicU8 = AtomicU8::new(OPEN);
-const OPEN: u8 = 0;
+static ENDED_BY: AtomicU8 = AtomicU8::new(UNDECIDED);
+const UNDECIDED: u8 = 0;
 const BY_WORK: u8 = 1;
-const BY_PATIENCE: u8 = 2;
+const BY_TIMEOUT: u8 = 2;
 
 /// Set while results go to standard output, a device or a pipe, which may already have
 /// received part of them.
@@ -40,14 +39,15 @@ pub fn watch() -> Arc<Progress> {
         }
         watched.cancel();
         // Without this thread the second signal still works.
-        let _ = std::thread::Builder::new().spawn(lose_patience);
+        let _ = std::thread::Builder::new().spawn(end_after_timeout);
     });
     progress
 }
 
-fn lose_patience() {
-    std::thread::sleep(PATIENCE);
-    let taken = ENDS.compare_exchange(OPEN, BY_PATIENCE, Ordering::SeqCst, Ordering::SeqCst);
+fn end_after_timeout() {
+    std::thread::sleep(GRACE_PERIOD);
+    let taken =
+        ENDED_BY.compare_exchange(UNDECIDED, BY_TIMEOUT, Ordering::SeqCst, Ordering::SeqCst);
     if taken.is_ok() {
         let _nothing_begins = discard_unfinished();
         let error = match SENDING.load(Ordering::SeqCst) {
@@ -61,15 +61,15 @@ fn lose_patience() {
 
 /// Records that results are now written where they cannot be taken back; no file has
 /// its final name yet.
-pub fn sending() {
+pub fn begin_sending() {
     SENDING.store(true, Ordering::SeqCst);
 }
 
 /// Disables the timeout before files get their names or an error is reported. Does not
 /// return if the timeout came first.
-pub fn settle() {
-    let before = ENDS.compare_exchange(OPEN, BY_WORK, Ordering::SeqCst, Ordering::SeqCst);
-    while before == Err(BY_PATIENCE) {
+pub fn disable_timeout() {
+    let before = ENDED_BY.compare_exchange(UNDECIDED, BY_WORK, Ordering::SeqCst, Ordering::SeqCst);
+    while before == Err(BY_TIMEOUT) {
         std::thread::park();
     }
 }

@@ -1,4 +1,4 @@
-//! //! `lanecast measure`: volume, area and centroid of the solids of a scene.
+//! `lanecast measure`: volume, area and centroid of the solids of a scene.
 
 use super::args::MeasureArgs;
 use super::error::CliError;
@@ -82,7 +82,7 @@ pub fn run(args: &MeasureArgs) -> Result<(), CliError> {
     };
     let mut results = Results::default();
     results.add(&args.json, &report)?;
-    results.commit(&for_people(&report))
+    results.commit(&text_report(&report))
 }
 
 /// Index of the count of solids whose figures f64 cannot hold.
@@ -189,7 +189,7 @@ impl Measurer<'_> {
             return Some(*known);
         }
         let here = |map: &Affine| Affine::new(*map.linear(), [0.0; 3]);
-        match Placed::of(self.scene, id, &here(outward), &here(inward)) {
+        match Placed::new(self.scene, id, &here(outward), &here(inward)) {
             Ok(placed) => {
                 let number = self.known.len();
                 // Other lines per solid make the solids' errors independent.
@@ -255,7 +255,7 @@ fn readable(x: f64, digits: usize) -> String {
     }
 }
 
-fn for_people(report: &Report) -> String {
+fn text_report(report: &Report) -> String {
     let mut text = String::new();
     let width = report.solids.iter().map(|row| row.name.len()).max();
     let width = width.unwrap_or(0).max(4);
@@ -286,17 +286,17 @@ fn for_people(report: &Report) -> String {
     }
     let _ = writeln!(
         text,
-        "\n± holds the value in 95 of 100 cases; parts that overlap count twice"
+        "\n± is the half-width of the 95 % confidence interval; parts that overlap count twice"
     );
     if report.solids.iter().any(|row| row.volume.is_rough) {
         let _ = writeln!(
             text,
-            "rough: less exact than asked for; too thin for the lines that were drawn, or empty \
-             (volume 0: none of at least 2^18 lines met it)"
+            "rough: less accurate than requested; too thin for the number of lines, or empty \
+             (volume 0: none of at least 2^18 lines hit it)"
         );
     }
     for (count, what) in [
-        (report.surfaces_left_out, "surfaces, which have no inside"),
+        (report.surfaces_left_out, "surfaces, which have no interior"),
         (report.meshes_left_out, "meshes that are not closed"),
         (
             report.unbounded_left_out,
@@ -304,7 +304,7 @@ fn for_people(report: &Report) -> String {
         ),
         (
             report.beyond_left_out,
-            "solids of a size whose square or cube is beyond f64's range: measure them scaled",
+            "solids of a size whose square or cube is beyond f64's range: scale them first",
         ),
     ] {
         if count > 0 {

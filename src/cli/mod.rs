@@ -1,11 +1,11 @@
-//! //! The command `lanecast`: arguments in, exit code out. One file per command.
+//! The command `lanecast`: arguments in, exit code out. One file per command.
 //!
-//! //! Exit codes: 0 done; 1 a check failed; 2 wrong usage; 3 bad scene or input; 4
-//! output could not be written; 130 interrupted, with nothing half-written. Errors go
-//! to standard error as `error: …`, with the remedy. A reader of standard output that
+//! Exit codes: 0 done; 1 a check failed; 2 wrong usage; 3 bad scene or input; 4 output
+//! could not be written; 130 interrupted, with nothing half-written. Errors go to
+//! standard error as `error: …`, with the remedy. A reader of standard output that
 //! closes it early (`| head`) is no error.
 //!
-//! //! **Invariant:** the processor is checked before anything else runs (`cpu.rs`), on
+//! **Invariant:** the processor is checked before anything else runs (`cpu.rs`), on
 //! Linux even before the Rust runtime (`main.rs`).
 
 mod args;
@@ -36,7 +36,6 @@ use args::{
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use error::CliError;
-use std::ffi::OsString;
 use std::process::ExitCode;
 
 #[derive(Parser)]
@@ -74,16 +73,6 @@ enum Command {
     Export(ExportArgs),
     /// Find the real roots of a polynomial, with any solver
     Roots(RootsArgs),
-    /// (not yet) Time against error over all modes
-    Tradeoff(NotYet),
-}
-
-/// Takes any arguments, so that the answer is about the command.
-#[derive(clap::Args)]
-#[command(disable_help_flag = true)]
-struct NotYet {
-    #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
-    _arguments: Vec<OsString>,
 }
 
 /// Runs the program with the arguments of this process.
@@ -116,7 +105,6 @@ fn run() -> ExitCode {
         Command::Measure(args) => measure::run(args),
         Command::Export(args) => export::run(args),
         Command::Roots(args) => roots::run(args),
-        Command::Tradeoff(_) => Err(not_yet("tradeoff")),
     })
 }
 
@@ -124,7 +112,7 @@ fn ended(done: Result<(), CliError>) -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            interrupt::settle();
+            interrupt::disable_timeout();
             output::complain(&format!("error: {error}"));
             ExitCode::from(error.exit_code())
         }
@@ -141,10 +129,4 @@ fn parse() -> Result<Cli, clap::Error> {
         })
     });
     Cli::from_arg_matches(&command.try_get_matches()?)
-}
-
-fn not_yet(command: &str) -> CliError {
-    CliError::Usage(format!(
-        "the command '{command}' does not exist yet; 'lanecast --help' lists those that do"
-    ))
 }

@@ -1,4 +1,4 @@
-//! //! Destinations of results: files and standard output.
+//! Destinations of results: files and standard output.
 
 use super::error::CliError;
 use super::interrupt;
@@ -60,13 +60,13 @@ impl Results {
     /// receives JSON.
     pub fn commit(mut self, summary: &str) -> Result<(), CliError> {
         // A reader may block these writes, so the timeout stays active during them.
-        interrupt::sending();
+        interrupt::begin_sending();
         self.outputs.send()?;
         print(match self.stdout.as_str() {
             "" => summary,
             json => json,
         })?;
-        interrupt::settle();
+        interrupt::disable_timeout();
         Ok(self.outputs.commit()?)
     }
 }

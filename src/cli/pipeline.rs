@@ -1,5 +1,5 @@
-//! //! The first steps of every command that traces: load → instances → camera and
-//! lights → plan → build. The caller times and uses the parts.
+//! The first steps of every command that traces: load → instances → camera and lights →
+//! plan → build. The caller times and uses the parts.
 
 use super::error::CliError;
 use super::scene;

@@ -1,4 +1,4 @@
-//! //! `lanecast plan`: reports what a scene requires, and the choices made for it.
+//! `lanecast plan`: reports what a scene requires, and the choices made for it.
 
 use super::args::PlanArgs;
 use super::error::CliError;
@@ -71,11 +71,11 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
     let mut results = Results::default();
     results.add(&args.common.stats, &stats)?;
     results.add(&args.common.json, &report)?;
-    results.commit(&for_people(&report))
+    results.commit(&text_report(&report))
 }
 
 /// Warns about instances whose shapes have bounds but that have none in world space.
-fn blurred(world: &World) -> Option<String> {
+fn without_world_bounds(world: &World) -> Option<String> {
     let bounded = |entry: &&Entry| {
         let row = world.appearances.get(&world.scene, entry.appearance);
         shape_bounds(&world.scene, row.shape).is_some()
@@ -86,8 +86,8 @@ fn blurred(world: &World) -> Option<String> {
         count => format!("{count} appearances"),
     };
     Some(format!(
-        "no tree holds {which}, and every ray is tried there: what is turned, scaled unevenly \
-         by thousands and turned again has no box that is sure; scale before the first turn"
+        "no tree holds {which}, and every ray is tested against it: a rotation, a non-uniform \
+         scale by thousands and another rotation leave no certain box; scale before rotating"
     ))
 }
 
@@ -123,7 +123,7 @@ fn report(prepared: &Prepared, world: &World) -> Report {
             .filter_map(|row| solved(scene, ShapeId(row))),
     );
     notes.extend(stacked(scene));
-    notes.extend(blurred(world));
+    notes.extend(without_world_bounds(world));
     let reasons = prepared.plan.reasons.iter();
     Report {
         appearances: prepared.appearances.count(),
@@ -155,7 +155,7 @@ fn more(text: &mut String, count: usize) {
     }
 }
 
-fn for_people(report: &Report) -> String {
+fn text_report(report: &Report) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
     let _ = writeln!(

@@ -1,4 +1,4 @@
-//! //! `lanecast probe`: lists all spans of one ray inside the solids of a scene.
+//! `lanecast probe`: lists all spans of one ray inside the solids of a scene.
 
 use super::args::ProbeArgs;
 use super::error::CliError;
@@ -61,19 +61,19 @@ const LONGEST: f64 = 1e150;
 pub fn run(args: &ProbeArgs) -> Result<(), CliError> {
     let outputs = check_destinations(&[&args.scene], &[], args.json.iter())?;
     if args.dir == DVec3::ZERO {
-        let message = "--dir 0,0,0 points nowhere; give it a length";
+        let message = "--dir 0,0,0 points nowhere; give it a length above 0";
         return Err(CliError::Usage(message.into()));
     }
     let longest = args.dir.abs().max_element();
     if !(SHORTEST..=LONGEST).contains(&longest) {
         return Err(CliError::Usage(format!(
-            "--dir has {longest:?} as its longest component, too far from 1 for t to be counted in; \
+            "--dir has {longest:?} as its longest component, too far from 1 for t to be measured in it; \
              give it a length between {SHORTEST:?} and {LONGEST:?}"
         )));
     }
     if args.org.abs().max_element() > LONGEST {
         return Err(CliError::Usage(format!(
-            "--org lies farther out than {LONGEST:?}; start nearer to the scene"
+            "--org lies beyond {LONGEST:?}; start closer to the scene"
         )));
     }
     let scene = scene::load(&args.scene, &args.load_options(outputs))?;
@@ -83,7 +83,7 @@ pub fn run(args: &ProbeArgs) -> Result<(), CliError> {
     let report = report(&scene, &found, args.org, args.dir);
     let mut results = Results::default();
     results.add(&args.json, &report)?;
-    results.commit(&for_people(&report))
+    results.commit(&text_report(&report))
 }
 
 fn report(scene: &Scene, found: &Spans, org: DVec3, dir: DVec3) -> Report {
@@ -125,7 +125,7 @@ fn material_name(scene: &Scene, id: MaterialId) -> String {
     }
 }
 
-fn for_people(report: &Report) -> String {
+fn text_report(report: &Report) -> String {
     let mut text = String::new();
     let length = DVec3::from_array(report.dir).length();
     // Writing to a string cannot fail.
@@ -169,7 +169,7 @@ fn for_people(report: &Report) -> String {
     }
     let _ = writeln!(
         text,
-        "\n{} {}; {inside:?} of length inside solids ahead of the origin",
+        "\n{} {}; length {inside:?} inside solids ahead of the origin",
         report.spans.len(),
         if report.spans.len() == 1 {
             "span"
@@ -180,7 +180,7 @@ fn for_people(report: &Report) -> String {
     if report.surfaces_left_out > 0 {
         let _ = writeln!(
             text,
-            "{} appearances of surfaces left out: polygons, what is open, meshes that are not \
+            "{} appearances of surfaces left out: polygons, open shapes, and meshes that are not \
              closed",
             report.surfaces_left_out
         );

@@ -1,5 +1,5 @@
-//! //! The progress bar: rays per second and the time left, on standard error if that
-//! is a terminal.
+//! The progress bar: rays per second and the time left, on standard error if that is a
+//! terminal.
 
 use crate::render::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -84,7 +84,7 @@ mod tests {
     use super::rate;
 
     #[test]
-    fn rates_for_people() {
+    fn rates_text_report() {
         assert_eq!(rate(0.0), "0 rays/s");
         assert_eq!(rate(999.0), "999 rays/s");
         assert_eq!(rate(12_345.0), "12.3 krays/s");

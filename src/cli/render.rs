@@ -1,4 +1,4 @@
-//! //! `lanecast render`: renders a scene to one picture, or to many (`frames.rs`).
+//! `lanecast render`: renders a scene to one picture, or to many (`frames.rs`).
 
 use super::args::RenderArgs;
 use super::error::CliError;

@@ -1,4 +1,4 @@
-//! //! `lanecast roots`: finds the real roots of polynomials with any solver.
+//! `lanecast roots`: finds the real roots of polynomials with any solver.
 
 use super::args::RootsArgs;
 use super::error::CliError;
@@ -65,15 +65,15 @@ pub fn run(args: &RootsArgs) -> Result<(), CliError> {
         let page = solvers_page(&heading, degrees);
         results.outputs.add(path, page.into_bytes())?;
     }
-    results.commit(&for_people(&report))?;
+    results.commit(&text_report(&report))?;
     match &report {
-        Report::Many { solvers, .. } => as_promised(solvers),
+        Report::Many { solvers, .. } => check_auto(solvers),
         Report::One(_) => Ok(()),
     }
 }
 
 /// Returns an error unless `auto` finds the roots that a list knows, as it guarantees.
-fn as_promised(totals: &[Total]) -> Result<(), CliError> {
+fn check_auto(totals: &[Total]) -> Result<(), CliError> {
     let auto = totals
         .iter()
         .find(|total| total.solver == Solver::Auto.name());
@@ -85,8 +85,8 @@ fn as_promised(totals: &[Total]) -> Result<(), CliError> {
         return Ok(());
     }
     Err(CliError::Short(format!(
-        "auto does not give the roots that the file knows: {lost} lost, {wrong} others; it \
-         promises them, so the file or auto is wrong"
+        "auto does not find the known roots of the file: {lost} lost, {wrong} others; it \
+         guarantees them, so the file or auto is wrong"
     )))
 }
 
@@ -163,7 +163,7 @@ fn row(
     })
 }
 
-fn for_people(report: &Report) -> String {
+fn text_report(report: &Report) -> String {
     let mut text = String::new();
     match report {
         Report::One(row) => one(&mut text, row),
@@ -204,12 +204,12 @@ fn one(text: &mut String, row: &Row) {
         );
     }
     for cluster in &row.clusters {
-        let _ = writeln!(text, "  {}", unsettled(cluster));
+        let _ = writeln!(text, "  {}", unresolved(cluster));
     }
     if !row.complete {
         let _ = writeln!(
             text,
-            "  others may be missing: {} does not prove it",
+            "  others may be missing: {} does not prove completeness",
             row.solver
         );
     }
@@ -221,7 +221,7 @@ fn one(text: &mut String, row: &Row) {
             trial.solver,
             trial.roots,
             trial.clusters,
-            if trial.complete { "yes" } else { "not shown" },
+            if trial.complete { "yes" } else { "unproven" },
             trial.nanoseconds
         );
     }
@@ -231,7 +231,7 @@ fn heading(text: &mut String, row: &Row) {
     let roots: Vec<String> = row.roots.iter().map(root).collect();
     let mut line = roots.join("  ");
     for cluster in &row.clusters {
-        let _ = write!(line, "  {}", unsettled(cluster));
+        let _ = write!(line, "  {}", unresolved(cluster));
     }
     let name = row.name.as_deref().unwrap_or("");
     let count = distinct(row.roots.len());
@@ -266,11 +266,11 @@ fn shown(t: f64) -> String {
     }
 }
 
-fn unsettled(cluster: &Cluster) -> String {
+fn unresolved(cluster: &Cluster) -> String {
     let Cluster { low, high, parity } = cluster;
     let parity = format!("{parity:?}").to_lowercase();
     let (low, high) = (shown(*low), shown(*high));
-    format!("cluster {low} to {high}: not told apart, number {parity}")
+    format!("cluster {low} to {high}: unresolved roots, their number is {parity}")
 }
 
 fn sums(text: &mut String, totals: &[Total]) {
@@ -297,8 +297,8 @@ fn sums(text: &mut String, totals: &[Total]) {
     if totals.iter().any(|total| total.tally.is_some()) {
         let _ = writeln!(
             text,
-            "\nof the roots that the file knows: right, with another multiplicity, inside a \
-             cluster,\nlost; and roots given that are none"
+            "\nknown roots of the file: right, with another multiplicity, inside a cluster, lost;\n\
+             false: roots found that do not exist"
         );
     }
 }

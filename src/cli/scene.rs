@@ -1,4 +1,4 @@
-//! //! Loads a scene and selects its camera and names, for all commands.
+//! Loads a scene and selects its camera and names, for all commands.
 
 use super::error::CliError;
 use super::output;

@@ -1,5 +1,5 @@
-//! //! `lanecast verify`: compares packets with one lane, and both with the reference,
-//! in every precision.
+//! `lanecast verify`: compares packets with one lane, and both with the reference, in
+//! every precision.
 
 mod report;
 
@@ -94,12 +94,12 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
     stats.stages.push(watch.stage("verify"));
     stats.finish();
 
-    let report = Report::of(pixels, stats.plan.clone(), done);
+    let report = Report::new(pixels, stats.plan.clone(), done);
     let mut results = Results::default();
     results.add(&args.common.stats, &stats)?;
     results.add(&args.common.json, &report)?;
-    results.commit(&report.for_people())?;
-    report.judge(args.allow_wrong)
+    results.commit(&report.text_report())?;
+    report.check(args.allow_wrong)
 }
 
 /// Loads the scene, scales and translates it, and plans the requested mode.

@@ -1,14 +1,14 @@
-//! //! Rays aimed at points where small errors change answers: edges, corners,
-//! silhouettes and tangents.
+//! Rays aimed at points where small errors change answers: edges, corners, silhouettes
+//! and tangents.
 //!
-//! //! A target is a point of a primitive and two tangent directions there, in object
+//! A target is a point of a primitive and two tangent directions there, in object
 //! space, mapped to the world. Rays go to targets from the camera, from around the
 //! scene and from other targets; backwards along rounded directions, so that f64 holds
 //! the target exactly or nearly; along the surface; along the axes; and away from
 //! targets on the surface. Some targets are rounded to f32, some are moved by a few
 //! units in the last place.
 //!
-//! //! Deterministic: the same scene, count and seed give the same rays.
+//! Deterministic: the same scene, count and seed give the same rays.
 
 mod implicits;
 mod level_sets;

@@ -1,4 +1,4 @@
-//! //! Clocks for measurements.
+//! Clocks for measurements.
 
 use std::time::{Duration, Instant};
 
@@ -12,7 +12,7 @@ pub enum Clock {
 
 impl Clock {
     /// Selects the best clock for work on that many threads.
-    pub fn of(threads: usize) -> Clock {
+    pub fn for_threads(threads: usize) -> Clock {
         if threads == 1 && thread_cpu_time().is_some() {
             Clock::ThreadCpu
         } else {

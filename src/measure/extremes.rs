@@ -1,23 +1,23 @@
-//! //! Stress sweeps: the parameter value at which each precision begins to err.
+//! Stress sweeps: the parameter value at which each precision begins to err.
 //!
-//! //! A sweep is an axis of values and a function from a value to a scene and its rays
+//! A sweep is an axis of values and a function from a value to a scene and its rays
 //! ([`SWEEPS`]). At each value every precision traces the same rays, for the closest
 //! hit and for any hit, with the plan's kernels and structure; the reference answers
 //! them once. A precision *begins to err* at the first value of the axis at which a
 //! decision is wrong, or t differs from the reference's by more than [`ULPS_ALLOWED`]
 //! units in the last place of the precision's own numbers.
 //!
-//! //! A scene that validation rejects at a value is recorded as an outcome; no value
+//! A scene that validation rejects at a value is recorded as an outcome; no value
 //! panics. Everything except the times is a function of the seed and the number of
 //! rays.
 
 mod cases;
-mod judge;
 mod objects;
+mod oracle;
 mod rays;
 mod sweeps;
 
-pub use judge::Figures;
+pub use oracle::Figures;
 pub use rays::SweepRay;
 pub use sweeps::{SWEEPS, Subject, Sweep};
 
@@ -171,9 +171,9 @@ fn figures(case: Case, options: &ExtremesOptions) -> Result<Vec<Figures>, String
     let reference = Reference::new(&scene, &appearances).map_err(first_line)?;
     // The plan's choice is the same for every precision.
     let world = World::build(&scene, &appearances, Structure::Bvh);
-    let truth = judge::ask(&reference, &case.rays);
+    let truth = oracle::ask(&reference, &case.rays);
     let modes = plans.iter().map(|(precision, plan)| {
-        judge::figures(&world, (*precision, &plan.kernels), &reference, &truth)
+        oracle::figures(&world, (*precision, &plan.kernels), &reference, &truth)
     });
     Ok(modes.collect())
 }

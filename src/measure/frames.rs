@@ -1,4 +1,4 @@
-//! //! Gains from the frame before. Three ways to get a frame's trees are compared: the
+//! Gains from the frame before. Three ways to get a frame's trees are compared: the
 //! top-level tree refitted up to a bound on its cost, rebuilt every frame, and
 //! everything rebuilt. Camera rays are traced cold and with temporal bounds. Every
 //! frame is measured in all ways in turns, so that disturbances of the machine affect
@@ -92,7 +92,7 @@ struct Answers {
 }
 
 impl Answers {
-    fn of(rays: usize) -> Answers {
+    fn new(rays: usize) -> Answers {
         Answers {
             t: vec![0.0; rays],
             id: HitIds::none(rays),
@@ -132,7 +132,7 @@ pub fn measure(
     let mut kept: [Option<Kept>; BOUNDS.len()] = Default::default();
     let mut usual: Option<Kept> = None;
     let mut memories = Reuse::ALL.map(Guesses::new);
-    let mut answers = Answers::of(rays.len());
+    let mut answers = Answers::new(rays.len());
     let mut bounds = [Way::default(); BOUNDS.len()];
     let mut reuses = [Way::default(); Reuse::ALL.len()];
     for frame in 0..question.frames {
@@ -155,7 +155,7 @@ pub fn measure(
             usual = Some(first);
             continue;
         }
-        let mut cold = Answers::of(rays.len());
+        let mut cold = Answers::new(rays.len());
         let mut seconds: [[Vec<f64>; 2]; BOUNDS.len()] = Default::default();
         let mut next: [Option<Kept>; BOUNDS.len()] = Default::default();
         for rep in 0..question.reps {

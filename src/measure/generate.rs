@@ -1,9 +1,9 @@
-//! //! Procedural meshes of any size, for growth measurements.
+//! Procedural meshes of any size, for growth measurements.
 //!
-//! //! The displaced sphere is the mesh of the baseline's figures: a sphere of
-//! latitudes and longitudes whose radius is modulated by two products of sines, one
-//! coarse and one fine. Elementary functions come from the crate `libm`, so the mesh is
-//! the same on every machine.
+//! The displaced sphere is the mesh of the baseline's figures: a sphere of latitudes
+//! and longitudes whose radius is modulated by two products of sines, one coarse and
+//! one fine. Elementary functions come from the crate `libm`, so the mesh is the same
+//! on every machine.
 
 use crate::io::TriangleSet;
 use std::f64::consts::{PI, TAU};

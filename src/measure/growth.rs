@@ -1,12 +1,12 @@
-//! //! Growth of time and memory with the number of triangles.
+//! Growth of time and memory with the number of triangles.
 //!
-//! //! One procedural mesh ([`super::generate`]) is measured at two sizes per decade,
-//! with the same measurements as for any scene. Exponents are fitted by least squares
-//! in logarithms: y ≈ c·n^e. A tree over n triangles is built in about n·log n and
+//! One procedural mesh ([`super::generate`]) is measured at two sizes per decade, with
+//! the same measurements as for any scene. Exponents are fitted by least squares in
+//! logarithms: y ≈ c·n^e. A tree over n triangles is built in about n·log n and
 //! traversed in about log n, apart from cache misses once it outgrows a cache.
 
 use super::bench::{Comparison, Row};
-use super::structures::StructureRow;
+use super::index_stats::StructureRow;
 use serde::Serialize;
 
 /// The figures of all sizes, with the field names of `bench --growth --json`.

@@ -1,6 +1,6 @@
-//! //! Traces an array of rays to an array of answers, chunk by chunk.
+//! Traces an array of rays to an array of answers, chunk by chunk.
 //!
-//! //! Kernels read the columns of the ray set and write the columns of the answers
+//! Kernels read the columns of the ray set and write the columns of the answers
 //! directly; only an incomplete last tile is copied. No answer depends on the chunks or
 //! on the number of threads. `bench` times all of this.
 

@@ -1,16 +1,16 @@
-//! //! Ray sets of a scene, for `bench` to time and export.
+//! Ray sets of a scene, for `bench` to time and export.
 //!
-//! //! All numbers are f32, as in the `.rays` format, so that every tracer gets the
-//! same rays; secondary rays start at hits of the rounded primary rays. Secondary rays
+//! All numbers are f32, as in the `.rays` format, so that every tracer gets the same
+//! rays; secondary rays start at hits of the rounded primary rays. Secondary rays
 //! follow the order of the primary hits, one per hit, on the camera's side of the
 //! surface, whether or not it faces the light. Rays with numbers that f32 cannot hold,
 //! or without a direction, are omitted.
 //!
-//! //! Deterministic: random directions are a hash of the hit's number, and elementary
+//! Deterministic: random directions are a hash of the hit's number, and elementary
 //! functions come from the crate `libm`.
 
-use super::kinds::{Kind, Order};
 use super::queries::{Answers, Ask, trace};
+use super::ray_kinds::{Kind, Order};
 use crate::accel::World;
 use crate::io::RaySet;
 use crate::plan::{Kernels, Precision};

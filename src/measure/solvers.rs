@@ -1,4 +1,4 @@
-//! //! Root finders compared: the roots they find, and their time.
+//! Root finders compared: the roots they find, and their time.
 
 use crate::io::KnownRoot;
 use crate::roots::{Answer, Interval, Polynomial, Proof, Solver, SolverError, Want, solve};
@@ -36,7 +36,7 @@ pub struct Tally {
 }
 
 impl Tally {
-    pub fn of(answer: &Answer, known: &[KnownRoot], degree: usize) -> Tally {
+    pub fn new(answer: &Answer, known: &[KnownRoot], degree: usize) -> Tally {
         let mut tally = Tally::default();
         let mut left = answer.roots.clone();
         for root in known {
@@ -145,7 +145,7 @@ pub fn trial(
         clusters: answer.clusters.len(),
         complete: answer.proof == Proof::Complete,
         nanoseconds: (best * 1e9).round(),
-        tally: known.map(|known| Tally::of(&answer, known, p.degree())),
+        tally: known.map(|known| Tally::new(&answer, known, p.degree())),
     };
     Ok((answer, trial))
 }

@@ -1,6 +1,6 @@
-//! //! Statistics of one run, for `--stats`: plain data, filled as the run proceeds.
+//! Statistics of one run, for `--stats`: plain data, filled as the run proceeds.
 //!
-//! //! Times are wall-clock seconds, memory is in bytes, counts are exact.
+//! Times are wall-clock seconds, memory is in bytes, counts are exact.
 
 use crate::shade::RayCounts;
 use crate::trace::GuessCounts;

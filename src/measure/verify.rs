@@ -1,15 +1,15 @@
-//! //! Compares the fast path with the reference.
+//! Compares the fast path with the reference.
 //!
-//! //! [`replay`] asks the reference about the very rays that were traced: any
-//! difference is an error. [`independent`] lets the reference trace its own rays from
-//! the camera on and counts where the results differ: only this comparison shows
-//! self-intersection and light leaks, and also rays that differ in their last bit.
+//! [`replay`] asks the reference about the very rays that were traced: any difference
+//! is an error. [`independent`] lets the reference trace its own rays from the camera
+//! on and counts where the results differ: only this comparison shows self-intersection
+//! and light leaks, and also rays that differ in their last bit.
 //!
-//! //! The reference is exact: an answer that differs from it is wrong. `undecided`
-//! counts, in `independent`, lights in the surface's plane, where rounding alone
-//! separates the two; and elsewhere, rays that start on a level set or graze it, where
-//! the reference's own rounding decides. Mismatches are listed in the rays' order,
-//! whatever the number of threads.
+//! The reference is exact: an answer that differs from it is wrong. `undecided` counts,
+//! in `independent`, lights in the surface's plane, where rounding alone separates the
+//! two; and elsewhere, rays that start on a level set or graze it, where the
+//! reference's own rounding decides. Mismatches are listed in the rays' order, whatever
+//! the number of threads.
 
 mod show;
 mod widths;
@@ -212,7 +212,7 @@ pub fn replay_aimed(
             }),
             Outcome::Miss | Outcome::Hit { .. } => Said::Nearest(hit),
         };
-        judge(reference, ray, said, options, out);
+        check(reference, ray, said, options, out);
     })
 }
 
@@ -252,12 +252,12 @@ pub fn independent(
     in_parallel(pixels.len(), options.list, progress, |pixel, out| {
         let mut rows = pixels[pixel].iter().map(|i| &rays[*i as usize]);
         if let Some(primary) = rows.next().filter(|r| r.kind == RayKind::Primary) {
-            own_way(reference, view, options, primary, rows, out);
+            trace_own(reference, view, options, primary, rows, out);
         }
     })
 }
 
-fn own_way<'a>(
+fn trace_own<'a>(
     reference: &Reference,
     view: &View,
     options: &VerifyOptions,
@@ -271,7 +271,7 @@ fn own_way<'a>(
     let answer = reference.nearest(own.org, dir, f64::INFINITY);
     let crossings = |i, p| reference.crossings(own.org, dir, i, p);
     let kind = |i| reference.kind(i);
-    judge_nearest(primary, &answer, crossings, kind, options, out);
+    check_nearest(primary, &answer, crossings, kind, options, out);
 
     let (
         Outcome::Hit {
@@ -298,7 +298,7 @@ fn own_way<'a>(
         };
         let own = *slot
             .get_or_insert_with(|| shadow(reference, own.org, dir, hit, &lights[light as usize]));
-        judge_shadow(row, own, out);
+        check_shadow(row, own, out);
     }
     for (light, said) in lights.iter().zip(said) {
         if said.is_none() {
@@ -310,7 +310,7 @@ fn own_way<'a>(
 
 fn compare(reference: &Reference, ray: &TracedRay, options: &VerifyOptions, out: &mut Comparison) {
     let said = ask(reference, ray, 0.0);
-    judge(reference, ray, said, options, out);
+    check(reference, ray, said, options, out);
 }
 
 /// Asks the reference, with the functions of level sets shifted by `level`.
@@ -335,7 +335,7 @@ fn own_ray(ray: &TracedRay, level: f64) -> Ray {
 
 /// Compares an answer with the reference's. A wrong answer is undecided if it were
 /// right with level sets shifted by the error that f64 may have in them.
-fn judge(
+fn check(
     reference: &Reference,
     ray: &TracedRay,
     said: Said,
@@ -343,15 +343,15 @@ fn judge(
     out: &mut Comparison,
 ) {
     if reference.scene().level_sets.is_empty() {
-        return judge_at(reference, ray, (&said, 0.0), options, out);
+        return check_at(reference, ray, (&said, 0.0), options, out);
     }
     let mut own = Comparison::default();
-    judge_at(reference, ray, (&said, 0.0), options, &mut own);
+    check_at(reference, ray, (&said, 0.0), options, &mut own);
     if own.counts.wrong() > 0 {
         let is_right = |level: &f64| {
             let mut shifted = Comparison::default();
             let said = ask(reference, ray, *level);
-            judge_at(reference, ray, (&said, *level), options, &mut shifted);
+            check_at(reference, ray, (&said, *level), options, &mut shifted);
             shifted.counts.wrong() == 0
         };
         if [1.0, -1.0].iter().any(is_right) {
@@ -363,7 +363,7 @@ fn judge(
     out.append(own);
 }
 
-fn judge_at(
+fn check_at(
     reference: &Reference,
     ray: &TracedRay,
     (said, level): (&Said, f64),
@@ -371,16 +371,16 @@ fn judge_at(
     out: &mut Comparison,
 ) {
     match said {
-        Said::Shadow(own) => judge_shadow(ray, *own, out),
+        Said::Shadow(own) => check_shadow(ray, *own, out),
         Said::Nearest(answer) => {
             let crossings = |i, p| reference.crossings_of(own_ray(ray, level), i, p);
             let kind = |i| reference.kind(i);
-            judge_nearest(ray, answer, crossings, kind, options, out);
+            check_nearest(ray, answer, crossings, kind, options, out);
         }
     }
 }
 
-fn judge_shadow(ray: &TracedRay, own: Shadow, out: &mut Comparison) {
+fn check_shadow(ray: &TracedRay, own: Shadow, out: &mut Comparison) {
     out.counts.rays += 1;
     if own.blocked == (ray.outcome == Outcome::Blocked) {
         return;
@@ -393,7 +393,7 @@ fn judge_shadow(ray: &TracedRay, own: Shadow, out: &mut Comparison) {
     out.note(kind, ray, Said::Shadow(own));
 }
 
-fn judge_nearest(
+fn check_nearest(
     ray: &TracedRay,
     answer: &Option<Hit>,
     crossings: impl Fn(u64, u32) -> Vec<Crossing>,
@@ -523,7 +523,7 @@ fn in_parallel(
     rows: usize,
     list: usize,
     progress: &Progress,
-    judge: impl Fn(usize, &mut Comparison) + Sync,
+    check: impl Fn(usize, &mut Comparison) + Sync,
 ) -> Result<Comparison, Interrupted> {
     let runs = rows.div_ceil(RUN);
     progress.start(runs.try_into().unwrap_or(u32::MAX));
@@ -533,7 +533,7 @@ fn in_parallel(
             if progress.is_cancelled() {
                 return Err(Interrupted);
             }
-            judge(row, &mut out);
+            check(row, &mut out);
         }
         out.shorten(list);
         progress.add_tile(out.counts.rays);

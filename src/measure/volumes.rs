@@ -1,6 +1,6 @@
-//! //! Volume, area and centroid of solids, by random lines.
+//! Volume, area and centroid of solids, by random lines.
 //!
-//! //! Lines through a solid's box have all directions and positions, distributed by a
+//! Lines through a solid's box have all directions and positions, distributed by a
 //! low-discrepancy sequence (Roberts' R sequence in four dimensions). The length of a
 //! line inside the solid is a sample of its volume, and each boundary that it crosses
 //! is a sample of its surface (Cauchy and Crofton; Santaló, Integral Geometry and

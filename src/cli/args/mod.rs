@@ -1,8 +1,8 @@
-//! //! The arguments of all commands, validated as they are parsed.
+//! The arguments of all commands, validated as they are parsed.
 //!
-//! //! Each command accepts only the options that it uses, so that no option is
-//! silently ignored. `render/config.rs` documents the options' meaning, `values.rs`
-//! their values.
+//! Each command accepts only the options that it uses, so that no option is silently
+//! ignored. `render/config.rs` documents the options' meaning, `values.rs` their
+//! values.
 
 mod values;
 
@@ -13,7 +13,7 @@ use super::output::Sink;
 use crate::accel::{BuildQuality, KdClip, KdQuality, KdStop};
 use crate::io::{AovSet, LoadOptions};
 use crate::measure::generate::Generated;
-use crate::measure::kinds::Order;
+use crate::measure::ray_kinds::Order;
 use crate::plan::{Accel, Choices, LaneCount, Precision};
 use crate::render::{Grid, RenderConfig};
 use crate::roots::{Interval, Solver};
@@ -22,12 +22,12 @@ use clap::{Args, value_parser};
 use glam::DVec3;
 use std::path::PathBuf;
 use values::{
-    AccelChoice, BenchAccels, BenchBuilds, BenchCachings, BenchKinds, Coefficients, GrowthRange,
-    PeerChoice, ReuseChoice, Sweeps, no_tiles, parse_accel, parse_accels, parse_aovs,
-    parse_bench_builds, parse_build, parse_caching, parse_cachings, parse_coefficients,
-    parse_error, parse_generated, parse_grid, parse_growth, parse_interval, parse_kd_clip,
-    parse_kd_stop, parse_kinds, parse_lanes, parse_offset, parse_order, parse_page, parse_peers,
-    parse_precision, parse_reuse, parse_scale, parse_size, parse_solver, parse_sweeps,
+    AccelChoice, BaselineChoice, BenchAccels, BenchBuilds, BenchCachings, BenchKinds, Coefficients,
+    GrowthRange, ReuseChoice, Sweeps, parse_accel, parse_accels, parse_aovs, parse_bench_builds,
+    parse_build, parse_caching, parse_cachings, parse_coefficients, parse_error, parse_generated,
+    parse_grid, parse_growth, parse_interval, parse_kd_clip, parse_kd_stop, parse_kinds,
+    parse_lanes, parse_offset, parse_order, parse_page, parse_peers, parse_precision, parse_reuse,
+    parse_scale, parse_size, parse_solver, parse_sweeps,
 };
 
 #[derive(Args)]
@@ -55,8 +55,6 @@ pub struct RenderArgs {
     pub build: BuildArgs,
     #[command(flatten)]
     pub depth: DepthArgs,
-    #[arg(long, value_name = "I/N", hide = true, value_parser = no_tiles)]
-    pub tile: Option<String>,
     /// Render N pictures at times from 0 to 1 of the scene's motion: name_0000.png and
     /// so on
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=100_000))]
@@ -141,7 +139,7 @@ pub struct BenchArgs {
     pub accels: Option<BenchAccels>,
     /// Measure a baseline tracer on the same rays: embree
     #[arg(long, value_name = "NAME", value_parser = parse_peers)]
-    pub peers: Option<PeerChoice>,
+    pub peers: Option<BaselineChoice>,
     /// Runs of each measurement; the median and the best are reported
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u32).range(1..=10_000))]
     pub reps: u32,
@@ -336,8 +334,7 @@ impl SolverArgs {
         match (self.solver, precision) {
             (Some(Solver::Auto) | None, _) | (_, Some(Precision::Fast) | None) => Ok(self.solver),
             (Some(solver), Some(other)) => Err(CliError::Usage(format!(
-                "--solver {} is for --precision fast; {} decides what rays meet exactly, \
-                 whatever finds it",
+                "--solver {} is for --precision fast; {} gives the same hits with any solver",
                 solver.name(),
                 other.name()
             ))),
@@ -489,8 +486,8 @@ fn check_build(builds: &[BuildQuality], accels: &[AccelChoice]) -> Result<(), Cl
     let has = |accel: &AccelChoice| matches!(accel.0, None | Some(Accel::Bvh | Accel::ItemBuffer));
     if builds.contains(&BuildQuality::High) && !accels.iter().any(has) {
         return Err(CliError::Usage(
-            "--build is of the bvh's and the item buffer's trees; leave it out, or ask for one \
-             with --accel bvh or --accel item-buffer"
+            "--build applies to the trees of bvh and item-buffer; leave it out, or choose one with \
+             --accel bvh or --accel item-buffer"
                 .into(),
         ));
     }
@@ -524,17 +521,17 @@ impl CommonArgs {
         let size = self.size.unwrap_or(default_size);
         if self.grid == Grid::Corners && (size.width < 2 || size.height < 2) {
             return Err(CliError::Usage(
-                "--grid corners needs a --size of at least 2x2: a pixel has two corners a side"
+                "--grid corners needs a --size of at least 2x2: a pixel has two corners per side"
                     .into(),
             ));
         }
-        let of_kd = self.kd_stop.is_some()
+        let has_kd_options = self.kd_stop.is_some()
             || self.kd_depth.is_some()
             || self.kd_leaf.is_some()
             || self.kd_clip.is_some();
-        if of_kd && !accels.contains(&AccelChoice(Some(Accel::Kd))) {
+        if has_kd_options && !accels.contains(&AccelChoice(Some(Accel::Kd))) {
             return Err(CliError::Usage(
-                "--kd-stop, --kd-depth, --kd-leaf and --kd-clip are of k-d trees; ask for one \
+                "--kd-stop, --kd-depth, --kd-leaf and --kd-clip apply to k-d trees; choose one \
                  with --accel kd"
                     .into(),
             ));

@@ -1,10 +1,10 @@
-//! //! Parsers and domains of the arguments' values.
+//! Parsers and domains of the arguments' values.
 
 use crate::accel::{BuildQuality, KdClip, KdStop};
 use crate::io::AovSet;
 use crate::measure::extremes::{SWEEPS, Sweep};
 use crate::measure::generate::Generated;
-use crate::measure::kinds::{Kind, Order};
+use crate::measure::ray_kinds::{Kind, Order};
 use crate::plan::{Accel, LaneCount, Precision};
 use crate::render::Grid;
 use crate::roots::{Interval, Solver};
@@ -48,7 +48,7 @@ pub struct BenchCachings(pub Vec<Caching>);
 pub struct Sweeps(pub Vec<&'static Sweep>);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PeerChoice {
+pub enum BaselineChoice {
     Embree,
 }
 
@@ -127,7 +127,6 @@ pub fn parse_grid(text: &str) -> Result<Grid, String> {
     one_of(
         text,
         &[("centers", Grid::Centers), ("corners", Grid::Corners)],
-        &[],
     )
 }
 
@@ -139,7 +138,6 @@ pub fn parse_precision(text: &str) -> Result<Precision, String> {
             ("guarded", Precision::Guarded),
             ("exact", Precision::Exact),
         ],
-        &[],
     )
 }
 
@@ -151,26 +149,26 @@ pub fn parse_lanes(text: &str) -> Result<LaneCount, String> {
         LaneCount::Eight,
         LaneCount::Sixteen,
     ];
-    one_of(text, &known.map(|l| (l.name(), l)), &[])
+    one_of(text, &known.map(|l| (l.name(), l)))
 }
 
 pub fn parse_accel(text: &str) -> Result<AccelChoice, String> {
     let mut known = vec![("auto", AccelChoice(None))];
     known.extend(Accel::ALL.map(|accel| (accel.name(), AccelChoice(Some(accel)))));
-    one_of(text, &known, &[])
+    one_of(text, &known)
 }
 
 pub fn parse_kd_stop(text: &str) -> Result<KdStop, String> {
-    one_of(text, &KdStop::ALL.map(|stop| (stop.name(), stop)), &[])
+    one_of(text, &KdStop::ALL.map(|stop| (stop.name(), stop)))
 }
 
 pub fn parse_kd_clip(text: &str) -> Result<KdClip, String> {
-    one_of(text, &KdClip::ALL.map(|clip| (clip.name(), clip)), &[])
+    one_of(text, &KdClip::ALL.map(|clip| (clip.name(), clip)))
 }
 
 pub fn parse_reuse(text: &str) -> Result<ReuseChoice, String> {
     let [a, b, c] = Reuse::ALL.map(|reuse| (reuse.name(), ReuseChoice(Some(reuse))));
-    one_of(text, &[("auto", ReuseChoice(None)), a, b, c], &[])
+    one_of(text, &[("auto", ReuseChoice(None)), a, b, c])
 }
 
 pub fn parse_aovs(text: &str) -> Result<AovSet, String> {
@@ -213,7 +211,7 @@ pub fn parse_sweeps(text: &str) -> Result<Sweeps, String> {
 }
 
 pub fn parse_order(text: &str) -> Result<Order, String> {
-    one_of(text, &Order::ALL.map(|order| (order.name(), order)), &[])
+    one_of(text, &Order::ALL.map(|order| (order.name(), order)))
 }
 
 pub fn parse_accels(text: &str) -> Result<BenchAccels, String> {
@@ -225,39 +223,31 @@ pub fn parse_accels(text: &str) -> Result<BenchAccels, String> {
 }
 
 pub fn parse_caching(text: &str) -> Result<Caching, String> {
-    one_of(
-        text,
-        &Caching::ALL.map(|caching| (caching.name(), caching)),
-        &[],
-    )
+    one_of(text, &Caching::ALL.map(|caching| (caching.name(), caching)))
 }
 
 pub fn parse_cachings(text: &str) -> Result<BenchCachings, String> {
     let both: &[Caching] = &Caching::ALL;
     let known = [("on", &both[..1]), ("off", &both[1..]), ("both", both)];
-    Ok(BenchCachings(one_of(text, &known, &[])?.to_vec()))
+    Ok(BenchCachings(one_of(text, &known)?.to_vec()))
 }
 
 pub fn parse_build(text: &str) -> Result<BuildQuality, String> {
-    one_of(
-        text,
-        &BuildQuality::ALL.map(|build| (build.name(), build)),
-        &[],
-    )
+    one_of(text, &BuildQuality::ALL.map(|build| (build.name(), build)))
 }
 
 pub fn parse_bench_builds(text: &str) -> Result<BenchBuilds, String> {
     let both: &[BuildQuality] = &BuildQuality::ALL;
     let known = [("medium", &both[..1]), ("high", &both[1..]), ("both", both)];
-    Ok(BenchBuilds(one_of(text, &known, &[])?.to_vec()))
+    Ok(BenchBuilds(one_of(text, &known)?.to_vec()))
 }
 
 pub fn parse_generated(text: &str) -> Result<Generated, String> {
-    one_of(text, &Generated::ALL.map(|mesh| (mesh.name(), mesh)), &[])
+    one_of(text, &Generated::ALL.map(|mesh| (mesh.name(), mesh)))
 }
 
-pub fn parse_peers(text: &str) -> Result<PeerChoice, String> {
-    one_of(text, &[("embree", PeerChoice::Embree)], &[])
+pub fn parse_peers(text: &str) -> Result<BaselineChoice, String> {
+    one_of(text, &[("embree", BaselineChoice::Embree)])
 }
 
 pub fn parse_growth(text: &str) -> Result<GrowthRange, String> {
@@ -307,28 +297,16 @@ pub fn parse_interval(text: &str) -> Result<Interval, String> {
 }
 
 pub fn parse_solver(text: &str) -> Result<Solver, String> {
-    one_of(
-        text,
-        &Solver::ALL.map(|solver| (solver.name(), solver)),
-        &[],
-    )
+    one_of(text, &Solver::ALL.map(|solver| (solver.name(), solver)))
 }
 
-pub fn no_tiles(_: &str) -> Result<String, String> {
-    Err("it does not exist yet; leave it out to render the whole picture".into())
-}
-
-fn one_of<T: Copy>(text: &str, known: &[(&str, T)], not_yet: &[&str]) -> Result<T, String> {
+fn one_of<T: Copy>(text: &str, known: &[(&str, T)]) -> Result<T, String> {
     if let Some((_, value)) = known.iter().find(|(name, _)| *name == text) {
         return Ok(*value);
     }
     let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
     let names = names.join(", ");
-    Err(if not_yet.contains(&text) {
-        format!("it does not exist yet; there are {names}")
-    } else {
-        format!("known are {names}")
-    })
+    Err(format!("known are {names}"))
 }
 
 #[cfg(test)]

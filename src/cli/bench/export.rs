@@ -1,7 +1,7 @@
-//! //! Exports a scene's triangles in world space, for other programs.
+//! Exports a scene's triangles in world space, for other programs.
 //!
-//! //! Vertices are rounded to f32 once more if an instance has a transform or its mesh
-//! a centre; otherwise they are the scene's own numbers. Shapes other than meshes are
+//! Vertices are rounded to f32 once more if an instance has a transform or its mesh a
+//! centre; otherwise they are the scene's own numbers. Shapes other than meshes are
 //! left out and counted.
 
 use crate::io::TriangleSet;
@@ -67,7 +67,7 @@ pub fn triangles(
         .position(|p| p.iter().any(|x| !x.is_finite()))
     {
         return Err(format!(
-            "--export: vertex {i} lies beyond what 32-bit numbers hold; scale the scene down"
+            "--export: vertex {i} is beyond the range of 32-bit numbers; scale the scene down"
         ));
     }
     let warning = (left_out > 0).then(|| {

@@ -1,9 +1,9 @@
-//! //! `lanecast bench`: rays per second by ray kind, structure and mode.
+//! `lanecast bench`: rays per second by ray kind, structure and mode.
 //!
-//! //! Scene or mesh → worlds → ray sets → measure → report. Ray sets and triangles can
-//! be exported for other programs and read back. `--growth` does the same over
-//! generated meshes of increasing size (`growth.rs`); `--frames` measures what one
-//! frame of a moving scene gains from the one before (`frames.rs`).
+//! Scene or mesh → worlds → ray sets → measure → report. Ray sets and triangles can be
+//! exported for other programs and read back. `--growth` does the same over generated
+//! meshes of increasing size (`growth.rs`); `--frames` measures what one frame of a
+//! moving scene gains from the one before (`frames.rs`).
 
 mod export;
 mod frames;
@@ -18,9 +18,9 @@ use super::output::{Results, check_destinations, complain};
 use super::pipeline::{complete, isa, prepare};
 use crate::io::{LoadError, RaySet, TriangleSet};
 use crate::measure::bench::comparisons;
-use crate::measure::kinds::Kind;
 use crate::measure::plot::{Heading, bench_page};
 use crate::measure::queries::{Ask, Job};
+use crate::measure::ray_kinds::Kind;
 use crate::measure::{Stats, Watch};
 use crate::plan::LaneCount;
 use crate::render::RenderConfig;
@@ -74,7 +74,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
         _ => return Err(CliError::Usage("name a SCENE, or --mesh and --rays".into())),
     };
     let mut work = Work::plan(args, &prepared)?;
-    say_left_out(&work);
+    warn_left_out(&work);
     let (rays, sets) = match &given {
         Some(jobs) => (jobs.iter().map(|job| job.rays.len() as u64).sum(), 1),
         None => (rays_of(&config), kinds.len() as u64),
@@ -105,7 +105,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     }
     for job in jobs.iter().filter(|job| job.rays.is_empty()) {
         complain(&format!(
-            "warning: {}: no rays; the camera sees nothing for them to leave from",
+            "warning: {}: no rays; the camera sees no surface to start them from",
             job.kind
         ));
     }
@@ -114,7 +114,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     let rows = work.bench(&jobs, &progress)?;
     stats.stages.push(watch.stage("bench"));
     stats.finish();
-    let structures = work.structures();
+    let structures = work.index_stats();
     let report = Report {
         build_seconds: structures[0].build_seconds,
         tree_bytes: structures[0].tree_bytes,
@@ -147,7 +147,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     results.commit(&report.table())
 }
 
-fn say_left_out(work: &Work) {
+fn warn_left_out(work: &Work) {
     for what in &work.left_out {
         complain(&format!("warning: {what}"));
     }

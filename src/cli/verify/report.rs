@@ -1,4 +1,4 @@
-//! //! Results of `verify`: JSON, a table for readers, and the exit code.
+//! Results of `verify`: JSON, a table for readers, and the exit code.
 
 use crate::cli::error::CliError;
 use crate::measure::PlanSummary;
@@ -72,7 +72,7 @@ pub struct Report {
 
 impl Report {
     /// Creates the report. `modes` includes the plan's precision.
-    pub fn of(pixels: u64, plan: PlanSummary, modes: Vec<Mode>) -> Report {
+    pub fn new(pixels: u64, plan: PlanSummary, modes: Vec<Mode>) -> Report {
         let asked = modes.iter().find(|m| m.precision.name() == plan.precision);
         let asked = asked.unwrap_or(&modes[0]);
         Report {
@@ -89,7 +89,7 @@ impl Report {
     }
 
     /// Formats a table of each mode's errors and cost.
-    pub fn for_people(&self) -> String {
+    pub fn text_report(&self) -> String {
         let mut text = String::new();
         // Writing to a string cannot fail.
         let _ = writeln!(
@@ -129,7 +129,7 @@ impl Report {
         let _ = writeln!(
             text,
             "\nt ulps: median error of t in units in the last place of the mode's numbers\n\
-             exactly: pairs of a ray and a primitive decided by exact precision, per ray\n"
+             exactly: pairs of a ray and a primitive decided by exact arithmetic, per ray\n"
         );
         for mode in &self.modes {
             let (name, lanes) = (mode.precision.name(), mode.lanes);
@@ -156,9 +156,9 @@ impl Report {
 
     /// Checks every mode: none may differ between widths, and `fast` may be wrong
     /// unless a limit is set.
-    pub fn judge(&self, allowed: Option<u64>) -> Result<(), CliError> {
+    pub fn check(&self, allowed: Option<u64>) -> Result<(), CliError> {
         for mode in &self.modes {
-            mode.judge(allowed).map_err(|why| {
+            mode.check(allowed).map_err(|why| {
                 let name = mode.precision.name();
                 CliError::Short(format!("{name}: {why}"))
             })?;
@@ -188,7 +188,7 @@ fn row(text: &mut String, names: [&str; 2], of: &Comparison, cost: Option<(f64, 
 }
 
 impl Mode {
-    fn judge(&self, allowed: Option<u64>) -> Result<(), String> {
+    fn check(&self, allowed: Option<u64>) -> Result<(), String> {
         let differing = self.widths.count;
         if differing > 0 {
             return Err(format!(
@@ -206,7 +206,7 @@ impl Mode {
         let error = self.replayed.counts.max_rel_t_error;
         if self.precision == Precision::Exact && (error.is_nan() || error > MAX_T_ERROR) {
             return Err(format!(
-                "a t is off by {error:.1e} of itself; {MAX_T_ERROR:.0e} is allowed"
+                "the relative error of a t is {error:.1e}; {MAX_T_ERROR:.0e} is allowed"
             ));
         }
         if wrong + wrong_aimed > allowed {

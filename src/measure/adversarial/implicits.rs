@@ -1,6 +1,6 @@
-//! //! Target points on polynomial surfaces: anywhere on the surface, where the
-//! gradient vanishes, and on the rim that the clip cuts. Computed in f64, so they lie
-//! on the surface approximately.
+//! Target points on polynomial surfaces: anywhere on the surface, where the gradient
+//! vanishes, and on the rim that the clip cuts. Computed in f64, so they lie on the
+//! surface approximately.
 
 use super::{Random, Target};
 use crate::geom::tape::Arithmetic;

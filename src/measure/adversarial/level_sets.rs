@@ -1,5 +1,5 @@
-//! //! Target points on level sets: points of the surface with tangents there, so that
-//! rays graze it. Computed in f64, so they lie on the surface approximately.
+//! Target points on level sets: points of the surface with tangents there, so that rays
+//! graze it. Computed in f64, so they lie on the surface approximately.
 
 use super::{Random, Target};
 use crate::geom::LevelSet;

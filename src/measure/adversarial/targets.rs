@@ -1,4 +1,4 @@
-//! //! Target points of primitives, with two tangent directions each.
+//! Target points of primitives, with two tangent directions each.
 
 use super::implicits::in_implicit;
 use super::level_sets::in_level_set;

@@ -1,4 +1,4 @@
-//! //! Compares answers with those of exact tracing in one f64 lane.
+//! Compares answers with those of exact tracing in one f64 lane.
 
 use super::{BenchError, Contender};
 use crate::measure::queries::{Answers, Ask, Job};
@@ -43,8 +43,8 @@ pub(super) struct Expected {
 }
 
 impl Expected {
-    pub fn of(
-        judge: &Contender,
+    pub fn new(
+        oracle: &Contender,
         pool: &ThreadPool,
         job: &Job,
         checked: usize,
@@ -59,7 +59,7 @@ impl Expected {
             rays: some,
         };
         let mut answers = Answers::default();
-        pool.install(|| judge.trace(&job, &mut answers, progress))?;
+        pool.install(|| oracle.trace(&job, &mut answers, progress))?;
         Ok(Expected { rows, answers })
     }
 

@@ -1,8 +1,8 @@
-//! //! One way of tracing: one of our kernels, or a baseline's function.
+//! One way of tracing: one of our kernels, or a baseline's function.
 
 use super::BenchError;
 use crate::accel::{Counts, World};
-use crate::measure::peer::{Embree, Way};
+use crate::measure::baseline::{Embree, Way};
 use crate::measure::queries::{Answers, Job, count, trace};
 use crate::plan::Kernels;
 use crate::render::Progress;
@@ -32,7 +32,7 @@ pub enum Tracer<'a> {
         /// Shadow cache of any-hit rays.
         caching: Caching,
     },
-    Peer(&'a Embree, Way),
+    Baseline(&'a Embree, Way),
 }
 
 impl Contender<'_> {
@@ -46,7 +46,7 @@ impl Contender<'_> {
             ..
         } = self;
         match self.tracer {
-            Tracer::Peer(..) => kernel.clone(),
+            Tracer::Baseline(..) => kernel.clone(),
             Tracer::Own { caching, .. } => {
                 let plural = if *lanes == 1 { "" } else { "s" };
                 let cache = match caching {
@@ -61,7 +61,7 @@ impl Contender<'_> {
     pub(super) fn caching(&self) -> Option<Caching> {
         match self.tracer {
             Tracer::Own { caching, .. } => Some(caching),
-            Tracer::Peer(..) => None,
+            Tracer::Baseline(..) => None,
         }
     }
 
@@ -80,7 +80,7 @@ impl Contender<'_> {
                 let ask = (job.ask, *caching);
                 trace(world, kernels, &job.rays, ask, answers, progress)
             }
-            Tracer::Peer(peer, way) => peer
+            Tracer::Baseline(embree, way) => embree
                 .trace(*way, &job.rays, job.ask, answers, progress)
                 .map(|()| CacheCounts::default()),
         };

@@ -1,16 +1,15 @@
-//! //! Rays per second, from an array of rays to an array of answers.
+//! Rays per second, from an array of rays to an array of answers.
 //!
-//! //! The timed interval covers what a caller with rays in the baseline's layout pays
-//! for t and id: conversion to columns, tracing, and narrowing of the answers. Rays are
+//! The timed interval covers what a caller with rays in the baseline's layout pays for
+//! t and id: conversion to columns, tracing, and narrowing of the answers. Rays are
 //! generated before the interval and answers are checked after it. All pairs of ray set
 //! and contender take turns, so that a slowdown of the machine affects all of them.
 //!
-//! //! A baseline's contenders are chosen per ray set by a short trial of all its
-//! functions and settings (`trial.rs`). Answers are compared with exact f64 ones
-//! (`compare.rs`).
+//! A baseline's contenders are chosen per ray set by a short trial of all its functions
+//! and settings (`trial.rs`). Answers are compared with exact f64 ones (`compare.rs`).
 //!
-//! //! A single tracing thread is timed by its own processor time where the system
-//! provides it (Linux), other runs by wall-clock time: [`Clock`](super::clock::Clock).
+//! A single tracing thread is timed by its own processor time where the system provides
+//! it (Linux), other runs by wall-clock time: [`Clock`](super::clock::Clock).
 
 mod compare;
 mod contender;
@@ -21,8 +20,8 @@ pub use compare::Differences;
 pub use contender::{Contender, Tracer};
 pub use row::{Comparison, Row, comparisons};
 
+use super::baseline::{BaselineTests, Embree};
 use super::clock::Clock;
-use super::peer::{Embree, PeerTests};
 use super::queries::{Answers, Ask, Job};
 use crate::render::Progress;
 use crate::trace::{Caching, HitId};
@@ -42,8 +41,8 @@ pub enum BenchError {
         found: usize,
     },
     #[error(
-        "{kind}, {mode}: {differ} of {checked} rays have another answer than f64 at one lane; \
-         they must have the same"
+        "{kind}, {mode}: {differ} of {checked} answers differ from exact tracing at one lane; \
+         they must be equal"
     )]
     Wrong {
         kind: String,
@@ -55,7 +54,7 @@ pub enum BenchError {
 
 /// A baseline tracer, and the translation of its ids.
 #[derive(Clone, Copy)]
-pub struct Peer<'a> {
+pub struct Baseline<'a> {
     pub tracer: &'a Embree,
     /// Scene id of each of the baseline's triangles.
     pub ids: &'a [HitId],
@@ -70,19 +69,19 @@ pub struct Setting {
     pub checked: usize,
 }
 
-/// Measures every job with every contender on the pool. `judge` gives the answers to
+/// Measures every job with every contender on the pool. `oracle` gives the answers to
 /// compare with; a baseline, if there is one, joins with its fastest settings. Returns
 /// rows by job, then by contender.
 pub fn bench<'a>(
-    judge: &Contender<'a>,
+    oracle: &Contender<'a>,
     own: &[Contender<'a>],
-    peer: Option<Peer<'a>>,
+    baseline: Option<Baseline<'a>>,
     pool: &ThreadPool,
     jobs: &[Job],
     setting: &Setting,
     progress: &Progress,
 ) -> Result<Vec<Row>, BenchError> {
-    let clock = Clock::of(pool.current_num_threads());
+    let clock = Clock::for_threads(pool.current_num_threads());
     let mut answers = Answers::default();
     let mut rows = Vec::new();
     // Job and contender of each row.
@@ -91,22 +90,29 @@ pub fn bench<'a>(
     let twice = Caching::ALL.into_iter().all(with);
     // The first pass also warms up.
     for (number, job) in jobs.iter().enumerate() {
-        let expected = Expected::of(judge, pool, job, setting.checked, progress)?;
+        let expected = Expected::new(oracle, pool, job, setting.checked, progress)?;
         // Closest-hit rays use no shadow cache: one contender of each cached and
         // uncached pair suffices.
         let same =
             |own: &&Contender| job.ask == Ask::Any || !twice || own.caching() == Some(Caching::On);
         let mut contenders: Vec<Contender> = own.iter().filter(same).cloned().collect();
-        if let Some(peer) = peer {
-            for tests in PeerTests::ALL {
-                contenders.extend(trial::best(peer.tracer, tests, pool, job, clock, progress)?);
+        if let Some(baseline) = baseline {
+            for tests in BaselineTests::ALL {
+                contenders.extend(trial::fastest(
+                    baseline.tracer,
+                    tests,
+                    pool,
+                    job,
+                    clock,
+                    progress,
+                )?);
             }
         }
         for contender in contenders {
             let cached = pool.install(|| contender.trace(job, &mut answers, progress))?;
             let hits = answers.hits();
-            if let (Some(peer), Tracer::Peer(..)) = (peer, &contender.tracer) {
-                compare::translate(&mut answers, peer.ids);
+            if let (Some(baseline), Tracer::Baseline(..)) = (baseline, &contender.tracer) {
+                compare::translate(&mut answers, baseline.ids);
             }
             let found = expected.differences(job.ask, &contender, &answers);
             if contender.exact && found.differ > 0 {

@@ -1,10 +1,10 @@
-//! //! The figures of a run, with the field names of `bench --json`.
+//! The figures of a run, with the field names of `bench --json`.
 
 use super::{Contender, Differences, Tracer};
 use crate::accel::Counts;
 use crate::measure::clock::best_and_median;
-use crate::measure::kinds::Kind;
 use crate::measure::queries::{Ask, Job};
+use crate::measure::ray_kinds::Kind;
 use crate::trace::CacheCounts;
 use serde::Serialize;
 
@@ -66,7 +66,7 @@ impl Row {
             precision: contender.precision,
             threads,
             isa: contender.isa,
-            peer: matches!(contender.tracer, Tracer::Peer(..)),
+            peer: matches!(contender.tracer, Tracer::Baseline(..)),
             rays: job.rays.len(),
             hits,
             mrays_per_s: 0.0,

@@ -1,9 +1,9 @@
-//! //! Selects the baseline's settings that deserve a full measurement for a ray set.
+//! Selects the baseline's settings that deserve a full measurement for a ray set.
 
 use super::{BenchError, Contender, Tracer};
 use crate::io::RaySet;
+use crate::measure::baseline::{BaselineTests, Embree, Way};
 use crate::measure::clock::Clock;
-use crate::measure::peer::{Embree, PeerTests, Way};
 use crate::measure::queries::{Answers, Job};
 use crate::render::Progress;
 use rayon::ThreadPool;
@@ -19,9 +19,9 @@ const TURNS: usize = 3;
 
 /// Returns the settings with these tests that were fastest on a part of the rays,
 /// fastest first.
-pub fn best<'a>(
-    peer: &'a Embree,
-    tests: PeerTests,
+pub fn fastest<'a>(
+    embree: &'a Embree,
+    tests: BaselineTests,
     pool: &ThreadPool,
     job: &Job,
     clock: Clock,
@@ -34,14 +34,14 @@ pub fn best<'a>(
     };
     let contender = |way: Way| Contender {
         accel: "embree3".into(),
-        kernel: peer.name(way, job.ask),
+        kernel: embree.name(way, job.ask),
         lanes: way.lanes(),
         precision: tests.name(),
         exact: false,
-        isa: peer.isa(way),
-        tracer: Tracer::Peer(peer, way),
+        isa: embree.isa(way),
+        tracer: Tracer::Baseline(embree, way),
     };
-    let mut tried: Vec<(f64, Contender)> = peer
+    let mut tried: Vec<(f64, Contender)> = embree
         .ways(tests)
         .into_iter()
         .map(|way| (f64::INFINITY, contender(way)))

@@ -1,4 +1,4 @@
-//! //! Cases of the sweeps: scenes and rays at a value, and sequences of values.
+//! Cases of the sweeps: scenes and rays at a value, and sequences of values.
 
 use super::objects::{Stand, mesh_of, place, rotation, shapes};
 use super::rays::{Random, SweepRay, at_targets, rounded, through};

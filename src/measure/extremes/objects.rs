@@ -1,5 +1,4 @@
-//! //! Objects of the sweeps: a mesh, and one solid of each kind, with a radius of
-//! about 1.
+//! Objects of the sweeps: a mesh, and one solid of each kind, with a radius of about 1.
 
 use super::rays::Random;
 use super::sweeps::Subject;

@@ -1,4 +1,4 @@
-//! //! A seeded generator, and the rays of the sweeps.
+//! A seeded generator, and the rays of the sweeps.
 
 use crate::math::unit;
 use crate::render::mix;

@@ -1,4 +1,4 @@
-//! //! The table of sweeps, each from the easy to the extreme.
+//! The table of sweeps, each from the easy to the extreme.
 
 use super::Case;
 use super::cases::{
@@ -45,7 +45,7 @@ pub struct Sweep {
 
 /// Boxes are f32: boxes of scenes below f32's range are meaningless, and structures
 /// lose the primitives in them.
-const RANGE: &str = "the boxes of structures are f32, and these numbers are not";
+const RANGE: &str = "the boxes of structures are f32, and these numbers are below its range";
 
 impl Sweep {
     /// Returns why `guarded` and `exact` are known to fall short of exact arithmetic at

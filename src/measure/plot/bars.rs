@@ -1,4 +1,4 @@
-//! //! Horizontal bars in groups, on one linear scale from 0.
+//! Horizontal bars in groups, on one linear scale from 0.
 
 use super::Tone;
 use super::svg::{Anchor, Svg, linear_step, text_width};

@@ -1,4 +1,4 @@
-//! //! Curves with both axes logarithmic.
+//! Curves with both axes logarithmic.
 
 use super::svg::{Anchor, Svg, text_width};
 

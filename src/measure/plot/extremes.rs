@@ -1,5 +1,5 @@
-//! //! The page of the stress sweeps: a table of where each precision begins to err,
-//! then two charts per sweep, of the share of wrong answers and of the error of t.
+//! The page of the stress sweeps: a table of where each precision begins to err, then
+//! two charts per sweep, of the share of wrong answers and of the error of t.
 
 use super::curves::{Chart, Line, Stroke, draw};
 use super::page::{self, Heading, Section};
@@ -16,7 +16,7 @@ pub fn extremes_page(heading: &Heading, report: &Report) -> String {
         heading: "Where each precision begins to err".into(),
         note: format!(
             "The first value of the axis at which a decision is wrong (hit, id, shadow), a number is \
-             not finite, or t is off by more than {ULPS_ALLOWED} units in the last place; a dash is \
+             not finite, or t is off by more than {ULPS_ALLOWED} units in the last place; a dash means \
              nowhere."
         ),
         figure: table(report),
@@ -31,8 +31,8 @@ pub fn extremes_page(heading: &Heading, report: &Report) -> String {
         sections.push(Section {
             heading: format!("{}: {}", sweep.name, sweep.subject),
             note: format!(
-                "{}. Both axes are logarithmic; nothing wrong is drawn as {NOTHING} of an answer, \
-                 less than {NOTHING} of a unit as {NOTHING}.",
+                "{}. Both axes are logarithmic; no wrong answer is drawn as {NOTHING} of an answer, \
+                 an error below {NOTHING} of a unit as {NOTHING}.",
                 sweep.title
             ),
             figure: shares + &errors,

@@ -1,4 +1,4 @@
-//! //! The HTML page around the figures.
+//! The HTML page around the figures.
 
 use super::svg::escaped;
 use std::fmt::Write;

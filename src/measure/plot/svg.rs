@@ -1,7 +1,7 @@
-//! //! Writes the subset of SVG that charts need, as text.
+//! Writes the subset of SVG that charts need, as text.
 //!
-//! //! Styling is left to the page's style sheet: shapes carry classes. Text and titles
-//! are escaped here, so callers pass them unescaped.
+//! Styling is left to the page's style sheet: shapes carry classes. Text and titles are
+//! escaped here, so callers pass them unescaped.
 
 use std::fmt::Write;
 

@@ -1,4 +1,4 @@
-//! //! Formats a mismatch with all its numbers.
+//! Formats a mismatch with all its numbers.
 
 use super::{Mismatch, Said};
 use crate::trace::Outcome;

@@ -1,4 +1,4 @@
-//! //! Comparison of the same rays traced at two lane counts.
+//! Comparison of the same rays traced at two lane counts.
 
 use super::show::Traced;
 use crate::trace::{Outcome, TracedRay};
@@ -20,7 +20,7 @@ impl Differences {
             let first = pairs().find(|(a, b)| bits(a) != bits(b));
             self.first = first.map(|(lanes, one)| {
                 format!(
-                    "ray org {:?} dir {:?} t_max {:?}: {}, and by one lane {}",
+                    "ray org {:?} dir {:?} t_max {:?}: {}, and at one lane {}",
                     lanes.org,
                     lanes.dir,
                     lanes.t_max,

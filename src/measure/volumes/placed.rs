@@ -1,4 +1,4 @@
-//! //! Solids placed in the world, and the spans of lines inside them.
+//! Solids placed in the world, and the spans of lines inside them.
 
 use crate::accel::{Combined, FacetTrees};
 use crate::geom::exact::{Line, Root, span};
@@ -33,7 +33,7 @@ pub enum NoVolume {
 }
 
 impl<'a> Placed<'a> {
-    pub fn of(
+    pub fn new(
         scene: &'a Scene,
         id: ShapeId,
         world_from_object: &Affine,

@@ -22,7 +22,7 @@ fn measured_to(goal: &Goal, build: impl FnOnce(&mut SceneBuilder) -> ShapeId) ->
     scene.instance("", Edge::shape(shape));
     let scene = scene.finish().unwrap();
     let identity = Affine::IDENTITY;
-    let placed = Placed::of(&scene, shape, &identity, &identity).unwrap();
+    let placed = Placed::new(&scene, shape, &identity, &identity).unwrap();
     placed
         .measure(goal, &Progress::default())
         .and_then(|found| found.volume(1.0, |p| p))
@@ -131,7 +131,7 @@ fn balls_of_any_size() {
         scene.instance("", Edge::shape(shape));
         let scene = scene.finish().unwrap();
         let identity = Affine::IDENTITY;
-        let placed = Placed::of(&scene, shape, &identity, &identity).unwrap();
+        let placed = Placed::new(&scene, shape, &identity, &identity).unwrap();
         let found = placed.measure(&coarse(), &Progress::default());
         found.unwrap().volume(scale, |p| p)
     };

@@ -1,7 +1,6 @@
-//! //! Embree 3's C interface: the functions that `bench` calls, and the layouts they
-//! read.
+//! Embree 3's C interface: the functions that `bench` calls, and the layouts they read.
 //!
-//! //! The declarations follow the headers of 3.13 (`rtcore_*.h`) as distributions
+//! The declarations follow the headers of 3.13 (`rtcore_*.h`) as distributions
 //! configure them: one level of instancing, no minimal curve width. Rays and hits of N
 //! lanes are columns of N numbers in a fixed order, so one generic type serves all
 //! widths; the test below checks their sizes against the headers'.

@@ -1,26 +1,26 @@
-//! //! Embree 3 as a baseline: its trees, query modes and answers, measured in the same
+//! Embree 3 as a baseline: its trees, query modes and answers, measured in the same
 //! run.
 //!
-//! //! A [`Tree`] is one build of the triangles: an instruction set, a build quality,
-//! and fast or robust tests. Each tree is queried in every mode that Embree offers
+//! A [`Tree`] is one build of the triangles: an instruction set, a build quality, and
+//! fast or robust tests. Each tree is queried in every mode that Embree offers
 //! ([`Mode`]: single rays, packets, streams, with and without the coherent flag); the
 //! best mode for a set of rays is measured, not assumed.
 //!
-//! //! Input ([`RaySet`](crate::io::RaySet)) and output
+//! Input ([`RaySet`](crate::io::RaySet)) and output
 //! ([`Answers`](crate::measure::queries::Answers)) are those of our kernels. Embree
 //! requires denormals to be flushed to zero while it builds and traces, which [`trace`]
 //! does.
 //!
-//! //! Instances and other shapes are not supported: the triangles are flattened.
+//! Instances and other shapes are not supported: the triangles are flattened.
 
 mod ffi;
 mod trace;
 
 use crate::io::{RaySet, TriangleSet};
+use crate::measure::baseline::{BaselineError, BaselineTests};
 use crate::measure::clock::Clock;
-use crate::measure::peer::{PeerError, PeerTests};
+use crate::measure::index_stats::StructureRow;
 use crate::measure::queries::{Answers, Ask};
-use crate::measure::structures::StructureRow;
 use crate::render::Progress;
 use ffi::Handle;
 use std::ffi::{CString, c_void};
@@ -133,7 +133,7 @@ struct Buffers {
 }
 
 impl Buffers {
-    fn of(set: &TriangleSet) -> Arc<Buffers> {
+    fn new(set: &TriangleSet) -> Arc<Buffers> {
         let mut positions = set.positions.clone();
         positions.push([0.0; 3]);
         Arc::new(Buffers {
@@ -172,7 +172,7 @@ impl Tree {
             tests,
         }: Setting,
         threads: usize,
-    ) -> Result<Tree, PeerError> {
+    ) -> Result<Tree, BaselineError> {
         let config = format!("threads={threads},isa={isa}");
         let text = CString::new(config.clone()).unwrap_or_default();
         let memory = Arc::<Memory>::default();
@@ -187,7 +187,7 @@ impl Tree {
             let device = ffi::rtcNewDevice(text.as_ptr());
             if device.is_null() {
                 let code = ffi::rtcGetDeviceError(device);
-                return Err(PeerError::Device { config, code });
+                return Err(BaselineError::Device { config, code });
             }
             let user = Arc::as_ptr(&memory).cast_mut().cast();
             ffi::rtcSetDeviceMemoryMonitorFunction(device, Some(monitor), user);
@@ -201,7 +201,7 @@ impl Tree {
             ffi::rtcSetGeometryBuildQuality(geometry, quality.code());
             ffi::rtcCommitGeometry(geometry);
             let scene = ffi::rtcNewScene(device);
-            if tests == PeerTests::Robust {
+            if tests == BaselineTests::Robust {
                 ffi::rtcSetSceneFlags(scene, ffi::ROBUST);
             }
             ffi::rtcSetSceneBuildQuality(scene, quality.code());
@@ -221,7 +221,7 @@ impl Tree {
         };
         match error {
             0 => Ok(tree),
-            code => Err(PeerError::Build { config, code }),
+            code => Err(BaselineError::Build { config, code }),
         }
     }
 
@@ -273,7 +273,7 @@ pub struct Embree {
 struct Setting {
     isa: &'static str,
     quality: Quality,
-    tests: PeerTests,
+    tests: BaselineTests,
 }
 
 impl Setting {
@@ -285,8 +285,8 @@ impl Setting {
             tests,
         } = self;
         let robust = match tests {
-            PeerTests::Fast => "",
-            PeerTests::Robust => " robust",
+            BaselineTests::Fast => "",
+            BaselineTests::Robust => " robust",
         };
         format!("{isa} {}{robust}", quality.name())
     }
@@ -311,12 +311,12 @@ impl Embree {
     /// [`build`](Self::build) builds them.
     pub fn new(
         set: &TriangleSet,
-        tests: &[PeerTests],
+        tests: &[BaselineTests],
         threads: usize,
-    ) -> Result<Embree, PeerError> {
+    ) -> Result<Embree, BaselineError> {
         let isas = isas();
         if isas.is_empty() {
-            return Err(PeerError::Processor);
+            return Err(BaselineError::Processor);
         }
         let mut trees = Vec::new();
         for tests in tests {
@@ -333,14 +333,14 @@ impl Embree {
             }
         }
         Ok(Embree {
-            buffers: Buffers::of(set),
+            buffers: Buffers::new(set),
             threads,
             trees,
         })
     }
 
     /// Rebuilds every tree, timed; the older tree is dropped first.
-    pub fn build(&mut self, clock: Clock) -> Result<(), PeerError> {
+    pub fn build(&mut self, clock: Clock) -> Result<(), BaselineError> {
         for build in &mut self.trees {
             build.tree = None;
             let run = || Tree::build(&self.buffers, build.setting, self.threads);
@@ -352,7 +352,7 @@ impl Embree {
     }
 
     /// Returns the figures of the trees that are built.
-    pub fn structures(&self) -> Vec<StructureRow> {
+    pub fn index_stats(&self) -> Vec<StructureRow> {
         let row = |build: &Build| {
             let tree = build.tree.as_ref()?;
             let bytes = tree.bytes as usize;
@@ -366,7 +366,7 @@ impl Embree {
     }
 
     /// Returns every mode of every built tree with these tests.
-    pub fn ways(&self, tests: PeerTests) -> Vec<Way> {
+    pub fn ways(&self, tests: BaselineTests) -> Vec<Way> {
         let built = |i: &usize| {
             let build = &self.trees[*i];
             build.setting.tests == tests && build.tree.is_some()

@@ -1,5 +1,4 @@
-//! //! The oracle: compares one precision's answers to a case's rays with the
-//! reference's.
+//! The oracle: compares one precision's answers to a case's rays with the reference's.
 
 use super::rays::SweepRay;
 use crate::accel::World;

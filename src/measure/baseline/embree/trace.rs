@@ -1,6 +1,6 @@
-//! //! Traces an array of rays to an array of answers with Embree.
+//! Traces an array of rays to an array of answers with Embree.
 //!
-//! //! Chunks and pool are the same as for our kernels ([`crate::measure::queries`]).
+//! Chunks and pool are the same as for our kernels ([`crate::measure::queries`]).
 //! Inside a chunk, rays are copied into Embree's layout and traced, and t and id are
 //! copied out. All of that is timed, as it is for ours.
 
@@ -34,8 +34,8 @@ impl Tree {
                 let chunks = answers.hit_chunks(CHUNK).enumerate();
                 chunks.for_each(|(number, hits)| {
                     if !progress.is_cancelled() {
-                        let chunk = Chunk::of(rays, rows(number, hits.len()));
-                        if let Some(to) = Found::of(hits) {
+                        let chunk = Chunk::new(rays, rows(number, hits.len()));
+                        if let Some(to) = Found::single(hits) {
                             flushing_denormals(|| self.closest(mode, &chunk, to));
                         }
                     }
@@ -45,7 +45,7 @@ impl Tree {
                 let chunks = answers.blocked.par_chunks_mut(CHUNK).enumerate();
                 chunks.for_each(|(number, blocked)| {
                     if !progress.is_cancelled() {
-                        let chunk = Chunk::of(rays, rows(number, blocked.len()));
+                        let chunk = Chunk::new(rays, rows(number, blocked.len()));
                         flushing_denormals(|| self.any(mode, &chunk, blocked));
                     }
                 });
@@ -245,7 +245,7 @@ struct Found<'a> {
 
 impl<'a> Found<'a> {
     /// Takes hits with t in f32, `None` for f64.
-    fn of(hits: Hits<'a>) -> Option<Found<'a>> {
+    fn single(hits: Hits<'a>) -> Option<Found<'a>> {
         match hits.t {
             Depths::Single(t) => Some(Found { t, id: hits.id }),
             Depths::Double(_) => None,
@@ -291,7 +291,7 @@ struct Chunk<'a> {
 }
 
 impl<'a> Chunk<'a> {
-    fn of(rays: &'a RaySet, rows: Range<usize>) -> Chunk<'a> {
+    fn new(rays: &'a RaySet, rows: Range<usize>) -> Chunk<'a> {
         Chunk {
             org: rays.org.each_ref().map(|x| &x[rows.clone()]),
             dir: rays.dir.each_ref().map(|x| &x[rows.clone()]),

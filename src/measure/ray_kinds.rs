@@ -1,4 +1,4 @@
-//! //! Kinds of rays and their orders, as `bench` names its ray sets.
+//! Kinds of rays and their orders, as `bench` names its ray sets.
 
 use super::queries::Ask;
 

@@ -1,4 +1,4 @@
-//! //! Cost of acceleration structures: build time, memory, and expected cost of a ray.
+//! Cost of acceleration structures: build time, memory, and expected cost of a ray.
 
 use super::clock::best_and_median;
 use crate::accel::{Figures, World};

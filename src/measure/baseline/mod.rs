@@ -1,8 +1,8 @@
-//! //! The baseline: another tracer (Embree 3), measured in the same run on the same
-//! rays if the feature `peer-embree` is enabled.
+//! The baseline: another tracer (Embree 3), measured in the same run on the same rays
+//! if the feature `peer-embree` is enabled.
 //!
-//! //! The baseline is measured at its best: every mode of every tree is tried on a
-//! part of the rays, and the fastest few are measured beside ours at full length.
+//! The baseline is measured at its best: every mode of every tree is tried on a part of
+//! the rays, and the fastest few are measured beside ours at full length.
 
 // The rest of the crate sees one interface, with or without Embree.
 #[cfg(all(feature = "peer-embree", target_arch = "x86_64"))]
@@ -18,33 +18,33 @@ use thiserror::Error;
 
 /// A baseline's ray-triangle tests: the default ones, or the watertight ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PeerTests {
+pub enum BaselineTests {
     Fast,
     Robust,
 }
 
-impl PeerTests {
-    pub const ALL: [PeerTests; 2] = [PeerTests::Fast, PeerTests::Robust];
+impl BaselineTests {
+    pub const ALL: [BaselineTests; 2] = [BaselineTests::Fast, BaselineTests::Robust];
 
     /// Returns the tests that compare fairly with a precision.
-    pub fn beside(precision: Precision) -> PeerTests {
+    pub fn beside(precision: Precision) -> BaselineTests {
         match precision {
-            Precision::Fast => PeerTests::Fast,
-            Precision::Guarded | Precision::Exact => PeerTests::Robust,
+            Precision::Fast => BaselineTests::Fast,
+            Precision::Guarded | Precision::Exact => BaselineTests::Robust,
         }
     }
 
     /// Returns the name in a result row's `precision`.
     pub fn name(self) -> &'static str {
         match self {
-            PeerTests::Fast => "fast",
-            PeerTests::Robust => "robust",
+            BaselineTests::Fast => "fast",
+            BaselineTests::Robust => "robust",
         }
     }
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-pub enum PeerError {
+pub enum BaselineError {
     #[error(
         "this program was built without Embree; install libembree-dev 3 \
          and build with --features peer-embree (x86-64 only)"

@@ -28,7 +28,7 @@ struct Row {
     /// The id that instance-id pictures use.
     instance: u64,
     side: Side,
-    /// In lengths of `dir`; null for a span without that end.
+    /// Ends of the span in lengths of `dir`; null for a span without that end.
     t_enter: Option<f64>,
     t_exit: Option<f64>,
     enter: Option<Place>,

@@ -77,9 +77,9 @@ pub struct SweepReport {
 #[derive(Clone, Debug, Serialize)]
 pub struct Point {
     pub value: f64,
-    /// Why `guarded` and `exact` give no guarantee here; `null` where they do.
+    /// Reason why `guarded` and `exact` give no guarantee here; `null` where they do.
     pub known_gap: Option<&'static str>,
-    /// Why there is no valid scene at this value.
+    /// Reason why there is no valid scene at this value.
     pub refused: Option<String>,
     /// One entry per precision; empty if the scene was refused.
     pub modes: Vec<Figures>,

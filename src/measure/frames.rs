@@ -49,7 +49,7 @@ pub struct RenewalRow {
     pub trace_ms: f64,
     /// The top-level tree's expected (SAH) cost in the last frame.
     pub sah: f64,
-    /// As in [`FrameRow`].
+    /// Number of wrong answers, as in [`FrameRow`].
     pub mismatches: u64,
 }
 

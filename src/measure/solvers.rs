@@ -12,7 +12,7 @@ pub struct Trial {
     /// Number of distinct roots.
     pub roots: usize,
     pub clusters: usize,
-    /// Whether the solver proved that no root is missing.
+    /// True if the solver proved that no root is missing.
     pub complete: bool,
     /// Time of one call, the best of several.
     pub nanoseconds: f64,
@@ -21,7 +21,7 @@ pub struct Trial {
     pub tally: Option<Tally>,
 }
 
-/// How a solver's roots compare with the known roots.
+/// Comparison of a solver's roots with the known roots.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Tally {
     /// Found with the right multiplicity, and within 10 · degree · `forward_bound` of

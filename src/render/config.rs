@@ -26,7 +26,7 @@ pub struct RenderConfig {
     pub build: BuildQuality,
     /// Build quality of a k-d tree, if the plan uses one.
     pub kd: KdQuality,
-    /// Whether shadow rays first test the last occluder of their light. No bit of the
+    /// Lets shadow rays first test the last occluder of their light. No bit of the
     /// picture depends on it.
     pub shadow_cache: Caching,
     /// Number of threads; `None` uses all hardware threads.
@@ -62,7 +62,7 @@ impl Default for RenderConfig {
     }
 }
 
-/// Where the rays of a W×H picture pass through the image plane.
+/// Image-plane positions of the rays of a W×H picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Grid {
     /// Through the pixels; with one sample per pixel, through their centres.

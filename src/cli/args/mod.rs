@@ -47,7 +47,7 @@ pub struct RenderArgs {
     /// Seed of the sample positions
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
-    /// Whether shadow rays first test the last occluder: on or off; the picture is the
+    /// Let shadow rays first test the last occluder: on or off; the picture is the
     /// same
     #[arg(long, value_name = "USE", default_value = "on", value_parser = parse_caching)]
     pub shadow_cache: Caching,
@@ -154,7 +154,7 @@ pub struct BenchArgs {
     /// compare them
     #[arg(long, value_name = "QUALITY", default_value = "medium", value_parser = parse_bench_builds)]
     pub build: BenchBuilds,
-    /// Whether any-hit rays first test the last occluder: on, off, or both to compare
+    /// Let any-hit rays first test the last occluder: on, off, or both to compare
     /// them
     #[arg(long, value_name = "USE", default_value = "on", value_parser = parse_cachings)]
     pub shadow_cache: BenchCachings,

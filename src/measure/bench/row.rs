@@ -40,8 +40,8 @@ pub struct Row {
     /// Packet tests that mailboxes saved, since the packet had already tested the
     /// primitive, divided by the rays.
     pub spared_per_ray: Option<f64>,
-    /// Whether any-hit rays first test the last occluder; null for other rays and for
-    /// baselines.
+    /// `on` if any-hit rays first test the last occluder, else `off`; null for other
+    /// rays and for baselines.
     pub shadow_cache: Option<&'static str>,
     /// Tries and hits of the shadow cache, divided by the rays.
     pub cache_tries_per_ray: Option<f64>,

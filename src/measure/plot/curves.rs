@@ -19,7 +19,7 @@ pub struct Line {
     pub points: Vec<[f64; 2]>,
 }
 
-/// How a line's points are joined.
+/// The stroke that joins a line's points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stroke {
     Solid,

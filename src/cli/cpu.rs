@@ -1,33 +1,33 @@
-//! May this binary run here? Asked before anything else.
+//! Checks whether this processor can run the binary, before anything else runs.
 //!
-//! Lanes choose their instructions at compile time, so a binary carries the
-//! needs of the machine it was built for. This file compares them with the
-//! processor (CPUID) and with what the system saves for its threads (XGETBV).
-//! `is_x86_feature_detected!` cannot be asked: it is constant for features that
-//! are compiled in.
+//! Lanes choose their instructions at compile time, so a binary requires the features
+//! of the processor it was built for. This file compares these features with the
+//! processor's (CPUID) and with the state that the operating system saves for its
+//! threads (XGETBV). `is_x86_feature_detected!` cannot be used: it is constant for
+//! features that are compiled in.
 //!
-//! Everything here runs where the wanted instructions may be missing, on Linux
-//! before the Rust runtime starts (`main.rs`): link-time optimisation compiles
-//! the runtime, too, for the wanted instructions. So there are only integers,
-//! static text and the system's own `write`; atomics and `black_box` stand where
-//! the compiler would otherwise choose vector or BMI instructions. The test
-//! under an emulator is in `tests/cli.rs`.
+//! All code here runs where the required instructions may be missing, on Linux before
+//! the Rust runtime starts (`main.rs`): link-time optimisation also compiles the
+//! runtime for the required instructions. The code therefore uses only integers, static
+//! text and the system's own `write`; atomics and `black_box` stand where the compiler
+//! would otherwise choose vector or BMI instructions. The test under an emulator is in
+//! `tests/cli.rs`.
 
 use std::hint::black_box;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering::Relaxed};
 
-/// One register bit that stands for a feature.
+/// A feature, and the register bit that indicates it.
 struct Feature {
     name: &'static str,
-    /// The binary may use it.
+    /// True if the binary may use the feature.
     compiled: bool,
     word: Word,
     mask: u32,
-    /// Bits of XCR0 that must be set beside it.
+    /// Bits of XCR0 that must also be set.
     state: u64,
 }
 
-/// The CPUID words that name features: leaf (sub-leaf) register.
+/// The CPUID words that indicate features: leaf (sub-leaf) register.
 #[derive(Clone, Copy)]
 enum Word {
     Leaf1Ecx,
@@ -38,7 +38,7 @@ enum Word {
     Extended1Ecx,
 }
 
-/// What the processor and the system say.
+/// Register values of the processor and the operating system.
 struct Registers {
     words: [AtomicU32; 6],
     xcr0: AtomicU64,
@@ -49,11 +49,11 @@ static REGISTERS: Registers = Registers {
     xcr0: AtomicU64::new(0),
 };
 
-/// Nothing beyond CPUID; registers that the system saves lazily or always.
+/// No state beyond what the system always saves.
 const NONE: u64 = 0;
 /// SSE and AVX state.
 const YMM: u64 = 0b110;
-/// That, the masks, and both parts of the ZMM registers.
+/// SSE and AVX state, the mask registers, and both parts of the ZMM registers.
 const ZMM: u64 = 0b1110_0110;
 
 macro_rules! features {
@@ -68,9 +68,9 @@ macro_rules! features {
     };
 }
 
-/// The features that compiled code and the libraries may rely on. Those for
-/// saving state and for random numbers are left out: nothing here uses them,
-/// and virtual machines often hide them.
+/// The features that compiled code and the libraries may use. Features for saving state
+/// and for random numbers are omitted: nothing here uses them, and virtual machines
+/// often hide them.
 static FEATURES: &[Feature] = features![
     "sse3" Leaf1Ecx 0 NONE,
     "pclmulqdq" Leaf1Ecx 1 NONE,
@@ -122,7 +122,7 @@ fn is_there(feature: &Feature, registers: &Registers) -> bool {
     black_box(word & feature.mask) != 0 && black_box(state & feature.state) == feature.state
 }
 
-/// The first feature at or after `from` that is needed and not there.
+/// Returns the first feature at or after `from` that is required and missing.
 fn next_missing(features: &[Feature], registers: &Registers, from: usize) -> Option<usize> {
     let mut i = from;
     while i < features.len() {
@@ -134,8 +134,8 @@ fn next_missing(features: &[Feature], registers: &Registers, from: usize) -> Opt
     None
 }
 
-/// If this processor lacks instructions that the binary was compiled to, says
-/// so on standard error, with the remedy. True if all is well.
+/// Returns whether the processor has all instructions that the binary was compiled for.
+/// If not, reports the missing ones and the remedy on standard error.
 #[inline(never)]
 pub fn check() -> bool {
     read_registers(&REGISTERS);
@@ -154,8 +154,8 @@ pub fn check() -> bool {
     false
 }
 
-/// [`check`] for a list of functions that run before `main`: ends the process
-/// with exit code 2 where it fails.
+/// Runs [`check`] from the list of functions that run before `main`, and ends the
+/// process with exit code 2 if it fails.
 #[cfg(unix)]
 pub extern "C" fn check_before_main() {
     unsafe extern "C" {
@@ -172,7 +172,7 @@ fn say(text: &str) {
         fn write(file: i32, bytes: *const u8, count: usize) -> isize;
     }
     // There is nowhere to report that standard error is closed.
-    // SAFETY: the bytes are the text's own.
+    // SAFETY: the pointer and the length are those of `text`.
     let _ = unsafe { write(2, text.as_ptr(), text.len()) };
 }
 
@@ -184,7 +184,7 @@ fn say(text: &str) {
 
 #[cfg(not(target_arch = "x86_64"))]
 fn read_registers(_: &Registers) {
-    // No feature of the table is compiled in, so nothing is looked up.
+    // No feature of the table is compiled in, so no register is looked up.
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -196,8 +196,8 @@ fn read_registers(registers: &Registers) {
         let leaf = cpuid(1, 0);
         set(Word::Leaf1Ecx, leaf.ecx);
         if leaf.ecx & OSXSAVE != 0 {
-            // SAFETY: OSXSAVE says that the instruction exists and that the
-            // system lets programs use it.
+            // SAFETY: OSXSAVE states that the instruction exists and that the system
+            // lets programs use it.
             registers.xcr0.store(unsafe { xcr0() }, Relaxed);
         }
     }
@@ -233,7 +233,7 @@ fn xcr0() -> u64 {
 mod tests {
     use super::*;
 
-    /// A binary compiled for the named features.
+    /// Returns the features of a binary compiled for the named ones.
     fn needs(names: &[&str]) -> Vec<Feature> {
         let known = FEATURES.iter().map(|f| Feature {
             compiled: names.contains(&f.name),
@@ -282,7 +282,7 @@ mod tests {
         registers(&words, xcr0)
     }
 
-    /// A Skylake server.
+    /// CPUID of a Skylake server.
     fn skylake(xcr0: u64) -> Registers {
         let skylake = haswell(xcr0);
         skylake.words[Word::Leaf7Ebx as usize].store(0xd39f_fffb, Relaxed);
@@ -300,13 +300,13 @@ mod tests {
     fn a_machine_without_avx512() {
         let lacks = ["avx512f", "avx512dq", "avx512vl"];
         assert_eq!(missing(&V4, &haswell(0b111)), lacks);
-        // Whatever the system would save.
+        // The result does not depend on the state that the system would save.
         assert_eq!(missing(&V4, &haswell(0b1110_0111)), lacks);
     }
 
     #[test]
     fn avx512_that_the_system_does_not_save() {
-        // Any one of the three parts missing is all of them missing.
+        // If one of the three parts is missing, all AVX-512 features are.
         for xcr0 in [0b111, 0b1100_0111, 0b1010_0111, 0b0110_0111] {
             let lacks = ["avx512f", "avx512dq", "avx512vl"];
             assert_eq!(missing(&V4, &skylake(xcr0)), lacks);
@@ -315,7 +315,7 @@ mod tests {
 
     #[test]
     fn avx_that_the_system_does_not_save() {
-        // SSE state only: what needs no wide registers is still there.
+        // SSE state only: features without wide registers are still available.
         let lacks = ["avx", "fma", "f16c", "avx2"];
         let mut found = missing(&V4[..8], &haswell(0b011));
         found.sort_by_key(|name| lacks.iter().position(|l| l == name));

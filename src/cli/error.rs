@@ -1,4 +1,4 @@
-//! Why a command did not end well, and the exit code that says so.
+//! Errors of a command, and their exit codes.
 
 use crate::io::{LoadError, SaveError};
 use crate::measure::verify::Interrupted;
@@ -7,7 +7,7 @@ use thiserror::Error;
 
 #[derive(Debug, Error)]
 pub enum CliError {
-    /// A check ran to its end and fell short.
+    /// A check that ran to its end and failed.
     #[error("{0}")]
     Short(String),
     #[error("{0}")]
@@ -20,7 +20,7 @@ pub enum CliError {
     Stdout(std::io::Error),
     #[error("interrupted; nothing was written")]
     Interrupted,
-    /// While results waited for the reader of a pipe.
+    /// Interrupted while results waited for the reader of a pipe.
     #[error("interrupted while nobody read the results; no file was written")]
     Unread,
 }
@@ -44,7 +44,8 @@ impl CliError {
     pub fn exit_code(&self) -> u8 {
         match self {
             CliError::Short(_) => 1,
-            // As is an output over the scene's own file, which is seen before it is read.
+            // An output that names one of the scene's own files is a usage error, too:
+            // it is detected before the file is read.
             CliError::Usage(_) | CliError::Load(LoadError::Output { .. }) => 2,
             CliError::Load(_) => 3,
             CliError::Save(_) | CliError::Stdout(_) => 4,

@@ -1,4 +1,4 @@
-//! `lanecast export`: a scene for other programs.
+//! `lanecast export`: writes a scene for other programs.
 
 use super::args::{ExportArgs, RENDER_SIZE};
 use super::error::CliError;

@@ -1,4 +1,4 @@
-//! `lanecast extremes`: sweeps that show where each precision begins to err.
+//! `lanecast extremes`: stress sweeps that show where each precision begins to err.
 
 use super::args::ExtremesArgs;
 use super::error::CliError;
@@ -50,11 +50,11 @@ pub fn run(args: &ExtremesArgs) -> Result<(), CliError> {
         let page = extremes_page(&heading, &report);
         results.outputs.add(path, page.into_bytes())?;
     }
-    results.commit(&for_people(&report))?;
-    judge(&report)
+    results.commit(&text_report(&report))?;
+    check_guarantees(&report)
 }
 
-/// Before any work: the width is in this build, for every precision.
+/// Checks before any work that this build has the width.
 fn check_lanes(options: &ExtremesOptions) -> Result<(), CliError> {
     let Some(lanes) = options.lanes.count() else {
         return Ok(());
@@ -69,14 +69,14 @@ fn check_lanes(options: &ExtremesOptions) -> Result<(), CliError> {
     Ok(())
 }
 
-fn for_people(report: &Report) -> String {
+fn text_report(report: &Report) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
     let _ = writeln!(
         text,
         "{} rays at each value, closest hit and any hit; seed {}\n\n\
          Where each precision begins to err: a decision is wrong (hit, id, shadow), a number is not \
-         finite,\nor t is off by more than {ULPS_ALLOWED} units in the last place. - is nowhere.\n",
+         finite,\nor t is off by more than {ULPS_ALLOWED} units in the last place. A dash means nowhere.\n",
         report.rays, report.seed
     );
     let name = |sweep: &SweepReport| format!("{} {}", sweep.name, sweep.subject);
@@ -127,25 +127,25 @@ fn for_people(report: &Report) -> String {
         first.map(|(value, why)| format!("{} at {}: {why}", name(sweep), shown(value)))
     });
     list(
-        "No such scene, from the first value on that is named:",
+        "Scenes refused by validation, from this value on:",
         refused.collect(),
     );
     let gaps = report.sweeps.iter().flat_map(gaps);
     list(
-        "Known gaps, where guarded and exact promise nothing yet:",
+        "Known gaps, where guarded and exact give no guarantee yet:",
         gaps.collect(),
     );
     text
 }
 
-/// What is wrong where nothing is promised.
+/// Describes wrong answers at values without a guarantee.
 fn gaps(sweep: &SweepReport) -> Vec<String> {
     let of_precision = |(row, start): (usize, &Start)| {
-        let promised = |point: &&Point| point.known_gap.is_none() || point.refused.is_some();
-        let unsure = sweep.points.iter().filter(|point| !promised(point));
+        let guaranteed = |point: &&Point| point.known_gap.is_none() || point.refused.is_some();
+        let unsure = sweep.points.iter().filter(|point| !guaranteed(point));
         let mut wrong = unsure.filter(|point| {
             let f = &point.modes[row];
-            is_sure(f) && f.wrong() + f.not_finite > 0
+            is_guaranteed(f) && f.wrong() + f.not_finite > 0
         });
         let first = wrong.next()?;
         let share = |point: &Point| {
@@ -169,7 +169,7 @@ fn gaps(sweep: &SweepReport) -> Vec<String> {
     lines.collect()
 }
 
-/// One precision's wrong answers at one value.
+/// Describes one precision's wrong answers at one value.
 fn faults(sweep: &SweepReport, value: f64, f: &Figures) -> String {
     let mut text = format!(
         "{} {} at {}, {}: {} hits, {} ids, {} shadows wrong, {} not finite, of {}",
@@ -189,15 +189,16 @@ fn faults(sweep: &SweepReport, value: f64, f: &Figures) -> String {
     text
 }
 
-/// `fast` may err.
-fn is_sure(figures: &Figures) -> bool {
+/// Returns whether the precision guarantees its answers; `fast` does not.
+fn is_guaranteed(figures: &Figures) -> bool {
     figures.precision != Precision::Fast.name()
 }
 
-/// What is promised must hold, and no number may be NaN or infinite.
-fn judge(report: &Report) -> Result<(), CliError> {
+/// Returns an error if a guaranteed answer is wrong, or a number of a precision other
+/// than `fast` is NaN or infinite.
+fn check_guarantees(report: &Report) -> Result<(), CliError> {
     let broken = |point: &Point, f: &Figures| {
-        is_sure(f) && (f.not_finite > 0 || point.known_gap.is_none() && f.wrong() > 0)
+        is_guaranteed(f) && (f.not_finite > 0 || point.known_gap.is_none() && f.wrong() > 0)
     };
     let mut broken = report.rows().filter(|(_, point, f)| broken(point, f));
     let Some((sweep, point, figures)) = broken.next() else {
@@ -206,6 +207,6 @@ fn judge(report: &Report) -> Result<(), CliError> {
     let faults = faults(sweep, point.value, figures);
     let more = broken.count();
     Err(CliError::Short(format!(
-        "{faults}; {more} other values fall short, too"
+        "{faults}; {more} other values also fail"
     )))
 }

@@ -1,8 +1,9 @@
-//! `lanecast render --frames N`: a sequence of pictures over the scene's motion.
+//! `lanecast render --frames N`: renders a sequence of pictures over the scene's
+//! motion.
 //!
-//! Frame i of N is of time i / (N − 1). From one to the next the meshes' trees
-//! are kept, the top tree is fitted or built again, and camera rays begin with
-//! what they met before; no bit of a picture shows any of it.
+//! Frame i of N is at time i / (N − 1). From one frame to the next the meshes' trees
+//! are kept, the top-level tree is refitted or rebuilt, and camera rays start with
+//! temporal bounds; no bit of a picture depends on any of it.
 
 use super::args::RenderArgs;
 use super::error::CliError;
@@ -115,7 +116,7 @@ pub fn run(
     ))
 }
 
-/// Of a frame: 0 for the first, 1 for the last.
+/// Returns a frame's time: 0 for the first, 1 for the last.
 pub fn time(frame: u32, frames: u32) -> f64 {
     f64::from(frame) / f64::from(frames.saturating_sub(1).max(1))
 }
@@ -125,7 +126,7 @@ fn files(path: &Path, aovs: AovSet) -> Result<Vec<PathBuf>, CliError> {
     Ok(files.into_iter().map(|(path, _)| path).collect())
 }
 
-/// `name.png` becomes `name_0007.png`.
+/// Inserts the frame's number: `name.png` becomes `name_0007.png`.
 fn numbered(path: &Path, frame: u32) -> PathBuf {
     let mut name = path.file_stem().unwrap_or_default().to_os_string();
     name.push(format!("_{frame:04}"));

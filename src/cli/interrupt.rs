@@ -1,10 +1,10 @@
-//! Ctrl-C and SIGTERM: the first asks the work to stop, the second ends it.
+//! Ctrl-C and SIGTERM: the first signal cancels the work, the second ends the process.
 //!
-//! The command that is asked to stop writes nothing and exits 130. Work asks only now
-//! and then whether it is to go on, and a single ray may keep it for minutes; so what has
-//! not stopped of itself after a while is ended, unless its files are getting their names.
-//! So is a wait for a pipe that nobody reads. Ended at once, the process still takes its unfinished
-//! files with it.
+//! A cancelled command writes nothing and exits with 130. The work reads the flag only
+//! now and then, and a single ray may take minutes; a process that has not stopped
+//! after [`GRACE_PERIOD`] is therefore ended, unless its files are being renamed into
+//! place. The same applies to a wait for a pipe that nobody reads. A process that is
+//! ended this way still removes its unfinished files.
 
 use super::error::CliError;
 use super::output::complain;
@@ -14,38 +14,40 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::time::Duration;
 
-/// For work to stop of itself.
-const PATIENCE: Duration = Duration::from_secs(3);
+/// Time that cancelled work gets to stop by itself.
+const GRACE_PERIOD: Duration = Duration::from_secs(3);
 
-/// Who says how the process ends: nobody yet, its work, or lost patience.
-static ENDS: AtomicU8 = AtomicU8::new(OPEN);
-const OPEN: u8 = 0;
+/// The party that ends the process: undecided, its work, or the timeout.
+static ENDED_BY: AtomicU8 = AtomicU8::new(UNDECIDED);
+const UNDECIDED: u8 = 0;
 const BY_WORK: u8 = 1;
-const BY_PATIENCE: u8 = 2;
+const BY_TIMEOUT: u8 = 2;
 
-/// Results go to standard output, a device or a pipe, which may have part of them.
+/// Set while results go to standard output, a device or a pipe, which may already have
+/// received part of them.
 static SENDING: AtomicBool = AtomicBool::new(false);
 
-/// A progress whose `cancel` is set by the first signal. Call it once.
+/// Returns a progress whose `cancel` the first signal sets. Call this once.
 pub fn watch() -> Arc<Progress> {
     let progress = Arc::new(Progress::default());
     let watched = Arc::clone(&progress);
-    // If there can be no handler, a signal ends the process as it always would.
+    // Without a handler, a signal ends the process by default.
     let _ = ctrlc::set_handler(move || {
         if watched.is_cancelled() {
             let _nothing_begins = discard_unfinished();
             std::process::exit(130);
         }
         watched.cancel();
-        // Without it the second signal is left.
-        let _ = std::thread::Builder::new().spawn(lose_patience);
+        // Without this thread the second signal still works.
+        let _ = std::thread::Builder::new().spawn(end_after_timeout);
     });
     progress
 }
 
-fn lose_patience() {
-    std::thread::sleep(PATIENCE);
-    let taken = ENDS.compare_exchange(OPEN, BY_PATIENCE, Ordering::SeqCst, Ordering::SeqCst);
+fn end_after_timeout() {
+    std::thread::sleep(GRACE_PERIOD);
+    let taken =
+        ENDED_BY.compare_exchange(UNDECIDED, BY_TIMEOUT, Ordering::SeqCst, Ordering::SeqCst);
     if taken.is_ok() {
         let _nothing_begins = discard_unfinished();
         let error = match SENDING.load(Ordering::SeqCst) {
@@ -57,22 +59,22 @@ fn lose_patience() {
     }
 }
 
-/// From here on results are written where they cannot be taken back. No file has its
-/// name yet.
-pub fn sending() {
+/// Records that results are now written where they cannot be taken back; no file has
+/// its final name yet.
+pub fn begin_sending() {
     SENDING.store(true, Ordering::SeqCst);
 }
 
-/// From here on files appear, or an error is told: no lost patience comes between.
-/// Does not return where that came first.
-pub fn settle() {
-    let before = ENDS.compare_exchange(OPEN, BY_WORK, Ordering::SeqCst, Ordering::SeqCst);
-    while before == Err(BY_PATIENCE) {
+/// Disables the timeout before files get their names or an error is reported. Does not
+/// return if the timeout came first.
+pub fn disable_timeout() {
+    let before = ENDED_BY.compare_exchange(UNDECIDED, BY_WORK, Ordering::SeqCst, Ordering::SeqCst);
+    while before == Err(BY_TIMEOUT) {
         std::thread::park();
     }
 }
 
-/// Between two stages: stop here if asked to.
+/// Returns an error between two stages if the work was cancelled.
 pub fn check(progress: &Progress) -> Result<(), CliError> {
     if progress.is_cancelled() {
         Err(CliError::Interrupted)

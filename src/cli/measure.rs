@@ -17,11 +17,11 @@ use serde::Serialize;
 use std::collections::HashMap;
 use std::fmt::Write;
 
-/// What `--json` writes.
+/// The value that `--json` writes.
 #[derive(Debug, Serialize)]
 struct Report {
     solids: Vec<Row>,
-    /// Appearances that have no volume to measure, by why.
+    /// Number of instances without a volume to measure, by reason.
     surfaces_left_out: u64,
     meshes_left_out: u64,
     unbounded_left_out: u64,
@@ -31,7 +31,7 @@ struct Report {
 #[derive(Debug, Serialize)]
 struct Row {
     name: String,
-    /// How many solids it is made of; where these overlap they count twice.
+    /// Number of solids it consists of; overlaps count twice.
     parts: u64,
     #[serde(flatten)]
     volume: Volume,
@@ -82,22 +82,22 @@ pub fn run(args: &MeasureArgs) -> Result<(), CliError> {
     };
     let mut results = Results::default();
     results.add(&args.json, &report)?;
-    results.commit(&for_people(&report))
+    results.commit(&text_report(&report))
 }
 
-/// Where those are counted whose figures f64 has no numbers for.
+/// Index of the count of solids whose figures f64 cannot hold.
 const BEYOND: usize = 3;
 
-/// A shape under the linear part of a map, bit for bit.
+/// A shape and the bits of the linear part of its map.
 type Known = (ShapeId, [u64; 9]);
 
 struct Measurer<'s> {
     scene: &'s Scene,
     goal: Goal,
     progress: &'s Progress,
-    /// And the number of its measurement.
+    /// Number and result of each measurement.
     known: HashMap<Known, (usize, Measured)>,
-    /// Surfaces, meshes, unbounded solids, and [`BEYOND`].
+    /// Counts of surfaces, meshes, unbounded solids, and [`BEYOND`].
     left_out: [u64; 4],
 }
 
@@ -148,7 +148,7 @@ impl Measurer<'_> {
         Ok(rows)
     }
 
-    /// Where the map is a similarity, from the shape's own figures.
+    /// Measures an instance; under a similarity, from the shape's own figures.
     fn appearance(&mut self, appearance: &Appearance) -> Option<(usize, Volume)> {
         let (outward, inward) = (&appearance.world_from_object, &appearance.object_from_world);
         let shape = appearance.shape;
@@ -175,8 +175,8 @@ impl Measurer<'_> {
         volume
     }
 
-    /// Under the linear part of a map: where it stands makes no difference but to the
-    /// centroid, and far away, to the roundings.
+    /// Measures a shape under the linear part of a map. The translation affects only
+    /// the centroid and, far away, the rounding.
     fn shape(
         &mut self,
         id: ShapeId,
@@ -189,10 +189,10 @@ impl Measurer<'_> {
             return Some(*known);
         }
         let here = |map: &Affine| Affine::new(*map.linear(), [0.0; 3]);
-        match Placed::of(self.scene, id, &here(outward), &here(inward)) {
+        match Placed::new(self.scene, id, &here(outward), &here(inward)) {
             Ok(placed) => {
                 let number = self.known.len();
-                // Other lines, so that errors of different solids are their own.
+                // Other lines per solid make the solids' errors independent.
                 let seed = match number {
                     0 => self.goal.seed,
                     _ => mix(self.goal.seed ^ mix(number as u64)),
@@ -215,13 +215,14 @@ impl Measurer<'_> {
     }
 }
 
-/// By how much a map lengthens, if all vectors alike.
+/// Returns the scale of a map that scales all vectors alike.
 fn similarity(map: &Affine) -> Option<f64> {
     let columns = map.linear().map(DVec3::from_array);
     let size = columns
         .iter()
         .fold(0.0, |m: f64, c| m.max(c.abs().max_element()));
-    // Squares of the map's own numbers may leave the format.
+    // The columns are scaled first: squares of the map's own numbers may overflow or
+    // underflow.
     let [x, y, z] = columns.map(|column| column / size);
     let square = x.length_squared();
     let near = |value: f64, to: f64| (value - to).abs() <= 1e-12 * square;
@@ -233,7 +234,7 @@ fn similarity(map: &Affine) -> Option<f64> {
     all.then(|| square.sqrt() * size)
 }
 
-/// Of what it places.
+/// Returns the name of the shape or node that a root places.
 fn root_name(scene: &Scene, row: usize) -> String {
     match scene.instances.row(row).target {
         Target::Shape(id) => shape_name(scene, id),
@@ -244,7 +245,8 @@ fn root_name(scene: &Scene, row: usize) -> String {
     }
 }
 
-/// With so many decimals, or digits where these would not show it.
+/// Formats a number with that many decimals, in scientific notation if it is very small
+/// or large.
 fn readable(x: f64, digits: usize) -> String {
     match x.abs() {
         0.0 => format!("{x:.digits$}"),
@@ -253,7 +255,7 @@ fn readable(x: f64, digits: usize) -> String {
     }
 }
 
-fn for_people(report: &Report) -> String {
+fn text_report(report: &Report) -> String {
     let mut text = String::new();
     let width = report.solids.iter().map(|row| row.name.len()).max();
     let width = width.unwrap_or(0).max(4);
@@ -284,17 +286,17 @@ fn for_people(report: &Report) -> String {
     }
     let _ = writeln!(
         text,
-        "\n± holds the value in 95 of 100 cases; parts that overlap count twice"
+        "\n± is the half-width of the 95 % confidence interval; parts that overlap count twice"
     );
     if report.solids.iter().any(|row| row.volume.is_rough) {
         let _ = writeln!(
             text,
-            "rough: less exact than asked for; too thin for the lines that were drawn, or empty \
-             (volume 0: none of at least 2^18 lines met it)"
+            "rough: less accurate than requested; too thin for the number of lines, or empty \
+             (volume 0: none of at least 2^18 lines hit it)"
         );
     }
     for (count, what) in [
-        (report.surfaces_left_out, "surfaces, which have no inside"),
+        (report.surfaces_left_out, "surfaces, which have no interior"),
         (report.meshes_left_out, "meshes that are not closed"),
         (
             report.unbounded_left_out,
@@ -302,7 +304,7 @@ fn for_people(report: &Report) -> String {
         ),
         (
             report.beyond_left_out,
-            "solids of a size whose square or cube is beyond f64's range: measure them scaled",
+            "solids of a size whose square or cube is beyond f64's range: scale them first",
         ),
     ] {
         if count > 0 {

@@ -1,12 +1,12 @@
-//! The command `lanecast`: arguments in, exit code out. One file a command.
+//! The command `lanecast`: arguments in, exit code out. One file per command.
 //!
-//! Exit codes: 0 done; 1 a check fell short; 2 wrong usage; 3 bad scene or
-//! input; 4 output could not be written; 130 interrupted, with nothing
-//! half-written. Errors go to standard error as `error: …`, with the remedy;
-//! what a reader of standard output no longer wants (`| head`) is no error.
+//! Exit codes: 0 done; 1 a check failed; 2 wrong usage; 3 bad scene or input; 4 output
+//! could not be written; 130 interrupted, with nothing half-written. Errors go to
+//! standard error as `error: …`, with the remedy. A reader of standard output that
+//! closes it early (`| head`) is no error.
 //!
-//! **Invariant:** the processor is checked before anything else runs (`cpu.rs`),
-//! on Linux even before the Rust runtime (`main.rs`).
+//! **Invariant:** the processor is checked before anything else runs (`cpu.rs`), on
+//! Linux even before the Rust runtime (`main.rs`).
 
 mod args;
 mod bench;
@@ -36,7 +36,6 @@ use args::{
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use error::CliError;
-use std::ffi::OsString;
 use std::process::ExitCode;
 
 #[derive(Parser)]
@@ -62,31 +61,21 @@ enum Command {
     Verify(VerifyArgs),
     /// Measure rays per second by ray kind and mode
     Bench(BenchArgs),
-    /// Print what a scene requires and what is left out
+    /// Print what a scene requires, and the choices made for it
     Plan(PlanArgs),
-    /// Sweep scenes to the extremes, and see where each precision begins to err
+    /// Sweep scenes to extremes, and report where each precision begins to err
     Extremes(ExtremesArgs),
     /// List every span of one ray through the solids of a scene
     Probe(ProbeArgs),
-    /// Volume, area and centroid of the solids of a scene
+    /// Measure volume, area and centroid of the solids of a scene
     Measure(MeasureArgs),
     /// Write a scene for other programs
     Export(ExportArgs),
     /// Find the real roots of a polynomial, with any solver
     Roots(RootsArgs),
-    /// (not yet) Time against error over all modes
-    Tradeoff(NotYet),
 }
 
-/// Takes any arguments, so that the answer is about the command.
-#[derive(clap::Args)]
-#[command(disable_help_flag = true)]
-struct NotYet {
-    #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
-    _arguments: Vec<OsString>,
-}
-
-/// The whole program, with the arguments of this process.
+/// Runs the program with the arguments of this process.
 pub fn main() -> ExitCode {
     if !cpu::check() {
         return ExitCode::from(2);
@@ -94,12 +83,12 @@ pub fn main() -> ExitCode {
     run()
 }
 
-/// Apart from `main`, so that none of it runs before the check.
+/// Separate from `main`, so that none of it runs before the check.
 #[inline(never)]
 fn run() -> ExitCode {
     let cli = match parse() {
         Ok(cli) => cli,
-        // Help and version arrive here too.
+        // Help and version also arrive here.
         Err(e) if !e.use_stderr() => return ended(output::print(&e.render().to_string())),
         Err(e) => {
             let _ = e.print();
@@ -116,7 +105,6 @@ fn run() -> ExitCode {
         Command::Measure(args) => measure::run(args),
         Command::Export(args) => export::run(args),
         Command::Roots(args) => roots::run(args),
-        Command::Tradeoff(_) => Err(not_yet("tradeoff")),
     })
 }
 
@@ -124,15 +112,15 @@ fn ended(done: Result<(), CliError>) -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            interrupt::settle();
+            interrupt::disable_timeout();
             output::complain(&format!("error: {error}"));
             ExitCode::from(error.exit_code())
         }
     }
 }
 
-/// A number below zero is its option's value, which refuses it: not an option of
-/// that name.
+/// Parses the arguments. A negative number after an option is its value, which the
+/// option may refuse, not an option of that name.
 fn parse() -> Result<Cli, clap::Error> {
     let command = Cli::command().mut_subcommands(|command| {
         command.mut_args(|arg| {
@@ -141,10 +129,4 @@ fn parse() -> Result<Cli, clap::Error> {
         })
     });
     Cli::from_arg_matches(&command.try_get_matches()?)
-}
-
-fn not_yet(command: &str) -> CliError {
-    CliError::Usage(format!(
-        "the command '{command}' does not exist yet; 'lanecast --help' lists those that do"
-    ))
 }

@@ -1,4 +1,4 @@
-//! Where results go: files, and standard output.
+//! Destinations of results: files and standard output.
 
 use super::error::CliError;
 use super::interrupt;
@@ -26,8 +26,8 @@ impl Sink {
     }
 }
 
-/// Results that wait for the end of the run: files join the others of the run, and
-/// have their names when standard output has what it gets.
+/// Results collected until the end of the run. Files are committed together, and get
+/// their names after standard output has received its text.
 #[derive(Default)]
 pub struct Results {
     pub outputs: Outputs,
@@ -55,24 +55,24 @@ impl Results {
         Ok(())
     }
 
-    /// Prints, then gives the files their names: none has one where anything else
-    /// could not be written. `summary` is for people and keeps out of the way of a
-    /// program that reads standard output.
+    /// Prints, then gives the files their names: no file gets its name if any other
+    /// output failed. `summary` is for readers, and is omitted if standard output
+    /// receives JSON.
     pub fn commit(mut self, summary: &str) -> Result<(), CliError> {
-        // A reader may keep these waiting, so lost patience still ends them.
-        interrupt::sending();
+        // A reader may block these writes, so the timeout stays active during them.
+        interrupt::begin_sending();
         self.outputs.send()?;
         print(match self.stdout.as_str() {
             "" => summary,
             json => json,
         })?;
-        interrupt::settle();
+        interrupt::disable_timeout();
         Ok(self.outputs.commit()?)
     }
 }
 
-/// Before any work: every output has a place of its own, can be written there,
-/// and does not overwrite the input. All files that are to be written.
+/// Checks before any work that every output has a path of its own, is writable, and
+/// does not overwrite the input. Returns all files that will be written.
 pub fn check_destinations<'a>(
     inputs: &[&Path],
     files: &[PathBuf],
@@ -117,8 +117,8 @@ pub fn check_destinations<'a>(
     Ok(all)
 }
 
-/// The same for all names of a file, also before it exists; `None` for devices,
-/// which may take several outputs.
+/// Returns a path that is the same for all names of a file, even before the file
+/// exists; `None` for devices, which may take several outputs.
 fn identity(path: &Path) -> Option<PathBuf> {
     match path.canonicalize() {
         Ok(real) => real.is_file().then_some(real),
@@ -131,7 +131,7 @@ fn identity(path: &Path) -> Option<PathBuf> {
     }
 }
 
-/// Prints to standard output. A reader that has gone had enough.
+/// Prints to standard output. A closed pipe is no error.
 pub fn print(text: &str) -> Result<(), CliError> {
     let mut stdout = std::io::stdout().lock();
     match stdout
@@ -143,7 +143,7 @@ pub fn print(text: &str) -> Result<(), CliError> {
     }
 }
 
-/// One line on standard error. If nobody listens, there is nobody to tell.
+/// Writes one line to standard error; a failure cannot be reported.
 pub fn complain(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }
@@ -172,7 +172,7 @@ mod tests {
         check(&[], &[Sink::Stdout, file("a")]).unwrap();
         let said = usage(check(&[at("x.png")], &[file("./x.png")]));
         assert!(said.contains("two outputs"), "{said}");
-        // One name through two ways.
+        // Two paths of the same file.
         let said = usage(check(&[], &[file("scene.json")]));
         assert!(said.contains("is the input"), "{said}");
         let said = usage(check(&[], &[Sink::Stdout, Sink::Stdout]));

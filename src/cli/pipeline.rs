@@ -1,5 +1,5 @@
-//! What every command that traces does first: load → appearances → camera and
-//! lights → plan → build. The caller times and uses the parts.
+//! The first steps of every command that traces: load → instances → camera and lights →
+//! plan → build. The caller times and uses the parts.
 
 use super::error::CliError;
 use super::scene;
@@ -12,7 +12,7 @@ use crate::scene::{Appearances, Camera, Scene, builtin};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::path::Path;
 
-/// A scene that lacks nothing, and how it will be traced.
+/// A complete scene, and how it will be traced.
 pub struct Prepared {
     pub scene: Scene,
     pub appearances: Appearances,
@@ -39,8 +39,7 @@ pub fn prepare(
     complete(scene, path, config, watch, stats)
 }
 
-/// A pool of a command's own; by default of as many threads as the machine runs at
-/// once.
+/// Creates a command's thread pool; by default with all hardware threads.
 pub fn thread_pool(threads: Option<u32>) -> Result<ThreadPool, CliError> {
     let threads = threads.unwrap_or(0) as usize;
     ThreadPoolBuilder::new()
@@ -49,7 +48,7 @@ pub fn thread_pool(threads: Option<u32>) -> Result<ThreadPool, CliError> {
         .map_err(|e| CliError::Usage(format!("{threads} threads cannot be started: {e}")))
 }
 
-/// The same for a scene that is already here; errors are about the file `path`.
+/// Prepares a scene that is already loaded; errors name the file `path`.
 pub fn complete(
     scene: Scene,
     path: &Path,
@@ -98,7 +97,7 @@ pub fn complete(
 }
 
 impl Prepared {
-    /// The trees, built on the pool.
+    /// Builds the trees on the pool.
     pub fn world(&self, watch: &mut Watch, stats: &mut Stats) -> World {
         let structure = structure(&self.plan, &self.kd);
         let build = || World::build_to(self.build, &self.scene, &self.appearances, structure);
@@ -111,7 +110,7 @@ impl Prepared {
     }
 }
 
-/// `kd`: how a k-d tree is built, if it is one.
+/// Returns the structure that the plan chose; `kd` holds the parameters of a k-d tree.
 pub fn structure(plan: &Plan, kd: &KdQuality) -> Structure {
     match plan.accel {
         Accel::Bvh => Structure::Bvh,
@@ -132,7 +131,7 @@ fn aspect(config: &RenderConfig) -> f64 {
     f64::from(config.width - less) / f64::from(config.height - less)
 }
 
-/// The widest instruction set that the lanes were compiled to.
+/// Returns the widest instruction set that the lanes were compiled for.
 pub fn isa() -> &'static str {
     if cfg!(target_feature = "avx512f") {
         "avx512"

@@ -1,4 +1,4 @@
-//! `lanecast plan`: what a scene requires and what is left out.
+//! `lanecast plan`: reports what a scene requires, and the choices made for it.
 
 use super::args::PlanArgs;
 use super::error::CliError;
@@ -12,35 +12,36 @@ use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
-/// What `--json` writes.
+/// The value that `--json` writes.
 #[derive(Debug, Serialize)]
 struct Report {
     appearances: u64,
-    /// Appearances of each kind of shape.
+    /// Number of instances of each kind of shape.
     shapes: BTreeMap<&'static str, u64>,
     triangles: usize,
     lights: usize,
     materials: usize,
-    /// Those that appear.
+    /// The combinations that are instanced.
     combinations: Vec<Combination>,
-    /// What is odd about them.
+    /// Lints of the shapes.
     remarks: Vec<String>,
     choices: Vec<Choice>,
-    /// Bytes.
+    /// Bytes per table.
     tables: BTreeMap<&'static str, usize>,
-    /// Bytes.
+    /// Bytes per tree.
     trees: BTreeMap<&'static str, usize>,
-    /// Expected cost of a random ray through the top structure, in primitive tests.
+    /// Expected cost of a random ray through the top-level structure, in primitive
+    /// tests.
     top_tree_sah: f64,
 }
 
-/// A solid made of solids, unfolded.
+/// A CSG solid, expanded.
 #[derive(Debug, Serialize)]
 struct Combination {
     name: String,
     operands: usize,
     gates: usize,
-    /// Spaces that operands are in.
+    /// Number of distinct spaces of the operands.
     frames: usize,
     bytes: usize,
 }
@@ -70,11 +71,11 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
     let mut results = Results::default();
     results.add(&args.common.stats, &stats)?;
     results.add(&args.common.json, &report)?;
-    results.commit(&for_people(&report))
+    results.commit(&text_report(&report))
 }
 
-/// A line about appearances that have bounds, but none in world space.
-fn blurred(world: &World) -> Option<String> {
+/// Warns about instances whose shapes have bounds but that have none in world space.
+fn without_world_bounds(world: &World) -> Option<String> {
     let bounded = |entry: &&Entry| {
         let row = world.appearances.get(&world.scene, entry.appearance);
         shape_bounds(&world.scene, row.shape).is_some()
@@ -85,8 +86,8 @@ fn blurred(world: &World) -> Option<String> {
         count => format!("{count} appearances"),
     };
     Some(format!(
-        "no tree holds {which}, and every ray is tried there: what is turned, scaled unevenly \
-         by thousands and turned again has no box that is sure; scale before the first turn"
+        "no tree holds {which}, and every ray is tested against it: a rotation, a non-uniform \
+         scale by thousands and another rotation leave no certain box; scale before rotating"
     ))
 }
 
@@ -122,7 +123,7 @@ fn report(prepared: &Prepared, world: &World) -> Report {
             .filter_map(|row| solved(scene, ShapeId(row))),
     );
     notes.extend(stacked(scene));
-    notes.extend(blurred(world));
+    notes.extend(without_world_bounds(world));
     let reasons = prepared.plan.reasons.iter();
     Report {
         appearances: prepared.appearances.count(),
@@ -145,7 +146,7 @@ fn report(prepared: &Prepared, world: &World) -> Report {
     }
 }
 
-/// Of long lists.
+/// Maximum number of lines shown of a long list.
 const SHOWN: usize = 8;
 
 fn more(text: &mut String, count: usize) {
@@ -154,7 +155,7 @@ fn more(text: &mut String, count: usize) {
     }
 }
 
-fn for_people(report: &Report) -> String {
+fn text_report(report: &Report) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
     let _ = writeln!(

@@ -1,4 +1,4 @@
-//! `lanecast probe`: all that one ray has in the solids of a scene.
+//! `lanecast probe`: lists all spans of one ray inside the solids of a scene.
 
 use super::args::ProbeArgs;
 use super::error::CliError;
@@ -11,31 +11,31 @@ use glam::DVec3;
 use serde::Serialize;
 use std::fmt::Write;
 
-/// What `--json` writes.
+/// The value that `--json` writes.
 #[derive(Debug, Serialize)]
 struct Report {
     org: [f64; 3],
     dir: [f64; 3],
     spans: Vec<Row>,
-    /// Appearances of polygons, of open cylinders, cones and polynomial surfaces, and of
-    /// meshes that are not closed.
+    /// Number of instances of polygons, of open cylinders, cones and polynomial
+    /// surfaces, and of meshes that are not closed.
     surfaces_left_out: u64,
 }
 
 #[derive(Debug, Serialize)]
 struct Row {
     solid: String,
-    /// As pictures of instance ids number them.
+    /// The id that instance-id pictures use.
     instance: u64,
     side: Side,
-    /// In lengths of `dir`; none: without end.
+    /// Ends of the span in lengths of `dir`; null for a span without that end.
     t_enter: Option<f64>,
     t_exit: Option<f64>,
     enter: Option<Place>,
     exit: Option<Place>,
 }
 
-/// Where a span lies, seen from the ray's origin.
+/// Position of a span relative to the ray's origin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum Side {
@@ -50,30 +50,30 @@ struct Place {
     instance: u64,
     material: Option<String>,
     point: [f64; 3],
-    /// Unit, out of the solid.
+    /// Unit normal, pointing out of the solid.
     normal: [f64; 3],
 }
 
-/// Squares of lengths between these are numbers.
+/// Range of lengths whose squares neither overflow nor underflow.
 const SHORTEST: f64 = 1e-150;
 const LONGEST: f64 = 1e150;
 
 pub fn run(args: &ProbeArgs) -> Result<(), CliError> {
     let outputs = check_destinations(&[&args.scene], &[], args.json.iter())?;
     if args.dir == DVec3::ZERO {
-        let message = "--dir 0,0,0 points nowhere; give it a length";
+        let message = "--dir 0,0,0 points nowhere; give it a length above 0";
         return Err(CliError::Usage(message.into()));
     }
     let longest = args.dir.abs().max_element();
     if !(SHORTEST..=LONGEST).contains(&longest) {
         return Err(CliError::Usage(format!(
-            "--dir has {longest:?} as its longest component, too far from 1 for t to be counted in; \
+            "--dir has {longest:?} as its longest component, too far from 1 for t to be measured in it; \
              give it a length between {SHORTEST:?} and {LONGEST:?}"
         )));
     }
     if args.org.abs().max_element() > LONGEST {
         return Err(CliError::Usage(format!(
-            "--org lies farther out than {LONGEST:?}; start nearer to the scene"
+            "--org lies beyond {LONGEST:?}; start closer to the scene"
         )));
     }
     let scene = scene::load(&args.scene, &args.load_options(outputs))?;
@@ -83,7 +83,7 @@ pub fn run(args: &ProbeArgs) -> Result<(), CliError> {
     let report = report(&scene, &found, args.org, args.dir);
     let mut results = Results::default();
     results.add(&args.json, &report)?;
-    results.commit(&for_people(&report))
+    results.commit(&text_report(&report))
 }
 
 fn report(scene: &Scene, found: &Spans, org: DVec3, dir: DVec3) -> Report {
@@ -125,7 +125,7 @@ fn material_name(scene: &Scene, id: MaterialId) -> String {
     }
 }
 
-fn for_people(report: &Report) -> String {
+fn text_report(report: &Report) -> String {
     let mut text = String::new();
     let length = DVec3::from_array(report.dir).length();
     // Writing to a string cannot fail.
@@ -144,7 +144,7 @@ fn for_people(report: &Report) -> String {
         };
         let t_enter = row.t_enter.unwrap_or(f64::NEG_INFINITY);
         let t_exit = row.t_exit.unwrap_or(f64::INFINITY);
-        // What lies ahead of the origin counts.
+        // Only the part ahead of the origin counts.
         inside += (t_exit - t_enter.max(0.0)).max(0.0) * length;
         let thickness = (t_exit - t_enter) * length;
         let _ = writeln!(
@@ -169,7 +169,7 @@ fn for_people(report: &Report) -> String {
     }
     let _ = writeln!(
         text,
-        "\n{} {}; {inside:?} of length inside solids ahead of the origin",
+        "\n{} {}; length {inside:?} inside solids ahead of the origin",
         report.spans.len(),
         if report.spans.len() == 1 {
             "span"
@@ -180,7 +180,7 @@ fn for_people(report: &Report) -> String {
     if report.surfaces_left_out > 0 {
         let _ = writeln!(
             text,
-            "{} appearances of surfaces left out: polygons, what is open, meshes that are not \
+            "{} appearances of surfaces left out: polygons, open shapes, and meshes that are not \
              closed",
             report.surfaces_left_out
         );

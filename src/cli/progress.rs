@@ -1,5 +1,5 @@
-//! The progress bar: rays per second and the time left, on standard error, and
-//! only where that is a terminal.
+//! The progress bar: rays per second and the time left, on standard error if that is a
+//! terminal.
 
 use crate::render::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -10,7 +10,7 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Draws until it is dropped, then wipes the bar.
+/// A drawn progress bar, which is cleared when this value is dropped.
 pub struct Drawing {
     running: Option<(Sender<()>, JoinHandle<()>)>,
 }
@@ -24,7 +24,7 @@ impl Drawing {
                 let bar = bar();
                 let start = Instant::now();
                 let pause = Duration::from_millis(100);
-                // Nothing is ever sent: the sender's end is the signal.
+                // Nothing is ever sent: dropping the sender is the signal.
                 while stopped.recv_timeout(pause) == Err(RecvTimeoutError::Timeout) {
                     draw(&bar, &progress, start.elapsed());
                 }
@@ -69,7 +69,7 @@ fn draw(bar: &ProgressBar, progress: &Progress, elapsed: Duration) {
     bar.set_message(message);
 }
 
-/// `12.3 Mrays/s`, for people.
+/// Formats a rate as `12.3 Mrays/s`.
 pub fn rate(rays_per_second: f64) -> String {
     match rays_per_second {
         r if r >= 1e9 => format!("{:.2} Grays/s", r / 1e9),
@@ -84,7 +84,7 @@ mod tests {
     use super::rate;
 
     #[test]
-    fn rates_for_people() {
+    fn rates_text_report() {
         assert_eq!(rate(0.0), "0 rays/s");
         assert_eq!(rate(999.0), "999 rays/s");
         assert_eq!(rate(12_345.0), "12.3 krays/s");

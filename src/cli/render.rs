@@ -1,4 +1,4 @@
-//! `lanecast render`: a scene in, a picture out; or many (`frames.rs`).
+//! `lanecast render`: renders a scene to one picture, or to many (`frames.rs`).
 
 use super::args::RenderArgs;
 use super::error::CliError;
@@ -85,7 +85,7 @@ pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     ))
 }
 
-/// `-o`, or the scene's name as a PNG in the current folder.
+/// Returns `-o`, or the scene's name as a PNG in the current folder.
 fn output_path(args: &RenderArgs) -> PathBuf {
     if let Some(path) = &args.output {
         return path.clone();

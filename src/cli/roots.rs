@@ -1,4 +1,4 @@
-//! `lanecast roots`: the real roots of polynomials, by any solver.
+//! `lanecast roots`: finds the real roots of polynomials with any solver.
 
 use super::args::RootsArgs;
 use super::error::CliError;
@@ -11,7 +11,7 @@ use serde::Serialize;
 use std::fmt::Write;
 use std::ops::Bound;
 
-/// What `--json` writes: of --coeffs, the row of its polynomial.
+/// The value that `--json` writes; for `--coeffs` the row of its polynomial.
 #[derive(Debug, Serialize)]
 #[serde(untagged)]
 enum Report {
@@ -28,10 +28,10 @@ struct Row {
     #[serde(skip_serializing_if = "Option::is_none")]
     name: Option<String>,
     degree: usize,
-    /// Null: without end.
+    /// Ends of the interval; null if it is unbounded.
     low: Option<f64>,
     high: Option<f64>,
-    /// Whose roots these are.
+    /// The solver that found these roots.
     solver: &'static str,
     roots: Vec<Root>,
     clusters: Vec<Cluster>,
@@ -65,15 +65,15 @@ pub fn run(args: &RootsArgs) -> Result<(), CliError> {
         let page = solvers_page(&heading, degrees);
         results.outputs.add(path, page.into_bytes())?;
     }
-    results.commit(&for_people(&report))?;
+    results.commit(&text_report(&report))?;
     match &report {
-        Report::Many { solvers, .. } => as_promised(solvers),
+        Report::Many { solvers, .. } => check_auto(solvers),
         Report::One(_) => Ok(()),
     }
 }
 
-/// Whether the roots that a list knows are those of `auto`, which promises it.
-fn as_promised(totals: &[Total]) -> Result<(), CliError> {
+/// Returns an error unless `auto` finds the roots that a list knows, as it guarantees.
+fn check_auto(totals: &[Total]) -> Result<(), CliError> {
     let auto = totals
         .iter()
         .find(|total| total.solver == Solver::Auto.name());
@@ -85,8 +85,8 @@ fn as_promised(totals: &[Total]) -> Result<(), CliError> {
         return Ok(());
     }
     Err(CliError::Short(format!(
-        "auto does not give the roots that the file knows: {lost} lost, {wrong} others; it \
-         promises them, so the file or auto is wrong"
+        "auto does not find the known roots of the file: {lost} lost, {wrong} others; it \
+         guarantees them, so the file or auto is wrong"
     )))
 }
 
@@ -115,7 +115,8 @@ fn many(listed: &[Listed], args: &RootsArgs) -> Result<Report, CliError> {
     })
 }
 
-/// One polynomial, by the solver that is asked for, or by all beside `auto`.
+/// Finds the roots of one polynomial with the requested solver, or with `auto` and all
+/// others.
 fn row(
     name: Option<&str>,
     p: &Polynomial,
@@ -127,7 +128,7 @@ fn row(
         Some(solver) => std::slice::from_ref(solver),
         None => &Solver::ALL,
     };
-    // Known are the roots of the whole line.
+    // The known roots are those of the whole line.
     let known = listed.and_then(|l| l.known.as_deref());
     let known = known.filter(|_| *interval == Interval::LINE);
     let mut first: Option<Answer> = None;
@@ -138,7 +139,8 @@ fn row(
                 first.get_or_insert(answer);
                 solvers.push(trial);
             }
-            // Of a list, and beside others, what it cannot do is left out.
+            // In a list, or beside other solvers, a solver that cannot handle the
+            // polynomial is skipped.
             Err(_) if listed.is_some() || asked.len() > 1 => {}
             Err(e) => return Err(CliError::Usage(e.to_string())),
         }
@@ -161,7 +163,7 @@ fn row(
     })
 }
 
-fn for_people(report: &Report) -> String {
+fn text_report(report: &Report) -> String {
     let mut text = String::new();
     match report {
         Report::One(row) => one(&mut text, row),
@@ -202,12 +204,12 @@ fn one(text: &mut String, row: &Row) {
         );
     }
     for cluster in &row.clusters {
-        let _ = writeln!(text, "  {}", unsettled(cluster));
+        let _ = writeln!(text, "  {}", unresolved(cluster));
     }
     if !row.complete {
         let _ = writeln!(
             text,
-            "  others may be missing: {} does not prove it",
+            "  others may be missing: {} does not prove completeness",
             row.solver
         );
     }
@@ -219,7 +221,7 @@ fn one(text: &mut String, row: &Row) {
             trial.solver,
             trial.roots,
             trial.clusters,
-            if trial.complete { "yes" } else { "not shown" },
+            if trial.complete { "yes" } else { "unproven" },
             trial.nanoseconds
         );
     }
@@ -229,7 +231,7 @@ fn heading(text: &mut String, row: &Row) {
     let roots: Vec<String> = row.roots.iter().map(root).collect();
     let mut line = roots.join("  ");
     for cluster in &row.clusters {
-        let _ = write!(line, "  {}", unsettled(cluster));
+        let _ = write!(line, "  {}", unresolved(cluster));
     }
     let name = row.name.as_deref().unwrap_or("");
     let count = distinct(row.roots.len());
@@ -264,11 +266,11 @@ fn shown(t: f64) -> String {
     }
 }
 
-fn unsettled(cluster: &Cluster) -> String {
+fn unresolved(cluster: &Cluster) -> String {
     let Cluster { low, high, parity } = cluster;
     let parity = format!("{parity:?}").to_lowercase();
     let (low, high) = (shown(*low), shown(*high));
-    format!("cluster {low} to {high}: not told apart, number {parity}")
+    format!("cluster {low} to {high}: unresolved roots, their number is {parity}")
 }
 
 fn sums(text: &mut String, totals: &[Total]) {
@@ -295,8 +297,8 @@ fn sums(text: &mut String, totals: &[Total]) {
     if totals.iter().any(|total| total.tally.is_some()) {
         let _ = writeln!(
             text,
-            "\nof the roots that the file knows: right, with another multiplicity, inside a \
-             cluster,\nlost; and roots given that are none"
+            "\nknown roots of the file: right, with another multiplicity, inside a cluster, lost;\n\
+             false: roots found that do not exist"
         );
     }
 }

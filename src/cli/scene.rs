@@ -1,4 +1,4 @@
-//! What the commands ask of a scene before they use it.
+//! Loads a scene and selects its camera and names, for all commands.
 
 use super::error::CliError;
 use super::output;
@@ -6,7 +6,7 @@ use crate::io::{self, LoadOptions};
 use crate::scene::{Cameras, Scene, ShapeId};
 use std::path::Path;
 
-/// Loads a scene; what could not be imported is said on standard error.
+/// Loads a scene; reports on standard error what could not be imported.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene, CliError> {
     let loaded = io::load(path, options)?;
     if let Some(warning) = loaded.warning {
@@ -15,8 +15,8 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene, CliError> {
     Ok(loaded.scene)
 }
 
-/// The row of the camera that `--camera` names; without it the first one, or
-/// `None` where the scene has none. A name goes before a number.
+/// Returns the row of the camera that `--camera` names; without the option the first
+/// one, or `None` if the scene has no camera. A name takes precedence over a number.
 pub fn pick_camera(cameras: &Cameras, asked: Option<&str>) -> Result<Option<usize>, CliError> {
     let count = cameras.rows.len();
     let Some(asked) = asked else {
@@ -36,7 +36,7 @@ pub fn pick_camera(cameras: &Cameras, asked: Option<&str>) -> Result<Option<usiz
     Err(CliError::Usage(format!("no camera '{asked}': {known}")))
 }
 
-/// Its name, or its kind.
+/// Returns a shape's name, or its kind.
 pub fn shape_name(scene: &Scene, id: ShapeId) -> String {
     match scene.shapes.names.get(id.0) {
         Some(name) => name.into(),

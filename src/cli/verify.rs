@@ -1,5 +1,5 @@
-//! `lanecast verify`: lanes against scalar code against the reference, in every
-//! precision.
+//! `lanecast verify`: compares packets with one lane, and both with the reference, in
+//! every precision.
 
 mod report;
 
@@ -27,14 +27,14 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Mismatches that are printed with all their numbers: of each comparison of one
-/// mode, or of several.
+/// Maximum number of mismatches printed with all their numbers per comparison: for one
+/// mode, and for each of several.
 const LISTED: usize = 10;
 const LISTED_OF_EACH: usize = 2;
 
 const MAX_PIXELS: u64 = 1 << 22;
 
-/// Aimed rays whose answers are kept at once.
+/// Maximum number of aimed rays whose answers are held at once.
 const AT_A_TIME: usize = 1 << 18;
 
 pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
@@ -50,7 +50,7 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
     let (mut watch, mut stats) = (Watch::start(), Stats::default());
     let prepared = prepared(args, outputs, &config, &mut watch, &mut stats)?;
     let too_many = |source| LoadError::of_scene(&args.scene, source);
-    // The reference will not take more: say so before any work.
+    // The reference refuses larger scenes: report that before any work.
     prepared.appearances.check_enumerable().map_err(too_many)?;
     let world = prepared.world(&mut watch, &mut stats);
     let reference = Reference::new(&prepared.scene, &prepared.appearances).map_err(too_many)?;
@@ -94,15 +94,15 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
     stats.stages.push(watch.stage("verify"));
     stats.finish();
 
-    let report = Report::of(pixels, stats.plan.clone(), done);
+    let report = Report::new(pixels, stats.plan.clone(), done);
     let mut results = Results::default();
     results.add(&args.common.stats, &stats)?;
     results.add(&args.common.json, &report)?;
-    results.commit(&report.for_people())?;
-    report.judge(args.allow_wrong)
+    results.commit(&report.text_report())?;
+    report.check(args.allow_wrong)
 }
 
-/// The scene where the arguments want it, and how the asked mode traces it.
+/// Loads the scene, scales and translates it, and plans the requested mode.
 fn prepared(
     args: &VerifyArgs,
     outputs: Vec<PathBuf>,
@@ -122,7 +122,7 @@ fn prepared(
     complete(scene, &args.scene, config, watch, stats)
 }
 
-/// What is the same for every mode.
+/// The data shared by all modes.
 struct Check<'a> {
     prepared: &'a Prepared,
     world: &'a World,
@@ -135,14 +135,14 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
-    /// One precision: its picture, at its width and at one lane, against the
+    /// Compares one precision's picture, at its width and at one lane, with the
     /// reference.
     fn mode(&self, precision: Precision) -> Result<(Mode, crate::shade::RayCounts), CliError> {
         let kernels = self.kernels(precision)?;
         let options = self.options(kernels, self.sample);
         let before = decided();
         let (fast, fast_ns) = self.traced(kernels)?;
-        // Two pictures: one is recorded, one timed.
+        // Two pictures were rendered: one recorded, one timed.
         let escalated = (decided() - before) / 2;
         let one = Kernels {
             lanes: 1,
@@ -181,7 +181,7 @@ impl Check<'_> {
         Ok((mode, fast.counts))
     }
 
-    /// To compare every how many pixels.
+    /// Returns the options that compare every `sample`-th pixel.
     fn options(&self, kernels: Kernels, sample: u32) -> VerifyOptions {
         VerifyOptions {
             sample,
@@ -193,7 +193,8 @@ impl Check<'_> {
         }
     }
 
-    /// Of another precision than the asked one at a width that this build has.
+    /// Plans a precision; one other than the requested falls back to a width that this
+    /// build has.
     fn kernels(&self, precision: Precision) -> Result<Kernels, CliError> {
         let prepared = self.prepared;
         let of = |lanes| {
@@ -213,8 +214,8 @@ impl Check<'_> {
         Ok(plan.kernels)
     }
 
-    /// The picture with every ray recorded, in the order of the pixels, and what
-    /// a ray takes.
+    /// Renders the picture with every ray recorded, in pixel order, and returns the
+    /// nanoseconds per ray.
     fn traced(&self, kernels: Kernels) -> Result<(Rendered, f64), CliError> {
         let view = crate::render::View {
             world: self.world,
@@ -224,7 +225,7 @@ impl Check<'_> {
         };
         let go = |recording| self.drawn(|| render(&view, self.config, recording, self.progress));
         let recorded = go(true)?;
-        // Timed by itself: a record costs more than its ray.
+        // Timed separately: a record costs more than its ray.
         let start = Instant::now();
         let rendered = go(false)?;
         let ns = per_ray(start, rendered.counts.total());
@@ -255,8 +256,8 @@ impl Check<'_> {
         self.drawn(|| independent(self.reference, &view, rays, options, self.progress))
     }
 
-    /// The aimed rays, in each mode at its width and at one lane. The reference is
-    /// asked about each ray once.
+    /// Traces the aimed rays in each mode at its width and at one lane. The reference
+    /// is asked about each ray once.
     fn adversarial(&self, modes: &mut [Mode]) -> Result<(), CliError> {
         for (part, aimed) in self.aimed.chunks(AT_A_TIME).enumerate() {
             let first = (part * AT_A_TIME) as u32;
@@ -276,7 +277,7 @@ impl Check<'_> {
                     ..kernels
                 };
                 mode.widths.add(&packets, &traced(one)?);
-                // All of them, whatever part of the picture is looked at.
+                // All aimed rays are compared, whatever pixels are sampled.
                 let options = self.options(kernels, 1);
                 let replay = || {
                     let (reference, progress) = (self.reference, self.progress);
@@ -292,7 +293,7 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// A stage on the pool, with its progress on the terminal.
+    /// Runs a stage on the pool, with its progress on the terminal.
     fn drawn<T: Send>(&self, stage: impl FnOnce() -> T + Send) -> T {
         let _drawing = Drawing::start(self.progress);
         self.prepared.pool.install(stage)

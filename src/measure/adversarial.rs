@@ -1,11 +1,12 @@
-//! Rays aimed where answers turn: at edges, corners, silhouettes and tangents.
+//! Rays aimed at points where small errors change answers: edges, corners, silhouettes
+//! and tangents.
 //!
-//! A target is a point of a primitive and two directions in which its surface
-//! goes on, in object space, mapped into the world. Rays go to targets from the
-//! camera, from around the scene and from other targets, back along rounded
-//! directions so that f64 holds the target exactly or nearly, along the surface,
-//! along the axes, and away from where they start on it. A part of the targets is
-//! rounded to f32, a part moved by a few units in the last place.
+//! A target is a point of a primitive and two tangent directions there, in object
+//! space, mapped to the world. Rays go to targets from the camera, from around the
+//! scene and from other targets; backwards along rounded directions, so that f64 holds
+//! the target exactly or nearly; along the surface; along the axes; and away from
+//! targets on the surface. Some targets are rounded to f32, some are moved by a few
+//! units in the last place.
 //!
 //! Deterministic: the same scene, count and seed give the same rays.
 
@@ -33,7 +34,7 @@ pub struct Aimed {
     pub t_max: f32,
 }
 
-/// A point of a surface, and directions in which it goes on. In no special unit.
+/// A point of a surface, and two tangent directions there, of any length.
 #[derive(Clone, Copy)]
 struct Target {
     point: DVec3,
@@ -42,10 +43,10 @@ struct Target {
 
 struct Random(u64);
 
-/// Targets that say how large the scene is, and where.
+/// Number of targets that estimate the scene's size and position.
 const PROBES: usize = 256;
 
-/// None where nothing appears.
+/// Generates `count` rays or fewer; none for a scene without instances.
 pub fn adversarial_rays(
     scene: &Scene,
     rows: &[Appearance],
@@ -62,7 +63,7 @@ pub fn adversarial_rays(
     let about = About::of(&probes);
     let mut rays = Vec::with_capacity(count);
     for i in 0..count {
-        // The camera's first: rays of one origin are traced by kernels of their own.
+        // Camera rays come first: rays of one origin have kernels of their own.
         let from_camera = i < count / 4;
         let ray = (0..8).find_map(|_| {
             let to = target(random).point;
@@ -96,7 +97,7 @@ fn from_eye(camera: &Camera, to: DVec3, size: f64) -> (DVec3, DVec3, f32) {
     }
 }
 
-/// Where a scene is, roughly.
+/// Approximate centre and size of a scene.
 struct About {
     center: DVec3,
     size: f64,
@@ -115,7 +116,7 @@ impl About {
         }
     }
 
-    /// Origin, direction, t_max.
+    /// Returns origin, direction and t_max.
     fn ray(&self, to: DVec3, other: &Target, random: &mut Random) -> (DVec3, DVec3, f32) {
         match random.below(8) {
             // From around the scene.
@@ -129,7 +130,7 @@ impl About {
                 };
                 (org, to - org, random.end(1.0))
             }
-            // From another place of the surface, and past both.
+            // From another point of the surface, ending at or beyond the target.
             2 => {
                 let org = random.moved(other.point);
                 (org, to - org, random.end(1.0))
@@ -138,12 +139,12 @@ impl About {
                 let dir = rounded(other.point - to);
                 (to - dir, dir, random.end(2.0))
             }
-            // From where it lies on a surface.
+            // From a point on a surface.
             4 => {
                 let dir = self.direction(other, random);
                 (to, dir, random.end(1.0))
             }
-            // Back along a direction that f32 holds, so that little or nothing is
+            // Backwards along a direction that f32 holds, so that little or nothing is
             // rounded.
             _ => {
                 let dir = rounded(self.direction(other, random));
@@ -153,7 +154,7 @@ impl About {
         }
     }
 
-    /// Any, along an axis, or along a surface; about as long as the scene.
+    /// Returns a random, axis-parallel or tangent direction about as long as the scene.
     fn direction(&self, surface: &Target, random: &mut Random) -> DVec3 {
         let dir = match random.below(4) {
             0 => random.direction(),
@@ -171,7 +172,7 @@ impl About {
     }
 }
 
-/// In the world.
+/// Returns a target in world space.
 fn target(scene: &Scene, row: &Appearance, random: &mut Random) -> Target {
     let Target { point, along } = in_object(scene, scene.shapes.row(row.shape), random);
     let map = &row.world_from_object;
@@ -181,7 +182,7 @@ fn target(scene: &Scene, row: &Appearance, random: &mut Random) -> Target {
     }
 }
 
-/// To the nearest f32.
+/// Rounds each coordinate to the nearest f32.
 fn rounded(v: DVec3) -> DVec3 {
     v.as_vec3().as_dvec3()
 }
@@ -192,7 +193,7 @@ impl Random {
         mix(self.0)
     }
 
-    /// `n` > 0.
+    /// Returns a number below `n`, which must not be 0.
     fn below(&mut self, n: usize) -> usize {
         (self.bits() >> 16) as usize % n
     }
@@ -201,17 +202,17 @@ impl Random {
         &all[self.below(all.len())]
     }
 
-    /// In [0, 1).
+    /// Returns a number in [0, 1).
     fn unit(&mut self) -> f64 {
         unit(self.bits())
     }
 
-    /// In [−1, 1).
+    /// Returns a number in [−1, 1).
     fn signed(&mut self) -> f64 {
         2.0 * self.unit() - 1.0
     }
 
-    /// From 0 to 1; the ends and the middle often.
+    /// Returns a number from 0 to 1; often 0, 1/2 or 1.
     fn part(&mut self) -> f64 {
         match self.below(8) {
             0..3 => 0.0,
@@ -226,7 +227,7 @@ impl Random {
         if self.below(2) == 0 { axis } else { -axis }
     }
 
-    /// Unit; often an axis.
+    /// Returns a unit direction, often an axis.
     fn direction(&mut self) -> DVec3 {
         if self.below(4) == 0 {
             return self.axis();
@@ -242,7 +243,8 @@ impl Random {
         }
     }
 
-    /// As it is, rounded to f32, or off by units in the last place of either type.
+    /// Returns the point as it is, rounded to f32, or moved by units in the last place
+    /// of either type.
     fn moved(&mut self, p: DVec3) -> DVec3 {
         let ulps = |random: &mut Random| random.below(5) as i64 - 2;
         match self.below(8) {
@@ -259,7 +261,8 @@ impl Random {
         }
     }
 
-    /// None, or at the target, which then does not count.
+    /// Returns t_max: infinity, or the target's t, where the target then does not
+    /// count.
     fn end(&mut self, at: f64) -> f32 {
         match self.below(3) {
             0 => at as f32,
@@ -268,12 +271,12 @@ impl Random {
     }
 }
 
-/// Rays that are traced at a time: whole tiles.
+/// Rays traced at a time: whole tiles.
 const CHUNK: usize = 2048;
 
-/// What the fast path says to them: first to all for the nearest hit, then for any.
-/// Pixels are the rays' numbers, from `first` on; normals are not asked for. Runs on
-/// the current pool; `None` where it was cancelled.
+/// Traces all rays on the current rayon pool, first for the closest hit, then for any
+/// hit. The `pixel` of a row is the ray's number, counted from `first`; normals are
+/// NaN. Returns `None` if cancelled.
 pub fn trace_aimed(
     world: &World,
     kernels: &Kernels,
@@ -314,7 +317,7 @@ pub fn trace_aimed(
 }
 
 fn trace_chunk(world: &World, kernels: &Kernels, rays: &[Aimed]) -> [Vec<Outcome>; 2] {
-    // The rest of the last tile meets nothing.
+    // Padding rays of the last tile hit nothing.
     let idle = Aimed {
         org: [0.0; 3],
         dir: [1.0; 3],

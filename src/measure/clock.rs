@@ -1,18 +1,18 @@
-//! Time that a measurement took.
+//! Clocks for measurements.
 
 use std::time::{Duration, Instant};
 
-/// What is read before and after each run.
+/// The clock read before and after each run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Clock {
-    /// Processor time of the thread that asks: other processes do not count.
+    /// Processor time of the calling thread: other processes do not count.
     ThreadCpu,
     Wall,
 }
 
 impl Clock {
-    /// The fittest for work on so many threads.
-    pub fn of(threads: usize) -> Clock {
+    /// Selects the best clock for work on that many threads.
+    pub fn for_threads(threads: usize) -> Clock {
         if threads == 1 && thread_cpu_time().is_some() {
             Clock::ThreadCpu
         } else {
@@ -27,7 +27,7 @@ impl Clock {
         }
     }
 
-    /// Runs it, and says how many seconds it took.
+    /// Runs `run` and returns its result with the seconds it took.
     pub fn time<T>(self, run: impl FnOnce() -> T) -> (T, f64) {
         let cpu = || thread_cpu_time().unwrap_or_default();
         let (wall, before) = (Instant::now(), cpu());
@@ -52,7 +52,7 @@ fn thread_cpu_time() -> Option<Duration> {
     None
 }
 
-/// Seconds: the least, and the median; 0 of none.
+/// Returns the least and the median of the seconds, 0 for an empty slice.
 pub fn best_and_median(seconds: &[f64]) -> (f64, f64) {
     let mut sorted = seconds.to_vec();
     sorted.sort_by(f64::total_cmp);

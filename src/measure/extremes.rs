@@ -1,22 +1,23 @@
-//! Where each precision begins to err: sweeps from the easy to the extreme.
+//! Stress sweeps: the parameter value at which each precision begins to err.
 //!
-//! A sweep is an axis of values and a function from a value to a scene and its
-//! rays ([`SWEEPS`]). At each value every precision traces the same rays, closest
-//! hit and any hit, through the plan's kernels and structure, and the reference is
-//! asked about them once. A precision *begins to err* at the first value of the
-//! axis at which a decision is wrong, or a t is further from the reference's than
-//! [`ULPS_ALLOWED`] units in the last place of the precision's own numbers.
+//! A sweep is an axis of values and a function from a value to a scene and its rays
+//! ([`SWEEPS`]). At each value every precision traces the same rays, for the closest
+//! hit and for any hit, with the plan's kernels and structure; the reference answers
+//! them once. A precision *begins to err* at the first value of the axis at which a
+//! decision is wrong, or t differs from the reference's by more than [`ULPS_ALLOWED`]
+//! units in the last place of the precision's own numbers.
 //!
-//! A scene that the check refuses at a value is an outcome, too: never a panic.
-//! Everything but the times is a function of the seed and the number of rays.
+//! A scene that validation rejects at a value is recorded as an outcome; no value
+//! panics. Everything except the times is a function of the seed and the number of
+//! rays.
 
 mod cases;
-mod judge;
 mod objects;
+mod oracle;
 mod rays;
 mod sweeps;
 
-pub use judge::Figures;
+pub use oracle::Figures;
 pub use rays::SweepRay;
 pub use sweeps::{SWEEPS, Subject, Sweep};
 
@@ -30,29 +31,29 @@ use rays::Random;
 use serde::Serialize;
 use std::fmt;
 
-/// Units in the last place, f32's of `fast` and `guarded`, f64's of `exact`, that
-/// t may be off and still count as right.
+/// Allowed error of t in units in the last place: of f32 for `fast` and `guarded`, of
+/// f64 for `exact`.
 pub const ULPS_ALLOWED: f64 = 64.0;
 
 pub const PRECISIONS: [Precision; 3] = [Precision::Fast, Precision::Guarded, Precision::Exact];
 
 #[derive(Clone, Debug)]
 pub struct ExtremesOptions {
-    /// At each value; closest hit and any hit are asked of each.
+    /// Rays at each value; each is traced for the closest hit and for any hit.
     pub rays: usize,
     pub seed: u64,
     pub precisions: Vec<Precision>,
     pub lanes: LaneCount,
 }
 
-/// A scene at one value of an axis, and the rays that are traced in it.
+/// A scene at one value of an axis, and the rays traced in it.
 #[derive(Clone, Debug, Default)]
 pub struct Case {
     pub scene: SceneBuilder,
     pub rays: Vec<SweepRay>,
 }
 
-/// All that was found, with the names of `extremes --json`.
+/// The results of all sweeps, with the field names of `extremes --json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     pub seed: u64,
@@ -65,41 +66,40 @@ pub struct Report {
 pub struct SweepReport {
     pub name: &'static str,
     pub title: &'static str,
-    /// What the values are.
+    /// Meaning of the axis' values.
     pub axis: &'static str,
     pub subject: &'static str,
     pub starts: Vec<Start>,
     pub points: Vec<Point>,
 }
 
-/// At one value.
+/// The results at one value of the axis.
 #[derive(Clone, Debug, Serialize)]
 pub struct Point {
     pub value: f64,
-    /// Why `guarded` and `exact` do not promise to be right here; `null` where
-    /// they do.
+    /// Reason why `guarded` and `exact` give no guarantee here; `null` where they do.
     pub known_gap: Option<&'static str>,
-    /// Why there is no such scene.
+    /// Reason why there is no valid scene at this value.
     pub refused: Option<String>,
-    /// One of each precision; none where refused.
+    /// One entry per precision; empty if the scene was refused.
     pub modes: Vec<Figures>,
 }
 
-/// Where a precision begins to err.
+/// The axis value at which a precision begins to err.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Start {
     pub precision: &'static str,
-    /// `null`: nowhere on the axis.
+    /// `null` if it errs nowhere on the axis.
     pub value: Option<f64>,
-    /// What is wrong there first: `not finite`, `hit`, `id`, `shadow` or `t`.
+    /// The first fault there: `not finite`, `hit`, `id`, `shadow` or `t`.
     pub what: Option<&'static str>,
     /// The first value with a wrong decision.
     pub decision: Option<f64>,
-    /// The first value with a t that is off by more than is allowed.
+    /// The first value with an error of t beyond the allowed one.
     pub t: Option<f64>,
 }
 
-/// Runs on the current rayon pool; rays are traced by one thread.
+/// Runs the sweeps on the current rayon pool; one thread traces the rays.
 pub fn run(
     sweeps: &[&Sweep],
     options: &ExtremesOptions,
@@ -139,7 +139,7 @@ pub fn run(
     Ok(report)
 }
 
-/// One value of one sweep.
+/// Measures one value of one sweep.
 fn at(sweep: &Sweep, subject: Subject, value: f64, options: &ExtremesOptions) -> Point {
     let mut random = Random(mix(options.seed ^ value.to_bits()));
     let case = (sweep.case)(subject, value, options.rays, &mut random);
@@ -171,9 +171,9 @@ fn figures(case: Case, options: &ExtremesOptions) -> Result<Vec<Figures>, String
     let reference = Reference::new(&scene, &appearances).map_err(first_line)?;
     // The plan's choice is the same for every precision.
     let world = World::build(&scene, &appearances, Structure::Bvh);
-    let truth = judge::ask(&reference, &case.rays);
+    let truth = oracle::ask(&reference, &case.rays);
     let modes = plans.iter().map(|(precision, plan)| {
-        judge::figures(&world, (*precision, &plan.kernels), &reference, &truth)
+        oracle::figures(&world, (*precision, &plan.kernels), &reference, &truth)
     });
     Ok(modes.collect())
 }
@@ -206,7 +206,7 @@ fn starts(points: &[Point], precisions: &[Precision]) -> Vec<Start> {
     precisions.iter().enumerate().map(start).collect()
 }
 
-/// A value of an axis, as short as it can be said.
+/// Formats a value of an axis as briefly as possible.
 pub fn shown(value: f64) -> String {
     if value == 0.0 || (0.01..10_000.0).contains(&value.abs()) {
         format!("{value}")
@@ -216,8 +216,8 @@ pub fn shown(value: f64) -> String {
 }
 
 impl fmt::Display for Start {
-    /// What is wrong first and where, such as `id 1e-3`; where that is a t, the
-    /// first wrong decision, too.
+    /// Writes the first fault and its value, such as `id 1e-3`; if that fault is an
+    /// error of t, also the first wrong decision.
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let (Some(value), Some(what)) = (self.value, self.what) else {
             return f.write_str("-");
@@ -231,7 +231,7 @@ impl fmt::Display for Start {
 }
 
 impl Report {
-    /// Every precision at every value.
+    /// Iterates over every precision at every value.
     pub fn rows(&self) -> impl Iterator<Item = (&SweepReport, &Point, &Figures)> {
         self.sweeps.iter().flat_map(|sweep| {
             let points = sweep.points.iter();

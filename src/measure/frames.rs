@@ -1,8 +1,8 @@
-//! What a frame gains by the one before: the top tree fitted as long as it is no
-//! worse than so much, against built for every frame, against everything built
-//! anew; and camera rays cold, and with what they met a frame ago. Every frame is
-//! measured in all ways in turns, so that what disturbs the machine disturbs them
-//! alike.
+//! Gains from the frame before. Three ways to get a frame's trees are compared: the
+//! top-level tree refitted up to a bound on its cost, rebuilt every frame, and
+//! everything rebuilt. Camera rays are traced cold and with temporal bounds. Every
+//! frame is measured in all ways in turns, so that disturbances of the machine affect
+//! all of them alike.
 
 use super::clock::{Clock, best_and_median};
 use super::queries::{columns, padded};
@@ -14,42 +14,42 @@ use crate::scene::{Appearances, Scene, SceneError};
 use crate::trace::{Depths, GuessCounts, Guesses, HitId, HitIds, Hits, Rays, Reuse};
 use serde::Serialize;
 
-/// One way to trace the frames' camera rays, through the trees that `render`
-/// would have.
+/// One way to trace the frames' camera rays, through the trees that `render` would use.
 #[derive(Clone, Debug, Serialize)]
 pub struct FrameRow {
     pub reuse: Reuse,
     pub kind: &'static str,
     pub precision: &'static str,
     pub lanes: usize,
-    /// From the second frame on.
+    /// Number of frames measured: all but the first.
     pub frames: usize,
     pub rays: u64,
-    /// Of all frames, each by its median.
+    /// Rate over all frames, each by its median.
     pub mrays_per_s: f64,
-    /// Over the cold rays.
+    /// Rate relative to the cold rays.
     pub speedup: f64,
     pub guesses: GuessCounts,
-    /// Answers that are not those of the cold rays through trees built for the
-    /// frame; 0.
+    /// Number of answers that differ from those of cold rays through trees built for
+    /// the frame; must be 0.
     pub mismatches: u64,
 }
 
-/// One way to come to a frame's trees.
+/// One way to get a frame's trees.
 #[derive(Clone, Debug, Serialize)]
 pub struct RenewalRow {
     pub precision: &'static str,
-    /// What the top tree may cost, over what it cost when it was built; 0 builds
-    /// it for every frame. `None`: every tree is built for every frame.
+    /// Bound on the cost of the top-level tree, relative to its cost when it was built;
+    /// 0 rebuilds it every frame. `None` rebuilds every tree every frame.
     pub worst: Option<f64>,
-    /// Frames whose top tree was fitted.
+    /// Number of frames whose top-level tree was refitted.
     pub refitted: usize,
-    /// Per frame: coming to the trees, and the cold camera rays through them.
+    /// Milliseconds per frame: for getting the trees, and for tracing the cold camera
+    /// rays.
     pub renewal_ms: f64,
     pub trace_ms: f64,
-    /// The top tree's expected cost, of the last frame.
+    /// The top-level tree's expected (SAH) cost in the last frame.
     pub sah: f64,
-    /// As of [`FrameRow`].
+    /// Number of wrong answers, as in [`FrameRow`].
     pub mismatches: u64,
 }
 
@@ -59,9 +59,9 @@ pub struct FrameReport {
     pub renewals: Vec<RenewalRow>,
 }
 
-/// What is measured.
+/// The measurement's input.
 pub struct Question<'a> {
-    /// The camera's, the same in every frame.
+    /// Camera rays, the same in every frame.
     pub rays: &'a RaySet,
     pub kernels: Kernels,
     pub precision: &'static str,
@@ -71,8 +71,8 @@ pub struct Question<'a> {
     pub clock: Clock,
 }
 
-/// Bounds on the cost of the top tree, and at last everything anew. The first is
-/// the judge of the others.
+/// Bounds on the cost of the top-level tree; the last entry rebuilds everything. The
+/// first is the oracle of the others.
 const BOUNDS: [Option<f64>; 8] = [
     Some(0.0),
     Some(1.05),
@@ -92,14 +92,14 @@ struct Answers {
 }
 
 impl Answers {
-    fn of(rays: usize) -> Answers {
+    fn new(rays: usize) -> Answers {
         Answers {
             t: vec![0.0; rays],
             id: HitIds::none(rays),
         }
     }
 
-    /// Rows that differ in any bit that means something.
+    /// Counts rows that differ in a significant bit; t of a miss does not count.
     fn mismatches(&self, other: &Answers) -> u64 {
         let row = |answers: &Answers, i: usize| (answers.t[i].to_bits(), answers.id.get(i));
         let differs = |i: &usize| {
@@ -110,7 +110,7 @@ impl Answers {
     }
 }
 
-/// Medians of each frame, summed up: seconds.
+/// Sums of the frames' medians, in seconds.
 #[derive(Clone, Copy, Default)]
 struct Way {
     renewal: f64,
@@ -121,7 +121,7 @@ struct Way {
     mismatches: u64,
 }
 
-/// Runs on this thread. `None` where it was cancelled.
+/// Runs the measurement on this thread. Returns `None` if cancelled.
 pub fn measure(
     mut scene: Scene,
     question: &Question,
@@ -132,7 +132,7 @@ pub fn measure(
     let mut kept: [Option<Kept>; BOUNDS.len()] = Default::default();
     let mut usual: Option<Kept> = None;
     let mut memories = Reuse::ALL.map(Guesses::new);
-    let mut answers = Answers::of(rays.len());
+    let mut answers = Answers::new(rays.len());
     let mut bounds = [Way::default(); BOUNDS.len()];
     let mut reuses = [Way::default(); Reuse::ALL.len()];
     for frame in 0..question.frames {
@@ -155,7 +155,7 @@ pub fn measure(
             usual = Some(first);
             continue;
         }
-        let mut cold = Answers::of(rays.len());
+        let mut cold = Answers::new(rays.len());
         let mut seconds: [[Vec<f64>; 2]; BOUNDS.len()] = Default::default();
         let mut next: [Option<Kept>; BOUNDS.len()] = Default::default();
         for rep in 0..question.reps {
@@ -246,7 +246,7 @@ pub fn measure(
     }))
 }
 
-/// All rays, in chunks that stay in the second-level cache.
+/// Rays per chunk, which stays in the second-level cache.
 const CHUNK: usize = 2048;
 
 fn ask(

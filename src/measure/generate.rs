@@ -1,24 +1,24 @@
-//! Meshes from formulas, of any size: the work of growth measurements.
+//! Procedural meshes of any size, for growth measurements.
 //!
-//! The displaced sphere that the peers' figures are made with: a sphere of
-//! latitudes and longitudes, its radius waved by two products of sines, one
-//! coarse and one fine. Elementary functions come from the crate `libm`, so the
-//! mesh is the same on every machine.
+//! The displaced sphere is the mesh of the baseline's figures: a sphere of latitudes
+//! and longitudes whose radius is modulated by two products of sines, one coarse and
+//! one fine. Elementary functions come from the crate `libm`, so the mesh is the same
+//! on every machine.
 
 use crate::io::TriangleSet;
 use std::f64::consts::{PI, TAU};
 
-/// The size whose count of triangles is nearest to what is asked for:
-/// longitudes, latitudes. Twice as many longitudes as latitudes, so that
-/// triangles at the equator are half squares.
+/// Returns the (longitudes, latitudes) whose number of triangles is nearest to the
+/// requested one. There are twice as many longitudes as latitudes, so that triangles at
+/// the equator are half squares.
 pub fn sphere_size(triangles: u64) -> (u32, u32) {
-    // 4·down·(down − 1) triangles.
+    // The sphere has 4·down·(down − 1) triangles.
     let down = 0.5 + (0.25 + triangles as f64 * 0.25).sqrt();
     let down = (down.round() as u32).max(2);
     (2 * down, down)
 }
 
-/// `2·across·(down − 1)` triangles; the poles are one vertex each.
+/// Builds a sphere of `2·across·(down − 1)` triangles; each pole is one vertex.
 pub fn displaced_sphere(across: u32, down: u32) -> TriangleSet {
     let vertices = across as usize * (down as usize - 1) + 2;
     let mut positions = Vec::with_capacity(vertices);
@@ -36,7 +36,7 @@ pub fn displaced_sphere(across: u32, down: u32) -> TriangleSet {
     let ring = |j: u32, i: u32| 1 + (j - 1) * across + i % across;
     let mut triangles = Vec::with_capacity(2 * across as usize * (down as usize - 1));
     triangles.extend((0..across).map(|i| [0, ring(1, i + 1), ring(1, i)]));
-    // In the peers' order: of each ring the upper triangles, then the lower ones.
+    // The baseline's order: in each ring the upper triangles, then the lower ones.
     for j in 1..down - 1 {
         let upper = |i| [ring(j, i), ring(j, i + 1), ring(j + 1, i)];
         let lower = |i| [ring(j, i + 1), ring(j + 1, i + 1), ring(j + 1, i)];
@@ -59,7 +59,7 @@ fn waved(p: [f64; 3]) -> [f32; 3] {
     p.map(|x| (x * radius) as f32)
 }
 
-/// A mesh of about so many triangles, by name.
+/// A kind of procedural mesh, of approximately the requested number of triangles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Generated {
     #[default]
@@ -71,7 +71,7 @@ pub enum Generated {
 impl Generated {
     pub const ALL: [Generated; 3] = [Generated::Sphere, Generated::Needles, Generated::Building];
 
-    /// As the command line calls it.
+    /// Returns the name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Generated::Sphere => "sphere",
@@ -80,7 +80,7 @@ impl Generated {
         }
     }
 
-    /// For people.
+    /// Returns the title for readers.
     pub fn title(self) -> &'static str {
         match self {
             Generated::Sphere => "displaced sphere",
@@ -101,8 +101,8 @@ impl Generated {
     }
 }
 
-/// Triangles a half long and 1/500 wide, in all directions, about points of a
-/// cube of side 1.6: what boxes fit worst.
+/// Builds triangles half a unit long and 1/500 wide, in all directions, around points
+/// of a cube of side 1.6: the worst case for axis-aligned boxes.
 pub fn needles(triangles: u64) -> TriangleSet {
     let mut next = numbers();
     let mut set = TriangleSet::default();
@@ -124,9 +124,9 @@ pub fn needles(triangles: u64) -> TriangleSet {
 const STOREYS: u32 = 4;
 const BAYS: [u32; 2] = [5, 3];
 
-/// A building open to the front, turned by 30 degrees: slabs and walls of few
-/// large triangles, tables on thin legs, a fine ball on each, and blinds of
-/// long thin slats. Balls and slats share what triangles are left.
+/// Builds a building that is open to the front and rotated by 30 degrees: slabs and
+/// walls of few large triangles, tables on thin legs, a finely tessellated ball on
+/// each, and blinds of long thin slats. Balls and slats share the remaining triangles.
 pub fn building(triangles: u64) -> TriangleSet {
     let rooms = u64::from(STOREYS * BAYS[0] * BAYS[1]);
     let each = (triangles / rooms).saturating_sub(84);
@@ -141,7 +141,7 @@ pub fn building(triangles: u64) -> TriangleSet {
         for x in 0..BAYS[0] {
             for z in 0..BAYS[1] {
                 let (x, z) = (f64::from(x), f64::from(z));
-                // A wall to the left; one behind, with a door in it.
+                // A wall on the left, and one at the back with a door.
                 add_box(&mut set, [x, y, z], [x + 0.03, y + 1.0, z + 1.0]);
                 add_box(&mut set, [x, y, z], [x + 0.5, y + 1.0, z + 0.03]);
                 for leg in 0..4 {
@@ -183,7 +183,7 @@ pub fn building(triangles: u64) -> TriangleSet {
     set
 }
 
-/// Twelve triangles.
+/// Adds a box of twelve triangles.
 fn add_box(set: &mut TriangleSet, min: [f64; 3], max: [f64; 3]) {
     let base = set.positions.len() as u32;
     let corner =
@@ -199,7 +199,7 @@ fn add_box(set: &mut TriangleSet, min: [f64; 3], max: [f64; 3]) {
     }
 }
 
-/// Numbers in 0..1, the same ones every time.
+/// Returns a generator of numbers in [0, 1), with a fixed seed.
 fn numbers() -> impl FnMut() -> f64 {
     let mut state = 1_u64;
     move || {
@@ -223,7 +223,7 @@ mod tests {
             assert!(made.abs_diff(asked) as f64 <= 0.04 * asked as f64, "{made}");
         }
         assert_eq!(sphere_size(0), (4, 2));
-        // The peers' mesh.
+        // The baseline's mesh.
         assert_eq!(sphere_size(1_046_528), (1024, 512));
     }
 
@@ -232,7 +232,7 @@ mod tests {
         let (across, down) = sphere_size(5000);
         let set = displaced_sphere(across, down);
         assert_eq!(set.triangles.len() as u32, 2 * across * (down - 1));
-        // Every edge once in each direction.
+        // Every edge occurs once in each direction.
         let mut edges: HashMap<[u32; 2], i32> = HashMap::new();
         for t in &set.triangles {
             for k in 0..3 {
@@ -249,7 +249,7 @@ mod tests {
         }
     }
 
-    /// The mesh that the peers' generator writes: its size, some vertices, the
+    /// The mesh that the baseline's generator writes: its size, some vertices, and the
     /// order of its triangles.
     #[test]
     fn the_peers_mesh() {

@@ -1,15 +1,15 @@
-//! How time and memory grow with the number of triangles.
+//! Growth of time and memory with the number of triangles.
 //!
-//! One mesh of a formula ([`super::generate`]) at sizes two a decade; at each the
-//! same measurements as of any scene. Exponents are fitted by least squares in
-//! logarithms: y ≈ c·n^e. A tree over n triangles is built in about n·log n,
-//! walked in about log n (with one more cost: what no longer fits a cache).
+//! One procedural mesh ([`super::generate`]) is measured at two sizes per decade, with
+//! the same measurements as for any scene. Exponents are fitted by least squares in
+//! logarithms: y ≈ c·n^e. A tree over n triangles is built in about n·log n and
+//! traversed in about log n, apart from cache misses once it outgrows a cache.
 
 use super::bench::{Comparison, Row};
-use super::structures::StructureRow;
+use super::index_stats::StructureRow;
 use serde::Serialize;
 
-/// The figures of all sizes, with the names of `bench --growth --json`.
+/// The figures of all sizes, with the field names of `bench --growth --json`.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Growth {
     pub sizes: Vec<Size>,
@@ -20,8 +20,8 @@ pub struct Growth {
 pub struct Size {
     pub triangles: u64,
     pub structures: Vec<StructureRow>,
-    /// The most that the process held from the making of the mesh to the end of
-    /// the first build of our structures; null where the system does not tell.
+    /// Peak resident memory of the process from the generation of the mesh to the end
+    /// of the first build of our structures; null where the system does not provide it.
     pub peak_resident_bytes: Option<u64>,
     pub results: Vec<Row>,
     pub comparisons: Vec<Comparison>,
@@ -29,26 +29,27 @@ pub struct Size {
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Fit {
-    /// `build` (seconds), `trace` (nanoseconds a ray), `memory` (bytes).
+    /// The quantity: `build` (seconds), `trace` (nanoseconds per ray) or `memory`
+    /// (bytes).
     pub what: &'static str,
-    /// Whose: a structure, or a kind of rays and its tracer.
+    /// The measured item: a structure, or a kind of rays with its tracer.
     pub name: String,
     pub peer: bool,
     pub exponent: f64,
-    /// The share of the variance (of logarithms) that the fit explains.
+    /// Share of the variance of the logarithms that the fit explains.
     pub r2: f64,
-    /// (triangles, figure).
+    /// Pairs (triangles, figure).
     pub points: Vec<[f64; 2]>,
 }
 
-/// Two sizes a decade from `min` on, and `max`.
+/// Returns two sizes per decade from `min` on, and `max`.
 pub fn sizes(min: u64, max: u64) -> Vec<u64> {
     let mut sizes = Vec::new();
     let (mut power, least) = (1.0, min.max(1) as f64);
     loop {
         for step in [1.0, 10.0_f64.sqrt()] {
             let size = (least * power * step).round();
-            // The last step may be a rounding short of `max`.
+            // Rounding may leave the last step slightly short of `max`.
             if size >= max as f64 * 0.999 {
                 sizes.push(max);
                 return sizes;
@@ -59,7 +60,7 @@ pub fn sizes(min: u64, max: u64) -> Vec<u64> {
     }
 }
 
-/// Fits of all that was measured at two sizes or more.
+/// Fits every quantity measured at two sizes or more.
 pub fn fits(sizes: &[Size]) -> Vec<Fit> {
     let mut fits: Vec<Fit> = Vec::new();
     let mut add = |what, name: String, peer, triangles: u64, figure: f64| {
@@ -96,7 +97,7 @@ pub fn fits(sizes: &[Size]) -> Vec<Fit> {
                 let name = format!("{} {}", row.kind, row.tracer());
                 add("trace", name, false, n, nanoseconds);
             } else if fastest_peer(&size.results, row) {
-                // Its best way changes with the size.
+                // The baseline's fastest setting changes with the size.
                 let name = format!("{} {}", row.kind, row.accel);
                 add("trace", name, true, n, nanoseconds);
             }
@@ -115,7 +116,7 @@ fn fastest_peer(rows: &[Row], row: &Row) -> bool {
     best.is_some_and(|best| std::ptr::eq(best, row))
 }
 
-/// Exponent and r² of the least-squares line through logarithms.
+/// Returns exponent and r² of the least-squares line through the logarithms.
 fn power_law(points: &[[f64; 2]]) -> (f64, f64) {
     let n = points.len() as f64;
     let logs = || points.iter().map(|p| p.map(f64::ln));
@@ -152,7 +153,7 @@ mod tests {
         let (exponent, r2) = power_law(&points(|x| 3.0 * x.powf(1.25)));
         assert!((exponent - 1.25).abs() < 1e-12 && r2 > 1.0 - 1e-12);
         assert_eq!(power_law(&points(|_| 7.0)).0, 0.0);
-        // Alternating: a worse fit.
+        // Alternating values: a worse fit.
         let (_, r2) = power_law(&[[1.0, 1.0], [10.0, 50.0], [100.0, 2.0], [1000.0, 60.0]]);
         assert!(r2 < 0.7, "{r2}");
         assert_eq!(power_law(&[[2.0, 1.0], [2.0, 5.0]]), (0.0, 0.0));

@@ -1,20 +1,21 @@
-//! What a run did and cost, and how wrong it was.
+//! Measurements of cost and error: rays per second, growth, statistics, and comparisons
+//! with the reference.
 
 pub mod adversarial;
+pub mod baseline;
 pub mod bench;
 pub mod clock;
 pub mod extremes;
 pub mod frames;
 pub mod generate;
 pub mod growth;
-pub mod kinds;
-pub mod peer;
+pub mod index_stats;
 pub mod plot;
 pub mod queries;
+pub mod ray_kinds;
 pub mod rays;
 pub mod solvers;
 mod stats;
-pub mod structures;
 pub mod verify;
 pub mod volumes;
 

@@ -1,9 +1,8 @@
-//! From an array of rays to an array of answers, chunk by chunk.
+//! Traces an array of rays to an array of answers, chunk by chunk.
 //!
-//! The columns of a ray set are those that the kernels read, and they write into
-//! the columns of the answers; only the last tile, where it is not full, is
-//! copied. No answer depends on the chunks, nor on the number of threads. `bench`
-//! times all of this.
+//! Kernels read the columns of the ray set and write the columns of the answers
+//! directly; only an incomplete last tile is copied. No answer depends on the chunks or
+//! on the number of threads. `bench` times all of this.
 
 use crate::accel::{Counter, Counts, World};
 use crate::io::RaySet;
@@ -17,32 +16,32 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-/// The question to a ray set.
+/// The query for a ray set: closest hit or any hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ask {
     Closest,
     Any,
 }
 
-/// Rays with one question.
+/// A ray set with its query.
 pub struct Job {
-    /// As it is reported.
+    /// The name in reports.
     pub kind: String,
     pub ask: Ask,
     pub rays: RaySet,
 }
 
-/// Answers as columns, a row per ray; only those of the question are filled.
+/// Answers in columns, one row per ray; only the columns of the query are filled.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Answers {
-    /// Meaningless without a hit.
+    /// Undefined without a hit.
     pub t: Vec<f32>,
     pub id: HitIds,
     pub blocked: Vec<bool>,
 }
 
 impl Answers {
-    /// Rays that hit, or are blocked.
+    /// Returns the number of rays that hit or are blocked.
     pub fn hits(&self) -> usize {
         self.id.hits() + self.blocked.iter().filter(|blocked| **blocked).count()
     }
@@ -57,7 +56,7 @@ impl Answers {
         self.blocked.resize(any, false);
     }
 
-    /// Rows of closest hits, `size` at a time.
+    /// Splits the closest-hit rows into chunks of `size`.
     pub(super) fn hit_chunks(
         &mut self,
         size: usize,
@@ -75,10 +74,10 @@ impl Answers {
     }
 }
 
-/// Rays that are traced at a time: whole tiles, and one shadow cache.
+/// Rays per chunk: whole tiles, with one shadow cache.
 const CHUNK: usize = 2048;
 
-/// Rows of a set, of which there must be whole tiles.
+/// Returns the columns of some rows, which must be whole tiles.
 pub(super) fn columns(rays: &RaySet, rows: Range<usize>) -> Rays<'_> {
     Rays {
         org: Origins::Single(rays.org.each_ref().map(|x| &x[rows.clone()])),
@@ -88,7 +87,7 @@ pub(super) fn columns(rays: &RaySet, rows: Range<usize>) -> Rays<'_> {
     }
 }
 
-/// Rows of a set, filled up to whole tiles with rays that meet nothing.
+/// Copies some rows, padded to whole tiles with rays that hit nothing.
 pub(super) fn padded(rays: &RaySet, rows: Range<usize>) -> RaySet {
     let missing = rows.len().next_multiple_of(TILE) - rows.len();
     let mut tiles = rays.select(rows);
@@ -98,8 +97,8 @@ pub(super) fn padded(rays: &RaySet, rows: Range<usize>) -> RaySet {
     tiles
 }
 
-/// Traces all rays on the current rayon pool; `None` where it was cancelled. Each
-/// chunk has a shadow cache of its own, as for the one light of a renderer's tile.
+/// Traces all rays on the current rayon pool. Returns `None` if cancelled. Each chunk
+/// has its own shadow cache, as for the one light of a renderer's tile.
 pub fn trace(
     world: &World,
     kernels: &Kernels,
@@ -111,7 +110,8 @@ pub fn trace(
     let (tries, hits) = (AtomicU64::new(0), AtomicU64::new(0));
     let whole = rays.len() / TILE * TILE;
     let last = padded(rays, whole..rays.len());
-    // Of a chunk's rows those that the set has, and of those the last tile.
+    // The rows of a chunk that lie in the set itself, and the rows that lie in the
+    // padded last tile.
     let parts = |number: usize, count: usize| {
         let first = number * CHUNK;
         let full = count.min(whole - first);
@@ -122,7 +122,7 @@ pub fn trace(
     answers.prepare(ask, whole + last.len());
     match ask {
         Ask::Closest => {
-            // One origin in f32 is one in f64.
+            // Origins that are equal in f32 are equal in f64.
             let ray = |i: usize| {
                 let meets = rays.t_max[i] > 0.0;
                 meets.then(|| (rays.org(i).map(f64::from), rays.dir(i)))
@@ -163,7 +163,7 @@ pub fn trace(
     })
 }
 
-/// What tracing all rays takes, on this thread; `None` where it was cancelled.
+/// Counts the traversal steps of all rays, on this thread. Returns `None` if cancelled.
 pub fn count(
     world: &World,
     kernels: &Kernels,

@@ -1,16 +1,16 @@
-//! Ray sets of a scene: the work that `bench` times and exports.
+//! Ray sets of a scene, for `bench` to time and export.
 //!
-//! Everything is f32, as in the `.rays` format, so that every tracer gets the same
-//! rays; later rays start from hits of the rounded ones. Secondary rays follow the
-//! order of the primary hits, one a hit, on the camera's side of the surface,
-//! whether or not it faces the light. Rays whose numbers f32 cannot hold, or without
-//! a direction, are left out.
+//! All numbers are f32, as in the `.rays` format, so that every tracer gets the same
+//! rays; secondary rays start at hits of the rounded primary rays. Secondary rays
+//! follow the order of the primary hits, one per hit, on the camera's side of the
+//! surface, whether or not it faces the light. Rays with numbers that f32 cannot hold,
+//! or without a direction, are omitted.
 //!
-//! Deterministic: random directions are a hash of the hit's number, elementary
+//! Deterministic: random directions are a hash of the hit's number, and elementary
 //! functions come from the crate `libm`.
 
-use super::kinds::{Kind, Order};
 use super::queries::{Answers, Ask, trace};
+use super::ray_kinds::{Kind, Order};
 use crate::accel::World;
 use crate::io::RaySet;
 use crate::plan::{Kernels, Precision};
@@ -20,29 +20,29 @@ use crate::shade::Surface;
 use crate::trace::{Caching, HitId};
 use glam::DVec3;
 
-/// What the sets are made from.
+/// The input of ray sets.
 pub struct Source<'a> {
     pub world: &'a World,
-    /// Best f64: the sets depend on the hits.
+    /// The best f64 kernels: the sets depend on the hits.
     pub kernels: Kernels,
     pub camera: Camera,
     pub grid: Grid,
     /// Rays across and down; at most 65,536 each.
     pub size: [u32; 2],
     pub order: Order,
-    /// World space.
+    /// Position of the point light, in world space.
     pub light: DVec3,
-    /// Of parallel light, the way it travels, unit.
+    /// Unit direction in which parallel light travels.
     pub direction: DVec3,
 }
 
-/// Short of the surface that the ray from the light was aimed at.
+/// t_max of rays from the light: just short of the surface they are aimed at.
 const LIGHT_T_MAX: f32 = 1.0 - 1e-4;
-/// Half a side of the square light, in distances from the scene's middle.
+/// Half the side of the square light, relative to its distance from the scene's centre.
 pub const LIGHT_SIZE: f64 = 0.125;
 
-/// The sets of these kinds, in their order. Runs on the current rayon pool;
-/// `None` where `progress` was cancelled.
+/// Generates the sets of these kinds, in the same order, on the current rayon pool.
+/// Returns `None` if cancelled.
 pub fn ray_sets(source: &Source, kinds: &[Kind], progress: &Progress) -> Option<Vec<RaySet>> {
     let pixels = pixels(source.size, source.order);
     let (primary, numbers) = primary(source, source.camera, &pixels);
@@ -58,15 +58,15 @@ pub fn ray_sets(source: &Source, kinds: &[Kind], progress: &Progress) -> Option<
             progress,
         )?;
     }
-    // `each` gets the surface, the ray's direction, and a number that belongs to
-    // the pixel whatever the order.
+    // `each` gets the surface, the ray's direction, and the pixel's number, which does
+    // not depend on the order.
     let hits = |each: &dyn Fn(&Surface, DVec3, u64, &mut RaySet)| {
         let mut set = RaySet::default();
         for (i, id) in answers.id.iter().enumerate() {
             if id == HitId::NONE {
                 continue;
             }
-            // The offset of f32: that is how the rays are stored.
+            // `fast` gives the offset of f32, in which the rays are stored.
             let surface = Surface::at(
                 source.world,
                 Precision::Fast,
@@ -117,7 +117,7 @@ pub fn ray_sets(source: &Source, kinds: &[Kind], progress: &Progress) -> Option<
     Some(sets.collect())
 }
 
-/// A pixel, and its place in the order of tiles.
+/// A pixel, and its index in the order of tiles.
 #[derive(Clone, Copy)]
 struct Pixel {
     x: u16,
@@ -146,13 +146,13 @@ fn pixels([width, height]: [u32; 2], order: Order) -> Vec<Pixel> {
         Order::Tile => {}
         Order::Scanline => pixels.sort_unstable_by_key(|p| (p.y, p.x)),
         Order::Morton => pixels.sort_unstable_by_key(|p| spread(p.x) | spread(p.y) << 1),
-        // The hash has no two numbers alike.
+        // The hash is injective.
         Order::Random => pixels.sort_unstable_by_key(|p| mix(u64::from(p.number))),
     }
     pixels
 }
 
-/// A zero after each bit.
+/// Inserts a zero above each bit.
 fn spread(x: u16) -> u32 {
     let x = u32::from(x);
     let x = (x | x << 8) & 0x00ff_00ff;
@@ -161,7 +161,7 @@ fn spread(x: u16) -> u32 {
     (x | x << 1) & 0x5555_5555
 }
 
-/// The rays through the pixels, and their pixels' numbers.
+/// Generates the rays through the pixels, and the numbers of those pixels.
 fn primary(source: &Source, camera: Camera, pixels: &[Pixel]) -> (RaySet, Vec<u32>) {
     let [width, height] = source.size;
     let generator = RayGenerator::new(camera, width, height, source.grid);
@@ -193,7 +193,7 @@ fn orthographic(source: &Source) -> Camera {
     }
 }
 
-/// Half the sides of the square light: it faces the scene's middle.
+/// Returns half the sides of the square light, which faces the scene's centre.
 fn square_light(source: &Source) -> (DVec3, DVec3) {
     let to_middle = middle(source.world) - source.light;
     let distance = to_middle.length();
@@ -208,7 +208,7 @@ fn square_light(source: &Source) -> (DVec3, DVec3) {
     (across * half, down * half)
 }
 
-/// Of what has bounds; the origin where nothing has.
+/// Returns the centre of all bounded shapes, or the origin if there is none.
 fn middle(world: &World) -> DVec3 {
     let bounds = world.bounds.widened();
     let center = bounds.center() + world.center;
@@ -227,12 +227,13 @@ fn push(set: &mut RaySet, org: DVec3, dir: DVec3, t_max: f32) {
     }
 }
 
-/// What f32 makes of a point.
+/// Rounds a point to f32.
 fn rounded(point: DVec3) -> DVec3 {
     point.as_vec3().as_dvec3()
 }
 
-/// Unit, about the unit vector `n` (Malley: a uniform disk, lifted).
+/// Returns a cosine-distributed unit direction around the unit vector `n` (Malley's
+/// method: a uniform disk, projected up to the hemisphere).
 fn cosine_distributed(n: DVec3, number: u64) -> DVec3 {
     let bits = mix(number);
     let (u, v) = (unit(bits), unit(mix(bits)));
@@ -242,9 +243,9 @@ fn cosine_distributed(n: DVec3, number: u64) -> DVec3 {
     x * (radius * cos) + y * (radius * sin) + n * (1.0 - u).sqrt()
 }
 
-/// The scene's first point light; if it has none, a point up and to the left of
-/// the camera: eye + (0.6·up − 0.4·right)·d, d the distance from the eye to the
-/// middle of what has bounds.
+/// Returns the scene's first point light. Without one, returns a point above and to the
+/// left of the camera: eye + (0.6·up − 0.4·right)·d, where d is the distance from the
+/// eye to the centre of all bounded shapes.
 pub fn light_of(world: &World, camera: &Camera) -> DVec3 {
     let first = world.scene.lights.iter().find_map(|light| match light {
         Light::Point { position, .. } => Some(*position),
@@ -260,15 +261,15 @@ pub fn light_of(world: &World, camera: &Camera) -> DVec3 {
     })
 }
 
-/// The way that the scene's first directional light travels, unit; if it has
-/// none, from `light` to the middle of what has bounds.
+/// Returns the unit direction in which the scene's first directional light travels;
+/// without one, the direction from `light` to the centre of all bounded shapes.
 pub fn direction_of(world: &World, light: DVec3) -> DVec3 {
     let first = world.scene.lights.iter().find_map(|light| match light {
         Light::Directional { direction, .. } => Some(*direction),
         Light::Point { .. } => None,
     });
     let direction = first.unwrap_or_else(|| middle(world) - light);
-    // Scaled before it is squared: any length is allowed.
+    // The vector is scaled before it is squared, since any length is allowed.
     let size = direction.abs().max_element();
     if size > 0.0 && size.is_finite() {
         (direction / size).normalize()

@@ -1,42 +1,42 @@
-//! Root finders beside each other: what they find, and how long that takes.
+//! Root finders compared: the roots they find, and their time.
 
 use crate::io::KnownRoot;
 use crate::roots::{Answer, Interval, Polynomial, Proof, Solver, SolverError, Want, solve};
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
-/// One solver on one polynomial.
+/// The result of one solver on one polynomial.
 #[derive(Clone, Debug, Serialize)]
 pub struct Trial {
     pub solver: &'static str,
-    /// Distinct roots.
+    /// Number of distinct roots.
     pub roots: usize,
     pub clusters: usize,
-    /// Whether it is shown that nothing is missing.
+    /// True if the solver proved that no root is missing.
     pub complete: bool,
-    /// Of one call, the best of several.
+    /// Time of one call, the best of several.
     pub nanoseconds: f64,
-    /// Against the roots that are known.
+    /// Comparison with the known roots.
     #[serde(flatten)]
     pub tally: Option<Tally>,
 }
 
-/// What became of known roots.
+/// Comparison of a solver's roots with the known roots.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Tally {
-    /// Given, with the right multiplicity, and no farther off than 10 · degree ·
-    /// `forward_bound`, or rounded correctly.
+    /// Found with the right multiplicity, and within 10 · degree · `forward_bound` of
+    /// the known root, or rounded correctly.
     pub found: usize,
     pub wrong_multiplicity: usize,
-    /// Inside a cluster.
+    /// Known roots inside a cluster.
     pub in_clusters: usize,
     pub lost: usize,
-    /// Given, but none.
+    /// Roots that the solver gives and the polynomial does not have.
     pub false_roots: usize,
 }
 
 impl Tally {
-    pub fn of(answer: &Answer, known: &[KnownRoot], degree: usize) -> Tally {
+    pub fn new(answer: &Answer, known: &[KnownRoot], degree: usize) -> Tally {
         let mut tally = Tally::default();
         let mut left = answer.roots.clone();
         for root in known {
@@ -59,7 +59,7 @@ impl Tally {
         tally
     }
 
-    /// Of the known roots, the share that is not found.
+    /// Returns the share of the known roots that are not found.
     pub fn missed(&self) -> f64 {
         let missed = (self.wrong_multiplicity + self.in_clusters + self.lost) as f64;
         missed / (self.found as f64 + missed)
@@ -74,14 +74,14 @@ impl Tally {
     }
 }
 
-/// One solver over several polynomials.
+/// The results of one solver over several polynomials.
 #[derive(Clone, Debug, Serialize)]
 pub struct Total {
     pub solver: &'static str,
     pub polynomials: usize,
     pub roots: usize,
     pub clusters: usize,
-    /// In all.
+    /// Sum over the polynomials.
     pub nanoseconds: f64,
     #[serde(flatten)]
     pub tally: Option<Tally>,
@@ -94,7 +94,7 @@ pub struct DegreeRow {
     pub solvers: Vec<Total>,
 }
 
-/// Of each solver that has a trial among these.
+/// Sums the trials of each solver that has one.
 pub fn totals<'t>(trials: impl Iterator<Item = &'t Trial> + Clone) -> Vec<Total> {
     let total = |solver: &Solver| {
         let mut total = Total {
@@ -119,10 +119,10 @@ pub fn totals<'t>(trials: impl Iterator<Item = &'t Trial> + Clone) -> Vec<Total>
     Solver::ALL.iter().filter_map(total).collect()
 }
 
-/// How long a solver is timed.
+/// Time budget of a trial.
 const TIMED: Duration = Duration::from_micros(1500);
 
-/// The answer of one solver, and its best time of several runs.
+/// Returns a solver's answer, and its best time of several runs.
 pub fn trial(
     p: &Polynomial,
     interval: &Interval,
@@ -145,7 +145,7 @@ pub fn trial(
         clusters: answer.clusters.len(),
         complete: answer.proof == Proof::Complete,
         nanoseconds: (best * 1e9).round(),
-        tally: known.map(|known| Tally::of(&answer, known, p.degree())),
+        tally: known.map(|known| Tally::new(&answer, known, p.degree())),
     };
     Ok((answer, trial))
 }

@@ -1,6 +1,6 @@
-//! The numbers of one run, for `--stats`: plain data, filled along the way.
+//! Statistics of one run, for `--stats`: plain data, filled as the run proceeds.
 //!
-//! Times are wall-clock seconds, memory is bytes, counts are exact.
+//! Times are wall-clock seconds, memory is in bytes, counts are exact.
 
 use crate::shade::RayCounts;
 use crate::trace::GuessCounts;
@@ -13,32 +13,32 @@ pub struct Stats {
     pub picture: PictureSize,
     pub scene: SceneCounts,
     pub plan: PlanSummary,
-    /// In the order in which they ran.
+    /// Stages in the order in which they ran.
     pub stages: Vec<Stage>,
     pub rays: RayCounts,
-    /// All kinds, over the stage `render`.
+    /// Rays of all kinds per second of the stage `render`.
     pub rays_per_second: f64,
-    /// Of `render --frames`.
+    /// Frames of `render --frames`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub frames: Vec<FrameStats>,
     /// Bytes of each table and tree, by name.
     pub memory: BTreeMap<String, u64>,
-    /// Of the whole process; null where the system does not tell.
+    /// Peak of the whole process; null where the system does not provide it.
     pub peak_resident_bytes: Option<u64>,
 }
 
-/// One frame of a sequence.
+/// Statistics of one frame of a sequence.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FrameStats {
     pub frame: u32,
-    /// 0 to 1.
+    /// Animation time, 0 to 1.
     pub time: f64,
     /// `built`, `refitted` or `rebuilt`.
     pub top_tree: &'static str,
-    /// These are among the run's, too.
+    /// Stages of this frame, which the run's stages include.
     pub stages: Vec<Stage>,
     pub rays: RayCounts,
-    /// Camera rays that began with what they met in the frame before.
+    /// Camera rays that started with temporal bounds.
     pub guesses: GuessCounts,
 }
 
@@ -51,14 +51,14 @@ pub struct Stage {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct PlanSummary {
     pub precision: &'static str,
-    /// Rays per packet.
+    /// Number of rays per packet.
     pub lanes: u32,
     pub accel: String,
     pub threads: u32,
     /// The widest instruction set compiled in.
     pub isa: &'static str,
-    /// What finds the roots of polynomial surfaces in `fast`, where that is not auto: the
-    /// solvers that are chosen, by name.
+    /// Names of the chosen root finders of polynomial surfaces in `fast`; empty if all
+    /// are auto.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub solvers: Vec<&'static str>,
 }
@@ -72,23 +72,23 @@ pub struct PictureSize {
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct SceneCounts {
-    /// Shapes after instancing.
+    /// Number of instances of shapes.
     pub appearances: u64,
-    /// Stored once each, however often they appear.
+    /// Number of shapes, each stored once however often it is instanced.
     pub shapes: u64,
     pub triangles: u64,
     pub lights: u64,
 }
 
 impl Stats {
-    /// Seconds of the stage of this name; 0 if it did not run.
+    /// Returns the seconds of all stages with this name; 0 if none ran.
     pub fn seconds(&self, stage: &str) -> f64 {
         // Stages may run more than once (several meshes).
         let runs = self.stages.iter().filter(|s| s.name == stage);
         runs.map(|s| s.seconds).sum()
     }
 
-    /// The numbers that follow from others, when all stages have run.
+    /// Computes the derived statistics once all stages have run.
     pub fn finish(&mut self) {
         let seconds = self.seconds("render");
         self.rays_per_second = if seconds > 0.0 {
@@ -100,7 +100,7 @@ impl Stats {
     }
 }
 
-/// Times the stages one after the other.
+/// A clock that times consecutive stages.
 #[derive(Debug)]
 pub struct Watch {
     since: Instant,
@@ -113,7 +113,7 @@ impl Watch {
         }
     }
 
-    /// The stage that ran since the last one ended.
+    /// Ends the stage that began when the previous one ended.
     pub fn stage(&mut self, name: &'static str) -> Stage {
         let now = Instant::now();
         let seconds = (now - self.since).as_secs_f64();
@@ -122,7 +122,7 @@ impl Watch {
     }
 }
 
-/// The most memory that this process has had at once.
+/// Returns the process's peak resident memory.
 pub fn peak_resident_bytes() -> Option<u64> {
     if cfg!(target_os = "linux") {
         high_water_mark(&std::fs::read_to_string("/proc/self/status").ok()?)
@@ -131,14 +131,14 @@ pub fn peak_resident_bytes() -> Option<u64> {
     }
 }
 
-/// Lets [`peak_resident_bytes`] begin anew from what is held now; false where
-/// the system does not (it is Linux's `clear_refs`), and the peak stays that of
-/// the whole run.
+/// Resets the peak of [`peak_resident_bytes`] to the current memory, by Linux's
+/// `clear_refs`. Returns false where the system does not support that; the peak then
+/// remains that of the whole run.
 pub fn restart_peak_resident() -> bool {
     cfg!(target_os = "linux") && std::fs::write("/proc/self/clear_refs", "5").is_ok()
 }
 
-/// `VmHWM:     1234 kB` in a process's status.
+/// Parses the line `VmHWM:     1234 kB` of a process's status.
 fn high_water_mark(status: &str) -> Option<u64> {
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
     let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;

@@ -1,15 +1,15 @@
-//! The fast path against the reference.
+//! Compares the fast path with the reference.
 //!
-//! [`replay`] asks the reference about the very rays that were traced: any
-//! difference is wrong. [`independent`] lets the reference go its own way from
-//! the camera on and counts where the two ways part: acne and light leaks show
-//! only here, and so do rays that differ in their last bit.
+//! [`replay`] asks the reference about the very rays that were traced: any difference
+//! is an error. [`independent`] lets the reference trace its own rays from the camera
+//! on and counts where the results differ: only this comparison shows self-intersection
+//! and light leaks, and also rays that differ in their last bit.
 //!
-//! The reference is exact: what differs from it is wrong. `undecided` is, in
-//! `independent`, where the two ways part by roundings anyway, a light that lies in the
-//! surface's plane; and elsewhere, where rays begin on a level set or graze it, what the
-//! reference's own roundings decide. Mismatches are listed in the rays' order, whatever the
-//! number of threads.
+//! The reference is exact: an answer that differs from it is wrong. `undecided` counts,
+//! in `independent`, lights in the surface's plane, where rounding alone separates the
+//! two; and elsewhere, rays that start on a level set or graze it, where the
+//! reference's own rounding decides. Mismatches are listed in the rays' order, whatever
+//! the number of threads.
 
 mod show;
 mod widths;
@@ -28,12 +28,13 @@ use thiserror::Error;
 
 #[derive(Clone, Copy, Debug)]
 pub struct VerifyOptions {
-    /// Every how many pixels; 1 is all. A number without a common factor with
-    /// the width spreads them best.
+    /// Compares every n-th pixel; 1 compares all. A number coprime to the width spreads
+    /// the pixels best.
     pub sample: u32,
-    /// How many mismatches are kept with all their numbers.
+    /// Maximum number of mismatches kept with all their numbers.
     pub list: usize,
-    /// The type that t was computed in: its errors are counted in units of it.
+    /// The type in which t was computed: errors of t are counted in its units in the
+    /// last place.
     pub float: Float,
 }
 
@@ -44,7 +45,7 @@ pub enum Float {
 }
 
 impl Float {
-    /// A unit in the last place of a number.
+    /// Returns a unit in the last place of `x`.
     pub fn ulp(self, x: f64) -> f64 {
         match self {
             Float::Double => {
@@ -69,40 +70,39 @@ impl Default for VerifyOptions {
     }
 }
 
-/// What the reference's own camera sees.
+/// The view of the reference's own camera.
 #[derive(Clone, Copy, Debug)]
 pub struct View<'a> {
     pub camera: &'a Camera,
-    /// Width and height.
+    /// Width and height, in pixels.
     pub size: [u32; 2],
     pub grid: Grid,
 }
 
-/// The counts, with the names of `verify --json`.
+/// The counts, with the field names of `verify --json`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Counts {
-    /// Rays compared.
+    /// Number of rays compared.
     pub rays: u64,
-    /// One hits, the other misses.
+    /// Hits where the reference misses, or the reverse.
     pub wrong_hit: u64,
     /// Another instance or primitive, or another crossing of the same one.
     pub wrong_id: u64,
-    /// Blocked or clear.
+    /// Blocked where the reference is clear, or the reverse.
     pub wrong_shadow: u64,
-    /// Answers that the reference is not certain of: lights in the plane of the surface, in
-    /// independent only, and what level sets leave to roundings.
+    /// Answers of which the reference is not certain: lights in the surface's plane (in
+    /// `independent` only), and decisions of level sets within rounding.
     pub undecided: u64,
-    /// Over hits of the same primitive; never NaN.
+    /// Maximum over hits of the same primitive; never NaN.
     pub max_rel_t_error: f64,
     pub max_normal_error_deg: f64,
-    /// Independent only: pairs of pixel and light that the reference sees lit
-    /// and for which no shadow ray was traced (a shading normal turned away, or
-    /// a ray lost).
+    /// `independent` only: (pixel, light) pairs that the reference sees lit and for
+    /// which no shadow ray was traced (a shading normal turned away, or a lost ray).
     pub not_traced: u64,
 }
 
 impl Counts {
-    /// Rays whose answer is not the reference's.
+    /// Returns the number of rays whose answer differs from the reference's.
     pub fn wrong(&self) -> u64 {
         self.wrong_hit + self.wrong_id + self.wrong_shadow
     }
@@ -125,14 +125,14 @@ pub struct Mismatch {
     pub reference: Said,
 }
 
-/// What the reference said.
+/// The reference's answer.
 #[derive(Clone, Debug)]
 pub enum Said {
     Nearest(Option<Hit>),
     Shadow(Shadow),
 }
 
-/// Errors of t in units in the last place, of hits of the right primitive.
+/// Errors of t in units in the last place, over hits of the right primitive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct UlpErrors {
     pub median: f64,
@@ -142,16 +142,16 @@ pub struct UlpErrors {
 #[derive(Clone, Debug, Default)]
 pub struct Comparison {
     pub counts: Counts,
-    /// Of each hit of the right primitive, in no order.
+    /// Error of each hit of the right primitive, in no particular order.
     pub t_ulps: Vec<f32>,
-    /// Wrong nearest hits by the kinds of what was said and what is there, such as
-    /// "nothing for sphere".
+    /// Wrong closest hits by the kinds found and expected, such as "nothing for
+    /// sphere".
     pub wrong_kinds: BTreeMap<String, u64>,
-    /// The first of them, wrong ones before undecided ones.
+    /// The first mismatches, wrong ones before undecided ones.
     pub mismatches: Vec<Mismatch>,
 }
 
-/// The progress was cancelled before the last ray was compared.
+/// The error of a run that was cancelled before the last ray was compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error("interrupted")]
 pub struct Interrupted;
@@ -171,7 +171,7 @@ pub fn replay(
     })
 }
 
-/// What the reference says about the nearest hits of world rays: 0 < t < t_max.
+/// Returns the reference's closest hits of world rays, with 0 < t < t_max.
 pub fn nearest_hits(
     reference: &Reference,
     rays: &[Aimed],
@@ -193,8 +193,9 @@ pub fn nearest_hits(
     Ok(runs.collect::<Result<Vec<_>, _>>()?.concat())
 }
 
-/// As [`replay`] of rays that were asked for the nearest hit, then all of them again
-/// for any: `nearest` has the answer to each. So several modes ask but once.
+/// Compares like [`replay`], for rays that were traced for the closest hit and then all
+/// of them again for any hit. `nearest` holds the reference's answer to each, so that
+/// several modes share one query of the reference.
 pub fn replay_aimed(
     reference: &Reference,
     nearest: &[Option<Hit>],
@@ -211,13 +212,13 @@ pub fn replay_aimed(
             }),
             Outcome::Miss | Outcome::Hit { .. } => Said::Nearest(hit),
         };
-        judge(reference, ray, said, options, out);
+        check(reference, ray, said, options, out);
     })
 }
 
-/// Lets the reference trace its own rays for the pixels of the camera rays
-/// among `rays`, and for the lights that shadow rays were traced to from their
-/// hits (depth 0). Only sample 0 is looked at: it must lie on the grid.
+/// Lets the reference trace its own rays for the pixels of the camera rays among
+/// `rays`, and for the lights that shadow rays were traced to from their hits (depth
+/// 0). Only sample 0 is compared: it must lie on the grid.
 ///
 /// Lights are compared where both hit the same primitive.
 pub fn independent(
@@ -240,7 +241,7 @@ pub fn independent(
                 && ray.pixel < pixels
         })
         .collect();
-    // The camera ray of each pixel first, then its lights.
+    // The camera ray of each pixel comes first, then its shadow rays.
     rows.sort_by_key(|i| {
         let ray = &rays[*i as usize];
         (ray.pixel, ray.kind != RayKind::Primary)
@@ -251,12 +252,12 @@ pub fn independent(
     in_parallel(pixels.len(), options.list, progress, |pixel, out| {
         let mut rows = pixels[pixel].iter().map(|i| &rays[*i as usize]);
         if let Some(primary) = rows.next().filter(|r| r.kind == RayKind::Primary) {
-            own_way(reference, view, options, primary, rows, out);
+            trace_own(reference, view, options, primary, rows, out);
         }
     })
 }
 
-fn own_way<'a>(
+fn trace_own<'a>(
     reference: &Reference,
     view: &View,
     options: &VerifyOptions,
@@ -270,7 +271,7 @@ fn own_way<'a>(
     let answer = reference.nearest(own.org, dir, f64::INFINITY);
     let crossings = |i, p| reference.crossings(own.org, dir, i, p);
     let kind = |i| reference.kind(i);
-    judge_nearest(primary, &answer, crossings, kind, options, out);
+    check_nearest(primary, &answer, crossings, kind, options, out);
 
     let (
         Outcome::Hit {
@@ -297,7 +298,7 @@ fn own_way<'a>(
         };
         let own = *slot
             .get_or_insert_with(|| shadow(reference, own.org, dir, hit, &lights[light as usize]));
-        judge_shadow(row, own, out);
+        check_shadow(row, own, out);
     }
     for (light, said) in lights.iter().zip(said) {
         if said.is_none() {
@@ -309,10 +310,10 @@ fn own_way<'a>(
 
 fn compare(reference: &Reference, ray: &TracedRay, options: &VerifyOptions, out: &mut Comparison) {
     let said = ask(reference, ray, 0.0);
-    judge(reference, ray, said, options, out);
+    check(reference, ray, said, options, out);
 }
 
-/// At a level of functions that are no polynomials.
+/// Asks the reference, with the functions of level sets shifted by `level`.
 fn ask(reference: &Reference, ray: &TracedRay, level: f64) -> Said {
     let (own, t_max) = (own_ray(ray, level), f64::from(ray.t_max));
     match ray.outcome {
@@ -332,9 +333,9 @@ fn own_ray(ray: &TracedRay, level: f64) -> Ray {
     }
 }
 
-/// What is wrong, and would be right if functions that are no polynomials were off by as
-/// much as f64 may have them, is undecided.
-fn judge(
+/// Compares an answer with the reference's. A wrong answer is undecided if it were
+/// right with level sets shifted by the error that f64 may have in them.
+fn check(
     reference: &Reference,
     ray: &TracedRay,
     said: Said,
@@ -342,15 +343,15 @@ fn judge(
     out: &mut Comparison,
 ) {
     if reference.scene().level_sets.is_empty() {
-        return judge_at(reference, ray, (&said, 0.0), options, out);
+        return check_at(reference, ray, (&said, 0.0), options, out);
     }
     let mut own = Comparison::default();
-    judge_at(reference, ray, (&said, 0.0), options, &mut own);
+    check_at(reference, ray, (&said, 0.0), options, &mut own);
     if own.counts.wrong() > 0 {
         let is_right = |level: &f64| {
             let mut shifted = Comparison::default();
             let said = ask(reference, ray, *level);
-            judge_at(reference, ray, (&said, *level), options, &mut shifted);
+            check_at(reference, ray, (&said, *level), options, &mut shifted);
             shifted.counts.wrong() == 0
         };
         if [1.0, -1.0].iter().any(is_right) {
@@ -362,7 +363,7 @@ fn judge(
     out.append(own);
 }
 
-fn judge_at(
+fn check_at(
     reference: &Reference,
     ray: &TracedRay,
     (said, level): (&Said, f64),
@@ -370,16 +371,16 @@ fn judge_at(
     out: &mut Comparison,
 ) {
     match said {
-        Said::Shadow(own) => judge_shadow(ray, *own, out),
+        Said::Shadow(own) => check_shadow(ray, *own, out),
         Said::Nearest(answer) => {
             let crossings = |i, p| reference.crossings_of(own_ray(ray, level), i, p);
             let kind = |i| reference.kind(i);
-            judge_nearest(ray, answer, crossings, kind, options, out);
+            check_nearest(ray, answer, crossings, kind, options, out);
         }
     }
 }
 
-fn judge_shadow(ray: &TracedRay, own: Shadow, out: &mut Comparison) {
+fn check_shadow(ray: &TracedRay, own: Shadow, out: &mut Comparison) {
     out.counts.rays += 1;
     if own.blocked == (ray.outcome == Outcome::Blocked) {
         return;
@@ -392,7 +393,7 @@ fn judge_shadow(ray: &TracedRay, own: Shadow, out: &mut Comparison) {
     out.note(kind, ray, Said::Shadow(own));
 }
 
-fn judge_nearest(
+fn check_nearest(
     ray: &TracedRay,
     answer: &Option<Hit>,
     crossings: impl Fn(u64, u32) -> Vec<Crossing>,
@@ -428,8 +429,9 @@ fn judge_nearest(
     let all = || crossings(hit.instance, hit.primitive);
     let off = (t - hit.t).abs();
     let rel_t_error = off / hit.t.abs();
-    // Far off: it may be another crossing, the far side instead of the near. Not so
-    // where the mode's numbers have none that is nearer, as below all of them.
+    // A large error may mean another crossing: the far side instead of the near one. It
+    // does not where the mode's number type has no closer number, as below its whole
+    // range.
     let far = rel_t_error > 1e-5 && off > options.float.ulp(hit.t);
     let other = |c: &Crossing| c.primitive == hit.primitive && (c.t - t).abs() < off;
     if !t.is_finite() || far && all().iter().any(other) {
@@ -442,7 +444,7 @@ fn judge_nearest(
     }
     let mut error = degrees_between(hit.normal, normal);
     if error > out.counts.max_normal_error_deg {
-        // At an edge any of the faces that meet there will do.
+        // At an edge any of the faces that meet there is accepted.
         let faces = all().into_iter().filter(|c| c.t == hit.t);
         error = faces
             .map(|c| degrees_between(c.normal, normal))
@@ -476,7 +478,7 @@ impl Comparison {
         });
     }
 
-    /// The first `list`, wrong ones before undecided ones.
+    /// Keeps the first `list` mismatches, wrong ones before undecided ones.
     pub fn shorten(&mut self, list: usize) {
         self.mismatches
             .sort_by_key(|m| m.kind == MismatchKind::Undecided);
@@ -500,7 +502,7 @@ impl Comparison {
         }
     }
 
-    /// Zero where nothing was hit.
+    /// Returns the median and the maximum, zero if nothing was hit.
     pub fn ulp_errors(&self) -> UlpErrors {
         let mut all = self.t_ulps.clone();
         all.sort_by(f32::total_cmp);
@@ -511,17 +513,17 @@ impl Comparison {
     }
 }
 
-/// Rays that a thread asks about at a time.
+/// Number of rows that a thread takes at a time.
 const RUN: usize = 128;
 
-/// Rows judged in parallel, run by run, the results joined in order. A run is
-/// the progress's tile; a wish to stop is read before every row, since the
-/// reference may take long over one.
+/// Compares rows in parallel, run by run, and joins the results in order. A run is one
+/// tile of the progress; cancellation is read before every row, since the reference may
+/// take long over one.
 fn in_parallel(
     rows: usize,
     list: usize,
     progress: &Progress,
-    judge: impl Fn(usize, &mut Comparison) + Sync,
+    check: impl Fn(usize, &mut Comparison) + Sync,
 ) -> Result<Comparison, Interrupted> {
     let runs = rows.div_ceil(RUN);
     progress.start(runs.try_into().unwrap_or(u32::MAX));
@@ -531,7 +533,7 @@ fn in_parallel(
             if progress.is_cancelled() {
                 return Err(Interrupted);
             }
-            judge(row, &mut out);
+            check(row, &mut out);
         }
         out.shorten(list);
         progress.add_tile(out.counts.rays);

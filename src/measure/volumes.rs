@@ -1,14 +1,14 @@
-//! Volume, area and centroid of solids, by lines through them.
+//! Volume, area and centroid of solids, by random lines.
 //!
-//! Lines of all directions and places through a solid's box, as evenly as a
-//! low-discrepancy sequence has them (Roberts' R sequence in four dimensions).
-//! What a line has inside is a share of the volume, and each boundary that it
-//! crosses one of the surface (Cauchy and Crofton; Santaló, Integral Geometry and
-//! Geometric Probability, 1976): of lines with density 1 per area across their
-//! direction, the chords sum up to the volume and the crossings to half the area.
-//! The error comes from independent repetitions with the sequence shifted. Where
-//! nothing is met by 2^18 lines, and so few of the rest can meet anything that they
-//! would not reach the goal, it ends: the volume is 0, with an absolute error.
+//! Lines through a solid's box have all directions and positions, distributed by a
+//! low-discrepancy sequence (Roberts' R sequence in four dimensions). The length of a
+//! line inside the solid is a sample of its volume, and each boundary that it crosses
+//! is a sample of its surface (Cauchy and Crofton; Santaló, Integral Geometry and
+//! Geometric Probability, 1976): for lines with density 1 per area across their
+//! direction, the chords sum up to the volume and the crossings to half the area. The
+//! error is estimated from independent repetitions with shifted sequences. If 2^18
+//! lines hit nothing, and the expected number of hits of the remaining lines could not
+//! reach the goal, the measurement ends with volume 0 and an absolute error.
 
 mod placed;
 
@@ -23,38 +23,39 @@ use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Independent estimates; what they differ by is the error.
+/// Number of independent estimates; their spread gives the error.
 const REPETITIONS: u64 = 32;
 
 /// Student's t of 31 degrees of freedom, two-sided, 95 %.
 const STUDENT: f64 = 2.0395;
 
-/// Lines after which nothing may be what there is.
+/// Number of lines without a hit after which the solid may be taken as empty.
 const LEAST_EMPTY: u64 = 1 << 18;
 
-/// No line of N met it: in 95 of 100 cases fewer than 3 in N do.
+/// If none of N lines hits, then with 95 % confidence fewer than 3 in N do.
 const RULE_OF_THREE: f64 = 3.0;
 
-/// In the unit of the scene, its square and its cube.
+/// Volume, area and centroid, in the scene's unit, its square and its cube.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Volume {
     pub volume: f64,
-    /// Half the width of the interval that holds the volume in 95 of 100 cases.
+    /// Half-width of the 95 % confidence interval of the volume.
     pub volume_error: f64,
     pub area: f64,
     pub area_error: f64,
-    /// World space; none without volume.
+    /// World space; `None` without volume.
     pub centroid: Option<[f64; 3]>,
     pub lines: u64,
-    /// Errors are larger than was asked for: the solid is too thin for as many lines.
+    /// Errors exceed the goal: the solid is too thin for the allowed number of lines.
     pub is_rough: bool,
 }
 
 impl Volume {
-    /// Of `self` in lengths of `unit`, those in the scene's. `None` where f64 has no
-    /// number for one of them.
+    /// Converts a volume in lengths of `unit` to the scene's unit. Returns `None` where
+    /// f64 cannot hold a figure.
     fn of_units(self, unit: f64) -> Option<Volume> {
-        // Step by step: nothing leaves the format that comes back.
+        // The products are taken one factor at a time, so that no intermediate result
+        // overflows if the final one does not.
         let square = |x: f64| x * unit * unit;
         let cube = |x: f64| x * unit * unit * unit;
         let error = |own: f64, whole: f64| match own > 0.0 {
@@ -80,18 +81,18 @@ impl Volume {
     }
 }
 
-/// What was found out about a solid, in lengths of a unit of its size: so it is known
-/// of the smallest and largest as well, whose cubes f64 does not hold.
+/// The figures of a solid, in lengths of a unit of its size; also valid for the
+/// smallest and largest solids, whose cubes f64 does not hold.
 #[derive(Clone, Copy, Debug)]
 pub struct Measured {
-    /// Its centroid is in the scene's unit.
+    /// The figures; only the centroid is in the scene's unit.
     own: Volume,
     unit: f64,
 }
 
 impl Measured {
-    /// With all lengths `scale` times as long, and the centroid where `place` puts it.
-    /// `None` where f64 has no number for one of the figures.
+    /// Returns the figures with all lengths scaled by `scale`, and the centroid mapped
+    /// by `place`. Returns `None` where f64 cannot hold a figure.
     pub fn volume(&self, scale: f64, place: impl Fn([f64; 3]) -> [f64; 3]) -> Option<Volume> {
         let placed = Volume {
             centroid: self.own.centroid.map(place),
@@ -101,12 +102,12 @@ impl Measured {
     }
 }
 
-/// How good is good enough.
+/// The accuracy to reach, and the effort allowed for it.
 #[derive(Clone, Copy, Debug)]
 pub struct Goal {
-    /// Errors of volume and area, relative.
+    /// Relative errors of volume and area.
     pub relative: f64,
-    /// Of one solid.
+    /// Maximum number of lines per solid.
     pub most_lines: u64,
     pub seed: u64,
 }
@@ -122,8 +123,8 @@ impl Default for Goal {
 }
 
 impl Goal {
-    /// After `lines` that met nothing: as many as may yet meet something leave a larger
-    /// error, about 2 / √hits.
+    /// Returns whether `lines` without a hit put the goal out of reach: the hits still
+    /// to be expected would leave a relative error of about 2 / √hits.
     fn is_beyond(&self, lines: u64) -> bool {
         let hits = RULE_OF_THREE * self.most_lines as f64 / lines as f64;
         lines >= LEAST_EMPTY && hits * self.relative * self.relative < 4.0
@@ -131,10 +132,10 @@ impl Goal {
 }
 
 impl Placed<'_> {
-    /// `None` where `progress` was cancelled. Runs on the current rayon pool.
+    /// Measures the solid on the current rayon pool. Returns `None` if cancelled.
     pub fn measure(&self, goal: &Goal, progress: &Progress) -> Option<Measured> {
         let mut sums = vec![Sums::default(); REPETITIONS as usize];
-        // Enough for the repetitions to say how far apart they are.
+        // The first round has enough lines for a meaningful spread of the repetitions.
         let (mut from, mut to) = (0, 1 << 11);
         loop {
             let added: Vec<Sums> = (0..REPETITIONS)
@@ -184,13 +185,13 @@ impl Placed<'_> {
                 let x = shift[k] + STEPS[k] * i as f64;
                 x - libm::floor(x)
             });
-            // A half of all directions is enough: lines go both ways.
+            // Half of all directions suffice: a line has no orientation.
             let (z, turn) = (at[0], at[1] * std::f64::consts::TAU);
             let radius = (1.0 - z * z).max(0.0).sqrt();
             let (sin, cos) = libm::sincos(turn);
             let dir = DVec3::new(radius * cos, radius * sin, z);
             let (u, v) = dir.any_orthonormal_pair();
-            // The box's shadow is inside this rectangle.
+            // The box's projection lies inside this rectangle.
             let [a, b] = [u, v].map(|axis| half.dot(axis.abs()));
             let across = u * (a * (2.0 * at[2] - 1.0)) + v * (b * (2.0 * at[3] - 1.0));
             let area = 4.0 * short(a) * short(b);
@@ -206,7 +207,7 @@ impl Placed<'_> {
         sums
     }
 
-    /// `lines`: of each repetition.
+    /// Estimates the figures; `lines` is the number of lines of each repetition.
     fn estimate(&self, sums: &[Sums], lines: u64) -> Volume {
         let (n, center) = (lines as f64, self.bounds.center());
         let mean_and_error = |of: &dyn Fn(&Sums) -> f64| {
@@ -219,12 +220,13 @@ impl Placed<'_> {
         };
         let (volume, spread) = mean_and_error(&|s| s.volume);
         let volume_error = spread + mean_and_error(&|s| s.off).0;
-        // A crossing in every direction counts by half the area.
+        // A crossing, summed over all directions, counts half the area.
         let (area, area_error) = mean_and_error(&|s| 2.0 * s.crossings);
         let moment = sums.iter().fold(DVec3::ZERO, |m, s| m + s.moment);
         let whole: f64 = sums.iter().map(|s| s.volume).sum();
         if sums.iter().all(|s| s.crossings == 0.0) {
-            // Lines cross at most a square of the diagonal, and are no longer inside.
+            // At most a square of the diagonal is crossed, over at most a diagonal's
+            // length.
             let diagonal = (self.bounds.extent() / self.unit).length();
             let share = RULE_OF_THREE / (n * sums.len() as f64) * diagonal * diagonal;
             return Volume {
@@ -246,7 +248,7 @@ impl Placed<'_> {
     }
 }
 
-/// Of the powers of 1 over the root of x⁵ = x + 1.
+/// Powers of the reciprocal root of x⁵ = x + 1.
 const STEPS: [f64; 4] = [
     0.856_674_883_854_502_9,
     0.733_891_856_627_126_1,
@@ -254,14 +256,14 @@ const STEPS: [f64; 4] = [
     0.538_597_257_223_612_3,
 ];
 
-/// In lengths of the solid's unit.
+/// Sums over lines, in lengths of the solid's unit.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
     volume: f64,
-    /// By how much roundings may move it.
+    /// Bound on the rounding error of `volume`.
     off: f64,
     crossings: f64,
-    /// About the middle of the box.
+    /// First moment about the centre of the box.
     moment: DVec3,
 }
 
@@ -274,9 +276,9 @@ impl Sums {
     }
 }
 
-/// Of several solids, as if none overlapped. Each with the number of what was measured:
-/// the errors of those of one number are the same error, those of others are their own.
-/// `None` where f64 has no number for a sum.
+/// Sums several solids as if none overlapped. Each comes with the number of its
+/// measurement: errors with the same number are fully correlated, others are
+/// independent. Returns `None` where f64 cannot hold a sum.
 pub fn together(all: &[(usize, Volume)]) -> Option<Volume> {
     let mut sum = Volume::default();
     let mut errors = BTreeMap::<usize, [f64; 2]>::new();
@@ -304,10 +306,10 @@ pub fn together(all: &[(usize, Volume)]) -> Option<Volume> {
     sum.is_finite().then_some(sum)
 }
 
-/// No square leaves the format.
+/// Returns the root of the sum of squares; no square overflows or underflows.
 fn root_of_squares(numbers: impl Iterator<Item = f64> + Clone) -> f64 {
     let largest = numbers.clone().fold(0.0, |m: f64, x| m.max(x.abs()));
-    // A power of two rounds nothing.
+    // Scaling by a power of two is exact.
     let power = libm::scalbn(1.0, libm::ilogb(largest.max(f64::MIN_POSITIVE)));
     let square = |x: f64| (x / power) * (x / power);
     power * numbers.map(square).sum::<f64>().sqrt()

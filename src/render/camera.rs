@@ -1,5 +1,5 @@
-//! Camera rays. A world ray has an f64 origin and an f32 direction; every mode,
-//! kernel and replay starts from these very numbers.
+//! Camera rays. A world ray has an f64 origin and an f32 direction; every precision,
+//! kernel and replay starts from exactly these numbers.
 
 use super::config::Grid;
 use crate::math::Vec3;
@@ -7,7 +7,7 @@ use crate::math::lanes::Lanes;
 use crate::scene::{Camera, Projection};
 use glam::DVec3;
 
-/// Turns positions on the picture into rays.
+/// Maps positions in the picture to world rays.
 #[derive(Clone, Copy, Debug)]
 pub struct RayGenerator {
     camera: Camera,
@@ -18,9 +18,9 @@ pub struct RayGenerator {
 }
 
 impl RayGenerator {
-    /// `width` and `height` in pixels, or in rays where the grid is of corners.
+    /// Takes `width` and `height` in pixels, or in rays for [`Grid::Corners`].
     pub fn new(camera: Camera, width: u32, height: u32, grid: Grid) -> RayGenerator {
-        // Of corners there is one more than of pixels.
+        // There is one more corner than there are pixels in each direction.
         let pixels = |n: u32| match grid {
             Grid::Centers => f64::from(n),
             Grid::Corners => f64::from(n.max(2) - 1),
@@ -35,16 +35,17 @@ impl RayGenerator {
         }
     }
 
-    /// Origin and direction (not unit: its part along the view axis is 1, so t
-    /// is depth) through a pixel, at an offset in [0, 1]² from its left and top
-    /// edges.
+    /// Returns origin and direction of the ray through pixel (`x`, `y`) at `offset` in
+    /// [0, 1]² from the pixel's left and top edges. The direction is not unit: its
+    /// component along the view axis is 1, so t is depth.
     pub fn ray(&self, x: u32, y: u32, offset: [f64; 2]) -> (DVec3, [f32; 3]) {
         let (org, dir) = self.rays([x, y].map(f64::from), offset);
         let dir = DVec3::from(dir).to_array();
         (org.into(), dir.map(|x| x as f32))
     }
 
-    /// [`ray`](Self::ray) in lanes; directions are yet to be rounded to f32.
+    /// Computes [`ray`](Self::ray) in lanes; the directions still have to be rounded to
+    /// f32.
     #[inline(always)]
     pub fn rays<D: Lanes<Scalar = f64>>(
         &self,
@@ -54,8 +55,8 @@ impl RayGenerator {
         self.through(self.across(x, dx), self.up(y, dy))
     }
 
-    /// How far to the right of the view axis rays go through columns of the picture, a
-    /// unit ahead.
+    /// Computes the horizontal distance from the view axis, at depth 1, of rays through
+    /// the picture's columns; positive to the right.
     #[inline(always)]
     pub fn across<D: Lanes<Scalar = f64>>(&self, x: D, dx: D) -> D {
         let (one, two) = (D::splat(1.0), D::splat(2.0));
@@ -63,7 +64,8 @@ impl RayGenerator {
         right * D::splat(self.aspect) * D::splat(self.half_height())
     }
 
-    /// How far up they go through rows.
+    /// Computes the vertical distance from the view axis, at depth 1, of rays through
+    /// the picture's rows; positive is up.
     #[inline(always)]
     pub fn up<D: Lanes<Scalar = f64>>(&self, y: D, dy: D) -> D {
         let (one, two) = (D::splat(1.0), D::splat(2.0));
@@ -71,7 +73,7 @@ impl RayGenerator {
         up * D::splat(self.half_height())
     }
 
-    /// Corners have no inside.
+    /// Returns the offset inside a pixel, which is 0 for a grid of corners.
     #[inline(always)]
     fn within<D: Lanes<Scalar = f64>>(&self, offset: D) -> D {
         match self.grid {
@@ -88,7 +90,8 @@ impl RayGenerator {
         }
     }
 
-    /// Rays that are so far [across](Self::across) and [up](Self::up).
+    /// Returns origins and directions of the rays with these [`across`](Self::across)
+    /// and [`up`](Self::up).
     #[inline(always)]
     pub fn through<D: Lanes<Scalar = f64>>(&self, across: D, up: D) -> (Vec3<D>, Vec3<D>) {
         let Camera {
@@ -106,7 +109,7 @@ impl RayGenerator {
         }
     }
 
-    /// Depth along the view axis of a point.
+    /// Returns a point's depth along the view axis.
     pub fn depth(&self, point: DVec3) -> f64 {
         (point - self.camera.eye).dot(self.camera.forward)
     }

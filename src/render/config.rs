@@ -1,8 +1,8 @@
-//! What a render is asked to do: one value, filled by the command line or by a
-//! program, read by the plan and the renderer.
+//! The parameters of a render in one value: filled by the command line or by a program,
+//! read by the plan and the renderer.
 //!
-//! Ranges (sizes, counts) are checked where the numbers come in, on the command
-//! line; programs that fill this themselves stay within the documented ranges.
+//! The command line checks ranges (sizes, counts) when it parses them; programs that
+//! fill this value themselves stay within the documented ranges.
 
 use super::AovSet;
 use crate::accel::{BuildQuality, KdQuality};
@@ -12,30 +12,29 @@ use crate::trace::Caching;
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderConfig {
-    /// Pixels. Both sides at least 1, with [`Grid::Corners`] at least 2.
+    /// Size in pixels: both sides at least 1, with [`Grid::Corners`] at least 2.
     pub width: u32,
     pub height: u32,
     pub grid: Grid,
     /// Samples per pixel, at least 1; exactly 1 with [`Grid::Corners`].
     pub spp: u32,
     pub choices: Choices,
-    /// What finds where rays meet polynomial surfaces in the precision `fast`; `None`:
-    /// what each surface says.
+    /// Root finder of polynomial surfaces in the precision `fast`; `None` uses the one
+    /// that each surface names.
     pub solver: Option<Solver>,
-    /// Of wide trees, where they are built. No bit of an exact picture depends
-    /// on it.
+    /// Build quality of wide trees. No bit of an exact picture depends on it.
     pub build: BuildQuality,
-    /// How a k-d tree is built, where one is.
+    /// Build quality of a k-d tree, if the plan uses one.
     pub kd: KdQuality,
-    /// Whether shadow rays try the last occluder of their light first. No bit of
-    /// the picture depends on it.
+    /// Lets shadow rays first test the last occluder of their light. No bit of the
+    /// picture depends on it.
     pub shadow_cache: Caching,
-    /// `None`: as many as the machine runs at once.
+    /// Number of threads; `None` uses all hardware threads.
     pub threads: Option<u32>,
     pub seed: u64,
-    /// How often a ray may be mirrored or refracted.
+    /// The maximum number of reflections and refractions along a path.
     pub max_depth: u32,
-    /// A camera's name, or its number from 0; `None` is the first.
+    /// A camera's name, or its index from 0; `None` selects the first.
     pub camera: Option<String>,
     pub aovs: AovSet,
     pub tiles: TileOrder,
@@ -63,10 +62,10 @@ impl Default for RenderConfig {
     }
 }
 
-/// Where the rays of a W×H picture go.
+/// Image-plane positions of the rays of a W×H picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Grid {
-    /// Through the pixels; a lone sample through their centres.
+    /// Through the pixels; with one sample per pixel, through their centres.
     #[default]
     Centers,
     /// One ray through each corner of a (W−1)×(H−1) pixel grid, edges included.
@@ -74,7 +73,7 @@ pub enum Grid {
 }
 
 impl Grid {
-    /// As it is written on the command line.
+    /// Returns the grid's name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Grid::Centers => "centers",
@@ -83,8 +82,8 @@ impl Grid {
     }
 }
 
-/// In which order tiles are handed to the threads. No bit of the picture
-/// depends on it; the tests see to that.
+/// The order in which threads get the tiles. No bit of the picture depends on it; the
+/// tests assert that.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TileOrder {
     /// Row by row.

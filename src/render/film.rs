@@ -1,4 +1,4 @@
-//! The film: tiles add to it, the picture comes out of it.
+//! The film: collects the tiles' results in the picture.
 
 use super::{AovSet, Picture};
 use crate::scene::Rgb;
@@ -16,7 +16,7 @@ pub struct AovSample {
 }
 
 impl AovSample {
-    /// Where nothing is.
+    /// The values of a pixel whose ray hits nothing.
     pub const NOTHING: AovSample = AovSample {
         depth: f32::INFINITY,
         position: [0.0; 3],
@@ -27,8 +27,8 @@ impl AovSample {
     };
 }
 
-/// A picture with room for what was asked for, and nothing else; an error where
-/// memory does not suffice.
+/// Allocates a picture with the requested channels. Returns an error if memory does not
+/// suffice.
 pub fn blank(width: u32, height: u32, aovs: AovSet) -> Result<Picture, TryReserveError> {
     let pixels = width as usize * height as usize;
     let nothing = AovSample::NOTHING;
@@ -60,7 +60,7 @@ fn wanted<T: Clone>(
     wanted.then(|| column(pixels, value)).transpose()
 }
 
-/// Copies a tile's rows into the picture. `aovs` is empty where none are kept.
+/// Copies a tile's rows into the picture. `aovs` is empty if no AOV is requested.
 pub fn put(
     picture: &mut Picture,
     corner: (u32, u32),

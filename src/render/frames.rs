@@ -1,11 +1,11 @@
-//! What one frame of a sequence leaves to the next: a tile's memory for each
-//! tile, so that threads share none.
+//! Per-tile state that one frame of a sequence hands to the next. Each tile has its
+//! own, so threads share none.
 
 use crate::shade::Memory;
 use crate::trace::{GuessCounts, Reuse};
 use std::sync::{Mutex, MutexGuard};
 
-/// See [`crate::trace::Guesses`] for its size.
+/// The temporal bounds of every tile. [`crate::trace::Guesses`] states its size.
 #[derive(Debug, Default)]
 pub struct FrameMemory {
     reuse: Reuse,
@@ -13,7 +13,7 @@ pub struct FrameMemory {
 }
 
 impl FrameMemory {
-    /// Of a sequence that has not begun.
+    /// Returns the memory of a sequence that has not begun.
     pub fn new(reuse: Reuse) -> FrameMemory {
         FrameMemory {
             reuse,
@@ -29,13 +29,13 @@ impl FrameMemory {
         }
     }
 
-    /// Asked for by one thread at a time.
+    /// Locks a tile's memory. Only one thread at a time asks for a given tile.
     pub(super) fn tile(&self, number: u32) -> MutexGuard<'_, Memory> {
         let tile = &self.tiles[number as usize];
         tile.lock().unwrap_or_else(|e| e.into_inner())
     }
 
-    /// Of the frame rendered last.
+    /// Returns the counts of the frame rendered last.
     pub fn counts(&mut self) -> GuessCounts {
         let mut counts = GuessCounts::default();
         for tile in &mut self.tiles {

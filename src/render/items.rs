@@ -1,4 +1,4 @@
-//! The item buffer of a frame: which tiles of rays the renderer will trace.
+//! The item buffer of a frame: the list of boxes per tile of camera rays.
 
 use super::camera::RayGenerator;
 use crate::accel::{WIDE, World};
@@ -6,8 +6,9 @@ use crate::scene::{Camera, Projection};
 use crate::trace::{ItemBuffer, Raster, Rect, TILE};
 use rayon::prelude::*;
 
-/// Lists for the camera rays of all render tiles, [`tiles_of`] lists each.
-/// `order(tile)`: its pixels in the order in which their rays are traced.
+/// Prepares the lists of the camera rays of all render tiles, [`tiles_of`] lists per
+/// render tile. `order(tile)` returns the tile's pixels in tracing order. Returns
+/// `None` if the world has no item boxes or the camera is not a perspective one.
 pub fn item_buffer(
     world: &World,
     camera: &Camera,
@@ -34,12 +35,13 @@ pub fn item_buffer(
     ItemBuffer::prepare(world, &raster, rects.collect())
 }
 
-/// Tiles of rays in a render tile of so many pixels.
+/// Returns the number of ray tiles in a render tile of that many pixels.
 pub fn tiles_of(pixels: u32) -> usize {
     (pixels as usize).div_ceil(TILE)
 }
 
-/// Around all rays through some pixels, wherever in a pixel they go.
+/// Returns a rectangle that covers every ray through the pixels, at any offset inside
+/// each pixel.
 fn around(raster: &Raster, generator: &RayGenerator, pixels: &[(u32, u32)]) -> Rect {
     let mut range = [[u32::MAX, 0]; 2];
     for (x, y) in pixels {

@@ -1,4 +1,4 @@
-//! From a scene to a picture: camera rays, samples, tiles, film.
+//! Renders a scene to a picture: camera rays, samples, tiles, film.
 
 mod camera;
 mod config;

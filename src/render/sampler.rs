@@ -1,12 +1,13 @@
-//! Where in a pixel the samples lie: a fixed stratified pattern.
+//! Sample positions inside a pixel: a fixed stratified pattern.
 //!
-//! Hammersley's points, shifted around the pixel by a hash of (seed, frame,
-//! pixel): every column and every power-of-two row of the pixel gets its share,
-//! and neighbours do not repeat each other. A function of its arguments alone,
-//! so no tile, thread or width changes a sample. A lone sample is the centre.
+//! The pattern is Hammersley's point set, shifted cyclically inside the pixel by a hash
+//! of (seed, frame, pixel). Every column and every power-of-two row of the pixel gets
+//! its share of samples, and neighbouring pixels have different patterns. The position
+//! is a function of its arguments alone, so no tile, thread or lane width changes a
+//! sample. A single sample lies at the centre.
 
-/// Sample `index` of `count` in a pixel, as offsets in [0, 1) from its left and
-/// top edges.
+/// Returns sample `index` of `count` as offsets in [0, 1) from the pixel's left and top
+/// edges.
 pub fn sample_position(
     seed: u64,
     frame: u32,
@@ -27,7 +28,7 @@ pub fn sample_position(
 
 const TWO_POW_MINUS_32: f64 = 1.0 / 4_294_967_296.0;
 
-/// Vigna's SplitMix64 finaliser.
+/// The finaliser of Vigna's SplitMix64.
 pub fn mix(x: u64) -> u64 {
     let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -35,7 +36,7 @@ pub fn mix(x: u64) -> u64 {
     x ^ x >> 31
 }
 
-/// In [0, 1), from the upper half of the bits.
+/// Maps the upper half of the bits to [0, 1).
 pub fn unit(bits: u64) -> f64 {
     (bits >> 32) as f64 * TWO_POW_MINUS_32
 }

@@ -1,9 +1,9 @@
-//! The render loop: tiles over threads, an arena per thread.
+//! The render loop: tiles distributed over threads, one arena per thread.
 //!
-//! Packets sit on an absolute grid of 16×16 pixels, in Morton order within it,
-//! and tiles are multiples of that, so the split never shows. A tile is traced
-//! sample by sample; its transient columns come from the thread's arena, which
-//! is reset afterwards.
+//! Packets lie on an absolute grid of 16×16 pixels, in Morton order within each block,
+//! and tiles are multiples of that block, so the division into tiles does not change
+//! the picture. A tile is traced sample by sample; its transient columns live in the
+//! thread's arena, which is reset after the tile.
 
 use super::camera::RayGenerator;
 use super::config::{Grid, RenderConfig, TileOrder};
@@ -17,7 +17,9 @@ use crate::accel::World;
 use crate::math::lanes::Lanes;
 use crate::plan::Kernels;
 use crate::scene::{Camera, Light, Rgb};
-use crate::shade::{Columns, Doubles, Integrator, Ledger, Looks, Memory, RayCounts, STEP, Surface};
+use crate::shade::{
+    Doubles, Integrator, MaterialFlags, Memory, RayCounts, STEP, Scratch, Statistics, Surface,
+};
 use crate::trace::{HitId, ItemBuffer, RayKind, ShadowCache, TracedRay};
 use bumpalo::Bump;
 use rayon::prelude::*;
@@ -25,13 +27,13 @@ use std::cell::RefCell;
 use std::sync::Mutex;
 use thiserror::Error;
 
-/// Side of the grid that packets sit on, in pixels.
+/// Side of the blocks that packets lie on, in pixels.
 pub const BLOCK: u32 = 16;
 
-/// Side of the largest tile.
+/// Side of the largest tile, in pixels.
 const SIDE: usize = 2 * BLOCK as usize;
 
-/// What is rendered, and from where.
+/// A world, its lights and the camera that looks at it.
 pub struct View<'w> {
     pub world: &'w World,
     pub kernels: Kernels,
@@ -39,13 +41,13 @@ pub struct View<'w> {
     pub lights: &'w [Light],
 }
 
-/// The picture and what it took.
+/// The picture, the ray counts and the recorded rays.
 #[derive(Debug)]
 pub struct Rendered {
     pub picture: Picture,
     pub counts: RayCounts,
-    /// Every ray and its answer, if asked for: pixel by pixel, and there in the
-    /// order in which they were traced.
+    /// Every ray and its answer, if requested: sorted by pixel, within a pixel in
+    /// tracing order.
     pub record: Vec<TracedRay>,
 }
 
@@ -57,7 +59,7 @@ pub enum RenderError {
     Memory { width: u32, height: u32 },
 }
 
-/// Renders on the current rayon pool. Records every ray where `recording`.
+/// Renders on the current rayon pool. Records every ray if `recording` is true.
 pub fn render(
     view: &View,
     config: &RenderConfig,
@@ -67,9 +69,8 @@ pub fn render(
     render_tiles(view, config, recording, None, progress)
 }
 
-/// Renders a frame of a sequence. `memory` is of the frame before, which was
-/// rendered with the same configuration; the picture has the same bits as
-/// without.
+/// Renders a frame of a sequence. `memory` comes from the frame before, rendered with
+/// the same configuration; the picture has the same bits as without it.
 pub fn render_after(
     view: &View,
     config: &RenderConfig,
@@ -80,7 +81,7 @@ pub fn render_after(
     render_tiles(view, config, false, Some(memory), progress)
 }
 
-/// Side of the tiles, and their number.
+/// Returns the side of the tiles in pixels, and their number.
 fn tiling(config: &RenderConfig) -> (u32, u32) {
     let side = match config.tiles {
         TileOrder::Small => BLOCK,
@@ -119,7 +120,7 @@ fn render_tiles(
     };
     let generator = RayGenerator::new(view.camera, config.width, config.height, config.grid);
     let whole = morton_order((side, side));
-    let looks = Looks::of(&view.world.scene.materials.rows);
+    let material_flags = MaterialFlags::new(&view.world.scene.materials.rows);
     let order = |number: u32| {
         let (corner, size) = at(number);
         let place = |spot: &Spot| (corner.0 + spot.x, corner.1 + spot.y);
@@ -147,7 +148,7 @@ fn render_tiles(
                 corner,
                 size,
                 whole: &whole,
-                looks,
+                material_flags,
                 items: items
                     .as_ref()
                     .map(|items| (items, number as usize * tiles_of(pixels))),
@@ -163,7 +164,7 @@ fn render_tiles(
         return Err(RenderError::Interrupted);
     }
     let mut done = done.into_inner().unwrap_or_else(|e| e.into_inner());
-    // Stable: a pixel's rays lie in one tile and keep their order.
+    // The sort is stable: all rays of a pixel lie in one tile and keep their order.
     done.record.sort_by_key(|ray| ray.pixel);
     Ok(done)
 }
@@ -174,10 +175,10 @@ struct Tile<'a> {
     progress: &'a Progress,
     corner: (u32, u32),
     size: (u32, u32),
-    /// The order of a tile that no edge of the picture cuts.
+    /// Pixel order of a tile that the picture's border does not cut.
     whole: &'a [Spot],
-    looks: Looks,
-    /// Of the frame, and the tile's first list.
+    material_flags: MaterialFlags,
+    /// The frame's item buffer, and the index of the tile's first list.
     items: Option<(&'a ItemBuffer, usize)>,
 }
 
@@ -197,20 +198,20 @@ impl Tile<'_> {
         let caches = arena.alloc_slice_fill_copy(self.view.lights.len(), cache);
         let cut = (pixels < self.whole.len()).then(|| morton_order(self.size));
         let order = cut.as_deref().unwrap_or(self.whole);
-        let columns = &mut Columns::new(arena);
+        let scratch = &mut Scratch::new(arena);
         let mut record = Vec::new();
         let mut counts = RayCounts::default();
         for sample in 0..self.samples() {
-            let ledger = &mut Ledger {
+            let statistics = &mut Statistics {
                 counts: RayCounts::default(),
                 record: recording.then_some(&mut record),
                 sample,
                 pixel_of: &|row| self.pixel(row),
                 memory: memory.as_deref_mut(),
             };
-            self.sample(sample, order, columns, color, aovs, caches, ledger);
-            counts.add(&ledger.counts);
-            // What is not finished is not kept.
+            self.sample(sample, order, scratch, color, aovs, caches, statistics);
+            counts.add(&statistics.counts);
+            // Results of a cancelled tile are discarded.
             if self.progress.is_cancelled() {
                 return counts;
             }
@@ -241,17 +242,18 @@ impl Tile<'_> {
         &self,
         sample: u32,
         order: &[Spot],
-        columns: &mut Columns,
+        scratch: &mut Scratch,
         color: &mut [Rgb],
         aovs: &mut [AovSample],
         caches: &mut [ShadowCache],
-        ledger: &mut Ledger,
+        statistics: &mut Statistics,
     ) {
         let config = self.config;
         let generator =
             RayGenerator::new(self.view.camera, config.width, config.height, config.grid);
-        let wave = columns.camera_rays();
-        // A lone sample is the centre: its rays share columns and rows.
+        let queue = scratch.camera_rays();
+        // A single sample lies at the centre: rays of a column or row share one
+        // position.
         let lone = (self.samples() == 1).then(|| self.centres(&generator));
         for some in order.chunks(STEP) {
             let spots: [Spot; STEP] = std::array::from_fn(|i| some[i.min(some.len() - 1)]);
@@ -262,13 +264,13 @@ impl Tile<'_> {
                 ],
                 None => self.sampled(&generator, &spots, sample),
             };
-            wave.push_some(
+            queue.push_some(
                 (1 << some.len()) - 1,
                 generator.through(across, up),
                 &spots.map(|spot| spot.row),
             );
         }
-        wave.complete(f32::INFINITY, RayKind::Primary);
+        queue.complete(f32::INFINITY, RayKind::Primary);
         let integrator = Integrator {
             world: self.view.world,
             kernels: self.view.kernels,
@@ -277,7 +279,7 @@ impl Tile<'_> {
             background: self.view.world.scene.background,
             max_depth: config.max_depth,
             unnamed: Default::default(),
-            looks: self.looks,
+            material_flags: self.material_flags,
             cancel: &self.progress.cancel,
         };
         let keep = sample == 0 && config.aovs != AovSet::default();
@@ -285,10 +287,11 @@ impl Tile<'_> {
             aovs[row as usize] = self.aov(&generator, surface, id);
         };
         let first_hit = keep.then_some(&mut first_hit as _);
-        integrator.run(columns, color, caches, ledger, first_hit);
+        integrator.run(scratch, color, caches, statistics, first_hit);
     }
 
-    /// Where rays through the middles of columns and rows go.
+    /// Returns the image-plane positions of rays through the centres of the tile's
+    /// columns and rows.
     fn centres(&self, generator: &RayGenerator) -> [[f64; SIDE]; 2] {
         let half = Doubles::splat(0.5);
         let mut centres = [[0.0; SIDE]; 2];
@@ -305,7 +308,7 @@ impl Tile<'_> {
         centres
     }
 
-    /// Where rays through a sample of pixels go.
+    /// Returns the image-plane positions of rays through one sample of each pixel.
     fn sampled(&self, generator: &RayGenerator, spots: &[Spot; STEP], sample: u32) -> [Doubles; 2] {
         let config = self.config;
         let (mut at, mut offset) = ([[0.0; STEP]; 2], [[0.0; STEP]; 2]);
@@ -335,7 +338,7 @@ impl Tile<'_> {
         }
     }
 
-    /// Position in the picture of a row of the tile's film.
+    /// Returns the picture position of a row of the tile's film.
     fn place(&self, row: u32) -> (u32, u32) {
         (
             self.corner.0 + row % self.size.0,
@@ -349,7 +352,7 @@ impl Tile<'_> {
     }
 }
 
-/// A pixel of a tile, from its corner, and its row of the film.
+/// A pixel's position relative to the tile's corner, and its row of the film.
 #[derive(Clone, Copy)]
 struct Spot {
     x: u32,
@@ -357,7 +360,7 @@ struct Spot {
     row: u32,
 }
 
-/// A tile's pixels, block by block, each block's in Morton order.
+/// Lists a tile's pixels block by block, each block in Morton order.
 fn morton_order((width, height): (u32, u32)) -> Vec<Spot> {
     let mut order = Vec::with_capacity((width * height) as usize);
     for block_y in (0..height).step_by(BLOCK as usize) {
@@ -375,7 +378,7 @@ fn morton_order((width, height): (u32, u32)) -> Vec<Spot> {
     order
 }
 
-/// Bits 0, 2, 4, 6 packed together.
+/// Packs bits 0, 2, 4 and 6 together.
 pub fn every_second_bit(code: u32) -> u32 {
     code & 1 | code >> 1 & 2 | code >> 2 & 4 | code >> 3 & 8
 }

@@ -1,5 +1,6 @@
-//! Columns of what is shaded, read and written a step of lanes at a time. All lanes
-//! here are of one width, since plain arithmetic has the same bits at any.
+//! Columns of shading data, read and written one step (a register of lanes) at a time.
+//! All lanes here have one width: correctly rounded arithmetic gives the same bits at
+//! any width.
 
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, f32x8, f64x8};
@@ -7,14 +8,15 @@ use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
 use glam::DVec3;
 
-/// Colours in lanes; [`Doubles`] are as many.
+/// f32 lanes, used for colours; [`Doubles`] has the same number of lanes.
 pub type Singles = f32x8;
 pub type Doubles = f64x8;
 
-/// Lanes of a step.
+/// Number of lanes of a step.
 pub const STEP: usize = <Doubles as Lanes>::COUNT;
 
-/// Points, directions or colours. Whole steps are read: [`Column3::pad`] comes first.
+/// Columns of points, directions or colours. Reads take whole steps, so
+/// [`Column3::pad`] has to be called first.
 pub struct Column3<'b, L: Lanes>([ArenaVec<'b, L::Scalar>; 3]);
 
 impl<'b, L: Lanes> Column3<'b, L> {
@@ -27,7 +29,7 @@ impl<'b, L: Lanes> Column3<'b, L> {
         self.0.iter_mut().for_each(|column| column.truncate(rows));
     }
 
-    /// New rows have these values.
+    /// Resizes the columns; new rows get these values.
     pub fn resize(&mut self, rows: usize, values: [L::Scalar; 3]) {
         for (column, value) in self.0.iter_mut().zip(values) {
             column.resize(rows, value);
@@ -41,22 +43,23 @@ impl<'b, L: Lanes> Column3<'b, L> {
         }
     }
 
-    /// The rows of a step whose bits are set.
+    /// Appends the lanes of a step whose bits in `rows` are set.
     #[inline(always)]
     pub fn push_some(&mut self, step: Vec3<L>, rows: u32) {
-        // One by one: an array of registers would go by the stack.
+        // The columns are written one by one: an array of registers would be spilled to
+        // the stack.
         let [x, y, z] = &mut self.0;
         keep_lanes(x, step.x, rows);
         keep_lanes(y, step.y, rows);
         keep_lanes(z, step.z, rows);
     }
 
-    /// The last row again, up to whole steps.
+    /// Repeats the last row up to a whole step.
     pub fn pad(&mut self) {
         self.0.iter_mut().for_each(pad);
     }
 
-    /// Fills up the last step behind the rows.
+    /// Overwrites the rest of the last step with row `rows - 1`.
     pub fn repeat_last(&mut self, rows: usize) {
         for column in &mut self.0 {
             repeat_last(column, rows);
@@ -69,7 +72,7 @@ impl<'b, L: Lanes> Column3<'b, L> {
         [x[row], y[row], z[row]]
     }
 
-    /// The rows from the first on.
+    /// Returns the rows from `first` on.
     pub fn slices(&self, first: usize) -> [&[L::Scalar]; 3] {
         self.0.each_ref().map(|column| &column[first..])
     }
@@ -84,7 +87,7 @@ impl<'b, L: Lanes> Column3<'b, L> {
         )
     }
 
-    /// Of rising rows, the last of which may come again.
+    /// Gathers rows in increasing order, of which only the last may repeat.
     #[inline(always)]
     pub fn gather(&self, rows: &[u32; STEP]) -> Vec3<L> {
         let [x, y, z] = &self.0;
@@ -99,7 +102,7 @@ impl<'b, L: Lanes> Column3<'b, L> {
         v.z.store(&mut z[first..]);
     }
 
-    /// Of rising rows, the last of which may come again.
+    /// Scatters to rows in increasing order, of which only the last may repeat.
     #[inline(always)]
     pub fn scatter(&mut self, rows: &[u32; STEP], v: Vec3<L>) {
         let [x, y, z] = &mut self.0;
@@ -116,14 +119,15 @@ impl Column3<'_, Doubles> {
     }
 }
 
-/// Whether rising rows, the last of which may come again, are a step of a column.
+/// Returns whether the rows are contiguous. They increase, and only the last may
+/// repeat.
 #[inline(always)]
 fn adjoin(rows: &[u32; STEP]) -> bool {
     let [first, .., one, last] = *rows;
     one < last && last - first == STEP as u32 - 1
 }
 
-/// Of rising rows, the last of which may come again.
+/// Gathers rows in increasing order, of which only the last may repeat.
 #[inline(always)]
 pub fn gather<L: Lanes>(column: &[L::Scalar], rows: &[u32; STEP]) -> L {
     if adjoin(rows) {
@@ -132,7 +136,7 @@ pub fn gather<L: Lanes>(column: &[L::Scalar], rows: &[u32; STEP]) -> L {
     L::load(&rows.map(|row| column[row as usize]))
 }
 
-/// Of rising rows, the last of which may come again.
+/// Scatters to rows in increasing order, of which only the last may repeat.
 #[inline(always)]
 pub fn scatter<L: Lanes>(column: &mut [L::Scalar], rows: &[u32; STEP], x: L) {
     if adjoin(rows) {
@@ -143,9 +147,9 @@ pub fn scatter<L: Lanes>(column: &mut [L::Scalar], rows: &[u32; STEP], x: L) {
     }
 }
 
-/// Appends the lanes whose bits are set. Whole steps go straight to their place: an array
-/// of them on the stack may lie across two cache lines, and is then waited for (1 to 3 % of
-/// a picture).
+/// Appends the lanes whose bits are set. A whole step is stored straight into the
+/// column: an array on the stack may straddle two cache lines, and the stalled loads
+/// cost 1 to 3 % of a picture's time.
 #[inline(always)]
 fn keep_lanes<L: Lanes>(column: &mut ArenaVec<L::Scalar>, step: L, rows: u32) {
     if rows.trailing_ones() as usize == L::COUNT {
@@ -175,7 +179,7 @@ pub fn pad<T: Copy>(column: &mut ArenaVec<T>) {
     }
 }
 
-/// Fills up the last step.
+/// Overwrites the rest of the last step with row `len - 1`.
 pub fn repeat_last<T: Copy>(column: &mut [T], len: usize) {
     let last = len.checked_sub(1).map(|i| column[i]);
     column[len..].fill_with(|| last.expect("a step has a row"));
@@ -197,7 +201,7 @@ mod tests {
         for rows in [
             [8, 9, 10, 11, 12, 13, 14, 15],
             [0, 2, 3, 4, 5, 6, 7, 8],
-            // As far from the first to the last as in a step.
+            // First and last row are as far apart as in a contiguous step.
             [3, 5, 10, 10, 10, 10, 10, 10],
             [0, 1, 2, 3, 4, 5, 7, 7],
             [9; STEP],

@@ -1,9 +1,9 @@
-//! How far a point lies from a primitive's surface, to first order: what a hit's
-//! t is refined by, and what is left then.
+//! First-order distance of a point from a primitive's surface: it refines a hit's t and
+//! bounds the error that remains.
 //!
-//! A hit says which primitive; its t is as good as the lanes' type. In f64, one or
-//! two of Newton's steps along the ray make the point one of the surface up to the
-//! rounding of f64 coordinates, whatever the lanes were.
+//! A hit names its primitive; its t is as accurate as the lanes' type. In f64, one or
+//! two Newton steps along the ray bring the point onto the surface up to the rounding
+//! of f64 coordinates, whatever the type of the lanes.
 
 use super::surface::facets;
 use crate::accel::World;
@@ -14,27 +14,28 @@ use crate::math::{Vec3, unit, units, units_and_lengths};
 use crate::scene::Shape;
 use glam::DVec3;
 
-/// Points against the surface below them, in object space.
+/// First-order distance of points from the surface, in object space.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Height<D> {
-    /// Outward; to first order in it.
+    /// Signed distance to first order, positive outside.
     pub above: D,
-    /// Outward, unit; zero where a polynomial or another function has no gradient.
+    /// Unit outward normal; zero where a polynomial or level set has no gradient.
     pub normal: Vec3<D>,
-    /// Of a function of space, the length of its gradient; else 1.
+    /// Length of the gradient for an implicit function; 1 for other shapes.
     pub slope: D,
 }
 
-/// Steps, at most: each at least halves what is zero on the surface, as a rule squares it.
+/// Maximum number of Newton steps. An accepted step at least halves the function's
+/// value, and usually squares the error.
 const STEPS: usize = 4;
 
-/// A step is none that moves the point by less than this many roundings of the largest
-/// coordinate that it is made of.
+/// Steps that move the point by less than this relative to the largest coordinate of
+/// its terms are not taken: 8 unit roundoffs.
 const STILL: f64 = 8.0 * UNIT;
 
-/// t and the height there, of the rays' hits near `t` on a shape's primitives, one a
-/// lane. A step that does not lead nearer is not taken: at a silhouette, or where f64
-/// ends.
+/// Refines `t` of the rays' hits on a shape's primitives, one hit per lane, and returns
+/// it with the distance that remains there. A step that does not bring the point closer
+/// is rejected, as happens at a silhouette or at the limit of f64.
 #[inline(always)]
 pub(super) fn refined<D: Lanes<Scalar = f64>>(
     world: &World,
@@ -67,7 +68,7 @@ pub(super) fn refined<D: Lanes<Scalar = f64>>(
     (t, below.height(here))
 }
 
-/// The height of points on a solid.
+/// Returns the first-order distance of points from a solid.
 #[inline(always)]
 pub(super) fn height_at<D: Lanes<Scalar = f64>>(
     world: &World,
@@ -78,7 +79,7 @@ pub(super) fn height_at<D: Lanes<Scalar = f64>>(
     below.height(below.value(world, at))
 }
 
-/// What the height is measured from.
+/// The surface that the distance is measured from.
 enum Below<D> {
     /// Planes through points, with unit normals.
     Planes {
@@ -111,9 +112,9 @@ impl<D: Lanes<Scalar = f64>> Below<D> {
         }
     }
 
-    /// A function that is zero on the surface, and positive outside; and its gradient:
-    /// the height and the unit normal themselves, unless [`height`](Self::height) makes
-    /// them of these.
+    /// Evaluates a function that is zero on the surface and positive outside, and its
+    /// gradient. For planes, boxes and the like these already are the distance and the
+    /// unit normal; [`height`](Self::height) converts the others.
     #[inline(always)]
     fn value(&self, world: &World, p: Vec3<D>) -> (D, Vec3<D>) {
         let scene = &world.scene;
@@ -156,7 +157,7 @@ impl<D: Lanes<Scalar = f64>> Below<D> {
         }
     }
 
-    /// Of a [`value`](Self::value).
+    /// Converts a [`value`](Self::value) and its gradient to a distance.
     #[inline(always)]
     fn height(&self, (value, gradient): (D, Vec3<D>)) -> Height<D> {
         match self {
@@ -169,7 +170,7 @@ impl<D: Lanes<Scalar = f64>> Below<D> {
             ) => {
                 let (mut normal, slope) = units_and_lengths(gradient);
                 if let Below::Solid(Shape::Quadric(_)) = self {
-                    // An apex has no normal; any is as good.
+                    // An apex has no normal; any unit vector serves.
                     let none = normal.max_abs().eq(D::zero());
                     normal = Vec3::select(none, Vec3::splat(DVec3::Y.to_array()), normal);
                 }

@@ -1,18 +1,19 @@
-//! Whitted's integrator (1980), a piece of a wave at a time: its rays are traced
-//! as one batch, lit by one batch of shadow rays per light, and leave behind
-//! mirrored and refracted rays one depth further, to a bounded depth.
+//! Whitted's integrator (1980), one batch of queued rays at a time. The rays of a batch
+//! are traced together, lit by one batch of shadow rays per light, and queue reflected
+//! and refracted rays one depth further, up to a maximum depth.
 //!
-//! Pieces go depth first, so that what waits is bounded by depth times piece,
-//! however the rays branch. The order of additions to a pixel depends on its own rays
-//! alone, so no tile split or packet width shows.
+//! Batches are processed depth first, so the number of queued rays is bounded by depth
+//! times batch size, however the rays branch. The order of additions to a pixel depends
+//! on the pixel's own rays alone, so neither the division into tiles nor the packet
+//! width changes the picture.
 
+use super::bsdf::{MaterialFlags, sample_bsdf, spawns_rays};
 use super::columns::{STEP, gather};
-use super::ledger::{Ledger, note, note_counts};
-use super::lit::LitHits;
-use super::material::{Looks, leaves_rays, onward};
+use super::hit_buffer::HitBuffer;
+use super::ray_queue::{BATCH, RayQueue, RayQueues};
 use super::site::Site;
+use super::statistics::{Statistics, count_rays, record_ray};
 use super::surface::Surface;
-use super::wave::{PIECE, Wave, Waves};
 use crate::accel::World;
 use crate::plan::Kernels;
 use crate::scene::{Light, Material, MaterialId, Rgb};
@@ -28,38 +29,38 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 mod shadows;
 
-use shadows::Shadows;
+use shadows::ShadowRays;
 
-/// Told of each hit of a camera ray, where somebody asks: the film row, the surface
-/// and the id.
+/// Optional callback for each hit of a camera ray: film row, surface and id.
 pub type PrimaryHit<'a> = Option<&'a mut dyn FnMut(u32, &Surface, HitId)>;
 
-/// The columns of an integration, in the thread's arena: made once a tile and
-/// used again by every piece and sample.
-pub struct Columns<'b> {
-    waves: Waves<'b>,
+/// Buffers of an integration in the thread's arena, allocated once per tile and reused
+/// by every batch and sample.
+pub struct Scratch<'b> {
+    queues: RayQueues<'b>,
     t: ArenaVec<'b, f64>,
     instance: ArenaVec<'b, u64>,
     primitive: ArenaVec<'b, u32>,
-    lit: LitHits<'b>,
-    shadows: Shadows<'b>,
+    buffer: HitBuffer<'b>,
+    shadows: ShadowRays<'b>,
 }
 
-impl<'b> Columns<'b> {
-    pub fn new(arena: &'b Bump) -> Columns<'b> {
-        Columns {
-            waves: Waves::new(arena),
-            t: ArenaVec::with_capacity_in(PIECE, arena),
-            instance: ArenaVec::with_capacity_in(PIECE, arena),
-            primitive: ArenaVec::with_capacity_in(PIECE, arena),
-            lit: LitHits::with_capacity(PIECE, arena),
-            shadows: Shadows::new(arena),
+impl<'b> Scratch<'b> {
+    pub fn new(arena: &'b Bump) -> Scratch<'b> {
+        Scratch {
+            queues: RayQueues::new(arena),
+            t: ArenaVec::with_capacity_in(BATCH, arena),
+            instance: ArenaVec::with_capacity_in(BATCH, arena),
+            primitive: ArenaVec::with_capacity_in(BATCH, arena),
+            buffer: HitBuffer::with_capacity(BATCH, arena),
+            shadows: ShadowRays::new(arena),
         }
     }
 
-    /// Where camera rays go: pixel by pixel, in any order of the pixels.
-    pub fn camera_rays(&mut self) -> &mut Wave<'b> {
-        self.waves.at(0)
+    /// Returns the queue to fill with camera rays: pixel by pixel, in any order of the
+    /// pixels.
+    pub fn camera_rays(&mut self) -> &mut RayQueue<'b> {
+        self.queues.at(0)
     }
 }
 
@@ -67,70 +68,71 @@ pub struct Integrator<'w> {
     pub world: &'w World,
     pub kernels: Kernels,
     pub lights: &'w [Light],
-    /// Lists of the frame for the camera rays, and the first of them.
+    /// The frame's item buffer for camera rays, and the index of its first list.
     pub items: Option<(&'w ItemBuffer, usize)>,
     pub background: Rgb,
     pub max_depth: u32,
-    /// Of surfaces that have none.
+    /// Material of surfaces without one.
     pub unnamed: Material,
-    pub looks: Looks,
-    /// Read before every piece: once set, the rest is left out.
+    pub material_flags: MaterialFlags,
+    /// Cancellation flag, read before every batch; once set, the remaining rays are
+    /// dropped.
     pub cancel: &'w AtomicBool,
 }
 
 impl Integrator<'_> {
-    /// Adds the radiance of the camera rays in `columns` to `film`, a row per
-    /// pixel, with everything that they spawn, and leaves no ray behind.
-    /// `caches` has a row per light, kept for the tile.
+    /// Adds the radiance of the camera rays in `scratch`, and of all rays they spawn,
+    /// to `film`, one row per pixel. The queues are empty afterwards. `caches` has one
+    /// row per light and is kept for the tile.
     pub fn run(
         &self,
-        columns: &mut Columns,
+        scratch: &mut Scratch,
         film: &mut [Rgb],
         caches: &mut [ShadowCache],
-        ledger: &mut Ledger,
+        statistics: &mut Statistics,
         mut primary: PrimaryHit,
     ) {
         let mut depth = 0;
         loop {
             if self.cancel.load(Relaxed) {
-                columns.waves.clear();
+                scratch.queues.clear();
                 return;
             }
-            if columns.waves.at(depth).is_empty() {
+            if scratch.queues.at(depth).is_empty() {
                 if depth == 0 {
                     return;
                 }
                 depth -= 1;
                 continue;
             }
-            self.piece(depth, columns, film, caches, ledger, &mut primary);
+            self.trace_batch(depth, scratch, film, caches, statistics, &mut primary);
             depth += u32::from(depth < self.max_depth);
         }
     }
 
-    /// Traces and lights the last piece of a depth's rays, and puts what they
-    /// spawn in their place, one depth further.
-    fn piece(
+    /// Traces and shades the last batch of a depth's queue, and replaces it by the rays
+    /// it spawns, one depth further.
+    fn trace_batch(
         &self,
         depth: u32,
-        columns: &mut Columns,
+        scratch: &mut Scratch,
         film: &mut [Rgb],
         caches: &mut [ShadowCache],
-        ledger: &mut Ledger,
+        statistics: &mut Statistics,
         primary: &mut PrimaryHit,
     ) {
-        let Columns {
-            waves,
+        let Scratch {
+            queues,
             t,
             instance,
             primitive,
-            lit,
+            buffer,
             shadows,
-        } = columns;
-        let wave = waves.at(depth);
-        let rays = wave.last_piece();
+        } = scratch;
+        let queue = queues.at(depth);
+        let rays = queue.last_batch();
         let (first, count) = (rays.start, rays.len());
-        let batch = wave.batch(first);
+        let batch = queue.padded_rays(first);
         t.resize(batch.len(), 0.0);
         instance.resize(batch.len(), HitId::NONE.instance);
         primitive.resize(batch.len(), HitId::NONE.primitive);
@@ -141,8 +143,8 @@ impl Integrator<'_> {
                 primitive,
             },
         };
-        // A list finds what is nearest without a bound.
-        match (self.items, &mut ledger.memory) {
+        // An item list finds the closest hit without temporal bounds.
+        match (self.items, &mut statistics.memory) {
             (Some((items, tile)), _) if depth == 0 => {
                 let items = (items, tile + first / TILE);
                 closest_listed(self.world, &self.kernels, &batch, items, hits);
@@ -152,91 +154,98 @@ impl Integrator<'_> {
             }
             _ => closest(self.world, &self.kernels, &batch, hits),
         }
-        note_counts(&wave.kind[rays.clone()], &instance[..count], depth, ledger);
+        count_rays(
+            &queue.kind[rays.clone()],
+            &instance[..count],
+            depth,
+            statistics,
+        );
 
-        self.light_up(wave, rays.clone(), (t, instance, primitive), lit);
+        self.fill_hit_buffer(queue, rays.clone(), (t, instance, primitive), buffer);
         for (row, i) in rays.clone().enumerate() {
             if instance[row] == HitId::NONE.instance {
-                add(film, wave, i, self.background);
+                add(film, queue, i, self.background);
             }
         }
-        if self.looks.glow {
-            for hit in 0..lit.len() {
-                let emission = self.material(lit.material[hit]).emission;
+        if self.material_flags.emits {
+            for hit in 0..buffer.len() {
+                let emission = self.material(buffer.material[hit]).emission;
                 if emission != [0.0; 3] {
-                    add(film, wave, lit.row[hit] as usize, emission);
+                    add(film, queue, buffer.row[hit] as usize, emission);
                 }
             }
         }
-        if ledger.record.is_some() || depth == 0 && primary.is_some() {
-            tell(
-                wave,
+        if statistics.record.is_some() || depth == 0 && primary.is_some() {
+            report_hits(
+                queue,
                 (rays, depth),
                 (t, instance, primitive),
-                lit,
-                ledger,
+                buffer,
+                statistics,
                 primary,
             );
         }
         for (number, light) in self.lights.iter().enumerate() {
-            shadows.towards(light, number as u32, wave, lit);
+            shadows.generate(light, number as u32, queue, buffer);
             let cache = &mut caches[number];
-            self.light((wave, depth), lit, shadows, cache, film, ledger);
+            self.add_direct_light((queue, depth), buffer, shadows, cache, film, statistics);
         }
-        if depth < self.max_depth && self.looks.leave_rays {
-            let (wave, onwards) = waves.pair(depth);
-            for i in 0..lit.len() {
-                let material = self.material(lit.material[i]);
-                if leaves_rays(material) {
-                    spawn(wave, (lit, i), material, onwards);
+        if depth < self.max_depth && self.material_flags.spawns_rays {
+            let (queue, next) = queues.pair(depth);
+            for i in 0..buffer.len() {
+                let material = self.material(buffer.material[i]);
+                if spawns_rays(material) {
+                    spawn(queue, (buffer, i), material, next);
                 }
             }
         }
-        waves.at(depth).truncate(first);
+        queues.at(depth).truncate(first);
     }
 
-    /// The surfaces of a piece's hits, of each site some at a time.
-    fn light_up(
+    /// Evaluates the surfaces of a batch's hits, up to [`STEP`] hits of one site at a
+    /// time.
+    fn fill_hit_buffer(
         &self,
-        wave: &Wave,
+        queue: &RayQueue,
         rays: Range<usize>,
         (t, instance, primitive): (&[f64], &[u64], &[u32]),
-        lit: &mut LitHits,
+        buffer: &mut HitBuffer,
     ) {
         let met = |row: &usize| instance[*row] != HitId::NONE.instance;
-        lit.start((0..rays.len()).filter(met).count());
-        let mut open: [Option<Batch>; OPEN] = [const { None }; OPEN];
+        buffer.start((0..rays.len()).filter(met).count());
+        let mut open: [Option<PendingHits>; OPEN_SITES] = [const { None }; OPEN_SITES];
         let mut oldest = 0;
         for (hit, row) in (0..rays.len()).filter(met).enumerate() {
             let id = HitId {
                 instance: instance[row],
                 primitive: primitive[row],
             };
-            let has = |batch: &Option<Batch>| batch.as_ref().is_some_and(|b| b.site.has(id));
+            let has =
+                |pending: &Option<PendingHits>| pending.as_ref().is_some_and(|b| b.site.has(id));
             let at = open.iter().position(has).unwrap_or_else(|| {
                 let site = Site::of(self.world, self.kernels.precision, id);
-                if let Some(batch) = open[oldest].replace(Batch::of(site)) {
-                    batch.close(wave, rays.start, (t, primitive), lit);
+                if let Some(pending) = open[oldest].replace(PendingHits::new(site)) {
+                    pending.flush(queue, rays.start, (t, primitive), buffer);
                 }
-                oldest = (oldest + 1) % OPEN;
-                (oldest + OPEN - 1) % OPEN
+                oldest = (oldest + 1) % OPEN_SITES;
+                (oldest + OPEN_SITES - 1) % OPEN_SITES
             });
-            let Some(batch) = &mut open[at] else {
+            let Some(pending) = &mut open[at] else {
                 continue;
             };
-            lit.row[hit] = (rays.start + row) as u32;
-            lit.material[hit] = batch.site.material(id.primitive);
-            batch.hits[batch.len] = hit as u32;
-            batch.len += 1;
-            if batch.len == STEP {
-                batch.close(wave, rays.start, (t, primitive), lit);
-                batch.len = 0;
+            buffer.row[hit] = (rays.start + row) as u32;
+            buffer.material[hit] = pending.site.material(id.primitive);
+            pending.hits[pending.len] = hit as u32;
+            pending.len += 1;
+            if pending.len == STEP {
+                pending.flush(queue, rays.start, (t, primitive), buffer);
+                pending.len = 0;
             }
         }
-        for batch in open.iter().flatten() {
-            batch.close(wave, rays.start, (t, primitive), lit);
+        for pending in open.iter().flatten() {
+            pending.flush(queue, rays.start, (t, primitive), buffer);
         }
-        lit.close();
+        buffer.finish();
     }
 
     #[inline(always)]
@@ -248,54 +257,54 @@ impl Integrator<'_> {
     }
 }
 
-/// Sites of which hits are waited for at a time.
-const OPEN: usize = 4;
+/// Number of sites whose hits are collected at the same time.
+const OPEN_SITES: usize = 4;
 
-/// Hits of a site that wait until they are a step.
-struct Batch<'w> {
+/// Hits of one site, collected until they fill a step.
+struct PendingHits<'w> {
     site: Site<'w>,
     hits: [u32; STEP],
     len: usize,
 }
 
-impl<'w> Batch<'w> {
-    fn of(site: Site<'w>) -> Batch<'w> {
-        Batch {
+impl<'w> PendingHits<'w> {
+    fn new(site: Site<'w>) -> PendingHits<'w> {
+        PendingHits {
             site,
             hits: [0; STEP],
             len: 0,
         }
     }
 
-    /// `t` and primitives are of the rays from `first` on.
-    fn close(
+    /// Evaluates the collected hits. `t` and `primitive` hold the rays from `first` on.
+    fn flush(
         &self,
-        wave: &Wave,
+        queue: &RayQueue,
         first: usize,
         (t, primitive): (&[f64], &[u32]),
-        lit: &mut LitHits,
+        buffer: &mut HitBuffer,
     ) {
         let Some(last) = self.len.checked_sub(1) else {
             return;
         };
         let hits: [u32; STEP] = std::array::from_fn(|i| self.hits[i.min(last)]);
-        let rays = hits.map(|hit| lit.row[hit as usize]);
-        let (org, dir) = wave.step(&rays);
+        let rays = hits.map(|hit| buffer.row[hit as usize]);
+        let (org, dir) = queue.gather(&rays);
         let rows = rays.map(|ray| ray - first as u32);
         let primitives = rows.map(|row| primitive[row as usize]);
         let t = gather(t, &rows);
         let surfaces = self.site.surfaces((org, dir), t, &primitives);
-        lit.set(&hits, &surfaces, dir);
+        buffer.set(&hits, &surfaces, dir);
     }
 }
 
-/// Those who ask for each ray, or for what camera rays meet.
-fn tell(
-    wave: &Wave,
+/// Records each ray and passes camera rays' hits to the callback.
+fn report_hits(
+    queue: &RayQueue,
     (rays, depth): (Range<usize>, u32),
     (t, instance, primitive): (&[f64], &[u64], &[u32]),
-    lit: &LitHits,
-    ledger: &mut Ledger,
+    buffer: &HitBuffer,
+    statistics: &mut Statistics,
     primary: &mut PrimaryHit,
 ) {
     let mut hit = 0;
@@ -305,42 +314,52 @@ fn tell(
             primitive: primitive[row],
         };
         if id.instance == HitId::NONE.instance {
-            note(wave, i, depth, Outcome::Miss, ledger);
+            record_ray(queue, i, depth, Outcome::Miss, statistics);
             continue;
         }
         let outcome = Outcome::Hit {
             t: t[row],
             instance: id.instance,
             primitive: id.primitive,
-            normal: lit.ng.row(hit),
+            normal: buffer.ng.row(hit),
         };
-        note(wave, i, depth, outcome, ledger);
+        record_ray(queue, i, depth, outcome, statistics);
         if let (0, Some(primary)) = (depth, &mut *primary) {
-            primary(wave.pixel[i], &lit.surface(hit), id);
+            primary(queue.pixel[i], &buffer.surface(hit), id);
         }
         hit += 1;
     }
 }
 
 #[inline(always)]
-fn add(film: &mut [Rgb], wave: &Wave, i: usize, radiance: Rgb) {
-    let (pixel, weight) = (&mut film[wave.pixel[i] as usize], wave.weight.row(i));
+fn add(film: &mut [Rgb], queue: &RayQueue, i: usize, radiance: Rgb) {
+    let (pixel, weight) = (&mut film[queue.pixel[i] as usize], queue.weight.row(i));
     for k in 0..3 {
         pixel[k] += weight[k] * radiance[k];
     }
 }
 
-/// Rays that count for less in their pixel are not traced (Hall and Greenberg
-/// 1983, adaptive depth control): glass in glass would double them at each hit.
+/// Rays with less weight in their pixel are not traced (adaptive depth control, Hall
+/// and Greenberg 1983): glass inside glass would double the rays at each hit.
 const LEAST_WEIGHT: f32 = 1.0 / 4096.0;
 
-fn spawn(wave: &Wave, (lit, hit): (&LitHits, usize), material: &Material, next: &mut Wave) {
-    let (i, surface) = (lit.row[hit] as usize, &lit.surface(hit));
-    let out = onward(material, surface.ns, lit.incoming.get(hit), surface.front);
+fn spawn(
+    queue: &RayQueue,
+    (buffer, hit): (&HitBuffer, usize),
+    material: &Material,
+    next: &mut RayQueue,
+) {
+    let (i, surface) = (buffer.row[hit] as usize, &buffer.surface(hit));
+    let out = sample_bsdf(
+        material,
+        surface.ns,
+        buffer.incoming.get(hit),
+        surface.front,
+    );
     let facing = surface.facing();
     let mut push = |dir: DVec3, weight: Rgb, kind| {
-        // A bent shading normal may send a ray to the wrong side: bring it back
-        // to the surface's own plane.
+        // An interpolated shading normal may send a ray to the wrong side: such a ray
+        // is moved to just off the geometric tangent plane.
         let side = match kind {
             RayKind::Reflection => facing,
             _ => -facing,
@@ -351,12 +370,12 @@ fn spawn(wave: &Wave, (lit, hit): (&LitHits, usize), material: &Material, next: 
         } else {
             dir
         };
-        let before = wave.weight.row(i);
+        let before = queue.weight.row(i);
         let weight = std::array::from_fn(|k| before[k] * weight[k]);
         if weight.iter().any(|w| *w >= LEAST_WEIGHT) {
             let dir32 = dir.to_array().map(|x| x as f32);
             let org = surface.leave(side);
-            next.push(org, dir32, f32::INFINITY, wave.pixel[i], weight, kind);
+            next.push(org, dir32, f32::INFINITY, queue.pixel[i], weight, kind);
         }
     };
     if let Some((dir, weight)) = out.mirror {

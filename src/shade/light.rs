@@ -1,4 +1,4 @@
-//! Lights as seen from points, in lanes.
+//! Lights as seen from shaded points, in lanes.
 
 use super::columns::{Doubles, Singles};
 use crate::math::bounds::LIGHT_END;
@@ -6,48 +6,49 @@ use crate::math::lanes::{Lanes, Mask};
 use crate::math::{Vec3, unit};
 use crate::scene::{Falloff, Light};
 
-type On = <Doubles as Lanes>::Mask;
+type LaneMask = <Doubles as Lanes>::Mask;
 
-/// Where a light lies from points, and what arrives there.
+/// Direction to a light from points, and the irradiance that arrives there.
 #[derive(Clone, Copy, Debug)]
-pub struct Arrival {
-    /// Lanes where something does.
-    pub some: On,
-    /// Unit, from the point to the light.
+pub struct LightSample {
+    /// Lanes that the light reaches.
+    pub some: LaneMask,
+    /// Unit direction from the point to the light.
     pub towards: Vec3<Doubles>,
-    /// On a surface that faces the light, W/m².
+    /// Irradiance on a surface that faces the light, W/m².
     pub irradiance: [Singles; 3],
 }
 
-/// t of a light on rays with [`shadow_dirs`], before it by what rounding may move it
-/// ([`LIGHT_END`]).
-pub fn end_of(light: &Light) -> f32 {
+/// Returns t_max of the [`shadow_dirs`] rays: the light's t, less what rounding may
+/// move it by ([`LIGHT_END`]).
+pub fn shadow_t_max(light: &Light) -> f32 {
     match light {
         Light::Point { .. } => LIGHT_END,
         Light::Directional { .. } => f32::INFINITY,
     }
 }
 
-/// Directions of shadow rays from where they really start to the light, at t = 1 if it
-/// has a place; and which of them are any. `towards`: from the points that are lit.
+/// Returns the directions of shadow rays from their offset origins to the light, and
+/// the lanes with a nonzero direction. A light with a position lies at t = 1. `towards`
+/// is the direction from the shaded points.
 #[inline(always)]
 pub fn shadow_dirs(
     light: &Light,
     org: Vec3<Doubles>,
     towards: Vec3<Doubles>,
-) -> (Vec3<Doubles>, On) {
+) -> (Vec3<Doubles>, LaneMask) {
     match light {
         Light::Point { position, .. } => {
             let dir = Vec3::splat(position.to_array()) - org;
             (dir, dir.max_abs().gt(Doubles::zero()))
         }
-        Light::Directional { .. } => (towards, On::splat(true)),
+        Light::Directional { .. } => (towards, LaneMask::splat(true)),
     }
 }
 
-impl Arrival {
+impl LightSample {
     #[inline(always)]
-    pub fn at(light: &Light, point: Vec3<Doubles>) -> Arrival {
+    pub fn at(light: &Light, point: Vec3<Doubles>) -> LightSample {
         match light {
             Light::Point {
                 position,
@@ -63,7 +64,7 @@ impl Arrival {
                     Falloff::None => one,
                 };
                 let faded = |i: f32| Singles::narrow(Doubles::splat(f64::from(i)) * fade);
-                Arrival {
+                LightSample {
                     some: !Lanes::eq(distance, Doubles::zero()),
                     towards: dir * nearness,
                     irradiance: intensity.map(faded),
@@ -74,8 +75,8 @@ impl Arrival {
                 irradiance,
             } => {
                 let towards = Vec3::splat((-unit(*direction)).to_array());
-                Arrival {
-                    some: On::splat(true),
+                LightSample {
+                    some: LaneMask::splat(true),
                     towards,
                     irradiance: irradiance.map(Singles::splat),
                 }

@@ -1,19 +1,19 @@
-//! From hits to radiance: surfaces, materials, lights, and the integrator.
+//! Shading: surface evaluation, materials, lights and the integrator.
 
+mod bsdf;
 mod columns;
 mod height;
+mod hit_buffer;
 mod integrate;
-mod ledger;
 mod light;
-mod lit;
-mod material;
+mod ray_queue;
 mod site;
+mod statistics;
 mod surface;
-mod wave;
 
+pub use bsdf::{BsdfSample, MaterialFlags, reflected, sample_bsdf, spawns_rays};
 pub use columns::{Doubles, STEP};
-pub use integrate::{Columns, Integrator};
-pub use ledger::{Ledger, Memory, RayCounts};
-pub use material::{Looks, Onward, leaves_rays, onward, reflected};
+pub use integrate::{Integrator, Scratch};
+pub use ray_queue::{BATCH, RayQueue};
+pub use statistics::{Memory, RayCounts, Statistics};
 pub use surface::Surface;
-pub use wave::{PIECE, Wave};

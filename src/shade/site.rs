@@ -1,5 +1,5 @@
-//! What all hits of a primitive have in common, found once: neighbouring rays as a
-//! rule meet the same.
+//! Data shared by all hits of a primitive, computed once: neighbouring rays usually hit
+//! the same primitive.
 
 use super::height::{height_at, refined};
 use super::surface::{
@@ -15,28 +15,29 @@ use crate::scene::{CombinationId, MaterialId, Shape, shape_bounds};
 use crate::trace::{HitId, TURNED};
 use glam::DVec3;
 
-/// Unit roundoffs.
+/// Unit roundoffs of the lane types.
 const SINGLE: f64 = <f32 as Scalar>::UNIT_ROUNDOFF as f64;
 const DOUBLE: f64 = <f64 as Scalar>::UNIT_ROUNDOFF;
 
-/// A primitive where it appears: all of a mesh, or an operand of a combination.
+/// A primitive in an instance: a whole mesh, or one operand of a combination.
 pub struct Site<'w> {
     world: &'w World,
     precision: Precision,
     instance: u64,
-    /// Of a combination, the surface is an operand's, in that one's space.
+    /// Of a combination: the operand that was hit; the surface is evaluated in its
+    /// space.
     part: Option<Part<'w>>,
     shape: Shape,
-    /// What is met first in lanes of f32 where the ray starts.
+    /// True if f32 lanes first test the primitive from the ray's origin.
     is_flat: bool,
-    /// The appearance's space, where that is not the world; and of a mesh, its centre.
+    /// Map to the instance's space unless it is the world; and a mesh's centre.
     whole: Option<Affine>,
     center: DVec3,
-    /// The primitive's space, where that is not the world.
+    /// Map to the primitive's space unless it is the world.
     placed: Option<Affine>,
-    /// Of the appearance, in its own space.
+    /// Largest coordinate of the instance's shape, in its own space.
     size: f64,
-    /// How much roundings count more in the world.
+    /// Factor from rounding errors in object space to world space.
     stretch: f64,
     material: Option<MaterialId>,
 }
@@ -46,13 +47,13 @@ pub struct Site<'w> {
 struct Part<'w> {
     combined: &'w Combined,
     number: u32,
-    /// Where its space is not the combination's.
+    /// Map from the combination's space, unless it is the same.
     map: Option<&'w Affine>,
-    /// Its largest extent, or 0.
+    /// Largest extent of the operand, or 0 without bounds.
     extent: f64,
-    /// As of [`Combined::widening`] in f64: per unit of reach, and besides.
+    /// [`Combined::widening`] in f64: the share per unit of reach, and the constant.
     widening: [f64; 2],
-    /// Of planes: how far off they may be placed, in the combination's space.
+    /// Planes only: bound on their placement error, in the combination's space.
     slack: f64,
     material: Option<MaterialId>,
 }
@@ -66,7 +67,7 @@ impl<'w> Site<'w> {
             Shape::Mesh(mesh) if entry.placed => world.scene.meshes.center[mesh.index()],
             _ => DVec3::ZERO,
         };
-        // Boxes are f32: of a shape beyond its range the box says nothing.
+        // Boxes are f32: the box of a shape beyond that range is not finite.
         let size = if entry.size.is_finite() {
             entry.size
         } else {
@@ -123,7 +124,7 @@ impl<'w> Site<'w> {
         });
     }
 
-    /// Whether a hit is one of these.
+    /// Returns whether a hit belongs to this site.
     #[inline(always)]
     pub fn has(&self, id: HitId) -> bool {
         let operand = |part: &Part| part.combined.solid.operand_of(id.primitive & !TURNED).0;
@@ -131,7 +132,7 @@ impl<'w> Site<'w> {
         self.instance == id.instance && self.part.as_ref().is_none_or(same)
     }
 
-    /// The material of one of its primitives.
+    /// Returns the material of one of the site's primitives.
     #[inline(always)]
     pub fn material(&self, primitive: u32) -> Option<MaterialId> {
         let part = self.part.as_ref();
@@ -146,7 +147,8 @@ impl<'w> Site<'w> {
         self.material.or_else(of_part).or_else(own)
     }
 
-    /// Of world rays' hits, one a lane: origins, directions, t and primitives.
+    /// Evaluates the hits of world rays, one per lane, from origins, directions, t and
+    /// primitives.
     #[inline(always)]
     pub fn surfaces<D: Lanes<Scalar = f64>>(
         &self,
@@ -188,11 +190,12 @@ impl<'w> Site<'w> {
             let (refined, height) = refined(self.world, self.shape, own, rays, t);
             t = refined;
             known = Some(height);
-            // What the point is off by in object space, in world space.
+            // Error of the point in object space, converted to world space.
             left = to_world_height(placed, &height).abs();
             left = D::select(left.lt(infinity), left, D::zero());
-            // A triangle is met from where the ray starts, by lanes of any type: they
-            // had better be certain that it lies behind. Solids are met in f64 first.
+            // Triangles are tested from the ray's origin in lanes of any type, which
+            // must be certain that the triangle lies behind the leaving ray. Solids are
+            // tested in f64 first.
             if self.precision == Precision::Exact || !self.is_flat {
                 roundoff = DOUBLE;
             }
@@ -207,17 +210,18 @@ impl<'w> Site<'w> {
         };
         let point = world_org + world_dir * t;
         let at = object_org + object_dir * t;
-        // Slope and normal at once.
+        // Slope and normal come from one evaluation.
         if let (None, Shape::Implicit(_)) = (known, self.shape) {
             known = Some(height_at(self.world, self.shape, at));
         }
         let unit = known.map(|height| height.normal);
         let mut is_unit = unit.is_some();
         let (mut ng, mut smooth) = normals(self.world, self.shape, (at, own), unit);
-        // No rounding of a polynomial without a slope takes a ray farther away.
+        // Rounding on a polynomial without a slope moves the ray's start no farther
+        // than this.
         let local = D::splat(self.size).max(at.max_abs());
         let farthest = local * D::splat(LEAVING_SLOPELESS);
-        // A polynomial's values are f64 whatever the lanes; only t is theirs.
+        // A polynomial's values are f64 whatever the lanes; only t has the lanes' type.
         let of_values = match self.shape {
             Shape::Implicit(_) => DOUBLE,
             _ => roundoff,
@@ -233,7 +237,8 @@ impl<'w> Site<'w> {
             if !is_unit {
                 (ng, is_unit) = (units(ng), true);
             }
-            // Its direction is roundings, or it has left the format.
+            // The gradient's direction is rounding noise, or the gradient left f64's
+            // range.
             let lost = !(blur * D::splat(DOUBLE)).lt(local);
             let lost = lost | !ng.length_squared().gt(D::splat(0.5));
             if lost.any() {
@@ -285,8 +290,9 @@ impl<'w> Site<'w> {
         }
     }
 
-    /// Where functions end or jump near `met`: in which lanes, and their normals there. t
-    /// becomes that of the place; Newton's steps lead away from poles.
+    /// Finds the places near `met` where a level set's function ends or jumps: the
+    /// lanes that have one, and the normals there. Sets those lanes' t to the place,
+    /// since Newton steps lead away from poles.
     fn borders<D: Lanes<Scalar = f64>>(
         &self,
         formula: &Formula,
@@ -308,8 +314,9 @@ impl<'w> Site<'w> {
         (bits != 0).then(|| (D::Mask::from_bits(bits), Vec3::of_lanes(|i| normals[i])))
     }
 
-    /// Operands of combinations are met in lanes at their size, one by one, but for
-    /// meshes and quadrics; and no better than they are placed.
+    /// Returns the extra rounding of a combination's operands, as a length in the
+    /// operand's space. Except meshes, quadrics, implicits and level sets, operands are
+    /// tested at their own size; no operand is more accurate than its placement.
     #[inline(always)]
     fn blurred<D: Lanes<Scalar = f64>>(&self, wider: D) -> D {
         let Some(part) = &self.part else {
@@ -331,7 +338,7 @@ impl<'w> Site<'w> {
 }
 
 impl Part<'_> {
-    /// Which surface of the operand a hit's primitive is.
+    /// Returns the operand's surface number of a hit's primitive.
     #[inline(always)]
     fn surface(&self, primitive: u32) -> u32 {
         self.combined.solid.operand_of(primitive & !TURNED).1

@@ -1,13 +1,13 @@
 //! The canonical evaluation of a hit: one function in f64 for every kernel, width and
-//! structure, so that they all shade the same numbers. It takes hits of one site in
-//! lanes ([`Site::surfaces`]), and its bits are the same at any width.
+//! structure, so that all of them shade the same numbers. It evaluates hits of one site
+//! in lanes ([`Site::surfaces`]), with the same bits at any width.
 //!
-//! Given the ray, t and the primitive it gives the point, the normals and how
-//! far a ray that leaves must start from the point. No epsilon: that distance is
-//! what the point is measured to lie off the surface, and a multiple of the
-//! rounding of the numbers that made it. Where hits are decided exactly, t is
-//! refined in f64 first (see [`super::height`]): the point is then as good as f64,
-//! also of lanes in f32.
+//! From the ray, t and the primitive it computes the point, the normals and the
+//! distance from the point at which a leaving ray must start. That distance is no fixed
+//! epsilon: it is the measured distance of the point from the surface, plus a multiple
+//! of the rounding of the numbers that made it. In `guarded` and `exact`, t is first
+//! refined in f64 (see [`super::height`]), so the point has f64 accuracy even after f32
+//! lanes.
 
 use super::height::Height;
 use super::site::Site;
@@ -31,14 +31,14 @@ pub struct Surface {
     pub ng: DVec3,
     /// Shading normal, unit, on the side that the ray came from.
     pub ns: DVec3,
-    /// The ray came from the outer side.
+    /// True if the ray came from the outer side.
     pub front: bool,
-    /// How far along ±ng a leaving ray starts.
+    /// Distance along ±ng at which a leaving ray starts.
     pub offset: f64,
     pub material: Option<MaterialId>,
 }
 
-/// Hits in world space: a [`Surface`] in each lane, but for their materials.
+/// Hits in world space: a [`Surface`] in each lane, without its material.
 #[derive(Clone, Copy, Debug)]
 pub struct Surfaces<D: Lanes> {
     pub point: Vec3<D>,
@@ -49,7 +49,7 @@ pub struct Surfaces<D: Lanes> {
 }
 
 impl Surface {
-    /// Of one hit; where several are of one primitive, see [`Site`].
+    /// Evaluates one hit; for several hits of one primitive use [`Site`].
     pub fn at(
         world: &World,
         precision: Precision,
@@ -71,23 +71,23 @@ impl Surface {
         }
     }
 
-    /// Where a ray leaving towards `dir` starts.
+    /// Returns the origin of a ray that leaves towards `dir`.
     #[inline]
     pub fn leave(&self, dir: DVec3) -> DVec3 {
         let side = if dir.dot(self.ng) >= 0.0 { 1.0 } else { -1.0 };
         self.point + self.ng * (side * self.offset)
     }
 
-    /// The geometric normal on the side that the ray came from.
+    /// Returns the geometric normal on the side that the ray came from.
     #[inline]
     pub fn facing(&self) -> DVec3 {
         if self.front { self.ng } else { -self.ng }
     }
 }
 
-/// Of a polynomial, what its terms are at a point, over the slope there: as large are
-/// the coordinates whose roundings it is met by; no number where there is no slope.
-/// Elsewhere these are the point's own. `slope`: where it is known.
+/// Effective coordinate magnitude in error bounds: Σ|terms(p)| / |∇f(p)| for
+/// polynomials and level sets, NaN or infinite where ∇f = 0; 0 for every other shape,
+/// whose bounds use max |p|. `slope` is |∇f| where the caller knows it.
 #[inline(always)]
 pub(super) fn blur_of<D: Lanes<Scalar = f64>>(
     world: &World,
@@ -102,7 +102,7 @@ pub(super) fn blur_of<D: Lanes<Scalar = f64>>(
             let (_, gradient, size) = scene.quadrics.row(id).values_at(at);
             size / slope.unwrap_or_else(|| slope_of(gradient))
         }
-        // What f may be off by, in roundings: coordinates are rounded, too.
+        // The bound on f's error in unit roundoffs: coordinates are rounded, too.
         Shape::Implicit(id) => {
             let row = scene.implicits.row(id);
             let own = || slope_of(implicit::values_of(&row, at).1);
@@ -117,9 +117,9 @@ pub(super) fn blur_of<D: Lanes<Scalar = f64>>(
     }
 }
 
-/// Of a polynomial, or another function, where it has hardly a slope, as that of a
-/// square has: from a little nearer to the ray's origin, by `back`; against the ray where
-/// there is none either.
+/// Returns the normal of an implicit surface where its gradient (nearly) vanishes, as a
+/// square's does: the gradient's direction at distance `back` towards the ray's origin,
+/// or the reversed ray direction where there is none either.
 #[inline(always)]
 pub(super) fn normal_before<D: Lanes<Scalar = f64>>(
     (scene, shape): (&Tables, Shape),
@@ -139,9 +139,9 @@ pub(super) fn normal_before<D: Lanes<Scalar = f64>>(
     Vec3::select(known, normal, -ahead)
 }
 
-/// An interpolated normal may come out on the other side, or as none. Of a triangle
-/// wound against its normals, as scans have some, it is right if it faces the viewer:
-/// turned away it would make a dark dot.
+/// Corrects an interpolated normal that is on the other side, or zero. On a triangle
+/// wound against its vertex normals, as some scans have, the normal is right if it
+/// faces the viewer; turning it would make a dark dot.
 #[inline(always)]
 pub(super) fn shading_normal<D: Lanes<Scalar = f64>>(
     n: Vec3<D>,
@@ -156,7 +156,7 @@ pub(super) fn shading_normal<D: Lanes<Scalar = f64>>(
     Vec3::select(right, n, other)
 }
 
-/// Normals go to world space by the inverse transpose.
+/// Transforms normals to world space by the inverse transpose.
 #[inline(always)]
 pub(super) fn to_world<D: Lanes<Scalar = f64>>(
     object_from_world: Option<&Affine>,
@@ -168,7 +168,8 @@ pub(super) fn to_world<D: Lanes<Scalar = f64>>(
     })
 }
 
-/// How far a point of that height lies from the surface in world space, to first order.
+/// Returns the world-space distance from the surface, to first order, of a point at
+/// this height in object space.
 #[inline(always)]
 pub(super) fn to_world_height<D: Lanes<Scalar = f64>>(
     object_from_world: Option<&Affine>,
@@ -180,9 +181,9 @@ pub(super) fn to_world_height<D: Lanes<Scalar = f64>>(
     }
 }
 
-/// Object space: the outward normals, and smooth ones where the shape has them, of a
-/// primitive in each lane. `known`: the outward ones, unit, of what was
-/// [refined](super::height::refined).
+/// Returns the outward normals in object space, and smooth normals if the shape has
+/// them, of one primitive per lane. `known` holds unit outward normals from
+/// [`refined`](super::height::refined).
 #[inline(always)]
 pub(super) fn normals<D: Lanes<Scalar = f64>>(
     world: &World,
@@ -209,7 +210,7 @@ pub(super) fn normals<D: Lanes<Scalar = f64>>(
     }
 }
 
-/// The corners of a triangle in each lane.
+/// Returns the corners of one triangle per lane.
 #[inline(always)]
 pub(super) fn facets<D: Lanes<Scalar = f64>>(mesh: &Mesh, triangles: &[u32]) -> [Vec3<D>; 3] {
     let corners = |k: usize| {
@@ -245,15 +246,15 @@ fn mesh_normals<D: Lanes<Scalar = f64>>(
     (ng, smooth)
 }
 
-/// Barycentric coordinates of the point of the plane, not clamped; unnormalised
-/// sums are fine for normals.
+/// Unnormalised barycentric coordinates of a point in the plane, not clamped; the sums
+/// serve for normals, which are normalised later.
 #[inline(always)]
 fn weights<D: Lanes>([a, b, c]: [Vec3<D>; 3], n: Vec3<D>, at: Vec3<D>) -> [D; 3] {
     let area = |p: Vec3<D>, q: Vec3<D>| (p - at).cross(q - at).dot(n);
     [area(b, c), area(c, a), area(a, b)]
 }
 
-/// Normals of a polygon: of the triangle of its fan that the point lies in.
+/// Interpolates a polygon's normals in the fan triangle that contains the point.
 #[inline(always)]
 fn fan_normal<D: Lanes<Scalar = f64>>(
     points: &[DVec3],

@@ -1,13 +1,10 @@
-//! The arguments' values: what they may be, and how they are read.
-//!
-//! A value that the design knows and this version lacks is told apart from one
-//! that nobody knows.
+//! Parsers and domains of the arguments' values.
 
 use crate::accel::{BuildQuality, KdClip, KdStop};
 use crate::io::AovSet;
 use crate::measure::extremes::{SWEEPS, Sweep};
 use crate::measure::generate::Generated;
-use crate::measure::kinds::{Kind, Order};
+use crate::measure::ray_kinds::{Kind, Order};
 use crate::plan::{Accel, LaneCount, Precision};
 use crate::render::Grid;
 use crate::roots::{Interval, Solver};
@@ -22,27 +19,27 @@ pub struct Size {
     pub height: u32,
 }
 
-/// `None`: what the plan says.
+/// A structure; `None` leaves the choice to the plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AccelChoice(pub Option<Accel>);
 
-/// `None`: what the scene's needs say.
+/// Temporal bounds; `None` leaves the choice to the scene's needs.
 #[derive(Clone, Copy)]
 pub struct ReuseChoice(pub Option<Reuse>);
 
-/// Which rays `bench` traces, each kind once.
+/// Ray kinds that `bench` traces, each at most once.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BenchKinds(pub Vec<Kind>);
 
-/// Structures that `bench` measures beside each other.
+/// Structures that `bench` compares.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BenchAccels(pub Vec<AccelChoice>);
 
-/// Qualities of wide trees that `bench` measures beside each other.
+/// Build qualities of wide trees that `bench` compares.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BenchBuilds(pub Vec<BuildQuality>);
 
-/// With and without a shadow cache.
+/// Shadow cache on, off, or both to compare them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BenchCachings(pub Vec<Caching>);
 
@@ -51,11 +48,11 @@ pub struct BenchCachings(pub Vec<Caching>);
 pub struct Sweeps(pub Vec<&'static Sweep>);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PeerChoice {
+pub enum BaselineChoice {
     Embree,
 }
 
-/// Triangles of the smallest and the largest generated mesh.
+/// Number of triangles of the smallest and the largest generated mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GrowthRange {
     pub min: u64,
@@ -69,7 +66,7 @@ const MAX_PIXELS: u64 = 1 << 28;
 
 pub fn parse_size(text: &str) -> Result<Size, String> {
     let number = |side: &str| {
-        // Not parse alone: it takes a plus sign.
+        // `parse` alone would accept a plus sign.
         let digits = !side.is_empty() && side.bytes().all(|b| b.is_ascii_digit());
         digits.then(|| side.parse::<u32>().unwrap_or(u32::MAX))
     };
@@ -98,7 +95,7 @@ pub fn parse_scale(text: &str) -> Result<f64, String> {
         .ok_or("write a finite number above 0, such as 1e-6".into())
 }
 
-/// Pages are for files.
+/// Parses the path of a page, which must be a file.
 pub fn parse_page(text: &str) -> Result<PathBuf, String> {
     match text {
         "-" => Err("a page goes to a file; name one, such as page.html".into()),
@@ -118,7 +115,7 @@ pub fn parse_offset(text: &str) -> Result<DVec3, String> {
     }
 }
 
-/// A share that can be reached.
+/// Parses a relative error within the reachable range.
 pub fn parse_error(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(x) if (1e-6..=0.5).contains(&x) => Ok(x),
@@ -130,7 +127,6 @@ pub fn parse_grid(text: &str) -> Result<Grid, String> {
     one_of(
         text,
         &[("centers", Grid::Centers), ("corners", Grid::Corners)],
-        &[],
     )
 }
 
@@ -142,7 +138,6 @@ pub fn parse_precision(text: &str) -> Result<Precision, String> {
             ("guarded", Precision::Guarded),
             ("exact", Precision::Exact),
         ],
-        &[],
     )
 }
 
@@ -154,26 +149,26 @@ pub fn parse_lanes(text: &str) -> Result<LaneCount, String> {
         LaneCount::Eight,
         LaneCount::Sixteen,
     ];
-    one_of(text, &known.map(|l| (l.name(), l)), &[])
+    one_of(text, &known.map(|l| (l.name(), l)))
 }
 
 pub fn parse_accel(text: &str) -> Result<AccelChoice, String> {
     let mut known = vec![("auto", AccelChoice(None))];
     known.extend(Accel::ALL.map(|accel| (accel.name(), AccelChoice(Some(accel)))));
-    one_of(text, &known, &[])
+    one_of(text, &known)
 }
 
 pub fn parse_kd_stop(text: &str) -> Result<KdStop, String> {
-    one_of(text, &KdStop::ALL.map(|stop| (stop.name(), stop)), &[])
+    one_of(text, &KdStop::ALL.map(|stop| (stop.name(), stop)))
 }
 
 pub fn parse_kd_clip(text: &str) -> Result<KdClip, String> {
-    one_of(text, &KdClip::ALL.map(|clip| (clip.name(), clip)), &[])
+    one_of(text, &KdClip::ALL.map(|clip| (clip.name(), clip)))
 }
 
 pub fn parse_reuse(text: &str) -> Result<ReuseChoice, String> {
     let [a, b, c] = Reuse::ALL.map(|reuse| (reuse.name(), ReuseChoice(Some(reuse))));
-    one_of(text, &[("auto", ReuseChoice(None)), a, b, c], &[])
+    one_of(text, &[("auto", ReuseChoice(None)), a, b, c])
 }
 
 pub fn parse_aovs(text: &str) -> Result<AovSet, String> {
@@ -216,7 +211,7 @@ pub fn parse_sweeps(text: &str) -> Result<Sweeps, String> {
 }
 
 pub fn parse_order(text: &str) -> Result<Order, String> {
-    one_of(text, &Order::ALL.map(|order| (order.name(), order)), &[])
+    one_of(text, &Order::ALL.map(|order| (order.name(), order)))
 }
 
 pub fn parse_accels(text: &str) -> Result<BenchAccels, String> {
@@ -228,44 +223,36 @@ pub fn parse_accels(text: &str) -> Result<BenchAccels, String> {
 }
 
 pub fn parse_caching(text: &str) -> Result<Caching, String> {
-    one_of(
-        text,
-        &Caching::ALL.map(|caching| (caching.name(), caching)),
-        &[],
-    )
+    one_of(text, &Caching::ALL.map(|caching| (caching.name(), caching)))
 }
 
 pub fn parse_cachings(text: &str) -> Result<BenchCachings, String> {
     let both: &[Caching] = &Caching::ALL;
     let known = [("on", &both[..1]), ("off", &both[1..]), ("both", both)];
-    Ok(BenchCachings(one_of(text, &known, &[])?.to_vec()))
+    Ok(BenchCachings(one_of(text, &known)?.to_vec()))
 }
 
 pub fn parse_build(text: &str) -> Result<BuildQuality, String> {
-    one_of(
-        text,
-        &BuildQuality::ALL.map(|build| (build.name(), build)),
-        &[],
-    )
+    one_of(text, &BuildQuality::ALL.map(|build| (build.name(), build)))
 }
 
 pub fn parse_bench_builds(text: &str) -> Result<BenchBuilds, String> {
     let both: &[BuildQuality] = &BuildQuality::ALL;
     let known = [("medium", &both[..1]), ("high", &both[1..]), ("both", both)];
-    Ok(BenchBuilds(one_of(text, &known, &[])?.to_vec()))
+    Ok(BenchBuilds(one_of(text, &known)?.to_vec()))
 }
 
 pub fn parse_generated(text: &str) -> Result<Generated, String> {
-    one_of(text, &Generated::ALL.map(|mesh| (mesh.name(), mesh)), &[])
+    one_of(text, &Generated::ALL.map(|mesh| (mesh.name(), mesh)))
 }
 
-pub fn parse_peers(text: &str) -> Result<PeerChoice, String> {
-    one_of(text, &[("embree", PeerChoice::Embree)], &[])
+pub fn parse_peers(text: &str) -> Result<BaselineChoice, String> {
+    one_of(text, &[("embree", BaselineChoice::Embree)])
 }
 
 pub fn parse_growth(text: &str) -> Result<GrowthRange, String> {
     let number = |text: &str| {
-        // 1e6 is easier to read than all its zeros.
+        // Exponents are accepted: 1e6 is easier to read than all its zeros.
         let value: f64 = text.trim().parse().ok()?;
         let whole = value.fract() == 0.0 && (8.0..=MAX_GROWTH as f64).contains(&value);
         whole.then_some(value as u64)
@@ -279,7 +266,7 @@ pub fn parse_growth(text: &str) -> Result<GrowthRange, String> {
         ))
 }
 
-/// Coefficients of a polynomial.
+/// Coefficients of a polynomial, the constant one first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coefficients(pub Vec<f64>);
 
@@ -310,28 +297,16 @@ pub fn parse_interval(text: &str) -> Result<Interval, String> {
 }
 
 pub fn parse_solver(text: &str) -> Result<Solver, String> {
-    one_of(
-        text,
-        &Solver::ALL.map(|solver| (solver.name(), solver)),
-        &[],
-    )
+    one_of(text, &Solver::ALL.map(|solver| (solver.name(), solver)))
 }
 
-pub fn no_tiles(_: &str) -> Result<String, String> {
-    Err("it does not exist yet; leave it out to render the whole picture".into())
-}
-
-fn one_of<T: Copy>(text: &str, known: &[(&str, T)], not_yet: &[&str]) -> Result<T, String> {
+fn one_of<T: Copy>(text: &str, known: &[(&str, T)]) -> Result<T, String> {
     if let Some((_, value)) = known.iter().find(|(name, _)| *name == text) {
         return Ok(*value);
     }
     let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
     let names = names.join(", ");
-    Err(if not_yet.contains(&text) {
-        format!("it does not exist yet; there are {names}")
-    } else {
-        format!("known are {names}")
-    })
+    Err(format!("known are {names}"))
 }
 
 #[cfg(test)]
@@ -355,7 +330,7 @@ mod tests {
         for bad in ["0x1", "1x0", "65536x1", "1x99999999999999999999"] {
             assert!(parse_size(bad).unwrap_err().contains("1 to 65535"), "{bad}");
         }
-        // 2²⁸ pixels and one row more.
+        // 2²⁸ pixels, and one row more.
         assert_eq!(parse_size("16384x16384"), size(16384, 16384));
         assert!(parse_size("16384x16385").unwrap_err().contains("too many"));
     }

@@ -1,18 +1,18 @@
-//! A scene's triangles in world space, for other programs.
+//! Exports a scene's triangles in world space, for other programs.
 //!
-//! Vertices are rounded to f32 once more where an appearance has a transform or
-//! its mesh a centre; else they are the scene's own numbers. Shapes other than
-//! meshes are left out and counted.
+//! Vertices are rounded to f32 once more if an instance has a transform or its mesh a
+//! centre; otherwise they are the scene's own numbers. Shapes other than meshes are
+//! left out and counted.
 
 use crate::io::TriangleSet;
 use crate::scene::{Appearances, Scene, Shape};
 use glam::DVec3;
 
-/// More triangles than this are refused: 3 GB, and no tree here holds more.
+/// Limit of exported triangles: 3 GB, and no tree here holds more.
 const MAX_TRIANGLES: u64 = 1 << 27;
 
-/// The triangles of all appearances of meshes, in their order, and a line about
-/// what is left out.
+/// Returns the triangles of all instances of meshes, in the instances' order, and a
+/// warning about other shapes.
 pub fn triangles(
     scene: &Scene,
     appearances: &Appearances,
@@ -67,7 +67,7 @@ pub fn triangles(
         .position(|p| p.iter().any(|x| !x.is_finite()))
     {
         return Err(format!(
-            "--export: vertex {i} lies beyond what 32-bit numbers hold; scale the scene down"
+            "--export: vertex {i} is beyond the range of 32-bit numbers; scale the scene down"
         ));
     }
     let warning = (left_out > 0).then(|| {

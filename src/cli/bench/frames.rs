@@ -1,4 +1,4 @@
-//! `lanecast bench SCENE --frames N`: what a frame gains by the one before.
+//! `lanecast bench SCENE --frames N`: gains from the frame before.
 
 use super::check_config;
 use crate::accel::{Structure, World};
@@ -10,7 +10,7 @@ use crate::cli::pipeline::prepare;
 use crate::io::LoadError;
 use crate::measure::clock::Clock;
 use crate::measure::frames::{FrameReport, Question, measure};
-use crate::measure::kinds::Kind;
+use crate::measure::ray_kinds::Kind;
 use crate::measure::rays::{Source, direction_of, light_of, ray_sets};
 use crate::measure::{Stats, Watch};
 use crate::plan::{Choices, Precision, plan};
@@ -66,7 +66,7 @@ pub fn run(args: &BenchArgs, frames: u32) -> Result<(), CliError> {
             precision: precision.name(),
             frames,
             reps: args.reps,
-            clock: Clock::of(pool.current_num_threads()),
+            clock: Clock::for_threads(pool.current_num_threads()),
         };
         let scene = prepared.scene.clone();
         let measured = pool.install(|| measure(scene, &question, &progress));
@@ -91,10 +91,10 @@ fn table(report: &FrameReport) -> String {
     );
     for row in &report.renewals {
         let bound = match row.worst {
-            None => "all built".into(),
-            Some(0.0) => "built".into(),
-            Some(f64::MAX) => "fitted".into(),
-            Some(worst) => format!("fitted to {worst}"),
+            None => "all rebuilt".into(),
+            Some(0.0) => "rebuilt".into(),
+            Some(f64::MAX) => "refitted".into(),
+            Some(worst) => format!("refit to {worst}"),
         };
         text += &format!(
             "{:<8} {bound:<14} {:>8} {:>10.2} {:>10.3} {:>10.3} {:>10.3} {:>10}\n",

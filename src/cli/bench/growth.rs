@@ -1,9 +1,9 @@
 //! `lanecast bench --growth MIN:MAX`: the same figures over generated meshes of
-//! rising size.
+//! increasing size.
 
 use super::report::growth_table;
 use super::work::Work;
-use super::{check_config, say_left_out, scene_of};
+use super::{check_config, scene_of, warn_left_out};
 use crate::cli::args::{BenchArgs, Size};
 use crate::cli::error::CliError;
 use crate::cli::interrupt;
@@ -11,8 +11,8 @@ use crate::cli::output::{Results, check_destinations};
 use crate::cli::pipeline::{complete, isa};
 use crate::measure::bench::comparisons;
 use crate::measure::growth::{self, Growth, fits, sizes};
-use crate::measure::kinds::Kind;
 use crate::measure::plot::{Heading, growth_page};
+use crate::measure::ray_kinds::Kind;
 use crate::measure::{Stats, Watch, peak_resident_bytes, restart_peak_resident};
 use crate::render::{Progress, RenderConfig};
 use crate::scene::{Camera, Falloff, Light, SceneBuilder};
@@ -23,9 +23,9 @@ const SIZE: Size = Size {
     width: 512,
     height: 512,
 };
-/// Triangles that are built in a moment.
+/// Number of triangles of a mesh that is built almost instantly.
 const QUICK: u64 = 200_000;
-/// One of each sort, where no kinds are asked for.
+/// Default kinds: one of each class of rays.
 const KINDS: [Kind; 4] = [
     Kind::Primary,
     Kind::LightShadow,
@@ -86,33 +86,33 @@ fn measure(
     let mut work = Work::plan(args, &prepared)?;
     let range = args.growth.unwrap_or_default();
     if sizes(range.min, range.max).first() == Some(&triangles) {
-        say_left_out(&work);
+        warn_left_out(&work);
     }
     let kinds: &[Kind] = args.kinds.as_ref().map_or(&KINDS, |kinds| &kinds.0);
     let rays = u64::from(config.width) * u64::from(config.height);
     work.check_effort(rays * kinds.len() as u64)?;
     work.build_own(progress)?;
     let peak = peak_resident_bytes().filter(|_| restarted);
-    work.build_peer(progress)?;
-    // The first builds were colder; of small meshes a few more cost nothing.
+    work.build_baseline(progress)?;
+    // The first builds were cold; a few more of a small mesh cost nothing.
     let more = (QUICK / triangles).min(20) as u32;
     for _ in 1..args.builds.max(1 + more) {
         work.build_own(progress)?;
-        work.build_peer(progress)?;
+        work.build_baseline(progress)?;
     }
     let jobs = work.jobs(config, kinds, progress)?;
     let results = work.bench(&jobs, progress)?;
     stats.stages.push(watch.stage("bench"));
     Ok(growth::Size {
         triangles: stats.scene.triangles,
-        structures: work.structures(),
+        structures: work.index_stats(),
         peak_resident_bytes: peak,
         comparisons: comparisons(&results),
         results,
     })
 }
 
-/// The view that the peers' figures of this mesh are made with.
+/// Returns the view of the baseline's figures of this mesh.
 fn seen() -> SceneBuilder {
     let mut scene = SceneBuilder::default();
     let eye = DVec3::new(0.0, 0.6, 3.2);

@@ -1,9 +1,9 @@
 //! `lanecast bench`: rays per second by ray kind, structure and mode.
 //!
-//! Scene or mesh → worlds → ray sets → measure → report. Sets and triangles can
-//! be exported for other programs and read back. `--growth` does the same over
-//! generated meshes of rising size (`growth.rs`); `--frames` measures what one
-//! frame of a moving scene gains by another (`frames.rs`).
+//! Scene or mesh → worlds → ray sets → measure → report. Ray sets and triangles can be
+//! exported for other programs and read back. `--growth` does the same over generated
+//! meshes of increasing size (`growth.rs`); `--frames` measures what one frame of a
+//! moving scene gains from the one before (`frames.rs`).
 
 mod export;
 mod frames;
@@ -18,9 +18,9 @@ use super::output::{Results, check_destinations, complain};
 use super::pipeline::{complete, isa, prepare};
 use crate::io::{LoadError, RaySet, TriangleSet};
 use crate::measure::bench::comparisons;
-use crate::measure::kinds::Kind;
 use crate::measure::plot::{Heading, bench_page};
 use crate::measure::queries::{Ask, Job};
+use crate::measure::ray_kinds::Kind;
 use crate::measure::{Stats, Watch};
 use crate::plan::LaneCount;
 use crate::render::RenderConfig;
@@ -29,7 +29,7 @@ use report::Report;
 use std::path::{Path, PathBuf};
 use work::Work;
 
-/// A set of so many rays takes 1 GB.
+/// Maximum number of rays per set, which takes 1 GB.
 const MAX_RAYS: u64 = 1 << 25;
 
 pub fn run(args: &BenchArgs) -> Result<(), CliError> {
@@ -70,11 +70,11 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
             let prepared = complete(scene, mesh, &config, &mut watch, &mut stats)?;
             (prepared, Some(jobs?))
         }
-        // The arguments' own rules leave nothing else.
+        // The argument parser's rules exclude every other case.
         _ => return Err(CliError::Usage("name a SCENE, or --mesh and --rays".into())),
     };
     let mut work = Work::plan(args, &prepared)?;
-    say_left_out(&work);
+    warn_left_out(&work);
     let (rays, sets) = match &given {
         Some(jobs) => (jobs.iter().map(|job| job.rays.len() as u64).sum(), 1),
         None => (rays_of(&config), kinds.len() as u64),
@@ -105,7 +105,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     }
     for job in jobs.iter().filter(|job| job.rays.is_empty()) {
         complain(&format!(
-            "warning: {}: no rays; the camera sees nothing for them to leave from",
+            "warning: {}: no rays; the camera sees no surface to start them from",
             job.kind
         ));
     }
@@ -114,7 +114,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     let rows = work.bench(&jobs, &progress)?;
     stats.stages.push(watch.stage("bench"));
     stats.finish();
-    let structures = work.structures();
+    let structures = work.index_stats();
     let report = Report {
         build_seconds: structures[0].build_seconds,
         tree_bytes: structures[0].tree_bytes,
@@ -147,13 +147,13 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     results.commit(&report.table())
 }
 
-fn say_left_out(work: &Work) {
+fn warn_left_out(work: &Work) {
     for what in &work.left_out {
         complain(&format!("warning: {what}"));
     }
 }
 
-/// What `bench` cannot do with the common options.
+/// Rejects common options that `bench` cannot honour, and sets the number of threads.
 fn check_config(config: &mut RenderConfig) -> Result<(), CliError> {
     // Figures of one thread compare best.
     config.threads = config.threads.or(Some(1));
@@ -170,17 +170,17 @@ fn rays_of(config: &RenderConfig) -> u64 {
     u64::from(config.width) * u64::from(config.height)
 }
 
-/// The input, for people.
+/// Returns the input's file name, for the page's title.
 fn name_of(args: &BenchArgs) -> String {
     let path = args.scene.as_ref().or(args.mesh.as_ref());
     let name = path.and_then(|path| path.file_name()).unwrap_or_default();
     name.to_string_lossy().into_owned()
 }
 
-/// What stands under a plot's title.
+/// Returns the facts listed below a page's title.
 fn facts(report: &Report, config: &RenderConfig, threads: usize) -> Vec<(&'static str, String)> {
     let mut facts = vec![("triangles", report.triangles.to_string())];
-    // Given rays have neither.
+    // Rays from files have neither a camera nor an order.
     let generated = report.results.iter().any(|row| row.kind == "primary");
     if generated {
         facts.push(("camera rays", format!("{}×{}", config.width, config.height)));
@@ -193,7 +193,8 @@ fn facts(report: &Report, config: &RenderConfig, threads: usize) -> Vec<(&'stati
     facts
 }
 
-/// The `.msh` first, then a `.rays` of each kind; none without `--export`.
+/// Returns the paths of the `.msh` and of one `.rays` per kind; none without
+/// `--export`.
 fn exports(args: &BenchArgs, kinds: &[Kind]) -> Vec<PathBuf> {
     let (Some(folder), Some(scene)) = (&args.export, &args.scene) else {
         return Vec::new();
@@ -209,7 +210,7 @@ fn exports(args: &BenchArgs, kinds: &[Kind]) -> Vec<PathBuf> {
     std::iter::once(file(".msh".into())).chain(sets).collect()
 }
 
-/// Rays from a file; the question follows from its name.
+/// Loads rays from a file; the query follows from the file's name.
 fn given(path: &Path) -> Result<Job, LoadError> {
     let rays = RaySet::load(path)?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
@@ -222,7 +223,7 @@ fn given(path: &Path) -> Result<Job, LoadError> {
     })
 }
 
-/// The scene with one mesh more.
+/// Adds a mesh to a scene and finishes it.
 fn scene_of(mut scene: SceneBuilder, set: TriangleSet, path: &Path) -> Result<Scene, LoadError> {
     let data = MeshData {
         positions: set.positions.iter().map(|p| p.map(f64::from)).collect(),

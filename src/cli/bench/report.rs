@@ -1,14 +1,14 @@
-//! What `bench` says: `--json`, and tables for people.
+//! Reports of `bench`: JSON, and tables for readers.
 
 use crate::measure::bench::{Comparison, Row};
 use crate::measure::growth::Growth;
-use crate::measure::structures::StructureRow;
+use crate::measure::index_stats::StructureRow;
 use serde::Serialize;
 
-/// What `--json` writes.
+/// The value that `--json` writes.
 #[derive(Serialize)]
 pub struct Report {
-    /// Of the first structure.
+    /// Figures of the first structure.
     pub build_seconds: f64,
     pub tree_bytes: usize,
     pub triangles: u64,
@@ -19,7 +19,7 @@ pub struct Report {
     pub order: &'static str,
     pub structures: Vec<StructureRow>,
     pub results: Vec<Row>,
-    /// Ours against a peer; empty without one.
+    /// Our contenders beside the baseline's; empty without one.
     pub comparisons: Vec<Comparison>,
 }
 
@@ -106,8 +106,8 @@ fn results(rows: &[Row]) -> String {
     }
     if let Some(checked) = rows.iter().map(|row| row.differences.checked).max() {
         text += &format!(
-            "differ: of {checked} rays of each set at most, those that f64 at one lane answers \
-             otherwise\n"
+            "differ: answers that differ from exact tracing at one lane, of at most {checked} rays \
+             of each set\n"
         );
     }
     text
@@ -118,8 +118,8 @@ fn comparisons(all: &[Comparison], rows: &[Row]) -> String {
         return String::new();
     }
     let mut text = format!(
-        "\n{:<12} {:<9} {:>8} {:>8} {:>7}  the peer's best\n",
-        "kind", "precision", "ours", "peer", "ratio"
+        "\n{:<12} {:<9} {:>8} {:>8} {:>7}  the baseline's best\n",
+        "kind", "precision", "ours", "baseline", "ratio"
     );
     for one in all {
         let (own, peer) = (&rows[one.own], &rows[one.peer]);
@@ -136,12 +136,12 @@ fn comparisons(all: &[Comparison], rows: &[Row]) -> String {
     text
 }
 
-/// A line per size and structure, the rates of each size, the fits.
+/// Formats structures and rates of each size, then the fits.
 pub fn growth_table(growth: &Growth) -> String {
     let mut text = String::new();
     for size in &growth.sizes {
         let peak = match size.peak_resident_bytes {
-            Some(bytes) => format!(", at most {:.1} MB held", bytes as f64 * 1e-6),
+            Some(bytes) => format!(", peak memory {:.1} MB", bytes as f64 * 1e-6),
             None => String::new(),
         };
         text += &format!("{} triangles{peak}\n", size.triangles);

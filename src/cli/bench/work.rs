@@ -1,4 +1,4 @@
-//! What is measured of one scene: structures, modes, ray sets, a peer.
+//! The measurement of one scene: structures, modes, ray sets and a baseline.
 
 use super::export;
 use crate::accel::{BuildQuality, Forests, World};
@@ -7,29 +7,29 @@ use crate::cli::error::CliError;
 use crate::cli::interrupt;
 use crate::cli::pipeline::{Prepared, isa, structure};
 use crate::measure::Stats;
-use crate::measure::bench::{self, BenchError, Contender, Peer, Row, Setting, Tracer};
+use crate::measure::baseline::{BaselineTests, Embree};
+use crate::measure::bench::{self, Baseline, BenchError, Contender, Row, Setting, Tracer};
 use crate::measure::clock::Clock;
-use crate::measure::kinds::{Kind, Order};
-use crate::measure::peer::{Embree, PeerTests};
+use crate::measure::index_stats::StructureRow;
 use crate::measure::queries::Job;
+use crate::measure::ray_kinds::{Kind, Order};
 use crate::measure::rays::{Source, direction_of, light_of, ray_sets};
-use crate::measure::structures::StructureRow;
 use crate::plan::{Accel, Choices, Kernels, LaneCount, Plan, PlanError, Precision, plan};
 use crate::render::{Progress, RenderConfig};
 use crate::scene::Shape;
 use crate::trace::{Caching, HitId};
 
-/// Tests of a ray against a primitive that a linear scan may make in all.
+/// Maximum number of ray-primitive tests that a linear scan may make in total.
 const MAX_TESTS: f64 = 2e11;
-/// Rays of a set that a linear scan is asked again at one lane.
+/// Maximum number of rays per set that a linear scan repeats at one lane.
 const CHECKED_LINEAR: usize = 1 << 14;
 
 pub struct Work<'a> {
     prepared: &'a Prepared,
     structures: Vec<Structure>,
-    /// Precisions that lack the width asked for, and why.
+    /// Precisions that lack the requested width, and why.
     pub left_out: Vec<String>,
-    peer: Option<(Embree, Vec<HitId>)>,
+    baseline: Option<(Embree, Vec<HitId>)>,
     order: Order,
     reps: u32,
     builds: u32,
@@ -48,7 +48,7 @@ struct Structure {
 }
 
 impl Structure {
-    /// Such as `bvh`, of medium quality, or `bvh-high`.
+    /// Returns a name such as `bvh` for medium quality, or `bvh-high`.
     fn name(&self) -> String {
         let accel = self.accel.name();
         match self.build {
@@ -59,8 +59,8 @@ impl Structure {
 }
 
 impl<'a> Work<'a> {
-    /// Every structure that is asked for, in every precision at the machine's
-    /// width and at one lane; what is asked for narrows it.
+    /// Plans every requested structure, in every precision, at the machine's width and
+    /// at one lane; arguments narrow the choice.
     pub fn plan(args: &BenchArgs, prepared: &'a Prepared) -> Result<Work<'a>, CliError> {
         let accels = match &args.accels {
             Some(accels) => accels.0.clone(),
@@ -91,8 +91,7 @@ impl<'a> Work<'a> {
                             modes.push((*precision, plan.kernels));
                             first.get_or_insert(plan);
                         }
-                        // A width may be there for one precision and not for
-                        // the other.
+                        // A width may exist for one precision and not for another.
                         Err(error) => refused.push((*precision, error)),
                     }
                 }
@@ -127,31 +126,31 @@ impl<'a> Work<'a> {
         let mut left_out: Vec<String> = left_out.collect();
         left_out.sort();
         left_out.dedup();
-        let peer = match &args.peers {
-            Some(_) => Some(peer(prepared, &precisions)?),
+        let baseline = match &args.peers {
+            Some(_) => Some(baseline(prepared, &precisions)?),
             None => None,
         };
         Ok(Work {
             prepared,
             structures,
             left_out,
-            peer,
+            baseline,
             order: args.order,
             reps: args.reps,
             builds: args.builds,
             cachings: args.shadow_cache.0.clone(),
-            clock: Clock::of(prepared.pool.current_num_threads()),
+            clock: Clock::for_threads(prepared.pool.current_num_threads()),
         })
     }
 
-    /// A linear scan of a large scene would not end. `rays` are those of all
-    /// sets.
+    /// Rejects a linear scan that would not finish in reasonable time. `rays` is the
+    /// number of rays of all sets.
     pub fn check_effort(&self, rays: u64) -> Result<(), CliError> {
         let linear = |s: &&Structure| s.accel == Accel::Linear;
         let Some(linear) = self.structures.iter().find(linear) else {
             return Ok(());
         };
-        // One to compare, one to count.
+        // One run to compare, one to count.
         let runs = linear.modes.len() as u64 * u64::from(self.reps + 2);
         let rays = rays.saturating_mul(runs);
         let scene = &self.prepared.scene;
@@ -167,18 +166,18 @@ impl<'a> Work<'a> {
         if tests > MAX_TESTS {
             return Err(CliError::Usage(format!(
                 "--accel linear would test {rays} rays against {primitives} primitives, \
-                 {tests:.1e} times in all, and at most {MAX_TESTS:.0e} are allowed; \
-                 take a smaller --size, fewer --reps or --kinds, or --accel bvh"
+                 {tests:.1e} tests in total, and at most {MAX_TESTS:.0e} are allowed; \
+                 choose a smaller --size, fewer --reps or --kinds, or --accel bvh"
             )));
         }
         Ok(())
     }
 
-    /// Builds everything as often as is asked for, in turns.
+    /// Builds every structure the requested number of times, in turns.
     pub fn build(&mut self, progress: &Progress) -> Result<(), CliError> {
         for _ in 0..self.builds {
             self.build_own(progress)?;
-            self.build_peer(progress)?;
+            self.build_baseline(progress)?;
         }
         Ok(())
     }
@@ -192,7 +191,8 @@ impl<'a> Work<'a> {
             ..
         } = self.prepared;
         for own in &mut self.structures {
-            // Two at once would count twice in the peak of memory.
+            // The old world is dropped first: two at once would count twice in the peak
+            // memory.
             own.world = None;
             let kind = structure(&own.plan, kd);
             let build = || World::build_to(own.build, scene, appearances, kind);
@@ -204,16 +204,16 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    pub fn build_peer(&mut self, progress: &Progress) -> Result<(), CliError> {
-        if let Some((peer, _)) = &mut self.peer {
-            let built = self.prepared.pool.install(|| peer.build(self.clock));
+    pub fn build_baseline(&mut self, progress: &Progress) -> Result<(), CliError> {
+        if let Some((embree, _)) = &mut self.baseline {
+            let built = self.prepared.pool.install(|| embree.build(self.clock));
             built.map_err(|error| CliError::Usage(error.to_string()))?;
             interrupt::check(progress)?;
         }
         Ok(())
     }
 
-    /// Bytes of the first structure.
+    /// Adds the bytes of the first structure.
     pub fn memory(&self, stats: &mut Stats) {
         if let Some((_, world)) = self.worlds().next() {
             for (name, bytes) in world.bytes() {
@@ -222,7 +222,7 @@ impl<'a> Work<'a> {
         }
     }
 
-    pub fn structures(&self) -> Vec<StructureRow> {
+    pub fn index_stats(&self) -> Vec<StructureRow> {
         let triangles = self.prepared.scene.meshes.triangles.len() as u64;
         let own = self.structures.iter().filter_map(|own| {
             let world = own.world.as_ref()?;
@@ -234,11 +234,14 @@ impl<'a> Work<'a> {
                 &own.seconds,
             ))
         });
-        let peers = self.peer.iter().flat_map(|(peer, _)| peer.structures());
-        own.chain(peers).collect()
+        let baselines = self
+            .baseline
+            .iter()
+            .flat_map(|(embree, _)| embree.index_stats());
+        own.chain(baselines).collect()
     }
 
-    /// Ray sets of the scene.
+    /// Generates the scene's ray sets.
     pub fn jobs(
         &self,
         config: &RenderConfig,
@@ -252,7 +255,7 @@ impl<'a> Work<'a> {
         };
         let plan = plan(&prepared.scene, &prepared.appearances, &choices)
             .map_err(|e| CliError::Usage(e.to_string()))?;
-        let Some((_, world)) = self.judged() else {
+        let Some((_, world)) = self.oracle_world() else {
             return Ok(Vec::new());
         };
         let light = light_of(world, &prepared.camera);
@@ -281,26 +284,29 @@ impl<'a> Work<'a> {
             .worlds()
             .flat_map(|(own, world)| modes(own, world, &self.cachings))
             .collect();
-        let Some(judge) = self.judge() else {
+        let Some(oracle) = self.oracle() else {
             return Ok(Vec::new());
         };
         let linear = |(own, _): (&Structure, _)| own.accel == Accel::Linear;
         let setting = Setting {
             reps: self.reps,
-            checked: if self.judged().is_some_and(linear) {
+            checked: if self.oracle_world().is_some_and(linear) {
                 CHECKED_LINEAR
             } else {
                 usize::MAX
             },
         };
-        let peer = self.peer.as_ref().map(|(tracer, ids)| Peer { tracer, ids });
+        let baseline = self
+            .baseline
+            .as_ref()
+            .map(|(tracer, ids)| Baseline { tracer, ids });
         let pool = &self.prepared.pool;
-        bench::bench(&judge, &own, peer, pool, jobs, &setting, progress).map_err(
-            |error| match error {
+        bench::bench(&oracle, &own, baseline, pool, jobs, &setting, progress).map_err(|error| {
+            match error {
                 BenchError::Interrupted => CliError::Interrupted,
                 other => CliError::Short(other.to_string()),
-            },
-        )
+            }
+        })
     }
 
     pub fn threads(&self) -> usize {
@@ -312,16 +318,16 @@ impl<'a> Work<'a> {
         built.filter_map(|own| own.world.as_ref().map(|world| (own, world)))
     }
 
-    /// The structure that is asked for what is right: not the slow one, where
-    /// there is another.
-    fn judged(&self) -> Option<(&Structure, &World)> {
+    /// Returns the structure of the oracle: any but the slow linear scan, if there is
+    /// one.
+    fn oracle_world(&self) -> Option<(&Structure, &World)> {
         let fast = |(own, _): &(&Structure, _)| own.accel != Accel::Linear;
         self.worlds().find(fast).or_else(|| self.worlds().next())
     }
 
-    /// f64 at one lane.
-    fn judge(&self) -> Option<Contender<'_>> {
-        let (own, world) = self.judged()?;
+    /// Returns the oracle: exact tracing at one lane.
+    fn oracle(&self) -> Option<Contender<'_>> {
+        let (own, world) = self.oracle_world()?;
         let kernels = Kernels {
             precision: Precision::Exact,
             lanes: 1,
@@ -376,9 +382,12 @@ fn contender<'w>(
     }
 }
 
-/// Embree over the scene's triangles, not yet built, with the tests that are fair
-/// beside these precisions.
-fn peer(prepared: &Prepared, precisions: &[Precision]) -> Result<(Embree, Vec<HitId>), CliError> {
+/// Prepares Embree over the scene's triangles, not yet built, with the tests that
+/// compare fairly with these precisions.
+fn baseline(
+    prepared: &Prepared,
+    precisions: &[Precision],
+) -> Result<(Embree, Vec<HitId>), CliError> {
     let Prepared {
         scene, appearances, ..
     } = prepared;
@@ -386,7 +395,7 @@ fn peer(prepared: &Prepared, precisions: &[Precision]) -> Result<(Embree, Vec<Hi
     if dropped.is_some() {
         return Err(CliError::Usage(
             "--peers embree traces triangles only, and this scene has other shapes; \
-             leave it out, or take a scene of meshes"
+             leave it out, or choose a scene of meshes"
                 .into(),
         ));
     }
@@ -400,9 +409,13 @@ fn peer(prepared: &Prepared, precisions: &[Precision]) -> Result<(Embree, Vec<Hi
             }));
         }
     }
-    let tests = PeerTests::ALL.into_iter();
-    let wanted = |tests: &PeerTests| precisions.iter().any(|p| PeerTests::beside(*p) == *tests);
-    let tests: Vec<PeerTests> = tests.filter(wanted).collect();
+    let tests = BaselineTests::ALL.into_iter();
+    let wanted = |tests: &BaselineTests| {
+        precisions
+            .iter()
+            .any(|p| BaselineTests::beside(*p) == *tests)
+    };
+    let tests: Vec<BaselineTests> = tests.filter(wanted).collect();
     let embree = Embree::new(&triangles, &tests, prepared.pool.current_num_threads());
     let embree = embree.map_err(|error| CliError::Usage(error.to_string()))?;
     Ok((embree, ids))

@@ -1,4 +1,4 @@
-//! What `verify` found: for programs, for people, and for the exit code.
+//! Results of `verify`: JSON, a table for readers, and the exit code.
 
 use crate::cli::error::CliError;
 use crate::measure::PlanSummary;
@@ -10,33 +10,34 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::time::Duration;
 
-/// In `exact`, a relative error of a camera path's t beyond this is no rounding:
+/// Maximum relative error of t on a camera path in `exact` that rounding explains:
 /// grazing hits of the test scenes stay below 10^-10.
 const MAX_T_ERROR: f64 = 1e-6;
 
-/// What one precision did.
+/// The results of one precision.
 pub struct Mode {
     pub precision: Precision,
     pub lanes: usize,
-    /// Of one picture.
+    /// Rays of one picture.
     pub rays: u64,
-    /// From one lane.
+    /// Differences from one lane.
     pub widths: Differences,
     pub replayed: Comparison,
     pub own: Comparison,
     pub adversarial: Option<Adversarial>,
-    /// (Ray, primitive) pairs that bounds left to exact arithmetic, of one picture.
+    /// (Ray, primitive) pairs of one picture that error bounds left to the exact
+    /// fallback.
     pub escalated: u64,
-    /// At this width, at one lane, and of the reference.
+    /// Times at this width, at one lane, and of the reference.
     pub times: [Time; 3],
 }
 
-/// Aimed rays, each asked for the nearest hit and for any.
+/// Aimed rays, each traced for the closest hit and for any hit.
 #[derive(Default)]
 pub struct Adversarial {
     pub compared: Comparison,
     pub escalated: u64,
-    /// The lanes, for all of them.
+    /// Time of the lanes, for all aimed rays.
     pub took: Duration,
 }
 
@@ -50,11 +51,11 @@ impl Adversarial {
 pub struct Time {
     pub mode: &'static str,
     pub lanes: usize,
-    /// Of pictures shading included; over all threads.
+    /// Includes shading for pictures; over all threads.
     pub ns_per_ray: f64,
 }
 
-/// What `--json` writes: the asked mode, then all that were traced.
+/// The value that `--json` writes: the requested mode, then all modes.
 #[derive(Serialize)]
 pub struct Report {
     pixels: u64,
@@ -70,8 +71,8 @@ pub struct Report {
 }
 
 impl Report {
-    /// `modes` has the plan's among them.
-    pub fn of(pixels: u64, plan: PlanSummary, modes: Vec<Mode>) -> Report {
+    /// Creates the report. `modes` includes the plan's precision.
+    pub fn new(pixels: u64, plan: PlanSummary, modes: Vec<Mode>) -> Report {
         let asked = modes.iter().find(|m| m.precision.name() == plan.precision);
         let asked = asked.unwrap_or(&modes[0]);
         Report {
@@ -87,8 +88,8 @@ impl Report {
         }
     }
 
-    /// One table: what each mode gets wrong, and what it costs.
-    pub fn for_people(&self) -> String {
+    /// Formats a table of each mode's errors and cost.
+    pub fn text_report(&self) -> String {
         let mut text = String::new();
         // Writing to a string cannot fail.
         let _ = writeln!(
@@ -128,7 +129,7 @@ impl Report {
         let _ = writeln!(
             text,
             "\nt ulps: median error of t in units in the last place of the mode's numbers\n\
-             exactly: pairs of a ray and a primitive decided by exact precision, per ray\n"
+             exactly: pairs of a ray and a primitive decided by exact arithmetic, per ray\n"
         );
         for mode in &self.modes {
             let (name, lanes) = (mode.precision.name(), mode.lanes);
@@ -153,11 +154,11 @@ impl Report {
         text
     }
 
-    /// `fast` may be wrong as long as nobody sets a limit; no mode may differ
-    /// between widths.
-    pub fn judge(&self, allowed: Option<u64>) -> Result<(), CliError> {
+    /// Checks every mode: none may differ between widths, and `fast` may be wrong
+    /// unless a limit is set.
+    pub fn check(&self, allowed: Option<u64>) -> Result<(), CliError> {
         for mode in &self.modes {
-            mode.judge(allowed).map_err(|why| {
+            mode.check(allowed).map_err(|why| {
                 let name = mode.precision.name();
                 CliError::Short(format!("{name}: {why}"))
             })?;
@@ -187,7 +188,7 @@ fn row(text: &mut String, names: [&str; 2], of: &Comparison, cost: Option<(f64, 
 }
 
 impl Mode {
-    fn judge(&self, allowed: Option<u64>) -> Result<(), String> {
+    fn check(&self, allowed: Option<u64>) -> Result<(), String> {
         let differing = self.widths.count;
         if differing > 0 {
             return Err(format!(
@@ -205,7 +206,7 @@ impl Mode {
         let error = self.replayed.counts.max_rel_t_error;
         if self.precision == Precision::Exact && (error.is_nan() || error > MAX_T_ERROR) {
             return Err(format!(
-                "a t is off by {error:.1e} of itself; {MAX_T_ERROR:.0e} is allowed"
+                "the relative error of a t is {error:.1e}; {MAX_T_ERROR:.0e} is allowed"
             ));
         }
         if wrong + wrong_aimed > allowed {

@@ -1,5 +1,6 @@
-//! Points of polynomial surfaces at which answers turn: anywhere on them, where their
-//! gradient vanishes, and where their clip cuts them off. In f64, so nearly.
+//! Target points on polynomial surfaces: anywhere on the surface, where the gradient
+//! vanishes, and on the rim that the clip cuts. Computed in f64, so they lie on the
+//! surface approximately.
 
 use super::{Random, Target};
 use crate::geom::tape::Arithmetic;
@@ -7,13 +8,13 @@ use crate::geom::{Clip, Implicit, Tape};
 use crate::math::Aabb;
 use glam::{DMat3, DVec3};
 
-/// Parts of a path between which signs are compared, and how often one is halved.
+/// Number of parts of a path between which signs are compared, and of bisection steps.
 const PARTS: usize = 16;
 const HALVINGS: usize = 60;
-/// Random chords and starts that are tried, and steps from a start.
+/// Number of random chords or starting points, and of Newton steps per starting point.
 const TRIES: usize = 8;
 const NEWTON_STEPS: usize = 24;
-/// What counts as zero, as a part of what is usual in its place.
+/// Relative tolerance for zero.
 const NEARLY: f64 = 1e-9;
 
 pub(super) fn in_implicit(row: &Implicit, random: &mut Random) -> Target {
@@ -31,7 +32,8 @@ pub(super) fn in_implicit(row: &Implicit, random: &mut Random) -> Target {
         .unwrap_or_else(|| random.anywhere())
 }
 
-/// On a random chord; along a line that bends with the surface least, if there is one.
+/// Returns a point on a random chord. The first tangent is a direction of zero normal
+/// curvature if there is one.
 fn smooth(tape: &Tape, bounds: &Aabb, random: &mut Random) -> Option<Target> {
     let point = (0..TRIES).find_map(|_| {
         let (a, b) = (within(bounds, random), within(bounds, random));
@@ -46,7 +48,8 @@ fn smooth(tape: &Tape, bounds: &Aabb, random: &mut Random) -> Option<Target> {
     })
 }
 
-/// By Newton's method for a gradient of zero; along lines of the tangent cone.
+/// Finds a singular point by Newton's method on the gradient; the tangents are lines of
+/// the tangent cone.
 fn node(tape: &Tape, bounds: &Aabb, random: &mut Random) -> Option<Target> {
     let size = (bounds.max - bounds.min).max_element();
     (0..TRIES).find_map(|_| {
@@ -77,7 +80,8 @@ fn node(tape: &Tape, bounds: &Aabb, random: &mut Random) -> Option<Target> {
     })
 }
 
-/// On the clip's own surface; along the rim, and along the surface across it.
+/// Returns a point on the clip's own surface; the tangents run along the rim and across
+/// it.
 fn rim(tape: &Tape, clip: &Clip, random: &mut Random) -> Option<Target> {
     let (point, out) = (0..TRIES).find_map(|_| match clip {
         Clip::Sphere(ball) => {
@@ -106,7 +110,7 @@ fn rim(tape: &Tape, clip: &Clip, random: &mut Random) -> Option<Target> {
     })
 }
 
-/// Where a path changes sides, if it is seen to.
+/// Bisects for a sign change along a path. Returns `None` if the sampled signs agree.
 fn zero_along(tape: &Tape, path: impl Fn(f64) -> DVec3) -> Option<DVec3> {
     let outside = |s: f64| at(tape, path(s)).0 > 0.0;
     let part = |i: usize| i as f64 / PARTS as f64;
@@ -124,14 +128,14 @@ fn zero_along(tape: &Tape, path: impl Fn(f64) -> DVec3) -> Option<DVec3> {
     Some(path(hi))
 }
 
-/// Second derivatives, by differences.
+/// Returns the second derivatives, by central differences.
 fn bend(tape: &Tape, p: DVec3, bounds: &Aabb) -> DMat3 {
     let h = 1e-5 * (bounds.max - bounds.min).max_element();
     let column = |axis: DVec3| (at(tape, p + axis * h).1 - at(tape, p - axis * h).1) / (2.0 * h);
     DMat3::from_cols_array_2d(&DVec3::AXES.map(|axis| column(axis).to_array()))
 }
 
-/// u + x v, where a quadratic form is zero, or one of its extremes.
+/// Returns u + x v at a zero of a quadratic form, or else at an extreme of it.
 fn flat(form: DMat3, u: DVec3, v: DVec3) -> DVec3 {
     let (uu, uv, vv) = (u.dot(form * u), u.dot(form * v), v.dot(form * v));
     let x = (-uv + (uv * uv - uu * vv).max(0.0).sqrt()) / vv;
@@ -148,7 +152,7 @@ type Slope = (f64, DVec3);
 
 struct At(DVec3);
 
-/// The polynomial, and its gradient.
+/// Evaluates the polynomial and its gradient.
 fn at(tape: &Tape, p: DVec3) -> Slope {
     tape.evaluate(&At(p))
 }

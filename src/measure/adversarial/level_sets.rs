@@ -1,5 +1,5 @@
-//! Points of level sets at which answers turn: on their surface, with tangents there, so
-//! that rays graze it. In f64, so nearly.
+//! Target points on level sets: points of the surface with tangents there, so that rays
+//! graze it. Computed in f64, so they lie on the surface approximately.
 
 use super::{Random, Target};
 use crate::geom::LevelSet;
@@ -8,7 +8,7 @@ use crate::geom::formula::value_and_gradient;
 use glam::DVec3;
 use std::ops::ControlFlow;
 
-/// Random chords that are tried.
+/// Number of random chords.
 const TRIES: usize = 8;
 
 pub(super) fn in_level_set(row: &LevelSet, random: &mut Random) -> Target {

@@ -1,5 +1,4 @@
-//! Points of primitives at which answers turn, and directions in which the surface
-//! goes on there.
+//! Target points of primitives, with two tangent directions each.
 
 use super::implicits::in_implicit;
 use super::level_sets::in_level_set;
@@ -9,7 +8,7 @@ use crate::math::Affine;
 use crate::scene::{Scene, Shape};
 use glam::{DMat3, DVec3};
 
-/// Object space.
+/// Returns a random target on the shape, in object space.
 pub(super) fn in_object(scene: &Scene, shape: Shape, random: &mut Random) -> Target {
     match shape {
         Shape::Mesh(id) => {
@@ -75,7 +74,7 @@ pub(super) fn in_object(scene: &Scene, shape: Shape, random: &mut Random) -> Tar
     }
 }
 
-/// Of any operand of a combination, however deep.
+/// Returns a target on a random operand of a combination, at any depth.
 fn in_operand(scene: &Scene, mut shape: Shape, random: &mut Random) -> Target {
     let mut map = Affine::IDENTITY;
     while let Shape::Combination(id) = shape {
@@ -108,8 +107,9 @@ fn ball(center: DVec3, radii: DVec3, random: &mut Random) -> Target {
     }
 }
 
-/// A centre or apex, or where a line about it meets the surface; with tangents there,
-/// of which the first, if there is such, runs within the surface.
+/// Returns the centre or apex, or a point where a line near it meets the surface, with
+/// tangents there. The first tangent lies in the surface if the surface has such a
+/// line.
 fn quadric(row: &Quadric, random: &mut Random) -> Target {
     let slope = |p: DVec3| row.normal_at(p);
     let origin = slope(DVec3::ZERO);
@@ -134,7 +134,7 @@ fn quadric(row: &Quadric, random: &mut Random) -> Target {
     for _ in 0..random.below(8) {
         let from = center + random.direction() * (2.0 * reach * random.unit());
         let dir = random.direction();
-        // q along the line: c + b t + a t².
+        // The quadric along the line: c + b t + a t².
         let (c, gradient, _) = row.value_at(from);
         let (a, b) = (dir.dot(bend * dir) * 0.5, gradient.dot(dir));
         let root = (b * b - 4.0 * a * c).sqrt();
@@ -149,7 +149,7 @@ fn quadric(row: &Quadric, random: &mut Random) -> Target {
         .try_normalize()
         .unwrap_or(DVec3::Y)
         .any_orthonormal_pair();
-    // u + x v lies in the surface where it does not bend that way.
+    // u + x v lies in the surface where the quadratic form vanishes.
     let (uu, uv, vv) = (u.dot(bend * u), u.dot(bend * v), v.dot(bend * v));
     let x = (-uv + (uv * uv - uu * vv).sqrt()) / vv;
     Target {
@@ -158,7 +158,8 @@ fn quadric(row: &Quadric, random: &mut Random) -> Target {
     }
 }
 
-/// The side, the rims at its ends, the apex; along the generator and around.
+/// Returns a point of the lateral surface, of the rims at its ends, or the apex; the
+/// tangents run along the generator and around the axis.
 fn side(cone: &Cone, random: &mut Random) -> Target {
     let axis = cone.top - cone.base;
     let (u, v) = axis.normalize_or_zero().any_orthonormal_pair();

@@ -1,4 +1,4 @@
-//! Answers compared with those of f64 at one lane.
+//! Compares answers with those of exact tracing in one f64 lane.
 
 use super::{BenchError, Contender};
 use crate::measure::queries::{Answers, Ask, Job};
@@ -7,34 +7,35 @@ use crate::trace::HitId;
 use rayon::ThreadPool;
 use serde::Serialize;
 
-/// Rays with another answer than f64 at one lane, by what is different.
+/// Number of rays whose answer differs from that of one f64 lane, by kind of
+/// difference.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Differences {
-    /// Rays compared.
+    /// Number of rays compared.
     pub checked: usize,
-    /// Of these, rays with another primitive or another shadow: the sum of the
+    /// Number of these rays with another primitive or another shadow: the sum of the
     /// next four.
     pub differ: usize,
-    /// Something is there, and nothing was found.
+    /// Misses where the oracle hits.
     pub missed: usize,
-    /// Nothing is there, and something was found.
+    /// Hits where the oracle misses.
     pub extra: usize,
-    /// Another primitive at nearly the same t: a shared edge, or two surfaces in
-    /// one place.
+    /// Another primitive at nearly the same t: a shared edge, or two surfaces in one
+    /// place.
     pub tied: usize,
-    /// Another primitive elsewhere.
+    /// Another primitive at another t.
     pub elsewhere: usize,
-    /// The first of them: rows of the set.
+    /// Rows in the set of the first differing rays.
     pub differing_rows: Vec<usize>,
 }
 
-/// Rows that are named.
+/// Maximum number of rows listed.
 const NAMED: usize = 16;
-/// Relative difference of two t's that f32 may make of one. At grazing rays it
-/// makes more.
+/// Relative difference up to which two values of t count as equal in f32. At grazing
+/// rays f32's error is larger.
 const SAME_T: f32 = 1e-4;
 
-/// What f64 at one lane says, for some rays of a set.
+/// The oracle's answers (one f64 lane) for a sample of a set's rays.
 pub(super) struct Expected {
     /// Rows of the set.
     rows: Vec<usize>,
@@ -42,8 +43,8 @@ pub(super) struct Expected {
 }
 
 impl Expected {
-    pub fn of(
-        judge: &Contender,
+    pub fn new(
+        oracle: &Contender,
         pool: &ThreadPool,
         job: &Job,
         checked: usize,
@@ -58,11 +59,11 @@ impl Expected {
             rays: some,
         };
         let mut answers = Answers::default();
-        pool.install(|| judge.trace(&job, &mut answers, progress))?;
+        pool.install(|| oracle.trace(&job, &mut answers, progress))?;
         Ok(Expected { rows, answers })
     }
 
-    /// Exact contenders must have the same t as well.
+    /// Counts the differences. Exact contenders must have the same t as well.
     pub fn differences(&self, ask: Ask, contender: &Contender, found: &Answers) -> Differences {
         let mut all = Differences {
             checked: self.rows.len(),
@@ -107,7 +108,7 @@ impl Expected {
     }
 }
 
-/// From a peer's ids to the scene's.
+/// Translates a baseline's ids to the scene's.
 pub(super) fn translate(answers: &mut Answers, ids: &[HitId]) {
     for i in 0..answers.id.len() {
         let id = answers.id.get(i);

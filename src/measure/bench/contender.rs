@@ -1,23 +1,24 @@
-//! One way of tracing, ours or a peer's.
+//! One way of tracing: one of our kernels, or a baseline's function.
 
 use super::BenchError;
 use crate::accel::{Counts, World};
-use crate::measure::peer::{Embree, Way};
+use crate::measure::baseline::{Embree, Way};
 use crate::measure::queries::{Answers, Job, count, trace};
 use crate::plan::Kernels;
 use crate::render::Progress;
 use crate::trace::{CacheCounts, Caching, counts};
 
-/// What a row says about who traced, and the tracer.
+/// A tracer, and how a result row describes it.
 #[derive(Clone)]
 pub struct Contender<'a> {
     pub accel: String,
-    /// `tile` or `packet`, or `single` at one lane; a peer's own name.
+    /// `tile` or `packet`, or `single` at one lane; the function's own name for a
+    /// baseline.
     pub kernel: String,
-    /// Rays per packet.
+    /// Number of rays per packet.
     pub lanes: usize,
     pub precision: &'static str,
-    /// Must answer as f64 at one lane does, in every bit.
+    /// True if every bit of the answers must equal that of one f64 lane.
     pub exact: bool,
     pub isa: &'static str,
     pub tracer: Tracer<'a>,
@@ -28,14 +29,14 @@ pub enum Tracer<'a> {
     Own {
         world: &'a World,
         kernels: Kernels,
-        /// Of rays that ask for any hit.
+        /// Shadow cache of any-hit rays.
         caching: Caching,
     },
-    Peer(&'a Embree, Way),
+    Baseline(&'a Embree, Way),
 }
 
 impl Contender<'_> {
-    /// For messages.
+    /// Describes the contender for messages.
     pub fn name(&self) -> String {
         let Contender {
             accel,
@@ -45,7 +46,7 @@ impl Contender<'_> {
             ..
         } = self;
         match self.tracer {
-            Tracer::Peer(..) => kernel.clone(),
+            Tracer::Baseline(..) => kernel.clone(),
             Tracer::Own { caching, .. } => {
                 let plural = if *lanes == 1 { "" } else { "s" };
                 let cache = match caching {
@@ -60,7 +61,7 @@ impl Contender<'_> {
     pub(super) fn caching(&self) -> Option<Caching> {
         match self.tracer {
             Tracer::Own { caching, .. } => Some(caching),
-            Tracer::Peer(..) => None,
+            Tracer::Baseline(..) => None,
         }
     }
 
@@ -79,14 +80,14 @@ impl Contender<'_> {
                 let ask = (job.ask, *caching);
                 trace(world, kernels, &job.rays, ask, answers, progress)
             }
-            Tracer::Peer(peer, way) => peer
+            Tracer::Baseline(embree, way) => embree
                 .trace(*way, &job.rays, job.ask, answers, progress)
                 .map(|()| CacheCounts::default()),
         };
         done.ok_or(BenchError::Interrupted)
     }
 
-    /// What a job takes, where that is counted.
+    /// Counts the traversal steps of a job; `None` where the kernels do not count.
     pub fn count(&self, job: &Job, progress: &Progress) -> Result<Option<Counts>, BenchError> {
         let Tracer::Own {
             world,

@@ -1,17 +1,15 @@
-//! Rays per second: from an array of rays to an array of answers.
+//! Rays per second, from an array of rays to an array of answers.
 //!
-//! What is timed is what a program pays that has rays in the peers' layout and
-//! wants t and id: the conversion into columns, the tracing, the narrowing of
-//! the answers. Rays are made before, answers are checked after. All pairs of
-//! ray set and contender take turns, so that a machine that slows down slows
-//! all of them.
+//! The timed interval covers what a caller with rays in the baseline's layout pays for
+//! t and id: conversion to columns, tracing, and narrowing of the answers. Rays are
+//! generated before the interval and answers are checked after it. All pairs of ray set
+//! and contender take turns, so that a slowdown of the machine affects all of them.
 //!
-//! A peer's contenders are chosen per ray set, by a short trial of all its ways
-//! (`trial.rs`). Answers are compared with exact f64 ones (`compare.rs`).
+//! A baseline's contenders are chosen per ray set by a short trial of all its functions
+//! and settings (`trial.rs`). Answers are compared with exact f64 ones (`compare.rs`).
 //!
-//! Time is the thread's own processor time where one thread traces and the
-//! system tells it (Linux), else wall-clock time:
-//! [`Clock`](super::clock::Clock).
+//! A single tracing thread is timed by its own processor time where the system provides
+//! it (Linux), other runs by wall-clock time: [`Clock`](super::clock::Clock).
 
 mod compare;
 mod contender;
@@ -22,8 +20,8 @@ pub use compare::Differences;
 pub use contender::{Contender, Tracer};
 pub use row::{Comparison, Row, comparisons};
 
+use super::baseline::{BaselineTests, Embree};
 use super::clock::Clock;
-use super::peer::{Embree, PeerTests};
 use super::queries::{Answers, Ask, Job};
 use crate::render::Progress;
 use crate::trace::{Caching, HitId};
@@ -43,8 +41,8 @@ pub enum BenchError {
         found: usize,
     },
     #[error(
-        "{kind}, {mode}: {differ} of {checked} rays have another answer than f64 at one lane; \
-         they must have the same"
+        "{kind}, {mode}: {differ} of {checked} answers differ from exact tracing at one lane; \
+         they must be equal"
     )]
     Wrong {
         kind: String,
@@ -54,59 +52,67 @@ pub enum BenchError {
     },
 }
 
-/// A peer, and how its ids translate.
+/// A baseline tracer, and the translation of its ids.
 #[derive(Clone, Copy)]
-pub struct Peer<'a> {
+pub struct Baseline<'a> {
     pub tracer: &'a Embree,
-    /// What each of its triangles is in the scene.
+    /// Scene id of each of the baseline's triangles.
     pub ids: &'a [HitId],
 }
 
-/// What stays the same over a run.
+/// Parameters of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting {
     /// Repetitions of each measurement.
     pub reps: u32,
-    /// Rays of each set that are compared with f64 at one lane, at most.
+    /// Maximum number of rays per set that are compared with one f64 lane.
     pub checked: usize,
 }
 
-/// Measures every job with every contender on the pool. `judge` answers what is
-/// compared; a peer, if there is one, joins with its best ways. Rows by job,
-/// then by contender.
+/// Measures every job with every contender on the pool. `oracle` gives the answers to
+/// compare with; a baseline, if there is one, joins with its fastest settings. Returns
+/// rows by job, then by contender.
 pub fn bench<'a>(
-    judge: &Contender<'a>,
+    oracle: &Contender<'a>,
     own: &[Contender<'a>],
-    peer: Option<Peer<'a>>,
+    baseline: Option<Baseline<'a>>,
     pool: &ThreadPool,
     jobs: &[Job],
     setting: &Setting,
     progress: &Progress,
 ) -> Result<Vec<Row>, BenchError> {
-    let clock = Clock::of(pool.current_num_threads());
+    let clock = Clock::for_threads(pool.current_num_threads());
     let mut answers = Answers::default();
     let mut rows = Vec::new();
-    // Each row's job and contender.
+    // Job and contender of each row.
     let mut runs: Vec<(usize, Contender)> = Vec::new();
     let with = |caching| own.iter().any(|own| own.caching() == Some(caching));
     let twice = Caching::ALL.into_iter().all(with);
-    // Also warms up.
+    // The first pass also warms up.
     for (number, job) in jobs.iter().enumerate() {
-        let expected = Expected::of(judge, pool, job, setting.checked, progress)?;
-        // Rays that ask for the closest hit have no shadow cache: one of a pair.
+        let expected = Expected::new(oracle, pool, job, setting.checked, progress)?;
+        // Closest-hit rays use no shadow cache: one contender of each cached and
+        // uncached pair suffices.
         let same =
             |own: &&Contender| job.ask == Ask::Any || !twice || own.caching() == Some(Caching::On);
         let mut contenders: Vec<Contender> = own.iter().filter(same).cloned().collect();
-        if let Some(peer) = peer {
-            for tests in PeerTests::ALL {
-                contenders.extend(trial::best(peer.tracer, tests, pool, job, clock, progress)?);
+        if let Some(baseline) = baseline {
+            for tests in BaselineTests::ALL {
+                contenders.extend(trial::fastest(
+                    baseline.tracer,
+                    tests,
+                    pool,
+                    job,
+                    clock,
+                    progress,
+                )?);
             }
         }
         for contender in contenders {
             let cached = pool.install(|| contender.trace(job, &mut answers, progress))?;
             let hits = answers.hits();
-            if let (Some(peer), Tracer::Peer(..)) = (peer, &contender.tracer) {
-                compare::translate(&mut answers, peer.ids);
+            if let (Some(baseline), Tracer::Baseline(..)) = (baseline, &contender.tracer) {
+                compare::translate(&mut answers, baseline.ids);
             }
             let found = expected.differences(job.ask, &contender, &answers);
             if contender.exact && found.differ > 0 {

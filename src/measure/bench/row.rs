@@ -1,10 +1,10 @@
-//! The figures of a run, with the names of `bench --json`.
+//! The figures of a run, with the field names of `bench --json`.
 
 use super::{Contender, Differences, Tracer};
 use crate::accel::Counts;
 use crate::measure::clock::best_and_median;
-use crate::measure::kinds::Kind;
 use crate::measure::queries::{Ask, Job};
+use crate::measure::ray_kinds::Kind;
 use crate::trace::CacheCounts;
 use serde::Serialize;
 
@@ -12,38 +12,38 @@ use serde::Serialize;
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
     pub kind: String,
-    /// A structure of ours, or a peer's name.
+    /// One of our structures, or a baseline's name.
     pub accel: String,
-    /// `tile` or `packet`, or `single` at one lane; a peer's function with its
+    /// `tile` or `packet`, or `single` at one lane; for a baseline its function and
     /// setting.
     pub kernel: String,
     pub lanes: usize,
-    /// `fast`, `guarded` or `exact`; a peer's tests: `fast` or `robust`.
+    /// `fast`, `guarded` or `exact`; for a baseline its tests, `fast` or `robust`.
     pub precision: &'static str,
     pub threads: usize,
     pub isa: &'static str,
-    /// Another tracer's.
+    /// True for a baseline.
     pub peer: bool,
     pub rays: usize,
     pub hits: usize,
-    /// The median over the repetitions; 0 where nothing could be measured.
+    /// Median over the repetitions, in 10⁶ rays per second; 0 where nothing could be
+    /// measured.
     pub mrays_per_s: f64,
     pub mrays_per_s_best: f64,
-    /// Steps through the structure (a node's boxes, a plane, a cell), for the ray
-    /// or for a packet or tile that it went with, divided by the rays; null where
-    /// the kernels do not count.
+    /// Traversal steps (a node's boxes, a plane, a cell) made for the ray or for its
+    /// packet or tile, divided by the rays; null where the kernels do not count.
     pub nodes_per_ray: Option<f64>,
-    /// Leaves that were visited, in the same way.
+    /// Leaves visited, counted in the same way.
     pub blocks_per_ray: Option<f64>,
     /// Tests of one ray against one primitive.
     pub tests_per_ray: Option<f64>,
-    /// Tests of a packet against a primitive that were not made, since the
-    /// packet had met the primitive before, divided by the rays.
+    /// Packet tests that mailboxes saved, since the packet had already tested the
+    /// primitive, divided by the rays.
     pub spared_per_ray: Option<f64>,
-    /// Whether any-hit rays try the last occluder first; null for other rays and
-    /// for peers.
+    /// `on` if any-hit rays first test the last occluder, else `off`; null for other
+    /// rays and for baselines.
     pub shadow_cache: Option<&'static str>,
-    /// Rays that tried it, and those that it settled, divided by the rays.
+    /// Tries and hits of the shadow cache, divided by the rays.
     pub cache_tries_per_ray: Option<f64>,
     pub cache_hits_per_ray: Option<f64>,
     #[serde(flatten)]
@@ -66,7 +66,7 @@ impl Row {
             precision: contender.precision,
             threads,
             isa: contender.isa,
-            peer: matches!(contender.tracer, Tracer::Peer(..)),
+            peer: matches!(contender.tracer, Tracer::Baseline(..)),
             rays: job.rays.len(),
             hits,
             mrays_per_s: 0.0,
@@ -111,7 +111,7 @@ impl Row {
         }
     }
 
-    /// One line of a table or label of a bar.
+    /// Describes the tracer in a table's row or a bar's label.
     pub fn tracer(&self) -> String {
         if self.peer {
             return self.kernel.clone();
@@ -131,22 +131,24 @@ impl Row {
     }
 }
 
-/// The fastest of ours beside the fastest of a peer, for one kind of rays.
+/// Our fastest contender beside the baseline's fastest, for one kind of rays.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
     pub kind: String,
     pub precision: &'static str,
-    /// Ours, by its place in `results`.
+    /// Row of our contender in `results`.
     pub own: usize,
-    /// The peer's, likewise; its kind may be the opposite direction.
+    /// Row of the baseline's contender in `results`; its kind may be the opposite
+    /// direction.
     pub peer: usize,
-    /// How many times as fast ours is, by the medians.
+    /// Ratio of the median rates, ours over the baseline's.
     pub ratio: f64,
 }
 
-/// Ours against the peer, by kind and precision: `fast` against its usual tests, the
-/// others against its robust ones. Rays between hits and a point
-/// light may be traced either way, and the peer's faster way counts.
+/// Compares our contenders with the baseline's by kind and precision: `fast` with its
+/// fast tests, `guarded` and `exact` with its robust ones. Rays between hits and a
+/// point light may be traced in either direction, and the baseline's faster direction
+/// counts.
 pub fn comparisons(rows: &[Row]) -> Vec<Comparison> {
     let fastest = |wanted: &dyn Fn(&Row) -> bool| {
         let among = rows.iter().enumerate().filter(|(_, row)| wanted(row));
@@ -237,10 +239,10 @@ mod tests {
         let ratio = |i: usize| (found[i].own, found[i].peer, found[i].ratio);
         assert_eq!(found.len(), 4);
         assert_eq!(ratio(0), (1, 3, 2.0));
-        // What is watertight, against what is.
+        // Watertight tests against watertight tests.
         assert_eq!(ratio(1), (2, 4, 10.0 / 16.0));
         assert_eq!(ratio(2), (5, 6, 0.5));
-        // The peer's faster direction, against our own.
+        // The baseline's faster direction, against our own.
         assert_eq!(ratio(3), (7, 6, 2.0));
     }
 }

@@ -1,26 +1,27 @@
-//! Which of a peer's ways are worth a full measurement for a ray set.
+//! Selects the baseline's settings that deserve a full measurement for a ray set.
 
 use super::{BenchError, Contender, Tracer};
 use crate::io::RaySet;
+use crate::measure::baseline::{BaselineTests, Embree, Way};
 use crate::measure::clock::Clock;
-use crate::measure::peer::{Embree, PeerTests, Way};
 use crate::measure::queries::{Answers, Job};
 use crate::render::Progress;
 use rayon::ThreadPool;
 
-/// Ways that are measured at full length.
+/// Number of settings measured at full length.
 const KEPT: usize = 3;
-/// Rays of a trial: runs of neighbours, spread over the set. A run is as long
-/// as the longest stream, so that no way is cut short.
+/// A trial traces runs of neighbouring rays, spread over the set. A run is as long as
+/// the longest stream, so no setting is cut short.
 const RUN: usize = 2048;
 const RUNS: usize = 48;
-/// Each way's time is its best of so many; the turns interleave.
+/// Number of trials per setting; its best time counts, and the settings take turns.
 const TURNS: usize = 3;
 
-/// The ways with such tests that were fastest on a part of the rays, fastest first.
-pub fn best<'a>(
-    peer: &'a Embree,
-    tests: PeerTests,
+/// Returns the settings with these tests that were fastest on a part of the rays,
+/// fastest first.
+pub fn fastest<'a>(
+    embree: &'a Embree,
+    tests: BaselineTests,
     pool: &ThreadPool,
     job: &Job,
     clock: Clock,
@@ -33,14 +34,14 @@ pub fn best<'a>(
     };
     let contender = |way: Way| Contender {
         accel: "embree3".into(),
-        kernel: peer.name(way, job.ask),
+        kernel: embree.name(way, job.ask),
         lanes: way.lanes(),
         precision: tests.name(),
         exact: false,
-        isa: peer.isa(way),
-        tracer: Tracer::Peer(peer, way),
+        isa: embree.isa(way),
+        tracer: Tracer::Baseline(embree, way),
     };
-    let mut tried: Vec<(f64, Contender)> = peer
+    let mut tried: Vec<(f64, Contender)> = embree
         .ways(tests)
         .into_iter()
         .map(|way| (f64::INFINITY, contender(way)))

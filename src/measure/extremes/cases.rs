@@ -1,4 +1,4 @@
-//! What the sweeps look at: scenes and rays at a value, and rows of values.
+//! Cases of the sweeps: scenes and rays at a value, and sequences of values.
 
 use super::objects::{Stand, mesh_of, place, rotation, shapes};
 use super::rays::{Random, SweepRay, at_targets, rounded, through};
@@ -8,11 +8,10 @@ use crate::measure::generate::displaced_sphere;
 use crate::scene::{Edge, SceneBuilder};
 use glam::{DAffine3, DMat3, DVec3};
 
-/// Where things stand that are far from the origin; not along an axis, and of
-/// length 1.
+/// Unit direction, not along an axis, in which distant objects are placed.
 pub const AWAY: DVec3 = DVec3::new(0.48, -0.6, 0.64);
 
-/// The f64 nearest to 10^k, on every machine.
+/// Returns the f64 nearest to 10^k, the same on every machine.
 pub fn power(k: i32) -> f64 {
     format!("1e{k}").parse().unwrap_or(0.0)
 }
@@ -21,7 +20,7 @@ pub fn decades(from: i32, to: i32) -> Vec<f64> {
     every(1, from, to)
 }
 
-/// Powers of ten whose exponents are `step` apart.
+/// Returns powers of ten whose exponents are `step` apart.
 pub fn every(step: i32, from: i32, to: i32) -> Vec<f64> {
     let towards = (to - from).signum() * step;
     let count = (to - from).abs() / step;
@@ -33,7 +32,7 @@ pub fn scaled(subject: Subject, size: f64, rays: usize, random: &mut Random) -> 
     seen(subject, &Stand { middle, size }, rays, random)
 }
 
-/// The object where it stands, from four radii away.
+/// Places the object at its stand, with rays from a distance of four radii.
 pub fn seen(subject: Subject, stand: &Stand, rays: usize, random: &mut Random) -> Case {
     let mut scene = SceneBuilder::default();
     let shapes = shapes(subject, &mut scene, stand);
@@ -43,12 +42,12 @@ pub fn seen(subject: Subject, stand: &Stand, rays: usize, random: &mut Random) -
     Case { scene, rays }
 }
 
-/// The object under a transform, from about four of its own radii away.
+/// Places the object by a transform, with rays from about four of its own radii.
 pub fn placed(subject: Subject, map: DAffine3, rays: usize, random: &mut Random) -> Case {
     placed_from(4.0, subject, map, rays, random)
 }
 
-/// The same, from another distance.
+/// Places the object by a transform, with rays from `distance`.
 pub fn placed_from(
     distance: f64,
     subject: Subject,
@@ -64,14 +63,15 @@ pub fn placed_from(
     Case { scene, rays }
 }
 
-/// A transform of this condition: turned, squeezed and turned again.
+/// Returns a transform of this condition number: a rotation, a scaling and another
+/// rotation.
 pub fn sheared(condition: f64, random: &mut Random) -> DAffine3 {
     let scale = DVec3::new(1.0, 1.0 / condition.sqrt(), 1.0 / condition);
     let inner = rotation(random);
     DAffine3::from_mat3(rotation(random) * DMat3::from_diagonal(scale) * inner)
 }
 
-/// A chain of nodes with the object at its end.
+/// Places the object at the end of a chain of nodes.
 pub fn chain(subject: Subject, levels: usize, rays: usize, random: &mut Random) -> Case {
     let mut scene = SceneBuilder::default();
     let shapes = shapes(subject, &mut scene, &Stand::HERE);
@@ -96,7 +96,7 @@ pub fn chain(subject: Subject, levels: usize, rays: usize, random: &mut Random) 
     Case { scene, rays }
 }
 
-/// Rays through the object whose directions `turn` makes from random ones.
+/// Generates rays through the object whose directions `turn` derives from random ones.
 pub fn turned(
     subject: Subject,
     rays: usize,
@@ -111,7 +111,7 @@ pub fn turned(
         let dir = random.direction();
         let dir = turn(dir, random);
         let size = dir.iter().fold(0.0_f32, |m, x| m.max(x.abs()));
-        // No direction: from the target itself.
+        // A zero direction starts at the target itself.
         let distance = if size > 0.0 {
             away / f64::from(size)
         } else {
@@ -127,9 +127,9 @@ pub fn directed(subject: Subject, length: f64, rays: usize, random: &mut Random)
     turned(subject, rays, random, |dir, _| rounded(dir * length))
 }
 
-/// Grids of triangles in one plane, exactly: corners are multiples of two whole
-/// vectors, and the plane lies askew to the axes. Each is placed so that its rays,
-/// all of one direction, meet it under the angle.
+/// Builds grids of exactly coplanar triangles: corners are multiples of two integer
+/// vectors, and the plane is oblique to the axes. Each grid is placed so that its rays,
+/// all of one direction, meet it at the angle with this sine.
 pub fn along_planes(sine: f64, rays: usize, random: &mut Random) -> Case {
     const PLANES: usize = 8;
     const SIDE: u32 = 8;
@@ -151,7 +151,7 @@ pub fn along_planes(sine: f64, rays: usize, random: &mut Random) -> Case {
         triangles.extend([[a, b, c], [b, c + 1, c]]);
     }
     let mesh = scene.mesh("", &mesh_of(positions, triangles));
-    // The plane's own axes, to be turned to the ray's.
+    // The plane's own axes, which are rotated to the ray's.
     let own = DMat3::from_cols(u / 3.0, v / 3.0, u.cross(v) / 9.0);
     let cosine = (1.0 - sine * sine).max(0.0).sqrt();
     let planes: [(DAffine3, [f32; 3]); PLANES] = std::array::from_fn(|i| {
@@ -180,7 +180,8 @@ pub fn along_planes(sine: f64, rays: usize, random: &mut Random) -> Case {
     Case { scene, rays }
 }
 
-/// Half of the rays inside the silhouette of a unit sphere, half outside.
+/// Aims half of the rays inside the silhouette of a unit sphere and half outside, at
+/// distance `depth` from it.
 pub fn tangent(depth: f64, rays: usize, random: &mut Random) -> Case {
     let mut scene = SceneBuilder::default();
     let center = AWAY;
@@ -209,7 +210,7 @@ pub fn tangent(depth: f64, rays: usize, random: &mut Random) -> Case {
     Case { scene, rays }
 }
 
-/// Every fourth ray near a corner.
+/// Aims rays near a mesh's edges, every fourth near a corner.
 pub fn near_edges(depth: f64, rays: usize, random: &mut Random) -> Case {
     let set = displaced_sphere(12, 12);
     let points: Vec<DVec3> = set
@@ -240,8 +241,8 @@ pub fn near_edges(depth: f64, rays: usize, random: &mut Random) -> Case {
     Case { scene, rays }
 }
 
-/// Fans of right-angled triangles of base 1 about one corner, so that f32 holds
-/// their heights; a few of them, placed.
+/// Builds fans of right-angled triangles of base 1 around one corner at the origin, so
+/// that f32 holds their heights; several copies are placed by transforms.
 pub fn slivers(height: f64, rays: usize, random: &mut Random) -> Case {
     const SLIVERS: u32 = 32;
     const FANS: usize = 8;
@@ -265,7 +266,7 @@ pub fn slivers(height: f64, rays: usize, random: &mut Random) -> Case {
     let one = |_| {
         let map = maps[random.below(FANS)];
         let corners = triangles[random.below(triangles.len())].map(|v| points[v as usize]);
-        // A little beyond the borders, too.
+        // The targets also lie slightly beyond the borders.
         let (u, v) = (random.between(-0.1, 1.0), random.between(-0.1, 1.0));
         let target = corners[1] * u + corners[2] * v;
         let dir = rounded(random.direction());
@@ -276,8 +277,8 @@ pub fn slivers(height: f64, rays: usize, random: &mut Random) -> Case {
     Case { scene, rays }
 }
 
-/// Spheres at distance 1 from the first half's eye, at which the others arrive by
-/// f64's aim.
+/// Builds spheres at distance 1 from the eye of the first half of the rays; the other
+/// half is aimed with f64 accuracy.
 pub fn small_spheres(radius: f64, rays: usize, random: &mut Random) -> Case {
     const SPHERES: usize = 16;
     let mut scene = SceneBuilder::default();

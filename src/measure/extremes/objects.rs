@@ -1,4 +1,4 @@
-//! What the sweeps look at: a mesh, and one of each solid, of about radius 1.
+//! Objects of the sweeps: a mesh, and one solid of each kind, with a radius of about 1.
 
 use super::rays::Random;
 use super::sweeps::Subject;
@@ -7,7 +7,7 @@ use crate::measure::generate::displaced_sphere;
 use crate::scene::{Edge, MeshData, SceneBuilder, ShapeId};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-/// Where an object stands, by its own numbers: p ↦ middle + size·p.
+/// Position and size of an object, applied to its own coordinates: p ↦ middle + size·p.
 #[derive(Clone, Copy, Debug)]
 pub struct Stand {
     pub middle: DVec3,
@@ -25,7 +25,7 @@ impl Stand {
     }
 }
 
-/// The subject's shapes, not yet placed.
+/// Adds the subject's shapes, not yet instantiated.
 pub fn shapes(subject: Subject, scene: &mut SceneBuilder, stand: &Stand) -> Vec<ShapeId> {
     match subject {
         Subject::Triangles => vec![scene.mesh("", &ball(stand))],
@@ -33,7 +33,7 @@ pub fn shapes(subject: Subject, scene: &mut SceneBuilder, stand: &Stand) -> Vec<
     }
 }
 
-/// The same, placed by `map` (or where they are).
+/// Instantiates the shapes, by the transform `map` if there is one.
 pub fn place(scene: &mut SceneBuilder, shapes: &[ShapeId], map: Option<DAffine3>) {
     let transform = map.map(|map| scene.transform(map.into()));
     for shape in shapes {
@@ -42,7 +42,7 @@ pub fn place(scene: &mut SceneBuilder, shapes: &[ShapeId], map: Option<DAffine3>
     }
 }
 
-/// A closed mesh of 264 triangles that is no sphere.
+/// Builds a closed mesh of 264 triangles, a sphere with a displaced surface.
 fn ball(stand: &Stand) -> MeshData {
     let set = displaced_sphere(12, 12);
     let vertex = |p: &[f32; 3]| stand.at(DVec3::from_array(p.map(f64::from))).to_array();
@@ -57,7 +57,7 @@ pub fn mesh_of(positions: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> MeshData {
     }
 }
 
-/// One of each kind about the corners of a cube, over a tilted ground.
+/// Adds one solid of each kind near the corners of a cube, above a tilted ground plane.
 fn solids(scene: &mut SceneBuilder, stand: &Stand) -> Vec<ShapeId> {
     let Stand { size, .. } = *stand;
     let corner = |i: u32| {
@@ -135,7 +135,7 @@ fn solids(scene: &mut SceneBuilder, stand: &Stand) -> Vec<ShapeId> {
     ]
 }
 
-/// About a random axis, by a random angle.
+/// Returns a rotation about a random axis by a random angle.
 pub fn rotation(random: &mut Random) -> DMat3 {
     let angle = random.between(0.3, 3.0);
     DMat3::from_quat(DQuat::from_axis_angle(random.direction(), angle))

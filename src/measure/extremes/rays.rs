@@ -1,4 +1,4 @@
-//! Seeded numbers, and the rays of the sweeps.
+//! A seeded generator, and the rays of the sweeps.
 
 use crate::math::unit;
 use crate::render::mix;
@@ -13,11 +13,11 @@ pub struct SweepRay {
     pub t_max: f32,
 }
 
-/// Vigna's SplitMix64.
+/// Vigna's SplitMix64 generator.
 pub struct Random(pub u64);
 
 impl Random {
-    /// In [0, 1).
+    /// Returns a number in [0, 1).
     pub fn unit(&mut self) -> f64 {
         let bits = mix(self.0);
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -32,7 +32,8 @@ impl Random {
         ((self.unit() * n as f64) as usize).min(n - 1)
     }
 
-    /// Uniform on the unit sphere (Archimedes: uniform in height).
+    /// Returns a uniformly distributed unit direction (Archimedes: its height is
+    /// uniform).
     pub fn direction(&mut self) -> DVec3 {
         let z = self.between(-1.0, 1.0);
         let (sin, cos) = libm::sincos(std::f64::consts::TAU * self.unit());
@@ -40,7 +41,7 @@ impl Random {
         DVec3::new(r * cos, r * sin, z)
     }
 
-    /// Uniform in the unit ball.
+    /// Returns a uniformly distributed point of the unit ball.
     pub fn in_ball(&mut self) -> DVec3 {
         loop {
             let p = DVec3::from_array([(); 3].map(|()| self.between(-1.0, 1.0)));
@@ -51,8 +52,8 @@ impl Random {
     }
 }
 
-/// Some rays end near what they are aimed at, `distance` in t away; the others
-/// nowhere.
+/// Returns t_max: for a quarter of the rays near the target at t = `distance`, else
+/// infinity.
 pub fn end(distance: f64, random: &mut Random) -> f32 {
     if random.below(4) > 0 {
         return f32::INFINITY;
@@ -60,8 +61,8 @@ pub fn end(distance: f64, random: &mut Random) -> f32 {
     (distance * random.between(0.5, 1.5)) as f32
 }
 
-/// The ray of this direction that meets `target` at t = `distance`: the origin has
-/// f64's precision, so rays are aimed as well as f64 can say.
+/// Returns the ray of this direction that meets `target` at t = `distance`. The origin
+/// is f64, so the aim has f64 accuracy.
 pub fn through(target: DVec3, dir: [f32; 3], distance: f64, random: &mut Random) -> SweepRay {
     let org = target - DVec3::from_array(dir.map(f64::from)) * distance;
     SweepRay {
@@ -75,9 +76,9 @@ pub fn rounded(dir: DVec3) -> [f32; 3] {
     dir.to_array().map(|x| x as f32)
 }
 
-/// Rays at random targets from about `distance` away. The first half comes from
-/// one eye a tile, as a camera's do, with directions rounded to f32; the others
-/// each start where f64 says that they must.
+/// Aims rays at random targets from about `distance` away. The rays of the first half
+/// share one eye per tile, as camera rays do, with directions rounded to f32; each ray
+/// of the other half has the origin that f64 arithmetic requires.
 pub fn at_targets(
     count: usize,
     distance: f64,

@@ -1,4 +1,4 @@
-//! The table of sweeps: each goes from the easy to the extreme.
+//! The table of sweeps, each from the easy to the extreme.
 
 use super::Case;
 use super::cases::{
@@ -10,7 +10,7 @@ use super::rays::{Random, at_targets, rounded};
 use crate::scene::SceneBuilder;
 use glam::{DAffine3, DMat3, DVec3};
 
-/// What is looked at.
+/// The objects of a sweep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subject {
     Triangles,
@@ -29,27 +29,27 @@ impl Subject {
 }
 
 pub struct Sweep {
-    /// As `--only` calls it.
+    /// The name for `--only`.
     pub name: &'static str,
-    /// For people.
+    /// The title for readers.
     pub title: &'static str,
-    /// What the values are.
+    /// Meaning of the axis' values.
     pub axis: &'static str,
-    /// Each is a sweep of its own.
+    /// Subjects, each of which makes a sweep of its own.
     pub subjects: &'static [Subject],
-    /// From the easy to the extreme.
+    /// Values of the axis, from the easy to the extreme.
     pub values: fn() -> Vec<f64>,
-    /// The scene and so many rays at a value.
+    /// Builds the scene and that many rays at a value.
     pub case: fn(Subject, f64, usize, &mut Random) -> Case,
 }
 
-/// Boxes are f32: of scenes below its range they say nothing, and structures lose
-/// what is in them.
-const RANGE: &str = "the boxes of structures are f32, and these numbers are not";
+/// Boxes are f32: boxes of scenes below f32's range are meaningless, and structures
+/// lose the primitives in them.
+const RANGE: &str = "the boxes of structures are f32, and these numbers are below its range";
 
 impl Sweep {
-    /// Where `guarded` and `exact` are known to fall short of exact arithmetic, and
-    /// why: everywhere else they promise to be right.
+    /// Returns why `guarded` and `exact` are known to fall short of exact arithmetic at
+    /// this value; `None` where they guarantee their answers.
     pub fn known_gap(&self, value: f64) -> Option<&'static str> {
         (self.name == "underflow" && value <= 1e-44).then_some(RANGE)
     }
@@ -254,7 +254,7 @@ pub const SWEEPS: &[Sweep] = &[
                 let first = random.below(3);
                 let mut dir = rounded(dir);
                 for i in 0..value as usize {
-                    // Of either sign.
+                    // Zeros of either sign.
                     dir[(first + i) % 3] *= 0.0;
                 }
                 dir

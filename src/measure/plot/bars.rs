@@ -4,7 +4,7 @@ use super::Tone;
 use super::svg::{Anchor, Svg, linear_step, text_width};
 
 pub struct Group {
-    /// Which group this is; not shown.
+    /// Identifier of the group; not shown.
     pub key: String,
     /// Empty for a single group.
     pub title: String,
@@ -15,7 +15,7 @@ pub struct Group {
 pub struct Bar {
     pub label: String,
     pub value: f64,
-    /// The value, as it is written at the bar's end.
+    /// The value as written at the bar's end.
     pub text: String,
     pub hint: String,
     pub tone: Tone,
@@ -26,11 +26,11 @@ const BAR: f64 = 15.0;
 const STEP: f64 = 20.0;
 const TITLE: f64 = 28.0;
 const BETWEEN: f64 = 14.0;
-/// For the values behind the longest bar.
+/// Space for the value behind the longest bar.
 const RIGHT: f64 = 60.0;
 const AXIS: f64 = 26.0;
 
-/// `mark`: a value that the bars are read against.
+/// Draws the groups. `mark` is a reference value, drawn as a line.
 pub fn draw(groups: &[Group], unit: &str, mark: Option<f64>) -> String {
     let bars = || groups.iter().flat_map(|group| &group.bars);
     let left = bars()

@@ -5,26 +5,26 @@ use super::svg::{Anchor, Svg, text_width};
 pub struct Chart {
     pub x_label: &'static str,
     pub y_label: &'static str,
-    /// What the y-axis shows at least, so that charts compare.
+    /// Range that the y-axis covers at least, so that charts are comparable.
     pub y_covers: Option<[f64; 2]>,
     pub lines: Vec<Line>,
 }
 
 pub struct Line {
     pub label: String,
-    /// A colour of the style sheet, modulo their number.
+    /// Index of a colour of the style sheet, modulo their number.
     pub hue: usize,
     pub stroke: Stroke,
-    /// Both coordinates above 0; others are left out.
+    /// Points with both coordinates above 0; others are omitted.
     pub points: Vec<[f64; 2]>,
 }
 
-/// How a line's points are joined.
+/// The stroke that joins a line's points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stroke {
     Solid,
     Dashed,
-    /// They stand alone.
+    /// Points without a line.
     Dots,
 }
 
@@ -33,9 +33,9 @@ const HEIGHT: f64 = 420.0;
 const LEFT: f64 = 64.0;
 const TOP: f64 = 24.0;
 const BOTTOM: f64 = 44.0;
-/// Colours of the style sheet.
+/// Number of colours of the style sheet.
 const COLOURS: usize = 8;
-/// Between the labels at the curves' ends.
+/// Distance between the labels at the curves' ends.
 const LABEL: f64 = 16.0;
 
 pub fn draw(chart: &Chart) -> String {
@@ -57,7 +57,7 @@ pub fn draw(chart: &Chart) -> String {
         if least > most {
             return (0.0, 1.0);
         }
-        // Some air, so that no curve lies on the frame.
+        // A margin, so that no curve lies on the frame.
         let air = ((most - least) * 0.04).max(0.04);
         (least - air, most + air)
     };
@@ -108,7 +108,7 @@ pub fn draw(chart: &Chart) -> String {
             svg.dot(*place, &format!("d{colour}"), &hint);
         }
     }
-    // Labels at the ends, pushed apart from the top down.
+    // Labels at the curves' ends, moved apart from the top down.
     let mut ends: Vec<(f64, usize, &str)> = lines
         .iter()
         .map(|(line, points)| {
@@ -137,11 +137,11 @@ fn logarithms(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     finite.map(|p| p.map(f64::log10)).collect()
 }
 
-/// No more marks than this on an axis of many decades.
+/// Maximum number of ticks on an axis of many decades.
 const TICKS: f64 = 12.0;
 
-/// Powers of ten, some of them where there are many, with twos and fives where
-/// there are few; their logarithms.
+/// Returns the ticks' base-10 logarithms and labels: powers of ten, a subset of them
+/// for a long range, and also their multiples by two and five for a short one.
 fn ticks((from, to): (f64, f64)) -> Vec<(f64, String)> {
     let stride = ((to - from) / TICKS).ceil().max(1.0) as i32;
     let steps: &[f64] = if to - from > 2.5 {

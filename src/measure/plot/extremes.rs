@@ -1,5 +1,5 @@
-//! The page of the sweeps: where each precision begins to err, then two charts a
-//! sweep, the share of wrong answers and the error of t.
+//! The page of the stress sweeps: a table of where each precision begins to err, then
+//! two charts per sweep, of the share of wrong answers and of the error of t.
 
 use super::curves::{Chart, Line, Stroke, draw};
 use super::page::{self, Heading, Section};
@@ -7,8 +7,8 @@ use super::svg::escaped;
 use crate::measure::extremes::{Figures, Report, Start, SweepReport, ULPS_ALLOWED, shown};
 use std::fmt::Write;
 
-/// Logarithms have no zero: nothing wrong is drawn as so much of one answer, and t
-/// that is right as so much of a unit in the last place.
+/// Substitute for zero, which a logarithmic axis cannot show: this share of one answer
+/// for no wrong answer, this share of a unit in the last place for an exact t.
 const NOTHING: f64 = 0.1;
 
 pub fn extremes_page(heading: &Heading, report: &Report) -> String {
@@ -16,7 +16,7 @@ pub fn extremes_page(heading: &Heading, report: &Report) -> String {
         heading: "Where each precision begins to err".into(),
         note: format!(
             "The first value of the axis at which a decision is wrong (hit, id, shadow), a number is \
-             not finite, or t is off by more than {ULPS_ALLOWED} units in the last place; a dash is \
+             not finite, or t is off by more than {ULPS_ALLOWED} units in the last place; a dash means \
              nowhere."
         ),
         figure: table(report),
@@ -31,8 +31,8 @@ pub fn extremes_page(heading: &Heading, report: &Report) -> String {
         sections.push(Section {
             heading: format!("{}: {}", sweep.name, sweep.subject),
             note: format!(
-                "{}. Both axes are logarithmic; nothing wrong is drawn as {NOTHING} of an answer, \
-                 less than {NOTHING} of a unit as {NOTHING}.",
+                "{}. Both axes are logarithmic; no wrong answer is drawn as {NOTHING} of an answer, \
+                 an error below {NOTHING} of a unit as {NOTHING}.",
                 sweep.title
             ),
             figure: shares + &errors,
@@ -41,7 +41,7 @@ pub fn extremes_page(heading: &Heading, report: &Report) -> String {
     page::write(heading, &[], &sections)
 }
 
-/// `covers`: what the y-axis shows at least.
+/// Draws one chart. `covers` is the range that the y-axis shows at least.
 fn chart(
     sweep: &SweepReport,
     (y_label, covers): (&'static str, [f64; 2]),
@@ -50,12 +50,12 @@ fn chart(
     let line = |(row, start): (usize, &Start)| {
         let built = sweep.points.iter().filter(|point| point.refused.is_none());
         let mut points: Vec<[f64; 2]> = built.map(|p| [p.value, of(&p.modes[row])]).collect();
-        // Labels stand at the last point, to the right.
+        // Labels stand at the last point, on the right.
         points.sort_by(|a, b| a[0].total_cmp(&b[0]));
         Line {
             label: start.precision.into(),
             hue: row,
-            // Where two lie on each other, both are seen.
+            // A dashed line on a solid one shows both where they coincide.
             stroke: if row == 2 {
                 Stroke::Dashed
             } else {

@@ -1,8 +1,9 @@
-//! Results of `bench`, `extremes` and `roots` as one HTML page: bars and curves, drawn as inline SVG.
+//! Results of `bench`, `extremes` and `roots` as one HTML page of bars and curves,
+//! drawn as inline SVG.
 //!
-//! The page needs nothing from outside and no script; colours follow the
-//! reader's light or dark setting. Every number that a shape stands for is also
-//! written beside it or in its title, and the JSON has them all.
+//! The page needs no external resource and no script; colours follow the reader's light
+//! or dark setting. Every number that a mark stands for is also written beside it or in
+//! its title, and the JSON output contains all of them.
 
 mod bars;
 mod curves;
@@ -17,19 +18,19 @@ pub use solvers::solvers_page;
 
 use super::bench::{Comparison, Row};
 use super::growth::Growth;
-use super::kinds::Kind;
-use super::structures::StructureRow;
+use super::index_stats::StructureRow;
+use super::ray_kinds::Kind;
 use bars::{Bar, Group};
 use curves::{Chart, Line, Stroke};
 use page::Section;
 
-/// What a colour stands for.
+/// The meaning of a colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Tone {
     Fast,
     Guarded,
     Exact,
-    Peer,
+    Baseline,
 }
 
 impl Tone {
@@ -38,13 +39,13 @@ impl Tone {
             Tone::Fast => "t-fast",
             Tone::Guarded => "t-guarded",
             Tone::Exact => "t-exact",
-            Tone::Peer => "t-peer",
+            Tone::Baseline => "t-peer",
         }
     }
 
-    fn of(row: &Row) -> Tone {
+    fn for_row(row: &Row) -> Tone {
         match row.precision {
-            _ if row.peer => Tone::Peer,
+            _ if row.peer => Tone::Baseline,
             "exact" => Tone::Exact,
             "guarded" => Tone::Guarded,
             _ => Tone::Fast,
@@ -52,7 +53,7 @@ impl Tone {
     }
 }
 
-/// The page of one scene's figures.
+/// Writes the page of one scene's figures.
 pub fn bench_page(
     heading: &Heading,
     rows: &[Row],
@@ -62,11 +63,12 @@ pub fn bench_page(
     let mut sections = Vec::new();
     if !comparisons.is_empty() {
         sections.push(Section {
-            heading: "Beside the peer's best".into(),
-            note: "How many times as fast ours is, fastest against fastest, by the medians. Rays \
-                   between hits and a point light may go either way: the peer's faster way counts. \
-                   Beside guarded and exact stand the peer's robust tests."
-                .into(),
+            heading: "Compared with the baseline's best".into(),
+            note:
+                "Ratio of the median rates, our fastest over the baseline's fastest. Rays between \
+                   hits and a point light may be traced in either direction: the baseline's faster \
+                   direction counts. guarded and exact are compared with its robust tests."
+                    .into(),
             figure: bars::draw(&[ratio_group(rows, comparisons)], "×", Some(1.0)),
         });
     }
@@ -85,20 +87,21 @@ pub fn bench_page(
         });
         sections.push(Section {
             heading: "Memory".into(),
-            note: "Bytes of nodes and leaves per triangle. Ours hold copies of the triangles; \
-                   a peer's may share the input instead."
-                .into(),
+            note:
+                "Bytes of nodes and leaves per triangle. Our leaves hold copies of the triangles; \
+                   the baseline's may share the input instead."
+                    .into(),
             figure: bars::draw(&[memory_group(structures)], "bytes", None),
         });
     }
     page::write(heading, &tones(rows), &sections)
 }
 
-/// The page of a growth measurement.
+/// Writes the page of a growth measurement.
 pub fn growth_page(heading: &Heading, growth: &Growth) -> String {
     let lines = |what: &str| {
         let fits = growth.fits.iter().filter(|fit| fit.what == what);
-        // One colour for what is compared: a kind of rays; a structure.
+        // One colour per compared item: a kind of rays, or a structure.
         let mut hues: Vec<&str> = Vec::new();
         let mut lines = Vec::new();
         for fit in fits {
@@ -135,13 +138,13 @@ pub fn growth_page(heading: &Heading, growth: &Growth) -> String {
         (
             "trace",
             "Tracing",
-            "Nanoseconds a ray over triangles, both axes logarithmic; a peer's best is dashed.",
+            "Nanoseconds per ray over triangles, both axes logarithmic; the baseline's best is dashed.",
             "ns per ray",
         ),
         (
             "memory",
             "Memory",
-            "Bytes of the structures, and the most that the process held, over triangles.",
+            "Bytes of the structures, and the peak memory of the process, over triangles.",
             "bytes",
         ),
     ] {
@@ -162,21 +165,27 @@ pub fn growth_page(heading: &Heading, growth: &Growth) -> String {
     page::write(heading, &[], &sections)
 }
 
-/// Which colours the rows use, with their names.
+/// Returns class and name of the colours that the rows use.
 fn tones(rows: &[Row]) -> Vec<(&'static str, &'static str)> {
     [
         (Tone::Fast, "fast: f32 lanes"),
-        (Tone::Guarded, "guarded: f32 lanes, doubts settled"),
-        (Tone::Exact, "exact: f64 lanes"),
-        (Tone::Peer, "peer"),
+        (
+            Tone::Guarded,
+            "guarded: f32 lanes, uncertain tests decided exactly",
+        ),
+        (
+            Tone::Exact,
+            "exact: as guarded, t refined to the nearest f64",
+        ),
+        (Tone::Baseline, "baseline"),
     ]
     .into_iter()
-    .filter(|(tone, _)| rows.iter().any(|row| Tone::of(row) == *tone))
+    .filter(|(tone, _)| rows.iter().any(|row| Tone::for_row(row) == *tone))
     .map(|(tone, name)| (tone.class(), name))
     .collect()
 }
 
-/// A group a kind, fastest first.
+/// Groups the rows by kind, fastest first.
 fn kind_groups(rows: &[Row]) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
     for row in rows {
@@ -198,7 +207,7 @@ fn kind_groups(rows: &[Row]) -> Vec<Group> {
                 "best {:.2} Mrays/s; {} of {} rays differ from exact",
                 row.mrays_per_s_best, differ.differ, differ.checked
             ),
-            tone: Tone::of(row),
+            tone: Tone::for_row(row),
         };
         if let Some(group) = groups.iter_mut().find(|group| group.key == row.kind) {
             group.bars.push(bar);
@@ -227,7 +236,7 @@ fn ratio_group(rows: &[Row], comparisons: &[Comparison]) -> Group {
                 peer.mrays_per_s,
                 peer.kind
             ),
-            tone: Tone::of(own),
+            tone: Tone::for_row(own),
         }
     };
     Group {
@@ -273,14 +282,14 @@ fn structure_bar(row: &StructureRow, value: f64) -> Bar {
             row.tree_bytes as f64 * 1e-6
         ),
         tone: if row.version.is_some() {
-            Tone::Peer
+            Tone::Baseline
         } else {
             Tone::Fast
         },
     }
 }
 
-/// Three digits, as far as they say something.
+/// Formats three significant digits, at most two decimals.
 fn figure(value: f64) -> String {
     match value {
         v if v >= 99.95 => format!("{v:.0}"),
@@ -289,7 +298,7 @@ fn figure(value: f64) -> String {
     }
 }
 
-/// `1,046,528`
+/// Formats a number as `1,046,528`.
 fn thousands(n: u64) -> String {
     let digits = n.to_string();
     let mut text = String::new();

@@ -1,25 +1,25 @@
-//! The page around the figures.
+//! The HTML page around the figures.
 
 use super::svg::escaped;
 use std::fmt::Write;
 
-/// What the page is about.
+/// The title of a page, and the facts listed below it.
 #[derive(Clone, Debug, Default)]
 pub struct Heading {
     pub title: String,
-    /// (what, value): the machine, the scene, the setting.
+    /// Pairs (name, value): the machine, the scene, the settings.
     pub facts: Vec<(&'static str, String)>,
 }
 
 pub struct Section {
     pub heading: String,
     pub note: String,
-    /// SVG, or a table.
+    /// SVG or a table.
     pub figure: String,
 }
 
-/// The colours are those of Okabe and Ito's palette, which people with any kind
-/// of colour vision tell apart, made lighter for a dark page.
+/// The page's style sheet. The colours are Okabe and Ito's palette, which people with
+/// any kind of colour vision can tell apart, lightened for a dark page.
 const STYLE: &str = "
 :root { color-scheme: light dark; --page: #fff; --ink: #1b1f24; --soft: #5c6670; --grid: #e3e7eb;
   --axis: #9aa4ae; --fast: #0072b2; --guarded: #009e73; --exact: #56a5d8; --peer: #d55e00;
@@ -53,7 +53,7 @@ th, td { text-align: left; padding: 2px 14px 2px 0; border-bottom: 1px solid var
 svg .curve { fill: none; stroke-width: 2; stroke-linejoin: round; }
 ";
 
-/// `legend`: class and name of each colour.
+/// Writes the page. `legend` holds class and name of each colour.
 pub fn write(heading: &Heading, legend: &[(&str, &str)], sections: &[Section]) -> String {
     let title = escaped(&heading.title);
     let mut html = format!(
@@ -94,7 +94,7 @@ pub fn write(heading: &Heading, legend: &[(&str, &str)], sections: &[Section]) -
     html
 }
 
-/// Strokes, dots and labels of the curves.
+/// Writes the colours of the curves' strokes, dots and labels.
 fn curve_colours() -> String {
     (0..8)
         .map(|i| {

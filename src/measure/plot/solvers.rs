@@ -1,13 +1,15 @@
-//! The page of the root finders: what they cost and what they miss, by degree.
+//! The page of the root finders: their cost and the share of roots they miss, by
+//! degree.
 
 use super::curves::{Chart, Line, Stroke, draw};
 use super::page::{self, Heading, Section};
 use crate::measure::solvers::{DegreeRow, Total};
 
-/// Logarithms have no zero: nothing missed is drawn as so much.
+/// Substitute for a share of zero, which a logarithmic axis cannot show.
 const NOTHING: f64 = 1e-3;
 
-/// `rows`: ascending degrees, the same solvers in each, but where one has no formula.
+/// Writes the page. `rows` have increasing degrees and the same solvers, except for
+/// degrees without a formula.
 pub fn solvers_page(heading: &Heading, rows: &[DegreeRow]) -> String {
     let time = |t: &Total| t.nanoseconds / t.polynomials as f64;
     let missed = |t: &Total| t.tally.map_or(f64::NAN, |t| t.missed()).max(NOTHING);
@@ -50,8 +52,8 @@ pub fn solvers_page(heading: &Heading, rows: &[DegreeRow]) -> String {
     let by_degree = lines(&|row, total| [degree(row), time(total)]);
     let missed_by_degree = lines(&|row, total| [degree(row), missed(total)]);
     let note = format!(
-        "Known roots that a solver does not give with their multiplicity: inside a cluster, or \
-         lost. None is drawn as {NOTHING}."
+        "Known roots that a solver does not find with their multiplicity: inside a cluster, or \
+         lost. A share of zero is drawn as {NOTHING}."
     );
     let sections = [
         Section {
@@ -60,14 +62,14 @@ pub fn solvers_page(heading: &Heading, rows: &[DegreeRow]) -> String {
             figure: chart("degree", "ns", by_degree),
         },
         Section {
-            heading: "Share of roots that are missed, by degree".into(),
+            heading: "Share of missed roots by degree".into(),
             note: note.clone(),
             figure: chart("degree", "share", missed_by_degree),
         },
         Section {
             heading: "Speed and accuracy".into(),
-            note: format!("A point for each degree. {note}"),
-            figure: chart("ns per polynomial", "share that is missed", plane),
+            note: format!("One point per degree. {note}"),
+            figure: chart("ns per polynomial", "share of missed roots", plane),
         },
     ];
     page::write(heading, &[], &sections)

@@ -1,7 +1,7 @@
-//! The little of SVG that charts need, written as text.
+//! Writes the subset of SVG that charts need, as text.
 //!
-//! Looks are left to the page's style sheet: shapes carry classes. Text and
-//! titles are escaped here, so callers pass them as they are.
+//! Styling is left to the page's style sheet: shapes carry classes. Text and titles are
+//! escaped here, so callers pass them unescaped.
 
 use std::fmt::Write;
 
@@ -11,7 +11,7 @@ pub struct Svg {
     body: String,
 }
 
-/// Where a text stands relative to its point.
+/// The position of a text relative to its point.
 #[derive(Clone, Copy)]
 pub enum Anchor {
     Start,
@@ -28,7 +28,7 @@ impl Svg {
         }
     }
 
-    /// `hint` shows when the reader points at it.
+    /// Adds a bar. `hint` is its tooltip.
     pub fn bar(&mut self, [x, y]: [f64; 2], [width, height]: [f64; 2], class: &str, hint: &str) {
         let _ = writeln!(
             self.body,
@@ -102,13 +102,13 @@ pub fn escaped(text: &str) -> String {
     out
 }
 
-/// About how wide a text of the charts is; a little more, so that none is cut.
+/// Estimates the width of a text in a chart, slightly too large so that none is cut.
 pub fn text_width(text: &str) -> f64 {
     text.chars().count() as f64 * 7.1
 }
 
-/// Round steps for an axis from 0 to `max`: 1, 2 or 5 times a power of ten, so
-/// that there are four to ten of them.
+/// Returns a step for an axis from 0 to `max`: 1, 2 or 5 times a power of ten, which
+/// gives four to ten steps.
 pub fn linear_step(max: f64) -> f64 {
     let rough = max / 8.0;
     if !(rough > 0.0 && rough.is_finite()) {

@@ -1,10 +1,10 @@
-//! A mismatch with all its numbers, for people.
+//! Formats a mismatch with all its numbers.
 
 use super::{Mismatch, Said};
 use crate::trace::Outcome;
 use std::fmt;
 
-/// What the mode under test said; of aimed rays no normal is asked for.
+/// The answer of the mode under test; aimed rays have no normal.
 pub(super) struct Traced<'a>(pub &'a Outcome);
 
 impl fmt::Display for Traced<'_> {

@@ -1,13 +1,13 @@
-//! The same rays at two numbers of lanes.
+//! Comparison of the same rays traced at two lane counts.
 
 use super::show::Traced;
 use crate::trace::{Outcome, TracedRay};
 
-/// Rays that differ in any bit, or that only one of the two traced.
+/// Rays that differ in any bit, or that only one of the two runs traced.
 #[derive(Clone, Debug, Default)]
 pub struct Differences {
     pub count: u64,
-    /// The first of them, for people.
+    /// Describes the first difference, for messages.
     pub first: Option<String>,
 }
 
@@ -20,7 +20,7 @@ impl Differences {
             let first = pairs().find(|(a, b)| bits(a) != bits(b));
             self.first = first.map(|(lanes, one)| {
                 format!(
-                    "ray org {:?} dir {:?} t_max {:?}: {}, and by one lane {}",
+                    "ray org {:?} dir {:?} t_max {:?}: {}, and at one lane {}",
                     lanes.org,
                     lanes.dir,
                     lanes.t_max,

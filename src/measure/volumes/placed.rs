@@ -1,4 +1,4 @@
-//! Solids at their places in the world, and what lines have inside them.
+//! Solids placed in the world, and the spans of lines inside them.
 
 use crate::accel::{Combined, FacetTrees};
 use crate::geom::exact::{Line, Root, span};
@@ -9,23 +9,23 @@ use crate::trace::{boundaries, solid_of};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
-/// A solid at a place.
+/// A solid, placed in the world.
 pub struct Placed<'a> {
     scene: &'a Scene,
     shape: Shape,
-    /// Of a combination, and of what a line may come into many times.
+    /// The combination, or a shape that a line may enter many times.
     combined: Option<Combined>,
     object_from_world: Affine,
-    /// World space.
+    /// World-space bounding box.
     pub(super) bounds: Aabb,
-    /// What lengths are measured in, a power of two: no less than its box.
+    /// Unit of lengths: a power of two, no less than the box's largest extent.
     pub(super) unit: f64,
 }
 
-/// Why a shape has no volume to measure.
+/// The reason why a shape has no volume to measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoVolume {
-    /// A surface.
+    /// A surface, not a solid.
     Surface,
     /// A mesh that is not closed.
     Mesh,
@@ -33,7 +33,7 @@ pub enum NoVolume {
 }
 
 impl<'a> Placed<'a> {
-    pub fn of(
+    pub fn new(
         scene: &'a Scene,
         id: ShapeId,
         world_from_object: &Affine,
@@ -79,14 +79,14 @@ impl<'a> Placed<'a> {
         })
     }
 
-    /// Calls `part` with every span of a world line that is inside, and how far off its
-    /// length may be; an end is a boundary.
+    /// Calls `part` with enter and exit of every span of a world line inside the solid,
+    /// and a bound on the error of the span's length. Every end is a boundary.
     pub(super) fn spans(&self, org: DVec3, dir: DVec3, mut part: impl FnMut(f64, f64, f64)) {
         let line = Line {
             org: self.object_from_world.point(org.to_array()),
             dir: self.object_from_world.vector(dir.to_array()),
         };
-        // As well as sums of chords need it. What is no number is not known.
+        // The accuracy that sums of chords need; NaN counts as unknown.
         let room = self.unit * 1e-9;
         let place = |root: &Root| match root.t {
             Bounded { value, error } if error <= room => Bounded {

@@ -4,7 +4,7 @@ use crate::math::Affine;
 use crate::scene::{Edge, Operand, Operator, SceneBuilder, ShapeId};
 use std::f64::consts::PI;
 
-/// Where lines are met in integers, fewer of them.
+/// A coarser goal, for solids whose lines are decided in integers.
 fn coarse() -> Goal {
     Goal {
         relative: 4e-3,
@@ -22,7 +22,7 @@ fn measured_to(goal: &Goal, build: impl FnOnce(&mut SceneBuilder) -> ShapeId) ->
     scene.instance("", Edge::shape(shape));
     let scene = scene.finish().unwrap();
     let identity = Affine::IDENTITY;
-    let placed = Placed::of(&scene, shape, &identity, &identity).unwrap();
+    let placed = Placed::new(&scene, shape, &identity, &identity).unwrap();
     placed
         .measure(goal, &Progress::default())
         .and_then(|found| found.volume(1.0, |p| p))
@@ -36,7 +36,7 @@ fn holds(found: &Volume, volume: f64, area: f64) {
 fn holds_to(goal: &Goal, found: &Volume, volume: f64, area: f64) {
     let relative = 2.0 * goal.relative;
     let (dv, da) = ((found.volume - volume).abs(), (found.area - area).abs());
-    // Three of the half widths: one case in a million.
+    // Three half-widths: one failure in a million cases.
     assert!(dv <= 3.0 * found.volume_error, "{found:?}, volume {volume}");
     assert!(da <= 3.0 * found.area_error, "{found:?}, area {area}");
     assert!(found.volume_error < relative * volume, "{found:?}");
@@ -66,7 +66,7 @@ fn volumes_are_those_of_formulas() {
     let found = measured(|scene| scene.cylinder("", rod(DVec3::Z)));
     holds(&found, 6.0 * PI, 14.0 * PI);
 
-    // Unit spheres one radius apart.
+    // Unit spheres whose centres are one radius apart.
     let found = measured(|scene| {
         let a = scene.sphere("", ball(DVec3::ZERO, 1.0));
         let b = scene.sphere("", ball(DVec3::X, 1.0));
@@ -84,13 +84,13 @@ fn volumes_are_those_of_formulas() {
             scene.combination("", Operator::Intersection, &all)
         })
     };
-    // Steinmetz' solids; the area of the first is 16 r², that of the other
-    // three times its volume.
+    // Steinmetz solids: the area of the first is 16 r², that of the second three times
+    // its volume.
     holds(&rods(&[DVec3::X, DVec3::Y]), 16.0 / 3.0, 16.0);
     let three = 8.0 * (2.0 - 2.0_f64.sqrt());
     holds(&rods(&DVec3::AXES), three, 3.0 * three);
 
-    // A cube of side 2, drilled through.
+    // A cube of side 2 with a bore through it.
     let found = measured(|scene| {
         let min = DVec3::splat(-1.0);
         let block = scene.cuboid("", Cuboid { min, max: -min });
@@ -105,7 +105,7 @@ fn volumes_are_those_of_formulas() {
     holds(&found, 8.0 - PI * 0.5, 24.0 - PI * 0.5 + 2.0 * PI);
 }
 
-/// What is measured once for a hundred parts errs by a hundred times as much.
+/// A measurement shared by a hundred parts contributes a hundred times its error.
 #[test]
 fn errors_of_equal_parts_are_one() {
     let one = Volume {
@@ -122,7 +122,7 @@ fn errors_of_equal_parts_are_one() {
     assert_eq!(sum([0, 1], large), None);
 }
 
-/// From the least to the largest whose cubes f64 has, and beyond.
+/// Radii from the least to the greatest whose cubes f64 holds, and beyond.
 #[test]
 fn balls_of_any_size() {
     let found = |radius: f64, scale: f64| {
@@ -131,7 +131,7 @@ fn balls_of_any_size() {
         scene.instance("", Edge::shape(shape));
         let scene = scene.finish().unwrap();
         let identity = Affine::IDENTITY;
-        let placed = Placed::of(&scene, shape, &identity, &identity).unwrap();
+        let placed = Placed::new(&scene, shape, &identity, &identity).unwrap();
         let found = placed.measure(&coarse(), &Progress::default());
         found.unwrap().volume(scale, |p| p)
     };
@@ -150,7 +150,7 @@ fn balls_of_any_size() {
     }
 }
 
-/// What the roundings of its chords may do is in the error.
+/// The error includes the rounding of the chords.
 #[test]
 fn a_plate_thinner_than_roundings() {
     let min = DVec3::new(-0.5, -0.5, 0.0);
@@ -166,8 +166,8 @@ fn a_plate_thinner_than_roundings() {
     }
 }
 
-/// Balls that touch in a point: no line meets anything, and few are drawn. But with
-/// a goal that the rest of the lines may reach, they are.
+/// Spheres that touch in a point: no line hits anything, and the measurement ends
+/// early. It goes on if the remaining lines may still reach the goal.
 #[test]
 fn what_is_empty_ends_early() {
     let found = measured(|scene| {
@@ -190,7 +190,7 @@ fn what_is_empty_ends_early() {
     assert!(!ends(5e-4, 1 << 17) && !ends(0.5, 1 << 18));
 }
 
-/// Coefficients of which f64 has no squares.
+/// Coefficients whose squares overflow or underflow f64.
 #[test]
 fn balls_of_any_coefficients() {
     for power in [-1000, -520, 510, 1000] {

@@ -1,4 +1,4 @@
-//! Surfaces in lanes: each lane's are those of one lane.
+//! Surface evaluation in lanes gives each lane the bits of a single evaluation.
 
 use super::*;
 use crate::accel::Structure;
@@ -10,7 +10,7 @@ use proptest::prelude::*;
 
 const LANES: usize = <f64x8 as Lanes>::COUNT;
 
-/// A tetrahedron, with normals that do not agree with its faces.
+/// A tetrahedron whose vertex normals disagree with its faces.
 fn tetrahedron() -> MeshData {
     MeshData {
         positions: vec![
@@ -105,7 +105,7 @@ fn shapes(scene: &mut SceneBuilder) -> Vec<ShapeId> {
     ]
 }
 
-/// All kinds as they are, placed, and as operands.
+/// All kinds of shapes: unplaced, placed, and as operands.
 fn everything() -> Scene {
     let mut scene = SceneBuilder::default();
     let shapes = shapes(&mut scene);
@@ -130,7 +130,7 @@ fn everything() -> Scene {
     scene.finish().unwrap()
 }
 
-/// How many numbers hits of an appearance may have.
+/// Number of primitive ids that hits of an instance may have.
 fn primitives(world: &World, shape: Shape) -> u32 {
     match shape {
         Shape::Mesh(id) => world.scene.meshes.row(id).triangles.len() as u32,
@@ -144,7 +144,7 @@ fn primitives(world: &World, shape: Shape) -> u32 {
 }
 
 fn bits(v: Vec3<f64>) -> [u64; 3] {
-    // Of no number any.
+    // All NaNs count as equal.
     [v.x, v.y, v.z].map(|x| if x.is_nan() { 0 } else { x.to_bits() })
 }
 
@@ -166,7 +166,7 @@ fn compare(world: &World, precision: Precision, rays: &Rays) {
             primitive: number(0),
         };
         let site = Site::of(world, precision, first);
-        // Hits that are no others' are of the first primitive.
+        // Hits outside this site are replaced by hits of the first primitive.
         let primitives: [u32; LANES] = std::array::from_fn(|i| {
             let id = HitId {
                 instance,
@@ -204,7 +204,8 @@ fn compare(world: &World, precision: Precision, rays: &Rays) {
     }
 }
 
-/// Powers of x² + y² + z² − 1: the higher, the less of a slope is left near the ball.
+/// Powers of x² + y² + z² − 1: the higher the power, the smaller the slope near the
+/// ball.
 #[test]
 fn without_a_slope_rays_start_no_farther_than_stated() {
     for power in [1, 2, 3, 12] {
@@ -244,7 +245,7 @@ fn without_a_slope_rays_start_no_farther_than_stated() {
                 assert!(cos > 1.0 - 1e-6, "{power} {precision:?} {angle}: {cos}");
                 largest = largest.max(one.offset);
             }
-            // Of a ball by its rounding alone; else the size, and what is added.
+            // For power 1 rounding alone; else the size's share and the allowance.
             let most = if power == 1 { 1e-4 } else { 1.5 * 2.0 / 1024.0 };
             assert!(largest < most, "{power} {precision:?} {largest:e}");
         }
@@ -254,7 +255,7 @@ fn without_a_slope_rays_start_no_farther_than_stated() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Also of points that lie on no surface: what t is, does not matter here.
+    /// Includes points that lie on no surface: the value of t does not matter here.
     #[test]
     fn surfaces_of_a_lane_are_those_of_one(
         rays in proptest::array::uniform8((

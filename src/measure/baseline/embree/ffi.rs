@@ -1,13 +1,13 @@
-//! Embree 3's C interface: what `bench` calls of it, and the layouts it reads.
+//! Embree 3's C interface: the functions that `bench` calls, and the layouts they read.
 //!
-//! After the headers of 3.13 (`rtcore_*.h`) as distributions configure them: one
-//! level of instancing, no minimal curve width. Rays and hits of N lanes are
-//! columns of N numbers in a fixed order, so one generic type serves all
-//! widths; the test below holds their sizes against the headers'.
+//! The declarations follow the headers of 3.13 (`rtcore_*.h`) as distributions
+//! configure them: one level of instancing, no minimal curve width. Rays and hits of N
+//! lanes are columns of N numbers in a fixed order, so one generic type serves all
+//! widths; the test below checks their sizes against the headers'.
 
 use std::ffi::{c_char, c_int, c_uint, c_void};
 
-/// An object of Embree's; never looked into.
+/// An opaque Embree object.
 pub type Handle = *mut c_void;
 
 pub const VERTEX_BUFFER: c_uint = 1;
@@ -16,9 +16,9 @@ pub const FLOAT3: c_uint = 0x9003;
 pub const UINT3: c_uint = 0x5003;
 pub const TRIANGLES: c_uint = 0;
 pub const COHERENT: c_uint = 1;
-/// Of scenes: edges are watertight, for somewhat slower queries.
+/// Scene flag: watertight edges, for somewhat slower queries.
 pub const ROBUST: c_uint = 1 << 2;
-/// Of geometries and instances: none.
+/// The id of no geometry or instance.
 pub const INVALID: u32 = u32::MAX;
 
 #[repr(C)]
@@ -29,7 +29,7 @@ pub struct Context {
 }
 
 impl Context {
-    /// As `rtcInitIntersectContext`, with these flags.
+    /// Initialises a context as `rtcInitIntersectContext` does, with these flags.
     pub fn new(flags: c_uint) -> Context {
         Context {
             flags,
@@ -39,7 +39,7 @@ impl Context {
     }
 }
 
-/// N rays in columns; `RTCRay`, `RTCRay4`, `8` and `16`.
+/// N rays in columns: `RTCRay`, `RTCRay4`, `RTCRay8` and `RTCRay16`.
 #[derive(Clone, Copy)]
 #[repr(C)]
 pub struct RayN<const N: usize> {
@@ -96,17 +96,18 @@ impl<const N: usize> RayHitN<N> {
     };
 }
 
-/// What Embree wants of single rays.
+/// The alignment that Embree requires of single rays.
 #[derive(Clone, Copy)]
 #[repr(C, align(16))]
 pub struct Aligned16<T>(pub T);
 
-/// What Embree wants of packets of 16, and more than others need.
+/// The alignment that Embree requires of packets of 16; narrower packets need less.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 pub struct Aligned64<T>(pub T);
 
-/// `valid` (−1 or 0 per lane), scene, context, rays with hits or rays alone.
+/// Arguments: `valid` (−1 or 0 per lane), scene, context, and rays with or without
+/// hits.
 pub type PacketCall = unsafe extern "C" fn(*const c_int, Handle, *mut Context, *mut c_void);
 pub type MemoryMonitor = extern "C" fn(*mut c_void, isize, bool) -> bool;
 
@@ -190,7 +191,7 @@ mod tests {
 
     #[test]
     fn layouts_are_those_of_the_headers() {
-        // RTCRay is 48 bytes and RTCHit 32; packets are N times as long.
+        // RTCRay has 48 bytes and RTCHit 32; packets are N times as long.
         assert_eq!(size_of::<Aligned16<RayN<1>>>(), 48);
         assert_eq!(size_of::<Aligned16<RayHitN<1>>>(), 80);
         assert_eq!(size_of::<Aligned64<RayN<16>>>(), 768);

@@ -1,24 +1,26 @@
-//! Embree 3 as a peer: its trees, its modes, its answers, in the same run.
+//! Embree 3 as a baseline: its trees, query modes and answers, measured in the same
+//! run.
 //!
 //! A [`Tree`] is one build of the triangles: an instruction set, a build quality, and
-//! the usual tests or robust ones. Each is asked in every way that Embree offers ([`Mode`]: single
-//! rays, packets, streams, with and without the coherent flag); which is best
-//! for a set of rays is measured, not assumed.
+//! fast or robust tests. Each tree is queried in every mode that Embree offers
+//! ([`Mode`]: single rays, packets, streams, with and without the coherent flag); the
+//! best mode for a set of rays is measured, not assumed.
 //!
-//! The input is the same [`RaySet`](crate::io::RaySet) and the output the same
-//! [`Answers`](crate::measure::queries::Answers) as of our kernels. Embree wants
-//! denormals flushed to zero while it builds and traces: [`trace`] sees to it.
+//! Input ([`RaySet`](crate::io::RaySet)) and output
+//! ([`Answers`](crate::measure::queries::Answers)) are those of our kernels. Embree
+//! requires denormals to be flushed to zero while it builds and traces, which [`trace`]
+//! does.
 //!
-//! Not here: instances (the triangles are flattened), other shapes.
+//! Instances and other shapes are not supported: the triangles are flattened.
 
 mod ffi;
 mod trace;
 
 use crate::io::{RaySet, TriangleSet};
+use crate::measure::baseline::{BaselineError, BaselineTests};
 use crate::measure::clock::Clock;
-use crate::measure::peer::{PeerError, PeerTests};
+use crate::measure::index_stats::StructureRow;
 use crate::measure::queries::{Answers, Ask};
-use crate::measure::structures::StructureRow;
 use crate::render::Progress;
 use ffi::Handle;
 use std::ffi::{CString, c_void};
@@ -28,7 +30,7 @@ use std::sync::atomic::{AtomicIsize, Ordering};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Quality {
     Medium,
-    /// With spatial splits.
+    /// Builds with spatial splits.
     High,
 }
 
@@ -50,23 +52,23 @@ impl Quality {
     }
 }
 
-/// One way of asking.
+/// One way to query a tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Mode {
     call: Call,
-    /// The context's flag.
+    /// The context's coherent flag.
     coherent: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Call {
-    /// A ray a call.
+    /// One ray per call.
     Single,
-    /// A packet of 4, 8 or 16 a call.
+    /// A packet of 4, 8 or 16 rays per call.
     Packet(usize),
-    /// So many single rays a call.
+    /// A stream of that many single rays per call.
     Stream(usize),
-    /// So many packets of 16 a call.
+    /// A stream of that many packets of 16 rays per call.
     PacketStream(usize),
 }
 
@@ -88,7 +90,7 @@ impl Mode {
             .flat_map(move |call| flags.map(|coherent| Mode { call, coherent }))
     }
 
-    /// Embree's function, with the sizes that are ours to choose.
+    /// Returns the name of Embree's function, with the sizes that we choose.
     fn name(self, ask: Ask) -> String {
         let verb = match ask {
             Ask::Closest => "Intersect",
@@ -105,14 +107,15 @@ impl Mode {
     }
 }
 
-/// Bytes that Embree says it holds.
+/// Bytes held by Embree, as its memory monitor reports them.
 #[derive(Default)]
 struct Memory {
     now: AtomicIsize,
     peak: AtomicIsize,
 }
 
-/// Embree calls it before it allocates (`bytes` > 0) and after it frees.
+/// Memory monitor: Embree calls it before it allocates (`bytes` > 0) and after it
+/// frees.
 extern "C" fn monitor(memory: *mut c_void, bytes: isize, _post: bool) -> bool {
     // SAFETY: the pointer is the `Memory` of a `Tree`, in an allocation of its own that
     // outlives Embree's device, and is only shared, never changed but by atomics.
@@ -122,15 +125,15 @@ extern "C" fn monitor(memory: *mut c_void, bytes: isize, _post: bool) -> bool {
     true
 }
 
-/// The triangles in a layout that Embree may share: 16 readable bytes at the
-/// last vertex.
+/// The triangles in a layout that Embree may share: 16 readable bytes at the last
+/// vertex.
 struct Buffers {
     positions: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
 }
 
 impl Buffers {
-    fn of(set: &TriangleSet) -> Arc<Buffers> {
+    fn new(set: &TriangleSet) -> Arc<Buffers> {
         let mut positions = set.positions.clone();
         positions.push([0.0; 3]);
         Arc::new(Buffers {
@@ -143,9 +146,9 @@ impl Buffers {
 /// One of Embree's trees.
 struct Tree {
     triangles: usize,
-    /// Held after the build: nodes and leaves, not the shared triangles.
+    /// Bytes held after the build: nodes and leaves, not the shared triangles.
     bytes: u64,
-    /// The most that Embree held while it built.
+    /// The most that Embree held during the build.
     peak_bytes: u64,
     scene: Handle,
     device: Handle,
@@ -160,7 +163,7 @@ unsafe impl Send for Tree {}
 unsafe impl Sync for Tree {}
 
 impl Tree {
-    /// Builds on so many threads, the calling one included.
+    /// Builds on that many threads, the calling one included.
     fn build(
         buffers: &Arc<Buffers>,
         Setting {
@@ -169,7 +172,7 @@ impl Tree {
             tests,
         }: Setting,
         threads: usize,
-    ) -> Result<Tree, PeerError> {
+    ) -> Result<Tree, BaselineError> {
         let config = format!("threads={threads},isa={isa}");
         let text = CString::new(config.clone()).unwrap_or_default();
         let memory = Arc::<Memory>::default();
@@ -184,7 +187,7 @@ impl Tree {
             let device = ffi::rtcNewDevice(text.as_ptr());
             if device.is_null() {
                 let code = ffi::rtcGetDeviceError(device);
-                return Err(PeerError::Device { config, code });
+                return Err(BaselineError::Device { config, code });
             }
             let user = Arc::as_ptr(&memory).cast_mut().cast();
             ffi::rtcSetDeviceMemoryMonitorFunction(device, Some(monitor), user);
@@ -198,7 +201,7 @@ impl Tree {
             ffi::rtcSetGeometryBuildQuality(geometry, quality.code());
             ffi::rtcCommitGeometry(geometry);
             let scene = ffi::rtcNewScene(device);
-            if tests == PeerTests::Robust {
+            if tests == BaselineTests::Robust {
                 ffi::rtcSetSceneFlags(scene, ffi::ROBUST);
             }
             ffi::rtcSetSceneBuildQuality(scene, quality.code());
@@ -218,11 +221,11 @@ impl Tree {
         };
         match error {
             0 => Ok(tree),
-            code => Err(PeerError::Build { config, code }),
+            code => Err(BaselineError::Build { config, code }),
         }
     }
 
-    /// The version, as Embree writes it in one number: 31305 is 3.13.5.
+    /// Returns the version in Embree's encoding: 31305 is 3.13.5.
     fn version(&self) -> u32 {
         // SAFETY: the device lives; property 0 is the version.
         unsafe { ffi::rtcGetDeviceProperty(self.device, 0) as u32 }
@@ -240,13 +243,13 @@ impl Drop for Tree {
     }
 }
 
-/// The instruction sets that this processor has.
+/// Returns the instruction sets of this processor that are compared.
 fn isas() -> Vec<&'static str> {
     let mut isas = Vec::new();
     if std::is_x86_feature_detected!("avx2") {
         isas.push("avx2");
     }
-    // Embree's own list: Skylake's set.
+    // Embree's own list for AVX-512: Skylake's set.
     let skylake = std::is_x86_feature_detected!("avx512f")
         && std::is_x86_feature_detected!("avx512cd")
         && std::is_x86_feature_detected!("avx512dq")
@@ -265,16 +268,16 @@ pub struct Embree {
     trees: Vec<Build>,
 }
 
-/// What a tree is built for.
+/// The parameters of a tree's build.
 #[derive(Clone, Copy)]
 struct Setting {
     isa: &'static str,
     quality: Quality,
-    tests: PeerTests,
+    tests: BaselineTests,
 }
 
 impl Setting {
-    /// Such as `avx2 medium`, or `avx2 medium robust`.
+    /// Returns a name such as `avx2 medium` or `avx2 medium robust`.
     fn name(&self) -> String {
         let Setting {
             isa,
@@ -282,21 +285,21 @@ impl Setting {
             tests,
         } = self;
         let robust = match tests {
-            PeerTests::Fast => "",
-            PeerTests::Robust => " robust",
+            BaselineTests::Fast => "",
+            BaselineTests::Robust => " robust",
         };
         format!("{isa} {}{robust}", quality.name())
     }
 }
 
-/// A setting, and how long each of its builds took.
+/// A setting, its tree, and the seconds that each of its builds took.
 struct Build {
     setting: Setting,
     tree: Option<Tree>,
     seconds: Vec<f64>,
 }
 
-/// One tree and one way of asking it.
+/// One tree and one mode of querying it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Way {
     tree: usize,
@@ -304,15 +307,16 @@ pub struct Way {
 }
 
 impl Embree {
-    /// With each of `tests`. Nothing is built yet.
+    /// Prepares a tree for each of `tests`, instruction set and quality;
+    /// [`build`](Self::build) builds them.
     pub fn new(
         set: &TriangleSet,
-        tests: &[PeerTests],
+        tests: &[BaselineTests],
         threads: usize,
-    ) -> Result<Embree, PeerError> {
+    ) -> Result<Embree, BaselineError> {
         let isas = isas();
         if isas.is_empty() {
-            return Err(PeerError::Processor);
+            return Err(BaselineError::Processor);
         }
         let mut trees = Vec::new();
         for tests in tests {
@@ -329,14 +333,14 @@ impl Embree {
             }
         }
         Ok(Embree {
-            buffers: Buffers::of(set),
+            buffers: Buffers::new(set),
             threads,
             trees,
         })
     }
 
-    /// Builds every tree once more, timed; the older ones are dropped before.
-    pub fn build(&mut self, clock: Clock) -> Result<(), PeerError> {
+    /// Rebuilds every tree, timed; the older tree is dropped first.
+    pub fn build(&mut self, clock: Clock) -> Result<(), BaselineError> {
         for build in &mut self.trees {
             build.tree = None;
             let run = || Tree::build(&self.buffers, build.setting, self.threads);
@@ -347,8 +351,8 @@ impl Embree {
         Ok(())
     }
 
-    /// The figures of the trees that are built.
-    pub fn structures(&self) -> Vec<StructureRow> {
+    /// Returns the figures of the trees that are built.
+    pub fn index_stats(&self) -> Vec<StructureRow> {
         let row = |build: &Build| {
             let tree = build.tree.as_ref()?;
             let bytes = tree.bytes as usize;
@@ -361,8 +365,8 @@ impl Embree {
         self.trees.iter().filter_map(row).collect()
     }
 
-    /// Every way of asking every tree that is built with these tests.
-    pub fn ways(&self, tests: PeerTests) -> Vec<Way> {
+    /// Returns every mode of every built tree with these tests.
+    pub fn ways(&self, tests: BaselineTests) -> Vec<Way> {
         let built = |i: &usize| {
             let build = &self.trees[*i];
             build.setting.tests == tests && build.tree.is_some()
@@ -373,7 +377,7 @@ impl Embree {
             .collect()
     }
 
-    /// Such as `embree3 Intersect8 coherent avx2 medium`.
+    /// Returns a name such as `embree3 Intersect8 coherent avx2 medium`.
     pub fn name(&self, way: Way, ask: Ask) -> String {
         let setting = self.trees[way.tree].setting.name();
         format!("embree3 {} {setting}", way.mode.name(ask))
@@ -383,7 +387,7 @@ impl Embree {
         self.trees[way.tree].setting.isa
     }
 
-    /// Traces all rays on the current rayon pool; `None` where it was cancelled.
+    /// Traces all rays on the current rayon pool. Returns `None` if cancelled.
     pub fn trace(
         &self,
         way: Way,
@@ -398,7 +402,7 @@ impl Embree {
 }
 
 impl Way {
-    /// Rays that go on together.
+    /// Returns the number of rays per packet.
     pub fn lanes(self) -> usize {
         match self.mode.call {
             Call::Single | Call::Stream(_) => 1,

@@ -1,4 +1,4 @@
-//! One precision's answers to the rays of a case, beside the reference's.
+//! The oracle: compares one precision's answers to a case's rays with the reference's.
 
 use super::rays::SweepRay;
 use crate::accel::World;
@@ -14,41 +14,41 @@ use rayon::prelude::*;
 use serde::Serialize;
 use std::time::Instant;
 
-/// Of one precision at one value.
+/// The figures of one precision at one value.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Figures {
     pub precision: &'static str,
-    /// Queries that were judged: a closest-hit and an any-hit one of each ray.
+    /// Number of queries compared: a closest-hit and an any-hit query per ray.
     pub rays: u64,
     /// Closest-hit queries that hit.
     pub hits: u64,
-    /// One hits, the other misses.
+    /// Hits where the reference misses, or the reverse.
     pub wrong_hit: u64,
-    /// Another appearance or primitive, or another crossing of the same one.
+    /// Another instance or primitive, or another crossing of the same one.
     pub wrong_id: u64,
-    /// Blocked or clear.
+    /// Blocked where the reference is clear, or the reverse.
     pub wrong_shadow: u64,
-    /// Hits with NaN or infinity in t, point, normal or where rays may leave.
+    /// Hits with NaN or infinity in t, point, normal or offset of leaving rays.
     pub not_finite: u64,
-    /// How far t is off, in units in the last place of the precision's numbers;
-    /// over right hits, never NaN.
+    /// Error of t in units in the last place of the precision's numbers, over correct
+    /// hits; never NaN.
     pub max_t_ulps: f64,
     pub median_t_ulps: f64,
-    /// (Ray, primitive) pairs that bounds left to exact arithmetic.
+    /// Number of (ray, primitive) pairs that error bounds left to the exact fallback.
     pub escalated: u64,
     /// The first wrong decision, with all its numbers.
     pub first_wrong: Option<String>,
-    /// Of the best of a few runs, on one thread.
+    /// Best of several runs, on one thread.
     pub ns_per_ray: f64,
 }
 
 impl Figures {
-    /// Decisions that are certainly not the reference's.
+    /// Returns the number of decisions that certainly differ from the reference's.
     pub fn wrong(&self) -> u64 {
         self.wrong_hit + self.wrong_id + self.wrong_shadow
     }
 
-    /// The gravest of what is wrong.
+    /// Returns the gravest fault.
     pub fn fault(&self) -> Option<&'static str> {
         let faults = [
             (self.not_finite > 0, "not finite"),
@@ -61,7 +61,7 @@ impl Figures {
     }
 }
 
-/// Rays in columns, and what the reference says about each.
+/// Rays in columns, with the reference's answer to each.
 pub struct Truth {
     rays: Vec<SweepRay>,
     org: [Vec<f64>; 3],
@@ -72,7 +72,7 @@ pub struct Truth {
     blocked: Vec<bool>,
 }
 
-/// Asks the reference, on the current rayon pool.
+/// Asks the reference for every ray, on the current rayon pool.
 pub fn ask(reference: &Reference, rays: &[SweepRay]) -> Truth {
     let rows = rays.len().next_multiple_of(MAX_LANES);
     let column = |of: &dyn Fn(&SweepRay) -> f32, padding: f32| {
@@ -103,7 +103,7 @@ pub fn ask(reference: &Reference, rays: &[SweepRay]) -> Truth {
     }
 }
 
-/// What one precision answered.
+/// One precision's answers.
 struct Answers {
     t: Vec<f64>,
     id: HitIds,
@@ -112,7 +112,7 @@ struct Answers {
     seconds: f64,
 }
 
-/// Runs that are timed: batches are short, the first one is cold.
+/// Number of timed runs: batches are short, and the first run is cold.
 const RUNS: usize = 3;
 
 fn trace(world: &World, kernels: &Kernels, truth: &Truth) -> Answers {
@@ -223,14 +223,14 @@ fn is_finite(t: f64, surface: &Surface) -> bool {
 }
 
 enum Verdict {
-    /// With the reference's hit, if it is one.
+    /// Agrees with the reference; holds the reference's hit, if there is one.
     Right(Option<Hit>),
     WrongHit,
     WrongId,
 }
 
-/// A nearest hit, or none, beside the reference's. `crossings`: the t's of all
-/// crossings of one primitive.
+/// Compares a closest hit, or a miss, with the reference's. `crossings` returns t of
+/// all crossings of one primitive.
 fn compare(
     hit: Option<(f64, HitId)>,
     said: &Option<Hit>,
@@ -245,7 +245,7 @@ fn compare(
         return Verdict::WrongId;
     }
     let off = (t - like.t).abs();
-    // Far off: it may be another crossing, the far side instead of the near.
+    // A large error may mean another crossing: the far side instead of the near one.
     let is_other = |other: &f64| (other - t).abs() < off;
     if off > 1e-5 * like.t.abs() && crossings(id).iter().any(is_other) {
         return Verdict::WrongId;

@@ -1,8 +1,8 @@
-//! From an array of rays to an array of answers, through Embree.
+//! Traces an array of rays to an array of answers with Embree.
 //!
-//! The same chunks on the same pool as our own way ([`crate::measure::queries`]);
-//! inside a chunk, rays go into Embree's layout, are traced there, and t and id
-//! are copied out. All of it is timed, as ours is.
+//! Chunks and pool are the same as for our kernels ([`crate::measure::queries`]).
+//! Inside a chunk, rays are copied into Embree's layout and traced, and t and id are
+//! copied out. All of that is timed, as it is for ours.
 
 use super::ffi::{self, Aligned16, Aligned64, Context, PacketCall, RayHitN, RayN};
 use super::{Call, Mode, Tree};
@@ -14,11 +14,11 @@ use rayon::prelude::*;
 use std::arch::asm;
 use std::ops::Range;
 
-/// Rays per piece of work; whole streams of any length.
+/// Rays per chunk; whole streams of any length.
 const CHUNK: usize = 8192;
 
 impl Tree {
-    /// Traces all rays on the current rayon pool; `None` where it was cancelled.
+    /// Traces all rays on the current rayon pool. Returns `None` if cancelled.
     pub(super) fn trace(
         &self,
         mode: Mode,
@@ -34,8 +34,8 @@ impl Tree {
                 let chunks = answers.hit_chunks(CHUNK).enumerate();
                 chunks.for_each(|(number, hits)| {
                     if !progress.is_cancelled() {
-                        let chunk = Chunk::of(rays, rows(number, hits.len()));
-                        if let Some(to) = Found::of(hits) {
+                        let chunk = Chunk::new(rays, rows(number, hits.len()));
+                        if let Some(to) = Found::single(hits) {
                             flushing_denormals(|| self.closest(mode, &chunk, to));
                         }
                     }
@@ -45,7 +45,7 @@ impl Tree {
                 let chunks = answers.blocked.par_chunks_mut(CHUNK).enumerate();
                 chunks.for_each(|(number, blocked)| {
                     if !progress.is_cancelled() {
-                        let chunk = Chunk::of(rays, rows(number, blocked.len()));
+                        let chunk = Chunk::new(rays, rows(number, blocked.len()));
                         flushing_denormals(|| self.any(mode, &chunk, blocked));
                     }
                 });
@@ -237,28 +237,29 @@ impl Tree {
     }
 }
 
-/// Where hits go.
+/// Output columns of hits.
 struct Found<'a> {
     t: &'a mut [f32],
     id: Ids<'a>,
 }
 
 impl<'a> Found<'a> {
-    /// Columns in f32.
-    fn of(hits: Hits<'a>) -> Option<Found<'a>> {
+    /// Takes hits with t in f32, `None` for f64.
+    fn single(hits: Hits<'a>) -> Option<Found<'a>> {
         match hits.t {
             Depths::Single(t) => Some(Found { t, id: hits.id }),
             Depths::Double(_) => None,
         }
     }
 
-    /// A packet's lanes, as many as there are rows from `first` on.
+    /// Stores a packet's lanes, as many as there are rows from `first` on.
     #[inline(always)]
     fn put<const N: usize>(&mut self, first: usize, packet: &RayHitN<N>) {
         let rows = first..self.t.len().min(first + N);
         let count = rows.len();
         self.t[rows.clone()].copy_from_slice(&packet.ray.t_far[..count]);
-        // Without a hit both are as they were set, all ones; so is `HitId::NONE`.
+        // Without a hit both ids keep their initial value, all ones, which is also
+        // `HitId::NONE`.
         let geometry = &packet.hit.geometry[..count];
         for (to, geometry) in self.id.instance[rows.clone()].iter_mut().zip(geometry) {
             *to = i64::from(geometry.cast_signed()).cast_unsigned();
@@ -267,8 +268,8 @@ impl<'a> Found<'a> {
     }
 }
 
-/// Embree sets t_far to −∞ where something is in the way. Compared as bits: no
-/// arithmetic of ours runs here.
+/// Returns whether Embree set t_far to −∞, its mark of an occluded ray. The comparison
+/// is of bits: no floating-point arithmetic of ours may run here.
 #[inline(always)]
 fn is_blocked(t_far: f32) -> bool {
     t_far.to_bits() == f32::NEG_INFINITY.to_bits()
@@ -281,7 +282,7 @@ fn copy_blocked<const N: usize>(packet: &RayN<N>, blocked: &mut [bool]) {
     }
 }
 
-/// Some rows of a set.
+/// Some rows of a ray set.
 struct Chunk<'a> {
     org: [&'a [f32]; 3],
     dir: [&'a [f32]; 3],
@@ -290,7 +291,7 @@ struct Chunk<'a> {
 }
 
 impl<'a> Chunk<'a> {
-    fn of(rays: &'a RaySet, rows: Range<usize>) -> Chunk<'a> {
+    fn new(rays: &'a RaySet, rows: Range<usize>) -> Chunk<'a> {
         Chunk {
             org: rays.org.each_ref().map(|x| &x[rows.clone()]),
             dir: rays.dir.each_ref().map(|x| &x[rows.clone()]),
@@ -299,8 +300,8 @@ impl<'a> Chunk<'a> {
         }
     }
 
-    /// Rows from `first` on into a packet; the lanes that have one are −1. Moves
-    /// numbers, and computes none.
+    /// Copies the rows from `first` on into a packet; returns −1 for the lanes that
+    /// have a row. It only moves numbers and computes none.
     #[inline(always)]
     fn fill<const N: usize>(&self, first: usize, packet: &mut RayN<N>) -> [i32; N] {
         let run = |column: &'a [f32]| column[first..].first_chunk::<N>().copied();
@@ -329,14 +330,14 @@ impl<'a> Chunk<'a> {
     }
 }
 
-/// Flush results to zero, and read denormals as zero.
+/// MXCSR bits: flush results to zero, and read denormals as zero.
 const FLUSH: u32 = 1 << 15 | 1 << 6;
 
-/// Runs it with denormals flushed to zero on this thread, as Embree asks, and
-/// sets the control register back, also when it panics.
+/// Runs `run` with denormals flushed to zero on this thread, as Embree requires, and
+/// restores the control register, also after a panic.
 ///
-/// `run` must only move floating-point numbers and call foreign functions: the
-/// compiler takes our own arithmetic to run under the usual control register.
+/// `run` must only move floating-point numbers and call foreign functions: the compiler
+/// assumes that our own arithmetic runs under the default control register.
 pub(super) fn flushing_denormals<T>(run: impl FnOnce() -> T) -> T {
     struct Restore(u32);
     impl Drop for Restore {

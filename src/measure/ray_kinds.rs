@@ -1,4 +1,4 @@
-//! Kinds of rays and their order: what the sets of `bench` are called.
+//! Kinds of rays and their orders, as `bench` names its ray sets.
 
 use super::queries::Ask;
 
@@ -6,23 +6,23 @@ use super::queries::Ask;
 pub enum Kind {
     /// Through the pixels' centres (or corners).
     Primary,
-    /// Through the same pixels, parallel: an orthographic camera that shows as
-    /// much at the distance of the scene's middle.
+    /// Through the same pixels, parallel: an orthographic camera that covers the same
+    /// extent at the distance of the scene's centre.
     Ortho,
     /// From the primary hits to one point light, t in (0, 1).
     Shadow,
-    /// The same from the light to the hits, t in (0, 1 − 1e-4).
+    /// The reverse: from the light to the hits, t in (0, 1 − 1e-4).
     LightShadow,
-    /// From the primary hits, against one direction of light.
+    /// From the primary hits towards one directional light.
     Directional,
-    /// From the primary hits to points of a square light in the point light's
-    /// place, random for each ray, t in (0, 1).
+    /// From the primary hits to random points of a square light at the point light's
+    /// position, t in (0, 1).
     AreaShadow,
     /// One mirror reflection per primary hit.
     Mirror,
-    /// One bounce per primary hit, cosine-distributed about the normal.
+    /// One bounce per primary hit, cosine-distributed around the normal.
     Diffuse,
-    /// The same rays, asked for any hit.
+    /// The diffuse rays, traced for any hit.
     DiffuseAny,
 }
 
@@ -39,7 +39,7 @@ impl Kind {
         Kind::DiffuseAny,
     ];
 
-    /// On the command line and in file names.
+    /// Returns the name on the command line and in file names.
     pub fn name(self) -> &'static str {
         match self {
             Kind::Primary => "primary",
@@ -69,25 +69,25 @@ impl Kind {
         }
     }
 
-    /// Starts from the primary hits.
+    /// Returns whether the rays start at the primary hits.
     pub fn is_secondary(self) -> bool {
         !matches!(self, Kind::Primary | Kind::Ortho)
     }
 }
 
-/// In which order the pixels' rays follow each other; later rays keep the order
-/// of the hits that they leave from.
+/// Order of the pixels' rays; secondary rays keep the order of the hits they start
+/// from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Order {
     /// Row by row.
     Scanline,
-    /// Absolute blocks of 16×16 pixels row by row, Morton order inside: the
+    /// Absolute blocks of 16×16 pixels row by row, in Morton order inside: the
     /// renderer's packets.
     #[default]
     Tile,
     /// One Morton curve through the picture.
     Morton,
-    /// No two that follow each other are near.
+    /// Random order: consecutive rays are rarely near each other.
     Random,
 }
 

@@ -1,33 +1,33 @@
-//! What the structures cost: time to build, memory, expected cost of a ray.
+//! Cost of acceleration structures: build time, memory, and expected cost of a ray.
 
 use super::clock::best_and_median;
 use crate::accel::{Figures, World};
 use serde::Serialize;
 
-/// One acceleration structure, with the names of `bench --json`.
+/// One acceleration structure, with the field names of `bench --json`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StructureRow {
-    /// An accelerator of ours, or a peer's name with its setting.
+    /// One of our structures, or a baseline's name with its setting.
     pub name: String,
     pub triangles: u64,
-    /// The median over the builds.
+    /// Median over the builds.
     pub build_seconds: f64,
     pub build_seconds_best: f64,
     /// Million triangles built per second, by the median; 0 without triangles.
     pub build_mtris_per_s: f64,
     pub builds: usize,
-    /// Of all trees, their leaves with the copies of triangles in them.
+    /// Bytes of all trees and their leaves, including the copies of triangles in them.
     pub tree_bytes: usize,
     pub bytes_per_triangle: f64,
-    /// Held at once while it built, where that is known.
+    /// Peak memory of the build, where it is known.
     pub build_peak_bytes: Option<u64>,
-    /// Expected cost of a random ray that meets the root's box (surface area
-    /// heuristic), in the structure's own unit: of the top tree, then of the
-    /// largest mesh.
+    /// Expected cost of a random ray that hits the root's box (surface area heuristic),
+    /// in the structure's own unit: of the top-level tree, then of the largest mesh's
+    /// tree.
     pub sah: Option<[f64; 2]>,
-    /// Of the same two trees, where it is one of ours.
+    /// Figures of the same two trees, for one of our structures.
     pub figures: Option<[Figures; 2]>,
-    /// Of a peer, as it writes it itself.
+    /// A baseline's version, in its own encoding.
     pub version: Option<u32>,
 }
 
@@ -51,7 +51,7 @@ impl StructureRow {
         }
     }
 
-    /// Of one of our structures.
+    /// Returns the row of one of our structures.
     pub fn of_world(world: &World, name: &str, triangles: u64, seconds: &[f64]) -> StructureRow {
         let mut row = StructureRow::new(name.into(), triangles, tree_bytes(world), seconds);
         let meshes = world.forest.mesh_figures();
@@ -66,7 +66,8 @@ impl StructureRow {
     }
 }
 
-/// All trees and leaves of a world; not the table of appearances.
+/// Returns the bytes of all trees and leaves of a world, without the table of
+/// instances.
 pub fn tree_bytes(world: &World) -> usize {
     let bytes = world.bytes();
     let trees = bytes.iter().filter(|(name, _)| *name != "appearances");

@@ -1,4 +1,4 @@
-//! Hits ready to be lit, in columns: lights and materials meet them in lanes.
+//! The hit buffer: columns of surfaces to shade, read by lights and materials in lanes.
 
 use super::columns::{Column3, Doubles, STEP, repeat_last, scatter};
 use super::surface::{Surface, Surfaces};
@@ -8,27 +8,27 @@ use crate::scene::MaterialId;
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
 
-/// World space; whole steps.
-pub struct LitHits<'b> {
-    /// Row of the wave.
+/// Surfaces of a batch's hits in world space, padded to whole steps.
+pub struct HitBuffer<'b> {
+    /// Row of the ray queue.
     pub row: ArenaVec<'b, u32>,
     pub material: ArenaVec<'b, Option<MaterialId>>,
     pub point: Column3<'b, Doubles>,
     pub ng: Column3<'b, Doubles>,
     pub ns: Column3<'b, Doubles>,
-    /// 1 where the ray came from the outer side, else −1.
+    /// 1 if the ray came from the outer side, else −1.
     pub side: ArenaVec<'b, f64>,
     pub offset: ArenaVec<'b, f64>,
-    /// The ray's direction, unit once the hits are [closed](LitHits::close).
+    /// The ray's direction, unit after [`finish`](HitBuffer::finish).
     pub incoming: Column3<'b, Doubles>,
     len: usize,
 }
 
-impl<'b> LitHits<'b> {
-    pub fn with_capacity(rows: usize, arena: &'b Bump) -> LitHits<'b> {
+impl<'b> HitBuffer<'b> {
+    pub fn with_capacity(rows: usize, arena: &'b Bump) -> HitBuffer<'b> {
         let columns = || Column3::with_capacity(rows, arena);
         let numbers = || ArenaVec::with_capacity_in(rows + STEP, arena);
-        LitHits {
+        HitBuffer {
             row: ArenaVec::with_capacity_in(rows + STEP, arena),
             material: ArenaVec::with_capacity_in(rows + STEP, arena),
             point: columns(),
@@ -41,7 +41,7 @@ impl<'b> LitHits<'b> {
         }
     }
 
-    /// Rows for so many hits, none of which is [set](LitHits::set) yet.
+    /// Makes room for that many hits, none of which is [set](HitBuffer::set) yet.
     pub fn start(&mut self, hits: usize) {
         let rows = hits.next_multiple_of(STEP);
         for column in [
@@ -59,7 +59,7 @@ impl<'b> LitHits<'b> {
         self.len = hits;
     }
 
-    /// Rising rows, the last of which may come again, with what is in their lanes.
+    /// Stores the surfaces of a step. The rows increase, and only the last may repeat.
     #[inline(always)]
     pub fn set(&mut self, rows: &[u32; STEP], surfaces: &Surfaces<Doubles>, dir: Vec3<Doubles>) {
         let one = Doubles::splat(1.0);
@@ -72,8 +72,9 @@ impl<'b> LitHits<'b> {
         scatter(&mut self.offset, rows, surfaces.offset);
     }
 
-    /// All hits are set.
-    pub fn close(&mut self) {
+    /// Pads the columns to whole steps and normalises directions; call it once all hits
+    /// are set.
+    pub fn finish(&mut self) {
         let len = self.len;
         for column in [
             &mut self.point,

@@ -1,10 +1,11 @@
-//! A build without Embree: the same interface, of which nothing can be made.
+//! The baseline of a build without Embree: the same interface, with types that have no
+//! values.
 
-use super::{PeerError, PeerTests};
+use super::{BaselineError, BaselineTests};
 use crate::io::{RaySet, TriangleSet};
 use crate::measure::clock::Clock;
+use crate::measure::index_stats::StructureRow;
 use crate::measure::queries::{Answers, Ask};
-use crate::measure::structures::StructureRow;
 use crate::render::Progress;
 
 pub enum Embree {}
@@ -13,19 +14,23 @@ pub enum Embree {}
 pub enum Way {}
 
 impl Embree {
-    pub fn new(_: &TriangleSet, _: &[PeerTests], _threads: usize) -> Result<Embree, PeerError> {
-        Err(PeerError::NotBuilt)
+    pub fn new(
+        _: &TriangleSet,
+        _: &[BaselineTests],
+        _threads: usize,
+    ) -> Result<Embree, BaselineError> {
+        Err(BaselineError::NotBuilt)
     }
 
-    pub fn build(&mut self, _: Clock) -> Result<(), PeerError> {
+    pub fn build(&mut self, _: Clock) -> Result<(), BaselineError> {
         match *self {}
     }
 
-    pub fn structures(&self) -> Vec<StructureRow> {
+    pub fn index_stats(&self) -> Vec<StructureRow> {
         match *self {}
     }
 
-    pub fn ways(&self, _: PeerTests) -> Vec<Way> {
+    pub fn ways(&self, _: BaselineTests) -> Vec<Way> {
         match *self {}
     }
 

@@ -1,6 +1,6 @@
-//! What an integration notes beside radiance.
+//! Statistics that the integrator collects beside radiance.
 
-use super::wave::Wave;
+use super::ray_queue::RayQueue;
 use crate::accel::World;
 use crate::plan::Kernels;
 use crate::trace::{
@@ -8,14 +8,14 @@ use crate::trace::{
 };
 use serde::Serialize;
 
-/// Rays traced, by kind.
+/// Number of rays traced, by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct RayCounts {
     pub primary: u64,
     pub primary_hits: u64,
     pub shadow: u64,
     pub shadow_occluded: u64,
-    /// Of the last occluders of each light and tile, which are tried first.
+    /// Tries and hits of the shadow cache: the last occluder of each light and tile.
     pub shadow_cache: CacheCounts,
     pub reflection: u64,
     pub refraction: u64,
@@ -37,24 +37,25 @@ impl RayCounts {
     }
 }
 
-/// What the integrator notes beside radiance: counts always, rays if wanted.
-pub struct Ledger<'a> {
+/// Statistics of an integration: counts always, rays if requested.
+pub struct Statistics<'a> {
     pub counts: RayCounts,
     /// Every ray with its answer, for `verify`.
     pub record: Option<&'a mut Vec<TracedRay>>,
-    /// For the record: sample number, and the picture's pixel of a film row.
+    /// For the record: the sample index, and the map from a film row to a picture
+    /// pixel.
     pub sample: u32,
     pub pixel_of: &'a dyn Fn(u32) -> u32,
-    /// Camera rays' hits of the frame before, for those of this one.
+    /// Temporal bounds of the camera rays from the frame before.
     pub memory: Option<&'a mut Memory>,
 }
 
-/// What a film's camera rays met, for those of the next frame: in the order in
-/// which they are traced, padding included. Empty at first.
+/// Hits of a tile's camera rays, as temporal bounds for the next frame: in tracing
+/// order, padding included. Empty at first.
 #[derive(Debug, Default)]
 pub struct Memory {
     guesses: Guesses,
-    /// Rays of this frame so far.
+    /// Number of rays of this frame so far.
     row: usize,
     pub counts: GuessCounts,
 }
@@ -67,13 +68,13 @@ impl Memory {
         }
     }
 
-    /// The next frame begins.
+    /// Begins the next frame.
     pub fn restart(&mut self) {
         self.row = 0;
         self.counts = GuessCounts::default();
     }
 
-    /// Traces the next piece of the camera rays, and remembers what they meet.
+    /// Traces the next batch of camera rays and stores their hits.
     pub(super) fn closest(
         &mut self,
         world: &World,
@@ -88,35 +89,46 @@ impl Memory {
     }
 }
 
-/// Rays of a depth, and what they met.
-pub(super) fn note_counts(kinds: &[RayKind], instance: &[u64], depth: u32, ledger: &mut Ledger) {
+/// Counts a batch's rays, and the hits of camera rays.
+pub(super) fn count_rays(
+    kinds: &[RayKind],
+    instance: &[u64],
+    depth: u32,
+    statistics: &mut Statistics,
+) {
     let rays = kinds.len() as u64;
     if depth == 0 {
-        ledger.counts.primary += rays;
+        statistics.counts.primary += rays;
         let hits = instance.iter().filter(|x| **x != HitId::NONE.instance);
-        ledger.counts.primary_hits += hits.count() as u64;
+        statistics.counts.primary_hits += hits.count() as u64;
         return;
     }
     let mirrored = kinds.iter().filter(|k| **k == RayKind::Reflection);
     let mirrored = mirrored.count() as u64;
-    ledger.counts.reflection += mirrored;
-    ledger.counts.refraction += rays - mirrored;
+    statistics.counts.reflection += mirrored;
+    statistics.counts.refraction += rays - mirrored;
 }
 
-/// Ray `i` of a wave, if rays are wanted.
+/// Records ray `i` of a queue with its answer, if rays are requested.
 #[inline(always)]
-pub(super) fn note(wave: &Wave, i: usize, depth: u32, outcome: Outcome, ledger: &mut Ledger) {
-    let Some(record) = &mut ledger.record else {
+pub(super) fn record_ray(
+    queue: &RayQueue,
+    i: usize,
+    depth: u32,
+    outcome: Outcome,
+    statistics: &mut Statistics,
+) {
+    let Some(record) = &mut statistics.record else {
         return;
     };
     record.push(TracedRay {
-        kind: wave.kind[i],
-        pixel: (ledger.pixel_of)(wave.pixel[i]),
-        sample: ledger.sample,
+        kind: queue.kind[i],
+        pixel: (statistics.pixel_of)(queue.pixel[i]),
+        sample: statistics.sample,
         depth,
-        org: wave.org(i),
-        dir: wave.dir(i),
-        t_max: wave.t_max[i],
+        org: queue.org(i),
+        dir: queue.dir(i),
+        t_max: queue.t_max[i],
         outcome,
     });
 }

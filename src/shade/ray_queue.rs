@@ -1,8 +1,8 @@
-//! Rays that wait to be traced: a wave for each depth, in the thread's arena,
-//! taken piece by piece from its end.
+//! Ray queues: rays that wait to be traced, one queue per depth, in the thread's arena.
+//! Batches are taken from a queue's end.
 //!
-//! A ray spawns at most two, and a depth is filled only when it is empty: waves
-//! beyond the first hold two pieces at most, whatever the scene does.
+//! A ray spawns at most two, and a depth is filled only when its queue is empty. Queues
+//! beyond the first therefore hold at most two batches, whatever the scene does.
 
 use super::columns::{Column3, Doubles, STEP, Singles, keep};
 use crate::math::Vec3;
@@ -14,29 +14,29 @@ use bumpalo::collections::Vec as ArenaVec;
 use glam::DVec3;
 use std::ops::Range;
 
-/// Rays that are traced and lit as one batch: those of a tile at one sample a
-/// pixel. Fixed, since the order in which a pixel's rays are added depends on it.
-pub const PIECE: usize = 1024;
+/// Maximum number of rays traced and shaded as one batch: a tile's rays at one sample
+/// per pixel. Fixed, because the order in which a pixel's rays are added depends on it.
+pub const BATCH: usize = 1024;
 
-/// Rays of one depth, columns of equal length, but for what pads a few of them at the end.
-pub struct Wave<'b> {
+/// Rays of one depth in columns of equal length, apart from padding rays at the end.
+pub struct RayQueue<'b> {
     org: Column3<'b, Doubles>,
     dir: Column3<'b, Singles>,
     t_min: ArenaVec<'b, f32>,
     pub t_max: ArenaVec<'b, f32>,
     /// Row of the tile's film.
     pub pixel: ArenaVec<'b, u32>,
-    /// What the ray's radiance counts for in its pixel.
+    /// Factor of the ray's radiance in its pixel.
     pub weight: Column3<'b, Singles>,
     pub kind: ArenaVec<'b, RayKind>,
 }
 
-impl<'b> Wave<'b> {
-    pub fn with_capacity(rays: usize, arena: &'b Bump) -> Wave<'b> {
-        // A batch is filled up from wherever it begins.
+impl<'b> RayQueue<'b> {
+    pub fn with_capacity(rays: usize, arena: &'b Bump) -> RayQueue<'b> {
+        // Padding may start at any row.
         let rays = rays + MAX_LANES;
         let f32s = || ArenaVec::with_capacity_in(rays, arena);
-        Wave {
+        RayQueue {
             org: Column3::with_capacity(rays, arena),
             dir: Column3::with_capacity(rays, arena),
             t_min: f32s(),
@@ -47,7 +47,7 @@ impl<'b> Wave<'b> {
         }
     }
 
-    /// World space.
+    /// Appends one world-space ray.
     pub fn push(
         &mut self,
         org: DVec3,
@@ -66,8 +66,8 @@ impl<'b> Wave<'b> {
         self.kind.push(kind);
     }
 
-    /// A step of rays, of those whose bits are set; [`Wave::complete`] comes when all
-    /// are there.
+    /// Appends the rays of a step whose bits are set; call [`RayQueue::complete`] once all
+    /// rays are appended.
     #[inline(always)]
     pub fn push_some(
         &mut self,
@@ -81,7 +81,8 @@ impl<'b> Wave<'b> {
         keep(&mut self.pixel, pixels, rows);
     }
 
-    /// What new rays have in common; those whose weight is not known weigh 1.
+    /// Fills the columns that new rays have in common; rays without a weight get weight
+    /// 1.
     pub fn complete(&mut self, t_max: f32, kind: RayKind) {
         let rays = self.len();
         self.t_min.resize(rays, 0.0);
@@ -98,11 +99,11 @@ impl<'b> Wave<'b> {
         self.pixel.is_empty()
     }
 
-    /// Which rays at the end make a piece: at most [`PIECE`], and whole pixels.
-    /// Only a pixel of more rays than that is split, from its own last ray on, so
-    /// that the order within a pixel never depends on its neighbours.
-    pub fn last_piece(&self) -> Range<usize> {
-        let (start, end) = (self.len().saturating_sub(PIECE), self.len());
+    /// Returns the rows of the last batch: at most [`BATCH`] rays, of whole pixels.
+    /// Only a pixel with more rays than that is split, counted from its own last ray,
+    /// so the order within a pixel never depends on its neighbours.
+    pub fn last_batch(&self) -> Range<usize> {
+        let (start, end) = (self.len().saturating_sub(BATCH), self.len());
         let splits = start > 0 && self.pixel[start - 1] == self.pixel[start];
         if !splits {
             return start..end;
@@ -112,9 +113,9 @@ impl<'b> Wave<'b> {
         start + whole.unwrap_or(0)..end
     }
 
-    /// The rays from `first` on, filled up to whole packets with rays that meet
-    /// nothing. [`Wave::truncate`] takes those away again.
-    pub fn batch(&mut self, first: usize) -> Rays<'_> {
+    /// Returns the rays from `first` on, padded to whole packets with rays that hit
+    /// nothing. [`RayQueue::truncate`] removes the padding.
+    pub fn padded_rays(&mut self, first: usize) -> Rays<'_> {
         let padded = first + (self.len() - first).next_multiple_of(MAX_LANES);
         let (org, dir) = match self.len().checked_sub(1) {
             Some(last) => (self.org.row(last), self.dir.row(last)),
@@ -142,9 +143,10 @@ impl<'b> Wave<'b> {
         self.kind.truncate(rays);
     }
 
-    /// Origins and directions of rising rows, the last of which may come again.
+    /// Gathers origins and directions of rows in increasing order, of which only the
+    /// last may repeat.
     #[inline(always)]
-    pub fn step(&self, rows: &[u32; STEP]) -> (Vec3<Doubles>, Vec3<Doubles>) {
+    pub fn gather(&self, rows: &[u32; STEP]) -> (Vec3<Doubles>, Vec3<Doubles>) {
         let (org, dir) = (self.org.gather(rows), self.dir.gather(rows));
         let dir = Vec3::new(dir.x.widen(), dir.y.widen(), dir.z.widen());
         (org, dir)
@@ -159,43 +161,43 @@ impl<'b> Wave<'b> {
     }
 }
 
-/// The waves of all depths so far.
-pub struct Waves<'b> {
-    depths: ArenaVec<'b, Wave<'b>>,
+/// The ray queues of all depths so far.
+pub struct RayQueues<'b> {
+    depths: ArenaVec<'b, RayQueue<'b>>,
     arena: &'b Bump,
 }
 
-impl<'b> Waves<'b> {
-    pub fn new(arena: &'b Bump) -> Waves<'b> {
-        Waves {
+impl<'b> RayQueues<'b> {
+    pub fn new(arena: &'b Bump) -> RayQueues<'b> {
+        RayQueues {
             depths: ArenaVec::new_in(arena),
             arena,
         }
     }
 
-    pub fn at(&mut self, depth: u32) -> &mut Wave<'b> {
+    pub fn at(&mut self, depth: u32) -> &mut RayQueue<'b> {
         while self.depths.len() <= depth as usize {
-            // Room for all that a piece may spawn, so that it never moves.
+            // Capacity for all rays that a batch may spawn, so the columns never move.
             let rays = if self.depths.is_empty() {
-                PIECE
+                BATCH
             } else {
-                2 * PIECE
+                2 * BATCH
             };
-            self.depths.push(Wave::with_capacity(rays, self.arena));
+            self.depths.push(RayQueue::with_capacity(rays, self.arena));
         }
         &mut self.depths[depth as usize]
     }
 
-    /// A depth, and the one that its rays spawn.
-    pub fn pair(&mut self, depth: u32) -> (&Wave<'b>, &mut Wave<'b>) {
+    /// Returns a depth's queue, and the queue of the rays it spawns.
+    pub fn pair(&mut self, depth: u32) -> (&RayQueue<'b>, &mut RayQueue<'b>) {
         self.at(depth + 1);
-        let (here, onwards) = self.depths.split_at_mut(depth as usize + 1);
-        (&here[depth as usize], &mut onwards[0])
+        let (here, next) = self.depths.split_at_mut(depth as usize + 1);
+        (&here[depth as usize], &mut next[0])
     }
 
     pub fn clear(&mut self) {
-        for wave in &mut self.depths {
-            wave.truncate(0);
+        for queue in &mut self.depths {
+            queue.truncate(0);
         }
     }
 }

@@ -1,9 +1,10 @@
-//! How surfaces reflect: both shading models, for one direction of light or for
-//! the mirrored and the refracted ray.
+//! Reflectance of surfaces: evaluates both shading models for a light's direction, and
+//! samples the reflected and the refracted ray.
 //!
-//! Metallic-roughness as in the glTF 2.0 specification, appendix B: Lambert
-//! below a GGX lobe (Walter et al. 2007) with Schlick's Fresnel. f32, light in
-//! lanes; powers by the crate libm, so that bits are the same everywhere.
+//! Metallic-roughness follows the glTF 2.0 specification, appendix B: Lambert below a
+//! GGX lobe (Walter et al. 2007) with Schlick's Fresnel term. Computed in f32, over
+//! lights in lanes; powers come from the crate `libm`, so the bits are the same on
+//! every machine.
 
 use crate::math::lanes::Lanes;
 use crate::math::{Vec3, units};
@@ -12,8 +13,8 @@ use glam::DVec3;
 
 const PI: f32 = std::f32::consts::PI;
 
-/// Radiance towards `out` from light arriving from `towards` with irradiance
-/// `light` on surfaces of one material that face it. Unit vectors, `normal` on
+/// Returns the radiance towards `out` due to light from `towards` with irradiance
+/// `light`, measured on a surface that faces it. All vectors are unit; `normal` is on
 /// `out`'s side.
 #[inline(always)]
 pub fn reflected<L: Lanes<Scalar = f32>>(
@@ -59,7 +60,8 @@ pub fn reflected<L: Lanes<Scalar = f32>>(
         } => {
             let n_v = L::narrow(normal.dot(out)).max(L::splat(1e-4));
             let half = units(out + towards);
-            // As a sine: 1 − cos² would cancel where smooth lobes peak.
+            // sin² from the cross product: 1 − cos² would cancel where smooth lobes
+            // peak.
             let sin2 = normal.cross(half).length_squared();
             let sin2 = L::narrow(sin2.min(<L::Double as Lanes>::splat(1.0)));
             let v_h = L::narrow(out.dot(half)).max(zero).min(one);
@@ -78,9 +80,9 @@ pub fn reflected<L: Lanes<Scalar = f32>>(
     all.map(|radiance| L::select(faces, radiance, zero))
 }
 
-/// Distribution times visibility (Smith, height-correlated); 0 for a perfect
-/// mirror, which lights without extent never meet. `sin2`: of the angle between
-/// normal and half vector.
+/// GGX distribution times visibility (Smith, height-correlated). Returns 0 for a
+/// perfect mirror, which never reflects a light without extent. `sin2` is sin² of the
+/// angle between normal and half vector.
 #[inline(always)]
 fn ggx<L: Lanes<Scalar = f32>>(alpha: f32, sin2: L, n_l: L, n_v: L) -> L {
     let a2 = alpha * alpha;
@@ -102,7 +104,7 @@ fn schlick<L: Lanes<Scalar = f32>>(cos: L) -> L {
     c2 * c2 * c
 }
 
-/// Reflectance at normal incidence.
+/// Returns the reflectance at normal incidence.
 fn base_reflectance(material: &Material, metallic: f32) -> Rgb {
     let r = (material.ior - 1.0) / (material.ior + 1.0);
     material
@@ -110,31 +112,32 @@ fn base_reflectance(material: &Material, metallic: f32) -> Rgb {
         .map(|c| r * r * (1.0 - metallic) + c * metallic)
 }
 
-/// What any material of a scene does: the others need not be asked.
+/// Union of what a scene's materials do; a false flag lets the integrator skip that
+/// pass.
 #[derive(Clone, Copy, Debug)]
-pub struct Looks {
-    pub glow: bool,
-    pub leave_rays: bool,
+pub struct MaterialFlags {
+    pub emits: bool,
+    pub spawns_rays: bool,
 }
 
-impl Looks {
-    pub fn of(materials: &[Material]) -> Looks {
-        Looks {
-            glow: materials.iter().any(|row| row.emission != [0.0; 3]),
-            leave_rays: materials.iter().any(leaves_rays),
+impl MaterialFlags {
+    pub fn new(materials: &[Material]) -> MaterialFlags {
+        MaterialFlags {
+            emits: materials.iter().any(|row| row.emission != [0.0; 3]),
+            spawns_rays: materials.iter().any(spawns_rays),
         }
     }
 }
 
-/// The rays that leave a hit besides those to lights.
+/// The specular rays that leave a hit, with their directions and weights.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Onward {
+pub struct BsdfSample {
     pub mirror: Option<(DVec3, Rgb)>,
     pub refract: Option<(DVec3, Rgb)>,
 }
 
-/// Whether hits on the material spawn mirrored or refracted rays at all.
-pub fn leaves_rays(material: &Material) -> bool {
+/// Returns whether hits on the material spawn reflected or refracted rays.
+pub fn spawns_rays(material: &Material) -> bool {
     let specular = match material.model {
         Model::Phong { mirror, .. } => mirror.iter().any(|m| *m > 0.0),
         Model::MetallicRoughness { roughness, .. } => roughness == 0.0,
@@ -142,11 +145,11 @@ pub fn leaves_rays(material: &Material) -> bool {
     specular || material.transmission > 0.0
 }
 
-/// Mirrored and refracted rays of a hit, with their weights. `incoming` is unit,
-/// towards the surface; `front`: it comes from outside.
-pub fn onward(material: &Material, normal: DVec3, incoming: DVec3, front: bool) -> Onward {
-    if !leaves_rays(material) {
-        return Onward::default();
+/// Samples the reflected and refracted rays of a hit, with their weights. `incoming` is
+/// unit and points towards the surface; `front` is true if the ray comes from outside.
+pub fn sample_bsdf(material: &Material, normal: DVec3, incoming: DVec3, front: bool) -> BsdfSample {
+    if !spawns_rays(material) {
+        return BsdfSample::default();
     }
     let cos = (-incoming.dot(normal)).clamp(0.0, 1.0);
     let mirrored = incoming + normal * (2.0 * cos);
@@ -155,16 +158,17 @@ pub fn onward(material: &Material, normal: DVec3, incoming: DVec3, front: bool) 
     let some = |dir: DVec3, weight: Rgb| weight.iter().any(|w| *w > 0.0).then_some((dir, weight));
     match material.model {
         Model::Phong { mirror, .. } => match bent {
-            _ if through == 0.0 => Onward {
+            _ if through == 0.0 => BsdfSample {
                 mirror: some(mirrored, mirror),
                 refract: None,
             },
-            Some((dir, _)) => Onward {
+            Some((dir, _)) => BsdfSample {
                 mirror: some(mirrored, mirror),
                 refract: some(dir, [through; 3]),
             },
-            // Total internal reflection carries what would have passed.
-            None => Onward {
+            // Under total internal reflection the mirror also carries the transmitted
+            // share.
+            None => BsdfSample {
                 mirror: some(mirrored, mirror.map(|m| (m + through).min(1.0))),
                 refract: None,
             },
@@ -176,23 +180,23 @@ pub fn onward(material: &Material, normal: DVec3, incoming: DVec3, front: bool) 
             let f0 = base_reflectance(material, metallic);
             let clear = through * (1.0 - metallic);
             if roughness > 0.0 && clear == 0.0 {
-                return Onward::default();
+                return BsdfSample::default();
             }
             match bent {
-                Some((dir, fresnel)) if clear > 0.0 => Onward {
+                Some((dir, fresnel)) if clear > 0.0 => BsdfSample {
                     mirror: some(mirrored, [fresnel; 3]),
                     refract: some(
                         dir,
                         material.base_color.map(|c| c * clear * (1.0 - fresnel)),
                     ),
                 },
-                None if clear > 0.0 => Onward {
+                None if clear > 0.0 => BsdfSample {
                     mirror: some(mirrored, [1.0; 3]),
                     refract: None,
                 },
                 _ => {
                     let fresnel = schlick(cos as f32);
-                    Onward {
+                    BsdfSample {
                         mirror: some(mirrored, f0.map(|f| f + (1.0 - f) * fresnel)),
                         refract: None,
                     }
@@ -202,8 +206,8 @@ pub fn onward(material: &Material, normal: DVec3, incoming: DVec3, front: bool) 
     }
 }
 
-/// Snell's direction and the unpolarised Fresnel reflectance; `None` under total
-/// internal reflection.
+/// Returns the refracted direction (Snell) and the unpolarised Fresnel reflectance,
+/// `None` under total internal reflection.
 fn refracted(
     material: &Material,
     normal: DVec3,
@@ -228,7 +232,7 @@ fn refracted(
 mod tests {
     use super::*;
 
-    /// Of one direction.
+    /// Evaluates one direction of light.
     fn reflected(material: &Material, n: DVec3, out: DVec3, towards: DVec3, light: Rgb) -> Rgb {
         let [n, out, towards] = [n, out, towards].map(|v| Vec3::splat(v.to_array()));
         super::reflected::<f32>(material, n, out, towards, light)
@@ -241,7 +245,7 @@ mod tests {
             ior: 1.5,
             ..Material::metallic_roughness([1.0; 3], 0.0, 0.0)
         };
-        let out = onward(&glass, DVec3::Y, -DVec3::Y, true);
+        let out = sample_bsdf(&glass, DVec3::Y, -DVec3::Y, true);
         let (dir, weight) = out.mirror.unwrap();
         assert_eq!(dir, DVec3::Y);
         assert!((weight[0] - 0.04).abs() < 1e-6, "{weight:?}");
@@ -258,10 +262,12 @@ mod tests {
             ..Material::metallic_roughness([1.0; 3], 0.0, 0.0)
         };
         let incoming = DVec3::new(0.6, -0.8, 0.0);
-        let (dir, _) = onward(&glass, DVec3::Y, incoming, true).refract.unwrap();
+        let (dir, _) = sample_bsdf(&glass, DVec3::Y, incoming, true)
+            .refract
+            .unwrap();
         assert!((dir.length() - 1.0).abs() < 1e-12);
         assert!((dir.x * 1.5 - 0.6).abs() < 1e-12);
-        let inside = onward(&glass, DVec3::Y, DVec3::new(0.8, -0.6, 0.0), false);
+        let inside = sample_bsdf(&glass, DVec3::Y, DVec3::new(0.8, -0.6, 0.0), false);
         assert!(inside.refract.is_none());
         assert_eq!(inside.mirror.unwrap().1, [1.0; 3]);
     }

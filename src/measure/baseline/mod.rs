@@ -1,10 +1,10 @@
-//! Other tracers, measured in the same run on the same rays: Embree 3, where
-//! this is built with the feature `peer-embree`.
+//! The baseline: another tracer (Embree 3), measured in the same run on the same rays
+//! if the feature `peer-embree` is enabled.
 //!
-//! A peer is given its best: every way of asking it is tried on a part of the
-//! rays, and the fastest few are measured beside ours at full length.
+//! The baseline is measured at its best: every mode of every tree is tried on a part of
+//! the rays, and the fastest few are measured beside ours at full length.
 
-// The rest of the crate sees one interface, with the peer or without it.
+// The rest of the crate sees one interface, with or without Embree.
 #[cfg(all(feature = "peer-embree", target_arch = "x86_64"))]
 mod embree;
 #[cfg(not(all(feature = "peer-embree", target_arch = "x86_64")))]
@@ -16,36 +16,35 @@ pub use embree::{Embree, Way};
 use crate::plan::Precision;
 use thiserror::Error;
 
-/// Which of its tests a peer makes: the usual ones, or those that let no ray slip
-/// through between two triangles.
+/// A baseline's ray-triangle tests: the default ones, or the watertight ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PeerTests {
+pub enum BaselineTests {
     Fast,
     Robust,
 }
 
-impl PeerTests {
-    pub const ALL: [PeerTests; 2] = [PeerTests::Fast, PeerTests::Robust];
+impl BaselineTests {
+    pub const ALL: [BaselineTests; 2] = [BaselineTests::Fast, BaselineTests::Robust];
 
-    /// What is fair beside ours.
-    pub fn beside(precision: Precision) -> PeerTests {
+    /// Returns the tests that compare fairly with a precision.
+    pub fn beside(precision: Precision) -> BaselineTests {
         match precision {
-            Precision::Fast => PeerTests::Fast,
-            Precision::Guarded | Precision::Exact => PeerTests::Robust,
+            Precision::Fast => BaselineTests::Fast,
+            Precision::Guarded | Precision::Exact => BaselineTests::Robust,
         }
     }
 
-    /// In the place of a precision.
+    /// Returns the name in a result row's `precision`.
     pub fn name(self) -> &'static str {
         match self {
-            PeerTests::Fast => "fast",
-            PeerTests::Robust => "robust",
+            BaselineTests::Fast => "fast",
+            BaselineTests::Robust => "robust",
         }
     }
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-pub enum PeerError {
+pub enum BaselineError {
     #[error(
         "this program was built without Embree; install libembree-dev 3 \
          and build with --features peer-embree (x86-64 only)"

@@ -12,8 +12,8 @@ use common::{Traced, displaced_sphere, mesh_scene, one_thread, quick, run, trace
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::Vec3A;
 use lanecast::io::RaySet;
-use lanecast::measure::kinds::Kind;
 use lanecast::measure::queries::{Answers, Ask};
+use lanecast::measure::ray_kinds::Kind;
 use lanecast::scene::{Appearances, MeshData};
 use lanecast::trace::HitId;
 use obvhs::BvhBuildParams;

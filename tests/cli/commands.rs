@@ -17,8 +17,8 @@ fn version_and_help() {
     let help = lanecast(folder.path(), &["--help"]);
     assert!(help.status.success());
     for word in [
-        "render", "verify", "bench", "plan", "tradeoff", "extremes", "roots", "probe", "measure",
-        "export", "130",
+        "render", "verify", "bench", "plan", "extremes", "roots", "probe", "measure", "export",
+        "130",
     ] {
         assert!(stdout(&help).contains(word), "{word}");
     }
@@ -139,21 +139,21 @@ fn wrong_arguments() {
         ),
         (
             small(&["--accel", "grid", "--build", "high"]),
-            "--build is of the bvh's",
+            "--build applies to the trees of bvh",
         ),
         (
             vec!["plan", "--accel", "linear", "--build", "high"],
-            "--build is of the bvh's",
+            "--build applies to the trees of bvh",
         ),
         (
             vec!["verify", "x.toml", "--accel", "kd", "--build", "high"],
-            "--build is of the bvh's",
+            "--build applies to the trees of bvh",
         ),
         (
             vec!["bench", "x.toml", "--accels", "kd,heap", "--build", "both"],
-            "--build is of the bvh's",
+            "--build applies to the trees of bvh",
         ),
-        (small(&["--tile", "1/4"]), "does not exist yet"),
+        (small(&["--tile", "1/4"]), "unexpected argument"),
         (
             small(&["--grid", "corners", "--spp", "4"]),
             "leave out --spp 4",
@@ -237,13 +237,6 @@ fn options_that_a_command_does_not_use() {
     }
     let used = ["verify", "x.toml", "--max-depth", "1"];
     fails(&used, 3, "x.toml");
-}
-
-#[test]
-fn commands_that_do_not_exist_yet() {
-    let says = "the command 'tradeoff' does not exist yet";
-    fails(&["tradeoff"], 2, says);
-    fails(&["tradeoff", "x.toml", "--pov", "--help"], 2, says);
 }
 
 #[test]

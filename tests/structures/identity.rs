@@ -9,8 +9,8 @@
 use crate::common::{Loaded, assets, load, structures};
 use lanecast::accel::{Structure, World};
 use lanecast::io::RaySet;
-use lanecast::measure::kinds::{Kind, Order};
 use lanecast::measure::queries::{Answers, Ask, trace};
+use lanecast::measure::ray_kinds::{Kind, Order};
 use lanecast::measure::rays::{Source, direction_of, light_of, ray_sets};
 use lanecast::plan::{Kernels, Precision, widths};
 use lanecast::render::{Grid, Progress};

@@ -91,9 +91,9 @@ const UNSAFE: &[(&str, usize)] = &[
     // The system's `write`, XGETBV, and CPUID.
     ("src/cli/cpu.rs", 6),
     // The calls of Embree, where it is compiled in.
-    ("src/measure/peer/embree/ffi.rs", 2),
-    ("src/measure/peer/embree/mod.rs", 6),
-    ("src/measure/peer/embree/trace.rs", 12),
+    ("src/measure/baseline/embree/ffi.rs", 2),
+    ("src/measure/baseline/embree/mod.rs", 6),
+    ("src/measure/baseline/embree/trace.rs", 12),
     // The section of functions that run before `main`.
     ("src/main.rs", 1),
 ];

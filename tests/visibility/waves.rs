@@ -7,7 +7,7 @@ use lanecast::accel::{Structure, World};
 use lanecast::geom::Cuboid;
 use lanecast::plan::{Choices, plan};
 use lanecast::scene::*;
-use lanecast::shade::{Columns, Integrator, Ledger, Looks, PIECE, RayCounts};
+use lanecast::shade::{BATCH, Integrator, MaterialFlags, RayCounts, Scratch, Statistics};
 use lanecast::trace::{Caching, RayKind, ShadowCache};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -87,40 +87,40 @@ fn trace(question: Question) -> Traced {
         background: [0.3, 0.5, 0.7],
         max_depth: question.max_depth,
         unnamed: Default::default(),
-        looks: Looks::of(&scene.materials.rows),
+        material_flags: MaterialFlags::new(&scene.materials.rows),
         cancel: &cancel,
     };
     let arena = Bump::new();
     let mut film = vec![[0.0; 3]; question.pixels.len()];
     let mut caches = vec![ShadowCache::new(Caching::On); scene.lights.len()];
-    let mut ledger = Ledger {
+    let mut statistics = Statistics {
         counts: RayCounts::default(),
         record: None,
         sample: 0,
         pixel_of: &|row| row,
         memory: None,
     };
-    let mut columns = Columns::new(&arena);
+    let mut scratch = Scratch::new(&arena);
     for _ in 0..question.samples {
         for (row, pixel) in question.pixels.clone().enumerate() {
             let x = 0.02 * f64::from(pixel);
             let org = DVec3::new(x, 9.0, 0.1);
             let dir = [0.03 - 1e-3 * x as f32, -1.0, 0.07];
-            let wave = columns.camera_rays();
+            let queue = scratch.camera_rays();
             let t_max = f32::INFINITY;
-            wave.push(org, dir, t_max, row as u32, [1.0; 3], RayKind::Primary);
+            queue.push(org, dir, t_max, row as u32, [1.0; 3], RayKind::Primary);
         }
         integrator.run(
-            &mut columns,
+            &mut scratch,
             &mut film,
             &mut caches,
-            &mut ledger,
+            &mut statistics,
             Some(&mut |_, _, _| cancel.store(question.stop, Relaxed)),
         );
     }
     Traced {
         film,
-        counts: ledger.counts,
+        counts: statistics.counts,
         arena_bytes: arena.allocated_bytes(),
     }
 }
@@ -134,7 +134,7 @@ fn what_waits_is_bounded_by_depth_times_piece() {
     // A ray takes 68 bytes and waits with at most two pieces at each depth; a
     // piece's hits and shadow rays take less than 1 KB each. Chunks of the arena
     // double: twice what is in use.
-    let bound = 2 * PIECE * (2 * 80 * (depth as usize + 1) + 1024);
+    let bound = 2 * BATCH * (2 * 80 * (depth as usize + 1) + 1024);
     assert!(
         traced.arena_bytes <= bound,
         "{} > {bound}",
@@ -156,7 +156,7 @@ fn a_pixel_does_not_depend_on_its_neighbours() {
     for depth in [8, 16] {
         let together = trace(Question::of(0..12, depth));
         let rays = (together.counts.reflection + together.counts.refraction) as usize;
-        assert_eq!(rays > 12 * 16 * PIECE, depth == 16, "{rays}");
+        assert_eq!(rays > 12 * 16 * BATCH, depth == 16, "{rays}");
         for pixel in 0..12 {
             let alone = trace(Question::of(pixel..pixel + 1, depth));
             let bits = |rgb: Rgb| rgb.map(f32::to_bits);

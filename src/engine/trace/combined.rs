@@ -17,7 +17,7 @@ use crate::csg::{Boundary, Walk};
 use crate::geom::exact::{Inside, Line, Root, crossings, meetings_between, span};
 use crate::geom::guarded::implicit::Crossing as Crossed;
 use crate::geom::{LevelSet, Tape};
-use crate::math::bounds::Bounded;
+use crate::math::bounds::ErrorBounded;
 use crate::math::{Aabb, Vec3, length};
 use crate::scene::{CsgOperand, CsgSolid, Frame, Shape, Tables};
 use glam::DVec3;
@@ -49,7 +49,7 @@ struct Mark<'a> {
     /// rule, it does not.
     against: bool,
     /// The root's t: where f64 hardly knows it, rounded, unless `is_rough`.
-    t: Bounded,
+    t: ErrorBounded,
     frame: u32,
     placement: f64,
     tolerance: f64,
@@ -365,7 +365,7 @@ fn mark<'a>(solid: &CsgSolid, operand: &CsgOperand, line: &Line, root: Root<'a>)
     if solid.is_exact() {
         return mark;
     }
-    let Bounded { value, error } = mark.t;
+    let ErrorBounded { value, error } = mark.t;
     if error <= value.abs() * KNOWN || !(value.is_finite() && error.is_finite()) {
         sharpen(solid, operand, line, &mut mark);
         return mark;
@@ -388,7 +388,7 @@ fn sharpen(solid: &CsgSolid, operand: &CsgOperand, line: &Line, mark: &mut Mark)
     // Of what f64 cannot say, both are infinite.
     let is_known = root.t.value.is_finite() && root.t.error <= root.t.value.abs() * KNOWN;
     if !is_known {
-        mark.t = Bounded::exact(root.rounded());
+        mark.t = ErrorBounded::exact(root.rounded());
     }
     let frame = &solid.frames[operand.frame as usize];
     let at = |line: &Line| DVec3::from_array(line.org) + DVec3::from_array(line.dir) * mark.t.value;

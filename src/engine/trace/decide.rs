@@ -15,7 +15,7 @@ use crate::geom::triangle::Corners;
 use crate::geom::triangle::exact::{Pair, meet_exact};
 use crate::geom::{Certainty, Guarded, Ray, triangle};
 use crate::math::Vec3;
-use crate::math::bounds::Bounded;
+use crate::math::bounds::ErrorBounded;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::scene::{Shape, Tables};
 use glam::DVec3;
@@ -203,7 +203,7 @@ impl<'a> Case<'a> {
 /// A crossing against another that lies between two numbers, where f64 tells.
 fn beside(crossing: &Crossing, [from, to]: [f64; 2]) -> Option<Ordering> {
     let known = crossing.t();
-    let order = |x: f64| known.order(&Bounded::exact(x));
+    let order = |x: f64| known.order(&ErrorBounded::exact(x));
     match (order(from), order(to)) {
         (Some(Ordering::Less), _) => Some(Ordering::Less),
         (_, Some(Ordering::Greater)) => Some(Ordering::Greater),
@@ -229,7 +229,7 @@ fn depth<L: Lanes>(
             ..depth
         };
     }
-    let Bounded { value, error } = crossing.t();
+    let ErrorBounded { value, error } = crossing.t();
     // An infinite value is no more known than its error.
     let known_to = |part: f64| error <= value.abs() * part && value.is_finite();
     let within = if known_to(1e-6) {
@@ -323,7 +323,7 @@ const AS_KERNELS: f64 = 1.0 / (1 << 26) as f64;
 
 /// t of a root, the same whoever asks; and between which numbers it lies.
 pub(super) fn depth_of(root: &Root) -> Depth {
-    let Bounded { value, error } = root.t;
+    let ErrorBounded { value, error } = root.t;
     let known = error <= value.abs() * AS_KERNELS && value.is_finite();
     let t = if known { root.t.value } else { root.rounded() };
     let within = if known {

@@ -2,7 +2,7 @@
 
 use crate::accel::{Combined, FacetTrees};
 use crate::geom::exact::{Line, Root, span};
-use crate::math::bounds::{Bounded, UNIT};
+use crate::math::bounds::{ErrorBounded, UNIT};
 use crate::math::{Aabb, Affine};
 use crate::scene::{Scene, Shape, ShapeId, check_closed, shape_bounds};
 use crate::trace::{boundaries, solid_of};
@@ -89,16 +89,16 @@ impl<'a> Placed<'a> {
         // The accuracy that sums of chords need; NaN counts as unknown.
         let room = self.unit * 1e-9;
         let place = |root: &Root| match root.t {
-            Bounded { value, error } if error <= room => Bounded {
+            ErrorBounded { value, error } if error <= room => ErrorBounded {
                 value,
                 error: error + value.abs() * UNIT,
             },
-            _ => Bounded {
+            _ => ErrorBounded {
                 value: root.rounded(),
                 error: root.rounded().abs() * UNIT,
             },
         };
-        let mut part = |enter: Bounded, exit: Bounded| {
+        let mut part = |enter: ErrorBounded, exit: ErrorBounded| {
             part(enter.value, exit.value, enter.error + exit.error);
         };
         let Some(combined) = &self.combined else {

@@ -66,7 +66,7 @@ pub enum HullError {
         "a corner or an edge is so sharp that rounding would move it visibly; \
          leave the sliver out, or use a mesh"
     )]
-    Sharp,
+    ExactSign,
     #[error("faces or corners lie too close to each other to tell them apart")]
     Unsettled,
 }
@@ -298,7 +298,7 @@ mod tests {
                     let cut = of_planes(&hull.planes).unwrap();
                     prop_assert_eq!(counts(&hull), counts(&cut));
                 }
-                Err(e) => prop_assert!(e == HullError::Flat || e == HullError::Sharp, "{e}"),
+                Err(e) => prop_assert!(e == HullError::Flat || e == HullError::ExactSign, "{e}"),
             }
         }
 

@@ -5,7 +5,7 @@
 //! A > 0, and all but that where A < 0.
 
 use super::ray::{Ray, Span};
-use crate::math::bounds::Bounded;
+use crate::math::bounds::ErrorBounded;
 use crate::math::lanes::{Lanes, Mask, Scalar, odd_sum};
 use crate::math::{Aabb, Number, Vec3};
 use glam::DVec3;
@@ -91,7 +91,7 @@ impl Quadric {
         let of = |x: f64| {
             let (value, error) = (x * scale, (x * scale).abs() * f64::EPSILON);
             let error = error + f64::MIN_POSITIVE;
-            Bounded {
+            ErrorBounded {
                 value,
                 error: if x == 0.0 { 0.0 } else { error },
             }
@@ -104,7 +104,8 @@ impl Quadric {
         } = self.doubled();
         let ([a, b, c], [d, e, f]) = (squares.map(of), mixed.map(of));
         let (l, j) = (linear.map(of), of(constant));
-        let minor = |x: &Bounded, y: &Bounded, z: &Bounded| x.times(y).minus(&z.squared());
+        let minor =
+            |x: &ErrorBounded, y: &ErrorBounded, z: &ErrorBounded| x.times(y).minus(&z.squared());
         // Of H⁻¹ times the determinant: its diagonal, and what is mixed.
         let straight = [minor(&b, &c, &f), minor(&a, &c, &e), minor(&a, &b, &d)];
         let crossed = [
@@ -114,7 +115,7 @@ impl Quadric {
         ];
         let row = d.times(&crossed[0]).plus(&e.times(&crossed[1]));
         let determinant = a.times(&straight[0]).plus(&row);
-        let is_positive = |x: &Bounded| x.sign().is_some_and(|s| s.is_gt());
+        let is_positive = |x: &ErrorBounded| x.sign().is_some_and(|s| s.is_gt());
         if ![a, straight[2], determinant].iter().all(is_positive) {
             return None;
         }

@@ -43,15 +43,15 @@ pub const LIGHT_END: f32 = 1.0 - 4.0 * f32::EPSILON;
 /// An error-bounded number: the exact number lies within `value ± error`. If either is
 /// NaN or infinite, nothing is known about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounded {
+pub struct ErrorBounded {
     pub value: f64,
     pub error: f64,
 }
 
-impl Bounded {
+impl ErrorBounded {
     #[inline(always)]
-    pub fn exact(value: f64) -> Bounded {
-        Bounded { value, error: 0.0 }
+    pub fn exact(value: f64) -> ErrorBounded {
+        ErrorBounded { value, error: 0.0 }
     }
 
     /// Returns the sign of the exact number where it is certain; never `Equal`.
@@ -69,7 +69,7 @@ impl Bounded {
     /// Returns the order of two exact numbers where it is certain. Rounding is monotone,
     /// so sums that differ after rounding differ before it.
     #[inline(always)]
-    pub fn order(&self, other: &Bounded) -> Option<Ordering> {
+    pub fn order(&self, other: &ErrorBounded) -> Option<Ordering> {
         if self.value + self.error < other.value - other.error {
             Some(Ordering::Less)
         } else if self.value - self.error > other.value + other.error {
@@ -90,34 +90,34 @@ pub(super) const TINY: f64 = f64::MIN_POSITIVE;
 
 /// Running error analysis (Higham, section 3.3): each operation adds its own rounding to
 /// the error that its operands carry. Lemma D1, docs/numerics/exact.md.
-impl Number for Bounded {
+impl Number for ErrorBounded {
     type Space = ();
 
     #[inline(always)]
-    fn of(_: (), value: f64) -> Bounded {
-        Bounded::exact(value)
+    fn of(_: (), value: f64) -> ErrorBounded {
+        ErrorBounded::exact(value)
     }
 
     #[inline(always)]
-    fn plus(&self, other: &Bounded) -> Bounded {
-        Bounded::rounded(self.value + other.value, self.error + other.error)
+    fn plus(&self, other: &ErrorBounded) -> ErrorBounded {
+        ErrorBounded::rounded(self.value + other.value, self.error + other.error)
     }
 
     #[inline(always)]
-    fn minus(&self, other: &Bounded) -> Bounded {
-        Bounded::rounded(self.value - other.value, self.error + other.error)
+    fn minus(&self, other: &ErrorBounded) -> ErrorBounded {
+        ErrorBounded::rounded(self.value - other.value, self.error + other.error)
     }
 
     #[inline(always)]
-    fn times(&self, other: &Bounded) -> Bounded {
+    fn times(&self, other: &ErrorBounded) -> ErrorBounded {
         let (x, y) = (self.value, other.value);
         let carried = x.abs() * other.error + self.error * (y.abs() + other.error);
-        Bounded::rounded(x * y, carried)
+        ErrorBounded::rounded(x * y, carried)
     }
 
     #[inline(always)]
     fn sign(&self) -> Option<Ordering> {
-        Bounded::sign(self)
+        ErrorBounded::sign(self)
     }
 
     /// Computes o + s·d − c as if in twice the precision: the rounding errors of each
@@ -125,45 +125,45 @@ impl Number for Bounded {
     /// their sum is rounded. Lemma D2, docs/numerics/exact.md: the error is v of the
     /// result and 4v of the sum of those errors' magnitudes.
     #[inline(always)]
-    fn displaced(_: (), o: f64, s: f64, d: f64, c: f64) -> Bounded {
+    fn displaced(_: (), o: f64, s: f64, d: f64, c: f64) -> ErrorBounded {
         let (from, low) = sum(o, -c);
         let (step, step_low) = product(s, d);
         let (all, all_low) = sum(from, step);
         let lows = low + step_low + all_low;
         let size = low.abs() + step_low.abs() + all_low.abs();
-        Bounded::rounded(all + lows, size * (4.0 * UNIT))
+        ErrorBounded::rounded(all + lows, size * (4.0 * UNIT))
     }
 }
 
-impl Bounded {
+impl ErrorBounded {
     /// Makes a result that is rounded once and carries the error `carried` from its
     /// operands.
     #[inline(always)]
-    fn rounded(value: f64, carried: f64) -> Bounded {
+    fn rounded(value: f64, carried: f64) -> ErrorBounded {
         let error = (carried + value.abs() * UNIT) * SPARE + TINY;
-        Bounded { value, error }
+        ErrorBounded { value, error }
     }
 
     /// Negates, exactly.
     #[inline(always)]
-    pub fn negated(&self) -> Bounded {
+    pub fn negated(&self) -> ErrorBounded {
         let value = -self.value;
-        Bounded { value, ..*self }
+        ErrorBounded { value, ..*self }
     }
 
     /// Divides. |x/y − x̂/ŷ| ≤ (|x − x̂| + |x̂/ŷ| |y − ŷ|) / |y|; the error is infinite
     /// if `other` may be 0. Lemma D1, docs/numerics/exact.md.
     #[inline(always)]
-    pub fn over(&self, other: &Bounded) -> Bounded {
+    pub fn over(&self, other: &ErrorBounded) -> ErrorBounded {
         let value = self.value / other.value;
         // A lower bound of |y|.
         let least = other.value.abs() - other.error;
         let error = (self.error + (value.abs() + TINY) * other.error + TINY) / least;
         if least > 0.0 {
-            Bounded::rounded(value, error * SPARE)
+            ErrorBounded::rounded(value, error * SPARE)
         } else {
             let error = f64::INFINITY;
-            Bounded { value, error }
+            ErrorBounded { value, error }
         }
     }
 
@@ -171,7 +171,7 @@ impl Bounded {
     /// negative. With x̂ ≥ 0, |√x − √x̂| = |x − x̂| / (√x + √x̂) ≤ √|x − x̂|. Lemma D1,
     /// docs/numerics/exact.md.
     #[inline(always)]
-    pub fn sqrt(&self) -> Bounded {
+    pub fn sqrt(&self) -> ErrorBounded {
         let value = if self.value > 0.0 {
             self.value.sqrt()
         } else {
@@ -180,7 +180,7 @@ impl Bounded {
         let (steep, near) = (self.error / value, self.error.sqrt());
         // `near` is also chosen if `steep` is NaN.
         let carried = if steep < near { steep } else { near };
-        Bounded::rounded(value, carried * SPARE)
+        ErrorBounded::rounded(value, carried * SPARE)
     }
 }
 
@@ -210,12 +210,12 @@ pub(super) fn product(x: f64, y: f64) -> (f64, f64) {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::math::Sharp;
+    use crate::math::ExactSign;
     use crate::math::dyadic::{Dyadic, exactly};
     use proptest::prelude::*;
 
     /// Whether the exact number lies within the bounds.
-    fn holds(bounded: &Bounded, exact: &Dyadic) -> bool {
+    fn holds(bounded: &ErrorBounded, exact: &Dyadic) -> bool {
         if !bounded.value.is_finite() || !bounded.error.is_finite() {
             return true;
         }
@@ -270,7 +270,7 @@ pub(super) mod tests {
         let of = |x| Dyadic::of(space, x);
         // A number that found no room in the space counts as 0.
         let sign = |x: Dyadic| x.sign().map_or(0, |s| s as i32);
-        let bounded = formulas::<Bounded>((), numbers);
+        let bounded = formulas::<ErrorBounded>((), numbers);
         let exact = formulas::<Dyadic>(space, numbers);
         for (i, (bounded, exact)) in bounded.iter().zip(&exact).enumerate() {
             assert!(
@@ -303,7 +303,7 @@ pub(super) mod tests {
     /// A point of a distant ray near a centre is known to within a few roundings.
     #[test]
     fn far_points_are_known_well() {
-        let near = <Bounded as Number>::displaced((), 1e9, -1.0 / 3.0, 3e9, 0.1);
+        let near = <ErrorBounded as Number>::displaced((), 1e9, -1.0 / 3.0, 3e9, 0.1);
         assert!(near.error < 1e-15 * near.value.abs().max(1e-6), "{near:?}");
     }
 }

@@ -10,7 +10,7 @@
 //! number that finds no room is *lost*, and so is every number computed from it.
 
 use super::int::decoded;
-use super::number::{Number, Sharp};
+use super::number::{ExactSign, Number};
 use std::cell::Cell;
 use std::cmp::Ordering;
 
@@ -290,7 +290,7 @@ impl<'a> Number for Dyadic<'a> {
     }
 }
 
-impl<'a> Sharp for Dyadic<'a> {
+impl<'a> ExactSign for Dyadic<'a> {
     #[inline(never)]
     fn scaled(space: &'a Space<'a>, m: u64, power: i32, negative: bool) -> Self {
         let wide = u128::from(m) << power.rem_euclid(64);

@@ -1,6 +1,6 @@
 //! The arithmetic in which exact predicates are written once: f64 with an error bound
-//! ([`Bounded`](super::bounds::Bounded)), double-double with an error bound
-//! ([`Twice`](super::twice::Twice)), and exact numbers
+//! ([`ErrorBounded`](super::bounds::ErrorBounded)), double-double with an error bound
+//! ([`DoubleDouble`](super::double_double::DoubleDouble)), and exact numbers
 //! ([`Dyadic`](super::dyadic::Dyadic)).
 
 use std::cmp::Ordering;
@@ -33,9 +33,9 @@ pub trait Number: Copy {
     }
 }
 
-/// A number with exact signs, which decides what [`Bounded`](super::bounds::Bounded)
+/// A number with exact signs, which decides what [`ErrorBounded`](super::bounds::ErrorBounded)
 /// leaves open: `Equal` means that the number is 0.
-pub trait Sharp: Number {
+pub trait ExactSign: Number {
     /// Returns ± m · 2^power, exactly; m has at most 54 bits.
     fn scaled(space: Self::Space, m: u64, power: i32, negative: bool) -> Self;
 

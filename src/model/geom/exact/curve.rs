@@ -6,9 +6,9 @@ use super::root::Branch;
 use super::surface::Surface as AnySurface;
 use super::{Line, plane};
 use crate::math::Number;
-use crate::math::bounds::Bounded;
+use crate::math::bounds::ErrorBounded;
+use crate::math::double_double::DoubleDouble;
 use crate::math::dyadic::{Dyadic, exactly};
-use crate::math::twice::Twice;
 use std::cmp::Ordering;
 
 /// Of degree two at most.
@@ -21,7 +21,7 @@ pub(super) struct Curve {
     /// Where t is counted from: near the surface, far rays too are known well.
     shift: f64,
     /// a t² + 2b t + c.
-    f: [Bounded; 3],
+    f: [ErrorBounded; 3],
 }
 
 /// t of the line's point nearest to another, about.
@@ -87,7 +87,7 @@ impl Curve {
         {
             return rise;
         }
-        let twice: [Twice; 3] = self.surface.sharply_along((), &self.line);
+        let twice: [DoubleDouble; 3] = self.surface.sharply_along((), &self.line);
         twice[k].sign().unwrap_or_else(|| {
             exactly(&|space| {
                 let exact: [Dyadic; 3] = self.surface.sharply_along(space, &self.line);
@@ -99,7 +99,7 @@ impl Curve {
     #[cold]
     #[inline(never)]
     fn exact_discriminant(&self) -> Ordering {
-        let twice: [Twice; 3] = self.surface.sharply_along((), &self.line);
+        let twice: [DoubleDouble; 3] = self.surface.sharply_along((), &self.line);
         discriminant(&twice).sign().unwrap_or_else(|| {
             exactly(&|space| {
                 let exact: [Dyadic; 3] = self.surface.sharply_along(space, &self.line);
@@ -142,8 +142,8 @@ impl Curve {
     }
 
     #[inline(always)]
-    fn root(&self, branch: Branch, t: &Bounded) -> Root {
-        let t = Bounded::exact(self.shift).plus(t);
+    fn root(&self, branch: Branch, t: &ErrorBounded) -> Root {
+        let t = ErrorBounded::exact(self.shift).plus(t);
         Root::new(&self.line, self.surface, branch, t)
     }
 

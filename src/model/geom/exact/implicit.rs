@@ -6,7 +6,7 @@ use super::surface::Surface;
 use super::{Line, solid};
 use crate::geom::guarded::implicit::{Crossing, crossings};
 use crate::geom::{Clip, Implicit, Tape};
-use crate::math::bounds::Bounded;
+use crate::math::bounds::ErrorBounded;
 use crate::roots::real_roots;
 use num_bigint::{BigInt, Sign};
 use std::cmp::Ordering;
@@ -68,7 +68,7 @@ pub fn meetings_between<'a>(
         let before = sign;
         sign = sign.reverse();
         let error = (at.t - at.from).max(at.to - at.t).next_up();
-        let t = Bounded { value: at.t, error };
+        let t = ErrorBounded { value: at.t, error };
         visit(Meeting {
             root: Root::new(line, Surface::Implicit(tape), Branch::Only, t),
             before,
@@ -92,12 +92,12 @@ pub fn sign_at(tape: &Tape, p: [f64; 3]) -> Ordering {
 }
 
 /// A root that `t` is the nearest f64 to.
-fn known(t: f64) -> Bounded {
+fn known(t: f64) -> ErrorBounded {
     let error = match t.abs() {
         f64::MAX => f64::INFINITY,
         size => size.next_up() - size,
     };
-    Bounded { value: t, error }
+    ErrorBounded { value: t, error }
 }
 
 /// The first beyond t_min. A solid is met where a line is outside before or behind a

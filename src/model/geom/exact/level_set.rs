@@ -6,7 +6,7 @@ use super::surface::Surface;
 use super::{Line, solid};
 use crate::geom::formula::Formula;
 use crate::geom::{Clip, LevelSet};
-use crate::math::bounds::Bounded;
+use crate::math::bounds::ErrorBounded;
 use std::ops::ControlFlow;
 
 /// Calls `visit` with all roots on a line, front to back, and whether the line comes in
@@ -49,5 +49,5 @@ pub(super) fn first_beyond<'a>(row: &LevelSet<'a>, line: &Line, t_min: f64) -> O
 
 fn root<'a>(formula: &'a Formula, line: &Line, t: f64) -> Root<'a> {
     let surface = Surface::LevelSet { formula, t };
-    Root::new(line, surface, Branch::Upper, Bounded::exact(t))
+    Root::new(line, surface, Branch::Upper, ErrorBounded::exact(t))
 }

@@ -5,7 +5,7 @@
 //! along the ray is zero, whose coefficients are polynomials of the inputs: a
 //! crossing is such a root, and not a number. Signs and orders come from f64
 //! with a running bound on its error, as nearly always, else from twice its precision
-//! ([`Twice`](crate::math::twice::Twice)), and else from exact numbers in a place of the
+//! ([`DoubleDouble`](crate::math::double_double::DoubleDouble)), and else from exact numbers in a place of the
 //! thread ([`Dyadic`](crate::math::dyadic::Dyadic)); no finite input is refused. Triangles, which are most, have predicates of their own
 //! ([`crate::geom::triangle::exact`]).
 //! tests/exact_solids.rs compares with integers of any length.
@@ -31,7 +31,7 @@ pub use solid::{Ends, Inside};
 use super::triangle::{Corners, exact as triangle};
 use super::{Cone, Cuboid, Ellipsoid, HalfSpace, Implicit, LevelSet, Polygon, Quadric, Sphere};
 use crate::math::Aabb;
-use crate::math::bounds::Bounded;
+use crate::math::bounds::ErrorBounded;
 use glam::DVec3;
 use root::Branch;
 use std::cmp::Ordering;
@@ -185,7 +185,7 @@ pub enum Crossing<'a> {
 impl<'a> Crossing<'a> {
     /// t, as far as f64 knows it.
     #[inline]
-    pub fn t(&self) -> Bounded {
+    pub fn t(&self) -> ErrorBounded {
         match self {
             Crossing::Triangle(crossing) => crossing.t,
             Crossing::Root(root) => root.t,

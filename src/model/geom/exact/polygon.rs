@@ -13,7 +13,7 @@ use super::surface::Surface;
 use crate::geom::Polygon;
 use crate::geom::polygon::room;
 use crate::math::Number;
-use crate::math::bounds::{Bounded, UNIT};
+use crate::math::bounds::{ErrorBounded, UNIT};
 use std::cmp::Ordering;
 
 pub(super) fn polygon(line: &Line, polygon: &Polygon, t_min: f64) -> Option<Root<'static>> {
@@ -33,7 +33,7 @@ pub(super) fn polygon(line: &Line, polygon: &Polygon, t_min: f64) -> Option<Root
 /// Whether the plane is met near the outline, and not far off at a grazing angle.
 fn is_in_room(root: &Root, line: &Line, polygon: &Polygon) -> bool {
     let room = room(polygon.points);
-    let Bounded { value, error } = root.t;
+    let ErrorBounded { value, error } = root.t;
     (0..3).all(|k| {
         let (org, way) = (line.org[k], line.dir[k] * value);
         let at = org + way;
@@ -162,14 +162,14 @@ impl View<'_> {
 
     /// x and y along the line, times the direction's longest component.
     #[inline(always)]
-    fn seen(&self, point: &[f64; 3]) -> [Bounded; 2] {
+    fn seen(&self, point: &[f64; 3]) -> [ErrorBounded; 2] {
         let Line { org, dir } = self.line;
-        let from = |k: usize| Bounded::displaced((), point[k], 0.0, 0.0, org[k]);
+        let from = |k: usize| ErrorBounded::displaced((), point[k], 0.0, 0.0, org[k]);
         let k = self.axis;
-        let (depth, along) = (from(k), Bounded::exact(dir[k]));
+        let (depth, along) = (from(k), ErrorBounded::exact(dir[k]));
         let coordinate = |i: usize| {
             let across = from(i).times(&along);
-            across.minus(&depth.times(&Bounded::exact(dir[i])))
+            across.minus(&depth.times(&ErrorBounded::exact(dir[i])))
         };
         [coordinate((k + 1) % 3), coordinate((k + 2) % 3)]
     }
@@ -177,6 +177,6 @@ impl View<'_> {
 
 /// The edge function of two corners; times the direction's longest component.
 #[inline(always)]
-fn turn(a: &[Bounded; 2], b: &[Bounded; 2]) -> Bounded {
+fn turn(a: &[ErrorBounded; 2], b: &[ErrorBounded; 2]) -> ErrorBounded {
     a[0].times(&b[1]).minus(&a[1].times(&b[0]))
 }

@@ -17,11 +17,11 @@ use super::surface::Surface;
 use super::{Line, plane};
 use crate::geom::guarded::implicit::nearest;
 use crate::geom::triangle::exact::{Pair, meet_exact};
-use crate::math::bounds::Bounded;
+use crate::math::bounds::ErrorBounded;
+use crate::math::double_double::DoubleDouble;
 use crate::math::dyadic::{Dyadic, exactly};
 use crate::math::int::decoded;
-use crate::math::twice::Twice;
-use crate::math::{Number, Sharp};
+use crate::math::{ExactSign, Number};
 use glam::DVec3;
 use std::cell::OnceCell;
 use std::cmp::Ordering;
@@ -45,12 +45,17 @@ pub struct Root<'a> {
     surface: Surface<'a>,
     branch: Branch,
     /// t, as far as f64 knows it.
-    pub t: Bounded,
+    pub t: ErrorBounded,
 }
 
 impl<'a> Root<'a> {
     #[inline(always)]
-    pub(super) fn new(line: &Line, surface: Surface<'a>, branch: Branch, t: Bounded) -> Root<'a> {
+    pub(super) fn new(
+        line: &Line,
+        surface: Surface<'a>,
+        branch: Branch,
+        t: ErrorBounded,
+    ) -> Root<'a> {
         Root {
             line: *line,
             surface,
@@ -79,7 +84,7 @@ impl<'a> Root<'a> {
     /// t against a number, exactly. Infinity is above all, and so is NaN.
     #[inline]
     pub fn order_with(&self, x: f64) -> Ordering {
-        let certain = self.t.order(&Bounded::exact(x));
+        let certain = self.t.order(&ErrorBounded::exact(x));
         certain.unwrap_or_else(|| self.order_with_exact(x))
     }
 
@@ -109,7 +114,7 @@ impl<'a> Root<'a> {
     #[cold]
     #[inline(never)]
     fn rounded_exactly(&self) -> f64 {
-        let twice = Form::<Twice>::of((), self);
+        let twice = Form::<DoubleDouble>::of((), self);
         let guess = twice.as_ref().map_or(f64::NAN, |f| f.guess(self.t.value));
         exactly(&|space| {
             let exact: OnceCell<Option<Form<Dyadic>>> = OnceCell::new();
@@ -143,7 +148,7 @@ impl<'a> Root<'a> {
         let Surface::Implicit(tape) = self.surface else {
             return None;
         };
-        let Bounded { value, error } = self.t;
+        let ErrorBounded { value, error } = self.t;
         let ends = [value - error, value, value + error];
         nearest(tape, (self.line.org, self.line.dir), ends)
     }
@@ -171,10 +176,10 @@ impl<'a> Root<'a> {
         {
             return order;
         }
-        fn order<N: Sharp>(space: N::Space, a: &Root, b: &Root) -> Option<Ordering> {
+        fn order<N: ExactSign>(space: N::Space, a: &Root, b: &Root) -> Option<Ordering> {
             Form::<N>::of(space, a)?.order(&Form::of(space, b)?)
         }
-        order::<Twice>((), self, other)
+        order::<DoubleDouble>((), self, other)
             .unwrap_or_else(|| exactly(&|space| order::<Dyadic>(space, self, other)))
     }
 
@@ -193,10 +198,10 @@ impl<'a> Root<'a> {
         }
         let by_plane = self.of_plane().and_then(|a| plane::order_with(&a, x));
         by_plane.unwrap_or_else(|| {
-            fn order<N: Sharp>(space: N::Space, x: f64, root: &Root) -> Option<Ordering> {
+            fn order<N: ExactSign>(space: N::Space, x: f64, root: &Root) -> Option<Ordering> {
                 Form::<N>::of(space, root)?.order_of_number(x)
             }
-            order::<Twice>((), x, self)
+            order::<DoubleDouble>((), x, self)
                 .unwrap_or_else(|| exactly(&|space| order::<Dyadic>(space, x, self)))
                 .reverse()
         })
@@ -206,11 +211,11 @@ impl<'a> Root<'a> {
     #[cold]
     #[inline(never)]
     pub(super) fn sign_of(&self, surface: &Surface) -> Ordering {
-        fn sign<N: Sharp>(space: N::Space, root: &Root, surface: &Surface) -> Option<Ordering> {
+        fn sign<N: ExactSign>(space: N::Space, root: &Root, surface: &Surface) -> Option<Ordering> {
             let f = surface.sharply_along(space, &root.line);
             Form::<N>::of(space, root)?.sign_of(&f)
         }
-        sign::<Twice>((), self, surface)
+        sign::<DoubleDouble>((), self, surface)
             .unwrap_or_else(|| exactly(&|space| sign::<Dyadic>(space, self, surface)))
     }
 }
@@ -269,7 +274,7 @@ mod algebraic {
 
 /// A root in numbers of one sort: of a t² + 2b t + c with a > 0, or with a = 0 and
 /// b > 0.
-struct Form<N: Sharp> {
+struct Form<N: ExactSign> {
     space: N::Space,
     f: [N; 3],
     branch: Branch,
@@ -286,7 +291,7 @@ fn signed(sign: Ordering, factor: Ordering) -> Ordering {
 
 /// All answers are `None` where numbers of twice the precision leave them open, and
 /// where exact ones find no room.
-impl<N: Sharp> Form<N> {
+impl<N: ExactSign> Form<N> {
     #[inline(never)]
     fn of(space: N::Space, root: &Root) -> Option<Self> {
         let f: [N; 3] = root.surface.sharply_along(space, &root.line);
@@ -388,14 +393,14 @@ impl<N: Sharp> Form<N> {
     }
 }
 
-impl Form<Twice> {
+impl Form<DoubleDouble> {
     /// The f64 that Newton's steps from a place near the root lead to.
     fn guess(&self, from: f64) -> f64 {
         let [a, b, c] = &self.f;
         let mut t = from;
         // They double the digits; where they do not, whoever asks will see.
         for _ in 0..4 {
-            let at = Twice::of((), t);
+            let at = DoubleDouble::of((), t);
             let slope = a.times(&at).plus(b);
             let value = slope.plus(b).times(&at).plus(c);
             let next = t - value.value() / slope.doubled().value();

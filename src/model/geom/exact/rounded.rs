@@ -1,6 +1,6 @@
 //! The f64 nearest to a root that numbers can be compared with.
 
-use crate::math::bounds::Bounded;
+use crate::math::bounds::ErrorBounded;
 use crate::math::int::decoded;
 use std::cmp::Ordering;
 
@@ -8,7 +8,7 @@ use std::cmp::Ordering;
 /// answer; `t` holds the root. `None` where `order` is.
 pub(super) fn rounded(
     order: &dyn Fn(u64, i32, bool) -> Option<Ordering>,
-    t: &Bounded,
+    t: &ErrorBounded,
     guess: f64,
 ) -> Option<f64> {
     if guess.is_finite() && guess != 0.0 && is_nearest(order, guess)? {
@@ -39,7 +39,10 @@ fn is_nearest(order: &dyn Fn(u64, i32, bool) -> Option<Ordering>, guess: f64) ->
 
 /// Over the bits of the f64 that `t` leaves, and a look at the number halfway to the
 /// next.
-fn by_bisection(order: &dyn Fn(u64, i32, bool) -> Option<Ordering>, t: &Bounded) -> Option<f64> {
+fn by_bisection(
+    order: &dyn Fn(u64, i32, bool) -> Option<Ordering>,
+    t: &ErrorBounded,
+) -> Option<f64> {
     let sign = order(0, 0, false)?.reverse();
     if sign.is_eq() {
         return Some(0.0);

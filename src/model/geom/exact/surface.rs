@@ -7,7 +7,7 @@ use crate::geom::triangle::Corners;
 use crate::geom::{Cone, Quadric, Tape};
 use crate::math::bounds::UNIT;
 use crate::math::number::{cross, dot};
-use crate::math::{Number, Sharp};
+use crate::math::{ExactSign, Number};
 use glam::DVec3;
 
 /// A surface that a line crosses where a polynomial is zero.
@@ -205,7 +205,7 @@ impl Surface<'_> {
 
     /// The same from the line's origin, in numbers that decide.
     #[inline(never)]
-    pub fn sharply_along<N: Sharp>(&self, space: N::Space, line: &Line) -> [N; 3] {
+    pub fn sharply_along<N: ExactSign>(&self, space: N::Space, line: &Line) -> [N; 3] {
         self.along(space, line, 0.0)
     }
 }

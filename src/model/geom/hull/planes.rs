@@ -76,7 +76,7 @@ pub fn of_planes(given: &[HalfSpace]) -> Result<Hull, HullError> {
         }
         let limit = 16.0 * f64::EPSILON * MAX_SPREAD * (1.0 + corner.at.abs().max_element());
         if corner.error > limit {
-            return Err(HullError::Sharp);
+            return Err(HullError::ExactSign);
         }
         let over = |h: &HalfSpace| h.normal.dot(corner.at) - h.offset;
         let tolerance = 16.0 * corner.tolerance();

@@ -235,7 +235,7 @@ fn finish(given: &[DVec3], points: &[DVec3], faces: &[Face], size: f64) -> Resul
     for corner in &corners {
         let around = groups_at[corner].iter().map(|g| hull.planes[*g].normal);
         if steepest(&around.collect::<Vec<_>>()) > MAX_SPREAD {
-            return Err(HullError::Sharp);
+            return Err(HullError::ExactSign);
         }
     }
     hull.points = corners.iter().map(|c| given[*c]).collect();

@@ -15,10 +15,10 @@
 
 use super::Corners;
 use crate::geom::exact::{Line, side};
-use crate::math::bounds::{Bounded, UNIT};
+use crate::math::bounds::{ErrorBounded, UNIT};
+use crate::math::double_double::DoubleDouble;
 use crate::math::dyadic::{Dyadic, exactly};
 use crate::math::int::{Grid, Int};
-use crate::math::twice::Twice;
 use crate::math::{Number, Ratio};
 use std::cmp::Ordering;
 
@@ -76,7 +76,7 @@ pub struct Crossing<'a> {
     pub pair: &'a Pair,
     signs: Signs,
     /// t, as far as f64 knows it.
-    pub t: Bounded,
+    pub t: ErrorBounded,
 }
 
 /// Where the ray's line meets the triangle in exact arithmetic. Rays with a
@@ -134,25 +134,25 @@ impl Crossing<'_> {
     #[inline]
     pub fn order_with(&self, x: f64) -> Ordering {
         let (value, error) = (x, 0.0);
-        let certain = self.t.order(&Bounded { value, error });
+        let certain = self.t.order(&ErrorBounded { value, error });
         certain.unwrap_or_else(|| self.order_with_exact(x))
     }
 
     /// The f64 nearest to t, ties to even; so equal t have equal bits.
     pub fn rounded(&self) -> f64 {
-        let near = self.rounded_in_twice();
+        let near = self.rounded_in_double_double();
         near.unwrap_or_else(|| at_size!(self.rounded_at()).expect(FINITE))
     }
 
     /// The same, where numbers of twice f64's precision know it.
-    fn rounded_in_twice(&self) -> Option<f64> {
-        let of = |x: f64| <Twice as Number>::of((), x);
+    fn rounded_in_double_double(&self) -> Option<f64> {
+        let of = |x: f64| <DoubleDouble as Number>::of((), x);
         let [a, b, c] = self.pair.corners_in_double();
         let difference = |p: [f64; 3], q: [f64; 3]| [0, 1, 2].map(|k| of(p[k]).minus(&of(q[k])));
         let (ba, ca) = (difference(b, a), difference(c, a));
         let minor = |i: usize, j: usize| ba[i].times(&ca[j]).minus(&ba[j].times(&ca[i]));
         let normal = [minor(1, 2), minor(2, 0), minor(0, 1)];
-        let dot = |v: [Twice; 3]| {
+        let dot = |v: [DoubleDouble; 3]| {
             let product = |k: usize| normal[k].times(&v[k]);
             product(0).plus(&product(1)).plus(&product(2))
         };
@@ -161,7 +161,7 @@ impl Crossing<'_> {
             dot(self.pair.dir.map(of)),
         );
         let first = top.value() / bottom.value();
-        let left = |t: &Twice| top.minus(&bottom.times(t));
+        let left = |t: &DoubleDouble| top.minus(&bottom.times(t));
         let t = first + left(&of(first)).value() / bottom.value();
         if !(t.is_finite() && t.abs() > f64::MIN_POSITIVE / UNIT) {
             return None;
@@ -359,7 +359,7 @@ impl Pair {
 /// for T, seven for D; one more of each covers the bound's own. Edges are
 /// differences of f32 numbers, so only the last products can underflow.
 #[inline(always)]
-fn t_in_double(pair: &Pair) -> Bounded {
+fn t_in_double(pair: &Pair) -> ErrorBounded {
     let [a, b, c] = pair.corners_in_double();
     let normal = cross_in_double(minus(b, a), minus(c, a));
     let top = dot_in_double(normal, minus(a, pair.org), 9.0);
@@ -369,7 +369,7 @@ fn t_in_double(pair: &Pair) -> Bounded {
     let (value, inverse) = (top.value / bottom.value, 1.0 / least);
     // |T/D − T̂/D̂| ≤ (|T − T̂| + |T̂/D̂| |D − D̂|) / |D|.
     let error = (top.error + value.abs() * bottom.error) * inverse;
-    Bounded {
+    ErrorBounded {
         value,
         // Beyond, the inverse is subnormal, and no longer good to a rounding.
         error: if least > 0.0 && least < 1e300 {
@@ -386,7 +386,7 @@ fn t_in_double(pair: &Pair) -> Bounded {
 /// of a product's difference, one of the last product, two of the sum. Counted
 /// as eight, which covers the bound's own.
 #[inline(always)]
-pub fn edge_functions(pair: &Pair) -> [Bounded; 3] {
+pub fn edge_functions(pair: &Pair) -> [ErrorBounded; 3] {
     let [a, b, c] = pair.corners_in_double();
     let (a, b, c) = (minus(a, pair.org), minus(b, pair.org), minus(c, pair.org));
     let to_a = cross_in_double(pair.dir, a);
@@ -394,7 +394,7 @@ pub fn edge_functions(pair: &Pair) -> [Bounded; 3] {
     let second = dot_in_double(to_a, c, 8.0);
     [
         dot_in_double(to_b, c, 8.0),
-        Bounded {
+        ErrorBounded {
             value: -second.value,
             ..second
         },
@@ -419,10 +419,10 @@ fn cross_in_double(x: [f64; 3], y: [f64; 3]) -> ([f64; 3], [f64; 3]) {
 /// A product of three vectors, with `roundings` in each of its terms. What
 /// underflow takes, 2^−1075 a product, is far below the least normal number.
 #[inline(always)]
-fn dot_in_double((x, size): ([f64; 3], [f64; 3]), y: [f64; 3], roundings: f64) -> Bounded {
+fn dot_in_double((x, size): ([f64; 3], [f64; 3]), y: [f64; 3], roundings: f64) -> ErrorBounded {
     let z = [y[0].abs(), y[1].abs(), y[2].abs()];
     let terms = size[0] * z[0] + size[1] * z[1] + size[2] * z[2];
-    Bounded {
+    ErrorBounded {
         value: x[0] * y[0] + x[1] * y[1] + x[2] * y[2],
         error: terms * (roundings * UNIT) + f64::MIN_POSITIVE * (1.0 + z[0] + z[1] + z[2]),
     }

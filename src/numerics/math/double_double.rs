@@ -3,20 +3,20 @@
 //!
 //! A number is a sum of two f64 that do not overlap (Dekker 1971). A sum or a product
 //! loses about v² of its result, v the unit roundoff [`UNIT`]. As in
-//! [`Bounded`](super::bounds::Bounded), each operation adds its loss to the errors of its
+//! [`ErrorBounded`](super::bounds::ErrorBounded), each operation adds its loss to the errors of its
 //! operands. The loss of a sum is computed exactly: if it is 0, so is its bound. So rays
 //! that run along faces, or start on them, are often decided without exact integers.
 //! Lemmas D5 and D6, docs/numerics/exact.md.
 
 use super::bounds::{SPARE, TINY, UNIT, product as split_product, sum};
-use super::number::{Number, Sharp};
+use super::number::{ExactSign, Number};
 use std::cmp::Ordering;
 
 /// A double-double number: the exact number lies within `high + low ± error`, and `high`
 /// is `high + low`, rounded. If any of them is NaN or infinite, at most the sign is
 /// known, by [`Number::sign`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Twice {
+pub struct DoubleDouble {
     high: f64,
     low: f64,
     error: f64,
@@ -34,7 +34,7 @@ const SAFE: f64 = f64::MIN_POSITIVE / (UNIT * UNIT * UNIT);
 
 /// Returns x · y, rounded, and its exact rounding error. With and without FMA the results
 /// differ only if a part leaves the format, and then the bound says so or integers
-/// decide. [`Bounded`](super::bounds::Bounded), whose values are reported, always takes
+/// decide. [`ErrorBounded`](super::bounds::ErrorBounded), whose values are reported, always takes
 /// the way without FMA.
 #[inline(always)]
 fn product(x: f64, y: f64) -> (f64, f64) {
@@ -46,11 +46,11 @@ fn product(x: f64, y: f64) -> (f64, f64) {
     }
 }
 
-impl Twice {
+impl DoubleDouble {
     #[inline(always)]
-    fn exact((high, low): (f64, f64)) -> Twice {
+    fn exact((high, low): (f64, f64)) -> DoubleDouble {
         let error = 0.0;
-        Twice { high, low, error }
+        DoubleDouble { high, low, error }
     }
 
     /// Returns the number, rounded to f64.
@@ -65,16 +65,16 @@ impl Twice {
     }
 }
 
-impl Number for Twice {
+impl Number for DoubleDouble {
     type Space = ();
 
     #[inline(always)]
-    fn of(_: (), x: f64) -> Twice {
-        Twice::exact((x, 0.0))
+    fn of(_: (), x: f64) -> DoubleDouble {
+        DoubleDouble::exact((x, 0.0))
     }
 
     #[inline(always)]
-    fn plus(&self, other: &Twice) -> Twice {
+    fn plus(&self, other: &DoubleDouble) -> DoubleDouble {
         let (s, s_low) = sum(self.high, other.high);
         let (t, t_low) = sum(self.low, other.low);
         let (middle, lost) = sum(s_low, t);
@@ -84,16 +84,16 @@ impl Number for Twice {
         // Sums lose nothing to underflow. Lemma D5, docs/numerics/exact.md.
         let carried = self.error + other.error;
         let error = (carried + (lost.abs() + also.abs())) * SPARE;
-        Twice { high, low, error }
+        DoubleDouble { high, low, error }
     }
 
     #[inline(always)]
-    fn minus(&self, other: &Twice) -> Twice {
+    fn minus(&self, other: &DoubleDouble) -> DoubleDouble {
         self.plus(&other.negated_if(true))
     }
 
     #[inline(always)]
-    fn times(&self, other: &Twice) -> Twice {
+    fn times(&self, other: &DoubleDouble) -> DoubleDouble {
         let (x, y) = (self, other);
         let (first, rest) = product(x.high, y.high);
         let (high, low) = sum(first, rest + (x.high * y.low + x.low * y.high));
@@ -105,12 +105,12 @@ impl Number for Twice {
             let carried = x.high.abs() * y.error + x.error * (y.high.abs() + y.error);
             (carried + high.abs() * PRODUCT) * SPARE + TINY
         };
-        Twice { high, low, error }
+        DoubleDouble { high, low, error }
     }
 
     #[inline(always)]
-    fn doubled(&self) -> Twice {
-        Twice {
+    fn doubled(&self) -> DoubleDouble {
+        DoubleDouble {
             high: self.high * 2.0,
             low: self.low * 2.0,
             error: self.error * 2.0,
@@ -120,7 +120,7 @@ impl Number for Twice {
     /// Returns the sign where it is certain; `Equal` only if no operation lost anything.
     #[inline(always)]
     fn sign(&self) -> Option<Ordering> {
-        let Twice { high, error, .. } = *self;
+        let DoubleDouble { high, error, .. } = *self;
         if high > error {
             Some(Ordering::Greater)
         } else if high < -error {
@@ -131,20 +131,20 @@ impl Number for Twice {
     }
 
     #[inline(always)]
-    fn displaced(_: (), o: f64, s: f64, d: f64, c: f64) -> Twice {
-        let from = Twice::exact(sum(o, -c));
+    fn displaced(_: (), o: f64, s: f64, d: f64, c: f64) -> DoubleDouble {
+        let from = DoubleDouble::exact(sum(o, -c));
         if s == 0.0 {
             return from;
         }
-        from.plus(&Twice::of((), s).times(&Twice::of((), d)))
+        from.plus(&DoubleDouble::of((), s).times(&DoubleDouble::of((), d)))
     }
 }
 
-impl Sharp for Twice {
+impl ExactSign for DoubleDouble {
     #[inline(always)]
-    fn scaled(_: (), m: u64, power: i32, negative: bool) -> Twice {
+    fn scaled(_: (), m: u64, power: i32, negative: bool) -> DoubleDouble {
         if m == 0 {
-            return Twice::exact((0.0, 0.0));
+            return DoubleDouble::exact((0.0, 0.0));
         }
         // Both parts must be normal numbers, and m may have 54 bits.
         let fits = m >> 54 == 0 && (-1000..900).contains(&power);
@@ -155,13 +155,13 @@ impl Sharp for Twice {
         };
         let last = m & 1;
         let parts = sum((m - last) as f64 * unit, last as f64 * unit);
-        Twice::exact(parts).negated_if(negative)
+        DoubleDouble::exact(parts).negated_if(negative)
     }
 
     #[inline(always)]
-    fn negated_if(&self, negate: bool) -> Twice {
+    fn negated_if(&self, negate: bool) -> DoubleDouble {
         let sign = if negate { -1.0 } else { 1.0 };
-        Twice {
+        DoubleDouble {
             high: self.high * sign,
             low: self.low * sign,
             error: self.error,
@@ -184,8 +184,8 @@ mod tests {
 
     /// Asserts that the exact number lies within the bounds, and that a certain sign is
     /// right.
-    fn check(twice: &Twice, exact: &Dyadic) {
-        let Twice { high, low, error } = *twice;
+    fn check(twice: &DoubleDouble, exact: &Dyadic) {
+        let DoubleDouble { high, low, error } = *twice;
         if let Some(sign) = twice.sign() {
             assert!(exact.sign().is_none_or(|s| s == sign), "{twice:?}");
         }
@@ -203,7 +203,7 @@ mod tests {
     /// difference of equal numbers that were rounded is not known to be 0.
     #[test]
     fn twice_the_digits_are_known() {
-        let of = |x| Twice::of((), x);
+        let of = |x| DoubleDouble::of((), x);
         let third = of(1.0 / 3.0);
         let (square, other) = (third.squared(), of(1.0 / 3.0 + f64::EPSILON).squared());
         let off = other.minus(&square);
@@ -218,7 +218,7 @@ mod tests {
         let small = of(1e-200);
         assert_eq!(small.times(&small).sign(), None);
         assert_eq!(of(0.0).sign(), Some(Ordering::Equal));
-        let near = Twice::displaced((), 1e9, 0.0, 1.0, 1e9);
+        let near = DoubleDouble::displaced((), 1e9, 0.0, 1.0, 1e9);
         assert_eq!(near.sign(), Some(Ordering::Equal));
     }
 
@@ -229,7 +229,7 @@ mod tests {
         for x in [1.0, 1.0 / 3.0, 1e-280, 1e280, 3.0, f64::from_bits(7), 0.0] {
             let (m, power) = decoded(x);
             for (m, power) in [(m, power), (2 * m + 1, power - 1)] {
-                let twice = Twice::scaled((), m, power, true);
+                let twice = DoubleDouble::scaled((), m, power, true);
                 exactly(&|space| {
                     check(&twice, &Dyadic::scaled(space, m, power, true));
                     Some(())
@@ -253,7 +253,7 @@ mod tests {
 
         #[test]
         fn running_bounds_hold(numbers in numbers()) {
-            let twice = formulas::<Twice>((), numbers);
+            let twice = formulas::<DoubleDouble>((), numbers);
             exactly(&|space| {
                 for (twice, exact) in twice.iter().zip(&formulas::<Dyadic>(space, numbers)) {
                     check(twice, exact);

@@ -75,7 +75,11 @@ impl LoadError {
     }
 
     /// Of a mesh's file: in a line, where one can be told.
-    pub(super) fn of_mesh(path: &Path, format: &str, wrong: (Option<usize>, String)) -> LoadError {
+    pub(super) fn in_mesh_file(
+        path: &Path,
+        format: &str,
+        wrong: (Option<usize>, String),
+    ) -> LoadError {
         match wrong {
             (Some(line), message) => LoadError::Syntax {
                 path: path.into(),
@@ -92,7 +96,7 @@ impl LoadError {
     }
 
     /// Of a file that no importer knows by its name's ending, or of a folder.
-    pub(super) fn of_format(path: &Path, extension: &str) -> LoadError {
+    pub(super) fn unknown_format(path: &Path, extension: &str) -> LoadError {
         if path.is_dir() {
             return LoadError::Read {
                 path: path.into(),

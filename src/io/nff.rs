@@ -7,19 +7,24 @@
 //! the size of a picture is the user's. One-sided surfaces are seen from both
 //! sides, as the published counts assume.
 
-use super::place::place;
-use super::{Dropped, LoadError, folder};
 use crate::geom::{Cone, Cylinder, Sphere};
 use crate::scene::{
     Camera, Edge, Falloff, Light, Material, MaterialId, Model, Rgb, SceneBuilder, ShapeId,
 };
+use crate::shared::folder;
+use crate::shared::line_column::line_column;
+use crate::{ImportReport, LoadError};
 use glam::DVec3;
 use std::path::Path;
 
 type Result<T> = std::result::Result<T, LoadError>;
 
-pub(super) fn import(path: &Path, scene: &mut SceneBuilder, dropped: &mut Dropped) -> Result<()> {
-    let text = folder::read(path)?;
+pub(super) fn import(
+    path: &Path,
+    scene: &mut SceneBuilder,
+    report: &mut ImportReport,
+) -> Result<()> {
+    let text = folder::read_file(path)?;
     let mut words = Words {
         path,
         text: &text,
@@ -46,8 +51,8 @@ pub(super) fn import(path: &Path, scene: &mut SceneBuilder, dropped: &mut Droppe
                 material = Some(scene.material("", fill(&mut words)?));
                 continue;
             }
-            b"s" => sphere(&mut words, scene, dropped)?,
-            b"c" => cone(&mut words, &word, scene, dropped)?,
+            b"s" => sphere(&mut words, scene, report)?,
+            b"c" => cone(&mut words, &word, scene, report)?,
             b"p" => polygon(&mut words, scene, Patch::Flat)?,
             b"pp" => polygon(&mut words, scene, Patch::Smooth)?,
             _ => {
@@ -163,13 +168,17 @@ fn fill(words: &mut Words) -> Result<Material> {
     })
 }
 
-fn sphere(words: &mut Words, scene: &mut SceneBuilder, dropped: &mut Dropped) -> Result<ShapeId> {
+fn sphere(
+    words: &mut Words,
+    scene: &mut SceneBuilder,
+    report: &mut ImportReport,
+) -> Result<ShapeId> {
     let center = words.point()?;
     let (radius, word) = words.number_at()?;
     if radius == 0.0 {
         return Err(words.error(&word, "the sphere's radius is 0"));
     }
-    one_sided(radius < 0.0, dropped);
+    one_sided(radius < 0.0, report);
     let radius = radius.abs();
     Ok(scene.sphere("", Sphere { center, radius }))
 }
@@ -178,7 +187,7 @@ fn cone(
     words: &mut Words,
     start: &Word,
     scene: &mut SceneBuilder,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<ShapeId> {
     let (base, base_radius) = (words.point()?, words.number()?);
     let (top, top_radius) = (words.point()?, words.number()?);
@@ -189,7 +198,7 @@ fn cone(
     if base_radius == 0.0 && top_radius == 0.0 {
         return Err(words.error(start, "both radii of the cone are 0"));
     }
-    one_sided(base_radius < 0.0 || top_radius < 0.0, dropped);
+    one_sided(base_radius < 0.0 || top_radius < 0.0, report);
     let (base_radius, top_radius, open) = (base_radius.abs(), top_radius.abs(), true);
     if base_radius == top_radius {
         let cylinder = Cylinder {
@@ -211,8 +220,8 @@ fn cone(
 }
 
 /// A negative radius: only the inside would be visible.
-fn one_sided(is: bool, dropped: &mut Dropped) {
-    dropped.add_many("one-sided visibility", usize::from(is));
+fn one_sided(is: bool, report: &mut ImportReport) {
+    report.add_many("one-sided visibility", usize::from(is));
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -288,7 +297,7 @@ impl<'a> Words<'a> {
     }
 
     fn error(&self, word: &Word, message: impl Into<String>) -> LoadError {
-        let (line, column) = place(self.text, word.at);
+        let (line, column) = line_column(self.text, word.at);
         LoadError::Syntax {
             path: self.path.into(),
             line,

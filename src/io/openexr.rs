@@ -14,7 +14,7 @@
 //! `layer.component`, which viewers group by layer. Bits are kept: infinities
 //! where nothing was hit, NaN if there were any.
 
-use super::{Picture, SaveError};
+use crate::{Picture, SaveError};
 use exr::prelude::*;
 use std::io::Cursor;
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! Pictures as PNG: 8-bit sRGB, no alpha, top row first.
 
-use super::srgb::SrgbEncoder;
-use super::{Picture, SaveError};
+use crate::shared::srgb::SrgbEncoder;
+use crate::{Picture, SaveError};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use std::path::Path;

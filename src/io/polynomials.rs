@@ -1,10 +1,10 @@
 //! Lists of polynomials: JSON, with coefficients as text or numbers, the constant one
 //! first, and the roots that are known.
 
-use super::error::LoadError;
-use super::folder::read;
-use super::text::{json_fault, one_line};
+use crate::LoadError;
 use crate::roots::Polynomial;
+use crate::shared::folder::read_file;
+use crate::shared::messages::{json_fault, one_line};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -79,7 +79,7 @@ fn no_number(text: &str) -> String {
 
 /// Reads the polynomials of a file, one at least; errors name the polynomial.
 pub fn load_polynomials(path: &Path) -> Result<Vec<Listed>, LoadError> {
-    let file: File = serde_json::from_slice(&read(path)?).map_err(|e| LoadError::Syntax {
+    let file: File = serde_json::from_slice(&read_file(path)?).map_err(|e| LoadError::Syntax {
         path: path.into(),
         line: e.line().max(1),
         column: e.column().max(1),

@@ -6,15 +6,15 @@
 //! "solid", and stops after the first solid of an ascii file, so the bytes are
 //! put straight before it sees them.
 
-use super::LoadError;
-use super::text::one_line;
+use crate::LoadError;
 use crate::scene::MeshData;
+use crate::shared::messages::one_line;
 use std::io::Cursor;
 use std::path::Path;
 
 pub(super) fn read(path: &Path) -> Result<MeshData, LoadError> {
-    let bytes = super::folder::read(path)?;
-    parse(bytes).map_err(|wrong| LoadError::of_mesh(path, "STL", wrong))
+    let bytes = crate::shared::folder::read_file(path)?;
+    parse(bytes).map_err(|wrong| LoadError::in_mesh_file(path, "STL", wrong))
 }
 
 /// The line, where there is one, and what is wrong.

@@ -5,8 +5,8 @@
 //! bytes (all zeros) is bounded by the file's [`Budget`](super::Budget).
 //! Alignment is not required: components are read byte by byte.
 
-use super::super::LoadError;
 use super::File;
+use crate::LoadError;
 use gltf::json::Index;
 use gltf::json::accessor::{Accessor, ComponentType, Type, sparse::Sparse};
 use gltf::json::buffer::View;

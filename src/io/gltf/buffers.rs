@@ -4,8 +4,8 @@
 //! once. A buffer without any source may exist (extensions allow it); it is an
 //! error only when something reads it.
 
-use super::super::text::one_line;
-use super::super::{Folder, LoadError};
+use crate::shared::messages::one_line;
+use crate::{Folder, LoadError};
 use gltf::json::Root;
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -46,7 +46,7 @@ impl<'a> Buffers<'a> {
                         match files.get(&found) {
                             Some(store) => *store,
                             None => {
-                                let bytes = super::super::folder::read(&found)?;
+                                let bytes = crate::shared::folder::read_file(&found)?;
                                 let store = buffers.store(Cow::Owned(bytes));
                                 files.insert(found, store);
                                 store

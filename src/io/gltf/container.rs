@@ -5,8 +5,8 @@
 //! panic on some wrong ones, so every index is checked where it is used. Where
 //! even its parser is too strict, the parts that are not imported are left out.
 
-use super::super::LoadError;
-use super::super::text::{json_fault, one_line};
+use crate::LoadError;
+use crate::shared::messages::{json_fault, one_line};
 use gltf::json::Root;
 use serde::Deserialize;
 use serde_json::Value;

@@ -3,10 +3,10 @@
 //! Textures and alpha are left out (counted); values out of range are left to
 //! the scene's check, which names the material.
 
-use super::super::Dropped;
-use super::super::text::one_line;
 use super::File;
+use crate::ImportReport;
 use crate::scene::{Material, MaterialId, Model, SceneBuilder};
+use crate::shared::messages::one_line;
 use gltf::json::material::AlphaMode;
 use gltf::json::validation::Checked;
 
@@ -14,24 +14,24 @@ use gltf::json::validation::Checked;
 pub(super) fn import(
     file: &File,
     scene: &mut SceneBuilder,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Vec<MaterialId> {
     let mut ids = Vec::with_capacity(file.root.materials.len());
     for source in &file.root.materials {
         let name = one_line(source.name.as_deref().unwrap_or_default());
-        ids.push(scene.material(&name, convert(source, dropped)));
+        ids.push(scene.material(&name, convert(source, report)));
     }
     ids
 }
 
-fn convert(source: &gltf::json::Material, dropped: &mut Dropped) -> Material {
+fn convert(source: &gltf::json::Material, report: &mut ImportReport) -> Material {
     let pbr = &source.pbr_metallic_roughness;
     let [r, g, b, _] = pbr.base_color_factor.0;
     let mut material =
         Material::metallic_roughness([r, g, b], pbr.metallic_factor.0, pbr.roughness_factor.0);
     material.emission = source.emissive_factor.0;
     if source.alpha_mode != Checked::Valid(AlphaMode::Opaque) {
-        dropped.add("alpha mode");
+        report.add("alpha mode");
     }
     let Some(extensions) = &source.extensions else {
         return material;
@@ -44,12 +44,12 @@ fn convert(source: &gltf::json::Material, dropped: &mut Dropped) -> Material {
     }
     match &extensions.ior {
         // The extension's way to say: reflect everything at any angle.
-        Some(ior) if ior.ior.0 == 0.0 => dropped.add("index of refraction 0"),
+        Some(ior) if ior.ior.0 == 0.0 => report.add("index of refraction 0"),
         Some(ior) => material.ior = ior.ior.0,
         None => {}
     }
     if extensions.unlit.is_some() {
-        dropped.add("unlit material");
+        report.add("unlit material");
         material.model = Model::MetallicRoughness {
             metallic: 0.0,
             roughness: 1.0,

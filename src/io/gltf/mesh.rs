@@ -3,11 +3,11 @@
 //! Primitives that name the same position and normal accessors share their
 //! vertices. Normals are kept where every primitive with triangles has them.
 
-use super::super::mesh_data::{compact, repair_normals};
-use super::super::{Dropped, LoadError};
 use super::File;
 use super::accessor::{Accept, indices, triples};
 use crate::scene::{MaterialId, MeshData};
+use crate::shared::mesh_cleanup::{compact, repair_normals};
+use crate::{ImportReport, LoadError};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use std::collections::HashMap;
@@ -26,7 +26,7 @@ pub(super) fn read(
     source: &gltf::json::Mesh,
     label: &str,
     materials: &[MaterialId],
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<MeshData, LoadError> {
     let mut mesh = MeshData::default();
     let mut read: HashMap<(usize, Option<usize>), Vertices> = HashMap::new();
@@ -39,17 +39,17 @@ pub(super) fn read(
         match mode {
             Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan => {}
             Mode::Points => {
-                dropped.add("point primitive");
+                report.add("point primitive");
                 continue;
             }
             Mode::Lines | Mode::LineLoop | Mode::LineStrip => {
-                dropped.add("line primitive");
+                report.add("line primitive");
                 continue;
             }
         }
         let attribute = |s| primitive.attributes.get(&Checked::Valid(s)).copied();
         let Some(positions) = attribute(Semantic::Positions) else {
-            dropped.add("primitive without positions");
+            report.add("primitive without positions");
             continue;
         };
         let normals = attribute(Semantic::Normals);
@@ -63,7 +63,7 @@ pub(super) fn read(
             }
         };
         let first = mesh.triangles.len();
-        corners(file, primitive, mode, vertices, &mut mesh, &place, dropped)?;
+        corners(file, primitive, mode, vertices, &mut mesh, &place, report)?;
         if mesh.triangles.len() == first {
             continue;
         }
@@ -85,12 +85,12 @@ pub(super) fn read(
     }
     if flat {
         if smooth {
-            dropped.add("normals of a mesh where only some primitives have them");
+            report.add("normals of a mesh where only some primitives have them");
         }
         mesh.normals.clear();
     }
     compact(&mut mesh);
-    dropped.add_many("unusable normal", repair_normals(&mut mesh));
+    report.add_many("unusable normal", repair_normals(&mut mesh));
     Ok(mesh)
 }
 
@@ -164,7 +164,7 @@ fn corners(
     vertices: Vertices,
     mesh: &mut MeshData,
     place: &str,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<(), LoadError> {
     let place = &format!("{place}, indices");
     let list = match primitive.indices {
@@ -205,7 +205,7 @@ fn corners(
         _ => {
             let whole = list.chunks_exact(3);
             if !whole.remainder().is_empty() {
-                dropped.add("incomplete triangle");
+                report.add("incomplete triangle");
             }
             whole.for_each(|w| push([w[0], w[1], w[2]]));
         }

@@ -4,7 +4,7 @@
 //! shape; a mesh is stored once, however many nodes show it. Triangle ids are
 //! the file's order: primitives one after the other, triangles as their mode
 //! says. What Lanecast has no use for yet (textures, skins, morph targets,
-//! animations, ...) is counted in [`Dropped`].
+//! animations, ...) is counted in [`ImportReport`].
 //!
 //! `container` parses, `buffers` and `accessor` check every length and range,
 //! `mesh` and `material` fill rows, `nodes` walks the graph. Specification:
@@ -17,9 +17,9 @@ mod material;
 mod mesh;
 mod nodes;
 
-use super::text::one_line;
-use super::{Dropped, Folder, LoadError, LoadOptions};
 use crate::scene::SceneBuilder;
+use crate::shared::messages::one_line;
+use crate::{Folder, ImportReport, LoadError, LoadOptions};
 use buffers::Buffers;
 use gltf::json::Root;
 use gltf::json::mesh::Semantic;
@@ -69,9 +69,9 @@ pub(super) fn import(
     path: &Path,
     options: &LoadOptions,
     scene: &mut SceneBuilder,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<(), LoadError> {
-    let bytes = super::folder::read(path)?;
+    let bytes = crate::shared::folder::read_file(path)?;
     let chunks = container::split(path, &bytes)?;
     let container::Document {
         root,
@@ -88,25 +88,25 @@ pub(super) fn import(
         budget: Cell::new(FREE_ELEMENTS + 4 * size),
     };
     for (what, count) in unread {
-        dropped.add_many(what, count);
+        report.add_many(what, count);
     }
-    left_out(&file.root, dropped);
-    let materials = material::import(&file, scene, dropped);
-    nodes::import(&file, &placements, &materials, scene, dropped)
+    left_out(&file.root, report);
+    let materials = material::import(&file, scene, report);
+    nodes::import(&file, &placements, &materials, scene, report)
 }
 
 /// Counts what meshes and extensions hold and this importer does not read.
-fn left_out(root: &Root, dropped: &mut Dropped) {
+fn left_out(root: &Root, report: &mut ImportReport) {
     for primitive in root.meshes.iter().flat_map(|m| &m.primitives) {
         let targets = primitive.targets.as_ref().map_or(0, Vec::len);
-        dropped.add_many("morph target", targets);
+        report.add_many("morph target", targets);
         let colors = primitive.attributes.keys();
         let colors = colors.filter(|k| matches!(k, Checked::Valid(Semantic::Colors(_))));
-        dropped.add_many("vertex colour set", colors.count());
+        report.add_many("vertex colour set", colors.count());
     }
     for name in &root.extensions_used {
         if !container::is_known_extension(name) {
-            dropped.add(&format!("extension {}", one_line(name)));
+            report.add(&format!("extension {}", one_line(name)));
         }
     }
 }

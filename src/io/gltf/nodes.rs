@@ -4,13 +4,13 @@
 //! a recursion, so a hierarchy may be a million deep. Only what the scene shows
 //! is decoded, and nodes with nothing below them leave no trace.
 
-use super::super::mesh_data::unit;
-use super::super::text::one_line;
-use super::super::{Dropped, LoadError};
 use super::container::Placement;
 use super::{File, mesh};
 use crate::math::Affine;
 use crate::scene::{Camera, Edge, Falloff, Light, MaterialId, SceneBuilder, ShapeId};
+use crate::shared::mesh_cleanup::unit;
+use crate::shared::messages::one_line;
+use crate::{ImportReport, LoadError};
 use glam::{DMat3, DQuat, DVec3};
 use gltf::json::camera::Type as CameraType;
 use gltf::json::extensions::scene::khr_lights_punctual::Type as LightType;
@@ -23,7 +23,7 @@ pub(super) fn import(
     placements: &[Placement],
     materials: &[MaterialId],
     scene: &mut SceneBuilder,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<(), LoadError> {
     let parents = parents(file)?;
     let roots = roots(file, &parents)?;
@@ -39,7 +39,7 @@ pub(super) fn import(
         hidden[node] = above != NO_PARENT && hidden[above as usize];
         if !hidden[node] && local[node].linear() == &[[0.0; 3]; 3] {
             hidden[node] = true;
-            dropped.add("node scaled to nothing");
+            report.add("node scaled to nothing");
         }
     }
 
@@ -50,8 +50,8 @@ pub(super) fn import(
             NO_PARENT => local[node],
             above => world[above as usize].then_after(&local[node]),
         };
-        camera(file, node, &world[node], scene, dropped)?;
-        light(file, node, &world[node], scene, dropped)?;
+        camera(file, node, &world[node], scene, report)?;
+        light(file, node, &world[node], scene, report)?;
     }
     drop(world);
 
@@ -76,7 +76,7 @@ pub(super) fn import(
                 "" => format!("mesh {}", mesh.value()),
                 name => format!("mesh {} '{name}'", mesh.value()),
             };
-            let data = mesh::read(file, source, &label, materials, dropped)?;
+            let data = mesh::read(file, source, &label, materials, report)?;
             room(file, scene, &data, &label)?;
             let shape = (!data.triangles.is_empty()).then(|| scene.mesh(&name, &data));
             shapes[mesh.value()] = Some(shape);
@@ -233,7 +233,7 @@ fn camera(
     node: usize,
     world: &Affine,
     scene: &mut SceneBuilder,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<(), LoadError> {
     let Some(id) = file.root.nodes[node].camera else {
         return Ok(());
@@ -255,7 +255,7 @@ fn camera(
         (Checked::Valid(CameraType::Perspective), Some(p), _) => {
             let fov = f64::from(p.yfov).to_degrees();
             if fov >= 180.0 {
-                dropped.add("camera with a field of view of 180 degrees or more");
+                report.add("camera with a field of view of 180 degrees or more");
                 return Ok(());
             }
             Camera::perspective(DVec3::ZERO, forward, up, fov)
@@ -286,7 +286,7 @@ fn light(
     node: usize,
     world: &Affine,
     scene: &mut SceneBuilder,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<(), LoadError> {
     let extensions = file.root.nodes[node].extensions.as_ref();
     let Some(id) = extensions.and_then(|e| e.khr_lights_punctual.as_ref()) else {
@@ -311,7 +311,7 @@ fn light(
         }
         Checked::Valid(kind) => {
             if kind == LightType::Spot {
-                dropped.add("spot light cone");
+                report.add("spot light cone");
             }
             scene.light(Light::Point {
                 position: DVec3::from_array(world.translation),
@@ -319,10 +319,10 @@ fn light(
                 falloff: Falloff::InverseSquare,
             });
         }
-        Checked::Invalid => dropped.add("light of an unknown type"),
+        Checked::Invalid => report.add("light of an unknown type"),
     }
     if source.range.is_some() {
-        dropped.add("light range");
+        report.add("light range");
     }
     Ok(())
 }

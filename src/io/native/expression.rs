@@ -10,7 +10,7 @@ use super::tree::{nearest, quoted};
 use super::{formula, polynomial};
 use crate::geom::formula::{Formula, MAX_STEPS as MAX_FORMULA_STEPS};
 use crate::geom::tape::{MAX_DEGREE, MAX_SLOTS, MAX_STEPS, Tape};
-use crate::precise::Precise;
+use crate::shared::rational::Rational;
 use std::collections::BTreeMap;
 
 /// Bytes of one expression.
@@ -43,7 +43,7 @@ impl Fault {
 type Result<T> = std::result::Result<T, Fault>;
 
 /// Constants by name.
-pub(super) type Parameters = BTreeMap<String, Precise>;
+pub(super) type Parameters = BTreeMap<String, Rational>;
 
 /// What an expression is.
 #[derive(Clone, Debug)]
@@ -99,7 +99,7 @@ fn too_many(steps: usize, most: usize) -> Fault {
 }
 
 /// The value of an expression without x, y and z.
-pub(super) fn constant(text: &str) -> Result<Precise> {
+pub(super) fn constant(text: &str) -> Result<Rational> {
     let parameters = Parameters::new();
     let parser = Parser {
         is_parameter: true,
@@ -218,7 +218,7 @@ impl<'t, M: Make> Parser<'t, M> {
         }
         // The last operator leaves one.
         let whole = self.values.pop();
-        Ok(whole.unwrap_or_else(|| maker.constant(Precise::whole(0))))
+        Ok(whole.unwrap_or_else(|| maker.constant(Rational::whole(0))))
     }
 
     fn rest(&self) -> &'t str {
@@ -293,7 +293,7 @@ impl<'t, M: Make> Parser<'t, M> {
         self.at += length;
     }
 
-    fn number(&mut self, at: usize) -> Result<Precise> {
+    fn number(&mut self, at: usize) -> Result<Rational> {
         let digit = |c: char| c.is_ascii_digit();
         let whole = self.take(digit);
         let part = match self.rest().strip_prefix('.') {
@@ -323,7 +323,7 @@ impl<'t, M: Make> Parser<'t, M> {
                 (self.at, exponent) = (before, 0);
             }
         }
-        Precise::decimal(whole, part, exponent).map_err(|why| Fault::new(at, why.message()))
+        Rational::decimal(whole, part, exponent).map_err(|why| Fault::new(at, why.message()))
     }
 
     /// Whether it is an operand; a function waits for its own.
@@ -338,7 +338,7 @@ impl<'t, M: Make> Parser<'t, M> {
             return Ok(true);
         }
         if name == "pi" {
-            self.values.push(maker.constant(Precise::pi()));
+            self.values.push(maker.constant(Rational::pi()));
             return Ok(true);
         }
         let is_call = self.next() == Some('(');

@@ -33,7 +33,7 @@ impl Arithmetic for Plain {
 
 fn tape(text: &str) -> Tape {
     let parameters = [("a", 3), ("long_name2", 5)];
-    let parameters = parameters.map(|(name, value)| (name.into(), Precise::whole(value)));
+    let parameters = parameters.map(|(name, value)| (name.into(), Rational::whole(value)));
     polynomial(text, &parameters.into()).unwrap_or_else(|fault| panic!("{text}: {fault:?}"))
 }
 
@@ -245,7 +245,7 @@ fn faults_have_a_place_and_a_remedy() {
         ("x $ y", 2, "found '$'"),
     ] {
         let parameters = [("a", 3), ("long_name2", 5)];
-        let parameters = parameters.map(|(name, value)| (name.into(), Precise::whole(value)));
+        let parameters = parameters.map(|(name, value)| (name.into(), Rational::whole(value)));
         match surface(text, &parameters.into()) {
             Ok(_) => panic!("{text} was read"),
             Err(fault) => {
@@ -259,7 +259,7 @@ fn faults_have_a_place_and_a_remedy() {
 /// At x = 2, y = 3, z = 5.
 #[track_caller]
 fn formula_value(text: &str) -> f64 {
-    match surface(text, &[("a".into(), Precise::whole(3))].into()) {
+    match surface(text, &[("a".into(), Rational::whole(3))].into()) {
         Ok(Surface::Formula(formula)) => value_and_gradient(&formula, [2.0, 3.0, 5.0]).0,
         other => panic!("{text}: {other:?}"),
     }
@@ -304,7 +304,7 @@ fn what_is_no_polynomial_is_a_formula() {
     ] {
         assert!(
             matches!(
-                surface(text, &[("a".into(), Precise::whole(3))].into()),
+                surface(text, &[("a".into(), Rational::whole(3))].into()),
                 Ok(Surface::Polynomial(_))
             ),
             "{text}"

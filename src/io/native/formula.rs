@@ -4,11 +4,11 @@ use super::make::{
     Function, MAX_EXPONENT, Make, Operator, Result, Trouble, of_constants, power_of_constants,
 };
 use crate::geom::formula::{Binary, Builder, Formula, Unary};
-use crate::precise::Precise;
+use crate::shared::rational::Rational;
 
 #[derive(Clone, Debug)]
 pub(super) enum Value {
-    Constant(Precise),
+    Constant(Rational),
     Step {
         step: u32,
         /// In x, y and z.
@@ -67,7 +67,7 @@ impl Maker {
     }
 
     /// By a constant exponent; of one that is not whole e^(exponent · ln base).
-    fn power(&mut self, base: &Value, exponent: &Precise) -> Result<Value> {
+    fn power(&mut self, base: &Value, exponent: &Rational) -> Result<Value> {
         let negative = exponent.clone().negated();
         let whole = [exponent, &negative].map(|x| x.as_exponent());
         let is_large = [exponent, &negative].iter().any(|x| x.is_large_exponent());
@@ -83,14 +83,14 @@ impl Maker {
             }),
             [_, Some(exponent)] => {
                 let step = self.builder.power(step, exponent);
-                let one = Value::Constant(Precise::whole(1));
+                let one = Value::Constant(Rational::whole(1));
                 let power = Value::Step {
                     step,
                     is_polynomial,
                 };
                 self.joined(Binary::Quotient, &one, &power)
             }
-            _ if exponent.equals(&Precise::of(0.5)) => self.of_one(Unary::Sqrt, base),
+            _ if exponent.equals(&Rational::of(0.5)) => self.of_one(Unary::Sqrt, base),
             _ => {
                 let log = self.of_one(Unary::Ln, base)?;
                 let exponent = Value::Constant(exponent.clone());
@@ -104,7 +104,7 @@ impl Maker {
 impl Make for Maker {
     type Value = Value;
 
-    fn constant(&mut self, value: Precise) -> Value {
+    fn constant(&mut self, value: Rational) -> Value {
         Value::Constant(value)
     }
 
@@ -147,7 +147,7 @@ impl Make for Maker {
             (Operator::Product, _) => self.joined(Binary::Product, &a, &b),
             (Operator::Quotient, Value::Constant(by)) => {
                 // That it is not 0 is seen to.
-                Precise::whole(1).over(by)?;
+                Rational::whole(1).over(by)?;
                 self.joined(Binary::Quotient, &a, &b)
             }
             (Operator::Quotient, _) => self.joined(Binary::Quotient, &a, &b),
@@ -161,9 +161,9 @@ impl Make for Maker {
             Value::Constant(value) => Some(value.clone()),
             Value::Step { .. } => None,
         };
-        let constants: Option<Vec<Precise>> = operands.iter().map(constant).collect();
+        let constants: Option<Vec<Rational>> = operands.iter().map(constant).collect();
         if let Some(constants) = constants {
-            let constants: Vec<&Precise> = constants.iter().collect();
+            let constants: Vec<&Rational> = constants.iter().collect();
             return Ok(Value::Constant(of_constants(function, &constants)?));
         }
         let operator = match function {

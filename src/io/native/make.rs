@@ -2,7 +2,7 @@
 //! (`polynomial.rs`) and of formulas (`formula.rs`).
 
 use crate::geom::formula::{Real, Unary};
-use crate::precise::{NoConstant, Precise};
+use crate::shared::rational::{NoConstant, Rational};
 use num_bigint::Sign;
 
 /// Of a constant, and of what is no polynomial.
@@ -86,7 +86,7 @@ pub(super) type Result<T> = std::result::Result<T, Trouble>;
 pub(super) trait Make {
     type Value: Clone;
 
-    fn constant(&mut self, value: Precise) -> Self::Value;
+    fn constant(&mut self, value: Rational) -> Self::Value;
     fn coordinate(&mut self, axis: u8) -> Self::Value;
     fn negated(&mut self, a: Self::Value) -> Self::Value;
     fn binary(&mut self, operator: Operator, a: Self::Value, b: Self::Value)
@@ -96,7 +96,7 @@ pub(super) trait Make {
 }
 
 /// Of constants: exact where roots and magnitudes are, else of the nearest f64.
-pub(super) fn of_constants(function: Function, operands: &[&Precise]) -> Result<Precise> {
+pub(super) fn of_constants(function: Function, operands: &[&Rational]) -> Result<Rational> {
     let first = operands[0];
     let pick = |better: Sign| {
         let mut best = first;
@@ -117,8 +117,8 @@ pub(super) fn of_constants(function: Function, operands: &[&Precise]) -> Result<
 }
 
 /// A power of constants: exact where the exponent is whole, else of the nearest f64.
-pub(super) fn power_of_constants(base: &Precise, exponent: &Precise) -> Result<Precise> {
-    let whole = |exponent: &Precise| match exponent.as_exponent() {
+pub(super) fn power_of_constants(base: &Rational, exponent: &Rational) -> Result<Rational> {
+    let whole = |exponent: &Rational| match exponent.as_exponent() {
         Some(exponent) if exponent > MAX_EXPONENT => Err(Trouble::LargeExponent),
         _ if exponent.is_large_exponent() => Err(Trouble::LargeExponent),
         exponent => Ok(exponent),
@@ -127,17 +127,17 @@ pub(super) fn power_of_constants(base: &Precise, exponent: &Precise) -> Result<P
         return Ok(base.to_the(exponent)?);
     }
     if let Some(exponent) = whole(&exponent.clone().negated())? {
-        return Ok(Precise::whole(1).over(&base.to_the(exponent)?)?);
+        return Ok(Rational::whole(1).over(&base.to_the(exponent)?)?);
     }
     of_f64(libm::pow(base.rounded()?, exponent.rounded()?))
 }
 
-fn of_f64(value: f64) -> Result<Precise> {
+fn of_f64(value: f64) -> Result<Rational> {
     if value.is_nan() {
         return Err(Trouble::Undefined);
     }
     if value.is_infinite() {
         return Err(NoConstant::TooLarge.into());
     }
-    Ok(Precise::of(value))
+    Ok(Rational::of(value))
 }

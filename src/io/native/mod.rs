@@ -4,7 +4,7 @@
 //! [`schema`] by serde, and [`lower`] turns names into ids and fills the
 //! builder. Everything that can be wrong is reported as `path:line:column`.
 //! Numbers that are no shape (a radius of 0) are left to the scene's check,
-//! which names the entity; [`Places`] tells where it stands. docs/SCENE_FORMAT.md is the format for users;
+//! which names the entity; [`SourceSpans`] tells where it stands. docs/SCENE_FORMAT.md is the format for users;
 //! tests/native_bad.rs holds what is refused.
 
 mod expression;
@@ -14,20 +14,24 @@ mod lower_combination;
 mod lower_polynomial;
 mod lower_shape;
 mod make;
-mod places;
 mod polynomial;
 mod read_json;
 mod read_toml;
 mod rotate;
 mod schema;
 mod schema_polynomial;
+mod source_spans;
 mod tree;
 
-use super::{Dropped, LoadError, LoadOptions, folder};
 use crate::scene::{Entity, SceneBuilder};
+use crate::shared::{folder, line_column::line_column};
+use crate::{ImportReport, LoadError, LoadOptions};
 use serde::Deserialize;
 use std::path::Path;
 use tree::{Kind, Source, Value};
+
+// The name by which lower*.rs and schema*.rs call this module.
+use source_spans as places;
 
 /// The version of the format that is read.
 const FORMAT: i64 = 1;
@@ -43,9 +47,9 @@ pub(super) fn import(
     syntax: Syntax,
     options: &LoadOptions,
     scene: &mut SceneBuilder,
-    dropped: &mut Dropped,
-) -> Result<Places, LoadError> {
-    let bytes = folder::read(path)?;
+    report: &mut ImportReport,
+) -> Result<SourceSpans, LoadError> {
+    let bytes = folder::read_file(path)?;
     let text = decode(path, &bytes)?;
     let source = Source { path, text };
     let root = match syntax {
@@ -55,24 +59,24 @@ pub(super) fn import(
     version(&source, &root)?;
     let file =
         schema::File::deserialize(root).map_err(|e| source.error(e.at.unwrap_or(0), e.message))?;
-    let at = lower::lower(&source, file, options, scene, dropped)?;
-    Ok(Places {
+    let at = lower::lower(&source, file, options, scene, report)?;
+    Ok(SourceSpans {
         text: text.to_string(),
         at,
     })
 }
 
 /// Where the entities of a scene stand in its file, for the scene's own check.
-pub(super) struct Places {
+pub(super) struct SourceSpans {
     text: String,
     at: lower::Offsets,
 }
 
-impl Places {
+impl SourceSpans {
     /// Line and column, both from 1.
-    pub(super) fn of(&self, what: &Entity) -> Option<(u32, u32)> {
+    pub(super) fn line_column(&self, what: &Entity) -> Option<(u32, u32)> {
         let at = self.at.of(what)?;
-        let (line, column) = super::place::place(self.text.as_bytes(), at);
+        let (line, column) = line_column(self.text.as_bytes(), at);
         Some((line.try_into().ok()?, column.try_into().ok()?))
     }
 }

@@ -3,11 +3,11 @@
 //! A value is factor · step + constant with a step of a tape: what is multiplied by a
 //! constant stays one step with one factor, a sum keeps one constant, and a term that is
 //! taken away becomes a difference. All factors and constants are folded as they are in
-//! [`Precise`], and each is rounded once, when a sum or the end needs it as a step.
+//! [`Rational`], and each is rounded once, when a sum or the end needs it as a step.
 
 use super::make::{Function, Make, Operator, Result, Trouble, of_constants, power_of_constants};
 use crate::geom::tape::{Builder, MAX_DEGREE, Tape};
-use crate::precise::Precise;
+use crate::shared::rational::Rational;
 use num_bigint::Sign;
 
 #[derive(Clone, Copy, Debug)]
@@ -20,31 +20,31 @@ struct Part {
 #[derive(Clone, Debug)]
 pub(super) struct Value {
     /// Not 0.
-    factor: Precise,
+    factor: Rational,
     /// `None`: a constant.
     part: Option<Part>,
-    constant: Precise,
+    constant: Rational,
 }
 
 impl Value {
-    fn constant(constant: Precise) -> Value {
+    fn constant(constant: Rational) -> Value {
         Value {
-            factor: Precise::whole(1),
+            factor: Rational::whole(1),
             part: None,
             constant,
         }
     }
 
-    fn of(factor: Precise, part: Part) -> Value {
+    fn of(factor: Rational, part: Part) -> Value {
         Value {
             factor,
             part: Some(part),
-            constant: Precise::whole(0),
+            constant: Rational::whole(0),
         }
     }
 
     /// If it is one.
-    fn as_constant(&self) -> Result<&Precise> {
+    fn as_constant(&self) -> Result<&Rational> {
         match self.part {
             None => Ok(&self.constant),
             Some(_) => Err(Trouble::NotPolynomial),
@@ -69,13 +69,13 @@ pub(super) struct Maker {
 impl Make for Maker {
     type Value = Value;
 
-    fn constant(&mut self, value: Precise) -> Value {
+    fn constant(&mut self, value: Rational) -> Value {
         Value::constant(value)
     }
 
     fn coordinate(&mut self, axis: u8) -> Value {
         let step = self.builder.coordinate(axis);
-        Value::of(Precise::whole(1), Part { step, degree: 1 })
+        Value::of(Rational::whole(1), Part { step, degree: 1 })
     }
 
     fn negated(&mut self, a: Value) -> Value {
@@ -103,7 +103,7 @@ impl Make for Maker {
     }
 
     fn call(&mut self, function: Function, operands: Vec<Value>) -> Result<Value> {
-        let constants: Result<Vec<&Precise>> = operands.iter().map(Value::as_constant).collect();
+        let constants: Result<Vec<&Rational>> = operands.iter().map(Value::as_constant).collect();
         Ok(Value::constant(of_constants(function, &constants?)?))
     }
 }
@@ -114,7 +114,7 @@ impl Maker {
         let (factor, part) = match (a.part, b.part) {
             (Some(p), Some(q)) => match self.joined((a.factor, p), (b.factor, q))? {
                 Some((factor, part)) => (factor, Some(part)),
-                None => (Precise::whole(1), None),
+                None => (Rational::whole(1), None),
             },
             (None, part) => (b.factor, part),
             (part, None) => (a.factor, part),
@@ -134,7 +134,7 @@ impl Maker {
             return self.multiple(&b.constant, a);
         }
         let (Some((c, p)), Some((d, q))) = (self.settled(a)?, self.settled(b)?) else {
-            return Ok(Value::constant(Precise::whole(0)));
+            return Ok(Value::constant(Rational::whole(0)));
         };
         let degree = small_enough(p.degree.saturating_add(q.degree))?;
         let step = self.builder.product(p.step, q.step);
@@ -142,7 +142,7 @@ impl Maker {
     }
 
     fn quotient(&mut self, a: Value, b: &Value) -> Result<Value> {
-        let inverse = Precise::whole(1).over(b.as_constant()?)?;
+        let inverse = Rational::whole(1).over(b.as_constant()?)?;
         self.multiple(&inverse, a)
     }
 
@@ -152,7 +152,7 @@ impl Maker {
         }
         let settled = self.settled(base)?.filter(|_| exponent > 0);
         let Some((factor, part)) = settled else {
-            return Ok(Value::constant(Precise::whole(i64::from(exponent == 0))));
+            return Ok(Value::constant(Rational::whole(i64::from(exponent == 0))));
         };
         let degree = small_enough(part.degree.saturating_mul(exponent))?;
         let step = self.builder.power(part.step, exponent);
@@ -177,12 +177,12 @@ impl Maker {
         Ok(self.builder.finish(last))
     }
 
-    fn multiple(&mut self, by: &Precise, value: Value) -> Result<Value> {
+    fn multiple(&mut self, by: &Rational, value: Value) -> Result<Value> {
         if value.part.is_none() {
             return Ok(Value::constant(value.constant.times(by)?));
         }
         if by.is_zero() {
-            return Ok(Value::constant(Precise::whole(0)));
+            return Ok(Value::constant(Rational::whole(0)));
         }
         if by.is_one() {
             return Ok(value);
@@ -190,12 +190,12 @@ impl Maker {
         // What is multiplied as a whole stays whole.
         match self.settled(value)? {
             Some((factor, part)) => Ok(Value::of(factor.times(by)?, part)),
-            None => Ok(Value::constant(Precise::whole(0))),
+            None => Ok(Value::constant(Rational::whole(0))),
         }
     }
 
     /// As a multiple of one step; `None`: it is 0.
-    fn settled(&mut self, value: Value) -> Result<Option<(Precise, Part)>> {
+    fn settled(&mut self, value: Value) -> Result<Option<(Rational, Part)>> {
         let one = Part {
             step: self.builder.constant(1.0),
             degree: 0,
@@ -211,9 +211,9 @@ impl Maker {
     /// The sum of two multiples; `None`: it is 0.
     fn joined(
         &mut self,
-        (c, p): (Precise, Part),
-        (d, q): (Precise, Part),
-    ) -> Result<Option<(Precise, Part)>> {
+        (c, p): (Rational, Part),
+        (d, q): (Rational, Part),
+    ) -> Result<Option<(Rational, Part)>> {
         if p.step == q.step {
             let factor = c.plus(&d)?;
             return Ok(Some((factor, p)).filter(|(factor, _)| !factor.is_zero()));
@@ -223,7 +223,7 @@ impl Maker {
         let (common, p_step, q_step) = match c.equals(&d) {
             true => (c, p.step, q.step),
             false => (
-                Precise::whole(1),
+                Rational::whole(1),
                 self.scaled(&c, p.step)?,
                 self.scaled(&d, q.step)?,
             ),
@@ -244,7 +244,7 @@ impl Maker {
         Ok(Some((common, Part { step, degree })))
     }
 
-    fn scaled(&mut self, factor: &Precise, step: u32) -> Result<u32> {
+    fn scaled(&mut self, factor: &Rational, step: u32) -> Result<u32> {
         if factor.is_one() {
             return Ok(step);
         }

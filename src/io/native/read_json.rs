@@ -5,7 +5,7 @@
 
 use super::tree::{Key, Kind, MAX_DEPTH, Source, Value, quoted};
 use crate::LoadError;
-use crate::text::json_fault;
+use crate::shared::messages::json_fault;
 use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
 use serde_json::value::RawValue;
 use std::borrow::Cow;

@@ -63,7 +63,7 @@ pub(super) struct Source<'a> {
 impl Source<'_> {
     /// Line and column, both from 1; the column counts characters.
     pub(super) fn place(&self, at: usize) -> (usize, usize) {
-        crate::place::place(self.text.as_bytes(), at)
+        crate::shared::line_column::line_column(self.text.as_bytes(), at)
     }
 
     /// Where a byte of a text value stands, which begins at `at`: past its quotes, and

@@ -15,7 +15,7 @@
 //!
 //! What differs: materials are pigments and finishes (no microfacets, no Fresnel of
 //! dielectrics); a point light fades with 2 / (1 + (d/f)²) for a small f, which is
-//! the inverse square but for f²/d²; motion is at time 0; tolerances are dropped.
+//! the inverse square but for f²/d²; motion is at time 0; tolerances are left out.
 
 mod level_set;
 mod looks;

@@ -3,12 +3,12 @@
 use super::{number, vector};
 use crate::geom::tape::{Arithmetic, Tape};
 use crate::geom::{Clip, Implicit};
-use crate::precise::Precise;
+use crate::shared::rational::Rational;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
 /// Of x^i y^j z^k by i, j and k; none is 0. `None` beyond what numbers can be.
-type Expansion = Option<BTreeMap<[u32; 3], Precise>>;
+type Expansion = Option<BTreeMap<[u32; 3], Rational>>;
 
 /// Powers of x, y and z, and the coefficient.
 type Term = ([u32; 3], f64);
@@ -22,11 +22,11 @@ impl Arithmetic for Expanding {
     fn coordinate(&self, axis: usize) -> Expansion {
         let mut powers = [0; 3];
         powers[axis] = 1;
-        Some(BTreeMap::from([(powers, Precise::whole(1))]))
+        Some(BTreeMap::from([(powers, Rational::whole(1))]))
     }
 
     fn constant(&self, value: f64) -> Expansion {
-        let constant = ([0; 3], Precise::of(value));
+        let constant = ([0; 3], Rational::of(value));
         Some(
             [constant]
                 .into_iter()
@@ -64,7 +64,7 @@ impl Arithmetic for Expanding {
 }
 
 /// `None`: too large.
-fn add(sum: &mut BTreeMap<[u32; 3], Precise>, powers: [u32; 3], term: &Precise) -> Option<()> {
+fn add(sum: &mut BTreeMap<[u32; 3], Rational>, powers: [u32; 3], term: &Rational) -> Option<()> {
     let new = match sum.get(&powers) {
         Some(old) => old.plus(term).ok()?,
         None => term.clone(),

@@ -6,9 +6,9 @@
 //! `openexr.rs`; that files appear whole or not at all is the work of
 //! `atomic.rs`.
 
-use super::atomic::Outputs;
-use super::openexr::{self, Content};
-use super::{SaveError, png};
+use crate::Outputs;
+use crate::openexr::{self, Content};
+use crate::{SaveError, png};
 use std::path::{Path, PathBuf};
 
 /// Which arbitrary output variables are kept.

@@ -1,7 +1,7 @@
 //! Lines and columns, from byte offsets, for messages only.
 
 /// Line and column of a byte, both from 1; the column counts characters.
-pub(super) fn place(text: &[u8], at: usize) -> (usize, usize) {
+pub fn line_column(text: &[u8], at: usize) -> (usize, usize) {
     let before = &text[..at.min(text.len())];
     let start = before
         .iter()
@@ -16,15 +16,15 @@ pub(super) fn place(text: &[u8], at: usize) -> (usize, usize) {
 
 #[cfg(test)]
 mod tests {
-    use super::place;
+    use super::line_column;
 
     #[test]
     fn places_count_lines_and_characters_from_one() {
         let text = "ab\nçd\n".as_bytes();
-        assert_eq!(place(text, 0), (1, 1));
-        assert_eq!(place(text, 2), (1, 3));
-        assert_eq!(place(text, 3), (2, 1));
-        assert_eq!(place(text, 5), (2, 2));
-        assert_eq!(place(text, 99), (3, 1));
+        assert_eq!(line_column(text, 0), (1, 1));
+        assert_eq!(line_column(text, 2), (1, 3));
+        assert_eq!(line_column(text, 3), (2, 1));
+        assert_eq!(line_column(text, 5), (2, 2));
+        assert_eq!(line_column(text, 99), (3, 1));
     }
 }

@@ -48,12 +48,12 @@ fn square(format: &str) -> Vec<u8> {
 #[test]
 fn one_square_in_three_encodings() {
     for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
-        let mut dropped = Dropped::default();
-        let mesh = parse(&square(format), &mut dropped).unwrap();
+        let mut report = ImportReport::default();
+        let mesh = parse(&square(format), &mut report).unwrap();
         assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]], "{format}");
         assert_eq!(mesh.positions[2], [1.0, 1.0, -2.0]);
         assert_eq!(mesh.normals, [[0.0, 0.0, 1.0]; 4]);
-        let warning = dropped.summary().unwrap();
+        let warning = report.summary().unwrap();
         assert!(warning.contains("1 × element other"), "{warning}");
         assert!(
             warning.contains("1 × face of fewer than 3 corners"),
@@ -68,8 +68,8 @@ fn every_truncation_is_an_error_not_a_panic() {
         let whole = square(format);
         // An ascii file may lose its last line break.
         for end in 0..whole.len() - 1 {
-            let mut dropped = Dropped::default();
-            let cut = parse(&whole[..end], &mut dropped);
+            let mut report = ImportReport::default();
+            let cut = parse(&whole[..end], &mut report);
             let message = cut.err().map(|e| e.1).unwrap_or_default();
             assert!(
                 !message.is_empty() && !message.contains('\n'),
@@ -173,7 +173,7 @@ fn wrong_files_are_refused() {
             "unsupported",
         ),
     ] {
-        let message = parse(text.as_bytes(), &mut Dropped::default())
+        let message = parse(text.as_bytes(), &mut ImportReport::default())
             .unwrap_err()
             .1;
         assert!(message.contains(says), "{text}: {message}");

@@ -9,7 +9,7 @@ use glam::DVec3;
 
 /// Leaves out vertices that no triangle uses; the others keep their order.
 /// Every corner must be a row of `positions`.
-pub(super) fn compact(mesh: &mut MeshData) {
+pub fn compact(mesh: &mut MeshData) {
     let mut used = vec![false; mesh.positions.len()];
     for v in mesh.triangles.iter().flatten() {
         used[*v as usize] = true;
@@ -34,7 +34,7 @@ pub(super) fn compact(mesh: &mut MeshData) {
 
 /// Replaces normals of no length, and those that are not finite, by the
 /// area-weighted normal of the triangles around the vertex. Gives their number.
-pub(super) fn repair_normals(mesh: &mut MeshData) -> usize {
+pub fn repair_normals(mesh: &mut MeshData) -> usize {
     // Beyond these sizes a square leaves f32's range.
     let usable = |n: &[f32; 3]| {
         let size = n.iter().fold(0.0_f32, |a, x| a.max(x.abs()));
@@ -67,7 +67,7 @@ pub(super) fn repair_normals(mesh: &mut MeshData) -> usize {
 }
 
 /// The direction of `v`, whatever its size; `None` where it has none.
-pub(super) fn unit(v: DVec3) -> Option<DVec3> {
+pub fn unit(v: DVec3) -> Option<DVec3> {
     let size = v.abs().max_element();
     (size > 0.0 && size.is_finite()).then(|| (v / size).normalize())
 }

@@ -8,8 +8,8 @@
 //! A length is believed only if it is the file's own, so memory follows the
 //! file's true size. Indices and numbers are checked here, once.
 
-use super::atomic::Outputs;
-use super::{LoadError, SaveError};
+use crate::Outputs;
+use crate::{LoadError, SaveError};
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read};
 use std::path::Path;

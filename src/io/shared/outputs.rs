@@ -10,7 +10,7 @@
 //! [`discard_unfinished`] serves a process that must end at once, while another
 //! of its threads may be writing.
 
-use super::SaveError;
+use crate::SaveError;
 use std::fs::{self, File, Metadata, OpenOptions, Permissions};
 use std::io::{Error, ErrorKind, Write};
 use std::path::{Path, PathBuf};

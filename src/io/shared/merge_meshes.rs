@@ -3,10 +3,10 @@
 //! What a scene file's `mesh = "file"` names. Materials, cameras and lights of
 //! the mesh file do not come along.
 
-use super::mesh_data::unit;
-use super::{Dropped, LoadError, LoadOptions, gltf, obj, ply, stl};
 use crate::math::Affine;
 use crate::scene::{Appearances, MeshData, Scene, SceneBuilder, Shape};
+use crate::shared::mesh_cleanup::unit;
+use crate::{ImportReport, LoadError, LoadOptions, gltf, obj, ply, stl};
 use glam::{DMat3, DVec3};
 use std::path::Path;
 
@@ -15,11 +15,11 @@ use std::path::Path;
 const MOST_REPEATED: u64 = 1 << 24;
 
 /// What a mesh is read from, for messages.
-pub(super) const MESH_FORMATS: &str = ".obj .ply .stl .gltf .glb";
+pub const MESH_FORMATS: &str = ".obj .ply .stl .gltf .glb";
 
 /// Does the name's ending tell one of [`MESH_FORMATS`]?
-pub(super) fn names_mesh(path: &Path) -> bool {
-    let extension = super::extension(path);
+pub fn names_mesh(path: &Path) -> bool {
+    let extension = crate::extension(path);
     !extension.is_empty()
         && MESH_FORMATS
             .split(['.', ' '])
@@ -33,19 +33,19 @@ pub(super) fn names_mesh(path: &Path) -> bool {
 pub fn import_mesh(
     path: &Path,
     options: &LoadOptions,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<MeshData, LoadError> {
-    match &*super::extension(path) {
+    match &*crate::extension(path) {
         "gltf" | "glb" => {
             let mut scene = SceneBuilder::default();
-            gltf::import(path, options, &mut scene, dropped)?;
+            gltf::import(path, options, &mut scene, report)?;
             let scene = scene
                 .finish()
                 .map_err(|source| LoadError::of_scene(path, source))?;
             bake(path, &scene)
         }
-        "obj" => obj::read(path, options, dropped).map(|o| o.mesh),
-        "ply" => ply::read(path, dropped),
+        "obj" => obj::read(path, options, report).map(|o| o.mesh),
+        "ply" => ply::read(path, report),
         "stl" => stl::read(path),
         _ => Err(LoadError::Unsupported {
             path: path.into(),

@@ -5,10 +5,10 @@
 //! are loose with these, so values are brought into range rather than refused.
 //! Pr or Pm (the PBR extension) make a metallic-roughness row instead.
 
-use super::obj::{finite, logical_lines, syntax};
-use super::text::one_line;
-use super::{Dropped, LoadError};
+use super::{finite, logical_lines, syntax};
 use crate::scene::{Material, Model, Rgb};
+use crate::shared::messages::one_line;
+use crate::{ImportReport, LoadError};
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -30,9 +30,9 @@ struct Statements {
 pub(super) fn read(
     path: &Path,
     materials: &mut HashMap<String, Material>,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<(), LoadError> {
-    let bytes = super::folder::read(path)?;
+    let bytes = crate::shared::folder::read_file(path)?;
     let text = String::from_utf8_lossy(&bytes);
     let mut current: Option<(String, Statements)> = None;
     for (number, line) in logical_lines(&text) {
@@ -60,19 +60,19 @@ pub(super) fn read(
             })
         };
         match key {
-            "Kd" => m.kd = color(path, line, dropped)?.or(m.kd),
-            "Ks" => m.ks = color(path, line, dropped)?.or(m.ks),
-            "Ke" => m.ke = color(path, line, dropped)?.or(m.ke),
+            "Kd" => m.kd = color(path, line, report)?.or(m.kd),
+            "Ks" => m.ks = color(path, line, report)?.or(m.ks),
+            "Ke" => m.ke = color(path, line, report)?.or(m.ke),
             "Ns" => m.ns = Some(number()?),
             "Ni" => m.ni = Some(number()?),
-            "d" if line.1.contains("-halo") => dropped.add("halo"),
+            "d" if line.1.contains("-halo") => report.add("halo"),
             "d" => m.dissolve = Some(number()?),
             "Tr" => m.dissolve = Some(1.0 - number()?),
             "illum" => m.illum = Some(number()?),
             "Pr" => m.roughness = Some(number()?),
             "Pm" => m.metallic = Some(number()?),
-            "bump" | "disp" | "decal" | "refl" | "norm" => dropped.add("texture"),
-            key if key.starts_with("map_") => dropped.add("texture"),
+            "bump" | "disp" | "decal" | "refl" | "norm" => report.add("texture"),
+            key if key.starts_with("map_") => report.add("texture"),
             _ => {}
         }
     }
@@ -86,7 +86,7 @@ pub(super) fn read(
 fn color(
     path: &Path,
     line: (usize, &str),
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<Option<Rgb>, LoadError> {
     let words: Vec<&str> = line
         .1
@@ -96,7 +96,7 @@ fn color(
         .split_whitespace()
         .collect();
     if matches!(words.get(1), Some(&("spectral" | "xyz"))) {
-        dropped.add("spectral or xyz colour");
+        report.add("spectral or xyz colour");
         return Ok(None);
     }
     let mut values = [0.0; 3];

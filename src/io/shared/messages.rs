@@ -3,7 +3,7 @@
 
 /// Control characters replaced, cut after `LIMIT` characters: whatever a file
 /// holds, a message that quotes it stays one readable line.
-pub(super) fn one_line(text: &str) -> String {
+pub fn one_line(text: &str) -> String {
     const LIMIT: usize = 160;
     let mut line: String = text
         .chars()
@@ -17,7 +17,7 @@ pub(super) fn one_line(text: &str) -> String {
 }
 
 /// What is wrong with a JSON text, without the place.
-pub(super) fn json_fault(error: &serde_json::Error) -> String {
+pub fn json_fault(error: &serde_json::Error) -> String {
     let full = error.to_string();
     let said = full.rfind(" at line ").map_or(&*full, |end| &full[..end]);
     if said.starts_with("EOF") || said == "unexpected end of hex escape" && error.is_eof() {

@@ -6,17 +6,17 @@
 //! skipped. The crate believes the header's counts, which is endless work for
 //! an element without properties, so they are held against the file's size.
 
-use super::mesh_data::{compact, repair_normals};
-use super::text::one_line;
-use super::{Dropped, LoadError};
 use crate::scene::MeshData;
+use crate::shared::mesh_cleanup::{compact, repair_normals};
+use crate::shared::messages::one_line;
+use crate::{ImportReport, LoadError};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAccessResult};
 use std::path::Path;
 
-pub(super) fn read(path: &Path, dropped: &mut Dropped) -> Result<MeshData, LoadError> {
-    let bytes = super::folder::read(path)?;
-    parse(&bytes, dropped).map_err(|wrong| LoadError::of_mesh(path, "PLY", wrong))
+pub(super) fn read(path: &Path, report: &mut ImportReport) -> Result<MeshData, LoadError> {
+    let bytes = crate::shared::folder::read_file(path)?;
+    parse(&bytes, report).map_err(|wrong| LoadError::in_mesh_file(path, "PLY", wrong))
 }
 
 /// The line, where there is one, and what is wrong.
@@ -148,7 +148,7 @@ fn in_words(said: &str) -> String {
     }
 }
 
-fn parse(bytes: &[u8], dropped: &mut Dropped) -> Result<MeshData, Wrong> {
+fn parse(bytes: &[u8], report: &mut ImportReport) -> Result<MeshData, Wrong> {
     let mut reader = Reader::new(bytes);
     let header = Parser::<Skipped>::new()
         .read_header(&mut reader)
@@ -168,7 +168,7 @@ fn parse(bytes: &[u8], dropped: &mut Dropped) -> Result<MeshData, Wrong> {
                 }
                 smooth = ["nx", "ny", "nz"].into_iter().all(has);
                 if ["red", "diffuse_red"].into_iter().any(has) {
-                    dropped.add("vertex colour set");
+                    report.add("vertex colour set");
                 }
                 vertices = elements(&mut reader, element, &header)?;
             }
@@ -181,11 +181,11 @@ fn parse(bytes: &[u8], dropped: &mut Dropped) -> Result<MeshData, Wrong> {
             name => {
                 let skipped: Vec<Skipped> = elements(&mut reader, element, &header)?;
                 let what = format!("element {}", one_line(name));
-                dropped.add_many(&what, skipped.len());
+                report.add_many(&what, skipped.len());
             }
         }
     }
-    mesh(&vertices, &faces, smooth, dropped)
+    mesh(&vertices, &faces, smooth, report)
 }
 
 fn triple(p: [f64; 3]) -> String {
@@ -236,7 +236,7 @@ fn mesh(
     vertices: &[Vertex],
     faces: &[Face],
     smooth: bool,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<MeshData, Wrong> {
     let finite = |v: &Vertex| v.position.iter().all(|x| x.is_finite());
     if let Some(i) = vertices.iter().position(|v| !finite(v)) {
@@ -264,7 +264,7 @@ fn mesh(
             return Err((None, message));
         }
         if corners.len() < 3 {
-            dropped.add("face of fewer than 3 corners");
+            report.add("face of fewer than 3 corners");
             continue;
         }
         let pairs = corners[1..].windows(2);
@@ -272,13 +272,12 @@ fn mesh(
             .extend(pairs.map(|w| [corners[0], w[0], w[1]]));
     }
     if mesh.triangles.is_empty() {
-        dropped.add_many("loose point", mesh.positions.len());
+        report.add_many("loose point", mesh.positions.len());
     }
     compact(&mut mesh);
-    dropped.add_many("unusable normal", repair_normals(&mut mesh));
+    report.add_many("unusable normal", repair_normals(&mut mesh));
     Ok(mesh)
 }
 
 #[cfg(test)]
-#[path = "ply_tests.rs"]
 mod tests;

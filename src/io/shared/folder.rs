@@ -3,7 +3,7 @@
 //! A name is relative to the scene file. After symbolic links are followed it
 //! must still lie in the scene's folder, unless the user has allowed more.
 
-use super::{LoadError, LoadOptions};
+use crate::{LoadError, LoadOptions};
 use std::path::{Path, PathBuf};
 
 #[derive(Clone, Debug)]
@@ -73,13 +73,13 @@ impl Folder {
 
     pub fn read(&self, named: &str) -> Result<Vec<u8>, LoadError> {
         let path = self.resolve(named)?;
-        read(&path)
+        read_file(&path)
     }
 }
 
 /// The bytes of a regular file; anything else (a folder, a device that never
 /// ends) is refused.
-pub(super) fn read(path: &Path) -> Result<Vec<u8>, LoadError> {
+pub fn read_file(path: &Path) -> Result<Vec<u8>, LoadError> {
     let failed = |source| LoadError::Read {
         path: path.into(),
         source,

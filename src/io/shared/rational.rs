@@ -23,7 +23,7 @@ const CANCELLED: i64 = 400;
 
 /// Why there is no such constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum NoConstant {
+pub enum NoConstant {
     TooLarge,
     TooSmall,
     DividedByZero,
@@ -31,7 +31,7 @@ pub(super) enum NoConstant {
 }
 
 impl NoConstant {
-    pub(super) fn message(self) -> &'static str {
+    pub fn message(self) -> &'static str {
         match self {
             NoConstant::TooLarge => "this constant is too large for a number",
             NoConstant::TooSmall => "this constant is not 0, but too small for a number",
@@ -41,23 +41,23 @@ impl NoConstant {
     }
 }
 
-type Result = std::result::Result<Precise, NoConstant>;
+type Result = std::result::Result<Rational, NoConstant>;
 
 #[derive(Clone, Debug)]
-pub(super) struct Precise {
+pub struct Rational {
     top: BigInt,
     /// Above 0.
     bottom: BigInt,
     is_exact: bool,
 }
 
-impl Precise {
-    pub(super) fn whole(value: i64) -> Precise {
-        Precise::exact(BigInt::from(value), BigInt::from(1))
+impl Rational {
+    pub fn whole(value: i64) -> Rational {
+        Rational::exact(BigInt::from(value), BigInt::from(1))
     }
 
-    fn exact(top: BigInt, bottom: BigInt) -> Precise {
-        Precise {
+    fn exact(top: BigInt, bottom: BigInt) -> Rational {
+        Rational {
             top,
             bottom,
             is_exact: true,
@@ -65,21 +65,21 @@ impl Precise {
     }
 
     /// Of a finite number; exactly.
-    pub(super) fn of(value: f64) -> Precise {
+    pub fn of(value: f64) -> Rational {
         let (magnitude, power) = crate::math::int::decoded(value);
         let top = BigInt::from(magnitude);
         let top = if value < 0.0 { -top } else { top };
         let [up, down] = [power, -power].map(|p| p.max(0) as u32);
-        Precise::exact(top << up, BigInt::from(1) << down)
+        Rational::exact(top << up, BigInt::from(1) << down)
     }
 
     /// Of digits with a point or without, before and after which there may be none,
     /// times a power of ten.
-    pub(super) fn decimal(whole: &str, part: &str, exponent: i64) -> Result {
+    pub fn decimal(whole: &str, part: &str, exponent: i64) -> Result {
         let digits: String = [whole, part].concat();
         let digits = digits.trim_start_matches('0');
         if digits.is_empty() {
-            return Ok(Precise::whole(0));
+            return Ok(Rational::whole(0));
         }
         // The value is below 10 to this power, and not below a tenth of that.
         let length = digits.len() as i64;
@@ -92,57 +92,57 @@ impl Precise {
         }
         let top = BigInt::parse_bytes(digits.as_bytes(), 10).unwrap_or_default();
         let [up, down] = [power, -power].map(|p| BigInt::from(10).pow(p.max(0) as u32));
-        Precise::exact(top * up, down).kept()
+        Rational::exact(top * up, down).kept()
     }
 
-    pub(super) fn pi() -> Precise {
-        static PI: LazyLock<Precise> = LazyLock::new(machin);
+    pub fn pi() -> Rational {
+        static PI: LazyLock<Rational> = LazyLock::new(machin);
         PI.clone()
     }
 
-    pub(super) fn sign(&self) -> Sign {
+    pub fn sign(&self) -> Sign {
         self.top.sign()
     }
 
-    pub(super) fn is_zero(&self) -> bool {
+    pub fn is_zero(&self) -> bool {
         self.sign() == Sign::NoSign
     }
 
-    pub(super) fn is_one(&self) -> bool {
+    pub fn is_one(&self) -> bool {
         self.top == self.bottom
     }
 
-    pub(super) fn equals(&self, other: &Precise) -> bool {
+    pub fn equals(&self, other: &Rational) -> bool {
         &self.top * &other.bottom == &other.top * &self.bottom
     }
 
-    pub(super) fn negated(mut self) -> Precise {
+    pub fn negated(mut self) -> Rational {
         self.top = -self.top;
         self
     }
 
-    pub(super) fn magnitude(self) -> Precise {
+    pub fn magnitude(self) -> Rational {
         match self.sign() {
             Sign::Minus => self.negated(),
             _ => self,
         }
     }
 
-    pub(super) fn plus(&self, other: &Precise) -> Result {
-        let sum = Precise {
+    pub fn plus(&self, other: &Rational) -> Result {
+        let sum = Rational {
             top: &self.top * &other.bottom + &other.top * &self.bottom,
             bottom: &self.bottom * &other.bottom,
             is_exact: self.is_exact && other.is_exact,
         };
         let power = self.power().max(other.power());
         if !sum.is_exact && sum.power() < power - CANCELLED {
-            return Ok(Precise::whole(0));
+            return Ok(Rational::whole(0));
         }
         sum.kept()
     }
 
-    pub(super) fn times(&self, other: &Precise) -> Result {
-        let product = Precise {
+    pub fn times(&self, other: &Rational) -> Result {
+        let product = Rational {
             top: &self.top * &other.top,
             bottom: &self.bottom * &other.bottom,
             is_exact: self.is_exact && other.is_exact,
@@ -150,14 +150,14 @@ impl Precise {
         product.kept()
     }
 
-    pub(super) fn over(&self, other: &Precise) -> Result {
+    pub fn over(&self, other: &Rational) -> Result {
         let [top, bottom] = match other.sign() {
             Sign::NoSign => return Err(NoConstant::DividedByZero),
             Sign::Plus => [&self.top * &other.bottom, &self.bottom * &other.top],
             Sign::Minus => [-(&self.top * &other.bottom), -(&self.bottom * &other.top)],
         };
         let is_exact = self.is_exact && other.is_exact;
-        let quotient = Precise {
+        let quotient = Rational {
             top,
             bottom,
             is_exact,
@@ -166,9 +166,9 @@ impl Precise {
     }
 
     /// By repeated squares; to the power 0 it is 1.
-    pub(super) fn to_the(&self, exponent: u32) -> Result {
+    pub fn to_the(&self, exponent: u32) -> Result {
         let (mut square, mut rest) = (self.clone(), exponent);
-        let mut product = Precise::whole(1);
+        let mut product = Rational::whole(1);
         while rest > 0 {
             if rest & 1 == 1 {
                 product = product.times(&square)?;
@@ -182,14 +182,14 @@ impl Precise {
     }
 
     /// √(a/b) = √(ab) / b: exact if ab is a square.
-    pub(super) fn root(&self) -> Result {
+    pub fn root(&self) -> Result {
         if self.sign() == Sign::Minus {
             return Err(NoConstant::RootOfNegative);
         }
         let square = &self.top * &self.bottom;
         let root = square.sqrt();
         if &root * &root == square {
-            let root = Precise {
+            let root = Rational {
                 top: root,
                 bottom: self.bottom.clone(),
                 is_exact: self.is_exact,
@@ -197,7 +197,7 @@ impl Precise {
             return root.kept();
         }
         let shift = (PRECISION + 1 - root.bits() as i64).max(0) as u64;
-        let root = Precise {
+        let root = Rational {
             top: (square << (2 * shift)).sqrt(),
             bottom: &self.bottom << shift,
             is_exact: false,
@@ -206,20 +206,20 @@ impl Precise {
     }
 
     /// If it is one, 0 or above, and no larger than any exponent can be.
-    pub(super) fn as_exponent(&self) -> Option<u32> {
+    pub fn as_exponent(&self) -> Option<u32> {
         let quotient = &self.top / &self.bottom;
         let is_whole = &quotient * &self.bottom == self.top;
         u32::try_from(quotient).ok().filter(|_| is_whole)
     }
 
     /// Whole and positive, but no exponent.
-    pub(super) fn is_large_exponent(&self) -> bool {
+    pub fn is_large_exponent(&self) -> bool {
         let quotient = &self.top / &self.bottom;
         &quotient * &self.bottom == self.top && quotient > BigInt::from(u32::MAX)
     }
 
     /// The nearest f64, ties to even.
-    pub(super) fn rounded(&self) -> std::result::Result<f64, NoConstant> {
+    pub fn rounded(&self) -> std::result::Result<f64, NoConstant> {
         if self.is_zero() {
             return Ok(0.0);
         }
@@ -262,7 +262,7 @@ impl Precise {
     /// Within what is kept of a number.
     fn kept(mut self) -> Result {
         if self.is_zero() {
-            return Ok(Precise::whole(0));
+            return Ok(Rational::whole(0));
         }
         let power = self.power();
         if power > LARGEST_POWER {
@@ -282,7 +282,7 @@ impl Precise {
         let shift = PRECISION - power;
         let [up, down] = [shift, -shift].map(|s| s.max(0) as u64);
         let (top, bottom) = (self.top << up, self.bottom << down);
-        Ok(Precise {
+        Ok(Rational {
             top: (top / bottom) << down,
             bottom: BigInt::from(1) << up,
             is_exact: false,
@@ -292,7 +292,7 @@ impl Precise {
 
 /// π = 16 arctan(1/5) − 4 arctan(1/239) (Machin 1706), by the series, to some bits
 /// more than the precision.
-fn machin() -> Precise {
+fn machin() -> Rational {
     const GUARD: i64 = 32;
     let one = BigInt::from(1) << (PRECISION + GUARD);
     let arctan_of_inverse = |n: i32| {
@@ -308,7 +308,7 @@ fn machin() -> Precise {
         }
         sum
     };
-    Precise {
+    Rational {
         top: arctan_of_inverse(5) * 16 - arctan_of_inverse(239) * 4,
         bottom: one,
         is_exact: false,
@@ -319,11 +319,11 @@ fn machin() -> Precise {
 mod tests {
     use super::*;
 
-    fn whole(value: i64) -> Precise {
-        Precise::whole(value)
+    fn whole(value: i64) -> Rational {
+        Rational::whole(value)
     }
 
-    fn ratio(a: i64, b: i64) -> Precise {
+    fn ratio(a: i64, b: i64) -> Rational {
         whole(a).over(&whole(b)).unwrap()
     }
 
@@ -338,10 +338,10 @@ mod tests {
         assert_eq!(ratio(18561, 6550).rounded(), Ok(18561.0 / 6550.0));
         assert_eq!(ratio(-9, 80).rounded(), Ok(-0.1125));
         assert_eq!(ratio(1, 3).rounded(), Ok(1.0 / 3.0));
-        assert_eq!(Precise::pi().rounded(), Ok(std::f64::consts::PI));
+        assert_eq!(Rational::pi().rounded(), Ok(std::f64::consts::PI));
         // More digits of π: 3.14159265358979323846264338327950288 4197169399375105820974944…
-        let digits = Precise::decimal("3", "14159265358979323846264338327950288", 0).unwrap();
-        let rest = Precise::pi().plus(&digits.negated()).unwrap();
+        let digits = Rational::decimal("3", "14159265358979323846264338327950288", 0).unwrap();
+        let rest = Rational::pi().plus(&digits.negated()).unwrap();
         assert_eq!(rest.rounded(), Ok(4.197_169_399_375_106e-36));
         assert_eq!(whole(2).root().unwrap().rounded(), Ok(2_f64.sqrt()));
         assert_eq!(ratio(9, 16).root().unwrap().rounded(), Ok(0.75));
@@ -349,31 +349,31 @@ mod tests {
 
     #[test]
     fn rounding_is_to_nearest_and_to_even() {
-        let half = Precise::of(f64::EPSILON / 2.0);
+        let half = Rational::of(f64::EPSILON / 2.0);
         let one = whole(1);
         assert_eq!(one.plus(&half).unwrap().rounded(), Ok(1.0));
-        let odd = Precise::of(1.0 + f64::EPSILON);
+        let odd = Rational::of(1.0 + f64::EPSILON);
         assert_eq!(
             odd.plus(&half).unwrap().rounded(),
             Ok(1.0 + 2.0 * f64::EPSILON)
         );
-        let more = half.plus(&Precise::of(1e-300)).unwrap();
+        let more = half.plus(&Rational::of(1e-300)).unwrap();
         assert_eq!(
             one.plus(&more).unwrap().rounded(),
             Ok(1.0 + f64::EPSILON),
             "1e-300 counts"
         );
         for value in [0.0, -1.5, f64::MAX, f64::MIN_POSITIVE, 5e-324, -2.2e-308] {
-            assert_eq!(Precise::of(value).rounded(), Ok(value), "{value:e}");
+            assert_eq!(Rational::of(value).rounded(), Ok(value), "{value:e}");
         }
-        let tiny = Precise::of(5e-324);
+        let tiny = Rational::of(5e-324);
         let three = tiny.times(&whole(3)).unwrap();
         assert_eq!(three.over(&whole(2)).unwrap().rounded(), Ok(1e-323));
         assert_eq!(
             tiny.over(&whole(2)).unwrap().rounded(),
             Err(NoConstant::TooSmall)
         );
-        let twice = Precise::of(f64::MAX).times(&whole(2)).unwrap();
+        let twice = Rational::of(f64::MAX).times(&whole(2)).unwrap();
         assert_eq!(twice.rounded(), Err(NoConstant::TooLarge));
     }
 
@@ -390,10 +390,10 @@ mod tests {
             ("0000", "000", 99_999),
         ] {
             let text = format!("0{whole}.{part}0e{exponent}");
-            let value = Precise::decimal(whole, part, exponent).unwrap().rounded();
+            let value = Rational::decimal(whole, part, exponent).unwrap().rounded();
             assert_eq!(value, Ok(text.parse().unwrap()), "{text}");
         }
-        let of = |exponent| Precise::decimal("1", "", exponent).map(|_| ());
+        let of = |exponent| Rational::decimal("1", "", exponent).map(|_| ());
         assert_eq!(of(i64::MAX), Err(NoConstant::TooLarge));
         assert_eq!(of(i64::MIN), Err(NoConstant::TooSmall));
         assert_eq!(of(4000), Err(NoConstant::TooLarge));
@@ -406,7 +406,7 @@ mod tests {
         assert_eq!(five.rounded(), Ok(5.0));
         assert!(five.plus(&whole(-5)).unwrap().is_zero());
         assert!(ratio(1, 3).plus(&ratio(2, 3)).unwrap().equals(&ratio(7, 7)));
-        assert!(!five.plus(&Precise::of(-5.000001)).unwrap().is_zero());
+        assert!(!five.plus(&Rational::of(-5.000001)).unwrap().is_zero());
     }
 
     #[test]

@@ -9,10 +9,13 @@
 //! Texture coordinates (beyond being numbers), vertex colours and weights, groups
 //! and smoothing are not read; points, lines and free-form curves and surfaces are counted.
 
-use super::mesh_data::repair_normals;
-use super::text::one_line;
-use super::{Dropped, Folder, LoadError, LoadOptions, mtl, show};
+mod mtl;
+
 use crate::scene::{Material, MeshData, SceneBuilder};
+use crate::shared::folder::read_file;
+use crate::shared::mesh_cleanup::repair_normals;
+use crate::shared::messages::one_line;
+use crate::{Folder, ImportReport, LoadError, LoadOptions, add_mesh_instance};
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -29,9 +32,9 @@ pub(super) fn import(
     path: &Path,
     options: &LoadOptions,
     scene: &mut SceneBuilder,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<(), LoadError> {
-    let mut obj = read(path, options, dropped)?;
+    let mut obj = read(path, options, report)?;
     let mut ids = Vec::with_capacity(obj.materials.len());
     for (name, material) in obj.materials {
         ids.push(scene.material(&one_line(&name), material));
@@ -40,7 +43,7 @@ pub(super) fn import(
     obj.mesh.parts = parts
         .map(|(first, m)| (*first, m.map(|m| ids[m])))
         .collect();
-    show(scene, &obj.mesh);
+    add_mesh_instance(scene, &obj.mesh);
     Ok(())
 }
 
@@ -62,13 +65,13 @@ struct Lines {
 pub(super) fn read(
     path: &Path,
     options: &LoadOptions,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<Obj, LoadError> {
-    let bytes = super::folder::read(path)?;
-    let lines = scan(path, &bytes, dropped)?;
+    let bytes = read_file(path)?;
+    let lines = scan(path, &bytes, report)?;
     let folder = Folder::of(path, options);
-    let materials = libraries(&folder, &lines.libraries, dropped)?;
-    join(path, &lines, materials, dropped)
+    let materials = libraries(&folder, &lines.libraries, report)?;
+    join(path, &lines, materials, report)
 }
 
 /// The lines of a file, continuations (a `\` at the end) joined, numbered from 1.
@@ -102,7 +105,7 @@ pub(super) fn syntax(path: &Path, line: (usize, &str), word: &str, message: Stri
     }
 }
 
-fn scan(path: &Path, bytes: &[u8], dropped: &mut Dropped) -> Result<Lines, LoadError> {
+fn scan(path: &Path, bytes: &[u8], report: &mut ImportReport) -> Result<Lines, LoadError> {
     let text = String::from_utf8_lossy(bytes);
     let mut all = Lines::default();
     let mut rows: HashMap<String, usize> = HashMap::new();
@@ -126,7 +129,7 @@ fn scan(path: &Path, bytes: &[u8], dropped: &mut Dropped) -> Result<Lines, LoadE
                 }
                 if all.corners.len() - first < 3 {
                     all.corners.truncate(first);
-                    dropped.add("face of fewer than 3 corners");
+                    report.add("face of fewer than 3 corners");
                 } else {
                     all.faces.push((all.corners.len(), number, material));
                 }
@@ -141,8 +144,8 @@ fn scan(path: &Path, bytes: &[u8], dropped: &mut Dropped) -> Result<Lines, LoadE
                 material = Some(row);
             }
             "mtllib" => all.libraries.push(rest().into()),
-            "p" | "l" => dropped.add("point or line element"),
-            "curv" | "curv2" | "surf" => dropped.add("free-form element"),
+            "p" | "l" => report.add("point or line element"),
+            "curv" | "curv2" | "surf" => report.add("free-form element"),
             _ => {}
         }
     }
@@ -232,7 +235,7 @@ fn corner(path: &Path, line: (usize, &str), word: &str, all: &Lines) -> Result<C
 fn libraries(
     folder: &Folder,
     names: &[String],
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<HashMap<String, Material>, LoadError> {
     let mut materials = HashMap::new();
     let mut done: HashSet<PathBuf> = HashSet::new();
@@ -246,10 +249,10 @@ fn libraries(
         for name in list {
             match folder.resolve(name) {
                 Ok(found) if done.insert(found.clone()) => {
-                    mtl::read(&found, &mut materials, dropped)?;
+                    mtl::read(&found, &mut materials, report)?;
                 }
                 Ok(_) => {}
-                Err(LoadError::Read { .. }) => dropped.add("missing material library"),
+                Err(LoadError::Read { .. }) => report.add("missing material library"),
                 Err(outside) => return Err(outside),
             }
         }
@@ -262,27 +265,27 @@ fn join(
     path: &Path,
     lines: &Lines,
     mut known: HashMap<String, Material>,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<Obj, LoadError> {
     let normal_of = |corner: &Corner| lines.normals.get(corner.1? as usize);
     let smooth = lines.corners.iter().filter(|c| normal_of(c).is_some());
     let smooth = smooth.count();
     // Files without any refer to some all the same.
     let named = lines.corners.iter().filter(|c| c.1.is_some()).count();
-    dropped.add_many(
+    report.add_many(
         "corner with a normal that the file does not have",
         named - smooth,
     );
     let with_normals = smooth == lines.corners.len();
     if smooth > 0 && !with_normals {
-        dropped.add("normals of a mesh where only some corners have them");
+        report.add("normals of a mesh where only some corners have them");
     }
     let mut materials = Vec::new();
     let mut row_of = Vec::new();
     for name in &lines.material_names {
         let found = known.remove(name);
         if found.is_none() {
-            dropped.add("unknown material");
+            report.add("unknown material");
         }
         row_of.push(found.map(|material| {
             materials.push((name.clone(), material));
@@ -331,7 +334,7 @@ fn join(
         let pairs = fan[1..].windows(2);
         mesh.triangles.extend(pairs.map(|w| [fan[0], w[0], w[1]]));
     }
-    dropped.add_many("unusable normal", repair_normals(&mut mesh));
+    report.add_many("unusable normal", repair_normals(&mut mesh));
     Ok(Obj {
         mesh,
         materials,
@@ -340,5 +343,4 @@ fn join(
 }
 
 #[cfg(test)]
-#[path = "obj_tests.rs"]
 mod tests;

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 #[derive(Clone, Debug, Default)]
-pub struct Dropped {
+pub struct ImportReport {
     counts: BTreeMap<String, usize>,
 }
 
-impl Dropped {
+impl ImportReport {
     /// One more thing of this kind, named as people say it: `texture`,
     /// `spot light cone`.
     pub fn add(&mut self, what: &str) {

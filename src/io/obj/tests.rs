@@ -8,10 +8,10 @@ fn load(files: &[(&str, &str)]) -> (Result<Obj, LoadError>, Option<String>) {
     for (name, text) in files {
         std::fs::write(folder.path().join(name), text).unwrap();
     }
-    let mut dropped = Dropped::default();
+    let mut report = ImportReport::default();
     let path = folder.path().join(files[0].0);
-    let obj = read(&path, &LoadOptions::default(), &mut dropped);
-    (obj, dropped.summary())
+    let obj = read(&path, &LoadOptions::default(), &mut report);
+    (obj, report.summary())
 }
 
 fn obj(text: &str) -> Obj {

@@ -1,7 +1,7 @@
 //! Materials: metallic-roughness factors and four extensions.
 //!
-//! Textures and alpha are left out (counted); values out of range are left to
-//! the scene's check, which names the material.
+//! Textures and alpha are not imported but counted. The scene's check refuses values out of
+//! range, and names the material.
 
 use super::File;
 use crate::ImportReport;
@@ -10,7 +10,7 @@ use crate::shared::messages::one_line;
 use gltf::json::material::AlphaMode;
 use gltf::json::validation::Checked;
 
-/// One row per material of the file, in its order.
+/// Adds one row per material of the file, in order, and returns their ids.
 pub(super) fn import(
     file: &File,
     scene: &mut SceneBuilder,
@@ -24,6 +24,7 @@ pub(super) fn import(
     ids
 }
 
+/// Converts a material.
 fn convert(source: &gltf::json::Material, report: &mut ImportReport) -> Material {
     let pbr = &source.pbr_metallic_roughness;
     let [r, g, b, _] = pbr.base_color_factor.0;
@@ -43,7 +44,7 @@ fn convert(source: &gltf::json::Material, report: &mut ImportReport) -> Material
         material.transmission = transmission.transmission_factor.0;
     }
     match &extensions.ior {
-        // The extension's way to say: reflect everything at any angle.
+        // In this extension 0 means total reflection at all angles.
         Some(ior) if ior.ior.0 == 0.0 => report.add("index of refraction 0"),
         Some(ior) => material.ior = ior.ior.0,
         None => {}

@@ -1,7 +1,7 @@
-//! One mesh: its primitives' triangles one after the other, in file order.
+//! Meshes: the triangles of a mesh's primitives one after the other, in file order.
 //!
-//! Primitives that name the same position and normal accessors share their
-//! vertices. Normals are kept where every primitive with triangles has them.
+//! Primitives with the same position and normal accessors share their vertices. Normals are
+//! kept only if every primitive with triangles has them.
 
 use super::File;
 use super::accessor::{Accept, indices, triples};
@@ -12,7 +12,7 @@ use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use std::collections::HashMap;
 
-/// A range of the mesh's vertices that came from one pair of accessors.
+/// The range of the mesh's vertices that one pair of accessors gave.
 #[derive(Clone, Copy)]
 struct Vertices {
     first: u32,
@@ -20,7 +20,7 @@ struct Vertices {
     normals: bool,
 }
 
-/// The triangles of a mesh, maybe none.
+/// Reads a mesh, which may have no triangles; `label` names it in messages.
 pub(super) fn read(
     file: &File,
     source: &gltf::json::Mesh,
@@ -94,7 +94,7 @@ pub(super) fn read(
     Ok(mesh)
 }
 
-/// Appends the vertices of a primitive; where it has no normals, zeros.
+/// Appends the vertices of a primitive, with zeros if it has no normals.
 fn read_vertices(
     file: &File,
     primitive: &Primitive,
@@ -156,7 +156,7 @@ fn read_vertices(
     })
 }
 
-/// Appends the triangles of a primitive.
+/// Appends the triangles of a primitive, by the rules of its mode.
 fn corners(
     file: &File,
     primitive: &Primitive,
@@ -188,7 +188,7 @@ fn corners(
     let mut push = |corners: [u32; 3]| triangles.push(corners.map(|v| vertices.first + v));
     match mode {
         Mode::TriangleStrip => {
-            // Every second triangle is turned, so that all wind alike.
+            // Every second triangle is reversed, so that all have the same winding.
             for (i, w) in list.windows(3).enumerate() {
                 push(if i % 2 == 0 {
                     [w[0], w[1], w[2]]

@@ -1,9 +1,9 @@
-//! MTL, the materials beside an OBJ file, as Phong rows.
+//! Importer of MTL, the material library of an OBJ file.
 //!
-//! Kd is the diffuse part, Ks and Ns the highlight; illumination models from 3
-//! on mirror by Ks; d (or 1 - Tr) below 1 lets light through, bent by Ni. Files
-//! are loose with these, so values are brought into range rather than refused.
-//! Pr or Pm (the PBR extension) make a metallic-roughness row instead.
+//! A material becomes a Phong row: Kd is the diffuse part, Ks and Ns the highlight;
+//! illumination models from 3 on reflect with Ks; d (or 1 - Tr) below 1 is transmission,
+//! with Ni as index of refraction. A material with Pr or Pm (the PBR extension) becomes a
+//! metallic-roughness row. Values out of range, which are common, are clamped.
 
 use super::{finite, logical_lines, syntax};
 use crate::scene::{Material, Model, Rgb};
@@ -12,7 +12,7 @@ use crate::{ImportReport, LoadError};
 use std::collections::HashMap;
 use std::path::Path;
 
-/// The statements of one `newmtl`.
+/// The statements of one `newmtl` that are used.
 #[derive(Default)]
 struct Statements {
     kd: Option<Rgb>,
@@ -26,7 +26,8 @@ struct Statements {
     metallic: Option<f32>,
 }
 
-/// Adds the materials of a file; a name that comes again replaces the first.
+/// Adds the materials of a file; a later material of a name replaces an earlier one.
+/// Fails for statements without a finite number, with their line and column.
 pub(super) fn read(
     path: &Path,
     materials: &mut HashMap<String, Material>,
@@ -82,7 +83,8 @@ pub(super) fn read(
     Ok(())
 }
 
-/// One number (a grey) or three.
+/// Reads a colour of one number (a grey) or three; negative ones become 0. A spectral or
+/// xyz colour is counted and gives `None`.
 fn color(
     path: &Path,
     line: (usize, &str),
@@ -120,6 +122,7 @@ fn color(
     }
 }
 
+/// Converts the statements to a material, with defaults for missing ones.
 fn convert(m: &Statements) -> Material {
     let plain = Material::default();
     let illum = m.illum.unwrap_or(2.0);
@@ -142,7 +145,7 @@ fn convert(m: &Statements) -> Material {
         base_color,
         emission: m.ke.unwrap_or_default(),
         transmission: 1.0 - m.dissolve.unwrap_or(1.0).clamp(0.0, 1.0),
-        // 0 and below are how exporters say that they do not know.
+        // Exporters write 0 or less if they do not know the index.
         ior: m.ni.filter(|n| *n > 0.0).unwrap_or(plain.ior),
         model,
     }

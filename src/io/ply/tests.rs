@@ -177,7 +177,7 @@ fn wrong_files_are_refused() {
             .unwrap_err()
             .1;
         assert!(message.contains(says), "{text}: {message}");
-        // Nothing of the parser's own.
+        // The message has none of the parser's own terms.
         for own in ["String:", "Error", "{ ", "Couldn't", "Scalar"] {
             assert!(!message.contains(own), "{text}: {message}");
         }

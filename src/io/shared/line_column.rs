@@ -1,6 +1,7 @@
-//! Lines and columns, from byte offsets, for messages only.
+//! Conversion of byte offsets to lines and columns, for messages only.
 
-/// Line and column of a byte, both from 1; the column counts characters.
+/// Returns line and column of the byte at `at`, both from 1; the column counts characters.
+/// An offset beyond the end gives the place of the end.
 pub fn line_column(text: &[u8], at: usize) -> (usize, usize) {
     let before = &text[..at.min(text.len())];
     let start = before
@@ -8,7 +9,7 @@ pub fn line_column(text: &[u8], at: usize) -> (usize, usize) {
         .rposition(|b| *b == b'\n')
         .map_or(0, |i| i + 1);
     let line = before.iter().filter(|b| **b == b'\n').count() + 1;
-    // Every byte that does not continue a UTF-8 character begins one.
+    // A UTF-8 character begins at every byte that is not a continuation byte.
     let begins = |b: &&u8| **b & 0xc0 != 0x80;
     let column = before[start..].iter().filter(begins).count() + 1;
     (line, column)

@@ -1,27 +1,28 @@
-//! Constants of expressions, folded before they become f64.
+//! Rational constants: the constants of expressions, folded before they are rounded to f64.
 //!
-//! A constant is a fraction of integers and exact, with two exceptions. Square roots
-//! that are no fraction and π are known to 512 bits, and so are fractions that have
-//! grown beyond 8192 bits. Where such numbers cancel to less than 2^−400 of what they
-//! were, the difference is 0: sqrt(5)^2 − 5 is. A constant is rounded to f64 once, when
-//! it is put on a tape.
+//! A constant is an exact fraction of integers, with two exceptions: irrational square
+//! roots and π are kept to 512 bits, and so are fractions that have grown beyond 8192 bits.
+//! If a sum of such inexact numbers is less than 2^−400 of its larger operand, it counts as
+//! 0; sqrt(5)^2 − 5 does. A constant is rounded to f64 once, when it becomes the step of a
+//! tape.
 
 use num_bigint::{BigInt, Sign};
 use std::sync::LazyLock;
 
-/// Bits of what cannot be exact.
+/// Bits of an inexact number.
 const PRECISION: i64 = 512;
 
-/// Bits that a fraction may have, both parts together, and stay exact.
+/// Limit on the bits of an exact fraction, numerator and denominator together.
 const LARGEST_EXACT: u64 = 8192;
 
-/// Magnitudes are below 2 to this power, and above its inverse.
+/// Limit on the exponent: magnitudes are about 2^−4096 to 2^4096.
 const LARGEST_POWER: i64 = 4096;
 
-/// Inexact differences this many powers of 2 below their operands are 0.
+/// An inexact sum counts as 0 if it is smaller than its larger operand by more than 2 to
+/// this power.
 const CANCELLED: i64 = 400;
 
-/// Why there is no such constant.
+/// The reasons why a constant cannot be represented.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoConstant {
     TooLarge,
@@ -31,6 +32,7 @@ pub enum NoConstant {
 }
 
 impl NoConstant {
+    /// The message for users, without a place.
     pub fn message(self) -> &'static str {
         match self {
             NoConstant::TooLarge => "this constant is too large for a number",
@@ -43,45 +45,47 @@ impl NoConstant {
 
 type Result = std::result::Result<Rational, NoConstant>;
 
+/// A constant: a fraction, exact or rounded to [`PRECISION`] bits.
 #[derive(Clone, Debug)]
 pub struct Rational {
-    top: BigInt,
-    /// Above 0.
-    bottom: BigInt,
+    numerator: BigInt,
+    /// Positive.
+    denominator: BigInt,
     is_exact: bool,
 }
 
 impl Rational {
+    /// An integer, exactly.
     pub fn whole(value: i64) -> Rational {
         Rational::exact(BigInt::from(value), BigInt::from(1))
     }
 
-    fn exact(top: BigInt, bottom: BigInt) -> Rational {
+    fn exact(numerator: BigInt, denominator: BigInt) -> Rational {
         Rational {
-            top,
-            bottom,
+            numerator,
+            denominator,
             is_exact: true,
         }
     }
 
-    /// Of a finite number; exactly.
+    /// Converts a finite f64, exactly.
     pub fn of(value: f64) -> Rational {
         let (magnitude, power) = crate::math::int::decoded(value);
-        let top = BigInt::from(magnitude);
-        let top = if value < 0.0 { -top } else { top };
+        let numerator = BigInt::from(magnitude);
+        let numerator = if value < 0.0 { -numerator } else { numerator };
         let [up, down] = [power, -power].map(|p| p.max(0) as u32);
-        Rational::exact(top << up, BigInt::from(1) << down)
+        Rational::exact(numerator << up, BigInt::from(1) << down)
     }
 
-    /// Of digits with a point or without, before and after which there may be none,
-    /// times a power of ten.
+    /// Converts the decimal number `whole`.`part` × 10^`exponent`; either string of digits
+    /// may be empty. Fails if the magnitude is beyond the limits, before it is computed.
     pub fn decimal(whole: &str, part: &str, exponent: i64) -> Result {
         let digits: String = [whole, part].concat();
         let digits = digits.trim_start_matches('0');
         if digits.is_empty() {
             return Ok(Rational::whole(0));
         }
-        // The value is below 10 to this power, and not below a tenth of that.
+        // The value is at least 10^(power + length − 1) and below 10^(power + length).
         let length = digits.len() as i64;
         let power = exponent.saturating_sub(part.len() as i64);
         if power.saturating_add(length) > LARGEST_POWER {
@@ -90,37 +94,41 @@ impl Rational {
         if power.saturating_add(length) < -LARGEST_POWER {
             return Err(NoConstant::TooSmall);
         }
-        let top = BigInt::parse_bytes(digits.as_bytes(), 10).unwrap_or_default();
+        let numerator = BigInt::parse_bytes(digits.as_bytes(), 10).unwrap_or_default();
         let [up, down] = [power, -power].map(|p| BigInt::from(10).pow(p.max(0) as u32));
-        Rational::exact(top * up, down).kept()
+        Rational::exact(numerator * up, down).normalized()
     }
 
+    /// π to [`PRECISION`] bits.
     pub fn pi() -> Rational {
         static PI: LazyLock<Rational> = LazyLock::new(machin);
         PI.clone()
     }
 
     pub fn sign(&self) -> Sign {
-        self.top.sign()
+        self.numerator.sign()
     }
 
     pub fn is_zero(&self) -> bool {
         self.sign() == Sign::NoSign
     }
 
+    /// Whether the value is 1.
     pub fn is_one(&self) -> bool {
-        self.top == self.bottom
+        self.numerator == self.denominator
     }
 
+    /// Whether two values are equal; fractions need not be reduced.
     pub fn equals(&self, other: &Rational) -> bool {
-        &self.top * &other.bottom == &other.top * &self.bottom
+        &self.numerator * &other.denominator == &other.numerator * &self.denominator
     }
 
     pub fn negated(mut self) -> Rational {
-        self.top = -self.top;
+        self.numerator = -self.numerator;
         self
     }
 
+    /// The absolute value.
     pub fn magnitude(self) -> Rational {
         match self.sign() {
             Sign::Minus => self.negated(),
@@ -128,44 +136,54 @@ impl Rational {
         }
     }
 
+    /// Adds; an inexact sum that cancels is 0. Fails if the sum is beyond the limits.
     pub fn plus(&self, other: &Rational) -> Result {
         let sum = Rational {
-            top: &self.top * &other.bottom + &other.top * &self.bottom,
-            bottom: &self.bottom * &other.bottom,
+            numerator: &self.numerator * &other.denominator + &other.numerator * &self.denominator,
+            denominator: &self.denominator * &other.denominator,
             is_exact: self.is_exact && other.is_exact,
         };
-        let power = self.power().max(other.power());
-        if !sum.is_exact && sum.power() < power - CANCELLED {
+        let power = self.exponent().max(other.exponent());
+        if !sum.is_exact && sum.exponent() < power - CANCELLED {
             return Ok(Rational::whole(0));
         }
-        sum.kept()
+        sum.normalized()
     }
 
+    /// Multiplies; fails if the product is beyond the limits.
     pub fn times(&self, other: &Rational) -> Result {
         let product = Rational {
-            top: &self.top * &other.top,
-            bottom: &self.bottom * &other.bottom,
+            numerator: &self.numerator * &other.numerator,
+            denominator: &self.denominator * &other.denominator,
             is_exact: self.is_exact && other.is_exact,
         };
-        product.kept()
+        product.normalized()
     }
 
+    /// Divides; fails if `other` is 0 or the quotient is beyond the limits.
     pub fn over(&self, other: &Rational) -> Result {
-        let [top, bottom] = match other.sign() {
+        let [numerator, denominator] = match other.sign() {
             Sign::NoSign => return Err(NoConstant::DividedByZero),
-            Sign::Plus => [&self.top * &other.bottom, &self.bottom * &other.top],
-            Sign::Minus => [-(&self.top * &other.bottom), -(&self.bottom * &other.top)],
+            Sign::Plus => [
+                &self.numerator * &other.denominator,
+                &self.denominator * &other.numerator,
+            ],
+            Sign::Minus => [
+                -(&self.numerator * &other.denominator),
+                -(&self.denominator * &other.numerator),
+            ],
         };
         let is_exact = self.is_exact && other.is_exact;
         let quotient = Rational {
-            top,
-            bottom,
+            numerator,
+            denominator,
             is_exact,
         };
-        quotient.kept()
+        quotient.normalized()
     }
 
-    /// By repeated squares; to the power 0 it is 1.
+    /// Raises to a power by repeated squaring; the power 0 is 1, also of 0. Fails if a value
+    /// on the way is beyond the limits.
     pub fn to_the(&self, exponent: u32) -> Result {
         let (mut square, mut rest) = (self.clone(), exponent);
         let mut product = Rational::whole(1);
@@ -181,66 +199,68 @@ impl Rational {
         Ok(product)
     }
 
-    /// √(a/b) = √(ab) / b: exact if ab is a square.
+    /// Takes the square root as √(a/b) = √(ab) / b, which is exact if ab is a square. Fails
+    /// for negative values.
     pub fn root(&self) -> Result {
         if self.sign() == Sign::Minus {
             return Err(NoConstant::RootOfNegative);
         }
-        let square = &self.top * &self.bottom;
+        let square = &self.numerator * &self.denominator;
         let root = square.sqrt();
         if &root * &root == square {
             let root = Rational {
-                top: root,
-                bottom: self.bottom.clone(),
+                numerator: root,
+                denominator: self.denominator.clone(),
                 is_exact: self.is_exact,
             };
-            return root.kept();
+            return root.normalized();
         }
         let shift = (PRECISION + 1 - root.bits() as i64).max(0) as u64;
         let root = Rational {
-            top: (square << (2 * shift)).sqrt(),
-            bottom: &self.bottom << shift,
+            numerator: (square << (2 * shift)).sqrt(),
+            denominator: &self.denominator << shift,
             is_exact: false,
         };
-        root.kept()
+        root.normalized()
     }
 
-    /// If it is one, 0 or above, and no larger than any exponent can be.
+    /// Converts to a u32; `None` if the value is no integer, negative or too large.
     pub fn as_exponent(&self) -> Option<u32> {
-        let quotient = &self.top / &self.bottom;
-        let is_whole = &quotient * &self.bottom == self.top;
+        let quotient = &self.numerator / &self.denominator;
+        let is_whole = &quotient * &self.denominator == self.numerator;
         u32::try_from(quotient).ok().filter(|_| is_whole)
     }
 
-    /// Whole and positive, but no exponent.
+    /// Whether the value is an integer larger than u32 can hold.
     pub fn is_large_exponent(&self) -> bool {
-        let quotient = &self.top / &self.bottom;
-        &quotient * &self.bottom == self.top && quotient > BigInt::from(u32::MAX)
+        let quotient = &self.numerator / &self.denominator;
+        &quotient * &self.denominator == self.numerator && quotient > BigInt::from(u32::MAX)
     }
 
-    /// The nearest f64, ties to even.
+    /// Rounds to the nearest f64, ties to even. Fails if the result is infinite, or 0 for a
+    /// value that is not 0.
     pub fn rounded(&self) -> std::result::Result<f64, NoConstant> {
         if self.is_zero() {
             return Ok(0.0);
         }
-        let magnitude = BigInt::from(self.top.magnitude().clone());
-        // The value is between 2^(power − 1) and 2^(power + 1), so that the quotient on a
-        // grid of `last` has 53 or 54 bits, or fewer where f64 has no finer grid.
-        let mut last = (self.power() - 53).max(-1074);
+        let magnitude = BigInt::from(self.numerator.magnitude().clone());
+        // The value is between 2^(power − 1) and 2^(power + 1), so its quotient by 2^last has
+        // 53 or 54 bits, or fewer where f64 is subnormal.
+        let mut last = (self.exponent() - 53).max(-1074);
         let quotient = loop {
             let [up, down] = [-last, last].map(|p| p.max(0) as u64);
-            let (top, bottom) = (&magnitude << up, &self.bottom << down);
-            let quotient = &top / &bottom;
+            let (numerator, denominator) = (&magnitude << up, &self.denominator << down);
+            let quotient = &numerator / &denominator;
             if quotient.bits() > 53 {
                 last += 1;
                 continue;
             }
-            let rest: BigInt = (top - &quotient * &bottom) << 1_u32;
+            let rest: BigInt = (numerator - &quotient * &denominator) << 1_u32;
             let odd = quotient.bit(0);
-            let is_up = rest > bottom || rest == bottom && odd;
+            let is_up = rest > denominator || rest == denominator && odd;
             break if is_up { quotient + 1 } else { quotient };
         };
-        // Of 54 bits at most if it was rounded up, and then the lower ones are 0.
+        // Rounding up can give 54 bits, of which the lower 53 are 0, so f64 holds it.
         let quotient = u64::try_from(quotient).unwrap_or(u64::MAX);
         let value = libm::ldexp(quotient as f64, last as i32);
         match value {
@@ -251,20 +271,22 @@ impl Rational {
         }
     }
 
-    /// Its magnitude is between 2^(power − 1) and 2^(power + 1).
-    fn power(&self) -> i64 {
+    /// An exponent such that the magnitude is between 2^(power − 1) and 2^(power + 1); very
+    /// low for 0.
+    fn exponent(&self) -> i64 {
         match self.is_zero() {
             true => i64::MIN / 2,
-            false => self.top.bits() as i64 - self.bottom.bits() as i64,
+            false => self.numerator.bits() as i64 - self.denominator.bits() as i64,
         }
     }
 
-    /// Within what is kept of a number.
-    fn kept(mut self) -> Result {
+    /// Brings a result into the form that is kept: removes common powers of 2, and rounds
+    /// fractions of too many bits. Fails if the magnitude is beyond the limits.
+    fn normalized(mut self) -> Result {
         if self.is_zero() {
             return Ok(Rational::whole(0));
         }
-        let power = self.power();
+        let power = self.exponent();
         if power > LARGEST_POWER {
             return Err(NoConstant::TooLarge);
         }
@@ -272,26 +294,26 @@ impl Rational {
             return Err(NoConstant::TooSmall);
         }
         let zeros = |n: &BigInt| n.trailing_zeros().unwrap_or(0);
-        let common = zeros(&self.top).min(zeros(&self.bottom));
-        self.top >>= common;
-        self.bottom >>= common;
-        let bits = self.top.bits() + self.bottom.bits();
+        let common = zeros(&self.numerator).min(zeros(&self.denominator));
+        self.numerator >>= common;
+        self.denominator >>= common;
+        let bits = self.numerator.bits() + self.denominator.bits();
         if bits <= LARGEST_EXACT {
             return Ok(self);
         }
         let shift = PRECISION - power;
         let [up, down] = [shift, -shift].map(|s| s.max(0) as u64);
-        let (top, bottom) = (self.top << up, self.bottom << down);
+        let (numerator, denominator) = (self.numerator << up, self.denominator << down);
         Ok(Rational {
-            top: (top / bottom) << down,
-            bottom: BigInt::from(1) << up,
+            numerator: (numerator / denominator) << down,
+            denominator: BigInt::from(1) << up,
             is_exact: false,
         })
     }
 }
 
-/// π = 16 arctan(1/5) − 4 arctan(1/239) (Machin 1706), by the series, to some bits
-/// more than the precision.
+/// Computes π = 16 arctan(1/5) − 4 arctan(1/239) (Machin 1706) by the arctangent's series,
+/// with guard bits beyond [`PRECISION`].
 fn machin() -> Rational {
     const GUARD: i64 = 32;
     let one = BigInt::from(1) << (PRECISION + GUARD);
@@ -309,8 +331,8 @@ fn machin() -> Rational {
         sum
     };
     Rational {
-        top: arctan_of_inverse(5) * 16 - arctan_of_inverse(239) * 4,
-        bottom: one,
+        numerator: arctan_of_inverse(5) * 16 - arctan_of_inverse(239) * 4,
+        denominator: one,
         is_exact: false,
     }
 }
@@ -416,7 +438,7 @@ mod tests {
             let term = ratio(1, 9_999_991 + i);
             value = value.plus(&term).unwrap();
             near += 1.0 / f64::from(9_999_991 + i as i32);
-            let bits = value.top.bits() + value.bottom.bits();
+            let bits = value.numerator.bits() + value.denominator.bits();
             assert!(bits <= 8192, "{bits}");
         }
         let found = value.rounded().unwrap();

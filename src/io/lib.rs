@@ -8,7 +8,7 @@
 //!
 //! Each format has one file or folder beside this one; what formats share is in `shared/`.
 //! A new scene format takes three steps:
-//! 1. write `NAME.rs` or `NAME/mod.rs` with `import(path, options, scene, report)`, as `nff.rs` has;
+//! 1. write `NAME.rs` or `NAME/mod.rs` with `import(path, options, scene, report)`, as `obj` has;
 //! 2. add its extension to the `match` in `import` below, and to the lists of known formats
 //!    in [`load`] and [`LoadError`]; a mesh format also goes into `shared/merge_meshes.rs`;
 //! 3. add its good and bad files to `tests/formats`.

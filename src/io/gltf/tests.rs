@@ -1,4 +1,4 @@
-//! Tiny documents built in memory: what makes them, meshes as a whole, files.
+//! Tests with tiny documents built in memory: their builders, whole meshes, and files.
 
 mod accessors;
 mod nodes;
@@ -7,7 +7,7 @@ use super::*;
 use crate::scene::{MeshData, Scene};
 use serde_json::{Value, json};
 
-/// Five points, four bytes of indices, then what a test adds.
+/// The buffer of a document: five points and four bytes of indices, to which tests append.
 fn points() -> Vec<u8> {
     let points = [
         [0.0_f32, 0.0, 0.0],
@@ -23,7 +23,7 @@ fn points() -> Vec<u8> {
         .collect()
 }
 
-/// A document with one mesh; view 0 is the whole buffer, accessor 0 the points.
+/// Makes a document with one mesh; view 0 is the whole buffer, accessor 0 the points.
 fn document(bytes: &[u8]) -> Value {
     json!({
         "asset": {"version": "2.0"},

@@ -1,8 +1,9 @@
-//! From the tree to typed values: a serde deserialiser whose errors have places.
+//! Source spans: a serde deserialiser from the tree to typed values, whose errors have byte
+//! offsets in the text.
 //!
-//! Types say what they expect by serde's own derive. [`At`] asks for the place
-//! of a value beside the value, under a name that only this deserialiser knows
-//! (the trick of `serde_spanned`, which JSON has not).
+//! Types derive `Deserialize` as usual. [`At`] asks for the offset of a value beside the
+//! value, by a newtype's name that only this deserialiser knows; the crate `serde_spanned`
+//! does the same for TOML, but nothing does for JSON.
 
 use super::tree::{Key, Kind, Value, nearest, quoted};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
@@ -13,7 +14,7 @@ use std::borrow::Cow;
 use std::fmt::Display;
 use std::marker::PhantomData;
 
-/// A message, and where it applies once that is known.
+/// A value that does not fit its type: the message, and the byte offset once it is known.
 #[derive(Debug)]
 pub(super) struct Misfit {
     pub at: Option<usize>,
@@ -28,7 +29,7 @@ impl Misfit {
         }
     }
 
-    /// The innermost place wins.
+    /// Sets the offset unless a value further inside has set it.
     fn within(self, at: usize) -> Misfit {
         Misfit {
             at: self.at.or(Some(at)),
@@ -53,7 +54,7 @@ impl de::Error for Misfit {
         }
     }
 
-    /// Of visitors that take more than one kind.
+    /// Reports the kind of a value, for visitors that take more than one kind.
     fn invalid_type(found: de::Unexpected, expected: &dyn de::Expected) -> Misfit {
         let found = match found {
             de::Unexpected::Bool(_) => "true or false",
@@ -86,6 +87,7 @@ impl de::Error for Misfit {
     }
 }
 
+/// Reports an unknown name, with the most similar known one, or else all known ones.
 fn unknown(what: &str, name: &str, known: &[&str]) -> String {
     let name_shown = quoted(name);
     match nearest(name, known.iter().copied()) {
@@ -98,11 +100,13 @@ fn unknown(what: &str, name: &str, known: &[&str]) -> String {
 }
 
 impl<'de> Value<'de> {
+    /// Fails because the value is not what is expected.
     fn wrong<T>(&self, expected: &str) -> Result<T, Misfit> {
         let message = format!("expected {expected}, found {}", self.kind.describe());
         Err(Misfit::new(self.at, message))
     }
 
+    /// Returns a finite number; integers beyond 2^53 are rounded.
     fn number(&self) -> Result<f64, Misfit> {
         match self.kind {
             Kind::Integer(i) => Ok(i as f64),
@@ -112,6 +116,7 @@ impl<'de> Value<'de> {
         }
     }
 
+    /// Gives the items of a list to a visitor.
     fn visit_list<V: Visitor<'de>>(
         at: usize,
         list: Vec<Value<'de>>,
@@ -122,6 +127,7 @@ impl<'de> Value<'de> {
             .map_err(|e| e.within(at))
     }
 
+    /// Gives the entries of a table to a visitor; fails if the value is no table.
     fn visit_table<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
         let Kind::Table(entries) = self.kind else {
             return self.wrong("a table");
@@ -258,7 +264,7 @@ impl<'de> Deserializer<'de> for Value<'de> {
         visitor.visit_newtype_struct(self)
     }
 
-    /// Whatever it holds, nobody asks for it.
+    /// Accepts any value without looking into it.
     fn deserialize_ignored_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
         visitor.visit_unit()
     }
@@ -269,6 +275,7 @@ impl<'de> Deserializer<'de> for Value<'de> {
     }
 }
 
+/// The items of a list that are not read yet.
 struct Items<'de>(std::vec::IntoIter<Value<'de>>);
 
 impl<'de> de::SeqAccess<'de> for Items<'de> {
@@ -286,6 +293,7 @@ impl<'de> de::SeqAccess<'de> for Items<'de> {
     }
 }
 
+/// The entries of a table that are not read yet; `held` is the value of the last key.
 struct Entries<'de> {
     rest: std::vec::IntoIter<(Key<'de>, Value<'de>)>,
     held: Option<Value<'de>>,
@@ -320,7 +328,7 @@ impl<'de> de::MapAccess<'de> for Entries<'de> {
     }
 }
 
-/// A value and where it stands in the file.
+/// A value and its byte offset in the file.
 #[derive(Clone, Copy, Debug)]
 pub struct At<T> {
     /// Byte offset in the text.
@@ -328,9 +336,10 @@ pub struct At<T> {
     pub value: T,
 }
 
+/// The name by which [`At`] asks for the offset.
 const AT: &str = "$lanecast::At";
 
-/// First the place, then the value.
+/// The offset and the value, as a sequence of two.
 struct Placed<'de> {
     at: Option<usize>,
     value: Option<Value<'de>>,
@@ -372,7 +381,7 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for At<T> {
     }
 }
 
-/// The place is no part of the format.
+/// The schema is that of the value, because the offset is not part of the format.
 impl<T: JsonSchema> JsonSchema for At<T> {
     fn inline_schema() -> bool {
         T::inline_schema()

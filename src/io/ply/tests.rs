@@ -1,4 +1,4 @@
-//! The same square in all encodings; wrong headers; endless counts.
+//! Tests of one square in all encodings, of malformed headers, and of huge counts.
 
 use super::*;
 
@@ -66,7 +66,7 @@ fn one_square_in_three_encodings() {
 fn every_truncation_is_an_error_not_a_panic() {
     for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
         let whole = square(format);
-        // An ascii file may lose its last line break.
+        // An ASCII file is complete without its last line break.
         for end in 0..whole.len() - 1 {
             let mut report = ImportReport::default();
             let cut = parse(&whole[..end], &mut report);

@@ -21,7 +21,7 @@ pub struct RaySet {
     pub t_min: Vec<f32>,
     /// Directions of any length.
     pub dir: [Vec<f32>; 3],
-    /// May be infinite.
+    /// Upper limits of t, maybe infinite.
     pub t_max: Vec<f32>,
 }
 

@@ -6,7 +6,7 @@
 //! operators to the left. The parser is Dijkstra's shunting yard, whose operators wait on a
 //! stack of its own, so there is no limit on nesting.
 
-use super::make::{FUNCTIONS, Function, Make, Operator, Trouble};
+use super::operations::{FUNCTIONS, Function, OperationError, Operations, Operator};
 use super::tree::{nearest, quoted};
 use super::{formula, polynomial};
 use crate::geom::formula::{Formula, MAX_STEPS as MAX_FORMULA_STEPS};
@@ -28,7 +28,7 @@ pub(super) struct Fault {
     pub at: usize,
     pub message: String,
     /// Whether the expression is no polynomial, but may be a formula.
-    is_of_polynomials: bool,
+    is_not_polynomial: bool,
 }
 
 impl Fault {
@@ -36,7 +36,7 @@ impl Fault {
         Fault {
             at,
             message: message.into(),
-            is_of_polynomials: false,
+            is_not_polynomial: false,
         }
     }
 }
@@ -60,13 +60,13 @@ pub(super) fn surface(text: &str, parameters: &Parameters) -> Result<Surface> {
         Ok(tape) => return Ok(Surface::Polynomial(tape)),
         Err(fault) => fault,
     };
-    let mut maker = formula::Maker::default();
-    let value = match Parser::new(text, parameters).parse(&mut maker) {
+    let mut builder = formula::FormulaBuilder::default();
+    let value = match Parser::new(text, parameters).parse(&mut builder) {
         Ok(value) => value,
-        Err(other) if fault.is_of_polynomials => return Err(other),
+        Err(other) if fault.is_not_polynomial => return Err(other),
         Err(_) => return Err(fault),
     };
-    match maker.finish(&value) {
+    match builder.finish(&value) {
         None => Err(fault),
         Some(formula) if formula.steps().len() > MAX_FORMULA_STEPS => {
             Err(too_many(formula.steps().len(), MAX_FORMULA_STEPS))
@@ -77,9 +77,9 @@ pub(super) fn surface(text: &str, parameters: &Parameters) -> Result<Surface> {
 
 /// Parses an expression as a polynomial.
 fn polynomial(text: &str, parameters: &Parameters) -> Result<Tape> {
-    let mut maker = polynomial::Maker::default();
-    let value = Parser::new(text, parameters).parse(&mut maker)?;
-    let tape = maker
+    let mut builder = polynomial::PolynomialBuilder::default();
+    let value = Parser::new(text, parameters).parse(&mut builder)?;
+    let tape = builder
         .finish(value)
         .map_err(|why| fault(0, "expression", why))?;
     let (steps, slots) = (tape.steps().len(), tape.slot_count());
@@ -109,7 +109,7 @@ pub(super) fn constant(text: &str) -> Result<Rational> {
         is_parameter: true,
         ..Parser::new(text, &parameters)
     };
-    match parser.parse(&mut formula::Maker::default())? {
+    match parser.parse(&mut formula::FormulaBuilder::default())? {
         formula::Value::Constant(value) => Ok(value),
         formula::Value::Step { .. } => {
             let message = "a parameter is a constant: it cannot have x, y or z";
@@ -189,7 +189,7 @@ impl Kind {
 }
 
 /// The state of the parser.
-struct Parser<'t, M: Make> {
+struct Parser<'t, M: Operations> {
     text: &'t str,
     at: usize,
     parameters: &'t Parameters,
@@ -199,7 +199,7 @@ struct Parser<'t, M: Make> {
     values: Vec<M::Value>,
 }
 
-impl<'t, M: Make> Parser<'t, M> {
+impl<'t, M: Operations> Parser<'t, M> {
     fn new(text: &'t str, parameters: &'t Parameters) -> Parser<'t, M> {
         Parser {
             text,
@@ -212,7 +212,7 @@ impl<'t, M: Make> Parser<'t, M> {
     }
 
     /// Reads operands and operators in turn, to the end of the text.
-    fn parse(mut self, maker: &mut M) -> Result<M::Value> {
+    fn parse(mut self, builder: &mut M) -> Result<M::Value> {
         if self.text.len() > MAX_LENGTH {
             let message = format!(
                 "the expression is {} bytes long; at most {MAX_LENGTH} are supported",
@@ -221,14 +221,14 @@ impl<'t, M: Make> Parser<'t, M> {
             return Err(Fault::new(0, message));
         }
         loop {
-            self.operand(maker)?;
-            if !self.operator(maker)? {
+            self.operand(builder)?;
+            if !self.operator(builder)? {
                 break;
             }
         }
         // One value is left after the last operator is applied.
         let whole = self.values.pop();
-        Ok(whole.unwrap_or_else(|| maker.constant(Rational::whole(0))))
+        Ok(whole.unwrap_or_else(|| builder.constant(Rational::whole(0))))
     }
 
     /// The text that is not read yet.
@@ -266,7 +266,7 @@ impl<'t, M: Make> Parser<'t, M> {
     }
 
     /// Reads an operand: signs and open parentheses, then a number or a name.
-    fn operand(&mut self, maker: &mut M) -> Result<()> {
+    fn operand(&mut self, builder: &mut M) -> Result<()> {
         loop {
             let next = self.next();
             let at = self.at;
@@ -276,11 +276,11 @@ impl<'t, M: Make> Parser<'t, M> {
                 Some('(') => self.wait(1, Kind::Open),
                 Some(c) if c.is_ascii_digit() || c == '.' => {
                     let number = self.number(at)?;
-                    self.values.push(maker.constant(number));
+                    self.values.push(builder.constant(number));
                     return Ok(());
                 }
                 Some(c) if begins_name(c) => {
-                    if self.name(at, maker)? {
+                    if self.name(at, builder)? {
                         return Ok(());
                     }
                 }
@@ -341,18 +341,18 @@ impl<'t, M: Make> Parser<'t, M> {
 
     /// Reads a name. Returns true if it is an operand, and false if it is a function, whose
     /// operands follow.
-    fn name(&mut self, at: usize, maker: &mut M) -> Result<bool> {
+    fn name(&mut self, at: usize, builder: &mut M) -> Result<bool> {
         let name = self.take(continues_name);
         if let Some(axis) = ["x", "y", "z"].iter().position(|axis| *axis == name) {
-            self.values.push(maker.coordinate(axis as u8));
+            self.values.push(builder.coordinate(axis as u8));
             return Ok(true);
         }
         if let Some(value) = self.parameters.get(name) {
-            self.values.push(maker.constant(value.clone()));
+            self.values.push(builder.constant(value.clone()));
             return Ok(true);
         }
         if name == "pi" {
-            self.values.push(maker.constant(Rational::pi()));
+            self.values.push(builder.constant(Rational::pi()));
             return Ok(true);
         }
         let is_call = self.next() == Some('(');
@@ -400,7 +400,7 @@ impl<'t, M: Make> Parser<'t, M> {
     }
 
     /// Reads closing parentheses and an operator. Returns whether an operand must follow.
-    fn operator(&mut self, maker: &mut M) -> Result<bool> {
+    fn operator(&mut self, builder: &mut M) -> Result<bool> {
         loop {
             let next = self.next();
             let at = self.at;
@@ -411,16 +411,16 @@ impl<'t, M: Make> Parser<'t, M> {
                 Some('/') => Operator::Quotient,
                 Some('^') => Operator::Power,
                 Some(',') if self.calls() => {
-                    self.apply(Kind::Open, maker)?;
+                    self.apply(Kind::Open, builder)?;
                     self.at += 1;
                     return Ok(true);
                 }
                 Some(')') => {
-                    self.close(maker)?;
+                    self.close(builder)?;
                     continue;
                 }
                 None => {
-                    self.apply(Kind::Open, maker)?;
+                    self.apply(Kind::Open, builder)?;
                     return match self.waiting.pop() {
                         Some(open) => Err(Fault::new(open.at, "this parenthesis is never closed")),
                         None => Ok(false),
@@ -443,7 +443,7 @@ impl<'t, M: Make> Parser<'t, M> {
                 }
             };
             let kind = Kind::Binary(operator);
-            self.apply(kind, maker)?;
+            self.apply(kind, builder)?;
             self.wait(1, kind);
             return Ok(true);
         }
@@ -451,8 +451,8 @@ impl<'t, M: Make> Parser<'t, M> {
 
     /// Reads a `)`: applies the operators since its open parenthesis, and the function before
     /// that, if there is one.
-    fn close(&mut self, maker: &mut M) -> Result<()> {
-        self.apply(Kind::Open, maker)?;
+    fn close(&mut self, builder: &mut M) -> Result<()> {
+        self.apply(Kind::Open, builder)?;
         let Some(open) = self.waiting.pop() else {
             return Err(Fault::new(self.at, "this parenthesis was never opened"));
         };
@@ -470,7 +470,7 @@ impl<'t, M: Make> Parser<'t, M> {
             let message = format!("expected {expected} here, found {}", operands.len());
             return Err(Fault::new(open.at, message));
         }
-        let value = maker.call(function, operands);
+        let value = builder.call(function, operands);
         let value = value.map_err(|why| fault(open.at, "function", why))?;
         self.values.push(value);
         Ok(())
@@ -485,7 +485,7 @@ impl<'t, M: Make> Parser<'t, M> {
     /// Applies the waiting operators whose precedence is not below that of `next`, back to the
     /// innermost open parenthesis. A power does not apply an earlier power, since powers
     /// associate to the right.
-    fn apply(&mut self, next: Kind, maker: &mut M) -> Result<()> {
+    fn apply(&mut self, next: Kind, builder: &mut M) -> Result<()> {
         while let Some(top) = self.waiting.last().copied() {
             let is_open = top.kind.precedence() == 0;
             let stays = top.kind.precedence() < next.precedence();
@@ -496,11 +496,11 @@ impl<'t, M: Make> Parser<'t, M> {
             self.waiting.pop();
             let Some(b) = self.values.pop() else { break };
             let Kind::Binary(operator) = top.kind else {
-                self.values.push(maker.negated(b));
+                self.values.push(builder.negated(b));
                 continue;
             };
             let Some(a) = self.values.pop() else { break };
-            let value = maker.binary(operator, a, b);
+            let value = builder.binary(operator, a, b);
             let value = value.map_err(|why| fault(top.at, operator.result(), why))?;
             self.values.push(value);
         }
@@ -515,19 +515,19 @@ fn known_functions() -> String {
 }
 
 /// Makes the error of an operation, whose result messages call `what`.
-fn fault(at: usize, what: &str, why: Trouble) -> Fault {
+fn fault(at: usize, what: &str, why: OperationError) -> Fault {
     let message = match why {
-        Trouble::Constant(why) => why.message().into(),
-        Trouble::Degree(degree) => {
+        OperationError::Constant(why) => why.message().into(),
+        OperationError::Degree(degree) => {
             format!("this {what} has degree {degree}; at most {MAX_DEGREE} is supported")
         }
-        Trouble::NotPolynomial => format!("this {what} is no polynomial"),
-        Trouble::LargeExponent => "this exponent is too large".into(),
-        Trouble::NoExponent => "an exponent must be a constant, without x, y and z".into(),
-        Trouble::Undefined => format!("this {what} has no value"),
+        OperationError::NotPolynomial => format!("this {what} is no polynomial"),
+        OperationError::LargeExponent => "this exponent is too large".into(),
+        OperationError::NoExponent => "an exponent must be a constant, without x, y and z".into(),
+        OperationError::Undefined => format!("this {what} has no value"),
     };
     Fault {
-        is_of_polynomials: why == Trouble::NotPolynomial,
+        is_not_polynomial: why == OperationError::NotPolynomial,
         ..Fault::new(at, message)
     }
 }

@@ -1,7 +1,8 @@
 //! Builder of formulas, for expressions that are no polynomials.
 
-use super::make::{
-    Function, MAX_EXPONENT, Make, Operator, Result, Trouble, apply_to_constants, power_of_constants,
+use super::operations::{
+    Function, MAX_EXPONENT, OperationError, Operations, Operator, Result, apply_to_constants,
+    power_of_constants,
 };
 use crate::geom::formula::{Binary, Builder, Formula, Unary};
 use crate::shared::rational::Rational;
@@ -17,13 +18,13 @@ pub(super) enum Value {
     },
 }
 
-/// The builder.
+/// The builder of a formula.
 #[derive(Debug, Default)]
-pub(super) struct Maker {
+pub(super) struct FormulaBuilder {
     builder: Builder,
 }
 
-impl Maker {
+impl FormulaBuilder {
     /// Ends the formula with a value; `None` if the value is a polynomial.
     pub(super) fn finish(self, value: &Value) -> Option<Formula> {
         match value {
@@ -78,9 +79,9 @@ impl Maker {
         let is_large = [exponent, &negative].iter().any(|x| x.is_large_exponent());
         let (step, is_polynomial) = self.step(base)?;
         match whole {
-            _ if is_large => Err(Trouble::LargeExponent),
+            _ if is_large => Err(OperationError::LargeExponent),
             [Some(exponent), _] | [_, Some(exponent)] if exponent > MAX_EXPONENT => {
-                Err(Trouble::LargeExponent)
+                Err(OperationError::LargeExponent)
             }
             [Some(exponent), _] => Ok(Value::Step {
                 step: self.builder.power(step, exponent),
@@ -106,7 +107,7 @@ impl Maker {
     }
 }
 
-impl Make for Maker {
+impl Operations for FormulaBuilder {
     type Value = Value;
 
     fn constant(&mut self, value: Rational) -> Value {
@@ -157,7 +158,7 @@ impl Make for Maker {
             }
             (Operator::Quotient, _) => self.apply_binary(Binary::Quotient, &a, &b),
             (Operator::Power, Value::Constant(exponent)) => self.power(&a, exponent),
-            (Operator::Power, _) => Err(Trouble::NoExponent),
+            (Operator::Power, _) => Err(OperationError::NoExponent),
         }
     }
 

@@ -13,7 +13,7 @@ mod lower;
 mod lower_combination;
 mod lower_polynomial;
 mod lower_shape;
-mod make;
+mod operations;
 mod polynomial;
 mod read_json;
 mod read_toml;

@@ -5,8 +5,8 @@
 //! subtracted term becomes a difference. Factors and constants are folded as [`Rational`];
 //! each is rounded to f64 once, when a sum or the end of the expression needs it as a step.
 
-use super::make::{
-    Function, Make, Operator, Result, Trouble, apply_to_constants, power_of_constants,
+use super::operations::{
+    Function, OperationError, Operations, Operator, Result, apply_to_constants, power_of_constants,
 };
 use crate::geom::tape::{Builder, MAX_DEGREE, Tape};
 use crate::shared::rational::Rational;
@@ -52,7 +52,7 @@ impl Value {
     fn as_constant(&self) -> Result<&Rational> {
         match self.part {
             None => Ok(&self.constant),
-            Some(_) => Err(Trouble::NotPolynomial),
+            Some(_) => Err(OperationError::NotPolynomial),
         }
     }
 
@@ -65,13 +65,13 @@ impl Value {
     }
 }
 
-/// The builder.
+/// The builder of a polynomial tape.
 #[derive(Debug, Default)]
-pub(super) struct Maker {
+pub(super) struct PolynomialBuilder {
     builder: Builder,
 }
 
-impl Make for Maker {
+impl Operations for PolynomialBuilder {
     type Value = Value;
 
     fn constant(&mut self, value: Rational) -> Value {
@@ -100,8 +100,8 @@ impl Make for Maker {
                 }
                 match exponent.as_exponent() {
                     Some(exponent) => self.power(a, exponent),
-                    None if exponent.is_large_exponent() => Err(Trouble::LargeExponent),
-                    None => Err(Trouble::NotPolynomial),
+                    None if exponent.is_large_exponent() => Err(OperationError::LargeExponent),
+                    None => Err(OperationError::NotPolynomial),
                 }
             }
         }
@@ -113,7 +113,7 @@ impl Make for Maker {
     }
 }
 
-impl Maker {
+impl PolynomialBuilder {
     fn sum(&mut self, a: Value, b: Value) -> Result<Value> {
         let constant = a.constant.plus(&b.constant)?;
         let (factor, part) = match (a.part, b.part) {
@@ -271,6 +271,6 @@ impl Maker {
 fn check_degree(degree: u32) -> Result<u32> {
     match degree {
         0..=MAX_DEGREE => Ok(degree),
-        _ => Err(Trouble::Degree(degree)),
+        _ => Err(OperationError::Degree(degree)),
     }
 }

@@ -63,7 +63,7 @@ pub(super) const FUNCTIONS: [(&str, Function); 15] = [
 
 /// The reasons why an operation has no result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Trouble {
+pub(super) enum OperationError {
     /// A constant is out of range or does not exist.
     Constant(NoConstant),
     /// The polynomial has this degree, which is beyond the limit.
@@ -78,16 +78,16 @@ pub(super) enum Trouble {
     Undefined,
 }
 
-impl From<NoConstant> for Trouble {
-    fn from(why: NoConstant) -> Trouble {
-        Trouble::Constant(why)
+impl From<NoConstant> for OperationError {
+    fn from(why: NoConstant) -> OperationError {
+        OperationError::Constant(why)
     }
 }
 
-pub(super) type Result<T> = std::result::Result<T, Trouble>;
+pub(super) type Result<T> = std::result::Result<T, OperationError>;
 
 /// A builder of values of one kind, polynomials or formulas.
-pub(super) trait Make {
+pub(super) trait Operations {
     type Value: Clone;
 
     /// Makes a constant.
@@ -130,8 +130,8 @@ pub(super) fn apply_to_constants(function: Function, operands: &[&Rational]) -> 
 /// of the nearest f64.
 pub(super) fn power_of_constants(base: &Rational, exponent: &Rational) -> Result<Rational> {
     let whole = |exponent: &Rational| match exponent.as_exponent() {
-        Some(exponent) if exponent > MAX_EXPONENT => Err(Trouble::LargeExponent),
-        _ if exponent.is_large_exponent() => Err(Trouble::LargeExponent),
+        Some(exponent) if exponent > MAX_EXPONENT => Err(OperationError::LargeExponent),
+        _ if exponent.is_large_exponent() => Err(OperationError::LargeExponent),
         exponent => Ok(exponent),
     };
     if let Some(exponent) = whole(exponent)? {
@@ -146,7 +146,7 @@ pub(super) fn power_of_constants(base: &Rational, exponent: &Rational) -> Result
 /// Converts the result of a function of f64; fails if it is infinite or NaN.
 fn from_f64(value: f64) -> Result<Rational> {
     if value.is_nan() {
-        return Err(Trouble::Undefined);
+        return Err(OperationError::Undefined);
     }
     if value.is_infinite() {
         return Err(NoConstant::TooLarge.into());

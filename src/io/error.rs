@@ -1,10 +1,12 @@
-//! What can go wrong with files: the file, the place in it, and the remedy.
+//! Errors of reading and writing files. Each names the file, the place in it where one is
+//! known, and the remedy where there is one.
 
 use crate::scene::SceneError;
 use std::io::{Error, ErrorKind};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
+/// The reasons why a file could not be imported.
 #[derive(Debug, Error)]
 pub enum LoadError {
     #[error("{}: cannot be read: {source}", path.display())]
@@ -18,7 +20,7 @@ pub enum LoadError {
         unknown("scene", extension)
     )]
     UnknownFormat { path: PathBuf, extension: String },
-    /// `line` and `column` count from 1.
+    /// The file is malformed at a known place. `line` and `column` count from 1.
     #[error("{}:{line}:{column}: {message}", path.display())]
     Syntax {
         path: PathBuf,
@@ -26,7 +28,7 @@ pub enum LoadError {
         column: usize,
         message: String,
     },
-    /// `place` is the entity: `mesh 3, primitive 0, POSITION`.
+    /// An entity of the file is wrong; `place` names it: `mesh 3, primitive 0, POSITION`.
     #[error("{}: {place}: {message}", path.display())]
     Invalid {
         path: PathBuf,
@@ -51,21 +53,22 @@ pub enum LoadError {
         path.display()
     )]
     Output { path: PathBuf, named: String },
-    /// Found by the scene's own check. `place`: line and column from 1, where
-    /// the format can tell.
+    /// The imported scene fails its own check. `place` is the entity's line and column, from
+    /// 1, if the importer knows them.
     #[error("{}{}: {source}", path.display(), colons(place))]
     Scene {
         path: PathBuf,
         place: Option<(u32, u32)>,
         source: SceneError,
     },
-    /// [`SceneError::NothingToSee`], where something was not imported.
+    /// The imported scene is empty ([`SceneError::NothingToSee`]), and something was not
+    /// imported.
     #[error("{}: {}; {left_out}", path.display(), SceneError::NothingToSee)]
     Empty { path: PathBuf, left_out: String },
 }
 
 impl LoadError {
-    /// Of a scene whose file does not tell the place.
+    /// Wraps an error of the scene in `path`, without line and column.
     pub fn of_scene(path: &Path, source: SceneError) -> LoadError {
         LoadError::Scene {
             path: path.into(),
@@ -74,8 +77,13 @@ impl LoadError {
         }
     }
 
-    /// Of a mesh's file: in a line, where one can be told.
-    pub(super) fn of_mesh(path: &Path, format: &str, wrong: (Option<usize>, String)) -> LoadError {
+    /// Makes the error of a mesh file of this format: a message, and its line if that is
+    /// known.
+    pub(super) fn in_mesh_file(
+        path: &Path,
+        format: &str,
+        wrong: (Option<usize>, String),
+    ) -> LoadError {
         match wrong {
             (Some(line), message) => LoadError::Syntax {
                 path: path.into(),
@@ -91,8 +99,8 @@ impl LoadError {
         }
     }
 
-    /// Of a file that no importer knows by its name's ending, or of a folder.
-    pub(super) fn of_format(path: &Path, extension: &str) -> LoadError {
+    /// Makes the error of a path whose extension no importer knows, or that is a folder.
+    pub(super) fn unknown_format(path: &Path, extension: &str) -> LoadError {
         if path.is_dir() {
             return LoadError::Read {
                 path: path.into(),
@@ -109,6 +117,7 @@ impl LoadError {
     }
 }
 
+/// The reasons why a file could not be written.
 #[derive(Debug, Error)]
 pub enum SaveError {
     #[error("{}: cannot be written: {source}", path.display())]
@@ -126,12 +135,14 @@ pub enum SaveError {
     Encode { path: PathBuf, message: String },
 }
 
+/// Formats a place as `:line:column`; empty if there is none.
 fn colons(place: &Option<(u32, u32)>) -> String {
     place
         .map(|(line, column)| format!(":{line}:{column}"))
         .unwrap_or_default()
 }
 
+/// Says that an extension is no format of the kind `of`, or is missing.
 fn unknown(of: &str, extension: &str) -> String {
     match extension {
         "" => format!("its name has no ending that tells a {of} format"),
@@ -139,6 +150,7 @@ fn unknown(of: &str, extension: &str) -> String {
     }
 }
 
+/// Formats a remedy to follow a message.
 fn hint(remedy: &Option<String>) -> String {
     remedy
         .as_ref()

@@ -1,79 +1,89 @@
 //! Files in and out: scenes, meshes, pictures, ray sets.
 //!
-//! [`load`] reads any scene format by its extension. Importers fill a
-//! [`SceneBuilder`]; what they must leave out goes into [`Dropped`] and becomes
-//! one summarised warning. Input is never trusted: every length is checked
-//! before it is used, every file that a scene names stays in the scene's folder
-//! ([`Folder`]), and every error carries the file, the place and the remedy.
+//! [`load`] reads a scene of any format, which the file's extension tells. Importers fill a
+//! [`SceneBuilder`]; what they leave out is counted in an [`ImportReport`] and becomes one
+//! summarised warning. Input is not trusted: every length is checked before it is used,
+//! every file that a scene names must lie in the scene's folder ([`Folder`]), and every
+//! error names the file, the place in it and the remedy.
 //!
-//! A part of Lanecast that may change with any version; the crate `lanecast` is what is
-//! kept.
+//! Each format has one file or folder beside this one; what formats share is in `shared/`.
+//! A new scene format takes three steps:
+//! 1. write `NAME.rs` or `NAME/mod.rs` with `import(path, options, scene, report)`, as `obj` has;
+//! 2. add its extension to the `match` in `import` below, and to the lists of known formats
+//!    in [`load`] and [`LoadError`]; a mesh format also goes into `shared/merge_meshes.rs`;
+//! 3. add its good and bad files to `tests/formats`.
+//!
+//! This crate is a part of Lanecast that may change with any version; the stable interface
+//! is the crate `lanecast`.
 
 use lanecast_model::{geom, scene};
 use lanecast_numerics::{math, roots};
 
-mod atomic;
-mod dropped;
 mod error;
-mod flatten;
-mod folder;
 mod gltf;
-mod mesh_data;
-mod mtl;
 mod native;
 mod nff;
 mod obj;
 mod openexr;
-mod picture;
-mod place;
 mod ply;
 mod png;
 mod polynomials;
 mod pov;
-mod precise;
 mod rays;
-mod srgb;
+mod shared;
 mod stl;
-mod text;
 
-pub use atomic::{Outputs, check_writable, discard_unfinished};
-pub use dropped::Dropped;
 pub use error::{LoadError, SaveError};
-pub use flatten::import_mesh;
-pub use folder::Folder;
 pub use native::json_schema;
-pub use picture::{AovSet, Picture, PictureFile, picture_files};
 pub use polynomials::{KnownRoot, Listed, load_polynomials};
 pub use pov::{PovError, text as pov_text};
 pub use rays::{RaySet, TriangleSet};
-pub use srgb::SrgbEncoder;
+pub use shared::folder::Folder;
+pub use shared::import_report::ImportReport;
+pub use shared::merge_meshes::import_mesh;
+pub use shared::outputs::{Outputs, check_writable, discard_unfinished};
+pub use shared::picture::{AovSet, Picture, PictureFile, picture_files};
+pub use shared::srgb::SrgbEncoder;
+
+// The names by which native/lower*.rs and native/schema*.rs call these.
+use ImportReport as Dropped;
+use shared::merge_meshes as flatten;
+mod precise {
+    pub(crate) use crate::shared::rational::Rational as Precise;
+}
 
 use crate::scene::{Edge, MeshData, Scene, SceneBuilder, SceneError};
 use std::path::{Path, PathBuf};
 
-/// A scene and what was left out of it.
+/// A checked scene, and a warning about what its file has and the scene has not.
 #[derive(Debug)]
 pub struct Loaded {
     pub scene: Scene,
-    /// One line, ready for people; `None` where nothing was left out.
+    /// One line for people, such as `not imported: 3 × texture`; `None` if nothing was left
+    /// out.
     pub warning: Option<String>,
 }
 
+/// Which files a scene may name.
 #[derive(Clone, Debug, Default)]
 pub struct LoadOptions {
-    /// Files that the scene names may lie outside its folder.
+    /// Allows files outside the scene's folder.
     pub allow_outside: bool,
-    /// Files that are to be written later: the scene must name none of them.
+    /// Files that the program will write later. A scene that names one of them is refused,
+    /// because writing would replace its own input.
     pub outputs: Vec<PathBuf>,
 }
 
 /// Reads, checks and completes a scene file: `.toml`, `.json`, `.gltf`, `.glb`,
 /// `.nff`, `.obj`, `.ply`, `.stl`.
+///
+/// Fails if a file cannot be read, is malformed, uses what is not supported or names a file
+/// that [`LoadOptions`] excludes, and if the scene fails its own check.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
     let mut scene = SceneBuilder::default();
-    let mut dropped = Dropped::default();
-    let places = import(path, options, &mut scene, &mut dropped)?;
-    let warning = dropped.summary();
+    let mut report = ImportReport::default();
+    let spans = import(path, options, &mut scene, &mut report)?;
+    let warning = report.summary();
     let scene = scene.finish().map_err(|source| match (&source, &warning) {
         (SceneError::NothingToSee, Some(left_out)) => LoadError::Empty {
             path: path.into(),
@@ -81,43 +91,47 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
         },
         _ => LoadError::Scene {
             path: path.into(),
-            place: source.entity().and_then(|what| places.as_ref()?.of(what)),
+            place: source
+                .entity()
+                .and_then(|what| spans.as_ref()?.line_column(what)),
             source,
         },
     })?;
     Ok(Loaded { scene, warning })
 }
 
-/// Native scenes also say where their entities stand.
+/// Fills the builder by the importer of the file's extension; a native scene also gives the
+/// source spans of its entities.
 fn import(
     path: &Path,
     options: &LoadOptions,
     scene: &mut SceneBuilder,
-    dropped: &mut Dropped,
-) -> Result<Option<native::Places>, LoadError> {
-    let native = |syntax, scene, dropped| native::import(path, syntax, options, scene, dropped);
+    report: &mut ImportReport,
+) -> Result<Option<native::SourceSpans>, LoadError> {
+    let native = |syntax, scene, report| native::import(path, syntax, options, scene, report);
     match &*extension(path) {
-        "toml" => return native(native::Syntax::Toml, scene, dropped).map(Some),
-        "json" => return native(native::Syntax::Json, scene, dropped).map(Some),
-        "nff" => nff::import(path, scene, dropped),
-        "gltf" | "glb" => gltf::import(path, options, scene, dropped),
-        "obj" => obj::import(path, options, scene, dropped),
-        "ply" => ply::read(path, dropped).map(|mesh| show(scene, &mesh)),
-        "stl" => stl::read(path).map(|mesh| show(scene, &mesh)),
-        other => Err(LoadError::of_format(path, other)),
+        "toml" => return native(native::Syntax::Toml, scene, report).map(Some),
+        "json" => return native(native::Syntax::Json, scene, report).map(Some),
+        "nff" => nff::import(path, scene, report),
+        "gltf" | "glb" => gltf::import(path, options, scene, report),
+        "obj" => obj::import(path, options, scene, report),
+        "ply" => ply::read(path, report).map(|mesh| add_mesh_instance(scene, &mesh)),
+        "stl" => stl::read(path).map(|mesh| add_mesh_instance(scene, &mesh)),
+        other => Err(LoadError::unknown_format(path, other)),
     }?;
     Ok(None)
 }
 
-/// The mesh that is all a file has, seen.
-fn show(scene: &mut SceneBuilder, mesh: &MeshData) {
+/// Adds a mesh and one instance of it, for files that hold nothing else; adds nothing if the
+/// mesh has no triangles.
+fn add_mesh_instance(scene: &mut SceneBuilder, mesh: &MeshData) {
     if !mesh.triangles.is_empty() {
         let shape = scene.mesh("", mesh);
         scene.instance("", Edge::shape(shape));
     }
 }
 
-/// In lower case, without the dot.
+/// The extension of a file name in lower case, without the dot; empty if there is none.
 fn extension(path: &Path) -> String {
     path.extension()
         .map(|e| e.to_string_lossy().to_lowercase())

@@ -1,25 +1,31 @@
-//! NFF, Haines' Neutral File Format, in full: v b l f s c p pp and comments.
+//! Importer of NFF, Haines' Neutral File Format, in full: v b l f s c p pp and comments.
 //!
-//! Every object becomes a shape and a root instance, in the order of the file.
-//! NFF says what a surface is, not how bright: lights do not fade, and n of
-//! them give π·c/√n each, so that a facing Lambert surface returns kd·colour·c.
-//! `hither` and `resolution` are read and left aside: nothing is clipped, and
-//! the size of a picture is the user's. One-sided surfaces are seen from both
-//! sides, as the published counts assume.
+//! Every object becomes a shape and a root instance, in the order of the file. NFF does not
+//! define the brightness of lights. Here lights do not fade, and each of n lights of colour
+//! c has intensity π·c/√n, so that with one light a facing Lambert surface reflects
+//! kd·colour·c. `hither` and `resolution` are read and ignored: nothing is clipped, and the
+//! user chooses the size of the picture. One-sided surfaces are visible from both sides, as
+//! the published counts assume.
 
-use super::place::place;
-use super::{Dropped, LoadError, folder};
 use crate::geom::{Cone, Cylinder, Sphere};
 use crate::scene::{
     Camera, Edge, Falloff, Light, Material, MaterialId, Model, Rgb, SceneBuilder, ShapeId,
 };
+use crate::shared::folder;
+use crate::shared::line_column::line_column;
+use crate::{ImportReport, LoadError};
 use glam::DVec3;
 use std::path::Path;
 
 type Result<T> = std::result::Result<T, LoadError>;
 
-pub(super) fn import(path: &Path, scene: &mut SceneBuilder, dropped: &mut Dropped) -> Result<()> {
-    let text = folder::read(path)?;
+/// Reads an NFF file into the builder.
+pub(super) fn import(
+    path: &Path,
+    scene: &mut SceneBuilder,
+    report: &mut ImportReport,
+) -> Result<()> {
+    let text = folder::read_file(path)?;
     let mut words = Words {
         path,
         text: &text,
@@ -46,8 +52,8 @@ pub(super) fn import(path: &Path, scene: &mut SceneBuilder, dropped: &mut Droppe
                 material = Some(scene.material("", fill(&mut words)?));
                 continue;
             }
-            b"s" => sphere(&mut words, scene, dropped)?,
-            b"c" => cone(&mut words, &word, scene, dropped)?,
+            b"s" => sphere(&mut words, scene, report)?,
+            b"c" => cone(&mut words, &word, scene, report)?,
             b"p" => polygon(&mut words, scene, Patch::Flat)?,
             b"pp" => polygon(&mut words, scene, Patch::Smooth)?,
             _ => {
@@ -58,7 +64,7 @@ pub(super) fn import(path: &Path, scene: &mut SceneBuilder, dropped: &mut Droppe
                 return Err(words.error(&word, message));
             }
         };
-        scene.instance("", placed(shape, material));
+        scene.instance("", instance(shape, material));
     }
     let share = std::f64::consts::PI / (lights.len() as f64).sqrt();
     for (position, color) in lights {
@@ -71,7 +77,8 @@ pub(super) fn import(path: &Path, scene: &mut SceneBuilder, dropped: &mut Droppe
     Ok(())
 }
 
-fn placed(shape: ShapeId, material: Option<MaterialId>) -> Edge {
+/// An instance of the shape with the current fill, if there is one.
+fn instance(shape: ShapeId, material: Option<MaterialId>) -> Edge {
     let edge = Edge::shape(shape);
     match material {
         Some(material) => edge.material(material),
@@ -79,7 +86,8 @@ fn placed(shape: ShapeId, material: Option<MaterialId>) -> Edge {
     }
 }
 
-/// The parts of a view come by name; the written order is not insisted on.
+/// Reads a view, whose parts have names and may come in any order. `start` is the `v`, for
+/// messages.
 fn view(words: &mut Words, start: &Word) -> Result<Camera> {
     let (mut from, mut at, mut up, mut angle) = (None, None, None, None);
     while let Some(word) = words.peek() {
@@ -129,6 +137,7 @@ fn view(words: &mut Words, start: &Word) -> Result<Camera> {
     Ok(Camera::perspective(from, at, up, angle))
 }
 
+/// Reads a light: its position and colour, which is white if none is given.
 fn light(words: &mut Words) -> Result<(DVec3, Rgb)> {
     let position = words.point()?;
     let colored = words.peek().is_some_and(|w| w.number().is_some());
@@ -136,6 +145,7 @@ fn light(words: &mut Words) -> Result<(DVec3, Rgb)> {
     Ok((position, color))
 }
 
+/// Reads a fill as a Phong material.
 fn fill(words: &mut Words) -> Result<Material> {
     let base_color = words.color()?;
     let kd = words.not_negative("Kd")?;
@@ -152,7 +162,7 @@ fn fill(words: &mut Words) -> Result<Material> {
         base_color,
         emission: [0.0; 3],
         transmission,
-        // Opaque fills are written with an index of 0.
+        // Files write an index of 0 for opaque fills.
         ior: if ior > 0.0 { ior } else { 1.0 },
         model: Model::Phong {
             diffuse: base_color.map(|c| kd * c),
@@ -163,22 +173,28 @@ fn fill(words: &mut Words) -> Result<Material> {
     })
 }
 
-fn sphere(words: &mut Words, scene: &mut SceneBuilder, dropped: &mut Dropped) -> Result<ShapeId> {
+/// Reads a sphere.
+fn sphere(
+    words: &mut Words,
+    scene: &mut SceneBuilder,
+    report: &mut ImportReport,
+) -> Result<ShapeId> {
     let center = words.point()?;
     let (radius, word) = words.number_at()?;
     if radius == 0.0 {
         return Err(words.error(&word, "the sphere's radius is 0"));
     }
-    one_sided(radius < 0.0, dropped);
+    one_sided(radius < 0.0, report);
     let radius = radius.abs();
     Ok(scene.sphere("", Sphere { center, radius }))
 }
 
+/// Reads a cone frustum, open at both ends; equal radii give a cylinder.
 fn cone(
     words: &mut Words,
     start: &Word,
     scene: &mut SceneBuilder,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<ShapeId> {
     let (base, base_radius) = (words.point()?, words.number()?);
     let (top, top_radius) = (words.point()?, words.number()?);
@@ -189,7 +205,7 @@ fn cone(
     if base_radius == 0.0 && top_radius == 0.0 {
         return Err(words.error(start, "both radii of the cone are 0"));
     }
-    one_sided(base_radius < 0.0 || top_radius < 0.0, dropped);
+    one_sided(base_radius < 0.0 || top_radius < 0.0, report);
     let (base_radius, top_radius, open) = (base_radius.abs(), top_radius.abs(), true);
     if base_radius == top_radius {
         let cylinder = Cylinder {
@@ -210,21 +226,23 @@ fn cone(
     Ok(scene.cone("", cone))
 }
 
-/// A negative radius: only the inside would be visible.
-fn one_sided(is: bool, dropped: &mut Dropped) {
-    dropped.add_many("one-sided visibility", usize::from(is));
+/// Counts a surface that NFF, by a negative radius, makes visible from the inside only.
+fn one_sided(is: bool, report: &mut ImportReport) {
+    report.add_many("one-sided visibility", usize::from(is));
 }
 
+/// The two kinds of polygons, `p` and `pp`.
 #[derive(Clone, Copy, PartialEq)]
 enum Patch {
     Flat,
-    /// With a normal at every corner.
+    /// Has a normal at every corner.
     Smooth,
 }
 
+/// Reads a polygon.
 fn polygon(words: &mut Words, scene: &mut SceneBuilder, patch: Patch) -> Result<ShapeId> {
     let count = words.count()?;
-    // Grown as the data come: a count is only a claim.
+    // The vectors grow as points are read: the count in the file is only a claim.
     let (mut points, mut normals) = (Vec::new(), Vec::new());
     for _ in 0..count {
         points.push(words.point()?);
@@ -235,13 +253,14 @@ fn polygon(words: &mut Words, scene: &mut SceneBuilder, patch: Patch) -> Result<
     Ok(scene.polygon("", &points, &normals))
 }
 
-/// The file as words, with comments left out. Lines mean nothing beyond that.
+/// Splits a file into words and skips comments. Line breaks only end comments.
 struct Words<'a> {
     path: &'a Path,
     text: &'a [u8],
     at: usize,
 }
 
+/// A word and its byte offset.
 #[derive(Clone, Copy)]
 struct Word<'a> {
     at: usize,
@@ -253,6 +272,7 @@ impl<'a> Word<'a> {
         std::str::from_utf8(self.text).ok()?.parse().ok()
     }
 
+    /// Quotes the word for a message, escaped and shortened.
     fn shown(&self) -> String {
         const SHOWN: usize = 40;
         let part = &self.text[..self.text.len().min(SHOWN)];
@@ -287,8 +307,9 @@ impl<'a> Words<'a> {
         word
     }
 
+    /// Makes an error at the line and column of a word.
     fn error(&self, word: &Word, message: impl Into<String>) -> LoadError {
-        let (line, column) = place(self.text, word.at);
+        let (line, column) = line_column(self.text, word.at);
         LoadError::Syntax {
             path: self.path.into(),
             line,
@@ -297,6 +318,7 @@ impl<'a> Words<'a> {
         }
     }
 
+    /// Returns the next word; fails at the end of the file, with `what` in the message.
     fn expect(&mut self, what: &str) -> Result<Word<'a>> {
         let end = Word {
             at: self.text.len(),
@@ -306,6 +328,7 @@ impl<'a> Words<'a> {
             .ok_or_else(|| self.error(&end, format!("expected {what}, found the end of the file")))
     }
 
+    /// Reads a finite number, and returns its word for later messages.
     fn number_at(&mut self) -> Result<(f64, Word<'a>)> {
         let word = self.expect("a number")?;
         match word.number() {
@@ -329,6 +352,7 @@ impl<'a> Words<'a> {
         Ok(DVec3::new(self.number()?, self.number()?, self.number()?))
     }
 
+    /// Reads a number that is 0 or greater and finite in f32.
     fn not_negative(&mut self, what: &str) -> Result<f32> {
         let (x, word) = self.number_at()?;
         if x >= 0.0 && (x as f32).is_finite() {
@@ -346,7 +370,7 @@ impl<'a> Words<'a> {
         Ok(color)
     }
 
-    /// The number of corners of a polygon.
+    /// Reads the number of corners of a polygon, at least 3.
     fn count(&mut self) -> Result<u64> {
         let word = self.expect("a number of points")?;
         let text = std::str::from_utf8(word.text).unwrap_or_default();

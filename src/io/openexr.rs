@@ -1,4 +1,4 @@
-//! Pictures as OpenEXR: one part of scan lines, ZIP, nothing lost.
+//! OpenEXR writer: one part of scan lines, with lossless ZIP compression.
 //!
 //! | output | channels | type |
 //! |---|---|---|
@@ -9,24 +9,24 @@
 //! | instance_id | `instance_id.lo` `instance_id.hi`: id = hi · 2³² + lo | UINT |
 //! | primitive_id | `primitive_id` | UINT |
 //!
-//! `Z` is OpenEXR's own name for depth: Blender makes it the Depth pass, and
-//! OpenCV reads it as the picture of a file that has no colour. The others are
-//! `layer.component`, which viewers group by layer. Bits are kept: infinities
-//! where nothing was hit, NaN if there were any.
+//! `Z` is OpenEXR's own name for depth: Blender makes it the Depth pass, and OpenCV reads
+//! it as the picture of a file that has no colour. Other names are `layer.component`, which
+//! viewers group by layer. Values keep their bits, also the infinite depth where nothing
+//! was hit, and NaN.
 
-use super::{Picture, SaveError};
+use crate::{Picture, SaveError};
 use exr::prelude::*;
 use std::io::Cursor;
 use std::path::Path;
 
-/// Which channels a file gets.
+/// The channels to write.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Content {
     ColorAndAovs,
     Aovs,
 }
 
-/// `path` is for messages only.
+/// Encodes the channels of a picture; `path` is for messages only.
 pub(super) fn encode(
     picture: &Picture,
     content: Content,
@@ -52,6 +52,7 @@ pub(super) fn encode(
     Ok(bytes.into_inner())
 }
 
+/// Copies the columns of a picture into named channels.
 fn channels(picture: &Picture, content: Content) -> Vec<AnyChannel<FlatSamples>> {
     let mut channels = Vec::new();
     let mut float = |name: String, values: Vec<f32>| {

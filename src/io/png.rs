@@ -1,12 +1,12 @@
-//! Pictures as PNG: 8-bit sRGB, no alpha, top row first.
+//! PNG writer: 8-bit sRGB, no alpha, top row first.
 
-use super::srgb::SrgbEncoder;
-use super::{Picture, SaveError};
+use crate::shared::srgb::SrgbEncoder;
+use crate::{Picture, SaveError};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use std::path::Path;
 
-/// `path` is for messages only.
+/// Encodes a picture's colour; `path` is for messages only.
 pub(super) fn encode(picture: &Picture, path: &Path) -> Result<Vec<u8>, SaveError> {
     let srgb = SrgbEncoder::new();
     let rgb: Vec<u8> = picture

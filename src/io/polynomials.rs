@@ -1,29 +1,30 @@
-//! Lists of polynomials: JSON, with coefficients as text or numbers, the constant one
-//! first, and the roots that are known.
+//! Reader of polynomial lists: JSON with the coefficients of each polynomial, as numbers or
+//! text, constant first, and optionally its known real roots.
 
-use super::error::LoadError;
-use super::folder::read;
-use super::text::{json_fault, one_line};
+use crate::LoadError;
 use crate::roots::Polynomial;
+use crate::shared::folder::read_file;
+use crate::shared::messages::{json_fault, one_line};
 use serde::Deserialize;
 use std::path::Path;
 
-/// One polynomial of a file.
+/// One polynomial of a list.
 #[derive(Clone, Debug)]
 pub struct Listed {
     pub name: String,
     pub polynomial: Polynomial,
-    /// Its real roots, where the file gives them.
+    /// The real roots, if the file gives them.
     pub known: Option<Vec<KnownRoot>>,
 }
 
-/// A root as the file has it.
+/// A known root, as the file gives it.
 #[derive(Clone, Copy, Debug)]
 pub struct KnownRoot {
-    /// The nearest f64.
+    /// The f64 nearest to the root.
     pub t: f64,
     pub multiplicity: u32,
-    /// The error that a backward-stable solver in f64 makes, to first order.
+    /// Bound on the error of a backward-stable f64 solver, to first order; 0 if the file
+    /// gives none.
     pub forward_bound: f64,
 }
 
@@ -46,6 +47,7 @@ struct Known {
     forward_bound: Option<Written>,
 }
 
+/// A number as the file writes it.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum Written {
@@ -55,6 +57,7 @@ enum Written {
 }
 
 impl Written {
+    /// Converts to f64; fails if the value is no number, or underflows to 0.
     fn value(&self) -> Result<f64, String> {
         match self {
             Written::Number(x) => Ok(*x),
@@ -72,14 +75,16 @@ impl Written {
     }
 }
 
+/// Says that a text is no number.
 fn no_number(text: &str) -> String {
     let text = one_line(text);
     format!("'{text}' is no number; write one such as -2.5e-3")
 }
 
-/// Reads the polynomials of a file, one at least; errors name the polynomial.
+/// Reads a list of polynomials. Fails if the file cannot be read, is malformed or has an
+/// empty list, and for numbers that are out of range; errors name the polynomial.
 pub fn load_polynomials(path: &Path) -> Result<Vec<Listed>, LoadError> {
-    let file: File = serde_json::from_slice(&read(path)?).map_err(|e| LoadError::Syntax {
+    let file: File = serde_json::from_slice(&read_file(path)?).map_err(|e| LoadError::Syntax {
         path: path.into(),
         line: e.line().max(1),
         column: e.column().max(1),
@@ -99,6 +104,7 @@ pub fn load_polynomials(path: &Path) -> Result<Vec<Listed>, LoadError> {
     entries.map(|entry| listed(path, entry)).collect()
 }
 
+/// Checks and converts one entry.
 fn listed(path: &Path, entry: Entry) -> Result<Listed, LoadError> {
     let name = one_line(&entry.name);
     let invalid = |message: String| LoadError::Invalid {

@@ -1,28 +1,32 @@
-//! STL, ascii and binary, through the crate stl_io.
+//! Importer of STL, ASCII and binary, by the crate stl_io.
 //!
-//! Vertices that are equal bit by bit become one; triangles keep their order.
-//! Facet normals are not read: the corners say it better. The crate takes a
-//! binary file whose header begins with "solid " for ascii, wants a name after
-//! "solid", and stops after the first solid of an ascii file, so the bytes are
-//! put straight before it sees them.
+//! Vertices with equal bits are joined; triangles keep their order. Facet normals are not
+//! read, because the corners define them more precisely. The crate takes a binary file
+//! whose header begins with "solid " for ASCII, requires a name after "solid", and stops
+//! after the first solid of an ASCII file, so the bytes are normalised before it reads them.
 
-use super::LoadError;
-use super::text::one_line;
+use crate::LoadError;
 use crate::scene::MeshData;
+use crate::shared::messages::one_line;
 use std::io::Cursor;
 use std::path::Path;
 
+/// Reads an STL file as one mesh, all its solids together. Fails for malformed files and
+/// corners that are not finite.
 pub(super) fn read(path: &Path) -> Result<MeshData, LoadError> {
-    let bytes = super::folder::read(path)?;
-    parse(bytes).map_err(|wrong| LoadError::of_mesh(path, "STL", wrong))
+    let bytes = crate::shared::folder::read_file(path)?;
+    parse(bytes).map_err(|wrong| LoadError::in_mesh_file(path, "STL", wrong))
 }
 
-/// The line, where there is one, and what is wrong.
+/// The line of an error, if it is known, and the message.
 type Wrong = (Option<usize>, String);
 
+/// Bytes of the binary header with its count, and of a binary triangle.
 const HEADER: usize = 84;
 const TRIANGLE: usize = 50;
 
+/// Parses a file in memory. A file whose length is the one that its binary header announces
+/// is binary; another one that begins with "solid" is ASCII.
 fn parse(mut bytes: Vec<u8>) -> Result<MeshData, Wrong> {
     let declared = bytes.get(80..HEADER);
     let declared = declared.map(|n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]) as usize);
@@ -64,8 +68,8 @@ fn parse(mut bytes: Vec<u8>) -> Result<MeshData, Wrong> {
     }
     Ok(MeshData {
         positions: mesh.vertices.iter().map(|v| v.0.map(f64::from)).collect(),
-        // At most three vertices for each of 2^32 triangles of 50 bytes: a file
-        // of 71 GB is refused by the memory, not by these casts.
+        // u32 overflows from 2^32 vertices on, at three a triangle of 50 bytes: a file of
+        // 71 GB, which fails for lack of memory before these casts.
         triangles: mesh
             .faces
             .iter()
@@ -75,11 +79,12 @@ fn parse(mut bytes: Vec<u8>) -> Result<MeshData, Wrong> {
     })
 }
 
+/// The length in bytes of a binary file of `count` triangles.
 fn binary_length(count: usize) -> u64 {
     HEADER as u64 + TRIANGLE as u64 * count as u64
 }
 
-/// The lines of a facet: words, and how many numbers follow them.
+/// The lines of an ASCII facet: the words of each, and how many numbers follow them.
 const FACET: [(&str, usize); 7] = [
     ("facet normal", 3),
     ("outer loop", 0),
@@ -90,7 +95,7 @@ const FACET: [(&str, usize); 7] = [
     ("endfacet", 0),
 ];
 
-/// An ascii file, line by line: the crate's messages have no place.
+/// Checks an ASCII file line by line, because the crate's errors do not tell the line.
 fn check_lines(text: &str) -> Result<(), Wrong> {
     let (mut next, mut open) = (0, false);
     for (number, line) in text.lines().enumerate() {
@@ -127,8 +132,8 @@ fn check_lines(text: &str) -> Result<(), Wrong> {
     Err((Some(text.lines().count()), message))
 }
 
-/// All solids of an ascii file as one, in lower case. A file that does not end
-/// its last solid still does not.
+/// Joins all solids of an ASCII file into one, in lower case. If the file does not close its
+/// last solid, the result is not closed either.
 fn one_solid(text: &str) -> Vec<u8> {
     let mut one = String::with_capacity(text.len() + 32);
     one.push_str("solid all\n");

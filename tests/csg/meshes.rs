@@ -8,7 +8,7 @@ use super::truth::Tree;
 use crate::common::{Random, RayColumns, assets};
 use glam::{DAffine3, DVec3};
 use lanecast::geom::{Cuboid, Sphere};
-use lanecast::io::{Dropped, LoadOptions, import_mesh};
+use lanecast::io::{ImportReport, LoadOptions, import_mesh};
 use lanecast::scene::{
     Edge, Material, MeshData, Operand, Operator, SceneBuilder, SceneError, ShapeId, Tables,
     check_closed,
@@ -258,9 +258,9 @@ fn ten_million_lines_through_edges_and_corners() {
         "dragon_11k.glb",
     ] {
         let Some(folder) = assets() else { continue };
-        let (options, mut dropped) = (LoadOptions::default(), Dropped::default());
+        let (options, mut report) = (LoadOptions::default(), ImportReport::default());
         let path = folder.join("meshes").join(name);
-        let mesh = import_mesh(&path, &options, &mut dropped).unwrap();
+        let mesh = import_mesh(&path, &options, &mut report).unwrap();
         let mut tables = Tables::default();
         let id = tables.meshes.push(&mesh);
         match check_closed(&tables, id) {

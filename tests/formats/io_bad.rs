@@ -7,7 +7,7 @@
 //! number of triangles, in their known order.
 
 use crate::common::assets;
-use lanecast::io::{Dropped, LoadError, LoadOptions, import_mesh, load};
+use lanecast::io::{ImportReport, LoadError, LoadOptions, import_mesh, load};
 use lanecast::scene::{Appearances, SceneError};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
@@ -87,7 +87,7 @@ fn strange_files_load_or_say_why_not() {
         let path = root.join(name);
         let start = Instant::now();
         let result = load(&path, &LoadOptions::default());
-        let _ = import_mesh(&path, &LoadOptions::default(), &mut Dropped::default());
+        let _ = import_mesh(&path, &LoadOptions::default(), &mut ImportReport::default());
         let time = start.elapsed();
         assert!(time < Duration::from_secs(10), "{name} takes {time:?}");
         if time > slowest.0 {
@@ -248,8 +248,8 @@ fn instances_multiply_when_baked() {
         ("obj/tinyobjloader/map-bump.obj", 400),
         ("obj/tinyobjloader/smoothing-group-two-squares.obj", 3),
     ] {
-        let mut dropped = Dropped::default();
-        let mesh = import_mesh(&root.join(name), &LoadOptions::default(), &mut dropped);
+        let mut report = ImportReport::default();
+        let mesh = import_mesh(&root.join(name), &LoadOptions::default(), &mut report);
         assert_eq!(mesh.unwrap().triangles.len(), triangles, "{name}");
     }
 }
@@ -264,8 +264,8 @@ fn triangle_ids_are_the_files() {
     let mut hits = 0;
     for (name, rays) in all["rays"].as_object().unwrap() {
         let path = root.join("meshes").join(name);
-        let mut dropped = Dropped::default();
-        let mesh = import_mesh(&path, &LoadOptions::default(), &mut dropped).unwrap();
+        let mut report = ImportReport::default();
+        let mesh = import_mesh(&path, &LoadOptions::default(), &mut report).unwrap();
         for ray in rays.as_array().unwrap() {
             let Some(triangle) = ray["tri"].as_u64() else {
                 continue;

@@ -1,24 +1,23 @@
 //! Accessors: typed columns in the buffers, dense and sparse.
 //!
-//! Every range is checked in u64 before a byte is read, and a column's length
-//! is bounded by the bytes behind it before it is allocated; a column without
-//! bytes (all zeros) is bounded by the file's [`Budget`](super::Budget).
-//! Alignment is not required: components are read byte by byte.
+//! Every range is checked in u64 before a byte is read. The length of a column is bounded by
+//! its bytes before it is allocated; [`File::spend`] bounds columns without bytes, which are
+//! all zeros. Alignment is not required: components are read byte by byte.
 
-use super::super::LoadError;
 use super::File;
+use crate::LoadError;
 use gltf::json::Index;
 use gltf::json::accessor::{Accessor, ComponentType, Type, sparse::Sparse};
 use gltf::json::buffer::View;
 use gltf::json::validation::Checked;
 
-/// The formats that a column may have.
+/// The component types that a column may have.
 pub(super) enum Accept {
     /// f32 only.
     Float,
-    /// KHR_mesh_quantization's positions: also 8 and 16 bits, any sign.
+    /// Positions of KHR_mesh_quantization: f32, or 8 and 16 bits with or without sign.
     Position,
-    /// KHR_mesh_quantization's normals: also 8 and 16 bits, signed, normalised.
+    /// Normals of KHR_mesh_quantization: f32, or 8 and 16 bits, signed and normalised.
     Normal,
 }
 
@@ -33,7 +32,7 @@ impl Accept {
     }
 }
 
-/// A column of triples.
+/// Reads a column of triples, converted to f64.
 pub(super) fn triples(
     file: &File,
     id: Index<Accessor>,
@@ -58,7 +57,7 @@ pub(super) fn triples(
     })
 }
 
-/// A column of vertex numbers.
+/// Reads a column of vertex indices.
 pub(super) fn indices(
     file: &File,
     id: Index<Accessor>,
@@ -77,7 +76,8 @@ pub(super) fn indices(
     let list = column(file, accessor, count, kind.size(), place, |b| {
         unsigned(b) as u32
     })?;
-    // The largest value would restart a primitive; the format has no such thing.
+    // The specification reserves the largest value, which restarts a primitive in graphics
+    // interfaces.
     let largest = u32::MAX >> (32 - 8 * kind.size());
     match list.iter().position(|v| *v == largest) {
         Some(i) => Err(file.invalid(place, &format!("index {i} is {largest}, which is reserved"))),
@@ -85,12 +85,14 @@ pub(super) fn indices(
     }
 }
 
+/// Whether indices may have this component type.
 fn is_index(kind: ComponentType) -> bool {
     use ComponentType::{U8, U16, U32};
     matches!(kind, U8 | U16 | U32)
 }
 
-/// The accessor, its component type, and its count, which is at least 1.
+/// Looks up an accessor, its component type and its count. Fails if it does not exist, the
+/// type is unknown, or the count is 0.
 fn header<'f>(
     file: &'f File,
     id: Index<Accessor>,
@@ -114,7 +116,8 @@ fn header<'f>(
     Ok((accessor, kind.0, accessor.count.0))
 }
 
-/// Reads the dense part, or zeros, then lays the sparse part over it.
+/// Reads the dense values, or zeros if there are none, then replaces the sparse ones. An
+/// element has `size` bytes, from which `read` makes a value.
 fn column<T: Copy>(
     file: &File,
     accessor: &Accessor,
@@ -139,6 +142,8 @@ fn column<T: Copy>(
     Ok(values)
 }
 
+/// Replaces the values that the sparse part names. Fails if its rows do not strictly
+/// increase or are out of range.
 fn overlay<T: Copy>(
     file: &File,
     sparse: &Sparse,
@@ -190,8 +195,8 @@ fn overlay<T: Copy>(
     Ok(())
 }
 
-/// The bytes of `count` elements from `offset` in a view, and their stride:
-/// `stride · (count - 1) + size` bytes are there.
+/// Returns the bytes of `count` elements of `size` bytes from `offset` in a view, and their
+/// stride. Fails unless there are `stride · (count - 1) + size` bytes.
 fn range<'f>(
     file: &'f File,
     view: Index<View>,
@@ -241,12 +246,13 @@ fn range<'f>(
     Ok((&bytes[offset as usize..], stride))
 }
 
-/// Little-endian, one, two or four bytes.
+/// Reads a little-endian integer of one, two or four bytes.
 fn unsigned(b: &[u8]) -> u64 {
     b.iter().rev().fold(0, |n, b| (n << 8) | u64::from(*b))
 }
 
-/// As the specification converts integers: c / max, signed ones not below -1.
+/// Converts a component by the rule of the specification: a normalised integer c is
+/// c / max, and signed ones are not below -1.
 fn component(kind: ComponentType, normalized: bool, b: &[u8]) -> f64 {
     let (value, max) = match kind {
         ComponentType::F32 => return f64::from(f32::from_bits(unsigned(b) as u32)),

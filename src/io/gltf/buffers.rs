@@ -1,24 +1,27 @@
-//! The bytes behind a document's buffers: GLB chunk, data URIs, files.
+//! The bytes of a document's buffers: the GLB chunk, data URIs, and files.
 //!
-//! Files are read through [`Folder`]; one that several buffers name is held
-//! once. A buffer without any source may exist (extensions allow it); it is an
-//! error only when something reads it.
+//! Files are read by [`Folder`]; a file that several buffers name is stored once. A buffer
+//! without any source is allowed, because extensions use it; it is an error only when
+//! something reads it.
 
-use super::super::text::one_line;
-use super::super::{Folder, LoadError};
+use crate::shared::messages::one_line;
+use crate::{Folder, LoadError};
 use gltf::json::Root;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+/// The buffers of a document.
 #[derive(Default)]
 pub(super) struct Buffers<'a> {
     stores: Vec<Cow<'a, [u8]>>,
-    /// Per buffer: its store, and its length there.
-    of: Vec<Option<(usize, usize)>>,
+    /// For each buffer the index of its store and its length; `None` without a source.
+    stored: Vec<Option<(usize, usize)>>,
 }
 
 impl<'a> Buffers<'a> {
+    /// Reads the bytes of all buffers. Fails if a file cannot be read, a URI is malformed, or
+    /// a source is shorter than its buffer.
     pub fn read(
         path: &Path,
         root: &Root,
@@ -36,7 +39,7 @@ impl<'a> Buffers<'a> {
             let store = match (&buffer.uri, bin) {
                 (None, Some(bin)) if i == 0 => buffers.store(Cow::Borrowed(bin)),
                 (None, _) => {
-                    buffers.of.push(None);
+                    buffers.stored.push(None);
                     continue;
                 }
                 (Some(uri), _) => match uri.strip_prefix("data:") {
@@ -46,7 +49,7 @@ impl<'a> Buffers<'a> {
                         match files.get(&found) {
                             Some(store) => *store,
                             None => {
-                                let bytes = super::super::folder::read(&found)?;
+                                let bytes = crate::shared::folder::read_file(&found)?;
                                 let store = buffers.store(Cow::Owned(bytes));
                                 files.insert(found, store);
                                 store
@@ -62,28 +65,30 @@ impl<'a> Buffers<'a> {
                     "byteLength is {length}, but there are only {held} bytes"
                 )));
             }
-            buffers.of.push(Some((store, length as usize)));
+            buffers.stored.push(Some((store, length as usize)));
         }
         Ok(buffers)
     }
 
+    /// Adds bytes and returns their index.
     fn store(&mut self, bytes: Cow<'a, [u8]>) -> usize {
         self.stores.push(bytes);
         self.stores.len() - 1
     }
 
-    /// `None` where the buffer does not exist or has no bytes.
+    /// Returns the bytes of a buffer; `None` if it does not exist or has no source.
     pub fn get(&self, buffer: usize) -> Option<&[u8]> {
-        let (store, length) = (*self.of.get(buffer)?)?;
+        let (store, length) = (*self.stored.get(buffer)?)?;
         self.stores[store].get(..length)
     }
 
+    /// The number of bytes that are stored.
     pub fn total(&self) -> u64 {
         self.stores.iter().map(|s| s.len() as u64).sum()
     }
 }
 
-/// A relative reference's file name. Anything with a scheme is refused.
+/// Decodes the file name of a relative reference. Refuses URIs with a scheme.
 fn file_name(uri: &str) -> Result<String, String> {
     let scheme = uri.split(['/', '?', '#']).next().unwrap_or_default();
     if scheme.contains(':') {
@@ -101,7 +106,7 @@ fn file_name(uri: &str) -> Result<String, String> {
     Ok(name)
 }
 
-/// What follows `data:`.
+/// Decodes a data URI; `data` is what follows `data:`.
 fn data_uri(data: &str) -> Result<Vec<u8>, String> {
     let (kind, data) = data
         .split_once(',')
@@ -113,6 +118,7 @@ fn data_uri(data: &str) -> Result<Vec<u8>, String> {
     }
 }
 
+/// Replaces `%` and two hexadecimal digits by the byte they mean.
 fn percent_decode(text: &str) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::with_capacity(text.len());
     let mut rest = text.as_bytes();
@@ -135,7 +141,7 @@ fn percent_decode(text: &str) -> Result<Vec<u8>, String> {
     Ok(bytes)
 }
 
-/// RFC 4648, standard alphabet; padding may be missing.
+/// Decodes base64 (RFC 4648) in the standard alphabet; padding may be missing.
 fn base64(text: &[u8]) -> Result<Vec<u8>, String> {
     let end = text.iter().rposition(|b| *b != b'=').map_or(0, |i| i + 1);
     if text.len() - end > 2 || end % 4 == 1 {

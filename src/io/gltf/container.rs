@@ -1,19 +1,19 @@
-//! From bytes to a parsed document: GLB chunks, JSON, version, extensions.
+//! Parsing of a file into a document: GLB chunks, JSON, version, extensions.
 //!
-//! Nothing here trusts a length. The document is the gltf crate's plain data,
-//! not validated by it: the crate refuses some valid files and its readers
-//! panic on some wrong ones, so every index is checked where it is used. Where
-//! even its parser is too strict, the parts that are not imported are left out.
+//! Every length is checked. The document is the gltf crate's plain data without the crate's
+//! validation, which refuses some valid files, and without its readers, which panic on some
+//! malformed ones; so every index is checked where it is used. If even the crate's parser
+//! refuses a file, the file is parsed again without the parts that are not imported.
 
-use super::super::LoadError;
-use super::super::text::{json_fault, one_line};
+use crate::LoadError;
+use crate::shared::messages::{json_fault, one_line};
 use gltf::json::Root;
 use serde::Deserialize;
 use serde_json::Value;
 use std::path::Path;
 
-/// Extensions that may be required: they are imported, or they only concern
-/// textures, which are left out with a count.
+/// Extensions that a file may require: they are imported, or concern only textures, which
+/// are counted and not imported.
 const KNOWN_EXTENSIONS: [&str; 9] = [
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
@@ -26,17 +26,19 @@ const KNOWN_EXTENSIONS: [&str; 9] = [
     "EXT_texture_webp",
 ];
 
+/// Whether a file may require this extension.
 pub(super) fn is_known_extension(name: &str) -> bool {
     KNOWN_EXTENSIONS.contains(&name)
 }
 
-/// A file split into its JSON and its binary chunk.
+/// The JSON of a file and its binary chunk, if it has one.
 pub(super) struct Chunks<'a> {
     pub json: &'a [u8],
     pub bin: Option<&'a [u8]>,
 }
 
-/// GLB is told by its magic, not by the file's name.
+/// Splits a GLB file into its chunks; any other file is all JSON. The magic tells GLB, not
+/// the file's name. Fails for malformed chunks and versions other than 2.
 pub(super) fn split<'a>(path: &Path, bytes: &'a [u8]) -> Result<Chunks<'a>, LoadError> {
     if !bytes.starts_with(b"glTF") {
         return Ok(Chunks {
@@ -89,7 +91,7 @@ pub(super) fn split<'a>(path: &Path, bytes: &'a [u8]) -> Result<Chunks<'a>, Load
                 )));
             }
             (_, 0) => return Err(wrong("its first chunk is not JSON".into())),
-            // Other kinds are for extensions and may be skipped.
+            // The specification says to skip chunks of other kinds, which extensions use.
             _ => {}
         }
         at = end;
@@ -99,8 +101,7 @@ pub(super) fn split<'a>(path: &Path, bytes: &'a [u8]) -> Result<Chunks<'a>, Load
     Ok(Chunks { json, bin })
 }
 
-/// The placement of a node, in the numbers of the file: the gltf crate keeps
-/// only f32.
+/// The transform of a node as the file writes it, in f64, because the gltf crate keeps f32.
 #[derive(Default, Deserialize)]
 pub(super) struct Placement {
     pub matrix: Option<[f64; 16]>,
@@ -109,15 +110,17 @@ pub(super) struct Placement {
     pub scale: Option<[f64; 3]>,
 }
 
+/// A parsed file.
 pub(super) struct Document {
     pub root: Root,
-    /// One per node.
+    /// One row per node.
     pub placements: Vec<Placement>,
-    /// What is in the file, maybe no longer in `root`: its kind and number.
+    /// Kind and number of the things in the file that are not imported; `root` may lack them.
     pub unread: Vec<(&'static str, usize)>,
 }
 
-/// Parses the JSON, after the version and the required extensions.
+/// Parses the JSON. Fails for malformed JSON, versions other than 2 and required extensions
+/// that are not supported.
 pub(super) fn parse(path: &Path, json: &[u8]) -> Result<Document, LoadError> {
     #[derive(Deserialize)]
     struct Head {
@@ -166,8 +169,8 @@ pub(super) fn parse(path: &Path, json: &[u8]) -> Result<Document, LoadError> {
             ];
             (root, unread)
         }
-        // The crate wants properties that the specification or an extension
-        // leaves out. The first error is the one with a line.
+        // The crate requires properties that the specification or an extension lets a file
+        // omit. Errors are those of the first parse, which have a line.
         Err(first) => without_unread(json).ok_or_else(|| syntax(first))?,
     };
     Ok(Document {
@@ -177,8 +180,8 @@ pub(super) fn parse(path: &Path, json: &[u8]) -> Result<Document, LoadError> {
     })
 }
 
-/// The document without the parts that are not imported anyhow, and with the
-/// empty list of nodes that a scene may leave out.
+/// Parses the document without the parts that are not imported, and with an empty list of
+/// nodes for scenes that omit it. `None` if the crate's parser refuses this, too.
 fn without_unread(json: &[u8]) -> Option<(Root, Vec<(&'static str, usize)>)> {
     let mut all: Value = serde_json::from_slice(json).ok()?;
     let mut unread = Vec::new();
@@ -207,8 +210,10 @@ fn without_unread(json: &[u8]) -> Option<(Root, Vec<(&'static str, usize)>)> {
     Some((serde_json::from_value(all).ok()?, unread))
 }
 
+/// The remedy for other versions.
 const TO_TWO: &str = "convert the file to glTF 2.0";
 
+/// Makes an error about a feature that is not supported.
 fn unsupported(path: &Path, what: &str, remedy: &str) -> LoadError {
     LoadError::Unsupported {
         path: path.into(),

@@ -1,18 +1,18 @@
-//! One mesh: its primitives' triangles one after the other, in file order.
+//! Meshes: the triangles of a mesh's primitives one after the other, in file order.
 //!
-//! Primitives that name the same position and normal accessors share their
-//! vertices. Normals are kept where every primitive with triangles has them.
+//! Primitives with the same position and normal accessors share their vertices. Normals are
+//! kept only if every primitive with triangles has them.
 
-use super::super::mesh_data::{compact, repair_normals};
-use super::super::{Dropped, LoadError};
 use super::File;
 use super::accessor::{Accept, indices, triples};
 use crate::scene::{MaterialId, MeshData};
+use crate::shared::mesh_cleanup::{compact, repair_normals};
+use crate::{ImportReport, LoadError};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use std::collections::HashMap;
 
-/// A range of the mesh's vertices that came from one pair of accessors.
+/// The range of the mesh's vertices that one pair of accessors gave.
 #[derive(Clone, Copy)]
 struct Vertices {
     first: u32,
@@ -20,13 +20,13 @@ struct Vertices {
     normals: bool,
 }
 
-/// The triangles of a mesh, maybe none.
+/// Reads a mesh, which may have no triangles; `label` names it in messages.
 pub(super) fn read(
     file: &File,
     source: &gltf::json::Mesh,
     label: &str,
     materials: &[MaterialId],
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<MeshData, LoadError> {
     let mut mesh = MeshData::default();
     let mut read: HashMap<(usize, Option<usize>), Vertices> = HashMap::new();
@@ -39,17 +39,17 @@ pub(super) fn read(
         match mode {
             Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan => {}
             Mode::Points => {
-                dropped.add("point primitive");
+                report.add("point primitive");
                 continue;
             }
             Mode::Lines | Mode::LineLoop | Mode::LineStrip => {
-                dropped.add("line primitive");
+                report.add("line primitive");
                 continue;
             }
         }
         let attribute = |s| primitive.attributes.get(&Checked::Valid(s)).copied();
         let Some(positions) = attribute(Semantic::Positions) else {
-            dropped.add("primitive without positions");
+            report.add("primitive without positions");
             continue;
         };
         let normals = attribute(Semantic::Normals);
@@ -63,7 +63,7 @@ pub(super) fn read(
             }
         };
         let first = mesh.triangles.len();
-        corners(file, primitive, mode, vertices, &mut mesh, &place, dropped)?;
+        corners(file, primitive, mode, vertices, &mut mesh, &place, report)?;
         if mesh.triangles.len() == first {
             continue;
         }
@@ -85,16 +85,16 @@ pub(super) fn read(
     }
     if flat {
         if smooth {
-            dropped.add("normals of a mesh where only some primitives have them");
+            report.add("normals of a mesh where only some primitives have them");
         }
         mesh.normals.clear();
     }
     compact(&mut mesh);
-    dropped.add_many("unusable normal", repair_normals(&mut mesh));
+    report.add_many("unusable normal", repair_normals(&mut mesh));
     Ok(mesh)
 }
 
-/// Appends the vertices of a primitive; where it has no normals, zeros.
+/// Appends the vertices of a primitive, with zeros if it has no normals.
 fn read_vertices(
     file: &File,
     primitive: &Primitive,
@@ -156,7 +156,7 @@ fn read_vertices(
     })
 }
 
-/// Appends the triangles of a primitive.
+/// Appends the triangles of a primitive, by the rules of its mode.
 fn corners(
     file: &File,
     primitive: &Primitive,
@@ -164,7 +164,7 @@ fn corners(
     vertices: Vertices,
     mesh: &mut MeshData,
     place: &str,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<(), LoadError> {
     let place = &format!("{place}, indices");
     let list = match primitive.indices {
@@ -188,7 +188,7 @@ fn corners(
     let mut push = |corners: [u32; 3]| triangles.push(corners.map(|v| vertices.first + v));
     match mode {
         Mode::TriangleStrip => {
-            // Every second triangle is turned, so that all wind alike.
+            // Every second triangle is reversed, so that all have the same winding.
             for (i, w) in list.windows(3).enumerate() {
                 push(if i % 2 == 0 {
                     [w[0], w[1], w[2]]
@@ -205,7 +205,7 @@ fn corners(
         _ => {
             let whole = list.chunks_exact(3);
             if !whole.remainder().is_empty() {
-                dropped.add("incomplete triangle");
+                report.add("incomplete triangle");
             }
             whole.for_each(|w| push([w[0], w[1], w[2]]));
         }

@@ -1,14 +1,14 @@
-//! glTF 2.0 and GLB: scene graph, triangle meshes, materials, cameras, lights.
+//! Importer of glTF 2.0 and GLB: scene graph, triangle meshes, materials, cameras, lights.
 //!
-//! A glTF node becomes a node or, where it only carries a mesh, an edge to its
-//! shape; a mesh is stored once, however many nodes show it. Triangle ids are
-//! the file's order: primitives one after the other, triangles as their mode
-//! says. What Lanecast has no use for yet (textures, skins, morph targets,
-//! animations, ...) is counted in [`Dropped`].
+//! A glTF node becomes a node or, if it only carries a mesh, an edge to the shape. A mesh is
+//! stored once, however many nodes refer to it. Triangle ids follow the file: primitives one
+//! after the other, and the triangles of each in the order of its mode. Textures, skins,
+//! morph targets, animations and the like are not supported and counted in
+//! [`ImportReport`].
 //!
-//! `container` parses, `buffers` and `accessor` check every length and range,
-//! `mesh` and `material` fill rows, `nodes` walks the graph. Specification:
-//! Khronos glTF 2.0.1. tests/io_bad.rs holds it against the Khronos validator.
+//! `container` parses, `buffers` and `accessor` check every length and range, `mesh` and
+//! `material` fill rows, `nodes` walks the graph. Specification: Khronos glTF 2.0.1.
+//! tests/formats/io_bad.rs compares the refusals with those of the Khronos validator.
 
 mod accessor;
 mod buffers;
@@ -17,9 +17,9 @@ mod material;
 mod mesh;
 mod nodes;
 
-use super::text::one_line;
-use super::{Dropped, Folder, LoadError, LoadOptions};
 use crate::scene::SceneBuilder;
+use crate::shared::messages::one_line;
+use crate::{Folder, ImportReport, LoadError, LoadOptions};
 use buffers::Buffers;
 use gltf::json::Root;
 use gltf::json::mesh::Semantic;
@@ -27,20 +27,21 @@ use gltf::json::validation::Checked;
 use std::cell::Cell;
 use std::path::Path;
 
-/// A parsed file while it is imported.
+/// A parsed file during its import.
 struct File<'a> {
     path: &'a Path,
     root: Root,
     buffers: Buffers<'a>,
-    /// Elements that may still be decoded.
+    /// The number of elements that may still be decoded.
     budget: Cell<u64>,
 }
 
-/// Elements that even a tiny file may decode; with what follows from its size
-/// (see [`File::spend`]) it bounds memory at some 100 bytes each.
+/// Number of elements that a file of any size may decode. With the elements that its size
+/// allows (see [`File::spend`]) it bounds memory, at some 100 bytes an element.
 const FREE_ELEMENTS: u64 = 1 << 22;
 
 impl File<'_> {
+    /// Makes an error of the entity `place`.
     fn invalid(&self, place: &str, message: &str) -> LoadError {
         LoadError::Invalid {
             path: self.path.into(),
@@ -49,10 +50,11 @@ impl File<'_> {
         }
     }
 
-    /// Accounts for `count` elements. Accessors may overlap, be shared by any
-    /// number of meshes, or have no bytes at all, so a small file could ask for
-    /// any amount of memory; one that shows its own bytes four times cannot
-    /// reach the limit.
+    /// Takes `count` elements from the budget; fails if it is exhausted.
+    ///
+    /// Accessors may overlap, be shared by any number of meshes, or have no bytes at all, so
+    /// without a limit a small file could ask for any amount of memory. A file that decodes
+    /// each of its bytes four times stays within the limit.
     fn spend(&self, count: u64, place: &str) -> Result<(), LoadError> {
         let left = self.budget.get().checked_sub(count).ok_or_else(|| {
             self.invalid(
@@ -65,13 +67,15 @@ impl File<'_> {
     }
 }
 
+/// Reads a glTF or GLB file into the builder. Fails if the file or one of its buffers cannot
+/// be read, is malformed, or requires an extension that is not supported.
 pub(super) fn import(
     path: &Path,
     options: &LoadOptions,
     scene: &mut SceneBuilder,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<(), LoadError> {
-    let bytes = super::folder::read(path)?;
+    let bytes = crate::shared::folder::read_file(path)?;
     let chunks = container::split(path, &bytes)?;
     let container::Document {
         root,
@@ -88,25 +92,25 @@ pub(super) fn import(
         budget: Cell::new(FREE_ELEMENTS + 4 * size),
     };
     for (what, count) in unread {
-        dropped.add_many(what, count);
+        report.add_many(what, count);
     }
-    left_out(&file.root, dropped);
-    let materials = material::import(&file, scene, dropped);
-    nodes::import(&file, &placements, &materials, scene, dropped)
+    left_out(&file.root, report);
+    let materials = material::import(&file, scene, report);
+    nodes::import(&file, &placements, &materials, scene, report)
 }
 
-/// Counts what meshes and extensions hold and this importer does not read.
-fn left_out(root: &Root, dropped: &mut Dropped) {
+/// Counts the parts of meshes, and the extensions, that this importer does not read.
+fn left_out(root: &Root, report: &mut ImportReport) {
     for primitive in root.meshes.iter().flat_map(|m| &m.primitives) {
         let targets = primitive.targets.as_ref().map_or(0, Vec::len);
-        dropped.add_many("morph target", targets);
+        report.add_many("morph target", targets);
         let colors = primitive.attributes.keys();
         let colors = colors.filter(|k| matches!(k, Checked::Valid(Semantic::Colors(_))));
-        dropped.add_many("vertex colour set", colors.count());
+        report.add_many("vertex colour set", colors.count());
     }
     for name in &root.extensions_used {
         if !container::is_known_extension(name) {
-            dropped.add(&format!("extension {}", one_line(name)));
+            report.add(&format!("extension {}", one_line(name)));
         }
     }
 }

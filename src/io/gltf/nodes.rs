@@ -1,45 +1,48 @@
-//! The node graph: placements, meshes by need, cameras and lights in world space.
+//! The node graph: transforms, meshes by need, cameras and lights in world space.
 //!
-//! Nodes must form a forest, as the specification says; the walk is a list, not
-//! a recursion, so a hierarchy may be a million deep. Only what the scene shows
-//! is decoded, and nodes with nothing below them leave no trace.
+//! Nodes must form a forest, as the specification says. Walks use a list instead of
+//! recursion, so a hierarchy may be a million deep. Only meshes that the scene shows are
+//! decoded, and nodes with nothing to show are not imported.
 
-use super::super::mesh_data::unit;
-use super::super::text::one_line;
-use super::super::{Dropped, LoadError};
 use super::container::Placement;
 use super::{File, mesh};
 use crate::math::Affine;
 use crate::scene::{Camera, Edge, Falloff, Light, MaterialId, SceneBuilder, ShapeId};
+use crate::shared::mesh_cleanup::unit;
+use crate::shared::messages::one_line;
+use crate::{ImportReport, LoadError};
 use glam::{DMat3, DQuat, DVec3};
 use gltf::json::camera::Type as CameraType;
 use gltf::json::extensions::scene::khr_lights_punctual::Type as LightType;
 use gltf::json::validation::Checked;
 
+/// The parent of a root.
 const NO_PARENT: u32 = u32::MAX;
 
+/// Imports the nodes of the scene to show. Fails for references that do not exist, nodes
+/// with two parents, cycles, and malformed transforms, cameras or lights.
 pub(super) fn import(
     file: &File,
     placements: &[Placement],
     materials: &[MaterialId],
     scene: &mut SceneBuilder,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<(), LoadError> {
     let parents = parents(file)?;
     let roots = roots(file, &parents)?;
     let order = parents_first(file, &roots);
 
-    // Placements; a subtree shrunk to a point is hidden.
+    // Local transforms; a subtree scaled to a point is hidden.
     let count = file.root.nodes.len();
     let mut local = vec![Affine::IDENTITY; count];
     let mut hidden = vec![false; count];
     for node in order.iter().map(|n| *n as usize) {
-        local[node] = placement(file, node, &placements[node])?;
+        local[node] = local_transform(file, node, &placements[node])?;
         let above = parents[node];
         hidden[node] = above != NO_PARENT && hidden[above as usize];
         if !hidden[node] && local[node].linear() == &[[0.0; 3]; 3] {
             hidden[node] = true;
-            dropped.add("node scaled to nothing");
+            report.add("node scaled to nothing");
         }
     }
 
@@ -50,14 +53,15 @@ pub(super) fn import(
             NO_PARENT => local[node],
             above => world[above as usize].then_after(&local[node]),
         };
-        camera(file, node, &world[node], scene, dropped)?;
-        light(file, node, &world[node], scene, dropped)?;
+        camera(file, node, &world[node], scene, report)?;
+        light(file, node, &world[node], scene, report)?;
     }
     drop(world);
 
     // Edges, children before parents.
     let mut shapes: Vec<Option<Option<ShapeId>>> = vec![None; file.root.meshes.len()];
-    // In the file's order, so that ids do not depend on the graph's.
+    // Meshes are imported in the order of the nodes in the file, so that ids do not depend
+    // on the graph.
     let mut shown: Vec<u32> = order.clone();
     shown.retain(|n| !hidden[*n as usize]);
     shown.sort_unstable();
@@ -76,8 +80,8 @@ pub(super) fn import(
                 "" => format!("mesh {}", mesh.value()),
                 name => format!("mesh {} '{name}'", mesh.value()),
             };
-            let data = mesh::read(file, source, &label, materials, dropped)?;
-            room(file, scene, &data, &label)?;
+            let data = mesh::read(file, source, &label, materials, report)?;
+            check_room(file, scene, &data, &label)?;
             let shape = (!data.triangles.is_empty()).then(|| scene.mesh(&name, &data));
             shapes[mesh.value()] = Some(shape);
         }
@@ -109,10 +113,12 @@ pub(super) fn import(
     Ok(())
 }
 
+/// The name of a node, maybe empty.
 fn name(file: &File, node: usize) -> String {
     one_line(file.root.nodes[node].name.as_deref().unwrap_or_default())
 }
 
+/// A node as messages name it: `node 3 'wheel'`.
 fn label(file: &File, node: usize) -> String {
     match &*name(file, node) {
         "" => format!("node {node}"),
@@ -120,7 +126,7 @@ fn label(file: &File, node: usize) -> String {
     }
 }
 
-/// The parent of each node; a second parent or a cycle is an error.
+/// Finds the parent of each node. Fails if a node has two parents or is its own descendant.
 fn parents(file: &File) -> Result<Vec<u32>, LoadError> {
     let nodes = &file.root.nodes;
     let mut parents = vec![NO_PARENT; nodes.len()];
@@ -140,7 +146,8 @@ fn parents(file: &File) -> Result<Vec<u32>, LoadError> {
             *parent = node as u32;
         }
     }
-    // With one parent each, what no root reaches leads to a cycle upwards.
+    // Each node has at most one parent, so the way up from a node that no root reaches
+    // ends in a cycle.
     let tops = (0..nodes.len() as u32).filter(|n| parents[*n as usize] == NO_PARENT);
     let reached = parents_first(file, &tops.collect::<Vec<_>>());
     if reached.len() < nodes.len() {
@@ -156,8 +163,8 @@ fn parents(file: &File) -> Result<Vec<u32>, LoadError> {
     Ok(parents)
 }
 
-/// The roots of the scene to show: the default scene, or the first; without
-/// any, every node that has no parent.
+/// Lists the roots of the scene to show: the default scene, or else the first one. In a
+/// file without scenes every node without parent is a root.
 fn roots(file: &File, parents: &[u32]) -> Result<Vec<u32>, LoadError> {
     let scenes = &file.root.scenes;
     let id = file.root.scene.map_or(0, |s| s.value());
@@ -191,7 +198,7 @@ fn roots(file: &File, parents: &[u32]) -> Result<Vec<u32>, LoadError> {
     Ok(roots)
 }
 
-/// The nodes below the roots, each after its parent.
+/// Lists the roots and all nodes below them, each after its parent.
 fn parents_first(file: &File, roots: &[u32]) -> Vec<u32> {
     let mut order = roots.to_vec();
     let mut next = 0;
@@ -203,8 +210,9 @@ fn parents_first(file: &File, roots: &[u32]) -> Vec<u32> {
     order
 }
 
-/// The node's matrix, or translation · rotation · scale, in f64.
-fn placement(file: &File, node: usize, p: &Placement) -> Result<Affine, LoadError> {
+/// Computes a node's transform to its parent in f64: its matrix, or translation · rotation ·
+/// scale. Fails if the matrix is not affine or the rotation is 0.
+fn local_transform(file: &File, node: usize, p: &Placement) -> Result<Affine, LoadError> {
     if let Some(m) = p.matrix {
         if [m[3], m[7], m[11], m[15]] != [0.0, 0.0, 0.0, 1.0] {
             let message = "its matrix is not affine: the last row must be 0 0 0 1";
@@ -214,8 +222,8 @@ fn placement(file: &File, node: usize, p: &Placement) -> Result<Affine, LoadErro
         return Ok(Affine::new(linear, [m[12], m[13], m[14]]));
     }
     let [x, y, z, w] = p.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
-    // Files round quaternions to f32: what they mean has length 1. Scaled first,
-    // so that no square leaves the range.
+    // Files round quaternions, which should have length 1, to f32. The division by the
+    // largest component keeps the squares within range.
     let size = [x, y, z, w].iter().fold(0.0_f64, |a, c| a.max(c.abs()));
     if size == 0.0 {
         return Err(file.invalid(&label(file, node), "its rotation is 0 0 0 0"));
@@ -227,13 +235,14 @@ fn placement(file: &File, node: usize, p: &Placement) -> Result<Affine, LoadErro
     Ok(Affine::new(linear, p.translation.unwrap_or([0.0; 3])))
 }
 
-/// A camera looks along -z of its node, +y up; the node's scale does not matter.
+/// Adds the camera of a node, if it has one. A camera looks along -z of its node, with +y up;
+/// the node's scale is ignored.
 fn camera(
     file: &File,
     node: usize,
     world: &Affine,
     scene: &mut SceneBuilder,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<(), LoadError> {
     let Some(id) = file.root.nodes[node].camera else {
         return Ok(());
@@ -247,7 +256,8 @@ fn camera(
         );
         return Err(file.invalid(&label(file, node), &message));
     };
-    // Posed at the origin: a look-at point would round a direction at a far eye.
+    // The pose is computed at the origin, because at a far eye the point to look at would
+    // round the direction.
     let forward = DVec3::from_array(world.vector([0.0, 0.0, -1.0]));
     let up = DVec3::from_array(world.vector([0.0, 1.0, 0.0]));
     let place = format!("camera {}", id.value());
@@ -255,7 +265,7 @@ fn camera(
         (Checked::Valid(CameraType::Perspective), Some(p), _) => {
             let fov = f64::from(p.yfov).to_degrees();
             if fov >= 180.0 {
-                dropped.add("camera with a field of view of 180 degrees or more");
+                report.add("camera with a field of view of 180 degrees or more");
                 return Ok(());
             }
             Camera::perspective(DVec3::ZERO, forward, up, fov)
@@ -281,12 +291,14 @@ fn camera(
     Ok(())
 }
 
+/// Adds the light of a node, if it has one: a directional light along -z of the node, or a
+/// point light at its origin. The cones of spot lights are not supported.
 fn light(
     file: &File,
     node: usize,
     world: &Affine,
     scene: &mut SceneBuilder,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<(), LoadError> {
     let extensions = file.root.nodes[node].extensions.as_ref();
     let Some(id) = extensions.and_then(|e| e.khr_lights_punctual.as_ref()) else {
@@ -311,7 +323,7 @@ fn light(
         }
         Checked::Valid(kind) => {
             if kind == LightType::Spot {
-                dropped.add("spot light cone");
+                report.add("spot light cone");
             }
             scene.light(Light::Point {
                 position: DVec3::from_array(world.translation),
@@ -319,16 +331,17 @@ fn light(
                 falloff: Falloff::InverseSquare,
             });
         }
-        Checked::Invalid => dropped.add("light of an unknown type"),
+        Checked::Invalid => report.add("light of an unknown type"),
     }
     if source.range.is_some() {
-        dropped.add("light range");
+        report.add("light range");
     }
     Ok(())
 }
 
-/// The scene's tables count all vertices and all triangles in u32.
-fn room(
+/// Checks that a mesh fits into the scene, whose tables count all vertices and all triangles
+/// in u32.
+fn check_room(
     file: &File,
     scene: &SceneBuilder,
     data: &crate::scene::MeshData,

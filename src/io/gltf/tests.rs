@@ -1,4 +1,4 @@
-//! Tiny documents built in memory: what makes them, meshes as a whole, files.
+//! Tests with tiny documents built in memory: their builders, whole meshes, and files.
 
 mod accessors;
 mod nodes;
@@ -7,7 +7,7 @@ use super::*;
 use crate::scene::{MeshData, Scene};
 use serde_json::{Value, json};
 
-/// Five points, four bytes of indices, then what a test adds.
+/// The buffer of a document: five points and four bytes of indices, to which tests append.
 fn points() -> Vec<u8> {
     let points = [
         [0.0_f32, 0.0, 0.0],
@@ -23,7 +23,7 @@ fn points() -> Vec<u8> {
         .collect()
 }
 
-/// A document with one mesh; view 0 is the whole buffer, accessor 0 the points.
+/// Makes a document with one mesh; view 0 is the whole buffer, accessor 0 the points.
 fn document(bytes: &[u8]) -> Value {
     json!({
         "asset": {"version": "2.0"},
@@ -62,15 +62,15 @@ fn on_disk<T>(bytes: &[u8], f: impl FnOnce(&Path) -> T) -> T {
 
 fn load(document: &Value, bin: &[u8]) -> Result<(Scene, Option<String>), LoadError> {
     on_disk(&glb(document, bin), |path| {
-        let loaded = super::super::load(path, &LoadOptions::default())?;
+        let loaded = crate::load(path, &LoadOptions::default())?;
         Ok((loaded.scene, loaded.warning))
     })
 }
 
 fn bake(document: &Value, bin: &[u8]) -> MeshData {
     on_disk(&glb(document, bin), |path| {
-        let mut dropped = Dropped::default();
-        super::super::import_mesh(path, &LoadOptions::default(), &mut dropped).unwrap()
+        let mut report = ImportReport::default();
+        crate::import_mesh(path, &LoadOptions::default(), &mut report).unwrap()
     })
 }
 
@@ -157,7 +157,7 @@ fn files_are_read_from_the_folder_only() {
         let mut d = document(&points());
         set(&mut d, "/buffers/0/uri", json!(uri));
         std::fs::write(&path, d.to_string()).unwrap();
-        super::super::load(
+        crate::load(
             &path,
             &LoadOptions {
                 allow_outside,
@@ -186,10 +186,7 @@ fn every_truncation_of_a_glb_is_an_error() {
     let whole = glb(&document(&points()), &points());
     for end in 0..whole.len() {
         on_disk(&whole[..end], |path| {
-            assert!(
-                super::super::load(path, &LoadOptions::default()).is_err(),
-                "{end}"
-            );
+            assert!(crate::load(path, &LoadOptions::default()).is_err(), "{end}");
         });
     }
 }

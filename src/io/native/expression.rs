@@ -1,33 +1,34 @@
-//! Expressions in x, y and z, as text, into polynomials and formulas.
+//! Parser of expressions in x, y and z.
 //!
-//! Numbers, `x y z`, `pi`, names of parameters, `+ - * / ^`, parentheses and functions.
-//! What is a polynomial becomes a tape, all else a formula. From weak to strong: sums, products, signs, powers; powers
-//! from right to left, all others from left to right. Operators wait on a stack of their
-//! own (Dijkstra's shunting yard), so no text nests too deeply.
+//! An expression has numbers, `x y z`, `pi`, names of parameters, `+ - * / ^`, parentheses
+//! and functions. A polynomial becomes a tape, any other expression a formula. Precedence
+//! from low to high: sums, products, signs, powers. Powers associate to the right, all other
+//! operators to the left. The parser is Dijkstra's shunting yard, whose operators wait on a
+//! stack of its own, so there is no limit on nesting.
 
-use super::make::{FUNCTIONS, Function, Make, Operator, Trouble};
+use super::operations::{FUNCTIONS, Function, OperationError, Operations, Operator};
 use super::tree::{nearest, quoted};
 use super::{formula, polynomial};
 use crate::geom::formula::{Formula, MAX_STEPS as MAX_FORMULA_STEPS};
 use crate::geom::tape::{MAX_DEGREE, MAX_SLOTS, MAX_STEPS, Tape};
-use crate::precise::Precise;
+use crate::shared::rational::Rational;
 use std::collections::BTreeMap;
 
-/// Bytes of one expression.
+/// Limit on the bytes of an expression.
 const MAX_LENGTH: usize = 1 << 16;
 
-/// Names that people try.
+/// Names of functions that users may try but that are not supported.
 const NO_FUNCTIONS: &[&str] = &[
     "atan2", "log", "log2", "log10", "pow", "cbrt", "floor", "ceil", "round", "sign", "mod",
 ];
 
-/// What is wrong, and at which byte of the expression.
+/// An error in an expression: its byte offset and message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Fault {
     pub at: usize,
     pub message: String,
-    /// Of a polynomial; a formula may be what it stands for.
-    is_of_polynomials: bool,
+    /// Whether the expression is no polynomial, but may be a formula.
+    is_not_polynomial: bool,
 }
 
 impl Fault {
@@ -35,36 +36,37 @@ impl Fault {
         Fault {
             at,
             message: message.into(),
-            is_of_polynomials: false,
+            is_not_polynomial: false,
         }
     }
 }
 
 type Result<T> = std::result::Result<T, Fault>;
 
-/// Constants by name.
-pub(super) type Parameters = BTreeMap<String, Precise>;
+/// The parameters of an expression: constants by name.
+pub(super) type Parameters = BTreeMap<String, Rational>;
 
-/// What an expression is.
+/// A parsed expression.
 #[derive(Clone, Debug)]
 pub(super) enum Surface {
     Polynomial(Tape),
     Formula(Formula),
 }
 
-/// The steps of an expression.
+/// Parses an expression as a polynomial or else as a formula. Fails for malformed expressions,
+/// and for polynomials and formulas beyond the limits on degree and steps.
 pub(super) fn surface(text: &str, parameters: &Parameters) -> Result<Surface> {
     let fault = match polynomial(text, parameters) {
         Ok(tape) => return Ok(Surface::Polynomial(tape)),
         Err(fault) => fault,
     };
-    let mut maker = formula::Maker::default();
-    let value = match Parser::new(text, parameters).parse(&mut maker) {
+    let mut builder = formula::FormulaBuilder::default();
+    let value = match Parser::new(text, parameters).parse(&mut builder) {
         Ok(value) => value,
-        Err(other) if fault.is_of_polynomials => return Err(other),
+        Err(other) if fault.is_not_polynomial => return Err(other),
         Err(_) => return Err(fault),
     };
-    match maker.finish(&value) {
+    match builder.finish(&value) {
         None => Err(fault),
         Some(formula) if formula.steps().len() > MAX_FORMULA_STEPS => {
             Err(too_many(formula.steps().len(), MAX_FORMULA_STEPS))
@@ -73,10 +75,11 @@ pub(super) fn surface(text: &str, parameters: &Parameters) -> Result<Surface> {
     }
 }
 
+/// Parses an expression as a polynomial.
 fn polynomial(text: &str, parameters: &Parameters) -> Result<Tape> {
-    let mut maker = polynomial::Maker::default();
-    let value = Parser::new(text, parameters).parse(&mut maker)?;
-    let tape = maker
+    let mut builder = polynomial::PolynomialBuilder::default();
+    let value = Parser::new(text, parameters).parse(&mut builder)?;
+    let tape = builder
         .finish(value)
         .map_err(|why| fault(0, "expression", why))?;
     let (steps, slots) = (tape.steps().len(), tape.slot_count());
@@ -93,19 +96,20 @@ fn polynomial(text: &str, parameters: &Parameters) -> Result<Tape> {
     Ok(tape)
 }
 
+/// Says that an expression has too many steps.
 fn too_many(steps: usize, most: usize) -> Fault {
     let message = format!("the expression has {steps} steps; at most {most} are supported");
     Fault::new(0, message)
 }
 
-/// The value of an expression without x, y and z.
-pub(super) fn constant(text: &str) -> Result<Precise> {
+/// Evaluates a constant expression; fails if it depends on x, y or z.
+pub(super) fn constant(text: &str) -> Result<Rational> {
     let parameters = Parameters::new();
     let parser = Parser {
         is_parameter: true,
         ..Parser::new(text, &parameters)
     };
-    match parser.parse(&mut formula::Maker::default())? {
+    match parser.parse(&mut formula::FormulaBuilder::default())? {
         formula::Value::Constant(value) => Ok(value),
         formula::Value::Step { .. } => {
             let message = "a parameter is a constant: it cannot have x, y or z";
@@ -114,7 +118,7 @@ pub(super) fn constant(text: &str) -> Result<Precise> {
     }
 }
 
-/// Whether a parameter may have this name, or why not.
+/// Checks the name of a parameter; the error says why it may not have this name.
 pub(super) fn check_name(name: &str) -> std::result::Result<(), String> {
     let shown = quoted(name);
     if ["x", "y", "z", "pi"].contains(&name) {
@@ -137,29 +141,34 @@ pub(super) fn check_name(name: &str) -> std::result::Result<(), String> {
     }
 }
 
+/// Finds a function by name.
 fn function(name: &str) -> Option<Function> {
     let found = FUNCTIONS.iter().find(|(known, _)| *known == name);
     found.map(|(_, function)| *function)
 }
 
+/// Whether a name may begin with this character.
 fn begins_name(c: char) -> bool {
     c.is_alphabetic() || c == '_'
 }
 
+/// Whether a name may have this character after the first.
 fn continues_name(c: char) -> bool {
     begins_name(c) || c.is_ascii_digit()
 }
 
+/// What waits on the stack of operators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
+    /// An open parenthesis.
     Open,
-    /// A function and its parenthesis, and how many values were there before.
+    /// A function with its open parenthesis, and the number of values before its operands.
     Call(Function, usize),
     Binary(Operator),
     Negate,
 }
 
-/// One that waits for what stands behind it.
+/// An operator, sign or parenthesis that waits for the text that follows, and its offset.
 #[derive(Clone, Copy, Debug)]
 struct Waiting {
     at: usize,
@@ -167,8 +176,8 @@ struct Waiting {
 }
 
 impl Kind {
-    /// How strongly it binds.
-    fn strength(self) -> u32 {
+    /// The precedence, high for operators that bind strongly; 0 for open parentheses.
+    fn precedence(self) -> u32 {
         match self {
             Kind::Open | Kind::Call(..) => 0,
             Kind::Binary(Operator::Sum | Operator::Difference) => 1,
@@ -179,17 +188,18 @@ impl Kind {
     }
 }
 
-struct Parser<'t, M: Make> {
+/// The state of the parser.
+struct Parser<'t, M: Operations> {
     text: &'t str,
     at: usize,
     parameters: &'t Parameters,
-    /// What is read is a parameter's own value.
+    /// Whether the expression is the value of a parameter, which has no parameters itself.
     is_parameter: bool,
     waiting: Vec<Waiting>,
     values: Vec<M::Value>,
 }
 
-impl<'t, M: Make> Parser<'t, M> {
+impl<'t, M: Operations> Parser<'t, M> {
     fn new(text: &'t str, parameters: &'t Parameters) -> Parser<'t, M> {
         Parser {
             text,
@@ -201,8 +211,8 @@ impl<'t, M: Make> Parser<'t, M> {
         }
     }
 
-    /// Operands and operators in turn.
-    fn parse(mut self, maker: &mut M) -> Result<M::Value> {
+    /// Reads operands and operators in turn, to the end of the text.
+    fn parse(mut self, builder: &mut M) -> Result<M::Value> {
         if self.text.len() > MAX_LENGTH {
             let message = format!(
                 "the expression is {} bytes long; at most {MAX_LENGTH} are supported",
@@ -211,28 +221,29 @@ impl<'t, M: Make> Parser<'t, M> {
             return Err(Fault::new(0, message));
         }
         loop {
-            self.operand(maker)?;
-            if !self.operator(maker)? {
+            self.operand(builder)?;
+            if !self.operator(builder)? {
                 break;
             }
         }
-        // The last operator leaves one.
+        // One value is left after the last operator is applied.
         let whole = self.values.pop();
-        Ok(whole.unwrap_or_else(|| maker.constant(Precise::whole(0))))
+        Ok(whole.unwrap_or_else(|| builder.constant(Rational::whole(0))))
     }
 
+    /// The text that is not read yet.
     fn rest(&self) -> &'t str {
         self.text.get(self.at..).unwrap_or_default()
     }
 
-    /// The next character, past white space.
+    /// Skips white space and returns the next character without reading it.
     fn next(&mut self) -> Option<char> {
         let rest = self.rest();
         self.at += rest.len() - rest.trim_start().len();
         self.rest().chars().next()
     }
 
-    /// The text from here as long as characters are such.
+    /// Reads characters while they satisfy `such`.
     fn take(&mut self, such: impl Fn(char) -> bool) -> &'t str {
         let rest = self.rest();
         let taken = &rest[..rest.find(|c| !such(c)).unwrap_or(rest.len())];
@@ -240,7 +251,7 @@ impl<'t, M: Make> Parser<'t, M> {
         taken
     }
 
-    /// For messages: what stands here.
+    /// Quotes the next word or character for a message, without reading it.
     fn found(&mut self) -> String {
         let Some(next) = self.next() else {
             return "the end".into();
@@ -254,8 +265,8 @@ impl<'t, M: Make> Parser<'t, M> {
         quoted(&word)
     }
 
-    /// Signs, parentheses, and then a number or a name.
-    fn operand(&mut self, maker: &mut M) -> Result<()> {
+    /// Reads an operand: signs and open parentheses, then a number or a name.
+    fn operand(&mut self, builder: &mut M) -> Result<()> {
         loop {
             let next = self.next();
             let at = self.at;
@@ -265,11 +276,11 @@ impl<'t, M: Make> Parser<'t, M> {
                 Some('(') => self.wait(1, Kind::Open),
                 Some(c) if c.is_ascii_digit() || c == '.' => {
                     let number = self.number(at)?;
-                    self.values.push(maker.constant(number));
+                    self.values.push(builder.constant(number));
                     return Ok(());
                 }
                 Some(c) if begins_name(c) => {
-                    if self.name(at, maker)? {
+                    if self.name(at, builder)? {
                         return Ok(());
                     }
                 }
@@ -288,12 +299,14 @@ impl<'t, M: Make> Parser<'t, M> {
         }
     }
 
+    /// Puts an operator of so many bytes on the stack.
     fn wait(&mut self, length: usize, kind: Kind) {
         self.waiting.push(Waiting { at: self.at, kind });
         self.at += length;
     }
 
-    fn number(&mut self, at: usize) -> Result<Precise> {
+    /// Reads a decimal number, exactly. An `e` without digits is not part of the number.
+    fn number(&mut self, at: usize) -> Result<Rational> {
         let digit = |c: char| c.is_ascii_digit();
         let whole = self.take(digit);
         let part = match self.rest().strip_prefix('.') {
@@ -315,30 +328,31 @@ impl<'t, M: Make> Parser<'t, M> {
                 self.at += 1;
             }
             let digits = self.take(digit);
-            // Of more digits than an i64 has, it is too large in any case.
+            // An exponent with more digits than i64 holds is out of range in any case.
             let value = digits.parse().unwrap_or(i64::MAX);
             exponent = if is_negative { -value } else { value };
             if digits.is_empty() {
-                // A name, which the next look finds.
+                // The `e` begins a name, which the caller will find.
                 (self.at, exponent) = (before, 0);
             }
         }
-        Precise::decimal(whole, part, exponent).map_err(|why| Fault::new(at, why.message()))
+        Rational::decimal(whole, part, exponent).map_err(|why| Fault::new(at, why.message()))
     }
 
-    /// Whether it is an operand; a function waits for its own.
-    fn name(&mut self, at: usize, maker: &mut M) -> Result<bool> {
+    /// Reads a name. Returns true if it is an operand, and false if it is a function, whose
+    /// operands follow.
+    fn name(&mut self, at: usize, builder: &mut M) -> Result<bool> {
         let name = self.take(continues_name);
         if let Some(axis) = ["x", "y", "z"].iter().position(|axis| *axis == name) {
-            self.values.push(maker.coordinate(axis as u8));
+            self.values.push(builder.coordinate(axis as u8));
             return Ok(true);
         }
         if let Some(value) = self.parameters.get(name) {
-            self.values.push(maker.constant(value.clone()));
+            self.values.push(builder.constant(value.clone()));
             return Ok(true);
         }
         if name == "pi" {
-            self.values.push(maker.constant(Precise::pi()));
+            self.values.push(builder.constant(Rational::pi()));
             return Ok(true);
         }
         let is_call = self.next() == Some('(');
@@ -385,8 +399,8 @@ impl<'t, M: Make> Parser<'t, M> {
         Err(Fault::new(at, message))
     }
 
-    /// Whether an operand must follow.
-    fn operator(&mut self, maker: &mut M) -> Result<bool> {
+    /// Reads closing parentheses and an operator. Returns whether an operand must follow.
+    fn operator(&mut self, builder: &mut M) -> Result<bool> {
         loop {
             let next = self.next();
             let at = self.at;
@@ -397,16 +411,16 @@ impl<'t, M: Make> Parser<'t, M> {
                 Some('/') => Operator::Quotient,
                 Some('^') => Operator::Power,
                 Some(',') if self.calls() => {
-                    self.apply(Kind::Open, maker)?;
+                    self.apply(Kind::Open, builder)?;
                     self.at += 1;
                     return Ok(true);
                 }
                 Some(')') => {
-                    self.close(maker)?;
+                    self.close(builder)?;
                     continue;
                 }
                 None => {
-                    self.apply(Kind::Open, maker)?;
+                    self.apply(Kind::Open, builder)?;
                     return match self.waiting.pop() {
                         Some(open) => Err(Fault::new(open.at, "this parenthesis is never closed")),
                         None => Ok(false),
@@ -429,15 +443,16 @@ impl<'t, M: Make> Parser<'t, M> {
                 }
             };
             let kind = Kind::Binary(operator);
-            self.apply(kind, maker)?;
+            self.apply(kind, builder)?;
             self.wait(1, kind);
             return Ok(true);
         }
     }
 
-    /// Up to the parenthesis that a `)` closes.
-    fn close(&mut self, maker: &mut M) -> Result<()> {
-        self.apply(Kind::Open, maker)?;
+    /// Reads a `)`: applies the operators since its open parenthesis, and the function before
+    /// that, if there is one.
+    fn close(&mut self, builder: &mut M) -> Result<()> {
+        self.apply(Kind::Open, builder)?;
         let Some(open) = self.waiting.pop() else {
             return Err(Fault::new(self.at, "this parenthesis was never opened"));
         };
@@ -455,23 +470,25 @@ impl<'t, M: Make> Parser<'t, M> {
             let message = format!("expected {expected} here, found {}", operands.len());
             return Err(Fault::new(open.at, message));
         }
-        let value = maker.call(function, operands);
+        let value = builder.call(function, operands);
         let value = value.map_err(|why| fault(open.at, "function", why))?;
         self.values.push(value);
         Ok(())
     }
 
-    /// Whether a function is what waits for a `)`.
+    /// Whether the innermost open parenthesis is that of a function.
     fn calls(&self) -> bool {
-        let open = self.waiting.iter().rfind(|w| w.kind.strength() == 0);
+        let open = self.waiting.iter().rfind(|w| w.kind.precedence() == 0);
         open.is_some_and(|open| matches!(open.kind, Kind::Call(..)))
     }
 
-    /// All that bind no less strongly than the next; a power binds what is on its right.
-    fn apply(&mut self, next: Kind, maker: &mut M) -> Result<()> {
+    /// Applies the waiting operators whose precedence is not below that of `next`, back to the
+    /// innermost open parenthesis. A power does not apply an earlier power, since powers
+    /// associate to the right.
+    fn apply(&mut self, next: Kind, builder: &mut M) -> Result<()> {
         while let Some(top) = self.waiting.last().copied() {
-            let is_open = top.kind.strength() == 0;
-            let stays = top.kind.strength() < next.strength();
+            let is_open = top.kind.precedence() == 0;
+            let stays = top.kind.precedence() < next.precedence();
             let power = Kind::Binary(Operator::Power);
             if is_open || stays || next == power && top.kind == power {
                 break;
@@ -479,11 +496,11 @@ impl<'t, M: Make> Parser<'t, M> {
             self.waiting.pop();
             let Some(b) = self.values.pop() else { break };
             let Kind::Binary(operator) = top.kind else {
-                self.values.push(maker.negated(b));
+                self.values.push(builder.negated(b));
                 continue;
             };
             let Some(a) = self.values.pop() else { break };
-            let value = maker.binary(operator, a, b);
+            let value = builder.binary(operator, a, b);
             let value = value.map_err(|why| fault(top.at, operator.result(), why))?;
             self.values.push(value);
         }
@@ -491,24 +508,26 @@ impl<'t, M: Make> Parser<'t, M> {
     }
 }
 
+/// Lists the names of all functions for a message.
 fn known_functions() -> String {
     let names: Vec<&str> = FUNCTIONS.iter().map(|(name, _)| *name).collect();
     names.join(", ")
 }
 
-fn fault(at: usize, what: &str, why: Trouble) -> Fault {
+/// Makes the error of an operation, whose result messages call `what`.
+fn fault(at: usize, what: &str, why: OperationError) -> Fault {
     let message = match why {
-        Trouble::Constant(why) => why.message().into(),
-        Trouble::Degree(degree) => {
+        OperationError::Constant(why) => why.message().into(),
+        OperationError::Degree(degree) => {
             format!("this {what} has degree {degree}; at most {MAX_DEGREE} is supported")
         }
-        Trouble::NotPolynomial => format!("this {what} is no polynomial"),
-        Trouble::LargeExponent => "this exponent is too large".into(),
-        Trouble::NoExponent => "an exponent must be a constant, without x, y and z".into(),
-        Trouble::Undefined => format!("this {what} has no value"),
+        OperationError::NotPolynomial => format!("this {what} is no polynomial"),
+        OperationError::LargeExponent => "this exponent is too large".into(),
+        OperationError::NoExponent => "an exponent must be a constant, without x, y and z".into(),
+        OperationError::Undefined => format!("this {what} has no value"),
     };
     Fault {
-        is_of_polynomials: why == Trouble::NotPolynomial,
+        is_not_polynomial: why == OperationError::NotPolynomial,
         ..Fault::new(at, message)
     }
 }

@@ -1,4 +1,4 @@
-//! Expressions, step by step and against plain sums.
+//! Tests of expressions: their steps, and their values against plain evaluation in f64.
 
 use super::*;
 use crate::geom::formula::value_and_gradient;
@@ -33,7 +33,7 @@ impl Arithmetic for Plain {
 
 fn tape(text: &str) -> Tape {
     let parameters = [("a", 3), ("long_name2", 5)];
-    let parameters = parameters.map(|(name, value)| (name.into(), Precise::whole(value)));
+    let parameters = parameters.map(|(name, value)| (name.into(), Rational::whole(value)));
     polynomial(text, &parameters.into()).unwrap_or_else(|fault| panic!("{text}: {fault:?}"))
 }
 
@@ -98,12 +98,12 @@ fn constants_are_one() {
         ("2*pi*x", vec![std::f64::consts::TAU]),
         ("x^2 - 1 + y^2 - 1/2", vec![1.5]),
         ("x + 3 - a", vec![]),
-        // A common factor is taken out.
+        // Equal factors of a sum become one factor of the whole.
         ("-16*x^2 - 16*y^2", vec![-16.0]),
         ("16*x^2 - 16*y^2", vec![16.0]),
         ("2*x + 3*x", vec![5.0]),
         ("(sqrt(2)^2 - 2)*x + y", vec![]),
-        // 0 − f.
+        // The negative of f is the step 0 − f.
         ("-x*y", vec![0.0]),
         ("x - x", vec![0.0]),
         ("2*x - (1 + 1)*x", vec![0.0]),
@@ -136,7 +136,7 @@ fn what_is_taken_away_is_a_difference() {
 fn tapes_stay_factored() {
     assert_eq!(tape("(x+y)^24").steps().len(), 3 + 5);
     assert_eq!(tape("(x+y)^24").degree(), 24);
-    // Squares are shared.
+    // Equal squares share one step.
     let heart = tape("-x^2*z^3 - 9*y^2*z^3/80 + (x^2 + 9*y^2/4 + z^2 - 1)^3");
     assert_eq!((heart.steps().len(), heart.degree()), (19, 6));
 }
@@ -245,7 +245,7 @@ fn faults_have_a_place_and_a_remedy() {
         ("x $ y", 2, "found '$'"),
     ] {
         let parameters = [("a", 3), ("long_name2", 5)];
-        let parameters = parameters.map(|(name, value)| (name.into(), Precise::whole(value)));
+        let parameters = parameters.map(|(name, value)| (name.into(), Rational::whole(value)));
         match surface(text, &parameters.into()) {
             Ok(_) => panic!("{text} was read"),
             Err(fault) => {
@@ -256,10 +256,10 @@ fn faults_have_a_place_and_a_remedy() {
     }
 }
 
-/// At x = 2, y = 3, z = 5.
+/// Evaluates a formula at x = 2, y = 3, z = 5, with the parameter a = 3.
 #[track_caller]
 fn formula_value(text: &str) -> f64 {
-    match surface(text, &[("a".into(), Precise::whole(3))].into()) {
+    match surface(text, &[("a".into(), Rational::whole(3))].into()) {
         Ok(Surface::Formula(formula)) => value_and_gradient(&formula, [2.0, 3.0, 5.0]).0,
         other => panic!("{text}: {other:?}"),
     }
@@ -291,7 +291,8 @@ fn what_is_no_polynomial_is_a_formula() {
             "{text}: {value} {expected}"
         );
     }
-    // Functions of constants are constants, and so is what is divided by one.
+    // Functions of constants are constants, so these are polynomials, as are quotients by
+    // constants.
     for text in [
         "sin(2)*x",
         "10^999*x/10^999",
@@ -304,7 +305,7 @@ fn what_is_no_polynomial_is_a_formula() {
     ] {
         assert!(
             matches!(
-                surface(text, &[("a".into(), Precise::whole(3))].into()),
+                surface(text, &[("a".into(), Rational::whole(3))].into()),
                 Ok(Surface::Polynomial(_))
             ),
             "{text}"
@@ -335,7 +336,7 @@ fn nothing_grows_without_end() {
     let nested: Vec<String> = (2..100).map(|i| format!("{i}*x+y*(x+{i}*(")).collect();
     let nested = format!("{}x{}", nested.concat(), "))".repeat(98));
     refused(&nested, "degree 25");
-    // Each waits for the next.
+    // Each factor and term waits for the next.
     let nested: Vec<String> = (2..100)
         .map(|i| format!("({i}*x+y)+3*(x+{i}*(z+"))
         .collect();
@@ -344,7 +345,7 @@ fn nothing_grows_without_end() {
     let many: Vec<String> = (1..5000).map(|i| format!("sin({i}*x)")).collect();
     let fault = surface(&many.join("+"), &Parameters::new()).unwrap_err();
     assert!(fault.message.contains("steps; at most 4096"), "{fault:?}");
-    // Each operation with thousands of bits.
+    // Each addition has operands of thousands of bits.
     let roots: Vec<String> = (2..6000).map(|i| format!("sqrt({i})")).collect();
     let sum = constants(&format!("x*({})", roots.join("+")));
     let plain: f64 = (2..6000).map(|i| f64::from(i).sqrt()).sum();
@@ -371,7 +372,7 @@ fn names_of_parameters() {
     }
 }
 
-/// An expression as a tree, and its text.
+/// A random expression as a tree.
 #[derive(Clone, Debug)]
 enum Tree {
     Coordinate(u8),
@@ -382,7 +383,8 @@ enum Tree {
 }
 
 impl Tree {
-    /// With the fewest parentheses that leave it what it is.
+    /// Writes the expression with the fewest parentheses, for a context that binds with the
+    /// precedence `around`.
     fn text(&self, around: u32) -> String {
         let (own, text) = match self {
             Tree::Coordinate(axis) => (5, ["x", "y", "z"][usize::from(*axis)].to_string()),
@@ -401,7 +403,7 @@ impl Tree {
         }
     }
 
-    /// Its value, and that of the same with all signs positive.
+    /// Evaluates the expression, and the same with all signs positive.
     fn value(&self, point: [f64; 3]) -> [f64; 2] {
         match self {
             Tree::Coordinate(axis) => {

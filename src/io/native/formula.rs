@@ -1,29 +1,31 @@
-//! Expressions that are no polynomials into formulas.
+//! Builder of formulas, for expressions that are no polynomials.
 
-use super::make::{
-    Function, MAX_EXPONENT, Make, Operator, Result, Trouble, of_constants, power_of_constants,
+use super::operations::{
+    Function, MAX_EXPONENT, OperationError, Operations, Operator, Result, apply_to_constants,
+    power_of_constants,
 };
 use crate::geom::formula::{Binary, Builder, Formula, Unary};
-use crate::precise::Precise;
+use crate::shared::rational::Rational;
 
+/// A constant, or a step of the formula.
 #[derive(Clone, Debug)]
 pub(super) enum Value {
-    Constant(Precise),
+    Constant(Rational),
     Step {
         step: u32,
-        /// In x, y and z.
+        /// Whether the value is a polynomial in x, y and z.
         is_polynomial: bool,
     },
 }
 
-/// Makes the steps.
+/// The builder of a formula.
 #[derive(Debug, Default)]
-pub(super) struct Maker {
+pub(super) struct FormulaBuilder {
     builder: Builder,
 }
 
-impl Maker {
-    /// `None`: it is a polynomial.
+impl FormulaBuilder {
+    /// Ends the formula with a value; `None` if the value is a polynomial.
     pub(super) fn finish(self, value: &Value) -> Option<Formula> {
         match value {
             Value::Step {
@@ -34,6 +36,7 @@ impl Maker {
         }
     }
 
+    /// Returns the step of a value and whether it is a polynomial; a constant becomes a step.
     fn step(&mut self, value: &Value) -> Result<(u32, bool)> {
         Ok(match value {
             Value::Constant(constant) => (self.builder.constant(constant.rounded()?), true),
@@ -44,7 +47,8 @@ impl Maker {
         })
     }
 
-    fn joined(&mut self, operator: Binary, a: &Value, b: &Value) -> Result<Value> {
+    /// Applies an operator of formulas.
+    fn apply_binary(&mut self, operator: Binary, a: &Value, b: &Value) -> Result<Value> {
         let ((a, first), (b, second)) = (self.step(a)?, self.step(b)?);
         let step = self.builder.binary(operator, a, b);
         let is_whole = match operator {
@@ -58,7 +62,8 @@ impl Maker {
         })
     }
 
-    fn of_one(&mut self, function: Unary, a: &Value) -> Result<Value> {
+    /// Applies a function of one operand.
+    fn apply_unary(&mut self, function: Unary, a: &Value) -> Result<Value> {
         let (a, _) = self.step(a)?;
         Ok(Value::Step {
             step: self.builder.unary(function, a),
@@ -66,16 +71,17 @@ impl Maker {
         })
     }
 
-    /// By a constant exponent; of one that is not whole e^(exponent · ln base).
-    fn power(&mut self, base: &Value, exponent: &Precise) -> Result<Value> {
+    /// Raises to a constant power. If the exponent is neither an integer nor 1/2, the result
+    /// is e^(exponent · ln base).
+    fn power(&mut self, base: &Value, exponent: &Rational) -> Result<Value> {
         let negative = exponent.clone().negated();
         let whole = [exponent, &negative].map(|x| x.as_exponent());
         let is_large = [exponent, &negative].iter().any(|x| x.is_large_exponent());
         let (step, is_polynomial) = self.step(base)?;
         match whole {
-            _ if is_large => Err(Trouble::LargeExponent),
+            _ if is_large => Err(OperationError::LargeExponent),
             [Some(exponent), _] | [_, Some(exponent)] if exponent > MAX_EXPONENT => {
-                Err(Trouble::LargeExponent)
+                Err(OperationError::LargeExponent)
             }
             [Some(exponent), _] => Ok(Value::Step {
                 step: self.builder.power(step, exponent),
@@ -83,28 +89,28 @@ impl Maker {
             }),
             [_, Some(exponent)] => {
                 let step = self.builder.power(step, exponent);
-                let one = Value::Constant(Precise::whole(1));
+                let one = Value::Constant(Rational::whole(1));
                 let power = Value::Step {
                     step,
                     is_polynomial,
                 };
-                self.joined(Binary::Quotient, &one, &power)
+                self.apply_binary(Binary::Quotient, &one, &power)
             }
-            _ if exponent.equals(&Precise::of(0.5)) => self.of_one(Unary::Sqrt, base),
+            _ if exponent.equals(&Rational::of(0.5)) => self.apply_unary(Unary::Sqrt, base),
             _ => {
-                let log = self.of_one(Unary::Ln, base)?;
+                let log = self.apply_unary(Unary::Ln, base)?;
                 let exponent = Value::Constant(exponent.clone());
-                let product = self.joined(Binary::Product, &exponent, &log)?;
-                self.of_one(Unary::Exp, &product)
+                let product = self.apply_binary(Binary::Product, &exponent, &log)?;
+                self.apply_unary(Unary::Exp, &product)
             }
         }
     }
 }
 
-impl Make for Maker {
+impl Operations for FormulaBuilder {
     type Value = Value;
 
-    fn constant(&mut self, value: Precise) -> Value {
+    fn constant(&mut self, value: Rational) -> Value {
         Value::Constant(value)
     }
 
@@ -142,17 +148,17 @@ impl Make for Maker {
             }));
         }
         match (operator, &b) {
-            (Operator::Sum, _) => self.joined(Binary::Sum, &a, &b),
-            (Operator::Difference, _) => self.joined(Binary::Difference, &a, &b),
-            (Operator::Product, _) => self.joined(Binary::Product, &a, &b),
+            (Operator::Sum, _) => self.apply_binary(Binary::Sum, &a, &b),
+            (Operator::Difference, _) => self.apply_binary(Binary::Difference, &a, &b),
+            (Operator::Product, _) => self.apply_binary(Binary::Product, &a, &b),
             (Operator::Quotient, Value::Constant(by)) => {
-                // That it is not 0 is seen to.
-                Precise::whole(1).over(by)?;
-                self.joined(Binary::Quotient, &a, &b)
+                // This fails if the divisor is 0.
+                Rational::whole(1).over(by)?;
+                self.apply_binary(Binary::Quotient, &a, &b)
             }
-            (Operator::Quotient, _) => self.joined(Binary::Quotient, &a, &b),
+            (Operator::Quotient, _) => self.apply_binary(Binary::Quotient, &a, &b),
             (Operator::Power, Value::Constant(exponent)) => self.power(&a, exponent),
-            (Operator::Power, _) => Err(Trouble::NoExponent),
+            (Operator::Power, _) => Err(OperationError::NoExponent),
         }
     }
 
@@ -161,19 +167,19 @@ impl Make for Maker {
             Value::Constant(value) => Some(value.clone()),
             Value::Step { .. } => None,
         };
-        let constants: Option<Vec<Precise>> = operands.iter().map(constant).collect();
+        let constants: Option<Vec<Rational>> = operands.iter().map(constant).collect();
         if let Some(constants) = constants {
-            let constants: Vec<&Precise> = constants.iter().collect();
-            return Ok(Value::Constant(of_constants(function, &constants)?));
+            let constants: Vec<&Rational> = constants.iter().collect();
+            return Ok(Value::Constant(apply_to_constants(function, &constants)?));
         }
         let operator = match function {
-            Function::Unary(function) => return self.of_one(function, &operands[0]),
+            Function::Unary(function) => return self.apply_unary(function, &operands[0]),
             Function::Min => Binary::Min,
             Function::Max => Binary::Max,
         };
         let mut best = operands[0].clone();
         for other in &operands[1..] {
-            best = self.joined(operator, &best, other)?;
+            best = self.apply_binary(operator, &best, other)?;
         }
         Ok(best)
     }

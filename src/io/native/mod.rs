@@ -1,11 +1,11 @@
-//! The native scene format, TOML for hands and JSON for programs.
+//! Importer of the native scene format: TOML for people, JSON for programs.
 //!
-//! Text becomes a tree with places ([`tree`]), the tree becomes the types of
-//! [`schema`] by serde, and [`lower`] turns names into ids and fills the
-//! builder. Everything that can be wrong is reported as `path:line:column`.
-//! Numbers that are no shape (a radius of 0) are left to the scene's check,
-//! which names the entity; [`Places`] tells where it stands. docs/SCENE_FORMAT.md is the format for users;
-//! tests/native_bad.rs holds what is refused.
+//! Both readers turn the text into a tree of values with byte offsets ([`tree`]), serde
+//! turns the tree into the types of [`schema`], and [`lower`] turns names into ids and fills
+//! the builder. Errors are reported as `path:line:column`. The scene's own check refuses
+//! numbers that make no shape (a radius of 0) and names the entity; [`SourceSpans`] knows
+//! its line. docs/SCENE_FORMAT.md describes the format for users; tests/formats/native_bad
+//! holds files that are refused, with their messages.
 
 mod expression;
 mod formula;
@@ -13,79 +13,87 @@ mod lower;
 mod lower_combination;
 mod lower_polynomial;
 mod lower_shape;
-mod make;
-mod places;
+mod operations;
 mod polynomial;
 mod read_json;
 mod read_toml;
 mod rotate;
 mod schema;
 mod schema_polynomial;
+mod source_spans;
 mod tree;
 
-use super::{Dropped, LoadError, LoadOptions, folder};
 use crate::scene::{Entity, SceneBuilder};
+use crate::shared::{folder, line_column::line_column};
+use crate::{ImportReport, LoadError, LoadOptions};
 use serde::Deserialize;
 use std::path::Path;
 use tree::{Kind, Source, Value};
 
+// The name by which lower*.rs and schema*.rs call this module.
+use source_spans as places;
+
 /// The version of the format that is read.
 const FORMAT: i64 = 1;
 
+/// The two syntaxes of the format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Syntax {
     Toml,
     Json,
 }
 
+/// Reads a scene into the builder. Fails, with line and column, for malformed text, unknown
+/// keys and names, values of wrong type or out of range, and mesh files that do not load.
 pub(super) fn import(
     path: &Path,
     syntax: Syntax,
     options: &LoadOptions,
     scene: &mut SceneBuilder,
-    dropped: &mut Dropped,
-) -> Result<Places, LoadError> {
-    let bytes = folder::read(path)?;
+    report: &mut ImportReport,
+) -> Result<SourceSpans, LoadError> {
+    let bytes = folder::read_file(path)?;
     let text = decode(path, &bytes)?;
     let source = Source { path, text };
     let root = match syntax {
         Syntax::Toml => read_toml::read(&source)?,
         Syntax::Json => read_json::read(&source)?,
     };
-    version(&source, &root)?;
+    check_version(&source, &root)?;
     let file =
         schema::File::deserialize(root).map_err(|e| source.error(e.at.unwrap_or(0), e.message))?;
-    let at = lower::lower(&source, file, options, scene, dropped)?;
-    Ok(Places {
+    let at = lower::lower(&source, file, options, scene, report)?;
+    Ok(SourceSpans {
         text: text.to_string(),
         at,
     })
 }
 
-/// Where the entities of a scene stand in its file, for the scene's own check.
-pub(super) struct Places {
+/// The places of a scene's entities in its file, for errors of the scene's own check.
+pub(super) struct SourceSpans {
     text: String,
     at: lower::Offsets,
 }
 
-impl Places {
-    /// Line and column, both from 1.
-    pub(super) fn of(&self, what: &Entity) -> Option<(u32, u32)> {
+impl SourceSpans {
+    /// Returns line and column of an entity, both from 1; `None` if it has no place.
+    pub(super) fn line_column(&self, what: &Entity) -> Option<(u32, u32)> {
         let at = self.at.of(what)?;
-        let (line, column) = super::place::place(self.text.as_bytes(), at);
+        let (line, column) = line_column(self.text.as_bytes(), at);
         Some((line.try_into().ok()?, column.try_into().ok()?))
     }
 }
 
-/// The JSON Schema of the format, as `docs/scene.schema.json` holds it.
+/// Generates the JSON Schema of the format, which `docs/scene.schema.json` holds.
 pub fn json_schema() -> String {
     let schema = schemars::schema_for!(schema::File);
-    // A schema is plain JSON; it always prints.
+    // Serialisation cannot fail: a schema is plain JSON.
     serde_json::to_string_pretty(&schema).unwrap_or_default() + "\n"
 }
 
+/// Decodes UTF-8 and removes a byte order mark; fails at the first byte that is not UTF-8.
 fn decode<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a str, LoadError> {
-    // Editors on Windows like to put a byte order mark first.
+    // Some editors on Windows put a byte order mark first.
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     std::str::from_utf8(bytes).map_err(|e| {
         let valid = &bytes[..e.valid_up_to()];
@@ -94,8 +102,9 @@ fn decode<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a str, LoadError> {
     })
 }
 
-/// Looked at first: another version may have other keys.
-fn version(source: &Source, root: &Value) -> Result<(), LoadError> {
+/// Checks the version of the format, before anything else, because another version may have
+/// other keys.
+fn check_version(source: &Source, root: &Value) -> Result<(), LoadError> {
     let Kind::Table(entries) = &root.kind else {
         return Ok(());
     };

@@ -1,53 +1,58 @@
-//! Sums, products and powers of polynomials whose constants are gathered on the way.
+//! Builder of polynomial tapes that folds constants on the way.
 //!
-//! A value is factor · step + constant with a step of a tape: what is multiplied by a
-//! constant stays one step with one factor, a sum keeps one constant, and a term that is
-//! taken away becomes a difference. All factors and constants are folded as they are in
-//! [`Precise`], and each is rounded once, when a sum or the end needs it as a step.
+//! A value is factor · step + constant, where the step is one of a tape. So a value that is
+//! multiplied by constants stays one step with one factor, a sum has one constant, and a
+//! subtracted term becomes a difference. Factors and constants are folded as [`Rational`];
+//! each is rounded to f64 once, when a sum or the end of the expression needs it as a step.
 
-use super::make::{Function, Make, Operator, Result, Trouble, of_constants, power_of_constants};
+use super::operations::{
+    Function, OperationError, Operations, Operator, Result, apply_to_constants, power_of_constants,
+};
 use crate::geom::tape::{Builder, MAX_DEGREE, Tape};
-use crate::precise::Precise;
+use crate::shared::rational::Rational;
 use num_bigint::Sign;
 
+/// A step of the tape and a bound on its degree.
 #[derive(Clone, Copy, Debug)]
 struct Part {
     step: u32,
-    /// No less than its own.
+    /// An upper bound of the step's degree.
     degree: u32,
 }
 
+/// A polynomial: factor · step + constant.
 #[derive(Clone, Debug)]
 pub(super) struct Value {
-    /// Not 0.
-    factor: Precise,
-    /// `None`: a constant.
+    /// The factor of the step, not 0.
+    factor: Rational,
+    /// The step; `None` if the polynomial is a constant.
     part: Option<Part>,
-    constant: Precise,
+    constant: Rational,
 }
 
 impl Value {
-    fn constant(constant: Precise) -> Value {
+    fn constant(constant: Rational) -> Value {
         Value {
-            factor: Precise::whole(1),
+            factor: Rational::whole(1),
             part: None,
             constant,
         }
     }
 
-    fn of(factor: Precise, part: Part) -> Value {
+    /// The polynomial factor · step.
+    fn multiple(factor: Rational, part: Part) -> Value {
         Value {
             factor,
             part: Some(part),
-            constant: Precise::whole(0),
+            constant: Rational::whole(0),
         }
     }
 
-    /// If it is one.
-    fn as_constant(&self) -> Result<&Precise> {
+    /// Returns the constant; fails if the polynomial is none.
+    fn as_constant(&self) -> Result<&Rational> {
         match self.part {
             None => Ok(&self.constant),
-            Some(_) => Err(Trouble::NotPolynomial),
+            Some(_) => Err(OperationError::NotPolynomial),
         }
     }
 
@@ -60,22 +65,22 @@ impl Value {
     }
 }
 
-/// Makes the steps.
+/// The builder of a polynomial tape.
 #[derive(Debug, Default)]
-pub(super) struct Maker {
+pub(super) struct PolynomialBuilder {
     builder: Builder,
 }
 
-impl Make for Maker {
+impl Operations for PolynomialBuilder {
     type Value = Value;
 
-    fn constant(&mut self, value: Precise) -> Value {
+    fn constant(&mut self, value: Rational) -> Value {
         Value::constant(value)
     }
 
     fn coordinate(&mut self, axis: u8) -> Value {
         let step = self.builder.coordinate(axis);
-        Value::of(Precise::whole(1), Part { step, degree: 1 })
+        Value::multiple(Rational::whole(1), Part { step, degree: 1 })
     }
 
     fn negated(&mut self, a: Value) -> Value {
@@ -95,26 +100,26 @@ impl Make for Maker {
                 }
                 match exponent.as_exponent() {
                     Some(exponent) => self.power(a, exponent),
-                    None if exponent.is_large_exponent() => Err(Trouble::LargeExponent),
-                    None => Err(Trouble::NotPolynomial),
+                    None if exponent.is_large_exponent() => Err(OperationError::LargeExponent),
+                    None => Err(OperationError::NotPolynomial),
                 }
             }
         }
     }
 
     fn call(&mut self, function: Function, operands: Vec<Value>) -> Result<Value> {
-        let constants: Result<Vec<&Precise>> = operands.iter().map(Value::as_constant).collect();
-        Ok(Value::constant(of_constants(function, &constants?)?))
+        let constants: Result<Vec<&Rational>> = operands.iter().map(Value::as_constant).collect();
+        Ok(Value::constant(apply_to_constants(function, &constants?)?))
     }
 }
 
-impl Maker {
+impl PolynomialBuilder {
     fn sum(&mut self, a: Value, b: Value) -> Result<Value> {
         let constant = a.constant.plus(&b.constant)?;
         let (factor, part) = match (a.part, b.part) {
-            (Some(p), Some(q)) => match self.joined((a.factor, p), (b.factor, q))? {
+            (Some(p), Some(q)) => match self.add_multiples((a.factor, p), (b.factor, q))? {
                 Some((factor, part)) => (factor, Some(part)),
-                None => (Precise::whole(1), None),
+                None => (Rational::whole(1), None),
             },
             (None, part) => (b.factor, part),
             (part, None) => (a.factor, part),
@@ -126,43 +131,50 @@ impl Maker {
         })
     }
 
+    /// Multiplies; fails if the degree is beyond the limit.
     fn product(&mut self, a: Value, b: Value) -> Result<Value> {
         if a.part.is_none() {
-            return self.multiple(&a.constant, b);
+            return self.scale(&a.constant, b);
         }
         if b.part.is_none() {
-            return self.multiple(&b.constant, a);
+            return self.scale(&b.constant, a);
         }
-        let (Some((c, p)), Some((d, q))) = (self.settled(a)?, self.settled(b)?) else {
-            return Ok(Value::constant(Precise::whole(0)));
+        let (Some((c, p)), Some((d, q))) = (self.as_multiple(a)?, self.as_multiple(b)?) else {
+            return Ok(Value::constant(Rational::whole(0)));
         };
-        let degree = small_enough(p.degree.saturating_add(q.degree))?;
+        let degree = check_degree(p.degree.saturating_add(q.degree))?;
         let step = self.builder.product(p.step, q.step);
-        Ok(Value::of(c.times(&d)?, Part { step, degree }))
+        Ok(Value::multiple(c.times(&d)?, Part { step, degree }))
     }
 
+    /// Divides; fails unless `b` is a constant other than 0.
     fn quotient(&mut self, a: Value, b: &Value) -> Result<Value> {
-        let inverse = Precise::whole(1).over(b.as_constant()?)?;
-        self.multiple(&inverse, a)
+        let inverse = Rational::whole(1).over(b.as_constant()?)?;
+        self.scale(&inverse, a)
     }
 
+    /// Raises to a power; fails if the degree is beyond the limit.
     fn power(&mut self, base: Value, exponent: u32) -> Result<Value> {
         if exponent == 1 {
             return Ok(base);
         }
-        let settled = self.settled(base)?.filter(|_| exponent > 0);
-        let Some((factor, part)) = settled else {
-            return Ok(Value::constant(Precise::whole(i64::from(exponent == 0))));
+        let multiple = self.as_multiple(base)?.filter(|_| exponent > 0);
+        let Some((factor, part)) = multiple else {
+            return Ok(Value::constant(Rational::whole(i64::from(exponent == 0))));
         };
-        let degree = small_enough(part.degree.saturating_mul(exponent))?;
+        let degree = check_degree(part.degree.saturating_mul(exponent))?;
         let step = self.builder.power(part.step, exponent);
-        Ok(Value::of(factor.to_the(exponent)?, Part { step, degree }))
+        Ok(Value::multiple(
+            factor.to_the(exponent)?,
+            Part { step, degree },
+        ))
     }
 
+    /// Ends the tape with a value; fails if a constant cannot be rounded to f64.
     pub(super) fn finish(mut self, value: Value) -> Result<Tape> {
         let last = match value.part {
             None => self.builder.constant(value.constant.rounded()?),
-            Some(_) => match self.settled(value)? {
+            Some(_) => match self.as_multiple(value)? {
                 None => self.builder.constant(0.0),
                 Some((factor, part)) if factor.is_one() => part.step,
                 Some((factor, part)) if factor.clone().negated().is_one() => {
@@ -177,25 +189,26 @@ impl Maker {
         Ok(self.builder.finish(last))
     }
 
-    fn multiple(&mut self, by: &Precise, value: Value) -> Result<Value> {
+    /// Multiplies by a constant.
+    fn scale(&mut self, by: &Rational, value: Value) -> Result<Value> {
         if value.part.is_none() {
             return Ok(Value::constant(value.constant.times(by)?));
         }
         if by.is_zero() {
-            return Ok(Value::constant(Precise::whole(0)));
+            return Ok(Value::constant(Rational::whole(0)));
         }
         if by.is_one() {
             return Ok(value);
         }
-        // What is multiplied as a whole stays whole.
-        match self.settled(value)? {
-            Some((factor, part)) => Ok(Value::of(factor.times(by)?, part)),
-            None => Ok(Value::constant(Precise::whole(0))),
+        // A product of a constant and a sum stays a product, instead of a sum of products.
+        match self.as_multiple(value)? {
+            Some((factor, part)) => Ok(Value::multiple(factor.times(by)?, part)),
+            None => Ok(Value::constant(Rational::whole(0))),
         }
     }
 
-    /// As a multiple of one step; `None`: it is 0.
-    fn settled(&mut self, value: Value) -> Result<Option<(Precise, Part)>> {
+    /// Turns a value into a multiple of one step; `None` if it is 0.
+    fn as_multiple(&mut self, value: Value) -> Result<Option<(Rational, Part)>> {
         let one = Part {
             step: self.builder.constant(1.0),
             degree: 0,
@@ -204,16 +217,16 @@ impl Maker {
             None if value.constant.is_zero() => Ok(None),
             None => Ok(Some((value.constant, one))),
             Some(part) if value.constant.is_zero() => Ok(Some((value.factor, part))),
-            Some(part) => self.joined((value.factor, part), (value.constant, one)),
+            Some(part) => self.add_multiples((value.factor, part), (value.constant, one)),
         }
     }
 
-    /// The sum of two multiples; `None`: it is 0.
-    fn joined(
+    /// Adds two multiples of steps; `None` if the sum is 0.
+    fn add_multiples(
         &mut self,
-        (c, p): (Precise, Part),
-        (d, q): (Precise, Part),
-    ) -> Result<Option<(Precise, Part)>> {
+        (c, p): (Rational, Part),
+        (d, q): (Rational, Part),
+    ) -> Result<Option<(Rational, Part)>> {
         if p.step == q.step {
             let factor = c.plus(&d)?;
             return Ok(Some((factor, p)).filter(|(factor, _)| !factor.is_zero()));
@@ -223,9 +236,9 @@ impl Maker {
         let (common, p_step, q_step) = match c.equals(&d) {
             true => (c, p.step, q.step),
             false => (
-                Precise::whole(1),
-                self.scaled(&c, p.step)?,
-                self.scaled(&d, q.step)?,
+                Rational::whole(1),
+                self.product_step(&c, p.step)?,
+                self.product_step(&d, q.step)?,
             ),
         };
         let step = match signs {
@@ -244,7 +257,8 @@ impl Maker {
         Ok(Some((common, Part { step, degree })))
     }
 
-    fn scaled(&mut self, factor: &Precise, step: u32) -> Result<u32> {
+    /// Makes the step factor · step.
+    fn product_step(&mut self, factor: &Rational, step: u32) -> Result<u32> {
         if factor.is_one() {
             return Ok(step);
         }
@@ -253,9 +267,10 @@ impl Maker {
     }
 }
 
-fn small_enough(degree: u32) -> Result<u32> {
+/// Checks a degree against the limit.
+fn check_degree(degree: u32) -> Result<u32> {
     match degree {
         0..=MAX_DEGREE => Ok(degree),
-        _ => Err(Trouble::Degree(degree)),
+        _ => Err(OperationError::Degree(degree)),
     }
 }

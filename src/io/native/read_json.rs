@@ -1,24 +1,27 @@
-//! JSON text to the tree. The parser is `serde_json`; values are taken apart
-//! level by level as raw slices, because a slice knows its place in the text.
+//! Reader of JSON text into the tree, by `serde_json`.
 //!
-//! Each level is scanned once more for each level above it: depth is bounded.
+//! Values are parsed level by level into raw slices, because the address of a slice gives
+//! its offset in the text. Text is therefore scanned once more for each level above it, which
+//! the limit on depth bounds.
 
 use super::tree::{Key, Kind, MAX_DEPTH, Source, Value, quoted};
 use crate::LoadError;
-use crate::text::json_fault;
+use crate::shared::messages::json_fault;
 use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
 use serde_json::value::RawValue;
 use std::borrow::Cow;
 use std::collections::HashSet;
 
+/// Reads the text. Fails for malformed JSON, repeated keys and too deep nesting.
 pub(super) fn read<'a>(source: &Source<'a>) -> Result<Value<'a>, LoadError> {
-    // The whole text is scanned here, without recursion: its grammar is right
-    // from here on.
+    // The whole text is scanned here, without recursion; from here on its grammar is known
+    // to be correct.
     let raw: &RawValue =
         serde_json::from_str(source.text).map_err(|e| syntax(source, source.text, &e))?;
     value(source, raw, 0)
 }
 
+/// Converts the raw text of a value at this depth.
 fn value<'a>(source: &Source<'a>, raw: &'a RawValue, depth: usize) -> Result<Value<'a>, LoadError> {
     let text = raw.get();
     let at = offset(source, text);
@@ -58,6 +61,7 @@ fn value<'a>(source: &Source<'a>, raw: &'a RawValue, depth: usize) -> Result<Val
     Ok(Value { at, kind })
 }
 
+/// Decodes a string with its quotes; copies only if it has escapes.
 fn text<'a>(source: &Source, text: &'a str) -> Result<Cow<'a, str>, LoadError> {
     let inner = &text[1..text.len() - 1];
     if inner.contains('\\') {
@@ -70,12 +74,13 @@ fn parse<'a, T: Deserialize<'a>>(source: &Source, text: &'a str) -> Result<T, Lo
     serde_json::from_str(text).map_err(|e| syntax(source, text, &e))
 }
 
-/// `text` is a slice of the source's own text.
+/// Returns the offset of `text`, which must be a slice of the source's text.
 fn offset(source: &Source, text: &str) -> usize {
     (text.as_ptr() as usize).saturating_sub(source.text.as_ptr() as usize)
 }
 
-/// The parser's message at its place in the whole file.
+/// Translates an error of the parser in `text`, a slice of the source's text, and places it
+/// in the whole file.
 fn syntax(source: &Source, text: &str, error: &serde_json::Error) -> LoadError {
     let lines = text
         .split_inclusive('\n')
@@ -84,7 +89,7 @@ fn syntax(source: &Source, text: &str, error: &serde_json::Error) -> LoadError {
     source.error(offset(source, text) + at.min(text.len()), json_fault(error))
 }
 
-/// A table's entries as they stand, repeated keys included.
+/// The entries of a table in the order of the file, with repeated keys.
 struct Entries<'a>(Vec<(&'a RawValue, &'a RawValue)>);
 
 impl<'de> Deserialize<'de> for Entries<'de> {

@@ -1,12 +1,12 @@
-//! TOML text to the tree. The parser is the crate `toml`, which bounds nesting
-//! and finds duplicate keys; here values get their places.
+//! Reader of TOML text into the tree, by the crate `toml`, which bounds nesting and refuses
+//! duplicate keys.
 
 use super::tree::{Key, Kind, MAX_DEPTH, Source, Value, quoted};
 use crate::LoadError;
-
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
+/// Reads the text. Fails for malformed TOML, repeated keys and too deep nesting.
 pub(super) fn read<'a>(source: &Source<'a>) -> Result<Value<'a>, LoadError> {
     let root = DeTable::parse(source.text).map_err(|e| {
         let span = e.span().unwrap_or(source.text.len()..source.text.len());
@@ -66,7 +66,7 @@ fn value<'a>(
         DeValue::Integer(digits) => {
             match i64::from_str_radix(digits.as_str(), digits.radix()) {
                 Ok(i) => Kind::Integer(i),
-                // Beyond 64 bits it can still be a coordinate.
+                // An integer of more than 64 bits can still be a coordinate.
                 Err(_) if digits.radix() == 10 => Kind::Float(number(digits.as_str())?),
                 Err(_) => return Err(source.error(at, "the number is too large")),
             }

@@ -1,14 +1,16 @@
-//! Transform steps as maps. Rotations are exact at multiples of 90 degrees:
-//! angles are reduced in degrees, quarter turns are swaps of signs, and only
-//! what remains goes through sine and cosine (of `libm`, the same everywhere).
+//! Affine maps of transform steps.
+//!
+//! Rotations are exact at multiples of 90 degrees: angles are reduced in degrees, quarter
+//! turns are swaps and changes of sign, and only the remaining angle of at most 45 degrees
+//! goes through sine and cosine, of `libm`, which gives the same bits on all machines.
 
 use crate::math::Affine;
 use glam::DVec3;
 
-/// (sine, cosine) of an angle in degrees.
+/// Computes (sine, cosine) of an angle in degrees.
 fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
-    // Both remainders are exact: fmod is, and the difference of two numbers
-    // within a factor of two of each other is.
+    // Both remainders are exact: fmod is exact, and so is the difference of two numbers
+    // within a factor of two of each other (Sterbenz).
     let within = degrees % 360.0;
     let quarters = libm::round(within / 90.0);
     let (s, c) = libm::sincos((within - quarters * 90.0).to_radians());
@@ -20,7 +22,8 @@ fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
     }
 }
 
-/// Turns axis `k + 1` towards axis `k + 2`: counter-clockwise about axis `k`.
+/// The rotation about axis `k` that turns axis `k + 1` towards axis `k + 2`: counter-clockwise
+/// as seen from the end of the axis.
 pub(super) fn about_axis(k: usize, degrees: f64) -> Affine {
     let (s, c) = sin_cos_degrees(degrees);
     let (a, b) = ((k + 1) % 3, (k + 2) % 3);
@@ -32,13 +35,14 @@ pub(super) fn about_axis(k: usize, degrees: f64) -> Affine {
     Affine::new(m, [0.0; 3])
 }
 
-/// Rodrigues' formula: R = c·I + s·[u]× + (1 − c)·u·uᵀ. `axis` is not 0.
+/// The rotation about any axis, counter-clockwise, by Rodrigues' formula:
+/// R = c·I + s·[u]× + (1 − c)·u·uᵀ. `axis` has any length but 0.
 pub(super) fn about(axis: DVec3, degrees: f64) -> Affine {
     let along = |k: usize| axis[(k + 1) % 3] == 0.0 && axis[(k + 2) % 3] == 0.0;
     if let Some(k) = (0..3).find(|k| along(*k)) {
         return about_axis(k, degrees.copysign(degrees * axis[k]));
     }
-    // Scaled before it is squared: an axis may have any length.
+    // The division by the largest component keeps the squares within range.
     let u = (axis / axis.abs().max_element()).normalize();
     let (s, c) = sin_cos_degrees(degrees);
     let column = |e: DVec3| (e * c + u.cross(e) * s + u * (u.dot(e) * (1.0 - c))).to_array();
@@ -55,6 +59,7 @@ pub(super) fn scaling([x, y, z]: [f64; 3]) -> Affine {
     Affine::new(linear, [0.0; 3])
 }
 
+/// The map of a 3×4 matrix, given by rows.
 pub(super) fn from_rows(rows: [[f64; 4]; 3]) -> Affine {
     let column = |c: usize| [rows[0][c], rows[1][c], rows[2][c]];
     Affine::new([column(0), column(1), column(2)], column(3))
@@ -83,7 +88,7 @@ mod tests {
         fn sine_and_cosine_are_those_of_libm(degrees in -1e4..1e4_f64) {
             let (s, c) = sin_cos_degrees(degrees);
             let radians = f64::to_radians(degrees);
-            // The plain way rounds π/180 and the product: 175 · 2⁻⁵² = 3.9e-14.
+            // The conversion to radians rounds π/180 and the product: 175 · 2⁻⁵² = 3.9e-14.
             prop_assert!((s - libm::sin(radians)).abs() < 4e-14);
             prop_assert!((c - libm::cos(radians)).abs() < 4e-14);
         }
@@ -105,7 +110,7 @@ mod tests {
             let axis = DVec3::new(x, y, z);
             let m = about(axis, degrees);
             let kept = DVec3::from_array(m.vector(axis.to_array()));
-            // Three entries a row, each rounded four times, on up to √3: 4e-15.
+            // A row has three entries, each rounded four times, of size up to √3: 4e-15.
             prop_assert!((kept - axis).length() < 4e-15);
             let across = axis.normalize().any_orthonormal_vector();
             let turned = DVec3::from_array(m.vector(across.to_array()));

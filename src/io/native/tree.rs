@@ -1,37 +1,39 @@
-//! The one tree that TOML and JSON are read into: values with their places.
+//! The tree that TOML and JSON are read into: values with their byte offsets in the text.
 //!
-//! Both readers bound the depth, so whatever walks or drops a tree may recurse.
-//! Places are byte offsets in the text; [`Source`] turns them into lines and
-//! columns, and only for messages.
+//! Both readers bound the depth, so code that walks or drops a tree may recurse. [`Source`]
+//! turns offsets into lines and columns, for messages only.
 
 use crate::LoadError;
 use std::borrow::Cow;
 use std::path::Path;
 
-/// The format nests eight deep; what goes beyond this is not a scene.
+/// Limit on the depth of a tree. The format itself nests eight deep.
 pub(super) const MAX_DEPTH: usize = 64;
 
+/// A value and its byte offset in the text.
 #[derive(Debug)]
 pub(super) struct Value<'a> {
     pub at: usize,
     pub kind: Kind<'a>,
 }
 
+/// A value of TOML or JSON.
 #[derive(Debug)]
 pub(super) enum Kind<'a> {
     Null,
     Bool(bool),
     Integer(i64),
-    /// May be infinite or NaN: TOML has words for them.
+    /// A number, maybe infinite or NaN, for which TOML has words.
     Float(f64),
     Text(Cow<'a, str>),
-    /// TOML only; the format has no use for it.
+    /// A date or time, which only TOML has and no key of the format takes.
     Date,
     List(Vec<Value<'a>>),
-    /// In the order of the file; no key twice.
+    /// Entries in the order of the file, without repeated keys.
     Table(Vec<(Key<'a>, Value<'a>)>),
 }
 
+/// A key and its byte offset in the text.
 #[derive(Debug)]
 pub(super) struct Key<'a> {
     pub at: usize,
@@ -39,7 +41,7 @@ pub(super) struct Key<'a> {
 }
 
 impl Kind<'_> {
-    /// For `expected …, found …`.
+    /// Names the kind of value for messages: `expected …, found …`.
     pub(super) fn describe(&self) -> &'static str {
         match self {
             Kind::Null => "null",
@@ -53,7 +55,7 @@ impl Kind<'_> {
     }
 }
 
-/// The file that messages speak of.
+/// A file and its text, for messages.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
     pub path: &'a Path,
@@ -61,13 +63,16 @@ pub(super) struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// Line and column, both from 1; the column counts characters.
+    /// Returns line and column of a byte offset, both from 1; the column counts characters.
     pub(super) fn place(&self, at: usize) -> (usize, usize) {
-        crate::place::place(self.text.as_bytes(), at)
+        crate::shared::line_column::line_column(self.text.as_bytes(), at)
     }
 
-    /// Where a byte of a text value stands, which begins at `at`: past its quotes, and
-    /// past what is written there but not in the value. At the first escape it stops.
+    /// Finds the byte offset in the file of byte `offset` of a text value that begins at `at`.
+    ///
+    /// The quotes, and characters that are in the file but not in the value, are skipped: a
+    /// first line break, continued lines, and carriage returns. The search ends at the first
+    /// escape, whose place is returned for all that follows.
     pub(super) fn within(&self, at: usize, value: &str, offset: usize) -> usize {
         let written = self.text.get(at..).unwrap_or_default();
         let quotes = ["\"\"\"", "'''", "\"", "'"];
@@ -76,7 +81,7 @@ impl Source<'_> {
         let before = value.get(..offset).unwrap_or(value);
         let is_long = quote.is_some_and(|quote| quote.len() == 3);
         if is_long {
-            // A first line's end is no part of it.
+            // A line break right after the quotes is not part of the value.
             let line = rest.strip_prefix('\r').unwrap_or(rest);
             rest = line.strip_prefix('\n').unwrap_or(rest);
         }
@@ -95,6 +100,7 @@ impl Source<'_> {
         at + written.len() - rest.len()
     }
 
+    /// Makes an error at the line and column of a byte offset.
     pub(super) fn error(&self, at: usize, message: impl Into<String>) -> LoadError {
         let (line, column) = self.place(at);
         LoadError::Syntax {
@@ -106,7 +112,7 @@ impl Source<'_> {
     }
 }
 
-/// A name for a message: in quotes, shortened, without control characters.
+/// Quotes a name for a message, escaped and cut after 60 characters.
 pub(super) fn quoted(name: &str) -> String {
     const SHOWN: usize = 60;
     let mut shown: String = name
@@ -120,9 +126,10 @@ pub(super) fn quoted(name: &str) -> String {
     format!("'{shown}'")
 }
 
-/// The known name most like `name`, if it is like any.
+/// Finds the known name most similar to `name`, by Jaro-Winkler similarity of at least 0.6;
+/// the first of equally similar ones.
 pub(super) fn nearest<'n>(name: &str, known: impl Iterator<Item = &'n str>) -> Option<&'n str> {
-    // The comparison is quadratic in length: nobody means names this long.
+    // Longer names are not compared, because the comparison is quadratic in length.
     const LONGEST: usize = 64;
     if name.len() > LONGEST {
         return None;
@@ -132,7 +139,6 @@ pub(super) fn nearest<'n>(name: &str, known: impl Iterator<Item = &'n str>) -> O
         .filter(|k| k.len() <= LONGEST)
         .map(|k| (strsim::jaro_winkler(&lower, &k.to_lowercase()), k))
         .filter(|(likeness, _)| *likeness >= 0.6)
-        // The first of equals.
         .fold(None, |best: Option<(f64, &str)>, next| match best {
             Some(b) if b.0 >= next.0 => Some(b),
             _ => Some(next),

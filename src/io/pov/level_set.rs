@@ -1,4 +1,4 @@
-//! Level sets as POV-Ray's isosurfaces.
+//! Export of level sets as POV-Ray's isosurfaces.
 
 use super::{PovError, number, vector};
 use crate::geom::formula::{Binary, Formula, Step, Unary, value_and_gradient};
@@ -6,15 +6,16 @@ use crate::geom::{Clip, LevelSet};
 use crate::math::Aabb;
 use glam::DVec3;
 
-/// Bytes of a formula whose common parts are written out.
+/// Limit on the bytes of a formula, whose shared steps are written out at each use.
 const LONGEST: usize = 1 << 16;
 
-/// Points along an axis at which slopes are looked at, and how much steeper than the
-/// steepest a formula may be between them.
+/// The number of points along each axis at which the gradient is sampled, and the factor by
+/// which the formula may be steeper between them than at the steepest one.
 const POINTS: usize = 24;
 const STEEPER: f64 = 1.5;
 
-/// An isosurface that is sought by its greatest slope, which is only nearly known.
+/// Writes an isosurface. POV-Ray's search needs a bound on the gradient, which is estimated
+/// from samples. Fails for a solid without end and for a formula that is too long.
 pub(super) fn level_set(row: &LevelSet, name: impl FnOnce() -> String) -> Result<String, PovError> {
     if row.is_below_beyond && !row.open {
         return Err(PovError::Endless { name: name() });
@@ -35,6 +36,7 @@ pub(super) fn level_set(row: &LevelSet, name: impl FnOnce() -> String) -> Result
     ))
 }
 
+/// Estimates the greatest length of the gradient in a region from samples.
 fn steepest(formula: &Formula, region: &Aabb) -> f64 {
     let mut most = 0.0;
     for i in 0..POINTS * POINTS * POINTS {
@@ -47,11 +49,11 @@ fn steepest(formula: &Formula, region: &Aabb) -> f64 {
             most = f64::max(most, slope);
         }
     }
-    // Of a function that is flat wherever one looks, anything.
+    // POV-Ray needs a positive bound, so a function that is flat at all samples gets 1.
     if most > 0.0 { most * STEEPER } else { 1.0 }
 }
 
-/// `None`: too long.
+/// Writes a formula as a function of POV-Ray; `None` if it is too long.
 fn written(formula: &Formula) -> Option<String> {
     let mut all: Vec<String> = Vec::new();
     for step in formula.steps() {

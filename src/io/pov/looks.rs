@@ -1,4 +1,4 @@
-//! Camera, lights and materials.
+//! Export of camera, lights and materials.
 
 use super::{comment, number, vector};
 use crate::scene::{
@@ -8,6 +8,7 @@ use glam::DVec3;
 use std::f64::consts::PI;
 use std::fmt::Write;
 
+/// Writes background, camera, lights and the declarations of materials.
 pub(super) fn write(text: &mut String, scene: &Scene, seen_from: &Camera) {
     let _ = writeln!(text, "background {{ rgb {} }}\n", color(scene.background));
     camera(text, seen_from);
@@ -26,11 +27,12 @@ pub(super) fn write(text: &mut String, scene: &Scene, seen_from: &Camera) {
             material.ior
         );
     }
-    // What has no material.
+    // POV-Ray gives the default texture to objects without material.
     let _ = writeln!(text, "#default {{ {} }}\n", texture(&Material::default()));
 }
 
-/// A pixel's ray is direction + u right + v up, u and v from −½ to ½.
+/// Writes the camera. In POV-Ray the direction of a pixel's ray is direction + u·right + v·up,
+/// u and v from −½ to ½.
 fn camera(text: &mut String, camera: &Camera) {
     let (kind, half_height) = match camera.projection {
         Projection::Perspective { half_height } => ("perspective", half_height),
@@ -47,7 +49,8 @@ fn camera(text: &mut String, camera: &Camera) {
     );
 }
 
-/// A surface of pigment p turns light L into p L cos θ: what is p E / π here.
+/// Writes a light. In POV-Ray a surface of pigment p reflects p·L·cos θ of a light of colour
+/// L; here it reflects p·E/π of the irradiance E. Hence the factor 1/π.
 fn light(text: &mut String, light: &Light, eye: DVec3, corners: &[DVec3]) {
     match *light {
         Light::Point {
@@ -77,7 +80,7 @@ fn light(text: &mut String, light: &Light, eye: DVec3, corners: &[DVec3]) {
             direction,
             irradiance,
         } => {
-            // Outside of all that is bounded.
+            // The light is placed far outside the bounds of the scene.
             let toward = direction / direction.abs().max_element();
             let reach = corners.iter().map(|p| (*p - eye).length());
             let reach = reach.fold(eye.length().max(1.0), f64::max);
@@ -93,9 +96,10 @@ fn light(text: &mut String, light: &Light, eye: DVec3, corners: &[DVec3]) {
     }
 }
 
-/// POV-Ray's emission is multiplied by the pigment, so that must not be black.
+/// Lower limit on the pigment, because POV-Ray multiplies the emission by it.
 const DARKEST: f32 = 1e-6;
 
+/// Writes a material as a texture of one pigment and one finish.
 fn texture(material: &Material) -> String {
     let (pigment, finish) = match material.model {
         Model::MetallicRoughness {
@@ -104,7 +108,7 @@ fn texture(material: &Material) -> String {
         } => {
             let base = material.base_color;
             let diffuse = (1.0 - metallic) * (1.0 - material.transmission);
-            // GGX's α as the exponent of a highlight.
+            // POV-Ray's roughness of a highlight is taken to be α of GGX.
             let alpha = (roughness * roughness).clamp(0.001, 1.0);
             let shine = metallic + (1.0 - metallic) * 0.04;
             let metal = if metallic > 0.5 { " metallic" } else { "" };
@@ -158,7 +162,7 @@ fn color(c: Rgb) -> String {
 
 fn scaled(c: Rgb, factor: f64) -> String {
     vector(c.map(|x| {
-        // The shortest decimal of the f32, where it stays as it is.
+        // Without scaling, the shortest decimal of the f32 is kept.
         match factor {
             1.0 => format!("{x}").parse().unwrap_or(0.0),
             _ => f64::from(x) * factor,

@@ -1,21 +1,22 @@
-//! Scenes for POV-Ray 3.7: scene description text of what is native here.
+//! Exporter of scenes to POV-Ray 3.7 scene description text.
 //!
-//! Shapes, nodes and combinations become declarations that refer to each other, so
-//! what is shared stays shared in the file (POV-Ray copies it on reading). A
-//! material further down wins in POV-Ray; here that of a placement wins over those
-//! of operands and meshes. So what needs it is declared twice, with its own
-//! materials and bare.
+//! Shapes, nodes and combinations become declarations that refer to each other, so shared
+//! parts stay shared in the file (POV-Ray copies them on reading). In POV-Ray the material
+//! of a part wins over that of the whole; here the material of an edge wins over those of
+//! operands and meshes. So a declaration is written twice if both are used: with its own
+//! materials, and bare.
 //!
-//! Coordinates stay as they are: the camera's vectors are written out, and with
-//! them the picture is the same although POV-Ray's own camera is left-handed.
+//! Coordinates are not converted: the camera's vectors are written explicitly, which gives
+//! the same picture although POV-Ray's own camera is left-handed.
 //!
-//! Polynomial surfaces are multiplied out, exactly, and each coefficient is rounded.
-//! POV-Ray finds their roots in f64, and of high degrees not all: a superquadric with
-//! an exponent of 24 is hardly seen there.
+//! Polynomial surfaces are expanded exactly, and then each coefficient is rounded. POV-Ray
+//! finds their roots in f64, and misses some of high degree: a superquadric with an
+//! exponent of 24 is hardly visible there.
 //!
-//! What differs: materials are pigments and finishes (no microfacets, no Fresnel of
-//! dielectrics); a point light fades with 2 / (1 + (d/f)²) for a small f, which is
-//! the inverse square but for f²/d²; motion is at time 0; tolerances are dropped.
+//! Differences from the picture here: materials become pigments and finishes (no
+//! microfacets, no Fresnel term of dielectrics); a point light fades with 2 / (1 + (d/f)²)
+//! for a small f, which is the inverse square up to a relative error of f²/d²; motion is
+//! exported at time 0; tolerances are not exported.
 
 mod level_set;
 mod looks;
@@ -30,6 +31,7 @@ use crate::scene::{
 use std::fmt::Write;
 use thiserror::Error;
 
+/// The reasons why a scene cannot be exported; names are those of shapes.
 #[derive(Debug, Error)]
 pub enum PovError {
     #[error(
@@ -60,14 +62,18 @@ pub enum PovError {
     TooLarge { line: String },
 }
 
-/// Whether a declaration brings its own materials.
+/// Whether a declaration has its own materials or none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Dress {
     Own,
     Bare,
 }
 
-/// The text of a scene that lacks neither camera nor lights.
+/// Writes a scene, seen by `camera`, as text for POV-Ray. The scene must be complete: it must
+/// have lights.
+///
+/// Fails for xors of too many parts, surfaces that POV-Ray cannot represent, and numbers
+/// beyond f64.
 pub fn text(scene: &Scene, camera: &Camera) -> Result<String, PovError> {
     let mut text = String::new();
     let _ = writeln!(
@@ -86,14 +92,15 @@ pub fn text(scene: &Scene, camera: &Camera) -> Result<String, PovError> {
     writer.shapes()?;
     writer.nodes();
     writer.instances();
-    // Sums and lengths of what is finite may not be.
+    // Sums and lengths of finite numbers may be infinite.
     match writer.text.lines().find(|line| has_no_number(line)) {
         Some(line) => Err(PovError::TooLarge { line: line.into() }),
         None => Ok(writer.text),
     }
 }
 
-/// As [`number`] writes what is infinite or no number; names are quoted or comments.
+/// Whether a line has an infinity or NaN, as [`number`] writes them. Names cannot be mistaken
+/// for them, because they stand in comments or quotes.
 fn has_no_number(line: &str) -> bool {
     let code = line.split("//").next().unwrap_or(line);
     let is_part = |c: char| c.is_alphanumeric() || c == '_' || c == '.' || c == '-';
@@ -103,15 +110,16 @@ fn has_no_number(line: &str) -> bool {
         .any(|word| word == "inf" || word == "NaN")
 }
 
+/// The state of the export.
 struct Writer<'s> {
     scene: &'s Tables,
     text: String,
     wanted: Wanted,
-    /// Something is transparent: surfaces within unions would be seen.
+    /// Whether any material is transparent, so that surfaces inside unions would be visible.
     is_clear: bool,
 }
 
-/// Which declarations are referred to: own and bare.
+/// The declarations that others refer to, for each row in the order own, bare.
 struct Wanted {
     shapes: Vec<[bool; 2]>,
     nodes: Vec<[bool; 2]>,
@@ -127,7 +135,7 @@ impl Wanted {
     }
 }
 
-/// What lies below a placement.
+/// Chooses the declaration of what an edge places: bare if the edge has a material.
 fn below(material: Option<MaterialId>, dress: Dress) -> Dress {
     match material {
         Some(_) => Dress::Bare,
@@ -135,7 +143,7 @@ fn below(material: Option<MaterialId>, dress: Dress) -> Dress {
     }
 }
 
-/// From the roots down.
+/// Finds the declarations that are needed, from the roots down.
 fn wanted(scene: &Tables) -> Wanted {
     let mut wanted = Wanted {
         shapes: vec![[false; 2]; scene.shapes.len()],
@@ -170,7 +178,7 @@ fn wanted(scene: &Tables) -> Wanted {
     wanted
 }
 
-/// Only combinations and meshes have two declarations that differ.
+/// Chooses the declaration of an operand. Only combinations and meshes have two that differ.
 fn below_operand(dress: Dress, scene: &Tables, shape: ShapeId) -> Dress {
     match scene.shapes.row(shape) {
         Shape::Combination(_) | Shape::Mesh(_) => dress,
@@ -229,6 +237,7 @@ impl Writer<'_> {
     }
 }
 
+/// The name of a declaration.
 fn name(kind: &str, row: u32, dress: Dress) -> String {
     match dress {
         Dress::Own => format!("{kind}_{row}"),
@@ -236,7 +245,7 @@ fn name(kind: &str, row: u32, dress: Dress) -> String {
     }
 }
 
-/// One line: a declaration somewhere, of a material.
+/// Writes an object: a declaration with a material and a transform, in one line.
 fn placed(name: &str, map: &Affine, material: Option<MaterialId>) -> String {
     let mut text = format!("object {{ {name}");
     if let Some(id) = material {
@@ -251,7 +260,7 @@ fn placed(name: &str, map: &Affine, material: Option<MaterialId>) -> String {
     text
 }
 
-/// After what opens a declaration.
+/// Writes the name of a row as a comment, to follow the opening line of its declaration.
 fn comment(name: Option<&str>) -> String {
     name.map_or(String::new(), |name| {
         let shown: String = name.chars().take(60).flat_map(char::escape_debug).collect();
@@ -259,7 +268,7 @@ fn comment(name: Option<&str>) -> String {
     })
 }
 
-/// Digits enough for the same f64.
+/// Writes a number with as many digits as identify the f64.
 fn number(x: f64) -> String {
     if x == 0.0 {
         "0".into()

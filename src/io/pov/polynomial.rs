@@ -1,19 +1,21 @@
-//! Polynomial surfaces: POV-Ray wants every coefficient.
+//! Export of polynomial surfaces, expanded into monomials, of which POV-Ray needs all
+//! coefficients.
 
 use super::{number, vector};
 use crate::geom::tape::{Arithmetic, Tape};
 use crate::geom::{Clip, Implicit};
-use crate::precise::Precise;
+use crate::shared::rational::Rational;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// Of x^i y^j z^k by i, j and k; none is 0. `None` beyond what numbers can be.
-type Expansion = Option<BTreeMap<[u32; 3], Precise>>;
+/// The coefficients of x^i y^j z^k by [i, j, k], none of them 0; `None` if a coefficient is
+/// beyond the limits of [`Rational`].
+type Expansion = Option<BTreeMap<[u32; 3], Rational>>;
 
-/// Powers of x, y and z, and the coefficient.
+/// The exponents of x, y and z, and the coefficient.
 type Term = ([u32; 3], f64);
 
-/// Multiplies out, exactly.
+/// The arithmetic that expands a tape exactly.
 struct Expanding;
 
 impl Arithmetic for Expanding {
@@ -22,11 +24,11 @@ impl Arithmetic for Expanding {
     fn coordinate(&self, axis: usize) -> Expansion {
         let mut powers = [0; 3];
         powers[axis] = 1;
-        Some(BTreeMap::from([(powers, Precise::whole(1))]))
+        Some(BTreeMap::from([(powers, Rational::whole(1))]))
     }
 
     fn constant(&self, value: f64) -> Expansion {
-        let constant = ([0; 3], Precise::of(value));
+        let constant = ([0; 3], Rational::of(value));
         Some(
             [constant]
                 .into_iter()
@@ -63,8 +65,8 @@ impl Arithmetic for Expanding {
     }
 }
 
-/// `None`: too large.
-fn add(sum: &mut BTreeMap<[u32; 3], Precise>, powers: [u32; 3], term: &Precise) -> Option<()> {
+/// Adds a term to a sum; `None` if the coefficient is beyond the limits of [`Rational`].
+fn add(sum: &mut BTreeMap<[u32; 3], Rational>, powers: [u32; 3], term: &Rational) -> Option<()> {
     let new = match sum.get(&powers) {
         Some(old) => old.plus(term).ok()?,
         None => term.clone(),
@@ -76,8 +78,8 @@ fn add(sum: &mut BTreeMap<[u32; 3], Precise>, powers: [u32; 3], term: &Precise) 
     Some(())
 }
 
-/// Its degree and its terms, the highest powers of x first; each coefficient is the
-/// nearest f64.
+/// Expands a tape into its degree and its terms, the highest powers of x first, each with the
+/// f64 nearest to its coefficient; `None` if a coefficient is beyond f64.
 fn terms(tape: &Tape) -> Option<(u32, Vec<Term>)> {
     let expansion = tape.evaluate(&Expanding)?;
     let degree = expansion.keys().map(|powers| powers.iter().sum()).max();
@@ -88,11 +90,11 @@ fn terms(tape: &Tape) -> Option<(u32, Vec<Term>)> {
     Some((degree.unwrap_or(0), terms.collect::<Option<_>>()?))
 }
 
-/// POV-Ray's `polynomial`, which has degree 35 at most, and of ours 24. `None`: its
-/// coefficients are no numbers.
+/// Writes POV-Ray's `polynomial`, which allows degree 35; here the limit is 24. `None` if a
+/// coefficient is beyond f64.
 pub(super) fn polynomial(row: &Implicit) -> Option<String> {
     let (degree, terms) = terms(row.tape)?;
-    // A plane has degree 1, and is a quadric without squares there.
+    // POV-Ray requires degree 2 or more, so a plane becomes a quadric without squares.
     let mut text = format!("polynomial {{ {}", degree.max(2));
     for ([i, j, k], coefficient) in terms {
         let _ = write!(text, ",\n  xyz({i}, {j}, {k}): {}", number(coefficient));
@@ -128,7 +130,7 @@ mod tests {
 
     #[test]
     fn tapes_are_multiplied_out() {
-        // (0.1 x − y)³ z + 7, of the f64 0.1.
+        // (0.1 x − y)³ z + 7, where 0.1 is the nearest f64.
         let mut b = Builder::default();
         let [x, y, z] = [0, 1, 2].map(|axis| b.coordinate(axis));
         let [tenth, seven] = [0.1, 7.0].map(|value| b.constant(value));

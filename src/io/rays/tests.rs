@@ -91,7 +91,7 @@ fn malformed_rays() {
         "3 rays, which are 96 bytes, but 95",
     );
     bad(&[&good[..], &[0]].concat(), "but 97 follow");
-    // 137 GB announced, nothing there: refused before any memory is taken.
+    // The header announces 137 GB and nothing follows: refused before memory is allocated.
     bad(b"RAY1\xff\xff\xff\xff", "4294967295 rays");
     let mut nan = good.clone();
     nan[8 + 32 + 16..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
@@ -115,7 +115,7 @@ fn malformed_meshes() {
         "3 vertices and 2 triangles, which are 60 bytes, but 56",
     );
     bad(&[&good[..], &good[..]].concat(), "the file is damaged");
-    // Both counts at their largest: 103 GB, which must not wrap around.
+    // Both counts are the largest possible: 103 GB, which must not wrap around.
     bad(
         b"MSH1\xff\xff\xff\xff\xff\xff\xff\xff",
         "103079215080 bytes, but 0",
@@ -147,7 +147,7 @@ fn unequal_columns_are_not_written() {
 }
 
 proptest! {
-    /// Whatever the bytes: an answer, and no panic.
+    /// Reads arbitrary bytes, which must end with a set or an error, without panic.
     #[test]
     fn any_bytes(magic in prop_oneof![Just(*b"RAY1"), Just(*b"MSH1"), any::<[u8; 4]>()],
                  counts in proptest::collection::vec(0_u32..4, 0..3),

@@ -1,4 +1,4 @@
-//! Vertices and indices: modes, widths, strides, sparse and huge ones.
+//! Tests of vertices and indices: modes, widths, strides, sparse and huge columns.
 
 use super::*;
 
@@ -45,13 +45,13 @@ fn indices_of_every_width() {
             json!({"bufferView": 0, "byteOffset": 60, "componentType": kind, "count": 3, "type": "SCALAR"}),
         );
         set(&mut d, "/meshes/0/primitives/0/indices", json!(1));
-        // Vertex 0 is unused and leaves.
+        // Vertex 0 is unused and therefore removed.
         assert_eq!(load(&d, &bin).unwrap().0.meshes.triangles, [[2, 0, 1]]);
         set(&mut d, "/accessors/1/count", json!(4));
         assert!(refused(&d, &bin).contains("do not fit"));
         set(&mut d, "/accessors/1/componentType", json!(5122));
         assert!(refused(&d, &bin).contains("unsigned"));
-        // As signed, the type is wrong before the range is read.
+        // A signed component type is refused before the range is read.
         let mut wrong = bin.clone();
         wrong[60] = 5;
         set(&mut d, "/accessors/1/count", json!(3));
@@ -182,7 +182,7 @@ fn huge_numbers_are_refused_without_memory() {
         let message = refused(&d, &bin);
         assert!(message.contains(says), "{pointer}: {message}");
     }
-    // All zeros, no bytes: only the count is there.
+    // The accessor is all zeros without bytes, so only its count limits it.
     let mut d = document(&bin);
     set(
         &mut d,
@@ -190,7 +190,7 @@ fn huge_numbers_are_refused_without_memory() {
         json!({"componentType": 5126, "count": 1_000_000_000, "type": "VEC3"}),
     );
     assert!(refused(&d, &bin).contains("size of the file"));
-    // Shared by many meshes.
+    // Many meshes share one accessor.
     let mut d = document(&bin);
     set(
         &mut d,

@@ -1,4 +1,4 @@
-//! Nodes, their transforms, and the cameras and lights on them.
+//! Tests of nodes, their transforms, and the cameras and lights on them.
 
 use super::*;
 use crate::math::Affine;
@@ -12,7 +12,8 @@ fn world(scene: &Scene) -> Vec<Affine> {
 #[test]
 fn matrix_and_trs_agree_and_are_f64() {
     let half = std::f64::consts::FRAC_1_SQRT_2;
-    // A quarter turn about z, not normalised; then moved by a number f32 lacks.
+    // A quarter turn about z by a quaternion of length 2, moved by a number that f32 cannot
+    // represent.
     let trs = json!({"mesh": 0, "translation": [0.1, 1e9, 3.0], "rotation": [0.0, 0.0, 2.0 * half, 2.0 * half], "scale": [2.0, 3.0, 4.0]});
     let matrix = json!({"mesh": 0, "matrix": [0.0, 2.0, 0.0, 0.0, -3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 4.0, 0.0, 0.1, 1e9, 3.0, 1.0]});
     let placed = [trs, matrix.clone()].map(|node| {
@@ -121,7 +122,7 @@ fn without_scenes_every_root_is_shown() {
 #[test]
 fn cameras_and_lights_are_posed_by_their_nodes() {
     let mut d = document(&points());
-    // A half turn about y, far away.
+    // A camera that is turned about y by half a turn, far away.
     set(
         &mut d,
         "/nodes",

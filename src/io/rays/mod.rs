@@ -1,34 +1,35 @@
-//! Ray sets and bare triangle meshes: the work that any tracer can be given.
+//! Reader and writer of ray sets and bare triangle meshes, the input of any tracer.
 //!
-//! `.msh` is "MSH1", u32 vertices, u32 triangles, f32 positions (x y z each),
-//! u32 indices (3 each). `.rays` is "RAY1", u32 count, then per ray f32
-//! `ox oy oz tmin dx dy dz tmax`. Little endian, nothing between or behind. By
-//! convention files are named `NAME.msh` and `NAME.KIND.rays`.
+//! `.msh` is "MSH1", u32 vertices, u32 triangles, f32 positions (x y z each), u32 indices (3
+//! each). `.rays` is "RAY1", u32 count, then per ray f32 `ox oy oz tmin dx dy dz tmax`. Both
+//! are little-endian without padding or trailing bytes. By convention files are named
+//! `NAME.msh` and `NAME.KIND.rays`.
 //!
-//! A length is believed only if it is the file's own, so memory follows the
-//! file's true size. Indices and numbers are checked here, once.
+//! The counts in a header must match the size of the file before memory is allocated.
+//! Indices and numbers are checked here, once.
 
-use super::atomic::Outputs;
-use super::{LoadError, SaveError};
+use crate::Outputs;
+use crate::{LoadError, SaveError};
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read};
 use std::path::Path;
 
-/// Rays as columns; a hit counts where `t_min < t < t_max`, in lengths of `dir`.
+/// Rays in columns. A hit counts if `t_min < t < t_max`, where t is in lengths of `dir`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RaySet {
     pub org: [Vec<f32>; 3],
     pub t_min: Vec<f32>,
-    /// Not unit.
+    /// Directions of any length.
     pub dir: [Vec<f32>; 3],
-    /// May be infinite.
+    /// Upper limits of t, maybe infinite.
     pub t_max: Vec<f32>,
 }
 
+/// A triangle mesh without normals, materials or transforms.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriangleSet {
     pub positions: Vec<[f32; 3]>,
-    /// Rows of `positions`.
+    /// Indices into `positions`.
     pub triangles: Vec<[u32; 3]>,
 }
 
@@ -45,15 +46,21 @@ impl RaySet {
         self.t_max.is_empty()
     }
 
-    /// Where ray `i` starts.
+    /// The origin of ray `i`.
     pub fn org(&self, i: usize) -> [f32; 3] {
         [self.org[0][i], self.org[1][i], self.org[2][i]]
     }
 
+    /// The direction of ray `i`.
     pub fn dir(&self, i: usize) -> [f32; 3] {
         [self.dir[0][i], self.dir[1][i], self.dir[2][i]]
     }
 
+    /// Reads a `.rays` file.
+    ///
+    /// Fails if the file cannot be read or its size does not match its count, and names the
+    /// first ray with an origin or direction that is not finite, a NaN, or a negative
+    /// `t_min`.
     pub fn load(path: &Path) -> Result<RaySet, LoadError> {
         let mut file = Counted::open(path)?;
         let [count] = file.header(b"RAY1", ".rays")?;
@@ -79,6 +86,7 @@ impl RaySet {
         Ok(rays)
     }
 
+    /// An empty set with room for `count` rays.
     pub fn with_capacity(count: usize) -> RaySet {
         let column = || Vec::with_capacity(count);
         RaySet {
@@ -89,6 +97,7 @@ impl RaySet {
         }
     }
 
+    /// Adds a ray.
     pub fn push(&mut self, org: [f32; 3], t_min: f32, dir: [f32; 3], t_max: f32) {
         for k in 0..3 {
             self.org[k].push(org[k]);
@@ -98,7 +107,7 @@ impl RaySet {
         self.t_max.push(t_max);
     }
 
-    /// Some of the rays, in the given order.
+    /// Copies the rays of these indices, in their order.
     pub fn select(&self, rows: impl Iterator<Item = usize>) -> RaySet {
         let mut some = RaySet::with_capacity(rows.size_hint().0);
         for i in rows {
@@ -107,6 +116,8 @@ impl RaySet {
         some
     }
 
+    /// Adds the `.rays` file to `outputs`, which the caller commits. Fails if columns differ
+    /// in length, there are more rays than u32 can count, or writing fails.
     pub fn save_into(&self, path: &Path, outputs: &mut Outputs) -> Result<(), SaveError> {
         let n = self.len();
         let columns = self.org.iter().chain(&self.dir).chain([&self.t_min]);
@@ -127,6 +138,7 @@ impl RaySet {
         outputs.add(path, bytes)
     }
 
+    /// Writes the file; fails as `save_into` does.
     pub fn save(&self, path: &Path) -> Result<(), SaveError> {
         let mut outputs = Outputs::default();
         self.save_into(path, &mut outputs)?;
@@ -135,6 +147,10 @@ impl RaySet {
 }
 
 impl TriangleSet {
+    /// Reads a `.msh` file.
+    ///
+    /// Fails if the file cannot be read or its size does not match its counts, and names the
+    /// first position that is not finite or triangle with an index out of range.
     pub fn load(path: &Path) -> Result<TriangleSet, LoadError> {
         let mut file = Counted::open(path)?;
         let [vertices, triangles] = file.header(b"MSH1", ".msh")?;
@@ -171,6 +187,8 @@ impl TriangleSet {
         })
     }
 
+    /// Adds the `.msh` file to `outputs`, which the caller commits. Fails if there are more
+    /// vertices or triangles than u32 can count, or writing fails.
     pub fn save_into(&self, path: &Path, outputs: &mut Outputs) -> Result<(), SaveError> {
         let (n, m) = (self.positions.len(), self.triangles.len());
         let mut bytes = Vec::with_capacity(12 + 12 * (n + m));
@@ -192,6 +210,7 @@ impl TriangleSet {
         outputs.add(path, bytes)
     }
 
+    /// Writes the file; fails as `save_into` does.
     pub fn save(&self, path: &Path) -> Result<(), SaveError> {
         let mut outputs = Outputs::default();
         self.save_into(path, &mut outputs)?;
@@ -199,21 +218,22 @@ impl TriangleSet {
     }
 }
 
-/// An open file that knows how long it is.
+/// An open file and the number of its bytes that are not read yet.
 struct Counted<'a> {
     path: &'a Path,
     file: File,
-    /// Bytes not yet read.
     left: u64,
 }
 
 impl<'a> Counted<'a> {
+    /// Opens a regular file.
     fn open(path: &'a Path) -> Result<Counted<'a>, LoadError> {
         let failed = |source| LoadError::Read {
             path: path.into(),
             source,
         };
-        // Asked before it is opened: opening a pipe would wait for its writer.
+        // The kind is checked before the file is opened, since opening a pipe waits for its
+        // writer.
         let about = std::fs::metadata(path).map_err(failed)?;
         if !about.is_file() {
             return Err(failed(Error::new(
@@ -229,7 +249,7 @@ impl<'a> Counted<'a> {
         })
     }
 
-    /// The magic and the counts behind it.
+    /// Reads the magic and the counts that follow it.
     fn header<const N: usize>(
         &mut self,
         magic: &[u8; 4],
@@ -256,7 +276,8 @@ impl<'a> Counted<'a> {
         }))
     }
 
-    /// All the rest, which must be exactly so many bytes.
+    /// Reads the rest of the file, which must have `expected` bytes; `announced` says what
+    /// the header counts, for the message.
     fn body(
         &mut self,
         expected: u64,
@@ -276,6 +297,7 @@ impl<'a> Counted<'a> {
         self.read(expected as usize)
     }
 
+    /// Reads so many bytes; fails, without panic, if there is no memory for them.
     fn read(&mut self, bytes: usize) -> Result<Vec<u8>, LoadError> {
         let failed = |source| LoadError::Read {
             path: self.path.into(),
@@ -300,11 +322,12 @@ impl<'a> Counted<'a> {
     }
 }
 
-/// The k-th four bytes.
+/// Returns the k-th group of four bytes.
 fn word(row: &[u8], k: usize) -> [u8; 4] {
     [row[4 * k], row[4 * k + 1], row[4 * k + 2], row[4 * k + 3]]
 }
 
+/// Encodes a count; fails if u32 cannot hold it.
 fn count(n: usize, what: &str, path: &Path) -> Result<[u8; 4], SaveError> {
     u32::try_from(n)
         .map(u32::to_le_bytes)

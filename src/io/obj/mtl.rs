@@ -1,18 +1,18 @@
-//! MTL, the materials beside an OBJ file, as Phong rows.
+//! Importer of MTL, the material library of an OBJ file.
 //!
-//! Kd is the diffuse part, Ks and Ns the highlight; illumination models from 3
-//! on mirror by Ks; d (or 1 - Tr) below 1 lets light through, bent by Ni. Files
-//! are loose with these, so values are brought into range rather than refused.
-//! Pr or Pm (the PBR extension) make a metallic-roughness row instead.
+//! A material becomes a Phong row: Kd is the diffuse part, Ks and Ns the highlight;
+//! illumination models from 3 on reflect with Ks; d (or 1 - Tr) below 1 is transmission,
+//! with Ni as index of refraction. A material with Pr or Pm (the PBR extension) becomes a
+//! metallic-roughness row. Values out of range, which are common, are clamped.
 
-use super::obj::{finite, logical_lines, syntax};
-use super::text::one_line;
-use super::{Dropped, LoadError};
+use super::{finite, logical_lines, syntax};
 use crate::scene::{Material, Model, Rgb};
+use crate::shared::messages::one_line;
+use crate::{ImportReport, LoadError};
 use std::collections::HashMap;
 use std::path::Path;
 
-/// The statements of one `newmtl`.
+/// The statements of one `newmtl` that are used.
 #[derive(Default)]
 struct Statements {
     kd: Option<Rgb>,
@@ -26,13 +26,14 @@ struct Statements {
     metallic: Option<f32>,
 }
 
-/// Adds the materials of a file; a name that comes again replaces the first.
+/// Adds the materials of a file; a later material of a name replaces an earlier one.
+/// Fails for statements without a finite number, with their line and column.
 pub(super) fn read(
     path: &Path,
     materials: &mut HashMap<String, Material>,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<(), LoadError> {
-    let bytes = super::folder::read(path)?;
+    let bytes = crate::shared::folder::read_file(path)?;
     let text = String::from_utf8_lossy(&bytes);
     let mut current: Option<(String, Statements)> = None;
     for (number, line) in logical_lines(&text) {
@@ -60,19 +61,19 @@ pub(super) fn read(
             })
         };
         match key {
-            "Kd" => m.kd = color(path, line, dropped)?.or(m.kd),
-            "Ks" => m.ks = color(path, line, dropped)?.or(m.ks),
-            "Ke" => m.ke = color(path, line, dropped)?.or(m.ke),
+            "Kd" => m.kd = color(path, line, report)?.or(m.kd),
+            "Ks" => m.ks = color(path, line, report)?.or(m.ks),
+            "Ke" => m.ke = color(path, line, report)?.or(m.ke),
             "Ns" => m.ns = Some(number()?),
             "Ni" => m.ni = Some(number()?),
-            "d" if line.1.contains("-halo") => dropped.add("halo"),
+            "d" if line.1.contains("-halo") => report.add("halo"),
             "d" => m.dissolve = Some(number()?),
             "Tr" => m.dissolve = Some(1.0 - number()?),
             "illum" => m.illum = Some(number()?),
             "Pr" => m.roughness = Some(number()?),
             "Pm" => m.metallic = Some(number()?),
-            "bump" | "disp" | "decal" | "refl" | "norm" => dropped.add("texture"),
-            key if key.starts_with("map_") => dropped.add("texture"),
+            "bump" | "disp" | "decal" | "refl" | "norm" => report.add("texture"),
+            key if key.starts_with("map_") => report.add("texture"),
             _ => {}
         }
     }
@@ -82,11 +83,12 @@ pub(super) fn read(
     Ok(())
 }
 
-/// One number (a grey) or three.
+/// Reads a colour of one number (a grey) or three; negative ones become 0. A spectral or
+/// xyz colour is counted and gives `None`.
 fn color(
     path: &Path,
     line: (usize, &str),
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<Option<Rgb>, LoadError> {
     let words: Vec<&str> = line
         .1
@@ -96,7 +98,7 @@ fn color(
         .split_whitespace()
         .collect();
     if matches!(words.get(1), Some(&("spectral" | "xyz"))) {
-        dropped.add("spectral or xyz colour");
+        report.add("spectral or xyz colour");
         return Ok(None);
     }
     let mut values = [0.0; 3];
@@ -120,6 +122,7 @@ fn color(
     }
 }
 
+/// Converts the statements to a material, with defaults for missing ones.
 fn convert(m: &Statements) -> Material {
     let plain = Material::default();
     let illum = m.illum.unwrap_or(2.0);
@@ -142,7 +145,7 @@ fn convert(m: &Statements) -> Material {
         base_color,
         emission: m.ke.unwrap_or_default(),
         transmission: 1.0 - m.dissolve.unwrap_or(1.0).clamp(0.0, 1.0),
-        // 0 and below are how exporters say that they do not know.
+        // Exporters write 0 or less if they do not know the index.
         ior: m.ni.filter(|n| *n > 0.0).unwrap_or(plain.ior),
         model,
     }

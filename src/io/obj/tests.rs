@@ -1,4 +1,4 @@
-//! Small files: faces, indices, normals, materials, and wrong lines.
+//! Tests of small files: faces, indices, normals, materials, and malformed lines.
 
 use super::*;
 use crate::scene::Model;
@@ -8,10 +8,10 @@ fn load(files: &[(&str, &str)]) -> (Result<Obj, LoadError>, Option<String>) {
     for (name, text) in files {
         std::fs::write(folder.path().join(name), text).unwrap();
     }
-    let mut dropped = Dropped::default();
+    let mut report = ImportReport::default();
     let path = folder.path().join(files[0].0);
-    let obj = read(&path, &LoadOptions::default(), &mut dropped);
-    (obj, dropped.summary())
+    let obj = read(&path, &LoadOptions::default(), &mut report);
+    (obj, report.summary())
 }
 
 fn obj(text: &str) -> Obj {
@@ -32,7 +32,7 @@ fn polygons_fan_in_order_and_indices_count_both_ways() {
         assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]], "{face}");
         assert!(mesh.normals.is_empty());
     }
-    // Before its vertices; and one that nothing uses.
+    // The face comes before its vertices, and no face uses the first vertex.
     let mesh = obj(&format!("f 2 3 4\n{SQUARE}")).mesh;
     assert_eq!(mesh.triangles, [[0, 1, 2]]);
     assert_eq!(mesh.positions[0], [1.0, 0.0, 0.0]);
@@ -144,7 +144,7 @@ fn wrong_lines_are_named() {
         let message = wrong.err().unwrap().to_string();
         assert!(message.contains(place), "{text:?}: {message}");
     }
-    // Of one to three numbers, whatever they are; what follows is not read.
+    // Texture coordinates have one to three numbers of any value; what follows is not read.
     for texture in ["vt 0", "vt 0.5 nan", "vt 0 1e999 .5 x # y"] {
         obj(&format!("{SQUARE}{texture}\nf 1 2 3\n"));
     }

@@ -1,38 +1,42 @@
-//! PLY, ascii and binary of both byte orders, through the crate ply-rs-bw.
+//! Importer of PLY, ASCII and binary in both byte orders, by the crate ply-rs-bw.
 //!
-//! Elements `vertex` (x y z, and nx ny nz where all three are there) and `face`
-//! (`vertex_indices` or `vertex_index`; more than three corners become a fan,
-//! fewer are counted) are read, whatever their number types; all others are
-//! skipped. The crate believes the header's counts, which is endless work for
-//! an element without properties, so they are held against the file's size.
+//! Two elements are read, with any number types: `vertex` (x y z, and nx ny nz if all three
+//! exist) and `face` (`vertex_indices` or `vertex_index`; more than three corners become a
+//! fan, faces of fewer are counted). All other elements are skipped and counted. The crate
+//! trusts the header's counts, which for an element without properties means endless work,
+//! so counts are compared with the file's size first.
 
-use super::mesh_data::{compact, repair_normals};
-use super::text::one_line;
-use super::{Dropped, LoadError};
 use crate::scene::MeshData;
+use crate::shared::mesh_cleanup::{compact, repair_normals};
+use crate::shared::messages::one_line;
+use crate::{ImportReport, LoadError};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAccessResult};
 use std::path::Path;
 
-pub(super) fn read(path: &Path, dropped: &mut Dropped) -> Result<MeshData, LoadError> {
-    let bytes = super::folder::read(path)?;
-    parse(&bytes, dropped).map_err(|wrong| LoadError::of_mesh(path, "PLY", wrong))
+/// Reads a PLY file as one mesh. Fails for malformed files, positions that are not finite,
+/// and faces with vertices that do not exist.
+pub(super) fn read(path: &Path, report: &mut ImportReport) -> Result<MeshData, LoadError> {
+    let bytes = crate::shared::folder::read_file(path)?;
+    parse(&bytes, report).map_err(|wrong| LoadError::in_mesh_file(path, "PLY", wrong))
 }
 
-/// The line, where there is one, and what is wrong.
+/// The line of an error, if it is known, and the message.
 type Wrong = (Option<usize>, String);
 
+/// A row of the element `vertex`; the normal is 0 if the file has none.
 struct Vertex {
     position: [f64; 3],
     normal: [f64; 3],
 }
 
+/// A row of the element `face`.
 struct Face {
-    /// `None`: a corner is negative or not a whole number.
+    /// `None` if a corner is negative or no integer.
     corners: Option<Vec<u32>>,
 }
 
-/// An element that is not read.
+/// A row of an element that is not read.
 struct Skipped;
 
 impl PropertyAccess for Vertex {
@@ -68,6 +72,7 @@ impl PropertyAccess for Vertex {
     }
 }
 
+/// Whether a property of a face lists its corners.
 fn is_corners(name: &str) -> bool {
     matches!(name, "vertex_indices" | "vertex_index")
 }
@@ -99,15 +104,16 @@ impl PropertyAccess for Skipped {
     }
 }
 
+/// Translates an error of the crate.
 fn wrong(e: ParseError) -> Wrong {
     let (line, full) = (e.line(), e.to_string());
-    // The line is said once.
+    // The line goes into the place, not into the message.
     let said = line.and_then(|line| full.strip_prefix(&format!("Line {line}: ")));
     (line, one_line(&in_words(said.unwrap_or(&full))))
 }
 
-/// What the crate says, less its types and its parser's state: a message, the text of
-/// the line, and why.
+/// Translates a message of the crate into words for users. It consists of a summary, the text
+/// of the line and a reason, mixed with names of types and the state of the parser.
 fn in_words(said: &str) -> String {
     let (what, rest) = said.split_once("\n\tString: ").unwrap_or((said, ""));
     let (line, why) = rest.split_once("\n\tError: ").unwrap_or((rest, ""));
@@ -148,7 +154,8 @@ fn in_words(said: &str) -> String {
     }
 }
 
-fn parse(bytes: &[u8], dropped: &mut Dropped) -> Result<MeshData, Wrong> {
+/// Parses a file in memory.
+fn parse(bytes: &[u8], report: &mut ImportReport) -> Result<MeshData, Wrong> {
     let mut reader = Reader::new(bytes);
     let header = Parser::<Skipped>::new()
         .read_header(&mut reader)
@@ -168,7 +175,7 @@ fn parse(bytes: &[u8], dropped: &mut Dropped) -> Result<MeshData, Wrong> {
                 }
                 smooth = ["nx", "ny", "nz"].into_iter().all(has);
                 if ["red", "diffuse_red"].into_iter().any(has) {
-                    dropped.add("vertex colour set");
+                    report.add("vertex colour set");
                 }
                 vertices = elements(&mut reader, element, &header)?;
             }
@@ -181,18 +188,20 @@ fn parse(bytes: &[u8], dropped: &mut Dropped) -> Result<MeshData, Wrong> {
             name => {
                 let skipped: Vec<Skipped> = elements(&mut reader, element, &header)?;
                 let what = format!("element {}", one_line(name));
-                dropped.add_many(&what, skipped.len());
+                report.add_many(&what, skipped.len());
             }
         }
     }
-    mesh(&vertices, &faces, smooth, dropped)
+    mesh(&vertices, &faces, smooth, report)
 }
 
+/// Formats a position for a message.
 fn triple(p: [f64; 3]) -> String {
     let [x, y, z] = p;
     format!("({x}, {y}, {z})")
 }
 
+/// Reads all rows of an element.
 fn elements<E: PropertyAccess>(
     reader: &mut Reader<&[u8]>,
     element: &ElementDef,
@@ -203,9 +212,9 @@ fn elements<E: PropertyAccess>(
         .map_err(wrong)
 }
 
-/// Counts against the `rest` of the file (an element takes a byte at least, or
-/// nothing and then need not be counted further than that); and names that come
-/// twice, which the crate would join into one.
+/// Checks that no element has more rows than the file has bytes after the header (`rest`),
+/// since a row takes at least one byte, or none and then needs no more rows than that; and
+/// that no name occurs twice, because the crate would join the two.
 fn check_header(header: &Header, text: &[u8], rest: usize) -> Result<(), Wrong> {
     for element in header.elements.values() {
         if element.count > rest {
@@ -232,11 +241,12 @@ fn check_header(header: &Header, text: &[u8], rest: usize) -> Result<(), Wrong> 
     Ok(())
 }
 
+/// Joins vertices and faces into a mesh, and cleans it up.
 fn mesh(
     vertices: &[Vertex],
     faces: &[Face],
     smooth: bool,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<MeshData, Wrong> {
     let finite = |v: &Vertex| v.position.iter().all(|x| x.is_finite());
     if let Some(i) = vertices.iter().position(|v| !finite(v)) {
@@ -264,7 +274,7 @@ fn mesh(
             return Err((None, message));
         }
         if corners.len() < 3 {
-            dropped.add("face of fewer than 3 corners");
+            report.add("face of fewer than 3 corners");
             continue;
         }
         let pairs = corners[1..].windows(2);
@@ -272,13 +282,12 @@ fn mesh(
             .extend(pairs.map(|w| [corners[0], w[0], w[1]]));
     }
     if mesh.triangles.is_empty() {
-        dropped.add_many("loose point", mesh.positions.len());
+        report.add_many("loose point", mesh.positions.len());
     }
     compact(&mut mesh);
-    dropped.add_many("unusable normal", repair_normals(&mut mesh));
+    report.add_many("unusable normal", repair_normals(&mut mesh));
     Ok(mesh)
 }
 
 #[cfg(test)]
-#[path = "ply_tests.rs"]
 mod tests;

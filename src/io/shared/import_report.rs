@@ -1,26 +1,29 @@
-//! What an importer left out, counted by kind, for one summarised warning.
+//! Import report: counts, by kind, what an importer left out of the scene.
 
 use std::collections::BTreeMap;
 
+/// Counts of what was not imported, by kind; the source of one summarised warning.
 #[derive(Clone, Debug, Default)]
-pub struct Dropped {
+pub struct ImportReport {
     counts: BTreeMap<String, usize>,
 }
 
-impl Dropped {
-    /// One more thing of this kind, named as people say it: `texture`,
-    /// `spot light cone`.
+impl ImportReport {
+    /// Counts one more thing of the kind `what`, which is a singular noun for people:
+    /// `texture`, `spot light cone`.
     pub fn add(&mut self, what: &str) {
         self.add_many(what, 1);
     }
 
+    /// Counts `count` more things of the kind `what`; 0 adds nothing.
     pub fn add_many(&mut self, what: &str, count: usize) {
         if count > 0 {
             *self.counts.entry(what.into()).or_default() += count;
         }
     }
 
-    /// `not imported: 3 × texture, 1 × animation`.
+    /// Formats the counts in one line, kinds in alphabetical order:
+    /// `not imported: 1 × animation, 3 × texture`. `None` if nothing was left out.
     pub fn summary(&self) -> Option<String> {
         if self.counts.is_empty() {
             return None;

@@ -1,13 +1,14 @@
-//! What expressions are made into: the operations that the parser asks for, of polynomials
-//! (`polynomial.rs`) and of formulas (`formula.rs`).
+//! The operations that the parser of expressions asks for, implemented for polynomials in
+//! `polynomial.rs` and for formulas in `formula.rs`.
 
 use crate::geom::formula::{Real, Unary};
-use crate::precise::{NoConstant, Precise};
+use crate::shared::rational::{NoConstant, Rational};
 use num_bigint::Sign;
 
-/// Of a constant, and of what is no polynomial.
+/// Limit on the exponents of constants and formulas; a polynomial has its limit on degree.
 pub(super) const MAX_EXPONENT: u32 = 4096;
 
+/// The binary operators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Operator {
     Sum,
@@ -18,7 +19,7 @@ pub(super) enum Operator {
 }
 
 impl Operator {
-    /// As messages call what it gives.
+    /// Names the result of the operator for messages.
     pub(super) fn result(self) -> &'static str {
         match self {
             Operator::Sum => "sum",
@@ -30,16 +31,18 @@ impl Operator {
     }
 }
 
+/// The functions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Function {
-    /// Of one operand.
+    /// A function of one operand.
     Unary(Unary),
-    /// Of two and more.
+    /// The least of two or more operands.
     Min,
+    /// The greatest of two or more operands.
     Max,
 }
 
-/// By name.
+/// The functions and their names.
 pub(super) const FUNCTIONS: [(&str, Function); 15] = [
     ("sqrt", Function::Unary(Unary::Sqrt)),
     ("abs", Function::Unary(Unary::Abs)),
@@ -58,45 +61,52 @@ pub(super) const FUNCTIONS: [(&str, Function); 15] = [
     ("max", Function::Max),
 ];
 
-/// What cannot be.
+/// The reasons why an operation has no result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Trouble {
+pub(super) enum OperationError {
+    /// A constant is out of range or does not exist.
     Constant(NoConstant),
-    /// Larger than polynomials may have.
+    /// The polynomial has this degree, which is beyond the limit.
     Degree(u32),
-    /// Not of polynomials.
+    /// The result is no polynomial.
     NotPolynomial,
-    /// A number, and too large for one.
+    /// The exponent is a number beyond the limit.
     LargeExponent,
-    /// With x, y or z in it.
+    /// The exponent depends on x, y or z.
     NoExponent,
-    /// A function has no value at this constant.
+    /// The function has no value at this constant.
     Undefined,
 }
 
-impl From<NoConstant> for Trouble {
-    fn from(why: NoConstant) -> Trouble {
-        Trouble::Constant(why)
+impl From<NoConstant> for OperationError {
+    fn from(why: NoConstant) -> OperationError {
+        OperationError::Constant(why)
     }
 }
 
-pub(super) type Result<T> = std::result::Result<T, Trouble>;
+pub(super) type Result<T> = std::result::Result<T, OperationError>;
 
-/// Makes values of one kind.
-pub(super) trait Make {
+/// A builder of values of one kind, polynomials or formulas.
+pub(super) trait Operations {
     type Value: Clone;
 
-    fn constant(&mut self, value: Precise) -> Self::Value;
+    /// Makes a constant.
+    fn constant(&mut self, value: Rational) -> Self::Value;
+    /// Makes x, y or z.
     fn coordinate(&mut self, axis: u8) -> Self::Value;
+    /// Makes −a.
     fn negated(&mut self, a: Self::Value) -> Self::Value;
+    /// Applies an operator.
     fn binary(&mut self, operator: Operator, a: Self::Value, b: Self::Value)
     -> Result<Self::Value>;
-    /// Of as many operands as it has, one at least.
+    /// Applies a function to its operands, of which the parser has checked the number.
     fn call(&mut self, function: Function, operands: Vec<Self::Value>) -> Result<Self::Value>;
 }
 
-/// Of constants: exact where roots and magnitudes are, else of the nearest f64.
-pub(super) fn of_constants(function: Function, operands: &[&Precise]) -> Result<Precise> {
+/// Applies a function to constants. Square roots and absolute values are as exact as
+/// [`Rational`] keeps them, least and greatest values are exact, and other functions are
+/// computed in f64 of the nearest f64.
+pub(super) fn apply_to_constants(function: Function, operands: &[&Rational]) -> Result<Rational> {
     let first = operands[0];
     let pick = |better: Sign| {
         let mut best = first;
@@ -112,32 +122,34 @@ pub(super) fn of_constants(function: Function, operands: &[&Precise]) -> Result<
         Function::Max => pick(Sign::Plus),
         Function::Unary(Unary::Sqrt) => Ok(first.root()?),
         Function::Unary(Unary::Abs) => Ok(first.clone().magnitude()),
-        Function::Unary(function) => of_f64(first.rounded()?.unary(function)),
+        Function::Unary(function) => from_f64(first.rounded()?.unary(function)),
     }
 }
 
-/// A power of constants: exact where the exponent is whole, else of the nearest f64.
-pub(super) fn power_of_constants(base: &Precise, exponent: &Precise) -> Result<Precise> {
-    let whole = |exponent: &Precise| match exponent.as_exponent() {
-        Some(exponent) if exponent > MAX_EXPONENT => Err(Trouble::LargeExponent),
-        _ if exponent.is_large_exponent() => Err(Trouble::LargeExponent),
+/// Raises a constant to a constant power, exactly if the exponent is an integer, else in f64
+/// of the nearest f64.
+pub(super) fn power_of_constants(base: &Rational, exponent: &Rational) -> Result<Rational> {
+    let whole = |exponent: &Rational| match exponent.as_exponent() {
+        Some(exponent) if exponent > MAX_EXPONENT => Err(OperationError::LargeExponent),
+        _ if exponent.is_large_exponent() => Err(OperationError::LargeExponent),
         exponent => Ok(exponent),
     };
     if let Some(exponent) = whole(exponent)? {
         return Ok(base.to_the(exponent)?);
     }
     if let Some(exponent) = whole(&exponent.clone().negated())? {
-        return Ok(Precise::whole(1).over(&base.to_the(exponent)?)?);
+        return Ok(Rational::whole(1).over(&base.to_the(exponent)?)?);
     }
-    of_f64(libm::pow(base.rounded()?, exponent.rounded()?))
+    from_f64(libm::pow(base.rounded()?, exponent.rounded()?))
 }
 
-fn of_f64(value: f64) -> Result<Precise> {
+/// Converts the result of a function of f64; fails if it is infinite or NaN.
+fn from_f64(value: f64) -> Result<Rational> {
     if value.is_nan() {
-        return Err(Trouble::Undefined);
+        return Err(OperationError::Undefined);
     }
     if value.is_infinite() {
         return Err(NoConstant::TooLarge.into());
     }
-    Ok(Precise::of(value))
+    Ok(Rational::of(value))
 }

@@ -1,45 +1,52 @@
-//! Output files that appear whole or not at all.
+//! Atomic output: files appear complete or not at all.
 //!
-//! [`Outputs`] writes each file under a temporary name in the folder it is meant
-//! for; [`Outputs::commit`] renames them, when all are complete. Dropped before
-//! that, it leaves nothing behind, and an older file of the same name stays as
-//! it was. A write through a symbolic link replaces the link's target; a device
-//! or pipe (`/dev/stdout`) cannot be renamed over, nor what it was given taken back,
-//! so it is written before any file has its name ([`Outputs::send`]).
+//! [`Outputs`] writes each file under a temporary name in its target folder;
+//! [`Outputs::commit`] renames the files when all are complete. `Outputs` that are dropped
+//! before leave nothing behind, and older files of the same names stay as they were. A
+//! write through a symbolic link replaces the link's target. A device or pipe
+//! (`/dev/stdout`) cannot be renamed over, and what it received cannot be taken back, so
+//! devices are written before any file gets its name ([`Outputs::send`]).
 //!
-//! [`discard_unfinished`] serves a process that must end at once, while another
-//! of its threads may be writing.
+//! [`discard_unfinished`] serves a process that must end at once while another thread may
+//! be writing.
 
-use super::SaveError;
+use crate::SaveError;
 use std::fs::{self, File, Metadata, OpenOptions, Permissions};
 use std::io::{Error, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tempfile::TempPath;
 
+/// The output files of a run, which get their names together.
 #[derive(Debug, Default)]
 pub struct Outputs {
-    files: Vec<Renamed>,
-    /// Devices and pipes, and what they are to be given.
+    files: Vec<Pending>,
+    /// Devices and pipes, and the bytes for each.
     direct: Vec<(PathBuf, Vec<u8>)>,
 }
 
+/// A complete file under a temporary name.
 #[derive(Debug)]
-struct Renamed {
+struct Pending {
     temporary: Temporary,
     target: PathBuf,
+    /// Whether the target existed before, and must not be removed if the commit fails.
     existed: bool,
 }
 
 impl Outputs {
-    /// Writes one file, as yet under a temporary name.
+    /// Writes `bytes` under a temporary name, to become the file `path` at the commit; keeps
+    /// them in memory if `path` is a device or pipe.
+    ///
+    /// Fails if the folder does not exist, the target is a folder or read-only, or writing
+    /// fails.
     pub fn add(&mut self, path: &Path, bytes: Vec<u8>) -> Result<(), SaveError> {
         match destination(path)? {
             Destination::Device => self.direct.push((path.into(), bytes)),
             Destination::File {
                 target,
                 permissions,
-            } => self.files.push(Renamed {
+            } => self.files.push(Pending {
                 existed: permissions.is_some(),
                 temporary: Temporary::write(&target, &bytes, permissions)
                     .map_err(|source| failed(path, source))?,
@@ -49,8 +56,8 @@ impl Outputs {
         Ok(())
     }
 
-    /// Writes what goes to devices and pipes. Whoever reads there may keep it waiting
-    /// for as long as they like.
+    /// Writes the bytes for devices and pipes. The call blocks while the reader of a pipe
+    /// does not read.
     pub fn send(&mut self) -> Result<(), SaveError> {
         for (target, bytes) in self.direct.drain(..) {
             write_device(&target, &bytes).map_err(|source| failed(&target, source))?;
@@ -58,13 +65,14 @@ impl Outputs {
         Ok(())
     }
 
-    /// Sends what is not sent yet, then gives all files their names. If one cannot be
-    /// placed, those of them that are new are taken away again.
+    /// Writes what [`Outputs::send`] has not written yet, then renames all files to their
+    /// targets. If a rename fails, new files that were already renamed are removed again;
+    /// targets that existed before keep their new content.
     pub fn commit(mut self) -> Result<(), SaveError> {
         self.send()?;
         let mut created = Vec::new();
         for file in self.files {
-            if let Err(error) = file.temporary.place(&file.target) {
+            if let Err(error) = file.temporary.rename(&file.target) {
                 for path in created {
                     let _ = fs::remove_file(path);
                 }
@@ -78,8 +86,8 @@ impl Outputs {
     }
 }
 
-/// Can a file of this name be written? Asked before long work, so that it is
-/// not done in vain; the answer may change until then.
+/// Checks that a file of this name can be written, before long work is done for it. The
+/// answer may be out of date when the file is written.
 pub fn check_writable(path: &Path) -> Result<(), SaveError> {
     match destination(path)? {
         Destination::Device => Ok(()),
@@ -89,8 +97,8 @@ pub fn check_writable(path: &Path) -> Result<(), SaveError> {
     }
 }
 
-/// Removes what is not committed and keeps any thread from beginning another
-/// file for as long as the answer lives: for a process about to exit.
+/// Removes all temporary files of this process, and blocks the creation of others while the
+/// returned guard lives. For a process that is about to exit.
 #[must_use]
 pub fn discard_unfinished() -> impl Drop {
     let unfinished = unfinished();
@@ -100,22 +108,27 @@ pub fn discard_unfinished() -> impl Drop {
     unfinished
 }
 
-/// Temporary files that exist now.
+/// The temporary files of this process that exist now.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
+/// Locks the list of temporary files, also after a panic of another thread.
 fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// What an output path leads to.
 enum Destination {
-    /// The file to be replaced, links followed, and its permissions if it exists.
+    /// The file to create or replace, links followed, and its permissions if it exists.
     File {
         target: PathBuf,
         permissions: Option<Permissions>,
     },
+    /// A device or pipe.
     Device,
 }
 
+/// Finds out what an output path leads to; refuses folders, read-only files and paths in
+/// folders that do not exist.
 fn destination(path: &Path) -> Result<Destination, SaveError> {
     let refuse = |why: &str| Err(failed(path, Error::new(ErrorKind::InvalidInput, why)));
     if path.file_name().is_none() {
@@ -155,20 +168,23 @@ fn destination(path: &Path) -> Result<Destination, SaveError> {
     })
 }
 
+/// The folder of a path; the current one for a bare file name.
 fn folder_of(path: &Path) -> &Path {
     path.parent()
         .filter(|p| !p.as_os_str().is_empty())
         .unwrap_or(Path::new("."))
 }
 
-/// A file under a temporary name, gone when this is dropped.
+/// A file under a temporary name, which is removed on drop.
 #[derive(Debug)]
 struct Temporary {
-    /// `None` once it has its name.
+    /// `None` after the rename.
     path: Option<TempPath>,
 }
 
 impl Temporary {
+    /// Writes a temporary file in the target's folder, with the given permissions or those
+    /// of a new file.
     fn write(
         target: &Path,
         bytes: &[u8],
@@ -177,7 +193,8 @@ impl Temporary {
         let mut builder = tempfile::Builder::new();
         builder.prefix(".lanecast-").suffix(".tmp");
         let (mut file, path) = {
-            // In the list from its first moment on.
+            // The lock is held until the file is listed, so that no file escapes
+            // `discard_unfinished`.
             let mut unfinished = unfinished();
             let (file, path) = builder.make_in(folder_of(target), create_new)?.into_parts();
             unfinished.push(path.to_path_buf());
@@ -191,7 +208,8 @@ impl Temporary {
         Ok(temporary)
     }
 
-    fn place(mut self, target: &Path) -> Result<(), SaveError> {
+    /// Renames the file to `target`.
+    fn rename(mut self, target: &Path) -> Result<(), SaveError> {
         let mut unfinished = unfinished();
         let Some(path) = self.path.take() else {
             return Ok(());
@@ -211,9 +229,9 @@ impl Drop for Temporary {
     }
 }
 
-/// With the permissions that the file would have had without the detour (the umask
-/// counts). Its errors are the system's own: the temporary name in those of
-/// `tempfile` means nothing to the user.
+/// Creates a file with the permissions that a file written without a temporary one would
+/// have (0666 less the umask). Errors are the system's own, since those of `tempfile` name
+/// the temporary file, which means nothing to the user.
 fn create_new(path: &Path) -> Result<File, Error> {
     let mut options = OpenOptions::new();
     options.write(true).create_new(true);
@@ -222,6 +240,7 @@ fn create_new(path: &Path) -> Result<File, Error> {
     options.open(path)
 }
 
+/// Writes to a device or pipe that exists.
 fn write_device(target: &Path, bytes: &[u8]) -> Result<(), Error> {
     let mut file = OpenOptions::new().write(true).open(target)?;
     file.write_all(bytes)?;
@@ -287,7 +306,7 @@ mod tests {
         let mut outputs = Outputs::default();
         outputs.add(&first, b"1".into()).unwrap();
         outputs.add(&second, b"2".into()).unwrap();
-        // Since it was checked, a folder has taken the name.
+        // A folder has taken the name since it was checked.
         fs::create_dir(&second).unwrap();
         fs::write(second.join("inside"), "").unwrap();
         assert!(outputs.commit().is_err());
@@ -328,7 +347,7 @@ mod tests {
 
     #[test]
     fn the_list_of_unfinished_files_is_true() {
-        // Discarding here would disturb this process's other tests.
+        // A call of `discard_unfinished` would disturb other tests of this process.
         let folder = tempfile::tempdir().unwrap();
         let mut outputs = Outputs::default();
         outputs.add(&folder.path().join("x"), vec![0; 9]).unwrap();

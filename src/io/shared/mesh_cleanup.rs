@@ -1,15 +1,15 @@
-//! What every mesh importer does to its vertices before they become a mesh.
+//! Cleanup of imported meshes: unused vertices and unusable normals.
 //!
-//! Vertices that no triangle uses are left out (they would widen the bounds and
-//! move the centre), and normals that shading cannot use are replaced. Triangles
-//! keep their number and order: a triangle's id is its place in the file.
+//! Importers remove vertices that no triangle uses, which would widen the bounds and move
+//! the centre, and replace normals that shading cannot use. Triangles keep their number and
+//! order: a triangle's id is its index in the file.
 
 use crate::scene::MeshData;
 use glam::DVec3;
 
-/// Leaves out vertices that no triangle uses; the others keep their order.
-/// Every corner must be a row of `positions`.
-pub(super) fn compact(mesh: &mut MeshData) {
+/// Removes the vertices that no triangle uses; the others keep their order.
+/// Every corner must be a valid index into `positions`.
+pub fn compact(mesh: &mut MeshData) {
     let mut used = vec![false; mesh.positions.len()];
     for v in mesh.triangles.iter().flatten() {
         used[*v as usize] = true;
@@ -32,10 +32,11 @@ pub(super) fn compact(mesh: &mut MeshData) {
     }
 }
 
-/// Replaces normals of no length, and those that are not finite, by the
-/// area-weighted normal of the triangles around the vertex. Gives their number.
-pub(super) fn repair_normals(mesh: &mut MeshData) -> usize {
-    // Beyond these sizes a square leaves f32's range.
+/// Replaces each normal that is not finite, or whose largest component is outside
+/// 1e-15…1e15, by the area-weighted normal of the triangles around the vertex. Returns how
+/// many were replaced.
+pub fn repair_normals(mesh: &mut MeshData) -> usize {
+    // Outside these limits the squared length can leave f32's range.
     let usable = |n: &[f32; 3]| {
         let size = n.iter().fold(0.0_f32, |a, x| a.max(x.abs()));
         n.iter().all(|x| x.is_finite()) && (1e-15..1e15).contains(&size)
@@ -59,15 +60,16 @@ pub(super) fn repair_normals(mesh: &mut MeshData) -> usize {
     }
     for ((normal, wrong), around) in mesh.normals.iter_mut().zip(&wrong).zip(&around) {
         if *wrong {
-            // No area around it: no ray meets it, any unit vector does.
+            // No triangle around this vertex has area, so no ray hits one: any unit vector
+            // will do.
             *normal = unit(*around).unwrap_or(DVec3::Z).as_vec3().to_array();
         }
     }
     count
 }
 
-/// The direction of `v`, whatever its size; `None` where it has none.
-pub(super) fn unit(v: DVec3) -> Option<DVec3> {
+/// Normalises `v` without overflow or underflow; `None` if it is zero or not finite.
+pub fn unit(v: DVec3) -> Option<DVec3> {
     let size = v.abs().max_element();
     (size > 0.0 && size.is_finite()).then(|| (v / size).normalize())
 }

@@ -1,8 +1,9 @@
-//! From the tree to typed values: a serde deserialiser whose errors have places.
+//! Source spans: a serde deserialiser from the tree to typed values, whose errors have byte
+//! offsets in the text.
 //!
-//! Types say what they expect by serde's own derive. [`At`] asks for the place
-//! of a value beside the value, under a name that only this deserialiser knows
-//! (the trick of `serde_spanned`, which JSON has not).
+//! Types derive `Deserialize` as usual. [`At`] asks for the offset of a value beside the
+//! value, by a newtype's name that only this deserialiser knows; the crate `serde_spanned`
+//! does the same for TOML, but nothing does for JSON.
 
 use super::tree::{Key, Kind, Value, nearest, quoted};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
@@ -13,48 +14,48 @@ use std::borrow::Cow;
 use std::fmt::Display;
 use std::marker::PhantomData;
 
-/// A message, and where it applies once that is known.
+/// A value that does not fit its type: the message, and the byte offset once it is known.
 #[derive(Debug)]
-pub(super) struct Misfit {
+pub(super) struct DecodeError {
     pub at: Option<usize>,
     pub message: String,
 }
 
-impl Misfit {
-    fn new(at: usize, message: impl Into<String>) -> Misfit {
-        Misfit {
+impl DecodeError {
+    fn new(at: usize, message: impl Into<String>) -> DecodeError {
+        DecodeError {
             at: Some(at),
             message: message.into(),
         }
     }
 
-    /// The innermost place wins.
-    fn within(self, at: usize) -> Misfit {
-        Misfit {
+    /// Sets the offset unless a value further inside has set it.
+    fn within(self, at: usize) -> DecodeError {
+        DecodeError {
             at: self.at.or(Some(at)),
             ..self
         }
     }
 }
 
-impl std::error::Error for Misfit {}
+impl std::error::Error for DecodeError {}
 
-impl Display for Misfit {
+impl Display for DecodeError {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         f.write_str(&self.message)
     }
 }
 
-impl de::Error for Misfit {
-    fn custom<T: Display>(message: T) -> Misfit {
-        Misfit {
+impl de::Error for DecodeError {
+    fn custom<T: Display>(message: T) -> DecodeError {
+        DecodeError {
             at: None,
             message: message.to_string(),
         }
     }
 
-    /// Of visitors that take more than one kind.
-    fn invalid_type(found: de::Unexpected, expected: &dyn de::Expected) -> Misfit {
+    /// Reports the kind of a value, for visitors that take more than one kind.
+    fn invalid_type(found: de::Unexpected, expected: &dyn de::Expected) -> DecodeError {
         let found = match found {
             de::Unexpected::Bool(_) => "true or false",
             de::Unexpected::Unsigned(_) | de::Unexpected::Signed(_) | de::Unexpected::Float(_) => {
@@ -64,28 +65,29 @@ impl de::Error for Misfit {
             de::Unexpected::Unit => "null",
             de::Unexpected::Seq => "a list",
             de::Unexpected::Map => "a table",
-            other => return Misfit::custom(format!("expected {expected}, found {other}")),
+            other => return DecodeError::custom(format!("expected {expected}, found {other}")),
         };
-        Misfit::custom(format!("expected {expected}, found {found}"))
+        DecodeError::custom(format!("expected {expected}, found {found}"))
     }
 
-    fn invalid_length(found: usize, expected: &dyn de::Expected) -> Misfit {
-        Misfit::custom(format!("expected {expected}, found {found} values"))
+    fn invalid_length(found: usize, expected: &dyn de::Expected) -> DecodeError {
+        DecodeError::custom(format!("expected {expected}, found {found} values"))
     }
 
-    fn unknown_field(field: &str, known: &'static [&'static str]) -> Misfit {
-        Misfit::custom(unknown("key", field, known))
+    fn unknown_field(field: &str, known: &'static [&'static str]) -> DecodeError {
+        DecodeError::custom(unknown("key", field, known))
     }
 
-    fn unknown_variant(variant: &str, known: &'static [&'static str]) -> Misfit {
-        Misfit::custom(unknown("value", variant, known))
+    fn unknown_variant(variant: &str, known: &'static [&'static str]) -> DecodeError {
+        DecodeError::custom(unknown("value", variant, known))
     }
 
-    fn missing_field(field: &'static str) -> Misfit {
-        Misfit::custom(format!("the key '{field}' is missing"))
+    fn missing_field(field: &'static str) -> DecodeError {
+        DecodeError::custom(format!("the key '{field}' is missing"))
     }
 }
 
+/// Reports an unknown name, with the most similar known one, or else all known ones.
 fn unknown(what: &str, name: &str, known: &[&str]) -> String {
     let name_shown = quoted(name);
     match nearest(name, known.iter().copied()) {
@@ -98,31 +100,38 @@ fn unknown(what: &str, name: &str, known: &[&str]) -> String {
 }
 
 impl<'de> Value<'de> {
-    fn wrong<T>(&self, expected: &str) -> Result<T, Misfit> {
+    /// Fails because the value is not what is expected.
+    fn wrong<T>(&self, expected: &str) -> Result<T, DecodeError> {
         let message = format!("expected {expected}, found {}", self.kind.describe());
-        Err(Misfit::new(self.at, message))
+        Err(DecodeError::new(self.at, message))
     }
 
-    fn number(&self) -> Result<f64, Misfit> {
+    /// Returns a finite number; integers beyond 2^53 are rounded.
+    fn number(&self) -> Result<f64, DecodeError> {
         match self.kind {
             Kind::Integer(i) => Ok(i as f64),
             Kind::Float(x) if x.is_finite() => Ok(x),
-            Kind::Float(x) => Err(Misfit::new(self.at, format!("{x} is not a finite number"))),
+            Kind::Float(x) => Err(DecodeError::new(
+                self.at,
+                format!("{x} is not a finite number"),
+            )),
             _ => self.wrong("a number"),
         }
     }
 
+    /// Gives the items of a list to a visitor.
     fn visit_list<V: Visitor<'de>>(
         at: usize,
         list: Vec<Value<'de>>,
         visitor: V,
-    ) -> Result<V::Value, Misfit> {
+    ) -> Result<V::Value, DecodeError> {
         visitor
             .visit_seq(Items(list.into_iter()))
             .map_err(|e| e.within(at))
     }
 
-    fn visit_table<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    /// Gives the entries of a table to a visitor; fails if the value is no table.
+    fn visit_table<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DecodeError> {
         let Kind::Table(entries) = self.kind else {
             return self.wrong("a table");
         };
@@ -135,9 +144,9 @@ impl<'de> Value<'de> {
 }
 
 impl<'de> Deserializer<'de> for Value<'de> {
-    type Error = Misfit;
+    type Error = DecodeError;
 
-    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DecodeError> {
         let at = self.at;
         match self.kind {
             Kind::Null => visitor.visit_unit(),
@@ -150,52 +159,52 @@ impl<'de> Deserializer<'de> for Value<'de> {
             Kind::List(list) => Value::visit_list(at, list, visitor),
             Kind::Table(_) => self.visit_table(visitor),
         }
-        .map_err(|e: Misfit| e.within(at))
+        .map_err(|e: DecodeError| e.within(at))
     }
 
-    fn deserialize_f64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_f64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DecodeError> {
         visitor.visit_f64(self.number()?)
     }
 
-    fn deserialize_f32<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_f32<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DecodeError> {
         let x = self.number()?;
         if !(x as f32).is_finite() {
             let message = format!("{x:e} is too large; at most 3e38 is possible here");
-            return Err(Misfit::new(self.at, message));
+            return Err(DecodeError::new(self.at, message));
         }
         visitor.visit_f64(x)
     }
 
-    fn deserialize_bool<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_bool<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DecodeError> {
         match self.kind {
             Kind::Bool(b) => visitor.visit_bool(b),
             _ => self.wrong("true or false"),
         }
     }
 
-    fn deserialize_str<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_str<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DecodeError> {
         match self.kind {
             Kind::Text(_) => self.deserialize_any(visitor),
             _ => self.wrong("text in quotes"),
         }
     }
 
-    fn deserialize_string<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_string<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DecodeError> {
         self.deserialize_str(visitor)
     }
 
-    fn deserialize_identifier<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_identifier<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DecodeError> {
         self.deserialize_str(visitor)
     }
 
-    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DecodeError> {
         match self.kind {
             Kind::Null => visitor.visit_none(),
             _ => visitor.visit_some(self),
         }
     }
 
-    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DecodeError> {
         match self.kind {
             Kind::List(list) => Value::visit_list(self.at, list, visitor),
             _ => self.wrong("a list"),
@@ -206,18 +215,18 @@ impl<'de> Deserializer<'de> for Value<'de> {
         self,
         len: usize,
         visitor: V,
-    ) -> Result<V::Value, Misfit> {
+    ) -> Result<V::Value, DecodeError> {
         match self.kind {
             Kind::List(list) if list.len() != len => {
                 let message = format!("expected {len} values, found {}", list.len());
-                Err(Misfit::new(self.at, message))
+                Err(DecodeError::new(self.at, message))
             }
             Kind::List(list) => Value::visit_list(self.at, list, visitor),
             _ => self.wrong(&format!("a list of {len} values")),
         }
     }
 
-    fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DecodeError> {
         self.visit_table(visitor)
     }
 
@@ -226,7 +235,7 @@ impl<'de> Deserializer<'de> for Value<'de> {
         _name: &'static str,
         _fields: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Misfit> {
+    ) -> Result<V::Value, DecodeError> {
         self.visit_table(visitor)
     }
 
@@ -235,11 +244,11 @@ impl<'de> Deserializer<'de> for Value<'de> {
         _name: &'static str,
         _variants: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Misfit> {
+    ) -> Result<V::Value, DecodeError> {
         match self.kind {
             Kind::Text(text) => visitor
                 .visit_enum(text.into_deserializer())
-                .map_err(|e: Misfit| e.within(self.at)),
+                .map_err(|e: DecodeError| e.within(self.at)),
             _ => self.wrong("text in quotes"),
         }
     }
@@ -248,7 +257,7 @@ impl<'de> Deserializer<'de> for Value<'de> {
         self,
         name: &'static str,
         visitor: V,
-    ) -> Result<V::Value, Misfit> {
+    ) -> Result<V::Value, DecodeError> {
         if name == AT {
             return visitor.visit_seq(Placed {
                 at: Some(self.at),
@@ -258,8 +267,8 @@ impl<'de> Deserializer<'de> for Value<'de> {
         visitor.visit_newtype_struct(self)
     }
 
-    /// Whatever it holds, nobody asks for it.
-    fn deserialize_ignored_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    /// Accepts any value without looking into it.
+    fn deserialize_ignored_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DecodeError> {
         visitor.visit_unit()
     }
 
@@ -269,15 +278,16 @@ impl<'de> Deserializer<'de> for Value<'de> {
     }
 }
 
+/// The items of a list that are not read yet.
 struct Items<'de>(std::vec::IntoIter<Value<'de>>);
 
 impl<'de> de::SeqAccess<'de> for Items<'de> {
-    type Error = Misfit;
+    type Error = DecodeError;
 
     fn next_element_seed<T: DeserializeSeed<'de>>(
         &mut self,
         seed: T,
-    ) -> Result<Option<T::Value>, Misfit> {
+    ) -> Result<Option<T::Value>, DecodeError> {
         self.0.next().map(|v| seed.deserialize(v)).transpose()
     }
 
@@ -286,18 +296,19 @@ impl<'de> de::SeqAccess<'de> for Items<'de> {
     }
 }
 
+/// The entries of a table that are not read yet; `held` is the value of the last key.
 struct Entries<'de> {
     rest: std::vec::IntoIter<(Key<'de>, Value<'de>)>,
     held: Option<Value<'de>>,
 }
 
 impl<'de> de::MapAccess<'de> for Entries<'de> {
-    type Error = Misfit;
+    type Error = DecodeError;
 
     fn next_key_seed<K: DeserializeSeed<'de>>(
         &mut self,
         seed: K,
-    ) -> Result<Option<K::Value>, Misfit> {
+    ) -> Result<Option<K::Value>, DecodeError> {
         let Some((key, value)) = self.rest.next() else {
             return Ok(None);
         };
@@ -309,7 +320,10 @@ impl<'de> de::MapAccess<'de> for Entries<'de> {
         seed.deserialize(name).map(Some)
     }
 
-    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Misfit> {
+    fn next_value_seed<V: DeserializeSeed<'de>>(
+        &mut self,
+        seed: V,
+    ) -> Result<V::Value, DecodeError> {
         match self.held.take() {
             Some(value) => {
                 let at = value.at;
@@ -320,7 +334,7 @@ impl<'de> de::MapAccess<'de> for Entries<'de> {
     }
 }
 
-/// A value and where it stands in the file.
+/// A value and its byte offset in the file.
 #[derive(Clone, Copy, Debug)]
 pub struct At<T> {
     /// Byte offset in the text.
@@ -328,21 +342,22 @@ pub struct At<T> {
     pub value: T,
 }
 
+/// The name by which [`At`] asks for the offset.
 const AT: &str = "$lanecast::At";
 
-/// First the place, then the value.
+/// The offset and the value, as a sequence of two.
 struct Placed<'de> {
     at: Option<usize>,
     value: Option<Value<'de>>,
 }
 
 impl<'de> de::SeqAccess<'de> for Placed<'de> {
-    type Error = Misfit;
+    type Error = DecodeError;
 
     fn next_element_seed<T: DeserializeSeed<'de>>(
         &mut self,
         seed: T,
-    ) -> Result<Option<T::Value>, Misfit> {
+    ) -> Result<Option<T::Value>, DecodeError> {
         if let Some(at) = self.at.take() {
             return seed.deserialize(at.into_deserializer()).map(Some);
         }
@@ -372,7 +387,7 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for At<T> {
     }
 }
 
-/// The place is no part of the format.
+/// The schema is that of the value, because the offset is not part of the format.
 impl<T: JsonSchema> JsonSchema for At<T> {
     fn inline_schema() -> bool {
         T::inline_schema()

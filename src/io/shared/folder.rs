@@ -1,21 +1,24 @@
-//! The folder of a scene file: other files it names are read through here.
+//! Access to the files that a scene file names.
 //!
-//! A name is relative to the scene file. After symbolic links are followed it
-//! must still lie in the scene's folder, unless the user has allowed more.
+//! A name is relative to the scene file's folder. After symbolic links are followed the
+//! file must still lie in that folder, unless the user allows files outside.
 
-use super::{LoadError, LoadOptions};
+use crate::{LoadError, LoadOptions};
 use std::path::{Path, PathBuf};
 
+/// The folder of a scene file, and which files a scene in it may name.
 #[derive(Clone, Debug)]
 pub struct Folder {
+    /// The scene file, for messages.
     scene: PathBuf,
     root: PathBuf,
     allow_outside: bool,
-    /// Those that exist, with links followed.
+    /// The outputs that exist already, with links followed.
     outputs: Vec<PathBuf>,
 }
 
 impl Folder {
+    /// Takes the folder of the scene file `scene`; the current one for a bare file name.
     pub fn of(scene: &Path, options: &LoadOptions) -> Folder {
         let parent = scene.parent().filter(|p| !p.as_os_str().is_empty());
         Folder {
@@ -30,15 +33,18 @@ impl Folder {
         }
     }
 
-    /// The path of a file that the scene names, if it may be read.
+    /// Returns the path of the file that the scene calls `named`, with links followed.
+    ///
+    /// Fails if the file does not exist ([`LoadError::Read`]), lies outside the folder
+    /// ([`LoadError::Outside`]) or is an output of the run ([`LoadError::Output`]).
     pub fn resolve(&self, named: &str) -> Result<PathBuf, LoadError> {
         let outside = || LoadError::Outside {
             path: self.scene.clone(),
             named: named.into(),
         };
         let path = self.root.join(named);
-        // Textually first: a file that does not exist cannot be canonicalised,
-        // and must not tell whether it exists elsewhere.
+        // The name is checked as text first: a file that does not exist cannot be
+        // canonicalised, and the error must not tell whether a file exists outside.
         let leaves = Path::new(named).is_absolute()
             || Path::new(named)
                 .components()
@@ -71,15 +77,16 @@ impl Folder {
         Ok(found)
     }
 
+    /// Reads the file that the scene calls `named`; fails as [`Folder::resolve`] does.
     pub fn read(&self, named: &str) -> Result<Vec<u8>, LoadError> {
         let path = self.resolve(named)?;
-        read(&path)
+        read_file(&path)
     }
 }
 
-/// The bytes of a regular file; anything else (a folder, a device that never
-/// ends) is refused.
-pub(super) fn read(path: &Path) -> Result<Vec<u8>, LoadError> {
+/// Reads all bytes of a regular file. Refuses folders, pipes and devices, some of which
+/// never end.
+pub fn read_file(path: &Path) -> Result<Vec<u8>, LoadError> {
     let failed = |source| LoadError::Read {
         path: path.into(),
         source,

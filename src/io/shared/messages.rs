@@ -1,9 +1,8 @@
-//! Words from a file, made fit for one line of a message or a name; and what parsers of
-//! JSON say, in ours.
+//! Texts for messages: quotations from files, and translated errors of the JSON parser.
 
-/// Control characters replaced, cut after `LIMIT` characters: whatever a file
-/// holds, a message that quotes it stays one readable line.
-pub(super) fn one_line(text: &str) -> String {
+/// Makes a text from a file fit for one line of a message or for a name: replaces control
+/// characters by blanks, and cuts after `LIMIT` characters.
+pub fn one_line(text: &str) -> String {
     const LIMIT: usize = 160;
     let mut line: String = text
         .chars()
@@ -16,8 +15,9 @@ pub(super) fn one_line(text: &str) -> String {
     line.trim().into()
 }
 
-/// What is wrong with a JSON text, without the place.
-pub(super) fn json_fault(error: &serde_json::Error) -> String {
+/// Translates an error of `serde_json` into the words of our messages, without line and
+/// column.
+pub fn json_fault(error: &serde_json::Error) -> String {
     let full = error.to_string();
     let said = full.rfind(" at line ").map_or(&*full, |end| &full[..end]);
     if said.starts_with("EOF") || said == "unexpected end of hex escape" && error.is_eof() {
@@ -51,7 +51,7 @@ pub(super) fn json_fault(error: &serde_json::Error) -> String {
     one_line(ours)
 }
 
-/// Of "integer `3`", "map" and so on.
+/// Translates what `serde_json` calls a value it found, such as "integer `3`" or "map".
 fn kind(found: &str) -> &str {
     match found.split_whitespace().next() {
         Some("integer" | "floating") => "a number",

@@ -1,51 +1,53 @@
-//! Any mesh file as one mesh: all its triangles, in world space.
+//! Merged meshes: all triangles of a mesh file as one mesh in world space.
 //!
-//! What a scene file's `mesh = "file"` names. Materials, cameras and lights of
-//! the mesh file do not come along.
+//! A native scene's `mesh = "file"` is imported this way. Materials, cameras and lights of
+//! the mesh file are not imported.
 
-use super::mesh_data::unit;
-use super::{Dropped, LoadError, LoadOptions, gltf, obj, ply, stl};
 use crate::math::Affine;
 use crate::scene::{Appearances, MeshData, Scene, SceneBuilder, Shape};
+use crate::shared::mesh_cleanup::unit;
+use crate::{ImportReport, LoadError, LoadOptions, gltf, obj, ply, stl};
 use glam::{DMat3, DVec3};
 use std::path::Path;
 
-/// Vertices and triangles that instancing may add to what the file stores:
-/// about half a gigabyte.
+/// Limit on the vertices and triangles that merging may add to those the file stores, since
+/// instances are copied; about half a gigabyte.
 const MOST_REPEATED: u64 = 1 << 24;
 
-/// What a mesh is read from, for messages.
-pub(super) const MESH_FORMATS: &str = ".obj .ply .stl .gltf .glb";
+/// Extensions of the files that a mesh can be read from, as messages list them.
+pub const MESH_FORMATS: &str = ".obj .ply .stl .gltf .glb";
 
-/// Does the name's ending tell one of [`MESH_FORMATS`]?
-pub(super) fn names_mesh(path: &Path) -> bool {
-    let extension = super::extension(path);
+/// Whether a file name has one of the extensions [`MESH_FORMATS`].
+pub fn names_mesh(path: &Path) -> bool {
+    let extension = crate::extension(path);
     !extension.is_empty()
         && MESH_FORMATS
             .split(['.', ' '])
             .any(|known| known == extension)
 }
 
-/// Reads a `.gltf`, `.glb`, `.obj`, `.ply` or `.stl` file and bakes its
-/// triangles with their transforms, in f64, into one mesh without parts.
+/// Reads a `.gltf`, `.glb`, `.obj`, `.ply` or `.stl` file and merges all its triangles,
+/// transformed to world space in f64, into one mesh without material parts.
 ///
-/// A mirrored instance has its triangles turned, so that outside stays outside.
+/// The triangles of mirrored instances are reversed, so that the outside stays outside.
+/// Fails as the format's importer does, for unknown extensions, and if instancing
+/// multiplies the triangles beyond a fixed limit or u32.
 pub fn import_mesh(
     path: &Path,
     options: &LoadOptions,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<MeshData, LoadError> {
-    match &*super::extension(path) {
+    match &*crate::extension(path) {
         "gltf" | "glb" => {
             let mut scene = SceneBuilder::default();
-            gltf::import(path, options, &mut scene, dropped)?;
+            gltf::import(path, options, &mut scene, report)?;
             let scene = scene
                 .finish()
                 .map_err(|source| LoadError::of_scene(path, source))?;
             bake(path, &scene)
         }
-        "obj" => obj::read(path, options, dropped).map(|o| o.mesh),
-        "ply" => ply::read(path, dropped),
+        "obj" => obj::read(path, options, report).map(|o| o.mesh),
+        "ply" => ply::read(path, report),
         "stl" => stl::read(path),
         _ => Err(LoadError::Unsupported {
             path: path.into(),
@@ -55,7 +57,7 @@ pub fn import_mesh(
     }
 }
 
-/// Every appearance's triangles, one after the other. Normals are kept where
+/// Concatenates the triangles of all instances, in their order. Normals are kept only if
 /// every mesh has them.
 fn bake(path: &Path, scene: &Scene) -> Result<MeshData, LoadError> {
     let of_scene = |source| LoadError::of_scene(path, source);
@@ -82,7 +84,8 @@ fn bake(path: &Path, scene: &Scene) -> Result<MeshData, LoadError> {
         });
     }
     let mut baked = MeshData::default();
-    // Such files have meshes alone, so there are no more rows than triangles.
+    // Mesh files have no other shapes, and no mesh without triangles, so there are no more
+    // rows than triangles.
     for row in all.iter(scene) {
         let Shape::Mesh(id) = scene.shapes.row(row.shape) else {
             continue;
@@ -110,6 +113,7 @@ fn bake(path: &Path, scene: &Scene) -> Result<MeshData, LoadError> {
     Ok(baked)
 }
 
+/// Whether a map has a negative determinant.
 fn is_mirrored(m: &Affine) -> bool {
     let size = m.norm();
     let columns = m.linear().map(|c| DVec3::from_array(c) / size);

@@ -1,30 +1,32 @@
-//! Linear light to 8-bit sRGB (IEC 61966-2-1), to the nearest code.
+//! Conversion of linear light to 8-bit sRGB (IEC 61966-2-1), to the nearest code.
 //!
-//! The transfer function is inverted once, at the 255 borders between codes;
-//! a value's code is the number of borders at or below it. That rounds right by
-//! construction, is monotone, and needs no power per pixel. The borders are
-//! computed in f64 by the crate `libm`, so bits are the same on all machines.
-//! Values outside 0…1 are clamped; NaN becomes 0.
+//! The transfer function is inverted once, at the 255 borders between codes; the code of a
+//! value is the number of borders at or below it. This rounds correctly by construction, is
+//! monotone, and needs no power function per pixel. The borders are computed in f64 by the
+//! crate `libm`, so results are the same on all machines. Values outside 0…1 are clamped;
+//! NaN becomes 0.
 //!
-//! Borders lie at least 1/112 of themselves apart, so between two numbers of f32 that
-//! agree in eight bits of their fraction there is one at most: a table has the code at
-//! the lower one, and one comparison does the rest.
+//! The relative distance of neighbouring borders is at least 1/112, so a cell of f32 values
+//! that agree in the exponent and eight bits of the fraction contains at most one border. A
+//! table holds the code at the beginning of each cell, and one comparison finds the code.
 
+/// The tables of the conversion.
 pub struct SrgbEncoder {
-    /// `borders[k]` is the linear value half-way between codes k and k + 1; none
-    /// comes after the last.
+    /// `borders[k]` is the linear value half-way between codes k and k + 1; the last one is
+    /// infinity, because no code follows 255.
     borders: [f64; 256],
-    /// Of each cell from [`LEAST`] to 1, the code at its beginning.
+    /// The code at the beginning of each cell from [`LEAST`] to 1.
     codes: [u8; CELLS],
 }
 
-/// No border is below.
+/// The beginning of the first cell; no border is below.
 const LEAST: f32 = 1.0 / 8192.0;
-/// Of a cell's numbers the bits that differ.
+/// The number of low bits in which the f32 values of one cell differ.
 const CELL: u32 = 23 - 8;
 const CELLS: usize = ((1.0_f32.to_bits() - LEAST.to_bits()) >> CELL) as usize;
 
 impl SrgbEncoder {
+    /// Computes the tables.
     pub fn new() -> SrgbEncoder {
         let border = |k: usize| match k {
             255 => f64::INFINITY,
@@ -41,9 +43,10 @@ impl SrgbEncoder {
         }
     }
 
+    /// Returns the code nearest to a linear value.
     #[inline]
     pub fn encode(&self, linear: f32) -> u8 {
-        // Neither is NaN.
+        // NaN fails both comparisons and gets code 0.
         if linear >= 1.0 {
             return 255;
         }
@@ -62,7 +65,7 @@ impl Default for SrgbEncoder {
     }
 }
 
-/// The standard's decoding function, 0…1 to 0…1.
+/// Decodes an sRGB value by the standard's function, from 0…1 to 0…1.
 fn linear_from_srgb(encoded: f64) -> f64 {
     if encoded <= 0.04045 {
         encoded / 12.92
@@ -76,7 +79,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// The standard's encoding function, rounded: the direct way.
+    /// Encodes by the standard's function, in units of codes, without rounding.
     fn direct(linear: f64) -> f64 {
         let linear = linear.clamp(0.0, 1.0);
         255.0
@@ -125,7 +128,7 @@ mod tests {
     fn codes_change_half_way() {
         let srgb = SrgbEncoder::new();
         for code in 0..255_u8 {
-            // The least value above this code, by bisection over the bits.
+            // Bisection over the bits finds the least value with a higher code.
             let (mut below, mut above) = (0, 1.0_f32.to_bits());
             while above - below > 1 {
                 let middle = (below + above) / 2;
@@ -135,8 +138,8 @@ mod tests {
                     below = middle;
                 }
             }
-            // The standard's two functions are inverse to each other only to
-            // about 1e-5 of a code, at their joint.
+            // At the joint of their two pieces, the standard's functions are inverse to each
+            // other only to about 1e-5 of a code.
             let border = direct(f64::from(f32::from_bits(above)));
             assert!((border - 0.5 - f64::from(code)).abs() < 1e-4, "{code}");
         }

@@ -1,4 +1,4 @@
-//! The same square in all encodings; wrong headers; endless counts.
+//! Tests of one square in all encodings, of malformed headers, and of huge counts.
 
 use super::*;
 
@@ -48,12 +48,12 @@ fn square(format: &str) -> Vec<u8> {
 #[test]
 fn one_square_in_three_encodings() {
     for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
-        let mut dropped = Dropped::default();
-        let mesh = parse(&square(format), &mut dropped).unwrap();
+        let mut report = ImportReport::default();
+        let mesh = parse(&square(format), &mut report).unwrap();
         assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]], "{format}");
         assert_eq!(mesh.positions[2], [1.0, 1.0, -2.0]);
         assert_eq!(mesh.normals, [[0.0, 0.0, 1.0]; 4]);
-        let warning = dropped.summary().unwrap();
+        let warning = report.summary().unwrap();
         assert!(warning.contains("1 × element other"), "{warning}");
         assert!(
             warning.contains("1 × face of fewer than 3 corners"),
@@ -66,10 +66,10 @@ fn one_square_in_three_encodings() {
 fn every_truncation_is_an_error_not_a_panic() {
     for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
         let whole = square(format);
-        // An ascii file may lose its last line break.
+        // An ASCII file is complete without its last line break.
         for end in 0..whole.len() - 1 {
-            let mut dropped = Dropped::default();
-            let cut = parse(&whole[..end], &mut dropped);
+            let mut report = ImportReport::default();
+            let cut = parse(&whole[..end], &mut report);
             let message = cut.err().map(|e| e.1).unwrap_or_default();
             assert!(
                 !message.is_empty() && !message.contains('\n'),
@@ -173,11 +173,11 @@ fn wrong_files_are_refused() {
             "unsupported",
         ),
     ] {
-        let message = parse(text.as_bytes(), &mut Dropped::default())
+        let message = parse(text.as_bytes(), &mut ImportReport::default())
             .unwrap_err()
             .1;
         assert!(message.contains(says), "{text}: {message}");
-        // Nothing of the parser's own.
+        // The message has none of the parser's own terms.
         for own in ["String:", "Error", "{ ", "Couldn't", "Scalar"] {
             assert!(!message.contains(own), "{text}: {message}");
         }

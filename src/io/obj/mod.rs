@@ -1,37 +1,42 @@
-//! Wavefront OBJ: the polygons of a file as one mesh, its MTL as materials.
+//! Importer of Wavefront OBJ: the polygons of a file as one mesh, its MTL as materials.
 //!
-//! A reader of our own: the crate tobj keeps f32 only, reads a polyline of three
-//! points as a triangle, shifts normals where only some corners have them,
-//! gives errors without a line and panics on an MTL colour of one number.
+//! The crate tobj is not used: it keeps f32 only, reads a polyline of three points as a
+//! triangle, shifts normals if only some corners have them, gives errors without a line and
+//! panics on an MTL colour of one number.
 //!
-//! Polygons become fans about their first corner, in file order; that is right
-//! for convex ones. Vertices are told apart by position and normal index.
-//! Texture coordinates (beyond being numbers), vertex colours and weights, groups
-//! and smoothing are not read; points, lines and free-form curves and surfaces are counted.
+//! Polygons become triangle fans about their first corner, in file order, which is right for
+//! convex polygons. Corners with equal position and normal indices share a vertex. Texture
+//! coordinates are checked to be numbers and not used; vertex colours and weights, groups
+//! and smoothing are not read; points, lines, and free-form curves and surfaces are counted
+//! in the import report.
 
-use super::mesh_data::repair_normals;
-use super::text::one_line;
-use super::{Dropped, Folder, LoadError, LoadOptions, mtl, show};
+mod mtl;
+
 use crate::scene::{Material, MeshData, SceneBuilder};
+use crate::shared::folder::read_file;
+use crate::shared::mesh_cleanup::repair_normals;
+use crate::shared::messages::one_line;
+use crate::{Folder, ImportReport, LoadError, LoadOptions, add_mesh_instance};
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-/// A mesh without parts, and its materials beside it.
+/// The content of a file: a mesh, whose own table of parts is empty, and materials.
 pub(super) struct Obj {
     pub mesh: MeshData,
     pub materials: Vec<(String, Material)>,
-    /// First triangle and row of `materials`, rising.
+    /// The first triangle of each part and its index into `materials`, in ascending order.
     pub parts: Vec<(u32, Option<usize>)>,
 }
 
+/// Reads an OBJ file into the builder as a mesh with materials, and one instance of it.
 pub(super) fn import(
     path: &Path,
     options: &LoadOptions,
     scene: &mut SceneBuilder,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<(), LoadError> {
-    let mut obj = read(path, options, dropped)?;
+    let mut obj = read(path, options, report)?;
     let mut ids = Vec::with_capacity(obj.materials.len());
     for (name, material) in obj.materials {
         ids.push(scene.material(&one_line(&name), material));
@@ -40,38 +45,41 @@ pub(super) fn import(
     obj.mesh.parts = parts
         .map(|(first, m)| (*first, m.map(|m| ids[m])))
         .collect();
-    show(scene, &obj.mesh);
+    add_mesh_instance(scene, &obj.mesh);
     Ok(())
 }
 
-/// A corner of a face: rows of the file's positions and normals.
+/// A corner of a face: indices of the file's positions and normals.
 type Corner = (u32, Option<u32>);
 
-/// What the lines say, before vertices are joined.
+/// The statements of a file, before corners are joined to vertices.
 #[derive(Default)]
 struct Lines {
     positions: Vec<[f64; 3]>,
     normals: Vec<[f64; 3]>,
     corners: Vec<Corner>,
-    /// Per face: end of its corners, its line, row of `material_names`.
+    /// For each face the end of its corners, its line, and its index into `material_names`.
     faces: Vec<(usize, usize, Option<usize>)>,
     material_names: Vec<String>,
     libraries: Vec<String>,
 }
 
+/// Reads an OBJ file and the material libraries that it names. Fails for malformed lines,
+/// vertices that do not exist, and libraries outside the folder.
 pub(super) fn read(
     path: &Path,
     options: &LoadOptions,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<Obj, LoadError> {
-    let bytes = super::folder::read(path)?;
-    let lines = scan(path, &bytes, dropped)?;
+    let bytes = read_file(path)?;
+    let lines = scan(path, &bytes, report)?;
     let folder = Folder::of(path, options);
-    let materials = libraries(&folder, &lines.libraries, dropped)?;
-    join(path, &lines, materials, dropped)
+    let materials = libraries(&folder, &lines.libraries, report)?;
+    join(path, &lines, materials, report)
 }
 
-/// The lines of a file, continuations (a `\` at the end) joined, numbered from 1.
+/// Splits a file into lines, numbered from 1, and joins continued ones (with a `\` at the
+/// end); they have the number of their first line.
 pub(super) fn logical_lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
     let mut lines = text.split('\n').enumerate();
     std::iter::from_fn(move || {
@@ -90,7 +98,7 @@ pub(super) fn logical_lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, 
     })
 }
 
-/// The error at the place of `word`, which is part of `line`.
+/// Makes an error at the place of `word`, which must be a slice of `line`.
 pub(super) fn syntax(path: &Path, line: (usize, &str), word: &str, message: String) -> LoadError {
     let before = (word.as_ptr() as usize).saturating_sub(line.1.as_ptr() as usize);
     let before = line.1.get(..before).map_or(0, |b| b.chars().count());
@@ -102,7 +110,8 @@ pub(super) fn syntax(path: &Path, line: (usize, &str), word: &str, message: Stri
     }
 }
 
-fn scan(path: &Path, bytes: &[u8], dropped: &mut Dropped) -> Result<Lines, LoadError> {
+/// Reads the statements of a file.
+fn scan(path: &Path, bytes: &[u8], report: &mut ImportReport) -> Result<Lines, LoadError> {
     let text = String::from_utf8_lossy(bytes);
     let mut all = Lines::default();
     let mut rows: HashMap<String, usize> = HashMap::new();
@@ -112,7 +121,7 @@ fn scan(path: &Path, bytes: &[u8], dropped: &mut Dropped) -> Result<Lines, LoadE
         let bare = line.1.split('#').next().unwrap_or_default();
         let mut words = bare.split_whitespace();
         let Some(key) = words.next() else { continue };
-        // Names may hold blanks and '#'.
+        // Names may contain blanks and '#'.
         let rest = || line.1.trim_start()[key.len()..].trim();
         match key {
             "v" => all.positions.push(triple(path, line, key, words)?),
@@ -126,7 +135,7 @@ fn scan(path: &Path, bytes: &[u8], dropped: &mut Dropped) -> Result<Lines, LoadE
                 }
                 if all.corners.len() - first < 3 {
                     all.corners.truncate(first);
-                    dropped.add("face of fewer than 3 corners");
+                    report.add("face of fewer than 3 corners");
                 } else {
                     all.faces.push((all.corners.len(), number, material));
                 }
@@ -141,15 +150,15 @@ fn scan(path: &Path, bytes: &[u8], dropped: &mut Dropped) -> Result<Lines, LoadE
                 material = Some(row);
             }
             "mtllib" => all.libraries.push(rest().into()),
-            "p" | "l" => dropped.add("point or line element"),
-            "curv" | "curv2" | "surf" => dropped.add("free-form element"),
+            "p" | "l" => report.add("point or line element"),
+            "curv" | "curv2" | "surf" => report.add("free-form element"),
             _ => {}
         }
     }
     Ok(all)
 }
 
-/// Three finite numbers; what follows them (a weight, a colour) is not read.
+/// Reads three finite numbers; what follows them (a weight, a colour) is not read.
 fn triple<'a>(
     path: &Path,
     line: (usize, &str),
@@ -170,7 +179,8 @@ fn triple<'a>(
     Ok(values)
 }
 
-/// One to three numbers, of any value: nothing is made of them.
+/// Checks that a texture coordinate has one to three numbers, of any value, since they are
+/// not used.
 fn texture<'a>(
     path: &Path,
     line: (usize, &str),
@@ -190,13 +200,14 @@ fn texture<'a>(
     }
 }
 
+/// Parses a finite number.
 pub(super) fn finite(word: &str) -> Option<f64> {
     word.parse().ok().filter(|x: &f64| x.is_finite())
 }
 
-/// `position/texture/normal`, where the latter two may be missing. Rows count
-/// from 1, or backwards from the last one so far; the file may define the
-/// positive ones later, so they are checked when it is read. Textures are not used.
+/// Parses `position/texture/normal`, of which the latter two may be missing. Numbers count
+/// from 1, or as negative numbers backwards from the last definition before this line. The
+/// file may define positive ones later, so `join` checks them. Textures are not used.
 fn corner(path: &Path, line: (usize, &str), word: &str, all: &Lines) -> Result<Corner, LoadError> {
     let row = |part: &str, what: &str, count: usize| {
         let wrong = |why: String| syntax(path, line, word, why);
@@ -227,17 +238,17 @@ fn corner(path: &Path, line: (usize, &str), word: &str, all: &Lines) -> Result<C
     Ok((position, normal))
 }
 
-/// The materials of the libraries that exist; one that does not is counted, as
-/// OBJ files often come without.
+/// Reads the materials of the libraries that exist. Missing libraries are counted and no
+/// error, because OBJ files often come without theirs.
 fn libraries(
     folder: &Folder,
     names: &[String],
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<HashMap<String, Material>, LoadError> {
     let mut materials = HashMap::new();
     let mut done: HashSet<PathBuf> = HashSet::new();
     for name in names {
-        // The whole rest of the line is one name, or else a list of names.
+        // The rest of the line is one name with blanks, or else a list of names.
         let whole = folder.resolve(name);
         let list: Vec<&str> = match whole {
             Err(LoadError::Read { .. }) => name.split_whitespace().collect(),
@@ -246,10 +257,10 @@ fn libraries(
         for name in list {
             match folder.resolve(name) {
                 Ok(found) if done.insert(found.clone()) => {
-                    mtl::read(&found, &mut materials, dropped)?;
+                    mtl::read(&found, &mut materials, report)?;
                 }
                 Ok(_) => {}
-                Err(LoadError::Read { .. }) => dropped.add("missing material library"),
+                Err(LoadError::Read { .. }) => report.add("missing material library"),
                 Err(outside) => return Err(outside),
             }
         }
@@ -257,32 +268,33 @@ fn libraries(
     Ok(materials)
 }
 
-/// Joins corners into vertices, faces into triangles.
+/// Joins corners to vertices, and splits faces into triangles. Fails if a face names a
+/// vertex that the file does not have.
 fn join(
     path: &Path,
     lines: &Lines,
     mut known: HashMap<String, Material>,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<Obj, LoadError> {
     let normal_of = |corner: &Corner| lines.normals.get(corner.1? as usize);
     let smooth = lines.corners.iter().filter(|c| normal_of(c).is_some());
     let smooth = smooth.count();
-    // Files without any refer to some all the same.
+    // Some files without normals refer to normals all the same.
     let named = lines.corners.iter().filter(|c| c.1.is_some()).count();
-    dropped.add_many(
+    report.add_many(
         "corner with a normal that the file does not have",
         named - smooth,
     );
     let with_normals = smooth == lines.corners.len();
     if smooth > 0 && !with_normals {
-        dropped.add("normals of a mesh where only some corners have them");
+        report.add("normals of a mesh where only some corners have them");
     }
     let mut materials = Vec::new();
     let mut row_of = Vec::new();
     for name in &lines.material_names {
         let found = known.remove(name);
         if found.is_none() {
-            dropped.add("unknown material");
+            report.add("unknown material");
         }
         row_of.push(found.map(|material| {
             materials.push((name.clone(), material));
@@ -331,7 +343,7 @@ fn join(
         let pairs = fan[1..].windows(2);
         mesh.triangles.extend(pairs.map(|w| [fan[0], w[0], w[1]]));
     }
-    dropped.add_many("unusable normal", repair_normals(&mut mesh));
+    report.add_many("unusable normal", repair_normals(&mut mesh));
     Ok(Obj {
         mesh,
         materials,
@@ -340,5 +352,4 @@ fn join(
 }
 
 #[cfg(test)]
-#[path = "obj_tests.rs"]
 mod tests;

@@ -1,17 +1,16 @@
-//! The finished film: one column per channel, row-major, top row first; and the
-//! files that it is written to.
+//! Rendered pictures: one column per channel, row-major, top row first; and the files that
+//! they are written to.
 //!
-//! `x.png` is 8-bit sRGB; `x.exr` is linear and holds the AOVs too. Beside a
-//! `x.png` the AOVs go to `x.aov.exr`. The channels' names are in
-//! `openexr.rs`; that files appear whole or not at all is the work of
-//! `atomic.rs`.
+//! `x.png` is 8-bit sRGB; `x.exr` is linear and also holds the AOVs. The AOVs of `x.png` go
+//! to `x.aov.exr` beside it. `openexr.rs` names the channels; `outputs.rs` makes files
+//! appear complete or not at all.
 
-use super::atomic::Outputs;
-use super::openexr::{self, Content};
-use super::{SaveError, png};
+use crate::Outputs;
+use crate::openexr::{self, Content};
+use crate::{SaveError, png};
 use std::path::{Path, PathBuf};
 
-/// Which arbitrary output variables are kept.
+/// A set of arbitrary output variables (AOVs) to keep beside the colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AovSet {
     pub depth: bool,
@@ -23,11 +22,12 @@ pub struct AovSet {
 }
 
 impl AovSet {
+    /// Whether the set has an AOV.
     pub fn any(&self) -> bool {
         *self != AovSet::default()
     }
 
-    /// The names that `--aov` takes.
+    /// The names of the AOVs, as `--aov` takes them.
     pub const NAMES: [&str; 6] = [
         "depth",
         "position",
@@ -37,7 +37,7 @@ impl AovSet {
         "primitive_id",
     ];
 
-    /// Adds the output of this name; false if there is none.
+    /// Adds the AOV called `name`; returns false if there is none of this name.
     pub fn add(&mut self, name: &str) -> bool {
         match name {
             "depth" => self.depth = true,
@@ -52,31 +52,33 @@ impl AovSet {
     }
 }
 
-/// Channels that were not asked for are `None` and take no memory. AOVs are of
-/// the pixel's first sample, never blended.
+/// A picture with its AOVs. AOVs that are not kept are `None`. An AOV is the value of the
+/// pixel's first sample, never a mean.
 #[derive(Clone, Debug, Default)]
 pub struct Picture {
     pub width: u32,
     pub height: u32,
-    /// Linear Rec. 709 radiance.
+    /// Radiance, linear, Rec. 709 primaries.
     pub color: Vec<[f32; 3]>,
-    /// Along the camera's view axis, world units; infinity where nothing is.
+    /// Distance along the camera's view axis in world units; infinity where nothing was hit.
     pub depth: Option<Vec<f32>>,
-    /// World space; NaN-free: (0, 0, 0) where nothing is.
+    /// The hit point in world space; (0, 0, 0), not NaN, where nothing was hit.
     pub position: Option<Vec<[f32; 3]>>,
-    /// Shading normal, world space, unit; (0, 0, 0) where nothing is.
+    /// Unit shading normal in world space; (0, 0, 0) where nothing was hit.
     pub normal: Option<Vec<[f32; 3]>>,
     pub albedo: Option<Vec<[f32; 3]>>,
-    /// The appearance's path index; [`Picture::NO_ID`] where nothing is.
+    /// The path index of the instance; [`Picture::NO_ID`] where nothing was hit.
     pub instance_id: Option<Vec<u64>>,
-    /// Triangle in source order, 0 for other shapes; `u32::MAX` where nothing is.
+    /// The index of the triangle in its source file, 0 for other shapes; `u32::MAX` where
+    /// nothing was hit.
     pub primitive_id: Option<Vec<u32>>,
 }
 
 impl Picture {
+    /// The `instance_id` of a pixel where nothing was hit.
     pub const NO_ID: u64 = u64::MAX;
 
-    /// The AOVs that it holds.
+    /// The set of AOVs that the picture has.
     pub fn aovs(&self) -> AovSet {
         AovSet {
             depth: self.depth.is_some(),
@@ -88,8 +90,11 @@ impl Picture {
         }
     }
 
-    /// Encodes it into the files that `path` asks for, to be committed with the
-    /// others of the run.
+    /// Encodes the picture into the files of [`picture_files`] and adds them to `outputs`,
+    /// which the caller commits.
+    ///
+    /// Fails for unknown extensions, columns of wrong length, and errors of encoding or
+    /// writing.
     pub fn save_into(&self, path: &Path, outputs: &mut Outputs) -> Result<(), SaveError> {
         self.check_columns(path)?;
         for (path, what) in picture_files(path, self.aovs())? {
@@ -103,13 +108,16 @@ impl Picture {
         Ok(())
     }
 
+    /// Writes the picture to the files of [`picture_files`]; fails as
+    /// [`Picture::save_into`] does.
     pub fn save(&self, path: &Path) -> Result<(), SaveError> {
         let mut outputs = Outputs::default();
         self.save_into(path, &mut outputs)?;
         outputs.commit()
     }
 
-    /// The fields are public: a program may have filled them.
+    /// Checks that the picture has pixels and every column has one row per pixel, because
+    /// a program may fill the public fields.
     fn check_columns(&self, path: &Path) -> Result<(), SaveError> {
         fn len<T>(column: &Option<Vec<T>>) -> Option<usize> {
             column.as_ref().map(Vec::len)
@@ -141,15 +149,19 @@ impl Picture {
     }
 }
 
+/// The content of one file of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PictureFile {
+    /// Colour, 8-bit sRGB.
     Png,
-    /// Colour and AOVs.
+    /// Colour, linear, and AOVs.
     Exr,
+    /// AOVs alone.
     AovExr,
 }
 
-/// The files that a picture saved as `path` with these AOVs is written to.
+/// Lists the files to which a picture with these AOVs is saved as `path`; fails unless the
+/// extension is `.png` or `.exr`.
 pub fn picture_files(path: &Path, aovs: AovSet) -> Result<Vec<(PathBuf, PictureFile)>, SaveError> {
     let extension = path
         .extension()

@@ -1,10 +1,11 @@
-//! Written pictures, read back by the codecs' own readers.
+//! Tests of written pictures, which the codecs' own readers read back.
 
 use super::*;
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
 use std::collections::BTreeMap;
 
-/// Every column differs from pixel to pixel, and holds its awkward values.
+/// Makes a picture with every column. Values differ from pixel to pixel and include infinite
+/// depths, tiny numbers, and ids beyond u32.
 fn picture(width: u32, height: u32) -> Picture {
     let n = width as usize * height as usize;
     let triple = |k: f32| {
@@ -32,7 +33,7 @@ fn picture(width: u32, height: u32) -> Picture {
                     0 => Picture::NO_ID,
                     1 => (1 << 32) + i,
                     2 => u64::from(u32::MAX) - i,
-                    // Neither half survives a way through f32.
+                    // Neither half of the id is exact in f32.
                     _ => 0x0123_4567_89ab_cdef_u64.wrapping_mul(i),
                 })
                 .collect(),
@@ -175,7 +176,7 @@ fn failures_leave_nothing() {
     fails(&good, "x.jpg", "known are .png and .exr");
     fails(&good, "x", "known are .png and .exr");
     fails(&good, "missing/x.png", "create it first");
-    // The second file cannot be placed, so the first must not appear either.
+    // The second file cannot be written, so the first must not appear either.
     std::fs::create_dir(folder.path().join("x.aov.exr")).unwrap();
     fails(&good, "x.png", "a folder of that name");
     std::fs::remove_dir(folder.path().join("x.aov.exr")).unwrap();

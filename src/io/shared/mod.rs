@@ -1,0 +1,16 @@
+//! What the formats share: reading and writing files, messages, meshes, constants, pictures.
+//!
+//! Nothing here belongs to one format, and nothing here knows which format asks, except
+//! `merge_meshes`, which reads a mesh from any file that has one, and `picture`, which
+//! chooses the picture formats by a name's ending.
+
+pub mod folder;
+pub mod import_report;
+pub mod line_column;
+pub mod merge_meshes;
+pub mod mesh_cleanup;
+pub mod messages;
+pub mod outputs;
+pub mod picture;
+pub mod rational;
+pub mod srgb;

@@ -9,17 +9,14 @@
 //! refined in f64 first (see [`super::height`]): the point is then as good as f64,
 //! also of lanes in f32.
 
-use super::height::Height;
 use super::site::Site;
 use crate::accel::World;
-use crate::geom::guarded::implicit::blur_at;
-
+use crate::geom::primitive::Height;
 use crate::geom::{formula, implicit};
-use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask};
 use crate::math::{Affine, Vec3, units};
 use crate::plan::Precision;
-use crate::scene::{MaterialId, Mesh, Shape, Tables, outward_normals};
+use crate::scene::{MaterialId, Mesh, Shape, Tables};
 use crate::trace::HitId;
 use glam::DVec3;
 
@@ -82,38 +79,6 @@ impl Surface {
     #[inline]
     pub fn facing(&self) -> DVec3 {
         if self.front { self.ng } else { -self.ng }
-    }
-}
-
-/// Of a polynomial, what its terms are at a point, over the slope there: as large are
-/// the coordinates whose roundings it is met by; no number where there is no slope.
-/// Elsewhere these are the point's own. `slope`: where it is known.
-#[inline(always)]
-pub(super) fn blur_of<D: Lanes<Scalar = f64>>(
-    world: &World,
-    shape: Shape,
-    at: Vec3<D>,
-    slope: Option<D>,
-) -> D {
-    let scene = &world.scene;
-    let slope_of = |gradient: Vec3<D>| gradient.length();
-    match shape {
-        Shape::Quadric(id) => {
-            let (_, gradient, size) = scene.quadrics.row(id).values_at(at);
-            size / slope.unwrap_or_else(|| slope_of(gradient))
-        }
-        // What f may be off by, in roundings: coordinates are rounded, too.
-        Shape::Implicit(id) => {
-            let row = scene.implicits.row(id);
-            let own = || slope_of(implicit::values_of(&row, at).1);
-            blur_at((row.tape, row.dense), at) * D::splat(1.0 / UNIT) / slope.unwrap_or_else(own)
-        }
-        Shape::LevelSet(id) => {
-            let formula = &scene.level_sets.formula[id.index()];
-            let own = || slope_of(formula::values_at(formula, at).1);
-            formula::blur_at(formula, at) * D::splat(1.0 / UNIT) / slope.unwrap_or_else(own)
-        }
-        _ => D::zero(),
     }
 }
 
@@ -203,7 +168,7 @@ pub(super) fn normals<D: Lanes<Scalar = f64>>(
         }
         Shape::Mesh(id) => mesh_normals(&scene.meshes.row(id), (at, primitives), known),
         solid => {
-            let normals = known.unwrap_or_else(|| outward_normals(scene, solid, at));
+            let normals = known.unwrap_or_else(|| scene.normals(solid, at));
             (normals, None)
         }
     }

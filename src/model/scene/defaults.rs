@@ -5,8 +5,8 @@
 //! weaker key light from its upper left, so that shape reads. Together they
 //! give a white Lambert surface that faces the camera a radiance of 0.9.
 
-use super::bounds::shape_bounds;
 use super::extents::coarse_corners;
+use super::primitives::shape_bounds;
 use super::{Appearances, Camera, Light, Scene, Shape};
 use crate::math::Aabb;
 use glam::DVec3;

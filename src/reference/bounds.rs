@@ -1,9 +1,8 @@
 //! Boxes for the judge's own tree: from each shape's definition, widened.
 
 use super::ray::length;
-use crate::geom::Clip;
 use crate::math::Affine;
-use crate::scene::{Mesh, Scene, Shape};
+use crate::scene::Mesh;
 
 /// Half a unit in the last place of 1.
 const UNIT: f64 = f64::EPSILON / 2.0;
@@ -47,7 +46,7 @@ impl Bounds {
     }
 
     /// By a part of its own size: more than any rounding above could matter.
-    fn widened(&self) -> Bounds {
+    pub fn widened(&self) -> Bounds {
         let size = length(std::array::from_fn(|k| self.max[k] - self.min[k]));
         self.grown(1e-9 * size + ROUNDINGS * UNIT * self.max_abs())
     }
@@ -96,66 +95,6 @@ pub fn near_outline(points: &[[f64; 3]]) -> Bounds {
         min: grown.min.map(|x| x.max(-f64::MAX)),
         max: grown.max.map(|x| x.min(f64::MAX)),
     }
-}
-
-/// In object space; `None` for what has no bounds, and for combinations.
-pub fn of_shape(scene: &Scene, shape: Shape) -> Option<Bounds> {
-    let ball = |c: [f64; 3], r: f64| Bounds { min: c, max: c }.grown(r);
-    let bounds = match shape {
-        // An ellipsoid among quadrics has bounds, and is met without them.
-        Shape::HalfSpace(_) | Shape::Quadric(_) | Shape::Combination(_) => {
-            return None;
-        }
-        // What it is clipped to; where else it ends is not asked.
-        Shape::Implicit(id) => match scene.implicits.row(id).clip? {
-            Clip::Sphere(s) => ball(s.center.to_array(), s.radius),
-            Clip::Cuboid(b) => Bounds::of([b.min.to_array(), b.max.to_array()]),
-        },
-        Shape::LevelSet(id) => {
-            let b = scene.level_sets.row(id).bounds?;
-            Bounds::of([b.min.to_array(), b.max.to_array()])
-        }
-        Shape::Sphere(id) => {
-            let s = scene.spheres.row(id);
-            ball(s.center.to_array(), s.radius)
-        }
-        Shape::Ellipsoid(id) => {
-            let e = scene.ellipsoids.row(id);
-            ball(e.center.to_array(), e.radii.max_element())
-        }
-        Shape::Cylinder(id) => {
-            let c = scene.cylinders.row(id);
-            ball(c.base.to_array(), c.radius).union(&ball(c.top.to_array(), c.radius))
-        }
-        Shape::Cone(id) => {
-            let c = scene.cones.row(id);
-            ball(c.base.to_array(), c.base_radius).union(&ball(c.top.to_array(), c.top_radius))
-        }
-        Shape::Cuboid(id) => {
-            let b = scene.cuboids.row(id);
-            Bounds::of([b.min.to_array(), b.max.to_array()])
-        }
-        Shape::Polyhedron(id) => {
-            Bounds::of(scene.polyhedra.points(id).iter().map(|p| p.to_array()))
-        }
-        Shape::Polygon(id) => {
-            let points: Vec<[f64; 3]> = scene
-                .polygons
-                .points(id)
-                .iter()
-                .map(|p| p.to_array())
-                .collect();
-            near_outline(&points)
-        }
-        Shape::Mesh(id) => {
-            let mesh = scene.meshes.row(id);
-            let about = Bounds::of(mesh.positions.iter().map(|p| p.map(f64::from)));
-            let center = mesh.center.to_array();
-            let moved = |p: [f64; 3]| std::array::from_fn(|k| p[k] + center[k]);
-            Bounds::of([moved(about.min), moved(about.max)])
-        }
-    };
-    Some(bounds.widened())
 }
 
 /// About the mesh's centre.

@@ -8,15 +8,14 @@
 mod mesh;
 
 use super::bounds::{self, Bounds};
+use super::kinds::{self, Inside, rank};
 use super::meet::Primitive;
-use super::normal;
 use super::number::Number;
 use super::ray::{Ray, dot};
 use super::root::Root;
 use super::slack::{self, Measured, Reach, Slack};
 use super::solids::{Meeting, changes};
 use super::tree::Tree;
-use super::{implicit, level_set};
 use crate::math::Affine;
 use crate::scene::{CombinationId, CsgSolid, Operator, Scene, Shape, ShapeId};
 use std::sync::Arc;
@@ -79,10 +78,6 @@ pub struct End<N> {
 /// Ends that are one, in groups of equal t.
 type Event<'e, N> = Vec<&'e [End<N>]>;
 
-/// An operand's part of a line: whether the line is in it from the start, and where
-/// that changes, in order.
-type Inside<N> = (bool, Vec<Meeting<N>>);
-
 impl Combination {
     pub fn new(scene: &Scene, id: CombinationId) -> Combination {
         let solid = CsgSolid::of(scene, id);
@@ -97,7 +92,7 @@ impl Combination {
             frame: operand.frame as usize,
             bounds: match operand.shape {
                 Shape::Mesh(id) => Some(bounds::about_center(&scene.meshes.row(id))),
-                shape => bounds::of_shape(scene, shape),
+                shape => kinds::of_shape(scene, shape),
             },
             first: solid.surface(number, 0),
         };
@@ -320,7 +315,7 @@ impl Combination {
         let frame = &self.frames[row.frame];
         let t = N::about(&end.t);
         let own = self.in_frame(ray, row.frame);
-        let normal = normal::normal(&face_of(scene, row.shape, end.face), &own, t, end.face);
+        let normal = kinds::normal(&face_of(scene, row.shape, end.face), &own, t, end.face);
         let normal = frame.operand_from_solid.linear().map(|c| dot(c, normal));
         let reach = Reach {
             speed: slack::speed(normal, ray.dir),
@@ -344,7 +339,7 @@ impl Combination {
         let after = |row: &Operand| row.first <= surface & !TURNED;
         let row = &self.operands[self.operands.partition_point(after) - 1];
         let own = self.in_frame(ray, row.frame);
-        let normal = normal::normal(&face_of(scene, row.shape, face), &own, t, face);
+        let normal = kinds::normal(&face_of(scene, row.shape, face), &own, t, face);
         let map = &self.frames[row.frame].operand_from_solid;
         let normal = map.linear().map(|c| dot(c, normal));
         if surface & TURNED == 0 {
@@ -406,11 +401,8 @@ fn span<N: Number>(of: &Primitive, ray: &Ray) -> Result<Inside<N>, N::Doubt> {
     if ray.dir == [0.0; 3] {
         return Ok((false, Vec::new()));
     }
-    if let Shape::Implicit(id) = of.shape {
-        return implicit::span(ray, &of.scene.implicits.row(id));
-    }
-    if let Shape::LevelSet(id) = of.shape {
-        return Ok(level_set::span(ray, &of.scene.level_sets.row(id)));
+    if let Some(span) = of.span_of_many(ray) {
+        return span;
     }
     let faces = of.faces::<N>(ray);
     if let (Shape::Quadric(_), [face]) = (of.shape, &faces[..]) {
@@ -463,16 +455,6 @@ fn span<N: Number>(of: &Primitive, ray: &Ray) -> Result<Inside<N>, N::Doubt> {
     let enter = (!since_ever).then_some(least);
     let exit = (!for_ever).then_some(greatest);
     Ok((since_ever, enter.into_iter().chain(exit).collect()))
-}
-
-/// Of several faces that are met at one t, the one of the lowest rank counts: of boxes
-/// by axis, of cylinders and cones a cap before the side, of polyhedra by their order.
-fn rank(shape: Shape, face: usize) -> usize {
-    match shape {
-        Shape::Cuboid(_) => face % 3,
-        Shape::Cylinder(_) | Shape::Cone(_) => usize::from(face == 0),
-        _ => face,
-    }
 }
 
 /// What is still to be written down.

@@ -32,9 +32,9 @@ mod combination;
 pub mod dyadic;
 mod facet;
 mod implicit;
+mod kinds;
 mod level_set;
 mod meet;
-mod normal;
 pub mod number;
 mod path;
 mod polynomial;
@@ -131,7 +131,7 @@ impl<'a> Reference<'a> {
                     condition *= combination.condition;
                     combination.bounds
                 }
-                None => bounds::of_shape(scene, shape),
+                None => kinds::of_shape(scene, shape),
             };
             let placed = object
                 .filter(|_| condition <= MAX_CONDITION)
@@ -276,7 +276,7 @@ impl<'a> Reference<'a> {
     ) -> [f64; 3] {
         let normal = match of.combination {
             Some(all) => all.normal(self.scene, ray, t, (met.face, met.surface)),
-            None => normal::normal(of, ray, t, met.face),
+            None => kinds::normal(of, ray, t, met.face),
         };
         world_normal(&self.rows[instance as usize], normal)
     }

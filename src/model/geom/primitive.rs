@@ -148,6 +148,11 @@ pub trait Primitive: Sealed {
         Vec::new()
     }
 
+    /// Rings of corners at which a ray's answer turns: where others look for errors.
+    fn outlines(&self, _id: Self::Id) -> Vec<Vec<DVec3>> {
+        Vec::new()
+    }
+
     /// The least extent, if bounds in lanes grow with it.
     fn thickness(&self, id: Self::Id) -> Option<f64> {
         Some(self.bounds(id).map_or(1.0, |b| b.extent().min_element()))

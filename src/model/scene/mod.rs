@@ -32,10 +32,6 @@ mod transforms;
 
 pub use crate::csg::Operator;
 pub use crate::geom::face::{Face, FaceKey};
-pub use crate::geom::{
-    Cones, Cuboids, Cylinders, Ellipsoids, HalfSpaces, Implicits, LevelSets, Polygons, Polyhedra,
-    Quadrics, Spheres,
-};
 pub use appearances::{
     Appearance, AppearanceTable, Appearances, MAX_APPEARANCES, MAX_DEPTH, MAX_LAID_OUT, Place,
 };
@@ -71,6 +67,8 @@ use std::sync::Arc;
 
 macro_rules! tables {
     ($([$kind:ident $field:ident $table:ident $($rest:tt)*])*) => {
+        $(pub use crate::geom::$table;)*
+
         /// Every table of a scene. Absent things are empty tables: no memory, no time.
         #[derive(Clone, Debug, Default)]
         pub struct Tables {

@@ -113,6 +113,11 @@ impl Tables {
         of_primitive!(self, shape, (table, id) => table.plane_normals(id), Vec::new())
     }
 
+    /// Rings of corners at which a ray's answer turns.
+    pub fn outlines(&self, shape: Shape) -> Vec<Vec<DVec3>> {
+        of_primitive!(self, shape, (table, id) => table.outlines(id), Vec::new())
+    }
+
     /// The least extent, if bounds in lanes grow with it.
     pub fn thickness(&self, shape: ShapeId) -> Option<f64> {
         let least = |b: Aabb| b.extent().min_element();

@@ -112,6 +112,10 @@ impl Primitive for Polygons {
         Some("it is a surface and has no inside; use a solid")
     }
 
+    fn outlines(&self, id: PolygonId) -> Vec<Vec<DVec3>> {
+        vec![self.points(id).to_vec()]
+    }
+
     #[inline(always)]
     fn meet_fast<L: Lanes>(
         &self,

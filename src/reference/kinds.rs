@@ -1,6 +1,8 @@
 //! The kinds: what each of them is to the judge. Their boxes; the polynomials or meetings
 //! that are their definitions; and normals, gradients of these in f64.
 
+mod prism;
+
 use super::bounds::{Bounds, near_outline};
 use super::meet::Primitive;
 use super::number::Number;
@@ -61,6 +63,7 @@ pub fn of_shape(scene: &Scene, shape: Shape) -> Option<Bounds> {
                 .collect();
             near_outline(&points)
         }
+        Shape::Prism(id) => prism::bounds(&scene.prisms.row(id)),
         Shape::Mesh(id) => {
             let mesh = scene.meshes.row(id);
             let about = Bounds::of(mesh.positions.iter().map(|p| p.map(f64::from)));
@@ -120,6 +123,7 @@ impl Primitive<'_> {
             }
             Shape::Implicit(id) => implicit::meetings(ray, &scene.implicits.row(id)),
             Shape::LevelSet(id) => level_set::meetings(ray, &scene.level_sets.row(id)),
+            Shape::Prism(id) => prism::ends(ray, &scene.prisms.row(id)),
             Shape::Combination(_) => match self.combination {
                 Some(combination) => combination.boundaries(scene, ray),
                 None => Ok(Vec::new()),
@@ -138,6 +142,7 @@ impl Primitive<'_> {
         Some(match self.shape {
             Shape::Implicit(id) => implicit::span(ray, &scene.implicits.row(id)),
             Shape::LevelSet(id) => Ok(level_set::span(ray, &scene.level_sets.row(id))),
+            Shape::Prism(id) => prism::ends(ray, &scene.prisms.row(id)).map(|ends| (false, ends)),
             _ => return None,
         })
     }
@@ -205,6 +210,7 @@ pub fn normal(of: &Primitive, ray: &Ray, t: f64, face: usize) -> [f64; 3] {
         }
         Shape::Polygon(id) => scene.polygons.row(id).normal.to_array(),
         Shape::Implicit(id) => implicit::gradient(scene.implicits.row(id).tape, from([0.0; 3])),
+        Shape::Prism(id) => prism::normal(&scene.prisms.row(id), face),
         Shape::LevelSet(id) => level_set::normal(&scene.level_sets.row(id), ray, t),
         Shape::Combination(_) => [0.0; 3],
         Shape::Mesh(id) => {

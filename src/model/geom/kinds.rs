@@ -20,6 +20,7 @@ macro_rules! for_each_kind {
             [Quadric quadrics Quadrics QuadricId "quadric" 10 quadric]
             [Implicit implicits Implicits ImplicitId "implicit" 11]
             [LevelSet level_sets LevelSets LevelSetId "implicit" 12]
+            [Prism prisms Prisms PrismId "prism" 13 prism]
         }
     };
 }

@@ -44,4 +44,36 @@ macro_rules! table {
     };
 }
 
-pub(super) use table;
+/// The kernels of a [`Primitive`](super::primitive::Primitive) that is one span along a ray:
+/// the span without bounds, and hit and ends with bounds.
+macro_rules! kernels_of_span {
+    (($self:ident, $id:ident: $Id:ty, $object:ident, $active:ident) $span:expr, $meet:expr, $ends:expr $(,)?) => {
+        #[inline(always)]
+        fn meet_fast<L: Lanes>(&$self, $id: $Id, $object: &ObjectRay<L>, _: L::Mask) -> Meet<L> {
+            $span.first_beyond($object.ray.t_min)
+        }
+
+        #[inline(always)]
+        fn meet<L: Lanes>(
+            &$self,
+            $id: $Id,
+            _extent: f32,
+            $object: &ObjectRay<L>,
+            $active: L::Mask,
+        ) -> Meet<L> {
+            $meet
+        }
+
+        #[inline(always)]
+        fn ends_fast<L: Lanes>(&$self, $id: $Id, $object: &ObjectRay<L>) -> Ends<L> {
+            Ends::certain(&$span)
+        }
+
+        #[inline(always)]
+        fn ends<L: Lanes>(&$self, $id: $Id, $object: &ObjectRay<L>, _: L::Double) -> Ends<L> {
+            $ends
+        }
+    };
+}
+
+pub(super) use {kernels_of_span, table};

@@ -1,6 +1,6 @@
 //! Ellipsoids: the unit sphere, with rays divided by the radii.
 
-use super::columns::table;
+use super::columns::{kernels_of_span, table};
 use super::exact::{Inside, Line, solid};
 use super::face::Face;
 use super::guarded::{Ends, ObjectRay};
@@ -78,41 +78,11 @@ impl Primitive for Ellipsoids {
         vec![Some(Face::Ellipsoid { center, radii })]
     }
 
-    #[inline(always)]
-    fn meet_fast<L: Lanes>(
-        &self,
-        id: EllipsoidId,
-        object: &ObjectRay<L>,
-        active: L::Mask,
-    ) -> Meet<L> {
-        let _ = active;
-        span(&self.row(id), object.ray).first_beyond(object.ray.t_min)
-    }
-
-    #[inline(always)]
-    fn meet<L: Lanes>(
-        &self,
-        id: EllipsoidId,
-        _extent: f32,
-        object: &ObjectRay<L>,
-        active: L::Mask,
-    ) -> Meet<L> {
-        meet_ellipsoid(&self.row(id), object, active)
-    }
-
-    #[inline(always)]
-    fn ends_fast<L: Lanes>(&self, id: EllipsoidId, object: &ObjectRay<L>) -> Ends<L> {
-        Ends::certain(&span(&self.row(id), object.ray))
-    }
-
-    #[inline(always)]
-    fn ends<L: Lanes>(
-        &self,
-        id: EllipsoidId,
-        object: &ObjectRay<L>,
-        _astray: L::Double,
-    ) -> Ends<L> {
-        ellipsoid_ends(&self.row(id), object)
+    kernels_of_span! {
+        (self, id: EllipsoidId, object, active)
+        span(&self.row(id), object.ray),
+        meet_ellipsoid(&self.row(id), object, active),
+        ellipsoid_ends(&self.row(id), object),
     }
 
     #[inline(always)]

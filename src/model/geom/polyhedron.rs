@@ -1,5 +1,6 @@
 //! Convex polyhedra: bounded intersections of half-spaces, with their corners.
 
+use super::columns::kernels_of_span;
 use super::exact::{Inside, Line, solid};
 use super::face::Face;
 use super::guarded::{self, Ends, ObjectRay};
@@ -103,43 +104,11 @@ impl Primitive for Polyhedra {
         self.planes(id).iter().map(|plane| plane.normal).collect()
     }
 
-    #[inline(always)]
-    fn meet_fast<L: Lanes>(
-        &self,
-        id: PolyhedronId,
-        object: &ObjectRay<L>,
-        active: L::Mask,
-    ) -> Meet<L> {
-        let _ = active;
-        half_space::span(self.planes(id), object.ray).first_beyond(object.ray.t_min)
-    }
-
-    #[inline(always)]
-    fn meet<L: Lanes>(
-        &self,
-        id: PolyhedronId,
-        _extent: f32,
-        object: &ObjectRay<L>,
-        active: L::Mask,
-    ) -> Meet<L> {
-        let (planes, corner) = (self.planes(id), self.points(id)[0]);
-        guarded::half_space::meet_polyhedron(planes, corner, object, active)
-    }
-
-    #[inline(always)]
-    fn ends_fast<L: Lanes>(&self, id: PolyhedronId, object: &ObjectRay<L>) -> Ends<L> {
-        Ends::certain(&half_space::span(self.planes(id), object.ray))
-    }
-
-    #[inline(always)]
-    fn ends<L: Lanes>(
-        &self,
-        id: PolyhedronId,
-        object: &ObjectRay<L>,
-        _astray: L::Double,
-    ) -> Ends<L> {
-        let (planes, corner) = (self.planes(id), self.points(id)[0]);
-        guarded::half_space::polyhedron_ends(planes, corner, object)
+    kernels_of_span! {
+        (self, id: PolyhedronId, object, active)
+        half_space::span(self.planes(id), object.ray),
+        guarded::half_space::meet_polyhedron(self.planes(id), self.points(id)[0], object, active),
+        guarded::half_space::polyhedron_ends(self.planes(id), self.points(id)[0], object),
     }
 
     #[inline(always)]

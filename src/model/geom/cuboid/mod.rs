@@ -2,7 +2,7 @@
 
 pub mod guarded;
 
-use super::columns::table;
+use super::columns::{kernels_of_span, table};
 use super::exact::{Inside, Line, solid};
 use super::face::Face;
 use super::guarded::{Ends, ObjectRay};
@@ -108,31 +108,11 @@ impl Primitive for Cuboids {
         axes.map(across).collect()
     }
 
-    #[inline(always)]
-    fn meet_fast<L: Lanes>(&self, id: CuboidId, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
-        let _ = active;
-        span(&self.row(id), object.ray).first_beyond(object.ray.t_min)
-    }
-
-    #[inline(always)]
-    fn meet<L: Lanes>(
-        &self,
-        id: CuboidId,
-        _extent: f32,
-        object: &ObjectRay<L>,
-        active: L::Mask,
-    ) -> Meet<L> {
-        guarded::meet(&self.row(id), object, active)
-    }
-
-    #[inline(always)]
-    fn ends_fast<L: Lanes>(&self, id: CuboidId, object: &ObjectRay<L>) -> Ends<L> {
-        Ends::certain(&span(&self.row(id), object.ray))
-    }
-
-    #[inline(always)]
-    fn ends<L: Lanes>(&self, id: CuboidId, object: &ObjectRay<L>, _astray: L::Double) -> Ends<L> {
-        guarded::ends(&self.row(id), object)
+    kernels_of_span! {
+        (self, id: CuboidId, object, active)
+        span(&self.row(id), object.ray),
+        guarded::meet(&self.row(id), object, active),
+        guarded::ends(&self.row(id), object),
     }
 
     #[inline(always)]

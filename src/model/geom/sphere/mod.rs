@@ -5,7 +5,7 @@
 
 pub mod guarded;
 
-use super::columns::table;
+use super::columns::{kernels_of_span, table};
 use super::exact::{Inside, Line, solid};
 use super::face::Face;
 use super::guarded::{Ends, ObjectRay};
@@ -99,31 +99,11 @@ impl Primitive for Spheres {
         vec![Some(Face::Ellipsoid { center, radii })]
     }
 
-    #[inline(always)]
-    fn meet_fast<L: Lanes>(&self, id: SphereId, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
-        let _ = active;
-        span(&self.row(id), object.ray).first_beyond(object.ray.t_min)
-    }
-
-    #[inline(always)]
-    fn meet<L: Lanes>(
-        &self,
-        id: SphereId,
-        _extent: f32,
-        object: &ObjectRay<L>,
-        active: L::Mask,
-    ) -> Meet<L> {
-        guarded::meet_sphere(&self.row(id), object, active)
-    }
-
-    #[inline(always)]
-    fn ends_fast<L: Lanes>(&self, id: SphereId, object: &ObjectRay<L>) -> Ends<L> {
-        Ends::certain(&span(&self.row(id), object.ray))
-    }
-
-    #[inline(always)]
-    fn ends<L: Lanes>(&self, id: SphereId, object: &ObjectRay<L>, _astray: L::Double) -> Ends<L> {
-        guarded::sphere_ends(&self.row(id), object)
+    kernels_of_span! {
+        (self, id: SphereId, object, active)
+        span(&self.row(id), object.ray),
+        guarded::meet_sphere(&self.row(id), object, active),
+        guarded::sphere_ends(&self.row(id), object),
     }
 
     #[inline(always)]

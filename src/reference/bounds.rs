@@ -2,9 +2,8 @@
 //! (docs/numerics/oracle.md, O7).
 
 use super::ray::length;
-use crate::geom::Clip;
 use crate::math::Affine;
-use crate::scene::{Mesh, Scene, Shape};
+use crate::scene::Mesh;
 
 /// The unit roundoff v of f64, 2⁻⁵³.
 const UNIT: f64 = f64::EPSILON / 2.0;
@@ -53,9 +52,8 @@ impl Bounds {
         max_abs(self.min.iter().chain(&self.max))
     }
 
-    /// Grows the box by 10⁻⁹ of its size and 64 roundings of its coordinates, more than its
-    /// own computation rounds (O7).
-    fn widened(&self) -> Bounds {
+    /// By a part of its own size: more than any rounding above could matter.
+    pub fn widened(&self) -> Bounds {
         let size = length(std::array::from_fn(|k| self.max[k] - self.min[k]));
         self.grown(1e-9 * size + ROUNDINGS * UNIT * self.max_abs())
     }
@@ -108,68 +106,7 @@ pub fn near_outline(points: &[[f64; 3]]) -> Bounds {
     }
 }
 
-/// Returns a shape's box in object space; `None` for shapes without bounds, and for CSG
-/// solids.
-pub fn shape_bounds(scene: &Scene, shape: Shape) -> Option<Bounds> {
-    let ball = |c: [f64; 3], r: f64| Bounds { min: c, max: c }.grown(r);
-    let bounds = match shape {
-        // An ellipsoid among the quadrics has bounds, but its ray is tested without them.
-        Shape::HalfSpace(_) | Shape::Quadric(_) | Shape::Combination(_) => {
-            return None;
-        }
-        // The box of the clip; without a clip the surface's own bounds are not computed.
-        Shape::Implicit(id) => match scene.implicits.row(id).clip? {
-            Clip::Sphere(s) => ball(s.center.to_array(), s.radius),
-            Clip::Cuboid(b) => Bounds::around([b.min.to_array(), b.max.to_array()]),
-        },
-        Shape::LevelSet(id) => {
-            let b = scene.level_sets.row(id).bounds?;
-            Bounds::around([b.min.to_array(), b.max.to_array()])
-        }
-        Shape::Sphere(id) => {
-            let s = scene.spheres.row(id);
-            ball(s.center.to_array(), s.radius)
-        }
-        Shape::Ellipsoid(id) => {
-            let e = scene.ellipsoids.row(id);
-            ball(e.center.to_array(), e.radii.max_element())
-        }
-        Shape::Cylinder(id) => {
-            let c = scene.cylinders.row(id);
-            ball(c.base.to_array(), c.radius).union(&ball(c.top.to_array(), c.radius))
-        }
-        Shape::Cone(id) => {
-            let c = scene.cones.row(id);
-            ball(c.base.to_array(), c.base_radius).union(&ball(c.top.to_array(), c.top_radius))
-        }
-        Shape::Cuboid(id) => {
-            let b = scene.cuboids.row(id);
-            Bounds::around([b.min.to_array(), b.max.to_array()])
-        }
-        Shape::Polyhedron(id) => {
-            Bounds::around(scene.polyhedra.points(id).iter().map(|p| p.to_array()))
-        }
-        Shape::Polygon(id) => {
-            let points: Vec<[f64; 3]> = scene
-                .polygons
-                .points(id)
-                .iter()
-                .map(|p| p.to_array())
-                .collect();
-            near_outline(&points)
-        }
-        Shape::Mesh(id) => {
-            let mesh = scene.meshes.row(id);
-            let about = Bounds::around(mesh.positions.iter().map(|p| p.map(f64::from)));
-            let center = mesh.center.to_array();
-            let moved = |p: [f64; 3]| std::array::from_fn(|k| p[k] + center[k]);
-            Bounds::around([moved(about.min), moved(about.max)])
-        }
-    };
-    Some(bounds.widened())
-}
-
-/// Returns a mesh's box about its centre.
+/// About the mesh's centre.
 pub fn about_center(mesh: &Mesh) -> Bounds {
     Bounds::around(mesh.positions.iter().map(|p| p.map(f64::from))).widened()
 }

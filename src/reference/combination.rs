@@ -8,15 +8,14 @@
 mod mesh;
 
 use super::bounds::{self, Bounds};
+use super::kinds::{self, Inside, rank};
 use super::meet::Primitive;
-use super::normal;
 use super::number::Number;
 use super::ray::{Ray, dot};
 use super::root::Root;
 use super::slack::{self, Measured, Reach, Slack};
 use super::solids::{Meeting, changes};
 use super::tree::Tree;
-use super::{implicit, level_set};
 use crate::math::Affine;
 use crate::scene::{CombinationId, CsgSolid, Operator, Scene, Shape, ShapeId};
 use std::sync::Arc;
@@ -84,10 +83,6 @@ pub struct End<N> {
 /// Ends that are one event, in groups of equal t (S46, S47).
 type Event<'e, N> = Vec<&'e [End<N>]>;
 
-/// The span of an operand on a line: whether the line is inside from the start, and the
-/// sorted meetings where that changes.
-type Inside<N> = (bool, Vec<Meeting<N>>);
-
 impl Combination {
     /// Unfolds a CSG solid of the scene.
     pub fn new(scene: &Scene, id: CombinationId) -> Combination {
@@ -103,7 +98,7 @@ impl Combination {
             frame: operand.frame as usize,
             bounds: match operand.shape {
                 Shape::Mesh(id) => Some(bounds::about_center(&scene.meshes.row(id))),
-                shape => bounds::shape_bounds(scene, shape),
+                shape => kinds::of_shape(scene, shape),
             },
             first: solid.surface(number, 0),
         };
@@ -332,7 +327,7 @@ impl Combination {
         let frame = &self.frames[row.frame];
         let t = N::about(&end.t);
         let own = self.in_frame(ray, row.frame);
-        let normal = normal::normal(&face_of(scene, row.shape, end.face), &own, t, end.face);
+        let normal = kinds::normal(&face_of(scene, row.shape, end.face), &own, t, end.face);
         let normal = frame.operand_from_solid.linear().map(|c| dot(c, normal));
         let reach = Reach {
             rate: slack::rate(normal, ray.dir),
@@ -357,7 +352,7 @@ impl Combination {
         let after = |row: &Operand| row.first <= surface & !TURNED;
         let row = &self.operands[self.operands.partition_point(after) - 1];
         let own = self.in_frame(ray, row.frame);
-        let normal = normal::normal(&face_of(scene, row.shape, face), &own, t, face);
+        let normal = kinds::normal(&face_of(scene, row.shape, face), &own, t, face);
         let map = &self.frames[row.frame].operand_from_solid;
         let normal = map.linear().map(|c| dot(c, normal));
         if surface & TURNED == 0 {
@@ -419,11 +414,8 @@ fn span<N: Number>(primitive: &Primitive, ray: &Ray) -> Result<Inside<N>, N::Und
     if ray.dir == [0.0; 3] {
         return Ok((false, Vec::new()));
     }
-    if let Shape::Implicit(id) = primitive.shape {
-        return implicit::span(ray, &primitive.scene.implicits.row(id));
-    }
-    if let Shape::LevelSet(id) = primitive.shape {
-        return Ok(level_set::span(ray, &primitive.scene.level_sets.row(id)));
+    if let Some(span) = of.span_of_many(ray) {
+        return span;
     }
     let faces = primitive.faces::<N>(ray);
     if let (Shape::Quadric(_), [face]) = (primitive.shape, &faces[..]) {
@@ -478,18 +470,7 @@ fn span<N: Number>(primitive: &Primitive, ray: &Ray) -> Result<Inside<N>, N::Und
     Ok((inside_before, enter.into_iter().chain(exit).collect()))
 }
 
-/// Returns the rank of a face: of several faces that are met at one t, the one of lowest
-/// rank counts (S48). Faces of boxes are ranked by axis, caps of cylinders and cones before
-/// the side, faces of polyhedra by number.
-fn rank(shape: Shape, face: usize) -> usize {
-    match shape {
-        Shape::Cuboid(_) => face % 3,
-        Shape::Cylinder(_) | Shape::Cone(_) => usize::from(face == 0),
-        _ => face,
-    }
-}
-
-/// A shape or an operator that is still to be written in postfix.
+/// What is still to be written down.
 enum Left {
     Shape(ShapeId),
     Operator(Operator, usize),

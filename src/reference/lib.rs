@@ -33,9 +33,9 @@ mod combination;
 pub mod dyadic;
 mod facet;
 mod implicit;
+mod kinds;
 mod level_set;
 mod meet;
-mod normal;
 pub mod number;
 mod path;
 mod polynomial;
@@ -137,7 +137,7 @@ impl<'a> Reference<'a> {
                     condition *= combination.condition;
                     combination.bounds
                 }
-                None => bounds::shape_bounds(scene, shape),
+                None => kinds::of_shape(scene, shape),
             };
             let placed = object
                 .filter(|_| condition <= MAX_CONDITION)
@@ -285,7 +285,7 @@ impl<'a> Reference<'a> {
     ) -> [f64; 3] {
         let normal = match target.combination {
             Some(all) => all.normal(self.scene, ray, t, (met.face, met.surface)),
-            None => normal::normal(target, ray, t, met.face),
+            None => kinds::normal(of, ray, t, met.face),
         };
         world_normal(&self.rows[instance as usize], normal)
     }

@@ -4,13 +4,10 @@
 use super::approx::{Approx, Undecided};
 use super::combination::Combination;
 use super::dyadic::Dyadic;
-use super::number::Number;
 use super::ray::Ray;
-use super::root::{Poly, Root};
+use super::rounding;
 use super::slack::Measured;
-use super::solids::{self, Meeting, changes, ends, first_face};
-use super::{facet, implicit, level_set, rounding};
-use crate::geom::Cone;
+use super::solids::Meeting;
 use crate::scene::{Scene, Shape};
 
 /// A primitive of a scene.
@@ -34,77 +31,8 @@ pub struct Within {
 }
 
 impl Primitive<'_> {
-    /// Returns the polynomials of a convex solid or quadric, all ≤ 0 inside (O2); none for
-    /// any other shape.
-    pub fn faces<N: Number>(&self, ray: &Ray) -> Vec<Poly<N>> {
-        let scene = self.scene;
-        match self.shape {
-            Shape::HalfSpace(id) => solids::half_spaces(ray, &[scene.half_spaces.row(id)]),
-            Shape::Polyhedron(id) => solids::half_spaces(ray, scene.polyhedra.planes(id)),
-            Shape::Cuboid(id) => solids::cuboid(ray, &scene.cuboids.row(id)),
-            Shape::Sphere(id) => solids::sphere(ray, &scene.spheres.row(id)),
-            Shape::Ellipsoid(id) => solids::ellipsoid(ray, &scene.ellipsoids.row(id)),
-            Shape::Quadric(id) => solids::quadric(ray, &scene.quadrics.row(id)),
-            Shape::Cone(id) => solids::cone(ray, &scene.cones.row(id)),
-            Shape::Cylinder(id) => {
-                let cylinder = scene.cylinders.row(id);
-                let cone = Cone {
-                    base: cylinder.base,
-                    top: cylinder.top,
-                    base_radius: cylinder.radius,
-                    top_radius: cylinder.radius,
-                    open: cylinder.open,
-                };
-                solids::cone(ray, &cone)
-            }
-            Shape::Implicit(_)
-            | Shape::LevelSet(_)
-            | Shape::Polygon(_)
-            | Shape::Mesh(_)
-            | Shape::Combination(_) => Vec::new(),
-        }
-    }
-
-    /// Finds all meetings on the whole line, in no order. The ray is the primitive's own
-    /// (about the centre of a mesh), and finite.
-    pub fn meetings<N: Measured>(&self, ray: &Ray) -> Result<Vec<Meeting<N>>, N::Undecided> {
-        let scene = self.scene;
-        let one = |t: Option<Root<N>>| {
-            let (face, surface) = (0, 0);
-            let met = |t| Meeting { t, face, surface };
-            t.into_iter().map(met).collect()
-        };
-        match self.shape {
-            Shape::Polygon(id) => {
-                let polygon = scene.polygons.row(id);
-                let points: Vec<[f64; 3]> = polygon.points.iter().map(|p| p.to_array()).collect();
-                facet::polygon(ray, polygon.normal.to_array(), &points).map(one)
-            }
-            Shape::Mesh(id) => {
-                let corners = scene.meshes.row(id).corners(self.triangle as usize);
-                facet::triangle(ray, corners.map(|p| p.map(f64::from))).map(one)
-            }
-            Shape::Implicit(id) => implicit::meetings(ray, &scene.implicits.row(id)),
-            Shape::LevelSet(id) => level_set::meetings(ray, &scene.level_sets.row(id)),
-            Shape::Combination(_) => match self.combination {
-                Some(combination) => combination.boundaries(scene, ray),
-                None => Ok(Vec::new()),
-            },
-            Shape::Cone(id) if scene.cones.row(id).open => first_face(&self.faces(ray)),
-            Shape::Cylinder(id) if scene.cylinders.row(id).open => first_face(&self.faces(ray)),
-            // A quadric is the only one of these solids that need not be convex.
-            Shape::Quadric(_) => changes(&self.faces(ray)[0]),
-            _ => ends(&self.faces(ray)),
-        }
-    }
-
-    /// Finds the first meeting with 0 < t < t_max; of several faces that meet there, the
-    /// first by number.
-    fn first<N: Measured>(
-        &self,
-        ray: &Ray,
-        t_max: f64,
-    ) -> Result<Option<Meeting<N>>, N::Undecided> {
+    /// The first with 0 < t < t_max; of faces that meet there, the lowest.
+    fn first<N: Measured>(&self, ray: &Ray, t_max: f64) -> Result<Option<Meeting<N>>, N::Doubt> {
         let mut first: Option<Meeting<N>> = None;
         for meeting in self.meetings(ray)? {
             let t = &meeting.t;

@@ -7,23 +7,11 @@
 
 use super::surface::facets;
 use crate::accel::World;
-use crate::geom::{formula, half_space, implicit};
+use crate::geom::primitive::Height;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask};
-use crate::math::{Vec3, unit, units, units_and_lengths};
+use crate::math::{Vec3, units};
 use crate::scene::Shape;
-use glam::DVec3;
-
-/// First-order distance of points from the surface, in object space.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Height<D> {
-    /// Signed distance to first order, positive outside.
-    pub above: D,
-    /// Unit outward normal; zero where a polynomial or level set has no gradient.
-    pub normal: Vec3<D>,
-    /// Length of the gradient for an implicit function; 1 for other shapes.
-    pub slope: D,
-}
 
 /// Maximum number of Newton steps. An accepted step at least halves the function's
 /// value, and usually squares the error.
@@ -65,7 +53,7 @@ pub(super) fn refined<D: Lanes<Scalar = f64>>(
         here.0 = D::select(more, there.0, here.0);
         here.1 = Vec3::select(more, there.1, here.1);
     }
-    (t, below.height(here))
+    (t, below.height(world, here))
 }
 
 /// Returns the first-order distance of points from a solid.
@@ -76,7 +64,7 @@ pub(super) fn height_at<D: Lanes<Scalar = f64>>(
     at: Vec3<D>,
 ) -> Height<D> {
     let below = Below::Solid(solid);
-    below.height(below.value(world, at))
+    below.height(world, below.value(world, at))
 }
 
 /// The surface that the distance is measured from.
@@ -101,13 +89,6 @@ impl<D: Lanes<Scalar = f64>> Below<D> {
                     normal: units((b - a).cross(c - a)),
                 }
             }
-            Shape::Polygon(id) => {
-                let polygon = scene.polygons.row(id);
-                Below::Planes {
-                    on: Vec3::splat(polygon.points[0].to_array()),
-                    normal: Vec3::splat(unit(polygon.normal).to_array()),
-                }
-            }
             solid => Below::Solid(solid),
         }
     }
@@ -117,74 +98,22 @@ impl<D: Lanes<Scalar = f64>> Below<D> {
     /// unit normal; [`height`](Self::height) converts the others.
     #[inline(always)]
     fn value(&self, world: &World, p: Vec3<D>) -> (D, Vec3<D>) {
-        let scene = &world.scene;
-        let solid = match self {
-            Below::Planes { on, normal } => return ((p - *on).dot(*normal), *normal),
-            Below::Solid(solid) => *solid,
-        };
-        let two = D::splat(2.0);
-        match solid {
-            Shape::HalfSpace(id) => scene.half_spaces.row(id).nearest(p),
-            Shape::Polyhedron(id) => half_space::nearest(scene.polyhedra.planes(id), p),
-            Shape::Cylinder(id) => scene.cylinders.upright(id).nearest(p),
-            Shape::Cone(id) => scene.cones.upright(id).nearest(p),
-            Shape::Cuboid(id) => scene.cuboids.row(id).nearest(p),
-            Shape::Sphere(id) => {
-                let sphere = scene.spheres.row(id);
-                let out = p - Vec3::splat(sphere.center.to_array());
-                let squared = D::splat(sphere.radius * sphere.radius);
-                (out.length_squared() - squared, out * two)
-            }
-            Shape::Ellipsoid(id) => {
-                let row = scene.ellipsoids.row(id);
-                let shrink = |v: Vec3<D>| {
-                    let [x, y, z] = row.radii.to_array().map(|r| D::splat(1.0 / r));
-                    Vec3::new(v.x * x, v.y * y, v.z * z)
-                };
-                let scaled = shrink(p - Vec3::splat(row.center.to_array()));
-                let value = scaled.length_squared() - D::splat(1.0);
-                (value, shrink(scaled) * two)
-            }
-            Shape::Implicit(id) => implicit::values_of(&scene.implicits.row(id), p),
-            Shape::LevelSet(id) => formula::values_at(&scene.level_sets.formula[id.index()], p),
-            Shape::Quadric(id) => {
-                let (value, gradient, _) = scene.quadrics.row(id).values_at(p);
-                (value, gradient)
-            }
-            Shape::Mesh(_) | Shape::Polygon(_) | Shape::Combination(_) => {
-                (D::zero(), Vec3::splat(DVec3::Y.to_array()))
-            }
+        match self {
+            Below::Planes { on, normal } => ((p - *on).dot(*normal), *normal),
+            Below::Solid(solid) => world.scene.nearest(*solid, p),
         }
     }
 
     /// Converts a [`value`](Self::value) and its gradient to a distance.
     #[inline(always)]
-    fn height(&self, (value, gradient): (D, Vec3<D>)) -> Height<D> {
+    fn height(&self, world: &World, (above, normal): (D, Vec3<D>)) -> Height<D> {
         match self {
-            Below::Solid(
-                Shape::Sphere(_)
-                | Shape::Ellipsoid(_)
-                | Shape::Implicit(_)
-                | Shape::LevelSet(_)
-                | Shape::Quadric(_),
-            ) => {
-                let (mut normal, slope) = units_and_lengths(gradient);
-                if let Below::Solid(Shape::Quadric(_)) = self {
-                    // An apex has no normal; any unit vector serves.
-                    let none = normal.max_abs().eq(D::zero());
-                    normal = Vec3::select(none, Vec3::splat(DVec3::Y.to_array()), normal);
-                }
-                Height {
-                    above: value / slope,
-                    normal,
-                    slope,
-                }
-            }
-            _ => Height {
-                above: value,
-                normal: gradient,
+            Below::Planes { .. } => Height {
+                above,
+                normal,
                 slope: D::splat(1.0),
             },
+            Below::Solid(solid) => world.scene.height(*solid, (above, normal)),
         }
     }
 }

@@ -2,11 +2,10 @@
 //! the same primitive.
 
 use super::height::{height_at, refined};
-use super::surface::{
-    Surfaces, blur_of, normal_before, normals, shading_normal, to_world, to_world_height,
-};
+use super::surface::{Surfaces, normal_before, normals, shading_normal, to_world, to_world_height};
 use crate::accel::{Combined, World};
 use crate::geom::formula::{Formula, border};
+use crate::geom::primitive::Blur;
 use crate::math::bounds::{LEAVING, LEAVING_CURVED, LEAVING_SLOPELESS, SLOPELESS};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb, Affine, Vec3, units};
@@ -80,7 +79,7 @@ impl<'w> Site<'w> {
             instance: id.instance,
             part: None,
             shape: entry.shape,
-            is_flat: matches!(entry.shape, Shape::Mesh(_) | Shape::Polygon(_)),
+            is_flat: entry.shape.is_flat(),
             whole,
             center,
             placed: whole,
@@ -109,7 +108,7 @@ impl<'w> Site<'w> {
             (Some(whole), Some(part)) => Some(part.then_after(whole)),
             (whole, part) => part.or(whole.as_ref()).copied(),
         };
-        let is_flat = matches!(self.shape, Shape::Polyhedron(_) | Shape::HalfSpace(_));
+        let is_flat = self.shape.blur() == Blur::HalfSpaces;
         // A hit's coordinates are no larger than the combination's.
         let slack = 2.0 * combined.placement_per_reach(operand.frame)[1];
         let many = is_flat && solid.frames.len() > 1 && slack.is_finite();
@@ -228,7 +227,7 @@ impl<'w> Site<'w> {
         };
         let most = farthest * D::splat(1.0 / (LEAVING * of_values));
         let slope = known.map(|height| height.slope);
-        let mut blur = blur_of(self.world, self.shape, at, slope);
+        let mut blur = self.world.scene.blur(self.shape, at, slope);
         let slopeless = !blur.lt(most);
         if slopeless.any() {
             left = D::select(slopeless, left.min(D::splat(self.stretch) * farthest), left);
@@ -326,9 +325,9 @@ impl<'w> Site<'w> {
             Precision::Exact => (D::splat(DOUBLE) * wider).min(D::splat(SINGLE)),
             _ => D::splat(SINGLE),
         };
-        let times = match self.shape {
-            Shape::Mesh(_) | Shape::Quadric(_) | Shape::Implicit(_) | Shape::LevelSet(_) => 0.0,
-            Shape::Cuboid(_) | Shape::Polyhedron(_) | Shape::HalfSpace(_) => 1.0,
+        let times = match self.shape.blur() {
+            Blur::Apart => 0.0,
+            Blur::Planar | Blur::HalfSpaces => 1.0,
             // In f64 axes are rounded, too.
             _ if self.precision == Precision::Exact => 4.0 * LEAVING_CURVED,
             _ => LEAVING_CURVED,

@@ -9,17 +9,14 @@
 //! refined in f64 (see [`super::height`]), so the point has f64 accuracy even after f32
 //! lanes.
 
-use super::height::Height;
 use super::site::Site;
 use crate::accel::World;
-use crate::geom::guarded::implicit::blur_at;
-
+use crate::geom::primitive::Height;
 use crate::geom::{formula, implicit};
-use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask};
 use crate::math::{Affine, Vec3, units};
 use crate::plan::Precision;
-use crate::scene::{MaterialId, Mesh, Shape, Tables, outward_normals};
+use crate::scene::{MaterialId, Mesh, Shape, Tables};
 use crate::trace::HitId;
 use glam::DVec3;
 
@@ -85,41 +82,9 @@ impl Surface {
     }
 }
 
-/// Effective coordinate magnitude in error bounds: Σ|terms(p)| / |∇f(p)| for
-/// polynomials and level sets, NaN or infinite where ∇f = 0; 0 for every other shape,
-/// whose bounds use max |p|. `slope` is |∇f| where the caller knows it.
-#[inline(always)]
-pub(super) fn blur_of<D: Lanes<Scalar = f64>>(
-    world: &World,
-    shape: Shape,
-    at: Vec3<D>,
-    slope: Option<D>,
-) -> D {
-    let scene = &world.scene;
-    let slope_of = |gradient: Vec3<D>| gradient.length();
-    match shape {
-        Shape::Quadric(id) => {
-            let (_, gradient, size) = scene.quadrics.row(id).values_at(at);
-            size / slope.unwrap_or_else(|| slope_of(gradient))
-        }
-        // The bound on f's error in unit roundoffs: coordinates are rounded, too.
-        Shape::Implicit(id) => {
-            let row = scene.implicits.row(id);
-            let own = || slope_of(implicit::values_of(&row, at).1);
-            blur_at((row.tape, row.dense), at) * D::splat(1.0 / UNIT) / slope.unwrap_or_else(own)
-        }
-        Shape::LevelSet(id) => {
-            let formula = &scene.level_sets.formula[id.index()];
-            let own = || slope_of(formula::values_at(formula, at).1);
-            formula::blur_at(formula, at) * D::splat(1.0 / UNIT) / slope.unwrap_or_else(own)
-        }
-        _ => D::zero(),
-    }
-}
-
-/// Returns the normal of an implicit surface where its gradient (nearly) vanishes, as a
-/// square's does: the gradient's direction at distance `back` towards the ray's origin,
-/// or the reversed ray direction where there is none either.
+/// Of a polynomial, or another function, where it has hardly a slope, as that of a
+/// square has: from a little nearer to the ray's origin, by `back`; against the ray where
+/// there is none either.
 #[inline(always)]
 pub(super) fn normal_before<D: Lanes<Scalar = f64>>(
     (scene, shape): (&Tables, Shape),
@@ -204,7 +169,7 @@ pub(super) fn normals<D: Lanes<Scalar = f64>>(
         }
         Shape::Mesh(id) => mesh_normals(&scene.meshes.row(id), (at, primitives), known),
         solid => {
-            let normals = known.unwrap_or_else(|| outward_normals(scene, solid, at));
+            let normals = known.unwrap_or_else(|| scene.normals(solid, at));
             (normals, None)
         }
     }

@@ -402,13 +402,8 @@ fn room(bounds: &Aabb) -> f64 {
 fn unit_normals(tables: &Tables, solid: &CsgSolid) -> (Vec<DVec3>, Vec<usize>) {
     let mut normals = Vec::new();
     let ends = solid.operands.iter().map(|operand| {
-        match operand.shape {
-            Shape::Polyhedron(id) => {
-                normals.extend(tables.polyhedra.planes(id).iter().map(|p| unit(p.normal)));
-            }
-            Shape::HalfSpace(id) => normals.push(unit(tables.half_spaces.row(id).normal)),
-            _ => (),
-        }
+        let own = tables.plane_normals(operand.shape);
+        normals.extend(own.into_iter().map(unit));
         normals.len()
     });
     let ends = ends.collect();
@@ -419,36 +414,13 @@ fn roughness(tables: &Tables, solid: &CsgSolid) -> f64 {
     if solid.frames.len() == 1 {
         return 0.0;
     }
-    // Of quadrics and polynomials it is known apart.
-    let others = solid.operands.iter().filter(|operand| {
-        !matches!(
-            operand.shape,
-            Shape::Quadric(_) | Shape::Implicit(_) | Shape::LevelSet(_)
-        )
-    });
     let of = |operand: &CsgOperand| {
         let frame = &solid.frames[operand.frame as usize];
-        let thin = thickness(tables, operand);
+        // Of quadrics and polynomials it is known apart.
+        let thin = tables.thickness(operand.id)?;
         let scale = frame.operand_from_solid.norm();
-        frame.solid_from_operand.norm() * scale * scale / thin
+        Some(frame.solid_from_operand.norm() * scale * scale / thin)
     };
-    others.map(of).fold(f64::MIN_POSITIVE, f64::max)
-}
-
-/// An operand's least extent, in its own space. Of an oblique cylinder or cone its box
-/// says nothing; boxes and ellipsoids lie along the axes, and of polyhedra and meshes
-/// other things than this say how well their boundaries are known.
-fn thickness(tables: &Tables, operand: &CsgOperand) -> f64 {
-    let of_axis = |base: DVec3, top: DVec3, radius: f64| base.distance(top).min(2.0 * radius);
-    match operand.shape {
-        Shape::Cylinder(id) => {
-            let row = tables.cylinders.row(id);
-            of_axis(row.base, row.top, row.radius)
-        }
-        Shape::Cone(id) => {
-            let row = tables.cones.row(id);
-            of_axis(row.base, row.top, row.base_radius.max(row.top_radius))
-        }
-        _ => shape_bounds(tables, operand.id).map_or(1.0, |b| b.extent().min_element()),
-    }
+    let all = solid.operands.iter().filter_map(of);
+    all.fold(f64::MIN_POSITIVE, f64::max)
 }

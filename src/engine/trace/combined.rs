@@ -11,13 +11,13 @@ pub mod lanes;
 mod leaf;
 mod mesh;
 
-use super::decide::solid_of;
 use crate::accel::{Combined, PLACEMENT, SLOWEST};
 use crate::csg::{Boundary, Walk};
-use crate::geom::exact::{Inside, Line, Root, crossings, meetings_between, span};
+use crate::geom::Tape;
+use crate::geom::exact::{Inside, Line, Root, meetings_between, span};
 use crate::geom::guarded::implicit::Crossing as Crossed;
-use crate::geom::{LevelSet, Tape};
-use crate::math::bounds::ErrorBounded;
+use crate::geom::primitive::Boundaries;
+use crate::math::bounds::Bounded;
 use crate::math::{Aabb, Vec3, length};
 use crate::scene::{CsgOperand, CsgSolid, Frame, Shape, Tables};
 use glam::DVec3;
@@ -133,9 +133,8 @@ pub fn boundaries<'a>(
                 let tape = &tables.implicits.tape[id.index()];
                 collect_implicit(combined, tape, line, *number, crossings, found);
             }
-            Shape::LevelSet(id) => {
-                let row = tables.level_sets.row(id);
-                collect_level_set(solid, &row, line, *number, found);
+            shape if shape.boundaries() == Boundaries::Crossings => {
+                collect_crossings(solid, tables, line, *number, found);
             }
             _ => collect(solid, tables, line, *number, found),
         }
@@ -186,7 +185,7 @@ fn collect<'a>(
     if operand.bounds.is_some_and(missed) {
         return;
     }
-    let Some(primitive) = solid_of(tables, operand.shape) else {
+    let Some(primitive) = tables.solid(operand.shape) else {
         return;
     };
     let own = in_frame(frame, operand.frame, line);
@@ -267,18 +266,19 @@ fn collect_implicit<'a>(
     }
 }
 
-/// [`collect`] of a level set: where its formula changes its sign.
-fn collect_level_set<'a>(
+/// [`collect`] of what a line may come into many times.
+fn collect_crossings<'a>(
     solid: &CsgSolid,
-    row: &LevelSet<'a>,
+    tables: &'a Tables,
     line: &Line,
     number: u32,
     (boundaries, inside): (&mut Vec<Boundary<Mark<'a>>>, &mut Vec<u32>),
 ) {
-    let Some(own) = own_line(solid, line, number) else {
+    let primitive = tables.solid(solid.operands[number as usize].shape);
+    let (Some(own), Some(primitive)) = (own_line(solid, line, number), primitive) else {
         return;
     };
-    let always = crossings(row, &own, |root, enters| {
+    let always = primitive.crossings(&own, |root, enters| {
         boundaries.push(boundary(solid, line, number, root, enters));
     });
     if always {

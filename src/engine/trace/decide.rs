@@ -11,6 +11,7 @@ use super::packet::Packet;
 use super::query::{Depth, HitId, Query, Rival};
 use crate::accel::{Combined, Entry, World};
 use crate::geom::exact::{Crossing, Line, Root, Solid, first_beyond};
+use crate::geom::primitive::Boundaries;
 use crate::geom::triangle::Corners;
 use crate::geom::triangle::exact::{Pair, meet_exact};
 use crate::geom::{Certainty, Guarded, Ray, triangle};
@@ -36,24 +37,6 @@ enum Case<'a> {
     Triangle(Pair),
     Solid(Line, Solid<'a>),
     Combination(Line, &'a Combined, &'a Tables),
-}
-
-/// A row of any table but those of meshes and combinations.
-pub fn solid_of(scene: &Tables, shape: Shape) -> Option<Solid<'_>> {
-    Some(match shape {
-        Shape::HalfSpace(id) => Solid::HalfSpace(scene.half_spaces.row(id)),
-        Shape::Polyhedron(id) => Solid::Polyhedron(scene.polyhedra.planes(id)),
-        Shape::Cuboid(id) => Solid::Cuboid(scene.cuboids.row(id)),
-        Shape::Sphere(id) => Solid::Sphere(scene.spheres.row(id)),
-        Shape::Ellipsoid(id) => Solid::Ellipsoid(scene.ellipsoids.row(id)),
-        Shape::Cylinder(id) => Solid::Cone(scene.cylinders.row(id).as_cone()),
-        Shape::Cone(id) => Solid::Cone(scene.cones.row(id)),
-        Shape::Polygon(id) => Solid::Polygon(scene.polygons.row(id)),
-        Shape::Quadric(id) => Solid::Quadric(scene.quadrics.row(id)),
-        Shape::Implicit(id) => Solid::Implicit(scene.implicits.row(id)),
-        Shape::LevelSet(id) => Solid::LevelSet(scene.level_sets.row(id)),
-        Shape::Mesh(_) | Shape::Combination(_) => return None,
-    })
 }
 
 /// What is at hand where a kernel leaves lanes in doubt.
@@ -168,7 +151,7 @@ impl<'a> Case<'a> {
             shape => {
                 let (org, dir) = in_object(world, ray, &entry, DVec3::ZERO);
                 let line = Line { org, dir };
-                match (shape, solid_of(scene, shape)) {
+                match (shape, scene.solid(shape)) {
                     (_, Some(solid)) => Case::Solid(line, solid),
                     (Shape::Combination(id), None) => {
                         Case::Combination(line, world.combined(id), scene)
@@ -287,7 +270,7 @@ fn kernel_of_operand<L: Lanes>(
     let solid = &world.combined(row).solid;
     let (number, _) = solid.operand_of(id.primitive & !combined::TURNED);
     let operand = &solid.operands[number as usize];
-    if matches!(operand.shape, Shape::Mesh(_) | Shape::LevelSet(_)) {
+    if operand.shape.boundaries() == Boundaries::Crossings {
         return None;
     }
     let (org, dir) = in_object(world, ray, &entry, DVec3::ZERO);
@@ -310,7 +293,8 @@ fn kernel_of_operand<L: Lanes>(
         let known = !found.unsure.any() && is_sharp(&end).any();
         return known.then(|| end[1].lane(0).to_f64());
     }
-    let ends = ends::<L, Guarded>(&world.scene, operand.shape, &rays.rays());
+    let exactly = <L::Double as Lanes>::zero();
+    let ends = ends::<L, Guarded>(&world.scene, operand.shape, &rays.rays(), exactly);
     let end = [ends.enter, ends.exit].into_iter().find(holds)?;
     let known = ends.some.any() && is_sharp(&end).any();
     known.then(|| end[1].lane(0).to_f64())

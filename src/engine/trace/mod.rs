@@ -30,7 +30,7 @@ mod tile;
 pub use batch::closest_doubting_all;
 pub use batch::{any, any_counted, closest, closest_counted, closest_listed, counts};
 pub use combined::{Crossing, TURNED, boundaries, in_frame};
-pub use decide::{decided, solid_of};
+pub use decide::decided;
 pub use guess::{GuessCounts, Guesses, Reuse};
 pub use hits::{Depths, HitIds, Hits, Ids};
 pub use items::{ItemBuffer, Raster, Rect};

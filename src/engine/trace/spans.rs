@@ -7,9 +7,9 @@
 //! are not closed) are counted and left out.
 
 use super::combined::{TURNED, boundaries, passes_by};
-use super::decide::solid_of;
 use crate::accel::{Combined, FacetTrees};
 use crate::geom::exact::{Line, Root, span};
+use crate::geom::primitive::Boundaries;
 use crate::math::unit;
 use crate::scene::{
     Appearance, Appearances, MaterialId, SceneError, Shape, ShapeId, Tables, check_closed,
@@ -90,7 +90,6 @@ pub fn spans(
             },
         };
         match scene.shapes.row(appearance.shape) {
-            Shape::Polygon(_) => spans.left_out += 1,
             Shape::Mesh(row) => {
                 let one = || Combined::of_one(scene, appearance.shape);
                 let is_solid =
@@ -101,10 +100,7 @@ pub fn spans(
                     None => spans.left_out += 1,
                 }
             }
-            Shape::Implicit(row) if scene.implicits.open[row.index()] => spans.left_out += 1,
-            Shape::LevelSet(row) if scene.level_sets.open[row.index()] => spans.left_out += 1,
-            Shape::Cylinder(row) if scene.cylinders.row(row).open => spans.left_out += 1,
-            Shape::Cone(row) if scene.cones.row(row).open => spans.left_out += 1,
+            shape if scene.no_inside(shape).is_some() => spans.left_out += 1,
             shape => {
                 let bounds = shape_bounds(scene, appearance.shape);
                 if bounds.is_some_and(|bounds| passes_by(&bounds, &ray.line, 1.0)) {
@@ -119,7 +115,7 @@ pub fn spans(
                         }
                     }
                     // It may come in and leave many times.
-                    Shape::Implicit(_) | Shape::LevelSet(_) => {
+                    shape if shape.boundaries() != Boundaries::Span => {
                         let one = || Some(Combined::of_one(scene, appearance.shape));
                         let solid = unfolded.entry(appearance.shape);
                         if let Some(solid) = solid.or_insert_with(one) {
@@ -153,7 +149,7 @@ struct Ray<'s> {
 
 impl Ray<'_> {
     fn of_primitive(&self, shape: Shape, spans: &mut Vec<Span>) {
-        let Some(solid) = solid_of(self.scene, shape) else {
+        let Some(solid) = self.scene.solid(shape) else {
             return;
         };
         let end = |root: Root| {

@@ -7,10 +7,10 @@ use super::places::At;
 use super::schema;
 use super::tree::{Source, quoted};
 use crate::flatten::{MESH_FORMATS, names_mesh};
-use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere, hull};
+use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Prism, Quadric, Sphere, hull};
 use crate::scene::{SceneBuilder, ShapeId};
 use crate::{Dropped, Folder, LoadError, LoadOptions};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 pub(super) fn shape(
     source: &Source,
@@ -31,6 +31,7 @@ pub(super) fn shape(
         ("cone", row.cone.is_some()),
         ("polyhedron", row.polyhedron.is_some()),
         ("polygon", row.polygon.is_some()),
+        ("prism", row.prism.is_some()),
         ("quadric", row.quadric.is_some()),
         ("torus", row.torus.is_some()),
         ("superquadric", row.superquadric.is_some()),
@@ -103,6 +104,15 @@ pub(super) fn shape(
     if let Some(s) = row.polygon {
         let points: Vec<DVec3> = s.points.into_iter().map(v).collect();
         return Ok(scene.polygon(name, &points, &[]));
+    }
+    if let Some(s) = row.prism {
+        let ring = |ring: Vec<[f64; 2]>| ring.into_iter().map(DVec2::from_array).collect();
+        let prism = Prism {
+            outline: ring(s.points),
+            holes: s.holes.into_iter().flatten().map(ring).collect(),
+            height: s.height,
+        };
+        return Ok(scene.prism(name, prism));
     }
     if let Some(s) = row.quadric {
         let coefficients = s.coefficients;

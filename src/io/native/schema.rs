@@ -132,6 +132,7 @@ pub struct Shape {
     pub cone: Option<Cone>,
     pub polyhedron: Option<At<Polyhedron>>,
     pub polygon: Option<Polygon>,
+    pub prism: Option<Prism>,
     pub quadric: Option<Quadric>,
     pub torus: Option<Torus>,
     pub superquadric: Option<Superquadric>,
@@ -245,6 +246,19 @@ pub struct Polyhedron {
 pub struct Polygon {
     /// The corners in turn, in one plane.
     pub points: Vec<Triple>,
+}
+
+/// The solid that an outline with holes in the plane z = 0 sweeps along z, from 0 to a
+/// height.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Prism {
+    /// The corners of the outline in turn, either way round, three or more; need not be
+    /// convex. No edge may cross another.
+    pub points: Vec<[f64; 2]>,
+    /// The corners of each hole, inside the outline.
+    pub holes: Option<Vec<Vec<[f64; 2]>>>,
+    pub height: f64,
 }
 
 /// The solid of all points with Ax² + By² + Cz² + Dxy + Exz + Fyz + Gx + Hy + Iz + J

@@ -5,9 +5,10 @@ use super::polynomial::polynomial;
 use super::{Dress, PovError, Writer, below, comment, name, number, placed, vector};
 use crate::geom::HalfSpace;
 use crate::scene::{
-    CombinationId, MeshId, Operator, PolygonId, Shape, ShapeId, Tables, operands_first,
+    CombinationId, MeshId, Operator, PolygonId, PrismId, Shape, ShapeId, Tables, operands_first,
     shape_bounds,
 };
+use glam::DVec2;
 use std::fmt::Write;
 
 /// Parts that one xor may become.
@@ -119,6 +120,7 @@ impl Writer<'_> {
                 format!("quadric {{ {squares}, {mixed}, {linear}, {} }}", number(j))
             }
             Shape::Polygon(row) => self.polygon(row),
+            Shape::Prism(row) => self.prism(row),
             Shape::Mesh(row) => self.mesh(id, row, dress),
             Shape::Implicit(row) => {
                 let name = || scene.shapes.names.label(id.0);
@@ -141,6 +143,25 @@ impl Writer<'_> {
         let corners = points.iter().chain(points.first()).map(|p| vector(*p));
         let corners: Vec<String> = corners.collect();
         format!("polygon {{ {}, {} }}", corners.len(), corners.join(", "))
+    }
+
+    /// Swept along y there, from the plane of x and z: both are exchanged.
+    fn prism(&self, id: PrismId) -> String {
+        let row = self.scene.prisms.row(id);
+        let closed = |ring: &[DVec2]| ring.iter().chain(ring.first()).copied().collect();
+        let corners: Vec<DVec2> = row
+            .rings()
+            .flat_map(|r| -> Vec<DVec2> { closed(r) })
+            .collect();
+        let pair = |p: &DVec2| format!("<{}, {}>", number(p.x), number(p.y));
+        let list: Vec<String> = corners.iter().map(pair).collect();
+        format!(
+            "prism {{ linear_sweep linear_spline 0, {}, {}, {} \
+             matrix <1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 0, 0> }}",
+            number(row.height()),
+            list.len(),
+            list.join(", ")
+        )
     }
 
     fn mesh(&self, shape: ShapeId, id: MeshId, dress: Dress) -> String {

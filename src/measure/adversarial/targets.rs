@@ -29,7 +29,6 @@ pub(super) fn in_object(scene: &Scene, shape: Shape, random: &mut Random) -> Tar
                 along: [b - a, c - a],
             }
         }
-        Shape::Polygon(id) => outline(scene.polygons.points(id), random),
         Shape::Polyhedron(id) => {
             let points = scene.polyhedra.points(id);
             let [a, b, c] = std::array::from_fn(|_| *random.one_of(points));
@@ -71,6 +70,13 @@ pub(super) fn in_object(scene: &Scene, shape: Shape, random: &mut Random) -> Tar
                 along: [u, v],
             }
         }
+        _ => match scene.outlines(shape) {
+            rings if rings.is_empty() => random.anywhere(),
+            rings => {
+                let ring: &Vec<DVec3> = random.one_of(&rings);
+                outline(ring, random)
+            }
+        },
     }
 }
 

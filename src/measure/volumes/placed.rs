@@ -2,10 +2,11 @@
 
 use crate::accel::{Combined, FacetTrees};
 use crate::geom::exact::{Line, Root, span};
-use crate::math::bounds::{ErrorBounded, UNIT};
+use crate::geom::primitive::Boundaries;
+use crate::math::bounds::{Bounded, UNIT};
 use crate::math::{Aabb, Affine};
 use crate::scene::{Scene, Shape, ShapeId, check_closed, shape_bounds};
-use crate::trace::{boundaries, solid_of};
+use crate::trace::boundaries;
 use glam::DVec3;
 use std::ops::ControlFlow;
 
@@ -41,26 +42,18 @@ impl<'a> Placed<'a> {
     ) -> Result<Placed<'a>, NoVolume> {
         let shape = scene.shapes.row(id);
         let combined = match shape {
-            Shape::Polygon(_) => return Err(NoVolume::Surface),
-            Shape::Cylinder(row) if scene.cylinders.row(row).open => return Err(NoVolume::Surface),
-            Shape::Cone(row) if scene.cones.row(row).open => return Err(NoVolume::Surface),
             Shape::Mesh(row) => {
                 if scene.meshes.open[row.index()] || check_closed(scene, row).is_err() {
                     return Err(NoVolume::Mesh);
                 }
                 Some(Combined::of_one(scene, id))
             }
-            Shape::Implicit(row) if scene.implicits.open[row.index()] => {
-                return Err(NoVolume::Surface);
-            }
-            Shape::LevelSet(row) if scene.level_sets.open[row.index()] => {
-                return Err(NoVolume::Surface);
-            }
-            Shape::Implicit(_) | Shape::LevelSet(_) => Some(Combined::of_one(scene, id)),
+            _ if scene.no_inside(shape).is_some() => return Err(NoVolume::Surface),
+            _ if shape.boundaries() == Boundaries::Span => None,
             Shape::Combination(row) => {
                 Some(Combined::of(scene, id, row, &mut FacetTrees::default()))
             }
-            _ => None,
+            _ => Some(Combined::of_one(scene, id)),
         };
         let own = shape_bounds(scene, id).ok_or(NoVolume::Unbounded)?;
         let corner = |p: DVec3| DVec3::from_array(world_from_object.point(p.to_array()));
@@ -102,7 +95,7 @@ impl<'a> Placed<'a> {
             part(enter.value, exit.value, enter.error + exit.error);
         };
         let Some(combined) = &self.combined else {
-            let solid = solid_of(self.scene, self.shape);
+            let solid = self.scene.solid(self.shape);
             for ends in solid.iter().flat_map(|solid| span(solid, &line).spans()) {
                 if let [Some(enter), Some(exit)] = ends {
                     part(place(&enter), place(&exit));

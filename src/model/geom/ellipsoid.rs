@@ -1,7 +1,15 @@
 //! Ellipsoids: the unit sphere, with rays divided by the radii.
 
+use super::columns::{kernels_of_span, table};
+use super::exact::{Inside, Line, solid};
+use super::face::Face;
+use super::guarded::{Ends, ObjectRay};
+use super::kinds::EllipsoidId;
+use super::primitive::{Exact, Flaw, Primitive, finite3, outward, positive};
+use super::ray::Meet;
 use super::ray::{Ray, Span};
 use super::sphere::centered_span;
+use super::sphere::guarded::{ellipsoid_ends, meet_ellipsoid};
 use crate::math::lanes::{Lanes, Scalar};
 use crate::math::{Aabb, Vec3};
 use glam::DVec3;
@@ -39,4 +47,69 @@ pub fn span<L: Lanes>(ellipsoid: &Ellipsoid, ray: &Ray<L>) -> Span<L> {
     let (org, dir) = (by_radii(ray.org - center), by_radii(ray.dir));
     let (org, dir) = (turned(org), turned(dir));
     centered_span(org, dir, dir.length_squared(), L::from_f32(1.0))
+}
+
+table!(Ellipsoids of Ellipsoid by EllipsoidId { center: DVec3, radii: DVec3 });
+
+impl Primitive for Ellipsoids {
+    type Id = EllipsoidId;
+    type Row<'a> = Ellipsoid;
+    const IS_DISTANCE: bool = false;
+
+    #[inline(always)]
+    fn exact(&self, id: EllipsoidId) -> Ellipsoid {
+        self.row(id)
+    }
+
+    fn check(&self, id: EllipsoidId) -> Result<(), Flaw> {
+        let row = self.row(id);
+        finite3("center", row.center)?;
+        finite3("radii", row.radii)?;
+        positive("radii", row.radii.min_element())
+    }
+
+    fn bounds(&self, id: EllipsoidId) -> Option<Aabb> {
+        Some(outward(self.row(id).bounds()))
+    }
+
+    fn faces(&self, id: EllipsoidId) -> Vec<Option<Face>> {
+        let row = self.row(id);
+        let (center, radii) = (row.center, row.radii);
+        vec![Some(Face::Ellipsoid { center, radii })]
+    }
+
+    kernels_of_span! {
+        (self, id: EllipsoidId, object, active)
+        span(&self.row(id), object.ray),
+        meet_ellipsoid(&self.row(id), object, active),
+        ellipsoid_ends(&self.row(id), object),
+    }
+
+    #[inline(always)]
+    fn nearest<D: Lanes<Scalar = f64>>(&self, id: EllipsoidId, p: Vec3<D>) -> (D, Vec3<D>) {
+        let row = self.row(id);
+        let shrink = |v: Vec3<D>| {
+            let [x, y, z] = row.radii.to_array().map(|r| D::splat(1.0 / r));
+            Vec3::new(v.x * x, v.y * y, v.z * z)
+        };
+        let scaled = shrink(p - Vec3::splat(row.center.to_array()));
+        let value = scaled.length_squared() - D::splat(1.0);
+        (value, shrink(scaled) * D::splat(2.0))
+    }
+
+    #[inline(always)]
+    fn normals<D: Lanes<Scalar = f64>>(&self, id: EllipsoidId, p: Vec3<D>) -> Vec3<D> {
+        self.row(id).normals_at(p)
+    }
+}
+
+impl<'a> Exact<'a> for Ellipsoid {
+    fn is_finite(&self) -> bool {
+        self.center.is_finite() && self.radii.is_finite()
+    }
+
+    #[inline(always)]
+    fn inside(&self, line: &Line) -> Inside {
+        Inside::of_convex(solid::ellipsoid(line, self))
+    }
 }

@@ -4,7 +4,8 @@ use super::check::{SceneError, check};
 use super::*;
 use crate::csg::Operator;
 use crate::geom::formula::Formula;
-use crate::geom::{Clip, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere, Tape};
+use crate::geom::kinds::for_each_kind;
+use crate::geom::{self, Clip, HalfSpace, Tape};
 use crate::math::Affine;
 use crate::roots::Solver;
 use glam::DVec3;
@@ -75,41 +76,6 @@ impl SceneBuilder {
     /// Radiance where a ray meets nothing.
     pub fn background(&mut self, radiance: Rgb) {
         self.tables.background = radiance;
-    }
-
-    pub fn half_space(&mut self, name: &str, row: HalfSpace) -> ShapeId {
-        let id = self.tables.half_spaces.push(row);
-        self.tables.shapes.push(name, Shape::HalfSpace(id))
-    }
-
-    pub fn sphere(&mut self, name: &str, row: Sphere) -> ShapeId {
-        let id = self.tables.spheres.push(row);
-        self.tables.shapes.push(name, Shape::Sphere(id))
-    }
-
-    pub fn ellipsoid(&mut self, name: &str, row: Ellipsoid) -> ShapeId {
-        let id = self.tables.ellipsoids.push(row);
-        self.tables.shapes.push(name, Shape::Ellipsoid(id))
-    }
-
-    pub fn cylinder(&mut self, name: &str, row: Cylinder) -> ShapeId {
-        let id = self.tables.cylinders.push(row);
-        self.tables.shapes.push(name, Shape::Cylinder(id))
-    }
-
-    pub fn cone(&mut self, name: &str, row: Cone) -> ShapeId {
-        let id = self.tables.cones.push(row);
-        self.tables.shapes.push(name, Shape::Cone(id))
-    }
-
-    pub fn cuboid(&mut self, name: &str, row: Cuboid) -> ShapeId {
-        let id = self.tables.cuboids.push(row);
-        self.tables.shapes.push(name, Shape::Cuboid(id))
-    }
-
-    pub fn quadric(&mut self, name: &str, row: Quadric) -> ShapeId {
-        let id = self.tables.quadrics.push(row);
-        self.tables.shapes.push(name, Shape::Quadric(id))
     }
 
     /// The solid where a polynomial is not above zero, or the surface where it is zero:
@@ -227,3 +193,19 @@ impl SceneBuilder {
         })
     }
 }
+
+macro_rules! builder {
+    ($([$kind:ident $field:ident $table:ident $id:ident $name:literal $number:literal $($function:ident)?])*) => {
+        /// Kinds whose rows are given whole.
+        impl SceneBuilder {
+            $($(
+                pub fn $function(&mut self, name: &str, row: geom::$kind) -> ShapeId {
+                    let id = self.tables.$field.push(row);
+                    self.tables.shapes.push(name, Shape::$kind(id))
+                }
+            )?)*
+        }
+    };
+}
+
+for_each_kind!(builder);

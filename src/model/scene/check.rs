@@ -5,7 +5,6 @@
 
 mod combinations;
 mod graph;
-mod implicits;
 mod looks;
 mod shapes;
 
@@ -14,6 +13,7 @@ pub use graph::{children_first, used_nodes};
 
 use super::csg_bounds::combination_bounds;
 use super::{Leaks, Tables};
+use crate::geom::primitive::Flaw;
 use crate::roots::Solver;
 use glam::DVec3;
 use std::fmt;
@@ -193,7 +193,37 @@ pub enum SceneError {
 }
 
 impl SceneError {
-    /// Returns the entity at fault, or `None` if the whole scene is.
+    /// A primitive's own flaw.
+    fn of(what: Entity, flaw: Flaw) -> SceneError {
+        match flaw {
+            Flaw::NotFinite { field, value } => SceneError::NotFinite { what, field, value },
+            Flaw::OutOfRange { field, value, must } => SceneError::OutOfRange {
+                what,
+                field,
+                value,
+                must,
+            },
+            Flaw::Degenerate(why) => SceneError::Degenerate { what, why },
+            Flaw::NoFormula {
+                degree,
+                solver,
+                most,
+            } => SceneError::NoFormula {
+                what,
+                degree,
+                solver,
+                most,
+            },
+            Flaw::Empty(part) => SceneError::Empty { what, part },
+            Flaw::NormalCount { normals, vertices } => SceneError::NormalCount {
+                what,
+                normals,
+                vertices,
+            },
+        }
+    }
+
+    /// `None` where the scene as a whole is at fault.
     pub fn entity(&self) -> Option<&Entity> {
         match self {
             SceneError::DanglingId { what, .. }
@@ -238,13 +268,11 @@ pub(super) fn check(scene: &mut Tables) -> Result<(), SceneError> {
 /// Checks the rows of solids again after their solvers are changed, because a solver may
 /// not take them.
 pub(super) fn solvers(scene: &Tables) -> Result<(), SceneError> {
-    shapes::solids(scene)
+    shapes::primitives(scene)
 }
 
 fn check_rows(scene: &Tables) -> Result<(), SceneError> {
-    shapes::solids(scene)?;
-    shapes::polygons(scene)?;
-    shapes::polyhedra(scene)?;
+    shapes::primitives(scene)?;
     shapes::meshes(scene)?;
     looks::materials(scene)?;
     looks::lights(scene)?;

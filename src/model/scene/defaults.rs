@@ -5,8 +5,8 @@
 //! from its upper left, which shows the shapes. Together they give a white Lambert surface
 //! that faces the camera a radiance of 0.9.
 
-use super::bounds::shape_bounds;
 use super::extents::coarse_corners;
+use super::primitives::shape_bounds;
 use super::{Appearances, Camera, Light, Scene, Shape};
 use crate::math::Aabb;
 use glam::DVec3;

@@ -5,10 +5,10 @@
 //! a default view; trees have bounds of their own.
 
 use super::Tables;
-use super::bounds::shape_bounds;
 use super::check::children_first;
 use super::ids::ShapeId;
 use super::nodes::{Edge, Target};
+use super::primitives::shape_bounds;
 use crate::math::{Aabb, Affine};
 use glam::DVec3;
 

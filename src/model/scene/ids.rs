@@ -1,20 +1,8 @@
-//! Typed row numbers. One macro, so that a sphere's id cannot index cylinders.
+//! Typed row numbers.
 
-macro_rules! typed_ids {
-    ($($(#[$doc:meta])* $name:ident),* $(,)?) => {$(
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        pub struct $name(pub u32);
+use crate::geom::kinds::typed_ids;
 
-        impl $name {
-            /// The row as an index into the table's columns.
-            #[inline(always)]
-            pub fn index(self) -> usize {
-                self.0 as usize
-            }
-        }
-    )*};
-}
+pub use crate::geom::kinds::*;
 
 typed_ids! {
     /// A row of [`Transforms`](super::Transforms); 0 is the identity.
@@ -23,19 +11,6 @@ typed_ids! {
     NodeId,
     /// A row of [`Shapes`](super::Shapes): any geometry that can be placed.
     ShapeId,
-    HalfSpaceId,
-    SphereId,
-    EllipsoidId,
-    CylinderId,
-    ConeId,
-    CuboidId,
-    PolyhedronId,
-    PolygonId,
-    QuadricId,
-    /// A row of [`Implicits`](super::Implicits).
-    ImplicitId,
-    /// A row of [`LevelSets`](super::LevelSets).
-    LevelSetId,
     /// A row of [`Combinations`](super::Combinations).
     CombinationId,
     MeshId,

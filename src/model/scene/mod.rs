@@ -6,7 +6,6 @@
 
 mod appearances;
 mod blur;
-mod bounds;
 mod builder;
 mod builtin;
 mod cameras;
@@ -17,10 +16,7 @@ mod csg_bounds;
 mod csg_solid;
 mod defaults;
 mod extents;
-mod faces;
 mod ids;
-mod implicits;
-mod level_sets;
 mod lights;
 mod materials;
 mod meshes;
@@ -28,19 +24,17 @@ mod motion;
 mod moved;
 mod names;
 mod nodes;
-mod normals;
 mod paths;
-mod polygons;
+mod primitives;
 mod shapes;
-mod solids;
 mod transforms;
 
 pub use crate::csg::Operator;
+pub use crate::geom::face::{Face, FaceKey};
 pub use appearances::{
     Appearance, AppearanceTable, Appearances, MAX_APPEARANCES, MAX_DEPTH, MAX_LAID_OUT, Place,
 };
 pub use blur::Blur;
-pub use bounds::shape_bounds;
 pub use builder::SceneBuilder;
 pub use builtin::builtin;
 pub use cameras::{Camera, Cameras, Projection};
@@ -53,10 +47,7 @@ pub use csg_solid::operands_first;
 pub use csg_solid::{CsgOperand, CsgSolid, Frame, MAX_OPERANDS, MAX_SURFACES};
 pub use defaults::{default_camera, default_lights};
 pub use extents::coarse_corners;
-pub use faces::{Face, FaceKey, faces_of};
 pub use ids::*;
-pub use implicits::Implicits;
-pub use level_sets::LevelSets;
 pub use lights::{Falloff, Light};
 pub use materials::{Material, Materials, Model, Rgb};
 pub use meshes::far_center;
@@ -64,84 +55,77 @@ pub use meshes::{Mesh, MeshData, Meshes};
 pub use motion::{Key, Motions};
 pub use names::Names;
 pub use nodes::{Edge, Edges, Nodes, Target};
-pub use normals::outward_normals;
-pub use polygons::{Polygons, Polyhedra};
+pub use primitives::{faces_of, shape_bounds};
 pub use shapes::{Shape, Shapes};
-pub use solids::{Cones, Cuboids, Cylinders, Ellipsoids, HalfSpaces, Quadrics, Spheres};
 pub use transforms::Transforms;
 
+use crate::geom::kinds::for_each_kind;
 use crate::roots::Solver;
 use std::ops::Deref;
 use std::sync::Arc;
 
-/// All tables of a scene. An absent kind is an empty table, which costs no memory and no
-/// time.
-#[derive(Clone, Debug, Default)]
-pub struct Tables {
-    pub transforms: Transforms,
-    pub nodes: Nodes,
-    /// The child edges of all nodes.
-    pub edges: Edges,
-    /// The root edges.
-    pub instances: Edges,
-    /// Names of the roots, by row of `instances`.
-    pub instance_names: Names,
+macro_rules! tables {
+    ($([$kind:ident $field:ident $table:ident $($rest:tt)*])*) => {
+        $(pub use crate::geom::$table;)*
 
-    pub shapes: Shapes,
-    pub half_spaces: HalfSpaces,
-    pub spheres: Spheres,
-    pub ellipsoids: Ellipsoids,
-    pub cylinders: Cylinders,
-    pub cones: Cones,
-    pub cuboids: Cuboids,
-    pub polyhedra: Polyhedra,
-    pub polygons: Polygons,
-    pub quadrics: Quadrics,
-    pub implicits: Implicits,
-    pub level_sets: LevelSets,
-    pub meshes: Meshes,
-    pub combinations: Combinations,
+        /// Every table of a scene. Absent things are empty tables: no memory, no time.
+        #[derive(Clone, Debug, Default)]
+        pub struct Tables {
+            pub transforms: Transforms,
+            pub nodes: Nodes,
+            /// The children of all nodes.
+            pub edges: Edges,
+            /// The roots.
+            pub instances: Edges,
+            /// Names of the roots, by row of `instances`.
+            pub instance_names: Names,
 
-    pub materials: Materials,
-    pub lights: Vec<Light>,
-    pub cameras: Cameras,
-    /// The radiance where a ray meets nothing.
-    pub background: Rgb,
+            pub shapes: Shapes,
+            $(pub $field: $table,)*
+            pub meshes: Meshes,
+            pub combinations: Combinations,
+
+            pub materials: Materials,
+            pub lights: Vec<Light>,
+            pub cameras: Cameras,
+            /// Radiance where a ray meets nothing.
+            pub background: Rgb,
+        }
+
+        impl Tables {
+            /// Bytes of each table that holds anything, by name.
+            pub fn bytes(&self) -> Vec<(&'static str, usize)> {
+                let roots = self.instances.bytes() + self.instance_names.bytes();
+                [
+                    ("transforms", self.transforms.bytes()),
+                    ("nodes", self.nodes.bytes() + self.edges.bytes()),
+                    ("instances", roots),
+                    ("shapes", self.shapes.bytes()),
+                    $((stringify!($field), self.$field.bytes()),)*
+                    ("meshes", self.meshes.bytes()),
+                    ("combinations", self.combinations.bytes()),
+                    ("materials", self.materials.bytes()),
+                    ("lights", self.lights.len() * size_of::<Light>()),
+                    ("cameras", self.cameras.rows.len() * size_of::<Camera>()),
+                ]
+                .into_iter()
+                .filter(|(_, bytes)| *bytes > 0)
+                .collect()
+            }
+
+            /// The rows of a shape's own table.
+            pub(super) fn rows_like(&self, shape: Shape) -> usize {
+                match shape {
+                    $(Shape::$kind(_) => self.$field.len(),)*
+                    Shape::Mesh(_) => self.meshes.len(),
+                    Shape::Combination(_) => self.combinations.len(),
+                }
+            }
+        }
+    };
 }
 
-impl Tables {
-    /// Lists the bytes of each table that is not empty, by name.
-    pub fn bytes(&self) -> Vec<(&'static str, usize)> {
-        [
-            ("transforms", self.transforms.bytes()),
-            ("nodes", self.nodes.bytes() + self.edges.bytes()),
-            (
-                "instances",
-                self.instances.bytes() + self.instance_names.bytes(),
-            ),
-            ("shapes", self.shapes.bytes()),
-            ("half_spaces", self.half_spaces.bytes()),
-            ("spheres", self.spheres.bytes()),
-            ("ellipsoids", self.ellipsoids.bytes()),
-            ("cylinders", self.cylinders.bytes()),
-            ("cones", self.cones.bytes()),
-            ("cuboids", self.cuboids.bytes()),
-            ("polyhedra", self.polyhedra.bytes()),
-            ("polygons", self.polygons.bytes()),
-            ("quadrics", self.quadrics.bytes()),
-            ("implicits", self.implicits.bytes()),
-            ("level_sets", self.level_sets.bytes()),
-            ("meshes", self.meshes.bytes()),
-            ("combinations", self.combinations.bytes()),
-            ("materials", self.materials.bytes()),
-            ("lights", self.lights.len() * size_of::<Light>()),
-            ("cameras", self.cameras.rows.len() * size_of::<Camera>()),
-        ]
-        .into_iter()
-        .filter(|(_, bytes)| *bytes > 0)
-        .collect()
-    }
-}
+for_each_kind!(tables);
 
 /// Checked tables. A scene reads like [`Tables`] and cannot be changed. Clones share the
 /// tables.

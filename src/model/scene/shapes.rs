@@ -2,64 +2,51 @@
 
 use super::ids::*;
 use super::names::Names;
+use crate::geom::kinds::for_each_kind;
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shape {
-    HalfSpace(HalfSpaceId),
-    Sphere(SphereId),
-    Ellipsoid(EllipsoidId),
-    Cylinder(CylinderId),
-    Cone(ConeId),
-    Cuboid(CuboidId),
-    Polyhedron(PolyhedronId),
-    Polygon(PolygonId),
-    Quadric(QuadricId),
-    Implicit(ImplicitId),
-    LevelSet(LevelSetId),
-    Mesh(MeshId),
-    /// Made of others.
-    Combination(CombinationId),
+macro_rules! shapes {
+    ($([$kind:ident $field:ident $table:ident $id:ident $name:literal $number:literal $($rest:tt)*])*) => {
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Shape {
+            $($kind($id),)*
+            Mesh(MeshId),
+            /// Made of others.
+            Combination(CombinationId),
+        }
+
+        impl Shape {
+            /// As messages and reports call it. A level set is an implicit to people: only
+            /// what it is written as differs.
+            pub fn kind_name(self) -> &'static str {
+                match self {
+                    $(Shape::$kind(_) => $name,)*
+                    Shape::Mesh(_) => "mesh",
+                    Shape::Combination(_) => "combination",
+                }
+            }
+
+            /// A number per kind: what runs of equal kinds are sorted by.
+            pub fn kind(self) -> u8 {
+                match self {
+                    $(Shape::$kind(_) => $number,)*
+                    Shape::Mesh(_) => 8,
+                    Shape::Combination(_) => 9,
+                }
+            }
+
+            /// The row of the kind's own table.
+            pub(super) fn row_number(self) -> u32 {
+                match self {
+                    $(Shape::$kind(id) => id.0,)*
+                    Shape::Mesh(id) => id.0,
+                    Shape::Combination(id) => id.0,
+                }
+            }
+        }
+    };
 }
 
-impl Shape {
-    /// As messages and reports call it.
-    pub fn kind_name(self) -> &'static str {
-        match self {
-            Shape::HalfSpace(_) => "half-space",
-            Shape::Sphere(_) => "sphere",
-            Shape::Ellipsoid(_) => "ellipsoid",
-            Shape::Cylinder(_) => "cylinder",
-            Shape::Cone(_) => "cone",
-            Shape::Cuboid(_) => "box",
-            Shape::Polyhedron(_) => "polyhedron",
-            Shape::Polygon(_) => "polygon",
-            Shape::Quadric(_) => "quadric",
-            // To people it is one: only what it is written as differs.
-            Shape::Implicit(_) | Shape::LevelSet(_) => "implicit",
-            Shape::Mesh(_) => "mesh",
-            Shape::Combination(_) => "combination",
-        }
-    }
-
-    /// A number per kind: what runs of equal kinds are sorted by.
-    pub fn kind(self) -> u8 {
-        match self {
-            Shape::HalfSpace(_) => 0,
-            Shape::Sphere(_) => 1,
-            Shape::Ellipsoid(_) => 2,
-            Shape::Cylinder(_) => 3,
-            Shape::Cone(_) => 4,
-            Shape::Cuboid(_) => 5,
-            Shape::Polyhedron(_) => 6,
-            Shape::Polygon(_) => 7,
-            Shape::Mesh(_) => 8,
-            Shape::Combination(_) => 9,
-            Shape::Quadric(_) => 10,
-            Shape::Implicit(_) => 11,
-            Shape::LevelSet(_) => 12,
-        }
-    }
-}
+for_each_kind!(shapes);
 
 #[derive(Clone, Debug, Default)]
 pub struct Shapes {

@@ -13,6 +13,7 @@ use crate::accel::{Combined, SharedFace, Slabs};
 use crate::csg::Restricted;
 use crate::geom::Certainty;
 use crate::geom::guarded::Ends;
+use crate::geom::primitive::Boundaries;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::roots::Solver;
 use crate::scene::{Shape, Tables};
@@ -247,7 +248,7 @@ fn run<L: Lanes, C: Certainty>(
                 known = L::select(L::Mask::from_bits(lanes), known.min(begin), known);
             }
         };
-        if let Shape::Mesh(_) | Shape::LevelSet(_) = operand.shape {
+        if operand.shape.boundaries() == Boundaries::Crossings {
             let (enter, missed) = match &operand.bounds {
                 Some(bounds) => {
                     let frame = &combined.solid.frames[operand.frame as usize];

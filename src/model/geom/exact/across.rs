@@ -8,7 +8,7 @@ use std::cmp::Ordering;
 
 /// x_axis = at.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Across {
+pub(in crate::geom) struct Across {
     axis: usize,
     at: f64,
 }

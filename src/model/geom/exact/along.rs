@@ -103,12 +103,12 @@ impl Arithmetic for Along<'_> {
 
 /// The coefficients of a tape's polynomial along a line, exactly but for a power of two;
 /// the constant one first. Of a line of finite numbers.
-pub(super) fn tape_along(tape: &Tape, line: &Line) -> Vec<BigInt> {
+pub(in crate::geom) fn tape_along(tape: &Tape, line: &Line) -> Vec<BigInt> {
     tape.evaluate(&Along(line)).c
 }
 
 /// The same of any surface.
-pub(super) fn along(surface: &Surface, line: &Line) -> Vec<BigInt> {
+pub(in crate::geom) fn along(surface: &Surface, line: &Line) -> Vec<BigInt> {
     if let Surface::Implicit(tape) = surface {
         return tape_along(tape, line);
     }

@@ -15,7 +15,7 @@ use std::cmp::Ordering;
 type Surface = AnySurface<'static>;
 type Root = super::root::Root<'static>;
 
-pub(super) struct Curve {
+pub(in crate::geom) struct Curve {
     line: Line,
     surface: Surface,
     /// Where t is counted from: near the surface, far rays too are known well.
@@ -25,7 +25,7 @@ pub(super) struct Curve {
 }
 
 /// t of the line's point nearest to another, about.
-pub(super) fn nearest_to(line: &Line, point: [f64; 3]) -> f64 {
+pub(in crate::geom) fn nearest_to(line: &Line, point: [f64; 3]) -> f64 {
     let (mut along, mut squared) = (0.0, 0.0);
     for k in 0..3 {
         along += (point[k] - line.org[k]) * line.dir[k];

@@ -11,25 +11,24 @@
 //! tests/exact_solids.rs compares with integers of any length.
 
 mod across;
-mod along;
-mod curve;
-mod implicit;
-mod level_set;
+pub(in crate::geom) mod along;
+pub(in crate::geom) mod curve;
+mod each;
 mod plane;
-mod polygon;
-mod root;
+pub(in crate::geom) mod root;
 mod rounded;
 pub mod side;
-mod solid;
-mod surface;
+pub(in crate::geom) mod solid;
+pub(in crate::geom) mod surface;
 
-pub use implicit::{Meeting, meetings, meetings_between, sign_at};
-pub use level_set::crossings;
+pub use super::implicit::exact::{Meeting, meetings, meetings_between, sign_at};
+pub use each::meet_each;
 pub use root::Root;
 pub use solid::{Ends, Inside};
 
+use super::kinds::for_each_kind;
+use super::primitive::{Exact, Primitive};
 use super::triangle::{Corners, exact as triangle};
-use super::{Cone, Cuboid, Ellipsoid, HalfSpace, Implicit, LevelSet, Polygon, Quadric, Sphere};
 use crate::math::Aabb;
 use crate::math::bounds::ErrorBounded;
 use glam::DVec3;
@@ -44,63 +43,74 @@ pub struct Line {
     pub dir: [f64; 3],
 }
 
-/// A row of any table but that of meshes.
-#[derive(Clone, Copy, Debug)]
-pub enum Solid<'a> {
-    HalfSpace(HalfSpace),
-    Polyhedron(&'a [HalfSpace]),
-    Cuboid(Cuboid),
-    Sphere(Sphere),
-    Ellipsoid(Ellipsoid),
-    /// Also a cylinder.
-    Cone(Cone),
-    Quadric(Quadric),
-    Polygon(Polygon<'a>),
-    Implicit(Implicit<'a>),
-    LevelSet(LevelSet<'a>),
+macro_rules! solids {
+    ($([$kind:ident $field:ident $table:ident $($rest:tt)*])*) => {
+        /// A row of any table of primitives.
+        #[derive(Clone, Copy, Debug)]
+        pub enum Solid<'a> {
+            $($kind(<super::$table as Primitive>::Row<'a>),)*
+        }
+
+        impl<'a> Solid<'a> {
+            fn is_finite(&self) -> bool {
+                match self {
+                    $(Solid::$kind(row) => Exact::is_finite(row),)*
+                }
+            }
+
+            #[inline(always)]
+            fn first_beyond(&self, line: &Line, t_min: f64) -> Option<Root<'a>> {
+                match self {
+                    $(Solid::$kind(row) => Exact::first_beyond(row, line, t_min),)*
+                }
+            }
+
+            #[inline(always)]
+            fn inside(&self, line: &Line) -> Inside {
+                match self {
+                    $(Solid::$kind(row) => Exact::inside(row, line),)*
+                }
+            }
+
+            /// Calls `visit` with all boundaries on a line of finite numbers, front to back,
+            /// and whether the line comes in there. Returns whether it is in the solid from
+            /// the start. Of polynomials see [`meetings`].
+            pub fn crossings(&self, line: &Line, visit: impl FnMut(Root<'a>, bool)) -> bool {
+                match self {
+                    $(Solid::$kind(row) => Exact::crossings(row, line, visit),)*
+                }
+            }
+        }
+    };
 }
+
+for_each_kind!(solids);
 
 /// Where a ray first meets the boundary of a primitive beyond `t_min`, in exact
 /// arithmetic. Nothing is met where a number is not finite.
 pub fn first_beyond<'a>(solid: &Solid<'a>, line: &Line, t_min: f64) -> Option<Root<'a>> {
-    let has_direction = line.dir.iter().any(|x| *x != 0.0);
-    if !has_direction || !line.is_finite() || !solid.is_finite() {
-        return None;
-    }
-    match solid {
-        Solid::Cone(cone) if cone.open => solid::cone_side(line, cone, t_min),
-        Solid::Polygon(polygon) => polygon::polygon(line, polygon, t_min),
-        Solid::Implicit(row) => implicit::first_beyond(row, line, t_min),
-        Solid::LevelSet(row) => level_set::first_beyond(row, line, t_min),
-        closed => {
-            let beyond = |end: &Root| end.order_with(t_min).is_gt();
-            inside(closed, line).ends.into_iter().flatten().find(beyond)
-        }
-    }
+    (line.has_direction() && line.is_finite() && solid.is_finite())
+        .then(|| solid.first_beyond(line, t_min))?
+}
+
+/// The same of a row.
+pub(super) fn first_beyond_of<'a>(
+    row: &impl Exact<'a>,
+    line: &Line,
+    t_min: f64,
+) -> Option<Root<'a>> {
+    (line.has_direction() && line.is_finite() && row.is_finite())
+        .then(|| row.first_beyond(line, t_min))?
 }
 
 /// What a line has in a solid, in exact arithmetic; of a surface, nothing, and
-/// nothing where a number is not finite. Of an implicit, see [`meetings`], of a level set [`crossings`].
+/// nothing where a number is not finite. Of what a line may come into many times see
+/// [`Solid::crossings`].
 pub fn span(solid: &Solid, line: &Line) -> Inside {
-    let is_line = line.dir.iter().any(|x| *x != 0.0);
-    if !is_line || !line.is_finite() || !solid.is_finite() {
+    if !line.has_direction() || !line.is_finite() || !solid.is_finite() {
         return Inside::NOWHERE;
     }
-    inside(solid, line)
-}
-
-#[inline(always)]
-fn inside(solid: &Solid, line: &Line) -> Inside {
-    Inside::of_convex(match solid {
-        Solid::Quadric(row) => return solid::quadric(line, row),
-        Solid::HalfSpace(plane) => solid::half_spaces(line, [*plane].into_iter()),
-        Solid::Polyhedron(planes) => solid::half_spaces(line, planes.iter().copied()),
-        Solid::Cuboid(cuboid) => solid::cuboid(line, cuboid),
-        Solid::Sphere(sphere) => solid::sphere(line, sphere),
-        Solid::Ellipsoid(ellipsoid) => solid::ellipsoid(line, ellipsoid),
-        Solid::Cone(cone) if !cone.open => solid::cone(line, cone),
-        Solid::Cone(_) | Solid::Polygon(_) | Solid::Implicit(_) | Solid::LevelSet(_) => None,
-    })
+    solid.inside(line)
 }
 
 /// Where a line goes through a triangle of a closed surface, and whether it comes
@@ -118,6 +128,10 @@ pub fn through(line: &Line, corners: &Corners) -> Option<(Root<'static>, bool)> 
 }
 
 impl Line {
+    pub fn has_direction(&self) -> bool {
+        self.dir.iter().any(|x| *x != 0.0)
+    }
+
     pub fn is_finite(&self) -> bool {
         self.org.iter().chain(&self.dir).all(|x| x.is_finite())
     }
@@ -148,30 +162,6 @@ impl Line {
         let room = (enter.abs() + exit.abs()) * (8.0 * f64::EPSILON);
         let passes = enter > exit + room;
         (!passes).then_some([enter - room, exit + room])
-    }
-}
-
-impl Solid<'_> {
-    fn is_finite(&self) -> bool {
-        let is_finite = |p: &HalfSpace| p.normal.is_finite() && p.offset.is_finite();
-        let all = |points: &[DVec3]| points.iter().all(|p| p.is_finite());
-        match self {
-            Solid::HalfSpace(plane) => is_finite(plane),
-            Solid::Polyhedron(planes) => planes.iter().all(is_finite),
-            Solid::Cuboid(row) => all(&[row.min, row.max]),
-            Solid::Sphere(row) => row.center.is_finite() && row.radius.is_finite(),
-            Solid::Ellipsoid(row) => all(&[row.center, row.radii]),
-            Solid::Cone(row) => {
-                let radii = [row.base_radius, row.top_radius];
-                all(&[row.base, row.top]) && radii.iter().all(|r| r.is_finite())
-            }
-            Solid::Quadric(row) => row.coefficients.iter().all(|x| x.is_finite()),
-            Solid::Implicit(row) => row.is_finite(),
-            Solid::LevelSet(row) => row.is_finite(),
-            Solid::Polygon(row) => {
-                row.normal.is_finite() && all(row.points) && !row.points.is_empty()
-            }
-        }
     }
 }
 

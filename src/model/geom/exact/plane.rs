@@ -8,7 +8,7 @@ use std::cmp::Ordering;
 
 /// n·(x − p) = 0, and a line.
 #[derive(Clone, Copy)]
-pub(super) struct Through<'a> {
+pub(in crate::geom) struct Through<'a> {
     pub normal: &'a [f64; 3],
     pub point: &'a [f64; 3],
     pub line: &'a Line,
@@ -22,7 +22,7 @@ macro_rules! at_size {
 }
 
 /// The sign of n·d.
-pub(super) fn rise(normal: &[f64; 3], dir: &[f64; 3]) -> Option<Ordering> {
+pub(in crate::geom) fn rise(normal: &[f64; 3], dir: &[f64; 3]) -> Option<Ordering> {
     fn of<const N: usize, const Q: usize>(n: &[f64; 3], d: &[f64; 3]) -> Option<Ordering> {
         Some(dot::<N, Q>(&placed(n)?.0, &placed(d)?.0).sign())
     }
@@ -32,7 +32,7 @@ pub(super) fn rise(normal: &[f64; 3], dir: &[f64; 3]) -> Option<Ordering> {
 }
 
 /// Of two t. The lines are parallel to neither plane.
-pub(super) fn order(a: &Through, b: &Through) -> Option<Ordering> {
+pub(in crate::geom) fn order(a: &Through, b: &Through) -> Option<Ordering> {
     fn of<const N: usize, const Q: usize, const R: usize>(
         a: &Through,
         b: &Through,
@@ -43,7 +43,7 @@ pub(super) fn order(a: &Through, b: &Through) -> Option<Ordering> {
 }
 
 /// Of t and a finite number.
-pub(super) fn order_with(a: &Through, x: f64) -> Option<Ordering> {
+pub(in crate::geom) fn order_with(a: &Through, x: f64) -> Option<Ordering> {
     fn of<const N: usize, const Q: usize, const R: usize>(a: &Through, x: f64) -> Option<Ordering> {
         Some(a.fraction::<N, Q>()?.order::<R>(&Ratio::of(x)))
     }
@@ -51,7 +51,7 @@ pub(super) fn order_with(a: &Through, x: f64) -> Option<Ordering> {
 }
 
 /// The f64 nearest to t.
-pub(super) fn rounded(a: &Through) -> Option<f64> {
+pub(in crate::geom) fn rounded(a: &Through) -> Option<f64> {
     fn of<const N: usize, const Q: usize, const R: usize>(a: &Through) -> Option<f64> {
         Some(a.fraction::<N, Q>()?.rounded::<R>())
     }

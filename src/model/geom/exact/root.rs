@@ -28,7 +28,7 @@ use std::cmp::Ordering;
 
 /// Which root of a polynomial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Branch {
+pub(in crate::geom) enum Branch {
     Lower,
     /// Also where there is but one.
     Upper,
@@ -50,11 +50,11 @@ pub struct Root<'a> {
 
 impl<'a> Root<'a> {
     #[inline(always)]
-    pub(super) fn new(
+    pub(in crate::geom) fn new(
         line: &Line,
         surface: Surface<'a>,
         branch: Branch,
-        t: ErrorBounded,
+        t: Bounded,
     ) -> Root<'a> {
         Root {
             line: *line,
@@ -210,8 +210,8 @@ impl<'a> Root<'a> {
     /// The sign that a polynomial has at this crossing of a plane.
     #[cold]
     #[inline(never)]
-    pub(super) fn sign_of(&self, surface: &Surface) -> Ordering {
-        fn sign<N: ExactSign>(space: N::Space, root: &Root, surface: &Surface) -> Option<Ordering> {
+    pub(in crate::geom) fn sign_of(&self, surface: &Surface) -> Ordering {
+        fn sign<N: Sharp>(space: N::Space, root: &Root, surface: &Surface) -> Option<Ordering> {
             let f = surface.sharply_along(space, &root.line);
             Form::<N>::of(space, root)?.sign_of(&f)
         }

@@ -6,7 +6,7 @@ use std::cmp::Ordering;
 
 /// Ties go to even. `order`: ± m · 2^power against the root; `guess` is nearly always the
 /// answer; `t` holds the root. `None` where `order` is.
-pub(super) fn rounded(
+pub(in crate::geom) fn rounded(
     order: &dyn Fn(u64, i32, bool) -> Option<Ordering>,
     t: &ErrorBounded,
     guess: f64,

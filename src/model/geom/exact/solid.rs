@@ -4,7 +4,7 @@
 use super::Line;
 use super::curve::{Curve, nearest_to};
 use super::surface::Surface as AnySurface;
-use crate::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Quadric, Sphere};
+use crate::geom::{Cuboid, Ellipsoid, HalfSpace, Quadric, Sphere};
 use std::cmp::Ordering;
 
 /// Of planes and quadrics.
@@ -32,7 +32,7 @@ impl Inside {
 
     /// Of a convex solid.
     #[inline(always)]
-    pub(super) fn of_convex(ends: Option<Ends>) -> Inside {
+    pub(in crate::geom) fn of_convex(ends: Option<Ends>) -> Inside {
         match ends {
             None => Inside::NOWHERE,
             Some([None, exit]) => Inside {
@@ -59,7 +59,10 @@ impl Inside {
 }
 
 /// Of the intersection of half-spaces, however many.
-pub(super) fn half_spaces(line: &Line, planes: impl Iterator<Item = HalfSpace>) -> Option<Ends> {
+pub(in crate::geom) fn half_spaces(
+    line: &Line,
+    planes: impl Iterator<Item = HalfSpace>,
+) -> Option<Ends> {
     let (mut enter, mut exit): (Option<Root>, Option<Root>) = (None, None);
     for plane in planes {
         let normal = plane.normal.to_array();
@@ -90,7 +93,7 @@ pub(super) fn half_spaces(line: &Line, planes: impl Iterator<Item = HalfSpace>) 
     Some([enter, exit])
 }
 
-pub(super) fn cuboid(line: &Line, cuboid: &Cuboid) -> Option<Ends> {
+pub(in crate::geom) fn cuboid(line: &Line, cuboid: &Cuboid) -> Option<Ends> {
     let planes = (0..6).map(|i| {
         let axis = glam::DVec3::AXES[i / 2];
         let (normal, offset) = if i % 2 == 0 {
@@ -103,13 +106,13 @@ pub(super) fn cuboid(line: &Line, cuboid: &Cuboid) -> Option<Ends> {
     half_spaces(line, planes)
 }
 
-pub(super) fn sphere(line: &Line, sphere: &Sphere) -> Option<Ends> {
+pub(in crate::geom) fn sphere(line: &Line, sphere: &Sphere) -> Option<Ends> {
     let center = sphere.center.to_array();
     let radius = sphere.radius;
     round(line, Surface::Sphere { center, radius }, center)
 }
 
-pub(super) fn ellipsoid(line: &Line, ellipsoid: &Ellipsoid) -> Option<Ends> {
+pub(in crate::geom) fn ellipsoid(line: &Line, ellipsoid: &Ellipsoid) -> Option<Ends> {
     let center = ellipsoid.center.to_array();
     let radii = ellipsoid.radii.to_array();
     round(line, Surface::Ellipsoid { center, radii }, center)
@@ -124,7 +127,7 @@ fn round(line: &Line, surface: Surface, center: [f64; 3]) -> Option<Ends> {
 
 /// A polynomial of degree two alone: not above zero between its roots, or outside of
 /// them.
-pub(super) fn quadric(line: &Line, quadric: &Quadric) -> Inside {
+pub(in crate::geom) fn quadric(line: &Line, quadric: &Quadric) -> Inside {
     let surface = Surface::Quadric(quadric.coefficients);
     let curve = Curve::new(line, surface, nearest_to(line, [0.0; 3]));
     let inside = |at_first: bool, ends: Ends| Inside { at_first, ends };
@@ -141,105 +144,4 @@ pub(super) fn quadric(line: &Line, quadric: &Quadric) -> Inside {
         Some([a, b]) if bend.is_lt() && a.order(&b).is_eq() => inside(true, [None; 2]),
         Some(roots) => inside(bend.is_lt(), roots.map(Some)),
     }
-}
-
-/// A line before a cone: its side and its caps.
-struct Frustum {
-    side: Curve,
-    /// Of the side's a.
-    bend: Ordering,
-    /// Of the side, where it bends.
-    roots: Option<[Root; 2]>,
-    /// The caps' planes where the line comes from and where it goes; or whether
-    /// it stays between them.
-    caps: Result<[Root; 2], bool>,
-}
-
-impl Frustum {
-    #[inline(always)]
-    fn new(line: &Line, cone: &Cone) -> Frustum {
-        let middle = cone.base * 0.5 + cone.top * 0.5;
-        let shift = nearest_to(line, middle.to_array());
-        let side = Curve::new(line, Surface::Side(*cone), shift);
-        let bend = side.bend();
-        let roots = bend.is_ne().then(|| side.roots(bend)).flatten();
-        let cap = |at_top: bool| {
-            let cap = Surface::Cap {
-                cone: *cone,
-                at_top,
-            };
-            Curve::new(line, cap, shift)
-        };
-        let (base, top) = (cap(false), cap(true));
-        let caps = match base.rise() {
-            Ordering::Less => Ok([top.root_of_linear(), base.root_of_linear()]),
-            Ordering::Equal => Err(base.level().is_ge() && top.level().is_le()),
-            Ordering::Greater => Ok([base.root_of_linear(), top.root_of_linear()]),
-        };
-        Frustum {
-            side,
-            bend,
-            roots,
-            caps,
-        }
-    }
-
-    /// Where a line goes from without the side to within (the sign is negative)
-    /// or back, of which there is one such place.
-    fn passage(&self, way: Ordering) -> Option<Root> {
-        match self.roots {
-            Some([lower, upper]) => Some(if self.bend == way { upper } else { lower }),
-            // Where it bends without a root, it does not change its sign.
-            None => {
-                (self.bend.is_eq() && self.side.rise() == way).then(|| self.side.root_of_linear())
-            }
-        }
-    }
-}
-
-/// Of a closed cone. Between its caps' planes it is convex, so what a line has
-/// in it is one span: whether the line is within where it crosses these planes
-/// says which of the side's roots are its ends.
-pub(super) fn cone(line: &Line, cone: &Cone) -> Option<Ends> {
-    let frustum = Frustum::new(line, cone);
-    let Frustum {
-        side, bend, roots, ..
-    } = &frustum;
-    let [first, last] = match frustum.caps {
-        Ok(caps) => caps,
-        // Across the axis: a chord of a disc.
-        Err(between) => {
-            let roots = roots.filter(|_| between && bend.is_gt())?;
-            return Some(roots.map(Some));
-        }
-    };
-    let within = |cap: &Root| side.sign_at(cap, *bend, roots.as_ref()).is_le();
-    let (enter, exit) = match (within(&first), within(&last)) {
-        (true, true) => (Some(first), Some(last)),
-        (true, false) => (Some(first), frustum.passage(Ordering::Greater)),
-        (false, true) => (frustum.passage(Ordering::Less), Some(last)),
-        (false, false) => {
-            let [lower, upper] = roots.filter(|_| bend.is_gt())?;
-            if first.order(&lower).is_gt() || lower.order(&last).is_gt() {
-                return None;
-            }
-            (Some(lower), Some(upper))
-        }
-    };
-    Some([enter, exit])
-}
-
-/// Of an open cone: its side between the caps' planes. A line that runs within
-/// the side does not cross it.
-pub(super) fn cone_side(line: &Line, cone: &Cone, t_min: f64) -> Option<Root> {
-    let frustum = Frustum::new(line, cone);
-    let linear = frustum.bend.is_eq() && frustum.side.rise().is_ne();
-    let only = linear.then(|| frustum.side.root_of_linear());
-    let roots = frustum.roots.into_iter().flatten().chain(only);
-    let on_side = |root: &Root| match &frustum.caps {
-        Ok([first, last]) => first.order(root).is_le() && root.order(last).is_le(),
-        Err(between) => *between,
-    };
-    let beyond = |root: &Root| root.order_with(t_min).is_gt();
-    roots.into_iter().find(|root| beyond(root) && on_side(root))
 }

@@ -12,7 +12,7 @@ use glam::DVec3;
 
 /// A surface that a line crosses where a polynomial is zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Surface<'a> {
+pub(in crate::geom) enum Surface<'a> {
     /// n·x = offset.
     Plane {
         normal: [f64; 3],

@@ -7,15 +7,16 @@
 //! left of coordinates and t has the primitive's size and is rounded at that
 //! size. So a far primitive is seen as sharply as a near one, in f32 too.
 
-pub mod cone;
-pub mod cuboid;
-pub mod half_space;
-pub mod implicit;
-pub mod level_set;
-pub mod polygon;
-mod quadratic;
-pub mod quadric;
-pub mod sphere;
+pub(super) mod quadratic;
+
+pub use super::cone::guarded as cone;
+pub use super::cuboid::guarded as cuboid;
+pub use super::half_space::guarded as half_space;
+pub use super::implicit::guarded as implicit;
+pub use super::level_set::guarded as level_set;
+pub use super::polygon::guarded as polygon;
+pub use super::quadric::guarded as quadric;
+pub use super::sphere::guarded as sphere;
 
 use super::ray::{Meet, Ray, Span};
 use crate::math::Vec3;
@@ -39,9 +40,29 @@ impl<'a, L: Lanes> ObjectRay<'a, L> {
         ObjectRay { org, dir, ray }
     }
 
+    /// Asks about some lanes one by one: the lane, its line and its t_min. The lanes that
+    /// are met.
+    #[inline(always)]
+    pub fn each_lane(
+        &self,
+        lanes: L::Mask,
+        mut ask: impl FnMut(usize, ([f64; 3], [f64; 3]), f64) -> bool,
+    ) -> L::Mask {
+        let of = |v: &Vec3<L::Double>, i: usize| [v.x.lane(i), v.y.lane(i), v.z.lane(i)];
+        let (mut bits, mut met) = (lanes.bits(), 0);
+        while bits != 0 {
+            let lane = bits.trailing_zeros() as usize;
+            bits &= bits - 1;
+            let t_min = self.ray.t_min.lane(lane).to_f64();
+            let line = (of(self.org, lane), of(self.dir, lane));
+            met |= u32::from(ask(lane, line, t_min)) << lane;
+        }
+        L::Mask::from_bits(met)
+    }
+
     /// The origin as seen from a point; in full, and rounded.
     #[inline(always)]
-    fn start(&self, center: DVec3) -> (Vec3<L::Double>, Vec3<L>) {
+    pub(super) fn start(&self, center: DVec3) -> (Vec3<L::Double>, Vec3<L>) {
         let start = *self.org - Vec3::splat(center.to_array());
         (start, narrow(start))
     }
@@ -49,32 +70,32 @@ impl<'a, L: Lanes> ObjectRay<'a, L> {
     /// Lanes whose direction is neither so short that its components lose bits
     /// when rounded, nor so long that squares leave the format.
     #[inline(always)]
-    fn ordinary(&self) -> L::Mask {
+    pub(super) fn ordinary(&self) -> L::Mask {
         let (small, large) = range::<L>();
         self.ray.dir_squared.gt(small) & self.ray.dir_squared.lt(large)
     }
 }
 
 #[inline(always)]
-fn narrow<L: Lanes>(v: Vec3<L::Double>) -> Vec3<L> {
+pub(super) fn narrow<L: Lanes>(v: Vec3<L::Double>) -> Vec3<L> {
     Vec3::new(L::narrow(v.x), L::narrow(v.y), L::narrow(v.z))
 }
 
 /// x, in units of the lanes' roundoff.
 #[inline(always)]
-fn roundings<L: Lanes>(x: f32) -> L {
+pub(super) fn roundings<L: Lanes>(x: f32) -> L {
     L::splat(L::Scalar::UNIT_ROUNDOFF) * L::from_f32(x)
 }
 
 /// What covers products that underflow.
 #[inline(always)]
-fn tiny<L: Lanes>() -> L {
+pub(super) fn tiny<L: Lanes>() -> L {
     L::splat(L::Scalar::MIN_POSITIVE)
 }
 
 /// Downward and upward, to the lanes' type.
 #[inline(always)]
-fn rounded<L: Lanes>([least, value, most]: [L::Double; 3]) -> [L; 3] {
+pub(super) fn rounded<L: Lanes>([least, value, most]: [L::Double; 3]) -> [L; 3] {
     let [from, t, to] = [least, value, most].map(L::narrow);
     if L::is_double() {
         return [from, t, to];
@@ -95,36 +116,36 @@ fn rounded<L: Lanes>([least, value, most]: [L::Double; 3]) -> [L; 3] {
 }
 
 #[inline(always)]
-fn mask<L: Lanes>(wide: <L::Double as Lanes>::Mask) -> L::Mask {
+pub(super) fn mask<L: Lanes>(wide: <L::Double as Lanes>::Mask) -> L::Mask {
     L::Mask::from_bits(wide.bits())
 }
 
 /// Squares outside are not trusted.
 #[inline(always)]
-fn range<L: Lanes>() -> (L, L) {
+pub(super) fn range<L: Lanes>() -> (L, L) {
     let small = tiny::<L>() / L::splat(L::Scalar::UNIT_ROUNDOFF);
     (small, L::from_f32(1.0) / small)
 }
 
 /// A plane is met at a speed that is certain, and so large, in units of its error,
 /// or the ray is as good as level with it.
-const LEVEL: f32 = 16.0;
+pub(super) const LEVEL: f32 = 16.0;
 /// By how much 1 over the exact speed may then exceed that over the computed one.
-const LEVEL_SLACK: f32 = 1.07;
+pub(super) const LEVEL_SLACK: f32 = 1.07;
 /// No faster, in units of that error, is a level ray.
-const LEVEL_MOVES: f32 = 17.5;
+pub(super) const LEVEL_MOVES: f32 = 17.5;
 
 /// Rays moved along themselves to the neighbourhood of a primitive.
 #[derive(Clone, Copy, Debug)]
-struct Near<L: Lanes> {
+pub(super) struct Near<L: Lanes> {
     /// By so much t; any number will do.
-    shift: L,
+    pub(super) shift: L,
     /// Where they then are, relative to the primitive's centre.
-    org: Vec3<L>,
+    pub(super) org: Vec3<L>,
     /// The largest coordinate of that.
-    size: L,
+    pub(super) size: L,
     /// A coordinate is off by one rounding of itself and this.
-    error: L,
+    pub(super) error: L,
 }
 
 impl<L: Lanes> Near<L> {
@@ -132,7 +153,7 @@ impl<L: Lanes> Near<L> {
     /// roundings of f64. `far`: no less than it or than what it is moved by, but
     /// for roundings and what is left.
     #[inline(always)]
-    fn at(start: Vec3<L::Double>, dir: Vec3<L::Double>, far: L, shift: L) -> Near<L> {
+    pub(super) fn at(start: Vec3<L::Double>, dir: Vec3<L::Double>, far: L, shift: L) -> Near<L> {
         let org = narrow::<L>(start.along(dir, shift.widen()));
         let size = org.max_abs();
         Near {
@@ -146,7 +167,7 @@ impl<L: Lanes> Near<L> {
     /// Moved to the plane through a centre across the ray's longest axis: no
     /// farther from it than the root of 3 times the nearest point.
     #[inline(always)]
-    fn to_center(object: &ObjectRay<L>, center: DVec3) -> Near<L> {
+    pub(super) fn to_center(object: &ObjectRay<L>, center: DVec3) -> Near<L> {
         let (start, coarse) = object.start(center);
         let mut along = L::zero();
         for (k, lanes) in object.ray.shear.groups() {
@@ -158,7 +179,7 @@ impl<L: Lanes> Near<L> {
 
     /// Where the ray begins.
     #[inline(always)]
-    fn unmoved(org: Vec3<L>) -> Near<L> {
+    pub(super) fn unmoved(org: Vec3<L>) -> Near<L> {
         Near {
             shift: L::zero(),
             org,
@@ -169,7 +190,7 @@ impl<L: Lanes> Near<L> {
 
     /// A ray's t_min from here: certainly no more, and no less.
     #[inline(always)]
-    fn begin(&self, t_min: L) -> [L; 2] {
+    pub(super) fn begin(&self, t_min: L) -> [L; 2] {
         let at = t_min - self.shift;
         let slack = at.abs() * roundings(1.25);
         [at - slack, at + slack]
@@ -177,7 +198,7 @@ impl<L: Lanes> Near<L> {
 
     /// A hit of the lanes `hit`, where its t is a number.
     #[inline(always)]
-    fn hit(&self, hit: L::Mask, t: Between<L>, near: L::Mask) -> Meet<L> {
+    pub(super) fn hit(&self, hit: L::Mask, t: Between<L>, near: L::Mask) -> Meet<L> {
         let (from, to) = (self.shift + t.least, self.shift + t.most);
         let from = from - from.abs() * roundings(2.0) - tiny();
         let to = to + to.abs() * roundings(2.0) + tiny();
@@ -193,15 +214,15 @@ impl<L: Lanes> Near<L> {
 
 /// A number, and between which others the exact one lies.
 #[derive(Clone, Copy, Debug)]
-struct Between<L> {
-    least: L,
-    value: L,
-    most: L,
+pub(super) struct Between<L> {
+    pub(super) least: L,
+    pub(super) value: L,
+    pub(super) most: L,
 }
 
 impl<L: Lanes> Between<L> {
     #[inline(always)]
-    fn new(value: L, error: L) -> Between<L> {
+    pub(super) fn new(value: L, error: L) -> Between<L> {
         Between {
             least: value - error,
             value,
@@ -210,7 +231,7 @@ impl<L: Lanes> Between<L> {
     }
 
     #[inline(always)]
-    fn exactly(value: L) -> Between<L> {
+    pub(super) fn exactly(value: L) -> Between<L> {
         Between {
             least: value,
             value,
@@ -220,12 +241,12 @@ impl<L: Lanes> Between<L> {
 
     /// Half of it; of what is infinite, no number.
     #[inline(always)]
-    fn width(&self) -> L {
+    pub(super) fn width(&self) -> L {
         (self.most - self.least) * L::from_f32(0.5)
     }
 
     #[inline(always)]
-    fn max(self, o: Between<L>) -> Between<L> {
+    pub(super) fn max(self, o: Between<L>) -> Between<L> {
         Between {
             least: self.least.max(o.least),
             value: self.value.max(o.value),
@@ -234,7 +255,7 @@ impl<L: Lanes> Between<L> {
     }
 
     #[inline(always)]
-    fn min(self, o: Between<L>) -> Between<L> {
+    pub(super) fn min(self, o: Between<L>) -> Between<L> {
         Between {
             least: self.least.min(o.least),
             value: self.value.min(o.value),
@@ -243,7 +264,7 @@ impl<L: Lanes> Between<L> {
     }
 
     #[inline(always)]
-    fn select(mask: L::Mask, yes: Between<L>, no: Between<L>) -> Between<L> {
+    pub(super) fn select(mask: L::Mask, yes: Between<L>, no: Between<L>) -> Between<L> {
         Between {
             least: L::select(mask, yes.least, no.least),
             value: L::select(mask, yes.value, no.value),
@@ -255,7 +276,7 @@ impl<L: Lanes> Between<L> {
 /// Lanes whose number and bound are both finite. What is not has to be asked for
 /// before [`Between::max`] and [`Between::min`], which lose NaN.
 #[inline(always)]
-fn finite<L: Lanes>(value: L, error: L) -> L::Mask {
+pub(super) fn finite<L: Lanes>(value: L, error: L) -> L::Mask {
     (value.abs() + error).lt(L::splat(L::Scalar::INFINITY))
 }
 
@@ -353,7 +374,7 @@ impl<L: Lanes> Ends<L> {
 
     /// With wider bounds; what may then be empty, is in doubt.
     #[inline(always)]
-    fn bounded(&self, wider: impl Fn([L; 3], L) -> [L; 2]) -> Ends<L> {
+    pub(super) fn bounded(&self, wider: impl Fn([L; 3], L) -> [L; 2]) -> Ends<L> {
         let infinity = L::splat(L::Scalar::INFINITY);
         let end = |end: [L; 3], width: L| {
             let [least, most] = wider(end, width);
@@ -377,36 +398,36 @@ impl<L: Lanes> Ends<L> {
 }
 
 /// The part of a ray inside a convex solid, as far as it is certain.
-struct Part<L: Lanes> {
-    enter: Between<L>,
-    exit: Between<L>,
+pub(super) struct Part<L: Lanes> {
+    pub(super) enter: Between<L>,
+    pub(super) exit: Between<L>,
     /// Lanes whose ends can be trusted: the solid is met exactly if enter ≤ exit.
-    sound: L::Mask,
+    pub(super) sound: L::Mask,
     /// Lanes that certainly do not meet it.
-    none: L::Mask,
+    pub(super) none: L::Mask,
     /// As of [`Ends`].
-    faces: [L; 2],
-    widths: [L; 2],
+    pub(super) faces: [L; 2],
+    pub(super) widths: [L; 2],
 }
 
 #[inline(always)]
-fn no_face<L: Lanes>() -> L {
+pub(super) fn no_face<L: Lanes>() -> L {
     L::from_f32(f32::NAN)
 }
 
 /// A boundary so far, and the face that it lies on.
 #[derive(Clone, Copy, Debug)]
-struct OnFace<L: Lanes> {
-    at: Between<L>,
-    face: L,
+pub(super) struct OnFace<L: Lanes> {
+    pub(super) at: Between<L>,
+    pub(super) face: L,
     /// As of [`Ends`].
-    width: L,
+    pub(super) width: L,
 }
 
 impl<L: Lanes> OnFace<L> {
     /// The later one; whose face, where that is certain.
     #[inline(always)]
-    fn max(self, at: Between<L>, face: L) -> OnFace<L> {
+    pub(super) fn max(self, at: Between<L>, face: L) -> OnFace<L> {
         let (this, other) = (self.at.least.gt(at.most), at.least.gt(self.at.most));
         OnFace {
             at: self.at.max(at),
@@ -417,7 +438,7 @@ impl<L: Lanes> OnFace<L> {
 
     /// The earlier one.
     #[inline(always)]
-    fn min(self, at: Between<L>, face: L) -> OnFace<L> {
+    pub(super) fn min(self, at: Between<L>, face: L) -> OnFace<L> {
         let (this, other) = (self.at.most.lt(at.least), at.most.lt(self.at.least));
         OnFace {
             at: self.at.min(at),
@@ -427,12 +448,12 @@ impl<L: Lanes> OnFace<L> {
     }
 
     #[inline(always)]
-    fn chosen(&self, this: L::Mask, other: L::Mask, face: L) -> L {
+    pub(super) fn chosen(&self, this: L::Mask, other: L::Mask, face: L) -> L {
         L::select(this, self.face, L::select(other, face, no_face()))
     }
 
     #[inline(always)]
-    fn wider(&self, this: L::Mask, other: L::Mask, at: &Between<L>) -> L {
+    pub(super) fn wider(&self, this: L::Mask, other: L::Mask, at: &Between<L>) -> L {
         let width = at.width();
         let either = self.width.max(width);
         L::select(this, self.width, L::select(other, width, either))
@@ -441,7 +462,7 @@ impl<L: Lanes> OnFace<L> {
 
 impl<L: Lanes> Part<L> {
     #[inline(always)]
-    fn ends(&self, near: &Near<L>) -> Ends<L> {
+    pub(super) fn ends(&self, near: &Near<L>) -> Ends<L> {
         let none = self.none | self.sound & self.enter.least.gt(self.exit.most);
         let some = self.sound & !none & self.enter.most.lt(self.exit.least);
         let infinity = L::splat(L::Scalar::INFINITY);
@@ -468,7 +489,7 @@ impl<L: Lanes> Part<L> {
 
     /// The first boundary beyond `t_min`.
     #[inline(always)]
-    fn first_beyond(&self, near: &Near<L>, t_min: L, active: L::Mask) -> Meet<L> {
+    pub(super) fn first_beyond(&self, near: &Near<L>, t_min: L, active: L::Mask) -> Meet<L> {
         let [low, high] = near.begin(t_min);
         let (enter, exit) = (self.enter, self.exit);
         let none = self.none | self.sound & (enter.least.gt(exit.most) | exit.most.le(low));

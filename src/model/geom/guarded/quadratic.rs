@@ -7,7 +7,7 @@
 use super::{Between, roundings, tiny};
 use crate::math::lanes::{Lanes, Scalar};
 
-pub(super) struct Quadratic<L: Lanes> {
+pub(in crate::geom) struct Quadratic<L: Lanes> {
     pub f: [L; 3],
     /// α, β and γ.
     pub off: [L; 3],
@@ -59,7 +59,7 @@ impl<L: Lanes> Quadratic<L> {
     }
 }
 
-pub(super) struct Roots<'a, L: Lanes> {
+pub(in crate::geom) struct Roots<'a, L: Lanes> {
     of: &'a Quadratic<L>,
     /// b² − ac, and 1 over its square root.
     squared: L,

@@ -108,16 +108,7 @@ pub(super) fn meshes(scene: &Tables) -> Result<(), SceneError> {
 }
 
 fn no_inside(scene: &Tables, shape: ShapeId) -> Option<&'static str> {
-    let open = "it is open, and has no inside; leave out 'open'";
-    match scene.shapes.row(shape) {
-        Shape::Polygon(_) => Some("it is a surface and has no inside; use a solid"),
-        Shape::Cylinder(id) if scene.cylinders.row(id).open => Some(open),
-        Shape::Cone(id) if scene.cones.row(id).open => Some(open),
-        Shape::Mesh(id) if scene.meshes.open[id.index()] => Some(open),
-        Shape::Implicit(id) if scene.implicits.open[id.index()] => Some(open),
-        Shape::LevelSet(id) if scene.level_sets.open[id.index()] => Some(open),
-        _ => None,
-    }
+    scene.no_inside(scene.shapes.row(shape))
 }
 
 /// Returns the entity of an operand, for errors about its transform or material.

@@ -6,28 +6,18 @@ use super::{Entity, EntityKind, SceneError, shape_entity};
 use crate::scene::ids::{ShapeId, TransformId};
 use crate::scene::motion::{Key, singular_time};
 use crate::scene::nodes::Target;
-use crate::scene::{Edges, Shape, Tables};
+use crate::scene::{Edges, Tables};
 
 pub(super) fn ranges(scene: &Tables) -> Result<(), SceneError> {
     edge_ranges(scene, &scene.instances, |i| instance(scene, i))?;
     let parents = parents(scene);
     edge_ranges(scene, &scene.edges, |i| child(scene, &parents, i))?;
     for (i, shape) in scene.shapes.rows.iter().enumerate() {
-        let (kind, id, count) = match *shape {
-            Shape::HalfSpace(id) => ("half-space", id.0, scene.half_spaces.len()),
-            Shape::Sphere(id) => ("sphere", id.0, scene.spheres.len()),
-            Shape::Ellipsoid(id) => ("ellipsoid", id.0, scene.ellipsoids.len()),
-            Shape::Cylinder(id) => ("cylinder", id.0, scene.cylinders.len()),
-            Shape::Cone(id) => ("cone", id.0, scene.cones.len()),
-            Shape::Cuboid(id) => ("box", id.0, scene.cuboids.len()),
-            Shape::Polyhedron(id) => ("polyhedron", id.0, scene.polyhedra.len()),
-            Shape::Polygon(id) => ("polygon", id.0, scene.polygons.len()),
-            Shape::Quadric(id) => ("quadric", id.0, scene.quadrics.len()),
-            Shape::Implicit(id) => ("implicit", id.0, scene.implicits.len()),
-            Shape::LevelSet(id) => ("level set", id.0, scene.level_sets.len()),
-            Shape::Mesh(id) => ("mesh", id.0, scene.meshes.len()),
-            Shape::Combination(id) => ("combination", id.0, scene.combinations.len()),
-        };
+        let (kind, id, count) = (
+            shape.kind_name(),
+            shape.row_number(),
+            scene.rows_like(*shape),
+        );
         dangling(|| shape_entity(scene, i as u32), kind, id, count)?;
     }
     for (i, operand) in scene.combinations.operands.iter().enumerate() {

@@ -1,102 +1,12 @@
 //! The shapes' own numbers, kind by kind.
 
-use super::implicits;
-use super::{Entity, SceneError, finite, finite3, require, shape_entity};
+use super::{Entity, SceneError, finite, finite3, shape_entity};
 use crate::scene::{Shape, Tables};
-use glam::DVec3;
 
-pub(super) fn solids(scene: &Tables) -> Result<(), SceneError> {
-    for i in 0..scene.shapes.len() {
-        let what = || shape_entity(scene, i as u32);
-        let positive =
-            |field, value: f64| require(value > 0.0, what, field, value, "greater than 0");
-        let not_negative =
-            |field, value: f64| require(value >= 0.0, what, field, value, "0 or greater");
-        let apart = |base: DVec3, top: DVec3| {
-            // Halved, as the kernel does: the least numbers have no half.
-            if base * 0.5 != top * 0.5 {
-                return Ok(());
-            }
-            Err(SceneError::Degenerate {
-                what: what(),
-                why: "its base and top are the same point".into(),
-            })
-        };
-        match scene.shapes.rows[i] {
-            Shape::HalfSpace(id) => {
-                let row = scene.half_spaces.row(id);
-                finite3(what, "normal", row.normal)?;
-                finite(what, "offset", &[row.offset])?;
-                if row.normal == DVec3::ZERO {
-                    return Err(SceneError::Degenerate {
-                        what: what(),
-                        why: "its normal is (0, 0, 0)".into(),
-                    });
-                }
-            }
-            Shape::Sphere(id) => {
-                let row = scene.spheres.row(id);
-                finite3(what, "center", row.center)?;
-                finite(what, "radius", &[row.radius])?;
-                positive("radius", row.radius)?;
-            }
-            Shape::Ellipsoid(id) => {
-                let row = scene.ellipsoids.row(id);
-                finite3(what, "center", row.center)?;
-                finite3(what, "radii", row.radii)?;
-                positive("radii", row.radii.min_element())?;
-            }
-            Shape::Cylinder(id) => {
-                let row = scene.cylinders.row(id);
-                finite3(what, "base", row.base)?;
-                finite3(what, "top", row.top)?;
-                finite(what, "radius", &[row.radius])?;
-                positive("radius", row.radius)?;
-                apart(row.base, row.top)?;
-            }
-            Shape::Cone(id) => {
-                let row = scene.cones.row(id);
-                finite3(what, "base", row.base)?;
-                finite3(what, "top", row.top)?;
-                finite(what, "base_radius", &[row.base_radius])?;
-                finite(what, "top_radius", &[row.top_radius])?;
-                not_negative("base_radius", row.base_radius)?;
-                not_negative("top_radius", row.top_radius)?;
-                positive("base_radius + top_radius", row.base_radius + row.top_radius)?;
-                apart(row.base, row.top)?;
-            }
-            Shape::Cuboid(id) => {
-                let row = scene.cuboids.row(id);
-                finite3(what, "min", row.min)?;
-                finite3(what, "max", row.max)?;
-                if !row.min.cmplt(row.max).all() {
-                    return Err(SceneError::Degenerate {
-                        what: what(),
-                        why: format!(
-                            "min {} must be below max {} on every axis",
-                            row.min, row.max
-                        ),
-                    });
-                }
-            }
-            Shape::Quadric(id) => {
-                let row = scene.quadrics.row(id);
-                finite(what, "coefficients", &row.coefficients)?;
-                if row.coefficients[..9].iter().all(|x| *x == 0.0) {
-                    return Err(SceneError::Degenerate {
-                        what: what(),
-                        why: "all its coefficients but the last are 0, and it has no surface"
-                            .into(),
-                    });
-                }
-            }
-            Shape::Implicit(id) => {
-                let (row, solver) = (scene.implicits.row(id), scene.implicits.solver(id));
-                implicits::implicit(what, &row, solver)?;
-            }
-            Shape::LevelSet(id) => implicits::level_set(what, &scene.level_sets.row(id))?,
-            Shape::Polyhedron(_) | Shape::Polygon(_) | Shape::Mesh(_) | Shape::Combination(_) => {}
-        }
+pub(super) fn primitives(scene: &Tables) -> Result<(), SceneError> {
+    for (i, shape) in (0..).zip(&scene.shapes.rows) {
+        let what = |flaw| SceneError::of(shape_entity(scene, i), flaw);
+        scene.flaw(*shape).map_err(what)?;
     }
     Ok(())
 }
@@ -128,64 +38,6 @@ fn normal_count(
         }),
         _ => Ok(()),
     }
-}
-
-pub(super) fn polygons(scene: &Tables) -> Result<(), SceneError> {
-    let table = &scene.polygons;
-    let counts = normal_counts(&table.normals_of, table.normals.len());
-    for i in 0..scene.shapes.len() {
-        let Shape::Polygon(id) = scene.shapes.rows[i] else {
-            continue;
-        };
-        let what = || shape_entity(scene, i as u32);
-        let points = scene.polygons.points(id);
-        if points.len() < 3 {
-            return Err(SceneError::Empty {
-                what: what(),
-                part: "area (fewer than 3 points)",
-            });
-        }
-        for p in points {
-            finite3(what, "points", *p)?;
-        }
-        normal_count(what, counts[id.index()], points.len())?;
-        for n in scene.polygons.normals(id).into_iter().flatten() {
-            finite3(what, "normals", *n)?;
-        }
-        let degenerate = |why| SceneError::Degenerate { what: what(), why };
-        crate::geom::polygon_plane(points).map_err(degenerate)?;
-    }
-    Ok(())
-}
-
-pub(super) fn polyhedra(scene: &Tables) -> Result<(), SceneError> {
-    for i in 0..scene.shapes.len() {
-        let Shape::Polyhedron(id) = scene.shapes.rows[i] else {
-            continue;
-        };
-        let what = || shape_entity(scene, i as u32);
-        let (planes, points) = (scene.polyhedra.planes(id), scene.polyhedra.points(id));
-        if planes.len() < 4 || points.len() < 4 {
-            return Err(SceneError::Empty {
-                what: what(),
-                part: "volume (fewer than 4 faces or corners)",
-            });
-        }
-        for plane in planes {
-            finite3(what, "planes", plane.normal)?;
-            finite(what, "planes", &[plane.offset])?;
-            if plane.normal == DVec3::ZERO {
-                return Err(SceneError::Degenerate {
-                    what: what(),
-                    why: "one of its planes has the normal (0, 0, 0)".into(),
-                });
-            }
-        }
-        for p in points {
-            finite3(what, "points", *p)?;
-        }
-    }
-    Ok(())
 }
 
 /// Of one mesh: what the trees' leaves can address.

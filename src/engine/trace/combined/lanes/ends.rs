@@ -4,9 +4,8 @@ use crate::accel::{Combined, Slabs};
 use crate::geom::exact::Line;
 use crate::geom::guarded::implicit::Boundaries;
 use crate::geom::guarded::{self, Ends, ObjectRay};
-use crate::geom::{
-    Certainty, Ray, by_solver, cone, cuboid, ellipsoid, half_space, quadric, sphere,
-};
+use crate::geom::primitive::Blur;
+use crate::geom::{Certainty, Ray, by_solver};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb, Vec3};
 use crate::scene::{CsgOperand, ImplicitId, Shape, Tables};
@@ -162,7 +161,7 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         }
     }
 
-    /// Of an operand, by itself. Quadrics' are wide enough between frames from the
+    /// Of an operand, by itself. Those of [`Blur::Apart`] are wide enough between frames from the
     /// start, where `wider` says that others will be.
     #[inline(always)]
     pub fn ends<C: Certainty>(
@@ -173,13 +172,11 @@ impl<'a, L: Lanes> Spaces<'a, L> {
     ) -> Ends<L> {
         let own = self.own;
         let frame = self.of(combined, operand.frame);
-        match (operand.shape, wider) {
-            (Shape::Quadric(id), Some(_)) => {
-                let astray = combined.astray(operand.frame, own.org.max_abs());
-                guarded::quadric::ends(&tables.quadrics.row(id), &frame, astray)
-            }
-            (shape, _) => ends::<L, C>(tables, shape, &frame),
-        }
+        let astray = match (operand.shape.blur(), wider) {
+            (Blur::Apart, Some(_)) => combined.astray(operand.frame, own.org.max_abs()),
+            _ => <L::Double as Lanes>::zero(),
+        };
+        ends::<L, C>(tables, operand.shape, &frame, astray)
     }
 
     /// The same ends, wide enough for what is one between frames: see [`wider`].
@@ -192,7 +189,7 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         wider: L,
     ) -> Ends<L> {
         let operand = &combined.solid.operands[number as usize];
-        if let Shape::Quadric(_) = operand.shape {
+        if operand.shape.blur() == Blur::Apart {
             return *ends;
         }
         let wide = ends.widened(wider);
@@ -268,59 +265,17 @@ pub(super) fn blur<L: Lanes, C: Certainty>(ray: &Ray<L>) -> [L; 2] {
     ]
 }
 
+/// Of an operand of one span. `astray`: how far off its surface may be placed.
 #[inline(always)]
 pub(in crate::trace) fn ends<L: Lanes, C: Certainty>(
     tables: &Tables,
     shape: Shape,
     object: &ObjectRay<L>,
+    astray: L::Double,
 ) -> Ends<L> {
-    if !C::GUARDED {
-        if let Shape::Quadric(id) = shape {
-            let (between, turned) = quadric::span(&tables.quadrics.row(id), object.ray);
-            return Ends {
-                turned,
-                ..Ends::certain(&between)
-            };
-        }
-        return Ends::certain(&match shape {
-            Shape::HalfSpace(id) => half_space::span(&[tables.half_spaces.row(id)], object.ray),
-            Shape::Polyhedron(id) => half_space::span(tables.polyhedra.planes(id), object.ray),
-            Shape::Cuboid(id) => cuboid::span(&tables.cuboids.row(id), object.ray),
-            Shape::Sphere(id) => sphere::span(&tables.spheres.row(id), object.ray),
-            Shape::Ellipsoid(id) => ellipsoid::span(&tables.ellipsoids.row(id), object.ray),
-            Shape::Cylinder(id) => cone::span(tables.cylinders.upright(id), object.ray),
-            Shape::Cone(id) => cone::span(tables.cones.upright(id), object.ray),
-            Shape::Quadric(_)
-            | Shape::Implicit(_)
-            | Shape::LevelSet(_)
-            | Shape::Polygon(_)
-            | Shape::Mesh(_)
-            | Shape::Combination(_) => {
-                unreachable!("no surface is an operand; meshes and level sets are not met in lanes")
-            }
-        });
-    }
-    match shape {
-        Shape::HalfSpace(id) => guarded::half_space::ends(&tables.half_spaces.row(id), object),
-        Shape::Polyhedron(id) => {
-            let (planes, corner) = (tables.polyhedra.planes(id), tables.polyhedra.points(id)[0]);
-            guarded::half_space::polyhedron_ends(planes, corner, object)
-        }
-        Shape::Cuboid(id) => guarded::cuboid::ends(&tables.cuboids.row(id), object),
-        Shape::Sphere(id) => guarded::sphere::sphere_ends(&tables.spheres.row(id), object),
-        Shape::Ellipsoid(id) => guarded::sphere::ellipsoid_ends(&tables.ellipsoids.row(id), object),
-        Shape::Cylinder(id) => guarded::cone::cylinder_ends(tables.cylinders.upright(id), object),
-        Shape::Cone(id) => guarded::cone::ends(tables.cones.upright(id), object),
-        Shape::Quadric(id) => {
-            let exactly = <L::Double as Lanes>::zero();
-            guarded::quadric::ends(&tables.quadrics.row(id), object, exactly)
-        }
-        Shape::Implicit(_)
-        | Shape::LevelSet(_)
-        | Shape::Polygon(_)
-        | Shape::Mesh(_)
-        | Shape::Combination(_) => {
-            unreachable!("no surface is an operand; meshes and level sets are not met in lanes")
-        }
+    if C::GUARDED {
+        tables.ends(shape, object, astray)
+    } else {
+        tables.ends_fast(shape, object)
     }
 }

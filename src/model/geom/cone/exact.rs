@@ -1,0 +1,112 @@
+//! What a line has in a cone, between its caps' planes or in its side alone.
+
+use super::Cone;
+use crate::geom::exact::curve::{Curve, nearest_to};
+use crate::geom::exact::solid::Ends;
+use crate::geom::exact::surface::Surface as AnySurface;
+use crate::geom::exact::{Line, root};
+use std::cmp::Ordering;
+
+type Surface = AnySurface<'static>;
+type Root = root::Root<'static>;
+
+/// A line before a cone: its side and its caps.
+struct Frustum {
+    side: Curve,
+    /// Of the side's a.
+    bend: Ordering,
+    /// Of the side, where it bends.
+    roots: Option<[Root; 2]>,
+    /// The caps' planes where the line comes from and where it goes; or whether
+    /// it stays between them.
+    caps: Result<[Root; 2], bool>,
+}
+
+impl Frustum {
+    #[inline(always)]
+    fn new(line: &Line, cone: &Cone) -> Frustum {
+        let middle = cone.base * 0.5 + cone.top * 0.5;
+        let shift = nearest_to(line, middle.to_array());
+        let side = Curve::new(line, Surface::Side(*cone), shift);
+        let bend = side.bend();
+        let roots = bend.is_ne().then(|| side.roots(bend)).flatten();
+        let cap = |at_top: bool| {
+            let cap = Surface::Cap {
+                cone: *cone,
+                at_top,
+            };
+            Curve::new(line, cap, shift)
+        };
+        let (base, top) = (cap(false), cap(true));
+        let caps = match base.rise() {
+            Ordering::Less => Ok([top.root_of_linear(), base.root_of_linear()]),
+            Ordering::Equal => Err(base.level().is_ge() && top.level().is_le()),
+            Ordering::Greater => Ok([base.root_of_linear(), top.root_of_linear()]),
+        };
+        Frustum {
+            side,
+            bend,
+            roots,
+            caps,
+        }
+    }
+
+    /// Where a line goes from without the side to within (the sign is negative)
+    /// or back, of which there is one such place.
+    fn passage(&self, way: Ordering) -> Option<Root> {
+        match self.roots {
+            Some([lower, upper]) => Some(if self.bend == way { upper } else { lower }),
+            // Where it bends without a root, it does not change its sign.
+            None => {
+                (self.bend.is_eq() && self.side.rise() == way).then(|| self.side.root_of_linear())
+            }
+        }
+    }
+}
+
+/// Of a closed cone. Between its caps' planes it is convex, so what a line has
+/// in it is one span: whether the line is within where it crosses these planes
+/// says which of the side's roots are its ends.
+pub(in crate::geom) fn cone(line: &Line, cone: &Cone) -> Option<Ends> {
+    let frustum = Frustum::new(line, cone);
+    let Frustum {
+        side, bend, roots, ..
+    } = &frustum;
+    let [first, last] = match frustum.caps {
+        Ok(caps) => caps,
+        // Across the axis: a chord of a disc.
+        Err(between) => {
+            let roots = roots.filter(|_| between && bend.is_gt())?;
+            return Some(roots.map(Some));
+        }
+    };
+    let within = |cap: &Root| side.sign_at(cap, *bend, roots.as_ref()).is_le();
+    let (enter, exit) = match (within(&first), within(&last)) {
+        (true, true) => (Some(first), Some(last)),
+        (true, false) => (Some(first), frustum.passage(Ordering::Greater)),
+        (false, true) => (frustum.passage(Ordering::Less), Some(last)),
+        (false, false) => {
+            let [lower, upper] = roots.filter(|_| bend.is_gt())?;
+            if first.order(&lower).is_gt() || lower.order(&last).is_gt() {
+                return None;
+            }
+            (Some(lower), Some(upper))
+        }
+    };
+    Some([enter, exit])
+}
+
+/// Of an open cone: its side between the caps' planes. A line that runs within
+/// the side does not cross it.
+pub(in crate::geom) fn cone_side(line: &Line, cone: &Cone, t_min: f64) -> Option<Root> {
+    let frustum = Frustum::new(line, cone);
+    let linear = frustum.bend.is_eq() && frustum.side.rise().is_ne();
+    let only = linear.then(|| frustum.side.root_of_linear());
+    let roots = frustum.roots.into_iter().flatten().chain(only);
+    let on_side = |root: &Root| match &frustum.caps {
+        Ok([first, last]) => first.order(root).is_le() && root.order(last).is_le(),
+        Err(between) => *between,
+    };
+    let beyond = |root: &Root| root.order_with(t_min).is_gt();
+    roots.into_iter().find(|root| beyond(root) && on_side(root))
+}

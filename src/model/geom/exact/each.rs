@@ -1,0 +1,38 @@
+//! The kernel of kinds that have no lanes of their own: exact arithmetic, one ray after the
+//! other.
+
+use super::{Line, first_beyond_of};
+use crate::geom::Meet;
+use crate::geom::guarded::{ObjectRay, rounded};
+use crate::geom::primitive::Exact;
+use crate::math::lanes::{Lanes, Scalar};
+
+/// Where rays first meet a row beyond t_min: to the last place of f64 but for its own bound.
+#[inline(always)]
+pub fn meet_each<'a, L: Lanes>(
+    row: &impl Exact<'a>,
+    object: &ObjectRay<L>,
+    active: L::Mask,
+) -> Meet<L> {
+    let (mut t, mut off) = (
+        <L::Double as Lanes>::splat(f64::INFINITY),
+        <L::Double as Lanes>::zero(),
+    );
+    let hit = object.each_lane(active, |lane, (org, dir), t_min| {
+        let root = first_beyond_of(row, &Line { org, dir }, t_min);
+        if let Some(root) = &root {
+            t = t.with_lane(lane, root.t.value);
+            off = off.with_lane(lane, root.t.error);
+        }
+        root.is_some()
+    });
+    let [from, t, to] = rounded::<L>([t - off, t, t + off]);
+    // What is beyond the lanes' numbers is left to others.
+    let is_number = t.abs().lt(L::splat(L::Scalar::INFINITY));
+    Meet {
+        hit: hit & is_number,
+        t,
+        within: [from, to],
+        unsure: hit & !is_number,
+    }
+}

@@ -1,0 +1,248 @@
+//! Dispatch: what kinds of primitives say of themselves ([`Primitive`]), asked of a shape. One
+//! match over the kinds for each question, made from [`for_each_kind`].
+
+use super::{Shape, ShapeId, Tables};
+use crate::geom::exact::Solid;
+use crate::geom::face::Face;
+use crate::geom::guarded::{Ends, ObjectRay};
+use crate::geom::kinds::for_each_kind;
+use crate::geom::primitive::{Blur, Boundaries, Flaw, Height, Primitive};
+use crate::geom::{self, Meet};
+use crate::math::lanes::{Lanes, Mask};
+use crate::math::{Aabb, Vec3};
+use glam::DVec3;
+
+macro_rules! dispatch {
+    ($d:tt $([$kind:ident $field:ident $table:ident $($rest:tt)*])*) => {
+        /// An answer of the table and the id of a primitive; or another, of a mesh or a
+        /// combination.
+        macro_rules! of_primitive {
+            ($d tables:expr, $d shape:expr, ($d table:ident, $d id:ident) => $d answer:expr, $d other:expr) => {
+                match $d shape {
+                    $(Shape::$kind($d id) => {
+                        let $d table = &$d tables.$field;
+                        $d answer
+                    })*
+                    Shape::Mesh(_) | Shape::Combination(_) => $d other,
+                }
+            };
+        }
+
+        impl Shape {
+            /// How its boundaries are found, as an operand. Of meshes, whose triangles are
+            /// met one by one: any number. No combination is an operand by itself.
+            #[inline(always)]
+            pub fn boundaries(self) -> Boundaries {
+                match self {
+                    $(Shape::$kind(_) => <geom::$table as Primitive>::BOUNDARIES,)*
+                    Shape::Mesh(_) | Shape::Combination(_) => Boundaries::Crossings,
+                }
+            }
+
+            /// What a hit's point is off by in lanes, of an operand.
+            #[inline(always)]
+            pub fn blur(self) -> Blur {
+                match self {
+                    $(Shape::$kind(_) => <geom::$table as Primitive>::BLUR,)*
+                    Shape::Mesh(_) => Blur::Apart,
+                    Shape::Combination(_) => Blur::Curved,
+                }
+            }
+
+            /// Met in lanes where the ray starts.
+            #[inline(always)]
+            pub fn is_flat(self) -> bool {
+                match self {
+                    $(Shape::$kind(_) => <geom::$table as Primitive>::IS_FLAT,)*
+                    Shape::Mesh(_) => true,
+                    Shape::Combination(_) => false,
+                }
+            }
+        }
+
+        impl Tables {
+            /// A row of any table but those of meshes and combinations.
+            #[inline(always)]
+            pub fn solid(&self, shape: Shape) -> Option<Solid<'_>> {
+                Some(match shape {
+                    $(Shape::$kind(id) => Solid::$kind(Primitive::exact(&self.$field, id)),)*
+                    Shape::Mesh(_) | Shape::Combination(_) => return None,
+                })
+            }
+        }
+    };
+}
+
+for_each_kind!(dispatch $);
+
+/// The box around a shape, object space; `None` for those without bounds. Conservative: no
+/// point is left out.
+pub fn shape_bounds(tables: &Tables, shape: ShapeId) -> Option<Aabb> {
+    match tables.shapes.row(shape) {
+        Shape::Mesh(id) => Some(geom::primitive::outward(tables.meshes.row(id).bounds())),
+        Shape::Combination(id) => tables.combinations.bounds.get(id.index()).copied()?,
+        shape => of_primitive!(tables, shape, (table, id) => Primitive::bounds(table, id), None),
+    }
+}
+
+/// Of a solid, numbered as by [`Ends`]; `None` where a face is but a point.
+pub fn faces_of(tables: &Tables, shape: Shape) -> Vec<Option<Face>> {
+    of_primitive!(tables, shape, (table, id) => table.faces(id), Vec::new())
+}
+
+/// No kernel's: neither a mesh nor a combination is met as a primitive.
+fn nothing<L: Lanes>() -> Meet<L> {
+    Meet::certain(L::Mask::splat(false), L::zero())
+}
+
+impl Tables {
+    pub(super) fn flaw(&self, shape: Shape) -> Result<(), Flaw> {
+        of_primitive!(self, shape, (table, id) => table.check(id), Ok(()))
+    }
+
+    /// Why a shape cannot be an operand of CSG, as its row says.
+    pub fn no_inside(&self, shape: Shape) -> Option<&'static str> {
+        match shape {
+            Shape::Mesh(id) => self.meshes.open[id.index()].then_some(geom::primitive::OPEN),
+            shape => of_primitive!(self, shape, (table, id) => table.no_inside(id), None),
+        }
+    }
+
+    /// Of what half-spaces bound, the planes' normals.
+    pub fn plane_normals(&self, shape: Shape) -> Vec<DVec3> {
+        of_primitive!(self, shape, (table, id) => table.plane_normals(id), Vec::new())
+    }
+
+    /// Rings of corners at which a ray's answer turns.
+    pub fn outlines(&self, shape: Shape) -> Vec<Vec<DVec3>> {
+        of_primitive!(self, shape, (table, id) => table.outlines(id), Vec::new())
+    }
+
+    /// The least extent, if bounds in lanes grow with it.
+    pub fn thickness(&self, shape: ShapeId) -> Option<f64> {
+        let least = |b: Aabb| b.extent().min_element();
+        let of_box = || Some(shape_bounds(self, shape).map_or(1.0, least));
+        let row = self.shapes.row(shape);
+        of_primitive!(self, row, (table, id) => table.thickness(id), of_box())
+    }
+
+    /// [`Primitive::meet_fast`].
+    #[inline(always)]
+    pub fn meet_fast<L: Lanes>(
+        &self,
+        shape: Shape,
+        object: &ObjectRay<L>,
+        active: L::Mask,
+    ) -> Meet<L> {
+        of_primitive!(self, shape, (table, id) => table.meet_fast(id, object, active), nothing())
+    }
+
+    /// [`Primitive::meet`].
+    #[inline(always)]
+    pub fn meet<L: Lanes>(
+        &self,
+        shape: Shape,
+        extent: f32,
+        object: &ObjectRay<L>,
+        active: L::Mask,
+    ) -> Meet<L> {
+        of_primitive!(self, shape, (table, id) => table.meet(id, extent, object, active), nothing())
+    }
+
+    /// [`Primitive::meet_again`].
+    #[inline(always)]
+    pub fn meet_again<L: Lanes>(
+        &self,
+        shape: Shape,
+        extent: f32,
+        object: &ObjectRay<L>,
+        active: L::Mask,
+    ) -> Meet<L> {
+        of_primitive!(self, shape, (table, id) => table.meet_again(id, extent, object, active), nothing())
+    }
+
+    /// [`Primitive::ends_fast`].
+    #[inline(always)]
+    pub fn ends_fast<L: Lanes>(&self, shape: Shape, object: &ObjectRay<L>) -> Ends<L> {
+        let none = || unreachable!("meshes are not met in lanes");
+        of_primitive!(self, shape, (table, id) => table.ends_fast(id, object), none())
+    }
+
+    /// [`Primitive::ends`].
+    #[inline(always)]
+    pub fn ends<L: Lanes>(
+        &self,
+        shape: Shape,
+        object: &ObjectRay<L>,
+        astray: L::Double,
+    ) -> Ends<L> {
+        let none = || unreachable!("meshes are not met in lanes");
+        of_primitive!(self, shape, (table, id) => table.ends(id, object, astray), none())
+    }
+
+    /// [`Primitive::nearest`]; of what is no primitive, 0 and +y.
+    #[inline(always)]
+    pub fn nearest<D: Lanes<Scalar = f64>>(&self, shape: Shape, p: Vec3<D>) -> (D, Vec3<D>) {
+        let up = || (D::zero(), Vec3::splat(DVec3::Y.to_array()));
+        of_primitive!(self, shape, (table, id) => table.nearest(id, p), up())
+    }
+
+    /// [`Primitive::height`].
+    #[inline(always)]
+    pub fn height<D: Lanes<Scalar = f64>>(
+        &self,
+        shape: Shape,
+        (above, normal): (D, Vec3<D>),
+    ) -> Height<D> {
+        let slope = D::splat(1.0);
+        let flat = || Height {
+            above,
+            normal,
+            slope,
+        };
+        of_primitive!(self, shape, (table, _id) => table.height((above, normal)), flat())
+    }
+
+    /// [`Primitive::normals`]; of what is no primitive, +y.
+    #[inline(always)]
+    pub fn normals<D: Lanes<Scalar = f64>>(&self, shape: Shape, p: Vec3<D>) -> Vec3<D> {
+        let up = || Vec3::splat(DVec3::Y.to_array());
+        of_primitive!(self, shape, (table, id) => Primitive::normals(table, id, p), up())
+    }
+
+    /// [`Primitive::blur`].
+    #[inline(always)]
+    pub fn blur<D: Lanes<Scalar = f64>>(&self, shape: Shape, at: Vec3<D>, slope: Option<D>) -> D {
+        of_primitive!(self, shape, (table, id) => table.blur(id, at, slope), D::zero())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::{HalfSpace, Sphere};
+    use crate::scene::SceneBuilder;
+
+    #[test]
+    fn a_box_holds_what_rounding_would_lose() {
+        let mut scene = SceneBuilder::default();
+        let center = DVec3::splat(1.0);
+        let ball = scene.sphere(
+            "",
+            Sphere {
+                center,
+                radius: 1e-20,
+            },
+        );
+        let ground = scene.half_space(
+            "",
+            HalfSpace {
+                normal: DVec3::Y,
+                offset: 0.0,
+            },
+        );
+        let bounds = shape_bounds(scene.tables(), ball).unwrap();
+        assert!(bounds.min.x < 1.0 && bounds.max.x > 1.0);
+        assert_eq!(shape_bounds(scene.tables(), ground), None);
+    }
+}

@@ -414,7 +414,7 @@ fn span<N: Number>(primitive: &Primitive, ray: &Ray) -> Result<Inside<N>, N::Und
     if ray.dir == [0.0; 3] {
         return Ok((false, Vec::new()));
     }
-    if let Some(span) = of.span_of_many(ray) {
+    if let Some(span) = primitive.span_of_many(ray) {
         return span;
     }
     let faces = primitive.faces::<N>(ray);

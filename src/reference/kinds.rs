@@ -25,11 +25,11 @@ pub fn of_shape(scene: &Scene, shape: Shape) -> Option<Bounds> {
         // What it is clipped to; where else it ends is not asked.
         Shape::Implicit(id) => match scene.implicits.row(id).clip? {
             Clip::Sphere(s) => ball(s.center.to_array(), s.radius),
-            Clip::Cuboid(b) => Bounds::of([b.min.to_array(), b.max.to_array()]),
+            Clip::Cuboid(b) => Bounds::around([b.min.to_array(), b.max.to_array()]),
         },
         Shape::LevelSet(id) => {
             let b = scene.level_sets.row(id).bounds?;
-            Bounds::of([b.min.to_array(), b.max.to_array()])
+            Bounds::around([b.min.to_array(), b.max.to_array()])
         }
         Shape::Sphere(id) => {
             let s = scene.spheres.row(id);
@@ -49,10 +49,10 @@ pub fn of_shape(scene: &Scene, shape: Shape) -> Option<Bounds> {
         }
         Shape::Cuboid(id) => {
             let b = scene.cuboids.row(id);
-            Bounds::of([b.min.to_array(), b.max.to_array()])
+            Bounds::around([b.min.to_array(), b.max.to_array()])
         }
         Shape::Polyhedron(id) => {
-            Bounds::of(scene.polyhedra.points(id).iter().map(|p| p.to_array()))
+            Bounds::around(scene.polyhedra.points(id).iter().map(|p| p.to_array()))
         }
         Shape::Polygon(id) => {
             let points: Vec<[f64; 3]> = scene
@@ -66,10 +66,10 @@ pub fn of_shape(scene: &Scene, shape: Shape) -> Option<Bounds> {
         Shape::Prism(id) => prism::bounds(&scene.prisms.row(id)),
         Shape::Mesh(id) => {
             let mesh = scene.meshes.row(id);
-            let about = Bounds::of(mesh.positions.iter().map(|p| p.map(f64::from)));
+            let about = Bounds::around(mesh.positions.iter().map(|p| p.map(f64::from)));
             let center = mesh.center.to_array();
             let moved = |p: [f64; 3]| std::array::from_fn(|k| p[k] + center[k]);
-            Bounds::of([moved(about.min), moved(about.max)])
+            Bounds::around([moved(about.min), moved(about.max)])
         }
     };
     Some(bounds.widened())
@@ -104,7 +104,7 @@ impl Primitive<'_> {
 
     /// All of them on the whole line, in no order. The ray is the primitive's
     /// own (a mesh's about its centre), and finite.
-    pub fn meetings<N: Measured>(&self, ray: &Ray) -> Result<Vec<Meeting<N>>, N::Doubt> {
+    pub fn meetings<N: Measured>(&self, ray: &Ray) -> Result<Vec<Meeting<N>>, N::Undecided> {
         let scene = self.scene;
         let one = |t: Option<Root<N>>| {
             let (face, surface) = (0, 0);
@@ -137,7 +137,7 @@ impl Primitive<'_> {
     }
 
     /// As an operand: of what a line may come into many times.
-    pub fn span_of_many<N: Number>(&self, ray: &Ray) -> Option<Result<Inside<N>, N::Doubt>> {
+    pub fn span_of_many<N: Number>(&self, ray: &Ray) -> Option<Result<Inside<N>, N::Undecided>> {
         let scene = self.scene;
         Some(match self.shape {
             Shape::Implicit(id) => implicit::span(ray, &scene.implicits.row(id)),

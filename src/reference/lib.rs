@@ -285,7 +285,7 @@ impl<'a> Reference<'a> {
     ) -> [f64; 3] {
         let normal = match target.combination {
             Some(all) => all.normal(self.scene, ray, t, (met.face, met.surface)),
-            None => kinds::normal(of, ray, t, met.face),
+            None => kinds::normal(target, ray, t, met.face),
         };
         world_normal(&self.rows[instance as usize], normal)
     }

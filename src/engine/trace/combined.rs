@@ -17,7 +17,7 @@ use crate::geom::Tape;
 use crate::geom::exact::{Inside, Line, Root, meetings_between, span};
 use crate::geom::guarded::implicit::Crossing as Crossed;
 use crate::geom::primitive::Boundaries;
-use crate::math::bounds::Bounded;
+use crate::math::bounds::ErrorBounded;
 use crate::math::{Aabb, Vec3, length};
 use crate::scene::{CsgOperand, CsgSolid, Frame, Shape, Tables};
 use glam::DVec3;

@@ -3,7 +3,7 @@
 use crate::accel::{Combined, FacetTrees};
 use crate::geom::exact::{Line, Root, span};
 use crate::geom::primitive::Boundaries;
-use crate::math::bounds::{Bounded, UNIT};
+use crate::math::bounds::{ErrorBounded, UNIT};
 use crate::math::{Aabb, Affine};
 use crate::scene::{Scene, Shape, ShapeId, check_closed, shape_bounds};
 use crate::trace::boundaries;

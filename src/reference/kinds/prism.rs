@@ -12,7 +12,7 @@ use std::cmp::Ordering;
 
 pub fn bounds(row: &PrismRow) -> Bounds {
     let corners = row.rings().flatten();
-    Bounds::of(corners.flat_map(|p| [0.0, row.height()].map(|z| [p.x, p.y, z])))
+    Bounds::around(corners.flat_map(|p| [0.0, row.height()].map(|z| [p.x, p.y, z])))
 }
 
 /// All edges, from corner to corner, inside to the left.
@@ -44,10 +44,10 @@ fn cross<N: Number>(a: &[N; 2], b: &[N; 2]) -> N {
 /// Where a line comes in and goes out by turns, in order; without spans of one point. A
 /// corner on the line counts as not to the right of it, and a line along z through an edge
 /// has that edge not to its right.
-pub fn ends<N: Number>(ray: &Ray, row: &PrismRow) -> Result<Vec<Meeting<N>>, N::Doubt> {
-    let [org, dir] = [ray.org, ray.dir].map(|v| v.map(N::of));
+pub fn ends<N: Number>(ray: &Ray, row: &PrismRow) -> Result<Vec<Meeting<N>>, N::Undecided> {
+    let [org, dir] = [ray.org, ray.dir].map(|v| v.map(N::from_f64));
     let (o, d) = ([&org[0], &org[1]], [dir[0].clone(), dir[1].clone()]);
-    let from = |p: [f64; 2]| -> [N; 2] { std::array::from_fn(|k| N::of(p[k]).minus(o[k])) };
+    let from = |p: [f64; 2]| -> [N; 2] { std::array::from_fn(|k| N::from_f64(p[k]).minus(o[k])) };
     let met = |(t, face): (Root<N>, usize)| Meeting {
         t,
         face,
@@ -56,7 +56,7 @@ pub fn ends<N: Number>(ray: &Ray, row: &PrismRow) -> Result<Vec<Meeting<N>>, N::
     let caps = match ray.dir[2].total_cmp(&0.0) {
         _ if ray.dir[2] == 0.0 => None,
         up => {
-            let cap = |z: f64| Root::fraction(N::of(z).minus(&org[2]), dir[2].clone(), up);
+            let cap = |z: f64| Root::fraction(N::from_f64(z).minus(&org[2]), dir[2].clone(), up);
             let (base, top) = ((cap(0.0), 0), (cap(row.height()), 1));
             Some(if up == Ordering::Greater {
                 [base, top]

@@ -54,7 +54,7 @@ impl<'a> Root<'a> {
         line: &Line,
         surface: Surface<'a>,
         branch: Branch,
-        t: Bounded,
+        t: ErrorBounded,
     ) -> Root<'a> {
         Root {
             line: *line,
@@ -211,7 +211,7 @@ impl<'a> Root<'a> {
     #[cold]
     #[inline(never)]
     pub(in crate::geom) fn sign_of(&self, surface: &Surface) -> Ordering {
-        fn sign<N: Sharp>(space: N::Space, root: &Root, surface: &Surface) -> Option<Ordering> {
+        fn sign<N: ExactSign>(space: N::Space, root: &Root, surface: &Surface) -> Option<Ordering> {
             let f = surface.sharply_along(space, &root.line);
             Form::<N>::of(space, root)?.sign_of(&f)
         }

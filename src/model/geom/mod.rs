@@ -1,4 +1,4 @@
-//! Primitives, one kind a file: the row, its bounds, its kernel, its surface.
+//! Primitives, one kind a room: the table, its check and bounds, kernels, exact predicate, surface.
 //!
 //! All primitives live in object space in f64 and are seen from both sides.
 //! Every kernel is written once, generic over [`Lanes`](crate::math::lanes) and

@@ -1,4 +1,4 @@
-//! Kernels with error bounds, one kind of primitive a file: every lane's answer
+//! What the kernels with error bounds share (each stands in its kind's room): every answer
 //! is that of exact arithmetic on the object ray and the primitive's numbers, or
 //! in doubt. docs/NUMERICS.md ("Kernels in lanes") derives the bounds.
 //!

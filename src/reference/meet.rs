@@ -32,7 +32,11 @@ pub struct Within {
 
 impl Primitive<'_> {
     /// The first with 0 < t < t_max; of faces that meet there, the lowest.
-    fn first<N: Measured>(&self, ray: &Ray, t_max: f64) -> Result<Option<Meeting<N>>, N::Undecided> {
+    fn first<N: Measured>(
+        &self,
+        ray: &Ray,
+        t_max: f64,
+    ) -> Result<Option<Meeting<N>>, N::Undecided> {
         let mut first: Option<Meeting<N>> = None;
         for meeting in self.meetings(ray)? {
             let t = &meeting.t;

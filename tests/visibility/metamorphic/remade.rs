@@ -298,6 +298,7 @@ impl Change {
                 let clip = row.clip.map(|clip| self.clip(&clip));
                 to.level_set("", self.formula(row.formula), row.open, clip)
             }
+            Shape::Prism(_) => unreachable!("a prism lies along z, and these scenes have none"),
             Shape::Mesh(id) => {
                 let data = self.mesh(&scene.meshes.row(id));
                 to.mesh("", &order.mesh(data))

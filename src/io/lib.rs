@@ -45,13 +45,6 @@ pub use shared::outputs::{Outputs, check_writable, discard_unfinished};
 pub use shared::picture::{AovSet, Picture, PictureFile, picture_files};
 pub use shared::srgb::SrgbEncoder;
 
-// The names by which native/lower*.rs and native/schema*.rs call these.
-use ImportReport as Dropped;
-use shared::merge_meshes as flatten;
-mod precise {
-    pub(crate) use crate::shared::rational::Rational as Precise;
-}
-
 use crate::scene::{Edge, MeshData, Scene, SceneBuilder, SceneError};
 use std::path::{Path, PathBuf};
 

@@ -82,7 +82,7 @@ pub(super) fn import(
         placements,
         unread,
     } = container::parse(path, chunks.json)?;
-    let folder = Folder::of(path, options);
+    let folder = Folder::new(path, options);
     let buffers = Buffers::read(path, &root, chunks.bin, &folder)?;
     let size = bytes.len() as u64 + buffers.total();
     let file = File {

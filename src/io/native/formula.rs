@@ -96,7 +96,7 @@ impl FormulaBuilder {
                 };
                 self.apply_binary(Binary::Quotient, &one, &power)
             }
-            _ if exponent.equals(&Rational::of(0.5)) => self.apply_unary(Unary::Sqrt, base),
+            _ if exponent.equals(&Rational::from_f64(0.5)) => self.apply_unary(Unary::Sqrt, base),
             _ => {
                 let log = self.apply_unary(Unary::Ln, base)?;
                 let exponent = Value::Constant(exponent.clone());

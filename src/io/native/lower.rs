@@ -4,8 +4,8 @@
 //! Nothing here recurses, and names are looked up in hash maps: a chain of a
 //! million nodes is as good as any other file.
 
-use super::places::At;
 use super::schema::{self, Named, Triple};
+use super::source_spans::At;
 use super::tree::{Source, nearest, quoted};
 use super::{lower_combination, lower_shape, rotate};
 use crate::math::Affine;
@@ -13,7 +13,7 @@ use crate::scene::{
     Camera, Edge, Entity, EntityKind, Falloff, Key, Light, Material, MaterialId, Model, NodeId,
     SceneBuilder, ShapeId,
 };
-use crate::{Dropped, LoadError, LoadOptions};
+use crate::{ImportReport, LoadError, LoadOptions};
 use glam::DVec3;
 use std::collections::HashMap;
 
@@ -52,7 +52,7 @@ pub(super) fn lower(
     file: schema::File,
     options: &LoadOptions,
     scene: &mut SceneBuilder,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<Offsets> {
     let mut at = Offsets::default();
     if let Some(background) = file.background {
@@ -83,7 +83,7 @@ pub(super) fn lower(
             row,
             options,
             scene,
-            dropped,
+            report,
             &mut combinations,
         )?;
         // A clipped solid is three of them.

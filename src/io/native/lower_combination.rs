@@ -3,8 +3,8 @@
 
 use super::lower::{Names, find, find_at, transform};
 use super::lower_shape::one;
-use super::places::At;
 use super::schema::{self, Operand as Row};
+use super::source_spans::At;
 use super::tree::Source;
 use crate::LoadError;
 use crate::scene::{CombinationId, Operand, Operator, SceneBuilder, ShapeId};

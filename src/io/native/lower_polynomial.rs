@@ -4,17 +4,17 @@
 use super::expression::{self, Fault, Parameters, Surface, constant};
 use super::lower::exactly_one;
 use super::lower_shape::one;
-use super::places::At;
 use super::schema::Shape;
 use super::schema_polynomial::{self as schema, Coefficients, Parameter};
+use super::source_spans::At;
 use super::tree::Source;
 use crate::LoadError;
 use crate::geom::formula::Formula;
 use crate::geom::tape::{Builder, MAX_DEGREE};
 use crate::geom::{Clip, Cuboid, Sphere, Tape};
-use crate::precise::Precise;
 use crate::roots::Solver;
 use crate::scene::{Operand, Operator, SceneBuilder, ShapeId};
+use crate::shared::rational::Rational;
 use glam::DVec3;
 
 type Result<T> = std::result::Result<T, LoadError>;
@@ -254,8 +254,8 @@ fn of_superquadric(source: &Source, row: &schema::Superquadric) -> Result<Tape> 
             return Err(source.error(exponents.at, message));
         }
         let exponent = exponent as u32;
-        let power = Precise::of(radius).to_the(exponent);
-        let factor = power.and_then(|power| Precise::whole(1).over(&power)?.rounded());
+        let power = Rational::from_f64(radius).to_the(exponent);
+        let factor = power.and_then(|power| Rational::whole(1).over(&power)?.rounded());
         let factor = factor.map_err(|_| {
             let message = format!(
                 "radii = {radius:?}; its power is no number, so use {}",

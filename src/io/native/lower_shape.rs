@@ -3,13 +3,13 @@
 use super::lower::exactly_one;
 use super::lower_combination::{Declared, declare, refuse_extras};
 use super::lower_polynomial;
-use super::places::At;
 use super::schema;
+use super::source_spans::At;
 use super::tree::{Source, quoted};
-use crate::flatten::{MESH_FORMATS, names_mesh};
 use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Prism, Quadric, Sphere, hull};
 use crate::scene::{SceneBuilder, ShapeId};
-use crate::{Dropped, Folder, LoadError, LoadOptions};
+use crate::shared::merge_meshes::{MESH_FORMATS, names_mesh};
+use crate::{Folder, ImportReport, LoadError, LoadOptions};
 use glam::{DVec2, DVec3};
 
 pub(super) fn shape(
@@ -18,7 +18,7 @@ pub(super) fn shape(
     row: schema::Shape,
     options: &LoadOptions,
     scene: &mut SceneBuilder,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
     combinations: &mut Vec<Declared>,
 ) -> Result<ShapeId, LoadError> {
     let what = format!("shape {}", quoted(&name.value));
@@ -122,7 +122,7 @@ pub(super) fn shape(
         at: 0,
         value: String::new(),
     });
-    mesh(source, name, &file, open, options, scene, dropped)
+    mesh(source, name, &file, open, options, scene, report)
 }
 
 /// For messages: with its article.
@@ -178,9 +178,9 @@ fn mesh(
     open: bool,
     options: &LoadOptions,
     scene: &mut SceneBuilder,
-    dropped: &mut Dropped,
+    report: &mut ImportReport,
 ) -> Result<ShapeId, LoadError> {
-    let folder = Folder::of(source.path, options);
+    let folder = Folder::new(source.path, options);
     let path = folder.resolve(&file.value).map_err(|e| match e {
         LoadError::Read { source: why, .. } => {
             let message = format!(
@@ -201,7 +201,7 @@ fn mesh(
     if !names_mesh(&path) {
         return refuse(format!("is of no known format; known are {MESH_FORMATS}"));
     }
-    let mut data = crate::import_mesh(&path, options, dropped)?;
+    let mut data = crate::import_mesh(&path, options, report)?;
     data.open |= open;
     Ok(scene.mesh(name, &data))
 }

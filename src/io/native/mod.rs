@@ -30,9 +30,6 @@ use serde::Deserialize;
 use std::path::Path;
 use tree::{Kind, Source, Value};
 
-// The name by which lower*.rs and schema*.rs call this module.
-use source_spans as places;
-
 /// The version of the format that is read.
 const FORMAT: i64 = 1;
 

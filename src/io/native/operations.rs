@@ -151,5 +151,5 @@ fn from_f64(value: f64) -> Result<Rational> {
     if value.is_infinite() {
         return Err(NoConstant::TooLarge.into());
     }
-    Ok(Rational::of(value))
+    Ok(Rational::from_f64(value))
 }

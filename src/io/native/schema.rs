@@ -7,8 +7,8 @@
 //! exactly one is given. Polynomial surfaces are in
 //! [`schema_polynomial`](super::schema_polynomial).
 
-use super::places::At;
 use super::schema_polynomial::{Clip, Coefficients, Parameter, Superquadric, Torus};
+use super::source_spans::At;
 use crate::roots::Solver;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::value::MapAccessDeserializer;

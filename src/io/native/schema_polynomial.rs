@@ -1,7 +1,7 @@
 //! Polynomial surfaces in the native format.
 
-use super::places::At;
 use super::schema::{Cuboid, Sphere, Triple};
+use super::source_spans::At;
 use schemars::JsonSchema;
 use serde::de::{Deserializer, Visitor};
 use serde::{Deserialize, de};

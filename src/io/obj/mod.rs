@@ -73,7 +73,7 @@ pub(super) fn read(
 ) -> Result<Obj, LoadError> {
     let bytes = read_file(path)?;
     let lines = scan(path, &bytes, report)?;
-    let folder = Folder::of(path, options);
+    let folder = Folder::new(path, options);
     let materials = libraries(&folder, &lines.libraries, report)?;
     join(path, &lines, materials, report)
 }

@@ -28,7 +28,7 @@ impl Arithmetic for Expanding {
     }
 
     fn constant(&self, value: f64) -> Expansion {
-        let constant = ([0; 3], Rational::of(value));
+        let constant = ([0; 3], Rational::from_f64(value));
         Some(
             [constant]
                 .into_iter()

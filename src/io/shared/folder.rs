@@ -19,7 +19,7 @@ pub struct Folder {
 
 impl Folder {
     /// Takes the folder of the scene file `scene`; the current one for a bare file name.
-    pub fn of(scene: &Path, options: &LoadOptions) -> Folder {
+    pub fn new(scene: &Path, options: &LoadOptions) -> Folder {
         let parent = scene.parent().filter(|p| !p.as_os_str().is_empty());
         Folder {
             scene: scene.into(),

@@ -69,7 +69,7 @@ impl Rational {
     }
 
     /// Converts a finite f64, exactly.
-    pub fn of(value: f64) -> Rational {
+    pub fn from_f64(value: f64) -> Rational {
         let (magnitude, power) = crate::math::int::decoded(value);
         let numerator = BigInt::from(magnitude);
         let numerator = if value < 0.0 { -numerator } else { numerator };
@@ -371,31 +371,31 @@ mod tests {
 
     #[test]
     fn rounding_is_to_nearest_and_to_even() {
-        let half = Rational::of(f64::EPSILON / 2.0);
+        let half = Rational::from_f64(f64::EPSILON / 2.0);
         let one = whole(1);
         assert_eq!(one.plus(&half).unwrap().rounded(), Ok(1.0));
-        let odd = Rational::of(1.0 + f64::EPSILON);
+        let odd = Rational::from_f64(1.0 + f64::EPSILON);
         assert_eq!(
             odd.plus(&half).unwrap().rounded(),
             Ok(1.0 + 2.0 * f64::EPSILON)
         );
-        let more = half.plus(&Rational::of(1e-300)).unwrap();
+        let more = half.plus(&Rational::from_f64(1e-300)).unwrap();
         assert_eq!(
             one.plus(&more).unwrap().rounded(),
             Ok(1.0 + f64::EPSILON),
             "1e-300 counts"
         );
         for value in [0.0, -1.5, f64::MAX, f64::MIN_POSITIVE, 5e-324, -2.2e-308] {
-            assert_eq!(Rational::of(value).rounded(), Ok(value), "{value:e}");
+            assert_eq!(Rational::from_f64(value).rounded(), Ok(value), "{value:e}");
         }
-        let tiny = Rational::of(5e-324);
+        let tiny = Rational::from_f64(5e-324);
         let three = tiny.times(&whole(3)).unwrap();
         assert_eq!(three.over(&whole(2)).unwrap().rounded(), Ok(1e-323));
         assert_eq!(
             tiny.over(&whole(2)).unwrap().rounded(),
             Err(NoConstant::TooSmall)
         );
-        let twice = Rational::of(f64::MAX).times(&whole(2)).unwrap();
+        let twice = Rational::from_f64(f64::MAX).times(&whole(2)).unwrap();
         assert_eq!(twice.rounded(), Err(NoConstant::TooLarge));
     }
 
@@ -428,7 +428,7 @@ mod tests {
         assert_eq!(five.rounded(), Ok(5.0));
         assert!(five.plus(&whole(-5)).unwrap().is_zero());
         assert!(ratio(1, 3).plus(&ratio(2, 3)).unwrap().equals(&ratio(7, 7)));
-        assert!(!five.plus(&Rational::of(-5.000001)).unwrap().is_zero());
+        assert!(!five.plus(&Rational::from_f64(-5.000001)).unwrap().is_zero());
     }
 
     #[test]

@@ -5,7 +5,12 @@ use super::{Line, first_beyond_of};
 use crate::geom::Meet;
 use crate::geom::guarded::{ObjectRay, rounded};
 use crate::geom::primitive::Exact;
+use crate::math::bounds::Bounded;
 use crate::math::lanes::{Lanes, Scalar};
+
+/// A t that is known to this part of it, a quarter of f32's unit roundoff, is as good as any
+/// kernel's.
+const KNOWN: f64 = 1.0 / (1 << 26) as f64;
 
 /// Where rays first meet a row beyond t_min: to the last place of f64 but for its own bound.
 #[inline(always)]
@@ -21,8 +26,18 @@ pub fn meet_each<'a, L: Lanes>(
     let hit = object.each_lane(active, |lane, (org, dir), t_min| {
         let root = first_beyond_of(row, &Line { org, dir }, t_min);
         if let Some(root) = &root {
-            t = t.with_lane(lane, root.t.value);
-            off = off.with_lane(lane, root.t.error);
+            let Bounded {
+                mut value,
+                mut error,
+            } = root.t;
+            // Along a face f64 knows t hardly, or not at all.
+            let is_known = value.is_finite() && error <= value.abs() * KNOWN;
+            if !is_known && error != 0.0 {
+                value = root.rounded();
+                error = value.abs().next_up() - value.abs();
+            }
+            t = t.with_lane(lane, value);
+            off = off.with_lane(lane, error);
         }
         root.is_some()
     });

@@ -5,7 +5,7 @@ use super::{Line, first_beyond_of};
 use crate::geom::Meet;
 use crate::geom::guarded::{ObjectRay, rounded};
 use crate::geom::primitive::Exact;
-use crate::math::bounds::Bounded;
+use crate::math::bounds::ErrorBounded;
 use crate::math::lanes::{Lanes, Scalar};
 
 /// A t that is known to this part of it, a quarter of f32's unit roundoff, is as good as any
@@ -26,7 +26,7 @@ pub fn meet_each<'a, L: Lanes>(
     let hit = object.each_lane(active, |lane, (org, dir), t_min| {
         let root = first_beyond_of(row, &Line { org, dir }, t_min);
         if let Some(root) = &root {
-            let Bounded {
+            let ErrorBounded {
                 mut value,
                 mut error,
             } = root.t;

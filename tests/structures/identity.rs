@@ -204,7 +204,6 @@ fn compare(name: &str, loaded: &Loaded, side: u32, tests: usize) -> Vec<Row> {
                 let kernels = Kernels {
                     precision: Precision::Fast,
                     lanes,
-                    ..exact
                 };
                 let got = answers(&world, &kernels, &some, kind.ask());
                 let row = &mut rows[number];

@@ -331,7 +331,6 @@ impl<'a> Work<'a> {
         let kernels = Kernels {
             precision: Precision::Exact,
             lanes: 1,
-            ..own.plan.kernels
         };
         Some(contender(
             own,

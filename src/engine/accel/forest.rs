@@ -76,7 +76,6 @@ impl AnyIndex {
     }
 
     /// As [`Index::walk`], with the [scratch](AnyIndex::scratch) of a structure of this kind.
-    #[expect(clippy::too_many_arguments, reason = "one call a mesh, of one loop")]
     pub fn walk<L: Lanes>(
         &self,
         slabs: &Slabs<L>,

@@ -75,7 +75,6 @@ pub trait Index: Send + Sync {
     /// is visited with this lane active before the limit has sunk below that t.
     /// (A structure may leave out an entry in whose box no hit can lie there;
     /// the k-d tree says when.)
-    #[expect(clippy::too_many_arguments, reason = "one call a mesh, of one loop")]
     fn walk<L: Lanes>(
         &self,
         slabs: &Slabs<L>,

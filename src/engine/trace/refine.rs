@@ -23,8 +23,10 @@ pub(super) fn refine(world: &World, rays: &Rays, hits: &mut Hits) {
         let Some(nearest) = nearest_t(world, &ray, id) else {
             continue;
         };
+        // A t beyond the numbers is reported as the largest of them, as lanes do.
+        let nearest = nearest.clamp(f64::MIN, f64::MAX);
         match &mut hits.t {
-            Depths::Single(t) => t[row] = nearest as f32,
+            Depths::Single(t) => t[row] = (nearest as f32).clamp(f32::MIN, f32::MAX),
             Depths::Double(t) => t[row] = nearest,
         }
     }

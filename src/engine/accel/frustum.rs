@@ -12,7 +12,7 @@
 //! pad is relative to. So no box is passed over that any ray of the bundle meets at
 //! any precision.
 
-use super::build::MAX_DEPTH;
+use super::builders::MAX_DEPTH;
 use super::bvh::Child;
 use super::prefetch::prefetch;
 use super::slabs::SKEW;

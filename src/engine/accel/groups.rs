@@ -11,7 +11,7 @@
 //! an inverse is in the boxes; that of the rays is in the pad. Checked by
 //! tests/nested.rs: the same hits as a flat world, bit for bit.
 
-use super::build::{BuildQuality, build_boxes};
+use super::builders::{BuildQuality, build_boxes};
 use super::wide::WideTree;
 use super::world::{FAR, center_of, world_bounds};
 use crate::math::{Aabb, Aabb32, Affine};

@@ -9,7 +9,7 @@
 
 mod block;
 mod boxes;
-mod build;
+mod builders;
 mod bvh;
 mod combined;
 mod count;
@@ -36,7 +36,7 @@ mod world;
 
 pub use block::{Apart, Block, Blocks, Shared, UNUSED, VERTICES};
 pub use boxes::{BoxRow, BoxRows, ItemBoxes};
-pub use build::{BuildQuality, MAX_DEPTH, build_boxes, build_mesh, refit, refit_boxes};
+pub use builders::{BuildQuality, MAX_DEPTH, build_boxes, build_mesh, refit, refit_boxes};
 pub use bvh::{Child, Node, Stack, Tree, WIDTH};
 pub use combined::{Combined, PLACEMENT, SLOWEST};
 pub use count::{Count, Counter, Counts};

@@ -4,7 +4,7 @@
 //! Meshes are built side by side. The entries come out in the order of the structure
 //! over them; where that order is free, kinds lie in runs.
 
-use super::build::{BuildQuality, build_boxes, build_mesh};
+use super::builders::{BuildQuality, build_boxes, build_mesh};
 use super::forest::{AnyIndex, Forest, MeshIndex, WideForest};
 use super::index::Primitives;
 use super::wide::{WideMesh, WideTree};

@@ -11,7 +11,7 @@
 //! Answers do not depend on any of it: boxes contain what they stand for, and ties
 //! go by id. Checked by tests/frames.rs.
 
-use super::build::{BuildQuality, refit_boxes};
+use super::builders::{BuildQuality, refit_boxes};
 use super::forest::Forests;
 use super::plant::top_tree;
 use super::world::{Entries, Entry, Structure, World, entries};

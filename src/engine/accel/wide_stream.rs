@@ -7,7 +7,7 @@
 //! memory: rays that start near each other pass the same nodes at first and at
 //! last, whatever their directions.
 
-use super::build::MAX_DEPTH;
+use super::builders::MAX_DEPTH;
 use super::bvh::Child;
 use super::prefetch::prefetch;
 use super::slabs::Slabs;

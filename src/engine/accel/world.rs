@@ -11,7 +11,7 @@
 //! numbers.
 
 use super::boxes::{BoxRows, ItemBoxes};
-use super::build::BuildQuality;
+use super::builders::BuildQuality;
 use super::combined::Combined;
 use super::forest::{AnyIndex, Forests, NestedForest, WideForest};
 use super::grid::{Density, Grid};

@@ -42,7 +42,7 @@ pub use implicit::{Clip, Implicit, Implicits};
 pub use level_set::{LevelSet, LevelSets};
 pub use polygon::{Polygon, Polygons, polygon_plane};
 pub use polyhedron::Polyhedra;
-pub use prism::{Prism, Prisms};
+pub use prism::{Prism, PrismRow, Prisms};
 pub use quadric::{Quadric, Quadrics};
 pub use ray::{Certainty, Fast, Guarded, Meet, Ray, Shear, Span};
 pub use sphere::{Sphere, Spheres};

@@ -3,7 +3,7 @@
 //! Faces are numbered: the base, the top, then an edge after the other.
 
 use crate::bounds::Bounds;
-use crate::geom::prism::PrismRow;
+use crate::geom::PrismRow;
 use crate::number::Number;
 use crate::ray::Ray;
 use crate::root::Root;

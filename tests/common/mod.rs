@@ -2,6 +2,7 @@
 #![allow(dead_code, unused_imports)]
 
 mod alone;
+mod campaign;
 mod files;
 mod formulas;
 mod hard;
@@ -11,6 +12,7 @@ mod rays;
 mod surfaces;
 
 pub use alone::in_own_process;
+pub use campaign::{campaign, property};
 pub use files::{Loaded, assets, load};
 pub use formulas::{gyroid, ring, unit_ball};
 pub use hard::{hard_rays, hard_scene};

@@ -6,7 +6,7 @@
 //! show no triangle by the validator's own count. Good files have their known
 //! number of triangles, in their known order.
 
-use crate::common::assets;
+use crate::common::{assets, property};
 use lanecast::io::{ImportReport, LoadError, LoadOptions, import_mesh, load};
 use lanecast::scene::{Appearances, SceneError};
 use proptest::prelude::*;
@@ -314,11 +314,7 @@ fn damaged_files_do_no_harm() {
     let byte = (any::<prop::sample::Index>(), any::<u8>());
     let damage = prop::collection::vec(byte, 1..6);
     let cut = prop::option::weighted(0.2, any::<prop::sample::Index>());
-    let mut runner = TestRunner::new(ProptestConfig {
-        cases: 1500,
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    });
+    let mut runner = TestRunner::new(property(1500));
     let input = (0..SEEDS.len(), damage, cut);
     let result = runner.run(&input, |(which, damage, cut)| {
         let (name, mut bytes) = seeds[which].clone();

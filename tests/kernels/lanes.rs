@@ -5,16 +5,14 @@
 //! zeros, axis-parallel and zero directions, origins on faces, NaN, infinities,
 //! the edges of the exponent range.
 
-#![cfg(feature = "all-lanes")]
-
-use crate::common::Random;
+use crate::common::{Random, campaign};
 use glam::DVec3;
 use lanecast::accel::Slabs;
 use lanecast::geom::*;
 use lanecast::math::lanes::*;
 use lanecast::math::{Aabb32, Affine, Vec3};
 
-/// Cases of each kernel and width.
+/// Cases of each kernel and width, at the campaign's full size.
 const CASES: usize = 1_000_000;
 
 /// Numbers of all kinds.
@@ -113,7 +111,7 @@ fn bits_of<L: Lanes>(meet: &Meet<L>, lane: usize) -> Option<u64> {
     (meet.hit.bits() >> lane & 1 != 0).then(|| meet.t.lane(lane).bits())
 }
 
-/// Runs `kernel` at width L and lane by lane at one lane, over `CASES` rays.
+/// Runs `kernel` at width L and lane by lane at one lane, over a campaign of `CASES` rays.
 fn compare<L, P>(
     name: &str,
     primitive: impl Fn(&mut Random) -> P,
@@ -125,7 +123,8 @@ fn compare<L, P>(
 {
     let mut random = Random(0x1a7e ^ (L::COUNT as u64) << 32);
     let (mut hits, mut cases) = (0, 0);
-    while cases < CASES {
+    let all_cases = campaign(CASES);
+    while cases < all_cases {
         let row = primitive(&mut random);
         for _ in 0..8 {
             let rays: Vec<_> = (0..L::COUNT).map(|_| ray(&mut random)).collect();
@@ -372,7 +371,7 @@ fn slab<L: Lanes>((center, size): &(DVec3, f64), ray: &Ray<L>) -> (Meet<L>, Meet
 #[test]
 fn transforms_of_lanes_are_those_of_points() {
     let mut random = Random(3);
-    for _ in 0..20_000 {
+    for _ in 0..campaign(20_000) {
         let numbers = |random: &mut Random| random.numbers().to_array();
         let linear = [(); 3].map(|()| numbers(&mut random));
         let map = Affine::new(linear, numbers(&mut random));

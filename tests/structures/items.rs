@@ -2,7 +2,7 @@
 //! random scenes, degenerate ones, and scenes of files; rays in patches of a
 //! picture, and rays in no order.
 
-use crate::common::{Random, RayColumns, assets, hash, load, random_mesh, random_scene};
+use crate::common::{Random, RayColumns, assets, hash, load, property, random_mesh, random_scene};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::plan::{Kernels, Precision, native_width};
@@ -139,7 +139,7 @@ fn same_as_traced(scene: &Scene, rays: &RayColumns) -> Result<(), TestCaseError>
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 500, ..ProptestConfig::default() })]
+    #![proptest_config(property(500))]
 
     #[test]
     fn random_scenes(seed in any::<u64>()) {

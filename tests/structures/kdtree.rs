@@ -1,7 +1,7 @@
 //! The k-d tree against the linear scan, ray by ray and bit by bit, over small
 //! random scenes and degenerate ones: every stopping rule, every way to clip.
 
-use crate::common::{Random, RayColumns};
+use crate::common::{Random, RayColumns, property};
 use glam::DVec3;
 use lanecast::accel::{Index, Primitives};
 use lanecast::accel::{KdClip, KdQuality, KdStop, Structure, World, kd_build};
@@ -193,7 +193,7 @@ fn qualities(clips: &[KdClip]) -> Vec<KdQuality> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 1250, ..ProptestConfig::default() })]
+    #![proptest_config(property(1250))]
 
     #[test]
     fn hits_are_those_of_a_linear_scan(seed in any::<u64>()) {

@@ -2,8 +2,8 @@
 //! and scenes whose appearances cannot be laid out.
 
 use crate::common::{
-    ALL_AOVS, Random, RayColumns, Way, hard_rays, hard_scene, hash, load, picture, random_scene,
-    random_shape,
+    ALL_AOVS, Random, RayColumns, Way, hard_rays, hard_scene, hash, load, picture, property,
+    random_scene, random_shape,
 };
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::accel::{Forests, Structure, World};
@@ -141,10 +141,7 @@ fn random_graph(seed: u64, levels: usize, kinds: u64) -> Scene {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        failure_persistence: None,
-        ..ProptestConfig::with_cases(96)
-    })]
+    #![proptest_config(property(96))]
 
     #[test]
     fn depth_changes_no_bit(seed in any::<u64>(), levels in 1_usize..7, kinds in 1_u64..9) {

@@ -1,7 +1,7 @@
 //! Ten thousand small scenes, most of them degenerate: every structure, kernel
 //! and width finds what a linear scan finds, bit by bit.
 
-use crate::common::{Random, RayColumns, random_shape, structures};
+use crate::common::{Random, RayColumns, property, random_shape, structures};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::geom::{Cuboid, HalfSpace, Sphere};
@@ -342,11 +342,7 @@ fn all_same(sort: Sort, seed: u64) -> usize {
 static HITS: [AtomicUsize; 8] = [const { AtomicUsize::new(0) }; 8];
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        cases: 5_000,
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    })]
+    #![proptest_config(property(5_000))]
 
     fn each_small_scene(sort in 0..SORTS.len(), seed in any::<u64>()) {
         HITS[sort].fetch_add(all_same(SORTS[sort], seed), Relaxed);

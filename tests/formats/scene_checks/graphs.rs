@@ -1,6 +1,7 @@
 //! Graphs made to exhaust the check, and what they unfold into.
 
 use super::*;
+use crate::common::property;
 use lanecast::plan::{Accel, Choices, plan};
 use lanecast::reference::Reference;
 use lanecast::scene::{Appearance, Camera};
@@ -266,10 +267,7 @@ fn tangle(levels: &[Vec<(u8, u8, u8)>]) -> Scene {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        failure_persistence: None,
-        ..ProptestConfig::with_cases(64)
-    })]
+    #![proptest_config(property(64))]
 
     /// Every id's look-up gives the bits of the walk over all.
     #[test]

@@ -5,7 +5,7 @@
 mod fractions;
 mod lanes;
 
-use crate::common::assets;
+use crate::common::{assets, property};
 use fractions::Fractions;
 use lanecast::roots::{
     Answer, Cluster, Interval, Polynomial, Proof, Solver, Want, nearest, roots, solve,
@@ -217,10 +217,7 @@ fn a_proven_root_hides_no_other_in_its_interval() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        failure_persistence: None,
-        ..ProptestConfig::with_cases(120)
-    })]
+    #![proptest_config(property(120))]
 
     #[test]
     fn complete_answers_leave_no_root_out(

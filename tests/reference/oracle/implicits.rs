@@ -3,6 +3,7 @@
 
 use super::quadrics::hyperboloid;
 use super::*;
+use crate::common::property;
 use lanecast::geom::tape::Builder;
 use lanecast::geom::{Clip, Tape};
 use lanecast::reference::Crossing;
@@ -460,10 +461,7 @@ prop_compose! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        failure_persistence: None,
-        ..ProptestConfig::with_cases(300)
-    })]
+    #![proptest_config(property(300))]
 
     /// Roots of products are their factors', rounded as the machine does.
     #[test]

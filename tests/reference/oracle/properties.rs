@@ -1,6 +1,7 @@
 //! Random rays against definitions: membership, placement, and the tree.
 
 use super::*;
+use crate::common::property;
 use glam::{DMat3, DQuat};
 use proptest::prelude::*;
 
@@ -49,13 +50,6 @@ fn placed(b: &mut SceneBuilder, kind: usize, place: DAffine3) {
     b.instance("", Edge::shape(shape).transform(transform));
 }
 
-fn config(cases: u32) -> ProptestConfig {
-    ProptestConfig {
-        failure_persistence: None,
-        ..ProptestConfig::with_cases(cases)
-    }
-}
-
 /// Instance and primitive, or a miss.
 type Ids = Option<(u64, u32)>;
 
@@ -64,7 +58,7 @@ fn ids(answer: &Option<Hit>) -> Ids {
 }
 
 proptest! {
-    #![proptest_config(config(2000))]
+    #![proptest_config(property(2000))]
 
     /// Along the ray the solid neither begins nor ends before the hit, and does
     /// so at the hit.
@@ -175,7 +169,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(config(150))]
+    #![proptest_config(property(150))]
 
     /// The tree prunes, nothing else.
     #[test]

@@ -2,6 +2,7 @@
 //! and whichever corner is named first.
 
 use super::Turn;
+use crate::common::property;
 use lanecast::geom::Ray;
 use lanecast::geom::triangle::{Corners, canonical, depth_each, splat};
 use lanecast::math::Vec3;
@@ -51,7 +52,7 @@ fn number() -> impl Strategy<Value = f32> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(3000) })]
+    #![proptest_config(property(3000))]
 
     #[test]
     fn sums_have_no_order(numbers in prop::array::uniform3(number())) {

@@ -16,7 +16,7 @@ pub use campaign::{campaign, property};
 pub use files::{Loaded, assets, load};
 pub use formulas::{gyroid, ring, unit_ball};
 pub use hard::{hard_rays, hard_scene};
-pub use picture::{ALL_AOVS, Way, hash, picture, structures};
+pub use picture::{ALL_AOVS, Way, hash, kernels, picture, structures};
 pub use random::{
     Random, dented, random_combination, random_mesh, random_scene, random_shape, random_solid,
 };

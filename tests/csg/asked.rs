@@ -1,10 +1,10 @@
 //! A scene, and everybody's answer about it.
 
-use crate::common::RayColumns;
+use crate::common::{RayColumns, kernels};
 use glam::DVec3;
 use lanecast::accel::{Structure, World};
 use lanecast::geom::exact::Line;
-use lanecast::plan::{Kernels, Precision, native_width};
+use lanecast::plan::Precision;
 use lanecast::reference::{Hit, Reference};
 use lanecast::scene::{Appearances, CombinationId, Edge, Scene, SceneBuilder, Shape, ShapeId};
 use lanecast::shade::Surface;
@@ -14,13 +14,6 @@ use std::ops::ControlFlow;
 /// Precisions that promise the right hit.
 pub const RIGHT: [Precision; 2] = [Precision::Guarded, Precision::Exact];
 pub const ALL: [Precision; 3] = [Precision::Fast, Precision::Guarded, Precision::Exact];
-
-pub fn kernels(precision: Precision) -> Kernels {
-    Kernels {
-        precision,
-        lanes: native_width(),
-    }
-}
 
 /// A checked scene.
 pub struct Asked {

@@ -1,9 +1,9 @@
 //! Surfaces that coincide: in one space exactly, in spaces that were turned away
 //! and back as far as these are known. Neither shows a skin.
 
-use super::asked::{Asked, RIGHT, agree, kernels, line, spans};
+use super::asked::{Asked, RIGHT, agree, line, spans};
 use super::programs::Leaf;
-use crate::common::{Random, RayColumns};
+use crate::common::{Random, RayColumns, kernels};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, Sphere};
 use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};

@@ -1,8 +1,8 @@
 //! Corners and rims of oblique operands, met from far away: several faces at one t, whose
 //! slacks differ.
 
-use super::asked::{Asked, RIGHT, kernels};
-use crate::common::{Random, RayColumns};
+use super::asked::{Asked, RIGHT};
+use crate::common::{Random, RayColumns, kernels};
 use glam::{DAffine3, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::geom::{Cone, Cuboid, Cylinder, HalfSpace};

@@ -2,10 +2,10 @@
 //! rises above the surface of one: beside a ray's start, beside its end, and where
 //! what surrounds an operand does not say how well its surface is known.
 
-use super::asked::{Asked, RIGHT, agree, kernels};
+use super::asked::{Asked, RIGHT, agree};
 use super::coincidence::v;
 use super::programs::Leaf;
-use crate::common::{Random, RayColumns};
+use crate::common::{Random, RayColumns, kernels};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::geom::{Cone, Cuboid, Cylinder, HalfSpace, Quadric, Sphere};
 use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};

@@ -1,12 +1,12 @@
 //! Polynomial surfaces as operands: beside primitives that they equal, beside
 //! themselves, cut through, and without end.
 
-use super::asked::{ALL, Asked, RIGHT, agree, kernels, line, spans};
+use super::asked::{ALL, Asked, RIGHT, agree, line, spans};
 use super::coincidence::{OFFSETS, TURNS, center, combined, rays_about, some, v};
 use super::laws::{are_one, laws};
 use super::programs::{Leaf, Program, random_rays};
 use super::truth::Tree;
-use crate::common::{Random, RayColumns, property};
+use crate::common::{Random, RayColumns, kernels, property};
 use glam::{DAffine3, DVec3};
 use lanecast::geom::tape::Builder;
 use lanecast::geom::{Cuboid, Sphere};

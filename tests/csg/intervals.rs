@@ -1,9 +1,9 @@
 //! Roth's table, and two solids of every kind along a ray against set algebra.
 
-use super::asked::{ALL, Asked, RIGHT, agree, judged, kernels, spans};
+use super::asked::{ALL, Asked, RIGHT, agree, judged, spans};
 use super::programs::octahedron;
 use super::truth::{Change, Part, Rational, Tree, changes, is_nearest, rational};
-use crate::common::RayColumns;
+use crate::common::{RayColumns, kernels};
 use glam::DVec3;
 use lanecast::geom::exact::Line;
 use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere};

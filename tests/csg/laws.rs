@@ -1,10 +1,10 @@
 //! What holds for all solids: the laws of set algebra; what is elsewhere does not
 //! matter, and neither does the scale.
 
-use super::asked::{ALL, Asked, RIGHT, agree, kernels, line, spans};
+use super::asked::{ALL, Asked, RIGHT, agree, line, spans};
 use super::programs::{Leaf, Program, random_rays};
 use super::truth::Tree;
-use crate::common::{Random, RayColumns};
+use crate::common::{Random, RayColumns, kernels};
 use glam::DVec3;
 use lanecast::geom::Sphere;
 use lanecast::plan::Precision;

@@ -1,11 +1,11 @@
 //! Closed meshes as operands: what is one, and where lines meet it.
 
-use super::asked::{Asked, RIGHT, agree, kernels, line, spans};
+use super::asked::{Asked, RIGHT, agree, line, spans};
 use super::laws::{are_one, laws};
 use super::programs::{Leaf, Program, random_rays};
 use super::shells::{aimed, cube, torus, turned};
 use super::truth::Tree;
-use crate::common::{Random, RayColumns, assets};
+use crate::common::{Random, RayColumns, assets, kernels};
 use glam::{DAffine3, DVec3};
 use lanecast::geom::{Cuboid, Sphere};
 use lanecast::io::{ImportReport, LoadOptions, import_mesh};

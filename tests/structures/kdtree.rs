@@ -142,20 +142,22 @@ fn rays(triangles: &[Triangle], random: &mut Random, level: bool) -> RayColumns 
     rays
 }
 
-fn kernels(precision: Precision, lanes: usize) -> Kernels {
-    Kernels { precision, lanes }
-}
-
 /// Both precisions, one lane and the machine's width.
 fn same_as_linear(scene: &Scene, rays: &RayColumns, qualities: &[KdQuality]) {
     let appearances = Appearances::of(scene).unwrap();
     let linear = World::build(scene, &appearances, Structure::Linear);
     for precision in [Precision::Exact, Precision::Fast] {
-        let expected = rays.closest(&linear, &kernels(precision, 1));
+        let expected = rays.closest(
+            &linear,
+            &Kernels {
+                precision,
+                lanes: 1,
+            },
+        );
         for quality in qualities {
             let world = World::build(scene, &appearances, Structure::Kd(*quality));
             for lanes in [1, native_width()] {
-                let found = rays.closest(&world, &kernels(precision, lanes));
+                let found = rays.closest(&world, &Kernels { precision, lanes });
                 for (i, (a, b)) in expected.iter().zip(&found).enumerate() {
                     let same = a.1 == b.1 && (a.1 == lanecast::trace::HitId::NONE || a.0 == b.0);
                     let ray = rays.ray(i);
@@ -213,7 +215,7 @@ proptest! {
         let appearances = Appearances::of(&scene).unwrap();
         let across = rays(&triangles, random, false);
         let linear = World::build(&scene, &appearances, Structure::Linear);
-        let exact = kernels(Precision::Exact, 1);
+        let exact = Kernels { precision: Precision::Exact, lanes: 1 };
         let expected = across.closest(&linear, &exact);
         for quality in qualities(&[KdClip::Triangle]) {
             let world = World::build(&scene, &appearances, Structure::Kd(quality));

@@ -2,27 +2,20 @@
 //! and scenes whose appearances cannot be laid out.
 
 use crate::common::{
-    ALL_AOVS, Random, RayColumns, Way, hard_rays, hard_scene, hash, load, picture, property,
-    random_scene, random_shape,
+    ALL_AOVS, Random, RayColumns, Way, hard_rays, hard_scene, hash, kernels, load, picture,
+    property, random_scene, random_shape,
 };
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::accel::{Forests, Structure, World};
 use lanecast::geom::{HalfSpace, Sphere};
 use lanecast::math::Affine;
-use lanecast::plan::{Kernels, Precision, native_width};
+use lanecast::plan::{Precision, native_width};
 use lanecast::render::RenderConfig;
 use lanecast::scene::*;
 use lanecast::trace::HitId;
 use proptest::prelude::*;
 use std::path::Path;
 use std::time::{Duration, Instant};
-
-fn kernels(precision: Precision) -> Kernels {
-    Kernels {
-        precision,
-        lanes: native_width(),
-    }
-}
 
 const ALL: [Precision; 3] = [Precision::Fast, Precision::Guarded, Precision::Exact];
 

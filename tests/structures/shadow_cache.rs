@@ -1,7 +1,9 @@
 //! The last occluder, tried first: no answer depends on it, tries and hits are
 //! counted, and on Haines' tetra they stand beside the published ones.
 
-use crate::common::{RayColumns, assets, hard_rays, hard_scene, load, random_scene, structures};
+use crate::common::{
+    RayColumns, assets, hard_rays, hard_scene, kernels, load, random_scene, structures,
+};
 use glam::DVec3;
 use lanecast::accel::{Count, Forests, Structure, World};
 use lanecast::geom::Guarded;
@@ -97,10 +99,7 @@ fn renders_count_it() {
     let world = World::build(&scene, &appearances, Structure::Bvh);
     let view = View {
         world: &world,
-        kernels: Kernels {
-            precision: Precision::Exact,
-            lanes: native_width(),
-        },
+        kernels: kernels(Precision::Exact),
         camera: scene.cameras.rows[0],
         lights: &scene.lights,
     };

@@ -2,13 +2,14 @@
 //! by every way to compute them.
 
 use crate::common::{
-    ALL_AOVS, Random, RayColumns, Way, gyroid, hash, picture, ring, structures, torus, unit_ball,
+    ALL_AOVS, Random, RayColumns, Way, gyroid, hash, kernels, picture, ring, structures, torus,
+    unit_ball,
 };
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::geom::formula::Builder;
 use lanecast::geom::{Binary, Clip, Cuboid, Sphere, Unary};
-use lanecast::plan::{Kernels, Precision, native_width, widths};
+use lanecast::plan::{Precision, widths};
 use lanecast::reference::{Ray, Reference};
 use lanecast::render::RenderConfig;
 use lanecast::scene::{
@@ -24,13 +25,6 @@ fn scene(make: impl FnOnce(&mut SceneBuilder) -> Vec<(ShapeId, DAffine3)>) -> Sc
         to.instance("", edge);
     }
     to.finish().expect("a good scene")
-}
-
-fn kernels(precision: Precision) -> Kernels {
-    Kernels {
-        precision,
-        lanes: native_width(),
-    }
 }
 
 /// Through the middle of a cube of this half width, and about it.

@@ -1,22 +1,15 @@
 //! Polynomial surfaces of any size, seen from any distance: the same rays meet them.
 
-use crate::common::{Random, RayColumns, barth_sextic, torus};
+use crate::common::{Random, RayColumns, barth_sextic, kernels, torus};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::geom::{Clip, Sphere};
-use lanecast::plan::{Kernels, Precision, native_width};
+use lanecast::plan::Precision;
 use lanecast::reference::Reference;
 use lanecast::scene::{Appearances, Edge, Scene, SceneBuilder, ShapeId};
 use lanecast::trace::{HitId, ShadowCache};
 
 const RIGHT: [Precision; 2] = [Precision::Guarded, Precision::Exact];
-
-fn kernels(precision: Precision) -> Kernels {
-    Kernels {
-        precision,
-        lanes: native_width(),
-    }
-}
 
 /// Rays a side.
 const SIDE: u32 = 64;

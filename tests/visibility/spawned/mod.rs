@@ -10,7 +10,7 @@
 
 mod subjects;
 
-use crate::common::{Random, RayColumns};
+use crate::common::{Random, RayColumns, kernels};
 use glam::DVec3;
 use lanecast::accel::{Structure, World};
 use lanecast::geom::HalfSpace;
@@ -19,7 +19,7 @@ use lanecast::geom::guarded::implicit::blur_at;
 use lanecast::geom::implicit::gradient_at;
 use lanecast::math::Vec3;
 use lanecast::math::bounds::UNIT;
-use lanecast::plan::{Kernels, Precision, native_width};
+use lanecast::plan::Precision;
 use lanecast::reference::Reference;
 use lanecast::scene::{Appearances, Edge, Scene, shape_bounds};
 use lanecast::shade::Surface;
@@ -38,13 +38,6 @@ const PRIMARY: usize = 512;
 /// Plates in front of what they hit, and rays at each.
 const PLATES: usize = 24;
 const AT_PLATE: usize = 16;
-
-fn kernels(precision: Precision) -> Kernels {
-    Kernels {
-        precision,
-        lanes: native_width(),
-    }
-}
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Counts {

@@ -6,7 +6,7 @@ use proptest::test_runner::Config;
 const QUICK: f64 = 0.05;
 
 /// No campaign has fewer cases than these, unless its full size is smaller.
-const FEWEST: usize = 24;
+const FEWEST: usize = 32;
 
 /// How many cases a randomised test tries whose full size is `full`.
 ///

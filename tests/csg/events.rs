@@ -5,7 +5,7 @@
 use super::asked::{Asked, RIGHT, agree};
 use super::coincidence::v;
 use super::programs::Leaf;
-use crate::common::{Random, RayColumns, kernels};
+use crate::common::{Random, RayColumns, campaign, kernels};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::geom::{Cone, Cuboid, Cylinder, HalfSpace, Quadric, Sphere};
 use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};
@@ -87,7 +87,7 @@ fn behind_an_edge(
 fn boundaries_beyond_the_ends_of_a_ray_may_be_one_with_those_between() {
     let random = &mut Random(79);
     let (mut met, mut all) = (0, 0);
-    for i in 0..240_u32 {
+    for i in 0..campaign(240) as u32 {
         let rise = 10.0_f64.powf(-4.0 - 3.0 * random.unit());
         // Some 24 roundings over the rate are one.
         let gap = random.unit() * 1e-14 / rise;
@@ -122,7 +122,7 @@ fn boundaries_beyond_the_ends_of_a_ray_may_be_one_with_those_between() {
 #[test]
 fn thin_rods_at_an_angle_are_known_by_their_radius() {
     let random = &mut Random(80);
-    for i in 0..160 {
+    for i in 0..campaign(160) {
         let axis = (random.vector() + v(1.5, 1.5, 1.5)).normalize() * 4.0;
         let (base, top) = (-axis, axis);
         let radius = 10.0_f64.powf(-1.0 - 3.0 * random.unit());

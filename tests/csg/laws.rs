@@ -4,7 +4,7 @@
 use super::asked::{ALL, Asked, RIGHT, agree, line, spans};
 use super::programs::{Leaf, Program, random_rays};
 use super::truth::Tree;
-use crate::common::{Random, RayColumns, kernels};
+use crate::common::{Random, RayColumns, campaign, kernels};
 use glam::DVec3;
 use lanecast::geom::Sphere;
 use lanecast::plan::Precision;
@@ -103,8 +103,8 @@ pub fn are_one(program: &Program, [a, b]: [&Tree; 2], rays: &RayColumns, context
     }
 }
 
-fn check_laws(programs: u64, rays: usize, seed: u64) {
-    for i in 0..programs {
+fn check_laws(programs: usize, rays: usize, seed: u64) {
+    for i in 0..programs as u64 {
         let random = &mut Random(seed + i);
         let count = 1 + random.below(12);
         let program = Program::random(random, count, i % 2 == 1);
@@ -127,12 +127,12 @@ fn the_laws_of_set_algebra_hold_for_random_programs() {
 #[test]
 #[ignore = "a million rays, in minutes"]
 fn the_laws_of_set_algebra_hold_for_a_million_rays() {
-    check_laws(500, 100, 1_000_000);
+    check_laws(campaign(500), 100, 1_000_000);
 }
 
-fn check_programs(programs: u64, rays: usize, seed: u64) {
+fn check_programs(programs: usize, rays: usize, seed: u64) {
     let (mut hits, mut all) = (0, 0);
-    for i in 0..programs {
+    for i in 0..programs as u64 {
         let random = &mut Random(seed + i);
         let count = 1 + random.below(20);
         let program = Program::random(random, count, i % 2 == 1);
@@ -162,13 +162,13 @@ fn check_programs(programs: u64, rays: usize, seed: u64) {
 
 #[test]
 fn random_programs_are_as_the_judge_says() {
-    check_programs(100, 16, 7);
+    check_programs(campaign(100), 16, 7);
 }
 
 #[test]
 #[ignore = "a hundred thousand rays before the judge, in minutes"]
 fn random_programs_are_as_the_judge_says_a_hundred_thousand_times() {
-    check_programs(3_000, 32, 7_000_000);
+    check_programs(campaign(3_000), 32, 7_000_000);
 }
 
 /// Bits of t and ids.
@@ -181,7 +181,7 @@ fn bits(asked: &Asked, rays: &RayColumns, precision: Precision) -> Vec<(u64, Hit
 /// As another operand of the union, behind all others, and as another instance.
 #[test]
 fn a_disjoint_object_leaves_every_hit_as_it_is() {
-    for i in 0..40 {
+    for i in 0..campaign(40) as u64 {
         let random = &mut Random(i);
         let count = 1 + random.below(12);
         let program = Program::random(random, count, i % 2 == 1);
@@ -243,7 +243,7 @@ fn a_disjoint_object_leaves_every_hit_as_it_is() {
 
 #[test]
 fn scale_changes_no_bit_of_any_mantissa() {
-    for i in 0..40 {
+    for i in 0..campaign(40) as u64 {
         let random = &mut Random(300 + i);
         let count = 1 + random.below(12);
         let program = Program::random(random, count, i % 2 == 1);

@@ -5,7 +5,7 @@ use super::laws::{are_one, laws};
 use super::programs::{Leaf, Program, random_rays};
 use super::shells::{aimed, cube, torus, turned};
 use super::truth::Tree;
-use crate::common::{Random, RayColumns, assets, kernels};
+use crate::common::{Random, RayColumns, assets, campaign, kernels};
 use glam::{DAffine3, DVec3};
 use lanecast::geom::{Cuboid, Sphere};
 use lanecast::io::{ImportReport, LoadOptions, import_mesh};
@@ -201,7 +201,7 @@ fn check_cubes(rays: usize, seed: u64) {
 
 #[test]
 fn a_cube_of_triangles_is_a_box() {
-    check_cubes(100_000, 1);
+    check_cubes(campaign(100_000), 1);
 }
 
 /// Lines through edges and corners of a mesh: boundaries alternate and are even in
@@ -242,7 +242,7 @@ fn rings() -> [MeshData; 3] {
 #[test]
 fn lines_through_edges_and_corners_come_in_and_go_out_in_turn() {
     for (seed, mesh) in (1..).zip(rings()) {
-        check_aimed(&mesh, 34_000, seed, 40);
+        check_aimed(&mesh, campaign(34_000), seed, 40);
     }
 }
 
@@ -269,7 +269,7 @@ fn ten_million_lines_through_edges_and_corners() {
         }
     }
     println!("{} meshes", meshes.len());
-    let each = 10_000_000 / meshes.len();
+    let each = campaign(10_000_000) / meshes.len();
     for (seed, mesh) in (100..).zip(&meshes) {
         check_aimed(mesh, each, seed, 1000);
     }
@@ -381,8 +381,8 @@ fn with_meshes(program: Program) -> Program {
     }
 }
 
-fn check_programs(programs: u64, rays: usize, seed: u64) {
-    for i in 0..programs {
+fn check_programs(programs: usize, rays: usize, seed: u64) {
+    for i in 0..programs as u64 {
         let random = &mut Random(seed + i);
         let count = 2 + random.below(8);
         let program = with_meshes(Program::random(random, count, i % 2 == 1));
@@ -407,13 +407,13 @@ fn check_programs(programs: u64, rays: usize, seed: u64) {
 
 #[test]
 fn random_programs_with_meshes_are_as_the_judge_says() {
-    check_programs(60, 16, 70);
+    check_programs(campaign(60), 16, 70);
 }
 
 #[test]
 #[ignore = "a hundred thousand rays before the judge, in minutes"]
 fn random_programs_with_meshes_are_as_the_judge_says_a_hundred_thousand_times() {
-    check_programs(4_000, 25, 7_000);
+    check_programs(campaign(4_000), 25, 7_000);
 }
 
 #[test]

@@ -10,7 +10,9 @@ mod remade;
 mod solids;
 mod sums;
 
-use crate::common::{ALL_AOVS, Loaded, Random, RayColumns, assets, hard_rays, load, random_scene};
+use crate::common::{
+    ALL_AOVS, Loaded, Random, RayColumns, assets, campaign, hard_rays, load, random_scene,
+};
 use compare::{Tally, is_tie, same_pictures, same_records, show};
 use glam::DVec3;
 use lanecast::accel::Structure;
@@ -317,16 +319,16 @@ fn permuting(scenes: &[(String, Loaded)], config: &RenderConfig, hard: usize) ->
 
 #[test]
 fn the_order_of_the_input_does_not_show() {
-    let tally = permuting(&few(), &config(48, 32), 5_000);
+    let tally = permuting(&few(), &config(48, 32), campaign(5_000));
     assert!(tally.ties > 0);
     tally.settle();
-    permuting(&surfaces(), &config(48, 32), 5_000).settle();
+    permuting(&surfaces(), &config(48, 32), campaign(5_000)).settle();
 }
 
 #[test]
 #[ignore = "a campaign of minutes"]
 fn the_order_of_the_input_does_not_show_anywhere() {
-    let tally = permuting(&many(), &config(192, 128), 200_000);
+    let tally = permuting(&many(), &config(192, 128), campaign(200_000));
     show("permuting", tally).settle();
 }
 

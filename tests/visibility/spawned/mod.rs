@@ -10,7 +10,7 @@
 
 mod subjects;
 
-use crate::common::{Random, RayColumns, kernels};
+use crate::common::{Random, RayColumns, campaign, kernels};
 use glam::DVec3;
 use lanecast::accel::{Structure, World};
 use lanecast::geom::HalfSpace;
@@ -372,12 +372,12 @@ fn settle(all: &[(Kind, Precision, Counts)]) {
 
 #[test]
 fn rays_leave_what_they_start_from_and_skip_nothing() {
-    settle(&spawn_everywhere(7 * 1000));
+    settle(&spawn_everywhere(campaign(7 * 1000)));
 }
 
 /// A million rays of each kind and mode.
 #[test]
 #[ignore = "a campaign of minutes"]
 fn a_million_rays_leave_what_they_start_from_and_skip_nothing() {
-    settle(&spawn_everywhere(1_000_000));
+    settle(&spawn_everywhere(campaign(1_000_000)));
 }

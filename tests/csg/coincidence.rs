@@ -133,7 +133,7 @@ pub fn center(offset: f64) -> DVec3 {
     v(offset, -0.5 * offset, 0.25 * offset)
 }
 
-/// Some rays, to be asked of the judge too.
+/// Some rays, to be asked of the reference too.
 pub fn some(rays: &RayColumns, every: usize) -> RayColumns {
     let mut some = RayColumns::default();
     for i in (0..rays.len()).step_by(every) {

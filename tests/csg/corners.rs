@@ -57,7 +57,7 @@ fn shape(b: &mut SceneBuilder, kind: u64) -> (ShapeId, Vec<DVec3>) {
 }
 
 #[test]
-fn corners_of_oblique_operands_are_met_as_the_judge_says() {
+fn corners_of_oblique_operands_are_met_as_the_reference_says() {
     let (mut hits, solids) = (0, campaign(160));
     for seed in 0..solids as u64 {
         let random = &mut Random(seed);

@@ -13,10 +13,10 @@ use lanecast::trace::{Caching, HitId, ShadowCache};
 
 use Operator::{Difference, Intersection, Union, Xor};
 
-/// Nearest hits up to where each ray ends, and whether there are any, are the judge's.
+/// Nearest hits up to where each ray ends, and whether there are any, are the reference's.
 /// How many rays meet something.
 fn agree_within(asked: &Asked, rays: &RayColumns, ends: &[f32], name: &str) -> usize {
-    let (world, judge) = (asked.world(), asked.judge());
+    let (world, reference) = (asked.world(), asked.reference());
     let mut hits = 0;
     for precision in RIGHT {
         let kernels = kernels(precision);
@@ -25,7 +25,7 @@ fn agree_within(asked: &Asked, rays: &RayColumns, ends: &[f32], name: &str) -> u
         for (i, end) in ends.iter().enumerate() {
             let (org, dir) = rays.ray(i);
             let (dir, end) = (dir.map(f64::from), f64::from(*end));
-            let said = judge.nearest(org, dir, end);
+            let said = reference.nearest(org, dir, end);
             let own = said.map_or(HitId::NONE, |hit| HitId {
                 instance: hit.instance,
                 primitive: hit.primitive,

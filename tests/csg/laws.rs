@@ -146,12 +146,12 @@ fn check_programs(programs: usize, rays: usize, seed: u64) {
         let truth = agree(&asked, &rays);
         hits += truth.iter().flatten().count();
         all += truth.len();
-        let (world, judge) = (asked.world(), asked.judge());
+        let (world, reference) = (asked.world(), asked.reference());
         for ray in 0..rays.len() {
             let (org, dir) = rays.ray(ray);
             let (_, found) = spans(&world, asked.combination(), &line(org, dir));
             let found: Vec<f64> = found.iter().map(|c| c.root.rounded()).collect();
-            let own = judge.crossings(org, dir.map(f64::from), 0, 0);
+            let own = reference.crossings(org, dir.map(f64::from), 0, 0);
             let own: Vec<f64> = own.iter().map(|c| c.t).collect();
             let context = || format!("{org:?} {dir:?}\n{tree:?}\n{program:?}");
             assert_eq!(found, own, "{seed} {i} {ray}: {}", context());
@@ -161,13 +161,13 @@ fn check_programs(programs: usize, rays: usize, seed: u64) {
 }
 
 #[test]
-fn random_programs_are_as_the_judge_says() {
+fn random_programs_are_as_the_reference_says() {
     check_programs(campaign(100), 16, 7);
 }
 
 #[test]
-#[ignore = "a hundred thousand rays before the judge, in minutes"]
-fn random_programs_are_as_the_judge_says_a_hundred_thousand_times() {
+#[ignore = "a hundred thousand rays before the reference, in minutes"]
+fn random_programs_are_as_the_reference_says_a_hundred_thousand_times() {
     check_programs(campaign(3_000), 32, 7_000_000);
 }
 

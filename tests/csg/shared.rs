@@ -1,5 +1,5 @@
 //! Faces that operands share, in one space and in spaces that were only moved: what
-//! lanes know of them by numbers is what the judge finds out.
+//! lanes know of them by numbers is what the reference finds out.
 
 use super::asked::{Asked, agree};
 use crate::common::{Random, RayColumns, campaign};
@@ -123,12 +123,12 @@ fn solids_agree(count: usize) {
 }
 
 #[test]
-fn solids_whose_faces_coincide_are_met_as_the_judge_says() {
+fn solids_whose_faces_coincide_are_met_as_the_reference_says() {
     solids_agree(campaign(120));
 }
 
 #[test]
 #[ignore = "a campaign of minutes"]
-fn ten_thousand_solids_whose_faces_coincide_are_met_as_the_judge_says() {
+fn ten_thousand_solids_whose_faces_coincide_are_met_as_the_reference_says() {
     solids_agree(campaign(10_000));
 }

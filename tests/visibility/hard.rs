@@ -126,10 +126,10 @@ fn exact_packets_agree_with_the_reference_on_hard_scenes() {
         let answers = rays.closest(&world, &kernels);
         for (i, (t, id)) in answers.iter().enumerate() {
             let (org, dir) = rays.ray(i);
-            let judged = reference.nearest(org, dir.map(f64::from), f64::INFINITY);
+            let expected = reference.nearest(org, dir.map(f64::from), f64::INFINITY);
             let ours = (*id != HitId::NONE).then_some(*id);
             let same = ours.map(|id| (id.instance, id.primitive))
-                == judged.map(|h| (h.instance, h.primitive));
+                == expected.map(|h| (h.instance, h.primitive));
             // Of coincident faces f64 may take either: the t must be the same.
             let says = |hit: &Option<Hit>| match (ours, hit) {
                 (None, None) => true,
@@ -139,7 +139,7 @@ fn exact_packets_agree_with_the_reference_on_hard_scenes() {
                 }
                 _ => false,
             };
-            let allowed = says(&judged)
+            let allowed = says(&expected)
                 || beside(org)
                     .any(|org| says(&reference.nearest(org, dir.map(f64::from), f64::INFINITY)));
             let count = &mut counts[seed as usize % 5];
@@ -148,7 +148,7 @@ fn exact_packets_agree_with_the_reference_on_hard_scenes() {
             count[2] += u32::from(!allowed);
             if !allowed && first.is_none() {
                 first = Some(format!(
-                    "seed {seed}, ray {i}, org {org:?} dir {dir:?}: {ours:?} at {t:?}, reference {judged:?}"
+                    "seed {seed}, ray {i}, org {org:?} dir {dir:?}: {ours:?} at {t:?}, reference {expected:?}"
                 ));
             }
         }

@@ -260,7 +260,7 @@ fn permuting(scenes: &[(String, Loaded)], config: &RenderConfig, hard: usize) ->
     let mut tally = Tally::default();
     for (name, plain) in scenes {
         let rays = questions(plain, config, hard);
-        let judge = Reference::brute_force(&plain.scene, &plain.appearances).expect("few");
+        let reference = Reference::brute_force(&plain.scene, &plain.appearances).expect("few");
         let mut order = Order::shuffled(11);
         let other = remade(&plain.scene, &Change::NONE, &mut order);
         let other = finished(other, plain, &Change::NONE);
@@ -300,7 +300,7 @@ fn permuting(scenes: &[(String, Loaded)], config: &RenderConfig, hard: usize) ->
                 if new_id == *id {
                     let same = *id == HitId::NONE || t.to_bits() == new_t.to_bits();
                     wrong[1] += usize::from(!same);
-                } else if is_tie(&judge, rays.ray(i), [*id, new_id]) {
+                } else if is_tie(&reference, rays.ray(i), [*id, new_id]) {
                     ties += 1;
                 } else {
                     wrong[0] += 1;

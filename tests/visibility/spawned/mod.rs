@@ -5,7 +5,7 @@
 //! there to both sides, as the integrator has them do. Of what is convex a ray
 //! that leaves outward may meet nothing at all; of what is flat none may meet what
 //! it left. A ray that leaves inward is met by the other side, and where that is
-//! as near as the bound, the judge is asked whether it is the other side. Then a
+//! as near as the bound, the reference is asked whether it is the other side. Then a
 //! plate is put in front of the point, at twice the bound: every ray has to meet it.
 
 mod subjects;
@@ -46,8 +46,8 @@ struct Counts {
     own: usize,
     /// Rays that went inward, and found no other side.
     lost: usize,
-    /// Asked of the judge.
-    judged: usize,
+    /// Asked of the reference.
+    asked: usize,
     at_plates: usize,
     skipped: usize,
     /// Starts further off than the bound allows.
@@ -61,7 +61,7 @@ impl AddAssign for Counts {
         self.spawned += other.spawned;
         self.own += other.own;
         self.lost += other.lost;
-        self.judged += other.judged;
+        self.asked += other.asked;
         self.at_plates += other.at_plates;
         self.skipped += other.skipped;
         self.far += other.far;
@@ -203,7 +203,7 @@ fn bound(
 /// Rays to both sides of every hit.
 fn leave_all(
     world: &World,
-    judge: &Reference,
+    reference: &Reference,
     (kind, subject): (Kind, &Subject),
     precision: Precision,
     left: &[Left],
@@ -248,7 +248,7 @@ fn leave_all(
         if kind.is_flat() || height.abs() > 2.0 * left.plate() {
             continue;
         }
-        counts.judged += 1;
+        counts.asked += 1;
         if let Some(f) = subject.sign_at(world, org) {
             // It may bend up before the ray, and not behind: what was left is not met if
             // the ray started on its side of it.
@@ -256,7 +256,7 @@ fn leave_all(
             continue;
         }
         // What was left lies behind, the other side ahead.
-        let crossings = judge.crossings(org, dir.map(f64::from), id.instance, id.primitive);
+        let crossings = reference.crossings(org, dir.map(f64::from), id.instance, id.primitive);
         let behind = crossings.iter().any(|c| c.t < 0.0);
         let ahead = crossings.iter().any(|c| c.t > 0.0);
         counts.own += usize::from(!behind || !ahead);
@@ -329,9 +329,16 @@ fn spawn(kind: Kind, scale: f64, precision: Precision, rays: usize, seed: u64) -
         let scene = subject.builder.clone().finish().expect("a good scene");
         let appearances = Appearances::of(&scene).expect("one");
         let world = World::build(&scene, &appearances, Structure::Bvh);
-        let judge = Reference::brute_force(&scene, &appearances).expect("one");
+        let reference = Reference::brute_force(&scene, &appearances).expect("one");
         let left = hits(&world, &subject, precision, random);
-        counts += leave_all(&world, &judge, (kind, &subject), precision, &left, random);
+        counts += leave_all(
+            &world,
+            &reference,
+            (kind, &subject),
+            precision,
+            &left,
+            random,
+        );
         counts += meet_plates(&subject, precision, &left, random);
     }
     counts
@@ -349,14 +356,8 @@ fn spawn_everywhere(rays: usize) -> Vec<(Kind, Precision, Counts)> {
             }
             println!(
                 "{kind:?} {precision:?}: {} left, {} met it again, {} lost the other side, {} \
-                 asked of the judge; {} at plates, {} skipped; off by {:.3} bounds at most",
-                sum.spawned,
-                sum.own,
-                sum.lost,
-                sum.judged,
-                sum.at_plates,
-                sum.skipped,
-                sum.furthest
+                 asked of the reference; {} at plates, {} skipped; off by {:.3} bounds at most",
+                sum.spawned, sum.own, sum.lost, sum.asked, sum.at_plates, sum.skipped, sum.furthest
             );
             all.push((kind, precision, sum));
         }

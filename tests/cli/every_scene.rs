@@ -15,7 +15,7 @@
 //! LANECAST_CAMPAIGN_FILE names, by default target/campaign.jsonl. Pairs whose line says
 //! that they succeeded are not run again.
 
-use crate::common::{assets, campaign};
+use crate::common::{assets, campaign, in_repository};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, OpenOptions};
@@ -27,12 +27,8 @@ use std::process::Command;
 const OFFSETS: [&str; 3] = ["0,0,0", "1e4,-1e4,1e4", "1e6,-1e6,1e6"];
 const SCALES: [&str; 3] = ["1", "1e-6", "1e6"];
 
-fn root() -> PathBuf {
-    env!("CARGO_MANIFEST_DIR").into()
-}
-
 fn scenes() -> Vec<PathBuf> {
-    let mut folders = vec![root().join("scenes")];
+    let mut folders = vec![in_repository("scenes")];
     if let Some(assets) = assets() {
         folders.extend(["meshes", "spd"].map(|name| assets.join(name)));
     }
@@ -48,7 +44,9 @@ fn scenes() -> Vec<PathBuf> {
         // Ten thousand million appearances, which the reference does not lay out.
         .filter(|path| !path.ends_with("scenes/many.toml"))
         // JSON among the assets is about scenes, and none.
-        .filter(|path| path.starts_with(root()) || path.extension().is_some_and(|e| e != "json"))
+        .filter(|path| {
+            path.starts_with(in_repository("")) || path.extension().is_some_and(|e| e != "json")
+        })
         .collect();
     found.sort();
     found
@@ -141,7 +139,7 @@ fn sum_up(lines: &[Value]) -> usize {
 #[ignore = "takes hours; resumable"]
 fn verify_every_scene() {
     let file = std::env::var_os("LANECAST_CAMPAIGN_FILE")
-        .map_or_else(|| root().join("target/campaign.jsonl"), PathBuf::from);
+        .map_or_else(|| in_repository("target/campaign.jsonl"), PathBuf::from);
     let rays = campaign(1_000_000) as u64;
     let text = fs::read_to_string(&file).unwrap_or_default();
     // A last line that was cut short is done again, and what failed.

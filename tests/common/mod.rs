@@ -10,10 +10,11 @@ mod picture;
 mod random;
 mod rays;
 mod surfaces;
+mod time;
 
 pub use alone::in_own_process;
 pub use campaign::{campaign, property};
-pub use files::{Loaded, assets, load};
+pub use files::{Loaded, assets, in_repository, load};
 pub use formulas::{gyroid, ring, unit_ball};
 pub use hard::{hard_rays, hard_scene};
 pub use picture::{ALL_AOVS, Way, hash, kernels, picture, structures};
@@ -22,3 +23,4 @@ pub use random::{
 };
 pub use rays::RayColumns;
 pub use surfaces::{ball, barth_sextic, clebsch, throat, torus};
+pub use time::within_seconds;

@@ -10,4 +10,5 @@ mod guarded_solids;
 mod guarded_surfaces;
 #[cfg(feature = "all-lanes")]
 mod lanes;
+mod number;
 mod roots;

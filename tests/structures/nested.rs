@@ -2,8 +2,8 @@
 //! and scenes whose appearances cannot be laid out.
 
 use crate::common::{
-    ALL_AOVS, Random, RayColumns, Way, campaign, hard_rays, hard_scene, hash, kernels, load,
-    picture, property, random_scene, random_shape,
+    ALL_AOVS, Random, RayColumns, Way, campaign, hard_rays, hard_scene, hash, in_repository,
+    kernels, load, picture, property, random_scene, random_shape, within_seconds,
 };
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::accel::{Forests, Structure, World};
@@ -14,8 +14,6 @@ use lanecast::render::RenderConfig;
 use lanecast::scene::*;
 use lanecast::trace::HitId;
 use proptest::prelude::*;
-use std::path::Path;
-use std::time::{Duration, Instant};
 
 const ALL: [Precision; 3] = [Precision::Fast, Precision::Guarded, Precision::Exact];
 
@@ -217,7 +215,7 @@ fn pictures_agree() {
         max_depth: 3,
         ..RenderConfig::default()
     };
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/instances.toml");
+    let file = in_repository("scenes/instances.toml");
     let temple = load(&file, 4.0 / 3.0).scene;
     for scene in (0..20).map(random_scene).chain([temple]) {
         let [flat, nested] = [Structure::Linear, Structure::Nested].map(|structure| {
@@ -275,14 +273,6 @@ fn at(b: &mut SceneBuilder, x: f64, y: f64, z: f64) -> TransformId {
     ))))
 }
 
-fn quickly<T>(work: impl FnOnce() -> T) -> T {
-    let start = Instant::now();
-    let result = work();
-    let took = start.elapsed();
-    assert!(took < Duration::from_secs(10), "took {took:?}");
-    result
-}
-
 /// Balls of radius 1/4 at 0, 1, … 2^40 − 1 along x.
 #[test]
 fn forty_levels() {
@@ -304,7 +294,7 @@ fn forty_levels() {
     let scene = b.finish().unwrap();
     let appearances = Appearances::of(&scene).unwrap();
     assert_eq!(appearances.count(), 1 << 40);
-    let world = quickly(|| World::build(&scene, &appearances, Structure::Bvh));
+    let world = within_seconds(10, || World::build(&scene, &appearances, Structure::Bvh));
     let bytes: usize = world.bytes().iter().map(|(_, bytes)| bytes).sum();
     assert!(bytes < 1 << 17, "{bytes}");
     let random = &mut Random(3);
@@ -361,10 +351,10 @@ fn ten_billion() {
         below = Edge::node(b.node("", &edges));
     }
     b.instance("", below);
-    let scene = quickly(|| b.finish()).unwrap();
-    let appearances = quickly(|| Appearances::of(&scene)).unwrap();
+    let scene = within_seconds(10, || b.finish()).unwrap();
+    let appearances = within_seconds(10, || Appearances::of(&scene)).unwrap();
     assert_eq!(appearances.count(), 10_000_000_000);
-    let world = quickly(|| World::build(&scene, &appearances, Structure::Bvh));
+    let world = within_seconds(10, || World::build(&scene, &appearances, Structure::Bvh));
     let bytes: usize = world.bytes().iter().map(|(_, bytes)| bytes).sum();
     assert!(bytes < 1 << 20, "{bytes}");
 

@@ -9,13 +9,14 @@ mod touching;
 mod truth;
 
 use crate::common::{Random, campaign};
+use crate::number::Exact;
 use cases::{Case, KINDS, LATTICES, SORTS, Shape, case, power, shape};
 use glam::DVec3;
 use lanecast::geom::exact::{Crossing, Line, Root, first_beyond};
 use lanecast::geom::triangle::exact::{Pair, meet_exact};
 use lanecast::geom::{Cone, Ellipsoid, HalfSpace, Quadric, Sphere};
 use rayon::prelude::*;
-use truth::{Number, Truth, facet};
+use truth::{Truth, facet};
 
 /// What a run has seen.
 #[derive(Default, Debug)]
@@ -50,7 +51,7 @@ fn check_at<'a>(case: &'a Case, truth: &Truth, t_min: f64) -> Option<(Root<'a>, 
     assert!(exact.rounds_to(t), "{case:?} beyond {t_min:e}: {t:e}");
     let (value, error) = (met.t.value, met.t.error);
     if value.is_finite() && error.is_finite() {
-        let (value, error) = (Number::of(value), Number::of(error));
+        let (value, error) = (Exact::from(value), Exact::from(error));
         let within = exact.order_with(&(&value + &error)).is_le()
             && exact.order_with(&(&value - &error)).is_ge();
         assert!(within, "{case:?} beyond {t_min:e}: {:?}", met.t);
@@ -60,7 +61,7 @@ fn check_at<'a>(case: &'a Case, truth: &Truth, t_min: f64) -> Option<(Root<'a>, 
     assert!(met.order_with(f64::NEG_INFINITY).is_gt(), "{case:?}");
     for x in [t, t.next_up(), t.next_down(), 0.0, 1.0] {
         if x.is_finite() {
-            let order = exact.order_with(&Number::of(x));
+            let order = exact.order_with(&Exact::from(x));
             assert_eq!(met.order_with(x), order, "{case:?} at {x:e}");
         }
     }
@@ -73,9 +74,9 @@ fn tightness(root: &Root, exact: &truth::Root, least: f64) -> f64 {
     if !(value.is_finite() && error.is_finite()) {
         return least;
     }
-    let (value, error) = (Number::of(value), Number::of(error));
+    let (value, error) = (Exact::from(value), Exact::from(error));
     let within = |share: f64| {
-        let error = &error * &Number::of(share);
+        let error = &error * &Exact::from(share);
         exact.order_with(&(&value + &error)).is_le() && exact.order_with(&(&value - &error)).is_ge()
     };
     if within(least) {

@@ -6,10 +6,11 @@ mod cases;
 mod truth;
 
 use crate::common::{Random, campaign};
+use crate::number::Exact;
 use cases::{PLANE, SORTS, case};
 use lanecast::geom::triangle::exact::{Pair, edge_functions, meet_exact};
 use lanecast::math::int::Grid;
-use truth::{Dyadic, Truth};
+use truth::Truth;
 
 fn fits<const N: usize>(case: &Pair) -> bool {
     let corners = case.corners.map(|c| c.map(f64::from));
@@ -57,8 +58,8 @@ fn check(case: &Pair, seen: &mut Seen, sort: usize) -> Option<Truth> {
         seen.edges += usize::from(order.is_ne());
         seen.open += usize::from(order.is_ne() && edge.sign().is_none());
         if edge.value.is_finite() && edge.error.is_finite() {
-            let error = exact.minus(&edge.value.into()).abs();
-            let bound = Dyadic::from(edge.error);
+            let error = (exact - &edge.value.into()).abs();
+            let bound = Exact::from(edge.error);
             assert!(error.order(&bound).is_le(), "{case:?}: {edge:?}");
             seen.tightness[0] = seen.tightness[0].max(error.millionths_of(&bound));
         }

@@ -2,7 +2,6 @@
 //! certain of what is not so, and a hit's t lies where it is said to lie.
 
 mod cases;
-mod number;
 mod truth;
 
 use crate::common::{Random, campaign};

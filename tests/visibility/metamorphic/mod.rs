@@ -11,7 +11,8 @@ mod solids;
 mod sums;
 
 use crate::common::{
-    ALL_AOVS, Loaded, Random, RayColumns, assets, campaign, hard_rays, load, random_scene,
+    ALL_AOVS, Loaded, Random, RayColumns, assets, campaign, hard_rays, in_repository, load,
+    random_scene,
 };
 use compare::{Tally, is_tie, same_pictures, same_records, show};
 use glam::DVec3;
@@ -23,7 +24,6 @@ use lanecast::render::{Progress, RenderConfig, Rendered, View, render};
 use lanecast::scene::{Appearances, Edge, Scene, SceneBuilder};
 use lanecast::trace::{HitId, TracedRay};
 use remade::{Change, Order, Turn, below, remade};
-use std::path::Path;
 
 const MODES: [Precision; 3] = [Precision::Fast, Precision::Guarded, Precision::Exact];
 
@@ -73,8 +73,7 @@ fn complete(scene: Scene) -> Loaded {
 }
 
 fn of_project(name: &str) -> Loaded {
-    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes"));
-    load(&folder.join(name), 1.5)
+    load(&in_repository("scenes").join(name), 1.5)
 }
 
 /// Names and scenes: some of ours, random ones, some of the assets.

@@ -6,6 +6,7 @@ use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphe
 use lanecast::reference::{Grid, Hit, Reference, camera_ray, shadow};
 use lanecast::scene::*;
 
+mod implicit_operands;
 mod implicits;
 mod mesh_hits;
 mod properties;

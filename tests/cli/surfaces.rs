@@ -1,4 +1,4 @@
-//! Commands about polynomial surfaces: what `probe` finds in them and `measure` says.
+//! `probe` and `measure` on polynomial surfaces.
 
 use super::measure::is_measured;
 use super::solids::{probe, write};

@@ -1,4 +1,4 @@
-//! Scene files, complete with a view and lights, and where they lie.
+//! Files of the repository and of the test assets, and scenes loaded with a camera and lights.
 
 use lanecast::accel::{Structure, World};
 use lanecast::plan::{Kernels, Precision, native_width};

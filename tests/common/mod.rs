@@ -1,4 +1,4 @@
-//! What the integration binaries share. Each of them uses a part of it.
+//! Code that the integration binaries share; each binary uses a part of it.
 #![allow(dead_code, unused_imports)]
 
 mod alone;

@@ -1,4 +1,4 @@
-//! A picture by every way to compute it, and all of its bits.
+//! Renders a picture by a given structure, precision and width, and hashes all of its bits.
 
 use lanecast::accel::{Density, KdQuality, Structure, World};
 use lanecast::plan::{Kernels, Precision, native_width};

@@ -1,4 +1,4 @@
-//! Random numbers, meshes, shapes and scenes: a seed's are always the same.
+//! Random numbers, meshes, shapes and scenes, each determined by its seed.
 
 use super::surfaces::{clebsch, torus};
 use glam::{DAffine3, DQuat, DVec3};

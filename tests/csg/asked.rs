@@ -1,4 +1,4 @@
-//! A scene, and everybody's answer about it.
+//! A checked scene, and its answers by every precision and by the reference.
 
 use crate::common::{RayColumns, kernels};
 use glam::DVec3;

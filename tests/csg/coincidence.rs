@@ -1,5 +1,5 @@
-//! Surfaces that coincide: in one space exactly, in spaces that were turned away
-//! and back as far as these are known. Neither shows a skin.
+//! Faces that coincide, exactly in one space, or up to the roundings of transforms that
+//! rotate away and back: CSG leaves no thin skin at them.
 
 use super::asked::{Asked, RIGHT, agree, line, spans};
 use super::programs::Leaf;

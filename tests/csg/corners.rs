@@ -1,5 +1,5 @@
-//! Corners and rims of oblique operands, met from far away: several faces at one t, whose
-//! slacks differ.
+//! Rays from far away at corners and rims of oblique operands, where several faces have
+//! nearly one t and error bounds that differ.
 
 use super::asked::{Asked, RIGHT};
 use crate::common::{Random, RayColumns, campaign, kernels};

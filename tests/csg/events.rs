@@ -1,6 +1,6 @@
-//! Boundaries that are one although they are far apart along the ray, for it hardly
-//! rises above the surface of one: beside a ray's start, beside its end, and where
-//! what surrounds an operand does not say how well its surface is known.
+//! Faces that count as coincident although their hits lie far apart along the ray, because
+//! the ray grazes one of them: around the ends of the ray, and where the placement of an
+//! operand makes its faces uncertain.
 
 use super::asked::{Asked, RIGHT, agree};
 use super::coincidence::v;

@@ -1,4 +1,5 @@
-//! Spaces that operands are in.
+//! Operands in spaces of their own: transforms that cancel, long chains of transforms, and
+//! error bounds of the faces that they place.
 
 use super::asked::{Asked, RIGHT, agree, line, spans};
 use super::coincidence::{solids, some, v};

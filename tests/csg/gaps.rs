@@ -1,5 +1,5 @@
-//! Gaps and overlaps: of units in the last place, exactly; within a tolerance,
-//! closed.
+//! Gaps and overlaps: of units in the last place, met exactly; narrower than the tolerance of
+//! a combination, closed.
 
 use super::asked::{Asked, agree, line, spans};
 use super::coincidence::{block_with, v};

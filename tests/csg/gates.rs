@@ -1,4 +1,4 @@
-//! Programs of gates against the operators that they stand for.
+//! Compares gate programs with the operators that they stand for.
 
 use super::truth::Tree;
 use crate::common::property;

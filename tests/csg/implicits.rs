@@ -1,5 +1,5 @@
-//! Polynomial surfaces as operands: beside primitives that they equal, beside
-//! themselves, cut through, and without end.
+//! Polynomial surfaces as operands: beside primitives that they equal, beside themselves, cut
+//! through, and unbounded.
 
 use super::asked::{ALL, Asked, RIGHT, agree, line, spans};
 use super::coincidence::{OFFSETS, TURNS, center, combined, rays_about, some, v};

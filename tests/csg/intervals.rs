@@ -1,4 +1,4 @@
-//! Roth's table, and two solids of every kind along a ray against set algebra.
+//! Roth's table, and two solids of every kind along a ray, against set algebra.
 
 use super::asked::{ALL, Asked, RIGHT, agree, nearest_hits, spans};
 use super::programs::octahedron;

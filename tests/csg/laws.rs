@@ -1,5 +1,4 @@
-//! What holds for all solids: the laws of set algebra; what is elsewhere does not
-//! matter, and neither does the scale.
+//! The laws of set algebra on random CSG; objects elsewhere and the scale change no hit.
 
 use super::asked::{ALL, Asked, RIGHT, agree, line, spans};
 use super::programs::{Leaf, Program, random_rays};

@@ -1,4 +1,4 @@
-//! Closed meshes as operands: what is one, and where lines meet it.
+//! Closed meshes as operands: which meshes are closed, and how lines cross them.
 
 use super::asked::{Asked, RIGHT, agree, line, spans};
 use super::laws::{are_one, laws};

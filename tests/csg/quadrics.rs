@@ -1,4 +1,4 @@
-//! Quadrics as operands: solids of which a line may have two parts, or all but one.
+//! Quadrics as operands: a line may have two intervals inside, or all but one.
 
 use super::asked::{Asked, agree, line, spans};
 use super::programs::{Leaf, random_quadric, random_rays};

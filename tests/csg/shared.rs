@@ -1,5 +1,5 @@
-//! Faces that operands share, in one space and in spaces that were only moved: what
-//! lanes know of them by numbers is what the reference finds out.
+//! Coincident faces, in one space and in spaces that differ by translations: lanes, which know
+//! them by number, agree with the reference.
 
 use super::asked::{Asked, agree};
 use crate::common::{Random, RayColumns, campaign};

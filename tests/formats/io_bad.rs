@@ -1,10 +1,10 @@
-//! Importers against files from elsewhere: odd, broken and good ones.
+//! Importers on foreign files: odd, broken and good ones.
 //!
-//! Every file under `bad/`, `gltf_odd/` and `obj/` either loads or is refused
-//! by one clear line, in time and without a panic. The Khronos validator is the
-//! judge of glTF: what it finds valid must load, or stand in [`REFUSED`], or
-//! show no triangle by the validator's own count. Good files have their known
-//! number of triangles, in their known order.
+//! Every file under `bad/`, `gltf_odd/` and `obj/` either loads or is refused by a message of
+//! one line, in limited time and without a panic. The Khronos validator is the oracle for
+//! glTF: a file that it finds valid must load, or stand in [`REFUSED`], or have no triangle by
+//! the validator's own count. Good files have their known number of triangles, in their known
+//! order.
 
 use crate::common::{assets, property};
 use lanecast::io::{ImportReport, LoadError, LoadOptions, import_mesh, load};

@@ -1,4 +1,4 @@
-//! The native format: what is written means what the documents say.
+//! The native format means what docs/SCENE_FORMAT.md says.
 
 use crate::common::in_repository;
 use glam::DVec3;

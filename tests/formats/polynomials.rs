@@ -1,4 +1,4 @@
-//! Polynomial surfaces of scene files: their tapes are what was written.
+//! Polynomial surfaces of scene files: each tape has the values of the polynomial in the file.
 
 use crate::common::{assets, in_repository};
 use glam::DVec3;

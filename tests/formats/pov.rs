@@ -1,4 +1,4 @@
-//! Scenes written for POV-Ray: the text, and that POV-Ray sees what is seen here.
+//! Scenes exported for POV-Ray: the text, and that POV-Ray renders the same picture.
 
 use crate::common::{Loaded, in_repository, load};
 use lanecast::accel::Structure;

@@ -1,5 +1,5 @@
-//! Polynomial surfaces in lanes against exact arithmetic: an answer is right, or in
-//! doubt; and the surfaces with published formulas have their published roots.
+//! Compares polynomial surfaces in lanes with exact arithmetic: an answer is right, or in
+//! doubt. Surfaces with published formulas have their published roots.
 
 use crate::common::{Random, assets, campaign};
 use glam::DVec3;

@@ -1,5 +1,5 @@
-//! One picture, whatever found it: every structure, width, kernel set, thread
-//! count and tile order, over random scenes of all kinds of shapes.
+//! Renders random scenes of all kinds of shapes by every structure, width, precision, number
+//! of threads and order of tiles: each scene has one picture.
 
 #![cfg(feature = "all-lanes")]
 

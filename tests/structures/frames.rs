@@ -1,5 +1,5 @@
-//! Sequences: scenes at a time, worlds that follow, and camera rays that begin
-//! with last frame's hits. No bit of a picture shows what was reused.
+//! Sequences of frames: refitted worlds, and camera rays that begin with the hits of the frame
+//! before. No bit of a picture shows what was reused.
 
 use crate::common::{ALL_AOVS, Loaded, assets, hash, in_repository, load};
 use glam::{DAffine3, DVec3};

@@ -1,6 +1,6 @@
-//! One answer, whatever found it: every structure, kernel and width against f64
-//! at one lane, over pictures' worth of rays. In `exact` all bits agree; in
-//! `fast` the rays that differ are counted. The table of docs/IDENTITY.md:
+//! Compares every structure, kernel and width with one lane of `exact`, over the rays of
+//! pictures. In `guarded` and `exact` all bits agree; in `fast` the rays that differ are
+//! counted. The table of docs/IDENTITY.md:
 //!
 //! ```text
 //! cargo test --release --test structures -- identity --ignored --nocapture

@@ -1,6 +1,5 @@
-//! The item buffer sees what tracing sees, and both what the linear scan sees:
-//! random scenes, degenerate ones, and scenes of files; rays in patches of a
-//! picture, and rays in no order.
+//! The item buffer has the hits of the tree and of the linear scan: random scenes, degenerate
+//! ones, and scenes of files; rays in patches of a picture, and rays in random order.
 
 use crate::common::{
     Random, RayColumns, assets, hash, in_repository, load, property, random_mesh, random_scene,

@@ -1,5 +1,5 @@
-//! The k-d tree against the linear scan, ray by ray and bit by bit, over small
-//! random scenes and degenerate ones: every stopping rule, every way to clip.
+//! Compares the k-d tree with the linear scan, ray by ray and bit by bit, on small random
+//! scenes and degenerate ones, for every stopping rule and every way to clip.
 
 use crate::common::{Random, RayColumns, property};
 use glam::DVec3;

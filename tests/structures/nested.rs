@@ -1,5 +1,5 @@
-//! Nested trees against flat ones: the same hits, bit for bit, however deep;
-//! and scenes whose appearances cannot be laid out.
+//! Nested trees have the hits of flat ones, bit for bit, however deep; and scenes with too
+//! many instances for a flat tree.
 
 use crate::common::{
     ALL_AOVS, Random, RayColumns, Way, campaign, hard_rays, hard_scene, hash, in_repository,

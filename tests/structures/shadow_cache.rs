@@ -1,5 +1,5 @@
-//! The last occluder, tried first: no answer depends on it, tries and hits are
-//! counted, and on Haines' tetra they stand beside the published ones.
+//! The shadow cache, which tests the last occluder first: no answer depends on it. Its tries
+//! and hits are counted, and compared with those that Haines published for tetra.
 
 use crate::common::{
     RayColumns, assets, campaign, hard_rays, hard_scene, kernels, load, random_scene, structures,

@@ -1,5 +1,5 @@
-//! Small scenes, most of them degenerate and ten thousand at full size: every structure, kernel
-//! and width finds what a linear scan finds, bit by bit.
+//! Small scenes, most of them degenerate, ten thousand at full size: every structure, kernel
+//! and width has the hits of the linear scan, bit by bit.
 
 use crate::common::{Random, RayColumns, campaign, property, random_shape, structures};
 use glam::{DAffine3, DQuat, DVec3};

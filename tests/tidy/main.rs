@@ -1,9 +1,8 @@
-//! The layers of the crate, its `unsafe`, and its top-level entries.
+//! The layers of the crates, their `unsafe`, and the entries of the top level.
 //!
-//! Imports are the paths behind `crate::` in the code of `src/`, in `use` lines
-//! and elsewhere, comments and text left out. `super::` is not followed: rows of
-//! the table are folders, and no file reaches out of its folder that way (which
-//! is checked, too).
+//! Imports are the paths behind `crate::` in the code of `src/`, in `use` lines and elsewhere;
+//! comments and strings are left out. `super::` is not followed: rows of the table are
+//! folders, and a test checks that no file leaves its folder that way.
 
 use std::fs;
 use std::path::{Path, PathBuf};

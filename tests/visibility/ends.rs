@@ -1,5 +1,5 @@
-//! Where a ray ends does not change what it meets before that: in `fast` no bound says
-//! so, but lanes and packets ask with other ends than a ray by itself.
+//! The end of a ray changes no hit before it. In `fast` no error bound guarantees that, and
+//! packets carry other ends than single rays.
 
 use crate::common::{
     Random, RayColumns, campaign, random_combination, random_shape, random_solid, torus, unit_ball,

@@ -1,5 +1,5 @@
-//! Scenes far from the origin: their boxes count from a place of their own, so
-//! they are no coarser than at the origin, and rays meet what the scan finds.
+//! Scenes far from the origin: their boxes are relative to a centre, so they are as tight as at
+//! the origin, and every structure has the hits of the linear scan.
 
 use crate::common::{
     ALL_AOVS, Random, RayColumns, Way, hard_rays, hard_scene, hash, kernels, picture, random_mesh,

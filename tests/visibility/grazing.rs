@@ -1,5 +1,5 @@
-//! Polygons whose corners lie a little off their plane, met by rays that nearly lie
-//! in it: whatever leads to them, the hits are the reference's.
+//! Polygons whose corners lie a little off their plane, and rays that nearly lie in it: every
+//! structure has the reference's hits.
 
 use crate::common::{Random, RayColumns, dented, kernels, structures};
 use glam::DVec3;

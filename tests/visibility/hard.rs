@@ -1,5 +1,5 @@
-//! Scenes that push at roundings: whatever the structure and the width, the same
-//! answers; and in exact precision those of the brute-force reference.
+//! Scenes at which roundings decide: every structure and width has the same hits, and `exact`
+//! those of the brute-force reference.
 
 #![cfg(feature = "all-lanes")]
 

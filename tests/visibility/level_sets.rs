@@ -1,5 +1,5 @@
-//! Surfaces that are no polynomials: against those that are, against the reference, and
-//! by every way to compute them.
+//! Level sets of formulas: compared with polynomials that have the same zeros, with the
+//! reference, and between all structures and precisions.
 
 use crate::common::{
     ALL_AOVS, Random, RayColumns, Way, gyroid, hash, kernels, picture, ring, structures, torus,

@@ -1,5 +1,5 @@
-//! Rays of one direction, as orthographic cameras and directional lights send
-//! them: through the tree as through the linear scan, at every width.
+//! Rays of one direction, as orthographic cameras and directional lights send them: the tree
+//! has the hits of the linear scan, at every width.
 
 use crate::common::{Random, RayColumns, campaign, hard_scene, random_scene};
 use glam::DVec3;

@@ -1,5 +1,5 @@
-//! Whole pictures have one hash per scene and precision: whatever the lanes, the
-//! structure, the threads and the order of tiles.
+//! Every scene of the repository has one hash of its picture per precision, whatever the
+//! width, the structure, the threads and the order of tiles.
 
 #![cfg(feature = "all-lanes")]
 

@@ -1,5 +1,5 @@
-//! Where f32 ends: scenes so small, and directions so long, that boxes' own arithmetic has
-//! no numbers left. Whatever the structure, what exact precision finds one by one.
+//! Scenes so small and directions so long that the arithmetic of boxes underflows or
+//! overflows in f32: every structure has the hits of testing one primitive at a time.
 
 use crate::common::{Random, RayColumns, kernels, structures};
 use glam::{DAffine3, DVec3};

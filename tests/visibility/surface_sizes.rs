@@ -1,4 +1,4 @@
-//! Polynomial surfaces of any size, seen from any distance: the same rays meet them.
+//! Polynomial surfaces of any size and from any distance: the same rays meet them.
 
 use crate::common::{Random, RayColumns, barth_sextic, kernels, torus};
 use glam::{DAffine3, DQuat, DVec3};

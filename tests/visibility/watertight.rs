@@ -1,15 +1,13 @@
-//! Closed meshes have no cracks: rays aimed exactly at a shared edge or vertex,
-//! from outside and inside, meet the surface there or before it, in every
-//! precision.
+//! Closed meshes have no cracks: rays aimed exactly at a shared edge or vertex, from outside
+//! and inside, meet the surface there or before it, in every precision.
 //!
-//! Aimed exactly: the target has few bits (a vertex, or the middle of an edge),
-//! the direction is any f32 vector, and the origin, the target less a power of
-//! two times the direction, is exact in f64 (nearly so, now and then). So the
-//! line of the ray goes through the target itself; only fast rounds its origin.
-//! Of the outline, where a ray may pass by, only so much is said: nothing. But
-//! where hits are those of exact arithmetic, edges and corners belong to their
-//! triangles: a ray whose numbers are exact is blocked at the outline, too, by the
-//! very next t after its target's (`at_every_distance`).
+//! A target has few bits (a vertex, or the middle of an edge), the direction is any f32
+//! vector, and the origin, which is the target less a power of two times the direction, is
+//! exact in f64 or nearly so. So the line of the ray goes through the target itself; only
+//! `fast` rounds its origin. At the silhouette a ray may pass by, and `fast` promises nothing.
+//! Where hits are those of exact arithmetic, edges and corners belong to their triangles, so
+//! an exact ray is blocked at the silhouette, too, at the next t after its target's
+//! (`at_every_distance`).
 
 use crate::common::{Loaded, Random, RayColumns, assets, campaign, load};
 use glam::{DAffine3, DMat3, DQuat, DVec3};

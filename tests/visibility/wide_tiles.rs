@@ -1,6 +1,5 @@
-//! Rays that share an origin or a direction but point or start all over the
-//! place: too far from each other to be met as one volume, they go to a mesh as a
-//! stream. In f64 that changes nothing, in f32 no width shows.
+//! Rays that share an origin or a direction but diverge too much for a beam go to a mesh as a
+//! stream: in `exact` that changes nothing, and in `fast` no width shows.
 
 use crate::common::{Random, RayColumns};
 use glam::{DAffine3, DQuat, DVec3};

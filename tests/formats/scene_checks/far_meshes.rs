@@ -1,4 +1,4 @@
-//! The centre of a mesh: what it promises about f32 vertices.
+//! The centre of a mesh, and how f32 vertices are kept about it.
 
 use super::*;
 use crate::common::property;

@@ -1,4 +1,4 @@
-//! Graphs made to exhaust the check, and what they unfold into.
+//! Scene graphs that would exhaust a careless check, and the instances that they unfold into.
 
 use super::*;
 use crate::common::{property, within_seconds};

@@ -1,4 +1,4 @@
-//! Boxes around quadrics: of ellipsoids alone, and all of these.
+//! Bounding boxes of quadrics: every ellipsoid has one, and no other quadric.
 
 use crate::common::property;
 use glam::DVec3;

@@ -1,4 +1,4 @@
-//! Rays and solids, most of them aimed at what is hard to decide.
+//! Rays and solids, most of them chosen so that exact decisions are hard.
 
 use super::Random;
 use super::touching::tangent;

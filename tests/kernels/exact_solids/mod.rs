@@ -1,7 +1,7 @@
-//! Exact decisions about every primitive but the triangle, against integers of
-//! any length: what is met first beyond t_min, and the order of crossings. On rays
-//! that touch in one point, run along sides and edges, through corners and apexes,
-//! begin on surfaces or far away; and on numbers from the ends of the formats.
+//! Compares exact decisions about every primitive but the triangle with integers of any
+//! length: the first hit beyond t_min, and the order of hits. Rays are tangent, run along
+//! sides and edges, pass through corners and apexes, and begin on surfaces or far away;
+//! numbers come from the ends of the formats, too.
 
 mod bounds;
 mod cases;

@@ -1,6 +1,6 @@
-//! The truth, in integers of any length: a solid is a set of polynomials in t
-//! that are not above zero, written down as docs/NUMERICS.md defines it; its
-//! roots are kept as (u ± √w) / q, and compared by squaring.
+//! The oracle in integers of any length. A solid is a set of polynomials in t that are not
+//! above zero, as docs/NUMERICS.md defines it; roots are kept as (u ± √w) / q and compared by
+//! squaring.
 
 use super::cases::{Case, Shape};
 use crate::number::Exact;

@@ -1,4 +1,4 @@
-//! Rays and triangles, most of them aimed at what is hard to decide.
+//! Rays and triangles, most of them chosen so that exact decisions are hard.
 
 use super::{Pair, Random};
 

@@ -1,6 +1,6 @@
-//! Exact predicates against integers of any length: every answer about a ray
-//! and a triangle, on rays aimed at edges, corners and planes, on triangles
-//! without area, and on numbers from the ends of the formats.
+//! Compares exact predicates about a ray and a triangle with integers of any length: rays
+//! aimed at edges, corners and planes, triangles without area, and numbers from the ends of
+//! the formats.
 
 mod cases;
 mod truth;

@@ -1,4 +1,4 @@
-//! The truth, in integers of any length: Möller and Trumbore's determinants.
+//! The oracle in integers of any length: the determinants of Möller and Trumbore (1997).
 
 use super::Pair;
 use crate::number::{Exact, decode};

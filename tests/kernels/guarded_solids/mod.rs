@@ -1,5 +1,5 @@
-//! Guarded kernels, against polynomials in integers of any length: no lane is
-//! certain of what is not so, and a hit's t lies where it is said to lie.
+//! Compares guarded kernels with polynomials in integers of any length: no lane is certain of
+//! something false, and t of a certain hit lies between its stated bounds.
 
 mod cases;
 mod truth;

@@ -1,4 +1,4 @@
-//! The truth about a ray and a primitive: polynomials in t, exactly.
+//! The oracle for a ray and a primitive: polynomials in t with exact coefficients.
 
 use super::cases::{Case, Kind};
 use crate::number::{Exact, Quotient, Vector, dot, minus, vector};

@@ -1,9 +1,8 @@
-//! Lanes against scalar, bit by bit: the same source at every width must give
-//! the same numbers. A new kernel is one line in `kernels!`.
+//! Compares every kernel at every width of lanes with one lane, bit by bit. A new kernel is
+//! one line in `kernels!`.
 //!
-//! Cases are random at many scales, with degenerate ones seeded among them:
-//! zeros, axis-parallel and zero directions, origins on faces, NaN, infinities,
-//! the edges of the exponent range.
+//! Cases are random at many scales, with degenerate ones among them: zeros, axis-parallel and
+//! zero directions, origins on faces, NaN, infinities, the ends of the exponent range.
 
 mod rules;
 

@@ -1,4 +1,4 @@
-//! Least roots in lanes: the same bits at every width, and the exact answer's.
+//! Least roots in lanes: every width has the bits of one lane, and those of the exact root.
 
 use crate::common::property;
 use lanecast::math::lanes::{Lanes, Mask, f64x4, f64x8};

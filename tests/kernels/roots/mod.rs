@@ -1,6 +1,5 @@
-//! Roots of polynomials: every solver against roots that are certified elsewhere,
-//! against Sturm's theorem in fractions (written anew here), and against the worst
-//! that f64 coefficients can be.
+//! Compares every root finder with roots that others certified and with Sturm's theorem in
+//! fractions, also on the worst coefficients that f64 can hold.
 
 mod fractions;
 mod lanes;

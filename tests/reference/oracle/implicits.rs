@@ -1,5 +1,5 @@
-//! Polynomial surfaces: hits and multiplicities worked out by hand, products of known
-//! factors, and operands beside the primitives that they equal.
+//! Polynomial surfaces: hits and multiplicities worked out by hand, and products of known
+//! factors.
 
 use super::*;
 use crate::common::property;

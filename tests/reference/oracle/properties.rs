@@ -1,4 +1,5 @@
-//! Random rays against definitions: membership, placement, and the tree.
+//! Properties of the reference on random rays: hits are where membership changes, placement
+//! means the object ray, and the tree changes nothing.
 
 use super::*;
 use crate::common::property;

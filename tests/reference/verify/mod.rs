@@ -1,5 +1,5 @@
-//! `verify` must see what is wrong, and only that: rows are made by the
-//! reference itself, then falsified one by one.
+//! `verify` sees every fault, and nothing else: the reference makes rows without a fault, and
+//! each test falsifies some of them.
 
 use glam::DVec3;
 use lanecast::geom::{Cuboid, Sphere};

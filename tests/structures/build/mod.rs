@@ -1,6 +1,6 @@
-//! Wide trees: every primitive stands in a leaf once, every box contains what
-//! is below it, and the tree's bits depend on the primitives alone. Of trees of
-//! high quality too, which cost no more than others.
+//! Wide trees: every primitive is in one leaf, every box contains what is below it, and the
+//! bits of a tree depend on its primitives alone. Trees of high quality, too, which cost no
+//! more than others.
 
 mod blocks;
 mod check;

@@ -1,4 +1,4 @@
-//! Two pictures, two records of rays: what differs, in numbers.
+//! Counts the differences between two pictures, or two records of rays.
 
 use lanecast::plan::Precision;
 use lanecast::reference::Reference;

@@ -1,9 +1,8 @@
-//! What must not show: the unit of length, the order of the input, what is
-//! neither seen nor in a shadow's way, and which way the axes point.
+//! Changes of a scene that must not change its picture: the unit of length, the order of the
+//! input, objects that no ray meets, and rotations that permute the axes.
 //!
-//! Each test makes a scene twice and compares what is seen, bit by bit; nobody
-//! needs to know what is right. Quick on a few scenes; the campaigns take all
-//! that are at hand.
+//! Each test makes a scene twice and compares the pictures or hits bit by bit, so it needs no
+//! oracle. The quick tests take a few scenes, the ignored ones all that are at hand.
 
 mod compare;
 mod remade;

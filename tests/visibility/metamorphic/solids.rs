@@ -1,4 +1,4 @@
-//! A solid's t whatever the axes.
+//! t of a solid is invariant under permutations of the axes.
 
 use super::Turn;
 use crate::common::property;

@@ -1,5 +1,5 @@
-//! What t rests on: sums without an order, and a triangle's t whatever the axes
-//! and whichever corner is named first.
+//! Sums of three do not depend on their order, and t of a triangle neither on the order of the
+//! axes nor on which corner is first.
 
 use super::Turn;
 use crate::common::property;

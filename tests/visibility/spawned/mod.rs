@@ -1,12 +1,12 @@
-//! Rays that leave a surface do not meet the point that they leave, and skip
-//! nothing that lies beyond the stated bound (docs/NUMERICS.md, where rays start).
+//! Rays that leave a surface do not meet the point that they leave, and skip nothing beyond
+//! the stated bound (docs/NUMERICS.md, where rays start).
 //!
-//! One primitive at a time, of every kind and size. Rays meet it, and leave from
-//! there to both sides, as the integrator has them do. Of what is convex a ray
-//! that leaves outward may meet nothing at all; of what is flat none may meet what
-//! it left. A ray that leaves inward is met by the other side, and where that is
-//! as near as the bound, the reference is asked whether it is the other side. Then a
-//! plate is put in front of the point, at twice the bound: every ray has to meet it.
+//! Scenes have one primitive, of every kind and size. Rays hit it, and leave from the hit to
+//! both sides, as the integrator has them do. A ray that leaves a convex primitive outward
+//! meets nothing; a ray that leaves a flat one does not meet it again. A ray that leaves
+//! inward meets the other side; where that is as near as the bound, the reference says
+//! whether it is the other side. Then a plate stands in front of the point, at twice the
+//! bound, and every ray has to meet it.
 
 mod subjects;
 

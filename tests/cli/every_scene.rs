@@ -1,15 +1,21 @@
-//! `verify` over everything there is: long, resumable, for when nobody waits.
+//! Runs `verify` on every scene at hand, in hours; a run that was ended goes on where it
+//! was.
 //!
-//! `cargo test --release --test cli -- every_scene --ignored --nocapture`
+//! ```text
+//! LANECAST_CAMPAIGN=1 cargo test --release --test cli -- every_scene --ignored --nocapture
+//! ```
 //!
-//! Every mesh and SPD scene of the test assets (LANECAST_ASSETS) and every scene
-//! of ours, each as it is with a million aimed rays, and moved and scaled with a
-//! tenth of that and a picture of a sixth; of combinations a tenth of both and of surfaces a hundredth, whose
-//! reference takes as much longer. A line of JSON per (scene, setting) goes to the file that
-//! LANECAST_CAMPAIGN names (default: target/campaign.jsonl); what stands there is
-//! not done again, unless it failed. LANECAST_CAMPAIGN_RAYS is the number of rays.
+//! The scenes are those of the repository, and the meshes and SPD scenes of the test
+//! assets (LANECAST_ASSETS). Each is verified as it is with a million aimed rays, and
+//! moved and scaled with a tenth of them and a smaller picture. CSG scenes have a tenth of
+//! these rays and polynomial surfaces a hundredth, because their reference is slower by as
+//! much.
+//!
+//! Each pair of a scene and a setting is a line of JSON in the file that
+//! LANECAST_CAMPAIGN_FILE names, by default target/campaign.jsonl. Pairs whose line says
+//! that they succeeded are not run again.
 
-use crate::common::assets;
+use crate::common::{assets, campaign, in_repository};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, OpenOptions};
@@ -21,12 +27,8 @@ use std::process::Command;
 const OFFSETS: [&str; 3] = ["0,0,0", "1e4,-1e4,1e4", "1e6,-1e6,1e6"];
 const SCALES: [&str; 3] = ["1", "1e-6", "1e6"];
 
-fn root() -> PathBuf {
-    env!("CARGO_MANIFEST_DIR").into()
-}
-
 fn scenes() -> Vec<PathBuf> {
-    let mut folders = vec![root().join("scenes")];
+    let mut folders = vec![in_repository("scenes")];
     if let Some(assets) = assets() {
         folders.extend(["meshes", "spd"].map(|name| assets.join(name)));
     }
@@ -42,7 +44,9 @@ fn scenes() -> Vec<PathBuf> {
         // Ten thousand million appearances, which the reference does not lay out.
         .filter(|path| !path.ends_with("scenes/many.toml"))
         // JSON among the assets is about scenes, and none.
-        .filter(|path| path.starts_with(root()) || path.extension().is_some_and(|e| e != "json"))
+        .filter(|path| {
+            path.starts_with(in_repository("")) || path.extension().is_some_and(|e| e != "json")
+        })
         .collect();
     found.sort();
     found
@@ -134,10 +138,9 @@ fn sum_up(lines: &[Value]) -> usize {
 #[test]
 #[ignore = "takes hours; resumable"]
 fn verify_every_scene() {
-    let file = std::env::var_os("LANECAST_CAMPAIGN")
-        .map_or_else(|| root().join("target/campaign.jsonl"), PathBuf::from);
-    let rays = std::env::var("LANECAST_CAMPAIGN_RAYS").unwrap_or("1000000".into());
-    let rays: u64 = rays.parse().expect("LANECAST_CAMPAIGN_RAYS is a number");
+    let file = std::env::var_os("LANECAST_CAMPAIGN_FILE")
+        .map_or_else(|| in_repository("target/campaign.jsonl"), PathBuf::from);
+    let rays = campaign(1_000_000) as u64;
     let text = fs::read_to_string(&file).unwrap_or_default();
     // A last line that was cut short is done again, and what failed.
     let mut lines: Vec<Value> = text

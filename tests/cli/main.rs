@@ -8,6 +8,7 @@ mod commands;
 mod every_scene;
 mod extremes;
 mod malformed;
+mod measure;
 mod outputs;
 mod roots;
 mod run;

@@ -1,6 +1,6 @@
-//! The built command on every damaged, odd and foreign file of the collection:
-//! a picture or one plain message, in little time and memory, and nothing left
-//! behind.
+//! Renders every damaged, odd and foreign file of the assets with the built command: the
+//! result is a picture or one message of one line, within limits of time and memory, and no
+//! file is left behind.
 
 use crate::common::assets;
 use std::fs::File;

@@ -1,4 +1,4 @@
-//! Output files: whole or not at all, whatever comes between.
+//! Output files appear whole or not at all, also after errors, signals and closed pipes.
 
 use crate::run::{fails, folder, lanecast, names, small, stderr};
 use std::fs;

@@ -1,4 +1,4 @@
-//! `--solver`, and solvers of shapes: in `fast` alone.
+//! The option `--solver` and solvers that a scene chooses for a shape, which only `fast` uses.
 
 use super::solids::write;
 use crate::run::{folder, lanecast, names, stderr, stdout};

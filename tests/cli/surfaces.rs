@@ -1,6 +1,7 @@
-//! Commands about polynomial surfaces: what `probe` finds in them and `measure` says.
+//! `probe` and `measure` on polynomial surfaces.
 
-use super::solids::{is_measured, probe, write};
+use super::measure::is_measured;
+use super::solids::{probe, write};
 use crate::run::{folder, lanecast, stderr};
 use serde_json::Value;
 use std::f64::consts::PI;

@@ -1,4 +1,4 @@
-//! The command: what its results say, and when it fails.
+//! `lanecast verify`: its results as JSON, and its exit codes.
 
 use lanecast::measure::verify::Counts;
 use serde_json::Value;

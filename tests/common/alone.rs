@@ -1,4 +1,4 @@
-//! A process of its own for a test about state that all of a process shares.
+//! Runs a test that reads state of the whole process in a process of its own.
 
 use std::process::Command;
 

@@ -1,4 +1,4 @@
-//! Scene files, complete with a view and lights, and where they lie.
+//! Files of the repository and of the test assets, and scenes loaded with a camera and lights.
 
 use lanecast::accel::{Structure, World};
 use lanecast::plan::{Kernels, Precision, native_width};
@@ -6,12 +6,15 @@ use lanecast::render::{Progress, RenderConfig, Rendered, View, render};
 use lanecast::scene::{Appearances, Camera, Light, Scene};
 use std::path::{Path, PathBuf};
 
+/// A file or folder by its path from the root of the repository.
+pub fn in_repository(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
 /// The folder of test assets, or `None` after saying that it is absent.
 pub fn assets() -> Option<PathBuf> {
-    let folder = std::env::var_os("LANECAST_ASSETS").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/assets")),
-        PathBuf::from,
-    );
+    let folder = std::env::var_os("LANECAST_ASSETS")
+        .map_or_else(|| in_repository("../shared/assets"), PathBuf::from);
     if folder.is_dir() {
         return Some(folder);
     }

@@ -1,4 +1,4 @@
-//! Functions that are no polynomials, of a size and about a place of their own.
+//! Formulas of level sets that are no polynomials, with a given size and centre.
 
 use glam::DVec3;
 use lanecast::geom::formula::{Binary, Builder, Formula, Unary};

@@ -1,4 +1,4 @@
-//! Scenes and rays that push at roundings.
+//! Random scenes and rays at which roundings decide.
 
 use super::{Random, RayColumns, random_mesh, random_shape};
 use glam::{DAffine3, DQuat, DVec3};

@@ -1,7 +1,8 @@
-//! What the integration binaries share. Each of them uses a part of it.
+//! Code that the integration binaries share; each binary uses a part of it.
 #![allow(dead_code, unused_imports)]
 
 mod alone;
+mod campaign;
 mod files;
 mod formulas;
 mod hard;
@@ -9,14 +10,17 @@ mod picture;
 mod random;
 mod rays;
 mod surfaces;
+mod time;
 
 pub use alone::in_own_process;
-pub use files::{Loaded, assets, load};
+pub use campaign::{campaign, property};
+pub use files::{Loaded, assets, in_repository, load};
 pub use formulas::{gyroid, ring, unit_ball};
 pub use hard::{hard_rays, hard_scene};
-pub use picture::{ALL_AOVS, Way, hash, picture, structures};
+pub use picture::{ALL_AOVS, Way, hash, kernels, picture, structures};
 pub use random::{
     Random, dented, random_combination, random_mesh, random_scene, random_shape, random_solid,
 };
 pub use rays::RayColumns;
 pub use surfaces::{ball, barth_sextic, clebsch, throat, torus};
+pub use time::within_seconds;

@@ -1,7 +1,7 @@
-//! A picture by every way to compute it, and all of its bits.
+//! Renders a picture by a given structure, precision and width, and hashes all of its bits.
 
 use lanecast::accel::{Density, KdQuality, Structure, World};
-use lanecast::plan::{Kernels, Precision};
+use lanecast::plan::{Kernels, Precision, native_width};
 use lanecast::render::{AovSet, Progress, RenderConfig, Rendered, View, render};
 use lanecast::scene::{Appearances, Camera, Light, Scene};
 
@@ -34,6 +34,12 @@ pub fn structures() -> [Structure; 8] {
         Structure::Heap,
         Structure::HeapSpheres,
     ]
+}
+
+/// Kernels of a precision at the machine's own width.
+pub fn kernels(precision: Precision) -> Kernels {
+    let lanes = native_width();
+    Kernels { precision, lanes }
 }
 
 pub fn picture(

@@ -1,4 +1,4 @@
-//! Random numbers, meshes, shapes and scenes: a seed's are always the same.
+//! Random numbers, meshes, shapes and scenes, each determined by its seed.
 
 use super::surfaces::{clebsch, torus};
 use glam::{DAffine3, DQuat, DVec3};
@@ -41,6 +41,32 @@ impl Random {
 
     pub fn size(&mut self) -> f64 {
         0.1 + 0.5 * self.unit().abs()
+    }
+
+    /// One of the numbers where f64 begins and ends, of simple ones, and of two more.
+    pub fn end_of_format(&mut self, [a, b]: [f64; 2]) -> f64 {
+        let ends = [
+            0.0,
+            -0.0,
+            1.0,
+            -1.0,
+            5e-324,
+            -5e-324,
+            f64::MIN_POSITIVE,
+            f64::MAX,
+            f64::MIN,
+            1e300,
+            -1e300,
+            1e-300,
+            a,
+            b,
+        ];
+        ends[self.below(ends.len() as u64) as usize]
+    }
+
+    /// A finite f64 of any size: bits at random of a number below 2, or that times 1e300.
+    pub fn any_finite(&mut self) -> f64 {
+        f64::from_bits(self.bits() & !(1 << 62)) * [1.0, 1e300][self.below(2) as usize]
     }
 }
 

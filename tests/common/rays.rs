@@ -1,4 +1,4 @@
-//! Rays in columns, and what a world answers.
+//! Rays in columns, and the hits of a world along them.
 
 use glam::DVec3;
 use lanecast::accel::World;

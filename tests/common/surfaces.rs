@@ -1,7 +1,8 @@
-//! Polynomials of well-known surfaces, of a size and about a place of their own.
+//! Tapes of well-known polynomial surfaces, with a given size and centre.
 //!
-//! Every length is a number of its own, or the power of one: times a power of two the
-//! tape's values are those of before, times a power of that.
+//! Every length is a constant of its own, or a power of it, and no other constant is a
+//! length. So a tape for lengths times 2^k has the values of the first times a power of 2^k,
+//! to the bit.
 
 use glam::DVec3;
 use lanecast::geom::Tape;

@@ -1,10 +1,10 @@
-//! A scene, and everybody's answer about it.
+//! A checked scene, and its answers by every precision and by the reference.
 
-use crate::common::RayColumns;
+use crate::common::{RayColumns, kernels};
 use glam::DVec3;
 use lanecast::accel::{Structure, World};
 use lanecast::geom::exact::Line;
-use lanecast::plan::{Kernels, Precision, native_width};
+use lanecast::plan::Precision;
 use lanecast::reference::{Hit, Reference};
 use lanecast::scene::{Appearances, CombinationId, Edge, Scene, SceneBuilder, Shape, ShapeId};
 use lanecast::shade::Surface;
@@ -14,13 +14,6 @@ use std::ops::ControlFlow;
 /// Precisions that promise the right hit.
 pub const RIGHT: [Precision; 2] = [Precision::Guarded, Precision::Exact];
 pub const ALL: [Precision; 3] = [Precision::Fast, Precision::Guarded, Precision::Exact];
-
-pub fn kernels(precision: Precision) -> Kernels {
-    Kernels {
-        precision,
-        lanes: native_width(),
-    }
-}
 
 /// A checked scene.
 pub struct Asked {
@@ -49,7 +42,7 @@ impl Asked {
         World::build(&self.scene, &self.appearances, Structure::Bvh)
     }
 
-    pub fn judge(&self) -> Reference<'_> {
+    pub fn reference(&self) -> Reference<'_> {
         Reference::new(&self.scene, &self.appearances).expect("few appearances")
     }
 
@@ -84,20 +77,20 @@ pub fn line(org: [f64; 3], dir: [f32; 3]) -> Line {
     Line { org, dir }
 }
 
-/// What the judge says of each ray.
-pub fn judged(judge: &Reference, rays: &RayColumns) -> Vec<Option<Hit>> {
+/// What the reference says of each ray.
+pub fn nearest_hits(reference: &Reference, rays: &RayColumns) -> Vec<Option<Hit>> {
     let nearest = |i: usize| {
         let (org, dir) = rays.ray(i);
-        judge.nearest(org, dir.map(f64::from), f64::INFINITY)
+        reference.nearest(org, dir.map(f64::from), f64::INFINITY)
     };
     (0..rays.len()).map(nearest).collect()
 }
 
 /// Nearest hits, surfaces and normals, and whether anything is met before several
-/// ends, in both precisions that promise to be right, are the judge's.
+/// ends, in both precisions that promise to be right, are the reference's.
 pub fn agree(asked: &Asked, rays: &RayColumns) -> Vec<Option<Hit>> {
-    let (world, judge) = (asked.world(), asked.judge());
-    let truth = judged(&judge, rays);
+    let (world, reference) = (asked.world(), asked.reference());
+    let truth = nearest_hits(&reference, rays);
     for precision in RIGHT {
         let kernels = kernels(precision);
         let answers = rays.closest(&world, &kernels);
@@ -123,7 +116,7 @@ pub fn agree(asked: &Asked, rays: &RayColumns) -> Vec<Option<Hit>> {
             let on_grid = ray.0.iter().all(|x| (x * 4.0).fract() == 0.0);
             let unknown = ray.1.contains(&0.0) || on_grid || precision != Precision::Exact;
             assert!(
-                unknown || is_normal(&judge, ray, *said, surface.ng),
+                unknown || is_normal(&reference, ray, *said, surface.ng),
                 "{}: {:?}",
                 context(),
                 surface.ng
@@ -151,7 +144,7 @@ pub fn agree(asked: &Asked, rays: &RayColumns) -> Vec<Option<Hit>> {
 
 /// Whether it is a hit's normal, or at an edge that of a surface beside it.
 fn is_normal(
-    judge: &Reference,
+    reference: &Reference,
     (org, dir): ([f64; 3], [f32; 3]),
     hit: Option<Hit>,
     n: DVec3,
@@ -166,7 +159,7 @@ fn is_normal(
         let back = if i & 8 == 0 { 0.0 } else { 0.999 / hit.t };
         let org = std::array::from_fn(|k| org[k] + off[k]);
         let dir = std::array::from_fn(|k| f64::from(dir[k]) - off[k] * back);
-        judge.nearest(org, dir, f64::INFINITY)
+        reference.nearest(org, dir, f64::INFINITY)
     };
     like(&hit) || (0..48).filter_map(beside).any(|hit| like(&hit))
 }

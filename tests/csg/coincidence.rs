@@ -1,9 +1,9 @@
-//! Surfaces that coincide: in one space exactly, in spaces that were turned away
-//! and back as far as these are known. Neither shows a skin.
+//! Faces that coincide, exactly in one space, or up to the roundings of transforms that
+//! rotate away and back: CSG leaves no thin skin at them.
 
-use super::asked::{Asked, RIGHT, agree, kernels, line, spans};
+use super::asked::{Asked, RIGHT, agree, line, spans};
 use super::programs::Leaf;
-use crate::common::{Random, RayColumns};
+use crate::common::{Random, RayColumns, campaign, kernels};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, Sphere};
 use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};
@@ -133,7 +133,7 @@ pub fn center(offset: f64) -> DVec3 {
     v(offset, -0.5 * offset, 0.25 * offset)
 }
 
-/// Some rays, to be asked of the judge too.
+/// Some rays, to be asked of the reference too.
 pub fn some(rays: &RayColumns, every: usize) -> RayColumns {
     let mut some = RayColumns::default();
     for i in (0..rays.len()).step_by(every) {
@@ -148,7 +148,7 @@ fn nothing_is_left_of_a_solid_without_itself() {
     for (turn, offset) in TURNS.into_iter().flat_map(|t| OFFSETS.map(|o| (t, o))) {
         for (kind, leaf) in solids().into_iter().enumerate() {
             let center = center(offset);
-            let rays = rays_about(&mut Random(kind as u64), center, 2_000);
+            let rays = rays_about(&mut Random(kind as u64), center, campaign(2_000));
             for operator in [Difference, Xor] {
                 let asked = combined(operator, &[leaf, leaf], turn, center);
                 let world = asked.world();
@@ -170,7 +170,7 @@ fn a_solid_with_itself_is_itself() {
     for (turn, offset) in TURNS.into_iter().flat_map(|t| OFFSETS.map(|o| (t, o))) {
         for (kind, leaf) in solids().into_iter().enumerate() {
             let center = center(offset);
-            let rays = rays_about(&mut Random(kind as u64), center, 1_000);
+            let rays = rays_about(&mut Random(kind as u64), center, campaign(1_000));
             let alone = Asked::one(|scene| leaf.moved(center).add(scene, 1.0));
             for operator in [Intersection, Union] {
                 let asked = combined(operator, &[leaf, leaf], turn, center);
@@ -255,21 +255,21 @@ fn no_skin(count: usize, seed: u64) {
                     inside += usize::from(p.x.hypot(p.z) < 0.76 && p.y.abs() < 0.99);
                 }
             }
-            agree(&asked, &some(&rays, count / 40));
+            agree(&asked, &some(&rays, count.div_ceil(40)));
         }
     }
-    assert!(inside > 100 && through > 100, "{inside} {through}");
+    assert!(inside.min(through) > count / 21, "{inside} {through}");
 }
 
 #[test]
 fn a_hole_whose_ends_lie_in_the_faces_has_no_skin() {
-    no_skin(2_100, 11);
+    no_skin(campaign(2_100), 11);
 }
 
 #[test]
 #[ignore = "a million rays of each placement and hole, in minutes"]
 fn a_hole_whose_ends_lie_in_the_faces_has_no_skin_for_a_million_rays() {
-    no_skin(1_000_000, 12);
+    no_skin(campaign(1_000_000), 12);
 }
 
 /// Turned about its own axis a drill is the same drill in another space.
@@ -277,7 +277,7 @@ fn a_hole_whose_ends_lie_in_the_faces_has_no_skin_for_a_million_rays() {
 fn a_drill_turned_about_its_own_axis_leaves_no_skin() {
     for offset in OFFSETS {
         let center = center(offset);
-        let rays = rays_about(&mut Random(5), center, 20_000);
+        let rays = rays_about(&mut Random(5), center, campaign(20_000));
         let [block, drill] = block_with(0);
         let asked = Asked::one(|scene| {
             let block = block.moved(center).add(scene, 1.0);
@@ -318,7 +318,7 @@ fn boxes_that_touch_have_nothing_in_common_and_no_wall_between() {
     });
     for (turn, offset) in TURNS.into_iter().flat_map(|t| OFFSETS.map(|o| (t, o))) {
         let center = center(offset);
-        let rays = rays_about(&mut Random(21), center, 3_000);
+        let rays = rays_about(&mut Random(21), center, campaign(3_000));
         let both = combined(Intersection, &[left, right], turn, center);
         let union = combined(Union, &[left, right], turn, center);
         let (both_world, union_world) = (both.world(), union.world());

@@ -1,11 +1,11 @@
-//! Boundaries that are one although they are far apart along the ray, for it hardly
-//! rises above the surface of one: beside a ray's start, beside its end, and where
-//! what surrounds an operand does not say how well its surface is known.
+//! Faces that count as coincident although their hits lie far apart along the ray, because
+//! the ray grazes one of them: around the ends of the ray, and where the placement of an
+//! operand makes its faces uncertain.
 
-use super::asked::{Asked, RIGHT, agree, kernels};
+use super::asked::{Asked, RIGHT, agree};
 use super::coincidence::v;
 use super::programs::Leaf;
-use crate::common::{Random, RayColumns};
+use crate::common::{Random, RayColumns, campaign, kernels};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::geom::{Cone, Cuboid, Cylinder, HalfSpace, Quadric, Sphere};
 use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};
@@ -13,10 +13,10 @@ use lanecast::trace::{Caching, HitId, ShadowCache};
 
 use Operator::{Difference, Intersection, Union, Xor};
 
-/// Nearest hits up to where each ray ends, and whether there are any, are the judge's.
+/// Nearest hits up to where each ray ends, and whether there are any, are the reference's.
 /// How many rays meet something.
 fn agree_within(asked: &Asked, rays: &RayColumns, ends: &[f32], name: &str) -> usize {
-    let (world, judge) = (asked.world(), asked.judge());
+    let (world, reference) = (asked.world(), asked.reference());
     let mut hits = 0;
     for precision in RIGHT {
         let kernels = kernels(precision);
@@ -25,7 +25,7 @@ fn agree_within(asked: &Asked, rays: &RayColumns, ends: &[f32], name: &str) -> u
         for (i, end) in ends.iter().enumerate() {
             let (org, dir) = rays.ray(i);
             let (dir, end) = (dir.map(f64::from), f64::from(*end));
-            let said = judge.nearest(org, dir, end);
+            let said = reference.nearest(org, dir, end);
             let own = said.map_or(HitId::NONE, |hit| HitId {
                 instance: hit.instance,
                 primitive: hit.primitive,
@@ -87,7 +87,7 @@ fn behind_an_edge(
 fn boundaries_beyond_the_ends_of_a_ray_may_be_one_with_those_between() {
     let random = &mut Random(79);
     let (mut met, mut all) = (0, 0);
-    for i in 0..240_u32 {
+    for i in 0..campaign(240) as u32 {
         let rise = 10.0_f64.powf(-4.0 - 3.0 * random.unit());
         // Some 24 roundings over the rate are one.
         let gap = random.unit() * 1e-14 / rise;
@@ -122,7 +122,7 @@ fn boundaries_beyond_the_ends_of_a_ray_may_be_one_with_those_between() {
 #[test]
 fn thin_rods_at_an_angle_are_known_by_their_radius() {
     let random = &mut Random(80);
-    for i in 0..160 {
+    for i in 0..campaign(160) {
         let axis = (random.vector() + v(1.5, 1.5, 1.5)).normalize() * 4.0;
         let (base, top) = (-axis, axis);
         let radius = 10.0_f64.powf(-1.0 - 3.0 * random.unit());

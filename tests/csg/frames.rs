@@ -1,9 +1,10 @@
-//! Spaces that operands are in.
+//! Operands in spaces of their own: transforms that cancel, long chains of transforms, and
+//! error bounds of the faces that they place.
 
-use super::asked::{Asked, RIGHT, agree, kernels, line, spans};
+use super::asked::{Asked, RIGHT, agree, line, spans};
 use super::coincidence::{solids, some, v};
 use super::events::rays_from;
-use crate::common::{Random, RayColumns};
+use crate::common::{Random, RayColumns, kernels};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::geom::{Cone, Cuboid, Sphere};
 use lanecast::scene::{Operand, Operator, SceneBuilder};

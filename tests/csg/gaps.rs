@@ -1,10 +1,10 @@
-//! Gaps and overlaps: of units in the last place, exactly; within a tolerance,
-//! closed.
+//! Gaps and overlaps: of units in the last place, met exactly; narrower than the tolerance of
+//! a combination, closed.
 
-use super::asked::{Asked, agree, kernels, line, spans};
+use super::asked::{Asked, agree, line, spans};
 use super::coincidence::{block_with, v};
 use super::truth::{Tree, changes, is_nearest, part_in_box};
-use crate::common::{Random, RayColumns};
+use crate::common::{Random, RayColumns, kernels};
 use glam::{DAffine3, DVec3};
 use lanecast::geom::{Cuboid, Cylinder, HalfSpace, Sphere};
 use lanecast::plan::Precision;

@@ -1,6 +1,7 @@
-//! Programs of gates against the operators that they stand for.
+//! Compares gate programs with the operators that they stand for.
 
 use super::truth::Tree;
+use crate::common::property;
 use lanecast::csg::{Builder, Place, Restricted, State};
 use lanecast::scene::Operator;
 use proptest::prelude::*;
@@ -31,10 +32,7 @@ fn grow(builder: &mut Builder, place: Place, choices: &mut impl Iterator<Item = 
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        failure_persistence: None,
-        ..ProptestConfig::with_cases(2_000)
-    })]
+    #![proptest_config(property(2_000))]
 
     /// Gates that count, and bits of some operands, say what the operators say.
     #[test]

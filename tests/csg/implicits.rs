@@ -1,12 +1,12 @@
-//! Polynomial surfaces as operands: beside primitives that they equal, beside
-//! themselves, cut through, and without end.
+//! Polynomial surfaces as operands: beside primitives that they equal, beside themselves, cut
+//! through, and unbounded.
 
-use super::asked::{ALL, Asked, RIGHT, agree, kernels, line, spans};
+use super::asked::{ALL, Asked, RIGHT, agree, line, spans};
 use super::coincidence::{OFFSETS, TURNS, center, combined, rays_about, some, v};
 use super::laws::{are_one, laws};
 use super::programs::{Leaf, Program, random_rays};
 use super::truth::Tree;
-use crate::common::{Random, RayColumns};
+use crate::common::{Random, RayColumns, kernels, property};
 use glam::{DAffine3, DVec3};
 use lanecast::geom::tape::Builder;
 use lanecast::geom::{Cuboid, Sphere};
@@ -43,10 +43,7 @@ fn ends(asked: &Asked, rays: &RayColumns) -> Vec<(bool, Vec<(u64, bool)>)> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        failure_persistence: None,
-        ..ProptestConfig::with_cases(60)
-    })]
+    #![proptest_config(property(60))]
 
     #[test]
     fn a_ball_by_its_polynomial_is_the_primitive(seed in any::<u64>()) {

@@ -1,9 +1,9 @@
-//! Roth's table, and two solids of every kind along a ray against set algebra.
+//! Roth's table, and two solids of every kind along a ray, against set algebra.
 
-use super::asked::{ALL, Asked, RIGHT, agree, judged, kernels, spans};
+use super::asked::{ALL, Asked, RIGHT, agree, nearest_hits, spans};
 use super::programs::octahedron;
 use super::truth::{Change, Part, Rational, Tree, changes, is_nearest, rational};
-use crate::common::RayColumns;
+use crate::common::{RayColumns, kernels};
 use glam::DVec3;
 use lanecast::geom::exact::Line;
 use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere};
@@ -51,14 +51,14 @@ fn spans_of_balls(tree: &Tree, balls: [[f64; 2]; 2]) -> Vec<f64> {
     let world = asked.world();
     let (start, all) = spans(&world, asked.combination(), &Line { org, dir });
     assert!(!start);
-    let judge = asked.judge();
-    let judged: Vec<f64> = judge
+    let reference = asked.reference();
+    let expected: Vec<f64> = reference
         .crossings(org, dir, 0, 0)
         .iter()
         .map(|c| c.t)
         .collect();
     let found: Vec<f64> = all.iter().map(|c| c.root.rounded()).collect();
-    assert_eq!(found, judged);
+    assert_eq!(found, expected);
     found
 }
 
@@ -238,13 +238,13 @@ fn first(all: &[Change], from: f64, backward: bool) -> Option<(&Change, Rational
 }
 
 fn check(tree: &Tree, asked: &Asked, parts: &[Option<Part>], in_fast: bool, context: &str) {
-    let (world, judge) = (asked.world(), asked.judge());
+    let (world, reference) = (asked.world(), asked.reference());
     let (start, truth) = changes(tree, parts);
     let id_of = |c: &Change| c.operand as u32 | if c.turned { TURNED } else { 0 };
     let found = |dir: f64| {
         let (org, dir) = ([0.0; 3], [dir, 0.0, 0.0]);
         let found = spans(&world, asked.combination(), &Line { org, dir });
-        let crossings = judge.crossings(org, dir, 0, 0);
+        let crossings = reference.crossings(org, dir, 0, 0);
         let same = found.1.iter().map(|c| c.root.rounded());
         assert!(
             same.eq(crossings.iter().map(|c| c.t)),
@@ -283,8 +283,8 @@ fn check(tree: &Tree, asked: &Asked, parts: &[Option<Part>], in_fast: bool, cont
     let expected: Vec<_> = (0..rays.len())
         .map(|i| first(&truth, ORIGINS[i % ORIGINS.len()], i >= ORIGINS.len()))
         .collect();
-    for (i, hit) in judged(&judge, &rays).iter().enumerate() {
-        let context = format!("{context}: judge, {:?}: {hit:?}", rays.ray(i));
+    for (i, hit) in nearest_hits(&reference, &rays).iter().enumerate() {
+        let context = format!("{context}: reference, {:?}: {hit:?}", rays.ray(i));
         assert_eq!(hit.is_some(), expected[i].is_some(), "{context}");
         if let (Some(hit), Some((change, t))) = (hit, &expected[i]) {
             assert!(is_nearest(hit.t, t), "{context}");
@@ -363,7 +363,7 @@ fn a_box_given_the_wrong_way_round_is_refused() {
     assert!(error.to_string().contains("must be below max"), "{error}");
 }
 
-/// The judge needs no stack for what lies in each other, and neither does anybody.
+/// The reference needs no stack for what lies in each other, and neither does anybody.
 #[test]
 fn a_hundred_thousand_nested_differences() {
     const DEEP: usize = 100_000;

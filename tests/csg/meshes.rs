@@ -1,11 +1,11 @@
-//! Closed meshes as operands: what is one, and where lines meet it.
+//! Closed meshes as operands: which meshes are closed, and how lines cross them.
 
-use super::asked::{Asked, RIGHT, agree, kernels, line, spans};
+use super::asked::{Asked, RIGHT, agree, line, spans};
 use super::laws::{are_one, laws};
 use super::programs::{Leaf, Program, random_rays};
 use super::shells::{aimed, cube, torus, turned};
 use super::truth::Tree;
-use crate::common::{Random, RayColumns, assets};
+use crate::common::{Random, RayColumns, assets, campaign, kernels};
 use glam::{DAffine3, DVec3};
 use lanecast::geom::{Cuboid, Sphere};
 use lanecast::io::{ImportReport, LoadOptions, import_mesh};
@@ -201,17 +201,17 @@ fn check_cubes(rays: usize, seed: u64) {
 
 #[test]
 fn a_cube_of_triangles_is_a_box() {
-    check_cubes(100_000, 1);
+    check_cubes(campaign(100_000), 1);
 }
 
 /// Lines through edges and corners of a mesh: boundaries alternate and are even in
-/// number, and every `step`th line's are what the judge says.
+/// number, and every `step`th line's are what the reference says.
 fn check_aimed(mesh: &MeshData, rays: usize, seed: u64, step: usize) {
     let asked = Asked::one(|scene| {
         let shape = scene.mesh("", mesh);
         alone(scene, shape)
     });
-    let (world, judge) = (asked.world(), asked.judge());
+    let (world, reference) = (asked.world(), asked.reference());
     let rays = aimed(mesh, &mut Random(seed), rays);
     let mut exactly = 0;
     for i in 0..rays.len() {
@@ -221,7 +221,7 @@ fn check_aimed(mesh: &MeshData, rays: usize, seed: u64, step: usize) {
         let t: Vec<f64> = found.iter().map(|c| c.root.rounded()).collect();
         exactly += usize::from([1.0, 2.0, 4.0].iter().any(|x| t.contains(x)));
         if i % step == 0 {
-            let own = judge.crossings(org, dir.map(f64::from), 0, 0);
+            let own = reference.crossings(org, dir.map(f64::from), 0, 0);
             let own: Vec<f64> = own.iter().map(|c| c.t).collect();
             assert_eq!(t, own, "{org:?} {dir:?}");
         }
@@ -242,7 +242,7 @@ fn rings() -> [MeshData; 3] {
 #[test]
 fn lines_through_edges_and_corners_come_in_and_go_out_in_turn() {
     for (seed, mesh) in (1..).zip(rings()) {
-        check_aimed(&mesh, 34_000, seed, 40);
+        check_aimed(&mesh, campaign(34_000), seed, 40);
     }
 }
 
@@ -269,7 +269,7 @@ fn ten_million_lines_through_edges_and_corners() {
         }
     }
     println!("{} meshes", meshes.len());
-    let each = 10_000_000 / meshes.len();
+    let each = campaign(10_000_000) / meshes.len();
     for (seed, mesh) in (100..).zip(&meshes) {
         check_aimed(mesh, each, seed, 1000);
     }
@@ -302,7 +302,7 @@ fn around(mesh: &MeshData, at: DVec3, seed: u64, count: usize) -> RayColumns {
 }
 
 #[test]
-fn hits_normals_and_shadows_are_those_of_the_judge() {
+fn hits_normals_and_shadows_are_those_of_the_reference() {
     for (i, at) in [DVec3::ZERO, DVec3::new(1e3, 0.0, -3e4)]
         .into_iter()
         .enumerate()
@@ -381,8 +381,8 @@ fn with_meshes(program: Program) -> Program {
     }
 }
 
-fn check_programs(programs: u64, rays: usize, seed: u64) {
-    for i in 0..programs {
+fn check_programs(programs: usize, rays: usize, seed: u64) {
+    for i in 0..programs as u64 {
         let random = &mut Random(seed + i);
         let count = 2 + random.below(8);
         let program = with_meshes(Program::random(random, count, i % 2 == 1));
@@ -394,26 +394,26 @@ fn check_programs(programs: u64, rays: usize, seed: u64) {
         });
         let rays = random_rays(random, rays, 1.0);
         agree(&asked, &rays);
-        let (world, judge) = (asked.world(), asked.judge());
+        let (world, reference) = (asked.world(), asked.reference());
         for i in 0..rays.len() {
             let (org, dir) = rays.ray(i);
             let (_, found) = spans(&world, asked.combination(), &line(org, dir));
             let found = found.iter().map(|c| c.root.rounded());
-            let own = judge.crossings(org, dir.map(f64::from), 0, 0);
+            let own = reference.crossings(org, dir.map(f64::from), 0, 0);
             assert!(found.eq(own.iter().map(|c| c.t)), "{i}: {org:?} {dir:?}");
         }
     }
 }
 
 #[test]
-fn random_programs_with_meshes_are_as_the_judge_says() {
-    check_programs(60, 16, 70);
+fn random_programs_with_meshes_are_as_the_reference_says() {
+    check_programs(campaign(60), 16, 70);
 }
 
 #[test]
-#[ignore = "a hundred thousand rays before the judge, in minutes"]
-fn random_programs_with_meshes_are_as_the_judge_says_a_hundred_thousand_times() {
-    check_programs(4_000, 25, 7_000);
+#[ignore = "a hundred thousand rays before the reference, in minutes"]
+fn random_programs_with_meshes_are_as_the_reference_says_a_hundred_thousand_times() {
+    check_programs(campaign(4_000), 25, 7_000);
 }
 
 #[test]

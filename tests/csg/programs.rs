@@ -1,4 +1,4 @@
-//! Random programs over solids of all kinds, many of which coincide, and rays.
+//! Random CSG programs over solids of all kinds, many of them with coincident faces, and rays.
 
 use super::shells::{cube, torus};
 use super::truth::Tree;

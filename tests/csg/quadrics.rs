@@ -1,8 +1,8 @@
-//! Quadrics as operands: solids of which a line may have two parts, or all but one.
+//! Quadrics as operands: a line may have two intervals inside, or all but one.
 
 use super::asked::{Asked, agree, line, spans};
 use super::programs::{Leaf, random_quadric, random_rays};
-use crate::common::{Random, RayColumns};
+use crate::common::{Random, RayColumns, property};
 use glam::{DAffine3, DMat3, DVec3};
 use lanecast::geom::{Cuboid, Quadric, Sphere, exact};
 use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};
@@ -63,10 +63,7 @@ fn an_end_that_f64_knows_nothing_of_is_far_away() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        failure_persistence: None,
-        ..ProptestConfig::with_cases(120)
-    })]
+    #![proptest_config(property(120))]
 
     /// What a quadric takes away is what its opposite leaves; with its sides turned.
     /// Where a line only touches, neither has anything there.

@@ -1,8 +1,8 @@
-//! Faces that operands share, in one space and in spaces that were only moved: what
-//! lanes know of them by numbers is what the judge finds out.
+//! Coincident faces, in one space and in spaces that differ by translations: lanes, which know
+//! them by number, agree with the reference.
 
 use super::asked::{Asked, agree};
-use crate::common::{Random, RayColumns};
+use crate::common::{Random, RayColumns, campaign};
 use glam::{DAffine3, DVec3};
 use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere};
 use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};
@@ -106,9 +106,9 @@ fn rays(random: &mut Random, count: usize) -> RayColumns {
     rays
 }
 
-fn solids_agree(count: u64) {
+fn solids_agree(count: usize) {
     let mut hits = 0;
-    for seed in 0..count {
+    for seed in 0..count as u64 {
         let random = &mut Random(seed + 77);
         let moved = seed % 2 == 1;
         let asked = Asked::one(|b| {
@@ -119,16 +119,16 @@ fn solids_agree(count: u64) {
         let answers = agree(&asked, &rays(random, 48));
         hits += answers.iter().flatten().count();
     }
-    assert!(hits > 8 * count as usize, "{hits} hits of {count} solids");
+    assert!(hits > 8 * count, "{hits} hits of {count} solids");
 }
 
 #[test]
-fn solids_whose_faces_coincide_are_met_as_the_judge_says() {
-    solids_agree(120);
+fn solids_whose_faces_coincide_are_met_as_the_reference_says() {
+    solids_agree(campaign(120));
 }
 
 #[test]
-#[ignore = "minutes"]
-fn ten_thousand_solids_whose_faces_coincide_are_met_as_the_judge_says() {
-    solids_agree(10_000);
+#[ignore = "a campaign of minutes"]
+fn ten_thousand_solids_whose_faces_coincide_are_met_as_the_reference_says() {
+    solids_agree(campaign(10_000));
 }

@@ -1,4 +1,4 @@
-//! Closed meshes of the tests' own, and lines that go through their edges exactly.
+//! Closed meshes made for the tests, and lines that cross their edges exactly.
 
 use crate::common::{Random, RayColumns};
 use glam::DVec3;

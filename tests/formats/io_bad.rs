@@ -1,12 +1,12 @@
-//! Importers against files from elsewhere: odd, broken and good ones.
+//! Importers on foreign files: odd, broken and good ones.
 //!
-//! Every file under `bad/`, `gltf_odd/` and `obj/` either loads or is refused
-//! by one clear line, in time and without a panic. The Khronos validator is the
-//! judge of glTF: what it finds valid must load, or stand in [`REFUSED`], or
-//! show no triangle by the validator's own count. Good files have their known
-//! number of triangles, in their known order.
+//! Every file under `bad/`, `gltf_odd/` and `obj/` either loads or is refused by a message of
+//! one line, in limited time and without a panic. The Khronos validator is the oracle for
+//! glTF: a file that it finds valid must load, or stand in [`REFUSED`], or have no triangle by
+//! the validator's own count. Good files have their known number of triangles, in their known
+//! order.
 
-use crate::common::assets;
+use crate::common::{assets, property};
 use lanecast::io::{ImportReport, LoadError, LoadOptions, import_mesh, load};
 use lanecast::scene::{Appearances, SceneError};
 use proptest::prelude::*;
@@ -314,11 +314,7 @@ fn damaged_files_do_no_harm() {
     let byte = (any::<prop::sample::Index>(), any::<u8>());
     let damage = prop::collection::vec(byte, 1..6);
     let cut = prop::option::weighted(0.2, any::<prop::sample::Index>());
-    let mut runner = TestRunner::new(ProptestConfig {
-        cases: 1500,
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    });
+    let mut runner = TestRunner::new(property(1500));
     let input = (0..SEEDS.len(), damage, cut);
     let result = runner.run(&input, |(which, damage, cut)| {
         let (name, mut bytes) = seeds[which].clone();

@@ -1,5 +1,6 @@
-//! The native format: what is written means what the documents say.
+//! The native format means what docs/SCENE_FORMAT.md says.
 
+use crate::common::in_repository;
 use glam::DVec3;
 use lanecast::io::{LoadError, LoadOptions, Loaded, json_schema, load};
 use lanecast::scene::{
@@ -7,7 +8,6 @@ use lanecast::scene::{
 };
 use lanecast::trace::spans;
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 fn load_text(name: &str, text: &str) -> Result<Loaded, LoadError> {
@@ -23,10 +23,6 @@ fn scene(text: &str) -> Scene {
         .scene
 }
 
-fn here(file: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(file)
-}
-
 /// The text between a fence of this language and its end.
 fn fenced<'a>(document: &'a str, language: &str) -> &'a str {
     let fence = format!("```{language}\n");
@@ -37,7 +33,7 @@ fn fenced<'a>(document: &'a str, language: &str) -> &'a str {
 
 #[test]
 fn the_documents_examples_load_as_they_stand() {
-    let document = std::fs::read_to_string(here("docs/SCENE_FORMAT.md")).unwrap();
+    let document = std::fs::read_to_string(in_repository("docs/SCENE_FORMAT.md")).unwrap();
     let loaded = load_text("scene.toml", fenced(&document, "toml")).unwrap();
     assert_eq!(Appearances::of(&loaded.scene).unwrap().count(), 5);
     assert_eq!(loaded.scene.lights.len(), 2);
@@ -58,7 +54,7 @@ fn the_documents_examples_load_as_they_stand() {
 
 #[test]
 fn the_schema_file_is_that_of_the_program() {
-    let path = here("docs/scene.schema.json");
+    let path = in_repository("docs/scene.schema.json");
     let generated = json_schema();
     if std::env::var_os("LANECAST_BLESS").is_some() {
         std::fs::write(&path, &generated).unwrap();
@@ -85,7 +81,7 @@ fn the_schema_file_is_that_of_the_program() {
 #[test]
 fn the_scenes_of_the_repository_load() {
     let mut count = 0;
-    for entry in std::fs::read_dir(here("scenes")).unwrap() {
+    for entry in std::fs::read_dir(in_repository("scenes")).unwrap() {
         let path = entry.unwrap().path();
         let native = path.extension().is_some_and(|e| e == "toml" || e == "json");
         if native {
@@ -98,9 +94,12 @@ fn the_scenes_of_the_repository_load() {
         }
     }
     assert!(count >= 4);
-    let scene = load(&here("scenes/instances.toml"), &LoadOptions::default())
-        .unwrap()
-        .scene;
+    let scene = load(
+        &in_repository("scenes/instances.toml"),
+        &LoadOptions::default(),
+    )
+    .unwrap()
+    .scene;
     assert_eq!(scene.nodes.len(), 4);
     let rings = 2 + 4;
     assert_eq!(
@@ -236,7 +235,7 @@ fn transforms_are_applied_first_to_last() {
 
 #[test]
 fn toml_and_json_give_the_same_tables() {
-    let toml = std::fs::read_to_string(here("scenes/glass.toml")).unwrap();
+    let toml = std::fs::read_to_string(in_repository("scenes/glass.toml")).unwrap();
     let json = serde_json::to_string(&toml.parse::<toml::Table>().unwrap()).unwrap();
     let tables = |name, text: &str| format!("{:?}", &*load_text(name, text).unwrap().scene);
     assert_eq!(tables("a.toml", &toml), tables("a.json", &json));

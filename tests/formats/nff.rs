@@ -1,5 +1,5 @@
-//! NFF: the published databases with their published counts, the mapping of
-//! small files, and bad files with the expected message.
+//! NFF: published counts of the published databases, the mapping of small files, and the
+//! messages for bad files.
 
 use crate::common::assets;
 use glam::DVec3;

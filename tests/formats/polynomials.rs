@@ -1,6 +1,6 @@
-//! Polynomial surfaces of scene files: their tapes are what was written.
+//! Polynomial surfaces of scene files: each tape has the values of the polynomial in the file.
 
-use crate::common::assets;
+use crate::common::{assets, in_repository};
 use glam::DVec3;
 use lanecast::geom::tape::{Arithmetic, Step};
 use lanecast::geom::{Clip, Cuboid, Sphere, Tape};
@@ -164,7 +164,7 @@ fn coefficients_stand_in_the_order_of_the_document() {
         }
         if name.is_empty() { "1".into() } else { name }
     };
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/SCENE_FORMAT.md");
+    let path = in_repository("docs/SCENE_FORMAT.md");
     let document = std::fs::read_to_string(path).unwrap();
     let document = document.split_whitespace().collect::<Vec<_>>().join(" ");
     for degree in [3, 4] {

@@ -1,6 +1,6 @@
-//! Scenes written for POV-Ray: the text, and that POV-Ray sees what is seen here.
+//! Scenes exported for POV-Ray: the text, and that POV-Ray renders the same picture.
 
-use crate::common::{Loaded, load};
+use crate::common::{Loaded, in_repository, load};
 use lanecast::accel::Structure;
 use lanecast::io::pov_text;
 use lanecast::plan::Precision;
@@ -223,9 +223,7 @@ fn meshes_are_written() {
 }
 
 fn scene_file(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("scenes")
-        .join(name)
+    in_repository("scenes").join(name)
 }
 
 const SIZE: (u32, u32) = (160, 120);
@@ -262,7 +260,7 @@ fn here(loaded: &Loaded) -> Vec<[bool; 3]> {
 
 /// What scenes refer to.
 fn copy_meshes(folder: &Path) {
-    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/meshes");
+    let from = in_repository("scenes/meshes");
     let to = folder.join("meshes");
     std::fs::create_dir(&to).unwrap();
     for file in std::fs::read_dir(from).unwrap() {

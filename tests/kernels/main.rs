@@ -1,5 +1,5 @@
-//! Kernels by themselves, against integers of any length, against published roots, and
-//! every width of lanes against one lane.
+//! Kernels by themselves: compared with integers of any length, with published roots, and at
+//! every width of lanes with one lane.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -10,4 +10,5 @@ mod guarded_solids;
 mod guarded_surfaces;
 #[cfg(feature = "all-lanes")]
 mod lanes;
+mod number;
 mod roots;

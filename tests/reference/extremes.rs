@@ -22,7 +22,7 @@ fn swept(names: &[&str], rays: usize) -> Report {
 #[test]
 fn guarded_and_exact_are_right_wherever_they_promise_to_be() {
     let report = swept(&[], 256);
-    let mut judged = 0;
+    let mut compared = 0;
     for (sweep, point, figures) in report.rows() {
         if figures.precision == "fast" || point.known_gap.is_some() {
             continue;
@@ -33,9 +33,9 @@ fn guarded_and_exact_are_right_wherever_they_promise_to_be() {
         );
         assert_eq!(figures.wrong(), 0, "{place}: {:?}", figures.first_wrong);
         assert_eq!(figures.not_finite, 0, "{place}");
-        judged += figures.rays;
+        compared += figures.rays;
     }
-    assert!(judged > 100_000, "{judged}");
+    assert!(compared > 100_000, "{compared}");
 }
 
 /// Where f32 cannot know better: the sweeps go as far as they say.

@@ -1,5 +1,4 @@
-//! The ray sets that `bench` times: every pixel once, and from each hit what its kind
-//! says.
+//! The ray sets that `bench` times: each pixel once, and from each hit one ray of each kind.
 
 use glam::DVec3;
 use lanecast::accel::{Structure, World};

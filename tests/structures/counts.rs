@@ -1,8 +1,8 @@
-//! Every ray of the Standard Procedural Databases' pictures, through every
-//! structure alone: the same answers, and what they cost.
+//! Traces the rays of the Standard Procedural Databases' pictures through every structure:
+//! the hits are the same, and each structure counts its steps and tests.
 //!
-//! The steps and tests per ray stand beside those of Havran and Sixta (1999) in
-//! docs/GRIDS.md; this prints them:
+//! The counts per ray stand beside those of Havran and Sixta (1999) in docs/GRIDS.md; this
+//! prints them:
 //!
 //! ```text
 //! cargo test --release --test structures -- counts --nocapture --test-threads=1

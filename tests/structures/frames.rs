@@ -1,7 +1,7 @@
-//! Sequences: scenes at a time, worlds that follow, and camera rays that begin
-//! with last frame's hits. No bit of a picture shows what was reused.
+//! Sequences of frames: refitted worlds, and camera rays that begin with the hits of the frame
+//! before. No bit of a picture shows what was reused.
 
-use crate::common::{ALL_AOVS, Loaded, assets, hash, load};
+use crate::common::{ALL_AOVS, Loaded, assets, hash, in_repository, load};
 use glam::{DAffine3, DVec3};
 use lanecast::accel::{Forests, Kept, Renewal, Structure, WORST_REFIT, World};
 use lanecast::geom::Sphere;
@@ -12,13 +12,8 @@ use lanecast::scene::{
     Appearances, Camera, Edge, Key, MeshData, Scene, SceneBuilder, SceneError, Target,
 };
 use lanecast::trace::Reuse;
-use std::path::{Path, PathBuf};
 
 const FRAMES: u32 = 5;
-
-fn here(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
-}
 
 fn moved(to: DVec3) -> Affine {
     DAffine3::from_translation(to).into()
@@ -101,9 +96,12 @@ fn scenes() -> Vec<(String, Loaded)> {
         ("meshes".into(), crossing_meshes()),
         (
             "moving".into(),
-            load(&here("scenes/moving.toml"), 4.0 / 3.0),
+            load(&in_repository("scenes/moving.toml"), 4.0 / 3.0),
         ),
-        ("glass".into(), load(&here("scenes/glass.toml"), 4.0 / 3.0)),
+        (
+            "glass".into(),
+            load(&in_repository("scenes/glass.toml"), 4.0 / 3.0),
+        ),
     ];
     if let Some(assets) = assets() {
         let teapot = load(&assets.join("meshes/teapot_6k.glb"), 4.0 / 3.0);

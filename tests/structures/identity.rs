@@ -1,6 +1,6 @@
-//! One answer, whatever found it: every structure, kernel and width against f64
-//! at one lane, over pictures' worth of rays. In `exact` all bits agree; in
-//! `fast` the rays that differ are counted. The table of docs/IDENTITY.md:
+//! Compares every structure, kernel and width with one lane of `exact`, over the rays of
+//! pictures. In `guarded` and `exact` all bits agree; in `fast` the rays that differ are
+//! counted. The table of docs/IDENTITY.md:
 //!
 //! ```text
 //! cargo test --release --test structures -- identity --ignored --nocapture
@@ -132,21 +132,21 @@ struct Row {
 /// of rays, at each width.
 fn compare(name: &str, loaded: &Loaded, side: u32, tests: usize) -> Vec<Row> {
     let progress = Progress::default();
-    let judge = loaded.world(Structure::Bvh);
+    let bvh = loaded.world(Structure::Bvh);
     let exact = Kernels {
         lanes: 1,
         ..loaded.kernels(Precision::Exact)
     };
-    let light = light_of(&judge, &loaded.camera);
+    let light = light_of(&bvh, &loaded.camera);
     let source = Source {
-        world: &judge,
+        world: &bvh,
         kernels: exact,
         camera: loaded.camera,
         grid: Grid::Corners,
         size: [side, side],
         order: Order::Tile,
         light,
-        direction: direction_of(&judge, light),
+        direction: direction_of(&bvh, light),
     };
     let sets = ray_sets(&source, &KINDS, &progress).unwrap();
     let answers = |world: &World, kernels: &Kernels, rays: &RaySet, ask: Ask| {
@@ -160,7 +160,7 @@ fn compare(name: &str, loaded: &Loaded, side: u32, tests: usize) -> Vec<Row> {
     let mut expected: Vec<Answers> = Vec::new();
     let [mut tiles, mut packets] = [const { [const { None }; KINDS.len()] }; 2];
     for (kind, rays) in KINDS.iter().zip(&sets) {
-        expected.push(answers(&judge, &exact, rays, kind.ask()));
+        expected.push(answers(&bvh, &exact, rays, kind.ask()));
         rows.push(Row {
             kind: *kind,
             rays: rays.len(),

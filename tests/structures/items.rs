@@ -1,8 +1,9 @@
-//! The item buffer sees what tracing sees, and both what the linear scan sees:
-//! random scenes, degenerate ones, and scenes of files; rays in patches of a
-//! picture, and rays in no order.
+//! The item buffer has the hits of the tree and of the linear scan: random scenes, degenerate
+//! ones, and scenes of files; rays in patches of a picture, and rays in random order.
 
-use crate::common::{Random, RayColumns, assets, hash, load, random_mesh, random_scene};
+use crate::common::{
+    Random, RayColumns, assets, hash, in_repository, load, property, random_mesh, random_scene,
+};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::plan::{Kernels, Precision, native_width};
@@ -10,7 +11,6 @@ use lanecast::render::{AovSet, RenderConfig};
 use lanecast::scene::{Appearances, Edge, MeshData, Scene, SceneBuilder};
 use lanecast::trace::HitId;
 use proptest::prelude::*;
-use std::path::Path;
 
 /// A picture of 24×24 rays from anywhere, also from among the shapes, of any
 /// width up to 140 degrees, in patches of 8×8 or row by row.
@@ -139,7 +139,7 @@ fn same_as_traced(scene: &Scene, rays: &RayColumns) -> Result<(), TestCaseError>
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 500, ..ProptestConfig::default() })]
+    #![proptest_config(property(500))]
 
     #[test]
     fn random_scenes(seed in any::<u64>()) {
@@ -214,7 +214,7 @@ fn rays_without_lists_are_traced() {
 #[test]
 fn pictures_of_files() {
     let Some(assets) = assets() else { return };
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let scenes = in_repository("scenes");
     let mut some = 0;
     for path in [
         assets.join("meshes/dragon_202k.glb"),

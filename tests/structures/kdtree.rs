@@ -1,7 +1,7 @@
-//! The k-d tree against the linear scan, ray by ray and bit by bit, over small
-//! random scenes and degenerate ones: every stopping rule, every way to clip.
+//! Compares the k-d tree with the linear scan, ray by ray and bit by bit, on small random
+//! scenes and degenerate ones, for every stopping rule and every way to clip.
 
-use crate::common::{Random, RayColumns};
+use crate::common::{Random, RayColumns, property};
 use glam::DVec3;
 use lanecast::accel::{Index, Primitives};
 use lanecast::accel::{KdClip, KdQuality, KdStop, Structure, World, kd_build};
@@ -142,20 +142,22 @@ fn rays(triangles: &[Triangle], random: &mut Random, level: bool) -> RayColumns 
     rays
 }
 
-fn kernels(precision: Precision, lanes: usize) -> Kernels {
-    Kernels { precision, lanes }
-}
-
 /// Both precisions, one lane and the machine's width.
 fn same_as_linear(scene: &Scene, rays: &RayColumns, qualities: &[KdQuality]) {
     let appearances = Appearances::of(scene).unwrap();
     let linear = World::build(scene, &appearances, Structure::Linear);
     for precision in [Precision::Exact, Precision::Fast] {
-        let expected = rays.closest(&linear, &kernels(precision, 1));
+        let expected = rays.closest(
+            &linear,
+            &Kernels {
+                precision,
+                lanes: 1,
+            },
+        );
         for quality in qualities {
             let world = World::build(scene, &appearances, Structure::Kd(*quality));
             for lanes in [1, native_width()] {
-                let found = rays.closest(&world, &kernels(precision, lanes));
+                let found = rays.closest(&world, &Kernels { precision, lanes });
                 for (i, (a, b)) in expected.iter().zip(&found).enumerate() {
                     let same = a.1 == b.1 && (a.1 == lanecast::trace::HitId::NONE || a.0 == b.0);
                     let ray = rays.ray(i);
@@ -193,7 +195,7 @@ fn qualities(clips: &[KdClip]) -> Vec<KdQuality> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 1250, ..ProptestConfig::default() })]
+    #![proptest_config(property(1250))]
 
     #[test]
     fn hits_are_those_of_a_linear_scan(seed in any::<u64>()) {
@@ -213,7 +215,7 @@ proptest! {
         let appearances = Appearances::of(&scene).unwrap();
         let across = rays(&triangles, random, false);
         let linear = World::build(&scene, &appearances, Structure::Linear);
-        let exact = kernels(Precision::Exact, 1);
+        let exact = Kernels { precision: Precision::Exact, lanes: 1 };
         let expected = across.closest(&linear, &exact);
         for quality in qualities(&[KdClip::Triangle]) {
             let world = World::build(&scene, &appearances, Structure::Kd(quality));

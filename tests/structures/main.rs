@@ -1,5 +1,5 @@
 //! Acceleration structures: how they are built, refitted and nested, and that each of them
-//! finds what the linear scan finds.
+//! has the hits of the linear scan.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,7 +1,7 @@
-//! Ten thousand small scenes, most of them degenerate: every structure, kernel
-//! and width finds what a linear scan finds, bit by bit.
+//! Small scenes, most of them degenerate, ten thousand at full size: every structure, kernel
+//! and width has the hits of the linear scan, bit by bit.
 
-use crate::common::{Random, RayColumns, random_shape, structures};
+use crate::common::{Random, RayColumns, campaign, property, random_shape, structures};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::geom::{Cuboid, HalfSpace, Sphere};
@@ -342,11 +342,7 @@ fn all_same(sort: Sort, seed: u64) -> usize {
 static HITS: [AtomicUsize; 8] = [const { AtomicUsize::new(0) }; 8];
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        cases: 5_000,
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    })]
+    #![proptest_config(property(5_000))]
 
     fn each_small_scene(sort in 0..SORTS.len(), seed in any::<u64>()) {
         HITS[sort].fetch_add(all_same(SORTS[sort], seed), Relaxed);
@@ -354,18 +350,18 @@ proptest! {
 }
 
 #[test]
-fn ten_thousand_small_scenes() {
+fn small_scenes_have_one_answer() {
     assert!(SceneBuilder::default().finish().is_err());
     // Other ones each time.
     rayon::join(each_small_scene, each_small_scene);
     for (sort, hits) in SORTS.iter().zip(&HITS) {
         let hits = hits.load(Relaxed);
         println!("{sort:?}: {hits} rays hit");
-        // A scene of each sort has 128 rays, and there are more than a thousand.
+        // A scene has 128 rays, and of each sort there is about one in eight.
         let enough = if *sort == Sort::Empty {
             hits == 0
         } else {
-            hits > 1000
+            hits > campaign(10_000) / 10
         };
         assert!(enough, "{sort:?}: {hits}");
     }

@@ -1,6 +1,6 @@
-//! Haines' Standard Procedural Databases at the sizes of the published figures:
-//! one ray through each corner of a 512×512 grid. How many of them meet
-//! something is an invariant of the scene (Havran and Sixta, 1999).
+//! Haines' Standard Procedural Databases at the size of the published figures: one ray through
+//! each corner of a 512×512 grid. The number of rays that hit anything is an invariant of the
+//! scene (Havran and Sixta, 1999).
 
 use crate::common::{Loaded, assets, load};
 use lanecast::accel::{Density, KdQuality, Structure, World};

@@ -1,9 +1,8 @@
-//! The layers of the crate, its `unsafe`, and its top-level entries.
+//! The layers of the crates, their `unsafe`, and the entries of the top level.
 //!
-//! Imports are the paths behind `crate::` in the code of `src/`, in `use` lines
-//! and elsewhere, comments and text left out. `super::` is not followed: rows of
-//! the table are folders, and no file reaches out of its folder that way (which
-//! is checked, too).
+//! Imports are the paths behind `crate::` in the code of `src/`, in `use` lines and elsewhere;
+//! comments and strings are left out. `super::` is not followed: rows of the table are
+//! folders, and a test checks that no file leaves its folder that way.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -34,7 +33,7 @@ const LAYERS: &[(&str, &[&str])] = &[
             "math", "roots", "geom", "csg", "scene", "io", "plan", "accel", "trace", "shade",
         ],
     ),
-    // And of these only what `JUDGE` says.
+    // And of these only what `reference_may` allows.
     ("reference", &["math", "geom", "scene"]),
     (
         "measure",
@@ -73,9 +72,9 @@ const LAYERS: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// The judge shares rows and tables with the judged: their types, and the map.
-/// No function, no kernel, no inner module.
-fn judge_may(path: &[String]) -> bool {
+/// Whether the reference may use this path: of what it checks it shares the types of rows
+/// and tables and the affine map, and no function, kernel or inner module.
+fn reference_may(path: &[String]) -> bool {
     let is_type = |name: &str| name.starts_with(|c: char| c.is_ascii_uppercase());
     match path {
         [layer, name, ..] if layer == "scene" || layer == "geom" => is_type(name),
@@ -284,7 +283,8 @@ fn import_faults(sources: &[(String, String)]) -> Vec<String> {
             let is_layer = LAYERS.iter().any(|(name, _)| name == other);
             let fine = other == own
                 || !is_layer && ["io", "reference"].contains(&own)
-                || allowed.contains(&other.as_str()) && (own != "reference" || judge_may(&path));
+                || allowed.contains(&other.as_str())
+                    && (own != "reference" || reference_may(&path));
             if !fine {
                 faults.push(format!("{file}: {own} may not use {}", path.join("::")));
             }

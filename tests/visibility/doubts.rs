@@ -1,11 +1,11 @@
 //! How many ordinary rays need exact arithmetic. The count is that of the whole process,
 //! so the test runs in a process of its own.
 
-use crate::common::{Random, RayColumns, in_own_process};
+use crate::common::{Random, RayColumns, in_own_process, kernels};
 use glam::{DAffine3, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::geom::{Cuboid, Cylinder, HalfSpace, Quadric};
-use lanecast::plan::{Kernels, Precision, native_width};
+use lanecast::plan::Precision;
 use lanecast::scene::{Appearances, Edge, Operand, Operator, SceneBuilder, ShapeId};
 use lanecast::trace::decided;
 
@@ -43,10 +43,7 @@ fn asked(precision: Precision, make: &dyn Fn(&mut SceneBuilder) -> ShapeId) -> (
         let dir = random.vector() * 0.9 - org;
         rays.push(org, dir.to_array().map(|x| x as f32));
     }
-    let kernels = Kernels {
-        precision,
-        lanes: native_width(),
-    };
+    let kernels = kernels(precision);
     let before = decided();
     let met = rays.closest(&world, &kernels);
     let hits = met.iter().filter(|(t, _)| t.is_finite()).count();

@@ -1,8 +1,8 @@
-//! Scenes far from the origin: their boxes count from a place of their own, so
-//! they are no coarser than at the origin, and rays meet what the scan finds.
+//! Scenes far from the origin: their boxes are relative to a centre, so they are as tight as at
+//! the origin, and every structure has the hits of the linear scan.
 
 use crate::common::{
-    ALL_AOVS, Random, RayColumns, Way, hard_rays, hard_scene, hash, picture, random_mesh,
+    ALL_AOVS, Random, RayColumns, Way, hard_rays, hard_scene, hash, kernels, picture, random_mesh,
     random_shape, structures,
 };
 use glam::{DAffine3, DVec3};
@@ -307,10 +307,7 @@ fn what_is_near_is_met_beside_what_f32_cannot_reach() {
     };
     let near = balls(None);
     let rays = hard_rays(&near, &Appearances::of(&near).unwrap(), 1, RAYS);
-    let kernels = Kernels {
-        precision: Precision::Guarded,
-        lanes: native_width(),
-    };
+    let kernels = kernels(Precision::Guarded);
     for distance in [1e38, 3.5e38, 1e39, 1e300] {
         let scene = balls(Some(distance));
         let appearances = Appearances::of(&scene).unwrap();
@@ -352,10 +349,7 @@ fn what_is_beyond_f32_is_met_from_one_origin() {
             rays.push(DVec3::new(1.7 * size, -0.9 * size, 0.0), [-1.0, y, z]);
         }
         for precision in [Precision::Exact, Precision::Guarded] {
-            let kernels = Kernels {
-                precision,
-                lanes: native_width(),
-            };
+            let kernels = kernels(precision);
             let met = |structure| {
                 let world = World::build(&scene, &appearances, structure);
                 let nearest = rays.closest(&world, &kernels);

@@ -1,10 +1,10 @@
-//! Polygons whose corners lie a little off their plane, met by rays that nearly lie
-//! in it: whatever leads to them, the hits are the reference's.
+//! Polygons whose corners lie a little off their plane, and rays that nearly lie in it: every
+//! structure has the reference's hits.
 
-use crate::common::{Random, RayColumns, dented, structures};
+use crate::common::{Random, RayColumns, dented, kernels, structures};
 use glam::DVec3;
 use lanecast::accel::World;
-use lanecast::plan::{Kernels, Precision, native_width};
+use lanecast::plan::Precision;
 use lanecast::reference::Reference;
 use lanecast::scene::{Appearances, Edge, PolygonId, SceneBuilder};
 use lanecast::trace::HitId;
@@ -72,10 +72,7 @@ fn grazing_rays_meet_polygons_as_the_reference_does() {
         for structure in structures() {
             let world = World::build(&scene, &appearances, structure);
             for precision in [Precision::Exact, Precision::Guarded] {
-                let kernels = Kernels {
-                    precision,
-                    lanes: native_width(),
-                };
+                let kernels = kernels(precision);
                 let found = rays.closest(&world, &kernels);
                 for (i, (_, id)) in found.into_iter().enumerate() {
                     let id = (id != HitId::NONE).then_some(id);

@@ -1,9 +1,9 @@
-//! Scenes that push at roundings: whatever the structure and the width, the same
-//! answers; and in exact precision those of the brute-force reference.
+//! Scenes at which roundings decide: every structure and width has the same hits, and `exact`
+//! those of the brute-force reference.
 
 #![cfg(feature = "all-lanes")]
 
-use crate::common::{Random, RayColumns, hard_rays, hard_scene, random_mesh};
+use crate::common::{Random, RayColumns, campaign, hard_rays, hard_scene, random_mesh};
 use glam::{DAffine3, DVec3};
 use lanecast::accel::{Density, Forests, KdQuality, Structure, World};
 use lanecast::geom::{Cylinder, Ellipsoid, Sphere};
@@ -15,8 +15,6 @@ use lanecast::trace::HitId;
 use rayon::prelude::*;
 
 const RAYS: usize = 1000;
-/// Forty of each kind.
-const SCENES: usize = 200;
 
 /// Bits of t and the id, of rays that meet something.
 fn bits(answers: Vec<(f64, HitId)>) -> Vec<Option<(u64, HitId)>> {
@@ -70,7 +68,9 @@ fn all_alike(seed: u64) -> [usize; 2] {
 
 #[test]
 fn hard_scenes_do_not_depend_on_structure_or_width() {
-    let counts: Vec<[usize; 2]> = (0..SCENES as u64).into_par_iter().map(all_alike).collect();
+    // Forty of each kind at full size.
+    let scenes = campaign(200);
+    let counts: Vec<[usize; 2]> = (0..scenes as u64).into_par_iter().map(all_alike).collect();
     let apart: usize = counts.iter().map(|[_, apart]| apart).sum();
     let mut met = [0; 5];
     for (seed, [hits, _]) in counts.iter().enumerate() {
@@ -78,14 +78,14 @@ fn hard_scenes_do_not_depend_on_structure_or_width() {
     }
     println!(
         "{apart} of {} rays differ between tiles and packets in f32",
-        SCENES * RAYS
+        scenes * RAYS
     );
-    assert!(apart < SCENES * RAYS / 100);
+    assert!(apart < scenes * RAYS / 100);
     println!(
         "hits of {} rays per kind of scene: {met:?}",
-        SCENES / 5 * 3 * RAYS
+        scenes / 5 * 3 * RAYS
     );
-    assert!(met.iter().all(|hits| *hits > SCENES / 5 * RAYS / 4));
+    assert!(met.iter().all(|hits| *hits > scenes / 5 * RAYS / 4));
 }
 
 /// Origins a few roundings away. The reference is exact and kernels of solids
@@ -113,7 +113,7 @@ fn exact_packets_agree_with_the_reference_on_hard_scenes() {
     // Per kind of scene: answers, other ids than the reference's, wrong.
     let mut counts = [[0; 3]; 5];
     let mut first = None;
-    for seed in 0..300 {
+    for seed in 0..campaign(300) as u64 {
         let scene = hard_scene(seed);
         let appearances = Appearances::of(&scene).unwrap();
         let rays = hard_rays(&scene, &appearances, seed, RAYS / 4);
@@ -126,10 +126,10 @@ fn exact_packets_agree_with_the_reference_on_hard_scenes() {
         let answers = rays.closest(&world, &kernels);
         for (i, (t, id)) in answers.iter().enumerate() {
             let (org, dir) = rays.ray(i);
-            let judged = reference.nearest(org, dir.map(f64::from), f64::INFINITY);
+            let expected = reference.nearest(org, dir.map(f64::from), f64::INFINITY);
             let ours = (*id != HitId::NONE).then_some(*id);
             let same = ours.map(|id| (id.instance, id.primitive))
-                == judged.map(|h| (h.instance, h.primitive));
+                == expected.map(|h| (h.instance, h.primitive));
             // Of coincident faces f64 may take either: the t must be the same.
             let says = |hit: &Option<Hit>| match (ours, hit) {
                 (None, None) => true,
@@ -139,7 +139,7 @@ fn exact_packets_agree_with_the_reference_on_hard_scenes() {
                 }
                 _ => false,
             };
-            let allowed = says(&judged)
+            let allowed = says(&expected)
                 || beside(org)
                     .any(|org| says(&reference.nearest(org, dir.map(f64::from), f64::INFINITY)));
             let count = &mut counts[seed as usize % 5];
@@ -148,7 +148,7 @@ fn exact_packets_agree_with_the_reference_on_hard_scenes() {
             count[2] += u32::from(!allowed);
             if !allowed && first.is_none() {
                 first = Some(format!(
-                    "seed {seed}, ray {i}, org {org:?} dir {dir:?}: {ours:?} at {t:?}, reference {judged:?}"
+                    "seed {seed}, ray {i}, org {org:?} dir {dir:?}: {ours:?} at {t:?}, reference {expected:?}"
                 ));
             }
         }

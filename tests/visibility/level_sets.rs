@@ -1,14 +1,15 @@
-//! Surfaces that are no polynomials: against those that are, against the reference, and
-//! by every way to compute them.
+//! Level sets of formulas: compared with polynomials that have the same zeros, with the
+//! reference, and between all structures and precisions.
 
 use crate::common::{
-    ALL_AOVS, Random, RayColumns, Way, gyroid, hash, picture, ring, structures, torus, unit_ball,
+    ALL_AOVS, Random, RayColumns, Way, gyroid, hash, kernels, picture, ring, structures, torus,
+    unit_ball,
 };
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::geom::formula::Builder;
 use lanecast::geom::{Binary, Clip, Cuboid, Sphere, Unary};
-use lanecast::plan::{Kernels, Precision, native_width, widths};
+use lanecast::plan::{Precision, widths};
 use lanecast::reference::{Ray, Reference};
 use lanecast::render::RenderConfig;
 use lanecast::scene::{
@@ -24,13 +25,6 @@ fn scene(make: impl FnOnce(&mut SceneBuilder) -> Vec<(ShapeId, DAffine3)>) -> Sc
         to.instance("", edge);
     }
     to.finish().expect("a good scene")
-}
-
-fn kernels(precision: Precision) -> Kernels {
-    Kernels {
-        precision,
-        lanes: native_width(),
-    }
 }
 
 /// Through the middle of a cube of this half width, and about it.
@@ -146,7 +140,7 @@ fn the_reference_finds_the_same() {
     let scene = all();
     let appearances = Appearances::of(&scene).expect("three");
     let world = World::build(&scene, &appearances, Structure::Bvh);
-    let judge = Reference::new(&scene, &appearances).expect("one");
+    let reference = Reference::new(&scene, &appearances).expect("one");
     let rays = rays(11, 3.0, 600);
     for precision in [Precision::Fast, Precision::Guarded, Precision::Exact] {
         let found = rays.closest(&world, &kernels(precision));
@@ -154,7 +148,7 @@ fn the_reference_finds_the_same() {
         for (i, (t, id)) in found.iter().enumerate() {
             let (org, dir) = rays.ray(i);
             let dir = dir.map(f64::from);
-            let truth = judge.nearest(org, dir, f64::INFINITY);
+            let truth = reference.nearest(org, dir, f64::INFINITY);
             let context = format!("{precision:?} {org:?} {dir:?}: {t} {id:?} {truth:?}");
             let Some(truth) = truth else {
                 assert_eq!(*id, HitId::NONE, "{context}");
@@ -216,9 +210,9 @@ fn the_reference_knows_where_it_is_not_certain() {
         )]
     });
     let appearances = Appearances::of(&scene).expect("one");
-    let judge = Reference::new(&scene, &appearances).expect("one");
+    let reference = Reference::new(&scene, &appearances).expect("one");
     let of = |org: [f64; 3], dir: [f64; 3]| {
-        let at = |level: f64| judge.nearest_of(Ray { org, dir, level }, f64::INFINITY);
+        let at = |level: f64| reference.nearest_of(Ray { org, dir, level }, f64::INFINITY);
         [-1.0, 0.0, 1.0].map(|level| at(level).map(|hit| hit.t > 1e-9))
     };
     // Beside it, at it, and past it by little.
@@ -273,7 +267,7 @@ fn where_a_function_ends_there_is_a_face() {
     });
     let appearances = Appearances::of(&scene).expect("one");
     let world = World::build(&scene, &appearances, Structure::Bvh);
-    let judge = Reference::new(&scene, &appearances).expect("one");
+    let reference = Reference::new(&scene, &appearances).expect("one");
     let rays = rays(19, 3.0, 600);
     for precision in [Precision::Fast, Precision::Guarded, Precision::Exact] {
         let mut hits = 0;
@@ -293,7 +287,7 @@ fn where_a_function_ends_there_is_a_face() {
             assert!((out.length() - 1.0).abs() < 1e-14, "{context}");
             assert!((surface.ng - out).length() < 1e-13, "{context}");
             assert!(surface.front && surface.offset < 1e-4, "{context}");
-            let truth = judge
+            let truth = reference
                 .nearest(org, dir.map(f64::from), f64::INFINITY)
                 .expect("a hit");
             let normal = DVec3::from(truth.normal);
@@ -344,7 +338,7 @@ fn a_solid_without_end_is_everywhere_else() {
     };
     assert_eq!(of(3.0), [[5.0, 13.0]]);
     assert_eq!(of(0.0), [[5.0, 8.0], [10.0, 13.0]]);
-    let judge = Reference::new(&scene, &appearances).expect("one");
+    let reference = Reference::new(&scene, &appearances).expect("one");
     let world = World::build(&scene, &appearances, Structure::Bvh);
     let mut rays = RayColumns::default();
     for y in [3.0, 0.0, -1.5, 3.9] {
@@ -356,7 +350,7 @@ fn a_solid_without_end_is_everywhere_else() {
         .enumerate()
     {
         let (org, dir) = rays.ray(i);
-        let truth = judge
+        let truth = reference
             .nearest(org, dir.map(f64::from), f64::INFINITY)
             .expect("a hit");
         assert!(

@@ -1,5 +1,6 @@
-//! What rays meet: the nearest hit, any hit and whole pictures have the same bits whatever
-//! finds them, and are those of the reference where a scene is hard for floating point.
+//! What rays meet: nearest hits, any hits and whole pictures have the same bits whatever
+//! structure, width and order of rays finds them, and are the reference's on scenes that are
+//! hard for floating point.
 
 #[path = "../common/mod.rs"]
 mod common;

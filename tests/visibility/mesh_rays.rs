@@ -1,5 +1,5 @@
-//! Published hits of 128 rays on each of 15 meshes, found elsewhere by brute
-//! force in f64 (assets/README.md), through the packets and the importer.
+//! Published hits of 128 rays on each of 15 meshes, found by others by brute force in f64
+//! (assets/README.md), through the importer and packets.
 
 use crate::common::{Loaded, RayColumns, assets, load};
 use glam::DVec3;

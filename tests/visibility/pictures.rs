@@ -1,9 +1,9 @@
-//! Whole pictures have one hash per scene and precision: whatever the lanes, the
-//! structure, the threads and the order of tiles.
+//! Every scene of the repository has one hash of its picture per precision, whatever the
+//! width, the structure, the threads and the order of tiles.
 
 #![cfg(feature = "all-lanes")]
 
-use crate::common::{ALL_AOVS, Loaded, assets, hash, load};
+use crate::common::{ALL_AOVS, Loaded, assets, hash, in_repository, load};
 use lanecast::accel::Structure;
 use lanecast::plan::{Kernels, Precision, widths};
 use lanecast::render::{RenderConfig, TileOrder};
@@ -49,7 +49,7 @@ fn one_picture_per_scene_in_f64() {
 }
 
 fn one_picture_per_scene(precision: Precision) {
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let scenes = in_repository("scenes");
     let mut files: Vec<PathBuf> = std::fs::read_dir(scenes)
         .map(|d| d.map(|entry| entry.unwrap().path()).collect())
         .unwrap_or_default();

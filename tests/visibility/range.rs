@@ -1,20 +1,13 @@
-//! Where f32 ends: scenes so small, and directions so long, that boxes' own arithmetic has
-//! no numbers left. Whatever the structure, what exact precision finds one by one.
+//! Scenes so small and directions so long that the arithmetic of boxes underflows or
+//! overflows in f32: every structure has the hits of testing one primitive at a time.
 
-use crate::common::{Random, RayColumns, structures};
+use crate::common::{Random, RayColumns, kernels, structures};
 use glam::{DAffine3, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::geom::{Cuboid, Sphere};
-use lanecast::plan::{Kernels, Precision, native_width};
+use lanecast::plan::{Kernels, Precision};
 use lanecast::scene::{Appearances, Edge, MeshData, Scene, SceneBuilder};
 use lanecast::trace::{Caching, HitId, ShadowCache};
-
-fn kernels(precision: Precision) -> Kernels {
-    Kernels {
-        precision,
-        lanes: native_width(),
-    }
-}
 
 /// Boxes, balls and a mesh of tetrahedra within 1 of the origin, made `size` as large.
 fn scene(random: &mut Random, size: f64) -> Scene {

@@ -1,22 +1,15 @@
-//! Polynomial surfaces of any size, seen from any distance: the same rays meet them.
+//! Polynomial surfaces of any size and from any distance: the same rays meet them.
 
-use crate::common::{Random, RayColumns, barth_sextic, torus};
+use crate::common::{Random, RayColumns, barth_sextic, kernels, torus};
 use glam::{DAffine3, DQuat, DVec3};
 use lanecast::accel::{Structure, World};
 use lanecast::geom::{Clip, Sphere};
-use lanecast::plan::{Kernels, Precision, native_width};
+use lanecast::plan::Precision;
 use lanecast::reference::Reference;
 use lanecast::scene::{Appearances, Edge, Scene, SceneBuilder, ShapeId};
 use lanecast::trace::{HitId, ShadowCache};
 
 const RIGHT: [Precision; 2] = [Precision::Guarded, Precision::Exact];
-
-fn kernels(precision: Precision) -> Kernels {
-    Kernels {
-        precision,
-        lanes: native_width(),
-    }
-}
 
 /// Rays a side.
 const SIDE: u32 = 64;
@@ -27,7 +20,7 @@ const SIDE: u32 = 64;
 /// rays lie beside silhouettes; so by chance it is none.
 const AT_SILHOUETTES: usize = 1;
 
-/// Each ray of a grid that is asked of the judge as well.
+/// Each ray of a grid that is asked of the reference as well.
 const SAMPLE: usize = 89;
 
 #[derive(Clone, Copy, Debug)]
@@ -114,11 +107,11 @@ fn grid(rays: Rays, reach: f64, distance: f64, scale: f64) -> RayColumns {
     columns
 }
 
-/// Which rays meet it, and where, by each arithmetic; the judge agrees.
+/// Which rays meet it, and where, by each arithmetic; the reference agrees.
 fn met(scene: &Scene, columns: &RayColumns, context: &str) -> [Vec<bool>; 2] {
     let appearances = Appearances::of(scene).expect("one");
     let world = World::build(scene, &appearances, Structure::Bvh);
-    let judge = Reference::new(scene, &appearances).expect("one");
+    let reference = Reference::new(scene, &appearances).expect("one");
     RIGHT.map(|precision| {
         let answers = columns.closest(&world, &kernels(precision));
         let cache = &mut ShadowCache::new(Default::default());
@@ -126,7 +119,7 @@ fn met(scene: &Scene, columns: &RayColumns, context: &str) -> [Vec<bool>; 2] {
         let blocked = columns.any(&world, &kernels(precision), &ends, cache);
         for i in (0..columns.len()).step_by(SAMPLE) {
             let (org, dir) = columns.ray(i);
-            let truth = judge.nearest(org, dir.map(f64::from), f64::INFINITY);
+            let truth = reference.nearest(org, dir.map(f64::from), f64::INFINITY);
             let (t, id) = answers[i];
             let context = format!("{context} {precision:?} {org:?} {dir:?}: {t} {truth:?}");
             assert_eq!(id != HitId::NONE, truth.is_some(), "{context}");

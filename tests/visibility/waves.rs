@@ -1,5 +1,5 @@
-//! Rays that branch without end: the arena stays bounded, the order of additions
-//! is each pixel's own, and who wants to stop waits for one piece only.
+//! Paths that branch without end: the arena stays bounded, a pixel's sum does not depend on
+//! other pixels, and cancelling waits for one batch only.
 
 use bumpalo::Bump;
 use glam::DVec3;

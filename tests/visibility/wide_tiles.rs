@@ -1,6 +1,5 @@
-//! Rays that share an origin or a direction but point or start all over the
-//! place: too far from each other to be met as one volume, they go to a mesh as a
-//! stream. In f64 that changes nothing, in f32 no width shows.
+//! Rays that share an origin or a direction but diverge too much for a beam go to a mesh as a
+//! stream: in `exact` that changes nothing, and in `fast` no width shows.
 
 use crate::common::{Random, RayColumns};
 use glam::{DAffine3, DQuat, DVec3};
@@ -82,8 +81,8 @@ fn wide_tiles_meet_what_packets_meet() {
     let random = &mut Random(7);
     for one_origin in [true, false] {
         let rays = rays(one_origin, random);
-        let judge = kernels(Precision::Exact, 1);
-        let nearest = rays.closest(&packets, &judge);
+        let exact = kernels(Precision::Exact, 1);
+        let nearest = rays.closest(&packets, &exact);
         let ends: Vec<f32> = nearest
             .iter()
             .map(|(t, id)| {
@@ -92,7 +91,7 @@ fn wide_tiles_meet_what_packets_meet() {
             })
             .collect();
         let off = || ShadowCache::new(Caching::Off);
-        let blocked = rays.any(&packets, &judge, &ends, &mut off());
+        let blocked = rays.any(&packets, &exact, &ends, &mut off());
         let nearest = met(nearest);
         assert!(nearest.iter().flatten().count() > RAYS / 3);
         assert!(blocked.iter().filter(|b| **b).count() > RAYS / 6);

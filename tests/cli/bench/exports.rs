@@ -1,4 +1,4 @@
-//! Rays and meshes written out, and read back.
+//! Exports rays and meshes from `bench`, and reads them back.
 
 use super::{BALL, report, rows, write_scene};
 use crate::run::{folder, lanecast, names, stderr, stdout};

@@ -1,4 +1,4 @@
-//! `lanecast bench`: what its tests share, and what it refuses.
+//! `lanecast bench`: scenes that its tests share, and usage errors.
 
 mod exports;
 mod rows;

@@ -1,4 +1,5 @@
-//! Rows: one for each kind of rays and mode, and what narrows them.
+//! Rows of the report: one for each kind of rays and mode, and the options that choose among
+//! them.
 
 use super::{BALL, VIEW, report, reported, rows, write_scene};
 use crate::run::{folder, lanecast, names, stderr, stdout};

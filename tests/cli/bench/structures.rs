@@ -1,4 +1,4 @@
-//! Structures, qualities, a peer and the reuse of frames, side by side.
+//! Compares structures, build qualities, a peer, and frames with and without reuse.
 
 use super::{BALL, MOVING, report, reported, rows, write_scene};
 use crate::run::{fails, folder, lanecast, stderr};

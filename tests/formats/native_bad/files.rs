@@ -1,5 +1,4 @@
-//! What is wrong with a file as a whole: its syntax as JSON, bytes, paths and
-//! depth.
+//! Files that are wrong as a whole: syntax of JSON, bytes, paths, depth.
 
 use super::*;
 

@@ -1,5 +1,5 @@
-//! Bad native scenes: each is refused, at once, by one message that says what
-//! and where.
+//! Bad native scenes: each is refused in little time by one message with the place and the
+//! fault.
 
 use lanecast::io::{LoadOptions, load};
 use std::path::Path;

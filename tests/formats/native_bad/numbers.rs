@@ -1,4 +1,4 @@
-//! Numbers that are no scene, and no motion.
+//! Numbers that no scene may have, and faults of motions.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! Polynomial surfaces that are none.
+//! Faults of polynomial surfaces: expressions, parameters, kinds, clips.
 
 use super::*;
 

@@ -1,6 +1,7 @@
-//! The centre of a mesh: what it promises about f32 vertices.
+//! The centre of a mesh, and how f32 vertices are kept about it.
 
 use super::*;
+use crate::common::property;
 use proptest::prelude::*;
 
 fn center_of(positions: Vec<[f64; 3]>) -> (Meshes, DVec3) {
@@ -43,10 +44,7 @@ fn the_centre_of_a_far_mesh() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        failure_persistence: None,
-        ..ProptestConfig::with_cases(20_000)
-    })]
+    #![proptest_config(property(20_000))]
 
     /// What was f32 stays exact, wherever the mesh lies.
     #[test]

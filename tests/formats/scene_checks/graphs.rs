@@ -1,25 +1,17 @@
-//! Graphs made to exhaust the check, and what they unfold into.
+//! Scene graphs that would exhaust a careless check, and the instances that they unfold into.
 
 use super::*;
+use crate::common::{property, within_seconds};
 use lanecast::plan::{Accel, Choices, plan};
 use lanecast::reference::Reference;
 use lanecast::scene::{Appearance, Camera};
 use proptest::prelude::*;
-use std::time::{Duration, Instant};
 
 /// Nodes that each hold the next one twice; gives the first.
 fn doubling(b: &mut SceneBuilder, levels: usize, last: &[Edge]) -> NodeId {
     (0..levels).fold(b.node("", last), |below, _| {
         b.node("", &[Edge::node(below), Edge::node(below)])
     })
-}
-
-fn quickly<T>(work: impl FnOnce() -> T) -> T {
-    let start = Instant::now();
-    let result = work();
-    let took = start.elapsed();
-    assert!(took < Duration::from_secs(10), "took {took:?}");
-    result
 }
 
 #[test]
@@ -29,7 +21,7 @@ fn deep_sharing_costs_nothing() {
     let top = doubling(&mut b, 40, &[Edge::shape(shape)]);
     b.instance("", Edge::node(top));
     b.instance("", Edge::shape(shape));
-    let scene = quickly(|| b.finish()).expect("40 levels are fine");
+    let scene = within_seconds(10, || b.finish()).expect("40 levels are fine");
     let all = Appearances::of(&scene).unwrap();
     assert_eq!(all.count(), (1 << 40) + 1);
     assert_eq!(all.depth(), 42);
@@ -42,7 +34,8 @@ fn deep_sharing_costs_nothing() {
         assert!(laid_out.contains(part), "{laid_out}");
     }
     assert!(Reference::new(&scene, &all).is_err());
-    let bvh = quickly(|| plan(&scene, &all, &Choices::default())).expect("its trees nest");
+    let bvh =
+        within_seconds(10, || plan(&scene, &all, &Choices::default())).expect("its trees nest");
     assert_eq!(bvh.accel, Accel::Bvh);
     let grid = Choices {
         accel: Some(Accel::Grid),
@@ -57,7 +50,7 @@ fn deep_sharing_costs_nothing() {
 #[test]
 fn sharing_beyond_all_bounds_is_refused_quickly() {
     // More than a u64 can count.
-    let endless = quickly(|| {
+    let endless = within_seconds(10, || {
         refused(|b| {
             let top = doubling(b, 200, &[Edge::shape(ShapeId(0))]);
             b.instance("", Edge::node(top));
@@ -65,7 +58,7 @@ fn sharing_beyond_all_bounds_is_refused_quickly() {
     });
     assert_is!(endless, TooManyAppearances, "18446744073709551615");
     // As many ways to nothing at all: nothing to unfold.
-    let hollow = quickly(|| {
+    let hollow = within_seconds(10, || {
         check(|b| {
             let top = doubling(b, 60, &[]);
             b.instance("", Edge::node(top));
@@ -73,7 +66,7 @@ fn sharing_beyond_all_bounds_is_refused_quickly() {
     });
     assert!(hollow.is_ok());
     // Each appearance at the end of a long way: 2^20 · 10^5 steps.
-    let winding = quickly(|| {
+    let winding = within_seconds(10, || {
         refused(|b| {
             let mut chain = b.node("", &[Edge::shape(ShapeId(0))]);
             for _ in 0..100_000 {
@@ -85,7 +78,7 @@ fn sharing_beyond_all_bounds_is_refused_quickly() {
     });
     assert_is!(winding, TooDeep, "100023", "256");
     // Products that overflow somewhere among 2^40.
-    let flattened = quickly(|| {
+    let flattened = within_seconds(10, || {
         refused(|b| {
             let tiny = b.transform(DAffine3::from_scale(DVec3::splat(1e-10)).into());
             let step = Edge::shape(ShapeId(0)).transform(tiny);
@@ -108,7 +101,7 @@ fn a_chain_of_a_million_nodes() {
         node = b.node("", &[Edge::node(node).transform(step)]);
     }
     b.instance("", Edge::node(node));
-    let scene = quickly(|| b.finish()).expect("deep, but sound");
+    let scene = within_seconds(10, || b.finish()).expect("deep, but sound");
     let all = Appearances::of(&scene).unwrap();
     assert_eq!(all.count(), 1);
     assert_eq!(all.rows[0].world_from_object.translation, [1e6, 0.0, 0.0]);
@@ -266,10 +259,7 @@ fn tangle(levels: &[Vec<(u8, u8, u8)>]) -> Scene {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        failure_persistence: None,
-        ..ProptestConfig::with_cases(64)
-    })]
+    #![proptest_config(property(64))]
 
     /// Every id's look-up gives the bits of the walk over all.
     #[test]
@@ -337,8 +327,8 @@ fn ten_billion_appearances_of_a_dozen_nodes() {
     let mut b = SceneBuilder::default();
     let top = rings(&mut b);
     b.instance("", Edge::node(top));
-    let scene = quickly(|| b.finish()).unwrap();
-    let all = quickly(|| Appearances::of(&scene)).unwrap();
+    let scene = within_seconds(10, || b.finish()).unwrap();
+    let all = within_seconds(10, || Appearances::of(&scene)).unwrap();
     assert_eq!(all.count(), 10_000_000_000);
     assert!(all.bytes() < 4096);
     // The digits of an id are the path.
@@ -352,7 +342,7 @@ fn ten_billion_appearances_of_a_dozen_nodes() {
     assert!(p.iter().all(|x| (x - 0.5).abs() < 1e-6), "{p:?}");
 
     // The default view frames it: everything lies within 10 / (1 − 0.3) + 1.
-    let camera: Camera = quickly(|| scene.completed(None, &all, 1.0)).1;
+    let camera: Camera = within_seconds(10, || scene.completed(None, &all, 1.0)).1;
     let distance = camera.eye.length();
     assert!((20.0..80.0).contains(&distance), "{distance}");
 }

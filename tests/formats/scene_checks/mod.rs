@@ -1,4 +1,4 @@
-//! Every error of the scene's check, provoked by name.
+//! Provokes every error of the scene's check by name.
 
 use glam::{DAffine3, DVec3};
 use lanecast::geom::tape::Builder;

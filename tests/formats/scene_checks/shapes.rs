@@ -1,4 +1,4 @@
-//! Shapes that are none.
+//! Shapes that the scene's check refuses.
 
 use super::*;
 

@@ -1,5 +1,6 @@
-//! Boxes around quadrics: of ellipsoids alone, and all of these.
+//! Bounding boxes of quadrics: every ellipsoid has one, and no other quadric.
 
+use crate::common::property;
 use glam::DVec3;
 use lanecast::geom::Quadric;
 use lanecast::geom::exact::{self, Line};
@@ -37,10 +38,7 @@ fn ellipsoid(center: DVec3, radii: DVec3, turn: glam::DQuat) -> Quadric {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    })]
+    #![proptest_config(property(256))]
 
     /// The box around a turned ellipsoid: row k of the turn, times the radii, is
     /// how far it reaches along axis k.

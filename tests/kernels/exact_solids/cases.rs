@@ -1,4 +1,4 @@
-//! Rays and solids, most of them aimed at what is hard to decide.
+//! Rays and solids, most of them chosen so that exact decisions are hard.
 
 use super::Random;
 use super::touching::tangent;
@@ -310,26 +310,10 @@ fn through(random: &mut Random, point: DVec3, bits: u32) -> Line {
 
 /// The numbers where formats begin and end, and others of any size.
 fn extreme(random: &mut Random) -> f64 {
-    const ENDS: [f64; 14] = [
-        0.0,
-        -0.0,
-        1.0,
-        -1.0,
-        5e-324,
-        -5e-324,
-        f64::MIN_POSITIVE,
-        f64::MAX,
-        f64::MIN,
-        1e300,
-        -1e300,
-        1e-300,
-        f64::INFINITY,
-        f64::NAN,
-    ];
     match random.below(8) {
-        0 => ENDS[random.below(ENDS.len() as u64) as usize],
+        0 => random.end_of_format([f64::INFINITY, f64::NAN]),
         1..=4 => random.unit(),
-        _ => f64::from_bits(random.bits() & !(1 << 62)) * [1.0, 1e300][random.below(2) as usize],
+        _ => random.any_finite(),
     }
 }
 

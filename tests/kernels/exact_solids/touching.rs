@@ -1,4 +1,4 @@
-//! Lines that touch a solid in one point.
+//! Lines that are tangent to a solid in exactly one point.
 
 use super::Random;
 use super::cases::{Shape, power};

@@ -1,92 +1,19 @@
-//! The truth, in integers of any length: a solid is a set of polynomials in t
-//! that are not above zero, written down as docs/NUMERICS.md defines it; its
-//! roots are kept as (u ± √w) / q, and compared by squaring.
+//! The oracle in integers of any length. A solid is a set of polynomials in t that are not
+//! above zero, as docs/NUMERICS.md defines it; roots are kept as (u ± √w) / q and compared by
+//! squaring.
 
 use super::cases::{Case, Shape};
+use crate::number::Exact;
 use lanecast::geom::exact::Line;
-use num_bigint::{BigInt, Sign};
 use std::cmp::Ordering;
-use std::ops::{Add, Mul, Neg, Sub};
-
-/// `integer` · 2^`power`.
-#[derive(Clone, Debug)]
-pub struct Number {
-    integer: BigInt,
-    power: i64,
-}
-
-impl Number {
-    pub fn of(x: f64) -> Number {
-        assert!(x.is_finite());
-        let (exponent, fraction) = ((x.to_bits() >> 52 & 0x7ff) as i64, x.to_bits() << 12 >> 12);
-        let (m, power) = match exponent {
-            0 => (fraction, -1074),
-            _ => (fraction + (1 << 52), exponent - 1075),
-        };
-        let integer = if x < 0.0 { -BigInt::from(m) } else { m.into() };
-        Number { integer, power }
-    }
-
-    pub fn int(x: i32) -> Number {
-        Number::of(f64::from(x))
-    }
-
-    pub fn sign(&self) -> i32 {
-        match self.integer.sign() {
-            Sign::Minus => -1,
-            Sign::NoSign => 0,
-            Sign::Plus => 1,
-        }
-    }
-
-    fn sum(&self, other: &Number, by: i32) -> Number {
-        let power = self.power.min(other.power);
-        let at = |n: &Number| &n.integer << (n.power - power);
-        Number {
-            integer: at(self) + at(other) * by,
-            power,
-        }
-    }
-}
-
-impl Add for &Number {
-    type Output = Number;
-    fn add(self, other: &Number) -> Number {
-        self.sum(other, 1)
-    }
-}
-
-impl Sub for &Number {
-    type Output = Number;
-    fn sub(self, other: &Number) -> Number {
-        self.sum(other, -1)
-    }
-}
-
-impl Mul for &Number {
-    type Output = Number;
-    fn mul(self, other: &Number) -> Number {
-        Number {
-            integer: &self.integer * &other.integer,
-            power: self.power + other.power,
-        }
-    }
-}
-
-impl Neg for &Number {
-    type Output = Number;
-    fn neg(self) -> Number {
-        &Number::int(0) - self
-    }
-}
 
 /// a + b t + c t².
 #[derive(Clone, Debug)]
-pub struct Polynomial([Number; 3]);
+pub struct Polynomial([Exact; 3]);
 
 impl Polynomial {
-    fn constant(x: Number) -> Polynomial {
-        Polynomial([x, Number::int(0), Number::int(0)])
+    fn constant(x: Exact) -> Polynomial {
+        Polynomial([x, Exact::int(0), Exact::int(0)])
     }
 
     fn plus(&self, other: &Polynomial) -> Polynomial {
@@ -100,7 +27,7 @@ impl Polynomial {
     fn times(&self, other: &Polynomial) -> Polynomial {
         let ([a, b, c], [x, y, z]) = (&self.0, &other.0);
         for lost in [b * z, c * y, c * z] {
-            assert_eq!(lost.sign(), 0, "of degree two at most");
+            assert_eq!(lost.signum(), 0, "of degree two at most");
         }
         Polynomial([
             a * x,
@@ -112,8 +39,8 @@ impl Polynomial {
     /// In rising order; of none where it does not depend on t.
     fn roots(&self) -> Vec<Root> {
         let [a, b, c] = &self.0;
-        let root = |u: Number, sigma: i32, w: Number, q: &Number| {
-            let down = q.sign() < 0;
+        let root = |u: Exact, sigma: i32, w: Exact, q: &Exact| {
+            let down = q.signum() < 0;
             Root {
                 u: if down { -&u } else { u },
                 sigma: if down { -sigma } else { sigma },
@@ -121,18 +48,18 @@ impl Polynomial {
                 q: if down { -q } else { q.clone() },
             }
         };
-        if c.sign() == 0 {
-            if b.sign() == 0 {
+        if c.signum() == 0 {
+            if b.signum() == 0 {
                 return Vec::new();
             }
-            return vec![root(-a, 0, Number::int(0), b)];
+            return vec![root(-a, 0, Exact::int(0), b)];
         }
-        let w = &(b * b) - &(&(a * c) * &Number::int(4));
+        let w = &(b * b) - &(&(a * c) * &Exact::int(4));
         let q = c + c;
-        if w.sign() < 0 {
+        if w.signum() < 0 {
             return Vec::new();
         }
-        let both = [-1, 1].map(|sigma| root(-b, sigma * q.sign(), w.clone(), &q));
+        let both = [-1, 1].map(|sigma| root(-b, sigma * q.signum(), w.clone(), &q));
         both.into()
     }
 }
@@ -145,64 +72,64 @@ fn sum(terms: [Polynomial; 3]) -> Polynomial {
 /// (u + σ √w) / q, q > 0.
 #[derive(Clone, Debug)]
 pub struct Root {
-    u: Number,
+    u: Exact,
     sigma: i32,
-    w: Number,
-    q: Number,
+    w: Exact,
+    q: Exact,
 }
 
 /// Of u + v √w.
-fn sign_of_two(u: &Number, v: &Number, w: &Number) -> i32 {
-    let (s, t) = (u.sign(), v.sign() * w.sign());
+fn sign_of_two(u: &Exact, v: &Exact, w: &Exact) -> i32 {
+    let (s, t) = (u.signum(), v.signum() * w.signum());
     if s == t || t == 0 {
         return s;
     }
     if s == 0 {
         return t;
     }
-    s * (&(u * u) - &(&(v * v) * w)).sign()
+    s * (&(u * u) - &(&(v * v) * w)).signum()
 }
 
 /// Of p + s √x + r √y.
-fn sign_of_three(p: &Number, (s, x): (i32, &Number), (r, y): (i32, &Number)) -> i32 {
-    let (s, r) = (s * x.sign(), r * y.sign());
+fn sign_of_three(p: &Exact, (s, x): (i32, &Exact), (r, y): (i32, &Exact)) -> i32 {
+    let (s, r) = (s * x.signum(), r * y.signum());
     let roots = match (s, r) {
         (0, _) => r,
         (_, 0) => s,
         _ if s == r => s,
-        _ => s * (x - y).sign(),
+        _ => s * (x - y).signum(),
     };
-    if roots == 0 || p.sign() == roots {
-        return p.sign();
+    if roots == 0 || p.signum() == roots {
+        return p.signum();
     }
-    if p.sign() == 0 {
+    if p.signum() == 0 {
         return roots;
     }
     // p² against x + y + 2 s r √(x y), of those that are there.
-    let there = |s: i32, x: &Number| if s == 0 { Number::int(0) } else { x.clone() };
+    let there = |s: i32, x: &Exact| if s == 0 { Exact::int(0) } else { x.clone() };
     let (x, y) = (there(s, x), there(r, y));
     let rest = &(&(p * p) - &x) - &y;
-    p.sign() * sign_of_two(&rest, &Number::int(-2 * s * r), &(&x * &y))
+    p.signum() * sign_of_two(&rest, &Exact::int(-2 * s * r), &(&x * &y))
 }
 
 impl Root {
     pub fn order(&self, other: &Root) -> Ordering {
         let p = &(&self.u * &other.q) - &(&other.u * &self.q);
-        let scaled = |w: &Number, q: &Number| w * &(q * q);
+        let scaled = |w: &Exact, q: &Exact| w * &(q * q);
         let (x, y) = (scaled(&self.w, &other.q), scaled(&other.w, &self.q));
         sign_of_three(&p, (self.sigma, &x), (-other.sigma, &y)).cmp(&0)
     }
 
-    pub fn order_with(&self, x: &Number) -> Ordering {
+    pub fn order_with(&self, x: &Exact) -> Ordering {
         let u = &self.u - &(x * &self.q);
-        sign_of_two(&u, &Number::int(self.sigma), &self.w).cmp(&0)
+        sign_of_two(&u, &Exact::int(self.sigma), &self.w).cmp(&0)
     }
 
     fn sign_of(&self, f: &Polynomial) -> i32 {
         let ([a, b, c], Root { u, sigma, w, q }) = (&f.0, self);
-        let plain = &(&(c * &(&(u * u) + &(w * &Number::int(sigma * sigma)))) + &(b * &(u * q)))
+        let plain = &(&(c * &(&(u * u) + &(w * &Exact::int(sigma * sigma)))) + &(b * &(u * q)))
             + &(a * &(q * q));
-        let with_root = &(&(&(c * u) * &Number::int(2)) + &(b * q)) * &Number::int(*sigma);
+        let with_root = &(&(&(c * u) * &Exact::int(2)) + &(b * q)) * &Exact::int(*sigma);
         sign_of_two(&plain, &with_root, w)
     }
 
@@ -210,15 +137,15 @@ impl Root {
     pub fn rounds_to(&self, x: f64) -> bool {
         let half = |x: f64| {
             // Halfway to the next number; beyond the last as if there were one.
-            let m = Number::of(x);
+            let m = Exact::from(x);
             let step = if x == f64::MAX {
-                Number {
+                Exact {
                     integer: 1.into(),
                     power: 970,
                 }
             } else {
-                let gap = &Number::of(x.next_up()) - &m;
-                Number {
+                let gap = &Exact::from(x.next_up()) - &m;
+                Exact {
                     power: gap.power - 1,
                     ..gap
                 }
@@ -270,15 +197,15 @@ pub struct Truth {
 fn place(line: &Line) -> [Polynomial; 3] {
     std::array::from_fn(|k| {
         Polynomial([
-            Number::of(line.org[k]),
-            Number::of(line.dir[k]),
-            Number::int(0),
+            Exact::from(line.org[k]),
+            Exact::from(line.dir[k]),
+            Exact::int(0),
         ])
     })
 }
 
 fn constant(v: glam::DVec3) -> [Polynomial; 3] {
-    v.to_array().map(|x| Polynomial::constant(Number::of(x)))
+    v.to_array().map(|x| Polynomial::constant(Exact::from(x)))
 }
 
 fn minus(p: &[Polynomial; 3], q: &[Polynomial; 3]) -> [Polynomial; 3] {
@@ -293,7 +220,7 @@ fn dot(p: &[Polynomial; 3], q: &[Polynomial; 3]) -> Polynomial {
 /// then its caps.
 fn within(line: &Line, shape: &Shape) -> Vec<Polynomial> {
     let x = place(line);
-    let one = |v: f64| Polynomial::constant(Number::of(v));
+    let one = |v: f64| Polynomial::constant(Exact::from(v));
     let square = |f: &Polynomial| f.times(f);
     match shape {
         Shape::HalfSpace(plane) => {
@@ -367,7 +294,7 @@ impl Truth {
             let (inside, on_edge) = encloses(line, points);
             let [low, high] = near(points);
             let from = |root: &Root, bound: &[f64; 3], k: usize| {
-                root.sign_of(&place(line)[k].minus(&Polynomial::constant(Number::of(bound[k]))))
+                root.sign_of(&place(line)[k].minus(&Polynomial::constant(Exact::from(bound[k]))))
             };
             let is_near =
                 |root: &Root| (0..3).all(|k| from(root, &low, k) >= 0 && from(root, &high, k) <= 0);
@@ -383,7 +310,7 @@ impl Truth {
         let touches = |f: &Polynomial| {
             let roots = f.roots();
             let is_double = roots.len() == 2 && roots[0].order(&roots[1]).is_eq();
-            matches!(shape, Shape::Quadric(_)) && is_double && f.0[2].sign() < 0
+            matches!(shape, Shape::Quadric(_)) && is_double && f.0[2].signum() < 0
         };
         let candidates: Vec<Root> = if touches(&functions[0]) {
             Vec::new()
@@ -416,7 +343,7 @@ impl Truth {
         let beyond = |root: &&Root| match t_min {
             f64::NEG_INFINITY => true,
             f64::INFINITY => false,
-            t_min => root.order_with(&Number::of(t_min)).is_gt(),
+            t_min => root.order_with(&Exact::from(t_min)).is_gt(),
         };
         let ends = self.ends.iter().filter(beyond);
         ends.min_by(|a, b| a.order(b))
@@ -458,20 +385,20 @@ fn near(points: &[glam::DVec3]) -> [[f64; 3]; 2] {
 /// that cross a half-line to the left, corners on it counted as above.
 fn encloses(line: &Line, points: &[glam::DVec3]) -> (bool, bool) {
     let k = (0..3).find(|k| line.dir[*k] != 0.0).unwrap_or(0);
-    let of = Number::of;
+    let of = Exact::from;
     let seen = |p: &glam::DVec3| {
         let from = |i: usize| &of(p[i]) - &of(line.org[i]);
         let across = |i: usize| &(&from(i) * &of(line.dir[k])) - &(&from(k) * &of(line.dir[i]));
         [across((k + 1) % 3), across((k + 2) % 3)]
     };
-    let corners: Vec<[Number; 2]> = points.iter().map(seen).collect();
+    let corners: Vec<[Exact; 2]> = points.iter().map(seen).collect();
     let (mut odd, mut on_edge) = (false, false);
     for (i, [bx, by]) in corners.iter().enumerate() {
         let [ax, ay] = &corners[(i + corners.len() - 1) % corners.len()];
-        let turn = (&(ax * by) - &(ay * bx)).sign();
-        let facing = (&(ax * bx) + &(ay * by)).sign();
+        let turn = (&(ax * by) - &(ay * bx)).signum();
+        let facing = (&(ax * bx) + &(ay * by)).signum();
         on_edge |= turn == 0 && facing <= 0;
-        let (from, to) = (ay.sign() >= 0, by.sign() >= 0);
+        let (from, to) = (ay.signum() >= 0, by.signum() >= 0);
         // To the left where the turn is against the way up.
         odd ^= from != to && (turn < 0) == to;
     }

@@ -1,4 +1,4 @@
-//! Rays and triangles, most of them aimed at what is hard to decide.
+//! Rays and triangles, most of them chosen so that exact decisions are hard.
 
 use super::{Pair, Random};
 
@@ -9,27 +9,10 @@ pub const PLANE: usize = 4;
 
 /// The numbers where formats begin and end, and others of any size.
 fn extreme(random: &mut Random) -> f64 {
-    const ENDS: [f64; 14] = [
-        0.0,
-        -0.0,
-        1.0,
-        -1.0,
-        5e-324,
-        -5e-324,
-        f64::MIN_POSITIVE,
-        f64::MAX,
-        f64::MIN,
-        1e300,
-        -1e300,
-        1e-300,
-        1e-40,
-        1e17,
-    ];
     match random.below(3) {
-        0 => ENDS[random.below(ENDS.len() as u64) as usize],
+        0 => random.end_of_format([1e-40, 1e17]),
         1 => random.unit(),
-        // Any finite bits.
-        _ => f64::from_bits(random.bits() & !(1 << 62)) * [1.0, 1e300][random.below(2) as usize],
+        _ => random.any_finite(),
     }
 }
 

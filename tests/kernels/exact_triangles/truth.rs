@@ -1,82 +1,23 @@
-//! The truth, in integers of any length: Möller and Trumbore's determinants.
+//! The oracle in integers of any length: the determinants of Möller and Trumbore (1997).
 
 use super::Pair;
-use num_bigint::{BigInt, BigUint, Sign};
+use crate::number::{Exact, decode};
+use num_bigint::{BigInt, Sign};
 use std::cmp::Ordering;
-
-/// `integer` · 2^`power`.
-#[derive(Clone, Debug)]
-pub struct Dyadic {
-    pub integer: BigInt,
-    pub power: i64,
-}
 
 /// Of the line of a ray and a triangle: what is met, in exact arithmetic.
 pub struct Truth {
     /// The edge functions.
-    pub edges: [Dyadic; 3],
+    pub edges: [Exact; 3],
     pub hit: bool,
     /// T and D, both times the sign of D.
-    top: Dyadic,
-    bottom: Dyadic,
-}
-
-/// A finite |x| as m · 2^p.
-fn decode(x: f64) -> (u64, i64) {
-    let (exponent, fraction) = ((x.to_bits() >> 52 & 0x7ff) as i64, x.to_bits() << 12 >> 12);
-    match exponent {
-        0 => (fraction, -1074),
-        _ => (fraction + (1 << 52), exponent - 1075),
-    }
-}
-
-impl From<f64> for Dyadic {
-    fn from(x: f64) -> Dyadic {
-        assert!(x.is_finite());
-        let (m, power) = decode(x);
-        let integer = if x < 0.0 { -BigInt::from(m) } else { m.into() };
-        Dyadic { integer, power }
-    }
-}
-
-impl Dyadic {
-    pub fn order(&self, other: &Dyadic) -> Ordering {
-        self.minus(other).integer.cmp(&BigInt::ZERO)
-    }
-
-    pub fn minus(&self, other: &Dyadic) -> Dyadic {
-        let power = self.power.min(other.power);
-        let at = |d: &Dyadic| &d.integer << (d.power - power);
-        let integer = at(self) - at(other);
-        Dyadic { integer, power }
-    }
-
-    pub fn times(&self, other: &Dyadic) -> Dyadic {
-        Dyadic {
-            integer: &self.integer * &other.integer,
-            power: self.power + other.power,
-        }
-    }
-
-    pub fn abs(&self) -> Dyadic {
-        Dyadic {
-            integer: BigUint::clone(self.integer.magnitude()).into(),
-            power: self.power,
-        }
-    }
-
-    /// |self| / other in parts per million, rounded down.
-    pub fn millionths_of(&self, other: &Dyadic) -> u64 {
-        let power = self.power.min(other.power);
-        let at = |d: &Dyadic| d.integer.magnitude() << (d.power - power);
-        let parts = at(self) * 1_000_000_u32 / at(other);
-        parts.iter_u64_digits().next().unwrap_or(0)
-    }
+    top: Exact,
+    bottom: Exact,
 }
 
 /// Integers with one power of two.
 fn whole(numbers: &[f64]) -> (Vec<BigInt>, i64) {
-    let numbers: Vec<Dyadic> = numbers.iter().map(|x| Dyadic::from(*x)).collect();
+    let numbers: Vec<Exact> = numbers.iter().map(|x| Exact::from(*x)).collect();
     let used = numbers.iter().filter(|d| d.integer.sign() != Sign::NoSign);
     let power = used.map(|d| d.power).min().unwrap_or(0);
     let whole = numbers.iter().map(|d| match d.integer.sign() {
@@ -114,29 +55,29 @@ impl Truth {
             Sign::Minus => (-volume, -det),
             _ => (volume, det),
         };
-        let dyadic = |integer, power| Dyadic { integer, power };
+        let exact = |integer, power| Exact { integer, power };
         Truth {
-            edges: edges.map(|e| dyadic(e, 2 * power + dir_power)),
+            edges: edges.map(|e| exact(e, 2 * power + dir_power)),
             hit,
-            top: dyadic(top, 3 * power),
-            bottom: dyadic(bottom, 2 * power + dir_power),
+            top: exact(top, 3 * power),
+            bottom: exact(bottom, 2 * power + dir_power),
         }
     }
 
     /// By t; both are hits.
     pub fn order(&self, other: &Truth) -> Ordering {
-        let left = self.top.times(&other.bottom);
-        left.order(&other.top.times(&self.bottom))
+        let left = &self.top * &other.bottom;
+        left.order(&(&other.top * &self.bottom))
     }
 
-    pub fn order_with(&self, x: &Dyadic) -> Ordering {
-        self.top.order(&x.times(&self.bottom))
+    pub fn order_with(&self, x: &Exact) -> Ordering {
+        self.top.order(&(x * &self.bottom))
     }
 
     /// |t − x| · D, and x · D.
-    pub fn distance(&self, x: f64, error: f64) -> (Dyadic, Dyadic) {
-        let [x, error] = [x, error].map(|x| Dyadic::from(x).times(&self.bottom));
-        (self.top.minus(&x).abs(), error)
+    pub fn distance(&self, x: f64, error: f64) -> (Exact, Exact) {
+        let [x, error] = [x, error].map(|x| &Exact::from(x) * &self.bottom);
+        ((&self.top - &x).abs(), error)
     }
 
     /// Whether x is the f64 nearest to t, the even one of two.
@@ -151,7 +92,7 @@ impl Truth {
         let even = x.to_bits() & 1 == 0;
         let below_next = |x: f64, even: bool| {
             let (m, p) = decode(x);
-            let halfway = Dyadic {
+            let halfway = Exact {
                 integer: BigInt::from(2 * m + 1),
                 power: p - 1,
             };

@@ -1,5 +1,5 @@
-//! Primitives, and rays that are hard for them: at silhouettes, edges, rims and
-//! apexes, tangent, from their surfaces and from far away, at all scales.
+//! Primitives, and rays that are hard for them: at silhouettes, edges, rims and apexes,
+//! tangent, from their surfaces and from far away, at all scales.
 
 use crate::common::Random;
 use glam::DVec3;

@@ -1,7 +1,7 @@
-//! The truth about a ray and a primitive: polynomials in t, exactly.
+//! The oracle for a ray and a primitive: polynomials in t with exact coefficients.
 
 use super::cases::{Case, Kind};
-use super::number::{Exact, Quotient, Vector, dot, minus, vector};
+use crate::number::{Exact, Quotient, Vector, dot, minus, vector};
 use std::cmp::Ordering;
 
 /// c₀ + c₁ t ≤ 0.

@@ -1,4 +1,4 @@
-//! Sturm's theorem in fractions, as in a textbook.
+//! Sturm's theorem in fractions.
 
 use num_bigint::BigInt;
 use num_rational::BigRational;

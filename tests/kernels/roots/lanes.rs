@@ -1,5 +1,6 @@
-//! Least roots in lanes: the same bits at every width, and the exact answer's.
+//! Least roots in lanes: every width has the bits of one lane, and those of the exact root.
 
+use crate::common::property;
 use lanecast::math::lanes::{Lanes, Mask, f64x4, f64x8};
 use lanecast::roots::lanes::{
     Segment, Waiting, changes_between, exists, from_powers, least_root, leaves_between, nearest,
@@ -119,10 +120,7 @@ fn check<const N: usize>(rows: &[[f64; N]]) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        failure_persistence: None,
-        ..ProptestConfig::with_cases(150)
-    })]
+    #![proptest_config(property(150))]
 
     #[test]
     fn lanes_are_right_at_every_width(

@@ -1,11 +1,10 @@
-//! Roots of polynomials: every solver against roots that are certified elsewhere,
-//! against Sturm's theorem in fractions (written anew here), and against the worst
-//! that f64 coefficients can be.
+//! Compares every root finder with roots that others certified and with Sturm's theorem in
+//! fractions, also on the worst coefficients that f64 can hold.
 
 mod fractions;
 mod lanes;
 
-use crate::common::assets;
+use crate::common::{assets, property};
 use fractions::Fractions;
 use lanecast::roots::{
     Answer, Cluster, Interval, Polynomial, Proof, Solver, Want, nearest, roots, solve,
@@ -217,10 +216,7 @@ fn a_proven_root_hides_no_other_in_its_interval() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        failure_persistence: None,
-        ..ProptestConfig::with_cases(120)
-    })]
+    #![proptest_config(property(120))]
 
     #[test]
     fn complete_answers_leave_no_root_out(

@@ -1,8 +1,8 @@
-//! The published hits of 128 rays on each of 15 meshes (assets/README.md), found
-//! elsewhere by brute force in f64.
+//! Published hits of 128 rays on each of 15 meshes (assets/README.md), found by others by
+//! brute force in f64.
 //!
-//! The files are plain GLBs (one JSON chunk, one BIN chunk, float positions,
-//! short or long indices), so they are read here by hand.
+//! The files are plain GLBs (one JSON chunk, one BIN chunk, float positions, short or long
+//! indices), so this file reads them itself, without the importer.
 
 use super::*;
 use crate::common::assets;

@@ -1,11 +1,12 @@
-//! The judge judged: against formulas worked out by hand, against itself
-//! without its tree, and against published ray hits.
+//! Compares the reference with formulas worked out by hand, with itself without its tree, and
+//! with published hits.
 
 use glam::{DAffine3, DVec3};
 use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere};
 use lanecast::reference::{Grid, Hit, Reference, camera_ray, shadow};
 use lanecast::scene::*;
 
+mod implicit_operands;
 mod implicits;
 mod mesh_hits;
 mod properties;

@@ -1,6 +1,8 @@
-//! Random rays against definitions: membership, placement, and the tree.
+//! Properties of the reference on random rays: hits are where membership changes, placement
+//! means the object ray, and the tree changes nothing.
 
 use super::*;
+use crate::common::property;
 use glam::{DMat3, DQuat};
 use proptest::prelude::*;
 
@@ -49,13 +51,6 @@ fn placed(b: &mut SceneBuilder, kind: usize, place: DAffine3) {
     b.instance("", Edge::shape(shape).transform(transform));
 }
 
-fn config(cases: u32) -> ProptestConfig {
-    ProptestConfig {
-        failure_persistence: None,
-        ..ProptestConfig::with_cases(cases)
-    }
-}
-
 /// Instance and primitive, or a miss.
 type Ids = Option<(u64, u32)>;
 
@@ -64,7 +59,7 @@ fn ids(answer: &Option<Hit>) -> Ids {
 }
 
 proptest! {
-    #![proptest_config(config(2000))]
+    #![proptest_config(property(2000))]
 
     /// Along the ray the solid neither begins nor ends before the hit, and does
     /// so at the hit.
@@ -175,7 +170,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(config(150))]
+    #![proptest_config(property(150))]
 
     /// The tree prunes, nothing else.
     #[test]

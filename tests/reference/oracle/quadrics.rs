@@ -1,4 +1,4 @@
-//! Quadrics, and hits of them that were worked out by hand.
+//! Quadrics, and their hits worked out by hand.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! One shape of each kind, and hits of it that were worked out by hand.
+//! One shape of each kind, and its hits worked out by hand.
 
 use super::implicits::{implicit, torus};
 use super::quadrics::hyperboloid;

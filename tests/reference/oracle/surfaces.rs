@@ -1,5 +1,4 @@
-//! Published surfaces and rays (assets/surfaces): where each ray meets them, to
-//! twenty digits.
+//! Published surfaces and rays (assets/surfaces): t of every hit, to twenty digits.
 
 use super::implicits::tape;
 use super::*;

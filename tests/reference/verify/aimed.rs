@@ -1,5 +1,4 @@
-//! Aimed rays reach what they are aimed at, and scenes stay what they are when
-//! they are moved.
+//! Aimed rays are hard for f32, and moving a scene changes nothing but its place.
 
 use super::*;
 use lanecast::accel::{Structure, World};

@@ -1,17 +1,18 @@
-//! `verify` must see what is wrong, and only that: rows are made by the
-//! reference itself, then falsified one by one.
+//! `verify` sees every fault, and nothing else: the reference makes rows without a fault, and
+//! each test falsifies some of them.
 
 use glam::DVec3;
 use lanecast::geom::{Cuboid, Sphere};
 use lanecast::measure::verify::{self, *};
-use lanecast::reference::{Grid, Reference, camera_ray, shadow};
+use lanecast::reference::Reference;
 use lanecast::render::Progress;
 use lanecast::scene::*;
 use lanecast::trace::{Outcome, RayKind, TracedRay};
 
 mod aimed;
+mod scene;
 
-const SIZE: [u32; 2] = [48, 32];
+use scene::{rows, scene, view, with};
 
 /// To the end: nobody wishes to stop.
 fn replay(reference: &Reference, rays: &[TracedRay], options: &VerifyOptions) -> Comparison {
@@ -25,129 +26,6 @@ fn independent(
     options: &VerifyOptions,
 ) -> Comparison {
     verify::independent(reference, view, rays, options, &Progress::default()).unwrap()
-}
-
-/// A ball over a box, a square of two triangles behind, two lights.
-fn scene() -> Scene {
-    let mut b = SceneBuilder::default();
-    let shapes = [
-        b.sphere(
-            "",
-            Sphere {
-                center: DVec3::new(0.0, 1.5, 0.0),
-                radius: 1.0,
-            },
-        ),
-        b.cuboid(
-            "",
-            Cuboid {
-                min: DVec3::new(-2.0, -1.0, -2.0),
-                max: DVec3::new(2.0, 0.0, 2.0),
-            },
-        ),
-        b.mesh(
-            "",
-            &MeshData {
-                positions: vec![
-                    [-6.0, -3.0, -4.0],
-                    [6.0, -3.0, -4.0],
-                    [6.0, 3.0, -4.0],
-                    [-6.0, 3.0, -4.0],
-                ],
-                triangles: vec![[0, 1, 2], [0, 2, 3]],
-                ..MeshData::default()
-            },
-        ),
-    ];
-    for shape in shapes {
-        b.instance("", Edge::shape(shape));
-    }
-    b.light(Light::Point {
-        position: DVec3::new(3.0, 5.0, 4.0),
-        intensity: [10.0; 3],
-        falloff: Falloff::InverseSquare,
-    });
-    b.light(Light::Directional {
-        direction: DVec3::new(1.0, -1.0, -0.5),
-        irradiance: [1.0; 3],
-    });
-    b.camera(
-        "",
-        Camera::perspective(DVec3::new(0.7, 2.0, 9.0), DVec3::Y, DVec3::Y, 45.0),
-    );
-    b.finish().expect("the test's own scene is sound")
-}
-
-fn view(scene: &Scene) -> View<'_> {
-    View {
-        camera: &scene.cameras.rows[0],
-        size: SIZE,
-        grid: Grid::Centers,
-    }
-}
-
-/// What a flawless fast path would trace.
-fn rows(reference: &Reference) -> Vec<TracedRay> {
-    let scene = reference.scene();
-    let mut rows = Vec::new();
-    for pixel in 0..SIZE[0] * SIZE[1] {
-        let at = [pixel % SIZE[0], pixel / SIZE[0]];
-        let ray = camera_ray(&scene.cameras.rows[0], SIZE, Grid::Centers, at);
-        let dir = ray.dir.map(f64::from);
-        let hit = reference.nearest(ray.org, dir, f64::INFINITY);
-        let row = TracedRay {
-            kind: RayKind::Primary,
-            pixel,
-            sample: 0,
-            depth: 0,
-            org: ray.org,
-            dir: ray.dir,
-            t_max: f32::INFINITY,
-            outcome: hit.map_or(Outcome::Miss, |h| Outcome::Hit {
-                t: h.t,
-                instance: h.instance,
-                primitive: h.primitive,
-                normal: h.normal,
-            }),
-        };
-        rows.push(row);
-        let Some(hit) = hit else { continue };
-        for (light, l) in scene.lights.iter().enumerate() {
-            let own = shadow(reference, ray.org, dir, &hit, l);
-            // From the light's side, as some fast paths do; the start is just
-            // off the surface.
-            let p = DVec3::from_array(ray.org) + DVec3::from_array(dir) * hit.t;
-            let n = DVec3::from_array(hit.normal);
-            let p = p + n * 1e-9 * -n.dot(DVec3::from_array(dir)).signum();
-            let (to, t_max) = match l {
-                Light::Point { position, .. } => (*position - p, 1.0),
-                Light::Directional { direction, .. } => (-*direction, f32::INFINITY),
-            };
-            rows.push(TracedRay {
-                kind: RayKind::Shadow {
-                    light: light as u32,
-                },
-                org: p.to_array(),
-                dir: to.to_array().map(|x| x as f32),
-                t_max,
-                outcome: if own.blocked {
-                    Outcome::Blocked
-                } else {
-                    Outcome::Clear
-                },
-                ..row
-            });
-        }
-    }
-    rows
-}
-
-fn with<T>(test: impl FnOnce(&Reference, Vec<TracedRay>) -> T) -> T {
-    let scene = scene();
-    let appearances = Appearances::of(&scene).expect("small");
-    let reference = Reference::new(&scene, &appearances).unwrap();
-    let rows = rows(&reference);
-    test(&reference, rows)
 }
 
 const ALL: VerifyOptions = VerifyOptions {

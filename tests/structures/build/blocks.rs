@@ -1,4 +1,4 @@
-//! Which blocks keep each vertex once, and that none loses a bit by it.
+//! Blocks of triangles that share vertices keep each vertex once, without losing a bit.
 
 use super::check::{build, check, mesh_bits};
 use super::soups::{Triangle, cloud, numbers, row, sheet, soup};

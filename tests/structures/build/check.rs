@@ -1,4 +1,4 @@
-//! Trees over the triangles of a mesh or over boxes, and what holds of each.
+//! Builds trees over triangles or boxes, and checks what every tree must satisfy.
 
 use super::soups::{Triangle, row};
 use lanecast::accel::{

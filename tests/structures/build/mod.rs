@@ -1,6 +1,6 @@
-//! Wide trees: every primitive stands in a leaf once, every box contains what
-//! is below it, and the tree's bits depend on the primitives alone. Of trees of
-//! high quality too, which cost no more than others.
+//! Wide trees: every primitive is in one leaf, every box contains what is below it, and the
+//! bits of a tree depend on its primitives alone. Trees of high quality, too, which cost no
+//! more than others.
 
 mod blocks;
 mod check;
@@ -8,6 +8,7 @@ mod qualities;
 mod refit;
 mod soups;
 
+use crate::common::property;
 use check::{around, build, build_high, check, check_tree, mesh_bits};
 use lanecast::accel::{BuildQuality, WIDE, build_boxes, build_mesh};
 use lanecast::math::Aabb32;
@@ -161,6 +162,8 @@ fn a_tree_beats_chance() {
 }
 
 proptest! {
+    #![proptest_config(property(256))]
+
     #[test]
     fn any_triangles_make_valid_trees(
         corners in prop::collection::vec(prop::array::uniform3(-8_i32..8), 0..400),

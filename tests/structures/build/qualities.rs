@@ -1,5 +1,5 @@
-//! Trees of high quality cost less and show the same; and the generated meshes that
-//! they are measured with.
+//! Trees of high quality cost less and render the same picture; and the generated meshes that
+//! measure them.
 
 use super::check::{build, build_high};
 use crate::common::{ALL_AOVS, hash};

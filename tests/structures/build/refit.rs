@@ -1,4 +1,4 @@
-//! Trees that keep their shape and take new boxes.
+//! Trees that are refitted: the same shape, new boxes.
 
 use super::check::{build, check, check_tree, mesh_bits};
 use super::soups::{cloud, numbers, row, soup};

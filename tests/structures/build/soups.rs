@@ -1,4 +1,4 @@
-//! Triangles that builders meet, good ones and degenerate ones.
+//! Triangle soups for builders, among them degenerate ones.
 
 use crate::common::Random;
 use lanecast::scene::{Mesh, MeshData, Meshes};

@@ -1,4 +1,4 @@
-//! Two pictures, two records of rays: what differs, in numbers.
+//! Counts the differences between two pictures, or two records of rays.
 
 use lanecast::plan::Precision;
 use lanecast::reference::Reference;
@@ -217,9 +217,9 @@ fn ulps(a: f64, b: f64, precision: Precision) -> f64 {
 }
 
 /// Whether exact arithmetic has both at the same t.
-pub fn is_tie(judge: &Reference, (org, dir): ([f64; 3], [f32; 3]), ids: [HitId; 2]) -> bool {
+pub fn is_tie(reference: &Reference, (org, dir): ([f64; 3], [f32; 3]), ids: [HitId; 2]) -> bool {
     let first = |id: HitId| {
-        let all = judge.crossings(org, dir.map(f64::from), id.instance, id.primitive);
+        let all = reference.crossings(org, dir.map(f64::from), id.instance, id.primitive);
         all.iter().map(|c| c.t).find(|t| *t > 0.0)
     };
     let [a, b] = ids.map(first);

@@ -1,16 +1,18 @@
-//! What must not show: the unit of length, the order of the input, what is
-//! neither seen nor in a shadow's way, and which way the axes point.
+//! Changes of a scene that must not change its picture: the unit of length, the order of the
+//! input, objects that no ray meets, and rotations that permute the axes.
 //!
-//! Each test makes a scene twice and compares what is seen, bit by bit; nobody
-//! needs to know what is right. Quick on a few scenes; the campaigns take all
-//! that are at hand.
+//! Each test makes a scene twice and compares the pictures or hits bit by bit, so it needs no
+//! oracle. The quick tests take a few scenes, the ignored ones all that are at hand.
 
 mod compare;
 mod remade;
 mod solids;
 mod sums;
 
-use crate::common::{ALL_AOVS, Loaded, Random, RayColumns, assets, hard_rays, load, random_scene};
+use crate::common::{
+    ALL_AOVS, Loaded, Random, RayColumns, assets, campaign, hard_rays, in_repository, load,
+    random_scene,
+};
 use compare::{Tally, is_tie, same_pictures, same_records, show};
 use glam::DVec3;
 use lanecast::accel::Structure;
@@ -21,7 +23,6 @@ use lanecast::render::{Progress, RenderConfig, Rendered, View, render};
 use lanecast::scene::{Appearances, Edge, Scene, SceneBuilder};
 use lanecast::trace::{HitId, TracedRay};
 use remade::{Change, Order, Turn, below, remade};
-use std::path::Path;
 
 const MODES: [Precision; 3] = [Precision::Fast, Precision::Guarded, Precision::Exact];
 
@@ -71,8 +72,7 @@ fn complete(scene: Scene) -> Loaded {
 }
 
 fn of_project(name: &str) -> Loaded {
-    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes"));
-    load(&folder.join(name), 1.5)
+    load(&in_repository("scenes").join(name), 1.5)
 }
 
 /// Names and scenes: some of ours, random ones, some of the assets.
@@ -258,7 +258,7 @@ fn permuting(scenes: &[(String, Loaded)], config: &RenderConfig, hard: usize) ->
     let mut tally = Tally::default();
     for (name, plain) in scenes {
         let rays = questions(plain, config, hard);
-        let judge = Reference::brute_force(&plain.scene, &plain.appearances).expect("few");
+        let reference = Reference::brute_force(&plain.scene, &plain.appearances).expect("few");
         let mut order = Order::shuffled(11);
         let other = remade(&plain.scene, &Change::NONE, &mut order);
         let other = finished(other, plain, &Change::NONE);
@@ -298,7 +298,7 @@ fn permuting(scenes: &[(String, Loaded)], config: &RenderConfig, hard: usize) ->
                 if new_id == *id {
                     let same = *id == HitId::NONE || t.to_bits() == new_t.to_bits();
                     wrong[1] += usize::from(!same);
-                } else if is_tie(&judge, rays.ray(i), [*id, new_id]) {
+                } else if is_tie(&reference, rays.ray(i), [*id, new_id]) {
                     ties += 1;
                 } else {
                     wrong[0] += 1;
@@ -317,16 +317,16 @@ fn permuting(scenes: &[(String, Loaded)], config: &RenderConfig, hard: usize) ->
 
 #[test]
 fn the_order_of_the_input_does_not_show() {
-    let tally = permuting(&few(), &config(48, 32), 5_000);
+    let tally = permuting(&few(), &config(48, 32), campaign(5_000));
     assert!(tally.ties > 0);
     tally.settle();
-    permuting(&surfaces(), &config(48, 32), 5_000).settle();
+    permuting(&surfaces(), &config(48, 32), campaign(5_000)).settle();
 }
 
 #[test]
 #[ignore = "a campaign of minutes"]
 fn the_order_of_the_input_does_not_show_anywhere() {
-    let tally = permuting(&many(), &config(192, 128), 200_000);
+    let tally = permuting(&many(), &config(192, 128), campaign(200_000));
     show("permuting", tally).settle();
 }
 

@@ -1,5 +1,5 @@
-//! The same scene once more, from its tables: in another size, turned, in
-//! another order, or with one thing more.
+//! Copies a scene from its tables with a change: another scale, a rotation, another order, or
+//! one object more.
 
 use crate::common::Random;
 use glam::{DAffine3, DMat3, DVec3};

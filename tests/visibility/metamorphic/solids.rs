@@ -1,6 +1,7 @@
-//! A solid's t whatever the axes.
+//! t of a solid is invariant under permutations of the axes.
 
 use super::Turn;
+use crate::common::property;
 use glam::DVec3;
 use lanecast::geom::guarded::{self, ObjectRay};
 use lanecast::geom::{
@@ -114,7 +115,7 @@ fn vector(range: f64) -> impl Strategy<Value = DVec3> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(500) })]
+    #![proptest_config(property(500))]
 
     #[test]
     fn a_solid_is_as_deep_however_it_is_turned(

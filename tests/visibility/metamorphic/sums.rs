@@ -1,7 +1,8 @@
-//! What t rests on: sums without an order, and a triangle's t whatever the axes
-//! and whichever corner is named first.
+//! Sums of three do not depend on their order, and t of a triangle neither on the order of the
+//! axes nor on which corner is first.
 
 use super::Turn;
+use crate::common::property;
 use lanecast::geom::Ray;
 use lanecast::geom::triangle::{Corners, canonical, depth_each, splat};
 use lanecast::math::Vec3;
@@ -51,7 +52,7 @@ fn number() -> impl Strategy<Value = f32> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(3000) })]
+    #![proptest_config(property(3000))]
 
     #[test]
     fn sums_have_no_order(numbers in prop::array::uniform3(number())) {

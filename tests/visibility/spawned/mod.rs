@@ -1,16 +1,16 @@
-//! Rays that leave a surface do not meet the point that they leave, and skip
-//! nothing that lies beyond the stated bound (docs/NUMERICS.md, where rays start).
+//! Rays that leave a surface do not meet the point that they leave, and skip nothing beyond
+//! the stated bound (docs/NUMERICS.md, where rays start).
 //!
-//! One primitive at a time, of every kind and size. Rays meet it, and leave from
-//! there to both sides, as the integrator has them do. Of what is convex a ray
-//! that leaves outward may meet nothing at all; of what is flat none may meet what
-//! it left. A ray that leaves inward is met by the other side, and where that is
-//! as near as the bound, the judge is asked whether it is the other side. Then a
-//! plate is put in front of the point, at twice the bound: every ray has to meet it.
+//! Scenes have one primitive, of every kind and size. Rays hit it, and leave from the hit to
+//! both sides, as the integrator has them do. A ray that leaves a convex primitive outward
+//! meets nothing; a ray that leaves a flat one does not meet it again. A ray that leaves
+//! inward meets the other side; where that is as near as the bound, the reference says
+//! whether it is the other side. Then a plate stands in front of the point, at twice the
+//! bound, and every ray has to meet it.
 
 mod subjects;
 
-use crate::common::{Random, RayColumns};
+use crate::common::{Random, RayColumns, campaign, kernels};
 use glam::DVec3;
 use lanecast::accel::{Structure, World};
 use lanecast::geom::HalfSpace;
@@ -19,7 +19,7 @@ use lanecast::geom::guarded::implicit::blur_at;
 use lanecast::geom::implicit::gradient_at;
 use lanecast::math::Vec3;
 use lanecast::math::bounds::UNIT;
-use lanecast::plan::{Kernels, Precision, native_width};
+use lanecast::plan::Precision;
 use lanecast::reference::Reference;
 use lanecast::scene::{Appearances, Edge, Scene, shape_bounds};
 use lanecast::shade::Surface;
@@ -39,13 +39,6 @@ const PRIMARY: usize = 512;
 const PLATES: usize = 24;
 const AT_PLATE: usize = 16;
 
-fn kernels(precision: Precision) -> Kernels {
-    Kernels {
-        precision,
-        lanes: native_width(),
-    }
-}
-
 #[derive(Clone, Copy, Debug, Default)]
 struct Counts {
     spawned: usize,
@@ -53,8 +46,8 @@ struct Counts {
     own: usize,
     /// Rays that went inward, and found no other side.
     lost: usize,
-    /// Asked of the judge.
-    judged: usize,
+    /// Asked of the reference.
+    asked: usize,
     at_plates: usize,
     skipped: usize,
     /// Starts further off than the bound allows.
@@ -68,7 +61,7 @@ impl AddAssign for Counts {
         self.spawned += other.spawned;
         self.own += other.own;
         self.lost += other.lost;
-        self.judged += other.judged;
+        self.asked += other.asked;
         self.at_plates += other.at_plates;
         self.skipped += other.skipped;
         self.far += other.far;
@@ -210,7 +203,7 @@ fn bound(
 /// Rays to both sides of every hit.
 fn leave_all(
     world: &World,
-    judge: &Reference,
+    reference: &Reference,
     (kind, subject): (Kind, &Subject),
     precision: Precision,
     left: &[Left],
@@ -255,7 +248,7 @@ fn leave_all(
         if kind.is_flat() || height.abs() > 2.0 * left.plate() {
             continue;
         }
-        counts.judged += 1;
+        counts.asked += 1;
         if let Some(f) = subject.sign_at(world, org) {
             // It may bend up before the ray, and not behind: what was left is not met if
             // the ray started on its side of it.
@@ -263,7 +256,7 @@ fn leave_all(
             continue;
         }
         // What was left lies behind, the other side ahead.
-        let crossings = judge.crossings(org, dir.map(f64::from), id.instance, id.primitive);
+        let crossings = reference.crossings(org, dir.map(f64::from), id.instance, id.primitive);
         let behind = crossings.iter().any(|c| c.t < 0.0);
         let ahead = crossings.iter().any(|c| c.t > 0.0);
         counts.own += usize::from(!behind || !ahead);
@@ -336,9 +329,16 @@ fn spawn(kind: Kind, scale: f64, precision: Precision, rays: usize, seed: u64) -
         let scene = subject.builder.clone().finish().expect("a good scene");
         let appearances = Appearances::of(&scene).expect("one");
         let world = World::build(&scene, &appearances, Structure::Bvh);
-        let judge = Reference::brute_force(&scene, &appearances).expect("one");
+        let reference = Reference::brute_force(&scene, &appearances).expect("one");
         let left = hits(&world, &subject, precision, random);
-        counts += leave_all(&world, &judge, (kind, &subject), precision, &left, random);
+        counts += leave_all(
+            &world,
+            &reference,
+            (kind, &subject),
+            precision,
+            &left,
+            random,
+        );
         counts += meet_plates(&subject, precision, &left, random);
     }
     counts
@@ -356,14 +356,8 @@ fn spawn_everywhere(rays: usize) -> Vec<(Kind, Precision, Counts)> {
             }
             println!(
                 "{kind:?} {precision:?}: {} left, {} met it again, {} lost the other side, {} \
-                 asked of the judge; {} at plates, {} skipped; off by {:.3} bounds at most",
-                sum.spawned,
-                sum.own,
-                sum.lost,
-                sum.judged,
-                sum.at_plates,
-                sum.skipped,
-                sum.furthest
+                 asked of the reference; {} at plates, {} skipped; off by {:.3} bounds at most",
+                sum.spawned, sum.own, sum.lost, sum.asked, sum.at_plates, sum.skipped, sum.furthest
             );
             all.push((kind, precision, sum));
         }
@@ -379,12 +373,12 @@ fn settle(all: &[(Kind, Precision, Counts)]) {
 
 #[test]
 fn rays_leave_what_they_start_from_and_skip_nothing() {
-    settle(&spawn_everywhere(7 * 1000));
+    settle(&spawn_everywhere(campaign(7 * 1000)));
 }
 
 /// A million rays of each kind and mode.
 #[test]
 #[ignore = "a campaign of minutes"]
 fn a_million_rays_leave_what_they_start_from_and_skip_nothing() {
-    settle(&spawn_everywhere(1_000_000));
+    settle(&spawn_everywhere(campaign(1_000_000)));
 }

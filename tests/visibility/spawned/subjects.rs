@@ -1,4 +1,4 @@
-//! One primitive of each kind, of a size and at a place of its own.
+//! One primitive of each kind, with a random size and centre.
 
 use crate::common::{Random, barth_sextic, clebsch, dented, gyroid, torus};
 use glam::{DAffine3, DQuat, DVec3};

@@ -1,4 +1,4 @@
-//! Exact numbers: sums and products of f64, and their quotients.
+//! Exact numbers: integers of any length times powers of two, and their quotients.
 
 use num_bigint::{BigInt, Sign};
 use std::cmp::Ordering;
@@ -7,18 +7,23 @@ use std::ops::{Add, Mul, Neg, Sub};
 /// `integer` · 2^`power`.
 #[derive(Clone, Debug)]
 pub struct Exact {
-    integer: BigInt,
-    power: i64,
+    pub integer: BigInt,
+    pub power: i64,
+}
+
+/// (m, p) of a finite |x| = m · 2^p.
+pub fn decode(x: f64) -> (u64, i64) {
+    let (exponent, fraction) = ((x.to_bits() >> 52 & 0x7ff) as i64, x.to_bits() << 12 >> 12);
+    match exponent {
+        0 => (fraction, -1074),
+        _ => (fraction + (1 << 52), exponent - 1075),
+    }
 }
 
 impl From<f64> for Exact {
     fn from(x: f64) -> Exact {
         assert!(x.is_finite());
-        let (exponent, fraction) = ((x.to_bits() >> 52 & 0x7ff) as i64, x.to_bits() << 12 >> 12);
-        let (m, power) = match exponent {
-            0 => (fraction, -1074),
-            _ => (fraction + (1 << 52), exponent - 1075),
-        };
+        let (m, power) = decode(x);
         let zeros = if m == 0 { 0 } else { m.trailing_zeros() };
         let integer = BigInt::from(m >> zeros);
         Exact {
@@ -84,8 +89,38 @@ impl Neg for &Exact {
 }
 
 impl Exact {
+    pub fn int(x: i32) -> Exact {
+        f64::from(x).into()
+    }
+
+    /// How it compares with 0.
     pub fn sign(&self) -> Ordering {
         self.integer.cmp(&BigInt::ZERO)
+    }
+
+    /// −1, 0 or 1.
+    pub fn signum(&self) -> i32 {
+        self.sign() as i32
+    }
+
+    pub fn order(&self, other: &Exact) -> Ordering {
+        (self - other).sign()
+    }
+
+    pub fn abs(&self) -> Exact {
+        if self.sign().is_lt() {
+            -self
+        } else {
+            self.clone()
+        }
+    }
+
+    /// |self| / |other| in parts per million, rounded down.
+    pub fn millionths_of(&self, other: &Exact) -> u64 {
+        let power = self.power.min(other.power);
+        let at = |x: &Exact| x.integer.magnitude() << (x.power - power);
+        let parts = at(self) * 1_000_000_u32 / at(other);
+        parts.iter_u64_digits().next().unwrap_or(0)
     }
 }
 

@@ -11,7 +11,7 @@
 //! runtime for the required instructions. The code therefore uses only integers, static
 //! text and the system's own `write`; atomics and `black_box` stand where the compiler
 //! would otherwise choose vector or BMI instructions. The test under an emulator is in
-//! `tests/cli.rs`.
+//! `tests/cli/`.
 
 use std::hint::black_box;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering::Relaxed};

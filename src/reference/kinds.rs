@@ -1,5 +1,5 @@
-//! The kinds: what each of them is to the judge. Their boxes; the polynomials or meetings
-//! that are their definitions; and normals, gradients of these in f64.
+//! What the oracle knows of each kind of primitive: its box; the polynomials or meetings that
+//! define it; and its normals, gradients of these in f64.
 
 mod prism;
 

@@ -16,7 +16,7 @@
 //! primitive) is the answer (S10).
 //!
 //! [`Reference::new`] prunes by a median-split tree of its own (O7);
-//! [`Reference::brute_force`] tests every primitive. tests/reference.rs compares the two.
+//! [`Reference::brute_force`] tests every primitive. tests/reference/ compares the two.
 //! Both lay out all instances, and refuse scenes that have too many of them.
 //!
 //! This crate is an internal part of Lanecast and may change with any version; the crate

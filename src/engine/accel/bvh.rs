@@ -7,7 +7,7 @@
 //! visited changes no answer (ties are broken by id in the query), so it is
 //! chosen by one lane alone.
 //!
-//! Checked against the linear scan by tests/accel.rs, hit by hit and bit by bit.
+//! Checked against the linear scan by tests/structures/accel.rs, hit by hit and bit by bit.
 
 use super::count::Count;
 use super::index::{Figures, Index, Leaf};

@@ -9,7 +9,7 @@
 //! hit's t, every box on the way there, padded as [`Group::padded`] says. Boxes
 //! hold what the *stored inverses* take into the boxes below, so the rounding of
 //! an inverse is in the boxes; that of the rays is in the pad. Checked by
-//! tests/nested.rs: the same hits as a flat world, bit for bit.
+//! tests/structures/nested.rs: the same hits as a flat world, bit for bit.
 
 use super::builders::{BuildQuality, build_boxes};
 use super::wide::WideTree;

@@ -9,7 +9,7 @@
 //! the first alone would not see that neighbours are none any more.
 //!
 //! Answers do not depend on any of it: boxes contain what they stand for, and ties
-//! go by id. Checked by tests/frames.rs.
+//! go by id. Checked by tests/structures/frames.rs.
 
 use super::builders::{BuildQuality, refit_boxes};
 use super::forest::Forests;

@@ -8,7 +8,7 @@
 //! limit only leaves out what lies beyond it. A ray that finds nothing had a
 //! bound that was wrong; its tile is traced again, that ray without a bound. So
 //! the bits are those of a cold query whatever is guessed. Checked by
-//! tests/frames.rs.
+//! tests/structures/frames.rs.
 //!
 //! The bound comes from the same primitive, met where it is now, or from the
 //! depths of the ray's tile a frame ago: docs/COHERENCE.md compares the two.

@@ -57,7 +57,7 @@ impl Affine {
     ///
     /// Never inlined: LLVM 22.1 (rustc 1.95, AVX-512, superword vectorisation)
     /// miscompiled a loop with two inlined products. A single product is compiled
-    /// correctly; tests/scene_checks/graphs.rs compares it with a product written out.
+    /// correctly; tests/formats/scene_checks/graphs.rs compares it with a product written out.
     #[inline(never)]
     pub fn then_after(&self, inner: &Affine) -> Affine {
         let linear = inner.linear.map(|c| self.vector(c));

@@ -11,7 +11,7 @@
 //! solver cannot separate form a [`Cluster`]. No solver panics, loops endlessly or
 //! allocates without limit.
 //!
-//! docs/ROOTS.md says which solver to use when, and what they cost. tests/roots.rs
+//! docs/ROOTS.md says which solver to use when, and what they cost. tests/kernels/roots/
 //! compares them with certified roots and with Sturm's theorem in fractions.
 
 mod algebraic;

@@ -11,7 +11,7 @@
 //! Trees depend on the primitives alone: no step asks how many threads there
 //! are, and equal costs go to the first choice. Rows that all coincide, have no
 //! extent, or are too large or small for areas in f32 are halved in their order.
-//! Checked by tests/build.rs.
+//! Checked by tests/structures/build/.
 
 mod binary;
 mod bins;

@@ -20,7 +20,7 @@
 //! step by step: each is computed anew from its plane.
 //!
 //! The tests below hold the cells visited against all cells, suite.rs walks
-//! against the linear scan, tests/accel.rs pictures.
+//! against the linear scan, tests/structures/accel.rs pictures.
 
 mod build;
 mod march;

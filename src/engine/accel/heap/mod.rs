@@ -11,7 +11,7 @@
 //! does by monotonicity; a sphere's does since its pad exceeds that of boxes by
 //! more than its own roundings. The walk ends when the nearest volume lies
 //! behind every lane's limit. suite.rs holds walks against the linear scan,
-//! tests/accel.rs pictures.
+//! tests/structures/accel.rs pictures.
 
 mod queue;
 mod spheres;

@@ -25,7 +25,7 @@
 //! entry's hit counts wherever it was found. [`KdClip::Triangle`] lacks step 2
 //! for rays that run along a triangle's plane to within about 10⁻⁹ of its size.
 //!
-//! Checked by tests/accel.rs and tests/structures.rs.
+//! Checked by tests/structures/accel.rs and tests/structures/counts.rs.
 
 mod build;
 mod clip;

@@ -6,7 +6,7 @@
 //! (u, v).
 //!
 //! What these numbers are relative to is the tree's alone: which rays make a tile
-//! with it changes no bit of what a ray meets. tests/parallel.rs holds that.
+//! with it changes no bit of what a ray meets. tests/visibility/parallel.rs holds that.
 
 use super::bundle::{Bundle, LEAST_SLOPE, RelativeBox, SHORTEST, SOONEST, main_axis};
 use super::centre::Centre;

@@ -8,7 +8,7 @@
 //! ([`DoubleDouble`](crate::math::double_double::DoubleDouble)), and else from exact numbers in a place of the
 //! thread ([`Dyadic`](crate::math::dyadic::Dyadic)); no finite input is refused. Triangles, which are most, have predicates of their own
 //! ([`crate::geom::triangle::exact`]).
-//! tests/exact_solids.rs compares with integers of any length.
+//! tests/kernels/exact_solids/ compares with integers of any length.
 
 mod across;
 pub(in crate::geom) mod along;

@@ -11,7 +11,7 @@
 //! Signs, and the order of two t, come from f64 where its error bound allows,
 //! as nearly always, and else from integers ([`side`], [`crate::math::int`]) of the
 //! least size that holds the pair's numbers: no ray or triangle of finite numbers is
-//! refused. tests/exact.rs compares with integers of any length.
+//! refused. tests/kernels/exact_triangles/ compares with integers of any length.
 
 use super::Corners;
 use crate::geom::exact::{Line, side};

@@ -16,7 +16,7 @@
 //! - **Absent operations.** There is no reciprocal, reciprocal square root or elementary
 //!   function, since their bits differ between processors.
 //!
-//! tests/lanes.rs compares every operation with scalar code, bit by bit.
+//! tests/kernels/lanes/ compares every operation with scalar code, bit by bit.
 
 mod one;
 mod pair;

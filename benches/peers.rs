@@ -14,7 +14,7 @@ use glam::Vec3A;
 use lanecast::io::RaySet;
 use lanecast::measure::queries::{Answers, Ask};
 use lanecast::measure::ray_kinds::Kind;
-use lanecast::scene::{Appearances, MeshData};
+use lanecast::scene::{Instances, MeshData};
 use lanecast::trace::HitId;
 use obvhs::BvhBuildParams;
 use obvhs::cwbvh::{CwBvh, builder::build_cwbvh_from_tris};
@@ -94,8 +94,8 @@ fn peers(c: &mut Criterion) {
     let pool = one_thread();
     let mesh = displaced_sphere(320, 160);
     let scene = mesh_scene(&mesh);
-    let appearances = Appearances::of(&scene).expect("few appearances");
-    let work: Traced = traced(&scene, &appearances, &KINDS, SIDE);
+    let instances = Instances::of(&scene).expect("few instances");
+    let work: Traced = traced(&scene, &instances, &KINDS, SIDE);
     let peer = Peer::of(&mesh);
     let modes = || work.modes.iter();
     let (_, exact) = modes()

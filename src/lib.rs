@@ -30,12 +30,12 @@
 //!
 //! // A default view and lights, since the scene brings none.
 //! let config = RenderConfig { width: 64, height: 48, ..RenderConfig::default() };
-//! let appearances = Appearances::of(&scene)?;
-//! let (scene, camera) = scene.completed(None, &appearances, 64.0 / 48.0);
+//! let instances = Instances::of(&scene)?;
+//! let (scene, camera) = scene.completed(None, &instances, 64.0 / 48.0);
 //!
 //! // What the scene needs, its trees, its picture.
-//! let plan = plan(&scene, &appearances, &Choices::default())?;
-//! let world = World::build(&scene, &appearances, Structure::Bvh);
+//! let plan = plan(&scene, &instances, &Choices::default())?;
+//! let world = World::build(&scene, &instances, Structure::Bvh);
 //! let view = View { world: &world, kernels: plan.kernels, camera, lights: &scene.lights };
 //! let rendered = render(&view, &config, false, &Progress::default())?;
 //!

@@ -10,7 +10,7 @@ use lanecast::measure::ray_kinds::{Kind, Order};
 use lanecast::measure::rays::{Source, direction_of, ray_sets};
 use lanecast::plan::{Choices, Kernels, Precision, plan};
 use lanecast::render::{Grid, Progress};
-use lanecast::scene::{Appearances, Camera, Edge, MeshData, Scene, SceneBuilder};
+use lanecast::scene::{Camera, Edge, Instances, MeshData, Scene, SceneBuilder};
 use lanecast::trace::Caching;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -146,31 +146,26 @@ pub struct Traced {
     pub modes: Vec<(&'static str, Kernels)>,
 }
 
-pub fn traced<'a>(
-    scene: &'a Scene,
-    appearances: &'a Appearances,
-    kinds: &[Kind],
-    side: u32,
-) -> Traced {
+pub fn traced<'a>(scene: &'a Scene, instances: &'a Instances, kinds: &[Kind], side: u32) -> Traced {
     // Beside and above the camera.
-    traced_by(DVec3::new(4.0, 6.0, 5.0), scene, appearances, kinds, side)
+    traced_by(DVec3::new(4.0, 6.0, 5.0), scene, instances, kinds, side)
 }
 
 /// With a light at this place.
 pub fn traced_by<'a>(
     light: DVec3,
     scene: &'a Scene,
-    appearances: &'a Appearances,
+    instances: &'a Instances,
     kinds: &[Kind],
     side: u32,
 ) -> Traced {
-    let world = World::build(scene, appearances, Structure::Bvh);
+    let world = World::build(scene, instances, Structure::Bvh);
     let kernels = |precision| {
         let choices = Choices {
             precision,
             ..Choices::default()
         };
-        let plan = plan(scene, appearances, &choices).expect("the plan's own choice is built");
+        let plan = plan(scene, instances, &choices).expect("the plan's own choice is built");
         plan.kernels
     };
     let eye = DVec3::new(1.4, 1.8, 3.6);

@@ -8,14 +8,14 @@ use crate::io::{LoadError, LoadOptions};
 use crate::measure::{PlanSummary, SceneCounts, Stats, Watch};
 use crate::plan::{Accel, Plan, PlanError, plan};
 use crate::render::{Grid, RenderConfig};
-use crate::scene::{Appearances, Camera, Scene, builtin};
+use crate::scene::{Camera, Instances, Scene, builtin};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::path::Path;
 
 /// A complete scene, and how it will be traced.
 pub struct Prepared {
     pub scene: Scene,
-    pub appearances: Appearances,
+    pub instances: Instances,
     pub camera: Camera,
     pub plan: Plan,
     pub build: BuildQuality,
@@ -62,9 +62,9 @@ pub fn complete(
         Some(solver) => scene.solved_by(solver).map_err(of_scene)?,
         None => scene,
     };
-    let appearances = Appearances::of(&scene).map_err(of_scene)?;
-    let (scene, camera) = scene.completed(row, &appearances, aspect(config));
-    let plan = plan(&scene, &appearances, &config.choices)
+    let instances = Instances::of(&scene).map_err(of_scene)?;
+    let (scene, camera) = scene.completed(row, &instances, aspect(config));
+    let plan = plan(&scene, &instances, &config.choices)
         .map_err(|e: PlanError| CliError::Usage(e.to_string()))?;
     stats.stages.push(watch.stage("plan"));
     let pool = thread_pool(config.threads)?;
@@ -77,7 +77,7 @@ pub fn complete(
         solvers: scene.implicits.chosen_solvers(),
     };
     stats.scene = SceneCounts {
-        appearances: appearances.count(),
+        instances: instances.count(),
         shapes: scene.shapes.len() as u64,
         triangles: scene.meshes.triangles.len() as u64,
         lights: scene.lights.len() as u64,
@@ -87,7 +87,7 @@ pub fn complete(
     }
     Ok(Prepared {
         scene,
-        appearances,
+        instances,
         camera,
         plan,
         build: config.build,
@@ -100,7 +100,7 @@ impl Prepared {
     /// Builds the trees on the pool.
     pub fn world(&self, watch: &mut Watch, stats: &mut Stats) -> World {
         let structure = structure(&self.plan, &self.kd);
-        let build = || World::build_to(self.build, &self.scene, &self.appearances, structure);
+        let build = || World::build_to(self.build, &self.scene, &self.instances, structure);
         let world = self.pool.install(build);
         for (name, bytes) in world.bytes() {
             stats.memory.insert(name.into(), bytes as u64);

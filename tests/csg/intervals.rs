@@ -49,7 +49,7 @@ fn spans_of_balls(tree: &Tree, balls: [[f64; 2]; 2]) -> Vec<f64> {
     });
     let (org, dir) = ([0.0; 3], [1.0, 0.0, 0.0]);
     let world = asked.world();
-    let (start, all) = spans(&world, asked.combination(), &Line { org, dir });
+    let (start, all) = spans(&world, asked.csg(), &Line { org, dir });
     assert!(!start);
     let reference = asked.reference();
     let expected: Vec<f64> = reference
@@ -243,7 +243,7 @@ fn check(tree: &Tree, asked: &Asked, parts: &[Option<Part>], in_fast: bool, cont
     let id_of = |c: &Change| c.operand as u32 | if c.turned { TURNED } else { 0 };
     let found = |dir: f64| {
         let (org, dir) = ([0.0; 3], [dir, 0.0, 0.0]);
-        let found = spans(&world, asked.combination(), &Line { org, dir });
+        let found = spans(&world, asked.csg(), &Line { org, dir });
         let crossings = reference.crossings(org, dir, 0, 0);
         let same = found.1.iter().map(|c| c.root.rounded());
         assert!(
@@ -374,7 +374,7 @@ fn a_hundred_thousand_nested_differences() {
         for i in 0..DEEP {
             let hole = ball(scene, [i as f64 + 0.25, i as f64 + 0.75]);
             let operands = [solid, hole].map(lanecast::scene::Operand::shape);
-            solid = scene.combination("", Operator::Difference, &operands);
+            solid = scene.csg("", Operator::Difference, &operands);
         }
         solid
     });

@@ -218,7 +218,7 @@ impl Program {
             map.translation *= scale;
             let map = scene.transform(map.into());
             let operand = Operand::shape(shape).transform(map);
-            scene.combination("", Operator::Union, &[operand])
+            scene.csg("", Operator::Union, &[operand])
         };
         self.leaves.iter().map(add).collect()
     }

@@ -47,7 +47,7 @@ impl Tree {
                     .iter()
                     .map(|tree| Operand::shape(tree.shape(scene, shapes)))
                     .collect();
-                scene.combination("", *operator, &operands)
+                scene.csg("", *operator, &operands)
             }
         }
     }

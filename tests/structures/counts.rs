@@ -10,7 +10,7 @@
 
 use crate::common::{Loaded, assets, load};
 use lanecast::accel::{
-    Count, Counter, Counts, Density, Figures, Forest, Forests, Structure, World,
+    BaselineLevels, Count, Counter, Counts, Density, Figures, Levels, Structure, World,
 };
 use lanecast::geom::Guarded;
 use lanecast::math::Vec3;
@@ -42,22 +42,22 @@ fn rays(loaded: &Loaded) -> Vec<TracedRay> {
 }
 
 /// Traces each ray anew, at one lane, and compares. No occluder is tried first.
-fn replay(world: &World, forest: &Forest, rays: &[TracedRay]) -> (Counts, Figures) {
+fn replay(world: &World, levels: &BaselineLevels, rays: &[TracedRay]) -> (Counts, Figures) {
     let counter = Counter::default();
     let count = Count(Some(&counter));
-    let mut scratch = [forest.top.scratch::<f32>(), forest.top.scratch::<f32>()];
+    let mut scratch = [levels.tlas.scratch::<f32>(), levels.tlas.scratch::<f32>()];
     for ray in rays {
         let dir = ray.dir.map(f64::from);
         let packet = Packet::<f32>::new(Vec3::splat(ray.org), Vec3::splat(dir), 0.0, &world.bounds);
         let tester = Tester::<f32, Guarded>::new(world, &packet);
         if let RayKind::Shadow { .. } = ray.kind {
             let mut query = AnyHit::<f32>::new(ray.t_max);
-            tester.trace(forest, &mut query, &mut scratch, count);
+            tester.trace(levels, &mut query, &mut scratch, count);
             assert_eq!(query.blocked(), ray.outcome == Outcome::Blocked, "{ray:?}");
             continue;
         }
         let mut query = Closest::<f32, Guarded>::new(ray.t_max);
-        tester.trace(forest, &mut query, &mut scratch, count);
+        tester.trace(levels, &mut query, &mut scratch, count);
         let id = query.id(0);
         match ray.outcome {
             Outcome::Hit {
@@ -74,15 +74,15 @@ fn replay(world: &World, forest: &Forest, rays: &[TracedRay]) -> (Counts, Figure
             _ => assert_eq!(id, HitId::NONE, "{ray:?}"),
         }
     }
-    (counter.counts(), forest.top.figures())
+    (counter.counts(), levels.tlas.figures())
 }
 
 fn measure(name: &str, world: &World, rays: &[TracedRay]) -> Counts {
     let start = Instant::now();
-    let Forests::Compared(forest) = &world.forest else {
+    let Levels::Baseline(levels) = &world.levels else {
         return Counts::default();
     };
-    let (counts, figures) = replay(world, forest, rays);
+    let (counts, figures) = replay(world, levels, rays);
     let per_ray = |n: u64| n as f64 / rays.len() as f64;
     println!(
         "    {name:22} {:8.2} steps {:8.2} tests {:7.2} spared {:8.0} ns, {} nodes or cells, {} references",

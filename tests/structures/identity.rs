@@ -108,7 +108,7 @@ fn thinned(rays: &RaySet, step: usize) -> RaySet {
 
 fn primitives(loaded: &Loaded) -> usize {
     let scene = &loaded.scene;
-    let rows = loaded.appearances.iter(scene);
+    let rows = loaded.instances.iter(scene);
     let of = |shape| match scene.shapes.row(shape) {
         lanecast::scene::Shape::Mesh(id) => scene.meshes.row(id).triangles.len(),
         _ => 1,

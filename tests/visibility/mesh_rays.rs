@@ -67,8 +67,8 @@ fn published_mesh_hits_through_packets() {
         let rows = rows(of_mesh);
         let loaded = load(&assets.join("meshes").join(file), 1.0);
         // One mesh, in place: its triangles are the file's.
-        assert_eq!(loaded.appearances.count(), 1, "{file}");
-        assert!(loaded.appearances.rows[0].object_from_world.is_identity());
+        assert_eq!(loaded.instances.count(), 1, "{file}");
+        assert!(loaded.instances.rows[0].object_from_world.is_identity());
         let table = &loaded.scene.meshes;
         let moved = table.rounded[0] != 0 || table.center[0] != DVec3::ZERO;
         meshes[usize::from(moved)] += 1;

@@ -75,9 +75,9 @@ struct Traced {
 /// Rays down through the panes.
 fn trace(question: Question) -> Traced {
     let scene = hall_of_glass();
-    let appearances = Appearances::of(&scene).unwrap();
-    let plan = plan(&scene, &appearances, &Choices::default()).unwrap();
-    let world = World::build(&scene, &appearances, Structure::Bvh);
+    let instances = Instances::of(&scene).unwrap();
+    let plan = plan(&scene, &instances, &Choices::default()).unwrap();
+    let world = World::build(&scene, &instances, Structure::Bvh);
     let cancel = AtomicBool::new(false);
     let integrator = Integrator {
         world: &world,

@@ -1,6 +1,6 @@
 //! Solids placed in the world, and the spans of lines inside them.
 
-use crate::accel::{Combined, FacetTrees};
+use crate::accel::{MeshCrossingTrees, PreparedCsg};
 use crate::geom::exact::{Line, Root, span};
 use crate::geom::primitive::Boundaries;
 use crate::math::bounds::{ErrorBounded, UNIT};
@@ -14,8 +14,8 @@ use std::ops::ControlFlow;
 pub struct Placed<'a> {
     scene: &'a Scene,
     shape: Shape,
-    /// The combination, or a shape that a line may enter many times.
-    combined: Option<Combined>,
+    /// The CSG solid, or a shape that a line may enter many times.
+    csg: Option<PreparedCsg>,
     object_from_world: Affine,
     /// World-space bounding box.
     pub(super) bounds: Aabb,
@@ -41,19 +41,22 @@ impl<'a> Placed<'a> {
         object_from_world: &Affine,
     ) -> Result<Placed<'a>, NoVolume> {
         let shape = scene.shapes.row(id);
-        let combined = match shape {
+        let csg = match shape {
             Shape::Mesh(row) => {
                 if scene.meshes.open[row.index()] || check_closed(scene, row).is_err() {
                     return Err(NoVolume::Mesh);
                 }
-                Some(Combined::of_one(scene, id))
+                Some(PreparedCsg::of_one(scene, id))
             }
             _ if scene.no_inside(shape).is_some() => return Err(NoVolume::Surface),
             _ if shape.boundaries() == Boundaries::Span => None,
-            Shape::Combination(row) => {
-                Some(Combined::of(scene, id, row, &mut FacetTrees::default()))
-            }
-            _ => Some(Combined::of_one(scene, id)),
+            Shape::Csg(row) => Some(PreparedCsg::of(
+                scene,
+                id,
+                row,
+                &mut MeshCrossingTrees::default(),
+            )),
+            _ => Some(PreparedCsg::of_one(scene, id)),
         };
         let own = shape_bounds(scene, id).ok_or(NoVolume::Unbounded)?;
         let corner = |p: DVec3| DVec3::from_array(world_from_object.point(p.to_array()));
@@ -65,7 +68,7 @@ impl<'a> Placed<'a> {
         Ok(Placed {
             scene,
             shape,
-            combined,
+            csg,
             object_from_world: *object_from_world,
             bounds,
             unit: libm::scalbn(1.0, libm::ilogb(size) + 1),
@@ -94,7 +97,7 @@ impl<'a> Placed<'a> {
         let mut part = |enter: ErrorBounded, exit: ErrorBounded| {
             part(enter.value, exit.value, enter.error + exit.error);
         };
-        let Some(combined) = &self.combined else {
+        let Some(csg) = &self.csg else {
             let solid = self.scene.solid(self.shape);
             for ends in solid.iter().flat_map(|solid| span(solid, &line).spans()) {
                 if let [Some(enter), Some(exit)] = ends {
@@ -104,7 +107,7 @@ impl<'a> Placed<'a> {
             return;
         };
         let mut since = None;
-        boundaries(combined, self.scene, (&line, f64::NEG_INFINITY), |change| {
+        boundaries(csg, self.scene, (&line, f64::NEG_INFINITY), |change| {
             let t = place(&change.root);
             if change.enters {
                 since = Some(t);

@@ -371,7 +371,7 @@ proptest! {
             let one = make(false)(b);
             let row = Cuboid { min: DVec3::splat(-64.0), max: DVec3::splat(64.0) };
             let other = b.cuboid("", row);
-            b.combination("", Operator::Intersection, &[one, other].map(Operand::shape))
+            b.csg("", Operator::Intersection, &[one, other].map(Operand::shape))
         };
         let mut ends: Vec<f64> =
             signs.iter().filter(|s| s.1 != s.2).map(|s| s.0).collect();

@@ -128,8 +128,8 @@ pub fn rows(reference: &Reference) -> Vec<TracedRay> {
 /// Runs `test` with the reference of the scene and its rows.
 pub fn with<T>(test: impl FnOnce(&Reference, Vec<TracedRay>) -> T) -> T {
     let scene = scene();
-    let appearances = Appearances::of(&scene).expect("small");
-    let reference = Reference::new(&scene, &appearances).unwrap();
+    let instances = Instances::of(&scene).expect("small");
+    let reference = Reference::new(&scene, &instances).unwrap();
     let rows = rows(&reference);
     test(&reference, rows)
 }

@@ -21,7 +21,7 @@ use lanecast::math::Vec3;
 use lanecast::math::bounds::UNIT;
 use lanecast::plan::Precision;
 use lanecast::reference::Reference;
-use lanecast::scene::{Appearances, Edge, Scene, shape_bounds};
+use lanecast::scene::{Edge, Instances, Scene, shape_bounds};
 use lanecast::shade::Surface;
 use lanecast::trace::{HitId, ShadowCache};
 use std::ops::AddAssign;
@@ -159,8 +159,8 @@ fn bound(
     surface: &Surface,
 ) -> f64 {
     let scene: &Scene = &world.scene;
-    let appearance = world.appearances.get(scene, 0);
-    let shape = scene.shapes.row(appearance.shape);
+    let instance = world.instances.get(scene, 0);
+    let shape = scene.shapes.row(instance.shape);
     let single = precision != Precision::Exact
         && matches!(
             shape,
@@ -171,7 +171,7 @@ fn bound(
     } else {
         f64::EPSILON
     } * 0.5;
-    let own = shape_bounds(scene, appearance.shape).map_or(0.0, |b| b.max_abs());
+    let own = shape_bounds(scene, instance.shape).map_or(0.0, |b| b.max_abs());
     let object = DVec3::from_array(subject.object_from_world.point(org));
     let mut object = own.max(object.abs().max_element());
     // The magnitudes that a quadric is made of there, by its slope, are as coordinates.
@@ -291,8 +291,8 @@ fn meet_plates(
         };
         builder.instance("", Edge::shape(plate));
         let scene = builder.finish().expect("a good scene");
-        let appearances = Appearances::of(&scene).expect("two");
-        let world = World::build(&scene, &appearances, Structure::Bvh);
+        let instances = Instances::of(&scene).expect("two");
+        let world = World::build(&scene, &instances, Structure::Bvh);
         let mut rays = RayColumns::default();
         while rays.len() < AT_PLATE {
             // Steep enough to come to the plate before it ends.
@@ -327,9 +327,9 @@ fn spawn(kind: Kind, scale: f64, precision: Precision, rays: usize, seed: u64) -
     while counts.spawned < rays {
         let subject = subject(kind, scale, random);
         let scene = subject.builder.clone().finish().expect("a good scene");
-        let appearances = Appearances::of(&scene).expect("one");
-        let world = World::build(&scene, &appearances, Structure::Bvh);
-        let reference = Reference::brute_force(&scene, &appearances).expect("one");
+        let instances = Instances::of(&scene).expect("one");
+        let world = World::build(&scene, &instances, Structure::Bvh);
+        let reference = Reference::brute_force(&scene, &instances).expect("one");
         let left = hits(&world, &subject, precision, random);
         counts += leave_all(
             &world,

@@ -94,7 +94,7 @@ impl Kind {
     }
 }
 
-/// A scene of one appearance.
+/// A scene of one instance.
 pub struct Subject {
     pub builder: SceneBuilder,
     /// Around what there is to see of it, object space.
@@ -107,9 +107,9 @@ pub struct Subject {
 impl Subject {
     /// Of an implicit surface's function, at a point of the world; of a polynomial exact.
     pub fn sign_at(&self, world: &World, point: [f64; 3]) -> Option<Ordering> {
-        let appearance = world.appearances.get(&world.scene, 0);
+        let instance = world.instances.get(&world.scene, 0);
         let point = self.object_from_world.point(point);
-        match world.scene.shapes.row(appearance.shape) {
+        match world.scene.shapes.row(instance.shape) {
             Shape::Implicit(id) => Some(sign_at(world.scene.implicits.row(id).tape, point)),
             Shape::LevelSet(id) => {
                 let formula = world.scene.level_sets.row(id).formula;

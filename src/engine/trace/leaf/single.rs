@@ -1,13 +1,13 @@
 //! The kernels of single primitives, and a closer look at what they leave open.
 
 use super::Tester;
-use crate::accel::Entry;
+use crate::accel::TlasEntry;
 use crate::geom::guarded::{self, ObjectRay};
 use crate::geom::{Certainty, Meet, Ray, by_solver};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::roots::Solver;
 use crate::scene::{ImplicitId, Shape, Tables};
-use crate::trace::few::{Few, Look, look_again};
+use crate::trace::double_pass::{DoublePass, SecondLook, look_again};
 use crate::trace::packet::Packet;
 use crate::trace::query::{HitId, Query};
 use glam::DVec3;
@@ -15,7 +15,7 @@ use glam::DVec3;
 impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     /// The kernel of a single primitive.
     #[inline(always)]
-    fn meet(&self, object: &Packet<L>, entry: &Entry, active: L::Mask) -> Meet<L> {
+    fn meet(&self, object: &Packet<L>, entry: &TlasEntry, active: L::Mask) -> Meet<L> {
         if C::DOUBTS_ALL {
             return Meet::unsure(active);
         }
@@ -34,7 +34,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
 
 impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     /// What the kernel of a single primitive says of every lane.
-    pub(in crate::trace) fn kernel(&self, entry: &Entry) -> Meet<L> {
+    pub(in crate::trace) fn kernel(&self, entry: &TlasEntry) -> Meet<L> {
         let all = L::Mask::splat(true);
         if entry.placed {
             self.meet(&self.object_packet(entry, DVec3::ZERO), entry, all)
@@ -47,10 +47,10 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     /// ray meets what it has just left; those of f64 do, and rule out the most. What they are
     /// certain is in the way of any-hit rays blocks these.
     #[inline(always)]
-    pub(super) fn settled<Q: Query<L>>(
+    pub(super) fn certified<Q: Query<L>>(
         &self,
         object: &Packet<L>,
-        entry: &Entry,
+        entry: &TlasEntry,
         active: L::Mask,
         query: &mut Q,
     ) -> Meet<L> {
@@ -65,7 +65,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         // Where does not matter.
         if Q::ANY && must.any() {
             let id = HitId {
-                instance: entry.appearance,
+                instance: entry.instance,
                 primitive: 0,
             };
             query.block(must, id);
@@ -80,7 +80,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
 #[inline(never)]
 fn look_closer<L: Lanes>(
     scene: &Tables,
-    entry: &Entry,
+    entry: &TlasEntry,
     object: &Packet<L>,
     limit: L,
     asked: u32,
@@ -91,22 +91,26 @@ fn look_closer<L: Lanes>(
 /// One primitive, seen in its space.
 struct Primitive<'a> {
     scene: &'a Tables,
-    entry: &'a Entry,
+    entry: &'a TlasEntry,
 }
 
-impl Look for Primitive<'_> {
+impl SecondLook for Primitive<'_> {
     #[inline(never)]
-    fn look<D: Lanes<Scalar = f64, Double = D>>(&self, few: &Few<D>, asked: u32) -> [u32; 2] {
-        let ray = Ray::<D>::new(few.org, few.dir, few.t_min);
-        let line = ObjectRay::new(&few.org, &few.dir, &ray);
+    fn look<D: Lanes<Scalar = f64, Double = D>>(
+        &self,
+        pass: &DoublePass<D>,
+        asked: u32,
+    ) -> [u32; 2] {
+        let ray = Ray::<D>::new(pass.org, pass.dir, pass.t_min);
+        let line = ObjectRay::new(&pass.org, &pass.dir, &ray);
         let asked = D::Mask::from_bits(asked);
         let extent = extent(self.entry);
         let meet = self
             .scene
             .meet_again(self.entry.shape, extent, &line, asked);
         let [from, to] = meet.within;
-        let may = meet.hit & from.le(few.limit) | meet.unsure;
-        [may.bits(), (meet.hit & to.lt(few.limit)).bits()]
+        let may = meet.hit & from.le(pass.limit) | meet.unsure;
+        [may.bits(), (meet.hit & to.lt(pass.limit)).bits()]
     }
 }
 
@@ -160,7 +164,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
 }
 
 /// The longest side of a primitive's box.
-fn extent(entry: &Entry) -> f32 {
+fn extent(entry: &TlasEntry) -> f32 {
     let side = |k: usize| entry.own.max[k] - entry.own.min[k];
     side(0).max(side(1)).max(side(2))
 }

@@ -21,7 +21,7 @@ type Point = [f64; 3];
 const KEPT: usize = 16;
 
 /// Answers to questions of K numbers, each in the place that these give it.
-struct Kept<const K: usize> {
+struct KeptTrees<const K: usize> {
     answers: [Answer<K>; KEPT],
 }
 
@@ -33,8 +33,8 @@ struct Answer<const K: usize> {
     side: Ordering,
 }
 
-impl<const K: usize> Kept<K> {
-    const NOTHING: Kept<K> = Kept {
+impl<const K: usize> KeptTrees<K> {
+    const NOTHING: KeptTrees<K> = KeptTrees {
         answers: [Answer {
             of: [0.0; K],
             line: 0,
@@ -66,8 +66,8 @@ struct Known {
     line: Line,
     /// Counts lines.
     number: u64,
-    edges: Kept<6>,
-    points: Kept<5>,
+    edges: KeptTrees<6>,
+    points: KeptTrees<5>,
 }
 
 thread_local! {
@@ -75,8 +75,8 @@ thread_local! {
         RefCell::new(Known {
             line: Line { org: [f64::NAN; 3], dir: [f64::NAN; 3] },
             number: 0,
-            edges: Kept::NOTHING,
-            points: Kept::NOTHING,
+            edges: KeptTrees::NOTHING,
+            points: KeptTrees::NOTHING,
         })
     };
 }

@@ -76,12 +76,12 @@ impl<D: Lanes> Default for Store<D> {
     }
 }
 
-type Kept<D> = Cell<Option<Box<Store<D>>>>;
+type KeptTrees<D> = Cell<Option<Box<Store<D>>>>;
 
 thread_local! {
-    static EIGHT: Kept<Eight> = const { Cell::new(None) };
-    static FOUR: Kept<Four> = const { Cell::new(None) };
-    static ONE: Kept<f64> = const { Cell::new(None) };
+    static EIGHT: KeptTrees<Eight> = const { Cell::new(None) };
+    static FOUR: KeptTrees<Four> = const { Cell::new(None) };
+    static ONE: KeptTrees<f64> = const { Cell::new(None) };
 }
 
 /// Where rays first meet the surface beyond t_min.
@@ -139,7 +139,7 @@ fn ask_by<L: Lanes, D: Lanes<Scalar = f64, Double = D>, const ANY: bool>(
     object: &ObjectRay<L>,
     limit: L,
     active: L::Mask,
-    kept: &'static LocalKey<Kept<D>>,
+    kept: &'static LocalKey<KeptTrees<D>>,
 ) -> Answer<L> {
     let columns = [
         object.org.x,

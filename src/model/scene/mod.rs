@@ -33,7 +33,7 @@ pub use crate::csg::Operator;
 pub use crate::geom::face::{Face, FaceKey};
 pub use builder::SceneBuilder;
 pub use builtin::builtin;
-pub use cameras::{Camera, Cameras, Projection};
+pub use cameras::{Camera, Cameras, Projection, UnknownCamera};
 pub use check::{Entity, EntityKind, SceneError};
 pub use check::{children_first, used_nodes};
 pub use conditioning::Blur;

@@ -19,8 +19,8 @@ use crate::plan::Kernels;
 use crate::render::{Progress, mix, unit};
 use crate::scene::{Camera, Instance, Projection, Scene};
 use crate::trace::{
-    BEAM, Caching, Depths, HitId, HitIds, Hits, Origins, Outcome, RayKind, Rays, ShadowCache,
-    TracedRay, any, closest,
+    BEAM, Caching, Depths, HitId, HitIds, Hits, Outcome, RayKind, Rays, ShadowCache, TracedRay,
+    Vectors, any, closest,
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -30,7 +30,7 @@ use targets::in_object;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aimed {
     pub org: [f64; 3],
-    pub dir: [f32; 3],
+    pub dir: [f64; 3],
     pub t_max: f32,
 }
 
@@ -74,7 +74,7 @@ pub fn adversarial_rays(
             } else {
                 about.ray(to, &other, random)
             };
-            let dir = dir.to_array().map(|x| x as f32);
+            let dir = dir.to_array();
             let finite = org.is_finite() && dir.iter().all(|x| x.is_finite());
             (finite && dir != [0.0; 3]).then_some(Aimed {
                 org: org.to_array(),
@@ -329,11 +329,11 @@ fn trace_chunk(world: &World, kernels: &Kernels, rays: &[Aimed]) -> [Vec<Outcome
         .chain(std::iter::repeat_n(&idle, missing))
         .collect();
     let org: [Vec<f64>; 3] = std::array::from_fn(|k| rows.iter().map(|r| r.org[k]).collect());
-    let dir: [Vec<f32>; 3] = std::array::from_fn(|k| rows.iter().map(|r| r.dir[k]).collect());
+    let dir: [Vec<f64>; 3] = std::array::from_fn(|k| rows.iter().map(|r| r.dir[k]).collect());
     let t_max: Vec<f32> = rows.iter().map(|r| r.t_max).collect();
     let columns = Rays {
-        org: Origins::Double(org.each_ref().map(|x| &x[..])),
-        dir: dir.each_ref().map(|x| &x[..]),
+        org: Vectors::Double(org.each_ref().map(|x| &x[..])),
+        dir: Vectors::Double(dir.each_ref().map(|x| &x[..])),
         t_min: &vec![0.0; rows.len()],
         t_max: &t_max,
     };

@@ -9,7 +9,7 @@ use crate::io::RaySet;
 use crate::plan::Kernels;
 use crate::render::Progress;
 use crate::trace::{
-    BEAM, CacheCounts, Caching, Depths, HitIds, Hits, Ids, ItemBuffer, Origins, Rays, ShadowCache,
+    BEAM, CacheCounts, Caching, Depths, HitIds, Hits, Ids, ItemBuffer, Rays, ShadowCache, Vectors,
     any, any_counted, closest, closest_counted, closest_listed,
 };
 use rayon::prelude::*;
@@ -80,8 +80,8 @@ const CHUNK: usize = 2048;
 /// Returns the columns of some rows, which must be whole tiles.
 pub(super) fn columns(rays: &RaySet, rows: Range<usize>) -> Rays<'_> {
     Rays {
-        org: Origins::Single(rays.org.each_ref().map(|x| &x[rows.clone()])),
-        dir: rays.dir.each_ref().map(|x| &x[rows.clone()]),
+        org: Vectors::Single(rays.org.each_ref().map(|x| &x[rows.clone()])),
+        dir: Vectors::Single(rays.dir.each_ref().map(|x| &x[rows.clone()])),
         t_min: &rays.t_min[rows.clone()],
         t_max: &rays.t_max[rows],
     }
@@ -122,10 +122,10 @@ pub fn trace(
     answers.prepare(ask, whole + last.len());
     match ask {
         Ask::Closest => {
-            // Origins that are equal in f32 are equal in f64.
+            // Vectors that are equal in f32 are equal in f64.
             let ray = |i: usize| {
                 let meets = rays.t_max[i] > 0.0;
-                meets.then(|| (rays.org(i).map(f64::from), rays.dir(i)))
+                meets.then(|| (rays.org(i).map(f64::from), rays.dir(i).map(f64::from)))
             };
             let items = ItemBuffer::of_rays(world, rays.len(), ray);
             let chunks = answers.hit_chunks(CHUNK).enumerate();

@@ -71,7 +71,7 @@ pub fn ray_sets(source: &Source, kinds: &[Kind], progress: &Progress) -> Option<
                 source.world,
                 Precision::Fast,
                 primary.org(i).map(f64::from),
-                primary.dir(i),
+                primary.dir(i).map(f64::from),
                 f64::from(answers.t[i]),
                 id,
             );
@@ -169,7 +169,6 @@ fn primary(source: &Source, camera: Camera, pixels: &[Pixel]) -> (RaySet, Vec<u3
     let mut numbers = Vec::with_capacity(pixels.len());
     for pixel in pixels {
         let (org, dir) = generator.ray(pixel.x.into(), pixel.y.into(), [0.5, 0.5]);
-        let dir = DVec3::from_array(dir.map(f64::from));
         push(&mut set, org, dir, f32::INFINITY);
         if set.len() > numbers.len() {
             numbers.push(pixel.number);

@@ -15,7 +15,7 @@ pub enum Grid {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorldRay {
     pub org: [f64; 3],
-    pub dir: [f32; 3],
+    pub dir: [f64; 3],
 }
 
 /// Returns the ray of column `x` and row `y` of a W×H picture, the top row first.
@@ -49,8 +49,5 @@ pub fn camera_ray(
         Projection::Perspective { half_height } => (eye, moved(forward, half_height)),
         Projection::Orthographic { half_height } => (moved(eye, half_height), forward),
     };
-    WorldRay {
-        org,
-        dir: dir.map(|v| v as f32),
-    }
+    WorldRay { org, dir }
 }

@@ -1,5 +1,5 @@
-//! Camera rays. A world ray has an f64 origin and an f32 direction; every precision,
-//! kernel and replay starts from exactly these numbers.
+//! Camera rays. A world ray has an origin and a direction in f64; every precision, kernel
+//! and replay starts from exactly these numbers.
 
 use super::config::Grid;
 use crate::math::Vec3;
@@ -38,14 +38,12 @@ impl RayGenerator {
     /// Returns origin and direction of the ray through pixel (`x`, `y`) at `offset` in
     /// [0, 1]² from the pixel's left and top edges. The direction is not unit: its
     /// component along the view axis is 1, so t is depth.
-    pub fn ray(&self, x: u32, y: u32, offset: [f64; 2]) -> (DVec3, [f32; 3]) {
+    pub fn ray(&self, x: u32, y: u32, offset: [f64; 2]) -> (DVec3, DVec3) {
         let (org, dir) = self.rays([x, y].map(f64::from), offset);
-        let dir = DVec3::from(dir).to_array();
-        (org.into(), dir.map(|x| x as f32))
+        (org.into(), dir.into())
     }
 
-    /// Computes [`ray`](Self::ray) in lanes; the directions still have to be rounded to
-    /// f32.
+    /// Computes [`ray`](Self::ray) in lanes.
     #[inline(always)]
     pub fn rays<D: Lanes<Scalar = f64>>(
         &self,

@@ -55,7 +55,7 @@ fn around(raster: &Raster, generator: &RayGenerator, pixels: &[(u32, u32)]) -> R
         let (x, y) = (range[0][right], range[1][down]);
         let (_, dir) = generator.ray(x, y, [right as f64, down as f64]);
         for k in 0..3 {
-            dirs[k][i] = dir[k];
+            dirs[k][i] = dir[k] as f32;
         }
     }
     let rect = raster.rect([&dirs[0], &dirs[1], &dirs[2]]);

@@ -374,9 +374,8 @@ fn spawn(
         let before = queue.weight.row(i);
         let weight = std::array::from_fn(|k| before[k] * weight[k]);
         if weight.iter().any(|w| *w >= LEAST_WEIGHT) {
-            let dir32 = dir.to_array().map(|x| x as f32);
             let org = surface.leave(side);
-            next.push(org, dir32, f32::INFINITY, queue.pixel[i], weight, kind);
+            next.push(org, dir, f32::INFINITY, queue.pixel[i], weight, kind);
         }
     };
     if let Some((dir, weight)) = out.mirror {

@@ -6,9 +6,8 @@
 
 use super::columns::{Column3, Doubles, STEP, Singles, keep};
 use crate::math::Vec3;
-use crate::math::lanes::Lanes;
 use crate::scene::Rgb;
-use crate::trace::{MAX_LANES, Origins, RayKind, Rays};
+use crate::trace::{MAX_LANES, RayKind, Rays, Vectors};
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
 use glam::DVec3;
@@ -21,7 +20,7 @@ pub const BATCH: usize = 1024;
 /// Rays of one depth in columns of equal length, apart from padding rays at the end.
 pub struct RayQueue<'b> {
     org: Column3<'b, Doubles>,
-    dir: Column3<'b, Singles>,
+    dir: Column3<'b, Doubles>,
     t_min: ArenaVec<'b, f32>,
     pub t_max: ArenaVec<'b, f32>,
     /// Row of the tile's film.
@@ -51,14 +50,14 @@ impl<'b> RayQueue<'b> {
     pub fn push(
         &mut self,
         org: DVec3,
-        dir: [f32; 3],
+        dir: DVec3,
         t_max: f32,
         pixel: u32,
         weight: Rgb,
         kind: RayKind,
     ) {
         self.org.push(org.to_array());
-        self.dir.push(dir);
+        self.dir.push(dir.to_array());
         self.t_min.push(0.0);
         self.t_max.push(t_max);
         self.pixel.push(pixel);
@@ -76,8 +75,7 @@ impl<'b> RayQueue<'b> {
         pixels: &[u32; STEP],
     ) {
         self.org.push_some(org, rows);
-        let [x, y, z] = [dir.x, dir.y, dir.z].map(Singles::narrow);
-        self.dir.push_some(Vec3::new(x, y, z), rows);
+        self.dir.push_some(dir, rows);
         keep(&mut self.pixel, pixels, rows);
     }
 
@@ -126,8 +124,8 @@ impl<'b> RayQueue<'b> {
         self.t_min.resize(padded, 0.0);
         self.t_max.resize(padded, -1.0);
         Rays {
-            org: Origins::Double(self.org.slices(first)),
-            dir: self.dir.slices(first),
+            org: Vectors::Double(self.org.slices(first)),
+            dir: Vectors::Double(self.dir.slices(first)),
             t_min: &self.t_min[first..],
             t_max: &self.t_max[first..],
         }
@@ -147,16 +145,14 @@ impl<'b> RayQueue<'b> {
     /// last may repeat.
     #[inline(always)]
     pub fn gather(&self, rows: &[u32; STEP]) -> (Vec3<Doubles>, Vec3<Doubles>) {
-        let (org, dir) = (self.org.gather(rows), self.dir.gather(rows));
-        let dir = Vec3::new(dir.x.widen(), dir.y.widen(), dir.z.widen());
-        (org, dir)
+        (self.org.gather(rows), self.dir.gather(rows))
     }
 
     pub fn org(&self, i: usize) -> [f64; 3] {
         self.org.row(i)
     }
 
-    pub fn dir(&self, i: usize) -> [f32; 3] {
+    pub fn dir(&self, i: usize) -> [f64; 3] {
         self.dir.row(i)
     }
 }

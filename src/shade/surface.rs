@@ -51,12 +51,12 @@ impl Surface {
         world: &World,
         precision: Precision,
         org: [f64; 3],
-        dir: [f32; 3],
+        dir: [f64; 3],
         t: f64,
         id: HitId,
     ) -> Surface {
         let interaction = InteractionPart::of(world, precision, id);
-        let [org, dir] = [org, dir.map(f64::from)].map(|v| Vec3::<f64>::from(DVec3::from(v)));
+        let [org, dir] = [org, dir].map(|v| Vec3::<f64>::from(DVec3::from(v)));
         let one = interaction.surfaces((org, dir), t, &[id.primitive]);
         Surface {
             point: one.point.into(),

@@ -1,6 +1,6 @@
 //! Rays and hits of the stable interface, in columns that grow and need no padding by hand.
 
-use crate::trace::{HitId, HitIds, MAX_LANES, Origins, Rays};
+use crate::trace::{HitId, HitIds, MAX_LANES, Rays, Vectors};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -8,7 +8,7 @@ use std::ops::Range;
 #[derive(Clone, Debug, Default)]
 pub struct RayBatch {
     org: [Vec<f64>; 3],
-    dir: [Vec<f32>; 3],
+    dir: [Vec<f64>; 3],
     t_min: Vec<f32>,
     t_max: Vec<f32>,
     len: usize,
@@ -27,7 +27,7 @@ impl RayBatch {
         self.truncate(self.len);
         for k in 0..3 {
             self.org[k].push(org[k]);
-            self.dir[k].push(dir[k] as f32);
+            self.dir[k].push(dir[k]);
         }
         self.t_min.push(t.start.max(0.0));
         self.t_max.push(t.end);
@@ -51,7 +51,7 @@ impl RayBatch {
     /// Returns origin and direction of a ray.
     pub fn ray(&self, row: usize) -> (DVec3, DVec3) {
         let org = [0, 1, 2].map(|k| self.org[k][row]);
-        let dir = [0, 1, 2].map(|k| f64::from(self.dir[k][row]));
+        let dir = [0, 1, 2].map(|k| self.dir[k][row]);
         (DVec3::from_array(org), DVec3::from_array(dir))
     }
 
@@ -64,8 +64,8 @@ impl RayBatch {
     pub(super) fn rows(&self, rows: Range<usize>) -> Rays<'_> {
         let Range { start, end } = rows;
         Rays {
-            org: Origins::Double([0, 1, 2].map(|k| &self.org[k][start..end])),
-            dir: [0, 1, 2].map(|k| &self.dir[k][start..end]),
+            org: Vectors::Double([0, 1, 2].map(|k| &self.org[k][start..end])),
+            dir: Vectors::Double([0, 1, 2].map(|k| &self.dir[k][start..end])),
             t_min: &self.t_min[start..end],
             t_max: &self.t_max[start..end],
         }

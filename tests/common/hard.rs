@@ -157,7 +157,7 @@ pub fn hard_rays(scene: &Scene, instances: &Instances, seed: u64, count: usize) 
                 axis * within.length()
             }
         };
-        let dir = dir.to_array().map(|x| x as f32);
+        let dir = dir.to_array();
         let wide = DVec3::from_array(dir.map(f64::from));
         if wide.length() > 0.0 {
             rays.push(point - wide * (1.0 + 9.0 * random.unit().abs()), dir);

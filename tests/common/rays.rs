@@ -4,7 +4,7 @@ use glam::DVec3;
 use lanecast::internals::accel::World;
 use lanecast::internals::plan::Kernels;
 use lanecast::internals::trace::{
-    Depths, HitId, HitIds, Hits, ItemBuffer, MAX_LANES, Origins, Rays, ShadowCache, any, closest,
+    Depths, HitId, HitIds, Hits, ItemBuffer, MAX_LANES, Rays, ShadowCache, Vectors, any, closest,
     closest_listed,
 };
 
@@ -12,15 +12,15 @@ use lanecast::internals::trace::{
 #[derive(Default)]
 pub struct RayColumns {
     org: [Vec<f64>; 3],
-    dir: [Vec<f32>; 3],
+    dir: [Vec<f64>; 3],
     len: usize,
 }
 
 impl RayColumns {
-    pub fn push(&mut self, org: DVec3, dir: [f32; 3]) {
+    pub fn push<X: Into<f64> + Copy>(&mut self, org: DVec3, dir: [X; 3]) {
         for k in 0..3 {
             self.org[k].push(org[k]);
-            self.dir[k].push(dir[k]);
+            self.dir[k].push(dir[k].into());
         }
         self.len += 1;
     }
@@ -29,7 +29,7 @@ impl RayColumns {
         self.len
     }
 
-    pub fn ray(&self, i: usize) -> ([f64; 3], [f32; 3]) {
+    pub fn ray(&self, i: usize) -> ([f64; 3], [f64; 3]) {
         (
             std::array::from_fn(|k| self.org[k][i]),
             std::array::from_fn(|k| self.dir[k][i]),
@@ -116,8 +116,8 @@ impl RayColumns {
         }
         t_max.resize(padded, -1.0);
         trace(&Rays {
-            org: Origins::Double([&org[0], &org[1], &org[2]]),
-            dir: [&dir[0], &dir[1], &dir[2]],
+            org: Vectors::Double([&org[0], &org[1], &org[2]]),
+            dir: Vectors::Double([&dir[0], &dir[1], &dir[2]]),
             t_min: &vec![0.0; padded],
             t_max: &t_max,
         })

@@ -72,7 +72,7 @@ pub fn spans<'a>(world: &'a World, id: CsgId, line: &Line) -> (bool, Vec<Crossin
     (start, all)
 }
 
-pub fn line(org: [f64; 3], dir: [f32; 3]) -> Line {
+pub fn line(org: [f64; 3], dir: [f64; 3]) -> Line {
     let dir = dir.map(f64::from);
     Line { org, dir }
 }
@@ -145,7 +145,7 @@ pub fn agree(asked: &Asked, rays: &RayColumns) -> Vec<Option<Hit>> {
 /// Whether it is a hit's normal, or at an edge that of a surface beside it.
 fn is_normal(
     reference: &Reference,
-    (org, dir): ([f64; 3], [f32; 3]),
+    (org, dir): ([f64; 3], [f64; 3]),
     hit: Option<Hit>,
     n: DVec3,
 ) -> bool {

@@ -122,7 +122,7 @@ pub fn rays_about(random: &mut Random, center: DVec3, count: usize) -> RayColumn
             0 => DVec3::AXES[random.below(3) as usize] * random.unit().signum(),
             _ => random.vector() - org,
         };
-        rays.push(center + org, dir.to_array().map(|x| x as f32));
+        rays.push(center + org, dir.to_array());
     }
     rays
 }

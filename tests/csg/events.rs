@@ -107,7 +107,7 @@ fn boundaries_beyond_the_ends_of_a_ray_may_be_one_with_those_between() {
             let back = if k & 1 == 0 { 1.0 } else { -1.0 };
             let from = if k & 2 == 0 { part } else { part - back * 1e-6 };
             let end = if k & 2 == 0 { f32::INFINITY } else { 1e-6 };
-            rays.push(edge + dir * from, (dir * back).to_array().map(|x| x as f32));
+            rays.push(edge + dir * from, (dir * back).to_array());
             ends.push(end);
         }
         let name = format!("{i}, rise {rise}, gap {gap}");
@@ -160,7 +160,7 @@ fn thin_rods_at_an_angle_are_known_by_their_radius() {
             // Through the line that they touch in, from outside, from within, or from it.
             let off = across.cross(axis).normalize() * (random.unit() - 0.5);
             let off = off * [0.0, 1e-6, 1e-3][k % 3] * radius;
-            let dir = (across + off / radius).to_array().map(|x| x as f32);
+            let dir = (across + off / radius).to_array();
             let dir = if k & 1 == 0 { dir } else { dir.map(|x| -x) };
             let along = DVec3::from_array(dir.map(f64::from));
             // Near the middle coordinates are small there, and bounds with them.
@@ -178,7 +178,7 @@ pub fn rays_from(random: &mut Random, org: DVec3, dir: DVec3, width: f64) -> Ray
     let mut rays = RayColumns::default();
     for _ in 0..64 {
         let dir = dir.normalize() + random.vector() * width;
-        rays.push(org, dir.to_array().map(|x| x as f32));
+        rays.push(org, dir.to_array());
     }
     rays
 }

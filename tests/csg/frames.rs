@@ -89,9 +89,9 @@ fn nothing_is_left_at_the_silhouette_of_a_solid_without_its_turned_self() {
                 ),
                 _ => (n * radius, DVec3::Y.cross(n)),
             };
-            let dir = DVec3::from_array(dir.to_array().map(|x| f64::from(x as f32)));
+
             let org = point * (1.0 + off) - dir * 2.0;
-            rays.push(org, dir.to_array().map(|x| x as f32));
+            rays.push(org, dir.to_array());
         }
         let world = asked.world();
         for precision in RIGHT {

@@ -55,7 +55,7 @@ fn gaps_and_overlaps_of_units_in_the_last_place_are_exact() {
                         (org, (to - org) / position)
                     }
                 };
-                rays.push(org, dir.to_array().map(|x| x as f32));
+                rays.push(org, dir.to_array());
             }
             for (operator, swapped) in [Union, Intersection, Difference, Xor]
                 .into_iter()

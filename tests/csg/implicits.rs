@@ -243,7 +243,7 @@ fn a_torus_cut_through_its_middle_plane() {
         max: v(2.0, 1.0, 2.0),
     });
     let asked = of(Difference, &[tube, upper]);
-    let all = |org: DVec3, dir: [f32; 3]| {
+    let all = |org: DVec3, dir: [f64; 3]| {
         let line = line(org.to_array(), dir);
         let world = asked.world();
         let (start, all) = spans(&world, asked.csg(), &line);
@@ -315,9 +315,9 @@ fn a_quartic_without_end_in_a_ball() {
     for _ in 0..40 {
         let to = random.vector() * 0.5;
         let org = random.vector() * 1e4;
-        rays.push(org, (to - org).to_array().map(|x| x as f32));
+        rays.push(org, (to - org).to_array());
         rays.push(to + DVec3::Y * 3.0, [0.0, -1.0, 0.0]);
-        rays.push(to, random.vector().to_array().map(|x| x as f32));
+        rays.push(to, random.vector().to_array());
     }
     let program = Program {
         leaves: vec![(throat, None), (ball, None)],

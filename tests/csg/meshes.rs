@@ -162,7 +162,7 @@ fn bitten(by_mesh: bool, cells: u32) -> Asked {
 
 /// No line that lies in the plane of a face: of a box that is part of it, and a mesh
 /// is met as by a line beside it.
-fn lies_in_a_face(org: [f64; 3], dir: [f32; 3]) -> bool {
+fn lies_in_a_face(org: [f64; 3], dir: [f64; 3]) -> bool {
     (0..3).any(|k| dir[k] == 0.0 && org[k].abs() == 1.0)
 }
 

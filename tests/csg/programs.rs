@@ -382,7 +382,7 @@ pub fn random_rays(random: &mut Random, count: usize, scale: f64) -> RayColumns 
             _ => point(random, on_grid) - org,
         };
         let dir = if dir == DVec3::ZERO { DVec3::X } else { dir };
-        rays.push(org * scale, dir.to_array().map(|x| x as f32));
+        rays.push(org * scale, dir.to_array());
     }
     rays
 }

@@ -101,7 +101,7 @@ fn rays(random: &mut Random, count: usize) -> RayColumns {
     for _ in 0..count {
         let org = random.vector() * 2.0;
         let dir = random.vector() * 0.6 - org;
-        rays.push(org, dir.to_array().map(|x| x as f32));
+        rays.push(org, dir.to_array());
     }
     rays
 }

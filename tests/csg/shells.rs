@@ -113,7 +113,7 @@ pub fn aimed(mesh: &MeshData, random: &mut Random, count: usize) -> RayColumns {
         if dir == DVec3::ZERO {
             dir = DVec3::X;
         }
-        let dir = dir.to_array().map(|x| x as f32);
+        let dir = dir.to_array();
         let back = f64::from(1_u32 << random.below(3));
         let org = at - DVec3::from_array(dir.map(f64::from)) * back;
         rays.push(org, dir);

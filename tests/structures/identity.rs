@@ -177,7 +177,8 @@ fn compare(name: &str, loaded: &Loaded, side: u32, tests: usize) -> Vec<Row> {
     for structure in structures {
         let world = loaded.world(structure);
         if structure == Structure::ItemBuffer {
-            let ray = |i: usize| Some((sets[0].org(i).map(f64::from), sets[0].dir(i)));
+            let ray =
+                |i: usize| Some((sets[0].org(i).map(f64::from), sets[0].dir(i).map(f64::from)));
             let lists = ItemBuffer::of_rays(&world, sets[0].len(), ray);
             assert!(lists.is_some_and(|lists| !lists.is_empty()), "{name}");
         }

@@ -41,7 +41,7 @@ fn camera_rays(random: &mut Random) -> RayColumns {
         };
         let at = |i: u64| ((i as f64 + 0.5) / SIDE as f64 * 2.0 - 1.0) * half;
         let dir = forward + right * at(x) - up * at(y);
-        rays.push(eye, dir.to_array().map(|x| x as f32));
+        rays.push(eye, dir.to_array());
     }
     rays
 }
@@ -191,7 +191,7 @@ fn rays_without_lists_are_traced() {
     let [mut apart, mut here] = [RayColumns::default(), RayColumns::default()];
     let random = &mut Random(7);
     for _ in 0..640 {
-        let dir = (-random.vector()).to_array().map(|x| x as f32);
+        let dir = (-random.vector()).to_array();
         apart.push(random.vector() * 2.0, dir);
         here.push(DVec3::new(0.1, 0.2, 0.3), dir);
     }

@@ -30,7 +30,7 @@ fn between(from_light: bool) -> RayColumns {
         } else {
             (point, LIGHT)
         };
-        rays.push(org, (end - org).to_array().map(|x| x as f32));
+        rays.push(org, (end - org).to_array());
     }
     rays
 }

@@ -41,7 +41,7 @@ fn asked(precision: Precision, make: &dyn Fn(&mut SceneBuilder) -> ShapeId) -> (
             random.vector() * 0.5
         };
         let dir = random.vector() * 0.9 - org;
-        rays.push(org, dir.to_array().map(|x| x as f32));
+        rays.push(org, dir.to_array());
     }
     let kernels = kernels(precision);
     let before = decided();

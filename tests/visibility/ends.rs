@@ -24,7 +24,7 @@ fn rays(random: &mut Random, count: usize) -> RayColumns {
             _ => random.vector().normalize_or(DVec3::Y),
         };
         let reach = [1.0, away][random.below(2) as usize];
-        rays.push(at - dir * away, (dir * reach).to_array().map(|x| x as f32));
+        rays.push(at - dir * away, (dir * reach).to_array());
     }
     rays
 }

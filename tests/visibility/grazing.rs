@@ -52,7 +52,7 @@ fn grazing_rays_meet_polygons_as_the_reference_does() {
             // From corner to corner, and off the plane by less and less.
             let off = polygon.normal * (random.vector().x * f64::powi(10.0, -(i % 10)));
             let org = a + (a - b) * 0.5 + off * 1e-3;
-            let dir = (b - a - off).to_array().map(|x| x as f32);
+            let dir = (b - a - off).to_array();
             if dir != [0.0; 3] {
                 rays.push(org, dir);
             }

@@ -88,7 +88,7 @@ fn hard_scenes_do_not_depend_on_structure_or_width() {
     assert!(met.iter().all(|hits| *hits > scenes / 5 * RAYS / 4));
 }
 
-/// Origins a few roundings away. The reference is exact and kernels of solids
+/// Vectors a few roundings away. The reference is exact and kernels of solids
 /// round, so at edges and between coincident faces they may differ; but then ours
 /// is the answer to one of these rays.
 fn beside(org: [f64; 3]) -> impl Iterator<Item = [f64; 3]> {
@@ -278,7 +278,7 @@ fn what_comes_first_by_a_hair_keeps_its_own_t() {
     for _ in 0..RAYS {
         let org = DVec3::new(5.0, 1.0, -4.0) + random.vector();
         let at = center + random.vector() * 0.3;
-        rays.push(org, (at - org).to_array().map(|x| x as f32));
+        rays.push(org, (at - org).to_array());
     }
     for kind in 0..4 {
         let answers = |radii: &[f64], lanes| {

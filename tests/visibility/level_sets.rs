@@ -34,7 +34,7 @@ fn rays(seed: u64, reach: f64, count: usize) -> RayColumns {
     for i in 0..count {
         let org = random.vector() * [3.0, 0.9][i % 2] * reach;
         let dir = random.vector() * reach - org;
-        rays.push(org, dir.to_array().map(|x| x as f32));
+        rays.push(org, dir.to_array());
     }
     rays
 }

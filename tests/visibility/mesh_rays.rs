@@ -10,7 +10,7 @@ use serde_json::Value;
 
 struct Row {
     org: DVec3,
-    dir: [f32; 3],
+    dir: [f64; 3],
     /// t and triangle.
     hit: Option<(f64, u32)>,
 }
@@ -29,7 +29,7 @@ fn rows(of_mesh: &Value) -> Vec<Row> {
     rows.filter(|row| row["near_edge_count"] == 0)
         .map(|row| Row {
             org: DVec3::from_array(numbers(&row["o"]).map(f64::from)),
-            dir: numbers(&row["d"]),
+            dir: numbers(&row["d"]).map(f64::from),
             hit: row["t"]
                 .as_f64()
                 .map(|t| (t, row["tri"].as_u64().unwrap() as u32)),

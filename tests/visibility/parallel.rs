@@ -25,7 +25,7 @@ fn parallel_rays(world: &World, random: &mut Random) -> RayColumns {
         1 => dir = DVec3::AXES[axis] * dir[axis].signum() + dir * 1e-9,
         _ => {}
     }
-    let dir = dir.to_array().map(|x| x as f32);
+    let dir = dir.to_array();
     let wide = DVec3::from_array(dir.map(f64::from)).normalize();
     let inside = random.below(2) == 0;
     let mut rays = RayColumns::default();

@@ -100,7 +100,7 @@ fn grid(rays: Rays, reach: f64, distance: f64, scale: f64) -> RayColumns {
             Rays::Parallel => columns.push((eye + across) * scale, [0.0, 0.0, -1.0]),
             Rays::Central => {
                 let dir = across / distance - DVec3::Z;
-                columns.push(eye * scale, dir.to_array().map(|x| x as f32));
+                columns.push(eye * scale, dir.to_array());
             }
         }
     }
@@ -220,7 +220,7 @@ fn lengths_times_powers_of_two_change_no_bit_of_t() {
         for i in 0..1500 {
             let org = random.vector() * [3.0, 1.0, 300.0][i % 3];
             let dir = random.vector() * 2.0 - org;
-            rays.push(org * scale, dir.to_array().map(|x| x as f32));
+            rays.push(org * scale, dir.to_array());
         }
         rays
     };

@@ -26,7 +26,7 @@ fn rays(scene: &Scene, seed: u64) -> RayBatch {
     let mut rays = RayBatch::default();
     for i in 0..columns.len() {
         let (org, dir) = columns.ray(i);
-        let dir = DVec3::from_array(dir.map(f64::from));
+        let dir = DVec3::from_array(dir);
         rays.push(DVec3::from_array(org), dir);
     }
     rays

@@ -105,7 +105,7 @@ fn aim(mesh: &Mesh, turn: DMat3, place: impl Fn(DVec3) -> DVec3) -> Aimed {
     let rays = campaign(RAYS);
     while aimed.t.len() < rays {
         let target = &targets[random.below(targets.len() as u64) as usize];
-        let dir = random.vector().to_array().map(|x| x as f32);
+        let dir = random.vector().to_array();
         let wide = DVec3::from_array(dir.map(f64::from));
         let seen = (turn * wide).normalize_or_zero();
         if is_on_outline(target, seen) {
@@ -263,7 +263,7 @@ fn rough_balls_have_no_cracks_from_close_by() {
             let target = &targets[random.below(targets.len() as u64) as usize];
             let far = target.point + random.vector() * edge * 2.0;
             let org = DVec3::from_array(far.to_array().map(|x| f64::from(x as f32)));
-            let dir = (target.point - org).to_array().map(|x| x as f32);
+            let dir = (target.point - org).to_array();
             let seen = DVec3::from_array(dir.map(f64::from)).normalize_or_zero();
             if is_on_outline(target, seen) {
                 aimed.outline += 1;
@@ -301,7 +301,7 @@ fn at_every_distance(mesh: &Mesh, targets: &[Target], count: usize, seed: u64) -
     };
     while exact.t.len() < count {
         let target = &targets[random.below(targets.len() as u64) as usize];
-        let dir = random.vector().to_array().map(|x| x as f32);
+        let dir = random.vector().to_array();
         let wide = DVec3::from_array(dir.map(f64::from));
         let seen = wide.normalize_or_zero();
         // Edge-on a triangle is never met.

@@ -107,7 +107,7 @@ fn trace(question: Question) -> Traced {
         for (row, pixel) in question.pixels.clone().enumerate() {
             let x = 0.02 * f64::from(pixel);
             let org = DVec3::new(x, 9.0, 0.1);
-            let dir = [0.03 - 1e-3 * x as f32, -1.0, 0.07];
+            let dir = DVec3::new(0.03 - 1e-3 * x, -1.0, 0.07);
             let queue = scratch.camera_rays();
             let t_max = f32::INFINITY;
             queue.push(org, dir, t_max, row as u32, [1.0; 3], RayKind::Primary);

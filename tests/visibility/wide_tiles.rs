@@ -46,9 +46,9 @@ fn rays(one_origin: bool, random: &mut Random) -> RayColumns {
             let aside = middle + random.vector() * spread;
             if one_origin {
                 let dir = forward + aside;
-                rays.push(eye, dir.to_array().map(|x| x as f32));
+                rays.push(eye, dir.to_array());
             } else {
-                rays.push(eye + aside, forward.to_array().map(|x| x as f32));
+                rays.push(eye + aside, forward.to_array());
             }
         }
     }

@@ -37,7 +37,7 @@ pub use item_buffer::{ItemBuffer, Raster, Rect};
 pub use leaf::Tester;
 pub use packet::Packet;
 pub use query::{AnyHit, Closest, HitId, Query};
-pub use rays::{MAX_LANES, Origins, Rays};
+pub use rays::{MAX_LANES, Rays, Vectors};
 pub use record::{Outcome, RayKind, TracedRay};
 pub use shadow_cache::{CacheCounts, Caching, ShadowCache};
 pub use spans::{End, Span, Spans, spans};

@@ -14,38 +14,39 @@ pub const MAX_LANES: usize = BEAM;
 /// with rays whose `t_max` is negative: they meet nothing. No `t_min` is below 0.
 #[derive(Clone, Copy)]
 pub struct Rays<'a> {
-    pub org: Origins<'a>,
-    pub dir: [&'a [f32]; 3],
+    pub org: Vectors<'a>,
+    /// Of any length; t counts in lengths of it.
+    pub dir: Vectors<'a>,
     pub t_min: &'a [f32],
     pub t_max: &'a [f32],
 }
 
-/// Where rays start.
+/// Columns of points or directions, of either type. f32 is widened, which loses nothing.
 #[derive(Clone, Copy)]
-pub enum Origins<'a> {
+pub enum Vectors<'a> {
     Single([&'a [f32]; 3]),
     Double([&'a [f64]; 3]),
 }
 
-impl Origins<'_> {
-    /// Of one ray.
+impl Vectors<'_> {
+    /// Returns those of one ray.
     #[inline(always)]
     pub fn at(&self, i: usize) -> [f64; 3] {
         match self {
-            Origins::Single(org) => org.map(|x| f64::from(x[i])),
-            Origins::Double(org) => org.map(|x| x[i]),
+            Vectors::Single(columns) => columns.map(|x| f64::from(x[i])),
+            Vectors::Double(columns) => columns.map(|x| x[i]),
         }
     }
 
-    /// Of as many rays as there are lanes, from row `first` on.
+    /// Loads as many rays as there are lanes, from row `first` on.
     #[inline(always)]
     pub(super) fn lanes<D: Lanes<Scalar = f64>>(&self, first: usize) -> Vec3<D> {
         match self {
-            Origins::Single([x, y, z]) => {
+            Vectors::Single([x, y, z]) => {
                 let load = |column: &[f32]| load_f32::<D>(&column[first..]);
                 Vec3::new(load(x), load(y), load(z))
             }
-            Origins::Double([x, y, z]) => {
+            Vectors::Double([x, y, z]) => {
                 let load = |column: &[f64]| D::load(&column[first..]);
                 Vec3::new(load(x), load(y), load(z))
             }
@@ -54,8 +55,8 @@ impl Origins<'_> {
 
     pub fn rows(&self, range: std::ops::Range<usize>) -> Self {
         match self {
-            Origins::Single(org) => Origins::Single(org.map(|x| &x[range.clone()])),
-            Origins::Double(org) => Origins::Double(org.map(|x| &x[range.clone()])),
+            Vectors::Single(columns) => Vectors::Single(columns.map(|x| &x[range.clone()])),
+            Vectors::Double(columns) => Vectors::Double(columns.map(|x| &x[range.clone()])),
         }
     }
 }
@@ -73,7 +74,7 @@ impl Rays<'_> {
     pub fn rows(&self, range: std::ops::Range<usize>) -> Self {
         Rays {
             org: self.org.rows(range.clone()),
-            dir: self.dir.map(|x| &x[range.clone()]),
+            dir: self.dir.rows(range.clone()),
             t_min: &self.t_min[range.clone()],
             t_max: &self.t_max[range],
         }
@@ -105,10 +106,9 @@ impl Rays<'_> {
 
     #[inline(always)]
     fn numbers<L: Lanes>(&self, first: usize) -> (Vec3<L::Double>, Vec3<L::Double>, L) {
-        let wide = |column: &[f32]| load_f32::<L::Double>(&column[first..]);
         (
             self.org.lanes(first),
-            Vec3::new(wide(self.dir[0]), wide(self.dir[1]), wide(self.dir[2])),
+            self.dir.lanes(first),
             load_f32(&self.t_min[first..]),
         )
     }

@@ -26,7 +26,7 @@ pub struct TracedRay {
     /// World space.
     pub org: [f64; 3],
     /// World space, not unit; t counts in its length.
-    pub dir: [f32; 3],
+    pub dir: [f64; 3],
     /// Hits count where 0 < t < t_max.
     pub t_max: f32,
     pub outcome: Outcome,

@@ -17,7 +17,7 @@ pub(super) fn refine(world: &World, rays: &Rays, hits: &mut Hits) {
         }
         let ray = WorldRay {
             org: rays.org.at(row),
-            dir: rays.dir.map(|column| f64::from(column[row])),
+            dir: rays.dir.at(row),
             t_min: f64::from(rays.t_min[row]),
         };
         let Some(nearest) = nearest_t(world, &ray, id) else {

@@ -67,12 +67,7 @@ impl Stream<'_> {
 
     #[inline(always)]
     pub fn dir(&self, i: usize) -> [f64; 3] {
-        let i = self.first + i;
-        [
-            f64::from(self.rays.dir[0][i]),
-            f64::from(self.rays.dir[1][i]),
-            f64::from(self.rays.dir[2][i]),
-        ]
+        self.rays.dir.at(self.first + i)
     }
 
     #[inline(always)]

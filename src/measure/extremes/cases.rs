@@ -1,7 +1,7 @@
 //! Cases of the sweeps: scenes and rays at a value, and sequences of values.
 
 use super::objects::{Stand, mesh_of, place, rotation, shapes};
-use super::rays::{Random, SweepRay, at_targets, rounded, through};
+use super::rays::{Random, SweepRay, at_targets, through};
 use super::{Case, Subject};
 use crate::geom::Sphere;
 use crate::measure::generate::displaced_sphere;
@@ -101,7 +101,7 @@ pub fn turned(
     subject: Subject,
     rays: usize,
     random: &mut Random,
-    turn: impl Fn(DVec3, &mut Random) -> [f32; 3],
+    turn: impl Fn(DVec3, &mut Random) -> [f64; 3],
 ) -> Case {
     let mut scene = SceneBuilder::default();
     let shapes = shapes(subject, &mut scene, &Stand::HERE);
@@ -110,13 +110,9 @@ pub fn turned(
         let (target, away) = (random.in_ball(), random.between(2.0, 6.0));
         let dir = random.direction();
         let dir = turn(dir, random);
-        let size = dir.iter().fold(0.0_f32, |m, x| m.max(x.abs()));
+        let size = dir.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         // A zero direction starts at the target itself.
-        let distance = if size > 0.0 {
-            away / f64::from(size)
-        } else {
-            0.0
-        };
+        let distance = if size > 0.0 { away / size } else { 0.0 };
         through(target, dir, distance, random)
     };
     let rays = (0..rays).map(one).collect();
@@ -124,7 +120,7 @@ pub fn turned(
 }
 
 pub fn directed(subject: Subject, length: f64, rays: usize, random: &mut Random) -> Case {
-    turned(subject, rays, random, |dir, _| rounded(dir * length))
+    turned(subject, rays, random, |dir, _| (dir * length).to_array())
 }
 
 /// Builds grids of exactly coplanar triangles: corners are multiples of two integer
@@ -154,9 +150,9 @@ pub fn along_planes(sine: f64, rays: usize, random: &mut Random) -> Case {
     // The plane's own axes, which are rotated to the ray's.
     let own = DMat3::from_cols(u / 3.0, v / 3.0, u.cross(v) / 9.0);
     let cosine = (1.0 - sine * sine).max(0.0).sqrt();
-    let planes: [(DAffine3, [f32; 3]); PLANES] = std::array::from_fn(|i| {
-        let dir = rounded(random.direction());
-        let along = DVec3::from_array(dir.map(f64::from)).normalize();
+    let planes: [(DAffine3, [f64; 3]); PLANES] = std::array::from_fn(|i| {
+        let dir = random.direction().to_array();
+        let along = DVec3::from_array(dir).normalize();
         let (side, _) = along.any_orthonormal_pair();
         let normal = side * cosine - along * sine;
         let across = along * cosine + side * sine;
@@ -194,8 +190,8 @@ pub fn tangent(depth: f64, rays: usize, random: &mut Random) -> Case {
     );
     place(&mut scene, &[ball], None);
     let one = |i: usize| {
-        let dir = rounded(random.direction());
-        let along = DVec3::from_array(dir.map(f64::from)).normalize();
+        let dir = random.direction().to_array();
+        let along = DVec3::from_array(dir).normalize();
         let side = random.direction();
         let side = (side - along * side.dot(along)).normalize_or(along.any_orthonormal_vector());
         let reach = if i.is_multiple_of(2) {
@@ -233,7 +229,7 @@ pub fn near_edges(depth: f64, rays: usize, random: &mut Random) -> Case {
         };
         let beside = random.direction() * (depth * (b - a).length());
         let target = a + (b - a) * along + beside;
-        let dir = rounded(random.direction());
+        let dir = random.direction().to_array();
         let distance = random.between(2.0, 6.0);
         through(target, dir, distance, random)
     };
@@ -269,7 +265,7 @@ pub fn slivers(height: f64, rays: usize, random: &mut Random) -> Case {
         // The targets also lie slightly beyond the borders.
         let (u, v) = (random.between(-0.1, 1.0), random.between(-0.1, 1.0));
         let target = corners[1] * u + corners[2] * v;
-        let dir = rounded(random.direction());
+        let dir = random.direction().to_array();
         let distance = random.between(2.0, 6.0);
         through(map.transform_point3(target), dir, distance, random)
     };
@@ -292,12 +288,12 @@ pub fn small_spheres(radius: f64, rays: usize, random: &mut Random) -> Case {
         let center = centers[i / crate::trace::BEAM % SPHERES];
         let target = center + random.in_ball() * (1.2 * radius);
         if i >= half {
-            let dir = rounded(random.direction());
+            let dir = random.direction().to_array();
             return through(target, dir, 1.0, random);
         }
         SweepRay {
             org: [0.0; 3],
-            dir: rounded(target),
+            dir: target.to_array(),
             t_max: f32::INFINITY,
         }
     };

@@ -7,7 +7,7 @@ use crate::plan::{Kernels, Precision};
 use crate::reference::{Hit, Reference};
 use crate::shade::Surface;
 use crate::trace::{
-    Caching, Depths, HitId, HitIds, Hits, MAX_LANES, Origins, Rays, ShadowCache, any, closest,
+    Caching, Depths, HitId, HitIds, Hits, MAX_LANES, Rays, ShadowCache, Vectors, any, closest,
     decided,
 };
 use rayon::prelude::*;
@@ -65,7 +65,7 @@ impl Figures {
 pub struct Truth {
     rays: Vec<SweepRay>,
     org: [Vec<f64>; 3],
-    dir: [Vec<f32>; 3],
+    dir: [Vec<f64>; 3],
     t_min: Vec<f32>,
     t_max: Vec<f32>,
     nearest: Vec<Option<Hit>>,
@@ -80,14 +80,15 @@ pub fn ask(reference: &Reference, rays: &[SweepRay]) -> Truth {
         column.resize(rows, padding);
         column
     };
-    let org = |k: usize| {
-        let mut column: Vec<f64> = rays.iter().map(|ray| ray.org[k]).collect();
-        column.resize(rows, 0.0);
+    let doubles = |of: &dyn Fn(&SweepRay) -> f64, padding: f64| {
+        let mut column: Vec<f64> = rays.iter().map(of).collect();
+        column.resize(rows, padding);
         column
     };
-    let dir = |k: usize| column(&|ray| ray.dir[k], 1.0);
+    let org = |k: usize| doubles(&|ray| ray.org[k], 0.0);
+    let dir = |k: usize| doubles(&|ray| ray.dir[k], 1.0);
     let answers = rays.par_iter().map(|ray| {
-        let (dir, t_max) = (ray.dir.map(f64::from), f64::from(ray.t_max));
+        let (dir, t_max) = (ray.dir, f64::from(ray.t_max));
         let blocked = reference.blocked(ray.org, dir, t_max);
         (reference.nearest(ray.org, dir, t_max), blocked)
     });
@@ -118,8 +119,8 @@ const RUNS: usize = 3;
 fn trace(world: &World, kernels: &Kernels, truth: &Truth) -> Answers {
     let [x, y, z] = &truth.org;
     let rays = Rays {
-        org: Origins::Double([x, y, z]),
-        dir: truth.dir.each_ref().map(|x| &x[..]),
+        org: Vectors::Double([x, y, z]),
+        dir: Vectors::Double(truth.dir.each_ref().map(|x| &x[..])),
         t_min: &truth.t_min,
         t_max: &truth.t_max,
     };

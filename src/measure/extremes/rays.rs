@@ -9,7 +9,7 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SweepRay {
     pub org: [f64; 3],
-    pub dir: [f32; 3],
+    pub dir: [f64; 3],
     pub t_max: f32,
 }
 
@@ -63,17 +63,13 @@ pub fn end(distance: f64, random: &mut Random) -> f32 {
 
 /// Returns the ray of this direction that meets `target` at t = `distance`. The origin
 /// is f64, so the aim has f64 accuracy.
-pub fn through(target: DVec3, dir: [f32; 3], distance: f64, random: &mut Random) -> SweepRay {
-    let org = target - DVec3::from_array(dir.map(f64::from)) * distance;
+pub fn through(target: DVec3, dir: [f64; 3], distance: f64, random: &mut Random) -> SweepRay {
+    let org = target - DVec3::from_array(dir) * distance;
     SweepRay {
         org: org.to_array(),
         dir,
         t_max: end(distance, random),
     }
-}
-
-pub fn rounded(dir: DVec3) -> [f32; 3] {
-    dir.to_array().map(|x| x as f32)
 }
 
 /// Aims rays at random targets from about `distance` away. The rays of the first half
@@ -91,7 +87,7 @@ pub fn at_targets(
         let at = target(random);
         if i >= count / 2 {
             let away = distance * random.between(0.5, 1.5);
-            let dir = rounded(random.direction());
+            let dir = random.direction().to_array();
             rays.push(through(at, dir, away, random));
             continue;
         }
@@ -101,7 +97,7 @@ pub fn at_targets(
         let dir = unit(at - eye);
         rays.push(SweepRay {
             org: eye.to_array(),
-            dir: rounded(dir),
+            dir: dir.to_array(),
             t_max: end((at - eye).dot(dir), random),
         });
     }

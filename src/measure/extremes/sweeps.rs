@@ -6,7 +6,7 @@ use super::cases::{
     scaled, seen, sheared, slivers, small_spheres, tangent, turned,
 };
 use super::objects::{Stand, place, rotation, shapes};
-use super::rays::{Random, at_targets, rounded};
+use super::rays::{Random, at_targets};
 use crate::scene::SceneBuilder;
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -237,8 +237,8 @@ pub const SWEEPS: &[Sweep] = &[
         case: |subject, value, rays, random| {
             turned(subject, rays, random, |dir, random| {
                 let k = random.below(3);
-                let mut dir = rounded(dir);
-                dir[k] = (f64::from(dir[k]) * value) as f32;
+                let mut dir = dir.to_array();
+                dir[k] *= value;
                 dir
             })
         },
@@ -252,7 +252,7 @@ pub const SWEEPS: &[Sweep] = &[
         case: |subject, value, rays, random| {
             turned(subject, rays, random, |dir, random| {
                 let first = random.below(3);
-                let mut dir = rounded(dir);
+                let mut dir = dir.to_array();
                 for i in 0..value as usize {
                     // Zeros of either sign.
                     dir[(first + i) % 3] *= 0.0;

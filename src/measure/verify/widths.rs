@@ -32,7 +32,7 @@ impl Differences {
     }
 }
 
-type Bits = ([u64; 3], [u32; 3], u32, (u8, u64, u64, u32, [u64; 3]));
+type Bits = ([u64; 3], [u64; 3], u32, (u8, u64, u64, u32, [u64; 3]));
 
 fn bits(ray: &TracedRay) -> Bits {
     let outcome = match ray.outcome {
@@ -54,7 +54,7 @@ fn bits(ray: &TracedRay) -> Bits {
     };
     (
         ray.org.map(f64::to_bits),
-        ray.dir.map(f32::to_bits),
+        ray.dir.map(f64::to_bits),
         ray.t_max.to_bits(),
         outcome,
     )

@@ -32,7 +32,7 @@ pub struct Dense {
     coefficients: [f64; MOST],
     /// Without signs.
     magnitudes: [f64; MOST],
-    /// Origins are expanded about whose coordinates are no larger.
+    /// Vectors are expanded about whose coordinates are no larger.
     pub near: f64,
     /// Rays that begin on the surface, too, had better be met by this.
     pub everywhere: bool,
@@ -46,7 +46,7 @@ const SHORT: usize = 8;
 /// Up to so many steps a tape is taken sooner than an expansion that only one ray needs.
 const SHORT_ALONE: usize = 12;
 
-/// Origins are no farther than so many times the surface's size, in degree 2, 3 and 4: f's
+/// Vectors are no farther than so many times the surface's size, in degree 2, 3 and 4: f's
 /// magnitude on the way is then less than 2^16 times what it is on the surface, (2·7 + 2)⁴.
 const NEAR: [f64; 3] = [127.0, 19.0, 7.0];
 

@@ -167,7 +167,7 @@ pub fn case(random: &mut Random, sort: usize) -> Pair {
             case.corners = case.corners.map(|c| c.map(|x| x * by as f32));
             case
         }
-        // Origins with noise, directions with noise: wide spreads.
+        // Vectors with noise, directions with noise: wide spreads.
         7 => {
             let point = border(random, &corners);
             let mut case = aimed(random, point, corners);

@@ -153,7 +153,7 @@ fn cameras_look_where_they_should() {
     let camera = Camera::perspective(v(0.0, 0.0, 5.0), DVec3::ZERO, DVec3::Y, 90.0);
     let ray = |size, grid, at| camera_ray(&camera, size, grid, at);
     // 4×2 centres: x at ±0.75, ±0.25 of the half width 2, y at ±0.5.
-    let near = |a: [f32; 3], b: [f32; 3]| (0..3).all(|k| (a[k] - b[k]).abs() < 1e-7);
+    let near = |a: [f64; 3], b: [f64; 3]| (0..3).all(|k| (a[k] - b[k]).abs() < 1e-7);
     assert!(near(
         ray([4, 2], Grid::Centers, [0, 0]).dir,
         [-1.5, 0.5, -1.0]

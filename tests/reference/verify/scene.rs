@@ -111,7 +111,7 @@ pub fn rows(reference: &Reference) -> Vec<TracedRay> {
                     light: light as u32,
                 },
                 org: p.to_array(),
-                dir: to.to_array().map(|x| x as f32),
+                dir: to.to_array(),
                 t_max,
                 outcome: if own.blocked {
                     Outcome::Blocked

@@ -217,7 +217,7 @@ fn ulps(a: f64, b: f64, precision: Precision) -> f64 {
 }
 
 /// Whether exact arithmetic has both at the same t.
-pub fn is_tie(reference: &Reference, (org, dir): ([f64; 3], [f32; 3]), ids: [HitId; 2]) -> bool {
+pub fn is_tie(reference: &Reference, (org, dir): ([f64; 3], [f64; 3]), ids: [HitId; 2]) -> bool {
     let first = |id: HitId| {
         let all = reference.crossings(org, dir.map(f64::from), id.instance, id.primitive);
         all.iter().map(|c| c.t).find(|t| *t > 0.0)

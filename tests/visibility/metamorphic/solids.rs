@@ -127,7 +127,7 @@ proptest! {
     ) {
         let solid = Numbers { center, size: size.abs() + DVec3::splat(0.05), radii };
         let dir = solid.center + aside - org;
-        let dir = DVec3::from_array(dir.to_array().map(|x| f64::from(x as f32)));
+
         let single = depths::<f32>(&solid, &Turn::NONE, org, dir);
         let double = depths::<f64>(&solid, &Turn::NONE, org, dir);
         for turn in super::all_turns() {

@@ -99,7 +99,7 @@ impl Left {
 }
 
 /// Any way at all, or nearly along the surface; never within 1e-9 of it.
-fn leaving(normal: DVec3, side: f64, random: &mut Random) -> Option<[f32; 3]> {
+fn leaving(normal: DVec3, side: f64, random: &mut Random) -> Option<[f64; 3]> {
     let any = random.vector();
     let along = any - normal * any.dot(normal);
     let dir = match random.below(3) {
@@ -111,14 +111,14 @@ fn leaving(normal: DVec3, side: f64, random: &mut Random) -> Option<[f32; 3]> {
     } else {
         dir
     };
-    let dir = dir.to_array().map(|x| x as f32);
-    let wide = DVec3::from_array(dir.map(f64::from));
+    let dir = dir.to_array();
+    let wide = DVec3::from_array(dir);
     let off = wide.dot(normal) * side;
     (off > 1e-9 * wide.length() && wide.length() > 1e-3).then_some(dir)
 }
 
-fn wide(dir: [f32; 3]) -> DVec3 {
-    DVec3::from_array(dir.map(f64::from))
+fn wide(dir: [f64; 3]) -> DVec3 {
+    DVec3::from_array(dir)
 }
 
 /// What rays from outside and inside hit.
@@ -130,7 +130,7 @@ fn hits(world: &World, subject: &Subject, precision: Precision, random: &mut Ran
         let at = center + random.vector() * size;
         let away = [1.0, 3.0, 30.0][random.below(3) as usize];
         let org = map(center + random.vector() * (size * away));
-        rays.push(org, (map(at) - org).to_array().map(|x| x as f32));
+        rays.push(org, (map(at) - org).to_array());
     }
     let found = rays.closest(world, &kernels(precision));
     let of = |(i, (t, id)): (usize, &(f64, HitId))| {
@@ -298,7 +298,7 @@ fn meet_plates(
         while rays.len() < AT_PLATE {
             // Steep enough to come to the plate before it ends.
             let dir = leaving(surface.ng, side, random);
-            let steep = |dir: &[f32; 3]| {
+            let steep = |dir: &[f64; 3]| {
                 let cosine = wide(*dir).dot(normal) / wide(*dir).length();
                 cosine > (4.0 * distance / size).clamp(1e-3, 0.5)
             };

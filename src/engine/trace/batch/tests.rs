@@ -11,7 +11,7 @@ use crate::scene::{Edge, Instances, MeshData, Scene, SceneBuilder};
 use crate::trace::hits::Depths;
 use crate::trace::query::HitId;
 use crate::trace::test_random::Random;
-use crate::trace::{Caching, HitIds, Origins};
+use crate::trace::{Caching, HitIds, Vectors};
 use glam::{DAffine3, DVec3};
 
 /// Has every decision made exactly.
@@ -74,7 +74,7 @@ fn crowd(random: &mut Random) -> Scene {
 
 struct Columns {
     org: [Vec<f64>; 3],
-    dir: [Vec<f32>; 3],
+    dir: [Vec<f64>; 3],
     t_min: Vec<f32>,
     t_max: Vec<f32>,
 }
@@ -94,7 +94,7 @@ impl Columns {
             let dir = DVec3::from(random.vector()) * 0.8 - org;
             for k in 0..3 {
                 columns.org[k].push(org[k]);
-                columns.dir[k].push(dir[k] as f32);
+                columns.dir[k].push(dir[k]);
             }
             let short = (1.0 + 0.5 * random.unit()) as f32;
             let ends = columns.t_max.len().is_multiple_of(3);
@@ -106,8 +106,8 @@ impl Columns {
 
     fn rays(&self) -> Rays<'_> {
         Rays {
-            org: Origins::Double(self.org.each_ref().map(Vec::as_slice)),
-            dir: self.dir.each_ref().map(Vec::as_slice),
+            org: Vectors::Double(self.org.each_ref().map(Vec::as_slice)),
+            dir: Vectors::Double(self.dir.each_ref().map(Vec::as_slice)),
             t_min: &self.t_min,
             t_max: &self.t_max,
         }

@@ -112,7 +112,7 @@ mod tests {
     use crate::geom::Cone;
     use crate::geom::exact::{Line, Solid, first_beyond};
     use crate::math::Vec3;
-    use crate::math::lanes::{Mask, Scalar};
+    use crate::math::lanes::Mask;
     use crate::trace::test_random::Random;
 
     /// Somewhere on a line that touches a cone's side, seen from `org`, and a little
@@ -133,9 +133,8 @@ mod tests {
     }
 
     fn probe<L: Lanes>(cone: &Cone, [org, dir]: [DVec3; 2], parallel: bool) -> Option<Probe> {
-        // As rays of the world have them.
         let size = (cone.top - cone.base).abs().max_element();
-        let dir = (dir / size).to_array().map(|x| f64::from(x as f32));
+        let dir = (dir / size).to_array();
         let bounds = cone.bounds().outward();
         let mut beam: Beam<L, 1> = Beam::empty();
         let all = [L::Mask::splat(true)];
@@ -143,7 +142,7 @@ mod tests {
             let orgs = |_| Vec3::splat(org.to_array());
             beam.take_in_parallel(orgs, dir, &all, &all, &bounds)
         } else {
-            let dirs = |_| Vec3::splat(dir.map(L::Scalar::from_f64));
+            let dirs = |_| Vec3::<L::Double>::splat(dir);
             beam.take_in(org.to_array(), dirs, &all, &all, &bounds)
         };
         let around = AxisCull::new(&beam, &cone.upright(), org);

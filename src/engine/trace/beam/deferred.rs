@@ -2,14 +2,14 @@
 //! they would each pay for a stream of their own.
 
 use crate::accel::STREAM;
-use crate::trace::rays::{Origins, Rays};
+use crate::trace::rays::{Rays, Vectors};
 
 /// Up to a stream of rays, and where their answers belong.
 pub(in crate::trace) struct DeferredRays {
     rows: [u32; STREAM],
     count: usize,
     org: [[f64; STREAM]; 3],
-    dir: [[f32; STREAM]; 3],
+    dir: [[f64; STREAM]; 3],
     t_min: [f32; STREAM],
     t_max: [f32; STREAM],
 }
@@ -42,10 +42,10 @@ impl DeferredRays {
         let i = self.count;
         self.count += 1;
         self.rows[i] = row as u32;
-        let org = rays.org.at(row);
+        let (org, dir) = (rays.org.at(row), rays.dir.at(row));
         for k in 0..3 {
             self.org[k][i] = org[k];
-            self.dir[k][i] = rays.dir[k][row];
+            self.dir[k][i] = dir[k];
         }
         self.t_min[i] = rays.t_min[row];
         self.t_max[i] = rays.t_max[row];
@@ -59,8 +59,8 @@ impl DeferredRays {
     /// The rays, padded.
     pub fn rays(&self) -> Rays<'_> {
         Rays {
-            org: Origins::Double(self.org.each_ref().map(|x| &x[..])),
-            dir: self.dir.each_ref().map(|x| &x[..]),
+            org: Vectors::Double(self.org.each_ref().map(|x| &x[..])),
+            dir: Vectors::Double(self.dir.each_ref().map(|x| &x[..])),
             t_min: &self.t_min,
             t_max: &self.t_max,
         }

@@ -204,7 +204,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
             self.beam.centre_groups();
         } else {
             let bounds = &self.mesh.tree.bounds;
-            self.beam.centre_pinhole(self.entry.placed, bounds);
+            self.beam.centre_pinhole(bounds);
         }
         for s in 0..S {
             let (group, starts) = (&mut self.beam.groups[s], &self.beam.starts[s]);

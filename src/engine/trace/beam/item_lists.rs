@@ -24,16 +24,14 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         let rows = self.first..self.first + BEAM;
         let is_alive = |i: usize| self.rays.t_max[rows.start + i] > 0.0;
         let leader = (0..BEAM).find(|i| is_alive(*i))?;
-        let dirs = self.rays.dir.map(|column| {
-            let column = &column[rows.clone()];
-            let mut dirs = [column[leader]; BEAM];
-            for i in 0..BEAM {
-                if is_alive(i) {
-                    dirs[i] = column[i];
-                }
+        let mut dirs = [[0.0; BEAM]; 3];
+        for i in 0..BEAM {
+            let ray = if is_alive(i) { i } else { leader };
+            let dir = self.rays.dir.at(rows.start + ray);
+            for (column, x) in dirs.iter_mut().zip(dir) {
+                column[i] = x as f32;
             }
-            dirs
-        });
+        }
         items.list(tile, self.org, [&dirs[0], &dirs[1], &dirs[2]])
     }
 

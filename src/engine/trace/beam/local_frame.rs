@@ -125,10 +125,9 @@ impl LocalFrame {
 }
 
 impl<L: Lanes, const S: usize> Beam<L, S> {
-    /// Counts the lines of one origin from their middle. `placed`: directions have
-    /// been rounded to f32 after they were turned.
+    /// Counts the lines of one origin from their middle.
     #[inline(always)]
-    pub fn centre_pinhole(&mut self, placed: bool, bounds: &Aabb32) {
+    pub fn centre_pinhole(&mut self, bounds: &Aabb32) {
         let [ka, kb, k] = self.frustum.axes;
         let sign = self.frustum.sign;
         let mut range = [[f32::INFINITY, f32::NEG_INFINITY]; 2];
@@ -152,10 +151,16 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
         let [a, b] = slopes.map(|s| -L::from_f32(s));
         let mut wide = 0.0_f32;
         for (group, lines) in self.groups.iter().zip(&mut self.lines) {
-            let (dir, along) = (&group.dir, group.along);
+            // Directions in two parts: the difference of the first ones cancels, and is then
+            // no larger than the second ones may be.
+            let (dir, low, along) = (&group.dir, &group.low, group.along);
+            let along_low = low.axis(k) * L::from_f32(sign);
             let inverse = L::from_f32(1.0) / along;
-            lines.u = a.mul_add(along, dir.axis(ka)) * inverse;
-            lines.v = b.mul_add(along, dir.axis(kb)) * inverse;
+            let line = |slope: L, axis: usize| {
+                let low = slope.mul_add(along_low, low.axis(axis));
+                (slope.mul_add(along, dir.axis(axis)) + low) * inverse
+            };
+            (lines.u, lines.v) = (line(a, ka), line(b, kb));
             for (i, slope) in slopes.into_iter().enumerate() {
                 let [middle, half] = group.rect[i];
                 lines.rect[i] = [middle - slope, half];
@@ -163,10 +168,11 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
             }
         }
         centre.wide = wide;
-        // Two roundings of a direction; of its product with a slope, where there
-        // is no FMA; and what directions of less than 10^-30 lose.
+        // The second parts of directions, and what their sums with the first ones lose;
+        // of a product with a slope, where there is no FMA; and what directions of less than
+        // 10^-30 lose.
         let steepest = centre.steep + wide;
-        let turned = if placed { 2.2 * steepest } else { 0.0 };
+        let turned = 2.1 * wide + 8.0 * UNIT * (1.0 + steepest);
         let apart = if cfg!(target_feature = "fma") {
             0.0
         } else {

@@ -28,7 +28,7 @@ mod rays;
 
 use super::leaf::Tester;
 use super::query::{Found, Query, next_up};
-use super::rays::{Origins, Rays, load_f32};
+use super::rays::{Rays, Vectors, load_f32};
 use super::solids::Packets;
 use super::stream::{Stream, StreamScratch};
 use crate::accel::{STREAM, TlasEntry, WideStack, World};
@@ -120,7 +120,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         let is_alive = |i: usize| t_max[i] > 0.0;
         let leader = (0..BEAM).find(|i| is_alive(*i))?;
         let org = rays.org.at(first + leader);
-        let dir = rays.dir.map(|column| column[first + leader]);
+        let dir = rays.dir.at(first + leader);
         let mut from_start = true;
         for i in 0..BEAM {
             from_start &= (t_min[i] == 0.0) | !is_alive(i);
@@ -128,18 +128,16 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         if !from_start {
             return None;
         }
-        let one_origin = match &rays.org {
-            Origins::Single(x) => all_like(x, first, leader, t_max),
-            Origins::Double(x) => all_like(x, first, leader, t_max),
+        let is_one = |vectors: &Vectors| match vectors {
+            Vectors::Single(x) => all_like(x, first, leader, t_max),
+            Vectors::Double(x) => all_like(x, first, leader, t_max),
         };
-        if !one_origin && !all_like(&rays.dir, first, leader, t_max) {
+        let one_origin = is_one(&rays.org);
+        if !one_origin && !is_one(&rays.dir) {
             return None;
         }
         let at = |s: usize| first + s * L::COUNT;
-        let dirs = |s: usize| {
-            let dir = |k: usize| load_f32::<L>(&rays.dir[k][at(s)..]);
-            Vec3::new(dir(0), dir(1), dir(2))
-        };
+        let dirs = |s: usize| rays.dir.lanes(at(s));
         let mut alive = [L::Mask::splat(false); S];
         for (s, alive) in alive.iter_mut().enumerate() {
             *alive = Self::alive(rays, at(s));
@@ -151,7 +149,6 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             packets,
         } = beams;
         packets.clear();
-        let dir = dir.map(f64::from);
         let taken = if one_origin {
             let org = DVec3::from_array(org) - world.center;
             beam.take_in(org.to_array(), dirs, &alive, &alive, bounds)
@@ -362,21 +359,15 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         }
         let map = self.world.object_from_world(entry.instance);
         let center = self.world.scene.meshes.center[id.index()];
-        let dirs = |s: usize| {
-            let d = &self.beam.groups[s].dir;
-            let dir = map.vectors(Vec3::new(d.x.widen(), d.y.widen(), d.z.widen()));
-            Vec3::new(L::narrow(dir.x), L::narrow(dir.y), L::narrow(dir.z))
-        };
         let (beam, bounds) = (&mut *self.spare, &mesh.tree.bounds);
+        let at = |s: usize| self.first + s * L::COUNT;
+        let all = std::array::from_fn(|s| Self::alive(self.rays, at(s)));
         let taken = if self.beam.parallel {
-            let at = |s: usize| self.first + s * L::COUNT;
             let orgs =
                 |s: usize| map.points(self.rays.org.lanes(at(s))) - Vec3::splat(center.to_array());
-            let all = std::array::from_fn(|s| Self::alive(self.rays, at(s)));
             beam.take_in_parallel(orgs, map.vector(self.dir), &all, &active, bounds)
         } else {
-            // Stand-ins among them.
-            let all = [L::Mask::splat(true); S];
+            let dirs = |s: usize| map.vectors(self.rays.dir.lanes(at(s)));
             let org = DVec3::from_array(map.point(self.org)) - center;
             beam.take_in(org.to_array(), dirs, &all, &active, bounds)
         };

@@ -34,6 +34,8 @@ impl Projection for Parallel {
 pub(super) struct RayGroup<L: Lanes> {
     /// Rounded to the lanes' type; of rays that are not alive, the middle ray's.
     pub dir: Vec3<L>,
+    /// What that rounding has taken off, to a second rounding.
+    pub low: Vec3<L>,
     /// Which line a ray is. Of one origin: its slopes, d_a / |d_k| and
     /// d_b / |d_k|. Of one direction: where it is at depth 0 along a and b.
     pub u: L,
@@ -108,6 +110,7 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
         let zero = L::zero();
         let group = RayGroup {
             dir: Vec3::new(zero, zero, zero),
+            low: Vec3::new(zero, zero, zero),
             u: zero,
             v: zero,
             inv_u: zero,
@@ -150,15 +153,22 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
     pub fn take_in(
         &mut self,
         org: [f64; 3],
-        dirs: impl Fn(usize) -> Vec3<L>,
+        dirs: impl Fn(usize) -> Vec3<L::Double>,
         all: &[L::Mask; S],
         alive: &[L::Mask; S],
         bounds: &Aabb32,
     ) -> bool {
         for (s, group) in self.groups.iter_mut().enumerate() {
-            group.dir = dirs(s);
+            let exact = dirs(s);
+            let narrow =
+                |v: Vec3<L::Double>| Vec3::new(L::narrow(v.x), L::narrow(v.y), L::narrow(v.z));
+            group.dir = narrow(exact);
+            let Vec3 { x, y, z } = group.dir;
+            group.low = narrow(exact - Vec3::new(x.widen(), y.widen(), z.widen()));
         }
-        let (Some(leader), Some(middle)) = (self.middle_ray(all), self.middle_ray(alive)) else {
+        let (Some((leader, _)), Some((middle, middle_low))) =
+            (self.middle_ray(all), self.middle_ray(alive))
+        else {
             return false;
         };
         let (axes, sign) = main_axis(leader);
@@ -179,6 +189,7 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
             let most = L::select(*all, along, L::zero()).greatest();
             longest = longest.max(most.to_f64() as f32);
             let dir = Vec3::select(*alive, dir, stand_in);
+            group.low = Vec3::select(*alive, group.low, Vec3::<L>::splat(middle_low));
             let along = dir.axis(k) * L::from_f32(sign);
             let (a, b) = (dir.axis(axes[0]), dir.axis(axes[1]));
             let (u, v) = (a / along, b / along);
@@ -225,12 +236,14 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
         true
     }
 
-    /// The tile's middle ray, or the first one alive.
+    /// The direction of the tile's middle ray, or of the first one alive, and what its
+    /// rounding has taken off.
     #[inline(always)]
-    fn middle_ray(&self, alive: &[L::Mask; S]) -> Option<[L::Scalar; 3]> {
+    fn middle_ray(&self, alive: &[L::Mask; S]) -> Option<([L::Scalar; 3], [L::Scalar; 3])> {
         let ray = |i: usize| {
-            let (dir, lane) = (&self.groups[i / L::COUNT].dir, i % L::COUNT);
-            [dir.x.lane(lane), dir.y.lane(lane), dir.z.lane(lane)]
+            let (group, lane) = (&self.groups[i / L::COUNT], i % L::COUNT);
+            let at = |v: &Vec3<L>| [v.x.lane(lane), v.y.lane(lane), v.z.lane(lane)];
+            (at(&group.dir), at(&group.low))
         };
         self.middle_of(alive).map(ray)
     }

@@ -134,7 +134,7 @@ impl ItemBuffer {
     pub fn of_rays(
         world: &World,
         count: usize,
-        ray: impl Fn(usize) -> Option<([f64; 3], [f32; 3])> + Sync,
+        ray: impl Fn(usize) -> Option<([f64; 3], [f64; 3])> + Sync,
     ) -> Option<ItemBuffer> {
         world.item_boxes.as_ref()?;
         let raster = raster_of(count, &ray)?;
@@ -151,10 +151,10 @@ impl ItemBuffer {
                 }
                 if stand_in.is_none() {
                     stand_in = Some(dir);
-                    dirs = dir.map(|x| [x; BEAM]);
+                    dirs = dir.map(|x| [x as f32; BEAM]);
                 }
                 for k in 0..3 {
-                    dirs[k][i] = dir[k];
+                    dirs[k][i] = dir[k] as f32;
                 }
             }
             let rect = raster.rect([&dirs[0], &dirs[1], &dirs[2]]);
@@ -165,7 +165,7 @@ impl ItemBuffer {
     }
 
     /// The list of a tile, if it stands for these rays: all from `org`, and
-    /// directions in columns.
+    /// directions in columns, rounded.
     #[inline(always)]
     pub(super) fn list(&self, tile: usize, org: [f64; 3], dirs: [&[f32]; 3]) -> Option<&[Item]> {
         let rect = self.rects.get(tile)?;
@@ -215,10 +215,10 @@ impl Work<'_> {
 }
 
 /// Ahead is the middle of some of the rays, across the way from one to the next.
-fn raster_of(count: usize, ray: &impl Fn(usize) -> Option<([f64; 3], [f32; 3])>) -> Option<Raster> {
+fn raster_of(count: usize, ray: &impl Fn(usize) -> Option<([f64; 3], [f64; 3])>) -> Option<Raster> {
     use crate::math::unit;
     use glam::DVec3;
-    let dir = |i: usize| Some(unit(DVec3::from_array(ray(i)?.1.map(f64::from))));
+    let dir = |i: usize| Some(unit(DVec3::from_array(ray(i)?.1)));
     let leader = (0..count).find(|i| ray(*i).is_some())?;
     let (org, _) = ray(leader)?;
     let some = (0..count).step_by(BEAM - 1).filter_map(dir);

@@ -62,11 +62,11 @@ impl Rect {
         }
     }
 
-    /// By the rounding of a direction's projection: of three products of at most
+    /// By the rounding of a direction and of its projection: of three products of at most
     /// w / [`LEAST_AHEAD`] each, and of the quotient; rounded up generously.
     #[inline(always)]
     pub fn grown(&self) -> Rect {
-        let slack = |x: f32| (1.0 + x.abs()) * (10.0 / LEAST_AHEAD * ROUNDING);
+        let slack = |x: f32| (1.0 + x.abs()) * (16.0 / LEAST_AHEAD * ROUNDING);
         let grow = |[a, b]: [f32; 2]| [a - slack(a), b + slack(b)];
         Rect {
             u: grow(self.u),

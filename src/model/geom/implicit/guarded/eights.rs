@@ -69,7 +69,7 @@ impl Group<'_> {
         }
     }
 
-    /// Origins, directions, the first t and the last.
+    /// Vectors, directions, the first t and the last.
     #[inline(always)]
     pub fn rays<D: Lanes<Scalar = f64>, A: AsRef<[f64]>>(&self, columns: &[A; 8]) -> Rays<D> {
         match self {
@@ -133,7 +133,7 @@ pub(super) fn gathered<D: Lanes<Scalar = f64>, A: AsRef<[f64]>>(column: &A, some
     D::load(values.as_ref())
 }
 
-/// Origins, directions, the first t and the last.
+/// Vectors, directions, the first t and the last.
 #[inline(always)]
 pub(super) fn rays<D: Lanes<Scalar = f64>, A: AsRef<[f64]>>(
     columns: &[A; 8],

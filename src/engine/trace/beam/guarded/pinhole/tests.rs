@@ -5,6 +5,7 @@ use super::super::oracle_tests::{Probe, Tile, Traced, answers, decisions};
 use super::*;
 use crate::math::Vec3;
 use crate::trace::test_cases::{Case, RAYS};
+use glam::DVec3;
 
 impl Probe for Edges {
     const WHAT: &str = "one origin";
@@ -19,11 +20,11 @@ impl Probe for Edges {
             .map(|p| std::array::from_fn(|k| rounded(p[k] - org[k])));
         let mut tile = Box::new(Tile::empty());
         let all = [true; RAYS];
-        let dir = |s: usize| Vec3::new(dirs[s][0] as f32, dirs[s][1] as f32, dirs[s][2] as f32);
+        let dir = |s: usize| Vec3::<f64>::from(DVec3::from_array(dirs[s]));
         if !tile.take_in(org, dir, &all, &all, &case.bounds) {
             return None;
         }
-        tile.centre_pinhole(placed, &case.bounds);
+        tile.centre_pinhole(&case.bounds);
         let rays = dirs.map(|dir| [org, dir]).to_vec();
         Some(Traced { tile, rays })
     }

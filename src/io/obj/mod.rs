@@ -115,7 +115,7 @@ fn scan(path: &Path, text: &str, report: &mut ImportReport) -> Result<Lines, Loa
     let mut colored = 0;
     for (number, line) in logical_lines(text) {
         let line = (number, &*line);
-        let bare = line.1.split('#').next().unwrap_or_default();
+        let bare = without_comment(line.1);
         let mut words = bare.split_whitespace();
         let Some(key) = words.next() else { continue };
         // Names may contain blanks and '#'.
@@ -162,6 +162,13 @@ fn scan(path: &Path, text: &str, report: &mut ImportReport) -> Result<Lines, Loa
     }
     report.add_many("vertex colour set", usize::from(colored > 0));
     Ok(all)
+}
+
+/// Removes a comment. What C libraries print as `1.#QNAN` begins none.
+fn without_comment(line: &str) -> &str {
+    let mut marks = line.match_indices('#').map(|(at, _)| at);
+    let comment = marks.find(|at| !line[..*at].ends_with("1."));
+    &line[..comment.unwrap_or(line.len())]
 }
 
 /// A keyword in lower case: some programs write `V` and `F`.

@@ -76,7 +76,7 @@ fn binary(bytes: &[u8], report: &mut ImportReport) -> Result<MeshData, Wrong> {
     }
     // Programs that write as they go cannot know the count. Bytes after the last triangle
     // are no triangles unless they are whole ones.
-    let by_length = count < held && body.len() % TRIANGLE == 0;
+    let by_length = count < held && body.len().is_multiple_of(TRIANGLE);
     report.repair("header with too few triangles", usize::from(by_length));
     let count = if by_length { held } else { count };
     let number = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);

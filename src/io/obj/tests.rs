@@ -71,7 +71,7 @@ fn normals_that_are_not_there_are_told() {
         ("f 1//0 2 3", "count from 1, not 0"),
     ] {
         let (wrong, _) = load(&[("a.obj", &format!("{SQUARE}{face}\n"))]);
-        let error = wrong.err().expect("a wrong line").to_string();
+        let error = wrong.expect_err("a wrong line").to_string();
         assert!(error.contains(says) && error.contains("a.obj:5"), "{error}");
     }
 }

@@ -17,7 +17,7 @@ use std::collections::VecDeque;
 
 /// Tests of a corner against a triangle that any file may ask for, and those that each
 /// corner adds: ears are found in quadratic time.
-const FREE_TESTS: u64 = 1 << 30;
+const FREE_TESTS: u64 = 1 << 28;
 const TESTS_PER_CORNER: u64 = 256;
 
 /// Splits polygons; counts those that no triangulation fits.

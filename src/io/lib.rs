@@ -108,8 +108,11 @@ fn import(
         "nff" => nff::import(path, scene, report),
         "gltf" | "glb" => gltf::import(path, options, scene, report),
         "obj" => obj::import(path, options, scene, report),
-        "ply" => ply::read(path, report).map(|mesh| add_mesh_instance(scene, &mesh)),
-        "stl" => stl::read(path).map(|mesh| add_mesh_instance(scene, &mesh)),
+        "ply" => ply::read(path, report).map(|file| {
+            let mesh = file.add_materials(scene);
+            add_mesh_instance(scene, &mesh);
+        }),
+        "stl" => stl::read(path, report).map(|mesh| add_mesh_instance(scene, &mesh)),
         other => Err(LoadError::unknown_format(path, other)),
     }?;
     Ok(None)

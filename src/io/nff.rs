@@ -13,6 +13,7 @@ use crate::scene::{
 };
 use crate::shared::folder;
 use crate::shared::line_column::line_column;
+use crate::shared::text::decode;
 use crate::{ImportReport, LoadError};
 use glam::DVec3;
 use std::path::Path;
@@ -25,10 +26,11 @@ pub(super) fn import(
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
 ) -> Result<()> {
-    let text = folder::read_file(path)?;
+    let bytes = folder::read_file(path)?;
+    let text = decode(path, &bytes)?;
     let mut words = Words {
         path,
-        text: &text,
+        text: text.as_bytes(),
         at: 0,
     };
     let mut lights = Vec::new();
@@ -290,7 +292,7 @@ impl<'a> Words<'a> {
             if rest[0] != b'#' {
                 break;
             }
-            rest = &rest[rest.iter().position(|b| *b == b'\n')?..];
+            rest = &rest[rest.iter().position(|b| matches!(b, b'\n' | b'\r'))?..];
         }
         let ends = |b: &u8| b.is_ascii_whitespace() || *b == b'#';
         let len = rest.iter().position(ends).unwrap_or(rest.len());

@@ -1,82 +1,48 @@
-//! Importer of STL, ASCII and binary, by the crate stl_io.
+//! Importer of STL, ASCII and binary.
 //!
 //! Vertices with equal bits are joined; triangles keep their order. Facet normals are not
-//! read, because the corners define them more precisely. The crate takes a binary file
-//! whose header begins with "solid " for ASCII, requires a name after "solid", and stops
-//! after the first solid of an ASCII file, so the bytes are normalised before it reads them.
+//! read, because the corners define them more precisely, and may be anything.
+//!
+//! A file whose length is the one that its binary header announces is binary; another one
+//! that begins with "solid" is ASCII; and what is left is binary, of as many triangles as
+//! its length holds, whatever the header says. In ASCII a solid may lack its end, or have
+//! `end solid`, and words may follow where a keyword says all.
+//!
+//! The crate stl_io is not used: of ASCII it reads one solid with a name and its end, and of
+//! binary what the header announces.
 
-use crate::LoadError;
 use crate::scene::MeshData;
 use crate::shared::messages::one_line;
-use std::io::Cursor;
+use crate::shared::text::{decode, lines, without_mark};
+use crate::{ImportReport, LoadError};
+use std::collections::HashMap;
 use std::path::Path;
 
 /// Reads an STL file as one mesh, all its solids together. Fails for malformed files and
 /// corners that are not finite.
-pub(super) fn read(path: &Path) -> Result<MeshData, LoadError> {
+pub(super) fn read(path: &Path, report: &mut ImportReport) -> Result<MeshData, LoadError> {
     let bytes = crate::shared::folder::read_file(path)?;
-    parse(bytes).map_err(|wrong| LoadError::in_mesh_file(path, "STL", wrong))
+    let wrong = |wrong| LoadError::in_mesh_file(path, "STL", wrong);
+    if is_ascii(&bytes) {
+        let text = decode(path, &bytes)?;
+        return ascii(&text, report).map_err(wrong);
+    }
+    binary(&bytes, report).map_err(wrong)
 }
 
 /// The line of an error, if it is known, and the message.
 type Wrong = (Option<usize>, String);
 
+type Corner = [f32; 3];
+
 /// Bytes of the binary header with its count, and of a binary triangle.
 const HEADER: usize = 84;
 const TRIANGLE: usize = 50;
 
-/// Parses a file in memory. A file whose length is the one that its binary header announces
-/// is binary; another one that begins with "solid" is ASCII.
-fn parse(mut bytes: Vec<u8>) -> Result<MeshData, Wrong> {
-    let declared = bytes.get(80..HEADER);
-    let declared = declared.map(|n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]) as usize);
-    let exact = declared.is_some_and(|n| bytes.len() as u64 == binary_length(n));
-    let start = bytes.iter().position(|b| !b.is_ascii_whitespace());
-    let word = start.and_then(|s| bytes.get(s..s + 5));
-    let ascii = !exact && word.is_some_and(|w| w.eq_ignore_ascii_case(b"solid"));
-    if ascii {
-        let text = String::from_utf8_lossy(&bytes);
-        check_lines(&text)?;
-        bytes = one_solid(&text);
-    } else {
-        let refuse = |why: String| Err((None, why));
-        let Some(count) = declared else {
-            return refuse(format!(
-                "{} bytes are too few for binary STL, and it does not begin with 'solid'",
-                bytes.len()
-            ));
-        };
-        if (bytes.len() as u64) < binary_length(count) {
-            return refuse(format!(
-                "its header says {count} triangles, but there are bytes for {} only",
-                (bytes.len() - HEADER) / TRIANGLE
-            ));
-        }
-        bytes[0] = 0;
-    }
-    let mesh =
-        stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| (None, one_line(&e.to_string())))?;
-    let finite = |v: &stl_io::Vertex| v.0.iter().all(|x| x.is_finite());
-    if let Some(i) = mesh.vertices.iter().position(|v| !finite(v)) {
-        let triangle = mesh.faces.iter().position(|f| f.vertices.contains(&i));
-        let [x, y, z] = mesh.vertices[i].0;
-        let message = format!(
-            "triangle {} has a corner that is not finite: ({x}, {y}, {z})",
-            triangle.unwrap_or_default()
-        );
-        return Err((None, message));
-    }
-    Ok(MeshData {
-        positions: mesh.vertices.iter().map(|v| v.0.map(f64::from)).collect(),
-        // u32 overflows from 2^32 vertices on, at three a triangle of 50 bytes: a file of
-        // 71 GB, which fails for lack of memory before these casts.
-        triangles: mesh
-            .faces
-            .iter()
-            .map(|f| f.vertices.map(|v| v as u32))
-            .collect(),
-        ..MeshData::default()
-    })
+/// The number of triangles that a binary header announces.
+fn announced(bytes: &[u8]) -> Option<usize> {
+    let count = bytes.get(80..HEADER)?.try_into().ok()?;
+    Some(u32::from_le_bytes(count) as usize)
 }
 
 /// The length in bytes of a binary file of `count` triangles.
@@ -84,80 +50,176 @@ fn binary_length(count: usize) -> u64 {
     HEADER as u64 + TRIANGLE as u64 * count as u64
 }
 
-/// The lines of an ASCII facet: the words of each, and how many numbers follow them.
-const FACET: [(&str, usize); 7] = [
-    ("facet normal", 3),
-    ("outer loop", 0),
-    ("vertex", 3),
-    ("vertex", 3),
-    ("vertex", 3),
-    ("endloop", 0),
-    ("endfacet", 0),
-];
-
-/// Checks an ASCII file line by line, because the crate's errors do not tell the line.
-fn check_lines(text: &str) -> Result<(), Wrong> {
-    let (mut next, mut open) = (0, false);
-    for (number, line) in text.lines().enumerate() {
-        let wrong = |why: String| Err((Some(number + 1), why));
-        let lower = line.to_ascii_lowercase();
-        let mut words = lower.split_whitespace();
-        let (named, count) = FACET[next];
-        match lower.split_whitespace().next() {
-            None => continue,
-            Some(solid @ ("solid" | "endsolid")) => {
-                open = solid == "solid";
-                continue;
-            }
-            Some(_) => next = (next + 1) % FACET.len(),
-        }
-        let is_named = named.split(' ').all(|word| words.next() == Some(word));
-        if !is_named || words.clone().count() != count {
-            let numbers = if count > 0 { " and three numbers" } else { "" };
-            let line = one_line(line);
-            return wrong(format!("expected '{named}'{numbers}, found '{line}'"));
-        }
-        let is_number = |word: &&str| word.parse().is_ok_and(|x: f32| x.is_finite());
-        if let Some(word) = words.find(|word| !is_number(word)) {
-            let word = one_line(word);
-            return wrong(format!("'{word}' is not a finite number, 3e38 at most"));
-        }
-    }
-    let expected = match (FACET[next].0, open) {
-        ("facet normal", true) => "facet normal' or 'endsolid",
-        ("facet normal", false) => return Ok(()),
-        (within, _) => within,
-    };
-    let message = format!("the file ends too early: expected '{expected}'");
-    Err((Some(text.lines().count()), message))
+fn is_ascii(bytes: &[u8]) -> bool {
+    let exact = announced(bytes).is_some_and(|n| bytes.len() as u64 == binary_length(n));
+    let is_wide = matches!(bytes, [0xff, 0xfe, b's', 0, ..] | [0xfe, 0xff, 0, b's', ..]);
+    let start = without_mark(bytes).trim_ascii_start();
+    let word = start.get(..5);
+    !exact && (is_wide || word.is_some_and(|w| w.eq_ignore_ascii_case(b"solid")))
 }
 
-/// Joins all solids of an ASCII file into one, in lower case. If the file does not close its
-/// last solid, the result is not closed either.
-fn one_solid(text: &str) -> Vec<u8> {
-    let mut one = String::with_capacity(text.len() + 32);
-    one.push_str("solid all\n");
-    let mut open = false;
-    for line in text.lines() {
-        let line = line.to_ascii_lowercase();
-        match line.split_whitespace().next() {
-            Some("solid") => open = true,
-            Some("endsolid") => open = false,
-            _ => {
-                one.push_str(&line);
-                one.push('\n');
-            }
+/// Parses a binary file.
+fn binary(bytes: &[u8], report: &mut ImportReport) -> Result<MeshData, Wrong> {
+    let Some(count) = announced(bytes) else {
+        let message = format!(
+            "{} bytes are too few for binary STL, and it does not begin with 'solid'",
+            bytes.len()
+        );
+        return Err((None, message));
+    };
+    let body = &bytes[HEADER..];
+    let held = body.len() / TRIANGLE;
+    if count > held {
+        let message =
+            format!("its header says {count} triangles, but there are bytes for {held} only");
+        return Err((None, message));
+    }
+    // Programs that write as they go cannot know the count. Bytes after the last triangle
+    // are no triangles unless they are whole ones.
+    let by_length = count < held && body.len().is_multiple_of(TRIANGLE);
+    report.repair("header with too few triangles", usize::from(by_length));
+    let count = if by_length { held } else { count };
+    let number = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
+    let mut made = Joined::default();
+    for triangle in body.chunks_exact(TRIANGLE).take(count) {
+        for corner in triangle[12..48].chunks_exact(12) {
+            made.corner([0, 4, 8].map(|at| number(&corner[at..])));
         }
     }
-    if !open {
-        one.push_str("endsolid all\n");
+    made.mesh()
+}
+
+/// Corners of triangles in turn, and their vertices.
+#[derive(Default)]
+struct Joined {
+    row_of: HashMap<[u32; 3], u32>,
+    vertices: Vec<Corner>,
+    corners: Vec<u32>,
+}
+
+impl Joined {
+    fn corner(&mut self, corner: Corner) {
+        // u32 overflows from 2^32 vertices on, at three a triangle of 50 bytes: a file of
+        // 71 GB, which fails for lack of memory before.
+        let next = self.vertices.len() as u32;
+        let row = *self.row_of.entry(corner.map(f32::to_bits)).or_insert(next);
+        if row == next {
+            self.vertices.push(corner);
+        }
+        self.corners.push(row);
     }
-    one.into_bytes()
+
+    fn mesh(self) -> Result<MeshData, Wrong> {
+        let finite = |v: &Corner| v.iter().all(|x| x.is_finite());
+        if let Some(i) = self.vertices.iter().position(|v| !finite(v)) {
+            let corner = self.corners.iter().position(|v| *v as usize == i);
+            let [x, y, z] = self.vertices[i];
+            let message = format!(
+                "triangle {} has a corner that is not finite: ({x}, {y}, {z})",
+                corner.unwrap_or_default() / 3
+            );
+            return Err((None, message));
+        }
+        Ok(MeshData {
+            positions: self.vertices.iter().map(|v| v.map(f64::from)).collect(),
+            triangles: self
+                .corners
+                .chunks_exact(3)
+                .map(|c| [c[0], c[1], c[2]])
+                .collect(),
+            ..MeshData::default()
+        })
+    }
+}
+
+/// The lines of an ASCII facet.
+const FACET: [&str; 7] = [
+    "facet",
+    "outer loop",
+    "vertex",
+    "vertex",
+    "vertex",
+    "endloop",
+    "endfacet",
+];
+
+/// Parses an ASCII file.
+fn ascii(text: &str, report: &mut ImportReport) -> Result<MeshData, Wrong> {
+    let mut made = Joined::default();
+    let (mut next, mut open, mut last) = (0, false, 0);
+    for (number, line) in lines(text) {
+        let lower = line.to_ascii_lowercase();
+        let mut words = lower.split_whitespace();
+        let Some(first) = words.next() else { continue };
+        last = number;
+        let wrong = |why: String| Err((Some(number), why));
+        let expected = FACET[next];
+        // Between facets solids begin and end; their names follow and may be anything.
+        let ends = first == "endsolid" || first == "end" && words.clone().next() == Some("solid");
+        if next == 0 && (first == "solid" || ends) {
+            open = first == "solid";
+            continue;
+        }
+        let second = expected.split(' ').nth(1);
+        if !expected.starts_with(first)
+            || expected.split(' ').next() != Some(first)
+            || second.is_some_and(|second| words.next() != Some(second))
+        {
+            let numbers = if expected == "vertex" {
+                " and three numbers"
+            } else {
+                ""
+            };
+            let line = one_line(line);
+            return wrong(format!("expected '{expected}'{numbers}, found '{line}'"));
+        }
+        next = (next + 1) % FACET.len();
+        if expected != "vertex" {
+            continue;
+        }
+        let mut corner = [0.0; 3];
+        for x in &mut corner {
+            let Some(word) = words.next() else {
+                let line = one_line(line);
+                return wrong(format!(
+                    "expected 'vertex' and three numbers, found '{line}'"
+                ));
+            };
+            *x = match word.parse() {
+                Ok(x) if f32::is_finite(x) => x,
+                _ => {
+                    let word = one_line(word);
+                    return wrong(format!("'{word}' is not a finite number, 3e38 at most"));
+                }
+            };
+        }
+        if let Some(word) = words.next() {
+            let word = one_line(word);
+            return wrong(format!(
+                "expected 'vertex' and three numbers, found also '{word}'"
+            ));
+        }
+        made.corner(corner);
+    }
+    if next != 0 {
+        let message = format!("the file ends too early: expected '{}'", FACET[next]);
+        return Err((Some(last), message));
+    }
+    report.repair("solid without 'endsolid'", usize::from(open));
+    made.mesh()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn parse(bytes: Vec<u8>) -> Result<MeshData, Wrong> {
+        let mut report = ImportReport::default();
+        if is_ascii(&bytes) {
+            return ascii(&decode(Path::new("a"), &bytes).unwrap(), &mut report);
+        }
+        super::binary(&bytes, &mut report)
+    }
 
     const ONE: &str = " facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1 0 0\n   vertex 0 1 0\n  endloop\n endfacet\n";
 
@@ -221,7 +283,12 @@ mod tests {
             (binary(b"x", u32::MAX, &SQUARE), "bytes for 2 only"),
             (binary(b"x", 1, &nan), "not finite"),
             (format!("solid a\n{ONE}{tail}").into_bytes(), "facet"),
-            (format!("solid a\n{ONE}").into_bytes(), "'endsolid'"),
+            (
+                format!("solid a\n{ONE}")
+                    .replace("endfacet\n", "")
+                    .into_bytes(),
+                "'endfacet'",
+            ),
             (
                 format!("solid a\n{ONE}{ONE}")
                     .replace("endfacet\n facet", "facet")

@@ -269,7 +269,7 @@ fn broken_meshes_say_what_and_where() {
                end_header\n0 0 0\n";
     for (name, text, says) in [
         // The line once.
-        ("a.ply", ply, "error: a.ply:11:1: Unexpected end of file"),
+        ("a.ply", ply, "error: a.ply:10:1: the file ends too early"),
         (
             "a.obj",
             "v 0 0 0\nv 1 0 0\nf 1 2\n",

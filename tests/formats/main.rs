@@ -4,6 +4,8 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod found_gltf;
+mod found_meshes;
 mod io_bad;
 mod native;
 mod native_bad;

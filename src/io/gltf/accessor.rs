@@ -17,8 +17,13 @@ pub(super) enum Accept {
     Float,
     /// Positions of KHR_mesh_quantization: f32, or 8 and 16 bits with or without sign.
     Position,
-    /// Normals of KHR_mesh_quantization: f32, or 8 and 16 bits, signed and normalised.
+    /// Normals of KHR_mesh_quantization, and rotations: f32, or 8 and 16 bits, signed and
+    /// normalised.
     Normal,
+    /// Numbers of joints: 8 and 16 bits without sign.
+    Joint,
+    /// Weights: f32, or 8 and 16 bits without sign and normalised.
+    Weight,
 }
 
 impl Accept {
@@ -28,6 +33,8 @@ impl Accept {
             Accept::Float => kind == F32 && !normalized,
             Accept::Position => matches!(kind, F32 | I8 | U8 | I16 | U16),
             Accept::Normal => kind == F32 || matches!(kind, I8 | I16) && normalized,
+            Accept::Joint => matches!(kind, U8 | U16) && !normalized,
+            Accept::Weight => kind == F32 || matches!(kind, U8 | U16) && normalized,
         }
     }
 }
@@ -39,21 +46,58 @@ pub(super) fn triples(
     accept: &Accept,
     place: &str,
 ) -> Result<Vec<[f64; 3]>, LoadError> {
+    tuples(file, id, (Type::Vec3, "VEC3"), accept, place)
+}
+
+/// Reads a column of quadruples, converted to f64.
+pub(super) fn quadruples(
+    file: &File,
+    id: Index<Accessor>,
+    accept: &Accept,
+    place: &str,
+) -> Result<Vec<[f64; 4]>, LoadError> {
+    tuples(file, id, (Type::Vec4, "VEC4"), accept, place)
+}
+
+/// Reads a column of matrices, column by column, converted to f64.
+pub(super) fn matrices(
+    file: &File,
+    id: Index<Accessor>,
+    place: &str,
+) -> Result<Vec<[f64; 16]>, LoadError> {
+    tuples(file, id, (Type::Mat4, "MAT4"), &Accept::Float, place)
+}
+
+/// Reads a column of `N` components an element.
+fn tuples<const N: usize>(
+    file: &File,
+    id: Index<Accessor>,
+    (of, name): (Type, &str),
+    accept: &Accept,
+    place: &str,
+) -> Result<Vec<[f64; N]>, LoadError> {
     let wrong = |message: &str| file.invalid(place, message);
     let (accessor, kind, count) = header(file, id, place)?;
-    if accessor.type_ != Checked::Valid(Type::Vec3) {
-        return Err(wrong("its accessor must be of type VEC3"));
+    if accessor.type_ != Checked::Valid(of) {
+        return Err(wrong(&format!("its accessor must be of type {name}")));
     }
     let normalized = accessor.normalized;
     if !accept.allows(kind, normalized) {
-        return Err(wrong(
-            "its component type is not allowed here: it must be 5126 (float), \
-             or 8 or 16 bits with KHR_mesh_quantization required",
-        ));
+        return Err(wrong(match accept {
+            Accept::Joint => "its component type is not allowed here: it must be 5121 or 5123",
+            Accept::Weight => {
+                "its component type is not allowed here: it must be 5126 (float), \
+                 or 5121 or 5123 normalized"
+            }
+            _ => {
+                "its component type is not allowed here: it must be 5126 (float), \
+                 or 8 or 16 bits with KHR_mesh_quantization required"
+            }
+        }));
     }
-    column(file, accessor, count, kind.size() * 3, place, |b| {
+    column(file, accessor, count, kind.size() * N, place, |b| {
         let size = kind.size();
-        [0, 1, 2].map(|i| component(kind, normalized, &b[i * size..(i + 1) * size]))
+        std::array::from_fn(|i| component(kind, normalized, &b[i * size..(i + 1) * size]))
     })
 }
 
@@ -227,7 +271,9 @@ fn range<'f>(
         )));
     };
     let bytes = &bytes[start as usize..end as usize];
-    let stride = view.byte_stride.map_or(size, |s| s.0);
+    // Some files write 0 for elements without gaps.
+    let stride = view.byte_stride.map_or(0, |s| s.0);
+    let stride = if stride == 0 { size } else { stride };
     if stride < size {
         return Err(wrong(format!(
             "bufferView {id} has byteStride {stride}, but an element has {size} bytes"

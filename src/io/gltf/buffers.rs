@@ -112,7 +112,10 @@ fn data_uri(data: &str) -> Result<Vec<u8>, String> {
         .split_once(',')
         .ok_or("its data URI has no comma before the data")?;
     if kind.ends_with(";base64") {
-        base64(data.as_bytes())
+        // Some encoders break lines, or escape what a URI may not have.
+        let mut text = percent_decode(data)?;
+        text.retain(|b| !b.is_ascii_whitespace());
+        base64(&text)
     } else {
         percent_decode(data)
     }
@@ -206,6 +209,8 @@ mod tests {
             assert!(file_name(wrong).is_err(), "{wrong}");
         }
         assert_eq!(data_uri(",a%41").unwrap(), b"aA");
+        assert_eq!(data_uri(";base64,Zm9v\r\n Ym\tFy\n").unwrap(), b"foobar");
+        assert_eq!(data_uri(";base64,Zg%3D%3D").unwrap(), b"f");
         assert!(data_uri("application/octet-stream;base64").is_err());
     }
 }

@@ -1,20 +1,24 @@
 //! Parsing of a file into a document: GLB chunks, JSON, version, extensions.
 //!
-//! Every length is checked. The document is the gltf crate's plain data without the crate's
+//! Every length is checked. JSON may have a byte order mark, and NUL where a chunk is padded. The document is the gltf crate's plain data without the crate's
 //! validation, which refuses some valid files, and without its readers, which panic on some
 //! malformed ones; so every index is checked where it is used. If even the crate's parser
 //! refuses a file, the file is parsed again without the parts that are not imported.
 
 use crate::LoadError;
 use crate::shared::messages::{json_fault, one_line};
+use crate::shared::text::decode;
 use gltf::json::Root;
 use serde::Deserialize;
 use serde_json::Value;
+use std::borrow::Cow;
 use std::path::Path;
 
-/// Extensions that a file may require: they are imported, or concern only textures, which
-/// are counted and not imported.
-const KNOWN_EXTENSIONS: [&str; 9] = [
+/// Extensions that are imported, or concern only textures, which are counted and not
+/// imported.
+const KNOWN_EXTENSIONS: [&str; 11] = [
+    "EXT_mesh_gpu_instancing",
+    "KHR_node_visibility",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
@@ -26,14 +30,44 @@ const KNOWN_EXTENSIONS: [&str; 9] = [
     "EXT_texture_webp",
 ];
 
-/// Whether a file may require this extension.
+/// What the names of extensions begin with, after their vendor, that change no geometry:
+/// they are about looks, sound, behaviour and data beside the scene.
+const BESIDE_GEOMETRY: [&str; 17] = [
+    "animation_",
+    "audio",
+    "feature_metadata",
+    "instance_features",
+    "interactivity",
+    "lights_",
+    "materials_",
+    "mesh_features",
+    "mesh_manifold",
+    "mesh_primitive_edge_visibility",
+    "node_hoverability",
+    "node_selectability",
+    "physics",
+    "primitive_outline",
+    "structural_metadata",
+    "texture_",
+    "xmp",
+];
+
+/// Whether this extension is imported, or left out with the textures.
 pub(super) fn is_known_extension(name: &str) -> bool {
     KNOWN_EXTENSIONS.contains(&name)
 }
 
+/// Whether a file may require this extension: geometry does not depend on it, or it is
+/// imported.
+fn may_be_required(name: &str) -> bool {
+    let bare = name.split_once('_').map_or(name, |(_, bare)| bare);
+    let mut known = BESIDE_GEOMETRY.iter();
+    is_known_extension(name) || known.any(|start| bare.starts_with(start))
+}
+
 /// The JSON of a file and its binary chunk, if it has one.
 pub(super) struct Chunks<'a> {
-    pub json: &'a [u8],
+    pub json: Cow<'a, str>,
     pub bin: Option<&'a [u8]>,
 }
 
@@ -42,7 +76,7 @@ pub(super) struct Chunks<'a> {
 pub(super) fn split<'a>(path: &Path, bytes: &'a [u8]) -> Result<Chunks<'a>, LoadError> {
     if !bytes.starts_with(b"glTF") {
         return Ok(Chunks {
-            json: bytes,
+            json: decode(path, bytes)?,
             bin: None,
         });
     }
@@ -98,6 +132,7 @@ pub(super) fn split<'a>(path: &Path, bytes: &'a [u8]) -> Result<Chunks<'a>, Load
         chunk += 1;
     }
     let json = json.ok_or_else(|| wrong("it has no JSON chunk".into()))?;
+    let json = decode(path, json)?;
     Ok(Chunks { json, bin })
 }
 
@@ -155,7 +190,7 @@ pub(super) fn parse(path: &Path, json: &[u8]) -> Result<Document, LoadError> {
         let what = format!("glTF minVersion '{}'", one_line(&least));
         return Err(unsupported(path, &what, TO_TWO));
     }
-    if let Some(name) = head.required.iter().find(|e| !is_known_extension(e)) {
+    if let Some(name) = head.required.iter().find(|e| !may_be_required(e)) {
         let what = format!("the required extension '{}'", one_line(name));
         return Err(unsupported(path, &what, "export the file without it"));
     }
@@ -165,7 +200,6 @@ pub(super) fn parse(path: &Path, json: &[u8]) -> Result<Document, LoadError> {
             let unread = vec![
                 ("texture", root.textures.len()),
                 ("animation", root.animations.len()),
-                ("skin", root.skins.len()),
             ];
             (root, unread)
         }

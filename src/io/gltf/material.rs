@@ -1,7 +1,8 @@
 //! Materials: metallic-roughness factors and four extensions.
 //!
-//! Textures and alpha are not imported but counted. The scene's check refuses values out of
-//! range, and names the material.
+//! Textures are not imported, nor alpha between 0 and 1, but counted. What alpha hides for
+//! certain, 0 with BLEND or less than the cutoff with MASK, is left out of meshes. The
+//! scene's check refuses values out of range, and names the material.
 
 use super::File;
 use crate::ImportReport;
@@ -10,32 +11,40 @@ use crate::shared::messages::one_line;
 use gltf::json::material::AlphaMode;
 use gltf::json::validation::Checked;
 
-/// Adds one row per material of the file, in order, and returns their ids.
+/// Adds one row per material of the file, in order, and returns their ids, `None` for those
+/// of invisible surfaces.
 pub(super) fn import(
     file: &File,
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
-) -> Vec<MaterialId> {
+) -> Vec<Option<MaterialId>> {
     let mut ids = Vec::with_capacity(file.root.materials.len());
     for source in &file.root.materials {
         let name = one_line(source.name.as_deref().unwrap_or_default());
-        ids.push(scene.material(&name, convert(source, report)));
+        let material = convert(source, report);
+        ids.push(material.map(|material| scene.material(&name, material)));
     }
     ids
 }
 
-/// Converts a material.
-fn convert(source: &gltf::json::Material, report: &mut ImportReport) -> Material {
+/// Converts a material; `None` if it makes surfaces invisible.
+fn convert(source: &gltf::json::Material, report: &mut ImportReport) -> Option<Material> {
     let pbr = &source.pbr_metallic_roughness;
-    let [r, g, b, _] = pbr.base_color_factor.0;
+    let [r, g, b, alpha] = pbr.base_color_factor.0;
+    let cutoff = source.alpha_cutoff.map_or(0.5, |cutoff| cutoff.0);
+    // A texture's alpha is a factor of at most 1.
+    match source.alpha_mode {
+        Checked::Valid(AlphaMode::Blend) if alpha <= 0.0 => return None,
+        Checked::Valid(AlphaMode::Mask) if alpha < cutoff => return None,
+        Checked::Valid(AlphaMode::Opaque) => {}
+        Checked::Valid(_) if alpha >= 1.0 && pbr.base_color_texture.is_none() => {}
+        _ => report.add("alpha mode"),
+    }
     let mut material =
         Material::metallic_roughness([r, g, b], pbr.metallic_factor.0, pbr.roughness_factor.0);
     material.emission = source.emissive_factor.0;
-    if source.alpha_mode != Checked::Valid(AlphaMode::Opaque) {
-        report.add("alpha mode");
-    }
     let Some(extensions) = &source.extensions else {
-        return material;
+        return Some(material);
     };
     if let Some(strength) = &extensions.emissive_strength {
         material.emission = material.emission.map(|e| e * strength.emissive_strength.0);
@@ -56,5 +65,5 @@ fn convert(source: &gltf::json::Material, report: &mut ImportReport) -> Material
             roughness: 1.0,
         };
     }
-    material
+    Some(material)
 }

@@ -1,10 +1,12 @@
 //! Meshes: the triangles of a mesh's primitives one after the other, in file order.
 //!
-//! Primitives with the same position and normal accessors share their vertices. Normals are
-//! kept only if every primitive with triangles has them.
+//! Primitives with the same accessors of vertices share them. Normals are kept only if every
+//! primitive with triangles has them. Primitives of invisible materials are left out. A
+//! position that is not finite is an error only if a triangle uses it.
 
 use super::File;
 use super::accessor::{Accept, indices, triples};
+use super::skin::Pose;
 use crate::scene::{MaterialId, MeshData};
 use crate::shared::mesh_cleanup::{compact, repair_normals};
 use crate::{ImportReport, LoadError};
@@ -12,7 +14,7 @@ use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use std::collections::HashMap;
 
-/// The range of the mesh's vertices that one pair of accessors gave.
+/// The range of the mesh's vertices that one set of accessors gave.
 #[derive(Clone, Copy)]
 struct Vertices {
     first: u32,
@@ -20,16 +22,18 @@ struct Vertices {
     normals: bool,
 }
 
-/// Reads a mesh, which may have no triangles; `label` names it in messages.
+/// Reads a mesh, which may have no triangles, in a skin's pose if there is one; `label` names
+/// it in messages.
 pub(super) fn read(
     file: &File,
     source: &gltf::json::Mesh,
     label: &str,
-    materials: &[MaterialId],
+    materials: &[Option<MaterialId>],
+    pose: Option<&Pose>,
     report: &mut ImportReport,
 ) -> Result<MeshData, LoadError> {
     let mut mesh = MeshData::default();
-    let mut read: HashMap<(usize, Option<usize>), Vertices> = HashMap::new();
+    let mut read: HashMap<[Option<usize>; 4], Vertices> = HashMap::new();
     let (mut smooth, mut flat) = (false, false);
     for (i, primitive) in source.primitives.iter().enumerate() {
         let place = format!("{label}, primitive {i}");
@@ -52,21 +56,6 @@ pub(super) fn read(
             report.add("primitive without positions");
             continue;
         };
-        let normals = attribute(Semantic::Normals);
-        let key = (positions.value(), normals.map(|n| n.value()));
-        let vertices = match read.get(&key) {
-            Some(vertices) => *vertices,
-            None => {
-                let vertices = read_vertices(file, primitive, &mut mesh, &place)?;
-                read.insert(key, vertices);
-                vertices
-            }
-        };
-        let first = mesh.triangles.len();
-        corners(file, primitive, mode, vertices, &mut mesh, &place, report)?;
-        if mesh.triangles.len() == first {
-            continue;
-        }
         let material = match primitive.material {
             None => None,
             Some(id) => Some(*materials.get(id.value()).ok_or_else(|| {
@@ -77,6 +66,37 @@ pub(super) fn read(
                 )
             })?),
         };
+        if material == Some(None) {
+            report.add("primitive of an invisible material");
+            continue;
+        }
+        let key = [
+            Some(positions),
+            attribute(Semantic::Normals),
+            attribute(Semantic::Joints(0)),
+            attribute(Semantic::Weights(0)),
+        ]
+        .map(|id| id.map(|id| id.value()));
+        let vertices = match read.get(&key) {
+            Some(vertices) => *vertices,
+            None => {
+                let vertices = read_vertices(file, primitive, &mut mesh, pose, &place)?;
+                read.insert(key, vertices);
+                vertices
+            }
+        };
+        let first = mesh.triangles.len();
+        corners(file, primitive, mode, vertices, &mut mesh, &place, report)?;
+        if mesh.triangles.len() == first {
+            continue;
+        }
+        let used = mesh.triangles[first..].iter().flatten();
+        if let Some(v) = used.copied().find(|v| !is_finite(&mesh, *v)) {
+            let (row, at) = (v - vertices.first, mesh.positions[v as usize]);
+            let message = format!("vertex {row} is not finite: {at:?}");
+            return Err(file.invalid(&format!("{place}, POSITION"), &message));
+        }
+        let material = material.flatten();
         if mesh.parts.last().and_then(|(_, m)| *m) != material {
             mesh.parts.push((first as u32, material));
         }
@@ -89,9 +109,18 @@ pub(super) fn read(
         }
         mesh.normals.clear();
     }
+    let all = 0..mesh.positions.len() as u32;
+    let lost = all.filter(|v| !is_finite(&mesh, *v)).count();
+    report.repair("unused vertex that is not finite", lost);
     compact(&mut mesh);
     report.add_many("unusable normal", repair_normals(&mut mesh));
     Ok(mesh)
+}
+
+fn is_finite(mesh: &MeshData, vertex: u32) -> bool {
+    mesh.positions[vertex as usize]
+        .iter()
+        .all(|x| x.is_finite())
 }
 
 /// Appends the vertices of a primitive, with zeros if it has no normals.
@@ -99,6 +128,7 @@ fn read_vertices(
     file: &File,
     primitive: &Primitive,
     mesh: &mut MeshData,
+    pose: Option<&Pose>,
     place: &str,
 ) -> Result<Vertices, LoadError> {
     let quantized = file
@@ -121,13 +151,6 @@ fn read_vertices(
         Some(id) => triples(file, id, &accept(Accept::Position), &at)?,
         None => Vec::new(),
     };
-    if let Some(row) = positions
-        .iter()
-        .position(|p| !p.iter().all(|x| x.is_finite()))
-    {
-        let message = format!("vertex {row} is not finite: {:?}", positions[row]);
-        return Err(file.invalid(&at, &message));
-    }
     let first = mesh.positions.len();
     let all = first + positions.len();
     if all > u32::MAX as usize {
@@ -148,6 +171,10 @@ fn read_vertices(
                 .extend(normals.iter().map(|n| n.map(|x| x as f32)));
         }
         None => mesh.normals.resize(all, [0.0; 3]),
+    }
+    if let Some(pose) = pose {
+        let vertices = (&mut mesh.positions[first..], &mut mesh.normals[first..]);
+        pose.apply(file, primitive, vertices, place)?;
     }
     Ok(Vertices {
         first: first as u32,

@@ -2,12 +2,12 @@
 //!
 //! A glTF node becomes a node or, if it only carries a mesh, an edge to the shape. A mesh is
 //! stored once, however many nodes refer to it. Triangle ids follow the file: primitives one
-//! after the other, and the triangles of each in the order of its mode. Textures, skins,
-//! morph targets, animations and the like are not supported and counted in
-//! [`ImportReport`].
+//! after the other, and the triangles of each in the order of its mode. Skins are applied in
+//! the pose that the file has. Textures, morph targets, animations and the like are not
+//! supported and counted in [`ImportReport`].
 //!
-//! `container` parses, `buffers` and `accessor` check every length and range, `mesh` and
-//! `material` fill rows, `nodes` walks the graph. Specification: Khronos glTF 2.0.1.
+//! `container` parses, `buffers` and `accessor` check every length and range, `mesh`, `skin`
+//! and `material` fill rows, `placement` reads transforms, `nodes` walks the graph. Specification: Khronos glTF 2.0.1.
 //! tests/formats/io_bad.rs compares the refusals with those of the Khronos validator.
 
 mod accessor;
@@ -16,6 +16,8 @@ mod container;
 mod material;
 mod mesh;
 mod nodes;
+mod placement;
+mod skin;
 
 use crate::scene::SceneBuilder;
 use crate::shared::messages::one_line;
@@ -81,7 +83,7 @@ pub(super) fn import(
         root,
         placements,
         unread,
-    } = container::parse(path, chunks.json)?;
+    } = container::parse(path, chunks.json.as_bytes())?;
     let folder = Folder::new(path, options);
     let buffers = Buffers::read(path, &root, chunks.bin, &folder)?;
     let size = bytes.len() as u64 + buffers.total();
@@ -108,6 +110,9 @@ fn left_out(root: &Root, report: &mut ImportReport) {
         let colors = colors.filter(|k| matches!(k, Checked::Valid(Semantic::Colors(_))));
         report.add_many("vertex colour set", colors.count());
     }
+    let views = root.buffer_views.iter();
+    let tight = views.filter(|view| view.byte_stride.is_some_and(|s| s.0 == 0));
+    report.repair("byteStride of 0", tight.count());
     for name in &root.extensions_used {
         if !container::is_known_extension(name) {
             report.add(&format!("extension {}", one_line(name)));

@@ -2,115 +2,326 @@
 //!
 //! Nodes must form a forest, as the specification says. Walks use a list instead of
 //! recursion, so a hierarchy may be a million deep. Only meshes that the scene shows are
-//! decoded, and nodes with nothing to show are not imported.
+//! decoded, and nodes with nothing to show are not imported. A scene has no singular
+//! transform, so a mesh below a node that is flat is copied flat.
 
 use super::container::Placement;
+use super::placement::{Extent, flattened, instances, local_transform};
+use super::skin::Pose;
 use super::{File, mesh};
 use crate::math::Affine;
-use crate::scene::{Camera, Edge, Falloff, Light, MaterialId, SceneBuilder, ShapeId};
+use crate::scene::{Camera, Edge, Falloff, Light, MaterialId, MeshData, SceneBuilder, ShapeId};
 use crate::shared::mesh_cleanup::unit;
 use crate::shared::messages::one_line;
 use crate::{ImportReport, LoadError};
-use glam::{DMat3, DQuat, DVec3};
+use glam::DVec3;
 use gltf::json::camera::Type as CameraType;
 use gltf::json::extensions::scene::khr_lights_punctual::Type as LightType;
 use gltf::json::validation::Checked;
+use serde_json::Value;
+use std::collections::HashMap;
 
 /// The parent of a root.
 const NO_PARENT: u32 = u32::MAX;
 
 /// Imports the nodes of the scene to show. Fails for references that do not exist, nodes
-/// with two parents, cycles, and malformed transforms, cameras or lights.
+/// with two parents, cycles, and malformed transforms, skins, cameras or lights.
 pub(super) fn import(
     file: &File,
     placements: &[Placement],
-    materials: &[MaterialId],
+    materials: &[Option<MaterialId>],
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
 ) -> Result<(), LoadError> {
     let parents = parents(file)?;
     let roots = roots(file, &parents)?;
     let order = parents_first(file, &roots);
+    let placed = Placed::new(file, placements, (&parents, &order), report)?;
 
-    // Local transforms; a subtree scaled to a point is hidden.
-    let count = file.root.nodes.len();
-    let mut local = vec![Affine::IDENTITY; count];
-    let mut hidden = vec![false; count];
+    // Cameras and lights, parents before children.
     for node in order.iter().map(|n| *n as usize) {
-        local[node] = local_transform(file, node, &placements[node])?;
-        let above = parents[node];
-        hidden[node] = above != NO_PARENT && hidden[above as usize];
-        if !hidden[node] && local[node].linear() == &[[0.0; 3]; 3] {
-            hidden[node] = true;
-            report.add("node scaled to nothing");
+        if placed.vanished[node] {
+            continue;
+        }
+        camera(file, node, &placed.world[node], scene, report)?;
+        if !placed.invisible[node] {
+            light(file, node, &placed.world[node], scene, report)?;
         }
     }
 
-    // Cameras and lights, parents before children.
-    let mut world = vec![Affine::IDENTITY; count];
-    for node in order.iter().map(|n| *n as usize).filter(|n| !hidden[*n]) {
-        world[node] = match parents[node] {
-            NO_PARENT => local[node],
-            above => world[above as usize].then_after(&local[node]),
-        };
-        camera(file, node, &world[node], scene, report)?;
-        light(file, node, &world[node], scene, report)?;
-    }
-    drop(world);
-
-    // Edges, children before parents.
-    let mut shapes: Vec<Option<Option<ShapeId>>> = vec![None; file.root.meshes.len()];
+    let mut meshes = Meshes {
+        file,
+        materials,
+        shared: vec![None; file.root.meshes.len()],
+        posed: HashMap::new(),
+        poses: HashMap::new(),
+    };
     // Meshes are imported in the order of the nodes in the file, so that ids do not depend
     // on the graph.
     let mut shown: Vec<u32> = order.clone();
-    shown.retain(|n| !hidden[*n as usize]);
+    shown.retain(|n| !placed.invisible[*n as usize]);
     shown.sort_unstable();
+    let mut own: Vec<Option<Edge>> = vec![None; placed.local.len()];
+    let mut several: HashMap<usize, Vec<Edge>> = HashMap::new();
+    let (mut skinned, mut worlds) = (Vec::new(), None);
     for node in shown.iter().map(|n| *n as usize) {
-        let Some(mesh) = file.root.nodes[node].mesh else {
+        let source = &file.root.nodes[node];
+        let Some(mesh) = source.mesh.map(|mesh| mesh.value()) else {
             continue;
         };
-        let Some(source) = file.root.meshes.get(mesh.value()) else {
-            let all = file.root.meshes.len();
-            let message = format!("refers to mesh {}, but there are {all}", mesh.value());
-            return Err(file.invalid(&label(file, node), &message));
-        };
-        if shapes[mesh.value()].is_none() {
-            let name = one_line(source.name.as_deref().unwrap_or_default());
-            let label = match &*name {
-                "" => format!("mesh {}", mesh.value()),
-                name => format!("mesh {} '{name}'", mesh.value()),
+        // The skin of a file that lacks what it needs is not imported.
+        let skin = source.skin.map(|skin| skin.value());
+        if let Some(skin) = skin.filter(|skin| *skin < file.root.skins.len()) {
+            let world = match &worlds {
+                Some(world) => world,
+                None => worlds.insert(all_worlds(file, placements, &parents)?),
             };
-            let data = mesh::read(file, source, &label, materials, report)?;
-            check_room(file, scene, &data, &label)?;
-            let shape = (!data.triangles.is_empty()).then(|| scene.mesh(&name, &data));
-            shapes[mesh.value()] = Some(shape);
+            meshes.read_pose(skin, world)?;
+            if let Some(shape) = meshes.posed(node, (mesh, skin), scene, report)? {
+                skinned.push((node, shape));
+            }
+            continue;
         }
+        if placed.vanished[node] {
+            continue;
+        }
+        let instances = instances(file, node, &|| label(file, node))?;
+        if instances.is_none() && placed.flat[node].is_none() {
+            own[node] = meshes.shared(node, mesh, scene, report)?.map(Edge::shape);
+            continue;
+        }
+        let mut edges = Vec::new();
+        for instance in instances.unwrap_or_else(|| vec![Affine::IDENTITY]) {
+            let map = match &placed.flat[node] {
+                Some(flat) => flat.then_after(&instance),
+                None => instance,
+            };
+            let edge = match Extent::of(&map) {
+                Extent::Nothing => {
+                    report.add("instance scaled to nothing");
+                    None
+                }
+                Extent::Flat => meshes
+                    .flat(node, mesh, &map, scene, report)?
+                    .map(Edge::shape),
+                Extent::Solid => {
+                    let shape = meshes.shared(node, mesh, scene, report)?;
+                    shape.map(|shape| Edge::shape(shape).transform(scene.transform(map)))
+                }
+            };
+            edges.extend(edge);
+        }
+        several.insert(node, edges);
     }
-    let mut edges: Vec<Option<Edge>> = vec![None; count];
+
+    // Edges, children before parents.
+    let mut edges: Vec<Option<Edge>> = vec![None; placed.local.len()];
     for node in order.iter().rev().map(|n| *n as usize) {
-        if hidden[node] {
+        if placed.vanished[node] || placed.invisible[node] {
             continue;
         }
         let source = &file.root.nodes[node];
-        let shape = source.mesh.and_then(|m| shapes[m.value()].flatten());
+        let mut all = several.remove(&node).unwrap_or_default();
+        all.extend(own[node]);
+        let is_one_shape = own[node].is_some() && all.len() == 1;
         let below = source.children.iter().flatten();
-        let mut below: Vec<Edge> = below.filter_map(|c| edges[c.value()]).collect();
-        let edge = match (shape, below.is_empty()) {
-            (None, true) => continue,
-            (Some(shape), true) => Edge::shape(shape),
-            (shape, false) => {
-                below.splice(0..0, shape.map(Edge::shape));
-                Edge::node(scene.node(&name(file, node), &below))
-            }
+        let first = all.len();
+        all.extend(below.filter_map(|c| edges[c.value()]));
+        let edge = match own[node] {
+            _ if all.is_empty() => continue,
+            Some(shape) if is_one_shape && all.len() == first => shape,
+            _ => Edge::node(scene.node(&name(file, node), &all)),
         };
-        edges[node] = Some(edge.transform(scene.transform(local[node])));
+        // What is below a flat node has been moved to the space of the node above.
+        edges[node] = Some(match placed.flat[node] {
+            Some(_) => edge,
+            None => edge.transform(scene.transform(placed.local[node])),
+        });
     }
     for root in roots {
         if let Some(edge) = edges[root as usize] {
             scene.instance(&name(file, root as usize), edge);
         }
     }
+    for (node, shape) in skinned {
+        scene.instance(&name(file, node), Edge::shape(shape));
+    }
     Ok(())
+}
+
+/// Where nodes are, and which of them show nothing; a row for each node of the file, filled
+/// for those of the scene.
+struct Placed {
+    local: Vec<Affine>,
+    world: Vec<Affine>,
+    /// Of nodes that one direction is scaled to 0 for, and all below: the map to the space
+    /// of the last node above that is not flat.
+    flat: Vec<Option<Affine>>,
+    /// Whether a node is scaled to a line or a point, or one above it.
+    vanished: Vec<bool>,
+    /// Whether a node is made invisible, or one above it.
+    invisible: Vec<bool>,
+}
+
+impl Placed {
+    fn new(
+        file: &File,
+        placements: &[Placement],
+        (parents, order): (&[u32], &[u32]),
+        report: &mut ImportReport,
+    ) -> Result<Placed, LoadError> {
+        let count = file.root.nodes.len();
+        let mut all = Placed {
+            local: vec![Affine::IDENTITY; count],
+            world: vec![Affine::IDENTITY; count],
+            flat: vec![None; count],
+            vanished: vec![false; count],
+            invisible: vec![false; count],
+        };
+        for node in order.iter().map(|n| *n as usize) {
+            let label = || label(file, node);
+            let local = local_transform(file, &label, &placements[node], report)?;
+            all.local[node] = local;
+            all.world[node] = local;
+            let mut flat = None;
+            if parents[node] != NO_PARENT {
+                let above = parents[node] as usize;
+                all.world[node] = all.world[above].then_after(&local);
+                all.vanished[node] = all.vanished[above];
+                all.invisible[node] = all.invisible[above];
+                flat = all.flat[above];
+            }
+            if !all.invisible[node] && is_hidden(file, node) {
+                all.invisible[node] = true;
+                report.add("hidden node");
+            }
+            if all.vanished[node] || flat.is_none() && Extent::of(&local) == Extent::Solid {
+                continue;
+            }
+            let map = flat.map_or(local, |flat| flat.then_after(&local));
+            if Extent::of(&map) == Extent::Nothing {
+                all.vanished[node] = true;
+                report.add("node scaled to nothing");
+            }
+            all.flat[node] = Some(map);
+        }
+        Ok(all)
+    }
+}
+
+/// Whether a node hides itself and what is below (KHR_node_visibility).
+fn is_hidden(file: &File, node: usize) -> bool {
+    let extensions = file.root.nodes[node].extensions.as_ref();
+    let visibility = extensions.and_then(|e| e.others.get("KHR_node_visibility"));
+    let visible = visibility.and_then(|v| v.get("visible"));
+    visible.and_then(Value::as_bool) == Some(false)
+}
+
+/// The transforms of all nodes of the file to the world, for joints.
+fn all_worlds(
+    file: &File,
+    placements: &[Placement],
+    parents: &[u32],
+) -> Result<Vec<Affine>, LoadError> {
+    let tops = (0..parents.len() as u32).filter(|n| parents[*n as usize] == NO_PARENT);
+    let order = parents_first(file, &tops.collect::<Vec<_>>());
+    // What is repaired or left out of them is reported already.
+    let mut unused = ImportReport::default();
+    Ok(Placed::new(file, placements, (parents, &order), &mut unused)?.world)
+}
+
+/// The shapes of meshes that are read so far; `None` for a mesh without triangles.
+struct Meshes<'f> {
+    file: &'f File<'f>,
+    materials: &'f [Option<MaterialId>],
+    shared: Vec<Option<Option<ShapeId>>>,
+    /// By mesh and skin.
+    posed: HashMap<(usize, usize), Option<ShapeId>>,
+    poses: HashMap<usize, Pose>,
+}
+
+impl Meshes<'_> {
+    /// Reads a mesh that a node refers to, with its name.
+    fn read(
+        &self,
+        node: usize,
+        mesh: usize,
+        pose: Option<&Pose>,
+        (scene, report): (&SceneBuilder, &mut ImportReport),
+    ) -> Result<(String, MeshData), LoadError> {
+        let file = self.file;
+        let Some(source) = file.root.meshes.get(mesh) else {
+            let all = file.root.meshes.len();
+            let message = format!("refers to mesh {mesh}, but there are {all}");
+            return Err(file.invalid(&label(file, node), &message));
+        };
+        let name = one_line(source.name.as_deref().unwrap_or_default());
+        let label = match &*name {
+            "" => format!("mesh {mesh}"),
+            name => format!("mesh {mesh} '{name}'"),
+        };
+        let data = mesh::read(file, source, &label, self.materials, pose, report)?;
+        check_room(file, scene, &data, &label)?;
+        Ok((name, data))
+    }
+
+    /// The shape of a mesh as it is, which all nodes share.
+    fn shared(
+        &mut self,
+        node: usize,
+        mesh: usize,
+        scene: &mut SceneBuilder,
+        report: &mut ImportReport,
+    ) -> Result<Option<ShapeId>, LoadError> {
+        if let Some(Some(shape)) = self.shared.get(mesh) {
+            return Ok(*shape);
+        }
+        let (name, data) = self.read(node, mesh, None, (scene, report))?;
+        let shape = (!data.triangles.is_empty()).then(|| scene.mesh(&name, &data));
+        self.shared[mesh] = Some(shape);
+        Ok(shape)
+    }
+
+    /// A copy of a mesh, moved by a flat map, which no instance can have.
+    fn flat(
+        &self,
+        node: usize,
+        mesh: usize,
+        map: &Affine,
+        scene: &mut SceneBuilder,
+        report: &mut ImportReport,
+    ) -> Result<Option<ShapeId>, LoadError> {
+        let (name, data) = self.read(node, mesh, None, (scene, report))?;
+        let data = flattened(&data, map);
+        Ok((!data.triangles.is_empty()).then(|| scene.mesh(&name, &data)))
+    }
+
+    /// Reads a skin unless it is read already; `world` places all nodes.
+    fn read_pose(&mut self, skin: usize, world: &[Affine]) -> Result<(), LoadError> {
+        if !self.poses.contains_key(&skin) {
+            let pose = Pose::read(self.file, skin, world)?;
+            self.poses.insert(skin, pose);
+        }
+        Ok(())
+    }
+
+    /// The shape of a mesh in the pose of a skin, in the world.
+    fn posed(
+        &mut self,
+        node: usize,
+        (mesh, skin): (usize, usize),
+        scene: &mut SceneBuilder,
+        report: &mut ImportReport,
+    ) -> Result<Option<ShapeId>, LoadError> {
+        if let Some(shape) = self.posed.get(&(mesh, skin)) {
+            return Ok(*shape);
+        }
+        let pose = self.poses.get(&skin);
+        let (name, data) = self.read(node, mesh, pose, (scene, report))?;
+        let shape = (!data.triangles.is_empty()).then(|| scene.mesh(&name, &data));
+        self.posed.insert((mesh, skin), shape);
+        Ok(shape)
+    }
 }
 
 /// The name of a node, maybe empty.
@@ -138,9 +349,9 @@ fn parents(file: &File) -> Result<Vec<u32>, LoadError> {
                 return Err(file.invalid(&label(file, node), &message));
             };
             if *parent != NO_PARENT {
-                let message = format!(
-                    "is a child of node {parent} and of node {node}; a node has one parent at most"
-                );
+                let (one, other) = (label(file, *parent as usize), label(file, node));
+                let message =
+                    format!("is a child of {one} and of {other}; a node has one parent at most");
                 return Err(file.invalid(&label(file, child.value()), &message));
             }
             *parent = node as u32;
@@ -210,31 +421,6 @@ fn parents_first(file: &File, roots: &[u32]) -> Vec<u32> {
     order
 }
 
-/// Computes a node's transform to its parent in f64: its matrix, or translation · rotation ·
-/// scale. Fails if the matrix is not affine or the rotation is 0.
-fn local_transform(file: &File, node: usize, p: &Placement) -> Result<Affine, LoadError> {
-    if let Some(m) = p.matrix {
-        if [m[3], m[7], m[11], m[15]] != [0.0, 0.0, 0.0, 1.0] {
-            let message = "its matrix is not affine: the last row must be 0 0 0 1";
-            return Err(file.invalid(&label(file, node), message));
-        }
-        let linear = [[m[0], m[1], m[2]], [m[4], m[5], m[6]], [m[8], m[9], m[10]]];
-        return Ok(Affine::new(linear, [m[12], m[13], m[14]]));
-    }
-    let [x, y, z, w] = p.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
-    // Files round quaternions, which should have length 1, to f32. The division by the
-    // largest component keeps the squares within range.
-    let size = [x, y, z, w].iter().fold(0.0_f64, |a, c| a.max(c.abs()));
-    if size == 0.0 {
-        return Err(file.invalid(&label(file, node), "its rotation is 0 0 0 0"));
-    }
-    let rotation = DQuat::from_array([x, y, z, w].map(|c| c / size)).normalize();
-    let columns = DMat3::from_quat(rotation).to_cols_array_2d();
-    let scale = p.scale.unwrap_or([1.0; 3]);
-    let linear = [0, 1, 2].map(|c| columns[c].map(|x| x * scale[c]));
-    Ok(Affine::new(linear, p.translation.unwrap_or([0.0; 3])))
-}
-
 /// Adds the camera of a node, if it has one. A camera looks along -z of its node, with +y up;
 /// the node's scale is ignored.
 fn camera(
@@ -260,6 +446,10 @@ fn camera(
     // round the direction.
     let forward = DVec3::from_array(world.vector([0.0, 0.0, -1.0]));
     let up = DVec3::from_array(world.vector([0.0, 1.0, 0.0]));
+    if forward.cross(up) == DVec3::ZERO {
+        report.add("camera of a node scaled to nothing");
+        return Ok(());
+    }
     let place = format!("camera {}", id.value());
     let posed = match (&source.type_, &source.perspective, &source.orthographic) {
         (Checked::Valid(CameraType::Perspective), Some(p), _) => {
@@ -316,10 +506,15 @@ fn light(
     match source.type_ {
         Checked::Valid(LightType::Directional) => {
             let travels = DVec3::from_array(world.vector([0.0, 0.0, -1.0]));
-            scene.light(Light::Directional {
-                direction: unit(travels).unwrap_or(travels),
-                irradiance: power,
-            });
+            match unit(travels) {
+                Some(direction) => {
+                    scene.light(Light::Directional {
+                        direction,
+                        irradiance: power,
+                    });
+                }
+                None => report.add("light of a node scaled to nothing"),
+            }
         }
         Checked::Valid(kind) => {
             if kind == LightType::Spot {

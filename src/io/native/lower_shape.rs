@@ -8,7 +8,7 @@ use super::source_spans::At;
 use super::tree::{Source, quoted};
 use crate::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Prism, Quadric, Sphere, hull};
 use crate::scene::{SceneBuilder, ShapeId};
-use crate::shared::merge_meshes::{MESH_FORMATS, names_mesh};
+use crate::shared::merge_meshes::{MESH_FORMATS, import_with_materials, names_mesh};
 use crate::{Folder, ImportReport, LoadError, LoadOptions};
 use glam::{DVec2, DVec3};
 
@@ -201,7 +201,7 @@ fn mesh(
     if !names_mesh(&path) {
         return refuse(format!("is of no known format; known are {MESH_FORMATS}"));
     }
-    let mut data = crate::import_mesh(&path, options, report)?;
+    let mut data = import_with_materials(&path, options, scene, report)?;
     data.open |= open;
     Ok(scene.mesh(name, &data))
 }

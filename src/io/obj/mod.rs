@@ -4,30 +4,27 @@
 //! triangle, shifts normals if only some corners have them, gives errors without a line and
 //! panics on an MTL colour of one number.
 //!
-//! Polygons become triangle fans about their first corner, in file order, which is right for
-//! convex polygons. Corners with equal position and normal indices share a vertex. Texture
-//! coordinates are checked to be numbers and not used; vertex colours and weights, groups
-//! and smoothing are not read; points, lines, and free-form curves and surfaces are counted
-//! in the import report.
+//! Polygons become triangles in file order: fans about their first corner where that is
+//! right, or else what `triangulate` makes. Corners with equal position and normal indices
+//! share a vertex. Texture coordinates are checked to be numbers and not used; weights,
+//! groups and smoothing are not read; vertex colours, points, lines, and free-form curves and
+//! surfaces are counted in the import report. Keywords may be in capitals. A position that is
+//! not finite is an error only if a face uses it, and such a normal is replaced.
 
 mod mtl;
 
-use crate::scene::{Material, MeshData, SceneBuilder};
+use crate::scene::{Material, SceneBuilder};
 use crate::shared::folder::read_file;
 use crate::shared::mesh_cleanup::repair_normals;
+use crate::shared::mesh_file::MeshFile;
 use crate::shared::messages::one_line;
+use crate::shared::text::{decode, lines, number};
+use crate::shared::triangulate::Triangulator;
 use crate::{Folder, ImportReport, LoadError, LoadOptions, add_mesh_instance};
+use glam::DVec3;
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
-
-/// The content of a file: a mesh, whose own table of parts is empty, and materials.
-pub(super) struct Obj {
-    pub mesh: MeshData,
-    pub materials: Vec<(String, Material)>,
-    /// The first triangle of each part and its index into `materials`, in ascending order.
-    pub parts: Vec<(u32, Option<usize>)>,
-}
 
 /// Reads an OBJ file into the builder as a mesh with materials, and one instance of it.
 pub(super) fn import(
@@ -36,16 +33,8 @@ pub(super) fn import(
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
 ) -> Result<(), LoadError> {
-    let mut obj = read(path, options, report)?;
-    let mut ids = Vec::with_capacity(obj.materials.len());
-    for (name, material) in obj.materials {
-        ids.push(scene.material(&one_line(&name), material));
-    }
-    let parts = obj.parts.iter();
-    obj.mesh.parts = parts
-        .map(|(first, m)| (*first, m.map(|m| ids[m])))
-        .collect();
-    add_mesh_instance(scene, &obj.mesh);
+    let mesh = read(path, options, report)?.add_materials(scene);
+    add_mesh_instance(scene, &mesh);
     Ok(())
 }
 
@@ -56,6 +45,8 @@ type Corner = (u32, Option<u32>);
 #[derive(Default)]
 struct Lines {
     positions: Vec<[f64; 3]>,
+    /// Errors of the positions that are not finite, for faces that use them.
+    not_finite: HashMap<u32, LoadError>,
     normals: Vec<[f64; 3]>,
     corners: Vec<Corner>,
     /// For each face the end of its corners, its line, and its index into `material_names`.
@@ -65,36 +56,42 @@ struct Lines {
 }
 
 /// Reads an OBJ file and the material libraries that it names. Fails for malformed lines,
-/// vertices that do not exist, and libraries outside the folder.
+/// vertices that do not exist or are not finite, and libraries outside the folder.
 pub(super) fn read(
     path: &Path,
     options: &LoadOptions,
     report: &mut ImportReport,
-) -> Result<Obj, LoadError> {
+) -> Result<MeshFile, LoadError> {
     let bytes = read_file(path)?;
-    let lines = scan(path, &bytes, report)?;
+    let text = decode(path, &bytes)?;
+    let lines = scan(path, &text, report)?;
     let folder = Folder::new(path, options);
     let materials = libraries(&folder, &lines.libraries, report)?;
-    join(path, &lines, materials, report)
+    join(path, lines, materials, report)
 }
 
 /// Splits a file into lines, numbered from 1, and joins continued ones (with a `\` at the
-/// end); they have the number of their first line.
+/// end, or only blanks after it); they have the number of their first line. Comments do not
+/// go on.
 pub(super) fn logical_lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
-    let mut lines = text.split('\n').enumerate();
+    let mut lines = lines(text);
     std::iter::from_fn(move || {
         let (number, first) = lines.next()?;
-        let mut line = Cow::Borrowed(first.trim_end_matches('\r'));
-        while line.ends_with('\\') {
+        let mut line = Cow::Borrowed(first);
+        if first.trim_start().starts_with('#') {
+            return Some((number, line));
+        }
+        while let Some(begun) = line.trim_end().strip_suffix('\\') {
+            let end = begun.len();
             let joined = line.to_mut();
-            joined.pop();
+            joined.truncate(end);
             joined.push(' ');
             match lines.next() {
-                Some((_, next)) => joined.push_str(next.trim_end_matches('\r')),
+                Some((_, next)) => joined.push_str(next),
                 None => break,
             }
         }
-        Some((number + 1, line))
+        Some((number, line))
     })
 }
 
@@ -111,21 +108,29 @@ pub(super) fn syntax(path: &Path, line: (usize, &str), word: &str, message: Stri
 }
 
 /// Reads the statements of a file.
-fn scan(path: &Path, bytes: &[u8], report: &mut ImportReport) -> Result<Lines, LoadError> {
-    let text = String::from_utf8_lossy(bytes);
+fn scan(path: &Path, text: &str, report: &mut ImportReport) -> Result<Lines, LoadError> {
     let mut all = Lines::default();
     let mut rows: HashMap<String, usize> = HashMap::new();
     let mut material = None;
-    for (number, line) in logical_lines(&text) {
+    let mut colored = 0;
+    for (number, line) in logical_lines(text) {
         let line = (number, &*line);
-        let bare = line.1.split('#').next().unwrap_or_default();
+        let bare = without_comment(line.1);
         let mut words = bare.split_whitespace();
         let Some(key) = words.next() else { continue };
         // Names may contain blanks and '#'.
         let rest = || line.1.trim_start()[key.len()..].trim();
-        match key {
-            "v" => all.positions.push(triple(path, line, key, words)?),
-            "vn" => all.normals.push(triple(path, line, key, words)?),
+        match &*keyword(key) {
+            "v" => {
+                let (position, wrong) = triple(path, line, key, &mut words)?;
+                if let Some(wrong) = wrong {
+                    all.not_finite.insert(all.positions.len() as u32, wrong);
+                }
+                all.positions.push(position);
+                // Three numbers after the position are a colour, and one is a weight.
+                colored += usize::from(words.count() >= 3);
+            }
+            "vn" => all.normals.push(triple(path, line, key, &mut words)?.0),
             "vt" => texture(path, line, words)?,
             "f" | "fo" => {
                 let first = all.corners.len();
@@ -155,28 +160,50 @@ fn scan(path: &Path, bytes: &[u8], report: &mut ImportReport) -> Result<Lines, L
             _ => {}
         }
     }
+    report.add_many("vertex colour set", usize::from(colored > 0));
     Ok(all)
 }
 
-/// Reads three finite numbers; what follows them (a weight, a colour) is not read.
+/// Removes a comment. What C libraries print as `1.#QNAN` begins none.
+fn without_comment(line: &str) -> &str {
+    let mut marks = line.match_indices('#').map(|(at, _)| at);
+    let comment = marks.find(|at| !line[..*at].ends_with("1."));
+    &line[..comment.unwrap_or(line.len())]
+}
+
+/// A keyword in lower case: some programs write `V` and `F`.
+pub(super) fn keyword(word: &str) -> Cow<'_, str> {
+    if word.bytes().any(|b| b.is_ascii_uppercase()) {
+        Cow::Owned(word.to_ascii_lowercase())
+    } else {
+        Cow::Borrowed(word)
+    }
+}
+
+/// Reads three numbers, and an error if one is not finite.
 fn triple<'a>(
     path: &Path,
     line: (usize, &str),
     key: &str,
-    mut words: impl Iterator<Item = &'a str>,
-) -> Result<[f64; 3], LoadError> {
+    words: &mut impl Iterator<Item = &'a str>,
+) -> Result<([f64; 3], Option<LoadError>), LoadError> {
     let mut values = [0.0; 3];
+    let mut not_finite = None;
     for (i, value) in values.iter_mut().enumerate() {
         let word = words.next().ok_or_else(|| {
             let message = format!("'{key}' needs three numbers, but there are {i}");
             syntax(path, line, line.1, message)
         })?;
-        *value = finite(word).ok_or_else(|| {
+        let wrong = || {
             let message = format!("'{}' is not a finite number", one_line(word));
             syntax(path, line, word, message)
-        })?;
+        };
+        *value = number(word).ok_or_else(wrong)?;
+        if !value.is_finite() && not_finite.is_none() {
+            not_finite = Some(wrong());
+        }
     }
-    Ok(values)
+    Ok((values, not_finite))
 }
 
 /// Checks that a texture coordinate has one to three numbers, of any value, since they are
@@ -191,7 +218,7 @@ fn texture<'a>(
         let message = "'vt' needs a number, but there is none".into();
         return Err(syntax(path, line, line.1, message));
     }
-    match words.find(|word| word.parse::<f64>().is_err()) {
+    match words.find(|word| number(word).is_none()) {
         None => Ok(()),
         Some(word) => {
             let message = format!("'{}' is not a number", one_line(word));
@@ -238,26 +265,29 @@ fn corner(path: &Path, line: (usize, &str), word: &str, all: &Lines) -> Result<C
     Ok((position, normal))
 }
 
-/// Reads the materials of the libraries that exist. Missing libraries are counted and no
+/// Reads the materials of the libraries that exist, `None` for invisible ones. Missing libraries are counted and no
 /// error, because OBJ files often come without theirs.
 fn libraries(
     folder: &Folder,
     names: &[String],
     report: &mut ImportReport,
-) -> Result<HashMap<String, Material>, LoadError> {
+) -> Result<HashMap<String, Option<Material>>, LoadError> {
     let mut materials = HashMap::new();
     let mut done: HashSet<PathBuf> = HashSet::new();
     for name in names {
+        let name = name.trim_matches('"').replace('\\', "/");
         // The rest of the line is one name with blanks, or else a list of names.
-        let whole = folder.resolve(name);
+        let whole = resolve(folder, &name);
         let list: Vec<&str> = match whole {
             Err(LoadError::Read { .. }) => name.split_whitespace().collect(),
-            _ => vec![name],
+            _ => vec![&*name],
         };
         for name in list {
-            match folder.resolve(name) {
-                Ok(found) if done.insert(found.clone()) => {
+            match resolve(folder, name) {
+                Ok((found, exact)) if done.insert(found.clone()) => {
                     mtl::read(&found, &mut materials, report)?;
+                    let other_case = "material library named in another case";
+                    report.repair(other_case, usize::from(!exact));
                 }
                 Ok(_) => {}
                 Err(LoadError::Read { .. }) => report.add("missing material library"),
@@ -268,14 +298,26 @@ fn libraries(
     Ok(materials)
 }
 
+/// Finds a library by its name, or else by its name in letters of another case; tells which.
+fn resolve(folder: &Folder, name: &str) -> Result<(PathBuf, bool), LoadError> {
+    match folder.resolve(name) {
+        Ok(found) => Ok((found, true)),
+        Err(LoadError::Read { path, source }) => match folder.resolve_any_case(name) {
+            Some(found) => Ok((found, false)),
+            None => Err(LoadError::Read { path, source }),
+        },
+        Err(refused) => Err(refused),
+    }
+}
+
 /// Joins corners to vertices, and splits faces into triangles. Fails if a face names a
-/// vertex that the file does not have.
+/// vertex that the file does not have, or that is not finite.
 fn join(
     path: &Path,
-    lines: &Lines,
-    mut known: HashMap<String, Material>,
+    mut lines: Lines,
+    mut known: HashMap<String, Option<Material>>,
     report: &mut ImportReport,
-) -> Result<Obj, LoadError> {
+) -> Result<MeshFile, LoadError> {
     let normal_of = |corner: &Corner| lines.normals.get(corner.1? as usize);
     let smooth = lines.corners.iter().filter(|c| normal_of(c).is_some());
     let smooth = smooth.count();
@@ -289,27 +331,40 @@ fn join(
     if smooth > 0 && !with_normals {
         report.add("normals of a mesh where only some corners have them");
     }
-    let mut materials = Vec::new();
-    let mut row_of = Vec::new();
+    let mut file = MeshFile::default();
+    let mut faces_of = Vec::new();
     for name in &lines.material_names {
-        let found = known.remove(name);
-        if found.is_none() {
-            report.add("unknown material");
-        }
-        row_of.push(found.map(|material| {
-            materials.push((name.clone(), material));
-            materials.len() - 1
-        }));
+        faces_of.push(match known.remove(name) {
+            None => {
+                report.add("unknown material");
+                Faces::Plain
+            }
+            Some(None) => Faces::Invisible,
+            Some(Some(material)) => {
+                file.materials.push((name.clone(), material));
+                Faces::Made(file.materials.len() - 1)
+            }
+        });
     }
 
-    let mut mesh = MeshData::default();
-    let mut parts: Vec<(u32, Option<usize>)> = Vec::new();
     let mut vertex: HashMap<Corner, u32> = HashMap::new();
-    let mut fan: Vec<u32> = Vec::new();
+    let (mut rows, mut outline) = (Vec::<u32>::new(), Vec::<DVec3>::new());
+    let mut triangulator = Triangulator::new();
     let mut first = 0;
     for (end, line, material) in &lines.faces {
-        fan.clear();
-        for corner in &lines.corners[first..*end] {
+        let corners = &lines.corners[first..*end];
+        first = *end;
+        rows.clear();
+        outline.clear();
+        let material = match material.map_or(Faces::Plain, |m| faces_of[m]) {
+            Faces::Plain => None,
+            Faces::Made(row) => Some(row),
+            Faces::Invisible => {
+                report.add("face of an invisible material (d 0)");
+                continue;
+            }
+        };
+        for corner in corners {
             let (position, normal) = *corner;
             let Some(at) = lines.positions.get(position as usize) else {
                 return Err(LoadError::Syntax {
@@ -323,32 +378,42 @@ fn join(
                     ),
                 });
             };
+            if let Some(wrong) = lines.not_finite.remove(&position) {
+                return Err(wrong);
+            }
+            let mesh = &mut file.mesh;
             let key = (position, normal.filter(|_| with_normals));
             let next = mesh.positions.len() as u32;
             let row = *vertex.entry(key).or_insert(next);
             if row == next {
                 mesh.positions.push(*at);
                 if with_normals {
-                    let normal = normal_of(corner).copied().unwrap_or_default();
+                    let normal = normal.and_then(|n| lines.normals.get(n as usize));
+                    let normal = normal.copied().unwrap_or_default();
                     mesh.normals.push(normal.map(|x| x as f32));
                 }
             }
-            fan.push(row);
+            rows.push(row);
+            outline.push(DVec3::from_array(*at));
         }
-        first = *end;
-        let material = material.and_then(|m| row_of[m]);
-        if parts.last().and_then(|(_, m)| *m) != material {
-            parts.push((mesh.triangles.len() as u32, material));
-        }
-        let pairs = fan[1..].windows(2);
-        mesh.triangles.extend(pairs.map(|w| [fan[0], w[0], w[1]]));
+        file.begin_part(material);
+        triangulator.split(&outline, |t| {
+            file.mesh.triangles.push(t.map(|i| rows[i as usize]));
+        });
     }
-    report.add_many("unusable normal", repair_normals(&mut mesh));
-    Ok(Obj {
-        mesh,
-        materials,
-        parts,
-    })
+    triangulator.tell(report);
+    report.repair("unused vertex that is not finite", lines.not_finite.len());
+    report.add_many("unusable normal", repair_normals(&mut file.mesh));
+    Ok(file)
+}
+
+/// How faces of a material are read.
+#[derive(Clone, Copy)]
+enum Faces {
+    Plain,
+    /// With a row of the materials.
+    Made(usize),
+    Invisible,
 }
 
 #[cfg(test)]

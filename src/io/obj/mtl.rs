@@ -1,13 +1,23 @@
 //! Importer of MTL, the material library of an OBJ file.
 //!
 //! A material becomes a Phong row: Kd is the diffuse part, Ks and Ns the highlight;
-//! illumination models from 3 on reflect with Ks; d (or 1 - Tr) below 1 is transmission,
-//! with Ni as index of refraction. A material with Pr or Pm (the PBR extension) becomes a
-//! metallic-roughness row. Values out of range, which are common, are clamped.
+//! illumination models from 3 on reflect with Ks. A material with Pr or Pm (the PBR
+//! extension) becomes a metallic-roughness row. Values out of range, which are common, are
+//! clamped. Textures are not imported: where one makes the colour and Kd is absent or black,
+//! the default colour stands for it.
+//!
+//! d, the dissolve, is the fraction of the surface that is there: the surface's light times
+//! d, and what is behind it times 1 - d. Illumination models 4, 6, 7 and 9 are glass: light
+//! that passes is refracted by Ni, and reflections keep their strength. A surface with d 0
+//! that is not glass is invisible.
+//!
+//! Tr is 1 - d, but some programs write d by that name. d counts if a material has both, and
+//! a file is opaque whose every Tr is 1 and that has no d.
 
-use super::{finite, logical_lines, syntax};
+use super::{finite, keyword, logical_lines, syntax};
 use crate::scene::{Material, Model, Rgb};
 use crate::shared::messages::one_line;
+use crate::shared::text::decode;
 use crate::{ImportReport, LoadError};
 use std::collections::HashMap;
 use std::path::Path;
@@ -21,33 +31,37 @@ struct Statements {
     ns: Option<f32>,
     ni: Option<f32>,
     dissolve: Option<f32>,
+    transparency: Option<f32>,
+    has_color_texture: bool,
     illum: Option<f32>,
     roughness: Option<f32>,
     metallic: Option<f32>,
 }
 
-/// Adds the materials of a file; a later material of a name replaces an earlier one.
-/// Fails for statements without a finite number, with their line and column.
+/// Adds the materials of a file, `None` for invisible ones; a later material of a name
+/// replaces an earlier one. Fails for statements without a finite number, with their line
+/// and column.
 pub(super) fn read(
     path: &Path,
-    materials: &mut HashMap<String, Material>,
+    materials: &mut HashMap<String, Option<Material>>,
     report: &mut ImportReport,
 ) -> Result<(), LoadError> {
     let bytes = crate::shared::folder::read_file(path)?;
-    let text = String::from_utf8_lossy(&bytes);
-    let mut current: Option<(String, Statements)> = None;
+    let text = decode(path, &bytes)?;
+    let mut all: Vec<(String, Statements)> = Vec::new();
     for (number, line) in logical_lines(&text) {
         let line = (number, &*line);
         let mut words = line.1.split_whitespace();
         let Some(key) = words.next() else { continue };
-        if key == "newmtl" {
+        let lower = keyword(key);
+        if lower == "newmtl" {
             let name = line.1.trim_start()[key.len()..].trim().to_string();
-            if let Some((name, done)) = current.replace((name, Statements::default())) {
-                materials.insert(name, convert(&done));
-            }
+            all.push((name, Statements::default()));
             continue;
         }
-        let Some((_, m)) = &mut current else { continue };
+        let Some((_, m)) = all.last_mut() else {
+            continue;
+        };
         let mut number = || {
             let word = words.next().unwrap_or_default();
             finite(word).map(|x| x as f32).ok_or_else(|| {
@@ -60,25 +74,34 @@ pub(super) fn read(
                 )
             })
         };
-        match key {
-            "Kd" => m.kd = color(path, line, report)?.or(m.kd),
-            "Ks" => m.ks = color(path, line, report)?.or(m.ks),
-            "Ke" => m.ke = color(path, line, report)?.or(m.ke),
-            "Ns" => m.ns = Some(number()?),
-            "Ni" => m.ni = Some(number()?),
+        match &*lower {
+            "kd" => m.kd = color(path, line, report)?.or(m.kd),
+            "ks" => m.ks = color(path, line, report)?.or(m.ks),
+            "ke" => m.ke = color(path, line, report)?.or(m.ke),
+            "ns" => m.ns = Some(number()?),
+            "ni" => m.ni = Some(number()?),
             "d" if line.1.contains("-halo") => report.add("halo"),
             "d" => m.dissolve = Some(number()?),
-            "Tr" => m.dissolve = Some(1.0 - number()?),
+            "tr" => m.transparency = Some(number()?),
             "illum" => m.illum = Some(number()?),
-            "Pr" => m.roughness = Some(number()?),
-            "Pm" => m.metallic = Some(number()?),
+            "pr" => m.roughness = Some(number()?),
+            "pm" => m.metallic = Some(number()?),
+            "map_kd" => {
+                m.has_color_texture = true;
+                report.add("texture");
+            }
             "bump" | "disp" | "decal" | "refl" | "norm" => report.add("texture"),
             key if key.starts_with("map_") => report.add("texture"),
             _ => {}
         }
     }
-    if let Some((name, done)) = current {
-        materials.insert(name, convert(&done));
+    let opaque = |m: &Statements| m.dissolve.is_none() && m.transparency.is_none_or(|t| t == 1.0);
+    if all.iter().all(|(_, m)| opaque(m)) {
+        let named = all.iter_mut().filter_map(|(_, m)| m.transparency.take());
+        report.repair("Tr 1 of a file without d, as opaque", named.count());
+    }
+    for (name, m) in all {
+        materials.insert(name, convert(&m));
     }
     Ok(())
 }
@@ -122,31 +145,42 @@ fn color(
     }
 }
 
-/// Converts the statements to a material, with defaults for missing ones.
-fn convert(m: &Statements) -> Material {
+/// Converts the statements to a material, with defaults for missing ones; `None` if it is
+/// invisible.
+fn convert(m: &Statements) -> Option<Material> {
     let plain = Material::default();
     let illum = m.illum.unwrap_or(2.0);
-    let base_color = m.kd.unwrap_or(plain.base_color);
+    let is_glass = [4.0, 6.0, 7.0, 9.0].contains(&illum);
+    let dissolve = m.dissolve.or(m.transparency.map(|t| 1.0 - t));
+    let there = dissolve.unwrap_or(1.0).clamp(0.0, 1.0);
+    if there == 0.0 && !is_glass {
+        return None;
+    }
+    let black = m.has_color_texture && m.kd == Some([0.0; 3]);
+    let base_color = m.kd.filter(|_| !black).unwrap_or(plain.base_color);
+    let times = |color: Rgb, share: f32| color.map(|c| c * share);
     let model = if m.roughness.is_some() || m.metallic.is_some() {
         Model::MetallicRoughness {
             metallic: m.metallic.unwrap_or(0.0).clamp(0.0, 1.0),
             roughness: m.roughness.unwrap_or(1.0).clamp(0.0, 1.0),
         }
     } else {
-        let ks = m.ks.unwrap_or_default();
+        let share = if is_glass { 1.0 } else { there };
+        let ks = times(m.ks.unwrap_or_default(), share);
         Model::Phong {
-            diffuse: base_color,
+            diffuse: times(base_color, there),
             specular: if illum >= 2.0 { ks } else { [0.0; 3] },
             exponent: m.ns.unwrap_or(0.0).max(0.0),
             mirror: if illum >= 3.0 { ks } else { [0.0; 3] },
         }
     };
-    Material {
+    // Exporters write 0 or less if they do not know the index.
+    let ior = m.ni.filter(|n| *n > 0.0).unwrap_or(plain.ior);
+    Some(Material {
         base_color,
-        emission: m.ke.unwrap_or_default(),
-        transmission: 1.0 - m.dissolve.unwrap_or(1.0).clamp(0.0, 1.0),
-        // Exporters write 0 or less if they do not know the index.
-        ior: m.ni.filter(|n| *n > 0.0).unwrap_or(plain.ior),
+        emission: times(m.ke.unwrap_or_default(), there),
+        transmission: 1.0 - there,
+        ior: if is_glass || there == 1.0 { ior } else { 1.0 },
         model,
-    }
+    })
 }

@@ -3,7 +3,7 @@
 use super::*;
 use crate::scene::Model;
 
-fn load(files: &[(&str, &str)]) -> (Result<Obj, LoadError>, Option<String>) {
+fn load(files: &[(&str, &str)]) -> (Result<MeshFile, LoadError>, Option<String>) {
     let folder = tempfile::tempdir().unwrap();
     for (name, text) in files {
         std::fs::write(folder.path().join(name), text).unwrap();
@@ -14,7 +14,7 @@ fn load(files: &[(&str, &str)]) -> (Result<Obj, LoadError>, Option<String>) {
     (obj, report.summary())
 }
 
-fn obj(text: &str) -> Obj {
+fn obj(text: &str) -> MeshFile {
     load(&[("a.obj", text)]).0.unwrap()
 }
 
@@ -71,7 +71,7 @@ fn normals_that_are_not_there_are_told() {
         ("f 1//0 2 3", "count from 1, not 0"),
     ] {
         let (wrong, _) = load(&[("a.obj", &format!("{SQUARE}{face}\n"))]);
-        let error = wrong.err().expect("a wrong line").to_string();
+        let error = wrong.expect_err("a wrong line").to_string();
         assert!(error.contains(says) && error.contains("a.obj:5"), "{error}");
     }
 }
@@ -101,12 +101,12 @@ fn materials_become_parts() {
     assert_eq!(read.parts, [(1, Some(0)), (3, None), (4, Some(1))]);
     let (name, red) = &read.materials[0];
     assert_eq!(name, "red");
-    assert_eq!((red.transmission, red.ior), (0.75, 1.3));
+    assert_eq!((red.transmission, red.ior), (0.75, 1.0));
     let model = Model::Phong {
-        diffuse: [1.0, 0.0, 0.0],
-        specular: [0.5; 3],
+        diffuse: [0.25, 0.0, 0.0],
+        specular: [0.125; 3],
         exponent: 20.0,
-        mirror: [0.5; 3],
+        mirror: [0.125; 3],
     };
     assert_eq!(red.model, model);
     let model = Model::MetallicRoughness {
@@ -126,8 +126,8 @@ fn wrong_lines_are_named() {
     for (text, place) in [
         ("v 1 2\n", ":1:1:"),
         ("\nv 1 2 x\n", ":2:7:"),
-        ("v 1 2 inf\n", ":1:7:"),
-        ("v 1 2 1e999\n", ":1:7:"),
+        ("v 1 2 inf\nf 1 1 1\n", ":1:7:"),
+        ("v 1 2 1e999\nf 1 1 1\n", ":1:7:"),
         ("vt\n", ":1:1:"),
         ("vt 0 x\n", ":1:6:"),
         ("vn 0 1\n", ":1:1:"),

@@ -1,22 +1,35 @@
-//! Importer of PLY, ASCII and binary in both byte orders, by the crate ply-rs-bw.
+//! Importer of PLY, ASCII and binary in both byte orders.
 //!
-//! Two elements are read, with any number types: `vertex` (x y z, and nx ny nz if all three
-//! exist) and `face` (`vertex_indices` or `vertex_index`; more than three corners become a
-//! fan, faces of fewer are counted). All other elements are skipped and counted. The crate
-//! trusts the header's counts, which for an element without properties means endless work,
-//! so counts are compared with the file's size first.
+//! Three elements are read, with any number types: `vertex` (x y z, and nx ny nz if all three
+//! exist), `face` and `tristrips` (`vertex_indices` or `vertex_index`). Faces of more than
+//! three corners are split by `triangulate`, those of fewer are counted; a strip begins anew
+//! after a negative number. Colours of faces, in sRGB, become materials; those of vertices,
+//! and all other elements, are counted.
+//!
+//! `header` parses the header and `rows` the rows of an element. The crate ply-rs-bw is not
+//! used: it takes a line of text for a row, refuses tabs, blank lines and line ends of old
+//! systems in the header, and NaN as C libraries print it, and its time grows as the square
+//! of the header.
 
-use crate::scene::MeshData;
+mod header;
+mod rows;
+
+use crate::scene::Material;
 use crate::shared::mesh_cleanup::{compact, repair_normals};
+use crate::shared::mesh_file::MeshFile;
 use crate::shared::messages::one_line;
+use crate::shared::srgb::linear_from_srgb;
+use crate::shared::triangulate::Triangulator;
 use crate::{ImportReport, LoadError};
-use ply_rs_bw::parser::{ParseError, Parser, Reader};
-use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAccessResult};
+use glam::DVec3;
+use header::{Element, Encoding, Header, Kind};
+use rows::{Binary, Rows, Words};
+use std::collections::HashMap;
 use std::path::Path;
 
-/// Reads a PLY file as one mesh. Fails for malformed files, positions that are not finite,
-/// and faces with vertices that do not exist.
-pub(super) fn read(path: &Path, report: &mut ImportReport) -> Result<MeshData, LoadError> {
+/// Reads a PLY file as one mesh. Fails for malformed files, and for faces with vertices that
+/// do not exist or are not finite.
+pub(super) fn read(path: &Path, report: &mut ImportReport) -> Result<MeshFile, LoadError> {
     let bytes = crate::shared::folder::read_file(path)?;
     parse(&bytes, report).map_err(|wrong| LoadError::in_mesh_file(path, "PLY", wrong))
 }
@@ -24,269 +37,346 @@ pub(super) fn read(path: &Path, report: &mut ImportReport) -> Result<MeshData, L
 /// The line of an error, if it is known, and the message.
 type Wrong = (Option<usize>, String);
 
-/// A row of the element `vertex`; the normal is 0 if the file has none.
-struct Vertex {
-    position: [f64; 3],
-    normal: [f64; 3],
-}
+/// The most colours of faces that become materials.
+const MOST_COLORS: usize = 1 << 16;
 
-/// A row of the element `face`.
-struct Face {
-    /// `None` if a corner is negative or no integer.
-    corners: Option<Vec<u32>>,
-}
-
-/// A row of an element that is not read.
-struct Skipped;
-
-impl PropertyAccess for Vertex {
-    fn new() -> Vertex {
-        Vertex {
-            position: [0.0; 3],
-            normal: [0.0; 3],
-        }
-    }
-
-    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        let slot = match name {
-            "x" => &mut self.position[0],
-            "y" => &mut self.position[1],
-            "z" => &mut self.position[2],
-            "nx" => &mut self.normal[0],
-            "ny" => &mut self.normal[1],
-            "nz" => &mut self.normal[2],
-            _ => return PropertyAccessResult::Ignored,
-        };
-        *slot = match property {
-            Property::Char(v) => f64::from(v),
-            Property::UChar(v) => f64::from(v),
-            Property::Short(v) => f64::from(v),
-            Property::UShort(v) => f64::from(v),
-            Property::Int(v) => f64::from(v),
-            Property::UInt(v) => f64::from(v),
-            Property::Float(v) => f64::from(v),
-            Property::Double(v) => v,
-            _ => return PropertyAccessResult::UnsupportedType,
-        };
-        PropertyAccessResult::Set
-    }
-}
-
-/// Whether a property of a face lists its corners.
-fn is_corners(name: &str) -> bool {
-    matches!(name, "vertex_indices" | "vertex_index")
-}
-
-impl PropertyAccess for Face {
-    fn new() -> Face {
-        Face {
-            corners: Some(Vec::new()),
-        }
-    }
-
-    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        if !is_corners(name) {
-            return PropertyAccessResult::Ignored;
-        }
-        match property {
-            Property::ListFloat(_) | Property::ListDouble(_) => {
-                return PropertyAccessResult::UnsupportedType;
-            }
-            list => self.corners = list.to_u32_list(),
-        }
-        PropertyAccessResult::Set
-    }
-}
-
-impl PropertyAccess for Skipped {
-    fn new() -> Skipped {
-        Skipped
-    }
-}
-
-/// Translates an error of the crate.
-fn wrong(e: ParseError) -> Wrong {
-    let (line, full) = (e.line(), e.to_string());
-    // The line goes into the place, not into the message.
-    let said = line.and_then(|line| full.strip_prefix(&format!("Line {line}: ")));
-    (line, one_line(&in_words(said.unwrap_or(&full))))
-}
-
-/// Translates a message of the crate into words for users. It consists of a summary, the text
-/// of the line and a reason, mixed with names of types and the state of the parser.
-fn in_words(said: &str) -> String {
-    let (what, rest) = said.split_once("\n\tString: ").unwrap_or((said, ""));
-    let (line, why) = rest.split_once("\n\tError: ").unwrap_or((rest, ""));
-    let line = format!("'{}'", one_line(line.trim().trim_matches('\'')));
-    let what = what.lines().next().unwrap_or_default();
-    let list = why
-        .strip_suffix('.')
-        .filter(|why| why.contains("list elements"));
-    let property = |text: &'_ str| {
-        text.strip_prefix("PLY property '")?
-            .split('\'')
-            .next()
-            .map(str::to_owned)
-    };
-    if let Some(property) = property(why).or(property(what)) {
-        return format!(
-            "the property '{property}' has an unsupported type: coordinates are numbers, and \
-             corners lists of whole numbers"
-        );
-    }
-    match what {
-        _ if what.starts_with("Expected magic number") => {
-            format!("a PLY file begins with the line 'ply', and this with {line}")
-        }
-        "Couldn't parse line." => format!("{line} is no line of a PLY header"),
-        _ if what.starts_with("Property ") => format!("{line} comes before any element"),
-        _ if what.starts_with("Found contradicting") => {
-            format!("{line} is another format than the one before")
-        }
-        "Couldn't read element line." => match list {
-            Some(list) => format!("{line} is too short: {}", list.to_lowercase()),
-            _ if why.starts_with("Expected element of type") => {
-                format!("{line} has fewer values than the header says")
-            }
-            _ => format!("{line} has a value that is not of the type that the header says"),
-        },
-        _ => what.trim_end_matches('.').into(),
-    }
+/// The rows of the elements that are read.
+#[derive(Default)]
+struct Content {
+    positions: Vec<[f64; 3]>,
+    /// None, or one for each vertex.
+    normals: Vec<[f32; 3]>,
+    /// Corners of all faces, and for each face the end of its corners.
+    corners: Vec<i64>,
+    ends: Vec<usize>,
+    /// None, or one for each face; linear.
+    colors: Vec<[f32; 3]>,
+    /// Corners of all strips, and for each strip the end of its corners.
+    strip_corners: Vec<i64>,
+    strip_ends: Vec<usize>,
 }
 
 /// Parses a file in memory.
-fn parse(bytes: &[u8], report: &mut ImportReport) -> Result<MeshData, Wrong> {
-    let mut reader = Reader::new(bytes);
-    let header = Parser::<Skipped>::new()
-        .read_header(&mut reader)
-        .map_err(wrong)?;
-    let rest = reader.get_ref().len();
-    check_header(&header, &bytes[..bytes.len() - rest], rest)?;
+fn parse(bytes: &[u8], report: &mut ImportReport) -> Result<MeshFile, Wrong> {
+    let bytes = crate::shared::text::without_mark(bytes);
+    let (header, body) = header::parse(bytes)?;
+    check_counts(&header, body.len())?;
+    let content = match header.encoding {
+        Encoding::Ascii => {
+            // A row is a line, as most programs write it, or else the words of any lines.
+            let by_lines = content(&header, &mut Words::by_lines(body, header.lines));
+            by_lines.or_else(|wrong| {
+                let mut words = Words::in_turn(body, header.lines);
+                let all = content(&header, &mut words).ok();
+                all.filter(|_| words.is_at_end()).ok_or(wrong)
+            })?
+        }
+        Encoding::Binary { big_endian } => content(&header, &mut Binary::new(body, big_endian))?,
+    };
+    left_out(&header, report);
+    mesh(content, report)
+}
 
-    let mut vertices: Vec<Vertex> = Vec::new();
-    let mut faces: Vec<Face> = Vec::new();
-    let mut smooth = false;
-    for element in header.elements.values() {
+/// Counts the elements and properties that are not read.
+fn left_out(header: &Header, report: &mut ImportReport) {
+    for element in &header.elements {
+        let has = |name: &str| element.property(name).is_some();
         match &*element.name {
             "vertex" => {
-                let has = |name: &str| element.properties.contains_key(name);
-                if let Some(axis) = ["x", "y", "z"].into_iter().find(|a| !has(a)) {
-                    return Err((None, format!("its vertices have no property '{axis}'")));
-                }
-                smooth = ["nx", "ny", "nz"].into_iter().all(has);
-                if ["red", "diffuse_red"].into_iter().any(has) {
-                    report.add("vertex colour set");
-                }
-                vertices = elements(&mut reader, element, &header)?;
+                let colored = ["red", "diffuse_red"].into_iter().any(has);
+                report.add_many("vertex colour set", usize::from(colored));
             }
-            "face" => {
-                if !element.properties.keys().any(|name| is_corners(name)) {
-                    return Err((None, "its faces have no list 'vertex_indices'".into()));
-                }
-                faces = elements(&mut reader, element, &header)?;
-            }
-            name => {
-                let skipped: Vec<Skipped> = elements(&mut reader, element, &header)?;
-                let what = format!("element {}", one_line(name));
-                report.add_many(&what, skipped.len());
-            }
+            "face" | "tristrips" => {}
+            name => report.add_many(&format!("element {}", one_line(name)), element.count),
         }
     }
-    mesh(&vertices, &faces, smooth, report)
-}
-
-/// Formats a position for a message.
-fn triple(p: [f64; 3]) -> String {
-    let [x, y, z] = p;
-    format!("({x}, {y}, {z})")
-}
-
-/// Reads all rows of an element.
-fn elements<E: PropertyAccess>(
-    reader: &mut Reader<&[u8]>,
-    element: &ElementDef,
-    header: &Header,
-) -> Result<Vec<E>, Wrong> {
-    Parser::<E>::new()
-        .read_payload_for_element(reader, element, header)
-        .map_err(wrong)
 }
 
 /// Checks that no element has more rows than the file has bytes after the header (`rest`),
-/// since a row takes at least one byte, or none and then needs no more rows than that; and
-/// that no name occurs twice, because the crate would join the two.
-fn check_header(header: &Header, text: &[u8], rest: usize) -> Result<(), Wrong> {
-    for element in header.elements.values() {
-        if element.count > rest {
+/// since a row takes at least one byte, or none and then needs no more rows than that.
+fn check_counts(header: &Header, rest: usize) -> Result<(), Wrong> {
+    match header.elements.iter().find(|element| element.count > rest) {
+        None => Ok(()),
+        Some(element) => {
             let message = format!(
                 "its header says {} of element '{}', but only {rest} bytes follow",
                 element.count,
                 one_line(&element.name)
             );
-            return Err((None, message));
+            Err((None, message))
         }
     }
-    let lines = |word: &[u8]| {
-        let starts = |l: &&[u8]| l.starts_with(word);
-        text.split(|b| *b == b'\n').filter(starts).count()
-    };
-    let properties = header.elements.values().map(|e| e.properties.len());
-    let properties: usize = properties.sum();
-    if lines(b"element ") != header.elements.len() || lines(b"property ") != properties {
-        return Err((
-            None,
-            "its header names an element or a property twice".into(),
-        ));
+}
+
+/// Reads the rows of all elements.
+fn content(header: &Header, rows: &mut impl Rows) -> Result<Content, Wrong> {
+    let mut content = Content::default();
+    for element in &header.elements {
+        match &*element.name {
+            "vertex" => vertices(element, rows, &mut content)?,
+            "face" => faces(element, rows, &mut content)?,
+            "tristrips" => {
+                let corners = corner_list(element, "strips")?;
+                for _ in 0..element.count {
+                    let list = &mut content.strip_corners;
+                    row(element, rows, |i, value| match value {
+                        Value::Number(_) => {}
+                        Value::Item(x) if i == corners => list.push(x as i64),
+                        Value::Item(_) => {}
+                    })?;
+                    content.strip_ends.push(content.strip_corners.len());
+                }
+            }
+            _ if element.properties.is_empty() => {}
+            _ => {
+                for _ in 0..element.count {
+                    row(element, rows, |_, _| {})?;
+                }
+            }
+        }
+    }
+    Ok(content)
+}
+
+/// A value of a property, or an item of a list.
+enum Value {
+    Number(f64),
+    Item(f64),
+}
+
+/// Reads a row, and calls `take` with the index of a property and a value of it.
+#[inline(always)]
+fn row(
+    element: &Element,
+    rows: &mut impl Rows,
+    mut take: impl FnMut(usize, Value),
+) -> Result<(), Wrong> {
+    rows.begin();
+    for (i, property) in element.properties.iter().enumerate() {
+        match property.count {
+            None => take(i, Value::Number(rows.value(property.kind)?)),
+            Some(count) => {
+                for _ in 0..rows.count(count)? {
+                    take(i, Value::Item(rows.value(property.kind)?));
+                }
+            }
+        }
+    }
+    rows.end()
+}
+
+fn vertices(element: &Element, rows: &mut impl Rows, content: &mut Content) -> Result<(), Wrong> {
+    const NAMES: [&str; 6] = ["x", "y", "z", "nx", "ny", "nz"];
+    if let Some(axis) = NAMES[..3].iter().find(|n| element.property(n).is_none()) {
+        return Err((None, format!("its vertices have no property '{axis}'")));
+    }
+    let slot = |name: &str| NAMES.iter().position(|known| *known == name);
+    let slots: Vec<Option<usize>> = element.properties.iter().map(|p| slot(&p.name)).collect();
+    if let Some(list) = element
+        .properties
+        .iter()
+        .find(|p| p.count.is_some() && slot(&p.name).is_some())
+    {
+        return Err(unsupported(&list.name));
+    }
+    let smooth = NAMES.iter().all(|name| element.property(name).is_some());
+    for _ in 0..element.count {
+        let mut values = [0.0; 6];
+        row(element, rows, |i, value| {
+            if let (Some(slot), Value::Number(x)) = (slots[i], value) {
+                values[slot] = x;
+            }
+        })?;
+        let [x, y, z, nx, ny, nz] = values;
+        content.positions.push([x, y, z]);
+        if smooth {
+            content.normals.push([nx, ny, nz].map(|x| x as f32));
+        }
     }
     Ok(())
 }
 
-/// Joins vertices and faces into a mesh, and cleans it up.
-fn mesh(
-    vertices: &[Vertex],
-    faces: &[Face],
-    smooth: bool,
-    report: &mut ImportReport,
-) -> Result<MeshData, Wrong> {
-    let finite = |v: &Vertex| v.position.iter().all(|x| x.is_finite());
-    if let Some(i) = vertices.iter().position(|v| !finite(v)) {
-        let message = format!("vertex {i} is not finite: {}", triple(vertices[i].position));
-        return Err((None, message));
-    }
-    let mut mesh = MeshData {
-        positions: vertices.iter().map(|v| v.position).collect(),
-        ..MeshData::default()
-    };
-    if smooth {
-        let normals = vertices.iter().map(|v| v.normal.map(|x| x as f32));
-        mesh.normals = normals.collect();
-    }
-    for (i, face) in faces.iter().enumerate() {
-        let Some(corners) = &face.corners else {
-            return Err((None, format!("face {i} has a negative vertex number")));
-        };
-        let outside = corners.iter().find(|v| **v as usize >= vertices.len());
-        if let Some(vertex) = outside {
-            let message = format!(
-                "face {i} uses vertex {vertex}, but there are only {}",
-                vertices.len()
-            );
-            return Err((None, message));
+fn faces(element: &Element, rows: &mut impl Rows, content: &mut Content) -> Result<(), Wrong> {
+    let corners = corner_list(element, "faces")?;
+    let slot = |names: [&str; 3]| names.map(|name| element.property(name));
+    let channels = [
+        slot(["red", "green", "blue"]),
+        slot(["diffuse_red", "diffuse_green", "diffuse_blue"]),
+        slot(["r", "g", "b"]),
+    ];
+    let is_number = |i: &Option<usize>| i.is_some_and(|i| element.properties[i].count.is_none());
+    let channels = channels.into_iter().find(|all| all.iter().all(is_number));
+    for _ in 0..element.count {
+        let mut color = [0.0; 3];
+        let list = &mut content.corners;
+        row(element, rows, |i, value| match value {
+            Value::Item(x) if i == corners => list.push(x as i64),
+            Value::Item(_) => {}
+            Value::Number(x) => {
+                if let Some(channels) = channels
+                    && let Some(k) = channels.iter().position(|slot| *slot == Some(i))
+                {
+                    color[k] = element.properties[i].kind.fraction(x);
+                }
+            }
+        })?;
+        content.ends.push(content.corners.len());
+        if channels.is_some() {
+            content
+                .colors
+                .push(color.map(|c| linear_from_srgb(c) as f32));
         }
-        if corners.len() < 3 {
+    }
+    Ok(())
+}
+
+/// The index of the list of corners.
+fn corner_list(element: &Element, what: &str) -> Result<usize, Wrong> {
+    let named = ["vertex_indices", "vertex_index"]
+        .into_iter()
+        .find_map(|name| element.property(name));
+    let Some(at) = named else {
+        return Err((None, format!("its {what} have no list 'vertex_indices'")));
+    };
+    let property = &element.properties[at];
+    let is_whole = !matches!(property.kind, Kind::Float | Kind::Double);
+    if property.count.is_some() && is_whole {
+        Ok(at)
+    } else {
+        Err(unsupported(&property.name))
+    }
+}
+
+fn unsupported(name: &str) -> Wrong {
+    let message = format!(
+        "the property '{}' has an unsupported type: coordinates are numbers, and \
+         corners lists of whole numbers",
+        one_line(name)
+    );
+    (None, message)
+}
+
+/// Joins vertices and faces into a mesh, and cleans it up.
+fn mesh(content: Content, report: &mut ImportReport) -> Result<MeshFile, Wrong> {
+    let mut file = MeshFile::default();
+    let count = content.positions.len();
+    let at = |v: u32| DVec3::from_array(content.positions[v as usize]);
+    let checked = |corner: i64, what: &str| match u32::try_from(corner) {
+        Err(_) => Err((None, format!("{what} has a negative vertex number"))),
+        Ok(v) if v as usize >= count => Err((
+            None,
+            format!("{what} uses vertex {v}, but there are only {count}"),
+        )),
+        Ok(v) if !at(v).is_finite() => {
+            let [x, y, z] = content.positions[v as usize];
+            Err((None, format!("vertex {v} is not finite: ({x}, {y}, {z})")))
+        }
+        Ok(v) => Ok(v),
+    };
+    let mut colors = Colors::new(&content.colors, report);
+    let mut triangulator = Triangulator::new();
+    let (mut rows, mut outline) = (Vec::new(), Vec::new());
+    let mut first = 0;
+    for (i, end) in content.ends.iter().enumerate() {
+        rows.clear();
+        outline.clear();
+        for corner in &content.corners[first..*end] {
+            let v = checked(*corner, &format!("face {i}"))?;
+            rows.push(v);
+            outline.push(at(v));
+        }
+        first = *end;
+        if rows.len() < 3 {
             report.add("face of fewer than 3 corners");
             continue;
         }
-        let pairs = corners[1..].windows(2);
-        mesh.triangles
-            .extend(pairs.map(|w| [corners[0], w[0], w[1]]));
+        let material = colors.material(i, &mut file.materials);
+        file.begin_part(material);
+        triangulator.split(&outline, |t| {
+            file.mesh.triangles.push(t.map(|i| rows[i as usize]));
+        });
     }
-    if mesh.triangles.is_empty() {
-        report.add_many("loose point", mesh.positions.len());
+    file.begin_part(None);
+    let mut first = 0;
+    for (i, end) in content.strip_ends.iter().enumerate() {
+        let strips = content.strip_corners[first..*end].split(|corner| *corner < 0);
+        first = *end;
+        for strip in strips {
+            for (k, w) in strip.windows(3).enumerate() {
+                let mut triangle = [0; 3];
+                for (v, corner) in triangle.iter_mut().zip(w) {
+                    *v = checked(*corner, &format!("strip {i}"))?;
+                }
+                let [a, b, c] = triangle;
+                // Every second triangle is reversed, so that all have the same winding.
+                let wound = if k % 2 == 0 { [a, b, c] } else { [a, c, b] };
+                file.mesh.triangles.push(wound);
+            }
+        }
     }
-    compact(&mut mesh);
-    report.add_many("unusable normal", repair_normals(&mut mesh));
-    Ok(mesh)
+    if file.mesh.triangles.len() > u32::MAX as usize {
+        return Err((None, "it has more triangles than u32 can count".into()));
+    }
+    if file.mesh.triangles.is_empty() {
+        report.add_many("loose point", count);
+    }
+    triangulator.tell(report);
+    let lost = content.positions.iter();
+    let lost = lost.filter(|p| !p.iter().all(|x| x.is_finite())).count();
+    report.repair("unused vertex that is not finite", lost);
+    file.parts
+        .retain(|(at, _)| (*at as usize) < file.mesh.triangles.len());
+    file.mesh.positions = content.positions;
+    file.mesh.normals = content.normals;
+    compact(&mut file.mesh);
+    report.add_many("unusable normal", repair_normals(&mut file.mesh));
+    Ok(file)
+}
+
+/// The colours of faces, and the material of each colour.
+struct Colors<'a> {
+    colors: &'a [[f32; 3]],
+    row_of: HashMap<[u32; 3], usize>,
+}
+
+impl Colors<'_> {
+    /// Takes the colours of all faces, none if they are too many.
+    fn new<'a>(colors: &'a [[f32; 3]], report: &mut ImportReport) -> Colors<'a> {
+        let mut seen = std::collections::HashSet::new();
+        let key = |color: &[f32; 3]| color.map(f32::to_bits);
+        let too_many = colors.iter().any(|color| {
+            seen.insert(key(color));
+            seen.len() > MOST_COLORS
+        });
+        if too_many {
+            report.add("face colour set of more than 65,536 colours");
+        }
+        Colors {
+            colors: if too_many { &[] } else { colors },
+            row_of: HashMap::new(),
+        }
+    }
+
+    /// The material of a face.
+    fn material(&mut self, face: usize, all: &mut Vec<(String, Material)>) -> Option<usize> {
+        let color = *self.colors.get(face)?;
+        Some(
+            *self
+                .row_of
+                .entry(color.map(f32::to_bits))
+                .or_insert_with(|| {
+                    let plain = Material::default();
+                    all.push((
+                        String::new(),
+                        Material {
+                            base_color: color,
+                            ..plain
+                        },
+                    ));
+                    all.len() - 1
+                }),
+        )
+    }
 }
 
 #[cfg(test)]

@@ -77,6 +77,29 @@ impl Folder {
         Ok(found)
     }
 
+    /// Returns the path of a file whose name differs from `named` in the case of letters
+    /// only, the first one by its name. `None` if there is none, or [`Folder::resolve`]
+    /// refuses it.
+    pub fn resolve_any_case(&self, named: &str) -> Option<PathBuf> {
+        let mut found = PathBuf::new();
+        for part in Path::new(named).components() {
+            let part = part.as_os_str();
+            if self.root.join(&found).join(part).exists() {
+                found.push(part);
+                continue;
+            }
+            let wanted = part.to_string_lossy().to_lowercase();
+            let entries = std::fs::read_dir(self.root.join(&found)).ok()?;
+            let names = entries.filter_map(|entry| Some(entry.ok()?.file_name()));
+            found.push(
+                names
+                    .filter(|name| name.to_string_lossy().to_lowercase() == wanted)
+                    .min()?,
+            );
+        }
+        self.resolve(found.to_str()?).ok()
+    }
+
     /// Reads the file that the scene calls `named`; fails as [`Folder::resolve`] does.
     pub fn read(&self, named: &str) -> Result<Vec<u8>, LoadError> {
         let path = self.resolve(named)?;

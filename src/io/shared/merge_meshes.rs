@@ -1,13 +1,15 @@
 //! Merged meshes: all triangles of a mesh file as one mesh in world space.
 //!
-//! A native scene's `mesh = "file"` is imported this way. Materials, cameras and lights of
-//! the mesh file are not imported.
+//! A native scene's `mesh = "file"` is imported this way, with the file's materials. Cameras
+//! and lights of the mesh file are not imported.
 
 use crate::math::Affine;
-use crate::scene::{Instances, MeshData, Scene, SceneBuilder, Shape};
+use crate::scene::{Instances, MaterialId, MeshData, Scene, SceneBuilder, Shape};
 use crate::shared::mesh_cleanup::unit;
+use crate::shared::mesh_file::MeshFile;
 use crate::{ImportReport, LoadError, LoadOptions, gltf, obj, ply, stl};
 use glam::{DMat3, DVec3};
+use std::collections::HashMap;
 use std::path::Path;
 
 /// Limit on the vertices and triangles that merging may add to those the file stores, since
@@ -26,29 +28,44 @@ pub fn names_mesh(path: &Path) -> bool {
             .any(|known| known == extension)
 }
 
-/// Reads a `.gltf`, `.glb`, `.obj`, `.ply` or `.stl` file and merges all its triangles,
-/// transformed to world space in f64, into one mesh without material parts.
-///
-/// The triangles of mirrored instances are reversed, so that the outside stays outside.
-/// Fails as the format's importer does, for unknown extensions, and if instancing
-/// multiplies the triangles beyond a fixed limit or u32.
+/// Reads a mesh as [`import_with_materials`] does, without materials.
 pub fn import_mesh(
     path: &Path,
     options: &LoadOptions,
     report: &mut ImportReport,
 ) -> Result<MeshData, LoadError> {
+    let mut unused = SceneBuilder::default();
+    let mesh = import_with_materials(path, options, &mut unused, report)?;
+    Ok(MeshData {
+        parts: Vec::new(),
+        ..mesh
+    })
+}
+
+/// Reads a `.gltf`, `.glb`, `.obj`, `.ply` or `.stl` file and merges all its triangles,
+/// transformed to world space in f64, into one mesh, whose materials are added to `scene`.
+///
+/// The triangles of mirrored instances are reversed, so that the outside stays outside.
+/// Fails as the format's importer does, for unknown extensions, and if instancing
+/// multiplies the triangles beyond a fixed limit or u32.
+pub fn import_with_materials(
+    path: &Path,
+    options: &LoadOptions,
+    scene: &mut SceneBuilder,
+    report: &mut ImportReport,
+) -> Result<MeshData, LoadError> {
     match &*crate::extension(path) {
         "gltf" | "glb" => {
-            let mut scene = SceneBuilder::default();
-            gltf::import(path, options, &mut scene, report)?;
-            let scene = scene
+            let mut own = SceneBuilder::default();
+            gltf::import(path, options, &mut own, report)?;
+            let own = own
                 .finish()
                 .map_err(|source| LoadError::of_scene(path, source))?;
-            bake(path, &scene)
+            Ok(bake(path, &own)?.add_materials(scene))
         }
-        "obj" => obj::read(path, options, report).map(|o| o.mesh),
-        "ply" => ply::read(path, report),
-        "stl" => stl::read(path),
+        "obj" => obj::read(path, options, report).map(|file| file.add_materials(scene)),
+        "ply" => ply::read(path, report).map(|file| file.add_materials(scene)),
+        "stl" => stl::read(path, report),
         _ => Err(LoadError::Unsupported {
             path: path.into(),
             what: "a mesh of this format".into(),
@@ -59,7 +76,7 @@ pub fn import_mesh(
 
 /// Concatenates the triangles of all instances, in their order. Normals are kept only if
 /// every mesh has them.
-fn bake(path: &Path, scene: &Scene) -> Result<MeshData, LoadError> {
+fn bake(path: &Path, scene: &Scene) -> Result<MeshFile, LoadError> {
     let of_scene = |source| LoadError::of_scene(path, source);
     let all = Instances::of(scene).map_err(of_scene)?;
     let (mut vertices, mut triangles) = (0_u64, 0_u64);
@@ -83,7 +100,8 @@ fn bake(path: &Path, scene: &Scene) -> Result<MeshData, LoadError> {
             remedy: Some("load the file as a scene, where instances share their mesh".into()),
         });
     }
-    let mut baked = MeshData::default();
+    let mut file = MeshFile::default();
+    let mut row_of: HashMap<MaterialId, usize> = HashMap::new();
     // Mesh files have no other shapes, and no mesh without triangles, so there are no more
     // rows than triangles.
     for row in all.iter(scene) {
@@ -91,6 +109,27 @@ fn bake(path: &Path, scene: &Scene) -> Result<MeshData, LoadError> {
             continue;
         };
         let mesh = scene.meshes.row(id);
+        let mut of = |material: Option<MaterialId>| {
+            let id = row.material.or(material)?;
+            Some(*row_of.entry(id).or_insert_with(|| {
+                let name = scene
+                    .materials
+                    .names
+                    .get(id.0)
+                    .unwrap_or_default()
+                    .to_string();
+                file.materials
+                    .push((name, scene.materials.rows[id.index()]));
+                file.materials.len() - 1
+            }))
+        };
+        let parts: Vec<_> = mesh.parts.iter().map(|(at, m)| (*at, of(*m))).collect();
+        let before = (parts.first().is_none_or(|part| part.0 > 0)).then(|| (0, of(None)));
+        let start = file.mesh.triangles.len() as u32;
+        for (at, material) in before.into_iter().chain(parts) {
+            file.parts.push((start + at, material));
+        }
+        let baked = &mut file.mesh;
         let first = baked.positions.len() as u32;
         let world = &row.world_from_object;
         baked.positions.extend(mesh.positions.iter().map(|p| {
@@ -110,7 +149,12 @@ fn bake(path: &Path, scene: &Scene) -> Result<MeshData, LoadError> {
             if mirrored { [a, c, b] } else { [a, b, c] }
         }));
     }
-    Ok(baked)
+    // Runs of one material are one part.
+    file.parts.dedup_by_key(|(_, material)| *material);
+    if file.materials.is_empty() {
+        file.parts.clear();
+    }
+    Ok(file)
 }
 
 /// Whether a map has a negative determinant.

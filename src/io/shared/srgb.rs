@@ -66,7 +66,7 @@ impl Default for SrgbEncoder {
 }
 
 /// Decodes an sRGB value by the standard's function, from 0…1 to 0…1.
-fn linear_from_srgb(encoded: f64) -> f64 {
+pub fn linear_from_srgb(encoded: f64) -> f64 {
     if encoded <= 0.04045 {
         encoded / 12.92
     } else {

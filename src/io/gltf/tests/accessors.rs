@@ -87,7 +87,7 @@ fn interleaved_and_unaligned() {
         [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
     );
     assert_eq!(scene.meshes.normals, [[0.0, 0.0, 1.0]; 3]);
-    for stride in [0, 4, 11] {
+    for stride in [4, 11] {
         set(&mut d, "/bufferViews/0/byteStride", json!(stride));
         assert!(refused(&d, &bin).contains("byteStride"), "{stride}");
     }

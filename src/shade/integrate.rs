@@ -15,11 +15,11 @@ use super::ray_queue::{BATCH, RayQueue, RayQueues};
 use super::statistics::{Statistics, count_rays, record_ray};
 use super::surface::Surface;
 use crate::accel::World;
-use crate::plan::Kernels;
+use crate::plan::{Kernels, Precision};
 use crate::scene::{Light, Material, MaterialId, Rgb};
 use crate::trace::{
     BEAM, Depths, HitId, Hits, Ids, ItemBuffer, Outcome, RayKind, ShadowCache, closest,
-    closest_listed,
+    closest_listed, refine,
 };
 use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
@@ -143,16 +143,25 @@ impl Integrator<'_> {
                 primitive,
             },
         };
+        // What is shaded starts from the t of lanes in every exact precision, so that pictures
+        // do not depend on which it is.
+        let lanes = &Kernels {
+            precision: match self.kernels.precision {
+                Precision::Exact => Precision::Guarded,
+                other => other,
+            },
+            ..self.kernels
+        };
         // An item list finds the closest hit without temporal bounds.
         match (self.items, &mut statistics.memory) {
             (Some((items, tile)), _) if depth == 0 => {
                 let items = (items, tile + first / BEAM);
-                closest_listed(self.world, &self.kernels, &batch, items, hits);
+                closest_listed(self.world, lanes, &batch, items, hits);
             }
             (None, Some(memory)) if depth == 0 => {
-                memory.closest(self.world, &self.kernels, &batch, hits);
+                memory.closest(self.world, lanes, &batch, hits);
             }
-            _ => closest(self.world, &self.kernels, &batch, hits),
+            _ => closest(self.world, lanes, &batch, hits),
         }
         count_rays(
             &queue.kind[rays.clone()],
@@ -174,6 +183,17 @@ impl Integrator<'_> {
                     add(film, queue, buffer.row[hit] as usize, emission);
                 }
             }
+        }
+        if statistics.record.is_some() && self.kernels.precision == Precision::Exact {
+            let batch = queue.padded_rays(first);
+            let hits = &mut Hits {
+                t: Depths::Double(t),
+                id: Ids {
+                    instance,
+                    primitive,
+                },
+            };
+            refine(self.world, &batch, hits);
         }
         if statistics.record.is_some() || depth == 0 && primary.is_some() {
             report_hits(

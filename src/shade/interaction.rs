@@ -10,9 +10,17 @@ use crate::math::bounds::{LEAVING, LEAVING_CURVED, LEAVING_SLOPELESS, SLOPELESS}
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb, Affine, Vec3, units};
 use crate::plan::Precision;
-use crate::scene::{CsgId, MaterialId, Shape, shape_bounds};
-use crate::trace::{HitId, TURNED};
+use crate::scene::{CsgId, MaterialId, Shape, ShapeId, shape_bounds};
+use crate::trace::{HitId, TURNED, exact_t};
 use glam::DVec3;
+
+/// Newton's steps lead to the hit from as far as this part of a shape's extent; the corners of
+/// flat and bounded faces hide the right face from nearer (lemma L9, docs/numerics/leaving.md).
+const NEAR_CURVED: f64 = 1.0 / 128.0;
+const NEAR_FACED: f64 = 1.0 / 4096.0;
+
+/// Roundings of f32 that t of a hit may be off by, and one for its own rounding.
+const T_ROUNDINGS: f64 = 8.0;
 
 /// Unit roundoffs of the lane types.
 const SINGLE: f64 = <f32 as Scalar>::UNIT_ROUNDOFF as f64;
@@ -36,6 +44,9 @@ pub struct InteractionPart<'w> {
     placed: Option<Affine>,
     /// Largest coordinate of the instance's shape, in its own space.
     size: f64,
+    /// How far a point may be off the primitive so that Newton's steps find the hit, in
+    /// object space; infinite for triangles and polygons, from which no distance is too far.
+    near: f64,
     /// Factor from rounding errors in object space to world space.
     stretch: f64,
     material: Option<MaterialId>,
@@ -50,6 +61,8 @@ struct Part<'w> {
     map: Option<&'w Affine>,
     /// Largest extent of the operand, or 0 without bounds.
     extent: f64,
+    /// Least extent of the operand, infinite without bounds.
+    least: f64,
     /// [`PreparedCsg::widening`] in f64: the share per unit of reach, and the constant.
     widening: [f64; 2],
     /// Planes only: bound on their placement error, in the CSG solid's space.
@@ -84,13 +97,30 @@ impl<'w> InteractionPart<'w> {
             center,
             placed: whole,
             size,
+            near: f64::INFINITY,
             stretch: entry.stretch,
             material: instance.material,
         };
         if let Shape::Csg(row) = entry.shape {
             interaction.enter(row, id.primitive);
         }
+        interaction.near = interaction.nearness(instance.shape);
         interaction
+    }
+
+    /// Computes [`near`](Self::near); `whole` is the instance's shape.
+    fn nearness(&self, whole: ShapeId) -> f64 {
+        let share = match self.shape.blur() {
+            _ if self.shape.is_flat() => return f64::INFINITY,
+            Blur::Planar | Blur::HalfSpaces => NEAR_FACED,
+            _ => match self.shape {
+                Shape::Cylinder(_) | Shape::Cone(_) | Shape::Prism(_) => NEAR_FACED,
+                _ => NEAR_CURVED,
+            },
+        };
+        let least = |own: Aabb| own.extent().min_element();
+        let own = || shape_bounds(&self.world.scene, whole).map_or(f64::INFINITY, least);
+        share * self.part.map_or_else(own, |part| part.least)
     }
 
     fn enter(&mut self, row: CsgId, primitive: u32) {
@@ -119,6 +149,7 @@ impl<'w> InteractionPart<'w> {
             number,
             map,
             extent: bounds.map_or(0.0, |own| own.extent().max_element()),
+            least: bounds.map_or(f64::INFINITY, |own| own.extent().min_element()),
             material: operand.material,
         });
     }
@@ -183,6 +214,13 @@ impl<'w> InteractionPart<'w> {
         let infinity = D::splat(f64::INFINITY);
         let (mut left, mut roundoff, mut blurred) = (D::zero(), SINGLE, D::zero());
         let mut known = None;
+        if self.precision != Precision::Fast {
+            let way = (object_dir * t).max_abs();
+            let far = !(way * D::splat(T_ROUNDINGS * SINGLE)).le(D::splat(self.near));
+            if far.any() {
+                t = self.t_from_afar(far, (world_org, world_dir), t, primitives);
+            }
+        }
         let met = t;
         if self.precision != Precision::Fast {
             let rays = (object_org, object_dir);
@@ -195,7 +233,7 @@ impl<'w> InteractionPart<'w> {
             // Triangles are tested from the ray's origin in lanes of any type, which
             // must be certain that the triangle lies behind the leaving ray. Solids are
             // tested in f64 first.
-            if self.precision == Precision::Exact || !self.is_flat {
+            if !self.is_flat {
                 roundoff = DOUBLE;
             }
             blurred = self.blurred(wider);
@@ -289,6 +327,33 @@ impl<'w> InteractionPart<'w> {
         }
     }
 
+    /// Replaces t of the lanes in `far` by the f64 nearest to the exact one, where f32 has it
+    /// too coarsely for Newton's steps to begin from.
+    #[cold]
+    #[inline(never)]
+    fn t_from_afar<D: Lanes<Scalar = f64>>(
+        &self,
+        far: D::Mask,
+        (org, dir): (Vec3<D>, Vec3<D>),
+        mut t: D,
+        primitives: &[u32],
+    ) -> D {
+        let mut bits = far.bits();
+        while bits != 0 {
+            let i = bits.trailing_zeros() as usize;
+            bits &= bits - 1;
+            let of = |v: Vec3<D>| [v.x.lane(i), v.y.lane(i), v.z.lane(i)];
+            let id = HitId {
+                instance: self.instance,
+                primitive: primitives[i],
+            };
+            if let Some(exact) = exact_t(self.world, of(org), of(dir), id) {
+                t = t.with_lane(i, exact);
+            }
+        }
+        t
+    }
+
     /// Finds the places near `met` where a level set's function ends or jumps: the
     /// lanes that have one, and the normals there. Sets those lanes' t to the place,
     /// since Newton steps lead away from poles.
@@ -298,14 +363,10 @@ impl<'w> InteractionPart<'w> {
         (org, dir): (Vec3<D>, Vec3<D>),
         (met, t): (D, &mut D),
     ) -> Option<(D::Mask, Vec3<D>)> {
-        let roundoff = match self.precision {
-            Precision::Exact => DOUBLE,
-            _ => SINGLE,
-        };
         let (mut bits, mut normals) = (0, [[0.0; 3]; 16]);
         for (i, normal) in normals.iter_mut().enumerate().take(D::COUNT) {
             let of = |v: Vec3<D>| [v.x.lane(i), v.y.lane(i), v.z.lane(i)];
-            if let Some(border) = border(formula, (of(org), of(dir)), met.lane(i), roundoff) {
+            if let Some(border) = border(formula, (of(org), of(dir)), met.lane(i), SINGLE) {
                 (*t, *normal) = (t.with_lane(i, border.t), border.normal);
                 bits |= 1 << i;
             }
@@ -321,16 +382,12 @@ impl<'w> InteractionPart<'w> {
         let Some(part) = &self.part else {
             return D::zero();
         };
-        let roundoff = match self.precision {
-            Precision::Exact => (D::splat(DOUBLE) * wider).min(D::splat(SINGLE)),
-            _ => D::splat(SINGLE),
-        };
+        let roundoff = (D::splat(DOUBLE) * wider).min(D::splat(SINGLE));
         let times = match self.shape.blur() {
             Blur::Apart => 0.0,
             Blur::Planar | Blur::HalfSpaces => 1.0,
             // In f64 axes are rounded, too.
-            _ if self.precision == Precision::Exact => 4.0 * LEAVING_CURVED,
-            _ => LEAVING_CURVED,
+            _ => 4.0 * LEAVING_CURVED,
         };
         D::splat(times) * roundoff * D::splat(part.extent) + D::splat(part.slack * (4.0 / LEAVING))
     }

@@ -39,6 +39,7 @@ pub use packet::Packet;
 pub use query::{AnyHit, Closest, HitId, Query};
 pub use rays::{MAX_LANES, Rays, Vectors};
 pub use record::{Outcome, RayKind, TracedRay};
+pub use refine::{exact_t, refine};
 pub use shadow_cache::{CacheCounts, Caching, ShadowCache};
 pub use spans::{End, Span, Spans, spans};
 pub use temporal_bounds::{Reuse, TemporalBounds, TemporalCounts};

@@ -6,10 +6,17 @@ use super::query::HitId;
 use super::rays::Rays;
 use crate::accel::World;
 
+/// Finds the f64 nearest to where a world ray first meets a primitive beyond its origin, in
+/// exact arithmetic. Returns `None` if it does not.
+pub fn exact_t(world: &World, org: [f64; 3], dir: [f64; 3], id: HitId) -> Option<f64> {
+    let t_min = 0.0;
+    nearest_t(world, &WorldRay { org, dir, t_min }, id).filter(|t| t.is_finite())
+}
+
 /// Replaces t of every hit by the number of the column's type that is nearest to where its
 /// ray meets its primitive in exact arithmetic (rounded to f64 before it is to f32).
 #[inline(never)]
-pub(super) fn refine(world: &World, rays: &Rays, hits: &mut Hits) {
+pub fn refine(world: &World, rays: &Rays, hits: &mut Hits) {
     for row in 0..hits.len() {
         let id = hits.id.get(row);
         if id == HitId::NONE {

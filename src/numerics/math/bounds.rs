@@ -34,11 +34,10 @@ pub const LEAVING_SLOPELESS: f64 = 1.0 / 1024.0;
 /// radian. Lemma L8, docs/numerics/leaving.md.
 pub const SLOPELESS: f64 = 1.0 / 4096.0;
 
-/// End of shadow rays to a light at a point, as a fraction of the way to it. The ray's
-/// direction is rounded to f32, so its end is off the light by up to u of the way on each
-/// axis, and occluders as near to the light as that do not count. Lemma L6,
+/// End of shadow rays to a light at a point, as a fraction of the way to it: the last t of
+/// f32 before the light itself, whose own place is no occluder. Lemma L6,
 /// docs/numerics/leaving.md.
-pub const LIGHT_END: f32 = 1.0 - 4.0 * f32::EPSILON;
+pub const LIGHT_END: f32 = 1.0 - 0.5 * f32::EPSILON;
 
 /// An error-bounded number: the exact number lies within `value ± error`. If either is
 /// NaN or infinite, nothing is known about it.

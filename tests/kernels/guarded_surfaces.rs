@@ -237,7 +237,7 @@ fn what_lanes_say_of_published_surfaces_is_exact() {
         let tape = tape_of(published);
         for clip in clips() {
             let bounds = bounds_of(&tape, clip.as_ref());
-            let dense = Dense::of(&tape, bounds);
+            let dense = Dense::expand(&tape, bounds);
             let row = surface(&tape, dense.as_ref(), clip, bounds);
             if row.bounds.is_none() {
                 continue;
@@ -263,7 +263,7 @@ fn what_lanes_say_of_random_surfaces_is_exact() {
         let tape = random_tape(&mut random);
         let clip = clips()[1 + random.below(2) as usize];
         let bounds = clip.map(|clip| clip.bounds());
-        let dense = Dense::of(&tape, bounds);
+        let dense = Dense::expand(&tape, bounds);
         let row = surface(&tape, dense.as_ref(), clip, bounds);
         let distance = [0.5, 4.0, 1e3, 1e6][random.below(4) as usize];
         let rays = lines(&mut random, 16, 1.5, distance);
@@ -280,7 +280,7 @@ fn every_width_has_the_same_bits() {
     for number in 0..surfaces {
         let tape = random_tape(&mut random);
         let clip = clips()[1];
-        let dense = Dense::of(&tape, clip.map(|clip| clip.bounds()));
+        let dense = Dense::expand(&tape, clip.map(|clip| clip.bounds()));
         by_forms += usize::from(dense.is_some());
         let row = surface(&tape, dense.as_ref(), clip, None);
         let mut rays = lines(&mut random, 16, 1.5, [4.0, 1.0, 40.0][number % 3]);
@@ -373,7 +373,7 @@ fn rays_that_leave_are_not_in_doubt() {
     for published in &surfaces {
         let tape = tape_of(published);
         let clip = clips()[1];
-        let dense = Dense::of(&tape, clip.map(|clip| clip.bounds()));
+        let dense = Dense::expand(&tape, clip.map(|clip| clip.bounds()));
         let row = surface(&tape, dense.as_ref(), clip, None);
         for line in lines(&mut random, 200, 1.5, 6.0) {
             let Some(root) = exactly(&row, &line, 0.0) else {

@@ -23,7 +23,7 @@ type Line = ([f64; 3], [f64; 3]);
 
 /// The least t of a ray in the surface, or of what its clip leaves of it, between two.
 pub fn first(row: &Implicit, solver: Solver, line: Line, between: [f64; 2]) -> Option<f64> {
-    let part = Part::of(row, line, between)?;
+    let part = LinePart::clipped(row, line, between)?;
     let p = part.polynomial(row.tape, line)?;
     let mut answer = part.solved(&p, solver, Want::Nearest)?;
     // A cluster ends the search, and may be none.
@@ -39,7 +39,7 @@ pub fn first(row: &Implicit, solver: Solver, line: Line, between: [f64; 2]) -> O
 /// Whether there is such a t. Some solvers need not find it.
 pub fn exists(row: &Implicit, solver: Solver, line: Line, between: [f64; 2]) -> bool {
     let count = || {
-        let part = Part::of(row, line, between)?;
+        let part = LinePart::clipped(row, line, between)?;
         let p = part.polynomial(row.tape, line)?;
         roots::count(&p, &part.interval(), solver)
     };
@@ -59,7 +59,7 @@ pub fn crossings(
     found: &mut Vec<f64>,
 ) -> bool {
     found.clear();
-    let part = Part {
+    let part = LinePart {
         from,
         to,
         begins_in: false,
@@ -87,16 +87,16 @@ fn begins(p: &Polynomial) -> f64 {
 }
 
 /// A part of a line, in which s goes from 0 to 1; from 0 on, where it has no end.
-struct Part {
+struct LinePart {
     from: f64,
     to: f64,
     /// What is at the first t counts: the clip begins there, or the bounds.
     begins_in: bool,
 }
 
-impl Part {
+impl LinePart {
     /// What of it is in the surface's clip or bounds.
-    fn of(row: &Implicit, (org, dir): Line, [from, to]: [f64; 2]) -> Option<Part> {
+    fn clipped(row: &Implicit, (org, dir): Line, [from, to]: [f64; 2]) -> Option<LinePart> {
         let (org, dir) = (Vec3::<f64>::splat(org), Vec3::splat(dir));
         let ray = Ray::new(org, dir, from);
         let line = ObjectRay::new(&org, &dir, &ray);
@@ -110,12 +110,12 @@ impl Part {
             (None, None) => None,
         };
         let part = match ends {
-            None => Part {
+            None => LinePart {
                 from,
                 to,
                 begins_in: false,
             },
-            Some(ends) if ends.some.any() => Part {
+            Some(ends) if ends.some.any() => LinePart {
                 from: from.max(ends.enter[1]),
                 to: to.min(ends.exit[1]),
                 begins_in: ends.enter[1] > from,
@@ -171,7 +171,7 @@ impl Part {
     }
 
     fn polynomial(&self, tape: &Tape, (org, dir): Line) -> Option<Polynomial> {
-        let along = Along {
+        let along = MovingPoint {
             start: std::array::from_fn(|k| org[k] + self.from * dir[k]),
             step: dir.map(|x| x * self.width()),
         };
@@ -186,7 +186,7 @@ impl Part {
 }
 
 /// A point that moves with s.
-struct Along {
+struct MovingPoint {
     start: [f64; 3],
     step: [f64; 3],
 }
@@ -201,7 +201,7 @@ struct Powers {
 const MOST: usize = MAX_DEGREE as usize + 1;
 
 impl Powers {
-    fn of(low: f64, high: f64, degree: usize) -> Powers {
+    fn linear(low: f64, high: f64, degree: usize) -> Powers {
         let mut c = [0.0; MOST];
         (c[0], c[1]) = (low, high);
         Powers { c, degree }
@@ -215,15 +215,15 @@ impl Powers {
     }
 }
 
-impl Arithmetic for Along {
+impl Arithmetic for MovingPoint {
     type Value = Powers;
 
     fn coordinate(&self, axis: usize) -> Powers {
-        Powers::of(self.start[axis], self.step[axis], 1)
+        Powers::linear(self.start[axis], self.step[axis], 1)
     }
 
     fn constant(&self, value: f64) -> Powers {
-        Powers::of(value, 0.0, 0)
+        Powers::linear(value, 0.0, 0)
     }
 
     fn sum(&self, a: &Powers, b: &Powers) -> Powers {
@@ -235,7 +235,7 @@ impl Arithmetic for Along {
     }
 
     fn product(&self, a: &Powers, b: &Powers) -> Powers {
-        let mut product = Powers::of(0.0, 0.0, (a.degree + b.degree).min(MOST - 1));
+        let mut product = Powers::linear(0.0, 0.0, (a.degree + b.degree).min(MOST - 1));
         for (i, x) in a.c[..=a.degree].iter().enumerate() {
             for (to, y) in product.c[i..].iter_mut().zip(&b.c[..=b.degree]) {
                 *to += x * y;

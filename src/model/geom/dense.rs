@@ -75,7 +75,7 @@ const BLUR: f64 = 8.0;
 
 impl Dense {
     /// Of surfaces for which it is known to pay. `bounds`: of the surface.
-    pub fn of(tape: &Tape, bounds: Option<Aabb>) -> Option<Dense> {
+    pub fn expand(tape: &Tape, bounds: Option<Aabb>) -> Option<Dense> {
         let steps = tape.fused().0.len();
         let (size, extent) = (bounds?.max_abs(), bounds?.extent().max_element());
         let sizes = f64::powi(2.0, -SIZES)..f64::powi(2.0, SIZES);
@@ -148,7 +148,7 @@ impl Dense {
 
     /// The coefficients of f(base + p), of which there are `M`.
     #[inline(always)]
-    pub fn about<D: Lanes<Scalar = f64>, const M: usize>(&self, base: Vec3<D>) -> [D; M] {
+    pub fn expanded_about<D: Lanes<Scalar = f64>, const M: usize>(&self, base: Vec3<D>) -> [D; M] {
         let mut c = [D::zero(); M];
         for (to, from) in c.iter_mut().zip(&self.coefficients) {
             *to = D::from_f64(*from);
@@ -236,12 +236,12 @@ pub const fn place(n: usize, [i, j, k]: [usize; 3]) -> usize {
 /// hₖ(d), k = 0 … N − 1, of f about a point: coefficients in degree N − 1, which is no more
 /// than [`DEGREE`].
 #[inline(always)]
-pub fn forms<D: Lanes<Scalar = f64>, const N: usize>(
+pub fn taylor_forms<D: Lanes<Scalar = f64>, const N: usize>(
     c: &impl Fn(usize) -> D,
     dir: Vec3<D>,
 ) -> [D; N] {
     // What is larger is built, too, and never asked.
-    let order = const { &in_forms(if N - 1 < DEGREE { N - 1 } else { DEGREE }) };
+    let order = const { &taylor_order(if N - 1 < DEGREE { N - 1 } else { DEGREE }) };
     let mut powers = [dir.z; N];
     for k in 2..N {
         powers[k] = powers[k - 1] * dir.z;
@@ -267,7 +267,7 @@ pub fn forms<D: Lanes<Scalar = f64>, const N: usize>(
 }
 
 /// The order in which forms take coefficients.
-const fn in_forms(n: usize) -> [u8; MOST] {
+const fn taylor_order(n: usize) -> [u8; MOST] {
     let mut order = [0; MOST];
     let (mut at, mut k) = (0, 1);
     while k <= n {
@@ -306,7 +306,7 @@ impl Default for Expanded {
 
 impl Expanded {
     #[inline(always)]
-    pub fn of(&mut self, dense: &Dense, base: [f64; 3]) -> &[f64; MOST] {
+    pub fn coefficients_about(&mut self, dense: &Dense, base: [f64; 3]) -> &[f64; MOST] {
         if self.number != dense.number || self.base != base {
             self.renew(dense, base);
         }
@@ -318,9 +318,9 @@ impl Expanded {
         (self.number, self.base) = (dense.number, base);
         let at = Vec3::<f64>::splat(base);
         match dense.degree {
-            2 => self.coefficients[..10].copy_from_slice(&dense.about::<f64, 10>(at)),
-            3 => self.coefficients[..20].copy_from_slice(&dense.about::<f64, 20>(at)),
-            _ => self.coefficients = dense.about(at),
+            2 => self.coefficients[..10].copy_from_slice(&dense.expanded_about::<f64, 10>(at)),
+            3 => self.coefficients[..20].copy_from_slice(&dense.expanded_about::<f64, 20>(at)),
+            _ => self.coefficients = dense.expanded_about(at),
         }
     }
 }
@@ -336,7 +336,7 @@ struct Whole {
 const BITS: u64 = 4096;
 
 impl Whole {
-    fn of(value: f64) -> Whole {
+    fn decode(value: f64) -> Whole {
         let (m, power) = decoded(value);
         let m = BigInt::from(m);
         Whole {
@@ -397,13 +397,13 @@ impl Arithmetic for Expanding {
     fn coordinate(&self, axis: usize) -> Expansion {
         let mut powers = [0; 3];
         powers[axis] = 1;
-        Some(BTreeMap::from([(powers, Whole::of(1.0))]))
+        Some(BTreeMap::from([(powers, Whole::decode(1.0))]))
     }
 
     fn constant(&self, value: f64) -> Expansion {
         value
             .is_finite()
-            .then(|| BTreeMap::from([([0; 3], Whole::of(value))]))
+            .then(|| BTreeMap::from([([0; 3], Whole::decode(value))]))
     }
 
     fn sum(&self, a: &Expansion, b: &Expansion) -> Expansion {

@@ -8,9 +8,9 @@
 //! is the exact predicate, whose signs and orders f64 nearly always knows
 //! (docs/SPEC.md, S69).
 
-use super::exact::curve::Curve;
+use super::exact::line_quadratic::LineQuadratic;
 use super::exact::surface::Surface;
-use super::exact::{Line, Root, meet_each, side};
+use super::exact::{Line, Root, meet_per_lane, orientation};
 use super::guarded::ObjectRay;
 use super::kinds::PrismId;
 use super::primitive::{Blur, Boundaries, Exact, Flaw, Primitive, finite, positive};
@@ -160,7 +160,7 @@ impl<'a> PrismRow<'a> {
                         normal: [out.y, -out.x, 0.0],
                         point: [a.x, a.y, 0.0],
                     };
-                    found.push(Curve::new(line, plane, 0.0).root_of_linear());
+                    found.push(LineQuadratic::new(line, plane, 0.0).root_of_linear());
                 }
                 (a, a_right) = (*b, b_right);
             }
@@ -178,7 +178,7 @@ impl<'a> PrismRow<'a> {
         };
         let crossed = self.rings().flat_map(edges).filter(|[a, b]| {
             let straddles = (a.y > y) != (b.y > y);
-            let side = || side::of_edge(&up, &a.extend(0.0).into(), &b.extend(0.0).into());
+            let side = || orientation::of_edge(&up, &a.extend(0.0).into(), &b.extend(0.0).into());
             let wanted = b.y > y;
             straddles
                 && (if wanted {
@@ -199,7 +199,7 @@ impl<'a> PrismRow<'a> {
         }
         let cap = |sign: f64, offset| {
             let normal = [0.0, 0.0, sign];
-            Curve::new(line, Surface::Plane { normal, offset }, 0.0).root_of_linear()
+            LineQuadratic::new(line, Surface::Plane { normal, offset }, 0.0).root_of_linear()
         };
         let (base, top) = (cap(-1.0, 0.0), cap(1.0, self.height));
         Ok(if up > 0.0 { [base, top] } else { [top, base] })
@@ -216,7 +216,7 @@ fn is_right(line: &Line, p: DVec2) -> bool {
     if side.abs() > size * (4.0 * UNIT) + f64::MIN_POSITIVE {
         return side > 0.0;
     }
-    side::of_point(line, &[p.x, p.y, 0.0], [0, 1]).is_gt()
+    orientation::of_point(line, &[p.x, p.y, 0.0], [0, 1]).is_gt()
 }
 
 impl<'a> Exact<'a> for PrismRow<'a> {
@@ -329,7 +329,7 @@ impl Primitive for Prisms {
         object: &ObjectRay<L>,
         active: L::Mask,
     ) -> Meet<L> {
-        meet_each(&self.row(id), object, active)
+        meet_per_lane(&self.row(id), object, active)
     }
 
     #[inline(never)]

@@ -1,7 +1,7 @@
 //! What a line has in a cone, between its caps' planes or in its side alone.
 
 use super::Cone;
-use crate::geom::exact::curve::{Curve, nearest_to};
+use crate::geom::exact::line_quadratic::{LineQuadratic, nearest_to};
 use crate::geom::exact::solid::Ends;
 use crate::geom::exact::surface::Surface as AnySurface;
 use crate::geom::exact::{Line, root};
@@ -12,7 +12,7 @@ type Root = root::Root<'static>;
 
 /// A line before a cone: its side and its caps.
 struct Frustum {
-    side: Curve,
+    side: LineQuadratic,
     /// Of the side's a.
     bend: Ordering,
     /// Of the side, where it bends.
@@ -27,20 +27,20 @@ impl Frustum {
     fn new(line: &Line, cone: &Cone) -> Frustum {
         let middle = cone.base * 0.5 + cone.top * 0.5;
         let shift = nearest_to(line, middle.to_array());
-        let side = Curve::new(line, Surface::Side(*cone), shift);
-        let bend = side.bend();
+        let side = LineQuadratic::new(line, Surface::Side(*cone), shift);
+        let bend = side.quadratic_sign();
         let roots = bend.is_ne().then(|| side.roots(bend)).flatten();
         let cap = |at_top: bool| {
             let cap = Surface::Cap {
                 cone: *cone,
                 at_top,
             };
-            Curve::new(line, cap, shift)
+            LineQuadratic::new(line, cap, shift)
         };
         let (base, top) = (cap(false), cap(true));
-        let caps = match base.rise() {
+        let caps = match base.linear_sign() {
             Ordering::Less => Ok([top.root_of_linear(), base.root_of_linear()]),
-            Ordering::Equal => Err(base.level().is_ge() && top.level().is_le()),
+            Ordering::Equal => Err(base.constant_sign().is_ge() && top.constant_sign().is_le()),
             Ordering::Greater => Ok([base.root_of_linear(), top.root_of_linear()]),
         };
         Frustum {
@@ -57,9 +57,8 @@ impl Frustum {
         match self.roots {
             Some([lower, upper]) => Some(if self.bend == way { upper } else { lower }),
             // Where it bends without a root, it does not change its sign.
-            None => {
-                (self.bend.is_eq() && self.side.rise() == way).then(|| self.side.root_of_linear())
-            }
+            None => (self.bend.is_eq() && self.side.linear_sign() == way)
+                .then(|| self.side.root_of_linear()),
         }
     }
 }
@@ -100,7 +99,7 @@ pub(in crate::geom) fn cone(line: &Line, cone: &Cone) -> Option<Ends> {
 /// the side does not cross it.
 pub(in crate::geom) fn cone_side(line: &Line, cone: &Cone, t_min: f64) -> Option<Root> {
     let frustum = Frustum::new(line, cone);
-    let linear = frustum.bend.is_eq() && frustum.side.rise().is_ne();
+    let linear = frustum.bend.is_eq() && frustum.side.linear_sign().is_ne();
     let only = linear.then(|| frustum.side.root_of_linear());
     let roots = frustum.roots.into_iter().flatten().chain(only);
     let on_side = |root: &Root| match &frustum.caps {

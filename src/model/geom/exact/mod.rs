@@ -10,19 +10,19 @@
 //! ([`crate::geom::triangle::exact`]).
 //! tests/kernels/exact_solids/ compares with integers of any length.
 
-mod across;
-pub(in crate::geom) mod along;
-pub(in crate::geom) mod curve;
-mod each;
+mod axis_plane;
+pub(in crate::geom) mod line_quadratic;
+pub mod orientation;
+mod per_lane;
 mod plane;
+pub(in crate::geom) mod restriction;
 pub(in crate::geom) mod root;
-mod rounded;
-pub mod side;
+mod rounding;
 pub(in crate::geom) mod solid;
 pub(in crate::geom) mod surface;
 
 pub use super::implicit::exact::{Meeting, meetings, meetings_between, sign_at};
-pub use each::meet_each;
+pub use per_lane::meet_per_lane;
 pub use root::Root;
 pub use solid::{Ends, Inside};
 

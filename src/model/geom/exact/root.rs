@@ -10,9 +10,9 @@
 //! roots, common and double ones, and equal polynomials are no cases of their
 //! own. docs/NUMERICS.md has the proof.
 
-use super::across::Across;
+use super::axis_plane::AxisPlane;
 use super::plane::Through;
-use super::rounded::rounded;
+use super::rounding::rounded;
 use super::surface::Surface;
 use super::{Line, plane};
 use crate::geom::guarded::implicit::nearest;
@@ -71,7 +71,7 @@ impl<'a> Root<'a> {
     /// Of the surface that is crossed, where the root's line is at or near the crossing
     /// `t`: outward, any length. At an edge of a solid it is that of the face that decides.
     pub fn normal_at(&self, t: f64) -> DVec3 {
-        self.surface.normal_along(&self.line, t)
+        self.surface.normal_near(&self.line, t)
     }
 
     /// By t, exactly.
@@ -114,15 +114,15 @@ impl<'a> Root<'a> {
     #[cold]
     #[inline(never)]
     fn rounded_exactly(&self) -> f64 {
-        let twice = Form::<DoubleDouble>::of((), self);
+        let twice = NormalizedQuadratic::<DoubleDouble>::of((), self);
         let guess = twice.as_ref().map_or(f64::NAN, |f| f.guess(self.t.value));
         exactly(&|space| {
-            let exact: OnceCell<Option<Form<Dyadic>>> = OnceCell::new();
+            let exact: OnceCell<Option<NormalizedQuadratic<Dyadic>>> = OnceCell::new();
             let order = |m, power, negative| {
                 let order = twice.as_ref();
                 let order = order.and_then(|f| f.order_of_scaled(m, power, negative));
                 order.or_else(|| {
-                    let exact = exact.get_or_init(|| Form::of(space, self));
+                    let exact = exact.get_or_init(|| NormalizedQuadratic::of(space, self));
                     exact.as_ref()?.order_of_scaled(m, power, negative)
                 })
             };
@@ -162,8 +162,10 @@ impl<'a> Root<'a> {
             if self.surface == other.surface && same_branch {
                 return Ordering::Equal;
             }
-            if let (Some(a), Some(b)) = (Across::of(&self.surface), Across::of(&other.surface))
-                && let Some(order) = a.order(&b, &self.line)
+            if let (Some(a), Some(b)) = (
+                AxisPlane::new(&self.surface),
+                AxisPlane::new(&other.surface),
+            ) && let Some(order) = a.order(&b, &self.line)
             {
                 return order;
             }
@@ -177,7 +179,7 @@ impl<'a> Root<'a> {
             return order;
         }
         fn order<N: ExactSign>(space: N::Space, a: &Root, b: &Root) -> Option<Ordering> {
-            Form::<N>::of(space, a)?.order(&Form::of(space, b)?)
+            NormalizedQuadratic::<N>::of(space, a)?.order(&NormalizedQuadratic::of(space, b)?)
         }
         order::<DoubleDouble>((), self, other)
             .unwrap_or_else(|| exactly(&|space| order::<Dyadic>(space, self, other)))
@@ -199,7 +201,7 @@ impl<'a> Root<'a> {
         let by_plane = self.of_plane().and_then(|a| plane::order_with(&a, x));
         by_plane.unwrap_or_else(|| {
             fn order<N: ExactSign>(space: N::Space, x: f64, root: &Root) -> Option<Ordering> {
-                Form::<N>::of(space, root)?.order_of_number(x)
+                NormalizedQuadratic::<N>::of(space, root)?.order_of_number(x)
             }
             order::<DoubleDouble>((), x, self)
                 .unwrap_or_else(|| exactly(&|space| order::<Dyadic>(space, x, self)))
@@ -212,8 +214,8 @@ impl<'a> Root<'a> {
     #[inline(never)]
     pub(in crate::geom) fn sign_of(&self, surface: &Surface) -> Ordering {
         fn sign<N: ExactSign>(space: N::Space, root: &Root, surface: &Surface) -> Option<Ordering> {
-            let f = surface.sharply_along(space, &root.line);
-            Form::<N>::of(space, root)?.sign_of(&f)
+            let f = surface.on_line_exactly(space, &root.line);
+            NormalizedQuadratic::<N>::of(space, root)?.sign_of(&f)
         }
         sign::<DoubleDouble>((), self, surface)
             .unwrap_or_else(|| exactly(&|space| sign::<Dyadic>(space, self, surface)))
@@ -222,14 +224,14 @@ impl<'a> Root<'a> {
 
 /// Roots of which one at least is of a polynomial of any degree.
 mod algebraic {
-    use super::super::along::along;
+    use super::super::restriction::restrict;
     use super::{Branch, Root};
     use crate::roots::{RealRoots, real_roots};
     use std::cmp::Ordering;
 
     /// All roots of the polynomial that a root is one of, and which it is.
     fn roots(of: &Root) -> Option<(RealRoots, usize)> {
-        let roots = real_roots(&along(&of.surface, &of.line))?;
+        let roots = real_roots(&restrict(&of.surface, &of.line))?;
         let last = roots.len().checked_sub(1)?;
         let i = match of.branch {
             Branch::Lower => 0,
@@ -274,7 +276,7 @@ mod algebraic {
 
 /// A root in numbers of one sort: of a t² + 2b t + c with a > 0, or with a = 0 and
 /// b > 0.
-struct Form<N: ExactSign> {
+struct NormalizedQuadratic<N: ExactSign> {
     space: N::Space,
     f: [N; 3],
     branch: Branch,
@@ -291,15 +293,15 @@ fn signed(sign: Ordering, factor: Ordering) -> Ordering {
 
 /// All answers are `None` where numbers of twice the precision leave them open, and
 /// where exact ones find no room.
-impl<N: ExactSign> Form<N> {
+impl<N: ExactSign> NormalizedQuadratic<N> {
     #[inline(never)]
     fn of(space: N::Space, root: &Root) -> Option<Self> {
-        let f: [N; 3] = root.surface.sharply_along(space, &root.line);
+        let f: [N; 3] = root.surface.on_line_exactly(space, &root.line);
         let first = match f[0].sign()? {
             Ordering::Equal => f[1].sign()?,
             sign => sign,
         };
-        Some(Form {
+        Some(NormalizedQuadratic {
             space,
             f: f.map(|x| x.negated_if(first.is_lt())),
             branch: root.branch,
@@ -337,7 +339,7 @@ impl<N: ExactSign> Form<N> {
 
     /// ± m · 2^power against the root.
     fn order_of_scaled(&self, m: u64, power: i32, negative: bool) -> Option<Ordering> {
-        let Form { space, .. } = *self;
+        let NormalizedQuadratic { space, .. } = *self;
         N::briefly(space, || {
             let x = N::scaled(space, m, power, negative);
             self.order_of(&x, &N::of(space, 1.0))
@@ -393,7 +395,7 @@ impl<N: ExactSign> Form<N> {
     }
 }
 
-impl Form<DoubleDouble> {
+impl NormalizedQuadratic<DoubleDouble> {
     /// The f64 that Newton's steps from a place near the root lead to.
     fn guess(&self, from: f64) -> f64 {
         let [a, b, c] = &self.f;

@@ -2,7 +2,7 @@
 //! ordered exactly.
 
 use super::Line;
-use super::curve::{Curve, nearest_to};
+use super::line_quadratic::{LineQuadratic, nearest_to};
 use super::surface::Surface as AnySurface;
 use crate::geom::{Cuboid, Ellipsoid, HalfSpace, Quadric, Sphere};
 use std::cmp::Ordering;
@@ -67,9 +67,9 @@ pub(in crate::geom) fn half_spaces(
     for plane in planes {
         let normal = plane.normal.to_array();
         let offset = plane.offset;
-        let curve = Curve::new(line, Surface::Plane { normal, offset }, 0.0);
-        match curve.rise() {
-            Ordering::Equal if curve.level().is_gt() => return None,
+        let curve = LineQuadratic::new(line, Surface::Plane { normal, offset }, 0.0);
+        match curve.linear_sign() {
+            Ordering::Equal if curve.constant_sign().is_gt() => return None,
             Ordering::Equal => {}
             Ordering::Less => {
                 let at = curve.root_of_linear();
@@ -121,7 +121,7 @@ pub(in crate::geom) fn ellipsoid(line: &Line, ellipsoid: &Ellipsoid) -> Option<E
 /// What a line that has a direction leaves both ways.
 #[inline(always)]
 fn round(line: &Line, surface: Surface, center: [f64; 3]) -> Option<Ends> {
-    let curve = Curve::new(line, surface, nearest_to(line, center));
+    let curve = LineQuadratic::new(line, surface, nearest_to(line, center));
     Some(curve.roots(Ordering::Greater)?.map(Some))
 }
 
@@ -129,12 +129,12 @@ fn round(line: &Line, surface: Surface, center: [f64; 3]) -> Option<Ends> {
 /// them.
 pub(in crate::geom) fn quadric(line: &Line, quadric: &Quadric) -> Inside {
     let surface = Surface::Quadric(quadric.coefficients);
-    let curve = Curve::new(line, surface, nearest_to(line, [0.0; 3]));
+    let curve = LineQuadratic::new(line, surface, nearest_to(line, [0.0; 3]));
     let inside = |at_first: bool, ends: Ends| Inside { at_first, ends };
-    let bend = curve.bend();
+    let bend = curve.quadratic_sign();
     if bend.is_eq() {
-        return match curve.rise() {
-            Ordering::Equal => inside(curve.level().is_le(), [None; 2]),
+        return match curve.linear_sign() {
+            Ordering::Equal => inside(curve.constant_sign().is_le(), [None; 2]),
             rise => inside(rise.is_gt(), [Some(curve.root_of_linear()), None]),
         };
     }

@@ -53,7 +53,7 @@ pub(in crate::geom) enum Surface<'a> {
 
 impl Surface<'_> {
     /// Outward, any length, in f64, of the surface's nearest place to where `line` is at `t`.
-    pub fn normal_along(&self, line: &Line, t: f64) -> DVec3 {
+    pub fn normal_near(&self, line: &Line, t: f64) -> DVec3 {
         let (org, dir) = (DVec3::from_array(line.org), DVec3::from_array(line.dir));
         // Relative to a centre before t d is added, which far away would round that off.
         let from = |center: DVec3| (org - center) + dir * t;
@@ -101,7 +101,7 @@ impl Surface<'_> {
     /// Of degree 6 in the inputs at most, and homogeneous but in t, and for
     /// quadrics of degree 3, whose terms are of different degrees.
     #[inline(always)]
-    pub fn along<N: Number>(&self, space: N::Space, line: &Line, shift: f64) -> [N; 3] {
+    pub fn on_line<N: Number>(&self, space: N::Space, line: &Line, shift: f64) -> [N; 3] {
         let number = |x: f64| N::of(space, x);
         let of = |v: &[f64; 3]| v.map(number);
         let minus = |x: &[f64; 3], y: &[f64; 3]| -> [N; 3] {
@@ -168,7 +168,7 @@ impl Surface<'_> {
                 let rest = dot(&linear, &near).plus(&j).doubled();
                 [dot(&along, &dir), slope, squares.plus(&rest)]
             }
-            // See `along.rs`; its degree is any.
+            // See `restriction.rs`; its degree is any.
             Surface::Implicit(_) => [(); 3].map(|_| number(0.0)),
             // t less that number.
             Surface::LevelSet { t, .. } => {
@@ -205,7 +205,7 @@ impl Surface<'_> {
 
     /// The same from the line's origin, in numbers that decide.
     #[inline(never)]
-    pub fn sharply_along<N: ExactSign>(&self, space: N::Space, line: &Line) -> [N; 3] {
-        self.along(space, line, 0.0)
+    pub fn on_line_exactly<N: ExactSign>(&self, space: N::Space, line: &Line) -> [N; 3] {
+        self.on_line(space, line, 0.0)
     }
 }

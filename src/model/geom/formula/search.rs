@@ -52,7 +52,7 @@ pub struct Change {
 /// What is used anew for each line.
 #[derive(Default)]
 struct Scratch {
-    waiting: Vec<Part>,
+    waiting: Vec<Segment>,
     numbers: Vec<f64>,
     ranges: Vec<Range>,
     sloped: Vec<Dual<Range, 1>>,
@@ -64,7 +64,7 @@ thread_local! {
 
 /// Of a line, and f at its ends.
 #[derive(Clone, Copy)]
-struct Part {
+struct Segment {
     t: Interval,
     ends: [Range; 2],
 }
@@ -100,7 +100,7 @@ fn walk(
     visit: &mut dyn FnMut(Change) -> ControlFlow<()>,
 ) -> bool {
     let waiting = &mut scratch.waiting;
-    let mut along = Along {
+    let mut along = OnLine {
         formula,
         search,
         numbers: &mut scratch.numbers,
@@ -110,7 +110,7 @@ fn walk(
     let [low, high] = search.part;
     waiting.clear();
     if low < high {
-        waiting.push(Part {
+        waiting.push(Segment {
             t: Interval::new(low, high),
             ends: [low, high].map(|t| along.at_point(t)),
         });
@@ -140,7 +140,7 @@ fn walk(
                 ([middle, b], [at_middle, at_b]),
                 ([a, middle], [at_a, at_middle]),
             ];
-            waiting.extend(halves.map(|([low, high], ends)| Part {
+            waiting.extend(halves.map(|([low, high], ends)| Segment {
                 t: Interval::new(low, high),
                 ends,
             }));
@@ -178,7 +178,7 @@ fn walk(
 }
 
 /// f along a line.
-struct Along<'a> {
+struct OnLine<'a> {
     formula: &'a Formula,
     search: &'a Search,
     numbers: &'a mut Vec<f64>,
@@ -186,7 +186,7 @@ struct Along<'a> {
     sloped: &'a mut Vec<Dual<Range, 1>>,
 }
 
-impl Along<'_> {
+impl OnLine<'_> {
     fn at(&mut self, t: f64) -> f64 {
         let Search { org, dir, .. } = self.search;
         let on = |k: usize| org[k] + dir[k] * t;
@@ -226,7 +226,7 @@ impl Along<'_> {
         self.formula.evaluate(&at, self.sloped)
     }
 
-    fn known(&mut self, part: &Part, shortest: f64) -> Known {
+    fn known(&mut self, part: &Segment, shortest: f64) -> Known {
         let Dual {
             value,
             slopes: [slope],
@@ -315,7 +315,7 @@ const SECANTS: u32 = 12;
 /// to the other between them. With slopes from −u to v, and p and q above zero at the ends
 /// of a part of length w, it is above both p − u x and q − v (w − x), and these are above
 /// zero where they meet if v p + u q > u v w.
-fn sign_by_slope(part: &Part, slope: &Interval) -> Option<bool> {
+fn sign_by_slope(part: &Segment, slope: &Interval) -> Option<bool> {
     let [a, b] = part.ends.map(|end| end.values);
     let (p, q, u, v, below) = if a.low > 0.0 && b.low > 0.0 {
         (a.low, b.low, -slope.low, slope.high, false)

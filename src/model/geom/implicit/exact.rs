@@ -1,6 +1,6 @@
 //! Where a line meets a polynomial surface.
 
-use crate::geom::exact::along::tape_along;
+use crate::geom::exact::restriction::restrict_tape;
 use crate::geom::exact::root::{Branch, Root};
 use crate::geom::exact::surface::Surface;
 use crate::geom::exact::{Line, solid};
@@ -22,7 +22,7 @@ pub struct Meeting<'a> {
 /// Calls `visit` at all distinct roots along a line, in order; and returns the sign of f
 /// far before the first. Of a line in the surface: none, and zero.
 pub fn meetings<'a>(tape: &'a Tape, line: &Line, mut visit: impl FnMut(Meeting<'a>)) -> Ordering {
-    let c = tape_along(tape, line);
+    let c = restrict_tape(tape, line);
     let Some(degree) = c.iter().rposition(|c| c.sign() != Sign::NoSign) else {
         return Ordering::Equal;
     };
@@ -84,7 +84,7 @@ pub fn sign_at(tape: &Tape, p: [f64; 3]) -> Ordering {
         org: p,
         dir: [0.0; 3],
     };
-    match tape_along(tape, &line).first().map(BigInt::sign) {
+    match restrict_tape(tape, &line).first().map(BigInt::sign) {
         Some(Sign::Plus) => Ordering::Greater,
         Some(Sign::Minus) => Ordering::Less,
         _ => Ordering::Equal,

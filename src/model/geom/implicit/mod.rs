@@ -170,7 +170,7 @@ impl<D: Lanes<Scalar = f64>> Arithmetic for Magnitudes<D> {
 /// f and its gradient, at points.
 #[inline(always)]
 pub fn values_at<D: Lanes<Scalar = f64>>(tape: &Tape, p: Vec3<D>) -> (D, Vec3<D>) {
-    tape.evaluate_plain(&Dual(p))
+    tape.evaluate_plain(&Gradients(p))
 }
 
 /// The same of a surface, by what is quickest.
@@ -183,9 +183,9 @@ pub fn values_of<D: Lanes<Scalar = f64>>(row: &Implicit, p: Vec3<D>) -> (D, Vec3
 }
 
 /// Values with gradients.
-struct Dual<D>(Vec3<D>);
+struct Gradients<D>(Vec3<D>);
 
-impl<D: Lanes<Scalar = f64>> Arithmetic for Dual<D> {
+impl<D: Lanes<Scalar = f64>> Arithmetic for Gradients<D> {
     type Value = (D, Vec3<D>);
 
     #[inline(always)]

@@ -56,7 +56,7 @@ impl Implicits {
         self.latest.insert(key, id.0);
         let dense = match same {
             Some(row) if self.bounds[row] == bounds => self.dense[row].clone(),
-            _ => Dense::of(&tape, bounds).map(Box::new),
+            _ => Dense::expand(&tape, bounds).map(Box::new),
         };
         self.dense.push(dense);
         self.tape.push(tape);

@@ -7,9 +7,9 @@
 
 use crate::geom::Polygon;
 use crate::geom::exact::Line;
-use crate::geom::exact::curve::Curve;
+use crate::geom::exact::line_quadratic::LineQuadratic;
+use crate::geom::exact::orientation;
 use crate::geom::exact::root::Root;
-use crate::geom::exact::side;
 use crate::geom::exact::surface::Surface;
 use crate::geom::polygon::room;
 use crate::math::Number;
@@ -25,8 +25,8 @@ pub(in crate::geom) fn polygon(
         normal: polygon.normal.to_array(),
         point: polygon.points[0].to_array(),
     };
-    let curve = Curve::new(line, plane, 0.0);
-    if curve.rise().is_eq() {
+    let curve = LineQuadratic::new(line, plane, 0.0);
+    if curve.linear_sign().is_eq() {
         return None;
     }
     let root = curve.root_of_linear();
@@ -142,7 +142,7 @@ impl View<'_> {
     #[cold]
     #[inline(never)]
     fn exact_place(&self, point: &[f64; 3], k: usize) -> Ordering {
-        side::of_point(self.line, point, [(self.axis + 1 + k) % 3, self.axis])
+        orientation::of_point(self.line, point, [(self.axis + 1 + k) % 3, self.axis])
     }
 
     /// The sign of an edge function.
@@ -156,7 +156,7 @@ impl View<'_> {
     /// component.
     #[cold]
     fn exact_turn(&self, a: &[f64; 3], b: &[f64; 3]) -> Ordering {
-        let side = side::of_edge(self.line, a, b);
+        let side = orientation::of_edge(self.line, a, b);
         if self.line.dir[self.axis] < 0.0 {
             side.reverse()
         } else {

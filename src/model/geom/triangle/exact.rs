@@ -14,7 +14,7 @@
 //! refused. tests/kernels/exact_triangles/ compares with integers of any length.
 
 use super::Corners;
-use crate::geom::exact::{Line, side};
+use crate::geom::exact::{Line, orientation};
 use crate::math::bounds::{ErrorBounded, UNIT};
 use crate::math::double_double::DoubleDouble;
 use crate::math::dyadic::{Dyadic, exactly};
@@ -305,7 +305,8 @@ impl Pair {
         if doubtful == [true; 3] && self.is_edge_on() {
             return None;
         }
-        let side = |i: usize| side::of_edge(&line, &corners[(i + 1) % 3], &corners[(i + 2) % 3]);
+        let side =
+            |i: usize| orientation::of_edge(&line, &corners[(i + 1) % 3], &corners[(i + 2) % 3]);
         Some(signs.with(doubtful, side))
     }
 

@@ -2,7 +2,7 @@
 
 use crate::accel::{Combined, Slabs};
 use crate::geom::exact::Line;
-use crate::geom::guarded::implicit::Boundaries;
+use crate::geom::guarded::implicit::OperandCrossings;
 use crate::geom::guarded::{self, Ends, ObjectRay};
 use crate::geom::primitive::Blur;
 use crate::geom::{Certainty, Ray, by_solver};
@@ -72,9 +72,9 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         (operand, row): (&CsgOperand, ImplicitId),
         active: L::Mask,
         rows: &mut Vec<[L; 3]>,
-    ) -> Boundaries<L> {
+    ) -> OperandCrossings<L> {
         let Some((bounds, condition)) = combined.box_around(operand) else {
-            return Boundaries {
+            return OperandCrossings {
                 inside: L::Mask::splat(false),
                 unsure: active,
             };
@@ -99,9 +99,15 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         let tape = &tables.implicits.tape[row.index()];
         let frame = self.of(combined, operand.frame);
         let rays = (*frame.org, *frame.dir);
-        let found =
-            guarded::implicit::boundaries::<L>(tape, rays, [start, end], astray, known, rows);
-        Boundaries {
+        let found = guarded::implicit::operand_crossings::<L>(
+            tape,
+            rays,
+            [start, end],
+            astray,
+            known,
+            rows,
+        );
+        OperandCrossings {
             inside: found.inside,
             unsure: found.unsure | active & !apart & !known,
         }
@@ -115,7 +121,7 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         (operand, row): (&CsgOperand, ImplicitId),
         active: L::Mask,
         rows: &mut Vec<[L; 3]>,
-    ) -> Boundaries<L> {
+    ) -> OperandCrossings<L> {
         let (solver, first) = (tables.implicits.solver(row), rows.len());
         let tape = &tables.implicits.tape[row.index()];
         let bounds = combined.box_around(operand);
@@ -155,7 +161,7 @@ impl<'a, L: Lanes> Spaces<'a, L> {
                 rows[first + pass] = rows[first + pass].map(|row| row.with_lane(lane, t));
             }
         }
-        Boundaries {
+        OperandCrossings {
             inside: L::Mask::from_bits(inside),
             unsure: L::Mask::splat(false),
         }

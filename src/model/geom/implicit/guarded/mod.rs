@@ -12,17 +12,17 @@
 //! All rays take the same steps, which depend on nothing but the ray and the surface,
 //! so that t has the same bits at any width.
 
-mod along;
-mod eights;
-mod forms;
-mod line;
-mod operand;
-mod twofold;
+mod all_roots;
+mod chebyshev_nodes;
+mod double_double_form;
+mod lane_regrouping;
+mod operand_crossings;
+mod taylor;
 
-pub use along::blur_at;
-pub use line::{Crossing, crossings};
-pub use operand::{Boundaries, boundaries};
-pub use twofold::nearest;
+pub use all_roots::{Crossing, crossings};
+pub use chebyshev_nodes::blur_at;
+pub use double_double_form::nearest;
+pub use operand_crossings::{OperandCrossings, operand_crossings};
 
 use crate::geom::dense::Expanded;
 use crate::geom::guarded::{Ends, ObjectRay, cuboid, rounded, sphere};
@@ -33,8 +33,8 @@ use crate::math::lanes::{Lanes, Mask, Scalar, f64x4, f64x8};
 use crate::roots::lanes::{
     Segment, Waiting, changes_between, exists, leaves_between, nearly_nearest,
 };
-use along::along;
-use eights::{Chosen, by_degree};
+use chebyshev_nodes::segment_of;
+use lane_regrouping::{ActiveLanes, by_degree};
 use std::cell::Cell;
 use std::thread::LocalKey;
 
@@ -156,7 +156,7 @@ fn ask_by<L: Lanes, D: Lanes<Scalar = f64, Double = D>, const ANY: bool>(
     let mut answer = [zero; 3].map(|x| x.to_array());
     let (mut hit, mut unsure) = (0, 0);
     let mut store = kept.take().unwrap_or_default();
-    for group in Chosen::of(active).groups::<L, D>(active) {
+    for group in ActiveLanes::new(active).groups::<L, D>(active) {
         let rays = group.rays(&columns);
         let asked = group.asked();
         let found: Found<D> = by_degree!(
@@ -164,12 +164,12 @@ fn ask_by<L: Lanes, D: Lanes<Scalar = f64, Double = D>, const ANY: bool>(
             N => found::<D, N, ANY>(row, &rays, asked, &mut store),
             Found::nothing(asked)
         );
-        hit |= group.spread(found.hit);
-        unsure |= group.spread(found.unsure);
+        hit |= group.scatter_bits(found.hit);
+        unsure |= group.scatter_bits(found.unsure);
         let [from, t, to] = &mut answer;
-        group.put(from, found.from);
-        group.put(t, found.t);
-        group.put(to, found.to);
+        group.scatter(from, found.from);
+        group.scatter(t, found.t);
+        group.scatter(to, found.to);
     }
     kept.set(Some(store));
     let ends = answer.map(|column| <L::Double as Lanes>::load(column.as_ref()));
@@ -189,7 +189,7 @@ impl<D: Lanes> Found<D> {
 }
 
 /// Rays in the surface's bounds or in its clip, and f there.
-struct Part<D: Lanes, const N: usize> {
+struct ClippedRays<D: Lanes, const N: usize> {
     ends: Ends<D>,
     start: D,
     width: D,
@@ -200,15 +200,15 @@ struct Part<D: Lanes, const N: usize> {
     live: D::Mask,
 }
 
-impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> Part<D, N> {
+impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> ClippedRays<D, N> {
     /// `None`: no ray comes there.
     #[inline(always)]
-    fn of(
+    fn clip(
         row: &Implicit,
         rays: &Rays<D>,
         asked: D::Mask,
         store: &mut Store<D>,
-    ) -> Option<Part<D, N>> {
+    ) -> Option<ClippedRays<D, N>> {
         let ray = Ray::<D>::new(rays.org, rays.dir, rays.t_min);
         let object = ObjectRay::new(&rays.org, &rays.dir, &ray);
         let ends: Ends<D> = match (row.clip, row.bounds) {
@@ -231,8 +231,8 @@ impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> Part<D, N> {
         let infinity = D::from_f64(f64::INFINITY);
         let is_known = ends.some & width.lt(infinity) & start.abs().lt(infinity);
         let live = reached & is_known;
-        let segment = along::<D, N>(row, rays, (start, width), live, store);
-        Some(Part {
+        let segment = segment_of::<D, N>(row, rays, (start, width), live, store);
+        Some(ClippedRays {
             ends,
             start,
             width,
@@ -308,7 +308,7 @@ fn found<D: Lanes<Scalar = f64, Double = D>, const N: usize, const ANY: bool>(
     asked: u32,
     store: &mut Store<D>,
 ) -> Found<D> {
-    let Some(part) = Part::<D, N>::of(row, rays, D::Mask::from_bits(asked), store) else {
+    let Some(part) = ClippedRays::<D, N>::clip(row, rays, D::Mask::from_bits(asked), store) else {
         return Found::nothing(0);
     };
     let dark = part.reached & !part.live;

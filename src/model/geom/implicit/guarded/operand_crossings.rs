@@ -1,7 +1,7 @@
 //! All that rays have of an operand, root after root.
 
-use super::along::by_tape;
-use super::eights::{self, Chosen, by_degree, spread};
+use super::chebyshev_nodes::interpolated;
+use super::lane_regrouping::{self, ActiveLanes, by_degree, scatter_bits};
 use super::{EIGHT, Eight, Rays, Store};
 use crate::geom::Tape;
 use crate::geom::guarded::rounded;
@@ -11,7 +11,7 @@ use crate::math::lanes::{Lanes, Mask};
 use crate::roots::lanes::{leaves_between, nearly_nearest};
 
 /// What rays have of an operand: all boundaries between two t.
-pub struct Boundaries<L: Lanes> {
+pub struct OperandCrossings<L: Lanes> {
     /// Lanes that are inside at the first t.
     pub inside: L::Mask,
     pub unsure: L::Mask,
@@ -21,23 +21,23 @@ pub struct Boundaries<L: Lanes> {
 /// crosses first, second, and so on: at least, as computed, at most, and infinite where
 /// there is no more. `astray`: how far off the surface itself may be.
 #[inline(never)]
-pub fn boundaries<L: Lanes>(
+pub fn operand_crossings<L: Lanes>(
     tape: &Tape,
     (org, dir): (Vec3<L::Double>, Vec3<L::Double>),
     [from, to]: [L::Double; 2],
     astray: L::Double,
     active: L::Mask,
     ends: &mut Vec<[L; 3]>,
-) -> Boundaries<L> {
+) -> OperandCrossings<L> {
     let columns = [org.x, org.y, org.z, dir.x, dir.y, dir.z, from, to];
     let columns = columns.map(|column| column.to_array());
     let astray = astray.to_array();
     let mut all: Vec<[[f64; 16]; 3]> = Vec::new();
     let (mut inside, mut unsure) = (0, 0);
     let mut store = EIGHT.take().unwrap_or_default();
-    for some in Chosen::of(active).by(Eight::COUNT) {
-        let rays = eights::rays::<Eight, _>(&columns, some);
-        let astray = eights::gathered::<Eight, _>(&astray, some);
+    for some in ActiveLanes::new(active).chunks(Eight::COUNT) {
+        let rays = lane_regrouping::rays::<Eight, _>(&columns, some);
+        let astray = lane_regrouping::gather::<Eight, _>(&astray, some);
         let asked = (1 << some.len()) - 1;
         let mut found = |pass: usize, hit: u32, at: [Eight; 3]| {
             if all.len() <= pass {
@@ -57,8 +57,8 @@ pub fn boundaries<L: Lanes>(
             N => passes::<Eight, N>(tape, &rays, astray, asked, &mut store, &mut found),
             (0, asked)
         );
-        inside |= spread(begins, some);
-        unsure |= spread(open, some);
+        inside |= scatter_bits(begins, some);
+        unsure |= scatter_bits(open, some);
     }
     EIGHT.set(Some(store));
     let mut lost = L::Mask::splat(false);
@@ -72,7 +72,7 @@ pub fn boundaries<L: Lanes>(
         lost = lost | L::Mask::from_bits(met.bits()) & far;
         ends
     }));
-    Boundaries {
+    OperandCrossings {
         inside: L::Mask::from_bits(inside),
         unsure: L::Mask::from_bits(unsure) | lost,
     }
@@ -103,7 +103,7 @@ fn passes<D: Lanes<Scalar = f64, Double = D>, const N: usize>(
         // Each pass begins where f is hardly more than zero: by nodes its sign there is known
         // best.
         let part = (start, width, astray);
-        let segment = by_tape::<D, N>(tape, rays, part, &mut store.values);
+        let segment = interpolated::<D, N>(tape, rays, part, &mut store.values);
         let at = segment.scaled[0];
         let (over, under) = (at.gt(segment.first), at.lt(-segment.first));
         let is_known = width.lt(infinity) & start.abs().lt(infinity) & (over | under);

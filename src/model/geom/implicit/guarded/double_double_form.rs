@@ -17,32 +17,32 @@ use crate::roots::lanes::{Segment, Simple};
 const FINE: f64 = UNIT / (1_u64 << 47) as f64;
 
 #[derive(Clone, Copy, Debug)]
-struct Twofold<D> {
+struct DoubleDoubleForm<D> {
     high: D,
     low: D,
 }
 
 /// Of |a| ≥ |b|, as a rule.
 #[inline(always)]
-fn normalised<D: Lanes<Scalar = f64>>(a: D, b: D) -> Twofold<D> {
+fn normalised<D: Lanes<Scalar = f64>>(a: D, b: D) -> DoubleDoubleForm<D> {
     let high = a + b;
-    Twofold {
+    DoubleDoubleForm {
         high,
         low: b - (high - a),
     }
 }
 
-impl<D: Lanes<Scalar = f64>> Twofold<D> {
+impl<D: Lanes<Scalar = f64>> DoubleDoubleForm<D> {
     #[inline(always)]
-    fn of(x: D) -> Twofold<D> {
-        Twofold {
+    fn of(x: D) -> DoubleDoubleForm<D> {
+        DoubleDoubleForm {
             high: x,
             low: D::zero(),
         }
     }
 
     #[inline(always)]
-    fn plus(self, other: Twofold<D>) -> Twofold<D> {
+    fn plus(self, other: DoubleDoubleForm<D>) -> DoubleDoubleForm<D> {
         let (a, b) = (self.high, other.high);
         let sum = a + b;
         let part = sum - a;
@@ -51,7 +51,7 @@ impl<D: Lanes<Scalar = f64>> Twofold<D> {
     }
 
     #[inline(always)]
-    fn times(self, other: Twofold<D>) -> Twofold<D> {
+    fn times(self, other: DoubleDoubleForm<D>) -> DoubleDoubleForm<D> {
         let product = self.high * other.high;
         let lost = self.high.product_error(other.high, product);
         normalised(
@@ -61,8 +61,8 @@ impl<D: Lanes<Scalar = f64>> Twofold<D> {
     }
 
     #[inline(always)]
-    fn negated(self) -> Twofold<D> {
-        Twofold {
+    fn negated(self) -> DoubleDoubleForm<D> {
+        DoubleDoubleForm {
             high: -self.high,
             low: -self.low,
         }
@@ -70,41 +70,44 @@ impl<D: Lanes<Scalar = f64>> Twofold<D> {
 }
 
 /// A point.
-struct At<D>([Twofold<D>; 3]);
+struct At<D>([DoubleDoubleForm<D>; 3]);
 
 impl<D: Lanes<Scalar = f64>> Arithmetic for At<D> {
-    type Value = Twofold<D>;
+    type Value = DoubleDoubleForm<D>;
 
     #[inline(always)]
-    fn coordinate(&self, axis: usize) -> Twofold<D> {
+    fn coordinate(&self, axis: usize) -> DoubleDoubleForm<D> {
         self.0[axis]
     }
 
     #[inline(always)]
-    fn constant(&self, value: f64) -> Twofold<D> {
-        Twofold::of(D::from_f64(value))
+    fn constant(&self, value: f64) -> DoubleDoubleForm<D> {
+        DoubleDoubleForm::of(D::from_f64(value))
     }
 
     #[inline(always)]
-    fn sum(&self, a: &Twofold<D>, b: &Twofold<D>) -> Twofold<D> {
+    fn sum(&self, a: &DoubleDoubleForm<D>, b: &DoubleDoubleForm<D>) -> DoubleDoubleForm<D> {
         a.plus(*b)
     }
 
     #[inline(always)]
-    fn difference(&self, a: &Twofold<D>, b: &Twofold<D>) -> Twofold<D> {
+    fn difference(&self, a: &DoubleDoubleForm<D>, b: &DoubleDoubleForm<D>) -> DoubleDoubleForm<D> {
         a.plus(b.negated())
     }
 
     #[inline(always)]
-    fn product(&self, a: &Twofold<D>, b: &Twofold<D>) -> Twofold<D> {
+    fn product(&self, a: &DoubleDoubleForm<D>, b: &DoubleDoubleForm<D>) -> DoubleDoubleForm<D> {
         a.times(*b)
     }
 }
 
 impl<D: Lanes<Scalar = f64>> At<D> {
     #[inline(always)]
-    fn of(org: [D; 3], dir: [D; 3], t: Twofold<D>) -> At<D> {
-        let place = |k: usize| t.times(Twofold::of(dir[k])).plus(Twofold::of(org[k]));
+    fn of(org: [D; 3], dir: [D; 3], t: DoubleDoubleForm<D>) -> At<D> {
+        let place = |k: usize| {
+            t.times(DoubleDoubleForm::of(dir[k]))
+                .plus(DoubleDoubleForm::of(org[k]))
+        };
         At([place(0), place(1), place(2)])
     }
 }
@@ -116,7 +119,7 @@ struct Moving<D> {
 }
 
 impl<D: Lanes<Scalar = f64>> Arithmetic for Moving<D> {
-    type Value = (Twofold<D>, D);
+    type Value = (DoubleDoubleForm<D>, D);
 
     #[inline(always)]
     fn coordinate(&self, axis: usize) -> Self::Value {
@@ -147,18 +150,18 @@ impl<D: Lanes<Scalar = f64>> Arithmetic for Moving<D> {
     fn scaled(&self, a: &Self::Value, by: f64) -> Self::Value {
         let factor = D::from_f64(by);
         let value = match is_power_of_two(by) {
-            true => Twofold {
+            true => DoubleDoubleForm {
                 high: a.0.high * factor,
                 low: a.0.low * factor,
             },
-            false => a.0.times(Twofold::of(factor)),
+            false => a.0.times(DoubleDoubleForm::of(factor)),
         };
         (value, a.1 * factor)
     }
 }
 
 /// What [`super::along`] has, of one line.
-pub(super) fn along<const N: usize>(
+pub(super) fn interpolated<const N: usize>(
     tape: &Tape,
     (org, dir): ([f64; 3], [f64; 3]),
     start: f64,
@@ -168,8 +171,8 @@ pub(super) fn along<const N: usize>(
     let mut reach = [0.0_f64; 3];
     let mut values = [0.0; N];
     for (value, s) in values.iter_mut().zip(&table.nodes) {
-        let t = Twofold::of(*s).times(Twofold::of(width));
-        let t = t.plus(Twofold::of(start));
+        let t = DoubleDoubleForm::of(*s).times(DoubleDoubleForm::of(width));
+        let t = t.plus(DoubleDoubleForm::of(start));
         let point = At::of(org, dir, t);
         for (reach, x) in reach.iter_mut().zip(&point.0) {
             *reach = reach.max(x.high.abs());
@@ -197,7 +200,7 @@ pub(super) fn along<const N: usize>(
 }
 
 /// f at a place of a line, and what that may be off by.
-fn value_at(tape: &Tape, (org, dir): ([f64; 3], [f64; 3]), t: Twofold<f64>) -> (f64, f64) {
+fn value_at(tape: &Tape, (org, dir): ([f64; 3], [f64; 3]), t: DoubleDoubleForm<f64>) -> (f64, f64) {
     let point = At::of(org, dir, t);
     let value = tape.evaluate_plain(&point).high;
     let reach = |k: usize| point.0[k].high.abs() * (1.0 + 8.0 * UNIT);
@@ -218,7 +221,7 @@ pub fn nearest(
 ) -> Option<f64> {
     let (mut found, slopes) = (t, Vec3::<f64>::splat(dir));
     for _ in 0..STEPS {
-        let at = At::of(org, dir, Twofold::of(found));
+        let at = At::of(org, dir, DoubleDoubleForm::of(found));
         let (value, slope) = tape.evaluate_plain(&Moving { at, dir: slopes });
         let step = value.high / slope;
         found -= step;
@@ -230,7 +233,8 @@ pub fn nearest(
         }
     }
     let sign = |neighbour: f64| {
-        let halfway = Twofold::of(found).plus(Twofold::of((neighbour - found) * 0.5));
+        let halfway =
+            DoubleDoubleForm::of(found).plus(DoubleDoubleForm::of((neighbour - found) * 0.5));
         let (value, error) = value_at(tape, (org, dir), halfway);
         (value.abs() > error).then_some(value > 0.0)
     };
@@ -251,9 +255,9 @@ const NEAR: f64 = 4.0 * f64::EPSILON;
 const ROUNDS: usize = 4;
 
 /// A crossing between closer numbers, if f is known well enough there.
-pub(super) fn sharpened(tape: &Tape, line: ([f64; 3], [f64; 3]), root: Simple) -> Simple {
+pub(super) fn refined(tape: &Tape, line: ([f64; 3], [f64; 3]), root: Simple) -> Simple {
     let at = |t: f64| {
-        let (value, error) = value_at(tape, line, Twofold::of(t));
+        let (value, error) = value_at(tape, line, DoubleDoubleForm::of(t));
         (value.abs() > error).then_some((t, value))
     };
     let (Some(mut a), Some(mut b)) = (at(root.from), at(root.to)) else {

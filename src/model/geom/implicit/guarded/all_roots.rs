@@ -1,8 +1,8 @@
 //! All that one line has of a surface, where f64 knows that.
 
-use super::along::by_tape;
-use super::eights::by_degree;
-use super::{ONE, Rays, twofold};
+use super::chebyshev_nodes::interpolated;
+use super::lane_regrouping::by_degree;
+use super::{ONE, Rays, double_double_form};
 use crate::geom::Tape;
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
@@ -23,13 +23,13 @@ pub fn crossings(
     found.clear();
     by_degree!(
         tape.degree(),
-        N => all::<N>(tape, line, between, found),
+        N => find_all::<N>(tape, line, between, found),
         None
     )
 }
 
 #[inline(never)]
-fn all<const N: usize>(
+fn find_all<const N: usize>(
     tape: &Tape,
     (org, dir): ([f64; 3], [f64; 3]),
     [from, to]: [f64; 2],
@@ -56,9 +56,9 @@ fn all<const N: usize>(
             begins.abs() > segment.first && roots::all(segment, room, &mut store.waiting, found);
         is_known.then(|| begins.total_cmp(&0.0))
     };
-    let plain = by_tape::<f64, N>(tape, &rays, (from, width, 0.0), &mut store.values);
+    let plain = interpolated::<f64, N>(tape, &rays, (from, width, 0.0), &mut store.values);
     let sign = settled(&plain).or_else(|| {
-        let better = twofold::along::<N>(tape, (org, dir), from, width);
+        let better = double_double_form::interpolated::<N>(tape, (org, dir), from, width);
         settled(&better)
     });
     ONE.set(Some(store));
@@ -70,7 +70,7 @@ fn all<const N: usize>(
             from: at(root.from) - slack,
             to: at(root.to) + slack,
         };
-        *root = twofold::sharpened(tape, (org, dir), known);
+        *root = double_double_form::refined(tape, (org, dir), known);
     }
     Some(sign)
 }

@@ -14,7 +14,7 @@ const KNOWN: f64 = 1.0 / (1 << 26) as f64;
 
 /// Where rays first meet a row beyond t_min: to the last place of f64 but for its own bound.
 #[inline(always)]
-pub fn meet_each<'a, L: Lanes>(
+pub fn meet_per_lane<'a, L: Lanes>(
     row: &impl Exact<'a>,
     object: &ObjectRay<L>,
     active: L::Mask,

@@ -4,9 +4,9 @@
 //! All rays take the same steps here, too, whether they share an origin or not.
 
 use super::Rays;
-use super::along::Stretch;
+use super::chebyshev_nodes::Stretch;
 use crate::geom::Dense;
-use crate::geom::dense::{Expanded, FLOOR, MOST, RANGE, forms};
+use crate::geom::dense::{Expanded, FLOOR, MOST, RANGE, taylor_forms};
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask};
@@ -19,7 +19,7 @@ use crate::roots::lanes::{Segment, from_powers};
 /// this would lose too much: then it is where the part begins, if expanding f for each
 /// ray is of use.
 #[inline(always)]
-pub(super) fn of_forms<D: Lanes<Scalar = f64>, const N: usize>(
+pub(super) fn expanded<D: Lanes<Scalar = f64>, const N: usize>(
     dense: &Dense,
     rays: &Rays<D>,
     (start, width): (D, D),
@@ -96,25 +96,25 @@ fn powers<D: Lanes<Scalar = f64>, const N: usize>(
     let [x, y, z] = shared.map(D::from_f64);
     let alike = base.x.eq(x) & base.y.eq(y) & base.z.eq(z);
     if (asked & !alike).none() {
-        let c = expanded.of(dense, shared);
-        return forms(&|i| D::from_f64(c[i]), dir);
+        let c = expanded.coefficients_about(dense, shared);
+        return taylor_forms(&|i| D::from_f64(c[i]), dir);
     }
     match N {
         3 => {
-            let c = dense.about::<D, 10>(base);
-            forms(&|i| c[i], dir)
+            let c = dense.expanded_about::<D, 10>(base);
+            taylor_forms(&|i| c[i], dir)
         }
         4 => {
-            let c = dense.about::<D, 20>(base);
-            forms(&|i| c[i], dir)
+            let c = dense.expanded_about::<D, 20>(base);
+            taylor_forms(&|i| c[i], dir)
         }
         _ => {
-            let c = dense.about::<D, MOST>(base);
-            forms(&|i| c[i], dir)
+            let c = dense.expanded_about::<D, MOST>(base);
+            taylor_forms(&|i| c[i], dir)
         }
     }
 }
 
 #[cfg(test)]
-#[path = "forms_tests.rs"]
+#[path = "taylor_tests.rs"]
 mod tests;

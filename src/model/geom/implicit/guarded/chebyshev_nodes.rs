@@ -1,7 +1,7 @@
 //! A tape's polynomial along rays.
 
-use super::eights::by_degree;
-use super::forms::of_forms;
+use super::lane_regrouping::by_degree;
+use super::taylor::expanded;
 use super::{Rays, Store};
 use crate::geom::dense;
 use crate::geom::implicit::magnitude_at;
@@ -33,7 +33,7 @@ pub fn blur_at<D: Lanes<Scalar = f64>>((tape, dense): (&Tape, Option<&Dense>), p
 /// A surface's polynomial on the parts of some rays that begin at `start`; what other lanes
 /// get says nothing.
 #[inline(always)]
-pub(super) fn along<D: Lanes<Scalar = f64>, const N: usize>(
+pub(super) fn segment_of<D: Lanes<Scalar = f64>, const N: usize>(
     row: &Implicit,
     rays: &Rays<D>,
     part: (D, D),
@@ -42,12 +42,12 @@ pub(super) fn along<D: Lanes<Scalar = f64>, const N: usize>(
 ) -> Segment<D, N> {
     let (start, width) = part;
     let whole = (start, width, D::zero());
-    let by_nodes = |steps: &mut _| by_tape::<D, N>(row.tape, rays, whole, steps);
+    let by_nodes = |steps: &mut _| interpolated::<D, N>(row.tape, rays, whole, steps);
     let dense = row.dense.filter(|_| N - 1 <= dense::DEGREE);
     let Some(dense) = dense else {
         return by_nodes(&mut store.values);
     };
-    let Some((formed, known)) = of_forms::<D, N>(dense, rays, part, asked, &mut store.expanded)
+    let Some((formed, known)) = expanded::<D, N>(dense, rays, part, asked, &mut store.expanded)
     else {
         return by_nodes(&mut store.values);
     };
@@ -64,7 +64,7 @@ pub(super) fn along<D: Lanes<Scalar = f64>, const N: usize>(
 
 /// The same from values at nodes. `astray`: how far off the surface itself may be.
 #[inline(always)]
-pub(super) fn by_tape<D: Lanes<Scalar = f64>, const N: usize>(
+pub(super) fn interpolated<D: Lanes<Scalar = f64>, const N: usize>(
     tape: &Tape,
     rays: &Rays<D>,
     (start, width, astray): (D, D, D),
@@ -265,5 +265,5 @@ fn combine<D: Lanes, const N: usize>(
 }
 
 #[cfg(test)]
-#[path = "along_tests.rs"]
+#[path = "chebyshev_nodes_tests.rs"]
 mod tests;

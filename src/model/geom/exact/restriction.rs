@@ -70,9 +70,9 @@ impl Scaled {
 }
 
 /// Points of a line.
-struct Along<'a>(&'a Line);
+struct PointsOf<'a>(&'a Line);
 
-impl Arithmetic for Along<'_> {
+impl Arithmetic for PointsOf<'_> {
     type Value = Scaled;
 
     fn coordinate(&self, axis: usize) -> Scaled {
@@ -103,17 +103,17 @@ impl Arithmetic for Along<'_> {
 
 /// The coefficients of a tape's polynomial along a line, exactly but for a power of two;
 /// the constant one first. Of a line of finite numbers.
-pub(in crate::geom) fn tape_along(tape: &Tape, line: &Line) -> Vec<BigInt> {
-    tape.evaluate(&Along(line)).c
+pub(in crate::geom) fn restrict_tape(tape: &Tape, line: &Line) -> Vec<BigInt> {
+    tape.evaluate(&PointsOf(line)).c
 }
 
 /// The same of any surface.
-pub(in crate::geom) fn along(surface: &Surface, line: &Line) -> Vec<BigInt> {
+pub(in crate::geom) fn restrict(surface: &Surface, line: &Line) -> Vec<BigInt> {
     if let Surface::Implicit(tape) = surface {
-        return tape_along(tape, line);
+        return restrict_tape(tape, line);
     }
     let parts = exactly(&|space| {
-        let [a, b, c] = surface.sharply_along::<Dyadic>(space, line);
+        let [a, b, c] = surface.on_line_exactly::<Dyadic>(space, line);
         let parts = [c, b.doubled(), a].map(|x: Dyadic| x.parts());
         let [c, b, a] = parts;
         Some([c?, b?, a?])

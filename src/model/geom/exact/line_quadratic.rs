@@ -15,7 +15,7 @@ use std::cmp::Ordering;
 type Surface = AnySurface<'static>;
 type Root = super::root::Root<'static>;
 
-pub(in crate::geom) struct Curve {
+pub(in crate::geom) struct LineQuadratic {
     line: Line,
     surface: Surface,
     /// Where t is counted from: near the surface, far rays too are known well.
@@ -35,33 +35,33 @@ pub(in crate::geom) fn nearest_to(line: &Line, point: [f64; 3]) -> f64 {
     if t.is_finite() { t } else { 0.0 }
 }
 
-impl Curve {
+impl LineQuadratic {
     #[inline(always)]
-    pub fn new(line: &Line, surface: Surface, shift: f64) -> Curve {
-        Curve {
+    pub fn new(line: &Line, surface: Surface, shift: f64) -> LineQuadratic {
+        LineQuadratic {
             line: *line,
             surface,
             shift,
-            f: surface.along((), line, shift),
+            f: surface.on_line((), line, shift),
         }
     }
 
     /// Of a. It does not depend on where t is counted from; nor does that of b
     /// where a is zero, nor that of c where both are.
     #[inline(always)]
-    pub fn bend(&self) -> Ordering {
+    pub fn quadratic_sign(&self) -> Ordering {
         self.coefficient(0)
     }
 
     /// Of b, where a is zero.
     #[inline(always)]
-    pub fn rise(&self) -> Ordering {
+    pub fn linear_sign(&self) -> Ordering {
         self.coefficient(1)
     }
 
     /// Of c, where a and b are zero.
     #[inline(always)]
-    pub fn level(&self) -> Ordering {
+    pub fn constant_sign(&self) -> Ordering {
         self.coefficient(2)
     }
 
@@ -87,10 +87,10 @@ impl Curve {
         {
             return rise;
         }
-        let twice: [DoubleDouble; 3] = self.surface.sharply_along((), &self.line);
+        let twice: [DoubleDouble; 3] = self.surface.on_line_exactly((), &self.line);
         twice[k].sign().unwrap_or_else(|| {
             exactly(&|space| {
-                let exact: [Dyadic; 3] = self.surface.sharply_along(space, &self.line);
+                let exact: [Dyadic; 3] = self.surface.on_line_exactly(space, &self.line);
                 exact[k].sign()
             })
         })
@@ -99,10 +99,10 @@ impl Curve {
     #[cold]
     #[inline(never)]
     fn exact_discriminant(&self) -> Ordering {
-        let twice: [DoubleDouble; 3] = self.surface.sharply_along((), &self.line);
+        let twice: [DoubleDouble; 3] = self.surface.on_line_exactly((), &self.line);
         discriminant(&twice).sign().unwrap_or_else(|| {
             exactly(&|space| {
-                let exact: [Dyadic; 3] = self.surface.sharply_along(space, &self.line);
+                let exact: [Dyadic; 3] = self.surface.on_line_exactly(space, &self.line);
                 discriminant(&exact).sign()
             })
         })

@@ -3,6 +3,7 @@
 use crate::common::{RayColumns, kernels};
 use glam::DVec3;
 use lanecast::accel::{Structure, World};
+use lanecast::geom::Scratch;
 use lanecast::geom::exact::Line;
 use lanecast::plan::Precision;
 use lanecast::reference::{Hit, Reference};
@@ -60,10 +61,17 @@ impl Asked {
 pub fn spans<'a>(world: &'a World, id: CombinationId, line: &Line) -> (bool, Vec<Crossing<'a>>) {
     let mut all = Vec::new();
     let from = (line, f64::NEG_INFINITY);
-    let start = boundaries(world.combined(id), &world.scene, from, |crossing| {
-        all.push(crossing);
-        ControlFlow::Continue(())
-    });
+    let kernels = &mut Scratch::default();
+    let start = boundaries(
+        world.combined(id),
+        &world.scene,
+        from,
+        kernels,
+        |crossing| {
+            all.push(crossing);
+            ControlFlow::Continue(())
+        },
+    );
     let outside = |inside: bool, c: &Crossing| {
         assert_ne!(inside, c.enters, "boundaries alternate: {all:?}");
         c.enters

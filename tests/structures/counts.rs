@@ -12,7 +12,7 @@ use crate::common::{Loaded, assets, load};
 use lanecast::accel::{
     Count, Counter, Counts, Density, Figures, Forest, Forests, Structure, World,
 };
-use lanecast::geom::Guarded;
+use lanecast::geom::{Guarded, Scratch};
 use lanecast::math::Vec3;
 use lanecast::plan::Precision;
 use lanecast::render::{Grid, Progress, RenderConfig, View, render};
@@ -52,12 +52,24 @@ fn replay(world: &World, forest: &Forest, rays: &[TracedRay]) -> (Counts, Figure
         let tester = Tester::<f32, Guarded>::new(world, &packet);
         if let RayKind::Shadow { .. } = ray.kind {
             let mut query = AnyHit::<f32>::new(ray.t_max);
-            tester.trace(forest, &mut query, &mut scratch, count);
+            tester.trace(
+                forest,
+                &mut query,
+                &mut scratch,
+                &mut Scratch::default(),
+                count,
+            );
             assert_eq!(query.blocked(), ray.outcome == Outcome::Blocked, "{ray:?}");
             continue;
         }
         let mut query = Closest::<f32, Guarded>::new(ray.t_max);
-        tester.trace(forest, &mut query, &mut scratch, count);
+        tester.trace(
+            forest,
+            &mut query,
+            &mut scratch,
+            &mut Scratch::default(),
+            count,
+        );
         let id = query.id(0);
         match ray.outcome {
             Outcome::Hit {

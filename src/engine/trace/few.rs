@@ -19,7 +19,7 @@ pub(super) struct Few<D: Lanes> {
 /// What is asked of rays, at any width.
 pub(super) trait Look {
     /// Which of the lanes `asked` may meet something, and which certainly do.
-    fn look<D: Lanes<Scalar = f64, Double = D>>(&self, few: &Few<D>, asked: u32) -> [u32; 2];
+    fn look<D: Lanes<Scalar = f64, Double = D>>(&mut self, few: &Few<D>, asked: u32) -> [u32; 2];
 }
 
 /// Asks about some lanes.
@@ -28,7 +28,7 @@ pub(super) fn look_again<L: Lanes>(
     packet: &Packet<L>,
     limit: L,
     asked: u32,
-    look: &impl Look,
+    look: &mut impl Look,
 ) -> [u32; 2] {
     if L::COUNT <= f64x8::COUNT {
         let (org, dir) = (packet.org, packet.dir);
@@ -87,7 +87,11 @@ mod tests {
     struct Bits;
 
     impl Look for Bits {
-        fn look<D: Lanes<Scalar = f64, Double = D>>(&self, few: &Few<D>, asked: u32) -> [u32; 2] {
+        fn look<D: Lanes<Scalar = f64, Double = D>>(
+            &mut self,
+            few: &Few<D>,
+            asked: u32,
+        ) -> [u32; 2] {
             let same = few.org.x.eq(few.t_min) & few.org.x.eq(few.limit);
             assert_eq!(same.bits() & asked, asked);
             let bit = |bit: u32| {
@@ -111,7 +115,7 @@ mod tests {
             (0..16).map(has).sum::<u32>()
         };
         for asked in 0..1 << 16 {
-            let found = look_again(&packet, lanes, asked, &Bits);
+            let found = look_again(&packet, lanes, asked, &mut Bits);
             assert_eq!(found, [bit(0) & asked, bit(2) & asked], "{asked:b}");
         }
     }

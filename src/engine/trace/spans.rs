@@ -8,6 +8,7 @@
 
 use super::combined::{TURNED, boundaries, passes_by};
 use crate::accel::{Combined, FacetTrees};
+use crate::geom::Scratch;
 use crate::geom::exact::{Line, Root, span};
 use crate::geom::primitive::Boundaries;
 use crate::math::unit;
@@ -77,6 +78,7 @@ pub fn spans(
     let mut spans = Spans::default();
     let mut unfolded: HashMap<ShapeId, Option<Combined>> = HashMap::new();
     let mut trees = FacetTrees::default();
+    let kernels = &mut Scratch::default();
     for (id, appearance) in (0..).zip(appearances.iter(scene)) {
         let ray = Ray {
             scene,
@@ -96,7 +98,7 @@ pub fn spans(
                     || !scene.meshes.open[row.index()] && check_closed(scene, row).is_ok();
                 let solid = unfolded.entry(appearance.shape);
                 match solid.or_insert_with(|| is_solid().then(one)) {
-                    Some(solid) => ray.of_combination(solid, &mut spans.rows),
+                    Some(solid) => ray.of_combination(solid, &mut spans.rows, kernels),
                     None => spans.left_out += 1,
                 }
             }
@@ -111,7 +113,7 @@ pub fn spans(
                         let mut of = || Combined::of(scene, appearance.shape, row, &mut trees);
                         let solid = unfolded.entry(appearance.shape);
                         if let Some(solid) = solid.or_insert_with(|| Some(of())) {
-                            ray.of_combination(solid, &mut spans.rows);
+                            ray.of_combination(solid, &mut spans.rows, kernels);
                         }
                     }
                     // It may come in and leave many times.
@@ -119,7 +121,7 @@ pub fn spans(
                         let one = || Some(Combined::of_one(scene, appearance.shape));
                         let solid = unfolded.entry(appearance.shape);
                         if let Some(solid) = solid.or_insert_with(one) {
-                            ray.of_combination(solid, &mut spans.rows);
+                            ray.of_combination(solid, &mut spans.rows, kernels);
                         }
                     }
                     _ => ray.of_primitive(shape, &mut spans.rows),
@@ -165,7 +167,7 @@ impl Ray<'_> {
         );
     }
 
-    fn of_combination(&self, combined: &Combined, spans: &mut Vec<Span>) {
+    fn of_combination(&self, combined: &Combined, spans: &mut Vec<Span>, kernels: &mut Scratch) {
         let solid = &combined.solid;
         let first = spans.len();
         let mut open = None;
@@ -173,6 +175,7 @@ impl Ray<'_> {
             combined,
             self.scene,
             (&self.line, f64::NEG_INFINITY),
+            kernels,
             |crossing| {
                 let (number, triangle) = solid.operand_of(crossing.primitive & !TURNED);
                 let operand = &solid.operands[number as usize];

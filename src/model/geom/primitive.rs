@@ -4,6 +4,7 @@ use super::exact::{Inside, Line, Root};
 use super::face::Face;
 use super::guarded::{Ends, ObjectRay};
 use super::ray::Meet;
+use super::scratch::Scratch;
 use crate::math::lanes::Lanes;
 use crate::math::{Aabb, Vec3, units_and_lengths};
 use crate::roots::Solver;
@@ -159,7 +160,13 @@ pub trait Primitive: Sealed {
     }
 
     /// Where rays first meet it beyond t_min; without bounds.
-    fn meet_fast<L: Lanes>(&self, id: Self::Id, object: &ObjectRay<L>, active: L::Mask) -> Meet<L>;
+    fn meet_fast<L: Lanes>(
+        &self,
+        id: Self::Id,
+        object: &ObjectRay<L>,
+        active: L::Mask,
+        scratch: &mut Scratch,
+    ) -> Meet<L>;
 
     /// The same with error bounds. `extent`: no less than the longest side of its box.
     fn meet<L: Lanes>(
@@ -168,6 +175,7 @@ pub trait Primitive: Sealed {
         extent: f32,
         object: &ObjectRay<L>,
         active: L::Mask,
+        scratch: &mut Scratch,
     ) -> Meet<L>;
 
     /// The same of lanes in f64 of what f32 left in doubt.
@@ -178,8 +186,9 @@ pub trait Primitive: Sealed {
         extent: f32,
         object: &ObjectRay<L>,
         active: L::Mask,
+        scratch: &mut Scratch,
     ) -> Meet<L> {
-        self.meet(id, extent, object, active)
+        self.meet(id, extent, object, active, scratch)
     }
 
     /// What rays have in it, without bounds; of [`Boundaries::Span`].
@@ -243,7 +252,12 @@ pub trait Exact<'a>: Copy {
 
     /// Calls `visit` with all boundaries on a line, front to back, and whether the line comes
     /// in there. Returns whether it is in the solid from the start.
-    fn crossings(&self, line: &Line, mut visit: impl FnMut(Root<'a>, bool)) -> bool {
+    fn crossings(
+        &self,
+        line: &Line,
+        _scratch: &mut Scratch,
+        mut visit: impl FnMut(Root<'a>, bool),
+    ) -> bool {
         let Inside { at_first, ends } = self.inside(line);
         for (root, enters) in ends.into_iter().flatten().zip([!at_first, at_first]) {
             visit(root, enters);
@@ -253,7 +267,7 @@ pub trait Exact<'a>: Copy {
 
     /// Where the line first meets its boundary beyond t_min.
     #[inline(always)]
-    fn first_beyond(&self, line: &Line, t_min: f64) -> Option<Root<'a>> {
+    fn first_beyond(&self, line: &Line, t_min: f64, _scratch: &mut Scratch) -> Option<Root<'a>> {
         let beyond = |end: &Root| end.order_with(t_min).is_gt();
         self.inside(line).ends.into_iter().flatten().find(beyond)
     }

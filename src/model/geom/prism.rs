@@ -15,6 +15,7 @@ use super::guarded::ObjectRay;
 use super::kinds::PrismId;
 use super::primitive::{Blur, Boundaries, Exact, Flaw, Primitive, finite, positive};
 use super::ray::Meet;
+use super::scratch::Scratch;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::Lanes;
 use crate::math::{Aabb, Vec3};
@@ -145,10 +146,10 @@ impl<'a> PrismRow<'a> {
         rings.iter().map(of)
     }
 
-    /// Where a line that is not along z crosses the sides' planes as it is seen along z, in
-    /// order: into the outline and out of it by turns.
-    fn sides(&self, line: &Line) -> Vec<Root<'static>> {
-        let mut found: Vec<Root> = Vec::new();
+    /// Finds where a line that is not along z crosses the sides' planes as it is seen along
+    /// z, in order: into the outline and out of it by turns.
+    fn sides(&self, line: &Line, found: &mut Vec<Root<'static>>) {
+        found.clear();
         for ring in self.rings() {
             let Some(last) = ring.last() else { continue };
             let (mut a, mut a_right) = (*last, is_right(line, *last));
@@ -160,13 +161,14 @@ impl<'a> PrismRow<'a> {
                         normal: [out.y, -out.x, 0.0],
                         point: [a.x, a.y, 0.0],
                     };
-                    found.push(LineQuadratic::new(line, plane, 0.0).root_of_linear());
+                    let root = LineQuadratic::new(line, plane, 0.0).root_of_linear();
+                    // Equal ones stay in the order of the edges.
+                    let at = found.partition_point(|other| other.order(&root).is_le());
+                    found.insert(at, root);
                 }
                 (a, a_right) = (*b, b_right);
             }
         }
-        found.sort_by(Root::order);
-        found
     }
 
     /// Whether the outline is around a line along z.
@@ -225,7 +227,12 @@ impl<'a> Exact<'a> for PrismRow<'a> {
     }
 
     /// Spans of one point are none.
-    fn crossings(&self, line: &Line, mut visit: impl FnMut(Root<'a>, bool)) -> bool {
+    fn crossings(
+        &self,
+        line: &Line,
+        scratch: &mut Scratch,
+        mut visit: impl FnMut(Root<'a>, bool),
+    ) -> bool {
         if line.part_in(&self.bounds, 1.0).is_none() {
             return false;
         }
@@ -240,7 +247,8 @@ impl<'a> Exact<'a> for PrismRow<'a> {
             }
             return false;
         }
-        for span in self.sides(line).chunks_exact(2) {
+        self.sides(line, &mut scratch.sides);
+        for span in scratch.sides.chunks_exact(2) {
             let (mut enter, mut exit) = (span[0], span[1]);
             if let Ok([first, last]) = caps {
                 if first.order(&enter).is_ge() {
@@ -258,9 +266,9 @@ impl<'a> Exact<'a> for PrismRow<'a> {
         false
     }
 
-    fn first_beyond(&self, line: &Line, t_min: f64) -> Option<Root<'a>> {
+    fn first_beyond(&self, line: &Line, t_min: f64, scratch: &mut Scratch) -> Option<Root<'a>> {
         let mut first = None;
-        self.crossings(line, |root, _| {
+        self.crossings(line, scratch, |root, _| {
             if first.is_none() && root.order_with(t_min).is_gt() {
                 first = Some(root);
             }
@@ -317,8 +325,14 @@ impl Primitive for Prisms {
         None
     }
 
-    fn meet_fast<L: Lanes>(&self, id: PrismId, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
-        self.meet(id, 0.0, object, active)
+    fn meet_fast<L: Lanes>(
+        &self,
+        id: PrismId,
+        object: &ObjectRay<L>,
+        active: L::Mask,
+        scratch: &mut Scratch,
+    ) -> Meet<L> {
+        self.meet(id, 0.0, object, active, scratch)
     }
 
     #[inline(never)]
@@ -328,8 +342,9 @@ impl Primitive for Prisms {
         _extent: f32,
         object: &ObjectRay<L>,
         active: L::Mask,
+        scratch: &mut Scratch,
     ) -> Meet<L> {
-        meet_per_lane(&self.row(id), object, active)
+        meet_per_lane(&self.row(id), object, active, scratch)
     }
 
     #[inline(never)]
@@ -429,7 +444,7 @@ mod tests {
                 dir: dir.to_array(),
             };
             let (mut ends, mut enter) = (Vec::new(), true);
-            solid.crossings(&line, |root, enters| {
+            solid.crossings(&line, &mut Scratch::default(), |root, enters| {
                 assert_eq!(enters, enter);
                 enter = !enter;
                 ends.push(root.rounded());

@@ -2,7 +2,7 @@
 
 use super::Batch;
 use crate::accel::{Count, Forest, Groups, STREAM, World};
-use crate::geom::Certainty;
+use crate::geom::{Certainty, Scratch};
 use crate::math::lanes::Lanes;
 use crate::trace::hits::{Depths, Hits};
 use crate::trace::items::ItemBuffer;
@@ -87,11 +87,12 @@ impl Batch for ClosestBatch<'_, '_> {
     #[inline(never)]
     fn packets<L: Lanes, C: Certainty>(mut self, forest: &Forest, count: Count) {
         let mut scratch = [forest.top.scratch::<L>(), forest.top.scratch::<L>()];
+        let mut kernels = Scratch::default();
         for first in (0..self.rays.len()).step_by(L::COUNT) {
             let packet = self.rays.packet::<L>(first, self.world);
             let mut query = Closest::<L, C>::new(load_f32(&self.rays.t_max[first..]));
             let tester = Tester::<L, C>::new(self.world, &packet);
-            tester.trace(forest, &mut query, &mut scratch, count);
+            tester.trace(forest, &mut query, &mut scratch, &mut kernels, count);
             self.put(first, &query);
         }
     }

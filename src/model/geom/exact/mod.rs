@@ -28,6 +28,7 @@ pub use solid::{Ends, Inside};
 
 use super::kinds::for_each_kind;
 use super::primitive::{Exact, Primitive};
+use super::scratch::Scratch;
 use super::triangle::{Corners, exact as triangle};
 use crate::math::Aabb;
 use crate::math::bounds::ErrorBounded;
@@ -59,9 +60,14 @@ macro_rules! solids {
             }
 
             #[inline(always)]
-            fn first_beyond(&self, line: &Line, t_min: f64) -> Option<Root<'a>> {
+            fn first_beyond(
+                &self,
+                line: &Line,
+                t_min: f64,
+                scratch: &mut Scratch,
+            ) -> Option<Root<'a>> {
                 match self {
-                    $(Solid::$kind(row) => Exact::first_beyond(row, line, t_min),)*
+                    $(Solid::$kind(row) => Exact::first_beyond(row, line, t_min, scratch),)*
                 }
             }
 
@@ -75,9 +81,14 @@ macro_rules! solids {
             /// Calls `visit` with all boundaries on a line of finite numbers, front to back,
             /// and whether the line comes in there. Returns whether it is in the solid from
             /// the start. Of polynomials see [`meetings`].
-            pub fn crossings(&self, line: &Line, visit: impl FnMut(Root<'a>, bool)) -> bool {
+            pub fn crossings(
+                &self,
+                line: &Line,
+                scratch: &mut Scratch,
+                visit: impl FnMut(Root<'a>, bool),
+            ) -> bool {
                 match self {
-                    $(Solid::$kind(row) => Exact::crossings(row, line, visit),)*
+                    $(Solid::$kind(row) => Exact::crossings(row, line, scratch, visit),)*
                 }
             }
         }
@@ -88,9 +99,14 @@ for_each_kind!(solids);
 
 /// Where a ray first meets the boundary of a primitive beyond `t_min`, in exact
 /// arithmetic. Nothing is met where a number is not finite.
-pub fn first_beyond<'a>(solid: &Solid<'a>, line: &Line, t_min: f64) -> Option<Root<'a>> {
+pub fn first_beyond<'a>(
+    solid: &Solid<'a>,
+    line: &Line,
+    t_min: f64,
+    scratch: &mut Scratch,
+) -> Option<Root<'a>> {
     (line.has_direction() && line.is_finite() && solid.is_finite())
-        .then(|| solid.first_beyond(line, t_min))?
+        .then(|| solid.first_beyond(line, t_min, scratch))?
 }
 
 /// The same of a row.
@@ -98,9 +114,10 @@ pub(super) fn first_beyond_of<'a>(
     row: &impl Exact<'a>,
     line: &Line,
     t_min: f64,
+    scratch: &mut Scratch,
 ) -> Option<Root<'a>> {
     (line.has_direction() && line.is_finite() && row.is_finite())
-        .then(|| row.first_beyond(line, t_min))?
+        .then(|| row.first_beyond(line, t_min, scratch))?
 }
 
 /// What a line has in a solid, in exact arithmetic; of a surface, nothing, and

@@ -9,7 +9,7 @@ use crate::geom::implicit_bounds::bounds_of;
 use crate::geom::kinds::ImplicitId;
 use crate::geom::primitive::{Blur, Boundaries, Exact, Flaw, OPEN, Primitive};
 use crate::geom::ray::Meet;
-use crate::geom::{Clip, Dense, Tape};
+use crate::geom::{Clip, Dense, Scratch, Tape};
 use crate::math::Aabb;
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
@@ -148,8 +148,9 @@ impl Primitive for Implicits {
         id: ImplicitId,
         object: &ObjectRay<L>,
         active: L::Mask,
+        scratch: &mut Scratch,
     ) -> Meet<L> {
-        meet_certainly(&self.row(id), self.solver(id), object, active)
+        meet_certainly(&self.row(id), self.solver(id), (object, active), scratch)
     }
 
     #[inline(always)]
@@ -159,8 +160,9 @@ impl Primitive for Implicits {
         _extent: f32,
         object: &ObjectRay<L>,
         active: L::Mask,
+        scratch: &mut Scratch,
     ) -> Meet<L> {
-        guarded::meet(&self.row(id), object, active)
+        guarded::meet(&self.row(id), object, active, &mut scratch.polynomial)
     }
 
     #[inline(always)]
@@ -192,8 +194,8 @@ impl<'a> Exact<'a> for Implicit<'a> {
     }
 
     #[inline(always)]
-    fn first_beyond(&self, line: &Line, t_min: f64) -> Option<Root<'a>> {
-        super::exact::first_beyond(self, line, t_min)
+    fn first_beyond(&self, line: &Line, t_min: f64, scratch: &mut Scratch) -> Option<Root<'a>> {
+        super::exact::first_beyond(self, line, t_min, &mut scratch.polynomial)
     }
 }
 
@@ -203,8 +205,8 @@ impl<'a> Exact<'a> for Implicit<'a> {
 fn meet_certainly<L: Lanes>(
     row: &Implicit,
     solver: Solver,
-    object: &ObjectRay<L>,
-    active: L::Mask,
+    (object, active): (&ObjectRay<L>, L::Mask),
+    scratch: &mut Scratch,
 ) -> Meet<L> {
     if solver != Solver::Auto {
         let mut t = L::zero();
@@ -217,10 +219,10 @@ fn meet_certainly<L: Lanes>(
         });
         return Meet::certain(hit, t);
     }
-    let meet = guarded::meet(row, object, active);
+    let meet = guarded::meet(row, object, active, &mut scratch.polynomial);
     let mut t = meet.t;
     let decided = object.each_lane(meet.unsure, |lane, (org, dir), t_min| {
-        let root = first_beyond_of(row, &Line { org, dir }, t_min);
+        let root = first_beyond_of(row, &Line { org, dir }, t_min, scratch);
         if let Some(root) = &root {
             t = t.with_lane(lane, L::Scalar::from_f64(root.t.value));
         }

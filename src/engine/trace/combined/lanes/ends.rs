@@ -5,7 +5,7 @@ use crate::geom::exact::Line;
 use crate::geom::guarded::implicit::OperandCrossings;
 use crate::geom::guarded::{self, Ends, ObjectRay};
 use crate::geom::primitive::Blur;
-use crate::geom::{Certainty, Ray, by_solver};
+use crate::geom::{Certainty, Ray, Scratch, by_solver};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb, Vec3};
 use crate::scene::{CsgOperand, ImplicitId, Shape, Tables};
@@ -72,6 +72,7 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         (operand, row): (&CsgOperand, ImplicitId),
         active: L::Mask,
         rows: &mut Vec<[L; 3]>,
+        kernels: &mut Scratch,
     ) -> OperandCrossings<L> {
         let Some((bounds, condition)) = combined.box_around(operand) else {
             return OperandCrossings {
@@ -103,9 +104,9 @@ impl<'a, L: Lanes> Spaces<'a, L> {
             tape,
             rays,
             [start, end],
-            astray,
-            known,
+            (astray, known),
             rows,
+            &mut kernels.polynomial,
         );
         OperandCrossings {
             inside: found.inside,

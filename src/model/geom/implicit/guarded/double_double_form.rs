@@ -1,9 +1,9 @@
-//! A tape's polynomial along one line, from values in twice the precision: what f64
-//! leaves open is nearly always settled by these, and integers have less to do.
+//! A tape's polynomial along one line from values in double-double, which decide nearly all lines
+//! that f64 leaves undecided, before integers do.
 //!
-//! Numbers are unevaluated sums of two f64 (Dekker 1971; Knuth). An operation is off by
-//! less than 2^-100 of the magnitudes that go into it, and by less than the least normal
-//! number where it falls below the range.
+//! Numbers are unevaluated sums of two f64 (Dekker 1971; Knuth). An operation is off by less than
+//! 2⁻¹⁰⁰ of the magnitudes of its operands, or by less than the least normal number if it
+//! underflows (F14, docs/numerics/polynomials.md).
 
 use crate::geom::implicit::error_in;
 use crate::geom::tape::{Arithmetic, Tape};
@@ -13,7 +13,7 @@ use crate::math::{Vec3, is_power_of_two};
 use crate::roots::collocation::{Collocation, collocation};
 use crate::roots::lanes::{Segment, Simple};
 
-/// What an operation is off by.
+/// The relative error bound of an operation, 2⁻¹⁰⁰ (F14, docs/numerics/polynomials.md).
 const FINE: f64 = UNIT / (1_u64 << 47) as f64;
 
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +22,7 @@ struct DoubleDoubleForm<D> {
     low: D,
 }
 
-/// Of |a| ≥ |b|, as a rule.
+/// Renormalises a sum of two f64 with |a| ≥ |b|, as a rule.
 #[inline(always)]
 fn normalised<D: Lanes<Scalar = f64>>(a: D, b: D) -> DoubleDoubleForm<D> {
     let high = a + b;
@@ -69,7 +69,7 @@ impl<D: Lanes<Scalar = f64>> DoubleDoubleForm<D> {
     }
 }
 
-/// A point.
+/// Double-double arithmetic at a point.
 struct At<D>([DoubleDoubleForm<D>; 3]);
 
 impl<D: Lanes<Scalar = f64>> Arithmetic for At<D> {
@@ -112,7 +112,7 @@ impl<D: Lanes<Scalar = f64>> At<D> {
     }
 }
 
-/// A point of a ray: values, and in f64 how they grow with t.
+/// Double-double arithmetic at a point of a ray, with derivatives by t in f64.
 struct Moving<D> {
     at: At<D>,
     dir: Vec3<D>,
@@ -160,7 +160,8 @@ impl<D: Lanes<Scalar = f64>> Arithmetic for Moving<D> {
     }
 }
 
-/// What [`super::along`] has, of one line.
+/// Interpolates a tape's polynomial on a segment of one line, as [`super::chebyshev_nodes`] does
+/// for lanes.
 pub(super) fn interpolated<const N: usize>(
     tape: &Tape,
     (org, dir): ([f64; 3], [f64; 3]),
@@ -179,14 +180,14 @@ pub(super) fn interpolated<const N: usize>(
         }
         *value = tape.evaluate_plain(&point).high;
     }
-    // What f64 would lose, and this a little of.
+    // Error bounds of coordinates and values (F14, docs/numerics/polynomials.md).
     let far = start.abs() + width;
     let moved = |k: usize| (org[k].abs() + far * dir[k].abs()) * (4.0 * FINE);
     let off = Vec3::new(moved(0), moved(1), moved(2));
     let [x, y, z] = reach.map(|x| x * (1.0 + 8.0 * UNIT));
     let lost = error_in(tape, Vec3::new(x, y, z), off, FINE);
     let largest = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-    // Values are rounded, and multiplied by what is.
+    // Values are rounded to f64, and so are the factors (F5, docs/numerics/polynomials.md).
     let rounding = (N as f64 + 5.0) * UNIT;
     let mut scaled = [values[0]; N];
     for (to, row) in scaled.iter_mut().zip(&table.rows).skip(1) {
@@ -199,7 +200,7 @@ pub(super) fn interpolated<const N: usize>(
     }
 }
 
-/// f at a place of a line, and what that may be off by.
+/// Returns f at a place on a line, and its error bound (F14, docs/numerics/polynomials.md).
 fn value_at(tape: &Tape, (org, dir): ([f64; 3], [f64; 3]), t: DoubleDoubleForm<f64>) -> (f64, f64) {
     let point = At::of(org, dir, t);
     let value = tape.evaluate_plain(&point).high;
@@ -211,9 +212,9 @@ fn value_at(tape: &Tape, (org, dir): ([f64; 3], [f64; 3]), t: DoubleDoubleForm<f
     (value, lost + value.abs() * (2.0 * UNIT))
 }
 
-/// Finds the f64 nearest to the only root between two numbers, from an approximation
-/// between them. `None` where the polynomial's values on both sides of it, halfway to its
-/// neighbours, are not known to have opposite signs.
+/// Finds the f64 nearest to the only root between two numbers, from an approximation between them
+/// (F16, docs/numerics/polynomials.md). `None` if the polynomial's values halfway to the two
+/// neighbouring f64 do not certainly have opposite signs.
 pub fn nearest(
     tape: &Tape,
     (org, dir): ([f64; 3], [f64; 3]),
@@ -242,19 +243,22 @@ pub fn nearest(
     (below != above).then_some(found)
 }
 
-/// Of Newton's method; the first is nearly always enough.
+/// The most steps of Newton's method; the first is nearly always enough (F16,
+/// docs/numerics/polynomials.md).
 const STEPS: usize = 4;
 
-/// After a step that is so short, of t, the next one is far below the last place.
+/// The length of a step relative to t after which the next one is far below the last place.
 const SETTLED: f64 = 1.0 / (1_u64 << 40) as f64;
 
-/// A few units in the last place on both sides of a crossing are enough.
+/// The half-width relative to t to which a crossing is refined: four roundings 2u (F15,
+/// docs/numerics/polynomials.md).
 const NEAR: f64 = 4.0 * f64::EPSILON;
 
-/// Rounds of false position.
+/// The most rounds of false position.
 const ROUNDS: usize = 4;
 
-/// A crossing between closer numbers, if f is known well enough there.
+/// Narrows the bounds of a crossing, if the signs of f next to it are certain (F15,
+/// docs/numerics/polynomials.md).
 pub(super) fn refined(tape: &Tape, line: ([f64; 3], [f64; 3]), root: Simple) -> Simple {
     let at = |t: f64| {
         let (value, error) = value_at(tape, line, DoubleDoubleForm::of(t));
@@ -279,7 +283,7 @@ pub(super) fn refined(tape: &Tape, line: ([f64; 3], [f64; 3]), root: Simple) -> 
         if (below.1 > 0.0) != (above.1 > 0.0) {
             return Simple { t, from, to };
         }
-        // The root lies on one side of both.
+        // The root lies on the same side of both places.
         if (below.1 > 0.0) == (a.1 > 0.0) {
             a = above;
         } else {

@@ -1,10 +1,11 @@
-//! Rays of any lanes, taken by eights or fours; and degrees, taken by kernels.
+//! Regroups the active lanes of any width into registers of eight or four f64 lanes, and selects
+//! kernels by degree.
 
 use super::Rays;
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask};
 
-/// The lanes of a mask.
+/// The numbers of the lanes in a mask.
 pub(super) struct ActiveLanes {
     lanes: [usize; 16],
     count: usize,
@@ -23,17 +24,17 @@ impl ActiveLanes {
         ActiveLanes { lanes, count }
     }
 
-    /// So many at a time, the last ones fewer.
+    /// Returns the lanes `count` at a time; the last chunk may be shorter.
     #[inline(always)]
     pub fn chunks(&self, count: usize) -> impl Iterator<Item = &[usize]> {
         self.lanes[..self.count].chunks(count)
     }
 }
 
-/// Lanes that are met together, of which some are asked about.
+/// Lanes that share a register, some of them active.
 #[derive(Clone, Copy)]
 pub(super) enum LaneGroup<'a> {
-    /// From this one on, those whose bits are set.
+    /// Adjacent lanes from `first` on; the bits of `asked` say which are active.
     Adjacent {
         first: usize,
         asked: u32,
@@ -42,8 +43,8 @@ pub(super) enum LaneGroup<'a> {
 }
 
 impl ActiveLanes {
-    /// As few groups of D's lanes as there can be. Lanes that lie side by side stay so,
-    /// which takes much less time.
+    /// Returns the least number of groups of D's lanes. Adjacent lanes stay adjacent, because
+    /// loads are much faster than gathers.
     #[inline(always)]
     pub fn groups<L: Lanes, D: Lanes>(&self, mask: L::Mask) -> impl Iterator<Item = LaneGroup<'_>> {
         let bits = mask.bits();
@@ -73,7 +74,7 @@ impl LaneGroup<'_> {
         }
     }
 
-    /// Origins, directions, the first t and the last.
+    /// Loads the rays: origins, directions, the first t and the last.
     #[inline(always)]
     pub fn rays<D: Lanes<Scalar = f64>, A: AsRef<[f64]>>(&self, columns: &[A; 8]) -> Rays<D> {
         match self {
@@ -84,7 +85,7 @@ impl LaneGroup<'_> {
         }
     }
 
-    /// A mask's bits where they belong.
+    /// Moves the bits of the group's mask to their lanes.
     #[inline(always)]
     pub fn scatter_bits(&self, bits: u32) -> u32 {
         match self {
@@ -93,7 +94,7 @@ impl LaneGroup<'_> {
         }
     }
 
-    /// Numbers of the group's lanes to where they belong.
+    /// Stores numbers of the group in their lanes.
     #[inline(always)]
     pub fn scatter<D: Lanes<Scalar = f64>, A: AsMut<[f64]>>(&self, column: &mut A, from: D) {
         match self {
@@ -119,14 +120,14 @@ impl<D: Lanes> Rays<D> {
     }
 }
 
-/// A mask's bits, of some lanes brought together, where they belong.
+/// Moves the bits of gathered lanes back to their lanes.
 #[inline(always)]
 pub(super) fn scatter_bits(bits: u32, some: &[usize]) -> u32 {
     let place = |all, (i, lane): (usize, &usize)| all | (bits >> i & 1) << lane;
     some.iter().enumerate().fold(0, place)
 }
 
-/// Some lanes of a column, one or more; the first of them in what is left over.
+/// Gathers one or more lanes of a column; the remaining lanes repeat the first of them.
 #[inline(always)]
 pub(super) fn gather<D: Lanes<Scalar = f64>, A: AsRef<[f64]>>(column: &A, some: &[usize]) -> D {
     let from = column.as_ref();
@@ -137,7 +138,7 @@ pub(super) fn gather<D: Lanes<Scalar = f64>, A: AsRef<[f64]>>(column: &A, some: 
     D::load(values.as_ref())
 }
 
-/// Origins, directions, the first t and the last.
+/// Loads the rays: origins, directions, the first t and the last.
 #[inline(always)]
 pub(super) fn rays<D: Lanes<Scalar = f64>, A: AsRef<[f64]>>(
     columns: &[A; 8],
@@ -146,7 +147,8 @@ pub(super) fn rays<D: Lanes<Scalar = f64>, A: AsRef<[f64]>>(
     Rays::of(|column| gather(&columns[column], some))
 }
 
-/// `$call` with N, one of a few, above the degree; `$none` beyond the last.
+/// Evaluates `$call` with a constant N of a few, the least above the degree; `$none` beyond the
+/// last.
 macro_rules! by_degree {
     ($degree:expr, $n:ident => $call:expr, $none:expr) => {{
         macro_rules! with {

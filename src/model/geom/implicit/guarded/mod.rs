@@ -1,16 +1,15 @@
-//! Polynomial surfaces, in f64 and eight rays at a time whatever the lanes, or four, where
-//! there are no more.
+//! Meets polynomial surfaces with error bounds, in f64 and eight rays at a time whatever the
+//! lanes' type, or four at a time for narrower packets.
 //!
-//! The part of a ray that is in the surface's bounds or in its clip is 0 ≤ s ≤ 1. There
-//! the polynomial is interpolated from its values at Chebyshev's nodes
-//! ([`crate::roots::collocation`]), or, of a low degree, made of forms about the ray's
-//! origin, which rays of a camera have in common; and its least root isolated and refined with a bound
-//! of what its coefficients are off by ([`crate::roots::lanes`]). docs/NUMERICS.md
-//! derives that bound. The degree that counts is one of a few, no less than the
-//! polynomial's own.
+//! The segment of a ray in the surface's bounds or clip is parametrised by 0 ≤ s ≤ 1. On it the
+//! polynomial is interpolated from its values at Chebyshev nodes ([`crate::roots::collocation`]);
+//! a polynomial of low degree is expanded in its Taylor form about the ray's origin, which camera
+//! rays share. The least root is isolated and refined with a bound on the error of the
+//! coefficients ([`crate::roots::lanes`]; F1 to F12, docs/numerics/polynomials.md). Kernels exist
+//! for a few degrees; the least that is no lower than the polynomial's is used.
 //!
-//! All rays take the same steps, which depend on nothing but the ray and the surface,
-//! so that t has the same bits at any width.
+//! A ray's steps depend on nothing but the ray and the surface, so t has the same bits at any
+//! width.
 
 mod all_roots;
 mod chebyshev_nodes;
@@ -35,13 +34,11 @@ use crate::roots::lanes::{
 };
 use chebyshev_nodes::segment_of;
 use lane_regrouping::{ActiveLanes, by_degree};
-use std::cell::Cell;
-use std::thread::LocalKey;
 
 type Eight = f64x8;
 type Four = f64x4;
 
-/// What some rays meet first.
+/// The first crossings of a group of rays.
 struct Found<D> {
     t: D,
     from: D,
@@ -58,9 +55,10 @@ struct Rays<D> {
     limit: D,
 }
 
-/// Reused from ray to ray.
+/// Buffers for rays in lanes D, reused from ray to ray.
+#[derive(Debug)]
 struct Store<D: Lanes> {
-    /// Of steps, at all nodes.
+    /// The values of a tape's steps at all nodes.
     values: Vec<D>,
     waiting: Waiting<D>,
     expanded: Expanded,
@@ -76,21 +74,31 @@ impl<D: Lanes> Default for Store<D> {
     }
 }
 
-type Kept<D> = Cell<Option<Box<Store<D>>>>;
-
-thread_local! {
-    static EIGHT: Kept<Eight> = const { Cell::new(None) };
-    static FOUR: Kept<Four> = const { Cell::new(None) };
-    static ONE: Kept<f64> = const { Cell::new(None) };
+/// Buffers of the kernels of polynomial surfaces, reused from ray to ray.
+#[derive(Debug, Default)]
+pub struct PolynomialScratch {
+    eight: Store<Eight>,
+    four: Store<Four>,
+    one: Store<f64>,
+    /// What [`operand_crossings`] has found so far: a row for each crossing of a ray, with
+    /// a column for each lane.
+    rows: Vec<[[f64; 16]; 3]>,
+    /// All crossings of one line.
+    pub crossings: Vec<Crossing>,
 }
 
-/// Where rays first meet the surface beyond t_min.
+/// Returns where rays first meet the surface beyond t_min.
 #[inline(never)]
-pub fn meet<L: Lanes>(row: &Implicit, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
+pub fn meet<L: Lanes>(
+    row: &Implicit,
+    object: &ObjectRay<L>,
+    active: L::Mask,
+    scratch: &mut PolynomialScratch,
+) -> Meet<L> {
     let none = L::splat(L::Scalar::INFINITY);
-    let (hit, unsure, ends) = ask::<L, false>(row, object, none, active);
+    let (hit, unsure, ends) = ask::<L, false>(row, object, none, active, scratch);
     let [from, t, to] = rounded::<L>(ends);
-    // What is beyond the lanes' numbers is left to others.
+    // A t beyond the range of the lanes' type leaves the lane undecided.
     let is_number = t.abs().lt(none);
     Meet {
         hit: hit & is_number,
@@ -100,16 +108,16 @@ pub fn meet<L: Lanes>(row: &Implicit, object: &ObjectRay<L>, active: L::Mask) ->
     }
 }
 
-/// Rays that certainly meet the surface between t_min and a limit; and those of which it
-/// is not certain.
+/// Returns rays that certainly meet the surface between t_min and a limit, and undecided rays.
 #[inline(never)]
 pub fn blocked<L: Lanes>(
     row: &Implicit,
     object: &ObjectRay<L>,
     limit: L,
     active: L::Mask,
+    scratch: &mut PolynomialScratch,
 ) -> (L::Mask, L::Mask) {
-    let (hit, unsure, _) = ask::<L, true>(row, object, limit, active);
+    let (hit, unsure, _) = ask::<L, true>(row, object, limit, active, scratch);
     (hit, unsure)
 }
 
@@ -119,17 +127,18 @@ type Answer<L> = (
     [<L as Lanes>::Double; 3],
 );
 
-/// Which rays meet the surface, of which that is not known, and where.
+/// Returns which rays meet the surface, which are undecided, and the bounds of t.
 #[inline(always)]
 fn ask<L: Lanes, const ANY: bool>(
     row: &Implicit,
     object: &ObjectRay<L>,
     limit: L,
     active: L::Mask,
+    scratch: &mut PolynomialScratch,
 ) -> Answer<L> {
     match L::COUNT <= Four::COUNT {
-        true => ask_by::<L, Four, ANY>(row, object, limit, active, &FOUR),
-        false => ask_by::<L, Eight, ANY>(row, object, limit, active, &EIGHT),
+        true => ask_by::<L, Four, ANY>(row, object, limit, active, &mut scratch.four),
+        false => ask_by::<L, Eight, ANY>(row, object, limit, active, &mut scratch.eight),
     }
 }
 
@@ -139,7 +148,7 @@ fn ask_by<L: Lanes, D: Lanes<Scalar = f64, Double = D>, const ANY: bool>(
     object: &ObjectRay<L>,
     limit: L,
     active: L::Mask,
-    kept: &'static LocalKey<Kept<D>>,
+    store: &mut Store<D>,
 ) -> Answer<L> {
     let columns = [
         object.org.x,
@@ -155,13 +164,12 @@ fn ask_by<L: Lanes, D: Lanes<Scalar = f64, Double = D>, const ANY: bool>(
     let zero = <L::Double as Lanes>::zero();
     let mut answer = [zero; 3].map(|x| x.to_array());
     let (mut hit, mut unsure) = (0, 0);
-    let mut store = kept.take().unwrap_or_default();
     for group in ActiveLanes::new(active).groups::<L, D>(active) {
         let rays = group.rays(&columns);
         let asked = group.asked();
         let found: Found<D> = by_degree!(
             row.tape.degree(),
-            N => found::<D, N, ANY>(row, &rays, asked, &mut store),
+            N => found::<D, N, ANY>(row, &rays, asked, store),
             Found::nothing(asked)
         );
         hit |= group.scatter_bits(found.hit);
@@ -171,7 +179,6 @@ fn ask_by<L: Lanes, D: Lanes<Scalar = f64, Double = D>, const ANY: bool>(
         group.scatter(t, found.t);
         group.scatter(to, found.to);
     }
-    kept.set(Some(store));
     let ends = answer.map(|column| <L::Double as Lanes>::load(column.as_ref()));
     (L::Mask::from_bits(hit), L::Mask::from_bits(unsure), ends)
 }
@@ -188,20 +195,20 @@ impl<D: Lanes> Found<D> {
     }
 }
 
-/// Rays in the surface's bounds or in its clip, and f there.
+/// The segments of rays in the surface's bounds or clip, and f on them.
 struct ClippedRays<D: Lanes, const N: usize> {
     ends: Ends<D>,
     start: D,
     width: D,
     segment: Segment<D, N>,
-    /// Lanes that come there.
+    /// Lanes whose ray has such a segment.
     reached: D::Mask,
-    /// Of those, what is known well enough to be looked at.
+    /// Those of them whose segment is certain and finite.
     live: D::Mask,
 }
 
 impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> ClippedRays<D, N> {
-    /// `None`: no ray comes there.
+    /// Clips rays to the surface's bounds or clip; `None` if no ray has a segment there.
     #[inline(always)]
     fn clip(
         row: &Implicit,
@@ -242,7 +249,8 @@ impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> ClippedRays<D, N> {
         })
     }
 
-    /// Lanes whose t, between two numbers, is certainly in the clip.
+    /// Returns lanes whose t, known between two numbers, certainly lies in the clip (F12,
+    /// docs/numerics/polynomials.md).
     #[inline(always)]
     fn in_clip(&self, row: &Implicit, [from, to]: [D; 2]) -> D::Mask {
         if row.clip.is_none() {
@@ -252,8 +260,8 @@ impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> ClippedRays<D, N> {
         begins & to.le(self.ends.exit[0])
     }
 
-    /// The least root of some lanes: t and between what it lies, lanes that have one in
-    /// the clip, and those of which that is not known.
+    /// Finds the least root in some lanes: t with its bounds, lanes that have one in the clip, and
+    /// undecided lanes.
     #[inline(always)]
     fn first(
         &self,
@@ -273,14 +281,14 @@ impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> ClippedRays<D, N> {
         ([from, at(found.t), to], hit, found.doubt | found.hit & !hit)
     }
 
-    /// Whether some lanes have a root, and of which that is not known.
+    /// Returns which of some lanes have a root, and which are undecided.
     #[inline(always)]
     fn any(&self, row: &Implicit, lanes: D::Mask, store: &mut Store<D>) -> (D::Mask, D::Mask) {
         let exists = exists(&self.segment, lanes, &mut store.waiting);
         if row.clip.is_none() || exists.some.none() {
             return (exists.some, exists.doubt);
         }
-        // Different signs at two places in the clip are enough.
+        // Different signs at two places in the clip suffice (F12, docs/numerics/polynomials.md).
         let place = |t: D| (t - self.start) / self.width;
         let one = D::from_f64(1.0);
         let from = place(self.ends.enter[2]) + D::from_f64(8.0 * UNIT);
@@ -300,7 +308,7 @@ impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> ClippedRays<D, N> {
     }
 }
 
-/// Of polynomials of degree N − 1.
+/// Meets polynomials of degree N − 1 at most.
 #[inline(never)]
 fn found<D: Lanes<Scalar = f64, Double = D>, const N: usize, const ANY: bool>(
     row: &Implicit,

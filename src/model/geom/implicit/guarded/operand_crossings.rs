@@ -1,8 +1,9 @@
-//! All that rays have of an operand, root after root.
+//! All crossings of rays with a polynomial operand of CSG, root after root (F13,
+//! docs/numerics/polynomials.md).
 
 use super::chebyshev_nodes::interpolated;
 use super::lane_regrouping::{self, ActiveLanes, by_degree, scatter_bits};
-use super::{EIGHT, Eight, Rays, Store};
+use super::{Eight, PolynomialScratch, Rays, Store};
 use crate::geom::Tape;
 use crate::geom::guarded::rounded;
 use crate::math::Vec3;
@@ -10,31 +11,35 @@ use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask};
 use crate::roots::lanes::{leaves_between, nearly_nearest};
 
-/// What rays have of an operand: all boundaries between two t.
+/// The crossings of rays with an operand between two t.
 pub struct OperandCrossings<L: Lanes> {
     /// Lanes that are inside at the first t.
     pub inside: L::Mask,
     pub unsure: L::Mask,
 }
 
-/// Of rays in the operand's own space, between two t each. `ends` gets what each ray
-/// crosses first, second, and so on: at least, as computed, at most, and infinite where
-/// there is no more. `astray`: how far off the surface itself may be.
+/// Finds all crossings of rays, in the operand's own space, between two t each. Row k of `ends`
+/// holds each ray's crossing k as lower bound, value and upper bound, infinite if the ray has no
+/// more. `astray` bounds how far the surface itself may be displaced.
 #[inline(never)]
 pub fn operand_crossings<L: Lanes>(
     tape: &Tape,
     (org, dir): (Vec3<L::Double>, Vec3<L::Double>),
     [from, to]: [L::Double; 2],
-    astray: L::Double,
-    active: L::Mask,
+    (astray, active): (L::Double, L::Mask),
     ends: &mut Vec<[L; 3]>,
+    scratch: &mut PolynomialScratch,
 ) -> OperandCrossings<L> {
     let columns = [org.x, org.y, org.z, dir.x, dir.y, dir.z, from, to];
     let columns = columns.map(|column| column.to_array());
     let astray = astray.to_array();
-    let mut all: Vec<[[f64; 16]; 3]> = Vec::new();
     let (mut inside, mut unsure) = (0, 0);
-    let mut store = EIGHT.take().unwrap_or_default();
+    let PolynomialScratch {
+        eight: store,
+        rows: all,
+        ..
+    } = scratch;
+    all.clear();
     for some in ActiveLanes::new(active).chunks(Eight::COUNT) {
         let rays = lane_regrouping::rays::<Eight, _>(&columns, some);
         let astray = lane_regrouping::gather::<Eight, _>(&astray, some);
@@ -54,19 +59,18 @@ pub fn operand_crossings<L: Lanes>(
         };
         let (begins, open) = by_degree!(
             tape.degree(),
-            N => passes::<Eight, N>(tape, &rays, astray, asked, &mut store, &mut found),
+            N => passes::<Eight, N>(tape, &rays, astray, asked, store, &mut found),
             (0, asked)
         );
         inside |= scatter_bits(begins, some);
         unsure |= scatter_bits(open, some);
     }
-    EIGHT.set(Some(store));
     let mut lost = L::Mask::splat(false);
     let infinity = f64::INFINITY;
     ends.extend(all.iter().map(|columns| {
         let wide = columns.map(|column| <L::Double as Lanes>::load(&column[..L::COUNT]));
         let ends = rounded::<L>(wide);
-        // What is beyond the lanes' numbers is left to others.
+        // A t beyond the range of the lanes' type leaves the lane undecided.
         let met = wide[0].lt(<L::Double as Lanes>::splat(infinity));
         let far = ends[1].abs().ge(L::from_f64(infinity)) | ends[2].ge(L::from_f64(infinity));
         lost = lost | L::Mask::from_bits(met.bits()) & far;
@@ -78,9 +82,9 @@ pub fn operand_crossings<L: Lanes>(
     }
 }
 
-/// Root after root, each sought beyond the last: calls `found` with the pass, the lanes
-/// that have one more, and where. Returns the lanes inside at the start, and those that
-/// are not settled.
+/// Finds root after root, each from the end of the last one's interval: calls `found` with the
+/// pass, the lanes that have another root, and its bounds. Returns the lanes inside at the start,
+/// and undecided lanes.
 #[inline(never)]
 fn passes<D: Lanes<Scalar = f64, Double = D>, const N: usize>(
     tape: &Tape,
@@ -100,8 +104,8 @@ fn passes<D: Lanes<Scalar = f64, Double = D>, const N: usize>(
     let mut below = none;
     for pass in 0..N {
         let width = (rays.limit - start) * D::from_f64(1.0 + 4.0 * UNIT);
-        // Each pass begins where f is hardly more than zero: by nodes its sign there is known
-        // best.
+        // Each pass begins where f is close to zero; its sign there is most certain from values at
+        // nodes.
         let part = (start, width, astray);
         let segment = interpolated::<D, N>(tape, rays, part, &mut store.values);
         let at = segment.scaled[0];
@@ -111,7 +115,7 @@ fn passes<D: Lanes<Scalar = f64, Double = D>, const N: usize>(
             below = under;
             inside = live & under;
         }
-        // A root changes the sign.
+        // Every root found changes the sign.
         let known = live & is_known & ((below & under) | (!below & over));
         unsure = unsure | live & !known;
         let next = nearly_nearest(&segment, known, &mut store.waiting);

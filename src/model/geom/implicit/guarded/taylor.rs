@@ -1,7 +1,8 @@
-//! A polynomial along rays from forms at their directions: what rays of one origin share is
-//! worked out once.
+//! Evaluates a polynomial along rays by its Taylor form about a point: f(o + t d) = Σ tᵏ hₖ(d).
+//! Rays of one origin share the coefficients of the hₖ, which are computed once (F6 to F9,
+//! docs/numerics/polynomials.md).
 //!
-//! All rays take the same steps here, too, whether they share an origin or not.
+//! A ray takes the same steps whether it shares its origin or not.
 
 use super::Rays;
 use super::chebyshev_nodes::Stretch;
@@ -12,12 +13,12 @@ use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask};
 use crate::roots::lanes::{Segment, from_powers};
 
-/// On the parts of some rays that begin at `start`, in lanes for which it is of use; `None`
-/// if there are none.
+/// Computes the polynomial on segments of rays that begin at `start`, in the lanes in which the
+/// Taylor form pays; `None` if it pays in none.
 ///
-/// A ray's origin is the point that f is expanded about, unless it is so far away that
-/// this would lose too much: then it is where the part begins, if expanding f for each
-/// ray is of use.
+/// f is expanded about the ray's origin, unless that is so far away that too much would cancel
+/// (F8, docs/numerics/polynomials.md): then about the beginning of the segment, if an expansion
+/// for each ray pays.
 #[inline(always)]
 pub(super) fn expanded<D: Lanes<Scalar = f64>, const N: usize>(
     dense: &Dense,
@@ -30,7 +31,7 @@ pub(super) fn expanded<D: Lanes<Scalar = f64>, const N: usize>(
     let near = rays.org.max_abs().le(D::from_f64(dense.near));
     let of_use = match dense.everywhere {
         true => asked,
-        // What begins on the surface shares its origin with no other.
+        // A ray that begins on the surface shares its origin with no other.
         false => asked & near & start.gt(rays.t_min),
     };
     if of_use.none() {
@@ -38,7 +39,7 @@ pub(super) fn expanded<D: Lanes<Scalar = f64>, const N: usize>(
     }
     let moved = rays.dir * start;
     let point = rays.org + moved;
-    // No zero has a sign: equal points then have the same expansion.
+    // Adding 0 turns −0 into +0, so that equal points have the same expansion.
     let base = Vec3::select(near, rays.org, point) + Vec3::new(zero, zero, zero);
     let from = D::select(near, start, zero);
     let (begin, step) = (from.abs(), rays.dir.abs());
@@ -51,7 +52,8 @@ pub(super) fn expanded<D: Lanes<Scalar = f64>, const N: usize>(
     let stretch = Stretch::of((N as u32 - 1, dense.roundings()), far_end, off);
     let size = |end: Vec3<D>| dense.magnitude_in::<D, N>(stretch.magnitudes(FLOOR, end, off));
     let error = size(far_end) * stretch.lost;
-    // Where f is expanded about what is also the beginning, that is known much better.
+    // Where f is expanded about the beginning itself, its value there has a much smaller error
+    // (F7, docs/numerics/polynomials.md).
     let mut first = error;
     if (of_use & from.eq(zero)).any() {
         first = D::select(from.eq(zero), size(near_end) * stretch.lost, error);
@@ -61,7 +63,7 @@ pub(super) fn expanded<D: Lanes<Scalar = f64>, const N: usize>(
         of_use & longest.ge(D::from_f64(FLOOR)) & longest.le(range) & far_end.max_abs().le(range);
 
     let mut c = powers::<D, N>(dense, (base, rays.dir), of_use, expanded);
-    // About the beginning, by repeated division.
+    // Shift to the beginning of the segment, by repeated synthetic division.
     for round in 0..N - 1 {
         for k in (round..N - 1).rev() {
             c[k] = c[k] + from * c[k + 1];
@@ -83,7 +85,7 @@ pub(super) fn expanded<D: Lanes<Scalar = f64>, const N: usize>(
     ))
 }
 
-/// f(base + t dir) by powers of t.
+/// Returns the coefficients of f(base + t dir) by powers of t.
 #[inline(always)]
 fn powers<D: Lanes<Scalar = f64>, const N: usize>(
     dense: &Dense,

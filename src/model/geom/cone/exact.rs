@@ -1,4 +1,4 @@
-//! What a line has in a cone, between its caps' planes or in its side alone.
+//! Exact span of a line in a closed cone, and exact crossings of an open cone's side.
 
 use super::Cone;
 use crate::geom::exact::line_quadratic::{LineQuadratic, nearest_to};
@@ -10,15 +10,15 @@ use std::cmp::Ordering;
 type Surface = AnySurface<'static>;
 type Root = root::Root<'static>;
 
-/// A line before a cone: its side and its caps.
+/// A line against a cone's side and caps.
 struct Frustum {
     side: LineQuadratic,
-    /// Of the side's a.
+    /// The sign of the quadratic coefficient along the side.
     bend: Ordering,
-    /// Of the side, where it bends.
+    /// The roots of the side, where that coefficient is not zero.
     roots: Option<[Root; 2]>,
-    /// The caps' planes where the line comes from and where it goes; or whether
-    /// it stays between them.
+    /// Where the line crosses the caps' planes, in order; or, if it is parallel to them, whether
+    /// it runs between them.
     caps: Result<[Root; 2], bool>,
 }
 
@@ -51,21 +51,21 @@ impl Frustum {
         }
     }
 
-    /// Where a line goes from without the side to within (the sign is negative)
-    /// or back, of which there is one such place.
+    /// Returns the one place where the line goes into the side (the sign is negative) or out of
+    /// it.
     fn passage(&self, way: Ordering) -> Option<Root> {
         match self.roots {
             Some([lower, upper]) => Some(if self.bend == way { upper } else { lower }),
-            // Where it bends without a root, it does not change its sign.
+            // A quadratic without a root does not change its sign.
             None => (self.bend.is_eq() && self.side.linear_sign() == way)
                 .then(|| self.side.root_of_linear()),
         }
     }
 }
 
-/// Of a closed cone. Between its caps' planes it is convex, so what a line has
-/// in it is one span: whether the line is within where it crosses these planes
-/// says which of the side's roots are its ends.
+/// Returns the span of a line in a closed cone. Between the caps' planes the cone is convex, so
+/// there is one span: whether the line is inside the side where it crosses these planes says which
+/// roots of the side are its ends.
 pub(in crate::geom) fn cone(line: &Line, cone: &Cone) -> Option<Ends> {
     let frustum = Frustum::new(line, cone);
     let Frustum {
@@ -73,7 +73,7 @@ pub(in crate::geom) fn cone(line: &Line, cone: &Cone) -> Option<Ends> {
     } = &frustum;
     let [first, last] = match frustum.caps {
         Ok(caps) => caps,
-        // Across the axis: a chord of a disc.
+        // Across the axis the span is a chord of a disc.
         Err(between) => {
             let roots = roots.filter(|_| between && bend.is_gt())?;
             return Some(roots.map(Some));
@@ -95,8 +95,8 @@ pub(in crate::geom) fn cone(line: &Line, cone: &Cone) -> Option<Ends> {
     Some([enter, exit])
 }
 
-/// Of an open cone: its side between the caps' planes. A line that runs within
-/// the side does not cross it.
+/// Returns the first crossing of an open cone's side beyond t_min. A line that lies in the side
+/// does not cross it.
 pub(in crate::geom) fn cone_side(line: &Line, cone: &Cone, t_min: f64) -> Option<Root> {
     let frustum = Frustum::new(line, cone);
     let linear = frustum.bend.is_eq() && frustum.side.linear_sign().is_ne();

@@ -1,12 +1,12 @@
-//! Planes across an axis, of whatever surface: boxes, cylinders and meshes of one part
-//! share such faces, and a line meets them where one coordinate has its value. So of
-//! two on one axis the order is that of two numbers, and no arithmetic is needed.
+//! Planes perpendicular to an axis, whichever surface they belong to: faces of boxes, caps of
+//! cylinders, flat parts of meshes. A line crosses them in the order of two coordinates, so no
+//! arithmetic is needed (K11, docs/numerics/csg.md).
 
 use super::Line;
 use super::surface::Surface;
 use std::cmp::Ordering;
 
-/// x_axis = at.
+/// The plane on which the coordinate `axis` is `at`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::geom) struct AxisPlane {
     axis: usize,
@@ -42,8 +42,8 @@ impl AxisPlane {
         }
     }
 
-    /// Of the t at which a line that crosses both meets them; `None` if they are not on
-    /// one axis.
+    /// Returns the order of the t at which a line that crosses both planes meets them; `None` if
+    /// the planes are not on one axis.
     pub fn order(&self, other: &AxisPlane, line: &Line) -> Option<Ordering> {
         if self.axis != other.axis {
             return None;
@@ -54,7 +54,7 @@ impl AxisPlane {
     }
 }
 
-/// The one axis of which that holds.
+/// Returns the axis for which the condition holds, if it holds for one only.
 fn only(holds: impl Fn(usize) -> bool) -> Option<usize> {
     match [0, 1, 2].map(holds) {
         [true, false, false] => Some(0),
@@ -72,7 +72,7 @@ mod tests {
     use crate::math::dyadic::{Dyadic, exactly};
     use glam::DVec3;
 
-    /// Planes x_axis = at of every kind, both ways round.
+    /// Makes planes of every kind on which a coordinate is `at`, in both orientations.
     fn planes(axis: usize, at: f64) -> Vec<Surface<'static>> {
         let along = DVec3::AXES[axis];
         let place = |rest: f64| {

@@ -1,5 +1,5 @@
-//! What a line has in each kind of primitive: its ends are crossings of surfaces,
-//! ordered exactly.
+//! Exact spans of a line in each kind of primitive: their ends are crossings of surfaces in exact
+//! order (D13, docs/numerics/exact.md).
 
 use super::Line;
 use super::line_quadratic::{LineQuadratic, nearest_to};
@@ -7,18 +7,17 @@ use super::surface::Surface as AnySurface;
 use crate::geom::{Cuboid, Ellipsoid, HalfSpace, Quadric, Sphere};
 use std::cmp::Ordering;
 
-/// Of planes and quadrics.
+/// A plane or a quadric.
 type Surface = AnySurface<'static>;
 type Root = super::root::Root<'static>;
 
-/// Where a line comes into a solid and where it leaves it, in order; `None`
-/// where it always was inside, or stays.
+/// Where a line enters a solid and where it leaves it; `None` if it always was inside, or stays.
 pub type Ends = [Option<Root>; 2];
 
 /// The part of a line that is inside a solid.
 #[derive(Clone, Copy, Debug)]
 pub struct Inside {
-    /// Far before the first of `ends`.
+    /// Whether the line is inside far before the first of `ends`.
     pub at_first: bool,
     /// Where that changes, in order.
     pub ends: Ends,
@@ -30,7 +29,7 @@ impl Inside {
         ends: [None; 2],
     };
 
-    /// Of a convex solid.
+    /// Makes the part in a convex solid.
     #[inline(always)]
     pub(in crate::geom) fn of_convex(ends: Option<Ends>) -> Inside {
         match ends {
@@ -46,7 +45,7 @@ impl Inside {
         }
     }
 
-    /// Where the line comes in, and where it leaves; twice of what is not convex.
+    /// Returns the spans, of which a solid that is not convex has up to two.
     pub fn spans(&self) -> impl Iterator<Item = Ends> + use<> {
         let [first, last] = self.ends;
         let both = match (self.at_first, first) {
@@ -58,7 +57,7 @@ impl Inside {
     }
 }
 
-/// Of the intersection of half-spaces, however many.
+/// Returns the span in an intersection of half-spaces.
 pub(in crate::geom) fn half_spaces(
     line: &Line,
     planes: impl Iterator<Item = HalfSpace>,
@@ -85,7 +84,7 @@ pub(in crate::geom) fn half_spaces(
             }
         }
     }
-    // Closed: it may be one point.
+    // The solid is closed, so the span may be one point.
     let empty = |(enter, exit): (&Root, &Root)| enter.order(exit).is_gt();
     if enter.as_ref().zip(exit.as_ref()).is_some_and(empty) {
         return None;
@@ -118,15 +117,14 @@ pub(in crate::geom) fn ellipsoid(line: &Line, ellipsoid: &Ellipsoid) -> Option<E
     round(line, Surface::Ellipsoid { center, radii }, center)
 }
 
-/// What a line that has a direction leaves both ways.
+/// Returns the span in a bounded quadric, which a line leaves in both directions.
 #[inline(always)]
 fn round(line: &Line, surface: Surface, center: [f64; 3]) -> Option<Ends> {
     let curve = LineQuadratic::new(line, surface, nearest_to(line, center));
     Some(curve.roots(Ordering::Greater)?.map(Some))
 }
 
-/// A polynomial of degree two alone: not above zero between its roots, or outside of
-/// them.
+/// Returns the part in a quadric: between its roots, or outside of them.
 pub(in crate::geom) fn quadric(line: &Line, quadric: &Quadric) -> Inside {
     let surface = Surface::Quadric(quadric.coefficients);
     let curve = LineQuadratic::new(line, surface, nearest_to(line, [0.0; 3]));
@@ -140,7 +138,7 @@ pub(in crate::geom) fn quadric(line: &Line, quadric: &Quadric) -> Inside {
     }
     match curve.roots(bend) {
         None => inside(bend.is_lt(), [None; 2]),
-        // Nothing begins or ends where it only touches zero from below.
+        // A double root that touches zero from below is no boundary.
         Some([a, b]) if bend.is_lt() && a.order(&b).is_eq() => inside(true, [None; 2]),
         Some(roots) => inside(bend.is_lt(), roots.map(Some)),
     }

@@ -1,9 +1,9 @@
-//! A polygon: its plane, and whether the line passes inside its outline or
-//! through it.
+//! Exact crossing of a line and a polygon: its plane, and whether the line passes inside the
+//! outline or through it.
 //!
-//! Corners are seen along the line, from its origin. Edges that cross the x-axis
-//! on its positive side are counted (Shimrat's rule), by exact signs; a corner
-//! on the axis counts as below it. The origin on an edge is inside.
+//! Corners are seen along the line, from its origin. Exact signs count the edges that cross the
+//! positive x-axis (Shimrat's rule); a corner on the axis counts as below it. The origin is inside
+//! if it lies on an edge (D16, docs/numerics/exact.md).
 
 use crate::geom::Polygon;
 use crate::geom::exact::Line;
@@ -34,7 +34,7 @@ pub(in crate::geom) fn polygon(
     (met && is_in_room(&root, line, polygon)).then_some(root)
 }
 
-/// Whether the plane is met near the outline, and not far off at a grazing angle.
+/// Says whether the plane is met in the polygon's room, and not far off at a grazing angle (S28).
 fn is_in_room(root: &Root, line: &Line, polygon: &Polygon) -> bool {
     let room = room(polygon.points);
     let ErrorBounded { value, error } = root.t;
@@ -57,16 +57,16 @@ fn is_in_room(root: &Root, line: &Line, polygon: &Polygon) -> bool {
     })
 }
 
-/// A line's direction, and the axis along which it is longest.
+/// A line, and the axis along which its direction is longest.
 struct View<'a> {
     line: &'a Line,
     axis: usize,
 }
 
-/// A corner as it is seen.
+/// A corner as seen along the line.
 struct Corner {
     point: [f64; 3],
-    /// Of y.
+    /// The sign of y.
     height: Ordering,
 }
 
@@ -93,8 +93,8 @@ impl View<'_> {
                 }
                 (from, to) if from == to => {}
                 (from, to) => {
-                    // Of the place where the edge's line crosses the x-axis,
-                    // times that of the way it goes.
+                    // The sign of the x at which the edge's line crosses the x-axis, times the
+                    // direction in which it crosses.
                     let side = self.turn(&a, &b);
                     if side.is_eq() {
                         return true;
@@ -117,7 +117,8 @@ impl View<'_> {
         }
     }
 
-    /// The sign of y, where f64 knows it: three roundings in each term.
+    /// Returns the sign of y, from f64 where the bound allows (three roundings in each term), else
+    /// exactly.
     #[inline(always)]
     fn height(&self, point: &[f64; 3]) -> Option<Ordering> {
         let Line { org, dir } = self.line;
@@ -133,7 +134,7 @@ impl View<'_> {
         })
     }
 
-    /// The sign of x.
+    /// Returns the sign of x.
     fn place(&self, corner: &Corner) -> Ordering {
         let place = self.seen(&corner.point)[0].sign();
         place.unwrap_or_else(|| self.exact_place(&corner.point, 0))
@@ -145,14 +146,14 @@ impl View<'_> {
         orientation::of_point(self.line, point, [(self.axis + 1 + k) % 3, self.axis])
     }
 
-    /// The sign of an edge function.
+    /// Returns the sign of an edge function.
     #[inline(always)]
     fn turn(&self, a: &Corner, b: &Corner) -> Ordering {
         let turn = turn(&self.seen(&a.point), &self.seen(&b.point)).sign();
         turn.unwrap_or_else(|| self.exact_turn(&a.point, &b.point))
     }
 
-    /// What is turned is the edge function of the line, times the direction's longest
+    /// Returns the exact sign of an edge function: the line's own, times the direction's longest
     /// component.
     #[cold]
     fn exact_turn(&self, a: &[f64; 3], b: &[f64; 3]) -> Ordering {
@@ -164,7 +165,7 @@ impl View<'_> {
         }
     }
 
-    /// x and y along the line, times the direction's longest component.
+    /// Returns x and y as seen along the line, times the direction's longest component.
     #[inline(always)]
     fn seen(&self, point: &[f64; 3]) -> [ErrorBounded; 2] {
         let Line { org, dir } = self.line;
@@ -179,7 +180,7 @@ impl View<'_> {
     }
 }
 
-/// The edge function of two corners; times the direction's longest component.
+/// Returns the edge function of two corners, times the direction's longest component.
 #[inline(always)]
 fn turn(a: &[ErrorBounded; 2], b: &[ErrorBounded; 2]) -> ErrorBounded {
     a[0].times(&b[1]).minus(&a[1].times(&b[0]))

@@ -101,7 +101,7 @@ pub fn border(
 /// Returns every step's value and gradient.
 fn all(formula: &Formula, p: [f64; 3]) -> Values<Sloped> {
     let at = std::array::from_fn(|axis| Dual::variable(p[axis], axis));
-    let mut kept = Values::new();
+    let mut kept = formula.values();
     formula.evaluate(&at, &mut kept);
     kept
 }

@@ -1,7 +1,7 @@
 //! Boxes outside of which a formula certainly has no zero, by interval arithmetic (V9,
 //! docs/numerics/level-sets.md).
 
-use super::{Formula, Range, Values};
+use super::{Formula, Range};
 use crate::math::{Aabb, Interval};
 use glam::DVec3;
 
@@ -22,7 +22,7 @@ const STEPS: u64 = 10_000_000;
 /// Returns a box around all zeros, and whether f is above zero everywhere outside it. `None` if
 /// none is found.
 pub fn bounds_of(formula: &Formula) -> Option<(Aabb, bool)> {
-    let mut kept = Values::new();
+    let mut kept = formula.values();
     let mut sign =
         |region: &[Interval; 3]| formula.evaluate(&region.map(Range::of), &mut kept).sign();
     let mut beyond = |power: i32| {

@@ -22,7 +22,7 @@ pub use search::{Change, Search, SearchScratch, changes};
 
 use crate::math::lanes::Lanes;
 use crate::math::{Interval, Vec3};
-use smallvec::SmallVec;
+use smallvec::{SmallVec, smallvec};
 
 /// The most steps of one formula.
 pub const MAX_STEPS: usize = 4096;
@@ -86,20 +86,26 @@ impl Formula {
         self.steps.len() * size_of::<Step>()
     }
 
+    /// Makes a place for the value of each step.
+    #[inline(always)]
+    pub fn values<R: Real>(&self) -> Values<R> {
+        smallvec![R::constant(0.0); self.steps.len()]
+    }
+
     /// Evaluates the formula at a point in any arithmetic; `kept` gets the value of each
     /// step.
     #[inline(always)]
-    pub fn evaluate<R: Real>(&self, at: &[R; 3], kept: &mut Values<R>) -> R {
-        kept.clear();
-        for step in &self.steps {
+    pub fn evaluate<R: Real>(&self, at: &[R; 3], kept: &mut [R]) -> R {
+        let kept = &mut kept[..self.steps.len()];
+        for (i, step) in self.steps.iter().enumerate() {
             let of = |i: u32| kept[i as usize];
-            kept.push(match *step {
+            kept[i] = match *step {
                 Step::Coordinate(axis) => at[usize::from(axis)],
                 Step::Constant(value) => R::constant(value),
                 Step::Power(a, exponent) => of(a).power(exponent),
                 Step::Unary(function, a) => of(a).unary(function),
                 Step::Binary(operator, a, b) => of(a).binary(operator, of(b)),
-            });
+            };
         }
         kept.last().copied().unwrap_or(R::constant(0.0))
     }
@@ -113,10 +119,10 @@ pub type Values<R> = SmallVec<[R; 64]>;
 
 /// Evaluates a formula and its gradient at a point, in f64.
 pub fn value_and_gradient(formula: &Formula, p: [f64; 3]) -> (f64, [f64; 3]) {
-    gradient_with(formula, p, &mut Values::new())
+    gradient_with(formula, p, &mut formula.values())
 }
 
-fn gradient_with(formula: &Formula, p: [f64; 3], kept: &mut Values<Sloped>) -> (f64, [f64; 3]) {
+fn gradient_with(formula: &Formula, p: [f64; 3], kept: &mut [Sloped]) -> (f64, [f64; 3]) {
     let at = std::array::from_fn(|axis| Dual::variable(p[axis], axis));
     let Dual { value, slopes } = formula.evaluate(&at, kept);
     (value, slopes)
@@ -126,7 +132,7 @@ fn gradient_with(formula: &Formula, p: [f64; 3], kept: &mut Values<Sloped>) -> (
 pub fn values_at<D: Lanes<Scalar = f64>>(formula: &Formula, p: Vec3<D>) -> (D, Vec3<D>) {
     let mut values = D::zero();
     let mut gradients = [[0.0; 3]; 16];
-    let mut kept = Values::new();
+    let mut kept = formula.values();
     for (i, gradient) in gradients.iter_mut().enumerate().take(D::COUNT) {
         let (value, slopes) = gradient_with(formula, lane(&p, i), &mut kept);
         values = values.with_lane(i, value);
@@ -138,7 +144,7 @@ pub fn values_at<D: Lanes<Scalar = f64>>(formula: &Formula, p: Vec3<D>) -> (D, V
 /// Bounds in each lane how much f may change within the rounding of the point's coordinates to f64
 /// (V11, docs/numerics/level-sets.md).
 pub fn blur_at<D: Lanes<Scalar = f64>>(formula: &Formula, p: Vec3<D>) -> D {
-    let mut kept = Values::new();
+    let mut kept = formula.values();
     let mut blur = D::zero();
     for i in 0..D::COUNT {
         let at = lane(&p, i).map(|x| Range::of(Interval::around(x)));

@@ -16,7 +16,7 @@
 //! This search *defines* the t of a zero (S35): every kernel gets the same number for a ray, and
 //! exact arithmetic compares these numbers.
 
-use super::{Dual, Formula, Range, Values};
+use super::{Dual, Formula, Range, Real};
 use crate::math::Interval;
 use std::ops::ControlFlow;
 
@@ -54,9 +54,17 @@ pub struct Change {
 #[derive(Debug, Default)]
 pub struct SearchScratch {
     waiting: Vec<Segment>,
-    numbers: Values<f64>,
-    ranges: Values<Range>,
-    sloped: Values<Dual<Range, 1>>,
+    numbers: Vec<f64>,
+    ranges: Vec<Range>,
+    sloped: Vec<Dual<Range, 1>>,
+}
+
+/// Makes a place for the value of each step.
+fn places<'a, R: Real>(values: &'a mut Vec<R>, formula: &Formula) -> &'a mut [R] {
+    if values.len() < formula.steps().len() {
+        values.resize(formula.steps().len(), R::constant(0.0));
+    }
+    values
 }
 
 /// A range of t, and f at its ends.
@@ -98,9 +106,9 @@ fn walk(
     let mut along = OnLine {
         formula,
         search,
-        numbers: &mut scratch.numbers,
-        ranges: &mut scratch.ranges,
-        sloped: &mut scratch.sloped,
+        numbers: places(&mut scratch.numbers, formula),
+        ranges: places(&mut scratch.ranges, formula),
+        sloped: places(&mut scratch.sloped, formula),
     };
     let [low, high] = search.part;
     waiting.clear();
@@ -176,9 +184,9 @@ fn walk(
 struct OnLine<'a> {
     formula: &'a Formula,
     search: &'a Search,
-    numbers: &'a mut Values<f64>,
-    ranges: &'a mut Values<Range>,
-    sloped: &'a mut Values<Dual<Range, 1>>,
+    numbers: &'a mut [f64],
+    ranges: &'a mut [Range],
+    sloped: &'a mut [Dual<Range, 1>],
 }
 
 impl OnLine<'_> {

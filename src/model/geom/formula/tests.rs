@@ -325,20 +325,20 @@ proptest! {
         let region = at.map(|x| Interval::new(x, x + width));
         let point = [0, 1, 2].map(|k| (at[k] + place[k] * width).min(region[k].high));
         let (value, slopes) = value_and_gradient(&f, point);
-        let mut steps = Values::new();
+        let mut steps = f.values();
         f.evaluate::<f64>(&point, &mut steps);
         // Beyond f64 there is no telling.
         if steps.iter().any(|x| x.is_infinite()) {
             return Ok(());
         }
-        let range = f.evaluate(&region.map(Range::of), &mut Values::new());
+        let range = f.evaluate(&region.map(Range::of), &mut f.values());
         if value.is_nan() {
             prop_assert!(range.is_partial, "{range:?}");
             return Ok(());
         }
         prop_assert!(range.values.holds(value), "{range:?} {value}");
         let along = std::array::from_fn(|k| Dual::<Range, 3>::variable(Range::of(region[k]), k));
-        let Dual { slopes: bounds, .. } = f.evaluate(&along, &mut Values::new());
+        let Dual { slopes: bounds, .. } = f.evaluate(&along, &mut f.values());
         for (slope, bound) in slopes.iter().zip(bounds) {
             let room = slope.abs() * 1e-9 + 1e-9;
             let Interval { low, high } = bound.values;
@@ -356,7 +356,7 @@ proptest! {
     ) {
         let at: [f64; 3] = at;
         let (_, slopes) = value_and_gradient(&f, at);
-        let mut steps = Values::new();
+        let mut steps = f.values();
         f.evaluate::<f64>(&at, &mut steps);
         // Roundings of large numbers outweigh small steps.
         if !steps.iter().all(|x| x.abs() < 1e3) {

@@ -1,8 +1,10 @@
-//! Primitives, one kind a room: the table, its check and bounds, kernels, exact predicate, surface.
+//! Primitives, one kind a file or folder: table, check, bounds, kernels, exact predicate and
+//! surface.
 //!
 //! All primitives live in object space in f64 and are seen from both sides.
-//! Every kernel is written once, generic over [`Lanes`](crate::math::lanes) and
-//! over certainty.
+//! Every kernel is written once, generic over [`Lanes`](crate::math::lanes) and over certainty.
+//! Kernels keep no state; what they reuse from ray to ray is in a [`Scratch`] that the caller
+//! passes.
 
 pub mod by_solver;
 mod columns;

@@ -1,4 +1,4 @@
-//! Values, gradients and expansions against fractions.
+//! Compares values, gradients and expansions with fractions.
 
 use super::*;
 use crate::geom::tape::Builder;
@@ -10,7 +10,7 @@ fn fraction(x: f64) -> BigRational {
     BigRational::from_float(x).expect("a finite number")
 }
 
-/// Σ of all terms of a degree, by the coefficients.
+/// Makes the tape of a polynomial with the given coefficients.
 fn tape(n: usize, coefficients: &[f64]) -> Tape {
     let mut b = Builder::default();
     let [x, y, z] = [0, 1, 2].map(|axis| b.coordinate(axis));
@@ -36,7 +36,7 @@ fn dense(n: usize, coefficients: &[f64]) -> Dense {
     Dense::expand(&tape(n, coefficients), Some(bounds)).expect("an ordinary polynomial")
 }
 
-/// Σ c xⁱ yʲ zᵏ, of fractions.
+/// Evaluates Σ c xⁱ yʲ zᵏ by fractions.
 fn exact(n: usize, c: impl Fn([usize; 3]) -> BigRational, p: &[BigRational; 3]) -> BigRational {
     let mut sum = fraction(0.0);
     for (i, j, k) in powers(n) {
@@ -119,7 +119,7 @@ proptest! {
             Ok(())
         };
         near(value, exact(n, c, &at), own.magnitude(sizes))?;
-        // Of sizes, and a derivative of them.
+        // The values of magnitudes, and their derivatives.
         let (_, steep) = Dense { coefficients: own.magnitudes, ..own.clone() }.values_at(sizes);
         for axis in 0..3 {
             let by = |mut powers: [usize; 3]| {
@@ -138,7 +138,7 @@ proptest! {
         let there = [0, 1, 2].map(|k| fraction(p[k]) + fraction(q[k]));
         let size = sizes + Vec3::<f64>::splat(q).abs();
         near(moved, exact(n, c, &there), own.magnitude(size))?;
-        // And by forms.
+        // The same by Taylor forms.
         let sum = match n {
             2 => taylor_forms::<f64, 3>(&|i| expanded[i], Vec3::splat(q)).iter().sum(),
             3 => taylor_forms::<f64, 4>(&|i| expanded[i], Vec3::splat(q)).iter().sum(),

@@ -126,7 +126,7 @@ pub struct Shear<L: Lanes> {
 impl<L: Lanes> Ray<L> {
     #[inline(always)]
     pub fn new(org: Vec3<L>, dir: Vec3<L>, t_min: L) -> Ray<L> {
-        let (shear, turned) = Shear::of(dir);
+        let (shear, turned) = Shear::new(dir);
         Ray {
             org,
             dir,
@@ -150,7 +150,7 @@ impl<L: Lanes> Shear<L> {
     /// Computes the shear of directions, and the directions as [`turned`](Self::turned) returns
     /// them.
     #[inline(always)]
-    fn of(d: Vec3<L>) -> (Shear<L>, Vec3<L>) {
+    fn new(d: Vec3<L>) -> (Shear<L>, Vec3<L>) {
         let (x, y, z) = (d.x.abs(), d.y.abs(), d.z.abs());
         let is_z = z.ge(x) & z.ge(y);
         let is_y = y.ge(x) & !is_z;

@@ -298,11 +298,11 @@ impl Builder {
             });
         }
         let operands: Vec<_> = steps.iter().map(operands).collect();
-        let places = Places::of(&operands);
+        let places = Places::assign(&operands);
         let (fused, fused_count) = fused::fused(&steps);
         Tape {
             degrees: degrees(&steps),
-            roundings: Roundings::of(&steps),
+            roundings: Roundings::count(&steps),
             steps,
             slots: places.of,
             slot_count: places.count,
@@ -352,7 +352,7 @@ struct Places {
 
 impl Places {
     /// Assigns slots to steps with up to K operands each.
-    fn of<const K: usize>(needs: &[[Option<u32>; K]]) -> Places {
+    fn assign<const K: usize>(needs: &[[Option<u32>; K]]) -> Places {
         let mut last_use: Vec<usize> = (0..needs.len()).collect();
         for (i, operands) in needs.iter().enumerate() {
             for operand in operands.iter().flatten() {

@@ -2,7 +2,7 @@
 
 use super::Cone;
 use crate::geom::exact::line_quadratic::{LineQuadratic, nearest_to};
-use crate::geom::exact::solid::Ends;
+use crate::geom::exact::solid::SpanRoots;
 use crate::geom::exact::surface::Surface as AnySurface;
 use crate::geom::exact::{Line, root};
 use std::cmp::Ordering;
@@ -66,7 +66,7 @@ impl Frustum {
 /// Returns the span of a line in a closed cone. Between the caps' planes the cone is convex, so
 /// there is one span: whether the line is inside the side where it crosses these planes says which
 /// roots of the side are its ends.
-pub(in crate::geom) fn cone(line: &Line, cone: &Cone) -> Option<Ends> {
+pub(in crate::geom) fn cone(line: &Line, cone: &Cone) -> Option<SpanRoots> {
     let frustum = Frustum::new(line, cone);
     let Frustum {
         side, bend, roots, ..

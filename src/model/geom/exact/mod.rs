@@ -23,7 +23,7 @@ pub(in crate::geom) mod surface;
 pub use super::implicit::exact::{Meeting, meetings, meetings_between, sign_at};
 pub use per_lane::meet_per_lane;
 pub use root::Root;
-pub use solid::{Ends, Inside};
+pub use solid::{Inside, SpanRoots};
 
 use super::kinds::for_each_kind;
 use super::primitive::{Exact, Primitive};

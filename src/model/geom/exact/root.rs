@@ -114,7 +114,7 @@ impl<'a> Root<'a> {
     #[cold]
     #[inline(never)]
     fn rounded_exactly(&self) -> f64 {
-        let twice = NormalizedQuadratic::<DoubleDouble>::of((), self);
+        let twice = NormalizedQuadratic::<DoubleDouble>::new((), self);
         let guess = twice.as_ref().map_or(f64::NAN, |f| f.guess(self.t.value));
         exactly(&|space| {
             let exact: OnceCell<Option<NormalizedQuadratic<Dyadic>>> = OnceCell::new();
@@ -122,7 +122,7 @@ impl<'a> Root<'a> {
                 let order = twice.as_ref();
                 let order = order.and_then(|f| f.order_of_scaled(m, power, negative));
                 order.or_else(|| {
-                    let exact = exact.get_or_init(|| NormalizedQuadratic::of(space, self));
+                    let exact = exact.get_or_init(|| NormalizedQuadratic::new(space, self));
                     exact.as_ref()?.order_of_scaled(m, power, negative)
                 })
             };
@@ -179,7 +179,7 @@ impl<'a> Root<'a> {
             return order;
         }
         fn order<N: ExactSign>(space: N::Space, a: &Root, b: &Root) -> Option<Ordering> {
-            NormalizedQuadratic::<N>::of(space, a)?.order(&NormalizedQuadratic::of(space, b)?)
+            NormalizedQuadratic::<N>::new(space, a)?.order(&NormalizedQuadratic::new(space, b)?)
         }
         order::<DoubleDouble>((), self, other)
             .unwrap_or_else(|| exactly(&|space| order::<Dyadic>(space, self, other)))
@@ -201,7 +201,7 @@ impl<'a> Root<'a> {
         let by_plane = self.of_plane().and_then(|a| plane::order_with(&a, x));
         by_plane.unwrap_or_else(|| {
             fn order<N: ExactSign>(space: N::Space, x: f64, root: &Root) -> Option<Ordering> {
-                NormalizedQuadratic::<N>::of(space, root)?.order_of_number(x)
+                NormalizedQuadratic::<N>::new(space, root)?.order_of_number(x)
             }
             order::<DoubleDouble>((), x, self)
                 .unwrap_or_else(|| exactly(&|space| order::<Dyadic>(space, x, self)))
@@ -215,7 +215,7 @@ impl<'a> Root<'a> {
     pub(in crate::geom) fn sign_of(&self, surface: &Surface) -> Ordering {
         fn sign<N: ExactSign>(space: N::Space, root: &Root, surface: &Surface) -> Option<Ordering> {
             let f = surface.on_line_exactly(space, &root.line);
-            NormalizedQuadratic::<N>::of(space, root)?.sign_of(&f)
+            NormalizedQuadratic::<N>::new(space, root)?.sign_of(&f)
         }
         sign::<DoubleDouble>((), self, surface)
             .unwrap_or_else(|| exactly(&|space| sign::<Dyadic>(space, self, surface)))
@@ -295,7 +295,7 @@ fn signed(sign: Ordering, factor: Ordering) -> Ordering {
 /// find no room.
 impl<N: ExactSign> NormalizedQuadratic<N> {
     #[inline(never)]
-    fn of(space: N::Space, root: &Root) -> Option<Self> {
+    fn new(space: N::Space, root: &Root) -> Option<Self> {
         let f: [N; 3] = root.surface.on_line_exactly(space, &root.line);
         let first = match f[0].sign()? {
             Ordering::Equal => f[1].sign()?,

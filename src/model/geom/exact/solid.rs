@@ -12,7 +12,7 @@ type Surface = AnySurface<'static>;
 type Root = super::root::Root<'static>;
 
 /// Where a line enters a solid and where it leaves it; `None` if it always was inside, or stays.
-pub type Ends = [Option<Root>; 2];
+pub type SpanRoots = [Option<Root>; 2];
 
 /// The part of a line that is inside a solid.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +20,7 @@ pub struct Inside {
     /// Whether the line is inside far before the first of `ends`.
     pub at_first: bool,
     /// Where that changes, in order.
-    pub ends: Ends,
+    pub ends: SpanRoots,
 }
 
 impl Inside {
@@ -31,7 +31,7 @@ impl Inside {
 
     /// Makes the part in a convex solid.
     #[inline(always)]
-    pub(in crate::geom) fn of_convex(ends: Option<Ends>) -> Inside {
+    pub(in crate::geom) fn of_convex(ends: Option<SpanRoots>) -> Inside {
         match ends {
             None => Inside::NOWHERE,
             Some([None, exit]) => Inside {
@@ -46,7 +46,7 @@ impl Inside {
     }
 
     /// Returns the spans, of which a solid that is not convex has up to two.
-    pub fn spans(&self) -> impl Iterator<Item = Ends> + use<> {
+    pub fn spans(&self) -> impl Iterator<Item = SpanRoots> + use<> {
         let [first, last] = self.ends;
         let both = match (self.at_first, first) {
             (true, _) => [Some([None, first]), last.map(|_| [last, None])],
@@ -61,7 +61,7 @@ impl Inside {
 pub(in crate::geom) fn half_spaces(
     line: &Line,
     planes: impl Iterator<Item = HalfSpace>,
-) -> Option<Ends> {
+) -> Option<SpanRoots> {
     let (mut enter, mut exit): (Option<Root>, Option<Root>) = (None, None);
     for plane in planes {
         let normal = plane.normal.to_array();
@@ -92,7 +92,7 @@ pub(in crate::geom) fn half_spaces(
     Some([enter, exit])
 }
 
-pub(in crate::geom) fn cuboid(line: &Line, cuboid: &Cuboid) -> Option<Ends> {
+pub(in crate::geom) fn cuboid(line: &Line, cuboid: &Cuboid) -> Option<SpanRoots> {
     let planes = (0..6).map(|i| {
         let axis = glam::DVec3::AXES[i / 2];
         let (normal, offset) = if i % 2 == 0 {
@@ -105,13 +105,13 @@ pub(in crate::geom) fn cuboid(line: &Line, cuboid: &Cuboid) -> Option<Ends> {
     half_spaces(line, planes)
 }
 
-pub(in crate::geom) fn sphere(line: &Line, sphere: &Sphere) -> Option<Ends> {
+pub(in crate::geom) fn sphere(line: &Line, sphere: &Sphere) -> Option<SpanRoots> {
     let center = sphere.center.to_array();
     let radius = sphere.radius;
     round(line, Surface::Sphere { center, radius }, center)
 }
 
-pub(in crate::geom) fn ellipsoid(line: &Line, ellipsoid: &Ellipsoid) -> Option<Ends> {
+pub(in crate::geom) fn ellipsoid(line: &Line, ellipsoid: &Ellipsoid) -> Option<SpanRoots> {
     let center = ellipsoid.center.to_array();
     let radii = ellipsoid.radii.to_array();
     round(line, Surface::Ellipsoid { center, radii }, center)
@@ -119,7 +119,7 @@ pub(in crate::geom) fn ellipsoid(line: &Line, ellipsoid: &Ellipsoid) -> Option<E
 
 /// Returns the span in a bounded quadric, which a line leaves in both directions.
 #[inline(always)]
-fn round(line: &Line, surface: Surface, center: [f64; 3]) -> Option<Ends> {
+fn round(line: &Line, surface: Surface, center: [f64; 3]) -> Option<SpanRoots> {
     let curve = LineQuadratic::new(line, surface, nearest_to(line, center));
     Some(curve.roots(Ordering::Greater)?.map(Some))
 }
@@ -128,7 +128,7 @@ fn round(line: &Line, surface: Surface, center: [f64; 3]) -> Option<Ends> {
 pub(in crate::geom) fn quadric(line: &Line, quadric: &Quadric) -> Inside {
     let surface = Surface::Quadric(quadric.coefficients);
     let curve = LineQuadratic::new(line, surface, nearest_to(line, [0.0; 3]));
-    let inside = |at_first: bool, ends: Ends| Inside { at_first, ends };
+    let inside = |at_first: bool, ends: SpanRoots| Inside { at_first, ends };
     let bend = curve.quadratic_sign();
     if bend.is_eq() {
         return match curve.linear_sign() {

@@ -24,7 +24,7 @@ const STEPS: u64 = 10_000_000;
 pub fn bounds_of(formula: &Formula) -> Option<(Aabb, bool)> {
     let mut kept = formula.values();
     let mut sign =
-        |region: &[Interval; 3]| formula.evaluate(&region.map(Range::of), &mut kept).sign();
+        |region: &[Interval; 3]| formula.evaluate(&region.map(Range::new), &mut kept).sign();
     let mut beyond = |power: i32| {
         let reach = f64::from(power).exp2();
         let ends = [

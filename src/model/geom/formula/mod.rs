@@ -147,7 +147,7 @@ pub fn blur_at<D: Lanes<Scalar = f64>>(formula: &Formula, p: Vec3<D>) -> D {
     let mut kept = formula.values();
     let mut blur = D::zero();
     for i in 0..D::COUNT {
-        let at = lane(&p, i).map(|x| Range::of(Interval::around(x)));
+        let at = lane(&p, i).map(|x| Range::new(Interval::around(x)));
         let values = formula.evaluate(&at, &mut kept).values;
         blur = blur.with_lane(i, values.width());
     }

@@ -152,7 +152,7 @@ pub struct Range {
 }
 
 impl Range {
-    pub fn of(values: Interval) -> Range {
+    pub fn new(values: Interval) -> Range {
         Range {
             values,
             is_partial: false,
@@ -230,7 +230,7 @@ impl Range {
 impl Real for Range {
     #[inline]
     fn constant(x: f64) -> Range {
-        Range::of(Interval::point(x))
+        Range::new(Interval::point(x))
     }
 
     #[inline]

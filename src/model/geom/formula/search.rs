@@ -214,7 +214,7 @@ impl OnLine<'_> {
 
     fn at_point(&mut self, t: f64) -> Range {
         let [x, y, z] = self.points(Interval::point(t));
-        let at = [Range::of(x), Range::of(y), Range::of(z)];
+        let at = [Range::new(x), Range::new(y), Range::new(z)];
         self.formula.evaluate(&at, self.ranges)
     }
 
@@ -222,8 +222,8 @@ impl OnLine<'_> {
     fn over(&mut self, t: Interval) -> Dual<Range, 1> {
         let points = self.points(t);
         let at = |k: usize| Dual {
-            value: Range::of(points[k]),
-            slopes: [Range::of(Interval::point(self.search.dir[k]))],
+            value: Range::new(points[k]),
+            slopes: [Range::new(Interval::point(self.search.dir[k]))],
         };
         let at = [at(0), at(1), at(2)];
         self.formula.evaluate(&at, self.sloped)

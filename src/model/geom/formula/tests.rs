@@ -331,13 +331,13 @@ proptest! {
         if steps.iter().any(|x| x.is_infinite()) {
             return Ok(());
         }
-        let range = f.evaluate(&region.map(Range::of), &mut f.values());
+        let range = f.evaluate(&region.map(Range::new), &mut f.values());
         if value.is_nan() {
             prop_assert!(range.is_partial, "{range:?}");
             return Ok(());
         }
         prop_assert!(range.values.holds(value), "{range:?} {value}");
-        let along = std::array::from_fn(|k| Dual::<Range, 3>::variable(Range::of(region[k]), k));
+        let along = std::array::from_fn(|k| Dual::<Range, 3>::variable(Range::new(region[k]), k));
         let Dual { slopes: bounds, .. } = f.evaluate(&along, &mut f.values());
         for (slope, bound) in slopes.iter().zip(bounds) {
             let room = slope.abs() * 1e-9 + 1e-9;

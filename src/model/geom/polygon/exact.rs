@@ -30,7 +30,7 @@ pub(in crate::geom) fn polygon(
         return None;
     }
     let root = curve.root_of_linear();
-    let met = root.order_with(t_min).is_gt() && View::of(line).contains(polygon);
+    let met = root.order_with(t_min).is_gt() && View::new(line).contains(polygon);
     (met && is_in_room(&root, line, polygon)).then_some(root)
 }
 
@@ -71,7 +71,7 @@ struct Corner {
 }
 
 impl View<'_> {
-    fn of(line: &Line) -> View<'_> {
+    fn new(line: &Line) -> View<'_> {
         let size = line.dir.map(f64::abs);
         let axis = (0..3).max_by(|i, j| size[*i].total_cmp(&size[*j]));
         View {

@@ -61,7 +61,7 @@ pub(super) fn fused(steps: &[Step]) -> (Vec<(Fused, u16)>, usize) {
         };
         needs.push(all.map(|operand| operand.map(|i| number[i as usize])));
     }
-    let Places { of, count } = Places::of(&needs);
+    let Places { of, count } = Places::assign(&needs);
     let place = |i: u32| of[number[i as usize] as usize];
     let fuse = |step: &Step| match (*step, inner(step).map(|i| (i, steps[i as usize]))) {
         (Step::Sum(a, b), Some((i, Step::Product(x, y)))) => {

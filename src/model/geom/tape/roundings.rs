@@ -21,7 +21,7 @@ pub(super) struct Roundings {
 const LEAST: f64 = f64::from_bits(1 << 52) * (1u64 << 22) as f64;
 
 impl Roundings {
-    pub fn of(steps: &[Step]) -> Roundings {
+    pub fn count(steps: &[Step]) -> Roundings {
         let mut counts: Vec<f64> = Vec::with_capacity(steps.len());
         for step in steps {
             let of = |i: u32| counts[i as usize];

@@ -10,7 +10,7 @@ use crate::roots::lanes::{self as roots, Segment, Simple};
 use std::cmp::Ordering;
 
 /// A simple root along a line, the only one in a neighbourhood of [`from`, `to`].
-pub type Crossing = Simple;
+pub type SimpleCrossing = Simple;
 
 /// Finds all crossings of a line between two t, ascending in `scratch.crossings`, and returns the
 /// sign of f at the first t. `None` if f64 is not certain of all of them: first in f64, and then
@@ -39,7 +39,7 @@ fn find_all<const N: usize>(
     tape: &Tape,
     (org, dir): ([f64; 3], [f64; 3]),
     [from, to]: [f64; 2],
-    (store, found): (&mut Store<f64>, &mut Vec<Crossing>),
+    (store, found): (&mut Store<f64>, &mut Vec<SimpleCrossing>),
 ) -> Option<Ordering> {
     let width = (to - from) * (1.0 + 4.0 * UNIT);
     if !(width > 0.0 && width.is_finite() && from.is_finite()) {
@@ -72,7 +72,7 @@ fn find_all<const N: usize>(
     let sign = sign?;
     for root in found {
         let at = |s: f64| from + s * width;
-        let known = Crossing {
+        let known = SimpleCrossing {
             t: at(root.t),
             from: at(root.from) - slack,
             to: at(root.to) + slack,

@@ -88,7 +88,7 @@ pub(super) fn interpolated<D: Lanes<Scalar = f64>, const N: usize>(
     let astray = Vec3::new(astray, astray, astray);
     let off = (moved + near + reach + step.abs() * D::from_f64(2.0)) * unit + astray;
     let first_off = (moved + near) * begun + astray;
-    let stretch = Stretch::of_tape(tape, reach, off);
+    let stretch = Stretch::choose_for_tape(tape, reach, off);
     let sizes = [
         stretch.magnitudes(tape.floor(), reach, off),
         stretch.magnitudes(tape.floor(), near, first_off),
@@ -131,7 +131,7 @@ impl<D: Lanes<Scalar = f64>> Stretch<D> {
     /// Chooses λ so that it moves the largest coordinate by 1/degree of itself, by which the
     /// polynomial grows to at most e times its value.
     #[inline(always)]
-    pub fn of((degree, roundings): (u32, f64), reach: Vec3<D>, off: Vec3<D>) -> Stretch<D> {
+    pub fn choose((degree, roundings): (u32, f64), reach: Vec3<D>, off: Vec3<D>) -> Stretch<D> {
         let one = D::from_f64(1.0);
         let parts = D::from_f64(f64::from(degree.max(1)));
         let least = D::from_f64(f64::MIN_POSITIVE);
@@ -146,8 +146,8 @@ impl<D: Lanes<Scalar = f64>> Stretch<D> {
     }
 
     #[inline(always)]
-    fn of_tape(tape: &Tape, reach: Vec3<D>, off: Vec3<D>) -> Stretch<D> {
-        Stretch::of((tape.degree(), tape.roundings()), reach, off)
+    fn choose_for_tape(tape: &Tape, reach: Vec3<D>, off: Vec3<D>) -> Stretch<D> {
+        Stretch::choose((tape.degree(), tape.roundings()), reach, off)
     }
 
     /// Returns R + λ·off, and `floor` at least (F4, docs/numerics/polynomials.md).

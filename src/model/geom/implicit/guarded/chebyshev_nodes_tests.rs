@@ -84,7 +84,7 @@ proptest! {
         let exact = Fractions([0, 1, 2].map(|k| fraction(computed[k]) + fraction(off[k])));
         let exact = tape.evaluate(&exact);
         let [reach, off] = [computed, off].map(|v| Vec3::<f64>::splat(v).abs());
-        let stretch = Stretch::of_tape(&tape, reach, off);
+        let stretch = Stretch::choose_for_tape(&tape, reach, off);
         let sizes = [stretch.magnitudes(tape.floor(), reach, off); 2];
         let still = Vec3::splat([0.0; 3]);
         let nodes = [0.0; 3];

@@ -17,32 +17,32 @@ use crate::roots::lanes::{Segment, Simple};
 const FINE: f64 = UNIT / (1_u64 << 47) as f64;
 
 #[derive(Clone, Copy, Debug)]
-struct DoubleDoubleForm<D> {
+struct PlainDoubleDouble<D> {
     high: D,
     low: D,
 }
 
 /// Renormalises a sum of two f64 with |a| ≥ |b|, as a rule.
 #[inline(always)]
-fn normalised<D: Lanes<Scalar = f64>>(a: D, b: D) -> DoubleDoubleForm<D> {
+fn normalised<D: Lanes<Scalar = f64>>(a: D, b: D) -> PlainDoubleDouble<D> {
     let high = a + b;
-    DoubleDoubleForm {
+    PlainDoubleDouble {
         high,
         low: b - (high - a),
     }
 }
 
-impl<D: Lanes<Scalar = f64>> DoubleDoubleForm<D> {
+impl<D: Lanes<Scalar = f64>> PlainDoubleDouble<D> {
     #[inline(always)]
-    fn of(x: D) -> DoubleDoubleForm<D> {
-        DoubleDoubleForm {
+    fn exact(x: D) -> PlainDoubleDouble<D> {
+        PlainDoubleDouble {
             high: x,
             low: D::zero(),
         }
     }
 
     #[inline(always)]
-    fn plus(self, other: DoubleDoubleForm<D>) -> DoubleDoubleForm<D> {
+    fn plus(self, other: PlainDoubleDouble<D>) -> PlainDoubleDouble<D> {
         let (a, b) = (self.high, other.high);
         let sum = a + b;
         let part = sum - a;
@@ -51,7 +51,7 @@ impl<D: Lanes<Scalar = f64>> DoubleDoubleForm<D> {
     }
 
     #[inline(always)]
-    fn times(self, other: DoubleDoubleForm<D>) -> DoubleDoubleForm<D> {
+    fn times(self, other: PlainDoubleDouble<D>) -> PlainDoubleDouble<D> {
         let product = self.high * other.high;
         let lost = self.high.product_error(other.high, product);
         normalised(
@@ -61,8 +61,8 @@ impl<D: Lanes<Scalar = f64>> DoubleDoubleForm<D> {
     }
 
     #[inline(always)]
-    fn negated(self) -> DoubleDoubleForm<D> {
-        DoubleDoubleForm {
+    fn negated(self) -> PlainDoubleDouble<D> {
+        PlainDoubleDouble {
             high: -self.high,
             low: -self.low,
         }
@@ -70,43 +70,47 @@ impl<D: Lanes<Scalar = f64>> DoubleDoubleForm<D> {
 }
 
 /// Double-double arithmetic at a point.
-struct At<D>([DoubleDoubleForm<D>; 3]);
+struct At<D>([PlainDoubleDouble<D>; 3]);
 
 impl<D: Lanes<Scalar = f64>> Arithmetic for At<D> {
-    type Value = DoubleDoubleForm<D>;
+    type Value = PlainDoubleDouble<D>;
 
     #[inline(always)]
-    fn coordinate(&self, axis: usize) -> DoubleDoubleForm<D> {
+    fn coordinate(&self, axis: usize) -> PlainDoubleDouble<D> {
         self.0[axis]
     }
 
     #[inline(always)]
-    fn constant(&self, value: f64) -> DoubleDoubleForm<D> {
-        DoubleDoubleForm::of(D::from_f64(value))
+    fn constant(&self, value: f64) -> PlainDoubleDouble<D> {
+        PlainDoubleDouble::exact(D::from_f64(value))
     }
 
     #[inline(always)]
-    fn sum(&self, a: &DoubleDoubleForm<D>, b: &DoubleDoubleForm<D>) -> DoubleDoubleForm<D> {
+    fn sum(&self, a: &PlainDoubleDouble<D>, b: &PlainDoubleDouble<D>) -> PlainDoubleDouble<D> {
         a.plus(*b)
     }
 
     #[inline(always)]
-    fn difference(&self, a: &DoubleDoubleForm<D>, b: &DoubleDoubleForm<D>) -> DoubleDoubleForm<D> {
+    fn difference(
+        &self,
+        a: &PlainDoubleDouble<D>,
+        b: &PlainDoubleDouble<D>,
+    ) -> PlainDoubleDouble<D> {
         a.plus(b.negated())
     }
 
     #[inline(always)]
-    fn product(&self, a: &DoubleDoubleForm<D>, b: &DoubleDoubleForm<D>) -> DoubleDoubleForm<D> {
+    fn product(&self, a: &PlainDoubleDouble<D>, b: &PlainDoubleDouble<D>) -> PlainDoubleDouble<D> {
         a.times(*b)
     }
 }
 
 impl<D: Lanes<Scalar = f64>> At<D> {
     #[inline(always)]
-    fn of(org: [D; 3], dir: [D; 3], t: DoubleDoubleForm<D>) -> At<D> {
+    fn on_line(org: [D; 3], dir: [D; 3], t: PlainDoubleDouble<D>) -> At<D> {
         let place = |k: usize| {
-            t.times(DoubleDoubleForm::of(dir[k]))
-                .plus(DoubleDoubleForm::of(org[k]))
+            t.times(PlainDoubleDouble::exact(dir[k]))
+                .plus(PlainDoubleDouble::exact(org[k]))
         };
         At([place(0), place(1), place(2)])
     }
@@ -119,7 +123,7 @@ struct Moving<D> {
 }
 
 impl<D: Lanes<Scalar = f64>> Arithmetic for Moving<D> {
-    type Value = (DoubleDoubleForm<D>, D);
+    type Value = (PlainDoubleDouble<D>, D);
 
     #[inline(always)]
     fn coordinate(&self, axis: usize) -> Self::Value {
@@ -150,11 +154,11 @@ impl<D: Lanes<Scalar = f64>> Arithmetic for Moving<D> {
     fn scaled(&self, a: &Self::Value, by: f64) -> Self::Value {
         let factor = D::from_f64(by);
         let value = match is_power_of_two(by) {
-            true => DoubleDoubleForm {
+            true => PlainDoubleDouble {
                 high: a.0.high * factor,
                 low: a.0.low * factor,
             },
-            false => a.0.times(DoubleDoubleForm::of(factor)),
+            false => a.0.times(PlainDoubleDouble::exact(factor)),
         };
         (value, a.1 * factor)
     }
@@ -172,9 +176,9 @@ pub(super) fn interpolated<const N: usize>(
     let mut reach = [0.0_f64; 3];
     let mut values = [0.0; N];
     for (value, s) in values.iter_mut().zip(&table.nodes) {
-        let t = DoubleDoubleForm::of(*s).times(DoubleDoubleForm::of(width));
-        let t = t.plus(DoubleDoubleForm::of(start));
-        let point = At::of(org, dir, t);
+        let t = PlainDoubleDouble::exact(*s).times(PlainDoubleDouble::exact(width));
+        let t = t.plus(PlainDoubleDouble::exact(start));
+        let point = At::on_line(org, dir, t);
         for (reach, x) in reach.iter_mut().zip(&point.0) {
             *reach = reach.max(x.high.abs());
         }
@@ -201,8 +205,12 @@ pub(super) fn interpolated<const N: usize>(
 }
 
 /// Returns f at a place on a line, and its error bound (F14, docs/numerics/polynomials.md).
-fn value_at(tape: &Tape, (org, dir): ([f64; 3], [f64; 3]), t: DoubleDoubleForm<f64>) -> (f64, f64) {
-    let point = At::of(org, dir, t);
+fn value_at(
+    tape: &Tape,
+    (org, dir): ([f64; 3], [f64; 3]),
+    t: PlainDoubleDouble<f64>,
+) -> (f64, f64) {
+    let point = At::on_line(org, dir, t);
     let value = tape.evaluate_plain(&point).high;
     let reach = |k: usize| point.0[k].high.abs() * (1.0 + 8.0 * UNIT);
     let moved = |k: usize| (org[k].abs() + (t.high * dir[k]).abs()) * (4.0 * FINE);
@@ -222,7 +230,7 @@ pub fn nearest(
 ) -> Option<f64> {
     let (mut found, slopes) = (t, Vec3::<f64>::splat(dir));
     for _ in 0..STEPS {
-        let at = At::of(org, dir, DoubleDoubleForm::of(found));
+        let at = At::on_line(org, dir, PlainDoubleDouble::exact(found));
         let (value, slope) = tape.evaluate_plain(&Moving { at, dir: slopes });
         let step = value.high / slope;
         found -= step;
@@ -234,8 +242,8 @@ pub fn nearest(
         }
     }
     let sign = |neighbour: f64| {
-        let halfway =
-            DoubleDoubleForm::of(found).plus(DoubleDoubleForm::of((neighbour - found) * 0.5));
+        let halfway = PlainDoubleDouble::exact(found)
+            .plus(PlainDoubleDouble::exact((neighbour - found) * 0.5));
         let (value, error) = value_at(tape, (org, dir), halfway);
         (value.abs() > error).then_some(value > 0.0)
     };
@@ -261,7 +269,7 @@ const ROUNDS: usize = 4;
 /// docs/numerics/polynomials.md).
 pub(super) fn refined(tape: &Tape, line: ([f64; 3], [f64; 3]), root: Simple) -> Simple {
     let at = |t: f64| {
-        let (value, error) = value_at(tape, line, DoubleDoubleForm::of(t));
+        let (value, error) = value_at(tape, line, PlainDoubleDouble::exact(t));
         (value.abs() > error).then_some((t, value))
     };
     let (Some(mut a), Some(mut b)) = (at(root.from), at(root.to)) else {

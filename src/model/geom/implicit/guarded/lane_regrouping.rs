@@ -79,7 +79,7 @@ impl LaneGroup<'_> {
     pub fn rays<D: Lanes<Scalar = f64>, A: AsRef<[f64]>>(&self, columns: &[A; 8]) -> Rays<D> {
         match self {
             LaneGroup::Adjacent { first, .. } => {
-                Rays::of(|column| D::load(&columns[column].as_ref()[*first..]))
+                Rays::load(|column| D::load(&columns[column].as_ref()[*first..]))
             }
             LaneGroup::Gathered(some) => rays(columns, some),
         }
@@ -110,7 +110,7 @@ impl LaneGroup<'_> {
 
 impl<D: Lanes> Rays<D> {
     #[inline(always)]
-    fn of(load: impl Fn(usize) -> D) -> Rays<D> {
+    fn load(load: impl Fn(usize) -> D) -> Rays<D> {
         Rays {
             org: Vec3::new(load(0), load(1), load(2)),
             dir: Vec3::new(load(3), load(4), load(5)),
@@ -144,7 +144,7 @@ pub(super) fn rays<D: Lanes<Scalar = f64>, A: AsRef<[f64]>>(
     columns: &[A; 8],
     some: &[usize],
 ) -> Rays<D> {
-    Rays::of(|column| gather(&columns[column], some))
+    Rays::load(|column| gather(&columns[column], some))
 }
 
 /// Evaluates `$call` with a constant N of a few, the least above the degree; `$none` beyond the

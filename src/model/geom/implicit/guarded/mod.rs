@@ -18,7 +18,7 @@ mod lane_regrouping;
 mod operand_crossings;
 mod taylor;
 
-pub use all_roots::{Crossing, crossings};
+pub use all_roots::{SimpleCrossing, crossings};
 pub use chebyshev_nodes::blur_at;
 pub use double_double_form::nearest;
 pub use operand_crossings::{OperandCrossings, operand_crossings};
@@ -84,7 +84,7 @@ pub struct PolynomialScratch {
     /// a column for each lane.
     rows: Vec<[[f64; 16]; 3]>,
     /// All crossings of one line.
-    pub crossings: Vec<Crossing>,
+    pub crossings: Vec<SimpleCrossing>,
 }
 
 /// Returns where rays first meet the surface beyond t_min.

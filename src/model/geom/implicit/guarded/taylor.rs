@@ -49,7 +49,7 @@ pub(super) fn expanded<D: Lanes<Scalar = f64>, const N: usize>(
     let out = D::from_f64(1.0 + 8.0 * UNIT);
     let near_end = (base.abs() + step * begin) * out;
     let far_end = (base.abs() + step * (begin + width)) * out;
-    let stretch = Stretch::of((N as u32 - 1, dense.roundings()), far_end, off);
+    let stretch = Stretch::choose((N as u32 - 1, dense.roundings()), far_end, off);
     let size = |end: Vec3<D>| dense.magnitude_in::<D, N>(stretch.magnitudes(FLOOR, end, off));
     let error = size(far_end) * stretch.lost;
     // Where f is expanded about the beginning itself, its value there has a much smaller error

@@ -12,8 +12,8 @@ use super::guarded::implicit::PolynomialScratch;
 #[derive(Debug, Default)]
 pub struct Scratch {
     pub polynomial: PolynomialScratch,
-    /// Of level sets.
+    /// The buffers of the search for zeros of level sets.
     pub(super) search: SearchScratch,
-    /// Where one line crosses the sides of a prism.
+    /// The crossings of one line with the sides of a prism.
     pub(super) sides: Vec<Root<'static>>,
 }

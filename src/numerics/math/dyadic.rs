@@ -18,25 +18,26 @@ use std::cmp::Ordering;
 /// docs/numerics/exact.md.
 const ENOUGH: usize = 1 << 15;
 
-/// Limbs on the stack, 4 KiB, which most questions fit into: clearing them takes less time
-/// than the answers do.
-const USUAL: usize = 512;
+/// Limbs that most questions fit into. They are cleared each time, so they are few.
+const USUAL: usize = 128;
+
+/// Limbs that nearly all questions fit into, still on the stack.
+const MANY: usize = 2048;
 
 /// Answers a question with exact numbers. `ask` returns `None` if a number was lost; it is
-/// asked in a small space on the stack, and again in one that holds everything. Panics if
-/// a number is lost there, too, which lemma D11 (docs/numerics/exact.md) excludes for
-/// finite inputs.
+/// asked in a small space on the stack, and again in larger ones. Panics if a number is
+/// lost in the largest, too, which lemma D11 (docs/numerics/exact.md) excludes for finite
+/// inputs.
 pub fn exactly<T>(ask: &dyn Fn(&Space) -> Option<T>) -> T {
-    let mut limbs = [0; USUAL];
-    let answer = ask(&Space::over(&mut limbs));
+    let answer = ask(&Space::over(&mut [0; USUAL]));
     answer.unwrap_or_else(|| with_enough(ask))
 }
 
 #[cold]
 #[inline(never)]
 fn with_enough<T>(ask: &dyn Fn(&Space) -> Option<T>) -> T {
-    let mut limbs = vec![0; ENOUGH];
-    let answer = ask(&Space::over(&mut limbs));
+    let answer = ask(&Space::over(&mut [0; MANY]));
+    let answer = answer.or_else(|| ask(&Space::over(&mut vec![0; ENOUGH])));
     answer.expect("the space holds what finite inputs give")
 }
 

@@ -21,7 +21,7 @@ const ALL: [Unary; 13] = [
     Unary::Tanh,
 ];
 
-/// Of x alone, from what it is made of.
+/// Makes a formula of x alone.
 fn of_x(make: impl FnOnce(&mut Builder, u32) -> u32) -> Formula {
     let mut b = Builder::default();
     let x = b.coordinate(0);

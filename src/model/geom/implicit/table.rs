@@ -178,7 +178,8 @@ impl Primitive for Implicits {
         Vec3::select(known, normals, Vec3::splat(DVec3::Y.to_array()))
     }
 
-    /// What f may be off by, in roundings: coordinates are rounded, too.
+    /// Returns the error of f at rounded points in roundings, over its slope (F17,
+    /// docs/numerics/polynomials.md).
     #[inline(always)]
     fn blur<D: Lanes<Scalar = f64>>(&self, id: ImplicitId, at: Vec3<D>, slope: Option<D>) -> D {
         let row = self.row(id);
@@ -199,8 +200,8 @@ impl<'a> Exact<'a> for Implicit<'a> {
     }
 }
 
-/// Without doubt: by the solver that a row names, or else what f64 leaves open is decided
-/// exactly.
+/// Meets the surface with no lane left undecided: by the solver that the row names, or by the
+/// guarded kernel, whose undecided lanes are decided exactly.
 #[inline(never)]
 fn meet_certainly<L: Lanes>(
     row: &Implicit,
@@ -231,7 +232,7 @@ fn meet_certainly<L: Lanes>(
     Meet::certain(meet.hit | decided, t)
 }
 
-/// Whether f is above zero everywhere outside of a box that holds all its zeros.
+/// Says whether f is above zero everywhere outside a box that holds all its zeros.
 fn is_outside_beyond(tape: &Tape, bounds: &Aabb) -> bool {
     let beyond = bounds.max + bounds.extent() + bounds.max.abs();
     let beyond = beyond.max(DVec3::splat(f64::MIN_POSITIVE));

@@ -80,8 +80,8 @@ pub struct PolynomialScratch {
     eight: Store<Eight>,
     four: Store<Four>,
     one: Store<f64>,
-    /// What [`operand_crossings`] has found so far: a row for each crossing of a ray, with
-    /// a column for each lane.
+    /// The crossings that [`operand_crossings`] has found so far: one row per crossing of a ray,
+    /// one column per lane.
     rows: Vec<[[f64; 16]; 3]>,
     /// All crossings of one line.
     pub crossings: Vec<SimpleCrossing>,

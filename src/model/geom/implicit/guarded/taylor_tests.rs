@@ -168,7 +168,7 @@ proptest! {
             _ => check::<5>(&tape, scale, (org, dir, part))?,
         }
     }
-    /// What is known of them is right; as a rule that is nothing.
+    /// Certain lanes are right; as a rule there are none.
     #[test]
     fn what_is_no_number_is_not_known(
         n in 2..5_u32,

@@ -7,9 +7,9 @@
 //! A [`Cluster`] of roots that a solver cannot separate counts as one root in its middle if the
 //! polynomial has different signs at its ends, and as none otherwise.
 
-use super::guarded::{Ends, ObjectRay, cuboid, sphere};
+use super::guarded::ObjectRay;
 use super::tape::{Arithmetic, MAX_DEGREE, Tape};
-use super::{Clip, Cuboid, Implicit, Ray};
+use super::{Implicit, Ray};
 use crate::math::Vec3;
 use crate::math::lanes::Mask;
 use crate::roots::{
@@ -99,16 +99,7 @@ impl LinePart {
         let (org, dir) = (Vec3::<f64>::splat(org), Vec3::splat(dir));
         let ray = Ray::new(org, dir, from);
         let line = ObjectRay::new(&org, &dir, &ray);
-        let ends: Option<Ends<f64>> = match (row.clip, row.bounds) {
-            (Some(Clip::Sphere(ball)), _) => Some(sphere::sphere_ends(&ball, &line)),
-            (Some(Clip::Cuboid(row)), _) => Some(cuboid::ends(&row, &line)),
-            (None, Some(bounds)) => {
-                let (min, max) = (bounds.min, bounds.max);
-                Some(cuboid::ends(&Cuboid { min, max }, &line))
-            }
-            (None, None) => None,
-        };
-        let part = match ends {
+        let part = match row.region_ends(&line) {
             None => LinePart {
                 from,
                 to,

@@ -4,7 +4,7 @@
 use super::Line;
 use super::line_quadratic::{LineQuadratic, nearest_to};
 use super::surface::Surface as AnySurface;
-use crate::geom::{Cuboid, Ellipsoid, HalfSpace, Quadric, Sphere};
+use crate::geom::{Clip, Cuboid, Ellipsoid, HalfSpace, Quadric, Sphere};
 use std::cmp::Ordering;
 
 /// A plane or a quadric.
@@ -109,6 +109,15 @@ pub(in crate::geom) fn sphere(line: &Line, sphere: &Sphere) -> Option<SpanRoots>
     let center = sphere.center.to_array();
     let radius = sphere.radius;
     round(line, Surface::Sphere { center, radius }, center)
+}
+
+/// Returns the span of a line in a clip; all of the line if there is none.
+pub(in crate::geom) fn clip(line: &Line, clip: Option<Clip>) -> Option<SpanRoots> {
+    match clip {
+        None => Some([None, None]),
+        Some(Clip::Sphere(row)) => sphere(line, &row),
+        Some(Clip::Cuboid(row)) => cuboid(line, &row),
+    }
 }
 
 pub(in crate::geom) fn ellipsoid(line: &Line, ellipsoid: &Ellipsoid) -> Option<SpanRoots> {

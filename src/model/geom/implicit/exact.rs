@@ -5,7 +5,7 @@ use crate::geom::exact::root::{Branch, Root};
 use crate::geom::exact::surface::Surface;
 use crate::geom::exact::{Line, solid};
 use crate::geom::guarded::implicit::{PolynomialScratch, crossings};
-use crate::geom::{Clip, Implicit, Tape};
+use crate::geom::{Implicit, Tape};
 use crate::math::bounds::ErrorBounded;
 use crate::roots::real_roots;
 use num_bigint::{BigInt, Sign};
@@ -108,12 +108,7 @@ pub(in crate::geom) fn first_beyond<'a>(
     t_min: f64,
     scratch: &mut PolynomialScratch,
 ) -> Option<Root<'a>> {
-    let ends = match row.clip {
-        None => Some([None, None]),
-        Some(Clip::Sphere(sphere)) => solid::sphere(line, &sphere),
-        Some(Clip::Cuboid(cuboid)) => solid::cuboid(line, &cuboid),
-    };
-    let [enter, exit] = ends?;
+    let [enter, exit] = solid::clip(line, row.clip)?;
     let between = match row.bounds {
         Some(bounds) => line.part_in(&bounds, 1.0)?,
         None => [f64::NEG_INFINITY, f64::INFINITY],

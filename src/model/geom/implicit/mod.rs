@@ -7,6 +7,7 @@ mod table;
 
 pub use table::Implicits;
 
+use super::guarded::{Ends, ObjectRay, cuboid, sphere};
 use super::tape::{Arithmetic, Step, Tape};
 use super::{Cuboid, Dense, Sphere};
 use crate::math::lanes::Lanes;
@@ -54,6 +55,18 @@ impl Implicit<'_> {
         let clip = self.clip.is_none_or(|clip| clip.is_finite());
         let mut constants = self.tape.steps().iter().filter_map(Step::constant);
         clip && constants.all(f64::is_finite)
+    }
+
+    /// Returns the ends of rays in the surface's clip or, without a clip, in its bounds;
+    /// `None` if it has neither.
+    #[inline(always)]
+    pub(super) fn region_ends<L: Lanes>(&self, object: &ObjectRay<L>) -> Option<Ends<L>> {
+        match (self.clip, self.bounds) {
+            (Some(Clip::Sphere(ball)), _) => Some(sphere::sphere_ends(&ball, object)),
+            (Some(Clip::Cuboid(row)), _) => Some(cuboid::ends(&row, object)),
+            (None, Some(Aabb { min, max })) => Some(cuboid::ends(&Cuboid { min, max }, object)),
+            (None, None) => None,
+        }
     }
 }
 

@@ -1,11 +1,11 @@
 //! Meetings of a line and a level set: the t that the search defines (S35) are taken as exact
 //! numbers.
 
+use crate::geom::LevelSet;
 use crate::geom::exact::root::{Branch, Root};
 use crate::geom::exact::surface::Surface;
 use crate::geom::exact::{Line, solid};
 use crate::geom::formula::{Formula, SearchScratch};
-use crate::geom::{Clip, LevelSet};
 use crate::math::bounds::ErrorBounded;
 use std::ops::ControlFlow;
 
@@ -31,12 +31,7 @@ pub(in crate::geom) fn first_beyond<'a>(
     t_min: f64,
     scratch: &mut SearchScratch,
 ) -> Option<Root<'a>> {
-    let ends = match row.ends() {
-        None => Some([None, None]),
-        Some(Clip::Sphere(sphere)) => solid::sphere(line, &sphere),
-        Some(Clip::Cuboid(cuboid)) => solid::cuboid(line, &cuboid),
-    };
-    let [enter, exit] = ends?;
+    let [enter, exit] = solid::clip(line, row.ends())?;
     let mut first = None;
     row.changes(line, [t_min, f64::INFINITY], scratch, |change| {
         let root = root(row.formula, line, change.t);

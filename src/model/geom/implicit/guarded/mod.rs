@@ -24,8 +24,8 @@ pub use double_double_form::nearest;
 pub use operand_crossings::{OperandCrossings, operand_crossings};
 
 use crate::geom::dense::Expanded;
-use crate::geom::guarded::{Ends, ObjectRay, cuboid, rounded, sphere};
-use crate::geom::{Clip, Cuboid, Implicit, Meet, Ray};
+use crate::geom::guarded::{Ends, ObjectRay, rounded};
+use crate::geom::{Implicit, Meet, Ray};
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask, Scalar, f64x4, f64x8};
@@ -218,15 +218,8 @@ impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> ClippedRays<D, N> {
     ) -> Option<ClippedRays<D, N>> {
         let ray = Ray::<D>::new(rays.org, rays.dir, rays.t_min);
         let object = ObjectRay::new(&rays.org, &rays.dir, &ray);
-        let ends: Ends<D> = match (row.clip, row.bounds) {
-            (Some(Clip::Sphere(ball)), _) => sphere::sphere_ends(&ball, &object),
-            (Some(Clip::Cuboid(row)), _) => cuboid::ends(&row, &object),
-            (None, Some(bounds)) => {
-                let (min, max) = (bounds.min, bounds.max);
-                cuboid::ends(&Cuboid { min, max }, &object)
-            }
-            (None, None) => Ends::none_or_unknown(D::Mask::splat(false)),
-        };
+        let ends = row.region_ends(&object);
+        let ends = ends.unwrap_or_else(|| Ends::none_or_unknown(D::Mask::splat(false)));
         let start = ends.enter[0].max(rays.t_min);
         let end = ends.exit[2].min(rays.limit);
         let misses = ends.none | ends.some & !start.lt(end);

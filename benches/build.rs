@@ -9,12 +9,12 @@ mod common;
 
 use common::{displaced_sphere, mesh_scene, one_thread, quick};
 use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
-use lanecast::accel::{
-    BuildQuality, Quality, Structure, WIDE, World, build, build_boxes, build_mesh, corner_bounds,
-    refit,
+use lanecast::internals::accel::{
+    BuildQuality, Bvh4Quality, Structure, WIDE, World, build_boxes, build_bvh4, build_mesh,
+    corner_bounds, refit,
 };
-use lanecast::math::Aabb32;
-use lanecast::scene::{Appearances, Meshes};
+use lanecast::internals::math::Aabb32;
+use lanecast::internals::scene::{Instances, Meshes};
 use std::hint::black_box;
 
 fn sah_build(c: &mut Criterion) {
@@ -41,7 +41,7 @@ fn sah_build(c: &mut Criterion) {
     let (tree, order) = build_boxes(&boxes, quality);
     assert_eq!(order.len(), count);
     assert!((12.0..24.0).contains(&tree.sah), "{}", tree.sah);
-    let (tree, order) = build(&boxes, &Quality::default());
+    let (tree, order) = build_bvh4(&boxes, &Bvh4Quality::default());
     assert_eq!(order.len(), tree.len);
     assert!((20.0..60.0).contains(&tree.sah), "{}", tree.sah);
 
@@ -58,7 +58,7 @@ fn sah_build(c: &mut Criterion) {
         pool.install(|| b.iter(|| build_boxes(black_box(&boxes), quality)));
     });
     group.bench_function("four-wide, boxes", |b| {
-        b.iter(|| build(black_box(&boxes), &Quality::default()));
+        b.iter(|| build_bvh4(black_box(&boxes), &Bvh4Quality::default()));
     });
     group.bench_function("wide, refit", |b| {
         pool.install(|| b.iter(|| refit(black_box(&mut wide), &mesh)));
@@ -68,7 +68,7 @@ fn sah_build(c: &mut Criterion) {
 
 fn structures(c: &mut Criterion) {
     let scene = mesh_scene(&displaced_sphere(160, 80));
-    let appearances = Appearances::of(&scene).unwrap();
+    let instances = Instances::of(&scene).unwrap();
     let count = 2 * 160 * 79;
     let pool = one_thread();
     let mut group = c.benchmark_group("build: how do the structures compare?");
@@ -79,16 +79,16 @@ fn structures(c: &mut Criterion) {
             // One mesh: the same trees as bvh.
             continue;
         }
-        let world = World::build(&scene, &appearances, structure);
+        let world = World::build(&scene, &instances, structure);
         // A wide leaf holds blocks.
         let each = match structure {
             Structure::Bvh | Structure::ItemBuffer => WIDE,
             _ => 1,
         };
-        let held = world.forest.mesh_figures()[0].references * each;
+        let held = world.levels.blas_figures()[0].references * each;
         assert!(held >= count, "{name}: {held} triangles");
         group.bench_function(name, |b| {
-            pool.install(|| b.iter(|| World::build(black_box(&scene), &appearances, structure)));
+            pool.install(|| b.iter(|| World::build(black_box(&scene), &instances, structure)));
         });
     }
     group.finish();

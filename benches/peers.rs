@@ -11,11 +11,11 @@ mod common;
 use common::{Traced, displaced_sphere, mesh_scene, one_thread, quick, run, traced};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::Vec3A;
-use lanecast::io::RaySet;
-use lanecast::measure::queries::{Answers, Ask};
-use lanecast::measure::ray_kinds::Kind;
-use lanecast::scene::{Appearances, MeshData};
-use lanecast::trace::HitId;
+use lanecast::internals::io::RaySet;
+use lanecast::internals::measure::queries::{Answers, Ask};
+use lanecast::internals::measure::ray_kinds::Kind;
+use lanecast::internals::scene::{Instances, MeshData};
+use lanecast::internals::trace::HitId;
 use obvhs::BvhBuildParams;
 use obvhs::cwbvh::{CwBvh, builder::build_cwbvh_from_tris};
 use obvhs::ray::{Ray, RayHit};
@@ -94,8 +94,8 @@ fn peers(c: &mut Criterion) {
     let pool = one_thread();
     let mesh = displaced_sphere(320, 160);
     let scene = mesh_scene(&mesh);
-    let appearances = Appearances::of(&scene).expect("few appearances");
-    let work: Traced = traced(&scene, &appearances, &KINDS, SIDE);
+    let instances = Instances::of(&scene).expect("few instances");
+    let work: Traced = traced(&scene, &instances, &KINDS, SIDE);
     let peer = Peer::of(&mesh);
     let modes = || work.modes.iter();
     let (_, exact) = modes()

@@ -2,7 +2,7 @@
 //!
 //! Whole pictures of 320×240 pixels with a shadowed point light, one thread, the
 //! machine's width, in each precision: 400 parts of three operands, one difference
-//! of 441 operands, a plate with 10 and with 10,000 holes, and 100,000 appearances
+//! of 441 operands, a plate with 10 and with 10,000 holes, and 100,000 instances
 //! of a part. Asserted: every mode sees the same solids.
 
 mod common;
@@ -10,13 +10,13 @@ mod common;
 use common::{one_thread, quick};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
-use lanecast::accel::{Structure, World};
-use lanecast::geom::{Cuboid, Cylinder, Sphere};
-use lanecast::math::Affine;
-use lanecast::plan::{Choices, Precision, plan};
-use lanecast::render::{Progress, RenderConfig, View, render};
-use lanecast::scene::{
-    Appearances, Camera, Edge, Falloff, Light, Operand, Operator, Scene, SceneBuilder, ShapeId,
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::{Cuboid, Cylinder, Sphere};
+use lanecast::internals::math::Affine;
+use lanecast::internals::plan::{Choices, Precision, plan};
+use lanecast::internals::render::{Progress, RenderConfig, View, render};
+use lanecast::internals::scene::{
+    Camera, Edge, Falloff, Instances, Light, Operand, Operator, Scene, SceneBuilder, ShapeId,
 };
 
 const SIZE: [u32; 2] = [320, 240];
@@ -31,8 +31,8 @@ fn part(scene: &mut SceneBuilder) -> ShapeId {
     let ball = scene.sphere("", Sphere { center, radius });
     let rod = upright(scene, DVec3::new(0.0, -0.5, 0.0), 1.0, 0.45);
     let cut = [block, ball].map(Operand::shape);
-    let cut = scene.combination("", Operator::Difference, &cut);
-    scene.combination("", Operator::Intersection, &[cut, rod].map(Operand::shape))
+    let cut = scene.csg("", Operator::Difference, &cut);
+    scene.csg("", Operator::Intersection, &[cut, rod].map(Operand::shape))
 }
 
 fn upright(scene: &mut SceneBuilder, base: DVec3, height: f64, radius: f64) -> ShapeId {
@@ -104,7 +104,7 @@ fn plate(columns: u32, rows: u32) -> Scene {
 /// The first without the others.
 fn solid(mut scene: SceneBuilder, operands: &[ShapeId]) -> Scene {
     let operands: Vec<Operand> = operands.iter().copied().map(Operand::shape).collect();
-    let shape = scene.combination("", Operator::Difference, &operands);
+    let shape = scene.csg("", Operator::Difference, &operands);
     scene.instance("", Edge::shape(shape));
     scene.finish().expect("the formula gives a valid solid")
 }
@@ -133,15 +133,15 @@ fn solids(c: &mut Criterion) {
     };
     group.throughput(Throughput::Elements(u64::from(SIZE[0] * SIZE[1])));
     for (name, scene) in &scenes {
-        let appearances = Appearances::of(scene).expect("few appearances");
-        let world = World::build(scene, &appearances, Structure::Bvh);
+        let instances = Instances::of(scene).expect("few instances");
+        let world = World::build(scene, &instances, Structure::Bvh);
         let mut hits = None;
         for precision in [Precision::Exact, Precision::Guarded, Precision::Fast] {
             let choices = Choices {
                 precision,
                 ..Choices::default()
             };
-            let plan = plan(scene, &appearances, &choices).expect("the plan's own choice is built");
+            let plan = plan(scene, &instances, &choices).expect("the plan's own choice is built");
             let view = View {
                 world: &world,
                 kernels: plan.kernels,

@@ -16,11 +16,11 @@ use common::{
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
-use lanecast::accel::{Structure, World};
-use lanecast::measure::queries::Answers;
-use lanecast::measure::ray_kinds::Kind;
-use lanecast::scene::{Appearances, MeshData, Scene};
-use lanecast::trace::Caching;
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::measure::queries::Answers;
+use lanecast::internals::measure::ray_kinds::Kind;
+use lanecast::internals::scene::{Instances, MeshData, Scene};
+use lanecast::internals::trace::Caching;
 use rayon::ThreadPool;
 
 const SIDE: u32 = 256;
@@ -47,8 +47,8 @@ fn scene_group(
     scene: &Scene,
     hits: [usize; KINDS.len()],
 ) {
-    let appearances = Appearances::of(scene).expect("few appearances");
-    let work: Traced = traced(scene, &appearances, &KINDS, SIDE);
+    let instances = Instances::of(scene).expect("few instances");
+    let work: Traced = traced(scene, &instances, &KINDS, SIDE);
     let mut answers = Answers::default();
     for (number, (kind, rays)) in work.rays.iter().enumerate() {
         group.throughput(Throughput::Elements(rays.len() as u64));
@@ -89,13 +89,13 @@ fn kinds(c: &mut Criterion) {
 fn structures(c: &mut Criterion) {
     let pool = one_thread();
     let scene = mesh_scene(&mesh());
-    let appearances = Appearances::of(&scene).expect("few appearances");
-    let work: Traced = traced(&scene, &appearances, &[Kind::Primary, Kind::Diffuse], SIDE);
+    let instances = Instances::of(&scene).expect("few instances");
+    let work: Traced = traced(&scene, &instances, &[Kind::Primary, Kind::Diffuse], SIDE);
     let (_, fast) = &work.modes[0];
     let mut expected = [0; 2];
     let mut group = c.benchmark_group("traversal: how do the structures compare?");
     for (name, structure) in common::structures() {
-        let world = World::build(&scene, &appearances, structure);
+        let world = World::build(&scene, &instances, structure);
         let way = (&world, fast, Caching::On);
         let mut answers = Answers::default();
         for (rays, expected) in work.rays.iter().zip(&mut expected) {
@@ -122,11 +122,11 @@ fn structures(c: &mut Criterion) {
 fn shadow_cache(c: &mut Criterion) {
     let pool = one_thread();
     let scene = city(4);
-    let appearances = Appearances::of(&scene).expect("few appearances");
+    let instances = Instances::of(&scene).expect("few instances");
     // Beside the boxes, which stand in each other's light.
     let light = DVec3::new(-5.0, 3.0, 1.5);
     let kinds = [Kind::Shadow, Kind::AreaShadow];
-    let work: Traced = traced_by(light, &scene, &appearances, &kinds, SIDE);
+    let work: Traced = traced_by(light, &scene, &instances, &kinds, SIDE);
     let mut group = c.benchmark_group("traversal: does a shadow cache pay?");
     for (rays, expected) in work.rays.iter().zip([9_716, 9_793]) {
         let (kind, set) = rays;

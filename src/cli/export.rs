@@ -5,16 +5,16 @@ use super::error::CliError;
 use super::output::{Results, Sink, check_destinations, print};
 use super::scene;
 use crate::io::{LoadError, pov_text};
-use crate::scene::Appearances;
+use crate::scene::Instances;
 
 pub fn run(args: &ExportArgs) -> Result<(), CliError> {
     let outputs = check_destinations(&[&args.scene], &[], [&args.pov].into_iter())?;
     let scene = scene::load(&args.scene, &args.load_options(outputs))?;
     let row = scene::pick_camera(&scene.cameras, args.camera.as_deref())?;
     let of_scene = |source| LoadError::of_scene(&args.scene, source);
-    let appearances = Appearances::of(&scene).map_err(of_scene)?;
+    let instances = Instances::of(&scene).map_err(of_scene)?;
     let aspect = f64::from(RENDER_SIZE.width) / f64::from(RENDER_SIZE.height);
-    let (scene, camera) = scene.completed(row, &appearances, aspect);
+    let (scene, camera) = scene.completed(row, &instances, aspect);
     let text = pov_text(&scene, &camera).map_err(|e| CliError::Usage(e.to_string()))?;
     let Sink::File(path) = &args.pov else {
         return print(&text);

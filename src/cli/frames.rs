@@ -11,12 +11,12 @@ use super::interrupt;
 use super::output::{Results, check_destinations};
 use super::pipeline::{Prepared, prepare, structure};
 use super::progress::{Drawing, rate};
-use crate::accel::{Kept, Renewal, WORST_REFIT, World};
+use crate::accel::{KeptTrees, RefitOutcome, WORST_REFIT, World};
 use crate::io::{AovSet, LoadError, picture_files};
 use crate::measure::{FrameStats, Stats, Watch};
 use crate::plan::places_meshes;
 use crate::render::{FrameMemory, RenderConfig, View, render_after};
-use crate::scene::Appearances;
+use crate::scene::Instances;
 use crate::trace::Reuse;
 use std::path::{Path, PathBuf};
 
@@ -41,7 +41,7 @@ pub fn run(
     let prepared = prepare(scene, &options, config, &mut watch, &mut stats)?;
     interrupt::check(&progress)?;
     let structure = structure(&prepared.plan, &prepared.kd);
-    let pays = places_meshes(&prepared.scene, &prepared.appearances);
+    let pays = places_meshes(&prepared.scene, &prepared.instances);
     let Prepared {
         mut scene,
         camera,
@@ -56,19 +56,19 @@ pub fn run(
     let reuse = reuse.unwrap_or_else(|| Reuse::that_pays(pays));
     let mut memory = FrameMemory::new(reuse);
     let name = args.scene.clone().unwrap_or("the built-in scene".into());
-    let mut kept: Option<Kept> = None;
+    let mut kept: Option<KeptTrees> = None;
     for (number, path) in paths.iter().enumerate() {
         let first = stats.stages.len();
         let time = time(number as u32, frames);
         let of_scene = |source| LoadError::of_scene(&name, source);
         scene = scene.at(time).map_err(of_scene)?;
-        let appearances = Appearances::of(&scene).map_err(of_scene)?;
+        let instances = Instances::of(&scene).map_err(of_scene)?;
         stats.stages.push(watch.stage("place"));
-        let (world, renewal) = pool.install(|| match kept.take() {
-            Some(kept) => World::next(kept, &scene, &appearances, structure, WORST_REFIT),
+        let (world, outcome) = pool.install(|| match kept.take() {
+            Some(kept) => World::next(kept, &scene, &instances, structure, WORST_REFIT),
             None => (
-                World::build_to(build, &scene, &appearances, structure),
-                Renewal::Built,
+                World::build_to(build, &scene, &instances, structure),
+                RefitOutcome::Built,
             ),
         });
         for (name, bytes) in world.bytes() {
@@ -93,10 +93,10 @@ pub fn run(
         stats.frames.push(FrameStats {
             frame: number as u32,
             time,
-            top_tree: renewal.name(),
+            top_tree: outcome.name(),
             stages: stats.stages[first..].to_vec(),
             rays: rendered.counts,
-            guesses: memory.counts(),
+            temporal_bounds: memory.counts(),
         });
         kept = Some(world.keep());
     }

@@ -11,7 +11,7 @@ use crate::io::LoadError;
 use crate::math::Affine;
 use crate::measure::volumes::{Goal, Measured, NoVolume, Placed, Volume, together};
 use crate::render::{Progress, mix};
-use crate::scene::{Appearance, Appearances, Scene, ShapeId, Target};
+use crate::scene::{Instance, Instances, Scene, ShapeId, Target};
 use glam::DVec3;
 use serde::Serialize;
 use std::collections::HashMap;
@@ -46,7 +46,7 @@ pub fn run(args: &MeasureArgs) -> Result<(), CliError> {
     };
     let scene = scene::load(&args.scene, &args.load_options(outputs))?;
     let of_scene = |source| LoadError::of_scene(&args.scene, source);
-    let appearances = Appearances::of(&scene).map_err(of_scene)?;
+    let instances = Instances::of(&scene).map_err(of_scene)?;
     let pool = thread_pool(args.threads)?;
     let progress = interrupt::watch();
     let mut measurer = Measurer {
@@ -60,9 +60,9 @@ pub fn run(args: &MeasureArgs) -> Result<(), CliError> {
         let _drawing = Drawing::start(&progress);
         pool.install(|| {
             if args.per_shape {
-                Ok(measurer.shapes(&appearances))
+                Ok(measurer.shapes(&instances))
             } else {
-                measurer.roots(&appearances).map_err(of_scene)
+                measurer.roots(&instances).map_err(of_scene)
             }
         })?
     };
@@ -102,8 +102,8 @@ struct Measurer<'s> {
 }
 
 impl Measurer<'_> {
-    fn shapes(&mut self, appearances: &Appearances) -> Vec<Row> {
-        let counts = appearances.of_shapes(self.scene);
+    fn shapes(&mut self, instances: &Instances) -> Vec<Row> {
+        let counts = instances.of_shapes(self.scene);
         let mut rows = Vec::new();
         for (row, count) in (0..).zip(counts) {
             let id = ShapeId(row);
@@ -124,15 +124,15 @@ impl Measurer<'_> {
         rows
     }
 
-    fn roots(&mut self, appearances: &Appearances) -> Result<Vec<Row>, crate::scene::SceneError> {
-        appearances.check_enumerable()?;
-        let mut parts: Vec<Vec<(usize, Volume)>> = vec![Vec::new(); self.scene.instances.len()];
-        for appearance in appearances.iter(self.scene) {
+    fn roots(&mut self, instances: &Instances) -> Result<Vec<Row>, crate::scene::SceneError> {
+        instances.check_enumerable()?;
+        let mut parts: Vec<Vec<(usize, Volume)>> = vec![Vec::new(); self.scene.roots.len()];
+        for instance in instances.iter(self.scene) {
             if self.progress.is_cancelled() {
                 break;
             }
-            let root = appearance.root as usize;
-            parts[root].extend(self.appearance(&appearance));
+            let root = instance.root as usize;
+            parts[root].extend(self.instance(&instance));
         }
         let mut rows = Vec::new();
         for (row, parts) in parts.iter().enumerate().filter(|(_, p)| !p.is_empty()) {
@@ -149,9 +149,9 @@ impl Measurer<'_> {
     }
 
     /// Measures an instance; under a similarity, from the shape's own figures.
-    fn appearance(&mut self, appearance: &Appearance) -> Option<(usize, Volume)> {
-        let (outward, inward) = (&appearance.world_from_object, &appearance.object_from_world);
-        let shape = appearance.shape;
+    fn instance(&mut self, instance: &Instance) -> Option<(usize, Volume)> {
+        let (outward, inward) = (&instance.world_from_object, &instance.object_from_world);
+        let shape = instance.shape;
         let (number, volume) = match similarity(outward) {
             Some(scale) => {
                 let identity = (&Affine::IDENTITY, &Affine::IDENTITY);
@@ -236,7 +236,7 @@ fn similarity(map: &Affine) -> Option<f64> {
 
 /// Returns the name of the shape or node that a root places.
 fn root_name(scene: &Scene, row: usize) -> String {
-    match scene.instances.row(row).target {
+    match scene.roots.row(row).target {
         Target::Shape(id) => shape_name(scene, id),
         Target::Node(id) => match scene.nodes.names.get(id.0) {
             Some(name) => name.into(),

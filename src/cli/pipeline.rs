@@ -3,19 +3,20 @@
 
 use super::error::CliError;
 use super::scene;
-use crate::accel::{BuildQuality, Density, KdQuality, Structure, World};
+use crate::accel::{BuildQuality, KdQuality, World};
 use crate::io::{LoadError, LoadOptions};
 use crate::measure::{PlanSummary, SceneCounts, Stats, Watch};
-use crate::plan::{Accel, Plan, PlanError, plan};
-use crate::render::{Grid, RenderConfig};
-use crate::scene::{Appearances, Camera, Scene, builtin};
+use crate::plan::{Plan, PlanError, plan};
+use crate::render::RenderConfig;
+use crate::scene::{Camera, Instances, Scene, builtin};
+pub(crate) use crate::tracer::structure;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::path::Path;
 
 /// A complete scene, and how it will be traced.
 pub struct Prepared {
     pub scene: Scene,
-    pub appearances: Appearances,
+    pub instances: Instances,
     pub camera: Camera,
     pub plan: Plan,
     pub build: BuildQuality,
@@ -62,9 +63,9 @@ pub fn complete(
         Some(solver) => scene.solved_by(solver).map_err(of_scene)?,
         None => scene,
     };
-    let appearances = Appearances::of(&scene).map_err(of_scene)?;
-    let (scene, camera) = scene.completed(row, &appearances, aspect(config));
-    let plan = plan(&scene, &appearances, &config.choices)
+    let instances = Instances::of(&scene).map_err(of_scene)?;
+    let (scene, camera) = scene.completed(row, &instances, config.aspect());
+    let plan = plan(&scene, &instances, &config.choices)
         .map_err(|e: PlanError| CliError::Usage(e.to_string()))?;
     stats.stages.push(watch.stage("plan"));
     let pool = thread_pool(config.threads)?;
@@ -77,7 +78,7 @@ pub fn complete(
         solvers: scene.implicits.chosen_solvers(),
     };
     stats.scene = SceneCounts {
-        appearances: appearances.count(),
+        instances: instances.count(),
         shapes: scene.shapes.len() as u64,
         triangles: scene.meshes.triangles.len() as u64,
         lights: scene.lights.len() as u64,
@@ -87,7 +88,7 @@ pub fn complete(
     }
     Ok(Prepared {
         scene,
-        appearances,
+        instances,
         camera,
         plan,
         build: config.build,
@@ -100,7 +101,7 @@ impl Prepared {
     /// Builds the trees on the pool.
     pub fn world(&self, watch: &mut Watch, stats: &mut Stats) -> World {
         let structure = structure(&self.plan, &self.kd);
-        let build = || World::build_to(self.build, &self.scene, &self.appearances, structure);
+        let build = || World::build_to(self.build, &self.scene, &self.instances, structure);
         let world = self.pool.install(build);
         for (name, bytes) in world.bytes() {
             stats.memory.insert(name.into(), bytes as u64);
@@ -108,27 +109,6 @@ impl Prepared {
         stats.stages.push(watch.stage("build"));
         world
     }
-}
-
-/// Returns the structure that the plan chose; `kd` holds the parameters of a k-d tree.
-pub fn structure(plan: &Plan, kd: &KdQuality) -> Structure {
-    match plan.accel {
-        Accel::Bvh => Structure::Bvh,
-        Accel::Kd => Structure::Kd(*kd),
-        Accel::Grid => Structure::Grid(Density::default()),
-        Accel::Heap => Structure::Heap,
-        Accel::HeapSpheres => Structure::HeapSpheres,
-        Accel::Linear => Structure::Linear,
-        Accel::ItemBuffer => Structure::ItemBuffer,
-    }
-}
-
-fn aspect(config: &RenderConfig) -> f64 {
-    let less = match config.grid {
-        Grid::Centers => 0,
-        Grid::Corners => 1,
-    };
-    f64::from(config.width - less) / f64::from(config.height - less)
 }
 
 /// Returns the widest instruction set that the lanes were compiled for.

@@ -4,7 +4,7 @@ use super::args::PlanArgs;
 use super::error::CliError;
 use super::output::{Results, check_destinations};
 use super::pipeline::{Prepared, prepare};
-use crate::accel::{Entry, World};
+use crate::accel::{TlasEntry, World};
 use crate::measure::{Stats, Watch};
 use crate::plan::{remarks, searched, solved, stacked, unbounded};
 use crate::scene::{Shape, ShapeId, Tables, shape_bounds};
@@ -15,14 +15,14 @@ use std::fmt::Write;
 /// The value that `--json` writes.
 #[derive(Debug, Serialize)]
 struct Report {
-    appearances: u64,
+    instances: u64,
     /// Number of instances of each kind of shape.
     shapes: BTreeMap<&'static str, u64>,
     triangles: usize,
     lights: usize,
     materials: usize,
-    /// The combinations that are instanced.
-    combinations: Vec<Combination>,
+    /// The CSG solids that are instanced.
+    csg_solids: Vec<Csg>,
     /// Lints of the shapes.
     remarks: Vec<String>,
     choices: Vec<Choice>,
@@ -37,7 +37,7 @@ struct Report {
 
 /// A CSG solid, expanded.
 #[derive(Debug, Serialize)]
-struct Combination {
+struct Csg {
     name: String,
     operands: usize,
     gates: usize,
@@ -76,14 +76,14 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
 
 /// Warns about instances whose shapes have bounds but that have none in world space.
 fn without_world_bounds(world: &World) -> Option<String> {
-    let bounded = |entry: &&Entry| {
-        let row = world.appearances.get(&world.scene, entry.appearance);
+    let bounded = |entry: &&TlasEntry| {
+        let row = world.instances.get(&world.scene, entry.instance);
         shape_bounds(&world.scene, row.shape).is_some()
     };
     let which = match world.unbounded.iter().filter(bounded).count() {
         0 => return None,
-        1 => "one appearance".to_owned(),
-        count => format!("{count} appearances"),
+        1 => "one instance".to_owned(),
+        count => format!("{count} instances"),
     };
     Some(format!(
         "no tree holds {which}, and every ray is tested against it: a rotation, a non-uniform \
@@ -94,8 +94,8 @@ fn without_world_bounds(world: &World) -> Option<String> {
 fn report(prepared: &Prepared, world: &World) -> Report {
     let scene: &Tables = &prepared.scene;
     let mut shapes = BTreeMap::new();
-    let counts = prepared.appearances.of_shapes(scene);
-    let (mut combinations, mut notes) = (Vec::new(), Vec::new());
+    let counts = prepared.instances.of_shapes(scene);
+    let (mut csg_solids, mut notes) = (Vec::new(), Vec::new());
     let mut met = BTreeSet::new();
     for ((row, shape), count) in (0..).zip(&scene.shapes.rows).zip(counts) {
         if count > 0 {
@@ -104,17 +104,17 @@ fn report(prepared: &Prepared, world: &World) -> Report {
             notes.extend(searched(scene, ShapeId(row)));
             met.insert(row);
         }
-        if let (Shape::Combination(id), 1..) = (shape, count) {
-            let combined = world.combined(*id);
-            let solid = &combined.solid;
+        if let (Shape::Csg(id), 1..) = (shape, count) {
+            let csg = world.csg(*id);
+            let solid = &csg.solid;
             notes.extend(remarks(scene, ShapeId(row), solid));
             met.extend(solid.operands.iter().map(|operand| operand.id.0));
-            combinations.push(Combination {
+            csg_solids.push(Csg {
                 name: scene.shapes.names.label(row),
                 operands: solid.operands.len(),
                 gates: solid.program.gates(),
                 frames: solid.frames.len(),
-                bytes: combined.bytes(),
+                bytes: csg.bytes(),
             });
         }
     }
@@ -126,12 +126,12 @@ fn report(prepared: &Prepared, world: &World) -> Report {
     notes.extend(without_world_bounds(world));
     let reasons = prepared.plan.reasons.iter();
     Report {
-        appearances: prepared.appearances.count(),
+        instances: prepared.instances.count(),
         shapes,
         triangles: scene.meshes.triangles.len(),
         lights: scene.lights.len(),
         materials: scene.materials.len(),
-        combinations,
+        csg_solids,
         remarks: notes,
         choices: reasons
             .map(|(what, choice, why)| Choice {
@@ -142,7 +142,7 @@ fn report(prepared: &Prepared, world: &World) -> Report {
             .collect(),
         tables: scene.bytes().into_iter().collect(),
         trees: world.bytes().into_iter().collect(),
-        top_tree_sah: world.forest.top_figures().sah,
+        top_tree_sah: world.levels.tlas_figures().sah,
     }
 }
 
@@ -160,23 +160,23 @@ fn text_report(report: &Report) -> String {
     // Writing to a string cannot fail.
     let _ = writeln!(
         text,
-        "{} appearances, {} stored triangles, {} lights, {} materials",
-        report.appearances, report.triangles, report.lights, report.materials
+        "{} instances, {} stored triangles, {} lights, {} materials",
+        report.instances, report.triangles, report.lights, report.materials
     );
     for (kind, count) in &report.shapes {
         let _ = writeln!(text, "  {count:>10} × {kind}");
     }
-    if !report.combinations.is_empty() {
+    if !report.csg_solids.is_empty() {
         let _ = writeln!(text, "\ncombinations");
     }
-    for row in report.combinations.iter().take(SHOWN) {
+    for row in report.csg_solids.iter().take(SHOWN) {
         let _ = writeln!(
             text,
             "  {:<16} {} operands, {} gates, {} frames, {} bytes",
             row.name, row.operands, row.gates, row.frames, row.bytes
         );
     }
-    more(&mut text, report.combinations.len());
+    more(&mut text, report.csg_solids.len());
     for line in report.remarks.iter().take(SHOWN) {
         let _ = writeln!(text, "  note: {line}");
     }

@@ -5,7 +5,7 @@ use super::error::CliError;
 use super::output::{Results, check_destinations};
 use super::scene::{self, shape_name};
 use crate::io::LoadError;
-use crate::scene::{Appearances, MaterialId, Scene};
+use crate::scene::{Instances, MaterialId, Scene};
 use crate::trace::{End, Span, Spans, spans};
 use glam::DVec3;
 use serde::Serialize;
@@ -78,8 +78,8 @@ pub fn run(args: &ProbeArgs) -> Result<(), CliError> {
     }
     let scene = scene::load(&args.scene, &args.load_options(outputs))?;
     let of_scene = |source| LoadError::of_scene(&args.scene, source);
-    let appearances = Appearances::of(&scene).map_err(of_scene)?;
-    let found = spans(&scene, &appearances, args.org, args.dir).map_err(of_scene)?;
+    let instances = Instances::of(&scene).map_err(of_scene)?;
+    let found = spans(&scene, &instances, args.org, args.dir).map_err(of_scene)?;
     let report = report(&scene, &found, args.org, args.dir);
     let mut results = Results::default();
     results.add(&args.json, &report)?;
@@ -98,14 +98,14 @@ fn report(scene: &Scene, found: &Spans, org: DVec3, dir: DVec3) -> Report {
 fn row(scene: &Scene, span: &Span) -> Row {
     let place = |end: End| Place {
         shape: shape_name(scene, end.shape),
-        instance: span.appearance,
+        instance: span.instance,
         material: end.material.map(|id| material_name(scene, id)),
         point: end.point.to_array(),
         normal: end.normal.to_array(),
     };
     Row {
         solid: shape_name(scene, span.shape),
-        instance: span.appearance,
+        instance: span.instance,
         side: match (span.t_enter(), span.t_exit()) {
             (_, exit) if exit < 0.0 => Side::Behind,
             (enter, _) if enter > 0.0 => Side::Ahead,
@@ -180,7 +180,7 @@ fn text_report(report: &Report) -> String {
     if report.surfaces_left_out > 0 {
         let _ = writeln!(
             text,
-            "{} appearances of surfaces left out: polygons, open shapes, and meshes that are not \
+            "{} instances of surfaces left out: polygons, open shapes, and meshes that are not \
              closed",
             report.surfaces_left_out
         );

@@ -51,10 +51,10 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
     let prepared = prepared(args, outputs, &config, &mut watch, &mut stats)?;
     let too_many = |source| LoadError::of_scene(&args.scene, source);
     // The reference refuses larger scenes: report that before any work.
-    prepared.appearances.check_enumerable().map_err(too_many)?;
+    prepared.instances.check_enumerable().map_err(too_many)?;
     let world = prepared.world(&mut watch, &mut stats);
-    let reference = Reference::new(&prepared.scene, &prepared.appearances).map_err(too_many)?;
-    let rows = prepared.appearances.laid_out(&prepared.scene);
+    let reference = Reference::new(&prepared.scene, &prepared.instances).map_err(too_many)?;
+    let rows = prepared.instances.laid_out(&prepared.scene);
     let aimed = adversarial_rays(
         &prepared.scene,
         &rows.map_err(too_many)?,
@@ -203,7 +203,7 @@ impl Check<'_> {
                 lanes,
                 ..self.config.choices
             };
-            plan(&prepared.scene, &prepared.appearances, &choices)
+            plan(&prepared.scene, &prepared.instances, &choices)
         };
         let asked = of(self.config.choices.lanes);
         let plan = match asked {

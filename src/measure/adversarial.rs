@@ -17,9 +17,9 @@ mod targets;
 use crate::accel::World;
 use crate::plan::Kernels;
 use crate::render::{Progress, mix, unit};
-use crate::scene::{Appearance, Camera, Projection, Scene};
+use crate::scene::{Camera, Instance, Projection, Scene};
 use crate::trace::{
-    Caching, Depths, HitId, HitIds, Hits, Origins, Outcome, RayKind, Rays, ShadowCache, TILE,
+    BEAM, Caching, Depths, HitId, HitIds, Hits, Origins, Outcome, RayKind, Rays, ShadowCache,
     TracedRay, any, closest,
 };
 use glam::DVec3;
@@ -49,7 +49,7 @@ const PROBES: usize = 256;
 /// Generates `count` rays or fewer; none for a scene without instances.
 pub fn adversarial_rays(
     scene: &Scene,
-    rows: &[Appearance],
+    rows: &[Instance],
     camera: &Camera,
     count: usize,
     seed: u64,
@@ -173,7 +173,7 @@ impl About {
 }
 
 /// Returns a target in world space.
-fn target(scene: &Scene, row: &Appearance, random: &mut Random) -> Target {
+fn target(scene: &Scene, row: &Instance, random: &mut Random) -> Target {
     let Target { point, along } = in_object(scene, scene.shapes.row(row.shape), random);
     let map = &row.world_from_object;
     Target {
@@ -323,7 +323,7 @@ fn trace_chunk(world: &World, kernels: &Kernels, rays: &[Aimed]) -> [Vec<Outcome
         dir: [1.0; 3],
         t_max: -1.0,
     };
-    let missing = rays.len().next_multiple_of(TILE) - rays.len();
+    let missing = rays.len().next_multiple_of(BEAM) - rays.len();
     let rows: Vec<&Aimed> = rays
         .iter()
         .chain(std::iter::repeat_n(&idle, missing))

@@ -26,7 +26,7 @@ use crate::accel::{Structure, World};
 use crate::plan::{Choices, LaneCount, Plan, Precision, plan};
 use crate::reference::Reference;
 use crate::render::{Progress, mix};
-use crate::scene::{Appearances, Scene, SceneBuilder};
+use crate::scene::{Instances, Scene, SceneBuilder};
 use rays::Random;
 use serde::Serialize;
 use std::fmt;
@@ -157,20 +157,20 @@ fn at(sweep: &Sweep, subject: Subject, value: f64, options: &ExtremesOptions) ->
 
 fn figures(case: Case, options: &ExtremesOptions) -> Result<Vec<Figures>, String> {
     let scene: Scene = case.scene.finish().map_err(first_line)?;
-    let appearances = Appearances::of(&scene).map_err(first_line)?;
+    let instances = Instances::of(&scene).map_err(first_line)?;
     let plans = options.precisions.iter().map(|precision| {
         let choices = Choices {
             precision: *precision,
             lanes: options.lanes,
             accel: None,
         };
-        let plan = plan(&scene, &appearances, &choices).map_err(first_line)?;
+        let plan = plan(&scene, &instances, &choices).map_err(first_line)?;
         Ok((*precision, plan))
     });
     let plans: Vec<(Precision, Plan)> = plans.collect::<Result<_, String>>()?;
-    let reference = Reference::new(&scene, &appearances).map_err(first_line)?;
+    let reference = Reference::new(&scene, &instances).map_err(first_line)?;
     // The plan's choice is the same for every precision.
-    let world = World::build(&scene, &appearances, Structure::Bvh);
+    let world = World::build(&scene, &instances, Structure::Bvh);
     let truth = oracle::ask(&reference, &case.rays);
     let modes = plans.iter().map(|(precision, plan)| {
         oracle::figures(&world, (*precision, &plan.kernels), &reference, &truth)

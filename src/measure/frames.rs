@@ -6,12 +6,12 @@
 
 use super::clock::{Clock, best_and_median};
 use super::queries::{columns, padded};
-use crate::accel::{Kept, Renewal, Structure, WORST_REFIT, World};
+use crate::accel::{KeptTrees, RefitOutcome, Structure, WORST_REFIT, World};
 use crate::io::RaySet;
 use crate::plan::Kernels;
 use crate::render::Progress;
-use crate::scene::{Appearances, Scene, SceneError};
-use crate::trace::{Depths, GuessCounts, Guesses, HitId, HitIds, Hits, Rays, Reuse};
+use crate::scene::{Instances, Scene, SceneError};
+use crate::trace::{Depths, HitId, HitIds, Hits, Rays, Reuse, TemporalBounds, TemporalCounts};
 use serde::Serialize;
 
 /// One way to trace the frames' camera rays, through the trees that `render` would use.
@@ -28,7 +28,7 @@ pub struct FrameRow {
     pub mrays_per_s: f64,
     /// Rate relative to the cold rays.
     pub speedup: f64,
-    pub guesses: GuessCounts,
+    pub temporal_bounds: TemporalCounts,
     /// Number of answers that differ from those of cold rays through trees built for
     /// the frame; must be 0.
     pub mismatches: u64,
@@ -36,7 +36,7 @@ pub struct FrameRow {
 
 /// One way to get a frame's trees.
 #[derive(Clone, Debug, Serialize)]
-pub struct RenewalRow {
+pub struct RefitRow {
     pub precision: &'static str,
     /// Bound on the cost of the top-level tree, relative to its cost when it was built;
     /// 0 rebuilds it every frame. `None` rebuilds every tree every frame.
@@ -56,7 +56,7 @@ pub struct RenewalRow {
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct FrameReport {
     pub results: Vec<FrameRow>,
-    pub renewals: Vec<RenewalRow>,
+    pub renewals: Vec<RefitRow>,
 }
 
 /// The measurement's input.
@@ -113,11 +113,11 @@ impl Answers {
 /// Sums of the frames' medians, in seconds.
 #[derive(Clone, Copy, Default)]
 struct Way {
-    renewal: f64,
+    outcome: f64,
     trace: f64,
     refitted: usize,
     sah: f64,
-    guesses: GuessCounts,
+    temporal_bounds: TemporalCounts,
     mismatches: u64,
 }
 
@@ -129,20 +129,20 @@ pub fn measure(
 ) -> Result<Option<FrameReport>, SceneError> {
     let tiles = padded(question.rays, 0..question.rays.len());
     let rays = columns(&tiles, 0..tiles.len());
-    let mut kept: [Option<Kept>; BOUNDS.len()] = Default::default();
-    let mut usual: Option<Kept> = None;
-    let mut memories = Reuse::ALL.map(Guesses::new);
+    let mut kept: [Option<KeptTrees>; BOUNDS.len()] = Default::default();
+    let mut usual: Option<KeptTrees> = None;
+    let mut memories = Reuse::ALL.map(TemporalBounds::new);
     let mut answers = Answers::new(rays.len());
     let mut bounds = [Way::default(); BOUNDS.len()];
     let mut reuses = [Way::default(); Reuse::ALL.len()];
     for frame in 0..question.frames {
         scene = scene.at(f64::from(frame) / f64::from(question.frames.max(2) - 1))?;
-        let appearances = Appearances::of(&scene)?;
-        let renew = |kept: Option<Kept>, worst| match kept {
-            Some(kept) => World::next(kept, &scene, &appearances, Structure::Bvh, worst),
+        let instances = Instances::of(&scene)?;
+        let renew = |kept: Option<KeptTrees>, worst| match kept {
+            Some(kept) => World::next(kept, &scene, &instances, Structure::Bvh, worst),
             None => {
-                let world = World::build(&scene, &appearances, Structure::Bvh);
-                (world, Renewal::Built)
+                let world = World::build(&scene, &instances, Structure::Bvh);
+                (world, RefitOutcome::Built)
             }
         };
         if frame == 0 {
@@ -157,7 +157,7 @@ pub fn measure(
         }
         let mut cold = Answers::new(rays.len());
         let mut seconds: [[Vec<f64>; 2]; BOUNDS.len()] = Default::default();
-        let mut next: [Option<Kept>; BOUNDS.len()] = Default::default();
+        let mut next: [Option<KeptTrees>; BOUNDS.len()] = Default::default();
         for rep in 0..question.reps {
             for (i, bound) in BOUNDS.into_iter().enumerate() {
                 if progress.is_cancelled() {
@@ -165,9 +165,9 @@ pub fn measure(
                 }
                 let before = kept[i].clone().filter(|_| bound.is_some());
                 let worst = bound.unwrap_or_default();
-                let ((world, renewal), spent) = question.clock.time(|| renew(before, worst));
+                let ((world, outcome), spent) = question.clock.time(|| renew(before, worst));
                 seconds[i][0].push(spent);
-                let mut memory = Guesses::new(Reuse::None);
+                let mut memory = TemporalBounds::new(Reuse::None);
                 let (_, spent) = question
                     .clock
                     .time(|| ask(&world, question, &rays, &mut memory, &mut answers));
@@ -179,14 +179,14 @@ pub fn measure(
                     cold.clone_from(&answers);
                 }
                 bounds[i].mismatches += cold.mismatches(&answers);
-                bounds[i].refitted += usize::from(renewal == Renewal::Refitted);
-                bounds[i].sah = world.forest.top_figures().sah;
+                bounds[i].refitted += usize::from(outcome == RefitOutcome::Refitted);
+                bounds[i].sah = world.levels.tlas_figures().sah;
                 next[i] = Some(world.keep());
             }
         }
         kept = next;
-        for (way, [renewal, trace]) in bounds.iter_mut().zip(&seconds) {
-            way.renewal += best_and_median(renewal).1;
+        for (way, [outcome, trace]) in bounds.iter_mut().zip(&seconds) {
+            way.outcome += best_and_median(outcome).1;
             way.trace += best_and_median(trace).1;
         }
 
@@ -204,7 +204,7 @@ pub fn measure(
                     .time(|| ask(&world, question, &rays, &mut memory, &mut answers));
                 seconds.push(spent);
                 if rep == 0 {
-                    reuses[i].guesses.add(&counts);
+                    reuses[i].temporal_bounds.add(&counts);
                     reuses[i].mismatches += cold.mismatches(&answers);
                 }
                 after[i] = memory;
@@ -227,22 +227,22 @@ pub fn measure(
         rays: count as u64,
         mrays_per_s: (count * frames) as f64 / way.trace.max(f64::MIN_POSITIVE) * 1e-6,
         speedup: reuses[0].trace / way.trace.max(f64::MIN_POSITIVE),
-        guesses: way.guesses,
+        temporal_bounds: way.temporal_bounds,
         mismatches: way.mismatches,
     };
     let per_frame = |seconds: f64| seconds * 1e3 / frames.max(1) as f64;
-    let renewal = |(worst, way): (Option<f64>, &Way)| RenewalRow {
+    let outcome = |(worst, way): (Option<f64>, &Way)| RefitRow {
         precision: question.precision,
         worst,
         refitted: way.refitted,
-        renewal_ms: per_frame(way.renewal),
+        renewal_ms: per_frame(way.outcome),
         trace_ms: per_frame(way.trace),
         sah: way.sah,
         mismatches: way.mismatches,
     };
     Ok(Some(FrameReport {
         results: Reuse::ALL.into_iter().zip(&reuses).map(row).collect(),
-        renewals: BOUNDS.into_iter().zip(&bounds).map(renewal).collect(),
+        renewals: BOUNDS.into_iter().zip(&bounds).map(outcome).collect(),
     }))
 }
 
@@ -253,10 +253,10 @@ fn ask(
     world: &World,
     question: &Question,
     rays: &Rays,
-    memory: &mut Guesses,
+    memory: &mut TemporalBounds,
     answers: &mut Answers,
-) -> GuessCounts {
-    let mut counts = GuessCounts::default();
+) -> TemporalCounts {
+    let mut counts = TemporalCounts::default();
     for first in (0..rays.len()).step_by(CHUNK) {
         let rows = first..rays.len().min(first + CHUNK);
         let mut hits = Hits {

@@ -54,10 +54,10 @@ impl StructureRow {
     /// Returns the row of one of our structures.
     pub fn of_world(world: &World, name: &str, triangles: u64, seconds: &[f64]) -> StructureRow {
         let mut row = StructureRow::new(name.into(), triangles, tree_bytes(world), seconds);
-        let meshes = world.forest.mesh_figures();
+        let meshes = world.levels.blas_figures();
         let largest = meshes.iter().max_by_key(|mesh| mesh.references);
         let figures = [
-            world.forest.top_figures(),
+            world.levels.tlas_figures(),
             largest.copied().unwrap_or_default(),
         ];
         row.sah = Some(figures.map(|f| f.sah));
@@ -70,7 +70,7 @@ impl StructureRow {
 /// instances.
 pub fn tree_bytes(world: &World) -> usize {
     let bytes = world.bytes();
-    let trees = bytes.iter().filter(|(name, _)| *name != "appearances");
+    let trees = bytes.iter().filter(|(name, _)| *name != "instances");
     trees.map(|(_, bytes)| bytes).sum()
 }
 

@@ -9,7 +9,7 @@ use crate::io::RaySet;
 use crate::plan::Kernels;
 use crate::render::Progress;
 use crate::trace::{
-    CacheCounts, Caching, Depths, HitIds, Hits, Ids, ItemBuffer, Origins, Rays, ShadowCache, TILE,
+    BEAM, CacheCounts, Caching, Depths, HitIds, Hits, Ids, ItemBuffer, Origins, Rays, ShadowCache,
     any, any_counted, closest, closest_counted, closest_listed,
 };
 use rayon::prelude::*;
@@ -89,7 +89,7 @@ pub(super) fn columns(rays: &RaySet, rows: Range<usize>) -> Rays<'_> {
 
 /// Copies some rows, padded to whole tiles with rays that hit nothing.
 pub(super) fn padded(rays: &RaySet, rows: Range<usize>) -> RaySet {
-    let missing = rows.len().next_multiple_of(TILE) - rows.len();
+    let missing = rows.len().next_multiple_of(BEAM) - rows.len();
     let mut tiles = rays.select(rows);
     for _ in 0..missing {
         tiles.push([0.0; 3], 0.0, [1.0; 3], -1.0);
@@ -108,7 +108,7 @@ pub fn trace(
     progress: &Progress,
 ) -> Option<CacheCounts> {
     let (tries, hits) = (AtomicU64::new(0), AtomicU64::new(0));
-    let whole = rays.len() / TILE * TILE;
+    let whole = rays.len() / BEAM * BEAM;
     let last = padded(rays, whole..rays.len());
     // The rows of a chunk that lie in the set itself, and the rows that lie in the
     // padded last tile.
@@ -116,7 +116,7 @@ pub fn trace(
         let first = number * CHUNK;
         let full = count.min(whole - first);
         let most = (full > 0).then(|| (first, 0..full, columns(rays, first..first + full)));
-        let rest = (full < count).then(|| (whole, full..count, columns(&last, 0..TILE)));
+        let rest = (full < count).then(|| (whole, full..count, columns(&last, 0..BEAM)));
         most.into_iter().chain(rest)
     };
     answers.prepare(ask, whole + last.len());
@@ -136,7 +136,7 @@ pub fn trace(
                         _ if progress.is_cancelled() => (),
                         None => closest(world, kernels, &rays, hits),
                         Some(items) => {
-                            closest_listed(world, kernels, &rays, (items, first / TILE), hits);
+                            closest_listed(world, kernels, &rays, (items, first / BEAM), hits);
                         }
                     }
                 }

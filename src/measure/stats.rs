@@ -3,7 +3,7 @@
 //! Times are wall-clock seconds, memory is in bytes, counts are exact.
 
 use crate::shade::RayCounts;
-use crate::trace::GuessCounts;
+use crate::trace::TemporalCounts;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -39,7 +39,7 @@ pub struct FrameStats {
     pub stages: Vec<Stage>,
     pub rays: RayCounts,
     /// Camera rays that started with temporal bounds.
-    pub guesses: GuessCounts,
+    pub temporal_bounds: TemporalCounts,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -73,7 +73,7 @@ pub struct PictureSize {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct SceneCounts {
     /// Number of instances of shapes.
-    pub appearances: u64,
+    pub instances: u64,
     /// Number of shapes, each stored once however often it is instanced.
     pub shapes: u64,
     pub triangles: u64,

@@ -14,12 +14,12 @@ use super::{facet, implicit, level_set};
 use crate::geom::{Clip, Cone};
 use crate::scene::{Scene, Shape};
 
-/// In object space; `None` for what has no bounds, and for combinations.
+/// In object space; `None` for what has no bounds, and for CSG solids.
 pub fn of_shape(scene: &Scene, shape: Shape) -> Option<Bounds> {
     let ball = |c: [f64; 3], r: f64| Bounds { min: c, max: c }.grown(r);
     let bounds = match shape {
         // An ellipsoid among quadrics has bounds, and is met without them.
-        Shape::HalfSpace(_) | Shape::Quadric(_) | Shape::Combination(_) => {
+        Shape::HalfSpace(_) | Shape::Quadric(_) | Shape::Csg(_) => {
             return None;
         }
         // What it is clipped to; where else it ends is not asked.
@@ -124,8 +124,8 @@ impl Primitive<'_> {
             Shape::Implicit(id) => implicit::meetings(ray, &scene.implicits.row(id)),
             Shape::LevelSet(id) => level_set::meetings(ray, &scene.level_sets.row(id)),
             Shape::Prism(id) => prism::ends(ray, &scene.prisms.row(id)),
-            Shape::Combination(_) => match self.combination {
-                Some(combination) => combination.boundaries(scene, ray),
+            Shape::Csg(_) => match self.csg {
+                Some(csg) => csg.boundaries(scene, ray),
                 None => Ok(Vec::new()),
             },
             Shape::Cone(id) if scene.cones.row(id).open => first_face(&self.faces(ray)),
@@ -164,7 +164,7 @@ pub fn rank(shape: Shape, face: usize) -> usize {
 
 /// Object space, outward, any length; of triangles and polygons by their
 /// winding. Zero where the surface has none (a cone's apex, a node), and of
-/// combinations.
+/// CSG solids.
 pub fn normal(of: &Primitive, ray: &Ray, t: f64, face: usize) -> [f64; 3] {
     let scene = of.scene;
     let from =
@@ -212,7 +212,7 @@ pub fn normal(of: &Primitive, ray: &Ray, t: f64, face: usize) -> [f64; 3] {
         Shape::Implicit(id) => implicit::gradient(scene.implicits.row(id).tape, from([0.0; 3])),
         Shape::Prism(id) => prism::normal(&scene.prisms.row(id), face),
         Shape::LevelSet(id) => level_set::normal(&scene.level_sets.row(id), ray, t),
-        Shape::Combination(_) => [0.0; 3],
+        Shape::Csg(_) => [0.0; 3],
         Shape::Mesh(id) => {
             let corners = scene.meshes.row(id).corners(of.triangle as usize);
             let [a, b, c] = corners.map(|p| p.map(f64::from));

@@ -11,7 +11,7 @@
 //! are met by integers alone (`algebraic`, O3).
 //!
 //! Primitives are seen from both sides, so a ray that starts inside a solid meets its far
-//! side (S14). CSG solids are evaluated along the whole line (`combination`, O4). A hit
+//! side (S14). CSG solids are evaluated along the whole line (`CSG solid`, O4). A hit
 //! counts where 0 < t < t_max. Of hits at equal t, the one with the lower (instance,
 //! primitive) is the answer (S10).
 //!
@@ -29,7 +29,7 @@ mod algebraic;
 pub mod approx;
 mod bounds;
 mod camera;
-mod combination;
+mod csg;
 pub mod dyadic;
 mod facet;
 mod implicit;
@@ -48,12 +48,12 @@ mod surd;
 mod tree;
 
 pub use camera::{Grid, WorldRay, camera_ray};
-pub use combination::TURNED;
+pub use csg::TURNED;
 pub use path::{Shadow, shadow};
 pub use ray::Ray;
 
-use crate::scene::{Appearance, Appearances, MeshId, Scene, SceneError, Shape};
-use combination::Combination;
+use crate::scene::{Instance, Instances, MeshId, Scene, SceneError, Shape};
+use csg::Csg;
 use dyadic::Dyadic;
 use meet::{Primitive, Within};
 use solids::Meeting;
@@ -69,7 +69,7 @@ const MAX_CONDITION: f64 = 1e8;
 pub struct Reference<'a> {
     scene: &'a Scene,
     /// Instances by id.
-    rows: Cow<'a, [Appearance]>,
+    rows: Cow<'a, [Instance]>,
     /// The tree over the world boxes of `rows`.
     tree: Tree,
     /// Rows in no tree, which every ray is tested against.
@@ -77,7 +77,7 @@ pub struct Reference<'a> {
     /// The greatest condition of a placement in the tree.
     condition: f64,
     /// The CSG solids that instances place, by row of the scene's table.
-    combinations: Vec<Option<Combination>>,
+    csg_solids: Vec<Option<Csg>>,
     /// Per mesh, the tree over its triangles about the mesh's centre; empty for brute
     /// force.
     triangles: Arc<[Tree]>,
@@ -88,7 +88,7 @@ pub struct Reference<'a> {
 pub struct Hit {
     /// The f64 nearest to the exact t.
     pub t: f64,
-    /// The id of one of [`Appearances`].
+    /// The id of one of [`Instances`].
     pub instance: u64,
     /// The primitive id (S13): the triangle of a mesh; the surface of a CSG solid, with the
     /// bit [`TURNED`]; 0 otherwise.
@@ -120,11 +120,8 @@ struct Candidate {
 
 impl<'a> Reference<'a> {
     /// Builds the oracle with trees.
-    pub fn new(
-        scene: &'a Scene,
-        appearances: &'a Appearances,
-    ) -> Result<Reference<'a>, SceneError> {
-        let mut all = Reference::brute_force(scene, appearances)?;
+    pub fn new(scene: &'a Scene, instances: &'a Instances) -> Result<Reference<'a>, SceneError> {
+        let mut all = Reference::brute_force(scene, instances)?;
         let mut always = Vec::new();
         let mut boxes = Vec::new();
         let mut worst = 1.0;
@@ -132,10 +129,10 @@ impl<'a> Reference<'a> {
             let shape = scene.shapes.row(a.shape);
             let (to, from) = (&a.world_from_object, &a.object_from_world);
             let mut condition = bounds::condition(to, from);
-            let object = match all.combination(shape) {
-                Some(combination) => {
-                    condition *= combination.condition;
-                    combination.bounds
+            let object = match all.csg(shape) {
+                Some(csg) => {
+                    condition *= csg.condition;
+                    csg.bounds
                 }
                 None => kinds::of_shape(scene, shape),
             };
@@ -160,8 +157,8 @@ impl<'a> Reference<'a> {
                 Tree::new(&boxes)
             })
             .collect();
-        for combination in all.combinations.iter_mut().flatten() {
-            combination.triangles = triangles.clone();
+        for csg in all.csg_solids.iter_mut().flatten() {
+            csg.triangles = triangles.clone();
         }
         Ok(Reference {
             tree: Tree::new(&boxes),
@@ -175,19 +172,19 @@ impl<'a> Reference<'a> {
     /// Builds the oracle without trees: every ray is tested against every primitive.
     pub fn brute_force(
         scene: &'a Scene,
-        appearances: &'a Appearances,
+        instances: &'a Instances,
     ) -> Result<Reference<'a>, SceneError> {
-        let rows = appearances.laid_out(scene)?;
-        let mut combinations = vec![None; scene.combinations.len()];
+        let rows = instances.laid_out(scene)?;
+        let mut csg_solids = vec![None; scene.csg.len()];
         for row in rows.iter() {
-            if let Shape::Combination(id) = scene.shapes.row(row.shape) {
-                let unfold = || Combination::new(scene, id);
-                combinations[id.index()].get_or_insert_with(unfold);
+            if let Shape::Csg(id) = scene.shapes.row(row.shape) {
+                let unfold = || Csg::new(scene, id);
+                csg_solids[id.index()].get_or_insert_with(unfold);
             }
         }
         Ok(Reference {
             scene,
-            combinations,
+            csg_solids,
             tree: Tree::default(),
             always: (0..rows.len() as u32).collect(),
             rows,
@@ -207,9 +204,9 @@ impl<'a> Reference<'a> {
         Some(self.scene.shapes.row(row.shape).kind_name())
     }
 
-    fn combination(&self, shape: Shape) -> Option<&Combination> {
+    fn csg(&self, shape: Shape) -> Option<&Csg> {
         match shape {
-            Shape::Combination(id) => self.combinations[id.index()].as_ref(),
+            Shape::Csg(id) => self.csg_solids[id.index()].as_ref(),
             _ => None,
         }
     }
@@ -219,8 +216,8 @@ impl<'a> Reference<'a> {
     fn condition_of(&self, hit: &Hit) -> f64 {
         let a = &self.rows[hit.instance as usize];
         let own = bounds::condition(&a.world_from_object, &a.object_from_world);
-        let combination = self.combination(self.scene.shapes.row(a.shape));
-        own * combination.map_or(1.0, |c| c.condition)
+        let csg = self.csg(self.scene.shapes.row(a.shape));
+        own * csg.map_or(1.0, |c| c.condition)
     }
 
     /// Finds the closest hit of a world ray with 0 < t < t_max.
@@ -269,7 +266,7 @@ impl<'a> Reference<'a> {
         Some(Hit {
             t,
             instance: u64::from(instance),
-            primitive: target.combination.map_or(primitive, |_| met.surface),
+            primitive: target.csg.map_or(primitive, |_| met.surface),
             normal: self.normal(instance, &target, &ray, t, &met),
         })
     }
@@ -283,7 +280,7 @@ impl<'a> Reference<'a> {
         t: f64,
         met: &Meeting<Dyadic>,
     ) -> [f64; 3] {
-        let normal = match target.combination {
+        let normal = match target.csg {
             Some(all) => all.normal(self.scene, ray, t, (met.face, met.surface)),
             None => kinds::normal(target, ray, t, met.face),
         };
@@ -333,7 +330,7 @@ impl<'a> Reference<'a> {
         };
         let primitives = match self.scene.shapes.row(a.shape) {
             Shape::Mesh(id) => self.scene.meshes.row(id).triangles.len(),
-            Shape::Combination(_) => usize::MAX,
+            Shape::Csg(_) => usize::MAX,
             _ => 1,
         };
         if primitive as usize >= primitives {
@@ -347,7 +344,7 @@ impl<'a> Reference<'a> {
             .map(|m| {
                 let t = rounding::nearest(&m.t);
                 let normal = self.normal(instance, &target, &ray, t, m);
-                let primitive = match target.combination {
+                let primitive = match target.csg {
                     Some(_) => m.surface,
                     None => primitive,
                 };
@@ -374,7 +371,7 @@ impl<'a> Reference<'a> {
             scene,
             shape,
             triangle,
-            combination: self.combination(shape),
+            csg: self.csg(shape),
         };
         (ray, primitive)
     }
@@ -429,7 +426,7 @@ impl<'a> Reference<'a> {
 
 /// Maps a normal to world space by the inverse transpose of `world_from_object`, at unit
 /// length.
-fn world_normal(a: &Appearance, n: [f64; 3]) -> [f64; 3] {
+fn world_normal(a: &Instance, n: [f64; 3]) -> [f64; 3] {
     let m = &a.object_from_world;
     ray::unit(m.linear().map(|column| ray::dot(column, n)))
 }

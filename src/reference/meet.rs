@@ -2,7 +2,7 @@
 //! origin.
 
 use super::approx::{Approx, Undecided};
-use super::combination::Combination;
+use super::csg::Csg;
 use super::dyadic::Dyadic;
 use super::ray::Ray;
 use super::rounding;
@@ -18,7 +18,7 @@ pub struct Primitive<'a> {
     /// The triangle of a mesh; 0 otherwise.
     pub triangle: u32,
     /// The unfolded CSG solid, if the shape is one.
-    pub combination: Option<&'a Combination>,
+    pub csg: Option<&'a Csg>,
 }
 
 /// Bounds on the t of a first meeting.

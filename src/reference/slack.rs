@@ -3,7 +3,7 @@
 
 use super::approx::{Approx, Undecided};
 use super::bounds::max_abs;
-use super::combination::Frame;
+use super::csg::Frame;
 use super::dyadic::Dyadic;
 use super::number::Number;
 use super::ray::{dot, length};

@@ -2,10 +2,10 @@
 //! own, so threads share none.
 
 use crate::shade::Memory;
-use crate::trace::{GuessCounts, Reuse};
+use crate::trace::{Reuse, TemporalCounts};
 use std::sync::{Mutex, MutexGuard};
 
-/// The temporal bounds of every tile. [`crate::trace::Guesses`] states its size.
+/// The temporal bounds of every tile. [`crate::trace::TemporalBounds`] states its size.
 #[derive(Debug, Default)]
 pub struct FrameMemory {
     reuse: Reuse,
@@ -36,8 +36,8 @@ impl FrameMemory {
     }
 
     /// Returns the counts of the frame rendered last.
-    pub fn counts(&mut self) -> GuessCounts {
-        let mut counts = GuessCounts::default();
+    pub fn counts(&mut self) -> TemporalCounts {
+        let mut counts = TemporalCounts::default();
         for tile in &mut self.tiles {
             let tile = tile.get_mut().unwrap_or_else(|e| e.into_inner());
             counts.add(&tile.counts);

@@ -3,7 +3,7 @@
 use super::camera::RayGenerator;
 use crate::accel::{WIDE, World};
 use crate::scene::{Camera, Projection};
-use crate::trace::{ItemBuffer, Raster, Rect, TILE};
+use crate::trace::{BEAM, ItemBuffer, Raster, Rect};
 use rayon::prelude::*;
 
 /// Prepares the lists of the camera rays of all render tiles, [`tiles_of`] lists per
@@ -25,7 +25,7 @@ pub fn item_buffer(
     let rects = |tile: u32| {
         let order = order(tile);
         let mut rects: Vec<Rect> = order
-            .chunks(TILE)
+            .chunks(BEAM)
             .map(|pixels| around(&raster, generator, pixels))
             .collect();
         rects.resize(tiles_of(pixels), Rect::EMPTY);
@@ -37,7 +37,7 @@ pub fn item_buffer(
 
 /// Returns the number of ray tiles in a render tile of that many pixels.
 pub fn tiles_of(pixels: u32) -> usize {
-    (pixels as usize).div_ceil(TILE)
+    (pixels as usize).div_ceil(BEAM)
 }
 
 /// Returns a rectangle that covers every ray through the pixels, at any offset inside

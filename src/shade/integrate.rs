@@ -10,15 +10,15 @@
 use super::bsdf::{MaterialFlags, sample_bsdf, spawns_rays};
 use super::columns::{STEP, gather};
 use super::hit_buffer::HitBuffer;
+use super::interaction::InteractionPart;
 use super::ray_queue::{BATCH, RayQueue, RayQueues};
-use super::site::Site;
 use super::statistics::{Statistics, count_rays, record_ray};
 use super::surface::Surface;
 use crate::accel::World;
 use crate::plan::Kernels;
 use crate::scene::{Light, Material, MaterialId, Rgb};
 use crate::trace::{
-    Depths, HitId, Hits, Ids, ItemBuffer, Outcome, RayKind, ShadowCache, TILE, closest,
+    BEAM, Depths, HitId, Hits, Ids, ItemBuffer, Outcome, RayKind, ShadowCache, closest,
     closest_listed,
 };
 use bumpalo::Bump;
@@ -146,7 +146,7 @@ impl Integrator<'_> {
         // An item list finds the closest hit without temporal bounds.
         match (self.items, &mut statistics.memory) {
             (Some((items, tile)), _) if depth == 0 => {
-                let items = (items, tile + first / TILE);
+                let items = (items, tile + first / BEAM);
                 closest_listed(self.world, &self.kernels, &batch, items, hits);
             }
             (None, Some(memory)) if depth == 0 => {
@@ -202,7 +202,7 @@ impl Integrator<'_> {
         queues.at(depth).truncate(first);
     }
 
-    /// Evaluates the surfaces of a batch's hits, up to [`STEP`] hits of one site at a
+    /// Evaluates the surfaces of a batch's hits, up to [`STEP`] hits of one interaction at a
     /// time.
     fn fill_hit_buffer(
         &self,
@@ -220,11 +220,12 @@ impl Integrator<'_> {
                 instance: instance[row],
                 primitive: primitive[row],
             };
-            let has =
-                |pending: &Option<PendingHits>| pending.as_ref().is_some_and(|b| b.site.has(id));
+            let has = |pending: &Option<PendingHits>| {
+                pending.as_ref().is_some_and(|b| b.interaction.has(id))
+            };
             let at = open.iter().position(has).unwrap_or_else(|| {
-                let site = Site::of(self.world, self.kernels.precision, id);
-                if let Some(pending) = open[oldest].replace(PendingHits::new(site)) {
+                let interaction = InteractionPart::of(self.world, self.kernels.precision, id);
+                if let Some(pending) = open[oldest].replace(PendingHits::new(interaction)) {
                     pending.flush(queue, rays.start, (t, primitive), buffer);
                 }
                 oldest = (oldest + 1) % OPEN_SITES;
@@ -234,7 +235,7 @@ impl Integrator<'_> {
                 continue;
             };
             buffer.row[hit] = (rays.start + row) as u32;
-            buffer.material[hit] = pending.site.material(id.primitive);
+            buffer.material[hit] = pending.interaction.material(id.primitive);
             pending.hits[pending.len] = hit as u32;
             pending.len += 1;
             if pending.len == STEP {
@@ -260,17 +261,17 @@ impl Integrator<'_> {
 /// Number of sites whose hits are collected at the same time.
 const OPEN_SITES: usize = 4;
 
-/// Hits of one site, collected until they fill a step.
+/// Hits of one interaction, collected until they fill a step.
 struct PendingHits<'w> {
-    site: Site<'w>,
+    interaction: InteractionPart<'w>,
     hits: [u32; STEP],
     len: usize,
 }
 
 impl<'w> PendingHits<'w> {
-    fn new(site: Site<'w>) -> PendingHits<'w> {
+    fn new(interaction: InteractionPart<'w>) -> PendingHits<'w> {
         PendingHits {
-            site,
+            interaction,
             hits: [0; STEP],
             len: 0,
         }
@@ -293,7 +294,7 @@ impl<'w> PendingHits<'w> {
         let rows = rays.map(|ray| ray - first as u32);
         let primitives = rows.map(|row| primitive[row as usize]);
         let t = gather(t, &rows);
-        let surfaces = self.site.surfaces((org, dir), t, &primitives);
+        let surfaces = self.interaction.surfaces((org, dir), t, &primitives);
         buffer.set(&hits, &surfaces, dir);
     }
 }

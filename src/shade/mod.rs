@@ -2,12 +2,12 @@
 
 mod bsdf;
 mod columns;
-mod height;
 mod hit_buffer;
 mod integrate;
+mod interaction;
 mod light;
+mod projection;
 mod ray_queue;
-mod site;
 mod statistics;
 mod surface;
 

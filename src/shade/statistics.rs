@@ -4,7 +4,8 @@ use super::ray_queue::RayQueue;
 use crate::accel::World;
 use crate::plan::Kernels;
 use crate::trace::{
-    CacheCounts, GuessCounts, Guesses, HitId, Hits, Outcome, RayKind, Rays, Reuse, TracedRay,
+    CacheCounts, HitId, Hits, Outcome, RayKind, Rays, Reuse, TemporalBounds, TemporalCounts,
+    TracedRay,
 };
 use serde::Serialize;
 
@@ -54,16 +55,16 @@ pub struct Statistics<'a> {
 /// order, padding included. Empty at first.
 #[derive(Debug, Default)]
 pub struct Memory {
-    guesses: Guesses,
+    temporal_bounds: TemporalBounds,
     /// Number of rays of this frame so far.
     row: usize,
-    pub counts: GuessCounts,
+    pub counts: TemporalCounts,
 }
 
 impl Memory {
     pub fn new(reuse: Reuse) -> Memory {
         Memory {
-            guesses: Guesses::new(reuse),
+            temporal_bounds: TemporalBounds::new(reuse),
             ..Memory::default()
         }
     }
@@ -71,7 +72,7 @@ impl Memory {
     /// Begins the next frame.
     pub fn restart(&mut self) {
         self.row = 0;
-        self.counts = GuessCounts::default();
+        self.counts = TemporalCounts::default();
     }
 
     /// Traces the next batch of camera rays and stores their hits.
@@ -84,7 +85,9 @@ impl Memory {
     ) {
         let first = self.row;
         self.row += rays.len();
-        let counts = self.guesses.closest(world, kernels, rays, first, hits);
+        let counts = self
+            .temporal_bounds
+            .closest(world, kernels, rays, first, hits);
         self.counts.add(&counts);
     }
 }

@@ -1,6 +1,6 @@
 //! The canonical evaluation of a hit: one function in f64 for every kernel, width and
-//! structure, so that all of them shade the same numbers. It evaluates hits of one site
-//! in lanes ([`Site::surfaces`]), with the same bits at any width.
+//! structure, so that all of them shade the same numbers. It evaluates hits of one interaction
+//! in lanes ([`InteractionPart::surfaces`]), with the same bits at any width.
 //!
 //! From the ray, t and the primitive it computes the point, the normals and the
 //! distance from the point at which a leaving ray must start. That distance is no fixed
@@ -9,7 +9,7 @@
 //! refined in f64 (see [`super::height`]), so the point has f64 accuracy even after f32
 //! lanes.
 
-use super::site::Site;
+use super::interaction::InteractionPart;
 use crate::accel::World;
 use crate::geom::primitive::Height;
 use crate::geom::{formula, implicit};
@@ -46,7 +46,7 @@ pub struct Surfaces<D: Lanes> {
 }
 
 impl Surface {
-    /// Evaluates one hit; for several hits of one primitive use [`Site`].
+    /// Evaluates one hit; for several hits of one primitive use [`InteractionPart`].
     pub fn at(
         world: &World,
         precision: Precision,
@@ -55,16 +55,16 @@ impl Surface {
         t: f64,
         id: HitId,
     ) -> Surface {
-        let site = Site::of(world, precision, id);
+        let interaction = InteractionPart::of(world, precision, id);
         let [org, dir] = [org, dir.map(f64::from)].map(|v| Vec3::<f64>::from(DVec3::from(v)));
-        let one = site.surfaces((org, dir), t, &[id.primitive]);
+        let one = interaction.surfaces((org, dir), t, &[id.primitive]);
         Surface {
             point: one.point.into(),
             ng: one.ng.into(),
             ns: one.ns.into(),
             front: one.front.any(),
             offset: one.offset,
-            material: site.material(id.primitive),
+            material: interaction.material(id.primitive),
         }
     }
 
@@ -148,7 +148,7 @@ pub(super) fn to_world_height<D: Lanes<Scalar = f64>>(
 
 /// Returns the outward normals in object space, and smooth normals if the shape has
 /// them, of one primitive per lane. `known` holds unit outward normals from
-/// [`refined`](super::height::refined).
+/// [`refined`](super::projection::refined).
 #[inline(always)]
 pub(super) fn normals<D: Lanes<Scalar = f64>>(
     world: &World,

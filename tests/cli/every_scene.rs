@@ -41,7 +41,7 @@ fn scenes() -> Vec<PathBuf> {
             path.extension()
                 .is_some_and(|e| kinds.iter().any(|k| e == *k))
         })
-        // Ten thousand million appearances, which the reference does not lay out.
+        // Ten thousand million instances, which the reference does not lay out.
         .filter(|path| !path.ends_with("scenes/many.toml"))
         // JSON among the assets is about scenes, and none.
         .filter(|path| {

@@ -128,7 +128,7 @@ fn probe_prints_a_table_for_people() {
         "behind  t -2.5 to -1.5, length 1.0: ball (instance 1)",
         "ahead   t 7.0 to 9.5, length 2.5: part (instance 0)",
         "4 spans;",
-        "2 appearances of surfaces left out",
+        "2 instances of surfaces left out",
     ] {
         assert!(stdout(&output).contains(line), "{}", stdout(&output));
     }
@@ -204,7 +204,7 @@ fn plan_says_what_stands_at_one_place() {
     };
     let said = notes(40, 0);
     assert!(
-        said.contains("1099511627776 appearances of one shape stand at one"),
+        said.contains("1099511627776 instances of one shape stand at one"),
         "{said}"
     );
     assert_eq!(notes(16, 0), "[]");
@@ -212,9 +212,9 @@ fn plan_says_what_stands_at_one_place() {
 }
 
 #[test]
-fn plan_shows_combinations() {
+fn plan_shows_csg() {
     let report = plan(PART);
-    let rows = report["combinations"].as_array().unwrap();
+    let rows = report["CSG solids"].as_array().unwrap();
     assert_eq!(rows.len(), 1);
     let row = &rows[0];
     assert_eq!(
@@ -227,7 +227,7 @@ fn plan_shows_combinations() {
 }
 
 #[test]
-fn plan_says_what_is_odd_about_combinations() {
+fn plan_says_what_is_odd_about_csg() {
     for (part, says) in [
         (
             "part.difference = ['block', 'far', 'farther']",
@@ -333,6 +333,6 @@ fn plan_says_what_no_tree_holds() {
     };
     let said = plan(1e5);
     let said = said[0].as_str().unwrap();
-    assert!(said.starts_with("no tree holds one appearance,"), "{said}");
+    assert!(said.starts_with("no tree holds one instance,"), "{said}");
     assert_eq!(plan(1e3).as_array().unwrap().len(), 0);
 }

@@ -1,9 +1,9 @@
 //! Files of the repository and of the test assets, and scenes loaded with a camera and lights.
 
-use lanecast::accel::{Structure, World};
-use lanecast::plan::{Kernels, Precision, native_width};
-use lanecast::render::{Progress, RenderConfig, Rendered, View, render};
-use lanecast::scene::{Appearances, Camera, Light, Scene};
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::plan::{Kernels, Precision, native_width};
+use lanecast::internals::render::{Progress, RenderConfig, Rendered, View, render};
+use lanecast::internals::scene::{Camera, Instances, Light, Scene};
 use std::path::{Path, PathBuf};
 
 /// A file or folder by its path from the root of the repository.
@@ -25,20 +25,20 @@ pub fn assets() -> Option<PathBuf> {
 /// A scene file, complete with a view and lights.
 pub struct Loaded {
     pub scene: Scene,
-    pub appearances: Appearances,
+    pub instances: Instances,
     pub camera: Camera,
 }
 
 /// `aspect`: the picture's width over its height.
 pub fn load(path: &Path, aspect: f64) -> Loaded {
-    let loaded = lanecast::io::load(path, &Default::default());
+    let loaded = lanecast::internals::io::load(path, &Default::default());
     let scene = loaded.unwrap_or_else(|e| panic!("{e}")).scene;
-    let appearances = Appearances::of(&scene).expect("few appearances");
+    let instances = Instances::of(&scene).expect("few instances");
     let row = (!scene.cameras.rows.is_empty()).then_some(0);
-    let (scene, camera) = scene.completed(row, &appearances, aspect);
+    let (scene, camera) = scene.completed(row, &instances, aspect);
     Loaded {
         scene,
-        appearances,
+        instances,
         camera,
     }
 }
@@ -53,7 +53,7 @@ impl Loaded {
     }
 
     pub fn world(&self, structure: Structure) -> World {
-        World::build(&self.scene, &self.appearances, structure)
+        World::build(&self.scene, &self.instances, structure)
     }
 
     pub fn render(

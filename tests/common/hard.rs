@@ -2,8 +2,8 @@
 
 use super::{Random, RayColumns, random_mesh, random_shape};
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::math::Aabb;
-use lanecast::scene::*;
+use lanecast::internals::math::Aabb;
+use lanecast::internals::scene::*;
 
 /// Grazed stacks of slivers, coincident triangles, badly conditioned placements,
 /// scenes far from the origin, flat boxes under rays parallel to axes.
@@ -112,11 +112,11 @@ pub fn hard_scene(seed: u64) -> Scene {
 
 /// Rays at points of a hard scene's shapes: any way, within a triangle's plane
 /// or nearly, along an axis.
-pub fn hard_rays(scene: &Scene, appearances: &Appearances, seed: u64, count: usize) -> RayColumns {
+pub fn hard_rays(scene: &Scene, instances: &Instances, seed: u64, count: usize) -> RayColumns {
     let random = &mut Random(!seed);
     let mut rays = RayColumns::default();
     for _ in 0..count {
-        let row = appearances.get(scene, random.below(appearances.count()));
+        let row = instances.get(scene, random.below(instances.count()));
         // A point of the shape, and two directions along its surface there.
         let (point, along) = match scene.shapes.row(row.shape) {
             Shape::Mesh(id) => {

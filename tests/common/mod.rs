@@ -19,7 +19,7 @@ pub use formulas::{gyroid, ring, unit_ball};
 pub use hard::{hard_rays, hard_scene};
 pub use picture::{ALL_AOVS, Way, hash, kernels, picture, structures};
 pub use random::{
-    Random, dented, random_combination, random_mesh, random_scene, random_shape, random_solid,
+    Random, dented, random_csg, random_mesh, random_scene, random_shape, random_solid,
 };
 pub use rays::RayColumns;
 pub use surfaces::{ball, barth_sextic, clebsch, throat, torus};

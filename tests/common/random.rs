@@ -2,8 +2,8 @@
 
 use super::surfaces::{clebsch, torus};
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::geom::*;
-use lanecast::scene::*;
+use lanecast::internals::geom::*;
+use lanecast::internals::scene::*;
 
 /// Vigna's SplitMix64.
 pub struct Random(pub u64);
@@ -254,8 +254,8 @@ pub fn random_solid(scene: &mut SceneBuilder, random: &mut Random) -> ShapeId {
     }
 }
 
-/// Solids combined by random operators, up to three deep.
-pub fn random_combination(scene: &mut SceneBuilder, random: &mut Random, deep: u32) -> ShapeId {
+/// Solids csg by random operators, up to three deep.
+pub fn random_csg(scene: &mut SceneBuilder, random: &mut Random, deep: u32) -> ShapeId {
     let operators = [
         Operator::Union,
         Operator::Intersection,
@@ -270,7 +270,7 @@ pub fn random_combination(scene: &mut SceneBuilder, random: &mut Random, deep: u
     let operands: Vec<Operand> = (0..count)
         .map(|_| {
             let shape = if deep < 3 && random.below(3) == 0 {
-                random_combination(scene, random, deep + 1)
+                random_csg(scene, random, deep + 1)
             } else {
                 random_solid(scene, random)
             };
@@ -284,7 +284,7 @@ pub fn random_combination(scene: &mut SceneBuilder, random: &mut Random, deep: u
             operand.transform(scene.transform(map.into()))
         })
         .collect();
-    scene.combination("", operator, &operands)
+    scene.csg("", operator, &operands)
 }
 
 /// Some shapes, half of them placed by random transforms, some shared, over a
@@ -334,7 +334,7 @@ pub fn random_scene(seed: u64) -> Scene {
         }
     }
     for _ in 0..random.below(4) {
-        let shape = random_combination(&mut scene, random, 0);
+        let shape = random_csg(&mut scene, random, 0);
         let map = DAffine3::from_translation(random.vector() * 1.5);
         let edge = Edge::shape(shape).transform(scene.transform(map.into()));
         scene.instance("", edge);

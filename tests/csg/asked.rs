@@ -2,14 +2,14 @@
 
 use crate::common::{RayColumns, kernels};
 use glam::DVec3;
-use lanecast::accel::{Structure, World};
-use lanecast::geom::Scratch;
 use lanecast::geom::exact::Line;
-use lanecast::plan::Precision;
-use lanecast::reference::{Hit, Reference};
-use lanecast::scene::{Appearances, CombinationId, Edge, Scene, SceneBuilder, Shape, ShapeId};
-use lanecast::shade::Surface;
-use lanecast::trace::{Caching, Crossing, HitId, ShadowCache, boundaries};
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::Scratch;
+use lanecast::internals::plan::Precision;
+use lanecast::internals::reference::{Hit, Reference};
+use lanecast::internals::scene::{CsgId, Edge, Instances, Scene, SceneBuilder, Shape, ShapeId};
+use lanecast::internals::shade::Surface;
+use lanecast::internals::trace::{Caching, Crossing, HitId, ShadowCache, boundaries};
 use std::ops::ControlFlow;
 
 /// Precisions that promise the right hit.
@@ -19,7 +19,7 @@ pub const ALL: [Precision; 3] = [Precision::Fast, Precision::Guarded, Precision:
 /// A checked scene.
 pub struct Asked {
     pub scene: Scene,
-    pub appearances: Appearances,
+    pub instances: Instances,
 }
 
 impl Asked {
@@ -27,8 +27,8 @@ impl Asked {
         let mut builder = SceneBuilder::default();
         fill(&mut builder);
         let scene = builder.finish().expect("the test's own scene is sound");
-        let appearances = Appearances::of(&scene).expect("and small");
-        Asked { scene, appearances }
+        let instances = Instances::of(&scene).expect("and small");
+        Asked { scene, instances }
     }
 
     /// One shape, where it is.
@@ -40,38 +40,32 @@ impl Asked {
     }
 
     pub fn world(&self) -> World {
-        World::build(&self.scene, &self.appearances, Structure::Bvh)
+        World::build(&self.scene, &self.instances, Structure::Bvh)
     }
 
     pub fn reference(&self) -> Reference<'_> {
-        Reference::new(&self.scene, &self.appearances).expect("few appearances")
+        Reference::new(&self.scene, &self.instances).expect("few instances")
     }
 
-    /// The combination that is the first root.
-    pub fn combination(&self) -> CombinationId {
-        let appearance = self.appearances.get(&self.scene, 0);
-        match self.scene.shapes.row(appearance.shape) {
-            Shape::Combination(id) => id,
+    /// The CSG solid that is the first root.
+    pub fn csg(&self) -> CsgId {
+        let instance = self.instances.get(&self.scene, 0);
+        match self.scene.shapes.row(instance.shape) {
+            Shape::Csg(id) => id,
             other => panic!("{other:?}"),
         }
     }
 }
 
 /// Whether the line is inside from the start, and all boundaries.
-pub fn spans<'a>(world: &'a World, id: CombinationId, line: &Line) -> (bool, Vec<Crossing<'a>>) {
+pub fn spans<'a>(world: &'a World, id: CsgId, line: &Line) -> (bool, Vec<Crossing<'a>>) {
     let mut all = Vec::new();
     let from = (line, f64::NEG_INFINITY);
     let kernels = &mut Scratch::default();
-    let start = boundaries(
-        world.combined(id),
-        &world.scene,
-        from,
-        kernels,
-        |crossing| {
-            all.push(crossing);
-            ControlFlow::Continue(())
-        },
-    );
+    let start = boundaries(world.csg(id), &world.scene, from, kernels, |crossing| {
+        all.push(crossing);
+        ControlFlow::Continue(())
+    });
     let outside = |inside: bool, c: &Crossing| {
         assert_ne!(inside, c.enters, "boundaries alternate: {all:?}");
         c.enters

@@ -5,9 +5,9 @@ use super::asked::{Asked, RIGHT, agree, line, spans};
 use super::programs::Leaf;
 use crate::common::{Random, RayColumns, campaign, kernels};
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, Sphere};
-use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};
-use lanecast::trace::HitId;
+use lanecast::internals::geom::{Cone, Cuboid, Cylinder, Ellipsoid, Sphere};
+use lanecast::internals::scene::{Operand, Operator, SceneBuilder, ShapeId};
+use lanecast::internals::trace::HitId;
 
 use Operator::{Difference, Intersection, Union, Xor};
 
@@ -60,13 +60,13 @@ fn turned(
     let place = |shape, map: DAffine3| {
         let transform = scene.transform(map.into());
         let operand = Operand::shape(shape).transform(transform);
-        scene.combination("", Union, &[operand])
+        scene.csg("", Union, &[operand])
     };
     maps.into_iter().fold(shape, place)
 }
 
 /// An operator over solids about `center`.
-pub fn combined(operator: Operator, leaves: &[Leaf], turn: Turn, center: DVec3) -> Asked {
+pub fn csg(operator: Operator, leaves: &[Leaf], turn: Turn, center: DVec3) -> Asked {
     Asked::one(|scene| {
         let operands: Vec<Operand> = (0..)
             .zip(leaves)
@@ -75,7 +75,7 @@ pub fn combined(operator: Operator, leaves: &[Leaf], turn: Turn, center: DVec3) 
                 Operand::shape(turned(scene, shape, (turn, number), center))
             })
             .collect();
-        scene.combination("", operator, &operands)
+        scene.csg("", operator, &operands)
     })
 }
 
@@ -150,7 +150,7 @@ fn nothing_is_left_of_a_solid_without_itself() {
             let center = center(offset);
             let rays = rays_about(&mut Random(kind as u64), center, campaign(2_000));
             for operator in [Difference, Xor] {
-                let asked = combined(operator, &[leaf, leaf], turn, center);
+                let asked = csg(operator, &[leaf, leaf], turn, center);
                 let world = asked.world();
                 for precision in RIGHT {
                     let answers = rays.closest(&world, &kernels(precision));
@@ -173,7 +173,7 @@ fn a_solid_with_itself_is_itself() {
             let rays = rays_about(&mut Random(kind as u64), center, campaign(1_000));
             let alone = Asked::one(|scene| leaf.moved(center).add(scene, 1.0));
             for operator in [Intersection, Union] {
-                let asked = combined(operator, &[leaf, leaf], turn, center);
+                let asked = csg(operator, &[leaf, leaf], turn, center);
                 for precision in RIGHT {
                     let kernels = kernels(precision);
                     let expected = rays.closest(&alone.world(), &kernels);
@@ -230,7 +230,7 @@ fn no_skin(count: usize, seed: u64) {
         for hole in 0..3 {
             let center = center(offset);
             let rays = rays_about(&mut Random(seed + hole as u64), center, count);
-            let asked = combined(Difference, &block_with(hole), turn, center);
+            let asked = csg(Difference, &block_with(hole), turn, center);
             let world = asked.world();
             for precision in RIGHT {
                 let answers = rays.closest(&world, &kernels(precision));
@@ -286,7 +286,7 @@ fn a_drill_turned_about_its_own_axis_leaves_no_skin() {
             let map = DAffine3::from_rotation_translation(turn, center);
             let map = scene.transform(map.into());
             let operands = [Operand::shape(block), Operand::shape(drill).transform(map)];
-            scene.combination("", Difference, &operands)
+            scene.csg("", Difference, &operands)
         });
         let world = asked.world();
         for precision in RIGHT {
@@ -319,8 +319,8 @@ fn boxes_that_touch_have_nothing_in_common_and_no_wall_between() {
     for (turn, offset) in TURNS.into_iter().flat_map(|t| OFFSETS.map(|o| (t, o))) {
         let center = center(offset);
         let rays = rays_about(&mut Random(21), center, campaign(3_000));
-        let both = combined(Intersection, &[left, right], turn, center);
-        let union = combined(Union, &[left, right], turn, center);
+        let both = csg(Intersection, &[left, right], turn, center);
+        let union = csg(Union, &[left, right], turn, center);
         let (both_world, union_world) = (both.world(), union.world());
         for precision in RIGHT {
             let kernels = kernels(precision);
@@ -346,7 +346,7 @@ fn boxes_that_touch_have_nothing_in_common_and_no_wall_between() {
         }
         for i in 0..rays.len() {
             let (org, dir) = rays.ray(i);
-            let (_, ends) = spans(&union_world, union.combination(), &line(org, dir));
+            let (_, ends) = spans(&union_world, union.csg(), &line(org, dir));
             // Together they are a box.
             assert!(
                 ends.len() <= 2,

@@ -4,12 +4,12 @@
 use super::asked::{Asked, RIGHT};
 use crate::common::{Random, RayColumns, campaign, kernels};
 use glam::{DAffine3, DVec3};
-use lanecast::accel::{Structure, World};
-use lanecast::geom::{Cone, Cuboid, Cylinder, HalfSpace};
-use lanecast::math::{Aabb, Affine};
-use lanecast::reference::Reference;
-use lanecast::scene::{Edge, Operand, Operator, SceneBuilder, ShapeId};
-use lanecast::trace::HitId;
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::{Cone, Cuboid, Cylinder, HalfSpace};
+use lanecast::internals::math::{Aabb, Affine};
+use lanecast::internals::reference::Reference;
+use lanecast::internals::scene::{Edge, Operand, Operator, SceneBuilder, ShapeId};
+use lanecast::internals::trace::HitId;
 
 const RAYS: usize = 512;
 
@@ -70,10 +70,10 @@ fn corners_of_oblique_operands_are_met_as_the_reference_says() {
             let operand;
             (operand, points) = shape(b, seed % 4);
             let operand = Operand::shape(operand).transform(b.transform(map.into()));
-            let solid = b.combination("", Operator::Union, &[operand]);
+            let solid = b.csg("", Operator::Union, &[operand]);
             b.instance("", Edge::shape(solid));
         });
-        let reference = Reference::brute_force(&asked.scene, &asked.appearances).unwrap();
+        let reference = Reference::brute_force(&asked.scene, &asked.instances).unwrap();
         let mut rays = RayColumns::default();
         let mut expected = Vec::new();
         while rays.len() < RAYS {
@@ -89,7 +89,7 @@ fn corners_of_oblique_operands_are_met_as_the_reference_says() {
             expected.push(hit.is_some());
         }
         hits += expected.iter().filter(|hit| **hit).count();
-        let world = World::build(&asked.scene, &asked.appearances, Structure::Bvh);
+        let world = World::build(&asked.scene, &asked.instances, Structure::Bvh);
         for precision in RIGHT {
             let found = rays.closest(&world, &kernels(precision));
             for (i, ((_, id), expected)) in found.iter().zip(&expected).enumerate() {

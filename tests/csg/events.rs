@@ -7,9 +7,9 @@ use super::coincidence::v;
 use super::programs::Leaf;
 use crate::common::{Random, RayColumns, campaign, kernels};
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::geom::{Cone, Cuboid, Cylinder, HalfSpace, Quadric, Sphere};
-use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};
-use lanecast::trace::{Caching, HitId, ShadowCache};
+use lanecast::internals::geom::{Cone, Cuboid, Cylinder, HalfSpace, Quadric, Sphere};
+use lanecast::internals::scene::{Operand, Operator, SceneBuilder, ShapeId};
+use lanecast::internals::trace::{Caching, HitId, ShadowCache};
 
 use Operator::{Difference, Intersection, Union, Xor};
 
@@ -78,7 +78,7 @@ fn behind_an_edge(
         let max = min + DVec3::splat(0.2);
         operands.push(Operand::shape(scene.cuboid("", Cuboid { min, max })));
     }
-    scene.combination("", operator, &operands)
+    scene.csg("", operator, &operands)
 }
 
 /// What lies outside of a ray's ends is asked for as far as it may be one with what lies
@@ -149,11 +149,11 @@ fn thin_rods_at_an_angle_are_known_by_their_radius() {
         let asked = Asked::one(|scene| {
             let rod = leaf.add(scene, 1.0);
             let there = scene.transform(DAffine3::from_translation(v(0.0, 0.0, shift)).into());
-            let away = scene.combination("", Union, &[Operand::shape(rod).transform(there)]);
+            let away = scene.csg("", Union, &[Operand::shape(rod).transform(there)]);
             let back = across * (2.0 * radius + gap) - v(0.0, 0.0, shift);
             let back = scene.transform(DAffine3::from_translation(back).into());
             let operands = [Operand::shape(rod), Operand::shape(away).transform(back)];
-            scene.combination("", operator, &operands)
+            scene.csg("", operator, &operands)
         });
         let mut rays = RayColumns::default();
         for k in 0..48 {
@@ -211,7 +211,7 @@ fn normals_of_any_length_say_how_far_off_a_surface_may_be() {
                     })
                 }
             };
-            let (shape, id) = scene.declare_combination("", Union);
+            let (shape, id) = scene.declare_csg("", Union);
             scene.set_operands(id, &[a, b].map(Operand::shape));
             scene.set_tolerance(id, tolerance);
             shape
@@ -238,8 +238,8 @@ fn planes_by_their_quadrics_are_one_within_their_placements() {
                 let map = DAffine3::from_translation(v(distance * i, 0.0, distance));
                 Operand::shape(plane).transform(scene.transform(map.into()))
             });
-            let both = scene.combination("", Xor, &planes);
-            scene.combination("", Intersection, &[block, both].map(Operand::shape))
+            let both = scene.csg("", Xor, &planes);
+            scene.csg("", Intersection, &[block, both].map(Operand::shape))
         });
         let rays = rays_from(random, v(0.3, 0.2, 0.0), DVec3::Z, 0.3 / distance);
         let name = format!("{distance} {gap}");
@@ -262,9 +262,9 @@ fn what_follows_either_of_two_planes_that_are_nearly_one_may_be_one_with_them() 
             let (lower, upper, taken) = (below(1.0, 0.0), below(-1.0, 0.0), below(-1.0, -gap));
             let map = DAffine3::from_scale(v(scale, 1e3, 3e3));
             let upper = Operand::shape(upper).transform(scene.transform(map.into()));
-            let union = scene.combination("", Union, &[Operand::shape(lower), upper]);
-            let less = scene.combination("", Difference, &[union, taken].map(Operand::shape));
-            scene.combination("", Intersection, &[block, less].map(Operand::shape))
+            let union = scene.csg("", Union, &[Operand::shape(lower), upper]);
+            let less = scene.csg("", Difference, &[union, taken].map(Operand::shape));
+            scene.csg("", Intersection, &[block, less].map(Operand::shape))
         });
         let rays = rays_from(random, v(0.9, 0.0, -0.5), v(-0.05, 0.0, 0.5), 0.1);
         let name = format!("{scale} {gap}");

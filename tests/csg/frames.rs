@@ -6,9 +6,9 @@ use super::coincidence::{solids, some, v};
 use super::events::rays_from;
 use crate::common::{Random, RayColumns, kernels};
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::geom::{Cone, Cuboid, Sphere};
-use lanecast::scene::{Operand, Operator, SceneBuilder};
-use lanecast::trace::HitId;
+use lanecast::internals::geom::{Cone, Cuboid, Sphere};
+use lanecast::internals::scene::{Operand, Operator, SceneBuilder};
+use lanecast::internals::trace::HitId;
 
 use Operator::{Difference, Intersection, Union, Xor};
 
@@ -35,16 +35,16 @@ fn operands_that_are_moved_or_scaled_by_powers_of_two_are_told_apart() {
             );
             Operand::shape(unit).transform(scene.transform(map.into()))
         });
-        scene.combination("", Xor, &operands)
+        scene.csg("", Xor, &operands)
     });
     let direct = Asked::one(|scene| {
         let balls = places.map(|(radius, x)| Operand::shape(ball(scene, v(x, 0.0, 0.0), radius)));
-        scene.combination("", Xor, &balls)
+        scene.csg("", Xor, &balls)
     });
     let along = line([-5.0, 0.25, 0.0], [1.0, 0.0, 0.0]);
     let ends = |asked: &Asked| -> Vec<(f64, u32)> {
         let world = asked.world();
-        let (_, ends) = spans(&world, asked.combination(), &along);
+        let (_, ends) = spans(&world, asked.csg(), &along);
         ends.iter()
             .map(|c| (c.root.rounded(), c.primitive))
             .collect()
@@ -74,7 +74,7 @@ fn nothing_is_left_at_the_silhouette_of_a_solid_without_its_turned_self() {
             let turn = DQuat::from_rotation_y(f64::to_radians(degrees));
             let map = scene.transform(DAffine3::from_quat(turn).into());
             let operands = [Operand::shape(shape), Operand::shape(shape).transform(map)];
-            scene.combination("", Difference, &operands)
+            scene.csg("", Difference, &operands)
         });
         // A tangent at a point of the equator, off by a little.
         let mut rays = RayColumns::default();
@@ -131,7 +131,7 @@ fn boundaries_on_both_sides_of_a_start_may_be_one() {
                 let turn = scene.transform(DAffine3::from_quat(turn).into());
                 let mut operands = [Operand::shape(block).transform(turn), Operand::shape(other)];
                 operands.rotate_left(first);
-                scene.combination("", operator, &operands)
+                scene.csg("", operator, &operands)
             });
             for hit in agree(&asked, &rays) {
                 match hit {
@@ -175,9 +175,9 @@ fn solids_that_are_as_thin_as_shifts_are_rounded_are_not_lost() {
                 scene.transform(shift.into())
             });
             let moved = Operand::shape(other).transform(there);
-            let moved = Operand::shape(scene.combination("", Union, &[moved]));
+            let moved = Operand::shape(scene.csg("", Union, &[moved]));
             let operands = [Operand::shape(block), moved.transform(here)];
-            scene.combination("", Intersection, &operands)
+            scene.csg("", Intersection, &operands)
         });
         let rays = rays_from(random, v(0.3, 0.2, -2.0), DVec3::Z, 0.3);
         agree(&asked, &rays);
@@ -203,7 +203,7 @@ fn ways_that_are_strong_and_cancel_leave_operands_their_boxes() {
                 .iter()
                 .fold(scene.cuboid("", Cuboid { min, max }), |below, step| {
                     let step = scene.transform((*step).into());
-                    scene.combination("", Union, &[Operand::shape(below).transform(step)])
+                    scene.csg("", Union, &[Operand::shape(below).transform(step)])
                 })
         });
         let mut rays = RayColumns::default();
@@ -234,13 +234,13 @@ fn long_ways_of_turns_and_scales_lose_nothing() {
                 let there = scene.transform(DAffine3::from_scale(v(strength, 1.0, 1.0)).into());
                 let back = scene.transform(map.into());
                 let scaled = Operand::shape(shape).transform(there);
-                let scaled = Operand::shape(scene.combination("", Union, &[scaled]));
+                let scaled = Operand::shape(scene.csg("", Union, &[scaled]));
                 let operands = [scaled.transform(back), Operand::shape(ball)];
-                shape = scene.combination("", Union, &operands[..1]);
+                shape = scene.csg("", Union, &operands[..1]);
             }
             let away = scene.transform(DAffine3::from_translation(v(0.0, 0.8, 0.0)).into());
             let operands = [shape, ball].map(Operand::shape);
-            scene.combination("", Union, &[operands[0], operands[1].transform(away)])
+            scene.csg("", Union, &[operands[0], operands[1].transform(away)])
         });
         let rays = rays_from(random, v(0.1, 0.4, -3.0), DVec3::Z, 0.15);
         let met = agree(&asked, &rays).iter().flatten().count();
@@ -264,14 +264,14 @@ fn solids_hold_operands_that_are_met_where_others_have_them() {
         let max = DVec3::splat(5.0);
         let block = scene.cuboid("", Cuboid { min: -max, max });
         let turned = Operand::shape(ball).transform(turn);
-        let turned = scene.combination("", Union, &[turned]);
+        let turned = scene.csg("", Union, &[turned]);
         let away = Operand::shape(turned).transform(there);
-        let away = scene.combination("", Union, &[away]);
+        let away = scene.csg("", Union, &[away]);
         let operands = [
             Operand::shape(away).transform(here),
             Operand::shape(block).transform(turn),
         ];
-        scene.combination("", Union, &operands)
+        scene.csg("", Union, &operands)
     });
     let mut rays = RayColumns::default();
     for _ in 0..2_000 {
@@ -291,10 +291,10 @@ fn solids_hold_operands_that_are_met_where_others_have_them() {
             Operand::shape(left).transform(shifts[0]),
             Operand::shape(right),
         ];
-        let mut shape = scene.combination("", Intersection, &operands);
+        let mut shape = scene.csg("", Intersection, &operands);
         for shift in &shifts[1..] {
             let moved = Operand::shape(shape).transform(*shift);
-            shape = scene.combination("", Union, &[moved]);
+            shape = scene.csg("", Union, &[moved]);
         }
         shape
     });
@@ -313,7 +313,7 @@ fn operands_that_lie_apart_may_still_be_one_event_with_the_solid() {
             let other = scene.cuboid("", Cuboid { min, max });
             let shift = DAffine3::from_translation(v(1.0 + gap, 0.0, 0.0));
             let other = Operand::shape(other).transform(scene.transform(shift.into()));
-            scene.combination("", Difference, &[Operand::shape(block), other])
+            scene.csg("", Difference, &[Operand::shape(block), other])
         });
         let random = &mut Random(83);
         let mut rays = RayColumns::default();
@@ -346,7 +346,7 @@ fn tips_that_are_cut_off_below_an_apex_are_one_event_by_the_side_s_rate() {
             let block = scene.cuboid("", Cuboid { min, max });
             let shift = DAffine3::from_translation(v(0.0, 0.0, -cut));
             let block = Operand::shape(block).transform(scene.transform(shift.into()));
-            scene.combination("", Difference, &[Operand::shape(cone), block])
+            scene.csg("", Difference, &[Operand::shape(cone), block])
         });
         let random = &mut Random(84);
         let mut rays = RayColumns::default();

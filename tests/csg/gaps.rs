@@ -1,15 +1,15 @@
 //! Gaps and overlaps: of units in the last place, met exactly; narrower than the tolerance of
-//! a combination, closed.
+//! a CSG solid, closed.
 
 use super::asked::{Asked, agree, line, spans};
 use super::coincidence::{block_with, v};
 use super::truth::{Tree, changes, is_nearest, part_in_box};
 use crate::common::{Random, RayColumns, kernels};
 use glam::{DAffine3, DVec3};
-use lanecast::geom::{Cuboid, Cylinder, HalfSpace, Sphere};
-use lanecast::plan::Precision;
-use lanecast::scene::{Edge, Operand, Operator};
-use lanecast::trace::HitId;
+use lanecast::internals::geom::{Cuboid, Cylinder, HalfSpace, Sphere};
+use lanecast::internals::plan::Precision;
+use lanecast::internals::scene::{Edge, Operand, Operator};
+use lanecast::internals::trace::HitId;
 
 use Operator::{Difference, Intersection, Union, Xor};
 
@@ -78,7 +78,7 @@ fn gaps_and_overlaps_of_units_in_the_last_place_are_exact() {
                     let line = line(org, dir);
                     let parts = boxes.map(|row| part_in_box(line.org, line.dir, &row));
                     let (start, truth) = changes(&tree, &parts);
-                    let (inside, found) = spans(&world, asked.combination(), &line);
+                    let (inside, found) = spans(&world, asked.csg(), &line);
                     let context =
                         format!("{position} {ulps} {operator:?} {swapped} {line:?}: {found:?}");
                     assert_eq!((inside, found.len()), (start, truth.len()), "{context}");
@@ -106,7 +106,7 @@ fn a_tolerance_adds_nothing_in_front_of_a_solid() {
         );
         let (normal, offset) = (DVec3::X, 0.875);
         let before = scene.half_space("", HalfSpace { normal, offset });
-        let (shape, id) = scene.declare_combination("", Difference);
+        let (shape, id) = scene.declare_csg("", Difference);
         scene.set_operands(id, &[block, before].map(Operand::shape));
         scene.set_tolerance(id, 0.25);
         scene.instance("", Edge::shape(shape));
@@ -142,7 +142,7 @@ fn gaps_within_the_tolerance_are_closed() {
                     open: false,
                 },
             );
-            let (shape, id) = scene.declare_combination("", Difference);
+            let (shape, id) = scene.declare_csg("", Difference);
             scene.set_operands(id, &[block, drill].map(Operand::shape));
             scene.set_tolerance(id, tolerance);
             scene.instance("", Edge::shape(shape));
@@ -176,7 +176,7 @@ fn plates_thinner_than_the_tolerance_are_met() {
             };
             let far = scene.sphere("", far);
             let transform = scene.transform(turn.into());
-            let (shape, id) = scene.declare_combination("", Union);
+            let (shape, id) = scene.declare_csg("", Union);
             let plate = Operand::shape(plate).transform(transform);
             scene.set_operands(id, &[plate, Operand::shape(far)]);
             scene.set_tolerance(id, 0.25);

@@ -2,17 +2,17 @@
 //! through, and unbounded.
 
 use super::asked::{ALL, Asked, RIGHT, agree, line, spans};
-use super::coincidence::{OFFSETS, TURNS, center, combined, rays_about, some, v};
+use super::coincidence::{OFFSETS, TURNS, center, csg, rays_about, some, v};
 use super::laws::{are_one, laws};
 use super::programs::{Leaf, Program, random_rays};
 use super::truth::Tree;
 use crate::common::{Random, RayColumns, kernels, property};
 use glam::{DAffine3, DVec3};
-use lanecast::geom::tape::Builder;
-use lanecast::geom::{Cuboid, Sphere};
-use lanecast::plan::Precision;
-use lanecast::scene::{Operand, Operator};
-use lanecast::trace::{HitId, TURNED};
+use lanecast::internals::geom::tape::Builder;
+use lanecast::internals::geom::{Cuboid, Sphere};
+use lanecast::internals::plan::Precision;
+use lanecast::internals::scene::{Operand, Operator};
+use lanecast::internals::trace::{HitId, TURNED};
 use proptest::prelude::*;
 
 use Operator::{Difference, Intersection, Union, Xor};
@@ -26,7 +26,7 @@ fn of(operator: Operator, leaves: &[Leaf]) -> Asked {
             .into_iter()
             .map(Operand::shape)
             .collect();
-        scene.combination("", operator, &operands)
+        scene.csg("", operator, &operands)
     })
 }
 
@@ -35,7 +35,7 @@ fn ends(asked: &Asked, rays: &RayColumns) -> Vec<(bool, Vec<(u64, bool)>)> {
     let world = asked.world();
     let of = |i: usize| {
         let (org, dir) = rays.ray(i);
-        let (start, all) = spans(&world, asked.combination(), &line(org, dir));
+        let (start, all) = spans(&world, asked.csg(), &line(org, dir));
         let ends = all.iter().map(|c| (c.root.rounded().to_bits(), c.enters));
         (start, ends.collect())
     };
@@ -114,7 +114,7 @@ fn nothing_is_left_of_a_torus_without_itself() {
             let rays = rays_about(&mut Random(kind as u64), center, 160);
             let context = format!("{turn:?} {offset} {leaf:?}");
             for operator in [Difference, Xor] {
-                let asked = combined(operator, &[leaf, leaf], turn, center);
+                let asked = csg(operator, &[leaf, leaf], turn, center);
                 let world = asked.world();
                 for precision in ALL {
                     let answers = rays.closest(&world, &kernels(precision));
@@ -125,7 +125,7 @@ fn nothing_is_left_of_a_torus_without_itself() {
                 assert!(agree(&asked, &some(&rays, 40)).iter().all(Option::is_none));
             }
             let alone = Asked::one(|scene| leaf.moved(center).add(scene, 1.0));
-            let both = combined(Intersection, &[leaf, leaf], turn, center);
+            let both = csg(Intersection, &[leaf, leaf], turn, center);
             for precision in RIGHT {
                 let kernels = kernels(precision);
                 let expected = rays.closest(&alone.world(), &kernels);
@@ -167,7 +167,7 @@ fn far_rays_are_met_in_the_operand_s_own_space() {
         let ball = scene.sphere("", Sphere { center, radius });
         let place = scene.transform(turn.into());
         let dice = Operand::shape(dice).transform(place);
-        scene.combination("", Union, &[Operand::shape(ball), dice])
+        scene.csg("", Union, &[Operand::shape(ball), dice])
     });
     let random = &mut Random(1);
     let (mut rays, mut few) = (RayColumns::default(), RayColumns::default());
@@ -189,7 +189,7 @@ fn far_rays_are_met_in_the_operand_s_own_space() {
         let answers = rays.closest(&world, &kernels(precision));
         for (i, (_, id)) in answers.iter().enumerate() {
             let (org, dir) = rays.ray(i);
-            let (_, all) = spans(&world, asked.combination(), &line(org, dir));
+            let (_, all) = spans(&world, asked.csg(), &line(org, dir));
             let expected = all.iter().any(|c| c.root.rounded() > 0.0);
             assert_eq!(
                 *id != HitId::NONE,
@@ -246,7 +246,7 @@ fn a_torus_cut_through_its_middle_plane() {
     let all = |org: DVec3, dir: [f32; 3]| {
         let line = line(org.to_array(), dir);
         let world = asked.world();
-        let (start, all) = spans(&world, asked.combination(), &line);
+        let (start, all) = spans(&world, asked.csg(), &line);
         assert!(!start);
         let ends = all.iter().map(|c| (c.root.rounded(), c.primitive));
         ends.collect::<Vec<_>>()
@@ -294,7 +294,7 @@ fn a_quartic_without_end_in_a_ball() {
     let along_x = |asked: &Asked, y: f64| -> Vec<f64> {
         let line = line([-2.0, y, 0.0], [1.0, 0.0, 0.0]);
         let world = asked.world();
-        let (start, all) = spans(&world, asked.combination(), &line);
+        let (start, all) = spans(&world, asked.csg(), &line);
         assert!(!start);
         all.iter().map(|c| c.root.rounded()).collect()
     };

@@ -5,10 +5,10 @@ use super::programs::{Leaf, Program, random_rays};
 use super::truth::Tree;
 use crate::common::{Random, RayColumns, campaign, kernels};
 use glam::DVec3;
-use lanecast::geom::Sphere;
-use lanecast::plan::Precision;
-use lanecast::scene::{Edge, Operator};
-use lanecast::trace::HitId;
+use lanecast::internals::geom::Sphere;
+use lanecast::internals::plan::Precision;
+use lanecast::internals::scene::{Edge, Operator};
+use lanecast::internals::trace::HitId;
 
 use Operator::{Complement, Difference, Intersection, Union, Xor};
 
@@ -60,7 +60,7 @@ pub fn are_one(program: &Program, [a, b]: [&Tree; 2], rays: &RayColumns, context
     for i in 0..rays.len() {
         let (org, dir) = rays.ray(i);
         let [one, other] = [0, 1].map(|i: usize| {
-            let found = spans(&worlds[i], asked[i].combination(), &line(org, dir));
+            let found = spans(&worlds[i], asked[i].csg(), &line(org, dir));
             let ends = found
                 .1
                 .iter()
@@ -148,7 +148,7 @@ fn check_programs(programs: usize, rays: usize, seed: u64) {
         let (world, reference) = (asked.world(), asked.reference());
         for ray in 0..rays.len() {
             let (org, dir) = rays.ray(ray);
-            let (_, found) = spans(&world, asked.combination(), &line(org, dir));
+            let (_, found) = spans(&world, asked.csg(), &line(org, dir));
             let found: Vec<f64> = found.iter().map(|c| c.root.rounded()).collect();
             let own = reference.crossings(org, dir.map(f64::from), 0, 0);
             let own: Vec<f64> = own.iter().map(|c| c.t).collect();
@@ -286,7 +286,7 @@ fn scale_changes_no_bit_of_any_mantissa() {
             for i in 0..rays.len() {
                 let of = |world, asked: &Asked, rays: &RayColumns| {
                     let (org, dir) = rays.ray(i);
-                    spans(world, asked.combination(), &line(org, dir)).1
+                    spans(world, asked.csg(), &line(org, dir)).1
                 };
                 let (a, b) = (of(&a, &one, &rays), of(&b, &scaled, &moved));
                 let t = a.iter().map(|c| (c.root.rounded() * scale, c.primitive));

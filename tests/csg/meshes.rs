@@ -7,14 +7,14 @@ use super::shells::{aimed, cube, torus, turned};
 use super::truth::Tree;
 use crate::common::{Random, RayColumns, assets, campaign, kernels};
 use glam::{DAffine3, DVec3};
-use lanecast::geom::{Cuboid, Sphere};
-use lanecast::io::{ImportReport, LoadOptions, import_mesh};
-use lanecast::scene::{
+use lanecast::internals::geom::{Cuboid, Sphere};
+use lanecast::internals::io::{ImportReport, LoadOptions, import_mesh};
+use lanecast::internals::scene::{
     Edge, Material, MeshData, Operand, Operator, SceneBuilder, SceneError, ShapeId, Tables,
     check_closed,
 };
-use lanecast::shade::Surface;
-use lanecast::trace::{HitId, TURNED};
+use lanecast::internals::shade::Surface;
+use lanecast::internals::trace::{HitId, TURNED};
 
 fn unit_box() -> Cuboid {
     let min = DVec3::splat(-1.0);
@@ -22,7 +22,7 @@ fn unit_box() -> Cuboid {
 }
 
 fn alone(scene: &mut SceneBuilder, shape: ShapeId) -> ShapeId {
-    scene.combination("part", Operator::Union, &[Operand::shape(shape)])
+    scene.csg("part", Operator::Union, &[Operand::shape(shape)])
 }
 
 /// What is said of a mesh as an operand; `None` where it is one.
@@ -42,7 +42,7 @@ fn meshes_that_are_not_closed_are_refused_by_their_edges() {
         let said = refused(mesh).expect("it is refused");
         let all = ["union 'part' has mesh 'shell' as an operand: it is not closed"];
         for part in all.iter().chain(parts).chain(&["fill its holes"]) {
-            let part = part.replace("union 'part'", "combination 'part'");
+            let part = part.replace("union 'part'", "CSG solid 'part'");
             assert!(said.contains(&part), "{said}\n{part}");
         }
         said
@@ -132,7 +132,7 @@ fn t_of_spans(asked: &Asked, rays: &RayColumns) -> Vec<Vec<(u64, bool)>> {
     let world = asked.world();
     let of_ray = |i: usize| {
         let (org, dir) = rays.ray(i);
-        let (start, found) = spans(&world, asked.combination(), &line(org, dir));
+        let (start, found) = spans(&world, asked.csg(), &line(org, dir));
         assert!(!start, "nothing closed is without end");
         let ends = found.iter();
         ends.map(|c| (c.root.rounded().to_bits(), c.enters))
@@ -156,7 +156,7 @@ fn bitten(by_mesh: bool, cells: u32) -> Asked {
             },
         );
         let parts = [block, bite].map(Operand::shape);
-        scene.combination("", Operator::Difference, &parts)
+        scene.csg("", Operator::Difference, &parts)
     })
 }
 
@@ -216,7 +216,7 @@ fn check_aimed(mesh: &MeshData, rays: usize, seed: u64, step: usize) {
     let mut exactly = 0;
     for i in 0..rays.len() {
         let (org, dir) = rays.ray(i);
-        let (start, found) = spans(&world, asked.combination(), &line(org, dir));
+        let (start, found) = spans(&world, asked.csg(), &line(org, dir));
         assert!(!start && found.len().is_multiple_of(2), "{org:?} {dir:?}");
         let t: Vec<f64> = found.iter().map(|c| c.root.rounded()).collect();
         exactly += usize::from([1.0, 2.0, 4.0].iter().any(|x| t.contains(x)));
@@ -286,7 +286,7 @@ fn ring_and_ball(mesh: &MeshData, at: DVec3, placed: bool) -> Asked {
             let turn = DAffine3::from_rotation_y(0.5);
             ring = ring.transform(scene.transform(turn.into()));
         }
-        scene.combination("", Operator::Xor, &[Operand::shape(ball), ring])
+        scene.csg("", Operator::Xor, &[Operand::shape(ball), ring])
     })
 }
 
@@ -329,7 +329,7 @@ fn a_mesh_that_is_moved_back_to_its_centre_is_met_there() {
             let ball = scene.sphere("ball", Sphere { center, radius });
             let back = scene.transform(DAffine3::from_translation(-at).into());
             let operands = [Operand::shape(ball), Operand::shape(ring).transform(back)];
-            scene.combination("", Operator::Xor, &operands)
+            scene.csg("", Operator::Xor, &operands)
         });
         let here = torus(DVec3::ZERO, [1.0, 0.4], [20, 12], 0.0);
         let truth = agree(&asked, &around(&here, DVec3::ZERO, 8, 1_500));
@@ -397,7 +397,7 @@ fn check_programs(programs: usize, rays: usize, seed: u64) {
         let (world, reference) = (asked.world(), asked.reference());
         for i in 0..rays.len() {
             let (org, dir) = rays.ray(i);
-            let (_, found) = spans(&world, asked.combination(), &line(org, dir));
+            let (_, found) = spans(&world, asked.csg(), &line(org, dir));
             let found = found.iter().map(|c| c.root.rounded());
             let own = reference.crossings(org, dir.map(f64::from), 0, 0);
             assert!(found.eq(own.iter().map(|c| c.t)), "{i}: {org:?} {dir:?}");
@@ -450,7 +450,7 @@ fn surfaces_of_a_mesh_have_its_materials() {
             if !own {
                 operand = operand.material(outer);
             }
-            scene.combination("", Operator::Union, &[operand])
+            scene.csg("", Operator::Union, &[operand])
         })
     };
     let mut rays = RayColumns::default();
@@ -478,7 +478,7 @@ fn surfaces_that_ids_cannot_number_are_refused() {
     let mut shape = scene.mesh("", &torus(DVec3::ZERO, [1.0, 0.5], [64, 32], 0.0));
     for _ in 0..20 {
         let twice = [Operand::shape(shape); 2];
-        shape = scene.combination("", Operator::Union, &twice);
+        shape = scene.csg("", Operator::Union, &twice);
     }
     scene.instance("", Edge::shape(shape));
     let error = scene.finish().unwrap_err();

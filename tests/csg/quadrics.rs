@@ -4,9 +4,9 @@ use super::asked::{Asked, agree, line, spans};
 use super::programs::{Leaf, random_quadric, random_rays};
 use crate::common::{Random, RayColumns, property};
 use glam::{DAffine3, DMat3, DVec3};
-use lanecast::geom::{Cuboid, Quadric, Sphere, exact};
-use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};
-use lanecast::trace::TURNED;
+use lanecast::internals::geom::{Cuboid, Quadric, Sphere, exact};
+use lanecast::internals::scene::{Operand, Operator, SceneBuilder, ShapeId};
+use lanecast::internals::trace::TURNED;
 use proptest::prelude::*;
 
 fn opposite(row: Quadric) -> Quadric {
@@ -21,7 +21,7 @@ fn cut(operator: Operator, row: Quadric) -> Asked {
         let (min, max) = (DVec3::splat(-1.0), DVec3::splat(1.0));
         let block = scene.cuboid("", Cuboid { min, max });
         let other = scene.quadric("", row);
-        scene.combination(
+        scene.csg(
             "",
             operator,
             &[Operand::shape(block), Operand::shape(other)],
@@ -49,11 +49,11 @@ fn an_end_that_f64_knows_nothing_of_is_far_away() {
     let asked = Asked::one(|scene| {
         let shape = scene.quadric("", Quadric { coefficients });
         let operand = Operand::shape(shape).transform(scene.transform(map.into()));
-        scene.combination("", Operator::Union, &[operand])
+        scene.csg("", Operator::Union, &[operand])
     });
     let (org, dir) = ([0.0, -0.75, 0.75], [0.75, 1.0, -1.25]);
     let world = asked.world();
-    let (inside, found) = spans(&world, asked.combination(), &line(org, dir));
+    let (inside, found) = spans(&world, asked.csg(), &line(org, dir));
     let found: Vec<f64> = found.iter().map(|c| c.root.rounded()).collect();
     assert!(inside);
     assert_eq!(found, [1.4605256039393673, 4701961632884670.0]);
@@ -88,7 +88,7 @@ proptest! {
                 continue;
             }
             let [one, other] = [0, 1].map(|i: usize| {
-                spans(&worlds[i], asked[i].combination(), &line(org, dir))
+                spans(&worlds[i], asked[i].csg(), &line(org, dir))
             });
             prop_assert_eq!(one.0, other.0);
             prop_assert_eq!(one.1.len(), other.1.len(), "{:?} {:?}", row, rays.ray(i));
@@ -119,7 +119,7 @@ proptest! {
         let of = |make: &dyn Fn(&mut SceneBuilder) -> Vec<Operand>, operator| {
             Asked::one(|scene| {
                 let operands = make(scene);
-                scene.combination("", operator, &operands)
+                scene.csg("", operator, &operands)
             })
         };
         let ball = Sphere { center, radius };
@@ -137,7 +137,7 @@ proptest! {
         for i in 0..rays.len() {
             let (org, dir) = rays.ray(i);
             let found = [0, 1, 2, 3].map(|i: usize| {
-                let (start, all) = spans(&worlds[i], all[i].combination(), &line(org, dir));
+                let (start, all) = spans(&worlds[i], all[i].csg(), &line(org, dir));
                 let ends = all.iter().map(|c| (c.root.rounded().to_bits(), c.enters));
                 (start, ends.collect::<Vec<_>>())
             });

@@ -4,8 +4,8 @@
 use super::asked::{Asked, agree};
 use crate::common::{Random, RayColumns, campaign};
 use glam::{DAffine3, DVec3};
-use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere};
-use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};
+use lanecast::internals::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere};
+use lanecast::internals::scene::{Operand, Operator, SceneBuilder, ShapeId};
 
 /// A coordinate of few, none of which f64 has exactly: faces often coincide.
 fn coordinate(random: &mut Random) -> f64 {
@@ -81,7 +81,7 @@ fn solid(b: &mut SceneBuilder, random: &mut Random, moved: bool) -> ShapeId {
             let there = b.transform(way.into());
             let back = b.transform(DAffine3::from_translation(-shift).into());
             let inner = [other.transform(there)];
-            let inner = b.combination("", Operator::Union, &inner);
+            let inner = b.csg("", Operator::Union, &inner);
             other = Operand::shape(inner).transform(back);
         }
         let operators = [
@@ -91,7 +91,7 @@ fn solid(b: &mut SceneBuilder, random: &mut Random, moved: bool) -> ShapeId {
             Operator::Xor,
         ];
         let operator = operators[random.below(4) as usize];
-        shape = b.combination("", operator, &[Operand::shape(shape), other]);
+        shape = b.csg("", operator, &[Operand::shape(shape), other]);
     }
     shape
 }
@@ -114,7 +114,7 @@ fn solids_agree(count: usize) {
         let asked = Asked::one(|b| {
             let solid = solid(b, random, moved);
             // Something that all rays may miss is still a solid.
-            b.combination("", Operator::Union, &[Operand::shape(solid)])
+            b.csg("", Operator::Union, &[Operand::shape(solid)])
         });
         let answers = agree(&asked, &rays(random, 48));
         hits += answers.iter().flatten().count();

@@ -1,7 +1,7 @@
 //! Set algebra along a line, on rational numbers.
 
-use lanecast::geom::{Cuboid, HalfSpace};
-use lanecast::scene::{Operand, Operator, SceneBuilder, ShapeId};
+use lanecast::internals::geom::{Cuboid, HalfSpace};
+use lanecast::internals::scene::{Operand, Operator, SceneBuilder, ShapeId};
 use num_rational::BigRational;
 
 pub type Rational = BigRational;
@@ -47,7 +47,7 @@ impl Tree {
                     .iter()
                     .map(|tree| Operand::shape(tree.shape(scene, shapes)))
                     .collect();
-                scene.combination("", *operator, &operands)
+                scene.csg("", *operator, &operands)
             }
         }
     }

@@ -7,8 +7,8 @@
 //! order.
 
 use crate::common::{assets, property};
-use lanecast::io::{ImportReport, LoadError, LoadOptions, import_mesh, load};
-use lanecast::scene::{Appearances, SceneError};
+use lanecast::internals::io::{ImportReport, LoadError, LoadOptions, import_mesh, load};
+use lanecast::internals::scene::{Instances, SceneError};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 use serde_json::Value;
@@ -219,7 +219,7 @@ fn good_gltf_has_its_triangles() {
             Ok(loaded) => {
                 let found = loaded.scene.meshes.triangles.len() as u64;
                 assert_eq!(found, triangles, "{name}");
-                assert!(Appearances::of(&loaded.scene).is_ok());
+                assert!(Instances::of(&loaded.scene).is_ok());
             }
             Err(error) => {
                 assert_eq!(triangles, 0, "{error}");

@@ -2,11 +2,11 @@
 
 use crate::common::in_repository;
 use glam::DVec3;
-use lanecast::io::{LoadError, LoadOptions, Loaded, json_schema, load};
-use lanecast::scene::{
-    Appearances, CombinationId, Falloff, Light, Material, Model, Operator, Projection, Scene,
+use lanecast::internals::io::{LoadError, LoadOptions, Loaded, json_schema, load};
+use lanecast::internals::scene::{
+    CsgId, Falloff, Instances, Light, Material, Model, Operator, Projection, Scene,
 };
-use lanecast::trace::spans;
+use lanecast::internals::trace::spans;
 use std::fmt::Write as _;
 use std::time::Instant;
 
@@ -35,13 +35,13 @@ fn fenced<'a>(document: &'a str, language: &str) -> &'a str {
 fn the_documents_examples_load_as_they_stand() {
     let document = std::fs::read_to_string(in_repository("docs/SCENE_FORMAT.md")).unwrap();
     let loaded = load_text("scene.toml", fenced(&document, "toml")).unwrap();
-    assert_eq!(Appearances::of(&loaded.scene).unwrap().count(), 5);
+    assert_eq!(Instances::of(&loaded.scene).unwrap().count(), 5);
     assert_eq!(loaded.scene.lights.len(), 2);
     let solids = &document[document.find("## Solids made of solids").unwrap()..];
     let part = fenced(solids, "toml");
     let part = format!("format = 1\n[material.brass]\n{part}[[instance]]\nshape = 'part'\n");
     let loaded = load_text("scene.toml", &part).unwrap();
-    assert_eq!(loaded.scene.combinations.len(), 1);
+    assert_eq!(loaded.scene.csg.len(), 1);
     let polynomials = &document[document.find("### Implicit surfaces").unwrap()..];
     let both = fenced(polynomials, "toml");
     let both = format!("format = 1\n{both}[[instance]]\nshape = 'barth'\n");
@@ -49,7 +49,7 @@ fn the_documents_examples_load_as_they_stand() {
     let degrees = loaded.scene.implicits.tape.iter().map(|tape| tape.degree());
     assert_eq!(degrees.collect::<Vec<_>>(), [6, 6]);
     let loaded = load_text("scene.json", fenced(&document, "json")).unwrap();
-    assert_eq!(Appearances::of(&loaded.scene).unwrap().count(), 1);
+    assert_eq!(Instances::of(&loaded.scene).unwrap().count(), 1);
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn the_scenes_of_the_repository_load() {
     assert_eq!(scene.nodes.len(), 4);
     let rings = 2 + 4;
     assert_eq!(
-        Appearances::of(&scene).unwrap().count(),
+        Instances::of(&scene).unwrap().count(),
         1 + rings * 48 + 4 * 2
     );
 }
@@ -193,7 +193,7 @@ fn every_kind_and_key_arrives_in_its_table() {
         (4, 4)
     );
     assert_eq!(scene.polygons.points.len(), 3);
-    assert_eq!(scene.instances.material[0].map(|m| m.0), Some(1));
+    assert_eq!(scene.roots.material[0].map(|m| m.0), Some(1));
 }
 
 #[test]
@@ -203,7 +203,7 @@ fn transforms_are_applied_first_to_last() {
             "[shape.a]\nsphere = {{ center = [0, 0, 0], radius = 1 }}\n\
              [[instance]]\nshape = 'a'\ntransform = [{steps}]"
         ));
-        Appearances::of(&scene).unwrap().rows[0]
+        Instances::of(&scene).unwrap().rows[0]
             .world_from_object
             .point(p)
     };
@@ -277,7 +277,7 @@ fn the_nearest_material_counts() {
          [node.pair]\nchildren = [{ shape = 'a' }, { shape = 'a', material = 'inner' }]\n\
          [[instance]]\nnode = 'top'\n[[instance]]\nshape = 'a'",
     );
-    let rows = Appearances::of(&scene).unwrap().rows.clone();
+    let rows = Instances::of(&scene).unwrap().rows.clone();
     let materials: Vec<_> = rows.iter().map(|r| r.material.map(|m| m.0)).collect();
     assert_eq!(materials, [Some(0), Some(1), None]);
 }
@@ -299,7 +299,7 @@ fn a_mesh_file_is_read_from_the_scenes_folder() {
 }
 
 #[test]
-fn combinations_arrive_with_operands_that_are_defined_later() {
+fn csg_solids_arrive_with_operands_that_are_defined_later() {
     let scene = scene(
         r#"
         [material.red]
@@ -317,7 +317,7 @@ fn combinations_arrive_with_operands_that_are_defined_later() {
         shape = "all"
         "#,
     );
-    let table = &scene.combinations;
+    let table = &scene.csg;
     assert_eq!(
         table.operator,
         [
@@ -329,7 +329,7 @@ fn combinations_arrive_with_operands_that_are_defined_later() {
         ]
     );
     let ids = |row: u32| -> Vec<u32> {
-        let operands = table.operands(CombinationId(row)).iter();
+        let operands = table.operands(CsgId(row)).iter();
         operands.map(|operand| operand.shape.0).collect()
     };
     let (all, part, rest, both, ball) = (ids(0), ids(1), ids(2), ids(3), 5);
@@ -341,7 +341,7 @@ fn combinations_arrive_with_operands_that_are_defined_later() {
     assert_eq!(table.tolerance, [0.5, 0.0, 0.0, 0.0, 0.0]);
     let materials: Vec<_> = table.material.iter().map(|m| m.map(|m| m.0)).collect();
     assert_eq!(materials, [Some(0), None, None, None, None]);
-    let placed = table.operands(CombinationId(0))[1];
+    let placed = table.operands(CsgId(0))[1];
     assert_eq!(placed.material.map(|m| m.0), Some(1));
     let map = scene.transforms.local[placed.transform.index()];
     assert_eq!(map.point([1.0, 1.0, 1.0]), [3.0, 2.0, 2.0]);
@@ -368,11 +368,11 @@ fn a_chain_of_100_000_operators_loads_and_is_traced() {
     text += "ball.sphere = { center = [0, 0, 0], radius = 1 }\n[[instance]]\nshape = 'c0'\n";
     let start = Instant::now();
     let scene = scene(&text);
-    assert_eq!(scene.combinations.len(), DEPTH);
-    let appearances = Appearances::of(&scene).unwrap();
+    assert_eq!(scene.csg.len(), DEPTH);
+    let instances = Instances::of(&scene).unwrap();
     for (row, hit) in [(0, true), (1, false), (49_998, true), (DEPTH - 1, false)] {
         let org = DVec3::new(3.0 * (row + 1) as f64, 0.0, 5.0);
-        let found = spans(&scene, &appearances, org, DVec3::NEG_Z).unwrap().rows;
+        let found = spans(&scene, &instances, org, DVec3::NEG_Z).unwrap().rows;
         let ends: Vec<_> = found.iter().map(|s| (s.t_enter(), s.t_exit())).collect();
         let expected: &[(f64, f64)] = if hit { &[(4.0, 6.0)] } else { &[] };
         assert_eq!(ends, expected, "level {row}");
@@ -411,7 +411,7 @@ fn a_chain_of_a_million_nodes_loads() {
         let start = Instant::now();
         let loaded = load_text(name, &text).unwrap();
         assert_eq!(loaded.scene.nodes.len(), NODES);
-        assert_eq!(Appearances::of(&loaded.scene).unwrap().count(), 1);
+        assert_eq!(Instances::of(&loaded.scene).unwrap().count(), 1);
         println!("{name}: {:.1} s", start.elapsed().as_secs_f64());
         // Far from what anything quadratic would take.
         assert!(start.elapsed().as_secs() < 60);

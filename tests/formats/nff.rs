@@ -3,8 +3,8 @@
 
 use crate::common::assets;
 use glam::DVec3;
-use lanecast::io::{LoadError, LoadOptions, Loaded, load};
-use lanecast::scene::{Falloff, Light, Model, Projection, Shape, Target};
+use lanecast::internals::io::{LoadError, LoadOptions, Loaded, load};
+use lanecast::internals::scene::{Falloff, Light, Model, Projection, Shape, Target};
 
 fn load_text(text: &[u8]) -> Result<Loaded, LoadError> {
     let folder = tempfile::tempdir().unwrap();
@@ -31,7 +31,7 @@ fn every_published_database_has_its_published_counts() {
             ("cones_cyl", scene.cones.len() + scene.cylinders.len()),
             ("lights", scene.lights.len()),
             ("materials", scene.materials.len()),
-            ("total_prims", scene.instances.len()),
+            ("total_prims", scene.roots.len()),
         ];
         for (what, count) in found {
             assert_eq!(entry[what].as_u64(), Some(count as u64), "{file}: {what}");
@@ -62,7 +62,7 @@ fn objects_and_their_fills_keep_the_order_of_the_file() {
         Some("not imported: 1 × one-sided visibility")
     );
     let kinds: Vec<Shape> = scene
-        .instances
+        .roots
         .target
         .iter()
         .map(|t| match t {
@@ -82,7 +82,7 @@ fn objects_and_their_fills_keep_the_order_of_the_file() {
         ]
     ));
     let materials: Vec<_> = scene
-        .instances
+        .roots
         .material
         .iter()
         .map(|m| m.map(|m| m.0))

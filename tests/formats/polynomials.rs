@@ -2,10 +2,10 @@
 
 use crate::common::{assets, in_repository};
 use glam::DVec3;
-use lanecast::geom::tape::{Arithmetic, Step};
-use lanecast::geom::{Clip, Cuboid, Sphere, Tape};
-use lanecast::io::{LoadOptions, load, pov_text};
-use lanecast::scene::{Appearances, CombinationId, Operator, Scene, ShapeId};
+use lanecast::internals::geom::tape::{Arithmetic, Step};
+use lanecast::internals::geom::{Clip, Cuboid, Sphere, Tape};
+use lanecast::internals::io::{LoadOptions, load, pov_text};
+use lanecast::internals::scene::{CsgId, Instances, Operator, Scene, ShapeId};
 
 fn scene_of(name: &str, text: &str) -> Scene {
     let folder = tempfile::tempdir().unwrap();
@@ -241,16 +241,16 @@ fn a_clipped_solid_is_an_intersection() {
          [shape.c]\nunion = ['a', 'b']",
     );
     let kinds: Vec<&str> = scene.shapes.rows.iter().map(|s| s.kind_name()).collect();
-    let of = |last| ["implicit", last, "combination"];
+    let of = |last| ["implicit", last, "CSG solid"];
     let expected = [of("sphere"), of("box")].concat();
-    assert_eq!(kinds, [&expected[..], &["combination"]].concat());
+    assert_eq!(kinds, [&expected[..], &["CSG solid"]].concat());
     let names: Vec<_> = (0..7).map(|row| scene.shapes.names.get(row)).collect();
     let expected = [None, None, Some("a"), None, None, Some("b"), Some("c")];
     assert_eq!(names, expected);
     for row in [0, 1] {
-        let operator = scene.combinations.operator[row as usize];
+        let operator = scene.csg.operator[row as usize];
         assert_eq!(operator, Operator::Intersection);
-        let operands = scene.combinations.operands(CombinationId(row)).iter();
+        let operands = scene.csg.operands(CsgId(row)).iter();
         let shapes: Vec<ShapeId> = operands.map(|operand| operand.shape).collect();
         assert_eq!(shapes, [ShapeId(3 * row), ShapeId(3 * row + 1)]);
     }
@@ -262,8 +262,8 @@ fn a_clipped_solid_is_an_intersection() {
 fn povray_gets_every_coefficient() {
     let text = |shape: &str| {
         let scene = scene(shape);
-        let appearances = Appearances::of(&scene).unwrap();
-        let (scene, camera) = scene.completed(None, &appearances, 1.0);
+        let instances = Instances::of(&scene).unwrap();
+        let (scene, camera) = scene.completed(None, &instances, 1.0);
         pov_text(&scene, &camera).unwrap()
     };
     for (shape, part) in [

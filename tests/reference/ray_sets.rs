@@ -1,16 +1,16 @@
 //! The ray sets that `bench` times: each pixel once, and from each hit one ray of each kind.
 
 use glam::DVec3;
-use lanecast::accel::{Structure, World};
-use lanecast::geom::Sphere;
-use lanecast::io::RaySet;
-use lanecast::measure::queries::{Answers, Ask, trace};
-use lanecast::measure::ray_kinds::{Kind, Order};
-use lanecast::measure::rays::{LIGHT_SIZE, Source, direction_of, light_of, ray_sets};
-use lanecast::plan::{Choices, plan};
-use lanecast::render::{Grid, Progress};
-use lanecast::scene::{Appearances, Camera, Edge, Scene, SceneBuilder};
-use lanecast::trace::Caching;
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::Sphere;
+use lanecast::internals::io::RaySet;
+use lanecast::internals::measure::queries::{Answers, Ask, trace};
+use lanecast::internals::measure::ray_kinds::{Kind, Order};
+use lanecast::internals::measure::rays::{LIGHT_SIZE, Source, direction_of, light_of, ray_sets};
+use lanecast::internals::plan::{Choices, plan};
+use lanecast::internals::render::{Grid, Progress};
+use lanecast::internals::scene::{Camera, Edge, Instances, Scene, SceneBuilder};
+use lanecast::internals::trace::Caching;
 
 const LIGHT: DVec3 = DVec3::new(3.0, 9.0, 5.0);
 
@@ -26,9 +26,9 @@ fn ball() -> Scene {
 }
 
 fn sets_of(scene: &Scene, size: [u32; 2], order: Order) -> (Vec<RaySet>, usize) {
-    let appearances = Appearances::of(scene).unwrap();
-    let world = World::build(scene, &appearances, Structure::Bvh);
-    let kernels = plan(scene, &appearances, &Choices::default())
+    let instances = Instances::of(scene).unwrap();
+    let world = World::build(scene, &instances, Structure::Bvh);
+    let kernels = plan(scene, &instances, &Choices::default())
         .unwrap()
         .kernels;
     let eye = DVec3::new(0.0, 1.0, 6.0);
@@ -174,8 +174,8 @@ fn orders_have_the_same_rays() {
 #[test]
 fn the_light_is_the_first_point_or_beside_the_camera() {
     let scene = ball();
-    let appearances = Appearances::of(&scene).unwrap();
-    let world = World::build(&scene, &appearances, Structure::Bvh);
+    let instances = Instances::of(&scene).unwrap();
+    let world = World::build(&scene, &instances, Structure::Bvh);
     let camera = Camera::perspective(DVec3::new(0.0, 1.0, 6.0), DVec3::Y, DVec3::Y, 30.0);
     let light = light_of(&world, &camera);
     assert!(

@@ -9,14 +9,16 @@
 //! ```
 
 use crate::common::{Loaded, assets, load};
-use lanecast::accel::{
-    Count, Counter, Counts, Density, Figures, Forest, Forests, Structure, World,
+use lanecast::internals::accel::{
+    BaselineLevels, Count, Counter, Counts, Density, Figures, Levels, Structure, World,
 };
-use lanecast::geom::{Guarded, Scratch};
-use lanecast::math::Vec3;
-use lanecast::plan::Precision;
-use lanecast::render::{Grid, Progress, RenderConfig, View, render};
-use lanecast::trace::{AnyHit, Closest, HitId, Outcome, Packet, RayKind, Tester, TracedRay};
+use lanecast::internals::geom::{Guarded, Scratch};
+use lanecast::internals::math::Vec3;
+use lanecast::internals::plan::Precision;
+use lanecast::internals::render::{Grid, Progress, RenderConfig, View, render};
+use lanecast::internals::trace::{
+    AnyHit, Closest, HitId, Outcome, Packet, RayKind, Tester, TracedRay,
+};
 use std::time::Instant;
 
 /// One ray in so many is traced again.
@@ -42,10 +44,10 @@ fn rays(loaded: &Loaded) -> Vec<TracedRay> {
 }
 
 /// Traces each ray anew, at one lane, and compares. No occluder is tried first.
-fn replay(world: &World, forest: &Forest, rays: &[TracedRay]) -> (Counts, Figures) {
+fn replay(world: &World, levels: &BaselineLevels, rays: &[TracedRay]) -> (Counts, Figures) {
     let counter = Counter::default();
     let count = Count(Some(&counter));
-    let mut scratch = [forest.top.scratch::<f32>(), forest.top.scratch::<f32>()];
+    let mut scratch = [levels.tlas.scratch::<f32>(), levels.tlas.scratch::<f32>()];
     for ray in rays {
         let dir = ray.dir.map(f64::from);
         let packet = Packet::<f32>::new(Vec3::splat(ray.org), Vec3::splat(dir), 0.0, &world.bounds);
@@ -53,7 +55,7 @@ fn replay(world: &World, forest: &Forest, rays: &[TracedRay]) -> (Counts, Figure
         if let RayKind::Shadow { .. } = ray.kind {
             let mut query = AnyHit::<f32>::new(ray.t_max);
             tester.trace(
-                forest,
+                levels,
                 &mut query,
                 &mut scratch,
                 &mut Scratch::default(),
@@ -64,7 +66,7 @@ fn replay(world: &World, forest: &Forest, rays: &[TracedRay]) -> (Counts, Figure
         }
         let mut query = Closest::<f32, Guarded>::new(ray.t_max);
         tester.trace(
-            forest,
+            levels,
             &mut query,
             &mut scratch,
             &mut Scratch::default(),
@@ -86,15 +88,15 @@ fn replay(world: &World, forest: &Forest, rays: &[TracedRay]) -> (Counts, Figure
             _ => assert_eq!(id, HitId::NONE, "{ray:?}"),
         }
     }
-    (counter.counts(), forest.top.figures())
+    (counter.counts(), levels.tlas.figures())
 }
 
 fn measure(name: &str, world: &World, rays: &[TracedRay]) -> Counts {
     let start = Instant::now();
-    let Forests::Compared(forest) = &world.forest else {
+    let Levels::Baseline(levels) = &world.levels else {
         return Counts::default();
     };
-    let (counts, figures) = replay(world, forest, rays);
+    let (counts, figures) = replay(world, levels, rays);
     let per_ray = |n: u64| n as f64 / rays.len() as f64;
     println!(
         "    {name:22} {:8.2} steps {:8.2} tests {:7.2} spared {:8.0} ns, {} nodes or cells, {} references",

@@ -3,15 +3,15 @@
 
 use crate::common::{ALL_AOVS, Loaded, assets, hash, in_repository, load};
 use glam::{DAffine3, DVec3};
-use lanecast::accel::{Forests, Kept, Renewal, Structure, WORST_REFIT, World};
-use lanecast::geom::Sphere;
-use lanecast::math::{Aabb32, Affine};
-use lanecast::plan::Precision;
-use lanecast::render::{FrameMemory, Progress, RenderConfig, View, render_after};
-use lanecast::scene::{
-    Appearances, Camera, Edge, Key, MeshData, Scene, SceneBuilder, SceneError, Target,
+use lanecast::internals::accel::{KeptTrees, Levels, RefitOutcome, Structure, WORST_REFIT, World};
+use lanecast::internals::geom::Sphere;
+use lanecast::internals::math::{Aabb32, Affine};
+use lanecast::internals::plan::Precision;
+use lanecast::internals::render::{FrameMemory, Progress, RenderConfig, View, render_after};
+use lanecast::internals::scene::{
+    Camera, Edge, Instances, Key, MeshData, Scene, SceneBuilder, SceneError, Target,
 };
-use lanecast::trace::Reuse;
+use lanecast::internals::trace::Reuse;
 
 const FRAMES: u32 = 5;
 
@@ -28,12 +28,12 @@ fn key(at: f64, local: Affine) -> Key {
 }
 
 fn completed(scene: Scene) -> Loaded {
-    let appearances = Appearances::of(&scene).unwrap();
+    let instances = Instances::of(&scene).unwrap();
     let row = (!scene.cameras.rows.is_empty()).then_some(0);
-    let (scene, camera) = scene.completed(row, &appearances, 4.0 / 3.0);
+    let (scene, camera) = scene.completed(row, &instances, 4.0 / 3.0);
     Loaded {
         scene,
-        appearances,
+        instances,
         camera,
     }
 }
@@ -131,11 +131,11 @@ fn same_bits(precision: Precision, threads: usize, tree: Structure) {
             (0.0, Reuse::Depth),
         ];
         let mut memories = ways.map(|(_, reuse)| FrameMemory::new(reuse));
-        let mut kept: [Option<Kept>; 3] = Default::default();
+        let mut kept: [Option<KeptTrees>; 3] = Default::default();
         let mut bounded = 0;
         for frame in 0..FRAMES {
             scene = scene.at(f64::from(frame) / f64::from(FRAMES - 1)).unwrap();
-            let appearances = Appearances::of(&scene).unwrap();
+            let instances = Instances::of(&scene).unwrap();
             let render = |world: &World, memory: &mut FrameMemory| {
                 let view = View {
                     world,
@@ -147,12 +147,12 @@ fn same_bits(precision: Precision, threads: usize, tree: Structure) {
                     hash(&render_after(&view, &config, memory, &Progress::default()).unwrap())
                 })
             };
-            let world = World::build(&scene, &appearances, tree);
+            let world = World::build(&scene, &instances, tree);
             let cold = render(&world, &mut FrameMemory::new(Reuse::None));
             for (i, (worst, reuse)) in ways.into_iter().enumerate() {
                 let world = match kept[i].take() {
-                    None => World::build(&scene, &appearances, tree),
-                    Some(kept) => World::next(kept, &scene, &appearances, tree, worst).0,
+                    None => World::build(&scene, &instances, tree),
+                    Some(kept) => World::next(kept, &scene, &instances, tree, worst).0,
                 };
                 let warm = render(&world, &mut memories[i]);
                 assert_eq!(warm, cold, "{name}, frame {frame}, {reuse:?}, {worst}");
@@ -196,29 +196,29 @@ fn holds(outer: &Aabb32, inner: &Aabb32) -> bool {
 fn fitted_trees_contain_everything() {
     let loaded = crossing_meshes();
     let mut scene = loaded.scene;
-    let mut kept: Option<Kept> = None;
+    let mut kept: Option<KeptTrees> = None;
     for frame in 0..FRAMES {
         scene = scene.at(f64::from(frame) / f64::from(FRAMES - 1)).unwrap();
-        let appearances = Appearances::of(&scene).unwrap();
-        let built = World::build(&scene, &appearances, Structure::Bvh);
+        let instances = Instances::of(&scene).unwrap();
+        let built = World::build(&scene, &instances, Structure::Bvh);
         let world = match kept.take() {
-            None => World::build(&scene, &appearances, Structure::Bvh),
+            None => World::build(&scene, &instances, Structure::Bvh),
             Some(kept) => {
                 let infinite = f64::INFINITY;
-                let (world, renewal) =
-                    World::next(kept, &scene, &appearances, Structure::Bvh, infinite);
-                assert_eq!(renewal, Renewal::Refitted);
+                let (world, outcome) =
+                    World::next(kept, &scene, &instances, Structure::Bvh, infinite);
+                assert_eq!(outcome, RefitOutcome::Refitted);
                 world
             }
         };
-        let Forests::Wide(forest) = &world.forest else {
+        let Levels::Wide(levels) = &world.levels else {
             panic!("not wide");
         };
         // Every entry once, at its place, in its leaf's box and all above it.
         let mut seen = vec![0; world.entries.len()];
         let mut open = vec![(0, world.bounds)];
         while let Some((node, around)) = open.pop() {
-            let node = &forest.top.nodes[node];
+            let node = &levels.tlas.nodes[node];
             for c in 0..node.count as usize {
                 let bounds = node.bounds_of(c);
                 assert!(holds(&around, &bounds));
@@ -234,9 +234,9 @@ fn fitted_trees_contain_everything() {
             }
         }
         assert!(seen.iter().all(|n| *n == 1));
-        for id in 0..appearances.count() {
+        for id in 0..instances.count() {
             let (a, b) = (world.entry_of(id), built.entry_of(id));
-            assert_eq!((a.appearance, a.bounds), (id, b.bounds));
+            assert_eq!((a.instance, a.bounds), (id, b.bounds));
         }
         assert_eq!(world.bounds, built.bounds);
         kept = Some(world.keep());
@@ -249,21 +249,21 @@ fn follow(
     times: [f64; 4],
     worst: f64,
     mut see: impl FnMut(f64, &World),
-) -> Vec<Renewal> {
+) -> Vec<RefitOutcome> {
     let mut renewals = Vec::new();
-    let mut kept: Option<Kept> = None;
+    let mut kept: Option<KeptTrees> = None;
     for time in times {
         scene = scene.at(time).unwrap();
-        let appearances = Appearances::of(&scene).unwrap();
-        let (world, renewal) = match kept.take() {
+        let instances = Instances::of(&scene).unwrap();
+        let (world, outcome) = match kept.take() {
             None => (
-                World::build(&scene, &appearances, Structure::Bvh),
-                Renewal::Built,
+                World::build(&scene, &instances, Structure::Bvh),
+                RefitOutcome::Built,
             ),
-            Some(kept) => World::next(kept, &scene, &appearances, Structure::Bvh, worst),
+            Some(kept) => World::next(kept, &scene, &instances, Structure::Bvh, worst),
         };
         see(time, &world);
-        renewals.push(renewal);
+        renewals.push(outcome);
         kept = Some(world.keep());
     }
     renewals
@@ -288,7 +288,7 @@ fn a_tree_that_has_grown_too_dear_is_built_again() {
     }
     let times = [0.0, 1e-6, 1.0, 1.0];
     let renewals = follow(scene.finish().unwrap(), times, WORST_REFIT, |_, _| ());
-    use Renewal::{Built, Rebuilt, Refitted};
+    use RefitOutcome::{Built, Rebuilt, Refitted};
     assert_eq!(renewals, [Built, Refitted, Rebuilt, Refitted]);
 }
 
@@ -316,11 +316,11 @@ fn a_placement_that_comes_to_blur_leaves_the_tree() {
             assert_eq!(world.unbounded.len(), outside);
             assert_eq!(world.entries.len(), 9 - outside);
             for id in 0..9 {
-                assert_eq!(world.entry_of(id).appearance, id);
+                assert_eq!(world.entry_of(id).instance, id);
             }
         },
     );
-    use Renewal::{Built, Rebuilt, Refitted};
+    use RefitOutcome::{Built, Rebuilt, Refitted};
     assert_eq!(renewals, [Built, Rebuilt, Refitted, Rebuilt]);
 }
 
@@ -360,7 +360,7 @@ fn scenes_are_at_their_keys_exactly() {
     }
     let scene = scene.at(0.5).unwrap();
     assert_eq!(scene.transforms.local[other.index()], moved(DVec3::X * 0.5));
-    assert!(matches!(scene.instances.target[1], Target::Shape(_)));
+    assert!(matches!(scene.roots.target[1], Target::Shape(_)));
 }
 
 #[test]

@@ -5,11 +5,11 @@ use crate::common::{
     Random, RayColumns, assets, hash, in_repository, load, property, random_mesh, random_scene,
 };
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::accel::{Structure, World};
-use lanecast::plan::{Kernels, Precision, native_width};
-use lanecast::render::{AovSet, RenderConfig};
-use lanecast::scene::{Appearances, Edge, MeshData, Scene, SceneBuilder};
-use lanecast::trace::HitId;
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::plan::{Kernels, Precision, native_width};
+use lanecast::internals::render::{AovSet, RenderConfig};
+use lanecast::internals::scene::{Edge, Instances, MeshData, Scene, SceneBuilder};
+use lanecast::internals::trace::HitId;
 use proptest::prelude::*;
 
 /// A picture of 24×24 rays from anywhere, also from among the shapes, of any
@@ -107,10 +107,10 @@ fn met(answers: Vec<(f64, HitId)>) -> Met {
 }
 
 fn same_as_traced(scene: &Scene, rays: &RayColumns) -> Result<(), TestCaseError> {
-    let appearances = Appearances::of(scene).unwrap();
-    let tree = World::build(scene, &appearances, Structure::Bvh);
-    let items = World::build(scene, &appearances, Structure::ItemBuffer);
-    let scan = World::build(scene, &appearances, Structure::Linear);
+    let instances = Instances::of(scene).unwrap();
+    let tree = World::build(scene, &instances, Structure::Bvh);
+    let items = World::build(scene, &instances, Structure::ItemBuffer);
+    let scan = World::build(scene, &instances, Structure::Linear);
     for precision in [Precision::Fast, Precision::Guarded, Precision::Exact] {
         for lanes in [1, native_width()] {
             let kernels = Kernels { precision, lanes };
@@ -181,9 +181,9 @@ fn rays_that_fan_out_within_meshes() -> Result<(), TestCaseError> {
 #[test]
 fn rays_without_lists_are_traced() {
     let scene = random_scene(7);
-    let appearances = Appearances::of(&scene).unwrap();
-    let tree = World::build(&scene, &appearances, Structure::Bvh);
-    let items = World::build(&scene, &appearances, Structure::ItemBuffer);
+    let instances = Instances::of(&scene).unwrap();
+    let tree = World::build(&scene, &instances, Structure::Bvh);
+    let items = World::build(&scene, &instances, Structure::ItemBuffer);
     let kernels = Kernels {
         precision: Precision::Exact,
         lanes: 1,

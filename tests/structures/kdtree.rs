@@ -3,12 +3,12 @@
 
 use crate::common::{Random, RayColumns, property};
 use glam::DVec3;
-use lanecast::accel::{Index, Primitives};
-use lanecast::accel::{KdClip, KdQuality, KdStop, Structure, World, kd_build};
-use lanecast::geom::{Cuboid, Sphere};
-use lanecast::math::Aabb32;
-use lanecast::plan::{Kernels, Precision, native_width};
-use lanecast::scene::*;
+use lanecast::internals::accel::{Index, Primitives};
+use lanecast::internals::accel::{KdClip, KdQuality, KdStop, Structure, World, build_kd};
+use lanecast::internals::geom::{Cuboid, Sphere};
+use lanecast::internals::math::Aabb32;
+use lanecast::internals::plan::{Kernels, Precision, native_width};
+use lanecast::internals::scene::*;
 use proptest::prelude::*;
 
 type Triangle = [DVec3; 3];
@@ -144,8 +144,8 @@ fn rays(triangles: &[Triangle], random: &mut Random, level: bool) -> RayColumns 
 
 /// Both precisions, one lane and the machine's width.
 fn same_as_linear(scene: &Scene, rays: &RayColumns, qualities: &[KdQuality]) {
-    let appearances = Appearances::of(scene).unwrap();
-    let linear = World::build(scene, &appearances, Structure::Linear);
+    let instances = Instances::of(scene).unwrap();
+    let linear = World::build(scene, &instances, Structure::Linear);
     for precision in [Precision::Exact, Precision::Fast] {
         let expected = rays.closest(
             &linear,
@@ -155,11 +155,12 @@ fn same_as_linear(scene: &Scene, rays: &RayColumns, qualities: &[KdQuality]) {
             },
         );
         for quality in qualities {
-            let world = World::build(scene, &appearances, Structure::Kd(*quality));
+            let world = World::build(scene, &instances, Structure::Kd(*quality));
             for lanes in [1, native_width()] {
                 let found = rays.closest(&world, &Kernels { precision, lanes });
                 for (i, (a, b)) in expected.iter().zip(&found).enumerate() {
-                    let same = a.1 == b.1 && (a.1 == lanecast::trace::HitId::NONE || a.0 == b.0);
+                    let same = a.1 == b.1
+                        && (a.1 == lanecast::internals::trace::HitId::NONE || a.0 == b.0);
                     let ray = rays.ray(i);
                     assert!(
                         same,
@@ -212,13 +213,13 @@ proptest! {
         let random = &mut Random(seed);
         let triangles = triangles(random);
         let scene = scene_of(&triangles, 0, random);
-        let appearances = Appearances::of(&scene).unwrap();
+        let instances = Instances::of(&scene).unwrap();
         let across = rays(&triangles, random, false);
-        let linear = World::build(&scene, &appearances, Structure::Linear);
+        let linear = World::build(&scene, &instances, Structure::Linear);
         let exact = Kernels { precision: Precision::Exact, lanes: 1 };
         let expected = across.closest(&linear, &exact);
         for quality in qualities(&[KdClip::Triangle]) {
-            let world = World::build(&scene, &appearances, Structure::Kd(quality));
+            let world = World::build(&scene, &instances, Structure::Kd(quality));
             prop_assert_eq!(&across.closest(&world, &exact), &expected);
         }
     }
@@ -228,7 +229,7 @@ proptest! {
 #[test]
 fn empty_scenes() {
     let mut scene = SceneBuilder::default();
-    let floor = lanecast::geom::HalfSpace {
+    let floor = lanecast::internals::geom::HalfSpace {
         normal: DVec3::Y,
         offset: 0.0,
     };
@@ -255,14 +256,17 @@ fn trees_do_not_depend_on_threads() {
             })
         })
         .collect();
-    let boxes: Vec<Aabb32> = corners.iter().map(lanecast::accel::corner_bounds).collect();
+    let boxes: Vec<Aabb32> = corners
+        .iter()
+        .map(lanecast::internals::accel::corner_bounds)
+        .collect();
     let primitives = Primitives {
         boxes: &boxes,
         corners: Some(&corners),
     };
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        let build = || kd_build(&primitives, &KdQuality::default());
+        let build = || build_kd(&primitives, &KdQuality::default());
         pool.build().unwrap().install(build)
     };
     let (one, three) = (on(1), on(3));
@@ -276,7 +280,7 @@ fn trees_do_not_depend_on_threads() {
             stop,
             ..KdQuality::default()
         };
-        kd_build(&primitives, &quality).0.figures()
+        build_kd(&primitives, &quality).0.figures()
     };
     let [as_box, plane, triangle] = KdClip::ALL.map(|clip| of(clip, KdStop::Cost).sah);
     assert!(as_box > plane && plane > triangle);

@@ -6,13 +6,13 @@ use crate::common::{
     kernels, load, picture, property, random_scene, random_shape, within_seconds,
 };
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::accel::{Forests, Structure, World};
-use lanecast::geom::{HalfSpace, Sphere};
-use lanecast::math::Affine;
-use lanecast::plan::{Precision, native_width};
-use lanecast::render::RenderConfig;
-use lanecast::scene::*;
-use lanecast::trace::HitId;
+use lanecast::internals::accel::{Levels, Structure, World};
+use lanecast::internals::geom::{HalfSpace, Sphere};
+use lanecast::internals::math::Affine;
+use lanecast::internals::plan::{Precision, native_width};
+use lanecast::internals::render::RenderConfig;
+use lanecast::internals::scene::*;
+use lanecast::internals::trace::HitId;
 use proptest::prelude::*;
 
 const ALL: [Precision; 3] = [Precision::Fast, Precision::Guarded, Precision::Exact];
@@ -26,12 +26,12 @@ fn hits(rays: &RayColumns, world: &World, precision: Precision) -> Vec<Option<(u
 
 /// How many rays hit something; all agree. Flat: by streams, and by packets.
 fn agree(scene: &Scene, rays: &RayColumns, why: &str) -> usize {
-    let appearances = Appearances::of(scene).unwrap();
-    let nested = World::build(scene, &appearances, Structure::Nested);
-    assert!(matches!(nested.forest, Forests::Nested(_)));
+    let instances = Instances::of(scene).unwrap();
+    let nested = World::build(scene, &instances, Structure::Nested);
+    assert!(matches!(nested.levels, Levels::Nested(_)));
     let mut number = 0;
     for structure in [Structure::Bvh, Structure::Linear] {
-        let flat = World::build(scene, &appearances, structure);
+        let flat = World::build(scene, &instances, structure);
         assert_eq!(flat.bounds, nested.bounds, "{why}");
         for precision in ALL {
             let [a, b] = [&flat, &nested].map(|world| hits(rays, world, precision));
@@ -45,12 +45,12 @@ fn agree(scene: &Scene, rays: &RayColumns, why: &str) -> usize {
     number
 }
 
-/// Rays at and about points of random appearances, of different origins.
+/// Rays at and about points of random instances, of different origins.
 fn rays_at(scene: &Scene, random: &mut Random, count: usize) -> RayColumns {
-    let appearances = Appearances::of(scene).unwrap();
+    let instances = Instances::of(scene).unwrap();
     let mut rays = RayColumns::default();
     while rays.len() < count {
-        let row = appearances.get(scene, random.below(appearances.count()));
+        let row = instances.get(scene, random.below(instances.count()));
         let bounds = shape_bounds(scene, row.shape);
         let (center, half) = bounds.map_or((DVec3::ZERO, DVec3::ONE), |b| (b.center(), b.extent()));
         let own = center + random.vector() * half * 0.6;
@@ -198,8 +198,8 @@ fn hard_scenes_agree() {
     let (mut met, scenes) = (0, campaign(60));
     for seed in 0..scenes as u64 {
         let scene = hard_scene(seed);
-        let appearances = Appearances::of(&scene).unwrap();
-        let rays = hard_rays(&scene, &appearances, seed, 400);
+        let instances = Instances::of(&scene).unwrap();
+        let rays = hard_rays(&scene, &instances, seed, 400);
         met += agree(&scene, &rays, &format!("seed {seed}"));
     }
     assert!(met * 3 > 100 * scenes, "{met}");
@@ -231,7 +231,7 @@ fn pictures_agree() {
     }
 }
 
-/// More appearances than are laid out, few enough for a flat world: what a plan
+/// More instances than are laid out, few enough for a flat world: what a plan
 /// makes of `bvh`, and of `linear`.
 #[test]
 fn many_agree() {
@@ -253,12 +253,12 @@ fn many_agree() {
     let turned = b.transform(random_map(random, 3).into());
     b.instance("", edge.transform(turned));
     let scene = b.finish().unwrap();
-    let appearances = Appearances::of(&scene).unwrap();
-    assert!(!appearances.are_laid_out() && appearances.count() > 1 << 16);
+    let instances = Instances::of(&scene).unwrap();
+    assert!(!instances.are_laid_out() && instances.count() > 1 << 16);
     let rays = rays_at(&scene, random, 2000);
-    let nested = World::build(&scene, &appearances, Structure::Bvh);
-    assert!(matches!(nested.forest, Forests::Nested(_)));
-    let flat = World::build(&scene, &appearances, Structure::Narrow);
+    let nested = World::build(&scene, &instances, Structure::Bvh);
+    assert!(matches!(nested.levels, Levels::Nested(_)));
+    let flat = World::build(&scene, &instances, Structure::Narrow);
     assert_eq!(flat.bounds, nested.bounds);
     for precision in ALL {
         let [a, b] = [&flat, &nested].map(|world| hits(&rays, world, precision));
@@ -292,9 +292,9 @@ fn forty_levels() {
     }
     b.instance("", below);
     let scene = b.finish().unwrap();
-    let appearances = Appearances::of(&scene).unwrap();
-    assert_eq!(appearances.count(), 1 << 40);
-    let world = within_seconds(10, || World::build(&scene, &appearances, Structure::Bvh));
+    let instances = Instances::of(&scene).unwrap();
+    assert_eq!(instances.count(), 1 << 40);
+    let world = within_seconds(10, || World::build(&scene, &instances, Structure::Bvh));
     let bytes: usize = world.bytes().iter().map(|(_, bytes)| bytes).sum();
     assert!(bytes < 1 << 17, "{bytes}");
     let random = &mut Random(3);
@@ -352,9 +352,9 @@ fn ten_billion() {
     }
     b.instance("", below);
     let scene = within_seconds(10, || b.finish()).unwrap();
-    let appearances = within_seconds(10, || Appearances::of(&scene)).unwrap();
-    assert_eq!(appearances.count(), 10_000_000_000);
-    let world = within_seconds(10, || World::build(&scene, &appearances, Structure::Bvh));
+    let instances = within_seconds(10, || Instances::of(&scene)).unwrap();
+    assert_eq!(instances.count(), 10_000_000_000);
+    let world = within_seconds(10, || World::build(&scene, &instances, Structure::Bvh));
     let bytes: usize = world.bytes().iter().map(|(_, bytes)| bytes).sum();
     assert!(bytes < 1 << 20, "{bytes}");
 

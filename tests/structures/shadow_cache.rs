@@ -5,13 +5,13 @@ use crate::common::{
     RayColumns, assets, campaign, hard_rays, hard_scene, kernels, load, random_scene, structures,
 };
 use glam::DVec3;
-use lanecast::accel::{Count, Forests, Structure, World};
-use lanecast::geom::{Guarded, Scratch};
-use lanecast::math::Vec3;
-use lanecast::plan::{Kernels, Precision, native_width};
-use lanecast::render::{Grid, Progress, RenderConfig, View, render};
-use lanecast::scene::{Appearances, Scene};
-use lanecast::trace::{
+use lanecast::internals::accel::{Count, Levels, Structure, World};
+use lanecast::internals::geom::{Guarded, Scratch};
+use lanecast::internals::math::Vec3;
+use lanecast::internals::plan::{Kernels, Precision, native_width};
+use lanecast::internals::render::{Grid, Progress, RenderConfig, View, render};
+use lanecast::internals::scene::{Instances, Scene};
+use lanecast::internals::trace::{
     AnyHit, CacheCounts, Caching, HitId, Outcome, Packet, RayKind, ShadowCache, Tester, TracedRay,
 };
 
@@ -38,11 +38,11 @@ fn between(from_light: bool) -> RayColumns {
 /// Every structure, precision and width, with the cache and without. Returns
 /// what the wide trees' and all other caches did.
 fn compare(scene: &Scene, rays: &RayColumns, t_max: f32, what: &str) -> [CacheCounts; 2] {
-    let appearances = Appearances::of(scene).unwrap();
+    let instances = Instances::of(scene).unwrap();
     let mut counts = [CacheCounts::default(); 2];
     let mut exact = None;
     for structure in structures() {
-        let world = World::build(scene, &appearances, structure);
+        let world = World::build(scene, &instances, structure);
         for precision in [Precision::Fast, Precision::Exact] {
             for lanes in [1, native_width()] {
                 let kernels = Kernels { precision, lanes };
@@ -78,8 +78,8 @@ fn no_answer_depends_on_the_cache() {
             all[way][1] += counts[1];
         }
         let scene = hard_scene(seed);
-        let appearances = Appearances::of(&scene).unwrap();
-        let rays = hard_rays(&scene, &appearances, seed, 256);
+        let instances = Instances::of(&scene).unwrap();
+        let rays = hard_rays(&scene, &instances, seed, 256);
         let counts = compare(&scene, &rays, f32::INFINITY, &format!("hard {seed}"));
         all[2][0] += counts[0];
         all[2][1] += counts[1];
@@ -99,8 +99,8 @@ fn no_answer_depends_on_the_cache() {
 #[test]
 fn renders_count_it() {
     let scene = random_scene(3);
-    let appearances = Appearances::of(&scene).unwrap();
-    let world = World::build(&scene, &appearances, Structure::Bvh);
+    let instances = Instances::of(&scene).unwrap();
+    let world = World::build(&scene, &instances, Structure::Bvh);
     let view = View {
         world: &world,
         kernels: kernels(Precision::Exact),
@@ -173,10 +173,10 @@ fn hits_on_tetra_beside_the_published_ones() {
 
 /// One ray at a time, one cache: hits.
 fn last_occluder(world: &World, rays: &[TracedRay], forgets: bool) -> usize {
-    let Forests::Compared(forest) = &world.forest else {
+    let Levels::Baseline(levels) = &world.levels else {
         unreachable!("asked for");
     };
-    let mut scratch = [forest.top.scratch::<f32>(), forest.top.scratch::<f32>()];
+    let mut scratch = [levels.tlas.scratch::<f32>(), levels.tlas.scratch::<f32>()];
     let mut kernels = Scratch::default();
     let (mut last, mut hits) = (HitId::NONE, 0);
     for ray in rays {
@@ -190,7 +190,7 @@ fn last_occluder(world: &World, rays: &[TracedRay], forgets: bool) -> usize {
         }
         if !query.blocked() {
             tester.trace(
-                forest,
+                levels,
                 &mut query,
                 &mut scratch,
                 &mut kernels,

@@ -3,11 +3,11 @@
 
 use crate::common::{Random, RayColumns, campaign, property, random_shape, structures};
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::accel::{Structure, World};
-use lanecast::geom::{Cuboid, HalfSpace, Sphere};
-use lanecast::plan::{Kernels, Precision, native_width, widths};
-use lanecast::scene::{Appearances, Edge, MeshData, Scene, SceneBuilder, ShapeId};
-use lanecast::trace::{Caching, HitId, ShadowCache};
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::{Cuboid, HalfSpace, Sphere};
+use lanecast::internals::plan::{Kernels, Precision, native_width, widths};
+use lanecast::internals::scene::{Edge, Instances, MeshData, Scene, SceneBuilder, ShapeId};
+use lanecast::internals::trace::{Caching, HitId, ShadowCache};
 use proptest::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
@@ -277,11 +277,11 @@ fn met(answers: Vec<(f64, HitId)>) -> Vec<Option<(u64, HitId)>> {
 fn all_same(sort: Sort, seed: u64) -> usize {
     let random = &mut Random(seed);
     let scene = small_scene(sort, random);
-    let appearances = Appearances::of(&scene).unwrap();
+    let instances = Instances::of(&scene).unwrap();
     let rays = rays(random);
     let t_max = [0.5, 1.0, f32::INFINITY][random.below(3) as usize];
     let ends = vec![t_max; rays.len()];
-    let scan = World::build(&scene, &appearances, Structure::Linear);
+    let scan = World::build(&scene, &instances, Structure::Linear);
     let kernels = |precision, lanes| Kernels { precision, lanes };
     let closest = |world: &World, kernels| met(rays.closest(world, &kernels));
     let any = |world: &World, kernels| {
@@ -309,7 +309,7 @@ fn all_same(sort: Sort, seed: u64) -> usize {
         assert_eq!(ours, theirs, "{sort:?} {seed}, ray {i}, guarded");
     }
     for structure in structures() {
-        let world = World::build(&scene, &appearances, structure);
+        let world = World::build(&scene, &instances, structure);
         // Every decision made exactly: what the error bounds decide is the same.
         #[cfg(feature = "all-lanes")]
         {

@@ -429,7 +429,7 @@ fn one_file_names_the_registers() {
         ("use wide::f32x8;", true),
         ("let x = wide::f32x8::ZERO;", true),
         ("use ::wide::f32x8;", true),
-        ("use super::wide::WideMesh;", false),
+        ("use super::wide::WideBlas;", false),
         ("use world::world_wide::X;", false),
         ("// wide::f32x8", false),
     ] {

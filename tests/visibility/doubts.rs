@@ -3,11 +3,11 @@
 
 use crate::common::{Random, RayColumns, in_own_process, kernels};
 use glam::{DAffine3, DVec3};
-use lanecast::accel::{Structure, World};
-use lanecast::geom::{Cuboid, Cylinder, HalfSpace, Quadric};
-use lanecast::plan::Precision;
-use lanecast::scene::{Appearances, Edge, Operand, Operator, SceneBuilder, ShapeId};
-use lanecast::trace::decided;
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::{Cuboid, Cylinder, HalfSpace, Quadric};
+use lanecast::internals::plan::Precision;
+use lanecast::internals::scene::{Edge, Instances, Operand, Operator, SceneBuilder, ShapeId};
+use lanecast::internals::trace::decided;
 
 const RAYS: usize = 8000;
 
@@ -20,7 +20,7 @@ fn block_with(b: &mut SceneBuilder, other: ShapeId, placed: bool) -> ShapeId {
     if placed {
         other = other.transform(b.transform(turn.into()));
     }
-    b.combination("", Operator::Intersection, &[Operand::shape(block), other])
+    b.csg("", Operator::Intersection, &[Operand::shape(block), other])
 }
 
 /// Exact decisions, and hits.
@@ -29,8 +29,8 @@ fn asked(precision: Precision, make: &dyn Fn(&mut SceneBuilder) -> ShapeId) -> (
     let shape = make(&mut b);
     b.instance("", Edge::shape(shape));
     let scene = b.finish().expect("the test's own scene is sound");
-    let appearances = Appearances::of(&scene).expect("and small");
-    let world = World::build(&scene, &appearances, Structure::Bvh);
+    let instances = Instances::of(&scene).expect("and small");
+    let world = World::build(&scene, &instances, Structure::Bvh);
     let random = &mut Random(5);
     let mut rays = RayColumns::default();
     for i in 0..RAYS {
@@ -76,14 +76,14 @@ fn plate(b: &mut SceneBuilder) -> ShapeId {
         let moved = b.transform(DAffine3::from_translation(DVec3::new(x, 0.0, z)).into());
         operands.push(Operand::shape(drill).transform(moved));
     }
-    b.combination("", Operator::Difference, &operands)
+    b.csg("", Operator::Difference, &operands)
 }
 
 /// A bore in two pieces, of one radius about one axis, which overlap.
 fn bore(b: &mut SceneBuilder) -> ShapeId {
     let pieces = [[-0.4, 0.1], [-0.1, 0.3]].map(|y| Operand::shape(upright(b, y, 0.5)));
     let operands = [slab(b), pieces[0], pieces[1]];
-    b.combination("", Operator::Difference, &operands)
+    b.csg("", Operator::Difference, &operands)
 }
 
 /// What two slabs side by side are, and nothing of a third without itself.
@@ -91,9 +91,9 @@ fn slabs(b: &mut SceneBuilder) -> ShapeId {
     let (min, max) = (DVec3::new(-1.0, 0.3, -1.0), DVec3::new(1.0, 0.5, 1.0));
     let above = Operand::shape(b.cuboid("", Cuboid { min, max }));
     let slabs = [slab(b), slab(b)];
-    let nothing = b.combination("", Operator::Difference, &slabs);
+    let nothing = b.csg("", Operator::Difference, &slabs);
     let operands = [slab(b), above, Operand::shape(nothing)];
-    b.combination("", Operator::Union, &operands)
+    b.csg("", Operator::Union, &operands)
 }
 
 #[test]

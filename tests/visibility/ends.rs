@@ -2,14 +2,16 @@
 //! packets carry other ends than single rays.
 
 use crate::common::{
-    Random, RayColumns, campaign, random_combination, random_shape, random_solid, torus, unit_ball,
+    Random, RayColumns, campaign, random_csg, random_shape, random_solid, torus, unit_ball,
 };
 use glam::{DAffine3, DMat3, DVec3};
-use lanecast::accel::{Structure, World};
-use lanecast::geom::{Cuboid, Sphere};
-use lanecast::plan::{Kernels, Precision, widths};
-use lanecast::scene::{Appearances, Edge, Operand, Operator, Scene, SceneBuilder, ShapeId};
-use lanecast::trace::{Caching, HitId, ShadowCache};
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::{Cuboid, Sphere};
+use lanecast::internals::plan::{Kernels, Precision, widths};
+use lanecast::internals::scene::{
+    Edge, Instances, Operand, Operator, Scene, SceneBuilder, ShapeId,
+};
+use lanecast::internals::trace::{Caching, HitId, ShadowCache};
 
 /// From near by, and from so far away that f32 hardly knows the scene's parts.
 fn rays(random: &mut Random, count: usize) -> RayColumns {
@@ -30,8 +32,8 @@ fn rays(random: &mut Random, count: usize) -> RayColumns {
 /// Shortens rays at what they meet, or nearly there, and asks again.
 fn ends_do_not_matter(scene: &Scene, seed: u64) -> usize {
     let random = &mut Random(seed);
-    let appearances = Appearances::of(scene).unwrap();
-    let world = World::build(scene, &appearances, Structure::Bvh);
+    let instances = Instances::of(scene).unwrap();
+    let world = World::build(scene, &instances, Structure::Bvh);
     let rays = rays(random, 512);
     let mut met = 0;
     for lanes in widths() {
@@ -98,7 +100,7 @@ fn before_random_scenes() {
         let scene = scene_of(|to| {
             let mut shapes = Vec::new();
             for _ in 0..1 + random.below(3) {
-                shapes.push(random_combination(to, random, 0));
+                shapes.push(random_csg(to, random, 0));
                 shapes.push(random_shape(to, random));
             }
             shapes
@@ -137,7 +139,7 @@ fn before_many_operands() {
                 });
             }
             let operator = [Operator::Union, Operator::Xor, Operator::Difference];
-            vec![to.combination("", operator[random.below(3) as usize], &operands)]
+            vec![to.csg("", operator[random.below(3) as usize], &operands)]
         });
         met += ends_do_not_matter(&scene, seed);
     }
@@ -159,7 +161,7 @@ fn before_many_random_operands() {
                 })
                 .collect();
             let operator = [Operator::Union, Operator::Xor][random.below(2) as usize];
-            vec![to.combination("", operator, &operands)]
+            vec![to.csg("", operator, &operands)]
         });
         met += ends_do_not_matter(&scene, seed);
     }
@@ -178,7 +180,7 @@ fn before_a_row_of_plates() {
                     Operand::shape(block(to, min, max))
                 })
                 .collect();
-            vec![to.combination("", operator, &operands)]
+            vec![to.csg("", operator, &operands)]
         });
         assert!(ends_do_not_matter(&scene, seed) > 100);
     }
@@ -209,7 +211,7 @@ fn before_operands_in_doubt() {
                     Operand::shape(shape).transform(moved)
                 })
                 .collect();
-            vec![to.combination("", Operator::Union, &operands)]
+            vec![to.csg("", Operator::Union, &operands)]
         });
         met += ends_do_not_matter(&scene, seed);
     }

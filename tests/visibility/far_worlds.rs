@@ -6,16 +6,16 @@ use crate::common::{
     random_shape, structures,
 };
 use glam::{DAffine3, DVec3};
-use lanecast::accel::{Structure, World};
-use lanecast::geom::{Cone, Cuboid, Sphere};
-use lanecast::math::{Aabb, Affine};
-use lanecast::plan::{Kernels, Precision, native_width};
-use lanecast::reference::Reference;
-use lanecast::render::RenderConfig;
-use lanecast::scene::{
-    Appearances, Camera, Edge, Light, MeshData, Operand, Operator, Scene, SceneBuilder,
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::{Cone, Cuboid, Sphere};
+use lanecast::internals::math::{Aabb, Affine};
+use lanecast::internals::plan::{Kernels, Precision, native_width};
+use lanecast::internals::reference::Reference;
+use lanecast::internals::render::RenderConfig;
+use lanecast::internals::scene::{
+    Camera, Edge, Instances, Light, MeshData, Operand, Operator, Scene, SceneBuilder,
 };
-use lanecast::trace::{HitId, ShadowCache};
+use lanecast::internals::trace::{HitId, ShadowCache};
 
 const RAYS: usize = 512;
 
@@ -41,8 +41,8 @@ fn boxes_of_far_worlds_are_as_fine_as_near_ones() {
         scene.finish().unwrap()
     };
     let built = |scene: &Scene| {
-        let appearances = Appearances::of(scene).unwrap();
-        let world = World::build(scene, &appearances, Structure::Bvh);
+        let instances = Instances::of(scene).unwrap();
+        let world = World::build(scene, &instances, Structure::Bvh);
         let boxes: Vec<f64> = world
             .entries
             .iter()
@@ -67,17 +67,17 @@ fn far_worlds_lose_nothing() {
     let mut hits = 0;
     for seed in 0..12 {
         let near = hard_scene(seed);
-        let appearances = Appearances::of(&near).unwrap();
-        let near_size = size(&World::build(&near, &appearances, Structure::Bvh));
+        let instances = Instances::of(&near).unwrap();
+        let near_size = size(&World::build(&near, &instances, Structure::Bvh));
         let distance = [1e3, 1e6, 1e9][seed as usize % 3] * near_size.max_element();
         let offset = DVec3::new(0.6, -0.8, 0.3) * distance;
         let far = hard_scene(seed).moved(1.0, offset).unwrap();
-        let appearances = Appearances::of(&far).unwrap();
+        let instances = Instances::of(&far).unwrap();
 
-        let scan = World::build(&far, &appearances, Structure::Linear);
+        let scan = World::build(&far, &instances, Structure::Linear);
         assert_ne!(scan.center, DVec3::ZERO, "{seed}");
 
-        let rays = hard_rays(&far, &appearances, seed, RAYS);
+        let rays = hard_rays(&far, &instances, seed, RAYS);
         for precision in [Precision::Exact, Precision::Guarded] {
             let kernels = |lanes| Kernels { precision, lanes };
             let answers = |world: &World, lanes| {
@@ -92,7 +92,7 @@ fn far_worlds_lose_nothing() {
             let expected = answers(&scan, 1);
             hits += expected.0.iter().flatten().count();
             for structure in structures() {
-                let world = World::build(&far, &appearances, structure);
+                let world = World::build(&far, &instances, structure);
                 for lanes in [1, native_width()] {
                     let found = answers(&world, lanes);
                     assert!(found == expected, "{seed}: {structure:?}, {lanes} lanes");
@@ -155,14 +155,14 @@ fn far_rays_meet_what_their_rounding_meets() {
                 false => oblique(random),
             };
             let operand = Operand::shape(shape).transform(placed);
-            let solid = b.combination("", Operator::Union, &[operand]);
+            let solid = b.csg("", Operator::Union, &[operand]);
             let placed = b.transform(outer.into());
             b.instance("", Edge::shape(solid).transform(placed));
             places.push(outer * inner);
         }
         let scene = b.finish().unwrap();
-        let appearances = Appearances::of(&scene).unwrap();
-        let reference = Reference::new(&scene, &appearances).unwrap();
+        let instances = Instances::of(&scene).unwrap();
+        let reference = Reference::new(&scene, &instances).unwrap();
         let mut rays = RayColumns::default();
         let mut expected = Vec::new();
         while rays.len() < RAYS {
@@ -184,7 +184,7 @@ fn far_rays_meet_what_their_rounding_meets() {
         }
         hits += expected.iter().filter(|id| **id != HitId::NONE).count();
         for structure in structures().into_iter().chain([Structure::Nested]) {
-            let world = World::build(&scene, &appearances, structure);
+            let world = World::build(&scene, &instances, structure);
             for precision in [Precision::Exact, Precision::Guarded] {
                 for lanes in [1, native_width()] {
                     let kernels = Kernels { precision, lanes };
@@ -201,9 +201,9 @@ fn far_rays_meet_what_their_rounding_meets() {
     assert!(hits > 8 * RAYS, "{hits}");
 }
 
-/// Where the operands' spaces blur, a combination has no box in the world either.
+/// Where the operands' spaces blur, a CSG solid has no box in the world either.
 #[test]
-fn combinations_of_oblique_needles_stand_outside_the_trees() {
+fn csg_solids_of_oblique_needles_stand_outside_the_trees() {
     let outside = |long: f64, outer: DAffine3| {
         let mut b = SceneBuilder::default();
         let (center, radius) = (DVec3::ZERO, 1.0);
@@ -211,12 +211,12 @@ fn combinations_of_oblique_needles_stand_outside_the_trees() {
         let turn = DAffine3::from_rotation_z(0.7);
         let needle = turn * DAffine3::from_scale(DVec3::new(long, 1.0, 1.0)) * turn;
         let operand = Operand::shape(ball).transform(b.transform(needle.into()));
-        let solid = b.combination("", Operator::Union, &[operand]);
+        let solid = b.csg("", Operator::Union, &[operand]);
         let placed = b.transform(outer.into());
         b.instance("", Edge::shape(solid).transform(placed));
         let scene = b.finish().unwrap();
-        let appearances = Appearances::of(&scene).unwrap();
-        let world = World::build(&scene, &appearances, Structure::Bvh);
+        let instances = Instances::of(&scene).unwrap();
+        let world = World::build(&scene, &instances, Structure::Bvh);
         world.unbounded_solids().count()
     };
     let scaled = DAffine3::from_scale(DVec3::new(1e-4, 1.0, 1.0));
@@ -262,8 +262,8 @@ fn pictures_of_what_has_no_box_are_the_same() {
         let camera = Camera::perspective(from, DVec3::ZERO, DVec3::Y, 45.0);
         b.camera("", camera);
         let scene = b.finish().unwrap();
-        let appearances = Appearances::of(&scene).unwrap();
-        let world = World::build(&scene, &appearances, Structure::Bvh);
+        let instances = Instances::of(&scene).unwrap();
+        let world = World::build(&scene, &instances, Structure::Bvh);
         assert!(world.unbounded_meshes().count() > 0 && world.unbounded_solids().count() > 0);
         let structures = structures().into_iter().chain([Structure::ItemBuffer]);
         for precision in [Precision::Fast, Precision::Guarded, Precision::Exact] {
@@ -306,13 +306,13 @@ fn what_is_near_is_met_beside_what_f32_cannot_reach() {
         scene.finish().unwrap()
     };
     let near = balls(None);
-    let rays = hard_rays(&near, &Appearances::of(&near).unwrap(), 1, RAYS);
+    let rays = hard_rays(&near, &Instances::of(&near).unwrap(), 1, RAYS);
     let kernels = kernels(Precision::Guarded);
     for distance in [1e38, 3.5e38, 1e39, 1e300] {
         let scene = balls(Some(distance));
-        let appearances = Appearances::of(&scene).unwrap();
+        let instances = Instances::of(&scene).unwrap();
         let nearest = |structure| {
-            let world = World::build(&scene, &appearances, structure);
+            let world = World::build(&scene, &instances, structure);
             rays.closest(&world, &kernels)
         };
         let expected = nearest(Structure::Linear);
@@ -342,7 +342,7 @@ fn what_is_beyond_f32_is_met_from_one_origin() {
         let shape = scene.cone("", cone);
         scene.instance("", Edge::shape(shape));
         let scene = scene.finish().unwrap();
-        let appearances = Appearances::of(&scene).unwrap();
+        let instances = Instances::of(&scene).unwrap();
         let mut rays = RayColumns::default();
         for i in 0..RAYS {
             let [y, z] = [i / 16, i % 16].map(|x| (x as f32 - 8.0) / 16.0);
@@ -351,7 +351,7 @@ fn what_is_beyond_f32_is_met_from_one_origin() {
         for precision in [Precision::Exact, Precision::Guarded] {
             let kernels = kernels(precision);
             let met = |structure| {
-                let world = World::build(&scene, &appearances, structure);
+                let world = World::build(&scene, &instances, structure);
                 let nearest = rays.closest(&world, &kernels);
                 nearest.iter().map(|(_, id)| *id).collect::<Vec<_>>()
             };

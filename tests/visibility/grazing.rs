@@ -3,11 +3,11 @@
 
 use crate::common::{Random, RayColumns, dented, kernels, structures};
 use glam::DVec3;
-use lanecast::accel::World;
-use lanecast::plan::Precision;
-use lanecast::reference::Reference;
-use lanecast::scene::{Appearances, Edge, PolygonId, SceneBuilder};
-use lanecast::trace::HitId;
+use lanecast::internals::accel::World;
+use lanecast::internals::plan::Precision;
+use lanecast::internals::reference::Reference;
+use lanecast::internals::scene::{Edge, Instances, PolygonId, SceneBuilder};
+use lanecast::internals::trace::HitId;
 
 /// Of three, four or eight corners, lifted by up to 5 * 10^-7.
 fn uneven_polygons(random: &mut Random) -> SceneBuilder {
@@ -39,8 +39,8 @@ fn grazing_rays_meet_polygons_as_the_reference_does() {
     for seed in 0..20 {
         let random = &mut Random(seed);
         let scene = uneven_polygons(random).finish().unwrap();
-        let appearances = Appearances::of(&scene).unwrap();
-        let reference = Reference::new(&scene, &appearances).unwrap();
+        let instances = Instances::of(&scene).unwrap();
+        let reference = Reference::new(&scene, &instances).unwrap();
         let mut rays = RayColumns::default();
         for i in 0..240 {
             let polygon = scene.polygons.row(PolygonId(i as u32 % 12));
@@ -70,7 +70,7 @@ fn grazing_rays_meet_polygons_as_the_reference_does() {
         hits += expected.iter().flatten().count();
         beside += expected.len();
         for structure in structures() {
-            let world = World::build(&scene, &appearances, structure);
+            let world = World::build(&scene, &instances, structure);
             for precision in [Precision::Exact, Precision::Guarded] {
                 let kernels = kernels(precision);
                 let found = rays.closest(&world, &kernels);

@@ -5,13 +5,13 @@
 
 use crate::common::{Random, RayColumns, campaign, hard_rays, hard_scene, random_mesh};
 use glam::{DAffine3, DVec3};
-use lanecast::accel::{Density, Forests, KdQuality, Structure, World};
-use lanecast::geom::{Cylinder, Ellipsoid, Sphere};
-use lanecast::math::{Aabb, Affine};
-use lanecast::plan::{Kernels, Precision};
-use lanecast::reference::{Hit, Reference};
-use lanecast::scene::{Appearances, Edge, MeshId, SceneBuilder};
-use lanecast::trace::HitId;
+use lanecast::internals::accel::{Density, KdQuality, Levels, Structure, World};
+use lanecast::internals::geom::{Cylinder, Ellipsoid, Sphere};
+use lanecast::internals::math::{Aabb, Affine};
+use lanecast::internals::plan::{Kernels, Precision};
+use lanecast::internals::reference::{Hit, Reference};
+use lanecast::internals::scene::{Edge, Instances, MeshId, SceneBuilder};
+use lanecast::internals::trace::HitId;
 use rayon::prelude::*;
 
 const RAYS: usize = 1000;
@@ -27,13 +27,13 @@ fn bits(answers: Vec<(f64, HitId)>) -> Vec<Option<(u64, HitId)>> {
 fn all_alike(seed: u64) -> [usize; 2] {
     let (mut met, mut apart) = (0, 0);
     let scene = hard_scene(seed);
-    let appearances = Appearances::of(&scene).unwrap();
-    let rays = hard_rays(&scene, &appearances, seed, RAYS);
+    let instances = Instances::of(&scene).unwrap();
+    let rays = hard_rays(&scene, &instances, seed, RAYS);
     let kd = Structure::Kd(KdQuality::default());
     let grid = Structure::Grid(Density::default());
     let (heap, spheres) = (Structure::Heap, Structure::HeapSpheres);
     let worlds = [Structure::Linear, Structure::Bvh, kd, grid, heap, spheres]
-        .map(|structure| World::build(&scene, &appearances, structure));
+        .map(|structure| World::build(&scene, &instances, structure));
     for precision in [Precision::Fast, Precision::Guarded, Precision::Exact] {
         let of = |world, lanes| {
             let kernels = Kernels { precision, lanes };
@@ -115,14 +115,14 @@ fn exact_packets_agree_with_the_reference_on_hard_scenes() {
     let mut first = None;
     for seed in 0..campaign(300) as u64 {
         let scene = hard_scene(seed);
-        let appearances = Appearances::of(&scene).unwrap();
-        let rays = hard_rays(&scene, &appearances, seed, RAYS / 4);
-        let world = World::build(&scene, &appearances, Structure::Bvh);
+        let instances = Instances::of(&scene).unwrap();
+        let rays = hard_rays(&scene, &instances, seed, RAYS / 4);
+        let world = World::build(&scene, &instances, Structure::Bvh);
         let kernels = Kernels {
             precision: Precision::Exact,
             lanes: 8,
         };
-        let reference = Reference::brute_force(&scene, &appearances).unwrap();
+        let reference = Reference::brute_force(&scene, &instances).unwrap();
         let answers = rays.closest(&world, &kernels);
         for (i, (t, id)) in answers.iter().enumerate() {
             let (org, dir) = rays.ray(i);
@@ -160,7 +160,7 @@ fn exact_packets_agree_with_the_reference_on_hard_scenes() {
 }
 
 /// `world_from_object` is only nearly the inverse of the map that defines an
-/// appearance; the box made with it still holds every point that rays can meet:
+/// instance; the box made with it still holds every point that rays can meet:
 /// the x with object_from_world · x = corner, here to some 30 digits.
 #[test]
 fn badly_conditioned_boxes_hold_every_corner() {
@@ -176,16 +176,16 @@ fn badly_conditioned_boxes_hold_every_corner() {
         let transform = scene.transform(map.into());
         scene.instance("", Edge::shape(shape).transform(transform));
         let scene = scene.finish().unwrap();
-        let appearances = Appearances::of(&scene).unwrap();
-        let row = appearances.rows[0];
+        let instances = Instances::of(&scene).unwrap();
+        let row = instances.rows[0];
         let mesh = scene.meshes.row(MeshId(0));
         // Nested trees have boxes of all of them; flat ones leave the worst out.
-        let world = World::build(&scene, &appearances, Structure::Nested);
-        let Forests::Nested(forest) = &world.forest else {
+        let world = World::build(&scene, &instances, Structure::Nested);
+        let Levels::Nested(levels) = &world.levels else {
             panic!("not nested");
         };
-        let center = forest.groups.center();
-        let about = forest.groups.bounds(center).widened();
+        let center = levels.groups.center();
+        let about = levels.groups.bounds(center).widened();
         let bounds = Aabb::new(about.min + center, about.max + center);
         for i in 0..mesh.triangles.len() {
             for corner in mesh.corners(i) {
@@ -288,8 +288,8 @@ fn what_comes_first_by_a_hair_keeps_its_own_t() {
                 b.instance("", Edge::shape(shape));
             }
             let scene = b.finish().unwrap();
-            let appearances = Appearances::of(&scene).unwrap();
-            let world = World::build(&scene, &appearances, Structure::Linear);
+            let instances = Instances::of(&scene).unwrap();
+            let world = World::build(&scene, &instances, Structure::Linear);
             let kernels = Kernels {
                 precision: Precision::Guarded,
                 lanes,

@@ -6,17 +6,17 @@ use crate::common::{
     unit_ball,
 };
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::accel::{Structure, World};
-use lanecast::geom::formula::Builder;
-use lanecast::geom::{Binary, Clip, Cuboid, Sphere, Unary};
-use lanecast::plan::{Precision, widths};
-use lanecast::reference::{Ray, Reference};
-use lanecast::render::RenderConfig;
-use lanecast::scene::{
-    Appearances, Camera, Edge, Operand, Operator, Scene, SceneBuilder, SceneError, ShapeId,
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::formula::Builder;
+use lanecast::internals::geom::{Binary, Clip, Cuboid, Sphere, Unary};
+use lanecast::internals::plan::{Precision, widths};
+use lanecast::internals::reference::{Ray, Reference};
+use lanecast::internals::render::RenderConfig;
+use lanecast::internals::scene::{
+    Camera, Edge, Instances, Operand, Operator, Scene, SceneBuilder, SceneError, ShapeId,
 };
-use lanecast::shade::Surface;
-use lanecast::trace::{HitId, ShadowCache, spans};
+use lanecast::internals::shade::Surface;
+use lanecast::internals::trace::{HitId, ShadowCache, spans};
 
 fn scene(make: impl FnOnce(&mut SceneBuilder) -> Vec<(ShapeId, DAffine3)>) -> Scene {
     let mut to = SceneBuilder::default();
@@ -66,8 +66,8 @@ fn what_may_be_written_both_ways_is_met_alike() {
         let rays = rays(7, 2.0, 4000);
         for precision in [Precision::Guarded, Precision::Exact] {
             let of = |scene: &Scene| {
-                let appearances = Appearances::of(scene).expect("one");
-                let world = World::build(scene, &appearances, Structure::Bvh);
+                let instances = Instances::of(scene).expect("one");
+                let world = World::build(scene, &instances, Structure::Bvh);
                 let ends = vec![f32::INFINITY; rays.len()];
                 let cache = &mut ShadowCache::new(Default::default());
                 let blocked = rays.any(&world, &kernels(precision), &ends, cache);
@@ -112,7 +112,7 @@ fn all() -> Scene {
         );
         let cuboid = to.cuboid("", cuboid);
         let block = [solid, cuboid].map(Operand::shape);
-        let block = to.combination("", Operator::Intersection, &block);
+        let block = to.csg("", Operator::Intersection, &block);
         let whole = to.level_set("", ring(0.3), false, None);
         let hole = to.sphere(
             "",
@@ -122,7 +122,7 @@ fn all() -> Scene {
             },
         );
         let ring = [whole, hole].map(Operand::shape);
-        let ring = to.combination("", Operator::Difference, &ring);
+        let ring = to.csg("", Operator::Difference, &ring);
         let at = |x: f64, scale: f64| {
             let place = DAffine3::from_translation(DVec3::new(x, 0.0, 0.0));
             place * turned(scale)
@@ -138,9 +138,9 @@ fn all() -> Scene {
 #[test]
 fn the_reference_finds_the_same() {
     let scene = all();
-    let appearances = Appearances::of(&scene).expect("three");
-    let world = World::build(&scene, &appearances, Structure::Bvh);
-    let reference = Reference::new(&scene, &appearances).expect("one");
+    let instances = Instances::of(&scene).expect("three");
+    let world = World::build(&scene, &instances, Structure::Bvh);
+    let reference = Reference::new(&scene, &instances).expect("one");
     let rays = rays(11, 3.0, 600);
     for precision in [Precision::Fast, Precision::Guarded, Precision::Exact] {
         let found = rays.closest(&world, &kernels(precision));
@@ -171,9 +171,9 @@ fn the_reference_finds_the_same() {
 fn a_picture_is_the_same_by_every_way() {
     let scene = all();
     let camera = Camera::perspective(DVec3::new(1.0, 3.0, 9.0), DVec3::ZERO, DVec3::Y, 50.0);
-    let appearances = Appearances::of(&scene).expect("three");
+    let instances = Instances::of(&scene).expect("three");
     let (scene, camera) = {
-        let (scene, _) = scene.completed(None, &appearances, 4.0 / 3.0);
+        let (scene, _) = scene.completed(None, &instances, 4.0 / 3.0);
         (scene, camera)
     };
     let config = RenderConfig {
@@ -209,8 +209,8 @@ fn the_reference_knows_where_it_is_not_certain() {
             DAffine3::IDENTITY,
         )]
     });
-    let appearances = Appearances::of(&scene).expect("one");
-    let reference = Reference::new(&scene, &appearances).expect("one");
+    let instances = Instances::of(&scene).expect("one");
+    let reference = Reference::new(&scene, &instances).expect("one");
     let of = |org: [f64; 3], dir: [f64; 3]| {
         let at = |level: f64| reference.nearest_of(Ray { org, dir, level }, f64::INFINITY);
         [-1.0, 0.0, 1.0].map(|level| at(level).map(|hit| hit.t > 1e-9))
@@ -227,9 +227,9 @@ fn the_reference_knows_where_it_is_not_certain() {
 #[test]
 fn a_line_has_all_its_spans() {
     let scene = scene(|to| vec![(to.level_set("", ring(0.3), false, None), DAffine3::IDENTITY)]);
-    let appearances = Appearances::of(&scene).expect("one");
+    let instances = Instances::of(&scene).expect("one");
     let org = DVec3::new(-5.0, 0.0, 0.0);
-    let spans = spans(&scene, &appearances, org, DVec3::X).expect("few");
+    let spans = spans(&scene, &instances, org, DVec3::X).expect("few");
     let found: Vec<[f64; 2]> = spans
         .rows
         .iter()
@@ -265,9 +265,9 @@ fn where_a_function_ends_there_is_a_face() {
         let shell = to.level_set("", b.finish(last), false, None);
         vec![(shell, turned(2.0))]
     });
-    let appearances = Appearances::of(&scene).expect("one");
-    let world = World::build(&scene, &appearances, Structure::Bvh);
-    let reference = Reference::new(&scene, &appearances).expect("one");
+    let instances = Instances::of(&scene).expect("one");
+    let world = World::build(&scene, &instances, Structure::Bvh);
+    let reference = Reference::new(&scene, &instances).expect("one");
     let rays = rays(19, 3.0, 600);
     for precision in [Precision::Fast, Precision::Guarded, Precision::Exact] {
         let mut hits = 0;
@@ -296,9 +296,7 @@ fn where_a_function_ends_there_is_a_face() {
         assert!(hits > 100, "{hits}");
     }
     let line = (DVec3::new(-5.0, 0.25, -0.75), DVec3::X);
-    let spans = spans(&scene, &appearances, line.0, line.1)
-        .expect("few")
-        .rows;
+    let spans = spans(&scene, &instances, line.0, line.1).expect("few").rows;
     for end in [spans[0].enter, spans[spans.len() - 1].exit] {
         let end = end.expect("an end");
         let out = (end.point - TURNED) / 2.0;
@@ -323,13 +321,13 @@ fn a_solid_without_end_is_everywhere_else() {
         let rest = to.level_set("", b.finish(last), false, None);
         let (min, max) = (DVec3::splat(-4.0), DVec3::splat(4.0));
         let operands = [to.cuboid("", Cuboid { min, max }), rest].map(Operand::shape);
-        let all = to.combination("", Operator::Intersection, &operands);
+        let all = to.csg("", Operator::Intersection, &operands);
         vec![(all, DAffine3::IDENTITY)]
     });
-    let appearances = Appearances::of(&scene).expect("one");
+    let instances = Instances::of(&scene).expect("one");
     let of = |y: f64| -> Vec<[f64; 2]> {
         let org = DVec3::new(-9.0, y, 0.0);
-        let spans = spans(&scene, &appearances, org, DVec3::X).expect("few");
+        let spans = spans(&scene, &instances, org, DVec3::X).expect("few");
         spans
             .rows
             .iter()
@@ -338,8 +336,8 @@ fn a_solid_without_end_is_everywhere_else() {
     };
     assert_eq!(of(3.0), [[5.0, 13.0]]);
     assert_eq!(of(0.0), [[5.0, 8.0], [10.0, 13.0]]);
-    let reference = Reference::new(&scene, &appearances).expect("one");
-    let world = World::build(&scene, &appearances, Structure::Bvh);
+    let reference = Reference::new(&scene, &instances).expect("one");
+    let world = World::build(&scene, &instances, Structure::Bvh);
     let mut rays = RayColumns::default();
     for y in [3.0, 0.0, -1.5, 3.9] {
         rays.push(DVec3::new(-9.0, y, 0.0), [1.0, 0.0, 0.0]);

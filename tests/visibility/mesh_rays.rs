@@ -3,9 +3,9 @@
 
 use crate::common::{Loaded, RayColumns, assets, load};
 use glam::DVec3;
-use lanecast::accel::{Structure, World};
-use lanecast::plan::{Kernels, Precision};
-use lanecast::trace::HitId;
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::plan::{Kernels, Precision};
+use lanecast::internals::trace::HitId;
 use serde_json::Value;
 
 struct Row {
@@ -40,7 +40,10 @@ fn rows(of_mesh: &Value) -> Vec<Row> {
 /// Two triangles in one plane: which of them is nearer is left to rounding, in
 /// the published answers as in ours.
 fn coplanar(loaded: &Loaded, row: &Row, ours: u32, theirs: u32) -> bool {
-    let mesh = loaded.scene.meshes.row(lanecast::scene::MeshId(0));
+    let mesh = loaded
+        .scene
+        .meshes
+        .row(lanecast::internals::scene::MeshId(0));
     let corners = |i: u32| {
         mesh.corners(i as usize)
             .map(|c| DVec3::from_array(c.map(f64::from)))
@@ -67,8 +70,8 @@ fn published_mesh_hits_through_packets() {
         let rows = rows(of_mesh);
         let loaded = load(&assets.join("meshes").join(file), 1.0);
         // One mesh, in place: its triangles are the file's.
-        assert_eq!(loaded.appearances.count(), 1, "{file}");
-        assert!(loaded.appearances.rows[0].object_from_world.is_identity());
+        assert_eq!(loaded.instances.count(), 1, "{file}");
+        assert!(loaded.instances.rows[0].object_from_world.is_identity());
         let table = &loaded.scene.meshes;
         let moved = table.rounded[0] != 0 || table.center[0] != DVec3::ZERO;
         meshes[usize::from(moved)] += 1;

@@ -3,10 +3,10 @@
 
 use crate::common::{Random, RayColumns, campaign, hard_scene, random_scene};
 use glam::DVec3;
-use lanecast::accel::{Structure, World};
-use lanecast::plan::{Kernels, Precision, native_width};
-use lanecast::scene::{Appearances, Scene};
-use lanecast::trace::{Caching, HitId, ShadowCache};
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::plan::{Kernels, Precision, native_width};
+use lanecast::internals::scene::{Instances, Scene};
+use lanecast::internals::trace::{Caching, HitId, ShadowCache};
 
 const RAYS: usize = 320;
 
@@ -55,9 +55,9 @@ fn kernels(precision: Precision, lanes: usize) -> Kernels {
 
 /// (rays, hits, fast differences from the scan).
 fn compare(scene: &Scene, seed: u64) -> [usize; 3] {
-    let appearances = Appearances::of(scene).unwrap();
+    let instances = Instances::of(scene).unwrap();
     let [tree, scan] =
-        [Structure::Bvh, Structure::Linear].map(|s| World::build(scene, &appearances, s));
+        [Structure::Bvh, Structure::Linear].map(|s| World::build(scene, &instances, s));
     let random = &mut Random(seed ^ 0x5eed);
     let mut counts = [0; 3];
     for round in 0..4 {
@@ -106,8 +106,8 @@ fn parallel_rays_do_not_depend_on_their_neighbours() {
     let (mut hits, pairs) = (0, campaign(60));
     let scenes = (0..pairs as u64).flat_map(|seed| [random_scene(seed), hard_scene(seed)]);
     for (number, scene) in scenes.enumerate() {
-        let appearances = Appearances::of(&scene).unwrap();
-        let tree = World::build(&scene, &appearances, Structure::Bvh);
+        let instances = Instances::of(&scene).unwrap();
+        let tree = World::build(&scene, &instances, Structure::Bvh);
         let random = &mut Random(number as u64);
         let rays = parallel_rays(&tree, random);
         let mut order: Vec<usize> = (0..RAYS).collect();
@@ -139,9 +139,9 @@ fn parallel_rays_that_end_at_what_they_meet() {
     let pairs = campaign(100);
     let scenes = (0..pairs as u64).flat_map(|seed| [random_scene(seed), hard_scene(seed)]);
     for (number, scene) in scenes.enumerate() {
-        let appearances = Appearances::of(&scene).unwrap();
+        let instances = Instances::of(&scene).unwrap();
         let [tree, scan] =
-            [Structure::Bvh, Structure::Linear].map(|s| World::build(&scene, &appearances, s));
+            [Structure::Bvh, Structure::Linear].map(|s| World::build(&scene, &instances, s));
         let random = &mut Random(number as u64);
         let rays = parallel_rays(&tree, random);
         let kernels = kernels(Precision::Exact, native_width());

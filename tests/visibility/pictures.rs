@@ -4,10 +4,10 @@
 #![cfg(feature = "all-lanes")]
 
 use crate::common::{ALL_AOVS, Loaded, assets, hash, in_repository, load};
-use lanecast::accel::Structure;
-use lanecast::plan::{Kernels, Precision, widths};
-use lanecast::render::{RenderConfig, TileOrder};
-use lanecast::scene::{CsgSolid, Shape};
+use lanecast::internals::accel::Structure;
+use lanecast::internals::plan::{Kernels, Precision, widths};
+use lanecast::internals::render::{RenderConfig, TileOrder};
+use lanecast::internals::scene::{CsgSolid, Shape};
 use std::path::{Path, PathBuf};
 
 const FILES: [&str; 6] = [
@@ -26,7 +26,7 @@ const LARGE: (u32, u32) = (200, 150);
 /// The linear scan of more would take minutes.
 const FEW: u64 = 20_000;
 
-/// A ray looks at every operand of a combination: many more would take minutes, too.
+/// A ray looks at every operand of a CSG solid: many more would take minutes, too.
 const FEW_OPERANDS: usize = 1000;
 
 fn config((width, height): (u32, u32)) -> RenderConfig {
@@ -70,11 +70,11 @@ fn one_picture_per_scene(precision: Precision) {
     }
 }
 
-/// Of its combinations, unfolded.
+/// Of its CSG solids, unfolded.
 fn most_operands(loaded: &Loaded) -> usize {
     let shapes = loaded.scene.shapes.rows.iter();
     let operands = shapes.map(|shape| match shape {
-        Shape::Combination(id) => CsgSolid::of(&loaded.scene, *id).operands.len(),
+        Shape::Csg(id) => CsgSolid::of(&loaded.scene, *id).operands.len(),
         _ => 0,
     });
     operands.max().unwrap_or(0)
@@ -112,14 +112,14 @@ fn hashes(file: &Path, loaded: &Loaded, precision: Precision) -> [u64; 2] {
         }
     }
     let small = of(&bvh, 8, &config(SMALL));
-    if loaded.scene.meshes.triangles.len() as u64 + loaded.appearances.count() > FEW {
+    if loaded.scene.meshes.triangles.len() as u64 + loaded.instances.count() > FEW {
         return [small, large];
     }
     let linear = loaded.world(Structure::Linear);
     for lanes in widths() {
         for world in [&bvh, &linear] {
             let got = of(world, lanes, &config(SMALL));
-            let structure = world.forest.top_figures().nodes;
+            let structure = world.levels.tlas_figures().nodes;
             let file = file.display();
             assert_eq!(
                 got, small,

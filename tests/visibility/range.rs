@@ -3,11 +3,11 @@
 
 use crate::common::{Random, RayColumns, kernels, structures};
 use glam::{DAffine3, DVec3};
-use lanecast::accel::{Structure, World};
-use lanecast::geom::{Cuboid, Sphere};
-use lanecast::plan::{Kernels, Precision};
-use lanecast::scene::{Appearances, Edge, MeshData, Scene, SceneBuilder};
-use lanecast::trace::{Caching, HitId, ShadowCache};
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::{Cuboid, Sphere};
+use lanecast::internals::plan::{Kernels, Precision};
+use lanecast::internals::scene::{Edge, Instances, MeshData, Scene, SceneBuilder};
+use lanecast::internals::trace::{Caching, HitId, ShadowCache};
 
 /// Boxes, balls and a mesh of tetrahedra within 1 of the origin, made `size` as large.
 fn scene(random: &mut Random, size: f64) -> Scene {
@@ -43,10 +43,10 @@ fn scene(random: &mut Random, size: f64) -> Scene {
 
 /// `guarded` and `exact` find `expected` in every structure, and whether there is anything.
 fn agree(scene: &Scene, rays: &RayColumns, expected: &[HitId], why: &str) {
-    let appearances = Appearances::of(scene).unwrap();
+    let instances = Instances::of(scene).unwrap();
     let endless = vec![f32::INFINITY; rays.len()];
     for structure in structures() {
-        let world = World::build(scene, &appearances, structure);
+        let world = World::build(scene, &instances, structure);
         for precision in [Precision::Guarded, Precision::Exact] {
             let kernels = kernels(precision);
             let compare = |found: Vec<(f64, HitId)>, by: &str| {
@@ -73,8 +73,8 @@ fn agree(scene: &Scene, rays: &RayColumns, expected: &[HitId], why: &str) {
 
 /// What the linear scan finds of the same rays, each alone.
 fn one_by_one(scene: &Scene, rays: &RayColumns) -> Vec<HitId> {
-    let appearances = Appearances::of(scene).unwrap();
-    let world = World::build(scene, &appearances, Structure::Linear);
+    let instances = Instances::of(scene).unwrap();
+    let world = World::build(scene, &instances, Structure::Linear);
     let kernels = Kernels {
         lanes: 1,
         ..kernels(Precision::Exact)

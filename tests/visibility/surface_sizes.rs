@@ -2,12 +2,12 @@
 
 use crate::common::{Random, RayColumns, barth_sextic, kernels, torus};
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::accel::{Structure, World};
-use lanecast::geom::{Clip, Sphere};
-use lanecast::plan::Precision;
-use lanecast::reference::Reference;
-use lanecast::scene::{Appearances, Edge, Scene, SceneBuilder, ShapeId};
-use lanecast::trace::{HitId, ShadowCache};
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::{Clip, Sphere};
+use lanecast::internals::plan::Precision;
+use lanecast::internals::reference::Reference;
+use lanecast::internals::scene::{Edge, Instances, Scene, SceneBuilder, ShapeId};
+use lanecast::internals::trace::{HitId, ShadowCache};
 
 const RIGHT: [Precision; 2] = [Precision::Guarded, Precision::Exact];
 
@@ -109,9 +109,9 @@ fn grid(rays: Rays, reach: f64, distance: f64, scale: f64) -> RayColumns {
 
 /// Which rays meet it, and where, by each arithmetic; the reference agrees.
 fn met(scene: &Scene, columns: &RayColumns, context: &str) -> [Vec<bool>; 2] {
-    let appearances = Appearances::of(scene).expect("one");
-    let world = World::build(scene, &appearances, Structure::Bvh);
-    let reference = Reference::new(scene, &appearances).expect("one");
+    let instances = Instances::of(scene).expect("one");
+    let world = World::build(scene, &instances, Structure::Bvh);
+    let reference = Reference::new(scene, &instances).expect("one");
     RIGHT.map(|precision| {
         let answers = columns.closest(&world, &kernels(precision));
         let cache = &mut ShadowCache::new(Default::default());
@@ -226,8 +226,8 @@ fn lengths_times_powers_of_two_change_no_bit_of_t() {
     };
     let bits = |scale: f64, precision: Precision| -> Vec<(f64, HitId)> {
         let scene = world_of(scale);
-        let appearances = Appearances::of(&scene).expect("few");
-        let world = World::build(&scene, &appearances, Structure::Bvh);
+        let instances = Instances::of(&scene).expect("few");
+        let world = World::build(&scene, &instances, Structure::Bvh);
         rays_of(scale).closest(&world, &kernels(precision))
     };
     for precision in [Precision::Fast, Precision::Guarded, Precision::Exact] {

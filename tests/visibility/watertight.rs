@@ -11,11 +11,11 @@
 
 use crate::common::{Loaded, Random, RayColumns, assets, campaign, load};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
-use lanecast::accel::Structure;
-use lanecast::plan::Precision;
-use lanecast::scene::{Appearances, Camera};
-use lanecast::scene::{Edge, Mesh, MeshData, MeshId, SceneBuilder};
-use lanecast::trace::{HitId, ShadowCache};
+use lanecast::internals::accel::Structure;
+use lanecast::internals::plan::Precision;
+use lanecast::internals::scene::{Camera, Instances};
+use lanecast::internals::scene::{Edge, Mesh, MeshData, MeshId, SceneBuilder};
+use lanecast::internals::trace::{HitId, ShadowCache};
 use std::collections::HashMap;
 
 /// Rays at each mesh, at the campaign's full size.
@@ -164,7 +164,7 @@ fn closed_meshes_have_no_cracks() {
         let aimed = aim(&mesh, DMat3::IDENTITY, |p| p);
         no_cracks(name, &loaded, &aimed, 1e-11);
         let placed = placed(&mesh);
-        let row = placed.appearances.rows[0];
+        let row = placed.instances.rows[0];
         let turn = DMat3::from_cols_array_2d(row.object_from_world.linear());
         let aimed = aim(&mesh, turn, |p| {
             DVec3::from_array(row.world_from_object.point(p.to_array()))
@@ -195,7 +195,7 @@ fn placed(mesh: &Mesh) -> Loaded {
 fn finished(scene: SceneBuilder) -> Loaded {
     let scene = scene.finish().unwrap();
     Loaded {
-        appearances: Appearances::of(&scene).unwrap(),
+        instances: Instances::of(&scene).unwrap(),
         scene,
         camera: Camera::perspective(DVec3::Z, DVec3::ZERO, DVec3::Y, 40.0),
     }

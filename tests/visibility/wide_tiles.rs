@@ -3,11 +3,11 @@
 
 use crate::common::{Random, RayColumns};
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::accel::{Structure, World};
-use lanecast::measure::generate::displaced_sphere;
-use lanecast::plan::{Kernels, Precision, native_width};
-use lanecast::scene::{Appearances, Edge, MeshData, Scene, SceneBuilder};
-use lanecast::trace::{Caching, HitId, ShadowCache};
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::measure::generate::displaced_sphere;
+use lanecast::internals::plan::{Kernels, Precision, native_width};
+use lanecast::internals::scene::{Edge, Instances, MeshData, Scene, SceneBuilder};
+use lanecast::internals::trace::{Caching, HitId, ShadowCache};
 
 const RAYS: usize = 64 * 40;
 
@@ -75,9 +75,9 @@ fn met(answers: Vec<(f64, HitId)>) -> Vec<Option<(u64, HitId)>> {
 #[test]
 fn wide_tiles_meet_what_packets_meet() {
     let scene = scene();
-    let appearances = Appearances::of(&scene).unwrap();
+    let instances = Instances::of(&scene).unwrap();
     let [tiles, packets] =
-        [Structure::Bvh, Structure::Narrow].map(|s| World::build(&scene, &appearances, s));
+        [Structure::Bvh, Structure::Narrow].map(|s| World::build(&scene, &instances, s));
     let random = &mut Random(7);
     for one_origin in [true, false] {
         let rays = rays(one_origin, random);

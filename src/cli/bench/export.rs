@@ -5,7 +5,7 @@
 //! left out and counted.
 
 use crate::io::TriangleSet;
-use crate::scene::{Appearances, Scene, Shape};
+use crate::scene::{Instances, Scene, Shape};
 use glam::DVec3;
 
 /// Limit of exported triangles: 3 GB, and no tree here holds more.
@@ -15,14 +15,14 @@ const MAX_TRIANGLES: u64 = 1 << 27;
 /// warning about other shapes.
 pub fn triangles(
     scene: &Scene,
-    appearances: &Appearances,
+    instances: &Instances,
 ) -> Result<(TriangleSet, Option<String>), String> {
-    appearances
+    instances
         .check_enumerable()
         .map_err(|e| format!("--export: {e}"))?;
     let mut left_out = 0;
     let (mut vertices, mut triangles) = (0_u64, 0_u64);
-    for (shape, count) in scene.shapes.rows.iter().zip(appearances.of_shapes(scene)) {
+    for (shape, count) in scene.shapes.rows.iter().zip(instances.of_shapes(scene)) {
         match shape {
             Shape::Mesh(id) => {
                 let mesh = scene.meshes.row(*id);
@@ -42,7 +42,7 @@ pub fn triangles(
         positions: Vec::with_capacity(vertices as usize),
         triangles: Vec::with_capacity(triangles as usize),
     };
-    for row in appearances.iter(scene) {
+    for row in instances.iter(scene) {
         let Shape::Mesh(id) = scene.shapes.row(row.shape) else {
             continue;
         };
@@ -71,7 +71,9 @@ pub fn triangles(
         ));
     }
     let warning = (left_out > 0).then(|| {
-        format!("{left_out} appearances of shapes other than meshes are left out; .msh has only triangles")
+        format!(
+            "{left_out} instances of shapes other than meshes are left out; .msh has only triangles"
+        )
     });
     Ok((set, warning))
 }

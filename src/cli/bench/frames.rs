@@ -32,14 +32,14 @@ pub fn run(args: &BenchArgs, frames: u32) -> Result<(), CliError> {
             precision,
             ..config.choices
         };
-        plan(&prepared.scene, &prepared.appearances, &choices)
+        plan(&prepared.scene, &prepared.instances, &choices)
             .map_err(|e| CliError::Usage(e.to_string()))
     };
     let (pool, camera) = (&prepared.pool, prepared.camera);
     let kernels = planned(Precision::Exact)?.kernels;
     // Camera rays do not depend on the world.
     let sets = pool.install(|| {
-        let world = World::build(&prepared.scene, &prepared.appearances, Structure::Bvh);
+        let world = World::build(&prepared.scene, &prepared.instances, Structure::Bvh);
         let light = light_of(&world, &camera);
         let source = Source {
             world: &world,
@@ -120,9 +120,9 @@ fn table(report: &FrameReport) -> String {
             row.reuse.name(),
             row.mrays_per_s,
             row.speedup,
-            share(row.guesses.bounded),
-            share(row.guesses.lost),
-            share(row.guesses.retraced),
+            share(row.temporal_bounds.bounded),
+            share(row.temporal_bounds.lost),
+            share(row.temporal_bounds.retraced),
             row.mismatches,
         );
     }

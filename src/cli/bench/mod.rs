@@ -93,7 +93,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     let mut results = Results::default();
     if !exports.is_empty() {
         let (triangles, dropped) =
-            export::triangles(&prepared.scene, &prepared.appearances).map_err(CliError::Usage)?;
+            export::triangles(&prepared.scene, &prepared.instances).map_err(CliError::Usage)?;
         if let Some(dropped) = dropped {
             complain(&format!("warning: {}: {dropped}", exports[0].display()));
         }
@@ -119,7 +119,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
         build_seconds: structures[0].build_seconds,
         tree_bytes: structures[0].tree_bytes,
         triangles: stats.scene.triangles,
-        appearances: stats.scene.appearances,
+        instances: stats.scene.instances,
         clock: work.clock.name(),
         reps: args.reps,
         order: args.order.name(),

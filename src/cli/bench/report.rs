@@ -12,7 +12,7 @@ pub struct Report {
     pub build_seconds: f64,
     pub tree_bytes: usize,
     pub triangles: u64,
-    pub appearances: u64,
+    pub instances: u64,
     /// `thread cpu` or `wall`.
     pub clock: &'static str,
     pub reps: u32,
@@ -27,8 +27,8 @@ impl Report {
     pub fn table(&self) -> String {
         let threads = self.results.first().map_or(1, |row| row.threads);
         let mut text = format!(
-            "{} appearances, {} triangles; {threads} thread{}, {} time, {} runs each\n\n",
-            self.appearances,
+            "{} instances, {} triangles; {threads} thread{}, {} time, {} runs each\n\n",
+            self.instances,
             self.triangles,
             if threads == 1 { "" } else { "s" },
             self.clock,

@@ -1,7 +1,7 @@
 //! The measurement of one scene: structures, modes, ray sets and a baseline.
 
 use super::export;
-use crate::accel::{BuildQuality, Forests, World};
+use crate::accel::{BuildQuality, Levels, World};
 use crate::cli::args::BenchArgs;
 use crate::cli::error::CliError;
 use crate::cli::interrupt;
@@ -86,7 +86,7 @@ impl<'a> Work<'a> {
                         lanes: *lanes,
                         accel: accel.0,
                     };
-                    match plan(&prepared.scene, &prepared.appearances, &choices) {
+                    match plan(&prepared.scene, &prepared.instances, &choices) {
                         Ok(plan) => {
                             modes.push((*precision, plan.kernels));
                             first.get_or_insert(plan);
@@ -159,7 +159,7 @@ impl<'a> Work<'a> {
             _ => 1.0,
         };
         let shapes = scene.shapes.rows.iter();
-        let counts = self.prepared.appearances.of_shapes(scene);
+        let counts = self.prepared.instances.of_shapes(scene);
         let each = shapes.zip(counts).map(|(s, n)| of_shape(s) * n as f64);
         let primitives: f64 = each.sum();
         let tests = primitives * rays as f64;
@@ -185,7 +185,7 @@ impl<'a> Work<'a> {
     pub fn build_own(&mut self, progress: &Progress) -> Result<(), CliError> {
         let Prepared {
             scene,
-            appearances,
+            instances,
             kd,
             pool,
             ..
@@ -195,7 +195,7 @@ impl<'a> Work<'a> {
             // memory.
             own.world = None;
             let kind = structure(&own.plan, kd);
-            let build = || World::build_to(own.build, scene, appearances, kind);
+            let build = || World::build_to(own.build, scene, instances, kind);
             let (world, seconds) = pool.install(|| self.clock.time(build));
             own.world = Some(world);
             own.seconds.push(seconds);
@@ -253,7 +253,7 @@ impl<'a> Work<'a> {
             precision: Precision::Exact,
             ..config.choices
         };
-        let plan = plan(&prepared.scene, &prepared.appearances, &choices)
+        let plan = plan(&prepared.scene, &prepared.instances, &choices)
             .map_err(|e| CliError::Usage(e.to_string()))?;
         let Some((_, world)) = self.oracle_world() else {
             return Ok(Vec::new());
@@ -360,7 +360,7 @@ fn contender<'w>(
     caching: Caching,
 ) -> Contender<'w> {
     let kernel = match kernels.lanes {
-        _ if matches!(world.forest, Forests::Nested(_)) => "stream",
+        _ if matches!(world.levels, Levels::Nested(_)) => "stream",
         1 => "single",
         _ if world.item_boxes.is_some() => "raster",
         _ if world.wide().is_some() => "tile",
@@ -388,9 +388,9 @@ fn baseline(
     precisions: &[Precision],
 ) -> Result<(Embree, Vec<HitId>), CliError> {
     let Prepared {
-        scene, appearances, ..
+        scene, instances, ..
     } = prepared;
-    let (triangles, dropped) = export::triangles(scene, appearances).map_err(CliError::Usage)?;
+    let (triangles, dropped) = export::triangles(scene, instances).map_err(CliError::Usage)?;
     if dropped.is_some() {
         return Err(CliError::Usage(
             "--peers embree traces triangles only, and this scene has other shapes; \
@@ -399,7 +399,7 @@ fn baseline(
         ));
     }
     let mut ids = Vec::with_capacity(triangles.triangles.len());
-    for (instance, row) in (0_u64..).zip(appearances.iter(scene)) {
+    for (instance, row) in (0_u64..).zip(instances.iter(scene)) {
         if let Shape::Mesh(id) = scene.shapes.row(row.shape) {
             let count = scene.meshes.row(id).triangles.len();
             ids.extend((0..count).map(|primitive| HitId {

@@ -5,7 +5,7 @@
 //! place in registers. That is half the memory, and what incoherent rays, and
 //! all rays on large meshes, wait for is memory. Other blocks keep every corner.
 
-use super::wide::WIDE;
+use super::wide_bvh::WIDE;
 use crate::geom::triangle::Corners;
 use crate::math::Aabb32;
 use crate::math::lanes::{Entries, Lanes, Register, Table, table};

@@ -12,11 +12,11 @@
 //! pad is relative to. So no box is passed over that any ray of the bundle meets at
 //! any precision.
 
+use super::baselines::bvh4::Child;
 use super::builders::MAX_DEPTH;
-use super::bvh::Child;
 use super::prefetch::prefetch;
 use super::slabs::SKEW;
-use super::wide::{WIDE, WideNode, WideTree};
+use super::wide_bvh::{WIDE, WideBvh, WideNode};
 use crate::math::Aabb32;
 use crate::math::lanes::{Lanes, Mask, Register, max, min};
 
@@ -133,7 +133,7 @@ impl WideNode {
     }
 }
 
-impl WideTree {
+impl WideBvh {
     /// Visits every leaf that some ray of the bundle may meet before `limit`,
     /// the largest depth that still matters, roughly nearest first.
     /// `leaf(node, place, first, count, limit)` returns the new limit; the walk

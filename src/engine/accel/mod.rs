@@ -7,52 +7,39 @@
 //! inside it, rounding included. So pruning by boxes never changes an answer,
 //! and a linear scan gives the same one.
 
+mod baselines;
 mod block;
-mod boxes;
 mod builders;
-mod bvh;
-mod combined;
-mod count;
-mod facets;
-mod forest;
+mod coincident_faces;
+mod csg;
 mod frustum;
-mod grid;
-mod groups;
-mod heap;
-mod index;
-mod kdtree;
-mod plant;
+mod instance_bvh;
+mod levels;
+mod mesh_crossings;
 mod prefetch;
-mod sah;
-mod sequence;
-mod shared_faces;
+mod refit;
 mod slabs;
-#[cfg(test)]
-mod suite;
-mod tags;
-mod wide;
+mod two_level;
+mod wide_bvh;
 mod wide_stream;
 mod world;
 
+pub use baselines::{
+    AnyIndex, AnyScratch, BoxRow, BoxRows, Boxes, Bvh4, Bvh4Quality, Child, Count, Counter, Counts,
+    Density, Figures, Grid, Heap, Index, ItemBoxes, KdClip, KdQuality, KdStop, KdTree, Leaf, Node,
+    Primitives, Queue, Spheres, Stack, Volumes, WIDTH, build_bvh4, build_kd, linear,
+};
 pub use block::{Apart, Block, Blocks, Shared, UNUSED, VERTICES};
-pub use boxes::{BoxRow, BoxRows, ItemBoxes};
 pub use builders::{BuildQuality, MAX_DEPTH, build_boxes, build_mesh, refit, refit_boxes};
-pub use bvh::{Child, Node, Stack, Tree, WIDTH};
-pub use combined::{Combined, PLACEMENT, SLOWEST};
-pub use count::{Count, Counter, Counts};
-pub use facets::{FacetTrees, Facets};
-pub use forest::{AnyIndex, AnyScratch, Forest, Forests, MeshIndex, NestedForest, WideForest};
+pub use coincident_faces::{CoincidentFace, CoincidentFaces};
+pub use csg::{PLACEMENT, PreparedCsg, SLOWEST};
 pub use frustum::{Frustum, WideStack};
-pub use grid::{Density, Grid};
-pub use groups::{Group, Groups, Link, Reach};
-pub use heap::{Boxes, Heap, Queue, Spheres, Volumes};
-pub use index::{Figures, Index, Leaf, Primitives};
-pub use kdtree::{KdClip, KdQuality, KdStop, KdTree, build as kd_build};
+pub use instance_bvh::{InstanceBvh, InstanceBvhs, InstanceEdge, Reach};
+pub use levels::{BaselineBlas, BaselineLevels, Levels, NestedLevels, WideLevels};
+pub use mesh_crossings::{MeshCrossingTrees, MeshCrossings};
 pub use prefetch::prefetch;
-pub use sah::{Quality, build, linear};
-pub use sequence::{Kept, Renewal, WORST_REFIT};
-pub use shared_faces::{SharedFace, SharedFaces};
+pub use refit::{KeptTrees, RefitOutcome, WORST_REFIT};
 pub use slabs::{SKEW, Slabs};
-pub use wide::{WIDE, WideMesh, WideNode, WideTree};
-pub use wide_stream::{STREAM, StreamRays, StreamStack};
-pub use world::{Entry, Structure, World, corner_bounds};
+pub use wide_bvh::{WIDE, WideBlas, WideBvh, WideNode};
+pub use wide_stream::{BoxRays, STREAM, StreamStack};
+pub use world::{Structure, TlasEntry, World, corner_bounds};

@@ -7,11 +7,11 @@
 //! memory: rays that start near each other pass the same nodes at first and at
 //! last, whatever their directions.
 
+use super::baselines::bvh4::Child;
 use super::builders::MAX_DEPTH;
-use super::bvh::Child;
 use super::prefetch::prefetch;
 use super::slabs::Slabs;
-use super::wide::{WIDE, WideTree};
+use super::wide_bvh::{WIDE, WideBvh};
 use crate::math::lanes::{Lanes, Register, add_members, max, min};
 
 /// Rays of one walk at most: bits of a set.
@@ -20,7 +20,7 @@ const STACK: usize = MAX_DEPTH * (WIDE - 1) + 1;
 
 /// The rays' constants for the boxes of one tree, in columns.
 #[derive(Clone, Debug)]
-pub struct StreamRays {
+pub struct BoxRays {
     /// By axis: 1 / direction, and what is added to it times the plane that the
     /// ray enters through, and leaves through.
     inv: [[f32; STREAM]; 3],
@@ -31,10 +31,10 @@ pub struct StreamRays {
     pub limit: [f32; STREAM],
 }
 
-impl Default for StreamRays {
-    fn default() -> StreamRays {
+impl Default for BoxRays {
+    fn default() -> BoxRays {
         let zero = [0.0; STREAM];
-        StreamRays {
+        BoxRays {
             inv: [zero; 3],
             enter: [zero; 3],
             exit: [zero; 3],
@@ -44,7 +44,7 @@ impl Default for StreamRays {
     }
 }
 
-impl StreamRays {
+impl BoxRays {
     /// Takes in as many rays as there are lanes, from `first` on. `slabs`: of
     /// the rays in f32, whose pad has room for the rounding of f64 ones.
     #[inline(always)]
@@ -75,7 +75,7 @@ impl Default for StreamStack {
     }
 }
 
-impl WideTree {
+impl WideBvh {
     /// Visits every leaf that some ray of the set `active` (bit i: `rays[i]`)
     /// may meet, with those that may. `leaf(rays, first, count, set)` sets new
     /// limits, and returns the rays that are done for good. Nearest first where
@@ -83,11 +83,11 @@ impl WideTree {
     #[inline(always)]
     pub fn walk_stream<const NEAREST: bool>(
         &self,
-        rays: &mut StreamRays,
+        rays: &mut BoxRays,
         mut active: u64,
         stack: &mut StreamStack,
         expect: impl Fn(usize),
-        mut leaf: impl FnMut(&mut StreamRays, usize, usize, u64) -> u64,
+        mut leaf: impl FnMut(&mut BoxRays, usize, usize, u64) -> u64,
     ) {
         if active == 0 {
             return;

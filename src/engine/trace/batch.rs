@@ -3,14 +3,14 @@
 mod any;
 mod closest;
 
+use super::beam::{BEAM, BeamScratch, with_scratch};
 use super::hits::Hits;
-use super::items::ItemBuffer;
+use super::item_buffer::ItemBuffer;
 use super::rays::Rays;
 use super::refine::refine;
 use super::shadow_cache::ShadowCache;
 use super::stream::StreamScratch;
-use super::tile::{TILE, TileScratch, with_scratch};
-use crate::accel::{Count, Counter, Forest, Forests, Groups, World};
+use crate::accel::{BaselineLevels, Count, Counter, InstanceBvhs, Levels, World};
 use crate::geom::{Certainty, Fast, Guarded};
 use crate::math::lanes::{Lanes, f32x4, f32x8, f32x16};
 use crate::plan::{ALL_LANES, Kernels, Precision, native_width};
@@ -111,22 +111,22 @@ pub fn any_counted(
 
 /// Whether steps and tests can be counted: in comparison structures.
 pub fn counts(world: &World) -> bool {
-    matches!(world.forest, Forests::Compared(_))
+    matches!(world.levels, Levels::Baseline(_))
 }
 
 /// A batch that runs at any width and certainty. Each instance of each function is a
 /// traversal of its own: `.ci/instances` counts them.
 trait Batch {
     /// Through wide trees; `S` packets are a tile.
-    fn tiles<L: Lanes, C: Certainty, const S: usize>(self, scratch: &mut TileScratch);
+    fn tiles<L: Lanes, C: Certainty, const S: usize>(self, scratch: &mut BeamScratch);
     /// Through nested trees: streams for all rays.
     fn nested<L: Lanes, C: Certainty, const S: usize>(
         self,
-        groups: &Groups,
+        groups: &InstanceBvhs,
         scratch: &mut StreamScratch,
     );
     /// Packet by packet, through comparison structures.
-    fn packets<L: Lanes, C: Certainty>(self, forest: &Forest, count: Count);
+    fn packets<L: Lanes, C: Certainty>(self, levels: &BaselineLevels, count: Count);
 }
 
 /// Finds the nearest hit of every ray with all decisions made by exact arithmetic, as error
@@ -147,26 +147,26 @@ pub fn closest_doubting_all(world: &World, rays: &Rays, hits: &mut Hits) {
         hits,
         items: None,
     };
-    by_structure_at_one::<DoubtAll>(&world.forest, batch);
+    by_structure_at_one::<DoubtAll>(&world.levels, batch);
 }
 
 /// [`by_structure`] where no more than one lane is built.
 #[cfg(feature = "all-lanes")]
-fn by_structure_at_one<C: Certainty>(forest: &Forests, batch: impl Batch) {
-    match forest {
-        Forests::Nested(forest) => with_scratch(|scratch| {
-            batch.nested::<f32, C, TILE>(&forest.groups, &mut scratch.streams);
+fn by_structure_at_one<C: Certainty>(levels: &Levels, batch: impl Batch) {
+    match levels {
+        Levels::Nested(levels) => with_scratch(|scratch| {
+            batch.nested::<f32, C, BEAM>(&levels.groups, &mut scratch.streams);
         }),
-        _ => flat::<f32, C, TILE>(forest, Count::default(), batch),
+        _ => flat::<f32, C, BEAM>(levels, Count::default(), batch),
     }
 }
 
 fn dispatch(world: &World, kernels: &Kernels, counter: Option<&Counter>, batch: impl Batch) {
-    let (forest, count) = (&world.forest, Count(counter));
+    let (levels, count) = (&world.levels, Count(counter));
     match kernels.precision {
-        Precision::Fast => by_structure::<Fast>(kernels.lanes, forest, count, batch),
+        Precision::Fast => by_structure::<Fast>(kernels.lanes, levels, count, batch),
         Precision::Guarded | Precision::Exact => {
-            by_structure::<Guarded>(kernels.lanes, forest, count, batch);
+            by_structure::<Guarded>(kernels.lanes, levels, count, batch);
         }
     }
 }
@@ -177,7 +177,7 @@ fn dispatch(world: &World, kernels: &Kernels, counter: Option<&Counter>, batch: 
 type Streamed = crate::math::lanes::Register;
 #[cfg(test)]
 type Streamed = f32;
-const STREAMED: usize = TILE / <Streamed as Lanes>::COUNT;
+const STREAMED: usize = BEAM / <Streamed as Lanes>::COUNT;
 
 /// Whether packets of so many rays are built. The library's own tests trace by one ray:
 /// what traces everything is tested from outside, and kernels take long to build.
@@ -185,23 +185,23 @@ const fn is_built(lanes: usize) -> bool {
     !cfg!(test) && (ALL_LANES || lanes == native_width())
 }
 
-fn by_structure<C: Certainty>(lanes: usize, forest: &Forests, count: Count, batch: impl Batch) {
-    if let Forests::Nested(forest) = forest {
+fn by_structure<C: Certainty>(lanes: usize, levels: &Levels, count: Count, batch: impl Batch) {
+    if let Levels::Nested(levels) = levels {
         return with_scratch(|scratch| {
-            batch.nested::<Streamed, C, STREAMED>(&forest.groups, &mut scratch.streams);
+            batch.nested::<Streamed, C, STREAMED>(&levels.groups, &mut scratch.streams);
         });
     }
     match lanes {
-        16 if const { is_built(16) } => flat::<f32x16, C, { TILE / 16 }>(forest, count, batch),
-        8 if const { is_built(8) } => flat::<f32x8, C, { TILE / 8 }>(forest, count, batch),
-        4 if const { is_built(4) } => flat::<f32x4, C, { TILE / 4 }>(forest, count, batch),
-        _ => flat::<f32, C, TILE>(forest, count, batch),
+        16 if const { is_built(16) } => flat::<f32x16, C, { BEAM / 16 }>(levels, count, batch),
+        8 if const { is_built(8) } => flat::<f32x8, C, { BEAM / 8 }>(levels, count, batch),
+        4 if const { is_built(4) } => flat::<f32x4, C, { BEAM / 4 }>(levels, count, batch),
+        _ => flat::<f32, C, BEAM>(levels, count, batch),
     }
 }
 
-fn flat<L: Lanes, C: Certainty, const S: usize>(forest: &Forests, count: Count, batch: impl Batch) {
-    match forest {
-        Forests::Compared(forest) => batch.packets::<L, C>(forest, count),
+fn flat<L: Lanes, C: Certainty, const S: usize>(levels: &Levels, count: Count, batch: impl Batch) {
+    match levels {
+        Levels::Baseline(levels) => batch.packets::<L, C>(levels, count),
         _ => with_scratch(|scratch| batch.tiles::<L, C, S>(scratch)),
     }
 }

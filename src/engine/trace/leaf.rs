@@ -3,15 +3,17 @@
 //! The same functions serve the trees, the linear scan, the shadow cache and
 //! the resolver, at every width, so all of them mean the same by a hit: the
 //! kernel's answer, its t brought into the interval that the slabs give for the
-//! primitive's own box and for its appearance's (see [`crate::accel`]). Guarded,
+//! primitive's own box and for its instance's (see [`crate::accel`]). Guarded,
 //! a hit is that of exact arithmetic instead (see [`super::decide`]).
 
 mod single;
 
-use super::decide::AtHand;
+use super::exact_fallback::KnownHits;
 use super::packet::Packet;
 use super::query::{HitId, Query};
-use crate::accel::{AnyScratch, Count, Entry, Forest, MeshIndex, World, corner_bounds};
+use crate::accel::{
+    AnyScratch, BaselineBlas, BaselineLevels, Count, TlasEntry, World, corner_bounds,
+};
 use crate::geom::{Certainty, Meet, Scratch, triangle};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Affine};
@@ -19,7 +21,7 @@ use crate::scene::{MeshId, Shape};
 use glam::DVec3;
 use std::marker::PhantomData;
 
-/// The interval of t that an appearance's world box leaves to each lane.
+/// The interval of t that an instance's world box leaves to each lane.
 #[derive(Clone, Copy)]
 pub(super) struct Window<L: Lanes> {
     pub enter: L,
@@ -42,7 +44,7 @@ pub struct Tester<'w, L: Lanes, C> {
     pub world: &'w World,
     /// World space.
     pub packet: &'w Packet<L>,
-    /// Of the appearance that is being tested, where it is at hand.
+    /// Of the instance that is being tested, where it is at hand.
     map: Option<&'w Affine>,
     certainty: PhantomData<C>,
 }
@@ -58,7 +60,7 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
         }
     }
 
-    /// For the one appearance whose `object_from_world` this is.
+    /// For the one instance whose `object_from_world` this is.
     #[inline(always)]
     pub(super) fn with_map(self, map: Option<&'w Affine>) -> Self {
         Tester { map, ..self }
@@ -68,7 +70,7 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
     /// structure, and of meshes'; `kernels`: of the primitives' kernels.
     pub fn trace<Q: Query<L>>(
         &self,
-        forest: &Forest,
+        levels: &BaselineLevels,
         query: &mut Q,
         [top, mesh]: &mut [AnyScratch<L>; 2],
         kernels: &mut Scratch,
@@ -76,12 +78,12 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
     ) {
         self.unbounded(query, kernels);
         for (entry, id) in self.world.unbounded_meshes() {
-            if let Some(index) = &forest.meshes[id.index()] {
+            if let Some(index) = &levels.blases[id.index()] {
                 let active = self.packet.ray.t_min.lt(query.limit());
                 self.mesh(entry, id, index, active, query, (mesh, count));
             }
         }
-        forest.top.walk(
+        levels.tlas.walk(
             &self.packet.slabs,
             self.packet.ray.t_min,
             query.limit(),
@@ -91,7 +93,7 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
                 for entry in &self.world.entries[first..first + number] {
                     match entry.shape {
                         Shape::Mesh(id) => {
-                            if let Some(index) = &forest.meshes[id.index()] {
+                            if let Some(index) = &levels.blases[id.index()] {
                                 self.mesh(entry, id, index, active, query, (mesh, count));
                             }
                         }
@@ -118,9 +120,9 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
     /// Meets a mesh through its own comparison structure.
     fn mesh<Q: Query<L>>(
         &self,
-        entry: &Entry,
+        entry: &TlasEntry,
         mesh: MeshId,
-        of: &MeshIndex,
+        of: &BaselineBlas,
         active: L::Mask,
         query: &mut Q,
         (scratch, count): (&mut AnyScratch<L>, Count),
@@ -144,7 +146,7 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
                 for slot in first..first + number {
                     let corners = &of.corners[slot];
                     let id = HitId {
-                        instance: entry.appearance,
+                        instance: entry.instance,
                         primitive: of.source[slot],
                     };
                     self.triangle(&object, &window, corners, id, active, query);
@@ -201,7 +203,12 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
     }
 
     #[inline(always)]
-    pub(super) fn window(&self, entry: &Entry, active: L::Mask, limit: L) -> (Window<L>, L::Mask) {
+    pub(super) fn window(
+        &self,
+        entry: &TlasEntry,
+        active: L::Mask,
+        limit: L,
+    ) -> (Window<L>, L::Mask) {
         let (enter, exit) = self
             .packet
             .slabs
@@ -212,14 +219,14 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
     }
 
     #[inline(always)]
-    pub(super) fn object_packet(&self, entry: &Entry, center: DVec3) -> Packet<L> {
-        let look_up = || self.world.object_from_world(entry.appearance);
+    pub(super) fn object_packet(&self, entry: &TlasEntry, center: DVec3) -> Packet<L> {
+        let look_up = || self.world.object_from_world(entry.instance);
         let map = self.map.copied().unwrap_or_else(look_up);
         self.packet.in_object(&map, center, &entry.own)
     }
 
     #[inline(always)]
-    pub(super) fn mesh_packet(&self, entry: &Entry, mesh: MeshId) -> Packet<L> {
+    pub(super) fn mesh_packet(&self, entry: &TlasEntry, mesh: MeshId) -> Packet<L> {
         if entry.placed {
             self.object_packet(entry, self.world.scene.meshes.center[mesh.index()])
         } else {
@@ -243,12 +250,12 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
         if doubt.any() {
             // Only here by memory.
             let t = meet.t.to_array();
-            let at_hand = AtHand {
+            let known = KnownHits {
                 hits: meet.hit.bits(),
                 t: t.as_ref(),
                 corners,
             };
-            self.decide_with(doubt, &at_hand, id, query, kernels);
+            self.decide_with(doubt, &known, id, query, kernels);
         }
     }
 
@@ -285,16 +292,16 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     #[inline(never)]
     pub(super) fn solid<Q: Query<L>>(
         &self,
-        entry: &Entry,
+        entry: &TlasEntry,
         active: L::Mask,
         query: &mut Q,
         kernels: &mut Scratch,
     ) {
-        if let Shape::Combination(id) = entry.shape {
-            return self.combination(entry, id, active, query, kernels);
+        if let Shape::Csg(id) = entry.shape {
+            return self.csg(entry, id, active, query, kernels);
         }
         let id = HitId {
-            instance: entry.appearance,
+            instance: entry.instance,
             primitive: 0,
         };
         if entry.placed {
@@ -306,7 +313,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
             if let (true, Shape::Implicit(row)) = (Q::ANY, entry.shape) {
                 return self.is_blocked(&object, (row, id), active, query, kernels);
             }
-            let meet = self.settled(&object, entry, active, query, kernels);
+            let meet = self.certified(&object, entry, active, query, kernels);
             let meet = doubted::<L, C>(meet, active, id);
             let places = (&object, &window, &entry.own);
             self.offer(places, meet, id, query, Some(kernels));
@@ -314,7 +321,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
             if let (true, Shape::Implicit(row)) = (Q::ANY, entry.shape) {
                 return self.is_blocked(self.packet, (row, id), active, query, kernels);
             }
-            let meet = self.settled(self.packet, entry, active, query, kernels);
+            let meet = self.certified(self.packet, entry, active, query, kernels);
             let meet = doubted::<L, C>(meet, active, id);
             let places = (self.packet, &Window::all(), &entry.own);
             self.offer(places, meet, id, query, Some(kernels));

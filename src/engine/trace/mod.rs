@@ -1,21 +1,17 @@
 //! Ray queries over a built world.
 
 mod batch;
-mod bunch;
-#[cfg(test)]
-mod cases;
-mod combined;
-mod decide;
-mod few;
-mod guess;
+mod beam;
+mod csg;
+mod double_pass;
+mod exact_fallback;
 mod hits;
-mod items;
+mod item_buffer;
 mod leaf;
 mod nested;
 mod packet;
 mod query;
-#[cfg(test)]
-mod random;
+mod ray_stream;
 mod rays;
 mod record;
 mod refine;
@@ -23,17 +19,21 @@ mod shadow_cache;
 mod solids;
 mod spans;
 mod stream;
-mod tile;
+mod temporal_bounds;
+#[cfg(test)]
+mod test_cases;
+#[cfg(test)]
+mod test_random;
 
 #[cfg(feature = "all-lanes")]
 #[doc(hidden)]
 pub use batch::closest_doubting_all;
 pub use batch::{any, any_counted, closest, closest_counted, closest_listed, counts};
-pub use combined::{Crossing, TURNED, boundaries, in_frame};
-pub use decide::decided;
-pub use guess::{GuessCounts, Guesses, Reuse};
+pub use beam::BEAM;
+pub use csg::{Crossing, TURNED, boundaries, in_frame};
+pub use exact_fallback::decided;
 pub use hits::{Depths, HitIds, Hits, Ids};
-pub use items::{ItemBuffer, Raster, Rect};
+pub use item_buffer::{ItemBuffer, Raster, Rect};
 pub use leaf::Tester;
 pub use packet::Packet;
 pub use query::{AnyHit, Closest, HitId, Query};
@@ -41,4 +41,4 @@ pub use rays::{MAX_LANES, Origins, Rays};
 pub use record::{Outcome, RayKind, TracedRay};
 pub use shadow_cache::{CacheCounts, Caching, ShadowCache};
 pub use spans::{End, Span, Spans, spans};
-pub use tile::TILE;
+pub use temporal_bounds::{Reuse, TemporalBounds, TemporalCounts};

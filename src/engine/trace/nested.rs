@@ -2,48 +2,50 @@
 //! level with those rays that reach it.
 //!
 //! A node's rays are the world's, brought into its space by the matrix composed
-//! along the path, as [`crate::scene::Appearances`] composes it. They only find
+//! along the path, as [`crate::scene::Instances`] composes it. They only find
 //! the way: a leaf is an entry made on the spot, met by the world rays. So the
 //! hits are those of a flat world, bit for bit.
 //!
 //! Levels take their room from a pool that grows once; recursion is as deep as
 //! the graph, which [`crate::scene::MAX_DEPTH`] bounds.
 
-use super::bunch::Bunch;
 use super::query::Query;
+use super::ray_stream::StreamRays;
 use super::solids::Lanewise;
 use super::stream::{Met, Stream, StreamScratch, each, limit};
-use crate::accel::{Entry, Group, Groups, Link, Reach, STREAM, StreamStack};
+use crate::accel::{
+    InstanceBvh, InstanceBvhs, InstanceEdge, Reach, STREAM, StreamStack, TlasEntry,
+};
 use crate::geom::Certainty;
 use crate::math::lanes::Lanes;
-use crate::scene::{Place, Shape, Target};
+use crate::scene::{Placement, Shape, Target};
 
 /// Room for one node that is being walked.
 #[derive(Default)]
 pub(super) struct Level {
-    bunch: Bunch,
+    stream_rays: StreamRays,
     stack: StreamStack,
 }
 
 /// A node on some path.
 struct Spot<'a> {
-    group: &'a Group,
-    place: Place,
-    /// Id of the first appearance below.
+    group: &'a InstanceBvh,
+    place: Placement,
+    /// Id of the first instance below.
     first: u64,
 }
 
 /// What all levels share.
 struct Nested<'a, 'b> {
     stream: &'a Stream<'b>,
-    groups: &'a Groups,
+    groups: &'a InstanceBvhs,
 }
 
 impl Stream<'_> {
     /// Everything in a nested world. `active`: the rays that are still asking.
     pub fn trace_nested<L: Lanes, const S: usize, C: Certainty, Q: Query<L::Single>>(
         &self,
-        groups: &Groups,
+        groups: &InstanceBvhs,
         active: u64,
         queries: &mut [Q; STREAM],
         scratch: &mut StreamScratch,
@@ -54,7 +56,7 @@ impl Stream<'_> {
         };
         let world = Spot {
             group: &groups.roots,
-            place: Place::WORLD,
+            place: Placement::WORLD,
             first: 0,
         };
         let solids = &mut self.lanewise::<L, S>();
@@ -66,9 +68,9 @@ impl Stream<'_> {
 }
 
 impl Nested<'_, '_> {
-    /// Where a link leads: the place, and the id of the first appearance there.
+    /// Where a link leads: the place, and the id of the first instance there.
     #[inline(always)]
-    fn through(&self, above: &Spot, link: &Link) -> (Place, u64) {
+    fn through(&self, above: &Spot, link: &InstanceEdge) -> (Placement, u64) {
         let place = above.place.through(&self.stream.world.scene, link.edge);
         (place, above.first + link.before)
     }
@@ -97,7 +99,7 @@ impl Nested<'_, '_> {
                 }
                 Target::Shape(shape) => {
                     let own = self.groups.own[shape.index()];
-                    let entry = Entry::of(
+                    let entry = TlasEntry::of(
                         &self.stream.world.scene,
                         shape,
                         own,
@@ -124,11 +126,11 @@ impl Nested<'_, '_> {
         let links = &at.group.links;
         let mut level = scratch.levels.pop().unwrap_or_default();
         if level.take_in(self, at, set) {
-            let Level { bunch, stack } = &mut *level;
-            each(set, |i| bunch.boxes.limit[i] = limit(&queries[i]));
+            let Level { stream_rays, stack } = &mut *level;
+            each(set, |i| stream_rays.boxes.limit[i] = limit(&queries[i]));
             let tree = &at.group.tree;
             tree.walk_stream::<true>(
-                &mut bunch.boxes,
+                &mut stream_rays.boxes,
                 set,
                 stack,
                 |_| (),
@@ -165,7 +167,7 @@ impl Nested<'_, '_> {
     fn link<L: Lanes, const S: usize, C: Certainty, Q: Query<L::Single>>(
         &self,
         at: &Spot,
-        link: &Link,
+        link: &InstanceEdge,
         set: u64,
         queries: &mut [Q; STREAM],
         (solids, scratch): (&mut Lanewise<L, S>, &mut StreamScratch),
@@ -184,7 +186,7 @@ impl Nested<'_, '_> {
             }
             Target::Shape(shape) => {
                 let own = self.groups.own[shape.index()];
-                let entry = Entry::of(
+                let entry = TlasEntry::of(
                     &self.stream.world.scene,
                     shape,
                     own,
@@ -234,7 +236,7 @@ impl Level {
                 stream.t_min(i),
             )
         };
-        self.bunch.take_in(set, ray, &bounds, false);
+        self.stream_rays.take_in(set, ray, &bounds, false);
         true
     }
 }

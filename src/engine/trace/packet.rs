@@ -55,7 +55,7 @@ impl<L: Lanes> Packet<L> {
         }
     }
 
-    /// The same rays in an appearance's object space, about `center`.
+    /// The same rays in an instance's object space, about `center`.
     #[inline(always)]
     pub fn in_object(
         &self,

@@ -16,10 +16,10 @@ pub use closest::Closest;
 use crate::geom::Meet;
 use crate::math::lanes::{Lanes, Scalar};
 
-/// A primitive of an appearance: what ties are broken by.
+/// A primitive of an instance: what ties are broken by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct HitId {
-    /// Id of one of [`Appearances`](crate::scene::Appearances).
+    /// Id of one of [`Instances`](crate::scene::Instances).
     pub instance: u64,
     /// Triangle in source order; 0 for other shapes.
     pub primitive: u32,
@@ -47,12 +47,12 @@ pub trait Query<L: Lanes> {
     /// certain, and returns those whose is not.
     fn accept_sure(&mut self, meet: &Meet<L>, id: HitId) -> L::Mask;
     /// What a hit of a lane would have to precede; `None` where the lane is done.
-    fn rival(&self, lane: usize) -> Option<Rival>;
+    fn competitor(&self, lane: usize) -> Option<Competitor>;
     /// A hit that is before all others; its depth is asked for only where it counts.
-    fn take(&mut self, lane: usize, at: impl FnOnce() -> Depth, id: HitId);
+    fn commit(&mut self, lane: usize, at: impl FnOnce() -> Depth, id: HitId);
     /// One lane's hit; whether its order with what is there is certain.
-    fn settle(&mut self, lane: usize, at: Depth, id: HitId) -> bool;
-    /// Hits of one appearance, each lane's with a primitive of its own.
+    fn try_commit(&mut self, lane: usize, at: Depth, id: HitId) -> bool;
+    /// Hits of one instance, each lane's with a primitive of its own.
     fn accept_each(&mut self, hit: L::Mask, t: L, instance: u64, primitives: &L::Ids);
     /// The same, guarded, of hits that certainly precede what is there.
     fn accept_each_sure(&mut self, meet: &Meet<L>, instance: u64, primitives: &L::Ids);
@@ -65,7 +65,7 @@ pub trait Query<L: Lanes> {
 
 /// What a query has found.
 pub trait Found {
-    /// A lane's t and id, if it has a hit: what [`Query::settle`] takes.
+    /// A lane's t and id, if it has a hit: what [`Query::try_commit`] takes.
     fn found(&self, lane: usize) -> Option<(Depth, HitId)>;
 }
 
@@ -87,7 +87,7 @@ impl Depth {
 
 /// What a hit has to precede.
 #[derive(Clone, Copy, Debug)]
-pub enum Rival {
+pub enum Competitor {
     /// The ray's own end.
     End(f64),
     /// The nearest hit so far, and between which numbers it lies.

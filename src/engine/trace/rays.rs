@@ -1,14 +1,14 @@
 //! Rays in columns, as every kernel reads them.
 
+use super::beam::BEAM;
 use super::packet::Packet;
-use super::tile::TILE;
 use crate::accel::{STREAM, World};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Scalar};
 
 /// Columns of rays are padded to a multiple of this, the largest group of rays
 /// that is traced together.
-pub const MAX_LANES: usize = TILE;
+pub const MAX_LANES: usize = BEAM;
 
 /// Rays in world space. Every column is padded to a multiple of [`MAX_LANES`]
 /// with rays whose `t_max` is negative: they meet nothing. No `t_min` is below 0.

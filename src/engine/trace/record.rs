@@ -38,9 +38,9 @@ pub enum Outcome {
     Miss,
     Hit {
         t: f64,
-        /// Id of one of [`Appearances`](crate::scene::Appearances).
+        /// Id of one of [`Instances`](crate::scene::Instances).
         instance: u64,
-        /// Triangle of a mesh, in source order; surface of a combination, by number, and
+        /// Triangle of a mesh, in source order; surface of a CSG solid, by number, and
         /// [`TURNED`](super::TURNED); 0 for other shapes.
         primitive: u32,
         /// Geometric normal, world space, unit, on the outer side.

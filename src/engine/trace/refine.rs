@@ -1,6 +1,6 @@
 //! Refines t of hits to the f64 nearest to the exact one: what `exact` adds to `guarded`.
 
-use super::decide::{WorldRay, nearest_t};
+use super::exact_fallback::{WorldRay, nearest_t};
 use super::hits::{Depths, Hits};
 use super::query::HitId;
 use super::rays::Rays;

@@ -77,9 +77,9 @@ impl ShadowCache {
 
     /// After a candidate was tried.
     #[inline(always)]
-    pub(super) fn tried(&mut self, rays: u32, settled: u32) {
+    pub(super) fn tried(&mut self, rays: u32, certified: u32) {
         self.counts.tries += u64::from(rays);
-        self.counts.hits += u64::from(settled);
+        self.counts.hits += u64::from(certified);
     }
 
     /// At the end of a round: what has blocked so many of its rays.

@@ -6,7 +6,7 @@ use super::packet::Packet;
 use super::query::{Found, Query, next_up};
 use super::rays::Rays;
 use super::stream::each;
-use crate::accel::{Entry, STREAM, World};
+use crate::accel::{STREAM, TlasEntry, World};
 use crate::geom::{Certainty, Scratch};
 use crate::math::Affine;
 use crate::math::lanes::{Lanes, Mask};
@@ -50,7 +50,7 @@ impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
     #[inline(never)]
     pub fn meet<C: Certainty, Q: Query<L::Single>>(
         &mut self,
-        entry: &Entry,
+        entry: &TlasEntry,
         map: Option<&Affine>,
         set: u64,
         queries: &mut [Q; STREAM],
@@ -75,7 +75,7 @@ impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
             let mut limits = (-L::from_f32(1.0)).to_array();
             each(some, |lane| {
                 let limit = queries[first + lane].limit().lane(0);
-                // Just beyond: ties are for the ray's own query to settle.
+                // Just beyond: ties are for the ray's own query to certify.
                 let limit = if Q::ANY { limit } else { next_up(limit) };
                 limits.as_mut()[lane] = limit;
             });
@@ -91,7 +91,7 @@ impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
                     return;
                 };
                 let own = &mut queries[first + lane];
-                if !own.settle(0, at, id) {
+                if !own.try_commit(0, at, id) {
                     let row = self.first + first + lane;
                     let packet = self.rays.packet::<L::Single>(row, self.world);
                     let all = <L::Single as Lanes>::Mask::splat(true);

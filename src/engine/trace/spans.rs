@@ -1,20 +1,19 @@
 //! All that a line has in the solids of a scene, front to back: for mass,
 //! thickness and path length.
 //!
-//! Exact, one line at a time and every appearance in turn; no structure is built.
+//! Exact, one line at a time and every instance in turn; no structure is built.
 //! Each solid stands for itself: where two of them overlap, both are listed. Shapes
 //! without inside (polygons; open cylinders, cones and implicit surfaces; meshes that
 //! are not closed) are counted and left out.
 
-use super::combined::{TURNED, boundaries, passes_by};
-use crate::accel::{Combined, FacetTrees};
+use super::csg::{TURNED, boundaries, passes_by};
+use crate::accel::{MeshCrossingTrees, PreparedCsg};
 use crate::geom::Scratch;
 use crate::geom::exact::{Line, Root, span};
 use crate::geom::primitive::Boundaries;
 use crate::math::unit;
 use crate::scene::{
-    Appearance, Appearances, MaterialId, SceneError, Shape, ShapeId, Tables, check_closed,
-    shape_bounds,
+    Instance, Instances, MaterialId, SceneError, Shape, ShapeId, Tables, check_closed, shape_bounds,
 };
 use glam::DVec3;
 use std::collections::HashMap;
@@ -25,7 +24,7 @@ use std::ops::ControlFlow;
 pub struct End {
     /// In lengths of the line's direction: the f64 nearest to the exact one.
     pub t: f64,
-    /// Whose surface it is: of a combination, an operand's.
+    /// Whose surface it is: of a CSG solid, an operand's.
     pub shape: ShapeId,
     pub material: Option<MaterialId>,
     /// World space.
@@ -37,8 +36,8 @@ pub struct End {
 /// From where a line comes into a solid to where it next leaves it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Span {
-    /// Id of one of [`Appearances`].
-    pub appearance: u64,
+    /// Id of one of [`Instances`].
+    pub instance: u64,
     /// The solid as it was placed.
     pub shape: ShapeId,
     /// `None`: it always was inside.
@@ -59,69 +58,69 @@ impl Span {
 
 #[derive(Clone, Debug, Default)]
 pub struct Spans {
-    /// By t_enter, then t_exit, then appearance. A touching line has a span of one
-    /// point in a primitive, and none in a combination.
+    /// By t_enter, then t_exit, then instance. A touching line has a span of one
+    /// point in a primitive, and none in a CSG solid.
     pub rows: Vec<Span>,
-    /// Appearances of shapes that have no inside, wherever they are.
+    /// Instances of shapes that have no inside, wherever they are.
     pub left_out: u64,
 }
 
 /// World space; `dir` of any length but 0. Refused where there are too many
-/// appearances to look at each.
+/// instances to look at each.
 pub fn spans(
     scene: &Tables,
-    appearances: &Appearances,
+    instances: &Instances,
     org: DVec3,
     dir: DVec3,
 ) -> Result<Spans, SceneError> {
-    appearances.check_enumerable()?;
+    instances.check_enumerable()?;
     let mut spans = Spans::default();
-    let mut unfolded: HashMap<ShapeId, Option<Combined>> = HashMap::new();
-    let mut trees = FacetTrees::default();
+    let mut unfolded: HashMap<ShapeId, Option<PreparedCsg>> = HashMap::new();
+    let mut trees = MeshCrossingTrees::default();
     let kernels = &mut Scratch::default();
-    for (id, appearance) in (0..).zip(appearances.iter(scene)) {
+    for (id, instance) in (0..).zip(instances.iter(scene)) {
         let ray = Ray {
             scene,
-            appearance,
+            instance,
             id,
             org,
             dir,
             line: Line {
-                org: appearance.object_from_world.point(org.to_array()),
-                dir: appearance.object_from_world.vector(dir.to_array()),
+                org: instance.object_from_world.point(org.to_array()),
+                dir: instance.object_from_world.vector(dir.to_array()),
             },
         };
-        match scene.shapes.row(appearance.shape) {
+        match scene.shapes.row(instance.shape) {
             Shape::Mesh(row) => {
-                let one = || Combined::of_one(scene, appearance.shape);
+                let one = || PreparedCsg::of_one(scene, instance.shape);
                 let is_solid =
                     || !scene.meshes.open[row.index()] && check_closed(scene, row).is_ok();
-                let solid = unfolded.entry(appearance.shape);
+                let solid = unfolded.entry(instance.shape);
                 match solid.or_insert_with(|| is_solid().then(one)) {
-                    Some(solid) => ray.of_combination(solid, &mut spans.rows, kernels),
+                    Some(solid) => ray.of_csg(solid, &mut spans.rows, kernels),
                     None => spans.left_out += 1,
                 }
             }
             shape if scene.no_inside(shape).is_some() => spans.left_out += 1,
             shape => {
-                let bounds = shape_bounds(scene, appearance.shape);
+                let bounds = shape_bounds(scene, instance.shape);
                 if bounds.is_some_and(|bounds| passes_by(&bounds, &ray.line, 1.0)) {
                     continue;
                 }
                 match shape {
-                    Shape::Combination(row) => {
-                        let mut of = || Combined::of(scene, appearance.shape, row, &mut trees);
-                        let solid = unfolded.entry(appearance.shape);
+                    Shape::Csg(row) => {
+                        let mut of = || PreparedCsg::of(scene, instance.shape, row, &mut trees);
+                        let solid = unfolded.entry(instance.shape);
                         if let Some(solid) = solid.or_insert_with(|| Some(of())) {
-                            ray.of_combination(solid, &mut spans.rows, kernels);
+                            ray.of_csg(solid, &mut spans.rows, kernels);
                         }
                     }
                     // It may come in and leave many times.
                     shape if shape.boundaries() != Boundaries::Span => {
-                        let one = || Some(Combined::of_one(scene, appearance.shape));
-                        let solid = unfolded.entry(appearance.shape);
+                        let one = || Some(PreparedCsg::of_one(scene, instance.shape));
+                        let solid = unfolded.entry(instance.shape);
                         if let Some(solid) = solid.or_insert_with(one) {
-                            ray.of_combination(solid, &mut spans.rows, kernels);
+                            ray.of_csg(solid, &mut spans.rows, kernels);
                         }
                     }
                     _ => ray.of_primitive(shape, &mut spans.rows),
@@ -133,15 +132,15 @@ pub fn spans(
         let exit = || a.t_exit().total_cmp(&b.t_exit());
         a.t_enter().total_cmp(&b.t_enter()).then_with(exit)
     };
-    // Stable: equal ones stay in the order of their appearances.
+    // Stable: equal ones stay in the order of their instances.
     spans.rows.sort_by(by_t);
     Ok(spans)
 }
 
-/// The line before one appearance.
+/// The line before one instance.
 struct Ray<'s> {
     scene: &'s Tables,
-    appearance: Appearance,
+    instance: Instance,
     id: u64,
     org: DVec3,
     dir: DVec3,
@@ -157,7 +156,7 @@ impl Ray<'_> {
         let end = |root: Root| {
             let t = root.rounded();
             let normal = root.normal_at(t);
-            self.end(t, self.appearance.shape, None, normal)
+            self.end(t, self.instance.shape, None, normal)
         };
         let parts = span(&solid, &self.line);
         spans.extend(
@@ -167,12 +166,12 @@ impl Ray<'_> {
         );
     }
 
-    fn of_combination(&self, combined: &Combined, spans: &mut Vec<Span>, kernels: &mut Scratch) {
-        let solid = &combined.solid;
+    fn of_csg(&self, csg: &PreparedCsg, spans: &mut Vec<Span>, kernels: &mut Scratch) {
+        let solid = &csg.solid;
         let first = spans.len();
         let mut open = None;
         let always = boundaries(
-            combined,
+            csg,
             self.scene,
             (&self.line, f64::NEG_INFINITY),
             kernels,
@@ -211,8 +210,8 @@ impl Ray<'_> {
 
     fn span(&self, enter: Option<End>, exit: Option<End>) -> Span {
         Span {
-            appearance: self.id,
-            shape: self.appearance.shape,
+            instance: self.id,
+            shape: self.instance.shape,
             enter,
             exit,
         }
@@ -220,12 +219,12 @@ impl Ray<'_> {
 
     /// `normal`: object space, any length.
     fn end(&self, t: f64, shape: ShapeId, material: Option<MaterialId>, normal: DVec3) -> End {
-        let map = &self.appearance.object_from_world;
+        let map = &self.instance.object_from_world;
         let normal = unit(DVec3::from_array(map.transposed_vector(normal.to_array())));
         End {
             t,
             shape,
-            material: self.appearance.material.or(material),
+            material: self.instance.material.or(material),
             point: self.org + self.dir * t,
             // No zero below zero: these are read by people.
             normal: normal + DVec3::ZERO,

@@ -4,13 +4,13 @@
 //! What incoherent rays want. The lanes only sort out: whatever passes goes to
 //! the same one-lane test as a packet's lane, so the answers are the same bits.
 
-use super::bunch::{Bunch, Faces};
 use super::leaf::{Tester, Window};
 use super::nested::Level;
 use super::query::{HitId, Query};
+use super::ray_stream::{BlockPlanes, StreamRays};
 use super::rays::Rays;
 use super::solids::{Lanewise, Packets};
-use crate::accel::{Block, Entry, STREAM, StreamRays, StreamStack, UNUSED, World};
+use crate::accel::{Block, BoxRays, STREAM, StreamStack, TlasEntry, UNUSED, World};
 use crate::geom::{Certainty, Scratch};
 use crate::math::Affine;
 use crate::math::lanes::{Lanes, Mask, Scalar};
@@ -20,8 +20,8 @@ use glam::DVec3;
 /// Scratch of one thread, reused from stream to stream.
 #[derive(Default)]
 pub(super) struct StreamScratch {
-    world: Bunch,
-    pub object: Bunch,
+    world: StreamRays,
+    pub object: StreamRays,
     top: StreamStack,
     pub mesh: StreamStack,
     /// Of nested worlds: levels that are not in use.
@@ -34,12 +34,12 @@ pub(super) struct StreamScratch {
 /// hand.
 #[derive(Clone, Copy)]
 pub(super) struct Met<'a> {
-    pub entry: &'a Entry,
+    pub entry: &'a TlasEntry,
     pub map: Option<&'a Affine>,
 }
 
 impl<'a> Met<'a> {
-    pub fn new(entry: &'a Entry) -> Met<'a> {
+    pub fn new(entry: &'a TlasEntry) -> Met<'a> {
         Met { entry, map: None }
     }
 }
@@ -98,11 +98,11 @@ impl Stream<'_> {
         for (entry, id) in world.unbounded_meshes() {
             self.mesh_alone::<L::Single, C, Q>(entry, id, active, queries, scratch);
         }
-        let Some(forest) = world.wide() else { return };
+        let Some(levels) = world.wide() else { return };
         // A tree of one box says no more than a kernel does; of what takes long to ask, it
         // had better.
         if let [only] = &world.entries[..]
-            && !matches!(only.shape, Shape::Mesh(_) | Shape::Combination(_))
+            && !matches!(only.shape, Shape::Mesh(_) | Shape::Csg(_))
         {
             let mut open = 0;
             each(active, |i| {
@@ -111,7 +111,7 @@ impl Stream<'_> {
             return solids.meet::<C, Q>(only, None, open, queries, &mut scratch.kernels);
         }
         let StreamScratch {
-            world: bunch,
+            world: stream_rays,
             object,
             top,
             mesh: stack,
@@ -122,15 +122,15 @@ impl Stream<'_> {
             let org = DVec3::from_array(self.org(i)) - world.center;
             (org.to_array(), self.dir(i), self.t_min(i))
         };
-        bunch.take_in(active, ray, &forest.top.bounds, true);
+        stream_rays.take_in(active, ray, &levels.tlas.bounds, true);
         let mut open = 0;
         each(active, |i| {
             let limit = limit(&queries[i]);
-            bunch.boxes.limit[i] = limit;
+            stream_rays.boxes.limit[i] = limit;
             open |= u64::from(limit >= 0.0) << i;
         });
-        let mut boxes = bunch.boxes.clone();
-        forest.top.walk_stream::<true>(
+        let mut boxes = stream_rays.boxes.clone();
+        levels.tlas.walk_stream::<true>(
             &mut boxes,
             open,
             top,
@@ -146,9 +146,14 @@ impl Stream<'_> {
                                     met, id, set, queries, object, stack,
                                 );
                             } else {
-                                bunch.boxes.limit = boxes.limit;
+                                stream_rays.boxes.limit = boxes.limit;
                                 self.in_mesh::<L::Single, C, Q>(
-                                    met, id, set, queries, bunch, stack,
+                                    met,
+                                    id,
+                                    set,
+                                    queries,
+                                    stream_rays,
+                                    stack,
                                 );
                             }
                         }
@@ -176,14 +181,14 @@ impl Stream<'_> {
         id: MeshId,
         set: u64,
         queries: &mut [Q; STREAM],
-        bunch: &mut Bunch,
+        stream_rays: &mut StreamRays,
         stack: &mut StreamStack,
     ) {
         let world = self.world;
         let Some(mesh) = world.wide_mesh(id) else {
             return;
         };
-        let look_up = || world.object_from_world(met.entry.appearance);
+        let look_up = || world.object_from_world(met.entry.instance);
         let map = met.map.copied().unwrap_or_else(look_up);
         let met = Met {
             map: Some(&map),
@@ -194,15 +199,15 @@ impl Stream<'_> {
             let org = DVec3::from_array(map.point(self.org(i))) - center;
             (org.to_array(), map.vector(self.dir(i)), self.t_min(i))
         };
-        bunch.take_in(set, ray, &mesh.tree.bounds, true);
-        each(set, |i| bunch.boxes.limit[i] = limit(&queries[i]));
-        self.in_mesh::<L, C, Q>(met, id, set, queries, bunch, stack);
+        stream_rays.take_in(set, ray, &mesh.tree.bounds, true);
+        each(set, |i| stream_rays.boxes.limit[i] = limit(&queries[i]));
+        self.in_mesh::<L, C, Q>(met, id, set, queries, stream_rays, stack);
     }
 
     /// A mesh, for rays that meet everything else otherwise.
     pub fn mesh_alone<L: Lanes, C: Certainty, Q: Query<L>>(
         &self,
-        entry: &Entry,
+        entry: &TlasEntry,
         id: MeshId,
         set: u64,
         queries: &mut [Q; STREAM],
@@ -222,7 +227,7 @@ impl Stream<'_> {
         self.in_mesh::<L, C, Q>(met, id, set, queries, object, stack);
     }
 
-    /// A mesh through its own tree. `bunch`: the rays in its space.
+    /// A mesh through its own tree. `stream_rays`: the rays in its space.
     #[inline(never)]
     fn in_mesh<L: Lanes, C: Certainty, Q: Query<L>>(
         &self,
@@ -230,30 +235,33 @@ impl Stream<'_> {
         id: MeshId,
         set: u64,
         queries: &mut [Q; STREAM],
-        bunch: &mut Bunch,
+        stream_rays: &mut StreamRays,
         stack: &mut StreamStack,
     ) {
         let Some(mesh) = self.world.wide_mesh(id) else {
             return;
         };
-        let Bunch { boxes, sight } = bunch;
+        let StreamRays {
+            boxes,
+            triangle_rays,
+        } = stream_rays;
         // By ray; read only where `some` and `sures` say that they are set.
         let (mut bits, mut sure) = ([0; STREAM], [0; STREAM]);
-        let leaf = |boxes: &mut StreamRays, first: usize, count: usize, set: u64| {
+        let leaf = |boxes: &mut BoxRays, first: usize, count: usize, set: u64| {
             let mut done = 0;
             for number in first..first + count {
                 let block = mesh.blocks.get(number);
                 // Sorting out all rays first keeps hits, which nobody can
                 // predict, out of a loop that the processor looks ahead in.
-                let faces = Faces::new(block, C::GUARDED);
+                let faces = BlockPlanes::new(block, C::GUARDED);
                 let (mut some, mut sures) = (0, 0);
                 each(set & !done, |i| {
                     let sighted = if C::DOUBTS_ALL {
                         [u32::MAX, 0]
                     } else if C::GUARDED {
-                        sight.may_meet(i, &faces, boxes.limit[i])
+                        triangle_rays.may_meet(i, &faces, boxes.limit[i])
                     } else {
-                        sight.meets(i, &faces, boxes.limit[i])
+                        triangle_rays.meets(i, &faces, boxes.limit[i])
                     };
                     bits[i] = sighted[0];
                     some |= u64::from(bits[i] != 0) << i;
@@ -265,7 +273,7 @@ impl Stream<'_> {
                 each(sures, |i| {
                     let slot = sure[i].trailing_zeros() as usize;
                     let id = HitId {
-                        instance: met.entry.appearance,
+                        instance: met.entry.instance,
                         primitive: block.source(slot),
                     };
                     queries[i].block(L::Mask::splat(true), id);
@@ -323,7 +331,7 @@ impl Stream<'_> {
                 break;
             };
             let id = HitId {
-                instance: entry.appearance,
+                instance: entry.instance,
                 primitive: *primitive,
             };
             tester.triangle(&object, &window, &block.corners(slot), id, active, query);

@@ -7,7 +7,7 @@
 use super::schema::{self, Named, Triple};
 use super::source_spans::At;
 use super::tree::{Source, nearest, quoted};
-use super::{lower_combination, lower_shape, rotate};
+use super::{lower_csg, lower_shape, rotate};
 use crate::math::Affine;
 use crate::scene::{
     Camera, Edge, Entity, EntityKind, Falloff, Key, Light, Material, MaterialId, Model, NodeId,
@@ -75,17 +75,9 @@ pub(super) fn lower(
     }
     let Named(rows) = file.shape.unwrap_or_default();
     let mut shapes: HashMap<String, ShapeId> = HashMap::with_capacity(rows.len());
-    let mut combinations = Vec::new();
+    let mut csg_solids = Vec::new();
     for (name, row) in rows {
-        let id = lower_shape::shape(
-            source,
-            &name,
-            row,
-            options,
-            scene,
-            report,
-            &mut combinations,
-        )?;
+        let id = lower_shape::shape(source, &name, row, options, scene, report, &mut csg_solids)?;
         // A clipped solid is three of them.
         at.shapes.resize(scene.tables().shapes.len(), name.at);
         shapes.insert(name.value, id);
@@ -99,7 +91,7 @@ pub(super) fn lower(
         shapes,
         nodes,
     };
-    lower_combination::join(&names, &combinations, scene)?;
+    lower_csg::join(&names, &csg_solids, scene)?;
     let mut edges = Vec::new();
     for (name, node) in &groups.0 {
         edges.clear();

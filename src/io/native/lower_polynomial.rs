@@ -146,7 +146,7 @@ fn clipped(name: &str, solid: ShapeId, clip: Clip, scene: &mut SceneBuilder) -> 
         Clip::Cuboid(cuboid) => scene.cuboid("", cuboid),
     };
     let operands = [solid, within].map(Operand::shape);
-    scene.combination(name, Operator::Intersection, &operands)
+    scene.csg(name, Operator::Intersection, &operands)
 }
 
 fn clip(source: &Source, row: &At<schema::Clip>) -> Result<Clip> {

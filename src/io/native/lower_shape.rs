@@ -1,7 +1,7 @@
 //! One shape of the file to one row of its table.
 
 use super::lower::exactly_one;
-use super::lower_combination::{Declared, declare, refuse_extras};
+use super::lower_csg::{Declared, declare, refuse_extras};
 use super::lower_polynomial;
 use super::schema;
 use super::source_spans::At;
@@ -19,7 +19,7 @@ pub(super) fn shape(
     options: &LoadOptions,
     scene: &mut SceneBuilder,
     report: &mut ImportReport,
-    combinations: &mut Vec<Declared>,
+    csg_solids: &mut Vec<Declared>,
 ) -> Result<ShapeId, LoadError> {
     let what = format!("shape {}", quoted(&name.value));
     let given = [
@@ -55,7 +55,7 @@ pub(super) fn shape(
     ) {
         let declared = declare(name, row, scene);
         let shape = declared.shape;
-        combinations.push(declared);
+        csg_solids.push(declared);
         return Ok(shape);
     }
     refuse_extras(source, kind, &row)?;

@@ -10,7 +10,7 @@
 mod expression;
 mod formula;
 mod lower;
-mod lower_combination;
+mod lower_csg;
 mod lower_polynomial;
 mod lower_shape;
 mod operations;

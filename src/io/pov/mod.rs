@@ -1,6 +1,6 @@
 //! Exporter of scenes to POV-Ray 3.7 scene description text.
 //!
-//! Shapes, nodes and combinations become declarations that refer to each other, so shared
+//! Shapes, nodes and CSG solids become declarations that refer to each other, so shared
 //! parts stay shared in the file (POV-Ray copies them on reading). In POV-Ray the material
 //! of a part wins over that of the whole; here the material of an edge wins over those of
 //! operands and meshes. So a declaration is written twice if both are used: with its own
@@ -149,8 +149,8 @@ fn wanted(scene: &Tables) -> Wanted {
         shapes: vec![[false; 2]; scene.shapes.len()],
         nodes: vec![[false; 2]; scene.nodes.len()],
     };
-    for row in 0..scene.instances.len() {
-        wanted.edge(scene.instances.row(row), Dress::Own);
+    for row in 0..scene.roots.len() {
+        wanted.edge(scene.roots.row(row), Dress::Own);
     }
     for node in children_first(scene).unwrap_or_default().into_iter().rev() {
         for dress in [Dress::Own, Dress::Bare] {
@@ -161,14 +161,14 @@ fn wanted(scene: &Tables) -> Wanted {
             }
         }
     }
-    let shape_of = shapes::of_combinations(scene);
+    let shape_of = shapes::of_csg(scene);
     let order = operands_first(scene).unwrap_or_default();
     for row in order.into_iter().rev() {
-        let id = crate::scene::CombinationId(row);
+        let id = crate::scene::CsgId(row);
         for dress in [Dress::Own, Dress::Bare] {
             if wanted.shapes[shape_of[row as usize] as usize][dress as usize] {
-                let dress = below(scene.combinations.material[id.index()], dress);
-                for operand in scene.combinations.operands(id) {
+                let dress = below(scene.csg.material[id.index()], dress);
+                for operand in scene.csg.operands(id) {
                     let dress = below_operand(dress, scene, operand.shape);
                     wanted.shapes[operand.shape.index()][dress as usize] = true;
                 }
@@ -178,10 +178,10 @@ fn wanted(scene: &Tables) -> Wanted {
     wanted
 }
 
-/// Chooses the declaration of an operand. Only combinations and meshes have two that differ.
+/// Chooses the declaration of an operand. Only CSG solids and meshes have two that differ.
 fn below_operand(dress: Dress, scene: &Tables, shape: ShapeId) -> Dress {
     match scene.shapes.row(shape) {
-        Shape::Combination(_) | Shape::Mesh(_) => dress,
+        Shape::Csg(_) | Shape::Mesh(_) => dress,
         _ => Dress::Own,
     }
 }
@@ -213,8 +213,8 @@ impl Writer<'_> {
 
     fn instances(&mut self) {
         self.text.push('\n');
-        for row in 0..self.scene.instances.len() {
-            self.edge(self.scene.instances.row(row), Dress::Own);
+        for row in 0..self.scene.roots.len() {
+            self.edge(self.scene.roots.row(row), Dress::Own);
         }
     }
 

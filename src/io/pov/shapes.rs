@@ -1,11 +1,11 @@
-//! Declarations of shapes and combinations.
+//! Declarations of shapes and CSG solids.
 
 use super::level_set::level_set;
 use super::polynomial::polynomial;
 use super::{Dress, PovError, Writer, below, comment, name, number, placed, vector};
 use crate::geom::HalfSpace;
 use crate::scene::{
-    CombinationId, MeshId, Operator, PolygonId, PrismId, Shape, ShapeId, Tables, operands_first,
+    CsgId, MeshId, Operator, PolygonId, PrismId, Shape, ShapeId, Tables, operands_first,
     shape_bounds,
 };
 use glam::DVec2;
@@ -14,11 +14,11 @@ use std::fmt::Write;
 /// Parts that one xor may become.
 const MOST_PARTS: u64 = 1 << 20;
 
-/// The shape that each combination is.
-pub(super) fn of_combinations(scene: &Tables) -> Vec<u32> {
-    let mut of = vec![0; scene.combinations.len()];
+/// The shape that each CSG solid is.
+pub(super) fn of_csg(scene: &Tables) -> Vec<u32> {
+    let mut of = vec![0; scene.csg.len()];
     for (i, shape) in (0..).zip(&scene.shapes.rows) {
-        if let Shape::Combination(id) = shape {
+        if let Shape::Csg(id) = shape {
             of[id.index()] = i;
         }
     }
@@ -31,7 +31,7 @@ impl Writer<'_> {
             let [own, bare] = self.wanted.shapes[id.index()];
             let shape = self.scene.shapes.row(id);
             let kinds: &[Dress] = match shape {
-                Shape::Combination(_) => continue,
+                Shape::Csg(_) => continue,
                 Shape::Mesh(_) => &[Dress::Own, Dress::Bare],
                 _ => &[Dress::Own],
             };
@@ -47,12 +47,12 @@ impl Writer<'_> {
                 }
             }
         }
-        let shape_of = of_combinations(self.scene);
+        let shape_of = of_csg(self.scene);
         for row in operands_first(self.scene).unwrap_or_default() {
             let shape = ShapeId(shape_of[row as usize]);
             for dress in [Dress::Own, Dress::Bare] {
                 if self.wanted.shapes[shape.index()][dress as usize] {
-                    self.combination(shape, CombinationId(row), dress)?;
+                    self.csg(shape, CsgId(row), dress)?;
                 }
             }
         }
@@ -131,7 +131,7 @@ impl Writer<'_> {
                 let name = || scene.shapes.names.label(id.0);
                 level_set(&scene.level_sets.row(row), name)?
             }
-            Shape::Combination(_) => String::new(),
+            Shape::Csg(_) => String::new(),
         };
         let comment = comment(scene.shapes.names.get(id.0));
         let _ = writeln!(self.text, "{text}{comment}");
@@ -210,7 +210,7 @@ impl Writer<'_> {
             }
         });
         text += &list("face_indices", &mut faces);
-        let operands = &self.scene.combinations.operands;
+        let operands = &self.scene.csg.operands;
         if operands.iter().any(|operand| operand.shape == shape) {
             // Inside is where a ray that way leaves more often than it comes in; along
             // no edge, as a rule.
@@ -219,17 +219,12 @@ impl Writer<'_> {
         text + "}"
     }
 
-    fn combination(
-        &mut self,
-        shape: ShapeId,
-        id: CombinationId,
-        dress: Dress,
-    ) -> Result<(), PovError> {
+    fn csg(&mut self, shape: ShapeId, id: CsgId, dress: Dress) -> Result<(), PovError> {
         let scene = self.scene;
-        let own = scene.combinations.material[id.index()].filter(|_| dress == Dress::Own);
+        let own = scene.csg.material[id.index()].filter(|_| dress == Dress::Own);
         let inner = below(own, dress);
         let operands: Vec<String> = scene
-            .combinations
+            .csg
             .operands(id)
             .iter()
             .map(|operand| {
@@ -238,7 +233,7 @@ impl Writer<'_> {
                 self.operand(operand.shape, inner, map, material)
             })
             .collect();
-        let operator = scene.combinations.operator[id.index()];
+        let operator = scene.csg.operator[id.index()];
         let whole = match operator {
             Operator::Xor if operands.len() > 1 => self.xor(shape, dress, operands)?,
             Operator::Complement => format!("object {{ {} inverse }}", operands.concat()),

@@ -4,7 +4,7 @@
 //! the mesh file are not imported.
 
 use crate::math::Affine;
-use crate::scene::{Appearances, MeshData, Scene, SceneBuilder, Shape};
+use crate::scene::{Instances, MeshData, Scene, SceneBuilder, Shape};
 use crate::shared::mesh_cleanup::unit;
 use crate::{ImportReport, LoadError, LoadOptions, gltf, obj, ply, stl};
 use glam::{DMat3, DVec3};
@@ -61,7 +61,7 @@ pub fn import_mesh(
 /// every mesh has them.
 fn bake(path: &Path, scene: &Scene) -> Result<MeshData, LoadError> {
     let of_scene = |source| LoadError::of_scene(path, source);
-    let all = Appearances::of(scene).map_err(of_scene)?;
+    let all = Instances::of(scene).map_err(of_scene)?;
     let (mut vertices, mut triangles) = (0_u64, 0_u64);
     let mut smooth = true;
     for (shape, count) in scene.shapes.rows.iter().zip(all.of_shapes(scene)) {

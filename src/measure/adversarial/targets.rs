@@ -58,7 +58,7 @@ pub(super) fn in_object(scene: &Scene, shape: Shape, random: &mut Random) -> Tar
         Shape::Cylinder(id) => side(&scene.cylinders.row(id).as_cone(), random),
         Shape::Implicit(id) => in_implicit(&scene.implicits.row(id), random),
         Shape::LevelSet(id) => in_level_set(&scene.level_sets.row(id), random),
-        Shape::Combination(_) => in_operand(scene, shape, random),
+        Shape::Csg(_) => in_operand(scene, shape, random),
         Shape::HalfSpace(id) => {
             let row = scene.half_spaces.row(id);
             let (n, size) = (row.normal, row.normal.length());
@@ -80,11 +80,11 @@ pub(super) fn in_object(scene: &Scene, shape: Shape, random: &mut Random) -> Tar
     }
 }
 
-/// Returns a target on a random operand of a combination, at any depth.
+/// Returns a target on a random operand of a CSG solid, at any depth.
 fn in_operand(scene: &Scene, mut shape: Shape, random: &mut Random) -> Target {
     let mut map = Affine::IDENTITY;
-    while let Shape::Combination(id) = shape {
-        let operand = random.one_of(scene.combinations.operands(id));
+    while let Shape::Csg(id) = shape {
+        let operand = random.one_of(scene.csg.operands(id));
         map = map.then_after(&scene.transforms.local[operand.transform.index()]);
         shape = scene.shapes.row(operand.shape);
     }

@@ -170,7 +170,7 @@ pub fn along_planes(sine: f64, rays: usize, random: &mut Random) -> Case {
     }
     let one = |i: usize| {
         // Tiles of one direction.
-        let (map, dir) = planes[i / crate::trace::TILE % PLANES];
+        let (map, dir) = planes[i / crate::trace::BEAM % PLANES];
         let [x, y] = [(); 2].map(|()| random.between(-half, half));
         let target = map.transform_point3(on_plane(x, y) / 4.0);
         let distance = random.between(2.0, 20.0);
@@ -289,7 +289,7 @@ pub fn small_spheres(radius: f64, rays: usize, random: &mut Random) -> Case {
     }
     let half = rays / 2;
     let one = |i: usize| {
-        let center = centers[i / crate::trace::TILE % SPHERES];
+        let center = centers[i / crate::trace::BEAM % SPHERES];
         let target = center + random.in_ball() * (1.2 * radius);
         if i >= half {
             let dir = rounded(random.direction());

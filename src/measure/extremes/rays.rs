@@ -2,7 +2,7 @@
 
 use crate::math::unit;
 use crate::render::mix;
-use crate::trace::TILE;
+use crate::trace::BEAM;
 use glam::DVec3;
 
 /// A world ray as it is traced; hits count where 0 < t < t_max.
@@ -95,7 +95,7 @@ pub fn at_targets(
             rays.push(through(at, dir, away, random));
             continue;
         }
-        if i.is_multiple_of(TILE) {
+        if i.is_multiple_of(BEAM) {
             eye = at + random.direction() * distance;
         }
         let dir = unit(at - eye);

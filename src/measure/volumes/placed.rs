@@ -1,6 +1,6 @@
 //! Solids placed in the world, and the spans of lines inside them.
 
-use crate::accel::{Combined, FacetTrees};
+use crate::accel::{MeshCrossingTrees, PreparedCsg};
 use crate::geom::Scratch;
 use crate::geom::exact::{Line, Root, span};
 use crate::geom::primitive::Boundaries;
@@ -15,8 +15,8 @@ use std::ops::ControlFlow;
 pub struct Placed<'a> {
     scene: &'a Scene,
     shape: Shape,
-    /// The combination, or a shape that a line may enter many times.
-    combined: Option<Combined>,
+    /// The CSG solid, or a shape that a line may enter many times.
+    csg: Option<PreparedCsg>,
     object_from_world: Affine,
     /// World-space bounding box.
     pub(super) bounds: Aabb,
@@ -42,19 +42,22 @@ impl<'a> Placed<'a> {
         object_from_world: &Affine,
     ) -> Result<Placed<'a>, NoVolume> {
         let shape = scene.shapes.row(id);
-        let combined = match shape {
+        let csg = match shape {
             Shape::Mesh(row) => {
                 if scene.meshes.open[row.index()] || check_closed(scene, row).is_err() {
                     return Err(NoVolume::Mesh);
                 }
-                Some(Combined::of_one(scene, id))
+                Some(PreparedCsg::of_one(scene, id))
             }
             _ if scene.no_inside(shape).is_some() => return Err(NoVolume::Surface),
             _ if shape.boundaries() == Boundaries::Span => None,
-            Shape::Combination(row) => {
-                Some(Combined::of(scene, id, row, &mut FacetTrees::default()))
-            }
-            _ => Some(Combined::of_one(scene, id)),
+            Shape::Csg(row) => Some(PreparedCsg::of(
+                scene,
+                id,
+                row,
+                &mut MeshCrossingTrees::default(),
+            )),
+            _ => Some(PreparedCsg::of_one(scene, id)),
         };
         let own = shape_bounds(scene, id).ok_or(NoVolume::Unbounded)?;
         let corner = |p: DVec3| DVec3::from_array(world_from_object.point(p.to_array()));
@@ -66,7 +69,7 @@ impl<'a> Placed<'a> {
         Ok(Placed {
             scene,
             shape,
-            combined,
+            csg,
             object_from_world: *object_from_world,
             bounds,
             unit: libm::scalbn(1.0, libm::ilogb(size) + 1),
@@ -101,7 +104,7 @@ impl<'a> Placed<'a> {
         let mut part = |enter: ErrorBounded, exit: ErrorBounded| {
             part(enter.value, exit.value, enter.error + exit.error);
         };
-        let Some(combined) = &self.combined else {
+        let Some(csg) = &self.csg else {
             let solid = self.scene.solid(self.shape);
             for ends in solid.iter().flat_map(|solid| span(solid, &line).spans()) {
                 if let [Some(enter), Some(exit)] = ends {
@@ -112,7 +115,7 @@ impl<'a> Placed<'a> {
         };
         let mut since = None;
         let from = (&line, f64::NEG_INFINITY);
-        boundaries(combined, self.scene, from, kernels, |change| {
+        boundaries(csg, self.scene, from, kernels, |change| {
             let t = place(&change.root);
             if change.enters {
                 since = Some(t);

@@ -71,7 +71,7 @@ fn volumes_are_those_of_formulas() {
         let a = scene.sphere("", ball(DVec3::ZERO, 1.0));
         let b = scene.sphere("", ball(DVec3::X, 1.0));
         let both = [Operand::shape(a), Operand::shape(b)];
-        scene.combination("", Operator::Intersection, &both)
+        scene.csg("", Operator::Intersection, &both)
     });
     holds(&found, 5.0 * PI / 12.0, 2.0 * PI);
 
@@ -81,7 +81,7 @@ fn volumes_are_those_of_formulas() {
                 .iter()
                 .map(|axis| Operand::shape(scene.cylinder("", rod(*axis))))
                 .collect();
-            scene.combination("", Operator::Intersection, &all)
+            scene.csg("", Operator::Intersection, &all)
         })
     };
     // Steinmetz solids: the area of the first is 16 r², that of the second three times
@@ -100,7 +100,7 @@ fn volumes_are_those_of_formulas() {
         };
         let bore = scene.cylinder("", bore);
         let parts = [Operand::shape(block), Operand::shape(bore)];
-        scene.combination("", Operator::Difference, &parts)
+        scene.csg("", Operator::Difference, &parts)
     });
     holds(&found, 8.0 - PI * 0.5, 24.0 - PI * 0.5 + 2.0 * PI);
 }
@@ -173,7 +173,7 @@ fn what_is_empty_ends_early() {
     let found = measured(|scene| {
         let centers = [DVec3::ZERO, DVec3::new(2.0, 0.0, 0.0)];
         let balls = centers.map(|c| Operand::shape(scene.sphere("", ball(c, 1.0))));
-        scene.combination("", Operator::Intersection, &balls)
+        scene.csg("", Operator::Intersection, &balls)
     });
     assert!(found.lines <= LEAST_EMPTY && found.is_rough, "{found:?}");
     assert_eq!((found.volume, found.area), (0.0, 0.0));

@@ -11,7 +11,7 @@ mod lint;
 pub use choices::{Choices, LaneCount, Precision};
 pub use lint::{remarks, searched, solved, stacked, unbounded};
 
-use crate::scene::{Appearances, Scene, SceneError, Shape};
+use crate::scene::{Instances, Scene, SceneError, Shape};
 use thiserror::Error;
 
 /// The choice among the kernels that are compiled.
@@ -78,7 +78,7 @@ pub enum PlanError {
     )]
     LanesNotBuilt { asked: usize, built: Vec<usize> },
     #[error("--accel {accel}: {source}; bvh keeps a tree for each shared node instead")]
-    TooManyAppearances {
+    TooManyInstances {
         accel: &'static str,
         source: SceneError,
     },
@@ -113,12 +113,8 @@ pub const fn native_width() -> usize {
 }
 
 /// Chooses the kernels and the structure for a scene.
-pub fn plan(
-    scene: &Scene,
-    appearances: &Appearances,
-    choices: &Choices,
-) -> Result<Plan, PlanError> {
-    let mut reasons = contents(scene, appearances);
+pub fn plan(scene: &Scene, instances: &Instances, choices: &Choices) -> Result<Plan, PlanError> {
+    let mut reasons = contents(scene, instances);
     let why = match choices.precision {
         Precision::Fast => "asked for: fastest, a few rays in a million wrong",
         Precision::Guarded => "guarded: what a ray meets is what exact arithmetic says",
@@ -150,13 +146,13 @@ pub fn plan(
         }
         Some(_) => "asked for",
     };
-    let nested = accel == Accel::Bvh && !appearances.are_laid_out();
+    let nested = accel == Accel::Bvh && !instances.are_laid_out();
     if !nested {
-        let too_many = |source| PlanError::TooManyAppearances {
+        let too_many = |source| PlanError::TooManyInstances {
             accel: accel.name(),
             source,
         };
-        appearances.check_enumerable().map_err(too_many)?;
+        instances.check_enumerable().map_err(too_many)?;
     }
     let name = match accel {
         Accel::Bvh if nested => "bvh (SAH, a tree for each node)",
@@ -181,22 +177,22 @@ pub fn plan(
 
 /// Says whether instances place meshes outside world space. For these, temporal bounds on t
 /// pay (docs/decisions/018-temporal-bounds.md).
-pub fn places_meshes(scene: &Scene, appearances: &Appearances) -> bool {
-    let mut counts = scene.shapes.rows.iter().zip(appearances.of_shapes(scene));
+pub fn places_meshes(scene: &Scene, instances: &Instances) -> bool {
+    let mut counts = scene.shapes.rows.iter().zip(instances.of_shapes(scene));
     let has_meshes = counts.any(|(shape, count)| matches!(shape, Shape::Mesh(_)) && count > 0);
-    has_meshes && appearances.placed(scene) > 0
+    has_meshes && instances.placed(scene) > 0
 }
 
 /// Lists which kernels the scene needs and which are left out, with counts.
-fn contents(scene: &Scene, appearances: &Appearances) -> Vec<(&'static str, String, String)> {
+fn contents(scene: &Scene, instances: &Instances) -> Vec<(&'static str, String, String)> {
     let (mut meshes, mut solids) = (0, 0);
-    for (shape, count) in scene.shapes.rows.iter().zip(appearances.of_shapes(scene)) {
+    for (shape, count) in scene.shapes.rows.iter().zip(instances.of_shapes(scene)) {
         match shape {
             Shape::Mesh(_) => meshes += count,
             _ => solids += count,
         }
     }
-    let placed = appearances.placed(scene);
+    let placed = instances.placed(scene);
     let say = |what, count: u64, yes: &str, no: &str| {
         let (choice, why) = if count > 0 {
             ("in", yes)
@@ -209,20 +205,20 @@ fn contents(scene: &Scene, appearances: &Appearances) -> Vec<(&'static str, Stri
         say(
             "mesh kernel",
             meshes,
-            "appearances of meshes",
+            "instances of meshes",
             "meshes appear",
         ),
         say(
             "solid kernels",
             solids,
-            "appearances of single primitives",
+            "instances of single primitives",
             "single primitives appear",
         ),
         say(
             "transforms",
             placed,
-            "appearances are not in world space",
-            "appearances have a transform of their own",
+            "instances are not in world space",
+            "instances have a transform of their own",
         ),
     ]
 }

@@ -34,7 +34,7 @@ use std::sync::Arc;
 /// let scene = scene.finish()?;
 ///
 /// assert_eq!(scene.spheres.len(), 1);
-/// assert_eq!(Appearances::of(&scene)?.count(), 2);
+/// assert_eq!(Instances::of(&scene)?.count(), 2);
 /// # Ok::<(), SceneError>(())
 /// ```
 #[derive(Clone, Debug, Default)]
@@ -125,35 +125,31 @@ impl SceneBuilder {
     }
 
     /// A solid made of solids by an operator.
-    pub fn combination(&mut self, name: &str, operator: Operator, operands: &[Operand]) -> ShapeId {
-        let (shape, id) = self.declare_combination(name, operator);
+    pub fn csg(&mut self, name: &str, operator: Operator, operands: &[Operand]) -> ShapeId {
+        let (shape, id) = self.declare_csg(name, operator);
         self.set_operands(id, operands);
         shape
     }
 
-    /// A combination whose operands follow later: files name shapes in any order.
-    pub fn declare_combination(
-        &mut self,
-        name: &str,
-        operator: Operator,
-    ) -> (ShapeId, CombinationId) {
-        let id = self.tables.combinations.push(operator);
-        let shape = self.tables.shapes.push(name, Shape::Combination(id));
+    /// A CSG solid whose operands follow later: files name shapes in any order.
+    pub fn declare_csg(&mut self, name: &str, operator: Operator) -> (ShapeId, CsgId) {
+        let id = self.tables.csg.push(operator);
+        let shape = self.tables.shapes.push(name, Shape::Csg(id));
         (shape, id)
     }
 
-    pub fn set_operands(&mut self, id: CombinationId, operands: &[Operand]) {
-        self.tables.combinations.set_operands(id, operands);
+    pub fn set_operands(&mut self, id: CsgId, operands: &[Operand]) {
+        self.tables.csg.set_operands(id, operands);
     }
 
-    /// Of all of a combination's surfaces, whatever its operands say.
-    pub fn set_combination_material(&mut self, id: CombinationId, material: MaterialId) {
-        self.tables.combinations.material[id.index()] = Some(material);
+    /// Of all of a CSG solid's surfaces, whatever its operands say.
+    pub fn set_csg_material(&mut self, id: CsgId, material: MaterialId) {
+        self.tables.csg.material[id.index()] = Some(material);
     }
 
     /// How far apart boundaries of different operands may lie and be one.
-    pub fn set_tolerance(&mut self, id: CombinationId, tolerance: f64) {
-        self.tables.combinations.tolerance[id.index()] = tolerance;
+    pub fn set_tolerance(&mut self, id: CsgId, tolerance: f64) {
+        self.tables.csg.tolerance[id.index()] = tolerance;
     }
 
     pub fn node(&mut self, name: &str, children: &[Edge]) -> NodeId {
@@ -180,9 +176,9 @@ impl SceneBuilder {
 
     /// A root: what is seen in the world.
     pub fn instance(&mut self, name: &str, edge: Edge) {
-        let row = self.tables.instances.len() as u32;
-        self.tables.instance_names.set(row, name);
-        self.tables.instances.push(edge);
+        let row = self.tables.roots.len() as u32;
+        self.tables.root_names.set(row, name);
+        self.tables.roots.push(edge);
     }
 
     /// Checks every table once.

@@ -3,7 +3,7 @@
 //! Every error names the entity and says what to do. Range checks come first, so that later
 //! checks may index freely.
 
-mod combinations;
+mod csg_tables;
 mod graph;
 mod looks;
 mod shapes;
@@ -11,7 +11,7 @@ mod shapes;
 pub(super) use graph::at_time;
 pub use graph::{children_first, used_nodes};
 
-use super::csg_bounds::combination_bounds;
+use super::csg_bounds::csg_bounds_of;
 use super::{Leaks, Tables};
 use crate::geom::primitive::Flaw;
 use crate::roots::Solver;
@@ -176,12 +176,12 @@ pub enum SceneError {
     #[error("the scene is empty: no instance places a shape")]
     NothingToSee,
     #[error(
-        "the scene unfolds into {count} appearances of shapes or more; ids count at most {limit}: \
+        "the scene unfolds into {count} instances of shapes or more; ids count at most {limit}: \
          nest fewer shared nodes"
     )]
-    TooManyAppearances { count: u64, limit: u64 },
+    TooManyInstances { count: u64, limit: u64 },
     #[error(
-        "the scene unfolds into {count} appearances of shapes, and each of them would be looked \
+        "the scene unfolds into {count} instances of shapes, and each of them would be looked \
          at by itself; at most {limit} are supported for that"
     )]
     TooManyToLayOut { count: u64, limit: u64 },
@@ -246,7 +246,7 @@ impl SceneError {
             | SceneError::NormalCount { what, .. }
             | SceneError::TooManyTriangles { what, .. } => Some(what),
             SceneError::NothingToSee
-            | SceneError::TooManyAppearances { .. }
+            | SceneError::TooManyInstances { .. }
             | SceneError::TooManyToLayOut { .. }
             | SceneError::TooDeep { .. } => None,
         }
@@ -258,11 +258,11 @@ pub(super) fn check(scene: &mut Tables) -> Result<(), SceneError> {
     graph::ranges(scene)?;
     graph::cycles(scene)?;
     graph::transforms(scene)?;
-    let order = combinations::combinations(scene)?;
+    let order = csg_tables::csg_solids(scene)?;
     check_rows(scene)?;
-    combinations::meshes(scene)?;
-    (scene.combinations.bounds, scene.combinations.blur) = combination_bounds(scene, &order);
-    graph::appearances(scene)
+    csg_tables::meshes(scene)?;
+    (scene.csg.bounds, scene.csg.blur) = csg_bounds_of(scene, &order);
+    graph::instances(scene)
 }
 
 /// Checks the rows of solids again after their solvers are changed, because a solver may

@@ -2,7 +2,7 @@
 
 use super::check::{children_first, used_nodes};
 use super::csg_solid::{CsgOperand, CsgSolid, Frame, Step, unfolded_counts};
-use super::ids::CombinationId;
+use super::ids::CsgId;
 use super::shapes::Shape;
 use super::{Blur, Operand, Tables, Target, shape_bounds};
 use crate::csg::Operator;
@@ -37,8 +37,8 @@ const UNSEEN: u64 = 1 << 16;
 /// Returns the boxes of CSG solids, `None` for those without bounds, and the conditioning
 /// of their operands' spaces. Solids that instances place have them, and others as far as
 /// `UNSEEN` allows. `order` lists operands first.
-pub(super) fn combination_bounds(tables: &Tables, order: &[u32]) -> (Vec<Option<Aabb>>, Vec<Blur>) {
-    let count = tables.combinations.len();
+pub(super) fn csg_bounds_of(tables: &Tables, order: &[u32]) -> (Vec<Option<Aabb>>, Vec<Blur>) {
+    let count = tables.csg.len();
     let appears = appearing(tables);
     let counts = unfolded_counts(tables, order, 1, |_| 1);
     let (mut bounds, mut blur) = (vec![None; count], vec![Blur::NONE; count]);
@@ -49,7 +49,7 @@ pub(super) fn combination_bounds(tables: &Tables, order: &[u32]) -> (Vec<Option<
             unseen = unseen.saturating_add(counts[row]);
         }
         if appears[row] || unseen <= UNSEEN {
-            let (solid, steps) = CsgSolid::with_steps(tables, CombinationId(row as u32));
+            let (solid, steps) = CsgSolid::with_steps(tables, CsgId(row as u32));
             bounds[row] = around(tables, &solid, &steps);
             let of_frame = |frame: &Frame| {
                 Blur::NONE.through(&frame.operand_from_solid, &frame.solid_from_operand)
@@ -63,17 +63,17 @@ pub(super) fn combination_bounds(tables: &Tables, order: &[u32]) -> (Vec<Option<
 
 /// Marks the CSG solids that instances place, and not those that are only operands.
 fn appearing(tables: &Tables) -> Vec<bool> {
-    let mut appears = vec![false; tables.combinations.len()];
+    let mut appears = vec![false; tables.csg.len()];
     let mut mark = |targets: &[Target]| {
         for target in targets {
             if let Target::Shape(shape) = target
-                && let Shape::Combination(id) = tables.shapes.row(*shape)
+                && let Shape::Csg(id) = tables.shapes.row(*shape)
             {
                 appears[id.index()] = true;
             }
         }
     };
-    mark(&tables.instances.target);
+    mark(&tables.roots.target);
     // The check of cycles has come first.
     let used = used_nodes(tables, &children_first(tables).unwrap_or_default());
     for (rows, _) in (tables.nodes.children.iter().zip(used)).filter(|(_, used)| *used) {
@@ -94,7 +94,7 @@ fn around(tables: &Tables, solid: &CsgSolid, steps: &[Step]) -> Option<Aabb> {
             Step::Operator(operator, count) => {
                 let mut all = waiting.split_off(waiting.len() - *count as usize);
                 all.reverse();
-                Extent::combined(*operator, &all)
+                Extent::csg(*operator, &all)
             }
         };
         waiting.push(extent);
@@ -208,7 +208,7 @@ impl Extent {
         }
     }
 
-    fn combined(operator: Operator, all: &[Extent]) -> Extent {
+    fn csg(operator: Operator, all: &[Extent]) -> Extent {
         let inside = || all.iter().map(|extent| &extent.inside);
         let outside = || all.iter().map(|extent| &extent.outside);
         let (inside, outside) = match operator {
@@ -294,14 +294,14 @@ mod tests {
     }
 
     fn outside(scene: &mut SceneBuilder, of: Operand) -> Operand {
-        Operand::shape(scene.combination("", Operator::Complement, &[of]))
+        Operand::shape(scene.csg("", Operator::Complement, &[of]))
     }
 
     #[test]
     fn half_spaces_that_close_have_bounds() {
         let found = bounds(|scene| {
             let walls = walls(scene, DAffine3::IDENTITY);
-            scene.combination("", Operator::Intersection, &walls)
+            scene.csg("", Operator::Intersection, &walls)
         });
         is_about(found, [-2.0; 3], [2.0; 3]);
         // A shape in two pieces, rotated about z and moved.
@@ -309,9 +309,9 @@ mod tests {
             let turn = DAffine3::from_rotation_z(std::f64::consts::FRAC_PI_4);
             let moved = DAffine3::from_translation(DVec3::X * 10.0) * turn;
             let walls = walls(scene, moved);
-            let some = scene.combination("", Operator::Intersection, &walls[..3]);
+            let some = scene.csg("", Operator::Intersection, &walls[..3]);
             let all = [&[Operand::shape(some)], &walls[3..]].concat();
-            scene.combination("", Operator::Intersection, &all)
+            scene.csg("", Operator::Intersection, &all)
         });
         let side = 8.0_f64.sqrt();
         is_about(found, [10.0 - side, -side, -2.0], [10.0 + side, side, 2.0]);
@@ -320,13 +320,13 @@ mod tests {
             let walls = walls(scene, DAffine3::IDENTITY);
             let others: Vec<Operand> = walls[1..].iter().map(|w| outside(scene, *w)).collect();
             let all = [&walls[..1], &others].concat();
-            scene.combination("", Operator::Difference, &all)
+            scene.csg("", Operator::Difference, &all)
         });
         is_about(found, [-2.0; 3], [2.0; 3]);
         // A shape with one wall missing.
         let found = bounds(|scene| {
             let walls = walls(scene, DAffine3::IDENTITY);
-            scene.combination("", Operator::Intersection, &walls[1..])
+            scene.csg("", Operator::Intersection, &walls[1..])
         });
         assert_eq!(found, None);
     }
@@ -349,11 +349,11 @@ mod tests {
                         Operand::shape(wall).transform(away)
                     })
                     .collect();
-                let all = scene.combination("", Operator::Intersection, &walls);
+                let all = scene.csg("", Operator::Intersection, &walls);
                 Operand::shape(all).transform(back)
             };
             let halves = [half(scene, 1.0), half(scene, -1.0)];
-            scene.combination("", Operator::Intersection, &halves)
+            scene.csg("", Operator::Intersection, &halves)
         });
         let found = found.expect("it has bounds");
         let corner = DVec3::splat(2.0009);
@@ -381,7 +381,7 @@ mod tests {
                 };
                 let b = Operand::shape(scene.sphere("", sphere));
                 let parts = [outside(scene, a), outside(scene, b)];
-                let both = Operand::shape(scene.combination("", operator, &parts));
+                let both = Operand::shape(scene.csg("", operator, &parts));
                 match operator {
                     Operator::Union => outside(scene, both).shape,
                     _ => both.shape,
@@ -396,7 +396,7 @@ mod tests {
             let a = cube(scene);
             let b = cube(scene);
             let parts = [a, outside(scene, b)];
-            scene.combination("", Operator::Xor, &parts)
+            scene.csg("", Operator::Xor, &parts)
         });
         assert_eq!(found, None);
     }

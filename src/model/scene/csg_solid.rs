@@ -4,7 +4,7 @@
 //! recurses, because operators may be nested a hundred thousand deep.
 
 use super::csg_bounds::center;
-use super::ids::{CombinationId, MaterialId, ShapeId};
+use super::ids::{CsgId, MaterialId, ShapeId};
 use super::shapes::Shape;
 use super::{Operand, Tables, shape_bounds};
 use crate::csg::{Builder, Operator, Place, Program};
@@ -59,16 +59,16 @@ pub struct CsgSolid {
 
 impl CsgSolid {
     /// Unfolds a CSG solid of checked tables.
-    pub fn of(tables: &Tables, id: CombinationId) -> CsgSolid {
+    pub fn of(tables: &Tables, id: CsgId) -> CsgSolid {
         CsgSolid::with_steps(tables, id).0
     }
 
     /// Unfolds a CSG solid, and returns the steps as well, operators before their operands.
-    pub(super) fn with_steps(tables: &Tables, id: CombinationId) -> (CsgSolid, Vec<Step>) {
+    pub(super) fn with_steps(tables: &Tables, id: CsgId) -> (CsgSolid, Vec<Step>) {
         let mut unfold = Unfold::new(tables);
         let answer = unfold.builder.answer();
         unfold.operator(id, answer, 0, None, false);
-        unfold.finish(tables.combinations.tolerance[id.index()])
+        unfold.finish(tables.csg.tolerance[id.index()])
     }
 
     /// Builds a solid of one operand: a shape that has an inside and is no CSG solid.
@@ -139,12 +139,12 @@ pub(super) fn unfolded_counts(
     own: u64,
     one: impl Fn(Shape) -> u64,
 ) -> Vec<u64> {
-    let table = &tables.combinations;
+    let table = &tables.csg;
     let mut counts = vec![0_u64; table.len()];
     for row in order {
-        let operands = table.operands(CombinationId(*row)).iter();
+        let operands = table.operands(CsgId(*row)).iter();
         let of = |operand: &Operand| match tables.shapes.row(operand.shape) {
-            Shape::Combination(id) => counts[id.index()],
+            Shape::Csg(id) => counts[id.index()],
             shape => one(shape),
         };
         counts[*row as usize] = operands.map(of).fold(own, u64::saturating_add);
@@ -211,7 +211,7 @@ impl<'t> Unfold<'t> {
                 settled,
             } = next;
             match self.tables.shapes.row(shape) {
-                Shape::Combination(id) => self.operator(id, place, frame, material, settled),
+                Shape::Csg(id) => self.operator(id, place, frame, material, settled),
                 leaf => {
                     self.steps.push(Step::Operand);
                     self.builder.operand(place);
@@ -240,13 +240,13 @@ impl<'t> Unfold<'t> {
 
     fn operator(
         &mut self,
-        id: CombinationId,
+        id: CsgId,
         place: Place,
         frame: u32,
         material: Option<MaterialId>,
         settled: bool,
     ) {
-        let table = &self.tables.combinations;
+        let table = &self.tables.csg;
         let operator = table.operator[id.index()];
         let own = table.material[id.index()];
         let (material, settled) = match own {
@@ -385,7 +385,7 @@ fn rounded(map: &Affine, reach: f64) -> Key {
 /// Lists CSG solids, each after its operands; or returns a cycle, with its first row
 /// repeated.
 pub fn operands_first(tables: &Tables) -> Result<Vec<u32>, Vec<u32>> {
-    let table = &tables.combinations;
+    let table = &tables.csg;
     let mut state = vec![0_u8; table.len()];
     let mut order = Vec::with_capacity(table.len());
     let mut stack: Vec<(u32, usize)> = Vec::new();
@@ -396,14 +396,14 @@ pub fn operands_first(tables: &Tables) -> Result<Vec<u32>, Vec<u32>> {
         state[start as usize] = 1;
         stack.push((start, 0));
         while let Some((row, next)) = stack.last_mut() {
-            let Some(operand) = table.operands(CombinationId(*row)).get(*next) else {
+            let Some(operand) = table.operands(CsgId(*row)).get(*next) else {
                 state[*row as usize] = 2;
                 order.push(*row);
                 stack.pop();
                 continue;
             };
             *next += 1;
-            let Shape::Combination(below) = tables.shapes.row(operand.shape) else {
+            let Shape::Csg(below) = tables.shapes.row(operand.shape) else {
                 continue;
             };
             match state[below.index()] {

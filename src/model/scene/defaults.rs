@@ -5,9 +5,9 @@
 //! from its upper left, which shows the shapes. Together they give a white Lambert surface
 //! that faces the camera a radiance of 0.9.
 
-use super::extents::coarse_corners;
+use super::hull::coarse_corners;
 use super::primitives::shape_bounds;
-use super::{Appearances, Camera, Light, Scene, Shape};
+use super::{Camera, Instances, Light, Scene, Shape};
 use crate::math::Aabb;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -26,8 +26,8 @@ const HEADLIGHT: f64 = 0.65;
 const KEY: [f64; 3] = [-0.6, 0.7, 0.75];
 
 /// Returns a view of all bounded instances; `aspect` is width over height.
-pub fn default_camera(scene: &Scene, appearances: &Appearances, aspect: f64) -> Camera {
-    let points = Points::of(scene, appearances);
+pub fn default_camera(scene: &Scene, instances: &Instances, aspect: f64) -> Camera {
+    let points = Points::of(scene, instances);
     let mut bounds = Aabb::EMPTY;
     points.each(|p| bounds = bounds.union(&Aabb::new(p, p)));
     let framed = !bounds.is_empty() && bounds.max_abs() < 1e150;
@@ -98,7 +98,7 @@ const VERTICES: u64 = 4_000_000;
 enum Points<'a> {
     Every {
         scene: &'a Scene,
-        appearances: &'a Appearances,
+        instances: &'a Instances,
         /// Boxes by shape, so that a shared shape is measured once.
         boxes: Vec<Option<Aabb>>,
         vertices: bool,
@@ -107,12 +107,12 @@ enum Points<'a> {
 }
 
 impl<'a> Points<'a> {
-    fn of(scene: &'a Scene, appearances: &'a Appearances) -> Points<'a> {
-        if appearances.check_enumerable().is_err() {
+    fn of(scene: &'a Scene, instances: &'a Instances) -> Points<'a> {
+        if instances.check_enumerable().is_err() {
             return Points::Corners(coarse_corners(scene));
         }
         let mut vertices = 0_u64;
-        for (shape, count) in scene.shapes.rows.iter().zip(appearances.of_shapes(scene)) {
+        for (shape, count) in scene.shapes.rows.iter().zip(instances.of_shapes(scene)) {
             if let Shape::Mesh(id) = shape {
                 vertices += count * scene.meshes.row(*id).positions.len() as u64;
             }
@@ -120,23 +120,23 @@ impl<'a> Points<'a> {
         let shapes = (0..scene.shapes.len() as u32).map(super::ShapeId);
         Points::Every {
             scene,
-            appearances,
+            instances,
             boxes: shapes.map(|id| shape_bounds(scene, id)).collect(),
             vertices: vertices <= VERTICES,
         }
     }
 
     fn each(&self, mut visit: impl FnMut(DVec3)) {
-        let (scene, appearances, boxes, vertices) = match self {
+        let (scene, instances, boxes, vertices) = match self {
             Points::Corners(corners) => return corners.iter().copied().for_each(visit),
             Points::Every {
                 scene,
-                appearances,
+                instances,
                 boxes,
                 vertices,
-            } => (scene, appearances, boxes, *vertices),
+            } => (scene, instances, boxes, *vertices),
         };
-        for row in appearances.iter(scene) {
+        for row in instances.iter(scene) {
             let to_world = |p: DVec3| DVec3::from_array(row.world_from_object.point(p.to_array()));
             match scene.shapes.row(row.shape) {
                 Shape::Mesh(id) if vertices => {
@@ -163,7 +163,7 @@ mod tests {
     use crate::geom::{Cuboid, HalfSpace, Sphere};
     use crate::scene::{Edge, Projection, SceneBuilder};
 
-    fn scene_of(center: DVec3, radius: f64) -> (Scene, Appearances) {
+    fn scene_of(center: DVec3, radius: f64) -> (Scene, Instances) {
         let mut scene = SceneBuilder::default();
         let ball = scene.sphere("", Sphere { center, radius });
         let ground = scene.half_space(
@@ -176,8 +176,8 @@ mod tests {
         scene.instance("", Edge::shape(ball));
         scene.instance("", Edge::shape(ground));
         let scene = scene.finish().unwrap();
-        let appearances = Appearances::of(&scene).unwrap();
-        (scene, appearances)
+        let instances = Instances::of(&scene).unwrap();
+        (scene, instances)
     }
 
     #[test]
@@ -193,7 +193,7 @@ mod tests {
                 let shape = scene.cuboid("", cuboid);
                 scene.instance("", Edge::shape(shape));
                 let scene = scene.finish().unwrap();
-                let camera = default_camera(&scene, &Appearances::of(&scene).unwrap(), aspect);
+                let camera = default_camera(&scene, &Instances::of(&scene).unwrap(), aspect);
                 let Projection::Perspective { half_height } = camera.projection else {
                     panic!("the default view is perspective");
                 };
@@ -214,8 +214,8 @@ mod tests {
 
     #[test]
     fn what_has_no_bounds_does_not_count() {
-        let (scene, appearances) = scene_of(DVec3::ZERO, 1.0);
-        let camera = default_camera(&scene, &appearances, 1.0);
+        let (scene, instances) = scene_of(DVec3::ZERO, 1.0);
+        let camera = default_camera(&scene, &instances, 1.0);
         assert!(camera.eye.length() < 10.0 && camera.eye.is_finite());
     }
 

@@ -11,8 +11,8 @@ typed_ids! {
     NodeId,
     /// A row of [`Shapes`](super::Shapes): any geometry that can be placed.
     ShapeId,
-    /// A row of [`Combinations`](super::Combinations).
-    CombinationId,
+    /// A row of [`CsgTables`](super::CsgTables).
+    CsgId,
     MeshId,
     MaterialId,
     LightId,

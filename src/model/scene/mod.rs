@@ -4,50 +4,49 @@
 //! a [`Scene`], whose tables can only be read. After that the pipeline cannot fail. Derived
 //! data (bounds, instances, trees, plan) are values of their own and never in the tables.
 
-mod appearances;
-mod blur;
 mod builder;
 mod builtin;
 mod cameras;
 mod check;
-mod closed;
-mod combinations;
+mod conditioning;
 mod csg_bounds;
 mod csg_solid;
+mod csg_tables;
 mod defaults;
-mod extents;
+mod global_transform;
+mod hull;
 mod ids;
+mod instances;
 mod lights;
 mod materials;
 mod meshes;
 mod motion;
-mod moved;
 mod names;
 mod nodes;
 mod paths;
 mod primitives;
 mod shapes;
 mod transforms;
+mod watertight;
 
 pub use crate::csg::Operator;
 pub use crate::geom::face::{Face, FaceKey};
-pub use appearances::{
-    Appearance, AppearanceTable, Appearances, MAX_APPEARANCES, MAX_DEPTH, MAX_LAID_OUT, Place,
-};
-pub use blur::Blur;
 pub use builder::SceneBuilder;
 pub use builtin::builtin;
-pub use cameras::{Camera, Cameras, Projection};
+pub use cameras::{Camera, Cameras, Projection, UnknownCamera};
 pub use check::{Entity, EntityKind, SceneError};
 pub use check::{children_first, used_nodes};
-pub use closed::{Leaks, check_closed};
-pub use combinations::{Combinations, Operand};
+pub use conditioning::Blur;
 pub use csg_bounds::operand_bounds;
 pub use csg_solid::operands_first;
 pub use csg_solid::{CsgOperand, CsgSolid, Frame, MAX_OPERANDS, MAX_SURFACES};
+pub use csg_tables::{CsgTables, Operand};
 pub use defaults::{default_camera, default_lights};
-pub use extents::coarse_corners;
+pub use hull::coarse_corners;
 pub use ids::*;
+pub use instances::{
+    Instance, InstanceTable, Instances, MAX_DEPTH, MAX_INSTANCES, MAX_LAID_OUT, Placement,
+};
 pub use lights::{Falloff, Light};
 pub use materials::{Material, Materials, Model, Rgb};
 pub use meshes::far_center;
@@ -58,6 +57,7 @@ pub use nodes::{Edge, Edges, Nodes, Target};
 pub use primitives::{faces_of, shape_bounds};
 pub use shapes::{Shape, Shapes};
 pub use transforms::Transforms;
+pub use watertight::{Leaks, check_closed};
 
 use crate::geom::kinds::for_each_kind;
 use crate::roots::Solver;
@@ -76,14 +76,14 @@ macro_rules! tables {
             /// The children of all nodes.
             pub edges: Edges,
             /// The roots.
-            pub instances: Edges,
-            /// Names of the roots, by row of `instances`.
-            pub instance_names: Names,
+            pub roots: Edges,
+            /// Names of the roots, by row of `roots`.
+            pub root_names: Names,
 
             pub shapes: Shapes,
             $(pub $field: $table,)*
             pub meshes: Meshes,
-            pub combinations: Combinations,
+            pub csg: CsgTables,
 
             pub materials: Materials,
             pub lights: Vec<Light>,
@@ -95,7 +95,7 @@ macro_rules! tables {
         impl Tables {
             /// Bytes of each table that holds anything, by name.
             pub fn bytes(&self) -> Vec<(&'static str, usize)> {
-                let roots = self.instances.bytes() + self.instance_names.bytes();
+                let roots = self.roots.bytes() + self.root_names.bytes();
                 [
                     ("transforms", self.transforms.bytes()),
                     ("nodes", self.nodes.bytes() + self.edges.bytes()),
@@ -103,7 +103,7 @@ macro_rules! tables {
                     ("shapes", self.shapes.bytes()),
                     $((stringify!($field), self.$field.bytes()),)*
                     ("meshes", self.meshes.bytes()),
-                    ("combinations", self.combinations.bytes()),
+                    ("CSG solids", self.csg.bytes()),
                     ("materials", self.materials.bytes()),
                     ("lights", self.lights.len() * size_of::<Light>()),
                     ("cameras", self.cameras.rows.len() * size_of::<Camera>()),
@@ -118,7 +118,7 @@ macro_rules! tables {
                 match shape {
                     $(Shape::$kind(_) => self.$field.len(),)*
                     Shape::Mesh(_) => self.meshes.len(),
-                    Shape::Combination(_) => self.combinations.len(),
+                    Shape::Csg(_) => self.csg.len(),
                 }
             }
         }
@@ -168,13 +168,13 @@ impl Scene {
     pub fn completed(
         mut self,
         camera: Option<usize>,
-        appearances: &Appearances,
+        instances: &Instances,
         aspect: f64,
     ) -> (Scene, Camera) {
         let camera = match camera {
             Some(row) => self.cameras.rows[row],
             None => {
-                let camera = default_camera(&self, appearances, aspect);
+                let camera = default_camera(&self, instances, aspect);
                 Arc::make_mut(&mut self.tables).cameras.rows.push(camera);
                 camera
             }

@@ -2,7 +2,7 @@
 //!
 //! A node is a range of edges. An edge places a shape or another node under a transform,
 //! with an optional material. The roots are edges too
-//! ([`Tables::instances`](super::Tables)). A node may have many parents; it is stored once,
+//! ([`Tables::roots`](super::Tables)). A node may have many parents; it is stored once,
 //! however often it is placed.
 
 use super::ids::{MaterialId, NodeId, ShapeId, TransformId};

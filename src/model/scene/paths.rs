@@ -118,8 +118,8 @@ pub(super) fn stay_regular(scene: &Tables) -> Result<(), ShapeId> {
         }
         Ok(())
     };
-    for row in 0..scene.instances.len() {
-        lead(scene.instances.row(row), &world, &mut of_node)?;
+    for row in 0..scene.roots.len() {
+        lead(scene.roots.row(row), &world, &mut of_node)?;
     }
     for node in children_first(scene).unwrap_or_default().into_iter().rev() {
         let above = of_node[node as usize];

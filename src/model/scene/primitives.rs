@@ -15,7 +15,7 @@ use glam::DVec3;
 macro_rules! dispatch {
     ($d:tt $([$kind:ident $field:ident $table:ident $($rest:tt)*])*) => {
         /// An answer of the table and the id of a primitive; or another, of a mesh or a
-        /// combination.
+        /// CSG solid.
         macro_rules! of_primitive {
             ($d tables:expr, $d shape:expr, ($d table:ident, $d id:ident) => $d answer:expr, $d other:expr) => {
                 match $d shape {
@@ -23,19 +23,19 @@ macro_rules! dispatch {
                         let $d table = &$d tables.$field;
                         $d answer
                     })*
-                    Shape::Mesh(_) | Shape::Combination(_) => $d other,
+                    Shape::Mesh(_) | Shape::Csg(_) => $d other,
                 }
             };
         }
 
         impl Shape {
             /// How its boundaries are found, as an operand. Of meshes, whose triangles are
-            /// met one by one: any number. No combination is an operand by itself.
+            /// met one by one: any number. No CSG solid is an operand by itself.
             #[inline(always)]
             pub fn boundaries(self) -> Boundaries {
                 match self {
                     $(Shape::$kind(_) => <geom::$table as Primitive>::BOUNDARIES,)*
-                    Shape::Mesh(_) | Shape::Combination(_) => Boundaries::Crossings,
+                    Shape::Mesh(_) | Shape::Csg(_) => Boundaries::Crossings,
                 }
             }
 
@@ -45,7 +45,7 @@ macro_rules! dispatch {
                 match self {
                     $(Shape::$kind(_) => <geom::$table as Primitive>::BLUR,)*
                     Shape::Mesh(_) => Blur::Apart,
-                    Shape::Combination(_) => Blur::Curved,
+                    Shape::Csg(_) => Blur::Curved,
                 }
             }
 
@@ -55,18 +55,18 @@ macro_rules! dispatch {
                 match self {
                     $(Shape::$kind(_) => <geom::$table as Primitive>::IS_FLAT,)*
                     Shape::Mesh(_) => true,
-                    Shape::Combination(_) => false,
+                    Shape::Csg(_) => false,
                 }
             }
         }
 
         impl Tables {
-            /// A row of any table but those of meshes and combinations.
+            /// A row of any table but those of meshes and CSG solids.
             #[inline(always)]
             pub fn solid(&self, shape: Shape) -> Option<Solid<'_>> {
                 Some(match shape {
                     $(Shape::$kind(id) => Solid::$kind(Primitive::exact(&self.$field, id)),)*
-                    Shape::Mesh(_) | Shape::Combination(_) => return None,
+                    Shape::Mesh(_) | Shape::Csg(_) => return None,
                 })
             }
         }
@@ -80,7 +80,7 @@ for_each_kind!(dispatch $);
 pub fn shape_bounds(tables: &Tables, shape: ShapeId) -> Option<Aabb> {
     match tables.shapes.row(shape) {
         Shape::Mesh(id) => Some(geom::primitive::outward(tables.meshes.row(id).bounds())),
-        Shape::Combination(id) => tables.combinations.bounds.get(id.index()).copied()?,
+        Shape::Csg(id) => tables.csg.bounds.get(id.index()).copied()?,
         shape => of_primitive!(tables, shape, (table, id) => Primitive::bounds(table, id), None),
     }
 }
@@ -90,7 +90,7 @@ pub fn faces_of(tables: &Tables, shape: Shape) -> Vec<Option<Face>> {
     of_primitive!(tables, shape, (table, id) => table.faces(id), Vec::new())
 }
 
-/// No kernel's: neither a mesh nor a combination is met as a primitive.
+/// No kernel's: neither a mesh nor a CSG solid is met as a primitive.
 fn nothing<L: Lanes>() -> Meet<L> {
     Meet::certain(L::Mask::splat(false), L::zero())
 }

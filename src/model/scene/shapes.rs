@@ -11,7 +11,7 @@ macro_rules! shapes {
             $($kind($id),)*
             Mesh(MeshId),
             /// Made of others.
-            Combination(CombinationId),
+            Csg(CsgId),
         }
 
         impl Shape {
@@ -21,7 +21,7 @@ macro_rules! shapes {
                 match self {
                     $(Shape::$kind(_) => $name,)*
                     Shape::Mesh(_) => "mesh",
-                    Shape::Combination(_) => "combination",
+                    Shape::Csg(_) => "CSG solid",
                 }
             }
 
@@ -30,7 +30,7 @@ macro_rules! shapes {
                 match self {
                     $(Shape::$kind(_) => $number,)*
                     Shape::Mesh(_) => 8,
-                    Shape::Combination(_) => 9,
+                    Shape::Csg(_) => 9,
                 }
             }
 
@@ -39,7 +39,7 @@ macro_rules! shapes {
                 match self {
                     $(Shape::$kind(id) => id.0,)*
                     Shape::Mesh(id) => id.0,
-                    Shape::Combination(id) => id.0,
+                    Shape::Csg(id) => id.0,
                 }
             }
         }

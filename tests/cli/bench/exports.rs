@@ -78,7 +78,7 @@ fn what_msh_cannot_hold_is_counted() {
     let output = lanecast(folder.path(), &[&bench[..], &["--export", "."]].concat());
     assert!(output.status.success());
     assert!(
-        stderr(&output).contains("warning: ./s.msh: 1 appearance"),
+        stderr(&output).contains("warning: ./s.msh: 1 instance"),
         "{}",
         stderr(&output)
     );

@@ -256,7 +256,7 @@ fn frames_show_nothing_of_what_they_reuse() {
     }
     for row in rows {
         assert_eq!((&row["frames"], &row["rays"]), (&3.into(), &60000.into()));
-        let bounded = row["guesses"]["bounded"].as_u64().unwrap();
+        let bounded = row["temporal_bounds"]["bounded"].as_u64().unwrap();
         assert_eq!(bounded > 0, row["reuse"] != "none", "{row}");
     }
     let refitted = |i: usize| renewals[i]["refitted"].as_u64().unwrap();

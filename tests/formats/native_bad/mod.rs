@@ -1,7 +1,7 @@
 //! Bad native scenes: each is refused in little time by one message with the place and the
 //! fault.
 
-use lanecast::io::{LoadOptions, load};
+use lanecast::internals::io::{LoadOptions, load};
 use std::path::Path;
 use std::time::Instant;
 
@@ -302,7 +302,7 @@ fn names_and_choices() {
 }
 
 #[test]
-fn combinations() {
+fn csg_solids() {
     let solid = |text: &str| {
         format!(
             "format = 1\nshape.x.{text}\n[shape.ball]\n\
@@ -355,7 +355,7 @@ fn combinations() {
         ),
         (
             solid("xor = []"),
-            &["scene.toml:2:7: combination 'x' is empty: it has no operands"],
+            &["scene.toml:2:7: CSG solid 'x' is empty: it has no operands"],
         ),
         (
             solid("union = ['ball']\nshape.x.xor = ['ball']"),
@@ -368,7 +368,7 @@ fn combinations() {
         (
             solid("union = ['ball']\nshape.x.tolerance = -1e-3"),
             &[
-                "scene.toml:2:7: combination 'x' has tolerance = -0.001",
+                "scene.toml:2:7: CSG solid 'x' has tolerance = -0.001",
                 "0 or greater",
             ],
         ),
@@ -383,28 +383,28 @@ fn combinations() {
         (
             solid("difference = ['ball', 'sheet']"),
             &[
-                "scene.toml:2:7: combination 'x' has polygon 'sheet' as an operand",
+                "scene.toml:2:7: CSG solid 'x' has polygon 'sheet' as an operand",
                 "use a solid",
             ],
         ),
         (
             solid("difference = ['ball', 'pipe']"),
             &[
-                "scene.toml:2:7: combination 'x' has cylinder 'pipe' as an operand",
+                "scene.toml:2:7: CSG solid 'x' has cylinder 'pipe' as an operand",
                 "leave out 'open'",
             ],
         ),
         (
             solid("difference = ['ball', 'x']"),
-            &["shapes form a cycle: combination 'x' → combination 'x'"],
+            &["shapes form a cycle: csg 'x' → CSG solid 'x'"],
         ),
         (
             solid("xor = ['y']\nshape.y.union = ['z']\nshape.z.complement = 'x'"),
-            &["→ combination 'y' → combination 'z'", "made of itself"],
+            &["→ csg 'y' → CSG solid 'z'", "made of itself"],
         ),
         (
             solid("union = [{ shape = 'ball', transform = [{ scale = 0 }] }]"),
-            &["scene.toml:2:7: an operand of combination 'x'", "singular"],
+            &["scene.toml:2:7: an operand of CSG solid 'x'", "singular"],
         ),
     ]);
     let folder = tempfile::tempdir().unwrap();
@@ -416,7 +416,7 @@ fn combinations() {
     std::fs::write(&path, text).unwrap();
     let said = refusal(&path, text);
     assert!(
-        said.contains("scene.toml:4:8: combination 'x' has mesh 'tetra' as an operand"),
+        said.contains("scene.toml:4:8: CSG solid 'x' has mesh 'tetra' as an operand"),
         "{said}"
     );
     let why = "it is not closed and has no inside: 3 open edges (of one triangle only), the first \

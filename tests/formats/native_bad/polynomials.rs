@@ -238,7 +238,7 @@ fn clips() {
         (
             case("complement = 'y'\n[shape.y]\nimplicit = 'x'\nopen = true"),
             &[
-                "scene.toml:2:8: combination 'x' has implicit 'y' as an operand",
+                "scene.toml:2:8: CSG solid 'x' has implicit 'y' as an operand",
                 "leave out 'open'",
             ],
         ),

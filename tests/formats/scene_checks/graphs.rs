@@ -2,9 +2,9 @@
 
 use super::*;
 use crate::common::{property, within_seconds};
-use lanecast::plan::{Accel, Choices, plan};
-use lanecast::reference::Reference;
-use lanecast::scene::{Appearance, Camera};
+use lanecast::internals::plan::{Accel, Choices, plan};
+use lanecast::internals::reference::Reference;
+use lanecast::internals::scene::{Camera, Instance};
 use proptest::prelude::*;
 
 /// Nodes that each hold the next one twice; gives the first.
@@ -22,7 +22,7 @@ fn deep_sharing_costs_nothing() {
     b.instance("", Edge::node(top));
     b.instance("", Edge::shape(shape));
     let scene = within_seconds(10, || b.finish()).expect("40 levels are fine");
-    let all = Appearances::of(&scene).unwrap();
+    let all = Instances::of(&scene).unwrap();
     assert_eq!(all.count(), (1 << 40) + 1);
     assert_eq!(all.depth(), 42);
     assert!(all.rows.is_empty() && all.bytes() < 4096);
@@ -56,7 +56,7 @@ fn sharing_beyond_all_bounds_is_refused_quickly() {
             b.instance("", Edge::node(top));
         })
     });
-    assert_is!(endless, TooManyAppearances, "18446744073709551615");
+    assert_is!(endless, TooManyInstances, "18446744073709551615");
     // As many ways to nothing at all: nothing to unfold.
     let hollow = within_seconds(10, || {
         check(|b| {
@@ -65,7 +65,7 @@ fn sharing_beyond_all_bounds_is_refused_quickly() {
         })
     });
     assert!(hollow.is_ok());
-    // Each appearance at the end of a long way: 2^20 · 10^5 steps.
+    // Each instance at the end of a long way: 2^20 · 10^5 steps.
     let winding = within_seconds(10, || {
         refused(|b| {
             let mut chain = b.node("", &[Edge::shape(ShapeId(0))]);
@@ -102,7 +102,7 @@ fn a_chain_of_a_million_nodes() {
     }
     b.instance("", Edge::node(node));
     let scene = within_seconds(10, || b.finish()).expect("deep, but sound");
-    let all = Appearances::of(&scene).unwrap();
+    let all = Instances::of(&scene).unwrap();
     assert_eq!(all.count(), 1);
     assert_eq!(all.rows[0].world_from_object.translation, [1e6, 0.0, 0.0]);
     assert_eq!(all.rows[0].object_from_world.translation, [-1e6, 0.0, 0.0]);
@@ -141,7 +141,7 @@ fn rows(m: &Affine) -> [[f64; 4]; 3] {
 }
 
 #[test]
-fn appearances_in_the_order_of_the_file() {
+fn instances_in_the_order_of_the_file() {
     let mut b = SceneBuilder::default();
     let ball = ball(&mut b);
     let block = b.cuboid(
@@ -178,7 +178,7 @@ fn appearances_in_the_order_of_the_file() {
     b.instance("", Edge::node(outer).transform(t[0]).material(paint[0]));
     b.instance("", Edge::node(inner));
     let scene = b.finish().unwrap();
-    let all = Appearances::of(&scene).unwrap();
+    let all = Instances::of(&scene).unwrap();
 
     // Depth first; the nearest edge that sets a material wins.
     let seen: Vec<_> = all
@@ -267,12 +267,12 @@ proptest! {
         levels in prop::collection::vec(prop::collection::vec(any::<(u8, u8, u8)>(), 0..5), 1..9)
     ) {
         let scene = tangle(&levels);
-        let all = Appearances::of(&scene).unwrap();
-        let one_by_one: Vec<Appearance> = all.iter(&scene).collect();
+        let all = Instances::of(&scene).unwrap();
+        let one_by_one: Vec<Instance> = all.iter(&scene).collect();
         prop_assert_eq!(one_by_one.len() as u64, all.count());
         let mut of_shapes = vec![0; 2];
         let mut placed = 0;
-        let mut bare = AppearanceTable::clone(&all);
+        let mut bare = InstanceTable::clone(&all);
         bare.rows.clear();
         for (id, row) in (0..).zip(&one_by_one) {
             let found = bare.get(&scene, id);
@@ -323,12 +323,12 @@ fn rings(b: &mut SceneBuilder) -> NodeId {
 }
 
 #[test]
-fn ten_billion_appearances_of_a_dozen_nodes() {
+fn ten_billion_instances_of_a_dozen_nodes() {
     let mut b = SceneBuilder::default();
     let top = rings(&mut b);
     b.instance("", Edge::node(top));
     let scene = within_seconds(10, || b.finish()).unwrap();
-    let all = within_seconds(10, || Appearances::of(&scene)).unwrap();
+    let all = within_seconds(10, || Instances::of(&scene)).unwrap();
     assert_eq!(all.count(), 10_000_000_000);
     assert!(all.bytes() < 4096);
     // The digits of an id are the path.

@@ -4,11 +4,11 @@ use super::implicits::{NONE, X, ball, depths, implicit, torus};
 use super::quadrics::hyperboloid;
 use super::*;
 use crate::common::property;
-use lanecast::reference::Crossing;
+use lanecast::internals::reference::Crossing;
 use proptest::prelude::*;
 
 /// Two unit balls as operands: a sphere, and the same as a polynomial.
-fn with_ball(operator: Operator, kind: usize, other: usize, swap: bool) -> (Scene, Appearances) {
+fn with_ball(operator: Operator, kind: usize, other: usize, swap: bool) -> (Scene, Instances) {
     scene_of(|b| {
         let one = match kind {
             0 => b.sphere(
@@ -51,8 +51,8 @@ fn with_ball(operator: Operator, kind: usize, other: usize, swap: bool) -> (Scen
         ];
         let other = others[other](b);
         let operands = if swap { [other, one] } else { [one, other] };
-        let combination = b.combination("", operator, &operands.map(Operand::shape));
-        b.instance("", Edge::shape(combination));
+        let csg = b.csg("", operator, &operands.map(Operand::shape));
+        b.instance("", Edge::shape(csg));
     })
 }
 
@@ -96,7 +96,7 @@ fn operands_by_hand() {
         let ring = implicit(torus)(b);
         let aside = b.transform(DAffine3::from_translation(v(4.0, 0.0, 0.0)).into());
         let operands = [Operand::shape(ring), Operand::shape(ring).transform(aside)];
-        b.combination("", Operator::Union, &operands)
+        b.csg("", Operator::Union, &operands)
     };
     assert_eq!(depths(rings, org, X), [3.0, 4.0, 6.0, 8.0, 10.0, 11.0]);
     // Of one and the same, nothing is left.
@@ -124,7 +124,7 @@ fn vector() -> impl Strategy<Value = [f64; 3]> {
 proptest! {
     #![proptest_config(property(300))]
 
-    /// A ball is a ball: alone and in every combination.
+    /// A ball is a ball: alone and in every CSG solid.
     #[test]
     fn a_ball_by_its_polynomial_is_the_sphere(
         org in vector(), to in vector(), other in 0..5_usize, swap in any::<bool>(),

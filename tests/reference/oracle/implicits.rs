@@ -3,9 +3,9 @@
 
 use super::*;
 use crate::common::property;
-use lanecast::geom::tape::Builder;
-use lanecast::geom::{Clip, Tape};
-use lanecast::reference::Crossing;
+use lanecast::internals::geom::tape::Builder;
+use lanecast::internals::geom::{Clip, Tape};
+use lanecast::internals::reference::Crossing;
 use proptest::prelude::*;
 
 /// A polynomial, written down.
@@ -371,7 +371,7 @@ proptest! {
             let one = make(false)(b);
             let row = Cuboid { min: DVec3::splat(-64.0), max: DVec3::splat(64.0) };
             let other = b.cuboid("", row);
-            b.combination("", Operator::Intersection, &[one, other].map(Operand::shape))
+            b.csg("", Operator::Intersection, &[one, other].map(Operand::shape))
         };
         let mut ends: Vec<f64> =
             signs.iter().filter(|s| s.1 != s.2).map(|s| s.0).collect();

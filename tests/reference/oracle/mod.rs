@@ -2,9 +2,9 @@
 //! with published hits.
 
 use glam::{DAffine3, DVec3};
-use lanecast::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere};
-use lanecast::reference::{Grid, Hit, Reference, camera_ray, shadow};
-use lanecast::scene::*;
+use lanecast::internals::geom::{Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Quadric, Sphere};
+use lanecast::internals::reference::{Grid, Hit, Reference, camera_ray, shadow};
+use lanecast::internals::scene::*;
 
 mod implicit_operands;
 mod implicits;
@@ -22,12 +22,12 @@ fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
 }
 
-fn scene_of(fill: impl FnOnce(&mut SceneBuilder)) -> (Scene, Appearances) {
+fn scene_of(fill: impl FnOnce(&mut SceneBuilder)) -> (Scene, Instances) {
     let mut b = SceneBuilder::default();
     fill(&mut b);
     let scene = b.finish().expect("the test's own scene is sound");
-    let appearances = Appearances::of(&scene).expect("and small");
-    (scene, appearances)
+    let instances = Instances::of(&scene).expect("and small");
+    (scene, instances)
 }
 
 fn place(b: &mut SceneBuilder, make: impl FnOnce(&mut SceneBuilder) -> ShapeId) {

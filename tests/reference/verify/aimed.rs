@@ -1,10 +1,10 @@
 //! Aimed rays are hard for f32, and moving a scene changes nothing but its place.
 
 use super::*;
-use lanecast::accel::{Structure, World};
-use lanecast::geom::{Cone, Cylinder, Ellipsoid, HalfSpace, Quadric};
-use lanecast::measure::adversarial::*;
-use lanecast::plan::{Kernels, Precision};
+use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::{Cone, Cylinder, Ellipsoid, HalfSpace, Quadric};
+use lanecast::internals::measure::adversarial::*;
+use lanecast::internals::plan::{Kernels, Precision};
 
 const COUNT: usize = 4000;
 
@@ -97,7 +97,7 @@ fn placed(make: Maker) -> Scene {
     b.finish().expect("the test's own scene is sound")
 }
 
-fn aimed(scene: &Scene, rows: &[Appearance], seed: u64) -> Vec<Aimed> {
+fn aimed(scene: &Scene, rows: &[Instance], seed: u64) -> Vec<Aimed> {
     adversarial_rays(scene, rows, &scene.cameras.rows[0], COUNT, seed)
 }
 
@@ -105,7 +105,7 @@ fn aimed(scene: &Scene, rows: &[Appearance], seed: u64) -> Vec<Aimed> {
 fn aimed_rays_are_many_finite_and_the_same_again() {
     for (kind, make) in KINDS {
         let scene = placed(make);
-        let rows = Appearances::of(&scene).unwrap().rows.clone();
+        let rows = Instances::of(&scene).unwrap().rows.clone();
         let rays = aimed(&scene, &rows, 7);
         assert_eq!(rays, aimed(&scene, &rows, 7), "{kind}");
         assert_ne!(rays, aimed(&scene, &rows, 8), "{kind}");
@@ -128,10 +128,10 @@ fn aimed_rays_are_many_finite_and_the_same_again() {
 fn of_every_kind_aimed_rays_are_hard_for_f32() {
     for (kind, make) in KINDS {
         let scene = placed(make);
-        let appearances = Appearances::of(&scene).unwrap();
-        let reference = Reference::new(&scene, &appearances).unwrap();
-        let world = World::build(&scene, &appearances, Structure::Bvh);
-        let rays = aimed(&scene, &appearances.rows, 1);
+        let instances = Instances::of(&scene).unwrap();
+        let reference = Reference::new(&scene, &instances).unwrap();
+        let world = World::build(&scene, &instances, Structure::Bvh);
+        let rays = aimed(&scene, &instances.rows, 1);
         let rows = |precision| {
             let kernels = Kernels {
                 precision,
@@ -173,7 +173,7 @@ fn a_moved_scene_is_the_same_scene_elsewhere() {
     let (scale, offset) = (4.0, DVec3::new(8.0, -16.0, 32.0));
     let before = scene();
     let after = before.clone().moved(scale, offset).unwrap();
-    let all = [&before, &after].map(|s| Appearances::of(s).unwrap());
+    let all = [&before, &after].map(|s| Instances::of(s).unwrap());
     let [here, there] = [(&before, &all[0]), (&after, &all[1])]
         .map(|(scene, all)| Reference::new(scene, all).unwrap());
     // Numbers of few bits, so that nothing is rounded.

@@ -2,12 +2,12 @@
 //! each test falsifies some of them.
 
 use glam::DVec3;
-use lanecast::geom::{Cuboid, Sphere};
-use lanecast::measure::verify::{self, *};
-use lanecast::reference::Reference;
-use lanecast::render::Progress;
-use lanecast::scene::*;
-use lanecast::trace::{Outcome, RayKind, TracedRay};
+use lanecast::internals::geom::{Cuboid, Sphere};
+use lanecast::internals::measure::verify::{self, *};
+use lanecast::internals::reference::Reference;
+use lanecast::internals::render::Progress;
+use lanecast::internals::scene::*;
+use lanecast::internals::trace::{Outcome, RayKind, TracedRay};
 
 mod aimed;
 mod scene;
@@ -139,8 +139,8 @@ fn wrong_ids() {
     }
     // The far side of the ball instead of the near one.
     let scene = scene();
-    let appearances = Appearances::of(&scene).expect("small");
-    let reference = Reference::new(&scene, &appearances).unwrap();
+    let instances = Instances::of(&scene).expect("small");
+    let reference = Reference::new(&scene, &instances).unwrap();
     let mut rows = rows(&reference);
     let row = rows.iter_mut().find(|r| hit_of(0)(r)).expect("the ball");
     let all = reference.crossings(row.org, row.dir.map(f64::from), 0, 0);
@@ -238,8 +238,8 @@ fn a_t_below_the_mode_s_numbers_is_zero() {
     let shape = b.cuboid("", Cuboid { min, max });
     b.instance("", Edge::shape(shape));
     let scene = b.finish().unwrap();
-    let appearances = Appearances::of(&scene).unwrap();
-    let reference = Reference::new(&scene, &appearances).unwrap();
+    let instances = Instances::of(&scene).unwrap();
+    let reference = Reference::new(&scene, &instances).unwrap();
     let (dir, t_max) = ([1.0, 0.0, 0.0], f32::INFINITY);
     let row = |t| TracedRay {
         kind: RayKind::Primary,

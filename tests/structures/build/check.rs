@@ -1,19 +1,19 @@
 //! Builds trees over triangles or boxes, and checks what every tree must satisfy.
 
 use super::soups::{Triangle, row};
-use lanecast::accel::{
-    Block, BuildQuality, Child, MAX_DEPTH, UNUSED, WIDE, WideMesh, WideNode, WideTree, build_mesh,
+use lanecast::internals::accel::{
+    Block, BuildQuality, Child, MAX_DEPTH, UNUSED, WIDE, WideBlas, WideBvh, WideNode, build_mesh,
 };
-use lanecast::geom::triangle::canonical;
-use lanecast::math::Aabb32;
-use lanecast::scene::{Mesh, Meshes};
+use lanecast::internals::geom::triangle::canonical;
+use lanecast::internals::math::Aabb32;
+use lanecast::internals::scene::{Mesh, Meshes};
 
-pub fn build(meshes: &Meshes) -> WideMesh {
+pub fn build(meshes: &Meshes) -> WideBlas {
     build_mesh(&row(meshes), BuildQuality::default())
 }
 
 /// Of high quality, checked, and compared with that of medium quality.
-pub fn build_high(meshes: &Meshes) -> WideMesh {
+pub fn build_high(meshes: &Meshes) -> WideBlas {
     let high = build_mesh(&row(meshes), BuildQuality::High);
     check(&high, &row(meshes));
     let medium = build(meshes).tree.sah;
@@ -28,7 +28,7 @@ pub fn around(boxes: impl IntoIterator<Item = Aabb32>) -> Aabb32 {
 }
 
 /// Inner children stand side by side, and next the first one's subtree.
-pub fn check_order(tree: &WideTree) {
+pub fn check_order(tree: &WideBvh) {
     let inner = |node: &WideNode| -> Vec<usize> {
         let children = node.child[..node.count as usize].iter();
         let inner = children.filter(|c| c.leaf_len().is_none());
@@ -48,9 +48,9 @@ pub fn check_order(tree: &WideTree) {
 
 /// Walks the tree: each node is reached once, after its parent, and the box of
 /// each child is the one around what is below. Leaves, in the tree's order.
-pub fn check_tree(tree: &WideTree, boxes: &[Aabb32]) -> Vec<std::ops::Range<usize>> {
+pub fn check_tree(tree: &WideBvh, boxes: &[Aabb32]) -> Vec<std::ops::Range<usize>> {
     fn below(
-        tree: &WideTree,
+        tree: &WideBvh,
         node: usize,
         depth: usize,
         boxes: &[Aabb32],
@@ -99,7 +99,7 @@ fn block_bounds(block: Block) -> Aabb32 {
     around(corners.map(|c| Aabb32 { min: c, max: c }))
 }
 
-pub fn check(tree: &WideMesh, mesh: &Mesh) {
+pub fn check(tree: &WideBlas, mesh: &Mesh) {
     let boxes: Vec<Aabb32> = tree.blocks.iter().map(block_bounds).collect();
     let leaves = check_tree(&tree.tree, &boxes);
     let mut used = vec![false; tree.blocks.len()];
@@ -134,7 +134,7 @@ pub fn check(tree: &WideMesh, mesh: &Mesh) {
     assert!(seen.iter().all(|s| *s));
 }
 
-pub fn bits(tree: &WideTree) -> Vec<u32> {
+pub fn bits(tree: &WideBvh) -> Vec<u32> {
     let mut bits = Vec::new();
     for node in &tree.nodes {
         bits.extend(node.bounds.iter().flatten().flatten().map(|x| x.to_bits()));
@@ -149,7 +149,7 @@ pub fn bits(tree: &WideTree) -> Vec<u32> {
     bits
 }
 
-pub fn mesh_bits(tree: &WideMesh) -> Vec<u32> {
+pub fn mesh_bits(tree: &WideBlas) -> Vec<u32> {
     let mut all = bits(&tree.tree);
     for block in &tree.blocks.shared {
         all.extend(block.vertex.as_flattened().iter().map(|x| x.to_bits()));

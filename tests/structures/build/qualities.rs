@@ -4,11 +4,13 @@
 use super::check::{build, build_high};
 use crate::common::{ALL_AOVS, hash};
 use glam::DVec3;
-use lanecast::accel::{BuildQuality, Structure, World};
-use lanecast::measure::generate::{Generated, building, needles};
-use lanecast::plan::{Kernels, Precision};
-use lanecast::render::{Progress, RenderConfig, View, render};
-use lanecast::scene::{Appearances, Camera, Edge, Falloff, Light, MeshData, Meshes, SceneBuilder};
+use lanecast::internals::accel::{BuildQuality, Structure, World};
+use lanecast::internals::measure::generate::{Generated, building, needles};
+use lanecast::internals::plan::{Kernels, Precision};
+use lanecast::internals::render::{Progress, RenderConfig, View, render};
+use lanecast::internals::scene::{
+    Camera, Edge, Falloff, Instances, Light, MeshData, Meshes, SceneBuilder,
+};
 
 fn generated(mesh: Generated, triangles: u64) -> MeshData {
     let set = mesh.mesh(triangles);
@@ -60,9 +62,9 @@ fn qualities_show_the_same_picture() {
         falloff: Falloff::InverseSquare,
     });
     let scene = scene.finish().unwrap();
-    let appearances = Appearances::of(&scene).unwrap();
+    let instances = Instances::of(&scene).unwrap();
     let of = |quality, structure| {
-        let world = World::build_to(quality, &scene, &appearances, structure);
+        let world = World::build_to(quality, &scene, &instances, structure);
         let view = View {
             world: &world,
             kernels: Kernels {
@@ -80,7 +82,7 @@ fn qualities_show_the_same_picture() {
         };
         let rendered = render(&view, &config, false, &Progress::default()).unwrap();
         assert!(rendered.counts.primary_hits > 3000);
-        let meshes = world.forest.mesh_figures();
+        let meshes = world.levels.blas_figures();
         let cost: f64 = meshes.iter().map(|mesh| mesh.sah).sum();
         (hash(&rendered), cost)
     };

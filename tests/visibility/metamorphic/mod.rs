@@ -15,13 +15,13 @@ use crate::common::{
 };
 use compare::{Tally, is_tie, same_pictures, same_records, show};
 use glam::DVec3;
-use lanecast::accel::Structure;
-use lanecast::geom::Sphere;
-use lanecast::plan::Precision;
-use lanecast::reference::Reference;
-use lanecast::render::{Progress, RenderConfig, Rendered, View, render};
-use lanecast::scene::{Appearances, Edge, Scene, SceneBuilder};
-use lanecast::trace::{HitId, TracedRay};
+use lanecast::internals::accel::Structure;
+use lanecast::internals::geom::Sphere;
+use lanecast::internals::plan::Precision;
+use lanecast::internals::reference::Reference;
+use lanecast::internals::render::{Progress, RenderConfig, Rendered, View, render};
+use lanecast::internals::scene::{Edge, Instances, Scene, SceneBuilder};
+use lanecast::internals::trace::{HitId, TracedRay};
 use remade::{Change, Order, Turn, below, remade};
 
 const MODES: [Precision; 3] = [Precision::Fast, Precision::Guarded, Precision::Exact];
@@ -50,7 +50,7 @@ fn rendered(of: &Loaded, precision: Precision, config: &RenderConfig) -> Rendere
 fn finished(scene: SceneBuilder, of: &Loaded, change: &Change) -> Loaded {
     let scene = scene.finish().expect("as good as before");
     Loaded {
-        appearances: Appearances::of(&scene).expect("few"),
+        instances: Instances::of(&scene).expect("few"),
         scene,
         camera: change.camera(&of.camera),
     }
@@ -61,12 +61,12 @@ fn random(seed: u64) -> Loaded {
 }
 
 fn complete(scene: Scene) -> Loaded {
-    let appearances = Appearances::of(&scene).expect("few");
+    let instances = Instances::of(&scene).expect("few");
     let row = (!scene.cameras.rows.is_empty()).then_some(0);
-    let (scene, camera) = scene.completed(row, &appearances, 1.5);
+    let (scene, camera) = scene.completed(row, &instances, 1.5);
     Loaded {
         scene,
-        appearances,
+        instances,
         camera,
     }
 }
@@ -246,7 +246,7 @@ fn questions(plain: &Loaded, config: &RenderConfig, hard: usize) -> RayColumns {
         .scene
         .half_spaces
         .is_empty()
-        .then(|| hard_rays(&plain.scene, &plain.appearances, 3, hard));
+        .then(|| hard_rays(&plain.scene, &plain.instances, 3, hard));
     let mut rays = bounded.unwrap_or_default();
     for ray in &record {
         rays.push(DVec3::from_array(ray.org), ray.dir);
@@ -258,7 +258,7 @@ fn permuting(scenes: &[(String, Loaded)], config: &RenderConfig, hard: usize) ->
     let mut tally = Tally::default();
     for (name, plain) in scenes {
         let rays = questions(plain, config, hard);
-        let reference = Reference::brute_force(&plain.scene, &plain.appearances).expect("few");
+        let reference = Reference::brute_force(&plain.scene, &plain.instances).expect("few");
         let mut order = Order::shuffled(11);
         let other = remade(&plain.scene, &Change::NONE, &mut order);
         let other = finished(other, plain, &Change::NONE);
@@ -269,13 +269,13 @@ fn permuting(scenes: &[(String, Loaded)], config: &RenderConfig, hard: usize) ->
             }
             let row = (0..order.roots.len())
                 .rev()
-                .find(|row| other.appearances.before_root(*row) <= id.instance)
+                .find(|row| other.instances.before_root(*row) <= id.instance)
                 .expect("the first root begins at 0");
-            let within = id.instance - other.appearances.before_root(row);
-            let instance = plain.appearances.before_root(order.roots[row]) + within;
-            let shape = plain.appearances.get(&plain.scene, instance).shape;
+            let within = id.instance - other.instances.before_root(row);
+            let instance = plain.instances.before_root(order.roots[row]) + within;
+            let shape = plain.instances.get(&plain.scene, instance).shape;
             let primitive = match plain.scene.shapes.row(shape) {
-                lanecast::scene::Shape::Mesh(mesh) => {
+                lanecast::internals::scene::Shape::Mesh(mesh) => {
                     order.triangles[mesh.index()][id.primitive as usize]
                 }
                 _ => id.primitive,

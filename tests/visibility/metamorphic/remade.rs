@@ -3,11 +3,11 @@
 
 use crate::common::Random;
 use glam::{DAffine3, DMat3, DVec3};
-use lanecast::geom::formula::Formula;
-use lanecast::geom::tape::{Builder, Step};
-use lanecast::geom::*;
-use lanecast::math::Affine;
-use lanecast::scene::*;
+use lanecast::internals::geom::formula::Formula;
+use lanecast::internals::geom::tape::{Builder, Step};
+use lanecast::internals::geom::*;
+use lanecast::internals::math::Affine;
+use lanecast::internals::scene::*;
 
 /// A turn that takes axes to axes: coordinate k of a turned point is
 /// `sign[k]` times coordinate `from[k]` of the point. No rounding.
@@ -303,9 +303,9 @@ impl Change {
                 let data = self.mesh(&scene.meshes.row(id));
                 to.mesh("", &order.mesh(data))
             }
-            Shape::Combination(id) => {
-                let table = &scene.combinations;
-                let (shape, new) = to.declare_combination("", table.operator[id.index()]);
+            Shape::Csg(id) => {
+                let table = &scene.csg;
+                let (shape, new) = to.declare_csg("", table.operator[id.index()]);
                 let operand = |operand: &Operand| {
                     let local = &scene.transforms.local[operand.transform.index()];
                     operand.transform(to.transform(self.place(local)))
@@ -314,7 +314,7 @@ impl Change {
                 to.set_operands(new, &operands);
                 to.set_tolerance(new, table.tolerance[id.index()] * scale);
                 if let Some(material) = table.material[id.index()] {
-                    to.set_combination_material(new, material);
+                    to.set_csg_material(new, material);
                 }
                 shape
             }
@@ -387,9 +387,9 @@ impl Order {
 /// [`SceneBuilder::finish`]: whoever calls may add to its end.
 pub fn remade(scene: &Scene, change: &Change, order: &mut Order) -> SceneBuilder {
     let mut to = tables(scene, change, change, order);
-    order.roots = order.of(scene.instances.len());
+    order.roots = order.of(scene.roots.len());
     for root in &order.roots {
-        to.instance("", scene.instances.row(*root));
+        to.instance("", scene.roots.row(*root));
     }
     to
 }
@@ -398,8 +398,8 @@ pub fn remade(scene: &Scene, change: &Change, order: &mut Order) -> SceneBuilder
 /// scaled.
 pub fn below(scene: &Scene, change: &Change) -> SceneBuilder {
     let mut to = tables(scene, &Change::NONE, change, &mut Order::default());
-    let roots = 0..scene.instances.len();
-    let roots: Vec<Edge> = roots.map(|row| scene.instances.row(row)).collect();
+    let roots = 0..scene.roots.len();
+    let roots: Vec<Edge> = roots.map(|row| scene.roots.row(row)).collect();
     let node = to.node("", &roots);
     let map = DAffine3::from_mat3(change.turn.matrix() * change.scale);
     let transform = to.transform(map.into());

@@ -2,12 +2,12 @@
 
 use crate::common::{Random, barth_sextic, clebsch, dented, gyroid, torus};
 use glam::{DAffine3, DQuat, DVec3};
-use lanecast::accel::World;
-use lanecast::geom::exact::sign_at;
-use lanecast::geom::formula::value_and_gradient;
-use lanecast::geom::*;
-use lanecast::math::Affine;
-use lanecast::scene::*;
+use lanecast::internals::accel::World;
+use lanecast::internals::geom::exact::sign_at;
+use lanecast::internals::geom::formula::value_and_gradient;
+use lanecast::internals::geom::*;
+use lanecast::internals::math::Affine;
+use lanecast::internals::scene::*;
 use std::cmp::Ordering;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,7 +94,7 @@ impl Kind {
     }
 }
 
-/// A scene of one appearance.
+/// A scene of one instance.
 pub struct Subject {
     pub builder: SceneBuilder,
     /// Around what there is to see of it, object space.
@@ -107,9 +107,9 @@ pub struct Subject {
 impl Subject {
     /// Of an implicit surface's function, at a point of the world; of a polynomial exact.
     pub fn sign_at(&self, world: &World, point: [f64; 3]) -> Option<Ordering> {
-        let appearance = world.appearances.get(&world.scene, 0);
+        let instance = world.instances.get(&world.scene, 0);
         let point = self.object_from_world.point(point);
-        match world.scene.shapes.row(appearance.shape) {
+        match world.scene.shapes.row(instance.shape) {
             Shape::Implicit(id) => Some(sign_at(world.scene.implicits.row(id).tape, point)),
             Shape::LevelSet(id) => {
                 let formula = world.scene.level_sets.row(id).formula;

@@ -2,9 +2,9 @@
 //! order, all of a block at once; then each vertex kept once, where few enough
 //! are left.
 
+use crate::accel::baselines::bvh4::Child;
 use crate::accel::block::{Apart, Blocks, Shared, UNUSED, VERTICES};
-use crate::accel::bvh::Child;
-use crate::accel::wide::{WIDE, WideTree};
+use crate::accel::wide_bvh::{WIDE, WideBvh};
 use crate::geom::triangle::canonical_each;
 use crate::math::lanes::{Lanes, Mask, Register};
 use crate::scene::Mesh;
@@ -20,7 +20,7 @@ pub(super) fn lay_out(
     mesh: &Mesh,
     count: usize,
     triangles: impl Fn(usize) -> [u32; WIDE] + Sync,
-    tree: &mut WideTree,
+    tree: &mut WideBvh,
 ) -> Blocks {
     // A leaf of several blocks is a heap of triangles: of one kind, at least.
     let mut alone = vec![true; count];

@@ -10,8 +10,8 @@
 
 use super::Costs;
 use super::binary::Binary;
-use crate::accel::bvh::Child;
-use crate::accel::wide::{WIDE, WideNode, WideTree};
+use crate::accel::baselines::bvh4::Child;
+use crate::accel::wide_bvh::{WIDE, WideBvh, WideNode};
 use crate::math::Aabb32;
 use crate::math::lanes::Lanes;
 #[cfg(not(target_feature = "avx512f"))]
@@ -28,11 +28,8 @@ pub(super) const EMPTY: WideNode = WideNode {
 
 /// The tree, and for each of its blocks the range of entries; of a tree over
 /// entries, whose leaves are ranges themselves, none.
-pub(super) fn collapse(
-    binary: &[Binary],
-    costs: &Costs,
-) -> (WideTree, Vec<std::ops::Range<usize>>) {
-    let mut tree = WideTree {
+pub(super) fn collapse(binary: &[Binary], costs: &Costs) -> (WideBvh, Vec<std::ops::Range<usize>>) {
+    let mut tree = WideBvh {
         nodes: vec![EMPTY],
         bounds: Aabb32::EMPTY,
         sah: 1.0,
@@ -169,7 +166,7 @@ fn at_most(cost: &[f32; WIDE]) -> [f32; WIDE] {
 }
 
 /// Σ area·cost / root area, over nodes and leaves.
-pub(super) fn expected_cost(tree: &WideTree, costs: &Costs) -> f64 {
+pub(super) fn expected_cost(tree: &WideBvh, costs: &Costs) -> f64 {
     let whole = area(&tree.bounds);
     let mut cost = 1.0;
     for node in &tree.nodes {

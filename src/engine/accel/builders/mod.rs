@@ -24,9 +24,9 @@ mod sweep;
 
 pub use refit::{refit, refit_boxes};
 
+use super::baselines::bvh4::Child;
 use super::block::UNUSED;
-use super::bvh::Child;
-use super::wide::{WIDE, WideMesh, WideTree};
+use super::wide_bvh::{WIDE, WideBlas, WideBvh};
 use super::world::corner_bounds;
 use crate::math::Aabb32;
 use crate::scene::Mesh;
@@ -135,7 +135,7 @@ impl Scale {
 }
 
 /// The tree over a mesh's triangles.
-pub fn build_mesh(mesh: &Mesh, quality: BuildQuality) -> WideMesh {
+pub fn build_mesh(mesh: &Mesh, quality: BuildQuality) -> WideBlas {
     let bounds = |i: usize| corner_bounds(&mesh.corners(i));
     let (mut tree, ranges, order) = wide(mesh.triangles.len(), bounds, &TRIANGLES, quality);
     let triangles = |block: usize| {
@@ -145,19 +145,19 @@ pub fn build_mesh(mesh: &Mesh, quality: BuildQuality) -> WideMesh {
         source
     };
     let blocks = blocks::lay_out(mesh, ranges.len(), triangles, &mut tree);
-    WideMesh { tree, blocks }
+    WideBlas { tree, blocks }
 }
 
 /// The tree over boxes, and for each of its entries the box that it came from.
 /// Leaves are ranges of at most four entries.
-pub fn build_boxes(boxes: &[Aabb32], quality: BuildQuality) -> (WideTree, Vec<u32>) {
+pub fn build_boxes(boxes: &[Aabb32], quality: BuildQuality) -> (WideBvh, Vec<u32>) {
     let (tree, _, order) = wide(boxes.len(), |i| boxes[i], &ENTRIES, quality);
     // Leaves hold the order's ranges as they are.
     (tree, order)
 }
 
 /// A wide tree, its blocks' ranges of the order, and the order.
-type Wide = (WideTree, Vec<Range<usize>>, Vec<u32>);
+type Wide = (WideBvh, Vec<Range<usize>>, Vec<u32>);
 
 fn wide(
     count: usize,

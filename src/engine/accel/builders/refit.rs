@@ -7,14 +7,14 @@
 use super::blocks;
 use super::collapse::expected_cost;
 use super::{ENTRIES, TRIANGLES};
-use crate::accel::wide::{WideMesh, WideNode, WideTree};
+use crate::accel::wide_bvh::{WideBlas, WideBvh, WideNode};
 use crate::math::Aabb32;
 use crate::scene::Mesh;
 use rayon::prelude::*;
 
 /// Brings the tree to the mesh's vertices; its triangles must be those that the
 /// tree was built over.
-pub fn refit(tree: &mut WideMesh, mesh: &Mesh) -> f64 {
+pub fn refit(tree: &mut WideBlas, mesh: &Mesh) -> f64 {
     if !blocks::renew(mesh, &mut tree.blocks) {
         let old = &tree.blocks;
         let triangles = |block: usize| *old.get(block).sources();
@@ -33,14 +33,14 @@ pub fn refit(tree: &mut WideMesh, mesh: &Mesh) -> f64 {
 }
 
 /// Brings the tree to new boxes, which stand in the order of its entries.
-pub fn refit_boxes(tree: &mut WideTree, boxes: &[Aabb32]) -> f64 {
+pub fn refit_boxes(tree: &mut WideBvh, boxes: &[Aabb32]) -> f64 {
     from_leaves(tree, boxes);
     tree.sah = expected_cost(tree, &ENTRIES);
     tree.sah
 }
 
 /// Boxes from those of the leaves' entries or blocks.
-fn from_leaves(tree: &mut WideTree, boxes: &[Aabb32]) {
+fn from_leaves(tree: &mut WideBvh, boxes: &[Aabb32]) {
     let around = |boxes: &[Aabb32]| boxes.iter().fold(Aabb32::EMPTY, |all, b| all.union(b));
     // Children stand behind their parents.
     for i in (0..tree.nodes.len()).rev() {

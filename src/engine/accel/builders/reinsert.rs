@@ -71,7 +71,7 @@ struct Move {
 /// The tree and its order with every subtree where it costs least. Not of
 /// nothing.
 pub(super) fn improve(nodes: &[Binary], order: &[u32]) -> (Vec<Binary>, Vec<u32>) {
-    let mut tree = Tree::of(nodes);
+    let mut tree = Bvh4::of(nodes);
     // Where areas mean nothing, no place is better than another.
     if tree.node(tree.root).area.is_finite() {
         for _ in 0..ROUNDS {
@@ -84,14 +84,14 @@ pub(super) fn improve(nodes: &[Binary], order: &[u32]) -> (Vec<Binary>, Vec<u32>
     tree.linear(order)
 }
 
-struct Tree {
+struct Bvh4 {
     nodes: Vec<Node>,
     root: u32,
     scale: Scale,
 }
 
-impl Tree {
-    fn of(binary: &[Binary]) -> Tree {
+impl Bvh4 {
+    fn of(binary: &[Binary]) -> Bvh4 {
         let scale = Scale::of(Bound::around(&binary[0].bounds));
         let mut nodes: Vec<Node> = Vec::with_capacity(binary.len());
         nodes.extend(binary.iter().map(|node| {
@@ -123,7 +123,7 @@ impl Tree {
                 nodes[i].height = nodes[i].height.max(height);
             }
         }
-        Tree {
+        Bvh4 {
             nodes,
             root: 0,
             scale,
@@ -410,7 +410,7 @@ mod tests {
     fn every_round_saves_what_it_says() {
         let boxes = sticks(3000);
         let (nodes, order) = grown(&boxes, 4);
-        let mut tree = Tree::of(&nodes);
+        let mut tree = Bvh4::of(&nodes);
         let first = tree.cost();
         for _ in 0..6 {
             let before = tree.cost();

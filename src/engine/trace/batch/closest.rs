@@ -1,16 +1,16 @@
 //! Nearest hits of many rays.
 
 use super::Batch;
-use crate::accel::{Count, Forest, Groups, STREAM, World};
+use crate::accel::{BaselineLevels, Count, InstanceBvhs, STREAM, World};
 use crate::geom::{Certainty, Scratch};
 use crate::math::lanes::Lanes;
+use crate::trace::beam::{BEAM, BeamScratch, Beams, Tile};
 use crate::trace::hits::{Depths, Hits};
-use crate::trace::items::ItemBuffer;
+use crate::trace::item_buffer::ItemBuffer;
 use crate::trace::leaf::Tester;
 use crate::trace::query::{Closest, HitId};
 use crate::trace::rays::{Rays, load_f32};
 use crate::trace::stream::{Stream, StreamScratch, each};
-use crate::trace::tile::{Bundles, TILE, Tile, TileScratch};
 
 pub struct ClosestBatch<'a, 'h> {
     pub world: &'a World,
@@ -65,34 +65,34 @@ impl ClosestBatch<'_, '_> {
 impl ClosestBatch<'_, '_> {
     /// The rays that tiles have left in doubt, as a stream.
     #[inline(never)]
-    fn trace_again<L: Lanes, C: Certainty, const S: usize>(&mut self, scratch: &mut TileScratch) {
-        let (doubtful, streams) = (&mut scratch.doubtful, &mut scratch.streams);
-        if doubtful.rows().is_empty() {
+    fn trace_again<L: Lanes, C: Certainty, const S: usize>(&mut self, scratch: &mut BeamScratch) {
+        let (deferred, streams) = (&mut scratch.deferred, &mut scratch.streams);
+        if deferred.rows().is_empty() {
             return;
         }
-        let (world, rays, first) = (self.world, &doubtful.rays(), 0);
+        let (world, rays, first) = (self.world, &deferred.rays(), 0);
         let mut queries: [_; STREAM] = std::array::from_fn(|i| {
             Closest::<L::Single, C>::new(<L::Single as Lanes>::from_f32(rays.t_max[i]))
         });
         let stream = Stream { world, rays, first };
         stream.trace::<L, S, C, _>(rays.alive(0), &mut queries, streams);
-        for (row, query) in doubtful.rows().iter().zip(&queries) {
+        for (row, query) in deferred.rows().iter().zip(&queries) {
             self.put(*row as usize, query);
         }
-        doubtful.clear();
+        deferred.clear();
     }
 }
 
 impl Batch for ClosestBatch<'_, '_> {
     #[inline(never)]
-    fn packets<L: Lanes, C: Certainty>(mut self, forest: &Forest, count: Count) {
-        let mut scratch = [forest.top.scratch::<L>(), forest.top.scratch::<L>()];
+    fn packets<L: Lanes, C: Certainty>(mut self, levels: &BaselineLevels, count: Count) {
+        let mut scratch = [levels.tlas.scratch::<L>(), levels.tlas.scratch::<L>()];
         let mut kernels = Scratch::default();
         for first in (0..self.rays.len()).step_by(L::COUNT) {
             let packet = self.rays.packet::<L>(first, self.world);
             let mut query = Closest::<L, C>::new(load_f32(&self.rays.t_max[first..]));
             let tester = Tester::<L, C>::new(self.world, &packet);
-            tester.trace(forest, &mut query, &mut scratch, &mut kernels, count);
+            tester.trace(levels, &mut query, &mut scratch, &mut kernels, count);
             self.put(first, &query);
         }
     }
@@ -100,7 +100,7 @@ impl Batch for ClosestBatch<'_, '_> {
     #[inline(never)]
     fn nested<L: Lanes, C: Certainty, const S: usize>(
         mut self,
-        groups: &Groups,
+        groups: &InstanceBvhs,
         scratch: &mut StreamScratch,
     ) {
         for first in (0..self.rays.len()).step_by(STREAM) {
@@ -120,19 +120,19 @@ impl Batch for ClosestBatch<'_, '_> {
     }
 
     #[inline(never)]
-    fn tiles<L: Lanes, C: Certainty, const S: usize>(mut self, scratch: &mut TileScratch) {
-        let mut bundles = Bundles::default();
+    fn tiles<L: Lanes, C: Certainty, const S: usize>(mut self, scratch: &mut BeamScratch) {
+        let mut beams = Beams::default();
         let mut queries: [_; S] = std::array::from_fn(|_| Closest::<L, C>::new(L::zero()));
-        for first in (0..self.rays.len()).step_by(TILE) {
-            if let Some(tile) = Tile::<L, S>::of(self.world, self.rays, first, &mut bundles) {
+        for first in (0..self.rays.len()).step_by(BEAM) {
+            if let Some(tile) = Tile::<L, S>::of(self.world, self.rays, first, &mut beams) {
                 for (s, query) in queries.iter_mut().enumerate() {
                     query.restart(load_f32(&self.rays.t_max[first + s * L::COUNT..]));
                 }
                 let list = self.items.and_then(|(items, number)| {
-                    let list = tile.list(items, number + first / TILE)?;
+                    let list = tile.list(items, number + first / BEAM)?;
                     Some((list, self.world.item_boxes.as_ref()?))
                 });
-                let doubtful = match list {
+                let deferred = match list {
                     Some((list, boxes)) => {
                         tile.trace_items::<C, _>(list, boxes, &mut queries, scratch)
                     }
@@ -141,15 +141,15 @@ impl Batch for ClosestBatch<'_, '_> {
                 for (s, query) in queries.iter().enumerate() {
                     self.put(first + s * L::COUNT, query);
                 }
-                each(doubtful, |i| {
-                    scratch.doubtful.push(self.rays, first + i);
-                    if scratch.doubtful.is_full() {
+                each(deferred, |i| {
+                    scratch.deferred.push(self.rays, first + i);
+                    if scratch.deferred.is_full() {
                         self.trace_again::<L, C, S>(scratch);
                     }
                 });
                 continue;
             }
-            for first in (first..first + TILE).step_by(STREAM) {
+            for first in (first..first + BEAM).step_by(STREAM) {
                 let mut queries: [_; STREAM] = std::array::from_fn(|i| {
                     let t_max = self.rays.t_max[first + i];
                     Closest::<L::Single, C>::new(<L::Single as Lanes>::from_f32(t_max))

@@ -7,10 +7,10 @@
 use super::*;
 use crate::geom::{Cuboid, Sphere};
 use crate::math::lanes::Lanes;
-use crate::scene::{Appearances, Edge, MeshData, Scene, SceneBuilder};
+use crate::scene::{Edge, Instances, MeshData, Scene, SceneBuilder};
 use crate::trace::hits::Depths;
 use crate::trace::query::HitId;
-use crate::trace::random::Random;
+use crate::trace::test_random::Random;
 use crate::trace::{Caching, HitIds, Origins};
 use glam::{DAffine3, DVec3};
 
@@ -119,7 +119,7 @@ fn answers<L: Lanes, C: Certainty>(
     world: &World,
     columns: &Columns,
 ) -> Vec<(Option<(u64, HitId)>, bool)> {
-    let Forests::Compared(forest) = &world.forest else {
+    let Levels::Baseline(levels) = &world.levels else {
         unreachable!("packets go through narrow trees");
     };
     let rays = columns.rays();
@@ -133,7 +133,7 @@ fn answers<L: Lanes, C: Certainty>(
             id: id.columns(),
         },
     }
-    .packets::<L, C>(forest, Count::default());
+    .packets::<L, C>(levels, Count::default());
     let mut blocked = vec![false; RAYS];
     AnyBatch {
         world,
@@ -141,7 +141,7 @@ fn answers<L: Lanes, C: Certainty>(
         cache: &mut ShadowCache::new(Caching::On),
         blocked: &mut blocked,
     }
-    .packets::<L, C>(forest, Count::default());
+    .packets::<L, C>(levels, Count::default());
     let met = |i: usize| (id.get(i) != HitId::NONE).then_some((t[i].to_bits(), id.get(i)));
     (0..RAYS).map(|i| (met(i), blocked[i])).collect()
 }
@@ -170,9 +170,9 @@ fn accepted_and_decided_lanes_mix() {
     for seed in 0..96 {
         let random = &mut Random(seed);
         let scene = crowd(random);
-        let appearances = Appearances::of(&scene).unwrap();
+        let instances = Instances::of(&scene).unwrap();
         let structure = crate::accel::Structure::Narrow;
-        let world = World::build(&scene, &appearances, structure);
+        let world = World::build(&scene, &instances, structure);
         let columns = Columns::random(random);
         compare(&world, &columns, &mut seen);
     }

@@ -1,13 +1,13 @@
 //! The kernels of single primitives, and a closer look at what they leave open.
 
 use super::Tester;
-use crate::accel::Entry;
+use crate::accel::TlasEntry;
 use crate::geom::guarded::{self, ObjectRay};
 use crate::geom::{Certainty, Meet, Ray, Scratch, by_solver};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::roots::Solver;
 use crate::scene::{ImplicitId, Shape, Tables};
-use crate::trace::few::{Few, Look, look_again};
+use crate::trace::double_pass::{DoublePass, SecondLook, look_again};
 use crate::trace::packet::Packet;
 use crate::trace::query::{HitId, Query};
 use glam::DVec3;
@@ -18,7 +18,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     fn meet(
         &self,
         object: &Packet<L>,
-        entry: &Entry,
+        entry: &TlasEntry,
         active: L::Mask,
         kernels: &mut Scratch,
     ) -> Meet<L> {
@@ -40,7 +40,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
 
 impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     /// What the kernel of a single primitive says of every lane.
-    pub(in crate::trace) fn kernel(&self, entry: &Entry, kernels: &mut Scratch) -> Meet<L> {
+    pub(in crate::trace) fn kernel(&self, entry: &TlasEntry, kernels: &mut Scratch) -> Meet<L> {
         let all = L::Mask::splat(true);
         if entry.placed {
             self.meet(&self.object_packet(entry, DVec3::ZERO), entry, all, kernels)
@@ -53,10 +53,10 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     /// ray meets what it has just left; those of f64 do, and rule out the most. What they are
     /// certain is in the way of any-hit rays blocks these.
     #[inline(always)]
-    pub(super) fn settled<Q: Query<L>>(
+    pub(super) fn certified<Q: Query<L>>(
         &self,
         object: &Packet<L>,
-        entry: &Entry,
+        entry: &TlasEntry,
         active: L::Mask,
         query: &mut Q,
         kernels: &mut Scratch,
@@ -76,7 +76,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         // Where does not matter.
         if Q::ANY && must.any() {
             let id = HitId {
-                instance: entry.appearance,
+                instance: entry.instance,
                 primitive: 0,
             };
             query.block(must, id);
@@ -101,23 +101,27 @@ fn look_closer<L: Lanes>(
 /// One primitive, seen in its space.
 struct Primitive<'a> {
     scene: &'a Tables,
-    entry: &'a Entry,
+    entry: &'a TlasEntry,
     kernels: &'a mut Scratch,
 }
 
-impl Look for Primitive<'_> {
+impl SecondLook for Primitive<'_> {
     #[inline(never)]
-    fn look<D: Lanes<Scalar = f64, Double = D>>(&mut self, few: &Few<D>, asked: u32) -> [u32; 2] {
-        let ray = Ray::<D>::new(few.org, few.dir, few.t_min);
-        let line = ObjectRay::new(&few.org, &few.dir, &ray);
+    fn look<D: Lanes<Scalar = f64, Double = D>>(
+        &mut self,
+        pass: &DoublePass<D>,
+        asked: u32,
+    ) -> [u32; 2] {
+        let ray = Ray::<D>::new(pass.org, pass.dir, pass.t_min);
+        let line = ObjectRay::new(&pass.org, &pass.dir, &ray);
         let asked = D::Mask::from_bits(asked);
         let extent = extent(self.entry);
         let meet = self
             .scene
             .meet_again(self.entry.shape, extent, &line, asked, self.kernels);
         let [from, to] = meet.within;
-        let may = meet.hit & from.le(few.limit) | meet.unsure;
-        [may.bits(), (meet.hit & to.lt(few.limit)).bits()]
+        let may = meet.hit & from.le(pass.limit) | meet.unsure;
+        [may.bits(), (meet.hit & to.lt(pass.limit)).bits()]
     }
 }
 
@@ -172,7 +176,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
 }
 
 /// The longest side of a primitive's box.
-fn extent(entry: &Entry) -> f32 {
+fn extent(entry: &TlasEntry) -> f32 {
     let side = |k: usize| entry.own.max[k] - entry.own.min[k];
     side(0).max(side(1)).max(side(2))
 }

@@ -1,6 +1,6 @@
 //! Whether anything is in the way of every lane.
 
-use super::{Depth, Found, HitId, Query, Rival};
+use super::{Competitor, Depth, Found, HitId, Query};
 use crate::geom::Meet;
 use crate::math::lanes::{Lanes, Mask, Scalar, max};
 
@@ -60,16 +60,16 @@ impl<L: Lanes> Query<L> for AnyHit<L> {
         meet.hit & open & !sure & !from.gt(self.limit)
     }
 
-    fn rival(&self, lane: usize) -> Option<Rival> {
+    fn competitor(&self, lane: usize) -> Option<Competitor> {
         let end = self.limit.lane(lane).to_f64();
-        (end != f64::NEG_INFINITY).then_some(Rival::End(end))
+        (end != f64::NEG_INFINITY).then_some(Competitor::End(end))
     }
 
-    fn take(&mut self, lane: usize, _at: impl FnOnce() -> Depth, id: HitId) {
+    fn commit(&mut self, lane: usize, _at: impl FnOnce() -> Depth, id: HitId) {
         self.block(L::Mask::from_bits(1 << lane), id);
     }
 
-    fn settle(&mut self, lane: usize, at: Depth, id: HitId) -> bool {
+    fn try_commit(&mut self, lane: usize, at: Depth, id: HitId) -> bool {
         if at.within[1] < self.limit.lane(lane).to_f64() {
             self.block(L::Mask::from_bits(1 << lane), id);
         }

@@ -1,6 +1,6 @@
 //! The nearest hit of every lane.
 
-use super::{Depth, Found, HitId, Query, Rival, next_down, next_up};
+use super::{Competitor, Depth, Found, HitId, Query, next_down, next_up};
 use crate::geom::{Certainty, Meet};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::trace::hits::Ids;
@@ -171,9 +171,9 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
         doubt
     }
 
-    fn rival(&self, lane: usize) -> Option<Rival> {
+    fn competitor(&self, lane: usize) -> Option<Competitor> {
         Some(match self.id(lane) {
-            HitId::NONE => Rival::End(self.t(lane)),
+            HitId::NONE => Competitor::End(self.t(lane)),
             best => {
                 let [from, to] = [self.least, self.limit].map(|x| x.lane(lane).to_f64());
                 // What is next to the largest number may lie beyond it.
@@ -184,12 +184,12 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
                 } else {
                     f64::NEG_INFINITY
                 };
-                Rival::Hit(best, [from, to])
+                Competitor::Hit(best, [from, to])
             }
         })
     }
 
-    fn take(&mut self, lane: usize, at: impl FnOnce() -> Depth, id: HitId) {
+    fn commit(&mut self, lane: usize, at: impl FnOnce() -> Depth, id: HitId) {
         let Depth { t, within } = at();
         let scalar = |x: f64| L::Scalar::from_f64(x);
         if C::GUARDED {
@@ -217,18 +217,18 @@ impl<L: Lanes, C: Certainty> Query<L> for Closest<L, C> {
         self.set_id(lane, id);
     }
 
-    fn settle(&mut self, lane: usize, at: Depth, id: HitId) -> bool {
+    fn try_commit(&mut self, lane: usize, at: Depth, id: HitId) -> bool {
         if C::GUARDED {
             let [from, to] = at.within;
             if to < self.least.lane(lane).to_f64() {
-                self.take(lane, || at, id);
+                self.commit(lane, || at, id);
                 return true;
             }
             return from > self.limit.lane(lane).to_f64();
         }
         let (limit, best) = (self.t(lane), self.id(lane));
         if at.t < limit || (at.t == limit && best != HitId::NONE && id < best) {
-            self.take(lane, || at, id);
+            self.commit(lane, || at, id);
         }
         true
     }

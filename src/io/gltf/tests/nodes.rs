@@ -2,10 +2,10 @@
 
 use super::*;
 use crate::math::Affine;
-use crate::scene::{Appearances, Light, Projection};
+use crate::scene::{Instances, Light, Projection};
 
 fn world(scene: &Scene) -> Vec<Affine> {
-    let all = Appearances::of(scene).unwrap();
+    let all = Instances::of(scene).unwrap();
     all.rows.iter().map(|r| r.world_from_object).collect()
 }
 
@@ -62,7 +62,7 @@ fn hierarchy_shares_its_mesh_and_leaves_empty_nodes_out() {
     assert_eq!((scene.shapes.len(), scene.nodes.len()), (1, 2));
     let at: Vec<_> = world(&scene).iter().map(|m| m.translation).collect();
     assert_eq!(at, [[1.0, 1.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.0, 1.0]]);
-    assert_eq!(scene.instance_names.get(0), Some("top"));
+    assert_eq!(scene.root_names.get(0), Some("top"));
     assert!(warning.unwrap().contains("1 × node scaled to nothing"));
 }
 

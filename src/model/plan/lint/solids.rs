@@ -9,8 +9,7 @@ use super::logic::{Logic, logic};
 use crate::math::Aabb;
 use crate::roots::Solver;
 use crate::scene::{
-    CombinationId, CsgOperand, CsgSolid, Operator, Shape, ShapeId, Tables, operand_bounds,
-    shape_bounds,
+    CsgId, CsgOperand, CsgSolid, Operator, Shape, ShapeId, Tables, operand_bounds, shape_bounds,
 };
 use glam::DVec3;
 
@@ -96,10 +95,10 @@ pub(super) fn label(tables: &Tables, shape: ShapeId) -> String {
 /// Finds an intersection, the shape itself or one below it, whose operands' boxes do not
 /// overlap.
 fn empty_within(tables: &Tables, shape: ShapeId) -> Option<ShapeId> {
-    let mut seen = vec![false; tables.combinations.len()];
+    let mut seen = vec![false; tables.csg.len()];
     let mut waiting = vec![shape];
     while let Some(shape) = waiting.pop() {
-        let Shape::Combination(id) = tables.shapes.row(shape) else {
+        let Shape::Csg(id) = tables.shapes.row(shape) else {
             continue;
         };
         if std::mem::replace(&mut seen[id.index()], true) {
@@ -108,18 +107,18 @@ fn empty_within(tables: &Tables, shape: ShapeId) -> Option<ShapeId> {
         if is_empty(tables, id) {
             return Some(shape);
         }
-        let operands = tables.combinations.operands(id);
+        let operands = tables.csg.operands(id);
         waiting.extend(operands.iter().rev().map(|operand| operand.shape));
     }
     None
 }
 
 /// Says whether an intersection's operands have boxes with nothing in common.
-fn is_empty(tables: &Tables, id: CombinationId) -> bool {
-    if tables.combinations.operator[id.index()] != Operator::Intersection {
+fn is_empty(tables: &Tables, id: CsgId) -> bool {
+    if tables.csg.operator[id.index()] != Operator::Intersection {
         return false;
     }
-    let operands = tables.combinations.operands(id).iter();
+    let operands = tables.csg.operands(id).iter();
     let boxes = operands.filter_map(|operand| operand_bounds(tables, operand));
     let (mut min, mut max) = (DVec3::NEG_INFINITY, DVec3::INFINITY);
     for bounds in boxes {

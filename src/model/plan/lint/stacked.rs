@@ -17,11 +17,11 @@ pub fn stacked(tables: &Tables) -> Option<String> {
         let rows = children.start as usize..children.end as usize;
         of_node[node as usize] = highest(tables, &tables.edges, rows, &of_node);
     }
-    let roots = 0..tables.instances.len();
-    let count = highest(tables, &tables.instances, roots, &of_node);
+    let roots = 0..tables.roots.len();
+    let count = highest(tables, &tables.roots, roots, &of_node);
     (count > MANY).then(|| {
         format!(
-            "{count} appearances of one shape stand at one and the same place, and a ray that \
+            "{count} instances of one shape stand at one and the same place, and a ray that \
              comes there is tried on each: place the shape, or a node above it, once"
         )
     })

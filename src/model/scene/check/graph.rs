@@ -1,7 +1,7 @@
 //! Checks of references: ids are in range, nodes have no cycles, and transforms are
 //! regular, alone and along every path.
 
-use super::combinations::entity_of_operand;
+use super::csg_tables::entity_of_operand;
 use super::{Entity, EntityKind, SceneError, shape_entity};
 use crate::scene::ids::{ShapeId, TransformId};
 use crate::scene::motion::{Key, singular_time};
@@ -9,7 +9,7 @@ use crate::scene::nodes::Target;
 use crate::scene::{Edges, Tables};
 
 pub(super) fn ranges(scene: &Tables) -> Result<(), SceneError> {
-    edge_ranges(scene, &scene.instances, |i| instance(scene, i))?;
+    edge_ranges(scene, &scene.roots, |i| instance(scene, i))?;
     let parents = parents(scene);
     edge_ranges(scene, &scene.edges, |i| child(scene, &parents, i))?;
     for (i, shape) in scene.shapes.rows.iter().enumerate() {
@@ -20,7 +20,7 @@ pub(super) fn ranges(scene: &Tables) -> Result<(), SceneError> {
         );
         dangling(|| shape_entity(scene, i as u32), kind, id, count)?;
     }
-    for (i, operand) in scene.combinations.operands.iter().enumerate() {
+    for (i, operand) in scene.csg.operands.iter().enumerate() {
         let what = || entity_of_operand(scene, i);
         let transform = operand.transform.0;
         dangling(what, "shape", operand.shape.0, scene.shapes.len())?;
@@ -29,9 +29,9 @@ pub(super) fn ranges(scene: &Tables) -> Result<(), SceneError> {
             dangling(what, "material", m.0, scene.materials.len())?;
         }
     }
-    for (row, material) in scene.combinations.material.iter().enumerate() {
+    for (row, material) in scene.csg.material.iter().enumerate() {
         if let Some(m) = material {
-            let label = format!("combination {row}");
+            let label = format!("CSG solid {row}");
             let what = || Entity::new(EntityKind::Shape, row as u32, label);
             dangling(what, "material", m.0, scene.materials.len())?;
         }
@@ -72,7 +72,7 @@ fn edge_ranges(
 }
 
 fn instance(scene: &Tables, row: u32) -> Entity {
-    let label = format!("instance {}", scene.instance_names.label(row));
+    let label = format!("instance {}", scene.root_names.label(row));
     Entity::new(EntityKind::Instance, row, label)
 }
 
@@ -147,7 +147,7 @@ pub fn used_nodes(scene: &Tables, children_first: &[u32]) -> Vec<bool> {
         }
     }
     let mut used = vec![false; scene.nodes.len()];
-    mark(&mut used, &scene.instances.target);
+    mark(&mut used, &scene.roots.target);
     for node in children_first.iter().rev() {
         if used[*node as usize] {
             let rows = scene.nodes.children[*node as usize].clone();
@@ -226,9 +226,9 @@ pub(super) fn transforms(scene: &Tables) -> Result<(), SceneError> {
         }
         Ok(())
     };
-    of_edges(&scene.instances, &|i| instance(scene, i))?;
+    of_edges(&scene.roots, &|i| instance(scene, i))?;
     of_edges(&scene.edges, &|i| child(scene, &parents, i))?;
-    for (i, operand) in scene.combinations.operands.iter().enumerate() {
+    for (i, operand) in scene.csg.operands.iter().enumerate() {
         let row = operand.transform.index();
         let what = || entity_of_operand(scene, i);
         if !scene.transforms.local[row].is_finite() {
@@ -283,7 +283,7 @@ pub(in crate::scene) fn at_time(scene: &Tables, time: f64) -> Result<(), SceneEr
     let regular = motions.of.iter().all(|row| inverse(row).is_some());
     // This check names the singular transform.
     let checked = if regular {
-        appearances(scene)
+        instances(scene)
     } else {
         transforms(scene)
     };
@@ -296,8 +296,8 @@ pub(in crate::scene) fn at_time(scene: &Tables, time: f64) -> Result<(), SceneEr
 
 /// Checks the products along paths: each matrix is regular by itself, but the product may
 /// overflow or lose an axis.
-pub(super) fn appearances(scene: &Tables) -> Result<(), SceneError> {
-    let all = crate::scene::Appearances::of(scene)?;
+pub(super) fn instances(scene: &Tables) -> Result<(), SceneError> {
+    let all = crate::scene::Instances::of(scene)?;
     if all.is_empty() {
         return Err(SceneError::NothingToSee);
     }

@@ -4,7 +4,7 @@
 //! Modulo a prime that divides neither leading coefficient, the degree of a greatest
 //! common divisor can only be too high. So one prime modulo which p and p' are coprime
 //! proves that p is square-free, in n² short operations. Otherwise images modulo several
-//! primes are combined by the Chinese remainder theorem until the result divides both
+//! primes are csg by the Chinese remainder theorem until the result divides both
 //! polynomials, which proves it.
 
 use super::{Integers, derivative, primitive, quotient, stripped};

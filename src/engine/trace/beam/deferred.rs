@@ -1,0 +1,68 @@
+//! Rays that a tile leaves in doubt, gathered from many tiles: a few at a time
+//! they would each pay for a stream of their own.
+
+use crate::accel::STREAM;
+use crate::trace::rays::{Origins, Rays};
+
+/// Up to a stream of rays, and where their answers belong.
+pub(in crate::trace) struct DeferredRays {
+    rows: [u32; STREAM],
+    count: usize,
+    org: [[f64; STREAM]; 3],
+    dir: [[f32; STREAM]; 3],
+    t_min: [f32; STREAM],
+    t_max: [f32; STREAM],
+}
+
+impl Default for DeferredRays {
+    fn default() -> DeferredRays {
+        DeferredRays {
+            rows: [0; STREAM],
+            count: 0,
+            org: [[0.0; STREAM]; 3],
+            dir: [[0.0; STREAM]; 3],
+            t_min: [0.0; STREAM],
+            t_max: [-1.0; STREAM],
+        }
+    }
+}
+
+impl DeferredRays {
+    pub fn rows(&self) -> &[u32] {
+        &self.rows[..self.count]
+    }
+
+    pub fn is_full(&self) -> bool {
+        self.count == STREAM
+    }
+
+    /// One that is not full.
+    #[inline(always)]
+    pub fn push(&mut self, rays: &Rays, row: usize) {
+        let i = self.count;
+        self.count += 1;
+        self.rows[i] = row as u32;
+        let org = rays.org.at(row);
+        for k in 0..3 {
+            self.org[k][i] = org[k];
+            self.dir[k][i] = rays.dir[k][row];
+        }
+        self.t_min[i] = rays.t_min[row];
+        self.t_max[i] = rays.t_max[row];
+    }
+
+    pub fn clear(&mut self) {
+        self.t_max[..self.count].fill(-1.0);
+        self.count = 0;
+    }
+
+    /// The rays, padded.
+    pub fn rays(&self) -> Rays<'_> {
+        Rays {
+            org: Origins::Double(self.org.each_ref().map(|x| &x[..])),
+            dir: self.dir.each_ref().map(|x| &x[..]),
+            t_min: &self.t_min,
+            t_max: &self.t_max,
+        }
+    }
+}

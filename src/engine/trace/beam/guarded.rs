@@ -1,0 +1,311 @@
+//! Leaves in f32 with error bounds: edge functions decide where they can, and
+//! rays for which they cannot are set deferred, for another kernel to trace.
+
+#[cfg(test)]
+mod oracle_tests;
+mod parallel;
+mod pinhole;
+
+use super::commit::Found;
+use super::leaf::{Before, Decides, Place};
+use super::local_frame::{Bounds, LocalLines};
+use super::mesh::{InMesh, Nearest};
+use super::rays::{Beam, Projection, RayGroup};
+use crate::accel::{Block, WIDE};
+use crate::geom::Meet;
+use crate::math::Vec3;
+use crate::math::lanes::{Lanes, Mask, Register, Scalar, max, min};
+use crate::trace::query::Query;
+
+pub(super) use parallel::Edges as ParallelEdges;
+pub(super) use pinhole::Edges as PinholeEdges;
+
+/// The limit of rays that are through: before any triangle.
+const DONE: f32 = f32::MIN;
+
+/// u.
+const UNIT: f32 = <f32 as Scalar>::UNIT_ROUNDOFF;
+
+/// A block's triangles as every ray of a tile needs them, and by how much rounding
+/// may have moved what comes of it.
+pub(super) trait Edges: Sized {
+    /// What is known of some rays and triangles.
+    type Met<L: Lanes>;
+
+    /// `any`: for rays to which it does not matter what else is nearer.
+    fn of<L: Lanes, const S: usize>(block: Block, beam: &Beam<L, S>, any: bool) -> Self;
+    /// Triangles that may be in front of the rays.
+    fn live(&self) -> u32;
+    /// Triangles that some ray of the group may meet, by the greatest value of each
+    /// edge function over the group's rectangle, and the depth.
+    fn may_meet<L: Lanes>(&self, group: &RayGroup<L>, lines: &LocalLines<L>) -> u32;
+    /// What `pick` takes of a group's rays: all, or one for every lane.
+    fn line<L: Lanes, M: Lanes>(&self, before: &Before<L>, pick: impl Fn(&L) -> M) -> Line<M>;
+    /// Rays and triangles, one of each in every lane. `at`: a column's.
+    fn meet<L: Lanes>(
+        &self,
+        at: impl Fn(&[f32; WIDE]) -> L,
+        line: &Line<L>,
+        any: bool,
+    ) -> Self::Met<L>;
+    /// Lanes whose ray may meet the triangle before its limit.
+    fn possible<L: Lanes>(met: &Self::Met<L>) -> L::Mask;
+    /// What comes of those.
+    fn certify<L: Lanes>(
+        &self,
+        at: impl Fn(&[f32; WIDE]) -> L,
+        met: &Self::Met<L>,
+        any: bool,
+    ) -> Certified<L>;
+}
+
+/// A ray as a tile has it: which line it is, counted from the tile's middle (see
+/// [`LocalLines`]) and as all kernels have it (see [`RayGroup`]), between which depths it
+/// starts, and between which it ends (or has met something nearer).
+#[derive(Clone, Copy)]
+pub(super) struct Line<L: Lanes> {
+    centred: [L; 2],
+    slopes: [L; 2],
+    start: [L; 2],
+    least: L,
+    limit: L,
+}
+
+/// Lanes that certainly meet it beyond the ray's start (of one origin, any hit: and before
+/// its end); where, as all kernels have it; and between which depths the hit truly lies, if it is
+/// one.
+pub(super) struct Certified<L: Lanes> {
+    sure: L::Mask,
+    depth: L,
+    from: L,
+    to: L,
+}
+
+/// What the error of a block's triangles is relative to.
+struct Extents {
+    /// How far the corners, and the lines, are from the tile's middle at most.
+    across: Register,
+    /// Of the triangles, across and in depth.
+    extent: Register,
+    deep: Register,
+    lowest: Register,
+    highest: Register,
+}
+
+impl Extents {
+    /// Of corners that are sheared and counted from the middle; with what these are off.
+    #[inline(always)]
+    fn of([a, b, c]: [[Register; 3]; 3], bounds: &Bounds) -> Extents {
+        let splat = Register::splat;
+        let range = |i: usize| {
+            let low = min(min(a[i], b[i]), c[i]);
+            (low, max(max(a[i], b[i]), c[i]))
+        };
+        let ((low_x, high_x), (low_y, high_y)) = (range(0), range(1));
+        let (lowest, highest) = range(2);
+        let across = max(max(high_x, -low_x), max(high_y, -low_y)) + splat(bounds.across);
+        let extent = (high_x - low_x) + (high_y - low_y);
+        Extents {
+            across,
+            extent: across.mul_add(splat(13.0 * UNIT), extent + splat(bounds.extent)),
+            deep: (highest - lowest) + splat(bounds.deep),
+            lowest,
+            highest,
+        }
+    }
+}
+
+/// [`Decides`] of any [`Edges`].
+pub(super) struct GuardedLeaf<E>(E);
+
+impl<L: Lanes, E: Edges> Decides<L> for GuardedLeaf<E> {
+    #[inline(always)]
+    fn new<const S: usize>(block: Block, beam: &Beam<L, S>, any: bool) -> GuardedLeaf<E> {
+        GuardedLeaf(E::of(block, beam, any))
+    }
+
+    #[inline(always)]
+    fn live(&self) -> u32 {
+        self.0.live()
+    }
+
+    #[inline(always)]
+    fn may_meet(&self, group: &RayGroup<L>, lines: &LocalLines<L>) -> u32 {
+        self.0.may_meet(group, lines)
+    }
+
+    #[inline(always)]
+    fn ray<Q: Query<L>>(&self, lane: usize, place: &Place, before: &mut Before<L>) -> bool {
+        let at = |column: &[f32; WIDE]| Register::load(column);
+        let one = |x: &L| Register::splat(x.lane(lane).to_f64() as f32);
+        let line = self.0.line(before, one);
+        let Before { group, nearest, .. } = before;
+        let all = self.0.meet(at, &line, Q::ANY);
+        let mut hits = E::possible(&all).bits() & self.0.live();
+        if hits == 0 {
+            return false;
+        }
+        let certified = self.0.certify(at, &all, Q::ANY);
+        let here = L::Mask::from_bits(1 << lane);
+        let mut sure = certified.sure.bits() & hits;
+        if Q::ANY {
+            // One that certainly blocks the ray is enough; of the others it does not
+            // matter which is in doubt.
+            hits &= !certified.from.gt(line.limit).bits();
+            if hits == 0 {
+                return false;
+            }
+            sure &= hits & certified.to.lt(line.least).bits();
+            let slot = if sure == 0 { hits } else { sure }.trailing_zeros() as usize;
+            let hit = Certified {
+                sure: L::Mask::splat(sure != 0),
+                depth: L::zero(),
+                from: L::from_f32(certified.from.lane(slot)),
+                to: L::from_f32(certified.to.lane(slot)),
+            };
+            return nearest.commit_sure::<Q>(here, &hit, place, slot, &mut group.limit);
+        }
+        let columns = [certified.depth, certified.from, certified.to];
+        let [depth, from, to] = columns.map(|x| x.to_array());
+        let mut met = false;
+        while hits != 0 {
+            let slot = hits.trailing_zeros() as usize;
+            hits &= hits - 1;
+            let hit = Certified {
+                sure: L::Mask::splat(sure >> slot & 1 != 0),
+                depth: L::from_f32(depth[slot]),
+                from: L::from_f32(from[slot]),
+                to: L::from_f32(to[slot]),
+            };
+            met |= nearest.commit_sure::<Q>(here, &hit, place, slot, &mut group.limit);
+        }
+        met
+    }
+
+    #[inline(always)]
+    fn triangle<Q: Query<L>>(&self, slot: usize, place: &Place, before: &mut Before<L>) -> bool {
+        let at = |column: &[f32; WIDE]| L::from_f32(column[slot]);
+        let all = self.0.meet(at, &self.0.line(before, |x| *x), Q::ANY);
+        let possible = E::possible(&all);
+        if possible.none() {
+            return false;
+        }
+        let hit = self.0.certify(at, &all, Q::ANY);
+        let Before { group, nearest, .. } = before;
+        nearest.commit_sure::<Q>(possible, &hit, place, slot, &mut group.limit)
+    }
+}
+
+impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
+    /// What the rays' queries say before the walk.
+    #[inline(always)]
+    pub fn start_guarded<P: Projection, Q: Query<L>>(&mut self, queries: &[Q; S]) {
+        if P::PARALLEL {
+            self.beam.centre_groups();
+        } else {
+            let bounds = &self.mesh.tree.bounds;
+            self.beam.centre_pinhole(self.entry.placed, bounds);
+        }
+        for s in 0..S {
+            let (group, starts) = (&mut self.beam.groups[s], &self.beam.starts[s]);
+            let least = queries[s].least();
+            self.nearest[s].least = if P::PARALLEL {
+                starts.depth + least * group.along - starts.slack
+            } else {
+                least * (group.along * L::from_f32(1.0 - 8.0 * f32::EPSILON))
+            };
+            let asleep = group.limit.lt(L::zero());
+            group.limit = L::select(asleep, L::from_f32(DONE), group.limit);
+        }
+    }
+
+    /// Hands the hits to the queries. Returns the rays that are still to be
+    /// traced.
+    #[inline(always)]
+    pub fn commit_guarded<P: Projection, Q: Query<L>>(
+        &mut self,
+        queries: &mut [Q; S],
+    ) -> [L::Mask; S] {
+        let mut deferred = [L::Mask::splat(false); S];
+        for s in 0..S {
+            let nearest = &self.nearest[s];
+            deferred[s] = L::Mask::from_bits(nearest.deferred);
+            if Q::ANY || nearest.met == 0 {
+                continue;
+            }
+            let (group, starts) = (&self.beam.groups[s], &self.beam.starts[s]);
+            let found = Found {
+                entry: self.entry,
+                id: self.id,
+                mesh: self.mesh,
+                nearest,
+            };
+            let t = if P::PARALLEL {
+                found.depths(starts.org, group.dir)
+            } else if group.oblique & nearest.met == 0 {
+                nearest.depth / group.along
+            } else {
+                found.depths(Vec3::splat(self.beam.object_org), group.dir)
+            };
+            let hit = L::Mask::from_bits(nearest.met);
+            let known = t.abs().lt(L::splat(L::Scalar::INFINITY));
+            deferred[s] = deferred[s] | hit & !known;
+            let (from, to) = if P::PARALLEL {
+                let start = starts.depth;
+                let (from, to) = (nearest.least - start, group.limit - start);
+                (from - starts.slack, to + starts.slack)
+            } else {
+                (nearest.least, group.limit)
+            };
+            // The division, that of the direction, a difference: three roundings.
+            let slack = L::from_f32(4.0 * f32::EPSILON);
+            let (from, to) = (from / group.along, to / group.along);
+            let within = [from - from.abs() * slack, to + to * slack];
+            let meet = Meet {
+                hit: hit & known,
+                t,
+                within,
+                unsure: L::Mask::splat(false),
+            };
+            found.accept_sure(&meet, &mut queries[s]);
+        }
+        deferred
+    }
+}
+
+impl<L: Lanes> Nearest<L> {
+    /// A triangle that some rays may have met: those that certainly have, nearer
+    /// than anything so far, take it; those of which anything is in doubt are set
+    /// deferred. Whether there were any.
+    #[inline(always)]
+    fn commit_sure<Q: Query<L>>(
+        &mut self,
+        possible: L::Mask,
+        hit: &Certified<L>,
+        place: &Place,
+        slot: usize,
+        limit: &mut L,
+    ) -> bool {
+        let possible = possible & !hit.from.gt(*limit);
+        if possible.none() {
+            return false;
+        }
+        let nearer = possible & hit.sure & hit.to.lt(self.least);
+        let deferred = possible & !nearer;
+        let done = L::from_f32(DONE);
+        if Q::ANY {
+            *limit = L::select(nearer, done, *limit);
+        } else {
+            *limit = L::select(nearer, hit.to, *limit);
+            self.least = L::select(nearer, hit.from, self.least);
+            self.depth = L::select(nearer, hit.depth, self.depth);
+        }
+        self.take(nearer, place.number, slot, place.sources[slot]);
+        if deferred.any() {
+            *limit = L::select(deferred, done, *limit);
+            self.deferred |= deferred.bits();
+            self.met &= !deferred.bits();
+        }
+        true
+    }
+}

@@ -1,0 +1,233 @@
+//! Of rays of one direction.
+//!
+//! Everything is sheared by the slopes that the rays share, and counted from the
+//! middle of the tile's lines.
+
+use super::{Certified, Extents, Line, UNIT};
+use crate::accel::{Block, WIDE};
+use crate::math::lanes::{Lanes, Mask, Register, min};
+use crate::trace::beam::leaf::Before;
+use crate::trace::beam::local_frame::LocalLines;
+use crate::trace::beam::rays::{Beam, RayGroup};
+
+/// A block's triangles as every ray of one direction needs them, and by how much
+/// rounding may have moved what comes of it.
+#[repr(C, align(64))]
+pub struct Edges {
+    /// Normals of the edges a, b, c (each opposite to its corner) in the plane of
+    /// lines, the last grown by `margin`; `[which][axis][slot]`, turned so that
+    /// det ≥ 0.
+    normal: [[[f32; WIDE]; 3]; 3],
+    /// Of edge functions, twice.
+    margin: [f32; WIDE],
+    /// The depth over the plane of lines: along its axes, and where they start.
+    plane: [[f32; WIDE]; 3],
+    /// How far such a depth is off; infinite where it is not known.
+    slack: [f32; WIDE],
+    /// The corners' least and greatest depth, rounded outward.
+    nearest: [f32; WIDE],
+    farthest: [f32; WIDE],
+    /// How far a corner's depth is off.
+    off: f32,
+    /// Triangles that may be in front of the rays.
+    live: u32,
+}
+
+/// Some rays and triangles.
+pub(in crate::trace::beam) struct Met<L: Lanes> {
+    /// Lanes whose ray may meet the triangle before its limit.
+    possible: L::Mask,
+    /// The least edge function, not less than exact.
+    least: L,
+    /// In the triangle's plane.
+    depth: L,
+    line: Line<L>,
+}
+
+impl super::Edges for Edges {
+    type Met<L: Lanes> = Met<L>;
+
+    #[inline(always)]
+    fn of<L: Lanes, const S: usize>(block: Block, beam: &Beam<L, S>, _any: bool) -> Edges {
+        let splat = Register::splat;
+        let centre = &beam.centre;
+        let sign = splat(beam.frustum.sign);
+        let turned = |[x, y, z]: [Register; 3]| [x, y, z * sign];
+        let raw = block.columns(beam.frustum.axes).map(turned);
+        let minus = |p: [Register; 3], q: [Register; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
+        // Sheared along the lines, and counted from the middle one; depths count from
+        // the near side of the tree.
+        let point = centre.point.map(splat);
+        let [slope_a, slope_b] = centre.slopes.map(|s| splat(-s));
+        let base = splat(beam.org[2]);
+        let sheared = |[x, y, z]: [Register; 3]| [slope_a.mul_add(z, x), slope_b.mul_add(z, y), z];
+        let corner = |p: [Register; 3]| {
+            let [x, y, _] = sheared(minus(p, point));
+            [x, y, p[2] - base]
+        };
+        let [a, b, c] = raw.map(corner);
+        let cb = sheared(minus(raw[2], raw[1]));
+        let ac = sheared(minus(raw[0], raw[2]));
+        let ba = sheared(minus(raw[1], raw[0]));
+        let edge =
+            |p: [Register; 3], q: [Register; 3]| [-q[1], q[0], q[1].mul_add(p[0], -(q[0] * p[1]))];
+        let normals = [edge(b, cb), edge(c, ac), edge(a, ba)];
+        let det = cb[0] * ac[1] - cb[1] * ac[0];
+        let inverse = splat(-1.0) / det;
+        let slope_x = (cb[1] * ac[2] - cb[2] * ac[1]) * inverse;
+        let slope_y = (cb[2] * ac[0] - cb[0] * ac[2]) * inverse;
+        let base = a[2] - slope_x * a[0] - slope_y * a[1];
+
+        // As derived in docs/NUMERICS.md.
+        let bounds = &centre.bounds;
+        let Extents {
+            across,
+            extent,
+            deep,
+            lowest,
+            highest,
+        } = Extents::of([a, b, c], bounds);
+        let lines_off = across.mul_add(splat(10.6 * UNIT), splat(bounds.edge));
+        let tilted = deep * splat(bounds.tilt);
+        // What products lose to underflow is multiplied once more.
+        let tiny = splat(f32::MIN_POSITIVE);
+        let margin = extent.mul_add(lines_off, tilted.mul_add(across, tiny));
+        let det_error = extent * extent.mul_add(splat(6.4 * UNIT), tilted) + tiny;
+        // The plane's slopes are off by the errors of products of sides, over det, and
+        // three roundings. A depth moves by that over the distance from a corner, and
+        // by the slopes over what corners and lines are off.
+        let over = slope_x.abs() + slope_y.abs();
+        let sides = deep * extent.mul_add(splat(10.4 * UNIT), tilted + tilted);
+        let slope_error = over.mul_add(det_error, sides + tiny);
+        let slope_error = slope_error * (inverse.abs() * splat(2.1)) + over * splat(3.1 * UNIT);
+        let slack = across.mul_add(splat(14.0 * UNIT), splat(bounds.edge));
+        let slack = over.mul_add(slack, slope_error.mul_add(across, splat(bounds.tiny)));
+
+        let (zero, one) = (Register::zero(), splat(1.0));
+        let turn = <Register as Lanes>::select(det.lt(zero), -one, one);
+        // Which way the triangle faces is in doubt, or numbers leave the format:
+        // then every decision is.
+        let largest = (extent + deep) * (across + splat(beam.reach));
+        let sane = Lanes::gt(det.abs(), det_error) & Lanes::lt(largest, splat(1e37));
+        let margin = <Register as Lanes>::select(sane, margin, splat(f32::INFINITY));
+        let clear = Lanes::gt(det.abs(), det_error + det_error) & sane;
+        let slack = <Register as Lanes>::select(clear, slack, splat(f32::INFINITY));
+        let off = bounds.depth;
+        let mut edges = Edges {
+            normal: [[[0.0; WIDE]; 3]; 3],
+            margin: [0.0; WIDE],
+            plane: [[0.0; WIDE]; 3],
+            slack: [0.0; WIDE],
+            nearest: [0.0; WIDE],
+            farthest: [0.0; WIDE],
+            off,
+            live: 0,
+        };
+        for (which, normal) in normals.iter().enumerate() {
+            for axis in 0..3 {
+                let mut n = normal[axis] * turn;
+                if axis == 2 {
+                    n += margin;
+                }
+                n.store(&mut edges.normal[which][axis]);
+            }
+        }
+        (margin + margin).store(&mut edges.margin);
+        slope_x.store(&mut edges.plane[0]);
+        slope_y.store(&mut edges.plane[1]);
+        base.store(&mut edges.plane[2]);
+        slack.store(&mut edges.slack);
+        let (nearest, farthest) = (lowest - splat(off), highest + splat(off));
+        nearest.store(&mut edges.nearest);
+        farthest.store(&mut edges.farthest);
+        let deepest = splat(beam.deepest());
+        // What is no number is not left out, here and below.
+        edges.live = (!nearest.gt(deepest)).bits() & block.used();
+        edges
+    }
+
+    #[inline(always)]
+    fn live(&self) -> u32 {
+        self.live
+    }
+
+    #[inline(always)]
+    fn may_meet<L: Lanes>(&self, group: &RayGroup<L>, lines: &LocalLines<L>) -> u32 {
+        let [[u, du], [v, dv]] = lines.rect;
+        let (u, du) = (Register::splat(u), Register::splat(du));
+        let (v, dv) = (Register::splat(v), Register::splat(dv));
+        let greatest = |which: usize| {
+            let [x, y, z] = &self.normal[which];
+            let n = [Register::load(x), Register::load(y), Register::load(z)];
+            let spread = n[0].abs().mul_add(du, n[1].abs().mul_add(dv, n[2]));
+            n[0].mul_add(u, n[1].mul_add(v, spread))
+        };
+        let least = min(min(greatest(0), greatest(1)), greatest(2));
+        let late = Register::load(&self.nearest).gt(Register::splat(group.deepest));
+        (!(least.lt(Register::zero()) | late)).bits() & self.live
+    }
+
+    /// The depth where a ray starts is rounded once; in f64 besides.
+    #[inline(always)]
+    fn line<L: Lanes, M: Lanes>(&self, before: &Before<L>, pick: impl Fn(&L) -> M) -> Line<M> {
+        let (group, lines, starts) = (&*before.group, before.lines, before.starts);
+        let depth = pick(&starts.depth);
+        let slack = depth.abs() * M::from_f32(1.25 * UNIT) + M::from_f32(self.off * UNIT);
+        Line {
+            centred: [pick(&lines.u), pick(&lines.v)],
+            slopes: [M::zero(); 2],
+            start: [depth - slack, depth + slack],
+            least: pick(&before.nearest.least),
+            limit: pick(&group.limit),
+        }
+    }
+
+    #[inline(always)]
+    fn meet<L: Lanes>(&self, at: impl Fn(&[f32; WIDE]) -> L, line: &Line<L>, _any: bool) -> Met<L> {
+        let [u, v] = line.centred;
+        let value = |[x, y, z]: &[[f32; WIDE]; 3]| at(x).mul_add(u, at(y).mul_add(v, at(z)));
+        let [a, b, c] = &self.normal;
+        let least = value(a).min(value(b)).min(value(c));
+        // Of what a ray has just left the depth is behind its start.
+        let depth = value(&self.plane);
+        let latest = (depth + at(&self.slack)).min(at(&self.farthest));
+        let room = (line.limit - at(&self.nearest)).min(latest - line.start[0]);
+        Met {
+            // One comparison for all. What is no number is left to the others, or in
+            // doubt.
+            possible: !least.min(room).lt(L::zero()),
+            least,
+            depth,
+            line: *line,
+        }
+    }
+
+    #[inline(always)]
+    fn possible<L: Lanes>(met: &Met<L>) -> L::Mask {
+        met.possible
+    }
+
+    #[inline(always)]
+    fn certify<L: Lanes>(
+        &self,
+        at: impl Fn(&[f32; WIDE]) -> L,
+        met: &Met<L>,
+        _any: bool,
+    ) -> Certified<L> {
+        let (depth, slack) = (met.depth, at(&self.slack));
+        let (near, far) = (at(&self.nearest), at(&self.farthest));
+        let known = slack.lt(L::from_f32(f32::INFINITY)) & depth.abs().lt(L::from_f32(1e37));
+        let from = L::select(known, (depth - slack).max(near), near);
+        let to = L::select(known, (depth + slack).min(far), far);
+        let sure = met.possible & known & met.least.gt(at(&self.margin));
+        Certified {
+            sure: sure & from.gt(met.line.start[1]),
+            depth,
+            from,
+            to,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,477 @@
+//! Tiles: the rays of one origin or of one direction, as a volume through the
+//! wide trees.
+//!
+//! Pinhole and orthographic rays, shadow rays traced from a point light or
+//! toward a directional one. A tile is a fixed number of consecutive rays,
+//! whatever the lanes; a tile that does not fit (rays that share neither, or go
+//! against each other) is left to other kernels, and so is a mesh of which its
+//! rays see too much at a time.
+//!
+//! In f32 triangles are decided by edge functions that the tile's rays share,
+//! three times as cheap as the watertight test; t is then computed by the steps
+//! that all kernels share, so that kernels which agree on the triangle agree on t.
+//! Guarded, they have error bounds, and rays for which these do not suffice are
+//! left in doubt, for the caller to trace otherwise.
+
+mod axis_cull;
+mod block;
+mod commit;
+mod deferred;
+mod fast;
+mod guarded;
+mod item_lists;
+mod leaf;
+mod local_frame;
+mod mesh;
+mod parallel;
+mod rays;
+
+use super::leaf::Tester;
+use super::query::{Found, Query, next_up};
+use super::rays::{Origins, Rays, load_f32};
+use super::solids::Packets;
+use super::stream::{Stream, StreamScratch};
+use crate::accel::{STREAM, TlasEntry, WideStack, World};
+use crate::geom::{Certainty, Scratch};
+use crate::math::Vec3;
+use crate::math::lanes::{Lanes, Mask};
+use crate::scene::{MeshId, Shape};
+use axis_cull::AxisCull;
+use deferred::DeferredRays;
+use glam::DVec3;
+use mesh::InMesh;
+use rays::{Beam, Parallel, Pinhole, RelativeBox};
+use std::cell::Cell;
+
+/// Rays per tile.
+pub const BEAM: usize = 64;
+
+/// A tile that covers more blocks of a mesh than this, if its rays lie evenly, is
+/// met as a stream: a block is then for few of its rays.
+const WIDE_TILE: f32 = 96.0;
+
+pub(super) struct Tile<'a, L: Lanes, const S: usize> {
+    world: &'a World,
+    rays: &'a Rays<'a>,
+    first: usize,
+    /// Of the first ray alive: what all have in common is either.
+    org: [f64; 3],
+    dir: [f64; 3],
+    /// World space.
+    beam: &'a mut Beam<L, S>,
+    /// For spaces of other meshes.
+    spare: &'a mut Beam<L, S>,
+    /// For single primitives.
+    packets: &'a mut Packets<L, S>,
+    /// Rays that some mesh's walk has left in doubt.
+    deferred: u64,
+}
+
+/// Scratch of one thread, reused from tile to tile.
+#[derive(Default)]
+pub(super) struct BeamScratch {
+    top: WideStack,
+    mesh: WideStack,
+    pub streams: StreamScratch,
+    /// Empty between batches.
+    pub deferred: DeferredRays,
+}
+
+thread_local! {
+    static SCRATCH: Cell<Option<Box<BeamScratch>>> = const { Cell::new(None) };
+}
+
+/// Lends this thread's scratch: making one takes as long as some hundred rays.
+pub(super) fn with_scratch(run: impl FnOnce(&mut BeamScratch)) {
+    let mut scratch = SCRATCH.take().unwrap_or_default();
+    run(&mut scratch);
+    SCRATCH.set(Some(scratch));
+}
+
+/// Places for beams, reused from tile to tile.
+pub(super) struct Beams<L: Lanes, const S: usize> {
+    world: Beam<L, S>,
+    object: Beam<L, S>,
+    packets: Packets<L, S>,
+}
+
+impl<L: Lanes, const S: usize> Default for Beams<L, S> {
+    fn default() -> Self {
+        Beams {
+            world: Beam::empty(),
+            object: Beam::empty(),
+            packets: Packets::none(),
+        }
+    }
+}
+
+impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
+    /// `None` where the rays share neither origin nor direction, do not start at
+    /// t = 0, or do not advance along one axis.
+    #[inline(always)]
+    pub fn of(
+        world: &'a World,
+        rays: &'a Rays<'a>,
+        first: usize,
+        beams: &'a mut Beams<L, S>,
+    ) -> Option<Self> {
+        let end = first + BEAM;
+        let (t_min, t_max) = (&rays.t_min[first..end], &rays.t_max[first..end]);
+        let is_alive = |i: usize| t_max[i] > 0.0;
+        let leader = (0..BEAM).find(|i| is_alive(*i))?;
+        let org = rays.org.at(first + leader);
+        let dir = rays.dir.map(|column| column[first + leader]);
+        let mut from_start = true;
+        for i in 0..BEAM {
+            from_start &= (t_min[i] == 0.0) | !is_alive(i);
+        }
+        if !from_start {
+            return None;
+        }
+        let one_origin = match &rays.org {
+            Origins::Single(x) => all_like(x, first, leader, t_max),
+            Origins::Double(x) => all_like(x, first, leader, t_max),
+        };
+        if !one_origin && !all_like(&rays.dir, first, leader, t_max) {
+            return None;
+        }
+        let at = |s: usize| first + s * L::COUNT;
+        let dirs = |s: usize| {
+            let dir = |k: usize| load_f32::<L>(&rays.dir[k][at(s)..]);
+            Vec3::new(dir(0), dir(1), dir(2))
+        };
+        let mut alive = [L::Mask::splat(false); S];
+        for (s, alive) in alive.iter_mut().enumerate() {
+            *alive = Self::alive(rays, at(s));
+        }
+        let bounds = &world.wide()?.tlas.bounds;
+        let Beams {
+            world: beam,
+            object: spare,
+            packets,
+        } = beams;
+        packets.clear();
+        let dir = dir.map(f64::from);
+        let taken = if one_origin {
+            let org = DVec3::from_array(org) - world.center;
+            beam.take_in(org.to_array(), dirs, &alive, &alive, bounds)
+        } else {
+            let center = Vec3::splat(world.center.to_array());
+            let orgs = |s: usize| rays.org.lanes(at(s)) - center;
+            beam.take_in_parallel(orgs, dir, &alive, &alive, bounds)
+        };
+        taken.then_some(Tile {
+            world,
+            rays,
+            first,
+            org,
+            dir,
+            beam,
+            spare,
+            packets,
+            deferred: 0,
+        })
+    }
+
+    /// The rays of a group that are no padding.
+    #[inline(always)]
+    fn alive(rays: &Rays, first: usize) -> L::Mask {
+        load_f32::<L>(&rays.t_max[first..]).gt(L::zero())
+    }
+
+    /// The rays of each group that may meet a box.
+    #[inline(always)]
+    fn reach_box(&self, min: [f32; 3], max: [f32; 3]) -> [L::Mask; S] {
+        let beam = &*self.beam;
+        let mut active = [L::Mask::splat(false); S];
+        if beam.parallel {
+            let relative = RelativeBox::new::<Parallel, L, S>(beam, min, max);
+            for (s, active) in active.iter_mut().enumerate() {
+                *active = beam.reach_box::<Parallel>(s, &relative);
+            }
+        } else {
+            let relative = RelativeBox::new::<Pinhole, L, S>(beam, min, max);
+            for (s, active) in active.iter_mut().enumerate() {
+                *active = beam.reach_box::<Pinhole>(s, &relative);
+            }
+        }
+        active
+    }
+
+    /// Everything in the world. Returns the rays whose answer is in doubt, for
+    /// another kernel to trace.
+    #[inline(always)]
+    pub fn trace<C: Certainty, Q: Query<L>>(
+        mut self,
+        queries: &mut [Q; S],
+        scratch: &mut BeamScratch,
+    ) -> u64 {
+        let world = self.world;
+        if !world.unbounded.is_empty() {
+            for (s, query) in queries.iter_mut().enumerate() {
+                let packet = self.packets.get(s, self.rays, self.first, world);
+                let kernels = &mut scratch.streams.kernels;
+                Tester::<L, C>::new(world, packet).unbounded(query, kernels);
+            }
+        }
+        let BeamScratch {
+            top: stack,
+            mesh: mesh_stack,
+            streams,
+            ..
+        } = scratch;
+        for (entry, id) in world.unbounded_meshes() {
+            let asking = |query: &Q| query.limit().ge(L::zero());
+            let active = queries.each_ref().map(asking);
+            self.as_stream::<C, Q>(entry, id, &active, queries, streams);
+        }
+        for (s, query) in queries.iter().enumerate() {
+            self.beam.limit_t::<C, Q>(s, query.limit());
+        }
+        let Some(levels) = world.wide() else {
+            return 0;
+        };
+        if let [only] = &world.entries[..] {
+            self.entry::<C, Q>(only, queries, mesh_stack, streams);
+            return self.deferred_rays::<C>();
+        }
+        let top = &levels.tlas;
+        let frustum = self.beam.frustum;
+        top.walk_frustum(
+            &frustum,
+            self.beam.deepest(),
+            stack,
+            |_| (),
+            |_, _, (first, count), _| {
+                for entry in &world.entries[first..first + count] {
+                    self.entry::<C, Q>(entry, queries, mesh_stack, streams);
+                }
+                self.beam.deepest()
+            },
+        );
+        self.deferred_rays::<C>()
+    }
+
+    #[inline(always)]
+    fn deferred_rays<C: Certainty>(&self) -> u64 {
+        if C::GUARDED { self.deferred } else { 0 }
+    }
+
+    #[inline(always)]
+    fn entry<C: Certainty, Q: Query<L>>(
+        &mut self,
+        entry: &TlasEntry,
+        queries: &mut [Q; S],
+        stack: &mut WideStack,
+        streams: &mut StreamScratch,
+    ) {
+        match entry.shape {
+            Shape::Mesh(id) => {
+                let (world, rays, first) = (self.world, self.rays, self.first);
+                let through = |inside: InMesh<L, S>, queries: &mut [Q; S]| {
+                    inside.trace_any::<C, Q>(world, rays, first, queries, stack)
+                };
+                if entry.placed {
+                    self.placed_mesh::<C, Q>(entry, id, queries, streams, through);
+                } else {
+                    self.mesh_in_world::<C, Q>(entry, id, queries, streams, through);
+                }
+            }
+            _ => self.solid::<C, Q>(entry, queries, &mut streams.kernels),
+        }
+    }
+
+    #[inline(always)]
+    fn solid<C: Certainty, Q: Query<L>>(
+        &mut self,
+        entry: &TlasEntry,
+        queries: &mut [Q; S],
+        kernels: &mut Scratch,
+    ) {
+        let mut active = self.reach_box(entry.bounds.min, entry.bounds.max);
+        if !entry.placed {
+            self.pass_by(entry.shape, &mut active);
+        }
+        for (s, query) in queries.iter_mut().enumerate() {
+            if active[s].any() {
+                let packet = self.packets.get(s, self.rays, self.first, self.world);
+                Tester::<L, C>::new(self.world, packet).solid(entry, active[s], query, kernels);
+                self.beam.limit_t::<C, Q>(s, query.limit());
+            }
+        }
+    }
+
+    /// Leaves out the rays that pass by a shape in world space.
+    #[inline(always)]
+    fn pass_by(&self, shape: Shape, active: &mut [L::Mask; S]) {
+        let scene = &self.world.scene;
+        let row = match shape {
+            Shape::Cylinder(id) => scene.cylinders.upright(id),
+            Shape::Cone(id) => scene.cones.upright(id),
+            _ => return,
+        };
+        if active.iter().all(|lanes| lanes.none()) {
+            return;
+        }
+        let org = DVec3::from_array(self.org);
+        let around = AxisCull::new(self.beam, row, org);
+        for (s, active) in active.iter_mut().enumerate() {
+            *active = *active & !around.passes(self.beam, s);
+        }
+    }
+
+    /// A mesh in world space; `through` meets its triangles.
+    #[inline(always)]
+    fn mesh_in_world<C: Certainty, Q: Query<L>>(
+        &mut self,
+        entry: &TlasEntry,
+        id: MeshId,
+        queries: &mut [Q; S],
+        streams: &mut StreamScratch,
+        through: impl FnOnce(InMesh<L, S>, &mut [Q; S]) -> [L::Mask; S],
+    ) {
+        let Some(mesh) = self.world.wide_mesh(id) else {
+            return;
+        };
+        if self.beam.blocks_across(mesh) > WIDE_TILE {
+            let active = self.reach_box(entry.bounds.min, entry.bounds.max);
+            self.as_stream::<C, Q>(entry, id, &active, queries, streams);
+        } else {
+            let inside = InMesh::new(entry, id, mesh, self.beam);
+            let deferred = through(inside, queries);
+            self.defer::<C>(&deferred);
+        }
+        if self.world.entries.len() == 1 {
+            return;
+        }
+        for (s, query) in queries.iter().enumerate() {
+            self.beam.limit_t::<C, Q>(s, query.limit());
+        }
+    }
+
+    /// A mesh in a space of its own: the same rays there, as a beam anew.
+    #[inline(never)]
+    fn placed_mesh<C: Certainty, Q: Query<L>>(
+        &mut self,
+        entry: &TlasEntry,
+        id: MeshId,
+        queries: &mut [Q; S],
+        streams: &mut StreamScratch,
+        through: impl FnOnce(InMesh<L, S>, &mut [Q; S]) -> [L::Mask; S],
+    ) {
+        let Some(mesh) = self.world.wide_mesh(id) else {
+            return;
+        };
+        let active = self.reach_box(entry.bounds.min, entry.bounds.max);
+        if active.iter().all(|lanes| lanes.none()) {
+            return;
+        }
+        let map = self.world.object_from_world(entry.instance);
+        let center = self.world.scene.meshes.center[id.index()];
+        let dirs = |s: usize| {
+            let d = &self.beam.groups[s].dir;
+            let dir = map.vectors(Vec3::new(d.x.widen(), d.y.widen(), d.z.widen()));
+            Vec3::new(L::narrow(dir.x), L::narrow(dir.y), L::narrow(dir.z))
+        };
+        let (beam, bounds) = (&mut *self.spare, &mesh.tree.bounds);
+        let taken = if self.beam.parallel {
+            let at = |s: usize| self.first + s * L::COUNT;
+            let orgs =
+                |s: usize| map.points(self.rays.org.lanes(at(s))) - Vec3::splat(center.to_array());
+            let all = std::array::from_fn(|s| Self::alive(self.rays, at(s)));
+            beam.take_in_parallel(orgs, map.vector(self.dir), &all, &active, bounds)
+        } else {
+            // Stand-ins among them.
+            let all = [L::Mask::splat(true); S];
+            let org = DVec3::from_array(map.point(self.org)) - center;
+            beam.take_in(org.to_array(), dirs, &all, &active, bounds)
+        };
+        if !taken || beam.blocks_across(mesh) > WIDE_TILE {
+            self.as_stream::<C, Q>(entry, id, &active, queries, streams);
+            return;
+        }
+        let asleep = -L::from_f32(1.0);
+        for (s, query) in queries.iter().enumerate() {
+            beam.limit_t::<C, Q>(s, L::select(active[s], query.limit(), asleep));
+        }
+        let inside = InMesh::new(entry, id, mesh, beam);
+        let deferred = through(inside, queries);
+        self.defer::<C>(&deferred);
+        for (s, query) in queries.iter().enumerate() {
+            self.beam.limit_t::<C, Q>(s, query.limit());
+        }
+    }
+
+    #[inline(always)]
+    fn defer<C: Certainty>(&mut self, rays: &[L::Mask; S]) {
+        if C::GUARDED {
+            for (s, rays) in rays.iter().enumerate() {
+                self.deferred |= u64::from(rays.bits()) << (s * L::COUNT);
+            }
+        }
+    }
+
+    /// A mesh in whose space the rays do not advance together, or are too far from
+    /// each other to be met as one volume; or one that no tree has.
+    #[inline(never)]
+    fn as_stream<C: Certainty, Q: Query<L>>(
+        &self,
+        entry: &TlasEntry,
+        id: MeshId,
+        active: &[L::Mask; S],
+        queries: &mut [Q; S],
+        streams: &mut StreamScratch,
+    ) {
+        for begin in (0..BEAM).step_by(STREAM) {
+            let mut set = 0;
+            let mut nearest: [_; STREAM] = std::array::from_fn(|i| {
+                let (s, lane) = ((begin + i) / L::COUNT, (begin + i) % L::COUNT);
+                set |= u64::from(active[s].bits() >> lane & 1) << i;
+                let limit = queries[s].limit().lane(lane);
+                // Just beyond the ray's own: ties are for that query to settle.
+                let limit = if Q::ANY { limit } else { next_up(limit) };
+                Q::together(<L::Single as Lanes>::splat(limit))
+            });
+            let stream = Stream {
+                world: self.world,
+                rays: self.rays,
+                first: self.first + begin,
+            };
+            stream.mesh_alone::<L::Single, C, _>(entry, id, set, &mut nearest, streams);
+            for (i, query) in nearest.iter().enumerate() {
+                let Some((at, id)) = query.found(0) else {
+                    continue;
+                };
+                let (s, lane) = ((begin + i) / L::COUNT, (begin + i) % L::COUNT);
+                if !queries[s].try_commit(lane, at, id) {
+                    let packet = self.rays.packet(self.first + s * L::COUNT, self.world);
+                    let here = L::Mask::from_bits(1 << lane);
+                    let (tester, kernels) = (
+                        Tester::<L, C>::new(self.world, &packet),
+                        &mut streams.kernels,
+                    );
+                    tester.decide(here, id, &mut queries[s], Some(kernels));
+                }
+            }
+        }
+    }
+}
+
+/// Whether all rays of a tile that are alive have the same point or vector as one
+/// of them.
+#[inline(always)]
+fn all_like<X: Copy + PartialEq>(
+    columns: &[&[X]; 3],
+    first: usize,
+    leader: usize,
+    t_max: &[f32],
+) -> bool {
+    let [x, y, z] = columns.map(|column| &column[first..first + BEAM]);
+    let like = [x[leader], y[leader], z[leader]];
+    let mut all = true;
+    for i in 0..BEAM {
+        let same = (x[i] == like[0]) & (y[i] == like[1]) & (z[i] == like[2]);
+        all &= same | !(t_max[i] > 0.0);
+    }
+    all
+}

@@ -1,0 +1,279 @@
+//! Where packets come into operands and leave them, each in its own space.
+
+use crate::accel::{PreparedCsg, Slabs};
+use crate::geom::exact::Line;
+use crate::geom::guarded::implicit::OperandCrossings;
+use crate::geom::guarded::{self, Ends, ObjectRay};
+use crate::geom::primitive::Blur;
+use crate::geom::{Certainty, Ray, Scratch, by_solver};
+use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::math::{Aabb, Vec3};
+use crate::scene::{CsgOperand, ImplicitId, Shape, Tables};
+use crate::trace::packet::Packet;
+use crate::trace::query::next_up;
+use glam::DVec3;
+
+/// Where slabs were left open: no part of a ray to look for roots in.
+const FARTHEST: f64 = 1e300;
+
+/// The part of each ray in a box in the solid's space, with room for its roundings in
+/// operands' spaces, each of which counts `condition` times. Empty (enter > exit) outside.
+#[inline(always)]
+fn part_in<L: Lanes>((org, dir): (Vec3<L>, Vec3<L>), bounds: &Aabb, condition: f64) -> (L, L) {
+    let slabs = Slabs::new(org, dir, &bounds.outward());
+    // As `Line::part_in`; of the box itself it is in there. Its rounding is in the pad.
+    let slack = org.max_abs() * L::from_f64(condition * (32.0 * f64::EPSILON));
+    let side = |side: DVec3, slack: L| side.to_array().map(|x| L::from_f64(x) + slack);
+    slabs.interval_each(side(bounds.min, -slack), side(bounds.max, slack))
+}
+
+/// Where rays come into a box, and the lanes that are certainly not in it between two t.
+#[inline(always)]
+pub(super) fn passes<L: Lanes>(
+    (bounds, condition): (&Aabb, f64),
+    ray: &Ray<L>,
+    [from, to]: [L; 2],
+) -> (L, L::Mask) {
+    let (enter, exit) = part_in((ray.org, ray.dir), bounds, condition);
+    (enter, !enter.max(from).le(exit.min(to)))
+}
+
+/// A packet in the spaces of operands; the last one is kept.
+pub(in crate::trace) struct Spaces<'a, L: Lanes> {
+    own: &'a Packet<L>,
+    moved: Option<(u32, Frames<L>)>,
+}
+
+impl<'a, L: Lanes> Spaces<'a, L> {
+    #[inline(always)]
+    pub fn new(own: &'a Packet<L>) -> Spaces<'a, L> {
+        Spaces { own, moved: None }
+    }
+
+    #[inline(always)]
+    pub fn of(&mut self, csg: &PreparedCsg, frame: u32) -> ObjectRay<'_, L> {
+        let own = self.own;
+        if frame != 0 && !matches!(self.moved, Some((row, _)) if row == frame) {
+            let map = &csg.solid.frames[frame as usize].operand_from_solid;
+            let (org, dir) = (map.points(own.org), map.vectors(own.dir));
+            self.moved = Some((frame, Frames::new(org, dir, own.ray.t_min)));
+        }
+        match &self.moved {
+            Some((_, moved)) if frame != 0 => moved.rays(),
+            _ => ObjectRay::new(&own.org, &own.dir, &own.ray),
+        }
+    }
+
+    /// All boundaries of a polynomial's solid beyond the rays' start: what lanes are in
+    /// it there, and rows of what each lane crosses one after the other.
+    pub fn boundaries(
+        &mut self,
+        (csg, tables): (&PreparedCsg, &Tables),
+        (operand, row): (&CsgOperand, ImplicitId),
+        active: L::Mask,
+        rows: &mut Vec<[L; 3]>,
+        kernels: &mut Scratch,
+    ) -> OperandCrossings<L> {
+        let Some((bounds, condition)) = csg.box_around(operand) else {
+            return OperandCrossings {
+                inside: L::Mask::splat(false),
+                unsure: active,
+            };
+        };
+        let own = self.own;
+        let t_min = own.ray.t_min.widen();
+        let (enter, exit) = part_in((own.org, own.dir), &bounds, condition);
+        let (start, end) = (enter.max(t_min), exit);
+        let farthest = start.abs().max(end.abs());
+        let bits = |mask: <L::Double as Lanes>::Mask| L::Mask::from_bits(mask.bits());
+        let apart = bits(!start.lt(end));
+        let known = active & !apart & bits(farthest.lt(<L::Double as Lanes>::from_f64(FARTHEST)));
+        let zero = <L::Double as Lanes>::zero();
+        let astray = match csg.solid.frames.len() {
+            1 => zero,
+            // Twice: all of what the definition of placement says.
+            _ => csg.astray(operand.frame, own.org.max_abs()) * <L::Double as Lanes>::from_f64(2.0),
+        };
+        let tape = &tables.implicits.tape[row.index()];
+        let frame = self.of(csg, operand.frame);
+        let rays = (*frame.org, *frame.dir);
+        let found = guarded::implicit::operand_crossings::<L>(
+            tape,
+            rays,
+            [start, end],
+            (astray, known),
+            rows,
+            &mut kernels.polynomial,
+        );
+        OperandCrossings {
+            inside: found.inside,
+            unsure: found.unsure | active & !apart & !known,
+        }
+    }
+
+    /// The same by a solver that answers are taken from as they are; in `fast` alone.
+    #[inline(never)]
+    pub fn boundaries_by(
+        &mut self,
+        (csg, tables): (&PreparedCsg, &Tables),
+        (operand, row): (&CsgOperand, ImplicitId),
+        active: L::Mask,
+        rows: &mut Vec<[L; 3]>,
+    ) -> OperandCrossings<L> {
+        let (solver, first) = (tables.implicits.solver(row), rows.len());
+        let tape = &tables.implicits.tape[row.index()];
+        let bounds = csg.box_around(operand);
+        let (mut inside, mut found) = (0, Vec::new());
+        let mut bits = active.bits();
+        while bits != 0 {
+            let lane = bits.trailing_zeros() as usize;
+            bits &= bits - 1;
+            let at = |v: &Vec3<L::Double>| [v.x.lane(lane), v.y.lane(lane), v.z.lane(lane)];
+            let own = Line {
+                org: at(&self.own.org),
+                dir: at(&self.own.dir),
+            };
+            let t_min = self.own.ray.t_min.lane(lane).to_f64();
+            let all = [t_min, f64::INFINITY];
+            let part = match &bounds {
+                Some((bounds, condition)) => own.part_in(bounds, *condition),
+                None => Some(all),
+            };
+            let Some([from, to]) = part.map(|[from, to]| [from.max(t_min), to]) else {
+                continue;
+            };
+            if !(from < to) {
+                continue;
+            }
+            let frame = self.of(csg, operand.frame);
+            let line = (at(frame.org), at(frame.dir));
+            let is_inside = by_solver::crossings(tape, solver, line, [from, to], &mut found);
+            inside |= u32::from(is_inside) << lane;
+            for (pass, t) in found.iter().enumerate() {
+                if rows.len() <= first + pass {
+                    rows.push([L::splat(L::Scalar::INFINITY); 3]);
+                }
+                // Beyond t_min in the lanes' numbers, too.
+                let least = next_up(self.own.ray.t_min.lane(lane));
+                let t = L::Scalar::from_f64(t.max(least.to_f64()));
+                rows[first + pass] = rows[first + pass].map(|row| row.with_lane(lane, t));
+            }
+        }
+        OperandCrossings {
+            inside: L::Mask::from_bits(inside),
+            unsure: L::Mask::splat(false),
+        }
+    }
+
+    /// Of an operand, by itself. Those of [`Blur::Apart`] are wide enough between frames from the
+    /// start, where `wider` says that others will be.
+    #[inline(always)]
+    pub fn ends<C: Certainty>(
+        &mut self,
+        (csg, tables): (&PreparedCsg, &Tables),
+        operand: &CsgOperand,
+        wider: Option<L>,
+    ) -> Ends<L> {
+        let own = self.own;
+        let frame = self.of(csg, operand.frame);
+        let astray = match (operand.shape.blur(), wider) {
+            (Blur::Apart, Some(_)) => csg.astray(operand.frame, own.org.max_abs()),
+            _ => <L::Double as Lanes>::zero(),
+        };
+        ends::<L, C>(tables, operand.shape, &frame, astray)
+    }
+
+    /// The same ends, wide enough for what is one between frames: see [`wider`].
+    #[inline(always)]
+    pub fn widened(&mut self, csg: &PreparedCsg, number: u32, ends: &Ends<L>, wider: L) -> Ends<L> {
+        let operand = &csg.solid.operands[number as usize];
+        if operand.shape.blur() == Blur::Apart {
+            return *ends;
+        }
+        let wide = ends.widened(wider);
+        let normals = csg.unit_normals(number);
+        if normals.is_empty() {
+            return wide;
+        }
+        let own = self.own;
+        let frame = self.of(csg, operand.frame);
+        let slack = csg.placement_per_reach(operand.frame).map(L::from_f64);
+        let slack = own.ray.org.max_abs() * slack[0] + slack[1];
+        wide.moved(slack / least_rate(normals, frame.ray))
+    }
+}
+
+/// Rays in an operand's space.
+pub(in crate::trace) struct Frames<L: Lanes> {
+    org: Vec3<L::Double>,
+    dir: Vec3<L::Double>,
+    ray: Ray<L>,
+}
+
+impl<L: Lanes> Frames<L> {
+    // Written where it stays: half a kilobyte.
+    #[inline(always)]
+    pub fn new(org: Vec3<L::Double>, dir: Vec3<L::Double>, t_min: L) -> Frames<L> {
+        let narrow = |v: Vec3<L::Double>| Vec3::new(L::narrow(v.x), L::narrow(v.y), L::narrow(v.z));
+        let ray = Ray::new(narrow(org), narrow(dir), t_min);
+        Frames { org, dir, ray }
+    }
+
+    #[inline(always)]
+    pub fn rays(&self) -> ObjectRay<'_, L> {
+        ObjectRay::new(&self.org, &self.dir, &self.ray)
+    }
+}
+
+/// By how much the bounds of boundaries grow: [`PreparedCsg::widening`].
+#[inline(always)]
+pub(super) fn wider<L: Lanes, C: Certainty>(csg: &PreparedCsg, ray: &Ray<L>) -> Option<L> {
+    if !C::GUARDED || csg.roughness == 0.0 {
+        return None;
+    }
+    let unit = L::Scalar::UNIT_ROUNDOFF.to_f64();
+    let [share, more] = csg.widening_per_reach(unit).map(L::from_f64);
+    Some(L::from_f32(1.0) + (ray.org.max_abs() * share + more))
+}
+
+/// The least rate at which rays leave any of the planes of these unit normals, in their
+/// own space.
+#[inline(always)]
+fn least_rate<L: Lanes>(normals: &[DVec3], ray: &Ray<L>) -> L {
+    let mut least = L::splat(L::Scalar::INFINITY);
+    for normal in normals {
+        let normal: Vec3<L> = Vec3::splat(normal.to_array().map(L::Scalar::from_f64));
+        least = least.min(normal.dot(ray.dir).abs());
+    }
+    least
+}
+
+/// Without bounds: how far apart boundaries are one, so that faces which were made
+/// to coincide leave no skin: so much, and such a part of t; some roundings of the
+/// coordinates there. What else the solid is made of does not matter.
+#[inline(always)]
+pub(super) fn blur<L: Lanes, C: Certainty>(ray: &Ray<L>) -> [L; 2] {
+    if C::GUARDED {
+        return [L::zero(); 2];
+    }
+    let rounding = L::splat(L::Scalar::UNIT_ROUNDOFF) * L::from_f32(32.0);
+    [
+        ray.org.max_abs() * rounding / ray.shear.along.abs(),
+        rounding,
+    ]
+}
+
+/// Of an operand of one span. `astray`: how far off its surface may be placed.
+#[inline(always)]
+pub(in crate::trace) fn ends<L: Lanes, C: Certainty>(
+    tables: &Tables,
+    shape: Shape,
+    object: &ObjectRay<L>,
+    astray: L::Double,
+) -> Ends<L> {
+    if C::GUARDED {
+        tables.ends(shape, object, astray)
+    } else {
+        tables.ends_fast(shape, object)
+    }
+}

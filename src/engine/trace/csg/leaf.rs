@@ -1,0 +1,149 @@
+//! A CSG solid before a packet: from its boundaries to hits in a query.
+
+use super::first;
+use super::lanes::{self, Met};
+use crate::accel::{PreparedCsg, TlasEntry};
+use crate::geom::exact::Line;
+use crate::geom::{Certainty, Meet, Scratch};
+use crate::math::Aabb32;
+use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::scene::{CsgId, Tables};
+use crate::trace::double_pass::{DoublePass, SecondLook, look_again};
+use crate::trace::exact_fallback::depth_of;
+use crate::trace::leaf::{Tester, Window, doubted};
+use crate::trace::packet::Packet;
+use crate::trace::query::{HitId, Query};
+use glam::DVec3;
+use std::marker::PhantomData;
+
+impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
+    /// A solid made of others: in lanes, and one ray at a time where that does not
+    /// say.
+    #[inline(never)]
+    pub(in crate::trace) fn csg<Q: Query<L>>(
+        &self,
+        entry: &TlasEntry,
+        id: CsgId,
+        active: L::Mask,
+        query: &mut Q,
+        kernels: &mut Scratch,
+    ) {
+        let (window, active) = if entry.placed {
+            self.window(entry, active, query.limit())
+        } else {
+            (Window::all(), active)
+        };
+        if active.none() {
+            return;
+        }
+        let placed = entry.placed.then(|| self.object_packet(entry, DVec3::ZERO));
+        let object = placed.as_ref().unwrap_or(self.packet);
+        let (solid, tables) = (self.world.csg(id), &self.world.scene);
+        let id = |primitive| HitId {
+            instance: entry.instance,
+            primitive,
+        };
+        let met = if C::DOUBTS_ALL {
+            Met::left(active.bits())
+        } else {
+            let mut limit = query.limit();
+            if !C::GUARDED {
+                // What lies beyond the box is brought back to its end, by `offer`.
+                let (_, exit) = object.slabs.interval(entry.own.min, entry.own.max);
+                let end = exit.min(window.exit);
+                limit = L::select(limit.lt(end), limit, L::splat(L::Scalar::INFINITY));
+            }
+            lanes::first::<L, C>((solid, tables), object, active.bits(), limit, kernels)
+        };
+        let mut bits = if C::GUARDED { 0 } else { met.left };
+        while bits != 0 {
+            let lane = bits.trailing_zeros() as usize;
+            bits &= bits - 1;
+            let (org, dir) = object.lane(lane);
+            let t_min = object.ray.t_min.max(met.t).lane(lane).to_f64();
+            let first = first(solid, tables, (&Line { org, dir }, t_min), kernels);
+            if let Some(crossing) = first {
+                let t = L::from_f64(depth_of(&crossing.root).t);
+                let meet = Meet::certain(L::Mask::from_bits(1 << lane), t);
+                let id = id(crossing.primitive);
+                let places = (object, &window, &entry.own);
+                self.offer(places, meet, id, query, Some(kernels));
+            }
+        }
+        // Surface by surface.
+        let mut bits = met.hit;
+        while bits != 0 {
+            let surface = met.primitive[bits.trailing_zeros() as usize];
+            let mut here = 0;
+            for (lane, other) in met.primitive.iter().enumerate() {
+                here |= u32::from(*other == surface) << lane;
+            }
+            here &= bits;
+            bits &= !here;
+            let lanes = L::Mask::from_bits(here);
+            let meet = Meet {
+                hit: lanes,
+                t: met.t,
+                within: met.within,
+                unsure: L::Mask::splat(false),
+            };
+            let meet = doubted::<L, C>(meet, lanes, id(surface));
+            let places = (object, &window, &entry.own);
+            self.offer(places, meet, id(surface), query, Some(kernels));
+        }
+        let limit = query.limit();
+        let unsure = L::Mask::from_bits(met.unsure | met.left) & limit.gt(self.packet.ray.t_min);
+        if !C::GUARDED || unsure.none() {
+            return;
+        }
+        let mut bits = unsure.bits();
+        if !C::DOUBTS_ALL {
+            let mut look = InF64::<C> {
+                solid,
+                tables,
+                own: &entry.own,
+                kernels,
+                certainty: PhantomData,
+            };
+            let [may, must] = look_again(object, limit, bits, &mut look);
+            bits = may;
+            // Where does not matter.
+            if Q::ANY && must != 0 {
+                query.block(L::Mask::from_bits(must), id(0));
+                bits &= !must;
+            }
+        }
+        self.decide(L::Mask::from_bits(bits), id(0), query, Some(kernels));
+    }
+}
+
+/// A solid, seen in its space: lanes of f32 hardly know whether a ray meets what it has
+/// just left.
+struct InF64<'a, C> {
+    solid: &'a PreparedCsg,
+    tables: &'a Tables,
+    own: &'a Aabb32,
+    kernels: &'a mut Scratch,
+    certainty: PhantomData<C>,
+}
+
+impl<C: Certainty> SecondLook for InF64<'_, C> {
+    #[inline(never)]
+    fn look<D: Lanes<Scalar = f64, Double = D>>(
+        &mut self,
+        pass: &DoublePass<D>,
+        asked: u32,
+    ) -> [u32; 2] {
+        let packet = Packet::<D>::new(pass.org, pass.dir, pass.t_min, self.own);
+        let met = lanes::first::<D, C>(
+            (self.solid, self.tables),
+            &packet,
+            asked,
+            pass.limit,
+            self.kernels,
+        );
+        let [from, to] = met.within;
+        let may = met.unsure | met.left | met.hit & from.le(pass.limit).bits();
+        [may, met.hit & to.lt(pass.limit).bits()]
+    }
+}

@@ -1,0 +1,360 @@
+//! Decisions that error bounds leave open: one ray and one primitive at a time,
+//! on the numbers that define them.
+//!
+//! Primitives are met, and their t's compared, as exact arithmetic would
+//! ([`crate::geom::exact`], [`crate::geom::triangle::exact`]).
+
+use super::csg;
+use super::csg::lanes::{Frames, Spaces, ends, is_sharp};
+use super::leaf::Tester;
+use super::packet::Packet;
+use super::query::{Competitor, Depth, HitId, Query};
+use crate::accel::{PreparedCsg, TlasEntry, World};
+use crate::geom::exact::{Crossing, Line, Root, Solid, first_beyond};
+use crate::geom::primitive::Boundaries;
+use crate::geom::triangle::Corners;
+use crate::geom::triangle::exact::{Pair, meet_exact};
+use crate::geom::{Certainty, Guarded, Ray, Scratch, triangle};
+use crate::math::Vec3;
+use crate::math::bounds::ErrorBounded;
+use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::scene::{Shape, Tables};
+use glam::DVec3;
+use std::cmp::Ordering;
+use std::sync::atomic::{self, AtomicU64};
+
+/// Pairs that were decided here, by any thread.
+static DECIDED: AtomicU64 = AtomicU64::new(0);
+
+/// How many (ray, primitive) pairs this process has had decided by exact
+/// arithmetic so far.
+pub fn decided() -> u64 {
+    DECIDED.load(atomic::Ordering::Relaxed)
+}
+
+/// A ray's numbers, and a primitive's, that decide about the two.
+enum Case<'a> {
+    Triangle(Pair),
+    Solid(Line, Solid<'a>),
+    Csg(Line, &'a PreparedCsg, &'a Tables),
+}
+
+/// What is at hand where a kernel leaves lanes in doubt.
+#[derive(Clone, Copy)]
+pub(super) struct KnownHits<'a, X> {
+    /// Lanes in which it has met the primitive, and not known whether that comes first.
+    pub hits: u32,
+    /// At which t, a lane each.
+    pub t: &'a [X],
+    /// Of a triangle.
+    pub corners: Option<&'a Corners>,
+}
+
+/// A world ray.
+#[derive(Clone, Copy)]
+pub(super) struct WorldRay {
+    pub org: [f64; 3],
+    pub dir: [f64; 3],
+    pub t_min: f64,
+}
+
+/// Finds the f64 nearest to where a ray first meets a primitive beyond its t_min.
+pub(super) fn nearest_t(
+    world: &World,
+    ray: &WorldRay,
+    id: HitId,
+    kernels: &mut Scratch,
+) -> Option<f64> {
+    let case = Case::of(world, ray, id, None);
+    let (crossing, _) = case.crossing(ray.t_min, kernels)?;
+    Some(crossing.rounded())
+}
+
+impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
+    /// Decides about one primitive for some lanes, and hands what comes first to
+    /// the query. `kernels`: nothing on the way through a mesh, whose triangles need none; a
+    /// rival that is no triangle then has a scratch of its own.
+    pub fn decide<Q: Query<L>>(
+        &self,
+        lanes: L::Mask,
+        id: HitId,
+        query: &mut Q,
+        kernels: Option<&mut Scratch>,
+    ) {
+        let nothing = KnownHits {
+            hits: 0,
+            t: &[],
+            corners: None,
+        };
+        self.decide_with(lanes, &nothing, id, query, kernels);
+    }
+
+    /// The same, where some of it is at hand.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn decide_with<Q: Query<L>>(
+        &self,
+        lanes: L::Mask,
+        known: &KnownHits<L::Scalar>,
+        id: HitId,
+        query: &mut Q,
+        kernels: Option<&mut Scratch>,
+    ) {
+        let mut own;
+        let kernels = match kernels {
+            Some(kernels) => kernels,
+            None => {
+                own = Scratch::default();
+                &mut own
+            }
+        };
+        let mut bits = lanes.bits();
+        DECIDED.fetch_add(u64::from(bits.count_ones()), atomic::Ordering::Relaxed);
+        while bits != 0 {
+            let lane = bits.trailing_zeros() as usize;
+            bits &= bits - 1;
+            self.decide_one(lane, known, id, query, kernels);
+        }
+    }
+
+    fn decide_one<Q: Query<L>>(
+        &self,
+        lane: usize,
+        known: &KnownHits<L::Scalar>,
+        id: HitId,
+        query: &mut Q,
+        kernels: &mut Scratch,
+    ) {
+        let (org, dir) = self.packet.lane(lane);
+        let t_min = self.packet.ray.t_min.lane(lane).to_f64();
+        let ray = WorldRay { org, dir, t_min };
+        let Some(competitor) = query.competitor(lane) else {
+            return;
+        };
+        let case = Case::of(self.world, &ray, id, known.corners);
+        let Some((crossing, surface)) = case.crossing(t_min, kernels) else {
+            return;
+        };
+        let id = HitId {
+            primitive: surface.unwrap_or(id.primitive),
+            ..id
+        };
+        let first = match competitor {
+            Competitor::End(end) => crossing.order_with(end).is_lt(),
+            Competitor::Hit(best, within) => match beside(&crossing, within) {
+                Some(order) => order.is_lt(),
+                None => match Case::of(self.world, &ray, best, None).crossing(t_min, kernels) {
+                    Some((other, _)) => crossing.order(&other).then(id.cmp(&best)).is_lt(),
+                    None => true,
+                },
+            },
+        };
+        if first {
+            let met = (known.hits >> lane & 1 != 0).then(|| known.t[lane].to_f64());
+            let at = || depth::<L::Single>(self.world, &ray, id, &crossing, met, kernels);
+            query.commit(lane, at, id);
+        }
+    }
+}
+
+impl<'a> Case<'a> {
+    /// `corners`: of a triangle, in any order, where they are at hand.
+    #[inline(always)]
+    fn of(world: &'a World, ray: &WorldRay, id: HitId, corners: Option<&Corners>) -> Case<'a> {
+        let entry = world.entry_of(id.instance);
+        let scene = &world.scene;
+        match entry.shape {
+            Shape::Mesh(mesh) => {
+                let (org, dir) = in_object(world, ray, &entry, scene.meshes.center[mesh.index()]);
+                let look_up = || scene.meshes.row(mesh).corners(id.primitive as usize);
+                let corners = corners.copied().unwrap_or_else(look_up);
+                Case::Triangle(Pair { org, dir, corners })
+            }
+            shape => {
+                let (org, dir) = in_object(world, ray, &entry, DVec3::ZERO);
+                let line = Line { org, dir };
+                match (shape, scene.solid(shape)) {
+                    (_, Some(solid)) => Case::Solid(line, solid),
+                    (Shape::Csg(id), None) => Case::Csg(line, world.csg(id), scene),
+                    _ => unreachable!("a mesh is met by its triangles"),
+                }
+            }
+        }
+    }
+
+    /// Beyond the ray's t_min; of a CSG solid also which of its surfaces.
+    fn crossing(&self, t_min: f64, kernels: &mut Scratch) -> Option<(Crossing<'_>, Option<u32>)> {
+        if let Case::Csg(line, solid, tables) = self {
+            let csg::Crossing {
+                root, primitive, ..
+            } = csg::first(solid, tables, (line, t_min), kernels)?;
+            return Some((Crossing::Root(root), Some(primitive)));
+        }
+        let crossing = match self {
+            Case::Csg(..) => None,
+            Case::Solid(line, solid) => {
+                first_beyond(solid, line, t_min, kernels).map(Crossing::Root)
+            }
+            Case::Triangle(pair) => {
+                let crossing = meet_exact(pair)?;
+                let beyond = crossing.order_with(t_min).is_gt();
+                beyond.then_some(Crossing::Triangle(crossing))
+            }
+        };
+        Some((crossing?, None))
+    }
+}
+
+/// A crossing against another that lies between two numbers, where f64 tells.
+fn beside(crossing: &Crossing, [from, to]: [f64; 2]) -> Option<Ordering> {
+    let known = crossing.t();
+    let order = |x: f64| known.order(&ErrorBounded::exact(x));
+    match (order(from), order(to)) {
+        (Some(Ordering::Less), _) => Some(Ordering::Less),
+        (_, Some(Ordering::Greater)) => Some(Ordering::Greater),
+        _ => None,
+    }
+}
+
+/// A hit's t: what the kernel of one lane reports where it knows; else, of a
+/// solid, from the root. `met`: what the kernel of a solid has reported.
+fn depth<L: Lanes>(
+    world: &World,
+    ray: &WorldRay,
+    id: HitId,
+    crossing: &Crossing,
+    met: Option<f64>,
+    kernels: &mut Scratch,
+) -> Depth {
+    let is_csg = matches!(world.entry_of(id.instance).shape, Shape::Csg(_));
+    if let (true, Crossing::Root(root)) = (is_csg, crossing) {
+        let depth = depth_of(root);
+        let t = kernel_of_operand::<L>(world, ray, id, root, kernels);
+        return Depth {
+            t: t.unwrap_or(depth.t),
+            ..depth
+        };
+    }
+    let ErrorBounded { value, error } = crossing.t();
+    // An infinite value is no more known than its error.
+    let known_to = |part: f64| error <= value.abs() * part && value.is_finite();
+    let within = if known_to(1e-6) {
+        [(value - error).next_down(), (value + error).next_up()]
+    } else {
+        let t = crossing.rounded();
+        [t.next_down(), t.next_up()]
+    };
+    let lanes = |v: [f64; 3]| Vec3::<L>::splat(v.map(L::Scalar::from_f64));
+    let by_kernel = match crossing {
+        Crossing::Triangle(crossing) => {
+            let Pair { org, dir, corners } = crossing.pair;
+            let ray = Ray::new(lanes(*org), lanes(*dir), L::zero());
+            let corners = triangle::canonical(*corners);
+            let t = triangle::depth_each(&triangle::splat(&corners), &ray);
+            Some(t.lane(0).to_f64())
+        }
+        Crossing::Root(_) if met.is_some() => met,
+        Crossing::Root(_) => {
+            let splat = |v: [f64; 3]| Vec3::<L::Double>::splat(v);
+            let packet = Packet::<L>::new(
+                splat(ray.org),
+                splat(ray.dir),
+                L::from_f64(ray.t_min),
+                &world.bounds,
+            );
+            let entry = world.entry_of(id.instance);
+            let meet = Tester::<L, Guarded>::new(world, &packet).kernel(&entry, kernels);
+            meet.hit.any().then(|| meet.t.lane(0).to_f64())
+        }
+    };
+    let by_kernel = by_kernel.filter(|t| t.is_finite());
+    let near = known_to(AS_KERNELS);
+    let exact = || match crossing {
+        Crossing::Root(root) if near => root.t.value,
+        _ => crossing.rounded(),
+    };
+    Depth {
+        t: by_kernel.unwrap_or_else(exact),
+        within,
+    }
+}
+
+/// What the lanes' kernel says of t, of a boundary of an operand of a CSG solid.
+fn kernel_of_operand<L: Lanes>(
+    world: &World,
+    ray: &WorldRay,
+    id: HitId,
+    root: &Root,
+    kernels: &mut Scratch,
+) -> Option<f64> {
+    let entry = world.entry_of(id.instance);
+    let Shape::Csg(row) = entry.shape else {
+        return None;
+    };
+    let solid = &world.csg(row).solid;
+    let (number, _) = solid.operand_of(id.primitive & !csg::TURNED);
+    let operand = &solid.operands[number as usize];
+    if operand.shape.boundaries() == Boundaries::Crossings {
+        return None;
+    }
+    let (org, dir) = in_object(world, ray, &entry, DVec3::ZERO);
+    let frame = &solid.frames[operand.frame as usize];
+    let line = csg::in_frame(frame, operand.frame, &Line { org, dir });
+    let splat = |v: [f64; 3]| Vec3::<L::Double>::splat(v);
+    let rays = Frames::<L>::new(splat(line.org), splat(line.dir), L::from_f64(ray.t_min));
+    let holds = |end: &[L; 3]| {
+        let [from, _, to] = end.map(|x| x.lane(0).to_f64());
+        from <= root.t.value && root.t.value <= to && to.is_finite()
+    };
+    if let Shape::Implicit(id) = operand.shape {
+        // All of the packet that lanes look at.
+        let packet = Packet::<L>::new(splat(org), splat(dir), L::from_f64(ray.t_min), &entry.own);
+        let (mut rows, all) = (Vec::new(), L::Mask::splat(true));
+        let solid = (world.csg(row), &*world.scene);
+        let mut spaces = Spaces::new(&packet);
+        let found = spaces.boundaries(solid, (operand, id), all, &mut rows, kernels);
+        let end = rows.into_iter().find(holds)?;
+        let known = !found.unsure.any() && is_sharp(&end).any();
+        return known.then(|| end[1].lane(0).to_f64());
+    }
+    let exactly = <L::Double as Lanes>::zero();
+    let ends = ends::<L, Guarded>(&world.scene, operand.shape, &rays.rays(), exactly);
+    let end = [ends.enter, ends.exit].into_iter().find(holds)?;
+    let known = ends.some.any() && is_sharp(&end).any();
+    known.then(|| end[1].lane(0).to_f64())
+}
+
+/// A t that is known to this part of it, a quarter of f32's unit roundoff, is as good as
+/// any kernel's. It is cheaper than the number nearest to the root, and as much the same
+/// whoever asks.
+const AS_KERNELS: f64 = 1.0 / (1 << 26) as f64;
+
+/// t of a root, the same whoever asks; and between which numbers it lies.
+pub(super) fn depth_of(root: &Root) -> Depth {
+    let ErrorBounded { value, error } = root.t;
+    let known = error <= value.abs() * AS_KERNELS && value.is_finite();
+    let t = if known { root.t.value } else { root.rounded() };
+    let within = if known {
+        [(value - error).next_down(), (value + error).next_up()]
+    } else {
+        [t.next_down(), t.next_up()]
+    };
+    Depth { t, within }
+}
+
+/// The ray that a primitive is met by: the same steps as
+/// [`Packet::in_object`], lane for lane.
+#[inline(always)]
+fn in_object(
+    world: &World,
+    ray: &WorldRay,
+    entry: &TlasEntry,
+    center: DVec3,
+) -> ([f64; 3], [f64; 3]) {
+    if !entry.placed {
+        return (ray.org, ray.dir);
+    }
+    let map = world.object_from_world(entry.instance);
+    let org = DVec3::from_array(map.point(ray.org)) - center;
+    (org.to_array(), map.vector(ray.dir))
+}

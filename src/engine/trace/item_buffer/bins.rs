@@ -1,0 +1,185 @@
+//! From rectangles to the tiles that they meet, by a grid of cells.
+
+use super::Item;
+use super::raster::Rect;
+
+/// An item at a tile.
+#[derive(Clone, Copy, Debug)]
+pub struct Pair {
+    tile: u32,
+    entry: u32,
+    block: u32,
+    near: f32,
+}
+
+/// A tile as a cell knows it.
+#[derive(Clone, Copy)]
+struct Here {
+    rect: Rect,
+    tile: u32,
+    /// The tile's first cell along u and v.
+    from: [u16; 2],
+}
+
+pub struct Cells {
+    /// AxisCull all tiles.
+    pub extent: Rect,
+    low: [f32; 2],
+    per: [f32; 2],
+    across: [usize; 2],
+    /// By cell, where its tiles begin; one more at the end.
+    first: Vec<u32>,
+    tiles: Vec<Here>,
+}
+
+/// Tiles that cover the picture more often than this, all in all, are no patches
+/// of it.
+const MOST_COVER: f64 = 16.0;
+
+impl Cells {
+    /// Cells as large as a tile on average; `None` where there is no tile, or
+    /// tiles lie upon each other.
+    pub fn of(rects: &[Rect]) -> Option<Cells> {
+        let real = || rects.iter().filter(|rect| !rect.is_empty());
+        let extent = real().fold(Rect::EMPTY, |all, rect| all.around(rect));
+        if extent.is_empty() {
+            return None;
+        }
+        let size = |[low, high]: [f32; 2]| f64::from(high) - f64::from(low);
+        let all = [size(extent.u), size(extent.v)];
+        let (mut sums, mut area, mut count) = ([0.0; 2], 0.0, 0);
+        for rect in real() {
+            let sides = [size(rect.u), size(rect.v)];
+            sums = [sums[0] + sides[0], sums[1] + sides[1]];
+            area += sides[0] * sides[1];
+            count += 1;
+        }
+        if area > MOST_COVER * all[0] * all[1] {
+            return None;
+        }
+        // No more cells than a few for each tile, however the tiles lie.
+        let most = (4.0 * f64::from(count)).sqrt() + 1.0;
+        let across = [0, 1].map(|i| {
+            let cells = all[i] * f64::from(count) / sums[i];
+            cells.clamp(1.0, most.clamp(64.0, 4096.0)) as usize
+        });
+        let mut cells = Cells {
+            extent,
+            low: [extent.u[0], extent.v[0]],
+            per: [0, 1].map(|i| (across[i] as f64 / all[i]) as f32),
+            across,
+            first: vec![0; across[0] * across[1] + 1],
+            tiles: Vec::new(),
+        };
+        cells.fill(rects);
+        Some(cells)
+    }
+
+    /// Counting sort.
+    fn fill(&mut self, rects: &[Rect]) {
+        let real = || (0_u32..).zip(rects).filter(|(_, rect)| !rect.is_empty());
+        let mut ends = std::mem::take(&mut self.first);
+        for (_, rect) in real() {
+            self.each(rect, |cell, _| ends[cell + 1] += 1);
+        }
+        for cell in 1..ends.len() {
+            ends[cell] += ends[cell - 1];
+        }
+        let nowhere = Here {
+            rect: Rect::EMPTY,
+            tile: 0,
+            from: [0; 2],
+        };
+        let mut tiles = vec![nowhere; ends[ends.len() - 1] as usize];
+        let mut next = ends.clone();
+        for (tile, rect) in real() {
+            let [[x, _], [y, _]] = self.range(rect);
+            let from = [x as u16, y as u16];
+            self.each(rect, |cell, _| {
+                let rect = *rect;
+                tiles[next[cell] as usize] = Here { rect, tile, from };
+                next[cell] += 1;
+            });
+        }
+        (self.first, self.tiles) = (ends, tiles);
+    }
+
+    /// First and last cell along u and v: rising with the rectangle, so what
+    /// meets shares a cell.
+    #[inline(always)]
+    fn range(&self, rect: &Rect) -> [[usize; 2]; 2] {
+        let cell = |x: f32, i: usize| {
+            let at = (x - self.low[i]) * self.per[i];
+            // Saturates; below the first cell, and NaN, is 0.
+            (at as usize).min(self.across[i] - 1)
+        };
+        [
+            [cell(rect.u[0], 0), cell(rect.u[1], 0)],
+            [cell(rect.v[0], 1), cell(rect.v[1], 1)],
+        ]
+    }
+
+    #[inline(always)]
+    fn each(&self, rect: &Rect, mut visit: impl FnMut(usize, [usize; 2])) {
+        let [[x0, x1], [y0, y1]] = self.range(rect);
+        for y in y0..=y1 {
+            for x in x0..=x1 {
+                visit(y * self.across[0] + x, [x, y]);
+            }
+        }
+    }
+
+    /// Notes an item at every tile that its rectangle meets, once.
+    #[inline(always)]
+    pub fn list(&self, rect: &Rect, entry: u32, block: u32, near: f32, pairs: &mut Vec<Pair>) {
+        let [[x0, _], [y0, _]] = self.range(rect);
+        self.each(rect, |cell, [x, y]| {
+            let range = self.first[cell] as usize..self.first[cell + 1] as usize;
+            for here in &self.tiles[range] {
+                // The first cell that both are in.
+                let [from_x, from_y] = here.from.map(usize::from);
+                let once = (x == x0.max(from_x)) & (y == y0.max(from_y));
+                if once & here.rect.meets(rect) {
+                    pairs.push(Pair {
+                        tile: here.tile,
+                        entry,
+                        block,
+                        near,
+                    });
+                }
+            }
+        });
+    }
+}
+
+/// Where each tile's items begin, and the items: in the order of the lists, and
+/// of one entry those that begin nearer first.
+pub fn by_tile(lists: &[Vec<Pair>], tiles: usize) -> (Vec<u32>, Vec<Item>) {
+    let pairs = || lists.iter().flatten();
+    let mut first = vec![0_u32; tiles + 1];
+    for pair in pairs() {
+        first[pair.tile as usize + 1] += 1;
+    }
+    for tile in 1..first.len() {
+        first[tile] += first[tile - 1];
+    }
+    let nothing = Item { entry: 0, block: 0 };
+    let mut items = vec![(nothing, 0.0_f32); first[tiles] as usize];
+    let mut next = first.clone();
+    for pair in pairs() {
+        let to = &mut next[pair.tile as usize];
+        let item = Item {
+            entry: pair.entry,
+            block: pair.block,
+        };
+        items[*to as usize] = (item, pair.near);
+        *to += 1;
+    }
+    for tile in 0..tiles {
+        let range = first[tile] as usize..first[tile + 1] as usize;
+        for run in items[range].chunk_by_mut(|a, b| a.0.entry == b.0.entry) {
+            run.sort_unstable_by(|a, b| a.1.total_cmp(&b.1));
+        }
+    }
+    (first, items.into_iter().map(|(item, _)| item).collect())
+}

@@ -1,0 +1,100 @@
+//! Triangles at random, of all sizes and from all distances.
+
+use crate::accel::{Apart, WIDE};
+use crate::geom::triangle::{Corners, canonical};
+use crate::math::Aabb32;
+use crate::trace::test_random::Random;
+
+/// Rays of a case.
+pub const RAYS: usize = 64;
+
+/// A block's triangles, and where rays are to pass.
+pub struct Case {
+    pub corners: [Corners; WIDE],
+    pub bounds: Aabb32,
+    /// On edges, at corners, inside, and beside.
+    pub targets: [[f64; 3]; RAYS],
+    /// From which the rays come, and how far away they begin.
+    pub dir: [f64; 3],
+    pub distance: f64,
+}
+
+impl Case {
+    pub fn some(random: &mut Random) -> Case {
+        let edge = random.size(-6.0, 0.0);
+        let off_centre = random.size(-1.0, 1.0);
+        let place = random.vector().map(|x| x * off_centre);
+        let flat = random.vector().map(|x| if x > 0.6 { 1e-3 } else { 1.0 });
+        let around = |random: &mut Random, size: f64| -> [f64; 3] {
+            let at = random.vector();
+            std::array::from_fn(|k| place[k] + at[k] * size)
+        };
+        let corners: [Corners; WIDE] = std::array::from_fn(|_| {
+            let middle = around(random, 4.0 * edge);
+            let corner = |random: &mut Random| -> [f32; 3] {
+                let at = random.vector();
+                std::array::from_fn(|k| (middle[k] + at[k] * edge * flat[k]) as f32)
+            };
+            canonical([corner(random), corner(random), corner(random)])
+        });
+        let spread = edge * random.size(-1.0, 1.5);
+        let targets = std::array::from_fn(|i| {
+            let [a, b, c] = corners[random.below(WIDE)].map(|p| p.map(f64::from));
+            let mix = |p: [f64; 3], q: [f64; 3], x: f64| -> [f64; 3] {
+                std::array::from_fn(|k| p[k] + (q[k] - p[k]) * x)
+            };
+            let share = 0.5 + 0.5 * random.unit();
+            match i % 4 {
+                0 => mix(a, b, share),
+                1 => c,
+                2 => mix(a, mix(b, c, share), 0.5 + 0.5 * random.unit()),
+                _ => around(random, spread),
+            }
+        });
+        // Of a mesh of some extent, as flat as its triangles or not.
+        let mut bounds = Aabb32 {
+            min: corners[0][0],
+            max: corners[0][0],
+        };
+        for k in 0..3 {
+            let grown = (random.unit() > 0.0).then(|| random.size(-6.0, 1.0) as f32);
+            for corner in corners.iter().flatten() {
+                bounds.min[k] = bounds.min[k].min(corner[k]);
+                bounds.max[k] = bounds.max[k].max(corner[k]);
+            }
+            if random.unit() > 0.0 {
+                bounds.min[k] -= grown.unwrap_or(0.0);
+            }
+            bounds.max[k] += grown.unwrap_or(0.0);
+        }
+        Case {
+            bounds,
+            corners,
+            targets,
+            dir: random.vector(),
+            distance: random.size(-1.0, 4.0) * edge.max(0.01),
+        }
+    }
+
+    pub fn block(&self) -> Apart {
+        let mut block = Apart {
+            corner: [[[0.0; WIDE]; 3]; 3],
+            source: std::array::from_fn(|slot| slot as u32),
+        };
+        for (slot, corners) in self.corners.iter().enumerate() {
+            for (which, corner) in corners.iter().enumerate() {
+                for k in 0..3 {
+                    block.corner[which][k][slot] = corner[k];
+                }
+            }
+        }
+        block
+    }
+}
+
+/// How many cases are asked.
+pub fn count() -> usize {
+    let set = std::env::var("LANECAST_CASES").ok();
+    let pairs: usize = set.and_then(|n| n.parse().ok()).unwrap_or(1_000_000);
+    pairs.div_ceil(RAYS * WIDE)
+}

@@ -1,0 +1,69 @@
+//! A global transform of the scene: a uniform scale and a shift.
+
+use super::check::{SceneError, check};
+use super::{Camera, Edge, Edges, Falloff, Light, Names, NodeId, Projection, Scene, Tables};
+use crate::math::Affine;
+use glam::DVec3;
+use std::sync::Arc;
+
+impl Scene {
+    /// Returns the scene scaled about the world's origin, then moved. Instances get one
+    /// more node above the roots; cameras and lights change their numbers in f64. Instance
+    /// ids stay, and so does the picture to within roundings. Returns an error where
+    /// numbers leave f64.
+    pub fn moved(self, scale: f64, offset: DVec3) -> Result<Scene, SceneError> {
+        let scaled = [[scale, 0.0, 0.0], [0.0, scale, 0.0], [0.0, 0.0, scale]];
+        let place = Affine::new(scaled, offset.to_array());
+        if place.is_identity() {
+            return Ok(self);
+        }
+        let mut tables = Arc::unwrap_or_clone(self.tables);
+        lift(&mut tables, place);
+        let moved = |p: DVec3| p * scale + offset;
+        for light in &mut tables.lights {
+            if let Light::Point {
+                position,
+                intensity,
+                falloff,
+            } = light
+            {
+                *position = moved(*position);
+                if *falloff == Falloff::InverseSquare {
+                    *intensity = intensity.map(|i| (f64::from(i) * scale * scale) as _);
+                }
+            }
+        }
+        for Camera {
+            eye, projection, ..
+        } in &mut tables.cameras.rows
+        {
+            *eye = moved(*eye);
+            if let Projection::Orthographic { half_height } = projection {
+                *half_height *= scale;
+            }
+        }
+        check(&mut tables)?;
+        let tables = Arc::new(tables);
+        Ok(Scene { tables })
+    }
+}
+
+/// Puts the roots below one node, and that node under a transform.
+fn lift(tables: &mut Tables, place: Affine) {
+    if tables.roots.is_empty() {
+        return;
+    }
+    let roots = std::mem::take(&mut tables.roots);
+    let first = tables.edges.len() as u32;
+    for row in 0..roots.len() {
+        tables.edges.push(roots.row(row));
+    }
+    let last = tables.edges.len() as u32;
+    tables.nodes.children.push(first..last);
+    let node = NodeId(tables.nodes.len() as u32 - 1);
+    let transform = tables.transforms.push(place);
+    let mut instances = Edges::default();
+    instances.push(Edge::node(node).transform(transform));
+    tables.roots = instances;
+    tables.root_names = Names::default();
+}

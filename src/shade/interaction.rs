@@ -1,0 +1,348 @@
+//! Data shared by all hits of a primitive, computed once: neighbouring rays usually hit
+//! the same primitive.
+
+use super::projection::{height_at, refined};
+use super::surface::{Surfaces, normal_before, normals, shading_normal, to_world, to_world_height};
+use crate::accel::{PreparedCsg, World};
+use crate::geom::formula::{Formula, border};
+use crate::geom::primitive::Blur;
+use crate::math::bounds::{LEAVING, LEAVING_CURVED, LEAVING_SLOPELESS, SLOPELESS};
+use crate::math::lanes::{Lanes, Mask, Scalar};
+use crate::math::{Aabb, Affine, Vec3, units};
+use crate::plan::Precision;
+use crate::scene::{CsgId, MaterialId, Shape, shape_bounds};
+use crate::trace::{HitId, TURNED};
+use glam::DVec3;
+
+/// Unit roundoffs of the lane types.
+const SINGLE: f64 = <f32 as Scalar>::UNIT_ROUNDOFF as f64;
+const DOUBLE: f64 = <f64 as Scalar>::UNIT_ROUNDOFF;
+
+/// A primitive in an instance: a whole mesh, or one operand of a CSG solid.
+pub struct InteractionPart<'w> {
+    world: &'w World,
+    precision: Precision,
+    instance: u64,
+    /// Of a CSG solid: the operand that was hit; the surface is evaluated in its
+    /// space.
+    part: Option<Part<'w>>,
+    shape: Shape,
+    /// True if f32 lanes first test the primitive from the ray's origin.
+    is_flat: bool,
+    /// Map to the instance's space unless it is the world; and a mesh's centre.
+    whole: Option<Affine>,
+    center: DVec3,
+    /// Map to the primitive's space unless it is the world.
+    placed: Option<Affine>,
+    /// Largest coordinate of the instance's shape, in its own space.
+    size: f64,
+    /// Factor from rounding errors in object space to world space.
+    stretch: f64,
+    material: Option<MaterialId>,
+}
+
+/// An operand of a CSG solid.
+#[derive(Clone, Copy)]
+struct Part<'w> {
+    csg: &'w PreparedCsg,
+    number: u32,
+    /// Map from the CSG solid's space, unless it is the same.
+    map: Option<&'w Affine>,
+    /// Largest extent of the operand, or 0 without bounds.
+    extent: f64,
+    /// [`PreparedCsg::widening`] in f64: the share per unit of reach, and the constant.
+    widening: [f64; 2],
+    /// Planes only: bound on their placement error, in the CSG solid's space.
+    slack: f64,
+    material: Option<MaterialId>,
+}
+
+impl<'w> InteractionPart<'w> {
+    pub fn of(world: &'w World, precision: Precision, id: HitId) -> InteractionPart<'w> {
+        let instance = world.instances.get(&world.scene, id.instance);
+        let entry = world.entry_of(id.instance);
+        let whole = entry.placed.then_some(instance.object_from_world);
+        let center = match entry.shape {
+            Shape::Mesh(mesh) if entry.placed => world.scene.meshes.center[mesh.index()],
+            _ => DVec3::ZERO,
+        };
+        // Boxes are f32: the box of a shape beyond that range is not finite.
+        let size = if entry.size.is_finite() {
+            entry.size
+        } else {
+            let bounds = shape_bounds(&world.scene, instance.shape);
+            bounds.map_or(0.0, |own| own.max_abs())
+        };
+        let mut interaction = InteractionPart {
+            world,
+            precision,
+            instance: id.instance,
+            part: None,
+            shape: entry.shape,
+            is_flat: entry.shape.is_flat(),
+            whole,
+            center,
+            placed: whole,
+            size,
+            stretch: entry.stretch,
+            material: instance.material,
+        };
+        if let Shape::Csg(row) = entry.shape {
+            interaction.enter(row, id.primitive);
+        }
+        interaction
+    }
+
+    fn enter(&mut self, row: CsgId, primitive: u32) {
+        let csg = self.world.csg(row);
+        let solid = &csg.solid;
+        let (number, _) = solid.operand_of(primitive & !TURNED);
+        let operand = &solid.operands[number as usize];
+        let frame = &solid.frames[operand.frame as usize];
+        let map = (operand.frame != 0).then_some(&frame.operand_from_solid);
+        let norms = [&frame.operand_from_solid, &frame.solid_from_operand].map(Affine::norm);
+        let bounds = shape_bounds(&self.world.scene, operand.id);
+        self.shape = operand.shape;
+        self.stretch *= norms[0] * norms[1];
+        self.placed = match (&self.whole, map) {
+            (Some(whole), Some(part)) => Some(part.then_after(whole)),
+            (whole, part) => part.or(whole.as_ref()).copied(),
+        };
+        let is_flat = self.shape.blur() == Blur::HalfSpaces;
+        // A hit's coordinates are no larger than the CSG solid's.
+        let slack = 2.0 * csg.placement_per_reach(operand.frame)[1];
+        let many = is_flat && solid.frames.len() > 1 && slack.is_finite();
+        self.part = Some(Part {
+            csg,
+            slack: if many { slack } else { 0.0 },
+            widening: csg.widening_per_reach(DOUBLE),
+            number,
+            map,
+            extent: bounds.map_or(0.0, |own| own.extent().max_element()),
+            material: operand.material,
+        });
+    }
+
+    /// Returns whether a hit belongs to this interaction.
+    #[inline(always)]
+    pub fn has(&self, id: HitId) -> bool {
+        let operand = |part: &Part| part.csg.solid.operand_of(id.primitive & !TURNED).0;
+        let same = |part: &Part| operand(part) == part.number;
+        self.instance == id.instance && self.part.as_ref().is_none_or(same)
+    }
+
+    /// Returns the material of one of the interaction's primitives.
+    #[inline(always)]
+    pub fn material(&self, primitive: u32) -> Option<MaterialId> {
+        let part = self.part.as_ref();
+        let own = || match self.shape {
+            Shape::Mesh(id) => {
+                let triangle = part.map_or(primitive, |part| part.surface(primitive));
+                self.world.scene.meshes.row(id).material(triangle)
+            }
+            _ => None,
+        };
+        let of_part = || part.and_then(|part| part.material);
+        self.material.or_else(of_part).or_else(own)
+    }
+
+    /// Evaluates the hits of world rays, one per lane, from origins, directions, t and
+    /// primitives.
+    #[inline(always)]
+    pub fn surfaces<D: Lanes<Scalar = f64>>(
+        &self,
+        (world_org, world_dir): (Vec3<D>, Vec3<D>),
+        mut t: D,
+        primitives: &[u32],
+    ) -> Surfaces<D> {
+        let (mut object_org, mut object_dir) = (world_org, world_dir);
+        if let Some(map) = &self.whole {
+            object_org = map.points(world_org) - Vec3::splat(self.center.to_array());
+            object_dir = map.vectors(world_dir);
+        }
+        let (mut turned, mut wider) = (D::Mask::splat(false), D::splat(1.0));
+        let mut own = D::ids(0);
+        own.as_mut().copy_from_slice(&primitives[..D::COUNT]);
+        if let Some(part) = &self.part {
+            let mut bits = 0;
+            for (i, primitive) in own.as_mut().iter_mut().enumerate() {
+                bits |= u32::from(*primitive & TURNED != 0) << i;
+                *primitive = part.surface(*primitive);
+            }
+            turned = D::Mask::from_bits(bits);
+            let at = object_org + object_dir * t;
+            let [share, more] = part.widening;
+            wider = wider + (at.max_abs() * D::splat(share) + D::splat(more));
+            if let Some(map) = part.map {
+                object_org = map.points(object_org);
+                object_dir = map.vectors(object_dir);
+            }
+        }
+        let own = own.as_ref();
+        let placed = self.placed.as_ref();
+        let infinity = D::splat(f64::INFINITY);
+        let (mut left, mut roundoff, mut blurred) = (D::zero(), SINGLE, D::zero());
+        let mut known = None;
+        let met = t;
+        if self.precision != Precision::Fast {
+            let rays = (object_org, object_dir);
+            let (refined, height) = refined(self.world, self.shape, own, rays, t);
+            t = refined;
+            known = Some(height);
+            // Error of the point in object space, converted to world space.
+            left = to_world_height(placed, &height).abs();
+            left = D::select(left.lt(infinity), left, D::zero());
+            // Triangles are tested from the ray's origin in lanes of any type, which
+            // must be certain that the triangle lies behind the leaving ray. Solids are
+            // tested in f64 first.
+            if self.precision == Precision::Exact || !self.is_flat {
+                roundoff = DOUBLE;
+            }
+            blurred = self.blurred(wider);
+        }
+        let borders = match self.shape {
+            Shape::LevelSet(id) => {
+                let formula = &self.world.scene.level_sets.formula[id.index()];
+                self.borders(formula, (object_org, object_dir), (met, &mut t))
+            }
+            _ => None,
+        };
+        let point = world_org + world_dir * t;
+        let at = object_org + object_dir * t;
+        // Slope and normal come from one evaluation.
+        if let (None, Shape::Implicit(_)) = (known, self.shape) {
+            known = Some(height_at(self.world, self.shape, at));
+        }
+        let unit = known.map(|height| height.normal);
+        let mut is_unit = unit.is_some();
+        let (mut ng, mut smooth) = normals(self.world, self.shape, (at, own), unit);
+        // Rounding on a polynomial without a slope moves the ray's start no farther
+        // than this.
+        let local = D::splat(self.size).max(at.max_abs());
+        let farthest = local * D::splat(LEAVING_SLOPELESS);
+        // A polynomial's values are f64 whatever the lanes; only t has the lanes' type.
+        let of_values = match self.shape {
+            Shape::Implicit(_) => DOUBLE,
+            _ => roundoff,
+        };
+        let most = farthest * D::splat(1.0 / (LEAVING * of_values));
+        let slope = known.map(|height| height.slope);
+        let mut blur = self.world.scene.blur(self.shape, at, slope);
+        let slopeless = !blur.lt(most);
+        if slopeless.any() {
+            left = D::select(slopeless, left.min(D::splat(self.stretch) * farthest), left);
+        }
+        if let Shape::Implicit(_) | Shape::LevelSet(_) = self.shape {
+            if !is_unit {
+                (ng, is_unit) = (units(ng), true);
+            }
+            // The gradient's direction is rounding noise, or the gradient left f64's
+            // range.
+            let lost = !(blur * D::splat(DOUBLE)).lt(local);
+            let lost = lost | !ng.length_squared().gt(D::splat(0.5));
+            if lost.any() {
+                let scene = &self.world.scene;
+                let bounds = match self.shape {
+                    Shape::Implicit(id) => scene.implicits.bounds[id.index()],
+                    Shape::LevelSet(id) => scene.level_sets.region[id.index()],
+                    _ => None,
+                };
+                let extent = |own: Aabb| D::splat(own.extent().max_element());
+                let back = bounds.map_or(local, extent) * D::splat(SLOPELESS);
+                let other = normal_before((scene, self.shape), at, object_dir, back);
+                ng = Vec3::select(lost, other, ng);
+            }
+        }
+        blur = D::select(slopeless, most, blur);
+        if let Some((there, normals)) = borders {
+            ng = Vec3::select(there, units(normals), ng);
+            left = D::select(there, D::zero(), left);
+            blur = D::select(there, local, blur);
+        }
+        if turned.any() {
+            let outward = |n: Vec3<D>| Vec3::select(turned, -n, n);
+            (ng, smooth) = (outward(ng), smooth.map(outward));
+        }
+        let ng = match placed {
+            None if is_unit => ng,
+            _ => to_world(placed, ng),
+        };
+        let front = world_dir.dot(ng).le(D::zero());
+        let facing = Vec3::select(front, ng, -ng);
+        let ns = match smooth {
+            None => facing,
+            Some(n) => shading_normal(to_world(placed, n), facing, front, world_dir),
+        };
+        // The magnitudes whose rounding the hit carries, in world units: in object
+        // space as the kernel rounds them; world rays are f64.
+        let object_size = D::splat(self.size).max(object_org.max_abs());
+        let object = (D::splat(roundoff) * object_size).max(D::splat(of_values) * blur);
+        let world_size = world_org.max_abs().max(point.max_abs());
+        let rounded = D::splat(self.stretch) * (object + blurred) + D::splat(DOUBLE) * world_size;
+        let most = D::splat(f64::MAX / LEAVING);
+        Surfaces {
+            point,
+            ng,
+            ns,
+            front,
+            offset: D::splat(LEAVING) * rounded.min(most) + left,
+        }
+    }
+
+    /// Finds the places near `met` where a level set's function ends or jumps: the
+    /// lanes that have one, and the normals there. Sets those lanes' t to the place,
+    /// since Newton steps lead away from poles.
+    fn borders<D: Lanes<Scalar = f64>>(
+        &self,
+        formula: &Formula,
+        (org, dir): (Vec3<D>, Vec3<D>),
+        (met, t): (D, &mut D),
+    ) -> Option<(D::Mask, Vec3<D>)> {
+        let roundoff = match self.precision {
+            Precision::Exact => DOUBLE,
+            _ => SINGLE,
+        };
+        let (mut bits, mut normals) = (0, [[0.0; 3]; 16]);
+        for (i, normal) in normals.iter_mut().enumerate().take(D::COUNT) {
+            let of = |v: Vec3<D>| [v.x.lane(i), v.y.lane(i), v.z.lane(i)];
+            if let Some(border) = border(formula, (of(org), of(dir)), met.lane(i), roundoff) {
+                (*t, *normal) = (t.with_lane(i, border.t), border.normal);
+                bits |= 1 << i;
+            }
+        }
+        (bits != 0).then(|| (D::Mask::from_bits(bits), Vec3::of_lanes(|i| normals[i])))
+    }
+
+    /// Returns the extra rounding of a CSG solid's operands, as a length in the
+    /// operand's space. Except meshes, quadrics, implicits and level sets, operands are
+    /// tested at their own size; no operand is more accurate than its placement.
+    #[inline(always)]
+    fn blurred<D: Lanes<Scalar = f64>>(&self, wider: D) -> D {
+        let Some(part) = &self.part else {
+            return D::zero();
+        };
+        let roundoff = match self.precision {
+            Precision::Exact => (D::splat(DOUBLE) * wider).min(D::splat(SINGLE)),
+            _ => D::splat(SINGLE),
+        };
+        let times = match self.shape.blur() {
+            Blur::Apart => 0.0,
+            Blur::Planar | Blur::HalfSpaces => 1.0,
+            // In f64 axes are rounded, too.
+            _ if self.precision == Precision::Exact => 4.0 * LEAVING_CURVED,
+            _ => LEAVING_CURVED,
+        };
+        D::splat(times) * roundoff * D::splat(part.extent) + D::splat(part.slack * (4.0 / LEAVING))
+    }
+}
+
+impl Part<'_> {
+    /// Returns the operand's surface number of a hit's primitive.
+    #[inline(always)]
+    fn surface(&self, primitive: u32) -> u32 {
+        self.csg.solid.operand_of(primitive & !TURNED).1
+    }
+}
+
+#[cfg(test)]
+mod tests;

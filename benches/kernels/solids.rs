@@ -3,7 +3,9 @@
 use criterion::Criterion;
 use glam::DVec3;
 use lanecast::internals::geom::exact::{Line, Root, Solid, first_beyond};
-use lanecast::internals::geom::{Cone, Cuboid, Ellipsoid, HalfSpace, Polygon, Quadric, Sphere};
+use lanecast::internals::geom::{
+    Cone, Cuboid, Ellipsoid, HalfSpace, Polygon, Quadric, Scratch, Sphere,
+};
 use std::hint::black_box;
 
 /// A name, the primitive, a ray that certainly meets it, and one that touches it
@@ -15,7 +17,7 @@ fn line(org: [f64; 3], dir: [f64; 3]) -> Line {
 }
 
 fn first<'a>(solid: &Solid<'a>, line: &Line) -> Root<'a> {
-    first_beyond(solid, line, 0.0).expect("it is met")
+    first_beyond(solid, line, 0.0, &mut Scratch::default()).expect("it is met")
 }
 
 pub fn exact(c: &mut Criterion) {
@@ -107,7 +109,10 @@ pub fn exact(c: &mut Criterion) {
         ),
     ];
     for (name, solid, hit, touch) in &rows {
-        let ask = |line: &Line| first_beyond(black_box(solid), black_box(line), 0.0);
+        let ask = |line: &Line| {
+            let scratch = &mut Scratch::default();
+            first_beyond(black_box(solid), black_box(line), 0.0, scratch)
+        };
         assert!(ask(hit).is_some(), "{name}");
         group.bench_function(format!("{name}, certain"), |b| b.iter(|| ask(hit)));
         if let Some(touch) = touch {

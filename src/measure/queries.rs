@@ -122,7 +122,7 @@ pub fn trace(
     answers.prepare(ask, whole + last.len());
     match ask {
         Ask::Closest => {
-            // Vectors that are equal in f32 are equal in f64.
+            // Origins that are equal in f32 are equal in f64.
             let ray = |i: usize| {
                 let meets = rays.t_max[i] > 0.0;
                 meets.then(|| (rays.org(i).map(f64::from), rays.dir(i).map(f64::from)))

@@ -3,6 +3,7 @@
 use crate::common::{RayColumns, kernels};
 use glam::DVec3;
 use lanecast::internals::accel::{Structure, World};
+use lanecast::internals::geom::Scratch;
 use lanecast::internals::geom::exact::Line;
 use lanecast::internals::plan::Precision;
 use lanecast::internals::reference::{Hit, Reference};
@@ -60,7 +61,8 @@ impl Asked {
 pub fn spans<'a>(world: &'a World, id: CsgId, line: &Line) -> (bool, Vec<Crossing<'a>>) {
     let mut all = Vec::new();
     let from = (line, f64::NEG_INFINITY);
-    let start = boundaries(world.csg(id), &world.scene, from, |crossing| {
+    let kernels = &mut Scratch::default();
+    let start = boundaries(world.csg(id), &world.scene, from, kernels, |crossing| {
         all.push(crossing);
         ControlFlow::Continue(())
     });

@@ -3,10 +3,11 @@
 
 use crate::common::{Random, assets, campaign};
 use glam::DVec3;
+use lanecast::internals::geom::Scratch;
 use lanecast::internals::geom::exact::{
     Line, Root, Solid, first_beyond, meetings, meetings_between,
 };
-use lanecast::internals::geom::guarded::implicit::crossings;
+use lanecast::internals::geom::guarded::implicit::{PolynomialScratch, crossings};
 use lanecast::internals::geom::guarded::{ObjectRay, implicit};
 use lanecast::internals::geom::implicit::values_at;
 use lanecast::internals::geom::implicit_bounds::bounds_of;
@@ -118,7 +119,9 @@ fn asked<L: Lanes, T>(
 }
 
 fn meet<L: Lanes>(row: &Implicit, lines: &[Line], t_min: f64) -> Meet<L> {
-    asked::<L, _>(lines, t_min, |object, all| implicit::meet(row, object, all))
+    asked::<L, _>(lines, t_min, |object, all| {
+        implicit::meet(row, object, all, &mut PolynomialScratch::default())
+    })
 }
 
 /// Rays at a region of size `size`, from near and far, through lattice points too.
@@ -147,8 +150,8 @@ fn lines(random: &mut Random, count: usize, size: f64, far: f64) -> Vec<Line> {
 fn exactly<'a>(row: &Implicit<'a>, line: &Line, t_min: f64) -> Option<Root<'a>> {
     let bounds = None;
     let unbounded = Solid::Implicit(Implicit { bounds, ..*row });
-    let root = first_beyond(&unbounded, line, t_min);
-    let same = first_beyond(&Solid::Implicit(*row), line, t_min);
+    let root = first_beyond(&unbounded, line, t_min, &mut Scratch::default());
+    let same = first_beyond(&Solid::Implicit(*row), line, t_min, &mut Scratch::default());
     let t = |root: &Option<Root>| root.as_ref().map(Root::rounded);
     assert_eq!(t(&root), t(&same), "{line:?} {row:?}");
     root
@@ -186,7 +189,8 @@ fn check<L: Lanes>(row: &Implicit, all: &[Line], t_min: f64, count: &mut Count) 
         // The same before a limit.
         let limit = lines[0].org.map(f64::abs).into_iter().fold(0.5, f64::max);
         let (blocked, unsure) = asked::<L, _>(lines, t_min, |object, all| {
-            implicit::blocked(row, object, L::from_f64(limit), all)
+            let scratch = &mut PolynomialScratch::default();
+            implicit::blocked(row, object, L::from_f64(limit), all, scratch)
         });
         for (i, line) in lines.iter().enumerate() {
             let on = |mask: L::Mask| mask.bits() >> i & 1 == 1;
@@ -239,7 +243,7 @@ fn what_lanes_say_of_published_surfaces_is_exact() {
         let tape = tape_of(published);
         for clip in clips() {
             let bounds = bounds_of(&tape, clip.as_ref());
-            let dense = Dense::of(&tape, bounds);
+            let dense = Dense::expand(&tape, bounds);
             let row = surface(&tape, dense.as_ref(), clip, bounds);
             if row.bounds.is_none() {
                 continue;
@@ -265,7 +269,7 @@ fn what_lanes_say_of_random_surfaces_is_exact() {
         let tape = random_tape(&mut random);
         let clip = clips()[1 + random.below(2) as usize];
         let bounds = clip.map(|clip| clip.bounds());
-        let dense = Dense::of(&tape, bounds);
+        let dense = Dense::expand(&tape, bounds);
         let row = surface(&tape, dense.as_ref(), clip, bounds);
         let distance = [0.5, 4.0, 1e3, 1e6][random.below(4) as usize];
         let rays = lines(&mut random, 16, 1.5, distance);
@@ -282,7 +286,7 @@ fn every_width_has_the_same_bits() {
     for number in 0..surfaces {
         let tape = random_tape(&mut random);
         let clip = clips()[1];
-        let dense = Dense::of(&tape, clip.map(|clip| clip.bounds()));
+        let dense = Dense::expand(&tape, clip.map(|clip| clip.bounds()));
         by_forms += usize::from(dense.is_some());
         let row = surface(&tape, dense.as_ref(), clip, None);
         let mut rays = lines(&mut random, 16, 1.5, [4.0, 1.0, 40.0][number % 3]);
@@ -321,14 +325,14 @@ fn crossings_are_those_of_integers() {
 
 /// At least `share` of the lines are settled in f64.
 fn known_crossings(tapes: &[Tape], random: &mut Random, share: f64) {
-    let (mut all, mut known, mut found) = (0, 0, Vec::new());
+    let (mut all, mut known, mut scratch) = (0, 0, PolynomialScratch::default());
     for tape in tapes {
         let far = [0.5, 5.0, 1e4][random.below(3) as usize];
         for line in lines(random, 20, 1.5, far) {
             let between = [far - 3.0, far + 3.0];
             all += 1;
             let rays = (line.org, line.dir);
-            let Some(first) = crossings(tape, rays, between, &mut found) else {
+            let Some(first) = crossings(tape, rays, between, &mut scratch) else {
                 continue;
             };
             known += 1;
@@ -346,12 +350,13 @@ fn known_crossings(tapes: &[Tape], random: &mut Random, share: f64) {
             }
             assert_eq!(first, sign);
             let within = expected[at(between[0]).count()..at(between[1]).count()].iter();
+            let found = &scratch.crossings;
             assert_eq!(found.len(), within.len(), "{line:?} {tape:?}");
             for (one, (root, _)) in found.iter().zip(within) {
                 assert!(root.order_with(one.from).is_gt() && root.order_with(one.to).is_lt());
             }
             let mut again = Vec::new();
-            meetings_between(tape, &line, between, &mut found, |m| again.push(m.root));
+            meetings_between(tape, &line, between, &mut scratch, |m| again.push(m.root));
             for (i, a) in again.iter().enumerate() {
                 for (j, (b, _)) in expected[at(between[0]).count()..].iter().enumerate() {
                     assert_eq!(a.order(b), i.cmp(&j));
@@ -375,7 +380,7 @@ fn rays_that_leave_are_not_in_doubt() {
     for published in &surfaces {
         let tape = tape_of(published);
         let clip = clips()[1];
-        let dense = Dense::of(&tape, clip.map(|clip| clip.bounds()));
+        let dense = Dense::expand(&tape, clip.map(|clip| clip.bounds()));
         let row = surface(&tape, dense.as_ref(), clip, None);
         for line in lines(&mut random, 200, 1.5, 6.0) {
             let Some(root) = exactly(&row, &line, 0.0) else {

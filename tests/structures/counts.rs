@@ -12,7 +12,7 @@ use crate::common::{Loaded, assets, load};
 use lanecast::internals::accel::{
     BaselineLevels, Count, Counter, Counts, Density, Figures, Levels, Structure, World,
 };
-use lanecast::internals::geom::Guarded;
+use lanecast::internals::geom::{Guarded, Scratch};
 use lanecast::internals::math::Vec3;
 use lanecast::internals::plan::Precision;
 use lanecast::internals::render::{Grid, Progress, RenderConfig, View, render};
@@ -54,12 +54,24 @@ fn replay(world: &World, levels: &BaselineLevels, rays: &[TracedRay]) -> (Counts
         let tester = Tester::<f32, Guarded>::new(world, &packet);
         if let RayKind::Shadow { .. } = ray.kind {
             let mut query = AnyHit::<f32>::new(ray.t_max);
-            tester.trace(levels, &mut query, &mut scratch, count);
+            tester.trace(
+                levels,
+                &mut query,
+                &mut scratch,
+                &mut Scratch::default(),
+                count,
+            );
             assert_eq!(query.blocked(), ray.outcome == Outcome::Blocked, "{ray:?}");
             continue;
         }
         let mut query = Closest::<f32, Guarded>::new(ray.t_max);
-        tester.trace(levels, &mut query, &mut scratch, count);
+        tester.trace(
+            levels,
+            &mut query,
+            &mut scratch,
+            &mut Scratch::default(),
+            count,
+        );
         let id = query.id(0);
         match ray.outcome {
             Outcome::Hit {

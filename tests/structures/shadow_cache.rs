@@ -6,7 +6,7 @@ use crate::common::{
 };
 use glam::DVec3;
 use lanecast::internals::accel::{Count, Levels, Structure, World};
-use lanecast::internals::geom::Guarded;
+use lanecast::internals::geom::{Guarded, Scratch};
 use lanecast::internals::math::Vec3;
 use lanecast::internals::plan::{Kernels, Precision, native_width};
 use lanecast::internals::render::{Grid, Progress, RenderConfig, View, render};
@@ -177,6 +177,7 @@ fn last_occluder(world: &World, rays: &[TracedRay], forgets: bool) -> usize {
         unreachable!("asked for");
     };
     let mut scratch = [levels.tlas.scratch::<f32>(), levels.tlas.scratch::<f32>()];
+    let mut kernels = Scratch::default();
     let (mut last, mut hits) = (HitId::NONE, 0);
     for ray in rays {
         let dir = ray.dir.map(f64::from);
@@ -184,11 +185,17 @@ fn last_occluder(world: &World, rays: &[TracedRay], forgets: bool) -> usize {
         let tester = Tester::<f32, Guarded>::new(world, &packet);
         let mut query = AnyHit::<f32>::new(ray.t_max);
         if last != HitId::NONE {
-            tester.single(last, &mut query);
+            tester.single(last, &mut query, &mut kernels);
             hits += usize::from(query.blocked());
         }
         if !query.blocked() {
-            tester.trace(levels, &mut query, &mut scratch, Count::default());
+            tester.trace(
+                levels,
+                &mut query,
+                &mut scratch,
+                &mut kernels,
+                Count::default(),
+            );
         }
         assert_eq!(query.blocked(), ray.outcome == Outcome::Blocked, "{ray:?}");
         if query.blocked() || forgets {

@@ -13,10 +13,9 @@ mod mesh;
 
 use crate::accel::{PLACEMENT, PreparedCsg, SLOWEST};
 use crate::csg::{Boundary, Walk};
-use crate::geom::Tape;
 use crate::geom::exact::{Inside, Line, Root, meetings_between, span};
-use crate::geom::guarded::implicit::Crossing as Crossed;
 use crate::geom::primitive::Boundaries;
+use crate::geom::{self, Tape};
 use crate::math::bounds::ErrorBounded;
 use crate::math::{Aabb, Vec3, length};
 use crate::scene::{CsgOperand, CsgSolid, Frame, Shape, Tables};
@@ -69,7 +68,6 @@ struct Scratch {
     walk: Walk,
     operands: Vec<u32>,
     facets: Vec<Facet>,
-    crossings: Vec<Crossed>,
 }
 
 thread_local! {
@@ -80,11 +78,11 @@ thread_local! {
 pub fn first<'a>(
     csg: &PreparedCsg,
     tables: &'a Tables,
-    line: &Line,
-    t_min: f64,
+    (line, t_min): (&Line, f64),
+    kernels: &mut geom::Scratch,
 ) -> Option<Crossing<'a>> {
     let mut found = None;
-    boundaries(csg, tables, (line, t_min), |crossing| {
+    boundaries(csg, tables, (line, t_min), kernels, |crossing| {
         if crossing.root.order_with(t_min).is_gt() {
             found = Some(crossing);
             return ControlFlow::Break(());
@@ -101,6 +99,7 @@ pub fn boundaries<'a>(
     csg: &PreparedCsg,
     tables: &'a Tables,
     (line, t_min): (&Line, f64),
+    kernels: &mut geom::Scratch,
     mut visit: impl FnMut(Crossing<'a>) -> ControlFlow<()>,
 ) -> bool {
     let mut scratch = SCRATCH.take().unwrap_or_default();
@@ -111,7 +110,6 @@ pub fn boundaries<'a>(
         walk,
         operands,
         facets,
-        crossings,
         ..
     } = &mut *scratch;
     let ray = [line.org, line.dir].map(Vec3::<f64>::splat);
@@ -131,10 +129,10 @@ pub fn boundaries<'a>(
             Shape::Mesh(_) => collect_mesh(csg, tables, (line, from), *number, facets, found),
             Shape::Implicit(id) => {
                 let tape = &tables.implicits.tape[id.index()];
-                collect_implicit(csg, tape, line, *number, crossings, found);
+                collect_implicit(csg, tape, line, *number, kernels, found);
             }
             shape if shape.boundaries() == Boundaries::Crossings => {
-                collect_crossings(solid, tables, line, *number, found);
+                collect_crossings(solid, tables, line, *number, kernels, found);
             }
             _ => collect(solid, tables, line, *number, found),
         }
@@ -238,7 +236,7 @@ fn collect_implicit<'a>(
     tape: &'a Tape,
     line: &Line,
     number: u32,
-    crossings: &mut Vec<Crossed>,
+    kernels: &mut geom::Scratch,
     (boundaries, inside): (&mut Vec<Boundary<Mark<'a>>>, &mut Vec<u32>),
 ) {
     let solid = &csg.solid;
@@ -253,7 +251,7 @@ fn collect_implicit<'a>(
     let Some(between) = between else {
         return;
     };
-    let first = meetings_between(tape, &own, between, crossings, |meeting| {
+    let first = meetings_between(tape, &own, between, &mut kernels.polynomial, |meeting| {
         if meeting.before == meeting.after {
             return;
         }
@@ -272,13 +270,14 @@ fn collect_crossings<'a>(
     tables: &'a Tables,
     line: &Line,
     number: u32,
+    kernels: &mut geom::Scratch,
     (boundaries, inside): (&mut Vec<Boundary<Mark<'a>>>, &mut Vec<u32>),
 ) {
     let primitive = tables.solid(solid.operands[number as usize].shape);
     let (Some(own), Some(primitive)) = (own_line(solid, line, number), primitive) else {
         return;
     };
-    let always = primitive.crossings(&own, |root, enters| {
+    let always = primitive.crossings(&own, kernels, |root, enters| {
         boundaries.push(boundary(solid, line, number, root, enters));
     });
     if always {

@@ -14,7 +14,7 @@ use crate::geom::exact::{Crossing, Line, Root, Solid, first_beyond};
 use crate::geom::primitive::Boundaries;
 use crate::geom::triangle::Corners;
 use crate::geom::triangle::exact::{Pair, meet_exact};
-use crate::geom::{Certainty, Guarded, Ray, triangle};
+use crate::geom::{Certainty, Guarded, Ray, Scratch, triangle};
 use crate::math::Vec3;
 use crate::math::bounds::ErrorBounded;
 use crate::math::lanes::{Lanes, Mask, Scalar};
@@ -59,22 +59,34 @@ pub(super) struct WorldRay {
 }
 
 /// Finds the f64 nearest to where a ray first meets a primitive beyond its t_min.
-pub(super) fn nearest_t(world: &World, ray: &WorldRay, id: HitId) -> Option<f64> {
+pub(super) fn nearest_t(
+    world: &World,
+    ray: &WorldRay,
+    id: HitId,
+    kernels: &mut Scratch,
+) -> Option<f64> {
     let case = Case::of(world, ray, id, None);
-    let (crossing, _) = case.crossing(ray.t_min)?;
+    let (crossing, _) = case.crossing(ray.t_min, kernels)?;
     Some(crossing.rounded())
 }
 
 impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     /// Decides about one primitive for some lanes, and hands what comes first to
-    /// the query.
-    pub fn decide<Q: Query<L>>(&self, lanes: L::Mask, id: HitId, query: &mut Q) {
+    /// the query. `kernels`: nothing on the way through a mesh, whose triangles need none; a
+    /// rival that is no triangle then has a scratch of its own.
+    pub fn decide<Q: Query<L>>(
+        &self,
+        lanes: L::Mask,
+        id: HitId,
+        query: &mut Q,
+        kernels: Option<&mut Scratch>,
+    ) {
         let nothing = KnownHits {
             hits: 0,
             t: &[],
             corners: None,
         };
-        self.decide_with(lanes, &nothing, id, query);
+        self.decide_with(lanes, &nothing, id, query, kernels);
     }
 
     /// The same, where some of it is at hand.
@@ -86,13 +98,22 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         known: &KnownHits<L::Scalar>,
         id: HitId,
         query: &mut Q,
+        kernels: Option<&mut Scratch>,
     ) {
+        let mut own;
+        let kernels = match kernels {
+            Some(kernels) => kernels,
+            None => {
+                own = Scratch::default();
+                &mut own
+            }
+        };
         let mut bits = lanes.bits();
         DECIDED.fetch_add(u64::from(bits.count_ones()), atomic::Ordering::Relaxed);
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize;
             bits &= bits - 1;
-            self.decide_one(lane, known, id, query);
+            self.decide_one(lane, known, id, query, kernels);
         }
     }
 
@@ -102,6 +123,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         known: &KnownHits<L::Scalar>,
         id: HitId,
         query: &mut Q,
+        kernels: &mut Scratch,
     ) {
         let (org, dir) = self.packet.lane(lane);
         let t_min = self.packet.ray.t_min.lane(lane).to_f64();
@@ -110,7 +132,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
             return;
         };
         let case = Case::of(self.world, &ray, id, known.corners);
-        let Some((crossing, surface)) = case.crossing(t_min) else {
+        let Some((crossing, surface)) = case.crossing(t_min, kernels) else {
             return;
         };
         let id = HitId {
@@ -121,7 +143,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
             Competitor::End(end) => crossing.order_with(end).is_lt(),
             Competitor::Hit(best, within) => match beside(&crossing, within) {
                 Some(order) => order.is_lt(),
-                None => match Case::of(self.world, &ray, best, None).crossing(t_min) {
+                None => match Case::of(self.world, &ray, best, None).crossing(t_min, kernels) {
                     Some((other, _)) => crossing.order(&other).then(id.cmp(&best)).is_lt(),
                     None => true,
                 },
@@ -129,7 +151,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         };
         if first {
             let met = (known.hits >> lane & 1 != 0).then(|| known.t[lane].to_f64());
-            let at = || depth::<L::Single>(self.world, &ray, id, &crossing, met);
+            let at = || depth::<L::Single>(self.world, &ray, id, &crossing, met, kernels);
             query.commit(lane, at, id);
         }
     }
@@ -161,16 +183,18 @@ impl<'a> Case<'a> {
     }
 
     /// Beyond the ray's t_min; of a CSG solid also which of its surfaces.
-    fn crossing(&self, t_min: f64) -> Option<(Crossing<'_>, Option<u32>)> {
+    fn crossing(&self, t_min: f64, kernels: &mut Scratch) -> Option<(Crossing<'_>, Option<u32>)> {
         if let Case::Csg(line, solid, tables) = self {
             let csg::Crossing {
                 root, primitive, ..
-            } = csg::first(solid, tables, line, t_min)?;
+            } = csg::first(solid, tables, (line, t_min), kernels)?;
             return Some((Crossing::Root(root), Some(primitive)));
         }
         let crossing = match self {
             Case::Csg(..) => None,
-            Case::Solid(line, solid) => first_beyond(solid, line, t_min).map(Crossing::Root),
+            Case::Solid(line, solid) => {
+                first_beyond(solid, line, t_min, kernels).map(Crossing::Root)
+            }
             Case::Triangle(pair) => {
                 let crossing = meet_exact(pair)?;
                 let beyond = crossing.order_with(t_min).is_gt();
@@ -200,11 +224,12 @@ fn depth<L: Lanes>(
     id: HitId,
     crossing: &Crossing,
     met: Option<f64>,
+    kernels: &mut Scratch,
 ) -> Depth {
     let is_csg = matches!(world.entry_of(id.instance).shape, Shape::Csg(_));
     if let (true, Crossing::Root(root)) = (is_csg, crossing) {
         let depth = depth_of(root);
-        let t = kernel_of_operand::<L>(world, ray, id, root);
+        let t = kernel_of_operand::<L>(world, ray, id, root, kernels);
         return Depth {
             t: t.unwrap_or(depth.t),
             ..depth
@@ -238,7 +263,7 @@ fn depth<L: Lanes>(
                 &world.bounds,
             );
             let entry = world.entry_of(id.instance);
-            let meet = Tester::<L, Guarded>::new(world, &packet).kernel(&entry);
+            let meet = Tester::<L, Guarded>::new(world, &packet).kernel(&entry, kernels);
             meet.hit.any().then(|| meet.t.lane(0).to_f64())
         }
     };
@@ -260,6 +285,7 @@ fn kernel_of_operand<L: Lanes>(
     ray: &WorldRay,
     id: HitId,
     root: &Root,
+    kernels: &mut Scratch,
 ) -> Option<f64> {
     let entry = world.entry_of(id.instance);
     let Shape::Csg(row) = entry.shape else {
@@ -286,7 +312,7 @@ fn kernel_of_operand<L: Lanes>(
         let (mut rows, all) = (Vec::new(), L::Mask::splat(true));
         let solid = (world.csg(row), &*world.scene);
         let mut spaces = Spaces::new(&packet);
-        let found = spaces.boundaries(solid, (operand, id), all, &mut rows);
+        let found = spaces.boundaries(solid, (operand, id), all, &mut rows, kernels);
         let end = rows.into_iter().find(holds)?;
         let known = !found.unsure.any() && is_sharp(&end).any();
         return known.then(|| end[1].lane(0).to_f64());

@@ -14,7 +14,7 @@ use super::query::{HitId, Query};
 use crate::accel::{
     AnyScratch, BaselineBlas, BaselineLevels, Count, TlasEntry, World, corner_bounds,
 };
-use crate::geom::{Certainty, Meet, triangle};
+use crate::geom::{Certainty, Meet, Scratch, triangle};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb32, Affine};
 use crate::scene::{MeshId, Shape};
@@ -67,15 +67,16 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
     }
 
     /// Meets everything in the world, through comparison structures. `scratch`: of the top
-    /// structure, and of meshes'.
+    /// structure, and of meshes'; `kernels`: of the primitives' kernels.
     pub fn trace<Q: Query<L>>(
         &self,
         levels: &BaselineLevels,
         query: &mut Q,
         [top, mesh]: &mut [AnyScratch<L>; 2],
+        kernels: &mut Scratch,
         count: Count,
     ) {
-        self.unbounded(query);
+        self.unbounded(query, kernels);
         for (entry, id) in self.world.unbounded_meshes() {
             if let Some(index) = &levels.blases[id.index()] {
                 let active = self.packet.ray.t_min.lt(query.limit());
@@ -98,7 +99,7 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
                         }
                         _ => {
                             count.test(active, 1);
-                            self.solid(entry, active, query);
+                            self.solid(entry, active, query, kernels);
                         }
                     }
                 }
@@ -109,10 +110,10 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
 
     /// The solids that stand outside the trees.
     #[inline(always)]
-    pub(super) fn unbounded<Q: Query<L>>(&self, query: &mut Q) {
+    pub(super) fn unbounded<Q: Query<L>>(&self, query: &mut Q, kernels: &mut Scratch) {
         for entry in self.world.unbounded_solids() {
             let active = self.packet.ray.t_min.lt(query.limit());
-            self.solid(entry, active, query);
+            self.solid(entry, active, query, kernels);
         }
     }
 
@@ -176,16 +177,17 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
         };
         let some = (meet.hit | meet.unsure).any();
         if some && C::GUARDED {
-            self.offer_guarded(&meet, id, Some(corners), query);
+            self.offer_guarded(&meet, id, Some(corners), query, None);
         } else if some {
-            self.offer(object, window, &corner_bounds(corners), meet, id, query);
+            let own = corner_bounds(corners);
+            self.offer((object, window, &own), meet, id, query, None);
         }
         some
     }
 
     /// One primitive alone: what the shadow cache and the resolver test.
     #[inline(never)]
-    pub fn single<Q: Query<L>>(&self, id: HitId, query: &mut Q) {
+    pub fn single<Q: Query<L>>(&self, id: HitId, query: &mut Q, kernels: &mut Scratch) {
         let entry = self.world.entry_of(id.instance);
         let active = self.packet.ray.t_min.lt(query.limit());
         match entry.shape {
@@ -196,7 +198,7 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
                 let corners = triangle::canonical(mesh.corners(id.primitive as usize));
                 self.triangle(&object, &window, &corners, id, active, query);
             }
-            _ => self.solid(&entry, active, query),
+            _ => self.solid(&entry, active, query, kernels),
         }
     }
 
@@ -241,6 +243,7 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
         id: HitId,
         corners: Option<&triangle::Corners>,
         query: &mut Q,
+        kernels: Option<&mut Scratch>,
     ) {
         let doubt = query.accept_sure(meet, id);
         let doubt = doubt | meet.unsure & query.limit().gt(self.packet.ray.t_min);
@@ -252,7 +255,7 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
                 t: t.as_ref(),
                 corners,
             };
-            self.decide_with(doubt, &known, id, query);
+            self.decide_with(doubt, &known, id, query, kernels);
         }
     }
 
@@ -261,16 +264,15 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
     #[inline(always)]
     pub(super) fn offer<Q: Query<L>>(
         &self,
-        object: &Packet<L>,
-        window: &Window<L>,
-        own: &Aabb32,
+        (object, window, own): (&Packet<L>, &Window<L>, &Aabb32),
         meet: Meet<L>,
         id: HitId,
         query: &mut Q,
+        kernels: Option<&mut Scratch>,
     ) {
         if C::GUARDED {
             if (meet.hit | meet.unsure).any() {
-                self.offer_guarded(&meet, id, None, query);
+                self.offer_guarded(&meet, id, None, query, kernels);
             }
         } else if meet.hit.any() {
             let t_min = object.ray.t_min;
@@ -288,9 +290,15 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
 impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     /// Meets one shape that is no mesh.
     #[inline(never)]
-    pub(super) fn solid<Q: Query<L>>(&self, entry: &TlasEntry, active: L::Mask, query: &mut Q) {
+    pub(super) fn solid<Q: Query<L>>(
+        &self,
+        entry: &TlasEntry,
+        active: L::Mask,
+        query: &mut Q,
+        kernels: &mut Scratch,
+    ) {
         if let Shape::Csg(id) = entry.shape {
-            return self.csg(entry, id, active, query);
+            return self.csg(entry, id, active, query, kernels);
         }
         let id = HitId {
             instance: entry.instance,
@@ -303,18 +311,20 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
             }
             let object = self.object_packet(entry, DVec3::ZERO);
             if let (true, Shape::Implicit(row)) = (Q::ANY, entry.shape) {
-                return self.is_blocked(&object, row, id, active, query);
+                return self.is_blocked(&object, (row, id), active, query, kernels);
             }
-            let meet = self.certified(&object, entry, active, query);
+            let meet = self.certified(&object, entry, active, query, kernels);
             let meet = doubted::<L, C>(meet, active, id);
-            self.offer(&object, &window, &entry.own, meet, id, query);
+            let places = (&object, &window, &entry.own);
+            self.offer(places, meet, id, query, Some(kernels));
         } else {
             if let (true, Shape::Implicit(row)) = (Q::ANY, entry.shape) {
-                return self.is_blocked(self.packet, row, id, active, query);
+                return self.is_blocked(self.packet, (row, id), active, query, kernels);
             }
-            let meet = self.certified(self.packet, entry, active, query);
+            let meet = self.certified(self.packet, entry, active, query, kernels);
             let meet = doubted::<L, C>(meet, active, id);
-            self.offer(self.packet, &Window::all(), &entry.own, meet, id, query);
+            let places = (self.packet, &Window::all(), &entry.own);
+            self.offer(places, meet, id, query, Some(kernels));
         }
     }
 }

@@ -60,7 +60,7 @@ impl Stream<'_> {
             first: 0,
         };
         let solids = &mut self.lanewise::<L, S>();
-        nested.unbounded::<L, S, C, Q>(&world, active, queries, solids);
+        nested.unbounded::<L, S, C, Q>(&world, active, queries, (solids, scratch));
         let mut set = 0;
         each(active, |i| set |= u64::from(limit(&queries[i]) >= 0.0) << i);
         nested.group::<L, S, C, Q>(&world, set, queries, (solids, scratch));
@@ -82,7 +82,7 @@ impl Nested<'_, '_> {
         at: &Spot,
         set: u64,
         queries: &mut [Q; STREAM],
-        solids: &mut Lanewise<L, S>,
+        (solids, scratch): (&mut Lanewise<L, S>, &mut StreamScratch),
     ) {
         for link in &at.group.open {
             let (place, first) = self.through(at, link);
@@ -94,7 +94,7 @@ impl Nested<'_, '_> {
                             place,
                             first,
                         };
-                        self.unbounded::<L, S, C, Q>(&spot, set, queries, solids);
+                        self.unbounded::<L, S, C, Q>(&spot, set, queries, (solids, scratch));
                     }
                 }
                 Target::Shape(shape) => {
@@ -108,7 +108,7 @@ impl Nested<'_, '_> {
                         self.stream.world.center,
                     );
                     let map = Some(&place.object_from_world);
-                    solids.meet::<C, Q>(&entry, map, set, queries);
+                    solids.meet::<C, Q>(&entry, map, set, queries, &mut scratch.kernels);
                 }
             }
         }
@@ -196,7 +196,7 @@ impl Nested<'_, '_> {
                 );
                 let map = Some(&place.object_from_world);
                 let Shape::Mesh(id) = entry.shape else {
-                    return solids.meet::<C, Q>(&entry, map, set, queries);
+                    return solids.meet::<C, Q>(&entry, map, set, queries, &mut scratch.kernels);
                 };
                 let met = Met { entry: &entry, map };
                 let StreamScratch { object, mesh, .. } = scratch;

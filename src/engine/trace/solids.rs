@@ -7,7 +7,7 @@ use super::query::{Found, Query, next_up};
 use super::rays::Rays;
 use super::stream::each;
 use crate::accel::{STREAM, TlasEntry, World};
-use crate::geom::Certainty;
+use crate::geom::{Certainty, Scratch};
 use crate::math::Affine;
 use crate::math::lanes::{Lanes, Mask};
 
@@ -54,6 +54,7 @@ impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
         map: Option<&Affine>,
         set: u64,
         queries: &mut [Q; STREAM],
+        kernels: &mut Scratch,
     ) {
         const { assert!(S * L::COUNT == STREAM) };
         for s in 0..S {
@@ -67,7 +68,7 @@ impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
                     let active = packet.ray.t_min.lt(query.limit());
                     Tester::<L::Single, C>::new(self.world, &packet)
                         .with_map(map)
-                        .solid(entry, active, query);
+                        .solid(entry, active, query, kernels);
                 });
                 continue;
             }
@@ -84,7 +85,7 @@ impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
             let mut query = Q::together::<L>(limit);
             Tester::<L, C>::new(self.world, packet)
                 .with_map(map)
-                .solid(entry, active, &mut query);
+                .solid(entry, active, &mut query, kernels);
             each(some, |lane| {
                 let Some((at, id)) = query.found(lane) else {
                     return;
@@ -94,7 +95,12 @@ impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
                     let row = self.first + first + lane;
                     let packet = self.rays.packet::<L::Single>(row, self.world);
                     let all = <L::Single as Lanes>::Mask::splat(true);
-                    Tester::<L::Single, C>::new(self.world, &packet).decide(all, id, own);
+                    Tester::<L::Single, C>::new(self.world, &packet).decide(
+                        all,
+                        id,
+                        own,
+                        Some(kernels),
+                    );
                 }
             });
         }

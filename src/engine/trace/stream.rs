@@ -11,7 +11,7 @@ use super::ray_stream::{BlockPlanes, StreamRays};
 use super::rays::Rays;
 use super::solids::{Lanewise, Packets};
 use crate::accel::{Block, BoxRays, STREAM, StreamStack, TlasEntry, UNUSED, World};
-use crate::geom::Certainty;
+use crate::geom::{Certainty, Scratch};
 use crate::math::Affine;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::scene::{MeshId, Shape};
@@ -26,6 +26,8 @@ pub(super) struct StreamScratch {
     pub mesh: StreamStack,
     /// Of nested worlds: levels that are not in use.
     pub levels: Vec<Box<Level>>,
+    /// Of the primitives' kernels.
+    pub kernels: Scratch,
 }
 
 /// What is being tested: an entry, and its `object_from_world` where that is at
@@ -86,7 +88,7 @@ impl Stream<'_> {
         let world = self.world;
         let mut solids = self.lanewise::<L, S>();
         for entry in world.unbounded_solids() {
-            solids.meet::<C, Q>(entry, None, active, queries);
+            solids.meet::<C, Q>(entry, None, active, queries, &mut scratch.kernels);
         }
         for (entry, id) in world.unbounded_meshes() {
             self.mesh_alone::<L::Single, C, Q>(entry, id, active, queries, scratch);
@@ -101,13 +103,14 @@ impl Stream<'_> {
             each(active, |i| {
                 open |= u64::from(limit(&queries[i]) >= 0.0) << i;
             });
-            return solids.meet::<C, Q>(only, None, open, queries);
+            return solids.meet::<C, Q>(only, None, open, queries, &mut scratch.kernels);
         }
         let StreamScratch {
             world: stream_rays,
             object,
             top,
             mesh: stack,
+            kernels,
             ..
         } = scratch;
         let ray = |i: usize| {
@@ -149,7 +152,7 @@ impl Stream<'_> {
                                 );
                             }
                         }
-                        _ => solids.meet::<C, Q>(entry, None, set, queries),
+                        _ => solids.meet::<C, Q>(entry, None, set, queries, kernels),
                     }
                     each(set, |i| {
                         boxes.limit[i] = limit(&queries[i]);

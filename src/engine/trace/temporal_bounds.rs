@@ -20,7 +20,7 @@ use super::packet::Packet;
 use super::query::{Closest, HitId};
 use super::rays::{MAX_LANES, Rays};
 use crate::accel::World;
-use crate::geom::Fast;
+use crate::geom::{Fast, Scratch};
 use crate::math::round_up;
 use crate::plan::Kernels;
 use serde::Serialize;
@@ -201,10 +201,11 @@ impl TemporalBounds {
             return 0;
         }
         let mut bound = [self.depth[number]; MAX_LANES];
+        let mut kernels = Scratch::default();
         if self.reuse == Reuse::Hit {
             for (i, bound) in bound.iter_mut().enumerate() {
                 let id = self.id.get(number * MAX_LANES + i);
-                *bound = again(world, rays, row + i, id);
+                *bound = again(world, rays, row + i, id, &mut kernels);
             }
         } else if bound[0] == f32::INFINITY {
             return 0;
@@ -291,13 +292,13 @@ fn met(hits: &Hits, row: usize) -> u64 {
 /// The bound of a ray that may meet what it met before; nothing of the answer
 /// rests on it.
 #[inline(never)]
-fn again(world: &World, rays: &Rays, i: usize, id: HitId) -> f32 {
+fn again(world: &World, rays: &Rays, i: usize, id: HitId, kernels: &mut Scratch) -> f32 {
     if id == HitId::NONE || rays.t_max[i] <= 0.0 {
         return f32::INFINITY;
     }
     let packet: Packet<f32> = rays.packet(i, world);
     let mut nearest = Closest::<f32, Fast>::new(f32::INFINITY);
-    Tester::<f32, Fast>::new(world, &packet).single(id, &mut nearest);
+    Tester::<f32, Fast>::new(world, &packet).single(id, &mut nearest, kernels);
     match nearest.id(0) {
         HitId::NONE => f32::INFINITY,
         _ => round_up(nearest.t(0) * MARGIN),

@@ -4,7 +4,7 @@
 use super::{Random, Target};
 use crate::geom::LevelSet;
 use crate::geom::exact::Line;
-use crate::geom::formula::value_and_gradient;
+use crate::geom::formula::{SearchScratch, value_and_gradient};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
@@ -21,7 +21,8 @@ pub(super) fn in_level_set(row: &LevelSet, random: &mut Random) -> Target {
         let (a, b) = (within(), within());
         let (org, dir) = (a.to_array(), (b - a).to_array());
         let mut met = None;
-        row.changes(&Line { org, dir }, [0.0, 1.0], |change| {
+        let scratch = &mut SearchScratch::default();
+        row.changes(&Line { org, dir }, [0.0, 1.0], scratch, |change| {
             met = Some(a.lerp(b, change.t));
             ControlFlow::Break(())
         });

@@ -1,6 +1,7 @@
 //! Solids placed in the world, and the spans of lines inside them.
 
 use crate::accel::{MeshCrossingTrees, PreparedCsg};
+use crate::geom::Scratch;
 use crate::geom::exact::{Line, Root, span};
 use crate::geom::primitive::Boundaries;
 use crate::math::bounds::{ErrorBounded, UNIT};
@@ -77,7 +78,13 @@ impl<'a> Placed<'a> {
 
     /// Calls `part` with enter and exit of every span of a world line inside the solid,
     /// and a bound on the error of the span's length. Every end is a boundary.
-    pub(super) fn spans(&self, org: DVec3, dir: DVec3, mut part: impl FnMut(f64, f64, f64)) {
+    pub(super) fn spans(
+        &self,
+        org: DVec3,
+        dir: DVec3,
+        kernels: &mut Scratch,
+        mut part: impl FnMut(f64, f64, f64),
+    ) {
         let line = Line {
             org: self.object_from_world.point(org.to_array()),
             dir: self.object_from_world.vector(dir.to_array()),
@@ -107,7 +114,8 @@ impl<'a> Placed<'a> {
             return;
         };
         let mut since = None;
-        boundaries(csg, self.scene, (&line, f64::NEG_INFINITY), |change| {
+        let from = (&line, f64::NEG_INFINITY);
+        boundaries(csg, self.scene, from, kernels, |change| {
             let t = place(&change.root);
             if change.enters {
                 since = Some(t);

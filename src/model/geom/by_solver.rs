@@ -1,16 +1,15 @@
-//! Polynomial surfaces by a solver of the user's choice, for those who know no doubt.
+//! Meets polynomial surfaces by a solver that the user chooses, in `fast` only.
 //!
-//! One ray at a time: the surface's polynomial along the ray, in powers, is worked out in
-//! f64, and [`solve`] is asked for its roots. What comes of it is taken as it is: the
-//! coefficients are rounded, and a solver may miss roots. How wrong that is `verify`
-//! measures; docs/ROOTS.md has a table.
+//! One ray at a time, the coefficients of the polynomial along the ray are computed in f64 and
+//! [`solve`] finds the roots. The answer has no error bound: the coefficients are rounded, and a
+//! solver may miss roots. `verify` measures the errors; docs/ROOTS.md has a table.
 //!
-//! What a solver cannot separate ([`Cluster`]) counts as one root in the middle where the
-//! polynomial has different signs at its ends, and else as none.
+//! A [`Cluster`] of roots that a solver cannot separate counts as one root in its middle if the
+//! polynomial has different signs at its ends, and as none otherwise.
 
-use super::guarded::{Ends, ObjectRay, cuboid, sphere};
+use super::guarded::ObjectRay;
 use super::tape::{Arithmetic, MAX_DEGREE, Tape};
-use super::{Clip, Cuboid, Implicit, Ray};
+use super::{Implicit, Ray};
 use crate::math::Vec3;
 use crate::math::lanes::Mask;
 use crate::roots::{
@@ -21,12 +20,12 @@ use std::ops::Bound;
 /// Origin and direction, in the surface's space.
 type Line = ([f64; 3], [f64; 3]);
 
-/// The least t of a ray in the surface, or of what its clip leaves of it, between two.
+/// Returns the least t between two numbers at which a ray meets the surface within its clip.
 pub fn first(row: &Implicit, solver: Solver, line: Line, between: [f64; 2]) -> Option<f64> {
-    let part = Part::of(row, line, between)?;
+    let part = LinePart::clipped(row, line, between)?;
     let p = part.polynomial(row.tape, line)?;
     let mut answer = part.solved(&p, solver, Want::Nearest)?;
-    // A cluster ends the search, and may be none.
+    // A cluster ends the search, and may turn out to be no root.
     if !answer.clusters.is_empty() {
         answer = part.solved(&p, solver, Want::All)?;
     }
@@ -36,10 +35,10 @@ pub fn first(row: &Implicit, solver: Solver, line: Line, between: [f64; 2]) -> O
     Some(part.at(s))
 }
 
-/// Whether there is such a t. Some solvers need not find it.
+/// Says whether there is such a t, which some solvers can do without finding it.
 pub fn exists(row: &Implicit, solver: Solver, line: Line, between: [f64; 2]) -> bool {
     let count = || {
-        let part = Part::of(row, line, between)?;
+        let part = LinePart::clipped(row, line, between)?;
         let p = part.polynomial(row.tape, line)?;
         roots::count(&p, &part.interval(), solver)
     };
@@ -49,8 +48,8 @@ pub fn exists(row: &Implicit, solver: Solver, line: Line, between: [f64; 2]) -> 
     }
 }
 
-/// All t between two at which a line comes into the polynomial's solid or leaves it,
-/// ascending; and whether it is inside at the first of the two.
+/// Finds all t between two numbers at which a line enters or leaves the polynomial's solid,
+/// ascending; returns whether it is inside at the first of the two.
 pub fn crossings(
     tape: &Tape,
     solver: Solver,
@@ -59,7 +58,7 @@ pub fn crossings(
     found: &mut Vec<f64>,
 ) -> bool {
     found.clear();
-    let part = Part {
+    let part = LinePart {
         from,
         to,
         begins_in: false,
@@ -80,42 +79,33 @@ pub fn crossings(
     begins(&p) < 0.0
 }
 
-/// The sign of a polynomial just above 0.
+/// Returns the sign of a polynomial just above 0.
 fn begins(p: &Polynomial) -> f64 {
     let first = p.coefficients().iter().find(|c| **c != 0.0);
     first.map_or(0.0, |c| c.signum())
 }
 
-/// A part of a line, in which s goes from 0 to 1; from 0 on, where it has no end.
-struct Part {
+/// A part of a line, parametrised by s from 0 to 1, or from 0 to ∞ if it is unbounded.
+struct LinePart {
     from: f64,
     to: f64,
-    /// What is at the first t counts: the clip begins there, or the bounds.
+    /// Whether a root at s = 0 counts, because the clip or the bounds begin there.
     begins_in: bool,
 }
 
-impl Part {
-    /// What of it is in the surface's clip or bounds.
-    fn of(row: &Implicit, (org, dir): Line, [from, to]: [f64; 2]) -> Option<Part> {
+impl LinePart {
+    /// Returns the part of a line in the surface's clip or bounds.
+    fn clipped(row: &Implicit, (org, dir): Line, [from, to]: [f64; 2]) -> Option<LinePart> {
         let (org, dir) = (Vec3::<f64>::splat(org), Vec3::splat(dir));
         let ray = Ray::new(org, dir, from);
         let line = ObjectRay::new(&org, &dir, &ray);
-        let ends: Option<Ends<f64>> = match (row.clip, row.bounds) {
-            (Some(Clip::Sphere(ball)), _) => Some(sphere::sphere_ends(&ball, &line)),
-            (Some(Clip::Cuboid(row)), _) => Some(cuboid::ends(&row, &line)),
-            (None, Some(bounds)) => {
-                let (min, max) = (bounds.min, bounds.max);
-                Some(cuboid::ends(&Cuboid { min, max }, &line))
-            }
-            (None, None) => None,
-        };
-        let part = match ends {
-            None => Part {
+        let part = match row.region_ends(&line) {
+            None => LinePart {
                 from,
                 to,
                 begins_in: false,
             },
-            Some(ends) if ends.some.any() => Part {
+            Some(ends) if ends.some.any() => LinePart {
                 from: from.max(ends.enter[1]),
                 to: to.min(ends.exit[1]),
                 begins_in: ends.enter[1] > from,
@@ -134,7 +124,7 @@ impl Part {
         self.from + s * self.width()
     }
 
-    /// What s may be.
+    /// Returns the interval of s.
     fn interval(&self) -> Interval {
         let low = match self.begins_in {
             true => Bound::Included(0.0),
@@ -147,8 +137,7 @@ impl Part {
         Interval { low, high }
     }
 
-    /// The middle of what of a cluster is in the part, if the polynomial changes its sign
-    /// there.
+    /// Returns the middle of a cluster, cut to the part, if the polynomial changes its sign there.
     fn crossed(&self, p: &Polynomial, cluster: &Cluster) -> Option<f64> {
         let end = match (self.to - self.from).is_finite() {
             true => 1.0,
@@ -171,7 +160,7 @@ impl Part {
     }
 
     fn polynomial(&self, tape: &Tape, (org, dir): Line) -> Option<Polynomial> {
-        let along = Along {
+        let along = MovingPoint {
             start: std::array::from_fn(|k| org[k] + self.from * dir[k]),
             step: dir.map(|x| x * self.width()),
         };
@@ -179,19 +168,20 @@ impl Part {
         Polynomial::new(&powers.c[..=powers.degree]).ok()
     }
 
-    /// Newton's method begins where the part does: the nearest root is the one sought.
+    /// Solves for the roots. Newton's method starts at the beginning of the part, because the
+    /// nearest root is sought.
     fn solved(&self, p: &Polynomial, solver: Solver, want: Want) -> Option<Answer> {
         solve(p, &self.interval(), solver, want, &[0.0]).ok()
     }
 }
 
-/// A point that moves with s.
-struct Along {
+/// A point on the line as a linear function of s.
+struct MovingPoint {
     start: [f64; 3],
     step: [f64; 3],
 }
 
-/// A polynomial in s; no power above the degree is used.
+/// A polynomial in s; coefficients above the degree are not used.
 #[derive(Clone, Copy)]
 struct Powers {
     c: [f64; MOST],
@@ -201,7 +191,7 @@ struct Powers {
 const MOST: usize = MAX_DEGREE as usize + 1;
 
 impl Powers {
-    fn of(low: f64, high: f64, degree: usize) -> Powers {
+    fn linear(low: f64, high: f64, degree: usize) -> Powers {
         let mut c = [0.0; MOST];
         (c[0], c[1]) = (low, high);
         Powers { c, degree }
@@ -215,15 +205,15 @@ impl Powers {
     }
 }
 
-impl Arithmetic for Along {
+impl Arithmetic for MovingPoint {
     type Value = Powers;
 
     fn coordinate(&self, axis: usize) -> Powers {
-        Powers::of(self.start[axis], self.step[axis], 1)
+        Powers::linear(self.start[axis], self.step[axis], 1)
     }
 
     fn constant(&self, value: f64) -> Powers {
-        Powers::of(value, 0.0, 0)
+        Powers::linear(value, 0.0, 0)
     }
 
     fn sum(&self, a: &Powers, b: &Powers) -> Powers {
@@ -235,7 +225,7 @@ impl Arithmetic for Along {
     }
 
     fn product(&self, a: &Powers, b: &Powers) -> Powers {
-        let mut product = Powers::of(0.0, 0.0, (a.degree + b.degree).min(MOST - 1));
+        let mut product = Powers::linear(0.0, 0.0, (a.degree + b.degree).min(MOST - 1));
         for (i, x) in a.c[..=a.degree].iter().enumerate() {
             for (to, y) in product.c[i..].iter_mut().zip(&b.c[..=b.degree]) {
                 *to += x * y;

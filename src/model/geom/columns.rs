@@ -1,4 +1,4 @@
-//! Tables of primitives that are a few numbers each: one column per field, one row per
+//! Macros for tables of primitives that are a few numbers each: one column per field, one row per
 //! primitive.
 
 macro_rules! table {
@@ -44,12 +44,18 @@ macro_rules! table {
     };
 }
 
-/// The kernels of a [`Primitive`](super::primitive::Primitive) that is one span along a ray:
-/// the span without bounds, and hit and ends with bounds.
+/// Defines the kernels of a [`Primitive`](super::primitive::Primitive) that is one span along a
+/// ray: the span without bounds, and hit and ends with bounds.
 macro_rules! kernels_of_span {
     (($self:ident, $id:ident: $Id:ty, $object:ident, $active:ident) $span:expr, $meet:expr, $ends:expr $(,)?) => {
         #[inline(always)]
-        fn meet_fast<L: Lanes>(&$self, $id: $Id, $object: &ObjectRay<L>, _: L::Mask) -> Meet<L> {
+        fn meet_fast<L: Lanes>(
+            &$self,
+            $id: $Id,
+            $object: &ObjectRay<L>,
+            _: L::Mask,
+            _: &mut crate::geom::Scratch,
+        ) -> Meet<L> {
             $span.first_beyond($object.ray.t_min)
         }
 
@@ -60,6 +66,7 @@ macro_rules! kernels_of_span {
             _extent: f32,
             $object: &ObjectRay<L>,
             $active: L::Mask,
+            _: &mut crate::geom::Scratch,
         ) -> Meet<L> {
             $meet
         }

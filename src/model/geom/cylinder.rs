@@ -1,4 +1,4 @@
-//! Circular cylinders: cones whose radii are equal.
+//! Circular cylinders: cones of equal radii.
 
 use super::columns::table;
 use super::cone::{Cone, Upright, apart, span};
@@ -7,6 +7,7 @@ use super::guarded::{self, Ends, ObjectRay};
 use super::kinds::CylinderId;
 use super::primitive::{Flaw, OPEN, Primitive, finite, finite3, positive};
 use super::ray::Meet;
+use super::scratch::Scratch;
 use crate::math::lanes::Lanes;
 use crate::math::{Aabb, Vec3};
 use glam::DVec3;
@@ -16,9 +17,9 @@ use glam::DVec3;
 pub struct Cylinder {
     pub base: DVec3,
     pub top: DVec3,
-    /// > 0.
+    /// The radius, > 0.
     pub radius: f64,
-    /// Without caps: a surface, no inside.
+    /// Whether the caps are left out: it is then a surface without inside.
     pub open: bool,
 }
 
@@ -47,7 +48,7 @@ table!(Cylinders of Cylinder by CylinderId {
 } with uprights: Upright = |row: &Cylinder| row.as_cone().upright());
 
 impl Cylinders {
-    /// As kernels take it.
+    /// Returns the row in the form that kernels take.
     #[inline(always)]
     pub fn upright(&self, id: CylinderId) -> &Upright {
         &self.uprights[id.index()]
@@ -87,7 +88,7 @@ impl Primitive for Cylinders {
         caps.into_iter().chain([side]).map(Some).collect()
     }
 
-    /// Of an oblique one its box says nothing.
+    /// Returns the lesser of height and diameter: the box of an oblique one says nothing about it.
     fn thickness(&self, id: CylinderId) -> Option<f64> {
         let row = self.row(id);
         Some(row.base.distance(row.top).min(2.0 * row.radius))
@@ -99,6 +100,7 @@ impl Primitive for Cylinders {
         id: CylinderId,
         object: &ObjectRay<L>,
         active: L::Mask,
+        _: &mut Scratch,
     ) -> Meet<L> {
         let _ = active;
         self.upright(id).meet_fast(object.ray)
@@ -111,6 +113,7 @@ impl Primitive for Cylinders {
         _extent: f32,
         object: &ObjectRay<L>,
         active: L::Mask,
+        _: &mut Scratch,
     ) -> Meet<L> {
         guarded::cone::meet_cylinder(self.upright(id), object, active)
     }

@@ -1,10 +1,10 @@
-//! Polynomials in x, y, z of degree 4 at most, multiplied out: what rays that begin at one
-//! point have in common, they then have as numbers.
+//! Polynomials in x, y, z of degree 4 at most, expanded into monomials, so that rays of one origin
+//! can share a Taylor form about it.
 //!
-//! About a point o, f(o + t d) is Σ tᵏ hₖ(d), with forms hₖ of degree k whose coefficients
-//! depend on o alone. Taking forms at d costs a fifth of what f costs at as many points as
-//! its degree asks for. A tape keeps f factored, which is shorter above degree 4, and
-//! the only way that is exact: coefficients here are rounded.
+//! About a point o, f(o + t d) is Σ tᵏ hₖ(d), with forms hₖ of degree k whose coefficients depend
+//! on o alone. Evaluating the forms at d costs a fifth of evaluating f at as many points as its
+//! degree requires. A tape keeps f factored, which is shorter above degree 4, and it is exact,
+//! whereas the coefficients here are rounded.
 
 mod horner;
 
@@ -17,65 +17,64 @@ use crate::math::int::decoded;
 use crate::math::lanes::Lanes;
 use num_bigint::{BigInt, Sign};
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-/// The highest one.
+/// The highest degree.
 pub const DEGREE: usize = 4;
 
-/// Coefficients of that degree.
+/// The number of coefficients of a polynomial of that degree.
 pub const MOST: usize = 35;
 
-/// A polynomial of degree 2, 3 or 4, that of xⁱ yʲ zᵏ at [`place`].
+/// A polynomial of degree 2, 3 or 4; the coefficient of xⁱ yʲ zᵏ stands at [`place`].
 #[derive(Clone, Debug)]
 pub struct Dense {
     degree: usize,
     coefficients: [f64; MOST],
-    /// Without signs.
+    /// The magnitudes of the coefficients.
     magnitudes: [f64; MOST],
-    /// Vectors are expanded about whose coordinates are no larger.
+    /// The largest coordinate of an origin about which f is expanded (F8,
+    /// docs/numerics/polynomials.md).
     pub near: f64,
-    /// Rays that begin on the surface, too, had better be met by this.
+    /// Whether the Taylor form pays for a single ray, too, as for rays that begin on the surface.
     pub everywhere: bool,
-    /// Of no other polynomial.
-    number: u64,
 }
 
-/// Fewer steps than these are taken sooner than forms.
+/// A tape of fewer fused steps is evaluated faster than its Taylor form.
 const SHORT: usize = 8;
 
-/// Up to so many steps a tape is taken sooner than an expansion that only one ray needs.
+/// A tape of up to so many fused steps is evaluated faster than it is expanded for one ray.
 const SHORT_ALONE: usize = 12;
 
-/// Vectors are no farther than so many times the surface's size, in degree 2, 3 and 4: f's
-/// magnitude on the way is then less than 2^16 times what it is on the surface, (2·7 + 2)⁴.
+/// The largest distance of an origin relative to the surface's size, for degrees 2, 3 and 4 (F8,
+/// docs/numerics/polynomials.md): the magnitude of f on the way is then less than 2¹⁶ = (2·7 + 2)⁴
+/// times that on the surface.
 const NEAR: [f64; 3] = [127.0, 19.0, 7.0];
 
-/// Surfaces lie no farther from the coordinates' origin than this many times their extent:
-/// a tape like (x − 10⁶)² loses nothing of what is multiplied out.
+/// The largest coordinate of a surface relative to its extent: expanding a tape such as (x − 10⁶)²
+/// would cancel.
 const ASIDE: f64 = 2.0;
 
-/// Powers of 2 between which coefficients lie, and the surface's size, and what rays are
-/// met with by this: nothing then leaves f64, and what underflows is nothing beside the
-/// roundings of magnitudes at [`FLOOR`].
+/// The exponents of 2 that bound coefficients and the surface's size, and the largest coordinate
+/// and direction of rays: nothing then overflows, and underflow is nothing beside the roundings of
+/// magnitudes at [`FLOOR`] (F9, docs/numerics/polynomials.md).
 const COEFFICIENTS: i32 = 200;
 const SIZES: i32 = 40;
 pub const RANGE: f64 = (1_u64 << 60) as f64;
 
-/// No coordinate's magnitude is taken for less.
+/// The least magnitude of a coordinate that bounds take (F9, docs/numerics/polynomials.md).
 pub const FLOOR: f64 = 1.0 / RANGE;
 
-/// Terms that cancel when a tape is multiplied out may be so many times as large as those
-/// that are left.
+/// The most that the magnitude of the tape may exceed that of its expansion: terms that cancel.
 const CANCELLED: f64 = 64.0;
 
-/// Roundings of f's magnitude at points that are rounded themselves: n of coordinates and
-/// as many of terms, and more. Times [`crate::math::bounds::LEAVING`], which it is a unit
-/// of, that is ten times [`Dense::roundings`] of degree 3.
+/// Roundings of the magnitude of f at rounded points: n of coordinates, n of terms, and more (F17,
+/// docs/numerics/polynomials.md). In units of [`crate::math::bounds::LEAVING`], with which it is
+/// multiplied; the product is ten times [`Dense::roundings`] of degree 3.
 const BLUR: f64 = 8.0;
 
 impl Dense {
-    /// Of surfaces for which it is known to pay. `bounds`: of the surface.
-    pub fn of(tape: &Tape, bounds: Option<Aabb>) -> Option<Dense> {
+    /// Expands the tape of a surface with these bounds; `None` if that does not pay or is not
+    /// accurate.
+    pub fn expand(tape: &Tape, bounds: Option<Aabb>) -> Option<Dense> {
         let steps = tape.fused().0.len();
         let (size, extent) = (bounds?.max_abs(), bounds?.extent().max_element());
         let sizes = f64::powi(2.0, -SIZES)..f64::powi(2.0, SIZES);
@@ -94,7 +93,6 @@ impl Dense {
             magnitudes: [0.0; MOST],
             near: NEAR[degree - 2] * size,
             everywhere: degree < 4 && steps > SHORT_ALONE,
-            number: 0,
         };
         for ([i, j, k], exact) in tape.evaluate(&Expanding)? {
             let coefficient = exact.rounded()?;
@@ -105,39 +103,37 @@ impl Dense {
         if magnitude_at(tape, corner) > CANCELLED * dense.magnitude(corner) {
             return None;
         }
-        static NUMBERS: AtomicU64 = AtomicU64::new(1);
-        dense.number = NUMBERS.fetch_add(1, Relaxed);
         Some(dense)
     }
 
-    /// How many roundings of its magnitude at the far end a Bernstein coefficient of
-    /// f along a ray may be off by: 2 of a coefficient, 5n of an expansion, 5n of forms, 3n
-    /// of the way to where the ray comes in, n of the length's powers, n + 2 of the change
-    /// of basis.
+    /// Returns how many roundings of its magnitude at the far end a Bernstein coefficient of f
+    /// along a ray may be off by (F6, docs/numerics/polynomials.md): 2 of a coefficient, 5n of the
+    /// expansion, 5n of the forms, 3n of the shift to the beginning, n of the length's powers, n +
+    /// 2 of the change of basis.
     pub fn roundings(&self) -> f64 {
         15.0 * self.degree as f64 + 4.0
     }
 
-    /// Σ |a| xⁱ yʲ zᵏ, of magnitudes.
+    /// Returns Σ |a| xⁱ yʲ zᵏ at coordinates' magnitudes.
     #[inline(always)]
     pub fn magnitude<D: Lanes<Scalar = f64>>(&self, size: Vec3<D>) -> D {
         horner::value(self.degree, &|i| D::from_f64(self.magnitudes[i]), size)
     }
 
-    /// The same of degree N − 1, which is known.
+    /// Returns [`magnitude`](Self::magnitude) for a known degree N − 1.
     #[inline(always)]
     pub fn magnitude_in<D: Lanes<Scalar = f64>, const N: usize>(&self, size: Vec3<D>) -> D {
         horner::value(N - 1, &|i| D::from_f64(self.magnitudes[i]), size)
     }
 
-    /// f and its gradient.
+    /// Returns f and its gradient.
     #[inline(always)]
     pub fn values_at<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> (D, Vec3<D>) {
         horner::gradient(self.degree, &|i| D::from_f64(self.coefficients[i]), p)
     }
 
-    /// What f may be off by at points that are rounded themselves, if rays that begin there
-    /// are met by this.
+    /// Bounds the error of f at rounded points from which rays are met by this form (F17,
+    /// docs/numerics/polynomials.md).
     #[inline(always)]
     pub fn blur_at<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> D {
         let size = p.abs();
@@ -146,9 +142,9 @@ impl Dense {
         self.magnitude(size) * D::from_f64(BLUR * UNIT)
     }
 
-    /// The coefficients of f(base + p), of which there are `M`.
+    /// Returns the `M` coefficients of f(base + p).
     #[inline(always)]
-    pub fn about<D: Lanes<Scalar = f64>, const M: usize>(&self, base: Vec3<D>) -> [D; M] {
+    pub fn expanded_about<D: Lanes<Scalar = f64>, const M: usize>(&self, base: Vec3<D>) -> [D; M] {
         let mut c = [D::zero(); M];
         for (to, from) in c.iter_mut().zip(&self.coefficients) {
             *to = D::from_f64(*from);
@@ -162,7 +158,7 @@ impl Dense {
     }
 }
 
-/// By repeated division by x − x₀, and then by y − y₀ and z − z₀.
+/// Shifts by repeated synthetic division by x − x₀, then by y − y₀ and z − z₀.
 #[inline(always)]
 fn shift<D: Lanes, const M: usize, const COUNT: usize>(
     c: &mut [D; M],
@@ -178,7 +174,7 @@ fn shift<D: Lanes, const M: usize, const COUNT: usize>(
     }
 }
 
-/// Of each axis, which coefficient is added to which.
+/// Returns for each axis which coefficient is added to which.
 const fn shifts<const COUNT: usize>(n: usize) -> [[(u8, u8); COUNT]; 3] {
     let mut all = [[(0, 0); COUNT]; 3];
     let mut axis = 0;
@@ -209,7 +205,7 @@ const fn shifts<const COUNT: usize>(n: usize) -> [[(u8, u8); COUNT]; 3] {
     all
 }
 
-/// Powers of x, y, z: one of an axis, and those of the others.
+/// Returns the powers of x, y, z, given the power of an axis and those of the other two.
 const fn on(axis: usize, power: usize, p: usize, q: usize) -> [usize; 3] {
     match axis {
         0 => [power, p, q],
@@ -218,7 +214,7 @@ const fn on(axis: usize, power: usize, p: usize, q: usize) -> [usize; 3] {
     }
 }
 
-/// Where the coefficient of xⁱ yʲ zᵏ is, in degree n: as [`horner`] takes them.
+/// Returns the place of the coefficient of xⁱ yʲ zᵏ in degree n, in the order of [`horner`].
 pub const fn place(n: usize, [i, j, k]: [usize; 3]) -> usize {
     let (mut at, mut row) = (k, 0);
     while row < i {
@@ -233,15 +229,15 @@ pub const fn place(n: usize, [i, j, k]: [usize; 3]) -> usize {
     at
 }
 
-/// hₖ(d), k = 0 … N − 1, of f about a point: coefficients in degree N − 1, which is no more
-/// than [`DEGREE`].
+/// Evaluates the forms hₖ(d), k = 0 … N − 1, of f about a point, from the coefficients in degree N
+/// − 1 ≤ [`DEGREE`].
 #[inline(always)]
-pub fn forms<D: Lanes<Scalar = f64>, const N: usize>(
+pub fn taylor_forms<D: Lanes<Scalar = f64>, const N: usize>(
     c: &impl Fn(usize) -> D,
     dir: Vec3<D>,
 ) -> [D; N] {
-    // What is larger is built, too, and never asked.
-    let order = const { &in_forms(if N - 1 < DEGREE { N - 1 } else { DEGREE }) };
+    // Larger N are instantiated, too, but never called.
+    let order = const { &taylor_order(if N - 1 < DEGREE { N - 1 } else { DEGREE }) };
     let mut powers = [dir.z; N];
     for k in 2..N {
         powers[k] = powers[k - 1] * dir.z;
@@ -253,7 +249,7 @@ pub fn forms<D: Lanes<Scalar = f64>, const N: usize>(
         c(usize::from(order[at - 1]))
     };
     for (k, form) in all.iter_mut().enumerate().skip(1) {
-        // Of xᵏ⁻ᵐ a form of degree m in y and z.
+        // The factor of xᵏ⁻ᵐ is a form of degree m in y and z.
         *form = next();
         for m in 1..=k {
             let mut inner = next();
@@ -266,8 +262,8 @@ pub fn forms<D: Lanes<Scalar = f64>, const N: usize>(
     all
 }
 
-/// The order in which forms take coefficients.
-const fn in_forms(n: usize) -> [u8; MOST] {
+/// Returns the order in which [`taylor_forms`] takes the coefficients.
+const fn taylor_order(n: usize) -> [u8; MOST] {
     let mut order = [0; MOST];
     let (mut at, mut k) = (0, 1);
     while k <= n {
@@ -286,10 +282,12 @@ const fn in_forms(n: usize) -> [u8; MOST] {
     order
 }
 
-/// The last expansion about a point that all rays had in common.
+/// The latest expansion about a point that all rays shared.
 #[derive(Clone, Debug)]
 pub struct Expanded {
-    number: u64,
+    /// The polynomial: its degree, 0 for none, and its coefficients.
+    degree: usize,
+    of: [f64; MOST],
     base: [f64; 3],
     coefficients: [f64; MOST],
 }
@@ -297,7 +295,8 @@ pub struct Expanded {
 impl Default for Expanded {
     fn default() -> Expanded {
         Expanded {
-            number: 0,
+            degree: 0,
+            of: [0.0; MOST],
             base: [0.0; 3],
             coefficients: [0.0; MOST],
         }
@@ -306,8 +305,8 @@ impl Default for Expanded {
 
 impl Expanded {
     #[inline(always)]
-    pub fn of(&mut self, dense: &Dense, base: [f64; 3]) -> &[f64; MOST] {
-        if self.number != dense.number || self.base != base {
+    pub fn coefficients_about(&mut self, dense: &Dense, base: [f64; 3]) -> &[f64; MOST] {
+        if self.base != base || self.degree != dense.degree || self.of != dense.coefficients {
             self.renew(dense, base);
         }
         &self.coefficients
@@ -315,28 +314,28 @@ impl Expanded {
 
     #[inline(never)]
     fn renew(&mut self, dense: &Dense, base: [f64; 3]) {
-        (self.number, self.base) = (dense.number, base);
+        (self.degree, self.of, self.base) = (dense.degree, dense.coefficients, base);
         let at = Vec3::<f64>::splat(base);
         match dense.degree {
-            2 => self.coefficients[..10].copy_from_slice(&dense.about::<f64, 10>(at)),
-            3 => self.coefficients[..20].copy_from_slice(&dense.about::<f64, 20>(at)),
-            _ => self.coefficients = dense.about(at),
+            2 => self.coefficients[..10].copy_from_slice(&dense.expanded_about::<f64, 10>(at)),
+            3 => self.coefficients[..20].copy_from_slice(&dense.expanded_about::<f64, 20>(at)),
+            _ => self.coefficients = dense.expanded_about(at),
         }
     }
 }
 
-/// m · 2^power.
+/// The exact number m · 2^power.
 #[derive(Clone)]
 struct Whole {
     m: BigInt,
     power: i64,
 }
 
-/// Bits that a coefficient may have on the way.
+/// The most bits of a coefficient during the expansion.
 const BITS: u64 = 4096;
 
 impl Whole {
-    fn of(value: f64) -> Whole {
+    fn decode(value: f64) -> Whole {
         let (m, power) = decoded(value);
         let m = BigInt::from(m);
         Whole {
@@ -370,7 +369,8 @@ impl Whole {
         (self.m.bits() <= BITS).then_some(self)
     }
 
-    /// To a little more than half a unit in the last place. `None`: out of range.
+    /// Rounds with an error of little more than half a unit in the last place; `None` if out of
+    /// range.
     fn rounded(&self) -> Option<f64> {
         if self.m.sign() == Sign::NoSign {
             return Some(0.0);
@@ -385,10 +385,10 @@ impl Whole {
     }
 }
 
-/// Of xⁱ yʲ zᵏ by i, j and k. `None`: too large.
+/// Coefficients of xⁱ yʲ zᵏ by i, j and k; `None` if they are too large.
 type Expansion = Option<BTreeMap<[usize; 3], Whole>>;
 
-/// Multiplies out, exactly.
+/// Exact expansion of a tape.
 struct Expanding;
 
 impl Arithmetic for Expanding {
@@ -397,13 +397,13 @@ impl Arithmetic for Expanding {
     fn coordinate(&self, axis: usize) -> Expansion {
         let mut powers = [0; 3];
         powers[axis] = 1;
-        Some(BTreeMap::from([(powers, Whole::of(1.0))]))
+        Some(BTreeMap::from([(powers, Whole::decode(1.0))]))
     }
 
     fn constant(&self, value: f64) -> Expansion {
         value
             .is_finite()
-            .then(|| BTreeMap::from([([0; 3], Whole::of(value))]))
+            .then(|| BTreeMap::from([([0; 3], Whole::decode(value))]))
     }
 
     fn sum(&self, a: &Expansion, b: &Expansion) -> Expansion {
@@ -435,7 +435,7 @@ fn add(sum: &mut BTreeMap<[usize; 3], Whole>, powers: [usize; 3], term: &Whole) 
         Some(old) => old.plus(term)?,
         None => term.clone(),
     };
-    // What cancels is no term: degrees of a tape may be more than the polynomial's.
+    // A coefficient that cancels is removed, because a tape's degree may exceed the polynomial's.
     if new.m.sign() == Sign::NoSign {
         sum.remove(&powers);
     } else {

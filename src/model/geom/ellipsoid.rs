@@ -1,4 +1,4 @@
-//! Ellipsoids: the unit sphere, with rays divided by the radii.
+//! Ellipsoids: the unit sphere, met by rays divided by the radii.
 
 use super::columns::{kernels_of_span, table};
 use super::exact::{Inside, Line, solid};
@@ -14,11 +14,11 @@ use crate::math::lanes::{Lanes, Scalar};
 use crate::math::{Aabb, Vec3};
 use glam::DVec3;
 
-/// Axis-parallel; turn it with a transform.
+/// An axis-parallel ellipsoid; a transform turns it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ellipsoid {
     pub center: DVec3,
-    /// Each > 0.
+    /// The radii along the axes, each > 0.
     pub radii: DVec3,
 }
 
@@ -27,10 +27,10 @@ impl Ellipsoid {
         Aabb::new(self.center, self.center).grown(self.radii)
     }
 
-    /// Outward, any length: the gradient of Σ(x/r)².
+    /// Returns the outward normal, of any length: the gradient of Σ(x/r)².
     #[inline(always)]
     pub fn normals_at<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> Vec3<D> {
-        // Divided by the least radius first, so that squares stay in range.
+        // Relative to the least radius, so that squares stay in range.
         let least = self.radii.min_element();
         let shape = self.radii / least;
         let out = p - Vec3::splat(self.center.to_array());

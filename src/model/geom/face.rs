@@ -1,34 +1,34 @@
-//! The faces of solids, told apart by numbers alone: what lies in one plane, or in one
-//! curved surface, by definition, so that rays cross it at one t.
+//! Faces of solids as numbers: two faces with equal numbers lie in one plane or one curved surface
+//! by definition, so that rays cross both at one t.
 
 use glam::DVec3;
 
-/// A surface, in the shape's own space. Equal ones are the same; of others the same
-/// may be true.
+/// A surface in the shape's own space. Equal values are one surface; unequal values may be, too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Face {
-    /// Where a coordinate has a value.
+    /// The plane on which a coordinate has one value.
     Across {
         axis: usize,
         at: f64,
     },
-    /// Any other.
+    /// Any other plane.
     Plane {
         normal: DVec3,
         offset: f64,
     },
-    /// A plane through a point, across the line to another.
+    /// The plane through a point and perpendicular to the line to another point.
     Cap {
         at: DVec3,
         to: DVec3,
     },
-    /// A cylinder about a line along an axis, through a point with a zero there.
+    /// A cylinder about a line that is parallel to an axis, through the point whose coordinate on
+    /// that axis is 0.
     Along {
         axis: usize,
         through: DVec3,
         radius: f64,
     },
-    /// A cylinder about any other line.
+    /// A cylinder about another line.
     Side {
         base: DVec3,
         top: DVec3,
@@ -40,7 +40,7 @@ pub enum Face {
     },
 }
 
-/// [`Face`] without what has no order or no equality: for maps.
+/// A [`Face`] as a key of maps.
 pub type FaceKey = [u64; 8];
 
 impl Face {
@@ -59,7 +59,7 @@ impl Face {
             Face::Ellipsoid { center, radii } => (7, (center, radii, (0, 0.0))),
         };
         let (a, b, (axis, x)) = numbers;
-        // Zero has two signs.
+        // −0 and +0 are one number.
         let bits = |x: f64| (x + 0.0).to_bits();
         let mut key = [kind + 8 * axis as u64; 8];
         for (key, x) in key[1..].iter_mut().zip([a.x, a.y, a.z, b.x, b.y, b.z, x]) {
@@ -70,14 +70,15 @@ impl Face {
 }
 
 impl Face {
-    /// Seen from either side, at any length of the normal that is a power of two.
+    /// Makes the face of a plane; it is the same for both orientations, and for normals that
+    /// differ by a power of two.
     pub(super) fn of_plane(normal: DVec3, offset: f64) -> Face {
         let mut along = (0..3).filter(|k| normal[*k] != 0.0);
         let Some(axis) = along.next() else {
             return Face::Plane { normal, offset };
         };
         let at = offset / normal[axis];
-        // Of larger numbers the remainder cannot vanish by underflow.
+        // With numbers above this the remainder cannot underflow to zero.
         let is_exact = libm::fma(at, normal[axis], -offset) == 0.0 && offset.abs() > 1e-200;
         if along.next().is_none() && (is_exact || offset == 0.0) {
             return Face::Across { axis, at };
@@ -86,7 +87,7 @@ impl Face {
         let scaled = |x: f64| libm::scalbn(x, power).copysign(x * normal[axis].signum());
         let (n, w) = (normal.to_array().map(scaled), scaled(offset));
         let back = |x: f64, scaled: f64| libm::scalbn(scaled.abs(), -power) == x.abs();
-        // Scaled beyond the range of numbers, it is left as it is.
+        // A plane whose scaled numbers leave f64's range is not scaled.
         let whole = (0..3).all(|k| back(normal[k], n[k])) && back(offset, w);
         if whole {
             Face::Plane {
@@ -98,7 +99,7 @@ impl Face {
         }
     }
 
-    /// Of a cylinder or cone, at one end of its axis.
+    /// Makes the face of a cap of a cylinder or cone, at one end of its axis.
     pub(super) fn cap(at: DVec3, to: DVec3) -> Face {
         match axis_of(at, to) {
             Some(axis) => Face::Across { axis, at: at[axis] },
@@ -106,7 +107,7 @@ impl Face {
         }
     }
 
-    /// Of a cylinder.
+    /// Makes the face of a cylinder's side.
     pub(super) fn side(base: DVec3, top: DVec3, radius: f64) -> Face {
         match axis_of(base, top) {
             Some(axis) => {
@@ -123,7 +124,7 @@ impl Face {
     }
 }
 
-/// Along which two points differ, if along one only.
+/// Returns the axis along which two points differ, if they differ along one only.
 fn axis_of(a: DVec3, b: DVec3) -> Option<usize> {
     let mut along = (0..3).filter(|k| a[*k] != b[*k]);
     along.next().filter(|_| along.next().is_none())

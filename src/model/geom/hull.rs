@@ -1,11 +1,10 @@
 //! Convex hulls: planes from points and points from planes.
 //!
-//! [`of_points`] is quickhull (Barber, Dobkin, Huhdanpaa 1996) on triangles,
-//! with coplanar triangles merged afterwards; [`of_planes`] cuts a large cube
-//! by one plane after the other. Both work in f64 at unit size with a stated
-//! tolerance: what is flatter than it counts as flat, and what cannot be
-//! settled is refused, never guessed. Planes come out with unit outward
-//! normals; of redundant ones only the needed remain.
+//! [`of_points`] is quickhull (Barber, Dobkin, Huhdanpaa 1996) on triangles, with coplanar
+//! triangles merged afterwards; [`of_planes`] cuts a large cube by one plane after the other. Both
+//! work in f64 at unit size with a stated tolerance: a solid flatter than that counts as flat, and
+//! undecidable input is refused, never guessed. The resulting planes have unit outward normals;
+//! redundant ones are removed.
 
 mod planes;
 mod points;
@@ -17,26 +16,26 @@ use super::HalfSpace;
 use glam::DVec3;
 use thiserror::Error;
 
-/// Distances below this part of the size are rounding: two hundred times what
-/// a determinant of unit vectors loses (2⁻⁵³ · 24).
+/// The distance relative to the size below which differences are rounding: some 400 times the
+/// error of a determinant of unit vectors (2⁻⁵³ · 24).
 const TOLERANCE: f64 = 1e-12;
 
-/// Faces that differ less than this part of the size are one face.
+/// The distance relative to the size below which two faces are one.
 const FLATNESS: f64 = 1e-10;
 
-/// Where three planes meet at small angles, their rounding moves the corner by
-/// up to 16 · 2⁻⁵² · spread of the largest coordinate. This is the most that is
-/// let through: one part in 10^10.
+/// The largest spread of three planes that is accepted. Where planes meet at small angles, their
+/// rounding moves the corner by up to 16 · 2⁻⁵² · spread of the largest coordinate (P7,
+/// docs/numerics/planes.md): here by one part in 10¹⁰.
 const MAX_SPREAD: f64 = 3e4;
 
-/// More than these make no sense for one solid, and take long.
+/// The most points and planes of one solid; more would take long.
 const MAX_POINTS: usize = 1 << 16;
 const MAX_PLANES: usize = 1 << 11;
 
-/// A bounded convex solid, both ways.
+/// A bounded convex solid by its planes and by its corners.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hull {
-    /// Unit outward normals, one plane a face.
+    /// One plane per face, with unit outward normals.
     pub planes: Vec<HalfSpace>,
     /// The corners, each on three planes or more.
     pub points: Vec<DVec3>,
@@ -66,12 +65,12 @@ pub enum HullError {
         "a corner or an edge is so sharp that rounding would move it visibly; \
          leave the sliver out, or use a mesh"
     )]
-    ExactSign,
+    Sharp,
     #[error("faces or corners lie too close to each other to tell them apart")]
     Unsettled,
 }
 
-/// How much an error of the planes is magnified where they meet: the norm of
+/// Returns the factor by which errors of three planes are magnified where they meet: the norm of
 /// the inverse of their normals.
 fn spread([a, b, c]: [DVec3; 3]) -> f64 {
     let determinant = a.dot(b.cross(c));
@@ -127,7 +126,7 @@ mod tests {
                 assert!(over <= 1e-11 * size, "{p} is {over} outside {plane:?}");
             }
         }
-        // Euler: each corner and face is one of a closed surface's.
+        // Euler's formula holds for a closed surface.
         let on = |plane: &HalfSpace, p: &DVec3| {
             (plane.normal.dot(*p) - plane.offset).abs() <= 1e-9 * size
         };
@@ -209,7 +208,7 @@ mod tests {
         let planes = cube_planes();
         assert_eq!(of_planes(&planes[..5]), Err(HullError::Unbounded));
         assert_eq!(of_planes(&[]), Err(HullError::Unbounded));
-        // A column so thin that its far end is hardly one.
+        // A column whose far end is almost a point.
         let column = [
             (DVec3::X, 5e-7),
             (DVec3::Y, 1.0),
@@ -240,7 +239,7 @@ mod tests {
 
     #[test]
     fn a_few_thousand_points_on_a_sphere_take_no_time() {
-        // A spiral: no two planes alike, every point a corner.
+        // A spiral: no two planes coincide, and every point is a corner.
         let points: Vec<DVec3> = (0..4000)
             .map(|i| {
                 let z = (f64::from(i) + 0.5) / 2000.0 - 1.0;
@@ -260,7 +259,7 @@ mod tests {
         }
     }
 
-    /// Five planes' corners at small angles: each is easily lost.
+    /// Corners of five planes at small angles, which are easily lost.
     #[test]
     fn planes_at_small_angles_meet_all_the_same() {
         let points = [
@@ -291,14 +290,14 @@ mod tests {
             match of_points(&points) {
                 Ok(hull) => {
                     check(&hull, &points);
-                    // Corners are input points, and the same hull again.
+                    // Corners are input points, and their hull is the same.
                     prop_assert!(hull.points.iter().all(|p| points.contains(p)));
                     let again = of_points(&hull.points).unwrap();
                     prop_assert_eq!(counts(&hull), counts(&again));
                     let cut = of_planes(&hull.planes).unwrap();
                     prop_assert_eq!(counts(&hull), counts(&cut));
                 }
-                Err(e) => prop_assert!(e == HullError::Flat || e == HullError::ExactSign, "{e}"),
+                Err(e) => prop_assert!(e == HullError::Flat || e == HullError::Sharp, "{e}"),
             }
         }
 

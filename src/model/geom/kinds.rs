@@ -1,11 +1,11 @@
-//! The kinds of primitives. A new kind is a room below `geom` and a row of this table: ids,
-//! tables, [`Shape`](crate::scene::Shape), builder functions and every dispatch over kinds
-//! are made from it. docs/ADDING_A_SHAPE.md tells the way.
+//! The table of primitive kinds. A new kind is a folder or file of `geom` and a row here; ids,
+//! tables, [`Shape`](crate::scene::Shape), builder functions and every dispatch over kinds are
+//! generated from the rows. docs/ADDING_A_SHAPE.md lists the steps.
 
-/// Calls a macro with what comes first and one row for each kind: the kind, the field of
-/// [`Tables`](crate::scene::Tables), the table, the id, what messages call the kind, the
-/// number that runs of equal kinds are sorted by, and the builder function of kinds whose
-/// rows are given whole.
+/// Calls a macro with the tokens given first and one row for each kind: the kind, the field of
+/// [`Tables`](crate::scene::Tables), the table, the id, the kind's name in messages, the number
+/// that runs of equal kinds are sorted by, and the builder function of kinds whose rows are given
+/// whole.
 macro_rules! for_each_kind {
     ($then:ident $($first:tt)*) => {
         $then! { $($first)*
@@ -25,7 +25,7 @@ macro_rules! for_each_kind {
     };
 }
 
-/// Typed row numbers, so that a sphere's id cannot index cylinders.
+/// Defines typed row numbers, so that a sphere's id cannot index cylinders.
 macro_rules! typed_ids {
     ($($(#[$doc:meta])* $name:ident),* $(,)?) => {$(
         $(#[$doc])*
@@ -33,7 +33,7 @@ macro_rules! typed_ids {
         pub struct $name(pub u32);
 
         impl $name {
-            /// The row as an index into the table's columns.
+            /// Returns the row as an index into the table's columns.
             #[inline(always)]
             pub fn index(self) -> usize {
                 self.0 as usize

@@ -1,8 +1,10 @@
-//! Primitives, one kind a room: the table, its check and bounds, kernels, exact predicate, surface.
+//! Primitives, one kind a file or folder: table, check, bounds, kernels, exact predicate and
+//! surface.
 //!
 //! All primitives live in object space in f64 and are seen from both sides.
-//! Every kernel is written once, generic over [`Lanes`](crate::math::lanes) and
-//! over certainty.
+//! Every kernel is written once, generic over [`Lanes`](crate::math::lanes) and over certainty.
+//! Kernels keep no state; what they reuse from ray to ray is in a [`Scratch`] that the caller
+//! passes.
 
 pub mod by_solver;
 mod columns;
@@ -27,6 +29,7 @@ pub mod primitive;
 pub mod prism;
 pub mod quadric;
 mod ray;
+mod scratch;
 pub mod sphere;
 pub mod tape;
 pub mod triangle;
@@ -45,5 +48,6 @@ pub use polyhedron::Polyhedra;
 pub use prism::{Prism, PrismRow, Prisms};
 pub use quadric::{Quadric, Quadrics};
 pub use ray::{Certainty, Fast, Guarded, Meet, Ray, Shear, Span};
+pub use scratch::Scratch;
 pub use sphere::{Sphere, Spheres};
 pub use tape::{Step, Tape};

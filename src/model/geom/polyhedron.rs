@@ -1,4 +1,4 @@
-//! Convex polyhedra: bounded intersections of half-spaces, with their corners.
+//! The table of convex polyhedra: bounded intersections of half-spaces, with their corners.
 
 use super::columns::kernels_of_span;
 use super::exact::{Inside, Line, solid};
@@ -13,7 +13,7 @@ use crate::math::{Aabb, Vec3};
 use glam::DVec3;
 use std::ops::Range;
 
-/// Bounded intersections of half-spaces, with their corners.
+/// Bounded intersections of half-spaces, with their corners: ranges into shared columns.
 #[derive(Clone, Debug, Default)]
 pub struct Polyhedra {
     pub planes: Vec<HalfSpace>,
@@ -23,8 +23,8 @@ pub struct Polyhedra {
 }
 
 impl Polyhedra {
-    /// `points` are the corners that `planes` make; [`crate::geom::hull`] finds
-    /// either from the other.
+    /// Adds a polyhedron. `points` are the corners that `planes` make; [`crate::geom::hull`]
+    /// computes either from the other.
     pub fn push(&mut self, planes: &[HalfSpace], points: &[DVec3]) -> PolyhedronId {
         let (plane, point) = (self.planes.len() as u32, self.points.len() as u32);
         self.planes.extend_from_slice(planes);
@@ -87,8 +87,8 @@ impl Primitive for Polyhedra {
     }
 
     fn bounds(&self, id: PolyhedronId) -> Option<Aabb> {
-        // The planes are the solid; the corners go with them to one part in
-        // 10^10 (`geom::hull` refuses sharper ones).
+        // The planes define the solid; the corners agree with them to one part in 10¹⁰, because
+        // `geom::hull` refuses sharper ones (P7, docs/numerics/planes.md).
         let bounds = Aabb::of_points(self.points(id).iter().copied());
         let size = bounds.max_abs() + bounds.diagonal();
         Some(bounds.grown(DVec3::splat(size * 2e-10)))

@@ -1,37 +1,39 @@
 //! Prisms: an outline with holes in the plane z = 0, extruded along z.
 //!
-//! A line meets the outline as it is seen along z: its corners lie to the right of the
-//! line or not, by exact signs, and an edge whose ends differ is crossed. A corner on the
-//! line counts as not to the right, so that a line through corners or along an edge
-//! crosses as often as one next to it. Sides and caps are planes that contain the corners
-//! exactly, for corners lie on a grid ([`snapped`]). Nothing is met by lanes: every kernel
-//! is the exact predicate, whose signs and orders f64 nearly always knows
-//! (docs/SPEC.md, S69).
+//! Seen along z, exact signs say which corners lie to the right of a line; the line crosses
+//! an edge if its ends differ. A corner on the line counts as not to the right, so that a
+//! line through corners or along an edge crosses as often as one next to it. Sides and caps
+//! are planes that contain the corners exactly, because corners lie on a grid
+//! ([`snapped`]). There is no kernel in lanes: every kernel is the exact predicate, whose
+//! signs and orders f64 nearly always decides (docs/SPEC.md, S69). Edges may touch, but
+//! not cross, because the inside is to the left of every edge.
 
-use super::exact::curve::Curve;
+use super::exact::line_quadratic::LineQuadratic;
 use super::exact::surface::Surface;
-use super::exact::{Line, Root, meet_each, side};
+use super::exact::{Line, Root, meet_per_lane, orientation};
 use super::guarded::ObjectRay;
 use super::kinds::PrismId;
 use super::primitive::{Blur, Boundaries, Exact, Flaw, Primitive, finite, positive};
 use super::ray::Meet;
+use super::scratch::Scratch;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::Lanes;
 use crate::math::{Aabb, Vec3};
 use glam::{DVec2, DVec3};
+use std::cmp::Ordering;
 use std::ops::Range;
 
-/// An outline and the holes in it, each at least three corners in turn, either way; and
-/// how high above z = 0 it ends.
+/// An outline and the holes in it, each of at least three corners in order, either way
+/// round; and the height of the top above z = 0. Edges do not cross each other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prism {
     pub outline: Vec<DVec2>,
     pub holes: Vec<Vec<DVec2>>,
-    /// > 0.
+    /// The height, > 0.
     pub height: f64,
 }
 
-/// One row a prism; its rings are ranges of corners, inside to the left.
+/// Prisms, one row each. Rings are ranges of corners with the inside to the left.
 #[derive(Clone, Debug, Default)]
 pub struct Prisms {
     pub points: Vec<DVec2>,
@@ -50,8 +52,8 @@ pub struct PrismRow<'a> {
     bounds: Aabb,
 }
 
-/// Corners on a grid of 2^−50 of the power of two in the largest coordinate: differences of
-/// coordinates, which are planes' normals, are then exact in f64.
+/// Rounds corners to a grid of 2⁻⁵⁰ of the power of two in the largest coordinate, so that
+/// differences of coordinates, which make the normals of planes, are exact in f64.
 fn snapped(rings: &mut [Vec<DVec2>]) {
     let all = || rings.iter().flatten().flat_map(|p| [p.x.abs(), p.y.abs()]);
     let most = all().fold(0.0, f64::max);
@@ -70,7 +72,7 @@ fn edges(ring: &[DVec2]) -> impl Iterator<Item = [DVec2; 2]> + '_ {
     ring.iter().zip(next).map(|(a, b)| [*a, *b])
 }
 
-/// Whether a ring goes around a point, even-odd; of the sum of such.
+/// Says whether a ring goes around a point, by the even-odd rule.
 fn is_around(ring: &[DVec2], p: DVec2) -> bool {
     let crossed = edges(ring).filter(|[a, b]| {
         let side = (*a - p).perp_dot(*b - p);
@@ -138,17 +140,17 @@ impl<'a> PrismRow<'a> {
         self.height
     }
 
-    /// The outline first, then the holes; inside to the left.
+    /// Returns the outline, and then the holes, with the inside to the left.
     pub fn rings(&self) -> impl Iterator<Item = &'a [DVec2]> + use<'a> {
         let (points, rings) = (self.points, self.rings);
         let of = |r: &Range<u32>| &points[r.start as usize..r.end as usize];
         rings.iter().map(of)
     }
 
-    /// Where a line that is not along z crosses the sides' planes as it is seen along z, in
-    /// order: into the outline and out of it by turns.
-    fn sides(&self, line: &Line) -> Vec<Root<'static>> {
-        let mut found: Vec<Root> = Vec::new();
+    /// Finds where a line that is not along z crosses the sides' planes as it is seen along
+    /// z, in order: into the outline and out of it by turns.
+    fn sides(&self, line: &Line, found: &mut Vec<Root<'static>>) {
+        found.clear();
         for ring in self.rings() {
             let Some(last) = ring.last() else { continue };
             let (mut a, mut a_right) = (*last, is_right(line, *last));
@@ -160,16 +162,17 @@ impl<'a> PrismRow<'a> {
                         normal: [out.y, -out.x, 0.0],
                         point: [a.x, a.y, 0.0],
                     };
-                    found.push(Curve::new(line, plane, 0.0).root_of_linear());
+                    let root = LineQuadratic::new(line, plane, 0.0).root_of_linear();
+                    // Equal ones stay in the order of the edges.
+                    let at = found.partition_point(|other| other.order(&root).is_le());
+                    found.insert(at, root);
                 }
                 (a, a_right) = (*b, b_right);
             }
         }
-        found.sort_by(Root::order);
-        found
     }
 
-    /// Whether the outline is around a line along z.
+    /// Says whether a line along z runs inside the outline.
     fn is_around(&self, line: &Line) -> bool {
         let [x, y, _] = line.org;
         let up = Line {
@@ -178,7 +181,7 @@ impl<'a> PrismRow<'a> {
         };
         let crossed = self.rings().flat_map(edges).filter(|[a, b]| {
             let straddles = (a.y > y) != (b.y > y);
-            let side = || side::of_edge(&up, &a.extend(0.0).into(), &b.extend(0.0).into());
+            let side = || orientation::of_edge(&up, &a.extend(0.0).into(), &b.extend(0.0).into());
             let wanted = b.y > y;
             straddles
                 && (if wanted {
@@ -190,8 +193,8 @@ impl<'a> PrismRow<'a> {
         crossed.count() % 2 == 1
     }
 
-    /// The planes of the caps where a line comes and goes; or whether it stays between
-    /// them.
+    /// Returns where a line crosses the planes of the caps, in order; or, if it is parallel
+    /// to them, whether it runs between them.
     fn caps(&self, line: &Line) -> Result<[Root<'static>; 2], bool> {
         let up = line.dir[2];
         if up == 0.0 {
@@ -199,24 +202,60 @@ impl<'a> PrismRow<'a> {
         }
         let cap = |sign: f64, offset| {
             let normal = [0.0, 0.0, sign];
-            Curve::new(line, Surface::Plane { normal, offset }, 0.0).root_of_linear()
+            LineQuadratic::new(line, Surface::Plane { normal, offset }, 0.0).root_of_linear()
         };
         let (base, top) = (cap(-1.0, 0.0), cap(1.0, self.height));
         Ok(if up > 0.0 { [base, top] } else { [top, base] })
     }
 }
 
-/// Whether a corner lies to the right of a line as it is seen along z, and not on it: the
-/// sign of (p − o) × d, where f64 knows it (three roundings in each term) or exactly.
+/// Returns the side of a line, as seen along z, on which a corner lies, `Greater` on the
+/// right: the sign of (p − o) × d, from f64 where the bound allows (three roundings in each
+/// term, lemma D9, docs/numerics/exact.md), else exactly.
 #[inline(always)]
-fn is_right(line: &Line, p: DVec2) -> bool {
+fn side(line: &Line, p: DVec2) -> Ordering {
     let Line { org, dir } = line;
     let (across, along) = ((p.x - org[0]) * dir[1], (p.y - org[1]) * dir[0]);
     let (side, size) = (across - along, across.abs() + along.abs());
     if side.abs() > size * (4.0 * UNIT) + f64::MIN_POSITIVE {
-        return side > 0.0;
+        return side.total_cmp(&0.0);
     }
-    side::of_point(line, &[p.x, p.y, 0.0], [0, 1]).is_gt()
+    orientation::of_point(line, &[p.x, p.y, 0.0], [0, 1])
+}
+
+/// Says whether a corner lies strictly to the right of a line as seen along z.
+#[inline(always)]
+fn is_right(line: &Line, p: DVec2) -> bool {
+    side(line, p).is_gt()
+}
+
+/// Says whether two edges cross in a point that is an end of neither, exactly.
+fn cross(p: &[DVec2; 2], q: &[DVec2; 2]) -> bool {
+    let separates = |[a, b]: &[DVec2; 2], ends: &[DVec2; 2]| {
+        // Exact, because corners are on a grid.
+        let line = Line {
+            org: a.extend(0.0).into(),
+            dir: (*b - *a).extend(0.0).into(),
+        };
+        let sides = ends.map(|end| side(&line, end));
+        sides[0].is_ne() && sides[0] == sides[1].reverse()
+    };
+    separates(p, q) && separates(q, p)
+}
+
+/// Finds two edges that cross. Edges are swept in the order of their least x.
+fn crossing_edges(row: &PrismRow) -> Option<[[DVec2; 2]; 2]> {
+    let mut all: Vec<[DVec2; 2]> = row.rings().flat_map(edges).collect();
+    let low = |[a, b]: &[DVec2; 2]| a.x.min(b.x);
+    all.sort_by(|p, q| low(p).total_cmp(&low(q)));
+    for (i, p) in all.iter().enumerate() {
+        let end = p[0].x.max(p[1].x);
+        let beside = all[i + 1..].iter().take_while(|q| low(q) <= end);
+        if let Some(q) = beside.clone().find(|q| cross(p, q)) {
+            return Some([*p, *q]);
+        }
+    }
+    None
 }
 
 impl<'a> Exact<'a> for PrismRow<'a> {
@@ -224,8 +263,13 @@ impl<'a> Exact<'a> for PrismRow<'a> {
         self.bounds.min.is_finite() && self.bounds.max.is_finite()
     }
 
-    /// Spans of one point are none.
-    fn crossings(&self, line: &Line, mut visit: impl FnMut(Root<'a>, bool)) -> bool {
+    /// Visits the ends of spans; spans of one point are left out.
+    fn crossings(
+        &self,
+        line: &Line,
+        scratch: &mut Scratch,
+        mut visit: impl FnMut(Root<'a>, bool),
+    ) -> bool {
         if line.part_in(&self.bounds, 1.0).is_none() {
             return false;
         }
@@ -240,7 +284,8 @@ impl<'a> Exact<'a> for PrismRow<'a> {
             }
             return false;
         }
-        for span in self.sides(line).chunks_exact(2) {
+        self.sides(line, &mut scratch.sides);
+        for span in scratch.sides.chunks_exact(2) {
             let (mut enter, mut exit) = (span[0], span[1]);
             if let Ok([first, last]) = caps {
                 if first.order(&enter).is_ge() {
@@ -258,9 +303,9 @@ impl<'a> Exact<'a> for PrismRow<'a> {
         false
     }
 
-    fn first_beyond(&self, line: &Line, t_min: f64) -> Option<Root<'a>> {
+    fn first_beyond(&self, line: &Line, t_min: f64, scratch: &mut Scratch) -> Option<Root<'a>> {
         let mut first = None;
-        self.crossings(line, |root, _| {
+        self.crossings(line, scratch, |root, _| {
             if first.is_none() && root.order_with(t_min).is_gt() {
                 first = Some(root);
             }
@@ -282,12 +327,15 @@ impl Primitive for Prisms {
 
     fn check(&self, id: PrismId) -> Result<(), Flaw> {
         let row = self.row(id);
-        for ring in row.rings() {
+        for (i, ring) in row.rings().enumerate() {
+            let (field, empty) = match i {
+                0 => ("points", "area (an outline of fewer than 3 points)"),
+                _ => ("holes", "area (a hole of fewer than 3 points)"),
+            };
             if ring.len() < 3 {
-                return Err(Flaw::Empty("area (an outline of fewer than 3 points)"));
+                return Err(Flaw::Empty(empty));
             }
-            ring.iter()
-                .try_for_each(|p| finite("points", &p.to_array()))?;
+            ring.iter().try_for_each(|p| finite(field, &p.to_array()))?;
         }
         finite("height", &[row.height])?;
         positive("height", row.height)?;
@@ -296,6 +344,12 @@ impl Primitive for Prisms {
             return Err(Flaw::Degenerate(
                 "its points lie on a line or too far apart".into(),
             ));
+        }
+        if let Some(edges) = crossing_edges(&row) {
+            let [p, q] = edges.map(|[a, b]| format!("{a} to {b}"));
+            return Err(Flaw::Degenerate(format!(
+                "its edges from {p} and from {q} cross; split it into several prisms"
+            )));
         }
         Ok(())
     }
@@ -317,8 +371,14 @@ impl Primitive for Prisms {
         None
     }
 
-    fn meet_fast<L: Lanes>(&self, id: PrismId, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
-        self.meet(id, 0.0, object, active)
+    fn meet_fast<L: Lanes>(
+        &self,
+        id: PrismId,
+        object: &ObjectRay<L>,
+        active: L::Mask,
+        scratch: &mut Scratch,
+    ) -> Meet<L> {
+        self.meet(id, 0.0, object, active, scratch)
     }
 
     #[inline(never)]
@@ -328,8 +388,9 @@ impl Primitive for Prisms {
         _extent: f32,
         object: &ObjectRay<L>,
         active: L::Mask,
+        scratch: &mut Scratch,
     ) -> Meet<L> {
-        meet_each(&self.row(id), object, active)
+        meet_per_lane(&self.row(id), object, active, scratch)
     }
 
     #[inline(never)]
@@ -406,6 +467,47 @@ mod tests {
         assert!(area.sum::<f64>() < 0.0);
     }
 
+    fn checked(outline: &[[f64; 2]], holes: &[&[[f64; 2]]]) -> Result<(), Flaw> {
+        let mut table = Prisms::default();
+        let id = table.push(Prism {
+            outline: ring(outline),
+            holes: holes.iter().map(|hole| ring(hole)).collect(),
+            height: 1.0,
+        });
+        table.check(id)
+    }
+
+    #[test]
+    fn edges_may_touch_but_not_cross() {
+        let square = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]];
+        let tie = [[0.0, 0.0], [4.0, 4.0], [4.0, 0.0], [0.0, 4.0]];
+        let is_crossed = |flaw: Result<(), Flaw>| match flaw {
+            Err(Flaw::Degenerate(why)) => why.contains("cross"),
+            _ => false,
+        };
+        assert!(is_crossed(checked(&tie, &[])));
+        let across: &[[f64; 2]] = &[[3.0, 1.0], [5.0, 1.0], [3.0, 2.0]];
+        assert!(is_crossed(checked(&square, &[across])));
+        // A hole with a corner on an edge, and one with a corner of the outline.
+        let at_edge: &[[f64; 2]] = &[[4.0, 2.0], [2.0, 3.0], [2.0, 2.0]];
+        let at_corner: &[[f64; 2]] = &[[0.0, 0.0], [2.0, 1.0], [1.0, 2.0]];
+        assert_eq!(checked(&square, &[at_edge, at_corner]), Ok(()));
+    }
+
+    #[test]
+    fn the_ring_that_is_too_short_is_named() {
+        let square = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]];
+        let short = &square[..2];
+        assert_eq!(
+            checked(short, &[]),
+            Err(Flaw::Empty("area (an outline of fewer than 3 points)"))
+        );
+        assert_eq!(
+            checked(&square, &[short]),
+            Err(Flaw::Empty("area (a hole of fewer than 3 points)"))
+        );
+    }
+
     /// Lines of small whole numbers: through corners, along edges, in caps' planes.
     #[test]
     fn a_prism_is_met_where_its_outline_is() {
@@ -429,7 +531,7 @@ mod tests {
                 dir: dir.to_array(),
             };
             let (mut ends, mut enter) = (Vec::new(), true);
-            solid.crossings(&line, |root, enters| {
+            solid.crossings(&line, &mut Scratch::default(), |root, enters| {
                 assert_eq!(enters, enter);
                 enter = !enter;
                 ends.push(root.rounded());

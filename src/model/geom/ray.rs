@@ -1,31 +1,30 @@
 //! Rays in lanes, and what a kernel answers.
 //!
-//! A [`Ray`] is the object ray of each lane (see DESIGN's truth), rounded to the
-//! lanes' type, with what every triangle and polygon test needs of it worked
-//! out once. Kernels are generic over [`Certainty`]: `Fast` takes an answer as
-//! it is; a guarded kernel also says which lanes it could not settle, and the
-//! caller has those decided exactly, one (ray, primitive) pair at a time.
+//! A [`Ray`] is the object ray of each lane (S6), rounded to the lanes' type, with the values that
+//! every triangle and polygon test needs computed once. Kernels are generic over [`Certainty`]:
+//! `Fast` takes an answer as it is; a guarded kernel also says which lanes are undecided, and the
+//! caller has these decided exactly, one (ray, primitive) pair at a time.
 
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask};
 
-/// How sure a kernel has to be of its answer.
+/// The certainty that a kernel's answers must have.
 pub trait Certainty: Copy + Send + Sync + 'static {
-    /// Kernels report doubt, and queries keep between which t a hit lies. Where
-    /// false, all of it is compiled away.
+    /// Whether kernels report undecided lanes and queries keep bounds of t. If false, all of it is
+    /// compiled away.
     const GUARDED: bool;
-    /// Every decision is in doubt: what others are compared with.
+    /// Whether every lane is left undecided: tests compare other certainties with this one.
     const DOUBTS_ALL: bool;
 
-    /// Lanes of a packet, a bit each, whose decision about a primitive is in
-    /// doubt whatever its kernel says: for tests. Asked only where guarded.
+    /// Returns, for tests, the lanes of a packet (a bit each) that stay undecided about a
+    /// primitive whatever its kernel says. Called only if `GUARDED`.
     #[inline(always)]
     fn doubts(_instance: u64, _primitive: u32) -> u32 {
         0
     }
 }
 
-/// Answers are taken as they are. Zero-sized, costs nothing.
+/// The certainty that takes answers as they are; zero-sized.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Fast;
 
@@ -34,7 +33,7 @@ impl Certainty for Fast {
     const DOUBTS_ALL: bool = false;
 }
 
-/// What the kernels' error bounds cannot settle is decided exactly.
+/// The certainty that has lanes decided exactly if the kernels' error bounds leave them undecided.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Guarded;
 
@@ -43,15 +42,15 @@ impl Certainty for Guarded {
     const DOUBTS_ALL: bool = false;
 }
 
-/// Where each lane's ray first meets a primitive beyond `t_min`.
+/// The answer of a kernel: where each lane's ray first meets a primitive beyond `t_min`.
 #[derive(Clone, Copy, Debug)]
 pub struct Meet<L: Lanes> {
     pub hit: L::Mask,
-    /// The canonical evaluation; meaningless where not `hit`.
+    /// The canonical t; meaningless in lanes that are not `hit`.
     pub t: L,
-    /// Where a hit truly lies, at least and at most; under [`Fast`] both are t.
+    /// Lower and upper bound of a hit's exact t; under [`Fast`] both are t.
     pub within: [L; 2],
-    /// Lanes that the kernel could not settle; none under [`Fast`].
+    /// Undecided lanes; none under [`Fast`].
     pub unsure: L::Mask,
 }
 
@@ -66,7 +65,7 @@ impl<L: Lanes> Meet<L> {
         }
     }
 
-    /// Nothing is known.
+    /// Leaves all of the given lanes undecided.
     #[inline(always)]
     pub fn unsure(lanes: L::Mask) -> Meet<L> {
         Meet {
@@ -79,16 +78,15 @@ impl<L: Lanes> Meet<L> {
 /// The part of each lane's ray inside a convex solid: `enter ≤ t ≤ exit`.
 #[derive(Clone, Copy, Debug)]
 pub struct Span<L: Lanes> {
-    /// Lanes whose line meets the solid at all.
+    /// Lanes whose line meets the solid.
     pub some: L::Mask,
-    /// −∞ where the line has always been inside.
+    /// −∞ if the line has always been inside.
     pub enter: L,
     pub exit: L,
 }
 
 impl<L: Lanes> Span<L> {
-    /// The first boundary beyond `t_min`: a ray that starts inside meets the
-    /// far side.
+    /// Returns the first boundary beyond `t_min`; a ray that starts inside meets the far side.
     #[inline(always)]
     pub fn first_beyond(self, t_min: L) -> Meet<L> {
         let t = L::select(self.enter.gt(t_min), self.enter, self.exit);
@@ -96,31 +94,31 @@ impl<L: Lanes> Span<L> {
     }
 }
 
-/// Object rays at the lanes' precision.
+/// Object rays, rounded to the lanes' type.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray<L: Lanes> {
     pub org: Vec3<L>,
     pub dir: Vec3<L>,
     pub t_min: L,
-    /// dir · dir.
+    /// The square of the direction's length, dir · dir.
     pub dir_squared: L,
     pub shear: Shear<L>,
 }
 
-/// The shear that takes each ray to the axis along which it is longest (Woop,
-/// Benthin, Wald: Watertight Ray/Triangle Intersection, JCGT 2013).
+/// The shear that takes each ray's direction to its longest axis (Woop, Benthin, Wald: Watertight
+/// Ray/Triangle Intersection, JCGT 2013).
 ///
-/// Lanes may differ in that axis; coherent packets hardly ever do. A kernel
-/// runs once for each axis present, on the lanes that have it.
+/// Lanes may differ in that axis, though coherent packets hardly ever do. A kernel runs once for
+/// each axis present, on the lanes that have it.
 #[derive(Clone, Copy, Debug)]
 pub struct Shear<L: Lanes> {
-    /// Bit k: some lane's longest axis is k.
+    /// Bit k says that some lane's longest axis is k.
     pub axes: u8,
     pub lanes: [L::Mask; 3],
-    /// −dir[k+1] / dir[k] and −dir[k+2] / dir[k], k the lane's own axis.
+    /// −dir[k+1] / dir[k] and −dir[k+2] / dir[k], where k is the lane's own axis.
     pub x: L,
     pub y: L,
-    /// dir[k], and 1 over it.
+    /// dir[k], and its inverse.
     pub along: L,
     pub inverse: L,
 }
@@ -128,7 +126,7 @@ pub struct Shear<L: Lanes> {
 impl<L: Lanes> Ray<L> {
     #[inline(always)]
     pub fn new(org: Vec3<L>, dir: Vec3<L>, t_min: L) -> Ray<L> {
-        let (shear, turned) = Shear::of(dir);
+        let (shear, turned) = Shear::new(dir);
         Ray {
             org,
             dir,
@@ -149,9 +147,10 @@ fn turned<L: Lanes>([on_x, on_y, _]: &[L::Mask; 3], v: Vec3<L>) -> Vec3<L> {
 }
 
 impl<L: Lanes> Shear<L> {
-    /// And the direction, as [`turned`](Self::turned) has it.
+    /// Computes the shear of directions, and the directions as [`turned`](Self::turned) returns
+    /// them.
     #[inline(always)]
-    fn of(d: Vec3<L>) -> (Shear<L>, Vec3<L>) {
+    fn new(d: Vec3<L>) -> (Shear<L>, Vec3<L>) {
         let (x, y, z) = (d.x.abs(), d.y.abs(), d.z.abs());
         let is_z = z.ge(x) & z.ge(y);
         let is_y = y.ge(x) & !is_z;
@@ -170,7 +169,7 @@ impl<L: Lanes> Shear<L> {
         (shear, turned)
     }
 
-    /// The axes to run a kernel for, as (k, lanes).
+    /// Returns the axes to run a kernel for, as (k, lanes).
     #[inline(always)]
     pub fn groups(&self) -> impl Iterator<Item = (usize, L::Mask)> + '_ {
         (0..3)
@@ -178,14 +177,15 @@ impl<L: Lanes> Shear<L> {
             .map(|k| (k, self.lanes[k]))
     }
 
-    /// The ray's longest axis last, in place of z. Sums over axes then go the same way
-    /// however scene and ray are turned: the first two of three are alike.
+    /// Permutes a vector so that the ray's longest axis takes the place of z. Sums over the axes
+    /// then round the same way however scene and ray are turned, because the first two of three
+    /// components are alike.
     #[inline(always)]
     pub fn turned(&self, v: Vec3<L>) -> Vec3<L> {
         turned(&self.lanes, v)
     }
 
-    /// The same of the direction that this is the shear of.
+    /// Returns the ray's own direction, permuted in the same way.
     #[inline(always)]
     pub fn turned_dir(&self, dir: Vec3<L>) -> Vec3<L> {
         let [on_x, on_y, _] = self.lanes;
@@ -193,9 +193,9 @@ impl<L: Lanes> Shear<L> {
         Vec3::new(x, y, self.along)
     }
 
-    /// A point relative to the ray's origin, seen along the ray: (x, y, depth
-    /// along axis k). The same operations for every primitive that shares the
-    /// point, so shared edges are seen at the same place.
+    /// Returns a point, given relative to the ray's origin, as seen along the ray: (x, y, depth
+    /// along axis k). Every primitive that shares the point gets the same numbers, so shared edges
+    /// are seen at the same place.
     #[inline(always)]
     pub fn apply(&self, k: usize, p: Vec3<L>) -> (L, L, L) {
         let along = p.axis(k);

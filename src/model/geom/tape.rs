@@ -1,9 +1,9 @@
-//! Polynomials in x, y, z as steps of sums and products, factored as they were written.
+//! Polynomials in x, y, z as tapes of sums and products, factored as they were written.
 //!
-//! Every step is a sum, a difference or a product of two earlier ones, a coordinate, a
-//! constant, which is an f64 and exact, or an earlier one times a constant. The last step
-//! is the polynomial. What a tape *is*, is the exact value of these steps; whoever
-//! evaluates it in other arithmetic counts what that loses.
+//! Every step is a sum, a difference or a product of two earlier ones, a coordinate, a constant
+//! (an exact f64), or an earlier step times a constant. The last step is the polynomial. A tape
+//! stands for the exact value of these steps; an evaluation in rounded arithmetic has to bound its
+//! error.
 
 mod fused;
 mod roundings;
@@ -12,31 +12,31 @@ pub use fused::Fused;
 use roundings::Roundings;
 use std::collections::HashMap;
 
-/// Of a surface's polynomial.
+/// The highest degree of a surface's polynomial.
 pub const MAX_DEGREE: u32 = 24;
 
-/// Of a surface's tape.
+/// The most steps of a surface's tape.
 pub const MAX_STEPS: usize = 4096;
 
-/// Values that a surface's tape keeps at once.
+/// The most values that a surface's tape keeps at once.
 pub const MAX_SLOTS: usize = 64;
 
-/// Operands are numbers of earlier steps.
+/// A step of a tape; its operands are numbers of earlier steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Step {
-    /// x, y or z: 0, 1 or 2.
+    /// The coordinate x, y or z: 0, 1 or 2.
     Coordinate(u8),
     Constant(f64),
     Sum(u32, u32),
-    /// The first less the second.
+    /// The first operand minus the second.
     Difference(u32, u32),
     Product(u32, u32),
-    /// Times a constant.
+    /// The operand times a constant.
     Scaled(u32, f64),
 }
 
 impl Step {
-    /// The one that is in it.
+    /// Returns the constant in this step.
     pub fn constant(&self) -> Option<f64> {
         match *self {
             Step::Constant(value) | Step::Scaled(_, value) => Some(value),
@@ -44,7 +44,7 @@ impl Step {
         }
     }
 
-    /// Of equal steps the same, and of no others.
+    /// Returns a key that is the same for equal steps only.
     pub fn key(&self) -> (u8, u64, u64) {
         match *self {
             Step::Coordinate(axis) => (0, u64::from(axis), 0),
@@ -57,7 +57,7 @@ impl Step {
     }
 }
 
-/// Numbers that a tape can be evaluated in.
+/// Arithmetic in which a tape can be evaluated.
 pub trait Arithmetic {
     type Value: Clone;
 
@@ -67,12 +67,12 @@ pub trait Arithmetic {
     fn difference(&self, a: &Self::Value, b: &Self::Value) -> Self::Value;
     fn product(&self, a: &Self::Value, b: &Self::Value) -> Self::Value;
 
-    /// A step by itself: some arithmetic knows more of that.
+    /// Multiplies a value by itself, for which some arithmetic has tighter bounds.
     fn square(&self, a: &Self::Value) -> Self::Value {
         self.product(a, a)
     }
 
-    /// Times a constant: some arithmetic knows more of that, too.
+    /// Multiplies a value by a constant, for which some arithmetic has tighter bounds.
     fn scaled(&self, a: &Self::Value, by: f64) -> Self::Value {
         self.product(a, &self.constant(by))
     }
@@ -81,16 +81,16 @@ pub trait Arithmetic {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tape {
     steps: Vec<Step>,
-    /// Of each step, no less than its own degree.
+    /// An upper bound of each step's degree.
     degrees: Vec<u32>,
-    /// Where each step's value is kept.
+    /// The slot in which each step's value is kept.
     slots: Vec<u16>,
-    /// How many places are needed.
+    /// The number of slots.
     slot_count: usize,
-    /// The same polynomial in fewer steps, and where their values are kept.
+    /// The same polynomial in fewer steps, with the slots of their values.
     fused: Vec<(Fused, u16)>,
     fused_count: usize,
-    /// In f64.
+    /// The error of an evaluation in f64.
     roundings: Roundings,
 }
 
@@ -99,12 +99,12 @@ impl Tape {
         &self.steps
     }
 
-    /// No less than the polynomial's own; leading terms may cancel.
+    /// Returns an upper bound of the polynomial's degree; leading terms may cancel.
     pub fn degree(&self) -> u32 {
         self.degrees.last().copied().unwrap_or(0)
     }
 
-    /// No less than each step's own.
+    /// Returns an upper bound of each step's degree.
     pub fn degrees(&self) -> &[u32] {
         &self.degrees
     }
@@ -117,19 +117,20 @@ impl Tape {
         self.slot_count
     }
 
-    /// Fewer steps that give the same bits, each with the place of its value, and how many
-    /// places there are.
+    /// Returns the fused steps, which give the same bits, each with the slot of its value; and the
+    /// number of slots.
     pub fn fused(&self) -> (&[(Fused, u16)], usize) {
         (&self.fused, self.fused_count)
     }
 
-    /// How many roundings of its magnitudes a value in f64 may be off by, which are no
-    /// less than those at the floor.
+    /// Returns how many roundings of its magnitude a value in f64 may be off by, with coordinates'
+    /// magnitudes no less than [`floor`](Self::floor) (F1, docs/numerics/polynomials.md).
     pub fn roundings(&self) -> f64 {
         self.roundings.count
     }
 
-    /// No coordinate's magnitude may be taken for less; above it nothing underflows.
+    /// Returns the least magnitude of a coordinate that bounds may take; above it nothing
+    /// underflows (F4, docs/numerics/polynomials.md).
     pub fn floor(&self) -> f64 {
         self.roundings.floor
     }
@@ -139,7 +140,7 @@ impl Tape {
         self.steps.len() * step + self.fused.len() * size_of::<(Fused, u16)>()
     }
 
-    /// Its value in an arithmetic of plain numbers, which take no memory of their own.
+    /// Evaluates the tape in an arithmetic of plain numbers, in slots on the stack.
     #[inline(always)]
     pub fn evaluate_plain<A: Arithmetic<Value: Copy>>(&self, arithmetic: &A) -> A::Value {
         let zero = arithmetic.constant(0.0);
@@ -173,7 +174,7 @@ impl Tape {
         last
     }
 
-    /// Its value in any arithmetic.
+    /// Evaluates the tape in any arithmetic.
     pub fn evaluate<A: Arithmetic>(&self, arithmetic: &A) -> A::Value {
         let mut values: Vec<A::Value> = Vec::with_capacity(self.steps.len());
         for step in &self.steps {
@@ -193,7 +194,7 @@ impl Tape {
     }
 }
 
-/// Makes tapes: equal steps are one, and what is multiplied by 0 or 1 is no step.
+/// Builds tapes: equal steps are stored once, and products with 0 or 1 make no step.
 #[derive(Clone, Debug, Default)]
 pub struct Builder {
     steps: Vec<Step>,
@@ -205,9 +206,9 @@ impl Builder {
         self.push(Step::Coordinate(axis))
     }
 
-    /// Of a finite number.
+    /// Adds a constant, which is finite.
     pub fn constant(&mut self, value: f64) -> u32 {
-        // One zero.
+        // −0 becomes +0, so that there is one zero.
         self.push(Step::Constant(value + 0.0))
     }
 
@@ -237,7 +238,7 @@ impl Builder {
         }
     }
 
-    /// By repeated squares.
+    /// Adds a power by repeated squaring.
     pub fn power(&mut self, base: u32, exponent: u32) -> u32 {
         let (mut square, mut rest) = (base, exponent);
         let mut result = None;
@@ -264,7 +265,7 @@ impl Builder {
         self.push(Step::Difference(zero, a))
     }
 
-    /// Of a step that is a constant.
+    /// Returns the value of a step that is a constant.
     pub fn value(&self, step: u32) -> Option<f64> {
         match self.steps[step as usize] {
             Step::Constant(value) => Some(value),
@@ -272,7 +273,7 @@ impl Builder {
         }
     }
 
-    /// The polynomial that a step is, without the steps that it does not need.
+    /// Returns the tape whose last step is `last`, without the steps that it does not need.
     pub fn finish(self, last: u32) -> Tape {
         let mut needed = vec![false; self.steps.len()];
         needed[last as usize] = true;
@@ -297,11 +298,11 @@ impl Builder {
             });
         }
         let operands: Vec<_> = steps.iter().map(operands).collect();
-        let places = Places::of(&operands);
+        let places = Places::assign(&operands);
         let (fused, fused_count) = fused::fused(&steps);
         Tape {
             degrees: degrees(&steps),
-            roundings: Roundings::of(&steps),
+            roundings: Roundings::count(&steps),
             steps,
             slots: places.of,
             slot_count: places.count,
@@ -343,15 +344,15 @@ fn degrees(steps: &[Step]) -> Vec<u32> {
     degrees
 }
 
-/// Where steps' values are kept: a value that nobody asks for any more makes place.
+/// Slots of steps' values: the slot of a value is free again after its last use.
 struct Places {
     of: Vec<u16>,
     count: usize,
 }
 
 impl Places {
-    /// For steps with some operands each.
-    fn of<const K: usize>(needs: &[[Option<u32>; K]]) -> Places {
+    /// Assigns slots to steps with up to K operands each.
+    fn assign<const K: usize>(needs: &[[Option<u32>; K]]) -> Places {
         let mut last_use: Vec<usize> = (0..needs.len()).collect();
         for (i, operands) in needs.iter().enumerate() {
             for operand in operands.iter().flatten() {
@@ -364,7 +365,8 @@ impl Places {
         let (mut free, mut count) = (Vec::new(), 0_u16);
         let mut of: Vec<u16> = Vec::with_capacity(needs.len());
         for (i, operands) in needs.iter().enumerate() {
-            // An operand's place may be the result's: values are read before one is written.
+            // The result may take an operand's slot, because operands are read before the result
+            // is written.
             for (k, operand) in operands.iter().enumerate() {
                 if let Some(j) = operand.filter(|_| !operands[..k].contains(operand))
                     && last_use[j as usize] == i

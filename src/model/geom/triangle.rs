@@ -1,18 +1,16 @@
 //! Triangles: the watertight test of Woop, Benthin and Wald (JCGT 2013).
 //!
-//! Vertices are seen from the ray's origin and sheared along the ray; the three
-//! edge functions are differences of products without FMA, so an edge shared by
-//! two triangles has exactly opposite values in them: no ray slips between, and
-//! a ray that meets the edge exactly meets both. Differs from the paper in that
-//! lanes with different major axes run one after another, that both orientations
-//! are met, and that there is no f64 retry (that is what certainty is for).
-//! Callers bring corners into their [`canonical`] order.
+//! Vertices are seen from the ray's origin and sheared along the ray. The three edge functions are
+//! differences of products without FMA, so an edge that two triangles share has exactly opposite
+//! values in them: no ray slips between, and a ray that meets the edge exactly meets both. This
+//! differs from the paper in three points: lanes with different major axes run one after another,
+//! both orientations are met, and there is no retry in f64, since [`Certainty`](super::Certainty)
+//! takes its place. Callers bring corners into their [`canonical`] order.
 //!
-//! t comes from the weights in f64, as in the paper, with an error of a few
-//! roundings however steep the view; in f32 from the triangle's plane, which is
-//! off by the inverse cosine of the view times that, but kept within the
-//! corners' depths: it takes no weights, and rays of one origin share most of
-//! it.
+//! In f64 lanes t comes from the weights, as in the paper, with an error of a few roundings at any
+//! angle. In f32 lanes it comes from the triangle's plane (T6, docs/numerics/triangles.md). Its
+//! error grows with the inverse cosine of the angle to the normal, but t is clamped to the
+//! corners' depths; it needs no weights, and rays of one origin share most of the computation.
 
 pub mod exact;
 
@@ -20,23 +18,23 @@ use super::ray::{Meet, Ray};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar, unordered_sum};
 
-/// Corners in f32, about the mesh's centre.
+/// Corners in f32, relative to the mesh's centre.
 pub type Corners = [[f32; 3]; 3];
 
-/// The corners in an order of their own, whatever the winding: two triangles on
-/// the same three points (scans have such) then give the same bits of t, and the
-/// lower id wins, as in exact arithmetic. The kernel asks for no winding.
+/// Orders the corners independently of the winding. Two triangles on the same three points, as
+/// scans have, then give the same bits of t, and the lower id wins, as in exact arithmetic. The
+/// kernel does not depend on the winding.
 ///
-/// First comes the corner that t is counted from; to the other two every step is the
-/// same. Its opposite side is the longest (by the sum of magnitudes, so no axis counts
-/// more), or the other two are equally long. If all are, the corners' distances from
-/// the mesh's centre decide in the same way. So t does not change if axes are taken to
-/// axes, but of triangles of which these are equal, too.
+/// The first corner is the one that t is computed from; every step treats the other two alike. Its
+/// opposite side is the longest, by the sum of magnitudes so that no axis counts more, or the
+/// other two sides are equally long. If all three are, the corners' distances from the mesh's
+/// centre decide in the same way. Hence t is invariant under permutations of the axes, except
+/// where corners are equally far from the mesh centre, too.
 pub fn canonical(corners: Corners) -> Corners {
     canonical_each::<f32>(corners)
 }
 
-/// The same of a triangle in each lane: `[corner][axis]`.
+/// Orders the corners of one triangle per lane: `[corner][axis]`.
 #[inline(always)]
 pub fn canonical_each<L: Lanes>(mut corners: [[L; 3]; 3]) -> [[L; 3]; 3] {
     let exchange = |corners: &mut [[L; 3]; 3], a: usize, b: usize, lanes: L::Mask| {
@@ -46,7 +44,7 @@ pub fn canonical_each<L: Lanes>(mut corners: [[L; 3]; 3]) -> [[L; 3]; 3] {
             corners[b][k] = L::select(lanes, p[k], q[k]);
         }
     };
-    // Insertion: equal corners keep their order.
+    // An insertion sort, so that equal corners keep their order.
     for (a, b) in [(0, 1), (1, 2), (0, 1)] {
         let less = |k: usize| corners[b][k].lt(corners[a][k]);
         let same = |k: usize| corners[b][k].eq(corners[a][k]);
@@ -65,7 +63,7 @@ pub fn canonical_each<L: Lanes>(mut corners: [[L; 3]; 3]) -> [[L; 3]; 3] {
     corners
 }
 
-/// Where two numbers are equal, the other one; where none are, the largest.
+/// Selects, if two numbers are equal, the third; if none are, the largest.
 #[inline(always)]
 fn odd_or_largest<L: Lanes>([a, b, c]: [L; 3]) -> [L::Mask; 3] {
     let (ab, bc, ca) = (a.eq(b), b.eq(c), c.eq(a));
@@ -82,7 +80,7 @@ pub fn meet<L: Lanes>(corners: &Corners, ray: &Ray<L>, active: L::Mask) -> Meet<
     meet_each(&splat(corners), ray, active)
 }
 
-/// The same corners in every lane.
+/// Returns the same corners in every lane.
 #[inline(always)]
 pub fn splat<L: Lanes>(corners: &Corners) -> [Vec3<L>; 3] {
     let corner = |c: &[f32; 3]| Vec3::new(L::from_f32(c[0]), L::from_f32(c[1]), L::from_f32(c[2]));
@@ -93,7 +91,7 @@ pub fn splat<L: Lanes>(corners: &Corners) -> [Vec3<L>; 3] {
     ]
 }
 
-/// A triangle of its own in each lane; the same bits as [`meet`].
+/// Meets one triangle per lane, with the same bits as [`meet`].
 #[inline(always)]
 pub fn meet_each<L: Lanes>(corners: &[Vec3<L>; 3], ray: &Ray<L>, active: L::Mask) -> Meet<L> {
     let mut hit = L::Mask::splat(false);
@@ -117,9 +115,8 @@ pub fn meet_each<L: Lanes>(corners: &[Vec3<L>; 3], ray: &Ray<L>, active: L::Mask
     Meet::certain(hit, t)
 }
 
-/// The same, no further than rounding allows: every lane's answer is that of
-/// exact arithmetic on the object ray and the corners, or in doubt.
-/// docs/NUMERICS.md derives the bounds.
+/// Meets a triangle with error bounds: every lane's answer is that of exact arithmetic on the
+/// object ray and the corners, or undecided (T1 to T5, docs/numerics/triangles.md).
 pub fn meet_guarded<L: Lanes>(corners: &Corners, ray: &Ray<L>, active: L::Mask) -> Meet<L> {
     let corners = splat(corners);
     let (mut hit, mut unsure) = (L::Mask::splat(false), L::Mask::splat(false));
@@ -130,7 +127,7 @@ pub fn meet_guarded<L: Lanes>(corners: &Corners, ray: &Ray<L>, active: L::Mask) 
         let [u, v, w] = seen.weights();
         let (least, most) = (u.min(v).min(w), u.max(v).max(w));
         let lanes = lanes & active;
-        // Written so that what is not a number is in doubt.
+        // Comparisons with NaN are false, which leaves the lane undecided.
         let outside = least.lt(-bounds.weight) & most.gt(bounds.weight);
         let inside = least.gt(bounds.weight) | most.lt(-bounds.weight);
         let near = lanes & !outside;
@@ -145,7 +142,7 @@ pub fn meet_guarded<L: Lanes>(corners: &Corners, ray: &Ray<L>, active: L::Mask) 
         } else {
             depth_of_plane(&corners, ray, k)
         };
-        // The plane of a needle may have no normal that f32 can tell.
+        // The normal of a needle's plane may vanish in f32.
         let here = near & sure & at.abs().lt(L::splat(L::Scalar::INFINITY));
         t = L::select(here, at, t);
         within = [
@@ -163,8 +160,8 @@ pub fn meet_guarded<L: Lanes>(corners: &Corners, ray: &Ray<L>, active: L::Mask) 
     }
 }
 
-/// Where each lane's ray meets its triangle's plane, by the very steps of
-/// [`meet`], whether or not it passes inside. Meaningless where edge-on.
+/// Returns t at which each lane's ray meets its triangle's plane, by the same operations as
+/// [`meet`], whether or not it passes inside. Meaningless if the triangle is seen edge-on.
 #[inline(always)]
 pub fn depth_each<L: Lanes>(corners: &[Vec3<L>; 3], ray: &Ray<L>) -> L {
     let mut t = L::zero();
@@ -180,7 +177,7 @@ pub fn depth_each<L: Lanes>(corners: &[Vec3<L>; 3], ray: &Ray<L>) -> L {
     t
 }
 
-/// [`plane_depth`] of rays whose axis is k.
+/// Computes [`plane_depth`] of rays whose axis is k.
 #[inline(always)]
 fn depth_of_plane<L: Lanes>(corners: &[Vec3<L>; 3], ray: &Ray<L>, k: usize) -> (L::Mask, L) {
     let along_k = |p: Vec3<L>| [p.axis((k + 1) % 3), p.axis((k + 2) % 3), p.axis(k)];
@@ -190,16 +187,16 @@ fn depth_of_plane<L: Lanes>(corners: &[Vec3<L>; 3], ray: &Ray<L>, k: usize) -> (
     plane_depth(seen, n, ([ray.shear.x, ray.shear.y], ray.shear.along))
 }
 
-/// (a − c) × (b − a), of corners where they are: relative to a far origin they
-/// would be rounded before the difference, which turns the plane of a small
-/// triangle. Exactly opposite if b and c change places.
+/// Returns the normal (a − c) × (b − a). It is computed from the corners themselves: relative to a
+/// far origin they would be rounded before the difference, which turns the plane of a small
+/// triangle. Exchanging b and c negates it exactly.
 #[inline(always)]
 pub fn plane_normal<L: Lanes>(ac: [L; 3], ba: [L; 3]) -> [L; 3] {
     cross_with_size(ac, ba).0
 }
 
-/// p × q, and the same of magnitudes with sums for differences: what its error is
-/// measured by.
+/// Returns p × q, and the same of magnitudes with sums for differences, in whose roundings the
+/// error of p × q is measured.
 #[inline(always)]
 pub fn cross_with_size<L: Lanes>(p: [L; 3], q: [L; 3]) -> ([L; 3], [L; 3]) {
     let terms = |i: usize, j: usize| {
@@ -210,11 +207,11 @@ pub fn cross_with_size<L: Lanes>(p: [L; 3], q: [L; 3]) -> ([L; 3], [L; 3]) {
     ([x.0, y.0, z.0], [x.1, y.1, z.1])
 }
 
-/// Whether a triangle is not seen edge-on, and t in its plane: a depth along the
-/// ray's axis over `along`, the direction's part along it. The depth is
-/// (a·n) / (d·n), with corners a, b, c from the ray's origin, that axis last, and
-/// d the direction over `along`; `shear`: the rest of d, negated. It is no nearer
-/// than the corners, which also says what becomes of a product of the wrong sign.
+/// Returns lanes whose triangle is not seen edge-on, and t in its plane: a depth along the ray's
+/// axis over `along`, the direction's component on that axis. The depth is (a·n) / (d·n), with
+/// corners a, b, c relative to the ray's origin and that axis last, and d the direction over
+/// `along`; `shear` is the rest of d, negated. The depth is clamped to the corners' depths, which
+/// also repairs a quotient of the wrong sign (T6, docs/numerics/triangles.md).
 #[inline(always)]
 pub fn plane_depth<L: Lanes>(
     [a, b, c]: [[L; 3]; 3],
@@ -230,7 +227,7 @@ pub fn plane_depth<L: Lanes>(
     (!edge_on, depth / along)
 }
 
-/// (a·n) and (d·n) of [`plane_depth`].
+/// Returns (a·n) and (d·n) of [`plane_depth`].
 #[inline(always)]
 pub fn plane_ratio<L: Lanes>(a: [L; 3], n: [L; 3], shear: [L; 2]) -> [L; 2] {
     [
@@ -239,33 +236,33 @@ pub fn plane_ratio<L: Lanes>(a: [L; 3], n: [L; 3], shear: [L; 2]) -> [L; 2] {
     ]
 }
 
-/// a·n. The axes across the ray come first and are alike.
+/// Returns a·n. The two axes across the ray come first and are treated alike.
 #[inline(always)]
 pub fn plane_depth_times_det<L: Lanes>(a: [L; 3], n: [L; 3]) -> L {
     a[2].mul_add(n[2], a[0] * n[0] + a[1] * n[1])
 }
 
-/// (u, v, 1)·n, in the same way; no FMA.
+/// Returns (u, v, 1)·n in the same way, without FMA.
 #[inline(always)]
 pub fn plane_det<L: Lanes>(n: [L; 3], [u, v]: [L; 2]) -> L {
     (n[0] * u + n[1] * v) + n[2]
 }
 
-/// Errors of what a ray sees, at most.
+/// Error bounds of a triangle as a ray sees it (T1 and T2, docs/numerics/triangles.md).
 struct Bounds<L> {
-    /// Of an edge function.
+    /// The error bound of an edge function.
     weight: L,
-    /// Of a corner's depth.
+    /// The error bound of a corner's depth.
     depth: L,
 }
 
 /// A triangle as a ray sees it: relative to its origin, sheared along it.
 #[derive(Clone, Copy)]
 pub struct Seen<L> {
-    /// By corner.
+    /// Coordinates across the ray, by corner.
     pub x: [L; 3],
     pub y: [L; 3],
-    /// Along the ray's axis.
+    /// Depths along the ray's axis, by corner.
     pub z: [L; 3],
 }
 
@@ -282,14 +279,14 @@ impl<L: Lanes> Seen<L> {
         }
     }
 
-    /// Edge functions: barycentric weights, not yet divided by their sum.
+    /// Returns the edge functions: barycentric weights, not divided by their sum.
     #[inline(always)]
     fn weights(&self) -> [L; 3] {
         let ([ax, bx, cx], [ay, by, cy]) = (self.x, self.y);
         [cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax]
     }
 
-    /// Lanes whose ray passes inside or on the edge, and the weights.
+    /// Returns lanes whose ray passes inside or on the edge, and the weights.
     #[inline(always)]
     pub fn inside(&self) -> (L::Mask, [L; 3]) {
         let [u, v, w] = self.weights();
@@ -298,24 +295,24 @@ impl<L: Lanes> Seen<L> {
         (least.ge(L::zero()) | most.le(L::zero()), [u, v, w])
     }
 
-    /// The weighted mean of the corners' depths as t, where it is a number: det
-    /// is 0 where edge-on, or without area. `along`: the ray's direction along
-    /// its axis.
+    /// Returns the weighted mean of the corners' depths as t, and lanes where it is finite: det is
+    /// 0 if the triangle is seen edge-on or has no area. `along` is the ray's direction along its
+    /// axis.
     #[inline(always)]
     fn depth(&self, [u, v, w]: [L; 3], along: L) -> (L::Mask, L) {
-        // The second and the third corner are alike.
+        // The second and the third corner are treated alike.
         let det = u + (v + w);
         let t = (u * self.z[0] + (v * self.z[1] + w * self.z[2])) / (det * along);
         (t.abs().lt(L::splat(L::Scalar::INFINITY)), t)
     }
 
-    /// By how much rounding may have moved what is seen.
+    /// Bounds how much rounding may displace the corners (T1) and change the edge functions (T2,
+    /// docs/numerics/triangles.md).
     ///
-    /// With u the unit roundoff, R the largest coordinate relative to the ray's
-    /// origin and O that of the origin: the origin is rounded once, a difference
-    /// once, the shear of a rounded direction three times, its product and the
-    /// sum once each; x is off by 8uR + 2uO at most, and z by uR + uO. A little
-    /// more pays for the roundings of the bounds.
+    /// Let u be the unit roundoff, R the largest coordinate relative to the ray's origin and O
+    /// that of the origin. The origin is rounded once, a difference once, the shear of a rounded
+    /// direction three times, its product and the sum once each. So x is off by at most 8uR + 2uO,
+    /// and z by uR + uO. The quarters added cover the roundings of the bounds.
     #[inline(always)]
     fn bounds(&self, corners: &[Vec3<L>; 3], ray: &Ray<L>) -> Bounds<L> {
         let u = L::splat(L::Scalar::UNIT_ROUNDOFF);
@@ -325,7 +322,8 @@ impl<L: Lanes> Seen<L> {
         let origin = largest(ray.org);
         let moved = u * (reach * L::from_f32(8.25) + origin * L::from_f32(2.25));
         let tiny = L::splat(L::Scalar::MIN_POSITIVE);
-        // Shorter directions lose bits when they are rounded, longer ones' inverses do.
+        // Shorter directions lose bits when they are rounded, and so do the inverses of longer
+        // ones.
         let along = ray.shear.along.abs();
         let long = along.gt(tiny / u) & along.lt(u / tiny);
         let infinity = L::splat(L::Scalar::INFINITY);
@@ -339,11 +337,11 @@ impl<L: Lanes> Seen<L> {
         }
     }
 
-    /// The least and the greatest t of the point inside the triangle, if its edge
-    /// functions all are beyond their bound.
+    /// Bounds t of a point inside the triangle, if all edge functions are beyond their bound (T4
+    /// and T5, docs/numerics/triangles.md).
     ///
-    /// t is the corners' mean by weights: moving each weight by β moves it by 3β
-    /// times the corners' extent over the sum of the weights, at most.
+    /// t is the weighted mean of the corners' depths: changing each weight by β changes it by at
+    /// most 3β times the depths' extent over the sum of the weights.
     #[inline(always)]
     fn depths(&self, [u, v, w]: [L; 3], bounds: &Bounds<L>, along: L) -> [L; 2] {
         let [a, b, c] = self.z;
@@ -352,9 +350,9 @@ impl<L: Lanes> Seen<L> {
         let mean = (u * a + v * b + w * c) / det;
         let three = bounds.weight * L::from_f32(3.25);
         let rest = det.abs() - three;
-        // The mean's own five roundings; |z| is no more than what `depth` bounds.
-        // And what its products lose to underflow; or all, where they overflow, and
-        // where the sum of the weights is within its error and says nothing about it.
+        // The mean has five roundings of its own, of numbers no larger than those that `depth`
+        // bounds; `tiny` covers underflow. The slack is infinite if products overflow, or if the
+        // sum of the weights is within its error bound.
         let tiny = L::splat(L::Scalar::MIN_POSITIVE);
         let slack = (high - low).mul_add(three, tiny) / rest + bounds.depth * L::from_f32(8.0);
         let infinity = L::splat(L::Scalar::INFINITY);
@@ -362,8 +360,8 @@ impl<L: Lanes> Seen<L> {
         let slack = L::select(known, slack, infinity);
         let least = (mean - slack).max(low - bounds.depth);
         let most = (mean + slack).min(high + bounds.depth);
-        // Depth over `along`, which is rounded once, as is its inverse: five roundings
-        // at most.
+        // `along` and its inverse are rounded once each: five roundings at most (T5,
+        // docs/numerics/triangles.md).
         let inverse = L::from_f32(1.0) / along;
         let (from, to) = (least * inverse, most * inverse);
         let relative = L::splat(L::Scalar::UNIT_ROUNDOFF) * L::from_f32(5.0);
@@ -374,13 +372,12 @@ impl<L: Lanes> Seen<L> {
         ]
     }
 
-    /// How far an edge function may be from exact, where x and y are out of place
-    /// by at most `moved`.
+    /// Bounds the error of an edge function if x and y are displaced by at most `moved` (T2,
+    /// docs/numerics/triangles.md).
     ///
-    /// With m the largest coordinate and e the misplacement, it is a difference
-    /// of two products: off by 4em + 2e², and by 4um² for its own roundings. m²
-    /// leaves the format before the products do; what is too small for it is
-    /// less than the last term.
+    /// With m the largest coordinate and e the displacement, a difference of two products is off
+    /// by 4em + 2e², and by 4um² for its own roundings. m² overflows before the products do, and
+    /// the last term covers underflow.
     #[inline(always)]
     fn margin(&self, moved: L) -> L {
         let m = self.size();
@@ -390,8 +387,8 @@ impl<L: Lanes> Seen<L> {
         carried + rounding + L::splat(L::Scalar::MIN_POSITIVE)
     }
 
-    /// By how much the edge functions have one sign; below zero, they have not. FMA or
-    /// not, they round by no more than [`Seen::margin`] says.
+    /// Returns the margin by which all edge functions have one sign; negative if they have not.
+    /// With or without FMA their error is within [`Seen::margin`].
     #[inline(always)]
     pub fn agreement(&self) -> L {
         let ([ax, bx, cx], [ay, by, cy]) = (self.x, self.y);
@@ -401,7 +398,7 @@ impl<L: Lanes> Seen<L> {
         u.min(v).min(w).max(-u.max(v).max(w))
     }
 
-    /// The largest coordinate across the ray.
+    /// Returns the largest coordinate across the ray.
     #[inline(always)]
     pub fn size(&self) -> L {
         let corner = |v: usize| self.x[v].abs().max(self.y[v].abs());

@@ -7,7 +7,7 @@ use crate::geom::face::Face;
 use crate::geom::guarded::{Ends, ObjectRay};
 use crate::geom::kinds::for_each_kind;
 use crate::geom::primitive::{Blur, Boundaries, Flaw, Height, Primitive};
-use crate::geom::{self, Meet};
+use crate::geom::{self, Meet, Scratch};
 use crate::math::lanes::{Lanes, Mask};
 use crate::math::{Aabb, Vec3};
 use glam::DVec3;
@@ -133,8 +133,9 @@ impl Tables {
         shape: Shape,
         object: &ObjectRay<L>,
         active: L::Mask,
+        scratch: &mut Scratch,
     ) -> Meet<L> {
-        of_primitive!(self, shape, (table, id) => table.meet_fast(id, object, active), nothing())
+        of_primitive!(self, shape, (table, id) => table.meet_fast(id, object, active, scratch), nothing())
     }
 
     /// [`Primitive::meet`].
@@ -145,8 +146,9 @@ impl Tables {
         extent: f32,
         object: &ObjectRay<L>,
         active: L::Mask,
+        scratch: &mut Scratch,
     ) -> Meet<L> {
-        of_primitive!(self, shape, (table, id) => table.meet(id, extent, object, active), nothing())
+        of_primitive!(self, shape, (table, id) => table.meet(id, extent, object, active, scratch), nothing())
     }
 
     /// [`Primitive::meet_again`].
@@ -157,8 +159,9 @@ impl Tables {
         extent: f32,
         object: &ObjectRay<L>,
         active: L::Mask,
+        scratch: &mut Scratch,
     ) -> Meet<L> {
-        of_primitive!(self, shape, (table, id) => table.meet_again(id, extent, object, active), nothing())
+        of_primitive!(self, shape, (table, id) => table.meet_again(id, extent, object, active, scratch), nothing())
     }
 
     /// [`Primitive::ends_fast`].

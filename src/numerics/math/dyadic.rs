@@ -5,9 +5,9 @@
 //! numbers. The integers of [`super::int`] are faster, but have one fixed size per degree
 //! of a product and need all numbers of a formula on one grid. A [`Dyadic`] has as many
 //! limbs as it needs, without zeros at either end, and its own power, so formulas of
-//! degree 30 are written as they stand. The limbs lie in a [`Space`], one per thread
-//! ([`exactly`]), which is filled from one end; a number is a handle to some of them. A
-//! number that finds no room is *lost*, and so is every number computed from it.
+//! degree 30 are written as they stand. The limbs lie in a [`Space`] that [`exactly`] makes
+//! for one question, filled from one end; a number is a handle to some of them. A number
+//! that finds no room is *lost*, and so is every number computed from it.
 
 use super::int::decoded;
 use super::number::{ExactSign, Number};
@@ -18,21 +18,26 @@ use std::cmp::Ordering;
 /// docs/numerics/exact.md.
 const ENOUGH: usize = 1 << 15;
 
-thread_local! {
-    /// The limbs, kept between questions: clearing them each time would take longer than
-    /// most answers, which fill a few dozen.
-    static LIMBS: Cell<Option<Box<[u64]>>> = const { Cell::new(None) };
+/// Limbs that most questions fit into. They are cleared each time, so they are few.
+const USUAL: usize = 128;
+
+/// Limbs that nearly all questions fit into, still on the stack.
+const MANY: usize = 2048;
+
+/// Answers a question with exact numbers. `ask` returns `None` if a number was lost; it is
+/// asked in a small space on the stack, and again in larger ones. Panics if a number is
+/// lost in the largest, too, which lemma D11 (docs/numerics/exact.md) excludes for finite
+/// inputs.
+pub fn exactly<T>(ask: &dyn Fn(&Space) -> Option<T>) -> T {
+    let answer = ask(&Space::over(&mut [0; USUAL]));
+    answer.unwrap_or_else(|| with_enough(ask))
 }
 
-/// Answers a question with exact numbers in this thread's space. `ask` returns `None` if
-/// a number was lost. Panics on `None`, which lemma D11 (docs/numerics/exact.md) excludes
-/// for finite inputs.
-pub fn exactly<T>(ask: &dyn Fn(&Space) -> Option<T>) -> T {
-    // A nested question finds the cell empty and allocates its own limbs.
-    let limbs = LIMBS.take();
-    let mut limbs = limbs.unwrap_or_else(|| vec![0; ENOUGH].into_boxed_slice());
-    let answer = ask(&Space::over(&mut limbs));
-    LIMBS.set(Some(limbs));
+#[cold]
+#[inline(never)]
+fn with_enough<T>(ask: &dyn Fn(&Space) -> Option<T>) -> T {
+    let answer = ask(&Space::over(&mut [0; MANY]));
+    let answer = answer.or_else(|| ask(&Space::over(&mut vec![0; ENOUGH])));
     answer.expect("the space holds what finite inputs give")
 }
 

@@ -12,6 +12,7 @@ use crate::common::{Random, campaign};
 use crate::number::Exact;
 use cases::{Case, KINDS, LATTICES, SORTS, Shape, case, power, shape};
 use glam::DVec3;
+use lanecast::internals::geom::Scratch;
 use lanecast::internals::geom::exact::{Crossing, Line, Root, first_beyond};
 use lanecast::internals::geom::triangle::exact::{Pair, meet_exact};
 use lanecast::internals::geom::{Cone, Ellipsoid, HalfSpace, Quadric, Sphere};
@@ -39,7 +40,12 @@ struct Seen {
 }
 
 fn first(case: &Case, t_min: f64) -> Option<Root<'_>> {
-    first_beyond(&case.shape.solid(), &case.line, t_min)
+    first_beyond(
+        &case.shape.solid(),
+        &case.line,
+        t_min,
+        &mut Scratch::default(),
+    )
 }
 
 /// Everything that can be asked about one t_min.

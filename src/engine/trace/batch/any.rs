@@ -2,7 +2,7 @@
 
 use super::Batch;
 use crate::accel::{BaselineLevels, Count, InstanceBvhs, STREAM, World};
-use crate::geom::Certainty;
+use crate::geom::{Certainty, Scratch};
 use crate::math::lanes::{Lanes, Mask};
 use crate::trace::beam::{BEAM, BeamScratch, Beams, Tile};
 use crate::trace::leaf::Tester;
@@ -22,14 +22,19 @@ pub struct AnyBatch<'a> {
 impl AnyBatch<'_> {
     /// Of a stream's rays, those that the last occluder blocks.
     #[inline(never)]
-    fn certified<L: Lanes, C: Certainty>(&mut self, first: usize, alive: u64) -> u64 {
+    fn certified<L: Lanes, C: Certainty>(
+        &mut self,
+        first: usize,
+        alive: u64,
+        kernels: &mut Scratch,
+    ) -> u64 {
         let Some(occluder) = self.cache.candidate() else {
             return 0;
         };
         let mut certified = 0;
         for lane in (0..STREAM).step_by(L::COUNT) {
             if (alive >> lane) & (u64::MAX >> (64 - L::COUNT)) != 0 {
-                let (_, query) = self.tried::<L, C>(first + lane, occluder);
+                let (_, query) = self.tried::<L, C>(first + lane, occluder, kernels);
                 certified |= u64::from(query.blocked().bits()) << lane;
             }
         }
@@ -42,11 +47,13 @@ impl AnyBatch<'_> {
         &self,
         first: usize,
         occluder: HitId,
+        kernels: &mut Scratch,
     ) -> (Packet<L>, AnyHit<L>) {
         let packet = self.rays.packet::<L>(first, self.world);
         let mut query = AnyHit::<L>::new(load_f32(&self.rays.t_max[first..]));
         if occluder != HitId::NONE {
-            Tester::<L, C>::new(self.world, &packet).single(occluder, &mut query);
+            let tester = Tester::<L, C>::new(self.world, &packet);
+            tester.single(occluder, &mut query, kernels);
         }
         (packet, query)
     }
@@ -64,15 +71,16 @@ impl AnyBatch<'_> {
     fn stream<L: Lanes, C: Certainty>(
         &mut self,
         first: usize,
-        trace: impl FnOnce(u64, &mut [AnyHit<L::Single>; STREAM]),
+        scratch: &mut StreamScratch,
+        trace: impl FnOnce(u64, &mut [AnyHit<L::Single>; STREAM], &mut StreamScratch),
     ) {
         let alive = self.rays.alive(first);
-        let certified = self.certified::<L, C>(first, alive);
+        let certified = self.certified::<L, C>(first, alive, &mut scratch.kernels);
         let mut queries: [_; STREAM] = std::array::from_fn(|i| {
             let t_max = self.rays.t_max[first + i];
             AnyHit::<L::Single>::new(<L::Single as Lanes>::from_f32(t_max))
         });
-        trace(alive & !certified, &mut queries);
+        trace(alive & !certified, &mut queries, scratch);
         for (i, query) in queries.iter().enumerate() {
             self.put(first + i, query);
         }
@@ -116,9 +124,10 @@ impl Batch for AnyBatch<'_> {
     fn packets<L: Lanes, C: Certainty>(mut self, levels: &BaselineLevels, count: Count) {
         let world = self.world;
         let mut scratch = [levels.tlas.scratch::<L>(), levels.tlas.scratch::<L>()];
+        let mut kernels = Scratch::default();
         for first in (0..self.rays.len()).step_by(L::COUNT) {
             let occluder = self.cache.candidate().unwrap_or(HitId::NONE);
-            let (packet, mut query) = self.tried::<L, C>(first, occluder);
+            let (packet, mut query) = self.tried::<L, C>(first, occluder, &mut kernels);
             let rays = packet.ray.t_min.lt(load_f32(&self.rays.t_max[first..]));
             let rays = rays.bits().count_ones();
             if occluder != HitId::NONE {
@@ -126,7 +135,7 @@ impl Batch for AnyBatch<'_> {
                 self.cache.tried(rays, certified);
             }
             let tester = Tester::<L, C>::new(world, &packet);
-            tester.trace(levels, &mut query, &mut scratch, count);
+            tester.trace(levels, &mut query, &mut scratch, &mut kernels, count);
             // The last one stands for all that have blocked a ray.
             let blocked = query.blocked().bits().count_ones();
             self.cache.remember(query.occluder, blocked, rays);
@@ -143,7 +152,7 @@ impl Batch for AnyBatch<'_> {
         let (world, rays) = (self.world, self.rays);
         for first in (0..rays.len()).step_by(STREAM) {
             let stream = Stream { world, rays, first };
-            self.stream::<L, C>(first, |open, queries| {
+            self.stream::<L, C>(first, scratch, |open, queries, scratch| {
                 stream.trace_nested::<L, S, C, _>(groups, open, queries, scratch);
             });
         }
@@ -178,8 +187,8 @@ impl Batch for AnyBatch<'_> {
             }
             for first in (first..first + BEAM).step_by(STREAM) {
                 let stream = Stream { world, rays, first };
-                self.stream::<L, C>(first, |open, queries| {
-                    stream.trace::<L, S, C, _>(open, queries, &mut scratch.streams);
+                self.stream::<L, C>(first, &mut scratch.streams, |open, queries, scratch| {
+                    stream.trace::<L, S, C, _>(open, queries, scratch);
                 });
             }
         }

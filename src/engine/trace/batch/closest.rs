@@ -2,7 +2,7 @@
 
 use super::Batch;
 use crate::accel::{BaselineLevels, Count, InstanceBvhs, STREAM, World};
-use crate::geom::Certainty;
+use crate::geom::{Certainty, Scratch};
 use crate::math::lanes::Lanes;
 use crate::trace::beam::{BEAM, BeamScratch, Beams, Tile};
 use crate::trace::hits::{Depths, Hits};
@@ -87,11 +87,12 @@ impl Batch for ClosestBatch<'_, '_> {
     #[inline(never)]
     fn packets<L: Lanes, C: Certainty>(mut self, levels: &BaselineLevels, count: Count) {
         let mut scratch = [levels.tlas.scratch::<L>(), levels.tlas.scratch::<L>()];
+        let mut kernels = Scratch::default();
         for first in (0..self.rays.len()).step_by(L::COUNT) {
             let packet = self.rays.packet::<L>(first, self.world);
             let mut query = Closest::<L, C>::new(load_f32(&self.rays.t_max[first..]));
             let tester = Tester::<L, C>::new(self.world, &packet);
-            tester.trace(levels, &mut query, &mut scratch, count);
+            tester.trace(levels, &mut query, &mut scratch, &mut kernels, count);
             self.put(first, &query);
         }
     }

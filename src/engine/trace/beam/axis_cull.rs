@@ -110,6 +110,7 @@ impl AxisCull {
 mod tests {
     use super::*;
     use crate::geom::Cone;
+    use crate::geom::Scratch;
     use crate::geom::exact::{Line, Solid, first_beyond};
     use crate::math::Vec3;
     use crate::math::lanes::Mask;
@@ -161,7 +162,12 @@ mod tests {
                 probe::<f64>(cone, ray, parallel),
             ];
             for Probe { line, passes } in probes.into_iter().flatten() {
-                let first = first_beyond(&Solid::Cone(*cone), &line, f64::NEG_INFINITY);
+                let first = first_beyond(
+                    &Solid::Cone(*cone),
+                    &line,
+                    f64::NEG_INFINITY,
+                    &mut Scratch::default(),
+                );
                 assert!(
                     !(first.is_some() && passes),
                     "{cone:?}: {:?}, {:?}, parallel: {parallel}",

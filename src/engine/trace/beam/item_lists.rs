@@ -49,7 +49,8 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         if !world.unbounded.is_empty() {
             for (s, query) in queries.iter_mut().enumerate() {
                 let packet = self.packets.get(s, self.rays, self.first, world);
-                Tester::<L, C>::new(world, packet).unbounded(query);
+                let kernels = &mut scratch.streams.kernels;
+                Tester::<L, C>::new(world, packet).unbounded(query, kernels);
             }
         }
         for (s, query) in queries.iter().enumerate() {
@@ -72,7 +73,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         scratch: &mut BeamScratch,
     ) {
         let Shape::Mesh(id) = entry.shape else {
-            self.solid::<C, Q>(entry, queries);
+            self.solid::<C, Q>(entry, queries, &mut scratch.streams.kernels);
             return;
         };
         let Some(boxes) = &boxes.meshes[id.index()] else {

@@ -32,7 +32,7 @@ use super::rays::{Rays, Vectors, load_f32};
 use super::solids::Packets;
 use super::stream::{Stream, StreamScratch};
 use crate::accel::{STREAM, TlasEntry, WideStack, World};
-use crate::geom::Certainty;
+use crate::geom::{Certainty, Scratch};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask};
 use crate::scene::{MeshId, Shape};
@@ -207,7 +207,8 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         if !world.unbounded.is_empty() {
             for (s, query) in queries.iter_mut().enumerate() {
                 let packet = self.packets.get(s, self.rays, self.first, world);
-                Tester::<L, C>::new(world, packet).unbounded(query);
+                let kernels = &mut scratch.streams.kernels;
+                Tester::<L, C>::new(world, packet).unbounded(query, kernels);
             }
         }
         let BeamScratch {
@@ -273,12 +274,17 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
                     self.mesh_in_world::<C, Q>(entry, id, queries, streams, through);
                 }
             }
-            _ => self.solid::<C, Q>(entry, queries),
+            _ => self.solid::<C, Q>(entry, queries, &mut streams.kernels),
         }
     }
 
     #[inline(always)]
-    fn solid<C: Certainty, Q: Query<L>>(&mut self, entry: &TlasEntry, queries: &mut [Q; S]) {
+    fn solid<C: Certainty, Q: Query<L>>(
+        &mut self,
+        entry: &TlasEntry,
+        queries: &mut [Q; S],
+        kernels: &mut Scratch,
+    ) {
         let mut active = self.reach_box(entry.bounds.min, entry.bounds.max);
         if !entry.placed {
             self.pass_by(entry.shape, &mut active);
@@ -286,7 +292,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         for (s, query) in queries.iter_mut().enumerate() {
             if active[s].any() {
                 let packet = self.packets.get(s, self.rays, self.first, self.world);
-                Tester::<L, C>::new(self.world, packet).solid(entry, active[s], query);
+                Tester::<L, C>::new(self.world, packet).solid(entry, active[s], query, kernels);
                 self.beam.limit_t::<C, Q>(s, query.limit());
             }
         }
@@ -431,7 +437,11 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
                 if !queries[s].try_commit(lane, at, id) {
                     let packet = self.rays.packet(self.first + s * L::COUNT, self.world);
                     let here = L::Mask::from_bits(1 << lane);
-                    Tester::<L, C>::new(self.world, &packet).decide(here, id, &mut queries[s]);
+                    let (tester, kernels) = (
+                        Tester::<L, C>::new(self.world, &packet),
+                        &mut streams.kernels,
+                    );
+                    tester.decide(here, id, &mut queries[s], Some(kernels));
                 }
             }
         }

@@ -11,9 +11,9 @@ mod track;
 
 use crate::accel::{CoincidentFace, PreparedCsg, Slabs};
 use crate::csg::Restricted;
-use crate::geom::Certainty;
 use crate::geom::guarded::Ends;
 use crate::geom::primitive::Boundaries;
+use crate::geom::{self, Certainty};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::roots::Solver;
 use crate::scene::{Shape, Tables};
@@ -62,11 +62,11 @@ const TALL: usize = 256;
 /// The rays of `active` lanes up to `limit`.
 #[inline]
 pub(in crate::trace) fn first<L: Lanes, C: Certainty>(
-    csg: &PreparedCsg,
-    tables: &Tables,
+    (csg, tables): (&PreparedCsg, &Tables),
     object: &Packet<L>,
     active: u32,
     limit: L,
+    kernels: &mut geom::Scratch,
 ) -> Met<L> {
     // Boundaries that are one within a distance are left to the other function; so
     // are tall programs, of which a ray changes few gates: here all are worked out.
@@ -78,7 +78,8 @@ pub(in crate::trace) fn first<L: Lanes, C: Certainty>(
         return Met::left(active);
     }
     let mut scratch = SCRATCH.take().unwrap_or_default();
-    let met = parts::<L, C>((csg, tables), object, active, limit, &mut scratch);
+    let solid = (csg, tables);
+    let met = parts::<L, C>(solid, object, active, limit, (&mut scratch, kernels));
     SCRATCH.set(Some(scratch));
     met
 }
@@ -90,7 +91,7 @@ fn parts<L: Lanes, C: Certainty>(
     object: &Packet<L>,
     active: u32,
     limit: L,
-    scratch: &mut LaneScratch,
+    (scratch, kernels): (&mut LaneScratch, &mut geom::Scratch),
 ) -> Met<L> {
     let ray = &object.ray;
     let asleep = -L::splat(L::Scalar::INFINITY);
@@ -118,7 +119,7 @@ fn parts<L: Lanes, C: Certainty>(
         operands.extend(boxed.iter().map(|entry| (entry >> 32) as u32));
     }
     if operands.len() <= MOST {
-        return run::<L, C>(solid, object, (active, limit, known), scratch);
+        return run::<L, C>(solid, object, (active, limit, known), (scratch, kernels));
     }
     if active.count_ones() < 2 {
         return Met::left(active);
@@ -129,7 +130,7 @@ fn parts<L: Lanes, C: Certainty>(
         rest &= rest - 1;
     }
     let [mut met, more] =
-        [low, rest].map(|part| parts::<L, C>(solid, object, part, limit, scratch));
+        [low, rest].map(|part| parts::<L, C>(solid, object, part, limit, (scratch, kernels)));
     met.join(&more);
     met
 }
@@ -193,7 +194,7 @@ fn run<L: Lanes, C: Certainty>(
     (csg, tables): (&PreparedCsg, &Tables),
     object: &Packet<L>,
     (active, limit, mut known): (u32, L, L),
-    scratch: &mut LaneScratch,
+    (scratch, kernels): (&mut LaneScratch, &mut geom::Scratch),
 ) -> Met<L> {
     let LaneScratch {
         operands,
@@ -269,7 +270,7 @@ fn run<L: Lanes, C: Certainty>(
             let all = if !C::GUARDED && tables.implicits.solver(id) != Solver::Auto {
                 spaces.boundaries_by(solid, row, lanes, &mut more)
             } else {
-                spaces.boundaries(solid, row, lanes, &mut more)
+                spaces.boundaries(solid, row, lanes, &mut more, kernels)
             };
             if !C::GUARDED {
                 for t in more[at..].as_flattened_mut() {

@@ -4,7 +4,7 @@ use super::first;
 use super::lanes::{self, Met};
 use crate::accel::{PreparedCsg, TlasEntry};
 use crate::geom::exact::Line;
-use crate::geom::{Certainty, Meet};
+use crate::geom::{Certainty, Meet, Scratch};
 use crate::math::Aabb32;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::scene::{CsgId, Tables};
@@ -26,6 +26,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         id: CsgId,
         active: L::Mask,
         query: &mut Q,
+        kernels: &mut Scratch,
     ) {
         let (window, active) = if entry.placed {
             self.window(entry, active, query.limit())
@@ -52,7 +53,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
                 let end = exit.min(window.exit);
                 limit = L::select(limit.lt(end), limit, L::splat(L::Scalar::INFINITY));
             }
-            lanes::first::<L, C>(solid, tables, object, active.bits(), limit)
+            lanes::first::<L, C>((solid, tables), object, active.bits(), limit, kernels)
         };
         let mut bits = if C::GUARDED { 0 } else { met.left };
         while bits != 0 {
@@ -60,12 +61,13 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
             bits &= bits - 1;
             let (org, dir) = object.lane(lane);
             let t_min = object.ray.t_min.max(met.t).lane(lane).to_f64();
-            let first = first(solid, tables, &Line { org, dir }, t_min);
+            let first = first(solid, tables, (&Line { org, dir }, t_min), kernels);
             if let Some(crossing) = first {
                 let t = L::from_f64(depth_of(&crossing.root).t);
                 let meet = Meet::certain(L::Mask::from_bits(1 << lane), t);
                 let id = id(crossing.primitive);
-                self.offer(object, &window, &entry.own, meet, id, query);
+                let places = (object, &window, &entry.own);
+                self.offer(places, meet, id, query, Some(kernels));
             }
         }
         // Surface by surface.
@@ -86,7 +88,8 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
                 unsure: L::Mask::splat(false),
             };
             let meet = doubted::<L, C>(meet, lanes, id(surface));
-            self.offer(object, &window, &entry.own, meet, id(surface), query);
+            let places = (object, &window, &entry.own);
+            self.offer(places, meet, id(surface), query, Some(kernels));
         }
         let limit = query.limit();
         let unsure = L::Mask::from_bits(met.unsure | met.left) & limit.gt(self.packet.ray.t_min);
@@ -95,13 +98,14 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         }
         let mut bits = unsure.bits();
         if !C::DOUBTS_ALL {
-            let look = InF64::<C> {
+            let mut look = InF64::<C> {
                 solid,
                 tables,
                 own: &entry.own,
+                kernels,
                 certainty: PhantomData,
             };
-            let [may, must] = look_again(object, limit, bits, &look);
+            let [may, must] = look_again(object, limit, bits, &mut look);
             bits = may;
             // Where does not matter.
             if Q::ANY && must != 0 {
@@ -109,7 +113,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
                 bits &= !must;
             }
         }
-        self.decide(L::Mask::from_bits(bits), id(0), query);
+        self.decide(L::Mask::from_bits(bits), id(0), query, Some(kernels));
     }
 }
 
@@ -119,18 +123,25 @@ struct InF64<'a, C> {
     solid: &'a PreparedCsg,
     tables: &'a Tables,
     own: &'a Aabb32,
+    kernels: &'a mut Scratch,
     certainty: PhantomData<C>,
 }
 
 impl<C: Certainty> SecondLook for InF64<'_, C> {
     #[inline(never)]
     fn look<D: Lanes<Scalar = f64, Double = D>>(
-        &self,
+        &mut self,
         pass: &DoublePass<D>,
         asked: u32,
     ) -> [u32; 2] {
         let packet = Packet::<D>::new(pass.org, pass.dir, pass.t_min, self.own);
-        let met = lanes::first::<D, C>(self.solid, self.tables, &packet, asked, pass.limit);
+        let met = lanes::first::<D, C>(
+            (self.solid, self.tables),
+            &packet,
+            asked,
+            pass.limit,
+            self.kernels,
+        );
         let [from, to] = met.within;
         let may = met.unsure | met.left | met.hit & from.le(pass.limit).bits();
         [may, met.hit & to.lt(pass.limit).bits()]

@@ -3,7 +3,7 @@
 use super::Tester;
 use crate::accel::TlasEntry;
 use crate::geom::guarded::{self, ObjectRay};
-use crate::geom::{Certainty, Meet, Ray, by_solver};
+use crate::geom::{Certainty, Meet, Ray, Scratch, by_solver};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::roots::Solver;
 use crate::scene::{ImplicitId, Shape, Tables};
@@ -15,16 +15,22 @@ use glam::DVec3;
 impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     /// The kernel of a single primitive.
     #[inline(always)]
-    fn meet(&self, object: &Packet<L>, entry: &TlasEntry, active: L::Mask) -> Meet<L> {
+    fn meet(
+        &self,
+        object: &Packet<L>,
+        entry: &TlasEntry,
+        active: L::Mask,
+        kernels: &mut Scratch,
+    ) -> Meet<L> {
         if C::DOUBTS_ALL {
             return Meet::unsure(active);
         }
         if C::GUARDED {
             let scene = &self.world.scene;
-            return scene.meet(entry.shape, extent(entry), &object.line(), active);
+            return scene.meet(entry.shape, extent(entry), &object.line(), active, kernels);
         }
         let scene = &self.world.scene;
-        let met = scene.meet_fast(entry.shape, &object.line(), active);
+        let met = scene.meet_fast(entry.shape, &object.line(), active, kernels);
         Meet {
             hit: met.hit & active,
             ..met
@@ -34,12 +40,12 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
 
 impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     /// What the kernel of a single primitive says of every lane.
-    pub(in crate::trace) fn kernel(&self, entry: &TlasEntry) -> Meet<L> {
+    pub(in crate::trace) fn kernel(&self, entry: &TlasEntry, kernels: &mut Scratch) -> Meet<L> {
         let all = L::Mask::splat(true);
         if entry.placed {
-            self.meet(&self.object_packet(entry, DVec3::ZERO), entry, all)
+            self.meet(&self.object_packet(entry, DVec3::ZERO), entry, all, kernels)
         } else {
-            self.meet(self.packet, entry, all)
+            self.meet(self.packet, entry, all, kernels)
         }
     }
 
@@ -53,14 +59,19 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         entry: &TlasEntry,
         active: L::Mask,
         query: &mut Q,
+        kernels: &mut Scratch,
     ) -> Meet<L> {
-        let mut meet = self.meet(object, entry, active);
+        let mut meet = self.meet(object, entry, active, kernels);
         let is_double = matches!(entry.shape, Shape::Implicit(_));
         if !C::GUARDED || C::DOUBTS_ALL || is_double || meet.unsure.none() {
             return meet;
         }
-        let scene = &self.world.scene;
-        let [may, must] = look_closer(scene, entry, object, query.limit(), meet.unsure.bits());
+        let look = Primitive {
+            scene: &self.world.scene,
+            entry,
+            kernels,
+        };
+        let [may, must] = look_closer(look, object, query.limit(), meet.unsure.bits());
         let must = L::Mask::from_bits(must);
         // Where does not matter.
         if Q::ANY && must.any() {
@@ -79,25 +90,25 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
 #[cold]
 #[inline(never)]
 fn look_closer<L: Lanes>(
-    scene: &Tables,
-    entry: &TlasEntry,
+    mut look: Primitive,
     object: &Packet<L>,
     limit: L,
     asked: u32,
 ) -> [u32; 2] {
-    look_again(object, limit, asked, &Primitive { scene, entry })
+    look_again(object, limit, asked, &mut look)
 }
 
 /// One primitive, seen in its space.
 struct Primitive<'a> {
     scene: &'a Tables,
     entry: &'a TlasEntry,
+    kernels: &'a mut Scratch,
 }
 
 impl SecondLook for Primitive<'_> {
     #[inline(never)]
     fn look<D: Lanes<Scalar = f64, Double = D>>(
-        &self,
+        &mut self,
         pass: &DoublePass<D>,
         asked: u32,
     ) -> [u32; 2] {
@@ -107,7 +118,7 @@ impl SecondLook for Primitive<'_> {
         let extent = extent(self.entry);
         let meet = self
             .scene
-            .meet_again(self.entry.shape, extent, &line, asked);
+            .meet_again(self.entry.shape, extent, &line, asked, self.kernels);
         let [from, to] = meet.within;
         let may = meet.hit & from.le(pass.limit) | meet.unsure;
         [may.bits(), (meet.hit & to.lt(pass.limit)).bits()]
@@ -120,10 +131,10 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     pub(super) fn is_blocked<Q: Query<L>>(
         &self,
         object: &Packet<L>,
-        row: ImplicitId,
-        id: HitId,
+        (row, id): (ImplicitId, HitId),
         active: L::Mask,
         query: &mut Q,
+        kernels: &mut Scratch,
     ) {
         let scene = &self.world.scene;
         let surface = &scene.implicits.row(row);
@@ -141,8 +152,9 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         let none = L::Mask::splat(false);
         let (mut blocked, mut unsure) = (none, active);
         if !C::DOUBTS_ALL {
+            let (line, scratch) = (object.line(), &mut kernels.polynomial);
             (blocked, unsure) =
-                guarded::implicit::blocked(surface, &object.line(), query.limit(), active);
+                guarded::implicit::blocked(surface, &line, query.limit(), active, scratch);
         }
         if C::GUARDED {
             let doubted = L::Mask::from_bits(C::doubts(id.instance, id.primitive)) & active;
@@ -155,10 +167,10 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
             return;
         }
         if C::GUARDED {
-            return self.decide(unsure, id, query);
+            return self.decide(unsure, id, query, Some(kernels));
         }
         let implicit = Shape::Implicit(row);
-        let meet = scene.meet_fast(implicit, &object.line(), unsure);
+        let meet = scene.meet_fast(implicit, &object.line(), unsure, kernels);
         query.accept(meet.hit & meet.t.gt(object.ray.t_min), meet.t, id);
     }
 }

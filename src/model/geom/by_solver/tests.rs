@@ -1,6 +1,7 @@
 use super::*;
 use crate::geom::Sphere;
 use crate::geom::tape::Builder;
+use crate::geom::{Clip, Cuboid};
 use glam::DVec3;
 
 /// (x² + y² + z² + R² − r²)² − 4R²(x² + y²).

@@ -1,8 +1,8 @@
-//! What a line has in a cone, between its caps' planes or in its side alone.
+//! Exact span of a line in a closed cone, and exact crossings of an open cone's side.
 
 use super::Cone;
-use crate::geom::exact::curve::{Curve, nearest_to};
-use crate::geom::exact::solid::Ends;
+use crate::geom::exact::line_quadratic::{LineQuadratic, nearest_to};
+use crate::geom::exact::solid::SpanRoots;
 use crate::geom::exact::surface::Surface as AnySurface;
 use crate::geom::exact::{Line, root};
 use std::cmp::Ordering;
@@ -10,15 +10,15 @@ use std::cmp::Ordering;
 type Surface = AnySurface<'static>;
 type Root = root::Root<'static>;
 
-/// A line before a cone: its side and its caps.
+/// A line against a cone's side and caps.
 struct Frustum {
-    side: Curve,
-    /// Of the side's a.
+    side: LineQuadratic,
+    /// The sign of the quadratic coefficient along the side.
     bend: Ordering,
-    /// Of the side, where it bends.
+    /// The roots of the side, where that coefficient is not zero.
     roots: Option<[Root; 2]>,
-    /// The caps' planes where the line comes from and where it goes; or whether
-    /// it stays between them.
+    /// Where the line crosses the caps' planes, in order; or, if it is parallel to them, whether
+    /// it runs between them.
     caps: Result<[Root; 2], bool>,
 }
 
@@ -27,20 +27,20 @@ impl Frustum {
     fn new(line: &Line, cone: &Cone) -> Frustum {
         let middle = cone.base * 0.5 + cone.top * 0.5;
         let shift = nearest_to(line, middle.to_array());
-        let side = Curve::new(line, Surface::Side(*cone), shift);
-        let bend = side.bend();
+        let side = LineQuadratic::new(line, Surface::Side(*cone), shift);
+        let bend = side.quadratic_sign();
         let roots = bend.is_ne().then(|| side.roots(bend)).flatten();
         let cap = |at_top: bool| {
             let cap = Surface::Cap {
                 cone: *cone,
                 at_top,
             };
-            Curve::new(line, cap, shift)
+            LineQuadratic::new(line, cap, shift)
         };
         let (base, top) = (cap(false), cap(true));
-        let caps = match base.rise() {
+        let caps = match base.linear_sign() {
             Ordering::Less => Ok([top.root_of_linear(), base.root_of_linear()]),
-            Ordering::Equal => Err(base.level().is_ge() && top.level().is_le()),
+            Ordering::Equal => Err(base.constant_sign().is_ge() && top.constant_sign().is_le()),
             Ordering::Greater => Ok([base.root_of_linear(), top.root_of_linear()]),
         };
         Frustum {
@@ -51,30 +51,29 @@ impl Frustum {
         }
     }
 
-    /// Where a line goes from without the side to within (the sign is negative)
-    /// or back, of which there is one such place.
+    /// Returns the one place where the line goes into the side (the sign is negative) or out of
+    /// it.
     fn passage(&self, way: Ordering) -> Option<Root> {
         match self.roots {
             Some([lower, upper]) => Some(if self.bend == way { upper } else { lower }),
-            // Where it bends without a root, it does not change its sign.
-            None => {
-                (self.bend.is_eq() && self.side.rise() == way).then(|| self.side.root_of_linear())
-            }
+            // A quadratic without a root does not change its sign.
+            None => (self.bend.is_eq() && self.side.linear_sign() == way)
+                .then(|| self.side.root_of_linear()),
         }
     }
 }
 
-/// Of a closed cone. Between its caps' planes it is convex, so what a line has
-/// in it is one span: whether the line is within where it crosses these planes
-/// says which of the side's roots are its ends.
-pub(in crate::geom) fn cone(line: &Line, cone: &Cone) -> Option<Ends> {
+/// Returns the span of a line in a closed cone. Between the caps' planes the cone is convex, so
+/// there is one span: whether the line is inside the side where it crosses these planes says which
+/// roots of the side are its ends.
+pub(in crate::geom) fn cone(line: &Line, cone: &Cone) -> Option<SpanRoots> {
     let frustum = Frustum::new(line, cone);
     let Frustum {
         side, bend, roots, ..
     } = &frustum;
     let [first, last] = match frustum.caps {
         Ok(caps) => caps,
-        // Across the axis: a chord of a disc.
+        // Across the axis the span is a chord of a disc.
         Err(between) => {
             let roots = roots.filter(|_| between && bend.is_gt())?;
             return Some(roots.map(Some));
@@ -96,11 +95,11 @@ pub(in crate::geom) fn cone(line: &Line, cone: &Cone) -> Option<Ends> {
     Some([enter, exit])
 }
 
-/// Of an open cone: its side between the caps' planes. A line that runs within
-/// the side does not cross it.
+/// Returns the first crossing of an open cone's side beyond t_min. A line that lies in the side
+/// does not cross it.
 pub(in crate::geom) fn cone_side(line: &Line, cone: &Cone, t_min: f64) -> Option<Root> {
     let frustum = Frustum::new(line, cone);
-    let linear = frustum.bend.is_eq() && frustum.side.rise().is_ne();
+    let linear = frustum.bend.is_eq() && frustum.side.linear_sign().is_ne();
     let only = linear.then(|| frustum.side.root_of_linear());
     let roots = frustum.roots.into_iter().flatten().chain(only);
     let on_side = |root: &Root| match &frustum.caps {

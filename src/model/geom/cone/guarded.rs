@@ -1,9 +1,9 @@
-//! Truncated cones and cylinders, closed and open.
+//! Meets truncated cones and cylinders, closed and open, with error bounds.
 //!
-//! As in [`crate::geom::cone`], the side is where F(t) = A t² + 2B t + C is 0, of
-//! the ray moved next to the axis. Every coefficient has a bound, which says how well
-//! its roots are known ([`Quadratic`]). Between the planes of the caps F < 0 is
-//! inside, for the mirrored cone lies beyond them.
+//! As in [`crate::geom::cone`], the side is where F(t) = A t² + 2B t + C is 0 along the ray, which
+//! is first moved next to the axis. Every coefficient has a bound (C1 to C3,
+//! docs/numerics/cones.md), and these bound the error of the roots ([`Quadratic`]). Between the
+//! planes of the caps F < 0 means inside, because the mirrored cone lies beyond them (C4).
 
 use crate::geom::Meet;
 use crate::geom::cone::Upright;
@@ -16,49 +16,50 @@ use crate::math::Vec3;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 
-/// A cone, and a ray that has been moved next to it. `STRAIGHT`: of a cylinder, whose
-/// radii do not grow; what is 0 then is not computed.
+/// A cone, and a ray that has been moved next to it. `STRAIGHT` says that it is a cylinder: the
+/// terms of its constant radius' growth are 0 and are not computed.
 struct Frame<L: Lanes, const STRAIGHT: bool> {
     near: Near<L>,
     half: L,
-    /// Along the axis from the middle, and how fast that grows.
+    /// The height along the axis from the middle, and its rate along the ray.
     height: L,
     rise: L,
     a: L,
     b: L,
     c: L,
-    /// The cone's radius there, and how fast that grows.
+    /// The cone's radius at that height, and its rate along the ray.
     radius: L,
     widening: L,
-    /// The largest coordinates of what is across the axis, and of the direction.
+    /// The largest coordinates of the vector across the axis, and of the direction.
     across: L,
     along: L,
-    /// Of the cone: the mean radius and |k|, the growth of radii along the axis.
+    /// The cone's mean radius, and |k|, the growth of its radius along the axis.
     mean: L,
     slope: L,
     ordinary: L::Mask,
 }
 
-/// F, and how far heights along the ray may be off.
+/// The quadratic F, and bounds on the errors of heights along the ray.
 struct Side<L: Lanes> {
     roots: Quadratic<L>,
-    /// Lanes whose line certainly does not meet the side's surface.
+    /// Lanes whose line certainly misses the side's surface.
     passes: L::Mask,
     height: L,
     rise: L,
 }
 
-/// Rounded up.
+/// √3, rounded up.
 const ROOT_3: f32 = 1.733;
 
-/// By how much the axis and what follows from it may be off, relatively: in f64
-/// a dozen roundings; they do not show in f32, where it is rounded once.
+/// Relative error of the axis and of what is computed from it (ν of lemma C1,
+/// docs/numerics/cones.md): a dozen roundings in f64 lanes; in f32 lanes these are nothing beside
+/// the one rounding to f32.
 #[inline(always)]
 fn derived<L: Lanes>() -> f32 {
     if L::is_double() { 12.0 } else { 1.01 }
 }
 
-/// ν, in roundings.
+/// ν of lemma C1 (docs/numerics/cones.md), in roundings.
 #[inline(always)]
 fn turned<L: Lanes>() -> f32 {
     2.0 * derived::<L>() + 7.25
@@ -77,7 +78,7 @@ fn frame<L: Lanes, const STRAIGHT: bool>(
     let drift = dir - n * rise;
     let drift_squared = drift.length_squared();
 
-    // To the point nearest the axis, or, if that may be far, nearest the middle.
+    // Moves to the point nearest the axis or, if that may be far away, nearest the middle.
     let steep = (drift_squared * L::from_f32(16.0)).gt(squared);
     let (start, coarse) = object.start(middle);
     let (start, coarse) = (start.ordered(order), coarse.ordered(order));
@@ -85,7 +86,7 @@ fn frame<L: Lanes, const STRAIGHT: bool>(
     let over = L::select(steep, drift_squared, squared);
     let shift = -(coarse.dot(toward) / over);
     let mut near = Near::at(start, object.dir.ordered(order), coarse.max_abs(), shift);
-    // The middle itself is rounded.
+    // The middle itself is rounded (C1, docs/numerics/cones.md).
     let far = middle.abs().max_element();
     near.error = near.error + L::from_f64(far * (1.5 * UNIT));
 
@@ -103,7 +104,7 @@ fn frame<L: Lanes, const STRAIGHT: bool>(
         (a, b) = (a - widening * widening, b - radius * widening);
     }
     let (along, (small, large)) = (object.ray.shear.along.abs(), range::<L>());
-    // F's coefficients are products of such.
+    // F's coefficients are products of such numbers.
     let scale = along * along * (mean * mean);
     Frame {
         near,
@@ -124,22 +125,23 @@ fn frame<L: Lanes, const STRAIGHT: bool>(
 }
 
 impl<L: Lanes, const STRAIGHT: bool> Frame<L, STRAIGHT> {
-    /// What a slope adds.
+    /// Adds the term that the growth of the radius contributes; a cylinder has none.
     #[inline(always)]
     fn with_slope(&self, x: L, more: impl FnOnce(L) -> L) -> L {
         if STRAIGHT { x } else { x + more(self.slope) }
     }
 
-    /// `fine`: with bounds that take twice the work, and are half as wide. For those whom
-    /// nobody helps out but exact arithmetic: rays leave a surface by little more.
+    /// Computes F and its bounds. `fine` asks for bounds that take twice the work and are half as
+    /// wide (C2 and C3, docs/numerics/cones.md): they serve f64 lanes, whose undecided rays go to
+    /// exact arithmetic, since rays leave a surface by hardly more.
     #[inline(always)]
     fn side(&self, fine: bool) -> Side<L> {
         let (nu, sums) = (turned::<L>(), 4.6);
-        // Of the point across the axis, and of the radius.
+        // Errors of the point across the axis, and of the radius.
         let moved =
             self.near.size * roundings(nu * ROOT_3) + self.near.error * L::from_f32(3.75) + tiny();
         let grown = self.with_slope(self.mean * roundings(nu), |slope| slope * moved);
-        // Norms: a direction's is at most root 3 of its largest component.
+        // Norms: a direction's is at most √3 times its largest component.
         let (across, radius) = (self.across * L::from_f32(ROOT_3), self.radius.abs());
         let speed = self.along * L::from_f32(ROOT_3);
         let spread = self.with_slope(speed, |slope| speed * slope);
@@ -161,7 +163,7 @@ impl<L: Lanes, const STRAIGHT: bool> Frame<L, STRAIGHT> {
             let rootless = roots.is_rootless();
             (roots, rootless)
         } else {
-            // What F's coefficients are products of, and by how much that is off.
+            // The factors of F's coefficients, and their errors.
             let off = moved + grown;
             let extent = across + radius + off;
             let off = off * L::from_f32(2.01) + extent * roundings(nu + sums);
@@ -188,7 +190,7 @@ impl<L: Lanes, const STRAIGHT: bool> Frame<L, STRAIGHT> {
         if (active & !passes).none() {
             return None;
         }
-        // Between the caps.
+        // The part between the caps' planes.
         let level = !self.rise.abs().gt(error.rise * L::from_f32(LEVEL));
         let inverse_rise = L::from_f32(1.0) / self.rise;
         let over = inverse_rise.abs() * L::from_f32(LEVEL_SLACK);
@@ -205,12 +207,12 @@ impl<L: Lanes, const STRAIGHT: bool> Frame<L, STRAIGHT> {
         let (cap_exit, last) = cap(caps[0].max(caps[1]), infinity);
         let mut sound = self.ordinary & first & last & finite(self.c, of_c);
 
-        // Inside the side: between the roots of a convex F, beyond the one of a
-        // concave F on which the cone widens.
+        // The part inside the side: between the roots of a convex F; for a concave F, beyond the
+        // root on whose side the cone widens.
         let roots = error.roots.roots();
         let most = roots.t[0].abs().max(roots.t[1].abs());
         let size = |t: L| if fine { t.abs() } else { most };
-        // One by one: `map` went by memory.
+        // One by one: with `map` the compiler goes through memory.
         let [t0, t1] = roots.t;
         let t0 = roots.bounded(t0, size(t0));
         let t1 = roots.bounded(t1, size(t1));
@@ -234,7 +236,7 @@ impl<L: Lanes, const STRAIGHT: bool> Frame<L, STRAIGHT> {
         let side_exit = Between::select(between, t1, ends[1]);
         let mut none = passes;
         if (active & !passes & !cut).any() {
-            // Perhaps F keeps its sign between the caps.
+            // F may keep its sign between the caps.
             let reach = cap_enter.least.abs().max(cap_exit.most.abs());
             let slope = L::from_f32(2.0) * (self.b.abs() + of_b);
             let off = (self.a.abs() + of_a) * reach + slope;
@@ -245,7 +247,7 @@ impl<L: Lanes, const STRAIGHT: bool> Frame<L, STRAIGHT> {
         }
         let upward = self.rise.gt(L::zero());
         let (base, top) = (L::zero(), L::from_f32(1.0));
-        // A cone of equal radii has a cylinder's, too.
+        // A cone of equal radii has the faces of a cylinder.
         let is_cylinder = L::Mask::splat(STRAIGHT) | self.slope.eq(L::zero());
         let side = |at| OnFace {
             at,
@@ -283,7 +285,8 @@ impl<L: Lanes, const STRAIGHT: bool> Frame<L, STRAIGHT> {
         }
     }
 
-    /// The side alone: its first root beyond `t_min` and between the caps.
+    /// Finds the first root of the side alone beyond `t_min` and between the caps (C6,
+    /// docs/numerics/cones.md).
     #[inline(always)]
     fn open(&self, t_min: L, active: L::Mask) -> Meet<L> {
         let error = self.side(L::is_double());
@@ -295,7 +298,7 @@ impl<L: Lanes, const STRAIGHT: bool> Frame<L, STRAIGHT> {
         let reach = roots.t[0].abs().max(roots.t[1].abs());
         let (wide, sure) = roots.bound(reach);
         let roots = roots.t;
-        // Both are there, each for certain what it is.
+        // Both roots exist, and it is certain which is the lower one.
         let apart = (roots[0] + wide).lt(roots[1] - wide);
         let two = self.ordinary & sure & self.a.abs().gt(error.roots.off[0]) & apart;
         let [low, high] = self.near.begin(t_min);
@@ -306,7 +309,7 @@ impl<L: Lanes, const STRAIGHT: bool> Frame<L, STRAIGHT> {
             + self.height.abs() * roundings(5.1);
         let (within, beyond) = (self.half - off, self.half + off);
         let (first, second) = (Between::new(roots[0], wide), Between::new(roots[1], wide));
-        // Distances from the middle: certainly on the side, certainly beyond its ends.
+        // Distances from the middle: certainly on the side, or certainly beyond its ends.
         let z0 = (self.height + self.rise * roots[0]).abs();
         let z1 = (self.height + self.rise * roots[1]).abs();
         let at_first = two & z0.lt(within) & first.least.gt(high);
@@ -351,13 +354,13 @@ fn meet_of<L: Lanes, const STRAIGHT: bool>(
     }
 }
 
-/// Of a closed one.
+/// Returns the ends of rays in a closed cone.
 #[inline(always)]
 pub fn ends<L: Lanes>(row: &Upright, object: &ObjectRay<L>) -> Ends<L> {
     ends_of::<L, false>(row, object)
 }
 
-/// The same of a cylinder.
+/// Returns the ends of rays in a closed cylinder.
 #[inline(always)]
 pub fn cylinder_ends<L: Lanes>(row: &Upright, object: &ObjectRay<L>) -> Ends<L> {
     ends_of::<L, true>(row, object)
@@ -368,7 +371,7 @@ pub fn meet<L: Lanes>(row: &Upright, object: &ObjectRay<L>, active: L::Mask) -> 
     meet_of::<L, false>(row, object, active)
 }
 
-/// The same of a cylinder: the same bits, for less.
+/// Meets a cylinder, with the same bits as [`meet`] in less time.
 #[inline(always)]
 pub fn meet_cylinder<L: Lanes>(row: &Upright, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
     meet_of::<L, true>(row, object, active)

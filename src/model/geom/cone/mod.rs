@@ -19,6 +19,7 @@ use super::guarded::{Ends, ObjectRay};
 use super::kinds::ConeId;
 use super::primitive::{Exact, Flaw, OPEN, Primitive, finite, finite3, positive, require};
 use super::ray::{Meet, Ray, Span};
+use crate::geom::Scratch;
 use crate::math::lanes::{Lanes, Scalar};
 use crate::math::{Aabb, AxisOrder, Vec3, units_and_lengths};
 use glam::DVec3;
@@ -33,30 +34,30 @@ pub struct Cone {
     pub base_radius: f64,
     /// ≥ 0, not both 0.
     pub top_radius: f64,
-    /// Without caps: a surface, no inside.
+    /// Whether the caps are left out: it is then a surface without inside.
     pub open: bool,
 }
 
-/// A cone as kernels take it: what follows from its two ends, which takes a square root
-/// and several divisions, so tables keep it.
+/// A cone as kernels take it. Computing it from the two ends takes a square root and several
+/// divisions, so tables keep it.
 #[derive(Clone, Copy, Debug)]
 pub struct Upright {
     /// Half the height.
     pub half: f64,
-    /// Along the axis.
+    /// The unit vector along the axis, from base to top.
     pub unit: DVec3,
     pub middle: DVec3,
-    /// The radius there.
+    /// The radius at the middle.
     pub radius: f64,
-    /// Of the radius, along the axis.
+    /// The growth of the radius along the axis.
     pub growth: f64,
-    /// That sums over axes take.
+    /// The order in which sums over the axes add.
     pub order: AxisOrder,
     pub open: bool,
 }
 
 impl Cone {
-    /// Without overflow.
+    /// Computes the form that kernels take, without overflow.
     pub fn upright(&self) -> Upright {
         let half = self.top * 0.5 - self.base * 0.5;
         let size = half.abs().max_element();
@@ -78,21 +79,22 @@ impl Cone {
         }
     }
 
-    /// The box around the two end discs: along axis k a disc with unit normal n
-    /// reaches r·√(1 − n_k²).
+    /// Returns the box around the two end discs: along axis k a disc with unit normal n reaches
+    /// r·√(1 − n_k²).
     pub fn bounds(&self) -> Aabb {
         let n = self.upright().unit;
-        // As the other two components' length: 1 − n_k² would cancel.
+        // The length of the other two components, because 1 − n_k² would cancel.
         let length = |a: f64, b: f64| (a * a + b * b).sqrt();
         let reach = DVec3::new(length(n.y, n.z), length(n.x, n.z), length(n.x, n.y));
         let disc = |c: DVec3, r: f64| {
-            // A few roundings outward, for those of this very computation.
+            // Grown by 4.5 roundings of 2⁻⁵², which cover those of this computation: one of each
+            // product and sum, and those of `unit`.
             Aabb::new(c, c).grown(reach * r + (c.abs() + r) * 1e-15)
         };
         disc(self.base, self.base_radius).union(&disc(self.top, self.top_radius))
     }
 
-    /// Outward, any length. On a closed solid's cap or side, whichever is
+    /// Returns the outward normal, of any length, of the closed solid's cap or side, whichever is
     /// nearer to `p`.
     pub fn normal_at(&self, p: DVec3) -> DVec3 {
         self.upright().nearest(Vec3::<f64>::from(p)).1.into()
@@ -100,11 +102,11 @@ impl Cone {
 }
 
 impl Upright {
-    /// How far `p` lies above the cap or side that is nearer, to first order; and the
-    /// normal, unit.
+    /// Returns the first-order distance of `p` above the nearer of cap and side, and its unit
+    /// normal.
     #[inline(always)]
     pub fn nearest<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> (D, Vec3<D>) {
-        // Infinite of heights that are next to nothing.
+        // The growth is infinite where the height is next to nothing.
         let k = self.growth.clamp(-f64::MAX, f64::MAX);
         let n = Vec3::<D>::splat(self.unit.to_array());
         let p = p - Vec3::splat(self.middle.to_array());
@@ -112,9 +114,9 @@ impl Upright {
         let radial = p - n * z;
         let r = D::splat(self.radius) + D::splat(k) * z;
         let (outward, length) = units_and_lengths(radial);
-        // The apex has no normal; the axis is as good as any.
+        // The apex has no normal; the axis stands in for it.
         let apex = self.unit * (if k > 0.0 { -1.0 } else { 1.0 });
-        // Measured across the side.
+        // Distances are measured across the side.
         let across = D::splat(match k.abs() < 1e100 {
             true => 1.0 / (1.0 + k * k).sqrt(),
             false => 1.0 / k.abs(),
@@ -139,9 +141,9 @@ impl Upright {
     }
 }
 
-/// The cone in the kernel's numbers.
+/// The cone and the ray in the kernel's coordinates.
 struct Frame<L: Lanes> {
-    /// t of the line's point nearest the axis' midpoint.
+    /// t at the point of the line nearest the axis' midpoint.
     shift: L,
     height: L,
     rise: L,
@@ -149,7 +151,7 @@ struct Frame<L: Lanes> {
     a: L,
     b: L,
     c: L,
-    /// r at that point, and its growth along the ray.
+    /// The radius r at that point, and its rate along the ray.
     radius: L,
     widening: L,
 }
@@ -179,12 +181,12 @@ fn frame<L: Lanes>(cone: &Upright, ray: &Ray<L>) -> Frame<L> {
     }
 }
 
-/// Roots of A t² + 2B t + C, lower first; A = 0 leaves one root and ±∞.
+/// Returns the roots of A t² + 2B t + C, the lower one first; for A = 0 one root and ±∞.
 #[inline(always)]
 fn roots<L: Lanes>(f: &Frame<L>) -> (L::Mask, L, L) {
     let zero = L::zero();
     let squared = f.b * f.b - f.a * f.c;
-    // Where A < 0 only rounding makes it negative (at the apex): a double root.
+    // Where A < 0 only rounding at the apex makes the square negative: it is a double root.
     let root = squared.max(zero).sqrt();
     let q = -(f.b + L::select(f.b.lt(zero), -root, root));
     let none = q.eq(zero);
@@ -193,7 +195,7 @@ fn roots<L: Lanes>(f: &Frame<L>) -> (L::Mask, L, L) {
     (squared.ge(zero), t0.min(t1), t0.max(t1))
 }
 
-/// Of a closed cone.
+/// Returns the part of each ray in a closed cone, without error bounds.
 #[inline(always)]
 pub fn span<L: Lanes>(cone: &Upright, ray: &Ray<L>) -> Span<L> {
     let f = frame(cone, ray);
@@ -203,7 +205,7 @@ pub fn span<L: Lanes>(cone: &Upright, ray: &Ray<L>) -> Span<L> {
 
     // The interval inside the one cone with r ≥ 0.
     let between = f.a.gt(zero);
-    // A ray parallel to the axis of a cylinder has A = B = 0: in or out for good.
+    // A ray parallel to the axis of a cylinder has A = B = 0: it is inside or outside all along.
     let constant = f.a.eq(zero) & f.b.eq(zero);
     let outside = constant & f.c.gt(zero);
     let widens = f.widening.gt(zero) | (f.widening.eq(zero) & f.b.lt(zero));
@@ -216,7 +218,7 @@ pub fn span<L: Lanes>(cone: &Upright, ray: &Ray<L>) -> Span<L> {
     let exit = L::select(linear, L::select(f.b.lt(zero), infinity, only), exit);
     let enter = L::select(constant, -infinity, enter);
     let exit = L::select(constant, infinity, exit);
-    // Both roots on the mirrored cone behind the apex: not inside this one.
+    // Both roots lie on the mirrored cone behind the apex, so the ray is not inside this one.
     let middle = (t0 + t1) * L::from_f32(0.5);
     let mirrored = between & (f.radius + f.widening * middle).lt(zero);
     // Rounding may leave no real root where the line passes the apex.
@@ -239,7 +241,7 @@ pub fn span<L: Lanes>(cone: &Upright, ray: &Ray<L>) -> Span<L> {
     }
 }
 
-/// Of an open cone: its side only.
+/// Meets the side of an open cone, without error bounds.
 #[inline(always)]
 pub fn meet_side<L: Lanes>(cone: &Upright, ray: &Ray<L>) -> Meet<L> {
     let f = frame(cone, ray);
@@ -263,7 +265,7 @@ table!(Cones of Cone by ConeId {
 } with uprights: Upright = Cone::upright);
 
 impl Cones {
-    /// As kernels take it.
+    /// Returns the row in the form that kernels take.
     #[inline(always)]
     pub fn upright(&self, id: ConeId) -> &Upright {
         &self.uprights[id.index()]
@@ -311,7 +313,7 @@ impl Primitive for Cones {
         ]
     }
 
-    /// Of an oblique one its box says nothing.
+    /// Returns the lesser of height and diameter: the box of an oblique one says nothing about it.
     fn thickness(&self, id: ConeId) -> Option<f64> {
         let row = self.row(id);
         let radius = row.base_radius.max(row.top_radius);
@@ -319,7 +321,13 @@ impl Primitive for Cones {
     }
 
     #[inline(always)]
-    fn meet_fast<L: Lanes>(&self, id: ConeId, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
+    fn meet_fast<L: Lanes>(
+        &self,
+        id: ConeId,
+        object: &ObjectRay<L>,
+        active: L::Mask,
+        _: &mut Scratch,
+    ) -> Meet<L> {
         let _ = active;
         self.upright(id).meet_fast(object.ray)
     }
@@ -331,6 +339,7 @@ impl Primitive for Cones {
         _extent: f32,
         object: &ObjectRay<L>,
         active: L::Mask,
+        _: &mut Scratch,
     ) -> Meet<L> {
         guarded::meet(self.upright(id), object, active)
     }
@@ -367,7 +376,7 @@ impl<'a> Exact<'a> for Cone {
     }
 
     #[inline(always)]
-    fn first_beyond(&self, line: &Line, t_min: f64) -> Option<Root<'a>> {
+    fn first_beyond(&self, line: &Line, t_min: f64, _: &mut Scratch) -> Option<Root<'a>> {
         if self.open {
             return exact::cone_side(line, self, t_min);
         }
@@ -377,7 +386,7 @@ impl<'a> Exact<'a> for Cone {
 }
 
 impl Upright {
-    /// Without error bounds.
+    /// Meets it without error bounds.
     #[inline(always)]
     pub(super) fn meet_fast<L: Lanes>(&self, ray: &Ray<L>) -> Meet<L> {
         if self.open {
@@ -388,7 +397,8 @@ impl Upright {
     }
 }
 
-/// Halved, as the kernel does: the least numbers have no half.
+/// Refuses a base and a top whose halves coincide, as the kernel computes them: the least f64
+/// numbers have no half.
 pub(super) fn apart(base: DVec3, top: DVec3) -> Result<(), Flaw> {
     if base * 0.5 != top * 0.5 {
         return Ok(());

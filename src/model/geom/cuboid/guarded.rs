@@ -1,4 +1,5 @@
-//! Axis-parallel boxes: three slabs about the centre.
+//! Meets axis-parallel boxes with error bounds: three slabs about the centre (P1,
+//! docs/numerics/planes.md).
 
 use crate::geom::guarded::{
     Between, Ends, Near, ObjectRay, OnFace, Part, finite, no_face, roundings, tiny,
@@ -7,7 +8,7 @@ use crate::geom::{Cuboid, Meet};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use glam::DVec3;
 
-/// The ray next to the box, and its part inside.
+/// Moves the ray next to the box, and returns it with its part inside.
 #[inline(always)]
 fn part<L: Lanes>(cuboid: &Cuboid, object: &ObjectRay<L>) -> (Near<L>, Part<L>) {
     let infinity = L::splat(L::Scalar::INFINITY);
@@ -23,7 +24,8 @@ fn part<L: Lanes>(cuboid: &Cuboid, object: &ObjectRay<L>) -> (Near<L>, Part<L>) 
         width: L::zero(),
     });
     let (mut sound, mut outside) = (object.ordinary(), off);
-    // Within this |t| a ray that is level on an axis moves less than `slack`.
+    // Within this |t| a ray that is level on an axis moves less than `slack` (P4,
+    // docs/numerics/planes.md).
     let mut far = infinity;
     for k in 0..3 {
         let (org, dir) = (near.org.axis(k), object.ray.dir.axis(k));
@@ -35,7 +37,7 @@ fn part<L: Lanes>(cuboid: &Cuboid, object: &ObjectRay<L>) -> (Near<L>, Part<L>) 
         let (t0, t1) = ((low - org) * inverse, (high - org) * inverse);
         let error = slack * inverse.abs() + tiny();
         let (first, last) = (t0.min(t1), t0.max(t1));
-        // Rounded, what is level may be so by underflow.
+        // A rounded component may be level by underflow.
         let level = dir.abs().le(tiny());
         sound = sound & (level | finite(first, error) & finite(last, error));
         let [first, last] = [first, last].map(|t| Between::new(t, error));
@@ -55,7 +57,7 @@ fn part<L: Lanes>(cuboid: &Cuboid, object: &ObjectRay<L>) -> (Near<L>, Part<L>) 
             far = far.min(L::select(level, slack / tiny(), infinity));
         }
     }
-    // Only level axes make a difference.
+    // `far` is finite only where an axis is level.
     let reached = enter.at.least.abs().max(exit.at.most.abs()).le(far);
     let sound = sound & reached;
     let part = Part {

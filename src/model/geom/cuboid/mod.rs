@@ -18,7 +18,7 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cuboid {
     pub min: DVec3,
-    /// > `min` on every axis.
+    /// The upper corner, > `min` on every axis.
     pub max: DVec3,
 }
 
@@ -27,8 +27,8 @@ impl Cuboid {
         Aabb::new(self.min, self.max)
     }
 
-    /// How far `p` lies above the face whose plane is nearest; and the normal there,
-    /// outward, unit.
+    /// Returns the distance of `p` above the face whose plane is nearest, and the outward unit
+    /// normal there.
     #[inline(always)]
     pub fn nearest<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> (D, Vec3<D>) {
         let low = Vec3::splat(self.min.to_array()) - p;
@@ -36,7 +36,7 @@ impl Cuboid {
         let least = |k: usize| low.axis(k).abs().min(high.axis(k).abs());
         let nearest = least(0).min(least(1)).min(least(2));
         let (mut above, mut normal) = (D::zero(), Vec3::splat(DVec3::Y.to_array()));
-        // Of several the first.
+        // Of several equally near faces the first counts.
         for k in (0..3).rev() {
             let axis = DVec3::AXES[k];
             for (off, out) in [(high.axis(k), axis), (low.axis(k), -axis)] {

@@ -1,12 +1,13 @@
-//! Horner's scheme in three variables, without a branch: a polynomial in x of polynomials
-//! in y of polynomials in z, each of one degree less than the one before.
+//! Horner's scheme in three variables without branches: a polynomial in x whose coefficients are
+//! polynomials in y whose coefficients are polynomials in z, each of one degree less than the one
+//! before.
 //!
 //! Coefficients come lowest power first: those of x⁰, among them those of y⁰.
 
 use crate::math::Vec3;
 use crate::math::lanes::Lanes;
 
-/// Σ c zᵏ, k = 0 … M.
+/// Returns Σ c zᵏ, k = 0 … M.
 #[inline(always)]
 fn line<D: Lanes, const M: usize>(c: &impl Fn(usize) -> D, first: usize, z: D) -> D {
     let mut sum = c(first + M);
@@ -16,7 +17,7 @@ fn line<D: Lanes, const M: usize>(c: &impl Fn(usize) -> D, first: usize, z: D) -
     sum
 }
 
-/// The same, and its derivative.
+/// Returns the same sum and its derivative.
 #[inline(always)]
 fn line_slope<D: Lanes, const M: usize>(c: &impl Fn(usize) -> D, first: usize, z: D) -> [D; 2] {
     let (mut sum, mut slope) = (c(first + M), D::zero());
@@ -32,13 +33,14 @@ fn plane0<D: Lanes>(c: &impl Fn(usize) -> D, first: usize, _: D, _: D) -> D {
     c(first)
 }
 
-/// Value, and derivatives by y and z.
+/// A value, and its derivatives by y and z.
 #[inline(always)]
 fn plane_slopes0<D: Lanes>(c: &impl Fn(usize) -> D, first: usize, _: D, _: D) -> [D; 3] {
     [c(first), D::zero(), D::zero()]
 }
 
-/// A polynomial of some degree in y and z, from the one that y is multiplied by.
+/// Defines polynomials in y and z of one degree each, from the polynomial that y is multiplied
+/// with.
 macro_rules! planes {
     ($($name:ident, $slopes:ident, $m:literal, $below:ident, $below_slopes:ident;)*) => {$(
         #[inline(always)]
@@ -50,7 +52,7 @@ macro_rules! planes {
         fn $slopes<D: Lanes>(c: &impl Fn(usize) -> D, first: usize, y: D, z: D) -> [D; 3] {
             let [value, by_y, by_z] = $below_slopes(c, first + $m + 1, y, z);
             let [own, own_by_z] = line_slope::<D, $m>(c, first, z);
-            // Of a constant there is nothing to multiply.
+            // A constant needs no multiplication.
             if $m == 1 {
                 return [value * y + own, value, own_by_z];
             }
@@ -77,7 +79,7 @@ fn solid_slopes0<D: Lanes>(c: &impl Fn(usize) -> D, first: usize, _: Vec3<D>) ->
     (c(first), Vec3::new(zero, zero, zero))
 }
 
-/// The same in x, y and z, with the number of coefficients that x⁰ has.
+/// Defines polynomials in x, y and z of one degree each, given the number of coefficients of x⁰.
 macro_rules! solids {
     ($($name:ident, $slopes:ident, $m:literal, $count:literal,
        $below:ident, $below_slopes:ident, $plane:ident, $plane_slopes:ident;)*) => {$(
@@ -114,7 +116,7 @@ solids! {
     solid4, solid_slopes4, 4, 15, solid3, solid_slopes3, plane4, plane_slopes4;
 }
 
-/// Of degree 2, 3 or 4.
+/// Evaluates a polynomial of degree 2, 3 or 4.
 #[inline(always)]
 pub fn value<D: Lanes>(degree: usize, c: &impl Fn(usize) -> D, p: Vec3<D>) -> D {
     match degree {
@@ -124,7 +126,7 @@ pub fn value<D: Lanes>(degree: usize, c: &impl Fn(usize) -> D, p: Vec3<D>) -> D 
     }
 }
 
-/// The value and the gradient.
+/// Evaluates a polynomial of degree 2, 3 or 4 and its gradient.
 #[inline(always)]
 pub fn gradient<D: Lanes>(degree: usize, c: &impl Fn(usize) -> D, p: Vec3<D>) -> (D, Vec3<D>) {
     match degree {

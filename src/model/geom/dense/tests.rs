@@ -1,4 +1,4 @@
-//! Values, gradients and expansions against fractions.
+//! Compares values, gradients and expansions with fractions.
 
 use super::*;
 use crate::geom::tape::Builder;
@@ -10,7 +10,7 @@ fn fraction(x: f64) -> BigRational {
     BigRational::from_float(x).expect("a finite number")
 }
 
-/// Σ of all terms of a degree, by the coefficients.
+/// Makes the tape of a polynomial with the given coefficients.
 fn tape(n: usize, coefficients: &[f64]) -> Tape {
     let mut b = Builder::default();
     let [x, y, z] = [0, 1, 2].map(|axis| b.coordinate(axis));
@@ -33,10 +33,10 @@ fn powers(n: usize) -> impl Iterator<Item = (usize, usize, usize)> {
 
 fn dense(n: usize, coefficients: &[f64]) -> Dense {
     let bounds = Aabb::new(DVec3::splat(-1.0), DVec3::splat(1.0));
-    Dense::of(&tape(n, coefficients), Some(bounds)).expect("an ordinary polynomial")
+    Dense::expand(&tape(n, coefficients), Some(bounds)).expect("an ordinary polynomial")
 }
 
-/// Σ c xⁱ yʲ zᵏ, of fractions.
+/// Evaluates Σ c xⁱ yʲ zᵏ by fractions.
 fn exact(n: usize, c: impl Fn([usize; 3]) -> BigRational, p: &[BigRational; 3]) -> BigRational {
     let mut sum = fraction(0.0);
     for (i, j, k) in powers(n) {
@@ -66,15 +66,15 @@ fn what_does_not_pay_or_leaves_the_range_is_left_to_tapes() {
     let ones = [1.0; MOST];
     let of = |tape: &Tape, size: f64| {
         let bounds = Aabb::new(DVec3::splat(-size), DVec3::splat(size));
-        Dense::of(tape, Some(bounds)).is_some()
+        Dense::expand(tape, Some(bounds)).is_some()
     };
     assert!(of(&tape(3, &ones), 1.0));
     assert!(!of(&tape(3, &ones), 1e-13));
     assert!(!of(&tape(3, &ones), 1e13));
-    assert!(Dense::of(&tape(3, &ones), None).is_none());
+    assert!(Dense::expand(&tape(3, &ones), None).is_none());
     let far = DVec3::new(1e6, 0.0, 0.0);
     let aside = Aabb::new(far - 1.0, far + 1.0);
-    assert!(Dense::of(&tape(3, &ones), Some(aside)).is_none());
+    assert!(Dense::expand(&tape(3, &ones), Some(aside)).is_none());
     let mut large = ones;
     large[3] = 1e61;
     assert!(!of(&tape(3, &large), 1.0));
@@ -119,7 +119,7 @@ proptest! {
             Ok(())
         };
         near(value, exact(n, c, &at), own.magnitude(sizes))?;
-        // Of sizes, and a derivative of them.
+        // The values of magnitudes, and their derivatives.
         let (_, steep) = Dense { coefficients: own.magnitudes, ..own.clone() }.values_at(sizes);
         for axis in 0..3 {
             let by = |mut powers: [usize; 3]| {
@@ -133,16 +133,16 @@ proptest! {
         }
         // f about p, at q.
         let mut expanded = Expanded::default();
-        let expanded = expanded.of(&own, p);
+        let expanded = expanded.coefficients_about(&own, p);
         let moved = horner::value(n, &|i| expanded[i], Vec3::<f64>::splat(q));
         let there = [0, 1, 2].map(|k| fraction(p[k]) + fraction(q[k]));
         let size = sizes + Vec3::<f64>::splat(q).abs();
         near(moved, exact(n, c, &there), own.magnitude(size))?;
-        // And by forms.
+        // The same by Taylor forms.
         let sum = match n {
-            2 => forms::<f64, 3>(&|i| expanded[i], Vec3::splat(q)).iter().sum(),
-            3 => forms::<f64, 4>(&|i| expanded[i], Vec3::splat(q)).iter().sum(),
-            _ => forms::<f64, 5>(&|i| expanded[i], Vec3::splat(q)).iter().sum::<f64>(),
+            2 => taylor_forms::<f64, 3>(&|i| expanded[i], Vec3::splat(q)).iter().sum(),
+            3 => taylor_forms::<f64, 4>(&|i| expanded[i], Vec3::splat(q)).iter().sum(),
+            _ => taylor_forms::<f64, 5>(&|i| expanded[i], Vec3::splat(q)).iter().sum::<f64>(),
         };
         near(sum, exact(n, c, &there), own.magnitude(size))?;
     }

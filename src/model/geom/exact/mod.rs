@@ -1,33 +1,33 @@
-//! A ray against any primitive, decided as exact arithmetic would.
+//! Exact predicates of a ray and any primitive.
 //!
-//! Its numbers are f64 (a mesh's corners f32), and exact by definition
-//! (docs/NUMERICS.md). A boundary lies where a polynomial of degree one or two
-//! along the ray is zero, whose coefficients are polynomials of the inputs: a
-//! crossing is such a root, and not a number. Signs and orders come from f64
-//! with a running bound on its error, as nearly always, else from twice its precision
-//! ([`DoubleDouble`](crate::math::double_double::DoubleDouble)), and else from exact numbers in a place of the
-//! thread ([`Dyadic`](crate::math::dyadic::Dyadic)); no finite input is refused. Triangles, which are most, have predicates of their own
-//! ([`crate::geom::triangle::exact`]).
-//! tests/kernels/exact_solids/ compares with integers of any length.
+//! The inputs are f64 (a mesh's corners f32) and exact by definition (S6). A boundary lies where a
+//! polynomial along the ray is zero, whose coefficients are polynomials in the inputs; a crossing
+//! is represented by this root, not by a number. Signs and orders come from f64 with a running
+//! error bound (D1, docs/numerics/exact.md), which nearly always decides, else from double-double
+//! ([`DoubleDouble`](crate::math::double_double::DoubleDouble), D5), and else from exact numbers
+//! ([`Dyadic`](crate::math::dyadic::Dyadic), D11). No finite input is refused. Triangles have
+//! predicates of their own ([`crate::geom::triangle::exact`]). tests/kernels/exact_solids/
+//! compares with integers of any length.
 
-mod across;
-pub(in crate::geom) mod along;
-pub(in crate::geom) mod curve;
-mod each;
+mod axis_plane;
+pub(in crate::geom) mod line_quadratic;
+pub mod orientation;
+mod per_lane;
 mod plane;
+pub(in crate::geom) mod restriction;
 pub(in crate::geom) mod root;
-mod rounded;
-pub mod side;
+mod rounding;
 pub(in crate::geom) mod solid;
 pub(in crate::geom) mod surface;
 
 pub use super::implicit::exact::{Meeting, meetings, meetings_between, sign_at};
-pub use each::meet_each;
+pub use per_lane::meet_per_lane;
 pub use root::Root;
-pub use solid::{Ends, Inside};
+pub use solid::{Inside, SpanRoots};
 
 use super::kinds::for_each_kind;
 use super::primitive::{Exact, Primitive};
+use super::scratch::Scratch;
 use super::triangle::{Corners, exact as triangle};
 use crate::math::Aabb;
 use crate::math::bounds::ErrorBounded;
@@ -36,7 +36,7 @@ use root::Branch;
 use std::cmp::Ordering;
 use surface::Surface;
 
-/// An object ray, both ways without end.
+/// The line of an object ray, unbounded in both directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
     pub org: [f64; 3],
@@ -59,9 +59,14 @@ macro_rules! solids {
             }
 
             #[inline(always)]
-            fn first_beyond(&self, line: &Line, t_min: f64) -> Option<Root<'a>> {
+            fn first_beyond(
+                &self,
+                line: &Line,
+                t_min: f64,
+                scratch: &mut Scratch,
+            ) -> Option<Root<'a>> {
                 match self {
-                    $(Solid::$kind(row) => Exact::first_beyond(row, line, t_min),)*
+                    $(Solid::$kind(row) => Exact::first_beyond(row, line, t_min, scratch),)*
                 }
             }
 
@@ -72,12 +77,17 @@ macro_rules! solids {
                 }
             }
 
-            /// Calls `visit` with all boundaries on a line of finite numbers, front to back,
-            /// and whether the line comes in there. Returns whether it is in the solid from
-            /// the start. Of polynomials see [`meetings`].
-            pub fn crossings(&self, line: &Line, visit: impl FnMut(Root<'a>, bool)) -> bool {
+            /// Calls `visit` with all boundaries on a line of finite numbers, front to back, and
+            /// whether the line enters there. Returns whether the line is in the solid from the
+            /// start. For polynomials see [`meetings`].
+            pub fn crossings(
+                &self,
+                line: &Line,
+                scratch: &mut Scratch,
+                visit: impl FnMut(Root<'a>, bool),
+            ) -> bool {
                 match self {
-                    $(Solid::$kind(row) => Exact::crossings(row, line, visit),)*
+                    $(Solid::$kind(row) => Exact::crossings(row, line, scratch, visit),)*
                 }
             }
         }
@@ -86,26 +96,31 @@ macro_rules! solids {
 
 for_each_kind!(solids);
 
-/// Where a ray first meets the boundary of a primitive beyond `t_min`, in exact
-/// arithmetic. Nothing is met where a number is not finite.
-pub fn first_beyond<'a>(solid: &Solid<'a>, line: &Line, t_min: f64) -> Option<Root<'a>> {
+/// Returns where a ray first meets the boundary of a primitive beyond `t_min`, in exact
+/// arithmetic. Nothing is met if a number is not finite.
+pub fn first_beyond<'a>(
+    solid: &Solid<'a>,
+    line: &Line,
+    t_min: f64,
+    scratch: &mut Scratch,
+) -> Option<Root<'a>> {
     (line.has_direction() && line.is_finite() && solid.is_finite())
-        .then(|| solid.first_beyond(line, t_min))?
+        .then(|| solid.first_beyond(line, t_min, scratch))?
 }
 
-/// The same of a row.
+/// Returns where a ray first meets the boundary of a row beyond `t_min`.
 pub(super) fn first_beyond_of<'a>(
     row: &impl Exact<'a>,
     line: &Line,
     t_min: f64,
+    scratch: &mut Scratch,
 ) -> Option<Root<'a>> {
     (line.has_direction() && line.is_finite() && row.is_finite())
-        .then(|| row.first_beyond(line, t_min))?
+        .then(|| row.first_beyond(line, t_min, scratch))?
 }
 
-/// What a line has in a solid, in exact arithmetic; of a surface, nothing, and
-/// nothing where a number is not finite. Of what a line may come into many times see
-/// [`Solid::crossings`].
+/// Returns the part of a line in a solid, in exact arithmetic; nothing for a surface, or if a
+/// number is not finite. For solids that a line may enter many times see [`Solid::crossings`].
 pub fn span(solid: &Solid, line: &Line) -> Inside {
     if !line.has_direction() || !line.is_finite() || !solid.is_finite() {
         return Inside::NOWHERE;
@@ -113,10 +128,9 @@ pub fn span(solid: &Solid, line: &Line) -> Inside {
     solid.inside(line)
 }
 
-/// Where a line goes through a triangle of a closed surface, and whether it comes
-/// against the triangle's normal. A line through an edge or a corner does so as one
-/// next to it would that meets none, always the same; so it crosses the surface an
-/// even number of times. Of a line of finite numbers.
+/// Returns where a line of finite numbers passes through a triangle of a closed surface, and
+/// whether it runs against the triangle's normal. A line through an edge or corner is treated as a
+/// symbolically perturbed line that meets none, so it crosses the surface an even number of times.
 #[inline]
 pub fn through(line: &Line, corners: &Corners) -> Option<(Root<'static>, bool)> {
     let Line { org, dir } = *line;
@@ -136,8 +150,8 @@ impl Line {
         self.org.iter().chain(&self.dir).all(|x| x.is_finite())
     }
 
-    /// No less than the part that is in a box, with room for all roundings, each of which
-    /// counts `condition` times; `None`: it certainly passes by.
+    /// Returns a range of t that holds the part in a box, with room for all roundings, each of
+    /// which counts `condition` times; `None` if the line certainly misses the box.
     pub fn part_in(&self, bounds: &Aabb, condition: f64) -> Option<[f64; 2]> {
         let (org, dir) = (DVec3::from_array(self.org), DVec3::from_array(self.dir));
         let size = bounds.max_abs().max(org.abs().max_element());
@@ -155,7 +169,7 @@ impl Line {
                 (bounds.min[k] - org[k]) / dir[k],
                 (bounds.max[k] - org[k]) / dir[k],
             );
-            // NaN, of infinities, is passed over.
+            // `max` and `min` ignore NaN, which infinite numbers give.
             enter = enter.max(a.min(b));
             exit = exit.min(a.max(b));
         }
@@ -165,7 +179,7 @@ impl Line {
     }
 }
 
-/// Where a ray meets a primitive of any kind.
+/// A crossing of a ray and a primitive of any kind.
 #[derive(Clone, Copy, Debug)]
 pub enum Crossing<'a> {
     Triangle(triangle::Crossing<'a>),
@@ -173,7 +187,7 @@ pub enum Crossing<'a> {
 }
 
 impl<'a> Crossing<'a> {
-    /// t, as far as f64 knows it.
+    /// Returns t in f64 with its error bound.
     #[inline]
     pub fn t(&self) -> ErrorBounded {
         match self {
@@ -182,7 +196,7 @@ impl<'a> Crossing<'a> {
         }
     }
 
-    /// By t, exactly.
+    /// Orders by t, exactly.
     #[inline]
     pub fn order(&self, other: &Crossing) -> Ordering {
         match (self, other) {
@@ -195,7 +209,7 @@ impl<'a> Crossing<'a> {
         }
     }
 
-    /// t against a number, exactly. Infinity is above all, and so is NaN.
+    /// Orders t and a number, exactly. Infinity and NaN are above all t.
     #[inline]
     pub fn order_with(&self, x: f64) -> Ordering {
         match self {
@@ -204,7 +218,7 @@ impl<'a> Crossing<'a> {
         }
     }
 
-    /// The f64 nearest to t, ties to even; so equal t have equal bits.
+    /// Returns the f64 nearest to t, ties to even, so that equal t have equal bits.
     pub fn rounded(&self) -> f64 {
         match self {
             Crossing::Triangle(crossing) => crossing.rounded(),
@@ -212,7 +226,7 @@ impl<'a> Crossing<'a> {
         }
     }
 
-    /// A triangle's as that of its plane.
+    /// Returns the crossing as a root; a triangle's as that of its plane.
     fn root(&self) -> Root<'a> {
         match self {
             Crossing::Root(root) => *root,

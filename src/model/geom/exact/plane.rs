@@ -1,12 +1,13 @@
-//! Where a line meets a plane through a point, by integers ([`crate::math::int`]): t is
-//! a fraction. `None` where four limbs do not hold the numbers.
+//! Crossing of a line and a plane through a point, by integers ([`crate::math::int`]): t is a
+//! fraction (D16, docs/numerics/exact.md). Functions return `None` if four limbs do not hold the
+//! numbers.
 
 use super::Line;
 use crate::math::Ratio;
 use crate::math::int::{Grid, Int};
 use std::cmp::Ordering;
 
-/// n·(x − p) = 0, and a line.
+/// The plane n·(x − p) = 0, and a line.
 #[derive(Clone, Copy)]
 pub(in crate::geom) struct Through<'a> {
     pub normal: &'a [f64; 3],
@@ -14,14 +15,15 @@ pub(in crate::geom) struct Through<'a> {
     pub line: &'a Line,
 }
 
-/// Two limbs hold normals and places of like size, four nearly all.
+/// Calls a function at the least size that holds the numbers: two limbs hold normals and places of
+/// like size, four nearly all.
 macro_rules! at_size {
     ($function:ident($($argument:expr),*)) => {
         $function::<2, 4, 8>($($argument),*).or_else(|| $function::<4, 8, 16>($($argument),*))
     };
 }
 
-/// The sign of n·d.
+/// Returns the sign of n·d.
 pub(in crate::geom) fn rise(normal: &[f64; 3], dir: &[f64; 3]) -> Option<Ordering> {
     fn of<const N: usize, const Q: usize>(n: &[f64; 3], d: &[f64; 3]) -> Option<Ordering> {
         Some(dot::<N, Q>(&placed(n)?.0, &placed(d)?.0).sign())
@@ -31,7 +33,7 @@ pub(in crate::geom) fn rise(normal: &[f64; 3], dir: &[f64; 3]) -> Option<Orderin
         .or_else(|| of::<4, 8>(normal, dir))
 }
 
-/// Of two t. The lines are parallel to neither plane.
+/// Orders two t. The lines are parallel to neither plane.
 pub(in crate::geom) fn order(a: &Through, b: &Through) -> Option<Ordering> {
     fn of<const N: usize, const Q: usize, const R: usize>(
         a: &Through,
@@ -42,7 +44,7 @@ pub(in crate::geom) fn order(a: &Through, b: &Through) -> Option<Ordering> {
     at_size!(of(a, b))
 }
 
-/// Of t and a finite number.
+/// Orders t and a finite number.
 pub(in crate::geom) fn order_with(a: &Through, x: f64) -> Option<Ordering> {
     fn of<const N: usize, const Q: usize, const R: usize>(a: &Through, x: f64) -> Option<Ordering> {
         Some(a.fraction::<N, Q>()?.order::<R>(&Ratio::of(x)))
@@ -50,7 +52,7 @@ pub(in crate::geom) fn order_with(a: &Through, x: f64) -> Option<Ordering> {
     at_size!(of(a, x))
 }
 
-/// The f64 nearest to t.
+/// Returns the f64 nearest to t.
 pub(in crate::geom) fn rounded(a: &Through) -> Option<f64> {
     fn of<const N: usize, const Q: usize, const R: usize>(a: &Through) -> Option<f64> {
         Some(a.fraction::<N, Q>()?.rounded::<R>())
@@ -59,7 +61,7 @@ pub(in crate::geom) fn rounded(a: &Through) -> Option<f64> {
 }
 
 impl Through<'_> {
-    /// n·(p − o) / n·d.
+    /// Returns t = n·(p − o) / n·d.
     #[inline(always)]
     fn fraction<const N: usize, const Q: usize>(&self) -> Option<Ratio<Q>> {
         let (normal, _) = placed::<N>(self.normal)?;
@@ -78,7 +80,7 @@ impl Through<'_> {
     }
 }
 
-/// In integers, and the power of two that these count.
+/// Returns a vector in integers, and the power of two that is their unit.
 #[inline(always)]
 fn placed<const N: usize>(v: &[f64; 3]) -> Option<([Int<N>; 3], i32)> {
     let grid = Grid::<N>::over(&[*v]);

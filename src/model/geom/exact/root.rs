@@ -1,18 +1,16 @@
-//! Where a line crosses a surface: roots of f(t) = a t² + 2b t + c, and their
-//! order, without square roots.
+//! Crossings of a line and a surface: roots of f(t) = a t² + 2b t + c, and their exact order
+//! without square roots (D14, docs/numerics/exact.md).
 //!
-//! A root α is where f rises or where it falls (with a ≥ 0, the upper or the
-//! lower one), so its place beside a fraction x follows from the signs of f and
-//! of its slope at x. A linear function m t + n at α has the sign of m or its
-//! opposite, as α lies beside −n/m. And against the root β of a second polynomial
-//! g, α is placed by the signs of g and of its slope *at α*: the slope is linear,
-//! and a₁ g has there the values of a₁ g − a₂ f, which is linear, too. Equal
-//! roots, common and double ones, and equal polynomials are no cases of their
-//! own. docs/NUMERICS.md has the proof.
+//! At a root α f rises or falls (with a ≥ 0 at the upper or the lower one), so the order of α and
+//! a fraction x follows from the signs of f and its slope at x. A linear function m t + n has at α
+//! the sign of m or its opposite, depending on the order of α and −n/m. The order of α and the
+//! root β of a second polynomial g follows from the signs of g and its slope *at α*: the slope is
+//! linear, and at α a₁ g equals a₁ g − a₂ f, which is linear, too. Equal, common and double roots
+//! and equal polynomials need no cases of their own.
 
-use super::across::Across;
+use super::axis_plane::AxisPlane;
 use super::plane::Through;
-use super::rounded::rounded;
+use super::rounding::rounded;
 use super::surface::Surface;
 use super::{Line, plane};
 use crate::geom::guarded::implicit::nearest;
@@ -26,25 +24,25 @@ use glam::DVec3;
 use std::cell::OnceCell;
 use std::cmp::Ordering;
 
-/// Which root of a polynomial.
+/// The root of a polynomial that is meant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::geom) enum Branch {
     Lower,
-    /// Also where there is but one.
+    /// The upper root, or the only one.
     Upper,
-    /// So many distinct ones are before it: of a surface of any degree.
+    /// The root with so many distinct ones before it, of a surface of any degree.
     Nth(u8),
-    /// The only one near `t`, within its error and a little beyond: of such a surface.
+    /// The only root within the error bound of `t` and a little beyond, of such a surface.
     Only,
 }
 
-/// Where a line crosses a surface.
+/// A crossing of a line and a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Root<'a> {
     line: Line,
     surface: Surface<'a>,
     branch: Branch,
-    /// t, as far as f64 knows it.
+    /// t in f64 with its error bound.
     pub t: ErrorBounded,
 }
 
@@ -68,27 +66,28 @@ impl<'a> Root<'a> {
         matches!(self.surface, Surface::Implicit(_))
     }
 
-    /// Of the surface that is crossed, where the root's line is at or near the crossing
-    /// `t`: outward, any length. At an edge of a solid it is that of the face that decides.
+    /// Returns the outward normal, of any length, of the crossed surface near the line's point at
+    /// `t`. At an edge of a solid it is that of the face whose crossing this is.
     pub fn normal_at(&self, t: f64) -> DVec3 {
-        self.surface.normal_along(&self.line, t)
+        self.surface.normal_near(&self.line, t)
     }
 
-    /// By t, exactly.
+    /// Orders by t, exactly.
     #[inline]
     pub fn order(&self, other: &Root) -> Ordering {
         let certain = self.t.order(&other.t);
         certain.unwrap_or_else(|| self.order_exact(other))
     }
 
-    /// t against a number, exactly. Infinity is above all, and so is NaN.
+    /// Orders t and a number, exactly. Infinity and NaN are above all t.
     #[inline]
     pub fn order_with(&self, x: f64) -> Ordering {
         let certain = self.t.order(&ErrorBounded::exact(x));
         certain.unwrap_or_else(|| self.order_with_exact(x))
     }
 
-    /// The f64 nearest to t, ties to even; so equal t have equal bits.
+    /// Returns the f64 nearest to t, ties to even, so that equal t have equal bits (D12 and D18,
+    /// docs/numerics/exact.md).
     pub fn rounded(&self) -> f64 {
         match self.branch {
             Branch::Nth(_) => return self.t.value,
@@ -98,7 +97,7 @@ impl<'a> Root<'a> {
             }
             Branch::Lower | Branch::Upper => {}
         }
-        // Integers of a size for triangles are faster.
+        // The fixed-size integers of triangles are faster.
         if let Surface::Facet(corners) = self.surface {
             let Line { org, dir } = self.line;
             let pair = Pair { org, dir, corners };
@@ -110,19 +109,20 @@ impl<'a> Root<'a> {
         t.unwrap_or_else(|| self.rounded_exactly())
     }
 
-    /// Exact numbers for what those of twice the precision leave open, step for step.
+    /// Rounds by double-double arithmetic, and by exact numbers for each comparison that it leaves
+    /// undecided.
     #[cold]
     #[inline(never)]
     fn rounded_exactly(&self) -> f64 {
-        let twice = Form::<DoubleDouble>::of((), self);
+        let twice = NormalizedQuadratic::<DoubleDouble>::new((), self);
         let guess = twice.as_ref().map_or(f64::NAN, |f| f.guess(self.t.value));
         exactly(&|space| {
-            let exact: OnceCell<Option<Form<Dyadic>>> = OnceCell::new();
+            let exact: OnceCell<Option<NormalizedQuadratic<Dyadic>>> = OnceCell::new();
             let order = |m, power, negative| {
                 let order = twice.as_ref();
                 let order = order.and_then(|f| f.order_of_scaled(m, power, negative));
                 order.or_else(|| {
-                    let exact = exact.get_or_init(|| Form::of(space, self));
+                    let exact = exact.get_or_init(|| NormalizedQuadratic::new(space, self));
                     exact.as_ref()?.order_of_scaled(m, power, negative)
                 })
             };
@@ -142,8 +142,8 @@ impl<'a> Root<'a> {
         })
     }
 
-    /// The nearest f64 of a polynomial surface's only root near t, where values in twice
-    /// f64's precision know it.
+    /// Returns the f64 nearest to a polynomial surface's only root near t, if values in
+    /// double-double are certain of it (D18, docs/numerics/exact.md).
     fn certainly_nearest(&self) -> Option<f64> {
         let Surface::Implicit(tape) = self.surface else {
             return None;
@@ -162,8 +162,10 @@ impl<'a> Root<'a> {
             if self.surface == other.surface && same_branch {
                 return Ordering::Equal;
             }
-            if let (Some(a), Some(b)) = (Across::of(&self.surface), Across::of(&other.surface))
-                && let Some(order) = a.order(&b, &self.line)
+            if let (Some(a), Some(b)) = (
+                AxisPlane::new(&self.surface),
+                AxisPlane::new(&other.surface),
+            ) && let Some(order) = a.order(&b, &self.line)
             {
                 return order;
             }
@@ -177,7 +179,7 @@ impl<'a> Root<'a> {
             return order;
         }
         fn order<N: ExactSign>(space: N::Space, a: &Root, b: &Root) -> Option<Ordering> {
-            Form::<N>::of(space, a)?.order(&Form::of(space, b)?)
+            NormalizedQuadratic::<N>::new(space, a)?.order(&NormalizedQuadratic::new(space, b)?)
         }
         order::<DoubleDouble>((), self, other)
             .unwrap_or_else(|| exactly(&|space| order::<Dyadic>(space, self, other)))
@@ -199,7 +201,7 @@ impl<'a> Root<'a> {
         let by_plane = self.of_plane().and_then(|a| plane::order_with(&a, x));
         by_plane.unwrap_or_else(|| {
             fn order<N: ExactSign>(space: N::Space, x: f64, root: &Root) -> Option<Ordering> {
-                Form::<N>::of(space, root)?.order_of_number(x)
+                NormalizedQuadratic::<N>::new(space, root)?.order_of_number(x)
             }
             order::<DoubleDouble>((), x, self)
                 .unwrap_or_else(|| exactly(&|space| order::<Dyadic>(space, x, self)))
@@ -207,29 +209,30 @@ impl<'a> Root<'a> {
         })
     }
 
-    /// The sign that a polynomial has at this crossing of a plane.
+    /// Returns the exact sign that a polynomial has at this crossing of a plane.
     #[cold]
     #[inline(never)]
     pub(in crate::geom) fn sign_of(&self, surface: &Surface) -> Ordering {
         fn sign<N: ExactSign>(space: N::Space, root: &Root, surface: &Surface) -> Option<Ordering> {
-            let f = surface.sharply_along(space, &root.line);
-            Form::<N>::of(space, root)?.sign_of(&f)
+            let f = surface.on_line_exactly(space, &root.line);
+            NormalizedQuadratic::<N>::new(space, root)?.sign_of(&f)
         }
         sign::<DoubleDouble>((), self, surface)
             .unwrap_or_else(|| exactly(&|space| sign::<Dyadic>(space, self, surface)))
     }
 }
 
-/// Roots of which one at least is of a polynomial of any degree.
+/// Comparisons of roots of which at least one belongs to a polynomial of any degree (D17,
+/// docs/numerics/exact.md).
 mod algebraic {
-    use super::super::along::along;
+    use super::super::restriction::restrict;
     use super::{Branch, Root};
     use crate::roots::{RealRoots, real_roots};
     use std::cmp::Ordering;
 
-    /// All roots of the polynomial that a root is one of, and which it is.
+    /// Returns all roots of a root's polynomial, and the number of the root among them.
     fn roots(of: &Root) -> Option<(RealRoots, usize)> {
-        let roots = real_roots(&along(&of.surface, &of.line))?;
+        let roots = real_roots(&restrict(&of.surface, &of.line))?;
         let last = roots.len().checked_sub(1)?;
         let i = match of.branch {
             Branch::Lower => 0,
@@ -272,15 +275,14 @@ mod algebraic {
     }
 }
 
-/// A root in numbers of one sort: of a t² + 2b t + c with a > 0, or with a = 0 and
-/// b > 0.
-struct Form<N: ExactSign> {
+/// A root of a t² + 2b t + c in numbers of type N, with a > 0, or with a = 0 and b > 0.
+struct NormalizedQuadratic<N: ExactSign> {
     space: N::Space,
     f: [N; 3],
     branch: Branch,
 }
 
-/// Sign of a product.
+/// Returns the sign of a product.
 fn signed(sign: Ordering, factor: Ordering) -> Ordering {
     match factor {
         Ordering::Less => sign.reverse(),
@@ -289,30 +291,30 @@ fn signed(sign: Ordering, factor: Ordering) -> Ordering {
     }
 }
 
-/// All answers are `None` where numbers of twice the precision leave them open, and
-/// where exact ones find no room.
-impl<N: ExactSign> Form<N> {
+/// All answers are `None` if double-double arithmetic leaves them undecided, or if exact numbers
+/// find no room.
+impl<N: ExactSign> NormalizedQuadratic<N> {
     #[inline(never)]
-    fn of(space: N::Space, root: &Root) -> Option<Self> {
-        let f: [N; 3] = root.surface.sharply_along(space, &root.line);
+    fn new(space: N::Space, root: &Root) -> Option<Self> {
+        let f: [N; 3] = root.surface.on_line_exactly(space, &root.line);
         let first = match f[0].sign()? {
             Ordering::Equal => f[1].sign()?,
             sign => sign,
         };
-        Some(Form {
+        Some(NormalizedQuadratic {
             space,
             f: f.map(|x| x.negated_if(first.is_lt())),
             branch: root.branch,
         })
     }
 
-    /// −c / 2b, of a linear one; b is positive.
+    /// Returns the root −c / 2b of a linear polynomial; b is positive.
     fn fraction(&self) -> (N, N) {
         let [_, b, c] = &self.f;
         (c.negated_if(true), b.doubled())
     }
 
-    /// p/q against the root; q > 0.
+    /// Orders p/q and the root; q > 0.
     #[inline(never)]
     fn order_of(&self, p: &N, q: &N) -> Option<Ordering> {
         let [a, b, c] = &self.f;
@@ -335,23 +337,23 @@ impl<N: ExactSign> Form<N> {
         self.order_of_scaled(m, power, x < 0.0)
     }
 
-    /// ± m · 2^power against the root.
+    /// Orders ± m · 2^power and the root.
     fn order_of_scaled(&self, m: u64, power: i32, negative: bool) -> Option<Ordering> {
-        let Form { space, .. } = *self;
+        let NormalizedQuadratic { space, .. } = *self;
         N::briefly(space, || {
             let x = N::scaled(space, m, power, negative);
             self.order_of(&x, &N::of(space, 1.0))
         })
     }
 
-    /// The sign of m t + n at the root.
+    /// Returns the sign of m t + n at the root.
     #[inline(never)]
     fn sign_at(&self, m: &N, n: &N) -> Option<Ordering> {
         let rise = m.sign()?;
         if rise.is_eq() {
             return n.sign();
         }
-        // Where it is zero, beside the root.
+        // The order of −n/m and the root.
         let down = rise.is_lt();
         let zero = || self.order_of(&n.negated_if(!down), &m.negated_if(down));
         let zero = N::briefly(self.space, zero)?;
@@ -384,7 +386,7 @@ impl<N: ExactSign> Form<N> {
         })
     }
 
-    /// The sign of another polynomial at this linear one's root.
+    /// Returns the sign of another polynomial at this linear one's root.
     #[inline(never)]
     fn sign_of(&self, [a, b, c]: &[N; 3]) -> Option<Ordering> {
         let (p, q) = self.fraction();
@@ -393,12 +395,12 @@ impl<N: ExactSign> Form<N> {
     }
 }
 
-impl Form<DoubleDouble> {
-    /// The f64 that Newton's steps from a place near the root lead to.
+impl NormalizedQuadratic<DoubleDouble> {
+    /// Returns the f64 that Newton's method from a place near the root leads to.
     fn guess(&self, from: f64) -> f64 {
         let [a, b, c] = &self.f;
         let mut t = from;
-        // They double the digits; where they do not, whoever asks will see.
+        // Each step doubles the digits; the caller checks the result.
         for _ in 0..4 {
             let at = DoubleDouble::of((), t);
             let slope = a.times(&at).plus(b);

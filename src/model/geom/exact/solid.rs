@@ -1,27 +1,26 @@
-//! What a line has in each kind of primitive: its ends are crossings of surfaces,
-//! ordered exactly.
+//! Exact spans of a line in each kind of primitive: their ends are crossings of surfaces in exact
+//! order (D13, docs/numerics/exact.md).
 
 use super::Line;
-use super::curve::{Curve, nearest_to};
+use super::line_quadratic::{LineQuadratic, nearest_to};
 use super::surface::Surface as AnySurface;
-use crate::geom::{Cuboid, Ellipsoid, HalfSpace, Quadric, Sphere};
+use crate::geom::{Clip, Cuboid, Ellipsoid, HalfSpace, Quadric, Sphere};
 use std::cmp::Ordering;
 
-/// Of planes and quadrics.
+/// A plane or a quadric.
 type Surface = AnySurface<'static>;
 type Root = super::root::Root<'static>;
 
-/// Where a line comes into a solid and where it leaves it, in order; `None`
-/// where it always was inside, or stays.
-pub type Ends = [Option<Root>; 2];
+/// Where a line enters a solid and where it leaves it; `None` if it always was inside, or stays.
+pub type SpanRoots = [Option<Root>; 2];
 
 /// The part of a line that is inside a solid.
 #[derive(Clone, Copy, Debug)]
 pub struct Inside {
-    /// Far before the first of `ends`.
+    /// Whether the line is inside far before the first of `ends`.
     pub at_first: bool,
     /// Where that changes, in order.
-    pub ends: Ends,
+    pub ends: SpanRoots,
 }
 
 impl Inside {
@@ -30,9 +29,9 @@ impl Inside {
         ends: [None; 2],
     };
 
-    /// Of a convex solid.
+    /// Makes the part in a convex solid.
     #[inline(always)]
-    pub(in crate::geom) fn of_convex(ends: Option<Ends>) -> Inside {
+    pub(in crate::geom) fn of_convex(ends: Option<SpanRoots>) -> Inside {
         match ends {
             None => Inside::NOWHERE,
             Some([None, exit]) => Inside {
@@ -46,8 +45,8 @@ impl Inside {
         }
     }
 
-    /// Where the line comes in, and where it leaves; twice of what is not convex.
-    pub fn spans(&self) -> impl Iterator<Item = Ends> + use<> {
+    /// Returns the spans, of which a solid that is not convex has up to two.
+    pub fn spans(&self) -> impl Iterator<Item = SpanRoots> + use<> {
         let [first, last] = self.ends;
         let both = match (self.at_first, first) {
             (true, _) => [Some([None, first]), last.map(|_| [last, None])],
@@ -58,18 +57,18 @@ impl Inside {
     }
 }
 
-/// Of the intersection of half-spaces, however many.
+/// Returns the span in an intersection of half-spaces.
 pub(in crate::geom) fn half_spaces(
     line: &Line,
     planes: impl Iterator<Item = HalfSpace>,
-) -> Option<Ends> {
+) -> Option<SpanRoots> {
     let (mut enter, mut exit): (Option<Root>, Option<Root>) = (None, None);
     for plane in planes {
         let normal = plane.normal.to_array();
         let offset = plane.offset;
-        let curve = Curve::new(line, Surface::Plane { normal, offset }, 0.0);
-        match curve.rise() {
-            Ordering::Equal if curve.level().is_gt() => return None,
+        let curve = LineQuadratic::new(line, Surface::Plane { normal, offset }, 0.0);
+        match curve.linear_sign() {
+            Ordering::Equal if curve.constant_sign().is_gt() => return None,
             Ordering::Equal => {}
             Ordering::Less => {
                 let at = curve.root_of_linear();
@@ -85,7 +84,7 @@ pub(in crate::geom) fn half_spaces(
             }
         }
     }
-    // Closed: it may be one point.
+    // The solid is closed, so the span may be one point.
     let empty = |(enter, exit): (&Root, &Root)| enter.order(exit).is_gt();
     if enter.as_ref().zip(exit.as_ref()).is_some_and(empty) {
         return None;
@@ -93,7 +92,7 @@ pub(in crate::geom) fn half_spaces(
     Some([enter, exit])
 }
 
-pub(in crate::geom) fn cuboid(line: &Line, cuboid: &Cuboid) -> Option<Ends> {
+pub(in crate::geom) fn cuboid(line: &Line, cuboid: &Cuboid) -> Option<SpanRoots> {
     let planes = (0..6).map(|i| {
         let axis = glam::DVec3::AXES[i / 2];
         let (normal, offset) = if i % 2 == 0 {
@@ -106,41 +105,49 @@ pub(in crate::geom) fn cuboid(line: &Line, cuboid: &Cuboid) -> Option<Ends> {
     half_spaces(line, planes)
 }
 
-pub(in crate::geom) fn sphere(line: &Line, sphere: &Sphere) -> Option<Ends> {
+pub(in crate::geom) fn sphere(line: &Line, sphere: &Sphere) -> Option<SpanRoots> {
     let center = sphere.center.to_array();
     let radius = sphere.radius;
     round(line, Surface::Sphere { center, radius }, center)
 }
 
-pub(in crate::geom) fn ellipsoid(line: &Line, ellipsoid: &Ellipsoid) -> Option<Ends> {
+/// Returns the span of a line in a clip; all of the line if there is none.
+pub(in crate::geom) fn clip(line: &Line, clip: Option<Clip>) -> Option<SpanRoots> {
+    match clip {
+        None => Some([None, None]),
+        Some(Clip::Sphere(row)) => sphere(line, &row),
+        Some(Clip::Cuboid(row)) => cuboid(line, &row),
+    }
+}
+
+pub(in crate::geom) fn ellipsoid(line: &Line, ellipsoid: &Ellipsoid) -> Option<SpanRoots> {
     let center = ellipsoid.center.to_array();
     let radii = ellipsoid.radii.to_array();
     round(line, Surface::Ellipsoid { center, radii }, center)
 }
 
-/// What a line that has a direction leaves both ways.
+/// Returns the span in a bounded quadric, which a line leaves in both directions.
 #[inline(always)]
-fn round(line: &Line, surface: Surface, center: [f64; 3]) -> Option<Ends> {
-    let curve = Curve::new(line, surface, nearest_to(line, center));
+fn round(line: &Line, surface: Surface, center: [f64; 3]) -> Option<SpanRoots> {
+    let curve = LineQuadratic::new(line, surface, nearest_to(line, center));
     Some(curve.roots(Ordering::Greater)?.map(Some))
 }
 
-/// A polynomial of degree two alone: not above zero between its roots, or outside of
-/// them.
+/// Returns the part in a quadric: between its roots, or outside of them.
 pub(in crate::geom) fn quadric(line: &Line, quadric: &Quadric) -> Inside {
     let surface = Surface::Quadric(quadric.coefficients);
-    let curve = Curve::new(line, surface, nearest_to(line, [0.0; 3]));
-    let inside = |at_first: bool, ends: Ends| Inside { at_first, ends };
-    let bend = curve.bend();
+    let curve = LineQuadratic::new(line, surface, nearest_to(line, [0.0; 3]));
+    let inside = |at_first: bool, ends: SpanRoots| Inside { at_first, ends };
+    let bend = curve.quadratic_sign();
     if bend.is_eq() {
-        return match curve.rise() {
-            Ordering::Equal => inside(curve.level().is_le(), [None; 2]),
+        return match curve.linear_sign() {
+            Ordering::Equal => inside(curve.constant_sign().is_le(), [None; 2]),
             rise => inside(rise.is_gt(), [Some(curve.root_of_linear()), None]),
         };
     }
     match curve.roots(bend) {
         None => inside(bend.is_lt(), [None; 2]),
-        // Nothing begins or ends where it only touches zero from below.
+        // A double root that touches zero from below is no boundary.
         Some([a, b]) if bend.is_lt() && a.order(&b).is_eq() => inside(true, [None; 2]),
         Some(roots) => inside(bend.is_lt(), roots.map(Some)),
     }

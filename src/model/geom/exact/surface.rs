@@ -1,4 +1,4 @@
-//! What a ray's line crosses, as polynomials of the tables' own numbers.
+//! Surfaces as polynomials in the tables' own numbers.
 
 use super::Line;
 use crate::geom::formula::{Formula, border, value_and_gradient};
@@ -10,25 +10,25 @@ use crate::math::number::{cross, dot};
 use crate::math::{ExactSign, Number};
 use glam::DVec3;
 
-/// A surface that a line crosses where a polynomial is zero.
+/// A surface on which a polynomial is zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::geom) enum Surface<'a> {
-    /// n·x = offset.
+    /// The plane n·x = offset.
     Plane {
         normal: [f64; 3],
         offset: f64,
     },
-    /// n·(x − p) = 0.
+    /// The plane n·(x − p) = 0.
     PlaneThrough {
         normal: [f64; 3],
         point: [f64; 3],
     },
-    /// Of a cone, through its base or its top.
+    /// The plane of a cone's base or top.
     Cap {
         cone: Cone,
         at_top: bool,
     },
-    /// A triangle's plane.
+    /// The plane of a triangle.
     Facet(Corners),
     Sphere {
         center: [f64; 3],
@@ -38,24 +38,25 @@ pub(in crate::geom) enum Surface<'a> {
         center: [f64; 3],
         radii: [f64; 3],
     },
-    /// Where q is zero, of ten coefficients as `Quadric` has them.
+    /// The quadric with ten coefficients as in `Quadric`.
     Quadric([f64; 10]),
-    /// Where a polynomial of any degree is zero.
+    /// The zeros of a polynomial of any degree.
     Implicit(&'a Tape),
-    /// Where a formula is zero, at a place along the line that is known by number.
+    /// The zeros of a formula, at the t on the line that the search defines.
     LevelSet {
         formula: &'a Formula,
         t: f64,
     },
-    /// Of a cone, both ways without end, and mirrored beyond its apex.
+    /// The side of a cone, unbounded in both directions and mirrored beyond its apex.
     Side(Cone),
 }
 
 impl Surface<'_> {
-    /// Outward, any length, in f64, of the surface's nearest place to where `line` is at `t`.
-    pub fn normal_along(&self, line: &Line, t: f64) -> DVec3 {
+    /// Returns the outward normal, of any length, in f64, of the surface near the line's point at
+    /// `t`.
+    pub fn normal_near(&self, line: &Line, t: f64) -> DVec3 {
         let (org, dir) = (DVec3::from_array(line.org), DVec3::from_array(line.dir));
-        // Relative to a centre before t d is added, which far away would round that off.
+        // The centre is subtracted before t d is added, because far origins would round the sum.
         let from = |center: DVec3| (org - center) + dir * t;
         match self {
             Surface::Plane { normal, .. } | Surface::PlaneThrough { normal, .. } => {
@@ -95,13 +96,14 @@ impl Surface<'_> {
         }
     }
 
-    /// [a, b, c] of f(t) = a t² + 2b t + c along the line, t counted from `shift`.
-    /// Below zero inside; of planes, where the normal comes from.
+    /// Returns [a, b, c] of f(t) = a t² + 2b t + c along the line, with t counted from `shift`. f
+    /// is below zero inside, or on the side of a plane opposite to its normal.
     ///
-    /// Of degree 6 in the inputs at most, and homogeneous but in t, and for
-    /// quadrics of degree 3, whose terms are of different degrees.
+    /// The coefficients are polynomials in the inputs of degree 6 at most (D11,
+    /// docs/numerics/exact.md), homogeneous except in t and, for quadrics, of degree 3 with terms
+    /// of different degrees.
     #[inline(always)]
-    pub fn along<N: Number>(&self, space: N::Space, line: &Line, shift: f64) -> [N; 3] {
+    pub fn on_line<N: Number>(&self, space: N::Space, line: &Line, shift: f64) -> [N; 3] {
         let number = |x: f64| N::of(space, x);
         let of = |v: &[f64; 3]| v.map(number);
         let minus = |x: &[f64; 3], y: &[f64; 3]| -> [N; 3] {
@@ -112,7 +114,7 @@ impl Surface<'_> {
         let from = |point: &[f64; 3]| -> [N; 3] {
             std::array::from_fn(|k| N::displaced(space, line.org[k], shift, line.dir[k], point[k]))
         };
-        // n·(o − p) + (n·d) t, doubled.
+        // Twice n·(o − p) + (n·d) t.
         let plane = |normal: &[N; 3], at: N| [number(0.0), dot(normal, &dir), at.doubled()];
         match self {
             Surface::Plane { normal, offset } => {
@@ -168,9 +170,9 @@ impl Surface<'_> {
                 let rest = dot(&linear, &near).plus(&j).doubled();
                 [dot(&along, &dir), slope, squares.plus(&rest)]
             }
-            // See `along.rs`; its degree is any.
+            // A polynomial of any degree: see `restriction.rs`.
             Surface::Implicit(_) => [(); 3].map(|_| number(0.0)),
-            // t less that number.
+            // The difference of t and that number.
             Surface::LevelSet { t, .. } => {
                 let at = N::displaced(space, 0.0, shift, 1.0, *t);
                 [number(0.0), number(0.5), at]
@@ -180,11 +182,10 @@ impl Surface<'_> {
                 let near = from(&cone.base.to_array());
                 let (base, top) = (number(cone.base_radius), number(cone.top_radius));
                 let length = dot(&axis, &axis);
-                // L|w|² − h² = |w × a|², Lagrange's identity: it does not cancel
-                // along the axis.
+                // L|w|² − h² = |w × a|² (Lagrange's identity) does not cancel along the axis.
                 let (across, drift) = (cross(&near, &axis), cross(&dir, &axis));
                 if cone.base_radius == cone.top_radius {
-                    // Of a cylinder, over L.
+                    // The polynomial of a cylinder, divided by L.
                     let c = dot(&across, &across).minus(&base.squared().times(&length));
                     return [dot(&drift, &drift), dot(&across, &drift), c];
                 }
@@ -203,9 +204,9 @@ impl Surface<'_> {
         }
     }
 
-    /// The same from the line's origin, in numbers that decide.
+    /// Returns [a, b, c] from the line's origin, in numbers with exact signs.
     #[inline(never)]
-    pub fn sharply_along<N: ExactSign>(&self, space: N::Space, line: &Line) -> [N; 3] {
-        self.along(space, line, 0.0)
+    pub fn on_line_exactly<N: ExactSign>(&self, space: N::Space, line: &Line) -> [N; 3] {
+        self.on_line(space, line, 0.0)
     }
 }

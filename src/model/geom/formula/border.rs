@@ -1,25 +1,27 @@
-//! Where a function changes its sign without being zero: its values end there, or jump.
+//! Finds faces at which a function changes its sign without being zero: its domain ends there, or
+//! it jumps.
 //!
-//! The gradient says nothing of that face. It is a face of the step that is to blame: of
-//! the first that has a value on one side alone (the root of what goes below zero), or
-//! that passes infinity (a quotient whose divisor passes zero, a tangent); and it lies
-//! where the operand of that has one value, so that its gradient is the face's normal.
+//! The gradient of f does not give the normal of such a face. The responsible step does: the first
+//! that has a value on one side only (a root whose operand goes below zero) or that passes
+//! infinity (a quotient whose divisor passes zero, a tangent). Its operand is constant on the
+//! face, so the operand's gradient is the face's normal (V10, docs/numerics/level-sets.md).
 
-use super::{Binary, Dual, Formula, Sloped, Step, Unary, value_and_gradient};
+use super::{Binary, Dual, Formula, Sloped, Step, Unary, Values, value_and_gradient};
 
-/// On a line.
+/// A crossing of such a face on a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Border {
     pub t: f64,
-    /// Outward, of any length.
+    /// The outward normal, of any length.
     pub normal: [f64; 3],
 }
 
-/// Within so many roundings of the coordinates on the way the crossing is looked for.
+/// The number of roundings of coordinates and t within which the crossing is sought (V10,
+/// docs/numerics/level-sets.md).
 const BESIDE: f64 = 8.0;
 
-/// Of a line that crosses the border of f < 0 at t, a number rounded to `unit`. `None`: f is
-/// zero there, or no step is to blame, or the line does not cross it once.
+/// Finds the face that a line crosses near t, a number rounded to `unit`. `None` if f is zero
+/// there, if no step is responsible, or if the line does not cross it once.
 pub fn border(
     formula: &Formula,
     (org, dir): ([f64; 3], [f64; 3]),
@@ -36,7 +38,7 @@ pub fn border(
     if begins == enters {
         return None;
     }
-    // f goes where a zero between takes it.
+    // Says whether f has the slope that a zero in between would give it.
     let goes = |slopes| match enters {
         true => along(slopes) < 0.0,
         false => along(slopes) > 0.0,
@@ -96,10 +98,10 @@ pub fn border(
     })
 }
 
-/// Every step's value and gradient.
-fn all(formula: &Formula, p: [f64; 3]) -> Vec<Sloped> {
+/// Returns every step's value and gradient.
+fn all(formula: &Formula, p: [f64; 3]) -> Values<Sloped> {
     let at = std::array::from_fn(|axis| Dual::variable(p[axis], axis));
-    let mut kept = Vec::new();
+    let mut kept = formula.values();
     formula.evaluate(&at, &mut kept);
     kept
 }

@@ -1,29 +1,30 @@
-//! Boxes outside of which a formula has no zero, by intervals.
+//! Boxes outside of which a formula certainly has no zero, by interval arithmetic (V9,
+//! docs/numerics/level-sets.md).
 
 use super::{Formula, Range};
 use crate::math::{Aabb, Interval};
 use glam::DVec3;
 
-/// Powers of two that are tried as the half width of a cube about the origin.
+/// The exponents of the half widths of cubes about the origin that are tried.
 const POWERS: std::ops::RangeInclusive<i32> = -400..=400;
 
-/// Parts of the cube to which each face is moved in, as a power of two.
+/// The number of halvings of the step by which a face is moved inward.
 const HALVINGS: u32 = 7;
 
-/// Boxes that are looked at for one move of a face, and the part of the whole box below
-/// which they are not halved.
+/// The most boxes that are examined for one move of a face, and the size relative to the whole
+/// below which a box is not halved.
 const BOXES: u32 = 2000;
 const SMALLEST: f64 = 1.0 / 64.0;
 
-/// Steps of a formula that one search may evaluate: some tenths of a second.
+/// The most steps of a formula that one search evaluates: some tenths of a second.
 const STEPS: u64 = 10_000_000;
 
-/// A box around all zeros, and whether f is above zero everywhere outside of it. `None`
-/// where none is found.
+/// Returns a box around all zeros, and whether f is above zero everywhere outside it. `None` if
+/// none is found.
 pub fn bounds_of(formula: &Formula) -> Option<(Aabb, bool)> {
-    let mut kept = Vec::new();
+    let mut kept = formula.values();
     let mut sign =
-        |region: &[Interval; 3]| formula.evaluate(&region.map(Range::of), &mut kept).sign();
+        |region: &[Interval; 3]| formula.evaluate(&region.map(Range::new), &mut kept).sign();
     let mut beyond = |power: i32| {
         let reach = f64::from(power).exp2();
         let ends = [
@@ -38,7 +39,7 @@ pub fn bounds_of(formula: &Formula) -> Option<(Aabb, bool)> {
         let first = signs.next()??;
         signs.all(|sign| sign == Some(first)).then_some(first)
     };
-    // What is clear beyond a cube is so beyond a larger one.
+    // If there is no zero beyond a cube there is none beyond a larger one.
     let (mut low, mut high) = (*POWERS.start(), *POWERS.end());
     let is_outside = beyond(high)?;
     while low < high {
@@ -76,7 +77,7 @@ pub fn bounds_of(formula: &Formula) -> Option<(Aabb, bool)> {
     Some((aabb(&region), is_outside))
 }
 
-/// Whether f certainly has no zero in a box.
+/// Says whether f certainly has no zero in a box.
 fn is_clear(
     sign: &mut impl FnMut(&[Interval; 3]) -> Option<bool>,
     whole: [Interval; 3],

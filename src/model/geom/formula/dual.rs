@@ -1,9 +1,8 @@
-//! Values with their rates of change: automatic differentiation, forward (Wengert 1964),
-//! in any arithmetic.
+//! Dual numbers: forward automatic differentiation (Wengert 1964) in any arithmetic.
 
 use super::{Real, Unary};
 
-/// A value, and how it changes along each of N directions.
+/// A value, and its derivatives along N directions.
 #[derive(Clone, Copy, Debug)]
 pub struct Dual<R, const N: usize> {
     pub value: R,
@@ -11,7 +10,7 @@ pub struct Dual<R, const N: usize> {
 }
 
 impl<R: Real, const N: usize> Dual<R, N> {
-    /// What changes along one direction at the rate of 1.
+    /// Makes a variable whose derivative along one direction is 1, and 0 along the others.
     pub fn variable(value: R, along: usize) -> Self {
         let rate = |k: usize| R::constant(if k == along { 1.0 } else { 0.0 });
         Dual {
@@ -29,7 +28,7 @@ impl<R: Real, const N: usize> Dual<R, N> {
         }
     }
 
-    /// The chain rule.
+    /// Applies the chain rule.
     #[inline(always)]
     fn followed(self, value: R, rate: R) -> Self {
         self.joined(self, value, |slope, _| rate.times(slope))

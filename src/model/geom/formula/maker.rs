@@ -1,9 +1,9 @@
-//! Steps of formulas: equal ones are one, and what is made of constants is a constant.
+//! Builder of formulas: equal steps are stored once, and operations on constants are folded.
 
 use super::{Binary, Formula, Real, Step, Unary};
 use std::collections::HashMap;
 
-/// Makes a formula step by step.
+/// Builds a formula step by step.
 #[derive(Clone, Debug, Default)]
 pub struct Builder {
     steps: Vec<Step>,
@@ -16,7 +16,7 @@ impl Builder {
     }
 
     pub fn constant(&mut self, value: f64) -> u32 {
-        // One zero.
+        // −0 becomes +0, so that there is one zero.
         self.push(Step::Constant(value + 0.0))
     }
 
@@ -39,7 +39,7 @@ impl Builder {
         }
     }
 
-    /// To a whole power.
+    /// Adds a whole power.
     pub fn power(&mut self, a: u32, exponent: u32) -> u32 {
         match (exponent, self.value(a)) {
             (0, _) => self.constant(1.0),
@@ -49,7 +49,7 @@ impl Builder {
         }
     }
 
-    /// Of a step that is a constant.
+    /// Returns the value of a step that is a constant.
     pub fn value(&self, step: u32) -> Option<f64> {
         match self.steps[step as usize] {
             Step::Constant(value) => Some(value),
@@ -65,7 +65,7 @@ impl Builder {
         self.steps.is_empty()
     }
 
-    /// The function that a step is, without the steps that it does not need.
+    /// Returns the formula whose last step is `last`, without the steps that it does not need.
     pub fn finish(self, last: u32) -> Formula {
         let mut needed = vec![false; last as usize + 1];
         needed[last as usize] = true;
@@ -101,7 +101,7 @@ impl Builder {
     }
 }
 
-/// Of equal steps the same, and of no others.
+/// Returns a key that is the same for equal steps only.
 fn key(step: &Step) -> (u8, u8, u64, u32) {
     match *step {
         Step::Coordinate(axis) => (0, axis, 0, 0),

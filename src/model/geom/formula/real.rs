@@ -1,13 +1,14 @@
-//! What formulas are evaluated in: f64, and ranges.
+//! Arithmetic in which formulas are evaluated: f64, and ranges.
 //!
-//! f64 values lie in the range that is worked out from ranges holding the operands:
-//! every operation is rounded to nearest, and its range goes outward by more.
+//! An f64 value lies in the range that is computed from ranges of its operands, because every
+//! operation is rounded to nearest and its range is rounded outward by more (V7,
+//! docs/numerics/level-sets.md).
 
 use super::{Binary, Unary};
 use crate::math::Interval;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Numbers with the operations of formulas.
+/// Arithmetic with the operations of formulas.
 pub trait Real: Copy {
     fn constant(x: f64) -> Self;
     fn plus(self, other: Self) -> Self;
@@ -16,14 +17,15 @@ pub trait Real: Copy {
     fn over(self, other: Self) -> Self;
     fn min(self, other: Self) -> Self;
     fn max(self, other: Self) -> Self;
-    /// To a whole power, 1 at least.
+    /// Raises the value to a whole power ≥ 1.
     fn power(self, exponent: u32) -> Self;
     fn unary(self, function: Unary) -> Self;
-    /// Both at once.
+    /// Returns sine and cosine.
     fn sin_cos(self) -> [Self; 2];
-    /// What abs, or the lesser of this and its negative, changes by: −1, 1, or between.
+    /// Returns the derivative of |x|: −1, 1, or what lies between.
     fn direction(self) -> Self;
-    /// Between two others as this is below zero, above, or either.
+    /// Selects `below` if this is below zero, `above` if it is above, or their hull if it may be
+    /// either.
     fn choice(self, below: Self, above: Self) -> Self;
 
     #[inline(always)]
@@ -65,7 +67,7 @@ impl Real for f64 {
         self / other
     }
 
-    /// NaN where either is, unlike std's.
+    /// Returns NaN if either is NaN, unlike std's.
     #[inline]
     fn min(self, other: f64) -> f64 {
         if self < other || self.is_nan() {
@@ -131,33 +133,33 @@ impl Real for f64 {
     }
 }
 
-/// More than what an elementary function of the crate libm is off by, as a part of it:
-/// eight roundings, where its own statement is about one.
+/// A bound on the relative error of libm's elementary functions: eight roundings 2⁻⁵², where libm
+/// itself states about one (V7, docs/numerics/level-sets.md).
 const OFF: f64 = 8.0 * f64::EPSILON;
 
-/// Beyond this, where a sine stands in its wave is not asked.
+/// Arguments beyond this have the range [−1, 1]: their place in the period is not computed.
 const FAR: f64 = (1_u64 << 30) as f64;
 
-/// Where a wave's extreme may be missed by the roundings of this, in turns.
+/// A bound on the error of a place in the period, in turns (V7, docs/numerics/level-sets.md).
 const TURNS_OFF: f64 = 1e-6;
 
-/// What f64 values over a box lie in.
+/// An interval that holds a formula's f64 values over a box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
     pub values: Interval,
-    /// Whether there may be points without a value, or a pole.
+    /// Whether some points may have no value, or a pole.
     pub is_partial: bool,
 }
 
 impl Range {
-    pub fn of(values: Interval) -> Range {
+    pub fn new(values: Interval) -> Range {
         Range {
             values,
             is_partial: false,
         }
     }
 
-    /// Without a value anywhere.
+    /// The range of a function that has no value anywhere.
     pub const NONE: Range = Range {
         values: Interval::NONE,
         is_partial: true,
@@ -167,12 +169,13 @@ impl Range {
         self.values.is_none()
     }
 
-    /// All values are there, and finite.
+    /// Says whether every point has a finite value.
     pub fn is_whole(&self) -> bool {
         self.values.is_finite() && !self.is_partial
     }
 
-    /// Below zero or above throughout. Where there is no value, it is as if above.
+    /// Returns whether all values are below zero; `None` if the sign is not known. A point without
+    /// a value counts as above.
     pub fn sign(&self) -> Option<bool> {
         if self.is_none() {
             return Some(false);
@@ -204,15 +207,15 @@ impl Range {
         }
     }
 
-    /// Of a function that never falls.
+    /// Applies a monotonically rising function.
     fn rising(&self, function: Unary) -> Range {
         self.map(|x| rising(x, function, &Interval::LINE))
     }
 
-    /// Of one that is not defined everywhere.
+    /// Applies a rising function that is defined on `domain` only.
     fn rising_in(&self, function: Unary, domain: Interval, range: &Interval) -> Range {
         let known = self.values.common(&domain);
-        // The logarithm of 0 is no number.
+        // The logarithm of 0 is not finite.
         let is_end = |x: f64| function == Unary::Ln && x <= 0.0;
         if known.is_none() || is_end(known.high) {
             return Range::NONE;
@@ -227,7 +230,7 @@ impl Range {
 impl Real for Range {
     #[inline]
     fn constant(x: f64) -> Range {
-        Range::of(Interval::point(x))
+        Range::new(Interval::point(x))
     }
 
     #[inline]
@@ -363,19 +366,19 @@ fn power(x: &Interval, exponent: u32) -> Interval {
     }
 }
 
-/// Of a function that never falls, where it is defined; within what it can be at all.
+/// Returns the interval of a rising function where it is defined, cut to the function's own range.
 fn rising(x: &Interval, function: Unary, range: &Interval) -> Interval {
     let (low, high) = (x.low.unary(function), x.high.unary(function));
-    // What is too large for f64 is a number all the same.
+    // A value that overflows f64 is still a real number.
     let low = low.min(f64::MAX);
     let high = high.max(-f64::MAX);
     Interval::new(low, high).padded(OFF).common(range)
 }
 
-/// Of a sine that is 1 at `top`, and what it is at the ends.
+/// Returns the interval of a sine whose maximum 1 lies at `top`, given its values at the ends.
 fn wave(x: &Interval, [a, b]: [f64; 2], top: f64) -> Interval {
     let unit = Interval::new(-1.0, 1.0);
-    // Whether a place lies within, some whole turns away.
+    // Says whether a place lies in the interval, up to whole turns.
     let meets = |place: f64| {
         let turns = |x: f64| (x - place) / (2.0 * PI);
         let first = (turns(x.low) - TURNS_OFF).ceil();

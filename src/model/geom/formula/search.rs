@@ -1,94 +1,97 @@
-//! Where a formula changes its sign along a line.
+//! Search for the sign changes of a formula along a line.
 //!
-//! The part of a line that is looked at is halved, and halves are dropped where interval
-//! arithmetic (Moore, Interval Analysis, 1966) shows that f has no zero there: by its
-//! values, or by its slopes and what it is at the ends. Where its slope certainly has one sign, f has one
-//! zero if its signs at the ends differ, and that is taken to two neighbouring numbers.
-//! What is shorter than [`SHORTEST`] of the whole is not looked into: it has a zero if the
-//! signs at its ends differ. A sign is what is certain in f64, else the last one that was;
-//! at the beginning, that of f64's value; where that is 0, the next one that is certain.
-//! So two zeros may be missed that are closer together than that, or between which f is
-//! nothing but roundings; and so is a surface that is touched without being crossed.
-//! Nothing else is, unless a line has so many zeros that the search is cut short ([`MOST`]).
+//! A segment of the line is bisected. A half is discarded if interval arithmetic (Moore, Interval
+//! Analysis, 1966) shows that f has no zero there: by the range of its values (V1), or by the
+//! range of its slope and its values at the ends (V2). Where the slope certainly has one sign, f
+//! has one zero if its signs at the ends differ, and the zero is refined to two neighbouring
+//! numbers (V5). A segment shorter than [`SHORTEST`] of the whole is not bisected: it has a zero
+//! if the signs at its ends differ (V3). The sign at an end is the one that is certain in f64,
+//! else the last certain one; at the beginning it is that of the f64 value, or the next certain
+//! one if that value is 0 (V4, docs/numerics/level-sets.md).
 //!
-//! A zero's t is *defined* by this search: it is one and the same number to all who ask
-//! about a ray, and exact arithmetic takes it from there.
+//! So the search may miss two zeros that are closer together than that, or between which f
+//! consists of roundings only, and a surface that is touched without being crossed. It misses
+//! nothing else (V8), unless a line has so many zeros that the search is cut short ([`MOST`]).
+//!
+//! This search *defines* the t of a zero (S35): every kernel gets the same number for a ray, and
+//! exact arithmetic compares these numbers.
 
-use super::{Dual, Formula, Range};
+use super::{Dual, Formula, Range, Real};
 use crate::math::Interval;
-use std::cell::Cell;
 use std::ops::ControlFlow;
 
-/// Of a line's part that is looked at.
+/// The length, relative to the whole segment, below which segments are not bisected (V3,
+/// docs/numerics/level-sets.md).
 pub const SHORTEST: f64 = 1.0 / (1_u64 << 36) as f64;
 
-/// Parts of one line that are looked at. Beyond that, parts are short that are [`COARSE`]:
-/// of sin(1/x) there is no end.
+/// The most segments of one line that are examined at full resolution. After these, [`COARSE`]
+/// takes the place of [`SHORTEST`], because functions such as sin(1/x) have infinitely many zeros.
 const MOST: usize = 1 << 14;
 const COARSE: f64 = 1.0 / (1_u64 << 12) as f64;
 
-/// A line in the formula's space, and what of it is looked at, as numbers of lengths of
-/// `dir`. All finite.
+/// A line in the formula's space and the range of t that is searched. All numbers are finite.
 #[derive(Clone, Copy, Debug)]
 pub struct Search {
     pub org: [f64; 3],
     pub dir: [f64; 3],
-    /// Of which parts are halves of halves.
+    /// The range of t that is bisected.
     pub part: [f64; 2],
-    /// What lies before this does not matter, nor what lies behind the other.
+    /// The range of t outside of which changes do not matter (V6, docs/numerics/level-sets.md).
     pub between: [f64; 2],
-    /// Whether the ends of a pole, or of where f is defined, count: they bound a solid.
+    /// Whether poles and ends of f's domain count as changes: they bound a solid.
     pub is_solid: bool,
 }
 
-/// Where f changes its sign.
+/// A change of f's sign.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Change {
     pub t: f64,
-    /// Whether f is below zero behind it.
+    /// Whether f is below zero behind the change.
     pub enters: bool,
 }
 
-/// What is used anew for each line.
-#[derive(Default)]
-struct Scratch {
-    waiting: Vec<Part>,
+/// Buffers that are reused from line to line.
+#[derive(Debug, Default)]
+pub struct SearchScratch {
+    waiting: Vec<Segment>,
     numbers: Vec<f64>,
     ranges: Vec<Range>,
     sloped: Vec<Dual<Range, 1>>,
 }
 
-thread_local! {
-    static SCRATCH: Cell<Option<Box<Scratch>>> = const { Cell::new(None) };
+/// Makes a place for the value of each step.
+fn places<'a, R: Real>(values: &'a mut Vec<R>, formula: &Formula) -> &'a mut [R] {
+    if values.len() < formula.steps().len() {
+        values.resize(formula.steps().len(), R::constant(0.0));
+    }
+    values
 }
 
-/// Of a line, and f at its ends.
-#[derive(Clone, Copy)]
-struct Part {
+/// A range of t, and f at its ends.
+#[derive(Clone, Copy, Debug)]
+struct Segment {
     t: Interval,
     ends: [Range; 2],
 }
 
-/// Calls `visit` at each change, front to back, until it has seen enough; it may be called
-/// with some that are not between the two t. Returns whether f is below zero at the part's
-/// beginning, or where the search begins.
+/// Calls `visit` at each change, front to back, until it breaks; changes outside `between` may be
+/// among them. Returns whether f is below zero at the beginning of the segment, or where the
+/// search begins.
 pub fn changes(
     formula: &Formula,
     search: &Search,
+    scratch: &mut SearchScratch,
     mut visit: impl FnMut(Change) -> ControlFlow<()>,
 ) -> bool {
-    let mut scratch = SCRATCH.take().unwrap_or_default();
-    let first = walk(formula, search, &mut scratch, &mut visit);
-    SCRATCH.set(Some(scratch));
-    first
+    walk(formula, search, scratch, &mut visit)
 }
 
-/// What is known of a part.
+/// What interval arithmetic says about a segment.
 enum Known {
-    /// There is no zero in it, and f is below zero or not.
+    /// It has no zero, and f is below zero or not.
     Sign(bool),
-    /// There is at most one, or none is told from another: as the signs at its ends say.
-    /// Whether a change counts.
+    /// It has at most one zero, or zeros that are not told apart: the signs at its ends decide.
+    /// The value says whether a change counts.
     Ends(bool),
     Nothing,
 }
@@ -96,27 +99,27 @@ enum Known {
 fn walk(
     formula: &Formula,
     search: &Search,
-    scratch: &mut Scratch,
+    scratch: &mut SearchScratch,
     visit: &mut dyn FnMut(Change) -> ControlFlow<()>,
 ) -> bool {
     let waiting = &mut scratch.waiting;
-    let mut along = Along {
+    let mut along = OnLine {
         formula,
         search,
-        numbers: &mut scratch.numbers,
-        ranges: &mut scratch.ranges,
-        sloped: &mut scratch.sloped,
+        numbers: places(&mut scratch.numbers, formula),
+        ranges: places(&mut scratch.ranges, formula),
+        sloped: places(&mut scratch.sloped, formula),
     };
     let [low, high] = search.part;
     waiting.clear();
     if low < high {
-        waiting.push(Part {
+        waiting.push(Segment {
             t: Interval::new(low, high),
             ends: [low, high].map(|t| along.at_point(t)),
         });
     }
     let mut shortest = (high - low) * SHORTEST;
-    // The sign at the beginning, and the last one.
+    // The sign at the beginning, and the latest one.
     let (mut first, mut below): (Option<bool>, Option<bool>) = (None, None);
     let (mut has_begun, mut looked_at) = (false, 0);
     while let Some(part) = waiting.pop() {
@@ -140,7 +143,7 @@ fn walk(
                 ([middle, b], [at_middle, at_b]),
                 ([a, middle], [at_a, at_middle]),
             ];
-            waiting.extend(halves.map(|([low, high], ends)| Part {
+            waiting.extend(halves.map(|([low, high], ends)| Segment {
                 t: Interval::new(low, high),
                 ends,
             }));
@@ -157,7 +160,7 @@ fn walk(
         let t = match known {
             Known::Sign(sign) => {
                 below = Some(sign);
-                // A zero that nearly is at the end of the part before was left to this.
+                // A zero close to the end of the segment before was left to this one.
                 Some(a)
             }
             Known::Ends(counts) => {
@@ -177,16 +180,16 @@ fn walk(
     first.unwrap_or(false)
 }
 
-/// f along a line.
-struct Along<'a> {
+/// The formula along a line.
+struct OnLine<'a> {
     formula: &'a Formula,
     search: &'a Search,
-    numbers: &'a mut Vec<f64>,
-    ranges: &'a mut Vec<Range>,
-    sloped: &'a mut Vec<Dual<Range, 1>>,
+    numbers: &'a mut [f64],
+    ranges: &'a mut [Range],
+    sloped: &'a mut [Dual<Range, 1>],
 }
 
-impl Along<'_> {
+impl OnLine<'_> {
     fn at(&mut self, t: f64) -> f64 {
         let Search { org, dir, .. } = self.search;
         let on = |k: usize| org[k] + dir[k] * t;
@@ -194,7 +197,7 @@ impl Along<'_> {
         self.formula.evaluate(&point, self.numbers)
     }
 
-    /// Whether f64's value is below zero; `None` where it is 0, or none.
+    /// Says whether the f64 value is below zero; `None` if it is 0 or NaN.
     fn sign_at(&mut self, t: f64) -> Option<bool> {
         let at = self.at(t);
         let has_sign = at != 0.0 && !at.is_nan();
@@ -211,22 +214,22 @@ impl Along<'_> {
 
     fn at_point(&mut self, t: f64) -> Range {
         let [x, y, z] = self.points(Interval::point(t));
-        let at = [Range::of(x), Range::of(y), Range::of(z)];
+        let at = [Range::new(x), Range::new(y), Range::new(z)];
         self.formula.evaluate(&at, self.ranges)
     }
 
-    /// f and its slope over a part.
+    /// Returns the ranges of f and its slope over a segment.
     fn over(&mut self, t: Interval) -> Dual<Range, 1> {
         let points = self.points(t);
         let at = |k: usize| Dual {
-            value: Range::of(points[k]),
-            slopes: [Range::of(Interval::point(self.search.dir[k]))],
+            value: Range::new(points[k]),
+            slopes: [Range::new(Interval::point(self.search.dir[k]))],
         };
         let at = [at(0), at(1), at(2)];
         self.formula.evaluate(&at, self.sloped)
     }
 
-    fn known(&mut self, part: &Part, shortest: f64) -> Known {
+    fn known(&mut self, part: &Segment, shortest: f64) -> Known {
         let Dual {
             value,
             slopes: [slope],
@@ -250,9 +253,10 @@ impl Along<'_> {
         Known::Nothing
     }
 
-    /// Between two t of which the signs differ: the one of two neighbouring numbers of
-    /// different signs where f is the lesser. By the secant method; then from where that
-    /// ends. If the signs do not differ in f64, it is where the first is.
+    /// Refines a change between two t to two neighbouring numbers of different signs, and returns
+    /// the one with the lesser |f| (V5, docs/numerics/level-sets.md): by the secant method, and
+    /// then by steps of growing length from where that ends. If the f64 signs do not differ,
+    /// returns the first t.
     fn change(&mut self, [mut a, mut b]: [f64; 2]) -> f64 {
         let (mut at_a, mut at_b) = (self.at(a), self.at(b));
         let below = at_a < 0.0;
@@ -261,7 +265,8 @@ impl Along<'_> {
         }
         let ([mut p, mut at_p], [mut q, mut at_q]) = ([a, at_a], [b, at_b]);
         let mut steps = 0;
-        // From the last end, ever farther until the other is met; then by halves.
+        // The step from the secant method's last end; it grows until the sign changes, and then
+        // bisection takes over.
         let mut reach = 0.0;
         loop {
             let middle = 0.5 * a + 0.5 * b;
@@ -297,7 +302,7 @@ impl Along<'_> {
                 }
                 [q, at_q] = [t, at];
             } else if is_before == (q == a) {
-                // Still on the side of the last.
+                // Still on the same side as the last end.
                 q = t;
                 reach *= 4.0;
             } else {
@@ -308,14 +313,14 @@ impl Along<'_> {
     }
 }
 
-/// Steps of the secant method, at most.
+/// The most steps of the secant method.
 const SECANTS: u32 = 12;
 
-/// Of a function that is on one side of zero at both ends of a part, and too flat to come
-/// to the other between them. With slopes from −u to v, and p and q above zero at the ends
-/// of a part of length w, it is above both p − u x and q − v (w − x), and these are above
-/// zero where they meet if v p + u q > u v w.
-fn sign_by_slope(part: &Part, slope: &Interval) -> Option<bool> {
+/// Returns the sign of a function that is on one side of zero at both ends of a segment and too
+/// flat to reach zero between them. With slopes from −u to v, and values p and q above zero at the
+/// ends of a segment of length w, it is above both p − u x and q − v (w − x), and these are above
+/// zero where they meet if v p + u q > u v w (V2, docs/numerics/level-sets.md).
+fn sign_by_slope(part: &Segment, slope: &Interval) -> Option<bool> {
     let [a, b] = part.ends.map(|end| end.values);
     let (p, q, u, v, below) = if a.low > 0.0 && b.low > 0.0 {
         (a.low, b.low, -slope.low, slope.high, false)
@@ -324,7 +329,7 @@ fn sign_by_slope(part: &Part, slope: &Interval) -> Option<bool> {
     } else {
         return None;
     };
-    // Eight roundings, and what underflows.
+    // Eight roundings, and the loss by underflow (V2, docs/numerics/level-sets.md).
     let most = u * v * part.t.width() * (1.0 + 8.0 * f64::EPSILON);
     (v * p + u * q > most + f64::MIN_POSITIVE).then_some(below)
 }

@@ -21,7 +21,7 @@ const ALL: [Unary; 13] = [
     Unary::Tanh,
 ];
 
-/// Of x alone, from what it is made of.
+/// Makes a formula of x alone.
 fn of_x(make: impl FnOnce(&mut Builder, u32) -> u32) -> Formula {
     let mut b = Builder::default();
     let x = b.coordinate(0);
@@ -39,7 +39,7 @@ fn along_x(f: &Formula, part: [f64; 2], is_solid: bool) -> (bool, Vec<(f64, bool
         is_solid,
     };
     let mut found = Vec::new();
-    let first = changes(f, &search, |change| {
+    let first = changes(f, &search, &mut SearchScratch::default(), |change| {
         found.push((change.t, change.enters));
         ControlFlow::Continue(())
     });
@@ -232,7 +232,7 @@ fn a_search_sees_only_what_it_is_asked_about() {
         is_solid: false,
     };
     let mut found = Vec::new();
-    changes(&f, &search, |change| {
+    changes(&f, &search, &mut SearchScratch::default(), |change| {
         found.push(change.t);
         ControlFlow::Continue(())
     });
@@ -244,7 +244,7 @@ fn a_search_sees_only_what_it_is_asked_about() {
         ..search
     };
     let mut all = Vec::new();
-    changes(&f, &whole, |change| {
+    changes(&f, &whole, &mut SearchScratch::default(), |change| {
         all.push(change.t);
         ControlFlow::Continue(())
     });
@@ -325,20 +325,20 @@ proptest! {
         let region = at.map(|x| Interval::new(x, x + width));
         let point = [0, 1, 2].map(|k| (at[k] + place[k] * width).min(region[k].high));
         let (value, slopes) = value_and_gradient(&f, point);
-        let mut steps = Vec::new();
+        let mut steps = f.values();
         f.evaluate::<f64>(&point, &mut steps);
         // Beyond f64 there is no telling.
         if steps.iter().any(|x| x.is_infinite()) {
             return Ok(());
         }
-        let range = f.evaluate(&region.map(Range::of), &mut Vec::new());
+        let range = f.evaluate(&region.map(Range::new), &mut f.values());
         if value.is_nan() {
             prop_assert!(range.is_partial, "{range:?}");
             return Ok(());
         }
         prop_assert!(range.values.holds(value), "{range:?} {value}");
-        let along = std::array::from_fn(|k| Dual::<Range, 3>::variable(Range::of(region[k]), k));
-        let Dual { slopes: bounds, .. } = f.evaluate(&along, &mut Vec::new());
+        let along = std::array::from_fn(|k| Dual::<Range, 3>::variable(Range::new(region[k]), k));
+        let Dual { slopes: bounds, .. } = f.evaluate(&along, &mut f.values());
         for (slope, bound) in slopes.iter().zip(bounds) {
             let room = slope.abs() * 1e-9 + 1e-9;
             let Interval { low, high } = bound.values;
@@ -356,7 +356,7 @@ proptest! {
     ) {
         let at: [f64; 3] = at;
         let (_, slopes) = value_and_gradient(&f, at);
-        let mut steps = Vec::new();
+        let mut steps = f.values();
         f.evaluate::<f64>(&at, &mut steps);
         // Roundings of large numbers outweigh small steps.
         if !steps.iter().all(|x| x.abs() < 1e3) {

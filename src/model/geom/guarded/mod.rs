@@ -1,11 +1,10 @@
-//! What the kernels with error bounds share (each stands in its kind's room): every answer
-//! is that of exact arithmetic on the object ray and the primitive's numbers, or
-//! in doubt. docs/NUMERICS.md ("Kernels in lanes") derives the bounds.
+//! Common parts of the kernels with error bounds, each of which lies in its kind's folder. Every
+//! answer is that of exact arithmetic on the object ray and the primitive's numbers, or undecided
+//! (N1 to N8, docs/numerics/moved-rays.md).
 //!
-//! A primitive is met by the ray's part next to it: the ray is moved along
-//! itself, in f64, to a point near the primitive's centre ([`Near`]), and what is
-//! left of coordinates and t has the primitive's size and is rounded at that
-//! size. So a far primitive is seen as sharply as a near one, in f32 too.
+//! The ray is moved along itself, in f64, to a point near the primitive's centre ([`Near`]). The
+//! remaining coordinates and t have the primitive's size and are rounded at that size, so f32
+//! lanes see a far primitive as accurately as a near one.
 
 pub(super) mod quadratic;
 
@@ -24,13 +23,13 @@ use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use glam::DVec3;
 
-/// Object rays in full, and rounded to the lanes' type. By reference: they are
-/// 900 bytes of lanes.
+/// Object rays in f64, and rounded to the lanes' type. By reference, because they are 900 bytes of
+/// lanes.
 #[derive(Clone, Copy, Debug)]
 pub struct ObjectRay<'a, L: Lanes> {
     pub org: &'a Vec3<L::Double>,
     pub dir: &'a Vec3<L::Double>,
-    /// The same rays, rounded.
+    /// The rays, rounded to the lanes' type.
     pub ray: &'a Ray<L>,
 }
 
@@ -40,8 +39,8 @@ impl<'a, L: Lanes> ObjectRay<'a, L> {
         ObjectRay { org, dir, ray }
     }
 
-    /// Asks about some lanes one by one: the lane, its line and its t_min. The lanes that
-    /// are met.
+    /// Calls `ask` for each of some lanes with the lane, its line and its t_min; returns the lanes
+    /// for which it said yes.
     #[inline(always)]
     pub fn each_lane(
         &self,
@@ -60,15 +59,15 @@ impl<'a, L: Lanes> ObjectRay<'a, L> {
         L::Mask::from_bits(met)
     }
 
-    /// The origin as seen from a point; in full, and rounded.
+    /// Returns the origin relative to a point, in f64 and rounded.
     #[inline(always)]
     pub(super) fn start(&self, center: DVec3) -> (Vec3<L::Double>, Vec3<L>) {
         let start = *self.org - Vec3::splat(center.to_array());
         (start, narrow(start))
     }
 
-    /// Lanes whose direction is neither so short that its components lose bits
-    /// when rounded, nor so long that squares leave the format.
+    /// Returns lanes whose direction is neither so short that its components lose bits when
+    /// rounded, nor so long that squares overflow.
     #[inline(always)]
     pub(super) fn ordinary(&self) -> L::Mask {
         let (small, large) = range::<L>();
@@ -81,19 +80,19 @@ pub(super) fn narrow<L: Lanes>(v: Vec3<L::Double>) -> Vec3<L> {
     Vec3::new(L::narrow(v.x), L::narrow(v.y), L::narrow(v.z))
 }
 
-/// x, in units of the lanes' roundoff.
+/// Returns x unit roundoffs of the lanes' type.
 #[inline(always)]
 pub(super) fn roundings<L: Lanes>(x: f32) -> L {
     L::splat(L::Scalar::UNIT_ROUNDOFF) * L::from_f32(x)
 }
 
-/// What covers products that underflow.
+/// Returns the least normal number, which covers the loss of products that underflow.
 #[inline(always)]
 pub(super) fn tiny<L: Lanes>() -> L {
     L::splat(L::Scalar::MIN_POSITIVE)
 }
 
-/// Downward and upward, to the lanes' type.
+/// Rounds a lower bound, a value and an upper bound to the lanes' type: down, to nearest, and up.
 #[inline(always)]
 pub(super) fn rounded<L: Lanes>([least, value, most]: [L::Double; 3]) -> [L; 3] {
     let [from, t, to] = [least, value, most].map(L::narrow);
@@ -103,7 +102,7 @@ pub(super) fn rounded<L: Lanes>([least, value, most]: [L::Double; 3]) -> [L; 3] 
     let infinity = L::splat(L::Scalar::INFINITY);
     let pad = |x: L| x.abs() * roundings(1.01) + tiny();
     let met = |x: L, wider: L| L::select(x.abs().lt(infinity), wider, x);
-    // What is finite in f64 is not infinite for being beyond these lanes.
+    // A bound that is finite in f64 stays finite in narrower lanes.
     let wide = <L::Double as Lanes>::splat(f64::INFINITY);
     let most = L::splat(L::Scalar::MAX);
     let kept =
@@ -120,38 +119,41 @@ pub(super) fn mask<L: Lanes>(wide: <L::Double as Lanes>::Mask) -> L::Mask {
     L::Mask::from_bits(wide.bits())
 }
 
-/// Squares outside are not trusted.
+/// Returns the range in which squares of lengths are accurate.
 #[inline(always)]
 pub(super) fn range<L: Lanes>() -> (L, L) {
     let small = tiny::<L>() / L::splat(L::Scalar::UNIT_ROUNDOFF);
     (small, L::from_f32(1.0) / small)
 }
 
-/// A plane is met at a speed that is certain, and so large, in units of its error,
-/// or the ray is as good as level with it.
+/// The least speed, in units of its error, at which a ray meets a plane; a slower ray counts as
+/// level with it (P3 and P4, docs/numerics/planes.md).
 pub(super) const LEVEL: f32 = 16.0;
-/// By how much 1 over the exact speed may then exceed that over the computed one.
+/// The most that the inverse of the exact speed then exceeds that of the computed one: 16/15 (P3,
+/// docs/numerics/planes.md).
 pub(super) const LEVEL_SLACK: f32 = 1.07;
-/// No faster, in units of that error, is a level ray.
+/// The most that the exact speed of a level ray is, in units of its error: 16 + 1, and the
+/// roundings of the bound (P4, docs/numerics/planes.md).
 pub(super) const LEVEL_MOVES: f32 = 17.5;
 
-/// Rays moved along themselves to the neighbourhood of a primitive.
+/// Rays moved along themselves to the neighbourhood of a primitive (N1,
+/// docs/numerics/moved-rays.md).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Near<L: Lanes> {
-    /// By so much t; any number will do.
+    /// The t by which they were moved; any number is correct.
     pub(super) shift: L,
-    /// Where they then are, relative to the primitive's centre.
+    /// Their places relative to the primitive's centre.
     pub(super) org: Vec3<L>,
-    /// The largest coordinate of that.
+    /// The largest coordinate of these.
     pub(super) size: L,
-    /// A coordinate is off by one rounding of itself and this.
+    /// The error bound of a coordinate, besides one rounding of itself.
     pub(super) error: L,
 }
 
 impl<L: Lanes> Near<L> {
-    /// `start`: relative to the centre. Both it and `dir` may carry three
-    /// roundings of f64. `far`: no less than it or than what it is moved by, but
-    /// for roundings and what is left.
+    /// Moves rays by `shift`. `start` is relative to the centre; it and `dir` may carry three
+    /// roundings of f64. `far` is no less than `start` or the distance moved, up to roundings and
+    /// the remaining size (N1, docs/numerics/moved-rays.md).
     #[inline(always)]
     pub(super) fn at(start: Vec3<L::Double>, dir: Vec3<L::Double>, far: L, shift: L) -> Near<L> {
         let org = narrow::<L>(start.along(dir, shift.widen()));
@@ -164,8 +166,8 @@ impl<L: Lanes> Near<L> {
         }
     }
 
-    /// Moved to the plane through a centre across the ray's longest axis: no
-    /// farther from it than the root of 3 times the nearest point.
+    /// Moves rays to the plane through a centre and perpendicular to the ray's longest axis: at
+    /// most √3 times as far from the centre as the nearest point.
     #[inline(always)]
     pub(super) fn to_center(object: &ObjectRay<L>, center: DVec3) -> Near<L> {
         let (start, coarse) = object.start(center);
@@ -177,7 +179,7 @@ impl<L: Lanes> Near<L> {
         Near::at(start, *object.dir, along.abs(), shift)
     }
 
-    /// Where the ray begins.
+    /// Returns t where the ray begins.
     #[inline(always)]
     pub(super) fn unmoved(org: Vec3<L>) -> Near<L> {
         Near {
@@ -188,7 +190,7 @@ impl<L: Lanes> Near<L> {
         }
     }
 
-    /// A ray's t_min from here: certainly no more, and no less.
+    /// Returns bounds below and above a ray's t_min relative to the moved origin.
     #[inline(always)]
     pub(super) fn begin(&self, t_min: L) -> [L; 2] {
         let at = t_min - self.shift;
@@ -196,7 +198,7 @@ impl<L: Lanes> Near<L> {
         [at - slack, at + slack]
     }
 
-    /// A hit of the lanes `hit`, where its t is a number.
+    /// Makes the answer with hits in the lanes `hit`, where t is finite.
     #[inline(always)]
     pub(super) fn hit(&self, hit: L::Mask, t: Between<L>, near: L::Mask) -> Meet<L> {
         let (from, to) = (self.shift + t.least, self.shift + t.most);
@@ -212,7 +214,7 @@ impl<L: Lanes> Near<L> {
     }
 }
 
-/// A number, and between which others the exact one lies.
+/// A number with a lower and an upper bound of the exact one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Between<L> {
     pub(super) least: L,
@@ -239,7 +241,7 @@ impl<L: Lanes> Between<L> {
         }
     }
 
-    /// Half of it; of what is infinite, no number.
+    /// Returns half the width; NaN for infinite bounds.
     #[inline(always)]
     pub(super) fn width(&self) -> L {
         (self.most - self.least) * L::from_f32(0.5)
@@ -273,39 +275,38 @@ impl<L: Lanes> Between<L> {
     }
 }
 
-/// Lanes whose number and bound are both finite. What is not has to be asked for
-/// before [`Between::max`] and [`Between::min`], which lose NaN.
+/// Returns lanes whose number and bound are both finite. Kernels check this before
+/// [`Between::max`] and [`Between::min`], which drop NaN (N6, docs/numerics/moved-rays.md).
 #[inline(always)]
 pub(super) fn finite<L: Lanes>(value: L, error: L) -> L::Mask {
     (value.abs() + error).lt(L::splat(L::Scalar::INFINITY))
 }
 
-/// Where rays come into a convex solid and leave it, in t: at least, as computed,
-/// at most. Infinite where they always were inside, or stay. Of a solid that is not
-/// convex it may be what is between that is outside.
+/// The t at which rays enter a convex solid and leave it, as lower bound, value and upper bound;
+/// infinite if they always were inside, or stay. For a solid that is not convex the part between
+/// may be outside.
 #[derive(Clone, Copy, Debug)]
 pub struct Ends<L: Lanes> {
     pub enter: [L; 3],
     pub exit: [L; 3],
-    /// Lanes that certainly have both; and that certainly have none.
+    /// Lanes that certainly have both ends, and lanes that certainly have none.
     pub some: L::Mask,
     pub none: L::Mask,
-    /// Which face each of the two lies on: a box' are numbered by axis, lower ones
-    /// first, a cylinder's and a cone's caps base first, and then the side, a
-    /// polyhedron's as its planes. No number where that is not certain, and of
-    /// quadrics and the sides of cones.
+    /// The number of the face that each end lies on. Faces of a box are numbered by axis, lower
+    /// ones first; of a cylinder or cone base, top, side; of a polyhedron as its planes. NaN if
+    /// the face is not certain, and for quadrics and the sides of cones.
     pub faces: [L; 2],
-    /// How well the face is known by itself that each of the two lies on, where that is
-    /// worse than the bounds say: beside an edge, another face may bound what it leaves
-    /// open. The most of those that it may be.
+    /// Half-width of t of the face that made each end. CSG needs the face's own, which near an
+    /// edge is wider than the combined interval. The largest among the faces that may have made
+    /// it.
     pub widths: [L; 2],
-    /// Lanes that are inside before the first and behind the second, or, where there
-    /// are none, all along.
+    /// Lanes that are inside before the first end and behind the second or, if there are none, all
+    /// along.
     pub turned: L::Mask,
 }
 
 impl<L: Lanes> Ends<L> {
-    /// Taken as they are.
+    /// Makes ends without error bounds.
     #[inline(always)]
     pub fn certain(span: &Span<L>) -> Ends<L> {
         Ends {
@@ -319,8 +320,7 @@ impl<L: Lanes> Ends<L> {
         }
     }
 
-    /// Of a solid that certainly has no part of some lanes, and of which no more is
-    /// known.
+    /// Makes ends for lanes that certainly miss the solid, and leaves all others unknown.
     #[inline(always)]
     pub fn none_or_unknown(none: L::Mask) -> Ends<L> {
         let infinity = L::splat(L::Scalar::INFINITY);
@@ -337,7 +337,7 @@ impl<L: Lanes> Ends<L> {
 }
 
 impl<L: Lanes> Ends<L> {
-    /// In other lanes there are none.
+    /// Removes the ends of all other lanes.
     #[inline(always)]
     pub fn keep(&mut self, lanes: L::Mask) {
         self.some = self.some & lanes;
@@ -345,7 +345,7 @@ impl<L: Lanes> Ends<L> {
         self.turned = self.turned & lanes;
     }
 
-    /// Nothing of them lies before t: what is known to be in a box, from there on.
+    /// Cuts off the part before t, where a ray enters the solid's box.
     #[inline(always)]
     pub fn begin_at(&mut self, t: L) {
         let before = self.exit[1].le(t);
@@ -355,14 +355,14 @@ impl<L: Lanes> Ends<L> {
         self.exit = self.exit.map(|exit| exit.max(t));
     }
 
-    /// With bounds that are wider by so much on both sides.
+    /// Widens the bounds by a distance on both sides.
     #[inline(always)]
     pub fn moved(&self, by: L) -> Ends<L> {
         self.bounded(|[least, _, most], _| [least - by, most + by])
     }
 
-    /// With bounds that are so many times as wide, and no narrower than so many times
-    /// what is known of their faces.
+    /// Multiplies the width of the bounds, of which each side counts as no narrower than the
+    /// half-width of its face.
     #[inline(always)]
     pub fn widened(&self, times: L) -> Ends<L> {
         self.bounded(|[least, value, most], width| {
@@ -372,13 +372,13 @@ impl<L: Lanes> Ends<L> {
         })
     }
 
-    /// With wider bounds; what may then be empty, is in doubt.
+    /// Replaces the bounds by wider ones; spans that may then be empty are no longer certain.
     #[inline(always)]
     pub(super) fn bounded(&self, wider: impl Fn([L; 3], L) -> [L; 2]) -> Ends<L> {
         let infinity = L::splat(L::Scalar::INFINITY);
         let end = |end: [L; 3], width: L| {
             let [least, most] = wider(end, width);
-            // Of an infinite end both may be no number.
+            // The bounds of an infinite end may be NaN.
             let met = end[1].abs().lt(infinity);
             [
                 L::select(met, least, end[0]),
@@ -397,15 +397,15 @@ impl<L: Lanes> Ends<L> {
     }
 }
 
-/// The part of a ray inside a convex solid, as far as it is certain.
+/// The part of a ray inside a convex solid, with error bounds (N5, docs/numerics/moved-rays.md).
 pub(super) struct Part<L: Lanes> {
     pub(super) enter: Between<L>,
     pub(super) exit: Between<L>,
-    /// Lanes whose ends can be trusted: the solid is met exactly if enter ≤ exit.
+    /// Lanes whose bounds hold: the solid is met if and only if enter ≤ exit.
     pub(super) sound: L::Mask,
-    /// Lanes that certainly do not meet it.
+    /// Lanes that certainly miss the solid.
     pub(super) none: L::Mask,
-    /// As of [`Ends`].
+    /// As in [`Ends`].
     pub(super) faces: [L; 2],
     pub(super) widths: [L; 2],
 }
@@ -415,17 +415,17 @@ pub(super) fn no_face<L: Lanes>() -> L {
     L::from_f32(f32::NAN)
 }
 
-/// A boundary so far, and the face that it lies on.
+/// The latest or earliest boundary so far, and its face.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OnFace<L: Lanes> {
     pub(super) at: Between<L>,
     pub(super) face: L,
-    /// As of [`Ends`].
+    /// As in [`Ends`].
     pub(super) width: L,
 }
 
 impl<L: Lanes> OnFace<L> {
-    /// The later one; whose face, where that is certain.
+    /// Takes the later boundary, and its face if that is certain.
     #[inline(always)]
     pub(super) fn max(self, at: Between<L>, face: L) -> OnFace<L> {
         let (this, other) = (self.at.least.gt(at.most), at.least.gt(self.at.most));
@@ -436,7 +436,7 @@ impl<L: Lanes> OnFace<L> {
         }
     }
 
-    /// The earlier one.
+    /// Takes the earlier boundary.
     #[inline(always)]
     pub(super) fn min(self, at: Between<L>, face: L) -> OnFace<L> {
         let (this, other) = (self.at.most.lt(at.least), at.most.lt(self.at.least));
@@ -468,7 +468,7 @@ impl<L: Lanes> Part<L> {
         let infinity = L::splat(L::Scalar::INFINITY);
         let at = |end: &Between<L>| {
             let (from, to) = (near.shift + end.least, near.shift + end.most);
-            // What is infinite stays so, and does not become NaN.
+            // Infinite ends stay infinite instead of becoming NaN.
             let met = |x: L, wider: L| L::select(x.abs().lt(infinity), wider, x);
             [
                 met(from, from - from.abs() * roundings(2.0) - tiny()),
@@ -487,7 +487,7 @@ impl<L: Lanes> Part<L> {
         }
     }
 
-    /// The first boundary beyond `t_min`.
+    /// Returns the first boundary beyond `t_min`.
     #[inline(always)]
     pub(super) fn first_beyond(&self, near: &Near<L>, t_min: L, active: L::Mask) -> Meet<L> {
         let [low, high] = near.begin(t_min);

@@ -1,15 +1,15 @@
-//! Roots of F(t) = a t² + 2b t + c, of coefficients known to so much each.
+//! Roots of F(t) = a t² + 2b t + c whose coefficients have error bounds.
 //!
-//! The exact F lies within ε(t) = αt² + 2β|t| + γ of the computed one. Where the
-//! computed F is steep enough beside a root, the exact one changes its sign next to
-//! it. docs/NUMERICS.md ("Cone, cylinder") has the proof.
+//! The exact F lies within ε(t) = αt² + 2β|t| + γ of the computed one. Where the computed F is
+//! steep enough beside a root, the exact one changes its sign next to it (Q1 to Q3,
+//! docs/numerics/quadratics.md).
 
 use super::{Between, roundings, tiny};
 use crate::math::lanes::{Lanes, Scalar};
 
 pub(in crate::geom) struct Quadratic<L: Lanes> {
     pub f: [L; 3],
-    /// α, β and γ.
+    /// The error bounds α, β and γ of the coefficients.
     pub off: [L; 3],
     /// b² − ac.
     pub squared: L,
@@ -26,7 +26,8 @@ impl<L: Lanes> Quadratic<L> {
         }
     }
 
-    /// Lanes in which F certainly has no root; and so has a sign, that of a.
+    /// Returns lanes in which F certainly has no root, so that its sign is that of a (Q3,
+    /// docs/numerics/quadratics.md).
     #[inline(always)]
     pub fn is_rootless(&self) -> L::Mask {
         let [a, b, c] = self.f.map(L::abs);
@@ -41,7 +42,8 @@ impl<L: Lanes> Quadratic<L> {
         self.squared.lt(-off)
     }
 
-    /// Numbers only where F has roots; [`Roots::bound`] says where that is certain.
+    /// Computes the roots, which are NaN where F has none; [`Roots::bound`] says where they are
+    /// certain.
     #[inline(always)]
     pub fn roots(&self) -> Roots<'_, L> {
         let ([a, b, c], zero) = (self.f, L::zero());
@@ -61,17 +63,18 @@ impl<L: Lanes> Quadratic<L> {
 
 pub(in crate::geom) struct Roots<'a, L: Lanes> {
     of: &'a Quadratic<L>,
-    /// b² − ac, and 1 over its square root.
+    /// b² − ac, and the inverse of its square root.
     squared: L,
     flat: L,
-    /// −b ∓ that root, the larger in magnitude.
+    /// −b ∓ √(b² − ac), the larger in magnitude.
     q: L,
-    /// Lower first.
+    /// The roots, the lower one first.
     pub t: [L; 2],
 }
 
 impl<L: Lanes> Roots<'_, L> {
-    /// How far a root of this size at most may be off; and where that is certain.
+    /// Bounds the error of a root of at most this size, and returns the lanes in which the bound
+    /// holds (Q2, docs/numerics/quadratics.md).
     #[inline(always)]
     pub fn bound(&self, size: L) -> (L, L::Mask) {
         let two = L::from_f32(2.0);
@@ -87,7 +90,7 @@ impl<L: Lanes> Roots<'_, L> {
         (two * off * self.flat + size * roundings(4.0) + tiny(), sure)
     }
 
-    /// A root and its bound; infinite where none is certain.
+    /// Returns a root and its bound, which is infinite where no bound holds.
     #[inline(always)]
     pub fn bounded(&self, t: L, size: L) -> Between<L> {
         let (wide, sure) = self.bound(size);

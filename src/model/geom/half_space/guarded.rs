@@ -1,4 +1,5 @@
-//! Half-spaces, and convex polyhedra about one of their corners.
+//! Meets half-spaces and convex polyhedra with error bounds; polyhedra relative to one of their
+//! corners (P2 to P6, docs/numerics/planes.md).
 
 use crate::geom::guarded::{
     Between, Ends, LEVEL, LEVEL_MOVES, LEVEL_SLACK, Near, ObjectRay, OnFace, Part, finite, no_face,
@@ -11,8 +12,9 @@ use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Vec3, unordered_dot};
 use glam::DVec3;
 
-/// A plane before a ray that has been moved next to a polyhedron: `room` is how
-/// far off it is, and `speed` how fast that shrinks.
+/// A plane as seen by a ray that has been moved next to a polyhedron: `room` is the distance to it
+/// times the length of its normal, and `speed` the rate at which that shrinks (P2,
+/// docs/numerics/planes.md).
 struct Ahead<L> {
     room: L,
     room_error: L,
@@ -26,7 +28,8 @@ impl<L: Lanes> Ahead<L> {
         !self.speed.abs().gt(self.speed_error * L::from_f32(LEVEL))
     }
 
-    /// t, and its error if not level.
+    /// Returns t, and its error where the ray is not level with the plane (P3,
+    /// docs/numerics/planes.md).
     #[inline(always)]
     fn depth(&self) -> (L, L) {
         let inverse = L::from_f32(1.0) / self.speed;
@@ -37,14 +40,14 @@ impl<L: Lanes> Ahead<L> {
     }
 }
 
-/// What is the same for all planes.
+/// The rays, as all planes of the polyhedron take them.
 struct Polyhedron<'a, L: Lanes> {
     corner: DVec3,
     near: Near<L>,
-    /// As `shear` turns it, and where the ray is.
+    /// The direction, turned by the ray's `shear`, and the ray's place.
     dir: Vec3<L>,
     shear: &'a Shear<L>,
-    /// Its largest component.
+    /// The direction's largest component.
     along: L,
 }
 
@@ -78,7 +81,7 @@ impl<'a, L: Lanes> Polyhedron<'a, L> {
         let own = L::from_f64(offset.abs()) * roundings(2.5)
             + L::from_f64(lost) * L::from_f32(1.25)
             + tiny();
-        // Products first: what leaves the format in `room` and `speed` does so here.
+        // Products first: if `room` or `speed` overflows, so does its bound.
         let moved =
             length * self.near.size * roundings(6.5) + length * self.near.error * L::from_f32(1.25);
         Ahead {
@@ -102,7 +105,7 @@ impl<'a, L: Lanes> Polyhedron<'a, L> {
         for (face, plane) in planes.iter().enumerate() {
             let at = self.ahead(plane);
             let (t, error) = at.depth();
-            // Left to the second look.
+            // A level plane is left to the second pass (P4, docs/numerics/planes.md).
             let level = at.level();
             sound = sound & (level | finite(t, error));
             some_level = some_level | level;
@@ -111,7 +114,7 @@ impl<'a, L: Lanes> Polyhedron<'a, L> {
             let (always, never) = (Between::exactly(-infinity), Between::exactly(infinity));
             let first = Between::select(inward & !level, t, always);
             let last = Between::select(inward | level, never, t);
-            // Numbers that are not whole are no faces: beyond 2^24 of them.
+            // f32 represents whole numbers up to 2²⁴; faces beyond have no number.
             let face = L::from_f32(if face < 1 << 24 {
                 face as f32
             } else {
@@ -139,13 +142,13 @@ impl<'a, L: Lanes> Polyhedron<'a, L> {
             sound: sound & !none,
             none: sound & none,
             faces: [enter.face, exit.face],
-            // All planes' rates are looked at.
+            // CSG takes the rates of all planes instead.
             widths: [L::zero(); 2],
         }
     }
 }
 
-/// A bounded solid; `corner`: a point of it, or near it.
+/// Returns the part of each ray in a bounded solid; `corner` is a point in or near it.
 #[inline(always)]
 pub fn meet_polyhedron<L: Lanes>(
     planes: &[HalfSpace],
@@ -168,7 +171,7 @@ pub fn polyhedron_ends<L: Lanes>(
     solid.part(planes, object.ordinary()).ends(&solid.near)
 }
 
-/// Of one half-space; one of the ends is infinite.
+/// Returns the ends of rays in one half-space, of which one is infinite.
 #[inline(always)]
 pub fn ends<L: Lanes>(row: &HalfSpace, object: &ObjectRay<L>) -> Ends<L> {
     let Plane { ahead, parallel } = plane(row, object);
@@ -191,10 +194,11 @@ pub fn ends<L: Lanes>(row: &HalfSpace, object: &ObjectRay<L>) -> Ends<L> {
     part.ends(&Near::unmoved(object.ray.org))
 }
 
-/// A half-space's plane before a ray that has not been moved: worked out in f64.
+/// A half-space's plane as seen by a ray that has not been moved, computed in f64 (P5,
+/// docs/numerics/planes.md).
 struct Plane<L: Lanes> {
     ahead: Ahead<L>,
-    /// Lanes that are exactly parallel to it.
+    /// Lanes whose ray is exactly parallel to the plane.
     parallel: L::Mask,
 }
 
@@ -212,7 +216,7 @@ fn plane<L: Lanes>(row: &HalfSpace, object: &ObjectRay<L>) -> Plane<L> {
     let across = size.dot(abs(dir));
     let unit = L::from_f64(5.0 * UNIT);
     let room_size = L::narrow(offset.abs() + size.dot(abs(org)));
-    // A product of numbers that are not zero may be.
+    // A product of two numbers that are not zero may underflow to zero.
     let zero = |n: L::Double, d: L::Double| {
         n.eq(<L::Double as Lanes>::zero()) | d.eq(<L::Double as Lanes>::zero())
     };
@@ -228,7 +232,7 @@ fn plane<L: Lanes>(row: &HalfSpace, object: &ObjectRay<L>) -> Plane<L> {
     }
 }
 
-/// The boundary of one half-space.
+/// Meets the boundary of one half-space.
 #[inline(always)]
 pub fn meet<L: Lanes>(row: &HalfSpace, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
     let at = plane(row, object);

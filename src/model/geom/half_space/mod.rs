@@ -1,5 +1,5 @@
-//! Half-spaces, and convex polyhedra as their intersections (Cyrus and Beck
-//! 1978; Haines, Graphics Gems II 1991).
+//! Half-spaces, and convex polyhedra as their intersections (Cyrus and Beck 1978; Haines, Graphics
+//! Gems II 1991).
 
 pub mod guarded;
 
@@ -19,12 +19,12 @@ use glam::DVec3;
 /// The solid n·x ≤ offset; unbounded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HalfSpace {
-    /// Outward, any length > 0.
+    /// The outward normal, of any length > 0.
     pub normal: DVec3,
     pub offset: f64,
 }
 
-/// Of one half-space, or of the bounded solid that several make.
+/// Returns the part of each ray in one half-space, or in the bounded solid that several make.
 #[inline(always)]
 pub fn span<L: Lanes>(planes: &[HalfSpace], ray: &Ray<L>) -> Span<L> {
     let infinity = L::splat(L::Scalar::INFINITY);
@@ -52,7 +52,7 @@ pub fn span<L: Lanes>(planes: &[HalfSpace], ray: &Ray<L>) -> Span<L> {
 }
 
 impl HalfSpace {
-    /// How far `p` lies above the plane; and the normal, outward, unit.
+    /// Returns the distance of `p` above the plane, and the outward unit normal.
     #[inline(always)]
     pub fn nearest<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> (D, Vec3<D>) {
         let plane = self.ordinary();
@@ -62,7 +62,7 @@ impl HalfSpace {
         (above, Vec3::splat((plane.normal * shorter).to_array()))
     }
 
-    /// The same plane, with a normal whose square does not leave the format.
+    /// Returns the same plane with a normal whose square neither overflows nor underflows.
     #[inline(always)]
     fn ordinary(&self) -> HalfSpace {
         let size = self.normal.abs().max_element();
@@ -72,7 +72,8 @@ impl HalfSpace {
         self.scaled(-libm::ilogb(size))
     }
 
-    /// By a power of two, which rounds nothing that counts.
+    /// Scales by a power of two, which rounds only what is negligible beside the largest
+    /// component.
     #[cold]
     fn scaled(&self, power: i32) -> HalfSpace {
         HalfSpace {
@@ -82,8 +83,7 @@ impl HalfSpace {
     }
 }
 
-/// Of the plane nearest to `p`: how far that lies above it; and its normal, outward,
-/// unit.
+/// Returns the distance of `p` above the nearest plane, and that plane's outward unit normal.
 #[inline(always)]
 pub fn nearest<D: Lanes<Scalar = f64>>(planes: &[HalfSpace], p: Vec3<D>) -> (D, Vec3<D>) {
     let mut best = (D::splat(f64::INFINITY), Vec3::splat(DVec3::Y.to_array()));

@@ -1,20 +1,18 @@
-//! From planes to corners: a cube far larger than the solid is cut by one plane
-//! after the other.
+//! Corners from planes: a cube far larger than the solid is cut by one plane after the other.
 //!
-//! A corner is always computed from three planes, never from other corners, so
-//! nothing of the cube's size remains in it. It carries its own error bound
-//! (planes that meet at small angles), and where more than three planes meet,
-//! the three that give the smallest bound count. A plane that cuts nothing off
-//! within the tolerance is redundant. If a face of the cube is left at the end,
-//! the planes do not close.
+//! A corner is always computed from three planes, never from other corners, so the cube's size
+//! does not affect it. It carries its own error bound, which grows as planes meet at smaller
+//! angles; if more than three planes meet, the three with the smallest bound count. A plane that
+//! cuts off nothing beyond the tolerance is redundant. If a face of the cube remains at the end,
+//! the planes do not bound a solid.
 
 use super::{Hull, HullError, MAX_PLANES, MAX_SPREAD, TOLERANCE, spread};
 use crate::geom::HalfSpace;
 use glam::{DMat3, DVec3};
 use std::collections::HashMap;
 
-/// Half the first cube, where the farthest plane is at distance 1: corners
-/// beyond count as unbounded.
+/// The half width of the first cube relative to the distance of the farthest plane; a solid that
+/// reaches beyond it counts as unbounded.
 const FAR: f64 = 1e6;
 
 struct Face {
@@ -25,9 +23,9 @@ struct Face {
 
 struct Corner {
     at: DVec3,
-    /// How far `at` may be off.
+    /// The error bound of `at`.
     error: f64,
-    /// All that are known to pass through it.
+    /// All planes that are known to pass through it.
     planes: Vec<usize>,
 }
 
@@ -38,7 +36,7 @@ struct Solid {
     faces: Vec<Face>,
 }
 
-/// The bounded solid inside all planes.
+/// Computes the bounded solid inside all planes.
 pub fn of_planes(given: &[HalfSpace]) -> Result<Hull, HullError> {
     if given.len() > MAX_PLANES {
         return Err(HullError::TooMany {
@@ -68,15 +66,15 @@ pub fn of_planes(given: &[HalfSpace]) -> Result<Hull, HullError> {
     used.sort_unstable();
     used.dedup();
     let corners: Vec<&Corner> = used.iter().map(|c| &solid.corners[*c]).collect();
-    // What was computed is what was asked for, or nothing is.
+    // The result is checked against the given planes.
     for corner in &corners {
-        // A column may be so thin that the cube's face has no corners left.
+        // In a thin column the cube's face may have lost all its corners.
         if corner.planes.iter().any(|plane| *plane >= given.len()) {
             return Err(HullError::Unbounded);
         }
         let limit = 16.0 * f64::EPSILON * MAX_SPREAD * (1.0 + corner.at.abs().max_element());
         if corner.error > limit {
-            return Err(HullError::ExactSign);
+            return Err(HullError::Sharp);
         }
         let over = |h: &HalfSpace| h.normal.dot(corner.at) - h.offset;
         let tolerance = 16.0 * corner.tolerance();
@@ -97,7 +95,7 @@ pub fn of_planes(given: &[HalfSpace]) -> Result<Hull, HullError> {
 }
 
 fn unit(plane: &HalfSpace) -> Option<HalfSpace> {
-    // Scaled before it is squared: normals may have any length.
+    // Scaled before it is squared, because normals may have any length.
     let scale = plane.normal.abs().max_element();
     if !(scale > 0.0 && scale.is_finite() && plane.normal.is_finite()) {
         return None;
@@ -111,7 +109,7 @@ fn unit(plane: &HalfSpace) -> Option<HalfSpace> {
     })
 }
 
-/// The first solid; its planes follow the given ones.
+/// Makes the first cube; its planes follow the given ones.
 fn cube(mut planes: Vec<HalfSpace>) -> Solid {
     let first = planes.len();
     for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
@@ -238,7 +236,7 @@ fn cut(solid: &mut Solid, plane: usize) -> Result<(), HullError> {
                 _ => {}
             }
         }
-        // The cut edge, which the new face goes the other way.
+        // The new face has the cut edge in the opposite direction.
         if let (Some(from), Some(to)) = (leaves, returns)
             && from != to
             && rim.insert(to, from).is_some()
@@ -266,7 +264,7 @@ fn edges(corners: &[usize]) -> impl Iterator<Item = (usize, usize)> + '_ {
     (0..n).map(move |i| (corners[i], corners[(i + 1) % n]))
 }
 
-/// Where three planes meet, by Cramer's rule.
+/// Computes the point where three planes meet, by Cramer's rule (P7, docs/numerics/planes.md).
 fn meet(planes: &[HalfSpace], through: [usize; 3]) -> Result<Corner, HullError> {
     let [a, b, c] = through.map(|p| planes[p]);
     let (bc, ca, ab) = (
@@ -276,7 +274,8 @@ fn meet(planes: &[HalfSpace], through: [usize; 3]) -> Result<Corner, HullError> 
     );
     let determinant = DMat3::from_cols(a.normal, b.normal, c.normal).determinant();
     let at = (bc * a.offset + ca * b.offset + ab * c.offset) / determinant;
-    // Normals and offsets are rounded to begin with, and so is all of the above.
+    // Normals and offsets are rounded, and so is every operation above (P7,
+    // docs/numerics/planes.md).
     let spread = spread([a.normal, b.normal, c.normal]);
     let error = 16.0 * f64::EPSILON * spread * (1.0 + at.abs().max_element());
     if at.is_finite() && error.is_finite() {
@@ -286,7 +285,7 @@ fn meet(planes: &[HalfSpace], through: [usize; 3]) -> Result<Corner, HullError> 
     Err(HullError::Unsettled)
 }
 
-/// One more plane passes through the corner: perhaps it places it better.
+/// Recomputes a corner with one more plane through it, if that has a smaller error bound.
 fn refine(planes: &[HalfSpace], corner: &mut Corner, plane: usize) {
     let known = corner.planes.clone();
     for (i, a) in known.iter().enumerate() {

@@ -1,10 +1,8 @@
-//! Quickhull: a tetrahedron grows by the farthest outside point until none is
-//! left.
+//! Quickhull: a tetrahedron grows by the farthest outside point until none is left.
 //!
-//! Where several points are equally far, the one farthest from the middle is
-//! taken: it is a corner for certain, so three points on a line never become a
-//! triangle. Whatever rounding does to the triangles, each plane is pushed out
-//! until all points are inside.
+//! Among equally far points the one farthest from the middle is taken: it certainly is a corner,
+//! so three points on a line never become a triangle. Each plane is finally moved outward until
+//! all points are inside, which makes up for rounding.
 
 use super::{FLATNESS, Hull, HullError, MAX_POINTS, MAX_SPREAD, TOLERANCE, spread};
 use crate::geom::HalfSpace;
@@ -14,7 +12,7 @@ use std::collections::HashMap;
 
 struct Face {
     corners: [usize; 3],
-    /// Across the edge from corner k to corner k + 1.
+    /// The face across the edge from corner k to corner k + 1.
     across: [usize; 3],
     normal: DVec3,
     area: f64,
@@ -30,7 +28,7 @@ impl Face {
         Face {
             corners,
             across: [usize::MAX; 3],
-            // A face without area sees nothing.
+            // A face without area has no outside points.
             normal: if area > 0.0 {
                 cross / area
             } else {
@@ -47,7 +45,7 @@ impl Face {
     }
 }
 
-/// The hull of at least four points that do not lie in one plane.
+/// Computes the hull of at least four points that do not lie in one plane.
 pub fn of_points(given: &[DVec3]) -> Result<Hull, HullError> {
     if given.len() < 4 {
         return Err(HullError::TooFew(given.len()));
@@ -62,7 +60,7 @@ pub fn of_points(given: &[DVec3]) -> Result<Hull, HullError> {
     if let Some(i) = given.iter().position(|p| !p.is_finite()) {
         return Err(HullError::BadPoint(i));
     }
-    // About the middle and at unit size.
+    // Relative to the middle and at unit size.
     let bounds = Aabb::of_points(given.iter().copied());
     let middle = bounds.center();
     let half = given.iter().map(|p| (*p - middle).abs().max_element());
@@ -86,8 +84,8 @@ pub fn of_points(given: &[DVec3]) -> Result<Hull, HullError> {
     finish(given, &points, &faces, size)
 }
 
-/// Of the candidates farthest by `distance` (equal within the tolerance), the
-/// one farthest from the middle.
+/// Returns, among the candidates that are farthest by `distance` within the tolerance, the one
+/// farthest from the middle.
 fn farthest(points: &[DVec3], among: &[usize], distance: impl Fn(usize) -> f64) -> usize {
     let most = among.iter().map(|p| distance(*p)).fold(0.0, f64::max);
     let near = among
@@ -150,7 +148,7 @@ fn grow(
     eye: usize,
     waiting: &mut Vec<usize>,
 ) -> Result<(), HullError> {
-    // 1. Everything visible, from face to face.
+    // 1. Find all visible faces, from neighbour to neighbour.
     let mut open = vec![start];
     let mut orphans = Vec::new();
     let mut horizon = Vec::new();
@@ -171,10 +169,10 @@ fn grow(
             }
         }
     }
-    // 2. An edge towards a face that was found visible later is none.
+    // 2. Drop horizon edges towards faces that were found visible later.
     horizon.retain(|(_, _, next)| !faces[*next].dead);
 
-    // 3. One face per edge of the horizon, which must be one closed loop.
+    // 3. Make one face per edge of the horizon, which must be one closed loop.
     let first = faces.len();
     let mut starting = HashMap::with_capacity(horizon.len());
     for (i, (a, b, _)) in horizon.iter().enumerate() {
@@ -204,7 +202,7 @@ fn finish(given: &[DVec3], points: &[DVec3], faces: &[Face], size: f64) -> Resul
     let mut normals = vec![DVec3::ZERO; count];
     let mut groups_at: HashMap<usize, Vec<usize>> = HashMap::new();
     for (face, group) in faces.iter().zip(&group_of) {
-        // Weighted by area: slivers have no say.
+        // Weighted by area, so that slivers count little.
         normals[*group] += face.normal * face.area;
         for corner in face.corners {
             let at = groups_at.entry(corner).or_default();
@@ -221,9 +219,10 @@ fn finish(given: &[DVec3], points: &[DVec3], faces: &[Face], size: f64) -> Resul
     };
     for normal in normals {
         let normal = normal.try_normalize().ok_or(HullError::Unsettled)?;
+        // The plane is moved outward to the farthest corner.
         let reach = corners.iter().map(|c| normal.dot(given[*c]));
         let offset = reach.fold(f64::NEG_INFINITY, f64::max);
-        // A face that a corner sticks out of is not the hull's.
+        // The hull must not be flat along the normal.
         let inner = corners.iter().map(|c| normal.dot(points[*c]));
         let (low, high) = inner.fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
         if !(offset.is_finite() && high - low > FLATNESS && size > 0.0) {
@@ -235,7 +234,7 @@ fn finish(given: &[DVec3], points: &[DVec3], faces: &[Face], size: f64) -> Resul
     for corner in &corners {
         let around = groups_at[corner].iter().map(|g| hull.planes[*g].normal);
         if steepest(&around.collect::<Vec<_>>()) > MAX_SPREAD {
-            return Err(HullError::ExactSign);
+            return Err(HullError::Sharp);
         }
     }
     hull.points = corners.iter().map(|c| given[*c]).collect();
@@ -245,8 +244,8 @@ fn finish(given: &[DVec3], points: &[DVec3], faces: &[Face], size: f64) -> Resul
     Ok(hull)
 }
 
-/// The spread of three planes through a corner that differ much: nearly the
-/// least of all threes, without trying them all.
+/// Returns the spread of three planes through a corner that differ much: nearly the least over all
+/// triples, without trying all of them.
 fn steepest(normals: &[DVec3]) -> f64 {
     let most = |by: &dyn Fn(DVec3) -> f64| {
         let normals = normals.iter().copied();
@@ -260,8 +259,8 @@ fn steepest(normals: &[DVec3]) -> f64 {
     spread([a, b, c])
 }
 
-/// The number of the flat face that each triangle belongs to. Grown from the
-/// largest triangle outward, so that slivers join their large neighbours.
+/// Returns the number of the flat face that each triangle belongs to. Faces grow from the largest
+/// triangle outward, so that slivers join their large neighbours.
 fn groups(points: &[DVec3], faces: &[Face]) -> Result<Vec<usize>, HullError> {
     let mut by_area: Vec<usize> = (0..faces.len()).collect();
     by_area.sort_by(|a, b| faces[*b].area.total_cmp(&faces[*a].area));

@@ -1,5 +1,5 @@
-//! Checks of polynomial surfaces and level sets: their numbers, their sizes, and that they
-//! have a surface.
+//! Checks that polynomial surfaces and level sets have finite numbers, allowed sizes and a
+//! surface.
 
 use crate::geom::primitive::{Flaw, finite, finite3, require};
 use crate::geom::tape::{Arithmetic, MAX_DEGREE, MAX_SLOTS, MAX_STEPS, Step, Tape};
@@ -7,8 +7,8 @@ use crate::geom::{Clip, Implicit, LevelSet, formula};
 use crate::math::int::decoded;
 use crate::roots::Solver;
 
-/// The most bits of exact values; numbers of ordinary size to the 24th power have a tenth
-/// of it.
+/// The most bits of exact values; numbers of ordinary size to the 24th power have a tenth of
+/// these.
 const MAX_BITS: u64 = 1 << 15;
 
 pub(in crate::geom) fn implicit(row: &Implicit, solver: Solver) -> Result<(), Flaw> {
@@ -57,7 +57,7 @@ pub(in crate::geom) fn implicit(row: &Implicit, solver: Solver) -> Result<(), Fl
     clip(row.clip)
 }
 
-/// Its numbers, its steps, and that it is known where its zeros are.
+/// Checks a level set's numbers and steps, and that the place of its zeros is known.
 pub(in crate::geom) fn level_set(row: &LevelSet) -> Result<(), Flaw> {
     let steps = row.formula.steps();
     let constant = |step: &formula::Step| match step {

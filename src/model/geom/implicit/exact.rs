@@ -1,17 +1,17 @@
-//! Where a line meets a polynomial surface.
+//! Exact meetings of a line and a polynomial surface (D17, docs/numerics/exact.md).
 
-use crate::geom::exact::along::tape_along;
+use crate::geom::exact::restriction::restrict_tape;
 use crate::geom::exact::root::{Branch, Root};
 use crate::geom::exact::surface::Surface;
 use crate::geom::exact::{Line, solid};
-use crate::geom::guarded::implicit::{Crossing, crossings};
-use crate::geom::{Clip, Implicit, Tape};
+use crate::geom::guarded::implicit::{PolynomialScratch, crossings};
+use crate::geom::{Implicit, Tape};
 use crate::math::bounds::ErrorBounded;
 use crate::roots::real_roots;
 use num_bigint::{BigInt, Sign};
 use std::cmp::Ordering;
 
-/// A root, and the signs of f just before it and behind it.
+/// A root, and the signs of f just before and just behind it.
 #[derive(Clone, Copy, Debug)]
 pub struct Meeting<'a> {
     pub root: Root<'a>,
@@ -19,10 +19,10 @@ pub struct Meeting<'a> {
     pub after: Ordering,
 }
 
-/// Calls `visit` at all distinct roots along a line, in order; and returns the sign of f
-/// far before the first. Of a line in the surface: none, and zero.
+/// Calls `visit` at all distinct roots along a line, in order, and returns the sign of f far
+/// before the first. A line in the surface has no roots and the sign zero.
 pub fn meetings<'a>(tape: &'a Tape, line: &Line, mut visit: impl FnMut(Meeting<'a>)) -> Ordering {
-    let c = tape_along(tape, line);
+    let c = restrict_tape(tape, line);
     let Some(degree) = c.iter().rposition(|c| c.sign() != Sign::NoSign) else {
         return Ordering::Equal;
     };
@@ -31,8 +31,8 @@ pub fn meetings<'a>(tape: &'a Tape, line: &Line, mut visit: impl FnMut(Meeting<'
         _ => Ordering::Less,
     };
     let first = sign;
-    // Coefficients so long that roots would take seconds do not come from f64 numbers
-    // of like size; such a line meets nothing.
+    // Coefficients so long that isolating roots would take seconds do not come from f64 numbers of
+    // like size; such a line meets nothing.
     let Some(roots) = real_roots(&c) else {
         return first;
     };
@@ -51,20 +51,20 @@ pub fn meetings<'a>(tape: &'a Tape, line: &Line, mut visit: impl FnMut(Meeting<'
     first
 }
 
-/// The same between two t, beyond which nothing matters, by f64 where that knows: then
-/// the sign is that at the first t, which f is not zero at.
+/// Does the same for roots between two t, outside of which roots do not matter, in f64 where that
+/// is certain: then the sign is that at the first t, where f is not zero.
 pub fn meetings_between<'a>(
     tape: &'a Tape,
     line: &Line,
     between: [f64; 2],
-    found: &mut Vec<Crossing>,
+    scratch: &mut PolynomialScratch,
     mut visit: impl FnMut(Meeting<'a>),
 ) -> Ordering {
-    let Some(first) = crossings(tape, (line.org, line.dir), between, found) else {
+    let Some(first) = crossings(tape, (line.org, line.dir), between, scratch) else {
         return meetings(tape, line, visit);
     };
     let mut sign = first;
-    for at in found {
+    for at in &scratch.crossings {
         let before = sign;
         sign = sign.reverse();
         let error = (at.t - at.from).max(at.to - at.t).next_up();
@@ -78,20 +78,20 @@ pub fn meetings_between<'a>(
     first
 }
 
-/// Of f at a point of finite coordinates.
+/// Returns the exact sign of f at a point of finite coordinates.
 pub fn sign_at(tape: &Tape, p: [f64; 3]) -> Ordering {
     let line = Line {
         org: p,
         dir: [0.0; 3],
     };
-    match tape_along(tape, &line).first().map(BigInt::sign) {
+    match restrict_tape(tape, &line).first().map(BigInt::sign) {
         Some(Sign::Plus) => Ordering::Greater,
         Some(Sign::Minus) => Ordering::Less,
         _ => Ordering::Equal,
     }
 }
 
-/// A root that `t` is the nearest f64 to.
+/// Returns the bounds of a root whose nearest f64 is `t`.
 fn known(t: f64) -> ErrorBounded {
     let error = match t.abs() {
         f64::MAX => f64::INFINITY,
@@ -100,25 +100,21 @@ fn known(t: f64) -> ErrorBounded {
     ErrorBounded { value: t, error }
 }
 
-/// The first beyond t_min. A solid is met where a line is outside before or behind a
-/// point of it; a surface in each of its points, in the clip.
+/// Returns the first meeting beyond t_min. A solid is met at a root if the line is outside just
+/// before or just behind it; a surface is met at each root in the clip.
 pub(in crate::geom) fn first_beyond<'a>(
     row: &Implicit<'a>,
     line: &Line,
     t_min: f64,
+    scratch: &mut PolynomialScratch,
 ) -> Option<Root<'a>> {
-    let ends = match row.clip {
-        None => Some([None, None]),
-        Some(Clip::Sphere(sphere)) => solid::sphere(line, &sphere),
-        Some(Clip::Cuboid(cuboid)) => solid::cuboid(line, &cuboid),
-    };
-    let [enter, exit] = ends?;
+    let [enter, exit] = solid::clip(line, row.clip)?;
     let between = match row.bounds {
         Some(bounds) => line.part_in(&bounds, 1.0)?,
         None => [f64::NEG_INFINITY, f64::INFINITY],
     };
     let mut first = None;
-    meetings_between(row.tape, line, between, &mut Vec::new(), |meeting| {
+    meetings_between(row.tape, line, between, scratch, |meeting| {
         let Meeting {
             root,
             before,

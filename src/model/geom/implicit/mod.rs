@@ -7,27 +7,27 @@ mod table;
 
 pub use table::Implicits;
 
+use super::guarded::{Ends, ObjectRay, cuboid, sphere};
 use super::tape::{Arithmetic, Step, Tape};
 use super::{Cuboid, Dense, Sphere};
 use crate::math::lanes::Lanes;
 use crate::math::{Aabb, Vec3, is_power_of_two};
 use glam::DVec3;
 
-/// The solid f(x, y, z) ≤ 0; or, where it is open or clipped, the surface f = 0 alone,
-/// and of that what lies in the clip.
+/// The solid f(x, y, z) ≤ 0; or, if it is open, the surface f = 0, or the part of it in the clip.
 #[derive(Clone, Copy, Debug)]
 pub struct Implicit<'a> {
     pub tape: &'a Tape,
-    /// The same multiplied out, where that pays.
+    /// The tape expanded into monomials, where that pays.
     pub dense: Option<&'a Dense>,
     pub open: bool,
-    /// Only of open ones.
+    /// The clip, which only open surfaces have.
     pub clip: Option<Clip>,
-    /// Of the surface, clipped; `None` where none are known.
+    /// The box of the clipped surface; `None` if none is known.
     pub bounds: Option<Aabb>,
 }
 
-/// What an open surface is seen in; closed.
+/// The closed region to which a surface is cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Clip {
     Sphere(Sphere),
@@ -56,28 +56,40 @@ impl Implicit<'_> {
         let mut constants = self.tape.steps().iter().filter_map(Step::constant);
         clip && constants.all(f64::is_finite)
     }
+
+    /// Returns the ends of rays in the surface's clip or, without a clip, in its bounds;
+    /// `None` if it has neither.
+    #[inline(always)]
+    pub(super) fn region_ends<L: Lanes>(&self, object: &ObjectRay<L>) -> Option<Ends<L>> {
+        match (self.clip, self.bounds) {
+            (Some(Clip::Sphere(ball)), _) => Some(sphere::sphere_ends(&ball, object)),
+            (Some(Clip::Cuboid(row)), _) => Some(cuboid::ends(&row, object)),
+            (None, Some(Aabb { min, max })) => Some(cuboid::ends(&Cuboid { min, max }, object)),
+            (None, None) => None,
+        }
+    }
 }
 
-/// Of f, in f64.
+/// Returns the gradient of f in f64.
 pub fn gradient_at(tape: &Tape, p: DVec3) -> DVec3 {
     let (_, gradient) = values_at(tape, Vec3::<f64>::from(p));
     gradient.into()
 }
 
-/// What f may be off by in arithmetic that rounds to `unit`, of numbers with f64's range,
-/// where no coordinate is larger than `reach` and each may be off by `off`: a running
-/// bound, as of Higham's book, of all that is lost on the way.
+/// Bounds the error of f in arithmetic with the roundoff `unit` and f64's range, if no coordinate
+/// is larger than `reach` and each is off by at most `off`: running error analysis (Higham,
+/// Accuracy and Stability of Numerical Algorithms).
 #[inline(always)]
 pub fn error_in<D: Lanes<Scalar = f64>>(tape: &Tape, reach: Vec3<D>, off: Vec3<D>, unit: f64) -> D {
     let least = D::splat(f64::MIN_POSITIVE);
-    // Nor is a coordinate better known than that.
+    // No coordinate is known better than to the least normal number.
     let off = off + Vec3::new(least, least, least);
     let unit = D::splat(1.01 * unit);
     tape.evaluate_plain(&Errors { reach, off, unit }).1
 }
 
-/// Magnitudes, and what values of no more than these may be off by. A hundredth covers
-/// the roundings of this.
+/// Arithmetic of magnitudes with error bounds. A hundredth added to the roundoff covers the
+/// roundings of the bounds.
 struct Errors<D> {
     reach: Vec3<D>,
     off: Vec3<D>,
@@ -112,7 +124,7 @@ impl<D: Lanes<Scalar = f64>> Arithmetic for Errors<D> {
     fn product(&self, a: &(D, D), b: &(D, D)) -> (D, D) {
         let size = a.0 * b.0;
         let carried = a.0 * b.1 + a.1 * (b.0 + b.1);
-        // What falls below the range is lost whole, and may be multiplied again.
+        // An underflow loses the product, and the loss may be multiplied again.
         let lost = size * self.unit + D::splat(f64::MIN_POSITIVE);
         (size, carried + lost)
     }
@@ -130,7 +142,8 @@ impl<D: Lanes<Scalar = f64>> Arithmetic for Errors<D> {
     }
 }
 
-/// The same steps of magnitudes: constants without signs, differences as sums.
+/// Evaluates S, the tape of magnitudes: constants without signs, differences as sums (F1,
+/// docs/numerics/polynomials.md).
 #[inline(always)]
 pub fn magnitude_at<D: Lanes<Scalar = f64>>(tape: &Tape, size: Vec3<D>) -> D {
     tape.evaluate_plain(&Magnitudes(size))
@@ -167,13 +180,13 @@ impl<D: Lanes<Scalar = f64>> Arithmetic for Magnitudes<D> {
     }
 }
 
-/// f and its gradient, at points.
+/// Evaluates f and its gradient at points.
 #[inline(always)]
 pub fn values_at<D: Lanes<Scalar = f64>>(tape: &Tape, p: Vec3<D>) -> (D, Vec3<D>) {
-    tape.evaluate_plain(&Dual(p))
+    tape.evaluate_plain(&Gradients(p))
 }
 
-/// The same of a surface, by what is quickest.
+/// Evaluates f and its gradient by the faster of tape and expansion.
 #[inline(always)]
 pub fn values_of<D: Lanes<Scalar = f64>>(row: &Implicit, p: Vec3<D>) -> (D, Vec3<D>) {
     match row.dense {
@@ -182,10 +195,10 @@ pub fn values_of<D: Lanes<Scalar = f64>>(row: &Implicit, p: Vec3<D>) -> (D, Vec3
     }
 }
 
-/// Values with gradients.
-struct Dual<D>(Vec3<D>);
+/// Arithmetic of values with gradients.
+struct Gradients<D>(Vec3<D>);
 
-impl<D: Lanes<Scalar = f64>> Arithmetic for Dual<D> {
+impl<D: Lanes<Scalar = f64>> Arithmetic for Gradients<D> {
     type Value = (D, Vec3<D>);
 
     #[inline(always)]

@@ -9,7 +9,7 @@ use crate::geom::implicit_bounds::bounds_of;
 use crate::geom::kinds::ImplicitId;
 use crate::geom::primitive::{Blur, Boundaries, Exact, Flaw, OPEN, Primitive};
 use crate::geom::ray::Meet;
-use crate::geom::{Clip, Dense, Tape};
+use crate::geom::{Clip, Dense, Scratch, Tape};
 use crate::math::Aabb;
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
@@ -56,7 +56,7 @@ impl Implicits {
         self.latest.insert(key, id.0);
         let dense = match same {
             Some(row) if self.bounds[row] == bounds => self.dense[row].clone(),
-            _ => Dense::of(&tape, bounds).map(Box::new),
+            _ => Dense::expand(&tape, bounds).map(Box::new),
         };
         self.dense.push(dense);
         self.tape.push(tape);
@@ -148,8 +148,9 @@ impl Primitive for Implicits {
         id: ImplicitId,
         object: &ObjectRay<L>,
         active: L::Mask,
+        scratch: &mut Scratch,
     ) -> Meet<L> {
-        meet_certainly(&self.row(id), self.solver(id), object, active)
+        meet_certainly(&self.row(id), self.solver(id), (object, active), scratch)
     }
 
     #[inline(always)]
@@ -159,8 +160,9 @@ impl Primitive for Implicits {
         _extent: f32,
         object: &ObjectRay<L>,
         active: L::Mask,
+        scratch: &mut Scratch,
     ) -> Meet<L> {
-        guarded::meet(&self.row(id), object, active)
+        guarded::meet(&self.row(id), object, active, &mut scratch.polynomial)
     }
 
     #[inline(always)]
@@ -176,7 +178,8 @@ impl Primitive for Implicits {
         Vec3::select(known, normals, Vec3::splat(DVec3::Y.to_array()))
     }
 
-    /// What f may be off by, in roundings: coordinates are rounded, too.
+    /// Returns the error of f at rounded points in roundings, over its slope (F17,
+    /// docs/numerics/polynomials.md).
     #[inline(always)]
     fn blur<D: Lanes<Scalar = f64>>(&self, id: ImplicitId, at: Vec3<D>, slope: Option<D>) -> D {
         let row = self.row(id);
@@ -192,19 +195,19 @@ impl<'a> Exact<'a> for Implicit<'a> {
     }
 
     #[inline(always)]
-    fn first_beyond(&self, line: &Line, t_min: f64) -> Option<Root<'a>> {
-        super::exact::first_beyond(self, line, t_min)
+    fn first_beyond(&self, line: &Line, t_min: f64, scratch: &mut Scratch) -> Option<Root<'a>> {
+        super::exact::first_beyond(self, line, t_min, &mut scratch.polynomial)
     }
 }
 
-/// Without doubt: by the solver that a row names, or else what f64 leaves open is decided
-/// exactly.
+/// Meets the surface with no lane left undecided: by the solver that the row names, or by the
+/// guarded kernel, whose undecided lanes are decided exactly.
 #[inline(never)]
 fn meet_certainly<L: Lanes>(
     row: &Implicit,
     solver: Solver,
-    object: &ObjectRay<L>,
-    active: L::Mask,
+    (object, active): (&ObjectRay<L>, L::Mask),
+    scratch: &mut Scratch,
 ) -> Meet<L> {
     if solver != Solver::Auto {
         let mut t = L::zero();
@@ -217,10 +220,10 @@ fn meet_certainly<L: Lanes>(
         });
         return Meet::certain(hit, t);
     }
-    let meet = guarded::meet(row, object, active);
+    let meet = guarded::meet(row, object, active, &mut scratch.polynomial);
     let mut t = meet.t;
     let decided = object.each_lane(meet.unsure, |lane, (org, dir), t_min| {
-        let root = first_beyond_of(row, &Line { org, dir }, t_min);
+        let root = first_beyond_of(row, &Line { org, dir }, t_min, scratch);
         if let Some(root) = &root {
             t = t.with_lane(lane, L::Scalar::from_f64(root.t.value));
         }
@@ -229,7 +232,7 @@ fn meet_certainly<L: Lanes>(
     Meet::certain(meet.hit | decided, t)
 }
 
-/// Whether f is above zero everywhere outside of a box that holds all its zeros.
+/// Says whether f is above zero everywhere outside a box that holds all its zeros.
 fn is_outside_beyond(tape: &Tape, bounds: &Aabb) -> bool {
     let beyond = bounds.max + bounds.extent() + bounds.max.abs();
     let beyond = beyond.max(DVec3::splat(f64::MIN_POSITIVE));

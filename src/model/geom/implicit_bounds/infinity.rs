@@ -1,22 +1,20 @@
-//! Certifying that a polynomial has no zeros far out.
+//! Certifies that a polynomial has no zeros far from the origin.
 //!
-//! Some of the axes are graded. Points whose largest graded coordinate is s ≥ 1/P in
-//! magnitude are x = u / p with p = 1/s in (0, P]: one u is ±1, the other graded ones
-//! are in [−1, 1], the axes that are not graded keep their own coordinates. On each of
-//! these faces cells in (u, p) are bisected until none can hold a zero: by the form in
-//! u and p, whose leading terms decide near p = 0, or by the plain polynomial over the
-//! half-lines that the cell stands for, which serves where leading terms vanish in some
-//! direction and the others have one sign.
+//! Some of the axes are graded. A point whose largest graded coordinate is s ≥ 1/P in magnitude is
+//! x = u / p with p = 1/s in (0, P]: one u is ±1, the other graded ones lie in [−1, 1], and
+//! ungraded axes keep their coordinates. On each of these faces, cells in (u, p) are bisected
+//! until none can hold a zero. A cell is excluded by the form in u and p, whose leading terms
+//! decide near p = 0; or by the plain polynomial over the half-lines that the cell stands for,
+//! which decides where leading terms vanish in some direction and the other terms have one sign.
 //!
-//! All axes graded is the projective closure. Where that touches infinity, as for
-//! x² + z² = y³ (1 − y)³, one axis after the other is tried, over all the others', then
-//! pairs.
+//! With all axes graded this is the projective closure. If the closure touches infinity, as that
+//! of x² + z² = y³ (1 − y)³ does, single axes are graded one after the other, and then pairs.
 
 use super::values::Forms;
 use super::work::Work;
 use crate::math::Interval;
 
-/// Sets of graded axes, in the order of trial.
+/// The sets of graded axes, in the order in which they are tried.
 const SETS: [[bool; 3]; 7] = [
     [true, true, true],
     [true, false, false],
@@ -26,14 +24,14 @@ const SETS: [[bool; 3]; 7] = [
     [true, false, true],
     [false, true, true],
 ];
-/// 1/P is a power of two with an exponent of at most this: cubes are within the format.
+/// The largest exponent of 1/P, a power of two whose cube is within f64's range.
 const EXPONENTS: i32 = 320;
-/// Cells are not bisected below this part of a face.
+/// The size relative to a face below which cells are not bisected.
 const SMALLEST: f64 = 1.0 / 128.0;
-/// Evaluations for one P; most need a hundred.
+/// The most evaluations for one P; a hundred are usual.
 const EVALUATIONS: u64 = 6000;
 
-/// A box around all zeros, if there certainly is one.
+/// Returns a box around all zeros, if one is certified.
 pub(super) fn finite_region(work: &mut Work) -> Option<[Interval; 3]> {
     let mut region = [Interval::LINE; 3];
     for round in 0..3 {
@@ -61,8 +59,8 @@ pub(super) fn finite_region(work: &mut Work) -> Option<[Interval; 3]> {
     None
 }
 
-/// Some s, a power of two and the least that is easily found, so that no zero in the
-/// region has a graded coordinate of s or more.
+/// Returns a power of two s such that no zero in the region has a graded coordinate of s or more;
+/// the least that the search finds.
 fn reach(work: &mut Work, set: &[bool; 3], region: &[Interval; 3]) -> Option<f64> {
     let mut is_clear = |exponent: i32| {
         let mut part = work.part_of_evaluations(EVALUATIONS);
@@ -85,14 +83,14 @@ fn reach(work: &mut Work, set: &[bool; 3], region: &[Interval; 3]) -> Option<f64
     Some(f64::powi(2.0, high))
 }
 
-/// Part of a face.
+/// A cell of a face.
 #[derive(Clone, Copy)]
 struct Cell {
     coordinates: [Interval; 3],
     p: Interval,
 }
 
-/// Whether certainly no zero in the region has a graded coordinate of 1/`most` or more.
+/// Says whether certainly no zero in the region has a graded coordinate of 1/`most` or more.
 fn is_clear(work: &mut Work, set: &[bool; 3], region: &[Interval; 3], most: f64) -> bool {
     let mut todo: Vec<Cell> = Vec::new();
     for axis in (0..3).filter(|k| set[*k]) {
@@ -137,9 +135,9 @@ fn cell_is_clear(work: &mut Work, set: &[bool; 3], cell: &Cell) -> bool {
     work.values(&own).excludes_zero()
 }
 
-/// Where it is widest, in parts of the face; `None` where it is small already.
+/// Bisects a cell where it is widest relative to the face; `None` if it is small already.
 fn halves(cell: &Cell, set: &[bool; 3], region: &[Interval; 3], most: f64) -> Option<[Cell; 2]> {
-    // Of a coordinate without end, in [−1, 1] by x / (1/P + |x|).
+    // x / (1/P + |x|) takes an unbounded coordinate into [−1, 1].
     let bent = |x: f64| {
         if x.is_finite() {
             x * most / (1.0 + x.abs() * most)
@@ -183,6 +181,6 @@ fn halves(cell: &Cell, set: &[bool; 3], region: &[Interval; 3], most: f64) -> Op
     };
     at(&mut below, Interval::new(whole.low, middle));
     at(&mut above, Interval::new(middle, whole.high));
-    // The half nearer to infinity first: most failures are there.
+    // The half nearer to infinity comes first, because most failures are there.
     Some([above, below])
 }

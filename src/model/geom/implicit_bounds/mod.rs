@@ -1,11 +1,10 @@
 //! Certified bounds of polynomial surfaces.
 //!
-//! First a box of any size is found outside of which the polynomial certainly has no
-//! zero (`infinity`), or the clip's is taken; then its faces are moved in (`shrink`).
-//! Everything is decided by intervals that are rounded outward ([`Interval`]), so a box
-//! is right whatever it cost, and the budget only makes it wider; all parts of a
-//! search are counted in evaluated steps of the tape, never in time. All sizes are
-//! relative: a polynomial whose steps scale by powers of two has a box that does.
+//! The search begins with a box of any size outside of which the polynomial certainly has no zero
+//! (`infinity`), or with the clip's box, and moves its faces inward (`shrink`). Every decision is
+//! made by intervals that are rounded outward ([`Interval`]), so a box is correct whatever it
+//! cost; a small budget only makes it wider. Budgets count evaluated steps of the tape, never
+//! time. All sizes are relative: if a polynomial's steps scale by powers of two, so does its box.
 
 mod infinity;
 mod shrink;
@@ -21,18 +20,17 @@ use crate::math::Interval;
 use glam::DVec3;
 use work::Work;
 
-/// Steps of a tape that one search may evaluate, in intervals: about a tenth of a second.
+/// The most steps of a tape that one search evaluates in intervals: about a tenth of a second.
 const STEPS: u64 = 30_000_000;
-/// Evaluations that showing a surface within its clip may take.
+/// The most evaluations for certifying that a surface lies within its clip.
 const CLIP_EVALUATIONS: u64 = 100_000;
-/// Parts of the bounds below which cells are not bisected for a clip.
+/// The size relative to the bounds below which cells are not bisected for a clip.
 const CLIP_SMALLEST: f64 = 1.0 / 1024.0;
 
-/// A box around all of f = 0, or of what of it is in the clip. `None` where the surface
-/// has no bounds, where none are found within the budget, and where the format
-/// overflows. They are within about one part in a hundred where the surface is
-/// not too singular. A surface without points has a box that is one point: the
-/// origin, or the middle of the clip.
+/// Returns a box around f = 0, or around the part of it in the clip. `None` if the surface is
+/// unbounded, if no box is found within the budget, or if numbers overflow. The box is tight to
+/// about one part in a hundred unless the surface is very singular. A surface without points has a
+/// box of one point: the origin, or the middle of the clip.
 pub fn bounds_of(tape: &Tape, clip: Option<&Clip>) -> Option<Aabb> {
     let mut work = Work::new(tape, STEPS);
     let region = match clip {
@@ -50,8 +48,8 @@ pub fn bounds_of(tape: &Tape, clip: Option<&Clip>) -> Option<Aabb> {
     })
 }
 
-/// Whether what of f = 0 is in `bounds` certainly is in the clip. A surface whose bounds
-/// *without* its clip pass needs no clip.
+/// Says whether the part of f = 0 in `bounds` certainly lies in the clip. A surface whose bounds
+/// *without* its clip pass this test needs no clip.
 pub fn is_within(tape: &Tape, bounds: &Aabb, clip: &Clip) -> bool {
     let mut work = Work::of_evaluations(tape, CLIP_EVALUATIONS);
     let whole: [Interval; 3] = std::array::from_fn(|k| Interval::new(bounds.min[k], bounds.max[k]));
@@ -61,7 +59,7 @@ pub fn is_within(tape: &Tape, bounds: &Aabb, clip: &Clip) -> bool {
             continue;
         }
         let slopes = shrink::slopes_unless_clear(&mut work, None, &mut region, |_, _| ());
-        // It may have become narrower.
+        // The region may have become narrower.
         if slopes.is_none() || shrink::is_inside(clip, &region) {
             continue;
         }

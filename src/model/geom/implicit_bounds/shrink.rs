@@ -1,14 +1,14 @@
-//! Shrinking a box to the zeros in it.
+//! Shrinks a box to the zeros in it.
 //!
-//! One face after the other is moved in. Cells of the box are kept in a heap by how far
-//! they reach towards the face; the farthest is bisected where the polynomial varies most,
-//! and parts that certainly hold no zero are dropped: by the values over the part, or by
-//! the mean value form (Moore, Interval Analysis, 1966), f(c) + f'(X)·(X − c), whose
-//! excess shrinks with the square of the part. The face moves to the farthest cell that
-//! is left once that is small, or once a change of sign shows a zero not far below it.
-//! Parts are also narrowed by the same form, axis by axis.
-//! The first rounds are coarse, and each begins with the box of the last one, so cells
-//! take on its shape and a surface far off in a great box is found in few steps.
+//! One face after the other is moved inward. A heap orders cells of the box by how far they reach
+//! towards the face; the farthest is bisected where the polynomial varies most. Halves that
+//! certainly hold no zero are discarded, by the range of values over the half or by the mean value
+//! form (Moore, Interval Analysis, 1966) f(c) + f'(X)·(X − c), whose excess shrinks with the
+//! square of the width. The same form narrows cells, axis by axis. The face moves to the farthest
+//! remaining cell once that is small, or once a change of sign shows a zero not far below it.
+//!
+//! The first rounds are coarse. Each begins with the box of the round before, so cells take on its
+//! shape, and a small surface in a large box is found in few steps.
 
 use super::work::Work;
 use crate::geom::{Clip, Sphere};
@@ -16,19 +16,21 @@ use crate::math::Interval;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// Rounds until the box no longer shrinks; each makes it smaller by a quarter at least.
+/// The most rounds until the box no longer shrinks; each takes off a quarter at least.
 const ROUNDS: usize = 400;
-/// Parts of the box's extent to which a face is found: in rounds, and in the last one.
+/// The precision of a face relative to the box's extent: in the coarse rounds, and in the last
+/// one.
 const COARSE: f64 = 1.0 / 8.0;
 const FINE: f64 = 1.0 / 512.0;
-/// Parts of what a face is found to, on every axis, at which a cell is left as it is.
+/// The size of a cell on every axis, relative to the precision of a face, at which it is not
+/// bisected.
 const FLOOR: f64 = 1.0 / 4.0;
-/// Evaluations for one face of a coarse round.
+/// The most evaluations for one face in a coarse round.
 const COARSE_EVALUATIONS: u64 = 6000;
-/// Parts of the largest coordinate below which nothing is resolved.
+/// The size relative to the largest coordinate below which nothing is resolved.
 const RESOLUTION: f64 = 1.0 / (1_u64 << 32) as f64;
 
-/// The box's zeros are all in the result; `None` where it has none.
+/// Returns a smaller box that holds all zeros of the given one; `None` if there are none.
 pub(super) fn shrunk(
     work: &mut Work,
     clip: Option<&Clip>,
@@ -37,7 +39,7 @@ pub(super) fn shrunk(
     let mut region = region;
     for _ in 0..ROUNDS {
         let before = region;
-        // Half is left for the last round.
+        // Half of the budget is left for the last round.
         let half = work.left() / 2;
         let mut part = work.part(half);
         for face in 0..6 {
@@ -68,15 +70,15 @@ fn resolution(region: &[Interval; 3]) -> f64 {
 /// A box that may hold zeros.
 struct Cell {
     region: [Interval; 3],
-    /// Where to bisect it.
+    /// The axis to bisect.
     axis: usize,
-    /// How far it reaches to the face.
+    /// How far the cell reaches towards the face.
     reach: f64,
     number: u64,
 }
 
 impl Ord for Cell {
-    /// Of equal ones the latest: it is the smallest.
+    /// Orders by reach; among equal cells the latest, which is the smallest, comes first.
     fn cmp(&self, other: &Cell) -> Ordering {
         let reach = self.reach.total_cmp(&other.reach);
         reach.then(self.number.cmp(&other.number))
@@ -97,8 +99,8 @@ impl PartialEq for Cell {
 
 impl Eq for Cell {}
 
-/// The box with one face moved in as far as the precision, a part of its extent, asks
-/// and the work allows. Faces 0 and 1 are those of the least and the largest x.
+/// Returns the box with one face moved inward as far as the precision (relative to its extent) and
+/// the budget allow. Faces 0 and 1 are those of the least and the largest x.
 fn moved_in(
     work: &mut Work,
     clip: Option<&Clip>,
@@ -116,7 +118,7 @@ fn moved_in(
     };
     let small: [f64; 3] =
         std::array::from_fn(|k| (whole[k].width() * precision).max(resolution(whole)));
-    // The farthest points seen where f is below and above zero: between them is a zero.
+    // The farthest points found with f below and above zero: a zero lies between them.
     let mut signs = [f64::NEG_INFINITY; 2];
     let mut cells = BinaryHeap::new();
     let mut number = 0;
@@ -177,9 +179,9 @@ pub(super) fn halves(region: &[Interval; 3], axis: usize, middle: f64) -> [[Inte
     [below, above]
 }
 
-/// `None` if a box certainly has no zero in the clip. Otherwise how steep the polynomial
-/// may be there along each axis, and `seen` may be told a point of it where it certainly
-/// is below (0) or above (1) zero.
+/// Returns how steep the polynomial may be in a box along each axis; `None` if the box certainly
+/// has no zero in the clip. Calls `seen` with a point of the box where the polynomial certainly is
+/// below (0) or above (1) zero, if it finds one.
 pub(super) fn slopes_unless_clear(
     work: &mut Work,
     clip: Option<&Clip>,
@@ -206,8 +208,8 @@ pub(super) fn slopes_unless_clear(
     }
 }
 
-/// Takes off a box where the mean value form is not zero, axis by axis, solved for that
-/// axis where its slope has one sign (an interval Newton step). `None` if nothing is left.
+/// Narrows a box axis by axis to where the mean value form may be zero: an interval Newton step on
+/// each axis along which the slope has one sign. `None` if nothing is left.
 fn narrow(
     region: &mut [Interval; 3],
     center: &[f64; 3],
@@ -236,7 +238,7 @@ fn narrow(
     Some(())
 }
 
-/// Whether a point is in the clip, or nearly.
+/// Says whether a point is in the clip, up to rounding.
 fn holds(clip: &Clip, point: &[f64; 3]) -> bool {
     match clip {
         Clip::Sphere(s) => {
@@ -247,7 +249,8 @@ fn holds(clip: &Clip, point: &[f64; 3]) -> bool {
     }
 }
 
-/// Squared distances from a sphere's centre less its squared radius, over a box.
+/// Returns the range over a box of squared distances from a sphere's centre, minus its squared
+/// radius.
 fn above_sphere(sphere: &Sphere, region: &[Interval; 3]) -> Interval {
     let squared = |k: usize| {
         let off = region[k].minus(&Interval::point(sphere.center[k]));
@@ -257,7 +260,7 @@ fn above_sphere(sphere: &Sphere, region: &[Interval; 3]) -> Interval {
     sum.minus(&Interval::point(sphere.radius).squared())
 }
 
-/// Whether a box certainly has no point of the clip.
+/// Says whether a box certainly has no point of the clip.
 fn is_outside(clip: &Clip, region: &[Interval; 3]) -> bool {
     match clip {
         Clip::Sphere(s) => above_sphere(s, region).low > 0.0,
@@ -265,7 +268,7 @@ fn is_outside(clip: &Clip, region: &[Interval; 3]) -> bool {
     }
 }
 
-/// Whether a box certainly lies in the clip.
+/// Says whether a box certainly lies in the clip.
 pub(super) fn is_inside(clip: &Clip, region: &[Interval; 3]) -> bool {
     match clip {
         Clip::Sphere(s) => above_sphere(s, region).high <= 0.0,

@@ -3,7 +3,7 @@
 use crate::geom::tape::Arithmetic;
 use crate::math::Interval;
 
-/// The polynomial's values over a box.
+/// Interval arithmetic for a polynomial's values over a box.
 pub(super) struct Values<'a>(pub &'a [Interval; 3]);
 
 impl Arithmetic for Values<'_> {
@@ -34,10 +34,10 @@ impl Arithmetic for Values<'_> {
     }
 }
 
-/// The polynomial's values over a box, and its gradients there.
+/// Interval arithmetic for a polynomial's values and gradients over a box.
 pub(super) struct Slopes<'a>(pub &'a [Interval; 3]);
 
-/// A step's values and gradients.
+/// Ranges of a step's value and gradient.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sloped {
     pub value: Interval,
@@ -97,17 +97,18 @@ impl Arithmetic for Slopes<'_> {
     }
 }
 
-/// The polynomial as a form in some of its coordinates: sums of different degree in
-/// these are made homogeneous with p, so that at x = u / p the value is f(x) p^degree.
+/// Interval arithmetic for the polynomial as a form in its graded coordinates: sums of different
+/// degree in these are made homogeneous by powers of p, so that the value at x = u / p is
+/// f(x)·p^degree.
 pub(super) struct Forms<'a> {
-    /// u of graded coordinates, the others' own.
+    /// The u of graded axes, and the coordinates of the others.
     pub coordinates: &'a [Interval; 3],
     pub graded: [bool; 3],
-    /// ≥ 0.
+    /// The factor p, ≥ 0.
     pub p: Interval,
 }
 
-/// A step's values, and its degree in the graded coordinates.
+/// The range of a step's values, and its degree in the graded coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Graded {
     pub value: Interval,
@@ -153,7 +154,7 @@ impl Arithmetic for Forms<'_> {
         self.joined(a, b, Interval::minus)
     }
 
-    /// Where degrees overflow, nothing is known.
+    /// Multiplies two steps; the range is the whole line if degrees overflow.
     fn product(&self, a: &Graded, b: &Graded) -> Graded {
         match a.degree.checked_add(b.degree) {
             Some(degree) => Graded {

@@ -1,18 +1,18 @@
-//! What the search for bounds may cost, and what has been spent.
+//! The budget of a search for bounds.
 
 use super::values::{Forms, Sloped, Slopes, Values};
 use crate::geom::Tape;
 use crate::math::Interval;
 
-/// Gradients cost so many times what values do: seven products for one.
+/// The cost of a gradient relative to that of a value: seven products instead of one.
 const GRADIENT_COST: u64 = 6;
-/// What an evaluation costs beside its steps, in steps.
+/// The overhead of an evaluation, in steps.
 const EVALUATION_COST: u64 = 8;
 
-/// A tape, and how often it may still be evaluated.
+/// A tape, and the budget for its evaluations.
 pub(super) struct Work<'a> {
     pub tape: &'a Tape,
-    /// In steps of tapes; of a part of the search.
+    /// The steps that are left for this part of the search.
     left: u64,
 }
 
@@ -29,18 +29,18 @@ impl<'a> Work<'a> {
         self.left
     }
 
-    /// For so many evaluations.
+    /// Makes a budget of so many evaluations.
     pub fn of_evaluations(tape: &Tape, evaluations: u64) -> Work<'_> {
         Work::new(tape, cost(tape).saturating_mul(evaluations))
     }
 
-    /// Up to so many evaluations of what is left; see [`part`](Self::part).
+    /// Takes up to so many evaluations out of this budget; see [`part`](Self::part).
     pub fn part_of_evaluations(&mut self, evaluations: u64) -> Work<'a> {
         self.part(cost(self.tape).saturating_mul(evaluations))
     }
 
-    /// Up to `steps` of what is left, as a budget of its own; what of it is not spent
-    /// comes back with [`give_back`](Self::give_back).
+    /// Takes up to `steps` out of this budget as one of its own; [`give_back`](Self::give_back)
+    /// returns what is not spent.
     pub fn part(&mut self, steps: u64) -> Work<'a> {
         let part = steps.min(self.left);
         self.left -= part;
@@ -71,7 +71,7 @@ impl<'a> Work<'a> {
     }
 }
 
-/// Of one evaluation.
+/// Returns the cost of one evaluation.
 fn cost(tape: &Tape) -> u64 {
     tape.steps().len() as u64 + EVALUATION_COST
 }

@@ -1,13 +1,17 @@
-//! Level sets: one ray at a time in every kernel, for where a ray meets them is what one
-//! search says.
+//! Meets level sets one ray at a time, because one search defines where a ray meets them.
 
-use crate::geom::exact::meet_each;
+use crate::geom::exact::meet_per_lane;
 use crate::geom::guarded::ObjectRay;
-use crate::geom::{LevelSet, Meet};
+use crate::geom::{LevelSet, Meet, Scratch};
 use crate::math::lanes::Lanes;
 
-/// Where rays first meet the surface beyond t_min: there is no doubt.
+/// Returns where rays first meet the surface beyond t_min; no lane is undecided.
 #[inline(never)]
-pub fn meet<L: Lanes>(row: &LevelSet, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
-    meet_each(row, object, active)
+pub fn meet<L: Lanes>(
+    row: &LevelSet,
+    object: &ObjectRay<L>,
+    active: L::Mask,
+    scratch: &mut Scratch,
+) -> Meet<L> {
+    meet_per_lane(row, object, active, scratch)
 }

@@ -1,4 +1,4 @@
-//! Level sets: where a function of x, y, z that is no polynomial is zero.
+//! Level sets: surfaces on which a function of x, y, z that is no polynomial is zero.
 
 pub(super) mod exact;
 pub mod guarded;
@@ -7,25 +7,25 @@ mod table;
 pub use table::LevelSets;
 
 use super::exact::Line;
-use super::formula::{Change, Formula, Search, Step, changes};
+use super::formula::{Change, Formula, Search, SearchScratch, Step, changes};
 use super::implicit::Clip;
 use crate::math::Aabb;
 use std::ops::ControlFlow;
 
-/// The solid f(x, y, z) ≤ 0; or, where it is open, the surface f = 0 alone.
+/// The solid f(x, y, z) ≤ 0; or, if it is open, the surface f = 0 alone.
 #[derive(Clone, Copy, Debug)]
 pub struct LevelSet<'a> {
     pub formula: &'a Formula,
     pub open: bool,
-    /// Of an open one, what of it there is. Of a solid, where its surface is sought: what
-    /// it is elsewhere does not matter.
+    /// The region to which an open surface is cut. For a solid, the region in which its surface is
+    /// sought; the solid elsewhere does not matter.
     pub clip: Option<Clip>,
-    /// Where zeros are sought: there are no others, or they do not matter. `None`: it is
-    /// not known where they are.
+    /// The box in which zeros are sought: there are no others, or they do not matter. `None` if
+    /// their place is not known.
     pub region: Option<Aabb>,
-    /// Of the solid, or of the surface; `None` where none are known.
+    /// The box of the solid or of the surface; `None` if none is known.
     pub bounds: Option<Aabb>,
-    /// Whether f is below zero outside of the region; not asked where there is a clip.
+    /// Whether f is below zero outside the region; unused if there is a clip.
     pub is_below_beyond: bool,
 }
 
@@ -39,19 +39,19 @@ impl LevelSet<'_> {
         clip && self.formula.steps().iter().all(constant)
     }
 
-    /// What it is cut off by.
+    /// Returns the clip of an open surface.
     pub fn ends(&self) -> Option<Clip> {
         self.clip.filter(|_| self.open)
     }
 
-    /// Calls `visit` where f changes its sign along a line of finite numbers, front to
-    /// back, until it has seen enough; it may be called with some that are not between the
-    /// two t. Returns whether f is below zero before the first of all, if these are
-    /// infinite.
+    /// Calls `visit` at the sign changes of f along a line of finite numbers, front to back, until
+    /// it breaks; changes outside `between` may be among them. Returns whether f is below zero
+    /// before the first change, if `between` is infinite.
     pub fn changes(
         &self,
         line: &Line,
         between: [f64; 2],
+        scratch: &mut SearchScratch,
         visit: impl FnMut(Change) -> ControlFlow<()>,
     ) -> bool {
         let part = self.region.and_then(|region| line.part_in(&region, 1.0));
@@ -66,6 +66,6 @@ impl LevelSet<'_> {
             between,
             is_solid: !self.open,
         };
-        changes(self.formula, &search, visit)
+        changes(self.formula, &search, scratch, visit)
     }
 }

@@ -1,7 +1,6 @@
 //! The table of level sets of functions that are no polynomials.
 
 use super::{LevelSet, guarded};
-use crate::geom::Clip;
 use crate::geom::exact::{Line, Root};
 use crate::geom::formula::{self, Formula, bounds_of};
 use crate::geom::guarded::ObjectRay;
@@ -9,6 +8,7 @@ use crate::geom::implicit::check;
 use crate::geom::kinds::LevelSetId;
 use crate::geom::primitive::{Blur, Boundaries, Exact, Flaw, OPEN, Primitive, outward};
 use crate::geom::ray::Meet;
+use crate::geom::{Clip, Scratch};
 use crate::math::Aabb;
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
@@ -131,8 +131,9 @@ impl Primitive for LevelSets {
         id: LevelSetId,
         object: &ObjectRay<L>,
         active: L::Mask,
+        scratch: &mut Scratch,
     ) -> Meet<L> {
-        guarded::meet(&self.row(id), object, active)
+        guarded::meet(&self.row(id), object, active, scratch)
     }
 
     #[inline(always)]
@@ -142,8 +143,9 @@ impl Primitive for LevelSets {
         _extent: f32,
         object: &ObjectRay<L>,
         active: L::Mask,
+        scratch: &mut Scratch,
     ) -> Meet<L> {
-        guarded::meet(&self.row(id), object, active)
+        guarded::meet(&self.row(id), object, active, scratch)
     }
 
     #[inline(always)]
@@ -171,12 +173,17 @@ impl<'a> Exact<'a> for LevelSet<'a> {
         LevelSet::is_finite(self)
     }
 
-    fn crossings(&self, line: &Line, visit: impl FnMut(Root<'a>, bool)) -> bool {
-        super::exact::crossings(self, line, visit)
+    fn crossings(
+        &self,
+        line: &Line,
+        scratch: &mut Scratch,
+        visit: impl FnMut(Root<'a>, bool),
+    ) -> bool {
+        super::exact::crossings(self, line, &mut scratch.search, visit)
     }
 
     #[inline(always)]
-    fn first_beyond(&self, line: &Line, t_min: f64) -> Option<Root<'a>> {
-        super::exact::first_beyond(self, line, t_min)
+    fn first_beyond(&self, line: &Line, t_min: f64, scratch: &mut Scratch) -> Option<Root<'a>> {
+        super::exact::first_beyond(self, line, t_min, &mut scratch.search)
     }
 }

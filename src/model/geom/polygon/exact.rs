@@ -1,15 +1,15 @@
-//! A polygon: its plane, and whether the line passes inside its outline or
-//! through it.
+//! Exact crossing of a line and a polygon: its plane, and whether the line passes inside the
+//! outline or through it.
 //!
-//! Corners are seen along the line, from its origin. Edges that cross the x-axis
-//! on its positive side are counted (Shimrat's rule), by exact signs; a corner
-//! on the axis counts as below it. The origin on an edge is inside.
+//! Corners are seen along the line, from its origin. Exact signs count the edges that cross the
+//! positive x-axis (Shimrat's rule); a corner on the axis counts as below it. The origin is inside
+//! if it lies on an edge (D16, docs/numerics/exact.md).
 
 use crate::geom::Polygon;
 use crate::geom::exact::Line;
-use crate::geom::exact::curve::Curve;
+use crate::geom::exact::line_quadratic::LineQuadratic;
+use crate::geom::exact::orientation;
 use crate::geom::exact::root::Root;
-use crate::geom::exact::side;
 use crate::geom::exact::surface::Surface;
 use crate::geom::polygon::room;
 use crate::math::Number;
@@ -25,16 +25,16 @@ pub(in crate::geom) fn polygon(
         normal: polygon.normal.to_array(),
         point: polygon.points[0].to_array(),
     };
-    let curve = Curve::new(line, plane, 0.0);
-    if curve.rise().is_eq() {
+    let curve = LineQuadratic::new(line, plane, 0.0);
+    if curve.linear_sign().is_eq() {
         return None;
     }
     let root = curve.root_of_linear();
-    let met = root.order_with(t_min).is_gt() && View::of(line).contains(polygon);
+    let met = root.order_with(t_min).is_gt() && View::new(line).contains(polygon);
     (met && is_in_room(&root, line, polygon)).then_some(root)
 }
 
-/// Whether the plane is met near the outline, and not far off at a grazing angle.
+/// Says whether the plane is met in the polygon's room, and not far off at a grazing angle (S28).
 fn is_in_room(root: &Root, line: &Line, polygon: &Polygon) -> bool {
     let room = room(polygon.points);
     let ErrorBounded { value, error } = root.t;
@@ -57,21 +57,21 @@ fn is_in_room(root: &Root, line: &Line, polygon: &Polygon) -> bool {
     })
 }
 
-/// A line's direction, and the axis along which it is longest.
+/// A line, and the axis along which its direction is longest.
 struct View<'a> {
     line: &'a Line,
     axis: usize,
 }
 
-/// A corner as it is seen.
+/// A corner as seen along the line.
 struct Corner {
     point: [f64; 3],
-    /// Of y.
+    /// The sign of y.
     height: Ordering,
 }
 
 impl View<'_> {
-    fn of(line: &Line) -> View<'_> {
+    fn new(line: &Line) -> View<'_> {
         let size = line.dir.map(f64::abs);
         let axis = (0..3).max_by(|i, j| size[*i].total_cmp(&size[*j]));
         View {
@@ -93,8 +93,8 @@ impl View<'_> {
                 }
                 (from, to) if from == to => {}
                 (from, to) => {
-                    // Of the place where the edge's line crosses the x-axis,
-                    // times that of the way it goes.
+                    // The sign of the x at which the edge's line crosses the x-axis, times the
+                    // direction in which it crosses.
                     let side = self.turn(&a, &b);
                     if side.is_eq() {
                         return true;
@@ -117,7 +117,8 @@ impl View<'_> {
         }
     }
 
-    /// The sign of y, where f64 knows it: three roundings in each term.
+    /// Returns the sign of y, from f64 where the bound allows (three roundings in each term), else
+    /// exactly.
     #[inline(always)]
     fn height(&self, point: &[f64; 3]) -> Option<Ordering> {
         let Line { org, dir } = self.line;
@@ -133,7 +134,7 @@ impl View<'_> {
         })
     }
 
-    /// The sign of x.
+    /// Returns the sign of x.
     fn place(&self, corner: &Corner) -> Ordering {
         let place = self.seen(&corner.point)[0].sign();
         place.unwrap_or_else(|| self.exact_place(&corner.point, 0))
@@ -142,21 +143,21 @@ impl View<'_> {
     #[cold]
     #[inline(never)]
     fn exact_place(&self, point: &[f64; 3], k: usize) -> Ordering {
-        side::of_point(self.line, point, [(self.axis + 1 + k) % 3, self.axis])
+        orientation::of_point(self.line, point, [(self.axis + 1 + k) % 3, self.axis])
     }
 
-    /// The sign of an edge function.
+    /// Returns the sign of an edge function.
     #[inline(always)]
     fn turn(&self, a: &Corner, b: &Corner) -> Ordering {
         let turn = turn(&self.seen(&a.point), &self.seen(&b.point)).sign();
         turn.unwrap_or_else(|| self.exact_turn(&a.point, &b.point))
     }
 
-    /// What is turned is the edge function of the line, times the direction's longest
+    /// Returns the exact sign of an edge function: the line's own, times the direction's longest
     /// component.
     #[cold]
     fn exact_turn(&self, a: &[f64; 3], b: &[f64; 3]) -> Ordering {
-        let side = side::of_edge(self.line, a, b);
+        let side = orientation::of_edge(self.line, a, b);
         if self.line.dir[self.axis] < 0.0 {
             side.reverse()
         } else {
@@ -164,7 +165,7 @@ impl View<'_> {
         }
     }
 
-    /// x and y along the line, times the direction's longest component.
+    /// Returns x and y as seen along the line, times the direction's longest component.
     #[inline(always)]
     fn seen(&self, point: &[f64; 3]) -> [ErrorBounded; 2] {
         let Line { org, dir } = self.line;
@@ -179,7 +180,7 @@ impl View<'_> {
     }
 }
 
-/// The edge function of two corners; times the direction's longest component.
+/// Returns the edge function of two corners, times the direction's longest component.
 #[inline(always)]
 fn turn(a: &[ErrorBounded; 2], b: &[ErrorBounded; 2]) -> ErrorBounded {
     a[0].times(&b[1]).minus(&a[1].times(&b[0]))

@@ -1,10 +1,10 @@
-//! Polygons, seen along the ray as triangles are.
+//! Meets polygons with error bounds, seen along the ray as triangles are.
 //!
-//! How often the outline crosses a half-line is a property of how it winds about
-//! the ray: moving corners by no more than their error changes it only if an
-//! edge passes over the ray. So it is certain where every edge function is
-//! beyond its bound, and no corner's side of the half-line need be. What lanes of
-//! f32 leave in doubt those of f64 see once more, from next to the polygon.
+//! The parity of the outline's crossings of a half-line depends only on how the outline winds
+//! about the ray: moving the corners by no more than their error changes it only if an edge passes
+//! over the ray. So it is certain where every edge function is beyond its bound (G3,
+//! docs/numerics/polygons.md), even if it is not certain on which side of the half-line a corner
+//! lies. Lanes that f32 leaves undecided are evaluated again in f64, from next to the polygon.
 
 use crate::geom::guarded::{Between, LEVEL, LEVEL_SLACK, Near, ObjectRay, finite, roundings, tiny};
 use crate::geom::polygon::{QUADRANGLE, STEEP};
@@ -13,34 +13,36 @@ use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar, max, min};
 use glam::DVec3;
 
-/// One bound for all edges.
+/// One bound for all edges (G4, docs/numerics/polygons.md).
 const COARSE: u8 = 0;
-/// A bound for each edge, by its length.
+/// A bound for each edge by its length (G3, docs/numerics/polygons.md).
 const FINE: u8 = 1;
-/// Edges that pass the ray beyond their ends are certain too.
+/// As [`FINE`], where edges that pass the ray beyond their ends are certain as well.
 const CAREFUL: u8 = 2;
-/// Edges of polygons with no more corners are nearly as long as the polygon.
+/// Polygons with no more corners than these have edges nearly as long as themselves, so that
+/// [`COARSE`] serves.
 const FEW: usize = 8;
 
-/// Lanes whose half-line the outline crosses an odd number of times, and lanes
-/// for which that is certain.
+/// Lanes whose half-line the outline crosses an odd number of times, and lanes in which that is
+/// certain.
 struct Winding<L: Lanes> {
     odd: L::Mask,
     sure: L::Mask,
 }
 
-/// A polygon's corners before some rays.
+/// A polygon's corners as some rays see them.
 struct Outline<'a, L: Lanes> {
     points: &'a [DVec3],
-    /// What corners are relative to, and where the rays are from there.
+    /// The point that corners are relative to, and the rays' origins from there.
     center: DVec3,
     org: Vec3<L>,
     object: &'a ObjectRay<'a, L>,
-    /// The longest side of its box.
+    /// The longest side of the polygon's box.
     extent: L,
-    /// No corner is farther from the ray, along an axis.
+    /// The largest coordinate of a corner relative to the ray's origin.
     reach: L,
-    /// By how much a corner may be seen out of place.
+    /// The most that a corner may be seen out of place: μ of lemmas G1 and G2,
+    /// docs/numerics/polygons.md.
     moved: L,
 }
 
@@ -49,7 +51,7 @@ fn splat<L: Lanes>(v: DVec3) -> Vec3<L> {
 }
 
 impl<L: Lanes> Outline<'_, L> {
-    /// A corner as rays whose longest axis is `k` see it.
+    /// Returns a corner as rays whose longest axis is `k` see it.
     #[inline(always)]
     fn seen(&self, k: usize, point: DVec3) -> (L, L) {
         let corner = splat::<L>(point - self.center) - self.org;
@@ -57,28 +59,30 @@ impl<L: Lanes> Outline<'_, L> {
         (x, y)
     }
 
-    /// More than edge functions may be off, with one bound for all.
+    /// Bounds the error of every edge function by one number (G4, docs/numerics/polygons.md).
     #[inline(always)]
     fn coarse(&self) -> L {
         let along = self.moved * L::from_f32(1.75);
-        // Sheared, a side is at most twice as long.
+        // Sheared, a side is at most twice as long along each of two axes.
         self.extent * L::from_f32(4.01) * along + self.least()
     }
 
-    /// More than edge functions may be off besides what grows with their edge.
+    /// Bounds the part of an edge function's error that does not grow with its edge: 15μ² of lemma
+    /// G3, docs/numerics/polygons.md.
     #[inline(always)]
     fn least(&self) -> L {
         self.moved * self.moved * L::from_f32(15.0) + tiny()
     }
 
-    /// Lanes in which nothing has left the format, so nothing is not a number.
+    /// Returns lanes in which nothing has overflowed, so that no number is NaN.
     #[inline(always)]
     fn finite(&self) -> L::Mask {
         let room = self.reach + self.reach;
         finite(room * room, L::zero())
     }
 
-    /// Lanes about which all edges of a quadrangle turn one way for certain.
+    /// Returns lanes about which all edges of a quadrangle certainly turn one way (G5,
+    /// docs/numerics/polygons.md).
     #[inline(always)]
     fn is_around(&self, k: usize) -> L::Mask {
         let infinity = L::splat(L::Scalar::INFINITY);
@@ -97,7 +101,7 @@ impl<L: Lanes> Outline<'_, L> {
         (low.gt(off) | high.lt(-off)) & self.finite()
     }
 
-    /// Of rays whose longest axis is `k`. `CARE`: [`COARSE`], [`FINE`] or
+    /// Computes the winding for rays whose longest axis is `k`. `CARE` is [`COARSE`], [`FINE`] or
     /// [`CAREFUL`].
     #[inline(always)]
     fn winding<const CARE: u8>(&self, k: usize) -> Winding<L> {
@@ -114,7 +118,7 @@ impl<L: Lanes> Outline<'_, L> {
             let straddles = (a_above & !b_above) | (b_above & !a_above);
             let side = ax * by - ay * bx;
             let up = side.gt(zero);
-            // Zero is in doubt, but where an edge's ends alone tell.
+            // An edge function of zero is undecided, unless the edge's ends alone decide.
             let down = if CARE == CAREFUL { side.lt(zero) } else { !up };
             let right = (b_above & up) | (a_above & down);
             let flips = straddles & right;
@@ -122,7 +126,7 @@ impl<L: Lanes> Outline<'_, L> {
 
             let size = side.abs();
             let length = || (bx - ax).abs() + (by - ay).abs();
-            // Comparisons are dear: what is left of the least edge is compared in the end.
+            // Comparisons are costly, so only the least edge function is compared, at the end.
             match CARE {
                 COARSE => beyond = min(size, beyond),
                 FINE => beyond = min(size - length() * along, beyond),
@@ -151,7 +155,8 @@ impl<L: Lanes> Outline<'_, L> {
     }
 }
 
-/// What a first look leaves in doubt: from next to the first corner.
+/// Evaluates the lanes that the first pass left undecided again, from next to the first corner
+/// (G2, docs/numerics/polygons.md).
 #[inline(never)]
 fn careful<L: Lanes>(
     points: &[DVec3],
@@ -182,8 +187,8 @@ fn careful<L: Lanes>(
     Winding { odd, sure }
 }
 
-/// `extent`: no less than the longest side of the polygon's box. Lanes of f32 leave to
-/// those of f64 what a first look leaves in doubt: [`meet_again`].
+/// Meets a polygon. `extent` is no less than the longest side of its box. Lanes that stay
+/// undecided in f32 are for [`meet_again`] in f64.
 pub fn meet<L: Lanes>(
     polygon: &Polygon,
     extent: f32,
@@ -237,7 +242,7 @@ pub fn meet<L: Lanes>(
     at_plane(polygon, object, Winding { odd, sure }, active)
 }
 
-/// What lanes of f32 are not certain of, in those of f64.
+/// Meets a polygon again in f64 lanes, from next to its first corner.
 pub fn meet_again<L: Lanes>(
     polygon: &Polygon,
     extent: f32,
@@ -248,7 +253,8 @@ pub fn meet_again<L: Lanes>(
     at_plane(polygon, object, seen, active)
 }
 
-/// Where the plane is met, of lanes of which the outline is or may be around the ray.
+/// Finds t in the plane, for lanes whose ray the outline surrounds or may surround (G6,
+/// docs/numerics/polygons.md).
 #[inline(always)]
 fn at_plane<L: Lanes>(
     polygon: &Polygon,
@@ -274,7 +280,8 @@ fn at_plane<L: Lanes>(
     let t = room * inverse;
     let error = (room_error + t.abs() * speed_error) * inverse.abs();
     let error = error * L::from_f32(LEVEL_SLACK) + t.abs() * roundings(4.0) + tiny();
-    // Of grazing rays it is in doubt whether they meet the plane near the outline.
+    // Grazing rays may meet the plane far from the outline, so they are undecided (G7,
+    // docs/numerics/polygons.md).
     let steep = speed
         .abs()
         .gt(ray.shear.along.abs() * L::from_f64(1.25 * STEEP));

@@ -1,10 +1,9 @@
 //! Planar polygons of any number of corners, convex or not.
 //!
-//! Like triangles, polygons are seen along the ray by Woop's shear; the origin
-//! is then inside where the positive x-axis crosses the outline an odd number
-//! of times (Shimrat's rule, Communications of the ACM 1962). The half-open rule on y and the exactly
-//! antisymmetric edge function give a ray through a shared edge to exactly one
-//! of two neighbours. t comes from the plane.
+//! Like triangles, polygons are seen along the ray by Woop's shear; the origin is then inside if
+//! the positive x-axis crosses the outline an odd number of times (Shimrat's rule, Communications
+//! of the ACM 1962). The half-open rule on y and the exactly antisymmetric edge function assign a
+//! ray through a shared edge to exactly one of two neighbours. t is that of the plane.
 
 pub(super) mod exact;
 pub mod guarded;
@@ -17,7 +16,7 @@ use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb, Vec3, unordered_dot};
 use glam::DVec3;
 
-/// A polygon's corners and the unit normal of its plane (Newell).
+/// A polygon's corners and the unit normal of its plane (Newell's method).
 #[derive(Clone, Copy, Debug)]
 pub struct Polygon<'a> {
     pub points: &'a [DVec3],
@@ -49,12 +48,12 @@ pub fn meet<L: Lanes>(polygon: &Polygon, ray: &Ray<L>, active: L::Mask) -> Meet<
     Meet::certain(inside & finite & t.gt(ray.t_min), t)
 }
 
-/// The corners of an outline that is around a ray where all edges turn one way about it:
-/// each turns by less than half a circle, and all together by whole ones. (Of triangles it
-/// is as cheap to ask the other way.)
+/// The number of corners of polygons that are tested by the signs of their edge functions alone.
+/// If all edges turn one way about a ray the outline is around it, because each edge turns by less
+/// than half a circle and all together by whole ones. Triangles gain nothing by this test.
 pub const QUADRANGLE: usize = 4;
 
-/// A corner as rays whose longest axis is `k` see it.
+/// Returns a corner as rays whose longest axis is `k` see it.
 #[inline(always)]
 fn seen<L: Lanes>(ray: &Ray<L>, k: usize, point: DVec3) -> (L, L) {
     let corner = Vec3::splat(point.to_array().map(L::Scalar::from_f64));
@@ -62,7 +61,7 @@ fn seen<L: Lanes>(ray: &Ray<L>, k: usize, point: DVec3) -> (L, L) {
     (x, y)
 }
 
-/// Lanes about which all edges turn one way, by numbers that are finite.
+/// Returns lanes about which all edges turn one way, computed from finite numbers.
 #[inline(always)]
 fn is_around<L: Lanes>(points: &[DVec3], ray: &Ray<L>, k: usize) -> L::Mask {
     let (zero, infinity) = (L::zero(), L::splat(L::Scalar::INFINITY));
@@ -98,25 +97,25 @@ fn odd_crossings<L: Lanes>(points: &[DVec3], ray: &Ray<L>, k: usize) -> L::Mask 
     odd
 }
 
-/// How far corners may lie off the plane, in units of the polygon's size.
+/// The most that corners may lie off the plane, relative to the polygon's size.
 pub const FLATNESS: f64 = 1e-6;
 
-/// What the box of the corners grows by, in units of its longest side.
+/// The growth of the box of the corners, relative to its longest side.
 const MARGIN: f64 = 1e-3;
 
-/// Where the plane's normal has at least this part of a ray's direction, as its
-/// longest component has it, the hit lies in the [`room`]: the line passes within
-/// [`FLATNESS`] of the plane inside the outline, so it meets it no farther from
-/// there than `FLATNESS` · √3 / this, less than half of what the box grows by.
+/// The least |n·d| / |d|∞ of rays whose hit certainly lies in the [`room`] (G7,
+/// docs/numerics/polygons.md): the line passes within [`FLATNESS`] of the plane inside the
+/// outline, so it meets the plane no farther from there than `FLATNESS` · √3 / this, less than
+/// half of what the box grows by.
 pub const STEEP: f64 = 4e-3;
 
-/// Where a polygon is met: the box of its corners, grown. Corners lie a little off
-/// the plane, so a ray that grazes it meets it anywhere; what is not in here is no
-/// hit, and boxes of any accelerator need hold no more.
+/// Returns the box in which a polygon can be met: that of its corners, grown. Corners lie a little
+/// off the plane, so a grazing ray may meet the plane anywhere; a point outside this box is no hit
+/// (S28), so boxes of accelerators need hold no more.
 pub fn room(points: &[DVec3]) -> Aabb {
     let bounds = Aabb::of_points(points.iter().copied());
     let margin = DVec3::splat(bounds.extent().max_element() * MARGIN);
-    // Outward, so that roundings leave the whole margin.
+    // Rounded outward, so that the whole margin remains.
     let down = |x: f64| x.next_down().max(-f64::MAX);
     let up = |x: f64| x.next_up().min(f64::MAX);
     let grown = bounds.grown(margin);
@@ -127,8 +126,8 @@ pub fn room(points: &[DVec3]) -> Aabb {
     )
 }
 
-/// The plane of a polygon by Newell's method: its unit normal; or why the
-/// points are not a planar polygon.
+/// Computes the unit normal of a polygon's plane by Newell's method; an error says why the points
+/// are not a planar polygon.
 pub fn polygon_plane(points: &[DVec3]) -> Result<DVec3, String> {
     let Some(&origin) = points.first() else {
         return Err("it has no points".into());
@@ -143,8 +142,7 @@ pub fn polygon_plane(points: &[DVec3]) -> Result<DVec3, String> {
     if size == 0.0 {
         return Err("all its points are one point".into());
     }
-    // About the first point and scaled to unit size, so that nothing cancels
-    // or overflows.
+    // Relative to the first point and scaled to unit size, so that nothing cancels or overflows.
     let at = |i: usize| (points[i % points.len()] - origin) / size;
     let normal: DVec3 = (0..points.len()).map(|i| at(i).cross(at(i + 1))).sum();
     let length = unordered_dot(normal, normal).sqrt();

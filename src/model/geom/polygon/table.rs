@@ -1,6 +1,7 @@
 //! The table of polygons: ranges into shared columns.
 
 use super::{Polygon, guarded, meet, polygon_plane, room};
+use crate::geom::Scratch;
 use crate::geom::exact::{Line, Root};
 use crate::geom::guarded::ObjectRay;
 use crate::geom::kinds::PolygonId;
@@ -20,13 +21,12 @@ pub struct Polygons {
     pub normals: Vec<DVec3>,
     pub points_of: Vec<Range<u32>>,
     pub normals_of: Vec<Option<Range<u32>>>,
-    /// Unit normals of the planes; NaN where there is none, which the check
-    /// refuses.
+    /// Unit normals of the planes; NaN where a polygon has none, which the check refuses.
     pub plane: Vec<DVec3>,
 }
 
 impl Polygons {
-    /// `normals` has one entry per corner, or none.
+    /// Adds a polygon. `normals` has one entry per corner, or none.
     pub fn push(&mut self, points: &[DVec3], normals: &[DVec3]) -> PolygonId {
         let first = self.points.len() as u32;
         self.points.extend_from_slice(points);
@@ -122,6 +122,7 @@ impl Primitive for Polygons {
         id: PolygonId,
         object: &ObjectRay<L>,
         active: L::Mask,
+        _: &mut Scratch,
     ) -> Meet<L> {
         meet(&self.row(id), object.ray, active)
     }
@@ -133,6 +134,7 @@ impl Primitive for Polygons {
         extent: f32,
         object: &ObjectRay<L>,
         active: L::Mask,
+        _: &mut Scratch,
     ) -> Meet<L> {
         guarded::meet(&self.row(id), extent, object, active)
     }
@@ -144,6 +146,7 @@ impl Primitive for Polygons {
         extent: f32,
         object: &ObjectRay<L>,
         active: L::Mask,
+        _: &mut Scratch,
     ) -> Meet<L> {
         guarded::meet_again(&self.row(id), extent, object, active)
     }
@@ -164,7 +167,7 @@ impl<'a> Exact<'a> for Polygon<'a> {
     }
 
     #[inline(always)]
-    fn first_beyond(&self, line: &Line, t_min: f64) -> Option<Root<'a>> {
+    fn first_beyond(&self, line: &Line, t_min: f64, _: &mut Scratch) -> Option<Root<'a>> {
         super::exact::polygon(line, self, t_min)
     }
 }

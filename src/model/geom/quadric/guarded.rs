@@ -1,10 +1,10 @@
-//! Quadrics, in f64 whatever the lanes.
+//! Meets quadrics with error bounds, in f64 whatever the lanes' type.
 //!
-//! Ten coefficients about the origin say of a small solid what it is by differences
-//! of large numbers, which f32 does not have. In f64 the bounds are so narrow that
-//! only rays next to a silhouette, an apex or an asymptote are in doubt. As in
-//! [`crate::geom::quadric`], F is twice q along the ray, which is moved to the point
-//! nearest the origin.
+//! Ten coefficients about the origin describe a small solid far away by differences of large
+//! numbers, which f32 cannot represent. In f64 the bounds are so narrow (Q4 to Q7,
+//! docs/numerics/quadratics.md) that only rays next to a silhouette, an apex or an asymptote are
+//! undecided. As in [`crate::geom::quadric`], F is twice q along the ray, which is moved to the
+//! point nearest the origin.
 
 use crate::geom::guarded::quadratic::Quadratic;
 use crate::geom::guarded::{
@@ -16,18 +16,20 @@ use crate::geom::{Meet, Quadric};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 
-/// A quadric along rays; f64.
+/// A quadric along rays, in f64.
 struct Curve<D: Lanes> {
     near: Near<D>,
     roots: Quadratic<D>,
-    /// F is linear, or constant, because every product that makes it more is zero.
+    /// Lanes in which F is linear or constant because every product in its higher coefficients has
+    /// a factor 0 (Q7, docs/numerics/quadratics.md).
     linear: D::Mask,
     constant: D::Mask,
     ordinary: D::Mask,
 }
 
 impl<D: Lanes<Scalar = f64, Double = D>> Curve<D> {
-    /// `astray`: how far off the surface itself may be.
+    /// Computes F and its bounds (Q5, docs/numerics/quadratics.md). `astray` bounds how far the
+    /// surface itself may be displaced.
     #[inline(always)]
     fn new(row: &Quadric, org: Vec3<D>, dir: Vec3<D>, astray: D) -> Curve<D> {
         let abs = |v: Vec3<D>| Vec3::new(v.x.abs(), v.y.abs(), v.z.abs());
@@ -46,7 +48,7 @@ impl<D: Lanes<Scalar = f64, Double = D>> Curve<D> {
         let b = gradient.unordered_dot(dir);
         let c = (p.unordered_dot(gradient) + form.linear.unordered_dot(p)) + form.constant;
 
-        // The same of magnitudes.
+        // The same with magnitudes.
         let (form, reach) = (form.abs(), size + off);
         let (all_along, length) = (form.times(abs(dir)), abs(dir));
         let all_gradient = form.times(reach) + form.linear;
@@ -56,7 +58,7 @@ impl<D: Lanes<Scalar = f64, Double = D>> Curve<D> {
         let constant_form = form.is_nothing_times(dir);
         let level = constant_form & form.is_nothing_along(dir);
         let of_a = all_along.dot(length) * roundings(6.25) + lost(dir.max_abs());
-        // What is linear is crossed as far off as the surface is, not four times as far.
+        // A linear F is crossed as far off as the surface is displaced, not four times as far.
         let astray = D::select(constant_form, astray + astray, astray);
         let of_b = all_b * roundings(7.25)
             + all_along.dot(off) * D::from_f32(1.01)
@@ -81,8 +83,8 @@ impl<D: Lanes<Scalar = f64, Double = D>> Curve<D> {
         }
     }
 
-    /// What is between the roots, or on the inner side of the only one; and the lanes
-    /// in which the solid is the rest of the line.
+    /// Returns the part between the roots, or on the inner side of the only root; and the lanes in
+    /// which the solid is the rest of the line (Q6, docs/numerics/quadratics.md).
     #[inline(always)]
     fn part(&self) -> (Part<D>, D::Mask) {
         let infinity = D::splat(f64::INFINITY);
@@ -137,7 +139,7 @@ pub fn meet<L: Lanes>(row: &Quadric, object: &ObjectRay<L>, active: L::Mask) -> 
     let curve = Curve::<L::Double>::new(row, *object.org, *object.dir, zero);
     let (mut part, _) = curve.part();
     let t_min = object.ray.t_min.widen();
-    // Where a ray stays on one side for good, it has no boundary any more.
+    // A ray that stays on one side from here on has no further boundary.
     let infinity = <L::Double as Lanes>::splat(f64::INFINITY);
     let [low, _] = curve.near.begin(t_min);
     let stays = part.sound & part.exit.least.eq(infinity) & part.enter.most.le(low);
@@ -146,7 +148,7 @@ pub fn meet<L: Lanes>(row: &Quadric, object: &ObjectRay<L>, active: L::Mask) -> 
     let met = part.first_beyond(&curve.near, t_min, all);
     let [from, t, to] = rounded::<L>([met.within[0], met.t, met.within[1]]);
     let (hit, unsure) = (mask::<L>(met.hit), mask::<L>(met.unsure));
-    // What is beyond the lanes' numbers is left to others.
+    // A t beyond the range of the lanes' type leaves the lane undecided.
     let is_number = t.abs().lt(L::splat(L::Scalar::INFINITY));
     Meet {
         hit: hit & is_number,
@@ -156,7 +158,8 @@ pub fn meet<L: Lanes>(row: &Quadric, object: &ObjectRay<L>, active: L::Mask) -> 
     }
 }
 
-/// `astray`: how far off, in the operand's space, its surface may be; f64.
+/// Returns the ends of rays in a quadric. `astray` bounds how far its surface may be displaced in
+/// the operand's space (Q8, docs/numerics/quadratics.md).
 #[inline(always)]
 pub fn ends<L: Lanes>(row: &Quadric, object: &ObjectRay<L>, astray: L::Double) -> Ends<L> {
     let curve = Curve::<L::Double>::new(row, *object.org, *object.dir, astray);
@@ -169,7 +172,7 @@ pub fn ends<L: Lanes>(row: &Quadric, object: &ObjectRay<L>, astray: L::Double) -
         ..
     } = part.ends(&curve.near);
     let (enter, exit) = (rounded::<L>(enter), rounded::<L>(exit));
-    // What is beyond the lanes' numbers is left to others.
+    // A t beyond the range of the lanes' type leaves the lane undecided.
     let infinity = L::splat(L::Scalar::INFINITY);
     let far = |end: &[L; 3]| end[1].abs().eq(infinity) & end[0].abs().lt(infinity);
     let lost = far(&enter) | far(&exit);

@@ -1,8 +1,8 @@
-//! Quadrics: all points at which a polynomial of degree two is not above zero.
+//! Quadrics: the points at which a polynomial of degree two is not above zero.
 //!
-//! Along a ray q is A t² + 2B t + C, taken from the point of the line nearest the
-//! origin, so that far origins do not cancel. Inside lies between its roots where
-//! A > 0, and all but that where A < 0.
+//! Along a ray q is A t² + 2B t + C, taken from the point of the line nearest the origin, so that
+//! far origins do not cancel. The inside lies between the roots if A > 0, and everywhere else if A
+//! < 0.
 
 pub mod guarded;
 
@@ -13,6 +13,7 @@ use super::kinds::QuadricId;
 use super::primitive::{Blur, Exact, Flaw, Height, Primitive, finite};
 use super::ray::Meet;
 use super::ray::{Ray, Span};
+use crate::geom::Scratch;
 use crate::math::bounds::ErrorBounded;
 use crate::math::lanes::{Lanes, Mask, Scalar, odd_sum};
 use crate::math::units_and_lengths;
@@ -22,13 +23,13 @@ use glam::DVec3;
 /// The solid q(x, y, z) ≤ 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quadric {
-    /// Of x², y², z², xy, xz, yz, x, y, z and 1; not all but the last are 0.
+    /// The coefficients of x², y², z², xy, xz, yz, x, y, z and 1; one but the last is not 0.
     pub coefficients: [f64; 10],
 }
 
-/// Twice q, as x·(Hx) + 2 l·x + 2j: no coefficient is halved.
+/// The function 2q = x·(Hx) + 2 l·x + 2j, in which no coefficient is halved.
 struct Form<T> {
-    /// Of H: its diagonal, and [xy, xz, yz].
+    /// H: its diagonal, and then [xy, xz, yz].
     squares: [T; 3],
     mixed: [T; 3],
     linear: [T; 3],
@@ -36,7 +37,7 @@ struct Form<T> {
 }
 
 impl Quadric {
-    /// Twice its form.
+    /// Returns the form of 2q.
     #[inline(always)]
     fn doubled(&self) -> Form<f64> {
         let [a, b, c, d, e, f, g, h, i, j] = self.coefficients;
@@ -48,25 +49,25 @@ impl Quadric {
         }
     }
 
-    /// Of q: outward, zero at a centre or an apex.
+    /// Returns the gradient of q: the outward normal, zero at a centre or an apex.
     pub fn normal_at(&self, p: DVec3) -> DVec3 {
         self.normals_at(Vec3::<f64>::from(p)).into()
     }
 
-    /// [`normal_at`](Self::normal_at) in lanes.
+    /// Returns [`normal_at`](Self::normal_at) in lanes.
     #[inline(always)]
     pub fn normals_at<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> Vec3<D> {
         let form = self.doubled();
         product(&form, p) + Vec3::splat(form.linear)
     }
 
-    /// q itself, its gradient, and the sum of the magnitudes that q is made of.
+    /// Returns q, its gradient, and the sum of the magnitudes of its terms.
     pub fn value_at(&self, p: DVec3) -> (f64, DVec3, f64) {
         let (value, gradient, sum) = self.values_at(Vec3::<f64>::from(p));
         (value, gradient.into(), sum)
     }
 
-    /// [`value_at`](Self::value_at) in lanes.
+    /// Returns [`value_at`](Self::value_at) in lanes.
     #[inline(always)]
     pub fn values_at<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> (D, Vec3<D>, D) {
         let form = self.doubled();
@@ -85,11 +86,12 @@ impl Quadric {
         (value, gradient, half * sum)
     }
 
-    /// Of an ellipsoid: by its centre −H⁻¹l and the diagonal of H⁻¹, with all errors
-    /// counted. `None` of what has no bounds, or whose bounds f64 does not know.
+    /// Returns the box of an ellipsoid from its centre −H⁻¹l and the diagonal of H⁻¹, with all
+    /// errors bounded (Q9, docs/numerics/quadratics.md). `None` for other quadrics, and where f64
+    /// does not decide.
     pub fn bounds(&self) -> Option<Aabb> {
-        // H at the size of 1; what falls below the format then is nothing beside it,
-        // and has an error.
+        // H scaled to the size of 1: what then underflows is nothing beside it, and its error is
+        // counted.
         let size = self.coefficients[..6]
             .iter()
             .fold(0.0, |m, x| f64::max(m, x.abs()));
@@ -115,7 +117,7 @@ impl Quadric {
         let (l, j) = (linear.map(of), of(constant));
         let minor =
             |x: &ErrorBounded, y: &ErrorBounded, z: &ErrorBounded| x.times(y).minus(&z.squared());
-        // Of H⁻¹ times the determinant: its diagonal, and what is mixed.
+        // H⁻¹ times the determinant: its diagonal, and the mixed entries.
         let straight = [minor(&b, &c, &f), minor(&a, &c, &e), minor(&a, &b, &d)];
         let crossed = [
             e.times(&f).minus(&d.times(&c)),
@@ -135,7 +137,7 @@ impl Quadric {
             let sum = sum.plus(&row[2].times(&l[2]));
             sum.negated().over(&determinant)
         });
-        // x·(Hx) about the centre is at most −l·center − 2j, twice.
+        // Inside, x·(Hx) about the centre is at most −l·center − 2j.
         let along = |k: usize| l[k].times(&center[k]);
         let room = along(0).plus(&along(1)).plus(&along(2)).plus(&j).negated();
         let mut bounds = Aabb::new(DVec3::ZERO, DVec3::ZERO);
@@ -160,8 +162,7 @@ fn product<D: Lanes<Scalar = f64>>(form: &Form<f64>, v: Vec3<D>) -> Vec3<D> {
     )
 }
 
-/// In lanes: twice the form, as [`Quadric`] has it, times a vector; and the parts that
-/// are not squares.
+/// The form of 2q in lanes.
 #[derive(Clone, Copy)]
 pub(super) struct Lifted<L: Lanes> {
     squares: Vec3<L>,
@@ -188,7 +189,7 @@ impl<L: Lanes> Lifted<L> {
         }
     }
 
-    /// All coefficients in magnitude.
+    /// Returns the form with the magnitudes of all coefficients.
     #[inline(always)]
     pub fn abs(&self) -> Lifted<L> {
         let abs = |v: Vec3<L>| Vec3::new(v.x.abs(), v.y.abs(), v.z.abs());
@@ -200,7 +201,7 @@ impl<L: Lanes> Lifted<L> {
         }
     }
 
-    /// H v.
+    /// Returns H v.
     #[inline(always)]
     pub fn times(&self, v: Vec3<L>) -> Vec3<L> {
         let (a, d) = (self.squares, self.mixed);
@@ -211,8 +212,8 @@ impl<L: Lanes> Lifted<L> {
         )
     }
 
-    /// Lanes for which every single product in H v is zero because of a factor, and
-    /// not because it is too small.
+    /// Returns lanes in which every product in H v is zero because a factor is, and not because it
+    /// underflows (Q7, docs/numerics/quadratics.md).
     #[inline(always)]
     pub fn is_nothing_times(&self, v: Vec3<L>) -> L::Mask {
         let zero = |x: L, y: L| x.eq(L::zero()) | y.eq(L::zero());
@@ -230,9 +231,8 @@ impl<L: Lanes> Lifted<L> {
     }
 }
 
-/// The part of each line between the roots of q, or on one side of its only root;
-/// and the lanes in which the solid is all the rest of the line, and these ends
-/// belong to it.
+/// Returns the part of each line between the roots of q, or on one side of its only root; and the
+/// lanes in which the solid is the rest of the line, ends included.
 #[inline(always)]
 pub fn span<L: Lanes>(row: &Quadric, ray: &Ray<L>) -> (Span<L>, L::Mask) {
     let (zero, infinity) = (L::zero(), L::splat(L::Scalar::INFINITY));
@@ -241,14 +241,14 @@ pub fn span<L: Lanes>(row: &Quadric, ray: &Ray<L>) -> (Span<L>, L::Mask) {
     let near = ray.org.along(ray.dir, shift);
     let along = form.times(ray.dir);
     let gradient = form.times(near) + form.linear;
-    // No zero below zero: its sign would be that of the root at infinity.
+    // Adding zero removes −0, whose sign would become that of the root at infinity.
     let a = along.unordered_dot(ray.dir) + zero;
     let b = gradient.unordered_dot(ray.dir);
     let c = near.unordered_dot(gradient) + form.linear.unordered_dot(near) + form.constant;
     let squared = b * b - a * c;
     let root = squared.max(zero).sqrt();
     let q = -(b + L::select(b.lt(zero), -root, root));
-    // A line without a slope: in or out for good.
+    // A line without a slope is inside or outside all along.
     let level = a.eq(zero) & b.eq(zero);
     let none = q.eq(zero);
     let (t0, t1) = (L::select(none, zero, c / q), L::select(none, zero, q / a));
@@ -287,7 +287,7 @@ impl Primitive for Quadrics {
     }
 
     fn bounds(&self, id: QuadricId) -> Option<Aabb> {
-        // It rounds outward itself.
+        // `bounds` rounds outward itself.
         self.row(id).bounds()
     }
 
@@ -301,6 +301,7 @@ impl Primitive for Quadrics {
         id: QuadricId,
         object: &ObjectRay<L>,
         active: L::Mask,
+        _: &mut Scratch,
     ) -> Meet<L> {
         let _ = active;
         span(&self.row(id), object.ray)
@@ -315,6 +316,7 @@ impl Primitive for Quadrics {
         _extent: f32,
         object: &ObjectRay<L>,
         active: L::Mask,
+        _: &mut Scratch,
     ) -> Meet<L> {
         guarded::meet(&self.row(id), object, active)
     }
@@ -342,7 +344,7 @@ impl Primitive for Quadrics {
     #[inline(always)]
     fn normals<D: Lanes<Scalar = f64>>(&self, id: QuadricId, p: Vec3<D>) -> Vec3<D> {
         let normals = self.row(id).normals_at(p);
-        // An apex has no normal; any is as good.
+        // An apex has no normal; +y stands in for it.
         let none = normals.max_abs().eq(D::zero());
         Vec3::select(none, Vec3::splat(DVec3::Y.to_array()), normals)
     }

@@ -1,6 +1,6 @@
-//! Spheres and ellipsoids: half a chord, from the point of the line nearest the
-//! centre (as Haines, Günther, Akenine-Möller, Ray Tracing Gems 2019; but the ray
-//! itself begins there, so neither root cancels).
+//! Meets spheres and ellipsoids with error bounds: half a chord, from the point of the line
+//! nearest the centre (Haines, Günther, Akenine-Möller, Ray Tracing Gems 2019; here the ray itself
+//! is moved there, so that neither root cancels). Bounds: E1 to E3, docs/numerics/spheres.md.
 
 use crate::geom::guarded::{Between, Ends, Near, ObjectRay, Part, narrow, range, roundings, tiny};
 use crate::geom::ray::Shear;
@@ -9,25 +9,26 @@ use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use glam::DVec3;
 
-/// Where a line is inside a sphere about the origin.
+/// The chord of a line in a sphere about the origin.
 struct Chord<L: Lanes> {
     near: Near<L>,
     /// 1 / dir².
     inverse: L,
-    /// t of its middle, from where `near` begins.
+    /// t at its middle, from the moved origin.
     middle: L,
-    /// r² − (distance of the line)².
+    /// r² minus the squared distance of the line from the centre.
     room: L,
-    /// What `room` is made of: |near|², and what it is too much by.
+    /// The terms of `room`: |near|², and how far that exceeds the squared distance.
     away: L,
     back: L,
     radius: L,
-    /// Lanes whose dir² is well inside the format.
+    /// Lanes whose dir² is far from overflow and underflow.
     ordinary: L::Mask,
 }
 
 impl<L: Lanes> Chord<L> {
-    /// `along`: as `shear` turns it; `near`: as it is.
+    /// Computes the chord; `along` is the direction as `shear` permutes it, `near` is not
+    /// permuted.
     #[inline(always)]
     fn new(
         near: Near<L>,
@@ -69,7 +70,7 @@ impl<L: Lanes> Chord<L> {
         )
     }
 
-    /// The unit sphere, with rays divided by the radii.
+    /// Computes the chord in the unit sphere of rays divided by the radii.
     #[inline(always)]
     fn of_ellipsoid(ellipsoid: &Ellipsoid, object: &ObjectRay<L>) -> Chord<L> {
         let by: Vec3<L::Double> = Vec3::splat((DVec3::ONE / ellipsoid.radii).to_array());
@@ -86,8 +87,8 @@ impl<L: Lanes> Chord<L> {
         Chord::new(near, shear, along, [squared, inverse], one)
     }
 
-    /// A bound on the error of `room`, with room for that of `middle` times
-    /// `half`.
+    /// Bounds the error of `room`, including that of `middle` times `half` (E1,
+    /// docs/numerics/spheres.md).
     #[inline(always)]
     fn error(&self) -> L {
         let Near { size, error, .. } = self.near;
@@ -121,7 +122,7 @@ impl<L: Lanes> Chord<L> {
         let (small, large) = range::<L>();
         let squared = self.room.max(L::zero()) * self.inverse;
         let ordinary = self.ordinary & squared.gt(small) & squared.lt(large);
-        // In t.
+        // Half the chord in t.
         let half = squared.sqrt();
         let slack = error * self.inverse / half + half * roundings(15.0) + tiny();
         Part {

@@ -20,7 +20,7 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
     pub center: DVec3,
-    /// > 0.
+    /// The radius, > 0.
     pub radius: f64,
 }
 
@@ -29,7 +29,7 @@ impl Sphere {
         Aabb::new(self.center, self.center).grown(DVec3::splat(self.radius))
     }
 
-    /// Outward, any length.
+    /// Returns the outward normal, of any length.
     #[inline(always)]
     pub fn normals_at<D: Lanes<Scalar = f64>>(&self, p: Vec3<D>) -> Vec3<D> {
         p - Vec3::splat(self.center.to_array())
@@ -44,7 +44,7 @@ pub fn span<L: Lanes>(sphere: &Sphere, ray: &Ray<L>) -> Span<L> {
     centered_span(org, ray.shear.turned_dir(ray.dir), ray.dir_squared, radius)
 }
 
-/// A sphere about the origin, of turned rays.
+/// Returns the part of each ray, permuted by its shear, in a sphere about the origin.
 #[inline(always)]
 pub(super) fn centered_span<L: Lanes>(
     org: Vec3<L>,
@@ -56,11 +56,11 @@ pub(super) fn centered_span<L: Lanes>(
     let nearest = org + dir * (b / dir_squared);
     let squared = radius * radius - nearest.length_squared();
     let root = (squared * dir_squared).sqrt();
-    // The larger root in magnitude first; the other from their product.
+    // The root that is larger in magnitude first; the other from their product.
     let q = b + L::select(b.lt(L::zero()), -root, root);
     let product = org.length_squared() - radius * radius;
     let (t0, t1) = (product / q, q / dir_squared);
-    // Both roots are 0 where q is: on the surface and tangent to it.
+    // Both roots are 0 if q is 0: the origin lies on the surface and the ray is tangent.
     let at_origin = q.eq(L::zero());
     let t0 = L::select(at_origin, L::zero(), t0);
     Span {

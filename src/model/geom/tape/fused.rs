@@ -1,10 +1,9 @@
-//! A tape for those who take all its values through memory, where half of a step is that:
-//! products that only one sum needs are taken on the way to it.
+//! Fused tapes, for evaluations that load and store every value: a product that only one sum needs
+//! is computed in the same step, which halves the memory traffic.
 
 use super::{Places, Step};
 
-/// What [`Step`] says, but of places where values are kept. Products and sums are rounded
-/// each, as if they were two steps.
+/// A [`Step`] whose operands are slots. Product and sum are rounded separately, as in two steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fused {
     Coordinate(u8),
@@ -13,18 +12,19 @@ pub enum Fused {
     Difference(u16, u16),
     Product(u16, u16),
     Scaled(u16, f64),
-    /// The first two's product and the third.
+    /// The product of the first two, plus the third.
     ProductAnd(u16, u16, u16),
-    /// The first two's product less the third.
+    /// The product of the first two, minus the third.
     ProductLess(u16, u16, u16),
-    /// The third less the first two's product.
+    /// The third, minus the product of the first two.
     LessProduct(u16, u16, u16),
     ScaledAnd(u16, f64, u16),
     ScaledLess(u16, f64, u16),
     LessScaled(u16, f64, u16),
 }
 
-/// Of steps those that are left, with the places of their values; and how many places.
+/// Fuses steps; returns those that are left with the slots of their values, and the number of
+/// slots.
 pub(super) fn fused(steps: &[Step]) -> (Vec<(Fused, u16)>, usize) {
     let mut uses = vec![0_u32; steps.len()];
     for step in steps {
@@ -33,7 +33,7 @@ pub(super) fn fused(steps: &[Step]) -> (Vec<(Fused, u16)>, usize) {
         }
     }
     let is_product = |i: u32| matches!(steps[i as usize], Step::Product(..) | Step::Scaled(..));
-    // The operand of a sum that is taken on the way to it.
+    // The operand of a sum that is fused with it.
     let inner = |step: &Step| match *step {
         Step::Sum(a, b) | Step::Difference(a, b) => [b, a]
             .into_iter()
@@ -46,7 +46,7 @@ pub(super) fn fused(steps: &[Step]) -> (Vec<(Fused, u16)>, usize) {
             is_left[i as usize] = false;
         }
     }
-    // Steps by their new numbers.
+    // The new number of each step.
     let mut number = vec![0_u32; steps.len()];
     let mut needs: Vec<[Option<u32>; 3]> = Vec::new();
     for (i, step) in steps.iter().enumerate().filter(|(i, _)| is_left[*i]) {
@@ -61,7 +61,7 @@ pub(super) fn fused(steps: &[Step]) -> (Vec<(Fused, u16)>, usize) {
         };
         needs.push(all.map(|operand| operand.map(|i| number[i as usize])));
     }
-    let Places { of, count } = Places::of(&needs);
+    let Places { of, count } = Places::assign(&needs);
     let place = |i: u32| of[number[i as usize] as usize];
     let fuse = |step: &Step| match (*step, inner(step).map(|i| (i, steps[i as usize]))) {
         (Step::Sum(a, b), Some((i, Step::Product(x, y)))) => {

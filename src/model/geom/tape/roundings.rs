@@ -1,26 +1,27 @@
-//! How many roundings a tape takes, and above which numbers none of them underflows.
+//! The number of roundings of a tape, and the magnitude above which none underflows (F1 and F4,
+//! docs/numerics/polynomials.md).
 
 use super::Step;
 use crate::math::is_power_of_two;
 
-/// Of a tape in f64, whose steps are taken one after another. With S the value of the
-/// same steps of magnitudes (constants without signs, differences as sums) at (R, R', R''),
-/// which are no less than the coordinates' own and `floor`, what is computed is off by no
-/// more than ((1 + u)^count − 1)·S, and S itself loses less than that part of it.
+/// The error of a tape in f64. Let S be the value of the same steps on magnitudes (constants
+/// without signs, differences as sums) at (R, R', R''), each no less than the coordinate's
+/// magnitude and `floor`. Then the computed value is off by at most ((1 + u)^count − 1)·S, and S
+/// itself by less than that part of it (F1, docs/numerics/polynomials.md).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Roundings {
-    /// A number, for squares of squares double it.
+    /// A float, because squares of squares double it.
     pub count: f64,
-    /// Infinite where there is none such.
+    /// Infinite if there is no such magnitude.
     pub floor: f64,
 }
 
-/// At `floor` no step is smaller: what underflows is off by 2^−1075, which is less than
-/// u/2^20 of this.
+/// The least that any step is at `floor`: an underflow loses 2⁻¹⁰⁷⁵, less than u/2²⁰ of this (F4,
+/// docs/numerics/polynomials.md).
 const LEAST: f64 = f64::from_bits(1 << 52) * (1u64 << 22) as f64;
 
 impl Roundings {
-    pub fn of(steps: &[Step]) -> Roundings {
+    pub fn count(steps: &[Step]) -> Roundings {
         let mut counts: Vec<f64> = Vec::with_capacity(steps.len());
         for step in steps {
             let of = |i: u32| counts[i as usize];
@@ -28,7 +29,7 @@ impl Roundings {
                 Step::Coordinate(_) | Step::Constant(_) => 0.0,
                 Step::Sum(a, b) | Step::Difference(a, b) => of(a).max(of(b)) + 1.0,
                 Step::Product(a, b) => of(a) + of(b) + 1.0,
-                // What is made larger does not underflow.
+                // A product with a factor ≥ 1 does not underflow.
                 Step::Scaled(a, by) if is_power_of_two(by.abs()) && by.abs() >= 1.0 => of(a),
                 Step::Scaled(a, _) => of(a) + 1.0,
             });
@@ -44,7 +45,7 @@ impl Roundings {
     }
 }
 
-/// Whether no step of magnitudes is less than [`LEAST`] where all coordinates are `at`.
+/// Says whether no step on magnitudes is less than [`LEAST`] if all coordinates are `at`.
 fn stays(steps: &[Step], at: f64) -> bool {
     let mut sizes: Vec<f64> = Vec::with_capacity(steps.len());
     steps.iter().all(|step| {

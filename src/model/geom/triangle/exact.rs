@@ -1,20 +1,20 @@
-//! A ray against a triangle, decided as exact arithmetic would.
+//! Exact predicates of a ray and a triangle.
 //!
-//! The pair's numbers are f64 and f32, and exact by definition (docs/NUMERICS.md).
-//! With corners a, b, c from the ray's origin and d its direction, the edge
-//! functions are [d, b, c], [d, c, a] and [d, a, b]. The ray's line meets the
-//! triangle where none has a sign that another opposes, and not all are zero; so
-//! edges and corners belong to it, and edge-on it is never met. D is their sum,
-//! T = [a, b, c], and t = T / D (Möller and Trumbore 1997). An edge function
-//! changes sign with the direction of its edge: neighbours have opposite values.
+//! The pair's numbers are f64 and f32, and exact by definition (S6). With corners a, b, c relative
+//! to the ray's origin and direction d, the edge functions are [d, b, c], [d, c, a] and [d, a, b].
+//! The ray's line meets the triangle if no two of them have opposite signs and not all are zero:
+//! edges and corners belong to the triangle, and seen edge-on it is never met. With D their sum
+//! and T = [a, b, c], t = T / D (Möller and Trumbore 1997). An edge function changes its sign with
+//! the direction of its edge, so neighbours have opposite values.
 //!
-//! Signs, and the order of two t, come from f64 where its error bound allows,
-//! as nearly always, and else from integers ([`side`], [`crate::math::int`]) of the
-//! least size that holds the pair's numbers: no ray or triangle of finite numbers is
-//! refused. tests/kernels/exact_triangles/ compares with integers of any length.
+//! Signs, and the order of two t, come from f64 where its error bound allows (D3 and D4,
+//! docs/numerics/exact.md), which is nearly always, and else from integers ([`orientation`],
+//! [`crate::math::int`]) of the least size that holds the pair's numbers (D7 to D9). No ray or
+//! triangle of finite numbers is refused. tests/kernels/exact_triangles/ compares with integers of
+//! any length.
 
 use super::Corners;
-use crate::geom::exact::{Line, side};
+use crate::geom::exact::{Line, orientation};
 use crate::math::bounds::{ErrorBounded, UNIT};
 use crate::math::double_double::DoubleDouble;
 use crate::math::dyadic::{Dyadic, exactly};
@@ -22,10 +22,10 @@ use crate::math::int::{Grid, Int};
 use crate::math::{Number, Ratio};
 use std::cmp::Ordering;
 
-/// By the first size of integers that holds the pair's numbers: of a coordinate, a
-/// product of two and of three, and of the product of two such. One limb is for
-/// numbers of f32, two for origins of f64, four for those with noise (a cosine
-/// of 90° is 6e-17); 33 hold any finite numbers.
+/// Calls a function at the first size of integers that holds the pair's numbers (D8,
+/// docs/numerics/exact.md): the limbs of a coordinate, of a product of two and of three, and of
+/// the product of two such. One limb serves numbers of f32, two serve origins of f64, four serve
+/// those with noise (a cosine of 90° is 6e-17); 33 hold any finite numbers.
 macro_rules! at_size {
     ($this:ident.$function:ident($($argument:expr),*)) => {
         $this.$function::<1, 2, 3, 6>($($argument),*)
@@ -43,17 +43,17 @@ pub struct Pair {
     pub corners: Corners,
 }
 
-/// What is known of the edge functions' signs.
+/// The signs of the edge functions, as far as they are known.
 #[derive(Clone, Copy, Debug)]
 struct Signs {
     positive: bool,
     negative: bool,
-    /// Which of them are exactly zero.
+    /// The edge functions that are exactly zero.
     zero: [bool; 3],
 }
 
 impl Signs {
-    /// And the signs of the doubtful ones, until there are both.
+    /// Adds the signs of the undecided ones, until both signs occur.
     #[inline(always)]
     fn with(mut self, doubtful: [bool; 3], side: impl Fn(usize) -> Ordering) -> Signs {
         for i in (0..3).filter(|i| doubtful[*i]) {
@@ -70,17 +70,17 @@ impl Signs {
     }
 }
 
-/// Where the line of a ray meets a triangle, before or behind its origin.
+/// A crossing of a ray's line and a triangle, before or behind the ray's origin.
 #[derive(Clone, Copy, Debug)]
 pub struct Crossing<'a> {
     pub pair: &'a Pair,
     signs: Signs,
-    /// t, as far as f64 knows it.
+    /// t in f64 with its error bound.
     pub t: ErrorBounded,
 }
 
-/// Where the ray's line meets the triangle in exact arithmetic. Rays with a
-/// coordinate that is not finite meet nothing.
+/// Returns where the ray's line meets the triangle in exact arithmetic. Rays with a coordinate
+/// that is not finite meet nothing.
 #[inline]
 pub fn meet_exact(pair: &Pair) -> Option<Crossing<'_>> {
     let edges = edge_functions(pair);
@@ -104,9 +104,9 @@ pub fn meet_exact(pair: &Pair) -> Option<Crossing<'_>> {
 }
 
 impl Crossing<'_> {
-    /// Whether a line of the same direction that is next to this one, and meets no
-    /// edge, meets the triangle, too: always the same such line, so that it crosses
-    /// a closed surface an even number of times (docs/NUMERICS.md).
+    /// Says whether a symbolically perturbed line of the same direction, which meets no edge,
+    /// meets the triangle, too. The perturbation is the same for all triangles, so a line crosses
+    /// a closed surface an even number of times.
     #[inline]
     pub fn is_generic(&self) -> bool {
         let side = if self.signs.negative {
@@ -117,20 +117,20 @@ impl Crossing<'_> {
         (0..3).all(|i| !self.signs.zero[i] || self.pair.drift(i) == side)
     }
 
-    /// Whether the line comes against the triangle's normal, as its winding has it.
+    /// Says whether the line runs against the triangle's normal, which its winding defines.
     #[inline]
     pub fn is_against(&self) -> bool {
         self.signs.negative
     }
 
-    /// By t, exactly.
+    /// Orders by t, exactly.
     #[inline]
     pub fn order(&self, other: &Crossing) -> Ordering {
         let certain = self.t.order(&other.t);
         certain.unwrap_or_else(|| self.order_exact(other))
     }
 
-    /// t against a number, exactly. Infinity is above all, and so is NaN.
+    /// Orders t and a number, exactly. Infinity and NaN are above all t.
     #[inline]
     pub fn order_with(&self, x: f64) -> Ordering {
         let (value, error) = (x, 0.0);
@@ -138,13 +138,14 @@ impl Crossing<'_> {
         certain.unwrap_or_else(|| self.order_with_exact(x))
     }
 
-    /// The f64 nearest to t, ties to even; so equal t have equal bits.
+    /// Returns the f64 nearest to t, ties to even, so that equal t have equal bits (D12,
+    /// docs/numerics/exact.md).
     pub fn rounded(&self) -> f64 {
         let near = self.rounded_in_double_double();
         near.unwrap_or_else(|| at_size!(self.rounded_at()).expect(FINITE))
     }
 
-    /// The same, where numbers of twice f64's precision know it.
+    /// Returns the nearest f64 if double-double arithmetic is certain of it.
     fn rounded_in_double_double(&self) -> Option<f64> {
         let of = |x: f64| <DoubleDouble as Number>::of((), x);
         let [a, b, c] = self.pair.corners_in_double();
@@ -166,7 +167,7 @@ impl Crossing<'_> {
         if !(t.is_finite() && t.abs() > f64::MIN_POSITIVE / UNIT) {
             return None;
         }
-        // The numbers halfway to t's neighbours lie on both sides of T / D.
+        // T / D must lie between the numbers halfway to t's neighbours.
         let halfway = |to: f64| of(t).plus(&of((to - t) * 0.5));
         let below = left(&halfway(t.next_down())).sign()?;
         let above = left(&halfway(t.next_up())).sign()?;
@@ -182,9 +183,8 @@ impl Crossing<'_> {
         at_size!(self.order_at(other)).expect(FINITE)
     }
 
-    /// Whether one ray meets both triangles between the same corners: on a
-    /// shared edge or corner, or on the same triangle. Then t is the same, and
-    /// nothing has to be computed.
+    /// Says whether one ray meets both triangles at a shared edge or corner, or the same triangle:
+    /// then t is the same without computation (D10, docs/numerics/exact.md).
     fn shares_point(&self, other: &Crossing) -> bool {
         let (ours, theirs) = (self.pair, other.pair);
         if ours.org != theirs.org || ours.dir != theirs.dir {
@@ -235,7 +235,8 @@ impl Crossing<'_> {
         Some(self.ratio::<N, P, Q>()?.rounded::<R>())
     }
 
-    /// T / D by the edges at the first corner, D positive.
+    /// Returns T / D from the edges at the first corner, with D positive (D4,
+    /// docs/numerics/exact.md).
     #[inline(always)]
     fn ratio<const N: usize, const P: usize, const Q: usize>(&self) -> Option<Ratio<Q>> {
         let Whole { to, dir, power } = self.pair.whole::<N>()?;
@@ -252,21 +253,21 @@ impl Crossing<'_> {
 
 const FINITE: &str = "33 limbs hold any finite numbers, and others have no crossing";
 
-/// A pair in integers: the corners from the ray's origin, and its direction.
+/// A pair in integers: the corners relative to the ray's origin, and its direction (D7,
+/// docs/numerics/exact.md).
 struct Whole<const N: usize> {
     to: [[Int<N>; 3]; 3],
     dir: [Int<N>; 3],
-    /// t is what these numbers give, times 2^power.
+    /// The exponent of t: t is the quotient of these numbers times 2^power.
     power: i32,
 }
 
 impl Pair {
-    /// The sign that an edge function which is zero takes where the line's origin is
-    /// moved by ε and ε² along the two axes behind the one that it is longest in.
-    /// Zero of an edge along the line.
+    /// Returns the sign that an edge function that is zero takes if the line's origin moves by ε
+    /// and ε² along the two axes after the direction's longest. Zero for an edge along the line.
     ///
-    /// With p, q the edge's ends from the origin and δ the shift, [d, p − δ, q − δ] =
-    /// [d, p, q] + [d, δ, p − q].
+    /// With p, q the edge's ends relative to the origin and δ the shift, [d, p − δ, q − δ] = [d,
+    /// p, q] + [d, δ, p − q].
     #[cold]
     #[inline(never)]
     fn drift(&self, edge: usize) -> Ordering {
@@ -290,8 +291,8 @@ impl Pair {
         })
     }
 
-    /// The signs of the doubtful edge functions, until there are both; given
-    /// those without doubt. `None` where a number is not finite.
+    /// Returns the exact signs of the undecided edge functions, until both signs occur, given the
+    /// others. `None` if a number is not finite.
     #[cold]
     #[inline(never)]
     fn settle(&self, doubtful: [bool; 3], signs: Signs) -> Option<Signs> {
@@ -301,19 +302,20 @@ impl Pair {
         if !line.is_finite() || !corners.as_flattened().iter().all(|x| x.is_finite()) {
             return None;
         }
-        // Edge-on all three are zero: a ray along a flat part of a mesh has many such.
+        // Edge-on all three are zero; a ray along a flat part of a mesh has many such pairs.
         if doubtful == [true; 3] && self.is_edge_on() {
             return None;
         }
-        let side = |i: usize| side::of_edge(&line, &corners[(i + 1) % 3], &corners[(i + 2) % 3]);
+        let side =
+            |i: usize| orientation::of_edge(&line, &corners[(i + 1) % 3], &corners[(i + 2) % 3]);
         Some(signs.with(doubtful, side))
     }
 
-    /// Whether D = 0, where small integers know it.
+    /// Says whether D = 0, if small integers decide that.
     fn is_edge_on(&self) -> bool {
         let corners = self.corners_in_double();
         let [a, b, c] = corners;
-        // Across an axis, and the ray along it: no product is anything but zero.
+        // The triangle is perpendicular to an axis, and so is the ray: every product is zero.
         if (0..3).any(|k| self.dir[k] == 0.0 && a[k] == b[k] && b[k] == c[k]) {
             return true;
         }
@@ -352,26 +354,26 @@ impl Pair {
     }
 }
 
-/// t in f64.
+/// Computes t in f64 with its error bound (D4, docs/numerics/exact.md).
 ///
-/// Roundings: one of a corner's difference from the origin, one of each edge,
-/// two of a product's difference, one of the last product, two of the sum: eight
-/// for T, seven for D; one more of each covers the bound's own. Edges are
-/// differences of f32 numbers, so only the last products can underflow.
+/// Roundings: one of a corner's difference from the origin, one of each edge, two of a product's
+/// difference, one of the last product, two of the sum: eight for T, seven for D; one more of each
+/// covers those of the bound. Edges are differences of f32 numbers, so only the last products can
+/// underflow.
 #[inline(always)]
 fn t_in_double(pair: &Pair) -> ErrorBounded {
     let [a, b, c] = pair.corners_in_double();
     let normal = cross_in_double(minus(b, a), minus(c, a));
     let top = dot_in_double(normal, minus(a, pair.org), 9.0);
     let bottom = dot_in_double(normal, pair.dir, 8.0);
-    // Not above |D|. The two divisions do not wait for each other.
+    // A lower bound of |D|. The two divisions are independent of each other.
     let least = bottom.value.abs() - bottom.error;
     let (value, inverse) = (top.value / bottom.value, 1.0 / least);
     // |T/D − T̂/D̂| ≤ (|T − T̂| + |T̂/D̂| |D − D̂|) / |D|.
     let error = (top.error + value.abs() * bottom.error) * inverse;
     ErrorBounded {
         value,
-        // Beyond, the inverse is subnormal, and no longer good to a rounding.
+        // Beyond this the inverse is subnormal and has a larger relative error.
         error: if least > 0.0 && least < 1e300 {
             error * (1.0 + 16.0 * UNIT) + value.abs() * (2.0 * UNIT) + f64::MIN_POSITIVE
         } else {
@@ -380,11 +382,11 @@ fn t_in_double(pair: &Pair) -> ErrorBounded {
     }
 }
 
-/// The edge functions in f64, and how far they may be from exact.
+/// Computes the edge functions in f64 with their error bounds (D3, docs/numerics/exact.md).
 ///
-/// Seven roundings each: one of either corner's difference from the origin, two
-/// of a product's difference, one of the last product, two of the sum. Counted
-/// as eight, which covers the bound's own.
+/// Seven roundings each: one of either corner's difference from the origin, two of a product's
+/// difference, one of the last product, two of the sum. They count as eight, which covers those of
+/// the bound.
 #[inline(always)]
 pub fn edge_functions(pair: &Pair) -> [ErrorBounded; 3] {
     let [a, b, c] = pair.corners_in_double();
@@ -407,7 +409,7 @@ fn minus(x: [f64; 3], y: [f64; 3]) -> [f64; 3] {
     [x[0] - y[0], x[1] - y[1], x[2] - y[2]]
 }
 
-/// x × y, and the same of magnitudes with sums for differences.
+/// Returns x × y, and the same of magnitudes with sums for differences.
 #[inline(always)]
 fn cross_in_double(x: [f64; 3], y: [f64; 3]) -> ([f64; 3], [f64; 3]) {
     let p = [x[1] * y[2], x[2] * y[0], x[0] * y[1]];
@@ -416,8 +418,8 @@ fn cross_in_double(x: [f64; 3], y: [f64; 3]) -> ([f64; 3], [f64; 3]) {
     (minus(p, q), [size(0), size(1), size(2)])
 }
 
-/// A product of three vectors, with `roundings` in each of its terms. What
-/// underflow takes, 2^−1075 a product, is far below the least normal number.
+/// Computes a product of three vectors with `roundings` in each of its terms. The loss by
+/// underflow, 2⁻¹⁰⁷⁵ per product, is far below the least normal number.
 #[inline(always)]
 fn dot_in_double((x, size): ([f64; 3], [f64; 3]), y: [f64; 3], roundings: f64) -> ErrorBounded {
     let z = [y[0].abs(), y[1].abs(), y[2].abs()];

@@ -2,10 +2,10 @@
 
 use crate::accel::{PreparedCsg, Slabs};
 use crate::geom::exact::Line;
-use crate::geom::guarded::implicit::Boundaries;
+use crate::geom::guarded::implicit::OperandCrossings;
 use crate::geom::guarded::{self, Ends, ObjectRay};
 use crate::geom::primitive::Blur;
-use crate::geom::{Certainty, Ray, by_solver};
+use crate::geom::{Certainty, Ray, Scratch, by_solver};
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::math::{Aabb, Vec3};
 use crate::scene::{CsgOperand, ImplicitId, Shape, Tables};
@@ -72,9 +72,10 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         (operand, row): (&CsgOperand, ImplicitId),
         active: L::Mask,
         rows: &mut Vec<[L; 3]>,
-    ) -> Boundaries<L> {
+        kernels: &mut Scratch,
+    ) -> OperandCrossings<L> {
         let Some((bounds, condition)) = csg.box_around(operand) else {
-            return Boundaries {
+            return OperandCrossings {
                 inside: L::Mask::splat(false),
                 unsure: active,
             };
@@ -96,9 +97,15 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         let tape = &tables.implicits.tape[row.index()];
         let frame = self.of(csg, operand.frame);
         let rays = (*frame.org, *frame.dir);
-        let found =
-            guarded::implicit::boundaries::<L>(tape, rays, [start, end], astray, known, rows);
-        Boundaries {
+        let found = guarded::implicit::operand_crossings::<L>(
+            tape,
+            rays,
+            [start, end],
+            (astray, known),
+            rows,
+            &mut kernels.polynomial,
+        );
+        OperandCrossings {
             inside: found.inside,
             unsure: found.unsure | active & !apart & !known,
         }
@@ -112,7 +119,7 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         (operand, row): (&CsgOperand, ImplicitId),
         active: L::Mask,
         rows: &mut Vec<[L; 3]>,
-    ) -> Boundaries<L> {
+    ) -> OperandCrossings<L> {
         let (solver, first) = (tables.implicits.solver(row), rows.len());
         let tape = &tables.implicits.tape[row.index()];
         let bounds = csg.box_around(operand);
@@ -152,7 +159,7 @@ impl<'a, L: Lanes> Spaces<'a, L> {
                 rows[first + pass] = rows[first + pass].map(|row| row.with_lane(lane, t));
             }
         }
-        Boundaries {
+        OperandCrossings {
             inside: L::Mask::from_bits(inside),
             unsure: L::Mask::splat(false),
         }

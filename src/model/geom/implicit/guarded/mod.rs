@@ -1,47 +1,44 @@
-//! Polynomial surfaces, in f64 and eight rays at a time whatever the lanes, or four, where
-//! there are no more.
+//! Meets polynomial surfaces with error bounds, in f64 and eight rays at a time whatever the
+//! lanes' type, or four at a time for narrower packets.
 //!
-//! The part of a ray that is in the surface's bounds or in its clip is 0 ≤ s ≤ 1. There
-//! the polynomial is interpolated from its values at Chebyshev's nodes
-//! ([`crate::roots::collocation`]), or, of a low degree, made of forms about the ray's
-//! origin, which rays of a camera have in common; and its least root isolated and refined with a bound
-//! of what its coefficients are off by ([`crate::roots::lanes`]). docs/NUMERICS.md
-//! derives that bound. The degree that counts is one of a few, no less than the
-//! polynomial's own.
+//! The segment of a ray in the surface's bounds or clip is parametrised by 0 ≤ s ≤ 1. On it the
+//! polynomial is interpolated from its values at Chebyshev nodes ([`crate::roots::collocation`]);
+//! a polynomial of low degree is expanded in its Taylor form about the ray's origin, which camera
+//! rays share. The least root is isolated and refined with a bound on the error of the
+//! coefficients ([`crate::roots::lanes`]; F1 to F12, docs/numerics/polynomials.md). Kernels exist
+//! for a few degrees; the least that is no lower than the polynomial's is used.
 //!
-//! All rays take the same steps, which depend on nothing but the ray and the surface,
-//! so that t has the same bits at any width.
+//! A ray's steps depend on nothing but the ray and the surface, so t has the same bits at any
+//! width.
 
-mod along;
-mod eights;
-mod forms;
-mod line;
-mod operand;
-mod twofold;
+mod all_roots;
+mod chebyshev_nodes;
+mod double_double_form;
+mod lane_regrouping;
+mod operand_crossings;
+mod taylor;
 
-pub use along::blur_at;
-pub use line::{Crossing, crossings};
-pub use operand::{Boundaries, boundaries};
-pub use twofold::nearest;
+pub use all_roots::{SimpleCrossing, crossings};
+pub use chebyshev_nodes::blur_at;
+pub use double_double_form::nearest;
+pub use operand_crossings::{OperandCrossings, operand_crossings};
 
 use crate::geom::dense::Expanded;
-use crate::geom::guarded::{Ends, ObjectRay, cuboid, rounded, sphere};
-use crate::geom::{Clip, Cuboid, Implicit, Meet, Ray};
+use crate::geom::guarded::{Ends, ObjectRay, rounded};
+use crate::geom::{Implicit, Meet, Ray};
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask, Scalar, f64x4, f64x8};
 use crate::roots::lanes::{
     Segment, Waiting, changes_between, exists, leaves_between, nearly_nearest,
 };
-use along::along;
-use eights::{Chosen, by_degree};
-use std::cell::Cell;
-use std::thread::LocalKey;
+use chebyshev_nodes::segment_of;
+use lane_regrouping::{ActiveLanes, by_degree};
 
 type Eight = f64x8;
 type Four = f64x4;
 
-/// What some rays meet first.
+/// The first crossings of a group of rays.
 struct Found<D> {
     t: D,
     from: D,
@@ -58,9 +55,10 @@ struct Rays<D> {
     limit: D,
 }
 
-/// Reused from ray to ray.
+/// Buffers for rays in lanes D, reused from ray to ray.
+#[derive(Debug)]
 struct Store<D: Lanes> {
-    /// Of steps, at all nodes.
+    /// The values of a tape's steps at all nodes.
     values: Vec<D>,
     waiting: Waiting<D>,
     expanded: Expanded,
@@ -76,21 +74,31 @@ impl<D: Lanes> Default for Store<D> {
     }
 }
 
-type KeptTrees<D> = Cell<Option<Box<Store<D>>>>;
-
-thread_local! {
-    static EIGHT: KeptTrees<Eight> = const { Cell::new(None) };
-    static FOUR: KeptTrees<Four> = const { Cell::new(None) };
-    static ONE: KeptTrees<f64> = const { Cell::new(None) };
+/// Buffers of the kernels of polynomial surfaces, reused from ray to ray.
+#[derive(Debug, Default)]
+pub struct PolynomialScratch {
+    eight: Store<Eight>,
+    four: Store<Four>,
+    one: Store<f64>,
+    /// The crossings that [`operand_crossings`] has found so far: one row per crossing of a ray,
+    /// one column per lane.
+    rows: Vec<[[f64; 16]; 3]>,
+    /// All crossings of one line.
+    pub crossings: Vec<SimpleCrossing>,
 }
 
-/// Where rays first meet the surface beyond t_min.
+/// Returns where rays first meet the surface beyond t_min.
 #[inline(never)]
-pub fn meet<L: Lanes>(row: &Implicit, object: &ObjectRay<L>, active: L::Mask) -> Meet<L> {
+pub fn meet<L: Lanes>(
+    row: &Implicit,
+    object: &ObjectRay<L>,
+    active: L::Mask,
+    scratch: &mut PolynomialScratch,
+) -> Meet<L> {
     let none = L::splat(L::Scalar::INFINITY);
-    let (hit, unsure, ends) = ask::<L, false>(row, object, none, active);
+    let (hit, unsure, ends) = ask::<L, false>(row, object, none, active, scratch);
     let [from, t, to] = rounded::<L>(ends);
-    // What is beyond the lanes' numbers is left to others.
+    // A t beyond the range of the lanes' type leaves the lane undecided.
     let is_number = t.abs().lt(none);
     Meet {
         hit: hit & is_number,
@@ -100,16 +108,16 @@ pub fn meet<L: Lanes>(row: &Implicit, object: &ObjectRay<L>, active: L::Mask) ->
     }
 }
 
-/// Rays that certainly meet the surface between t_min and a limit; and those of which it
-/// is not certain.
+/// Returns rays that certainly meet the surface between t_min and a limit, and undecided rays.
 #[inline(never)]
 pub fn blocked<L: Lanes>(
     row: &Implicit,
     object: &ObjectRay<L>,
     limit: L,
     active: L::Mask,
+    scratch: &mut PolynomialScratch,
 ) -> (L::Mask, L::Mask) {
-    let (hit, unsure, _) = ask::<L, true>(row, object, limit, active);
+    let (hit, unsure, _) = ask::<L, true>(row, object, limit, active, scratch);
     (hit, unsure)
 }
 
@@ -119,17 +127,18 @@ type Answer<L> = (
     [<L as Lanes>::Double; 3],
 );
 
-/// Which rays meet the surface, of which that is not known, and where.
+/// Returns which rays meet the surface, which are undecided, and the bounds of t.
 #[inline(always)]
 fn ask<L: Lanes, const ANY: bool>(
     row: &Implicit,
     object: &ObjectRay<L>,
     limit: L,
     active: L::Mask,
+    scratch: &mut PolynomialScratch,
 ) -> Answer<L> {
     match L::COUNT <= Four::COUNT {
-        true => ask_by::<L, Four, ANY>(row, object, limit, active, &FOUR),
-        false => ask_by::<L, Eight, ANY>(row, object, limit, active, &EIGHT),
+        true => ask_by::<L, Four, ANY>(row, object, limit, active, &mut scratch.four),
+        false => ask_by::<L, Eight, ANY>(row, object, limit, active, &mut scratch.eight),
     }
 }
 
@@ -139,7 +148,7 @@ fn ask_by<L: Lanes, D: Lanes<Scalar = f64, Double = D>, const ANY: bool>(
     object: &ObjectRay<L>,
     limit: L,
     active: L::Mask,
-    kept: &'static LocalKey<KeptTrees<D>>,
+    store: &mut Store<D>,
 ) -> Answer<L> {
     let columns = [
         object.org.x,
@@ -155,23 +164,21 @@ fn ask_by<L: Lanes, D: Lanes<Scalar = f64, Double = D>, const ANY: bool>(
     let zero = <L::Double as Lanes>::zero();
     let mut answer = [zero; 3].map(|x| x.to_array());
     let (mut hit, mut unsure) = (0, 0);
-    let mut store = kept.take().unwrap_or_default();
-    for group in Chosen::of(active).groups::<L, D>(active) {
+    for group in ActiveLanes::new(active).groups::<L, D>(active) {
         let rays = group.rays(&columns);
         let asked = group.asked();
         let found: Found<D> = by_degree!(
             row.tape.degree(),
-            N => found::<D, N, ANY>(row, &rays, asked, &mut store),
+            N => found::<D, N, ANY>(row, &rays, asked, store),
             Found::nothing(asked)
         );
-        hit |= group.spread(found.hit);
-        unsure |= group.spread(found.unsure);
+        hit |= group.scatter_bits(found.hit);
+        unsure |= group.scatter_bits(found.unsure);
         let [from, t, to] = &mut answer;
-        group.put(from, found.from);
-        group.put(t, found.t);
-        group.put(to, found.to);
+        group.scatter(from, found.from);
+        group.scatter(t, found.t);
+        group.scatter(to, found.to);
     }
-    kept.set(Some(store));
     let ends = answer.map(|column| <L::Double as Lanes>::load(column.as_ref()));
     (L::Mask::from_bits(hit), L::Mask::from_bits(unsure), ends)
 }
@@ -188,38 +195,31 @@ impl<D: Lanes> Found<D> {
     }
 }
 
-/// Rays in the surface's bounds or in its clip, and f there.
-struct Part<D: Lanes, const N: usize> {
+/// The segments of rays in the surface's bounds or clip, and f on them.
+struct ClippedRays<D: Lanes, const N: usize> {
     ends: Ends<D>,
     start: D,
     width: D,
     segment: Segment<D, N>,
-    /// Lanes that come there.
+    /// Lanes whose ray has such a segment.
     reached: D::Mask,
-    /// Of those, what is known well enough to be looked at.
+    /// Those of them whose segment is certain and finite.
     live: D::Mask,
 }
 
-impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> Part<D, N> {
-    /// `None`: no ray comes there.
+impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> ClippedRays<D, N> {
+    /// Clips rays to the surface's bounds or clip; `None` if no ray has a segment there.
     #[inline(always)]
-    fn of(
+    fn clip(
         row: &Implicit,
         rays: &Rays<D>,
         asked: D::Mask,
         store: &mut Store<D>,
-    ) -> Option<Part<D, N>> {
+    ) -> Option<ClippedRays<D, N>> {
         let ray = Ray::<D>::new(rays.org, rays.dir, rays.t_min);
         let object = ObjectRay::new(&rays.org, &rays.dir, &ray);
-        let ends: Ends<D> = match (row.clip, row.bounds) {
-            (Some(Clip::Sphere(ball)), _) => sphere::sphere_ends(&ball, &object),
-            (Some(Clip::Cuboid(row)), _) => cuboid::ends(&row, &object),
-            (None, Some(bounds)) => {
-                let (min, max) = (bounds.min, bounds.max);
-                cuboid::ends(&Cuboid { min, max }, &object)
-            }
-            (None, None) => Ends::none_or_unknown(D::Mask::splat(false)),
-        };
+        let ends = row.region_ends(&object);
+        let ends = ends.unwrap_or_else(|| Ends::none_or_unknown(D::Mask::splat(false)));
         let start = ends.enter[0].max(rays.t_min);
         let end = ends.exit[2].min(rays.limit);
         let misses = ends.none | ends.some & !start.lt(end);
@@ -231,8 +231,8 @@ impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> Part<D, N> {
         let infinity = D::from_f64(f64::INFINITY);
         let is_known = ends.some & width.lt(infinity) & start.abs().lt(infinity);
         let live = reached & is_known;
-        let segment = along::<D, N>(row, rays, (start, width), live, store);
-        Some(Part {
+        let segment = segment_of::<D, N>(row, rays, (start, width), live, store);
+        Some(ClippedRays {
             ends,
             start,
             width,
@@ -242,7 +242,8 @@ impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> Part<D, N> {
         })
     }
 
-    /// Lanes whose t, between two numbers, is certainly in the clip.
+    /// Returns lanes whose t, known between two numbers, certainly lies in the clip (F12,
+    /// docs/numerics/polynomials.md).
     #[inline(always)]
     fn in_clip(&self, row: &Implicit, [from, to]: [D; 2]) -> D::Mask {
         if row.clip.is_none() {
@@ -252,8 +253,8 @@ impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> Part<D, N> {
         begins & to.le(self.ends.exit[0])
     }
 
-    /// The least root of some lanes: t and between what it lies, lanes that have one in
-    /// the clip, and those of which that is not known.
+    /// Finds the least root in some lanes: t with its bounds, lanes that have one in the clip, and
+    /// undecided lanes.
     #[inline(always)]
     fn first(
         &self,
@@ -273,14 +274,14 @@ impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> Part<D, N> {
         ([from, at(found.t), to], hit, found.doubt | found.hit & !hit)
     }
 
-    /// Whether some lanes have a root, and of which that is not known.
+    /// Returns which of some lanes have a root, and which are undecided.
     #[inline(always)]
     fn any(&self, row: &Implicit, lanes: D::Mask, store: &mut Store<D>) -> (D::Mask, D::Mask) {
         let exists = exists(&self.segment, lanes, &mut store.waiting);
         if row.clip.is_none() || exists.some.none() {
             return (exists.some, exists.doubt);
         }
-        // Different signs at two places in the clip are enough.
+        // Different signs at two places in the clip suffice (F12, docs/numerics/polynomials.md).
         let place = |t: D| (t - self.start) / self.width;
         let one = D::from_f64(1.0);
         let from = place(self.ends.enter[2]) + D::from_f64(8.0 * UNIT);
@@ -300,7 +301,7 @@ impl<D: Lanes<Scalar = f64, Double = D>, const N: usize> Part<D, N> {
     }
 }
 
-/// Of polynomials of degree N − 1.
+/// Meets polynomials of degree N − 1 at most.
 #[inline(never)]
 fn found<D: Lanes<Scalar = f64, Double = D>, const N: usize, const ANY: bool>(
     row: &Implicit,
@@ -308,7 +309,7 @@ fn found<D: Lanes<Scalar = f64, Double = D>, const N: usize, const ANY: bool>(
     asked: u32,
     store: &mut Store<D>,
 ) -> Found<D> {
-    let Some(part) = Part::<D, N>::of(row, rays, D::Mask::from_bits(asked), store) else {
+    let Some(part) = ClippedRays::<D, N>::clip(row, rays, D::Mask::from_bits(asked), store) else {
         return Found::nothing(0);
     };
     let dark = part.reached & !part.live;

@@ -1,18 +1,19 @@
-//! Rays of any lanes, taken by eights or fours; and degrees, taken by kernels.
+//! Regroups the active lanes of any width into registers of eight or four f64 lanes, and selects
+//! kernels by degree.
 
 use super::Rays;
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask};
 
-/// The lanes of a mask.
-pub(super) struct Chosen {
+/// The numbers of the lanes in a mask.
+pub(super) struct ActiveLanes {
     lanes: [usize; 16],
     count: usize,
 }
 
-impl Chosen {
+impl ActiveLanes {
     #[inline(always)]
-    pub fn of<M: Mask>(mask: M) -> Chosen {
+    pub fn new<M: Mask>(mask: M) -> ActiveLanes {
         let (mut lanes, mut count) = ([0; 16], 0);
         let mut bits = mask.bits();
         while bits != 0 {
@@ -20,81 +21,85 @@ impl Chosen {
             count += 1;
             bits &= bits - 1;
         }
-        Chosen { lanes, count }
+        ActiveLanes { lanes, count }
     }
 
-    /// So many at a time, the last ones fewer.
+    /// Returns the lanes `count` at a time; the last chunk may be shorter.
     #[inline(always)]
-    pub fn by(&self, count: usize) -> impl Iterator<Item = &[usize]> {
+    pub fn chunks(&self, count: usize) -> impl Iterator<Item = &[usize]> {
         self.lanes[..self.count].chunks(count)
     }
 }
 
-/// Lanes that are met together, of which some are asked about.
+/// Lanes that share a register, some of them active.
 #[derive(Clone, Copy)]
-pub(super) enum Group<'a> {
-    /// From this one on, those whose bits are set.
-    Side {
+pub(super) enum LaneGroup<'a> {
+    /// Adjacent lanes from `first` on; the bits of `asked` say which are active.
+    Adjacent {
         first: usize,
         asked: u32,
     },
-    Picked(&'a [usize]),
+    Gathered(&'a [usize]),
 }
 
-impl Chosen {
-    /// As few groups of D's lanes as there can be. Lanes that lie side by side stay so,
-    /// which takes much less time.
+impl ActiveLanes {
+    /// Returns the least number of groups of D's lanes. Adjacent lanes stay adjacent, because
+    /// loads are much faster than gathers.
     #[inline(always)]
-    pub fn groups<L: Lanes, D: Lanes>(&self, mask: L::Mask) -> impl Iterator<Item = Group<'_>> {
+    pub fn groups<L: Lanes, D: Lanes>(&self, mask: L::Mask) -> impl Iterator<Item = LaneGroup<'_>> {
         let bits = mask.bits();
         let sides = [bits & ((1 << D::COUNT) - 1), bits >> D::COUNT];
         let few = sides[0] != 0 && sides[1] != 0 && self.count <= D::COUNT;
         let apart = L::COUNT < D::COUNT || few;
         let side = move |(i, asked): (usize, u32)| {
             let first = D::COUNT * i;
-            (!apart && asked != 0).then_some(Group::Side { first, asked })
+            (!apart && asked != 0).then_some(LaneGroup::Adjacent { first, asked })
         };
         let sides = sides.into_iter().enumerate().filter_map(side);
         let picked = if apart { self.count } else { 0 };
-        sides.chain(self.lanes[..picked].chunks(D::COUNT).map(Group::Picked))
+        sides.chain(
+            self.lanes[..picked]
+                .chunks(D::COUNT)
+                .map(LaneGroup::Gathered),
+        )
     }
 }
 
-impl Group<'_> {
+impl LaneGroup<'_> {
     #[inline(always)]
     pub fn asked(&self) -> u32 {
         match self {
-            Group::Side { asked, .. } => *asked,
-            Group::Picked(some) => (1 << some.len()) - 1,
+            LaneGroup::Adjacent { asked, .. } => *asked,
+            LaneGroup::Gathered(some) => (1 << some.len()) - 1,
         }
     }
 
-    /// Vectors, directions, the first t and the last.
+    /// Loads the rays: origins, directions, the first t and the last.
     #[inline(always)]
     pub fn rays<D: Lanes<Scalar = f64>, A: AsRef<[f64]>>(&self, columns: &[A; 8]) -> Rays<D> {
         match self {
-            Group::Side { first, .. } => {
-                Rays::of(|column| D::load(&columns[column].as_ref()[*first..]))
+            LaneGroup::Adjacent { first, .. } => {
+                Rays::load(|column| D::load(&columns[column].as_ref()[*first..]))
             }
-            Group::Picked(some) => rays(columns, some),
+            LaneGroup::Gathered(some) => rays(columns, some),
         }
     }
 
-    /// A mask's bits where they belong.
+    /// Moves the bits of the group's mask to their lanes.
     #[inline(always)]
-    pub fn spread(&self, bits: u32) -> u32 {
+    pub fn scatter_bits(&self, bits: u32) -> u32 {
         match self {
-            Group::Side { first, .. } => bits << first,
-            Group::Picked(some) => spread(bits, some),
+            LaneGroup::Adjacent { first, .. } => bits << first,
+            LaneGroup::Gathered(some) => scatter_bits(bits, some),
         }
     }
 
-    /// Numbers of the group's lanes to where they belong.
+    /// Stores numbers of the group in their lanes.
     #[inline(always)]
-    pub fn put<D: Lanes<Scalar = f64>, A: AsMut<[f64]>>(&self, column: &mut A, from: D) {
+    pub fn scatter<D: Lanes<Scalar = f64>, A: AsMut<[f64]>>(&self, column: &mut A, from: D) {
         match self {
-            Group::Side { first, .. } => from.store(&mut column.as_mut()[*first..]),
-            Group::Picked(some) => {
+            LaneGroup::Adjacent { first, .. } => from.store(&mut column.as_mut()[*first..]),
+            LaneGroup::Gathered(some) => {
                 for (lane, x) in some.iter().zip(from.to_array().as_ref()) {
                     column.as_mut()[*lane] = *x;
                 }
@@ -105,7 +110,7 @@ impl Group<'_> {
 
 impl<D: Lanes> Rays<D> {
     #[inline(always)]
-    fn of(load: impl Fn(usize) -> D) -> Rays<D> {
+    fn load(load: impl Fn(usize) -> D) -> Rays<D> {
         Rays {
             org: Vec3::new(load(0), load(1), load(2)),
             dir: Vec3::new(load(3), load(4), load(5)),
@@ -115,16 +120,16 @@ impl<D: Lanes> Rays<D> {
     }
 }
 
-/// A mask's bits, of some lanes brought together, where they belong.
+/// Moves the bits of gathered lanes back to their lanes.
 #[inline(always)]
-pub(super) fn spread(bits: u32, some: &[usize]) -> u32 {
+pub(super) fn scatter_bits(bits: u32, some: &[usize]) -> u32 {
     let place = |all, (i, lane): (usize, &usize)| all | (bits >> i & 1) << lane;
     some.iter().enumerate().fold(0, place)
 }
 
-/// Some lanes of a column, one or more; the first of them in what is left over.
+/// Gathers one or more lanes of a column; the remaining lanes repeat the first of them.
 #[inline(always)]
-pub(super) fn gathered<D: Lanes<Scalar = f64>, A: AsRef<[f64]>>(column: &A, some: &[usize]) -> D {
+pub(super) fn gather<D: Lanes<Scalar = f64>, A: AsRef<[f64]>>(column: &A, some: &[usize]) -> D {
     let from = column.as_ref();
     let mut values = D::splat(from[some[0]]).to_array();
     for (value, lane) in values.as_mut().iter_mut().zip(some) {
@@ -133,16 +138,17 @@ pub(super) fn gathered<D: Lanes<Scalar = f64>, A: AsRef<[f64]>>(column: &A, some
     D::load(values.as_ref())
 }
 
-/// Vectors, directions, the first t and the last.
+/// Loads the rays: origins, directions, the first t and the last.
 #[inline(always)]
 pub(super) fn rays<D: Lanes<Scalar = f64>, A: AsRef<[f64]>>(
     columns: &[A; 8],
     some: &[usize],
 ) -> Rays<D> {
-    Rays::of(|column| gathered(&columns[column], some))
+    Rays::load(|column| gather(&columns[column], some))
 }
 
-/// `$call` with N, one of a few, above the degree; `$none` beyond the last.
+/// Evaluates `$call` with a constant N of a few, the least above the degree; `$none` beyond the
+/// last.
 macro_rules! by_degree {
     ($degree:expr, $n:ident => $call:expr, $none:expr) => {{
         macro_rules! with {

@@ -1,113 +1,25 @@
-//! On which side of a line an edge passes, or a point is seen, by integers.
+//! Orientation predicates by integers: the side on which an edge passes a line, and the side on
+//! which a point is seen (D9, docs/numerics/exact.md).
 //!
-//! An edge from p to q passes by the line of origin o and direction d as the sign of
-//! [d, p − o, q − o] = (p − o) · ((q − p) × d) says. The primitives at an edge or a corner
-//! share it, and so do the answers: those about one line are kept, the last few.
+//! The side on which an edge from p to q passes the line of origin o and direction d is the sign
+//! of [d, p − o, q − o] = (p − o) · ((q − p) × d).
 //!
-//! Integers ([`crate::math::int`]) have the least size that holds the numbers, the
-//! origin's apart from the others; where these are very far apart, [`Dyadic`] numbers
-//! take over.
+//! Integers ([`crate::math::int`]) have the least size that holds the numbers, on one grid for the
+//! origin and p and on others for the rest; if magnitudes differ too much, [`Dyadic`] numbers take
+//! over (D11).
 
 use super::Line;
 use crate::math::dyadic::{Dyadic, exactly};
 use crate::math::int::{Grid, Int, decoded};
 use crate::math::{Number, number};
-use std::cell::RefCell;
 use std::cmp::Ordering;
 
 type Point = [f64; 3];
 
-/// How many edges, and how many points, are kept at most.
-const KEPT: usize = 16;
-
-/// Answers to questions of K numbers, each in the place that these give it.
-struct KeptTrees<const K: usize> {
-    answers: [Answer<K>; KEPT],
-}
-
-#[derive(Clone, Copy)]
-struct Answer<const K: usize> {
-    of: [f64; K],
-    /// Which line it is about.
-    line: u64,
-    side: Ordering,
-}
-
-impl<const K: usize> KeptTrees<K> {
-    const NOTHING: KeptTrees<K> = KeptTrees {
-        answers: [Answer {
-            of: [0.0; K],
-            line: 0,
-            side: Ordering::Equal,
-        }; KEPT],
-    };
-
-    #[inline(always)]
-    fn find(&mut self, of: [f64; K], line: u64, ask: impl FnOnce() -> Ordering) -> Ordering {
-        let mut mixed = 0_u64;
-        for (i, x) in of.iter().enumerate() {
-            // Numbers of f32 have their bits above.
-            let odd = 0x9e37_79b9_7f4a_7c15_u64.wrapping_mul(2 * i as u64 + 1);
-            mixed = mixed.wrapping_add((x.to_bits() >> 29).wrapping_mul(odd));
-        }
-        let answer = &mut self.answers[(mixed >> 60) as usize];
-        if answer.line != line || answer.of != of {
-            *answer = Answer {
-                of,
-                line,
-                side: ask(),
-            };
-        }
-        answer.side
-    }
-}
-
-struct Known {
-    line: Line,
-    /// Counts lines.
-    number: u64,
-    edges: KeptTrees<6>,
-    points: KeptTrees<5>,
-}
-
-thread_local! {
-    static KNOWN: RefCell<Known> = const {
-        RefCell::new(Known {
-            line: Line { org: [f64::NAN; 3], dir: [f64::NAN; 3] },
-            number: 0,
-            edges: KeptTrees::NOTHING,
-            points: KeptTrees::NOTHING,
-        })
-    };
-}
-
-impl Known {
-    #[inline(always)]
-    fn number_of(&mut self, line: &Line) -> u64 {
-        if self.line != *line {
-            self.line = *line;
-            self.number += 1;
-        }
-        self.number
-    }
-}
-
-/// The sign of [d, p − o, q − o]. All numbers are finite.
+/// Returns the sign of [d, p − o, q − o]. All numbers are finite.
 #[cold]
 #[inline(never)]
 pub fn of_edge(line: &Line, p: &Point, q: &Point) -> Ordering {
-    // Neighbours go along an edge both ways.
-    let turned = q < p;
-    let (p, q) = if turned { (q, p) } else { (p, q) };
-    let side = KNOWN.with_borrow_mut(|known| {
-        let number = known.number_of(line);
-        let ends = [p[0], p[1], p[2], q[0], q[1], q[2]];
-        known.edges.find(ends, number, || edge_exactly(line, p, q))
-    });
-    if turned { side.reverse() } else { side }
-}
-
-fn edge_exactly(line: &Line, p: &Point, q: &Point) -> Ordering {
     edge_in::<1, 2>(line, [p, q], |m| {
         passing::<1, 2, 3>(line, p, m)
             .or_else(|| passing::<2, 2, 4>(line, p, m))
@@ -122,7 +34,7 @@ fn edge_exactly(line: &Line, p: &Point, q: &Point) -> Ordering {
     .unwrap_or_else(|| edge_of_any_size(line, p, q))
 }
 
-/// What is asked about (q − p) × d; `None` where integers of A limbs do not hold these.
+/// Calls `ask` with (q − p) × d; `None` if integers of A limbs do not hold the numbers.
 #[inline(always)]
 fn edge_in<const A: usize, const P: usize>(
     line: &Line,
@@ -136,8 +48,8 @@ fn edge_in<const A: usize, const P: usize>(
     ask(&[minor(1, 2), minor(2, 0), minor(0, 1)])
 }
 
-/// The sign of (p − o) · m, of m in integers; `None` where N limbs do not hold p and o,
-/// but for one component of o that is next to nothing.
+/// Returns the sign of (p − o) · m with m in integers; `None` if N limbs do not hold p and o,
+/// apart from one component of o that is next to nothing.
 #[inline(always)]
 fn passing<const N: usize, const P: usize, const Q: usize>(
     line: &Line,
@@ -146,7 +58,7 @@ fn passing<const N: usize, const P: usize, const Q: usize>(
 ) -> Option<Ordering> {
     let mut org = line.org;
     let grid = Grid::<N>::over(&[*p, org]);
-    // Times any m it is less than the least that the others come to if not to nothing.
+    // Times any m such a component is less than the least sum of the others that is not zero.
     let is_tiny = |x: f64| {
         let (magnitude, power) = decoded(x);
         let top = power + 64 - magnitude.leading_zeros() as i32;
@@ -173,8 +85,8 @@ fn passing<const N: usize, const P: usize, const Q: usize>(
     }))
 }
 
-/// With the origin multiplied out, products of three of the numbers themselves, which
-/// are short however far apart they are: differences are as long as that.
+/// Returns the sign from products of three of the numbers themselves, with the origin multiplied
+/// out. These products are short however far apart the numbers are, whereas differences are long.
 #[inline(never)]
 fn edge_of_any_size(line: &Line, p: &Point, q: &Point) -> Ordering {
     exactly(&|space| {
@@ -183,28 +95,20 @@ fn edge_of_any_size(line: &Line, p: &Point, q: &Point) -> Ordering {
         let (o, d, p, q) = (of(&line.org), of(&line.dir), of(p), of(q));
         let to = number::cross(&d, &p);
         let from = number::cross(&d, &o);
-        // A part of it is zero: the one with the origin twice.
+        // The term with the origin twice is zero.
         let side = number::dot(&to, &q).minus(&number::dot(&to, &o));
         side.minus(&number::dot(&from, &q)).sign()
     })
 }
 
-/// The sign of (p − o)ᵢ dₖ − (p − o)ₖ dᵢ. All numbers are finite.
+/// Returns the sign of (p − o)ᵢ dₖ − (p − o)ₖ dᵢ. All numbers are finite.
 #[cold]
 #[inline(never)]
 pub fn of_point(line: &Line, p: &Point, [i, k]: [usize; 2]) -> Ordering {
-    KNOWN.with_borrow_mut(|known| {
-        let number = known.number_of(line);
-        let ask = || {
-            point_in::<1, 2>(line, p, [i, k])
-                .or_else(|| point_in::<2, 4>(line, p, [i, k]))
-                .or_else(|| point_in::<4, 8>(line, p, [i, k]))
-                .unwrap_or_else(|| point_of_any_size(line, p, [i, k]))
-        };
-        known
-            .points
-            .find([p[0], p[1], p[2], i as f64, k as f64], number, ask)
-    })
+    point_in::<1, 2>(line, p, [i, k])
+        .or_else(|| point_in::<2, 4>(line, p, [i, k]))
+        .or_else(|| point_in::<4, 8>(line, p, [i, k]))
+        .unwrap_or_else(|| point_of_any_size(line, p, [i, k]))
 }
 
 #[inline(always)]
@@ -233,7 +137,7 @@ fn point_of_any_size(line: &Line, p: &Point, [i, k]: [usize; 2]) -> Ordering {
     })
 }
 
-/// On one grid; `None` where its integers do not hold them.
+/// Places points on one grid; `None` if its integers do not hold them.
 #[inline(always)]
 fn placed<const N: usize, const K: usize>(points: [Point; K]) -> Option<[[Int<N>; 3]; K]> {
     Grid::<N>::over(&points).place(&points)
@@ -258,7 +162,7 @@ mod tests {
         x.cmp(&exact(0.0))
     }
 
-    /// Both, as they stand.
+    /// Computes both predicates by fractions.
     fn by_fractions(line: &Line, p: &Point, q: &Point) -> (Ordering, Vec<Ordering>) {
         let to = |x: &Point| [0, 1, 2].map(|k| exact(x[k]) - exact(line.org[k]));
         let (p, q, d) = (to(p), to(q), line.dir.map(exact));
@@ -270,7 +174,7 @@ mod tests {
 
     const AXES: [(usize, usize); 3] = [(1, 0), (0, 2), (2, 1)];
 
-    /// Of f32, of f64 with noise, and of any size at all; few enough that they meet.
+    /// Generates numbers of f32, f64 with noise, and of any size; few enough that some coincide.
     fn number() -> impl Strategy<Value = f64> {
         prop_oneof![
             (-3_i8..4).prop_map(f64::from),
@@ -289,7 +193,7 @@ mod tests {
             ..ProptestConfig::with_cases(400)
         })]
 
-        /// The origin lies in the edge's plane along the line, but for next to nothing.
+        /// The origin lies in the plane of edge and direction up to next to nothing.
         #[test]
         fn next_to_nothing_counts_where_the_rest_is_zero(
             [d, mut p, mut q] in [[-3_i8..4, -3_i8..4, -3_i8..4], [-3_i8..4, -3_i8..4, -3_i8..4], [-3_i8..4, -3_i8..4, -3_i8..4]],
@@ -308,7 +212,7 @@ mod tests {
             prop_assert_eq!(of_edge(&line, &p, &q), edge);
         }
 
-        /// Of one line many questions, so that answers are kept and make room for others.
+        /// Asks about all edges and points of one line.
         #[test]
         fn sides_are_those_of_fractions(
             line in [[number(), number(), number()], [number(), number(), number()]],

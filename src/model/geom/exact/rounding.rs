@@ -1,11 +1,13 @@
-//! The f64 nearest to a root that numbers can be compared with.
+//! Rounding of a root, given its order with any number, to the nearest f64 (D12,
+//! docs/numerics/exact.md).
 
 use crate::math::bounds::ErrorBounded;
 use crate::math::int::decoded;
 use std::cmp::Ordering;
 
-/// Ties go to even. `order`: ± m · 2^power against the root; `guess` is nearly always the
-/// answer; `t` holds the root. `None` where `order` is.
+/// Returns the f64 nearest to the root, ties to even. `order` compares ± m · 2^power with the
+/// root; `guess` is nearly always the answer; `t` encloses the root. `None` if `order` returns
+/// `None`.
 pub(in crate::geom) fn rounded(
     order: &dyn Fn(u64, i32, bool) -> Option<Ordering>,
     t: &ErrorBounded,
@@ -17,9 +19,9 @@ pub(in crate::geom) fn rounded(
     by_bisection(order, t)
 }
 
-/// Whether it is certainly nearer to the root than any other f64.
+/// Says whether `guess` certainly is nearer to the root than any other f64.
 fn is_nearest(order: &dyn Fn(u64, i32, bool) -> Option<Ordering>, guess: f64) -> Option<bool> {
-    /// The last f64 above a power of two has half as much room below.
+    /// The significand of powers of two, below which f64 are half as far apart.
     const LEAST: u64 = 1 << 52;
     let (m, power) = decoded(guess);
     let below = if m == LEAST {
@@ -37,8 +39,7 @@ fn is_nearest(order: &dyn Fn(u64, i32, bool) -> Option<Ordering>, guess: f64) ->
     Some(is_beyond && order(below.0, below.1, negative)? == inward)
 }
 
-/// Over the bits of the f64 that `t` leaves, and a look at the number halfway to the
-/// next.
+/// Bisects over the bits of the f64 in `t`, and then compares with the number halfway to the next.
 fn by_bisection(
     order: &dyn Fn(u64, i32, bool) -> Option<Ordering>,
     t: &ErrorBounded,
@@ -53,7 +54,7 @@ fn by_bisection(
         let order = order(m, power, negative)?;
         Some(if negative { order } else { order.reverse() })
     };
-    // |t| is at least the one number and less than the other, in the end neighbours.
+    // |t| is at least `low` and less than `high`, which become neighbours.
     let around = |x: f64| if negative { -x } else { x };
     let least = around(t.value) - t.error;
     let most = around(t.value) + t.error;
@@ -78,6 +79,6 @@ fn by_bisection(
         Ordering::Equal => low & 1,
         Ordering::Greater => 1,
     };
-    // Beyond the last number is infinity.
+    // The number after the largest f64 is infinity.
     Some(around(f64::from_bits(low + up)))
 }

@@ -1,6 +1,5 @@
-//! A surface along a line: the polynomial's coefficients in f64 with their
-//! errors, the signs that follow from them, from exact numbers where f64 leaves
-//! them open, and the roots.
+//! A surface's quadratic along a line: its coefficients in f64 with error bounds, their signs
+//! (exact where f64 leaves them undecided), and its roots (D13 to D15, docs/numerics/exact.md).
 
 use super::root::Branch;
 use super::surface::Surface as AnySurface;
@@ -11,20 +10,20 @@ use crate::math::double_double::DoubleDouble;
 use crate::math::dyadic::{Dyadic, exactly};
 use std::cmp::Ordering;
 
-/// Of degree two at most.
+/// A surface of degree two at most.
 type Surface = AnySurface<'static>;
 type Root = super::root::Root<'static>;
 
-pub(in crate::geom) struct Curve {
+pub(in crate::geom) struct LineQuadratic {
     line: Line,
     surface: Surface,
-    /// Where t is counted from: near the surface, far rays too are known well.
+    /// The origin of t. Near the surface the coefficients of far rays are accurate, too.
     shift: f64,
-    /// a t² + 2b t + c.
+    /// The coefficients a, b, c of a t² + 2b t + c.
     f: [ErrorBounded; 3],
 }
 
-/// t of the line's point nearest to another, about.
+/// Returns approximately the t of the line's point nearest to another point.
 pub(in crate::geom) fn nearest_to(line: &Line, point: [f64; 3]) -> f64 {
     let (mut along, mut squared) = (0.0, 0.0);
     for k in 0..3 {
@@ -35,33 +34,33 @@ pub(in crate::geom) fn nearest_to(line: &Line, point: [f64; 3]) -> f64 {
     if t.is_finite() { t } else { 0.0 }
 }
 
-impl Curve {
+impl LineQuadratic {
     #[inline(always)]
-    pub fn new(line: &Line, surface: Surface, shift: f64) -> Curve {
-        Curve {
+    pub fn new(line: &Line, surface: Surface, shift: f64) -> LineQuadratic {
+        LineQuadratic {
             line: *line,
             surface,
             shift,
-            f: surface.along((), line, shift),
+            f: surface.on_line((), line, shift),
         }
     }
 
-    /// Of a. It does not depend on where t is counted from; nor does that of b
-    /// where a is zero, nor that of c where both are.
+    /// Returns the sign of a. It does not depend on the origin of t; nor does the sign of b if a
+    /// is zero, nor that of c if both are.
     #[inline(always)]
-    pub fn bend(&self) -> Ordering {
+    pub fn quadratic_sign(&self) -> Ordering {
         self.coefficient(0)
     }
 
-    /// Of b, where a is zero.
+    /// Returns the sign of b, if a is zero.
     #[inline(always)]
-    pub fn rise(&self) -> Ordering {
+    pub fn linear_sign(&self) -> Ordering {
         self.coefficient(1)
     }
 
-    /// Of c, where a and b are zero.
+    /// Returns the sign of c, if a and b are zero.
     #[inline(always)]
-    pub fn level(&self) -> Ordering {
+    pub fn constant_sign(&self) -> Ordering {
         self.coefficient(2)
     }
 
@@ -74,7 +73,7 @@ impl Curve {
     #[cold]
     #[inline(never)]
     fn exact_coefficient(&self, k: usize) -> Ordering {
-        // Of a ray along a face of a box.
+        // A ray along a face of a box.
         if let Surface::Plane { normal, .. } = &self.surface
             && k == 1
             && (0..3).all(|i| normal[i] == 0.0 || self.line.dir[i] == 0.0)
@@ -87,10 +86,10 @@ impl Curve {
         {
             return rise;
         }
-        let twice: [DoubleDouble; 3] = self.surface.sharply_along((), &self.line);
+        let twice: [DoubleDouble; 3] = self.surface.on_line_exactly((), &self.line);
         twice[k].sign().unwrap_or_else(|| {
             exactly(&|space| {
-                let exact: [Dyadic; 3] = self.surface.sharply_along(space, &self.line);
+                let exact: [Dyadic; 3] = self.surface.on_line_exactly(space, &self.line);
                 exact[k].sign()
             })
         })
@@ -99,16 +98,16 @@ impl Curve {
     #[cold]
     #[inline(never)]
     fn exact_discriminant(&self) -> Ordering {
-        let twice: [DoubleDouble; 3] = self.surface.sharply_along((), &self.line);
+        let twice: [DoubleDouble; 3] = self.surface.on_line_exactly((), &self.line);
         discriminant(&twice).sign().unwrap_or_else(|| {
             exactly(&|space| {
-                let exact: [Dyadic; 3] = self.surface.sharply_along(space, &self.line);
+                let exact: [Dyadic; 3] = self.surface.on_line_exactly(space, &self.line);
                 discriminant(&exact).sign()
             })
         })
     }
 
-    /// Of one that bends (a ≠ 0, of this sign): the lower and the upper one.
+    /// Returns the lower and the upper root, if a has the sign `bend` ≠ 0.
     #[inline(always)]
     pub fn roots(&self, bend: Ordering) -> Option<[Root; 2]> {
         let [a, b, c] = &self.f;
@@ -118,8 +117,8 @@ impl Curve {
             return None;
         }
         let root = square.sqrt();
-        // The one that does not cancel; the other from their product, or as the
-        // formula has it, whichever is known better.
+        // The root that does not cancel; the other from their product or by the formula, whichever
+        // has the smaller bound (D15, docs/numerics/exact.md).
         let (less, more) = (b.plus(&root).negated(), root.minus(b));
         let down = b.value < 0.0;
         let (q, other) = if down { (more, less) } else { (less, more) };
@@ -134,7 +133,7 @@ impl Curve {
         ])
     }
 
-    /// Of one that does not bend, but rises or falls.
+    /// Returns the root, if a is zero and b is not.
     #[inline(always)]
     pub fn root_of_linear(&self) -> Root {
         let [_, b, c] = &self.f;
@@ -147,7 +146,7 @@ impl Curve {
         Root::new(&self.line, self.surface, branch, t)
     }
 
-    /// The sign at a crossing of a plane; given that of a, and the roots.
+    /// Returns the sign at a crossing of a plane, given the sign of a and the roots.
     #[inline(always)]
     pub fn sign_at(&self, at: &Root, bend: Ordering, roots: Option<&[Root; 2]>) -> Ordering {
         let Some([lower, upper]) = roots.filter(|_| bend.is_ne()) else {
@@ -166,7 +165,7 @@ impl Curve {
     }
 }
 
-/// b² − a c.
+/// Returns b² − a c.
 #[inline(always)]
 fn discriminant<N: Number>([a, b, c]: &[N; 3]) -> N {
     b.squared().minus(&a.times(c))

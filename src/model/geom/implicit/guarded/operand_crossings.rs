@@ -1,8 +1,9 @@
-//! All that rays have of an operand, root after root.
+//! All crossings of rays with a polynomial operand of CSG, root after root (F13,
+//! docs/numerics/polynomials.md).
 
-use super::along::by_tape;
-use super::eights::{self, Chosen, by_degree, spread};
-use super::{EIGHT, Eight, Rays, Store};
+use super::chebyshev_nodes::interpolated;
+use super::lane_regrouping::{self, ActiveLanes, by_degree, scatter_bits};
+use super::{Eight, PolynomialScratch, Rays, Store};
 use crate::geom::Tape;
 use crate::geom::guarded::rounded;
 use crate::math::Vec3;
@@ -10,34 +11,38 @@ use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask};
 use crate::roots::lanes::{leaves_between, nearly_nearest};
 
-/// What rays have of an operand: all boundaries between two t.
-pub struct Boundaries<L: Lanes> {
+/// The crossings of rays with an operand between two t.
+pub struct OperandCrossings<L: Lanes> {
     /// Lanes that are inside at the first t.
     pub inside: L::Mask,
     pub unsure: L::Mask,
 }
 
-/// Of rays in the operand's own space, between two t each. `ends` gets what each ray
-/// crosses first, second, and so on: at least, as computed, at most, and infinite where
-/// there is no more. `astray`: how far off the surface itself may be.
+/// Finds all crossings of rays, in the operand's own space, between two t each. Row k of `ends`
+/// holds each ray's crossing k as lower bound, value and upper bound, infinite if the ray has no
+/// more. `astray` bounds how far the surface itself may be displaced.
 #[inline(never)]
-pub fn boundaries<L: Lanes>(
+pub fn operand_crossings<L: Lanes>(
     tape: &Tape,
     (org, dir): (Vec3<L::Double>, Vec3<L::Double>),
     [from, to]: [L::Double; 2],
-    astray: L::Double,
-    active: L::Mask,
+    (astray, active): (L::Double, L::Mask),
     ends: &mut Vec<[L; 3]>,
-) -> Boundaries<L> {
+    scratch: &mut PolynomialScratch,
+) -> OperandCrossings<L> {
     let columns = [org.x, org.y, org.z, dir.x, dir.y, dir.z, from, to];
     let columns = columns.map(|column| column.to_array());
     let astray = astray.to_array();
-    let mut all: Vec<[[f64; 16]; 3]> = Vec::new();
     let (mut inside, mut unsure) = (0, 0);
-    let mut store = EIGHT.take().unwrap_or_default();
-    for some in Chosen::of(active).by(Eight::COUNT) {
-        let rays = eights::rays::<Eight, _>(&columns, some);
-        let astray = eights::gathered::<Eight, _>(&astray, some);
+    let PolynomialScratch {
+        eight: store,
+        rows: all,
+        ..
+    } = scratch;
+    all.clear();
+    for some in ActiveLanes::new(active).chunks(Eight::COUNT) {
+        let rays = lane_regrouping::rays::<Eight, _>(&columns, some);
+        let astray = lane_regrouping::gather::<Eight, _>(&astray, some);
         let asked = (1 << some.len()) - 1;
         let mut found = |pass: usize, hit: u32, at: [Eight; 3]| {
             if all.len() <= pass {
@@ -54,33 +59,32 @@ pub fn boundaries<L: Lanes>(
         };
         let (begins, open) = by_degree!(
             tape.degree(),
-            N => passes::<Eight, N>(tape, &rays, astray, asked, &mut store, &mut found),
+            N => passes::<Eight, N>(tape, &rays, astray, asked, store, &mut found),
             (0, asked)
         );
-        inside |= spread(begins, some);
-        unsure |= spread(open, some);
+        inside |= scatter_bits(begins, some);
+        unsure |= scatter_bits(open, some);
     }
-    EIGHT.set(Some(store));
     let mut lost = L::Mask::splat(false);
     let infinity = f64::INFINITY;
     ends.extend(all.iter().map(|columns| {
         let wide = columns.map(|column| <L::Double as Lanes>::load(&column[..L::COUNT]));
         let ends = rounded::<L>(wide);
-        // What is beyond the lanes' numbers is left to others.
+        // A t beyond the range of the lanes' type leaves the lane undecided.
         let met = wide[0].lt(<L::Double as Lanes>::splat(infinity));
         let far = ends[1].abs().ge(L::from_f64(infinity)) | ends[2].ge(L::from_f64(infinity));
         lost = lost | L::Mask::from_bits(met.bits()) & far;
         ends
     }));
-    Boundaries {
+    OperandCrossings {
         inside: L::Mask::from_bits(inside),
         unsure: L::Mask::from_bits(unsure) | lost,
     }
 }
 
-/// Root after root, each sought beyond the last: calls `found` with the pass, the lanes
-/// that have one more, and where. Returns the lanes inside at the start, and those that
-/// are not settled.
+/// Finds root after root, each from the end of the last one's interval: calls `found` with the
+/// pass, the lanes that have another root, and its bounds. Returns the lanes inside at the start,
+/// and undecided lanes.
 #[inline(never)]
 fn passes<D: Lanes<Scalar = f64, Double = D>, const N: usize>(
     tape: &Tape,
@@ -100,10 +104,10 @@ fn passes<D: Lanes<Scalar = f64, Double = D>, const N: usize>(
     let mut below = none;
     for pass in 0..N {
         let width = (rays.limit - start) * D::from_f64(1.0 + 4.0 * UNIT);
-        // Each pass begins where f is hardly more than zero: by nodes its sign there is known
-        // best.
+        // Each pass begins where f is close to zero; its sign there is most certain from values at
+        // nodes.
         let part = (start, width, astray);
-        let segment = by_tape::<D, N>(tape, rays, part, &mut store.values);
+        let segment = interpolated::<D, N>(tape, rays, part, &mut store.values);
         let at = segment.scaled[0];
         let (over, under) = (at.gt(segment.first), at.lt(-segment.first));
         let is_known = width.lt(infinity) & start.abs().lt(infinity) & (over | under);
@@ -111,7 +115,7 @@ fn passes<D: Lanes<Scalar = f64, Double = D>, const N: usize>(
             below = under;
             inside = live & under;
         }
-        // A root changes the sign.
+        // Every root found changes the sign.
         let known = live & is_known & ((below & under) | (!below & over));
         unsure = unsure | live & !known;
         let next = nearly_nearest(&segment, known, &mut store.waiting);

@@ -1,50 +1,50 @@
-//! Planes across an axis, of whatever surface: boxes, cylinders and meshes of one part
-//! share such faces, and a line meets them where one coordinate has its value. So of
-//! two on one axis the order is that of two numbers, and no arithmetic is needed.
+//! Planes perpendicular to an axis, whichever surface they belong to: faces of boxes, caps of
+//! cylinders, flat parts of meshes. A line crosses them in the order of two coordinates, so no
+//! arithmetic is needed (K11, docs/numerics/csg.md).
 
 use super::Line;
 use super::surface::Surface;
 use std::cmp::Ordering;
 
-/// x_axis = at.
+/// The plane on which the coordinate `axis` is `at`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::geom) struct Across {
+pub(in crate::geom) struct AxisPlane {
     axis: usize,
     at: f64,
 }
 
-impl Across {
-    pub fn of(surface: &Surface) -> Option<Across> {
+impl AxisPlane {
+    pub fn new(surface: &Surface) -> Option<AxisPlane> {
         match surface {
             Surface::Plane { normal, offset } => {
                 let axis = only(|k| normal[k] != 0.0)?;
                 let at = offset * normal[axis];
-                (normal[axis].abs() == 1.0).then_some(Across { axis, at })
+                (normal[axis].abs() == 1.0).then_some(AxisPlane { axis, at })
             }
             Surface::PlaneThrough { normal, point } => {
                 let axis = only(|k| normal[k] != 0.0)?;
                 let at = point[axis];
-                Some(Across { axis, at })
+                Some(AxisPlane { axis, at })
             }
             Surface::Cap { cone, at_top } => {
                 let axis = only(|k| cone.base[k] != cone.top[k])?;
                 let point = if *at_top { cone.top } else { cone.base };
                 let at = point[axis];
-                Some(Across { axis, at })
+                Some(AxisPlane { axis, at })
             }
             Surface::Facet([a, b, c]) => {
                 let is_flat = |k: &usize| a[*k] == b[*k] && b[*k] == c[*k];
                 let axis = (0..3).find(is_flat)?;
                 let at = f64::from(a[axis]);
-                Some(Across { axis, at })
+                Some(AxisPlane { axis, at })
             }
             _ => None,
         }
     }
 
-    /// Of the t at which a line that crosses both meets them; `None` if they are not on
-    /// one axis.
-    pub fn order(&self, other: &Across, line: &Line) -> Option<Ordering> {
+    /// Returns the order of the t at which a line that crosses both planes meets them; `None` if
+    /// the planes are not on one axis.
+    pub fn order(&self, other: &AxisPlane, line: &Line) -> Option<Ordering> {
         if self.axis != other.axis {
             return None;
         }
@@ -54,7 +54,7 @@ impl Across {
     }
 }
 
-/// The one axis of which that holds.
+/// Returns the axis for which the condition holds, if it holds for one only.
 fn only(holds: impl Fn(usize) -> bool) -> Option<usize> {
     match [0, 1, 2].map(holds) {
         [true, false, false] => Some(0),
@@ -72,7 +72,7 @@ mod tests {
     use crate::math::dyadic::{Dyadic, exactly};
     use glam::DVec3;
 
-    /// Planes x_axis = at of every kind, both ways round.
+    /// Makes planes of every kind on which a coordinate is `at`, in both orientations.
     fn planes(axis: usize, at: f64) -> Vec<Surface<'static>> {
         let along = DVec3::AXES[axis];
         let place = |rest: f64| {
@@ -122,13 +122,13 @@ mod tests {
     fn a_plane_is_where_it_is_said_to_be() {
         for (axis, at) in [(0, 1.5), (1, 0.0), (2, -4.25)] {
             for surface in planes(axis, at) {
-                let across = Across::of(&surface);
-                assert_eq!(across, Some(Across { axis, at }), "{surface:?}");
+                let plane = AxisPlane::new(&surface);
+                assert_eq!(plane, Some(AxisPlane { axis, at }), "{surface:?}");
                 let dir = [0.5, -2.0, 3.0];
                 let mut org = [7.0, 8.0, 9.0];
                 org[axis] = at - 4.0 * dir[axis];
                 let zero = exactly(&|space| {
-                    let [a, b, c]: [Dyadic; 3] = surface.along(space, &Line { org, dir }, 0.0);
+                    let [a, b, c]: [Dyadic; 3] = surface.on_line(space, &Line { org, dir }, 0.0);
                     assert!(a.sign()?.is_eq() && b.sign()?.is_ne());
                     b.doubled().times(&Dyadic::of(space, 4.0)).plus(&c).sign()
                 });
@@ -139,12 +139,12 @@ mod tests {
             normal: [0.0, 1.0, 1e-300],
             offset: 1.0,
         };
-        assert_eq!(Across::of(&oblique), None);
+        assert_eq!(AxisPlane::new(&oblique), None);
     }
 
     #[test]
     fn a_line_meets_them_in_the_order_of_its_direction() {
-        let [near, far] = [1.0, 2.0].map(|at| Across { axis: 1, at });
+        let [near, far] = [1.0, 2.0].map(|at| AxisPlane { axis: 1, at });
         let line = |y: f64| Line {
             org: [0.0; 3],
             dir: [1.0, y, 0.0],
@@ -152,7 +152,7 @@ mod tests {
         assert_eq!(near.order(&far, &line(1.0)), Some(Ordering::Less));
         assert_eq!(near.order(&far, &line(-1.0)), Some(Ordering::Greater));
         assert_eq!(near.order(&near, &line(-1.0)), Some(Ordering::Equal));
-        let other = Across { axis: 0, at: 1.0 };
+        let other = AxisPlane { axis: 0, at: 1.0 };
         assert_eq!(near.order(&other, &line(1.0)), None);
     }
 }

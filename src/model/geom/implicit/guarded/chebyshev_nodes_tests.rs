@@ -1,4 +1,4 @@
-//! Bounds of a tape's values against fractions.
+//! Compares the bounds of a tape's values with fractions.
 
 use super::*;
 use crate::geom::tape::{Arithmetic, Builder};
@@ -35,7 +35,7 @@ fn fraction(x: f64) -> BigRational {
     BigRational::from_float(x).expect("a finite number")
 }
 
-/// Steps chosen at random, of which the last ones are joined.
+/// Makes a tape of random steps, whose last ones are summed.
 fn tape(choices: &[(u8, usize, usize, f64)]) -> Tape {
     let mut b = Builder::default();
     let mut all: Vec<(u32, u32)> = (0..3).map(|axis| (b.coordinate(axis), 1)).collect();
@@ -66,7 +66,7 @@ fn tape(choices: &[(u8, usize, usize, f64)]) -> Tape {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
-    /// At one node, the start of a part: coordinates there are off by as much as they may.
+    /// Moves coordinates at one node, the start of a segment, by as much as their error bound.
     #[test]
     fn values_are_off_by_no_more_than_magnitudes_say(
         choices in prop::collection::vec((any::<u8>(), 0..40_usize, 0..40_usize, -3.0..3.0), 1..30),
@@ -80,11 +80,11 @@ proptest! {
         let scale = f64::powi(2.0, scale);
         let computed = p.map(|x| x * scale);
         let off = off.map(|x| x * scale * f64::powi(2.0, bits));
-        // The true point is beside the computed one.
+        // The true point lies beside the computed one.
         let exact = Fractions([0, 1, 2].map(|k| fraction(computed[k]) + fraction(off[k])));
         let exact = tape.evaluate(&exact);
         let [reach, off] = [computed, off].map(|v| Vec3::<f64>::splat(v).abs());
-        let stretch = Stretch::of_tape(&tape, reach, off);
+        let stretch = Stretch::choose_for_tape(&tape, reach, off);
         let sizes = [stretch.magnitudes(tape.floor(), reach, off); 2];
         let still = Vec3::splat([0.0; 3]);
         let nodes = [0.0; 3];
@@ -98,7 +98,7 @@ proptest! {
         }
     }
 
-    /// Fewer steps give what all of them give.
+    /// Fused steps give the same bits as all steps.
     #[test]
     fn fused_steps_have_the_same_bits(
         choices in prop::collection::vec((any::<u8>(), 0..40_usize, 0..40_usize, -3.0..3.0), 1..60),

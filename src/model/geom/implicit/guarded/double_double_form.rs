@@ -1,9 +1,9 @@
-//! A tape's polynomial along one line, from values in twice the precision: what f64
-//! leaves open is nearly always settled by these, and integers have less to do.
+//! A tape's polynomial along one line from values in double-double, which decide nearly all lines
+//! that f64 leaves undecided, before integers do.
 //!
-//! Numbers are unevaluated sums of two f64 (Dekker 1971; Knuth). An operation is off by
-//! less than 2^-100 of the magnitudes that go into it, and by less than the least normal
-//! number where it falls below the range.
+//! Numbers are unevaluated sums of two f64 (Dekker 1971; Knuth). An operation is off by less than
+//! 2⁻¹⁰⁰ of the magnitudes of its operands, or by less than the least normal number if it
+//! underflows (F14, docs/numerics/polynomials.md).
 
 use crate::geom::implicit::error_in;
 use crate::geom::tape::{Arithmetic, Tape};
@@ -13,36 +13,36 @@ use crate::math::{Vec3, is_power_of_two};
 use crate::roots::collocation::{Collocation, collocation};
 use crate::roots::lanes::{Segment, Simple};
 
-/// What an operation is off by.
+/// The relative error bound of an operation, 2⁻¹⁰⁰ (F14, docs/numerics/polynomials.md).
 const FINE: f64 = UNIT / (1_u64 << 47) as f64;
 
 #[derive(Clone, Copy, Debug)]
-struct Twofold<D> {
+struct PlainDoubleDouble<D> {
     high: D,
     low: D,
 }
 
-/// Of |a| ≥ |b|, as a rule.
+/// Renormalises a sum of two f64 with |a| ≥ |b|, as a rule.
 #[inline(always)]
-fn normalised<D: Lanes<Scalar = f64>>(a: D, b: D) -> Twofold<D> {
+fn normalised<D: Lanes<Scalar = f64>>(a: D, b: D) -> PlainDoubleDouble<D> {
     let high = a + b;
-    Twofold {
+    PlainDoubleDouble {
         high,
         low: b - (high - a),
     }
 }
 
-impl<D: Lanes<Scalar = f64>> Twofold<D> {
+impl<D: Lanes<Scalar = f64>> PlainDoubleDouble<D> {
     #[inline(always)]
-    fn of(x: D) -> Twofold<D> {
-        Twofold {
+    fn exact(x: D) -> PlainDoubleDouble<D> {
+        PlainDoubleDouble {
             high: x,
             low: D::zero(),
         }
     }
 
     #[inline(always)]
-    fn plus(self, other: Twofold<D>) -> Twofold<D> {
+    fn plus(self, other: PlainDoubleDouble<D>) -> PlainDoubleDouble<D> {
         let (a, b) = (self.high, other.high);
         let sum = a + b;
         let part = sum - a;
@@ -51,7 +51,7 @@ impl<D: Lanes<Scalar = f64>> Twofold<D> {
     }
 
     #[inline(always)]
-    fn times(self, other: Twofold<D>) -> Twofold<D> {
+    fn times(self, other: PlainDoubleDouble<D>) -> PlainDoubleDouble<D> {
         let product = self.high * other.high;
         let lost = self.high.product_error(other.high, product);
         normalised(
@@ -61,62 +61,69 @@ impl<D: Lanes<Scalar = f64>> Twofold<D> {
     }
 
     #[inline(always)]
-    fn negated(self) -> Twofold<D> {
-        Twofold {
+    fn negated(self) -> PlainDoubleDouble<D> {
+        PlainDoubleDouble {
             high: -self.high,
             low: -self.low,
         }
     }
 }
 
-/// A point.
-struct At<D>([Twofold<D>; 3]);
+/// Double-double arithmetic at a point.
+struct At<D>([PlainDoubleDouble<D>; 3]);
 
 impl<D: Lanes<Scalar = f64>> Arithmetic for At<D> {
-    type Value = Twofold<D>;
+    type Value = PlainDoubleDouble<D>;
 
     #[inline(always)]
-    fn coordinate(&self, axis: usize) -> Twofold<D> {
+    fn coordinate(&self, axis: usize) -> PlainDoubleDouble<D> {
         self.0[axis]
     }
 
     #[inline(always)]
-    fn constant(&self, value: f64) -> Twofold<D> {
-        Twofold::of(D::from_f64(value))
+    fn constant(&self, value: f64) -> PlainDoubleDouble<D> {
+        PlainDoubleDouble::exact(D::from_f64(value))
     }
 
     #[inline(always)]
-    fn sum(&self, a: &Twofold<D>, b: &Twofold<D>) -> Twofold<D> {
+    fn sum(&self, a: &PlainDoubleDouble<D>, b: &PlainDoubleDouble<D>) -> PlainDoubleDouble<D> {
         a.plus(*b)
     }
 
     #[inline(always)]
-    fn difference(&self, a: &Twofold<D>, b: &Twofold<D>) -> Twofold<D> {
+    fn difference(
+        &self,
+        a: &PlainDoubleDouble<D>,
+        b: &PlainDoubleDouble<D>,
+    ) -> PlainDoubleDouble<D> {
         a.plus(b.negated())
     }
 
     #[inline(always)]
-    fn product(&self, a: &Twofold<D>, b: &Twofold<D>) -> Twofold<D> {
+    fn product(&self, a: &PlainDoubleDouble<D>, b: &PlainDoubleDouble<D>) -> PlainDoubleDouble<D> {
         a.times(*b)
     }
 }
 
 impl<D: Lanes<Scalar = f64>> At<D> {
     #[inline(always)]
-    fn of(org: [D; 3], dir: [D; 3], t: Twofold<D>) -> At<D> {
-        let place = |k: usize| t.times(Twofold::of(dir[k])).plus(Twofold::of(org[k]));
+    fn on_line(org: [D; 3], dir: [D; 3], t: PlainDoubleDouble<D>) -> At<D> {
+        let place = |k: usize| {
+            t.times(PlainDoubleDouble::exact(dir[k]))
+                .plus(PlainDoubleDouble::exact(org[k]))
+        };
         At([place(0), place(1), place(2)])
     }
 }
 
-/// A point of a ray: values, and in f64 how they grow with t.
+/// Double-double arithmetic at a point of a ray, with derivatives by t in f64.
 struct Moving<D> {
     at: At<D>,
     dir: Vec3<D>,
 }
 
 impl<D: Lanes<Scalar = f64>> Arithmetic for Moving<D> {
-    type Value = (Twofold<D>, D);
+    type Value = (PlainDoubleDouble<D>, D);
 
     #[inline(always)]
     fn coordinate(&self, axis: usize) -> Self::Value {
@@ -147,18 +154,19 @@ impl<D: Lanes<Scalar = f64>> Arithmetic for Moving<D> {
     fn scaled(&self, a: &Self::Value, by: f64) -> Self::Value {
         let factor = D::from_f64(by);
         let value = match is_power_of_two(by) {
-            true => Twofold {
+            true => PlainDoubleDouble {
                 high: a.0.high * factor,
                 low: a.0.low * factor,
             },
-            false => a.0.times(Twofold::of(factor)),
+            false => a.0.times(PlainDoubleDouble::exact(factor)),
         };
         (value, a.1 * factor)
     }
 }
 
-/// What [`super::along`] has, of one line.
-pub(super) fn along<const N: usize>(
+/// Interpolates a tape's polynomial on a segment of one line, as [`super::chebyshev_nodes`] does
+/// for lanes.
+pub(super) fn interpolated<const N: usize>(
     tape: &Tape,
     (org, dir): ([f64; 3], [f64; 3]),
     start: f64,
@@ -168,22 +176,22 @@ pub(super) fn along<const N: usize>(
     let mut reach = [0.0_f64; 3];
     let mut values = [0.0; N];
     for (value, s) in values.iter_mut().zip(&table.nodes) {
-        let t = Twofold::of(*s).times(Twofold::of(width));
-        let t = t.plus(Twofold::of(start));
-        let point = At::of(org, dir, t);
+        let t = PlainDoubleDouble::exact(*s).times(PlainDoubleDouble::exact(width));
+        let t = t.plus(PlainDoubleDouble::exact(start));
+        let point = At::on_line(org, dir, t);
         for (reach, x) in reach.iter_mut().zip(&point.0) {
             *reach = reach.max(x.high.abs());
         }
         *value = tape.evaluate_plain(&point).high;
     }
-    // What f64 would lose, and this a little of.
+    // Error bounds of coordinates and values (F14, docs/numerics/polynomials.md).
     let far = start.abs() + width;
     let moved = |k: usize| (org[k].abs() + far * dir[k].abs()) * (4.0 * FINE);
     let off = Vec3::new(moved(0), moved(1), moved(2));
     let [x, y, z] = reach.map(|x| x * (1.0 + 8.0 * UNIT));
     let lost = error_in(tape, Vec3::new(x, y, z), off, FINE);
     let largest = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-    // Values are rounded, and multiplied by what is.
+    // Values are rounded to f64, and so are the factors (F5, docs/numerics/polynomials.md).
     let rounding = (N as f64 + 5.0) * UNIT;
     let mut scaled = [values[0]; N];
     for (to, row) in scaled.iter_mut().zip(&table.rows).skip(1) {
@@ -196,9 +204,13 @@ pub(super) fn along<const N: usize>(
     }
 }
 
-/// f at a place of a line, and what that may be off by.
-fn value_at(tape: &Tape, (org, dir): ([f64; 3], [f64; 3]), t: Twofold<f64>) -> (f64, f64) {
-    let point = At::of(org, dir, t);
+/// Returns f at a place on a line, and its error bound (F14, docs/numerics/polynomials.md).
+fn value_at(
+    tape: &Tape,
+    (org, dir): ([f64; 3], [f64; 3]),
+    t: PlainDoubleDouble<f64>,
+) -> (f64, f64) {
+    let point = At::on_line(org, dir, t);
     let value = tape.evaluate_plain(&point).high;
     let reach = |k: usize| point.0[k].high.abs() * (1.0 + 8.0 * UNIT);
     let moved = |k: usize| (org[k].abs() + (t.high * dir[k]).abs()) * (4.0 * FINE);
@@ -208,9 +220,9 @@ fn value_at(tape: &Tape, (org, dir): ([f64; 3], [f64; 3]), t: Twofold<f64>) -> (
     (value, lost + value.abs() * (2.0 * UNIT))
 }
 
-/// Finds the f64 nearest to the only root between two numbers, from an approximation
-/// between them. `None` where the polynomial's values on both sides of it, halfway to its
-/// neighbours, are not known to have opposite signs.
+/// Finds the f64 nearest to the only root between two numbers, from an approximation between them
+/// (F16, docs/numerics/polynomials.md). `None` if the polynomial's values halfway to the two
+/// neighbouring f64 do not certainly have opposite signs.
 pub fn nearest(
     tape: &Tape,
     (org, dir): ([f64; 3], [f64; 3]),
@@ -218,7 +230,7 @@ pub fn nearest(
 ) -> Option<f64> {
     let (mut found, slopes) = (t, Vec3::<f64>::splat(dir));
     for _ in 0..STEPS {
-        let at = At::of(org, dir, Twofold::of(found));
+        let at = At::on_line(org, dir, PlainDoubleDouble::exact(found));
         let (value, slope) = tape.evaluate_plain(&Moving { at, dir: slopes });
         let step = value.high / slope;
         found -= step;
@@ -230,7 +242,8 @@ pub fn nearest(
         }
     }
     let sign = |neighbour: f64| {
-        let halfway = Twofold::of(found).plus(Twofold::of((neighbour - found) * 0.5));
+        let halfway = PlainDoubleDouble::exact(found)
+            .plus(PlainDoubleDouble::exact((neighbour - found) * 0.5));
         let (value, error) = value_at(tape, (org, dir), halfway);
         (value.abs() > error).then_some(value > 0.0)
     };
@@ -238,22 +251,25 @@ pub fn nearest(
     (below != above).then_some(found)
 }
 
-/// Of Newton's method; the first is nearly always enough.
+/// The most steps of Newton's method; the first is nearly always enough (F16,
+/// docs/numerics/polynomials.md).
 const STEPS: usize = 4;
 
-/// After a step that is so short, of t, the next one is far below the last place.
+/// The length of a step relative to t after which the next one is far below the last place.
 const SETTLED: f64 = 1.0 / (1_u64 << 40) as f64;
 
-/// A few units in the last place on both sides of a crossing are enough.
+/// The half-width relative to t to which a crossing is refined: four roundings 2u (F15,
+/// docs/numerics/polynomials.md).
 const NEAR: f64 = 4.0 * f64::EPSILON;
 
-/// Rounds of false position.
+/// The most rounds of false position.
 const ROUNDS: usize = 4;
 
-/// A crossing between closer numbers, if f is known well enough there.
-pub(super) fn sharpened(tape: &Tape, line: ([f64; 3], [f64; 3]), root: Simple) -> Simple {
+/// Narrows the bounds of a crossing, if the signs of f next to it are certain (F15,
+/// docs/numerics/polynomials.md).
+pub(super) fn refined(tape: &Tape, line: ([f64; 3], [f64; 3]), root: Simple) -> Simple {
     let at = |t: f64| {
-        let (value, error) = value_at(tape, line, Twofold::of(t));
+        let (value, error) = value_at(tape, line, PlainDoubleDouble::exact(t));
         (value.abs() > error).then_some((t, value))
     };
     let (Some(mut a), Some(mut b)) = (at(root.from), at(root.to)) else {
@@ -275,7 +291,7 @@ pub(super) fn sharpened(tape: &Tape, line: ([f64; 3], [f64; 3]), root: Simple) -
         if (below.1 > 0.0) != (above.1 > 0.0) {
             return Simple { t, from, to };
         }
-        // The root lies on one side of both.
+        // The root lies on the same side of both places.
         if (below.1 > 0.0) == (a.1 > 0.0) {
             a = above;
         } else {

@@ -79,7 +79,7 @@ fn check<const N: usize>(
 ) -> Result<(), TestCaseError> {
     let n = N - 1;
     let bounds = Aabb::new(DVec3::splat(-scale), DVec3::splat(scale));
-    let Some(dense) = Dense::of(tape, Some(bounds)) else {
+    let Some(dense) = Dense::expand(tape, Some(bounds)) else {
         return Ok(());
     };
     let rays = Rays {
@@ -90,7 +90,7 @@ fn check<const N: usize>(
     };
     let lane = <f64 as Lanes>::Mask::splat(true);
     let part = (start, width);
-    let formed = of_forms::<f64, N>(&dense, &rays, part, lane, &mut Expanded::default());
+    let formed = expanded::<f64, N>(&dense, &rays, part, lane, &mut Expanded::default());
     let Some((segment, known)) = formed else {
         return Ok(());
     };
@@ -168,7 +168,7 @@ proptest! {
             _ => check::<5>(&tape, scale, (org, dir, part))?,
         }
     }
-    /// What is known of them is right; as a rule that is nothing.
+    /// Certain lanes are right; as a rule there are none.
     #[test]
     fn what_is_no_number_is_not_known(
         n in 2..5_u32,

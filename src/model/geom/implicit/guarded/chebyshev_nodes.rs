@@ -1,7 +1,8 @@
-//! A tape's polynomial along rays.
+//! Interpolates a tape's polynomial along rays from its values at Chebyshev nodes (F1 to F5,
+//! docs/numerics/polynomials.md).
 
-use super::eights::by_degree;
-use super::forms::of_forms;
+use super::lane_regrouping::by_degree;
+use super::taylor::expanded;
 use super::{Rays, Store};
 use crate::geom::dense;
 use crate::geom::implicit::magnitude_at;
@@ -13,9 +14,10 @@ use crate::math::lanes::{Lanes, Mask};
 use crate::roots::collocation::{Collocation, MOST, collocation};
 use crate::roots::lanes::Segment;
 
-/// How far off a surface rays begin that lanes shall know to have left it, times its
-/// slope there, in units of [`crate::math::bounds::LEAVING`]: what f may be off by at
-/// points that are themselves rounded, grown by interpolation.
+/// Bounds the error of f at rounded points, grown by interpolation, in units of
+/// [`crate::math::bounds::LEAVING`] (F17, docs/numerics/polynomials.md). Divided by the slope it
+/// is the distance at which a ray must start so that lanes are certain that it has left the
+/// surface.
 #[inline(always)]
 pub fn blur_at<D: Lanes<Scalar = f64>>((tape, dense): (&Tape, Option<&Dense>), p: Vec3<D>) -> D {
     if let Some(dense) = dense.filter(|dense| dense.everywhere) {
@@ -25,15 +27,15 @@ pub fn blur_at<D: Lanes<Scalar = f64>>((tape, dense): (&Tape, Option<&Dense>), p
     let grown = collocation(nodes).norm / 16.0;
     let (size, floor) = (p.abs(), D::from_f64(tape.floor()));
     let size = Vec3::new(size.x.max(floor), size.y.max(floor), size.z.max(floor));
-    // Every term is rounded, and its coordinates are.
+    // Every term is rounded, and so are its coordinates (F17, docs/numerics/polynomials.md).
     let lost = 1.02 * (tape.roundings() + f64::from(tape.degree())) * UNIT;
     magnitude_at(tape, size) * D::from_f64(lost * grown.max(1.0))
 }
 
-/// A surface's polynomial on the parts of some rays that begin at `start`; what other lanes
-/// get says nothing.
+/// Computes a surface's polynomial on segments of rays that begin at `start`, for the lanes
+/// `asked`; other lanes are meaningless.
 #[inline(always)]
-pub(super) fn along<D: Lanes<Scalar = f64>, const N: usize>(
+pub(super) fn segment_of<D: Lanes<Scalar = f64>, const N: usize>(
     row: &Implicit,
     rays: &Rays<D>,
     part: (D, D),
@@ -42,12 +44,12 @@ pub(super) fn along<D: Lanes<Scalar = f64>, const N: usize>(
 ) -> Segment<D, N> {
     let (start, width) = part;
     let whole = (start, width, D::zero());
-    let by_nodes = |steps: &mut _| by_tape::<D, N>(row.tape, rays, whole, steps);
+    let by_nodes = |steps: &mut _| interpolated::<D, N>(row.tape, rays, whole, steps);
     let dense = row.dense.filter(|_| N - 1 <= dense::DEGREE);
     let Some(dense) = dense else {
         return by_nodes(&mut store.values);
     };
-    let Some((formed, known)) = of_forms::<D, N>(dense, rays, part, asked, &mut store.expanded)
+    let Some((formed, known)) = expanded::<D, N>(dense, rays, part, asked, &mut store.expanded)
     else {
         return by_nodes(&mut store.values);
     };
@@ -62,9 +64,10 @@ pub(super) fn along<D: Lanes<Scalar = f64>, const N: usize>(
     }
 }
 
-/// The same from values at nodes. `astray`: how far off the surface itself may be.
+/// Interpolates a tape's polynomial from its values at the nodes. `astray` bounds how far the
+/// surface itself may be displaced.
 #[inline(always)]
-pub(super) fn by_tape<D: Lanes<Scalar = f64>, const N: usize>(
+pub(super) fn interpolated<D: Lanes<Scalar = f64>, const N: usize>(
     tape: &Tape,
     rays: &Rays<D>,
     (start, width, astray): (D, D, D),
@@ -74,7 +77,8 @@ pub(super) fn by_tape<D: Lanes<Scalar = f64>, const N: usize>(
     let point = rays.org.along(rays.dir, start);
     let step = rays.dir * width;
     let last = point + step;
-    // What coordinates are off by, of nodes and of the first one.
+    // Error bounds of coordinates, at all nodes and at the first one (F2,
+    // docs/numerics/polynomials.md).
     let unit = D::from_f64(1.01 * UNIT);
     let begun = D::select(start.eq(D::zero()), D::zero(), unit);
     let (moved, near) = ((rays.dir * start).abs(), point.abs());
@@ -84,7 +88,7 @@ pub(super) fn by_tape<D: Lanes<Scalar = f64>, const N: usize>(
     let astray = Vec3::new(astray, astray, astray);
     let off = (moved + near + reach + step.abs() * D::from_f64(2.0)) * unit + astray;
     let first_off = (moved + near) * begun + astray;
-    let stretch = Stretch::of_tape(tape, reach, off);
+    let stretch = Stretch::choose_for_tape(tape, reach, off);
     let sizes = [
         stretch.magnitudes(tape.floor(), reach, off),
         stretch.magnitudes(tape.floor(), near, first_off),
@@ -112,27 +116,27 @@ pub(super) fn by_tape<D: Lanes<Scalar = f64>, const N: usize>(
     }
 }
 
-/// How values' errors are bounded by one value of magnitudes, S. With λ ≥ 1 the errors of
-/// coordinates change f by no more than S(R + off) − S(R), of which λ times as much is no
-/// more than S(R + λ·off), for S is convex; and roundings are those of the tape, of no
-/// larger numbers.
+/// The stretch λ with which one value of magnitudes S bounds all errors of f (F3,
+/// docs/numerics/polynomials.md). Errors of coordinates change f by at most S(R + off) − S(R).
+/// Since S is convex, λ ≥ 1 times that is at most S(R + λ·off), which bounds the roundings of the
+/// tape as well.
 pub(super) struct Stretch<D> {
-    /// λ.
+    /// The stretch λ.
     by: D,
-    /// Of S(R + λ·off): 1/λ and the roundings.
+    /// The factor of S(R + λ·off): 1.01/λ and the roundings.
     pub lost: D,
 }
 
 impl<D: Lanes<Scalar = f64>> Stretch<D> {
-    /// λ takes the largest coordinate farther by that part of which the polynomial grows
-    /// to e times as much at most.
+    /// Chooses λ so that it moves the largest coordinate by 1/degree of itself, by which the
+    /// polynomial grows to at most e times its value.
     #[inline(always)]
-    pub fn of((degree, roundings): (u32, f64), reach: Vec3<D>, off: Vec3<D>) -> Stretch<D> {
+    pub fn choose((degree, roundings): (u32, f64), reach: Vec3<D>, off: Vec3<D>) -> Stretch<D> {
         let one = D::from_f64(1.0);
         let parts = D::from_f64(f64::from(degree.max(1)));
         let least = D::from_f64(f64::MIN_POSITIVE);
         let inverse = off.max_element() * parts / (reach.max_element() + least);
-        // More than that is nothing beside the roundings.
+        // A larger λ gains nothing beside the roundings.
         let inverse = inverse.max(D::from_f64(UNIT / 256.0)).min(one);
         let roundings = D::from_f64(1.02 * roundings * UNIT);
         Stretch {
@@ -142,11 +146,11 @@ impl<D: Lanes<Scalar = f64>> Stretch<D> {
     }
 
     #[inline(always)]
-    fn of_tape(tape: &Tape, reach: Vec3<D>, off: Vec3<D>) -> Stretch<D> {
-        Stretch::of((tape.degree(), tape.roundings()), reach, off)
+    fn choose_for_tape(tape: &Tape, reach: Vec3<D>, off: Vec3<D>) -> Stretch<D> {
+        Stretch::choose((tape.degree(), tape.roundings()), reach, off)
     }
 
-    /// R + λ·off, and no less than `floor`.
+    /// Returns R + λ·off, and `floor` at least (F4, docs/numerics/polynomials.md).
     #[inline(always)]
     pub fn magnitudes(&self, floor: f64, reach: Vec3<D>, off: Vec3<D>) -> Vec3<D> {
         let floor = D::from_f64(floor);
@@ -155,7 +159,8 @@ impl<D: Lanes<Scalar = f64>> Stretch<D> {
     }
 }
 
-/// A tape at nodes between a point and `step` farther, and its magnitudes at two more.
+/// Evaluates a tape at the nodes between a point and `step` farther, and its magnitudes S at two
+/// points.
 #[inline(always)]
 fn values<D: Lanes<Scalar = f64>, const N: usize>(
     tape: &Tape,
@@ -239,8 +244,8 @@ fn values<D: Lanes<Scalar = f64>, const N: usize>(
     (values, magnitudes)
 }
 
-/// One step at all nodes, and of magnitudes: the places of its operands, and of the result,
-/// which may be one of theirs.
+/// Computes one step at all nodes and for the magnitudes, given the slots of its operands and of
+/// the result, which may be one of the operands'.
 #[inline(always)]
 fn combine<D: Lanes, const N: usize>(
     all: &mut [D],
@@ -265,5 +270,5 @@ fn combine<D: Lanes, const N: usize>(
 }
 
 #[cfg(test)]
-#[path = "along_tests.rs"]
+#[path = "chebyshev_nodes_tests.rs"]
 mod tests;

@@ -1,25 +1,26 @@
-//! A polynomial along rays from forms at their directions: what rays of one origin share is
-//! worked out once.
+//! Evaluates a polynomial along rays by its Taylor form about a point: f(o + t d) = Σ tᵏ hₖ(d).
+//! Rays of one origin share the coefficients of the hₖ, which are computed once (F6 to F9,
+//! docs/numerics/polynomials.md).
 //!
-//! All rays take the same steps here, too, whether they share an origin or not.
+//! A ray takes the same steps whether it shares its origin or not.
 
 use super::Rays;
-use super::along::Stretch;
+use super::chebyshev_nodes::Stretch;
 use crate::geom::Dense;
-use crate::geom::dense::{Expanded, FLOOR, MOST, RANGE, forms};
+use crate::geom::dense::{Expanded, FLOOR, MOST, RANGE, taylor_forms};
 use crate::math::Vec3;
 use crate::math::bounds::UNIT;
 use crate::math::lanes::{Lanes, Mask};
 use crate::roots::lanes::{Segment, from_powers};
 
-/// On the parts of some rays that begin at `start`, in lanes for which it is of use; `None`
-/// if there are none.
+/// Computes the polynomial on segments of rays that begin at `start`, in the lanes in which the
+/// Taylor form pays; `None` if it pays in none.
 ///
-/// A ray's origin is the point that f is expanded about, unless it is so far away that
-/// this would lose too much: then it is where the part begins, if expanding f for each
-/// ray is of use.
+/// f is expanded about the ray's origin, unless that is so far away that too much would cancel
+/// (F8, docs/numerics/polynomials.md): then about the beginning of the segment, if an expansion
+/// for each ray pays.
 #[inline(always)]
-pub(super) fn of_forms<D: Lanes<Scalar = f64>, const N: usize>(
+pub(super) fn expanded<D: Lanes<Scalar = f64>, const N: usize>(
     dense: &Dense,
     rays: &Rays<D>,
     (start, width): (D, D),
@@ -30,7 +31,7 @@ pub(super) fn of_forms<D: Lanes<Scalar = f64>, const N: usize>(
     let near = rays.org.max_abs().le(D::from_f64(dense.near));
     let of_use = match dense.everywhere {
         true => asked,
-        // What begins on the surface shares its origin with no other.
+        // A ray that begins on the surface shares its origin with no other.
         false => asked & near & start.gt(rays.t_min),
     };
     if of_use.none() {
@@ -38,7 +39,7 @@ pub(super) fn of_forms<D: Lanes<Scalar = f64>, const N: usize>(
     }
     let moved = rays.dir * start;
     let point = rays.org + moved;
-    // No zero has a sign: equal points then have the same expansion.
+    // Adding 0 turns −0 into +0, so that equal points have the same expansion.
     let base = Vec3::select(near, rays.org, point) + Vec3::new(zero, zero, zero);
     let from = D::select(near, start, zero);
     let (begin, step) = (from.abs(), rays.dir.abs());
@@ -48,10 +49,11 @@ pub(super) fn of_forms<D: Lanes<Scalar = f64>, const N: usize>(
     let out = D::from_f64(1.0 + 8.0 * UNIT);
     let near_end = (base.abs() + step * begin) * out;
     let far_end = (base.abs() + step * (begin + width)) * out;
-    let stretch = Stretch::of((N as u32 - 1, dense.roundings()), far_end, off);
+    let stretch = Stretch::choose((N as u32 - 1, dense.roundings()), far_end, off);
     let size = |end: Vec3<D>| dense.magnitude_in::<D, N>(stretch.magnitudes(FLOOR, end, off));
     let error = size(far_end) * stretch.lost;
-    // Where f is expanded about what is also the beginning, that is known much better.
+    // Where f is expanded about the beginning itself, its value there has a much smaller error
+    // (F7, docs/numerics/polynomials.md).
     let mut first = error;
     if (of_use & from.eq(zero)).any() {
         first = D::select(from.eq(zero), size(near_end) * stretch.lost, error);
@@ -61,7 +63,7 @@ pub(super) fn of_forms<D: Lanes<Scalar = f64>, const N: usize>(
         of_use & longest.ge(D::from_f64(FLOOR)) & longest.le(range) & far_end.max_abs().le(range);
 
     let mut c = powers::<D, N>(dense, (base, rays.dir), of_use, expanded);
-    // About the beginning, by repeated division.
+    // Shift to the beginning of the segment, by repeated synthetic division.
     for round in 0..N - 1 {
         for k in (round..N - 1).rev() {
             c[k] = c[k] + from * c[k + 1];
@@ -83,7 +85,7 @@ pub(super) fn of_forms<D: Lanes<Scalar = f64>, const N: usize>(
     ))
 }
 
-/// f(base + t dir) by powers of t.
+/// Returns the coefficients of f(base + t dir) by powers of t.
 #[inline(always)]
 fn powers<D: Lanes<Scalar = f64>, const N: usize>(
     dense: &Dense,
@@ -96,25 +98,25 @@ fn powers<D: Lanes<Scalar = f64>, const N: usize>(
     let [x, y, z] = shared.map(D::from_f64);
     let alike = base.x.eq(x) & base.y.eq(y) & base.z.eq(z);
     if (asked & !alike).none() {
-        let c = expanded.of(dense, shared);
-        return forms(&|i| D::from_f64(c[i]), dir);
+        let c = expanded.coefficients_about(dense, shared);
+        return taylor_forms(&|i| D::from_f64(c[i]), dir);
     }
     match N {
         3 => {
-            let c = dense.about::<D, 10>(base);
-            forms(&|i| c[i], dir)
+            let c = dense.expanded_about::<D, 10>(base);
+            taylor_forms(&|i| c[i], dir)
         }
         4 => {
-            let c = dense.about::<D, 20>(base);
-            forms(&|i| c[i], dir)
+            let c = dense.expanded_about::<D, 20>(base);
+            taylor_forms(&|i| c[i], dir)
         }
         _ => {
-            let c = dense.about::<D, MOST>(base);
-            forms(&|i| c[i], dir)
+            let c = dense.expanded_about::<D, MOST>(base);
+            taylor_forms(&|i| c[i], dir)
         }
     }
 }
 
 #[cfg(test)]
-#[path = "forms_tests.rs"]
+#[path = "taylor_tests.rs"]
 mod tests;

@@ -1,4 +1,5 @@
-//! Surfaces along a line as polynomials in t with integer coefficients.
+//! Restriction of surfaces to a line: polynomials in t with integer coefficients (D17,
+//! docs/numerics/exact.md).
 
 use super::Line;
 use super::surface::Surface;
@@ -8,7 +9,7 @@ use crate::math::dyadic::{Dyadic, exactly};
 use crate::math::int::decoded;
 use num_bigint::{BigInt, Sign};
 
-/// 2^power · Σ c[i] tⁱ.
+/// The polynomial 2^power · Σ c[i] tⁱ.
 #[derive(Clone, Debug)]
 struct Scaled {
     c: Vec<BigInt>,
@@ -31,7 +32,7 @@ impl Scaled {
     }
 
     fn plus(&self, other: &Scaled, negate: bool) -> Scaled {
-        // A zero's power says nothing.
+        // The power of zero is meaningless.
         if other.is_zero() {
             return self.clone();
         }
@@ -69,10 +70,10 @@ impl Scaled {
     }
 }
 
-/// Points of a line.
-struct Along<'a>(&'a Line);
+/// Arithmetic of polynomials in t at the points of a line.
+struct PointsOf<'a>(&'a Line);
 
-impl Arithmetic for Along<'_> {
+impl Arithmetic for PointsOf<'_> {
     type Value = Scaled;
 
     fn coordinate(&self, axis: usize) -> Scaled {
@@ -101,19 +102,19 @@ impl Arithmetic for Along<'_> {
     }
 }
 
-/// The coefficients of a tape's polynomial along a line, exactly but for a power of two;
-/// the constant one first. Of a line of finite numbers.
-pub(in crate::geom) fn tape_along(tape: &Tape, line: &Line) -> Vec<BigInt> {
-    tape.evaluate(&Along(line)).c
+/// Returns the exact coefficients of a tape's polynomial along a line of finite numbers, up to a
+/// power of two; the constant one first.
+pub(in crate::geom) fn restrict_tape(tape: &Tape, line: &Line) -> Vec<BigInt> {
+    tape.evaluate(&PointsOf(line)).c
 }
 
-/// The same of any surface.
-pub(in crate::geom) fn along(surface: &Surface, line: &Line) -> Vec<BigInt> {
+/// Returns the exact coefficients of any surface's polynomial along a line, up to a power of two.
+pub(in crate::geom) fn restrict(surface: &Surface, line: &Line) -> Vec<BigInt> {
     if let Surface::Implicit(tape) = surface {
-        return tape_along(tape, line);
+        return restrict_tape(tape, line);
     }
     let parts = exactly(&|space| {
-        let [a, b, c] = surface.sharply_along::<Dyadic>(space, line);
+        let [a, b, c] = surface.on_line_exactly::<Dyadic>(space, line);
         let parts = [c, b.doubled(), a].map(|x: Dyadic| x.parts());
         let [c, b, a] = parts;
         Some([c?, b?, a?])

@@ -8,7 +8,7 @@ use lanecast::plan::Precision;
 use lanecast::reference::{Hit, Reference};
 use lanecast::scene::{CsgId, Edge, Instances, Scene, SceneBuilder, Shape, ShapeId};
 use lanecast::shade::Surface;
-use lanecast::trace::{Caching, Crossing, HitId, ShadowCache, boundaries};
+use lanecast::trace::{Caching, Crossing, HitId, ShadowCache, TraceScratch, boundaries};
 use std::ops::ControlFlow;
 
 /// Precisions that promise the right hit.
@@ -60,7 +60,8 @@ impl Asked {
 pub fn spans<'a>(world: &'a World, id: CsgId, line: &Line) -> (bool, Vec<Crossing<'a>>) {
     let mut all = Vec::new();
     let from = (line, f64::NEG_INFINITY);
-    let start = boundaries(world.csg(id), &world.scene, from, |crossing| {
+    let scratch = &mut TraceScratch::default();
+    let start = boundaries(world.csg(id), &world.scene, from, scratch, |crossing| {
         all.push(crossing);
         ControlFlow::Continue(())
     });

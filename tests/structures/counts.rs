@@ -16,7 +16,9 @@ use lanecast::geom::Guarded;
 use lanecast::math::Vec3;
 use lanecast::plan::Precision;
 use lanecast::render::{Grid, Progress, RenderConfig, View, render};
-use lanecast::trace::{AnyHit, Closest, HitId, Outcome, Packet, RayKind, Tester, TracedRay};
+use lanecast::trace::{
+    AnyHit, Closest, HitId, Outcome, Packet, RayKind, Tester, TraceScratch, TracedRay,
+};
 use std::time::Instant;
 
 /// One ray in so many is traced again.
@@ -46,10 +48,11 @@ fn replay(world: &World, levels: &BaselineLevels, rays: &[TracedRay]) -> (Counts
     let counter = Counter::default();
     let count = Count(Some(&counter));
     let mut scratch = [levels.tlas.scratch::<f32>(), levels.tlas.scratch::<f32>()];
+    let trace = &mut TraceScratch::default();
     for ray in rays {
         let dir = ray.dir.map(f64::from);
         let packet = Packet::<f32>::new(Vec3::splat(ray.org), Vec3::splat(dir), 0.0, &world.bounds);
-        let tester = Tester::<f32, Guarded>::new(world, &packet);
+        let mut tester = Tester::<f32, Guarded>::new(world, &packet, trace);
         if let RayKind::Shadow { .. } = ray.kind {
             let mut query = AnyHit::<f32>::new(ray.t_max);
             tester.trace(levels, &mut query, &mut scratch, count);

@@ -12,7 +12,8 @@ use lanecast::plan::{Kernels, Precision, native_width};
 use lanecast::render::{Grid, Progress, RenderConfig, View, render};
 use lanecast::scene::{Instances, Scene};
 use lanecast::trace::{
-    AnyHit, CacheCounts, Caching, HitId, Outcome, Packet, RayKind, ShadowCache, Tester, TracedRay,
+    AnyHit, CacheCounts, Caching, HitId, Outcome, Packet, RayKind, ShadowCache, Tester,
+    TraceScratch, TracedRay,
 };
 
 const LIGHT: DVec3 = DVec3::new(3.0, 4.0, 5.0);
@@ -178,10 +179,11 @@ fn last_occluder(world: &World, rays: &[TracedRay], forgets: bool) -> usize {
     };
     let mut scratch = [levels.tlas.scratch::<f32>(), levels.tlas.scratch::<f32>()];
     let (mut last, mut hits) = (HitId::NONE, 0);
+    let trace = &mut TraceScratch::default();
     for ray in rays {
         let dir = ray.dir.map(f64::from);
         let packet = Packet::<f32>::new(Vec3::splat(ray.org), Vec3::splat(dir), 0.0, &world.bounds);
-        let tester = Tester::<f32, Guarded>::new(world, &packet);
+        let mut tester = Tester::<f32, Guarded>::new(world, &packet, trace);
         let mut query = AnyHit::<f32>::new(ray.t_max);
         if last != HitId::NONE {
             tester.single(last, &mut query);

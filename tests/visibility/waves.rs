@@ -8,7 +8,7 @@ use lanecast::geom::Cuboid;
 use lanecast::plan::{Choices, plan};
 use lanecast::scene::*;
 use lanecast::shade::{BATCH, Integrator, MaterialFlags, RayCounts, Scratch, Statistics};
-use lanecast::trace::{Caching, RayKind, ShadowCache};
+use lanecast::trace::{Caching, RayKind, ShadowCache, TraceScratch};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
@@ -100,7 +100,8 @@ fn trace(question: Question) -> Traced {
         pixel_of: &|row| row,
         memory: None,
     };
-    let mut scratch = Scratch::new(&arena);
+    let mut trace = TraceScratch::default();
+    let mut scratch = Scratch::new(&arena, &mut trace);
     for _ in 0..question.samples {
         for (row, pixel) in question.pixels.clone().enumerate() {
             let x = 0.02 * f64::from(pixel);

@@ -11,6 +11,7 @@ pub mod lanes;
 mod leaf;
 mod mesh;
 
+use super::scratch::TraceScratch;
 use crate::accel::{PLACEMENT, PreparedCsg, SLOWEST};
 use crate::csg::{Boundary, Walk};
 use crate::geom::Tape;
@@ -22,7 +23,6 @@ use crate::math::{Aabb, Vec3, length};
 use crate::scene::{CsgOperand, CsgSolid, Frame, Shape, Tables};
 use glam::DVec3;
 use mesh::Facet;
-use std::cell::Cell;
 use std::ops::ControlFlow;
 
 /// Of a hit's `primitive`: the solid's outside is the operand's inside.
@@ -63,7 +63,7 @@ struct Mark<'a> {
 
 /// Reused from ray to ray.
 #[derive(Default)]
-struct Scratch {
+pub(super) struct CsgScratch {
     boundaries: Vec<Boundary<Mark<'static>>>,
     inside: Vec<u32>,
     walk: Walk,
@@ -72,25 +72,23 @@ struct Scratch {
     crossings: Vec<Crossed>,
 }
 
-thread_local! {
-    static SCRATCH: Cell<Option<Box<Scratch>>> = const { Cell::new(None) };
-}
-
 /// The first boundary beyond t_min. `line`: in the solid's space.
 pub fn first<'a>(
     csg: &PreparedCsg,
     tables: &'a Tables,
     line: &Line,
     t_min: f64,
+    scratch: &mut TraceScratch,
 ) -> Option<Crossing<'a>> {
     let mut found = None;
-    boundaries(csg, tables, (line, t_min), |crossing| {
+    let visit = |crossing: Crossing<'a>| {
         if crossing.root.order_with(t_min).is_gt() {
             found = Some(crossing);
             return ControlFlow::Break(());
         }
         ControlFlow::Continue(())
-    });
+    };
+    boundaries(csg, tables, (line, t_min), scratch, visit);
     found
 }
 
@@ -101,19 +99,19 @@ pub fn boundaries<'a>(
     csg: &PreparedCsg,
     tables: &'a Tables,
     (line, t_min): (&Line, f64),
+    scratch: &mut TraceScratch,
     mut visit: impl FnMut(Crossing<'a>) -> ControlFlow<()>,
 ) -> bool {
-    let mut scratch = SCRATCH.take().unwrap_or_default();
-    let mut marks: Vec<Boundary<Mark<'a>>> = std::mem::take(&mut scratch.boundaries);
-    let boundaries = &mut marks;
-    let Scratch {
+    let CsgScratch {
+        boundaries: kept,
         inside,
         walk,
         operands,
         facets,
         crossings,
-        ..
-    } = &mut *scratch;
+    } = &mut scratch.csg;
+    let mut marks: Vec<Boundary<Mark<'a>>> = std::mem::take(kept);
+    let boundaries = &mut marks;
     let ray = [line.org, line.dir].map(Vec3::<f64>::splat);
     let solid = &csg.solid;
     // What lies before t_min may be one event with what lies behind it.
@@ -158,8 +156,7 @@ pub fn boundaries<'a>(
             enters: change.enters,
         })
     });
-    scratch.boundaries = emptied(marks);
-    SCRATCH.set(Some(scratch));
+    *kept = emptied(marks);
     start
 }
 

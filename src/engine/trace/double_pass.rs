@@ -20,7 +20,7 @@ pub(super) struct DoublePass<D: Lanes> {
 pub(super) trait SecondLook {
     /// Which of the lanes `asked` may meet something, and which certainly do.
     fn look<D: Lanes<Scalar = f64, Double = D>>(
-        &self,
+        &mut self,
         pass: &DoublePass<D>,
         asked: u32,
     ) -> [u32; 2];
@@ -32,7 +32,7 @@ pub(super) fn look_again<L: Lanes>(
     packet: &Packet<L>,
     limit: L,
     asked: u32,
-    look: &impl SecondLook,
+    look: &mut impl SecondLook,
 ) -> [u32; 2] {
     if L::COUNT <= f64x8::COUNT {
         let (org, dir) = (packet.org, packet.dir);
@@ -96,7 +96,7 @@ mod tests {
 
     impl SecondLook for Bits {
         fn look<D: Lanes<Scalar = f64, Double = D>>(
-            &self,
+            &mut self,
             pass: &DoublePass<D>,
             asked: u32,
         ) -> [u32; 2] {
@@ -123,7 +123,7 @@ mod tests {
             (0..16).map(has).sum::<u32>()
         };
         for asked in 0..1 << 16 {
-            let found = look_again(&packet, lanes, asked, &Bits);
+            let found = look_again(&packet, lanes, asked, &mut Bits);
             assert_eq!(found, [bit(0) & asked, bit(2) & asked], "{asked:b}");
         }
     }

@@ -9,6 +9,7 @@ use super::csg::lanes::{Frames, Spaces, ends, is_sharp};
 use super::leaf::Tester;
 use super::packet::Packet;
 use super::query::{Competitor, Depth, HitId, Query};
+use super::scratch::TraceScratch;
 use crate::accel::{PreparedCsg, TlasEntry, World};
 use crate::geom::exact::{Crossing, Line, Root, Solid, first_beyond};
 use crate::geom::primitive::Boundaries;
@@ -21,16 +22,6 @@ use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::scene::{Shape, Tables};
 use glam::DVec3;
 use std::cmp::Ordering;
-use std::sync::atomic::{self, AtomicU64};
-
-/// Pairs that were decided here, by any thread.
-static DECIDED: AtomicU64 = AtomicU64::new(0);
-
-/// How many (ray, primitive) pairs this process has had decided by exact
-/// arithmetic so far.
-pub fn decided() -> u64 {
-    DECIDED.load(atomic::Ordering::Relaxed)
-}
 
 /// A ray's numbers, and a primitive's, that decide about the two.
 enum Case<'a> {
@@ -59,16 +50,21 @@ pub(super) struct WorldRay {
 }
 
 /// Finds the f64 nearest to where a ray first meets a primitive beyond its t_min.
-pub(super) fn nearest_t(world: &World, ray: &WorldRay, id: HitId) -> Option<f64> {
+pub(super) fn nearest_t(
+    world: &World,
+    ray: &WorldRay,
+    id: HitId,
+    scratch: &mut TraceScratch,
+) -> Option<f64> {
     let case = Case::of(world, ray, id, None);
-    let (crossing, _) = case.crossing(ray.t_min)?;
+    let (crossing, _) = case.crossing(ray.t_min, scratch)?;
     Some(crossing.rounded())
 }
 
 impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     /// Decides about one primitive for some lanes, and hands what comes first to
     /// the query.
-    pub fn decide<Q: Query<L>>(&self, lanes: L::Mask, id: HitId, query: &mut Q) {
+    pub fn decide<Q: Query<L>>(&mut self, lanes: L::Mask, id: HitId, query: &mut Q) {
         let nothing = KnownHits {
             hits: 0,
             t: &[],
@@ -81,14 +77,14 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     #[cold]
     #[inline(never)]
     pub(super) fn decide_with<Q: Query<L>>(
-        &self,
+        &mut self,
         lanes: L::Mask,
         known: &KnownHits<L::Scalar>,
         id: HitId,
         query: &mut Q,
     ) {
         let mut bits = lanes.bits();
-        DECIDED.fetch_add(u64::from(bits.count_ones()), atomic::Ordering::Relaxed);
+        self.scratch.decided += u64::from(bits.count_ones());
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize;
             bits &= bits - 1;
@@ -97,7 +93,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     }
 
     fn decide_one<Q: Query<L>>(
-        &self,
+        &mut self,
         lane: usize,
         known: &KnownHits<L::Scalar>,
         id: HitId,
@@ -109,8 +105,9 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         let Some(competitor) = query.competitor(lane) else {
             return;
         };
-        let case = Case::of(self.world, &ray, id, known.corners);
-        let Some((crossing, surface)) = case.crossing(t_min) else {
+        let (world, scratch) = (self.world, &mut *self.scratch);
+        let case = Case::of(world, &ray, id, known.corners);
+        let Some((crossing, surface)) = case.crossing(t_min, scratch) else {
             return;
         };
         let id = HitId {
@@ -121,7 +118,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
             Competitor::End(end) => crossing.order_with(end).is_lt(),
             Competitor::Hit(best, within) => match beside(&crossing, within) {
                 Some(order) => order.is_lt(),
-                None => match Case::of(self.world, &ray, best, None).crossing(t_min) {
+                None => match Case::of(world, &ray, best, None).crossing(t_min, scratch) {
                     Some((other, _)) => crossing.order(&other).then(id.cmp(&best)).is_lt(),
                     None => true,
                 },
@@ -129,7 +126,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         };
         if first {
             let met = (known.hits >> lane & 1 != 0).then(|| known.t[lane].to_f64());
-            let at = || depth::<L::Single>(self.world, &ray, id, &crossing, met);
+            let at = || depth::<L::Single>(world, &ray, id, &crossing, met, scratch);
             query.commit(lane, at, id);
         }
     }
@@ -161,11 +158,15 @@ impl<'a> Case<'a> {
     }
 
     /// Beyond the ray's t_min; of a CSG solid also which of its surfaces.
-    fn crossing(&self, t_min: f64) -> Option<(Crossing<'_>, Option<u32>)> {
+    fn crossing(
+        &self,
+        t_min: f64,
+        scratch: &mut TraceScratch,
+    ) -> Option<(Crossing<'_>, Option<u32>)> {
         if let Case::Csg(line, solid, tables) = self {
             let csg::Crossing {
                 root, primitive, ..
-            } = csg::first(solid, tables, line, t_min)?;
+            } = csg::first(solid, tables, line, t_min, scratch)?;
             return Some((Crossing::Root(root), Some(primitive)));
         }
         let crossing = match self {
@@ -200,11 +201,12 @@ fn depth<L: Lanes>(
     id: HitId,
     crossing: &Crossing,
     met: Option<f64>,
+    scratch: &mut TraceScratch,
 ) -> Depth {
     let is_csg = matches!(world.entry_of(id.instance).shape, Shape::Csg(_));
     if let (true, Crossing::Root(root)) = (is_csg, crossing) {
         let depth = depth_of(root);
-        let t = kernel_of_operand::<L>(world, ray, id, root);
+        let t = kernel_of_operand::<L>(world, ray, id, root, scratch);
         return Depth {
             t: t.unwrap_or(depth.t),
             ..depth
@@ -238,7 +240,7 @@ fn depth<L: Lanes>(
                 &world.bounds,
             );
             let entry = world.entry_of(id.instance);
-            let meet = Tester::<L, Guarded>::new(world, &packet).kernel(&entry);
+            let meet = Tester::<L, Guarded>::new(world, &packet, scratch).kernel(&entry);
             meet.hit.any().then(|| meet.t.lane(0).to_f64())
         }
     };
@@ -260,6 +262,7 @@ fn kernel_of_operand<L: Lanes>(
     ray: &WorldRay,
     id: HitId,
     root: &Root,
+    scratch: &mut TraceScratch,
 ) -> Option<f64> {
     let entry = world.entry_of(id.instance);
     let Shape::Csg(row) = entry.shape else {
@@ -283,11 +286,13 @@ fn kernel_of_operand<L: Lanes>(
     if let Shape::Implicit(id) = operand.shape {
         // All of the packet that lanes look at.
         let packet = Packet::<L>::new(splat(org), splat(dir), L::from_f64(ray.t_min), &entry.own);
-        let (mut rows, all) = (Vec::new(), L::Mask::splat(true));
+        let rows: &mut Vec<[L; 3]> = scratch.lanes.rows.slot();
+        rows.clear();
+        let all = L::Mask::splat(true);
         let solid = (world.csg(row), &*world.scene);
         let mut spaces = Spaces::new(&packet);
-        let found = spaces.boundaries(solid, (operand, id), all, &mut rows);
-        let end = rows.into_iter().find(holds)?;
+        let found = spaces.boundaries(solid, (operand, id), all, rows);
+        let end = rows.drain(..).find(holds)?;
         let known = !found.unsure.any() && is_sharp(&end).any();
         return known.then(|| end[1].lane(0).to_f64());
     }

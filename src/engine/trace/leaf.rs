@@ -11,6 +11,7 @@ mod single;
 use super::exact_fallback::KnownHits;
 use super::packet::Packet;
 use super::query::{HitId, Query};
+use super::scratch::TraceScratch;
 use crate::accel::{
     AnyScratch, BaselineBlas, BaselineLevels, Count, TlasEntry, World, corner_bounds,
 };
@@ -44,6 +45,7 @@ pub struct Tester<'w, L: Lanes, C> {
     pub world: &'w World,
     /// World space.
     pub packet: &'w Packet<L>,
+    pub(super) scratch: &'w mut TraceScratch,
     /// Of the instance that is being tested, where it is at hand.
     map: Option<&'w Affine>,
     certainty: PhantomData<C>,
@@ -51,10 +53,11 @@ pub struct Tester<'w, L: Lanes, C> {
 
 impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
     #[inline(always)]
-    pub fn new(world: &'w World, packet: &'w Packet<L>) -> Self {
+    pub fn new(world: &'w World, packet: &'w Packet<L>, scratch: &'w mut TraceScratch) -> Self {
         Tester {
             world,
             packet,
+            scratch,
             map: None,
             certainty: PhantomData,
         }
@@ -69,27 +72,28 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
     /// Meets everything in the world, through comparison structures. `scratch`: of the top
     /// structure, and of meshes'.
     pub fn trace<Q: Query<L>>(
-        &self,
+        &mut self,
         levels: &BaselineLevels,
         query: &mut Q,
         [top, mesh]: &mut [AnyScratch<L>; 2],
         count: Count,
     ) {
+        let (world, packet) = (self.world, self.packet);
         self.unbounded(query);
-        for (entry, id) in self.world.unbounded_meshes() {
+        for (entry, id) in world.unbounded_meshes() {
             if let Some(index) = &levels.blases[id.index()] {
-                let active = self.packet.ray.t_min.lt(query.limit());
+                let active = packet.ray.t_min.lt(query.limit());
                 self.mesh(entry, id, index, active, query, (mesh, count));
             }
         }
         levels.tlas.walk(
-            &self.packet.slabs,
-            self.packet.ray.t_min,
+            &packet.slabs,
+            packet.ray.t_min,
             query.limit(),
             top,
             count,
             &mut |first, number, active, _| {
-                for entry in &self.world.entries[first..first + number] {
+                for entry in &world.entries[first..first + number] {
                     match entry.shape {
                         Shape::Mesh(id) => {
                             if let Some(index) = &levels.blases[id.index()] {
@@ -109,8 +113,9 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
 
     /// The solids that stand outside the trees.
     #[inline(always)]
-    pub(super) fn unbounded<Q: Query<L>>(&self, query: &mut Q) {
-        for entry in self.world.unbounded_solids() {
+    pub(super) fn unbounded<Q: Query<L>>(&mut self, query: &mut Q) {
+        let world = self.world;
+        for entry in world.unbounded_solids() {
             let active = self.packet.ray.t_min.lt(query.limit());
             self.solid(entry, active, query);
         }
@@ -118,7 +123,7 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
 
     /// Meets a mesh through its own comparison structure.
     fn mesh<Q: Query<L>>(
-        &self,
+        &mut self,
         entry: &TlasEntry,
         mesh: MeshId,
         of: &BaselineBlas,
@@ -158,7 +163,7 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
     /// Whether there was anything to offer to the query.
     #[inline(always)]
     pub(super) fn triangle<Q: Query<L>>(
-        &self,
+        &mut self,
         object: &Packet<L>,
         window: &Window<L>,
         corners: &triangle::Corners,
@@ -185,14 +190,15 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
 
     /// One primitive alone: what the shadow cache and the resolver test.
     #[inline(never)]
-    pub fn single<Q: Query<L>>(&self, id: HitId, query: &mut Q) {
-        let entry = self.world.entry_of(id.instance);
+    pub fn single<Q: Query<L>>(&mut self, id: HitId, query: &mut Q) {
+        let world = self.world;
+        let entry = world.entry_of(id.instance);
         let active = self.packet.ray.t_min.lt(query.limit());
         match entry.shape {
             Shape::Mesh(mesh) => {
                 let (window, active) = self.window(&entry, active, query.limit());
                 let object = self.mesh_packet(&entry, mesh);
-                let mesh = self.world.scene.meshes.row(mesh);
+                let mesh = world.scene.meshes.row(mesh);
                 let corners = triangle::canonical(mesh.corners(id.primitive as usize));
                 self.triangle(&object, &window, &corners, id, active, query);
             }
@@ -207,36 +213,24 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
         active: L::Mask,
         limit: L,
     ) -> (Window<L>, L::Mask) {
-        let (enter, exit) = self
-            .packet
-            .slabs
-            .interval(entry.bounds.min, entry.bounds.max);
-        let t_min = self.packet.ray.t_min;
-        let reached = enter.max(t_min).le(exit.min(limit));
-        (Window { enter, exit }, active & reached)
+        window(self.packet, entry, active, limit)
     }
 
     #[inline(always)]
     pub(super) fn object_packet(&self, entry: &TlasEntry, center: DVec3) -> Packet<L> {
-        let look_up = || self.world.object_from_world(entry.instance);
-        let map = self.map.copied().unwrap_or_else(look_up);
-        self.packet.in_object(&map, center, &entry.own)
+        object_packet((self.world, self.packet, self.map), entry, center)
     }
 
     #[inline(always)]
     pub(super) fn mesh_packet(&self, entry: &TlasEntry, mesh: MeshId) -> Packet<L> {
-        if entry.placed {
-            self.object_packet(entry, self.world.scene.meshes.center[mesh.index()])
-        } else {
-            self.packet.for_tree(&entry.own)
-        }
+        mesh_packet((self.world, self.packet, self.map), entry, mesh)
     }
 
     /// Hands hits to a guarded query, and has decided what is in doubt. What the
     /// boxes say of t is true of it anyway.
     #[inline(always)]
     fn offer_guarded<Q: Query<L>>(
-        &self,
+        &mut self,
         meet: &Meet<L>,
         id: HitId,
         corners: Option<&triangle::Corners>,
@@ -260,7 +254,7 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
     /// as they are.
     #[inline(always)]
     pub(super) fn offer<Q: Query<L>>(
-        &self,
+        &mut self,
         object: &Packet<L>,
         window: &Window<L>,
         own: &Aabb32,
@@ -288,7 +282,7 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
 impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     /// Meets one shape that is no mesh.
     #[inline(never)]
-    pub(super) fn solid<Q: Query<L>>(&self, entry: &TlasEntry, active: L::Mask, query: &mut Q) {
+    pub(super) fn solid<Q: Query<L>>(&mut self, entry: &TlasEntry, active: L::Mask, query: &mut Q) {
         if let Shape::Csg(id) = entry.shape {
             return self.csg(entry, id, active, query);
         }
@@ -309,13 +303,59 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
             let meet = doubted::<L, C>(meet, active, id);
             self.offer(&object, &window, &entry.own, meet, id, query);
         } else {
+            let packet = self.packet;
             if let (true, Shape::Implicit(row)) = (Q::ANY, entry.shape) {
-                return self.is_blocked(self.packet, row, id, active, query);
+                return self.is_blocked(packet, row, id, active, query);
             }
-            let meet = self.certified(self.packet, entry, active, query);
+            let meet = self.certified(packet, entry, active, query);
             let meet = doubted::<L, C>(meet, active, id);
-            self.offer(self.packet, &Window::all(), &entry.own, meet, id, query);
+            self.offer(packet, &Window::all(), &entry.own, meet, id, query);
         }
+    }
+}
+
+/// Intersects the packet with an instance's world box: the interval of t, and the active
+/// lanes that reach it.
+#[inline(always)]
+pub(super) fn window<L: Lanes>(
+    packet: &Packet<L>,
+    entry: &TlasEntry,
+    active: L::Mask,
+    limit: L,
+) -> (Window<L>, L::Mask) {
+    let (enter, exit) = packet.slabs.interval(entry.bounds.min, entry.bounds.max);
+    let reached = enter.max(packet.ray.t_min).le(exit.min(limit));
+    (Window { enter, exit }, active & reached)
+}
+
+/// A world, a world-space packet, and the `object_from_world` of the one instance that is
+/// tested, where it is at hand.
+type PacketIn<'a, L> = (&'a World, &'a Packet<L>, Option<&'a Affine>);
+
+/// Brings a packet into the space of an instance that has a transform.
+#[inline(always)]
+fn object_packet<L: Lanes>(
+    (world, packet, map): PacketIn<L>,
+    entry: &TlasEntry,
+    center: DVec3,
+) -> Packet<L> {
+    let look_up = || world.object_from_world(entry.instance);
+    let map = map.copied().unwrap_or_else(look_up);
+    packet.in_object(&map, center, &entry.own)
+}
+
+/// Brings a packet into the space of an instance of a mesh.
+#[inline(always)]
+pub(super) fn mesh_packet<L: Lanes>(
+    (world, packet, map): PacketIn<L>,
+    entry: &TlasEntry,
+    mesh: MeshId,
+) -> Packet<L> {
+    if entry.placed {
+        let center = world.scene.meshes.center[mesh.index()];
+        object_packet((world, packet, map), entry, center)
+    } else {
+        packet.for_tree(&entry.own)
     }
 }
 

@@ -11,6 +11,7 @@
 
 use super::query::Query;
 use super::ray_stream::StreamRays;
+use super::scratch::TraceScratch;
 use super::solids::Lanewise;
 use super::stream::{Met, Stream, StreamScratch, each, limit};
 use crate::accel::{
@@ -48,7 +49,8 @@ impl Stream<'_> {
         groups: &InstanceBvhs,
         active: u64,
         queries: &mut [Q; STREAM],
-        scratch: &mut StreamScratch,
+        walk: &mut StreamScratch,
+        scratch: &mut TraceScratch,
     ) {
         let nested = Nested {
             stream: self,
@@ -59,11 +61,11 @@ impl Stream<'_> {
             place: Placement::WORLD,
             first: 0,
         };
-        let solids = &mut self.lanewise::<L, S>();
+        let solids = &mut self.lanewise::<L, S>(scratch);
         nested.unbounded::<L, S, C, Q>(&world, active, queries, solids);
         let mut set = 0;
         each(active, |i| set |= u64::from(limit(&queries[i]) >= 0.0) << i);
-        nested.group::<L, S, C, Q>(&world, set, queries, (solids, scratch));
+        nested.group::<L, S, C, Q>(&world, set, queries, (solids, walk));
     }
 }
 
@@ -121,10 +123,10 @@ impl Nested<'_, '_> {
         at: &Spot,
         set: u64,
         queries: &mut [Q; STREAM],
-        (solids, scratch): (&mut Lanewise<L, S>, &mut StreamScratch),
+        (solids, walk): (&mut Lanewise<L, S>, &mut StreamScratch),
     ) {
         let links = &at.group.links;
-        let mut level = scratch.levels.pop().unwrap_or_default();
+        let mut level = walk.levels.pop().unwrap_or_default();
         if level.take_in(self, at, set) {
             let Level { stream_rays, stack } = &mut *level;
             each(set, |i| stream_rays.boxes.limit[i] = limit(&queries[i]));
@@ -137,7 +139,7 @@ impl Nested<'_, '_> {
                 |boxes, first, count, mut set| {
                     let mut done = 0;
                     for link in &links[first..first + count] {
-                        self.link::<L, S, C, Q>(at, link, set, queries, (solids, scratch));
+                        self.link::<L, S, C, Q>(at, link, set, queries, (solids, walk));
                         each(set, |i| {
                             boxes.limit[i] = limit(&queries[i]);
                             done |= u64::from(boxes.limit[i] < 0.0) << i;
@@ -156,11 +158,11 @@ impl Nested<'_, '_> {
                 if set == 0 {
                     break;
                 }
-                self.link::<L, S, C, Q>(at, link, set, queries, (solids, scratch));
+                self.link::<L, S, C, Q>(at, link, set, queries, (solids, walk));
                 each(set, |i| set &= !(u64::from(limit(&queries[i]) < 0.0) << i));
             }
         }
-        scratch.levels.push(level);
+        walk.levels.push(level);
     }
 
     #[inline(never)]
@@ -170,7 +172,7 @@ impl Nested<'_, '_> {
         link: &InstanceEdge,
         set: u64,
         queries: &mut [Q; STREAM],
-        (solids, scratch): (&mut Lanewise<L, S>, &mut StreamScratch),
+        (solids, walk): (&mut Lanewise<L, S>, &mut StreamScratch),
     ) {
         let (place, first) = self.through(at, link);
         match link.edge.target {
@@ -181,7 +183,7 @@ impl Nested<'_, '_> {
                         place,
                         first,
                     };
-                    self.group::<L, S, C, Q>(&spot, set, queries, (solids, scratch));
+                    self.group::<L, S, C, Q>(&spot, set, queries, (solids, walk));
                 }
             }
             Target::Shape(shape) => {
@@ -199,9 +201,16 @@ impl Nested<'_, '_> {
                     return solids.meet::<C, Q>(&entry, map, set, queries);
                 };
                 let met = Met { entry: &entry, map };
-                let StreamScratch { object, mesh, .. } = scratch;
-                self.stream
-                    .placed_mesh::<L::Single, C, Q>(met, id, set, queries, object, mesh);
+                let StreamScratch { object, mesh, .. } = walk;
+                let walk = (object, mesh);
+                self.stream.placed_mesh::<L::Single, C, Q>(
+                    met,
+                    id,
+                    set,
+                    queries,
+                    walk,
+                    solids.scratch,
+                );
             }
         }
     }

@@ -4,12 +4,13 @@ use super::exact_fallback::{WorldRay, nearest_t};
 use super::hits::{Depths, Hits};
 use super::query::HitId;
 use super::rays::Rays;
+use super::scratch::TraceScratch;
 use crate::accel::World;
 
 /// Replaces t of every hit by the number of the column's type that is nearest to where its
 /// ray meets its primitive in exact arithmetic (rounded to f64 before it is to f32).
 #[inline(never)]
-pub(super) fn refine(world: &World, rays: &Rays, hits: &mut Hits) {
+pub(super) fn refine(world: &World, rays: &Rays, hits: &mut Hits, scratch: &mut TraceScratch) {
     for row in 0..hits.len() {
         let id = hits.id.get(row);
         if id == HitId::NONE {
@@ -20,7 +21,7 @@ pub(super) fn refine(world: &World, rays: &Rays, hits: &mut Hits) {
             dir: rays.dir.map(|column| f64::from(column[row])),
             t_min: f64::from(rays.t_min[row]),
         };
-        let Some(nearest) = nearest_t(world, &ray, id) else {
+        let Some(nearest) = nearest_t(world, &ray, id, scratch) else {
             continue;
         };
         // A t beyond the numbers is reported as the largest of them, as lanes do.

@@ -5,6 +5,7 @@ use super::leaf::Tester;
 use super::packet::Packet;
 use super::query::{Found, Query, next_up};
 use super::rays::Rays;
+use super::scratch::TraceScratch;
 use super::stream::each;
 use crate::accel::{STREAM, TlasEntry, World};
 use crate::geom::Certainty;
@@ -42,6 +43,7 @@ pub(super) struct Lanewise<'a, L: Lanes, const S: usize> {
     pub rays: &'a Rays<'a>,
     pub first: usize,
     pub packets: Packets<L, S>,
+    pub scratch: &'a mut TraceScratch,
 }
 
 impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
@@ -65,7 +67,7 @@ impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
                     let packet = self.rays.packet::<L::Single>(row, self.world);
                     let query = &mut queries[first + lane];
                     let active = packet.ray.t_min.lt(query.limit());
-                    Tester::<L::Single, C>::new(self.world, &packet)
+                    Tester::<L::Single, C>::new(self.world, &packet, self.scratch)
                         .with_map(map)
                         .solid(entry, active, query);
                 });
@@ -82,7 +84,7 @@ impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
             let packet = self.packets.get(s, self.rays, self.first, self.world);
             let active = L::Mask::from_bits(some as u32) & packet.ray.t_min.lt(limit);
             let mut query = Q::together::<L>(limit);
-            Tester::<L, C>::new(self.world, packet)
+            Tester::<L, C>::new(self.world, packet, self.scratch)
                 .with_map(map)
                 .solid(entry, active, &mut query);
             each(some, |lane| {
@@ -94,7 +96,8 @@ impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
                     let row = self.first + first + lane;
                     let packet = self.rays.packet::<L::Single>(row, self.world);
                     let all = <L::Single as Lanes>::Mask::splat(true);
-                    Tester::<L::Single, C>::new(self.world, &packet).decide(all, id, own);
+                    Tester::<L::Single, C>::new(self.world, &packet, self.scratch)
+                        .decide(all, id, own);
                 }
             });
         }

@@ -7,6 +7,7 @@
 //! are not closed) are counted and left out.
 
 use super::csg::{TURNED, boundaries, passes_by};
+use super::scratch::TraceScratch;
 use crate::accel::{MeshCrossingTrees, PreparedCsg};
 use crate::geom::exact::{Line, Root, span};
 use crate::geom::primitive::Boundaries;
@@ -73,7 +74,7 @@ pub fn spans(
     dir: DVec3,
 ) -> Result<Spans, SceneError> {
     instances.check_enumerable()?;
-    let mut spans = Spans::default();
+    let (mut spans, mut scratch) = (Spans::default(), TraceScratch::default());
     let mut unfolded: HashMap<ShapeId, Option<PreparedCsg>> = HashMap::new();
     let mut trees = MeshCrossingTrees::default();
     for (id, instance) in (0..).zip(instances.iter(scene)) {
@@ -95,7 +96,7 @@ pub fn spans(
                     || !scene.meshes.open[row.index()] && check_closed(scene, row).is_ok();
                 let solid = unfolded.entry(instance.shape);
                 match solid.or_insert_with(|| is_solid().then(one)) {
-                    Some(solid) => ray.of_csg(solid, &mut spans.rows),
+                    Some(solid) => ray.of_csg(solid, &mut spans.rows, &mut scratch),
                     None => spans.left_out += 1,
                 }
             }
@@ -110,7 +111,7 @@ pub fn spans(
                         let mut of = || PreparedCsg::of(scene, instance.shape, row, &mut trees);
                         let solid = unfolded.entry(instance.shape);
                         if let Some(solid) = solid.or_insert_with(|| Some(of())) {
-                            ray.of_csg(solid, &mut spans.rows);
+                            ray.of_csg(solid, &mut spans.rows, &mut scratch);
                         }
                     }
                     // It may come in and leave many times.
@@ -118,7 +119,7 @@ pub fn spans(
                         let one = || Some(PreparedCsg::of_one(scene, instance.shape));
                         let solid = unfolded.entry(instance.shape);
                         if let Some(solid) = solid.or_insert_with(one) {
-                            ray.of_csg(solid, &mut spans.rows);
+                            ray.of_csg(solid, &mut spans.rows, &mut scratch);
                         }
                     }
                     _ => ray.of_primitive(shape, &mut spans.rows),
@@ -164,7 +165,7 @@ impl Ray<'_> {
         );
     }
 
-    fn of_csg(&self, csg: &PreparedCsg, spans: &mut Vec<Span>) {
+    fn of_csg(&self, csg: &PreparedCsg, spans: &mut Vec<Span>, scratch: &mut TraceScratch) {
         let solid = &csg.solid;
         let first = spans.len();
         let mut open = None;
@@ -172,6 +173,7 @@ impl Ray<'_> {
             csg,
             self.scene,
             (&self.line, f64::NEG_INFINITY),
+            scratch,
             |crossing| {
                 let (number, triangle) = solid.operand_of(crossing.primitive & !TURNED);
                 let operand = &solid.operands[number as usize];

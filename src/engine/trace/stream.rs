@@ -9,6 +9,7 @@ use super::nested::Level;
 use super::query::{HitId, Query};
 use super::ray_stream::{BlockPlanes, StreamRays};
 use super::rays::Rays;
+use super::scratch::TraceScratch;
 use super::solids::{Lanewise, Packets};
 use crate::accel::{Block, BoxRays, STREAM, StreamStack, TlasEntry, UNUSED, World};
 use crate::geom::Certainty;
@@ -51,12 +52,16 @@ pub(super) struct Stream<'a> {
 
 impl Stream<'_> {
     /// The rays as packets.
-    pub fn lanewise<L: Lanes, const S: usize>(&self) -> Lanewise<'_, L, S> {
+    pub fn lanewise<'s, L: Lanes, const S: usize>(
+        &'s self,
+        scratch: &'s mut TraceScratch,
+    ) -> Lanewise<'s, L, S> {
         Lanewise {
             world: self.world,
             rays: self.rays,
             first: self.first,
             packets: Packets::none(),
+            scratch,
         }
     }
 
@@ -86,15 +91,16 @@ impl Stream<'_> {
         &self,
         active: u64,
         queries: &mut [Q; STREAM],
-        scratch: &mut StreamScratch,
+        walk: &mut StreamScratch,
+        scratch: &mut TraceScratch,
     ) {
         let world = self.world;
-        let mut solids = self.lanewise::<L, S>();
+        let mut solids = self.lanewise::<L, S>(scratch);
         for entry in world.unbounded_solids() {
             solids.meet::<C, Q>(entry, None, active, queries);
         }
         for (entry, id) in world.unbounded_meshes() {
-            self.mesh_alone::<L::Single, C, Q>(entry, id, active, queries, scratch);
+            self.mesh_alone::<L::Single, C, Q>(entry, id, active, queries, walk, solids.scratch);
         }
         let Some(levels) = world.wide() else { return };
         // A tree of one box says no more than a kernel does; of what takes long to ask, it
@@ -114,7 +120,7 @@ impl Stream<'_> {
             top,
             mesh: stack,
             ..
-        } = scratch;
+        } = walk;
         let ray = |i: usize| {
             let org = DVec3::from_array(self.org(i)) - world.center;
             (org.to_array(), self.dir(i), self.t_min(i))
@@ -139,18 +145,25 @@ impl Stream<'_> {
                     match entry.shape {
                         Shape::Mesh(id) => {
                             if entry.placed {
+                                let walk = (&mut *object, &mut *stack);
                                 self.placed_mesh::<L::Single, C, Q>(
-                                    met, id, set, queries, object, stack,
+                                    met,
+                                    id,
+                                    set,
+                                    queries,
+                                    walk,
+                                    solids.scratch,
                                 );
                             } else {
                                 stream_rays.boxes.limit = boxes.limit;
+                                let walk = (&mut *stream_rays, &mut *stack);
                                 self.in_mesh::<L::Single, C, Q>(
                                     met,
                                     id,
                                     set,
                                     queries,
-                                    stream_rays,
-                                    stack,
+                                    walk,
+                                    solids.scratch,
                                 );
                             }
                         }
@@ -178,8 +191,8 @@ impl Stream<'_> {
         id: MeshId,
         set: u64,
         queries: &mut [Q; STREAM],
-        stream_rays: &mut StreamRays,
-        stack: &mut StreamStack,
+        (stream_rays, stack): (&mut StreamRays, &mut StreamStack),
+        scratch: &mut TraceScratch,
     ) {
         let world = self.world;
         let Some(mesh) = world.wide_mesh(id) else {
@@ -198,7 +211,7 @@ impl Stream<'_> {
         };
         stream_rays.take_in(set, ray, &mesh.tree.bounds, true);
         each(set, |i| stream_rays.boxes.limit[i] = limit(&queries[i]));
-        self.in_mesh::<L, C, Q>(met, id, set, queries, stream_rays, stack);
+        self.in_mesh::<L, C, Q>(met, id, set, queries, (stream_rays, stack), scratch);
     }
 
     /// A mesh, for rays that meet everything else otherwise.
@@ -208,12 +221,13 @@ impl Stream<'_> {
         id: MeshId,
         set: u64,
         queries: &mut [Q; STREAM],
-        scratch: &mut StreamScratch,
+        walk: &mut StreamScratch,
+        scratch: &mut TraceScratch,
     ) {
-        let StreamScratch { object, mesh, .. } = scratch;
+        let StreamScratch { object, mesh, .. } = walk;
         let (met, stack) = (Met::new(entry), mesh);
         if entry.placed {
-            return self.placed_mesh::<L, C, Q>(met, id, set, queries, object, stack);
+            return self.placed_mesh::<L, C, Q>(met, id, set, queries, (object, stack), scratch);
         }
         let Some(mesh) = self.world.wide_mesh(id) else {
             return;
@@ -221,7 +235,7 @@ impl Stream<'_> {
         let ray = |i: usize| (self.org(i), self.dir(i), self.t_min(i));
         object.take_in(set, ray, &mesh.tree.bounds, true);
         each(set, |i| object.boxes.limit[i] = limit(&queries[i]));
-        self.in_mesh::<L, C, Q>(met, id, set, queries, object, stack);
+        self.in_mesh::<L, C, Q>(met, id, set, queries, (object, stack), scratch);
     }
 
     /// A mesh through its own tree. `stream_rays`: the rays in its space.
@@ -232,8 +246,8 @@ impl Stream<'_> {
         id: MeshId,
         set: u64,
         queries: &mut [Q; STREAM],
-        stream_rays: &mut StreamRays,
-        stack: &mut StreamStack,
+        (stream_rays, stack): (&mut StreamRays, &mut StreamStack),
+        scratch: &mut TraceScratch,
     ) {
         let Some(mesh) = self.world.wide_mesh(id) else {
             return;
@@ -279,7 +293,7 @@ impl Stream<'_> {
                 done |= sures;
                 each(some & !sures, |i| {
                     let query = &mut queries[i];
-                    self.offer::<L, C, Q>(i, met, id, block, bits[i], query);
+                    self.offer::<L, C, Q>(i, met, id, (block, bits[i]), query, scratch);
                     boxes.limit[i] = limit(query);
                     done |= u64::from(Q::ANY && boxes.limit[i] < 0.0) << i;
                 });
@@ -303,9 +317,9 @@ impl Stream<'_> {
         i: usize,
         Met { entry, map }: Met,
         id: MeshId,
-        block: Block,
-        mut bits: u32,
+        (block, mut bits): (Block, u32),
         query: &mut Q,
+        scratch: &mut TraceScratch,
     ) {
         // Guarded hits are as they are, whatever the boxes say.
         let packet = if C::GUARDED {
@@ -313,7 +327,7 @@ impl Stream<'_> {
         } else {
             self.rays.packet::<L>(self.first + i, self.world)
         };
-        let tester = Tester::<L, C>::new(self.world, &packet).with_map(map);
+        let mut tester = Tester::<L, C>::new(self.world, &packet, scratch).with_map(map);
         let object = tester.mesh_packet(entry, id);
         let active = L::Mask::splat(true);
         let (window, active) = if C::GUARDED {

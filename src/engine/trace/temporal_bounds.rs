@@ -19,6 +19,7 @@ use super::leaf::Tester;
 use super::packet::Packet;
 use super::query::{Closest, HitId};
 use super::rays::{MAX_LANES, Rays};
+use super::scratch::TraceScratch;
 use crate::accel::World;
 use crate::geom::Fast;
 use crate::math::round_up;
@@ -127,9 +128,10 @@ impl TemporalBounds {
         rays: &Rays,
         first: usize,
         hits: &mut Hits,
+        scratch: &mut TraceScratch,
     ) -> TemporalCounts {
         if self.reuse == Reuse::None {
-            closest(world, kernels, rays, hits);
+            closest(world, kernels, rays, hits, scratch);
             return TemporalCounts::default();
         }
         let mut counts = TemporalCounts::default();
@@ -145,7 +147,7 @@ impl TemporalBounds {
         self.bounds.extend_from_slice(rays.t_max);
         self.bounded.clear();
         for (tile, number) in tiles.clone().enumerate() {
-            let bounded = self.bound(world, rays, tile * MAX_LANES, number);
+            let bounded = self.bound(world, rays, tile * MAX_LANES, number, scratch);
             counts.bounded += u64::from(bounded.count_ones());
             self.bounded.push(bounded);
         }
@@ -153,7 +155,7 @@ impl TemporalBounds {
             t_max: &self.bounds,
             ..*rays
         };
-        closest(world, kernels, &bounded, hits);
+        closest(world, kernels, &bounded, hits, scratch);
 
         // Tiles that follow each other are traced again together.
         let mut again = 0..0;
@@ -181,12 +183,12 @@ impl TemporalBounds {
                 };
             }
             if again.end != rows.start {
-                self.retrace(world, kernels, rays, again, hits);
+                self.retrace((world, kernels), rays, again, hits, scratch);
                 again = rows.start..rows.start;
             }
             again.end = rows.end;
         }
-        self.retrace(world, kernels, rays, again, hits);
+        self.retrace((world, kernels), rays, again, hits, scratch);
         for (tile, number) in tiles.enumerate() {
             self.remember(rays, hits, tile * MAX_LANES, number);
         }
@@ -195,7 +197,14 @@ impl TemporalBounds {
 
     /// Bounds the rays of a tile; which.
     #[inline(always)]
-    fn bound(&mut self, world: &World, rays: &Rays, row: usize, number: usize) -> u64 {
+    fn bound(
+        &mut self,
+        world: &World,
+        rays: &Rays,
+        row: usize,
+        number: usize,
+        scratch: &mut TraceScratch,
+    ) -> u64 {
         if self.pause[number] > 0 {
             self.pause[number] -= 1;
             return 0;
@@ -204,7 +213,7 @@ impl TemporalBounds {
         if self.reuse == Reuse::Hit {
             for (i, bound) in bound.iter_mut().enumerate() {
                 let id = self.id.get(number * MAX_LANES + i);
-                *bound = again(world, rays, row + i, id);
+                *bound = again(world, rays, row + i, id, scratch);
             }
         } else if bound[0] == f32::INFINITY {
             return 0;
@@ -221,11 +230,11 @@ impl TemporalBounds {
 
     fn retrace(
         &self,
-        world: &World,
-        kernels: &Kernels,
+        (world, kernels): (&World, &Kernels),
         rays: &Rays,
         rows: Range<usize>,
         hits: &mut Hits,
+        scratch: &mut TraceScratch,
     ) {
         if rows.is_empty() {
             return;
@@ -234,7 +243,7 @@ impl TemporalBounds {
             t_max: &self.bounds[rows.clone()],
             ..rays.rows(rows.clone())
         };
-        closest(world, kernels, &rays, &mut hits.rows(rows));
+        closest(world, kernels, &rays, &mut hits.rows(rows), scratch);
     }
 
     #[inline(always)]
@@ -291,13 +300,13 @@ fn met(hits: &Hits, row: usize) -> u64 {
 /// The bound of a ray that may meet what it met before; nothing of the answer
 /// rests on it.
 #[inline(never)]
-fn again(world: &World, rays: &Rays, i: usize, id: HitId) -> f32 {
+fn again(world: &World, rays: &Rays, i: usize, id: HitId, scratch: &mut TraceScratch) -> f32 {
     if id == HitId::NONE || rays.t_max[i] <= 0.0 {
         return f32::INFINITY;
     }
     let packet: Packet<f32> = rays.packet(i, world);
     let mut nearest = Closest::<f32, Fast>::new(f32::INFINITY);
-    Tester::<f32, Fast>::new(world, &packet).single(id, &mut nearest);
+    Tester::<f32, Fast>::new(world, &packet, scratch).single(id, &mut nearest);
     match nearest.id(0) {
         HitId::NONE => f32::INFINITY,
         _ => round_up(nearest.t(0) * MARGIN),

@@ -6,7 +6,7 @@ use crate::geom::primitive::Boundaries;
 use crate::math::bounds::{ErrorBounded, UNIT};
 use crate::math::{Aabb, Affine};
 use crate::scene::{Scene, Shape, ShapeId, check_closed, shape_bounds};
-use crate::trace::boundaries;
+use crate::trace::{TraceScratch, boundaries};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
@@ -77,7 +77,13 @@ impl<'a> Placed<'a> {
 
     /// Calls `part` with enter and exit of every span of a world line inside the solid,
     /// and a bound on the error of the span's length. Every end is a boundary.
-    pub(super) fn spans(&self, org: DVec3, dir: DVec3, mut part: impl FnMut(f64, f64, f64)) {
+    pub(super) fn spans(
+        &self,
+        org: DVec3,
+        dir: DVec3,
+        scratch: &mut TraceScratch,
+        mut part: impl FnMut(f64, f64, f64),
+    ) {
         let line = Line {
             org: self.object_from_world.point(org.to_array()),
             dir: self.object_from_world.vector(dir.to_array()),
@@ -107,7 +113,8 @@ impl<'a> Placed<'a> {
             return;
         };
         let mut since = None;
-        boundaries(csg, self.scene, (&line, f64::NEG_INFINITY), |change| {
+        let whole = (&line, f64::NEG_INFINITY);
+        boundaries(csg, self.scene, whole, scratch, |change| {
             let t = place(&change.root);
             if change.enters {
                 since = Some(t);

@@ -10,6 +10,7 @@ use crate::trace::item_buffer::ItemBuffer;
 use crate::trace::leaf::Tester;
 use crate::trace::query::{Closest, HitId};
 use crate::trace::rays::{Rays, load_f32};
+use crate::trace::scratch::TraceScratch;
 use crate::trace::stream::{Stream, StreamScratch, each};
 
 pub struct ClosestBatch<'a, 'h> {
@@ -65,8 +66,12 @@ impl ClosestBatch<'_, '_> {
 impl ClosestBatch<'_, '_> {
     /// The rays that tiles have left in doubt, as a stream.
     #[inline(never)]
-    fn trace_again<L: Lanes, C: Certainty, const S: usize>(&mut self, scratch: &mut BeamScratch) {
-        let (deferred, streams) = (&mut scratch.deferred, &mut scratch.streams);
+    fn trace_again<L: Lanes, C: Certainty, const S: usize>(
+        &mut self,
+        walk: &mut BeamScratch,
+        scratch: &mut TraceScratch,
+    ) {
+        let (deferred, streams) = (&mut walk.deferred, &mut walk.streams);
         if deferred.rows().is_empty() {
             return;
         }
@@ -75,7 +80,7 @@ impl ClosestBatch<'_, '_> {
             Closest::<L::Single, C>::new(<L::Single as Lanes>::from_f32(rays.t_max[i]))
         });
         let stream = Stream { world, rays, first };
-        stream.trace::<L, S, C, _>(rays.alive(0), &mut queries, streams);
+        stream.trace::<L, S, C, _>(rays.alive(0), &mut queries, streams, scratch);
         for (row, query) in deferred.rows().iter().zip(&queries) {
             self.put(*row as usize, query);
         }
@@ -85,22 +90,29 @@ impl ClosestBatch<'_, '_> {
 
 impl Batch for ClosestBatch<'_, '_> {
     #[inline(never)]
-    fn packets<L: Lanes, C: Certainty>(mut self, levels: &BaselineLevels, count: Count) {
-        let mut scratch = [levels.tlas.scratch::<L>(), levels.tlas.scratch::<L>()];
+    fn packets<L: Lanes, C: Certainty>(
+        mut self,
+        levels: &BaselineLevels,
+        count: Count,
+        scratch: &mut TraceScratch,
+    ) {
+        let mut baseline = scratch.take_baseline::<L>(levels);
         for first in (0..self.rays.len()).step_by(L::COUNT) {
             let packet = self.rays.packet::<L>(first, self.world);
             let mut query = Closest::<L, C>::new(load_f32(&self.rays.t_max[first..]));
-            let tester = Tester::<L, C>::new(self.world, &packet);
-            tester.trace(levels, &mut query, &mut scratch, count);
+            let mut tester = Tester::<L, C>::new(self.world, &packet, scratch);
+            tester.trace(levels, &mut query, &mut baseline, count);
             self.put(first, &query);
         }
+        scratch.keep_baseline(baseline);
     }
 
     #[inline(never)]
     fn nested<L: Lanes, C: Certainty, const S: usize>(
         mut self,
         groups: &InstanceBvhs,
-        scratch: &mut StreamScratch,
+        walk: &mut StreamScratch,
+        scratch: &mut TraceScratch,
     ) {
         for first in (0..self.rays.len()).step_by(STREAM) {
             let mut queries: [_; STREAM] = std::array::from_fn(|i| {
@@ -113,17 +125,22 @@ impl Batch for ClosestBatch<'_, '_> {
                 first,
             };
             let alive = self.rays.alive(first);
-            stream.trace_nested::<L, S, C, _>(groups, alive, &mut queries, scratch);
+            stream.trace_nested::<L, S, C, _>(groups, alive, &mut queries, walk, scratch);
             self.put_stream(first, &queries);
         }
     }
 
     #[inline(never)]
-    fn tiles<L: Lanes, C: Certainty, const S: usize>(mut self, scratch: &mut BeamScratch) {
+    fn tiles<L: Lanes, C: Certainty, const S: usize>(
+        mut self,
+        walk: &mut BeamScratch,
+        scratch: &mut TraceScratch,
+    ) {
         let mut beams = Beams::default();
         let mut queries: [_; S] = std::array::from_fn(|_| Closest::<L, C>::new(L::zero()));
         for first in (0..self.rays.len()).step_by(BEAM) {
-            if let Some(tile) = Tile::<L, S>::of(self.world, self.rays, first, &mut beams) {
+            if let Some(tile) = Tile::<L, S>::of(self.world, self.rays, first, &mut beams, scratch)
+            {
                 for (s, query) in queries.iter_mut().enumerate() {
                     query.restart(load_f32(&self.rays.t_max[first + s * L::COUNT..]));
                 }
@@ -133,17 +150,17 @@ impl Batch for ClosestBatch<'_, '_> {
                 });
                 let deferred = match list {
                     Some((list, boxes)) => {
-                        tile.trace_items::<C, _>(list, boxes, &mut queries, scratch)
+                        tile.trace_items::<C, _>(list, boxes, &mut queries, &mut walk.streams)
                     }
-                    None => tile.trace::<C, _>(&mut queries, scratch),
+                    None => tile.trace::<C, _>(&mut queries, walk),
                 };
                 for (s, query) in queries.iter().enumerate() {
                     self.put(first + s * L::COUNT, query);
                 }
                 each(deferred, |i| {
-                    scratch.deferred.push(self.rays, first + i);
-                    if scratch.deferred.is_full() {
-                        self.trace_again::<L, C, S>(scratch);
+                    walk.deferred.push(self.rays, first + i);
+                    if walk.deferred.is_full() {
+                        self.trace_again::<L, C, S>(walk, scratch);
                     }
                 });
                 continue;
@@ -161,13 +178,14 @@ impl Batch for ClosestBatch<'_, '_> {
                 stream.trace::<L, S, C, _>(
                     self.rays.alive(first),
                     &mut queries,
-                    &mut scratch.streams,
+                    &mut walk.streams,
+                    scratch,
                 );
                 self.put_stream(first, &queries);
             }
         }
         if C::GUARDED {
-            self.trace_again::<L, C, S>(scratch);
+            self.trace_again::<L, C, S>(walk, scratch);
         }
     }
 }

@@ -124,6 +124,7 @@ fn answers<L: Lanes, C: Certainty>(
     };
     let rays = columns.rays();
     let (mut t, mut id) = (vec![0.0; RAYS], HitIds::none(RAYS));
+    let scratch = &mut TraceScratch::default();
     ClosestBatch {
         items: None,
         world,
@@ -133,7 +134,7 @@ fn answers<L: Lanes, C: Certainty>(
             id: id.columns(),
         },
     }
-    .packets::<L, C>(levels, Count::default());
+    .packets::<L, C>(levels, Count::default(), scratch);
     let mut blocked = vec![false; RAYS];
     AnyBatch {
         world,
@@ -141,7 +142,7 @@ fn answers<L: Lanes, C: Certainty>(
         cache: &mut ShadowCache::new(Caching::On),
         blocked: &mut blocked,
     }
-    .packets::<L, C>(levels, Count::default());
+    .packets::<L, C>(levels, Count::default(), scratch);
     let met = |i: usize| (id.get(i) != HitId::NONE).then_some((t[i].to_bits(), id.get(i)));
     (0..RAYS).map(|i| (met(i), blocked[i])).collect()
 }

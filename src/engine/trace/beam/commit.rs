@@ -3,11 +3,11 @@
 
 use super::mesh::Nearest;
 use crate::accel::{TlasEntry, WIDE, WideBlas, World};
-use crate::geom::{Certainty, Meet, Ray, triangle};
+use crate::geom::{Meet, Ray, triangle};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::scene::MeshId;
-use crate::trace::leaf::Tester;
+use crate::trace::leaf::{mesh_packet, window};
 use crate::trace::packet::Packet;
 use crate::trace::query::Query;
 
@@ -101,7 +101,7 @@ fn around<L: Lanes>(corners: &[Vec3<L>; 3]) -> [[L; 3]; 2] {
 /// of the box, evaluated with an error of 6, leaves the rest of them to the
 /// rounding of the interval, so its t is in it and need not be brought there.
 #[inline(never)]
-pub(super) fn commit<L: Lanes, C: Certainty, Q: Query<L>>(
+pub(super) fn commit<L: Lanes, Q: Query<L>>(
     found: &Found<L>,
     org: Vec3<L>,
     dir: Vec3<L>,
@@ -124,9 +124,8 @@ pub(super) fn commit<L: Lanes, C: Certainty, Q: Query<L>>(
     let clear = inside(0) & inside(1) & inside(2);
     let t = if found.entry.placed || (hit & !clear).any() {
         let packet = packet();
-        let tester = Tester::<L, C>::new(world, &packet);
-        let (window, _) = tester.window(found.entry, hit, query.limit());
-        let object = tester.mesh_packet(found.entry, found.id);
+        let (window, _) = window(&packet, found.entry, hit, query.limit());
+        let object = mesh_packet((world, &packet, None), found.entry, found.id);
         let (enter, exit) = object.slabs.interval_each(min, max);
         t.max(enter.max(window.enter)).min(exit.min(window.exit))
     } else {

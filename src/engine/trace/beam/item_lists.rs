@@ -5,7 +5,7 @@ use super::fast::Fast;
 use super::guarded::{GuardedLeaf, PinholeEdges};
 use super::mesh::InMesh;
 use super::rays::Pinhole;
-use super::{BEAM, BeamScratch, Tile};
+use super::{BEAM, Tile};
 use crate::accel::{BoxRows, ItemBoxes, TlasEntry, World};
 use crate::geom::Certainty;
 use crate::math::lanes::{Lanes, Mask};
@@ -14,6 +14,7 @@ use crate::trace::item_buffer::{Item, ItemBuffer};
 use crate::trace::leaf::Tester;
 use crate::trace::query::Query;
 use crate::trace::rays::Rays;
+use crate::trace::stream::StreamScratch;
 
 impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
     /// The tile's list in the buffer, if it has one.
@@ -45,13 +46,13 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         items: &[Item],
         boxes: &ItemBoxes,
         queries: &mut [Q; S],
-        scratch: &mut BeamScratch,
+        streams: &mut StreamScratch,
     ) -> u64 {
         let world = self.world;
         if !world.unbounded.is_empty() {
             for (s, query) in queries.iter_mut().enumerate() {
                 let packet = self.packets.get(s, self.rays, self.first, world);
-                Tester::<L, C>::new(world, packet).unbounded(query);
+                Tester::<L, C>::new(world, packet, self.scratch).unbounded(query);
             }
         }
         for (s, query) in queries.iter().enumerate() {
@@ -59,7 +60,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         }
         for run in items.chunk_by(|a, b| a.entry == b.entry) {
             let entry = &world.entries[run[0].entry as usize];
-            self.listed::<C, Q>(entry, run, boxes, queries, scratch);
+            self.listed::<C, Q>(entry, run, boxes, queries, streams);
         }
         self.deferred_rays::<C>()
     }
@@ -71,7 +72,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         run: &[Item],
         boxes: &ItemBoxes,
         queries: &mut [Q; S],
-        scratch: &mut BeamScratch,
+        streams: &mut StreamScratch,
     ) {
         let Shape::Mesh(id) = entry.shape else {
             self.solid::<C, Q>(entry, queries);
@@ -85,10 +86,8 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             inside.trace_items::<C, Q>(world, rays, first, run, boxes, queries)
         };
         if entry.placed {
-            let streams = &mut scratch.streams;
             self.placed_mesh::<C, Q>(entry, id, queries, streams, through);
         } else {
-            let streams = &mut scratch.streams;
             self.mesh_in_world::<C, Q>(entry, id, queries, streams, through);
         }
     }
@@ -126,7 +125,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
         if guarded {
             return self.commit_guarded::<Pinhole, Q>(queries);
         }
-        self.commit_all::<Pinhole, C, Q>(world, rays, start, queries);
+        self.commit_all::<Pinhole, Q>(world, rays, start, queries);
         [L::Mask::splat(false); S]
     }
 }

@@ -151,14 +151,14 @@ impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
             },
         );
         if !Q::ANY {
-            self.commit_all::<P, C, Q>(world, rays, start, queries);
+            self.commit_all::<P, Q>(world, rays, start, queries);
         }
         none
     }
 
     /// From the nearest triangles' places to hits.
     #[inline(always)]
-    pub fn commit_all<P: Projection, C: Certainty, Q: Query<L>>(
+    pub fn commit_all<P: Projection, Q: Query<L>>(
         &self,
         world: &World,
         rays: &Rays,
@@ -188,7 +188,7 @@ impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
                 } else {
                     Vec3::splat(self.beam.object_org)
                 };
-                commit::<L, C, Q>(&found, org, dir, packet, world, &mut queries[s]);
+                commit::<L, Q>(&found, org, dir, packet, world, &mut queries[s]);
             }
         }
     }

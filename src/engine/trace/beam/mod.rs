@@ -29,6 +29,7 @@ mod rays;
 use super::leaf::Tester;
 use super::query::{Found, Query, next_up};
 use super::rays::{Origins, Rays, load_f32};
+use super::scratch::TraceScratch;
 use super::solids::Packets;
 use super::stream::{Stream, StreamScratch};
 use crate::accel::{STREAM, TlasEntry, WideStack, World};
@@ -41,7 +42,6 @@ use deferred::DeferredRays;
 use glam::DVec3;
 use mesh::InMesh;
 use rays::{Beam, Parallel, Pinhole, RelativeBox};
-use std::cell::Cell;
 
 /// Rays per tile.
 pub const BEAM: usize = 64;
@@ -63,6 +63,7 @@ pub(super) struct Tile<'a, L: Lanes, const S: usize> {
     spare: &'a mut Beam<L, S>,
     /// For single primitives.
     packets: &'a mut Packets<L, S>,
+    scratch: &'a mut TraceScratch,
     /// Rays that some mesh's walk has left in doubt.
     deferred: u64,
 }
@@ -75,17 +76,6 @@ pub(super) struct BeamScratch {
     pub streams: StreamScratch,
     /// Empty between batches.
     pub deferred: DeferredRays,
-}
-
-thread_local! {
-    static SCRATCH: Cell<Option<Box<BeamScratch>>> = const { Cell::new(None) };
-}
-
-/// Lends this thread's scratch: making one takes as long as some hundred rays.
-pub(super) fn with_scratch(run: impl FnOnce(&mut BeamScratch)) {
-    let mut scratch = SCRATCH.take().unwrap_or_default();
-    run(&mut scratch);
-    SCRATCH.set(Some(scratch));
 }
 
 /// Places for beams, reused from tile to tile.
@@ -114,6 +104,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         rays: &'a Rays<'a>,
         first: usize,
         beams: &'a mut Beams<L, S>,
+        scratch: &'a mut TraceScratch,
     ) -> Option<Self> {
         let end = first + BEAM;
         let (t_min, t_max) = (&rays.t_min[first..end], &rays.t_max[first..end]);
@@ -169,6 +160,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             beam,
             spare,
             packets,
+            scratch,
             deferred: 0,
         })
     }
@@ -204,13 +196,13 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
     pub fn trace<C: Certainty, Q: Query<L>>(
         mut self,
         queries: &mut [Q; S],
-        scratch: &mut BeamScratch,
+        walk: &mut BeamScratch,
     ) -> u64 {
         let world = self.world;
         if !world.unbounded.is_empty() {
             for (s, query) in queries.iter_mut().enumerate() {
                 let packet = self.packets.get(s, self.rays, self.first, world);
-                Tester::<L, C>::new(world, packet).unbounded(query);
+                Tester::<L, C>::new(world, packet, self.scratch).unbounded(query);
             }
         }
         let BeamScratch {
@@ -218,7 +210,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             mesh: mesh_stack,
             streams,
             ..
-        } = scratch;
+        } = walk;
         for (entry, id) in world.unbounded_meshes() {
             let asking = |query: &Q| query.limit().ge(L::zero());
             let active = queries.each_ref().map(asking);
@@ -289,7 +281,8 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         for (s, query) in queries.iter_mut().enumerate() {
             if active[s].any() {
                 let packet = self.packets.get(s, self.rays, self.first, self.world);
-                Tester::<L, C>::new(self.world, packet).solid(entry, active[s], query);
+                Tester::<L, C>::new(self.world, packet, self.scratch)
+                    .solid(entry, active[s], query);
                 self.beam.limit_t::<C, Q>(s, query.limit());
             }
         }
@@ -409,7 +402,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
     /// each other to be met as one volume; or one that no tree has.
     #[inline(never)]
     fn as_stream<C: Certainty, Q: Query<L>>(
-        &self,
+        &mut self,
         entry: &TlasEntry,
         id: MeshId,
         active: &[L::Mask; S],
@@ -431,7 +424,8 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
                 rays: self.rays,
                 first: self.first + begin,
             };
-            stream.mesh_alone::<L::Single, C, _>(entry, id, set, &mut nearest, streams);
+            let scratch = &mut *self.scratch;
+            stream.mesh_alone::<L::Single, C, _>(entry, id, set, &mut nearest, streams, scratch);
             for (i, query) in nearest.iter().enumerate() {
                 let Some((at, id)) = query.found(0) else {
                     continue;
@@ -440,7 +434,11 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
                 if !queries[s].try_commit(lane, at, id) {
                     let packet = self.rays.packet(self.first + s * L::COUNT, self.world);
                     let here = L::Mask::from_bits(1 << lane);
-                    Tester::<L, C>::new(self.world, &packet).decide(here, id, &mut queries[s]);
+                    Tester::<L, C>::new(self.world, &packet, self.scratch).decide(
+                        here,
+                        id,
+                        &mut queries[s],
+                    );
                 }
             }
         }

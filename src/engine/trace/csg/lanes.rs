@@ -18,11 +18,11 @@ use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::roots::Solver;
 use crate::scene::{Shape, Tables};
 use crate::trace::packet::Packet;
+use crate::trace::scratch::{TraceScratch, TypedSlots};
 use arrayvec::ArrayVec;
 pub(in crate::trace) use ends::{Frames, Spaces, ends};
 use ends::{blur, passes, wider};
 use glam::DVec3;
-use std::cell::Cell;
 use std::iter::repeat_n;
 use track::{Track, last_behind};
 
@@ -40,16 +40,16 @@ pub(in crate::trace) struct Met<L: Lanes> {
 
 /// Reused from packet to packet.
 #[derive(Default)]
-struct LaneScratch {
+pub(in crate::trace) struct LaneScratch {
     operands: Vec<u32>,
     /// In `fast` the same, with their boxes.
     boxed: Vec<u64>,
     program: Restricted,
     values: Vec<u32>,
-}
-
-thread_local! {
-    static SCRATCH: Cell<Option<Box<LaneScratch>>> = const { Cell::new(None) };
+    /// A `Vec<[L; 3]>` per width: the boundaries of operands that may have many.
+    pub(in crate::trace) rows: TypedSlots,
+    /// Of one line, what a chosen solver has found.
+    roots: Vec<f64>,
 }
 
 /// So many operands of a packet are met in lanes; of more than these each ray is
@@ -67,6 +67,7 @@ pub(in crate::trace) fn first<L: Lanes, C: Certainty>(
     object: &Packet<L>,
     active: u32,
     limit: L,
+    scratch: &mut TraceScratch,
 ) -> Met<L> {
     // Boundaries that are one within a distance are left to the other function; so
     // are tall programs, of which a ray changes few gates: here all are worked out.
@@ -77,10 +78,7 @@ pub(in crate::trace) fn first<L: Lanes, C: Certainty>(
     if is_tall || has_meshes || solid.tolerance > 0.0 {
         return Met::left(active);
     }
-    let mut scratch = SCRATCH.take().unwrap_or_default();
-    let met = parts::<L, C>((csg, tables), object, active, limit, &mut scratch);
-    SCRATCH.set(Some(scratch));
-    met
+    parts::<L, C>((csg, tables), object, active, limit, scratch)
 }
 
 /// Rays that together have too many operands before them are taken by halves.
@@ -90,12 +88,14 @@ fn parts<L: Lanes, C: Certainty>(
     object: &Packet<L>,
     active: u32,
     limit: L,
-    scratch: &mut LaneScratch,
+    scratch: &mut TraceScratch,
 ) -> Met<L> {
     let ray = &object.ray;
     let asleep = -L::splat(L::Scalar::INFINITY);
     let awake = L::Mask::from_bits(active);
-    let (operands, boxed) = (&mut scratch.operands, &mut scratch.boxed);
+    let LaneScratch {
+        operands, boxed, ..
+    } = &mut scratch.lanes;
     let mut known = L::splat(L::Scalar::INFINITY);
     if C::GUARDED {
         // And what may be one with boundaries between start and limit.
@@ -193,14 +193,16 @@ fn run<L: Lanes, C: Certainty>(
     (csg, tables): (&PreparedCsg, &Tables),
     object: &Packet<L>,
     (active, limit, mut known): (u32, L, L),
-    scratch: &mut LaneScratch,
+    scratch: &mut TraceScratch,
 ) -> Met<L> {
     let LaneScratch {
         operands,
         boxed,
         program,
         values,
-    } = scratch;
+        rows,
+        roots,
+    } = &mut scratch.lanes;
     let (ray, infinity) = (&object.ray, L::splat(L::Scalar::INFINITY));
     let nothing = Track {
         next: [infinity; 3],
@@ -217,7 +219,8 @@ fn run<L: Lanes, C: Certainty>(
     } else {
         [-infinity, infinity]
     };
-    let mut more = Vec::new();
+    let more: &mut Vec<[L; 3]> = rows.slot();
+    more.clear();
     let mut tracks = ArrayVec::<_, MOST>::new();
     tracks.extend(repeat_n(nothing, operands.len()));
     let tracks = &mut tracks[..];
@@ -267,9 +270,9 @@ fn run<L: Lanes, C: Certainty>(
             let row = (operand, id);
             let solid = (csg, tables);
             let all = if !C::GUARDED && tables.implicits.solver(id) != Solver::Auto {
-                spaces.boundaries_by(solid, row, lanes, &mut more)
+                spaces.boundaries_by(solid, row, lanes, roots, more)
             } else {
-                spaces.boundaries(solid, row, lanes, &mut more)
+                spaces.boundaries(solid, row, lanes, more)
             };
             if !C::GUARDED {
                 for t in more[at..].as_flattened_mut() {

@@ -13,6 +13,7 @@ use crate::trace::exact_fallback::depth_of;
 use crate::trace::leaf::{Tester, Window, doubted};
 use crate::trace::packet::Packet;
 use crate::trace::query::{HitId, Query};
+use crate::trace::scratch::TraceScratch;
 use glam::DVec3;
 use std::marker::PhantomData;
 
@@ -21,7 +22,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     /// say.
     #[inline(never)]
     pub(in crate::trace) fn csg<Q: Query<L>>(
-        &self,
+        &mut self,
         entry: &TlasEntry,
         id: CsgId,
         active: L::Mask,
@@ -37,7 +38,8 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         }
         let placed = entry.placed.then(|| self.object_packet(entry, DVec3::ZERO));
         let object = placed.as_ref().unwrap_or(self.packet);
-        let (solid, tables) = (self.world.csg(id), &self.world.scene);
+        let world = self.world;
+        let (solid, tables) = (world.csg(id), &world.scene);
         let id = |primitive| HitId {
             instance: entry.instance,
             primitive,
@@ -52,7 +54,8 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
                 let end = exit.min(window.exit);
                 limit = L::select(limit.lt(end), limit, L::splat(L::Scalar::INFINITY));
             }
-            lanes::first::<L, C>(solid, tables, object, active.bits(), limit)
+            let scratch = &mut *self.scratch;
+            lanes::first::<L, C>(solid, tables, object, active.bits(), limit, scratch)
         };
         let mut bits = if C::GUARDED { 0 } else { met.left };
         while bits != 0 {
@@ -60,8 +63,8 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
             bits &= bits - 1;
             let (org, dir) = object.lane(lane);
             let t_min = object.ray.t_min.max(met.t).lane(lane).to_f64();
-            let first = first(solid, tables, &Line { org, dir }, t_min);
-            if let Some(crossing) = first {
+            let line = Line { org, dir };
+            if let Some(crossing) = first(solid, tables, &line, t_min, self.scratch) {
                 let t = L::from_f64(depth_of(&crossing.root).t);
                 let meet = Meet::certain(L::Mask::from_bits(1 << lane), t);
                 let id = id(crossing.primitive);
@@ -95,13 +98,14 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         }
         let mut bits = unsure.bits();
         if !C::DOUBTS_ALL {
-            let look = InF64::<C> {
+            let mut look = InF64::<C> {
                 solid,
                 tables,
                 own: &entry.own,
+                scratch: self.scratch,
                 certainty: PhantomData,
             };
-            let [may, must] = look_again(object, limit, bits, &look);
+            let [may, must] = look_again(object, limit, bits, &mut look);
             bits = may;
             // Where does not matter.
             if Q::ANY && must != 0 {
@@ -119,18 +123,20 @@ struct InF64<'a, C> {
     solid: &'a PreparedCsg,
     tables: &'a Tables,
     own: &'a Aabb32,
+    scratch: &'a mut TraceScratch,
     certainty: PhantomData<C>,
 }
 
 impl<C: Certainty> SecondLook for InF64<'_, C> {
     #[inline(never)]
     fn look<D: Lanes<Scalar = f64, Double = D>>(
-        &self,
+        &mut self,
         pass: &DoublePass<D>,
         asked: u32,
     ) -> [u32; 2] {
         let packet = Packet::<D>::new(pass.org, pass.dir, pass.t_min, self.own);
-        let met = lanes::first::<D, C>(self.solid, self.tables, &packet, asked, pass.limit);
+        let (solid, tables, limit) = (self.solid, self.tables, pass.limit);
+        let met = lanes::first::<D, C>(solid, tables, &packet, asked, limit, self.scratch);
         let [from, to] = met.within;
         let may = met.unsure | met.left | met.hit & from.le(pass.limit).bits();
         [may, met.hit & to.lt(pass.limit).bits()]

@@ -15,7 +15,7 @@ use glam::DVec3;
 impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     /// The kernel of a single primitive.
     #[inline(always)]
-    fn meet(&self, object: &Packet<L>, entry: &TlasEntry, active: L::Mask) -> Meet<L> {
+    fn meet(&mut self, object: &Packet<L>, entry: &TlasEntry, active: L::Mask) -> Meet<L> {
         if C::DOUBTS_ALL {
             return Meet::unsure(active);
         }
@@ -34,12 +34,14 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
 
 impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     /// What the kernel of a single primitive says of every lane.
-    pub(in crate::trace) fn kernel(&self, entry: &TlasEntry) -> Meet<L> {
+    pub(in crate::trace) fn kernel(&mut self, entry: &TlasEntry) -> Meet<L> {
         let all = L::Mask::splat(true);
         if entry.placed {
-            self.meet(&self.object_packet(entry, DVec3::ZERO), entry, all)
+            let object = self.object_packet(entry, DVec3::ZERO);
+            self.meet(&object, entry, all)
         } else {
-            self.meet(self.packet, entry, all)
+            let packet = self.packet;
+            self.meet(packet, entry, all)
         }
     }
 
@@ -48,7 +50,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     /// certain is in the way of any-hit rays blocks these.
     #[inline(always)]
     pub(super) fn certified<Q: Query<L>>(
-        &self,
+        &mut self,
         object: &Packet<L>,
         entry: &TlasEntry,
         active: L::Mask,
@@ -59,7 +61,8 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         if !C::GUARDED || C::DOUBTS_ALL || is_double || meet.unsure.none() {
             return meet;
         }
-        let scene = &self.world.scene;
+        let world = self.world;
+        let scene = &world.scene;
         let [may, must] = look_closer(scene, entry, object, query.limit(), meet.unsure.bits());
         let must = L::Mask::from_bits(must);
         // Where does not matter.
@@ -85,7 +88,7 @@ fn look_closer<L: Lanes>(
     limit: L,
     asked: u32,
 ) -> [u32; 2] {
-    look_again(object, limit, asked, &Primitive { scene, entry })
+    look_again(object, limit, asked, &mut Primitive { scene, entry })
 }
 
 /// One primitive, seen in its space.
@@ -97,7 +100,7 @@ struct Primitive<'a> {
 impl SecondLook for Primitive<'_> {
     #[inline(never)]
     fn look<D: Lanes<Scalar = f64, Double = D>>(
-        &self,
+        &mut self,
         pass: &DoublePass<D>,
         asked: u32,
     ) -> [u32; 2] {
@@ -118,14 +121,15 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     /// Whether a polynomial surface is in the way: where does not matter.
     #[inline(never)]
     pub(super) fn is_blocked<Q: Query<L>>(
-        &self,
+        &mut self,
         object: &Packet<L>,
         row: ImplicitId,
         id: HitId,
         active: L::Mask,
         query: &mut Q,
     ) {
-        let scene = &self.world.scene;
+        let world = self.world;
+        let scene = &world.scene;
         let surface = &scene.implicits.row(row);
         if !C::GUARDED && scene.implicits.solver(row) != Solver::Auto {
             let limit = query.limit();

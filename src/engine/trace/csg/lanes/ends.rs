@@ -111,12 +111,13 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         (csg, tables): (&PreparedCsg, &Tables),
         (operand, row): (&CsgOperand, ImplicitId),
         active: L::Mask,
+        found: &mut Vec<f64>,
         rows: &mut Vec<[L; 3]>,
     ) -> Boundaries<L> {
         let (solver, first) = (tables.implicits.solver(row), rows.len());
         let tape = &tables.implicits.tape[row.index()];
         let bounds = csg.box_around(operand);
-        let (mut inside, mut found) = (0, Vec::new());
+        let mut inside = 0;
         let mut bits = active.bits();
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize;
@@ -140,7 +141,7 @@ impl<'a, L: Lanes> Spaces<'a, L> {
             }
             let frame = self.of(csg, operand.frame);
             let line = (at(frame.org), at(frame.dir));
-            let is_inside = by_solver::crossings(tape, solver, line, [from, to], &mut found);
+            let is_inside = by_solver::crossings(tape, solver, line, [from, to], found);
             inside |= u32::from(is_inside) << lane;
             for (pass, t) in found.iter().enumerate() {
                 if rows.len() <= first + pass {

@@ -87,10 +87,10 @@ impl RayColumns {
 
     /// The nearest hits with every decision made by exact arithmetic.
     #[cfg(feature = "all-lanes")]
-    pub fn closest_doubting(&self, world: &World) -> Vec<(f64, HitId)> {
+    pub fn closest_all_exact(&self, world: &World) -> Vec<(f64, HitId)> {
         self.answers(&vec![f32::INFINITY; self.len], |rays, hits| {
             let scratch = &mut TraceScratch::default();
-            lanecast::trace::closest_doubting_all(world, rays, hits, scratch)
+            lanecast::trace::closest_all_exact(world, rays, hits, scratch)
         })
     }
 

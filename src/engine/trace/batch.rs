@@ -121,7 +121,7 @@ pub fn counts(world: &World) -> bool {
 /// traversal of its own: `.ci/instances` counts them.
 trait Batch {
     /// Through wide trees; `S` packets are a tile.
-    fn tiles<L: Lanes, C: Certainty, const S: usize>(
+    fn beams<L: Lanes, C: Certainty, const S: usize>(
         self,
         walk: &mut BeamScratch,
         scratch: &mut TraceScratch,
@@ -129,7 +129,7 @@ trait Batch {
     /// Through nested trees: streams for all rays.
     fn nested<L: Lanes, C: Certainty, const S: usize>(
         self,
-        groups: &InstanceBvhs,
+        bvhs: &InstanceBvhs,
         walk: &mut StreamScratch,
         scratch: &mut TraceScratch,
     );
@@ -146,12 +146,7 @@ trait Batch {
 /// bounds that know nothing would have it: what `guarded` is compared with by the tests.
 #[cfg(feature = "all-lanes")]
 #[doc(hidden)]
-pub fn closest_doubting_all(
-    world: &World,
-    rays: &Rays,
-    hits: &mut Hits,
-    scratch: &mut TraceScratch,
-) {
+pub fn closest_all_exact(world: &World, rays: &Rays, hits: &mut Hits, scratch: &mut TraceScratch) {
     #[derive(Clone, Copy)]
     struct DoubtAll;
 
@@ -242,7 +237,7 @@ fn flat<L: Lanes, C: Certainty, const S: usize>(
 ) {
     match levels {
         Levels::Baseline(levels) => batch.packets::<L, C>(levels, count, scratch),
-        _ => scratch.with_walk(|walk, scratch| batch.tiles::<L, C, S>(walk, scratch)),
+        _ => scratch.with_walk(|walk, scratch| batch.beams::<L, C, S>(walk, scratch)),
     }
 }
 

@@ -7,22 +7,22 @@
 //! of operands in different frames, or where the solid has a tolerance, where they
 //! are so near to each other, from each to the next (docs/NUMERICS.md).
 
+mod events;
 pub mod lanes;
 mod leaf;
 mod mesh;
 
 use super::scratch::TraceScratch;
-use crate::accel::{PLACEMENT, PreparedCsg, SLOWEST};
+use crate::accel::PreparedCsg;
 use crate::csg::{Boundary, Walk};
 use crate::geom::Tape;
 use crate::geom::exact::{Inside, Line, Root, meetings_between, span};
 use crate::geom::guarded::implicit::Crossing as Crossed;
 use crate::geom::primitive::Boundaries;
-use crate::math::bounds::ErrorBounded;
-use crate::math::{Aabb, Vec3, length};
-use crate::scene::{CsgOperand, CsgSolid, Frame, Shape, Tables};
-use glam::DVec3;
-use mesh::Facet;
+use crate::math::{Aabb, Vec3};
+use crate::scene::{CsgSolid, Frame, Shape, Tables};
+use events::{Mark, mark, number_events};
+use mesh::MeshCrossing;
 use std::ops::ControlFlow;
 
 /// Of a hit's `primitive`: the solid's outside is the operand's inside.
@@ -38,29 +38,6 @@ pub struct Crossing<'a> {
     pub enters: bool,
 }
 
-/// An operand's boundary, and how far off it may be in t: by its own frame's
-/// roundings beside those of others, and by the solid's tolerance.
-#[derive(Clone, Copy, Debug)]
-struct Mark<'a> {
-    root: Root<'a>,
-    /// The number of the surface.
-    surface: u32,
-    /// The line comes against the surface's normal: where an operand is left, as a
-    /// rule, it does not.
-    against: bool,
-    /// The root's t: where f64 hardly knows it, rounded, unless `is_rough`.
-    t: ErrorBounded,
-    frame: u32,
-    placement: f64,
-    tolerance: f64,
-    /// `placement` and `tolerance` are no more than the most that they may be: as a rule
-    /// no other boundary is so near.
-    is_rough: bool,
-    /// The first of those at the same t, and of those of the same event.
-    place: u32,
-    event: u32,
-}
-
 /// Reused from ray to ray.
 #[derive(Default)]
 pub(super) struct CsgScratch {
@@ -68,7 +45,7 @@ pub(super) struct CsgScratch {
     inside: Vec<u32>,
     walk: Walk,
     operands: Vec<u32>,
-    facets: Vec<Facet>,
+    facets: Vec<MeshCrossing>,
     crossings: Vec<Crossed>,
 }
 
@@ -138,7 +115,7 @@ pub fn boundaries<'a>(
         }
     }
     boundaries.sort_by(|a, b| a.at.root.order(&b.at.root));
-    gather(solid, line, boundaries);
+    number_events(solid, line, boundaries);
     let always = inside.iter().copied();
     let start = walk.starts_inside(&solid.program, always.clone());
     let same = |a: &Mark, b: &Mark| a.place == b.place;
@@ -289,7 +266,7 @@ fn collect_mesh(
     tables: &Tables,
     (line, t_min): (&Line, f64),
     number: u32,
-    met: &mut Vec<Facet>,
+    met: &mut Vec<MeshCrossing>,
     (boundaries, inside): (&mut Vec<Boundary<Mark<'_>>>, &mut Vec<u32>),
 ) {
     let solid = &csg.solid;
@@ -341,172 +318,4 @@ pub fn in_frame(frame: &Frame, number: u32, line: &Line) -> Line {
 /// which counts `condition` times.
 pub(super) fn passes_by(bounds: &Aabb, line: &Line, condition: f64) -> bool {
     line.part_in(bounds, condition).is_none()
-}
-
-/// t that is known no better than to this part is worth being worked out exactly.
-const KNOWN: f64 = 1.0 / (1_u64 << 49) as f64;
-
-fn mark<'a>(solid: &CsgSolid, operand: &CsgOperand, line: &Line, root: Root<'a>) -> Mark<'a> {
-    let mut mark = Mark {
-        root,
-        t: root.t,
-        surface: 0,
-        against: false,
-        frame: operand.frame,
-        placement: 0.0,
-        tolerance: 0.0,
-        is_rough: false,
-        place: 0,
-        event: 0,
-    };
-    if solid.is_exact() {
-        return mark;
-    }
-    let ErrorBounded { value, error } = mark.t;
-    if error <= value.abs() * KNOWN || !(value.is_finite() && error.is_finite()) {
-        sharpen(solid, operand, line, &mut mark);
-        return mark;
-    }
-    mark.is_rough = true;
-    let [org, dir] = [line.org, line.dir].map(DVec3::from_array);
-    let far = dir.abs().max_element() * (value.abs() + error);
-    let rate = length(dir) * SLOWEST;
-    // Twice, for the roundings of this.
-    let size = 2.0 * (org.abs().max_element() + far);
-    mark.placement = placement(solid, operand, size) / rate;
-    mark.tolerance = 2.0 * solid.tolerance / rate;
-    mark
-}
-
-/// What is known of a boundary beside others, in full.
-fn sharpen(solid: &CsgSolid, operand: &CsgOperand, line: &Line, mark: &mut Mark) {
-    let root = mark.root;
-    mark.is_rough = false;
-    // Of what f64 cannot say, both are infinite.
-    let is_known = root.t.value.is_finite() && root.t.error <= root.t.value.abs() * KNOWN;
-    if !is_known {
-        mark.t = ErrorBounded::exact(root.rounded());
-    }
-    let frame = &solid.frames[operand.frame as usize];
-    let at = |line: &Line| DVec3::from_array(line.org) + DVec3::from_array(line.dir) * mark.t.value;
-    let normal = root.normal_at(mark.t.value);
-    let normal = frame
-        .operand_from_solid
-        .transposed_vector(normal.to_array());
-    let normal = DVec3::from_array(normal);
-    let dir = DVec3::from_array(line.dir);
-    let rate = (normal.dot(dir) / length(normal)).abs();
-    let rate = rate.max(length(dir) * SLOWEST);
-    let reach = DVec3::from_array(line.org).abs().max(at(line).abs());
-    mark.placement = placement(solid, operand, reach.max_element()) / rate;
-    mark.tolerance = solid.tolerance / rate;
-}
-
-/// How far off an operand may be beside those of other frames, where coordinates of
-/// the solid's space are no larger than `reach`: these were rounded on their way there.
-fn placement(solid: &CsgSolid, operand: &CsgOperand, reach: f64) -> f64 {
-    if solid.frames.len() == 1 {
-        return 0.0;
-    }
-    let frame = &solid.frames[operand.frame as usize];
-    let (there, back) = (&frame.operand_from_solid, &frame.solid_from_operand);
-    let moved = DVec3::from_array(there.translation).abs().max_element();
-    let carried = there.norm() * reach + moved;
-    PLACEMENT * (back.norm() * carried + frame.reach)
-}
-
-/// Numbers places and events. Boundaries stand in the order of t; those of two
-/// neighbouring places are one event if any two of them are so near.
-fn gather(solid: &CsgSolid, line: &Line, boundaries: &mut [Boundary<Mark>]) {
-    let (mut before, mut start, mut event) = (0..0, 0, 0);
-    while start < boundaries.len() {
-        let (first, rest) = (&boundaries[start].at.root, &boundaries[start + 1..]);
-        let same = |b: &&Boundary<Mark>| first.order(&b.at.root).is_eq();
-        let end = start + 1 + rest.iter().take_while(same).count();
-        let pairs = |(a, b): (&[Boundary<Mark>], &[Boundary<Mark>]), is: Asked| {
-            a.iter().any(|a| b.iter().any(|b| is(a, b)))
-        };
-        let both = (&boundaries[before.clone()], &boundaries[start..end]);
-        let mut near = may_meet(both.0, both.1) && pairs(both, may_be_one);
-        if near {
-            for boundary in &mut boundaries[before.start..end] {
-                if boundary.at.is_rough {
-                    let operand = &solid.operands[boundary.operand as usize];
-                    sharpen(solid, operand, line, &mut boundary.at);
-                }
-            }
-            near = pairs((&boundaries[before], &boundaries[start..end]), are_one);
-        }
-        if !near {
-            event = start as u32;
-        }
-        for boundary in &mut boundaries[start..end] {
-            boundary.at.place = start as u32;
-            boundary.at.event = event;
-        }
-        before = start..end;
-        start = end;
-    }
-}
-
-/// False where no two of them are one, by the most that any of either side may be off.
-/// Where thousands of boundaries coincide, pairs are too many to be asked.
-fn may_meet(before: &[Boundary<Mark>], behind: &[Boundary<Mark>]) -> bool {
-    let most = |of: fn(&Mark) -> f64| {
-        let most = |side: &[Boundary<Mark>]| side.iter().map(|b| of(&b.at)).fold(0.0, f64::max);
-        (most(before), most(behind))
-    };
-    let (tolerances, placements) = (most(|m| m.tolerance), most(|m| m.placement));
-    let slack = tolerances
-        .0
-        .max(tolerances.1)
-        .max(placements.0 + placements.1);
-    let (Some(a), Some(b)) = (before.first(), behind.first()) else {
-        return false;
-    };
-    // Those of a side are at one t; so each of them tells where it is.
-    let gap = b.at.t.value - a.at.t.value;
-    let off = a.at.t.error + b.at.t.error;
-    slack > 0.0 && !(gap - 2.0 * off > 2.0 * slack)
-}
-
-type Asked = fn(&Boundary<Mark>, &Boundary<Mark>) -> bool;
-
-/// Of different t: false where they are not one, whatever is found out yet.
-fn may_be_one(a: &Boundary<Mark>, b: &Boundary<Mark>) -> bool {
-    if !(a.at.is_rough || b.at.is_rough) {
-        return are_one(a, b);
-    }
-    let (a, b) = (&a.at, &b.at);
-    let slack = a.tolerance.max(b.tolerance).max(a.placement + b.placement);
-    let gap = b.t.value - a.t.value;
-    // Not of what is no number.
-    !(gap - 2.0 * (a.t.error + b.t.error) > 2.0 * slack)
-}
-
-/// Of different t, by the f64 nearest to them.
-fn are_one(a: &Boundary<Mark>, b: &Boundary<Mark>) -> bool {
-    let own = a.operand == b.operand;
-    let (a, b) = (&a.at, &b.at);
-    // An operand that is no thicker than its ends are known, may not be met at all.
-    let placement = match own || a.frame != b.frame {
-        true => a.placement + b.placement,
-        false => 0.0,
-    };
-    let tolerance = match own {
-        true => 0.0,
-        false => a.tolerance.max(b.tolerance),
-    };
-    let slack = tolerance.max(placement);
-    if slack == 0.0 {
-        return false;
-    }
-    let gap = b.t.value - a.t.value;
-    // And by half a step each from the nearest f64.
-    let steps = f64::EPSILON * (a.t.value.abs() + b.t.value.abs());
-    let off = 1.001 * (a.t.error + b.t.error) + steps;
-    if (gap - slack).abs() > off {
-        return gap <= slack;
-    }
-    b.root.rounded() - a.root.rounded() <= slack
 }

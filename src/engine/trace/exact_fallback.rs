@@ -56,7 +56,7 @@ pub(super) fn nearest_t(
     id: HitId,
     scratch: &mut TraceScratch,
 ) -> Option<f64> {
-    let case = Case::of(world, ray, id, None);
+    let case = Case::look_up(world, ray, id, None);
     let (crossing, _) = case.crossing(ray.t_min, scratch)?;
     Some(crossing.rounded())
 }
@@ -106,7 +106,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
             return;
         };
         let (world, scratch) = (self.world, &mut *self.scratch);
-        let case = Case::of(world, &ray, id, known.corners);
+        let case = Case::look_up(world, &ray, id, known.corners);
         let Some((crossing, surface)) = case.crossing(t_min, scratch) else {
             return;
         };
@@ -116,9 +116,9 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         };
         let first = match competitor {
             Competitor::End(end) => crossing.order_with(end).is_lt(),
-            Competitor::Hit(best, within) => match beside(&crossing, within) {
+            Competitor::Hit(best, within) => match order_by_interval(&crossing, within) {
                 Some(order) => order.is_lt(),
-                None => match Case::of(world, &ray, best, None).crossing(t_min, scratch) {
+                None => match Case::look_up(world, &ray, best, None).crossing(t_min, scratch) {
                     Some((other, _)) => crossing.order(&other).then(id.cmp(&best)).is_lt(),
                     None => true,
                 },
@@ -135,7 +135,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
 impl<'a> Case<'a> {
     /// `corners`: of a triangle, in any order, where they are at hand.
     #[inline(always)]
-    fn of(world: &'a World, ray: &WorldRay, id: HitId, corners: Option<&Corners>) -> Case<'a> {
+    fn look_up(world: &'a World, ray: &WorldRay, id: HitId, corners: Option<&Corners>) -> Case<'a> {
         let entry = world.entry_of(id.instance);
         let scene = &world.scene;
         match entry.shape {
@@ -183,7 +183,7 @@ impl<'a> Case<'a> {
 }
 
 /// A crossing against another that lies between two numbers, where f64 tells.
-fn beside(crossing: &Crossing, [from, to]: [f64; 2]) -> Option<Ordering> {
+fn order_by_interval(crossing: &Crossing, [from, to]: [f64; 2]) -> Option<Ordering> {
     let known = crossing.t();
     let order = |x: f64| known.order(&ErrorBounded::exact(x));
     match (order(from), order(to)) {
@@ -245,7 +245,7 @@ fn depth<L: Lanes>(
         }
     };
     let by_kernel = by_kernel.filter(|t| t.is_finite());
-    let near = known_to(AS_KERNELS);
+    let near = known_to(KERNEL_ACCURACY);
     let exact = || match crossing {
         Crossing::Root(root) if near => root.t.value,
         _ => crossing.rounded(),
@@ -306,12 +306,12 @@ fn kernel_of_operand<L: Lanes>(
 /// A t that is known to this part of it, a quarter of f32's unit roundoff, is as good as
 /// any kernel's. It is cheaper than the number nearest to the root, and as much the same
 /// whoever asks.
-const AS_KERNELS: f64 = 1.0 / (1 << 26) as f64;
+const KERNEL_ACCURACY: f64 = 1.0 / (1 << 26) as f64;
 
 /// t of a root, the same whoever asks; and between which numbers it lies.
 pub(super) fn depth_of(root: &Root) -> Depth {
     let ErrorBounded { value, error } = root.t;
-    let known = error <= value.abs() * AS_KERNELS && value.is_finite();
+    let known = error <= value.abs() * KERNEL_ACCURACY && value.is_finite();
     let t = if known { root.t.value } else { root.rounded() };
     let within = if known {
         [(value - error).next_down(), (value + error).next_up()]

@@ -175,7 +175,7 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
             Meet::unsure(active)
         } else if C::GUARDED {
             let meet = triangle::meet_guarded(corners, &object.ray, active);
-            doubted::<L, C>(meet, active, id)
+            mark_undecided::<L, C>(meet, active, id)
         } else {
             triangle::meet(corners, &object.ray, active)
         };
@@ -300,7 +300,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
                 return self.is_blocked(&object, row, id, active, query);
             }
             let meet = self.certified(&object, entry, active, query);
-            let meet = doubted::<L, C>(meet, active, id);
+            let meet = mark_undecided::<L, C>(meet, active, id);
             self.offer(&object, &window, &entry.own, meet, id, query);
         } else {
             let packet = self.packet;
@@ -308,7 +308,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
                 return self.is_blocked(packet, row, id, active, query);
             }
             let meet = self.certified(packet, entry, active, query);
-            let meet = doubted::<L, C>(meet, active, id);
+            let meet = mark_undecided::<L, C>(meet, active, id);
             self.offer(packet, &Window::all(), &entry.own, meet, id, query);
         }
     }
@@ -361,7 +361,7 @@ pub(super) fn mesh_packet<L: Lanes>(
 
 /// Takes back the answers that the certainty doubts by itself.
 #[inline(always)]
-pub(super) fn doubted<L: Lanes, C: Certainty>(
+pub(super) fn mark_undecided<L: Lanes, C: Certainty>(
     meet: Meet<L>,
     active: L::Mask,
     id: HitId,

@@ -28,7 +28,7 @@ mod test_random;
 
 #[cfg(feature = "all-lanes")]
 #[doc(hidden)]
-pub use batch::closest_doubting_all;
+pub use batch::closest_all_exact;
 pub use batch::{any, any_counted, closest, closest_counted, closest_listed, counts};
 pub use beam::BEAM;
 pub use csg::{Crossing, TURNED, boundaries, in_frame};

@@ -80,7 +80,7 @@ pub struct Depth {
 
 impl Depth {
     /// Nothing else is known of it.
-    pub fn of(t: f64) -> Depth {
+    pub fn point(t: f64) -> Depth {
         Depth { t, within: [t, t] }
     }
 }

@@ -1,6 +1,6 @@
 //! A stream's rays in one space, and which triangles of a block each may meet.
 
-use super::stream::each;
+use super::stream::for_each_bit;
 use crate::accel::{Block, BoxRays, STREAM, Slabs, WIDE};
 use crate::geom::Ray;
 use crate::geom::triangle::{Seen, cross_with_size, plane_ratio};
@@ -65,7 +65,7 @@ impl StreamRays {
     /// Takes in all rays. `ray`: origin, direction and t_min of a row. `sees`: for
     /// triangles too, not only for boxes.
     #[inline(always)]
-    pub fn take_in(
+    pub fn load(
         &mut self,
         set: u64,
         ray: impl Fn(usize) -> ([f64; 3], [f64; 3], f32),
@@ -75,7 +75,7 @@ impl StreamRays {
         /// A bit for each lane.
         const EVERY: u64 = (1 << <Register as Lanes>::COUNT) - 1;
         let mut columns = [Column::default(); 7];
-        each(set, |i| {
+        for_each_bit(set, |i| {
             let (org, dir, t_min) = ray(i);
             for k in 0..3 {
                 columns[k].0[i] = org[k] as f32;
@@ -197,7 +197,7 @@ fn minus(p: [Register; 3], q: [Register; 3]) -> [Register; 3] {
 
 /// A block's triangles as a ray sees them, and the first corners' places across it, not
 /// sheared.
-struct Sighted {
+struct SeenBlock {
     seen: Seen<Register>,
     raw: [Register; 2],
     /// The ray's axes.
@@ -205,7 +205,7 @@ struct Sighted {
 }
 
 /// Where a block's triangles lie along a ray, as depths in its sense.
-struct Along {
+struct DepthRange {
     /// Of the corners.
     least: Register,
     most: Register,
@@ -218,7 +218,7 @@ impl TriangleRays {
     /// Spelled out, for arrays' own `map` is not always part of what surrounds it. What is
     /// not used is not made.
     #[inline(always)]
-    fn see(&self, i: usize, block: &Block) -> Sighted {
+    fn see(&self, i: usize, block: &Block) -> SeenBlock {
         // The steps of `Shear::apply`, along the one axis that this ray has.
         let splat = |column: &Column| Register::splat(column.0[i]);
         let [y, z] = self.axis.map(|rays| (rays >> i & 1) as usize);
@@ -259,7 +259,7 @@ impl TriangleRays {
                 [see(a), see(b), see(c)]
             }
         };
-        Sighted {
+        SeenBlock {
             seen: Seen {
                 x: [ax, bx, cx],
                 y: [ay, by, cy],
@@ -285,14 +285,14 @@ impl TriangleRays {
     /// Triangles of the block that a ray may meet before its limit in exact arithmetic,
     /// as far as f32 can tell; and of these those that it certainly meets.
     #[inline(always)]
-    pub fn may_meet(&self, i: usize, faces: &BlockPlanes, limit: f32) -> [u32; 2] {
+    pub fn may_meet(&self, i: usize, planes: &BlockPlanes, limit: f32) -> [u32; 2] {
         let misplaced = self.misplaced.0[i];
         if misplaced == f32::INFINITY {
-            return [faces.used, 0];
+            return [planes.used, 0];
         }
         let splat = Register::splat;
-        let sighted = self.see(i, &faces.block);
-        let at = self.along(i, faces, &sighted);
+        let sighted = self.see(i, &planes.block);
+        let at = self.along(i, planes, &sighted);
         let begin = self.begin.0[i];
         let end = limit * self.shear[2].0[i].abs();
         let pad = misplaced * 4.0;
@@ -309,7 +309,7 @@ impl TriangleRays {
             at.most - splat(begin - pad),
         );
         // T less D times where the ray begins, D times where it ends less T.
-        let size = Register::load(&faces.size);
+        let size = Register::load(&planes.size);
         let ended = plane_error(splat(misplaced), splat(more.abs()));
         let first = splat(-begin).mul_add(at.det, at.above);
         let last = splat(end_late).mul_add(at.det, -at.above);
@@ -320,28 +320,28 @@ impl TriangleRays {
         // What products lose to underflow.
         let plane = plane + splat(f32::MIN_POSITIVE);
         // D's sign may be anyone's where it is less than its error.
-        let known = Lanes::gt(at.det, Register::load(&faces.det_error));
+        let known = Lanes::gt(at.det, Register::load(&planes.det_error));
         let plane = <Register as Lanes>::select(known, plane, Register::zero());
         let out = min(min(ends, plane), beside).lt(Register::zero());
         let within =
             Lanes::gt(at.least, splat(after + pad)) & Lanes::lt(at.most, splat(end_early - pad));
         let sure = Lanes::gt(inside, Register::zero()) & within;
-        [(!out).bits() & faces.used, sure.bits() & faces.used]
+        [(!out).bits() & planes.used, sure.bits() & planes.used]
     }
 
     #[inline(always)]
-    fn along(&self, i: usize, faces: &BlockPlanes, sighted: &Sighted) -> Along {
-        let Sighted { seen, raw, axes } = sighted;
+    fn along(&self, i: usize, planes: &BlockPlanes, sighted: &SeenBlock) -> DepthRange {
+        let SeenBlock { seen, raw, axes } = sighted;
         let [az, bz, cz] = seen.z;
         let sense = Register::splat(1.0_f32.copysign(self.shear[2].0[i]));
         let depths = [az * sense, bz * sense, cz * sense];
-        let normal = |axis: usize| Register::load(&faces.normal[axis]);
+        let normal = |axis: usize| Register::load(&planes.normal[axis]);
         let normal = [normal(axes[0]), normal(axes[1]), normal(axes[2])];
         let shear = |axis: usize| Register::splat(self.shear[axis].0[i]);
         let shear = [shear(0), shear(1)];
         let [above, det] = plane_ratio([raw[0], raw[1], az], normal, shear);
         let above = above * sense;
-        Along {
+        DepthRange {
             least: min(min(depths[0], depths[1]), depths[2]),
             most: max(max(depths[0], depths[1]), depths[2]),
             above: <Register as Lanes>::select(det.lt(Register::zero()), -above, above),
@@ -352,12 +352,12 @@ impl TriangleRays {
     /// Triangles of the block that a ray may meet before its limit as f32 has it at one
     /// lane; and of these those that it certainly meets.
     #[inline(always)]
-    pub fn meets(&self, i: usize, faces: &BlockPlanes, limit: f32) -> [u32; 2] {
+    pub fn meets(&self, i: usize, planes: &BlockPlanes, limit: f32) -> [u32; 2] {
         let splat = Register::splat;
-        let sighted = self.see(i, &faces.block);
+        let sighted = self.see(i, &planes.block);
         // What `plane_depth` divides, t in its plane and the corners' least, is
         // compared as products here.
-        let at = self.along(i, faces, &sighted);
+        let at = self.along(i, planes, &sighted);
         let begin = splat(self.begin.0[i]);
         let end = limit * self.shear[2].0[i].abs();
         let pad = splat(self.misplaced.0[i]) * splat(4.0);

@@ -6,7 +6,7 @@ use super::packet::Packet;
 use super::query::{Found, Query, next_up};
 use super::rays::Rays;
 use super::scratch::TraceScratch;
-use super::stream::each;
+use super::stream::for_each_bit;
 use crate::accel::{STREAM, TlasEntry, World};
 use crate::geom::Certainty;
 use crate::math::Affine;
@@ -38,7 +38,7 @@ impl<L: Lanes, const S: usize> Packets<L, S> {
 const FEW: u32 = 2;
 
 /// The rays of a stream: with one query each, and as packets.
-pub(super) struct Lanewise<'a, L: Lanes, const S: usize> {
+pub(super) struct StreamPackets<'a, L: Lanes, const S: usize> {
     pub world: &'a World,
     pub rays: &'a Rays<'a>,
     pub first: usize,
@@ -46,7 +46,7 @@ pub(super) struct Lanewise<'a, L: Lanes, const S: usize> {
     pub scratch: &'a mut TraceScratch,
 }
 
-impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
+impl<L: Lanes, const S: usize> StreamPackets<'_, L, S> {
     /// One primitive before some rays. `map`: its `object_from_world`, where that
     /// is at hand.
     #[inline(never)]
@@ -62,7 +62,7 @@ impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
             let first = s * L::COUNT;
             let some = set >> first & (u64::MAX >> (64 - L::COUNT));
             if some.count_ones() <= FEW {
-                each(some, |lane| {
+                for_each_bit(some, |lane| {
                     let row = self.first + first + lane;
                     let packet = self.rays.packet::<L::Single>(row, self.world);
                     let query = &mut queries[first + lane];
@@ -74,7 +74,7 @@ impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
                 continue;
             }
             let mut limits = (-L::from_f32(1.0)).to_array();
-            each(some, |lane| {
+            for_each_bit(some, |lane| {
                 let limit = queries[first + lane].limit().lane(0);
                 // Just beyond: ties are for the ray's own query to certify.
                 let limit = if Q::ANY { limit } else { next_up(limit) };
@@ -87,7 +87,7 @@ impl<L: Lanes, const S: usize> Lanewise<'_, L, S> {
             Tester::<L, C>::new(self.world, packet, self.scratch)
                 .with_map(map)
                 .solid(entry, active, &mut query);
-            each(some, |lane| {
+            for_each_bit(some, |lane| {
                 let Some((at, id)) = query.found(lane) else {
                     return;
                 };

@@ -96,7 +96,7 @@ pub fn spans(
                     || !scene.meshes.open[row.index()] && check_closed(scene, row).is_ok();
                 let solid = unfolded.entry(instance.shape);
                 match solid.or_insert_with(|| is_solid().then(one)) {
-                    Some(solid) => ray.of_csg(solid, &mut spans.rows, &mut scratch),
+                    Some(solid) => ray.push_csg_spans(solid, &mut spans.rows, &mut scratch),
                     None => spans.left_out += 1,
                 }
             }
@@ -111,7 +111,7 @@ pub fn spans(
                         let mut of = || PreparedCsg::of(scene, instance.shape, row, &mut trees);
                         let solid = unfolded.entry(instance.shape);
                         if let Some(solid) = solid.or_insert_with(|| Some(of())) {
-                            ray.of_csg(solid, &mut spans.rows, &mut scratch);
+                            ray.push_csg_spans(solid, &mut spans.rows, &mut scratch);
                         }
                     }
                     // It may come in and leave many times.
@@ -119,10 +119,10 @@ pub fn spans(
                         let one = || Some(PreparedCsg::of_one(scene, instance.shape));
                         let solid = unfolded.entry(instance.shape);
                         if let Some(solid) = solid.or_insert_with(one) {
-                            ray.of_csg(solid, &mut spans.rows, &mut scratch);
+                            ray.push_csg_spans(solid, &mut spans.rows, &mut scratch);
                         }
                     }
-                    _ => ray.of_primitive(shape, &mut spans.rows),
+                    _ => ray.push_primitive_spans(shape, &mut spans.rows),
                 }
             }
         }
@@ -148,7 +148,7 @@ struct Ray<'s> {
 }
 
 impl Ray<'_> {
-    fn of_primitive(&self, shape: Shape, spans: &mut Vec<Span>) {
+    fn push_primitive_spans(&self, shape: Shape, spans: &mut Vec<Span>) {
         let Some(solid) = self.scene.solid(shape) else {
             return;
         };
@@ -165,7 +165,7 @@ impl Ray<'_> {
         );
     }
 
-    fn of_csg(&self, csg: &PreparedCsg, spans: &mut Vec<Span>, scratch: &mut TraceScratch) {
+    fn push_csg_spans(&self, csg: &PreparedCsg, spans: &mut Vec<Span>, scratch: &mut TraceScratch) {
         let solid = &csg.solid;
         let first = spans.len();
         let mut open = None;

@@ -10,7 +10,7 @@ use super::query::{HitId, Query};
 use super::ray_stream::{BlockPlanes, StreamRays};
 use super::rays::Rays;
 use super::scratch::TraceScratch;
-use super::solids::{Lanewise, Packets};
+use super::solids::{Packets, StreamPackets};
 use crate::accel::{Block, BoxRays, STREAM, StreamStack, TlasEntry, UNUSED, World};
 use crate::geom::Certainty;
 use crate::math::Affine;
@@ -32,14 +32,14 @@ pub(super) struct StreamScratch {
 /// What is being tested: an entry, and its `object_from_world` where that is at
 /// hand.
 #[derive(Clone, Copy)]
-pub(super) struct Met<'a> {
+pub(super) struct TestedInstance<'a> {
     pub entry: &'a TlasEntry,
     pub map: Option<&'a Affine>,
 }
 
-impl<'a> Met<'a> {
-    pub fn new(entry: &'a TlasEntry) -> Met<'a> {
-        Met { entry, map: None }
+impl<'a> TestedInstance<'a> {
+    pub fn new(entry: &'a TlasEntry) -> TestedInstance<'a> {
+        TestedInstance { entry, map: None }
     }
 }
 
@@ -52,11 +52,11 @@ pub(super) struct Stream<'a> {
 
 impl Stream<'_> {
     /// The rays as packets.
-    pub fn lanewise<'s, L: Lanes, const S: usize>(
+    pub fn packets<'s, L: Lanes, const S: usize>(
         &'s self,
         scratch: &'s mut TraceScratch,
-    ) -> Lanewise<'s, L, S> {
-        Lanewise {
+    ) -> StreamPackets<'s, L, S> {
+        StreamPackets {
             world: self.world,
             rays: self.rays,
             first: self.first,
@@ -95,7 +95,7 @@ impl Stream<'_> {
         scratch: &mut TraceScratch,
     ) {
         let world = self.world;
-        let mut solids = self.lanewise::<L, S>(scratch);
+        let mut solids = self.packets::<L, S>(scratch);
         for entry in world.unbounded_solids() {
             solids.meet::<C, Q>(entry, None, active, queries);
         }
@@ -109,7 +109,7 @@ impl Stream<'_> {
             && !matches!(only.shape, Shape::Mesh(_) | Shape::Csg(_))
         {
             let mut open = 0;
-            each(active, |i| {
+            for_each_bit(active, |i| {
                 open |= u64::from(limit(&queries[i]) >= 0.0) << i;
             });
             return solids.meet::<C, Q>(only, None, open, queries);
@@ -125,9 +125,9 @@ impl Stream<'_> {
             let org = DVec3::from_array(self.org(i)) - world.center;
             (org.to_array(), self.dir(i), self.t_min(i))
         };
-        stream_rays.take_in(active, ray, &levels.tlas.bounds, true);
+        stream_rays.load(active, ray, &levels.tlas.bounds, true);
         let mut open = 0;
-        each(active, |i| {
+        for_each_bit(active, |i| {
             let limit = limit(&queries[i]);
             stream_rays.boxes.limit[i] = limit;
             open |= u64::from(limit >= 0.0) << i;
@@ -141,7 +141,7 @@ impl Stream<'_> {
             |boxes, first, count, mut set| {
                 let mut done = 0;
                 for entry in &world.entries[first..first + count] {
-                    let met = Met::new(entry);
+                    let met = TestedInstance::new(entry);
                     match entry.shape {
                         Shape::Mesh(id) => {
                             if entry.placed {
@@ -169,7 +169,7 @@ impl Stream<'_> {
                         }
                         _ => solids.meet::<C, Q>(entry, None, set, queries),
                     }
-                    each(set, |i| {
+                    for_each_bit(set, |i| {
                         boxes.limit[i] = limit(&queries[i]);
                         done |= u64::from(boxes.limit[i] < 0.0) << i;
                     });
@@ -187,7 +187,7 @@ impl Stream<'_> {
     #[inline(never)]
     pub fn placed_mesh<L: Lanes, C: Certainty, Q: Query<L>>(
         &self,
-        met: Met,
+        met: TestedInstance,
         id: MeshId,
         set: u64,
         queries: &mut [Q; STREAM],
@@ -200,7 +200,7 @@ impl Stream<'_> {
         };
         let look_up = || world.object_from_world(met.entry.instance);
         let map = met.map.copied().unwrap_or_else(look_up);
-        let met = Met {
+        let met = TestedInstance {
             map: Some(&map),
             ..met
         };
@@ -209,8 +209,8 @@ impl Stream<'_> {
             let org = DVec3::from_array(map.point(self.org(i))) - center;
             (org.to_array(), map.vector(self.dir(i)), self.t_min(i))
         };
-        stream_rays.take_in(set, ray, &mesh.tree.bounds, true);
-        each(set, |i| stream_rays.boxes.limit[i] = limit(&queries[i]));
+        stream_rays.load(set, ray, &mesh.tree.bounds, true);
+        for_each_bit(set, |i| stream_rays.boxes.limit[i] = limit(&queries[i]));
         self.in_mesh::<L, C, Q>(met, id, set, queries, (stream_rays, stack), scratch);
     }
 
@@ -225,7 +225,7 @@ impl Stream<'_> {
         scratch: &mut TraceScratch,
     ) {
         let StreamScratch { object, mesh, .. } = walk;
-        let (met, stack) = (Met::new(entry), mesh);
+        let (met, stack) = (TestedInstance::new(entry), mesh);
         if entry.placed {
             return self.placed_mesh::<L, C, Q>(met, id, set, queries, (object, stack), scratch);
         }
@@ -233,8 +233,8 @@ impl Stream<'_> {
             return;
         };
         let ray = |i: usize| (self.org(i), self.dir(i), self.t_min(i));
-        object.take_in(set, ray, &mesh.tree.bounds, true);
-        each(set, |i| object.boxes.limit[i] = limit(&queries[i]));
+        object.load(set, ray, &mesh.tree.bounds, true);
+        for_each_bit(set, |i| object.boxes.limit[i] = limit(&queries[i]));
         self.in_mesh::<L, C, Q>(met, id, set, queries, (object, stack), scratch);
     }
 
@@ -242,7 +242,7 @@ impl Stream<'_> {
     #[inline(never)]
     fn in_mesh<L: Lanes, C: Certainty, Q: Query<L>>(
         &self,
-        met: Met,
+        met: TestedInstance,
         id: MeshId,
         set: u64,
         queries: &mut [Q; STREAM],
@@ -264,15 +264,15 @@ impl Stream<'_> {
                 let block = mesh.blocks.get(number);
                 // Sorting out all rays first keeps hits, which nobody can
                 // predict, out of a loop that the processor looks ahead in.
-                let faces = BlockPlanes::new(block, C::GUARDED);
+                let planes = BlockPlanes::new(block, C::GUARDED);
                 let (mut some, mut sures) = (0, 0);
-                each(set & !done, |i| {
+                for_each_bit(set & !done, |i| {
                     let sighted = if C::DOUBTS_ALL {
                         [u32::MAX, 0]
                     } else if C::GUARDED {
-                        triangle_rays.may_meet(i, &faces, boxes.limit[i])
+                        triangle_rays.may_meet(i, &planes, boxes.limit[i])
                     } else {
-                        triangle_rays.meets(i, &faces, boxes.limit[i])
+                        triangle_rays.meets(i, &planes, boxes.limit[i])
                     };
                     bits[i] = sighted[0];
                     some |= u64::from(bits[i] != 0) << i;
@@ -281,7 +281,7 @@ impl Stream<'_> {
                         sures |= u64::from(sure[i] != 0) << i;
                     }
                 });
-                each(sures, |i| {
+                for_each_bit(sures, |i| {
                     let slot = sure[i].trailing_zeros() as usize;
                     let id = HitId {
                         instance: met.entry.instance,
@@ -291,7 +291,7 @@ impl Stream<'_> {
                     boxes.limit[i] = -1.0;
                 });
                 done |= sures;
-                each(some & !sures, |i| {
+                for_each_bit(some & !sures, |i| {
                     let query = &mut queries[i];
                     self.offer::<L, C, Q>(i, met, id, (block, bits[i]), query, scratch);
                     boxes.limit[i] = limit(query);
@@ -315,7 +315,7 @@ impl Stream<'_> {
     fn offer<L: Lanes, C: Certainty, Q: Query<L>>(
         &self,
         i: usize,
-        Met { entry, map }: Met,
+        TestedInstance { entry, map }: TestedInstance,
         id: MeshId,
         (block, mut bits): (Block, u32),
         query: &mut Q,
@@ -352,7 +352,7 @@ impl Stream<'_> {
 
 /// Calls `f` for every member of a set, rising.
 #[inline(always)]
-pub(super) fn each(mut set: u64, mut f: impl FnMut(usize)) {
+pub(super) fn for_each_bit(mut set: u64, mut f: impl FnMut(usize)) {
     while set != 0 {
         let i = set.trailing_zeros() as usize % STREAM;
         set &= set - 1;

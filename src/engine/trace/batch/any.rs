@@ -4,14 +4,14 @@ use super::Batch;
 use crate::accel::{BaselineLevels, Count, InstanceBvhs, STREAM, World};
 use crate::geom::Certainty;
 use crate::math::lanes::{Lanes, Mask};
-use crate::trace::beam::{BEAM, BeamScratch, Beams, Tile};
+use crate::trace::beam::{BEAM, BeamBuffers, BeamScratch, BeamTraversal};
 use crate::trace::leaf::Tester;
 use crate::trace::packet::Packet;
 use crate::trace::query::{AnyHit, HitId};
 use crate::trace::rays::{Rays, load_f32};
 use crate::trace::scratch::TraceScratch;
 use crate::trace::shadow_cache::ShadowCache;
-use crate::trace::stream::{Stream, StreamScratch, each};
+use crate::trace::stream::{Stream, StreamScratch, for_each_bit};
 
 pub struct AnyBatch<'a> {
     pub world: &'a World,
@@ -84,7 +84,7 @@ impl AnyBatch<'_> {
         for (i, query) in queries.iter().enumerate() {
             self.put(first + i, query);
         }
-        each(certified, |i| self.blocked[first + i] = true);
+        for_each_bit(certified, |i| self.blocked[first + i] = true);
 
         let found = queries.iter().rev().map(|query| query.occluder);
         let last = found.clone().find(|id| *id != HitId::NONE);
@@ -155,7 +155,7 @@ impl Batch for AnyBatch<'_> {
     #[inline(never)]
     fn nested<L: Lanes, C: Certainty, const S: usize>(
         mut self,
-        groups: &InstanceBvhs,
+        bvhs: &InstanceBvhs,
         walk: &mut StreamScratch,
         scratch: &mut TraceScratch,
     ) {
@@ -163,32 +163,34 @@ impl Batch for AnyBatch<'_> {
         for first in (0..rays.len()).step_by(STREAM) {
             let stream = Stream { world, rays, first };
             self.stream::<L, C>(first, scratch, |open, queries, scratch| {
-                stream.trace_nested::<L, S, C, _>(groups, open, queries, walk, scratch);
+                stream.trace_nested::<L, S, C, _>(bvhs, open, queries, walk, scratch);
             });
         }
     }
 
     #[inline(never)]
-    fn tiles<L: Lanes, C: Certainty, const S: usize>(
+    fn beams<L: Lanes, C: Certainty, const S: usize>(
         mut self,
         walk: &mut BeamScratch,
         scratch: &mut TraceScratch,
     ) {
         let (world, rays) = (self.world, self.rays);
-        let mut beams = Beams::default();
+        let mut buffers = BeamBuffers::default();
         let mut queries: [_; S] = std::array::from_fn(|_| AnyHit::<L>::new(L::zero()));
         for first in (0..rays.len()).step_by(BEAM) {
-            if let Some(tile) = Tile::<L, S>::of(world, rays, first, &mut beams, scratch) {
+            if let Some(traversal) =
+                BeamTraversal::<L, S>::new(world, rays, first, &mut buffers, scratch)
+            {
                 for (s, query) in queries.iter_mut().enumerate() {
                     *query = AnyHit::new(load_f32(&rays.t_max[first + s * L::COUNT..]));
                 }
                 // No try: a tile is through with all of its rays in hardly more
                 // time than a try takes (docs/BENCHMARKS.md).
-                let deferred = tile.trace::<C, _>(&mut queries, walk);
+                let deferred = traversal.trace::<C, _>(&mut queries, walk);
                 for (s, query) in queries.iter().enumerate() {
                     self.put(first + s * L::COUNT, query);
                 }
-                each(deferred, |i| {
+                for_each_bit(deferred, |i| {
                     if self.blocked[first + i] {
                         return;
                     }

@@ -4,14 +4,14 @@ use super::Batch;
 use crate::accel::{BaselineLevels, Count, InstanceBvhs, STREAM, World};
 use crate::geom::Certainty;
 use crate::math::lanes::Lanes;
-use crate::trace::beam::{BEAM, BeamScratch, Beams, Tile};
+use crate::trace::beam::{BEAM, BeamBuffers, BeamScratch, BeamTraversal};
 use crate::trace::hits::{Depths, Hits};
 use crate::trace::item_buffer::ItemBuffer;
 use crate::trace::leaf::Tester;
 use crate::trace::query::{Closest, HitId};
 use crate::trace::rays::{Rays, load_f32};
 use crate::trace::scratch::TraceScratch;
-use crate::trace::stream::{Stream, StreamScratch, each};
+use crate::trace::stream::{Stream, StreamScratch, for_each_bit};
 
 pub struct ClosestBatch<'a, 'h> {
     pub world: &'a World,
@@ -110,7 +110,7 @@ impl Batch for ClosestBatch<'_, '_> {
     #[inline(never)]
     fn nested<L: Lanes, C: Certainty, const S: usize>(
         mut self,
-        groups: &InstanceBvhs,
+        bvhs: &InstanceBvhs,
         walk: &mut StreamScratch,
         scratch: &mut TraceScratch,
     ) {
@@ -125,39 +125,40 @@ impl Batch for ClosestBatch<'_, '_> {
                 first,
             };
             let alive = self.rays.alive(first);
-            stream.trace_nested::<L, S, C, _>(groups, alive, &mut queries, walk, scratch);
+            stream.trace_nested::<L, S, C, _>(bvhs, alive, &mut queries, walk, scratch);
             self.put_stream(first, &queries);
         }
     }
 
     #[inline(never)]
-    fn tiles<L: Lanes, C: Certainty, const S: usize>(
+    fn beams<L: Lanes, C: Certainty, const S: usize>(
         mut self,
         walk: &mut BeamScratch,
         scratch: &mut TraceScratch,
     ) {
-        let mut beams = Beams::default();
+        let mut buffers = BeamBuffers::default();
         let mut queries: [_; S] = std::array::from_fn(|_| Closest::<L, C>::new(L::zero()));
         for first in (0..self.rays.len()).step_by(BEAM) {
-            if let Some(tile) = Tile::<L, S>::of(self.world, self.rays, first, &mut beams, scratch)
+            if let Some(traversal) =
+                BeamTraversal::<L, S>::new(self.world, self.rays, first, &mut buffers, scratch)
             {
                 for (s, query) in queries.iter_mut().enumerate() {
                     query.restart(load_f32(&self.rays.t_max[first + s * L::COUNT..]));
                 }
                 let list = self.items.and_then(|(items, number)| {
-                    let list = tile.list(items, number + first / BEAM)?;
+                    let list = traversal.list(items, number + first / BEAM)?;
                     Some((list, self.world.item_boxes.as_ref()?))
                 });
                 let deferred = match list {
                     Some((list, boxes)) => {
-                        tile.trace_items::<C, _>(list, boxes, &mut queries, &mut walk.streams)
+                        traversal.trace_items::<C, _>(list, boxes, &mut queries, &mut walk.streams)
                     }
-                    None => tile.trace::<C, _>(&mut queries, walk),
+                    None => traversal.trace::<C, _>(&mut queries, walk),
                 };
                 for (s, query) in queries.iter().enumerate() {
                     self.put(first + s * L::COUNT, query);
                 }
-                each(deferred, |i| {
+                for_each_bit(deferred, |i| {
                     walk.deferred.push(self.rays, first + i);
                     if walk.deferred.is_full() {
                         self.trace_again::<L, C, S>(walk, scratch);

@@ -141,10 +141,10 @@ mod tests {
         let all = [L::Mask::splat(true)];
         let taken = if parallel {
             let orgs = |_| Vec3::splat(org.to_array());
-            beam.take_in_parallel(orgs, dir, &all, &all, &bounds)
+            beam.load_parallel(orgs, dir, &all, &all, &bounds)
         } else {
             let dirs = |_| Vec3::splat(dir.map(L::Scalar::from_f64));
-            beam.take_in(org.to_array(), dirs, &all, &all, &bounds)
+            beam.load_pinhole(org.to_array(), dirs, &all, &all, &bounds)
         };
         let around = AxisCull::new(&beam, &cone.upright(), org);
         let org = org.to_array();

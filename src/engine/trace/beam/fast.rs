@@ -1,7 +1,7 @@
 //! Leaves in f32: shared-origin edge functions decide.
 
 use super::block::Edges;
-use super::leaf::{Before, Decides, Place};
+use super::leaf::{BlockRef, BlockTest, GroupState};
 use super::local_frame::LocalLines;
 use super::rays::{Beam, Projection, RayGroup};
 use crate::accel::Block;
@@ -15,7 +15,7 @@ pub(super) struct Fast<P> {
     projection: PhantomData<P>,
 }
 
-impl<L: Lanes, P: Projection> Decides<L> for Fast<P> {
+impl<L: Lanes, P: Projection> BlockTest<L> for Fast<P> {
     #[inline(always)]
     fn new<const S: usize>(block: Block, beam: &Beam<L, S>, any: bool) -> Fast<P> {
         Fast {
@@ -35,8 +35,8 @@ impl<L: Lanes, P: Projection> Decides<L> for Fast<P> {
     }
 
     #[inline(always)]
-    fn ray<Q: Query<L>>(&self, lane: usize, place: &Place, before: &mut Before<L>) -> bool {
-        let Before {
+    fn ray<Q: Query<L>>(&self, lane: usize, place: &BlockRef, before: &mut GroupState<L>) -> bool {
+        let GroupState {
             group,
             starts,
             nearest,
@@ -63,7 +63,7 @@ impl<L: Lanes, P: Projection> Decides<L> for Fast<P> {
         } else {
             self.edges.depths_of_ray(depth, det, line)
         };
-        nearest.doubts |= u32::from(hits & !clear != 0) << lane;
+        nearest.unclear |= u32::from(hits & !clear != 0) << lane;
         let depth = depth.to_array();
         while hits != 0 {
             let slot = hits.trailing_zeros() as usize;
@@ -83,8 +83,13 @@ impl<L: Lanes, P: Projection> Decides<L> for Fast<P> {
     }
 
     #[inline(always)]
-    fn triangle<Q: Query<L>>(&self, slot: usize, place: &Place, before: &mut Before<L>) -> bool {
-        let Before {
+    fn triangle<Q: Query<L>>(
+        &self,
+        slot: usize,
+        place: &BlockRef,
+        before: &mut GroupState<L>,
+    ) -> bool {
+        let GroupState {
             group,
             starts,
             nearest,
@@ -106,7 +111,7 @@ impl<L: Lanes, P: Projection> Decides<L> for Fast<P> {
             self.edges.depths(slot, depth, det, group)
         };
         let less = hit & z.lt(group.limit);
-        nearest.doubts |= (hit & !clear).bits();
+        nearest.unclear |= (hit & !clear).bits();
         let mut tied = (hit & z.eq(group.limit)).bits();
         group.limit = L::select(less, z, group.limit);
         tied &= nearest.met;

@@ -7,9 +7,9 @@ mod parallel;
 mod pinhole;
 
 use super::commit::Found;
-use super::leaf::{Before, Decides, Place};
+use super::leaf::{BlockRef, BlockTest, GroupState};
 use super::local_frame::{Bounds, LocalLines};
-use super::mesh::{InMesh, Nearest};
+use super::mesh::{MeshTraversal, Nearest};
 use super::rays::{Beam, Projection, RayGroup};
 use crate::accel::{Block, WIDE};
 use crate::geom::Meet;
@@ -30,31 +30,31 @@ const UNIT: f32 = <f32 as Scalar>::UNIT_ROUNDOFF;
 /// may have moved what comes of it.
 pub(super) trait Edges: Sized {
     /// What is known of some rays and triangles.
-    type Met<L: Lanes>;
+    type Candidates<L: Lanes>;
 
     /// `any`: for rays to which it does not matter what else is nearer.
-    fn of<L: Lanes, const S: usize>(block: Block, beam: &Beam<L, S>, any: bool) -> Self;
+    fn new<L: Lanes, const S: usize>(block: Block, beam: &Beam<L, S>, any: bool) -> Self;
     /// Triangles that may be in front of the rays.
     fn live(&self) -> u32;
     /// Triangles that some ray of the group may meet, by the greatest value of each
     /// edge function over the group's rectangle, and the depth.
     fn may_meet<L: Lanes>(&self, group: &RayGroup<L>, lines: &LocalLines<L>) -> u32;
     /// What `pick` takes of a group's rays: all, or one for every lane.
-    fn line<L: Lanes, M: Lanes>(&self, before: &Before<L>, pick: impl Fn(&L) -> M) -> Line<M>;
+    fn line<L: Lanes, M: Lanes>(&self, before: &GroupState<L>, pick: impl Fn(&L) -> M) -> Line<M>;
     /// Rays and triangles, one of each in every lane. `at`: a column's.
     fn meet<L: Lanes>(
         &self,
         at: impl Fn(&[f32; WIDE]) -> L,
         line: &Line<L>,
         any: bool,
-    ) -> Self::Met<L>;
+    ) -> Self::Candidates<L>;
     /// Lanes whose ray may meet the triangle before its limit.
-    fn possible<L: Lanes>(met: &Self::Met<L>) -> L::Mask;
+    fn possible<L: Lanes>(met: &Self::Candidates<L>) -> L::Mask;
     /// What comes of those.
     fn certify<L: Lanes>(
         &self,
         at: impl Fn(&[f32; WIDE]) -> L,
-        met: &Self::Met<L>,
+        met: &Self::Candidates<L>,
         any: bool,
     ) -> Certified<L>;
 }
@@ -95,7 +95,7 @@ struct Extents {
 impl Extents {
     /// Of corners that are sheared and counted from the middle; with what these are off.
     #[inline(always)]
-    fn of([a, b, c]: [[Register; 3]; 3], bounds: &Bounds) -> Extents {
+    fn new([a, b, c]: [[Register; 3]; 3], bounds: &Bounds) -> Extents {
         let splat = Register::splat;
         let range = |i: usize| {
             let low = min(min(a[i], b[i]), c[i]);
@@ -115,13 +115,13 @@ impl Extents {
     }
 }
 
-/// [`Decides`] of any [`Edges`].
+/// [`BlockTest`] of any [`Edges`].
 pub(super) struct GuardedLeaf<E>(E);
 
-impl<L: Lanes, E: Edges> Decides<L> for GuardedLeaf<E> {
+impl<L: Lanes, E: Edges> BlockTest<L> for GuardedLeaf<E> {
     #[inline(always)]
     fn new<const S: usize>(block: Block, beam: &Beam<L, S>, any: bool) -> GuardedLeaf<E> {
-        GuardedLeaf(E::of(block, beam, any))
+        GuardedLeaf(E::new(block, beam, any))
     }
 
     #[inline(always)]
@@ -135,11 +135,11 @@ impl<L: Lanes, E: Edges> Decides<L> for GuardedLeaf<E> {
     }
 
     #[inline(always)]
-    fn ray<Q: Query<L>>(&self, lane: usize, place: &Place, before: &mut Before<L>) -> bool {
+    fn ray<Q: Query<L>>(&self, lane: usize, place: &BlockRef, before: &mut GroupState<L>) -> bool {
         let at = |column: &[f32; WIDE]| Register::load(column);
         let one = |x: &L| Register::splat(x.lane(lane).to_f64() as f32);
         let line = self.0.line(before, one);
-        let Before { group, nearest, .. } = before;
+        let GroupState { group, nearest, .. } = before;
         let all = self.0.meet(at, &line, Q::ANY);
         let mut hits = E::possible(&all).bits() & self.0.live();
         if hits == 0 {
@@ -183,7 +183,12 @@ impl<L: Lanes, E: Edges> Decides<L> for GuardedLeaf<E> {
     }
 
     #[inline(always)]
-    fn triangle<Q: Query<L>>(&self, slot: usize, place: &Place, before: &mut Before<L>) -> bool {
+    fn triangle<Q: Query<L>>(
+        &self,
+        slot: usize,
+        place: &BlockRef,
+        before: &mut GroupState<L>,
+    ) -> bool {
         let at = |column: &[f32; WIDE]| L::from_f32(column[slot]);
         let all = self.0.meet(at, &self.0.line(before, |x| *x), Q::ANY);
         let possible = E::possible(&all);
@@ -191,12 +196,12 @@ impl<L: Lanes, E: Edges> Decides<L> for GuardedLeaf<E> {
             return false;
         }
         let hit = self.0.certify(at, &all, Q::ANY);
-        let Before { group, nearest, .. } = before;
+        let GroupState { group, nearest, .. } = before;
         nearest.commit_sure::<Q>(possible, &hit, place, slot, &mut group.limit)
     }
 }
 
-impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
+impl<L: Lanes, const S: usize> MeshTraversal<'_, L, S> {
     /// What the rays' queries say before the walk.
     #[inline(always)]
     pub fn start_guarded<P: Projection, Q: Query<L>>(&mut self, queries: &[Q; S]) {
@@ -282,7 +287,7 @@ impl<L: Lanes> Nearest<L> {
         &mut self,
         possible: L::Mask,
         hit: &Certified<L>,
-        place: &Place,
+        place: &BlockRef,
         slot: usize,
         limit: &mut L,
     ) -> bool {

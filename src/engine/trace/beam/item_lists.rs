@@ -3,9 +3,9 @@
 
 use super::fast::Fast;
 use super::guarded::{GuardedLeaf, PinholeEdges};
-use super::mesh::InMesh;
+use super::mesh::MeshTraversal;
 use super::rays::Pinhole;
-use super::{BEAM, Tile};
+use super::{BEAM, BeamTraversal};
 use crate::accel::{BoxRows, ItemBoxes, TlasEntry, World};
 use crate::geom::Certainty;
 use crate::math::lanes::{Lanes, Mask};
@@ -16,7 +16,7 @@ use crate::trace::query::Query;
 use crate::trace::rays::Rays;
 use crate::trace::stream::StreamScratch;
 
-impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
+impl<'a, L: Lanes, const S: usize> BeamTraversal<'a, L, S> {
     /// The tile's list in the buffer, if it has one.
     pub fn list<'i>(&self, items: &'i ItemBuffer, tile: usize) -> Option<&'i [Item]> {
         if self.beam.parallel {
@@ -82,7 +82,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             return;
         };
         let (world, rays, first) = (self.world, self.rays, self.first);
-        let through = |inside: InMesh<L, S>, queries: &mut [Q; S]| {
+        let through = |inside: MeshTraversal<L, S>, queries: &mut [Q; S]| {
             inside.trace_items::<C, Q>(world, rays, first, run, boxes, queries)
         };
         if entry.placed {
@@ -93,7 +93,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
     }
 }
 
-impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
+impl<L: Lanes, const S: usize> MeshTraversal<'_, L, S> {
     /// Blocks of the list, those that begin nearer first.
     #[inline(never)]
     fn trace_items<C: Certainty, Q: Query<L>>(

@@ -1,7 +1,7 @@
 //! A leaf's blocks before a tile's groups of rays, whatever decides about them.
 
 use super::local_frame::LocalLines;
-use super::mesh::{InMesh, Nearest};
+use super::mesh::{MeshTraversal, Nearest};
 use super::parallel::LocalStarts;
 use super::rays::{Beam, Projection, RayGroup};
 use crate::accel::{Block, WIDE, WideNode};
@@ -9,35 +9,40 @@ use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::trace::query::{HitId, Query};
 
 /// A block's triangles as a tile's rays meet them.
-pub(super) trait Decides<L: Lanes>: Sized {
+pub(super) trait BlockTest<L: Lanes>: Sized {
     fn new<const S: usize>(block: Block, beam: &Beam<L, S>, any: bool) -> Self;
     /// Triangles that may be in front of the rays.
     fn live(&self) -> u32;
     /// Triangles that some ray of the group may meet.
     fn may_meet(&self, group: &RayGroup<L>, lines: &LocalLines<L>) -> u32;
     /// One ray, the triangles in lanes. Whether anything has come of it.
-    fn ray<Q: Query<L>>(&self, lane: usize, place: &Place, before: &mut Before<L>) -> bool;
+    fn ray<Q: Query<L>>(&self, lane: usize, place: &BlockRef, before: &mut GroupState<L>) -> bool;
     /// One triangle, the rays in lanes; the same.
-    fn triangle<Q: Query<L>>(&self, slot: usize, place: &Place, before: &mut Before<L>) -> bool;
+    fn triangle<Q: Query<L>>(
+        &self,
+        slot: usize,
+        place: &BlockRef,
+        before: &mut GroupState<L>,
+    ) -> bool;
 }
 
 /// Which block it is, and its triangles in source order.
-pub(super) struct Place<'a> {
+pub(super) struct BlockRef<'a> {
     pub number: usize,
     pub sources: &'a [u32; WIDE],
 }
 
 /// A group of rays, and what they have met.
-pub(super) struct Before<'a, L: Lanes> {
+pub(super) struct GroupState<'a, L: Lanes> {
     pub group: &'a mut RayGroup<L>,
     pub lines: &'a LocalLines<L>,
     pub starts: &'a LocalStarts<L>,
     pub nearest: &'a mut Nearest<L>,
 }
 
-impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
+impl<L: Lanes, const S: usize> MeshTraversal<'_, L, S> {
     #[inline(always)]
-    pub fn leaf<P: Projection, D: Decides<L>, Q: Query<L>>(
+    pub fn leaf<P: Projection, D: BlockTest<L>, Q: Query<L>>(
         &mut self,
         node: &WideNode,
         place: usize,
@@ -51,7 +56,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
     }
 
     #[inline(always)]
-    pub fn blocks<D: Decides<L>, Q: Query<L>>(
+    pub fn blocks<D: BlockTest<L>, Q: Query<L>>(
         &mut self,
         rays: &[u32; S],
         first: usize,
@@ -64,7 +69,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
             if decider.live() == 0 {
                 continue;
             }
-            let place = Place {
+            let place = BlockRef {
                 number,
                 sources: block.sources(),
             };
@@ -84,7 +89,7 @@ impl<L: Lanes, const S: usize> InMesh<'_, L, S> {
                 if slots == 0 {
                     continue;
                 }
-                let mut before = Before {
+                let mut before = GroupState {
                     group,
                     lines,
                     starts,

@@ -13,7 +13,7 @@ use crate::trace::query::Query;
 use crate::trace::rays::Rays;
 
 /// What a mesh's walk carries along.
-pub(super) struct InMesh<'a, L: Lanes, const S: usize> {
+pub(super) struct MeshTraversal<'a, L: Lanes, const S: usize> {
     pub(super) entry: &'a TlasEntry,
     pub(super) id: MeshId,
     pub(super) mesh: &'a WideBlas,
@@ -32,7 +32,7 @@ pub(super) struct Nearest<L> {
     /// The same in source order.
     pub sources: L,
     /// Rays some hit of which was not clearly within its triangle's box.
-    pub doubts: u32,
+    pub unclear: u32,
     /// Guarded: rays of which anything was in doubt. They have met nothing.
     pub deferred: u32,
     /// Guarded: no more than where the nearest hit lies (or what it has to
@@ -48,7 +48,7 @@ impl<L: Lanes> Nearest<L> {
             met: 0,
             places: L::zero(),
             sources: L::zero(),
-            doubts: 0,
+            unclear: 0,
             deferred: 0,
             least: L::zero(),
             depth: L::zero(),
@@ -73,7 +73,7 @@ impl<L: Lanes> Nearest<L> {
     }
 }
 
-impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
+impl<'a, L: Lanes, const S: usize> MeshTraversal<'a, L, S> {
     /// Rays that have met nothing yet.
     #[inline(always)]
     pub fn new(
@@ -82,7 +82,7 @@ impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
         mesh: &'a WideBlas,
         beam: &'a mut Beam<L, S>,
     ) -> Self {
-        InMesh {
+        MeshTraversal {
             entry,
             id,
             mesh,
@@ -176,7 +176,7 @@ impl<'a, L: Lanes, const S: usize> InMesh<'a, L, S> {
                     nearest,
                 };
                 let group = &self.beam.groups[s];
-                let clear = !P::PARALLEL && (nearest.doubts | group.oblique) & bits == 0;
+                let clear = !P::PARALLEL && (nearest.unclear | group.oblique) & bits == 0;
                 if clear && !self.entry.placed {
                     found.clear::<Q>(group.limit / group.along, &mut queries[s]);
                     continue;

@@ -40,7 +40,7 @@ use crate::scene::{MeshId, Shape};
 use axis_cull::AxisCull;
 use deferred::DeferredRays;
 use glam::DVec3;
-use mesh::InMesh;
+use mesh::MeshTraversal;
 use rays::{Beam, Parallel, Pinhole, RelativeBox};
 
 /// Rays per tile.
@@ -48,9 +48,9 @@ pub const BEAM: usize = 64;
 
 /// A tile that covers more blocks of a mesh than this, if its rays lie evenly, is
 /// met as a stream: a block is then for few of its rays.
-const WIDE_TILE: f32 = 96.0;
+const WIDE_BEAM: f32 = 96.0;
 
-pub(super) struct Tile<'a, L: Lanes, const S: usize> {
+pub(super) struct BeamTraversal<'a, L: Lanes, const S: usize> {
     world: &'a World,
     rays: &'a Rays<'a>,
     first: usize,
@@ -79,15 +79,15 @@ pub(super) struct BeamScratch {
 }
 
 /// Places for beams, reused from tile to tile.
-pub(super) struct Beams<L: Lanes, const S: usize> {
+pub(super) struct BeamBuffers<L: Lanes, const S: usize> {
     world: Beam<L, S>,
     object: Beam<L, S>,
     packets: Packets<L, S>,
 }
 
-impl<L: Lanes, const S: usize> Default for Beams<L, S> {
+impl<L: Lanes, const S: usize> Default for BeamBuffers<L, S> {
     fn default() -> Self {
-        Beams {
+        BeamBuffers {
             world: Beam::empty(),
             object: Beam::empty(),
             packets: Packets::none(),
@@ -95,15 +95,15 @@ impl<L: Lanes, const S: usize> Default for Beams<L, S> {
     }
 }
 
-impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
+impl<'a, L: Lanes, const S: usize> BeamTraversal<'a, L, S> {
     /// `None` where the rays share neither origin nor direction, do not start at
     /// t = 0, or do not advance along one axis.
     #[inline(always)]
-    pub fn of(
+    pub fn new(
         world: &'a World,
         rays: &'a Rays<'a>,
         first: usize,
-        beams: &'a mut Beams<L, S>,
+        beams: &'a mut BeamBuffers<L, S>,
         scratch: &'a mut TraceScratch,
     ) -> Option<Self> {
         let end = first + BEAM;
@@ -136,7 +136,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             *alive = Self::alive(rays, at(s));
         }
         let bounds = &world.wide()?.tlas.bounds;
-        let Beams {
+        let BeamBuffers {
             world: beam,
             object: spare,
             packets,
@@ -145,13 +145,13 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         let dir = dir.map(f64::from);
         let taken = if one_origin {
             let org = DVec3::from_array(org) - world.center;
-            beam.take_in(org.to_array(), dirs, &alive, &alive, bounds)
+            beam.load_pinhole(org.to_array(), dirs, &alive, &alive, bounds)
         } else {
             let center = Vec3::splat(world.center.to_array());
             let orgs = |s: usize| rays.org.lanes(at(s)) - center;
-            beam.take_in_parallel(orgs, dir, &alive, &alive, bounds)
+            beam.load_parallel(orgs, dir, &alive, &alive, bounds)
         };
-        taken.then_some(Tile {
+        taken.then_some(BeamTraversal {
             world,
             rays,
             first,
@@ -259,7 +259,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         match entry.shape {
             Shape::Mesh(id) => {
                 let (world, rays, first) = (self.world, self.rays, self.first);
-                let through = |inside: InMesh<L, S>, queries: &mut [Q; S]| {
+                let through = |inside: MeshTraversal<L, S>, queries: &mut [Q; S]| {
                     inside.trace_any::<C, Q>(world, rays, first, queries, stack)
                 };
                 if entry.placed {
@@ -315,16 +315,16 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         id: MeshId,
         queries: &mut [Q; S],
         streams: &mut StreamScratch,
-        through: impl FnOnce(InMesh<L, S>, &mut [Q; S]) -> [L::Mask; S],
+        through: impl FnOnce(MeshTraversal<L, S>, &mut [Q; S]) -> [L::Mask; S],
     ) {
         let Some(mesh) = self.world.wide_mesh(id) else {
             return;
         };
-        if self.beam.blocks_across(mesh) > WIDE_TILE {
+        if self.beam.blocks_across(mesh) > WIDE_BEAM {
             let active = self.reach_box(entry.bounds.min, entry.bounds.max);
             self.as_stream::<C, Q>(entry, id, &active, queries, streams);
         } else {
-            let inside = InMesh::new(entry, id, mesh, self.beam);
+            let inside = MeshTraversal::new(entry, id, mesh, self.beam);
             let deferred = through(inside, queries);
             self.defer::<C>(&deferred);
         }
@@ -344,7 +344,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         id: MeshId,
         queries: &mut [Q; S],
         streams: &mut StreamScratch,
-        through: impl FnOnce(InMesh<L, S>, &mut [Q; S]) -> [L::Mask; S],
+        through: impl FnOnce(MeshTraversal<L, S>, &mut [Q; S]) -> [L::Mask; S],
     ) {
         let Some(mesh) = self.world.wide_mesh(id) else {
             return;
@@ -366,14 +366,14 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
             let orgs =
                 |s: usize| map.points(self.rays.org.lanes(at(s))) - Vec3::splat(center.to_array());
             let all = std::array::from_fn(|s| Self::alive(self.rays, at(s)));
-            beam.take_in_parallel(orgs, map.vector(self.dir), &all, &active, bounds)
+            beam.load_parallel(orgs, map.vector(self.dir), &all, &active, bounds)
         } else {
             // Stand-ins among them.
             let all = [L::Mask::splat(true); S];
             let org = DVec3::from_array(map.point(self.org)) - center;
-            beam.take_in(org.to_array(), dirs, &all, &active, bounds)
+            beam.load_pinhole(org.to_array(), dirs, &all, &active, bounds)
         };
-        if !taken || beam.blocks_across(mesh) > WIDE_TILE {
+        if !taken || beam.blocks_across(mesh) > WIDE_BEAM {
             self.as_stream::<C, Q>(entry, id, &active, queries, streams);
             return;
         }
@@ -381,7 +381,7 @@ impl<'a, L: Lanes, const S: usize> Tile<'a, L, S> {
         for (s, query) in queries.iter().enumerate() {
             beam.limit_t::<C, Q>(s, L::select(active[s], query.limit(), asleep));
         }
-        let inside = InMesh::new(entry, id, mesh, beam);
+        let inside = MeshTraversal::new(entry, id, mesh, beam);
         let deferred = through(inside, queries);
         self.defer::<C>(&deferred);
         for (s, query) in queries.iter().enumerate() {

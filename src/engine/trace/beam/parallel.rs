@@ -60,7 +60,7 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
     /// may be asked, which is the same for all widths, and whatever the limits that
     /// have put rays of `all` to sleep.
     #[inline(always)]
-    pub fn take_in_parallel(
+    pub fn load_parallel(
         &mut self,
         org: impl Fn(usize) -> Vec3<L::Double>,
         dir: [f64; 3],

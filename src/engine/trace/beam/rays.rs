@@ -147,7 +147,7 @@ impl<L: Lanes, const S: usize> Beam<L, S> {
     /// whatever the limits that have put rays to sleep: the main axis is that of
     /// the middle ray of `all`.
     #[inline(always)]
-    pub fn take_in(
+    pub fn load_pinhole(
         &mut self,
         org: [f64; 3],
         dirs: impl Fn(usize) -> Vec3<L>,

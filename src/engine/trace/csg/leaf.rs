@@ -1,7 +1,7 @@
 //! A CSG solid before a packet: from its boundaries to hits in a query.
 
 use super::first;
-use super::lanes::{self, Met};
+use super::lanes::{self, CsgHits};
 use crate::accel::{PreparedCsg, TlasEntry};
 use crate::geom::exact::Line;
 use crate::geom::{Certainty, Meet};
@@ -10,7 +10,7 @@ use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::scene::{CsgId, Tables};
 use crate::trace::double_pass::{DoublePass, SecondLook, look_again};
 use crate::trace::exact_fallback::depth_of;
-use crate::trace::leaf::{Tester, Window, doubted};
+use crate::trace::leaf::{Tester, Window, mark_undecided};
 use crate::trace::packet::Packet;
 use crate::trace::query::{HitId, Query};
 use crate::trace::scratch::TraceScratch;
@@ -45,7 +45,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
             primitive,
         };
         let met = if C::DOUBTS_ALL {
-            Met::left(active.bits())
+            CsgHits::for_fallback(active.bits())
         } else {
             let mut limit = query.limit();
             if !C::GUARDED {
@@ -88,7 +88,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
                 within: met.within,
                 unsure: L::Mask::splat(false),
             };
-            let meet = doubted::<L, C>(meet, lanes, id(surface));
+            let meet = mark_undecided::<L, C>(meet, lanes, id(surface));
             self.offer(object, &window, &entry.own, meet, id(surface), query);
         }
         let limit = query.limit();

@@ -11,7 +11,7 @@ use crate::scene::Mesh;
 
 /// Where a line comes into a mesh, or leaves it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Facet {
+pub(super) struct MeshCrossing {
     pub root: Root<'static>,
     pub triangle: u32,
     /// The line comes against the triangle's normal.
@@ -25,8 +25,8 @@ pub(super) fn crossings(
     (mesh, facets): (&Mesh, &MeshCrossings),
     line: &Line,
     t_min: f64,
-    met: &mut Vec<Facet>,
-    mut visit: impl FnMut(&Facet),
+    met: &mut Vec<MeshCrossing>,
+    mut visit: impl FnMut(&MeshCrossing),
 ) -> bool {
     let is_line = line.dir.iter().any(|x| *x != 0.0);
     if !is_line || !line.is_finite() {
@@ -35,24 +35,24 @@ pub(super) fn crossings(
     met.clear();
     facets.along(line, t_min, |triangle| {
         let found = through(line, &mesh.corners(triangle as usize));
-        met.extend(found.map(|(root, against)| Facet {
+        met.extend(found.map(|(root, against)| MeshCrossing {
             root,
             triangle,
             against,
         }));
     });
     met.retain(|facet| facet.root.order_with(t_min).is_gt());
-    let by_t = |a: &Facet, b: &Facet| {
+    let by_t = |a: &MeshCrossing, b: &MeshCrossing| {
         let order = a.root.order(&b.root);
         order.then(a.triangle.cmp(&b.triangle))
     };
     met.sort_unstable_by(by_t);
-    let at_one_t = |a: &Facet, b: &Facet| a.root.order(&b.root).is_eq();
+    let at_one_t = |a: &MeshCrossing, b: &MeshCrossing| a.root.order(&b.root).is_eq();
     let mut changes = 0;
     for together in met.chunk_by(at_one_t) {
         if together.len() % 2 == 1 {
             changes += 1;
-            visit(one_of(together));
+            visit(representative(together));
         }
     }
     debug_assert!(t_min > f64::NEG_INFINITY || changes % 2 == 0);
@@ -60,7 +60,7 @@ pub(super) fn crossings(
 }
 
 /// Of an odd number of triangles, the first that most of them face alike.
-fn one_of(together: &[Facet]) -> &Facet {
+fn representative(together: &[MeshCrossing]) -> &MeshCrossing {
     let against = together.iter().filter(|facet| facet.against).count();
     let most = against * 2 > together.len();
     let first = together.iter().find(|facet| facet.against == most);

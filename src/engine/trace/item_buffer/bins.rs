@@ -39,7 +39,7 @@ const MOST_COVER: f64 = 16.0;
 impl Cells {
     /// Cells as large as a tile on average; `None` where there is no tile, or
     /// tiles lie upon each other.
-    pub fn of(rects: &[Rect]) -> Option<Cells> {
+    pub fn build(rects: &[Rect]) -> Option<Cells> {
         let real = || rects.iter().filter(|rect| !rect.is_empty());
         let extent = real().fold(Rect::EMPTY, |all, rect| all.around(rect));
         if extent.is_empty() {

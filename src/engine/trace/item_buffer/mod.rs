@@ -72,10 +72,10 @@ impl ItemBuffer {
                 *rect = rect.grown().grown();
             }
         }
-        let cells = Cells::of(&tiles)?;
+        let cells = Cells::build(&tiles)?;
         let mut lists = vec![Vec::new()];
         let mut work = Vec::new();
-        let in_world = Projection::of_world(raster, world.center, &world.bounds);
+        let in_world = Projection::for_world(raster, world.center, &world.bounds);
         let top = Work {
             entry: 0,
             rows: &boxes.entries,
@@ -94,7 +94,7 @@ impl ItemBuffer {
             let projection = if entry.placed {
                 let map = world.object_from_world(entry.instance);
                 let center = world.scene.meshes.center[id.index()];
-                Projection::of_object(raster, &map, center, &mesh.tree.bounds)
+                Projection::for_object(raster, &map, center, &mesh.tree.bounds)
             } else {
                 in_world
             };

@@ -165,7 +165,7 @@ pub struct Projected {
 
 impl Projection {
     /// Boxes in world space, about `center`; `bounds` are around all of them.
-    pub fn of_world(raster: &Raster, center: DVec3, bounds: &Aabb32) -> Projection {
+    pub fn for_world(raster: &Raster, center: DVec3, bounds: &Aabb32) -> Projection {
         let org = DVec3::from_array(raster.org) - center;
         let org = org.to_array().map(|x| x as f32);
         Projection {
@@ -177,7 +177,7 @@ impl Projection {
     }
 
     /// Boxes of a placed mesh, about its `center`.
-    pub fn of_object(
+    pub fn for_object(
         raster: &Raster,
         object_from_world: &Affine,
         center: DVec3,

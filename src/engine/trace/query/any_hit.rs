@@ -117,6 +117,6 @@ impl<L: Lanes> Found for AnyHit<L> {
     #[inline(always)]
     fn found(&self, lane: usize) -> Option<(Depth, HitId)> {
         let blocked = self.blocked().bits() >> lane & 1 != 0;
-        blocked.then_some((Depth::of(f64::NEG_INFINITY), self.occluder))
+        blocked.then_some((Depth::point(f64::NEG_INFINITY), self.occluder))
     }
 }

@@ -38,7 +38,7 @@ fn what_is_sorted_out_is_what_exact_arithmetic_says() {
         let rays = rays(&case, &mut random);
         let mut stream_rays = Box::<StreamRays>::default();
         let t_min = |i: usize| [1e-4, 0.0, 0.0, -1e-2, -1e30, 0.0_f32][i % 6];
-        stream_rays.take_in(
+        stream_rays.load(
             u64::MAX,
             |i| (rays[i].org, rays[i].dir, t_min(i)),
             &case.bounds,

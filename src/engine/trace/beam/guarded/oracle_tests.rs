@@ -5,7 +5,7 @@ use crate::accel::{Apart, Block, WIDE};
 use crate::geom::Guarded as Certainly;
 use crate::geom::triangle::Corners;
 use crate::geom::triangle::exact::{Crossing, Pair, meet_exact};
-use crate::trace::beam::leaf::{Before, Decides, Place};
+use crate::trace::beam::leaf::{BlockRef, BlockTest, GroupState};
 use crate::trace::beam::mesh::Nearest;
 use crate::trace::beam::rays::Beam;
 use crate::trace::query::{AnyHit, Closest, Query};
@@ -14,7 +14,7 @@ use crate::trace::test_random::Random;
 use std::cmp::Ordering;
 
 /// A tile of rays, one in each group.
-pub type Tile = Beam<f32, RAYS>;
+pub type TestBeam = Beam<f32, RAYS>;
 
 /// What tests ask of edges besides.
 pub trait Probe: Edges {
@@ -24,14 +24,14 @@ pub trait Probe: Edges {
     /// f64, as in the space of an instance.
     fn traced(case: &Case, placed: bool) -> Option<Traced>;
     fn margin(&self, slot: usize) -> f32;
-    fn least(met: &Self::Met<f32>) -> f32;
+    fn least(met: &Self::Candidates<f32>) -> f32;
     /// What turns edge functions, of their values and T.
     fn turned_by(values: [f64; 3], volume: f64) -> f64;
 }
 
 /// A tile that has taken in rays, and where each of these begins and goes.
 pub struct Traced {
-    pub tile: Box<Tile>,
+    pub tile: Box<TestBeam>,
     pub rays: Vec<[[f64; 3]; 2]>,
 }
 
@@ -65,7 +65,7 @@ impl Traced {
         } = &mut *self.tile;
         let mut nearest = Nearest::none();
         nearest.least = least;
-        let before = Before {
+        let before = GroupState {
             group: &mut groups[ray],
             lines: &lines[ray],
             starts: &starts[ray],
@@ -158,7 +158,7 @@ pub fn decisions<E: Probe>(
         for ray in 0..RAYS {
             traced.limit(ray, f32::MAX);
         }
-        let all = E::of(Block::Apart(&block), &traced.tile, false);
+        let all = E::new(Block::Apart(&block), &traced.tile, false);
         let (k, sign) = (traced.tile.frustum.axes[2], traced.tile.frustum.sign);
         for (ray, slot) in (0..RAYS).flat_map(|ray| (0..WIDE).map(move |slot| (ray, slot))) {
             let pair = traced.pair(ray, case.corners[slot]);
@@ -204,7 +204,7 @@ pub fn decisions<E: Probe>(
 /// One ray and a block, as a tile meets them: with triangles in lanes, or one after the
 /// other. Blocked or not and by what, or None where it is in doubt.
 fn met<E: Edges, Q: Query<f32>>(
-    tile: &mut Tile,
+    tile: &mut TestBeam,
     (block, ray): (&Apart, usize),
     end: f32,
     at_once: bool,
@@ -217,14 +217,14 @@ fn met<E: Edges, Q: Query<f32>>(
     } else {
         end * (group.along * (1.0 - 8.0 * f32::EPSILON))
     };
-    let slots = Decides::<f32>::may_meet(&decider, group, &tile.lines[ray]);
-    let mut before = Before {
+    let slots = BlockTest::<f32>::may_meet(&decider, group, &tile.lines[ray]);
+    let mut before = GroupState {
         group: &mut tile.groups[ray],
         lines: &tile.lines[ray],
         starts: &tile.starts[ray],
         nearest: &mut nearest,
     };
-    let place = Place {
+    let place = BlockRef {
         number: 0,
         sources: &block.source,
     };

@@ -6,7 +6,7 @@
 use super::{Certified, Extents, Line, UNIT};
 use crate::accel::{Block, WIDE};
 use crate::math::lanes::{Lanes, Mask, Register, min};
-use crate::trace::beam::leaf::Before;
+use crate::trace::beam::leaf::GroupState;
 use crate::trace::beam::local_frame::LocalLines;
 use crate::trace::beam::rays::{Beam, RayGroup};
 
@@ -34,7 +34,7 @@ pub struct Edges {
 }
 
 /// Some rays and triangles.
-pub(in crate::trace::beam) struct Met<L: Lanes> {
+pub(in crate::trace::beam) struct Candidates<L: Lanes> {
     /// Lanes whose ray may meet the triangle before its limit.
     possible: L::Mask,
     /// The least edge function, not less than exact.
@@ -45,10 +45,10 @@ pub(in crate::trace::beam) struct Met<L: Lanes> {
 }
 
 impl super::Edges for Edges {
-    type Met<L: Lanes> = Met<L>;
+    type Candidates<L: Lanes> = Candidates<L>;
 
     #[inline(always)]
-    fn of<L: Lanes, const S: usize>(block: Block, beam: &Beam<L, S>, _any: bool) -> Edges {
+    fn new<L: Lanes, const S: usize>(block: Block, beam: &Beam<L, S>, _any: bool) -> Edges {
         let splat = Register::splat;
         let centre = &beam.centre;
         let sign = splat(beam.frustum.sign);
@@ -86,7 +86,7 @@ impl super::Edges for Edges {
             deep,
             lowest,
             highest,
-        } = Extents::of([a, b, c], bounds);
+        } = Extents::new([a, b, c], bounds);
         let lines_off = across.mul_add(splat(10.6 * UNIT), splat(bounds.edge));
         let tilted = deep * splat(bounds.tilt);
         // What products lose to underflow is multiplied once more.
@@ -169,7 +169,7 @@ impl super::Edges for Edges {
 
     /// The depth where a ray starts is rounded once; in f64 besides.
     #[inline(always)]
-    fn line<L: Lanes, M: Lanes>(&self, before: &Before<L>, pick: impl Fn(&L) -> M) -> Line<M> {
+    fn line<L: Lanes, M: Lanes>(&self, before: &GroupState<L>, pick: impl Fn(&L) -> M) -> Line<M> {
         let (group, lines, starts) = (&*before.group, before.lines, before.starts);
         let depth = pick(&starts.depth);
         let slack = depth.abs() * M::from_f32(1.25 * UNIT) + M::from_f32(self.off * UNIT);
@@ -183,7 +183,12 @@ impl super::Edges for Edges {
     }
 
     #[inline(always)]
-    fn meet<L: Lanes>(&self, at: impl Fn(&[f32; WIDE]) -> L, line: &Line<L>, _any: bool) -> Met<L> {
+    fn meet<L: Lanes>(
+        &self,
+        at: impl Fn(&[f32; WIDE]) -> L,
+        line: &Line<L>,
+        _any: bool,
+    ) -> Candidates<L> {
         let [u, v] = line.centred;
         let value = |[x, y, z]: &[[f32; WIDE]; 3]| at(x).mul_add(u, at(y).mul_add(v, at(z)));
         let [a, b, c] = &self.normal;
@@ -192,7 +197,7 @@ impl super::Edges for Edges {
         let depth = value(&self.plane);
         let latest = (depth + at(&self.slack)).min(at(&self.farthest));
         let room = (line.limit - at(&self.nearest)).min(latest - line.start[0]);
-        Met {
+        Candidates {
             // One comparison for all. What is no number is left to the others, or in
             // doubt.
             possible: !least.min(room).lt(L::zero()),
@@ -203,7 +208,7 @@ impl super::Edges for Edges {
     }
 
     #[inline(always)]
-    fn possible<L: Lanes>(met: &Met<L>) -> L::Mask {
+    fn possible<L: Lanes>(met: &Candidates<L>) -> L::Mask {
         met.possible
     }
 
@@ -211,7 +216,7 @@ impl super::Edges for Edges {
     fn certify<L: Lanes>(
         &self,
         at: impl Fn(&[f32; WIDE]) -> L,
-        met: &Met<L>,
+        met: &Candidates<L>,
         _any: bool,
     ) -> Certified<L> {
         let (depth, slack) = (met.depth, at(&self.slack));

@@ -10,7 +10,7 @@ use super::{Certified, Extents, Line, UNIT};
 use crate::accel::{Block, WIDE};
 use crate::geom::triangle::{cross_with_size, plane_depth_times_det, plane_det};
 use crate::math::lanes::{Lanes, Mask, Register, min};
-use crate::trace::beam::leaf::Before;
+use crate::trace::beam::leaf::GroupState;
 use crate::trace::beam::local_frame::LocalLines;
 use crate::trace::beam::rays::{Beam, RayGroup};
 
@@ -43,7 +43,7 @@ pub struct Edges {
 }
 
 /// Lanes whose ray may meet the triangle before its limit.
-pub struct Met<L: Lanes> {
+pub struct Candidates<L: Lanes> {
     possible: L::Mask,
     /// The least edge function, and the ray.
     least: L,
@@ -53,10 +53,10 @@ pub struct Met<L: Lanes> {
 }
 
 impl super::Edges for Edges {
-    type Met<L: Lanes> = Met<L>;
+    type Candidates<L: Lanes> = Candidates<L>;
 
     #[inline(always)]
-    fn of<L: Lanes, const S: usize>(block: Block, beam: &Beam<L, S>, any: bool) -> Edges {
+    fn new<L: Lanes, const S: usize>(block: Block, beam: &Beam<L, S>, any: bool) -> Edges {
         let splat = Register::splat;
         let centre = &beam.centre;
         let sign = splat(beam.frustum.sign);
@@ -93,7 +93,7 @@ impl super::Edges for Edges {
             deep,
             lowest,
             highest,
-        } = Extents::of([a, b, c], bounds);
+        } = Extents::new([a, b, c], bounds);
         let margin = extent * across.mul_add(splat(13.9 * UNIT), splat(bounds.edge));
         let margin = deep.mul_add(
             across.mul_add(splat(bounds.tilt), splat(bounds.turn)),
@@ -194,7 +194,7 @@ impl super::Edges for Edges {
 
     /// Depths count from the origin.
     #[inline(always)]
-    fn line<L: Lanes, M: Lanes>(&self, before: &Before<L>, pick: impl Fn(&L) -> M) -> Line<M> {
+    fn line<L: Lanes, M: Lanes>(&self, before: &GroupState<L>, pick: impl Fn(&L) -> M) -> Line<M> {
         let (group, lines) = (&*before.group, before.lines);
         Line {
             centred: [pick(&lines.u), pick(&lines.v)],
@@ -206,7 +206,12 @@ impl super::Edges for Edges {
     }
 
     #[inline(always)]
-    fn meet<L: Lanes>(&self, at: impl Fn(&[f32; WIDE]) -> L, line: &Line<L>, any: bool) -> Met<L> {
+    fn meet<L: Lanes>(
+        &self,
+        at: impl Fn(&[f32; WIDE]) -> L,
+        line: &Line<L>,
+        any: bool,
+    ) -> Candidates<L> {
         let [u, v] = line.centred;
         let value = |[x, y, z]: &[[f32; WIDE]; 3]| at(x).mul_add(u, at(y).mul_add(v, at(z)));
         let [a, b, c, plane] = &self.normal;
@@ -223,7 +228,7 @@ impl super::Edges for Edges {
         } else {
             line.limit - at(&self.nearest)
         };
-        Met {
+        Candidates {
             // One comparison for all. What is no number is left to the others, or in
             // doubt.
             possible: !least.min(room).lt(L::zero()),
@@ -234,7 +239,7 @@ impl super::Edges for Edges {
     }
 
     #[inline(always)]
-    fn possible<L: Lanes>(met: &Met<L>) -> L::Mask {
+    fn possible<L: Lanes>(met: &Candidates<L>) -> L::Mask {
         met.possible
     }
 
@@ -242,7 +247,7 @@ impl super::Edges for Edges {
     fn certify<L: Lanes>(
         &self,
         at: impl Fn(&[f32; WIDE]) -> L,
-        met: &Met<L>,
+        met: &Candidates<L>,
         any: bool,
     ) -> Certified<L> {
         let (near, far) = (at(&self.nearest), at(&self.farthest));

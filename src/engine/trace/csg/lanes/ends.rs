@@ -51,7 +51,7 @@ impl<'a, L: Lanes> Spaces<'a, L> {
     }
 
     #[inline(always)]
-    pub fn of(&mut self, csg: &PreparedCsg, frame: u32) -> ObjectRay<'_, L> {
+    pub fn in_frame(&mut self, csg: &PreparedCsg, frame: u32) -> ObjectRay<'_, L> {
         let own = self.own;
         if frame != 0 && !matches!(self.moved, Some((row, _)) if row == frame) {
             let map = &csg.solid.frames[frame as usize].operand_from_solid;
@@ -94,7 +94,7 @@ impl<'a, L: Lanes> Spaces<'a, L> {
             _ => csg.astray(operand.frame, own.org.max_abs()) * <L::Double as Lanes>::from_f64(2.0),
         };
         let tape = &tables.implicits.tape[row.index()];
-        let frame = self.of(csg, operand.frame);
+        let frame = self.in_frame(csg, operand.frame);
         let rays = (*frame.org, *frame.dir);
         let found =
             guarded::implicit::boundaries::<L>(tape, rays, [start, end], astray, known, rows);
@@ -139,7 +139,7 @@ impl<'a, L: Lanes> Spaces<'a, L> {
             if !(from < to) {
                 continue;
             }
-            let frame = self.of(csg, operand.frame);
+            let frame = self.in_frame(csg, operand.frame);
             let line = (at(frame.org), at(frame.dir));
             let is_inside = by_solver::crossings(tape, solver, line, [from, to], found);
             inside |= u32::from(is_inside) << lane;
@@ -169,7 +169,7 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         wider: Option<L>,
     ) -> Ends<L> {
         let own = self.own;
-        let frame = self.of(csg, operand.frame);
+        let frame = self.in_frame(csg, operand.frame);
         let astray = match (operand.shape.blur(), wider) {
             (Blur::Apart, Some(_)) => csg.astray(operand.frame, own.org.max_abs()),
             _ => <L::Double as Lanes>::zero(),
@@ -177,7 +177,7 @@ impl<'a, L: Lanes> Spaces<'a, L> {
         ends::<L, C>(tables, operand.shape, &frame, astray)
     }
 
-    /// The same ends, wide enough for what is one between frames: see [`wider`].
+    /// The same ends, wide enough for what is one between frames: see [`widening`].
     #[inline(always)]
     pub fn widened(&mut self, csg: &PreparedCsg, number: u32, ends: &Ends<L>, wider: L) -> Ends<L> {
         let operand = &csg.solid.operands[number as usize];
@@ -190,7 +190,7 @@ impl<'a, L: Lanes> Spaces<'a, L> {
             return wide;
         }
         let own = self.own;
-        let frame = self.of(csg, operand.frame);
+        let frame = self.in_frame(csg, operand.frame);
         let slack = csg.placement_per_reach(operand.frame).map(L::from_f64);
         let slack = own.ray.org.max_abs() * slack[0] + slack[1];
         wide.moved(slack / least_rate(normals, frame.ray))
@@ -221,7 +221,7 @@ impl<L: Lanes> Frames<L> {
 
 /// By how much the bounds of boundaries grow: [`PreparedCsg::widening`].
 #[inline(always)]
-pub(super) fn wider<L: Lanes, C: Certainty>(csg: &PreparedCsg, ray: &Ray<L>) -> Option<L> {
+pub(super) fn widening<L: Lanes, C: Certainty>(csg: &PreparedCsg, ray: &Ray<L>) -> Option<L> {
     if !C::GUARDED || csg.roughness == 0.0 {
         return None;
     }
@@ -246,7 +246,7 @@ fn least_rate<L: Lanes>(normals: &[DVec3], ray: &Ray<L>) -> L {
 /// to coincide leave no skin: so much, and such a part of t; some roundings of the
 /// coordinates there. What else the solid is made of does not matter.
 #[inline(always)]
-pub(super) fn blur<L: Lanes, C: Certainty>(ray: &Ray<L>) -> [L; 2] {
+pub(super) fn event_width<L: Lanes, C: Certainty>(ray: &Ray<L>) -> [L; 2] {
     if C::GUARDED {
         return [L::zero(); 2];
     }

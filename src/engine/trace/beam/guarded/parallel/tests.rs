@@ -1,6 +1,6 @@
 //! Rays of one direction against exact arithmetic.
 
-use super::super::oracle_tests::{Probe, Tile, Traced, answers, decisions};
+use super::super::oracle_tests::{Probe, TestBeam, Traced, answers, decisions};
 use super::*;
 use crate::math::Vec3;
 use crate::trace::test_cases::{Case, RAYS};
@@ -17,10 +17,10 @@ impl Probe for Edges {
             let back = if i / 4 % 2 == 0 { case.distance } else { 1e-5 };
             std::array::from_fn(|k| case.targets[i][k] - dir[k] / size * back)
         });
-        let mut tile = Box::new(Tile::empty());
+        let mut tile = Box::new(TestBeam::empty());
         let all = [true; RAYS];
         let org = |s: usize| Vec3::splat(orgs[s]);
-        if !tile.take_in_parallel(org, dir, &all, &all, &case.bounds) {
+        if !tile.load_parallel(org, dir, &all, &all, &case.bounds) {
             return None;
         }
         tile.centre_groups();
@@ -32,7 +32,7 @@ impl Probe for Edges {
         self.margin[slot]
     }
 
-    fn least(met: &Met<f32>) -> f32 {
+    fn least(met: &Candidates<f32>) -> f32 {
         met.least
     }
 

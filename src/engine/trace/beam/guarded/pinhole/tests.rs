@@ -1,7 +1,7 @@
 //! Rays of one origin against exact arithmetic.
 
 use super::super::Edges as _;
-use super::super::oracle_tests::{Probe, Tile, Traced, answers, decisions};
+use super::super::oracle_tests::{Probe, TestBeam, Traced, answers, decisions};
 use super::*;
 use crate::math::Vec3;
 use crate::trace::test_cases::{Case, RAYS};
@@ -17,10 +17,10 @@ impl Probe for Edges {
         let dirs = case
             .targets
             .map(|p| std::array::from_fn(|k| rounded(p[k] - org[k])));
-        let mut tile = Box::new(Tile::empty());
+        let mut tile = Box::new(TestBeam::empty());
         let all = [true; RAYS];
         let dir = |s: usize| Vec3::new(dirs[s][0] as f32, dirs[s][1] as f32, dirs[s][2] as f32);
-        if !tile.take_in(org, dir, &all, &all, &case.bounds) {
+        if !tile.load_pinhole(org, dir, &all, &all, &case.bounds) {
             return None;
         }
         tile.centre_pinhole(placed, &case.bounds);
@@ -32,7 +32,7 @@ impl Probe for Edges {
         self.margin[slot]
     }
 
-    fn least(met: &Met<f32>) -> f32 {
+    fn least(met: &Candidates<f32>) -> f32 {
         met.least
     }
 
@@ -45,7 +45,7 @@ impl Probe for Edges {
 fn decisions_are_those_of_exact_arithmetic() {
     decisions::<Edges>(11, |random, traced, block, at, truth| {
         // The same, asked for any hit before an end that is next to it.
-        let any = Edges::of(Block::Apart(block), &traced.tile, true);
+        let any = Edges::new(Block::Apart(block), &traced.tile, true);
         let end = (truth.rounded() * (1.0 + 1e-6 * random.unit())) as f32;
         let along = traced.tile.groups[at.0].along;
         traced.limit(at.0, end * (along * (1.0 + 8.0 * f32::EPSILON)));

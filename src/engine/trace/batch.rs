@@ -1,4 +1,4 @@
-//! Many rays: columns in, columns out, packet by packet.
+//! Batches of rays: from columns of rays to columns of answers.
 
 mod any;
 mod closest;
@@ -18,7 +18,7 @@ use crate::plan::{ALL_LANES, Kernels, Precision, native_width};
 use any::AnyBatch;
 use closest::ClosestBatch;
 
-/// Finds the nearest hit of every ray.
+/// Finds the closest hit of every ray.
 pub fn closest(
     world: &World,
     kernels: &Kernels,
@@ -29,8 +29,8 @@ pub fn closest(
     closest_of((world, kernels), rays, None, hits, None, scratch);
 }
 
-/// The same by an item buffer: the first rays are its tile `tile`. Rays that its
-/// lists do not stand for are traced.
+/// [`closest`] by the lists of an item buffer, from the list of this number on. Rays that the
+/// lists do not cover are traced through the trees.
 pub fn closest_listed(
     world: &World,
     kernels: &Kernels,
@@ -42,7 +42,7 @@ pub fn closest_listed(
     closest_of((world, kernels), rays, Some(items), hits, None, scratch);
 }
 
-/// The same, and what it took, where that [is counted](counts).
+/// [`closest`], counting steps and tests in worlds that [count](counts) them.
 pub fn closest_counted(
     world: &World,
     kernels: &Kernels,
@@ -74,8 +74,8 @@ fn closest_of(
     }
 }
 
-/// Whether each ray is blocked, as a byte. Rays that follow each other to one
-/// light often share their occluder: `cache` remembers it.
+/// Finds whether each ray is blocked. `cache` keeps the last occluder, which consecutive rays
+/// to one light often share.
 pub fn any(
     world: &World,
     kernels: &Kernels,
@@ -93,7 +93,7 @@ pub fn any(
     dispatch((world, kernels), None, batch, scratch);
 }
 
-/// The same, and what it took, where that [is counted](counts).
+/// [`any`], counting steps and tests in worlds that [count](counts) them.
 pub fn any_counted(
     world: &World,
     kernels: &Kernels,
@@ -112,28 +112,28 @@ pub fn any_counted(
     dispatch((world, kernels), Some(counter), batch, scratch);
 }
 
-/// Whether steps and tests can be counted: in comparison structures.
+/// Whether steps and tests are counted: in comparison structures only.
 pub fn counts(world: &World) -> bool {
     matches!(world.levels, Levels::Baseline(_))
 }
 
-/// A batch that runs at any width and certainty. Each instance of each function is a
-/// traversal of its own: `.ci/instances` counts them.
+/// A batch of queries at any width and certainty. Each instantiation of a function is a
+/// traversal of its own; `.ci/instances` counts them.
 trait Batch {
-    /// Through wide trees; `S` packets are a tile.
+    /// Traces beams, of `S` packets each, and streams through wide trees.
     fn beams<L: Lanes, C: Certainty, const S: usize>(
         self,
         walk: &mut BeamScratch,
         scratch: &mut TraceScratch,
     );
-    /// Through nested trees: streams for all rays.
+    /// Traces streams through nested trees.
     fn nested<L: Lanes, C: Certainty, const S: usize>(
         self,
         bvhs: &InstanceBvhs,
         walk: &mut StreamScratch,
         scratch: &mut TraceScratch,
     );
-    /// Packet by packet, through comparison structures.
+    /// Traces packets through comparison structures.
     fn packets<L: Lanes, C: Certainty>(
         self,
         levels: &BaselineLevels,
@@ -142,8 +142,8 @@ trait Batch {
     );
 }
 
-/// Finds the nearest hit of every ray with all decisions made by exact arithmetic, as error
-/// bounds that know nothing would have it: what `guarded` is compared with by the tests.
+/// Finds the closest hit of every ray with all decisions made by exact arithmetic, to compare
+/// `guarded` with in tests.
 #[cfg(feature = "all-lanes")]
 #[doc(hidden)]
 pub fn closest_all_exact(world: &World, rays: &Rays, hits: &mut Hits, scratch: &mut TraceScratch) {
@@ -163,7 +163,7 @@ pub fn closest_all_exact(world: &World, rays: &Rays, hits: &mut Hits, scratch: &
     by_structure_at_one::<DoubtAll>(&world.levels, batch, scratch);
 }
 
-/// [`by_structure`] where no more than one lane is built.
+/// [`by_structure`] for a certainty that is only built at one lane.
 #[cfg(feature = "all-lanes")]
 fn by_structure_at_one<C: Certainty>(
     levels: &Levels,
@@ -178,6 +178,7 @@ fn by_structure_at_one<C: Certainty>(
     }
 }
 
+/// Runs a batch at the certainty of a precision.
 fn dispatch(
     (world, kernels): (&World, &Kernels),
     counter: Option<&Counter>,
@@ -193,20 +194,21 @@ fn dispatch(
     }
 }
 
-/// The lanes of single primitives before streams of nested worlds, whatever is asked for:
-/// streams go ray by ray.
+/// Lanes of single primitives in streams of nested worlds, at every requested width: streams
+/// test triangles ray by ray.
 #[cfg(not(test))]
 type Streamed = crate::math::lanes::Register;
 #[cfg(test)]
 type Streamed = f32;
 const STREAMED: usize = BEAM / <Streamed as Lanes>::COUNT;
 
-/// Whether packets of so many rays are built. The library's own tests trace by one ray:
-/// what traces everything is tested from outside, and kernels take long to build.
+/// Whether a width is built. Unit tests trace at one lane only, since kernels take long to
+/// build; integration tests cover the others.
 const fn is_built(lanes: usize) -> bool {
     !cfg!(test) && (ALL_LANES || lanes == native_width())
 }
 
+/// Runs a batch at the requested width, or at one lane if that is not built.
 fn by_structure<C: Certainty>(
     lanes: usize,
     levels: &Levels,
@@ -229,6 +231,7 @@ fn by_structure<C: Certainty>(
     }
 }
 
+/// Runs a batch through the trees of a flat world.
 fn flat<L: Lanes, C: Certainty, const S: usize>(
     levels: &Levels,
     count: Count,

@@ -1,11 +1,10 @@
-//! A ray against a solid that is made of others: where it comes into it and where
-//! it leaves it.
+//! The scalar walk of a line through a CSG solid: where it enters and leaves.
 //!
-//! Every operand's span is found, and the order of their ends, as exact
-//! arithmetic would ([`crate::geom::exact`]); f64 with error bounds nearly always
-//! knows. Boundaries of operands in one frame are one event where they are equal;
-//! of operands in different frames, or where the solid has a tolerance, where they
-//! are so near to each other, from each to the next (docs/NUMERICS.md).
+//! Spans of operands and the order of their ends are those of exact arithmetic
+//! ([`crate::geom::exact`]); f64 with error bounds nearly always suffices. Boundaries of
+//! operands in one frame are one event where their t are equal. Boundaries of different
+//! frames, or of a solid with a tolerance, are one event where consecutive ones are within
+//! the slack (docs/numerics/csg.md, K13).
 
 mod events;
 pub mod lanes;
@@ -25,20 +24,20 @@ use events::{Mark, mark, number_events};
 use mesh::MeshCrossing;
 use std::ops::ControlFlow;
 
-/// Of a hit's `primitive`: the solid's outside is the operand's inside.
+/// Flag of a hit's `primitive`: the solid's outside is the operand's inside.
 pub const TURNED: u32 = 1 << 31;
 
-/// A boundary of the solid.
+/// A boundary of the CSG solid along a line.
 #[derive(Clone, Copy, Debug)]
 pub struct Crossing<'a> {
     pub root: Root<'a>,
-    /// The surface's number ([`CsgSolid::surface`]), and [`TURNED`].
+    /// Number of the surface ([`CsgSolid::surface`]), with the flag [`TURNED`].
     pub primitive: u32,
-    /// The ray comes into the solid.
+    /// Whether the line enters the solid here.
     pub enters: bool,
 }
 
-/// Reused from ray to ray.
+/// Buffers of the scalar walk, reused from line to line.
 #[derive(Default)]
 pub(super) struct CsgScratch {
     boundaries: Vec<Boundary<Mark<'static>>>,
@@ -49,7 +48,7 @@ pub(super) struct CsgScratch {
     crossings: Vec<Crossed>,
 }
 
-/// The first boundary beyond t_min. `line`: in the solid's space.
+/// Finds the first boundary beyond t_min of a line in the solid's space.
 pub fn first<'a>(
     csg: &PreparedCsg,
     tables: &'a Tables,
@@ -69,9 +68,9 @@ pub fn first<'a>(
     found
 }
 
-/// Calls `visit` at the solid's boundaries in order, until it has seen enough: of
-/// a line in the solid's space those beyond t_min, and perhaps others. Returns
-/// whether the line has always been inside before the first.
+/// Calls `visit` at the solid's boundaries in the order of t until it breaks off. The line
+/// is in the solid's space; all boundaries beyond t_min are visited, and perhaps others.
+/// Returns whether the line is inside the solid before the first boundary.
 pub fn boundaries<'a>(
     csg: &PreparedCsg,
     tables: &'a Tables,
@@ -91,7 +90,7 @@ pub fn boundaries<'a>(
     let boundaries = &mut marks;
     let ray = [line.org, line.dir].map(Vec3::<f64>::splat);
     let solid = &csg.solid;
-    // What lies before t_min may be one event with what lies behind it.
+    // A boundary before t_min may be one event with a boundary beyond it.
     let from = if solid.is_exact() {
         t_min
     } else {
@@ -137,15 +136,15 @@ pub fn boundaries<'a>(
     start
 }
 
-/// Without what was in it, its place is kept for lines that live longer.
+/// Empties a vector and returns its memory at a lifetime that outlives the line.
 fn emptied<'a>(mut marks: Vec<Boundary<Mark<'a>>>) -> Vec<Boundary<Mark<'static>>> {
     marks.clear();
-    // Collected in place: nothing is allocated.
+    // An empty iterator is collected in place, so nothing is allocated.
     let none = |_: Boundary<Mark<'a>>| -> Option<Boundary<Mark<'static>>> { None };
     marks.into_iter().filter_map(none).collect()
 }
 
-/// The ends of an operand's span, or that the line is in it from the start.
+/// Collects the ends of an operand's span, and the operand where the line starts inside.
 fn collect<'a>(
     solid: &CsgSolid,
     tables: &'a Tables,
@@ -164,7 +163,7 @@ fn collect<'a>(
     };
     let own = in_frame(frame, operand.frame, line);
     let Inside { at_first, ends } = span(&primitive, &own);
-    // One point is no part of a closed interior.
+    // A span of one point has no interior.
     if let [Some(first), Some(last)] = &ends
         && first.order(last).is_eq()
     {
@@ -178,7 +177,7 @@ fn collect<'a>(
     }
 }
 
-/// An end of a span of an operand that is one surface.
+/// Builds the boundary at an end of a span, for an operand of a single surface.
 fn boundary<'a>(
     solid: &CsgSolid,
     line: &Line,
@@ -198,7 +197,7 @@ fn boundary<'a>(
     }
 }
 
-/// A line in an operand's space; `None` if it is none there.
+/// Transforms a line to an operand's space; `None` if its direction vanishes or overflows.
 fn own_line(solid: &CsgSolid, line: &Line, number: u32) -> Option<Line> {
     let operand = &solid.operands[number as usize];
     let own = in_frame(&solid.frames[operand.frame as usize], operand.frame, line);
@@ -206,7 +205,7 @@ fn own_line(solid: &CsgSolid, line: &Line, number: u32) -> Option<Line> {
     is_line.then_some(own)
 }
 
-/// [`collect`] of a polynomial's surface: where the polynomial changes its sign.
+/// [`collect`] for a polynomial surface: its boundaries are changes of the sign.
 fn collect_implicit<'a>(
     csg: &PreparedCsg,
     tape: &'a Tape,
@@ -234,13 +233,13 @@ fn collect_implicit<'a>(
         let enters = meeting.after.is_lt();
         boundaries.push(boundary(solid, line, number, meeting.root, enters));
     });
-    // A line in the surface is in the solid.
+    // A line that lies in the surface counts as inside.
     if first.is_le() {
         inside.push(number);
     }
 }
 
-/// [`collect`] of what a line may come into many times.
+/// [`collect`] for a solid that a line may enter several times.
 fn collect_crossings<'a>(
     solid: &CsgSolid,
     tables: &'a Tables,
@@ -260,7 +259,7 @@ fn collect_crossings<'a>(
     }
 }
 
-/// [`collect`] of a mesh, beyond t_min.
+/// [`collect`] for a closed mesh, beyond t_min.
 fn collect_mesh(
     csg: &PreparedCsg,
     tables: &Tables,
@@ -303,7 +302,7 @@ fn collect_mesh(
     }
 }
 
-/// The operand's ray, by definition.
+/// Transforms a line to an operand's frame by the steps that define it (S40).
 pub fn in_frame(frame: &Frame, number: u32, line: &Line) -> Line {
     if number == 0 {
         return *line;
@@ -314,8 +313,8 @@ pub fn in_frame(frame: &Frame, number: u32, line: &Line) -> Line {
     }
 }
 
-/// Certain, but not complete: the box is met with room for all roundings, each of
-/// which counts `condition` times.
+/// Whether a line certainly misses a box. The box is padded for all roundings, each times
+/// `condition` (X11); a miss by less than that is not found.
 pub(super) fn passes_by(bounds: &Aabb, line: &Line, condition: f64) -> bool {
     line.part_in(bounds, condition).is_none()
 }

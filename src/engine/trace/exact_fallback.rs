@@ -1,7 +1,6 @@
-//! Decisions that error bounds leave open: one ray and one primitive at a time,
-//! on the numbers that define them.
+//! The exact fallback: decides one ray and one primitive where error bounds leave it open.
 //!
-//! Primitives are met, and their t's compared, as exact arithmetic would
+//! Hits and the order of their t are those of exact arithmetic
 //! ([`crate::geom::exact`], [`crate::geom::triangle::exact`]).
 
 use super::csg;
@@ -23,25 +22,25 @@ use crate::scene::{Shape, Tables};
 use glam::DVec3;
 use std::cmp::Ordering;
 
-/// A ray's numbers, and a primitive's, that decide about the two.
+/// A ray in a primitive's space, and the numbers that define the primitive.
 enum Case<'a> {
     Triangle(Pair),
     Solid(Line, Solid<'a>),
     Csg(Line, &'a PreparedCsg, &'a Tables),
 }
 
-/// What is at hand where a kernel leaves lanes in doubt.
+/// Results of a kernel that left lanes undecided.
 #[derive(Clone, Copy)]
 pub(super) struct KnownHits<'a, X> {
-    /// Lanes in which it has met the primitive, and not known whether that comes first.
+    /// Lanes with a certain hit whose order is undecided.
     pub hits: u32,
-    /// At which t, a lane each.
+    /// t by lane.
     pub t: &'a [X],
-    /// Of a triangle.
+    /// Corners of a triangle.
     pub corners: Option<&'a Corners>,
 }
 
-/// A world ray.
+/// A ray in world space.
 #[derive(Clone, Copy)]
 pub(super) struct WorldRay {
     pub org: [f64; 3],
@@ -49,7 +48,7 @@ pub(super) struct WorldRay {
     pub t_min: f64,
 }
 
-/// Finds the f64 nearest to where a ray first meets a primitive beyond its t_min.
+/// Finds the f64 nearest to t of a ray's first hit of a primitive beyond its t_min.
 pub(super) fn nearest_t(
     world: &World,
     ray: &WorldRay,
@@ -62,8 +61,7 @@ pub(super) fn nearest_t(
 }
 
 impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
-    /// Decides about one primitive for some lanes, and hands what comes first to
-    /// the query.
+    /// Decides one primitive for some lanes, and commits hits that precede the queries'.
     pub fn decide<Q: Query<L>>(&mut self, lanes: L::Mask, id: HitId, query: &mut Q) {
         let nothing = KnownHits {
             hits: 0,
@@ -73,7 +71,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         self.decide_with(lanes, &nothing, id, query);
     }
 
-    /// The same, where some of it is at hand.
+    /// [`Tester::decide`] with the results of a kernel.
     #[cold]
     #[inline(never)]
     pub(super) fn decide_with<Q: Query<L>>(
@@ -92,6 +90,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         }
     }
 
+    /// Decides one primitive for one lane.
     fn decide_one<Q: Query<L>>(
         &mut self,
         lane: usize,
@@ -133,7 +132,8 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
 }
 
 impl<'a> Case<'a> {
-    /// `corners`: of a triangle, in any order, where they are at hand.
+    /// Looks up the numbers of a ray and a primitive. `corners` of a triangle may be in any
+    /// order.
     #[inline(always)]
     fn look_up(world: &'a World, ray: &WorldRay, id: HitId, corners: Option<&Corners>) -> Case<'a> {
         let entry = world.entry_of(id.instance);
@@ -157,7 +157,7 @@ impl<'a> Case<'a> {
         }
     }
 
-    /// Beyond the ray's t_min; of a CSG solid also which of its surfaces.
+    /// Finds the first crossing beyond t_min, and for a CSG solid its surface.
     fn crossing(
         &self,
         t_min: f64,
@@ -182,7 +182,7 @@ impl<'a> Case<'a> {
     }
 }
 
-/// A crossing against another that lies between two numbers, where f64 tells.
+/// Orders a crossing against one in an interval of t, where f64 suffices.
 fn order_by_interval(crossing: &Crossing, [from, to]: [f64; 2]) -> Option<Ordering> {
     let known = crossing.t();
     let order = |x: f64| known.order(&ErrorBounded::exact(x));
@@ -193,8 +193,8 @@ fn order_by_interval(crossing: &Crossing, [from, to]: [f64; 2]) -> Option<Orderi
     }
 }
 
-/// A hit's t: what the kernel of one lane reports where it knows; else, of a
-/// solid, from the root. `met`: what the kernel of a solid has reported.
+/// Computes a hit's t as it is reported: that of the kernel at one lane where it is certain,
+/// else from the root (D19). `met`: t that a kernel has reported.
 fn depth<L: Lanes>(
     world: &World,
     ray: &WorldRay,
@@ -213,7 +213,8 @@ fn depth<L: Lanes>(
         };
     }
     let ErrorBounded { value, error } = crossing.t();
-    // An infinite value is no more known than its error.
+    // The root's own bounds serve where they are narrow; else t is rounded exactly. The part
+    // only chooses between two valid intervals. An infinite value has no finite error.
     let known_to = |part: f64| error <= value.abs() * part && value.is_finite();
     let within = if known_to(1e-6) {
         [(value - error).next_down(), (value + error).next_up()]
@@ -256,7 +257,7 @@ fn depth<L: Lanes>(
     }
 }
 
-/// What the lanes' kernel says of t, of a boundary of an operand of a CSG solid.
+/// Computes t of a CSG operand's boundary by the kernel at one lane, where it is certain.
 fn kernel_of_operand<L: Lanes>(
     world: &World,
     ray: &WorldRay,
@@ -284,7 +285,7 @@ fn kernel_of_operand<L: Lanes>(
         from <= root.t.value && root.t.value <= to && to.is_finite()
     };
     if let Shape::Implicit(id) = operand.shape {
-        // All of the packet that lanes look at.
+        // The packet as the walk in lanes sees it.
         let packet = Packet::<L>::new(splat(org), splat(dir), L::from_f64(ray.t_min), &entry.own);
         let rows: &mut Vec<[L; 3]> = scratch.lanes.rows.slot();
         rows.clear();
@@ -303,12 +304,12 @@ fn kernel_of_operand<L: Lanes>(
     known.then(|| end[1].lane(0).to_f64())
 }
 
-/// A t that is known to this part of it, a quarter of f32's unit roundoff, is as good as
-/// any kernel's. It is cheaper than the number nearest to the root, and as much the same
-/// whoever asks.
+/// Relative error of t, a quarter of f32's unit roundoff, up to which the root's f64 value is
+/// reported instead of the f64 nearest to the root (D19). Both depend on the ray and the
+/// primitive alone, and the former is cheaper.
 const KERNEL_ACCURACY: f64 = 1.0 / (1 << 26) as f64;
 
-/// t of a root, the same whoever asks; and between which numbers it lies.
+/// Computes t of a root as it is reported, with bounds (D19).
 pub(super) fn depth_of(root: &Root) -> Depth {
     let ErrorBounded { value, error } = root.t;
     let known = error <= value.abs() * KERNEL_ACCURACY && value.is_finite();
@@ -321,8 +322,7 @@ pub(super) fn depth_of(root: &Root) -> Depth {
     Depth { t, within }
 }
 
-/// The ray that a primitive is met by: the same steps as
-/// [`Packet::in_object`], lane for lane.
+/// Transforms a ray to a primitive's space by the steps of [`Packet::in_object`] (S6).
 #[inline(always)]
 fn in_object(
     world: &World,

@@ -1,10 +1,9 @@
-//! Testing primitives: from an entry of the world to hits in a query.
+//! Tests of primitives: from an entry of the world to hits in a query.
 //!
-//! The same functions serve the trees, the linear scan, the shadow cache and
-//! the resolver, at every width, so all of them mean the same by a hit: the
-//! kernel's answer, its t brought into the interval that the slabs give for the
-//! primitive's own box and for its instance's (see [`crate::accel`]). Guarded,
-//! a hit is that of exact arithmetic instead (see [`super::decide`]).
+//! The same functions serve trees, linear scan, shadow cache and exact fallback at every
+//! width, so all of them agree on a hit. In `fast` it is the kernel's, with t clamped to the
+//! intervals of the primitive's and the instance's box (X5). In `guarded` it is that of exact
+//! arithmetic ([`super::exact_fallback`]).
 
 mod single;
 
@@ -40,13 +39,13 @@ impl<L: Lanes> Window<L> {
     }
 }
 
-/// The tracing of one packet against one world.
+/// Tests of one packet against the primitives of one world.
 pub struct Tester<'w, L: Lanes, C> {
     pub world: &'w World,
     /// World space.
     pub packet: &'w Packet<L>,
     pub(super) scratch: &'w mut TraceScratch,
-    /// Of the instance that is being tested, where it is at hand.
+    /// `object_from_world` of the instance under test, where it is at hand.
     map: Option<&'w Affine>,
     certainty: PhantomData<C>,
 }
@@ -63,14 +62,14 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
         }
     }
 
-    /// For the one instance whose `object_from_world` this is.
+    /// Sets the `object_from_world` of the one instance that will be tested.
     #[inline(always)]
     pub(super) fn with_map(self, map: Option<&'w Affine>) -> Self {
         Tester { map, ..self }
     }
 
-    /// Meets everything in the world, through comparison structures. `scratch`: of the top
-    /// structure, and of meshes'.
+    /// Traces the packet through comparison structures, with scratch of the top level and of
+    /// meshes.
     pub fn trace<Q: Query<L>>(
         &mut self,
         levels: &BaselineLevels,
@@ -111,7 +110,7 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
         );
     }
 
-    /// The solids that stand outside the trees.
+    /// Tests the unbounded solids, which no tree contains.
     #[inline(always)]
     pub(super) fn unbounded<Q: Query<L>>(&mut self, query: &mut Q) {
         let world = self.world;
@@ -121,7 +120,7 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
         }
     }
 
-    /// Meets a mesh through its own comparison structure.
+    /// Traces a mesh through its comparison structure.
     fn mesh<Q: Query<L>>(
         &mut self,
         entry: &TlasEntry,
@@ -136,7 +135,7 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
             return;
         }
         let object = self.mesh_packet(entry, mesh);
-        // Lanes outside the window may not wake up in the tree.
+        // Lanes outside the window must stay inactive in the tree.
         let asleep = -L::splat(L::Scalar::INFINITY);
         let limit = L::select(active, query.limit(), asleep);
         of.index.walk(
@@ -160,7 +159,7 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
         );
     }
 
-    /// Whether there was anything to offer to the query.
+    /// Tests one triangle. Returns whether it was hit or undecided in any lane.
     #[inline(always)]
     pub(super) fn triangle<Q: Query<L>>(
         &mut self,
@@ -188,7 +187,7 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
         some
     }
 
-    /// One primitive alone: what the shadow cache and the resolver test.
+    /// Tests one primitive by its id, for the shadow cache and for temporal bounds.
     #[inline(never)]
     pub fn single<Q: Query<L>>(&mut self, id: HitId, query: &mut Q) {
         let world = self.world;
@@ -226,8 +225,8 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
         mesh_packet((self.world, self.packet, self.map), entry, mesh)
     }
 
-    /// Hands hits to a guarded query, and has decided what is in doubt. What the
-    /// boxes say of t is true of it anyway.
+    /// Offers hits to a guarded query, and decides undecided lanes by the exact fallback. No
+    /// clamping to boxes is needed, since boxes contain the exact t.
     #[inline(always)]
     fn offer_guarded<Q: Query<L>>(
         &mut self,
@@ -236,22 +235,21 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
         corners: Option<&triangle::Corners>,
         query: &mut Q,
     ) {
-        let doubt = query.accept_sure(meet, id);
-        let doubt = doubt | meet.unsure & query.limit().gt(self.packet.ray.t_min);
-        if doubt.any() {
-            // Only here by memory.
+        let open = query.accept_sure(meet, id);
+        let open = open | meet.unsure & query.limit().gt(self.packet.ray.t_min);
+        if open.any() {
+            // Stored to memory only here.
             let t = meet.t.to_array();
             let known = KnownHits {
                 hits: meet.hit.bits(),
                 t: t.as_ref(),
                 corners,
             };
-            self.decide_with(doubt, &known, id, query);
+            self.decide_with(open, &known, id, query);
         }
     }
 
-    /// Brings t into the boxes' intervals and hands the hits to the query; guarded,
-    /// as they are.
+    /// Offers hits to the query; in `fast` with t clamped to the boxes' intervals (X5).
     #[inline(always)]
     pub(super) fn offer<Q: Query<L>>(
         &mut self,
@@ -280,7 +278,7 @@ impl<'w, L: Lanes, C: Certainty> Tester<'w, L, C> {
 }
 
 impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
-    /// Meets one shape that is no mesh.
+    /// Tests one shape other than a mesh.
     #[inline(never)]
     pub(super) fn solid<Q: Query<L>>(&mut self, entry: &TlasEntry, active: L::Mask, query: &mut Q) {
         if let Shape::Csg(id) = entry.shape {
@@ -359,7 +357,7 @@ pub(super) fn mesh_packet<L: Lanes>(
     }
 }
 
-/// Takes back the answers that the certainty doubts by itself.
+/// Marks the lanes that a test certainty declares undecided.
 #[inline(always)]
 pub(super) fn mark_undecided<L: Lanes, C: Certainty>(
     meet: Meet<L>,
@@ -369,10 +367,10 @@ pub(super) fn mark_undecided<L: Lanes, C: Certainty>(
     if !C::GUARDED {
         return meet;
     }
-    let doubted = L::Mask::from_bits(C::doubts(id.instance, id.primitive)) & active;
+    let undecided = L::Mask::from_bits(C::doubts(id.instance, id.primitive)) & active;
     Meet {
-        hit: meet.hit & !doubted,
-        unsure: meet.unsure | doubted,
+        hit: meet.hit & !undecided,
+        unsure: meet.unsure | undecided,
         ..meet
     }
 }

@@ -1,4 +1,4 @@
-//! Ray queries over a built world.
+//! Ray queries over a built world: closest hit, any hit, and spans.
 
 mod batch;
 mod beam;

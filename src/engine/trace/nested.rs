@@ -1,13 +1,12 @@
-//! Streams through nested trees: one for each shared node, entered level by
-//! level with those rays that reach it.
+//! Streams through nested trees: one tree for each shared node of the scene, entered level by
+//! level by the rays that reach it.
 //!
-//! A node's rays are the world's, brought into its space by the matrix composed
-//! along the path, as [`crate::scene::Instances`] composes it. They only find
-//! the way: a leaf is an entry made on the node_on_path, met by the world rays. So the
-//! hits are those of a flat world, bit for bit.
+//! A level's rays are the world's, transformed by the matrix composed along the path as in
+//! [`crate::scene::Instances`]. They only cull: at a leaf an entry is made, and tested with
+//! the world rays, so hits have the bits of a flat world.
 //!
-//! Levels take their room from a pool that grows once; recursion is as deep as
-//! the graph, which [`crate::scene::MAX_DEPTH`] bounds.
+//! Levels are reused. The recursion is as deep as the graph, at most
+//! [`crate::scene::MAX_DEPTH`].
 
 use super::query::Query;
 use super::ray_stream::StreamRays;
@@ -21,14 +20,14 @@ use crate::geom::Certainty;
 use crate::math::lanes::Lanes;
 use crate::scene::{Placement, Shape, Target};
 
-/// Room for one node that is being walked.
+/// The rays and stack of one level.
 #[derive(Default)]
 pub(super) struct Level {
     stream_rays: StreamRays,
     stack: StreamStack,
 }
 
-/// A node on some path.
+/// A node of the scene at the end of a path.
 struct PathNode<'a> {
     bvh: &'a InstanceBvh,
     place: Placement,
@@ -36,14 +35,14 @@ struct PathNode<'a> {
     first: u64,
 }
 
-/// What all levels share.
+/// The stream and the trees, shared by all levels.
 struct Nested<'a, 'b> {
     stream: &'a Stream<'b>,
     bvhs: &'a InstanceBvhs,
 }
 
 impl Stream<'_> {
-    /// Everything in a nested world. `active`: the rays that are still asking.
+    /// Traces the `active` rays through a nested world.
     pub fn trace_nested<L: Lanes, const S: usize, C: Certainty, Q: Query<L::Single>>(
         &self,
         bvhs: &InstanceBvhs,
@@ -67,14 +66,14 @@ impl Stream<'_> {
 }
 
 impl Nested<'_, '_> {
-    /// Where a edge leads: the place, and the id of the first instance there.
+    /// Follows an edge: returns the placement and the id of the first instance there.
     #[inline(always)]
     fn through(&self, above: &PathNode, edge: &InstanceEdge) -> (Placement, u64) {
         let place = above.place.through(&self.stream.world.scene, edge.edge);
         (place, above.first + edge.before)
     }
 
-    /// What has no bounds, below a node.
+    /// Tests the unbounded shapes below a node.
     #[inline(never)]
     fn unbounded<L: Lanes, const S: usize, C: Certainty, Q: Query<L::Single>>(
         &self,
@@ -88,8 +87,8 @@ impl Nested<'_, '_> {
             match edge.edge.target {
                 Target::Node(node) => {
                     if let Some(bvh) = self.bvhs.node(node) {
-                        let node_on_path = PathNode { bvh, place, first };
-                        self.unbounded::<L, S, C, Q>(&node_on_path, set, queries, solids);
+                        let child = PathNode { bvh, place, first };
+                        self.unbounded::<L, S, C, Q>(&child, set, queries, solids);
                     }
                 }
                 Target::Shape(shape) => {
@@ -109,7 +108,7 @@ impl Nested<'_, '_> {
         }
     }
 
-    /// What is bounded below a node, through its tree.
+    /// Traces the tree over a node's children.
     #[inline(never)]
     fn trace_bvh<L: Lanes, const S: usize, C: Certainty, Q: Query<L::Single>>(
         &self,
@@ -158,6 +157,7 @@ impl Nested<'_, '_> {
         walk.levels.push(level);
     }
 
+    /// Tests one child of a node: another node, or a shape.
     #[inline(never)]
     fn trace_edge<L: Lanes, const S: usize, C: Certainty, Q: Query<L::Single>>(
         &self,
@@ -171,8 +171,8 @@ impl Nested<'_, '_> {
         match edge.edge.target {
             Target::Node(node) => {
                 if let Some(bvh) = self.bvhs.node(node) {
-                    let node_on_path = PathNode { bvh, place, first };
-                    self.trace_bvh::<L, S, C, Q>(&node_on_path, set, queries, (solids, walk));
+                    let child = PathNode { bvh, place, first };
+                    self.trace_bvh::<L, S, C, Q>(&child, set, queries, (solids, walk));
                 }
             }
             Target::Shape(shape) => {
@@ -206,7 +206,7 @@ impl Nested<'_, '_> {
 }
 
 impl Level {
-    /// Takes in the rays in a node's space; whether boxes can be met there.
+    /// Loads the rays in a node's space. Returns whether its boxes can be padded for them (X9).
     #[inline(never)]
     fn load(&mut self, nested: &Nested, at: &PathNode, set: u64) -> bool {
         let Nested { stream, bvhs } = nested;

@@ -1,5 +1,5 @@
-//! Single primitives before rays that come one by one: as many rays at a time as
-//! there are lanes, all the same.
+//! Tests of single primitives and CSG solids for streams: the rays of a stream are gathered
+//! into packets.
 
 use super::leaf::Tester;
 use super::packet::Packet;
@@ -12,32 +12,34 @@ use crate::geom::Certainty;
 use crate::math::Affine;
 use crate::math::lanes::{Lanes, Mask};
 
-/// Rays that follow each other, as packets: each made when the first primitive
-/// comes before it, for not every group of rays meets one.
+/// Consecutive rays as packets. A packet is made at its first test, since many are never
+/// tested.
 pub(super) struct Packets<L: Lanes, const S: usize>([Option<Packet<L>>; S]);
 
 impl<L: Lanes, const S: usize> Packets<L, S> {
+    /// No packets.
     pub fn none() -> Self {
         Packets([const { None }; S])
     }
 
+    /// Removes all packets.
     pub fn clear(&mut self) {
         for packet in &mut self.0 {
             *packet = None;
         }
     }
 
-    /// Number `s`, of the rays from row `first` on, the same at every call.
+    /// Returns packet `s` of the rays from row `first` on, which must be the same in all calls.
     #[inline(always)]
     pub fn get(&mut self, s: usize, rays: &Rays, first: usize, world: &World) -> &Packet<L> {
         self.0[s].get_or_insert_with(|| rays.packet(first + s * L::COUNT, world))
     }
 }
 
-/// So many rays of a packet go one by one.
+/// Number of rays of a packet up to which they are tested one by one.
 const FEW: u32 = 2;
 
-/// The rays of a stream: with one query each, and as packets.
+/// The rays of a stream as packets, for single primitives.
 pub(super) struct StreamPackets<'a, L: Lanes, const S: usize> {
     pub world: &'a World,
     pub rays: &'a Rays<'a>,
@@ -47,8 +49,8 @@ pub(super) struct StreamPackets<'a, L: Lanes, const S: usize> {
 }
 
 impl<L: Lanes, const S: usize> StreamPackets<'_, L, S> {
-    /// One primitive before some rays. `map`: its `object_from_world`, where that
-    /// is at hand.
+    /// Tests one primitive for a set of rays. `map`: its `object_from_world`, where that is
+    /// at hand.
     #[inline(never)]
     pub fn meet<C: Certainty, Q: Query<L::Single>>(
         &mut self,
@@ -76,7 +78,7 @@ impl<L: Lanes, const S: usize> StreamPackets<'_, L, S> {
             let mut limits = (-L::from_f32(1.0)).to_array();
             for_each_bit(some, |lane| {
                 let limit = queries[first + lane].limit().lane(0);
-                // Just beyond: ties are for the ray's own query to certify.
+                // Just beyond the ray's limit, so that its own query settles ties.
                 let limit = if Q::ANY { limit } else { next_up(limit) };
                 limits.as_mut()[lane] = limit;
             });

@@ -1,8 +1,9 @@
-//! Rays without a common origin, as a stream: see [`crate::accel`]'s walk of
-//! sets of rays. A node's children, or a block's triangles, are in lanes.
+//! Streams: incoherent rays that share the fetching of nodes and blocks
+//! ([`crate::accel::WideBvh::walk_stream`]), with a node's children or a block's triangles in
+//! lanes.
 //!
-//! What incoherent rays want. The lanes only sort out: whatever passes goes to
-//! the same one-lane test as a packet's lane, so the answers are the same bits.
+//! The lanes only cull. Remaining triangles go to the same one-lane test as a packet's lane,
+//! so the answers have the same bits.
 
 use super::leaf::{Tester, Window};
 use super::nested::Level;
@@ -18,19 +19,18 @@ use crate::math::lanes::{Lanes, Mask, Scalar};
 use crate::scene::{MeshId, Shape};
 use glam::DVec3;
 
-/// Scratch of one thread, reused from stream to stream.
+/// Rays and stacks of streams, reused from stream to stream.
 #[derive(Default)]
 pub(super) struct StreamScratch {
     world: StreamRays,
     pub object: StreamRays,
     top: StreamStack,
     pub mesh: StreamStack,
-    /// Of nested worlds: levels that are not in use.
+    /// Nested worlds: levels that are not in use.
     pub levels: Vec<Box<Level>>,
 }
 
-/// What is being tested: an entry, and its `object_from_world` where that is at
-/// hand.
+/// An entry that is being tested, with its `object_from_world` where that is at hand.
 #[derive(Clone, Copy)]
 pub(super) struct TestedInstance<'a> {
     pub entry: &'a TlasEntry,
@@ -51,7 +51,7 @@ pub(super) struct Stream<'a> {
 }
 
 impl Stream<'_> {
-    /// The rays as packets.
+    /// Returns the rays as packets for tests of single primitives.
     pub fn packets<'s, L: Lanes, const S: usize>(
         &'s self,
         scratch: &'s mut TraceScratch,
@@ -85,7 +85,7 @@ impl Stream<'_> {
         self.rays.t_min[self.first + i]
     }
 
-    /// Everything in the world. `active`: the rays that are still asking.
+    /// Traces the `active` rays through a flat world.
     #[inline(always)]
     pub fn trace<L: Lanes, const S: usize, C: Certainty, Q: Query<L::Single>>(
         &self,
@@ -103,8 +103,8 @@ impl Stream<'_> {
             self.mesh_alone::<L::Single, C, Q>(entry, id, active, queries, walk, solids.scratch);
         }
         let Some(levels) = world.wide() else { return };
-        // A tree of one box says no more than a kernel does; of what takes long to ask, it
-        // had better.
+        // The box of a single primitive is not worth testing, unless the primitive is
+        // expensive.
         if let [only] = &world.entries[..]
             && !matches!(only.shape, Shape::Mesh(_) | Shape::Csg(_))
         {
@@ -183,7 +183,7 @@ impl Stream<'_> {
         );
     }
 
-    /// A mesh in a space of its own: the same rays there.
+    /// Traces a placed mesh with the rays in its space.
     #[inline(never)]
     pub fn placed_mesh<L: Lanes, C: Certainty, Q: Query<L>>(
         &self,
@@ -214,7 +214,7 @@ impl Stream<'_> {
         self.in_mesh::<L, C, Q>(met, id, set, queries, (stream_rays, stack), scratch);
     }
 
-    /// A mesh, for rays that meet everything else otherwise.
+    /// Traces a single mesh, for rays that are traced otherwise through the rest of the world.
     pub fn mesh_alone<L: Lanes, C: Certainty, Q: Query<L>>(
         &self,
         entry: &TlasEntry,
@@ -238,7 +238,7 @@ impl Stream<'_> {
         self.in_mesh::<L, C, Q>(met, id, set, queries, (object, stack), scratch);
     }
 
-    /// A mesh through its own tree. `stream_rays`: the rays in its space.
+    /// Traces a mesh's tree; `stream_rays` are the rays in its space.
     #[inline(never)]
     fn in_mesh<L: Lanes, C: Certainty, Q: Query<L>>(
         &self,
@@ -256,14 +256,14 @@ impl Stream<'_> {
             boxes,
             triangle_rays,
         } = stream_rays;
-        // By ray; read only where `some` and `sures` say that they are set.
+        // Sets of triangles by ray, valid for the rays in `some` and `sures`.
         let (mut bits, mut sure) = ([0; STREAM], [0; STREAM]);
         let leaf = |boxes: &mut BoxRays, first: usize, count: usize, set: u64| {
             let mut done = 0;
             for number in first..first + count {
                 let block = mesh.blocks.get(number);
-                // Sorting out all rays first keeps hits, which nobody can
-                // predict, out of a loop that the processor looks ahead in.
+                // All rays are culled first: hits are unpredictable branches, and are kept
+                // out of this loop.
                 let planes = BlockPlanes::new(block, C::GUARDED);
                 let (mut some, mut sures) = (0, 0);
                 for_each_bit(set & !done, |i| {
@@ -310,7 +310,7 @@ impl Stream<'_> {
         }
     }
 
-    /// Tests some triangles of a block for good.
+    /// Tests one ray against triangles of a block that passed the culling.
     #[inline(never)]
     fn offer<L: Lanes, C: Certainty, Q: Query<L>>(
         &self,
@@ -321,7 +321,7 @@ impl Stream<'_> {
         query: &mut Q,
         scratch: &mut TraceScratch,
     ) {
-        // Guarded hits are as they are, whatever the boxes say.
+        // Guarded hits do not depend on boxes.
         let packet = if C::GUARDED {
             self.rays.open_packet::<L>(self.first + i)
         } else {
@@ -350,7 +350,7 @@ impl Stream<'_> {
     }
 }
 
-/// Calls `f` for every member of a set, rising.
+/// Calls `f` for every bit of a set, in rising order.
 #[inline(always)]
 pub(super) fn for_each_bit(mut set: u64, mut f: impl FnMut(usize)) {
     while set != 0 {
@@ -360,7 +360,7 @@ pub(super) fn for_each_bit(mut set: u64, mut f: impl FnMut(usize)) {
     }
 }
 
-/// The query's limit.
+/// Returns the limit of a query of one ray.
 #[inline(always)]
 pub(super) fn limit<L: Lanes, Q: Query<L>>(query: &Q) -> f32 {
     query.limit().lane(0).to_f64() as f32

@@ -1,4 +1,4 @@
-//! Whether anything is in the way of many rays.
+//! Batches of any-hit queries.
 
 use super::Batch;
 use crate::accel::{BaselineLevels, Count, InstanceBvhs, STREAM, World};
@@ -13,6 +13,7 @@ use crate::trace::scratch::TraceScratch;
 use crate::trace::shadow_cache::ShadowCache;
 use crate::trace::stream::{Stream, StreamScratch, for_each_bit};
 
+/// A batch of any-hit queries.
 pub struct AnyBatch<'a> {
     pub world: &'a World,
     pub rays: &'a Rays<'a>,
@@ -21,7 +22,7 @@ pub struct AnyBatch<'a> {
 }
 
 impl AnyBatch<'_> {
-    /// Of a stream's rays, those that the last occluder blocks.
+    /// Returns the rays of a stream that the last occluder blocks.
     #[inline(never)]
     fn certified<L: Lanes, C: Certainty>(
         &mut self,
@@ -43,6 +44,7 @@ impl AnyBatch<'_> {
         certified
     }
 
+    /// Loads a packet and tests it against an occluder, if there is one.
     #[inline(always)]
     fn tried<L: Lanes, C: Certainty>(
         &self,
@@ -58,6 +60,7 @@ impl AnyBatch<'_> {
         (packet, query)
     }
 
+    /// Stores the answers of a query.
     #[inline(always)]
     fn put<L: Lanes>(&mut self, first: usize, query: &AnyHit<L>) {
         let bits = query.blocked().bits();
@@ -66,7 +69,7 @@ impl AnyBatch<'_> {
         }
     }
 
-    /// A stream's rays: `trace` gets those that the cache leaves open.
+    /// Answers a stream: `trace` traces the rays that the last occluder does not block.
     #[inline(always)]
     fn stream<L: Lanes, C: Certainty>(
         &mut self,
@@ -99,7 +102,7 @@ impl AnyBatch<'_> {
 }
 
 impl AnyBatch<'_> {
-    /// The rays that tiles have left in doubt, as a stream.
+    /// Traces the deferred rays as a stream.
     #[inline(never)]
     fn trace_again<L: Lanes, C: Certainty, const S: usize>(
         &mut self,
@@ -144,7 +147,7 @@ impl Batch for AnyBatch<'_> {
             }
             let mut tester = Tester::<L, C>::new(world, &packet, scratch);
             tester.trace(levels, &mut query, &mut baseline, count);
-            // The last one stands for all that have blocked a ray.
+            // The last occluder stands for all of them.
             let blocked = query.blocked().bits().count_ones();
             self.cache.remember(query.occluder, blocked, rays);
             self.put(first, &query);
@@ -184,8 +187,8 @@ impl Batch for AnyBatch<'_> {
                 for (s, query) in queries.iter_mut().enumerate() {
                     *query = AnyHit::new(load_f32(&rays.t_max[first + s * L::COUNT..]));
                 }
-                // No try: a tile is through with all of its rays in hardly more
-                // time than a try takes (docs/BENCHMARKS.md).
+                // The last occluder is not tried, since tracing the beam takes little longer
+                // than that (docs/BENCHMARKS.md).
                 let deferred = traversal.trace::<C, _>(&mut queries, walk);
                 for (s, query) in queries.iter().enumerate() {
                     self.put(first + s * L::COUNT, query);

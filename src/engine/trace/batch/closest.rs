@@ -1,4 +1,4 @@
-//! Nearest hits of many rays.
+//! Batches of closest-hit queries.
 
 use super::Batch;
 use crate::accel::{BaselineLevels, Count, InstanceBvhs, STREAM, World};
@@ -13,15 +13,17 @@ use crate::trace::rays::{Rays, load_f32};
 use crate::trace::scratch::TraceScratch;
 use crate::trace::stream::{Stream, StreamScratch, for_each_bit};
 
+/// A batch of closest-hit queries.
 pub struct ClosestBatch<'a, 'h> {
     pub world: &'a World,
     pub rays: &'a Rays<'a>,
     pub hits: &'a mut Hits<'h>,
-    /// Lists for the rays, and the number of the first tile.
+    /// An item buffer, and the number of the first list.
     pub items: Option<(&'a ItemBuffer, usize)>,
 }
 
 impl ClosestBatch<'_, '_> {
+    /// Stores the answers of a query.
     #[inline(always)]
     fn put<L: Lanes, C: Certainty>(&mut self, first: usize, query: &Closest<L, C>) {
         match &mut self.hits.t {
@@ -31,6 +33,7 @@ impl ClosestBatch<'_, '_> {
         query.store_ids(&mut self.hits.id, first);
     }
 
+    /// Stores the answers of a stream.
     #[inline(always)]
     fn put_stream<L: Lanes, C: Certainty>(
         &mut self,
@@ -64,7 +67,7 @@ impl ClosestBatch<'_, '_> {
 }
 
 impl ClosestBatch<'_, '_> {
-    /// The rays that tiles have left in doubt, as a stream.
+    /// Traces the deferred rays as a stream.
     #[inline(never)]
     fn trace_again<L: Lanes, C: Certainty, const S: usize>(
         &mut self,

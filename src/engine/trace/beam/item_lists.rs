@@ -1,5 +1,5 @@
-//! A tile that runs through its list of an item buffer in place of walking the
-//! trees. Solids and blocks of triangles meet the very tests of the walk.
+//! Beams that go through their list of an item buffer instead of the trees, with the tests
+//! of the tree walk.
 
 use super::fast::Fast;
 use super::guarded::{GuardedLeaf, PinholeEdges};
@@ -17,7 +17,7 @@ use crate::trace::rays::Rays;
 use crate::trace::stream::StreamScratch;
 
 impl<'a, L: Lanes, const S: usize> BeamTraversal<'a, L, S> {
-    /// The tile's list in the buffer, if it has one.
+    /// Returns the beam's list in the buffer, if it has one.
     pub fn list<'i>(&self, items: &'i ItemBuffer, tile: usize) -> Option<&'i [Item]> {
         if self.beam.parallel {
             return None;
@@ -38,8 +38,7 @@ impl<'a, L: Lanes, const S: usize> BeamTraversal<'a, L, S> {
         items.list(tile, self.org, [&dirs[0], &dirs[1], &dirs[2]])
     }
 
-    /// Everything in the list. Returns the
-    /// rays whose answer is in doubt.
+    /// Traces the beam through its list. Returns the undecided rays.
     #[inline(never)]
     pub fn trace_items<C: Certainty, Q: Query<L>>(
         mut self,
@@ -65,6 +64,7 @@ impl<'a, L: Lanes, const S: usize> BeamTraversal<'a, L, S> {
         self.deferred_rays::<C>()
     }
 
+    /// Tests the items of one entry.
     #[inline(always)]
     fn listed<C: Certainty, Q: Query<L>>(
         &mut self,
@@ -94,7 +94,7 @@ impl<'a, L: Lanes, const S: usize> BeamTraversal<'a, L, S> {
 }
 
 impl<L: Lanes, const S: usize> MeshTraversal<'_, L, S> {
-    /// Blocks of the list, those that begin nearer first.
+    /// Tests the blocks of the list, in the order of their nearest depth.
     #[inline(never)]
     fn trace_items<C: Certainty, Q: Query<L>>(
         mut self,

@@ -1,4 +1,4 @@
-//! A mesh's triangles before a tile's rays, in the mesh's own space.
+//! The traversal of one mesh by a beam, in the mesh's space.
 
 use super::commit::{Found, commit};
 use super::fast::Fast;
@@ -12,7 +12,7 @@ use crate::scene::MeshId;
 use crate::trace::query::Query;
 use crate::trace::rays::Rays;
 
-/// What a mesh's walk carries along.
+/// One mesh, and the beam with its closest hits so far.
 pub(super) struct MeshTraversal<'a, L: Lanes, const S: usize> {
     pub(super) entry: &'a TlasEntry,
     pub(super) id: MeshId,
@@ -22,26 +22,28 @@ pub(super) struct MeshTraversal<'a, L: Lanes, const S: usize> {
     pub(super) nearest: [Nearest<L>; S],
 }
 
-/// The nearest triangles so far of a group's rays.
+/// The closest triangles so far of a group's rays.
 #[derive(Clone, Copy)]
 pub(super) struct Nearest<L> {
-    /// Rays that have met one.
+    /// Rays with a hit.
     pub met: u32,
-    /// Which, as block · WIDE + slot, carried in lanes.
+    /// Place of the triangle, block · WIDE + slot, carried in lanes.
     pub places: L,
-    /// The same in source order.
+    /// Number of the triangle in source order, carried in lanes.
     pub sources: L,
-    /// Rays some hit of which was not clearly within its triangle's box.
+    /// `fast`: rays with a hit that is not clearly within its triangle's box (B18).
     pub unclear: u32,
-    /// Guarded: rays of which anything was in doubt. They have met nothing.
+    /// `guarded`: deferred rays. They have no hit.
     pub deferred: u32,
-    /// Guarded: no more than where the nearest hit lies (or what it has to
-    /// precede), and its depth as it is reported. The limit is no less.
+    /// `guarded`: lower bound of the closest hit's depth, or of what it has to precede. The
+    /// group's limit is the upper bound.
     pub least: L,
+    /// `guarded`: the closest hit's depth as it is reported.
     pub depth: L,
 }
 
 impl<L: Lanes> Nearest<L> {
+    /// No hits.
     #[inline(always)]
     pub fn none() -> Nearest<L> {
         Nearest {
@@ -55,7 +57,7 @@ impl<L: Lanes> Nearest<L> {
         }
     }
 
-    /// A triangle of block `number` for some rays.
+    /// Stores a triangle of block `number` as the closest one of some rays.
     #[inline(always)]
     pub fn take(&mut self, rays: L::Mask, number: usize, slot: usize, source: u32) {
         let carry = |x: u32| L::splat(L::Scalar::carrying(x));
@@ -65,7 +67,7 @@ impl<L: Lanes> Nearest<L> {
         self.sources = L::select(rays, carry(source), self.sources);
     }
 
-    /// One ray's triangle in source order.
+    /// Returns the number of one ray's triangle in source order.
     #[inline(always)]
     pub fn source(&self, lane: usize) -> Option<u32> {
         let source = self.sources.lane(lane).bits() as u32;
@@ -74,7 +76,7 @@ impl<L: Lanes> Nearest<L> {
 }
 
 impl<'a, L: Lanes, const S: usize> MeshTraversal<'a, L, S> {
-    /// Rays that have met nothing yet.
+    /// Starts a traversal without hits.
     #[inline(always)]
     pub fn new(
         entry: &'a TlasEntry,
@@ -91,7 +93,7 @@ impl<'a, L: Lanes, const S: usize> MeshTraversal<'a, L, S> {
         }
     }
 
-    /// Returns the rays that are not through.
+    /// Traces the mesh and returns the deferred rays.
     #[inline(always)]
     pub fn trace_any<C: Certainty, Q: Query<L>>(
         self,
@@ -156,7 +158,7 @@ impl<'a, L: Lanes, const S: usize> MeshTraversal<'a, L, S> {
         none
     }
 
-    /// From the nearest triangles' places to hits.
+    /// Commits the closest triangles of `fast` to the queries.
     #[inline(always)]
     pub fn commit_all<P: Projection, Q: Query<L>>(
         &self,
@@ -193,7 +195,7 @@ impl<'a, L: Lanes, const S: usize> MeshTraversal<'a, L, S> {
         }
     }
 
-    /// The rays of each group that may meet a box; whether any does.
+    /// Returns the rays of each group that may hit a box, and whether there are any.
     #[inline(always)]
     pub fn rays_in<P: Projection>(&self, (min, max): ([f32; 3], [f32; 3])) -> ([u32; S], bool) {
         let relative = RelativeBox::new::<P, L, S>(self.beam, min, max);

@@ -1,17 +1,14 @@
-//! Tiles: the rays of one origin or of one direction, as a volume through the
-//! wide trees.
+//! Beams: rays of one origin or one direction that pass the wide trees as one volume.
 //!
-//! Pinhole and orthographic rays, shadow rays traced from a point light or
-//! toward a directional one. A tile is a fixed number of consecutive rays,
-//! whatever the lanes; a tile that does not fit (rays that share neither, or go
-//! against each other) is left to other kernels, and so is a mesh of which its
-//! rays see too much at a time.
+//! Beams are pinhole and orthographic camera rays, and shadow rays from a point light or
+//! towards a directional one. A beam is a fixed number of consecutive rays at any lane
+//! width. Rays that share neither origin nor direction, or that do not advance along one
+//! axis, are traced as streams, and so is a mesh of which a beam covers too many blocks.
 //!
-//! In f32 triangles are decided by edge functions that the tile's rays share,
-//! three times as cheap as the watertight test; t is then computed by the steps
-//! that all kernels share, so that kernels which agree on the triangle agree on t.
-//! Guarded, they have error bounds, and rays for which these do not suffice are
-//! left in doubt, for the caller to trace otherwise.
+//! Triangles are tested by edge functions that the rays of a beam share, at a third of the
+//! cost of the watertight test. t is then computed by the steps of all kernels, so kernels
+//! that agree on the triangle agree on t. In `guarded` edge functions have error bounds
+//! (docs/numerics/beams.md), and undecided rays are deferred to a stream.
 
 mod axis_cull;
 mod block;
@@ -43,32 +40,33 @@ use glam::DVec3;
 use mesh::MeshTraversal;
 use rays::{Beam, Parallel, Pinhole, RelativeBox};
 
-/// Rays per tile.
+/// Number of rays of a beam.
 pub const BEAM: usize = 64;
 
-/// A tile that covers more blocks of a mesh than this, if its rays lie evenly, is
-/// met as a stream: a block is then for few of its rays.
+/// Expected number of a mesh's blocks that a beam covers, above which the mesh is traced
+/// as a stream: each block is then hit by few of the rays.
 const WIDE_BEAM: f32 = 96.0;
 
+/// The traversal of a world by one beam, `S` groups of as many rays as there are lanes.
 pub(super) struct BeamTraversal<'a, L: Lanes, const S: usize> {
     world: &'a World,
     rays: &'a Rays<'a>,
     first: usize,
-    /// Of the first ray alive: what all have in common is either.
+    /// Origin and direction of the first live ray; all live rays share one of them.
     org: [f64; 3],
     dir: [f64; 3],
     /// World space.
     beam: &'a mut Beam<L, S>,
-    /// For spaces of other meshes.
+    /// The beam in the space of a placed mesh.
     spare: &'a mut Beam<L, S>,
-    /// For single primitives.
+    /// The rays as packets, for single primitives.
     packets: &'a mut Packets<L, S>,
     scratch: &'a mut TraceScratch,
-    /// Rays that some mesh's walk has left in doubt.
+    /// Rays that the traversal of some mesh has left undecided.
     deferred: u64,
 }
 
-/// Scratch of one thread, reused from tile to tile.
+/// Stacks and streams of wide and nested trees, reused from beam to beam.
 #[derive(Default)]
 pub(super) struct BeamScratch {
     top: WideStack,
@@ -78,7 +76,7 @@ pub(super) struct BeamScratch {
     pub deferred: DeferredRays,
 }
 
-/// Places for beams, reused from tile to tile.
+/// Beams of one batch, reused from beam to beam.
 pub(super) struct BeamBuffers<L: Lanes, const S: usize> {
     world: Beam<L, S>,
     object: Beam<L, S>,
@@ -96,8 +94,8 @@ impl<L: Lanes, const S: usize> Default for BeamBuffers<L, S> {
 }
 
 impl<'a, L: Lanes, const S: usize> BeamTraversal<'a, L, S> {
-    /// `None` where the rays share neither origin nor direction, do not start at
-    /// t = 0, or do not advance along one axis.
+    /// Loads the rays from row `first` on. `None` if they share neither origin nor
+    /// direction, do not start at t = 0, or do not advance along one axis.
     #[inline(always)]
     pub fn new(
         world: &'a World,
@@ -165,13 +163,13 @@ impl<'a, L: Lanes, const S: usize> BeamTraversal<'a, L, S> {
         })
     }
 
-    /// The rays of a group that are no padding.
+    /// Returns the rays of a group that are not padding.
     #[inline(always)]
     fn alive(rays: &Rays, first: usize) -> L::Mask {
         load_f32::<L>(&rays.t_max[first..]).gt(L::zero())
     }
 
-    /// The rays of each group that may meet a box.
+    /// Returns the rays of each group that may hit a box.
     #[inline(always)]
     fn reach_box(&self, min: [f32; 3], max: [f32; 3]) -> [L::Mask; S] {
         let beam = &*self.beam;
@@ -190,8 +188,8 @@ impl<'a, L: Lanes, const S: usize> BeamTraversal<'a, L, S> {
         active
     }
 
-    /// Everything in the world. Returns the rays whose answer is in doubt, for
-    /// another kernel to trace.
+    /// Traces the beam through the world. Returns the undecided rays, to be traced as a
+    /// stream.
     #[inline(always)]
     pub fn trace<C: Certainty, Q: Query<L>>(
         mut self,
@@ -248,6 +246,7 @@ impl<'a, L: Lanes, const S: usize> BeamTraversal<'a, L, S> {
         if C::GUARDED { self.deferred } else { 0 }
     }
 
+    /// Tests one entry of the TLAS.
     #[inline(always)]
     fn entry<C: Certainty, Q: Query<L>>(
         &mut self,
@@ -272,6 +271,7 @@ impl<'a, L: Lanes, const S: usize> BeamTraversal<'a, L, S> {
         }
     }
 
+    /// Tests a single primitive or CSG solid, packet by packet.
     #[inline(always)]
     fn solid<C: Certainty, Q: Query<L>>(&mut self, entry: &TlasEntry, queries: &mut [Q; S]) {
         let mut active = self.reach_box(entry.bounds.min, entry.bounds.max);
@@ -288,7 +288,7 @@ impl<'a, L: Lanes, const S: usize> BeamTraversal<'a, L, S> {
         }
     }
 
-    /// Leaves out the rays that pass by a shape in world space.
+    /// Removes the rays that pass by the axis of a cylinder or cone in world space.
     #[inline(always)]
     fn pass_by(&self, shape: Shape, active: &mut [L::Mask; S]) {
         let scene = &self.world.scene;
@@ -307,7 +307,7 @@ impl<'a, L: Lanes, const S: usize> BeamTraversal<'a, L, S> {
         }
     }
 
-    /// A mesh in world space; `through` meets its triangles.
+    /// Traces a mesh in world space; `through` tests its triangles.
     #[inline(always)]
     fn mesh_in_world<C: Certainty, Q: Query<L>>(
         &mut self,
@@ -336,7 +336,7 @@ impl<'a, L: Lanes, const S: usize> BeamTraversal<'a, L, S> {
         }
     }
 
-    /// A mesh in a space of its own: the same rays there, as a beam anew.
+    /// Traces a placed mesh by a beam of the same rays in its space.
     #[inline(never)]
     fn placed_mesh<C: Certainty, Q: Query<L>>(
         &mut self,
@@ -368,7 +368,7 @@ impl<'a, L: Lanes, const S: usize> BeamTraversal<'a, L, S> {
             let all = std::array::from_fn(|s| Self::alive(self.rays, at(s)));
             beam.load_parallel(orgs, map.vector(self.dir), &all, &active, bounds)
         } else {
-            // Stand-ins among them.
+            // Padding has been replaced by copies of the middle ray.
             let all = [L::Mask::splat(true); S];
             let org = DVec3::from_array(map.point(self.org)) - center;
             beam.load_pinhole(org.to_array(), dirs, &all, &active, bounds)
@@ -389,6 +389,7 @@ impl<'a, L: Lanes, const S: usize> BeamTraversal<'a, L, S> {
         }
     }
 
+    /// Marks rays as deferred.
     #[inline(always)]
     fn defer<C: Certainty>(&mut self, rays: &[L::Mask; S]) {
         if C::GUARDED {
@@ -398,8 +399,8 @@ impl<'a, L: Lanes, const S: usize> BeamTraversal<'a, L, S> {
         }
     }
 
-    /// A mesh in whose space the rays do not advance together, or are too far from
-    /// each other to be met as one volume; or one that no tree has.
+    /// Traces a mesh as a stream: its rays do not form a beam in its space, are too far
+    /// apart, or the mesh has no bounds.
     #[inline(never)]
     fn as_stream<C: Certainty, Q: Query<L>>(
         &mut self,
@@ -415,7 +416,7 @@ impl<'a, L: Lanes, const S: usize> BeamTraversal<'a, L, S> {
                 let (s, lane) = ((begin + i) / L::COUNT, (begin + i) % L::COUNT);
                 set |= u64::from(active[s].bits() >> lane & 1) << i;
                 let limit = queries[s].limit().lane(lane);
-                // Just beyond the ray's own: ties are for that query to settle.
+                // Just beyond the ray's limit, so that its own query settles ties.
                 let limit = if Q::ANY { limit } else { next_up(limit) };
                 Q::together(<L::Single as Lanes>::splat(limit))
             });
@@ -445,8 +446,7 @@ impl<'a, L: Lanes, const S: usize> BeamTraversal<'a, L, S> {
     }
 }
 
-/// Whether all rays of a tile that are alive have the same point or vector as one
-/// of them.
+/// Whether all live rays have the same point or vector as `leader`.
 #[inline(always)]
 fn all_like<X: Copy + PartialEq>(
     columns: &[&[X]; 3],

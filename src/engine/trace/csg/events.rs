@@ -8,32 +8,35 @@ use crate::math::length;
 use crate::scene::{CsgOperand, CsgSolid};
 use glam::DVec3;
 
-/// An operand's boundary, and how far off it may be in t: by its own frame's
-/// roundings beside those of others, and by the solid's tolerance.
+/// A boundary of an operand, with its slack in t: placement error of its frame against
+/// other frames, and the solid's tolerance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Mark<'a> {
     pub root: Root<'a>,
-    /// The number of the surface.
+    /// Number of the surface ([`CsgSolid::surface`]).
     pub surface: u32,
-    /// The line comes against the surface's normal: where an operand is left, as a
-    /// rule, it does not.
+    /// Whether the line runs against the surface's normal, as it usually does where it
+    /// enters the operand.
     pub against: bool,
-    /// The root's t: where f64 hardly knows it, rounded, unless `is_rough`.
+    /// t of the root; where f64 does not know it well and not `is_rough`, the nearest f64.
     pub t: ErrorBounded,
     pub frame: u32,
     pub placement: f64,
     pub tolerance: f64,
-    /// `placement` and `tolerance` are no more than the most that they may be: as a rule
-    /// no other boundary is so near.
+    /// Whether `placement` and `tolerance` are only upper bounds. They mostly suffice, since
+    /// other boundaries are rarely that near.
     pub is_rough: bool,
-    /// The first of those at the same t, and of those of the same event.
+    /// Index of the first boundary at the same t.
     pub place: u32,
+    /// Index of the first boundary of the same event.
     pub event: u32,
 }
 
-/// t that is known no better than to this part is worth being worked out exactly.
+/// Relative error 2⁻⁴⁹ of t above which a boundary's t is computed exactly (K13). It
+/// chooses how t is found; no decision depends on it.
 const SHARP: f64 = 1.0 / (1_u64 << 49) as f64;
 
+/// Builds a boundary's mark with upper bounds of its slack.
 pub(super) fn mark<'a>(
     solid: &CsgSolid,
     operand: &CsgOperand,
@@ -64,18 +67,18 @@ pub(super) fn mark<'a>(
     let [org, dir] = [line.org, line.dir].map(DVec3::from_array);
     let far = dir.abs().max_element() * (value.abs() + error);
     let rate = length(dir) * SLOWEST;
-    // Twice, for the roundings of this.
+    // Doubled to cover the roundings of this bound (K13).
     let size = 2.0 * (org.abs().max_element() + far);
     mark.placement = placement(solid, operand, size) / rate;
     mark.tolerance = 2.0 * solid.tolerance / rate;
     mark
 }
 
-/// What is known of a boundary beside others, in full.
+/// Replaces the upper bounds of a boundary's slack by the slack itself.
 fn sharpen(solid: &CsgSolid, operand: &CsgOperand, line: &Line, mark: &mut Mark) {
     let root = mark.root;
     mark.is_rough = false;
-    // Of what f64 cannot say, both are infinite.
+    // Where f64 cannot evaluate t, value and error are infinite.
     let is_known = root.t.value.is_finite() && root.t.error <= root.t.value.abs() * SHARP;
     if !is_known {
         mark.t = ErrorBounded::exact(root.rounded());
@@ -95,8 +98,8 @@ fn sharpen(solid: &CsgSolid, operand: &CsgOperand, line: &Line, mark: &mut Mark)
     mark.tolerance = solid.tolerance / rate;
 }
 
-/// How far off an operand may be beside those of other frames, where coordinates of
-/// the solid's space are no larger than `reach`: these were rounded on their way there.
+/// Placement error of an operand against operands of other frames (S9), in the solid's
+/// space, for coordinates no larger than `reach`.
 fn placement(solid: &CsgSolid, operand: &CsgOperand, reach: f64) -> f64 {
     if solid.frames.len() == 1 {
         return 0.0;
@@ -108,8 +111,8 @@ fn placement(solid: &CsgSolid, operand: &CsgOperand, reach: f64) -> f64 {
     PLACEMENT * (back.norm() * carried + frame.reach)
 }
 
-/// Numbers places and events. Boundaries stand in the order of t; those of two
-/// neighbouring places are one event if any two of them are so near.
+/// Numbers the places (equal t) and events of boundaries sorted by t. Two neighbouring
+/// places are one event if any two of their boundaries coincide.
 pub(super) fn number_events(solid: &CsgSolid, line: &Line, boundaries: &mut [Boundary<Mark>]) {
     let (mut before, mut start, mut event) = (0..0, 0, 0);
     while start < boundaries.len() {
@@ -142,8 +145,8 @@ pub(super) fn number_events(solid: &CsgSolid, line: &Line, boundaries: &mut [Bou
     }
 }
 
-/// False where no two of them are one, by the most that any of either side may be off.
-/// Where thousands of boundaries coincide, pairs are too many to be asked.
+/// Whether any pair of boundaries of two places may coincide, by the largest slack of each
+/// place. It avoids testing all pairs where thousands of boundaries share a place.
 fn groups_may_coincide(before: &[Boundary<Mark>], behind: &[Boundary<Mark>]) -> bool {
     let most = |of: fn(&Mark) -> f64| {
         let most = |side: &[Boundary<Mark>]| side.iter().map(|b| of(&b.at)).fold(0.0, f64::max);
@@ -157,7 +160,7 @@ fn groups_may_coincide(before: &[Boundary<Mark>], behind: &[Boundary<Mark>]) -> 
     let (Some(a), Some(b)) = (before.first(), behind.first()) else {
         return false;
     };
-    // Those of a side are at one t; so each of them tells where it is.
+    // All boundaries of a place have one t, so the first one stands for them.
     let gap = b.at.t.value - a.at.t.value;
     let off = a.at.t.error + b.at.t.error;
     slack > 0.0 && !(gap - 2.0 * off > 2.0 * slack)
@@ -165,7 +168,7 @@ fn groups_may_coincide(before: &[Boundary<Mark>], behind: &[Boundary<Mark>]) -> 
 
 type PairTest = fn(&Boundary<Mark>, &Boundary<Mark>) -> bool;
 
-/// Of different t: false where they are not one, whatever is found out yet.
+/// Whether two boundaries of different t may coincide by the upper bounds of their slack.
 fn may_coincide(a: &Boundary<Mark>, b: &Boundary<Mark>) -> bool {
     if !(a.at.is_rough || b.at.is_rough) {
         return coincide(a, b);
@@ -173,15 +176,16 @@ fn may_coincide(a: &Boundary<Mark>, b: &Boundary<Mark>) -> bool {
     let (a, b) = (&a.at, &b.at);
     let slack = a.tolerance.max(b.tolerance).max(a.placement + b.placement);
     let gap = b.t.value - a.t.value;
-    // Not of what is no number.
+    // NaN counts as possible.
     !(gap - 2.0 * (a.t.error + b.t.error) > 2.0 * slack)
 }
 
-/// Of different t, by the f64 nearest to them.
+/// Whether two boundaries of different t coincide: the f64 nearest to each t are compared
+/// (K13).
 fn coincide(a: &Boundary<Mark>, b: &Boundary<Mark>) -> bool {
     let own = a.operand == b.operand;
     let (a, b) = (&a.at, &b.at);
-    // An operand that is no thicker than its ends are known, may not be met at all.
+    // An operand thinner than the placement error of its own ends may be missed entirely.
     let placement = match own || a.frame != b.frame {
         true => a.placement + b.placement,
         false => 0.0,
@@ -195,7 +199,7 @@ fn coincide(a: &Boundary<Mark>, b: &Boundary<Mark>) -> bool {
         return false;
     }
     let gap = b.t.value - a.t.value;
-    // And by half a step each from the nearest f64.
+    // The nearest f64 adds half a step to each; 1.001 covers the roundings here (K13).
     let steps = f64::EPSILON * (a.t.value.abs() + b.t.value.abs());
     let off = 1.001 * (a.t.error + b.t.error) + steps;
     if (gap - slack).abs() > off {

@@ -1,10 +1,10 @@
-//! Many rays against a CSG solid: Roth's walk in lanes.
+//! CSG solids in lanes: Roth's walk (1982) for a packet of rays.
 //!
-//! Every operand keeps each ray's next boundary, and which rays are inside. The
-//! nearest boundaries are flipped, the program is asked, and where its answer
-//! changes is the hit. Boundaries are known between two numbers; rays for which
-//! that does not say what comes first are in doubt. Without bounds the two numbers
-//! are one.
+//! For each operand the walk keeps every ray's next boundary, and whether the ray is
+//! inside. It flips the operand of the nearest boundary and evaluates the program; the hit
+//! is where the program's value changes. In `guarded` a boundary is an interval of t, and
+//! rays whose intervals overlap are undecided (K1). In `fast` both ends of the interval
+//! are equal.
 
 mod ends;
 mod track;
@@ -22,40 +22,40 @@ pub(in crate::trace) use ends::{Frames, Spaces, ends};
 pub(in crate::trace) use walk::is_sharp;
 use walk::run;
 
-/// What some rays meet of a CSG solid first.
+/// First hits of a packet's rays on a CSG solid; one bit or entry per lane.
 pub(in crate::trace) struct CsgHits<L: Lanes> {
     pub hit: u32,
     pub unsure: u32,
-    /// Rays that lanes are of no use for, beyond `t`.
+    /// Rays that the scalar walk has to trace from `t` on.
     pub left: u32,
     pub t: L,
     pub within: [L; 2],
-    /// By lane: of hits, what [`super::Crossing`] says.
+    /// Of hits, as [`super::Crossing::primitive`].
     pub primitive: [u32; 16],
 }
 
-/// Reused from packet to packet.
+/// Buffers of the walk in lanes, reused from packet to packet.
 #[derive(Default)]
 pub(in crate::trace) struct LaneScratch {
     operands: Vec<u32>,
-    /// In `fast` the same, with their boxes.
+    /// In `fast`: operand in the upper half of a word, box in the lower.
     boxed: Vec<u64>,
     program: Restricted,
     values: Vec<u32>,
     /// A `Vec<[L; 3]>` per width: the boundaries of operands that may have many.
     pub(in crate::trace) rows: TypedSlots,
-    /// Of one line, what a chosen solver has found.
+    /// Roots that a chosen solver finds on one line.
     roots: Vec<f64>,
 }
 
-/// So many operands of a packet are met in lanes; of more than these each ray is
-/// met by itself.
+/// Number of operands along a packet up to which it is traced in lanes; packets with more
+/// are split.
 const MAX_OPERANDS: usize = 64;
 
-/// So many gates, at most.
+/// Number of gates up to which programs are evaluated in lanes.
 const MAX_GATES: usize = 256;
 
-/// The rays of `active` lanes up to `limit`.
+/// Finds the first hits of the `active` rays up to `limit`.
 #[inline]
 pub(in crate::trace) fn first<L: Lanes, C: Certainty>(
     csg: &PreparedCsg,
@@ -65,11 +65,12 @@ pub(in crate::trace) fn first<L: Lanes, C: Certainty>(
     limit: L,
     scratch: &mut TraceScratch,
 ) -> CsgHits<L> {
-    // Boundaries that are one within a distance are left to the other function; so
-    // are tall programs, of which a ray changes few gates: here all are worked out.
+    // The scalar walk handles solids with a tolerance. It also handles tall programs: it
+    // updates the few gates that a ray changes, while lanes evaluate all of them.
     let solid = &csg.solid;
     let is_tall = solid.program.gates() > MAX_GATES;
-    // So is all of a solid with meshes where an answer may depend on who gives it.
+    // In `fast` it also handles solids with meshes, so that answers do not depend on whether
+    // lanes or the scalar walk give them.
     let has_meshes = solid.has_meshes() && !C::GUARDED;
     if is_tall || has_meshes || solid.tolerance > 0.0 {
         return CsgHits::for_fallback(active);
@@ -77,7 +78,7 @@ pub(in crate::trace) fn first<L: Lanes, C: Certainty>(
     first_by_parts::<L, C>((csg, tables), object, active, limit, scratch)
 }
 
-/// Rays that together have too many operands before them are taken by halves.
+/// Finds first hits, halving the set of rays while too many operands lie along it.
 #[inline(never)]
 fn first_by_parts<L: Lanes, C: Certainty>(
     solid: (&PreparedCsg, &Tables),
@@ -94,16 +95,16 @@ fn first_by_parts<L: Lanes, C: Certainty>(
     } = &mut scratch.lanes;
     let mut known = L::splat(L::Scalar::INFINITY);
     if C::GUARDED {
-        // And what may be one with boundaries between start and limit.
+        // Includes boundaries that may be one event with one between start and limit (K7).
         let beside = solid.0.farthest_event(&ray.org, &ray.dir);
         let until = L::select(awake, limit + beside, asleep);
         let rays = (ray.org, ray.dir);
         let from = ray.t_min - beside;
         solid.0.operands_along(rays, from, until, operands);
     } else {
-        // What is one with a boundary before the limit, too, and more than that.
-        let [blur, share] = event_width::<L, C>(ray);
-        let far = limit + (blur + limit.abs() * share) * L::from_f32(2.0);
+        // Includes boundaries that are one event with one before the limit (K16).
+        let [width, share] = event_width::<L, C>(ray);
+        let far = limit + (width + limit.abs() * share) * L::from_f32(2.0);
         let until = L::select(awake, far, asleep);
         let slabs = solid.0.slabs(ray.org, ray.dir);
         solid.0.operands_in_boxes(&slabs, ray.t_min, until, boxed);
@@ -130,8 +131,8 @@ fn first_by_parts<L: Lanes, C: Certainty>(
     met
 }
 
-/// Keeps those of a ray's operands that it comes to first. Returns where it comes to the
-/// next: lanes know no more than what lies before.
+/// Keeps the operands that a single ray reaches first. Returns the t at which it reaches
+/// the next one; hits are known up to there.
 #[cold]
 #[inline(never)]
 fn keep_nearest<L: Lanes>(
@@ -151,6 +152,7 @@ fn keep_nearest<L: Lanes>(
 }
 
 impl<L: Lanes> CsgHits<L> {
+    /// No hits; all of `rays` are left to the scalar walk.
     pub(super) fn for_fallback(rays: u32) -> CsgHits<L> {
         let infinity = L::splat(L::Scalar::INFINITY);
         CsgHits {
@@ -163,7 +165,7 @@ impl<L: Lanes> CsgHits<L> {
         }
     }
 
-    /// Of other rays.
+    /// Merges the hits of other rays.
     fn join(&mut self, more: &CsgHits<L>) {
         let lanes = L::Mask::from_bits(more.hit | more.left);
         self.t = L::select(lanes, more.t, self.t);

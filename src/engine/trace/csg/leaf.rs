@@ -1,4 +1,4 @@
-//! A CSG solid before a packet: from its boundaries to hits in a query.
+//! The test of a CSG solid: from boundaries along a packet to hits in a query.
 
 use super::first;
 use super::lanes::{self, CsgHits};
@@ -18,8 +18,7 @@ use glam::DVec3;
 use std::marker::PhantomData;
 
 impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
-    /// A solid made of others: in lanes, and one ray at a time where that does not
-    /// say.
+    /// Tests a CSG solid in lanes, and undecided rays one by one.
     #[inline(never)]
     pub(in crate::trace) fn csg<Q: Query<L>>(
         &mut self,
@@ -49,7 +48,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         } else {
             let mut limit = query.limit();
             if !C::GUARDED {
-                // What lies beyond the box is brought back to its end, by `offer`.
+                // `offer` clamps a t beyond the box to the box's end.
                 let (_, exit) = object.slabs.interval(entry.own.min, entry.own.max);
                 let end = exit.min(window.exit);
                 limit = L::select(limit.lt(end), limit, L::splat(L::Scalar::INFINITY));
@@ -71,7 +70,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
                 self.offer(object, &window, &entry.own, meet, id, query);
             }
         }
-        // Surface by surface.
+        // Each surface is offered with the lanes that hit it.
         let mut bits = met.hit;
         while bits != 0 {
             let surface = met.primitive[bits.trailing_zeros() as usize];
@@ -107,7 +106,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
             };
             let [may, must] = look_again(object, limit, bits, &mut look);
             bits = may;
-            // Where does not matter.
+            // Any-hit rays need no t.
             if Q::ANY && must != 0 {
                 query.block(L::Mask::from_bits(must), id(0));
                 bits &= !must;
@@ -117,8 +116,8 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     }
 }
 
-/// A solid, seen in its space: lanes of f32 hardly know whether a ray meets what it has
-/// just left.
+/// The double pass of a CSG solid. f32 rarely decides whether a ray hits the surface that
+/// it has just left.
 struct InF64<'a, C> {
     solid: &'a PreparedCsg,
     tables: &'a Tables,

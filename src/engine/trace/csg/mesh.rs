@@ -1,26 +1,26 @@
-//! A closed mesh as an operand: a line comes into it and leaves it in turn.
+//! Closed meshes as CSG operands: crossings of a line by parity (K15).
 //!
-//! Inside is where an odd number of crossings lies behind a point, whichever way
-//! the triangles are wound. A line through an edge or a corner meets the triangles
-//! that one next to it would ([`through`]), so crossings are even in number; of
-//! several at one t only whether they are odd counts.
+//! A point is inside where an odd number of crossings lies behind it, whatever the winding
+//! of the triangles. A line through an edge or a corner crosses the triangles that a line
+//! moved next to it crosses ([`through`], K14), so the number of crossings is even. Of
+//! several crossings at one t only the parity counts.
 
 use crate::accel::MeshCrossings;
 use crate::geom::exact::{Line, Root, through};
 use crate::scene::Mesh;
 
-/// Where a line comes into a mesh, or leaves it.
+/// A crossing of a line and a triangle of a closed mesh.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MeshCrossing {
     pub root: Root<'static>,
     pub triangle: u32,
-    /// The line comes against the triangle's normal.
+    /// Whether the line runs against the triangle's normal.
     pub against: bool,
 }
 
-/// Calls `visit` at each place beyond `t_min` where the line's state changes, in
-/// order. Returns whether it is inside at t_min. `met`: reused from ray to ray. The line is about the mesh's
-/// centre, as the mesh's corners are.
+/// Calls `visit` at each t beyond `t_min` where the line enters or leaves the mesh, in
+/// order. Returns whether the line is inside at t_min. The line is relative to the mesh's
+/// centre, as its corners are. `met` is a buffer.
 pub(super) fn crossings(
     (mesh, facets): (&Mesh, &MeshCrossings),
     line: &Line,
@@ -59,7 +59,7 @@ pub(super) fn crossings(
     changes % 2 == 1
 }
 
-/// Of an odd number of triangles, the first that most of them face alike.
+/// Picks, of an odd number of crossings, the first with the orientation of the majority.
 fn representative(together: &[MeshCrossing]) -> &MeshCrossing {
     let against = together.iter().filter(|facet| facet.against).count();
     let most = against * 2 > together.len();

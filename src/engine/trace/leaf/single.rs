@@ -1,4 +1,4 @@
-//! The kernels of single primitives, and a closer look at what they leave open.
+//! Kernels of single primitives, and the double pass of undecided lanes.
 
 use super::Tester;
 use crate::accel::TlasEntry;
@@ -13,7 +13,7 @@ use crate::trace::query::{HitId, Query};
 use glam::DVec3;
 
 impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
-    /// The kernel of a single primitive.
+    /// Runs the kernel of a single primitive on rays in its space.
     #[inline(always)]
     fn meet(&mut self, object: &Packet<L>, entry: &TlasEntry, active: L::Mask) -> Meet<L> {
         if C::DOUBTS_ALL {
@@ -33,7 +33,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
 }
 
 impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
-    /// What the kernel of a single primitive says of every lane.
+    /// Runs the kernel of a single primitive on all lanes.
     pub(in crate::trace) fn kernel(&mut self, entry: &TlasEntry) -> Meet<L> {
         let all = L::Mask::splat(true);
         if entry.placed {
@@ -45,9 +45,9 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         }
     }
 
-    /// What the kernel of a single primitive says. Lanes of f32 hardly know whether a
-    /// ray meets what it has just left; those of f64 do, and rule out the most. What they are
-    /// certain is in the way of any-hit rays blocks these.
+    /// Runs the kernel, and the double pass on undecided lanes. f32 rarely decides whether a
+    /// ray hits the surface that it has just left; f64 rules out most of these hits. Any-hit
+    /// rays that it certainly finds blocked are reported to the query.
     #[inline(always)]
     pub(super) fn certified<Q: Query<L>>(
         &mut self,
@@ -65,7 +65,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
         let scene = &world.scene;
         let [may, must] = look_closer(scene, entry, object, query.limit(), meet.unsure.bits());
         let must = L::Mask::from_bits(must);
-        // Where does not matter.
+        // Any-hit rays need no t.
         if Q::ANY && must.any() {
             let id = HitId {
                 instance: entry.instance,
@@ -78,7 +78,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     }
 }
 
-/// [`look_again`], apart from what most rays take.
+/// [`look_again`], kept out of the common path.
 #[cold]
 #[inline(never)]
 fn look_closer<L: Lanes>(
@@ -91,7 +91,7 @@ fn look_closer<L: Lanes>(
     look_again(object, limit, asked, &mut Primitive { scene, entry })
 }
 
-/// One primitive, seen in its space.
+/// The double pass of one primitive.
 struct Primitive<'a> {
     scene: &'a Tables,
     entry: &'a TlasEntry,
@@ -118,7 +118,7 @@ impl SecondLook for Primitive<'_> {
 }
 
 impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
-    /// Whether a polynomial surface is in the way: where does not matter.
+    /// Tests any-hit rays against a polynomial surface, without computing t.
     #[inline(never)]
     pub(super) fn is_blocked<Q: Query<L>>(
         &mut self,
@@ -149,8 +149,8 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
                 guarded::implicit::blocked(surface, &object.line(), query.limit(), active);
         }
         if C::GUARDED {
-            let doubted = L::Mask::from_bits(C::doubts(id.instance, id.primitive)) & active;
-            (blocked, unsure) = (blocked & !doubted, unsure | doubted);
+            let undecided = L::Mask::from_bits(C::doubts(id.instance, id.primitive)) & active;
+            (blocked, unsure) = (blocked & !undecided, unsure | undecided);
         }
         if blocked.any() {
             query.block(blocked, id);
@@ -167,7 +167,7 @@ impl<L: Lanes, C: Certainty> Tester<'_, L, C> {
     }
 }
 
-/// The longest side of a primitive's box.
+/// Returns the longest side of a primitive's box.
 fn extent(entry: &TlasEntry) -> f32 {
     let side = |k: usize| entry.own.max[k] - entry.own.min[k];
     side(0).max(side(1)).max(side(2))

@@ -17,9 +17,10 @@ use arrayvec::ArrayVec;
 use glam::DVec3;
 use std::iter::repeat_n;
 
-/// Of at most [`MAX_OPERANDS`] operands, and in `fast` no further than `known`. There no bound
-/// makes an answer the same whoever gives it, so that what is found before a limit must
-/// not depend on it: packets have other limits than rays by themselves.
+/// Walks the boundaries of at most [`MAX_OPERANDS`] operands; in `fast` up to `known`.
+///
+/// `fast` has no error bounds, so a result must not depend on `limit`: packets and single
+/// rays carry different ones (K16).
 #[inline(never)]
 pub(super) fn run<L: Lanes, C: Certainty>(
     (csg, tables): (&PreparedCsg, &Tables),
@@ -42,7 +43,7 @@ pub(super) fn run<L: Lanes, C: Certainty>(
         inside: 0,
         more: [0; 2],
     };
-    // Of what may be one event with what lies behind t_min, all that lies before it.
+    // Where boundaries beyond t_min may be one event with earlier ones, none is left out.
     let part = if !C::GUARDED {
         [ray.t_min, infinity]
     } else if csg.solid.is_exact() {
@@ -56,8 +57,8 @@ pub(super) fn run<L: Lanes, C: Certainty>(
     let mut tracks = ArrayVec::<_, MAX_OPERANDS>::new();
     tracks.extend(repeat_n(nothing, operands.len()));
     let tracks = &mut tracks[..];
-    // Where any are shared. Of what has none that is known, such as a polynomial's
-    // solid, no numbers.
+    // Numbers of the faces at each operand's ends, if the solid has coincident faces; NaN
+    // for operands without numbered faces, such as polynomials.
     let mut faces = ArrayVec::<_, MAX_OPERANDS>::new();
     let shares_faces = C::GUARDED && !csg.coincident_faces.is_empty();
     if shares_faces {
@@ -75,7 +76,7 @@ pub(super) fn run<L: Lanes, C: Certainty>(
             Some(slabs) => csg.part_of(boxed[i], slabs, ray.t_min),
             None => (L::Mask::splat(true), -infinity),
         };
-        let mut doubt = |track: &mut Track<L>, lanes: u32, begin: L| {
+        let mut leave_open = |track: &mut Track<L>, lanes: u32, begin: L| {
             if C::GUARDED {
                 unsure |= lanes;
             } else if lanes != 0 {
@@ -93,7 +94,7 @@ pub(super) fn run<L: Lanes, C: Certainty>(
             };
             let ends = Ends::none_or_unknown(missed | !here);
             let unknown = track.start(&ends, &ends, ray.t_min);
-            doubt(track, unknown, enter.max(begin));
+            leave_open(track, unknown, enter.max(begin));
             continue;
         }
         if let Shape::Implicit(id) = operand.shape {
@@ -115,9 +116,9 @@ pub(super) fn run<L: Lanes, C: Certainty>(
             track.next = more.get(at).copied().unwrap_or([infinity; 3]);
             track.exit = more.get(at + 1).copied().unwrap_or([infinity; 3]);
             track.more = [(at + 2).min(more.len()), more.len()];
-            doubt(track, all.unsure.bits(), begin);
-            // Those before the start were not sought. They end there: the sign of the
-            // polynomial is certain at it, wherever within its placement the surface is.
+            leave_open(track, all.unsure.bits(), begin);
+            // Boundaries before the start were not sought; they reach to the start at most,
+            // since the polynomial's sign is certain there despite the placement error.
             if let (Some(_), Some((bounds, condition))) = (wider, csg.box_around(operand)) {
                 let from = ray.t_min - csg.farthest_event(&ray.org, &ray.dir);
                 let before = [from, ray.t_min];
@@ -142,9 +143,9 @@ pub(super) fn run<L: Lanes, C: Certainty>(
             }
             None => track.start(&ends, &ends, ray.t_min),
         };
-        doubt(track, unknown, begin);
+        leave_open(track, unknown, begin);
     }
-    // What lies before t_min may be one event with what lies behind it.
+    // A ray is undecided if a boundary before t_min reaches the next one (K8).
     if wider.is_some() {
         let nexts = tracks.iter().map(|track| track.next[0]);
         let next = nexts.fold(infinity, |least, next| least.min(next));
@@ -158,7 +159,7 @@ pub(super) fn run<L: Lanes, C: Certainty>(
         program.inside(inside, values)
     };
     let start = ask(tracks);
-    let [blur, share] = event_width::<L, C>(ray);
+    let [width, share] = event_width::<L, C>(ray);
     let mut met = CsgHits {
         unsure,
         ..CsgHits::for_fallback(0)
@@ -168,21 +169,21 @@ pub(super) fn run<L: Lanes, C: Certainty>(
     } else {
         known.lt(infinity).bits()
     };
-    // Without bounds a boundary is where it was computed to be.
+    // In `fast` a boundary lies where it was computed.
     let [from, to] = if C::GUARDED { [0, 2] } else { [1, 1] };
     while open != 0 {
         let mut least = infinity;
         for track in tracks.iter() {
             least = least.min(track.next[to]);
         }
-        let event = least + (blur + least.abs() * share);
+        let event = least + (width + least.abs() * share);
         if open & ends_somewhere != 0 {
             let left = open & ends_somewhere & known.le(event).bits();
             open &= !left;
             met.left |= left & known.le(limit).bits();
             met.t = L::select(L::Mask::from_bits(left), known, met.t);
         }
-        // Nothing is left that is not too far.
+        // Rays without a further boundary are done.
         open &= least.lt(infinity).bits();
         if open == 0 {
             break;
@@ -193,8 +194,9 @@ pub(super) fn run<L: Lanes, C: Certainty>(
             twice |= once & here;
             once |= here;
         }
-        // Rays at boundaries of several operands that are one: in one surface. Of those
-        // that are in planes which are nearly one, it is not known which comes first.
+        // `together`: rays at boundaries of several operands that are one event, since they
+        // lie in one surface (K9). `nearly`: of these, rays at planes of different frames
+        // whose order is not known (K10).
         let mut together = twice & open;
         let mut nearly = 0;
         if C::GUARDED && together != 0 {
@@ -207,7 +209,7 @@ pub(super) fn run<L: Lanes, C: Certainty>(
             met.unsure |= apart;
             open &= !apart;
         }
-        // Which operand's, and how it is met there, before they are flipped.
+        // The event's t, surface and sense, taken before the operands are flipped.
         let mut at = [infinity; 3];
         let (mut numbers, mut entering, mut taken) = ([0; 16], 0, 0);
         let mut farthest = -infinity;
@@ -228,7 +230,7 @@ pub(super) fn run<L: Lanes, C: Certainty>(
                 track.follow(L::Mask::from_bits(here), &mut more[from..to]);
             }
             let mut first = here & !taken;
-            // Whose flip is the first to count, of those that are one.
+            // Of boundaries that are one event, the hit is the first to change the program.
             if together & first != 0 {
                 first &= !together | (ask(tracks) ^ start);
             }
@@ -245,7 +247,7 @@ pub(super) fn run<L: Lanes, C: Certainty>(
             entering |= first & outside;
             taken |= first;
         }
-        // With planes that are nearly one, what follows any of them may be one event.
+        // A boundary that follows nearly coincident planes may belong to their event.
         if nearly & open != 0 {
             let mut late = 0;
             for track in tracks.iter() {
@@ -281,15 +283,15 @@ pub(super) fn run<L: Lanes, C: Certainty>(
             met.hit |= changed;
             open &= !changed;
         }
-        // What begins beyond the limit is nothing to anybody.
+        // Events beyond the limit do not matter.
         open &= !least.gt(limit).bits();
     }
     met
 }
 
-/// Of the rays asked for, those whose boundaries at an event are one by definition,
-/// because they lie in one surface; and which of these know that only of planes that
-/// nearly are one, of several frames.
+/// Finds the rays whose boundaries at an event are one by definition, because the faces
+/// coincide (K9); and of these, the rays at planes of several frames that only nearly
+/// coincide (K10).
 #[cold]
 #[inline(never)]
 fn on_one_face<L: Lanes>(
@@ -334,8 +336,8 @@ fn on_one_face<L: Lanes>(
     [one, nearly & one]
 }
 
-/// Whether t is known to eight bits at least: what is near the start, in units of
-/// the operand, is better known by exact arithmetic.
+/// Whether t is known to at least eight bits (K2). A t nearer to the start than that is
+/// left to exact arithmetic.
 #[inline(always)]
 pub(in crate::trace) fn is_sharp<L: Lanes>([from, t, to]: &[L; 3]) -> L::Mask {
     ((*to - *from) * L::from_f32(256.0)).le(t.abs())

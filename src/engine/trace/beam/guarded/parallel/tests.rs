@@ -1,4 +1,4 @@
-//! Rays of one direction against exact arithmetic.
+//! Guarded beams of one direction against exact arithmetic.
 
 use super::super::oracle_tests::{Probe, TestBeam, Traced, answers, decisions};
 use super::*;
@@ -17,15 +17,15 @@ impl Probe for Edges {
             let back = if i / 4 % 2 == 0 { case.distance } else { 1e-5 };
             std::array::from_fn(|k| case.targets[i][k] - dir[k] / size * back)
         });
-        let mut tile = Box::new(TestBeam::empty());
+        let mut beam = Box::new(TestBeam::empty());
         let all = [true; RAYS];
         let org = |s: usize| Vec3::splat(orgs[s]);
-        if !tile.load_parallel(org, dir, &all, &all, &case.bounds) {
+        if !beam.load_parallel(org, dir, &all, &all, &case.bounds) {
             return None;
         }
-        tile.centre_groups();
+        beam.centre_groups();
         let rays = orgs.map(|org| [org, dir]).to_vec();
-        Some(Traced { tile, rays })
+        Some(Traced { beam, rays })
     }
 
     fn margin(&self, slot: usize) -> f32 {
